@@ -1,0 +1,29 @@
+#pragma once
+/// What can go wrong with the user's input, said so that it can be mended.
+
+#include <stdexcept>
+#include <string>
+
+namespace piste {
+
+/// Base of every error that the library throws. `what()` reads `WHERE: what is wrong, and what would be
+/// right`, where WHERE is `FILE:LINE`, a file, or a time of the run.
+class Error : public std::runtime_error {
+ public:
+  Error(const std::string& where, const std::string& what)
+      : std::runtime_error(where.empty() ? what : where + ": " + what) {}
+};
+
+/// The configuration or the command line is wrong (exit code 2 of the apps).
+class ConfigError : public Error {
+ public:
+  using Error::Error;
+};
+
+/// The data cannot be processed (exit code 1 of the apps).
+class DataError : public Error {
+ public:
+  using Error::Error;
+};
+
+}  // namespace piste

@@ -1,0 +1,95 @@
+#pragma once
+/// Choices of a run, shared by conditioning, filter and smoother. SI and radians.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "piste/core/log.h"
+#include "piste/core/sensor.h"
+#include "piste/core/state_layout.h"
+
+namespace piste {
+
+/// How the rows of an IMU file become increments of the body.
+struct ImuConditioning {
+  Matrix3d R_bs = Matrix3d::Identity();  ///< sensor components into b: a signed permutation of determinant +1
+  bool instantaneous = false;            ///< rows are samples at their time, not means over the interval before it
+  double clock_offset = 0;               ///< gps time = t − offset − drift (t − first t)
+  double clock_drift = 0;                ///< as a ratio
+};
+
+/// Standing still, seen from the sensors.
+struct RestOptions {
+  bool detect = true;
+  double sigma_velocity = 0.01;   ///< of a standing body: a person sways
+  double sigma_rate = 0.0034907;  ///< 0.2 deg/s: sway again; it is correlated, hence the slow `interval`
+  double interval = 0.5;          ///< time between zero updates [s]
+};
+
+struct ConditioningOptions {
+  ImuConditioning imu;
+  double gyro_range = 0, accel_range = 0;  ///< 0 = unlimited
+  Interval span;                           ///< GPS time; {0, 0} = all
+  std::vector<Interval> outages;           ///< GNSS withheld here
+  RestOptions rest;
+};
+
+/// A first-order Gauss-Markov error, per axis.
+struct GaussMarkov {
+  Vector3d sigma;
+  double correlation_time = 0;
+};
+
+/// One receiver.
+struct GnssOptions {
+  std::string name;
+  Vector3d lever_arm = Vector3d::Zero();  ///< b → antenna; the start value where it is estimated
+  bool use_position = true, use_velocity = true;
+  /// Coloured position error along w. Sigmas of the fixes are the total: white = sqrt(total² − drift²), at least
+  /// 10 % of the total. One receiver at most may have it.
+  std::optional<GaussMarkov> drift;
+};
+
+/// One reference attitude.
+struct AttitudeOptions {
+  std::string name;
+  /// Where given, the fixes' error is this process plus white noise of 10 % of their sigma; else white.
+  std::optional<GaussMarkov> drift;
+};
+
+/// 1-sigma priors of the blocks that no sensor file knows.
+struct Priors {
+  double boresight = 0.17;   ///< 10 deg about the start value
+  double lever_arm = 0.1;    ///< m, about the configured one
+  double gnss_delay = 0.05;  ///< s
+};
+
+struct FilterOptions {
+  ImuSensor sensor;
+  std::vector<GnssOptions> gnss;          ///< one per Log::gnss
+  std::vector<AttitudeOptions> attitude;  ///< one per Log::attitude
+  std::vector<Block> estimate;            ///< blocks beyond position, velocity and attitude
+  RestOptions rest;
+  Priors priors;
+  double gate = 0.999;        ///< probability of an innovation beyond which it is rejected
+  int readmit_after = 5;      ///< rejections in a row after which the filter, not the sensor, is held to be wrong
+  double gap_noise = 3.0;     ///< m/s² / sqrt(Hz) and, divided by 3, rad/s/sqrt(Hz) of unknown motion in an IMU gap
+  double magnetic_sigma = 0;  ///< rad of a magnetic heading; 0 = magnetometer unused
+  double declination = 0;     ///< rad, east positive
+
+  /// Throws ConfigError on values that no filter can run with.
+  void validate() const;
+};
+
+/// Where the heading comes from at the start.
+struct InitialHeading {
+  enum class Source { kAuto, kAttitude, kMagnetometer, kValue };
+  Source source = Source::kAuto;
+  double value = 0;             ///< rad, for kValue
+  double sigma = 0.0349065850;  ///< rad, for kValue: 2 deg
+};
+
+enum class SmootherKind { kNone, kRts };
+
+}  // namespace piste

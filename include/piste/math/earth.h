@@ -1,0 +1,52 @@
+#pragma once
+/// The Earth seen from the run: the world frame `w`, its rotation and its gravity.
+///
+/// `w` is north-east-down at the run's origin and fixed to the Earth. In it Earth rate is a constant and gravity
+/// a smooth function of position, so that mechanization needs no transport rate. WGS84 by GeographicLib.
+
+#include <GeographicLib/LocalCartesian.hpp>
+
+#include "piste/math/so3.h"
+
+namespace piste {
+
+inline constexpr double kEarthRate = 7.292115e-5;    ///< WGS84
+inline constexpr double kStandardGravity = 9.80665;  ///< the `g` of data sheets
+
+/// Latitude and longitude [rad], ellipsoidal height.
+struct Geodetic {
+  double latitude = 0, longitude = 0, height = 0;
+};
+
+/// Gravity at a point and its gradient there: g(p) ≈ value + gradient (p − point).
+struct Gravity {
+  Vector3d point, value;
+  Matrix3d gradient;
+  Vector3d at(const Vector3d& p_wb) const { return value + gradient * (p_wb - point); }
+};
+
+/// The frame `w` at one origin.
+class World {
+ public:
+  World() : World(Geodetic{}) {}
+  /// Origin with |latitude| ≤ π/2. Throws GeographicLib::GeographicErr otherwise.
+  explicit World(const Geodetic& origin);
+
+  const Geodetic& origin() const { return origin_; }
+  /// Earth rotation vector, in w.
+  const Vector3d& earth_rate() const { return earth_rate_; }
+  Vector3d from_geodetic(const Geodetic& place) const;
+  Geodetic to_geodetic(const Vector3d& p_w) const;
+  /// Turns local north-east-down components at p_w into w.
+  Matrix3d rotation_wn(const Vector3d& p_w) const;
+  /// Normal gravity (gravitation and centrifugal acceleration) in w, and its gradient.
+  Gravity gravity(const Vector3d& p_w) const;
+
+ private:
+  Vector3d gravity_value(const Vector3d& p_w) const;
+  Geodetic origin_;
+  GeographicLib::LocalCartesian local_;
+  Vector3d earth_rate_;
+};
+
+}  // namespace piste

@@ -1,0 +1,51 @@
+#pragma once
+/// Rotations: exponential, logarithm, their Jacobians, and Euler angles.
+///
+/// `R = Exp(phi)` with the rotation vector phi [rad]. Left Jacobian: Exp(phi + d) = Exp(J_l(phi) d) Exp(phi).
+/// Euler angles are roll, pitch, heading of the sequence z-y-x: R_nb = R_z(heading) R_y(pitch) R_x(roll).
+/// Source: Barfoot, State Estimation for Robotics, section 7.1; Groves, section 2.2.
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+namespace piste {
+
+using Eigen::Matrix3d;
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+/// Cross-product matrix: skew(a) b = a × b.
+inline Matrix3d skew(const Vector3d& a) {
+  Matrix3d m;
+  m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
+  return m;
+}
+
+/// Unit quaternion of the rotation vector, exact to rounding for any angle including 0.
+Quaterniond so3_exp(const Vector3d& rotation_vector);
+
+/// Rotation vector of norm at most π, exact to rounding near 0 and near π; `q` has norm 1, either sign.
+Vector3d so3_log(const Quaterniond& q);
+
+/// J_l(phi) = Σ [phi]^n / (n+1)!; the right Jacobian is J_l(−phi).
+Matrix3d so3_left_jacobian(const Vector3d& rotation_vector);
+
+/// Inverse of the left Jacobian, for |phi| < 2π.
+Matrix3d so3_left_jacobian_inverse(const Vector3d& rotation_vector);
+
+/// Rotation from the angles (roll, pitch, heading) [rad].
+Quaterniond from_euler(const Vector3d& roll_pitch_heading);
+
+/// (roll, pitch, heading) [rad]: roll and heading in (−π, π], pitch in [−π/2, π/2]. At |pitch| = π/2
+/// only roll ∓ heading is defined; roll is then 0.
+Vector3d to_euler(const Quaterniond& q);
+
+/// E of d(rotation vector in the outer frame) = E d(roll, pitch, heading): columns are the three axes about
+/// which the angles turn. Regular everywhere; singular at |pitch| = π/2.
+Matrix3d euler_axes(const Vector3d& roll_pitch_heading);
+
+/// Standard deviations of (roll, pitch, heading) [rad] from the covariance of the rotation vector in the outer
+/// frame. Near |pitch| = π/2 they grow to, and are held at, π.
+Vector3d euler_sigma(const Quaterniond& q, const Matrix3d& covariance);
+
+}  // namespace piste

@@ -1,0 +1,125 @@
+#include "piste/core/solution.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace piste {
+namespace {
+
+constexpr std::size_t kNavigationValues = 1 + 4 + 3 + 3;  // time, q_wb, v_wb, p_wb
+constexpr std::size_t kNavigationSigmas = 9;
+constexpr std::size_t kTotalSigmas = 6;
+
+bool is_navigation(Block b) { return index_of(b) <= index_of(Block::kAttitude); }
+
+// A row in its order of storage: F is called with every double, for reading or for writing.
+template <class EstimateRef, class SigmasRef, class F>
+void visit(const StateLayout& layout, EstimateRef& x, SigmasRef& s, F&& f) {
+  const auto vector = [&](auto&& v) {
+    for (Eigen::Index i = 0; i < v.size(); ++i) f(v(i));
+  };
+  vector(x.q_wb.coeffs());
+  vector(x.v_wb);
+  vector(x.p_wb);
+  vector(s.position);
+  vector(s.velocity);
+  vector(s.euler);
+  vector(s.gyro_total_bias);
+  vector(s.accel_total_bias);
+  for (const Block b : layout.blocks()) {
+    if (is_navigation(b)) continue;
+    if (b == Block::kBoresight) {
+      vector(x.q_rb.coeffs());
+    } else {
+      vector(additive(x, b));
+    }
+    vector(s.blocks.segment(full_offset(b), info(b).size));
+  }
+}
+
+std::size_t stride_of(const StateLayout& layout) {
+  std::size_t n = kNavigationValues + kNavigationSigmas + kTotalSigmas;
+  for (const Block b : layout.blocks()) {
+    if (is_navigation(b)) continue;
+    n += 2 * static_cast<std::size_t>(info(b).size) + (b == Block::kBoresight ? 1 : 0);
+  }
+  return n;
+}
+
+Vector3d root(const Vector3d& variance) { return variance.cwiseMax(0).cwiseSqrt(); }
+
+Vector3d total_bias_sigma(const StateLayout& layout, const Covariance& P, Block bias, Block drift) {
+  Vector3d variance = Vector3d::Zero();
+  for (int i = 0; i < 3; ++i) {
+    for (const Block a : {bias, drift}) {
+      for (const Block b : {bias, drift}) {
+        if (layout.has(a) && layout.has(b)) variance(i) += P(layout.offset(a) + i, layout.offset(b) + i);
+      }
+    }
+  }
+  return root(variance);
+}
+
+}  // namespace
+
+Sigmas sigmas_of(const Estimate& x, const StateLayout& layout, const Covariance& P) {
+  Sigmas s;
+  s.position = root(P.diagonal().segment<3>(layout.offset(Block::kPosition)));
+  const int v = layout.offset(Block::kVelocity), a = layout.offset(Block::kAttitude);
+  const Matrix3d attitude = P.block<3, 3>(a, a);
+  const Matrix3d lift = -skew(x.v_wb);  // δv = ν + lift θ
+  const Matrix3d cross = P.block<3, 3>(v, a) * lift.transpose();
+  s.velocity = root((P.block<3, 3>(v, v) + cross + cross.transpose() + lift * attitude * lift.transpose()).diagonal());
+  s.euler = euler_sigma(x.q_wb, attitude);
+  for (const Block b : layout.blocks()) {
+    if (is_navigation(b)) continue;
+    const int o = layout.offset(b);
+    auto out = s.blocks.segment(full_offset(b), info(b).size);
+    if (b == Block::kBoresight) {
+      out = euler_sigma(x.q_rb, P.block<3, 3>(o, o));
+    } else {
+      out = P.diagonal().segment(o, info(b).size).cwiseMax(0).cwiseSqrt();
+    }
+  }
+  s.gyro_total_bias = total_bias_sigma(layout, P, Block::kGyroBias, Block::kGyroDrift);
+  s.accel_total_bias = total_bias_sigma(layout, P, Block::kAccelBias, Block::kAccelDrift);
+  return s;
+}
+
+Solution::Solution(StateLayout layout, World world)
+    : layout_(std::move(layout)), world_(std::move(world)), stride_(stride_of(layout_)) {}
+
+Estimate Solution::estimate(std::size_t i) const {
+  Estimate x = fixed;
+  Sigmas s;
+  const double* p = rows_.data() + i * stride_ + 1;
+  visit(layout_, x, s, [&p](double& v) { v = *p++; });
+  return x;
+}
+
+Sigmas Solution::sigmas(std::size_t i) const {
+  Estimate x;
+  Sigmas s;
+  const double* p = rows_.data() + i * stride_ + 1;
+  visit(layout_, x, s, [&p](double& v) { v = *p++; });
+  return s;
+}
+
+Solution::Navigation Solution::navigation(std::size_t i) const {
+  const Estimate x = estimate(i);
+  const Matrix3d R_nw = world_.rotation_wn(x.p_wb).transpose();
+  return {world_.to_geodetic(x.p_wb), R_nw * x.v_wb, to_euler(Quaterniond(R_nw) * x.q_wb)};
+}
+
+void Solution::append(double time, const Estimate& x, const Sigmas& s) {
+  rows_.resize(rows_.size() + stride_);
+  set(size() - 1, time, x, s);
+}
+
+void Solution::set(std::size_t i, double time, const Estimate& x, const Sigmas& s) {
+  double* p = rows_.data() + i * stride_;
+  *p++ = time;
+  visit(layout_, x, s, [&p](const double& v) { *p++ = v; });
+}
+
+}  // namespace piste

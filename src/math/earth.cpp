@@ -1,0 +1,67 @@
+#include "piste/math/earth.h"
+
+#include <GeographicLib/NormalGravity.hpp>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+namespace piste {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+// GeographicLib's local axes are east, north, up.
+Vector3d swap_enu_ned(const Vector3d& a) { return {a.y(), a.x(), -a.z()}; }
+
+}  // namespace
+
+World::World(const Geodetic& origin)
+    : origin_(origin),
+      local_(origin.latitude / kDegree, origin.longitude / kDegree, origin.height),
+      earth_rate_(kEarthRate * std::cos(origin.latitude), 0, -kEarthRate * std::sin(origin.latitude)) {}
+
+Vector3d World::from_geodetic(const Geodetic& place) const {
+  Vector3d enu;
+  local_.Forward(place.latitude / kDegree, place.longitude / kDegree, place.height, enu.x(), enu.y(), enu.z());
+  return swap_enu_ned(enu);
+}
+
+Geodetic World::to_geodetic(const Vector3d& p_w) const {
+  const Vector3d enu = swap_enu_ned(p_w);
+  Geodetic place;
+  local_.Reverse(enu.x(), enu.y(), enu.z(), place.latitude, place.longitude, place.height);
+  place.latitude *= kDegree;
+  place.longitude *= kDegree;
+  return place;
+}
+
+Matrix3d World::rotation_wn(const Vector3d& p_w) const {
+  const auto axes = [](double latitude, double longitude) {
+    // Columns: north, east, down in ECEF.
+    const double sp = std::sin(latitude), cp = std::cos(latitude), sl = std::sin(longitude), cl = std::cos(longitude);
+    Matrix3d R_en;
+    R_en << -sp * cl, -sl, -cp * cl, -sp * sl, cl, -cp * sl, cp, 0, -sp;
+    return R_en;
+  };
+  const Geodetic here = to_geodetic(p_w);
+  return axes(origin_.latitude, origin_.longitude).transpose() * axes(here.latitude, here.longitude);
+}
+
+Vector3d World::gravity_value(const Vector3d& p_w) const {
+  const Geodetic here = to_geodetic(p_w);
+  double north = 0, up = 0;
+  GeographicLib::NormalGravity::WGS84().Gravity(here.latitude / kDegree, here.height, north, up);
+  return rotation_wn(p_w) * Vector3d(north, 0, -up);
+}
+
+Gravity World::gravity(const Vector3d& p_w) const {
+  constexpr double kStep = 50;  // gravity is linear to 1e-10 m/s² over it
+  Gravity g{p_w, gravity_value(p_w), Matrix3d()};
+  for (int i = 0; i < 3; ++i) {
+    const Vector3d d = kStep * Vector3d::Unit(i);
+    g.gradient.col(i) = (gravity_value(p_w + d) - gravity_value(p_w - d)) / (2 * kStep);
+  }
+  return g;
+}
+
+}  // namespace piste

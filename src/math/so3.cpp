@@ -1,0 +1,89 @@
+#include "piste/math/so3.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace piste {
+namespace {
+
+// sin(x)/x, (1−cos x)/x², (x−sin x)/x³ as functions of x², by series where the closed form cancels.
+struct Coefficients {
+  double a, b, c;
+};
+
+Coefficients coefficients(double x2) {
+  if (x2 < 1e-2) {
+    return {1 - x2 / 6 * (1 - x2 / 20 * (1 - x2 / 42 * (1 - x2 / 72))),
+            0.5 * (1 - x2 / 12 * (1 - x2 / 30 * (1 - x2 / 56 * (1 - x2 / 90)))),
+            (1 - x2 / 20 * (1 - x2 / 42 * (1 - x2 / 72 * (1 - x2 / 110)))) / 6};
+  }
+  const double x = std::sqrt(x2);
+  return {std::sin(x) / x, (1 - std::cos(x)) / x2, (x - std::sin(x)) / (x2 * x)};
+}
+
+}  // namespace
+
+Quaterniond so3_exp(const Vector3d& rotation_vector) {
+  const double x2 = rotation_vector.squaredNorm() / 4;
+  const double x = std::sqrt(x2);
+  const double sinc = coefficients(x2).a;
+  const Vector3d v = 0.5 * sinc * rotation_vector;
+  return {std::cos(x), v.x(), v.y(), v.z()};
+}
+
+Vector3d so3_log(const Quaterniond& q) {
+  const double sign = q.w() < 0 ? -1 : 1;
+  const Vector3d v = sign * q.vec();
+  const double s = v.norm(), w = sign * q.w();
+  // atan2 keeps full precision at both ends; below 1e-8 the ratio 2 asin(s)/s is 2 to rounding.
+  const double ratio = s < 1e-8 ? 2.0 / w : 2.0 * std::atan2(s, w) / s;
+  return ratio * v;
+}
+
+Matrix3d so3_left_jacobian(const Vector3d& rotation_vector) {
+  const auto k = coefficients(rotation_vector.squaredNorm());
+  const Matrix3d S = skew(rotation_vector);
+  return Matrix3d::Identity() + k.b * S + k.c * S * S;
+}
+
+Matrix3d so3_left_jacobian_inverse(const Vector3d& rotation_vector) {
+  const double x2 = rotation_vector.squaredNorm();
+  const Matrix3d S = skew(rotation_vector);
+  const auto k = coefficients(x2);
+  // (1 − a/(2b))/x²; near 0 its series, 1/12 (1 + x²/60 + …).
+  const double d = x2 < 1e-2 ? (1 + x2 / 60 * (1 + x2 / 42 * (1 + x2 / 40))) / 12 : (1 - 0.5 * k.a / k.b) / x2;
+  return Matrix3d::Identity() - 0.5 * S + d * S * S;
+}
+
+Quaterniond from_euler(const Vector3d& e) {
+  return Quaterniond(Eigen::AngleAxisd(e.z(), Vector3d::UnitZ()) * Eigen::AngleAxisd(e.y(), Vector3d::UnitY()) *
+                     Eigen::AngleAxisd(e.x(), Vector3d::UnitX()));
+}
+
+Vector3d to_euler(const Quaterniond& q) {
+  const Matrix3d R = q.toRotationMatrix();
+  const double cos_pitch = std::hypot(R(0, 0), R(1, 0));
+  const double pitch = std::atan2(-R(2, 0), cos_pitch);
+  if (cos_pitch < 1e-12) return {0, pitch, std::atan2(-R(0, 1), R(1, 1))};
+  return {std::atan2(R(2, 1), R(2, 2)), pitch, std::atan2(R(1, 0), R(0, 0))};
+}
+
+Matrix3d euler_axes(const Vector3d& e) {
+  const double sp = std::sin(e.y()), cp = std::cos(e.y()), sh = std::sin(e.z()), ch = std::cos(e.z());
+  Matrix3d E;
+  E << cp * ch, -sh, 0, cp * sh, ch, 0, -sp, 0, 1;
+  return E;
+}
+
+Vector3d euler_sigma(const Quaterniond& q, const Matrix3d& covariance) {
+  const Vector3d e = to_euler(q);
+  const double sp = std::sin(e.y()), sh = std::sin(e.z()), ch = std::cos(e.z());
+  const double cp = std::max(std::cos(e.y()), 1e-9);
+  Matrix3d D;  // inverse of euler_axes
+  D << ch / cp, sh / cp, 0, -sh, ch, 0, sp * ch / cp, sp * sh / cp, 1;
+  const Vector3d variance = (D * covariance * D.transpose()).diagonal();
+  return variance.cwiseMax(0).cwiseSqrt().cwiseMin(std::numbers::pi);
+}
+
+}  // namespace piste
