@@ -1,0 +1,20 @@
+#pragma once
+/// When the body stands still, learned from the log itself.
+///
+/// A window of a second is at rest where GNSS says so (mean velocity within its noise, or position that does not move)
+/// and rate and force are as quiet as at rest. How quiet that is, a running engine and a breathing skier decide: the
+/// signature of rest is learned where GNSS is there, as is that of motion, and in an outage both must agree that the
+/// body stands. Where the two signatures overlap, no rest is claimed in an outage: one false rest costs more than many
+/// missed ones.
+
+#include "piste/core/options.h"
+
+namespace piste {
+
+/// Rest intervals of at least a second, their ends drawn in by a quarter of one.
+std::vector<Interval> detect_rest(const Log& log);
+
+/// Sets Log::rest and ImuSample::at_rest from detect_rest, where the options ask for it.
+void mark_rest(Log& log, const RestOptions& options);
+
+}  // namespace piste

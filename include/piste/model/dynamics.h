@@ -1,0 +1,58 @@
+#pragma once
+/// Transition of the error over one step, and of its covariance, by block.
+///
+/// With the error of estimate.h and w components, e_g = δbias + δdrift + diag(ω) δscale of the gyro, e_a likewise:
+///
+///     θ' = −[ω_ie] θ − R (1+s)⁻¹ e_g
+///     ν' = [g] θ + [v][ω_ie] θ − 2[ω_ie] ν + Γ ρ − R (1+s)⁻¹ e_a − [v] R (1+s)⁻¹ e_g
+///     ρ' = ν − [v] θ
+///
+/// Γ is the gradient of gravity. Neither the specific force nor its noise appears: derived from the mechanization
+/// with δv = ν + θ × v̂ and the Jacobi identity.
+
+#include "piste/core/options.h"
+#include "piste/model/imu_errors.h"
+#include "piste/model/strapdown.h"
+
+namespace piste {
+
+using Matrix9d = Eigen::Matrix<double, 9, 9>;
+using Matrix96d = Eigen::Matrix<double, 9, 6>;
+
+/// The error over one step: navigation rows `navigation` (ρ, ν, θ) and `imu` (of e_g, e_a, held over the step);
+/// every other block by itself.
+struct Transition {
+  Matrix9d navigation;
+  Matrix96d imu;
+  Vector3d rate, force;  ///< mean corrected ω and f: what the scale errors multiply
+  Matrix9d noise;        ///< covariance that white sensor noise adds to the navigation rows
+  std::array<double, kBlocks.size()> decay;       ///< per block: factor of its error; 1 where nothing evolves
+  std::array<Vector3d, kBlocks.size()> variance;  ///< per block: what its process adds, per axis
+};
+
+/// Densities [unit²/Hz] of the white noise of one step, per body axis.
+struct StepNoise {
+  Vector3d gyro, accel;
+};
+
+/// Linearises one step that starts at `x` (before mechanize) and ends at `end`. `still`: the body stands, and velocity
+/// is taken as exactly zero, so that its jitter tells nothing of the heading.
+Transition linearize(const Estimate& x, const Estimate& end, const ImuStep& corrected, const Vector3d& earth_rate,
+                     const Gravity& gravity, const StepNoise& noise, bool still);
+
+/// Adds the processes of the estimated blocks over dt: drifts of the sensor, coloured GNSS and attitude errors.
+void add_processes(Transition& t, const StateLayout& layout, const FilterOptions& options, double dt);
+
+/// P ← Φ P Φᵀ + Q, using that only the navigation rows mix. No heap.
+void propagate(Covariance& P, const StateLayout& layout, const Transition& t);
+
+/// Adjoint of the same step: λ ← Φᵀ λ and Λ ← Φᵀ Λ Φ. No heap.
+void propagate_adjoint(ErrorVector& lambda, Covariance& Lambda, const StateLayout& layout, const Transition& t);
+
+/// Φ as a dense matrix of the layout's size, for tests and for small problems.
+Covariance dense_transition(const StateLayout& layout, const Transition& t);
+
+/// Mean evolution of the blocks that are processes: drifts decay.
+void decay(Estimate& x, const StateLayout& layout, const Transition& t);
+
+}  // namespace piste

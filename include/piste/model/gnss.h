@@ -1,0 +1,23 @@
+#pragma once
+/// GNSS position and velocity of an antenna on a lever arm, with delay and a coloured position error.
+///
+///     y_p = p + R l − v_a τ + d          y_v = v_a − a τ
+///     v_a = v + R (ω × l) − ω_ie × R l   ω = ω_ib, a ≈ R f + g − 2 ω_ie × v
+///
+/// l lever arm, τ delay (a fix stamped t is of t − τ), d coloured error. Jacobians about the error of estimate.h.
+
+#include "piste/core/options.h"
+#include "piste/model/measurement.h"
+
+namespace piste {
+
+/// Position of a fix. The white part of its sigma is what `drift` leaves of the total, at least 10 %. The lever arm is
+/// that of the estimate.
+Linearization linearize_position(const GnssFix& fix, const std::optional<GaussMarkov>& drift, const Estimate& x,
+                                 const Motion& motion, const Vector3d& earth_rate, const Gravity& gravity);
+
+/// Velocity of a fix; `fix.velocity` must be there. `still`: the heading gains nothing from a velocity that is zero.
+Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const Motion& motion,
+                                 const Vector3d& earth_rate, const Gravity& gravity, bool still);
+
+}  // namespace piste

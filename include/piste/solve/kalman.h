@@ -1,0 +1,37 @@
+#pragma once
+/// Kalman algebra of one measurement: it knows blocks, and nothing of navigation.
+
+#include "piste/model/measurement.h"
+
+namespace piste {
+
+/// Everything that filter and smoother need of one update.
+struct Update {
+  Jacobian H;                                                     ///< 3 × n, rows beyond Linearization::rows zero
+  Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kFullSize, 3> PHt;  ///< n × 3
+  Matrix3d S, S_inverse;  ///< innovation covariance; unused rows are those of the identity
+  Vector3d residual;
+  double nis = 0;
+  int rows = 3;
+};
+
+/// Innovation of a linearised measurement: S = H P Hᵀ + R, nis = zᵀ S⁻¹ z. No heap.
+Update innovate(const Covariance& P, const StateLayout& layout, const Linearization& lin);
+
+/// Gain K = P Hᵀ S⁻¹.
+Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kFullSize, 3> gain(const Update& u);
+
+/// Joseph form, P ← (I − K H) P (I − K H)ᵀ + K R Kᵀ, with rank-three products only. No heap.
+void joseph(Covariance& P, const Update& u, const Matrix3d& R);
+
+/// P ← G P Gᵀ after a correction (estimate.h).
+void reset(Covariance& P, const StateLayout& layout, const ResetJacobian& G);
+
+/// Adjoint of the same: λ ← Gᵀ λ, Λ ← Gᵀ Λ G.
+void reset_adjoint(ErrorVector& lambda, Covariance& Lambda, const StateLayout& layout, const ResetJacobian& G);
+
+/// Adjoint of the correction, smoothing from after to before: λ ← (I − K H)ᵀ λ − Hᵀ S⁻¹ z and
+/// Λ ← (I − K H)ᵀ Λ (I − K H) + Hᵀ S⁻¹ H (Bryson and Frazier; Bierman 1977).
+void update_adjoint(ErrorVector& lambda, Covariance& Lambda, const Update& u);
+
+}  // namespace piste

@@ -1,0 +1,20 @@
+#pragma once
+/// Fixed-interval smoother on the manifold, at every IMU epoch.
+///
+/// The Rauch-Tung-Striebel solution in the form of Bryson and Frazier (Bierman 1977): an adjoint λ and its covariance Λ
+/// run backwards over what the filter did, and at every epoch
+///
+///     x_smoothed = x̂ ⊞ (−P λ)        P_smoothed = P − P Λ P
+///
+/// No predicted covariance is inverted, any number of updates may stand at one epoch, and the reset of each correction
+/// enters with its transpose. The filter's steps are not stored: the run is repeated from checkpoints, so that memory is
+/// some hundred bytes an epoch and the covariances are those of the filter to the bit.
+
+#include "piste/solve/filter.h"
+
+namespace piste {
+
+/// `run` with checkpoints, of the same log. Throws std::logic_error without checkpoints.
+Solution smooth_rts(const Log& log, const FilterRun& run, const Progress& progress = {});
+
+}  // namespace piste

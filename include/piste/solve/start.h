@@ -1,0 +1,23 @@
+#pragma once
+/// Where a run begins: position, velocity, level and heading at the start of the log.
+///
+/// With heading `auto` nothing is known of it: it is found from the first seconds of motion (model/alignment.h),
+/// refined by filtering and smoothing a stretch from there, and carried back to the start through the gyros; a second
+/// stretch, filtered and smoothed from the start, gives the heading there. This looks ahead and is for replays; a
+/// filter that runs live begins with LiveStart.
+
+#include <string>
+
+#include "piste/solve/filter.h"
+
+namespace piste {
+
+struct FoundStart {
+  Start start;
+  std::string how;  ///< one sentence for the report: which source, and when motion began
+};
+
+/// Throws DataError that says what was missing: fixes, motion, an attitude, a magnetic field.
+FoundStart find_start(const Log& log, const FilterOptions& options, const InitialHeading& heading);
+
+}  // namespace piste

@@ -1,0 +1,190 @@
+#include "piste/condition/rest_detection.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace piste {
+namespace {
+
+constexpr double kCell = 0.25;           // s
+constexpr std::size_t kWindow = 4;       // cells
+constexpr double kSway = 0.06;           // m/s: mean speed of a body that stands, beyond the noise of GNSS
+constexpr double kWalking = 0.5;         // m/s: surely moving
+constexpr double kShortest = 1.0;        // s
+constexpr double kDrawnIn = 0.25;        // s
+constexpr double kGyroQuiet = 0.03;      // rad/s and
+constexpr double kForceQuiet = 0.15;     // m/s²: rest of an IMU that no GNSS ever showed at rest
+
+// Root-mean-square deviations of rate and force from their means over a window, and the means.
+struct Quietness {
+  double gyro = 0, force = 0;
+  Vector3d mean_gyro = Vector3d::Zero(), mean_force = Vector3d::Zero();
+};
+
+struct Sums {
+  double n = 0, gyro2 = 0, force2 = 0;
+  Vector3d gyro = Vector3d::Zero(), force = Vector3d::Zero();
+  bool gap = false;
+};
+
+struct Cells {
+  double begin = 0;
+  std::vector<Sums> sums;
+  double time(std::size_t i) const { return begin + kCell * static_cast<double>(i); }
+};
+
+Cells cells_of(const std::vector<ImuSample>& imu) {
+  Cells cells;
+  cells.begin = imu.front().time - imu.front().interval;
+  cells.sums.resize(static_cast<std::size_t>((imu.back().time - cells.begin) / kCell) + 1);
+  for (const ImuSample& s : imu) {
+    Sums& c = cells.sums[static_cast<std::size_t>((s.time - 0.5 * s.interval - cells.begin) / kCell)];
+    const Vector3d w = s.dtheta / s.interval, f = s.dvel / s.interval;
+    c.n += 1;
+    c.gyro += w;
+    c.force += f;
+    c.gyro2 += w.squaredNorm();
+    c.force2 += f.squaredNorm();
+    c.gap = c.gap || s.gap;
+  }
+  return cells;
+}
+
+std::optional<Quietness> quietness(const Cells& cells, std::size_t first) {
+  Sums total;
+  for (std::size_t i = first; i < first + kWindow; ++i) {
+    const Sums& c = cells.sums[i];
+    if (c.gap || c.n < 1) return std::nullopt;
+    total.n += c.n;
+    total.gyro += c.gyro;
+    total.force += c.force;
+    total.gyro2 += c.gyro2;
+    total.force2 += c.force2;
+  }
+  Quietness q;
+  q.mean_gyro = total.gyro / total.n;
+  q.mean_force = total.force / total.n;
+  q.gyro = std::sqrt(std::max(0.0, total.gyro2 / total.n - q.mean_gyro.squaredNorm()));
+  q.force = std::sqrt(std::max(0.0, total.force2 / total.n - q.mean_force.squaredNorm()));
+  return q;
+}
+
+enum class Verdict { kUnknown, kRest, kBetween, kMoving };
+
+// What one receiver says of [begin, end].
+Verdict verdict(const std::vector<GnssFix>& fixes, double begin, double end) {
+  auto it = std::partition_point(fixes.begin(), fixes.end(), [begin](const GnssFix& f) { return f.time < begin; });
+  Vector3d mean = Vector3d::Zero(), variance = Vector3d::Zero();
+  double n = 0;
+  const auto first = it;
+  for (; it != fixes.end() && it->time <= end; ++it) {
+    if (!it->velocity) continue;
+    mean += it->velocity->value;
+    variance += it->velocity->sigma.cwiseAbs2();
+    n += 1;
+  }
+  if (it == first) return Verdict::kUnknown;
+  double speed = 0, noise = 0;
+  if (n > 0) {
+    mean /= n;
+    speed = mean.norm();
+    noise = std::sqrt(variance.sum()) / n;
+  } else {  // positions only: they must span half of the window
+    const auto last = std::prev(it);
+    const double dt = last->time - first->time;
+    if (dt < 0.5 * (end - begin)) return Verdict::kUnknown;
+    speed = (last->position - first->position).norm() / dt;
+    noise = std::sqrt((first->sigma_position.cwiseAbs2() + last->sigma_position.cwiseAbs2()).sum()) / dt;
+  }
+  if (speed < kSway + 2 * noise) return Verdict::kRest;
+  return speed > kWalking + 3 * noise ? Verdict::kMoving : Verdict::kBetween;
+}
+
+double quantile(std::vector<double>& values, double p) {
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(p * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+// Bounds below which rate and force count as at rest: with GNSS beside them, and alone.
+struct Bounds {
+  double gyro = kGyroQuiet, force = kForceQuiet;
+  double gyro_alone = kGyroQuiet, force_alone = kForceQuiet;
+};
+
+Bounds learn(const std::vector<std::optional<Quietness>>& quiet, const std::vector<Verdict>& verdicts) {
+  std::vector<double> rest_gyro, rest_force, moving_gyro, moving_force;
+  for (std::size_t i = 0; i < quiet.size(); ++i) {
+    if (!quiet[i]) continue;
+    if (verdicts[i] == Verdict::kRest) {
+      rest_gyro.push_back(quiet[i]->gyro);
+      rest_force.push_back(quiet[i]->force);
+    } else if (verdicts[i] == Verdict::kMoving) {
+      moving_gyro.push_back(quiet[i]->gyro);
+      moving_force.push_back(quiet[i]->force);
+    }
+  }
+  Bounds b;
+  if (rest_gyro.size() < 2 * kWindow) return b;
+  b.gyro = 3 * quantile(rest_gyro, 0.5);
+  b.force = 3 * quantile(rest_force, 0.5);
+  b.gyro_alone = 1.5 * quantile(rest_gyro, 0.9);
+  b.force_alone = 1.5 * quantile(rest_force, 0.9);
+  if (moving_gyro.size() >= 2 * kWindow) {
+    b.gyro_alone = std::min(b.gyro_alone, quantile(moving_gyro, 0.01));
+    b.force_alone = std::min(b.force_alone, quantile(moving_force, 0.01));
+  }
+  return b;
+}
+
+}  // namespace
+
+std::vector<Interval> detect_rest(const Log& log) {
+  if (log.imu.size() < 2 * kWindow) return {};
+  const Cells cells = cells_of(log.imu);
+  if (cells.sums.size() < kWindow) return {};
+  const std::size_t windows = cells.sums.size() - kWindow + 1;
+  std::vector<std::optional<Quietness>> quiet(windows);
+  std::vector<Verdict> verdicts(windows, Verdict::kUnknown);
+  for (std::size_t i = 0; i < windows; ++i) {
+    quiet[i] = quietness(cells, i);
+    for (const auto& fixes : log.gnss) {
+      verdicts[i] = std::max(verdicts[i], verdict(fixes, cells.time(i), cells.time(i + kWindow)));
+    }
+  }
+  const Bounds bounds = learn(quiet, verdicts);
+  std::vector<bool> rest(cells.sums.size(), false);
+  for (std::size_t i = 0; i < windows; ++i) {
+    if (!quiet[i]) continue;
+    const bool alone = verdicts[i] == Verdict::kUnknown;
+    const bool still = alone || verdicts[i] == Verdict::kRest;
+    if (!still) continue;
+    if (quiet[i]->gyro > (alone ? bounds.gyro_alone : bounds.gyro)) continue;
+    if (quiet[i]->force > (alone ? bounds.force_alone : bounds.force)) continue;
+    std::fill_n(rest.begin() + static_cast<std::ptrdiff_t>(i), kWindow, true);
+  }
+  std::vector<Interval> intervals;
+  for (std::size_t i = 0; i < rest.size();) {
+    std::size_t j = i;
+    while (j < rest.size() && rest[j]) ++j;
+    if (j > i) {
+      const Interval drawn{cells.time(i) + (i ? kDrawnIn : 0), std::min(cells.time(j) - (j < rest.size() ? kDrawnIn : 0), log.imu.back().time)};
+      if (drawn.end - drawn.start >= kShortest) intervals.push_back(drawn);
+    }
+    i = std::max(j, i + 1);
+  }
+  return intervals;
+}
+
+void mark_rest(Log& log, const RestOptions& options) {
+  if (!options.detect) return;
+  log.rest = detect_rest(log);
+  auto interval = log.rest.begin();
+  for (ImuSample& s : log.imu) {
+    while (interval != log.rest.end() && interval->end < s.time) ++interval;
+    s.at_rest = interval != log.rest.end() && interval->start <= s.time - s.interval + 1e-9 && s.time <= interval->end;
+  }
+}
+
+}  // namespace piste

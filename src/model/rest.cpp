@@ -1,0 +1,28 @@
+#include "piste/model/rest.h"
+
+namespace piste {
+
+Linearization linearize_zero_velocity(const RestOptions& rest, const Estimate& x) {
+  Linearization lin;
+  lin.residual = -x.v_wb;
+  lin.covariance = rest.sigma_velocity * rest.sigma_velocity * Matrix3d::Identity();
+  lin.add(Block::kVelocity, Matrix3d::Identity());
+  return lin;
+}
+
+Linearization linearize_zero_rate(const RestOptions& rest, const Vector3d& mean_gyro, double duration, double noise,
+                                  const Estimate& x, const Vector3d& earth_rate) {
+  const Matrix3d R_bw = x.R_wb().transpose();
+  const Vector3d earth_b = R_bw * earth_rate;
+  const Vector3d gain = Vector3d::Ones() + x.gyro_scale;
+  Linearization lin;
+  lin.residual = mean_gyro - (gain.cwiseProduct(earth_b) + x.gyro_bias + x.gyro_drift);
+  lin.covariance = (rest.sigma_rate * rest.sigma_rate + noise * noise / duration) * Matrix3d::Identity();
+  lin.add(Block::kGyroBias, Matrix3d::Identity());
+  lin.add(Block::kGyroDrift, Matrix3d::Identity());
+  lin.add(Block::kGyroScale, earth_b.asDiagonal());
+  lin.add(Block::kAttitude, gain.asDiagonal() * R_bw * skew(earth_rate));
+  return lin;
+}
+
+}  // namespace piste

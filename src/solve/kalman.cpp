@@ -1,0 +1,112 @@
+#include "piste/solve/kalman.h"
+
+#include <Eigen/Cholesky>
+
+namespace piste {
+namespace {
+
+using Tall = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kFullSize, 3>;
+
+void symmetrize(Covariance& P) {
+  for (int j = 1; j < P.cols(); ++j) {
+    for (int i = 0; i < j; ++i) P(i, j) = P(j, i) = 0.5 * (P(i, j) + P(j, i));
+  }
+}
+
+// M ← Gᵀ M or G M on the rows that the reset touches.
+template <class M>
+void apply_rows(M& m, const StateLayout& layout, const ResetJacobian& G, bool transpose) {
+  constexpr int o = full_offset(Block::kVelocity);
+  for (Eigen::Index j = 0; j < m.cols(); ++j) {
+    const Eigen::Matrix<double, 6, 1> c = m.col(j).template segment<6>(o);
+    if (transpose) {
+      m.col(j).template segment<6>(o).noalias() = G.velocity_attitude.transpose() * c;
+    } else {
+      m.col(j).template segment<6>(o).noalias() = G.velocity_attitude * c;
+    }
+    if (!layout.has(Block::kBoresight)) continue;
+    const int b = layout.offset(Block::kBoresight);
+    const Vector3d d = m.col(j).template segment<3>(b);
+    if (transpose) {
+      m.col(j).template segment<3>(b) = G.boresight.transpose() * d;
+    } else {
+      m.col(j).template segment<3>(b) = G.boresight * d;
+    }
+  }
+}
+
+}  // namespace
+
+Update innovate(const Covariance& P, const StateLayout& layout, const Linearization& lin) {
+  Update u;
+  u.rows = lin.rows;
+  u.H = assemble(layout, lin);
+  u.PHt.setZero(layout.size(), 3);
+  for (int i = 0; i < lin.count(); ++i) {
+    const auto& term = lin.term(i);
+    if (!layout.has(term.block)) continue;
+    const int o = layout.offset(term.block);
+    for (int k = 0; k < info(term.block).size; ++k) {
+      for (int r = 0; r < lin.rows; ++r) u.PHt.col(r) += term.jacobian(r, k) * P.col(o + k);
+    }
+  }
+  u.S.setIdentity();
+  u.residual.setZero();
+  const Matrix3d HPHt = u.H.lazyProduct(u.PHt);
+  u.S.topLeftCorner(lin.rows, lin.rows) =
+      0.5 * (HPHt + HPHt.transpose()).topLeftCorner(lin.rows, lin.rows) + lin.covariance.topLeftCorner(lin.rows, lin.rows);
+  u.residual.head(lin.rows) = lin.residual.head(lin.rows);
+  const Eigen::LLT<Matrix3d> factor(u.S);
+  u.S_inverse = factor.solve(Matrix3d::Identity());
+  u.nis = u.residual.dot(u.S_inverse * u.residual);
+  return u;
+}
+
+Tall gain(const Update& u) { return u.PHt.lazyProduct(u.S_inverse); }
+
+void joseph(Covariance& P, const Update& u, const Matrix3d& R) {
+  const Tall K = gain(u);
+  Matrix3d noise = Matrix3d::Zero();
+  noise.topLeftCorner(u.rows, u.rows) = R.topLeftCorner(u.rows, u.rows);
+  P -= K.lazyProduct(u.PHt.transpose());
+  // What the second factor and the noise add: (A P Hᵀ) Kᵀ with A = I − K H, recomputed from the new rows.
+  Tall APHt(P.rows(), 3);
+  APHt.noalias() = P.lazyProduct(u.H.transpose());
+  APHt -= K.lazyProduct(noise);
+  P -= APHt.lazyProduct(K.transpose());
+  symmetrize(P);
+}
+
+void reset(Covariance& P, const StateLayout& layout, const ResetJacobian& G) {
+  apply_rows(P, layout, G, false);
+  P.transposeInPlace();
+  apply_rows(P, layout, G, false);
+  symmetrize(P);
+}
+
+void reset_adjoint(ErrorVector& lambda, Covariance& Lambda, const StateLayout& layout, const ResetJacobian& G) {
+  apply_rows(lambda, layout, G, true);
+  apply_rows(Lambda, layout, G, true);
+  Lambda.transposeInPlace();
+  apply_rows(Lambda, layout, G, true);
+  symmetrize(Lambda);
+}
+
+void update_adjoint(ErrorVector& lambda, Covariance& Lambda, const Update& u) {
+  const Tall K = gain(u);
+  const Vector3d weighted = u.S_inverse * u.residual;
+  const Vector3d seen = K.transpose() * lambda;
+  lambda -= u.H.transpose() * (seen + weighted);
+  Tall LK(Lambda.rows(), 3);
+  LK.noalias() = Lambda.lazyProduct(K);
+  // Aᵀ Λ A = Λ − (ΛK) H − Hᵀ (ΛK)ᵀ + Hᵀ (Kᵀ Λ K) H
+  const Matrix3d core = K.transpose().lazyProduct(LK) + u.S_inverse;
+  Jacobian coreH(3, Lambda.cols());
+  coreH.noalias() = core.lazyProduct(u.H);
+  coreH -= LK.transpose();
+  Lambda -= LK.lazyProduct(u.H);
+  Lambda += u.H.transpose().lazyProduct(coreH);
+  symmetrize(Lambda);
+}
+
+}  // namespace piste

@@ -1,0 +1,267 @@
+#include "piste/solve/start.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "piste/core/error.h"
+#include "piste/model/alignment.h"
+#include "piste/model/magnetometer.h"
+#include "piste/solve/rts.h"
+
+namespace piste {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kWindows[] = {3, 5, 8, 12};   // s of motion to align in, shortest first
+constexpr double kHeadingKnown = 4 * kDegree;  // 1-sigma at which an alignment in motion is believed
+constexpr double kTiltKnown = 8 * kDegree;
+constexpr double kStretch = 40;                // s filtered and smoothed after the alignment
+constexpr double kRestLevel = 10;              // s of rest that give the level
+constexpr double kTiltSigma = 2 * kDegree;     // of a level start: loose, the filter sees the same samples again
+constexpr int kCheckpointEvery = 128;
+
+template <class Samples>
+auto range(const Samples& samples, double begin, double end) {
+  const auto before = [](double t) { return [t](const auto& s) { return s.time < t; }; };
+  const auto a = std::partition_point(samples.begin(), samples.end(), before(begin));
+  const auto b = std::partition_point(a, samples.end(), before(end));
+  return std::span(samples.data() + (a - samples.begin()), static_cast<std::size_t>(b - a));
+}
+
+double log_begin(const Log& log) { return log.imu.front().time - log.imu.front().interval; }
+
+// The receiver that starts the run: the first one that has fixes.
+struct Receiver {
+  const std::vector<GnssFix>* fixes;
+  const GnssOptions* options;
+};
+
+Receiver first_receiver(const Log& log, const FilterOptions& options) {
+  for (std::size_t i = 0; i < log.gnss.size(); ++i) {
+    if (!log.gnss[i].empty()) return {&log.gnss[i], &options.gnss[i]};
+  }
+  throw DataError("start", "no GNSS fix within the span of the IMU; check the clocks, the span and the outages");
+}
+
+struct Rest {
+  Interval interval;
+  Vector3d mean_rate, mean_force;
+};
+
+Rest average(const Log& log, const Interval& interval) {
+  Rest rest{interval, Vector3d::Zero(), Vector3d::Zero()};
+  double time = 0;
+  for (const ImuSample& s : range(log.imu, interval.start, interval.end)) {
+    rest.mean_rate += s.dtheta;
+    rest.mean_force += s.dvel;
+    time += s.interval;
+  }
+  rest.mean_rate /= time;
+  rest.mean_force /= time;
+  return rest;
+}
+
+// What the gyro reads at rest, from the last rest that ended before t.
+GyroBias bias_before(const Log& log, const FilterOptions& options, double t) {
+  for (auto rest = log.rest.rbegin(); rest != log.rest.rend(); ++rest) {
+    if (rest->start > t - 2) continue;
+    const Interval known{rest->start, std::min(rest->end, t)};
+    return {average(log, known).mean_rate, options.rest.sigma_rate / std::sqrt(known.end - known.start)};
+  }
+  return {Vector3d::Zero(), options.sensor.gyro.bias};
+}
+
+std::optional<Rest> rest_at(const Log& log, double t, double longest) {
+  for (const Interval& r : log.rest) {
+    if (r.start <= t + 0.5 && r.end > t + 1) return average(log, {r.start, std::min(r.end, r.start + longest)});
+  }
+  return std::nullopt;
+}
+
+// Rotation of the body from `begin` to `end` by the gyro alone, less a constant rate; b(begin) ← b(end).
+Quaterniond turned(const Log& log, double begin, double end, const Vector3d& bias) {
+  Quaterniond C = Quaterniond::Identity();
+  for (const ImuSample& s : range(log.imu, begin + 1e-6, end + 1)) {
+    const double from = std::max(s.time - s.interval, begin), to = std::min(s.time, end);
+    if (to > from) C = C * so3_exp((to - from) * (s.dtheta / s.interval - bias));
+  }
+  return C.normalized();
+}
+
+// Rotation that the Earth makes w turn by between two times: R_wb(begin) = carried · R_wb(end) · turned⁻¹.
+Quaterniond carry_back(const Log& log, const Quaterniond& q_end, double begin, double end, const Vector3d& bias) {
+  const Quaterniond earth = so3_exp((end - begin) * log.world.earth_rate());
+  return (earth * q_end * turned(log, begin, end, bias).conjugate()).normalized();
+}
+
+// Position and velocity at `t` from the nearest fix, for a known attitude; their sigmas are loose, as the filter sees
+// the same fix again.
+void place(Start& start, const Receiver& receiver, bool still) {
+  const auto& fixes = *receiver.fixes;
+  auto fix = std::partition_point(fixes.begin(), fixes.end(), [&](const GnssFix& f) { return f.time < start.time; });
+  if (fix == fixes.end()) fix = std::prev(fix);
+  start.x.lever_arm = receiver.options->lever_arm;
+  start.x.p_wb = fix->position - start.x.q_wb * receiver.options->lever_arm;
+  start.x.v_wb.setZero();
+  if (!still) {
+    if (fix->velocity) {
+      start.x.v_wb = fix->velocity->value;
+    } else if (std::next(fix) != fixes.end()) {
+      start.x.v_wb = (std::next(fix)->position - fix->position) / (std::next(fix)->time - fix->time);
+    }
+    start.x.p_wb -= (fix->time - start.time) * start.x.v_wb;
+  }
+  const Vector3d sigma = (3 * fix->sigma_position).cwiseMax(1.0);
+  start.covariance.setZero();
+  start.covariance.diagonal() << sigma.cwiseAbs2(), Vector3d::Constant(still ? 0.01 : 4.0), Vector3d::Zero();
+}
+
+void set_attitude_sigma(Start& start, const Vector3d& sigma) {
+  start.covariance.bottomRightCorner<3, 3>() = sigma.cwiseAbs2().asDiagonal();
+}
+
+// Boresight from the first reference attitude near the start, R_rb = R_wrᵀ R_wb.
+void set_boresight(Start& start, const Log& log, const FilterOptions& options, bool known) {
+  if (known || std::find(options.estimate.begin(), options.estimate.end(), Block::kBoresight) == options.estimate.end()) {
+    return;
+  }
+  for (const auto& fixes : log.attitude) {
+    const auto fix = std::partition_point(fixes.begin(), fixes.end(), [&](const auto& f) { return f.time < start.time; });
+    if (fix == fixes.end()) continue;
+    const Quaterniond q_wb = start.x.q_wb * turned(log, start.time, fix->time, bias_before(log, options, fix->time).value);
+    start.x.q_rb = (fix->q_wr.conjugate() * q_wb).normalized();
+    return;
+  }
+}
+
+// The first window in which motion tells the whole attitude.
+std::optional<MotionAlignment> first_alignment(const Log& log, const FilterOptions& options, const Receiver& receiver,
+                                               double from) {
+  const auto& fixes = *receiver.fixes;
+  const Vector3d gravity = log.world.gravity(Vector3d::Zero()).value;
+  double last_end = -1e300;
+  for (std::size_t i = 0; i < fixes.size(); ++i) {
+    const double begin = fixes[i].time;
+    if (begin < from || begin - last_end < 0.5) continue;
+    last_end = begin;
+    for (const double length : kWindows) {
+      const auto window = range(fixes, begin, begin + length + 1e-6);
+      if (window.empty() || window.back().time < begin + length - 1) break;
+      const auto imu = range(log.imu, begin, begin + length + 1);
+      const auto found = align_in_motion(imu, window, *receiver.options, bias_before(log, options, begin), gravity);
+      if (!found) continue;
+      const Vector3d sigma = found->covariance.diagonal().cwiseSqrt();
+      if (sigma.z() < kHeadingKnown && sigma.head<2>().maxCoeff() < kTiltKnown) return found;
+    }
+  }
+  return std::nullopt;
+}
+
+// The start of a stretch as its smoother sees it.
+struct Refined {
+  Estimate x;
+  Sigmas sigmas;
+};
+
+Refined refine(const Log& log, const FilterOptions& options, const Start& start, double until) {
+  const FilterRun run = run_filter(log, options, start, kCheckpointEvery, {}, until);
+  const Solution smoothed = smooth_rts(log, run);
+  return {smoothed.estimate(0), smoothed.sigmas(0)};
+}
+
+FoundStart start_from_motion(const Log& log, const FilterOptions& options, const Receiver& receiver, Start start,
+                             const std::optional<Rest>& rest) {
+  const auto aligned = first_alignment(log, options, receiver, start.time);
+  if (!aligned) {
+    throw DataError("start", "the heading cannot be found: no stretch of the log changes its horizontal velocity enough "
+                             "while GNSS is there; give `initial: {heading: … deg}`, or use from_attitude or from_magnetometer");
+  }
+  Start moving{aligned->time, {}, Matrix9d::Zero()};
+  moving.x.q_wb = aligned->q_wb;
+  place(moving, receiver, false);
+  moving.x.v_wb = aligned->v_wb;
+  set_attitude_sigma(moving, (2 * aligned->covariance.diagonal().cwiseSqrt()).cwiseMax(kTiltSigma));
+  set_boresight(moving, log, options, false);
+  const double until = aligned->time + kStretch;
+  const Refined first = refine(log, options, moving, until);
+
+  // Back to the start of the log: by the rest's own mean rate where it is long, as that holds the slow turn of a body too.
+  const double carried = aligned->time - start.time;
+  GyroBias bias = bias_before(log, options, aligned->time);
+  if (bias.sigma > first.sigmas.gyro_total_bias.norm()) {
+    bias = {first.x.gyro_bias + first.x.gyro_drift, first.sigmas.gyro_total_bias.norm()};
+  }
+  const Quaterniond q_back = carry_back(log, first.x.q_wb, start.time, aligned->time, bias.value);
+  const double heading = to_euler(q_back).z();
+  start.x.q_wb = rest ? level(rest->mean_force, heading) : q_back;
+  place(start, receiver, rest.has_value());
+  if (!rest) start.x.v_wb = aligned->time - start.time < 1 ? aligned->v_wb : start.x.v_wb;
+  const double walk = options.sensor.gyro.noise * std::sqrt(carried);
+  const double heading_sigma = std::clamp(std::hypot(2 * first.sigmas.euler.z(), walk, bias.sigma * carried), 2 * kDegree, 15 * kDegree);
+  set_attitude_sigma(start, {kTiltSigma, kTiltSigma, heading_sigma});
+  set_boresight(start, log, options, false);
+
+  // A second stretch from the start itself. Twice its sigma: the filter sees the same motion again.
+  const Refined second = refine(log, options, start, until);
+  start.x.q_wb = rest ? level(rest->mean_force, to_euler(second.x.q_wb).z()) : second.x.q_wb;
+  const double sigma = std::clamp(2 * second.sigmas.euler.z(), 0.2 * kDegree, heading_sigma);
+  set_attitude_sigma(start, {kTiltSigma, kTiltSigma, sigma});
+  place(start, receiver, rest.has_value());
+  set_boresight(start, log, options, false);
+  return {start, fmt::format("heading {:.1f} deg ± {:.2f}, found from the motion at t = {:.1f} s",
+                             to_euler(start.x.q_wb).z() / kDegree, sigma / kDegree, aligned->time)};
+}
+
+}  // namespace
+
+FoundStart find_start(const Log& log, const FilterOptions& options, const InitialHeading& heading) {
+  if (log.imu.empty()) throw DataError("start", "the log holds no IMU sample");
+  const Receiver receiver = first_receiver(log, options);
+  Start start;
+  start.time = log_begin(log);
+  std::optional<Rest> rest = rest_at(log, start.time, kRestLevel);
+  if (!rest && receiver.fixes->front().time > start.time) {
+    start.time = receiver.fixes->front().time;  // already moving: nothing is known before the first fix
+    rest = rest_at(log, start.time, kRestLevel);
+  }
+  using Source = InitialHeading::Source;
+  if (heading.source == Source::kAuto) return start_from_motion(log, options, receiver, start, rest);
+
+  const Vector3d force = rest ? rest->mean_force : average(log, {start.time, start.time + 1}).mean_force;
+  double value = heading.value, sigma = heading.sigma;
+  std::string how = "heading from the configuration";
+  if (heading.source == Source::kAttitude) {
+    const auto fixes = std::find_if(log.attitude.begin(), log.attitude.end(), [](const auto& a) { return !a.empty(); });
+    if (fixes == log.attitude.end()) throw DataError("start", "from_attitude needs an attitude log that overlaps the IMU");
+    start.x.q_wb = fixes->front().q_wr;
+    value = to_euler(start.x.q_wb).z();
+    sigma = 5 * kDegree;
+    how = "heading from the reference attitude";
+  } else if (heading.source == Source::kMagnetometer) {
+    if (log.magnetic.empty()) throw DataError("start", "from_magnetometer needs the columns mag_x_uT, mag_y_uT, mag_z_uT in the IMU log");
+    value = options.declination - magnetic_azimuth(level(force, 0), log.magnetic.front().field);
+    sigma = 10 * kDegree;
+    how = "heading from the magnetometer";
+  }
+  start.x.q_wb = level(force, value);
+  if (!rest) {
+    // Level on the move: gravity and the acceleration of the first seconds, heading as given.
+    const auto window = range(*receiver.fixes, start.time, start.time + kWindows[0]);
+    const auto moving = align_in_motion(range(log.imu, start.time, start.time + kWindows[0] + 1), window, *receiver.options,
+                                        bias_before(log, options, start.time), log.world.gravity(Vector3d::Zero()).value);
+    if (moving) {
+      const Vector3d euler = to_euler(moving->q_wb);
+      start.x.q_wb = from_euler({euler.x(), euler.y(), value});
+    }
+  }
+  place(start, receiver, rest.has_value());
+  const double tilt = rest ? kTiltSigma : 5 * kTiltSigma;
+  set_attitude_sigma(start, {tilt, tilt, sigma});
+  set_boresight(start, log, options, heading.source == Source::kAttitude);
+  return {start, how};
+}
+
+}  // namespace piste
