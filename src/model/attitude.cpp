@@ -6,6 +6,7 @@ Linearization linearize_attitude(const AttitudeFix& fix, bool coloured, const Es
   const Quaterniond drift = so3_exp(x.attitude_drift);
   const Quaterniond predicted = drift * x.q_wb * x.q_rb.conjugate();
   Linearization lin;
+  lin.observes = Block::kAttitude;
   lin.residual = so3_log(fix.q_wr * predicted.conjugate());
   const Matrix3d J = so3_left_jacobian_inverse(-lin.residual);
   const Matrix3d noise = so3_left_jacobian_inverse(lin.residual);

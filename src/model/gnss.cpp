@@ -66,6 +66,7 @@ Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const Mo
   const Antenna a = antenna_of(x, motion, earth_rate, gravity);
   const double delay = x.gnss_delay;
   Linearization lin;
+  lin.observes = Block::kVelocity;
   lin.residual = fix.velocity->value - (a.velocity - delay * a.acceleration);
   lin.covariance = fix.velocity->sigma.cwiseAbs2().asDiagonal();
 

@@ -13,6 +13,7 @@ double magnetic_azimuth(const Quaterniond& q_wb, const Vector3d& field_b) {
 Linearization linearize_magnetic_heading(const Vector3d& field_b, double declination, double sigma, const Estimate& x) {
   const Vector3d m = x.q_wb * field_b;
   Linearization lin;
+  lin.observes = Block::kAttitude;
   lin.rows = 1;
   lin.residual.x() = std::remainder(declination - std::atan2(m.y(), m.x()), 2 * std::numbers::pi);
   lin.covariance(0, 0) = sigma * sigma;

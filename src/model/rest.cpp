@@ -4,6 +4,7 @@ namespace piste {
 
 Linearization linearize_zero_velocity(const RestOptions& rest, const Estimate& x) {
   Linearization lin;
+  lin.observes = Block::kVelocity;
   lin.residual = -x.v_wb;
   lin.covariance = rest.sigma_velocity * rest.sigma_velocity * Matrix3d::Identity();
   lin.add(Block::kVelocity, Matrix3d::Identity());
@@ -16,6 +17,7 @@ Linearization linearize_zero_rate(const RestOptions& rest, const Vector3d& mean_
   const Vector3d earth_b = R_bw * earth_rate;
   const Vector3d gain = Vector3d::Ones() + x.gyro_scale;
   Linearization lin;
+  lin.observes = Block::kGyroBias;
   lin.residual = mean_gyro - (gain.cwiseProduct(earth_b) + x.gyro_bias + x.gyro_drift);
   lin.covariance = (rest.sigma_rate * rest.sigma_rate + noise * noise / duration) * Matrix3d::Identity();
   lin.add(Block::kGyroBias, Matrix3d::Identity());

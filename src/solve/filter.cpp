@@ -18,7 +18,8 @@ namespace {
 constexpr double kSameInstant = 1e-6;          // s: a fix nearer than this to an epoch does not split the step
 constexpr double kGravityReach = 100;          // m: gravity is linear to 1e-9 m/s² over it
 constexpr double kClippedSpread = 0.2;         // of the range: 1-sigma of what a clipped sample hides
-constexpr double kLargestReadmission = 1e6;  // of the covariance, at one time
+constexpr double kShortestLapse = 0.5;         // s over which an error that the filter missed may have grown
+constexpr double kLargestTilt = 0.2;           // rad that a readmission may add
 
 Covariance initial_covariance(const StateLayout& layout, const FilterOptions& o, const Matrix9d& navigation) {
   Covariance P = Covariance::Zero(layout.size(), layout.size());
@@ -69,6 +70,7 @@ Filter::Filter(const FilterOptions& options, const World& world, const Start& st
 
   state_ = {start.time, start.x, initial_covariance(setup->layout, options, start.covariance)};
   rejected_in_a_row_.assign(setup->sources.size(), 0);
+  accepted_.assign(setup->sources.size(), start.time);
   queue_.reserve(256);
   innovations_.reserve(256);
   gravity_ = world.gravity(start.x.p_wb);
@@ -244,8 +246,34 @@ void Filter::measure_rest(const ImuSample& sample) {
   rest_time_ = 0;
 }
 
+// Adds to the navigation covariance what would explain the residual: an error of position grows out of one of velocity
+// over the time since the last fix was believed, and that out of a tilt.
+void Filter::admit_error(const Linearization& lin, double lapse) {
+  const double size = lin.residual.head(lin.rows).norm();
+  double position = 0, velocity = 0, attitude = 0;
+  switch (lin.observes) {
+    case Block::kPosition:
+      position = size;
+      velocity = size / lapse;
+      attitude = 2 * size / (kStandardGravity * lapse * lapse);
+      break;
+    case Block::kVelocity:
+      velocity = size;
+      attitude = size / (kStandardGravity * lapse);
+      break;
+    default: attitude = size;
+  }
+  attitude = std::min(attitude, kLargestTilt);
+  const auto add = [&](Block b, double sigma) {
+    state_.P.diagonal().segment<3>(setup_->layout.offset(b)).array() += sigma * sigma;
+  };
+  add(Block::kPosition, position);
+  add(Block::kVelocity, velocity);
+  add(Block::kAttitude, attitude);
+}
+
 void Filter::apply(int source, const Linearization& lin) {
-  Update u = innovate(state_.P, setup_->layout, lin);
+  const Update u = innovate(state_.P, setup_->layout, lin);
   if (!std::isfinite(u.nis)) {
     throw DataError(fmt::format("t = {:.3f} s", state_.time),
                     fmt::format("the filter diverged at {}: check units, axes and time stamps of the logs",
@@ -255,25 +283,27 @@ void Filter::apply(int source, const Linearization& lin) {
   int& rejected = rejected_in_a_row_[static_cast<std::size_t>(source)];
   Innovation innovation{state_.time, source, u.residual, u.S.diagonal().cwiseSqrt(), u.nis, bound, Outcome::kUsed};
   if (u.nis > bound) {
-    if (++rejected <= setup_->options.readmit_after) {
+    const bool at_rest = source >= setup_->rest;  // a body that moves after all must not be stopped
+    if (++rejected <= setup_->options.readmit_after || at_rest) {
       innovation.outcome = Outcome::kRejected;
       innovations_.push_back(innovation);
       return;
     }
-    // Rejected again and again: it is the filter that was wrong. Its covariance grows until the fix is likely.
+    // Rejected again and again: it is the filter that was wrong. The fix is taken with the covariance as it stands, so
+    // that filter and smoother spread its residual over what led to it; what the filter missed is admitted afterwards.
     innovation.outcome = Outcome::kReadmitted;
-    state_.P *= std::min(u.nis / bound * (lin.rows + 1), kLargestReadmission);
-    u = innovate(state_.P, setup_->layout, lin);
   }
-  rejected = 0;
   innovations_.push_back(innovation);
-
   const FullError correction = expand(setup_->layout, gain(u) * u.residual);
   const ResetJacobian G = reset_jacobian(correction);
   joseph(state_.P, u, lin.covariance);
   reset(state_.P, setup_->layout, G);
   state_.x = boxplus(state_.x, correction);
   if (tape_) tape_->events.emplace_back(Tape::Correction{u, G});
+  double& accepted = accepted_[static_cast<std::size_t>(source)];
+  if (innovation.outcome == Outcome::kReadmitted) admit_error(lin, std::max(state_.time - accepted, kShortestLapse));
+  accepted = state_.time;
+  rejected = 0;
 }
 
 namespace {

@@ -16,6 +16,7 @@ struct Linearization {
   };
 
   int rows = 3;
+  Block observes = Block::kPosition;  ///< what it measures above all
   Vector3d residual = Vector3d::Zero();
   Matrix3d covariance = Matrix3d::Zero();
 

@@ -105,6 +105,7 @@ class Filter {
   void measure(const Pending& pending, const ImuStep& step, double tau);
   void measure_rest(const ImuSample& sample);
   void apply(int source, const Linearization& lin);
+  void admit_error(const Linearization& lin, double lapse);
   StepNoise noise_of(const ImuSample& sample);
   void refresh_gravity();
 
@@ -115,6 +116,7 @@ class Filter {
   std::vector<Pending> queue_;
   std::vector<Innovation> innovations_;
   std::vector<int> rejected_in_a_row_;  // a source each
+  std::vector<double> accepted_;        // time of the last one believed, a source each
   std::array<int, 6> clipped_in_a_row_{};
   Vector3d rest_turn_ = Vector3d::Zero();
   double rest_time_ = 0;
