@@ -356,7 +356,7 @@ Checkpoint begin_at(const Log& log, Filter filter, double time, double end_time)
 }  // namespace
 
 FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& start, int checkpoint_every,
-                     const Progress& progress, double end_time) {
+                     const ProgressCallback& progress, double end_time) {
   Checkpoint c = begin_at(log, Filter(options, log.world, start), start.time, end_time);
   FilterRun run;
   run.solution = Solution(c.filter.layout(), log.world);

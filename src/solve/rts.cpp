@@ -46,7 +46,7 @@ class Backward {
 
 }  // namespace
 
-Solution smooth_rts(const Log& log, const FilterRun& run, const Progress& progress) {
+Solution smooth_rts(const Log& log, const FilterRun& run, const ProgressCallback& progress) {
   const Solution& filtered = run.solution;
   if (run.checkpoints.empty()) throw std::logic_error("smooth_rts needs a run with checkpoints");
   Solution out(filtered.layout(), filtered.world());

@@ -21,7 +21,6 @@ constexpr double kTiltKnown = 8 * kDegree;
 constexpr double kStretch = 40;                // s filtered and smoothed after the alignment
 constexpr double kRestLevel = 10;              // s of rest that give the level
 constexpr double kTiltSigma = 2 * kDegree;     // of a level start: loose, the filter sees the same samples again
-constexpr int kCheckpointEvery = 128;
 
 template <class Samples>
 auto range(const Samples& samples, double begin, double end) {

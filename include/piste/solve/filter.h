@@ -139,13 +139,16 @@ struct FilterRun {
   std::vector<Checkpoint> checkpoints;
 };
 
+/// Epochs between checkpoints: a stretch is run again in cache, and the checkpoints cost some hundred bytes an epoch.
+inline constexpr int kCheckpointEvery = 128;
+
 /// Called with the fraction done, now and then; may be empty.
-using Progress = std::function<void(double)>;
+using ProgressCallback = std::function<void(double)>;
 
 /// Feeds the log to a Filter from the start's time on: the same bytes as feeding it sample by sample. `checkpoint_every`
 /// epochs (0: none). Throws DataError where the filter's covariance ceases to be one.
 FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& start, int checkpoint_every = 0,
-                     const Progress& progress = {}, double end_time = 1e300);
+                     const ProgressCallback& progress = {}, double end_time = 1e300);
 
 /// Runs a stretch again from a checkpoint, recording it: up to and with the epoch of row `end_row` − 1.
 void rerun(const Log& log, const Checkpoint& from, std::size_t end_row, Tape& tape);

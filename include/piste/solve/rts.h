@@ -15,6 +15,6 @@
 namespace piste {
 
 /// `run` with checkpoints, of the same log. Throws std::logic_error without checkpoints.
-Solution smooth_rts(const Log& log, const FilterRun& run, const Progress& progress = {});
+Solution smooth_rts(const Log& log, const FilterRun& run, const ProgressCallback& progress = {});
 
 }  // namespace piste

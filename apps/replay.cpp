@@ -1,0 +1,65 @@
+/// Raw logs in; trajectory, IMU errors and their sigmas out.
+
+#include <chrono>
+#include <ctime>
+
+#include "app.h"
+#include "piste/condition/pipeline.h"
+#include "piste/condition/rest_detection.h"
+#include "piste/io/output.h"
+#include "piste/io/replay_config.h"
+#include "piste/io/solution_io.h"
+#include "piste/solve/rts.h"
+#include "piste/solve/start.h"
+
+namespace {
+
+void replay(const piste::AppArguments& arguments, piste::Progress& progress) {
+  using namespace piste;
+  const auto wall = std::chrono::steady_clock::now();
+  const std::clock_t cpu = std::clock();
+  const ReplayConfig config = read_replay_config(arguments.input);
+  OutputFolder output(arguments.output);
+
+  const Recording recording = read_recording(config);
+  const FilterOptions options = filter_options(config, recording);
+  Log log = condition(recording, config.conditioning);
+  mark_rest(log, config.conditioning.rest);
+
+  const auto show = [&](double fraction) {
+    progress.update(static_cast<std::size_t>(fraction * static_cast<double>(log.imu.size())));
+  };
+  const FoundStart found = find_start(log, options, config.initial);
+  const bool smooth = config.smoother == SmootherKind::kRts;
+  progress.start("filter", log.imu.size());
+  const FilterRun run = run_filter(log, options, found.start, smooth ? kCheckpointEvery : 0, show);
+  std::optional<Solution> smoothed;
+  if (smooth) {
+    progress.start("smoother", log.imu.size());
+    smoothed = smooth_rts(log, run, show);
+  }
+  progress.clear();
+
+  const Solution* final_solution = smoothed ? &*smoothed : nullptr;
+  output.write("filtered.csv", navigation_csv(run.solution));
+  output.write("biases.csv", biases_csv(run.solution));
+  output.write("innovations.csv", innovations_csv(run.solution));
+  if (smoothed) {
+    output.write("smoothed.csv", navigation_csv(*smoothed));
+    output.write("biases_smoothed.csv", biases_csv(*smoothed));
+  }
+  const std::chrono::duration<double> wall_s = std::chrono::steady_clock::now() - wall;
+  const RunTimes times{static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC, wall_s.count()};
+  output.write("summary.json", summary_json(log, run.solution, final_solution, times));
+  output.commit();
+  say(arguments, found.how);
+  say(arguments, "written to " + output.folder().string());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return piste::run_app({.name = "replay",
+                         .summary = "Raw logs of an IMU and GNSS in; trajectory, the IMU's errors and their sigmas out."},
+                        argc, argv, replay);
+}
