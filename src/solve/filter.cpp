@@ -21,9 +21,12 @@ constexpr double kClippedSpread = 0.2;         // of the range: 1-sigma of what 
 constexpr double kShortestLapse = 0.5;         // s over which an error that the filter missed may have grown
 constexpr double kLargestTilt = 0.2;           // rad that a readmission may add
 
-Covariance initial_covariance(const StateLayout& layout, const FilterOptions& o, const Matrix9d& navigation) {
+}  // namespace
+
+Covariance initial_covariance(const StateLayout& layout, const FilterOptions& o, const Start& start) {
+  if (start.covariance.rows() == layout.size()) return start.covariance;
   Covariance P = Covariance::Zero(layout.size(), layout.size());
-  P.topLeftCorner<9, 9>() = navigation;
+  P.topLeftCorner<9, 9>() = start.covariance;
   const auto set = [&](Block b, const Vector3d& sigma) {
     if (!layout.has(b)) return;
     P.diagonal().segment(layout.offset(b), info(b).size) = sigma.head(info(b).size).cwiseAbs2();
@@ -47,8 +50,6 @@ Covariance initial_covariance(const StateLayout& layout, const FilterOptions& o,
   return P;
 }
 
-}  // namespace
-
 Filter::Filter(const FilterOptions& options, const World& world, const Start& start) {
   options.validate();
   auto setup = std::make_shared<Setup>();
@@ -68,7 +69,7 @@ Filter::Filter(const FilterOptions& options, const World& world, const Start& st
   setup->sources.emplace_back("rest.velocity");
   setup->sources.emplace_back("rest.rate");
 
-  state_ = {start.time, start.x, initial_covariance(setup->layout, options, start.covariance)};
+  state_ = {start.time, start.x, initial_covariance(setup->layout, options, start)};
   rejected_in_a_row_.assign(setup->sources.size(), 0);
   accepted_.assign(setup->sources.size(), start.time);
   queue_.reserve(256);

@@ -22,22 +22,23 @@ class Backward {
         reset_adjoint(lambda_, Lambda_, layout_, correction->reset);
         update_adjoint(lambda_, Lambda_, correction->update);
       } else if (const auto* epoch = std::get_if<Tape::Epoch>(&*event)) {
-        report(--row, *epoch);
+        const SmoothedState s = smooth(epoch->x, epoch->P);
+        out_.set(--row, epoch->time, s.x, sigmas_of(s.x, layout_, s.P));
       }
     }
   }
 
- private:
-  void report(std::size_t row, const Tape::Epoch& epoch) {
-    const FullError correction = expand(layout_, -(epoch.P.lazyProduct(lambda_)));
-    work_.noalias() = Lambda_ * epoch.P;
-    Covariance P = epoch.P;
-    P.noalias() -= epoch.P * work_;
-    reset(P, layout_, reset_jacobian(correction));
-    const Estimate x = boxplus(epoch.x, correction);
-    out_.set(row, epoch.time, x, sigmas_of(x, layout_, P));
+  /// x̂ ⊞ (−P λ) and P − P Λ P, about the corrected estimate.
+  SmoothedState smooth(const Estimate& x, const Covariance& P) {
+    const FullError correction = expand(layout_, -(P.lazyProduct(lambda_)));
+    work_.noalias() = Lambda_ * P;
+    SmoothedState s{boxplus(x, correction), P};
+    s.P.noalias() -= P * work_;
+    reset(s.P, layout_, reset_jacobian(correction));
+    return s;
   }
 
+ private:
   const StateLayout& layout_;
   Solution& out_;
   ErrorVector lambda_;
@@ -46,7 +47,7 @@ class Backward {
 
 }  // namespace
 
-Solution smooth_rts(const Log& log, const FilterRun& run, const ProgressCallback& progress) {
+Solution smooth_rts(const Log& log, const FilterRun& run, const ProgressCallback& progress, SmoothedState* at_start) {
   const Solution& filtered = run.solution;
   if (run.checkpoints.empty()) throw std::logic_error("smooth_rts needs a run with checkpoints");
   Solution out(filtered.layout(), filtered.world());
@@ -63,6 +64,8 @@ Solution smooth_rts(const Log& log, const FilterRun& run, const ProgressCallback
     end_row = from->row;
     if (progress) progress(1 - static_cast<double>(end_row) / static_cast<double>(filtered.size()));
   }
+  const Filter& first = run.checkpoints.front().filter;
+  if (at_start) *at_start = backward.smooth(first.estimate(), first.covariance());
   return out;
 }
 

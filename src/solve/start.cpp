@@ -114,8 +114,8 @@ void place(Start& start, const Receiver& receiver, bool still) {
     start.x.p_wb -= (fix->time - start.time) * start.x.v_wb;
   }
   const Vector3d sigma = (3 * fix->sigma_position).cwiseMax(1.0);
-  start.covariance.setZero();
-  start.covariance.diagonal() << sigma.cwiseAbs2(), Vector3d::Constant(still ? 0.01 : 4.0), Vector3d::Zero();
+  start.covariance.topLeftCorner<6, 6>().setZero();
+  start.covariance.diagonal().head<6>() << sigma.cwiseAbs2(), Vector3d::Constant(still ? 0.01 : 4.0);
 }
 
 void set_attitude_sigma(Start& start, const Vector3d& sigma) {
@@ -160,15 +160,20 @@ std::optional<MotionAlignment> first_alignment(const Log& log, const FilterOptio
 }
 
 // The start of a stretch as its smoother sees it.
-struct Refined {
-  Estimate x;
-  Sigmas sigmas;
-};
-
-Refined refine(const Log& log, const FilterOptions& options, const Start& start, double until) {
+SmoothedState refine(const Log& log, const FilterOptions& options, const Start& start, double until) {
   const FilterRun run = run_filter(log, options, start, kCheckpointEvery, {}, until);
-  const Solution smoothed = smooth_rts(log, run);
-  return {smoothed.estimate(0), smoothed.sigmas(0)};
+  SmoothedState at_start;
+  smooth_rts(log, run, {}, &at_start);
+  return at_start;
+}
+
+// A smoothed covariance made the prior of a filter that sees the same stretch again: four times as large, as if a quarter
+// of the stretch's information had come from elsewhere, and no sigma above that of the prior itself.
+Covariance tempered(const Covariance& smoothed, const Covariance& prior) {
+  const ErrorVector sigma = 2 * smoothed.diagonal().cwiseMax(0).cwiseSqrt();
+  const ErrorVector bound = prior.diagonal().cwiseSqrt();
+  const ErrorVector factor = 2 * (bound.array() < sigma.array()).select(bound.array() / sigma.array(), 1).matrix();
+  return factor.asDiagonal() * smoothed * factor.asDiagonal();
 }
 
 FoundStart start_from_motion(const Log& log, const FilterOptions& options, const Receiver& receiver, Start start,
@@ -178,20 +183,21 @@ FoundStart start_from_motion(const Log& log, const FilterOptions& options, const
     throw DataError("start", "the heading cannot be found: no stretch of the log changes its horizontal velocity enough "
                              "while GNSS is there; give `initial: {heading: … deg}`, or use from_attitude or from_magnetometer");
   }
-  Start moving{aligned->time, {}, Matrix9d::Zero()};
+  Start moving{aligned->time, {}, Covariance::Identity(9, 9)};
   moving.x.q_wb = aligned->q_wb;
   place(moving, receiver, false);
   moving.x.v_wb = aligned->v_wb;
   set_attitude_sigma(moving, (2 * aligned->covariance.diagonal().cwiseSqrt()).cwiseMax(kTiltSigma));
   set_boresight(moving, log, options, false);
   const double until = aligned->time + kStretch;
-  const Refined first = refine(log, options, moving, until);
+  const SmoothedState first = refine(log, options, moving, until);
 
   // Back to the start of the log: by the rest's own mean rate where it is long, as that holds the slow turn of a body too.
   const double carried = aligned->time - start.time;
   GyroBias bias = bias_before(log, options, aligned->time);
-  if (bias.sigma > first.sigmas.gyro_total_bias.norm()) {
-    bias = {first.x.gyro_bias + first.x.gyro_drift, first.sigmas.gyro_total_bias.norm()};
+  const Sigmas known = sigmas_of(first.x, StateLayout(options.estimate), first.P);
+  if (bias.sigma > known.gyro_total_bias.norm()) {
+    bias = {first.x.gyro_bias + first.x.gyro_drift, known.gyro_total_bias.norm()};
   }
   const Quaterniond q_back = carry_back(log, first.x.q_wb, start.time, aligned->time, bias.value);
   const double heading = to_euler(q_back).z();
@@ -199,17 +205,14 @@ FoundStart start_from_motion(const Log& log, const FilterOptions& options, const
   place(start, receiver, rest.has_value());
   if (!rest) start.x.v_wb = aligned->time - start.time < 1 ? aligned->v_wb : start.x.v_wb;
   const double walk = options.sensor.gyro.noise * std::sqrt(carried);
-  const double heading_sigma = std::clamp(std::hypot(2 * first.sigmas.euler.z(), walk, bias.sigma * carried), 2 * kDegree, 15 * kDegree);
+  const double heading_sigma = std::clamp(std::hypot(2 * known.euler.z(), walk, bias.sigma * carried), 2 * kDegree, 15 * kDegree);
   set_attitude_sigma(start, {kTiltSigma, kTiltSigma, heading_sigma});
   set_boresight(start, log, options, false);
 
-  // A second stretch from the start itself. Twice its sigma: the filter sees the same motion again.
-  const Refined second = refine(log, options, start, until);
-  start.x.q_wb = rest ? level(rest->mean_force, to_euler(second.x.q_wb).z()) : second.x.q_wb;
-  const double sigma = std::clamp(2 * second.sigmas.euler.z(), 0.2 * kDegree, heading_sigma);
-  set_attitude_sigma(start, {kTiltSigma, kTiltSigma, sigma});
-  place(start, receiver, rest.has_value());
-  set_boresight(start, log, options, false);
+  const SmoothedState second = refine(log, options, start, until);
+  start.covariance = tempered(second.P, initial_covariance(StateLayout(options.estimate), options, start));
+  start.x = second.x;
+  const double sigma = euler_sigma(start.x.q_wb, start.covariance.block<3, 3>(6, 6)).z();
   return {start, fmt::format("heading {:.1f} deg ± {:.2f}, found from the motion at t = {:.1f} s",
                              to_euler(start.x.q_wb).z() / kDegree, sigma / kDegree, aligned->time)};
 }

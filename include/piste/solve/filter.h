@@ -19,13 +19,16 @@
 
 namespace piste {
 
-/// Where a filter begins: an estimate and the covariance of its navigation error (ρ, ν, θ). The other blocks begin with
-/// the sensor's and the options' sigmas.
+/// Where a filter begins: an estimate, and the covariance of its error. Of the navigation blocks alone (9 × 9, order ρ, ν,
+/// θ), where the other blocks begin with the sigmas of the sensor and of the options; or of the whole layout.
 struct Start {
   double time = 0;
   Estimate x;
-  Matrix9d covariance = Matrix9d::Identity();
+  Covariance covariance = Covariance::Identity(9, 9);
 };
+
+/// Covariance of a start, at the layout's size.
+Covariance initial_covariance(const StateLayout& layout, const FilterOptions& options, const Start& start);
 
 /// What the filter did, in order, for a smoother to run backwards. Filled only where a tape is given.
 struct Tape {

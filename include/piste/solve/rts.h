@@ -14,7 +14,14 @@
 
 namespace piste {
 
-/// `run` with checkpoints, of the same log. Throws std::logic_error without checkpoints.
-Solution smooth_rts(const Log& log, const FilterRun& run, const ProgressCallback& progress = {});
+/// An estimate and the covariance of its error, both smoothed.
+struct SmoothedState {
+  Estimate x;
+  Covariance P;
+};
+
+/// `run` with checkpoints, of the same log. `at_start`: takes what is said of the start, before the first step. Throws std::logic_error without checkpoints.
+Solution smooth_rts(const Log& log, const FilterRun& run, const ProgressCallback& progress = {},
+                    SmoothedState* at_start = nullptr);
 
 }  // namespace piste
