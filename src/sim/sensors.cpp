@@ -1,5 +1,6 @@
 #include "piste/sim/sensors.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "piste/sim/random.h"
@@ -8,6 +9,22 @@ namespace piste {
 namespace {
 
 std::size_t count_of(double duration, double rate) { return static_cast<std::size_t>(duration * rate + 1e-6); }
+
+// Mean and root mean square, 0 of nothing.
+class Moments {
+ public:
+  void add(const Vector3d& value) {
+    sum_ += value;
+    squares_ += value.cwiseAbs2();
+    ++count_;
+  }
+  Vector3d mean() const { return sum_ / std::max(1.0, count_); }
+  Vector3d rms() const { return (squares_ / std::max(1.0, count_)).cwiseSqrt(); }
+
+ private:
+  Vector3d sum_ = Vector3d::Zero(), squares_ = Vector3d::Zero();
+  double count_ = 0;
+};
 
 // The errors of one triad, row by row.
 class TriadErrorSource {
@@ -25,11 +42,11 @@ class TriadErrorSource {
     draw.misalignment.diagonal().setOnes();
     rounding_ = given.quantization * quantization_.normal3();
     draw.drift_first = drift_.value();
-    draw.drift_rms.setZero();
   }
 
   // The row that ends `since_start` after the start and lasts dt.
-  Vector3d measure(const Vector3d& truth, double since_start, double dt) {
+  Vector3d measure(const Vector3d& truth, double since_start, double dt, bool under_way) {
+    if (under_way) run_.add(truth);
     Vector3d row = draw.misalignment * truth;
     row += draw.scale.cwiseProduct(row) + draw.bias + drift_.advance(dt);
     row += std::exp(-since_start / given_.warm_up_time) * given_.warm_up;
@@ -39,8 +56,7 @@ class TriadErrorSource {
       row += (now - rounding_) / dt;
       rounding_ = now;
     }
-    squares_ += drift_.value().cwiseAbs2();
-    ++rows_;
+    drift_values_.add(drift_.value());
     return clip(row);
   }
 
@@ -48,7 +64,10 @@ class TriadErrorSource {
 
   void finish() {
     draw.drift_last = drift_.value();
-    if (rows_ > 0) draw.drift_rms = (squares_ / static_cast<double>(rows_)).cwiseSqrt();
+    draw.drift_mean = drift_values_.mean();
+    draw.drift_rms = drift_values_.rms();
+    draw.run_mean = run_.mean();
+    draw.run_rms = run_.rms();
   }
 
   TriadDraw draw;
@@ -64,8 +83,8 @@ class TriadErrorSource {
   TriadTruth given_;
   DriftPath drift_;
   RandomStream noise_, quantization_;
-  Vector3d rounding_, squares_ = Vector3d::Zero();
-  std::size_t rows_ = 0;
+  Vector3d rounding_;
+  Moments drift_values_, run_;
 };
 
 // Epochs of a source that reports at a rate, from the start of the run to its end.
@@ -107,6 +126,8 @@ SimulatedImu simulate_imu(const Truth& plate, const ImuSetup& setup, std::uint64
   TriadErrorSource accel(setup.sensor.accel, setup.accel, seed, setup.name + "/accel");
   RandomStream magnetic_noise(seed, setup.name + "/magnetic");
 
+  const Interval run = truth.under_way();
+
   SimulatedImu out;
   out.recording.file = setup.name + ".csv";
   out.recording.increments = setup.sampling == ImuSetup::Sampling::kIncrements;
@@ -120,8 +141,8 @@ SimulatedImu simulate_imu(const Truth& plate, const ImuSetup& setup, std::uint64
     } else {
       signal = truth.mean(gps - dt, gps);
     }
-    const Vector3d rate = gyro.measure(signal.gyro, gps - start, dt);
-    const Vector3d force = accel.measure(signal.accel, gps - start, dt);
+    const Vector3d rate = gyro.measure(signal.gyro, gps - start, dt, run.contains(gps));
+    const Vector3d force = accel.measure(signal.accel, gps - start, dt, run.contains(gps));
     const double unit = out.recording.increments ? dt : 1;
     out.recording.time.push_back(start + step + setup.clock_offset + static_cast<double>(k) * step);
     out.recording.gyro.push_back(unit * rate);

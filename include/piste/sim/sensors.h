@@ -41,8 +41,9 @@ struct ImuSetup {
 struct TriadDraw {
   Vector3d bias, scale;
   Matrix3d misalignment;
-  Vector3d drift_first, drift_last, drift_rms;  ///< of the in-run drift
-  std::size_t clipped = 0;                      ///< rows with an axis at ± range
+  Vector3d drift_first, drift_last, drift_mean, drift_rms;  ///< of the in-run drift
+  Vector3d run_mean, run_rms;                               ///< of the true signal's rows under way, 0 without a run
+  std::size_t clipped = 0;                                  ///< rows with an axis at ± range
 };
 
 /// An IMU's rows, and what is true of them. Row k is stamped `recording.time[k]`, and is of GPS time `gps_time[k]`.

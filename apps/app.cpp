@@ -1,0 +1,117 @@
+#include "app.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <limits>
+
+#include "piste/core/error.h"
+
+namespace piste {
+namespace {
+
+constexpr int kBadData = 1, kBadUsage = 2;
+
+AppArguments parse(int argc, char** argv, const AppDescription& description, CLI::App& command) {
+  AppArguments arguments;
+  std::string output;
+  if (description.many_inputs) {
+    command.add_option(description.input, arguments.inputs, description.input_help)->required();
+  } else {
+    command.add_option(description.input, arguments.input, description.input_help)->required();
+  }
+  if (description.has_output) {
+    command
+        .add_option("--output", output,
+                    fmt::format("folder for the outputs; without it out/<stem of {}> below the current folder",
+                                description.input))
+        ->type_name("DIR");
+  }
+  command.add_flag("--quiet", arguments.quiet, "no progress bar, no summary on standard output");
+  command.set_version_flag("--version", "piste " PISTE_VERSION);
+  std::map<std::string, long> values;
+  for (const IntegerOption& option : description.integers) {
+    auto* o = command.add_option("--" + option.name, values[option.name], option.help)->type_name("N");
+    o->check(CLI::Range(option.minimum, std::numeric_limits<long>::max()));
+    if (option.fallback) o->description(fmt::format("{} (default {})", option.help, *option.fallback));
+  }
+  command.parse(argc, argv);
+  for (const IntegerOption& option : description.integers) {
+    if (command.count("--" + option.name) > 0) {
+      arguments.integers[option.name] = values[option.name];
+    } else if (option.fallback) {
+      arguments.integers[option.name] = *option.fallback;
+    }
+  }
+  if (!description.many_inputs) arguments.inputs = {arguments.input};
+  arguments.input = arguments.inputs.front();
+  arguments.output = output;
+  if (output.empty()) arguments.output = std::filesystem::path("out") / std::filesystem::path(arguments.input).stem();
+  return arguments;
+}
+
+int report(const char* what, int code) {
+  fmt::print(stderr, "{}\n", what);
+  return code;
+}
+
+}  // namespace
+
+void Progress::start(std::string stage, std::size_t total, std::string unit) {
+  stage_ = std::move(stage);
+  unit_ = std::move(unit);
+  total_ = total;
+  started_ = last_ = Clock::now();
+}
+
+void Progress::update(std::size_t done) {
+  constexpr auto kRefresh = std::chrono::milliseconds(100);
+  constexpr std::size_t kWidth = 30;
+  if (!enabled_ || total_ == 0) return;
+  const Clock::time_point now = Clock::now();
+  if (now - last_ < kRefresh) return;
+  last_ = now;
+  const double elapsed = std::chrono::duration<double>(now - started_).count();
+  const double rate = static_cast<double>(done) / elapsed;
+  const double left = rate > 0 ? static_cast<double>(total_ - std::min(done, total_)) / rate : 0;
+  const std::size_t filled = std::min(kWidth, kWidth * done / total_);
+  fmt::print(stderr, "\r{:<10} [{:=<{}}{:{}}] {:3d} %  {:.0f} {}/s  {:.0f} s left \x1b[K", stage_, "", filled, "",
+             kWidth - filled, 100 * std::min(done, total_) / total_, rate, unit_, left);
+  std::fflush(stderr);
+  drawn_ = true;
+}
+
+void Progress::clear() {
+  if (drawn_) fmt::print(stderr, "\r\x1b[K");
+  drawn_ = false;
+}
+
+int run_app(const AppDescription& description, int argc, char** argv,
+            const std::function<void(const AppArguments&, Progress&)>& body) {
+  CLI::App command{description.summary, description.name};
+  AppArguments arguments;
+  try {
+    arguments = parse(argc, argv, description, command);
+  } catch (const CLI::ParseError& e) {
+    return command.exit(e) == 0 ? 0 : kBadUsage;
+  }
+  try {
+    Progress progress(!arguments.quiet && ::isatty(STDERR_FILENO) != 0);
+    body(arguments, progress);
+    return 0;
+  } catch (const ConfigError& e) {
+    return report(e.what(), kBadUsage);
+  } catch (const std::exception& e) {
+    return report(e.what(), kBadData);
+  }
+}
+
+void say(const AppArguments& arguments, const std::string& line) {
+  if (!arguments.quiet) fmt::print("{}\n", line);
+}
+
+}  // namespace piste

@@ -1,0 +1,69 @@
+#pragma once
+/// The frame of every program: command line, progress, errors and exit codes.
+
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace piste {
+
+/// A whole-number option, such as `--seed N`.
+struct IntegerOption {
+  std::string name, help;  ///< name without the dashes
+  std::optional<long> fallback = std::nullopt;
+  long minimum = 0;
+};
+
+/// What a program is, for its command line and its help.
+struct AppDescription {
+  std::string name, summary;
+  std::string input = "CONFIG";  ///< what the positional argument is called
+  std::string input_help = "configuration file (YAML)";
+  bool many_inputs = false;  ///< one or more of them
+  bool has_output = true;    ///< takes --output DIR
+  std::vector<IntegerOption> integers = {};
+};
+
+/// What the user asked for.
+struct AppArguments {
+  std::string input;  ///< the first of `inputs`
+  std::vector<std::string> inputs;
+  std::filesystem::path output;  ///< --output, else out/<stem of the input>
+  bool quiet = false;
+  std::map<std::string, long> integers;  ///< those given, or with a fallback
+};
+
+/// A bar with rate and time left on standard error, where that is a terminal.
+class Progress {
+ public:
+  explicit Progress(bool enabled) : enabled_(enabled) {}
+  ~Progress() { clear(); }
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+  /// A new stage of `total` steps, each called `unit`.
+  void start(std::string stage, std::size_t total, std::string unit = "epochs");
+  void update(std::size_t done);
+  /// Takes the bar off the terminal.
+  void clear();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  bool enabled_, drawn_ = false;
+  std::string stage_, unit_;
+  std::size_t total_ = 0;
+  Clock::time_point started_, last_;
+};
+
+/// Reads the command line, runs `body`, and returns the exit code: 0 done; 1 the data could not be processed; 2 wrong
+/// usage or configuration. Errors go to standard error.
+int run_app(const AppDescription& description, int argc, char** argv,
+            const std::function<void(const AppArguments&, Progress&)>& body);
+
+/// Prints a line on standard output unless --quiet.
+void say(const AppArguments& arguments, const std::string& line);
+
+}  // namespace piste

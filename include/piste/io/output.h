@@ -1,0 +1,39 @@
+#pragma once
+/// Output files that appear whole or not at all.
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace piste {
+
+/// A folder that the outputs of one run go to. Each file is written beside its place; `commit()` puts all there.
+/// Without it nothing remains, not even the folder where this object made it.
+class OutputFolder {
+ public:
+  /// Makes the folder. Throws ConfigError where that cannot be.
+  explicit OutputFolder(std::filesystem::path folder);
+  ~OutputFolder();
+  OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
+
+  /// Writes the file whole, still beside its place. `name` is relative to the folder and may lie in a subfolder.
+  /// Throws Error where the disk refuses.
+  void write(const std::string& name, std::string_view content);
+  /// Renames everything to its place.
+  void commit();
+
+  const std::filesystem::path& folder() const { return folder_; }
+
+ private:
+  struct Pending {
+    std::filesystem::path beside, place;
+  };
+  void make(const std::filesystem::path& folder);
+  std::filesystem::path folder_;
+  std::vector<std::filesystem::path> made_;
+  std::vector<Pending> pending_;
+};
+
+}  // namespace piste

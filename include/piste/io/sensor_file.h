@@ -1,0 +1,17 @@
+#pragma once
+/// Sensor files, `config/sensors/*.yaml`.
+
+#include <filesystem>
+#include <string>
+
+#include "piste/core/sensor.h"
+
+namespace piste {
+
+/// Reads a sensor file. Throws ConfigError `FILE:LINE: …`.
+ImuSensor read_sensor(const std::filesystem::path& file);
+
+/// The text of a sensor file that reads back as the same sensor.
+std::string sensor_text(const ImuSensor& sensor);
+
+}  // namespace piste

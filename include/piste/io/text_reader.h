@@ -1,0 +1,70 @@
+#pragma once
+/// Lines of numbers from a text file, strictly: what is no number is a DataError `FILE:LINE: …`.
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace piste {
+
+/// A file mapped into memory.
+class MappedFile {
+ public:
+  /// Throws DataError where the file cannot be read.
+  explicit MappedFile(const std::string& file);
+  ~MappedFile();
+  MappedFile(const MappedFile&) = delete;
+  MappedFile& operator=(const MappedFile&) = delete;
+  std::string_view text() const { return text_; }
+
+ private:
+  std::string_view text_;
+};
+
+/// Goes through a file line by line and cuts each into fields. Empty lines are passed over; LF and CRLF both end one.
+class TextReader {
+ public:
+  enum class Separator {
+    kComma,   ///< one comma, spaces around it ignored
+    kSpaces,  ///< any run of spaces, tabs, commas and semicolons
+  };
+  TextReader(const std::string& file, Separator separator);
+
+  /// Goes to the next line that is not empty; false at the end of the file.
+  bool next();
+  /// The line without its end, and its fields.
+  std::string_view line() const { return line_; }
+  const std::vector<std::string_view>& fields() const { return fields_; }
+  /// Field i as a finite number; a leading `+` is taken.
+  double number(std::size_t i) const;
+
+  const std::string& file() const { return file_; }
+  std::size_t line_number() const { return line_number_; }
+  /// `FILE:LINE` of this line.
+  std::string where() const;
+  [[noreturn]] void fail(const std::string& what) const;
+
+ private:
+  void split();
+  std::string file_;
+  MappedFile mapped_;
+  Separator separator_;
+  std::string_view rest_, line_;
+  std::vector<std::string_view> fields_;
+  std::size_t line_number_ = 0;
+};
+
+/// Times of one file as seconds of the week it begins in: refuses one that does not increase, and continues past
+/// 604800 where the week rolls over.
+class IncreasingTime {
+ public:
+  /// Throws DataError at the reader's line.
+  double next(double seconds_of_week, const TextReader& reader);
+
+ private:
+  double last_ = 0, week_ = 0;
+  bool started_ = false;
+};
+
+}  // namespace piste

@@ -1,0 +1,106 @@
+#include "piste/io/csv.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+
+#include "piste/core/error.h"
+
+namespace piste {
+
+CsvReader::CsvReader(const std::string& file, std::span<const std::string> ignore_columns)
+    : text_(file, TextReader::Separator::kComma) {
+  if (!text_.next())
+    throw DataError(file + ":1", "the file is empty; a header line that names the columns is expected");
+  for (const std::string_view name : text_.fields()) {
+    if (std::find(names_.begin(), names_.end(), name) != names_.end()) {
+      fail(fmt::format("column `{}` stands twice in the header", name));
+    }
+    names_.emplace_back(name);
+  }
+  use_.assign(names_.size(), Use::kNone);
+  values_.assign(names_.size(), 0);
+  for (const std::string& name : ignore_columns) {
+    const auto place = std::find(names_.begin(), names_.end(), name);
+    if (place == names_.end()) {
+      fail(fmt::format("there is no column `{}` to ignore; the columns are: {}", name, fmt::join(names_, ", ")));
+    }
+    use_[static_cast<std::size_t>(place - names_.begin())] = Use::kIgnored;
+  }
+}
+
+std::optional<std::size_t> CsvReader::find(std::string_view name) {
+  asked_.emplace_back(name);
+  const auto place = std::find(names_.begin(), names_.end(), name);
+  if (place == names_.end()) return std::nullopt;
+  const auto index = static_cast<std::size_t>(place - names_.begin());
+  if (use_[index] == Use::kIgnored) return std::nullopt;
+  use_[index] = Use::kClaimed;
+  return index;
+}
+
+std::size_t CsvReader::column(std::string_view name) {
+  if (const auto index = find(name)) return *index;
+  fail(fmt::format("column `{}` is missing; the columns are: {}", name, fmt::join(names_, ", ")));
+}
+
+void CsvReader::finish_header() {
+  for (std::size_t i = 0; i < names_.size(); ++i) {
+    if (use_[i] == Use::kNone) {
+      fail(fmt::format("unknown column `{}`; known are: {}; or name it in `ignore_columns`", names_[i],
+                       fmt::join(asked_, ", ")));
+    }
+  }
+}
+
+bool CsvReader::next() {
+  if (!text_.next()) return false;
+  const std::size_t found = text_.fields().size();
+  if (found != names_.size()) {
+    fail(fmt::format("{} fields, but the header names {} columns; is the line cut?", found, names_.size()));
+  }
+  for (std::size_t i = 0; i < found; ++i) {
+    if (use_[i] == Use::kClaimed) values_[i] = text_.number(i);
+  }
+  return true;
+}
+
+CsvWriter::CsvWriter(std::vector<CsvColumn> columns) : columns_(std::move(columns)) {
+  for (const CsvColumn& c : columns_) text_ += (&c == columns_.data() ? "" : ",") + c.name;
+  text_ += '\n';
+}
+
+void CsvWriter::row(std::span<const double> values) {
+  for (std::size_t i = 0; i < columns_.size(); ++i) {
+    if (i > 0) text_ += ',';
+    append_fixed(text_, values[i], columns_[i].decimals);
+  }
+  text_ += '\n';
+}
+
+void append_fixed(std::string& text, double value, int decimals) {
+  static constexpr std::array<double, 13> kPowers{1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12};
+  const double scaled = std::abs(value) * kPowers[static_cast<std::size_t>(decimals)];
+  if (!(scaled < 9e15)) {  // beyond exact integers, or no number
+    fmt::format_to(std::back_inserter(text), "{:.{}f}", value, decimals);
+    return;
+  }
+  auto digits = static_cast<std::uint64_t>(std::llround(scaled));
+  if (value < 0 && digits != 0) text += '-';
+  std::array<char, 24> buffer;
+  char* p = buffer.data() + buffer.size();
+  for (int i = 0; i < decimals; ++i, digits /= 10) *--p = static_cast<char>('0' + digits % 10);
+  if (decimals > 0) *--p = '.';
+  do {
+    *--p = static_cast<char>('0' + digits % 10);
+    digits /= 10;
+  } while (digits != 0);
+  text.append(p, static_cast<std::size_t>(buffer.data() + buffer.size() - p));
+}
+
+}  // namespace piste

@@ -1,0 +1,57 @@
+#include "piste/io/output.h"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <system_error>
+
+#include "piste/core/error.h"
+
+namespace piste {
+
+OutputFolder::OutputFolder(std::filesystem::path folder) : folder_(std::move(folder)) { make(folder_); }
+
+OutputFolder::~OutputFolder() {
+  std::error_code ignored;
+  for (const Pending& p : pending_) std::filesystem::remove(p.beside, ignored);
+  // Innermost first; one that holds something else stays.
+  for (auto folder = made_.rbegin(); folder != made_.rend(); ++folder) std::filesystem::remove(*folder, ignored);
+}
+
+void OutputFolder::make(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> missing;
+  for (auto f = std::filesystem::absolute(folder).lexically_normal(); !f.empty() && !std::filesystem::exists(f);
+       f = f.parent_path()) {
+    missing.insert(missing.begin(), f);
+  }
+  for (const auto& f : missing) {
+    std::error_code error;
+    if (std::filesystem::create_directory(f, error)) made_.push_back(f);
+    if (error)
+      throw ConfigError(folder.string(), fmt::format("cannot be made ({}); choose another --output", error.message()));
+  }
+  if (!std::filesystem::is_directory(folder))
+    throw ConfigError(folder.string(), "is no folder; choose another --output");
+}
+
+void OutputFolder::write(const std::string& name, std::string_view content) {
+  const std::filesystem::path place = folder_ / name;
+  make(place.parent_path());
+  const std::filesystem::path beside = place.parent_path() / fmt::format(".{}.partial", place.filename().string());
+  pending_.push_back({beside, place});
+  std::ofstream stream(beside, std::ios::binary | std::ios::trunc);
+  stream.write(content.data(), static_cast<std::streamsize>(content.size()));
+  stream.close();
+  if (!stream) throw Error(place.string(), "cannot be written; is the disk full, or the folder read-only?");
+}
+
+void OutputFolder::commit() {
+  for (const Pending& p : pending_) {
+    if (std::filesystem::is_directory(p.place)) throw Error(p.place.string(), "is a folder; a file is to stand here");
+  }
+  for (const Pending& p : pending_) std::filesystem::rename(p.beside, p.place);
+  pending_.clear();
+  made_.clear();
+}
+
+}  // namespace piste

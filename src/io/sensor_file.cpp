@@ -1,0 +1,99 @@
+#include "piste/io/sensor_file.h"
+
+#include <fmt/format.h>
+
+#include "piste/io/config.h"
+#include "piste/math/units.h"
+
+namespace piste {
+namespace {
+
+/// Dimensions of one triad, and the units that a written file shows them in.
+struct TriadUnits {
+  Dimension value, noise, drift;
+  std::string_view value_unit, noise_unit, drift_unit;
+};
+
+constexpr TriadUnits kGyro{dimension::kAngularRate, dimension::kGyroNoise, dimension::kGyroDrift, "deg/s",
+                           "deg/s/sqrt(Hz)",        "deg/s^2/sqrt(Hz)"};
+constexpr TriadUnits kAccel{
+    dimension::kAcceleration, dimension::kAccelNoise, dimension::kAccelDrift, "m/s^2", "ug/sqrt(Hz)", "m/s^3/sqrt(Hz)"};
+
+using Kind = DriftProcess::Kind;
+
+double positive(const Config& config, std::string_view key, const Dimension& expected) {
+  const double value = config.quantity(key, expected);
+  if (!(value > 0)) config.fail(key, fmt::format("must be above zero, such as `{}`", expected.example));
+  return value;
+}
+
+DriftProcess read_drift(const Config& config, const TriadUnits& units) {
+  DriftProcess drift;
+  drift.kind = config.choice<Kind>(
+      "process", {{"none", Kind::kNone}, {"random_walk", Kind::kRandomWalk}, {"gauss_markov", Kind::kGaussMarkov}});
+  if (drift.kind == Kind::kGaussMarkov) {
+    drift.sigma = positive(config, "sigma", units.value);
+    drift.correlation_time = positive(config, "correlation_time", dimension::kTime);
+  } else if (drift.kind == Kind::kRandomWalk) {
+    drift.density = positive(config, "density", units.drift);
+  }
+  return drift;
+}
+
+TriadErrors read_triad(const Config& config, const TriadUnits& units) {
+  TriadErrors errors;
+  errors.noise = positive(config, "noise", units.noise);
+  errors.bias = config.magnitude("bias", units.value, 0);
+  if (const auto drift = config.find_map("drift")) errors.drift = read_drift(*drift, units);
+  errors.scale = config.magnitude("scale", dimension::kRatio, 0);
+  errors.range = config.magnitude("range", units.value, 0);
+  return errors;
+}
+
+std::string drift_text(const DriftProcess& drift, const TriadUnits& units) {
+  switch (drift.kind) {
+    case Kind::kNone:
+      break;
+    case Kind::kRandomWalk:
+      return fmt::format("{{process: random_walk, density: {}}}",
+                         format_quantity(drift.density, units.drift_unit, units.drift));
+    case Kind::kGaussMarkov:
+      return fmt::format("{{process: gauss_markov, sigma: {}, correlation_time: {}}}",
+                         format_quantity(drift.sigma, units.value_unit, units.value),
+                         format_quantity(drift.correlation_time, "s", dimension::kTime));
+  }
+  return "{process: none}";
+}
+
+std::string triad_text(std::string_view name, const TriadErrors& errors, const TriadUnits& units) {
+  std::string text =
+      fmt::format("{}:\n  noise: {}\n  bias: {}\n  drift: {}\n  scale: {}\n", name,
+                  format_quantity(errors.noise, units.noise_unit, units.noise),
+                  format_quantity(errors.bias, units.value_unit, units.value), drift_text(errors.drift, units),
+                  format_quantity(errors.scale, "ppm", dimension::kRatio));
+  if (errors.range > 0) {
+    text += fmt::format("  range: {}\n", format_quantity(errors.range, units.value_unit, units.value));
+  }
+  return text;
+}
+
+}  // namespace
+
+ImuSensor read_sensor(const std::filesystem::path& file) {
+  const Config config = Config::load(file);
+  ImuSensor sensor;
+  sensor.name = config.text("name");
+  sensor.gyro = read_triad(config.map("gyro"), kGyro);
+  sensor.accel = read_triad(config.map("accel"), kAccel);
+  config.finish();
+  return sensor;
+}
+
+std::string sensor_text(const ImuSensor& sensor) {
+  std::string name;
+  for (const char c : sensor.name) name += c == '\'' ? "''" : std::string(1, c);
+  return fmt::format("name: '{}'\n", name) + triad_text("gyro", sensor.gyro, kGyro) +
+         triad_text("accel", sensor.accel, kAccel);
+}
+
+}  // namespace piste

@@ -1,0 +1,129 @@
+#include "piste/io/text_reader.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <system_error>
+
+#include "piste/core/error.h"
+
+namespace piste {
+namespace {
+
+constexpr double kWeek = 604800;
+
+bool is_blank(char c) { return c == ' ' || c == '\t'; }
+bool is_gap(char c) { return is_blank(c) || c == ',' || c == ';'; }
+
+std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
+  return text;
+}
+
+}  // namespace
+
+MappedFile::MappedFile(const std::string& file) {
+  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+  struct stat status {};
+  const bool readable = descriptor >= 0 && ::fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode);
+  const int reason = errno;
+  void* data = nullptr;
+  if (readable && status.st_size > 0) {
+    data = ::mmap(nullptr, static_cast<std::size_t>(status.st_size), PROT_READ, MAP_PRIVATE, descriptor, 0);
+  }
+  if (descriptor >= 0) ::close(descriptor);
+  if (!readable || data == MAP_FAILED) {
+    throw DataError(file, fmt::format("cannot be read ({}); give the path of a text file",
+                                      descriptor < 0 ? std::system_category().message(reason) : "no ordinary file"));
+  }
+  if (data != nullptr) text_ = {static_cast<const char*>(data), static_cast<std::size_t>(status.st_size)};
+}
+
+MappedFile::~MappedFile() {
+  if (!text_.empty()) ::munmap(const_cast<char*>(text_.data()), text_.size());
+}
+
+TextReader::TextReader(const std::string& file, Separator separator)
+    : file_(file), mapped_(file), separator_(separator), rest_(mapped_.text()) {
+  if (rest_.starts_with("\xEF\xBB\xBF")) rest_.remove_prefix(3);  // byte-order mark
+}
+
+bool TextReader::next() {
+  while (!rest_.empty()) {
+    const std::size_t end = rest_.find('\n');
+    line_ = rest_.substr(0, end);
+    rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
+    ++line_number_;
+    if (line_.ends_with('\r')) line_.remove_suffix(1);
+    if (trimmed(line_).empty()) continue;
+    split();
+    return true;
+  }
+  return false;
+}
+
+void TextReader::split() {
+  fields_.clear();
+  const char* p = line_.data();
+  const char* const end = p + line_.size();
+  const auto field = [](const char* from, const char* to) {
+    return std::string_view(from, static_cast<std::size_t>(to - from));
+  };
+  if (separator_ == Separator::kComma) {
+    for (const char* start = p;; ++p) {
+      if (p != end && *p != ',') continue;
+      fields_.push_back(trimmed(field(start, p)));
+      if (p == end) return;
+      start = p + 1;
+    }
+  }
+  while (p != end) {
+    while (p != end && is_gap(*p)) ++p;
+    const char* const start = p;
+    while (p != end && !is_gap(*p)) ++p;
+    if (p != start) fields_.push_back(field(start, p));
+  }
+}
+
+double TextReader::number(std::size_t i) const {
+  std::string_view text = fields_[i];
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size()) {
+    fail(fmt::format("field {}, `{}`, is no number", i + 1, fields_[i]));
+  }
+  if (!std::isfinite(value))
+    fail(fmt::format("field {}, `{}`, must be finite; leave out rows without a value", i + 1, fields_[i]));
+  return value;
+}
+
+std::string TextReader::where() const { return fmt::format("{}:{}", file_, line_number_); }
+
+void TextReader::fail(const std::string& what) const { throw DataError(where(), what); }
+
+double IncreasingTime::next(double seconds_of_week, const TextReader& reader) {
+  double time = seconds_of_week + week_;
+  if (started_ && time < last_ - kWeek / 2) {
+    week_ += kWeek;
+    time += kWeek;
+  }
+  if (started_ && !(time > last_)) {
+    reader.fail(
+        fmt::format("time {:.6f} s does not increase, the row before is at {:.6f} s; sort the rows and keep each "
+                    "time once",
+                    time, last_));
+  }
+  started_ = true;
+  last_ = time;
+  return time;
+}
+
+}  // namespace piste

@@ -1,0 +1,231 @@
+#include "piste/math/units.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <stdexcept>
+#include <vector>
+
+#include "piste/math/earth.h"
+
+namespace piste {
+namespace {
+
+using Exponents = std::array<int, 5>;
+
+struct Unit {
+  double factor;
+  Exponents half_exponents;
+};
+
+struct NamedUnit {
+  std::string_view name;
+  Unit unit;
+};
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr Exponents kNone{0, 0, 0, 0, 0}, kAngle{2, 0, 0, 0, 0}, kLength{0, 2, 0, 0, 0}, kTime{0, 0, 2, 0, 0},
+    kRate{0, 0, -2, 0, 0}, kAcceleration{0, 2, -4, 0, 0}, kTemperature{0, 0, 0, 2, 0}, kField{0, 0, 0, 0, 2};
+
+constexpr auto kUnits = std::to_array<NamedUnit>({
+    {"rad", {1, kAngle}},
+    {"mrad", {1e-3, kAngle}},
+    {"deg", {kDegree, kAngle}},
+    {"arcmin", {kDegree / 60, kAngle}},
+    {"arcsec", {kDegree / 3600, kAngle}},
+    {"m", {1, kLength}},
+    {"cm", {1e-2, kLength}},
+    {"mm", {1e-3, kLength}},
+    {"km", {1e3, kLength}},
+    {"s", {1, kTime}},
+    {"ms", {1e-3, kTime}},
+    {"us", {1e-6, kTime}},
+    {"min", {60, kTime}},
+    {"h", {3600, kTime}},
+    {"hr", {3600, kTime}},
+    {"Hz", {1, kRate}},
+    {"g", {kStandardGravity, kAcceleration}},
+    {"mg", {1e-3 * kStandardGravity, kAcceleration}},
+    {"ug", {1e-6 * kStandardGravity, kAcceleration}},
+    {"Gal", {1e-2, kAcceleration}},
+    {"mGal", {1e-5, kAcceleration}},
+    {"degC", {1, kTemperature}},
+    {"K", {1, kTemperature}},
+    {"T", {1, kField}},
+    {"mT", {1e-3, kField}},
+    {"uT", {1e-6, kField}},
+    {"nT", {1e-9, kField}},
+    {"%", {1e-2, kNone}},
+    {"ppm", {1e-6, kNone}},
+    {"1", {1, kNone}},
+});
+
+std::string known_units() {
+  std::string list;
+  for (const NamedUnit& u : kUnits) list += fmt::format("{}{}", list.empty() ? "" : " ", u.name);
+  return list;
+}
+
+Unit multiply(const Unit& a, const Unit& b, int sign) {
+  Unit product{sign > 0 ? a.factor * b.factor : a.factor / b.factor, a.half_exponents};
+  for (std::size_t i = 0; i < b.half_exponents.size(); ++i) product.half_exponents[i] += sign * b.half_exponents[i];
+  return product;
+}
+
+// unit = factor { ('*' | '/') factor };  factor = ('sqrt(' unit ')' | name) [ '^' integer ]
+class UnitParser {
+ public:
+  explicit UnitParser(std::string_view text) : all_(text), rest_(text) {}
+
+  Unit parse() {
+    const Unit unit = product();
+    if (!rest_.empty()) fail(fmt::format("`{}` is one too many", rest_));
+    return unit;
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& why) const {
+    throw std::invalid_argument(
+        fmt::format("unit `{}`: {}; known are {}, joined by * / ^ and sqrt(), such as "
+                    "deg/s/sqrt(Hz)",
+                    all_, why, known_units()));
+  }
+
+  bool take(std::string_view token) {
+    if (!rest_.starts_with(token)) return false;
+    rest_.remove_prefix(token.size());
+    return true;
+  }
+
+  Unit product() {
+    Unit unit = power();
+    while (true) {
+      if (take("*")) {
+        unit = multiply(unit, power(), 1);
+      } else if (take("/")) {
+        unit = multiply(unit, power(), -1);
+      } else {
+        return unit;
+      }
+    }
+  }
+
+  Unit power() {
+    const Unit base = factor();
+    if (!take("^")) return base;
+    int exponent = 0;
+    const auto [end, error] = std::from_chars(rest_.data(), rest_.data() + rest_.size(), exponent);
+    if (error != std::errc{} || std::abs(exponent) > 9) fail("after ^ comes a small whole number");
+    rest_.remove_prefix(static_cast<std::size_t>(end - rest_.data()));
+    Unit unit{1, kNone};
+    for (int i = 0; i < std::abs(exponent); ++i) unit = multiply(unit, base, exponent > 0 ? 1 : -1);
+    return unit;
+  }
+
+  Unit factor() {
+    if (take("sqrt(") || take("√(")) {
+      if (++depth_ > 4) fail("too many roots");
+      Unit unit = product();
+      if (!take(")")) fail("a closing parenthesis is missing");
+      unit.factor = std::sqrt(unit.factor);
+      for (int& e : unit.half_exponents) {
+        if (e % 2 != 0) fail("a root of a root");
+        e /= 2;
+      }
+      return unit;
+    }
+    const std::string_view name = rest_.substr(0, rest_.find_first_of("*/^()"));
+    for (const NamedUnit& u : kUnits) {
+      if (u.name == name) {
+        rest_.remove_prefix(name.size());
+        return u.unit;
+      }
+    }
+    fail(name.empty() ? "a unit is missing" : fmt::format("`{}` is unknown", name));
+  }
+
+  std::string_view all_, rest_;
+  int depth_ = 0;
+};
+
+bool is_space(char c) { return c == ' ' || c == '\t'; }
+
+void skip_spaces(std::string_view& text) {
+  while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
+  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
+}
+
+std::optional<double> take_number(std::string_view& text) {
+  skip_spaces(text);
+  std::string_view digits = text;
+  if (digits.starts_with('+')) digits.remove_prefix(1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  if (error != std::errc{} || !std::isfinite(value)) return std::nullopt;
+  text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+  return value;
+}
+
+// Numbers, then a unit.
+template <std::size_t N>
+std::array<double, N> parse(std::string_view text, const Dimension& expected) {
+  const auto wrong = [&, text](std::string_view why) {
+    const std::string example(expected.example);
+    std::string_view unit = expected.example;
+    take_number(unit);
+    skip_spaces(unit);
+    return std::invalid_argument(
+        fmt::format("`{}` {}; {} is expected, such as `{}`", text, why,
+                    N == 1 ? expected.name : fmt::format("{} for each of three axes", expected.name),
+                    N == 1 ? example : fmt::format("0.1 -0.2 0.3 {}", unit)));
+  };
+  std::array<double, N> values{};
+  std::string_view rest = text;
+  for (double& value : values) {
+    const auto number = take_number(rest);
+    if (!number)
+      throw wrong(N == 1 ? "does not begin with a number" : fmt::format("does not begin with {} numbers", N));
+    value = *number;
+  }
+  skip_spaces(rest);
+  if (rest.empty() && !(expected == dimension::kRatio)) throw wrong("has no unit");
+  if (std::string_view more = rest; take_number(more) && rest != "1") {
+    throw wrong(N == 1 ? "has more than one number" : fmt::format("has more than {} numbers", N));
+  }
+  const double factor = unit_factor(rest, expected);
+  for (double& value : values) value *= factor;
+  return values;
+}
+
+}  // namespace
+
+double unit_factor(std::string_view unit, const Dimension& expected) {
+  const Unit parsed = unit.empty() ? Unit{1, kNone} : UnitParser(unit).parse();
+  if (parsed.half_exponents != expected.half_exponents) {
+    throw std::invalid_argument(fmt::format("unit `{}` does not measure {}; right would be such as `{}`", unit,
+                                            expected.name, expected.example));
+  }
+  return parsed.factor;
+}
+
+double parse_quantity(std::string_view text, const Dimension& expected) { return parse<1>(text, expected)[0]; }
+
+Eigen::Vector3d parse_vector(std::string_view text, const Dimension& expected) {
+  const auto v = parse<3>(text, expected);
+  return {v[0], v[1], v[2]};
+}
+
+std::string format_quantity(double value, std::string_view unit, const Dimension& expected) {
+  const double factor = unit_factor(unit, expected);
+  const double number = value / factor;
+  for (int digits = 1; digits < 17; ++digits) {
+    std::string text = fmt::format("{:.{}g}", number, digits);
+    if (std::stod(text) * factor == value) return fmt::format("{} {}", text, unit);
+  }
+  return fmt::format("{:.17g} {}", number, unit);
+}
+
+}  // namespace piste

@@ -1,0 +1,120 @@
+#include "piste/io/config.h"
+
+#include <gtest/gtest.h>
+
+#include "support/text_file.h"
+
+namespace piste {
+namespace {
+
+using test::contains;
+using test::message_of;
+
+Config parse(const std::string& text) { return Config::parse(text, "folder/run.yaml"); }
+
+template <class F>
+std::string refusal(const std::string& text, F&& read) {
+  return message_of<ConfigError>([&] { read(parse(text)); });
+}
+
+TEST(Config, ReadsTypedValues) {
+  const Config config = parse(
+      "noise: 0.05 deg/s\nlever: -0.06 0.03 -0.42 m\ngate: 0.999\nflag: true\nblocks: [a, b]\nuse: position velocity\n"
+      "file: ../data/imu.csv\noutages: [[100, 15], [200 s, 1 min]]\nnested: {key: 3}\nlist:\n  - {key: 1}\n  - {key: "
+      "2}\n");
+  EXPECT_NEAR(config.quantity("noise", dimension::kAngularRate), 0.05 / 57.29577951308232, 1e-15);
+  EXPECT_EQ(config.vector("lever", dimension::kLength), Vector3d(-0.06, 0.03, -0.42));
+  EXPECT_EQ(config.number("gate"), 0.999);
+  EXPECT_TRUE(config.flag("flag"));
+  EXPECT_EQ(config.words("blocks"), (std::vector<std::string>{"a", "b"}));
+  EXPECT_EQ(config.words("use"), (std::vector<std::string>{"position", "velocity"}));
+  EXPECT_EQ(config.path("file"), "data/imu.csv");
+  const auto outages = config.pairs("outages", dimension::kTime);
+  ASSERT_EQ(outages.size(), 2u);
+  EXPECT_EQ(outages[1], (std::pair<double, double>{200, 60}));
+  EXPECT_EQ(config.map("nested").integer("key"), 3);
+  const auto list = config.maps("list");
+  EXPECT_EQ(list.at(0).integer("key") + 10 * list.at(1).integer("key"), 21);
+  EXPECT_EQ(config.maps("nested").size(), 1u);
+  EXPECT_TRUE(config.maps("absent").empty());
+  EXPECT_EQ(config.quantity("absent", dimension::kTime, 7), 7);
+  config.finish();
+}
+
+TEST(Config, RefusesARepeatedKey) {
+  const std::string message = refusal("a: 1\nb:\n  c: 1\n  c: 2\n", [](const Config&) {});
+  EXPECT_TRUE(contains(message, "folder/run.yaml:4: key `c`"));
+  EXPECT_TRUE(contains(message, "line 3"));
+}
+
+TEST(Config, RefusesAnUnknownKeyWithTheNearestSpelling) {
+  const std::string message = refusal("smother: rts\n", [](const Config& c) {
+    c.text("smoother", "rts");
+    c.finish();
+  });
+  EXPECT_TRUE(contains(message, "folder/run.yaml:1: unknown key `smother`, perhaps `smoother`"));
+  const std::string inner = refusal("imu:\n  file: x\n  colour: red\n", [](const Config& c) {
+    c.map("imu").text("file");
+    c.finish();
+  });
+  EXPECT_TRUE(contains(inner, "folder/run.yaml:3: unknown key `colour`; known here are: file"));
+}
+
+TEST(Config, RefusesWhatIsMissingOrMisshapen) {
+  EXPECT_TRUE(contains(refusal("imu:\n  fil: x\n", [](const Config& c) { c.map("imu").text("file"); }),
+                       "folder/run.yaml:2: key `file` is missing (`fil`?)"));
+  EXPECT_TRUE(contains(refusal("a:\n", [](const Config& c) { c.text("a"); }), "folder/run.yaml:1: a: has no value"));
+  EXPECT_TRUE(contains(refusal("a: 1\nb: [1]\n", [](const Config& c) { c.text("b"); }), "folder/run.yaml:2: b"));
+  EXPECT_TRUE(contains(refusal("a: 3\n", [](const Config& c) { c.map("a"); }), "must be a map"));
+  EXPECT_TRUE(contains(refusal("a: 3.5\n", [](const Config& c) { c.integer("a"); }), "no whole number"));
+  EXPECT_TRUE(contains(refusal("a: [1]\n", [](const Config& c) { c.pair("a", dimension::kTime); }), "[100 s, 15 s]"));
+  EXPECT_TRUE(
+      contains(refusal("a: [[1 s, 2 m]]\n", [](const Config& c) { c.pairs("a", dimension::kTime); }), "run.yaml:1"));
+}
+
+TEST(Config, RefusesAWrongUnit) {
+  EXPECT_TRUE(contains(
+      refusal("x: 1\nnoise: 0.05 deg/s\n", [](const Config& c) { c.quantity("noise", dimension::kGyroNoise); }),
+      "folder/run.yaml:2: noise: unit `deg/s` does not measure an angular-rate noise density; right would be such as "
+      "`0.05 deg/s/sqrt(Hz)`"));
+  EXPECT_TRUE(contains(refusal("time: 60\n", [](const Config& c) { c.quantity("time", dimension::kTime); }),
+                       "`60` has no unit; a time is expected, such as `60 s`"));
+  EXPECT_TRUE(contains(refusal("time: -60 s\n", [](const Config& c) { c.magnitude("time", dimension::kTime); }),
+                       "must not be negative"));
+}
+
+TEST(Config, RefusesAWordThatIsNoChoice) {
+  const auto read = [](const Config& c) { return c.choice<int>("smoother", {{"none", 0}, {"rts", 1}}); };
+  EXPECT_EQ(read(parse("smoother: rts\n")), 1);
+  EXPECT_TRUE(
+      contains(refusal("smoother: kalman\n", read), "folder/run.yaml:1: smoother: `kalman` is none of: none, rts"));
+}
+
+TEST(Config, AxesAreARightHandedSignedPermutation) {
+  Matrix3d expected;
+  expected << 0, 1, 0, -1, 0, 0, 0, 0, 1;
+  EXPECT_EQ(parse("axes: +y -x +z\n").axes("axes"), expected);
+  EXPECT_EQ(parse("axes: x y z\n").axes("axes"), Matrix3d::Identity());
+  EXPECT_EQ(parse("a: 1\n").axes("axes"), Matrix3d::Identity());
+  const auto read = [](const Config& c) { c.axes("axes"); };
+  for (const char* bad : {"+x +y -z", "+x +x +z", "+x +y", "+a +b +c", "x y z z"}) {
+    EXPECT_TRUE(contains(refusal(std::string("axes: ") + bad + "\n", read), "folder/run.yaml:1: axes")) << bad;
+  }
+}
+
+TEST(Config, RefusesWhatIsNoYaml) {
+  EXPECT_TRUE(contains(refusal("a: 1\nb: [1, 2\n", [](const Config&) {}), "folder/run.yaml:"));
+  EXPECT_TRUE(contains(refusal("", [](const Config&) {}), "folder/run.yaml:1"));
+  EXPECT_TRUE(contains(refusal("- 1\n", [](const Config&) {}), "one map"));
+  EXPECT_TRUE(contains(refusal("a: 1\n---\nb: 2\n", [](const Config&) {}), "one map"));
+}
+
+TEST(Config, RefusesAMissingFile) {
+  EXPECT_TRUE(
+      contains(message_of<ConfigError>([] { Config::load("nowhere/run.yaml"); }), "nowhere/run.yaml: cannot be read"));
+  EXPECT_TRUE(contains(refusal("a: 1\nfile: imu.csv\n", [](const Config& c) { c.existing_file("file"); }),
+                       "folder/run.yaml:2: file: there is no file `folder/imu.csv`"));
+}
+
+}  // namespace
+}  // namespace piste

@@ -1,0 +1,63 @@
+#include "piste/io/sensor_file.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "support/text_file.h"
+
+namespace piste {
+namespace {
+
+using test::contains;
+using test::message_of;
+using test::TemporaryFolder;
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr const char* kSensor =
+    "name: Xsens MT-9A\n"
+    "gyro:\n"
+    "  noise: 0.05 deg/s/sqrt(Hz)\n"
+    "  bias: 0.5 deg/s\n"
+    "  drift: {process: gauss_markov, sigma: 0.01 deg/s, correlation_time: 200 s}\n"
+    "  scale: 10000 ppm\n"
+    "  range: 300 deg/s\n"
+    "accel: {noise: 200 ug/sqrt(Hz), bias: 0.05 m/s^2, drift: {process: random_walk, density: 4e-5 m/s^3/sqrt(Hz)}}\n";
+
+TEST(SensorFile, ReadsAndWritesBack) {
+  const TemporaryFolder folder;
+  const ImuSensor sensor = read_sensor(folder.write("s.yaml", kSensor));
+  EXPECT_EQ(sensor.name, "Xsens MT-9A");
+  EXPECT_DOUBLE_EQ(sensor.gyro.noise, 0.05 * kDegree);
+  EXPECT_EQ(sensor.gyro.drift.kind, DriftProcess::Kind::kGaussMarkov);
+  EXPECT_EQ(sensor.gyro.drift.correlation_time, 200);
+  EXPECT_DOUBLE_EQ(sensor.gyro.scale, 0.01);
+  EXPECT_EQ(sensor.accel.scale, 0);
+  EXPECT_EQ(sensor.accel.range, 0);
+  EXPECT_EQ(sensor.accel.drift.density, 4e-5);
+
+  const ImuSensor again = read_sensor(folder.write("again.yaml", sensor_text(sensor)));
+  EXPECT_EQ(again.name, sensor.name);
+  EXPECT_EQ(again.gyro.noise, sensor.gyro.noise);
+  EXPECT_EQ(again.gyro.drift.sigma, sensor.gyro.drift.sigma);
+  EXPECT_EQ(again.gyro.range, sensor.gyro.range);
+  EXPECT_EQ(again.accel.noise, sensor.accel.noise);
+  EXPECT_EQ(again.accel.drift.density, sensor.accel.drift.density);
+}
+
+TEST(SensorFile, RefusesWhatDoesNotFitTheProcess) {
+  const TemporaryFolder folder;
+  const auto refusal = [&](const std::string& drift) {
+    const std::string file = folder.write("s.yaml", "name: x\ngyro:\n  noise: 1 deg/s/sqrt(Hz)\n  drift: {" + drift +
+                                                        "}\naccel: {noise: 1 ug/sqrt(Hz)}\n");
+    return message_of<ConfigError>([&] { read_sensor(file); });
+  };
+  EXPECT_TRUE(
+      contains(refusal("process: walk"), "s.yaml:4: process: `walk` is none of: none, random_walk, gauss_markov"));
+  EXPECT_TRUE(contains(refusal("process: none, sigma: 1 deg/s"), "s.yaml:4: unknown key `sigma`"));
+  EXPECT_TRUE(contains(refusal("process: random_walk, density: 1 deg/s"), "a random walk of angular rate"));
+  EXPECT_TRUE(contains(refusal("process: gauss_markov, sigma: 1 deg/s, correlation_time: 0 s"), "above zero"));
+}
+
+}  // namespace
+}  // namespace piste

@@ -1,0 +1,92 @@
+#include "piste/math/units.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <stdexcept>
+
+namespace piste {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+struct Case {
+  std::string_view text;
+  Dimension dimension;
+  double value;
+};
+
+TEST(Units, DatasheetTextBecomesSi) {
+  const Case cases[] = {
+      {"0.05 deg/s/sqrt(Hz)", dimension::kGyroNoise, 0.05 * kDegree},
+      {"0.3 deg/sqrt(h)", dimension::kGyroNoise, 0.3 * kDegree / 60},
+      {"1e-3 rad/s/sqrt(Hz)", dimension::kGyroNoise, 1e-3},
+      {"6 deg/h/sqrt(Hz)", dimension::kGyroNoise, 6 * kDegree / 3600},
+      {"200 ug/sqrt(Hz)", dimension::kAccelNoise, 200e-6 * 9.80665},
+      {"0.2 mg/sqrt(Hz)", dimension::kAccelNoise, 200e-6 * 9.80665},
+      {"0.6 m/s/sqrt(h)", dimension::kAccelNoise, 0.01},
+      {"0.002 m/s^2/sqrt(Hz)", dimension::kAccelNoise, 0.002},
+      {"4e-5 deg/s^2/sqrt(Hz)", dimension::kGyroDrift, 4e-5 * kDegree},
+      {"4e-5 m/s^3/sqrt(Hz)", dimension::kAccelDrift, 4e-5},
+      {"90 deg/h", dimension::kAngularRate, 90 * kDegree / 3600},
+      {"300deg/s", dimension::kAngularRate, 300 * kDegree},
+      {"+2 g", dimension::kAcceleration, 19.6133},
+      {"  50 mg ", dimension::kAcceleration, 0.4903325},
+      {"10000 ppm", dimension::kRatio, 0.01},
+      {"2 %", dimension::kRatio, 0.02},
+      {"0.5", dimension::kRatio, 0.5},
+      {"36 km/h", dimension::kVelocity, 10},
+      {"90 deg", dimension::kAngle, std::numbers::pi / 2},
+      {"2 min", dimension::kTime, 120},
+      {"0 s", dimension::kTime, 0},
+      {"12 Hz", dimension::kFrequency, 12},
+      {"48 uT", dimension::kMagneticField, 48e-6},
+      {"-3 cm", dimension::kLength, -0.03},
+  };
+  for (const Case& c : cases)
+    EXPECT_NEAR(parse_quantity(c.text, c.dimension), c.value, 1e-14 * std::abs(c.value)) << c.text;
+}
+
+TEST(Units, AVectorIsThreeNumbersAndOneUnit) {
+  EXPECT_TRUE(parse_vector("-0.06 0.03 -0.42 m", dimension::kLength).isApprox(Eigen::Vector3d(-0.06, 0.03, -0.42)));
+  EXPECT_THROW(parse_vector("1 2 m", dimension::kLength), std::invalid_argument);
+  EXPECT_THROW(parse_vector("1 2 3 4 m", dimension::kLength), std::invalid_argument);
+  EXPECT_THROW(parse_vector("1 2 3", dimension::kLength), std::invalid_argument);
+}
+
+TEST(Units, WhatIsWrongSaysWhatWouldBeRight) {
+  const std::pair<std::string_view, Dimension> wrong[] = {
+      {"0.05", dimension::kGyroNoise},
+      {"0.05 deg/s", dimension::kGyroNoise},
+      {"0.05 furlong", dimension::kLength},
+      {"abc", dimension::kTime},
+      {"1 2 s", dimension::kTime},
+      {"nan s", dimension::kTime},
+      {"inf s", dimension::kTime},
+      {"1 rad", dimension::kLength},
+      {"1 deg/", dimension::kAngle},
+      {"1 sqrt(s", dimension::kTime},
+      {"1 s^x", dimension::kTime},
+      {"", dimension::kTime},
+      {"1 sqrt(sqrt(Hz))", dimension::kTime},
+      {"1e999 s", dimension::kTime},
+  };
+  for (const auto& [text, expected] : wrong) {
+    try {
+      parse_quantity(text, expected);
+      ADD_FAILURE() << text << " was taken";
+    } catch (const std::invalid_argument& e) {
+      EXPECT_NE(std::string_view(e.what()).find("such as"), std::string_view::npos) << e.what();
+    }
+  }
+}
+
+TEST(Units, TextRoundTrip) {
+  for (const double value : {0.0, 0.05 * kDegree, 1.0 / 3, -12.25, 6.02e23}) {
+    EXPECT_EQ(parse_quantity(format_quantity(value, "deg/s", dimension::kAngularRate), dimension::kAngularRate), value);
+  }
+  EXPECT_EQ(format_quantity(0.05 * kDegree, "deg/s", dimension::kAngularRate), "0.05 deg/s");
+}
+
+}  // namespace
+}  // namespace piste
