@@ -155,8 +155,11 @@ MotionState Motion::at(double t) const {
   Jet angles[3] = {options_.lean * atan(speed_squared * path_now.curvature / kStandardGravity),
                    options_.crouch * under_way, path_now.heading};
   Jet shake[3];
+  const bool resting = t <= options_.rest_before || t >= options_.rest_before + options_.run;
   for (std::size_t i = 0; i < 3; ++i) {
-    angles[i] += sway_angle_[i].at(t) + turning_[i].at(t) + under_way * (balance_[i].at(t) + vibration_angle_[i].at(t));
+    angles[i] += sway_angle_[i].at(t) + turning_[i].at(t);
+    if (resting) continue;  // what shakes under way would be multiplied by 0
+    angles[i] += under_way * (balance_[i].at(t) + vibration_angle_[i].at(t));
     shake[i] = under_way * vibration_[i].at(t);
   }
 

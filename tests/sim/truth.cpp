@@ -57,7 +57,7 @@ TEST(Truth, DerivativesAgreeWithDifferences) {
   }
 }
 
-// Mechanization of DESIGN section 3 by classical Runge-Kutta, with gravity taken anew at every stage.
+// Mechanization in the world frame by classical Runge-Kutta, with gravity taken anew at every stage.
 struct Nav {
   Eigen::Vector4d q;  // w, x, y, z
   Vector3d v, p;
