@@ -8,6 +8,7 @@
 #include <iterator>
 
 #include "piste/core/error.h"
+#include "piste/io/log_io.h"
 #include "piste/sim/simulation.h"
 
 namespace piste {
@@ -131,6 +132,30 @@ TEST(Scenario, RaceReachesTheRangeOfTheMems) {
   EXPECT_GT(run.imus[0].accel.clipped, 10u);
   const double range = s.imus[0].sensor.accel.range;
   for (const Vector3d& f : run.imus[0].recording.accel) EXPECT_LE(f.cwiseAbs().maxCoeff(), range);
+}
+
+TEST(Scenario, FilesReadBackAsTheRecordings) {
+  const std::filesystem::path folder = std::filesystem::path(PISTE_SOURCE_DIR) / "data" / "ski_run";
+  const Scenario s = shipped("ski_run.yaml");
+  const Simulation run = simulate(s, s.seed);
+  const ImuRecording imu = read_imu({(folder / "mt9a_1.csv").string()});
+  ASSERT_EQ(imu.time.size(), run.imus[0].recording.time.size());
+  for (std::size_t k = 0; k < imu.time.size(); k += 100) {
+    EXPECT_NEAR(imu.time[k], run.imus[0].recording.time[k], 1e-6);
+    EXPECT_LT((imu.gyro[k] - run.imus[0].recording.gyro[k]).norm(), 1e-7);
+    EXPECT_LT((imu.accel[k] - run.imus[0].recording.accel[k]).norm(), 1e-6);
+  }
+  const GnssRecording gnss = read_gnss({(folder / "gnss.csv").string()});
+  ASSERT_EQ(gnss.fixes.size(), run.gnss[0].fixes.size());
+  const World world(s.origin);
+  for (std::size_t k = 0; k < gnss.fixes.size(); k += 10) {
+    const GeodeticFix &read = gnss.fixes[k], &made = run.gnss[0].fixes[k];
+    EXPECT_LT((world.from_geodetic(read.position) - world.from_geodetic(made.position)).norm(), 1e-4);
+    EXPECT_LT((read.velocity->value - made.velocity->value).norm(), 1e-4);
+  }
+  const AttitudeRecording attitude = read_attitude({(folder / "ln200_attitude.csv").string()});
+  ASSERT_EQ(attitude.fixes.size(), run.attitude[0].fixes.size());
+  EXPECT_LT((attitude.fixes[900].angles - run.attitude[0].fixes[900].angles).norm(), 1e-6);
 }
 
 TEST(Scenario, FilesHaveTheColumnsOfTheContract) {

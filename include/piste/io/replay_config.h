@@ -1,0 +1,38 @@
+#pragma once
+/// The configuration of `replay`, whole.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "piste/core/options.h"
+#include "piste/io/imu_source.h"
+
+namespace piste {
+
+struct ReplayConfig {
+  std::filesystem::path file;
+  std::string echo;  ///< the file's text
+  ImuSource imu;
+  std::vector<LogFile> gnss, attitude;
+  ConditioningOptions conditioning;
+  /// As far as the configuration knows: `filter_options()` adds what the recording says. `estimate` holds only blocks
+  /// that can be estimated: a bias or scale whose sigma is 0, and a drift without a process, are left out.
+  FilterOptions filter;
+  InitialHeading initial;
+  SmootherKind smoother = SmootherKind::kRts;
+};
+
+/// Reads and checks the configuration; of the data files only that they are there. Beyond the documented keys:
+/// `rest: {sigma_velocity, sigma_rate, interval}`, `initial: {sigma, declination}`,
+/// `magnetometer: {sigma, declination}` (updates by its heading), and the start sigmas
+/// `priors: {boresight, lever_arm, gnss_delay}`. Throws ConfigError `FILE:LINE: …`.
+ReplayConfig read_replay_config(const std::filesystem::path& file);
+
+/// Reads all logs of the configuration. Throws DataError `FILE:LINE: …`.
+Recording read_recording(const ReplayConfig& config);
+
+/// The filter's options, with the drift of each attitude source taken from the rms of its fixes' sigmas.
+FilterOptions filter_options(const ReplayConfig& config, const Recording& recording);
+
+}  // namespace piste

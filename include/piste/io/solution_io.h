@@ -1,0 +1,33 @@
+#pragma once
+/// The output files of a replay, as text. The same solution gives the same bytes.
+
+#include <string>
+
+#include "piste/core/log.h"
+#include "piste/core/solution.h"
+
+namespace piste {
+
+/// `filtered.csv`, `smoothed.csv`: geodetic position, velocity in local north-east-down, angles, and their sigmas.
+std::string navigation_csv(const Solution& solution);
+
+/// `biases.csv`, `biases_smoothed.csv`: of each estimated block beyond navigation its axes, such as
+/// `gyro_bias_x_deg_s`, and their sigmas, `sigma_gyro_bias_x_deg_s`, in the units of kBlocks; boresight as (roll,
+/// pitch, heading) of R_rb; then bias and drift together, `gyro_total_bias_*` and `accel_total_bias_*`.
+std::string biases_csv(const Solution& solution);
+
+/// `innovations.csv`: every measurement against its prediction, SI, and what became of it.
+std::string innovations_csv(const Solution& solution);
+
+/// What `summary.json` tells beyond the solution.
+struct RunTimes {
+  double cpu = 0, wall = 0;
+};
+
+/// `summary.json`. `estimates` are the values at the last epoch of `smoothed` where there is one, else of `filtered`.
+/// `gyro_total_bias` and `accel_total_bias` are bias + drift averaged over the run's epochs: the mean of the values,
+/// and the mean of the sigmas. `used` and `rejected` count fixes, and a fix of which any part was rejected is a
+/// rejected one; `sources` counts each part. All but `cpu_s` and `wall_s` is the same at every replay.
+std::string summary_json(const Log& log, const Solution& filtered, const Solution* smoothed, const RunTimes& times);
+
+}  // namespace piste

@@ -1,0 +1,192 @@
+#include "imu.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "piste/condition/spline.h"
+#include "piste/core/error.h"
+
+namespace piste {
+namespace {
+
+constexpr double kGapFactor = 1.5, kLongestGap = 300, kAtRange = 0.999;
+
+/// The rows within the span, in GPS time and body axes.
+struct Rows {
+  std::vector<double> time;
+  std::vector<Vector3d> gyro, accel;
+};
+
+double gps_time(const ImuConditioning& options, double first, double t) {
+  return t - options.clock_offset - options.clock_drift * (t - first);
+}
+
+Rows rows_in_span(const ImuRecording& recording, const ConditioningOptions& options, Log& log) {
+  Rows rows;
+  if (recording.time.empty()) throw DataError(recording.file, "the IMU has no rows");
+  const auto& [start, end] = options.span;
+  const Matrix3d& R_bs = options.imu.R_bs;
+  const double first = recording.time.front();
+  for (std::size_t i = 0; i < recording.time.size(); ++i) {
+    const double t = gps_time(options.imu, first, recording.time[i]);
+    if (t < start || (end != 0 && t > end)) continue;
+    rows.time.push_back(t);
+    rows.gyro.emplace_back(R_bs * recording.gyro[i]);
+    rows.accel.emplace_back(R_bs * recording.accel[i]);
+    if (!recording.magnetic.empty()) log.magnetic.push_back({t, R_bs * recording.magnetic[i]});
+  }
+  if (rows.time.size() < 3) {
+    throw DataError(
+        recording.file,
+        fmt::format("{} IMU rows lie within the span {} to {} s; the file covers {:.3f} to {:.3f} s of GPS time",
+                    rows.time.size(), start, end, gps_time(options.imu, first, first),
+                    gps_time(options.imu, first, recording.time.back())));
+  }
+  return rows;
+}
+
+double median_interval(const std::vector<double>& time) {
+  std::vector<double> intervals(time.size() - 1);
+  for (std::size_t i = 0; i < intervals.size(); ++i) intervals[i] = time[i + 1] - time[i];
+  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
+  std::nth_element(intervals.begin(), middle, intervals.end());
+  return *middle;
+}
+
+/// Makes increments of rows.
+class Incrementer {
+ public:
+  Incrementer(const Rows& rows, const ImuRecording& recording, const ConditioningOptions& options, Log& log)
+      : rows_(rows), recording_(recording), options_(options), log_(log), nominal_(median_interval(rows.time)) {}
+
+  void run() {
+    log_.imu.reserve(rows_.time.size() + 16);
+    if (options_.imu.instantaneous) {
+      integrate_samples();
+    } else {
+      pass_intervals();
+    }
+    for (const ImuSample& sample : log_.imu) {
+      if (sample.clipped_gyro != 0 || sample.clipped_accel != 0) ++log_.counts.imu_clipped;
+    }
+  }
+
+ private:
+  double step(std::size_t i) const { return rows_.time[i] - rows_.time[i - 1]; }
+
+  // Whether rows are missing before row i ≥ 1.
+  bool gap_before(std::size_t i) const {
+    if (!(step(i) > kGapFactor * nominal_)) return false;
+    const double both = (kGapFactor + 1) * nominal_;
+    const bool early_before = i >= 2 && step(i) + step(i - 1) < both;
+    const bool late = i + 1 < rows_.time.size() && step(i) + step(i + 1) < both;
+    if (early_before || late) return false;
+    if (step(i) > kLongestGap) {
+      throw DataError(recording_.file,
+                      fmt::format("the IMU is silent from {:.3f} to {:.3f} s, longer than {} s; replay the "
+                                  "parts one by one with `span`",
+                                  rows_.time[i - 1], rows_.time[i], kLongestGap));
+    }
+    return true;
+  }
+
+  // Angular rate and specific force of row i; increments are those of `interval`.
+  Vector3d rate(const std::vector<Vector3d>& values, std::size_t i, double interval) const {
+    return recording_.increments ? Vector3d(values[i] / interval) : values[i];
+  }
+
+  std::uint8_t clipped(const Vector3d& value, double range) const {
+    unsigned flags = 0;
+    for (unsigned axis = 0; range > 0 && axis < 3; ++axis) {
+      if (std::abs(value(axis)) >= kAtRange * range) flags |= 1U << axis;
+    }
+    return static_cast<std::uint8_t>(flags);
+  }
+
+  void fill(double start, double end, const Vector3d& gyro, const Vector3d& accel) {
+    ++log_.counts.imu_gaps;
+    const int count = std::max(1, static_cast<int>(std::lround((end - start) / nominal_)));
+    double before = start;
+    for (int k = 1; k <= count; ++k) {
+      const double time = k == count ? end : start + (end - start) * k / count;
+      const double interval = time - before;
+      log_.imu.push_back(
+          {.time = time, .interval = interval, .dtheta = gyro * interval, .dvel = accel * interval, .gap = true});
+      before = time;
+    }
+  }
+
+  // Rows that stand for the interval before them.
+  void pass_intervals() {
+    Vector3d gyro_before = Vector3d::Zero(), accel_before = Vector3d::Zero();
+    for (std::size_t i = 0; i < rows_.time.size(); ++i) {
+      const bool after_gap = i > 0 && gap_before(i);
+      const double interval = i == 0 || after_gap ? nominal_ : step(i);
+      const Vector3d gyro = rate(rows_.gyro, i, interval), accel = rate(rows_.accel, i, interval);
+      if (after_gap) {
+        fill(rows_.time[i - 1], rows_.time[i] - nominal_, (gyro_before + gyro) / 2, (accel_before + accel) / 2);
+      }
+      const bool as_is = recording_.increments;
+      log_.imu.push_back({.time = rows_.time[i],
+                          .interval = interval,
+                          .dtheta = as_is ? rows_.gyro[i] : Vector3d(gyro * interval),
+                          .dvel = as_is ? rows_.accel[i] : Vector3d(accel * interval),
+                          .clipped_gyro = clipped(gyro, options_.gyro_range),
+                          .clipped_accel = clipped(accel, options_.accel_range)});
+      gyro_before = gyro;
+      accel_before = accel;
+    }
+  }
+
+  // Rows that are samples at their times: one spline from gap to gap.
+  void integrate_samples() {
+    const std::size_t count = rows_.time.size();
+    for (std::size_t begin = 0, end = 0; begin < count; begin = end) {
+      end = begin + 1;
+      while (end < count && !gap_before(end)) ++end;
+      if (begin > 0) {
+        fill(rows_.time[begin - 1], rows_.time[begin], (rows_.gyro[begin - 1] + rows_.gyro[begin]) / 2,
+             (rows_.accel[begin - 1] + rows_.accel[begin]) / 2);
+      }
+      if (end - begin >= 2) integrate_piece(begin, end - begin);
+    }
+  }
+
+  void integrate_piece(std::size_t begin, std::size_t size) {
+    const auto time = std::span(rows_.time).subspan(begin, size);
+    const Spline gyro(time, std::span(rows_.gyro).subspan(begin, size));
+    const Spline accel(time, std::span(rows_.accel).subspan(begin, size));
+    const auto either = [](std::uint8_t a, std::uint8_t b) { return static_cast<std::uint8_t>(a | b); };
+    std::uint8_t gyro_flags = clipped(rows_.gyro[begin], options_.gyro_range);
+    std::uint8_t accel_flags = clipped(rows_.accel[begin], options_.accel_range);
+    for (std::size_t k = 0; k + 1 < size; ++k) {
+      const std::uint8_t gyro_next = clipped(rows_.gyro[begin + k + 1], options_.gyro_range);
+      const std::uint8_t accel_next = clipped(rows_.accel[begin + k + 1], options_.accel_range);
+      log_.imu.push_back({.time = time[k + 1],
+                          .interval = time[k + 1] - time[k],
+                          .dtheta = gyro.integral(k),
+                          .dvel = accel.integral(k),
+                          .clipped_gyro = either(gyro_flags, gyro_next),
+                          .clipped_accel = either(accel_flags, accel_next)});
+      gyro_flags = gyro_next;
+      accel_flags = accel_next;
+    }
+  }
+
+  const Rows& rows_;
+  const ImuRecording& recording_;
+  const ConditioningOptions& options_;
+  Log& log_;
+  double nominal_;
+};
+
+}  // namespace
+
+void condition_imu(const ImuRecording& recording, const ConditioningOptions& options, Log& log) {
+  const Rows rows = rows_in_span(recording, options, log);
+  Incrementer(rows, recording, options, log).run();
+}
+
+}  // namespace piste

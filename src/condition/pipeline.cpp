@@ -1,0 +1,143 @@
+#include "piste/condition/pipeline.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "imu.h"
+#include "piste/core/error.h"
+
+namespace piste {
+namespace {
+
+constexpr double kDay = 86400, kWeek = 7 * kDay;
+
+/// Weeks to add to the times of a source so that they are those of the IMU; none where that brings them no nearer than
+/// a day: then something else is wrong.
+template <class Fix>
+double week_shift(const std::vector<Fix>& fixes, double imu_time) {
+  if (fixes.empty()) return 0;
+  const double apart = imu_time - fixes.front().time, shift = kWeek * std::round(apart / kWeek);
+  return std::abs(apart - shift) < kDay ? shift : 0;
+}
+
+template <class Fix>
+std::string span_text(const std::string& file, const std::vector<Fix>& fixes, double shift) {
+  if (fixes.empty()) return fmt::format("{} is empty", file);
+  return fmt::format("{} covers {:.3f} to {:.3f} s", file, fixes.front().time + shift, fixes.back().time + shift);
+}
+
+/// Which fixes of one receiver are used; the others are counted.
+std::vector<GeodeticFix> used_fixes(const GnssRecording& receiver, const Interval& imu,
+                                    const std::vector<Interval>& outages, LogCounts& counts) {
+  const double shift = week_shift(receiver.fixes, imu.start);
+  std::size_t withheld = 0, outside = 0;
+  std::vector<GeodeticFix> used;
+  for (GeodeticFix fix : receiver.fixes) {
+    fix.time += shift;
+    if (!imu.contains(fix.time)) {
+      ++outside;
+    } else if (std::any_of(outages.begin(), outages.end(), [&](const Interval& o) { return o.contains(fix.time); })) {
+      ++withheld;
+    } else {
+      used.push_back(fix);
+    }
+  }
+  counts.gnss_outside.push_back(outside);
+  counts.gnss_withheld.push_back(withheld);
+  return used;
+}
+
+// Sigmas along the axes of w of independent errors along those of n.
+Vector3d turned_sigma(const Matrix3d& R_wn, const Vector3d& sigma_n) {
+  return (R_wn.cwiseAbs2() * sigma_n.cwiseAbs2()).cwiseSqrt();
+}
+
+GnssFix in_world(const World& world, const GeodeticFix& fix) {
+  GnssFix result{.time = fix.time, .position = world.from_geodetic(fix.position), .sigma_position = {}, .velocity = {}};
+  const Matrix3d R_wn = world.rotation_wn(result.position);
+  result.sigma_position = turned_sigma(R_wn, fix.sigma_position);
+  if (fix.velocity) result.velocity = {R_wn * fix.velocity->value, turned_sigma(R_wn, fix.velocity->sigma)};
+  return result;
+}
+
+// Position at t between the fixes around it, at the nearest one beyond them.
+Vector3d position_at(const std::vector<GnssFix>& fixes, double t) {
+  const auto after =
+      std::lower_bound(fixes.begin(), fixes.end(), t, [](const GnssFix& f, double x) { return f.time < x; });
+  if (after == fixes.begin()) return fixes.front().position;
+  if (after == fixes.end()) return fixes.back().position;
+  const auto before = after - 1;
+  const double part = (t - before->time) / (after->time - before->time);
+  return (1 - part) * before->position + part * after->position;
+}
+
+AttitudeFix in_world(const World& world, const EulerFix& fix, double time, const Vector3d& p_w) {
+  const Matrix3d R_wn = world.rotation_wn(p_w);
+  const Matrix3d axes_w = R_wn * euler_axes(fix.angles);
+  return {time, Quaterniond(R_wn) * from_euler(fix.angles),
+          axes_w * fix.sigma.cwiseAbs2().asDiagonal() * axes_w.transpose()};
+}
+
+void condition_gnss(const Recording& recording, const Interval& imu, const ConditioningOptions& options, Log& log) {
+  if (recording.gnss.empty()) throw DataError("", "no GNSS: a `gnss:` source is needed for position");
+  std::vector<std::vector<GeodeticFix>> used;
+  for (const GnssRecording& receiver : recording.gnss) {
+    used.push_back(used_fixes(receiver, imu, options.outages, log.counts));
+  }
+  const auto first = std::find_if(used.begin(), used.end(), [](const auto& fixes) { return !fixes.empty(); });
+  if (first == used.end()) {
+    const GnssRecording& receiver = recording.gnss.front();
+    const bool withheld =
+        std::any_of(log.counts.gnss_withheld.begin(), log.counts.gnss_withheld.end(), [](auto n) { return n > 0; });
+    throw DataError(recording.imu.file,
+                    withheld
+                        ? std::string("every GNSS fix within the IMU's time is withheld; shorten `outages`")
+                        : fmt::format("no time in common with GNSS: the IMU covers {:.3f} to {:.3f} s, {}; check the "
+                                      "files, `span`, and `clock: {{offset}}` of the IMU",
+                                      imu.start, imu.end,
+                                      span_text(receiver.file, receiver.fixes, week_shift(receiver.fixes, imu.start))));
+  }
+  log.world = World(first->front().position);
+  for (const auto& fixes : used) {
+    auto& out = log.gnss.emplace_back();
+    for (const GeodeticFix& fix : fixes) out.push_back(in_world(log.world, fix));
+  }
+}
+
+void condition_attitude(const Recording& recording, const Interval& imu, Log& log) {
+  const auto receiver =
+      std::find_if(log.gnss.begin(), log.gnss.end(), [](const auto& fixes) { return !fixes.empty(); });
+  for (const AttitudeRecording& source : recording.attitude) {
+    const double shift = week_shift(source.fixes, imu.start);
+    auto& out = log.attitude.emplace_back();
+    for (const EulerFix& fix : source.fixes) {
+      const double time = fix.time + shift;
+      if (imu.contains(time)) out.push_back(in_world(log.world, fix, time, position_at(*receiver, time)));
+    }
+    log.counts.attitude_outside.push_back(source.fixes.size() - out.size());
+    if (out.empty()) {
+      throw DataError(
+          recording.imu.file,
+          fmt::format("no time in common with the reference attitude: the IMU covers {:.3f} to {:.3f} s, {}", imu.start,
+                      imu.end, span_text(source.file, source.fixes, shift)));
+    }
+  }
+}
+
+}  // namespace
+
+Log condition(const Recording& recording, const ConditioningOptions& options) {
+  if (recording.imu.increments && options.imu.instantaneous) {
+    throw DataError(recording.imu.file, "holds increments, which are no instantaneous samples");
+  }
+  Log log;
+  condition_imu(recording.imu, options, log);
+  const Interval imu{log.imu.front().time - log.imu.front().interval, log.imu.back().time};
+  condition_gnss(recording, imu, options, log);
+  condition_attitude(recording, imu, log);
+  return log;
+}
+
+}  // namespace piste

@@ -1,0 +1,51 @@
+#include "piste/io/imu_source.h"
+
+#include <fmt/format.h>
+
+#include "piste/core/error.h"
+#include "piste/io/sensor_file.h"
+
+namespace piste {
+
+LogFile read_log_file(const Config& source, std::initializer_list<std::pair<std::string_view, LogFormat>> formats) {
+  LogFile log;
+  log.file = source.existing_file("file").string();
+  const std::string asked = source.text("format", "csv");
+  if (asked == "xsens_ascii" || asked == "nmea") {
+    std::string names;
+    for (const auto& f : formats) names += fmt::format("{}{}", names.empty() ? "" : ", ", f.first);
+    source.fail("format", fmt::format("`{}` is not available in this version; there are: {}", asked, names));
+  }
+  log.format = source.choice<LogFormat>("format", formats, LogFormat::kCsv);
+  if (log.format == LogFormat::kCsv) log.ignore_columns = source.words("ignore_columns");
+  return log;
+}
+
+ImuSource read_imu_source(const Config& imu) {
+  ImuSource source;
+  source.where = imu.where();
+  source.log = read_log_file(imu, {{"csv", LogFormat::kCsv}, {"kf_gins", LogFormat::kKfGins}});
+  source.sensor = read_sensor(imu.existing_file("sensor"));
+  source.conditioning.R_bs = imu.axes("axes");
+  source.conditioning.instantaneous = imu.choice<bool>("sampling", {{"mean", false}, {"instant", true}}, false);
+  if (source.conditioning.instantaneous) source.where = imu.where("sampling");
+  if (const auto clock = imu.find_map("clock")) {
+    source.conditioning.clock_offset = clock->quantity("offset", dimension::kTime, 0);
+    source.conditioning.clock_drift = clock->quantity("drift", dimension::kRatio, 0);
+    if (std::abs(source.conditioning.clock_drift) > 0.01)
+      clock->fail("drift", "a clock is off by ppm, such as `20 ppm`");
+  }
+  return source;
+}
+
+ImuRecording read_imu(const ImuSource& source) {
+  ImuRecording imu = read_imu(source.log);
+  if (imu.increments && source.conditioning.instantaneous) {
+    throw ConfigError(source.where, fmt::format("sampling: {} holds increments, which are no instantaneous samples; "
+                                                "leave `sampling` out",
+                                                imu.file));
+  }
+  return imu;
+}
+
+}  // namespace piste

@@ -1,0 +1,141 @@
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <initializer_list>
+#include <optional>
+
+#include "log_formats.h"
+#include "piste/io/csv.h"
+#include "piste/math/earth.h"
+
+namespace piste::log_formats {
+namespace {
+
+constexpr std::array<std::string_view, 3> kXyz{"x", "y", "z"}, kNed{"north", "east", "down"},
+    kEuler{"roll", "pitch", "heading"};
+
+struct ColumnUnit {
+  std::string_view suffix;
+  double factor;
+};
+
+/// Three columns `PREFIX_AXIS_UNIT`, read in SI and radians.
+struct Triad {
+  std::array<std::size_t, 3> columns;
+  ColumnUnit unit;
+  Vector3d read(const CsvReader& csv) const {
+    return unit.factor * Vector3d(csv[columns[0]], csv[columns[1]], csv[columns[2]]);
+  }
+};
+
+std::string column_name(std::string_view prefix, std::string_view axis, std::string_view unit) {
+  return fmt::format("{}{}{}_{}", prefix, prefix.empty() ? "" : "_", axis, unit);
+}
+
+std::optional<Triad> find_triad(CsvReader& csv, std::string_view prefix, const std::array<std::string_view, 3>& axes,
+                                std::initializer_list<ColumnUnit> units) {
+  for (const ColumnUnit& unit : units) {
+    const auto first = csv.find(column_name(prefix, axes[0], unit.suffix));
+    if (!first) continue;
+    return Triad{{*first, csv.column(column_name(prefix, axes[1], unit.suffix)),
+                  csv.column(column_name(prefix, axes[2], unit.suffix))},
+                 unit};
+  }
+  return std::nullopt;
+}
+
+Triad require_triad(CsvReader& csv, std::string_view prefix, const std::array<std::string_view, 3>& axes,
+                    std::initializer_list<ColumnUnit> units) {
+  if (const auto triad = find_triad(csv, prefix, axes, units)) return *triad;
+  std::string choices;
+  for (const ColumnUnit& unit : units) {
+    choices += (choices.empty() ? "" : " or ") + column_name(prefix, axes[0], unit.suffix);
+  }
+  csv.fail(fmt::format("column {} is missing, and with it those of the other axes", choices));
+}
+
+}  // namespace
+
+ImuRecording read_imu_csv(const LogFile& log) {
+  CsvReader csv(log.file, log.ignore_columns);
+  ImuRecording imu;
+  imu.file = log.file;
+  const auto time = csv.column("time_s");
+  auto gyro = find_triad(csv, "gyro", kXyz, {{"rad_s", 1}, {"deg_s", kRadian}});
+  std::optional<Triad> accel;
+  if (gyro) {
+    accel = require_triad(csv, "accel", kXyz, {{"m_s2", 1}, {"g", kStandardGravity}});
+  } else if ((gyro = find_triad(csv, "dtheta", kXyz, {{"rad", 1}, {"deg", kRadian}}))) {
+    accel = require_triad(csv, "dvel", kXyz, {{"m_s", 1}});
+    imu.increments = true;
+  } else {
+    csv.fail("no gyroscope: columns gyro_x_rad_s, gyro_x_deg_s, or increments dtheta_x_rad, dtheta_x_deg are expected");
+  }
+  const auto magnetic = find_triad(csv, "mag", kXyz, {{"uT", 1}});
+  const auto temperature = csv.find("temperature_degC");
+  csv.finish_header();
+
+  const bool declared_radians = gyro->unit.factor == 1;
+  IncreasingTime increasing;
+  while (csv.next()) {
+    const double t = increasing.next(csv[time], csv.text());
+    const Vector3d rotation = gyro->read(csv);
+    if (declared_radians && !imu.increments) check_rate(rotation, csv.text());
+    if (declared_radians && imu.increments && !imu.time.empty())
+      check_rate(rotation / (t - imu.time.back()), csv.text());
+    imu.time.push_back(t);
+    imu.gyro.push_back(rotation);
+    imu.accel.push_back(accel->read(csv));
+    if (magnetic) imu.magnetic.push_back(magnetic->read(csv));
+    if (temperature) imu.temperature.push_back(csv[*temperature]);
+  }
+  return imu;
+}
+
+GnssRecording read_gnss_csv(const LogFile& log) {
+  CsvReader csv(log.file, log.ignore_columns);
+  const auto time = csv.column("time_s"), latitude = csv.column("latitude_deg"),
+             longitude = csv.column("longitude_deg"), height = csv.column("height_m");
+  const Triad sigma = require_triad(csv, "sigma", kNed, {{"m", 1}});
+  const auto velocity = find_triad(csv, "velocity", kNed, {{"m_s", 1}});
+  std::optional<Triad> sigma_velocity;
+  if (velocity) sigma_velocity = require_triad(csv, "sigma_velocity", kNed, {{"m_s", 1}});
+  csv.finish_header();
+
+  GnssRecording gnss{log.file, {}};
+  IncreasingTime increasing;
+  while (csv.next()) {
+    GeodeticFix fix;
+    fix.time = increasing.next(csv[time], csv.text());
+    fix.position = geodetic_degrees(csv[latitude], csv[longitude], csv[height]);
+    fix.sigma_position = sigma.read(csv);
+    if (velocity) fix.velocity = {velocity->read(csv), sigma_velocity->read(csv)};
+    check_fix(fix, csv.text());
+    gnss.fixes.push_back(fix);
+  }
+  return gnss;
+}
+
+AttitudeRecording read_attitude_csv(const LogFile& log) {
+  CsvReader csv(log.file, log.ignore_columns);
+  const auto time = csv.column("time_s");
+  const Triad angles = require_triad(csv, "", kEuler, {{"deg", kRadian}});
+  const Triad sigma = require_triad(csv, "sigma", kEuler, {{"deg", kRadian}});
+  csv.finish_header();
+
+  AttitudeRecording attitude{log.file, {}};
+  IncreasingTime increasing;
+  const Vector3d largest = Vector3d(180, 90, 360) * (kRadian * (1 + 1e-9));
+  while (csv.next()) {
+    const EulerFix fix{increasing.next(csv[time], csv.text()), angles.read(csv), sigma.read(csv)};
+    if ((fix.angles.cwiseAbs().array() > largest.array()).any()) {
+      csv.fail("an angle is out of range; roll within 180, pitch within 90, heading within 360 deg are expected");
+    }
+    if (!(fix.sigma.minCoeff() > 0)) csv.fail("the sigmas of an attitude must be above zero");
+    attitude.fixes.push_back(fix);
+  }
+  return attitude;
+}
+
+}  // namespace piste::log_formats

@@ -1,0 +1,29 @@
+#pragma once
+/// The readers behind log_io.h, one file a format, and what they share.
+
+#include "piste/io/log_io.h"
+#include "piste/io/text_reader.h"
+
+namespace piste::log_formats {
+
+ImuRecording read_imu_csv(const LogFile& log);
+GnssRecording read_gnss_csv(const LogFile& log);
+AttitudeRecording read_attitude_csv(const LogFile& log);
+ImuRecording read_imu_kf_gins(const LogFile& log);
+GnssRecording read_gnss_kf_gins(const LogFile& log);
+GnssRecording read_gnss_rtklib(const LogFile& log);
+
+/// Refuses an angular rate [rad/s] that no sensor measures: degrees where radians are declared.
+void check_rate(const Vector3d& rate, const TextReader& reader);
+
+/// Refuses places outside the Earth's ranges and sigmas that are not above zero.
+void check_fix(const GeodeticFix& fix, const TextReader& reader);
+
+inline constexpr double kRadian = 1 / 57.295779513082320876798;  ///< of one degree
+
+/// Latitude and longitude in degrees, height in metres.
+inline Geodetic geodetic_degrees(double latitude, double longitude, double height) {
+  return {latitude * kRadian, longitude * kRadian, height};
+}
+
+}  // namespace piste::log_formats

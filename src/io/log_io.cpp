@@ -1,0 +1,114 @@
+#include "piste/io/log_io.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "log_formats.h"
+#include "piste/core/error.h"
+
+namespace piste {
+namespace {
+
+[[noreturn]] void wrong_format(const LogFile& log, std::string_view kind, std::string_view formats) {
+  throw ConfigError(log.file, fmt::format("{} is read from {}", kind, formats));
+}
+
+template <class Fixes>
+void require_rows(const Fixes& fixes, const std::string& file, std::string_view what) {
+  if (fixes.empty()) throw DataError(file, fmt::format("holds no {}", what));
+}
+
+// Gravity stands in every accelerometer record: its mean tells the unit.
+void check_gravity(const ImuRecording& imu) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (std::size_t i = 1; i < imu.time.size(); ++i, ++count) {
+    sum += imu.accel[i].norm() / (imu.increments ? imu.time[i] - imu.time[i - 1] : 1);
+  }
+  if (count == 0) throw DataError(imu.file, "holds fewer than two IMU rows");
+  const double mean = sum / static_cast<double>(count);
+  if (mean >= 3 && mean <= 30) return;
+  throw DataError(
+      imu.file + ":1",
+      fmt::format("the mean specific force is {:.4g} m/s^2 and should be near 9.8; {}", mean,
+                  imu.increments
+                      ? "dvel must be velocity increments in m/s since the row before"
+                      : "are the columns in g (accel_x_g) or in m/s^2 (accel_x_m_s2), or increments (dvel_x_m_s)?"));
+}
+
+}  // namespace
+
+ImuRecording read_imu(const LogFile& log) {
+  ImuRecording imu;
+  switch (log.format) {
+    case LogFormat::kCsv:
+      imu = log_formats::read_imu_csv(log);
+      break;
+    case LogFormat::kKfGins:
+      imu = log_formats::read_imu_kf_gins(log);
+      break;
+    case LogFormat::kRtklibPos:
+      wrong_format(log, "an IMU", "csv or kf_gins");
+  }
+  check_gravity(imu);
+  return imu;
+}
+
+GnssRecording read_gnss(const LogFile& log) {
+  GnssRecording gnss;
+  switch (log.format) {
+    case LogFormat::kCsv:
+      gnss = log_formats::read_gnss_csv(log);
+      break;
+    case LogFormat::kKfGins:
+      gnss = log_formats::read_gnss_kf_gins(log);
+      break;
+    case LogFormat::kRtklibPos:
+      gnss = log_formats::read_gnss_rtklib(log);
+      break;
+  }
+  require_rows(gnss.fixes, log.file, "fix");
+  return gnss;
+}
+
+AttitudeRecording read_attitude(const LogFile& log) {
+  if (log.format != LogFormat::kCsv) wrong_format(log, "an attitude", "csv");
+  AttitudeRecording attitude = log_formats::read_attitude_csv(log);
+  require_rows(attitude.fixes, log.file, "attitude");
+  return attitude;
+}
+
+namespace log_formats {
+
+void check_rate(const Vector3d& rate, const TextReader& reader) {
+  constexpr double kFastest = 60;
+  const double largest = rate.cwiseAbs().maxCoeff();
+  if (largest > kFastest) {
+    reader.fail(
+        fmt::format("an angular rate of {:.4g} rad/s: these look like degrees; name the columns gyro_x_deg_s "
+                    "(or dtheta_x_deg), or convert them",
+                    largest));
+  }
+}
+
+void check_fix(const GeodeticFix& fix, const TextReader& reader) {
+  constexpr double kPi = std::numbers::pi;
+  if (std::abs(fix.position.latitude) > kPi / 2) {
+    reader.fail(fmt::format("latitude {:.6f} deg is beyond 90 deg; are latitude and longitude interchanged?",
+                            fix.position.latitude / kRadian));
+  }
+  if (std::abs(fix.position.longitude) > 2 * kPi) {
+    reader.fail(
+        fmt::format("longitude {:.6f} deg is beyond 360 deg; degrees are expected", fix.position.longitude / kRadian));
+  }
+  if (std::abs(fix.position.height) > 1e6) {
+    reader.fail(fmt::format("height {:.1f} m; metres above the ellipsoid are expected", fix.position.height));
+  }
+  if (!(fix.sigma_position.minCoeff() > 0)) reader.fail("the sigmas of a position must be above zero");
+  if (fix.velocity && !(fix.velocity->sigma.minCoeff() > 0)) reader.fail("the sigmas of a velocity must be above zero");
+}
+
+}  // namespace log_formats
+}  // namespace piste

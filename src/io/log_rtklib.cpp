@@ -1,0 +1,178 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <optional>
+
+#include "log_formats.h"
+
+namespace piste::log_formats {
+namespace {
+
+using std::chrono::sys_days;
+using std::chrono::year_month_day;
+using namespace std::chrono_literals;
+
+constexpr sys_days kGpsEpoch{1980y / 1 / 6};
+constexpr int kDaysPerWeek = 7;
+constexpr double kDay = 86400, kWeek = kDaysPerWeek * kDay;
+
+/// GPS − UTC grows by one second at the beginning of each of these days (IERS Bulletin C).
+constexpr std::array kLeapDays{
+    sys_days{1981y / 7 / 1}, sys_days{1982y / 7 / 1}, sys_days{1983y / 7 / 1}, sys_days{1985y / 7 / 1},
+    sys_days{1988y / 1 / 1}, sys_days{1990y / 1 / 1}, sys_days{1991y / 1 / 1}, sys_days{1992y / 7 / 1},
+    sys_days{1993y / 7 / 1}, sys_days{1994y / 7 / 1}, sys_days{1996y / 1 / 1}, sys_days{1997y / 7 / 1},
+    sys_days{1999y / 1 / 1}, sys_days{2006y / 1 / 1}, sys_days{2009y / 1 / 1}, sys_days{2012y / 7 / 1},
+    sys_days{2015y / 7 / 1}, sys_days{2017y / 1 / 1},
+};
+
+struct GpsTime {
+  int week;
+  double seconds;
+};
+
+/// What the header says of the columns.
+struct Header {
+  bool utc = false, sexagesimal = false;
+  std::vector<std::string> names;  ///< from the quality flag on
+
+  std::optional<std::size_t> find(std::string_view name) const {
+    const auto place = std::find(names.begin(), names.end(), name);
+    if (place == names.end()) return std::nullopt;
+    return first_named() + static_cast<std::size_t>(place - names.begin());
+  }
+  std::size_t first_named() const { return 2 + (sexagesimal ? 6 : 2) + 1; }
+  std::size_t fields() const { return first_named() + names.size(); }
+};
+
+// `a/b/c` or `a:b:c`
+std::optional<std::array<double, 3>> split_three(std::string_view text, char separator) {
+  std::array<double, 3> values{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), values[i]);
+    if (error != std::errc{}) return std::nullopt;
+    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+    if (i == 2) break;
+    if (!text.starts_with(separator)) return std::nullopt;
+    text.remove_prefix(1);
+  }
+  if (!text.empty()) return std::nullopt;
+  return values;
+}
+
+GpsTime calendar_time(const TextReader& reader, bool utc) {
+  const auto date = split_three(reader.fields()[0], '/');
+  const auto clock = split_three(reader.fields()[1], ':');
+  const auto wrong = [&] {
+    reader.fail(fmt::format("`{} {}` is no time; right would be such as 2025/07/08 19:34:18.499, or week and seconds",
+                            reader.fields()[0], reader.fields()[1]));
+  };
+  if (!date || !clock || !((*date)[0] >= 1980 && (*date)[0] < 2200)) wrong();
+  const year_month_day day{std::chrono::year(static_cast<int>((*date)[0])),
+                           std::chrono::month(static_cast<unsigned>(std::clamp((*date)[1], 0.0, 99.0))),
+                           std::chrono::day(static_cast<unsigned>(std::clamp((*date)[2], 0.0, 99.0)))};
+  const auto [hour, minute, second] = *clock;
+  const bool in_day = hour >= 0 && hour < 24 && minute >= 0 && minute < 60 && second >= 0 && second < 61;
+  if (!day.ok() || !in_day || sys_days(day) < kGpsEpoch) wrong();
+  const auto days = static_cast<int>((sys_days(day) - kGpsEpoch).count());
+  double seconds = (days % kDaysPerWeek) * kDay + hour * 3600 + minute * 60 + second;
+  if (utc) {
+    seconds += static_cast<double>(
+        std::count_if(kLeapDays.begin(), kLeapDays.end(), [&](sys_days leap) { return sys_days(day) >= leap; }));
+  }
+  return {days / kDaysPerWeek, seconds};
+}
+
+GpsTime time_of(const TextReader& reader, bool utc) {
+  if (reader.fields()[0].find('/') != std::string_view::npos) return calendar_time(reader, utc);
+  const double week = reader.number(0), seconds = reader.number(1);
+  if (!(week >= 0 && week < 10000 && week == std::floor(week) && seconds >= 0 && seconds <= kWeek)) {
+    reader.fail(fmt::format("`{} {}` is no GPS week and seconds of week", reader.fields()[0], reader.fields()[1]));
+  }
+  return {static_cast<int>(week), seconds};
+}
+
+double angle_of(const TextReader& reader, std::size_t& field, bool sexagesimal) {
+  if (!sexagesimal) return reader.number(field++);
+  const double sign = reader.fields()[field].starts_with('-') ? -1 : 1;  // −0° 30′ is negative too
+  const double degrees = std::abs(reader.number(field)), minutes = reader.number(field + 1),
+               seconds = reader.number(field + 2);
+  if (!(minutes >= 0 && minutes < 60 && seconds >= 0 && seconds <= 60)) {
+    reader.fail("minutes and seconds of an angle must lie between 0 and 60");
+  }
+  field += 3;
+  return sign * (degrees + minutes / 60 + seconds / 3600);
+}
+
+// The header line that names the columns; none where the line is another comment.
+std::optional<Header> header_of(const TextReader& reader) {
+  const std::string_view line = reader.line();
+  if (line.find("ecef(m)") != std::string_view::npos || line.find("-baseline(m)") != std::string_view::npos) {
+    reader.fail("latitude, longitude and height are expected; set out-solformat=llh in RTKLIB");
+  }
+  if (line.find("height=") != std::string_view::npos && line.find("/geodetic") != std::string_view::npos) {
+    reader.fail("heights above the geoid; set out-height=ellipsoidal in RTKLIB");
+  }
+  if (line.find("latitude(") == std::string_view::npos) return std::nullopt;
+  Header header;
+  std::vector<std::string> words;
+  for (std::string_view word : reader.fields()) {
+    while (word.starts_with('%')) word.remove_prefix(1);
+    if (!word.empty()) words.emplace_back(word);
+  }
+  if (words.size() < 4 || (words[0] != "GPST" && words[0] != "UTC")) {
+    reader.fail(
+        fmt::format("time system `{}`; set out-timesys to gpst or utc in RTKLIB", words.empty() ? "" : words[0]));
+  }
+  header.utc = words[0] == "UTC";
+  header.sexagesimal = words[1].find('\'') != std::string::npos;
+  header.names.assign(words.begin() + 4, words.end());
+  return header;
+}
+
+}  // namespace
+
+GnssRecording read_gnss_rtklib(const LogFile& log) {
+  TextReader reader(log.file, TextReader::Separator::kSpaces);
+  GnssRecording gnss{log.file, {}};
+  std::optional<Header> header;
+  std::optional<int> first_week;
+  IncreasingTime increasing;
+  while (reader.next()) {
+    if (reader.line().starts_with('%')) {
+      if (auto found = header_of(reader)) header = std::move(found);
+      continue;
+    }
+    if (!header) reader.fail("no header line before the first fix; set out-outhead=on in RTKLIB");
+    if (reader.fields().size() != header->fields()) {
+      reader.fail(fmt::format("{} fields, but the header promises {}; is the line cut?", reader.fields().size(),
+                              header->fields()));
+    }
+    const auto value = [&](std::string_view name) {
+      const auto place = header->find(name);
+      if (!place) reader.fail(fmt::format("the header names no column `{}`", name));
+      return reader.number(*place);
+    };
+    const GpsTime time = time_of(reader, header->utc);
+    if (!first_week) first_week = time.week;
+    GeodeticFix fix;
+    fix.time = increasing.next(time.seconds + (time.week - *first_week) * kWeek, reader);
+    std::size_t field = 2;
+    const double latitude = angle_of(reader, field, header->sexagesimal);
+    const double longitude = angle_of(reader, field, header->sexagesimal);
+    fix.position = geodetic_degrees(latitude, longitude, reader.number(field));
+    fix.sigma_position = {value("sdn(m)"), value("sde(m)"), value("sdu(m)")};
+    if (header->find("vn(m/s)")) {
+      const Vector3d sigma{value("sdvn"), value("sdve"), value("sdvu")};
+      if (!sigma.isZero(0)) fix.velocity = {{value("vn(m/s)"), value("ve(m/s)"), -value("vu(m/s)")}, sigma};
+    }
+    check_fix(fix, reader);
+    gnss.fixes.push_back(fix);
+  }
+  return gnss;
+}
+
+}  // namespace piste::log_formats

@@ -1,0 +1,36 @@
+#include "quantity.h"
+
+namespace piste {
+
+std::vector<Quantity> quantities_of(const StateLayout& layout) {
+  std::vector<Quantity> result;
+  for (const Block block : layout.blocks()) {
+    if (index_of(block) > index_of(Block::kAttitude)) result.push_back({std::string(info(block).name), block, false});
+  }
+  if (layout.has(Block::kGyroBias) || layout.has(Block::kGyroDrift)) {
+    result.push_back({"gyro_total_bias", Block::kGyroBias, true});
+  }
+  if (layout.has(Block::kAccelBias) || layout.has(Block::kAccelDrift)) {
+    result.push_back({"accel_total_bias", Block::kAccelBias, true});
+  }
+  return result;
+}
+
+std::pair<Vector3d, Vector3d> shown(const Quantity& q, const Estimate& x, const Sigmas& s) {
+  const double factor = info(q.block).factor;
+  if (q.total) {
+    const bool gyro = q.block == Block::kGyroBias;
+    return {factor * (gyro ? x.gyro_bias + x.gyro_drift : x.accel_bias + x.accel_drift),
+            factor * (gyro ? s.gyro_total_bias : s.accel_total_bias)};
+  }
+  Vector3d value = Vector3d::Zero(), sigma = Vector3d::Zero();
+  if (q.block == Block::kBoresight) {
+    value = to_euler(x.q_rb);
+  } else {
+    value.head(q.size()) = additive(x, q.block);
+  }
+  sigma.head(q.size()) = s.blocks.segment(full_offset(q.block), q.size());
+  return {factor * value, factor * sigma};
+}
+
+}  // namespace piste

@@ -1,0 +1,303 @@
+#include "piste/io/replay_config.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "piste/core/error.h"
+#include "piste/io/config.h"
+
+namespace piste {
+namespace {
+
+GnssOptions read_gnss_options(const Config& source, const LogFile& log) {
+  GnssOptions options;
+  options.name = std::filesystem::path(log.file).stem().string();
+  options.lever_arm = source.vector("lever_arm", dimension::kLength, Vector3d::Zero());
+  if (source.has("use")) {
+    const std::vector<std::string> use = source.words("use");
+    const auto has = [&](std::string_view word) { return std::find(use.begin(), use.end(), word) != use.end(); };
+    options.use_position = has("position");
+    options.use_velocity = has("velocity");
+    const auto known = static_cast<std::size_t>(options.use_position) + static_cast<std::size_t>(options.use_velocity);
+    if (known == 0 || known != use.size())
+      source.fail("use", "right would be `position`, `velocity` or `position velocity`");
+  }
+  if (const auto drift = source.find_map("drift")) {
+    GaussMarkov process{drift->vector("sigma", dimension::kLength),
+                        drift->quantity("correlation_time", dimension::kTime)};
+    if (!(process.sigma.minCoeff() > 0))
+      drift->fail("sigma", "must be above zero on each axis, such as `0.4 0.4 0.7 m`");
+    if (!(process.correlation_time > 0)) drift->fail("correlation_time", "must be above zero, such as `60 s`");
+    options.drift = process;
+  }
+  return options;
+}
+
+AttitudeOptions read_attitude_options(const Config& source, const LogFile& log) {
+  AttitudeOptions options;
+  options.name = std::filesystem::path(log.file).stem().string();
+  const double correlation_time = source.magnitude("correlation_time", dimension::kTime, 0);
+  if (correlation_time > 0) options.drift = GaussMarkov{Vector3d::Zero(), correlation_time};
+  return options;
+}
+
+InitialHeading read_initial(const Config& config, FilterOptions& filter) {
+  using Source = InitialHeading::Source;
+  InitialHeading heading;
+  const auto initial = config.find_map("initial");
+  if (!initial) return heading;
+  const std::string text = initial->text("heading", "auto");
+  if (text == "from_attitude") {
+    if (filter.attitude.empty()) initial->fail("heading", "from_attitude needs an `attitude:` source; or choose auto");
+    heading.source = Source::kAttitude;
+  } else if (text == "from_magnetometer") {
+    heading.source = Source::kMagnetometer;
+  } else if (text != "auto") {
+    if (text.find_first_of("0123456789") == std::string::npos) {
+      initial->fail("heading",
+                    fmt::format("`{}` is none of: auto, from_attitude, from_magnetometer, or an angle such as "
+                                "`123.4 deg`",
+                                text));
+    }
+    heading.source = Source::kValue;
+    heading.value = initial->quantity("heading", dimension::kAngle);
+  }
+  const bool has_sigma = heading.source == Source::kValue || heading.source == Source::kMagnetometer;
+  if (has_sigma) heading.sigma = initial->magnitude("sigma", dimension::kAngle, heading.sigma);
+  if (has_sigma && !(heading.sigma > 0)) initial->fail("sigma", "must be above zero, such as `2 deg`");
+  if (heading.source == Source::kMagnetometer) {
+    filter.declination = initial->quantity("declination", dimension::kAngle, filter.declination);
+  }
+  return heading;
+}
+
+void read_magnetometer(const Config& config, FilterOptions& filter) {
+  const auto magnetometer = config.find_map("magnetometer");
+  if (!magnetometer) return;
+  filter.magnetic_sigma = magnetometer->quantity("sigma", dimension::kAngle);
+  if (!(filter.magnetic_sigma > 0)) magnetometer->fail("sigma", "must be above zero, such as `5 deg`");
+  filter.declination = magnetometer->quantity("declination", dimension::kAngle, 0);
+}
+
+RestOptions read_rest(const Config& config) {
+  RestOptions options;
+  const auto rest = config.find_map("rest");
+  if (!rest) return options;
+  options.detect = rest->flag("detect", options.detect);
+  options.sigma_velocity = rest->quantity("sigma_velocity", dimension::kVelocity, options.sigma_velocity);
+  options.sigma_rate = rest->quantity("sigma_rate", dimension::kAngularRate, options.sigma_rate);
+  options.interval = rest->quantity("interval", dimension::kTime, options.interval);
+  if (!(options.sigma_velocity > 0 && options.sigma_rate > 0 && options.interval > 0)) {
+    config.fail("rest", "sigmas and interval must be above zero");
+  }
+  return options;
+}
+
+Priors read_priors(const Config& config) {
+  Priors priors;
+  const auto map = config.find_map("priors");
+  if (!map) return priors;
+  priors.boresight = map->magnitude("boresight", dimension::kAngle, priors.boresight);
+  priors.lever_arm = map->magnitude("lever_arm", dimension::kLength, priors.lever_arm);
+  priors.gnss_delay = map->magnitude("gnss_delay", dimension::kTime, priors.gnss_delay);
+  return priors;
+}
+
+Interval read_span(const Config& config) {
+  Interval span;
+  const auto map = config.find_map("span");
+  if (!map) return span;
+  span = {map->quantity("start", dimension::kTime, 0), map->quantity("end", dimension::kTime, 0)};
+  if (span.end != 0 && !(span.end > span.start)) map->fail("end", "must lie after start, or be `0 s` for all");
+  return span;
+}
+
+std::vector<Interval> read_outages(const Config& config) {
+  std::vector<Interval> outages;
+  for (const auto& [start, length] : config.pairs("outages", dimension::kTime)) {
+    if (!(length > 0))
+      config.fail("outages", fmt::format("[{}, {}]: a length above zero is expected: [start, length]", start, length));
+    outages.push_back({start, start + length});
+  }
+  return outages;
+}
+
+// ---- Blocks ----
+
+Block block_named(const Config& config, const std::string& name) {
+  std::vector<std::string> names;
+  for (const BlockInfo& row : kBlocks) {
+    if (row.name == name) return row.block;
+    names.emplace_back(row.name);
+  }
+  const auto near = nearest_spelling(name, names);
+  config.fail("estimate", fmt::format("there is no state block `{}`{}; there are: {}", name,
+                                      near ? fmt::format(", perhaps `{}`", *near) : "", fmt::join(names, ", ")));
+}
+
+// Refuses what has nothing to be observed by.
+void check_sources(const Config& config, Block block, const FilterOptions& filter) {
+  const auto needs = [&](bool there, std::string_view what) {
+    if (!there)
+      config.fail("estimate", fmt::format("{} needs {}; add it, or leave the block out", info(block).name, what));
+  };
+  const auto has_drift = [](const auto& source) { return source.drift.has_value(); };
+  switch (block) {
+    case Block::kBoresight:
+      needs(!filter.attitude.empty(), "an `attitude:` source");
+      break;
+    case Block::kLeverArm:
+    case Block::kGnssDelay:
+      needs(!filter.gnss.empty(), "a `gnss:` source");
+      break;
+    case Block::kGnssPositionDrift:
+      needs(std::any_of(filter.gnss.begin(), filter.gnss.end(), has_drift), "`drift:` of a receiver");
+      break;
+    case Block::kAttitudeDrift:
+      needs(std::any_of(filter.attitude.begin(), filter.attitude.end(), has_drift),
+            "`correlation_time:` of an attitude");
+      break;
+    case Block::kPosition:
+    case Block::kVelocity:
+    case Block::kAttitude:
+    case Block::kGyroBias:
+    case Block::kAccelBias:
+    case Block::kGyroDrift:
+    case Block::kAccelDrift:
+    case Block::kGyroScale:
+    case Block::kAccelScale:
+      break;
+  }
+}
+
+// Whether the sensor file leaves anything to estimate.
+bool has_error(const ImuSensor& sensor, Block block) {
+  constexpr auto kNone = DriftProcess::Kind::kNone;
+  switch (block) {
+    case Block::kGyroBias:
+      return sensor.gyro.bias > 0;
+    case Block::kAccelBias:
+      return sensor.accel.bias > 0;
+    case Block::kGyroScale:
+      return sensor.gyro.scale > 0;
+    case Block::kAccelScale:
+      return sensor.accel.scale > 0;
+    case Block::kGyroDrift:
+      return sensor.gyro.drift.kind != kNone;
+    case Block::kAccelDrift:
+      return sensor.accel.drift.kind != kNone;
+    case Block::kPosition:
+    case Block::kVelocity:
+    case Block::kAttitude:
+    case Block::kBoresight:
+    case Block::kLeverArm:
+    case Block::kGnssPositionDrift:
+    case Block::kGnssDelay:
+    case Block::kAttitudeDrift:
+      return true;
+  }
+  return true;
+}
+
+std::vector<Block> read_estimate(const Config& config, const FilterOptions& filter) {
+  std::vector<Block> named;
+  for (const std::string& name : config.words("estimate")) {
+    const Block block = block_named(config, name);
+    if (std::find(named.begin(), named.end(), block) != named.end()) {
+      config.fail("estimate", fmt::format("`{}` stands twice", name));
+    }
+    check_sources(config, block, filter);
+    named.push_back(block);
+  }
+  const auto add = [&](Block block) {
+    if (std::find(named.begin(), named.end(), block) == named.end()) named.push_back(block);
+  };
+  for (const GnssOptions& g : filter.gnss) {
+    if (g.drift) add(Block::kGnssPositionDrift);
+  }
+  for (const AttitudeOptions& a : filter.attitude) {
+    if (a.drift) add(Block::kAttitudeDrift);
+  }
+  std::erase_if(named, [&](Block block) {
+    return index_of(block) <= index_of(Block::kAttitude) || !has_error(filter.sensor, block);
+  });
+  return named;
+}
+
+SmootherKind read_smoother(const Config& config) {
+  if (config.text("smoother", "rts") == "batch") {
+    config.fail("smoother", "batch is not available in this version; choose rts, or none");
+  }
+  return config.choice<SmootherKind>("smoother", {{"none", SmootherKind::kNone}, {"rts", SmootherKind::kRts}},
+                                     SmootherKind::kRts);
+}
+
+}  // namespace
+
+ReplayConfig read_replay_config(const std::filesystem::path& file) {
+  const Config config = Config::load(file);
+  ReplayConfig replay;
+  replay.file = file;
+  replay.echo = config.source();
+  replay.imu = read_imu_source(config.map("imu"));
+  FilterOptions& filter = replay.filter;
+  filter.sensor = replay.imu.sensor;
+  for (const Config& source : config.maps("gnss")) {
+    replay.gnss.push_back(read_log_file(
+        source, {{"csv", LogFormat::kCsv}, {"kf_gins", LogFormat::kKfGins}, {"rtklib_pos", LogFormat::kRtklibPos}}));
+    filter.gnss.push_back(read_gnss_options(source, replay.gnss.back()));
+  }
+  for (const Config& source : config.maps("attitude")) {
+    replay.attitude.push_back(read_log_file(source, {{"csv", LogFormat::kCsv}}));
+    filter.attitude.push_back(read_attitude_options(source, replay.attitude.back()));
+  }
+  read_magnetometer(config, filter);
+  replay.initial = read_initial(config, filter);
+  filter.estimate = read_estimate(config, filter);
+  filter.rest = read_rest(config);
+  filter.priors = read_priors(config);
+  filter.gate = config.number("gate", filter.gate);
+  if (!(filter.gate > 0 && filter.gate < 1))
+    config.fail("gate", "a probability between 0 and 1 is expected, such as 0.999");
+  replay.smoother = read_smoother(config);
+  replay.conditioning = {.imu = replay.imu.conditioning,
+                         .gyro_range = filter.sensor.gyro.range,
+                         .accel_range = filter.sensor.accel.range,
+                         .span = read_span(config),
+                         .outages = read_outages(config),
+                         .rest = filter.rest};
+  config.finish();
+  try {
+    filter.validate();
+  } catch (const ConfigError& e) {
+    throw ConfigError(file.string(), e.what());
+  }
+  return replay;
+}
+
+Recording read_recording(const ReplayConfig& config) {
+  Recording recording;
+  recording.imu = read_imu(config.imu);
+  for (const LogFile& log : config.gnss) recording.gnss.push_back(read_gnss(log));
+  for (const LogFile& log : config.attitude) recording.attitude.push_back(read_attitude(log));
+  return recording;
+}
+
+FilterOptions filter_options(const ReplayConfig& config, const Recording& recording) {
+  FilterOptions options = config.filter;
+  for (std::size_t i = 0; i < options.attitude.size(); ++i) {
+    if (!options.attitude[i].drift) continue;
+    Vector3d sum = Vector3d::Zero();
+    for (const EulerFix& fix : recording.attitude[i].fixes) sum += fix.sigma.cwiseAbs2();
+    const Vector3d mean = sum / static_cast<double>(recording.attitude[i].fixes.size());
+    // Roll and pitch turn with the body between north and east: level axes get their common rms.
+    const double level = std::sqrt((mean.x() + mean.y()) / 2);
+    options.attitude[i].drift->sigma = {level, level, std::sqrt(mean.z())};
+  }
+  return options;
+}
+
+}  // namespace piste

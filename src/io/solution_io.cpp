@@ -1,0 +1,123 @@
+#include "piste/io/solution_io.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "piste/io/csv.h"
+#include "quantity.h"
+
+namespace piste {
+namespace {
+
+constexpr int kTimeDecimals = 6;
+
+std::string_view outcome_name(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::kUsed:
+      return "used";
+    case Outcome::kRejected:
+      return "rejected";
+    case Outcome::kReadmitted:
+      break;
+  }
+  return "readmitted";
+}
+
+/// A unit as it stands in a column name.
+std::string column_unit(std::string_view unit) {
+  std::string name;
+  for (const char c : unit) {
+    if (c != '^') name += c == '/' ? '_' : c;
+  }
+  return name;
+}
+
+int decimals_of(Block block) {
+  constexpr auto kSmall = 8, kLarge = 6, kPpm = 2;
+  return info(block).unit == "ppm" ? kPpm : info(block).unit == "m" || info(block).unit == "deg" ? kLarge : kSmall;
+}
+
+void add_columns(std::vector<CsvColumn>& columns, const Quantity& q, std::string_view prefix) {
+  const BlockInfo& row = info(q.block);
+  for (int i = 0; i < row.size; ++i) {
+    const std::string axis = row.size == 1 ? "" : fmt::format("_{}", row.axes[static_cast<std::size_t>(i)]);
+    columns.push_back({fmt::format("{}{}{}_{}", prefix, q.name, axis, column_unit(row.unit)), decimals_of(q.block)});
+  }
+}
+
+}  // namespace
+
+std::string navigation_csv(const Solution& solution) {
+  constexpr int kMetres = 5, kDegrees = 7, kPlace = 10;
+  CsvWriter csv({{"time_s", kTimeDecimals},
+                 {"latitude_deg", kPlace},
+                 {"longitude_deg", kPlace},
+                 {"height_m", kMetres},
+                 {"velocity_north_m_s", kMetres},
+                 {"velocity_east_m_s", kMetres},
+                 {"velocity_down_m_s", kMetres},
+                 {"roll_deg", kDegrees},
+                 {"pitch_deg", kDegrees},
+                 {"heading_deg", kDegrees},
+                 {"sigma_north_m", kMetres},
+                 {"sigma_east_m", kMetres},
+                 {"sigma_down_m", kMetres},
+                 {"sigma_velocity_north_m_s", kMetres},
+                 {"sigma_velocity_east_m_s", kMetres},
+                 {"sigma_velocity_down_m_s", kMetres},
+                 {"sigma_roll_deg", kDegrees},
+                 {"sigma_pitch_deg", kDegrees},
+                 {"sigma_heading_deg", kDegrees}});
+  csv.reserve(solution.size());
+  for (std::size_t i = 0; i < solution.size(); ++i) {
+    const Solution::Navigation n = solution.navigation(i);
+    const Sigmas s = solution.sigmas(i);
+    const Vector3d euler = kDegreesPerRadian * n.euler, sigma_euler = kDegreesPerRadian * s.euler;
+    csv.row(std::array{solution.time(i), kDegreesPerRadian * n.position.latitude,
+                       kDegreesPerRadian * n.position.longitude, n.position.height, n.velocity.x(), n.velocity.y(),
+                       n.velocity.z(), euler.x(), euler.y(), euler.z(), s.position.x(), s.position.y(), s.position.z(),
+                       s.velocity.x(), s.velocity.y(), s.velocity.z(), sigma_euler.x(), sigma_euler.y(),
+                       sigma_euler.z()});
+  }
+  return std::move(csv).text();
+}
+
+std::string biases_csv(const Solution& solution) {
+  const std::vector<Quantity> quantities = quantities_of(solution.layout());
+  std::vector<CsvColumn> columns{{"time_s", kTimeDecimals}};
+  for (const Quantity& q : quantities) {
+    add_columns(columns, q, "");
+    add_columns(columns, q, "sigma_");
+  }
+  std::vector<double> row(columns.size());
+  CsvWriter csv(std::move(columns));
+  csv.reserve(solution.size());
+  for (std::size_t i = 0; i < solution.size(); ++i) {
+    const Estimate x = solution.estimate(i);
+    const Sigmas s = solution.sigmas(i);
+    auto out = row.begin();
+    *out++ = solution.time(i);
+    for (const Quantity& q : quantities) {
+      const auto [value, sigma] = shown(q, x, s);
+      out = std::copy_n(value.data(), q.size(), out);
+      out = std::copy_n(sigma.data(), q.size(), out);
+    }
+    csv.row(row);
+  }
+  return std::move(csv).text();
+}
+
+std::string innovations_csv(const Solution& solution) {
+  std::string text = "time_s,source,residual_1,residual_2,residual_3,sigma_1,sigma_2,sigma_3,nis,gate,outcome\n";
+  for (const Innovation& v : solution.innovations) {
+    append_fixed(text, v.time, kTimeDecimals);
+    fmt::format_to(std::back_inserter(text), ",{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{}\n",
+                   solution.sources[static_cast<std::size_t>(v.source)], v.residual.x(), v.residual.y(), v.residual.z(),
+                   v.sigma.x(), v.sigma.y(), v.sigma.z(), v.nis, v.gate, outcome_name(v.outcome));
+  }
+  return text;
+}
+
+}  // namespace piste

@@ -1,0 +1,114 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <map>
+
+#include "piste/io/solution_io.h"
+#include "quantity.h"
+
+namespace piste {
+namespace {
+
+std::string number(double value) { return std::isfinite(value) ? fmt::format("{:.10g}", value) : "null"; }
+
+std::string list(const Vector3d& values, int size) {
+  std::vector<std::string> texts;
+  for (int i = 0; i < size; ++i) texts.push_back(number(values(i)));
+  return fmt::format("[{}]", fmt::join(texts, ", "));
+}
+
+std::string entry(const Quantity& q, const Vector3d& value, const Vector3d& sigma) {
+  return fmt::format(R"({{"unit": "{}", "value": {}, "sigma": {}}})", info(q.block).unit, list(value, q.size()),
+                     list(sigma, q.size()));
+}
+
+std::string mean_entry(const Quantity& q, const Solution& solution) {
+  Vector3d value = Vector3d::Zero(), sigma = Vector3d::Zero();
+  for (std::size_t i = 0; i < solution.size(); ++i) {
+    const auto [v, s] = shown(q, solution.estimate(i), solution.sigmas(i));
+    value += v;
+    sigma += s;
+  }
+  const auto count = static_cast<double>(solution.size());
+  return entry(q, value / count, sigma / count);
+}
+
+struct Counts {
+  std::size_t used = 0, rejected = 0, readmitted = 0;
+  void add(Outcome outcome) {
+    ++(outcome == Outcome::kRejected ? rejected : used);
+    if (outcome == Outcome::kReadmitted) ++readmitted;
+  }
+  std::string text() const {
+    return fmt::format(R"("used": {}, "rejected": {}, "readmitted": {})", used, rejected, readmitted);
+  }
+};
+
+// Fixes of the sensors "KIND[i]": rejected where any part is.
+Counts count_fixes(const Solution& solution, std::string_view kind) {
+  std::map<std::pair<std::string, double>, Outcome> fixes;
+  const auto worse = [](Outcome a, Outcome b) {
+    if (a == Outcome::kRejected || b == Outcome::kRejected) return Outcome::kRejected;
+    return a == Outcome::kReadmitted ? a : b;
+  };
+  for (const Innovation& v : solution.innovations) {
+    const std::string& source = solution.sources[static_cast<std::size_t>(v.source)];
+    if (!source.starts_with(kind)) continue;
+    const auto [place, fresh] = fixes.try_emplace({source.substr(0, source.find('.')), v.time}, v.outcome);
+    if (!fresh) place->second = worse(place->second, v.outcome);
+  }
+  Counts counts;
+  for (const auto& [fix, outcome] : fixes) counts.add(outcome);
+  return counts;
+}
+
+std::string source_counts(const Solution& solution) {
+  std::vector<Counts> counts(solution.sources.size());
+  for (const Innovation& v : solution.innovations) counts[static_cast<std::size_t>(v.source)].add(v.outcome);
+  std::vector<std::string> lines;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    lines.push_back(fmt::format("\n    \"{}\": {{{}}}", solution.sources[i], counts[i].text()));
+  }
+  return fmt::format("{{{}\n  }}", fmt::join(lines, ","));
+}
+
+std::size_t sum(const std::vector<std::size_t>& counts) {
+  std::size_t total = 0;
+  for (const std::size_t n : counts) total += n;
+  return total;
+}
+
+}  // namespace
+
+std::string summary_json(const Log& log, const Solution& filtered, const Solution* smoothed, const RunTimes& times) {
+  const Solution& best = smoothed != nullptr && !smoothed->empty() ? *smoothed : filtered;
+  std::vector<std::string> estimates, totals, rests;
+  for (const Quantity& q : quantities_of(best.layout())) {
+    if (best.empty()) break;
+    if (q.total) {
+      totals.push_back(fmt::format("  \"{}\": {},\n", q.name, mean_entry(q, best)));
+    } else {
+      const auto [value, sigma] = shown(q, best.estimate(best.size() - 1), best.sigmas(best.size() - 1));
+      estimates.push_back(fmt::format("\n    \"{}\": {}", q.name, entry(q, value, sigma)));
+    }
+  }
+  for (const Interval& r : log.rest) rests.push_back(fmt::format("[{:.3f}, {:.3f}]", r.start, r.end));
+
+  const LogCounts& c = log.counts;
+  std::string text = "{\n";
+  text += fmt::format("  \"imu\": {{\"epochs\": {}, \"gaps\": {}, \"rejected\": {}, \"clipped\": {}}},\n",
+                      filtered.size(), c.imu_gaps, c.imu_rejected, c.imu_clipped);
+  text +=
+      fmt::format("  \"gnss\": {{{}, \"withheld\": {}, \"outside\": {}, \"late\": {}}},\n",
+                  count_fixes(filtered, "gnss[").text(), sum(c.gnss_withheld), sum(c.gnss_outside), filtered.gnss_late);
+  text += fmt::format("  \"attitude\": {{{}, \"outside\": {}}},\n", count_fixes(filtered, "attitude[").text(),
+                      sum(c.attitude_outside));
+  text += fmt::format("  \"sources\": {},\n", source_counts(filtered));
+  text += fmt::format("  \"rest_intervals\": [{}],\n", fmt::join(rests, ", "));
+  text += fmt::format("  \"estimates\": {{{}\n  }},\n{}", fmt::join(estimates, ","), fmt::join(totals, ""));
+  text += fmt::format("  \"cpu_s\": {:.3f},\n  \"wall_s\": {:.3f}\n}}\n", times.cpu, times.wall);
+  return text;
+}
+
+}  // namespace piste
