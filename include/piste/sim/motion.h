@@ -1,0 +1,93 @@
+#pragma once
+/// How a person moves over a run: rest, a descent or a lap, rest. A smooth function of time, with exact derivatives.
+///
+/// The path is a curve c(u) in the horizontal plane of `w`: an arc that turns by `net_turn` in all, with swings to
+/// both sides, on a slope. u(t) starts and stops by a polynomial of degree 10 (five times continuously
+/// differentiable). The trunk looks along the tangent of c and leans into the turn, both functions of u alone, and so
+/// defined at rest as well. Sway, slow turning and vibration are sums of sines with random phases.
+/// Everything is evaluated as Taylor series (jet.h): no number here comes from a difference or an integration.
+
+#include <cstdint>
+#include <vector>
+
+#include "piste/math/so3.h"
+#include "piste/sim/jet.h"
+#include "piste/sim/random.h"
+
+namespace piste {
+
+/// A sum of sines: smooth, stationary, zero mean.
+class Wobble {
+ public:
+  /// `count` sines of random phase, their frequencies spread over [low, high] Hz at random, one a stratum. All have
+  /// the same amplitude in the derivative of `order`, which has the root mean square `rms` in total.
+  Wobble(double rms, int order, double low, double high, int count, RandomStream& random);
+  Jet at(double t) const;
+
+ private:
+  struct Sine {
+    double amplitude, omega, phase;
+  };
+  std::vector<Sine> sines_;
+};
+
+/// SI and radians. Vectors of the trunk: forward, right, down. Zero switches the part off.
+struct MotionOptions {
+  double rest_before = 180, run = 90, rest_after = 180;
+  double start_time = 6, stop_time = 5;  ///< from rest to cruising speed, and back
+  double heading = 0;                    ///< of the trunk at the start
+  double speed = 8;                      ///< along the path while cruising, averaged over a swing
+  double speed_swing = 0.3;              ///< amplitude of its variation
+  double speed_period = 17;
+  double net_turn = 0;         ///< of the path over the run
+  double slope = 0.2;          ///< of the path, down positive
+  double cycle = 6;            ///< one swing to the right and one to the left
+  double turn = 0.3;           ///< largest angle between path and arc
+  double turn_variation = .1;  ///< of the swings' sizes and lengths, as a ratio
+  double lean = 1;             ///< roll over the roll atan(a_lateral / g) of perfect balance
+  double crouch = 0;           ///< pitch of the trunk under way against rest
+
+  Vector3d sway_velocity = Vector3d::Constant(0.005);  ///< rms of a standing person, w axes, 0.1 to 1 Hz
+  Vector3d sway_rate = Vector3d::Constant(0.0026);     ///< rms of Euler rates, 0.1 to 1 Hz
+  double turning_rate = 0.0017;                        ///< rms of slow changes of heading, 0.005 to 0.02 Hz
+  Vector3d balance_rate = Vector3d::Zero();    ///< rms of Euler rates under way, 0.2 to 0.8 Hz: arms, poles, bumps
+  Vector3d vibration = Vector3d::Constant(1);  ///< rms of trunk acceleration under way, 4 to 10 Hz
+  Vector3d vibration_rate = Vector3d::Zero();  ///< rms of Euler rates under way, 4 to 10 Hz
+
+  double duration() const { return rest_before + run + rest_after; }
+  /// Throws ConfigError on values that no body can follow.
+  void validate() const;
+};
+
+/// Trunk t in w, with the derivatives that a body fixed to it needs.
+struct MotionState {
+  Quaterniond q_wt;
+  Vector3d p_wt, v_wt, a_wt;    ///< the latter two: derivatives of p_wt
+  Vector3d w_wt_t, w_wt_t_dot;  ///< angular rate of t against w, in t, and its derivative
+};
+
+class Motion {
+ public:
+  Motion(const MotionOptions& options, std::uint64_t seed);
+  /// Time from the start of the recording; any time is allowed: before and after it the trunk rests.
+  MotionState at(double t) const;
+  const MotionOptions& options() const { return options_; }
+
+ private:
+  struct Path {
+    Jet north, east, heading, curvature;
+  };
+  Path path(const Jet& u) const;
+  Jet progress(double t, Jet* envelope) const;
+
+  MotionOptions options_;
+  double cruise_ = 0;                   // du/dt
+  double arc_ = 0;                      // curvature of the arc, per u
+  double swing_ = 0, wave_number_ = 0;  // amplitude and wave number of a(u)
+  double phase_[4] = {};
+  double heading_ = 0, north_ = 0, east_ = 0;  // so that the path starts at the origin with the given heading
+  std::vector<Wobble> sway_, sway_angle_, balance_, vibration_, vibration_angle_;
+  std::vector<Wobble> turning_;
+};
+
+}  // namespace piste

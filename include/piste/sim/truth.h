@@ -1,0 +1,62 @@
+#pragma once
+/// What really happened: position, attitude, and what a perfect IMU would have felt, exact at any time.
+
+#include <memory>
+#include <vector>
+
+#include "piste/core/log.h"
+#include "piste/sim/motion.h"
+
+namespace piste {
+
+/// One instant of a body b in the world frame w.
+struct TruthState {
+  double time = 0;
+  Quaterniond q_wb;
+  Vector3d p_wb, v_wb, acceleration;  ///< in w; the acceleration is the second derivative of p_wb
+  Vector3d w_ib_b, w_ib_b_dot;        ///< angular rate against inertial space, and its derivative
+  Vector3d f_ib_b;                    ///< specific force
+};
+
+/// What an IMU's row holds: the mean of both over (start, end], in its own turning axes.
+struct MeanInertial {
+  Vector3d gyro, accel;
+};
+
+/// The truth of one body. All bodies of a run share one motion and are fixed to one another, so that `attached`
+/// is exact: f_ib_b = R_wb' (a − g_w(p) + 2 ω_ie × v), w_ib_b = R_wb' ω_ie + w_wb_b, with a, v, p of that body.
+class Truth {
+ public:
+  /// The trunk itself, from `start_time` [GPS seconds of week] on.
+  Truth(const World& world, const MotionOptions& motion, std::uint64_t seed, double start_time);
+
+  /// The body b that is fixed to this one (r) with axes q_rb, its origin at p_rb_r.
+  Truth attached(const Quaterniond& q_rb, const Vector3d& p_rb_r) const;
+
+  TruthState at(double time) const;
+
+  /// Means over (start, end] by Gauss-Legendre quadrature of 8th order, on pieces of at most 10 ms: exact to 1e-9
+  /// of the signal at 10 Hz. @pre start < end
+  MeanInertial mean(double start, double end) const;
+
+  const World& world() const { return run_->world; }
+  double start_time() const { return run_->start_time; }
+  double end_time() const { return run_->start_time + run_->motion.options().duration(); }
+  /// Seconds under way, between the rests.
+  Interval under_way() const;
+
+ private:
+  struct Run {
+    World world;
+    Motion motion;
+    double start_time;
+    std::vector<Gravity> gravity;  // at every second: linear to rounding between them
+  };
+  explicit Truth(std::shared_ptr<const Run> run) : run_(std::move(run)) {}
+
+  std::shared_ptr<const Run> run_;
+  Quaterniond q_tb_ = Quaterniond::Identity();  // of the trunk t
+  Vector3d p_tb_t_ = Vector3d::Zero();
+};
+
+}  // namespace piste

@@ -1,0 +1,209 @@
+#include "piste/sim/sensors.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "piste/sim/random.h"
+
+namespace piste {
+namespace {
+
+std::size_t count_of(double duration, double rate) { return static_cast<std::size_t>(duration * rate + 1e-6); }
+
+// Mean and root mean square, 0 of nothing.
+class Moments {
+ public:
+  void add(const Vector3d& value) {
+    sum_ += value;
+    squares_ += value.cwiseAbs2();
+    ++count_;
+  }
+  Vector3d mean() const { return sum_ / std::max(1.0, count_); }
+  Vector3d rms() const { return (squares_ / std::max(1.0, count_)).cwiseSqrt(); }
+
+ private:
+  Vector3d sum_ = Vector3d::Zero(), squares_ = Vector3d::Zero();
+  double count_ = 0;
+};
+
+// The errors of one triad, row by row.
+class TriadErrorSource {
+ public:
+  TriadErrorSource(const TriadErrors& errors, const TriadTruth& given, std::uint64_t seed, const std::string& name)
+      : errors_(errors),
+        given_(given),
+        drift_(errors.drift, {seed, name + "/drift"}),
+        noise_(seed, name + "/noise"),
+        quantization_(seed, name + "/quantization") {
+    draw.bias = given.bias ? *given.bias : errors.bias * RandomStream(seed, name + "/bias").normal3();
+    draw.scale = given.scale ? *given.scale : errors.scale * RandomStream(seed, name + "/scale").normal3();
+    RandomStream tilt(seed, name + "/misalignment");
+    for (int i = 0; i < 3; ++i) draw.misalignment.col(i) = given.misalignment * tilt.normal3();
+    draw.misalignment.diagonal().setOnes();
+    rounding_ = given.quantization * quantization_.normal3();
+    draw.drift_first = drift_.value();
+  }
+
+  // The row that ends `since_start` after the start and lasts dt.
+  Vector3d measure(const Vector3d& truth, double since_start, double dt, bool under_way) {
+    if (under_way) run_.add(truth);
+    Vector3d row = draw.misalignment * truth;
+    row += draw.scale.cwiseProduct(row) + draw.bias + drift_.advance(dt);
+    row += std::exp(-since_start / given_.warm_up_time) * given_.warm_up;
+    row += errors_.noise / std::sqrt(dt) * noise_.normal3();
+    if (given_.quantization > 0) {
+      const Vector3d now = given_.quantization * quantization_.normal3();
+      row += (now - rounding_) / dt;
+      rounding_ = now;
+    }
+    drift_values_.add(drift_.value());
+    return clip(row);
+  }
+
+  const Vector3d& drift() const { return drift_.value(); }
+
+  void finish() {
+    draw.drift_last = drift_.value();
+    draw.drift_mean = drift_values_.mean();
+    draw.drift_rms = drift_values_.rms();
+    draw.run_mean = run_.mean();
+    draw.run_rms = run_.rms();
+  }
+
+  TriadDraw draw;
+
+ private:
+  Vector3d clip(const Vector3d& row) {
+    if (errors_.range <= 0) return row;
+    if (row.cwiseAbs().maxCoeff() > errors_.range) ++draw.clipped;
+    return row.cwiseMax(-errors_.range).cwiseMin(errors_.range);
+  }
+
+  TriadErrors errors_;
+  TriadTruth given_;
+  DriftPath drift_;
+  RandomStream noise_, quantization_;
+  Vector3d rounding_;
+  Moments drift_values_, run_;
+};
+
+// Epochs of a source that reports at a rate, from the start of the run to its end.
+std::vector<double> epochs(const Truth& plate, double rate) {
+  std::vector<double> times(count_of(plate.end_time() - plate.start_time(), rate) + 1);
+  for (std::size_t k = 0; k < times.size(); ++k) times[k] = plate.start_time() + static_cast<double>(k) / rate;
+  return times;
+}
+
+// Coloured error, 0 where there is none.
+class Colour {
+ public:
+  Colour(const std::optional<GaussMarkov>& process, RandomStream stream) {
+    if (process) path_.emplace(*process, std::move(stream));
+  }
+  Vector3d value() const { return path_ ? path_->value() : Vector3d::Zero(); }
+  void advance(double dt) {
+    if (path_) path_->advance(dt);
+  }
+
+ private:
+  std::optional<DriftPath> path_;
+};
+
+Vector3d total_sigma(const Vector3d& white, const std::optional<GaussMarkov>& coloured) {
+  return coloured ? Vector3d((white.cwiseAbs2() + coloured->sigma.cwiseAbs2()).cwiseSqrt()) : white;
+}
+
+}  // namespace
+
+SimulatedImu simulate_imu(const Truth& plate, const ImuSetup& setup, std::uint64_t seed) {
+  const Truth truth = plate.attached(setup.q_rb, setup.p_rb_r);
+  const double start = truth.start_time(), step = 1 / setup.rate;
+  const std::size_t rows = count_of((truth.end_time() - start) * (1 + setup.clock_drift), setup.rate);
+  const auto gps_of = [&](std::size_t k) {
+    return start + static_cast<double>(k) * step * (1 - setup.clock_drift) + step;
+  };
+  TriadErrorSource gyro(setup.sensor.gyro, setup.gyro, seed, setup.name + "/gyro");
+  TriadErrorSource accel(setup.sensor.accel, setup.accel, seed, setup.name + "/accel");
+  RandomStream magnetic_noise(seed, setup.name + "/magnetic");
+
+  const Interval run = truth.under_way();
+
+  SimulatedImu out;
+  out.recording.file = setup.name + ".csv";
+  out.recording.increments = setup.sampling == ImuSetup::Sampling::kIncrements;
+  const double dt = step * (1 - setup.clock_drift);
+  for (std::size_t k = 0; k < rows; ++k) {
+    const double gps = gps_of(k);
+    MeanInertial signal;
+    if (setup.sampling == ImuSetup::Sampling::kInstant) {
+      const TruthState state = truth.at(gps);
+      signal = {state.w_ib_b, state.f_ib_b};
+    } else {
+      signal = truth.mean(gps - dt, gps);
+    }
+    const Vector3d rate = gyro.measure(signal.gyro, gps - start, dt, run.contains(gps));
+    const Vector3d force = accel.measure(signal.accel, gps - start, dt, run.contains(gps));
+    const double unit = out.recording.increments ? dt : 1;
+    out.recording.time.push_back(start + step + setup.clock_offset + static_cast<double>(k) * step);
+    out.recording.gyro.push_back(unit * rate);
+    out.recording.accel.push_back(unit * force);
+    if (setup.magnetic_field) {
+      out.recording.magnetic.push_back(truth.at(gps).q_wb.conjugate() * *setup.magnetic_field +
+                                       setup.magnetic_noise * magnetic_noise.normal3());
+    }
+    out.gps_time.push_back(gps);
+    out.gyro_drift.push_back(gyro.drift());
+    out.accel_drift.push_back(accel.drift());
+  }
+  gyro.finish();
+  accel.finish();
+  out.gyro = gyro.draw;
+  out.accel = accel.draw;
+  return out;
+}
+
+GnssRecording simulate_gnss(const Truth& plate, const GnssSetup& setup, std::uint64_t seed) {
+  const World& world = plate.world();
+  const Truth antenna = plate.attached(Quaterniond::Identity(), setup.p_ra_r);
+  RandomStream position_noise(seed, setup.name + "/position"), velocity_noise(seed, setup.name + "/velocity");
+  Colour colour(setup.position_drift, {seed, setup.name + "/position drift"});
+
+  GnssRecording out{setup.name + ".csv", {}};
+  for (const double time : epochs(plate, setup.rate)) {
+    const TruthState state = antenna.at(time - setup.delay);
+    const Matrix3d R_wn = world.rotation_wn(state.p_wb);
+    const Vector3d error = setup.position_noise.cwiseProduct(position_noise.normal3()) + colour.value();
+    GeodeticFix fix;
+    fix.time = time;
+    fix.position = world.to_geodetic(state.p_wb + R_wn * error);
+    fix.sigma_position = total_sigma(setup.position_noise, setup.position_drift);
+    if (setup.velocity_noise.maxCoeff() > 0) {
+      const Vector3d v_error = setup.velocity_noise.cwiseProduct(velocity_noise.normal3());
+      fix.velocity = {R_wn.transpose() * state.v_wb + v_error, setup.velocity_noise};
+    }
+    out.fixes.push_back(fix);
+    colour.advance(1 / setup.rate);
+  }
+  return out;
+}
+
+AttitudeRecording simulate_attitude(const Truth& plate, const AttitudeSetup& setup, std::uint64_t seed) {
+  const World& world = plate.world();
+  RandomStream noise(seed, setup.name + "/noise");
+  Colour colour(setup.drift, {seed, setup.name + "/drift"});
+  const Vector3d sigma = total_sigma(setup.noise, setup.drift);
+
+  AttitudeRecording out{setup.name + ".csv", {}};
+  for (const double time : epochs(plate, setup.rate)) {
+    const TruthState state = plate.at(time);
+    const Matrix3d R_nw = world.rotation_wn(state.p_wb).transpose();
+    const Vector3d error = setup.noise.cwiseProduct(noise.normal3()) + colour.value();
+    const Quaterniond q_nr = Quaterniond(R_nw) * so3_exp(error) * state.q_wb;
+    const Matrix3d covariance = R_nw * sigma.cwiseAbs2().asDiagonal() * R_nw.transpose();
+    out.fixes.push_back({time, to_euler(q_nr), euler_sigma(q_nr, covariance)});
+    colour.advance(1 / setup.rate);
+  }
+  return out;
+}
+
+}  // namespace piste

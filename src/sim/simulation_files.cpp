@@ -1,0 +1,215 @@
+#include <fmt/format.h>
+
+#include <array>
+#include <initializer_list>
+#include <span>
+
+#include "piste/io/csv.h"
+#include "piste/sim/simulation.h"
+
+namespace piste {
+namespace {
+
+constexpr int kTimeDecimals = 6, kPlaceDecimals = 10, kMetreDecimals = 4, kVelocityDecimals = 4, kAngleDecimals = 5;
+
+// Columns of three like axes.
+void add_triad(std::vector<CsvColumn>& columns, std::string_view before, std::array<std::string_view, 3> axes,
+               std::string_view after, int decimals) {
+  for (const std::string_view axis : axes) columns.push_back({fmt::format("{}{}{}", before, axis, after), decimals});
+}
+
+constexpr std::array<std::string_view, 3> kBody{"x", "y", "z"}, kLocal{"north", "east", "down"},
+    kEuler{"roll", "pitch", "heading"};
+
+void append(std::vector<double>& row, const Vector3d& v, double factor = 1) {
+  for (const double value : v) row.push_back(factor * value);
+}
+
+void append(std::vector<double>& row, const Geodetic& place) {
+  row.insert(row.end(), {kDegreesPerRadian * place.latitude, kDegreesPerRadian * place.longitude, place.height});
+}
+
+void add_place(std::vector<CsvColumn>& columns) {
+  columns.push_back({"latitude_deg", kPlaceDecimals});
+  columns.push_back({"longitude_deg", kPlaceDecimals});
+  columns.push_back({"height_m", kMetreDecimals});
+}
+
+std::string vector_json(const Vector3d& v, double factor = 1) {
+  const Vector3d u = (factor * v).array() + 0.0;  // no −0
+  return fmt::format("[{:.9g}, {:.9g}, {:.9g}]", u.x(), u.y(), u.z());
+}
+
+// A JSON object on lines of its own; the values are JSON already.
+std::string object_json(const std::vector<std::pair<std::string, std::string>>& members, int depth) {
+  std::string text = "{";
+  const std::string indent(static_cast<std::size_t>(2 * depth), ' ');
+  for (std::size_t i = 0; i < members.size(); ++i) {
+    text += fmt::format("{}\n{}  \"{}\": {}", i > 0 ? "," : "", indent, members[i].first, members[i].second);
+  }
+  return text + "\n" + indent + "}";
+}
+
+std::string drift_json(const std::optional<GaussMarkov>& drift, double factor) {
+  if (!drift) return "null";
+  return fmt::format(R"({{"sigma": {}, "correlation_time_s": {:.9g}}})", vector_json(drift->sigma, factor),
+                     drift->correlation_time);
+}
+
+std::string triad_json(const TriadDraw& draw, const TriadTruth& given, const std::string& unit, double factor) {
+  const Matrix3d& m = draw.misalignment;
+  return object_json({{"bias_" + unit, vector_json(draw.bias, factor)},
+                      {"scale_ppm", vector_json(draw.scale, 1e6)},
+                      {"misalignment", fmt::format("[{}, {}, {}]", vector_json(m.row(0)), vector_json(m.row(1)),
+                                                   vector_json(m.row(2)))},
+                      {"drift_first_" + unit, vector_json(draw.drift_first, factor)},
+                      {"drift_last_" + unit, vector_json(draw.drift_last, factor)},
+                      {"drift_mean_" + unit, vector_json(draw.drift_mean, factor)},
+                      {"drift_rms_" + unit, vector_json(draw.drift_rms, factor)},
+                      {"warm_up_" + unit, vector_json(given.warm_up, factor)},
+                      {"warm_up_time_s", fmt::format("{:.9g}", given.warm_up_time)},
+                      {"run_mean_" + unit, vector_json(draw.run_mean, factor)},
+                      {"run_rms_" + unit, vector_json(draw.run_rms, factor)},
+                      {"bias_scale_correlation", vector_json(bias_scale_correlation(draw))},
+                      {"clipped_rows", fmt::format("{}", draw.clipped)}},
+                     3);
+}
+
+std::string imu_json(const Scenario& scenario, const ImuSetup& setup, const SimulatedImu& imu) {
+  std::vector<std::pair<std::string, std::string>> arms;
+  for (const GnssSetup& gnss : scenario.gnss) arms.emplace_back(gnss.name, vector_json(lever_arm(setup, gnss)));
+  return object_json({{"sensor", fmt::format("\"{}\"", setup.sensor.name)},
+                      {"boresight_deg", vector_json(to_euler(setup.q_rb), kDegreesPerRadian)},
+                      {"position_m", vector_json(setup.p_rb_r)},
+                      {"lever_arm_m", object_json(arms, 3)},
+                      {"clock_offset_s", fmt::format("{:.9g}", setup.clock_offset)},
+                      {"clock_drift_ppm", fmt::format("{:.9g}", 1e6 * setup.clock_drift)},
+                      {"gyro", triad_json(imu.gyro, setup.gyro, "deg_s", kDegreesPerRadian)},
+                      {"accel", triad_json(imu.accel, setup.accel, "m_s2", 1)}},
+                     2);
+}
+
+std::string gnss_json(const GnssSetup& setup) {
+  return object_json({{"lever_arm_m", vector_json(setup.p_ra_r)},
+                      {"position_noise_m", vector_json(setup.position_noise)},
+                      {"position_drift_m", drift_json(setup.position_drift, 1)},
+                      {"velocity_noise_m_s", vector_json(setup.velocity_noise)},
+                      {"delay_s", fmt::format("{:.9g}", setup.delay)}},
+                     2);
+}
+
+std::string attitude_json(const AttitudeSetup& setup) {
+  return object_json({{"noise_deg", vector_json(setup.noise, kDegreesPerRadian)},
+                      {"drift_deg", drift_json(setup.drift, kDegreesPerRadian)}},
+                     2);
+}
+
+}  // namespace
+
+std::string imu_csv(const ImuRecording& recording) {
+  std::vector<CsvColumn> columns{{"time_s", kTimeDecimals}};
+  add_triad(columns, recording.increments ? "dtheta_" : "gyro_", kBody, recording.increments ? "_rad" : "_rad_s",
+            recording.increments ? 9 : 7);
+  add_triad(columns, recording.increments ? "dvel_" : "accel_", kBody, recording.increments ? "_m_s" : "_m_s2",
+            recording.increments ? 8 : 6);
+  const bool magnetic = !recording.magnetic.empty();
+  if (magnetic) add_triad(columns, "mag_", kBody, "_uT", 3);
+
+  CsvWriter csv(columns);
+  csv.reserve(recording.time.size());
+  std::vector<double> row;
+  for (std::size_t k = 0; k < recording.time.size(); ++k) {
+    row = {recording.time[k]};
+    append(row, recording.gyro[k]);
+    append(row, recording.accel[k]);
+    if (magnetic) append(row, recording.magnetic[k]);
+    csv.row(row);
+  }
+  return std::move(csv).text();
+}
+
+std::string gnss_csv(const GnssRecording& recording) {
+  const bool velocity = !recording.fixes.empty() && recording.fixes.front().velocity.has_value();
+  std::vector<CsvColumn> columns{{"time_s", kTimeDecimals}};
+  add_place(columns);
+  add_triad(columns, "sigma_", kLocal, "_m", kMetreDecimals);
+  if (velocity) {
+    add_triad(columns, "velocity_", kLocal, "_m_s", kVelocityDecimals);
+    add_triad(columns, "sigma_velocity_", kLocal, "_m_s", kVelocityDecimals);
+  }
+  CsvWriter csv(columns);
+  std::vector<double> row;
+  for (const GeodeticFix& fix : recording.fixes) {
+    row = {fix.time};
+    append(row, fix.position);
+    append(row, fix.sigma_position);
+    if (fix.velocity) {
+      append(row, fix.velocity->value);
+      append(row, fix.velocity->sigma);
+    }
+    csv.row(row);
+  }
+  return std::move(csv).text();
+}
+
+std::string attitude_csv(const AttitudeRecording& recording) {
+  std::vector<CsvColumn> columns{{"time_s", kTimeDecimals}};
+  add_triad(columns, "", kEuler, "_deg", kAngleDecimals);
+  add_triad(columns, "sigma_", kEuler, "_deg", kAngleDecimals);
+  CsvWriter csv(columns);
+  std::vector<double> row;
+  for (const EulerFix& fix : recording.fixes) {
+    row = {fix.time};
+    append(row, fix.angles, kDegreesPerRadian);
+    append(row, fix.sigma, kDegreesPerRadian);
+    csv.row(row);
+  }
+  return std::move(csv).text();
+}
+
+std::string truth_csv(const Truth& body, const std::vector<double>& gps_time, std::size_t every) {
+  std::vector<CsvColumn> columns{{"time_s", kTimeDecimals}};
+  add_place(columns);
+  add_triad(columns, "velocity_", kLocal, "_m_s", kVelocityDecimals + 1);
+  add_triad(columns, "", kEuler, "_deg", kAngleDecimals);
+  CsvWriter csv(columns);
+  csv.reserve(gps_time.size() / every + 1);
+  std::vector<double> row;
+  for (std::size_t k = 0; k < gps_time.size(); k += every) {
+    const TruthState state = body.at(gps_time[k]);
+    const Matrix3d R_nw = body.world().rotation_wn(state.p_wb).transpose();
+    row = {state.time};
+    append(row, body.world().to_geodetic(state.p_wb));
+    append(row, R_nw * state.v_wb);
+    append(row, to_euler(Quaterniond(R_nw) * state.q_wb), kDegreesPerRadian);
+    csv.row(row);
+  }
+  return std::move(csv).text();
+}
+
+std::string truth_json(const Scenario& scenario, const Simulation& simulation, std::uint64_t seed) {
+  std::vector<std::pair<std::string, std::string>> imus, gnss, attitude;
+  for (std::size_t i = 0; i < scenario.imus.size(); ++i) {
+    imus.emplace_back(scenario.imus[i].name, imu_json(scenario, scenario.imus[i], simulation.imus[i]));
+  }
+  for (const GnssSetup& setup : scenario.gnss) gnss.emplace_back(setup.name, gnss_json(setup));
+  for (const AttitudeSetup& setup : scenario.attitude) attitude.emplace_back(setup.name, attitude_json(setup));
+  const Interval run = simulation.plate.under_way();
+  const Geodetic& origin = scenario.origin;
+  return object_json(
+             {{"simulated", "true"},
+              {"seed", fmt::format("{}", seed)},
+              {"convention", "\"measured = (1 + scale) M true + bias + drift + noise; boresight is R_rb, b into r\""},
+              {"body", fmt::format("\"{}\"", scenario.imus.front().name)},
+              {"origin",
+               fmt::format(R"({{"latitude_deg": {:.10g}, "longitude_deg": {:.10g}, "height_m": {:.6g}}})",
+                           kDegreesPerRadian * origin.latitude, kDegreesPerRadian * origin.longitude, origin.height)},
+              {"run_s", fmt::format("[{:.9g}, {:.9g}]", run.start, run.end)},
+              {"imus", object_json(imus, 1)},
+              {"gnss", object_json(gnss, 1)},
+              {"attitude", object_json(attitude, 1)}},
+             0) +
+         "\n";
+}
+
+}  // namespace piste

@@ -1,0 +1,250 @@
+#include "piste/condition/pipeline.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "piste/core/error.h"
+#include "piste/io/log_io.h"
+#include "support/datasets.h"
+#include "support/text_file.h"
+
+namespace piste {
+namespace {
+
+using test::contains;
+using test::message_of;
+
+constexpr double kDegree = std::numbers::pi / 180;
+const Vector3d kForce(0.5, -0.25, -9.8);
+
+// Rates that vary with the row number; 100 Hz from time 1000 s.
+Recording recording(int rows, bool increments = false) {
+  Recording r;
+  r.imu.file = "imu.csv";
+  r.imu.increments = increments;
+  const double unit = increments ? 0.01 : 1;
+  for (int i = 0; i < rows; ++i) {
+    r.imu.time.push_back(1000 + 0.01 * i);
+    r.imu.gyro.emplace_back(Vector3d(0.1, 0.2, 0.01 * i) * unit);
+    r.imu.accel.emplace_back(kForce * unit);
+  }
+  r.gnss.push_back({"gnss.csv", {}});
+  for (int i = 0; i < rows; i += 10) {
+    GeodeticFix fix{.time = 1000 + 0.01 * i,
+                    .position = {46 * kDegree, 7 * kDegree + 1e-7 * i, 1600},
+                    .sigma_position = {1, 2, 3},
+                    .velocity = {}};
+    fix.velocity = {Vector3d(3, 4, 0.5), Vector3d(0.1, 0.2, 0.3)};
+    r.gnss[0].fixes.push_back(fix);
+  }
+  return r;
+}
+
+void drop_rows(ImuRecording& imu, int first, int count) {
+  for (auto* v : {&imu.gyro, &imu.accel}) v->erase(v->begin() + first, v->begin() + first + count);
+  imu.time.erase(imu.time.begin() + first, imu.time.begin() + first + count);
+}
+
+Vector3d total_rotation(const Log& log) {
+  Vector3d sum = Vector3d::Zero();
+  for (const ImuSample& s : log.imu) sum += s.dtheta;
+  return sum;
+}
+
+void expect_contiguous(const Log& log) {
+  for (std::size_t i = 1; i < log.imu.size(); ++i) {
+    ASSERT_NEAR(log.imu[i].time - log.imu[i].interval, log.imu[i - 1].time, 1e-9) << i;
+  }
+}
+
+TEST(Condition, MeanRowsBecomeIncrements) {
+  const Log log = condition(recording(100), {});
+  ASSERT_EQ(log.imu.size(), 100u);
+  EXPECT_NEAR(log.imu[0].interval, 0.01, 1e-9);
+  EXPECT_LT((log.imu[7].dtheta - Vector3d(0.1, 0.2, 0.07) * 0.01).norm(), 1e-12);
+  EXPECT_LT((log.imu[7].dvel - kForce * 0.01).norm(), 1e-10);
+  expect_contiguous(log);
+}
+
+TEST(Condition, IncrementsPassAsTheyAre) {
+  const Recording r = recording(100, true);
+  const Log log = condition(r, {});
+  EXPECT_EQ(log.imu[7].dtheta, r.imu.gyro[7]);
+  EXPECT_EQ(log.imu[7].dvel, r.imu.accel[7]);
+}
+
+TEST(Condition, InstantaneousRowsAreIntegrated) {
+  ConditioningOptions options;
+  options.imu.instantaneous = true;
+  const Log log = condition(recording(100), options);
+  ASSERT_EQ(log.imu.size(), 99u);
+  EXPECT_NEAR(log.imu[6].dtheta.z(), 0.01 * 0.065, 1e-12);  // from row 6 to row 7
+  expect_contiguous(log);
+}
+
+TEST(Condition, AxesTurnEverything) {
+  ConditioningOptions options;
+  options.imu.R_bs << 0, 1, 0, -1, 0, 0, 0, 0, 1;
+  options.gyro_range = 0.2;
+  Recording r = recording(20);
+  r.imu.magnetic.assign(20, Vector3d(20, -3, 44));
+  const Log log = condition(r, options);
+  EXPECT_LT((log.imu[0].dtheta - Vector3d(0.2, -0.1, 0) * 0.01).norm(), 1e-12);
+  EXPECT_EQ(log.magnetic[0].field, Vector3d(-3, -20, 44));
+  EXPECT_EQ(log.imu[0].clipped_gyro, 1);  // forward, where the sensor's y points
+}
+
+TEST(Condition, ClockOffsetAndDrift) {
+  ConditioningOptions options;
+  options.imu.clock_offset = 0.25;
+  options.imu.clock_drift = 1e-3;
+  const Log log = condition(recording(100), options);
+  EXPECT_NEAR(log.imu[0].time, 999.75, 1e-9);
+  EXPECT_NEAR(log.imu[50].time, 1000.5 - 0.25 - 0.5e-3, 1e-9);
+  EXPECT_NEAR(log.imu[50].interval, 0.01 * (1 - 1e-3), 1e-9);
+}
+
+TEST(Condition, ClippedSamplesAreMarkedAndCounted) {
+  ConditioningOptions options;
+  options.gyro_range = 0.9;
+  options.accel_range = 9.8;
+  const Log log = condition(recording(100), options);
+  EXPECT_EQ(log.imu[89].clipped_gyro, 0);
+  EXPECT_EQ(log.imu[90].clipped_gyro, 4);
+  EXPECT_EQ(log.imu[0].clipped_accel, 4);
+  EXPECT_EQ(log.counts.imu_clipped, 100u);
+}
+
+TEST(Condition, AGapIsFilledAndMarked) {
+  for (const bool increments : {false, true}) {
+    Recording r = recording(100, increments);
+    drop_rows(r.imu, 40, 20);
+    const Log log = condition(r, {});
+    EXPECT_EQ(log.counts.imu_gaps, 1u);
+    ASSERT_EQ(log.imu.size(), 100u);
+    EXPECT_FALSE(log.imu[39].gap);
+    for (std::size_t i = 40; i < 60; ++i) {
+      EXPECT_TRUE(log.imu[i].gap);
+      EXPECT_LT((log.imu[i].dtheta - Vector3d(0.1, 0.2, 0.495) * 0.01).norm(), 1e-9) << i;  // between 0.39 and 0.60
+    }
+    EXPECT_FALSE(log.imu[60].gap);
+    expect_contiguous(log);
+  }
+}
+
+TEST(Condition, AGapOfInstantaneousRows) {
+  ConditioningOptions options;
+  options.imu.instantaneous = true;
+  Recording r = recording(100);
+  drop_rows(r.imu, 40, 20);
+  const Log log = condition(r, options);
+  EXPECT_EQ(log.counts.imu_gaps, 1u);
+  ASSERT_EQ(log.imu.size(), 99u);
+  expect_contiguous(log);
+  EXPECT_NEAR(total_rotation(log).z(), 0.99 * 0.99 / 2, 1e-9);  // a ramp: holding its mean loses nothing
+}
+
+TEST(Condition, ALateTimeStampIsNoGap) {
+  Recording r = recording(100);
+  r.imu.time[50] += 0.008;
+  const Log log = condition(r, {});
+  EXPECT_EQ(log.counts.imu_gaps, 0u);
+  EXPECT_EQ(log.imu.size(), 100u);
+}
+
+TEST(Condition, ASilentIMUIsRefused) {
+  Recording r = recording(100);
+  for (std::size_t i = 50; i < 100; ++i) r.imu.time[i] += 400;
+  EXPECT_TRUE(contains(message_of<DataError>([&] { condition(r, {}); }), "imu.csv: the IMU is silent from 1000.490"));
+}
+
+TEST(Condition, FixesInWorld) {
+  const Recording r = recording(200);
+  const Log log = condition(r, {});
+  ASSERT_EQ(log.gnss.at(0).size(), 20u);
+  EXPECT_LT(log.gnss[0][0].position.norm(), 1e-6);
+  EXPECT_LT((log.gnss[0][0].sigma_position - Vector3d(1, 2, 3)).norm(), 1e-9);
+  const GnssFix& last = log.gnss[0][19];
+  EXPECT_GT(last.position.y(), 50);
+  const Matrix3d R_wn = log.world.rotation_wn(last.position);
+  EXPECT_LT((last.velocity->value - R_wn * Vector3d(3, 4, 0.5)).norm(), 1e-12);
+  EXPECT_GT((last.velocity->value - Vector3d(3, 4, 0.5)).norm(), 1e-6);
+}
+
+TEST(Condition, OutagesAndFixesOutsideAreCounted) {
+  ConditioningOptions options;
+  options.outages = {{1000.5, 1000.75}};
+  options.span = {1000.295, 1001.505};
+  const Log log = condition(recording(200), options);
+  EXPECT_EQ(log.counts.gnss_withheld.at(0), 3u);      // 1000.5 1000.6 1000.7
+  EXPECT_EQ(log.counts.gnss_outside.at(0), 3u + 4u);  // before 1000.29; after 1001.5
+  EXPECT_EQ(log.gnss[0].size() + 3 + 7, 20u);
+  EXPECT_NEAR(log.imu.front().time, 1000.30, 1e-9);
+  EXPECT_NEAR(log.imu.back().time, 1001.50, 1e-9);
+}
+
+TEST(Condition, AttitudeInWorld) {
+  Recording r = recording(200);
+  const Vector3d angles = Vector3d(5, -10, 200) * kDegree, sigma = Vector3d(0.1, 0.2, 0.5) * kDegree;
+  r.attitude.push_back({"attitude.csv", {{1001.5, angles, sigma}, {1005, angles, sigma}}});
+  const Log log = condition(r, {});
+  ASSERT_EQ(log.attitude.at(0).size(), 1u);
+  EXPECT_EQ(log.counts.attitude_outside.at(0), 1u);
+  const AttitudeFix& fix = log.attitude[0][0];
+  const Matrix3d R_wn = log.world.rotation_wn(log.gnss[0][15].position);
+  EXPECT_LT(
+      (to_euler(Quaterniond(R_wn.transpose()) * fix.q_wr) - (angles - Vector3d(0, 0, 2 * std::numbers::pi))).norm(),
+      1e-9);
+  EXPECT_LT(
+      (euler_sigma(Quaterniond(R_wn.transpose()) * fix.q_wr, R_wn.transpose() * fix.covariance * R_wn) - sigma).norm(),
+      1e-12);
+}
+
+TEST(Condition, AWeekThatRollsOverBeforeTheFirstFix) {
+  Recording r = recording(200);
+  for (double& t : r.imu.time) t += 604800;  // the IMU began in the week before
+  EXPECT_EQ(condition(r, {}).gnss[0].size(), 20u);
+}
+
+TEST(Condition, SaysWhatIsMissing) {
+  Recording none = recording(100);
+  none.gnss.clear();
+  EXPECT_TRUE(contains(message_of<DataError>([&] { condition(none, {}); }), "no GNSS"));
+  Recording apart = recording(100);
+  for (double& t : apart.imu.time) t += 1000;
+  const std::string message = message_of<DataError>([&] { condition(apart, {}); });
+  EXPECT_TRUE(contains(
+      message,
+      "imu.csv: no time in common with GNSS: the IMU covers 1999.990 to 2000.990 s, gnss.csv covers 1000.000"));
+  EXPECT_TRUE(contains(message, "clock"));
+  ConditioningOptions options;
+  options.span = {5000, 6000};
+  EXPECT_TRUE(
+      contains(message_of<DataError>([&] { condition(recording(100), options); }), "0 IMU rows lie within the span"));
+  options.span = {};
+  options.outages = {{0, 5000}};
+  EXPECT_TRUE(contains(message_of<DataError>([&] { condition(recording(100), options); }), "withheld"));
+  Recording empty = recording(0);
+  EXPECT_TRUE(contains(message_of<DataError>([&] { condition(empty, {}); }), "no rows"));
+  Recording attitude = recording(100);
+  attitude.attitude.push_back({"attitude.csv", {{5000, Vector3d::Zero(), Vector3d::Ones()}}});
+  EXPECT_TRUE(contains(message_of<DataError>([&] { condition(attitude, {}); }), "reference attitude"));
+}
+
+TEST(RecordedDrive, Conditions) {
+  PISTE_REQUIRE_DATASETS();
+  const auto drive = test::datasets() / "drive";
+  Recording r;
+  r.imu = read_imu({drive / "imu.txt", LogFormat::kKfGins});
+  r.gnss.push_back(read_gnss({drive / "gnss_1934_sf.pos", LogFormat::kRtklibPos}));
+  const Log log = condition(r, {});
+  EXPECT_EQ(log.counts.imu_gaps, 0u);
+  EXPECT_EQ(log.imu.size(), 54858u);
+  EXPECT_EQ(log.gnss[0].size() + log.counts.gnss_outside[0], 2197u);
+  expect_contiguous(log);
+}
+
+}  // namespace
+}  // namespace piste

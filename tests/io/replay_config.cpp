@@ -1,0 +1,168 @@
+#include "piste/io/replay_config.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "support/text_file.h"
+
+namespace piste {
+namespace {
+
+using test::contains;
+using test::message_of;
+using test::TemporaryFolder;
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr const char* kSensor =
+    "name: test\n"
+    "gyro: {noise: 0.05 deg/s/sqrt(Hz), bias: 0.5 deg/s, scale: 0 ppm, range: 300 deg/s,\n"
+    "       drift: {process: gauss_markov, sigma: 0.01 deg/s, correlation_time: 200 s}}\n"
+    "accel: {noise: 200 ug/sqrt(Hz), bias: 0.05 m/s^2, scale: 20000 ppm, range: 2 g, drift: {process: none}}\n";
+const std::string kImu = "imu:\n  file: imu.csv\n  sensor: sensor.yaml\n";
+const std::string kGnss = "gnss:\n  file: gnss.csv\n  lever_arm: -0.06 0.03 -0.42 m\n";
+
+struct ReplayConfigTest : ::testing::Test {
+  TemporaryFolder folder;
+  ReplayConfigTest() {
+    folder.write("sensor.yaml", kSensor);
+    folder.write("imu.csv",
+                 "time_s,gyro_x_rad_s,gyro_y_rad_s,gyro_z_rad_s,accel_x_m_s2,accel_y_m_s2,accel_z_m_s2\n"
+                 "1,0,0,0,0,0,-9.8\n2,0,0,0,0,0,-9.8\n");
+    folder.write(
+        "gnss.csv",
+        "time_s,latitude_deg,longitude_deg,height_m,sigma_north_m,sigma_east_m,sigma_down_m\n1,46,7,1600,1,1,1\n");
+    folder.write("attitude.csv",
+                 "time_s,roll_deg,pitch_deg,heading_deg,sigma_roll_deg,sigma_pitch_deg,sigma_heading_deg\n"
+                 "1,0,0,0,0.3,0.4,1\n2,0,0,0,0.3,0.4,7\n");
+  }
+  ReplayConfig read(const std::string& text) { return read_replay_config(folder.write("run.yaml", text)); }
+  std::string refused(const std::string& text) {
+    return message_of<ConfigError>([&] { read(text); });
+  }
+};
+
+bool has(const ReplayConfig& config, Block block) {
+  const auto& e = config.filter.estimate;
+  return std::find(e.begin(), e.end(), block) != e.end();
+}
+
+TEST_F(ReplayConfigTest, TheWholeContract) {
+  const std::string text =
+      "imu:\n  file: ../" + folder.path().filename().string() +
+      "/imu.csv\n  format: csv\n  sensor: sensor.yaml\n  axes: +y -x +z\n  sampling: instant\n"
+      "  clock: {offset: 20 ms, drift: 15 ppm}\n"
+      "gnss:\n  - file: gnss.csv\n    format: csv\n    lever_arm: -0.06 0.03 -0.42 m\n    use: position velocity\n"
+      "    drift: {sigma: 0.4 0.4 0.7 m, correlation_time: 60 s}\n  - {file: gnss.csv, use: position}\n"
+      "attitude:\n  - file: attitude.csv\n    correlation_time: 60 s\n"
+      "initial: {heading: 123.4 deg, sigma: 3 deg}\n"
+      "estimate: [gyro_bias, accel_bias, gyro_drift, accel_drift, gyro_scale, accel_scale, boresight]\n"
+      "rest: {detect: false, sigma_velocity: 2 cm/s}\ngate: 0.99\nsmoother: none\nspan: {start: 100 s, end: 200 s}\n"
+      "outages: [[120, 15], [150 s, 10 s]]\n";
+  const ReplayConfig config = read(text);
+  EXPECT_EQ(config.echo, text);
+  EXPECT_EQ(config.imu.sensor.name, "test");
+  EXPECT_EQ(config.conditioning.imu.R_bs(0, 1), 1);
+  EXPECT_TRUE(config.conditioning.imu.instantaneous);
+  EXPECT_EQ(config.conditioning.imu.clock_offset, 0.02);
+  EXPECT_DOUBLE_EQ(config.conditioning.imu.clock_drift, 15e-6);
+  EXPECT_DOUBLE_EQ(config.conditioning.gyro_range, 300 * kDegree);
+  EXPECT_EQ(config.conditioning.span.end, 200);
+  EXPECT_EQ(config.conditioning.outages[0].end, 135);
+  ASSERT_EQ(config.filter.gnss.size(), 2u);
+  EXPECT_EQ(config.filter.gnss[0].lever_arm, Vector3d(-0.06, 0.03, -0.42));
+  EXPECT_EQ(config.filter.gnss[0].drift->sigma, Vector3d(0.4, 0.4, 0.7));
+  EXPECT_FALSE(config.filter.gnss[1].use_velocity);
+  EXPECT_EQ(config.initial.source, InitialHeading::Source::kValue);
+  EXPECT_DOUBLE_EQ(config.initial.value, 123.4 * kDegree);
+  EXPECT_DOUBLE_EQ(config.initial.sigma, 3 * kDegree);
+  EXPECT_FALSE(config.filter.rest.detect);
+  EXPECT_EQ(config.filter.rest.sigma_velocity, 0.02);
+  EXPECT_EQ(config.filter.gate, 0.99);
+  EXPECT_EQ(config.smoother, SmootherKind::kNone);
+  // The sensor has no gyro scale and no accelerometer drift; the sources add their coloured errors.
+  for (const Block b : {Block::kGyroBias, Block::kAccelBias, Block::kGyroDrift, Block::kAccelScale, Block::kBoresight,
+                        Block::kGnssPositionDrift, Block::kAttitudeDrift}) {
+    EXPECT_TRUE(has(config, b)) << info(b).name;
+  }
+  EXPECT_FALSE(has(config, Block::kGyroScale));
+  EXPECT_FALSE(has(config, Block::kAccelDrift));
+}
+
+TEST_F(ReplayConfigTest, DefaultsOfTheShortestOne) {
+  const ReplayConfig config = read(kImu + kGnss);
+  EXPECT_EQ(config.initial.source, InitialHeading::Source::kAuto);
+  EXPECT_EQ(config.smoother, SmootherKind::kRts);
+  EXPECT_TRUE(config.filter.rest.detect);
+  EXPECT_TRUE(config.filter.estimate.empty());
+  EXPECT_TRUE(config.attitude.empty());
+  EXPECT_EQ(config.conditioning.span.end, 0);
+}
+
+TEST_F(ReplayConfigTest, ReadsTheRecordingAndCompletesTheOptions) {
+  const ReplayConfig config = read(kImu + kGnss + "attitude: {file: attitude.csv, correlation_time: 60 s}\n");
+  const Recording recording = read_recording(config);
+  EXPECT_EQ(recording.imu.time.size(), 2u);
+  EXPECT_EQ(recording.gnss.at(0).fixes.size(), 1u);
+  const FilterOptions options = filter_options(config, recording);
+  const double level = std::sqrt((0.09 + 0.16) / 2) * kDegree;
+  EXPECT_TRUE(options.attitude[0].drift->sigma.isApprox(Vector3d(level, level, 5 * kDegree)));
+}
+
+TEST_F(ReplayConfigTest, RefusesWithTheLineAndTheRemedy) {
+  const std::string base = kImu + kGnss;  // six lines
+  const std::tuple<std::string, std::string, std::string> cases[] = {
+      {"smoother: batch\n", "run.yaml:7: smoother: batch is not available", "choose rts"},
+      {"smother: rts\n", "run.yaml:7: unknown key `smother`", "perhaps `smoother`"},
+      {"gate: 0.99\ngate: 0.9\n", "run.yaml:8: key `gate`", "line 7"},
+      {"gate: 2\n", "run.yaml:7: gate", "0.999"},
+      {"estimate: [gyro_biass]\n", "run.yaml:7: estimate: there is no state block `gyro_biass`", "perhaps `gyro_bias`"},
+      {"estimate: [boresight]\n", "run.yaml:7: estimate: boresight needs", "`attitude:` source"},
+      {"estimate: [gnss_position_drift]\n", "run.yaml:7", "`drift:` of a receiver"},
+      {"estimate: [gyro_bias, gyro_bias]\n", "run.yaml:7", "twice"},
+      {"initial: {heading: north}\n", "run.yaml:7: heading: `north` is none of", "auto"},
+      {"initial: {heading: 12}\n", "run.yaml:7: heading: `12` has no unit", "1.5 deg"},
+      {"initial: {heading: from_attitude}\n", "run.yaml:7", "`attitude:` source"},
+      {"span: {start: 10 s, end: 5 s}\n", "run.yaml:7: end", "after start"},
+      {"outages: [[10, 0]]\n", "run.yaml:7: outages", "[start, length]"},
+      {"outages: [10, 5]\n", "run.yaml:7: outages", "[100 s, 15 s]"},
+      {"rest: {detect: maybe}\n", "run.yaml:7: detect: `maybe` is none of", "true, false"},
+      {"attitude: {file: attitude.csv, correlation_time: 60}\n", "run.yaml:7: correlation_time", "`60 s`"},
+      {"attitude: {file: missing.csv}\n", "run.yaml:7: file: there is no file", "relative to the folder"},
+  };
+  for (const auto& [line, problem, remedy] : cases) {
+    const std::string message = refused(base + line);
+    EXPECT_TRUE(contains(message, problem)) << line;
+    EXPECT_TRUE(contains(message, remedy)) << line;
+  }
+}
+
+TEST_F(ReplayConfigTest, RefusesInTheSources) {
+  EXPECT_TRUE(contains(refused(kGnss), "run.yaml:1: key `imu` is missing"));
+  EXPECT_TRUE(
+      contains(refused(kImu + "estimate: [lever_arm]\n"), "run.yaml:4: estimate: lever_arm needs a `gnss:` source"));
+  EXPECT_TRUE(contains(refused(kImu + "  format: xsens_ascii\n"),
+                       "run.yaml:4: format: `xsens_ascii` is not available in this version; there are: csv, kf_gins"));
+  EXPECT_TRUE(
+      contains(refused(kImu + kGnss + "  format: nmea\n"),
+               "run.yaml:7: format: `nmea` is not available in this version; there are: csv, kf_gins, rtklib_pos"));
+  EXPECT_TRUE(contains(refused(kImu + kGnss + "  format: rinex\n"), "run.yaml:7: format: `rinex` is none of"));
+  EXPECT_TRUE(contains(refused(kImu + kGnss + "  use: speed\n"), "run.yaml:7: use"));
+  EXPECT_TRUE(contains(refused(kImu + "  axes: +x +y -z\n" + kGnss), "run.yaml:4: axes"));
+  EXPECT_TRUE(contains(refused(kImu + "gnss: {file: gnss.csv, lever_arm: 1 2 3}\n"),
+                       "run.yaml:4: lever_arm: `1 2 3` has no unit"));
+  EXPECT_TRUE(contains(refused("imu: {file: imu.csv, sensor: none.yaml}\n"), "run.yaml:1: sensor: there is no file"));
+}
+
+TEST_F(ReplayConfigTest, IncrementsAreNoInstantaneousSamples) {
+  folder.write("imu.csv",
+               "time_s,dtheta_x_rad,dtheta_y_rad,dtheta_z_rad,dvel_x_m_s,dvel_y_m_s,dvel_z_m_s\n"
+               "10,0,0,0,0,0,-0.098\n10.01,0,0,0,0,0,-0.098\n");
+  const ReplayConfig config = read(kImu + "  sampling: instant\n" + kGnss);
+  EXPECT_TRUE(contains(message_of<ConfigError>([&] { read_recording(config); }), "run.yaml:4: sampling"));
+}
+
+}  // namespace
+}  // namespace piste

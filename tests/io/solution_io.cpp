@@ -1,0 +1,141 @@
+#include "piste/io/solution_io.h"
+
+#include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
+
+#include <chrono>
+#include <numbers>
+
+#include "piste/io/csv.h"
+#include "support/text_file.h"
+
+namespace piste {
+namespace {
+
+using test::contains;
+using test::TemporaryFolder;
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+Solution solution(std::size_t epochs, std::span<const Block> blocks) {
+  Solution s(StateLayout(blocks), World({46 * kDegree, 7 * kDegree, 1600}));
+  s.reserve(epochs);
+  for (std::size_t i = 0; i < epochs; ++i) {
+    Estimate x;
+    x.q_wb = from_euler(Vector3d(1, -2, 30) * kDegree);
+    x.v_wb = {10, 0.5, -0.25};
+    x.gyro_bias = Vector3d(0.1, 0.2, -0.3) * kDegree;
+    x.gyro_drift = Vector3d::Constant(0.01 * static_cast<double>(i) * kDegree);
+    x.accel_scale = {0.01, 0, 0};
+    x.q_rb = from_euler(Vector3d(3, -4, 5) * kDegree);
+    x.gnss_delay = 0.02;
+    Sigmas sigmas{.position = {1, 2, 3}, .velocity = {.1, .2, .3}, .euler = Vector3d(.5, .6, .7) * kDegree};
+    sigmas.blocks.segment<3>(full_offset(Block::kGyroBias)) = Vector3d(1, 2, 3) * kDegree;
+    sigmas.blocks.segment<3>(full_offset(Block::kBoresight)) = Vector3d(.1, .2, .3) * kDegree;
+    sigmas.blocks(full_offset(Block::kGnssDelay)) = 0.001;
+    sigmas.gyro_total_bias = Vector3d::Constant(0.5 * kDegree);
+    s.append(1000 + 0.01 * static_cast<double>(i), x, sigmas);
+  }
+  return s;
+}
+
+const std::vector<Block> kAll{Block::kGyroBias,   Block::kGyroDrift, Block::kAccelBias,
+                              Block::kAccelScale, Block::kBoresight, Block::kGnssDelay};
+
+TEST(SolutionIo, NavigationReadsBack) {
+  const TemporaryFolder folder;
+  const Solution s = solution(3, kAll);
+  CsvReader csv(folder.write("filtered.csv", navigation_csv(s)));
+  EXPECT_EQ(
+      csv.text().line(),
+      "time_s,latitude_deg,longitude_deg,height_m,velocity_north_m_s,velocity_east_m_s,velocity_down_m_s,roll_deg,"
+      "pitch_deg,heading_deg,sigma_north_m,sigma_east_m,sigma_down_m,sigma_velocity_north_m_s,"
+      "sigma_velocity_east_m_s,sigma_velocity_down_m_s,sigma_roll_deg,sigma_pitch_deg,sigma_heading_deg");
+  const auto latitude = csv.column("latitude_deg"), heading = csv.column("heading_deg"),
+             sigma = csv.column("sigma_pitch_deg"), down = csv.column("velocity_down_m_s");
+  ASSERT_TRUE(csv.next());
+  EXPECT_NEAR(csv[latitude], 46, 1e-10);
+  EXPECT_NEAR(csv[heading], 30, 1e-7);
+  EXPECT_NEAR(csv[sigma], 0.6, 1e-7);
+  EXPECT_NEAR(csv[down], -0.25, 1e-5);
+}
+
+TEST(SolutionIo, BiasesOfTheEstimatedBlocksOnly) {
+  const TemporaryFolder folder;
+  const Solution s = solution(3, kAll);
+  CsvReader csv(folder.write("biases.csv", biases_csv(s)));
+  const auto bias = csv.column("gyro_bias_y_deg_s"), sigma = csv.column("sigma_gyro_bias_z_deg_s"),
+             scale = csv.column("accel_scale_x_ppm"), heading = csv.column("boresight_heading_deg"),
+             delay = csv.column("gnss_delay_s"), total = csv.column("gyro_total_bias_x_deg_s"),
+             total_sigma = csv.column("sigma_gyro_total_bias_x_deg_s");
+  EXPECT_TRUE(csv.find("accel_total_bias_x_m_s2"));
+  EXPECT_FALSE(csv.find("lever_arm_x_m"));
+  while (csv.next()) {
+  }
+  EXPECT_NEAR(csv[bias], 0.2, 1e-8);
+  EXPECT_NEAR(csv[sigma], 3, 1e-8);
+  EXPECT_NEAR(csv[scale], 10000, 1e-2);
+  EXPECT_NEAR(csv[heading], 5, 1e-6);
+  EXPECT_NEAR(csv[delay], 0.02, 1e-8);
+  EXPECT_NEAR(csv[total], 0.12, 1e-8);
+  EXPECT_NEAR(csv[total_sigma], 0.5, 1e-8);
+}
+
+TEST(SolutionIo, InnovationsAndSummary) {
+  Solution s = solution(3, kAll);
+  s.sources = {"gnss[0].position", "gnss[0].velocity", "attitude[0]"};
+  s.innovations = {{1000, 0, {1, 2, 3}, {1, 1, 1}, 14, 16.27, Outcome::kUsed},
+                   {1000, 1, {9, 2, 3}, {1, 1, 1}, 94, 16.27, Outcome::kRejected},
+                   {1001, 0, {0, 0, 0}, {1, 1, 1}, 0, 16.27, Outcome::kReadmitted},
+                   {1001, 2, {0, 0, 0}, {1, 1, 1}, 0, 16.27, Outcome::kUsed}};
+  EXPECT_TRUE(contains(innovations_csv(s), "\n1000.000000,gnss[0].velocity,9,2,3,1,1,1,94,16.27,rejected\n"));
+
+  Log log;
+  log.counts = {.imu_gaps = 2,
+                .imu_rejected = 0,
+                .imu_clipped = 5,
+                .gnss_withheld = {3, 4},
+                .gnss_outside = {1},
+                .attitude_outside = {6}};
+  log.rest = {{1000, 1010.5}};
+  const std::string text = summary_json(log, s, nullptr, {1.5, 2});
+  const YAML::Node json = YAML::Load(text);  // JSON is YAML
+  EXPECT_EQ(json["imu"]["epochs"].as<int>(), 3);
+  EXPECT_EQ(json["imu"]["gaps"].as<int>(), 2);
+  EXPECT_EQ(json["gnss"]["used"].as<int>(), 1);
+  EXPECT_EQ(json["gnss"]["rejected"].as<int>(), 1);
+  EXPECT_EQ(json["gnss"]["withheld"].as<int>(), 7);
+  EXPECT_EQ(json["attitude"]["used"].as<int>(), 1);
+  EXPECT_EQ(json["sources"]["gnss[0].velocity"]["rejected"].as<int>(), 1);
+  EXPECT_EQ(json["rest_intervals"][0][1].as<double>(), 1010.5);
+  EXPECT_EQ(json["estimates"]["gyro_bias"]["unit"].as<std::string>(), "deg/s");
+  EXPECT_NEAR(json["estimates"]["gyro_drift"]["value"][0].as<double>(), 0.02, 1e-9);
+  EXPECT_NEAR(json["estimates"]["boresight"]["value"][1].as<double>(), -4, 1e-9);
+  EXPECT_NEAR(json["estimates"]["boresight"]["sigma"][2].as<double>(), 0.3, 1e-9);
+  EXPECT_EQ(json["estimates"]["gnss_delay"]["value"].size(), 1u);
+  EXPECT_NEAR(json["gyro_total_bias"]["value"][0].as<double>(), 0.11, 1e-9);  // the mean over the run
+  EXPECT_NEAR(json["gyro_total_bias"]["sigma"][0].as<double>(), 0.5, 1e-9);
+  EXPECT_EQ(json["cpu_s"].as<double>(), 1.5);
+}
+
+TEST(SolutionIo, NothingEstimatedIsStillJson) {
+  const Solution s = solution(1, {});
+  const YAML::Node json = YAML::Load(summary_json({}, s, &s, {}));
+  EXPECT_EQ(json["estimates"].size(), 0u);
+  EXPECT_EQ(biases_csv(s).substr(0, 7), "time_s\n");
+}
+
+TEST(SolutionIo, ALongRunIsWrittenFast) {
+  const Solution s = solution(55000, kAll);
+  const auto start = std::chrono::steady_clock::now();
+  const std::string text = navigation_csv(s);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  RecordProperty("seconds", std::to_string(seconds));
+  EXPECT_EQ(text, navigation_csv(s));
+#ifdef NDEBUG
+  EXPECT_LT(seconds, 0.5);
+#endif
+}
+
+}  // namespace
+}  // namespace piste
