@@ -167,12 +167,13 @@ SmoothedState refine(const Log& log, const FilterOptions& options, const Start& 
   return at_start;
 }
 
-// A smoothed covariance made the prior of a filter that sees the same stretch again: four times as large, as if a quarter
-// of the stretch's information had come from elsewhere, and no sigma above that of the prior itself.
+// A smoothed covariance made the prior of a filter that sees the same stretch again: doubled, as if half of the stretch's
+// information had come from elsewhere, and no sigma above that of the prior itself.
 Covariance tempered(const Covariance& smoothed, const Covariance& prior) {
-  const ErrorVector sigma = 2 * smoothed.diagonal().cwiseMax(0).cwiseSqrt();
+  const double widening = std::sqrt(2.0);
+  const ErrorVector sigma = widening * smoothed.diagonal().cwiseMax(0).cwiseSqrt();
   const ErrorVector bound = prior.diagonal().cwiseSqrt();
-  const ErrorVector factor = 2 * (bound.array() < sigma.array()).select(bound.array() / sigma.array(), 1).matrix();
+  const ErrorVector factor = widening * (bound.array() < sigma.array()).select(bound.array() / sigma.array(), 1).matrix();
   return factor.asDiagonal() * smoothed * factor.asDiagonal();
 }
 
