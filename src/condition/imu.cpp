@@ -12,6 +12,7 @@ namespace piste {
 namespace {
 
 constexpr double kGapFactor = 1.5, kLongestGap = 300, kAtRange = 0.999;
+constexpr double kShortestInterval = 1e-5, kLongestInterval = 1;
 
 /// The rows within the span, in GPS time and body axes.
 struct Rows {
@@ -55,11 +56,23 @@ double median_interval(const std::vector<double>& time) {
   return *middle;
 }
 
+double nominal_interval(const Rows& rows, const std::string& file) {
+  const double nominal = median_interval(rows.time);
+  if (nominal >= kShortestInterval && nominal <= kLongestInterval) return nominal;
+  throw DataError(
+      file, fmt::format("the IMU's rows are {:.3g} s apart; times in seconds, and intervals of {} to {} s are expected",
+                        nominal, kShortestInterval, kLongestInterval));
+}
+
 /// Makes increments of rows.
 class Incrementer {
  public:
   Incrementer(const Rows& rows, const ImuRecording& recording, const ConditioningOptions& options, Log& log)
-      : rows_(rows), recording_(recording), options_(options), log_(log), nominal_(median_interval(rows.time)) {}
+      : rows_(rows),
+        recording_(recording),
+        options_(options),
+        log_(log),
+        nominal_(nominal_interval(rows, recording.file)) {}
 
   void run() {
     log_.imu.reserve(rows_.time.size() + 16);

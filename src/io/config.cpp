@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
@@ -10,10 +11,38 @@
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
+#include <system_error>
 
 #include "piste/core/error.h"
 
 namespace piste {
+namespace {
+
+/// Takes a document and keeps nothing.
+struct Discard : YAML::EventHandler {
+  using Mark = YAML::Mark;
+  using Style = YAML::EmitterStyle::value;
+  using Text = std::string;
+  void OnDocumentStart(const Mark&) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const Mark&, YAML::anchor_t) override {}
+  void OnAlias(const Mark&, YAML::anchor_t) override {}
+  void OnScalar(const Mark&, const Text&, YAML::anchor_t, const Text&) override {}
+  void OnSequenceStart(const Mark&, const Text&, YAML::anchor_t, Style) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const Mark&, const Text&, YAML::anchor_t, Style) override {}
+  void OnMapEnd() override {}
+};
+
+// YAML::Load leaves unread what follows the first document, and YAML::LoadAll never ends on a stray comma.
+bool is_one_document(const std::string& text) {
+  std::istringstream stream(text);
+  YAML::Parser parser(stream);
+  Discard discard;
+  return parser.HandleNextDocument(discard) && !parser.HandleNextDocument(discard);
+}
+
+}  // namespace
 
 struct Config::Node {
   struct Entry;
@@ -91,11 +120,11 @@ Config Config::parse(const std::string& text, const std::filesystem::path& file)
   document->file = file;
   document->source = text;
   try {
-    const std::vector<YAML::Node> all = YAML::LoadAll(text);
-    if (all.size() != 1 || !all[0].IsMap()) {
+    const YAML::Node root = YAML::Load(text);
+    if (!root.IsMap() || !is_one_document(text)) {
       throw ConfigError(document->where(1), "one map of `key: value` lines is expected");
     }
-    document->root = document->convert(all[0], 1);
+    document->root = document->convert(root, 1);
   } catch (const YAML::Exception& e) {
     throw ConfigError(document->where(std::max(e.mark.line, 0) + 1),
                       fmt::format("no YAML: {}; write `key: value` lines, indented by spaces", e.msg));
@@ -308,7 +337,8 @@ std::filesystem::path Config::path(std::string_view key) const {
 
 std::filesystem::path Config::existing_file(std::string_view key) const {
   const std::filesystem::path result = path(key);
-  if (!std::filesystem::is_regular_file(result)) {
+  std::error_code unreachable;  // such as a name too long
+  if (!std::filesystem::is_regular_file(result, unreachable)) {
     fail(key, fmt::format("there is no file `{}`; paths are relative to the folder of {}", result.string(),
                           document_->file.string()));
   }

@@ -53,7 +53,7 @@ std::optional<std::array<double, 3>> split_three(std::string_view text, char sep
   std::array<double, 3> values{};
   for (std::size_t i = 0; i < 3; ++i) {
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), values[i]);
-    if (error != std::errc{}) return std::nullopt;
+    if (error != std::errc{} || !(values[i] >= 0 && values[i] < 1e4)) return std::nullopt;
     text.remove_prefix(static_cast<std::size_t>(end - text.data()));
     if (i == 2) break;
     if (!text.starts_with(separator)) return std::nullopt;
@@ -70,10 +70,10 @@ GpsTime calendar_time(const TextReader& reader, bool utc) {
     reader.fail(fmt::format("`{} {}` is no time; right would be such as 2025/07/08 19:34:18.499, or week and seconds",
                             reader.fields()[0], reader.fields()[1]));
   };
-  if (!date || !clock || !((*date)[0] >= 1980 && (*date)[0] < 2200)) wrong();
+  if (!date || !clock || std::max((*date)[1], (*date)[2]) > 31) wrong();
   const year_month_day day{std::chrono::year(static_cast<int>((*date)[0])),
-                           std::chrono::month(static_cast<unsigned>(std::clamp((*date)[1], 0.0, 99.0))),
-                           std::chrono::day(static_cast<unsigned>(std::clamp((*date)[2], 0.0, 99.0)))};
+                           std::chrono::month(static_cast<unsigned>((*date)[1])),
+                           std::chrono::day(static_cast<unsigned>((*date)[2]))};
   const auto [hour, minute, second] = *clock;
   const bool in_day = hour >= 0 && hour < 24 && minute >= 0 && minute < 60 && second >= 0 && second < 61;
   if (!day.ok() || !in_day || sys_days(day) < kGpsEpoch) wrong();

@@ -160,6 +160,13 @@ TEST(Condition, ASilentIMUIsRefused) {
   EXPECT_TRUE(contains(message_of<DataError>([&] { condition(r, {}); }), "imu.csv: the IMU is silent from 1000.490"));
 }
 
+TEST(Condition, TimesInMillisecondsAreRefused) {
+  Recording r = recording(100);
+  for (double& t : r.imu.time) t *= 1000;
+  EXPECT_TRUE(contains(message_of<DataError>([&] { condition(r, {}); }),
+                       "imu.csv: the IMU's rows are 10 s apart; times in seconds"));
+}
+
 TEST(Condition, FixesInWorld) {
   const Recording r = recording(200);
   const Log log = condition(r, {});

@@ -105,6 +105,8 @@ TEST(Config, AxesAreARightHandedSignedPermutation) {
 TEST(Config, RefusesWhatIsNoYaml) {
   EXPECT_TRUE(contains(refusal("a: 1\nb: [1, 2\n", [](const Config&) {}), "folder/run.yaml:"));
   EXPECT_TRUE(contains(refusal("", [](const Config&) {}), "folder/run.yaml:1"));
+  EXPECT_TRUE(contains(refusal(",a: 1\n", [](const Config&) {}), "one map"));
+  EXPECT_TRUE(contains(refusal("a: 1\n}\nb: 2\n", [](const Config&) {}), "run.yaml:"));
   EXPECT_TRUE(contains(refusal("- 1\n", [](const Config&) {}), "one map"));
   EXPECT_TRUE(contains(refusal("a: 1\n---\nb: 2\n", [](const Config&) {}), "one map"));
 }

@@ -158,6 +158,7 @@ TEST_F(LogIo, RtklibRefusals) {
       contains(refused(header("GPST") + "2374 1 46.5 7.25 1600 1 9\n"), "log:3: 7 fields, but the header promises 15"));
   EXPECT_TRUE(
       contains(refused(header("GPST") + "2025/13/08 19:34:18" + place), "log:3: `2025/13/08 19:34:18` is no time"));
+  EXPECT_TRUE(contains(refused(header("GPST") + "2025/nan/08 19:34:18" + place), "is no time"));
   EXPECT_TRUE(contains(refused(header("GPST") + "2025/07/08 25:34:18" + place), "is no time"));
   EXPECT_TRUE(contains(refused(header("JST") + "2025/07/08 19:34:18" + place), "log:2: time system `JST`"));
   EXPECT_TRUE(contains(refused("%  GPST  x-ecef(m) y-ecef(m) z-ecef(m) Q\n"),

@@ -1,0 +1,51 @@
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+
+#include "app.h"
+#include "piste/core/error.h"
+
+namespace piste {
+namespace {
+
+/// Runs an empty program on a command line; what the body saw is in `seen`.
+int run(
+    std::vector<std::string> words, AppArguments& seen, const std::function<void()>& body = [] {}) {
+  words.insert(words.begin(), "demo");
+  std::vector<char*> argv;
+  for (std::string& w : words) argv.push_back(w.data());
+  const AppDescription demo{
+      .name = "demo", .summary = "A demo.", .integers = {{.name = "seed", .help = "", .fallback = 1}}};
+  return run_app(demo, static_cast<int>(argv.size()), argv.data(), [&](const AppArguments& arguments, Progress&) {
+    seen = arguments;
+    body();
+  });
+}
+
+TEST(App, TakesItsArguments) {
+  AppArguments seen;
+  EXPECT_EQ(run({"folder/run.yaml"}, seen), 0);
+  EXPECT_EQ(seen.input, "folder/run.yaml");
+  EXPECT_EQ(seen.output, "out/run");
+  EXPECT_EQ(seen.integers.at("seed"), 1);
+  EXPECT_EQ(run({"run.yaml", "--output", "there", "--quiet", "--seed", "7"}, seen), 0);
+  EXPECT_EQ(seen.output, "there");
+  EXPECT_TRUE(seen.quiet);
+  EXPECT_EQ(seen.integers.at("seed"), 7);
+}
+
+TEST(App, ExitCodes) {
+  AppArguments seen;
+  EXPECT_EQ(run({"--help"}, seen), 0);
+  EXPECT_EQ(run({"--version"}, seen), 0);
+  EXPECT_EQ(run({}, seen), 2);
+  EXPECT_EQ(run({"a", "b"}, seen), 2);
+  EXPECT_EQ(run({"a", "--sed", "1"}, seen), 2);
+  EXPECT_EQ(run({"a", "--seed", "-1"}, seen), 2);
+  EXPECT_EQ(run({"a"}, seen, [] { throw ConfigError("f:1", "wrong"); }), 2);
+  EXPECT_EQ(run({"a"}, seen, [] { throw DataError("f:1", "wrong"); }), 1);
+  EXPECT_EQ(run({"a"}, seen, [] { throw std::runtime_error("wrong"); }), 1);
+}
+
+}  // namespace
+}  // namespace piste
