@@ -59,7 +59,8 @@ void replay(const piste::AppArguments& arguments, piste::Progress& progress) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return piste::run_app({.name = "replay",
-                         .summary = "Raw logs of an IMU and GNSS in; trajectory, the IMU's errors and their sigmas out."},
-                        argc, argv, replay);
+  return piste::run_app(
+      {.name = "replay",
+       .summary = "Raw logs of an IMU and GNSS in; trajectory, the IMU's errors and their sigmas out."},
+      argc, argv, replay);
 }

@@ -22,8 +22,8 @@ Antenna antenna_of(const Estimate& x, const Motion& m, const Vector3d& earth_rat
 
 // Adds `factor` times the derivative of the antenna's velocity by attitude and the gyro's errors. `carried` is what
 // turns with the attitude: v + R (ω × l).
-void add_turning(Linearization& lin, double factor, const Matrix3d& extra_attitude, const Antenna& a,
-                 const Estimate& x, const Motion& m, const Vector3d& earth_rate, const Vector3d& carried) {
+void add_turning(Linearization& lin, double factor, const Matrix3d& extra_attitude, const Antenna& a, const Estimate& x,
+                 const Motion& m, const Vector3d& earth_rate, const Vector3d& carried) {
   // δv_a = ν + θ × (v + R(ω × l)) − ω_ie × (θ × R l) + R [l] (1+s)⁻¹ e_g, as δω = −(1+s)⁻¹ e_g.
   const Matrix3d attitude = -skew(carried) + skew(earth_rate) * skew(a.arm);
   const Matrix3d gyro = factor * a.rate_to_velocity * (1 + x.gyro_scale.array()).inverse().matrix().asDiagonal();
