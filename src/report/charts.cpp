@@ -71,6 +71,7 @@ bool is_navigation(Block b) { return index_of(b) <= index_of(Block::kAttitude); 
 Builder block_builder(Block block) {
   const BlockInfo& row = info(block);
   std::vector<std::string> labels;
+  labels.reserve(3);
   for (int i = 0; i < row.size; ++i) labels.emplace_back(row.axes[static_cast<std::size_t>(i)]);
   return {words(row.name), std::string(row.unit), std::move(labels)};
 }

@@ -215,7 +215,9 @@ std::string html_report(const ReplayReport& report) {
   out += "<h2 id=\"plan\">Plan view</h2>\n<figure>\n" + plan_view(report) + "</figure>\n";
   out += "<h2 id=\"over-time\">Over time</h2>\n<p class=\"soft\">Bands are ± 1 sigma. Rest is shaded";
   if (!report.outages.empty()) out += ", withheld GNSS is shaded red";
-  out += ". Drag to zoom every chart, double-click to see all again. Angles run on beyond ± 180°.</p>\n";
+  out +=
+      ". Drag to zoom every chart, double-click to see all again. Angles run on beyond ± 180°. "
+      "Long series are thinned, extremes kept.</p>\n";
   out += "<noscript><p>The charts need JavaScript; the tables and the plan view do not.</p></noscript>\n";
   if (report.smoothed) out += kSwitch;
   out += "<section id=\"solution-charts\"></section>\n";

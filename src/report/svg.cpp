@@ -79,8 +79,9 @@ std::vector<double> nice_ticks(double low, double high, int wanted) {
   const double ratio = raw / decade;
   const double step = decade * (ratio < 1.5 ? 1 : ratio < 3.5 ? 2 : ratio < 7.5 ? 5 : 10);
   std::vector<double> ticks;
-  const double first = std::ceil(low / step - 1e-9), last = std::floor(high / step + 1e-9);
-  for (double k = first; k <= last; ++k) ticks.push_back(k * step);
+  const auto first = static_cast<long long>(std::ceil(low / step - 1e-9));
+  const auto last = static_cast<long long>(std::floor(high / step + 1e-9));
+  for (long long k = first; k <= last; ++k) ticks.push_back(static_cast<double>(k) * step);
   return ticks;
 }
 
@@ -191,13 +192,14 @@ std::string Plot::draw(const Series& s, const Frame& f) {
   return path;
 }
 
-std::string Plot::draw(const Mark& m, const Frame& f) {
+std::string Plot::draw(const Mark& m, bool below, const Frame& f) {
   const double x = f.px(m.x), y = f.py(m.y);
   const bool flip = x + 12 + kLetter * static_cast<double>(m.name.size()) > f.right;
   return fmt::format(
       "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"5.5\" fill=\"var(--c{})\" stroke=\"var(--ink)\"/>"
       "<text class=\"name\" x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\">{}</text>\n",
-      x, y, palette(m.colour), flip ? x - 10 : x + 10, y - 8, flip ? "end" : "start", escape_markup(m.name));
+      x, y, palette(m.colour), flip ? x - 10 : x + 10, below ? y + 18 : y - 8, flip ? "end" : "start",
+      escape_markup(m.name));
 }
 
 std::string Plot::legend(const Frame& f) const {
@@ -227,7 +229,11 @@ std::string Plot::render() const {
       width_, height_, escape_markup(description_.empty() ? title_ : description_), kStyle);
   out += axes(f);
   for (const Series& s : series_) out += draw(s, f);
-  for (const Mark& m : marks_) out += draw(m, f);
+  bool below = false;  // names of marks that coincide stay apart
+  for (const Mark& m : marks_) {
+    out += draw(m, below, f);
+    below = !below;
+  }
   return out + legend(f) + "</svg>\n";
 }
 

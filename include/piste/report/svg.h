@@ -56,7 +56,7 @@ class Plot {
   std::string axes(const Frame& frame) const;
   std::string legend(const Frame& frame) const;
   static std::string draw(const Series& series, const Frame& frame);
-  static std::string draw(const Mark& mark, const Frame& frame);
+  static std::string draw(const Mark& mark, bool below, const Frame& frame);
 
   std::string title_, description_;
   Axis x_, y_;
