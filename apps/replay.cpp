@@ -9,6 +9,8 @@
 #include "piste/io/output.h"
 #include "piste/io/replay_config.h"
 #include "piste/io/solution_io.h"
+#include "piste/report/html.h"
+#include "piste/report/kml.h"
 #include "piste/solve/rts.h"
 #include "piste/solve/start.h"
 
@@ -48,6 +50,15 @@ void replay(const piste::AppArguments& arguments, piste::Progress& progress) {
     output.write("smoothed.csv", navigation_csv(*smoothed));
     output.write("biases_smoothed.csv", biases_csv(*smoothed));
   }
+  const std::string title = config.file.stem().string();
+  output.write("trajectory.kml", kml(final_solution ? *final_solution : run.solution, title));
+  output.write("report.html", html_report({.title = title,
+                                           .version = PISTE_VERSION,
+                                           .config_text = config.echo,
+                                           .log = &log,
+                                           .filtered = &run.solution,
+                                           .smoothed = final_solution,
+                                           .outages = config.conditioning.outages}));
   const std::chrono::duration<double> wall_s = std::chrono::steady_clock::now() - wall;
   const RunTimes times{static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC, wall_s.count()};
   output.write("summary.json", summary_json(log, run.solution, final_solution, times));

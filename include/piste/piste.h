@@ -66,3 +66,6 @@
 #include "piste/core/solution.h"
 
 // The steps, in the order of a run: read, condition, solve, report.
+#include "piste/report/html.h"
+#include "piste/report/kml.h"
+#include "piste/report/svg.h"
