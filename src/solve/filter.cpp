@@ -217,7 +217,7 @@ void Filter::measure(const Pending& pending, const ImuStep& step, double tau) {
     const auto motion = [&] {
       const ImuStep s = correct(step, x);
       const double from_middle = tau - 0.5 * s.dt;
-      return Motion{s.mean_rate() + from_middle * s.rate_slope, s.mean_force() + from_middle * s.force_slope};
+      return BodyMotion{s.mean_rate() + from_middle * s.rate_slope, s.mean_force() + from_middle * s.force_slope};
     };
     if (receiver.use_position) {
       apply(pending.source, linearize_position(*fix, receiver.drift, x, motion(), earth_rate, gravity_));
