@@ -20,7 +20,9 @@ constexpr int kStates = 20;
 const World kWorld({0.81, 0.13, 800});
 
 // A raw step of wild motion; the models take it corrected, so that biases and scales act through it.
-ImuStep raw_step(Random& random) { return {0.01, random.vector(0.03), random.vector(0.2), random.vector(5), random.vector(50)}; }
+ImuStep raw_step(Random& random) {
+  return {0.01, random.vector(0.03), random.vector(0.2), random.vector(5), random.vector(50)};
+}
 
 Motion motion_of(const ImuStep& raw, const Estimate& x) {
   const ImuStep step = correct(raw, x);
@@ -107,9 +109,8 @@ TEST(Jacobians, ZeroRate) {
     const Vector3d mean_gyro = random.vector(0.01);
     // A faster Earth, so that its terms stand out of the differences' rounding.
     const Vector3d earth_rate = random.vector(0.1);
-    check_jacobians(
-        [&](const Estimate& y) { return linearize_zero_rate({}, mean_gyro, 0.5, 1e-3, y, earth_rate); },
-        random.estimate());
+    check_jacobians([&](const Estimate& y) { return linearize_zero_rate({}, mean_gyro, 0.5, 1e-3, y, earth_rate); },
+                    random.estimate());
   }
 }
 

@@ -37,8 +37,9 @@ void check_jacobians(const Model& model, const Estimate& x) {
     }
     const Matrix3d& J = claimed[static_cast<std::size_t>(index_of(row.block))];
     const double size = std::max(J.cwiseAbs().maxCoeff(), numeric.cwiseAbs().maxCoeff());
-    EXPECT_LE((J - numeric).cwiseAbs().maxCoeff(), 1e-8 * size + 1e-10 * largest)
-        << row.name << ", claimed:\n" << J << "\nby differences:\n" << numeric;
+    EXPECT_LE((J - numeric).cwiseAbs().maxCoeff(), 1e-8 * size + 1e-10 * largest) << row.name << ", claimed:\n"
+                                                                                  << J << "\nby differences:\n"
+                                                                                  << numeric;
   }
 }
 

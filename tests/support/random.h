@@ -13,7 +13,9 @@ class Random {
  public:
   explicit Random(std::uint64_t seed) : engine_(seed) {}
 
-  double gaussian(double sigma = 1) { return sigma * std::sqrt(-2 * std::log(uniform())) * std::cos(6.283185307179586 * uniform()); }
+  double gaussian(double sigma = 1) {
+    return sigma * std::sqrt(-2 * std::log(uniform())) * std::cos(6.283185307179586 * uniform());
+  }
   double uniform() { return (static_cast<double>(engine_() >> 11) + 0.5) * 0x1p-53; }
 
   Vector3d vector(double sigma = 1) {
@@ -28,7 +30,8 @@ class Random {
   /// Symmetric, positive definite, eigenvalues of order one.
   Eigen::MatrixXd covariance(Eigen::Index n) {
     const Eigen::MatrixXd A = matrix(n, n);
-    return A * A.transpose() / static_cast<double>(n) + 0.1 * Eigen::MatrixXd::Identity(n, n);
+    const Eigen::MatrixXd P = A * A.transpose() / static_cast<double>(n) + 0.1 * Eigen::MatrixXd::Identity(n, n);
+    return 0.5 * (P + P.transpose());
   }
 
   /// Attitude anywhere.
