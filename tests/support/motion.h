@@ -12,7 +12,7 @@ namespace piste::test {
 /// Turns and swings as sums of sines. The body stands still until `begin`, and moves off smoothly.
 struct WildMotion {
   World world{{0.8116, 0.1222, 900}};
-  double begin = -1e3;
+  double begin = -10;
   double heading = 0.7;  ///< about which the body swings
 
   struct State {
