@@ -19,7 +19,8 @@ Coefficients coefficients(double x2) {
             (1 - x2 / 20 * (1 - x2 / 42 * (1 - x2 / 72 * (1 - x2 / 110)))) / 6};
   }
   const double x = std::sqrt(x2);
-  return {std::sin(x) / x, (1 - std::cos(x)) / x2, (x - std::sin(x)) / (x2 * x)};
+  const double half = std::sin(0.5 * x);  // 1 − cos x = 2 sin²(x/2), which does not cancel
+  return {std::sin(x) / x, 2 * half * half / x2, (x - std::sin(x)) / (x2 * x)};
 }
 
 }  // namespace

@@ -24,6 +24,75 @@ Vector3d factor_of(const ImuBlock& b, const Transition& t) {
 
 std::size_t slot(Block b) { return static_cast<std::size_t>(index_of(b)); }
 
+// Φ told state by state, beyond the navigation: each decays, and some act on the navigation rows through one column of
+// `mixer` = (navigation | imu).
+constexpr int kNavigation = 9;
+constexpr int kInputs = 15;  // navigation, e_g and e_a
+using Mixer = Eigen::Matrix<double, kNavigation, kInputs>;
+struct Structure {
+  Mixer mixer;
+  std::array<double, kFullSize> decay, factor;
+  std::array<int, kFullSize> input;  // column of the mixer, −1: none
+  bool decays = false;
+
+  Structure(const StateLayout& layout, const Transition& t) {
+    mixer << t.navigation, t.imu;
+    for (const Block b : layout.blocks()) {
+      const double f = t.decay[slot(b)];
+      decays = decays || f != 1;
+      for (int k = layout.offset(b); k < layout.offset(b) + info(b).size; ++k) {
+        decay[at(k)] = f;
+        input[at(k)] = -1;
+      }
+    }
+    for (const ImuBlock& b : kImuBlocks) {
+      if (!layout.has(b.block)) continue;
+      const Vector3d factors = factor_of(b, t);
+      for (int k = 0; k < 3; ++k) {
+        factor[at(layout.offset(b.block) + k)] = factors(k);
+        input[at(layout.offset(b.block) + k)] = kNavigation + b.half + k;
+      }
+    }
+  }
+
+  static std::size_t at(int k) { return static_cast<std::size_t>(k); }
+};
+
+template <int N>
+using Columns = Eigen::Matrix<double, kFullSize, N>;
+
+// out = in Wᵀ over the first n rows. Plain loops: the compiler vectorises along the rows, and every sum keeps its
+// order, so that wider registers give the same bits.
+template <int Out, int In>
+[[gnu::always_inline]] inline void combine(const Eigen::Matrix<double, Out, In>& W, const Columns<In>& in, int n,
+                                           Columns<Out>& out) {
+  for (int i = 0; i < Out; ++i) {
+    double w[In];
+    for (int k = 0; k < In; ++k) w[k] = W(i, k);
+    const double* x = in.data();
+    double* y = out.data() + i * kFullSize;
+    for (int r = 0; r < n; ++r) {
+      double sum = w[0] * x[r];
+      for (int k = 1; k < In; ++k) sum += w[k] * x[k * kFullSize + r];
+      y[r] = sum;
+    }
+  }
+}
+
+#if defined(__x86_64__) && defined(__gnu_linux__)
+#define PISTE_WIDE __attribute__((target_clones("avx2", "default")))
+#else
+#define PISTE_WIDE
+#endif
+
+PISTE_WIDE void onto_navigation(const Mixer& mixer, const Columns<kInputs>& in, int n, Columns<kNavigation>& out) {
+  combine(mixer, in, n, out);
+}
+
+PISTE_WIDE void onto_inputs(const Mixer& mixer, const Columns<kNavigation>& in, int n, Columns<kInputs>& out) {
+  combine<kInputs, kNavigation>(mixer.transpose(), in, n, out);
+}
+
 }  // namespace
 
 Transition linearize(const Estimate& x, const Estimate& end, const ImuStep& s, const Vector3d& earth_rate,
@@ -84,67 +153,87 @@ void add_processes(Transition& t, const StateLayout& layout, const FilterOptions
 
 void propagate(Covariance& P, const StateLayout& layout, const Transition& t) {
   const int n = layout.size();
-  // Rows of the navigation error after the step, against every error before it.
-  Eigen::Matrix<double, 9, Eigen::Dynamic, 0, 9, kFullSize> top(9, n);
-  for (int j = 0; j < n; ++j) {
-    Eigen::Matrix<double, 6, 1> e = Eigen::Matrix<double, 6, 1>::Zero();
-    for (const ImuBlock& b : kImuBlocks) {
-      if (layout.has(b.block)) {
-        e.segment<3>(b.half) += factor_of(b, t).cwiseProduct(P.col(j).segment<3>(layout.offset(b.block)));
-      }
+  const Structure s(layout, t);
+  // Every error before the step (rows) against the inputs of the navigation rows, then against those rows after it.
+  Columns<kInputs> inputs;
+  inputs.leftCols<kNavigation>().topRows(n) = P.leftCols<kNavigation>();
+  inputs.rightCols<6>().topRows(n).setZero();
+  for (int k = kNavigation; k < n; ++k) {
+    if (s.input[s.at(k)] >= 0) inputs.col(s.input[s.at(k)]).head(n) += s.factor[s.at(k)] * P.col(k);
+  }
+  Columns<kNavigation> after;
+  onto_navigation(s.mixer, inputs, n, after);
+
+  // The same once more for the navigation rows themselves.
+  inputs.leftCols<kNavigation>().topRows<kNavigation>() = after.topRows<kNavigation>().transpose();
+  inputs.rightCols<6>().topRows<kNavigation>().setZero();
+  for (int k = kNavigation; k < n; ++k) {
+    if (s.input[s.at(k)] < 0) continue;
+    inputs.col(s.input[s.at(k)]).head<kNavigation>() += s.factor[s.at(k)] * after.row(k).transpose();
+  }
+  Columns<kNavigation> corner;
+  onto_navigation(s.mixer, inputs, kNavigation, corner);
+  for (int j = 0; j < kNavigation; ++j) {
+    for (int i = 0; i <= j; ++i) P(i, j) = P(j, i) = 0.5 * (corner(i, j) + corner(j, i)) + t.noise(i, j);
+  }
+
+  const int others = n - kNavigation;
+  const Eigen::Map<const Eigen::VectorXd> decay(s.decay.data() + kNavigation, others);
+  if (s.decays) {
+    for (int j = 0; j < others; ++j) {
+      P.col(kNavigation + j).tail(others).array() *= s.decay[s.at(kNavigation + j)] * decay.array();
     }
-    top.col(j).noalias() = t.navigation * P.col(j).head<9>();
-    top.col(j).noalias() += t.imu * e;
   }
-  Matrix96d against_imu = Matrix96d::Zero();
-  for (const ImuBlock& b : kImuBlocks) {
-    if (!layout.has(b.block)) continue;
-    against_imu.middleCols<3>(b.half) += top.middleCols<3>(layout.offset(b.block)) * factor_of(b, t).asDiagonal();
+  for (int j = 0; j < kNavigation; ++j) {
+    P.col(j).tail(others) = after.col(j).segment(kNavigation, others).cwiseProduct(decay);
+    P.row(j).tail(others) = P.col(j).tail(others).transpose();
   }
-  Matrix9d corner = t.noise;
-  corner.noalias() += top.leftCols<9>() * t.navigation.transpose();
-  corner.noalias() += against_imu * t.imu.transpose();
-  P.topLeftCorner<9, 9>() = 0.5 * (corner + corner.transpose());
-  P.topRightCorner(9, n - 9) = top.rightCols(n - 9);
   for (const Block b : layout.blocks()) {
-    const double f = t.decay[slot(b)];
-    const int o = layout.offset(b), size = info(b).size;
-    if (f != 1) {
-      P.middleCols(o, size) *= f;
-      P.block(o, 9, size, n - 9) *= f;
-    }
-    P.diagonal().segment(o, size) += t.variance[slot(b)].head(size);
+    const int size = info(b).size;
+    P.diagonal().segment(layout.offset(b), size) += t.variance[slot(b)].head(size);
   }
-  P.bottomLeftCorner(n - 9, 9) = P.topRightCorner(9, n - 9).transpose();
 }
 
 void propagate_adjoint(ErrorVector& lambda, Covariance& Lambda, const StateLayout& layout, const Transition& t) {
   const int n = layout.size();
-  // Λ Φ: the columns of navigation and of e mix only into their own.
-  const auto mix_columns = [&](auto& M) {
-    Eigen::Matrix<double, Eigen::Dynamic, 9, 0, kFullSize, 9> head = M.template leftCols<9>();
-    Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kFullSize, 6> through(M.rows(), 6);
-    through.noalias() = head.lazyProduct(t.imu);
-    M.template leftCols<9>() = head.lazyProduct(t.navigation);
-    for (const Block b : layout.blocks()) {
-      const double f = t.decay[slot(b)];
-      if (f != 1) M.middleCols(layout.offset(b), info(b).size) *= f;
-    }
-    for (const ImuBlock& b : kImuBlocks) {
-      if (!layout.has(b.block)) continue;
-      M.template middleCols<3>(layout.offset(b.block)) +=
-          through.template middleCols<3>(b.half) * factor_of(b, t).asDiagonal();
-    }
-  };
-  mix_columns(Lambda);
-  Lambda.transposeInPlace();
-  mix_columns(Lambda);
-  for (int j = 1; j < n; ++j) {
-    for (int i = 0; i < j; ++i) Lambda(i, j) = Lambda(j, i) = 0.5 * (Lambda(i, j) + Lambda(j, i));
+  const Structure s(layout, t);
+  // Λ Φ by columns: those of the inputs first, which every state's own column then takes its part of.
+  Columns<kNavigation> navigation;
+  navigation.topRows(n) = Lambda.leftCols<kNavigation>();
+  Columns<kInputs> through;
+  onto_inputs(s.mixer, navigation, n, through);
+  // Rows of the navigation in Λ Φ, one a column here, and Φᵀ of them.
+  navigation.topRows<kNavigation>() = through.topLeftCorner<kNavigation, kNavigation>().transpose();
+  for (int k = kNavigation; k < n; ++k) {
+    navigation.row(k) = s.decay[s.at(k)] * navigation.row(k);
+    if (s.input[s.at(k)] < 0) continue;
+    navigation.row(k) += s.factor[s.at(k)] * through.col(s.input[s.at(k)]).head<kNavigation>().transpose();
   }
-  Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, kFullSize> row = lambda.transpose();
-  mix_columns(row);
-  lambda = row.transpose();
+  Columns<kInputs> both;
+  onto_inputs(s.mixer, navigation, n, both);
+
+  for (int j = 0; j < kNavigation; ++j) {
+    for (int i = 0; i <= j; ++i) Lambda(i, j) = Lambda(j, i) = 0.5 * (both(i, j) + both(j, i));
+    Lambda.col(j).tail(n - kNavigation) = both.col(j).segment(kNavigation, n - kNavigation);
+    Lambda.row(j).tail(n - kNavigation) = Lambda.col(j).tail(n - kNavigation).transpose();
+  }
+  for (int j = kNavigation; j < n; ++j) {
+    const int input_j = s.input[s.at(j)];
+    for (int i = kNavigation; i <= j; ++i) {
+      const int input_i = s.input[s.at(i)];
+      double value = s.decay[s.at(i)] * s.decay[s.at(j)] * Lambda(i, j);
+      if (input_j >= 0) value += s.decay[s.at(i)] * s.factor[s.at(j)] * through(i, input_j);
+      if (input_i >= 0) value += s.factor[s.at(i)] * both(j, input_i);
+      Lambda(i, j) = Lambda(j, i) = value;
+    }
+  }
+
+  const Eigen::Matrix<double, kInputs, 1> seen = s.mixer.transpose() * lambda.head<kNavigation>();
+  lambda.head<kNavigation>() = seen.head<kNavigation>();
+  for (int k = kNavigation; k < n; ++k) {
+    lambda(k) *= s.decay[s.at(k)];
+    if (s.input[s.at(k)] >= 0) lambda(k) += s.factor[s.at(k)] * seen(s.input[s.at(k)]);
+  }
 }
 
 Covariance dense_transition(const StateLayout& layout, const Transition& t) {

@@ -22,7 +22,8 @@ ImuStep make_step(const ImuSample* before, const ImuSample& now, const ImuSample
   const bool left = before && touches(*before, now), right = after && touches(now, *after);
   if (left && right) {
     const auto l = slopes(*before, now), r = slopes(now, *after);
-    const double wl = now.interval + after->interval, wr = before->interval + now.interval;
+    // The parabola whose means over the three intervals are theirs, for any lengths.
+    const double wl = now.interval + 2 * after->interval, wr = now.interval + 2 * before->interval;
     step.rate_slope = (wl * l.first + wr * r.first) / (wl + wr);
     step.force_slope = (wl * l.second + wr * r.second) / (wl + wr);
   } else if (left || right) {
@@ -65,8 +66,10 @@ Vector3d sculled_velocity(const ImuStep& s) {
     k2 = (1 - std::sin(angle) / angle) / a2;
   }
   const Vector3d au = a.cross(u);
-  const Vector3d sculling = (s.dt * s.dt / 12) * (a.cross(s.force_slope) + u.cross(s.rate_slope));
-  return u + k1 * au + k2 * a.cross(au) + sculling;
+  // Of the lines' slopes: one cross product, then two, without which velocity is of third order only.
+  const Vector3d a_slope = a.cross(s.force_slope);
+  const Vector3d sculling = a_slope + u.cross(s.rate_slope) + 0.5 * (a.cross(a_slope) - s.rate_slope.cross(au));
+  return u + k1 * au + k2 * a.cross(au) + (s.dt * s.dt / 12) * sculling;
 }
 
 void mechanize(Estimate& x, const ImuStep& s, const Vector3d& earth_rate, const Gravity& gravity) {

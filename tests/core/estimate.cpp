@@ -1,0 +1,98 @@
+#include "piste/core/estimate.h"
+
+#include <gtest/gtest.h>
+
+#include "support/random.h"
+
+namespace piste {
+namespace {
+
+using test::Random;
+
+FullError random_error(Random& random, double size) {
+  FullError e;
+  for (int k = 0; k < kFullSize; ++k) e(k) = random.gaussian(size);
+  return e;
+}
+
+TEST(Estimate, MinusUndoesPlus) {
+  Random random(1);
+  for (const double size : {1e-8, 1e-3, 0.5}) {
+    for (int i = 0; i < 20; ++i) {
+      const Estimate x = random.estimate();
+      const FullError e = random_error(random, size);
+      EXPECT_LT((boxminus(boxplus(x, e), x) - e).norm(), 2e-12);
+    }
+  }
+}
+
+TEST(Estimate, PlusUndoesMinus) {
+  Random random(2);
+  for (int i = 0; i < 20; ++i) {
+    const Estimate x = random.estimate(), y = random.estimate();
+    const Estimate back = boxplus(x, boxminus(y, x));
+    EXPECT_LT(boxminus(back, y).norm(), 1e-11);
+  }
+}
+
+TEST(Estimate, NoErrorIsNoChange) {
+  Random random(3);
+  const Estimate x = random.estimate();
+  EXPECT_LT(boxminus(boxplus(x, FullError::Zero()), x).norm(), 1e-13);
+}
+
+// Two parts of one motion of the group compose, as a curve through it does.
+TEST(Estimate, AttitudeAndVelocityAreOneGroupElement) {
+  Random random(4);
+  const Estimate x = random.estimate();
+  FullError e = FullError::Zero();
+  e.segment<3>(full_offset(Block::kAttitude)) = random.vector(0.3);
+  e.segment<3>(full_offset(Block::kVelocity)) = random.vector(5);
+  const Estimate once = boxplus(x, e), twice = boxplus(boxplus(x, 0.5 * e), 0.5 * e);
+  EXPECT_LT(boxminus(once, twice).norm(), 1e-13);
+  // A pure attitude error turns the velocity with it: in the body it is as it was.
+  e.segment<3>(full_offset(Block::kVelocity)).setZero();
+  const Estimate turned = boxplus(x, e);
+  EXPECT_LT((turned.R_wb().transpose() * turned.v_wb - x.R_wb().transpose() * x.v_wb).norm(), 1e-13);
+}
+
+TEST(Estimate, EveryBlockOfTheTableMovesItsOwnValueOnly) {
+  Random random(5);
+  const Estimate x = random.estimate();
+  for (const BlockInfo& row : kBlocks) {
+    for (int k = 0; k < row.size; ++k) {
+      const FullError e = 0.01 * FullError::Unit(full_offset(row.block) + k);
+      const Estimate y = boxplus(x, e);
+      if (row.block != Block::kAttitude && row.block != Block::kBoresight && row.block != Block::kVelocity) {
+        EXPECT_NEAR(additive(y, row.block)(k) - additive(x, row.block)(k), 0.01, 1e-14) << row.name;
+      }
+      EXPECT_LT((boxminus(y, x) - e).norm(), 1e-12) << row.name;
+    }
+  }
+}
+
+TEST(Estimate, OrdinaryVelocityErrorIsTheDifference) {
+  Random random(6);
+  const Estimate x = random.estimate();
+  const FullError e = random_error(random, 1e-6);
+  const Eigen::Matrix<double, 9, 1> ordinary = ordinary_from_invariant(x) * e.head<9>();
+  const Estimate truth = boxplus(x, e);
+  EXPECT_LT((truth.v_wb - x.v_wb - ordinary.segment<3>(3)).norm(), 1e-9);
+  EXPECT_LT((truth.p_wb - x.p_wb - ordinary.head<3>()).norm(), 1e-13);
+}
+
+TEST(Estimate, ErrorOfALayoutLeavesTheOthersAlone) {
+  Random random(7);
+  const StateLayout layout(std::vector<Block>{Block::kBoresight, Block::kGnssDelay});
+  const Estimate x = random.estimate();
+  const ErrorVector e = random.matrix(layout.size(), 1);
+  const FullError full = expand(layout, e);
+  EXPECT_EQ(full.segment<3>(full_offset(Block::kBoresight)), e.segment<3>(9));
+  EXPECT_EQ(full(full_offset(Block::kGnssDelay)), e(12));
+  EXPECT_NEAR(full.squaredNorm(), e.squaredNorm(), 1e-12);
+  EXPECT_EQ(boxplus(x, layout, e).gyro_bias, x.gyro_bias);
+  EXPECT_TRUE(boxminus(boxplus(x, layout, e), boxplus(x, full)).isZero(1e-14));
+}
+
+}  // namespace
+}  // namespace piste

@@ -1,0 +1,302 @@
+// The error's transition against the difference of two strapdown runs, and the block algebra against dense matrices.
+
+#include "piste/model/dynamics.h"
+
+#include <gtest/gtest.h>
+
+#include <unsupported/Eigen/MatrixFunctions>
+
+#include "support/motion.h"
+#include "support/random.h"
+
+namespace piste {
+namespace {
+
+using Eigen::MatrixXd;
+using test::Random;
+using test::WildMotion;
+
+std::vector<Block> all_blocks() {
+  std::vector<Block> blocks;
+  for (const BlockInfo& row : kBlocks) blocks.push_back(row.block);
+  return blocks;
+}
+
+FilterOptions drifting_options() {
+  FilterOptions o;
+  o.sensor.gyro = {1e-3, 0.01, {DriftProcess::Kind::kGaussMarkov, 2e-4, 20, 0}, 0.01, 0};
+  o.sensor.accel = {3e-3, 0.05, {DriftProcess::Kind::kRandomWalk, 0, 0, 1e-3}, 0.02, 0};
+  o.gnss.push_back({"", Vector3d::Zero(), true, true, GaussMarkov{{0.4, 0.5, 0.7}, 60}});
+  o.attitude.push_back({"", GaussMarkov{{0.001, 0.001, 0.003}, 30}});
+  return o;
+}
+
+// Error of each block that is about as large as every other one in its effect.
+FullError typical_error() {
+  FullError e;
+  for (const BlockInfo& row : kBlocks) {
+    const bool angle = row.unit == "deg" || row.unit == "deg/s" || row.unit == "ppm";
+    e.segment(full_offset(row.block), row.size).setConstant(angle ? 0.01 : 0.1);
+  }
+  return e;
+}
+
+const StepNoise kNoNoise{Vector3d::Zero(), Vector3d::Zero()};
+
+struct Run {
+  Estimate x;
+  MatrixXd Phi = MatrixXd::Identity(kFullSize, kFullSize);
+};
+
+// Carries an estimate over raw steps as the filter does; `with_transition` accumulates Φ along it.
+Run run(Estimate x, const std::vector<ImuStep>& steps, const World& world, bool with_transition) {
+  const StateLayout layout(all_blocks());
+  const FilterOptions options = drifting_options();
+  Run r;
+  for (const ImuStep& raw : steps) {
+    const ImuStep step = correct(raw, x);
+    const Estimate before = x;
+    const Gravity gravity = world.gravity(x.p_wb);
+    mechanize(x, step, world.earth_rate(), gravity);
+    Transition t = linearize(before, x, step, world.earth_rate(), gravity, kNoNoise, false);
+    add_processes(t, layout, options, raw.dt);
+    decay(x, layout, t);
+    if (with_transition) r.Phi = dense_transition(layout, t) * r.Phi;
+  }
+  r.x = x;
+  return r;
+}
+
+// Largest difference between Φ and the central difference of strapdown runs, both in units of typical errors, relative
+// to the largest entry.
+double transition_error(const Estimate& x, const std::vector<ImuStep>& steps, const World& world) {
+  const Run nominal = run(x, steps, world, true);
+  const FullError unit = typical_error();
+  MatrixXd numeric(kFullSize, kFullSize);
+  constexpr double h = 1e-4;
+  for (int k = 0; k < kFullSize; ++k) {
+    const FullError e = h * unit(k) * FullError::Unit(k);
+    const Estimate plus = run(boxplus(x, e), steps, world, false).x, minus = run(boxplus(x, -e), steps, world, false).x;
+    numeric.col(k) = (boxminus(plus, nominal.x) - boxminus(minus, nominal.x)) / (2 * h);
+  }
+  const auto scaled = [&](const MatrixXd& m) -> MatrixXd { return unit.cwiseInverse().asDiagonal() * m; };
+  const MatrixXd claimed = scaled(nominal.Phi * unit.asDiagonal());
+  return (claimed - scaled(numeric)).cwiseAbs().maxCoeff() / claimed.cwiseAbs().maxCoeff();
+}
+
+std::vector<ImuStep> wild_steps(double start, double duration, double dt) {
+  const WildMotion motion;
+  const auto samples = motion.samples(start, start + duration, dt);
+  std::vector<ImuStep> steps;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    steps.push_back(
+        make_step(i > 0 ? &samples[i - 1] : nullptr, samples[i], i + 1 < samples.size() ? &samples[i + 1] : nullptr));
+  }
+  return steps;
+}
+
+TEST(Dynamics, TransitionIsTheDifferenceOfTwoRunsOverOneStep) {
+  Random random(1);
+  const WildMotion motion;
+  for (int i = 0; i < 10; ++i) {
+    const Estimate x = random.estimate();
+    const double coarse = transition_error(x, wild_steps(i, 0.01, 0.01), motion.world);
+    const double fine = transition_error(x, wild_steps(i, 0.005, 0.005), motion.world);
+    EXPECT_LT(coarse, 1e-4);
+    EXPECT_GT(std::log2(coarse / fine), 2.7) << coarse << " " << fine;  // of one step: third order
+  }
+}
+
+TEST(Dynamics, TransitionIsOfSecondOrderOverManySteps) {
+  Random random(2);
+  const WildMotion motion;
+  for (int i = 0; i < 3; ++i) {
+    Estimate x = random.estimate();
+    const auto at = motion.at(3);
+    x.q_wb = at.q_wb;
+    x.v_wb = at.v_wb;
+    const double coarse = transition_error(x, wild_steps(3, 1, 0.02), motion.world);
+    const double fine = transition_error(x, wild_steps(3, 1, 0.01), motion.world);
+    EXPECT_LT(fine, 1e-3);
+    EXPECT_GT(std::log2(coarse / fine), 1.8) << coarse << " " << fine;
+  }
+}
+
+class Layouts : public testing::TestWithParam<std::vector<Block>> {};
+
+INSTANTIATE_TEST_SUITE_P(Dynamics, Layouts,
+                         testing::Values(std::vector<Block>{}, std::vector<Block>{Block::kGyroBias, Block::kAccelBias},
+                                         std::vector<Block>{Block::kGyroDrift, Block::kGnssDelay},
+                                         std::vector<Block>{Block::kAccelScale, Block::kLeverArm,
+                                                            Block::kAttitudeDrift},
+                                         std::vector<Block>{Block::kGyroBias, Block::kAccelBias, Block::kGyroDrift,
+                                                            Block::kAccelDrift, Block::kGyroScale, Block::kAccelScale},
+                                         all_blocks()));
+
+// One step of wild motion with white noise and every process.
+Transition some_step(const StateLayout& layout, Random& random) {
+  const WildMotion motion;
+  Estimate x = random.estimate();
+  const ImuStep step = correct(wild_steps(2, 0.01, 0.01).front(), x);
+  Estimate end = x;
+  const Gravity gravity = motion.world.gravity(x.p_wb);
+  mechanize(end, step, motion.world.earth_rate(), gravity);
+  const StepNoise noise{random.vector().cwiseAbs2(), random.vector().cwiseAbs2()};
+  Transition t = linearize(x, end, step, motion.world.earth_rate(), gravity, noise, false);
+  add_processes(t, layout, drifting_options(), 5.0);
+  return t;
+}
+
+MatrixXd dense_noise(const StateLayout& layout, const Transition& t) {
+  MatrixXd Q = MatrixXd::Zero(layout.size(), layout.size());
+  Q.topLeftCorner<9, 9>() = t.noise;
+  for (const Block b : layout.blocks()) {
+    Q.diagonal().segment(layout.offset(b), info(b).size) +=
+        t.variance[static_cast<std::size_t>(index_of(b))].head(info(b).size);
+  }
+  return Q;
+}
+
+double relative(const MatrixXd& a, const MatrixXd& b) { return (a - b).norm() / b.norm(); }
+
+TEST_P(Layouts, PropagationIsTheDenseProduct) {
+  Random random(3);
+  const StateLayout layout(GetParam());
+  for (int i = 0; i < 10; ++i) {
+    const Transition t = some_step(layout, random);
+    Covariance P = random.covariance(layout.size());
+    const MatrixXd Phi = dense_transition(layout, t);
+    const MatrixXd expected = Phi * P * Phi.transpose() + dense_noise(layout, t);
+    propagate(P, layout, t);
+    EXPECT_LT(relative(P, expected), 1e-14);
+    EXPECT_TRUE(P == P.transpose());
+  }
+}
+
+TEST_P(Layouts, AdjointIsTheDenseTranspose) {
+  Random random(4);
+  const StateLayout layout(GetParam());
+  for (int i = 0; i < 10; ++i) {
+    const Transition t = some_step(layout, random);
+    const MatrixXd Phi = dense_transition(layout, t);
+    Covariance Lambda = random.covariance(layout.size());
+    ErrorVector lambda = random.matrix(layout.size(), 1);
+    const MatrixXd expected_Lambda = Phi.transpose() * Lambda * Phi, expected_lambda = Phi.transpose() * lambda;
+    propagate_adjoint(lambda, Lambda, layout, t);
+    EXPECT_LT(relative(Lambda, expected_Lambda), 1e-14);
+    EXPECT_LT(relative(lambda, expected_lambda), 1e-14);
+    EXPECT_TRUE(Lambda == Lambda.transpose());
+  }
+}
+
+// Φ and Q of dx/dt = A x + w, E[w wᵀ] = W, over dt, by one matrix exponential (van Loan 1978).
+struct Discrete {
+  MatrixXd Phi, Q;
+};
+Discrete van_loan(const MatrixXd& A, const MatrixXd& W, double dt) {
+  const Eigen::Index n = A.rows();
+  MatrixXd M = MatrixXd::Zero(2 * n, 2 * n);
+  M.topLeftCorner(n, n) = A * dt;
+  M.topRightCorner(n, n) = W * dt;
+  M.bottomRightCorner(n, n) = -A.transpose() * dt;
+  const MatrixXd E = M.exp();
+  const MatrixXd Phi = E.topLeftCorner(n, n);
+  return {Phi, E.topRightCorner(n, n) * Phi.transpose()};
+}
+
+TEST(Processes, GaussMarkovIsVanLoan) {
+  for (const double tau : {0.1, 20.0, 1e5}) {
+    for (const double dt : {1e-3, 0.01, 5.0}) {
+      const DiscreteProcess d = discretise({DriftProcess::Kind::kGaussMarkov, 0.3, tau, 0}, dt);
+      const MatrixXd A = MatrixXd::Constant(1, 1, -1 / tau), W = MatrixXd::Constant(1, 1, 2 * 0.3 * 0.3 / tau);
+      const Discrete expected = van_loan(A, W, dt);
+      EXPECT_NEAR(d.transition, expected.Phi(0, 0), 1e-13);
+      EXPECT_NEAR(d.variance / expected.Q(0, 0), 1, 1e-9);
+      // Lyapunov: the stationary variance stays.
+      EXPECT_NEAR(d.transition * d.transition * 0.09 + d.variance, 0.09, 1e-16);
+    }
+  }
+}
+
+TEST(Processes, RandomWalkIsItsIntegralAndNoneIsConstant) {
+  const DiscreteProcess walk = discretise({DriftProcess::Kind::kRandomWalk, 0, 0, 0.02}, 0.5);
+  EXPECT_EQ(walk.transition, 1);
+  EXPECT_DOUBLE_EQ(walk.variance, 0.02 * 0.02 * 0.5);
+  const DiscreteProcess none = discretise({}, 0.5);
+  EXPECT_EQ(none.transition, 1);
+  EXPECT_EQ(none.variance, 0);
+}
+
+TEST(Processes, StepsComposeToOneLongStep) {
+  const DriftProcess process{DriftProcess::Kind::kGaussMarkov, 0.3, 7, 0};
+  const DiscreteProcess a = discretise(process, 0.3), b = discretise(process, 1.1), whole = discretise(process, 1.4);
+  EXPECT_NEAR(a.transition * b.transition, whole.transition, 1e-15);
+  EXPECT_NEAR(b.transition * b.transition * a.variance + b.variance, whole.variance, 1e-15);
+}
+
+// A body under constant force that does not turn in w, so that the continuous system is known: a chain of steps against
+// van Loan of (ρ, ν, θ), drifts of the gyro and of the accelerometer. Velocity stays within a factor of two.
+TEST(Dynamics, NoiseOfManyStepsIsVanLoanOfTheContinuousSystem) {
+  const StateLayout layout(std::vector<Block>{Block::kGyroDrift, Block::kAccelDrift});
+  FilterOptions options = drifting_options();
+  options.sensor.gyro.drift = {DriftProcess::Kind::kGaussMarkov, 0.01, 3, 0};
+  options.sensor.accel.drift = {DriftProcess::Kind::kGaussMarkov, 0.1, 5, 0};
+  const World world({0.8, 0.1, 0});
+  const Vector3d earth = world.earth_rate();
+  Random random(5);
+  Estimate x;
+  x.q_wb = random.rotation();
+  x.v_wb = Vector3d(12, -5, 2);
+  x.gyro_scale = Vector3d(0.02, -0.03, 0.01);
+  x.accel_scale = Vector3d(-0.02, 0.01, 0.03);
+  const Matrix3d R = x.R_wb();
+  const double gyro = 1e-3, accel = 3e-3;
+
+  const Gravity gravity = world.gravity(Vector3d::Zero());
+  const Vector3d v = x.v_wb;
+  MatrixXd A = MatrixXd::Zero(15, 15), G = MatrixXd::Zero(15, 12);
+  const Matrix3d V = skew(v), E = skew(earth);
+  const Matrix3d B_g = R * (1 + x.gyro_scale.array()).inverse().matrix().asDiagonal();
+  const Matrix3d B_a = R * (1 + x.accel_scale.array()).inverse().matrix().asDiagonal();
+  A.block<3, 3>(0, 3).setIdentity();
+  A.block<3, 3>(0, 6) = -V;
+  A.block<3, 3>(3, 0) = gravity.gradient;
+  A.block<3, 3>(3, 3) = -2 * E;
+  A.block<3, 3>(3, 6) = skew(gravity.value) + V * E;
+  A.block<3, 3>(6, 6) = -E;
+  A.block<3, 3>(3, 9) = -V * B_g;
+  A.block<3, 3>(6, 9) = -B_g;
+  A.block<3, 3>(3, 12) = -B_a;
+  A.block<3, 3>(9, 9) = -Matrix3d::Identity() / 3;
+  A.block<3, 3>(12, 12) = -Matrix3d::Identity() / 5;
+  G.block<3, 3>(3, 0) = -V * B_g;
+  G.block<3, 3>(6, 0) = -B_g;
+  G.block<3, 3>(3, 3) = -B_a;
+  G.block<3, 3>(9, 6).setIdentity();
+  G.block<3, 3>(12, 9).setIdentity();
+  Eigen::VectorXd W(12);
+  W << Vector3d::Constant(gyro * gyro), Vector3d::Constant(accel * accel), Vector3d::Constant(2 * 1e-4 / 3),
+      Vector3d::Constant(2 * 1e-2 / 5);
+  const double duration = 1;
+  const Discrete expected = van_loan(A, G * W.asDiagonal() * G.transpose(), duration);
+
+  Covariance P = Covariance::Zero(15, 15);
+  const int steps = 200;
+  const double dt = duration / steps;
+  for (int i = 0; i < steps; ++i) {
+    // The increments that hold attitude and velocity, in w: rate of the Earth and −g + 2 ω × v.
+    const ImuStep step{dt, R.transpose() * earth * dt, R.transpose() * (-gravity.value + 2 * earth.cross(v)) * dt,
+                       Vector3d::Zero(), Vector3d::Zero()};
+    Transition t = linearize(x, x, step, earth, gravity,
+                             {Vector3d::Constant(gyro * gyro), Vector3d::Constant(accel * accel)}, false);
+    add_processes(t, layout, options, dt);
+    propagate(P, layout, t);
+  }
+  const Eigen::VectorXd sigma = expected.Q.diagonal().cwiseSqrt();
+  const MatrixXd scale = sigma.cwiseInverse().asDiagonal();
+  const MatrixXd difference = scale * (P - expected.Q) * scale;
+  EXPECT_LT(difference.cwiseAbs().maxCoeff(), 3.0 / steps) << difference;
+}
+
+}  // namespace
+}  // namespace piste

@@ -1,0 +1,127 @@
+// Measurement Jacobians of every model, for every block, at random states.
+
+#include <gtest/gtest.h>
+
+#include "piste/model/attitude.h"
+#include "piste/model/gnss.h"
+#include "piste/model/magnetometer.h"
+#include "piste/model/rest.h"
+#include "piste/model/strapdown.h"
+#include "support/jacobian_check.h"
+#include "support/random.h"
+
+namespace piste {
+namespace {
+
+using test::check_jacobians;
+using test::Random;
+
+constexpr int kStates = 20;
+const World kWorld({0.81, 0.13, 800});
+
+// A raw step of wild motion; the models take it corrected, so that biases and scales act through it.
+ImuStep raw_step(Random& random) {
+  return {0.01, random.vector(0.03), random.vector(0.2), random.vector(5), random.vector(50)};
+}
+
+BodyMotion motion_of(const ImuStep& raw, const Estimate& x) {
+  const ImuStep step = correct(raw, x);
+  return {step.mean_rate(), step.mean_force()};
+}
+
+GnssFix fix_near(const Estimate& x, Random& random) {
+  return {0, x.p_wb + random.vector(2), {0.5, 0.6, 0.9}, GnssFix::Velocity{x.v_wb + random.vector(), {0.1, 0.2, 0.3}}};
+}
+
+TEST(Jacobians, GnssPosition) {
+  Random random(1);
+  for (int i = 0; i < kStates; ++i) {
+    const Estimate x = random.estimate();
+    const ImuStep raw = raw_step(random);
+    const GnssFix fix = fix_near(x, random);
+    const Gravity gravity = kWorld.gravity(x.p_wb + random.vector(20));
+    for (const auto& drift : {std::optional<GaussMarkov>(), std::optional(GaussMarkov{{0.4, 0.4, 0.7}, 60})}) {
+      check_jacobians(
+          [&](const Estimate& y) {
+            return linearize_position(fix, drift, y, motion_of(raw, y), kWorld.earth_rate(), gravity);
+          },
+          x);
+    }
+  }
+}
+
+TEST(Jacobians, GnssVelocity) {
+  Random random(2);
+  for (int i = 0; i < kStates; ++i) {
+    const Estimate x = random.estimate();
+    const ImuStep raw = raw_step(random);
+    const GnssFix fix = fix_near(x, random);
+    const Gravity gravity = kWorld.gravity(x.p_wb + random.vector(20));
+    check_jacobians(
+        [&](const Estimate& y) {
+          return linearize_velocity(fix, y, motion_of(raw, y), kWorld.earth_rate(), gravity, false);
+        },
+        x);
+  }
+}
+
+TEST(Jacobians, GnssVelocityOfABodyThatStandsStill) {
+  Random random(3);
+  for (int i = 0; i < kStates; ++i) {
+    Estimate x = random.estimate();
+    x.v_wb.setZero();
+    const ImuStep raw = raw_step(random);
+    const GnssFix fix = fix_near(x, random);
+    const Gravity gravity = kWorld.gravity(x.p_wb);
+    check_jacobians(
+        [&](const Estimate& y) {
+          return linearize_velocity(fix, y, motion_of(raw, y), kWorld.earth_rate(), gravity, true);
+        },
+        x);
+  }
+}
+
+TEST(Jacobians, Attitude) {
+  Random random(4);
+  for (int i = 0; i < kStates; ++i) {
+    const Estimate x = random.estimate();
+    const Quaterniond expected = so3_exp(x.attitude_drift) * x.q_wb * x.q_rb.conjugate();
+    const Vector3d residual = 0.5 * random.uniform() * random.vector().normalized();
+    const AttitudeFix fix{0, so3_exp(residual) * expected, 1e-6 * random.covariance(3)};
+    for (const bool coloured : {false, true}) {
+      check_jacobians([&](const Estimate& y) { return linearize_attitude(fix, coloured, y); }, x);
+    }
+  }
+}
+
+TEST(Jacobians, ZeroVelocity) {
+  Random random(5);
+  for (int i = 0; i < kStates; ++i) {
+    Estimate x = random.estimate();
+    x.v_wb.setZero();  // where it is linearised, by design
+    check_jacobians([](const Estimate& y) { return linearize_zero_velocity({}, y); }, x);
+  }
+}
+
+TEST(Jacobians, ZeroRate) {
+  Random random(6);
+  for (int i = 0; i < kStates; ++i) {
+    const Vector3d mean_gyro = random.vector(0.01);
+    // A faster Earth, so that its terms stand out of the differences' rounding.
+    const Vector3d earth_rate = random.vector(0.1);
+    check_jacobians([&](const Estimate& y) { return linearize_zero_rate({}, mean_gyro, 0.5, 1e-3, y, earth_rate); },
+                    random.estimate());
+  }
+}
+
+TEST(Jacobians, MagneticHeading) {
+  Random random(7);
+  for (int i = 0; i < kStates; ++i) {
+    const Estimate x = random.estimate();
+    const Vector3d field = x.q_wb.conjugate() * (Vector3d(0.2, 0.05, 0.4) + random.vector(0.03));
+    check_jacobians([&](const Estimate& y) { return linearize_magnetic_heading(field, 0.04, 0.1, y); }, x);
+  }
+}
+
+}  // namespace
+}  // namespace piste

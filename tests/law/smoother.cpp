@@ -1,0 +1,184 @@
+// The smoother against one dense least-squares problem over the whole run, linear and Gaussian.
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+#include "piste/solve/rts.h"
+#include "support/synthetic_log.h"
+
+namespace piste {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using test::SyntheticRun;
+
+// Any root of a covariance that may be singular.
+MatrixXd root(const MatrixXd& P) {
+  const VectorXd sigma = P.diagonal().cwiseSqrt();
+  const VectorXd inverse = (sigma.array() > 0).select(sigma.cwiseInverse(), 0);
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(inverse.asDiagonal() * P * inverse.asDiagonal());
+  return sigma.asDiagonal() * eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
+}
+
+// Error of every event as an affine function of whitened unknowns: the start's error and the noise of every step. What
+// the filter measured are equations in them, solved at once; nothing here runs backwards or knows a gain.
+class Batch {
+ public:
+  Batch(const StateLayout& layout, const Covariance& start, const Tape& tape) : layout_(layout) {
+    const int n = layout.size();
+    Eigen::Index unknowns = n;
+    for (const auto& event : tape.events) unknowns += std::holds_alternative<Tape::Propagation>(event) ? n : 0;
+    MatrixXd A = MatrixXd::Zero(n, unknowns);
+    A.leftCols(n) = root(start);
+    VectorXd offset = VectorXd::Zero(n);
+    Eigen::Index used = n;
+    MatrixXd normal = MatrixXd::Identity(unknowns, unknowns);
+    VectorXd right = VectorXd::Zero(unknowns);
+    for (const auto& event : tape.events) {
+      if (const auto* step = std::get_if<Tape::Propagation>(&event)) {
+        const MatrixXd Phi = dense_transition(layout, step->transition);
+        MatrixXd Q = MatrixXd::Zero(n, n);
+        Q.topLeftCorner<9, 9>() = step->transition.noise;
+        for (const Block b : layout.blocks()) {
+          const auto& variance = step->transition.variance[static_cast<std::size_t>(index_of(b))];
+          Q.diagonal().segment(layout.offset(b), info(b).size) += variance.head(info(b).size);
+        }
+        A = (Phi * A).eval();
+        offset = (Phi * offset).eval();
+        A.middleCols(used, n) += root(Q);
+        used += n;
+      } else if (const auto* correction = std::get_if<Tape::Correction>(&event)) {
+        const Update& u = correction->update;
+        const MatrixXd H = u.H.topRows(u.rows);
+        const MatrixXd R = u.S.topLeftCorner(u.rows, u.rows) - H * u.PHt.leftCols(u.rows);
+        const Eigen::LLT<MatrixXd> noise(R);
+        const MatrixXd Y = noise.matrixL().solve(H * A);
+        normal += Y.transpose() * Y;
+        right += Y.transpose() * noise.matrixL().solve(VectorXd(u.residual.head(u.rows) - H * offset));
+        // The estimate was moved by `moved`: the error about it now.
+        const VectorXd moved = gain(u) * u.residual;
+        MatrixXd G = MatrixXd::Identity(n, n);
+        const int v = layout.offset(Block::kVelocity), b = layout.offset(Block::kBoresight);
+        G.block<6, 6>(v, v) = correction->reset.velocity_attitude;
+        if (b >= 0) G.block<3, 3>(b, b) = correction->reset.boresight;
+        A = (G * A).eval();
+        offset = G * (offset - moved);
+      } else {
+        epochs_.push_back({A, offset});
+      }
+    }
+    normal_.compute(normal);
+    solution_ = normal_.solve(right);
+  }
+
+  std::size_t size() const { return epochs_.size(); }
+  ErrorVector mean(std::size_t i) const { return epochs_[i].A * solution_ + epochs_[i].offset; }
+  Covariance covariance(std::size_t i) const { return epochs_[i].A * normal_.solve(epochs_[i].A.transpose()); }
+
+ private:
+  struct Epoch {
+    MatrixXd A;
+    VectorXd offset;
+  };
+  StateLayout layout_;
+  std::vector<Epoch> epochs_;
+  Eigen::LLT<MatrixXd> normal_;
+  VectorXd solution_;
+};
+
+void expect_near(const Vector3d& a, const Vector3d& b, const char* what, std::size_t row) {
+  EXPECT_LT((a - b).cwiseAbs().maxCoeff(), 1e-6 * b.maxCoeff()) << what << " of row " << row << ": " << a.transpose();
+}
+
+class Smoother : public testing::TestWithParam<std::vector<Block>> {};
+
+INSTANTIATE_TEST_SUITE_P(Rts, Smoother,
+                         testing::Values(std::vector<Block>{}, test::all_blocks(),
+                                         std::vector<Block>{Block::kGyroBias, Block::kAccelBias, Block::kAccelDrift}));
+
+TEST_P(Smoother, IsTheDenseBatchSolution) {
+  SyntheticRun s = test::synthetic_run(0.5, GetParam());
+  s.options.rest.interval = 0.1;
+  const FilterRun run = run_filter(s.log, s.options, s.start, 16);  // several checkpoints
+  const Solution smoothed = smooth_rts(s.log, run);
+  Tape tape;
+  rerun(s.log, run.checkpoints.front(), run.solution.size(), tape);
+  ASSERT_EQ(smoothed.size(), s.log.imu.size());
+  for (const Innovation& i : run.solution.innovations) ASSERT_EQ(i.outcome, Outcome::kUsed);
+  ASSERT_GT(run.solution.innovations.size(), 20U);
+
+  const StateLayout& layout = run.solution.layout();
+  const Batch batch(layout, run.checkpoints.front().filter.covariance(), tape);
+  ASSERT_EQ(batch.size(), smoothed.size());
+  std::size_t row = 0;
+  double moved = 0;
+  for (const auto& event : tape.events) {
+    const auto* epoch = std::get_if<Tape::Epoch>(&event);
+    if (!epoch) continue;
+    const FullError correction = expand(layout, batch.mean(row));
+    const Estimate expected = boxplus(epoch->x, correction);
+    Covariance P = batch.covariance(row);
+    const VectorXd sigma = P.diagonal().cwiseSqrt();
+    reset(P, layout, reset_jacobian(correction));
+    const FullError difference = boxminus(smoothed.estimate(row), expected);
+    for (const Block b : layout.blocks()) {
+      for (int k = 0; k < info(b).size; ++k) {
+        const double scale = sigma(layout.offset(b) + k);
+        EXPECT_LT(std::abs(difference(full_offset(b) + k)), 1e-6 * scale) << info(b).name << " of row " << row;
+        moved = std::max(moved, std::abs(correction(full_offset(b) + k)) / scale);
+      }
+    }
+    const Sigmas is = smoothed.sigmas(row), wanted = sigmas_of(expected, layout, P);
+    expect_near(is.position, wanted.position, "position", row);
+    expect_near(is.velocity, wanted.velocity, "velocity", row);
+    expect_near(is.euler, wanted.euler, "euler", row);
+    for (const Block b : layout.blocks()) {
+      const int o = full_offset(b), size = info(b).size;
+      const double largest = wanted.blocks.segment(o, size).maxCoeff();
+      EXPECT_LE((is.blocks - wanted.blocks).segment(o, size).cwiseAbs().maxCoeff(), 1e-6 * largest)
+          << info(b).name << " of row " << row;
+    }
+    ++row;
+  }
+  EXPECT_GT(moved, 0.5) << "the smoother had nothing to do";
+}
+
+TEST_P(Smoother, IsNeverLessSureThanTheFilterAndEndsWithIt) {
+  const SyntheticRun s = test::synthetic_run(4, GetParam());
+  const FilterRun run = run_filter(s.log, s.options, s.start, kCheckpointEvery);
+  const Solution smoothed = smooth_rts(s.log, run);
+  const StateLayout& layout = smoothed.layout();
+  double gained = 0;
+  for (std::size_t i = 0; i < smoothed.size(); ++i) {
+    const Sigmas f = run.solution.sigmas(i), b = smoothed.sigmas(i);
+    EXPECT_TRUE((b.position.array() <= f.position.array() * (1 + 1e-9)).all()) << i;
+    for (const Block block : layout.blocks()) {
+      if (block == Block::kBoresight) continue;  // Euler sigmas depend on the estimate
+      const int o = full_offset(block), size = info(block).size;
+      EXPECT_TRUE((b.blocks.segment(o, size).array() <= f.blocks.segment(o, size).array() * (1 + 1e-9)).all())
+          << info(block).name << " " << i;
+    }
+    gained = std::max(gained, 1 - b.position.norm() / f.position.norm());
+  }
+  EXPECT_GT(gained, 0.2);
+  const std::size_t last = smoothed.size() - 1;
+  const FullError difference = boxminus(smoothed.estimate(last), run.solution.estimate(last));
+  EXPECT_LT(difference.cwiseAbs().maxCoeff(), 1e-14);
+}
+
+TEST(Rts, CheckpointsDoNotShow) {
+  const SyntheticRun s = test::synthetic_run(4, test::all_blocks());
+  const Solution a = smooth_rts(s.log, run_filter(s.log, s.options, s.start, 1000));
+  const Solution b = smooth_rts(s.log, run_filter(s.log, s.options, s.start, 7));
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    EXPECT_TRUE(boxminus(a.estimate(i), b.estimate(i)).isZero(0)) << i;
+    EXPECT_TRUE(a.sigmas(i).blocks == b.sigmas(i).blocks) << i;
+  }
+}
+
+}  // namespace
+}  // namespace piste

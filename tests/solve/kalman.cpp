@@ -1,0 +1,170 @@
+#include "piste/solve/kalman.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+
+#include "support/random.h"
+
+namespace piste {
+namespace {
+
+using Eigen::MatrixXd;
+using test::Random;
+
+double relative(const MatrixXd& a, const MatrixXd& b) { return (a - b).norm() / b.norm(); }
+
+std::vector<Block> all_blocks() {
+  std::vector<Block> blocks;
+  for (const BlockInfo& row : kBlocks) blocks.push_back(row.block);
+  return blocks;
+}
+
+// A measurement of some blocks, one of which has a single state.
+Linearization random_measurement(Random& random, int rows) {
+  Linearization lin;
+  lin.rows = rows;
+  lin.residual = random.vector();
+  lin.covariance = random.covariance(3);
+  for (const Block b : {Block::kAttitude, Block::kPosition, Block::kGyroScale, Block::kGnssDelay, Block::kBoresight}) {
+    lin.add(b, random.matrix(3, 3));
+  }
+  return lin;
+}
+
+class Rows : public testing::TestWithParam<std::tuple<int, bool>> {
+ protected:
+  int rows() const { return std::get<0>(GetParam()); }
+  StateLayout layout() const {
+    return StateLayout(std::get<1>(GetParam()) ? all_blocks()
+                                               : std::vector<Block>{Block::kGnssDelay, Block::kGyroScale});
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Kalman, Rows, testing::Combine(testing::Values(1, 2, 3), testing::Bool()));
+
+TEST_P(Rows, UpdateIsTheDenseFormula) {
+  Random random(1);
+  const StateLayout l = layout();
+  const int n = l.size(), m = rows();
+  for (int i = 0; i < 10; ++i) {
+    const Linearization lin = random_measurement(random, m);
+    const Covariance P = random.covariance(n);
+    const Update u = innovate(P, l, lin);
+
+    MatrixXd H = MatrixXd::Zero(m, n);
+    for (int k = 0; k < lin.count(); ++k) {
+      const auto& [block, J] = lin.term(k);
+      if (l.has(block)) H.middleCols(l.offset(block), info(block).size) = J.topLeftCorner(m, info(block).size);
+    }
+    const MatrixXd R = lin.covariance.topLeftCorner(m, m), S = H * P * H.transpose() + R;
+    const MatrixXd K = P * H.transpose() * S.inverse(), A = MatrixXd::Identity(n, n) - K * H;
+    const Eigen::VectorXd z = lin.residual.head(m);
+    EXPECT_TRUE(u.H.topRows(m) == H);
+    EXPECT_TRUE(u.H.bottomRows(3 - m).isZero(0));
+    EXPECT_LT(relative(u.S.topLeftCorner(m, m), S), 1e-14);
+    EXPECT_NEAR(u.nis / z.dot(S.inverse() * z), 1, 1e-12);
+    EXPECT_LT(relative(gain(u).leftCols(m), K), 1e-13);
+    EXPECT_TRUE(gain(u).rightCols(3 - m).isZero(0));
+    EXPECT_TRUE(u.residual.tail(3 - m).isZero(0));
+
+    Covariance joined = P;
+    joseph(joined, u, lin.covariance);
+    EXPECT_LT(relative(joined, A * P * A.transpose() + K * R * K.transpose()), 1e-13);
+    EXPECT_TRUE(joined == joined.transpose());
+  }
+}
+
+// The form must bear a measurement far better than the prior.
+TEST(Kalman, JosephStaysPositiveWithAnAlmostPerfectMeasurement) {
+  Random random(2);
+  const StateLayout layout;
+  Covariance P = 1e6 * random.covariance(9);
+  Linearization lin;
+  lin.covariance = 1e-8 * Matrix3d::Identity();
+  lin.add(Block::kPosition, Matrix3d::Identity());
+  for (int i = 0; i < 20; ++i) {
+    const Update u = innovate(P, layout, lin);
+    joseph(P, u, lin.covariance);
+    EXPECT_GT(P.diagonal().minCoeff(), 0);
+  }
+  EXPECT_NEAR(P(0, 0), 1e-8 / 20, 1e-11);
+}
+
+ResetJacobian some_reset(Random& random) {
+  FullError correction = FullError::Zero();
+  for (const Block b : {Block::kVelocity, Block::kAttitude, Block::kBoresight}) {
+    correction.segment<3>(full_offset(b)) = random.vector(0.2);
+  }
+  return reset_jacobian(correction);
+}
+
+MatrixXd dense(const ResetJacobian& G, const StateLayout& layout) {
+  MatrixXd full = MatrixXd::Identity(layout.size(), layout.size());
+  full.block<6, 6>(layout.offset(Block::kVelocity), layout.offset(Block::kVelocity)) = G.velocity_attitude;
+  if (layout.has(Block::kBoresight)) {
+    const int o = layout.offset(Block::kBoresight);
+    full.block<3, 3>(o, o) = G.boresight;
+  }
+  return full;
+}
+
+TEST_P(Rows, ResetIsTheDenseProduct) {
+  Random random(3);
+  const StateLayout l = layout();
+  const ResetJacobian G = some_reset(random);
+  const MatrixXd D = dense(G, l);
+  const Covariance P = random.covariance(l.size());
+  Covariance turned = P;
+  reset(turned, l, G);
+  EXPECT_LT(relative(turned, D * P * D.transpose()), 1e-14);
+
+  Covariance Lambda = P;
+  ErrorVector lambda = random.matrix(l.size(), 1);
+  const MatrixXd expected = D.transpose() * lambda;
+  reset_adjoint(lambda, Lambda, l, G);
+  EXPECT_LT(relative(Lambda, D.transpose() * P * D), 1e-14);
+  EXPECT_LT(relative(lambda, expected), 1e-14);
+}
+
+TEST_P(Rows, UpdateAdjointIsTheDenseFormula) {
+  Random random(4);
+  const StateLayout l = layout();
+  const int n = l.size();
+  const Update u = innovate(random.covariance(n), l, random_measurement(random, rows()));
+  const MatrixXd A = MatrixXd::Identity(n, n) - gain(u) * u.H;
+  const MatrixXd H = u.H.topRows(rows()), weight = u.S.topLeftCorner(rows(), rows()).inverse();
+  Covariance Lambda = random.covariance(n);
+  ErrorVector lambda = random.matrix(n, 1);
+  const MatrixXd expected_lambda = A.transpose() * lambda - H.transpose() * weight * u.residual.head(rows());
+  const MatrixXd expected_Lambda = A.transpose() * Lambda * A + H.transpose() * weight * H;
+  update_adjoint(lambda, Lambda, u);
+  EXPECT_LT(relative(lambda, expected_lambda), 1e-13);
+  EXPECT_LT(relative(Lambda, expected_Lambda), 1e-13);
+  EXPECT_TRUE(Lambda == Lambda.transpose());
+}
+
+// An error e about x is G (e − correction) about x ⊞ correction, for e near a large correction.
+TEST(Kalman, ResetJacobianIsTheDifferenceOfErrors) {
+  Random random(5);
+  for (int i = 0; i < 10; ++i) {
+    const Estimate x = random.estimate();
+    FullError correction;
+    for (int k = 0; k < kFullSize; ++k) correction(k) = random.gaussian(0.2);
+    const Estimate corrected = boxplus(x, correction);
+    const ResetJacobian G = reset_jacobian(correction);
+    const StateLayout everything(all_blocks());
+    const MatrixXd claimed = dense(G, everything);
+    MatrixXd numeric(kFullSize, kFullSize);
+    constexpr double h = 1e-4;
+    for (int k = 0; k < kFullSize; ++k) {
+      const FullError e = h * FullError::Unit(k);
+      numeric.col(k) =
+          (boxminus(boxplus(x, correction + e), corrected) - boxminus(boxplus(x, correction - e), corrected)) / (2 * h);
+    }
+    EXPECT_LT((claimed - numeric).cwiseAbs().maxCoeff(), 1e-7);
+  }
+}
+
+}  // namespace
+}  // namespace piste

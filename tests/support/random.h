@@ -1,0 +1,67 @@
+#pragma once
+/// Random values for tests: fixed seed, same values everywhere.
+
+#include <cmath>
+#include <cstdint>
+#include <random>
+
+#include "piste/core/estimate.h"
+
+namespace piste::test {
+
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : engine_(seed) {}
+
+  double gaussian(double sigma = 1) {
+    return sigma * std::sqrt(-2 * std::log(uniform())) * std::cos(6.283185307179586 * uniform());
+  }
+  double uniform() { return (static_cast<double>(engine_() >> 11) + 0.5) * 0x1p-53; }
+
+  Vector3d vector(double sigma = 1) {
+    const double x = gaussian(sigma), y = gaussian(sigma), z = gaussian(sigma);
+    return {x, y, z};
+  }
+
+  Eigen::MatrixXd matrix(Eigen::Index rows, Eigen::Index cols) {
+    return Eigen::MatrixXd::NullaryExpr(rows, cols, [this] { return gaussian(); });
+  }
+
+  /// Symmetric, positive definite, eigenvalues of order one.
+  Eigen::MatrixXd covariance(Eigen::Index n) {
+    const Eigen::MatrixXd A = matrix(n, n);
+    const Eigen::MatrixXd P = A * A.transpose() / static_cast<double>(n) + 0.1 * Eigen::MatrixXd::Identity(n, n);
+    return 0.5 * (P + P.transpose());
+  }
+
+  /// Attitude anywhere.
+  Quaterniond rotation() {
+    const Vector3d v = vector();
+    return Quaterniond(gaussian(), v.x(), v.y(), v.z()).normalized();
+  }
+
+  /// Attitude and boresight anywhere, some 20 m/s, scales of a few per cent, no block at zero.
+  Estimate estimate() {
+    Estimate x;
+    x.q_wb = rotation();
+    x.v_wb = vector(20);
+    x.p_wb = vector(30);
+    x.gyro_bias = vector(0.01);
+    x.accel_bias = vector(0.1);
+    x.gyro_drift = vector(0.003);
+    x.accel_drift = vector(0.03);
+    x.gyro_scale = vector(0.03);
+    x.accel_scale = vector(0.03);
+    x.q_rb = rotation();
+    x.lever_arm = vector(0.7);
+    x.gnss_position_drift = vector(0.5);
+    x.gnss_delay = 0.08 + 0.02 * uniform();
+    x.attitude_drift = vector(0.05);
+    return x;
+  }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+}  // namespace piste::test
