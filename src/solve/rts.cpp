@@ -1,6 +1,7 @@
 #include "piste/solve/rts.h"
 
 #include <stdexcept>
+#include <utility>
 
 namespace piste {
 namespace {
@@ -30,18 +31,45 @@ class Backward {
  private:
   void report(std::size_t row, const Tape::Epoch& epoch) {
     const FullError correction = expand(layout_, -(epoch.P.lazyProduct(lambda_)));
-    work_.noalias() = Lambda_ * epoch.P;
-    Covariance P = epoch.P;
-    P.noalias() -= epoch.P * work_;
-    reset(P, layout_, reset_jacobian(correction));
     const Estimate x = boxplus(epoch.x, correction);
-    out_.set(row, epoch.time, x, sigmas_of(x, layout_, P));
+    out_.set(row, epoch.time, x, sigmas_of(x, layout_, smoothed_blocks(epoch.P, reset_jacobian(correction))));
+  }
+
+  // G (P − P Λ P) Gᵀ, of which only what sigmas are made of is worked out: each block with itself, velocity with
+  // attitude, and every bias with its drift.
+  const Covariance& smoothed_blocks(const Covariance& P, const ResetJacobian& G) {
+    work_.noalias() = Lambda_ * P;
+    blocks_ = P;
+    const auto subtract = [&](int i, int j, int rows, int columns) {
+      blocks_.block(i, j, rows, columns) -= P.middleCols(i, rows).transpose().lazyProduct(work_.middleCols(j, columns));
+    };
+    const int v = layout_.offset(Block::kVelocity);
+    subtract(0, 0, 3, 3);
+    subtract(v, v, 6, 6);
+    turn<6>(v, G.velocity_attitude);
+    for (const Block b : layout_.blocks()) {
+      const int o = layout_.offset(b), size = info(b).size;
+      if (o > v + 3) subtract(o, o, size, size);
+    }
+    if (layout_.has(Block::kBoresight)) turn<3>(layout_.offset(Block::kBoresight), G.boresight);
+    for (const auto& [bias, drift] :
+         {std::pair(Block::kGyroBias, Block::kGyroDrift), std::pair(Block::kAccelBias, Block::kAccelDrift)}) {
+      if (!layout_.has(bias) || !layout_.has(drift)) continue;
+      subtract(layout_.offset(bias), layout_.offset(drift), 3, 3);
+      subtract(layout_.offset(drift), layout_.offset(bias), 3, 3);
+    }
+    return blocks_;
+  }
+
+  template <int N>
+  void turn(int o, const Eigen::Matrix<double, N, N>& G) {
+    blocks_.block<N, N>(o, o) = (G * blocks_.block<N, N>(o, o) * G.transpose()).eval();
   }
 
   const StateLayout& layout_;
   Solution& out_;
   ErrorVector lambda_;
-  Covariance Lambda_, work_;
+  Covariance Lambda_, work_, blocks_;
 };
 
 }  // namespace
