@@ -94,6 +94,7 @@ ResetJacobian reset_jacobian(const FullError& correction) {
   for (int n = 1; n <= 10; ++n) {
     term = (term * ad / (n + 1)).eval();
     sum += term;
+    if (term.cwiseAbs().maxCoeff() < 1e-18) break;  // most corrections are small
   }
   return {sum, so3_left_jacobian(three(correction, Block::kBoresight))};
 }

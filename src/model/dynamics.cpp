@@ -33,13 +33,11 @@ struct Structure {
   Mixer mixer;
   std::array<double, kFullSize> decay, factor;
   std::array<int, kFullSize> input;  // column of the mixer, −1: none
-  bool decays = false;
 
   Structure(const StateLayout& layout, const Transition& t) {
     mixer << t.navigation, t.imu;
     for (const Block b : layout.blocks()) {
       const double f = t.decay[slot(b)];
-      decays = decays || f != 1;
       for (int k = layout.offset(b); k < layout.offset(b) + info(b).size; ++k) {
         decay[at(k)] = f;
         input[at(k)] = -1;
@@ -178,14 +176,16 @@ void propagate(Covariance& P, const StateLayout& layout, const Transition& t) {
   }
 
   const int others = n - kNavigation;
-  const Eigen::Map<const Eigen::VectorXd> decay(s.decay.data() + kNavigation, others);
-  if (s.decays) {
-    for (int j = 0; j < others; ++j) {
-      P.col(kNavigation + j).tail(others).array() *= s.decay[s.at(kNavigation + j)] * decay.array();
-    }
+  for (const Block b : layout.blocks()) {
+    const double f = t.decay[slot(b)];
+    if (f == 1) continue;
+    const int o = layout.offset(b), size = info(b).size;
+    after.middleRows(o, size) *= f;
+    P.block(kNavigation, o, others, size) *= f;
+    P.block(o, kNavigation, size, others) *= f;
   }
   for (int j = 0; j < kNavigation; ++j) {
-    P.col(j).tail(others) = after.col(j).segment(kNavigation, others).cwiseProduct(decay);
+    P.col(j).tail(others) = after.col(j).segment(kNavigation, others);
     P.row(j).tail(others) = P.col(j).tail(others).transpose();
   }
   for (const Block b : layout.blocks()) {

@@ -70,9 +70,10 @@ void joseph(Covariance& P, const Update& u, const Matrix3d& R) {
   noise.topLeftCorner(u.rows, u.rows) = R.topLeftCorner(u.rows, u.rows);
   P -= K.lazyProduct(u.PHt.transpose());
   // What the second factor and the noise add: (A P Hᵀ) Kᵀ with A = I − K H, recomputed from the new rows.
-  Tall APHt(P.rows(), 3);
-  APHt.noalias() = P.lazyProduct(u.H.transpose());
-  APHt -= K.lazyProduct(noise);
+  Tall APHt = -K.lazyProduct(noise);
+  for (int k = 0; k < P.cols(); ++k) {
+    if (!u.H.col(k).isZero(0)) APHt += P.col(k) * u.H.col(k).transpose();  // a measurement sees few blocks
+  }
   P -= APHt.lazyProduct(K.transpose());
   symmetrize(P);
 }
