@@ -70,11 +70,11 @@ void joseph(Covariance& P, const Update& u, const Matrix3d& R) {
   noise.topLeftCorner(u.rows, u.rows) = R.topLeftCorner(u.rows, u.rows);
   P -= K.lazyProduct(u.PHt.transpose());
   // What the second factor and the noise add: (A P Hᵀ) Kᵀ with A = I − K H, recomputed from the new rows.
-  Tall APHt = -K.lazyProduct(noise);
+  Tall second = -K.lazyProduct(noise);
   for (int k = 0; k < P.cols(); ++k) {
-    if (!u.H.col(k).isZero(0)) APHt += P.col(k) * u.H.col(k).transpose();  // a measurement sees few blocks
+    if (!u.H.col(k).isZero(0)) second += P.col(k) * u.H.col(k).transpose();  // a measurement sees few blocks
   }
-  P -= APHt.lazyProduct(K.transpose());
+  P -= second.lazyProduct(K.transpose());
   symmetrize(P);
 }
 
@@ -102,11 +102,11 @@ void update_adjoint(ErrorVector& lambda, Covariance& Lambda, const Update& u) {
   LK.noalias() = Lambda.lazyProduct(K);
   // Aᵀ Λ A = Λ − (ΛK) H − Hᵀ (ΛK)ᵀ + Hᵀ (Kᵀ Λ K) H
   const Matrix3d core = K.transpose().lazyProduct(LK) + u.S_inverse;
-  Jacobian coreH(3, Lambda.cols());
-  coreH.noalias() = core.lazyProduct(u.H);
-  coreH -= LK.transpose();
+  Jacobian rows(3, Lambda.cols());
+  rows.noalias() = core.lazyProduct(u.H);
+  rows -= LK.transpose();
   Lambda -= LK.lazyProduct(u.H);
-  Lambda += u.H.transpose().lazyProduct(coreH);
+  Lambda += u.H.transpose().lazyProduct(rows);
   symmetrize(Lambda);
 }
 

@@ -143,7 +143,6 @@ void set_boresight(Start& start, const Log& log, const FilterOptions& options, b
 std::optional<MotionAlignment> first_alignment(const Log& log, const FilterOptions& options, const Receiver& receiver,
                                                double from) {
   const auto& fixes = *receiver.fixes;
-  const Vector3d gravity = log.world.gravity(Vector3d::Zero()).value;
   double last_end = -1e300;
   for (std::size_t i = 0; i < fixes.size(); ++i) {
     const double begin = fixes[i].time;
@@ -153,7 +152,8 @@ std::optional<MotionAlignment> first_alignment(const Log& log, const FilterOptio
       const auto window = range(fixes, begin, begin + length + 1e-6);
       if (window.empty() || window.back().time < begin + length - 1) break;
       const auto imu = range(log.imu, begin, begin + length + 1);
-      const auto found = align_in_motion(imu, window, *receiver.options, bias_before(log, options, begin), gravity);
+      auto found = align_in_motion(imu, window, *receiver.options, bias_before(log, options, begin),
+                                   log.world.gravity(fixes[i].position).value);
       if (!found) continue;
       const Vector3d sigma = found->covariance.diagonal().cwiseSqrt();
       if (sigma.z() < kHeadingKnown && sigma.head<2>().maxCoeff() < kTiltKnown) return found;
@@ -280,9 +280,9 @@ FoundStart find_start(const Log& log, const FilterOptions& options, const Initia
   if (!rest) {
     // Level on the move: gravity and the acceleration of the first seconds, heading as given.
     const auto window = range(*receiver.fixes, start.time, start.time + kWindows[0]);
-    const auto moving =
-        align_in_motion(range(log.imu, start.time, start.time + kWindows[0] + 1), window, *receiver.options,
-                        bias_before(log, options, start.time), log.world.gravity(Vector3d::Zero()).value);
+    const auto moving = align_in_motion(range(log.imu, start.time, start.time + kWindows[0] + 1), window,
+                                        *receiver.options, bias_before(log, options, start.time),
+                                        log.world.gravity(receiver.fixes->front().position).value);
     if (moving) {
       const Vector3d euler = to_euler(moving->q_wb);
       start.x.q_wb = from_euler({euler.x(), euler.y(), value});
