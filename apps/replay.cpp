@@ -47,6 +47,9 @@ void replay(const piste::AppArguments& arguments, piste::Progress& progress) {
   if (smoothed) {
     output.write("smoothed.csv", navigation_csv(*smoothed));
     output.write("biases_smoothed.csv", biases_csv(*smoothed));
+  } else {
+    output.withdraw("smoothed.csv");
+    output.withdraw("biases_smoothed.csv");
   }
   const std::chrono::duration<double> wall_s = std::chrono::steady_clock::now() - wall;
   const RunTimes times{static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC, wall_s.count()};
