@@ -9,6 +9,8 @@
 #include "piste/io/output.h"
 #include "piste/io/replay_config.h"
 #include "piste/io/solution_io.h"
+#include "piste/report/html.h"
+#include "piste/report/kml.h"
 #include "piste/solve/rts.h"
 #include "piste/solve/start.h"
 
@@ -51,6 +53,15 @@ void replay(const piste::AppArguments& arguments, piste::Progress& progress) {
     output.withdraw("smoothed.csv");
     output.withdraw("biases_smoothed.csv");
   }
+  const std::string title = config.file.stem().string();
+  output.write("trajectory.kml", kml(final_solution ? *final_solution : run.solution, title));
+  output.write("report.html", html_report({.title = title,
+                                           .version = PISTE_VERSION,
+                                           .config_text = config.echo,
+                                           .log = &log,
+                                           .filtered = &run.solution,
+                                           .smoothed = final_solution,
+                                           .outages = config.conditioning.outages}));
   const std::chrono::duration<double> wall_s = std::chrono::steady_clock::now() - wall;
   const RunTimes times{static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC, wall_s.count()};
   output.write("summary.json", summary_json(log, run.solution, final_solution, times));
@@ -62,7 +73,8 @@ void replay(const piste::AppArguments& arguments, piste::Progress& progress) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return piste::run_app({.name = "replay",
-                         .summary = "Raw logs of an IMU and GNSS in; trajectory, the IMU's errors and their sigmas out."},
-                        argc, argv, replay);
+  return piste::run_app(
+      {.name = "replay",
+       .summary = "Raw logs of an IMU and GNSS in; trajectory, the IMU's errors and their sigmas out."},
+      argc, argv, replay);
 }

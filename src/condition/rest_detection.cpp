@@ -7,14 +7,14 @@
 namespace piste {
 namespace {
 
-constexpr double kCell = 0.25;           // s
-constexpr std::size_t kWindow = 4;       // cells
-constexpr double kSway = 0.06;           // m/s: mean speed of a body that stands, beyond the noise of GNSS
-constexpr double kWalking = 0.5;         // m/s: surely moving
-constexpr double kShortest = 1.0;        // s
-constexpr double kDrawnIn = 0.25;        // s
-constexpr double kGyroQuiet = 0.03;      // rad/s and
-constexpr double kForceQuiet = 0.15;     // m/s²: rest of an IMU that no GNSS ever showed at rest
+constexpr double kCell = 0.25;        // s
+constexpr std::size_t kWindow = 4;    // cells
+constexpr double kSway = 0.06;        // m/s: mean speed of a body that stands, beyond the noise of GNSS
+constexpr double kWalking = 0.5;      // m/s: surely moving
+constexpr double kShortest = 1.0;     // s
+constexpr double kDrawnIn = 0.25;     // s
+constexpr double kGyroQuiet = 0.03;   // rad/s and
+constexpr double kForceQuiet = 0.15;  // m/s²: rest of an IMU that no GNSS ever showed at rest
 
 // Root-mean-square deviations of rate and force from their means over a window, and the means.
 struct Quietness {
@@ -169,7 +169,8 @@ std::vector<Interval> detect_rest(const Log& log) {
     std::size_t j = i;
     while (j < rest.size() && rest[j]) ++j;
     if (j > i) {
-      const Interval drawn{cells.time(i) + (i ? kDrawnIn : 0), std::min(cells.time(j) - (j < rest.size() ? kDrawnIn : 0), log.imu.back().time)};
+      const Interval drawn{cells.time(i) + (i ? kDrawnIn : 0),
+                           std::min(cells.time(j) - (j < rest.size() ? kDrawnIn : 0), log.imu.back().time)};
       if (drawn.end - drawn.start >= kShortest) intervals.push_back(drawn);
     }
     i = std::max(j, i + 1);

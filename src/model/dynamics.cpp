@@ -132,7 +132,8 @@ void propagate_adjoint(ErrorVector& lambda, Covariance& Lambda, const StateLayou
     }
     for (const ImuBlock& b : kImuBlocks) {
       if (!layout.has(b.block)) continue;
-      M.template middleCols<3>(layout.offset(b.block)) += through.template middleCols<3>(b.half) * factor_of(b, t).asDiagonal();
+      M.template middleCols<3>(layout.offset(b.block)) +=
+          through.template middleCols<3>(b.half) * factor_of(b, t).asDiagonal();
     }
   };
   mix_columns(Lambda);

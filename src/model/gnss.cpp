@@ -9,7 +9,7 @@ struct Antenna {
   Matrix3d R_wb, rate_to_velocity;  // R [l]: of an error in the corrected rate, with a minus
 };
 
-Antenna antenna_of(const Estimate& x, const Motion& m, const Vector3d& earth_rate, const Gravity& gravity) {
+Antenna antenna_of(const Estimate& x, const BodyMotion& m, const Vector3d& earth_rate, const Gravity& gravity) {
   Antenna a;
   a.R_wb = x.R_wb();
   a.arm = a.R_wb * x.lever_arm;
@@ -23,7 +23,7 @@ Antenna antenna_of(const Estimate& x, const Motion& m, const Vector3d& earth_rat
 // Adds `factor` times the derivative of the antenna's velocity by attitude and the gyro's errors. `carried` is what
 // turns with the attitude: v + R (ω × l).
 void add_turning(Linearization& lin, double factor, const Matrix3d& extra_attitude, const Antenna& a,
-                 const Estimate& x, const Motion& m, const Vector3d& earth_rate, const Vector3d& carried) {
+                 const Estimate& x, const BodyMotion& m, const Vector3d& earth_rate, const Vector3d& carried) {
   // δv_a = ν + θ × (v + R(ω × l)) − ω_ie × (θ × R l) + R [l] (1+s)⁻¹ e_g, as δω = −(1+s)⁻¹ e_g.
   const Matrix3d attitude = -skew(carried) + skew(earth_rate) * skew(a.arm);
   const Matrix3d gyro = factor * a.rate_to_velocity * (1 + x.gyro_scale.array()).inverse().matrix().asDiagonal();
@@ -42,7 +42,7 @@ Matrix3d first_column(const Vector3d& v) {
 }  // namespace
 
 Linearization linearize_position(const GnssFix& fix, const std::optional<GaussMarkov>& drift, const Estimate& x,
-                                 const Motion& motion, const Vector3d& earth_rate, const Gravity& gravity) {
+                                 const BodyMotion& motion, const Vector3d& earth_rate, const Gravity& gravity) {
   const Antenna a = antenna_of(x, motion, earth_rate, gravity);
   const double delay = x.gnss_delay;
   Linearization lin;
@@ -61,7 +61,7 @@ Linearization linearize_position(const GnssFix& fix, const std::optional<GaussMa
   return lin;
 }
 
-Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const Motion& motion,
+Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const BodyMotion& motion,
                                  const Vector3d& earth_rate, const Gravity& gravity, bool still) {
   const Antenna a = antenna_of(x, motion, earth_rate, gravity);
   const double delay = x.gnss_delay;

@@ -6,8 +6,10 @@ namespace piste {
 
 DiscreteProcess discretise(const DriftProcess& process, double dt) {
   switch (process.kind) {
-    case DriftProcess::Kind::kNone: return {};
-    case DriftProcess::Kind::kRandomWalk: return {1, process.density * process.density * dt};
+    case DriftProcess::Kind::kNone:
+      return {};
+    case DriftProcess::Kind::kRandomWalk:
+      return {1, process.density * process.density * dt};
     case DriftProcess::Kind::kGaussMarkov: {
       const double x = dt / process.correlation_time;
       return {std::exp(-x), -process.sigma * process.sigma * std::expm1(-2 * x)};

@@ -15,11 +15,11 @@
 namespace piste {
 namespace {
 
-constexpr double kSameInstant = 1e-6;          // s: a fix nearer than this to an epoch does not split the step
-constexpr double kGravityReach = 100;          // m: gravity is linear to 1e-9 m/s² over it
-constexpr double kClippedSpread = 0.2;         // of the range: 1-sigma of what a clipped sample hides
-constexpr double kShortestLapse = 0.5;         // s over which an error that the filter missed may have grown
-constexpr double kLargestTilt = 0.2;           // rad that a readmission may add
+constexpr double kSameInstant = 1e-6;   // s: a fix nearer than this to an epoch does not split the step
+constexpr double kGravityReach = 100;   // m: gravity is linear to 1e-9 m/s² over it
+constexpr double kClippedSpread = 0.2;  // of the range: 1-sigma of what a clipped sample hides
+constexpr double kShortestLapse = 0.5;  // s over which an error that the filter missed may have grown
+constexpr double kLargestTilt = 0.2;    // rad that a readmission may add
 
 }  // namespace
 
@@ -65,7 +65,9 @@ Filter::Filter(const FilterOptions& options, const World& world, const Start& st
   for (std::size_t i = 0; i < options.attitude.size(); ++i) setup->sources.push_back(fmt::format("attitude[{}]", i));
   setup->magnetic = static_cast<int>(setup->sources.size());
   setup->sources.emplace_back("magnetic");
-  setup->rest = setup->magnetic + 1;
+  setup->start = setup->magnetic + 1;
+  setup->sources.emplace_back("start.heading");
+  setup->rest = setup->start + 1;
   setup->sources.emplace_back("rest.velocity");
   setup->sources.emplace_back("rest.rate");
 
@@ -76,6 +78,7 @@ Filter::Filter(const FilterOptions& options, const World& world, const Start& st
   innovations_.reserve(256);
   gravity_ = world.gravity(start.x.p_wb);
   setup_ = std::move(setup);
+  if (start.heading) enqueue({start.heading->time, setup_->start, 0, *start.heading});
 }
 
 void Filter::enqueue(Pending&& pending) {
@@ -214,7 +217,7 @@ void Filter::measure(const Pending& pending, const ImuStep& step, double tau) {
     const auto motion = [&] {
       const ImuStep s = correct(step, x);
       const double from_middle = tau - 0.5 * s.dt;
-      return Motion{s.mean_rate() + from_middle * s.rate_slope, s.mean_force() + from_middle * s.force_slope};
+      return BodyMotion{s.mean_rate() + from_middle * s.rate_slope, s.mean_force() + from_middle * s.force_slope};
     };
     if (receiver.use_position) {
       apply(pending.source, linearize_position(*fix, receiver.drift, x, motion(), earth_rate, gravity_));
@@ -225,6 +228,8 @@ void Filter::measure(const Pending& pending, const ImuStep& step, double tau) {
   } else if (const auto* attitude = std::get_if<AttitudeFix>(&pending.fix)) {
     const bool coloured = o.attitude[static_cast<std::size_t>(pending.index)].drift.has_value();
     apply(pending.source, linearize_attitude(*attitude, coloured, state_.x));
+  } else if (const auto* heading = std::get_if<HeadingFix>(&pending.fix)) {
+    apply(pending.source, linearize_heading(*heading, state_.x));
   } else if (const auto* magnetic = std::get_if<MagneticSample>(&pending.fix)) {
     apply(pending.source, linearize_magnetic_heading(magnetic->field, o.declination, o.magnetic_sigma, state_.x));
   }
@@ -262,7 +267,8 @@ void Filter::admit_error(const Linearization& lin, double lapse) {
       velocity = size;
       attitude = size / (kStandardGravity * lapse);
       break;
-    default: attitude = size;
+    default:
+      attitude = size;
   }
   attitude = std::min(attitude, kLargestTilt);
   const auto add = [&](Block b, double sigma) {
@@ -341,13 +347,18 @@ class Feeder {
 
 template <class Samples>
 std::size_t first_from(const Samples& samples, double time) {
-  return static_cast<std::size_t>(std::partition_point(samples.begin(), samples.end(),
-                                                       [time](const auto& s) { return s.time < time; }) -
-                                  samples.begin());
+  return static_cast<std::size_t>(
+      std::partition_point(samples.begin(), samples.end(), [time](const auto& s) { return s.time < time; }) -
+      samples.begin());
 }
 
 Checkpoint begin_at(const Log& log, Filter filter, double time, double end_time) {
-  Checkpoint c{std::move(filter), first_from(log.imu, time + kSameInstant), first_from(log.imu, end_time), 0, {}, {},
+  Checkpoint c{std::move(filter),
+               first_from(log.imu, time + kSameInstant),
+               first_from(log.imu, end_time),
+               0,
+               {},
+               {},
                first_from(log.magnetic, time)};
   for (const auto& fixes : log.gnss) c.gnss.push_back(first_from(fixes, time - kSameInstant));
   for (const auto& fixes : log.attitude) c.attitude.push_back(first_from(fixes, time - kSameInstant));
@@ -367,7 +378,8 @@ FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& 
   Feeder feeder(log, c);
   const auto take_epoch = [&] {
     Solution& s = run.solution;
-    s.append(c.filter.time(), c.filter.estimate(), sigmas_of(c.filter.estimate(), c.filter.layout(), c.filter.covariance()));
+    s.append(c.filter.time(), c.filter.estimate(),
+             sigmas_of(c.filter.estimate(), c.filter.layout(), c.filter.covariance()));
     s.innovations.insert(s.innovations.end(), c.filter.innovations().begin(), c.filter.innovations().end());
     c.filter.clear_innovations();
     ++c.row;

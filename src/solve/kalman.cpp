@@ -53,8 +53,8 @@ Update innovate(const Covariance& P, const StateLayout& layout, const Linearizat
   u.S.setIdentity();
   u.residual.setZero();
   const Matrix3d HPHt = u.H.lazyProduct(u.PHt);
-  u.S.topLeftCorner(lin.rows, lin.rows) =
-      0.5 * (HPHt + HPHt.transpose()).topLeftCorner(lin.rows, lin.rows) + lin.covariance.topLeftCorner(lin.rows, lin.rows);
+  u.S.topLeftCorner(lin.rows, lin.rows) = 0.5 * (HPHt + HPHt.transpose()).topLeftCorner(lin.rows, lin.rows) +
+                                          lin.covariance.topLeftCorner(lin.rows, lin.rows);
   u.residual.head(lin.rows) = lin.residual.head(lin.rows);
   const Eigen::LLT<Matrix3d> factor(u.S);
   u.S_inverse = factor.solve(Matrix3d::Identity());

@@ -8,7 +8,8 @@ namespace {
 // Backward pass over one tape: λ and Λ stand after its last event on entry, before its first on return.
 class Backward {
  public:
-  Backward(const StateLayout& layout, Solution& out) : layout_(layout), out_(out) {
+  Backward(const StateLayout& layout, Solution& out, const EpochObserver& observer)
+      : layout_(layout), out_(out), observer_(observer) {
     lambda_.setZero(layout.size());
     Lambda_.setZero(layout.size(), layout.size());
   }
@@ -24,6 +25,7 @@ class Backward {
       } else if (const auto* epoch = std::get_if<Tape::Epoch>(&*event)) {
         const SmoothedState s = smooth(epoch->x, epoch->P);
         out_.set(--row, epoch->time, s.x, sigmas_of(s.x, layout_, s.P));
+        if (observer_) observer_(row, *epoch, s);
       }
     }
   }
@@ -41,20 +43,22 @@ class Backward {
  private:
   const StateLayout& layout_;
   Solution& out_;
+  const EpochObserver& observer_;
   ErrorVector lambda_;
   Covariance Lambda_, work_;
 };
 
 }  // namespace
 
-Solution smooth_rts(const Log& log, const FilterRun& run, const ProgressCallback& progress, SmoothedState* at_start) {
+Solution smooth_rts(const Log& log, const FilterRun& run, const ProgressCallback& progress, SmoothedState* at_start,
+                    const EpochObserver& observer) {
   const Solution& filtered = run.solution;
   if (run.checkpoints.empty()) throw std::logic_error("smooth_rts needs a run with checkpoints");
   Solution out(filtered.layout(), filtered.world());
   out.sources = filtered.sources;
   out.fixed = filtered.fixed;
   out.resize(filtered.size());
-  Backward backward(filtered.layout(), out);
+  Backward backward(filtered.layout(), out, observer);
   std::size_t end_row = filtered.size();
   Tape tape;
   for (auto from = run.checkpoints.rbegin(); from != run.checkpoints.rend(); ++from) {

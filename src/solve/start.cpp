@@ -18,9 +18,9 @@ constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kWindows[] = {3, 5, 8, 12};   // s of motion to align in, shortest first
 constexpr double kHeadingKnown = 4 * kDegree;  // 1-sigma at which an alignment in motion is believed
 constexpr double kTiltKnown = 8 * kDegree;
-constexpr double kStretch = 40;                // s filtered and smoothed after the alignment
-constexpr double kRestLevel = 10;              // s of rest that give the level
-constexpr double kTiltSigma = 2 * kDegree;     // of a level start: loose, the filter sees the same samples again
+constexpr double kStretch = 40;             // s filtered and smoothed after the alignment
+constexpr double kRestLevel = 10;           // s of rest that give the level
+constexpr double kTiltSigma = 2 * kDegree;  // of a level start: loose, the filter sees the same samples again
 
 template <class Samples>
 auto range(const Samples& samples, double begin, double end) {
@@ -124,13 +124,16 @@ void set_attitude_sigma(Start& start, const Vector3d& sigma) {
 
 // Boresight from the first reference attitude near the start, R_rb = R_wrᵀ R_wb.
 void set_boresight(Start& start, const Log& log, const FilterOptions& options, bool known) {
-  if (known || std::find(options.estimate.begin(), options.estimate.end(), Block::kBoresight) == options.estimate.end()) {
+  if (known ||
+      std::find(options.estimate.begin(), options.estimate.end(), Block::kBoresight) == options.estimate.end()) {
     return;
   }
   for (const auto& fixes : log.attitude) {
-    const auto fix = std::partition_point(fixes.begin(), fixes.end(), [&](const auto& f) { return f.time < start.time; });
+    const auto fix =
+        std::partition_point(fixes.begin(), fixes.end(), [&](const auto& f) { return f.time < start.time; });
     if (fix == fixes.end()) continue;
-    const Quaterniond q_wb = start.x.q_wb * turned(log, start.time, fix->time, bias_before(log, options, fix->time).value);
+    const Quaterniond q_wb =
+        start.x.q_wb * turned(log, start.time, fix->time, bias_before(log, options, fix->time).value);
     start.x.q_rb = (fix->q_wr.conjugate() * q_wb).normalized();
     return;
   }
@@ -159,21 +162,39 @@ std::optional<MotionAlignment> first_alignment(const Log& log, const FilterOptio
   return std::nullopt;
 }
 
-// The start of a stretch as its smoother sees it.
-SmoothedState refine(const Log& log, const FilterOptions& options, const Start& start, double until) {
+// A stretch as its smoother sees it, and its start.
+struct Refined {
+  SmoothedState start;
+  Solution stretch;
+};
+
+Refined refine(const Log& log, const FilterOptions& options, const Start& start, double until) {
   const FilterRun run = run_filter(log, options, start, kCheckpointEvery, {}, until);
-  SmoothedState at_start;
-  smooth_rts(log, run, {}, &at_start);
-  return at_start;
+  Refined refined;
+  refined.stretch = smooth_rts(log, run, {}, &refined.start);
+  return refined;
 }
 
-// A smoothed covariance made the prior of a filter that sees the same stretch again: doubled, as if half of the stretch's
-// information had come from elsewhere, and no sigma above that of the prior itself.
+// The smoothed heading at the end of the rest that the motion ended. In between, a heading that no fix holds would
+// wander by the gyro's drift. Twice its sigma: a quarter of the information, as the filter sees the motion again.
+std::optional<HeadingFix> heading_at_departure(const Log& log, const Solution& stretch, double aligned) {
+  for (const Interval& rest : log.rest) {
+    if (rest.end < aligned || rest.end > aligned + kWindows[3]) continue;
+    std::size_t i = 0;
+    while (i + 1 < stretch.size() && stretch.time(i) < rest.end) ++i;
+    return HeadingFix{stretch.time(i), stretch.estimate(i).q_wb, 2 * stretch.sigmas(i).euler.z()};
+  }
+  return std::nullopt;
+}
+
+// A smoothed covariance made the prior of a filter that sees the same stretch again: doubled, as if half of the
+// stretch's information had come from elsewhere, and no sigma above that of the prior itself.
 Covariance tempered(const Covariance& smoothed, const Covariance& prior) {
   const double widening = std::sqrt(2.0);
   const ErrorVector sigma = widening * smoothed.diagonal().cwiseMax(0).cwiseSqrt();
   const ErrorVector bound = prior.diagonal().cwiseSqrt();
-  const ErrorVector factor = widening * (bound.array() < sigma.array()).select(bound.array() / sigma.array(), 1).matrix();
+  const ErrorVector factor =
+      widening * (bound.array() < sigma.array()).select(bound.array() / sigma.array(), 1).matrix();
   return factor.asDiagonal() * smoothed * factor.asDiagonal();
 }
 
@@ -181,8 +202,9 @@ FoundStart start_from_motion(const Log& log, const FilterOptions& options, const
                              const std::optional<Rest>& rest) {
   const auto aligned = first_alignment(log, options, receiver, start.time);
   if (!aligned) {
-    throw DataError("start", "the heading cannot be found: no stretch of the log changes its horizontal velocity enough "
-                             "while GNSS is there; give `initial: {heading: … deg}`, or use from_attitude or from_magnetometer");
+    throw DataError("start",
+                    "the heading cannot be found: no stretch of the log changes its horizontal velocity enough "
+                    "while GNSS is there; give `initial: {heading: … deg}`, or use from_attitude or from_magnetometer");
   }
   Start moving{aligned->time, {}, Covariance::Identity(9, 9)};
   moving.x.q_wb = aligned->q_wb;
@@ -191,9 +213,10 @@ FoundStart start_from_motion(const Log& log, const FilterOptions& options, const
   set_attitude_sigma(moving, (2 * aligned->covariance.diagonal().cwiseSqrt()).cwiseMax(kTiltSigma));
   set_boresight(moving, log, options, false);
   const double until = aligned->time + kStretch;
-  const SmoothedState first = refine(log, options, moving, until);
+  const SmoothedState first = refine(log, options, moving, until).start;
 
-  // Back to the start of the log: by the rest's own mean rate where it is long, as that holds the slow turn of a body too.
+  // Back to the start of the log: by the rest's own mean rate where it is long, as that holds the slow turn of a body
+  // too.
   const double carried = aligned->time - start.time;
   GyroBias bias = bias_before(log, options, aligned->time);
   const Sigmas known = sigmas_of(first.x, StateLayout(options.estimate), first.P);
@@ -206,13 +229,15 @@ FoundStart start_from_motion(const Log& log, const FilterOptions& options, const
   place(start, receiver, rest.has_value());
   if (!rest) start.x.v_wb = aligned->time - start.time < 1 ? aligned->v_wb : start.x.v_wb;
   const double walk = options.sensor.gyro.noise * std::sqrt(carried);
-  const double heading_sigma = std::clamp(std::hypot(2 * known.euler.z(), walk, bias.sigma * carried), 2 * kDegree, 15 * kDegree);
+  const double heading_sigma =
+      std::clamp(std::hypot(2 * known.euler.z(), walk, bias.sigma * carried), 2 * kDegree, 15 * kDegree);
   set_attitude_sigma(start, {kTiltSigma, kTiltSigma, heading_sigma});
   set_boresight(start, log, options, false);
 
-  const SmoothedState second = refine(log, options, start, until);
-  start.covariance = tempered(second.P, initial_covariance(StateLayout(options.estimate), options, start));
-  start.x = second.x;
+  const Refined second = refine(log, options, start, until);
+  start.covariance = tempered(second.start.P, initial_covariance(StateLayout(options.estimate), options, start));
+  start.x = second.start.x;
+  start.heading = heading_at_departure(log, second.stretch, aligned->time);
   const double sigma = euler_sigma(start.x.q_wb, start.covariance.block<3, 3>(6, 6)).z();
   return {start, fmt::format("heading {:.1f} deg ± {:.2f}, found from the motion at t = {:.1f} s",
                              to_euler(start.x.q_wb).z() / kDegree, sigma / kDegree, aligned->time)};
@@ -238,13 +263,15 @@ FoundStart find_start(const Log& log, const FilterOptions& options, const Initia
   std::string how = "heading from the configuration";
   if (heading.source == Source::kAttitude) {
     const auto fixes = std::find_if(log.attitude.begin(), log.attitude.end(), [](const auto& a) { return !a.empty(); });
-    if (fixes == log.attitude.end()) throw DataError("start", "from_attitude needs an attitude log that overlaps the IMU");
+    if (fixes == log.attitude.end())
+      throw DataError("start", "from_attitude needs an attitude log that overlaps the IMU");
     start.x.q_wb = fixes->front().q_wr;
     value = to_euler(start.x.q_wb).z();
     sigma = 5 * kDegree;
     how = "heading from the reference attitude";
   } else if (heading.source == Source::kMagnetometer) {
-    if (log.magnetic.empty()) throw DataError("start", "from_magnetometer needs the columns mag_x_uT, mag_y_uT, mag_z_uT in the IMU log");
+    if (log.magnetic.empty())
+      throw DataError("start", "from_magnetometer needs the columns mag_x_uT, mag_y_uT, mag_z_uT in the IMU log");
     value = options.declination - magnetic_azimuth(level(force, 0), log.magnetic.front().field);
     sigma = 10 * kDegree;
     how = "heading from the magnetometer";
@@ -253,8 +280,9 @@ FoundStart find_start(const Log& log, const FilterOptions& options, const Initia
   if (!rest) {
     // Level on the move: gravity and the acceleration of the first seconds, heading as given.
     const auto window = range(*receiver.fixes, start.time, start.time + kWindows[0]);
-    const auto moving = align_in_motion(range(log.imu, start.time, start.time + kWindows[0] + 1), window, *receiver.options,
-                                        bias_before(log, options, start.time), log.world.gravity(Vector3d::Zero()).value);
+    const auto moving =
+        align_in_motion(range(log.imu, start.time, start.time + kWindows[0] + 1), window, *receiver.options,
+                        bias_before(log, options, start.time), log.world.gravity(Vector3d::Zero()).value);
     if (moving) {
       const Vector3d euler = to_euler(moving->q_wb);
       start.x.q_wb = from_euler({euler.x(), euler.y(), value});

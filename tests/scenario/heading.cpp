@@ -36,9 +36,7 @@ struct Case {
 
 Case make_case(const std::string& motion, double heading_deg, std::uint64_t seed,
                const std::function<void(Scenario&)>& change = {}) {
-  Case c;
-  c.scenario = read_scenario(std::filesystem::path(PISTE_SOURCE_DIR) / "config" / "scenarios" / (motion + ".yaml"));
-  Scenario& s = c.scenario;
+  Scenario s = read_scenario(std::filesystem::path(PISTE_SOURCE_DIR) / "config" / "scenarios" / (motion + ".yaml"));
   s.imus.resize(1);
   s.gnss.resize(1);
   s.attitude.resize(1);
@@ -47,7 +45,7 @@ Case make_case(const std::string& motion, double heading_deg, std::uint64_t seed
   s.motion.run = 60;
   s.motion.rest_after = 3;
   if (change) change(s);
-  c.simulation = simulate(s, seed);
+  Case c{s, simulate(s, seed), {}, {}};
   c.options.sensor = s.imus[0].sensor;
   c.options.gnss = {{.name = s.gnss[0].name, .lever_arm = lever_arm(s.imus[0], s.gnss[0]), .drift = {}}};
   if (!s.attitude.empty()) c.options.attitude = {{.name = s.attitude[0].name, .drift = {}}};

@@ -24,8 +24,8 @@ using Matrix96d = Eigen::Matrix<double, 9, 6>;
 struct Transition {
   Matrix9d navigation;
   Matrix96d imu;
-  Vector3d rate, force;  ///< mean corrected ω and f: what the scale errors multiply
-  Matrix9d noise;        ///< covariance that white sensor noise adds to the navigation rows
+  Vector3d rate, force;                           ///< mean corrected ω and f: what the scale errors multiply
+  Matrix9d noise;                                 ///< covariance that white sensor noise adds to the navigation rows
   std::array<double, kBlocks.size()> decay;       ///< per block: factor of its error; 1 where nothing evolves
   std::array<Vector3d, kBlocks.size()> variance;  ///< per block: what its process adds, per axis
 };

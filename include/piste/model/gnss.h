@@ -14,10 +14,10 @@ namespace piste {
 /// Position of a fix. The white part of its sigma is what `drift` leaves of the total, at least 10 %. The lever arm is
 /// that of the estimate.
 Linearization linearize_position(const GnssFix& fix, const std::optional<GaussMarkov>& drift, const Estimate& x,
-                                 const Motion& motion, const Vector3d& earth_rate, const Gravity& gravity);
+                                 const BodyMotion& motion, const Vector3d& earth_rate, const Gravity& gravity);
 
 /// Velocity of a fix; `fix.velocity` must be there. `still`: the heading gains nothing from a velocity that is zero.
-Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const Motion& motion,
+Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const BodyMotion& motion,
                                  const Vector3d& earth_rate, const Gravity& gravity, bool still);
 
 }  // namespace piste

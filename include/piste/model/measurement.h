@@ -35,7 +35,7 @@ using Jacobian = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kFullSize>;
 Jacobian assemble(const StateLayout& layout, const Linearization& lin);
 
 /// Rate and specific force of the body at the instant of a measurement, corrected, body axes.
-struct Motion {
+struct BodyMotion {
   Vector3d rate = Vector3d::Zero(), force = Vector3d::Zero();
 };
 

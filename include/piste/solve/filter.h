@@ -14,17 +14,20 @@
 #include "piste/core/log.h"
 #include "piste/core/options.h"
 #include "piste/core/solution.h"
+#include "piste/model/attitude.h"
 #include "piste/model/dynamics.h"
 #include "piste/solve/kalman.h"
 
 namespace piste {
 
-/// Where a filter begins: an estimate, and the covariance of its error. Of the navigation blocks alone (9 × 9, order ρ, ν,
-/// θ), where the other blocks begin with the sigmas of the sensor and of the options; or of the whole layout.
+/// Where a filter begins: an estimate, and the covariance of its error. Of the navigation blocks alone (9 × 9, order ρ,
+/// ν, θ), where the other blocks begin with the sigmas of the sensor and of the options; or of the whole layout.
 struct Start {
   double time = 0;
   Estimate x;
   Covariance covariance = Covariance::Identity(9, 9);
+  /// A heading that is known only later, such as when a body that rested begins to move; the filter takes it then.
+  std::optional<HeadingFix> heading = std::nullopt;
 };
 
 /// Covariance of a start, at the layout's size.
@@ -55,8 +58,8 @@ class Filter {
   Filter(const FilterOptions& options, const World& world, const Start& start);
 
   /// The next IMU sample, later than the one before. The sample before it is now processed: returns true when that
-  /// completed an epoch, which time(), estimate() and covariance() then show. Fixes up to the epoch's end must have been
-  /// added. No heap.
+  /// completed an epoch, which time(), estimate() and covariance() then show. Fixes up to the epoch's end must have
+  /// been added. No heap.
   bool add(const ImuSample& sample);
   /// A measurement, in any order; one that is older than time() is counted as late and left out.
   void add(int receiver, const GnssFix& fix);
@@ -88,7 +91,7 @@ class Filter {
     World world;
     std::array<double, 4> gate{};  // chi-squared bound by number of rows
     std::vector<std::string> sources;
-    int first_attitude = 0, magnetic = 0, rest = 0;  // places in sources; a receiver takes two
+    int first_attitude = 0, magnetic = 0, start = 0, rest = 0;  // places in sources; a receiver takes two
   };
   struct State {
     double time;
@@ -99,7 +102,7 @@ class Filter {
     double time;
     int source;  // index into Setup::sources, the order at equal times
     int index;   // of the receiver or the reference
-    std::variant<GnssFix, AttitudeFix, MagneticSample> fix;
+    std::variant<GnssFix, AttitudeFix, MagneticSample, HeadingFix> fix;
   };
 
   void enqueue(Pending&& pending);
@@ -148,8 +151,8 @@ inline constexpr int kCheckpointEvery = 128;
 /// Called with the fraction done, now and then; may be empty.
 using ProgressCallback = std::function<void(double)>;
 
-/// Feeds the log to a Filter from the start's time on: the same bytes as feeding it sample by sample. `checkpoint_every`
-/// epochs (0: none). Throws DataError where the filter's covariance ceases to be one.
+/// Feeds the log to a Filter from the start's time on: the same bytes as feeding it sample by sample.
+/// `checkpoint_every` epochs (0: none). Throws DataError where the filter's covariance ceases to be one.
 FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& start, int checkpoint_every = 0,
                      const ProgressCallback& progress = {}, double end_time = 1e300);
 

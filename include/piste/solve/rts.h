@@ -7,8 +7,8 @@
 ///     x_smoothed = x̂ ⊞ (−P λ)        P_smoothed = P − P Λ P
 ///
 /// No predicted covariance is inverted, any number of updates may stand at one epoch, and the reset of each correction
-/// enters with its transpose. The filter's steps are not stored: the run is repeated from checkpoints, so that memory is
-/// some hundred bytes an epoch and the covariances are those of the filter to the bit.
+/// enters with its transpose. The filter's steps are not stored: the run is repeated from checkpoints, so that memory
+/// is some hundred bytes an epoch and the covariances are those of the filter to the bit.
 
 #include "piste/solve/filter.h"
 
@@ -20,8 +20,14 @@ struct SmoothedState {
   Covariance P;
 };
 
-/// `run` with checkpoints, of the same log. `at_start`: takes what is said of the start, before the first step. Throws std::logic_error without checkpoints.
+/// Called with a row of the solution, last row first: what the filter believed at its epoch, and what the smoother does.
+using EpochObserver =
+    std::function<void(std::size_t row, const Tape::Epoch& filtered, const SmoothedState& smoothed)>;
+
+/// `run` with checkpoints, of the same log. `at_start`: takes what is said of the start, before the first step.
+/// `observer`: for whole covariances, of which a Solution keeps the sigmas only. Throws std::logic_error without
+/// checkpoints.
 Solution smooth_rts(const Log& log, const FilterRun& run, const ProgressCallback& progress = {},
-                    SmoothedState* at_start = nullptr);
+                    SmoothedState* at_start = nullptr, const EpochObserver& observer = {});
 
 }  // namespace piste

@@ -1,0 +1,26 @@
+# Embeds text files: piste_embed(TARGET NAME FILE) defines `std::string_view piste::assets::NAME()`, declared in
+# src/report/assets.h. Raw string pieces of at most 8 kB, because compilers limit the length of one literal.
+function(piste_embed target name file)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
+  file(READ ${file} text)
+  string(REGEX REPLACE "\n(//|/\\*)# sourceMappingURL=[^\n]*" "" text "${text}")
+  set(pieces "")
+  string(LENGTH "${text}" length)
+  foreach(begin RANGE 0 ${length} 8000)
+    string(SUBSTRING "${text}" ${begin} 8000 piece)
+    string(APPEND pieces "R\"piste(${piece})piste\"\n")
+  endforeach()
+  set(unit ${PROJECT_BINARY_DIR}/generated/${name}.cpp)
+  file(CONFIGURE OUTPUT ${unit} @ONLY CONTENT
+"// Generated from ${file} by cmake/EmbedText.cmake.
+#include \"report/assets.h\"
+namespace piste::assets {
+std::string_view @name@() {
+  static constexpr std::string_view kText =
+@pieces@;
+  return kText;
+}
+}  // namespace piste::assets
+")
+  target_sources(${target} PRIVATE ${unit})
+endfunction()

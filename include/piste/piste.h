@@ -1,0 +1,71 @@
+#pragma once
+/// The front door: conventions first, then the public steps.
+///
+/// Three values carry everything, and each step is a pure function from one to the next:
+///
+///     Log (what the sensors said)  →  Solution (what we believe, and how surely)  →  findings (what we learned)
+///
+/// ## Frames
+///
+///     i  inertial                            b  body: the MEMS-IMU, forward-right-down
+///     e  Earth-centred, Earth-fixed          r  reference IMU
+///     w  world: north-east-down axes at the  a  GNSS antenna
+///        run's origin, fixed to the Earth    n  north-east-down at the body; only in files and pictures
+///
+/// ## Symbols
+///
+/// Inner letters cancel: p_w = R_wb p_b, and R_wr = R_wb R_br.
+///
+///     R_wb, q_wb      turns b components into w; Hamilton quaternion
+///     p_wb, v_wb      position of b from the origin of w, and velocity of b over the ground, both in w
+///     p_ba_b          lever arm from b to a, in b
+///     w_ib_b, f_ib_b  angular rate and specific force of b against i, in b
+///     R_rb            boresight: b components into r
+///     R               alone: covariance of a measurement; P: covariance of the estimate's error
+///
+/// Euler angles are roll, pitch, heading of R_nb = R_z(heading) R_y(pitch) R_x(roll).
+///
+/// ## Mechanization
+///
+///     R_wb' = −[ω_ie] R_wb + R_wb [ω_ib]      v' = R_wb f + g_w(p) − 2 ω_ie × v      p' = v
+///
+/// with ω_ie constant in w and g_w the normal gravity (gravitation and centrifugal acceleration).
+///
+/// ## Errors
+///
+/// truth = estimate ⊞ error, and residual = measured − predicted. For (position ρ, velocity ν, attitude θ,
+/// boresight β):
+///
+///     p_wb = p̂_wb + ρ    v_wb = Exp(θ) v̂_wb + J_l(θ) ν    R_wb = Exp(θ) R̂_wb    R_rb = Exp(β) R̂_rb
+///
+/// and value + error for every other block. Sigmas in files and pictures are of the ordinary errors: north, east,
+/// down, roll, pitch, heading.
+///
+/// ## IMU error model
+///
+///     measured = (1 + scale) · true + bias + drift + noise, per axis
+///
+/// `bias` is a random constant of the run, `drift` its change in the run: nothing, a random walk, or first-order
+/// Gauss-Markov. This is an error to subtract; papers that add a correction have the opposite sign.
+///
+/// ## Units
+///
+/// Inside: SI and radians, no suffix. At the edges the unit is text and is checked: a config says
+/// `0.05 deg/s/sqrt(Hz)`, a file's header `gyro_x_deg_s`. Time is GPS seconds of week.
+///
+/// ## Failure
+///
+/// Bad input throws piste::Error, which says where and what would be right. The library neither prints nor exits.
+
+// What a run is made of.
+#include "piste/core/error.h"
+#include "piste/core/estimate.h"
+#include "piste/core/log.h"
+#include "piste/core/options.h"
+#include "piste/core/sensor.h"
+#include "piste/core/solution.h"
+
+// The steps, in the order of a run: read, condition, solve, report.
+#include "piste/report/html.h"
+#include "piste/report/kml.h"
+#include "piste/report/svg.h"

@@ -1,0 +1,69 @@
+#pragma once
+/// Pictures of y against x, as SVG that stands alone or inside a page, in light and in dark.
+
+#include <string>
+#include <vector>
+
+namespace piste {
+
+/// Ascending round values (1, 2 or 5 times a power of ten apart) inside [low, high], about `wanted` of them.
+/// @pre low < high, wanted ≥ 1.
+std::vector<double> nice_ticks(double low, double high, int wanted);
+
+/// One picture. Colours are numbers, 0 to 6, of a palette that colour-blind readers can tell apart. Points with a
+/// coordinate that is not finite break a line and are left out elsewhere.
+class Plot {
+ public:
+  struct Axis {
+    std::string label;               ///< with its unit: "east [m]"
+    std::vector<double> ticks = {};  ///< empty = nice ones
+  };
+
+  /// `title` is shown above the picture; `description`, read aloud by screen readers, may say more.
+  Plot(std::string title, Axis x, Axis y, std::string description = {});
+
+  /// A series named in the legend by `label`, which may be empty. @pre x and y are equally long.
+  void line(std::vector<double> x, std::vector<double> y, int colour, std::string label);
+  void points(std::vector<double> x, std::vector<double> y, int colour, std::string label);
+  /// The area between `low` and `high`.
+  void band(std::vector<double> x, std::vector<double> low, std::vector<double> high, int colour, std::string label);
+  /// One large point with its name beside it.
+  void mark(double x, double y, int colour, std::string name);
+
+  /// One unit of x is as long as one of y: for maps.
+  void equal_scale() { equal_scale_ = true; }
+  /// Size in CSS pixels; 760 × 480 unless told.
+  void size(int width, int height);
+
+  /// The `<svg>` element.
+  std::string render() const;
+
+ private:
+  enum class Kind { kLine, kPoints, kBand };
+  struct Series {
+    Kind kind;
+    std::vector<double> x, y, y_low;
+    int colour;
+    std::string label;
+  };
+  struct Mark {
+    double x, y;
+    int colour;
+    std::string name;
+  };
+  struct Frame;
+  Frame frame() const;
+  std::string axes(const Frame& frame) const;
+  std::string legend(const Frame& frame) const;
+  static std::string draw(const Series& series, const Frame& frame);
+  static std::string draw(const Mark& mark, bool below, const Frame& frame);
+
+  std::string title_, description_;
+  Axis x_, y_;
+  int width_ = 760, height_ = 480;
+  bool equal_scale_ = false;
+  std::vector<Series> series_;
+  std::vector<Mark> marks_;
+};
+
+}  // namespace piste

@@ -1,0 +1,13 @@
+#pragma once
+/// Text files that CMake embeds (cmake/EmbedText.cmake), so that a report needs nothing beside it.
+
+#include <string_view>
+
+namespace piste::assets {
+
+std::string_view dygraphs_js();  ///< the plotting library, MIT licence
+std::string_view dygraphs_css();
+std::string_view report_js();  ///< draws the charts from the numbers in the page
+std::string_view report_css();
+
+}  // namespace piste::assets

@@ -1,0 +1,217 @@
+#include "report/charts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "piste/report/thin.h"
+
+namespace piste::charts {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr std::array<const char*, 3> kLocalAxes{"north", "east", "down"};
+constexpr std::array<const char*, 3> kEulerAxes{"roll", "pitch", "heading"};
+
+/// A chart that takes one row at a time, with sigmas or without.
+class Builder {
+ public:
+  Builder(std::string title, std::string unit, std::vector<std::string> labels) {
+    chart_.title = std::move(title);
+    chart_.unit = std::move(unit);
+    for (auto& label : labels) chart_.curves.push_back({std::move(label), {}});
+  }
+  void add(double time, const Eigen::Ref<const Eigen::VectorXd>& value) {
+    chart_.time.push_back(time);
+    for (std::size_t k = 0; k < chart_.curves.size(); ++k) {
+      chart_.curves[k].value.push_back(value[static_cast<Eigen::Index>(k)]);
+    }
+  }
+  void add(double time, const Eigen::Ref<const Eigen::VectorXd>& value,
+           const Eigen::Ref<const Eigen::VectorXd>& sigma) {
+    add(time, value);
+    for (std::size_t k = 0; k < chart_.curves.size(); ++k) {
+      chart_.curves[k].sigma.push_back(sigma[static_cast<Eigen::Index>(k)]);
+    }
+  }
+  Chart& chart() { return chart_; }
+
+ private:
+  Chart chart_;
+};
+
+Builder three(std::string title, std::string unit, const std::array<const char*, 3>& axes) {
+  return {std::move(title), std::move(unit), {axes[0], axes[1], axes[2]}};
+}
+
+std::string words(std::string_view name) {
+  std::string text(name);
+  std::replace(text.begin(), text.end(), '_', ' ');
+  text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
+  return text;
+}
+
+/// Adds whole turns so that no step is longer than half a turn [deg].
+void unwrap(std::vector<double>& degrees) {
+  double turns = 0;
+  for (std::size_t i = 1; i < degrees.size(); ++i) {
+    const double step = degrees[i] + turns - degrees[i - 1];
+    turns -= 360 * std::round(step / 360);
+    degrees[i] += turns;
+  }
+}
+
+bool is_navigation(Block b) { return index_of(b) <= index_of(Block::kAttitude); }
+
+Builder block_builder(Block block) {
+  const BlockInfo& row = info(block);
+  std::vector<std::string> labels;
+  labels.reserve(3);
+  for (int i = 0; i < row.size; ++i) labels.emplace_back(row.axes[static_cast<std::size_t>(i)]);
+  return {words(row.name), std::string(row.unit), std::move(labels)};
+}
+
+Eigen::VectorXd block_value(const Estimate& x, Block block) {
+  if (block == Block::kBoresight) return info(block).factor * to_euler(x.q_rb);
+  return info(block).factor * additive(x, block);
+}
+
+/// Both of a sum are estimated, so that the sum says more than its parts.
+bool has_total(const StateLayout& layout, Block bias, Block drift) { return layout.has(bias) && layout.has(drift); }
+
+/// In the order of the curves of a NIS chart.
+constexpr std::array kOutcomes{Outcome::kUsed, Outcome::kRejected, Outcome::kReadmitted};
+
+}  // namespace
+
+std::vector<Chart> of_solution(const Solution& solution, double start) {
+  const StateLayout& layout = solution.layout();
+  constexpr double kDegrees = kDegreesPerRadian;
+  Builder speed("Speed", "m/s", {"speed"});
+  Builder height("Height above the ellipsoid", "m", {"height"});
+  Builder attitude = three("Attitude", "deg", kEulerAxes);
+  Builder velocity = three("Velocity", "m/s", kLocalAxes);
+  Builder sigma_position = three("Sigma of position", "m", kLocalAxes);
+  Builder sigma_velocity = three("Sigma of velocity", "m/s", kLocalAxes);
+  Builder sigma_attitude = three("Sigma of attitude", "deg", kEulerAxes);
+  Builder gyro_total = three("Gyro bias and drift together", "deg/s", {"x", "y", "z"});
+  Builder accel_total = three("Accel bias and drift together", "m/s^2", {"x", "y", "z"});
+  std::vector<Block> blocks;
+  std::vector<Builder> block_charts;
+  for (const Block block : layout.blocks()) {
+    if (is_navigation(block)) continue;
+    blocks.push_back(block);
+    block_charts.push_back(block_builder(block));
+  }
+  for (std::size_t i = 0; i < solution.size(); ++i) {
+    const double t = solution.time(i) - start;
+    const Estimate x = solution.estimate(i);
+    const Sigmas s = solution.sigmas(i);
+    const auto navigation = solution.navigation(i);
+    speed.add(t, Eigen::Matrix<double, 1, 1>(navigation.velocity.norm()));
+    height.add(t, Eigen::Matrix<double, 1, 1>(navigation.position.height), s.position.tail<1>());
+    attitude.add(t, kDegrees * navigation.euler, kDegrees * s.euler);
+    velocity.add(t, navigation.velocity, s.velocity);
+    sigma_position.add(t, s.position);
+    sigma_velocity.add(t, s.velocity);
+    sigma_attitude.add(t, kDegrees * s.euler);
+    gyro_total.add(t, kDegrees * (x.gyro_bias + x.gyro_drift), kDegrees * s.gyro_total_bias);
+    accel_total.add(t, x.accel_bias + x.accel_drift, s.accel_total_bias);
+    for (std::size_t k = 0; k < blocks.size(); ++k) {
+      const BlockInfo& row = info(blocks[k]);
+      block_charts[k].add(t, block_value(x, blocks[k]),
+                          row.factor * s.blocks.segment(full_offset(blocks[k]), row.size));
+    }
+  }
+  unwrap(attitude.chart().curves[0].value);
+  unwrap(attitude.chart().curves[2].value);
+
+  std::vector<Chart> out;
+  for (Builder* b : {&speed, &height, &attitude, &velocity}) out.push_back(std::move(b->chart()));
+  if (has_total(layout, Block::kGyroBias, Block::kGyroDrift)) out.push_back(std::move(gyro_total.chart()));
+  if (has_total(layout, Block::kAccelBias, Block::kAccelDrift)) out.push_back(std::move(accel_total.chart()));
+  for (Builder& b : block_charts) out.push_back(std::move(b.chart()));
+  for (Builder* b : {&sigma_position, &sigma_velocity, &sigma_attitude}) {
+    b->chart().log_scale = true;
+    out.push_back(std::move(b->chart()));
+  }
+  return out;
+}
+
+std::vector<Chart> of_innovations(const Solution& solution, double start) {
+  std::vector<Chart> out;
+  for (std::size_t source = 0; source < solution.sources.size(); ++source) {
+    const std::string& name = solution.sources[source];
+    Builder residual(name + ": residual over its sigma", "", {"1st axis", "2nd axis", "3rd axis"});
+    Builder nis(name + ": NIS", "", {"used", "rejected", "readmitted", "gate"});
+    for (const Innovation& z : solution.innovations) {
+      if (z.source != static_cast<int>(source)) continue;
+      const double t = z.time - start;
+      Vector3d ratio;
+      for (int i = 0; i < 3; ++i) ratio[i] = z.sigma[i] > 0 ? z.residual[i] / z.sigma[i] : kNan;
+      residual.add(t, ratio);
+      Eigen::Vector4d row(kNan, kNan, kNan, z.gate > 0 ? z.gate : kNan);
+      for (std::size_t k = 0; k < kOutcomes.size(); ++k) {
+        if (z.outcome == kOutcomes[k]) row[static_cast<Eigen::Index>(k)] = z.nis;
+      }
+      nis.add(t, row);
+    }
+    for (Builder* b : {&residual, &nis}) {
+      Chart& chart = b->chart();
+      chart.points = true;
+      chart.log_scale = b == &nis;
+      // An axis that the source does not have, or an outcome that never came, is no curve.
+      std::erase_if(chart.curves, [](const Curve& c) {
+        return std::none_of(c.value.begin(), c.value.end(), [](double v) { return std::isfinite(v); });
+      });
+      if (!chart.curves.empty()) out.push_back(std::move(chart));
+    }
+  }
+  return out;
+}
+
+std::string json_string(std::string_view text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') {
+      out += '\\';
+      out += c;
+    } else if (c == '<' || static_cast<unsigned char>(c) < 0x20) {
+      out += fmt::format("\\u{:04x}", static_cast<unsigned char>(c));
+    } else {
+      out += c;
+    }
+  }
+  return out + '"';
+}
+
+std::string json(const Chart& chart, std::size_t limit) {
+  std::vector<std::vector<double>> columns;
+  for (const Curve& c : chart.curves) columns.push_back(c.value);
+  const std::vector<std::size_t> rows = thin(columns, limit);
+  const auto array = [&rows](const std::vector<double>& values, int digits) {
+    std::string out = "[";
+    for (const std::size_t i : rows) {
+      if (out.size() > 1) out += ',';
+      out += std::isfinite(values[i]) ? fmt::format("{:.{}g}", values[i], digits) : "null";
+    }
+    return out + ']';
+  };
+  std::string out =
+      fmt::format(R"({{"title":{},"unit":{},"points":{},"log":{},"time":{},"curves":[)", json_string(chart.title),
+                  json_string(chart.unit), chart.points, chart.log_scale, array(chart.time, 8));
+  for (const Curve& c : chart.curves) {
+    if (&c != chart.curves.data()) out += ',';
+    out += fmt::format(R"({{"label":{},"value":{})", json_string(c.label), array(c.value, 6));
+    if (!c.sigma.empty()) out += fmt::format(R"(,"sigma":{})", array(c.sigma, 4));
+    out += '}';
+  }
+  return out + "]}\n";
+}
+
+}  // namespace piste::charts

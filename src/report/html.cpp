@@ -1,0 +1,236 @@
+#include "piste/report/html.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <span>
+#include <utility>
+
+#include "piste/report/markup.h"
+#include "piste/report/svg.h"
+#include "piste/report/thin.h"
+#include "report/assets.h"
+#include "report/charts.h"
+
+namespace piste {
+namespace {
+
+constexpr std::size_t kChartRows = 2000;  // keeps a page with every block and both solutions below 5 MB
+constexpr std::size_t kPlanPoints = 3000;
+
+using Row = std::vector<std::string>;
+
+/// First column names, the others are numbers.
+std::string table(std::string_view caption, const Row& head, const std::vector<Row>& rows) {
+  std::string out = fmt::format("<table><caption>{}</caption>\n", escape_markup(caption));
+  const auto line = [&out](const Row& cells, const char* tag) {
+    out += "<tr>";
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      const bool heading = i == 0 || *tag == 'h';
+      out += fmt::format("<{0}{1}{2}>{3}</{0}>", heading ? "th" : "td",
+                         heading ? (*tag == 'h' ? " scope=\"col\"" : " scope=\"row\"") : "",
+                         i == 0 ? "" : " class=\"number\"", escape_markup(cells[i]));
+    }
+    out += "</tr>\n";
+  };
+  if (!head.empty()) line(head, "h");
+  for (const Row& row : rows) line(row, "d");
+  return out + "</table>\n";
+}
+
+std::string number(std::size_t n) { return fmt::format("{}", n); }
+
+double start_of(const Solution& solution) { return solution.empty() ? 0 : solution.time(0); }
+
+/// Values over the sources, or nothing where there is no source.
+void per_source(std::vector<Row>& rows, std::string_view name, std::string_view fate,
+                const std::vector<std::size_t>& counts) {
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    rows.push_back({fmt::format("{}[{}] fixes {}", name, i, fate), number(counts[i])});
+  }
+}
+
+std::string log_table(const ReplayReport& report) {
+  const Log& log = *report.log;
+  std::vector<Row> rows{{"IMU epochs", number(log.imu.size())},
+                        {"IMU gaps", number(log.counts.imu_gaps)},
+                        {"IMU samples rejected", number(log.counts.imu_rejected)},
+                        {"IMU samples clipped", number(log.counts.imu_clipped)}};
+  per_source(rows, "gnss", "withheld", log.counts.gnss_withheld);
+  per_source(rows, "gnss", "outside the IMU's span", log.counts.gnss_outside);
+  per_source(rows, "attitude", "outside the IMU's span", log.counts.attitude_outside);
+  rows.push_back({"GNSS fixes too late", number(report.filtered->gnss_late)});
+  rows.push_back({"Rest intervals", number(log.rest.size())});
+  return table("What came in", {}, rows);
+}
+
+std::string source_table(const Solution& solution) {
+  std::vector<std::array<std::size_t, 3>> counts(solution.sources.size());
+  for (const Innovation& z : solution.innovations) {
+    ++counts.at(static_cast<std::size_t>(z.source)).at(static_cast<std::size_t>(z.outcome));
+  }
+  std::vector<Row> rows;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    rows.push_back({solution.sources[i], number(counts[i][0]), number(counts[i][1]), number(counts[i][2])});
+  }
+  return table("Measurements", {"source", "used", "rejected", "readmitted"}, rows);
+}
+
+std::string rest_table(const Log& log, double start) {
+  if (log.rest.empty()) return {};
+  std::vector<Row> rows;
+  for (const Interval& r : log.rest) {
+    rows.push_back(
+        {fmt::format("{:.2f} to {:.2f}", r.start - start, r.end - start), fmt::format("{:.2f}", r.end - r.start)});
+  }
+  return table("Rest", {"interval [s]", "length [s]"}, rows);
+}
+
+std::string estimate_table(const Solution& solution) {
+  if (solution.empty()) return {};
+  const std::size_t last = solution.size() - 1;
+  const Estimate x = solution.estimate(last);
+  const Sigmas s = solution.sigmas(last);
+  std::vector<Row> rows;
+  for (const Block block : solution.layout().blocks()) {
+    if (index_of(block) <= index_of(Block::kAttitude)) continue;
+    const BlockInfo& row = info(block);
+    Row cells{fmt::format("{} [{}]", row.name, row.unit)};
+    const Eigen::VectorXd value =
+        block == Block::kBoresight ? Eigen::VectorXd(to_euler(x.q_rb)) : Eigen::VectorXd(additive(x, block));
+    for (int i = 0; i < 3; ++i) {
+      cells.push_back(i < row.size ? fmt::format("{:.4g} ± {:.2g}", value[i] * row.factor,
+                                                 s.blocks[full_offset(block) + i] * row.factor)
+                                   : "");
+    }
+    rows.push_back(std::move(cells));
+  }
+  if (rows.empty()) return {};
+  return table("Estimates at the end, ± 1 sigma (boresight: roll, pitch, heading)",
+               {"block", "1st axis", "2nd axis", "3rd axis"}, rows);
+}
+
+/// East and north, thinned.
+using Plan = std::array<std::vector<double>, 2>;
+
+Plan thinned(const Plan& all) {
+  Plan out;
+  for (const std::size_t i : thin(all, kPlanPoints)) {
+    for (std::size_t k = 0; k < 2; ++k) out[k].push_back(all[k][i]);
+  }
+  return out;
+}
+
+Plan plan_of(const Solution& solution) {
+  Plan plan;
+  for (std::size_t i = 0; i < solution.size(); ++i) {
+    const Vector3d p = solution.estimate(i).p_wb;
+    plan[0].push_back(p.y());
+    plan[1].push_back(p.x());
+  }
+  return thinned(plan);
+}
+
+std::string plan_view(const ReplayReport& report) {
+  Plot plot("Plan view", {"east [m]"}, {"north [m]"},
+            "Plan view of the track, east against north in metres, with start and end");
+  plot.equal_scale();
+  plot.size(980, 640);
+  for (std::size_t i = 0; i < report.log->gnss.size(); ++i) {
+    Plan fixes;
+    for (const GnssFix& fix : report.log->gnss[i]) {
+      fixes[0].push_back(fix.position.y());
+      fixes[1].push_back(fix.position.x());
+    }
+    fixes = thinned(fixes);
+    plot.points(std::move(fixes[0]), std::move(fixes[1]), 6, fmt::format("gnss[{}], antenna", i));
+  }
+  Plan track = plan_of(*report.filtered);
+  const bool both = report.smoothed != nullptr;
+  plot.line(track[0], track[1], both ? 1 : 0, "filtered");
+  if (both) {
+    track = plan_of(*report.smoothed);
+    plot.line(track[0], track[1], 0, "smoothed");
+  }
+  if (!track[0].empty()) {
+    plot.mark(track[0].front(), track[1].front(), 2, "start");
+    plot.mark(track[0].back(), track[1].back(), 3, "end");
+  }
+  return plot.render();
+}
+
+std::string json_intervals(std::span<const Interval> intervals, double start) {
+  std::string out = "[";
+  for (const Interval& i : intervals)
+    out += fmt::format("{}[{:.3f},{:.3f}]", out.size() > 1 ? "," : "", i.start - start, i.end - start);
+  return out + ']';
+}
+
+std::string json_charts(std::span<const charts::Chart> charts) {
+  std::string out = "[";
+  for (const auto& chart : charts) {
+    if (out.size() > 1) out += ',';
+    out += charts::json(chart, kChartRows);
+  }
+  return out + ']';
+}
+
+std::string data_script(const ReplayReport& report, double start) {
+  std::string out = "<script>\nconst report = {solutions: {\"filtered\": " +
+                    json_charts(charts::of_solution(*report.filtered, start));
+  if (report.smoothed) out += ",\n\"smoothed\": " + json_charts(charts::of_solution(*report.smoothed, start));
+  out += "},\ninnovations: " + json_charts(charts::of_innovations(*report.filtered, start));
+  out += ",\nrest: " + json_intervals(report.log->rest, start);
+  out += ",\noutages: " + json_intervals(report.outages, start);
+  return out + "};\n</script>\n";
+}
+
+constexpr std::string_view kSwitch = R"(<fieldset class="switch" aria-label="Solution shown">
+<label><input type="radio" name="solution" value="smoothed" checked autocomplete="off"> smoothed</label>
+<label><input type="radio" name="solution" value="filtered" autocomplete="off"> filtered</label>
+</fieldset>
+)";
+
+}  // namespace
+
+std::string html_report(const ReplayReport& report) {
+  const double start = start_of(*report.filtered);
+  const Solution& best = report.smoothed ? *report.smoothed : *report.filtered;
+  const std::string title = escape_markup(report.title);
+  std::string out = "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n";
+  out += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";
+  out += fmt::format("<title>{}</title>\n<style>\n{}{}</style>\n</head>\n<body>\n", title, assets::dygraphs_css(),
+                     assets::report_css());
+  const double length = best.empty() ? 0 : best.time(best.size() - 1) - start;
+  out += fmt::format(
+      "<header><h1>{}</h1>\n<p class=\"soft\">piste {} · {:.1f} s from time_s {:.3f}; times below count from "
+      "there</p></header>\n",
+      title, escape_markup(report.version), length, start);
+  out +=
+      "<nav aria-label=\"Contents\"><a href=\"#summary\">Summary</a><a href=\"#plan\">Plan view</a>"
+      "<a href=\"#over-time\">Over time</a><a href=\"#innovations\">Innovations</a>"
+      "<a href=\"#config\">Configuration</a></nav>\n<main>\n";
+  out += "<h2 id=\"summary\">Summary</h2>\n<div class=\"tables\">\n" + log_table(report) +
+         source_table(*report.filtered) + rest_table(*report.log, start) + "</div>\n" + estimate_table(best);
+  out += "<h2 id=\"plan\">Plan view</h2>\n<figure>\n" + plan_view(report) + "</figure>\n";
+  out += "<h2 id=\"over-time\">Over time</h2>\n<p class=\"soft\">Bands are ± 1 sigma. Rest is shaded";
+  if (!report.outages.empty()) out += ", withheld GNSS is shaded red";
+  out +=
+      ". Drag to zoom every chart, double-click to see all again. Angles run on beyond ± 180°. "
+      "Long series are thinned, extremes kept.</p>\n";
+  out += "<noscript><p>The charts need JavaScript; the tables and the plan view do not.</p></noscript>\n";
+  if (report.smoothed) out += kSwitch;
+  out += "<section id=\"solution-charts\"></section>\n";
+  out +=
+      "<h2 id=\"innovations\">Innovations</h2>\n<p class=\"soft\">Measured minus predicted, of the filter. NIS is the "
+      "squared "
+      "residual in units of its covariance; beyond the gate a measurement is rejected.</p>\n"
+      "<section id=\"innovation-charts\"></section>\n";
+  out +=
+      fmt::format("<h2 id=\"config\">Configuration</h2>\n<pre>{}</pre>\n</main>\n", escape_markup(report.config_text));
+  out += fmt::format("<script>\n{}\n</script>\n", assets::dygraphs_js());
+  out += data_script(report, start);
+  return out + fmt::format("<script>\n{}</script>\n</body>\n</html>\n", assets::report_js());
+}
+
+}  // namespace piste

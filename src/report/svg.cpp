@@ -1,0 +1,240 @@
+#include "piste/report/svg.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "piste/report/markup.h"
+
+namespace piste {
+namespace {
+
+constexpr double kLeft = 76, kRight = 18, kTop = 40, kBottom = 54;  // margins [px]
+constexpr double kLegendRow = 20;
+constexpr double kLetter = 7;  // about the width of one [px]
+
+// Colours are Okabe and Ito's, darkened or lightened until they read on both grounds.
+constexpr std::string_view kStyle =
+    R"(.plot{--ink:#24292f;--soft:#57606a;--grid:#d0d7de;--c0:#0067b8;--c1:#c04f00;--c2:#00805c;--c3:#a8417f;--c4:#8a6d00;--c5:#2a8fc4;--c6:#767f88}
+@media(prefers-color-scheme:dark){.plot{--ink:#e6edf3;--soft:#9da7b1;--grid:#3a424b;--c0:#5aaeff;--c1:#ff9350;--c2:#3fc79a;--c3:#e58cc4;--c4:#e0c04a;--c5:#7fd0ff;--c6:#98a2ad}}
+@media print{.plot{--ink:#000;--soft:#444;--grid:#ccc;--c0:#0067b8;--c1:#c04f00;--c2:#00805c;--c3:#a8417f;--c4:#8a6d00;--c5:#2a8fc4;--c6:#767f88}}
+.plot{font:13px system-ui,sans-serif;max-width:100%;height:auto}
+.plot text{fill:var(--ink)}.plot .tick{fill:var(--soft);font-size:12px}.plot .title{font-weight:600;font-size:15px}
+.plot .grid{stroke:var(--grid);stroke-width:1}.plot .line{fill:none;stroke-width:1.6;stroke-linejoin:round}
+.plot .name{paint-order:stroke;font-weight:600})";
+
+int palette(int colour) { return ((colour % 7) + 7) % 7; }
+
+std::string tick_text(double value, double step) {
+  const int decimals = std::clamp(static_cast<int>(std::ceil(-std::log10(step) - 1e-9)), 0, 12);
+  const std::string text = fmt::format("{:.{}f}", value, decimals);
+  const bool zero = text.find_first_of("123456789") == std::string::npos;
+  return zero && text.front() == '-' ? text.substr(1) : text;
+}
+
+/// Least and greatest of what is finite.
+struct Range {
+  double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
+
+  void cover(double value) {
+    if (!std::isfinite(value)) return;
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  void cover(const std::vector<double>& values) {
+    for (const double value : values) cover(value);
+  }
+  /// Never empty and never a point, and with a little room at both ends.
+  void settle() {
+    if (low > high) low = 0, high = 1;
+    if (high - low < 1e-12 * std::max({1.0, std::abs(low), std::abs(high)})) low -= 0.5, high += 0.5;
+    const double room = 0.04 * (high - low);
+    low -= room;
+    high += room;
+  }
+  void widen_to(double length) {
+    const double room = (length - (high - low)) / 2;
+    low -= room;
+    high += room;
+  }
+  double length() const { return high - low; }
+};
+
+}  // namespace
+
+struct Plot::Frame {
+  Range x, y;
+  double left, top, right, bottom;  // of the area inside the axes [px]
+
+  double px(double value) const { return left + (value - x.low) / x.length() * (right - left); }
+  double py(double value) const { return bottom - (value - y.low) / y.length() * (bottom - top); }
+};
+
+std::vector<double> nice_ticks(double low, double high, int wanted) {
+  const double raw = (high - low) / wanted;
+  const double decade = std::pow(10, std::floor(std::log10(raw)));
+  const double ratio = raw / decade;
+  const double step = decade * (ratio < 1.5 ? 1 : ratio < 3.5 ? 2 : ratio < 7.5 ? 5 : 10);
+  std::vector<double> ticks;
+  const auto first = static_cast<long long>(std::ceil(low / step - 1e-9));
+  const auto last = static_cast<long long>(std::floor(high / step + 1e-9));
+  for (long long k = first; k <= last; ++k) ticks.push_back(static_cast<double>(k) * step);
+  return ticks;
+}
+
+Plot::Plot(std::string title, Axis x, Axis y, std::string description)
+    : title_(std::move(title)), description_(std::move(description)), x_(std::move(x)), y_(std::move(y)) {}
+
+void Plot::line(std::vector<double> x, std::vector<double> y, int colour, std::string label) {
+  series_.push_back({Kind::kLine, std::move(x), std::move(y), {}, colour, std::move(label)});
+}
+
+void Plot::points(std::vector<double> x, std::vector<double> y, int colour, std::string label) {
+  series_.push_back({Kind::kPoints, std::move(x), std::move(y), {}, colour, std::move(label)});
+}
+
+void Plot::band(std::vector<double> x, std::vector<double> low, std::vector<double> high, int colour,
+                std::string label) {
+  series_.push_back({Kind::kBand, std::move(x), std::move(high), std::move(low), colour, std::move(label)});
+}
+
+void Plot::mark(double x, double y, int colour, std::string name) { marks_.push_back({x, y, colour, std::move(name)}); }
+
+void Plot::size(int width, int height) {
+  width_ = width;
+  height_ = height;
+}
+
+Plot::Frame Plot::frame() const {
+  Frame f{{}, {}, kLeft, kTop, width_ - kRight, height_ - kBottom};
+  const bool labelled = std::any_of(series_.begin(), series_.end(), [](const Series& s) { return !s.label.empty(); });
+  if (labelled) f.bottom -= kLegendRow;
+  for (const Series& s : series_) {
+    f.x.cover(s.x);
+    f.y.cover(s.y);
+    f.y.cover(s.y_low);
+  }
+  for (const Mark& m : marks_) {
+    f.x.cover(m.x);
+    f.y.cover(m.y);
+  }
+  f.x.settle();
+  f.y.settle();
+  if (equal_scale_) {
+    const double scale = std::max(f.x.length() / (f.right - f.left), f.y.length() / (f.bottom - f.top));
+    f.x.widen_to(scale * (f.right - f.left));
+    f.y.widen_to(scale * (f.bottom - f.top));
+  }
+  return f;
+}
+
+std::string Plot::axes(const Frame& f) const {
+  const auto step = [](const std::vector<double>& ticks) { return ticks.size() > 1 ? ticks[1] - ticks[0] : 1.0; };
+  const auto x_ticks =
+      x_.ticks.empty() ? nice_ticks(f.x.low, f.x.high, static_cast<int>(f.right - f.left) / 90) : x_.ticks;
+  const auto y_ticks =
+      y_.ticks.empty() ? nice_ticks(f.y.low, f.y.high, static_cast<int>(f.bottom - f.top) / 55) : y_.ticks;
+  std::string out;
+  for (const double t : x_ticks) {
+    out += fmt::format("<path class=\"grid\" d=\"M{0:.1f} {1:.1f}V{2:.1f}\"/>", f.px(t), f.top, f.bottom);
+    out += fmt::format("<text class=\"tick\" x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n", f.px(t),
+                       f.bottom + 17, tick_text(t, step(x_ticks)));
+  }
+  for (const double t : y_ticks) {
+    out += fmt::format("<path class=\"grid\" d=\"M{0:.1f} {1:.1f}H{2:.1f}\"/>", f.left, f.py(t), f.right);
+    out += fmt::format("<text class=\"tick\" x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>\n", f.left - 7,
+                       f.py(t) + 4, tick_text(t, step(y_ticks)));
+  }
+  const double x_middle = (f.left + f.right) / 2, y_middle = (f.top + f.bottom) / 2;
+  out += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n", x_middle, f.bottom + 38,
+                     escape_markup(x_.label));
+  out += fmt::format("<text transform=\"translate(16 {:.1f}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
+                     y_middle, escape_markup(y_.label));
+  out += fmt::format("<text class=\"title\" x=\"{:.1f}\" y=\"24\">{}</text>\n", f.left, escape_markup(title_));
+  return out;
+}
+
+std::string Plot::draw(const Series& s, const Frame& f) {
+  const int colour = palette(s.colour);
+  const auto finite = [&](std::size_t i) {
+    return std::isfinite(s.x[i]) && std::isfinite(s.y[i]) && (s.y_low.empty() || std::isfinite(s.y_low[i]));
+  };
+  std::string path;
+  switch (s.kind) {
+    case Kind::kLine: {
+      bool pen_down = false;
+      for (std::size_t i = 0; i < s.x.size(); ++i) {
+        if (finite(i)) path += fmt::format("{}{:.1f} {:.1f}", pen_down ? 'L' : 'M', f.px(s.x[i]), f.py(s.y[i]));
+        pen_down = finite(i);
+      }
+      return fmt::format("<path class=\"line\" stroke=\"var(--c{})\" d=\"{}\"/>\n", colour, path);
+    }
+    case Kind::kPoints:
+      for (std::size_t i = 0; i < s.x.size(); ++i) {
+        if (finite(i)) path += fmt::format("M{:.1f} {:.1f}h0", f.px(s.x[i]), f.py(s.y[i]));
+      }
+      return fmt::format(
+          "<path stroke=\"var(--c{})\" stroke-width=\"4\" stroke-linecap=\"round\" opacity=\".6\" d=\"{}\"/>\n", colour,
+          path);
+    case Kind::kBand: {
+      for (std::size_t i = 0; i < s.x.size(); ++i) {
+        if (finite(i)) path += fmt::format("{}{:.1f} {:.1f}", path.empty() ? 'M' : 'L', f.px(s.x[i]), f.py(s.y[i]));
+      }
+      for (std::size_t i = s.x.size(); i-- > 0;) {
+        if (finite(i)) path += fmt::format("L{:.1f} {:.1f}", f.px(s.x[i]), f.py(s.y_low[i]));
+      }
+      return fmt::format("<path fill=\"var(--c{})\" opacity=\".2\" d=\"{}\"/>\n", colour, path);
+    }
+  }
+  return path;
+}
+
+std::string Plot::draw(const Mark& m, bool below, const Frame& f) {
+  const double x = f.px(m.x), y = f.py(m.y);
+  const bool flip = x + 12 + kLetter * static_cast<double>(m.name.size()) > f.right;
+  return fmt::format(
+      "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"5.5\" fill=\"var(--c{})\" stroke=\"var(--ink)\"/>"
+      "<text class=\"name\" x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\">{}</text>\n",
+      x, y, palette(m.colour), flip ? x - 10 : x + 10, below ? y + 18 : y - 8, flip ? "end" : "start",
+      escape_markup(m.name));
+}
+
+std::string Plot::legend(const Frame& f) const {
+  std::string out;
+  double x = f.left;
+  for (const Series& s : series_) {
+    if (s.label.empty()) continue;
+    const double y = height_ - 12;
+    const int colour = palette(s.colour);
+    if (s.kind == Kind::kPoints) {
+      out += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3.5\" fill=\"var(--c{})\"/>", x + 11, y - 4, colour);
+    } else {
+      out += fmt::format("<path stroke=\"var(--c{})\" stroke-width=\"{}\" d=\"M{:.1f} {:.1f}h22\"{}/>", colour,
+                         s.kind == Kind::kBand ? 10 : 2.5, x, y - 4, s.kind == Kind::kBand ? " opacity=\".3\"" : "");
+    }
+    out += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n", x + 28, y, escape_markup(s.label));
+    x += 28 + kLetter * static_cast<double>(s.label.size()) + 20;
+  }
+  return out;
+}
+
+std::string Plot::render() const {
+  const Frame f = frame();
+  std::string out = fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"plot\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\" "
+      "role=\"img\" aria-label=\"{2}\">\n<style>{3}</style>\n",
+      width_, height_, escape_markup(description_.empty() ? title_ : description_), kStyle);
+  out += axes(f);
+  for (const Series& s : series_) out += draw(s, f);
+  bool below = false;  // names of marks that coincide stay apart
+  for (const Mark& m : marks_) {
+    out += draw(m, below, f);
+    below = !below;
+  }
+  return out + legend(f) + "</svg>\n";
+}
+
+}  // namespace piste

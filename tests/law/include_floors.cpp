@@ -1,0 +1,77 @@
+// A folder includes only folders on lower floors, or itself.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <string>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::map<std::string, int> kFloors = {
+    {"math", 1},  {"core", 2},    {"model", 3},  {"io", 3},      {"condition", 3}, {"sim", 4},
+    {"solve", 4}, {"analyse", 4}, {"report", 5}, {"piste.h", 6}, {"apps", 7},
+};
+
+/// First part of `model/imu_errors.h`.
+std::string folder_of(const std::string& path) { return path.substr(0, path.find('/')); }
+
+/// What is wrong with `text`, a file that stands in `folder`: one line an include that goes up or sideways.
+std::vector<std::string> violations(const std::string& folder, const std::string& text) {
+  static const std::regex include(R"(^\s*#\s*include\s*["<]([^">]+)[">])", std::regex::multiline);
+  std::vector<std::string> wrong;
+  for (std::sregex_iterator match(text.begin(), text.end(), include), end; match != end; ++match) {
+    const std::string path = (*match)[1];
+    const bool ours = path.starts_with("piste/");
+    const std::string target = folder_of(ours ? path.substr(6) : path);
+    if (target == "..") wrong.push_back(path + ": name the folder, not the way to it");
+    const auto floor = kFloors.find(target);
+    if (floor == kFloors.end()) {
+      if (ours) wrong.push_back(path + ": a folder without a floor");
+    } else if (target != folder && floor->second >= kFloors.at(folder)) {
+      wrong.push_back(path + ": included from " + folder + ", which is not above it");
+    }
+  }
+  return wrong;
+}
+
+std::string read(const fs::path& file) {
+  std::ifstream in(file);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+TEST(IncludeFloors, EveryIncludeGoesDown) {
+  const fs::path source = PISTE_SOURCE_DIR;
+  int files = 0;
+  for (const fs::path& root : {source / "include/piste", source / "src", source / "apps"}) {
+    for (const auto& entry : fs::recursive_directory_iterator(root)) {
+      const auto extension = entry.path().extension();
+      if (extension != ".h" && extension != ".cpp") continue;
+      ++files;
+      const bool app = root.filename() == "apps";
+      const std::string folder = app ? "apps" : folder_of(fs::relative(entry.path(), root).generic_string());
+      ASSERT_TRUE(kFloors.contains(folder)) << entry.path() << " stands in a folder without a floor";
+      for (const auto& wrong : violations(folder, read(entry.path()))) ADD_FAILURE() << entry.path() << ": " << wrong;
+    }
+  }
+  EXPECT_GE(files, 10);
+}
+
+TEST(IncludeFloors, CatchesWhatIsWrong) {
+  EXPECT_EQ(
+      violations("core", "#include <vector>\n#include \"piste/math/so3.h\"\n#include \"piste/core/log.h\"\n").size(),
+      0U);
+  EXPECT_EQ(violations("core", "#include <vector>\n#include \"piste/solve/filter.h\"\n").size(), 1U) << "upward";
+  EXPECT_EQ(violations("model", "#include \"piste/io/csv.h\"\n").size(), 1U) << "sideways";
+  EXPECT_EQ(violations("report", "  #  include <piste/piste.h>\n").size(), 1U) << "the front door from inside";
+  EXPECT_EQ(violations("math", "#include \"piste/attic/box.h\"\n").size(), 1U) << "unknown folder";
+  EXPECT_EQ(violations("solve", "#include \"../core/log.h\"\n#include \"report/svg.h\"\n").size(), 2U)
+      << "private ways";
+}
+
+}  // namespace

@@ -1,0 +1,115 @@
+// Reports of a made-up run are whole, well-formed, escaped and small enough.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <functional>
+#include <limits>
+
+#include "piste/report/html.h"
+#include "piste/report/kml.h"
+#include "piste/report/markup.h"
+#include "piste/report/svg.h"
+#include "piste/report/thin.h"
+#include "report/synthetic_run.h"
+#include "report/well_formed.h"
+
+namespace piste {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+std::size_t count(const std::string& text, const std::string& what) {
+  std::size_t n = 0;
+  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++n;
+  return n;
+}
+
+TEST(Thin, KeepsEndsAndExtremes) {
+  std::vector<double> flat(10000, 0.0), wave(10000);
+  for (std::size_t i = 0; i < wave.size(); ++i) wave[i] = std::sin(0.01 * static_cast<double>(i));
+  flat[4321] = 9;
+  wave[777] = kNan;
+  const std::vector<std::vector<double>> columns{flat, wave};
+  const auto rows = thin(columns, 400);
+  EXPECT_LE(rows.size(), 402U);
+  EXPECT_EQ(rows.front(), 0U);
+  EXPECT_EQ(rows.back(), 9999U);
+  EXPECT_TRUE(std::binary_search(rows.begin(), rows.end(), 4321U));
+  EXPECT_TRUE(std::adjacent_find(rows.begin(), rows.end(), std::greater_equal<>()) == rows.end());
+  EXPECT_EQ(thin(columns, 10000).size(), 10000U);
+  EXPECT_TRUE(thin({}, 10).empty());
+}
+
+TEST(Svg, TicksAreRoundAndInside) {
+  EXPECT_EQ(nice_ticks(0, 10, 5), (std::vector<double>{0, 2, 4, 6, 8, 10}));
+  const auto ticks = nice_ticks(-0.37, 0.41, 8);
+  EXPECT_NEAR(ticks[1] - ticks[0], 0.1, 1e-12);
+  EXPECT_GE(ticks.front(), -0.37);
+  EXPECT_LE(ticks.back(), 0.41);
+}
+
+TEST(Svg, IsWellFormedAndBreaksLinesAtGaps) {
+  Plot plot("a < b & \"c\"", {"x [m]"}, {"y [m]"});
+  plot.line({0, 1, kNan, 3, 4}, {0, 1, 2, 3, 4}, 0, "line <1>");
+  plot.points({0, 1}, {kNan, 3}, 8, "points");
+  plot.band({0, 1}, {0, 0}, {1, 2}, -1, "band");
+  plot.mark(4, 4, 2, "end");
+  const std::string svg = plot.render();
+  EXPECT_EQ(test::not_well_formed(svg), "");
+  EXPECT_NE(svg.find("a &lt; b &amp; &quot;c&quot;"), std::string::npos);
+  EXPECT_EQ(svg.find("nan"), std::string::npos);
+  EXPECT_EQ(test::not_well_formed(Plot("empty", {"x"}, {"y"}).render()), "");
+}
+
+TEST(Svg, TheCheckCatchesWhatIsWrong) {
+  EXPECT_NE(test::not_well_formed("<a><b></a></b>"), "");
+  EXPECT_NE(test::not_well_formed("<a>x & y</a>"), "");
+  EXPECT_NE(test::not_well_formed("<a>"), "");
+}
+
+TEST(Kml, HoldsTheTrackWithItsEnds) {
+  const auto run = test::synthetic_run(20);
+  const std::string text = kml(run.filtered, "ski & bike", 500);
+  EXPECT_EQ(test::not_well_formed(text), "");
+  EXPECT_NE(text.find("ski &amp; bike"), std::string::npos);
+  EXPECT_EQ(count(text, "<LineString>"), 1U);
+  EXPECT_EQ(count(text, "<Point>"), 2U);
+  EXPECT_LT(count(text, "\n"), 540U);
+  // The run starts at its origin: 0.12 rad east, 0.81 rad north, 1600 m.
+  EXPECT_NE(text.find("6.875493542,46.409581406,1600.000"), std::string::npos);
+  EXPECT_EQ(test::not_well_formed(kml(Solution(), "empty")), "");
+}
+
+TEST(Html, TellsEverythingInOneSmallFile) {
+  const auto run = test::synthetic_run(100);
+  ReplayReport report{"Ski run",     "0.1.0", "imu: {file: <a>}\n</pre></script>", &run.log, &run.filtered,
+                      &run.smoothed, {}};
+  report.outages = {{345060, 345075}};
+  const std::string page = html_report(report);
+  EXPECT_LT(page.size(), 5'000'000U);
+  for (const char* part : {"Dygraph", "Plan view", "Attitude", "Gyro bias", "Boresight", "gnss[0].position: NIS",
+                           "withheld", "rejected", "imu: {file: &lt;a&gt;}", "piste 0.1.0", "\"smoothed\": ["}) {
+    EXPECT_NE(page.find(part), std::string::npos) << part;
+  }
+  for (const char* wrong : {"src=\"http", "<link", "href=\"http", "@import", "url(", ":nan", ",nan", "inf,"}) {
+    EXPECT_EQ(page.find(wrong), std::string::npos) << wrong;
+  }
+  EXPECT_EQ(count(page, "<script>"), count(page, "</script>"));
+  // PISTE_SHOW=FILE keeps the page to be looked at.
+  if (const char* file = std::getenv("PISTE_SHOW")) std::ofstream(file) << page;
+}
+
+TEST(Html, DoesWithoutSmootherAndWithoutAnyEpoch) {
+  const Log log;
+  const Solution empty{StateLayout(), World()};
+  const std::string page = html_report({"nothing", "0.1.0", "", &log, &empty});
+  EXPECT_EQ(page.find("\"smoothed\": ["), std::string::npos);
+  EXPECT_NE(page.find("</html>"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace piste
