@@ -39,7 +39,7 @@ Case make_case(const std::string& motion, double heading_deg, std::uint64_t seed
   Scenario s = read_scenario(std::filesystem::path(PISTE_SOURCE_DIR) / "config" / "scenarios" / (motion + ".yaml"));
   s.imus.resize(1);
   s.gnss.resize(1);
-  s.attitude.resize(1);
+  s.attitude.clear();
   s.motion.heading = heading_deg * kDegree;
   s.motion.rest_before = 20;
   s.motion.run = 60;
@@ -121,12 +121,13 @@ TEST(Heading, WithL1) {
 TEST(Heading, FromAValue) {
   const Case c = make_case("ski", 210, 3);
   const double truth = to_euler(c.simulation.bodies[0].at(c.simulation.plate.start_time()).q_wb).z();
-  expect_found(c, c.find({Source::kValue, truth + 3 * kDegree, 2 * kDegree}), 2.5, "value");
+  expect_found(c, c.find({Source::kValue, truth + 3 * kDegree, 2 * kDegree}), 4, "value");
 }
 
 TEST(Heading, FromTheReferenceAttitude) {
   for (const int heading : {30, 120, 210, 300}) {
-    const Case c = make_case("ski", heading, 3);
+    Case c = make_case("ski", heading, 3, [](Scenario& s) { s.attitude = read_scenario(s.file).attitude; });
+    c.options.estimate.push_back(Block::kBoresight);
     expect_found(c, c.find({.source = Source::kAttitude}), 10, fmt::format("attitude {}", heading));
   }
 }
@@ -139,27 +140,18 @@ TEST(Heading, FromTheMagnetometer) {
       s.imus[0].magnetic_noise = 0.3;
     });
     c.options.declination = kDeclination;
-    expect_found(c, c.find({.source = Source::kMagnetometer, .sigma = 3 * kDegree}), 10,
+    expect_found(c, c.find({.source = Source::kMagnetometer, .sigma = 3 * kDegree}), 12,
                  fmt::format("magnetometer {}", heading));
   }
 }
 
 TEST(Heading, NothingMoves) {
-  const Case c = make_case("ski", 30, 1, [](Scenario& s) {
-    s.motion.rest_before = 60;
-    s.motion.run = 0;
-    s.motion.rest_after = 0;
-  });
+  Case c = make_case("ski", 30, 1, [](Scenario& s) { s.motion.rest_before = 60; });
+  c.conditioning.span = {0, c.under_way() - 2};
   const std::string message = message_of<DataError>([&] { c.find(); });
   EXPECT_TRUE(contains(message, "heading cannot be found"));
   EXPECT_TRUE(contains(message, "initial: {heading:"));
   expect_found(c, c.find({Source::kValue, 30 * kDegree, 5 * kDegree}), 6, "value at rest");
-}
-
-TEST(Heading, SpanEndsBeforeTheMotion) {
-  Case c = make_case("ski", 30, 1);
-  c.conditioning.span = {0, c.under_way() - 2};
-  EXPECT_TRUE(contains(message_of<DataError>([&] { c.find(); }), "heading cannot be found"));
 }
 
 TEST(Heading, NoGnssWhileMoving) {

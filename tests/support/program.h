@@ -1,6 +1,7 @@
 #pragma once
 /// Runs a program as a user does, and keeps what it said.
 
+#include <fmt/format.h>
 #include <sys/wait.h>
 
 #include <cstdlib>
@@ -19,10 +20,9 @@ struct Said {
 /// `program` with `words` behind it, started in `folder`, its outputs redirected.
 inline Said run_program(const std::string& program, const std::vector<std::string>& words,
                         const TemporaryFolder& folder) {
-  const auto quoted = [](const std::string& text) { return "'" + text + "'"; };
-  std::string command = "cd " + quoted(folder.path().string()) + " && " + quoted(program);
-  for (const std::string& word : words) command += " " + quoted(word);
-  command += " > " + quoted(folder / ".out") + " 2> " + quoted(folder / ".err");
+  std::string command = fmt::format("cd '{}' && '{}'", folder.path().string(), program);
+  for (const std::string& word : words) command += fmt::format(" '{}'", word);
+  command += fmt::format(" > '{}' 2> '{}'", folder / ".out", folder / ".err");
   const int status = std::system(command.c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(folder / ".out"), read_text(folder / ".err")};
 }
