@@ -49,6 +49,9 @@ void replay(const piste::AppArguments& arguments, piste::Progress& progress) {
   if (smoothed) {
     output.write("smoothed.csv", navigation_csv(*smoothed));
     output.write("biases_smoothed.csv", biases_csv(*smoothed));
+  } else {
+    output.withdraw("smoothed.csv");
+    output.withdraw("biases_smoothed.csv");
   }
   const std::string title = config.file.stem().string();
   output.write("trajectory.kml", kml(final_solution ? *final_solution : run.solution, title));

@@ -6,6 +6,31 @@
 #include "piste/io/sensor_file.h"
 
 namespace piste {
+namespace {
+
+// Refuses a log of which a hundredth or more turns well faster than the sensor can tell: degrees declared as radians,
+// or the range of another sensor. Single glitches are left to be marked as clipped.
+void check_range(const ImuRecording& imu, double range) {
+  constexpr double kBeyond = 1.5, kPart = 0.01;
+  if (range == 0) return;
+  std::size_t beyond = 0, first = 0;
+  for (std::size_t i = imu.increments ? 1 : 0; i < imu.time.size(); ++i) {
+    const double interval = imu.increments ? imu.time[i] - imu.time[i - 1] : 1;
+    if (imu.gyro[i].cwiseAbs().maxCoeff() <= kBeyond * range * interval) continue;
+    if (beyond++ == 0) first = i;
+  }
+  if (beyond < 2 || static_cast<double>(beyond) < kPart * static_cast<double>(imu.time.size())) return;
+  const double largest =
+      imu.gyro[first].cwiseAbs().maxCoeff() / (imu.increments && first > 0 ? imu.time[first] - imu.time[first - 1] : 1);
+  constexpr double kDegrees = 57.295779513082320876798;
+  throw DataError(imu.file,
+                  fmt::format("{} of {} angular rates are beyond the sensor's range of {:.4g} deg/s, the first "
+                              "with {:.4g} deg/s at t = {:.3f} s; are they degrees, to be named gyro_x_deg_s "
+                              "or dtheta_x_deg, or is `range` in the sensor file that of another sensor?",
+                              beyond, imu.time.size(), kDegrees * range, kDegrees * largest, imu.time[first]));
+}
+
+}  // namespace
 
 LogFile read_log_file(const Config& source, std::initializer_list<std::pair<std::string_view, LogFormat>> formats) {
   LogFile log;
@@ -45,6 +70,7 @@ ImuRecording read_imu(const ImuSource& source) {
                                                 "leave `sampling` out",
                                                 imu.file));
   }
+  check_range(imu, source.sensor.gyro.range);
   return imu;
 }
 

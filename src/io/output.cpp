@@ -45,11 +45,14 @@ void OutputFolder::write(const std::string& name, std::string_view content) {
   if (!stream) throw Error(place.string(), "cannot be written; is the disk full, or the folder read-only?");
 }
 
+void OutputFolder::withdraw(const std::string& name) { withdrawn_.push_back(folder_ / name); }
+
 void OutputFolder::commit() {
   for (const Pending& p : pending_) {
     if (std::filesystem::is_directory(p.place)) throw Error(p.place.string(), "is a folder; a file is to stand here");
   }
   for (const Pending& p : pending_) std::filesystem::rename(p.beside, p.place);
+  for (const auto& file : withdrawn_) std::filesystem::remove(file);
   pending_.clear();
   made_.clear();
 }

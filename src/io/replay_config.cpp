@@ -270,6 +270,11 @@ ReplayConfig read_replay_config(const std::filesystem::path& file) {
                          .outages = read_outages(config),
                          .rest = filter.rest};
   config.finish();
+  if (replay.gnss.empty()) {
+    throw ConfigError(config.where(),
+                      "key `gnss` is missing; position needs a receiver, such as "
+                      "`gnss: {file: gnss.csv, lever_arm: 0 0 -0.4 m}`");
+  }
   try {
     filter.validate();
   } catch (const ConfigError& e) {

@@ -10,7 +10,10 @@
 namespace piste::test {
 namespace {
 
-int env(const char* n, int d) { const char* v = std::getenv(n); return v ? std::atoi(v) : d; }
+int env(const char* n, int d) {
+  const char* v = std::getenv(n);
+  return v ? std::atoi(v) : d;
+}
 
 struct Group {
   std::string name;
@@ -26,8 +29,8 @@ void table(const std::string& name, const std::vector<ReplayedRun>& runs, double
   fmt::print("{} [{:.0f},{:.0f}] {} runs\n", name, from, to, runs.size());
   for (const Group& g : groups(runs.front().layout)) {
     const Consistency f = consistency(runs, false, g.blocks, from, to), s = consistency(runs, true, g.blocks, from, to);
-    fmt::print("  {:20s} f {:6.3f}{} {:5.2f}%  s {:6.3f}{} {:5.2f}%  [{:.3f} {:.3f}]\n", g.name, f.mean, f.within() ? ' ' : '*',
-               100 * f.beyond, s.mean, s.within() ? ' ' : '*', 100 * s.beyond, f.low, f.high);
+    fmt::print("  {:20s} f {:6.3f}{} {:5.2f}%  s {:6.3f}{} {:5.2f}%  [{:.3f} {:.3f}]\n", g.name, f.mean,
+               f.within() ? ' ' : '*', 100 * f.beyond, s.mean, s.within() ? ' ' : '*', 100 * s.beyond, f.low, f.high);
   }
   std::fflush(stdout);
 }

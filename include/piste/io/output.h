@@ -21,6 +21,8 @@ class OutputFolder {
   /// Writes the file whole, still beside its place. `name` is relative to the folder and may lie in a subfolder.
   /// Throws Error where the disk refuses.
   void write(const std::string& name, std::string_view content);
+  /// A file that an earlier run may have left here, and that this one does not give: `commit()` removes it.
+  void withdraw(const std::string& name);
   /// Renames everything to its place.
   void commit();
 
@@ -34,6 +36,7 @@ class OutputFolder {
   std::filesystem::path folder_;
   std::vector<std::filesystem::path> made_;
   std::vector<Pending> pending_;
+  std::vector<std::filesystem::path> withdrawn_;
 };
 
 }  // namespace piste

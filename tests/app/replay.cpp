@@ -1,0 +1,239 @@
+// `replay` as its user sees it: what it writes, says and returns.
+
+#include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
+
+#include <set>
+
+#include "support/navigation.h"
+#include "support/ski_run.h"
+
+namespace piste::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::string kNavigation =
+    "time_s,latitude_deg,longitude_deg,height_m,velocity_north_m_s,velocity_east_m_s,velocity_down_m_s,roll_deg,"
+    "pitch_deg,heading_deg,sigma_north_m,sigma_east_m,sigma_down_m,sigma_velocity_north_m_s,sigma_velocity_east_m_s,"
+    "sigma_velocity_down_m_s,sigma_roll_deg,sigma_pitch_deg,sigma_heading_deg";
+
+/// Names of the files in a folder and below it, hidden ones too.
+std::set<std::string> files_in(const fs::path& folder) {
+  std::set<std::string> names;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    names.insert(fs::relative(entry.path(), folder).string());
+  }
+  return names;
+}
+
+/// Two outputs need not be there in every version.
+std::set<std::string> without_pictures(std::set<std::string> names) {
+  names.erase("trajectory.kml");
+  names.erase("report.html");
+  return names;
+}
+
+/// summary.json but for the two times that a run took, which must be there.
+std::string timeless(const std::string& summary) {
+  std::istringstream lines(summary);
+  std::string line, kept;
+  int times = 0;
+  while (std::getline(lines, line)) {
+    const bool time = line.find("\"cpu_s\"") != std::string::npos || line.find("\"wall_s\"") != std::string::npos;
+    times += time ? 1 : 0;
+    if (!time) kept += line + "\n";
+  }
+  EXPECT_EQ(times, 2);
+  return kept;
+}
+
+TEST(Replay, ShippedRunGivesEveryOutput) {
+  const TemporaryFolder folder;
+  const Said said =
+      run_program(PISTE_REPLAY, {(kSource / "config/ski_run.yaml").string(), "--output", "result"}, folder);
+  ASSERT_EQ(said.code, 0) << said.err;
+  EXPECT_EQ(said.err, "");  // no progress bar where it is redirected
+  EXPECT_TRUE(contains(said.out, "heading"));
+  EXPECT_TRUE(contains(said.out, "written to result"));
+  EXPECT_EQ(without_pictures(files_in(folder.path() / "result")),
+            (std::set<std::string>{"biases.csv", "biases_smoothed.csv", "filtered.csv", "innovations.csv",
+                                   "smoothed.csv", "summary.json"}));
+
+  const Table imu = read_table(kSource / "data/ski_run/mt9a_1.csv");
+  for (const char* name : {"filtered.csv", "smoothed.csv"}) {
+    const Table navigation = read_table(folder / (std::string("result/") + name));
+    EXPECT_EQ(navigation.header, kNavigation);
+    EXPECT_EQ(navigation["time_s"], imu["time_s"]);  // one row an IMU epoch
+    EXPECT_GE(*std::min_element(navigation["heading_deg"].begin(), navigation["heading_deg"].end()), -180);
+    EXPECT_LE(*std::max_element(navigation["heading_deg"].begin(), navigation["heading_deg"].end()), 360);
+  }
+
+  std::set<std::string> columns{"time_s"};
+  for (const char* kind : {"", "sigma_"}) {
+    const auto add = [&](const std::string& name, const std::string& unit, const char* axes) {
+      std::istringstream each(axes);
+      for (std::string axis; each >> axis;) columns.insert(kind + name + "_" + axis + "_" + unit);
+    };
+    for (const char* name : {"gyro_bias", "gyro_drift", "gyro_total_bias"}) add(name, "deg_s", "x y z");
+    for (const char* name : {"accel_bias", "accel_drift", "accel_total_bias"}) add(name, "m_s2", "x y z");
+    for (const char* name : {"gyro_scale", "accel_scale"}) add(name, "ppm", "x y z");
+    add("boresight", "deg", "roll pitch heading");
+    add("attitude_drift", "deg", "north east down");
+  }
+  for (const char* name : {"biases.csv", "biases_smoothed.csv"}) {
+    const Table biases = read_table(folder / (std::string("result/") + name));
+    EXPECT_EQ(std::set<std::string>(biases.names.begin(), biases.names.end()), columns);
+    EXPECT_EQ(biases["time_s"], imu["time_s"]);
+  }
+  EXPECT_EQ(read_table(folder / "result/innovations.csv").header,
+            "time_s,source,residual_1,residual_2,residual_3,sigma_1,sigma_2,sigma_3,nis,gate,outcome");
+}
+
+TEST(Replay, SummaryHasTheContractedKeys) {
+  const SkiRun run;
+  ASSERT_EQ(run.replay().code, 0);
+  const YAML::Node summary = YAML::Load(run.text("result/summary.json"));  // JSON is YAML
+  const Table filtered = read_table(run.folder / "result/filtered.csv");
+  EXPECT_EQ(summary["imu"]["epochs"].as<std::size_t>(), filtered.rows);
+  EXPECT_EQ(summary["imu"]["gaps"].as<int>(), 0);
+  EXPECT_EQ(summary["imu"]["rejected"].as<int>(), 0);
+  for (const char* kind : {"gnss", "attitude"}) {  // 10 Hz over a minute: nothing is lost without a count
+    const YAML::Node& counts = summary[kind];
+    int all = 0;
+    for (const char* key : {"used", "rejected", "withheld", "outside", "late"}) {
+      if (counts[key]) all += counts[key].as<int>();
+    }
+    EXPECT_EQ(all, 601) << kind;
+    EXPECT_LT(counts["rejected"].as<int>(), 6) << kind;
+  }
+  ASSERT_EQ(summary["rest_intervals"].size(), 1u);
+  EXPECT_NEAR(summary["rest_intervals"][0][1].as<double>(), 302460, 1.5);
+
+  const auto expect_estimate = [](const YAML::Node& estimate, const std::string& unit, const std::string& name) {
+    ASSERT_TRUE(estimate) << name;
+    EXPECT_EQ(estimate["unit"].as<std::string>(), unit) << name;
+    ASSERT_EQ(estimate["value"].size(), 3u) << name;
+    ASSERT_EQ(estimate["sigma"].size(), 3u) << name;
+    for (int i = 0; i < 3; ++i) EXPECT_GT(estimate["sigma"][i].as<double>(), 0) << name;
+  };
+  const std::vector<std::pair<std::string, std::string>> blocks{
+      {"gyro_bias", "deg/s"},   {"gyro_drift", "deg/s"}, {"gyro_scale", "ppm"}, {"accel_bias", "m/s^2"},
+      {"accel_drift", "m/s^2"}, {"accel_scale", "ppm"},  {"boresight", "deg"}};
+  for (const auto& [block, unit] : blocks) expect_estimate(summary["estimates"][block], unit, block);
+  expect_estimate(summary["gyro_total_bias"], "deg/s", "gyro_total_bias");
+  expect_estimate(summary["accel_total_bias"], "m/s^2", "accel_total_bias");
+  EXPECT_GT(summary["cpu_s"].as<double>(), 0);
+  EXPECT_GT(summary["wall_s"].as<double>(), 0);
+}
+
+TEST(Replay, TwiceTheSameBytes) {
+  const SkiRun run;
+  ASSERT_EQ(run.replay({SkiRun::kConfig, "--output", "first"}).code, 0);
+  ASSERT_EQ(run.replay({SkiRun::kConfig, "--output", "second"}).code, 0);
+  const auto names = files_in(run.folder / "first");
+  EXPECT_EQ(names, files_in(run.folder / "second"));
+  for (const std::string& name : without_pictures(names)) {
+    std::string first = run.text("first/" + name), second = run.text("second/" + name);
+    if (name == "summary.json") {
+      first = timeless(first);
+      second = timeless(second);
+    }
+    EXPECT_TRUE(first == second) << name;
+  }
+}
+
+TEST(Replay, WithoutSmoother) {
+  const SkiRun run;
+  run.replace(SkiRun::kConfig, "smoother: rts", "smoother: none");
+  ASSERT_EQ(run.replay().code, 0);
+  EXPECT_EQ(without_pictures(files_in(run.folder / "result")),
+            (std::set<std::string>{"biases.csv", "filtered.csv", "innovations.csv", "summary.json"}));
+}
+
+// What an earlier replay with a smoother left would be taken for this one's.
+TEST(Replay, LeavesNoOutputsOfAnEarlierRunThatAreNotIts) {
+  const SkiRun run;
+  ASSERT_EQ(run.replay().code, 0);
+  run.replace(SkiRun::kConfig, "smoother: rts", "smoother: none");
+  ASSERT_EQ(run.replay().code, 0);
+  EXPECT_FALSE(fs::exists(run.folder / "result/smoothed.csv"));
+  EXPECT_FALSE(fs::exists(run.folder / "result/biases_smoothed.csv"));
+}
+
+TEST(Replay, QuietSaysNothing) {
+  const SkiRun run;
+  const Said said = run.replay({SkiRun::kConfig, "--output", "result", "--quiet"});
+  EXPECT_EQ(said.code, 0);
+  EXPECT_EQ(said.out + said.err, "");
+}
+
+TEST(Replay, HelpAndVersion) {
+  const TemporaryFolder folder;
+  const Said help = run_program(PISTE_REPLAY, {"--help"}, folder);
+  EXPECT_EQ(help.code, 0);
+  for (const char* part : {"CONFIG", "--output", "--quiet", "--help"}) EXPECT_TRUE(contains(help.out, part));
+  EXPECT_EQ(help.err, "");
+  EXPECT_EQ(run_program(PISTE_REPLAY, {"--version"}, folder).code, 0);
+}
+
+TEST(Replay, WrongUsage) {
+  const TemporaryFolder folder;
+  const std::vector<std::vector<std::string>> wrong{
+      {}, {"--ouput", "x", "a.yaml"}, {"a.yaml", "b.yaml"}, {"a.yaml", "--output"}, {"a.yaml"}, {"."}};
+  for (const auto& words : wrong) {
+    const Said said = run_program(PISTE_REPLAY, words, folder);
+    EXPECT_EQ(said.code, 2);
+    EXPECT_EQ(said.out, "");
+    EXPECT_NE(said.err, "");
+  }
+  EXPECT_TRUE(contains(run_program(PISTE_REPLAY, {"a.yaml"}, folder).err, "a.yaml"));
+  EXPECT_EQ(files_in(folder.path()), (std::set<std::string>{".err", ".out"}));
+}
+
+TEST(Replay, DefaultOutputIsNamedAfterTheConfiguration) {
+  const SkiRun run;
+  ASSERT_EQ(run.replay({SkiRun::kConfig}).code, 0);
+  EXPECT_TRUE(fs::exists(run.folder / "out/ski_run/filtered.csv"));
+}
+
+TEST(Replay, OutputThatCannotBe) {
+  const SkiRun run;
+  run.write("occupied", "a file");
+  for (const char* output : {"occupied", "occupied/below", "/proc/piste"}) {
+    const Said said = run.replay({SkiRun::kConfig, "--output", output});
+    EXPECT_EQ(said.code, 2) << output;
+    EXPECT_TRUE(contains(said.err, output));
+    EXPECT_TRUE(contains(said.err, "--output"));
+  }
+  EXPECT_EQ(run.text("occupied"), "a file");
+}
+
+TEST(Replay, AnErrorLeavesAnEarlierResultAsItWas) {
+  const SkiRun run;
+  ASSERT_EQ(run.replay().code, 0);
+  const auto names = files_in(run.folder / "result");
+  const std::string before = run.text("result/filtered.csv"), summary = run.text("result/summary.json");
+  const std::string gnss = run.text(SkiRun::kGnss);
+  run.write(SkiRun::kGnss, gnss.substr(0, gnss.size() - 40));
+  EXPECT_EQ(run.replay().code, 1);
+  EXPECT_EQ(files_in(run.folder / "result"), names);
+  EXPECT_TRUE(run.text("result/filtered.csv") == before);
+  EXPECT_TRUE(run.text("result/summary.json") == summary);
+}
+
+TEST(Replay, PicturesAreWhole) {
+  const SkiRun run;
+  ASSERT_EQ(run.replay().code, 0);
+  if (!fs::exists(run.folder / "result/trajectory.kml")) GTEST_SKIP() << "this version draws none";
+  EXPECT_TRUE(contains(run.text("result/trajectory.kml"), "</kml>"));
+  const std::string report = run.text("result/report.html");
+  EXPECT_TRUE(contains(report, "</html>"));
+  EXPECT_TRUE(contains(report, "smoother: rts"));  // the configuration
+  for (const char* network : {"src=\"http", "href=\"http", "url(http", "@import"}) {
+    EXPECT_EQ(report.find(network), std::string::npos) << network;
+  }
+}
+
+}  // namespace
+}  // namespace piste::test

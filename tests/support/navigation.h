@@ -1,0 +1,153 @@
+#pragma once
+/// Output files read back, and a solution held against the truth.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "piste/core/log.h"
+#include "piste/math/earth.h"
+#include "support/text_file.h"
+
+namespace piste::test {
+
+/// A CSV file; a field that is no number reads as 0.
+struct Table {
+  std::string header;
+  std::vector<std::string> names;
+  std::map<std::string, std::vector<double>, std::less<>> columns;
+  std::size_t rows = 0;
+
+  const std::vector<double>& operator[](std::string_view name) const {
+    const auto found = columns.find(name);
+    if (found == columns.end()) throw std::runtime_error("no column " + std::string(name) + " in " + header);
+    return found->second;
+  }
+};
+
+inline Table read_table(const std::filesystem::path& file) {
+  const std::string text = read_text(file);
+  Table table;
+  std::string_view rest = text;
+  const auto next_line = [&] {
+    const auto end = std::min(rest.find('\n'), rest.size());
+    const std::string_view line = rest.substr(0, end);
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+    return line;
+  };
+  const auto for_each_field = [](std::string_view line, auto&& take) {
+    for (std::size_t i = 0, begin = 0; begin <= line.size(); ++i) {
+      const auto end = std::min(line.find(',', begin), line.size());
+      take(i, line.substr(begin, end - begin));
+      begin = end + 1;
+    }
+  };
+  table.header = next_line();
+  for_each_field(table.header, [&](std::size_t, std::string_view name) { table.names.emplace_back(name); });
+  std::vector<std::vector<double>*> places;
+  for (const std::string& name : table.names) places.push_back(&table.columns[name]);
+  while (!rest.empty()) {
+    for_each_field(next_line(), [&](std::size_t i, std::string_view field) {
+      double value = 0;
+      std::from_chars(field.data(), field.data() + field.size(), value);
+      places.at(i)->push_back(value);
+    });
+    ++table.rows;
+  }
+  return table;
+}
+
+/// A column at t, linear between rows; angles in degrees go the short way round.
+inline double at(const Table& table, std::string_view column, double t) {
+  const auto &time = table["time_s"], &value = table[column];
+  const auto after = static_cast<std::size_t>(std::lower_bound(time.begin(), time.end(), t) - time.begin());
+  if (after == 0) return value.front();
+  if (after == time.size()) return value.back();
+  const double part = (t - time[after - 1]) / (time[after] - time[after - 1]);
+  double difference = value[after] - value[after - 1];
+  if (column.ends_with("_deg")) difference = std::remainder(difference, 360.0);
+  return value[after - 1] + part * difference;
+}
+
+/// Errors of a solution against the truth, at the truth's epochs.
+struct Accuracy {
+  double roll = 0, pitch = 0, heading = 0;            ///< RMSE [deg]
+  double horizontal = 0, down = 0;                    ///< RMSE [m]
+  double velocity = 0;                                ///< RMSE of the worst axis [m/s]
+  double attitude_outside = 0, velocity_outside = 0;  ///< part of the errors beyond 3 sigma, of the worst axis
+  double position_outside = 0;
+  std::size_t epochs = 0;
+};
+
+inline Accuracy accuracy(const Table& solution, const Table& truth, const Interval& during) {
+  constexpr double kDegree = 1 / 57.295779513082320876798;
+  struct Sum {
+    double squares = 0, outside = 0;
+  };
+  std::map<std::string, Sum, std::less<>> sums;
+  Accuracy result;
+  for (std::size_t i = 0; i < truth.rows; ++i) {
+    const double t = truth["time_s"][i];
+    if (!during.contains(t) || t < solution["time_s"].front() || t > solution["time_s"].back()) continue;
+    ++result.epochs;
+    const auto add = [&](std::string_view name, double error, std::string_view sigma) {
+      Sum& sum = sums[std::string(name)];
+      sum.squares += error * error;
+      sum.outside += std::abs(error) > 3 * at(solution, sigma, t) ? 1 : 0;
+    };
+    const auto geodetic = [&](const auto& value) {
+      return Geodetic{kDegree * value("latitude_deg"), kDegree * value("longitude_deg"), value("height_m")};
+    };
+    const World world(geodetic([&](std::string_view column) { return truth[column][i]; }));
+    const Vector3d offset =
+        world.from_geodetic(geodetic([&](std::string_view column) { return at(solution, column, t); }));
+    int axis = 0;
+    for (const char* name : {"north", "east", "down"}) {
+      add(name, offset(axis++), fmt::format("sigma_{}_m", name));
+      const std::string velocity = fmt::format("velocity_{}_m_s", name);
+      add(velocity, at(solution, velocity, t) - truth[velocity][i], "sigma_" + velocity);
+    }
+    for (const char* name : {"roll", "pitch", "heading"}) {
+      const std::string angle = fmt::format("{}_deg", name);
+      add(name, std::remainder(at(solution, angle, t) - truth[angle][i], 360.0), "sigma_" + angle);
+    }
+  }
+  const auto count = static_cast<double>(result.epochs);
+  const auto rmse = [&](std::string_view name) { return std::sqrt(sums.find(name)->second.squares / count); };
+  const auto outside = [&](std::initializer_list<std::string_view> names) {
+    double worst = 0;
+    for (const auto name : names) worst = std::max(worst, sums.find(name)->second.outside / count);
+    return worst;
+  };
+  if (result.epochs == 0) {
+    ADD_FAILURE() << "no epoch in common with the truth";
+    return result;
+  }
+  result.roll = rmse("roll");
+  result.pitch = rmse("pitch");
+  result.heading = rmse("heading");
+  result.horizontal = std::hypot(rmse("north"), rmse("east"));
+  result.down = rmse("down");
+  result.velocity = std::max({rmse("velocity_north_m_s"), rmse("velocity_east_m_s"), rmse("velocity_down_m_s")});
+  result.attitude_outside = outside({"roll", "pitch", "heading"});
+  result.velocity_outside = outside({"velocity_north_m_s", "velocity_east_m_s", "velocity_down_m_s"});
+  result.position_outside = outside({"north", "east", "down"});
+  return result;
+}
+
+inline std::string text_of(const Accuracy& a) {
+  return fmt::format(
+      "roll {:.3f} pitch {:.3f} heading {:.3f} deg, horizontal {:.4f} down {:.4f} m, velocity {:.4f} m/s; "
+      "beyond 3 sigma: attitude {:.1f} %, velocity {:.1f} %, position {:.1f} %",
+      a.roll, a.pitch, a.heading, a.horizontal, a.down, a.velocity, 100 * a.attitude_outside, 100 * a.velocity_outside,
+      100 * a.position_outside);
+}
+
+}  // namespace piste::test

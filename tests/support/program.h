@@ -1,0 +1,30 @@
+#pragma once
+/// Runs a program as a user does, and keeps what it said.
+
+#include <fmt/format.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "support/text_file.h"
+
+namespace piste::test {
+
+struct Said {
+  int code = -1;  ///< exit code
+  std::string out, err;
+};
+
+/// `program` with `words` behind it, started in `folder`, its outputs redirected.
+inline Said run_program(const std::string& program, const std::vector<std::string>& words,
+                        const TemporaryFolder& folder) {
+  std::string command = fmt::format("cd '{}' && '{}'", folder.path().string(), program);
+  for (const std::string& word : words) command += fmt::format(" '{}'", word);
+  command += fmt::format(" > '{}' 2> '{}'", folder / ".out", folder / ".err");
+  const int status = std::system(command.c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(folder / ".out"), read_text(folder / ".err")};
+}
+
+}  // namespace piste::test
