@@ -89,6 +89,7 @@ RestOptions read_rest(const Config& config) {
   options.detect = rest->flag("detect", options.detect);
   options.sigma_velocity = rest->quantity("sigma_velocity", dimension::kVelocity, options.sigma_velocity);
   options.sigma_rate = rest->quantity("sigma_rate", dimension::kAngularRate, options.sigma_rate);
+  options.correlation_time = rest->magnitude("correlation_time", dimension::kTime, options.correlation_time);
   options.interval = rest->quantity("interval", dimension::kTime, options.interval);
   if (!(options.sigma_velocity > 0 && options.sigma_rate > 0 && options.interval > 0)) {
     config.fail("rest", "sigmas and interval must be above zero");

@@ -1,5 +1,7 @@
 #include "piste/model/rest.h"
 
+#include <algorithm>
+
 namespace piste {
 
 Linearization linearize_zero_velocity(const RestOptions& rest, const Estimate& x) {
@@ -19,7 +21,9 @@ Linearization linearize_zero_rate(const RestOptions& rest, const Vector3d& mean_
   Linearization lin;
   lin.observes = Block::kGyroBias;
   lin.residual = mean_gyro - (gain.cwiseProduct(earth_b) + x.gyro_bias + x.gyro_drift);
-  lin.covariance = (rest.sigma_rate * rest.sigma_rate + noise * noise / duration) * Matrix3d::Identity();
+  // The body's own rate hardly changes from one mean to the next: as white noise it gets the same integral over time.
+  const double alike = std::max(1.0, rest.correlation_time / duration);
+  lin.covariance = (rest.sigma_rate * rest.sigma_rate * alike + noise * noise / duration) * Matrix3d::Identity();
   lin.add(Block::kGyroBias, Matrix3d::Identity());
   lin.add(Block::kGyroDrift, Matrix3d::Identity());
   lin.add(Block::kGyroScale, earth_b.asDiagonal());

@@ -32,6 +32,23 @@ void table(const std::string& name, const std::vector<ReplayedRun>& runs, double
     fmt::print("  {:20s} f {:6.3f}{} {:5.2f}%  s {:6.3f}{} {:5.2f}%  [{:.3f} {:.3f}]\n", g.name, f.mean,
                f.within() ? ' ' : '*', 100 * f.beyond, s.mean, s.within() ? ' ' : '*', 100 * s.beyond, f.low, f.high);
   }
+  if (env("RMSE", 0)) {
+    for (const bool smoothed : {false, true}) {
+      Vector3d sum = Vector3d::Zero(); double n = 0;
+      for (const auto& r : runs) for (const auto& x : smoothed ? r.smoothed : r.filtered) if (x.time >= from && x.time <= to) { sum += x.error.segment<3>(6).cwiseAbs2(); ++n; }
+      const Vector3d rms = (sum / n).cwiseSqrt() * kDegreesPerRadian;
+      fmt::print("  RMSE deg N E D {} {:.4f} {:.4f} {:.4f}\n", smoothed ? "smoothed" : "filtered", rms.x(), rms.y(), rms.z());
+    }
+  }
+  if (env("PAIRS", 0)) {
+    const auto& bs = runs.front().layout.blocks();
+    for (const Block a : bs) {
+      for (const Block b : bs) {
+        const Block two[2] = {a, b};
+        if (a < b) fmt::print(" {:>8.8s}-{:8.8s} f {:6.3f} s {:6.3f}\n", info(a).name, info(b).name, consistency(runs, false, two, from, to).mean, consistency(runs, true, two, from, to).mean);
+      }
+    }
+  }
   std::fflush(stdout);
 }
 
@@ -43,6 +60,9 @@ TEST(Consistency, Table) {
            {"ski", "gnss_l1l2"}, {"giant_slalom", "gnss_l1l2"}, {"bicycle", "gnss_l1l2"}, {"ski", "gnss_l1"}}) {
     if (only && (name + receiver).find(only) == std::string::npos) continue;
     Experiment e = experiment(name, receiver, rest, run, env("AFTER", 10));
+    if (env("STILL", 0)) e.scenario.motion.turning_rate = 0;
+    if (env("STILL", 0) > 1) e.scenario.motion.sway_rate.setZero();
+    if (env("STILL", 0) > 2) e.scenario.motion.sway_velocity.setZero();
     e.find_heading = env("FIND", 0);
     const auto runs = replay_all(e, n);
     table(name + " " + receiver + " rest", runs, -rest + 4, -1);

@@ -27,6 +27,7 @@ FilterOptions options_of(const Experiment& e) {
   options.gnss.push_back({.name = receiver.name,
                           .lever_arm = lever_arm(e.scenario.imus.front(), receiver),
                           .drift = receiver.position_drift});
+  if (const char* v = std::getenv("TC")) options.rest.correlation_time = std::atof(v);
   options.estimate = {Block::kGyroBias,  Block::kAccelBias, Block::kGyroDrift,
                       Block::kAccelDrift, Block::kGyroScale, Block::kAccelScale};
   if (receiver.position_drift) options.estimate.push_back(Block::kGnssPositionDrift);
@@ -92,6 +93,7 @@ Start drawn_start(const Estimate& truth, double time, const Vector3d& lever_arm,
   constexpr double kDegree = 1 / kDegreesPerRadian;
   Eigen::Matrix<double, 9, 1> sigma;
   sigma << Vector3d::Constant(0.5), Vector3d::Constant(0.05), Vector3d(kDegree, kDegree, 3 * kDegree);
+  if (const char* v = std::getenv("START")) sigma.tail<3>() *= std::atof(v);
   RandomStream random(seed, "start");
   FullError error = FullError::Zero();
   for (int i = 0; i < 9; ++i) error(i) = -sigma(i) * random.normal();

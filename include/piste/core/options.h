@@ -23,7 +23,8 @@ struct ImuConditioning {
 struct RestOptions {
   bool detect = true;
   double sigma_velocity = 0.01;   ///< of a standing body: a person sways
-  double sigma_rate = 0.0034907;  ///< 0.2 deg/s: sway again; it is correlated, hence the slow `interval`
+  double sigma_rate = 0.0034907;  ///< 0.2 deg/s: sway again, and slow turning
+  double correlation_time = 8;    ///< of that rate [s]: all that zero rates tell within it counts as one of them
   double interval = 0.5;          ///< time between zero updates [s]
 };
 

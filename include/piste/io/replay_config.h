@@ -24,7 +24,7 @@ struct ReplayConfig {
 };
 
 /// Reads and checks the configuration; of the data files only that they are there. Beyond the documented keys:
-/// `rest: {sigma_velocity, sigma_rate, interval}`, `initial: {sigma, declination}`,
+/// `rest: {sigma_velocity, sigma_rate, correlation_time, interval}`, `initial: {sigma, declination}`,
 /// `magnetometer: {sigma, declination}` (updates by its heading), and the start sigmas
 /// `priors: {boresight, lever_arm, gnss_delay}`. Throws ConfigError `FILE:LINE: …`.
 ReplayConfig read_replay_config(const std::filesystem::path& file);
