@@ -1,5 +1,7 @@
 /// Raw logs in; trajectory, IMU errors and their sigmas out.
 
+#include <fmt/format.h>
+
 #include <chrono>
 #include <ctime>
 
@@ -15,6 +17,25 @@
 #include "piste/solve/start.h"
 
 namespace {
+
+// What the gate refused of a source, where it is too much for outliers: then something else is wrong.
+void warn_of_rejections(const piste::Solution& solution) {
+  constexpr double kTooMany = 0.2;
+  constexpr int kFew = 20;
+  std::vector<int> all(solution.sources.size()), rejected(solution.sources.size());
+  for (const piste::Innovation& v : solution.innovations) {
+    const auto source = static_cast<std::size_t>(v.source);
+    ++all[source];
+    rejected[source] += v.outcome == piste::Outcome::kRejected ? 1 : 0;
+  }
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (all[i] < kFew || rejected[i] <= kTooMany * all[i]) continue;
+    fmt::print(stderr,
+               "warning: {} of {} measurements of {} were rejected, and the solution is not to be relied on; check its "
+               "units, sigmas and lever arm, and the clock and the axes of the IMU\n",
+               rejected[i], all[i], solution.sources[i]);
+  }
+}
 
 void replay(const piste::AppArguments& arguments, piste::Progress& progress) {
   using namespace piste;
@@ -66,6 +87,7 @@ void replay(const piste::AppArguments& arguments, piste::Progress& progress) {
   const RunTimes times{static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC, wall_s.count()};
   output.write("summary.json", summary_json(log, run.solution, final_solution, times));
   output.commit();
+  warn_of_rejections(run.solution);
   say(arguments, found.how);
   say(arguments, "written to " + output.folder().string());
 }

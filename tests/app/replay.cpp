@@ -168,6 +168,16 @@ TEST(Replay, QuietSaysNothing) {
   EXPECT_EQ(said.out + said.err, "");
 }
 
+TEST(Replay, WarnsWhereMostFixesAreRejected) {
+  const SkiRun run;
+  run.replace(SkiRun::kConfig, "-0.06 0.03 -0.42 m", "-60 30 -420 m");
+  const Said said = run.replay();
+  EXPECT_EQ(said.code, 0);
+  EXPECT_TRUE(contains(said.err, "warning: "));
+  EXPECT_TRUE(contains(said.err, "gnss[0].position were rejected"));
+  EXPECT_TRUE(contains(said.err, "lever arm"));
+}
+
 TEST(Replay, HelpAndVersion) {
   const TemporaryFolder folder;
   const Said help = run_program(PISTE_REPLAY, {"--help"}, folder);
