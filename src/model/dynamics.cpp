@@ -96,7 +96,9 @@ PISTE_WIDE void onto_inputs(const Mixer& mixer, const Columns<kNavigation>& in, 
 Transition linearize(const Estimate& x, const Estimate& end, const ImuStep& s, const Vector3d& earth_rate,
                      const Gravity& gravity, const StepNoise& noise, bool still) {
   Transition t;
-  t.rate = s.mean_rate();
+  // At rest the measured rate is noise alone: a scale regressed on it would be pulled to where the noise of both
+  // agrees.
+  t.rate = still ? Vector3d::Zero().eval() : s.mean_rate();
   t.force = s.mean_force();
   t.decay.fill(1);
   t.variance.fill(Vector3d::Zero());

@@ -22,8 +22,8 @@ Antenna antenna_of(const Estimate& x, const BodyMotion& m, const Vector3d& earth
 
 // Adds `factor` times the derivative of the antenna's velocity by attitude and the gyro's errors. `carried` is what
 // turns with the attitude: v + R (ω × l).
-void add_turning(Linearization& lin, double factor, const Matrix3d& extra_attitude, const Antenna& a,
-                 const Estimate& x, const BodyMotion& m, const Vector3d& earth_rate, const Vector3d& carried) {
+void add_turning(Linearization& lin, double factor, const Matrix3d& extra_attitude, const Antenna& a, const Estimate& x,
+                 const BodyMotion& m, const Vector3d& earth_rate, const Vector3d& carried) {
   // δv_a = ν + θ × (v + R(ω × l)) − ω_ie × (θ × R l) + R [l] (1+s)⁻¹ e_g, as δω = −(1+s)⁻¹ e_g.
   const Matrix3d attitude = -skew(carried) + skew(earth_rate) * skew(a.arm);
   const Matrix3d gyro = factor * a.rate_to_velocity * (1 + x.gyro_scale.array()).inverse().matrix().asDiagonal();
@@ -46,7 +46,8 @@ Linearization linearize_position(const GnssFix& fix, const std::optional<GaussMa
   const Antenna a = antenna_of(x, motion, earth_rate, gravity);
   const double delay = x.gnss_delay;
   Linearization lin;
-  lin.residual = fix.position - (x.p_wb + a.arm - delay * a.velocity + x.gnss_position_drift);
+  lin.residual = fix.position - (x.p_wb + a.arm - delay * a.velocity);
+  if (drift) lin.residual -= x.gnss_position_drift;
   Vector3d variance = fix.sigma_position.cwiseAbs2();
   if (drift) variance = (variance - drift->sigma.cwiseAbs2()).cwiseMax(0.01 * variance);
   lin.covariance = variance.asDiagonal();
@@ -56,7 +57,7 @@ Linearization linearize_position(const GnssFix& fix, const std::optional<GaussMa
   lin.add(Block::kPosition, Matrix3d::Identity());
   lin.add(Block::kVelocity, -delay * Matrix3d::Identity());
   lin.add(Block::kLeverArm, a.R_wb - delay * (a.R_wb * skew(motion.rate) - skew(earth_rate) * a.R_wb));
-  lin.add(Block::kGnssPositionDrift, Matrix3d::Identity());
+  if (drift) lin.add(Block::kGnssPositionDrift, Matrix3d::Identity());
   lin.add(Block::kGnssDelay, first_column(-a.velocity));
   return lin;
 }

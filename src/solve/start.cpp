@@ -16,6 +16,7 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kWindows[] = {3, 5, 8, 12};   // s of motion to align in, shortest first
+constexpr double kBeforeMotion = 2;            // s of rest that a window may begin with: sway is no motion to align by
 constexpr double kHeadingKnown = 4 * kDegree;  // 1-sigma at which an alignment in motion is believed
 constexpr double kTiltKnown = 8 * kDegree;
 constexpr double kStretch = 40;             // s filtered and smoothed after the alignment
@@ -147,6 +148,8 @@ std::optional<MotionAlignment> first_alignment(const Log& log, const FilterOptio
   for (std::size_t i = 0; i < fixes.size(); ++i) {
     const double begin = fixes[i].time;
     if (begin < from || begin - last_end < 0.5) continue;
+    const auto resting = [&](const Interval& r) { return r.start <= begin && begin + kBeforeMotion < r.end; };
+    if (std::any_of(log.rest.begin(), log.rest.end(), resting)) continue;
     last_end = begin;
     for (const double length : kWindows) {
       const auto window = range(fixes, begin, begin + length + 1e-6);
@@ -273,7 +276,7 @@ FoundStart find_start(const Log& log, const FilterOptions& options, const Initia
     if (log.magnetic.empty())
       throw DataError("start", "from_magnetometer needs the columns mag_x_uT, mag_y_uT, mag_z_uT in the IMU log");
     value = options.declination - magnetic_azimuth(level(force, 0), log.magnetic.front().field);
-    sigma = 10 * kDegree;
+    sigma = std::hypot(heading.sigma, 2 * kTiltSigma);  // a tilt turns the field of a dip of 60 deg by twice as much
     how = "heading from the magnetometer";
   }
   start.x.q_wb = level(force, value);

@@ -36,7 +36,7 @@ struct StepNoise {
 };
 
 /// Linearises one step that starts at `x` (before mechanize) and ends at `end`. `still`: the body stands, and velocity
-/// is taken as exactly zero, so that its jitter tells nothing of the heading.
+/// and rate are taken as exactly zero, so that their jitter tells nothing of the heading and of the gyro's scale.
 Transition linearize(const Estimate& x, const Estimate& end, const ImuStep& corrected, const Vector3d& earth_rate,
                      const Gravity& gravity, const StepNoise& noise, bool still);
 
