@@ -18,6 +18,7 @@ constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kWindows[] = {3, 5, 8, 12};   // s of motion to align in, shortest first
 constexpr double kHeadingKnown = 4 * kDegree;  // 1-sigma at which an alignment in motion is believed
 constexpr double kTiltKnown = 8 * kDegree;
+constexpr double kLeastMotion = 0.5;           // s that a window must hold beyond what is known to be rest
 constexpr double kStretch = 40;                // s filtered and smoothed after the alignment
 constexpr double kRestLevel = 10;              // s of rest that give the level
 constexpr double kTiltSigma = 2 * kDegree;     // of a level start: loose, the filter sees the same samples again
@@ -136,6 +137,14 @@ void set_boresight(Start& start, const Log& log, const FilterOptions& options, b
   }
 }
 
+// Seconds of a window in which the body may move. At rest an unknown gyro bias turns gravity, dead reckoning takes
+// that for motion, and a heading comes out of nothing.
+double moving_time(const Log& log, const Interval& window) {
+  double time = window.end - window.start;
+  for (const Interval& r : log.rest) time -= std::max(0.0, std::min(r.end, window.end) - std::max(r.start, window.start));
+  return time;
+}
+
 // The first window in which motion tells the whole attitude.
 std::optional<MotionAlignment> first_alignment(const Log& log, const FilterOptions& options, const Receiver& receiver,
                                                double from) {
@@ -149,6 +158,7 @@ std::optional<MotionAlignment> first_alignment(const Log& log, const FilterOptio
     for (const double length : kWindows) {
       const auto window = range(fixes, begin, begin + length + 1e-6);
       if (window.empty() || window.back().time < begin + length - 1) break;
+      if (moving_time(log, {begin, begin + length}) < kLeastMotion) continue;
       const auto imu = range(log.imu, begin, begin + length + 1);
       const auto found = align_in_motion(imu, window, *receiver.options, bias_before(log, options, begin), gravity);
       if (!found) continue;

@@ -30,6 +30,11 @@ void table(const std::string& name, const std::vector<ReplayedRun>& runs, double
                100 * f.beyond, s.mean, s.within() ? ' ' : '*', 100 * s.beyond, f.low, f.high);
   }
   if (env("RMSE", 0)) {
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+      double w = 0, t = 0, claimed = 0; 
+      for (const auto& x : runs[i].filtered) { const double a = x.error.segment<3>(6).norm() * kDegreesPerRadian; if (x.time >= 0 && a > 1.5 && t == 0) { t = x.time; claimed = std::sqrt(x.P.diagonal().segment<3>(6).sum()) * kDegreesPerRadian; } if (x.time > 5) w = std::max(w, a); }
+      if (w > 1.5) fmt::print("  seed {} worst {:.1f} deg, above 1.5 from {:.0f} s, claimed {:.2f}; start error {:.2f}\n", i + 1, w, t, claimed, runs[i].filtered.front().error.segment<3>(6).norm() * kDegreesPerRadian);
+    }
     for (const bool smoothed : {false, true}) {
       Vector3d sum = Vector3d::Zero(); double n = 0;
       for (const auto& r : runs) for (const auto& x : smoothed ? r.smoothed : r.filtered) if (x.time >= from && x.time <= to) { sum += x.error.segment<3>(6).cwiseAbs2(); ++n; }
