@@ -1,7 +1,9 @@
 #pragma once
 /// Runs of a scenario, replayed, and the errors of filter and smoother against their covariances.
 
-#include <optional>
+#include <cstdint>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "piste/sim/simulation.h"
