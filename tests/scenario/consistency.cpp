@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <ostream>
+
 #include "support/monte_carlo.h"
 
 namespace piste::test {
@@ -44,6 +46,7 @@ int outside(const std::string& title, const std::vector<ReplayedRun>& runs) {
 struct Case {
   std::string scenario, receiver;
 };
+void PrintTo(const Case& c, std::ostream* out) { *out << c.scenario << ", " << c.receiver; }
 
 class Consistent : public ::testing::TestWithParam<Case> {};
 
