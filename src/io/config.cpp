@@ -336,7 +336,7 @@ std::filesystem::path Config::path(std::string_view key) const {
 }
 
 std::filesystem::path Config::existing_file(std::string_view key) const {
-  const std::filesystem::path result = path(key);
+  std::filesystem::path result = path(key);
   std::error_code unreachable;  // such as a name too long
   if (!std::filesystem::is_regular_file(result, unreachable)) {
     fail(key, fmt::format("there is no file `{}`; paths are relative to the folder of {}", result.string(),

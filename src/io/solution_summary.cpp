@@ -14,6 +14,7 @@ std::string number(double value) { return std::isfinite(value) ? fmt::format("{:
 
 std::string list(const Vector3d& values, int size) {
   std::vector<std::string> texts;
+  texts.reserve(3);
   for (int i = 0; i < size; ++i) texts.push_back(number(values(i)));
   return fmt::format("[{}]", fmt::join(texts, ", "));
 }

@@ -99,7 +99,7 @@ Transition linearize(const Estimate& x, const Estimate& end, const ImuStep& s, c
   // At rest the measured rate is noise alone: a scale regressed on it would be pulled to where the noise of both
   // agrees.
   t.rate = still ? Vector3d::Zero().eval() : s.mean_rate();
-  t.force = s.mean_force();
+  t.force = still ? Vector3d(-(x.q_wb.conjugate() * gravity.value)) : s.mean_force();
   t.decay.fill(1);
   t.variance.fill(Vector3d::Zero());
 

@@ -28,6 +28,7 @@ Jet smooth_ramp(const Jet& x) {
 
 std::vector<Wobble> triad(const Vector3d& rms, int order, double low, double high, RandomStream random) {
   std::vector<Wobble> axes;
+  axes.reserve(3);
   for (int i = 0; i < 3; ++i) axes.emplace_back(rms(i), order, low, high, 8, random);
   return axes;
 }

@@ -41,7 +41,7 @@ DriftPath::DriftPath(const DriftProcess& process, RandomStream stream)
     : kind_(process.kind),
       scale_(Vector3d::Constant(kind_ == DriftProcess::Kind::kRandomWalk ? process.density : process.sigma)),
       correlation_time_(process.correlation_time),
-      stream_(std::move(stream)) {
+      stream_(stream) {
   if (kind_ == DriftProcess::Kind::kGaussMarkov) value_ = scale_.cwiseProduct(stream_.normal3());
 }
 
@@ -49,7 +49,7 @@ DriftPath::DriftPath(const GaussMarkov& process, RandomStream stream)
     : kind_(DriftProcess::Kind::kGaussMarkov),
       scale_(process.sigma),
       correlation_time_(process.correlation_time),
-      stream_(std::move(stream)),
+      stream_(stream),
       value_(scale_.cwiseProduct(stream_.normal3())) {}
 
 const Vector3d& DriftPath::advance(double dt) {

@@ -98,7 +98,7 @@ std::vector<double> epochs(const Truth& plate, double rate) {
 class Colour {
  public:
   Colour(const std::optional<GaussMarkov>& process, RandomStream stream) {
-    if (process) path_.emplace(*process, std::move(stream));
+    if (process) path_.emplace(*process, stream);
   }
   Vector3d value() const { return path_ ? path_->value() : Vector3d::Zero(); }
   void advance(double dt) {
@@ -145,11 +145,11 @@ SimulatedImu simulate_imu(const Truth& plate, const ImuSetup& setup, std::uint64
     const Vector3d force = accel.measure(signal.accel, gps - start, dt, run.contains(gps));
     const double unit = out.recording.increments ? dt : 1;
     out.recording.time.push_back(start + step + setup.clock_offset + static_cast<double>(k) * step);
-    out.recording.gyro.push_back(unit * rate);
-    out.recording.accel.push_back(unit * force);
+    out.recording.gyro.emplace_back(unit * rate);
+    out.recording.accel.emplace_back(unit * force);
     if (setup.magnetic_field) {
-      out.recording.magnetic.push_back(truth.at(gps).q_wb.conjugate() * *setup.magnetic_field +
-                                       setup.magnetic_noise * magnetic_noise.normal3());
+      out.recording.magnetic.emplace_back(truth.at(gps).q_wb.conjugate() * *setup.magnetic_field +
+                                          setup.magnetic_noise * magnetic_noise.normal3());
     }
     out.gps_time.push_back(gps);
     out.gyro_drift.push_back(gyro.drift());

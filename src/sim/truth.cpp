@@ -8,7 +8,8 @@ namespace piste {
 
 Truth::Truth(const World& world, const MotionOptions& motion, std::uint64_t seed, double start_time) {
   Run run{world, Motion(motion, seed), start_time, {}};
-  for (double t = 0; t <= motion.duration() + 1; ++t) run.gravity.push_back(world.gravity(run.motion.at(t).p_wt));
+  const int seconds = static_cast<int>(motion.duration() + 1);
+  for (int t = 0; t <= seconds; ++t) run.gravity.push_back(world.gravity(run.motion.at(t).p_wt));
   run_ = std::make_shared<const Run>(std::move(run));
 }
 
@@ -37,7 +38,7 @@ TruthState Truth::at(double time) const {
   state.w_ib_b = earth_rate_b + w_wb_b;
   state.w_ib_b_dot = q_bt * trunk.w_wt_t_dot - w_wb_b.cross(earth_rate_b);
 
-  const double last = static_cast<double>(run_->gravity.size() - 1);
+  const auto last = static_cast<double>(run_->gravity.size() - 1);
   const Gravity& gravity = run_->gravity[static_cast<std::size_t>(std::clamp(std::round(t), 0.0, last))];
   state.f_ib_b = q_bw * (state.acceleration - gravity.at(state.p_wb) + 2 * earth_rate.cross(state.v_wb));
   return state;

@@ -16,11 +16,14 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kWindows[] = {3, 5, 8, 12};   // s of motion to align in, shortest first
-constexpr double kBeforeMotion = 2;            // s of rest that a window may begin with: sway is no motion to align by
 constexpr double kHeadingKnown = 4 * kDegree;  // 1-sigma at which an alignment in motion is believed
 constexpr double kTiltKnown = 8 * kDegree;
-constexpr double kStretch = 40;             // s filtered and smoothed after the alignment
-constexpr double kRestLevel = 10;           // s of rest that give the level
+constexpr double kLeastMotion = 1;  // s that a window must hold beyond what is known to be rest
+constexpr double kStretch = 40;     // s filtered and smoothed after the alignment
+constexpr double kRestLevel = 10;   // s of rest that give the level
+// A smoothed covariance becomes the prior of a filter that sees the same stretch again: twice as large, as if
+// half of its information had come from elsewhere. Whole, so that what a rest ties together stays tied.
+constexpr double kTempering = 2;
 constexpr double kTiltSigma = 2 * kDegree;  // of a level start: loose, the filter sees the same samples again
 
 template <class Samples>
@@ -140,6 +143,15 @@ void set_boresight(Start& start, const Log& log, const FilterOptions& options, b
   }
 }
 
+// Seconds of a window in which the body may move. At rest an unknown gyro bias turns gravity, dead reckoning takes
+// that for motion, and a heading comes out of nothing.
+double moving_time(const Log& log, const Interval& window) {
+  double time = window.end - window.start;
+  for (const Interval& r : log.rest)
+    time -= std::max(0.0, std::min(r.end, window.end) - std::max(r.start, window.start));
+  return time;
+}
+
 // The first window in which motion tells the whole attitude.
 std::optional<MotionAlignment> first_alignment(const Log& log, const FilterOptions& options, const Receiver& receiver,
                                                double from) {
@@ -148,12 +160,11 @@ std::optional<MotionAlignment> first_alignment(const Log& log, const FilterOptio
   for (std::size_t i = 0; i < fixes.size(); ++i) {
     const double begin = fixes[i].time;
     if (begin < from || begin - last_end < 0.5) continue;
-    const auto resting = [&](const Interval& r) { return r.start <= begin && begin + kBeforeMotion < r.end; };
-    if (std::any_of(log.rest.begin(), log.rest.end(), resting)) continue;
     last_end = begin;
     for (const double length : kWindows) {
       const auto window = range(fixes, begin, begin + length + 1e-6);
       if (window.empty() || window.back().time < begin + length - 1) break;
+      if (moving_time(log, {begin, begin + length}) < kLeastMotion) continue;
       const auto imu = range(log.imu, begin, begin + length + 1);
       auto found = align_in_motion(imu, window, *receiver.options, bias_before(log, options, begin),
                                    log.world.gravity(fixes[i].position).value);
@@ -188,17 +199,6 @@ std::optional<HeadingFix> heading_at_departure(const Log& log, const Solution& s
     return HeadingFix{stretch.time(i), stretch.estimate(i).q_wb, 2 * stretch.sigmas(i).euler.z()};
   }
   return std::nullopt;
-}
-
-// A smoothed covariance made the prior of a filter that sees the same stretch again: doubled, as if half of the
-// stretch's information had come from elsewhere, and no sigma above that of the prior itself.
-Covariance tempered(const Covariance& smoothed, const Covariance& prior) {
-  const double widening = std::sqrt(2.0);
-  const ErrorVector sigma = widening * smoothed.diagonal().cwiseMax(0).cwiseSqrt();
-  const ErrorVector bound = prior.diagonal().cwiseSqrt();
-  const ErrorVector factor =
-      widening * (bound.array() < sigma.array()).select(bound.array() / sigma.array(), 1).matrix();
-  return factor.asDiagonal() * smoothed * factor.asDiagonal();
 }
 
 FoundStart start_from_motion(const Log& log, const FilterOptions& options, const Receiver& receiver, Start start,
@@ -237,10 +237,11 @@ FoundStart start_from_motion(const Log& log, const FilterOptions& options, const
   set_attitude_sigma(start, {kTiltSigma, kTiltSigma, heading_sigma});
   set_boresight(start, log, options, false);
 
-  const Refined second = refine(log, options, start, until);
-  start.covariance = tempered(second.start.P, initial_covariance(StateLayout(options.estimate), options, start));
-  start.x = second.start.x;
-  start.heading = heading_at_departure(log, second.stretch, aligned->time);
+  // A second stretch, from the start itself.
+  const Refined refined = refine(log, options, start, until);
+  start.covariance = kTempering * refined.start.P;
+  start.x = refined.start.x;
+  start.heading = heading_at_departure(log, refined.stretch, aligned->time);
   const double sigma = euler_sigma(start.x.q_wb, start.covariance.block<3, 3>(6, 6)).z();
   return {start, fmt::format("heading {:.1f} deg ± {:.2f}, found from the motion at t = {:.1f} s",
                              to_euler(start.x.q_wb).z() / kDegree, sigma / kDegree, aligned->time)};

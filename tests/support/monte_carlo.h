@@ -1,7 +1,9 @@
 #pragma once
 /// Runs of a scenario, replayed, and the errors of filter and smoother against their covariances.
 
-#include <optional>
+#include <cstdint>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "piste/sim/simulation.h"
@@ -41,10 +43,10 @@ std::vector<ReplayedRun> replay_all(const Experiment& experiment, int runs);
 
 /// NEES of some blocks, averaged over the runs and over the epochs in [from, to].
 struct Consistency {
-  int dof = 0;                    ///< of one sample
-  double mean = 0;                ///< NEES / dof: 1 where the covariance is true
-  double low = 0, high = 0;       ///< two-sided band of the mean over runs at one epoch: the more so of many
-  double beyond = 0;              ///< share of single errors beyond 3 sigma: 0.0027
+  int dof = 0;               ///< of one sample
+  double mean = 0;           ///< NEES / dof: 1 where the covariance is true
+  double low = 0, high = 0;  ///< two-sided band of the mean over runs at one epoch: the more so of many
+  double beyond = 0;         ///< share of single errors beyond 3 sigma: 0.0027
   bool within() const { return mean > low && mean < high; }
 };
 Consistency consistency(const std::vector<ReplayedRun>& runs, bool smoothed, std::span<const Block> blocks, double from,

@@ -20,9 +20,9 @@ struct SmoothedState {
   Covariance P;
 };
 
-/// Called with a row of the solution, last row first: what the filter believed at its epoch, and what the smoother does.
-using EpochObserver =
-    std::function<void(std::size_t row, const Tape::Epoch& filtered, const SmoothedState& smoothed)>;
+/// Called with a row of the solution, last row first: what the filter believed at its epoch, and what the smoother
+/// does.
+using EpochObserver = std::function<void(std::size_t row, const Tape::Epoch& filtered, const SmoothedState& smoothed)>;
 
 /// `run` with checkpoints, of the same log. `at_start`: takes what is said of the start, before the first step.
 /// `observer`: for whole covariances, of which a Solution keeps the sigmas only. Throws std::logic_error without

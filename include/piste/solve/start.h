@@ -3,8 +3,8 @@
 ///
 /// With heading `auto` nothing is known of it: it is found from the first seconds of motion (model/alignment.h),
 /// refined by filtering and smoothing a stretch from there, and carried back to the start through the gyros; a second
-/// stretch, filtered and smoothed from the start, gives attitude and biases there, and the heading at the departure. This
-/// looks ahead and is for replays; live, align_in_motion() over the last seconds gives the start.
+/// stretch, filtered and smoothed from the start, gives attitude and biases there, and the heading at the departure.
+/// This looks ahead and is for replays; live, align_in_motion() over the last seconds gives the start.
 
 #include <string>
 
