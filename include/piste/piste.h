@@ -65,7 +65,15 @@
 #include "piste/core/sensor.h"
 #include "piste/core/solution.h"
 
-// The steps, in the order of a run: read, condition, solve, report.
+// The steps, in the order of a run: read or simulate, condition, solve, report.
+#include "piste/condition/pipeline.h"
+#include "piste/condition/rest_detection.h"
+#include "piste/io/log_io.h"
+#include "piste/io/replay_config.h"
+#include "piste/io/solution_io.h"
 #include "piste/report/html.h"
 #include "piste/report/kml.h"
-#include "piste/report/svg.h"
+#include "piste/sim/simulation.h"
+#include "piste/solve/filter.h"
+#include "piste/solve/rts.h"
+#include "piste/solve/start.h"

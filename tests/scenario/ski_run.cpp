@@ -1,8 +1,7 @@
 // Accuracy of the shipped ski run, under way, against its truth: heading unknown at the start, through the program.
 //
 // The run is gentle, and its heading less observable than that of the runs that the bounds of the requirements were set
-// for: without a reference attitude, pitch and heading with L1/L2 are held to what this run allows, and all else to
-// those bounds.
+// for: without a reference attitude it is held to what this run allows, and to those bounds where there is one.
 
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
