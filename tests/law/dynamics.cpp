@@ -112,6 +112,24 @@ std::vector<ImuStep> wild_steps(double start, double duration, double dt) {
   return steps;
 }
 
+// At rest the samples are noise: neither heading nor scales may be regressed on it.
+TEST(Dynamics, TransitionAtRestDoesNotDependOnTheNoiseOfTheSamples) {
+  Random random(9);
+  const Earth earth = ordinary_earth();
+  Estimate x;
+  x.q_wb = from_euler({0.1, -0.7, 2});
+  const auto at_rest = [&] {
+    x.v_wb = random.vector(0.02);
+    const ImuStep step{0.01, random.vector(1e-3), random.vector(0.1), random.vector(1e-3), random.vector(0.1)};
+    return linearize(x, x, step, earth.rate, earth.here, kNoNoise, true);
+  };
+  const Transition a = at_rest(), b = at_rest();
+  EXPECT_EQ(a.rate, Vector3d::Zero().eval());
+  EXPECT_EQ(a.force, b.force);
+  EXPECT_TRUE(a.force.isApprox(-(x.q_wb.conjugate() * earth.here.value)));
+  EXPECT_EQ(a.navigation, b.navigation);
+}
+
 TEST(Dynamics, TransitionIsTheDifferenceOfTwoRunsOverOneStep) {
   Random random(1);
   for (int i = 0; i < 10; ++i) {

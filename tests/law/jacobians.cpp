@@ -114,6 +114,15 @@ TEST(Jacobians, ZeroRate) {
   }
 }
 
+TEST(Jacobians, Heading) {
+  Random random(8);
+  for (int i = 0; i < kStates; ++i) {
+    const Estimate x = random.estimate();
+    const HeadingFix fix{0, so3_exp(0.5 * random.uniform() * random.vector().normalized()) * x.q_wb, 0.01};
+    check_jacobians([&](const Estimate& y) { return linearize_heading(fix, y); }, x);
+  }
+}
+
 TEST(Jacobians, MagneticHeading) {
   Random random(7);
   for (int i = 0; i < kStates; ++i) {
