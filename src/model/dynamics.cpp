@@ -22,7 +22,8 @@ Vector3d factor_of(const ImuBlock& b, const Transition& t) {
   return b.half == 0 ? t.rate : t.force;
 }
 
-std::size_t slot(Block b) { return static_cast<std::size_t>(index_of(b)); }
+std::size_t at(int k) { return static_cast<std::size_t>(k); }
+std::size_t slot(Block b) { return at(index_of(b)); }
 
 // Φ told state by state, beyond the navigation: each decays, and some act on the navigation rows through one column of
 // `mixer` = (navigation | imu).
@@ -52,8 +53,6 @@ struct Structure {
       }
     }
   }
-
-  static std::size_t at(int k) { return static_cast<std::size_t>(k); }
 };
 
 template <int N>
@@ -159,7 +158,7 @@ void propagate(Covariance& P, const StateLayout& layout, const Transition& t) {
   inputs.leftCols<kNavigation>().topRows(n) = P.leftCols<kNavigation>();
   inputs.rightCols<6>().topRows(n).setZero();
   for (int k = kNavigation; k < n; ++k) {
-    if (s.input[s.at(k)] >= 0) inputs.col(s.input[s.at(k)]).head(n) += s.factor[s.at(k)] * P.col(k);
+    if (s.input[at(k)] >= 0) inputs.col(s.input[at(k)]).head(n) += s.factor[at(k)] * P.col(k);
   }
   Columns<kNavigation> after;
   onto_navigation(s.mixer, inputs, n, after);
@@ -168,8 +167,8 @@ void propagate(Covariance& P, const StateLayout& layout, const Transition& t) {
   inputs.leftCols<kNavigation>().topRows<kNavigation>() = after.topRows<kNavigation>().transpose();
   inputs.rightCols<6>().topRows<kNavigation>().setZero();
   for (int k = kNavigation; k < n; ++k) {
-    if (s.input[s.at(k)] < 0) continue;
-    inputs.col(s.input[s.at(k)]).head<kNavigation>() += s.factor[s.at(k)] * after.row(k).transpose();
+    if (s.input[at(k)] < 0) continue;
+    inputs.col(s.input[at(k)]).head<kNavigation>() += s.factor[at(k)] * after.row(k).transpose();
   }
   Columns<kNavigation> corner;
   onto_navigation(s.mixer, inputs, kNavigation, corner);
@@ -207,9 +206,9 @@ void propagate_adjoint(ErrorVector& lambda, Covariance& Lambda, const StateLayou
   // Rows of the navigation in Λ Φ, one a column here, and Φᵀ of them.
   navigation.topRows<kNavigation>() = through.topLeftCorner<kNavigation, kNavigation>().transpose();
   for (int k = kNavigation; k < n; ++k) {
-    navigation.row(k) = s.decay[s.at(k)] * navigation.row(k);
-    if (s.input[s.at(k)] < 0) continue;
-    navigation.row(k) += s.factor[s.at(k)] * through.col(s.input[s.at(k)]).head<kNavigation>().transpose();
+    navigation.row(k) = s.decay[at(k)] * navigation.row(k);
+    if (s.input[at(k)] < 0) continue;
+    navigation.row(k) += s.factor[at(k)] * through.col(s.input[at(k)]).head<kNavigation>().transpose();
   }
   Columns<kInputs> both;
   onto_inputs(s.mixer, navigation, n, both);
@@ -220,12 +219,12 @@ void propagate_adjoint(ErrorVector& lambda, Covariance& Lambda, const StateLayou
     Lambda.row(j).tail(n - kNavigation) = Lambda.col(j).tail(n - kNavigation).transpose();
   }
   for (int j = kNavigation; j < n; ++j) {
-    const int input_j = s.input[s.at(j)];
+    const int input_j = s.input[at(j)];
     for (int i = kNavigation; i <= j; ++i) {
-      const int input_i = s.input[s.at(i)];
-      double value = s.decay[s.at(i)] * s.decay[s.at(j)] * Lambda(i, j);
-      if (input_j >= 0) value += s.decay[s.at(i)] * s.factor[s.at(j)] * through(i, input_j);
-      if (input_i >= 0) value += s.factor[s.at(i)] * both(j, input_i);
+      const int input_i = s.input[at(i)];
+      double value = s.decay[at(i)] * s.decay[at(j)] * Lambda(i, j);
+      if (input_j >= 0) value += s.decay[at(i)] * s.factor[at(j)] * through(i, input_j);
+      if (input_i >= 0) value += s.factor[at(i)] * both(j, input_i);
       Lambda(i, j) = Lambda(j, i) = value;
     }
   }
@@ -233,8 +232,8 @@ void propagate_adjoint(ErrorVector& lambda, Covariance& Lambda, const StateLayou
   const Eigen::Matrix<double, kInputs, 1> seen = s.mixer.transpose() * lambda.head<kNavigation>();
   lambda.head<kNavigation>() = seen.head<kNavigation>();
   for (int k = kNavigation; k < n; ++k) {
-    lambda(k) *= s.decay[s.at(k)];
-    if (s.input[s.at(k)] >= 0) lambda(k) += s.factor[s.at(k)] * seen(s.input[s.at(k)]);
+    lambda(k) *= s.decay[at(k)];
+    if (s.input[at(k)] >= 0) lambda(k) += s.factor[at(k)] * seen(s.input[at(k)]);
   }
 }
 
