@@ -6,7 +6,4 @@ namespace piste {
 /// x with P(χ²_dof ≤ x) = probability, 0 < probability < 1, dof > 0.
 double chi_squared_quantile(double probability, double dof);
 
-/// x with P(N(0,1) ≤ x) = probability.
-double normal_quantile(double probability);
-
 }  // namespace piste
