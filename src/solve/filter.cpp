@@ -288,7 +288,8 @@ void Filter::apply(int source, const Linearization& lin) {
   }
   const double bound = setup_->gate[static_cast<std::size_t>(lin.rows)];
   int& rejected = rejected_in_a_row_[static_cast<std::size_t>(source)];
-  Innovation innovation{state_.time, source, u.residual, u.S.diagonal().cwiseSqrt(), u.nis, bound, Outcome::kUsed};
+  Innovation innovation{state_.time, source, lin.rows,      u.residual, u.S.diagonal().cwiseSqrt(),
+                        u.nis,       bound,  Outcome::kUsed};
   if (u.nis > bound) {
     const bool at_rest = source >= setup_->rest;  // a body that moves after all must not be stopped
     if (++rejected <= setup_->options.readmit_after || at_rest) {

@@ -17,6 +17,7 @@ enum class Outcome { kUsed, kRejected, kReadmitted };
 struct Innovation {
   double time = 0;
   int source = 0;            ///< index into Solution::sources
+  int dof = 3;               ///< rows of the measurement
   Vector3d residual, sigma;  ///< measured − predicted, and the root of the diagonal of its covariance; SI
   double nis = 0, gate = 0;  ///< residual' S⁻¹ residual, and the bound that it was held against (0: none)
   Outcome outcome = Outcome::kUsed;

@@ -1,9 +1,20 @@
 #pragma once
-/// Quantiles that the field asks for.
+/// Quantiles and bands that the field asks for.
 
 namespace piste {
 
 /// x with P(χ²_dof ≤ x) = probability, 0 < probability < 1, dof > 0.
 double chi_squared_quantile(double probability, double dof);
+
+/// x with P(z ≤ x) = probability for a standard normal z.
+double normal_quantile(double probability);
+
+struct Band {
+  double low = 0, high = 0;
+  bool contains(double value) const { return value > low && value < high; }
+};
+
+/// Two-sided band that the mean of `count` independent χ²_dof variables, divided by dof, keeps to with `probability`.
+Band chi_squared_band(double probability, double dof, double count);
 
 }  // namespace piste

@@ -1,0 +1,175 @@
+#pragma once
+/// Are the sigmas true, and are the errors as small as they can be? Many runs with known truth, summed up.
+///
+///     NEES = eᵀ P⁻¹ e     mean: the number of states     (Bar-Shalom, Li and Kirubarajan 2001, section 5.4)
+///     NIS  = zᵀ S⁻¹ z     mean: the number of rows; white from one innovation to the next
+///     RMSE against the posterior Cramér-Rao bound (Tichavsky 1998), which for a given trajectory is the covariance of
+///     the same filter and smoother linearised at the truth
+///
+/// All means are per degree of freedom: 1 where the covariance is true. Runs are added one by one and not kept.
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "piste/core/solution.h"
+#include "piste/math/statistics.h"
+
+namespace piste {
+
+/// truth − estimate of the estimated blocks at one epoch, its claimed covariance, and the variances of the bound.
+/// Velocity is the ordinary difference (ordinary_from_invariant), attitude the rotation vector in w.
+struct ErrorSample {
+  int epoch = 0;  ///< of the grid
+  ErrorVector error;
+  Covariance P;
+  ErrorVector bound;
+};
+
+/// Stretches of a run, by the motion that was simulated.
+enum class Phase { kRest, kUnderWay, kRestAfter };
+inline constexpr std::array<std::string_view, 3> kPhaseNames{"rest", "under_way", "rest_after"};
+
+/// The epochs at which all runs of an ensemble are looked at.
+struct EpochGrid {
+  double step = 1;          ///< s
+  int first = 0, last = 0;  ///< epochs; 0 is the departure
+  Interval cruise;          ///< under way: after the start and before the stop, s from the departure
+  double arrival = 0;       ///< s from the departure
+
+  double time(int epoch) const { return step * epoch; }
+  int size() const { return last - first + 1; }
+  /// Nothing while the body starts and stops.
+  std::optional<Phase> phase(double time) const;
+};
+
+/// One run held against its truth.
+struct ComparedRun {
+  StateLayout layout;
+  std::vector<ErrorSample> filtered, smoothed;  ///< not every epoch of the grid need be there
+  std::vector<std::string> sources;             ///< of the innovations
+  std::vector<Innovation> innovations;          ///< time from the departure
+};
+
+/// Blocks that are judged together.
+struct StateGroup {
+  std::string name;
+  std::vector<int> rows;  ///< of the error vector
+};
+/// whole, navigation, biases, scales, and every block for itself.
+std::vector<StateGroup> state_groups(const StateLayout& layout);
+
+/// NEES of a group over the epochs of a phase.
+struct GroupConsistency {
+  double nees = 0;                   ///< mean over runs and epochs, per degree of freedom
+  double standard_error = 0;         ///< of that mean, between runs
+  double outside = 0;                ///< share of epochs whose mean over the runs leaves its band
+  std::array<double, 3> coverage{};  ///< share of single errors within 1, 2, 3 sigma: .6827 .9545 .9973 of a normal one
+  double largest = 0;                ///< of all single errors, in sigmas
+};
+
+/// RMSE of a block over the epochs of a phase; SI and radians.
+struct BlockAccuracy {
+  double rmse = 0, bound = 0, claimed = 0;  ///< root of the mean square, of the bound's and of the covariance's trace
+  double ratio = 0, standard_error = 0;     ///< rmse / bound, and its standard error between runs
+};
+
+/// What the filter or the smoother was worth.
+struct EstimatorConsistency {
+  std::array<std::vector<GroupConsistency>, 3> groups;  ///< by phase; in the order of state_groups
+  std::array<std::vector<BlockAccuracy>, 3> blocks;     ///< by phase; in the order of the layout
+  std::vector<std::vector<double>> nees;                ///< by group: over the grid, not a number where no run was
+  std::vector<std::vector<BlockAccuracy>> accuracy;     ///< by block: over the grid
+};
+
+/// Innovations of one source over all runs, under way. Those beyond the gate are in.
+struct SourceConsistency {
+  std::string name;
+  int dof = 0;
+  double count = 0, rejected = 0;
+  double nis = 0;  ///< mean, per degree of freedom
+  Band band;
+  std::array<double, 3> autocorrelation{};  ///< of successive normalised innovations, per axis
+  double autocorrelation_band = 0;          ///< ±, of white ones
+};
+
+/// Heading error at one time after the departure, over the runs [rad].
+struct HeadingFound {
+  double time = 0, runs = 0, rmse = 0;
+  double largest = 0, largest_sigma = 0, largest_ratio = 0;  ///< |error|, sigma, |error| / sigma: of different runs
+};
+
+struct FailedRun {
+  std::uint64_t seed = 0;
+  std::string what;
+};
+
+/// All that an ensemble says.
+struct ConsistencyReport {
+  int runs = 0;  ///< compared; failed ones are not among them
+  double probability = 0;
+  EpochGrid grid;
+  StateLayout layout;
+  std::vector<StateGroup> groups;
+  std::vector<Band> bands;  ///< by group, of a mean over the runs at one epoch
+  EstimatorConsistency filter, smoother;
+  std::vector<SourceConsistency> sources;
+  HeadingFound heading;  ///< of the filter
+  std::vector<FailedRun> failures;
+
+  /// Whether all groups lie in their bands under way, filter and smoother, and no run failed.
+  bool consistent() const;
+};
+
+/// Sums over the runs. The order of adding decides the last bits.
+class Consistency {
+ public:
+  explicit Consistency(const EpochGrid& grid) : grid_(grid) {}
+
+  void add(const ComparedRun& run);
+  void add_failure(FailedRun failure) { failures_.push_back(std::move(failure)); }
+  /// Runs added, failed ones included.
+  std::size_t size() const { return static_cast<std::size_t>(runs_) + failures_.size(); }
+
+  /// @pre at least one run was compared
+  ConsistencyReport report(double probability = 0.999) const;
+
+  /// The sums as bytes of this machine, and back, so that an ensemble goes on where it was stopped. `restore` throws
+  /// DataError on bytes that are not from `save`.
+  std::string save() const;
+  static Consistency restore(std::string_view bytes);
+
+ private:
+  // Of the filter or of the smoother. Tables are stored row by row, (phase, group) as phase · groups + group.
+  struct Sums {
+    std::vector<double> runs;                     // by epoch
+    std::vector<double> nees;                     // by (epoch, group)
+    std::vector<double> square, bound, claimed;   // by (epoch, state): of the error, and of both covariances
+    std::vector<double> phase_runs;               // by phase
+    std::vector<double> mean, mean_square;        // by (phase, group): of the runs' mean NEES per degree of freedom
+    std::vector<double> errors, within, largest;  // by (phase, group); `within` with 1, 2, 3 sigma as last index
+    std::vector<double> ratio, ratio_square;      // by (phase, block): of the runs' mean square over the bound's
+  };
+  void prepare(const ComparedRun& run);
+  void add(Sums& sums, const std::vector<ErrorSample>& samples) const;
+  void add_innovations(const ComparedRun& run);
+  void add_heading(const std::vector<ErrorSample>& filtered);
+  EstimatorConsistency summarise(const Sums& sums, double probability) const;
+  template <class Self, class Visitor>
+  static void visit(Self& self, Visitor&& visit);
+
+  EpochGrid grid_;
+  StateLayout layout_;
+  std::vector<StateGroup> groups_;
+  double runs_ = 0;
+  Sums filter_, smoother_;
+  std::vector<std::string> sources_;
+  std::vector<double> source_sums_;  // by (source, term)
+  std::vector<double> heading_;
+  std::vector<FailedRun> failures_;
+};
+
+}  // namespace piste
