@@ -94,20 +94,19 @@ std::vector<double> epochs(const Truth& plate, double rate) {
   return times;
 }
 
-// Coloured error, 0 where there is none.
-class Colour {
- public:
-  Colour(const std::optional<GaussMarkov>& process, RandomStream stream) {
-    if (process) path_.emplace(*process, stream);
+// Coloured error at each of the epochs of a source; empty where there is none.
+std::vector<Vector3d> coloured(const Truth& plate, double rate, const std::optional<GaussMarkov>& process,
+                               RandomStream stream) {
+  std::vector<Vector3d> values;
+  if (!process) return values;
+  DriftPath path(*process, std::move(stream));
+  values.resize(epochs(plate, rate).size());
+  for (Vector3d& value : values) {
+    value = path.value();
+    path.advance(1 / rate);
   }
-  Vector3d value() const { return path_ ? path_->value() : Vector3d::Zero(); }
-  void advance(double dt) {
-    if (path_) path_->advance(dt);
-  }
-
- private:
-  std::optional<DriftPath> path_;
-};
+  return values;
+}
 
 Vector3d total_sigma(const Vector3d& white, const std::optional<GaussMarkov>& coloured) {
   return coloured ? Vector3d((white.cwiseAbs2() + coloured->sigma.cwiseAbs2()).cwiseSqrt()) : white;
@@ -166,13 +165,14 @@ GnssRecording simulate_gnss(const Truth& plate, const GnssSetup& setup, std::uin
   const World& world = plate.world();
   const Truth antenna = plate.attached(Quaterniond::Identity(), setup.p_ra_r);
   RandomStream position_noise(seed, setup.name + "/position"), velocity_noise(seed, setup.name + "/velocity");
-  Colour colour(setup.position_drift, {seed, setup.name + "/position drift"});
+  const std::vector<Vector3d> drift = position_drift(plate, setup, seed);
 
   GnssRecording out{setup.name + ".csv", {}};
   for (const double time : epochs(plate, setup.rate)) {
     const TruthState state = antenna.at(time - setup.delay);
     const Matrix3d R_wn = world.rotation_wn(state.p_wb);
-    const Vector3d error = setup.position_noise.cwiseProduct(position_noise.normal3()) + colour.value();
+    Vector3d error = setup.position_noise.cwiseProduct(position_noise.normal3());
+    if (!drift.empty()) error += drift[out.fixes.size()];
     GeodeticFix fix;
     fix.time = time;
     fix.position = world.to_geodetic(state.p_wb + R_wn * error);
@@ -182,28 +182,35 @@ GnssRecording simulate_gnss(const Truth& plate, const GnssSetup& setup, std::uin
       fix.velocity = {R_wn.transpose() * state.v_wb + v_error, setup.velocity_noise};
     }
     out.fixes.push_back(fix);
-    colour.advance(1 / setup.rate);
   }
   return out;
+}
+
+std::vector<Vector3d> position_drift(const Truth& plate, const GnssSetup& setup, std::uint64_t seed) {
+  return coloured(plate, setup.rate, setup.position_drift, {seed, setup.name + "/position drift"});
 }
 
 AttitudeRecording simulate_attitude(const Truth& plate, const AttitudeSetup& setup, std::uint64_t seed) {
   const World& world = plate.world();
   RandomStream noise(seed, setup.name + "/noise");
-  Colour colour(setup.drift, {seed, setup.name + "/drift"});
+  const std::vector<Vector3d> drift = attitude_drift(plate, setup, seed);
   const Vector3d sigma = total_sigma(setup.noise, setup.drift);
 
   AttitudeRecording out{setup.name + ".csv", {}};
   for (const double time : epochs(plate, setup.rate)) {
     const TruthState state = plate.at(time);
     const Matrix3d R_nw = world.rotation_wn(state.p_wb).transpose();
-    const Vector3d error = setup.noise.cwiseProduct(noise.normal3()) + colour.value();
+    Vector3d error = setup.noise.cwiseProduct(noise.normal3());
+    if (!drift.empty()) error += drift[out.fixes.size()];
     const Quaterniond q_nr = Quaterniond(R_nw) * so3_exp(error) * state.q_wb;
     const Matrix3d covariance = R_nw * sigma.cwiseAbs2().asDiagonal() * R_nw.transpose();
     out.fixes.push_back({time, to_euler(q_nr), euler_sigma(q_nr, covariance)});
-    colour.advance(1 / setup.rate);
   }
   return out;
+}
+
+std::vector<Vector3d> attitude_drift(const Truth& plate, const AttitudeSetup& setup, std::uint64_t seed) {
+  return coloured(plate, setup.rate, setup.drift, {seed, setup.name + "/drift"});
 }
 
 }  // namespace piste

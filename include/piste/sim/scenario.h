@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "piste/sim/motion.h"
+#include "piste/sim/replay_setup.h"
 #include "piste/sim/sensors.h"
 
 namespace piste {
@@ -22,6 +23,7 @@ struct Scenario {
   std::vector<ImuSetup> imus;  ///< the first one is the body of truth.csv
   std::vector<GnssSetup> gnss;
   std::vector<AttitudeSetup> attitude;
+  ReplaySetup replay;
   std::size_t truth_every = 1;  ///< truth.csv has every n-th IMU epoch
 };
 

@@ -72,6 +72,8 @@ struct GnssSetup {
 
 /// Fixes over the whole run; their sigma columns are the total of white and coloured.
 GnssRecording simulate_gnss(const Truth& plate, const GnssSetup& setup, std::uint64_t seed);
+/// The coloured part of the error of each of those fixes, north, east, down; empty where there is none.
+std::vector<Vector3d> position_drift(const Truth& plate, const GnssSetup& setup, std::uint64_t seed);
 
 /// A reference attitude: of the plate's axes.
 struct AttitudeSetup {
@@ -84,5 +86,7 @@ struct AttitudeSetup {
 /// Attitude in local north-east-down over the whole run: R_wr measured = Exp(e) R_wr with e the sum of both errors.
 /// Sigmas of the Euler angles are those of e carried through.
 AttitudeRecording simulate_attitude(const Truth& plate, const AttitudeSetup& setup, std::uint64_t seed);
+/// The coloured part of the error of each of those fixes, rotation vector in w; empty where there is none.
+std::vector<Vector3d> attitude_drift(const Truth& plate, const AttitudeSetup& setup, std::uint64_t seed);
 
 }  // namespace piste

@@ -1,0 +1,112 @@
+#include "piste/experiment/ensemble.h"
+
+#include <condition_variable>
+#include <cstring>
+#include <exception>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <variant>
+
+#include "piste/core/error.h"
+
+namespace piste {
+namespace {
+
+using Result = std::variant<ComparedRun, FailedRun>;
+
+Result run_one(const Scenario& scenario, std::uint64_t seed) {
+  try {
+    return run_trial(scenario, seed);
+  } catch (const DataError& e) {
+    return FailedRun{seed, e.what()};
+  }
+}
+
+void add(Consistency& sums, Result&& result) {
+  if (const auto* run = std::get_if<ComparedRun>(&result)) {
+    sums.add(*run);
+  } else {
+    sums.add_failure(std::get<FailedRun>(std::move(result)));
+  }
+}
+
+// FNV-1a.
+std::uint64_t hash(std::string_view bytes) {
+  std::uint64_t h = 0xcbf29ce484222325U;
+  for (const char c : bytes) h = (h ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
+  return h;
+}
+
+}  // namespace
+
+Ensemble::Ensemble(const Scenario& scenario) : scenario_(scenario), sums_(epoch_grid(scenario)) {}
+
+void Ensemble::run(std::size_t runs, int jobs, const Observer& observer) {
+  std::mutex mutex;
+  std::condition_variable moved;
+  std::map<std::size_t, Result> waiting;  // for those before them
+  std::exception_ptr stopped;
+  std::size_t next = size();
+  const auto most = static_cast<std::size_t>(2 * jobs);  // trials under way or waiting: memory does not grow with runs
+  const auto work = [&] {
+    std::unique_lock lock(mutex);
+    while (true) {
+      moved.wait(lock, [&] { return stopped || next >= runs || next < size() + most; });
+      if (stopped || next >= runs) return;
+      const std::size_t mine = next++;
+      lock.unlock();
+      std::optional<Result> result;
+      std::exception_ptr error;
+      try {
+        result = run_one(scenario_, mine + 1);
+      } catch (...) {
+        error = std::current_exception();
+      }
+      lock.lock();
+      if (error) {
+        stopped = error;
+      } else {
+        waiting.emplace(mine, std::move(*result));
+        for (auto it = waiting.begin(); !stopped && it != waiting.end() && it->first == size();) {
+          add(sums_, std::move(it->second));
+          it = waiting.erase(it);
+          if (size() == 1) first_ = hash(sums_.save());
+          if (observer) observer(*this);
+        }
+      }
+      moved.notify_all();
+    }
+  };
+  {
+    std::vector<std::jthread> others;
+    for (int i = 1; i < jobs; ++i) others.emplace_back(work);
+    work();
+  }
+  if (stopped) std::rethrow_exception(stopped);
+}
+
+std::string Ensemble::save() const {
+  std::string bytes(sizeof first_, '\0');
+  std::memcpy(bytes.data(), &first_, sizeof first_);
+  return bytes + sums_.save();
+}
+
+bool Ensemble::resume(std::string_view bytes) {
+  std::uint64_t first = 0;
+  if (bytes.size() < sizeof first) return false;
+  std::memcpy(&first, bytes.data(), sizeof first);
+  Consistency one(epoch_grid(scenario_));
+  add(one, run_one(scenario_, 1));
+  if (hash(one.save()) != first) return false;
+  try {
+    sums_ = Consistency::restore(bytes.substr(sizeof first));
+  } catch (const DataError&) {
+    return false;
+  }
+  first_ = first;
+  return true;
+}
+
+}  // namespace piste

@@ -1,0 +1,213 @@
+#include "piste/experiment/trial.h"
+
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "piste/condition/pipeline.h"
+#include "piste/condition/rest_detection.h"
+#include "piste/experiment/true_estimate.h"
+#include "piste/sim/random.h"
+#include "piste/solve/rts.h"
+#include "piste/solve/start.h"
+
+namespace piste {
+namespace {
+
+// The scenario with the sensors of its replay alone.
+Scenario carried(const Scenario& scenario, std::uint64_t seed) {
+  Scenario s = scenario;
+  const ReplaySetup& replay = scenario.replay;
+  s.imus = {scenario.imus[replay.imu]};
+  s.gnss.clear();
+  for (const std::size_t i : replay.gnss) s.gnss.push_back(scenario.gnss[i]);
+  s.attitude.clear();
+  for (const std::size_t i : replay.attitude) s.attitude.push_back(scenario.attitude[i]);
+  if (replay.random_heading) s.motion.heading = 2 * std::numbers::pi * RandomStream(seed, "heading").uniform();
+  return s;
+}
+
+// The same motion and schedule, seen by sensors without an error.
+Scenario perfect(Scenario s) {
+  ImuSetup& imu = s.imus.front();
+  for (TriadErrors* errors : {&imu.sensor.gyro, &imu.sensor.accel}) {
+    const double range = errors->range;
+    *errors = {};
+    errors->range = range;
+  }
+  imu.gyro = imu.accel = TriadTruth{};
+  for (GnssSetup& receiver : s.gnss) {
+    receiver.position_noise.setZero();
+    receiver.position_drift.reset();
+  }
+  for (AttitudeSetup& reference : s.attitude) {
+    reference.noise.setZero();
+    reference.drift.reset();
+  }
+  return s;
+}
+
+FilterOptions filter_options(const Scenario& s) {
+  FilterOptions options;
+  options.sensor = s.replay.sensor;
+  options.estimate = s.replay.estimate;
+  for (const GnssSetup& receiver : s.gnss) {
+    options.gnss.push_back({.name = receiver.name,
+                            .lever_arm = lever_arm(s.imus.front(), receiver),
+                            .use_velocity = receiver.velocity_noise.maxCoeff() > 0,
+                            .drift = receiver.position_drift});
+  }
+  for (const AttitudeSetup& reference : s.attitude) {
+    options.attitude.push_back({.name = reference.name, .drift = reference.drift});
+  }
+  return options;
+}
+
+ConditioningOptions conditioning_options(const Scenario& s, double departure, const FilterOptions& filter) {
+  const ImuSetup& imu = s.imus.front();
+  ConditioningOptions options;
+  options.imu.clock_offset = imu.clock_offset;
+  options.imu.clock_drift = imu.clock_drift;
+  options.imu.instantaneous = imu.sampling == ImuSetup::Sampling::kInstant;
+  options.gyro_range = filter.sensor.gyro.range;
+  options.accel_range = filter.sensor.accel.range;
+  options.rest = filter.rest;
+  for (const Interval& outage : s.replay.outages) {
+    options.outages.push_back({departure + outage.start, departure + outage.end});
+  }
+  return options;
+}
+
+// truth = start ⊞ error with error of N(0, P): the errors of the sensors are drawn by the simulator already.
+Start drawn_start(const Scenario& s, const Estimate& truth, double time, std::uint64_t seed) {
+  const ReplaySetup::StartSigma& sigmas = s.replay.start;
+  Eigen::Matrix<double, 9, 1> sigma;
+  sigma << Vector3d::Constant(sigmas.position), Vector3d::Constant(sigmas.velocity), sigmas.tilt, sigmas.tilt,
+      sigmas.heading;
+  RandomStream random(seed, "start");
+  FullError error = FullError::Zero();
+  for (int i = 0; i < 9; ++i) error(i) = -sigma(i) * random.normal();
+  Estimate x;
+  x.q_wb = truth.q_wb;
+  x.v_wb = truth.v_wb;
+  x.p_wb = truth.p_wb;
+  x.lever_arm = truth.lever_arm;
+  return {time, boxplus(x, error), sigma.cwiseAbs2().asDiagonal()};
+}
+
+// Nothing known but roughly where and how fast: the prior of a heading that must be found.
+Covariance nothing_known() {
+  constexpr double kPosition = 10, kVelocity = 10, kTilt = 0.2;
+  const double heading = std::numbers::pi / std::sqrt(3.0);  // of a uniform one
+  Eigen::Matrix<double, 9, 1> sigma;
+  sigma << Vector3d::Constant(kPosition), Vector3d::Constant(kVelocity), kTilt, kTilt, heading;
+  return sigma.cwiseAbs2().asDiagonal();
+}
+
+// From the filter's own error to the ordinary one, at the layout's size.
+Covariance ordinary(const StateLayout& layout, const Estimate& x) {
+  Covariance T = Covariance::Identity(layout.size(), layout.size());
+  T.topLeftCorner<9, 9>() = ordinary_from_invariant(x);
+  return T;
+}
+
+// The epoch of the grid that a row stands for, if it does: the row nearest to it.
+std::optional<int> epoch_of(const EpochGrid& grid, double time, double interval) {
+  const double epoch = std::floor((time + 0.5 * interval) / grid.step);
+  if (epoch == std::floor((time - 0.5 * interval) / grid.step)) return std::nullopt;
+  const int found = static_cast<int>(epoch);
+  return found >= grid.first && found <= grid.last ? std::optional(found) : std::nullopt;
+}
+
+struct Bound {
+  ErrorVector filtered, smoothed;
+};
+
+// Variances of the bound at the epochs of the grid.
+std::map<int, Bound> bound_of(const Scenario& scenario, const Simulation& real, const Log& log, const Start& start,
+                              std::uint64_t seed, const EpochGrid& grid) {
+  const Scenario ideal = perfect(scenario);
+  const Simulation simulation = simulate(ideal, seed);
+  Recording recording = simulation.recording(0);
+  for (std::size_t r = 0; r < recording.gnss.size(); ++r) {
+    auto& fixes = recording.gnss[r].fixes;
+    for (std::size_t k = 0; k < fixes.size(); ++k) fixes[k].sigma_position = real.gnss[r].fixes[k].sigma_position;
+  }
+  for (std::size_t r = 0; r < recording.attitude.size(); ++r) {
+    auto& fixes = recording.attitude[r].fixes;
+    for (std::size_t k = 0; k < fixes.size(); ++k) fixes[k].sigma = real.attitude[r].fixes[k].sigma;
+  }
+  const FilterOptions options = filter_options(scenario);
+  const double departure = simulation.plate.under_way().start;
+  Log perfect_log = condition(recording, conditioning_options(scenario, departure, options));
+  perfect_log.rest = log.rest;
+  for (std::size_t k = 0; k < log.imu.size(); ++k) perfect_log.imu[k].at_rest = log.imu[k].at_rest;
+
+  const TrueEstimate truth(ideal, simulation, perfect_log.world, seed);
+  Start from{start.time, truth.at(start.time), start.covariance};
+  if (scenario.replay.find_heading) from.covariance = nothing_known();
+  const FilterRun run = run_filter(perfect_log, options, from, kCheckpointEvery);
+  std::map<int, Bound> out;
+  const double interval = 1 / scenario.imus.front().rate;
+  const StateLayout& layout = run.solution.layout();
+  smooth_rts(perfect_log, run, {}, nullptr,
+             [&](std::size_t, const Tape::Epoch& filtered, const SmoothedState& smoothed) {
+               const auto epoch = epoch_of(grid, filtered.time - departure, interval);
+               if (!epoch) return;
+               const Covariance T = ordinary(layout, filtered.x);
+               out[*epoch] = {(T * filtered.P * T.transpose()).diagonal(), (T * smoothed.P * T.transpose()).diagonal()};
+             });
+  return out;
+}
+
+}  // namespace
+
+EpochGrid epoch_grid(const Scenario& s) {
+  const MotionOptions& m = s.motion;
+  const double step = s.replay.every;
+  return {.step = step,
+          .first = -static_cast<int>(m.rest_before / step),
+          .last = static_cast<int>((m.run + m.rest_after) / step),
+          .cruise = {m.start_time, m.run - m.stop_time},
+          .arrival = m.run};
+}
+
+ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed) {
+  const Scenario s = carried(scenario, seed);
+  const Simulation run = simulate(s, seed);
+  const double departure = run.plate.under_way().start;
+  const FilterOptions options = filter_options(s);
+  Log log = condition(run.recording(0), conditioning_options(s, departure, options));
+  mark_rest(log, options.rest);
+
+  const TrueEstimate truth(s, run, log.world, seed);
+  const double begin = log.imu.front().time - log.imu.front().interval;
+  const Start start =
+      s.replay.find_heading ? find_start(log, options, {}).start : drawn_start(s, truth.at(begin), begin, seed);
+  const FilterRun filtered = run_filter(log, options, start, kCheckpointEvery);
+
+  const EpochGrid grid = epoch_grid(s);
+  const std::map<int, Bound> bound = bound_of(s, run, log, start, seed, grid);
+  ComparedRun out{filtered.solution.layout(), {}, {}, filtered.solution.sources, filtered.solution.innovations};
+  for (Innovation& v : out.innovations) v.time -= departure;
+  const double interval = 1 / s.imus.front().rate;
+  const auto sample = [&](int epoch, double time, const Estimate& x, const Covariance& P, const ErrorVector& variance) {
+    const FullError full = boxminus(truth.at(time), x);
+    ErrorVector error(out.layout.size());
+    for (const Block b : out.layout.blocks()) {
+      error.segment(out.layout.offset(b), info(b).size) = full.segment(full_offset(b), info(b).size);
+    }
+    const Covariance T = ordinary(out.layout, x);
+    return ErrorSample{epoch, T * error, T * P * T.transpose(), variance};
+  };
+  smooth_rts(log, filtered, {}, nullptr, [&](std::size_t, const Tape::Epoch& before, const SmoothedState& smoothed) {
+    const auto epoch = epoch_of(grid, before.time - departure, interval);
+    if (!epoch) return;
+    const Bound& b = bound.at(*epoch);
+    out.filtered.push_back(sample(*epoch, before.time, before.x, before.P, b.filtered));
+    out.smoothed.push_back(sample(*epoch, before.time, smoothed.x, smoothed.P, b.smoothed));
+  });
+  return out;
+}
+
+}  // namespace piste

@@ -1,0 +1,65 @@
+#include "piste/experiment/true_estimate.h"
+
+#include <algorithm>
+
+namespace piste {
+namespace {
+
+// Index of the time nearest to `time`. @pre there is one
+template <class Samples, class Time>
+std::size_t nearest(const Samples& samples, double time, Time&& of) {
+  auto after = std::partition_point(samples.begin(), samples.end(), [&](const auto& s) { return of(s) < time; });
+  if (after == samples.end() || (after != samples.begin() && time - of(*(after - 1)) < of(*after) - time)) --after;
+  return static_cast<std::size_t>(after - samples.begin());
+}
+
+}  // namespace
+
+TrueEstimate::TrueEstimate(const Scenario& scenario, const Simulation& simulation, const World& world,
+                           std::uint64_t seed)
+    : simulation_(simulation), world_(world) {
+  const ImuSetup& setup = scenario.imus.front();
+  const SimulatedImu& imu = simulation.imus.front();
+  constant_.gyro_bias = imu.gyro.bias;
+  constant_.accel_bias = imu.accel.bias;
+  constant_.gyro_scale = imu.gyro.scale;
+  constant_.accel_scale = imu.accel.scale;
+  constant_.q_rb = setup.q_rb;
+  if (!scenario.gnss.empty()) {
+    const GnssSetup& receiver = scenario.gnss.front();
+    constant_.lever_arm = lever_arm(setup, receiver);
+    constant_.gnss_delay = receiver.delay;
+    position_drift_ = timed(simulation.gnss.front(), position_drift(simulation.plate, receiver, seed));
+  }
+  if (!scenario.attitude.empty()) {
+    attitude_drift_ = timed(simulation.attitude.front(), attitude_drift(simulation.plate, scenario.attitude[0], seed));
+  }
+}
+
+template <class Recording>
+std::vector<TrueEstimate::Sample> TrueEstimate::timed(const Recording& recording, const std::vector<Vector3d>& values) {
+  std::vector<Sample> samples;
+  for (std::size_t i = 0; i < values.size(); ++i) samples.push_back({recording.fixes[i].time, values[i]});
+  return samples;
+}
+
+Estimate TrueEstimate::at(double time) const {
+  const Truth& body = simulation_.bodies.front();
+  const SimulatedImu& imu = simulation_.imus.front();
+  const TruthState truth = body.at(time);
+  const World& simulated = body.world();
+  Estimate x = constant_;
+  x.p_wb = world_.from_geodetic(simulated.to_geodetic(truth.p_wb));
+  const Quaterniond turn(world_.rotation_wn(x.p_wb) * simulated.rotation_wn(truth.p_wb).transpose());
+  x.q_wb = (turn * truth.q_wb).normalized();
+  x.v_wb = turn * truth.v_wb;
+  const auto row = nearest(imu.gps_time, time, [](double t) { return t; });
+  x.gyro_drift = imu.gyro_drift[row];
+  x.accel_drift = imu.accel_drift[row];
+  const auto time_of = [](const Sample& s) { return s.time; };
+  if (!position_drift_.empty()) x.gnss_position_drift = position_drift_[nearest(position_drift_, time, time_of)].value;
+  if (!attitude_drift_.empty()) x.attitude_drift = attitude_drift_[nearest(attitude_drift_, time, time_of)].value;
+  return x;
+}
+
+}  // namespace piste
