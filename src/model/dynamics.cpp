@@ -18,7 +18,7 @@ constexpr ImuBlock kImuBlocks[] = {{Block::kGyroBias, 0, false},  {Block::kAccel
                                    {Block::kGyroScale, 0, true},  {Block::kAccelScale, 3, true}};
 
 Vector3d factor_of(const ImuBlock& b, const Transition& t) {
-  if (!b.scale) return Vector3d::Ones();
+  if (!b.scale) return Vector3d::Constant(t.bias);
   return b.half == 0 ? t.rate : t.force;
 }
 
@@ -130,6 +130,23 @@ Transition linearize(const Estimate& x, const Estimate& end, const ImuStep& s, c
   density << noise.gyro, noise.accel;
   const Matrix96d middle = t.imu / dt;
   t.noise.noalias() = middle * (dt * density).asDiagonal() * middle.transpose();
+  return t;
+}
+
+Transition mend_rate(const Estimate& x, const Vector3d& noise_angle) {
+  Transition t;
+  t.navigation.setIdentity();
+  t.imu.setZero();
+  const Matrix3d R = x.R_wb();
+  const Matrix3d gyro = -R * (1 + x.gyro_scale.array()).inverse().matrix().asDiagonal();
+  t.imu.block<3, 3>(kTheta, 0) = gyro;
+  t.imu.block<3, 3>(kNu, 0) = skew(x.v_wb) * gyro;
+  t.rate = R.transpose() * noise_angle;
+  t.force.setZero();
+  t.bias = 0;
+  t.noise.setZero();
+  t.decay.fill(1);
+  t.variance.fill(Vector3d::Zero());
   return t;
 }
 

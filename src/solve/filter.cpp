@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "piste/core/error.h"
 #include "piste/math/statistics.h"
@@ -20,6 +21,7 @@ constexpr double kGravityReach = 100;   // m: gravity is linear to 1e-9 m/s² ov
 constexpr double kClippedSpread = 0.2;  // of the range: 1-sigma of what a clipped sample hides
 constexpr double kShortestLapse = 0.5;  // s over which an error that the filter missed may have grown
 constexpr double kLargestTilt = 0.2;    // rad that a readmission may add
+constexpr double kMendable = 1;         // s between attitude fixes over which the body's axes are taken as one
 
 }  // namespace
 
@@ -175,6 +177,22 @@ void Filter::advance(const ImuStep& step, const StepNoise& noise) {
   decay(state_.x, setup_->layout, t);
   propagate(state_.P, setup_->layout, t);
   state_.time += step.dt;
+  gyro_noise_ += t.noise.block<3, 3>(6, 6);
+  if (tape_) tape_->events.emplace_back(Tape::Propagation{t});
+}
+
+// Before an attitude fix is used: the gyro's noise since the one before it, as the fix tells it, leaves the rate that
+// the scale errors are regressed on.
+void Filter::mend_rate_before(const Linearization& lin) {
+  const bool recent = state_.time - mended_ < kMendable;
+  mended_ = state_.time;
+  const Matrix3d noise = std::exchange(gyro_noise_, Matrix3d::Zero());
+  if (!recent || !setup_->layout.has(Block::kGyroScale)) return;
+  const Update u = innovate(state_.P, setup_->layout, lin);
+  if (!(u.nis <= setup_->gate[3])) return;
+  const Matrix3d H = u.H.middleCols<3>(setup_->layout.offset(Block::kAttitude));
+  const Transition t = mend_rate(state_.x, noise * H.transpose() * u.S_inverse * u.residual);
+  propagate(state_.P, setup_->layout, t);
   if (tape_) tape_->events.emplace_back(Tape::Propagation{t});
 }
 
@@ -227,7 +245,9 @@ void Filter::measure(const Pending& pending, const ImuStep& step, double tau) {
     }
   } else if (const auto* attitude = std::get_if<AttitudeFix>(&pending.fix)) {
     const bool coloured = o.attitude[static_cast<std::size_t>(pending.index)].drift.has_value();
-    apply(pending.source, linearize_attitude(*attitude, coloured, state_.x));
+    const Linearization lin = linearize_attitude(*attitude, coloured, state_.x);
+    mend_rate_before(lin);
+    apply(pending.source, lin);
   } else if (const auto* heading = std::get_if<HeadingFix>(&pending.fix)) {
     apply(pending.source, linearize_heading(*heading, state_.x));
   } else if (const auto* magnetic = std::get_if<MagneticSample>(&pending.fix)) {

@@ -25,6 +25,7 @@ struct Transition {
   Matrix9d navigation;
   Matrix96d imu;
   Vector3d rate, force;                           ///< mean corrected ω and f: what the scale errors multiply
+  double bias = 1;                                ///< what the biases and drifts multiply
   Matrix9d noise;                                 ///< covariance that white sensor noise adds to the navigation rows
   std::array<double, kBlocks.size()> decay;       ///< per block: factor of its error; 1 where nothing evolves
   std::array<Vector3d, kBlocks.size()> variance;  ///< per block: what its process adds, per axis
@@ -39,6 +40,12 @@ struct StepNoise {
 /// and rate are taken as exactly zero, so that their jitter tells nothing of the heading and of the gyro's scale.
 Transition linearize(const Estimate& x, const Estimate& end, const ImuStep& corrected, const Vector3d& earth_rate,
                      const Gravity& gravity, const StepNoise& noise, bool still);
+
+/// Mends the rate that the gyro's scale errors were propagated with, at no lapse of time: the measured rate holds the
+/// gyro's noise, and where an attitude fix tells how far that noise has turned the estimate, by `noise_angle` (rotation
+/// vector in w, truth − estimate), a scale regressed on the measured rate would take the noise for an effect of its
+/// own (errors in variables). `x`: the estimate before the fix is used.
+Transition mend_rate(const Estimate& x, const Vector3d& noise_angle);
 
 /// Adds the processes of the estimated blocks over dt: drifts of the sensor, coloured GNSS and attitude errors.
 void add_processes(Transition& t, const StateLayout& layout, const FilterOptions& options, double dt);

@@ -111,6 +111,7 @@ class Filter {
   void measure(const Pending& pending, const ImuStep& step, double tau);
   void measure_rest(const ImuSample& sample);
   void apply(int source, const Linearization& lin);
+  void mend_rate_before(const Linearization& lin);
   void admit_error(const Linearization& lin, double lapse);
   StepNoise noise_of(const ImuSample& sample);
   void refresh_gravity();
@@ -127,6 +128,8 @@ class Filter {
   Vector3d rest_turn_ = Vector3d::Zero();
   double rest_time_ = 0;
   bool still_ = false;
+  Matrix3d gyro_noise_ = Matrix3d::Zero();  // covariance of the angle that it made since `mended_`
+  double mended_ = -1e300;                  // time of the last attitude fix
   std::size_t late_ = 0;
   Tape* tape_ = nullptr;
 };
