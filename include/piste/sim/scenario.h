@@ -1,5 +1,6 @@
 #pragma once
-/// A scenario file, `config/scenarios/*.yaml`: a motion, and the sensors that are carried.
+/// A scenario file, `config/scenarios/*.yaml`: a motion, the sensors that are carried, and how a Monte Carlo replays
+/// them.
 
 #include <cstdint>
 #include <filesystem>
@@ -7,6 +8,7 @@
 #include <vector>
 
 #include "piste/sim/motion.h"
+#include "piste/sim/replay_setup.h"
 #include "piste/sim/sensors.h"
 
 namespace piste {
@@ -23,6 +25,7 @@ struct Scenario {
   std::vector<GnssSetup> gnss;
   std::vector<AttitudeSetup> attitude;
   std::size_t truth_every = 1;  ///< truth.csv has every n-th IMU epoch
+  ReplaySetup replay;           ///< of a Monte Carlo
 };
 
 /// Reads a scenario. Every error is a ConfigError `FILE:LINE: …`.
