@@ -61,10 +61,11 @@ int report(const char* what, int code) {
 
 }  // namespace
 
-void Progress::start(std::string stage, std::size_t total, std::string unit) {
+void Progress::start(std::string stage, std::size_t total, std::string unit, std::size_t done) {
   stage_ = std::move(stage);
   unit_ = std::move(unit);
   total_ = total;
+  done_before_ = done;
   started_ = last_ = Clock::now();
 }
 
@@ -76,11 +77,11 @@ void Progress::update(std::size_t done) {
   if (now - last_ < kRefresh) return;
   last_ = now;
   const double elapsed = std::chrono::duration<double>(now - started_).count();
-  const double rate = static_cast<double>(done) / elapsed;
+  const double rate = static_cast<double>(done - done_before_) / elapsed;
   const double left = rate > 0 ? static_cast<double>(total_ - std::min(done, total_)) / rate : 0;
   const std::size_t filled = std::min(kWidth, kWidth * done / total_);
-  fmt::print(stderr, "\r{:<10} [{:=<{}}{:{}}] {:3d} %  {:.0f} {}/s  {:.0f} s left \x1b[K", stage_, "", filled, "",
-             kWidth - filled, 100 * std::min(done, total_) / total_, rate, unit_, left);
+  fmt::print(stderr, "\r{:<10} [{:=<{}}{:{}}] {:3d} %  {:.{}f} {}/s  {:.0f} s left \x1b[K", stage_, "", filled, "",
+             kWidth - filled, 100 * std::min(done, total_) / total_, rate, rate < 10 ? 2 : 0, unit_, left);
   std::fflush(stderr);
   drawn_ = true;
 }

@@ -44,8 +44,8 @@ class Progress {
   ~Progress() { clear(); }
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
-  /// A new stage of `total` steps, each called `unit`.
-  void start(std::string stage, std::size_t total, std::string unit = "epochs");
+  /// A new stage of `total` steps, each called `unit`, of which `done` are no work of this stage.
+  void start(std::string stage, std::size_t total, std::string unit = "epochs", std::size_t done = 0);
   void update(std::size_t done);
   /// Takes the bar off the terminal.
   void clear();
@@ -54,7 +54,7 @@ class Progress {
   using Clock = std::chrono::steady_clock;
   bool enabled_, drawn_ = false;
   std::string stage_, unit_;
-  std::size_t total_ = 0;
+  std::size_t total_ = 0, done_before_ = 0;
   Clock::time_point started_, last_;
 };
 

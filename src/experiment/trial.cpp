@@ -23,7 +23,7 @@ Scenario carried(const Scenario& scenario, std::uint64_t seed) {
   for (const std::size_t i : replay.gnss) s.gnss.push_back(scenario.gnss[i]);
   s.attitude.clear();
   for (const std::size_t i : replay.attitude) s.attitude.push_back(scenario.attitude[i]);
-  if (replay.random_heading) s.motion.heading = 2 * std::numbers::pi * RandomStream(seed, "heading").uniform();
+  if (replay.random_headings) s.motion.heading = 2 * std::numbers::pi * RandomStream(seed, "heading").uniform();
   return s;
 }
 
@@ -72,6 +72,7 @@ ConditioningOptions conditioning_options(const Scenario& s, double departure, co
   options.gyro_range = filter.sensor.gyro.range;
   options.accel_range = filter.sensor.accel.range;
   options.rest = filter.rest;
+  options.span = {departure - s.motion.rest_before, departure + s.replay.end};
   for (const Interval& outage : s.replay.outages) {
     options.outages.push_back({departure + outage.start, departure + outage.end});
   }
@@ -80,7 +81,7 @@ ConditioningOptions conditioning_options(const Scenario& s, double departure, co
 
 // truth = start ⊞ error with error of N(0, P): the errors of the sensors are drawn by the simulator already.
 Start drawn_start(const Scenario& s, const Estimate& truth, double time, std::uint64_t seed) {
-  const ReplaySetup::StartSigma& sigmas = s.replay.start;
+  const StartSigmas& sigmas = s.replay.start;
   Eigen::Matrix<double, 9, 1> sigma;
   sigma << Vector3d::Constant(sigmas.position), Vector3d::Constant(sigmas.velocity), sigmas.tilt, sigmas.tilt,
       sigmas.heading;
@@ -145,7 +146,7 @@ std::map<int, Bound> bound_of(const Scenario& scenario, const Simulation& real, 
 
   const TrueEstimate truth(ideal, simulation, perfect_log.world, seed);
   Start from{start.time, truth.at(start.time), start.covariance};
-  if (scenario.replay.find_heading) from.covariance = nothing_known();
+  if (scenario.replay.heading == ReplaySetup::Heading::kAuto) from.covariance = nothing_known();
   const FilterRun run = run_filter(perfect_log, options, from, kCheckpointEvery);
   std::map<int, Bound> out;
   const double interval = 1 / scenario.imus.front().rate;
@@ -167,7 +168,7 @@ EpochGrid epoch_grid(const Scenario& s) {
   const double step = s.replay.every;
   return {.step = step,
           .first = -static_cast<int>(m.rest_before / step),
-          .last = static_cast<int>((m.run + m.rest_after) / step),
+          .last = static_cast<int>(s.replay.end / step),
           .cruise = {m.start_time, m.run - m.stop_time},
           .arrival = m.run};
 }
@@ -183,7 +184,7 @@ ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed) {
   const TrueEstimate truth(s, run, log.world, seed);
   const double begin = log.imu.front().time - log.imu.front().interval;
   const Start start =
-      s.replay.find_heading ? find_start(log, options, {}).start : drawn_start(s, truth.at(begin), begin, seed);
+      s.replay.heading == ReplaySetup::Heading::kAuto ? find_start(log, options, {}).start : drawn_start(s, truth.at(begin), begin, seed);
   const FilterRun filtered = run_filter(log, options, start, kCheckpointEvery);
 
   const EpochGrid grid = epoch_grid(s);

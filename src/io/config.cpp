@@ -42,17 +42,32 @@ bool is_one_document(const std::string& text) {
   return parser.HandleNextDocument(discard) && !parser.HandleNextDocument(discard);
 }
 
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream || std::filesystem::is_directory(file)) {
+    throw ConfigError(file.string(), "cannot be read; give the path of a configuration file (YAML)");
+  }
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
 }  // namespace
 
 struct Config::Node {
   struct Entry;
   enum class Kind { kEmpty, kScalar, kList, kMap };
   Kind kind = Kind::kEmpty;
+  std::shared_ptr<const std::filesystem::path> file;  // in which it stands: maps hold what bases gave them
   int line = 1;
   std::string scalar;
   std::vector<Node> list;
   std::vector<Entry> entries;
   mutable std::vector<std::string> known;  // keys that somebody asked for
+
+  std::string where() const { return where(line); }
+  std::string where(int at) const { return fmt::format("{}:{}", file->string(), at); }
+  void complete(Node base);
 };
 
 struct Config::Node::Entry {
@@ -60,17 +75,30 @@ struct Config::Node::Entry {
   int line = 1;
   Node value;
   mutable bool read = false;
+
+  std::string where() const { return value.where(line); }
 };
 
+// Adds what this map has not: map by map, while scalars and lists stay whole.
+void Config::Node::complete(Node base) {  // NOLINT(misc-no-recursion)
+  for (Entry& e : base.entries) {
+    const auto ours = std::find_if(entries.begin(), entries.end(), [&](const Entry& own) { return own.key == e.key; });
+    if (ours == entries.end()) {
+      entries.push_back(std::move(e));
+    } else if (ours->value.kind == Kind::kMap) {
+      ours->value.complete(std::move(e.value));  // of another kind it has no entries
+    }
+  }
+}
+
 struct Config::Document {
-  std::filesystem::path file;
+  std::shared_ptr<const std::filesystem::path> file;
   std::string source;
   Node root;
 
-  std::string where(int line) const { return fmt::format("{}:{}", file.string(), line); }
-
   Node convert(const YAML::Node& yaml, int line) const {  // NOLINT(misc-no-recursion)
     Node node;
+    node.file = file;
     node.line = yaml.Mark().line >= 0 ? yaml.Mark().line + 1 : line;
     switch (yaml.Type()) {
       case YAML::NodeType::Undefined:
@@ -94,43 +122,53 @@ struct Config::Document {
 
   void add_entry(Node& node, const YAML::Node& key, const YAML::Node& value) const {  // NOLINT(misc-no-recursion)
     const int line = key.Mark().line + 1;
-    if (!key.IsScalar()) throw ConfigError(where(line), "a key must be a word");
+    if (!key.IsScalar()) throw ConfigError(node.where(line), "a key must be a word");
     const auto same = [&](const Node::Entry& e) { return e.key == key.Scalar(); };
     if (const auto first = std::find_if(node.entries.begin(), node.entries.end(), same); first != node.entries.end()) {
-      throw ConfigError(
-          where(line), fmt::format("key `{}` stands here a second time; it is already in line {}, keep one", first->key,
-                                   first->line));
+      throw ConfigError(node.where(line),
+                        fmt::format("key `{}` stands here a second time; it is already in line {}, keep one",
+                                    first->key, first->line));
     }
     node.entries.push_back({key.Scalar(), line, convert(value, line)});
   }
 };
 
-Config Config::load(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream || std::filesystem::is_directory(file)) {
-    throw ConfigError(file.string(), "cannot be read; give the path of a configuration file (YAML)");
-  }
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return parse(text.str(), file);
-}
+Config Config::load(const std::filesystem::path& file) { return parse(text_of(file), file); }
 
-Config Config::parse(const std::string& text, const std::filesystem::path& file) {
+Config Config::parse(const std::string& text, const std::filesystem::path& file) { return over_base(text, file, {}); }
+
+Config Config::over_base(const std::string& text, const std::filesystem::path& file,  // NOLINT(misc-no-recursion)
+                         std::vector<std::filesystem::path> above) {
   auto document = std::make_shared<Document>();
-  document->file = file;
+  document->file = std::make_shared<const std::filesystem::path>(file);
   document->source = text;
+  Node& root = document->root;
+  root.file = document->file;
   try {
-    const YAML::Node root = YAML::Load(text);
-    if (!root.IsMap() || !is_one_document(text)) {
-      throw ConfigError(document->where(1), "one map of `key: value` lines is expected");
+    const YAML::Node yaml = YAML::Load(text);
+    if (!yaml.IsMap() || !is_one_document(text)) {
+      throw ConfigError(root.where(1), "one map of `key: value` lines is expected");
     }
-    document->root = document->convert(root, 1);
+    root = document->convert(yaml, 1);
   } catch (const YAML::Exception& e) {
-    throw ConfigError(document->where(std::max(e.mark.line, 0) + 1),
+    throw ConfigError(root.where(std::max(e.mark.line, 0) + 1),
                       fmt::format("no YAML: {}; write `key: value` lines, indented by spaces", e.msg));
   }
-  Node* root = &document->root;
-  return {std::move(document), root};
+  Config config(document, &root);
+  if (!config.has("base")) return config;
+
+  const std::filesystem::path base = config.existing_file("base");
+  above.push_back(file);
+  const auto same = [&](const std::filesystem::path& other) {
+    std::error_code unreachable;
+    return std::filesystem::equivalent(base, other, unreachable);
+  };
+  if (std::any_of(above.begin(), above.end(), same)) {
+    config.fail("base", fmt::format("`{}` builds on this file itself; a base must lead to a file without `base`",
+                                    base.string()));
+  }
+  root.complete(std::move(*over_base(text_of(base), base, std::move(above)).node_));
+  return config;
 }
 
 // ---- Keys ----
@@ -168,13 +206,11 @@ const std::string& Config::scalar(std::string_view key) const {
   return node.scalar;
 }
 
-std::string Config::where(const Node& node) const { return document_->where(node.line); }
-
 std::string Config::where(std::string_view key) const {
   for (const Node::Entry& e : node_->entries) {
-    if (e.key == key) return document_->where(e.line);
+    if (e.key == key) return e.where();
   }
-  return where(*node_);
+  return node_->where();
 }
 
 void Config::fail(std::string_view key, const std::string& what) const {
@@ -210,7 +246,7 @@ std::vector<Config> Config::maps(std::string_view key) const {
   if (node->kind != Node::Kind::kList) fail(key, "must be a map of `key: value`, or a list of such maps");
   std::vector<Config> result;
   for (const Node& item : node->list) {
-    if (item.kind != Node::Kind::kMap) throw ConfigError(where(item), fmt::format("{}: must be a list of maps", key));
+    if (item.kind != Node::Kind::kMap) throw ConfigError(item.where(), fmt::format("{}: must be a list of maps", key));
     result.push_back({document_, const_cast<Node*>(&item)});
   }
   return result;
@@ -270,7 +306,7 @@ std::vector<std::string> Config::words(std::string_view key) const {
   }
   for (const Node& item : node->list) {
     if (item.kind != Node::Kind::kScalar)
-      throw ConfigError(where(item), fmt::format("{}: must be a list of words", key));
+      throw ConfigError(item.where(), fmt::format("{}: must be a list of words", key));
     result.push_back(item.scalar);
   }
   return result;
@@ -278,7 +314,7 @@ std::vector<std::string> Config::words(std::string_view key) const {
 
 std::pair<double, double> Config::pair_of(std::string_view key, const Node& node, const Dimension& expected) const {
   const auto wrong = [&](const std::string& why) {
-    return ConfigError(where(node), fmt::format("{}: {}; right would be such as [100 s, 15 s]", key, why));
+    return ConfigError(node.where(), fmt::format("{}: {}; right would be such as [100 s, 15 s]", key, why));
   };
   if (node.kind != Node::Kind::kList || node.list.size() != 2) throw wrong("two values in brackets are expected");
   const auto value = [&](const Node& item) {
@@ -332,7 +368,7 @@ Matrix3d Config::axes(std::string_view key) const {
 }
 
 std::filesystem::path Config::path(std::string_view key) const {
-  return (document_->file.parent_path() / scalar(key)).lexically_normal();
+  return (require(key).file->parent_path() / scalar(key)).lexically_normal();
 }
 
 std::filesystem::path Config::existing_file(std::string_view key) const {
@@ -340,7 +376,7 @@ std::filesystem::path Config::existing_file(std::string_view key) const {
   std::error_code unreachable;  // such as a name too long
   if (!std::filesystem::is_regular_file(result, unreachable)) {
     fail(key, fmt::format("there is no file `{}`; paths are relative to the folder of {}", result.string(),
-                          document_->file.string()));
+                          require(key).file->string()));
   }
   return result;
 }
@@ -354,11 +390,11 @@ void Config::finish(const Node& node) const {  // NOLINT(misc-no-recursion)
     const bool known = std::find(node.known.begin(), node.known.end(), e.key) != node.known.end();
     if (!known) {
       const auto near = nearest_spelling(e.key, node.known);
-      throw ConfigError(document_->where(e.line),
+      throw ConfigError(e.where(),
                         fmt::format("unknown key `{}`{}; known here are: {}", e.key,
                                     near ? fmt::format(", perhaps `{}`", *near) : "", fmt::join(node.known, ", ")));
     }
-    if (!e.read) throw ConfigError(document_->where(e.line), fmt::format("key `{}` has no use here; remove it", e.key));
+    if (!e.read) throw ConfigError(e.where(), fmt::format("key `{}` has no use here; remove it", e.key));
     if (e.value.kind == Node::Kind::kMap) finish(e.value);
     for (const Node& item : e.value.list) {
       if (item.kind == Node::Kind::kMap) finish(item);
@@ -367,7 +403,7 @@ void Config::finish(const Node& node) const {  // NOLINT(misc-no-recursion)
 }
 
 const std::string& Config::source() const { return document_->source; }
-const std::filesystem::path& Config::file() const { return document_->file; }
+const std::filesystem::path& Config::file() const { return *document_->file; }
 
 std::optional<std::string> nearest_spelling(std::string_view word, const std::vector<std::string>& known) {
   const auto distance = [](std::string_view a, std::string_view b) {  // Levenshtein

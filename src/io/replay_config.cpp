@@ -1,13 +1,13 @@
 #include "piste/io/replay_config.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "piste/core/error.h"
 #include "piste/io/config.h"
+#include "piste/io/replay_keys.h"
 
 namespace piste {
 namespace {
@@ -114,118 +114,6 @@ Interval read_span(const Config& config) {
   span = {map->quantity("start", dimension::kTime, 0), map->quantity("end", dimension::kTime, 0)};
   if (span.end != 0 && !(span.end > span.start)) map->fail("end", "must lie after start, or be `0 s` for all");
   return span;
-}
-
-std::vector<Interval> read_outages(const Config& config) {
-  std::vector<Interval> outages;
-  for (const auto& [start, length] : config.pairs("outages", dimension::kTime)) {
-    if (!(length > 0))
-      config.fail("outages", fmt::format("[{}, {}]: a length above zero is expected: [start, length]", start, length));
-    outages.push_back({start, start + length});
-  }
-  return outages;
-}
-
-// ---- Blocks ----
-
-Block block_named(const Config& config, const std::string& name) {
-  std::vector<std::string> names;
-  for (const BlockInfo& row : kBlocks) {
-    if (row.name == name) return row.block;
-    names.emplace_back(row.name);
-  }
-  const auto near = nearest_spelling(name, names);
-  config.fail("estimate", fmt::format("there is no state block `{}`{}; there are: {}", name,
-                                      near ? fmt::format(", perhaps `{}`", *near) : "", fmt::join(names, ", ")));
-}
-
-// Refuses what has nothing to be observed by.
-void check_sources(const Config& config, Block block, const FilterOptions& filter) {
-  const auto needs = [&](bool there, std::string_view what) {
-    if (!there)
-      config.fail("estimate", fmt::format("{} needs {}; add it, or leave the block out", info(block).name, what));
-  };
-  const auto has_drift = [](const auto& source) { return source.drift.has_value(); };
-  switch (block) {
-    case Block::kBoresight:
-      needs(!filter.attitude.empty(), "an `attitude:` source");
-      break;
-    case Block::kLeverArm:
-    case Block::kGnssDelay:
-      needs(!filter.gnss.empty(), "a `gnss:` source");
-      break;
-    case Block::kGnssPositionDrift:
-      needs(std::any_of(filter.gnss.begin(), filter.gnss.end(), has_drift), "`drift:` of a receiver");
-      break;
-    case Block::kAttitudeDrift:
-      needs(std::any_of(filter.attitude.begin(), filter.attitude.end(), has_drift),
-            "`correlation_time:` of an attitude");
-      break;
-    case Block::kPosition:
-    case Block::kVelocity:
-    case Block::kAttitude:
-    case Block::kGyroBias:
-    case Block::kAccelBias:
-    case Block::kGyroDrift:
-    case Block::kAccelDrift:
-    case Block::kGyroScale:
-    case Block::kAccelScale:
-      break;
-  }
-}
-
-// Whether the sensor file leaves anything to estimate.
-bool has_error(const ImuSensor& sensor, Block block) {
-  constexpr auto kNone = DriftProcess::Kind::kNone;
-  switch (block) {
-    case Block::kGyroBias:
-      return sensor.gyro.bias > 0;
-    case Block::kAccelBias:
-      return sensor.accel.bias > 0;
-    case Block::kGyroScale:
-      return sensor.gyro.scale > 0;
-    case Block::kAccelScale:
-      return sensor.accel.scale > 0;
-    case Block::kGyroDrift:
-      return sensor.gyro.drift.kind != kNone;
-    case Block::kAccelDrift:
-      return sensor.accel.drift.kind != kNone;
-    case Block::kPosition:
-    case Block::kVelocity:
-    case Block::kAttitude:
-    case Block::kBoresight:
-    case Block::kLeverArm:
-    case Block::kGnssPositionDrift:
-    case Block::kGnssDelay:
-    case Block::kAttitudeDrift:
-      return true;
-  }
-  return true;
-}
-
-std::vector<Block> read_estimate(const Config& config, const FilterOptions& filter) {
-  std::vector<Block> named;
-  for (const std::string& name : config.words("estimate")) {
-    const Block block = block_named(config, name);
-    if (std::find(named.begin(), named.end(), block) != named.end()) {
-      config.fail("estimate", fmt::format("`{}` stands twice", name));
-    }
-    check_sources(config, block, filter);
-    named.push_back(block);
-  }
-  const auto add = [&](Block block) {
-    if (std::find(named.begin(), named.end(), block) == named.end()) named.push_back(block);
-  };
-  for (const GnssOptions& g : filter.gnss) {
-    if (g.drift) add(Block::kGnssPositionDrift);
-  }
-  for (const AttitudeOptions& a : filter.attitude) {
-    if (a.drift) add(Block::kAttitudeDrift);
-  }
-  std::erase_if(named, [&](Block block) {
-    return index_of(block) <= index_of(Block::kAttitude) || !has_error(filter.sensor, block);
-  });
-  return named;
 }
 
 SmootherKind read_smoother(const Config& config) {

@@ -168,6 +168,7 @@ Scenario read_scenario(const std::filesystem::path& file) {
     s.attitude.push_back(read_attitude(attitude));
     claim_name(names, attitude, s.attitude.back().name);
   }
+  s.replay = read_replay_setup(config, s);
   config.finish();
   return s;
 }

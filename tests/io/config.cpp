@@ -118,5 +118,81 @@ TEST(Config, RefusesAMissingFile) {
                        "folder/run.yaml:2: file: there is no file `folder/imu.csv`"));
 }
 
+// ---- Bases ----
+
+class ConfigBase : public testing::Test {
+ protected:
+  Config load(const std::string& text) { return Config::load(folder_.write("top.yaml", text)); }
+  template <class F>
+  std::string refusal_of(const std::string& text, F&& read) {
+    return message_of<ConfigError>([&] { read(load(text)); });
+  }
+
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(ConfigBase, MapsMergeAndListsAreReplaced) {
+  folder_.write("under/ground.yaml", "a: 1\nm: {x: 1, y: 1, z: {p: 1, q: 1}}\nl: [a, b]\nk: {inner: 1}\n");
+  folder_.write("under/base.yaml", "base: ground.yaml\na: 2\nm: {y: 2, z: {q: 2}}\nb: 2\nk: whole\n");
+  const Config config = load("base: under/base.yaml\nm:\n  z: {p: 3}\nl: [c]\nb: 3\nk: {outer: 3}\n");
+  EXPECT_EQ(config.integer("a"), 2);
+  EXPECT_EQ(config.integer("b"), 3);
+  EXPECT_EQ(config.words("l"), std::vector<std::string>{"c"});
+  const Config m = config.map("m");
+  EXPECT_EQ(m.integer("x"), 1);
+  EXPECT_EQ(m.integer("y"), 2);
+  EXPECT_EQ(m.map("z").integer("p"), 3);
+  EXPECT_EQ(m.map("z").integer("q"), 2);
+  EXPECT_EQ(config.map("k").integer("outer"), 3);
+  EXPECT_FALSE(config.map("k").has("inner")) << "a scalar between them";
+  config.finish();
+  EXPECT_TRUE(config.source().starts_with("base: under/base.yaml\nm:"));
+  EXPECT_EQ(config.file().filename(), "top.yaml");
+}
+
+TEST_F(ConfigBase, ErrorsNameTheFileInWhichTheValueStands) {
+  folder_.write("base.yaml", "x: 1\nimu:\n  rate: 5\n  noise: 3\nunread: 1\n");
+  const std::string top = "base: base.yaml\nimu:\n\n  rate: 6\n";
+  const auto number = [](const std::string& key) {
+    return [key](const Config& c) { c.map("imu").quantity(key, dimension::kTime); };
+  };
+  EXPECT_TRUE(contains(refusal_of(top, number("rate")), "top.yaml:4: rate: `6` has no unit"));
+  EXPECT_TRUE(contains(refusal_of(top, number("noise")), "base.yaml:4: noise: `3` has no unit"));
+  EXPECT_TRUE(contains(refusal_of(top, number("scale")), "top.yaml:4: key `scale` is missing"));
+  EXPECT_TRUE(contains(refusal_of(top,
+                                  [](const Config& c) {
+                                    c.number("x");
+                                    c.map("imu").number("rate");
+                                    c.map("imu").number("noise");
+                                    c.finish();
+                                  }),
+                       "base.yaml:5: unknown key `unread`"));
+}
+
+TEST_F(ConfigBase, PathsStartFromTheFileInWhichTheyStand) {
+  folder_.write("under/base.yaml", "near: here.csv\nfar: none.csv\nmine: here.csv\n");
+  folder_.write("under/here.csv", "");
+  const Config config = load("base: under/base.yaml\nmine: other.csv\n");
+  EXPECT_EQ(config.existing_file("near"), folder_ / "under/here.csv");
+  EXPECT_EQ(config.path("mine"), folder_ / "other.csv");
+  const std::string message = message_of<ConfigError>([&] { config.existing_file("far"); });
+  EXPECT_TRUE(contains(message, "under/base.yaml:2: far: there is no file"));
+  EXPECT_TRUE(contains(message, "relative to the folder of " + (folder_ / "under/base.yaml")));
+}
+
+TEST_F(ConfigBase, RefusesACircleAndWhatIsNoFile) {
+  const auto nothing = [](const Config&) {};
+  folder_.write("under/a.yaml", "x: 1\nbase: ../top.yaml\n");
+  EXPECT_TRUE(contains(refusal_of("base: under/a.yaml\n", nothing), "under/a.yaml:2: base: "));
+  EXPECT_TRUE(contains(refusal_of("base: under/a.yaml\n", nothing), "builds on this file itself"));
+  EXPECT_TRUE(contains(refusal_of("x: 1\nbase: top.yaml\n", nothing), "top.yaml:2: base: "));
+  EXPECT_TRUE(contains(refusal_of("x: 1\nbase: none.yaml\n", nothing), "top.yaml:2: base: there is no file"));
+  EXPECT_TRUE(contains(refusal_of("base: [a.yaml]\n", nothing), "top.yaml:1: base: must be a single value"));
+  folder_.write("bad.yaml", "x: [1\n");
+  EXPECT_TRUE(contains(refusal_of("base: bad.yaml\n", nothing), "bad.yaml:"));
+  EXPECT_TRUE(contains(refusal_of("bse: bad.yaml\n", [](const Config& c) { c.finish(); }),
+                       "unknown key `bse`, perhaps `base`"));
+}
+
 }  // namespace
 }  // namespace piste

@@ -120,7 +120,7 @@ TEST_F(ReplayConfigTest, RefusesWithTheLineAndTheRemedy) {
       {"gate: 2\n", "run.yaml:7: gate", "0.999"},
       {"estimate: [gyro_biass]\n", "run.yaml:7: estimate: there is no state block `gyro_biass`", "perhaps `gyro_bias`"},
       {"estimate: [boresight]\n", "run.yaml:7: estimate: boresight needs", "`attitude:` source"},
-      {"estimate: [gnss_position_drift]\n", "run.yaml:7", "`drift:` of a receiver"},
+      {"estimate: [gnss_position_drift]\n", "run.yaml:7", "a `gnss:` source with a drift"},
       {"estimate: [gyro_bias, gyro_bias]\n", "run.yaml:7", "twice"},
       {"initial: {heading: north}\n", "run.yaml:7: heading: `north` is none of", "auto"},
       {"initial: {heading: 12}\n", "run.yaml:7: heading: `12` has no unit", "1.5 deg"},

@@ -1,6 +1,10 @@
 #pragma once
 /// Configuration files: YAML whose values carry their unit, and whose every key is read or refused.
 ///
+/// A file may build on another: `base: other.yaml` at its top takes that file's map and lays this file's over it, maps
+/// key by key, scalars and lists whole. A base may have a base. Every value keeps its own file: errors name it, and
+/// relative paths start from its folder.
+///
 /// Every error is a ConfigError `FILE:LINE: what is wrong, and what would be right`.
 
 #include <filesystem>
@@ -21,7 +25,7 @@ namespace piste {
 /// `finish()` on the outermost map refuses those that nobody read.
 class Config {
  public:
-  /// Throws ConfigError where the file is missing, is no YAML, or repeats a key.
+  /// Throws ConfigError where the file or its base is missing, is no YAML, repeats a key, or builds on itself.
   static Config load(const std::filesystem::path& file);
   /// The same from text; `file` is what errors name, and its folder is where relative paths start.
   static Config parse(const std::string& text, const std::filesystem::path& file);
@@ -64,7 +68,7 @@ class Config {
   /// Identity where the key is absent; refused where the three are not a right-handed frame.
   Matrix3d axes(std::string_view key) const;
 
-  /// A path, relative to the folder of the configuration file. `existing_file` refuses one that is no file.
+  /// A path, relative to the folder of the file in which it stands. `existing_file` refuses one that is no file.
   std::filesystem::path path(std::string_view key) const;
   std::filesystem::path existing_file(std::string_view key) const;
 
@@ -75,7 +79,7 @@ class Config {
   /// Refuses keys in this map, or in one below it, that nobody read.
   void finish() const;
 
-  /// The whole file as it stands.
+  /// The whole file as it stands, without its base.
   const std::string& source() const;
   const std::filesystem::path& file() const;
 
@@ -84,12 +88,14 @@ class Config {
   struct Node;
   Config(std::shared_ptr<const Document> document, Node* node) : document_(std::move(document)), node_(node) {}
 
+  // `above` are the files that build on this one.
+  static Config over_base(const std::string& text, const std::filesystem::path& file,
+                          std::vector<std::filesystem::path> above);
   const Node* find(std::string_view key) const;
   const Node& require(std::string_view key) const;
   const std::string& scalar(std::string_view key) const;
   std::size_t index_of_choice(std::string_view key, const std::vector<std::string_view>& names) const;
   std::pair<double, double> pair_of(std::string_view key, const Node&, const Dimension&) const;
-  std::string where(const Node&) const;
   void finish(const Node&) const;
   template <class F>
   auto checked(std::string_view key, F&& parse) const;

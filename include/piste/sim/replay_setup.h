@@ -1,5 +1,21 @@
 #pragma once
-/// How `montecarlo` replays a scenario: which sensors, what is estimated, and what the filter is told.
+/// How a Monte Carlo replays the runs of a scenario: its optional section `montecarlo:`, every key of it optional.
+/// ```yaml
+/// montecarlo:
+///   imu: mt9a_1                   # default: the first one
+///   gnss: gnss_l1l2               # a word or a list; default: the first one
+///   attitude: ln200_attitude      # a word or a list; default: none
+///   sensor: ../sensors/x.yaml     # what the filter is told of the IMU; default: what the simulator uses
+///   estimate: [gyro_bias]         # default: bias, drift and scale of gyro and accel, and boresight where there is an
+///                                 # attitude. As in `replay`, drifts of receivers and attitudes are added, and what
+///                                 # the sensor has no error of is left out
+///   heading: known                # known: the start is drawn about the truth; auto: the filter knows nothing of it
+///   headings: as_given            # of the trunk at the start: as_given | random, drawn anew each run
+///   start: {position: 0.5 m, velocity: 5 cm/s, tilt: 0.33 deg, heading: 1 deg}   # 1-sigma of a known start
+///   outages: [[20 s, 10 s]]       # GNSS withheld: [start, length] since the departure, the end of the first rest
+///   end: 5 s                      # since the departure: the replay sees nothing later; default: the whole run
+///   every: 1 s                    # between the epochs that are looked at
+/// ```
 
 #include <cstddef>
 #include <vector>
@@ -10,18 +26,30 @@
 
 namespace piste {
 
-struct ReplaySetup {
-  std::size_t imu = 0;
-  std::vector<std::size_t> gnss, attitude;
-  ImuSensor sensor;
-  std::vector<Block> estimate;
-  bool find_heading = false;
-  bool random_heading = false;
-  struct StartSigma {
-    double position = 0.5, velocity = 0.05, tilt = 0.0058178, heading = 0.0174533;
-  } start;
-  std::vector<Interval> outages;
-  double every = 1;
+class Config;
+struct Scenario;
+
+/// 1-sigma of a start that is drawn about the truth: each axis of position and velocity, roll and pitch, heading.
+struct StartSigmas {
+  double position = 0.5, velocity = 0.05;
+  double tilt = 0.33 / kDegreesPerRadian, heading = 1 / kDegreesPerRadian;
 };
+
+struct ReplaySetup {
+  std::size_t imu = 0;                      ///< of Scenario::imus
+  std::vector<std::size_t> gnss, attitude;  ///< of the lists of Scenario; gnss is empty only where it has no receiver
+  ImuSensor sensor;                         ///< what the filter is told of the IMU
+  std::vector<Block> estimate;              ///< blocks beyond position, velocity and attitude
+  enum class Heading { kKnown, kAuto } heading = Heading::kKnown;
+  bool random_headings = false;   ///< of the trunk at the start, drawn anew each run; else as the motion says
+  StartSigmas start;              ///< of a known heading
+  std::vector<Interval> outages;  ///< s since the departure
+  double end = 0;                 ///< s since the departure: nothing later is seen
+  double every = 1;               ///< s between the epochs that are looked at
+};
+
+/// Reads the section `montecarlo:` of a scenario file, whose sensors and motion are in `scenario` already. Throws
+/// ConfigError `FILE:LINE: …`.
+ReplaySetup read_replay_setup(const Config& file, const Scenario& scenario);
 
 }  // namespace piste

@@ -1,5 +1,6 @@
 #pragma once
-/// A scenario file, `config/scenarios/*.yaml`: a motion, and the sensors that are carried.
+/// A scenario file, `config/scenarios/*.yaml`: a motion, the sensors that are carried, and how a Monte Carlo replays
+/// them.
 
 #include <cstdint>
 #include <filesystem>
@@ -23,8 +24,8 @@ struct Scenario {
   std::vector<ImuSetup> imus;  ///< the first one is the body of truth.csv
   std::vector<GnssSetup> gnss;
   std::vector<AttitudeSetup> attitude;
-  ReplaySetup replay;
   std::size_t truth_every = 1;  ///< truth.csv has every n-th IMU epoch
+  ReplaySetup replay;           ///< of a Monte Carlo
 };
 
 /// Reads a scenario. Every error is a ConfigError `FILE:LINE: …`.

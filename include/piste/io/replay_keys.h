@@ -1,0 +1,21 @@
+#pragma once
+/// Keys that say how a recording is replayed, wherever they stand: in the configuration of `replay`, in a scenario.
+
+#include <vector>
+
+#include "piste/core/log.h"
+#include "piste/core/options.h"
+#include "piste/core/state_layout.h"
+#include "piste/io/config.h"
+
+namespace piste {
+
+/// The blocks that `estimate` names, or `fallback` where the key is absent, and the drift of every source of `filter`
+/// that has one. A bias or scale whose sigma is 0 in the sensor of `filter`, and a drift without a process, are left
+/// out. Throws ConfigError on a block that is unknown, stands twice, or has nothing to be observed by.
+std::vector<Block> read_estimate(const Config& config, const FilterOptions& filter, std::vector<Block> fallback = {});
+
+/// The list `outages` of [start, length], as intervals; none where the key is absent. Throws ConfigError.
+std::vector<Interval> read_outages(const Config& config);
+
+}  // namespace piste

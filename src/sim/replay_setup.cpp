@@ -1,0 +1,124 @@
+#include "piste/sim/replay_setup.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <string>
+#include <string_view>
+
+#include "piste/core/error.h"
+#include "piste/core/options.h"
+#include "piste/io/config.h"
+#include "piste/io/replay_keys.h"
+#include "piste/io/sensor_file.h"
+#include "piste/sim/scenario.h"
+
+namespace piste {
+namespace {
+
+using namespace dimension;
+
+// Places in `setups` of those that `key` names; none where it is absent.
+template <class Setup>
+std::vector<std::size_t> read_sensors(const Config& config, std::string_view key, const std::vector<Setup>& setups) {
+  std::vector<std::string> there;
+  there.reserve(setups.size());
+  for (const Setup& s : setups) there.push_back(s.name);
+  std::vector<std::size_t> found;
+  for (const std::string& name : config.words(key)) {
+    const auto place = static_cast<std::size_t>(std::find(there.begin(), there.end(), name) - there.begin());
+    if (place == there.size()) {
+      const auto near = nearest_spelling(name, there);
+      config.fail(key, fmt::format("the scenario has no `{}`{}; there are: {}", name,
+                                   near ? fmt::format(", perhaps `{}`", *near) : "",
+                                   there.empty() ? "none" : fmt::format("{}", fmt::join(there, ", "))));
+    }
+    if (std::find(found.begin(), found.end(), place) != found.end()) {
+      config.fail(key, fmt::format("`{}` stands twice", name));
+    }
+    found.push_back(place);
+  }
+  return found;
+}
+
+double positive(const Config& config, std::string_view key, const Dimension& expected, double fallback) {
+  const double value = config.quantity(key, expected, fallback);
+  if (!(value > 0)) config.fail(key, fmt::format("must be above zero, such as `{}`", expected.example));
+  return value;
+}
+
+StartSigmas read_start(const Config& config) {
+  StartSigmas s;
+  s.position = positive(config, "position", kLength, s.position);
+  s.velocity = positive(config, "velocity", kVelocity, s.velocity);
+  s.tilt = positive(config, "tilt", kAngle, s.tilt);
+  s.heading = positive(config, "heading", kAngle, s.heading);
+  return s;
+}
+
+std::vector<Block> read_blocks(const Config& config, const Scenario& scenario, const ReplaySetup& setup) {
+  FilterOptions filter;
+  filter.sensor = setup.sensor;
+  for (const std::size_t i : setup.gnss) {
+    filter.gnss.push_back({.name = scenario.gnss[i].name, .drift = scenario.gnss[i].position_drift});
+  }
+  for (const std::size_t i : setup.attitude) {
+    filter.attitude.push_back({.name = scenario.attitude[i].name, .drift = scenario.attitude[i].drift});
+  }
+  std::vector<Block> usual = {Block::kGyroBias,   Block::kAccelBias, Block::kGyroDrift,
+                              Block::kAccelDrift, Block::kGyroScale, Block::kAccelScale};
+  if (!setup.attitude.empty()) usual.push_back(Block::kBoresight);
+  filter.estimate = read_estimate(config, filter, std::move(usual));
+  try {
+    filter.validate();
+  } catch (const ConfigError& e) {
+    throw ConfigError(config.where("gnss"), e.what());
+  }
+  return filter.estimate;
+}
+
+std::vector<Interval> read_outages(const Config& config, const MotionOptions& motion) {
+  std::vector<Interval> outages = read_outages(config);
+  for (const Interval& o : outages) {
+    if (o.start < -motion.rest_before || o.end > motion.run + motion.rest_after) {
+      config.fail("outages", fmt::format("[{}, {}] leaves the recording, which lasts from {} s before the departure to "
+                                         "{} s after it",
+                                         o.start, o.end - o.start, motion.rest_before, motion.run + motion.rest_after));
+    }
+  }
+  return outages;
+}
+
+}  // namespace
+
+ReplaySetup read_replay_setup(const Config& file, const Scenario& scenario) {
+  const auto section = file.find_map("montecarlo");
+  const Config config = section.value_or(Config::parse("{}", file.file()));
+  ReplaySetup s;
+  if (config.has("imu")) {
+    const auto imus = read_sensors(config, "imu", scenario.imus);
+    if (imus.size() != 1) config.fail("imu", "one IMU is expected");
+    s.imu = imus.front();
+  }
+  s.gnss = read_sensors(config, "gnss", scenario.gnss);
+  if (config.has("gnss") && s.gnss.empty()) config.fail("gnss", "name at least one receiver");
+  if (section && scenario.gnss.empty()) file.fail("montecarlo", "needs a receiver; add `gnss:` to the scenario");
+  if (s.gnss.empty() && !scenario.gnss.empty()) s.gnss = {0};
+  s.attitude = read_sensors(config, "attitude", scenario.attitude);
+  s.sensor = config.has("sensor") ? read_sensor(config.existing_file("sensor")) : scenario.imus[s.imu].sensor;
+  s.estimate = read_blocks(config, scenario, s);
+
+  using Heading = ReplaySetup::Heading;
+  s.heading = config.choice<Heading>("heading", {{"known", Heading::kKnown}, {"auto", Heading::kAuto}}, s.heading);
+  s.random_headings = config.choice<bool>("headings", {{"as_given", false}, {"random", true}}, s.random_headings);
+  // Where nothing is known a start is refused, as a key that has no use.
+  if (config.has("start") && s.heading == Heading::kKnown) s.start = read_start(config.map("start"));
+  s.outages = read_outages(config, scenario.motion);
+  const double whole = scenario.motion.run + scenario.motion.rest_after;
+  s.end = std::min(positive(config, "end", kTime, whole), whole);
+  s.every = positive(config, "every", kTime, s.every);
+  return s;
+}
+
+}  // namespace piste
