@@ -51,6 +51,15 @@ std::optional<Phase> EpochGrid::phase(double time) const {
   return std::nullopt;
 }
 
+std::optional<Interval> EpochGrid::interval(Phase wanted) const {
+  std::optional<Interval> out;
+  for (int epoch = first; epoch <= last; ++epoch) {
+    const double t = time(epoch);
+    if (phase(t) == wanted) out = Interval{out ? out->start : t, t};
+  }
+  return out;
+}
+
 std::vector<StateGroup> state_groups(const StateLayout& layout) {
   std::vector<StateGroup> groups;
   const auto add = [&](std::string name, const std::vector<Block>& blocks) {
@@ -68,37 +77,46 @@ std::vector<StateGroup> state_groups(const StateLayout& layout) {
   return groups;
 }
 
-bool ConsistencyReport::consistent() const {
-  const auto all_inside = [&](const EstimatorConsistency& estimator) {
+std::vector<std::string> ConsistencyReport::outside() const {
+  std::vector<std::string> out;
+  const auto judge = [&](const EstimatorConsistency& estimator, const std::string& name) {
     const auto& found = estimator.groups[index(Phase::kUnderWay)];
-    for (std::size_t g = 0; g < groups.size(); ++g) {
-      if (!bands[g].contains(found[g].nees)) return false;
+    for (std::size_t g = 0; g < found.size(); ++g) {
+      if (!bands[g].contains(found[g].nees)) out.push_back(name + " " + groups[g].name);
     }
-    return true;
   };
-  return failures.empty() && all_inside(filter) && all_inside(smoother);
+  judge(filter, "filter");
+  judge(smoother, "smoother");
+  return out;
+}
+
+bool ConsistencyReport::consistent() const {
+  const auto seen = [](const EstimatorConsistency& e) { return !e.groups[index(Phase::kUnderWay)].empty(); };
+  return failures.empty() && seen(filter) && seen(smoother) && outside().empty();
 }
 
 // ---- Adding up ----
 
-void Consistency::prepare(const ComparedRun& run) {
-  if (groups_.empty()) {
-    layout_ = run.layout;
-    groups_ = state_groups(layout_);
-    sources_ = run.sources;
-    source_sums_.assign(sources_.size() * kSourceTerms, 0);
-    heading_.assign(kHeadingTerms, 0);
-    for (Sums* s : {&filter_, &smoother_}) {
-      const std::size_t epochs = index(grid_.size()), groups = groups_.size(), states = index(layout_.size());
-      s->runs.assign(epochs, 0);
-      s->nees.assign(epochs * groups, 0);
-      for (auto* table : {&s->square, &s->bound, &s->claimed}) table->assign(epochs * states, 0);
-      s->phase_runs.assign(kPhases, 0);
-      for (auto* table : {&s->mean, &s->mean_square, &s->errors, &s->largest}) table->assign(kPhases * groups, 0);
-      s->within.assign(kPhases * groups * 3, 0);
-      for (auto* table : {&s->ratio, &s->ratio_square}) table->assign(kPhases * layout_.blocks().size(), 0);
-    }
+void Consistency::allot(const StateLayout& layout, std::vector<std::string> sources) {
+  layout_ = layout;
+  groups_ = state_groups(layout_);
+  sources_ = std::move(sources);
+  source_sums_.assign(sources_.size() * kSourceTerms, 0);
+  heading_.assign(kHeadingTerms, 0);
+  for (Sums* s : {&filter_, &smoother_}) {
+    const std::size_t epochs = index(grid_.size()), groups = groups_.size(), states = index(layout_.size());
+    s->runs.assign(epochs, 0);
+    s->nees.assign(epochs * groups, 0);
+    for (auto* table : {&s->square, &s->bound, &s->claimed}) table->assign(epochs * states, 0);
+    s->phase_runs.assign(kPhases, 0);
+    for (auto* table : {&s->mean, &s->mean_square, &s->errors, &s->largest}) table->assign(kPhases * groups, 0);
+    s->within.assign(kPhases * groups * 3, 0);
+    for (auto* table : {&s->ratio, &s->ratio_square}) table->assign(kPhases * layout_.blocks().size(), 0);
   }
+}
+
+void Consistency::prepare(const ComparedRun& run) {
+  if (groups_.empty()) allot(run.layout, run.sources);
   if (run.layout.blocks() != layout_.blocks() || run.sources != sources_) {
     throw DataError("ensemble", "all runs must estimate the same blocks from the same sources");
   }
@@ -380,13 +398,23 @@ Consistency Consistency::restore(std::string_view bytes) {
     if (b < 0 || b >= kBlockCount) throw DataError("ensemble", "the saved sums name an unknown block");
     layout.push_back(static_cast<Block>(b));
   }
-  if (!layout.empty()) {
-    out.layout_ = StateLayout(layout);
-    out.groups_ = state_groups(out.layout_);
+  if (out.runs_ > 0) {  // else nothing is allotted yet
+    Consistency fitting(out.grid_);
+    if (index(out.grid_.size()) == out.filter_.runs.size()) fitting.allot(StateLayout(layout), out.sources_);
+    const auto sizes = [](const Consistency& of) {
+      std::vector<std::size_t> all;
+      visit(of, [&](const auto& value) {
+        if constexpr (requires { value.size(); }) all.push_back(value.size());
+      });
+      return all;
+    };
+    if (sizes(out) != sizes(fitting)) throw DataError("ensemble", "the saved sums do not fit one another");
+    out.layout_ = fitting.layout_;
+    out.groups_ = fitting.groups_;
   }
   std::size_t failures = 0;
   take(bytes, failures);
-  for (std::size_t i = 0; i < failures && !bytes.empty(); ++i) {
+  for (std::size_t i = 0; i < failures; ++i) {
     FailedRun failure;
     take(bytes, failure.seed);
     take(bytes, failure.what);

@@ -1,23 +1,16 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <cmath>
 #include <map>
 
+#include "io/json.h"
 #include "piste/io/solution_io.h"
 #include "quantity.h"
 
 namespace piste {
 namespace {
 
-std::string number(double value) { return std::isfinite(value) ? fmt::format("{:.10g}", value) : "null"; }
-
-std::string list(const Vector3d& values, int size) {
-  std::vector<std::string> texts;
-  texts.reserve(3);
-  for (int i = 0; i < size; ++i) texts.push_back(number(values(i)));
-  return fmt::format("[{}]", fmt::join(texts, ", "));
-}
+std::string list(const Vector3d& values, int size) { return json::numbers(values.head(size)); }
 
 std::string entry(const Quantity& q, const Vector3d& value, const Vector3d& sigma) {
   return fmt::format(R"({{"unit": "{}", "value": {}, "sigma": {}}})", info(q.block).unit, list(value, q.size()),

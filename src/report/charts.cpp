@@ -9,6 +9,7 @@
 #include <limits>
 #include <utility>
 
+#include "io/json.h"
 #include "piste/report/thin.h"
 
 namespace piste::charts {
@@ -175,21 +176,6 @@ std::vector<Chart> of_innovations(const Solution& solution, double start) {
   return out;
 }
 
-std::string json_string(std::string_view text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') {
-      out += '\\';
-      out += c;
-    } else if (c == '<' || static_cast<unsigned char>(c) < 0x20) {
-      out += fmt::format("\\u{:04x}", static_cast<unsigned char>(c));
-    } else {
-      out += c;
-    }
-  }
-  return out + '"';
-}
-
 std::string json(const Chart& chart, std::size_t limit) {
   std::vector<std::vector<double>> columns;
   for (const Curve& c : chart.curves) columns.push_back(c.value);
@@ -198,16 +184,16 @@ std::string json(const Chart& chart, std::size_t limit) {
     std::string out = "[";
     for (const std::size_t i : rows) {
       if (out.size() > 1) out += ',';
-      out += std::isfinite(values[i]) ? fmt::format("{:.{}g}", values[i], digits) : "null";
+      out += json::number(values[i], digits);
     }
     return out + ']';
   };
   std::string out =
-      fmt::format(R"({{"title":{},"unit":{},"points":{},"log":{},"time":{},"curves":[)", json_string(chart.title),
-                  json_string(chart.unit), chart.points, chart.log_scale, array(chart.time, 8));
+      fmt::format(R"({{"title":{},"unit":{},"points":{},"log":{},"time":{},"curves":[)", json::string(chart.title),
+                  json::string(chart.unit), chart.points, chart.log_scale, array(chart.time, 8));
   for (const Curve& c : chart.curves) {
     if (&c != chart.curves.data()) out += ',';
-    out += fmt::format(R"({{"label":{},"value":{})", json_string(c.label), array(c.value, 6));
+    out += fmt::format(R"({{"label":{},"value":{})", json::string(c.label), array(c.value, 6));
     if (!c.sigma.empty()) out += fmt::format(R"(,"sigma":{})", array(c.sigma, 4));
     out += '}';
   }

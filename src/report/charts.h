@@ -34,7 +34,4 @@ std::vector<Chart> of_innovations(const Solution& solution, double start);
 /// JSON of a chart with at most about `limit` rows.
 std::string json(const Chart& chart, std::size_t limit);
 
-/// `text` as a JSON string that may stand inside a <script> element.
-std::string json_string(std::string_view text);
-
 }  // namespace piste::charts

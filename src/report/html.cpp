@@ -11,6 +11,7 @@
 #include "piste/report/thin.h"
 #include "report/assets.h"
 #include "report/charts.h"
+#include "report/page.h"
 
 namespace piste {
 namespace {
@@ -18,25 +19,8 @@ namespace {
 constexpr std::size_t kChartRows = 2000;  // keeps a page with every block and both solutions below 5 MB
 constexpr std::size_t kPlanPoints = 3000;
 
-using Row = std::vector<std::string>;
-
-/// First column names, the others are numbers.
-std::string table(std::string_view caption, const Row& head, const std::vector<Row>& rows) {
-  std::string out = fmt::format("<table><caption>{}</caption>\n", escape_markup(caption));
-  const auto line = [&out](const Row& cells, const char* tag) {
-    out += "<tr>";
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-      const bool heading = i == 0 || *tag == 'h';
-      out += fmt::format("<{0}{1}{2}>{3}</{0}>", heading ? "th" : "td",
-                         heading ? (*tag == 'h' ? " scope=\"col\"" : " scope=\"row\"") : "",
-                         i == 0 ? "" : " class=\"number\"", escape_markup(cells[i]));
-    }
-    out += "</tr>\n";
-  };
-  if (!head.empty()) line(head, "h");
-  for (const Row& row : rows) line(row, "d");
-  return out + "</table>\n";
-}
+using page::Row;
+using page::table;
 
 std::string number(std::size_t n) { return fmt::format("{}", n); }
 
@@ -196,41 +180,31 @@ constexpr std::string_view kSwitch = R"(<fieldset class="switch" aria-label="Sol
 std::string html_report(const ReplayReport& report) {
   const double start = start_of(*report.filtered);
   const Solution& best = report.smoothed ? *report.smoothed : *report.filtered;
-  const std::string title = escape_markup(report.title);
-  std::string out = "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n";
-  out += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";
-  out += fmt::format("<title>{}</title>\n<style>\n{}{}</style>\n</head>\n<body>\n", title, assets::dygraphs_css(),
-                     assets::report_css());
   const double length = best.empty() ? 0 : best.time(best.size() - 1) - start;
-  out += fmt::format(
-      "<header><h1>{}</h1>\n<p class=\"soft\">piste {} · {:.1f} s from time_s {:.3f}; times below count from "
-      "there</p></header>\n",
-      title, escape_markup(report.version), length, start);
-  out +=
-      "<nav aria-label=\"Contents\"><a href=\"#summary\">Summary</a><a href=\"#plan\">Plan view</a>"
-      "<a href=\"#over-time\">Over time</a><a href=\"#innovations\">Innovations</a>"
-      "<a href=\"#config\">Configuration</a></nav>\n<main>\n";
-  out += "<h2 id=\"summary\">Summary</h2>\n<div class=\"tables\">\n" + log_table(report) +
-         source_table(*report.filtered) + rest_table(*report.log, start) + "</div>\n" + estimate_table(best);
-  out += "<h2 id=\"plan\">Plan view</h2>\n<figure>\n" + plan_view(report) + "</figure>\n";
-  out += "<h2 id=\"over-time\">Over time</h2>\n<p class=\"soft\">Bands are ± 1 sigma. Rest is shaded";
-  if (!report.outages.empty()) out += ", withheld GNSS is shaded red";
-  out +=
+  const std::string subtitle = fmt::format("piste {} · {:.1f} s from time_s {:.3f}; times below count from there",
+                                           escape_markup(report.version), length, start);
+  std::string over_time = "<p class=\"soft\">Bands are ± 1 sigma. Rest is shaded";
+  if (!report.outages.empty()) over_time += ", withheld GNSS is shaded red";
+  over_time +=
       ". Drag to zoom every chart, double-click to see all again. Angles run on beyond ± 180°. "
-      "Long series are thinned, extremes kept.</p>\n";
-  out += "<noscript><p>The charts need JavaScript; the tables and the plan view do not.</p></noscript>\n";
-  if (report.smoothed) out += kSwitch;
-  out += "<section id=\"solution-charts\"></section>\n";
-  out +=
-      "<h2 id=\"innovations\">Innovations</h2>\n<p class=\"soft\">Measured minus predicted, of the filter. NIS is the "
-      "squared "
-      "residual in units of its covariance; beyond the gate a measurement is rejected.</p>\n"
-      "<section id=\"innovation-charts\"></section>\n";
-  out +=
-      fmt::format("<h2 id=\"config\">Configuration</h2>\n<pre>{}</pre>\n</main>\n", escape_markup(report.config_text));
-  out += fmt::format("<script>\n{}\n</script>\n", assets::dygraphs_js());
-  out += data_script(report, start);
-  return out + fmt::format("<script>\n{}</script>\n</body>\n</html>\n", assets::report_js());
+      "Long series are thinned, extremes kept.</p>\n"
+      "<noscript><p>The charts need JavaScript; the tables and the plan view do not.</p></noscript>\n";
+  if (report.smoothed) over_time += kSwitch;
+  over_time += "<section id=\"solution-charts\"></section>\n";
+  const std::string scripts = fmt::format("<script>\n{}\n</script>\n{}<script>\n{}</script>\n", assets::dygraphs_js(),
+                                          data_script(report, start), assets::report_js());
+  return page::render(
+      report.title, subtitle,
+      {{"summary", "Summary",
+        "<div class=\"tables\">\n" + log_table(report) + source_table(*report.filtered) +
+            rest_table(*report.log, start) + "</div>\n" + estimate_table(best)},
+       {"plan", "Plan view", "<figure>\n" + plan_view(report) + "</figure>\n"},
+       {"over-time", "Over time", over_time},
+       {"innovations", "Innovations",
+        "<p class=\"soft\">Measured minus predicted, of the filter. NIS is the squared residual in units of its "
+        "covariance; beyond the gate a measurement is rejected.</p>\n<section id=\"innovation-charts\"></section>\n"},
+       {"config", "Configuration", fmt::format("<pre>{}</pre>\n", escape_markup(report.config_text))}},
+      assets::dygraphs_css(), scripts);
 }
 
 }  // namespace piste

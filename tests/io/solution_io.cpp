@@ -84,10 +84,10 @@ TEST(SolutionIo, BiasesOfTheEstimatedBlocksOnly) {
 TEST(SolutionIo, InnovationsAndSummary) {
   Solution s = solution(3, kAll);
   s.sources = {"gnss[0].position", "gnss[0].velocity", "attitude[0]"};
-  s.innovations = {{1000, 0, {1, 2, 3}, {1, 1, 1}, 14, 16.27, Outcome::kUsed},
-                   {1000, 1, {9, 2, 3}, {1, 1, 1}, 94, 16.27, Outcome::kRejected},
-                   {1001, 0, {0, 0, 0}, {1, 1, 1}, 0, 16.27, Outcome::kReadmitted},
-                   {1001, 2, {0, 0, 0}, {1, 1, 1}, 0, 16.27, Outcome::kUsed}};
+  s.innovations = {{1000, 0, 3, {1, 2, 3}, {1, 1, 1}, 14, 16.27, Outcome::kUsed},
+                   {1000, 1, 3, {9, 2, 3}, {1, 1, 1}, 94, 16.27, Outcome::kRejected},
+                   {1001, 0, 3, {0, 0, 0}, {1, 1, 1}, 0, 16.27, Outcome::kReadmitted},
+                   {1001, 2, 3, {0, 0, 0}, {1, 1, 1}, 0, 16.27, Outcome::kUsed}};
   EXPECT_TRUE(contains(innovations_csv(s), "\n1000.000000,gnss[0].velocity,9,2,3,1,1,1,94,16.27,rejected\n"));
 
   Log log;

@@ -73,10 +73,10 @@ inline SyntheticRun synthetic_run(double rate) {
     run.log.gnss[0].push_back({time, run.filtered.estimate(run.filtered.size() - 1).p_wb + 0.5 * noise, sigma, {}});
     const bool wild = i % 97 == 0 && i > 0;
     const double nis = (wild ? 40 : 2) * noise.squaredNorm() + 0.01;
-    run.filtered.innovations.push_back({time, 0, (wild ? 5 : 1) * noise.cwiseProduct(sigma), sigma, nis, 16.27,
+    run.filtered.innovations.push_back({time, 0, 3, (wild ? 5 : 1) * noise.cwiseProduct(sigma), sigma, nis, 16.27,
                                         nis > 16.27 ? Outcome::kRejected : Outcome::kUsed});
     run.filtered.innovations.push_back(
-        {time, 1, Vector3d(0, 0, 0.01 * noise.z()), Vector3d(0, 0, 0.01), noise.z() * noise.z() + 1e-4, 10.83, {}});
+        {time, 1, 1, Vector3d(0.01 * noise.z(), 0, 0), Vector3d(0.01, 0, 0), noise.z() * noise.z() + 1e-4, 10.83, {}});
   }
   return run;
 }

@@ -23,7 +23,7 @@ namespace piste {
 /// truth − estimate of the estimated blocks at one epoch, its claimed covariance, and the variances of the bound.
 /// Velocity is the ordinary difference (ordinary_from_invariant), attitude the rotation vector in w.
 struct ErrorSample {
-  int epoch = 0;  ///< of the grid
+  int epoch = 0;  ///< @pre first ≤ epoch ≤ last of the grid
   ErrorVector error;
   Covariance P;
   ErrorVector bound;
@@ -44,6 +44,8 @@ struct EpochGrid {
   int size() const { return last - first + 1; }
   /// Nothing while the body starts and stops.
   std::optional<Phase> phase(double time) const;
+  /// Of the grid's times; nothing where the grid has none in that phase.
+  std::optional<Interval> interval(Phase phase) const;
 };
 
 /// One run held against its truth.
@@ -120,7 +122,9 @@ struct ConsistencyReport {
   HeadingFound heading;  ///< of the filter
   std::vector<FailedRun> failures;
 
-  /// Whether all groups lie in their bands under way, filter and smoother, and no run failed.
+  /// Groups that leave their band under way, as "filter accel_scale".
+  std::vector<std::string> outside() const;
+  /// Whether filter and smoother were seen under way with all groups in their bands, and no run failed.
   bool consistent() const;
 };
 
@@ -154,6 +158,7 @@ class Consistency {
     std::vector<double> ratio, ratio_square;      // by (phase, block): of the runs' mean square over the bound's
   };
   void prepare(const ComparedRun& run);
+  void allot(const StateLayout& layout, std::vector<std::string> sources);
   void add(Sums& sums, const std::vector<ErrorSample>& samples) const;
   void add_innovations(const ComparedRun& run);
   void add_heading(const std::vector<ErrorSample>& filtered);

@@ -1,0 +1,39 @@
+#pragma once
+/// JSON text. Members and items are JSON already.
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace piste::json {
+
+/// A number, or null where it is none.
+inline std::string number(double value, int digits = 10) {
+  return std::isfinite(value) ? fmt::format("{:.{}g}", value, digits) : "null";
+}
+
+/// A string, which may stand inside a <script> element.
+std::string string(std::string_view text);
+
+std::string array(const std::vector<std::string>& items);
+
+/// An array of numbers.
+template <class Range>
+std::string numbers(const Range& values, int digits = 10) {
+  std::vector<std::string> items;
+  for (const double value : values) items.push_back(number(value, digits));
+  return array(items);
+}
+
+using Members = std::vector<std::pair<std::string, std::string>>;
+
+/// An object on one line.
+std::string object(const Members& members);
+/// An object with a line to each member; the object itself stands in one that is `depth` deep.
+std::string object(const Members& members, int depth);
+
+}  // namespace piste::json

@@ -1,0 +1,41 @@
+#include "report/page.h"
+
+#include <fmt/format.h>
+
+#include "piste/report/markup.h"
+#include "report/assets.h"
+
+namespace piste::page {
+
+std::string table(std::string_view caption, const Row& head, const std::vector<Row>& rows) {
+  std::string out = fmt::format("<table><caption>{}</caption>\n", escape_markup(caption));
+  const auto line = [&out](const Row& cells, const char* tag) {
+    out += "<tr>";
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      const bool heading = i == 0 || *tag == 'h';
+      out += fmt::format("<{0}{1}{2}>{3}</{0}>", heading ? "th" : "td",
+                         heading ? (*tag == 'h' ? " scope=\"col\"" : " scope=\"row\"") : "",
+                         i == 0 ? "" : " class=\"number\"", escape_markup(cells[i]));
+    }
+    out += "</tr>\n";
+  };
+  if (!head.empty()) line(head, "h");
+  for (const Row& row : rows) line(row, "d");
+  return out + "</table>\n";
+}
+
+std::string render(std::string_view title, std::string_view subtitle, const std::vector<Section>& sections,
+                   std::string_view style, std::string_view scripts) {
+  const std::string name = escape_markup(title);
+  std::string out = "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n";
+  out += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";
+  out += fmt::format("<title>{}</title>\n<style>\n{}{}</style>\n</head>\n<body>\n", name, style, assets::report_css());
+  out += fmt::format("<header><h1>{}</h1>\n<p class=\"soft\">{}</p></header>\n", name, subtitle);
+  out += "<nav aria-label=\"Contents\">";
+  for (const Section& s : sections) out += fmt::format("<a href=\"#{}\">{}</a>", s.name, s.heading);
+  out += "</nav>\n<main>\n";
+  for (const Section& s : sections) out += fmt::format("<h2 id=\"{}\">{}</h2>\n{}", s.name, s.heading, s.body);
+  return out + fmt::format("</main>\n{}</body>\n</html>\n", scripts);
+}
+
+}  // namespace piste::page

@@ -1,0 +1,25 @@
+#pragma once
+/// The frame of every page: one HTML file that needs nothing beside it and no network.
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace piste::page {
+
+/// A part of a page under its heading. `name` stands in links to it.
+struct Section {
+  std::string name, heading, body;  ///< the body is markup
+};
+
+using Row = std::vector<std::string>;
+
+/// A table of plain text: the first column names, the others are numbers.
+std::string table(std::string_view caption, const Row& head, const std::vector<Row>& rows);
+
+/// The title, a line of markup below it, links to the sections, and the sections. `style` goes before the style of
+/// all pages, `scripts` to the end.
+std::string render(std::string_view title, std::string_view subtitle, const std::vector<Section>& sections,
+                   std::string_view style = {}, std::string_view scripts = {});
+
+}  // namespace piste::page
