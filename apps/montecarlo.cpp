@@ -29,7 +29,8 @@ Ensemble begin(const AppArguments& arguments, const Scenario& scenario, std::siz
     say(arguments, fmt::format("going on after {} runs", ensemble.size()));
     return ensemble;
   }
-  say(arguments, fmt::format("the runs in {} are more, or of something else; starting anew", arguments.output.string()));
+  say(arguments,
+      fmt::format("the runs in {} are more, or of something else; starting anew", arguments.output.string()));
   return Ensemble(scenario);
 }
 
@@ -54,6 +55,7 @@ void run(const AppArguments& arguments, Progress& progress) {
   progress.clear();
 
   const ConsistencyReport report = ensemble.sums().report();
+  if (report.runs == 0) throw DataError(arguments.input, "no run could be replayed; " + report.failures.front().what);
   const std::string title = std::filesystem::path(arguments.input).stem().string();
   output.write("consistency.json", consistency_json(report, title));
   output.write("consistency.md", consistency_row_head() + consistency_row(report, title));
@@ -70,8 +72,9 @@ int main(int argc, char** argv) {
   const auto cores = static_cast<long>(std::max(1U, std::thread::hardware_concurrency()));
   const piste::AppDescription description{
       .name = "montecarlo",
-      .summary = "Simulates and replays a scenario many times: NEES and NIS with their bands, errors over the bound. Goes "
-                 "on where it was stopped; the numbers do not depend on the jobs.",
+      .summary =
+          "Simulates and replays a scenario many times: NEES and NIS with their bands, errors over the bound. Goes "
+          "on where it was stopped; the numbers do not depend on the jobs.",
       .input = "SCENARIO",
       .input_help = "scenario file (YAML), such as config/scenarios/montecarlo/ski_l1l2.yaml",
       .integers = {{"runs", "in all; those that stand in the folder already count", 100, 1},

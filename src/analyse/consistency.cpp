@@ -298,6 +298,8 @@ ConsistencyReport Consistency::report(double probability) const {
   out.grid = grid_;
   out.layout = layout_;
   out.groups = groups_;
+  out.failures = failures_;
+  if (runs_ == 0) return out;
   for (const StateGroup& g : groups_) {
     out.bands.push_back(chi_squared_band(probability, static_cast<double>(g.rows.size()), runs_));
   }
@@ -323,7 +325,6 @@ ConsistencyReport Consistency::report(double probability) const {
         kHeadingTime,           n, std::sqrt(heading_[kSquare] / n), heading_[kLargest], heading_[kLargestSigma],
         heading_[kLargestRatio]};
   }
-  out.failures = failures_;
   return out;
 }
 

@@ -138,7 +138,8 @@ std::map<int, Bound> bound_of(const Scenario& scenario, const Simulation& real, 
     auto& fixes = recording.attitude[r].fixes;
     for (std::size_t k = 0; k < fixes.size(); ++k) fixes[k].sigma = real.attitude[r].fixes[k].sigma;
   }
-  const FilterOptions options = filter_options(scenario);
+  FilterOptions options = filter_options(scenario);
+  options.sensor = scenario.imus.front().sensor;  // as it is, and not as the filter was told
   const double departure = simulation.plate.under_way().start;
   Log perfect_log = condition(recording, conditioning_options(scenario, departure, options));
   perfect_log.rest = log.rest;
@@ -183,8 +184,8 @@ ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed) {
 
   const TrueEstimate truth(s, run, log.world, seed);
   const double begin = log.imu.front().time - log.imu.front().interval;
-  const Start start =
-      s.replay.heading == ReplaySetup::Heading::kAuto ? find_start(log, options, {}).start : drawn_start(s, truth.at(begin), begin, seed);
+  const Start start = s.replay.heading == ReplaySetup::Heading::kAuto ? find_start(log, options, {}).start
+                                                                      : drawn_start(s, truth.at(begin), begin, seed);
   const FilterRun filtered = run_filter(log, options, start, kCheckpointEvery);
 
   const EpochGrid grid = epoch_grid(s);

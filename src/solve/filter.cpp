@@ -177,7 +177,7 @@ void Filter::advance(const ImuStep& step, const StepNoise& noise) {
   decay(state_.x, setup_->layout, t);
   propagate(state_.P, setup_->layout, t);
   state_.time += step.dt;
-  gyro_noise_ += t.noise.block<3, 3>(6, 6);
+  if (!still_) gyro_noise_ += t.noise.block<3, 3>(6, 6);  // at rest no measured rate was regressed on
   if (tape_) tape_->events.emplace_back(Tape::Propagation{t});
 }
 

@@ -130,6 +130,30 @@ TEST(Dynamics, TransitionAtRestDoesNotDependOnTheNoiseOfTheSamples) {
   EXPECT_EQ(a.navigation, b.navigation);
 }
 
+// A scale that was propagated with a noisy rate, and is told of the noise afterwards, stands as if there had been none.
+TEST(Dynamics, MendedRateIsTheRateWithoutNoise) {
+  const std::array blocks{Block::kGyroBias, Block::kGyroScale, Block::kAccelScale};
+  const StateLayout layout(blocks);
+  const Earth earth = ordinary_earth();
+  Random random(4);
+  const double dt = 1e-3;
+  for (int trial = 0; trial < 20; ++trial) {
+    Estimate x = random.estimate();
+    const Vector3d rate = random.vector(0.3), noise = random.vector(0.5), force = random.vector(10);
+    const auto transition = [&](const Vector3d& w) {
+      const ImuStep step{dt, w * dt, force * dt, Vector3d::Zero(), Vector3d::Zero()};
+      return linearize(x, x, step, earth.rate, earth.here, kNoNoise, false);
+    };
+    Covariance seen = random.covariance(layout.size());
+    Covariance clean = seen;
+    propagate(seen, layout, transition(rate + noise));
+    propagate(clean, layout, transition(rate));
+    Covariance mended = seen;
+    propagate(mended, layout, mend_rate(x, -(x.q_wb * noise) * dt));
+    EXPECT_LT((mended - clean).norm(), 0.01 * (seen - clean).norm());
+  }
+}
+
 TEST(Dynamics, TransitionIsTheDifferenceOfTwoRunsOverOneStep) {
   Random random(1);
   for (int i = 0; i < 10; ++i) {

@@ -138,7 +138,7 @@ class Consistency {
   /// Runs added, failed ones included.
   std::size_t size() const { return static_cast<std::size_t>(runs_) + failures_.size(); }
 
-  /// @pre at least one run was compared
+  /// Of nothing but failures where no run was compared.
   ConsistencyReport report(double probability = 0.999) const;
 
   /// The sums as bytes of this machine, and back, so that an ensemble goes on where it was stopped. `restore` throws

@@ -11,8 +11,8 @@ EpochGrid epoch_grid(const Scenario& scenario);
 
 /// Simulates with the seed and replays as the scenario's `replay` says: drawn or found start, filter, smoother. The
 /// bound is the covariance of the same filter and smoother run on perfect sensors from the truth: their linearisation
-/// is then at the truth, and all else (schedule of the fixes, rests, clipped samples, assumed noise) the same. Where
-/// nothing is known of the heading, the bound knows as little. Throws DataError where the start is not found.
+/// is then at the truth, and all else (schedule of the fixes, rests, clipped samples, noise of the sensors) the same.
+/// Where nothing is known of the heading, the bound knows as little. Throws DataError where the start is not found.
 ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed);
 
 }  // namespace piste
