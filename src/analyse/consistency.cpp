@@ -77,6 +77,11 @@ std::vector<StateGroup> state_groups(const StateLayout& layout) {
   return groups;
 }
 
+bool SourceConsistency::white() const {
+  return std::all_of(autocorrelation.begin(), autocorrelation.begin() + dof,
+                     [this](double r) { return std::abs(r) < autocorrelation_band; });
+}
+
 std::vector<std::string> ConsistencyReport::outside() const {
   std::vector<std::string> out;
   const auto judge = [&](const EstimatorConsistency& estimator, const std::string& name) {

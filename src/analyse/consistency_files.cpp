@@ -5,8 +5,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 
+#include "analyse/banded.h"
 #include "io/json.h"
 
 namespace piste {
@@ -105,11 +105,6 @@ std::string heading_json(const HeadingFound& heading) {
 
 // ---- Text ----
 
-std::string percent(double probability) { return fmt::format("{:.4g} %", 100 * probability); }
-std::string band_text(const Band& band) { return fmt::format("{:.3f} to {:.3f}", band.low, band.high); }
-std::string starred(double value, const Band& band) {
-  return fmt::format("{:.3f}{}", value, band.contains(value) ? "" : "*");
-}
 // So that numbers stand below one another, starred or not.
 std::string aligned(const std::string& text) { return text.ends_with('*') ? text : text + ' '; }
 
@@ -134,11 +129,6 @@ std::string nees_text(const ConsistencyReport& report, const EstimatorConsistenc
 std::string ratio_text(const ConsistencyReport& report, const EstimatorConsistency& estimator, Block block) {
   const BlockAccuracy* found = under_way(report, estimator, block);
   return found ? fmt::format("{:.3f}", found->ratio) : "-";
-}
-
-bool is_white(const SourceConsistency& source) {
-  return std::all_of(source.autocorrelation.begin(), source.autocorrelation.begin() + source.dof,
-                     [&](double r) { return std::abs(r) < source.autocorrelation_band; });
 }
 
 std::string heading_text(const HeadingFound& heading) {
@@ -249,7 +239,7 @@ std::string consistency_text(const ConsistencyReport& report) {
     const std::vector<double> axes(s.autocorrelation.begin(), s.autocorrelation.begin() + s.dof);
     out += fmt::format(kLine, "  " + s.name, aligned(starred(s.nis, s.band)), fmt::format("{} ", s.rejected),
                        fmt::format("{}; {:.3f}{}, band ± {:.3f}", band_text(s.band), fmt::join(axes, " "),
-                                   is_white(s) ? "" : "*", s.autocorrelation_band));
+                                   s.white() ? "" : "*", s.autocorrelation_band));
   }
   if (report.heading.runs > 0) {
     out += fmt::format("\nHeading {:.4g} s after the departure, at worst: {}\n", report.heading.time,

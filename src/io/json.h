@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <iterator>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -25,6 +26,7 @@ std::string array(const std::vector<std::string>& items);
 template <class Range>
 std::string numbers(const Range& values, int digits = 10) {
   std::vector<std::string> items;
+  items.reserve(static_cast<std::size_t>(std::size(values)));
   for (const double value : values) items.push_back(number(value, digits));
   return array(items);
 }

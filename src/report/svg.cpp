@@ -26,6 +26,18 @@ constexpr std::string_view kStyle =
 .plot .grid{stroke:var(--grid);stroke-width:1}.plot .line{fill:none;stroke-width:1.6;stroke-linejoin:round}
 .plot .name{paint-order:stroke;font-weight:600})";
 
+std::string_view dashes(Plot::Stroke stroke) {
+  switch (stroke) {
+    case Plot::Stroke::kSolid:
+      return "";
+    case Plot::Stroke::kDashed:
+      return " stroke-dasharray=\"7 4\"";
+    case Plot::Stroke::kDotted:
+      return " stroke-dasharray=\"2 2\"";
+  }
+  return "";
+}
+
 int palette(int colour) { return ((colour % 7) + 7) % 7; }
 
 std::string tick_text(double value, double step) {
@@ -88,8 +100,8 @@ std::vector<double> nice_ticks(double low, double high, int wanted) {
 Plot::Plot(std::string title, Axis x, Axis y, std::string description)
     : title_(std::move(title)), description_(std::move(description)), x_(std::move(x)), y_(std::move(y)) {}
 
-void Plot::line(std::vector<double> x, std::vector<double> y, int colour, std::string label) {
-  series_.push_back({Kind::kLine, std::move(x), std::move(y), {}, colour, std::move(label)});
+void Plot::line(std::vector<double> x, std::vector<double> y, int colour, std::string label, Stroke stroke) {
+  series_.push_back({Kind::kLine, std::move(x), std::move(y), {}, colour, std::move(label), stroke});
 }
 
 void Plot::points(std::vector<double> x, std::vector<double> y, int colour, std::string label) {
@@ -101,6 +113,10 @@ void Plot::band(std::vector<double> x, std::vector<double> low, std::vector<doub
   series_.push_back({Kind::kBand, std::move(x), std::move(high), std::move(low), colour, std::move(label)});
 }
 
+void Plot::shade(double from, double to, int colour, std::string label) {
+  series_.push_back({Kind::kShade, {from, to}, {}, {}, colour, std::move(label)});
+}
+
 void Plot::mark(double x, double y, int colour, std::string name) { marks_.push_back({x, y, colour, std::move(name)}); }
 
 void Plot::size(int width, int height) {
@@ -110,8 +126,7 @@ void Plot::size(int width, int height) {
 
 Plot::Frame Plot::frame() const {
   Frame f{{}, {}, kLeft, kTop, width_ - kRight, height_ - kBottom};
-  const bool labelled = std::any_of(series_.begin(), series_.end(), [](const Series& s) { return !s.label.empty(); });
-  if (labelled) f.bottom -= kLegendRow;
+  if (const auto places = legend_places(); !places.empty()) f.bottom -= places.back()[1] + kLegendRow;
   for (const Series& s : series_) {
     f.x.cover(s.x);
     f.y.cover(s.y);
@@ -123,6 +138,7 @@ Plot::Frame Plot::frame() const {
   }
   f.x.settle();
   f.y.settle();
+  if (y_limit_) f.y = {(*y_limit_)[0], (*y_limit_)[1]};
   if (equal_scale_) {
     const double scale = std::max(f.x.length() / (f.right - f.left), f.y.length() / (f.bottom - f.top));
     f.x.widen_to(scale * (f.right - f.left));
@@ -170,7 +186,7 @@ std::string Plot::draw(const Series& s, const Frame& f) {
         if (finite(i)) path += fmt::format("{}{:.1f} {:.1f}", pen_down ? 'L' : 'M', f.px(s.x[i]), f.py(s.y[i]));
         pen_down = finite(i);
       }
-      return fmt::format("<path class=\"line\" stroke=\"var(--c{})\" d=\"{}\"/>\n", colour, path);
+      return fmt::format("<path class=\"line\" stroke=\"var(--c{})\"{} d=\"{}\"/>\n", colour, dashes(s.stroke), path);
     }
     case Kind::kPoints:
       for (std::size_t i = 0; i < s.x.size(); ++i) {
@@ -188,6 +204,9 @@ std::string Plot::draw(const Series& s, const Frame& f) {
       }
       return fmt::format("<path fill=\"var(--c{})\" opacity=\".2\" d=\"{}\"/>\n", colour, path);
     }
+    case Kind::kShade:
+      return fmt::format("<path fill=\"var(--c{})\" opacity=\".12\" d=\"M{:.1f} {:.1f}H{:.1f}V{:.1f}H{:.1f}z\"/>\n",
+                         colour, f.px(s.x[0]), f.top, f.px(s.x[1]), f.bottom, f.px(s.x[0]));
   }
   return path;
 }
@@ -202,21 +221,37 @@ std::string Plot::draw(const Mark& m, bool below, const Frame& f) {
       escape_markup(m.name));
 }
 
-std::string Plot::legend(const Frame& f) const {
-  std::string out;
-  double x = f.left;
+// Of each named series: x, and y below the first row [px].
+std::vector<std::array<double, 2>> Plot::legend_places() const {
+  std::vector<std::array<double, 2>> places;
+  double x = kLeft, y = 0;
   for (const Series& s : series_) {
     if (s.label.empty()) continue;
-    const double y = height_ - 12;
+    const double width = 28 + kLetter * static_cast<double>(s.label.size());
+    if (x > kLeft && x + width > width_) x = kLeft, y += kLegendRow;
+    places.push_back({x, y});
+    x += width + 20;
+  }
+  return places;
+}
+
+std::string Plot::legend() const {
+  std::string out;
+  const auto places = legend_places();
+  auto place = places.begin();
+  for (const Series& s : series_) {
+    if (s.label.empty()) continue;
+    const double x = (*place)[0], y = height_ - 12 - places.back()[1] + (*place)[1];
+    ++place;
     const int colour = palette(s.colour);
+    const bool area = s.kind == Kind::kBand || s.kind == Kind::kShade;
     if (s.kind == Kind::kPoints) {
       out += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3.5\" fill=\"var(--c{})\"/>", x + 11, y - 4, colour);
     } else {
-      out += fmt::format("<path stroke=\"var(--c{})\" stroke-width=\"{}\" d=\"M{:.1f} {:.1f}h22\"{}/>", colour,
-                         s.kind == Kind::kBand ? 10 : 2.5, x, y - 4, s.kind == Kind::kBand ? " opacity=\".3\"" : "");
+      out += fmt::format("<path stroke=\"var(--c{})\" stroke-width=\"{}\" d=\"M{:.1f} {:.1f}h22\"{}{}/>", colour,
+                         area ? 10 : 2.5, x, y - 4, area ? " opacity=\".3\"" : "", dashes(s.stroke));
     }
     out += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n", x + 28, y, escape_markup(s.label));
-    x += 28 + kLetter * static_cast<double>(s.label.size()) + 20;
   }
   return out;
 }
@@ -228,13 +263,18 @@ std::string Plot::render() const {
       "role=\"img\" aria-label=\"{2}\">\n<style>{3}</style>\n",
       width_, height_, escape_markup(description_.empty() ? title_ : description_), kStyle);
   out += axes(f);
+  if (y_limit_) {  // an <svg> inside cuts off what lies beyond it
+    out += fmt::format(R"(<svg x="{0}" y="{1}" width="{2}" height="{3}" viewBox="{0} {1} {2} {3}">)", f.left, f.top,
+                       f.right - f.left, f.bottom - f.top);
+  }
   for (const Series& s : series_) out += draw(s, f);
+  if (y_limit_) out += "</svg>\n";
   bool below = false;  // names of marks that coincide stay apart
   for (const Mark& m : marks_) {
     out += draw(m, below, f);
     below = !below;
   }
-  return out + legend(f) + "</svg>\n";
+  return out + legend() + "</svg>\n";
 }
 
 }  // namespace piste

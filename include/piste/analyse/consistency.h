@@ -96,6 +96,9 @@ struct SourceConsistency {
   Band band;
   std::array<double, 3> autocorrelation{};  ///< of successive normalised innovations, per axis
   double autocorrelation_band = 0;          ///< ±, of white ones
+
+  /// Whether every axis is within.
+  bool white() const;
 };
 
 /// Heading error at one time after the departure, over the runs [rad].

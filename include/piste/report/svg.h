@@ -1,6 +1,8 @@
 #pragma once
 /// Pictures of y against x, as SVG that stands alone or inside a page, in light and in dark.
 
+#include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,14 +24,21 @@ class Plot {
   /// `title` is shown above the picture; `description`, read aloud by screen readers, may say more.
   Plot(std::string title, Axis x, Axis y, std::string description = {});
 
+  enum class Stroke { kSolid, kDashed, kDotted };
+
   /// A series named in the legend by `label`, which may be empty. @pre x and y are equally long.
-  void line(std::vector<double> x, std::vector<double> y, int colour, std::string label);
+  void line(std::vector<double> x, std::vector<double> y, int colour, std::string label,
+            Stroke stroke = Stroke::kSolid);
   void points(std::vector<double> x, std::vector<double> y, int colour, std::string label);
   /// The area between `low` and `high`.
   void band(std::vector<double> x, std::vector<double> low, std::vector<double> high, int colour, std::string label);
+  /// A stretch of x, over the whole height.
+  void shade(double from, double to, int colour, std::string label);
   /// One large point with its name beside it.
   void mark(double x, double y, int colour, std::string name);
 
+  /// The picture ends there, and cuts off what lies beyond. @pre low < high
+  void limit_y(double low, double high) { y_limit_ = {{low, high}}; }
   /// One unit of x is as long as one of y: for maps.
   void equal_scale() { equal_scale_ = true; }
   /// Size in CSS pixels; 760 × 480 unless told.
@@ -39,12 +48,13 @@ class Plot {
   std::string render() const;
 
  private:
-  enum class Kind { kLine, kPoints, kBand };
+  enum class Kind { kLine, kPoints, kBand, kShade };
   struct Series {
     Kind kind;
     std::vector<double> x, y, y_low;
     int colour;
     std::string label;
+    Stroke stroke = Stroke::kSolid;
   };
   struct Mark {
     double x, y;
@@ -54,7 +64,8 @@ class Plot {
   struct Frame;
   Frame frame() const;
   std::string axes(const Frame& frame) const;
-  std::string legend(const Frame& frame) const;
+  std::string legend() const;
+  std::vector<std::array<double, 2>> legend_places() const;
   static std::string draw(const Series& series, const Frame& frame);
   static std::string draw(const Mark& mark, bool below, const Frame& frame);
 
@@ -62,6 +73,7 @@ class Plot {
   Axis x_, y_;
   int width_ = 760, height_ = 480;
   bool equal_scale_ = false;
+  std::optional<std::array<double, 2>> y_limit_;
   std::vector<Series> series_;
   std::vector<Mark> marks_;
 };

@@ -1,0 +1,325 @@
+#include "piste/report/consistency_page.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "analyse/banded.h"
+#include "piste/analyse/consistency_files.h"
+#include "piste/report/markup.h"
+#include "piste/report/svg.h"
+#include "report/page.h"
+
+namespace piste {
+namespace {
+
+using page::Row;
+using page::table;
+
+enum Colour { kSmootherColour, kFilterColour, kTurnColour = 4, kRestColour = 5, kBandColour = 6 };
+constexpr int kWidth = 980, kHeight = 330;  // of a picture
+
+constexpr std::array<std::string_view, kPhaseNames.size()> kPhaseTitles{"At rest before the start", "Under way",
+                                                                        "At rest after the stop"};
+constexpr std::array kPhaseOrder{Phase::kUnderWay, Phase::kRest, Phase::kRestAfter};
+
+constexpr std::string_view kHowToRead =
+    R"(<p><strong>NEES</strong> is the squared error in units of the covariance that is claimed of it, per state: 1 where the
+covariance is true. Above the band the sigmas are too small, below it they are too large; the band is that of a mean over the runs
+at one epoch, so the mean over a whole phase keeps to it the more easily.</p>
+<p><strong>The bound</strong> (posterior Cramér-Rao) is the smallest error that any estimator can have on average: the covariance
+of the same filter and smoother linearised at the truth. RMSE over bound is 1 where nothing is left to gain; the claimed sigma
+beside it says what the estimator believes of itself.</p>
+<p><strong>Coverage</strong> is the share of single errors within 1, 2 and 3 of their own sigmas. True sigmas of normal errors
+give .683, .954 and .997; a smaller last share means errors that are rare but large.</p>
+<p><strong>NIS</strong> is to an innovation what NEES is to an error, gated ones counted in. Of a true filter successive
+innovations are uncorrelated; where they are not, an error lasts that no state describes.</p>
+)";
+
+/// Filter and smoother under their names, as far as they saw anything.
+std::vector<std::pair<std::string, const EstimatorConsistency*>> estimators(const ConsistencyReport& report) {
+  std::vector<std::pair<std::string, const EstimatorConsistency*>> out;
+  for (const auto& [name, e] : {std::pair{"filter", &report.filter}, {"smoother", &report.smoother}}) {
+    const bool seen = std::any_of(e->groups.begin(), e->groups.end(), [](const auto& phase) { return !phase.empty(); });
+    if (seen) out.emplace_back(name, e);
+  }
+  return out;
+}
+
+int colour_of(const std::string& estimator) { return estimator == "filter" ? kFilterColour : kSmootherColour; }
+
+// ---- Pictures ----
+
+/// A picture over the time of the grid, with its phases; the scale is that of what is under way.
+class TimePlot {
+ public:
+  TimePlot(const EpochGrid& grid, const std::string& title, const std::string& unit, const std::string& description)
+      : grid_(grid), plot_(title, {"time after the departure [s]"}, {unit}, description) {
+    for (int epoch = grid.first; epoch <= grid.last; ++epoch) time_.push_back(grid.time(epoch));
+    plot_.size(kWidth, kHeight);
+  }
+
+  void band(const Band& band, const std::string& label) {
+    plot_.band({time_.front(), time_.back()}, {band.low, band.low}, {band.high, band.high}, kBandColour, label);
+    cover(band.low);
+    cover(band.high);
+  }
+
+  void line(std::vector<double> values, int colour, std::string label, Plot::Stroke stroke = Plot::Stroke::kSolid) {
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (grid_.phase(time_[i]) == Phase::kUnderWay) cover(values[i]);
+    }
+    plot_.line(time_, std::move(values), colour, std::move(label), stroke);
+  }
+
+  /// With half as much room again on either side; `from_zero` starts the scale there.
+  std::string render(bool from_zero) {
+    shade(time_.front(), 0, kRestColour, "at rest");
+    shade(grid_.arrival, time_.back(), kRestColour, "");
+    shade(0, grid_.cruise.start, kTurnColour, "starting, stopping");
+    shade(grid_.cruise.end, grid_.arrival, kTurnColour, "");
+    if (low_ < high_) {
+      const double room = 0.5 * (high_ - (from_zero ? 0 : low_));
+      plot_.limit_y(from_zero ? 0 : std::max(0.0, low_ - room), high_ + room);
+    }
+    return "<figure>\n" + plot_.render() + "</figure>\n";
+  }
+
+ private:
+  void shade(double from, double to, int colour, const std::string& label) {
+    from = std::max(from, time_.front());
+    to = std::min(to, time_.back());
+    if (from < to) plot_.shade(from, to, colour, label);
+  }
+  void cover(double value) {
+    if (!std::isfinite(value)) return;
+    low_ = std::min(low_, value);
+    high_ = std::max(high_, value);
+  }
+
+  const EpochGrid& grid_;
+  Plot plot_;
+  std::vector<double> time_;
+  double low_ = std::numeric_limits<double>::infinity(), high_ = -std::numeric_limits<double>::infinity();
+};
+
+std::string nees_plots(const ConsistencyReport& report) {
+  std::string out;
+  for (std::size_t g = 0; g < report.groups.size(); ++g) {
+    const StateGroup& group = report.groups[g];
+    const auto& blocks = report.layout.blocks();
+    const bool single = std::any_of(blocks.begin(), blocks.end(), [&](Block b) { return info(b).name == group.name; });
+    if (single) continue;  // its numbers stand in the table
+    TimePlot plot(report.grid, fmt::format("NEES per state: {} ({} states)", group.name, group.rows.size()), "NEES",
+                  fmt::format("NEES of {} over time, filter and smoother, with its band", group.name));
+    plot.band(report.bands[g], percent(report.probability) + " band");
+    for (const auto& [name, e] : estimators(report)) plot.line(e->nees[g], colour_of(name), name);
+    out += plot.render(false);
+  }
+  return out;
+}
+
+std::vector<double> over_time(const std::vector<BlockAccuracy>& accuracy, double BlockAccuracy::*term, double factor) {
+  std::vector<double> out;
+  out.reserve(accuracy.size());
+  for (const BlockAccuracy& at : accuracy) out.push_back(factor * at.*term);
+  return out;
+}
+
+std::string accuracy_plots(const ConsistencyReport& report) {
+  std::string out;
+  const auto& blocks = report.layout.blocks();
+  const auto is_navigation = [](Block b) { return index_of(b) <= index_of(Block::kAttitude); };
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    if (!is_navigation(blocks[b])) continue;
+    const BlockInfo& row = info(blocks[b]);
+    TimePlot plot(report.grid, fmt::format("RMSE of {}, three axes together", row.name), fmt::format("[{}]", row.unit),
+                  fmt::format("RMSE of {} over time against its bound and the claimed sigma", row.name));
+    for (const auto& [name, e] : estimators(report)) {
+      const auto line = [&, &name = name, &e = e](double BlockAccuracy::*term, const char* what, Plot::Stroke stroke) {
+        plot.line(over_time(e->accuracy[b], term, row.factor), colour_of(name), name + what, stroke);
+      };
+      line(&BlockAccuracy::rmse, " RMSE", Plot::Stroke::kSolid);
+      line(&BlockAccuracy::bound, " bound", Plot::Stroke::kDashed);
+      line(&BlockAccuracy::claimed, " claimed", Plot::Stroke::kDotted);
+    }
+    out += plot.render(true);
+  }
+  if (std::all_of(blocks.begin(), blocks.end(), is_navigation)) return out;
+  for (const auto& [name, e] : estimators(report)) {
+    TimePlot plot(report.grid, fmt::format("RMSE over its bound, {}: the other blocks", name), "RMSE / bound",
+                  fmt::format("RMSE over its bound over time, {}, of the blocks beyond navigation", name));
+    int colour = 0;
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
+      if (is_navigation(blocks[b])) continue;
+      plot.line(over_time(e->accuracy[b], &BlockAccuracy::ratio, 1), colour++, std::string(info(blocks[b]).name));
+    }
+    out += plot.render(false);
+  }
+  return out;
+}
+
+// ---- Tables ----
+
+std::string with_error(double value, double standard_error) {
+  return std::isfinite(standard_error) ? fmt::format("{:.3f} ± {:.3f}", value, standard_error)
+                                       : fmt::format("{:.3f}", value);
+}
+
+std::string nees_table(const ConsistencyReport& report, Phase phase, std::string_view caption) {
+  const auto p = static_cast<std::size_t>(phase);
+  Row head{"group", "states", percent(report.probability) + " band"};
+  const auto all = estimators(report);
+  for (const auto& [name, e] : all) {
+    head.push_back(name + " NEES");
+    head.push_back("± s.e.");
+    head.push_back("epochs outside");
+  }
+  std::vector<Row> rows;
+  for (std::size_t g = 0; g < report.groups.size(); ++g) {
+    Row row{report.groups[g].name, fmt::format("{}", report.groups[g].rows.size()), band_text(report.bands[g])};
+    for (const auto& [name, e] : all) {
+      if (e->groups[p].empty()) {
+        row.insert(row.end(), 3, "");
+        continue;
+      }
+      const GroupConsistency& found = e->groups[p][g];
+      row.push_back(starred(found.nees, report.bands[g]));
+      row.push_back(std::isfinite(found.standard_error) ? fmt::format("{:.3f}", found.standard_error) : "");
+      row.push_back(fmt::format("{:.1f} %", 100 * found.outside));
+    }
+    rows.push_back(std::move(row));
+  }
+  return table(caption, head, rows);
+}
+
+std::string coverage_table(const ConsistencyReport& report) {
+  constexpr auto kSeen = static_cast<std::size_t>(Phase::kUnderWay);
+  Row head{"group"}, normal{"normal errors"};
+  std::vector<Row> rows{{}};
+  for (const auto& [name, e] : estimators(report)) {
+    for (const char* what : {" 1σ", " 2σ", " 3σ", " largest"}) head.push_back(name + what);
+    for (const char* share : {".683", ".954", ".997", ""}) normal.emplace_back(share);
+  }
+  rows.front() = std::move(normal);
+  for (std::size_t g = 0; g < report.groups.size(); ++g) {
+    Row row{report.groups[g].name};
+    for (const auto& [name, e] : estimators(report)) {
+      if (e->groups[kSeen].empty()) {
+        row.insert(row.end(), 4, "");
+        continue;
+      }
+      const GroupConsistency& found = e->groups[kSeen][g];
+      for (const double share : found.coverage) row.push_back(fmt::format("{:.3f}", share));
+      row.push_back(fmt::format("{:.1f} σ", found.largest));
+    }
+    rows.push_back(std::move(row));
+  }
+  return table("Share of single errors within 1, 2 and 3 sigma, under way", head, rows);
+}
+
+std::string accuracy_table(const ConsistencyReport& report, const EstimatorConsistency& estimator,
+                           const std::string& name, Phase phase) {
+  const auto& found = estimator.blocks[static_cast<std::size_t>(phase)];
+  if (found.empty()) return {};
+  std::vector<Row> rows;
+  for (std::size_t b = 0; b < found.size(); ++b) {
+    const BlockInfo& block = info(report.layout.blocks()[b]);
+    Row row{fmt::format("{} [{}]", block.name, block.unit)};
+    for (const double value : {found[b].rmse, found[b].bound, found[b].claimed}) {
+      row.push_back(fmt::format("{:.4g}", block.factor * value));
+    }
+    row.push_back(with_error(found[b].ratio, found[b].standard_error));
+    rows.push_back(std::move(row));
+  }
+  return table(fmt::format("RMSE, {}", name), {"block", "RMSE", "bound", "claimed", "RMSE / bound"}, rows);
+}
+
+std::string phase_tables(const ConsistencyReport& report) {
+  std::string out;
+  for (const Phase phase : kPhaseOrder) {
+    const auto p = static_cast<std::size_t>(phase);
+    const auto interval = report.grid.interval(phase);
+    if (!interval || (report.filter.groups[p].empty() && report.smoother.groups[p].empty())) continue;
+    out +=
+        fmt::format("<h3>{} <small>{:.6g} to {:.6g} s</small></h3>\n", kPhaseTitles[p], interval->start, interval->end);
+    out += nees_table(report, phase, "NEES per state; * outside the band") + "<div class=\"tables\">\n";
+    for (const auto& [name, e] : estimators(report)) out += accuracy_table(report, *e, name, phase);
+    out += "</div>\n";
+  }
+  return out;
+}
+
+std::string source_table(const ConsistencyReport& report) {
+  if (report.sources.empty()) return "<p>No measurement came under way.</p>\n";
+  std::vector<Row> rows;
+  for (const SourceConsistency& s : report.sources) {
+    const std::vector<double> axes(s.autocorrelation.begin(), s.autocorrelation.begin() + s.dof);
+    rows.push_back({s.name, fmt::format("{}", s.dof), fmt::format("{}", s.count), fmt::format("{}", s.rejected),
+                    starred(s.nis, s.band), band_text(s.band),
+                    fmt::format("{:.3f}{}", fmt::join(axes, ", "), s.white() ? "" : "*"),
+                    fmt::format("± {:.3f}", s.autocorrelation_band)});
+  }
+  return table("Under way; * outside the band",
+               {"source", "rows", "count", "rejected", "NIS per row", "band", "correlation of successive ones, by axis",
+                "band if white"},
+               rows);
+}
+
+std::string verdict(const ConsistencyReport& report) {
+  std::string out = fmt::format("<p><strong>{}</strong></p>\n", escape_markup(consistency_verdict(report)));
+  std::vector<std::string> nis, coloured;
+  for (const SourceConsistency& s : report.sources) {
+    if (!s.band.contains(s.nis)) nis.push_back(escape_markup(s.name));
+    if (!s.white()) coloured.push_back(escape_markup(s.name));
+  }
+  if (!nis.empty()) out += fmt::format("<p>The NIS leaves its band at: {}.</p>\n", fmt::join(nis, ", "));
+  if (!coloured.empty()) out += fmt::format("<p>Innovations are not white at: {}.</p>\n", fmt::join(coloured, ", "));
+  if (const HeadingFound& h = report.heading; h.runs > 0) {
+    out += fmt::format(
+        "<p>Heading {:.4g} s after the departure, filter, over {} runs: RMSE {:.3g} deg, largest error {:.3g} deg, "
+        "largest "
+        "sigma {:.3g} deg, largest error in sigmas {:.1f}.</p>\n",
+        h.time, h.runs, kDegreesPerRadian * h.rmse, kDegreesPerRadian * h.largest, kDegreesPerRadian * h.largest_sigma,
+        h.largest_ratio);
+  }
+  return out;
+}
+
+std::string failure_table(const ConsistencyReport& report) {
+  if (report.failures.empty()) return "<p>None.</p>\n";
+  std::string out = "<ul>\n";
+  for (const FailedRun& f : report.failures)
+    out += fmt::format("<li>seed {}: {}</li>\n", f.seed, escape_markup(f.what));
+  return out + "</ul>\n";
+}
+
+}  // namespace
+
+std::string consistency_html(const ConsistencyReport& report, const std::string& title, const std::string& version,
+                             const std::string& scenario_text) {
+  const std::string subtitle =
+      fmt::format("piste {} · {} simulated runs with known truth; times count from the departure",
+                  escape_markup(version), report.runs);
+  return page::render(
+      title, subtitle,
+      {{"verdict", "Verdict", verdict(report)},
+       {"nees", "NEES over time",
+        "<p class=\"soft\">Mean over the runs at each epoch. The scale is that of the stretch under way; what lies far "
+        "beyond is cut off.</p>\n" +
+            nees_plots(report)},
+       {"accuracy", "Errors over time", accuracy_plots(report)},
+       {"coverage", "Coverage", coverage_table(report)},
+       {"phases", "By phase", phase_tables(report)},
+       {"innovations", "Innovations", source_table(report)},
+       {"failures", "Failed runs", failure_table(report)},
+       {"reading", "How to read it", std::string(kHowToRead)},
+       {"scenario", "Scenario", fmt::format("<pre>{}</pre>\n", escape_markup(scenario_text))}});
+}
+
+}  // namespace piste
