@@ -220,26 +220,34 @@ std::string consistency_verdict(const ConsistencyReport& report) {
 }
 
 std::string consistency_text(const ConsistencyReport& report) {
-  constexpr auto kLine = "{:22} {:>9} {:>9}   {}\n";
-  std::string out = consistency_verdict(report) + "\n\n";
-  out += fmt::format(kLine, "NEES per state", "filter ", "smoother ", percent(report.probability) + " band");
+  std::string out = consistency_verdict(report) + "\n";
+  const auto line = [&out](const std::string& name, const std::string& filter, const std::string& smoother,
+                           const std::string& rest) {
+    std::string text = fmt::format("{:22} {:>9} {:>9}   {}", name, aligned(filter), aligned(smoother), rest);
+    text.erase(text.find_last_not_of(' ') + 1);
+    out += text + "\n";
+  };
+  out += "\n";
+  line("NEES per state", "filter", "smoother", percent(report.probability) + " band");
   for (std::size_t g = 0; g < report.groups.size(); ++g) {
-    out += fmt::format(kLine, "  " + report.groups[g].name, aligned(nees_text(report, report.filter, g)),
-                       aligned(nees_text(report, report.smoother, g)), band_text(report.bands[g]));
+    line("  " + report.groups[g].name, nees_text(report, report.filter, g), nees_text(report, report.smoother, g),
+         band_text(report.bands[g]));
   }
-  out += "\n" + fmt::format(kLine, "RMSE over its bound", "filter ", "smoother ", "");
+  out += "\n";
+  line("RMSE over its bound", "filter", "smoother", "");
   for (const Block block : kNavigation) {
-    out += fmt::format(kLine, fmt::format("  {}", info(block).name), aligned(ratio_text(report, report.filter, block)),
-                       aligned(ratio_text(report, report.smoother, block)), "");
+    line(fmt::format("  {}", info(block).name), ratio_text(report, report.filter, block),
+         ratio_text(report, report.smoother, block), "");
   }
   if (!report.sources.empty()) {
-    out += "\n" + fmt::format(kLine, "NIS per row", "mean ", "rejected ", "band; correlation of successive ones");
+    out += "\n";
+    line("NIS per row", "mean", "rejected", "band; correlation of successive ones");
   }
   for (const SourceConsistency& s : report.sources) {
     const std::vector<double> axes(s.autocorrelation.begin(), s.autocorrelation.begin() + s.dof);
-    out += fmt::format(kLine, "  " + s.name, aligned(starred(s.nis, s.band)), fmt::format("{} ", s.rejected),
-                       fmt::format("{}; {:.3f}{}, band ± {:.3f}", band_text(s.band), fmt::join(axes, " "),
-                                   s.white() ? "" : "*", s.autocorrelation_band));
+    line("  " + s.name, starred(s.nis, s.band), fmt::format("{}", s.rejected),
+         fmt::format("{}; {:.3f}{}, band ± {:.3f}", band_text(s.band), fmt::join(axes, " "), s.white() ? "" : "*",
+                     s.autocorrelation_band));
   }
   if (report.heading.runs > 0) {
     out += fmt::format("\nHeading {:.4g} s after the departure, at worst: {}\n", report.heading.time,
