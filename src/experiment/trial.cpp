@@ -27,24 +27,51 @@ Scenario carried(const Scenario& scenario, std::uint64_t seed) {
   return s;
 }
 
-// The same motion and schedule, seen by sensors without an error.
+// The same receivers and references without an error.
 Scenario perfect(Scenario s) {
-  ImuSetup& imu = s.imus.front();
-  for (TriadErrors* errors : {&imu.sensor.gyro, &imu.sensor.accel}) {
-    const double range = errors->range;
-    *errors = {};
-    errors->range = range;
-  }
-  imu.gyro = imu.accel = TriadTruth{};
   for (GnssSetup& receiver : s.gnss) {
     receiver.position_noise.setZero();
     receiver.position_drift.reset();
+    receiver.velocity_noise *= 1e-9;  // none at all would mean a receiver without velocity
   }
   for (AttitudeSetup& reference : s.attitude) {
     reference.noise.setZero();
     reference.drift.reset();
   }
   return s;
+}
+
+// The same motion and schedule, seen by sensors without an error; they still clip, and claim what the others claim.
+Simulation perfect(const Scenario& ideal, const Simulation& real, std::uint64_t seed) {
+  Simulation out = real;
+  const ImuSetup& setup = ideal.imus.front();
+  SimulatedImu& imu = out.imus.front();
+  const auto clipped = [](const Vector3d& value, double range) {
+    return range > 0 ? Vector3d(value.cwiseMax(-range).cwiseMin(range)) : value;
+  };
+  imu.gyro.bias = imu.gyro.scale = imu.accel.bias = imu.accel.scale = Vector3d::Zero();
+  for (std::size_t k = 0; k < imu.signal.size(); ++k) {
+    const double unit = imu.recording.increments ? (1 - setup.clock_drift) / setup.rate : 1;
+    imu.recording.gyro[k] = unit * clipped(imu.signal[k].gyro, setup.sensor.gyro.range);
+    imu.recording.accel[k] = unit * clipped(imu.signal[k].accel, setup.sensor.accel.range);
+    imu.gyro_drift[k] = imu.accel_drift[k] = Vector3d::Zero();
+  }
+  for (std::size_t r = 0; r < out.gnss.size(); ++r) {
+    out.gnss[r] = simulate_gnss(real.plate, ideal.gnss[r], seed);
+    for (std::size_t k = 0; k < out.gnss[r].fixes.size(); ++k) {
+      GeodeticFix& fix = out.gnss[r].fixes[k];
+      const GeodeticFix& seen = real.gnss[r].fixes[k];
+      fix.sigma_position = seen.sigma_position;
+      if (fix.velocity) fix.velocity->sigma = seen.velocity->sigma;
+    }
+  }
+  for (std::size_t r = 0; r < out.attitude.size(); ++r) {
+    out.attitude[r] = simulate_attitude(real.plate, ideal.attitude[r], seed);
+    for (std::size_t k = 0; k < out.attitude[r].fixes.size(); ++k) {
+      out.attitude[r].fixes[k].sigma = real.attitude[r].fixes[k].sigma;
+    }
+  }
+  return out;
 }
 
 FilterOptions filter_options(const Scenario& s) {
@@ -128,20 +155,11 @@ struct Bound {
 std::map<int, Bound> bound_of(const Scenario& scenario, const Simulation& real, const Log& log, const Start& start,
                               std::uint64_t seed, const EpochGrid& grid) {
   const Scenario ideal = perfect(scenario);
-  const Simulation simulation = simulate(ideal, seed);
-  Recording recording = simulation.recording(0);
-  for (std::size_t r = 0; r < recording.gnss.size(); ++r) {
-    auto& fixes = recording.gnss[r].fixes;
-    for (std::size_t k = 0; k < fixes.size(); ++k) fixes[k].sigma_position = real.gnss[r].fixes[k].sigma_position;
-  }
-  for (std::size_t r = 0; r < recording.attitude.size(); ++r) {
-    auto& fixes = recording.attitude[r].fixes;
-    for (std::size_t k = 0; k < fixes.size(); ++k) fixes[k].sigma = real.attitude[r].fixes[k].sigma;
-  }
+  const Simulation simulation = perfect(ideal, real, seed);
   FilterOptions options = filter_options(scenario);
   options.sensor = scenario.imus.front().sensor;  // as it is, and not as the filter was told
   const double departure = simulation.plate.under_way().start;
-  Log perfect_log = condition(recording, conditioning_options(scenario, departure, options));
+  Log perfect_log = condition(simulation.recording(0), conditioning_options(scenario, departure, options));
   perfect_log.rest = log.rest;
   for (std::size_t k = 0; k < log.imu.size(); ++k) perfect_log.imu[k].at_rest = log.imu[k].at_rest;
 

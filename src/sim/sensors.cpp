@@ -150,6 +150,7 @@ SimulatedImu simulate_imu(const Truth& plate, const ImuSetup& setup, std::uint64
       out.recording.magnetic.emplace_back(truth.at(gps).q_wb.conjugate() * *setup.magnetic_field +
                                           setup.magnetic_noise * magnetic_noise.normal3());
     }
+    out.signal.push_back(signal);
     out.gps_time.push_back(gps);
     out.gyro_drift.push_back(gyro.drift());
     out.accel_drift.push_back(accel.drift());

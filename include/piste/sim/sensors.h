@@ -51,6 +51,7 @@ struct SimulatedImu {
   ImuRecording recording;
   std::vector<double> gps_time;
   std::vector<Vector3d> gyro_drift, accel_drift;  ///< a row each
+  std::vector<MeanInertial> signal;               ///< of a perfect IMU: rate and force, a row each
   TriadDraw gyro, accel;
 };
 
