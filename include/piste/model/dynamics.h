@@ -35,10 +35,11 @@ struct StepNoise {
   Vector3d gyro, accel;
 };
 
-/// Linearises one step that starts at `x` (before mechanize) and ends at `end`. `still`: the body stands, and velocity
-/// and rate are taken as exactly zero, so that their jitter tells nothing of the heading and of the gyro's scale.
+/// Linearises one step that starts at `x` (before mechanize) and ends at `end`. `standing`: of a body that stands, what
+/// gravity alone reads on its axes; velocity and rate are then exactly zero, so that no jitter tells anything of the
+/// heading and of the scales. Null while it moves.
 Transition linearize(const Estimate& x, const Estimate& end, const ImuStep& corrected, const Vector3d& earth_rate,
-                     const Gravity& gravity, const StepNoise& noise, bool still);
+                     const Gravity& gravity, const StepNoise& noise, const Vector3d* standing = nullptr);
 
 /// Adds the processes of the estimated blocks over dt: drifts of the sensor, coloured GNSS and attitude errors.
 void add_processes(Transition& t, const StateLayout& layout, const FilterOptions& options, double dt);
