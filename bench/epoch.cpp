@@ -30,8 +30,7 @@ struct Scene {
   Scene() {
     Estimate end = x;
     mechanize(end, step, earth_rate, gravity);
-    transition =
-        linearize(x, end, step, earth_rate, gravity, {Vector3d::Ones() * 1e-6, Vector3d::Ones() * 1e-5}, false);
+    transition = linearize(x, end, step, earth_rate, gravity, {Vector3d::Ones() * 1e-6, Vector3d::Ones() * 1e-5});
     add_processes(transition, layout, run.options, step.dt);
     P = test::Random(1).covariance(layout.size());
     const BodyMotion motion{step.mean_rate(), step.mean_force()};
@@ -52,7 +51,7 @@ BENCHMARK(step_mechanize);
 void step_linearize(benchmark::State& state) {
   const Scene s;
   const StepNoise noise{Vector3d::Ones() * 1e-6, Vector3d::Ones() * 1e-5};
-  for (auto _ : state) benchmark::DoNotOptimize(linearize(s.x, s.x, s.step, s.earth_rate, s.gravity, noise, false));
+  for (auto _ : state) benchmark::DoNotOptimize(linearize(s.x, s.x, s.step, s.earth_rate, s.gravity, noise));
 }
 BENCHMARK(step_linearize);
 

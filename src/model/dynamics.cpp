@@ -93,18 +93,18 @@ PISTE_WIDE void onto_inputs(const Mixer& mixer, const Columns<kNavigation>& in, 
 }  // namespace
 
 Transition linearize(const Estimate& x, const Estimate& end, const ImuStep& s, const Vector3d& earth_rate,
-                     const Gravity& gravity, const StepNoise& noise, bool still) {
+                     const Gravity& gravity, const StepNoise& noise, const Vector3d* standing) {
   Transition t;
   // At rest the measured rate is noise alone: a scale regressed on it would be pulled to where the noise of both
   // agrees.
-  t.rate = still ? Vector3d::Zero().eval() : s.mean_rate();
-  t.force = still ? Vector3d(-(x.q_wb.conjugate() * gravity.value)) : s.mean_force();
+  t.rate = standing ? Vector3d::Zero().eval() : s.mean_rate();
+  t.force = standing ? *standing : s.mean_force();
   t.decay.fill(1);
   t.variance.fill(Vector3d::Zero());
 
   const double dt = s.dt;
   const Matrix3d R_mid = (x.q_wb * so3_exp(0.5 * s.dtheta)).toRotationMatrix();
-  const Vector3d v_mid = still ? Vector3d::Zero().eval() : (0.5 * (x.v_wb + end.v_wb)).eval();
+  const Vector3d v_mid = standing ? Vector3d::Zero().eval() : (0.5 * (x.v_wb + end.v_wb)).eval();
   const Matrix3d V = skew(v_mid), E = skew(earth_rate);
 
   Matrix9d A = Matrix9d::Zero();

@@ -77,7 +77,9 @@ Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const Bo
   const Matrix3d E = skew(earth_rate);
   const Matrix3d turn = delay * (skew(a.R_wb * motion.force) - 2 * E * skew(x.v_wb));
   const Matrix3d accel = delay * a.R_wb * (1 + x.accel_scale.array()).inverse().matrix().asDiagonal();
-  add_turning(lin, 1, turn, a, x, motion, earth_rate, carried);
+  // A scale must not be regressed on the rate's noise, which the lever arm takes into the residual too.
+  const BodyMotion turning{still ? Vector3d::Zero().eval() : motion.rate, motion.force};
+  add_turning(lin, 1, turn, a, x, turning, earth_rate, carried);
   lin.add(Block::kPosition, -delay * gravity.gradient);
   lin.add(Block::kVelocity, Matrix3d::Identity() + 2 * delay * E);
   lin.add(Block::kAccelBias, accel);

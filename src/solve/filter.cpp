@@ -131,6 +131,7 @@ Estimate Filter::predicted() const {
 void Filter::process(const ImuSample* after) {
   const ImuSample& sample = *now_;
   still_ = sample.at_rest;
+  if (!still_) standing_time_ = 0;
   const StepNoise noise = noise_of(sample);
   ImuStep step = make_step(before_ ? &*before_ : nullptr, sample, after);
   const double begin = sample.time - sample.interval;
@@ -172,7 +173,9 @@ void Filter::advance(const ImuStep& step, const StepNoise& noise) {
   const ImuStep corrected = correct(step, state_.x);
   const Estimate before = state_.x;
   mechanize(state_.x, corrected, setup_->world.earth_rate(), gravity_);
-  Transition t = linearize(before, state_.x, corrected, setup_->world.earth_rate(), gravity_, noise, still_);
+  if (still_) stand(step.dt);
+  Transition t = linearize(before, state_.x, corrected, setup_->world.earth_rate(), gravity_, noise,
+                           still_ ? &standing_force_ : nullptr);
   add_processes(t, setup_->layout, setup_->options, step.dt);
   decay(state_.x, setup_->layout, t);
   propagate(state_.P, setup_->layout, t);
@@ -194,6 +197,13 @@ void Filter::mend_rate_before(const Linearization& lin) {
   const Transition t = mend_rate(state_.x, noise * H.transpose() * u.S_inverse * u.residual);
   propagate(state_.P, setup_->layout, t);
   if (tape_) tape_->events.emplace_back(Tape::Propagation{t});
+}
+
+// Gravity on the body's axes, the mean over the rest so far. The attitude of one epoch follows the noise of the
+// accelerometers through the zero velocities; a scale regressed on it for minutes learns that noise.
+void Filter::stand(double dt) {
+  standing_time_ += dt;
+  standing_force_ -= dt / standing_time_ * (state_.x.q_wb.conjugate() * gravity_.value + standing_force_);
 }
 
 void Filter::refresh_gravity() {

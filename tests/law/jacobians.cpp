@@ -70,7 +70,8 @@ TEST(Jacobians, GnssVelocityOfABodyThatStandsStill) {
   for (int i = 0; i < kStates; ++i) {
     Estimate x = random.estimate();
     x.v_wb.setZero();
-    const ImuStep raw = raw_step(random);
+    ImuStep raw = raw_step(random);
+    raw.dtheta = raw.dt * (x.gyro_bias + x.gyro_drift);
     const GnssFix fix = fix_near(x, random);
     const Gravity gravity = kWorld.gravity(x.p_wb);
     check_jacobians(

@@ -36,10 +36,11 @@ struct StepNoise {
   Vector3d gyro, accel;
 };
 
-/// Linearises one step that starts at `x` (before mechanize) and ends at `end`. `still`: the body stands, and velocity
-/// and rate are taken as exactly zero, so that their jitter tells nothing of the heading and of the gyro's scale.
+/// Linearises one step that starts at `x` (before mechanize) and ends at `end`. `standing`: of a body that stands, what
+/// gravity alone reads on its axes; velocity and rate are then exactly zero, so that no jitter tells anything of the
+/// heading and of the scales. Null while it moves.
 Transition linearize(const Estimate& x, const Estimate& end, const ImuStep& corrected, const Vector3d& earth_rate,
-                     const Gravity& gravity, const StepNoise& noise, bool still);
+                     const Gravity& gravity, const StepNoise& noise, const Vector3d* standing = nullptr);
 
 /// Mends the rate that the gyro's scale errors were propagated with, at no lapse of time: the measured rate holds the
 /// gyro's noise, and where an attitude fix tells how far that noise has turned the estimate, by `noise_angle` (rotation

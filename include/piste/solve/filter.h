@@ -114,6 +114,7 @@ class Filter {
   void mend_rate_before(const Linearization& lin);
   void admit_error(const Linearization& lin, double lapse);
   StepNoise noise_of(const ImuSample& sample);
+  void stand(double dt);
   void refresh_gravity();
 
   std::shared_ptr<const Setup> setup_;
@@ -126,7 +127,9 @@ class Filter {
   std::vector<double> accepted_;        // time of the last one believed, a source each
   std::array<int, 6> clipped_in_a_row_{};
   Vector3d rest_turn_ = Vector3d::Zero();
-  double rest_time_ = 0;
+  double rest_time_ = 0;  // since the last zero updates
+  Vector3d standing_force_ = Vector3d::Zero();
+  double standing_time_ = 0;  // since the rest began
   bool still_ = false;
   Matrix3d gyro_noise_ = Matrix3d::Zero();  // covariance of the angle that it made since `mended_`
   double mended_ = -1e300;                  // time of the last attitude fix
