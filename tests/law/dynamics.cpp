@@ -143,7 +143,7 @@ TEST(Dynamics, MendedRateIsTheRateWithoutNoise) {
     const Vector3d rate = random.vector(0.3), noise = random.vector(0.5), force = random.vector(10);
     const auto transition = [&](const Vector3d& w) {
       const ImuStep step{dt, w * dt, force * dt, Vector3d::Zero(), Vector3d::Zero()};
-      return linearize(x, x, step, earth.rate, earth.here, kNoNoise, false);
+      return linearize(x, x, step, earth.rate, earth.here, kNoNoise);
     };
     Covariance seen = random.covariance(layout.size());
     Covariance clean = seen;
