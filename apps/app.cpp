@@ -112,7 +112,9 @@ int run_app(const AppDescription& description, int argc, char** argv,
 }
 
 void say(const AppArguments& arguments, const std::string& line) {
-  if (!arguments.quiet) fmt::print("{}\n", line);
+  if (arguments.quiet) return;
+  fmt::print("{}\n", line);
+  std::fflush(stdout);  // a long program that writes into a file is followed there
 }
 
 }  // namespace piste

@@ -1,5 +1,6 @@
 #include "piste/experiment/trial.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -188,7 +189,7 @@ EpochGrid epoch_grid(const Scenario& s) {
   return {.step = step,
           .first = -static_cast<int>(m.rest_before / step),
           .last = static_cast<int>(s.replay.end / step),
-          .cruise = {m.start_time, m.run - m.stop_time},
+          .cruise = {std::min(m.start_time, s.replay.end), std::min(m.run - m.stop_time, s.replay.end)},
           .arrival = m.run};
 }
 

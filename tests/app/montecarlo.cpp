@@ -1,0 +1,111 @@
+// `montecarlo` as its user sees it: what it writes, says and returns, whatever the jobs and however often it was
+// stopped.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
+
+#include "support/program.h"
+
+namespace piste::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A few seconds of the bicycle lap.
+std::string tiny_scenario(const TemporaryFolder& folder, const std::string& more = "") {
+  return folder.write("tiny.yaml", fmt::format("base: {}/config/scenarios/bicycle.yaml\n"
+                                               "motion: {{rest_before: 2 s, run: 13 s, rest_after: 1 s}}\n{}",
+                                               PISTE_SOURCE_DIR, more));
+}
+
+Said montecarlo(const TemporaryFolder& folder, std::vector<std::string> words) {
+  words.insert(words.begin(), folder / "tiny.yaml");
+  return run_program(PISTE_MONTECARLO, words, folder);
+}
+
+TEST(Montecarlo, WritesWhatItFound) {
+  const TemporaryFolder folder;
+  tiny_scenario(folder);
+  const Said said = montecarlo(folder, {"--runs", "3", "--output", "a"});
+  ASSERT_EQ(said.code, 0) << said.err;
+  EXPECT_EQ(said.err, "");
+  EXPECT_TRUE(contains(said.out, "NEES"));
+  EXPECT_TRUE(contains(said.out, "written to a"));
+  const YAML::Node json = YAML::LoadFile(folder / "a/consistency.json");
+  EXPECT_EQ(json["runs"].as<int>(), 3);
+  EXPECT_TRUE(contains(read_text(folder / "a/consistency.html"), "</html>"));
+  EXPECT_TRUE(contains(read_text(folder / "a/consistency.md"), "| tiny "));
+  for (const auto& entry : fs::recursive_directory_iterator(folder.path() / "a")) {
+    EXPECT_FALSE(entry.path().filename().string().ends_with(".partial")) << entry.path();
+  }
+}
+
+TEST(Montecarlo, SameBytesWhateverTheJobsAndTheStops) {
+  const TemporaryFolder folder;
+  tiny_scenario(folder);
+  ASSERT_EQ(montecarlo(folder, {"--runs", "4", "--jobs", "1", "--output", "a"}).code, 0);
+  ASSERT_EQ(montecarlo(folder, {"--runs", "4", "--jobs", "3", "--output", "b"}).code, 0);
+  ASSERT_EQ(montecarlo(folder, {"--runs", "2", "--output", "c"}).code, 0);
+  const Said on = montecarlo(folder, {"--runs", "4", "--output", "c"});
+  ASSERT_EQ(on.code, 0);
+  EXPECT_TRUE(contains(on.out, "going on after 2 runs"));
+  for (const char* name : {"consistency.json", "consistency.html", "consistency.md", "ensemble.state"}) {
+    const std::string one = read_text(folder.path() / "a" / name);
+    EXPECT_FALSE(one.empty());
+    EXPECT_EQ(one, read_text(folder.path() / "b" / name)) << name;
+    EXPECT_EQ(one, read_text(folder.path() / "c" / name)) << name;
+  }
+}
+
+TEST(Montecarlo, GoesOnAfterItWasKilled) {
+  const TemporaryFolder folder;
+  tiny_scenario(folder);
+  const auto run_and_kill = [&](int seconds) {
+    const std::string command =
+        fmt::format("cd '{}' && timeout -s KILL {} '{}' tiny.yaml --runs 100000 --output a >.out 2>.err",
+                    folder.path().string(), seconds, PISTE_MONTECARLO);
+    EXPECT_NE(std::system(command.c_str()), 0);
+  };
+  run_and_kill(8);
+  ASSERT_TRUE(fs::exists(folder / "a/ensemble.state"));
+  EXPECT_FALSE(fs::exists(folder / "a/consistency.json"));
+  run_and_kill(3);
+  EXPECT_TRUE(contains(read_text(folder / ".out"), "going on after"));
+}
+
+TEST(Montecarlo, StartsAnewWhereTheScenarioChanged) {
+  const TemporaryFolder folder;
+  tiny_scenario(folder);
+  ASSERT_EQ(montecarlo(folder, {"--runs", "2", "--output", "a"}).code, 0);
+  tiny_scenario(folder, "montecarlo: {heading: auto}\n");
+  const Said said = montecarlo(folder, {"--runs", "2", "--output", "a"});
+  EXPECT_EQ(said.code, 0) << said.err;
+  EXPECT_TRUE(contains(said.out, "starting anew"));
+}
+
+TEST(Montecarlo, RefusesWithFileAndLine) {
+  const TemporaryFolder folder;
+  tiny_scenario(folder, "montecarlo: {gnss: gnss_l5}\n");
+  Said said = montecarlo(folder, {"--runs", "1"});
+  EXPECT_EQ(said.code, 2);
+  EXPECT_TRUE(contains(said.err, "tiny.yaml:3: "));
+  EXPECT_TRUE(contains(said.err, "gnss_l1l2"));
+  EXPECT_EQ(montecarlo(folder, {"--runs", "0"}).code, 2);
+  EXPECT_EQ(montecarlo(folder, {"--jobs", "0"}).code, 2);
+  EXPECT_EQ(run_program(PISTE_MONTECARLO, {"absent.yaml"}, folder).code, 2);
+  EXPECT_EQ(run_program(PISTE_MONTECARLO, {}, folder).code, 2);
+}
+
+TEST(Montecarlo, SaysWhyNoRunCouldBeReplayed) {
+  const TemporaryFolder folder;
+  tiny_scenario(folder, "montecarlo: {heading: auto, outages: [[-2 s, 15.9 s]]}\n");
+  const Said said = montecarlo(folder, {"--runs", "2", "--output", "a"});
+  EXPECT_EQ(said.code, 1);
+  EXPECT_TRUE(contains(said.err, "no run could be replayed"));
+  EXPECT_TRUE(contains(said.err, "GNSS"));
+  EXPECT_FALSE(fs::exists(folder / "a/consistency.json"));
+}
+
+}  // namespace
+}  // namespace piste::test
