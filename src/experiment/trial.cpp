@@ -140,12 +140,28 @@ Covariance ordinary(const StateLayout& layout, const Estimate& x) {
   return T;
 }
 
-// The epoch of the grid that a row stands for, if it does: the row nearest to it.
-std::optional<int> epoch_of(const EpochGrid& grid, double time, double interval) {
-  const double epoch = std::floor((time + 0.5 * interval) / grid.step);
-  if (epoch == std::floor((time - 0.5 * interval) / grid.step)) return std::nullopt;
-  const int found = static_cast<int>(epoch);
-  return found >= grid.first && found <= grid.last ? std::optional(found) : std::nullopt;
+// Calls `visit(epoch, filtered, smoothed)` for every epoch of the grid, last one first, with the row nearest to it.
+template <class Visit>
+void visit_grid(const Log& log, const FilterRun& run, const EpochGrid& grid, double departure, Visit&& visit) {
+  std::map<std::size_t, int> epochs;  // by row
+  const Solution& solution = run.solution;
+  for (std::size_t row = 0; row < solution.size(); ++row) {
+    const double time = solution.time(row) - departure;
+    const int epoch = static_cast<int>(std::lround(time / grid.step));
+    if (epoch < grid.first || epoch > grid.last) continue;
+    const auto before = epochs.empty() ? epochs.end() : std::prev(epochs.end());
+    const double off = std::abs(time - grid.time(epoch));
+    if (before == epochs.end() || before->second != epoch) {
+      epochs.emplace(row, epoch);
+    } else if (off < std::abs(solution.time(before->first) - departure - grid.time(epoch))) {
+      epochs.erase(before);
+      epochs.emplace(row, epoch);
+    }
+  }
+  const auto wanted = [&](std::size_t row) { return epochs.contains(row); };
+  smooth_rows(log, run, wanted, [&](std::size_t row, const Tape::Epoch& filtered, const SmoothedState& smoothed) {
+    visit(epochs.at(row), filtered, smoothed);
+  });
 }
 
 struct Bound {
@@ -169,14 +185,11 @@ std::map<int, Bound> bound_of(const Scenario& scenario, const Simulation& real, 
   if (scenario.replay.heading == ReplaySetup::Heading::kAuto) from.covariance = nothing_known();
   const FilterRun run = run_filter(perfect_log, options, from, kCheckpointEvery);
   std::map<int, Bound> out;
-  const double interval = 1 / scenario.imus.front().rate;
   const StateLayout& layout = run.solution.layout();
-  smooth_rts(perfect_log, run, {}, nullptr,
-             [&](std::size_t, const Tape::Epoch& filtered, const SmoothedState& smoothed) {
-               const auto epoch = epoch_of(grid, filtered.time - departure, interval);
-               if (!epoch) return;
+  visit_grid(perfect_log, run, grid, departure,
+             [&](int epoch, const Tape::Epoch& filtered, const SmoothedState& smoothed) {
                const Covariance T = ordinary(layout, filtered.x);
-               out[*epoch] = {(T * filtered.P * T.transpose()).diagonal(), (T * smoothed.P * T.transpose()).diagonal()};
+               out[epoch] = {(T * filtered.P * T.transpose()).diagonal(), (T * smoothed.P * T.transpose()).diagonal()};
              });
   return out;
 }
@@ -211,7 +224,6 @@ ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed) {
   const std::map<int, Bound> bound = bound_of(s, run, log, start, seed, grid);
   ComparedRun out{filtered.solution.layout(), {}, {}, filtered.solution.sources, filtered.solution.innovations};
   for (Innovation& v : out.innovations) v.time -= departure;
-  const double interval = 1 / s.imus.front().rate;
   const auto sample = [&](int epoch, double time, const Estimate& x, const Covariance& P, const ErrorVector& variance) {
     const FullError full = boxminus(truth.at(time), x);
     ErrorVector error(out.layout.size());
@@ -221,12 +233,10 @@ ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed) {
     const Covariance T = ordinary(out.layout, x);
     return ErrorSample{epoch, T * error, T * P * T.transpose(), variance};
   };
-  smooth_rts(log, filtered, {}, nullptr, [&](std::size_t, const Tape::Epoch& before, const SmoothedState& smoothed) {
-    const auto epoch = epoch_of(grid, before.time - departure, interval);
-    if (!epoch) return;
-    const Bound& b = bound.at(*epoch);
-    out.filtered.push_back(sample(*epoch, before.time, before.x, before.P, b.filtered));
-    out.smoothed.push_back(sample(*epoch, before.time, smoothed.x, smoothed.P, b.smoothed));
+  visit_grid(log, filtered, grid, departure, [&](int epoch, const Tape::Epoch& before, const SmoothedState& smoothed) {
+    const Bound& b = bound.at(epoch);
+    out.filtered.push_back(sample(epoch, before.time, before.x, before.P, b.filtered));
+    out.smoothed.push_back(sample(epoch, before.time, smoothed.x, smoothed.P, b.smoothed));
   });
   return out;
 }

@@ -20,14 +20,17 @@ struct SmoothedState {
   Covariance P;
 };
 
-/// Called with a row of the solution, last row first: what the filter believed at its epoch, and what the smoother
-/// does.
+/// Called with a row of the solution: what the filter believed at its epoch, and what the smoother does. Both with
+/// their whole covariances, of which a Solution keeps the sigmas only.
 using EpochObserver = std::function<void(std::size_t row, const Tape::Epoch& filtered, const SmoothedState& smoothed)>;
 
 /// `run` with checkpoints, of the same log. `at_start`: takes what is said of the start, before the first step.
-/// `observer`: for whole covariances, of which a Solution keeps the sigmas only. Throws std::logic_error without
-/// checkpoints.
+/// Throws std::logic_error without checkpoints.
 Solution smooth_rts(const Log& log, const FilterRun& run, const ProgressCallback& progress = {},
-                    SmoothedState* at_start = nullptr, const EpochObserver& observer = {});
+                    SmoothedState* at_start = nullptr);
+
+/// The same at those rows alone that `wanted` takes, last one first. Nothing is kept.
+void smooth_rows(const Log& log, const FilterRun& run, const std::function<bool(std::size_t)>& wanted,
+                 const EpochObserver& observer);
 
 }  // namespace piste
