@@ -33,7 +33,7 @@ struct Scene {
     transition = linearize(x, end, step, earth_rate, gravity, {Vector3d::Ones() * 1e-6, Vector3d::Ones() * 1e-5});
     add_processes(transition, layout, run.options, step.dt);
     P = test::Random(1).covariance(layout.size());
-    const BodyMotion motion{step.mean_rate(), step.mean_force()};
+    const BodyMotion motion{.rate = step.mean_rate(), .force = step.mean_force()};
     fix = linearize_position(run.log.gnss[1][5], {}, x, motion, earth_rate, gravity);
   }
 };

@@ -70,6 +70,7 @@ Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const Bo
   lin.observes = Block::kVelocity;
   lin.residual = fix.velocity->value - (a.velocity - delay * a.acceleration);
   lin.covariance = fix.velocity->sigma.cwiseAbs2().asDiagonal();
+  lin.covariance += a.rate_to_velocity * motion.rate_variance.asDiagonal() * a.rate_to_velocity.transpose();
 
   const Vector3d swing = a.swing + earth_rate.cross(a.arm);
   const Vector3d carried = still ? swing : (x.v_wb + swing).eval();
@@ -78,7 +79,7 @@ Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const Bo
   const Matrix3d turn = delay * (skew(a.R_wb * motion.force) - 2 * E * skew(x.v_wb));
   const Matrix3d accel = delay * a.R_wb * (1 + x.accel_scale.array()).inverse().matrix().asDiagonal();
   // A scale must not be regressed on the rate's noise, which the lever arm takes into the residual too.
-  const BodyMotion turning{still ? Vector3d::Zero().eval() : motion.rate, motion.force};
+  const BodyMotion turning{.rate = still ? Vector3d::Zero().eval() : motion.rate, .force = motion.force};
   add_turning(lin, 1, turn, a, x, turning, earth_rate, carried);
   lin.add(Block::kPosition, -delay * gravity.gradient);
   lin.add(Block::kVelocity, Matrix3d::Identity() + 2 * delay * E);

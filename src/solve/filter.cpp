@@ -133,6 +133,7 @@ void Filter::process(const ImuSample* after) {
   still_ = sample.at_rest;
   if (!still_) standing_time_ = 0;
   const StepNoise noise = noise_of(sample);
+  rate_variance_ = noise.gyro / sample.interval;
   ImuStep step = make_step(before_ ? &*before_ : nullptr, sample, after);
   const double begin = sample.time - sample.interval;
   if (state_.time > begin + kSameInstant) {  // the start stands within this sample
@@ -245,7 +246,8 @@ void Filter::measure(const Pending& pending, const ImuStep& step, double tau) {
     const auto motion = [&] {
       const ImuStep s = correct(step, x);
       const double from_middle = tau - 0.5 * s.dt;
-      return BodyMotion{s.mean_rate() + from_middle * s.rate_slope, s.mean_force() + from_middle * s.force_slope};
+      return BodyMotion{s.mean_rate() + from_middle * s.rate_slope, s.mean_force() + from_middle * s.force_slope,
+                        rate_variance_};
     };
     if (receiver.use_position) {
       apply(pending.source, linearize_position(*fix, receiver.drift, x, motion(), earth_rate, gravity_));

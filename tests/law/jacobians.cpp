@@ -26,7 +26,7 @@ ImuStep raw_step(Random& random) {
 
 BodyMotion motion_of(const ImuStep& raw, const Estimate& x) {
   const ImuStep step = correct(raw, x);
-  return {step.mean_rate(), step.mean_force()};
+  return {.rate = step.mean_rate(), .force = step.mean_force()};
 }
 
 GnssFix fix_near(const Estimate& x, Random& random) {
@@ -79,6 +79,30 @@ TEST(Jacobians, GnssVelocityOfABodyThatStandsStill) {
           return linearize_velocity(fix, y, motion_of(raw, y), kWorld.earth_rate(), gravity, true);
         },
         x);
+  }
+}
+
+// The gyro's noise turns the lever arm: what it adds is what differences of the measured rate say.
+TEST(Jacobians, NoiseOfTheRateInGnssVelocity) {
+  Random random(6);
+  const Gravity gravity = kWorld.gravity(Vector3d::Zero());
+  for (int i = 0; i < kStates; ++i) {
+    Estimate x = random.estimate();
+    x.gyro_scale.setZero();  // noise is of the corrected rate
+    x.gnss_delay = 0;
+    const ImuStep raw = raw_step(random);
+    const GnssFix fix = fix_near(x, random);
+    const auto measured = [&](const Vector3d& error) {
+      BodyMotion motion = motion_of(raw, x);
+      motion.rate += error;
+      motion.rate_variance = Vector3d(1, 4, 9);
+      return linearize_velocity(fix, x, motion, kWorld.earth_rate(), gravity, false);
+    };
+    Matrix3d J;
+    for (int k = 0; k < 3; ++k) J.col(k) = measured(Vector3d::Unit(k)).residual - measured(Vector3d::Zero()).residual;
+    const Matrix3d white = fix.velocity->sigma.cwiseAbs2().asDiagonal();
+    const Matrix3d expected = white + J * Vector3d(1, 4, 9).asDiagonal() * J.transpose();
+    EXPECT_LT((measured(Vector3d::Zero()).covariance - expected).norm(), 1e-9 * expected.norm());
   }
 }
 

@@ -37,6 +37,7 @@ Jacobian assemble(const StateLayout& layout, const Linearization& lin);
 /// Rate and specific force of the body at the instant of a measurement, corrected, body axes.
 struct BodyMotion {
   Vector3d rate = Vector3d::Zero(), force = Vector3d::Zero();
+  Vector3d rate_variance = Vector3d::Zero();  ///< of the gyro's white noise in that rate
 };
 
 }  // namespace piste

@@ -126,6 +126,7 @@ class Filter {
   std::vector<int> rejected_in_a_row_;  // a source each
   std::vector<double> accepted_;        // time of the last one believed, a source each
   std::array<int, 6> clipped_in_a_row_{};
+  Vector3d rate_variance_ = Vector3d::Zero();  // of the sample that is processed
   Vector3d rest_turn_ = Vector3d::Zero();
   double rest_time_ = 0;  // since the last zero updates
   Vector3d standing_force_ = Vector3d::Zero();
