@@ -1,6 +1,7 @@
 #include "piste/solve/kalman.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 
 namespace piste {
 namespace {
@@ -55,12 +56,32 @@ Update innovate(const Covariance& P, const StateLayout& layout, const Linearizat
   const Matrix3d HPHt = u.H.lazyProduct(u.PHt);
   u.S.topLeftCorner(lin.rows, lin.rows) = 0.5 * (HPHt + HPHt.transpose()).topLeftCorner(lin.rows, lin.rows) +
                                           lin.covariance.topLeftCorner(lin.rows, lin.rows);
+  u.R.setIdentity();
+  u.R.topLeftCorner(lin.rows, lin.rows) = lin.covariance.topLeftCorner(lin.rows, lin.rows);
+  u.observed = std::max(0, layout.offset(lin.observes));
   u.residual.head(lin.rows) = lin.residual.head(lin.rows);
   const Eigen::LLT<Matrix3d> factor(u.S);
   u.S_inverse = factor.solve(Matrix3d::Identity());
   u.nis = u.residual.dot(u.S_inverse * u.residual);
   return u;
 }
+
+namespace {
+
+constexpr double kFarBetter = 1e-3;  // ratio of variances, measured over predicted
+
+// A = I − K H without cancellation in the observed block o: from H K = I − R S⁻¹, A_oo = R S⁻¹ + Σ_{b≠o} H_b K_b, where
+// H_o is the identity.
+Covariance exact_remainder(const Update& u, const Tall& K) {
+  Covariance A = -K.lazyProduct(u.H);
+  A.diagonal().array() += 1;
+  Jacobian others = u.H;
+  others.middleCols<3>(u.observed).setZero();
+  A.block<3, 3>(u.observed, u.observed) = u.R * u.S_inverse + others.lazyProduct(K);
+  return A;
+}
+
+}  // namespace
 
 Tall gain(const Update& u) { return u.PHt.lazyProduct(u.S_inverse); }
 
@@ -97,6 +118,15 @@ void update_adjoint(ErrorVector& lambda, Covariance& Lambda, const Update& u) {
   const Tall K = gain(u);
   const Vector3d weighted = u.S_inverse * u.residual;
   const Vector3d seen = K.transpose() * lambda;
+  const bool direct = u.rows == 3 && u.H.middleCols<3>(u.observed).isIdentity(0);
+  if (direct && (u.R * u.S_inverse).trace() < 3 * kFarBetter) {
+    const Covariance A = exact_remainder(u, K);
+    lambda = (A.transpose() * lambda - u.H.transpose() * weighted).eval();
+    Lambda = (A.transpose() * Lambda * A).eval();
+    Lambda += u.H.transpose() * u.S_inverse * u.H;
+    symmetrize(Lambda);
+    return;
+  }
   lambda -= u.H.transpose() * (seen + weighted);
   Tall LK(Lambda.rows(), 3);
   LK.noalias() = Lambda.lazyProduct(K);

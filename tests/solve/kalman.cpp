@@ -145,6 +145,41 @@ TEST_P(Rows, UpdateAdjointIsTheDenseFormula) {
 }
 
 // An error e about x is G (e − correction) about x ⊞ correction, for e near a large correction.
+// The first fix after a long outage, 67 m against 1 cm: what is smoothed stands the same before it and after it.
+TEST(Kalman, SmoothedCovarianceSurvivesAnOutage) {
+  Random random(7);
+  const StateLayout l{};
+  const int n = l.size();
+  for (int i = 0; i < 20; ++i) {
+    // Velocity and attitude that were not known well have run into the position for a minute.
+    MatrixXd drift = MatrixXd::Identity(n, n);
+    drift.block<3, 3>(0, 3) = 60 * Eigen::Matrix3d::Identity();
+    drift.block<3, 3>(0, 6) = 30000 * random.matrix(3, 3);
+    MatrixXd known = 1e-4 * random.covariance(n);
+    known.bottomRightCorner(3, 3) *= 0.1;
+    const Covariance before = drift * known * drift.transpose();
+
+    Linearization lin;
+    lin.covariance = 1e-4 * Eigen::Matrix3d::Identity();
+    lin.add(Block::kPosition, Eigen::Matrix3d::Identity());
+    lin.add(Block::kAttitude, 0.4 * random.matrix(3, 3));
+    const Update u = innovate(before, l, lin);
+    Covariance after = before;
+    joseph(after, u, lin.covariance);
+    // What later fixes tell: Λ = (P + N)⁻¹, where they leave N of the errors.
+    const MatrixXd later = MatrixXd(after + 1e-4 * random.covariance(n)).inverse();
+    Covariance Lambda = 0.5 * (later + later.transpose());
+    const MatrixXd smoothed_after = after - after * Lambda * after;
+    ErrorVector lambda = ErrorVector::Zero(n);
+    update_adjoint(lambda, Lambda, u);
+    const MatrixXd smoothed_before = before - before * Lambda * before;
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_GT(before(k, k), 100);
+      EXPECT_NEAR(smoothed_before(k, k) / smoothed_after(k, k), 1, 0.05) << "trial " << i << " axis " << k;
+    }
+  }
+}
+
 TEST(Kalman, ResetJacobianIsTheDifferenceOfErrors) {
   Random random(5);
   for (int i = 0; i < 10; ++i) {

@@ -11,8 +11,10 @@ struct Update {
   Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kFullSize, 3> PHt;  ///< n × 3
   Matrix3d S, S_inverse;  ///< innovation covariance; unused rows are those of the identity
   Vector3d residual;
+  Matrix3d R;  ///< noise covariance; unused rows likewise
   double nis = 0;
   int rows = 3;
+  int observed = 0;  ///< first row of the block that is observed above all
 };
 
 /// Innovation of a linearised measurement: S = H P Hᵀ + R, nis = zᵀ S⁻¹ z. No heap.
@@ -31,7 +33,8 @@ void reset(Covariance& P, const StateLayout& layout, const ResetJacobian& G);
 void reset_adjoint(ErrorVector& lambda, Covariance& Lambda, const StateLayout& layout, const ResetJacobian& G);
 
 /// Adjoint of the correction, smoothing from after to before: λ ← (I − K H)ᵀ λ − Hᵀ S⁻¹ z and
-/// Λ ← (I − K H)ᵀ Λ (I − K H) + Hᵀ S⁻¹ H (Bryson and Frazier; Bierman 1977).
+/// Λ ← (I − K H)ᵀ Λ (I − K H) + Hᵀ S⁻¹ H (Bryson and Frazier; Bierman 1977). Where the measurement is far better than
+/// what was known, as after an outage, I − K H is taken without cancellation: P − P Λ P would lose all its digits.
 void update_adjoint(ErrorVector& lambda, Covariance& Lambda, const Update& u);
 
 }  // namespace piste
