@@ -60,7 +60,7 @@ void Ensemble::run(std::size_t runs, int jobs, const Observer& observer) {
       std::optional<Result> result;
       std::exception_ptr error;
       try {
-        result = run_one(scenario_, mine + 1);
+        result = run_one(scenario_, scenario_.seed + mine);
       } catch (...) {
         error = std::current_exception();
       }
@@ -98,7 +98,7 @@ bool Ensemble::resume(std::string_view bytes) {
   if (bytes.size() < sizeof first) return false;
   std::memcpy(&first, bytes.data(), sizeof first);
   Consistency one(epoch_grid(scenario_));
-  add(one, run_one(scenario_, 1));
+  add(one, run_one(scenario_, scenario_.seed));
   if (hash(one.save()) != first) return false;
   try {
     sums_ = Consistency::restore(bytes.substr(sizeof first));

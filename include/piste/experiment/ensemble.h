@@ -9,7 +9,7 @@
 
 namespace piste {
 
-/// The trials with seeds 1, 2, … of one scenario, as far as they were run. The sums do not depend on how many ran at
+/// The trials of one scenario with its seed and those that follow, as far as they were run. The sums do not depend on how many ran at
 /// once, nor on how often they were stopped and gone on with.
 class Ensemble {
  public:
