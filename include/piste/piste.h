@@ -65,12 +65,14 @@
 #include "piste/core/sensor.h"
 #include "piste/core/solution.h"
 
-// The steps, in the order of a run: read or simulate, condition, solve, report.
+// The steps, in the order of a run: read or simulate, condition, solve, report; and many of them, against the truth.
 #include "piste/condition/pipeline.h"
 #include "piste/condition/rest_detection.h"
+#include "piste/experiment/ensemble.h"
 #include "piste/io/log_io.h"
 #include "piste/io/replay_config.h"
 #include "piste/io/solution_io.h"
+#include "piste/report/consistency_page.h"
 #include "piste/report/html.h"
 #include "piste/report/kml.h"
 #include "piste/sim/simulation.h"

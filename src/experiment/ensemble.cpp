@@ -49,7 +49,7 @@ void Ensemble::run(std::size_t runs, int jobs, const Observer& observer) {
   std::map<std::size_t, Result> waiting;  // for those before them
   std::exception_ptr stopped;
   std::size_t next = size();
-  const auto most = static_cast<std::size_t>(2 * jobs);  // trials under way or waiting: memory does not grow with runs
+  const auto most = 2 * static_cast<std::size_t>(jobs);  // trials under way or waiting: memory does not grow with runs
   const auto work = [&] {
     std::unique_lock lock(mutex);
     while (true) {

@@ -1,6 +1,7 @@
 #include "piste/experiment/true_estimate.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace piste {
 namespace {
@@ -15,9 +16,8 @@ std::size_t nearest(const Samples& samples, double time, Time&& of) {
 
 }  // namespace
 
-TrueEstimate::TrueEstimate(const Scenario& scenario, const Simulation& simulation, const World& world,
-                           std::uint64_t seed)
-    : simulation_(simulation), world_(world) {
+TrueEstimate::TrueEstimate(const Scenario& scenario, const Simulation& simulation, World world, std::uint64_t seed)
+    : simulation_(simulation), world_(std::move(world)) {
   const ImuSetup& setup = scenario.imus.front();
   const SimulatedImu& imu = simulation.imus.front();
   constant_.gyro_bias = imu.gyro.bias;

@@ -99,7 +99,7 @@ std::vector<Vector3d> coloured(const Truth& plate, double rate, const std::optio
                                RandomStream stream) {
   std::vector<Vector3d> values;
   if (!process) return values;
-  DriftPath path(*process, std::move(stream));
+  DriftPath path(*process, stream);
   values.resize(epochs(plate, rate).size());
   for (Vector3d& value : values) {
     value = path.value();

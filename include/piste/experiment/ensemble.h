@@ -9,8 +9,8 @@
 
 namespace piste {
 
-/// The trials of one scenario with its seed and those that follow, as far as they were run. The sums do not depend on how many ran at
-/// once, nor on how often they were stopped and gone on with.
+/// The trials of one scenario with its seed and those that follow, as far as they were run. The sums do not depend on
+/// how many ran at once, nor on how often they were stopped and gone on with.
 class Ensemble {
  public:
   explicit Ensemble(const Scenario& scenario);

@@ -12,7 +12,7 @@ class TrueEstimate {
  public:
   /// The first IMU of the simulation against its first receiver and, where there is one, its first reference attitude.
   /// The simulation must outlive this.
-  TrueEstimate(const Scenario& scenario, const Simulation& simulation, const World& world, std::uint64_t seed);
+  TrueEstimate(const Scenario& scenario, const Simulation& simulation, World world, std::uint64_t seed);
 
   /// Drifts are those of the nearest row or fix.
   Estimate at(double time) const;
