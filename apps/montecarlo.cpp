@@ -43,8 +43,8 @@ void run(const AppArguments& arguments, Progress& progress) {
 
   Ensemble ensemble = begin(arguments, scenario, runs);
   progress.start("montecarlo", runs, "runs", ensemble.size());
-  auto saved = std::chrono::steady_clock::now();
-  ensemble.run(runs, static_cast<int>(arguments.integers.at("jobs")), [&](const Ensemble& so_far) {
+  std::chrono::steady_clock::time_point saved{};  // long ago: the first run is saved at once
+  ensemble.run(runs, static_cast<std::size_t>(arguments.integers.at("jobs")), [&](const Ensemble& so_far) {
     progress.update(so_far.size());
     const auto now = std::chrono::steady_clock::now();
     if (now - saved < kSaveEvery && so_far.size() < runs) return;

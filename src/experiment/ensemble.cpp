@@ -1,5 +1,6 @@
 #include "piste/experiment/ensemble.h"
 
+#include <algorithm>
 #include <condition_variable>
 #include <cstring>
 #include <exception>
@@ -43,13 +44,14 @@ std::uint64_t hash(std::string_view bytes) {
 
 Ensemble::Ensemble(const Scenario& scenario) : scenario_(scenario), sums_(epoch_grid(scenario)) {}
 
-void Ensemble::run(std::size_t runs, int jobs, const Observer& observer) {
+void Ensemble::run(std::size_t runs, std::size_t jobs, const Observer& observer) {
+  jobs = std::min(jobs, runs - std::min(runs, size()));
   std::mutex mutex;
   std::condition_variable moved;
   std::map<std::size_t, Result> waiting;  // for those before them
   std::exception_ptr stopped;
   std::size_t next = size();
-  const auto most = 2 * static_cast<std::size_t>(jobs);  // trials under way or waiting: memory does not grow with runs
+  const std::size_t most = 2 * jobs;  // trials under way or waiting: memory does not grow with runs
   const auto work = [&] {
     std::unique_lock lock(mutex);
     while (true) {
@@ -81,7 +83,7 @@ void Ensemble::run(std::size_t runs, int jobs, const Observer& observer) {
   };
   {
     std::vector<std::jthread> others;
-    for (int i = 1; i < jobs; ++i) others.emplace_back(work);
+    for (std::size_t i = 1; i < jobs; ++i) others.emplace_back(work);
     work();
   }
   if (stopped) std::rethrow_exception(stopped);

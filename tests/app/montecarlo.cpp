@@ -67,10 +67,10 @@ TEST(Montecarlo, GoesOnAfterItWasKilled) {
                     folder.path().string(), seconds, PISTE_MONTECARLO);
     EXPECT_NE(std::system(command.c_str()), 0);
   };
-  run_and_kill(8);
+  run_and_kill(7);
   ASSERT_TRUE(fs::exists(folder / "a/ensemble.state"));
   EXPECT_FALSE(fs::exists(folder / "a/consistency.json"));
-  run_and_kill(3);
+  run_and_kill(5);
   EXPECT_TRUE(contains(read_text(folder / ".out"), "going on after"));
 }
 

@@ -18,7 +18,7 @@ Scenario tiny() {
   return s;
 }
 
-std::string ran(const Scenario& s, std::size_t runs, int jobs) {
+std::string ran(const Scenario& s, std::size_t runs, std::size_t jobs) {
   Ensemble ensemble(s);
   ensemble.run(runs, jobs);
   return ensemble.save();

@@ -19,7 +19,7 @@ constexpr double kProbability = 1 - 1e-3 / 300;
 
 ConsistencyReport report_of(const Scenario& scenario, const std::string& title, int runs = kRuns) {
   Ensemble ensemble(scenario);
-  ensemble.run(static_cast<std::size_t>(runs), static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
+  ensemble.run(static_cast<std::size_t>(runs), std::max(1U, std::thread::hardware_concurrency()));
   ConsistencyReport report = ensemble.sums().report(kProbability);
   fmt::print("{}\n{}\n", title, consistency_text(report));
   return report;

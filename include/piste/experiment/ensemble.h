@@ -19,7 +19,7 @@ class Ensemble {
   using Observer = std::function<void(const Ensemble&)>;
 
   /// Runs trials until there are `runs` in all, `jobs` at a time. A trial that throws an Error is counted as failed.
-  void run(std::size_t runs, int jobs, const Observer& observer = {});
+  void run(std::size_t runs, std::size_t jobs, const Observer& observer = {});
 
   const Consistency& sums() const { return sums_; }
   std::size_t size() const { return sums_.size(); }
