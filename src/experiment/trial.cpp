@@ -75,7 +75,8 @@ Simulation perfect(const Scenario& ideal, const Simulation& real, std::uint64_t 
   return out;
 }
 
-FilterOptions filter_options(const Scenario& s) {
+// Where lever arms are estimated, what the filter is told of them is drawn about the truth, as its prior says.
+FilterOptions filter_options(const Scenario& s, std::uint64_t seed) {
   FilterOptions options;
   options.sensor = s.replay.sensor;
   options.estimate = s.replay.estimate;
@@ -84,6 +85,11 @@ FilterOptions filter_options(const Scenario& s) {
                             .lever_arm = lever_arm(s.imus.front(), receiver),
                             .use_velocity = receiver.velocity_noise.maxCoeff() > 0,
                             .drift = receiver.position_drift});
+  }
+  if (StateLayout(options.estimate).has(Block::kLeverArm)) {
+    for (GnssOptions& receiver : options.gnss) {
+      receiver.lever_arm += options.priors.lever_arm * RandomStream(seed, receiver.name + "/lever arm").normal3();
+    }
   }
   for (const AttitudeSetup& reference : s.attitude) {
     options.attitude.push_back({.name = reference.name, .drift = reference.drift});
@@ -108,7 +114,8 @@ ConditioningOptions conditioning_options(const Scenario& s, double departure, co
 }
 
 // truth = start ⊞ error with error of N(0, P): the errors of the sensors are drawn by the simulator already.
-Start drawn_start(const Scenario& s, const Estimate& truth, double time, std::uint64_t seed) {
+Start drawn_start(const Scenario& s, const FilterOptions& options, const Estimate& truth, double time,
+                  std::uint64_t seed) {
   const StartSigmas& sigmas = s.replay.start;
   Eigen::Matrix<double, 9, 1> sigma;
   sigma << Vector3d::Constant(sigmas.position), Vector3d::Constant(sigmas.velocity), sigmas.tilt, sigmas.tilt,
@@ -120,7 +127,7 @@ Start drawn_start(const Scenario& s, const Estimate& truth, double time, std::ui
   x.q_wb = truth.q_wb;
   x.v_wb = truth.v_wb;
   x.p_wb = truth.p_wb;
-  x.lever_arm = truth.lever_arm;
+  x.lever_arm = options.gnss.front().lever_arm;
   return {time, boxplus(x, error), sigma.cwiseAbs2().asDiagonal()};
 }
 
@@ -173,7 +180,7 @@ std::map<int, Bound> bound_of(const Scenario& scenario, const Simulation& real, 
                               std::uint64_t seed, const EpochGrid& grid) {
   const Scenario ideal = perfect(scenario);
   const Simulation simulation = perfect(ideal, real, seed);
-  FilterOptions options = filter_options(scenario);
+  FilterOptions options = filter_options(scenario, seed);
   options.sensor = scenario.imus.front().sensor;  // as it is, and not as the filter was told
   const double departure = simulation.plate.under_way().start;
   Log perfect_log = condition(simulation.recording(0), conditioning_options(scenario, departure, options));
@@ -210,14 +217,15 @@ ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed) {
   const Scenario s = carried(scenario, seed);
   const Simulation run = simulate(s, seed);
   const double departure = run.plate.under_way().start;
-  const FilterOptions options = filter_options(s);
+  const FilterOptions options = filter_options(s, seed);
   Log log = condition(run.recording(0), conditioning_options(s, departure, options));
   mark_rest(log, options.rest);
 
   const TrueEstimate truth(s, run, log.world, seed);
   const double begin = log.imu.front().time - log.imu.front().interval;
-  const Start start = s.replay.heading == ReplaySetup::Heading::kAuto ? find_start(log, options, {}).start
-                                                                      : drawn_start(s, truth.at(begin), begin, seed);
+  const Start start = s.replay.heading == ReplaySetup::Heading::kAuto
+                          ? find_start(log, options, {}).start
+                          : drawn_start(s, options, truth.at(begin), begin, seed);
   const FilterRun filtered = run_filter(log, options, start, kCheckpointEvery);
 
   const EpochGrid grid = epoch_grid(s);

@@ -25,14 +25,18 @@ TrueEstimate::TrueEstimate(const Scenario& scenario, const Simulation& simulatio
   constant_.gyro_scale = imu.gyro.scale;
   constant_.accel_scale = imu.accel.scale;
   constant_.q_rb = setup.q_rb;
-  if (!scenario.gnss.empty()) {
-    const GnssSetup& receiver = scenario.gnss.front();
-    constant_.lever_arm = lever_arm(setup, receiver);
+  for (std::size_t r = scenario.gnss.size(); r-- > 0;) {
+    const GnssSetup& receiver = scenario.gnss[r];
+    constant_.lever_arm = lever_arm(setup, receiver);  // of the first one
     constant_.gnss_delay = receiver.delay;
-    position_drift_ = timed(simulation.gnss.front(), position_drift(simulation.plate, receiver, seed));
+    if (receiver.position_drift) {
+      position_drift_ = timed(simulation.gnss[r], position_drift(simulation.plate, receiver, seed));
+    }
   }
-  if (!scenario.attitude.empty()) {
-    attitude_drift_ = timed(simulation.attitude.front(), attitude_drift(simulation.plate, scenario.attitude[0], seed));
+  for (std::size_t r = scenario.attitude.size(); r-- > 0;) {
+    const AttitudeSetup& reference = scenario.attitude[r];
+    if (!reference.drift) continue;
+    attitude_drift_ = timed(simulation.attitude[r], attitude_drift(simulation.plate, reference, seed));
   }
 }
 

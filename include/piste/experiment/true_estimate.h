@@ -10,8 +10,8 @@ namespace piste {
 /// the scenario's, that of a log at the first fix.
 class TrueEstimate {
  public:
-  /// The first IMU of the simulation against its first receiver and, where there is one, its first reference attitude.
-  /// The simulation must outlive this.
+  /// Of the first IMU. Lever arm and delay are those of the first receiver, drifts those of the first receiver and of
+  /// the first reference that have one. The simulation must outlive this.
   TrueEstimate(const Scenario& scenario, const Simulation& simulation, World world, std::uint64_t seed);
 
   /// Drifts are those of the nearest row or fix.
