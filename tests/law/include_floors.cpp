@@ -14,8 +14,8 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::map<std::string, int> kFloors = {
-    {"math", 1},  {"core", 2},    {"model", 3},  {"io", 3},      {"condition", 3}, {"sim", 4},
-    {"solve", 4}, {"analyse", 4}, {"report", 5}, {"experiment", 5}, {"piste.h", 6}, {"apps", 7},
+    {"math", 1},  {"core", 2},    {"model", 3},  {"io", 3},         {"condition", 3}, {"sim", 4},
+    {"solve", 4}, {"analyse", 4}, {"report", 5}, {"experiment", 5}, {"piste.h", 6},   {"apps", 7},
 };
 
 /// First part of `model/imu_errors.h`.
