@@ -234,7 +234,7 @@ EstimatorConsistency Consistency::summarise(const Sums& sums, double probability
   const std::size_t epochs = index(grid_.size());
   out.nees.assign(groups, std::vector<double>(epochs, kNaN));
   out.accuracy.assign(blocks, std::vector<BlockAccuracy>(epochs, {kNaN, kNaN, kNaN, kNaN, kNaN}));
-  std::array<std::vector<double>, kPhases> outside, judged;
+  std::array<std::vector<double>, kPhases> outside;
   std::array<std::vector<BlockAccuracy>, kPhases> total;
   std::array<double, kPhases> samples{};
   for (std::size_t p = 0; p < kPhases; ++p) {

@@ -4,10 +4,11 @@
 #include <condition_variable>
 #include <cstring>
 #include <exception>
+#include <functional>
 #include <map>
 #include <mutex>
-#include <optional>
 #include <thread>
+#include <utility>
 #include <variant>
 
 #include "piste/core/error.h"
@@ -33,16 +34,11 @@ void add(Consistency& sums, Result&& result) {
   }
 }
 
-// FNV-1a.
-std::uint64_t hash(std::string_view bytes) {
-  std::uint64_t h = 0xcbf29ce484222325U;
-  for (const char c : bytes) h = (h ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
-  return h;
-}
+std::uint64_t hash(std::string_view bytes) { return std::hash<std::string_view>{}(bytes); }
 
 }  // namespace
 
-Ensemble::Ensemble(const Scenario& scenario) : scenario_(scenario), sums_(epoch_grid(scenario)) {}
+Ensemble::Ensemble(Scenario scenario) : scenario_(std::move(scenario)), sums_(epoch_grid(scenario_)) {}
 
 void Ensemble::run(std::size_t runs, std::size_t jobs, const Observer& observer) {
   jobs = std::min(jobs, runs - std::min(runs, size()));
@@ -58,25 +54,20 @@ void Ensemble::run(std::size_t runs, std::size_t jobs, const Observer& observer)
       moved.wait(lock, [&] { return stopped || next >= runs || next < size() + most; });
       if (stopped || next >= runs) return;
       const std::size_t mine = next++;
-      lock.unlock();
-      std::optional<Result> result;
-      std::exception_ptr error;
       try {
-        result = run_one(scenario_, scenario_.seed + mine);
-      } catch (...) {
-        error = std::current_exception();
-      }
-      lock.lock();
-      if (error) {
-        stopped = error;
-      } else {
-        waiting.emplace(mine, std::move(*result));
+        lock.unlock();
+        Result result = run_one(scenario_, scenario_.seed + mine);
+        lock.lock();
+        waiting.emplace(mine, std::move(result));
         for (auto it = waiting.begin(); !stopped && it != waiting.end() && it->first == size();) {
           add(sums_, std::move(it->second));
           it = waiting.erase(it);
           if (size() == 1) first_ = hash(sums_.save());
           if (observer) observer(*this);
         }
+      } catch (...) {  // of the trial or of the observer: out of a thread it would end the program
+        if (!lock.owns_lock()) lock.lock();
+        if (!stopped) stopped = std::current_exception();
       }
       moved.notify_all();
     }

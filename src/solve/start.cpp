@@ -23,8 +23,8 @@ constexpr double kLeastMotion = 1;  // s that a window must hold beyond what is 
 constexpr double kStretch = 40;     // s filtered and smoothed after the alignment
 constexpr double kRestLevel = 10;   // s of rest that give the level
 // A smoothed covariance becomes the prior of a filter that sees the same stretch again, and would count it twice. Five
-// times as large, a fifth is counted again: over 100 runs the sigmas are true, and the filter keeps most of what the
-// stretch foretold. Twice left them up to 12 % small.
+// times as large, a fifth is counted again: over 100 runs sigmas are some 5 % small, and the filter keeps most of what
+// the stretch foretold. Twice left those of the scales 12 % small.
 constexpr double kTempering = 5;
 constexpr double kTiltSigma = 2 * kDegree;  // of a level start: loose, the filter sees the same samples again
 

@@ -7,6 +7,7 @@
 
 #include <string>
 
+#include "piste/core/error.h"
 #include "support/scenario.h"
 
 namespace piste::test {
@@ -53,6 +54,17 @@ TEST(Ensemble, GoesOnWithNothingElse) {
   EXPECT_FALSE(Ensemble(s).resume(saved.substr(0, saved.size() / 2)));
   EXPECT_FALSE(Ensemble(s).resume(""));
   EXPECT_FALSE(Ensemble(s).resume(std::string(1000, 'x')));
+}
+
+TEST(Ensemble, ThrowsOnWhatTheObserverThrows) {
+  for (const std::size_t jobs : {1U, 2U}) {
+    Ensemble ensemble(tiny());
+    const auto full_disk = [](const Ensemble& so_far) {
+      if (so_far.size() == 2) throw Error("disk", "is full");
+    };
+    EXPECT_THROW(ensemble.run(6, jobs, full_disk), Error);
+    EXPECT_EQ(ensemble.size(), 2U);
+  }
 }
 
 TEST(Ensemble, CountsTheRunsThatFail) {

@@ -13,12 +13,13 @@ namespace piste {
 /// how many ran at once, nor on how often they were stopped and gone on with.
 class Ensemble {
  public:
-  explicit Ensemble(const Scenario& scenario);
+  explicit Ensemble(Scenario scenario);
 
   /// Called after each trial that was added, by one thread at a time.
   using Observer = std::function<void(const Ensemble&)>;
 
-  /// Runs trials until there are `runs` in all, `jobs` at a time. A trial that throws an Error is counted as failed.
+  /// Runs trials until there are `runs` in all, `jobs` at a time. A trial that throws a DataError is counted as
+  /// failed; whatever else it or the observer throws stops all of them and is thrown on.
   void run(std::size_t runs, std::size_t jobs, const Observer& observer = {});
 
   const Consistency& sums() const { return sums_; }
@@ -30,7 +31,7 @@ class Ensemble {
   bool resume(std::string_view bytes);
 
  private:
-  const Scenario& scenario_;
+  Scenario scenario_;
   Consistency sums_;
   std::uint64_t first_ = 0;  // hash of the first trial's sums
 };
