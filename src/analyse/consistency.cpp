@@ -228,6 +228,16 @@ void Consistency::add_heading(const std::vector<ErrorSample>& filtered) {
 
 // ---- What they say ----
 
+namespace {
+
+// Of sums of squares over `count` samples.
+BlockAccuracy root_mean(const BlockAccuracy& sum, double count) {
+  return {std::sqrt(sum.rmse / count), std::sqrt(sum.bound / count), std::sqrt(sum.claimed / count),
+          std::sqrt(sum.rmse / sum.bound), kNaN};
+}
+
+}  // namespace
+
 EstimatorConsistency Consistency::summarise(const Sums& sums, double probability) const {
   EstimatorConsistency out;
   const std::size_t groups = groups_.size(), states = index(layout_.size()), blocks = layout_.blocks().size();
@@ -260,11 +270,7 @@ EstimatorConsistency Consistency::summarise(const Sums& sums, double probability
         sum.bound += sums.bound[e * states + index(i)];
         sum.claimed += sums.claimed[e * states + index(i)];
       }
-      const auto root = [](const BlockAccuracy& of, double count) {
-        return BlockAccuracy{std::sqrt(of.rmse / count), std::sqrt(of.bound / count), std::sqrt(of.claimed / count),
-                             std::sqrt(of.rmse / of.bound), kNaN};
-      };
-      out.accuracy[b][e] = root(sum, n);
+      out.accuracy[b][e] = root_mean(sum, n);
       if (!phase) continue;
       BlockAccuracy& all = total[index(*phase)][b];
       all.rmse += sum.rmse;
@@ -285,12 +291,11 @@ EstimatorConsistency Consistency::summarise(const Sums& sums, double probability
       out.groups[p].push_back(found);
     }
     for (std::size_t b = 0; b < blocks; ++b) {
-      const BlockAccuracy& all = total[p][b];
       const std::size_t at = p * blocks + b;
+      BlockAccuracy found = root_mean(total[p][b], samples[p]);
       const double spread = mean_of(sums.ratio[at], sums.ratio_square[at], sums.phase_runs[p]).second;
-      const double ratio = std::sqrt(all.rmse / all.bound);
-      out.blocks[p].push_back({std::sqrt(all.rmse / samples[p]), std::sqrt(all.bound / samples[p]),
-                               std::sqrt(all.claimed / samples[p]), ratio, 0.5 * spread / ratio});
+      found.standard_error = 0.5 * spread / found.ratio;
+      out.blocks[p].push_back(found);
     }
   }
   return out;
