@@ -1,0 +1,21 @@
+#pragma once
+/// Two IMUs on one plate, brought together: one clock, one place, one set of axes.
+
+#include <cstdint>
+#include <vector>
+
+#include "piste/core/log.h"
+
+namespace piste {
+
+/// Both IMUs at the samples of the body IMU, GPS time. Rates and forces are means over (time − interval, time].
+struct AlignedImus {
+  double interval = 0;                    ///< median one
+  std::vector<double> time;               ///< [s]
+  std::vector<Vector3d> gyro, accel;      ///< as the body IMU measured them, body axes
+  std::vector<Vector3d> reference_gyro;   ///< of the reference, turned into b by the boresight
+  std::vector<Vector3d> reference_accel;  ///< likewise, and moved to b by the lever arm
+  std::vector<std::uint8_t> usable;       ///< 0 where either IMU is silent, or where the body IMU clips
+};
+
+}  // namespace piste

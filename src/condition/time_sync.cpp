@@ -1,0 +1,1 @@
+#include "piste/condition/time_sync.h"
