@@ -68,6 +68,7 @@
 // The steps, in the order of a run: read or simulate, condition, solve, report; and many of them, against the truth.
 #include "piste/condition/pipeline.h"
 #include "piste/condition/rest_detection.h"
+#include "piste/condition/signal.h"
 #include "piste/experiment/ensemble.h"
 #include "piste/io/log_io.h"
 #include "piste/io/replay_config.h"

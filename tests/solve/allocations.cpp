@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "piste/condition/signal.h"
 #include "piste/solve/rts.h"
 #include "support/synthetic_log.h"
 
@@ -71,6 +72,15 @@ TEST_P(PerEpoch, PathAllocatesNothing) {
   EXPECT_EQ(s.log.imu.size(), 2000U);
   EXPECT_GT(updates, 700U);
   EXPECT_EQ(counted, 0U);
+}
+
+TEST(Allocations, LiveLowPassAsksForNothing) {
+  const std::size_t before = g_count;
+  CausalLowPass filter(LowPass(12, 100, LowPass::kMaxOrder - 1));
+  Vector3d last = Vector3d::Zero();
+  for (int k = 0; k < 1000; ++k) last = filter.add({1, 0.1 * k, -9.81});
+  EXPECT_EQ(g_count, before);
+  EXPECT_GT(last.y(), 90);
 }
 
 // Most that filter and smoother hold at once over a run of 27 states.
