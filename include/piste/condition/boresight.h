@@ -11,7 +11,7 @@ namespace piste {
 struct BoresightFromRates {
   Quaterniond q_rb = Quaterniond::Identity();
   /// [rad²] of the rotation vector β in r, R_rb = Exp(β) R̂_rb, from the residuals taken as white. Infinite on the
-  /// diagonal where the rates turn about fewer than two axes.
+  /// diagonal where the rates do not turn about two axes by more than what noise alone could make of it.
   Matrix3d covariance = Matrix3d::Zero();
   Vector3d gyro_bias = Vector3d::Zero();  ///< of b against r, body axes [rad/s]
   double residual = 0;                    ///< rms of w_b − R_rbᵀ w_r − gyro_bias, of one axis [rad/s]
@@ -19,7 +19,8 @@ struct BoresightFromRates {
 
 /// Minimises Σ |w_b − R_rbᵀ w_r − bias|² over rotation and bias (Wahba's problem, solved by Markley's SVD). The rates,
 /// those of r and those of b, are of the same instants; biases and the same filter on both do not disturb it, other
-/// scales do. Covariance: σ² (tr(S) I − S)⁻¹ with S = Σ dw_r dw_rᵀ of the rates about their mean.
+/// scales do. Covariance: σ² (tr(S) I − S)⁻¹ with S = Σ dw_r dw_bᵀ R_rbᵀ of the rates about their mean: noise of r,
+/// which is not that of b, leaves it as it is.
 /// Source: Markley 1988, Attitude determination using vector observations and the SVD, J. Astronautical Sciences 36.
 /// @pre equally many, at least three.
 BoresightFromRates boresight_from_rates(std::span<const Vector3d> rate_r, std::span<const Vector3d> rate_b);
