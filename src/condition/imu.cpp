@@ -1,10 +1,9 @@
-#include "imu.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "piste/condition/pipeline.h"
 #include "piste/condition/spline.h"
 #include "piste/core/error.h"
 
@@ -197,9 +196,14 @@ class Incrementer {
 
 }  // namespace
 
-void condition_imu(const ImuRecording& recording, const ConditioningOptions& options, Log& log) {
+Log condition_imu(const ImuRecording& recording, const ConditioningOptions& options) {
+  if (recording.increments && options.imu.instantaneous) {
+    throw DataError(recording.file, "holds increments, which are no instantaneous samples");
+  }
+  Log log;
   const Rows rows = rows_in_span(recording, options, log);
   Incrementer(rows, recording, options, log).run();
+  return log;
 }
 
 }  // namespace piste

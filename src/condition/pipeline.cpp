@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "imu.h"
 #include "piste/core/error.h"
 
 namespace piste {
@@ -129,11 +128,7 @@ void condition_attitude(const Recording& recording, const Interval& imu, Log& lo
 }  // namespace
 
 Log condition(const Recording& recording, const ConditioningOptions& options) {
-  if (recording.imu.increments && options.imu.instantaneous) {
-    throw DataError(recording.imu.file, "holds increments, which are no instantaneous samples");
-  }
-  Log log;
-  condition_imu(recording.imu, options, log);
+  Log log = condition_imu(recording.imu, options);
   const Interval imu{log.imu.front().time - log.imu.front().interval, log.imu.back().time};
   condition_gnss(recording, imu, options, log);
   condition_attitude(recording, imu, log);

@@ -49,4 +49,10 @@ Vector3d Spline::value(std::size_t i, double t) const {
          h * h / 6 * ((a * a * a - a) * second_[i] + (b * b * b - b) * second_[i + 1]);
 }
 
+Vector3d Spline::derivative(std::size_t i, double t) const {
+  const double h = time_[i + 1] - time_[i];
+  const double b = (t - time_[i]) / h, a = 1 - b;
+  return (value_[i + 1] - value_[i]) / h + h / 6 * ((3 * b * b - 1) * second_[i + 1] - (3 * a * a - 1) * second_[i]);
+}
+
 }  // namespace piste

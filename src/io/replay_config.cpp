@@ -107,15 +107,6 @@ Priors read_priors(const Config& config) {
   return priors;
 }
 
-Interval read_span(const Config& config) {
-  Interval span;
-  const auto map = config.find_map("span");
-  if (!map) return span;
-  span = {map->quantity("start", dimension::kTime, 0), map->quantity("end", dimension::kTime, 0)};
-  if (span.end != 0 && !(span.end > span.start)) map->fail("end", "must lie after start, or be `0 s` for all");
-  return span;
-}
-
 SmootherKind read_smoother(const Config& config) {
   if (config.text("smoother", "rts") == "batch") {
     config.fail("smoother", "batch is not available in this version; choose rts, or none");

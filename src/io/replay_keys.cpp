@@ -122,4 +122,13 @@ std::vector<Interval> read_outages(const Config& config) {
   return outages;
 }
 
+Interval read_span(const Config& config) {
+  Interval span;
+  const auto map = config.find_map("span");
+  if (!map) return span;
+  span = {map->quantity("start", dimension::kTime, 0), map->quantity("end", dimension::kTime, 0)};
+  if (span.end != 0 && !(span.end > span.start)) map->fail("end", "must lie after start, or be `0 s` for all");
+  return span;
+}
+
 }  // namespace piste

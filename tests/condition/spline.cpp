@@ -65,5 +65,18 @@ TEST(Spline, FewSamples) {
   }
 }
 
+TEST(Spline, DerivativeIsThatOfItsValue) {
+  const Samples s = sample(12, 0.3);
+  const Spline spline(s.time, s.value);
+  constexpr double kStep = 1e-6;
+  for (std::size_t i = 0; i + 1 < s.time.size(); ++i) {
+    for (const double part : {0.1, 0.5, 0.9}) {
+      const double t = s.time[i] + part * (s.time[i + 1] - s.time[i]);
+      const Vector3d difference = (spline.value(i, t + kStep) - spline.value(i, t - kStep)) / (2 * kStep);
+      EXPECT_LT((spline.derivative(i, t) - difference).norm(), 1e-8) << i;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace piste

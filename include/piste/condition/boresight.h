@@ -15,6 +15,7 @@ struct BoresightFromRates {
   Matrix3d covariance = Matrix3d::Zero();
   Vector3d gyro_bias = Vector3d::Zero();  ///< of b against r, body axes [rad/s]
   double residual = 0;                    ///< rms of w_b − R_rbᵀ w_r − gyro_bias, of one axis [rad/s]
+  double residual_mirrored = 0;  ///< the same if r or b were left-handed where that fits better; else `residual`
 };
 
 /// Minimises Σ |w_b − R_rbᵀ w_r − bias|² over rotation and bias (Wahba's problem, solved by Markley's SVD). The rates,

@@ -23,4 +23,7 @@ namespace piste {
 /// Throws DataError where a needed source is missing, or nothing has a time in common.
 Log condition(const Recording& recording, const ConditioningOptions& options);
 
+/// The IMU's part alone: its samples, magnetic field and counts. Throws DataError as above.
+Log condition_imu(const ImuRecording& recording, const ConditioningOptions& options);
+
 }  // namespace piste

@@ -21,6 +21,8 @@ class Spline {
   Vector3d integral(std::size_t i) const;
   /// Value at t within [time[i], time[i + 1]].
   Vector3d value(std::size_t i, double t) const;
+  /// Its derivative.
+  Vector3d derivative(std::size_t i, double t) const;
 
  private:
   std::span<const double> time_;

@@ -72,8 +72,10 @@ struct Alignment {
 };
 
 struct AlignmentOptions {
-  ImuSensor sensor;      ///< of the body IMU: scale priors, drift processes
-  double low_pass = 12;  ///< [Hz] of both signals
+  ImuSensor sensor;          ///< of the body IMU: scale priors, drift processes
+  ImuSensor reference = {};  ///< its noise, which is not to be taken for motion
+  double low_pass = 0;       ///< [Hz] of both signals; 0 = 12 Hz, or 0.4 of the slower rate where that is less
+  std::string name = {};     ///< of the body IMU's log, for errors
 };
 
 /// Aligns the body IMU with the reference. Samples as `condition_imu` gives them, each on its own clock.

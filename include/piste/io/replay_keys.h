@@ -18,4 +18,7 @@ std::vector<Block> read_estimate(const Config& config, const FilterOptions& filt
 /// The list `outages` of [start, length], as intervals; none where the key is absent. Throws ConfigError.
 std::vector<Interval> read_outages(const Config& config);
 
+/// The key `span: {start, end}`; {0, 0} is all.
+Interval read_span(const Config& config);
+
 }  // namespace piste

@@ -1,0 +1,307 @@
+#include "alignment_problem.h"
+
+#include <ceres/ceres.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "rotation_manifold.h"
+
+namespace piste {
+namespace {
+
+using Layout = AlignmentLayout;
+
+// What is free of any prior knowledge is held by these alone, [m], [rad/s], [m/s²]: wide enough never to be felt.
+constexpr double kWidestLeverArm = 10, kWidestGyroBias = 1, kWidestAccelBias = 10;
+constexpr double kHuber = 4;
+
+using RowMatrix32 = Eigen::Matrix<double, 3, 2, Eigen::RowMajor>;
+using RowMatrix33 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+using RowMatrix34 = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
+
+// One triad at one sample: measured = (1 + scale) R_rbᵀ (s(t) + L(t) p) + gain (bias + drift), with L = 0 for rates.
+struct Triad {
+  double sample_time, since_first;  // on the clock of the body IMU
+  Vector3d measured;
+  double gain, part;  // part of the way from one knot to the next
+  Vector3d weight;    // 0 for an axis that is not usable
+  const ReferenceGrid* reference;
+};
+
+// Parameter blocks: clock, boresight, lever arm (of an accelerometer), bias, scale, drift at two knots.
+template <bool kAccel>
+using TriadBase = std::conditional_t<kAccel, ceres::SizedCostFunction<3, 2, 4, 3, 3, 3, 3, 3>,
+                                     ceres::SizedCostFunction<3, 2, 4, 3, 3, 3, 3>>;
+
+template <bool kAccel>
+class TriadCost final : public TriadBase<kAccel> {
+ public:
+  explicit TriadCost(const Triad& triad) : t_(triad) {}
+
+  bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override {
+    using Map3 = Eigen::Map<const Vector3d>;
+    constexpr int kLever = 2, kBias = kAccel ? 3 : 2, kScale = kBias + 1, kBefore = kBias + 2, kAfter = kBias + 3;
+    const double offset = parameters[0][0], drift = parameters[0][1];
+    const Eigen::Map<const Quaterniond> q_rb(parameters[1]);
+    const Map3 bias(parameters[kBias]), scale(parameters[kScale]), before(parameters[kBefore]),
+        after(parameters[kAfter]);
+
+    const ReferenceGrid::Value value = t_.reference->at(t_.sample_time - offset - drift * t_.since_first);
+    Vector3d signal = value.signal.gyro, slope = value.slope.gyro;
+    Matrix3d lever = Matrix3d::Zero();
+    if constexpr (kAccel) {
+      const Map3 p(parameters[kLever]);
+      lever = value.signal.lever;
+      signal = value.signal.accel + lever * p;
+      slope = value.slope.accel + value.slope.lever * p;
+    }
+    const Matrix3d R_br = q_rb.toRotationMatrix().transpose();
+    const Vector3d turned = R_br * signal, factor = Vector3d::Ones() + scale;
+    const Vector3d predicted =
+        factor.cwiseProduct(turned) + t_.gain * (bias + (1 - t_.part) * before + t_.part * after);
+    Eigen::Map<Vector3d>{residuals} = t_.weight.cwiseProduct(t_.measured - predicted);
+    if (!jacobians) return true;
+
+    const Eigen::DiagonalMatrix<double, 3> minus_weight((-t_.weight).eval());
+    const Matrix3d scaled = t_.weight.cwiseProduct(factor).asDiagonal() * R_br;  // of −d residual / d signal
+    if (jacobians[0]) {
+      const Vector3d by_time = scaled * slope;
+      Eigen::Map<RowMatrix32> J(jacobians[0]);
+      J.col(0) = by_time;
+      J.col(1) = t_.since_first * by_time;
+    }
+    if (jacobians[1]) {
+      Eigen::Map<RowMatrix34>{jacobians[1]} = -scaled * skew(signal) * RotationManifold::minus_jacobian(q_rb);
+    }
+    if constexpr (kAccel) {
+      if (jacobians[kLever]) Eigen::Map<RowMatrix33>{jacobians[kLever]} = -scaled * lever;
+    }
+    const auto diagonal = [&](int block, double factor_of_gain) {
+      if (jacobians[block]) Eigen::Map<RowMatrix33>{jacobians[block]} = Matrix3d(minus_weight) * factor_of_gain;
+    };
+    diagonal(kBias, t_.gain);
+    diagonal(kBefore, t_.gain * (1 - t_.part));
+    diagonal(kAfter, t_.gain * t_.part);
+    if (jacobians[kScale]) Eigen::Map<RowMatrix33>{jacobians[kScale]} = Matrix3d(minus_weight) * turned.asDiagonal();
+    return true;
+  }
+
+ private:
+  Triad t_;
+};
+
+// (value − factor · before) / sigma: a prior, and the step of a drift.
+class StepCost final : public ceres::SizedCostFunction<3, 3, 3> {
+ public:
+  StepCost(double factor, double sigma) : factor_(factor), sigma_(sigma) {}
+  bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override {
+    const Eigen::Map<const Vector3d> before(parameters[0]), after(parameters[1]);
+    Eigen::Map<Vector3d>{residuals} = (after - factor_ * before) / sigma_;
+    if (jacobians && jacobians[0])
+      Eigen::Map<RowMatrix33>{jacobians[0]} = RowMatrix33::Identity() * (-factor_ / sigma_);
+    if (jacobians && jacobians[1]) Eigen::Map<RowMatrix33>{jacobians[1]} = RowMatrix33::Identity() / sigma_;
+    return true;
+  }
+
+ private:
+  double factor_, sigma_;
+};
+
+class PriorCost final : public ceres::SizedCostFunction<3, 3> {
+ public:
+  explicit PriorCost(double sigma) : sigma_(sigma) {}
+  bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override {
+    Eigen::Map<Vector3d>{residuals} = Eigen::Map<const Vector3d>(parameters[0]) / sigma_;
+    if (jacobians && jacobians[0]) Eigen::Map<RowMatrix33>{jacobians[0]} = RowMatrix33::Identity() / sigma_;
+    return true;
+  }
+
+ private:
+  double sigma_;
+};
+
+class Builder {
+ public:
+  Builder(const FilteredPair& pair, const ImuSensor& sensor, AlignmentState& x) : pair_(pair), sensor_(sensor), x_(x) {}
+
+  ceres::Problem& build(const std::vector<AlignmentEpoch>& epochs) {
+    problem_.AddParameterBlock(x_.clock.data(), 2);
+    problem_.AddParameterBlock(x_.q_rb.coeffs().data(), 4, new RotationManifold);
+    for (const AlignmentEpoch& epoch : epochs) add(epoch);
+    add_prior(x_.p_rb_r, kWidestLeverArm);
+    add_prior(x_.gyro_bias, kWidestGyroBias);
+    add_prior(x_.accel_bias, kWidestAccelBias);
+    add_scale(x_.gyro_scale, sensor_.gyro.scale);
+    add_scale(x_.accel_scale, sensor_.accel.scale);
+    add_drift(x_.gyro_drift, sensor_.gyro.drift);
+    add_drift(x_.accel_drift, sensor_.accel.drift);
+    return problem_;
+  }
+
+ private:
+  void add(const AlignmentEpoch& epoch) {
+    const BodySignals& body = pair_.body;
+    const double m = body.time[epoch.sample];
+    const auto [knot, part] = x_.knot(m);
+    const auto weights = [](std::uint8_t usable, double sigma) {
+      Vector3d w;
+      for (int i = 0; i < 3; ++i) w(i) = usable >> i & 1 ? 1 / sigma : 0;
+      return w;
+    };
+    Triad triad{m,
+                m - body.time.front(),
+                body.gyro[epoch.sample],
+                pair_.gyro_gain,
+                part,
+                weights(epoch.usable.gyro, epoch.gyro_sigma),
+                &pair_.reference};
+    if (epoch.usable.gyro != 0) {
+      problem_.AddResidualBlock(new TriadCost<false>(triad), new ceres::HuberLoss(kHuber), x_.clock.data(),
+                                x_.q_rb.coeffs().data(), x_.gyro_bias.data(), x_.gyro_scale.data(),
+                                x_.gyro_drift[knot].data(), x_.gyro_drift[knot + 1].data());
+    }
+    triad.measured = body.accel[epoch.sample];
+    triad.gain = pair_.accel_gain;
+    triad.weight = weights(epoch.usable.accel, epoch.accel_sigma);
+    if (epoch.usable.accel != 0) {
+      problem_.AddResidualBlock(new TriadCost<true>(triad), new ceres::HuberLoss(kHuber), x_.clock.data(),
+                                x_.q_rb.coeffs().data(), x_.p_rb_r.data(), x_.accel_bias.data(), x_.accel_scale.data(),
+                                x_.accel_drift[knot].data(), x_.accel_drift[knot + 1].data());
+    }
+  }
+
+  void add_prior(Vector3d& value, double sigma) {
+    problem_.AddResidualBlock(new PriorCost(sigma), nullptr, value.data());
+  }
+
+  void add_scale(Vector3d& scale, double sigma) {
+    if (sigma > 0) {
+      add_prior(scale, sigma);
+    } else {
+      hold(scale);
+    }
+  }
+
+  void hold(Vector3d& value) {
+    value.setZero();
+    problem_.AddParameterBlock(value.data(), 3);
+    problem_.SetParameterBlockConstant(value.data());
+  }
+
+  void add_drift(std::vector<Vector3d>& knots, const DriftProcess& process) {
+    if (process.kind == DriftProcess::Kind::kNone) {
+      for (Vector3d& knot : knots) hold(knot);
+      return;
+    }
+    double factor = 1, sigma = process.density * std::sqrt(x_.knot_spacing);
+    if (process.kind == DriftProcess::Kind::kGaussMarkov) {
+      factor = std::exp(-x_.knot_spacing / process.correlation_time);
+      sigma = process.sigma * std::sqrt(1 - factor * factor);
+      add_prior(knots.front(), process.sigma);
+    } else {
+      hold(knots.front());  // the bias is the value there
+    }
+    for (std::size_t i = 0; i + 1 < knots.size(); ++i) {
+      problem_.AddResidualBlock(new StepCost(factor, sigma), nullptr, knots[i].data(), knots[i + 1].data());
+    }
+  }
+
+  const FilteredPair& pair_;
+  const ImuSensor& sensor_;
+  AlignmentState& x_;
+  ceres::Problem problem_;
+};
+
+// A parameter block, and where its tangent stands in the normal equations.
+struct Placed {
+  double* data;
+  int size, column;
+};
+
+// Information of the alignment's parameters once the drifts are eliminated.
+AlignmentInformation information(ceres::Problem& problem, AlignmentState& x) {
+  std::vector<Placed> placed{
+      {x.clock.data(), 2, Layout::kClockOffset},     {x.q_rb.coeffs().data(), 3, Layout::kBoresight},
+      {x.p_rb_r.data(), 3, Layout::kLeverArm},       {x.gyro_bias.data(), 3, Layout::kGyroBias},
+      {x.accel_bias.data(), 3, Layout::kAccelBias},  {x.gyro_scale.data(), 3, Layout::kGyroScale},
+      {x.accel_scale.data(), 3, Layout::kAccelScale}};
+  int size = Layout::kSize;
+  for (auto* knots : {&x.gyro_drift, &x.accel_drift}) {
+    for (Vector3d& knot : *knots) {
+      placed.push_back({knot.data(), 3, size});
+      size += 3;
+    }
+  }
+  std::erase_if(placed, [&](const Placed& p) {
+    return !problem.HasParameterBlock(p.data) || problem.IsParameterBlockConstant(p.data);
+  });
+  ceres::Problem::EvaluateOptions options;
+  std::vector<int> column_of;
+  for (const Placed& p : placed) {
+    options.parameter_blocks.push_back(p.data);
+    for (int i = 0; i < p.size; ++i) column_of.push_back(p.column + i);
+  }
+  ceres::CRSMatrix J;
+  problem.Evaluate(options, nullptr, nullptr, nullptr, &J);
+  Eigen::MatrixXd N = Eigen::MatrixXd::Zero(size, size);
+  for (int row = 0; row < J.num_rows; ++row) {
+    const auto begin = static_cast<std::size_t>(J.rows[static_cast<std::size_t>(row)]),
+               end = static_cast<std::size_t>(J.rows[static_cast<std::size_t>(row) + 1]);
+    for (std::size_t i = begin; i < end; ++i) {
+      for (std::size_t j = begin; j < end; ++j) {
+        N(column_of[static_cast<std::size_t>(J.cols[i])], column_of[static_cast<std::size_t>(J.cols[j])]) +=
+            J.values[i] * J.values[j];
+      }
+    }
+  }
+  const Eigen::Index drifts = size - Layout::kSize;
+  Eigen::MatrixXd C = N.bottomRightCorner(drifts, drifts);
+  for (Eigen::Index i = 0; i < drifts; ++i) {
+    if (C(i, i) == 0) C(i, i) = 1;  // held
+  }
+  const Eigen::MatrixXd B = N.topRightCorner(Layout::kSize, drifts);
+  return N.topLeftCorner<Layout::kSize, Layout::kSize>() - B * C.ldlt().solve(B.transpose());
+}
+
+}  // namespace
+
+std::pair<std::size_t, double> AlignmentState::knot(double m) const {
+  const double at = std::clamp((m - first_knot) / knot_spacing, 0.0, static_cast<double>(gyro_drift.size() - 1));
+  const auto before = std::min(static_cast<std::size_t>(at), gyro_drift.size() - 2);
+  return {before, at - static_cast<double>(before)};
+}
+
+AlignmentResidual residual(const FilteredPair& pair, const AlignmentState& x, std::size_t sample) {
+  const double m = pair.body.time[sample];
+  const double t = m - x.clock(0) - x.clock(1) * (m - pair.body.time.front());
+  const auto [knot, part] = x.knot(m);
+  const Matrix3d R_br = x.q_rb.toRotationMatrix().transpose();
+  const auto drift = [&, knot = knot, part = part](const std::vector<Vector3d>& knots) -> Vector3d {
+    return (1 - part) * knots[knot] + part * knots[knot + 1];
+  };
+  const MeanSignal s = pair.reference.at(t).signal;
+  const Vector3d w = R_br * s.gyro;
+  const Vector3d f = R_br * (s.accel + s.lever * x.p_rb_r);
+  return {
+      pair.body.gyro[sample] - w - x.gyro_scale.cwiseProduct(w) - pair.gyro_gain * (x.gyro_bias + drift(x.gyro_drift)),
+      pair.body.accel[sample] - f - x.accel_scale.cwiseProduct(f) -
+          pair.accel_gain * (x.accel_bias + drift(x.accel_drift))};
+}
+
+AlignmentInformation solve_alignment(const FilteredPair& pair, const std::vector<AlignmentEpoch>& epochs,
+                                     const ImuSensor& sensor, AlignmentState& x) {
+  Builder builder(pair, sensor, x);
+  ceres::Problem& problem = builder.build(epochs);
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  options.logging_type = ceres::SILENT;
+  options.max_num_iterations = 50;
+  options.function_tolerance = 1e-10;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  return information(problem, x);
+}
+
+}  // namespace piste

@@ -1,0 +1,53 @@
+#pragma once
+/// The least-squares problem of an alignment.
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "determination.h"
+#include "paired_signals.h"
+#include "piste/condition/time_sync.h"
+
+namespace piste {
+
+/// What is estimated: the alignment's parameters, and the in-run drifts of the body IMU at knots.
+struct AlignmentState {
+  Eigen::Vector2d clock = Eigen::Vector2d::Zero();  ///< offset, drift
+  Quaterniond q_rb = Quaterniond::Identity();
+  Vector3d p_rb_r = Vector3d::Zero();
+  Vector3d gyro_bias = Vector3d::Zero(), accel_bias = Vector3d::Zero();
+  Vector3d gyro_scale = Vector3d::Zero(), accel_scale = Vector3d::Zero();
+  double first_knot = 0, knot_spacing = 1;        ///< on the body IMU's clock
+  std::vector<Vector3d> gyro_drift, accel_drift;  ///< linear from knot to knot
+
+  /// Where m lies among the knots: index of the one before, and the part of the way to the next.
+  std::pair<std::size_t, double> knot(double m) const;
+};
+
+/// One sample of the body IMU, to be explained.
+struct AlignmentEpoch {
+  std::size_t sample = 0;
+  UsableAxes usable;
+  double gyro_sigma = 1, accel_sigma = 1;
+};
+
+/// Measured minus predicted at one sample.
+struct AlignmentResidual {
+  Vector3d gyro, accel;
+};
+
+/// Both signals after the same filters, which pass a constant with these gains.
+struct FilteredPair {
+  const BodySignals& body;
+  const ReferenceGrid& reference;
+  double gyro_gain = 1, accel_gain = 1;
+};
+
+AlignmentResidual residual(const FilteredPair& pair, const AlignmentState& x, std::size_t sample);
+
+/// Minimises over x. Robust: Huber's loss of each triad beyond 4 sigma. Returns the information of the parameters in
+/// the order of AlignmentLayout, the drifts eliminated; rows of what the sensor has not (a scale of 0) are zero.
+Eigen::Matrix<double, AlignmentLayout::kSize, AlignmentLayout::kSize> solve_alignment(
+    const FilteredPair& pair, const std::vector<AlignmentEpoch>& epochs, const ImuSensor& sensor, AlignmentState& x);
+
+}  // namespace piste

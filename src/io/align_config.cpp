@@ -1,0 +1,59 @@
+#include "piste/io/align_config.h"
+
+#include <fmt/format.h>
+
+#include <set>
+
+#include "piste/core/error.h"
+#include "piste/io/replay_keys.h"
+
+namespace piste {
+namespace {
+
+MountedImu read_mounted(const Config& config) {
+  MountedImu imu;
+  imu.source = read_imu_source(config);
+  imu.name = config.text("name", std::filesystem::path(imu.source.log.file).stem().string());
+  const bool is_file_name =
+      !imu.name.empty() && imu.name != "." && imu.name != ".." && imu.name.find_first_of("/\\") == std::string::npos;
+  if (!is_file_name) config.fail("name", "becomes the name of a folder, such as `mt9a_1`");
+  imu.conditioning.imu = imu.source.conditioning;
+  imu.conditioning.gyro_range = imu.source.sensor.gyro.range;
+  imu.conditioning.accel_range = imu.source.sensor.accel.range;
+  return imu;
+}
+
+}  // namespace
+
+AlignConfig read_align_config(const std::filesystem::path& file) {
+  const Config config = Config::load(file);
+  AlignConfig align;
+  align.file = file;
+  align.echo = config.source();
+  const Interval span = read_span(config);
+  std::set<std::string> names;
+  for (const Config& imu : config.maps("imu")) {
+    align.imus.push_back(read_mounted(imu));
+    // Its own time, from which the offset counts.
+    align.imus.back().conditioning.imu.clock_offset = align.imus.back().conditioning.imu.clock_drift = 0;
+    align.imus.back().conditioning.span = span;
+    if (!names.insert(align.imus.back().name).second) {
+      imu.fail("name",
+               fmt::format("`{}` stands for two of the IMUs; give each its own `name`", align.imus.back().name));
+    }
+  }
+  if (align.imus.empty()) config.fail("imu", "is missing; name the IMU to be aligned: its file, format and sensor");
+  const Config reference = config.map("reference");
+  align.reference = read_mounted(reference);
+  for (const MountedImu& imu : align.imus) {
+    if (std::filesystem::equivalent(imu.source.log.file, align.reference.source.log.file)) {
+      reference.fail("file", "is the log of the IMU to be aligned as well; name that of the other IMU");
+    }
+  }
+  align.low_pass = config.quantity("low_pass", dimension::kFrequency, 0);
+  if (config.has("low_pass") && !(align.low_pass > 0)) config.fail("low_pass", "must be above zero, such as `12 Hz`");
+  config.finish();
+  return align;
+}
+
+}  // namespace piste
