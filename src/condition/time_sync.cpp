@@ -62,6 +62,7 @@ class Aligner {
     check_jumps();
     for (const double cutoff : kStages) stage(std::min(cutoff, low_pass_), 2);
     stage(low_pass_, 2);
+    check_agreement();
     whitened();
     check_clock();
     conclude();
@@ -289,6 +290,24 @@ class Aligner {
     }
   }
 
+  // Refuses two IMUs that are not on one plate.
+  void check_agreement() const {
+    constexpr double kUnexplained = 0.5;
+    double signal = 0, left = 0;
+    const FilteredPair pair = stage_->pair();
+    for (std::size_t i = 0; i < used_.size(); ++i) {
+      const AlignmentEpoch& e = used_[i];
+      if (!moving_[i] || e.usable.gyro != 7) continue;
+      signal += (pair.body.gyro[e.sample] - x_.gyro_bias).squaredNorm();
+      left += residual(pair, x_, e.sample).gyro.squaredNorm();
+    }
+    if (left <= kUnexplained * signal) return;
+    throw DataError(options_.name,
+                    fmt::format("the rates of the reference explain but {:.0f} % of those of the body IMU at the best "
+                                "offset, {:.3f} s; are the two of the same run, and on one plate?",
+                                100 * std::max(0.0, 1 - left / signal), x_.clock(0)));
+  }
+
   // Offsets stretch by stretch, beside the solution.
   void check_clock() {
     struct Sums {
@@ -297,9 +316,7 @@ class Aligner {
     std::vector<Sums> sums;
     const FilteredPair pair = stage_->pair();
     const Matrix3d R_br = x_.q_rb.toRotationMatrix().transpose();
-    double signal = 0, left = 0;
-    for (std::size_t i = 0; i < used_.size(); ++i) {
-      const AlignmentEpoch& e = used_[i];
+    for (const AlignmentEpoch& e : used_) {
       const double m = pair.body.time[e.sample], t = reference_time(m);
       const auto window = static_cast<std::size_t>((m - body_.time.front()) / kWindow);
       if (sums.size() <= window) sums.resize(window + 1);
@@ -319,17 +336,6 @@ class Aligner {
         take(w(axis), r.gyro(axis), e.gyro_sigma, e.usable.gyro >> axis & 1);
         take(f(axis), r.accel(axis), e.accel_sigma, e.usable.accel >> axis & 1);
       }
-      if (moving_[i] && e.usable.gyro == 7) {
-        signal += (r.gyro + R_br * value.signal.gyro).squaredNorm();
-        left += r.gyro.squaredNorm();
-      }
-    }
-    constexpr double kUnexplained = 0.5;
-    if (left > kUnexplained * signal) {
-      throw DataError(options_.name,
-                      fmt::format("the rates of the reference explain but {:.0f} % of those of the body IMU at the "
-                                  "best offset, {:.3f} s; are the two on one plate, and their axes right-handed?",
-                                  100 * std::max(0.0, 1 - left / signal), x_.clock(0)));
     }
     constexpr double kCoarse = 3e-3, kJump = 20e-3, kSurely = 6;
     double q = 0, weights = 0, squared = 0, stretches = 0;
