@@ -61,6 +61,7 @@ void add(json::Members& members, const std::string& name, double value, double s
 
 std::string strings(const std::vector<std::string>& texts) {
   std::vector<std::string> items;
+  items.reserve(texts.size());
   for (const std::string& text : texts) items.push_back(json::string(text));
   return json::array(items);
 }
@@ -71,9 +72,8 @@ std::string sigma_text(double value, double sigma, int decimals, const char* uni
 }
 
 std::string triad_text(const Triad& t, int decimals, const char* unit) {
-  std::vector<std::string> parts;
-  for (int i = 0; i < 3; ++i) parts.push_back(sigma_text(t.value(i), t.sigma(i), decimals, unit));
-  return fmt::format("{}", fmt::join(parts, ", "));
+  const auto part = [&](int i) { return sigma_text(t.value(i), t.sigma(i), decimals, unit); };
+  return fmt::format("{}, {}, {}", part(0), part(1), part(2));
 }
 
 }  // namespace

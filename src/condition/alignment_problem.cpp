@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "rotation_manifold.h"
 
@@ -38,7 +39,7 @@ using TriadBase = std::conditional_t<kAccel, ceres::SizedCostFunction<3, 2, 4, 3
 template <bool kAccel>
 class TriadCost final : public TriadBase<kAccel> {
  public:
-  explicit TriadCost(const Triad& triad) : t_(triad) {}
+  explicit TriadCost(Triad triad) : t_(std::move(triad)) {}
 
   bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override {
     using Map3 = Eigen::Map<const Vector3d>;

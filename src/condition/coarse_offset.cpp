@@ -185,7 +185,7 @@ double rms(const std::vector<ImuSample>& imu) {
 CoarseOffset find_offset(const std::vector<ImuSample>& body, const std::vector<ImuSample>& reference, double shortest,
                          const std::string& name) {
   const RateNorms b = rate_norms(body, kCell), r = rate_norms(reference, kCell);
-  const CoarseOffset found = correlate(b, r, shortest);
+  CoarseOffset found = correlate(b, r, shortest);
   constexpr double kGood = 0.98;
   if (found.peak.peak < kGood) {
     if (const auto ratio = wrong_clock(b, r, found, shortest)) {

@@ -97,7 +97,7 @@ ReferenceGrid::Value ReferenceGrid::at(double t) const {
   v.signal.accel = splines_[1].value(i, t);
   v.slope.accel = splines_[1].derivative(i, t);
   for (int c = 0; c < 3; ++c) {
-    const Spline& column = splines_[static_cast<std::size_t>(2 + c)];
+    const Spline& column = splines_[2 + static_cast<std::size_t>(c)];
     v.signal.lever.col(c) = column.value(i, t);
     v.slope.lever.col(c) = column.derivative(i, t);
   }
