@@ -2,6 +2,7 @@
 
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/normal.hpp>
+#include <boost/math/distributions/students_t.hpp>
 
 namespace piste {
 
@@ -10,6 +11,14 @@ double chi_squared_quantile(double probability, double dof) {
 }
 
 double normal_quantile(double probability) { return boost::math::quantile(boost::math::normal(), probability); }
+
+double student_quantile(double probability, double dof) {
+  return boost::math::quantile(boost::math::students_t(dof), probability);
+}
+
+double student_two_sided(double x, double dof) {
+  return 2 * boost::math::cdf(boost::math::complement(boost::math::students_t(dof), x));
+}
 
 Band chi_squared_band(double probability, double dof, double count) {
   const double total = dof * count, tail = (1 - probability) / 2;

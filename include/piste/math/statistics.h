@@ -9,6 +9,12 @@ double chi_squared_quantile(double probability, double dof);
 /// x with P(z ≤ x) = probability for a standard normal z.
 double normal_quantile(double probability);
 
+/// x with P(t ≤ x) = probability for Student's t, 0 < probability < 1, dof > 0.
+double student_quantile(double probability, double dof);
+
+/// P(|t| ≥ x) for Student's t, x ≥ 0.
+double student_two_sided(double x, double dof);
+
 struct Band {
   double low = 0, high = 0;
   bool contains(double value) const { return value > low && value < high; }

@@ -1,0 +1,26 @@
+// Quantiles against printed tables.
+
+#include "piste/math/statistics.h"
+
+#include <gtest/gtest.h>
+
+namespace piste {
+namespace {
+
+TEST(Statistics, StudentsT) {
+  EXPECT_NEAR(student_quantile(0.975, 1), 12.706205, 1e-6);
+  EXPECT_NEAR(student_quantile(0.975, 10), 2.228139, 1e-6);
+  EXPECT_NEAR(student_two_sided(2.228139, 10), 0.05, 1e-7);
+  EXPECT_DOUBLE_EQ(student_two_sided(0, 3.5), 1);
+  EXPECT_NEAR(student_quantile(0.975, 1e8), normal_quantile(0.975), 1e-6);
+}
+
+TEST(Statistics, ChiSquaredBand) {
+  EXPECT_NEAR(chi_squared_quantile(0.95, 3), 7.814728, 1e-6);
+  const Band band = chi_squared_band(0.95, 3, 50);
+  EXPECT_NEAR(3 * band.low, 2.36, 0.005);
+  EXPECT_NEAR(3 * band.high, 3.72, 0.005);
+}
+
+}  // namespace
+}  // namespace piste
