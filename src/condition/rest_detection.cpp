@@ -15,6 +15,7 @@ constexpr double kShortest = 1.0;     // s
 constexpr double kDrawnIn = 0.25;     // s
 constexpr double kGyroQuiet = 0.03;   // rad/s and
 constexpr double kForceQuiet = 0.15;  // m/s²: rest of an IMU that no GNSS ever showed at rest
+constexpr double kTurning = 0.02;     // rad/s: mean rate of a reference IMU that does more than sway
 
 // Root-mean-square deviations of rate and force from their means over a window, and the means.
 struct Quietness {
@@ -138,6 +139,26 @@ Bounds learn(const std::vector<std::optional<Quietness>>& quiet, const std::vect
   return b;
 }
 
+// Where the cells of `rest` stand in a row, of a log that ends at `end`.
+std::vector<Interval> intervals_of(const std::vector<bool>& rest, const Cells& cells, double end) {
+  std::vector<Interval> intervals;
+  for (std::size_t i = 0; i < rest.size();) {
+    std::size_t j = i;
+    while (j < rest.size() && rest[j]) ++j;
+    if (j > i) {
+      const Interval drawn{cells.time(i) + (i ? kDrawnIn : 0),
+                           std::min(cells.time(j) - (j < rest.size() ? kDrawnIn : 0), end)};
+      if (drawn.end - drawn.start >= kShortest) intervals.push_back(drawn);
+    }
+    i = std::max(j, i + 1);
+  }
+  return intervals;
+}
+
+void mark(std::vector<bool>& rest, std::size_t window) {
+  std::fill_n(rest.begin() + static_cast<std::ptrdiff_t>(window), kWindow, true);
+}
+
 }  // namespace
 
 std::vector<Interval> detect_rest(const Log& log) {
@@ -162,20 +183,30 @@ std::vector<Interval> detect_rest(const Log& log) {
     if (!still) continue;
     if (quiet[i]->gyro > (alone ? bounds.gyro_alone : bounds.gyro)) continue;
     if (quiet[i]->force > (alone ? bounds.force_alone : bounds.force)) continue;
-    std::fill_n(rest.begin() + static_cast<std::ptrdiff_t>(i), kWindow, true);
+    mark(rest, i);
   }
-  std::vector<Interval> intervals;
-  for (std::size_t i = 0; i < rest.size();) {
-    std::size_t j = i;
-    while (j < rest.size() && rest[j]) ++j;
-    if (j > i) {
-      const Interval drawn{cells.time(i) + (i ? kDrawnIn : 0),
-                           std::min(cells.time(j) - (j < rest.size() ? kDrawnIn : 0), log.imu.back().time)};
-      if (drawn.end - drawn.start >= kShortest) intervals.push_back(drawn);
-    }
-    i = std::max(j, i + 1);
+  return intervals_of(rest, cells, log.imu.back().time);
+}
+
+std::vector<Interval> detect_rest(const AlignedImus& imus) {
+  if (imus.time.size() < 2 * kWindow) return {};
+  std::vector<ImuSample> reference(imus.time.size());
+  for (std::size_t i = 0; i < reference.size(); ++i) {
+    ImuSample& s = reference[i];
+    s.time = imus.time[i];
+    s.interval = imus.interval;
+    s.dtheta = imus.interval * imus.reference_gyro[i];
+    s.dvel = imus.interval * imus.reference_accel[i];
+    s.gap = !imus.usable[i];
   }
-  return intervals;
+  const Cells cells = cells_of(reference);
+  std::vector<bool> rest(cells.sums.size(), false);
+  for (std::size_t i = 0; i + kWindow <= cells.sums.size(); ++i) {
+    const auto quiet = quietness(cells, i);
+    if (!quiet || quiet->mean_gyro.norm() > kTurning) continue;
+    if (quiet->gyro <= kGyroQuiet && quiet->force <= kForceQuiet) mark(rest, i);
+  }
+  return intervals_of(rest, cells, imus.time.back());
 }
 
 void mark_rest(Log& log, const RestOptions& options) {

@@ -7,12 +7,18 @@
 /// body stands. Where the two signatures overlap, no rest is claimed in an outage: one false rest costs more than many
 /// missed ones.
 
+#include "piste/core/aligned.h"
 #include "piste/core/options.h"
 
 namespace piste {
 
 /// Rest intervals of at least a second, their ends drawn in by a quarter of one.
 std::vector<Interval> detect_rest(const Log& log);
+
+/// The same, without GNSS, of two IMUs: from the reference, whose rates have no bias worth the name. A window is at
+/// rest where its mean rate is no more than sway, and its rates and forces are quiet. Signals low-passed before, as a
+/// tactical IMU's forces are quantised.
+std::vector<Interval> detect_rest(const AlignedImus& imus);
 
 /// Sets Log::rest and ImuSample::at_rest from detect_rest, where the options ask for it.
 void mark_rest(Log& log, const RestOptions& options);
