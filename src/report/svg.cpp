@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <string_view>
 #include <utility>
 
 #include "piste/report/markup.h"
@@ -47,14 +49,29 @@ std::string tick_text(double value, double step) {
   return zero && text.front() == '-' ? text.substr(1) : text;
 }
 
-/// Least and greatest of what is finite.
+// Of 1, 2 or 5 times a power of ten: 0.02, 5, 2·10⁻⁷.
+std::string log_tick_text(double value) {
+  if (value > 9e-4 && value < 9e4) return fmt::format("{:.4g}", value);
+  constexpr std::array<std::string_view, 10> kRaised{"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
+  const auto exponent = static_cast<int>(std::floor(std::log10(value) + 1e-9));
+  const auto leading = static_cast<int>(std::lround(value / std::pow(10, exponent)));
+  std::string out = leading == 1 ? "10" : fmt::format("{}·10", leading);
+  if (exponent < 0) out += "⁻";
+  for (const char digit : std::to_string(std::abs(exponent))) out += kRaised[static_cast<std::size_t>(digit - '0')];
+  return out;
+}
+
+/// Least and greatest of what can be drawn, in units of the axis: of logarithms where it is logarithmic.
 struct Range {
+  bool log = false;
   double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
 
+  double place(double value) const { return log ? std::log10(value) : value; }
+  bool drawable(double value) const { return std::isfinite(value) && (!log || value > 0); }
   void cover(double value) {
-    if (!std::isfinite(value)) return;
-    low = std::min(low, value);
-    high = std::max(high, value);
+    if (!drawable(value)) return;
+    low = std::min(low, place(value));
+    high = std::max(high, place(value));
   }
   void cover(const std::vector<double>& values) {
     for (const double value : values) cover(value);
@@ -81,8 +98,8 @@ struct Plot::Frame {
   Range x, y;
   double left, top, right, bottom;  // of the area inside the axes [px]
 
-  double px(double value) const { return left + (value - x.low) / x.length() * (right - left); }
-  double py(double value) const { return bottom - (value - y.low) / y.length() * (bottom - top); }
+  double px(double value) const { return left + (x.place(value) - x.low) / x.length() * (right - left); }
+  double py(double value) const { return bottom - (y.place(value) - y.low) / y.length() * (bottom - top); }
 };
 
 std::vector<double> nice_ticks(double low, double high, int wanted) {
@@ -95,6 +112,21 @@ std::vector<double> nice_ticks(double low, double high, int wanted) {
   const auto last = static_cast<long long>(std::floor(high / step + 1e-9));
   for (long long k = first; k <= last; ++k) ticks.push_back(static_cast<double>(k) * step);
   return ticks;
+}
+
+std::vector<double> log_ticks(double low, double high) {
+  const auto ticks = [&](const std::vector<int>& leading) {
+    std::vector<double> out;
+    for (int k = static_cast<int>(std::floor(std::log10(low))); std::pow(10, k) <= high; ++k) {
+      for (const int m : leading) {
+        const double t = m * std::pow(10, k);
+        if (t >= low * (1 - 1e-9) && t <= high * (1 + 1e-9)) out.push_back(t);
+      }
+    }
+    return out;
+  };
+  std::vector<double> powers = ticks({1});
+  return powers.size() >= 3 ? powers : ticks({1, 2, 5});
 }
 
 Plot::Plot(std::string title, Axis x, Axis y, std::string description)
@@ -125,7 +157,7 @@ void Plot::size(int width, int height) {
 }
 
 Plot::Frame Plot::frame() const {
-  Frame f{{}, {}, kLeft, kTop, width_ - kRight, height_ - kBottom};
+  Frame f{{.log = x_.log}, {.log = y_.log}, kLeft, kTop, width_ - kRight, height_ - kBottom};
   if (const auto places = legend_places(); !places.empty()) f.bottom -= places.back()[1] + kLegendRow;
   for (const Series& s : series_) {
     f.x.cover(s.x);
@@ -138,7 +170,8 @@ Plot::Frame Plot::frame() const {
   }
   f.x.settle();
   f.y.settle();
-  if (y_limit_) f.y = {(*y_limit_)[0], (*y_limit_)[1]};
+  if (x_limit_) f.x.low = f.x.place((*x_limit_)[0]), f.x.high = f.x.place((*x_limit_)[1]);
+  if (y_limit_) f.y.low = f.y.place((*y_limit_)[0]), f.y.high = f.y.place((*y_limit_)[1]);
   if (equal_scale_) {
     const double scale = std::max(f.x.length() / (f.right - f.left), f.y.length() / (f.bottom - f.top));
     f.x.widen_to(scale * (f.right - f.left));
@@ -148,21 +181,25 @@ Plot::Frame Plot::frame() const {
 }
 
 std::string Plot::axes(const Frame& f) const {
-  const auto step = [](const std::vector<double>& ticks) { return ticks.size() > 1 ? ticks[1] - ticks[0] : 1.0; };
-  const auto x_ticks =
-      x_.ticks.empty() ? nice_ticks(f.x.low, f.x.high, static_cast<int>(f.right - f.left) / 90) : x_.ticks;
-  const auto y_ticks =
-      y_.ticks.empty() ? nice_ticks(f.y.low, f.y.high, static_cast<int>(f.bottom - f.top) / 55) : y_.ticks;
+  const auto ticks_of = [](const Axis& axis, const Range& range, double wanted) {
+    if (!axis.ticks.empty()) return axis.ticks;
+    return axis.log ? log_ticks(std::pow(10, range.low), std::pow(10, range.high))
+                    : nice_ticks(range.low, range.high, std::max(1, static_cast<int>(wanted)));
+  };
+  const auto text_of = [](const Axis& axis, const std::vector<double>& ticks, double t) {
+    return axis.log ? log_tick_text(t) : tick_text(t, ticks.size() > 1 ? ticks[1] - ticks[0] : 1.0);
+  };
+  const auto x_ticks = ticks_of(x_, f.x, (f.right - f.left) / 90), y_ticks = ticks_of(y_, f.y, (f.bottom - f.top) / 55);
   std::string out;
   for (const double t : x_ticks) {
     out += fmt::format("<path class=\"grid\" d=\"M{0:.1f} {1:.1f}V{2:.1f}\"/>", f.px(t), f.top, f.bottom);
     out += fmt::format("<text class=\"tick\" x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n", f.px(t),
-                       f.bottom + 17, tick_text(t, step(x_ticks)));
+                       f.bottom + 17, text_of(x_, x_ticks, t));
   }
   for (const double t : y_ticks) {
     out += fmt::format("<path class=\"grid\" d=\"M{0:.1f} {1:.1f}H{2:.1f}\"/>", f.left, f.py(t), f.right);
     out += fmt::format("<text class=\"tick\" x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>\n", f.left - 7,
-                       f.py(t) + 4, tick_text(t, step(y_ticks)));
+                       f.py(t) + 4, text_of(y_, y_ticks, t));
   }
   const double x_middle = (f.left + f.right) / 2, y_middle = (f.top + f.bottom) / 2;
   out += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n", x_middle, f.bottom + 38,
@@ -176,7 +213,7 @@ std::string Plot::axes(const Frame& f) const {
 std::string Plot::draw(const Series& s, const Frame& f) {
   const int colour = palette(s.colour);
   const auto finite = [&](std::size_t i) {
-    return std::isfinite(s.x[i]) && std::isfinite(s.y[i]) && (s.y_low.empty() || std::isfinite(s.y_low[i]));
+    return f.x.drawable(s.x[i]) && f.y.drawable(s.y[i]) && (s.y_low.empty() || f.y.drawable(s.y_low[i]));
   };
   std::string path;
   switch (s.kind) {
@@ -263,12 +300,12 @@ std::string Plot::render() const {
       "role=\"img\" aria-label=\"{2}\">\n<style>{3}</style>\n",
       width_, height_, escape_markup(description_.empty() ? title_ : description_), kStyle);
   out += axes(f);
-  if (y_limit_) {  // an <svg> inside cuts off what lies beyond it
+  if (x_limit_ || y_limit_) {  // an <svg> inside cuts off what lies beyond it
     out += fmt::format(R"(<svg x="{0}" y="{1}" width="{2}" height="{3}" viewBox="{0} {1} {2} {3}">)", f.left, f.top,
                        f.right - f.left, f.bottom - f.top);
   }
   for (const Series& s : series_) out += draw(s, f);
-  if (y_limit_) out += "</svg>\n";
+  if (x_limit_ || y_limit_) out += "</svg>\n";
   bool below = false;  // names of marks that coincide stay apart
   for (const Mark& m : marks_) {
     out += draw(m, below, f);

@@ -12,6 +12,10 @@ namespace piste {
 /// @pre low < high, wanted ≥ 1.
 std::vector<double> nice_ticks(double low, double high, int wanted);
 
+/// Ascending 1, 2 and 5 times powers of ten inside [low, high], the powers alone where they are three or more.
+/// @pre 0 < low < high.
+std::vector<double> log_ticks(double low, double high);
+
 /// One picture. Colours are numbers, 0 to 6, of a palette that colour-blind readers can tell apart. Points with a
 /// coordinate that is not finite break a line and are left out elsewhere.
 class Plot {
@@ -19,6 +23,7 @@ class Plot {
   struct Axis {
     std::string label;               ///< with its unit: "east [m]"
     std::vector<double> ticks = {};  ///< empty = nice ones
+    bool log = false;                ///< logarithmic: what is not above 0 is as if it were not finite
   };
 
   /// `title` is shown above the picture; `description`, read aloud by screen readers, may say more.
@@ -38,6 +43,7 @@ class Plot {
   void mark(double x, double y, int colour, std::string name);
 
   /// The picture ends there, and cuts off what lies beyond. @pre low < high
+  void limit_x(double low, double high) { x_limit_ = {{low, high}}; }
   void limit_y(double low, double high) { y_limit_ = {{low, high}}; }
   /// One unit of x is as long as one of y: for maps.
   void equal_scale() { equal_scale_ = true; }
@@ -73,7 +79,7 @@ class Plot {
   Axis x_, y_;
   int width_ = 760, height_ = 480;
   bool equal_scale_ = false;
-  std::optional<std::array<double, 2>> y_limit_;
+  std::optional<std::array<double, 2>> x_limit_, y_limit_;
   std::vector<Series> series_;
   std::vector<Mark> marks_;
 };

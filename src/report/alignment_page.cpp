@@ -1,0 +1,109 @@
+#include "piste/report/alignment_page.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "piste/core/state_layout.h"
+#include "piste/report/markup.h"
+#include "report/page.h"
+
+namespace piste {
+namespace {
+
+constexpr std::string_view kHowToRead =
+    R"(<p><strong>Clock offset and drift.</strong> Time of the reference = reading of the body IMU − offset − drift · (reading −
+first reading). The correlation of the norms of the angular rates, which no mounting changes, gives the offset at which
+the fit begins; the fit gives the rest.</p>
+<p><strong>Boresight</strong> is roll, pitch, heading of the rotation that turns body components into those of the reference.
+The <strong>lever arm</strong> goes from the reference to the body IMU, along the reference's axes.</p>
+<p><strong>Biases and scales</strong> belong to the body IMU: measured = (1 + scale) · true + bias. They stand here because the
+alignment needs them; the estimates that compare methods are made after it.</p>
+<p><strong>What is left</strong> should be noise: flat where the sensor file's level is, without the shape of the motion. A residual
+timing error shows as what is left growing with the rate of change of the signal, an error of boresight as one axis showing up in
+another, a wrong lever arm as forces that grow with the square of the rate.</p>
+<p><strong>Sigmas</strong> are those of the fit, with the noise as correlated in time as it was found.</p>
+)";
+
+// A value and its sigma with as many decimals as the sigma is worth.
+page::Row row(const std::string& name, double value, double sigma) {
+  if (!std::isfinite(sigma)) return {name, "not determined", ""};
+  const int decimals = sigma > 0 ? std::clamp(1 - static_cast<int>(std::floor(std::log10(sigma))), 0, 12) : 6;
+  return {name, fmt::format("{:.{}f}", value, decimals), fmt::format("{:.{}f}", sigma, decimals)};
+}
+
+std::string parameters(const Alignment& a) {
+  using L = AlignmentLayout;
+  const auto sigma = [&](int index) { return std::sqrt(a.variance(index)); };
+  std::vector<page::Row> rows{row("clock offset at the first sample [s]", a.clock_offset, sigma(L::kClockOffset)),
+                              row("clock drift [ppm]", 1e6 * a.clock_drift, 1e6 * sigma(L::kClockDrift))};
+  const auto triad = [&](Block block, std::string_view unit, double factor, const Vector3d& value, const Vector3d& s) {
+    for (int i = 0; i < 3; ++i) {
+      std::string name(info(block).name);
+      std::replace(name.begin(), name.end(), '_', ' ');
+      rows.push_back(row(fmt::format("{} {} [{}]", name, info(block).axes[static_cast<std::size_t>(i)], unit),
+                         factor * value(i), factor * s(i)));
+    }
+  };
+  // An angle is known where the rotation is known about every axis.
+  Vector3d turn = Vector3d::Constant(std::numeric_limits<double>::infinity());
+  if (a.sigma(L::kBoresight).allFinite()) {
+    turn = euler_sigma(a.q_rb, a.covariance.block<3, 3>(L::kBoresight, L::kBoresight));
+  }
+  triad(Block::kBoresight, "deg", kDegreesPerRadian, to_euler(a.q_rb), turn);
+  triad(Block::kLeverArm, "mm", 1e3, a.p_rb_r, a.sigma(L::kLeverArm));
+  std::string out =
+      "<div class=\"tables\">\n" + page::table("Mounting and clocks", {"parameter", "value", "sigma"}, rows);
+  rows.clear();
+  triad(Block::kGyroBias, "deg/s", kDegreesPerRadian, a.gyro_bias, a.sigma(L::kGyroBias));
+  triad(Block::kAccelBias, "m/s²", 1, a.accel_bias, a.sigma(L::kAccelBias));
+  triad(Block::kGyroScale, "ppm", 1e6, a.gyro_scale, a.sigma(L::kGyroScale));
+  triad(Block::kAccelScale, "ppm", 1e6, a.accel_scale, a.sigma(L::kAccelScale));
+  return out + page::table("Errors of the body IMU", {"parameter", "value", "sigma"}, rows) + "</div>\n";
+}
+
+std::string list(const std::string& heading, const std::vector<std::string>& items) {
+  if (items.empty()) return {};
+  std::string out = fmt::format("<p><strong>{}</strong></p>\n<ul>\n", heading);
+  for (const std::string& item : items) out += fmt::format("<li>{}</li>\n", escape_markup(item));
+  return out + "</ul>\n";
+}
+
+std::string result(const AlignmentPicture& p) {
+  const Alignment& a = *p.alignment;
+  return parameters(a) + list("The motion does not determine:", a.undetermined) + list("To be known:", a.warnings) +
+         fmt::format("<p>Left in the band, root mean square of one axis: {:.4g} deg/s and {:.4g} m/s².</p>\n",
+                     kDegreesPerRadian * a.gyro_residual, a.accel_residual);
+}
+
+std::string pictures(const std::vector<Figure>& figures) {
+  if (figures.empty()) return "<p>There is nothing to show.</p>\n";
+  std::string out;
+  for (const Figure& f : figures) {
+    out += "<figure>\n" + f.svg;
+    if (!f.caption.empty()) out += fmt::format("<figcaption>{}</figcaption>\n", escape_markup(f.caption));
+    out += "</figure>\n";
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string alignment_html(const AlignmentPicture& p) {
+  const std::string subtitle = fmt::format("piste {} · two IMUs on one plate, from {:.3f} to {:.3f} s of GPS time",
+                                           escape_markup(p.version), p.aligned->time.front(), p.aligned->time.back());
+  return page::render(
+      p.title, subtitle,
+      {{"result", "Result", result(p)},
+       {"clocks", "Before and after", pictures(clock_figures(p))},
+       {"correlation", "Correlation", pictures(correlation_figures(p))},
+       {"drift", "The clock over time", pictures(drift_figures(p))},
+       {"signals", "Every axis", pictures(signal_figures(p))},
+       {"spectra", "Spectra", pictures(spectrum_figures(p))},
+       {"reading", "How to read it", std::string(kHowToRead)},
+       {"configuration", "Configuration", fmt::format("<pre>{}</pre>\n", escape_markup(p.config_text))}});
+}
+
+}  // namespace piste
