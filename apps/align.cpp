@@ -9,6 +9,7 @@
 #include "piste/core/error.h"
 #include "piste/io/align_config.h"
 #include "piste/io/output.h"
+#include "piste/report/alignment_page.h"
 
 namespace piste {
 namespace {
@@ -19,6 +20,7 @@ void run(const AppArguments& arguments, Progress& progress) {
   progress.start("align", config.imus.size(), "IMUs");
   const Log reference = condition_imu(read_imu(config.reference.source), config.reference.conditioning);
   std::string text;
+  std::size_t done = 0;
   for (const MountedImu& imu : config.imus) {
     const Log body = condition_imu(read_imu(imu.source), imu.conditioning);
     const Alignment alignment = align(body.imu, reference.imu,
@@ -28,7 +30,22 @@ void run(const AppArguments& arguments, Progress& progress) {
                                        .name = imu.source.log.file});
     const std::string folder = config.imus.size() > 1 ? imu.name + "/" : "";
     output.write(folder + "alignment.json", alignment_json(alignment));
-    output.write(folder + "aligned.csv", aligned_csv(bring_together(body.imu, reference.imu, alignment)));
+    const AlignedImus aligned = bring_together(body.imu, reference.imu, alignment);
+    output.write(folder + "aligned.csv", aligned_csv(aligned));
+    const AlignmentPicture picture{.title = imu.name,
+                                   .version = PISTE_VERSION,
+                                   .config_text = config.echo,
+                                   .alignment = &alignment,
+                                   .aligned = &aligned,
+                                   .body = &body.imu,
+                                   .reference = &reference.imu,
+                                   .low_pass = alignment.low_pass,
+                                   .sensor = imu.source.sensor};
+    output.write(folder + "alignment.html", alignment_html(picture));
+    for (const Figure& figure : alignment_figures(picture)) {
+      output.write(fmt::format("{}figures/{}.svg", folder, figure.name), figure.svg);
+    }
+    progress.update(++done);
     text += fmt::format("{}\n{}\n", imu.name, alignment_text(alignment));
   }
   output.commit();

@@ -375,6 +375,7 @@ class Aligner {
 
   void conclude() {
     Alignment& a = result_;
+    a.low_pass = low_pass_;
     a.clock_offset = x_.clock(0);
     a.clock_drift = x_.clock(1);
     a.q_rb = x_.q_rb;

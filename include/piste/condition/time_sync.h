@@ -61,6 +61,7 @@ struct Alignment {
   /// What does not spoil the result, and yet should be known.
   std::vector<std::string> warnings;
 
+  double low_pass = 0;                           ///< [Hz] that both signals went through
   double gyro_residual = 0, accel_residual = 0;  ///< rms of what is left in the band, one axis [rad/s], [m/s²]
   CorrelationPeak correlation;
   std::vector<LocalOffset> local;
