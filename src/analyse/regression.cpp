@@ -59,16 +59,25 @@ Eigen::MatrixXd long_run(const Eigen::MatrixXd& U, Index lag) {
 
 double square(double x) { return x * x; }
 
+// A systematic error is known to as many degrees of freedom as one likes; these are enough.
+double total_dof(const Term& t) {
+  constexpr double kMost = 1e6;
+  const double share = t.standard_error / t.total();
+  return std::min(kMost, t.dof / square(square(share)));
+}
+
 }  // namespace
+
+double Term::total() const { return std::hypot(standard_error, systematic); }
 
 double Term::p_value(double hypothesis) const {
   const double distance = std::abs(value - hypothesis);
-  if (standard_error == 0) return distance == 0 ? 1 : 0;
-  return student_two_sided(distance / standard_error, dof);
+  if (total() == 0) return distance == 0 ? 1 : 0;
+  return student_two_sided(distance / total(), total_dof(*this));
 }
 
 double Term::half_width(double probability) const {
-  return standard_error * student_quantile(0.5 + 0.5 * probability, dof);
+  return total() == 0 ? 0 : total() * student_quantile(0.5 + 0.5 * probability, total_dof(*this));
 }
 
 Term Regression::term(int i) const {

@@ -11,6 +11,9 @@
 /// error, flattens the forward line and so raises its scale. Where both signals are noisy, the truth lies between
 /// the two (Frisch 1934).
 ///
+/// Errors of the reference and of the alignment are propagated too, and kept apart as systematic: they are the same
+/// however long the run is, and the same for all IMUs of a run.
+///
 /// Papers that add a correction write true = (1 + scale') measured + bias'. `correction` goes there, and back.
 
 #include <Eigen/Core>
@@ -21,17 +24,20 @@
 
 #include "piste/analyse/phases.h"
 #include "piste/analyse/regression.h"
+#include "piste/condition/time_sync.h"
 #include "piste/core/aligned.h"
+#include "piste/core/sensor.h"
 #include "piste/core/state_layout.h"
 
 namespace piste {
 
 /// The line measured = (1 + scale) true + bias.
 struct BiasScale {
-  Eigen::Vector2d value = Eigen::Vector2d::Zero();           ///< bias, scale
-  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();      ///< formal: if noise were white
-  Eigen::Matrix2d hac_covariance = Eigen::Matrix2d::Zero();  ///< of noise correlated in time
-  double dof = 1;                                            ///< effective
+  Eigen::Vector2d value = Eigen::Vector2d::Zero();                  ///< bias, scale
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();             ///< formal: if noise were white
+  Eigen::Matrix2d hac_covariance = Eigen::Matrix2d::Zero();         ///< of noise correlated in time
+  Eigen::Matrix2d systematic_covariance = Eigen::Matrix2d::Zero();  ///< of errors of the reference and the alignment
+  double dof = 1;                                                   ///< effective
 
   Term bias() const { return term(0); }
   Term scale() const { return term(1); }
@@ -78,7 +84,9 @@ struct AxisFindings {
 };
 
 struct FitOptions {
-  double low_pass = 12;  ///< [Hz] of both signals; 0 = none
+  double low_pass = 12;                  ///< [Hz] of both signals; 0 = none
+  const Alignment* alignment = nullptr;  ///< whose covariance is propagated; null = free of errors
+  const ImuSensor* reference = nullptr;  ///< whose bias and scale are; null = free of errors
 };
 
 struct Findings {

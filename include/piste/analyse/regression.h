@@ -28,8 +28,12 @@ struct Term {
   double sigma = 0;           ///< formal: if errors were white
   double standard_error = 0;  ///< of errors correlated in time
   double dof = 1;             ///< effective, of the standard error
+  double systematic = 0;      ///< 1 sigma of what no length of the series makes smaller, such as of the x it is held to
 
-  /// Probability of a value at least that far from `hypothesis` if that were the truth: two-sided, Student's t.
+  /// Of standard error and systematic error together.
+  double total() const;
+  /// Probability of a value at least that far from `hypothesis` if that were the truth: two-sided, by the total,
+  /// Student's t with the degrees of freedom of Welch and Satterthwaite.
   double p_value(double hypothesis = 0) const;
   /// The truth lies within value ± this with `probability`.
   double half_width(double probability) const;
@@ -64,7 +68,7 @@ Regression regress_line(const Eigen::VectorXd& x, const Eigen::VectorXd& y);
 /// Mean of y, as regress on a column of ones. @pre at least two samples.
 Regression regress_mean(const Eigen::VectorXd& y);
 
-/// a − b of independent terms, with the degrees of freedom of Welch and Satterthwaite.
+/// a − b of independent terms without systematic errors, with the degrees of freedom of Welch and Satterthwaite.
 Term difference(const Term& a, const Term& b);
 
 }  // namespace piste

@@ -1,0 +1,21 @@
+#pragma once
+/// What was learned of one IMU in one run, as text. The same findings give the same bytes.
+
+#include <string>
+
+#include "piste/analyse/imu_fit.h"
+#include "piste/condition/time_sync.h"
+
+namespace piste {
+
+/// `findings.json`: the members of alignment.json; `convention` and `directions` in words; `phases` as [start, end] in
+/// GPS time; and under `axes`, for fx fy fz wx wy wz, `rest` (before, after, change) and `run` (bias_only, scale_only,
+/// joint). Every number has its value, formal sigma, standard error of noise that lasts, systematic error, effective
+/// degrees of freedom and p-value; every line its correlation, variance inflation and the same as a correction to add.
+/// Units are in the members. What there is not is null.
+std::string findings_json(const Findings& findings, const Alignment& alignment);
+
+/// A table for a terminal: phases, and per axis the biases and scales with their total sigmas.
+std::string findings_text(const Findings& findings);
+
+}  // namespace piste
