@@ -23,6 +23,33 @@ MountedImu read_mounted(const Config& config) {
   return imu;
 }
 
+// Phases that the user states; nothing for `auto`.
+std::optional<Phases> read_phases(const Config& config) {
+  if (!config.has("phases")) return std::nullopt;
+  if (config.is_scalar("phases")) {
+    if (config.text("phases") != "auto") {
+      config.fail("phases", "right would be `auto`, or a map such as `{before: [0 s, 60 s], run: [70 s, 160 s]}`");
+    }
+    return std::nullopt;
+  }
+  const Config map = config.map("phases");
+  const auto phase = [&](const char* key) -> std::optional<Interval> {
+    if (!map.has(key)) return std::nullopt;
+    const auto [start, end] = map.pair(key, dimension::kTime);
+    if (!(end > start)) map.fail(key, "must end after it starts");
+    return Interval{start, end};
+  };
+  const Phases phases{phase("before"), phase("run"), phase("after")};
+  std::optional<Interval> last;
+  for (const auto& [name, p] : {std::pair{"before", phases.before}, {"run", phases.run}, {"after", phases.after}}) {
+    if (!p) continue;
+    if (last && p->start < last->end) map.fail(name, "must not start before the phase above it has ended");
+    last = p;
+  }
+  if (!last) config.fail("phases", "names none of before, run, after");
+  return phases;
+}
+
 }  // namespace
 
 AlignConfig read_align_config(const std::filesystem::path& file) {
@@ -52,6 +79,7 @@ AlignConfig read_align_config(const std::filesystem::path& file) {
   }
   align.low_pass = config.quantity("low_pass", dimension::kFrequency, 0);
   if (config.has("low_pass") && !(align.low_pass > 0)) config.fail("low_pass", "must be above zero, such as `12 Hz`");
+  align.phases = read_phases(config);
   config.finish();
   return align;
 }

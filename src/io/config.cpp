@@ -190,6 +190,11 @@ bool Config::has(std::string_view key) const {
   return std::any_of(node_->entries.begin(), node_->entries.end(), [&](const auto& e) { return e.key == key; });
 }
 
+bool Config::is_scalar(std::string_view key) const {
+  const Node* node = find(key);
+  return node != nullptr && node->kind == Node::Kind::kScalar;
+}
+
 const Config::Node& Config::require(std::string_view key) const {
   if (const Node* node = find(key)) return *node;
   std::vector<std::string> unread;

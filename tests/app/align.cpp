@@ -1,9 +1,10 @@
-// `align` as its user sees it: what it writes, says and returns.
+// `align` and `compare` as their user sees them: what they write, say and return.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
+#include <array>
 #include <cmath>
 
 #include "support/navigation.h"
@@ -22,6 +23,10 @@ std::string usual_config() {
   return fmt::format("imu: {}\nreference: {}\n", imu_entry("mt9a_1.csv"), imu_entry("ln200.csv", "ln200"));
 }
 
+double joint_sigma(const YAML::Node& found, const char* axis) {
+  return found["axes"][axis]["run"]["joint"]["reverse"]["scale"]["standard_error"].as<double>();
+}
+
 /// A folder with a short ski run in `run`: three MT-9A and an LN200.
 class Align : public testing::Test {
  protected:
@@ -35,9 +40,9 @@ class Align : public testing::Test {
     ASSERT_EQ(said.code, 0) << said.err;
   }
 
-  Said align(const std::string& config) const {
+  Said align(const std::string& config, const char* program = PISTE_ALIGN) const {
     folder_.write("align.yaml", config);
-    return run_program(PISTE_ALIGN, {folder_ / "align.yaml", "--output", "out"}, folder_);
+    return run_program(program, {folder_ / "align.yaml", "--output", "out"}, folder_);
   }
 
   TemporaryFolder folder_;
@@ -102,6 +107,37 @@ TEST_F(Align, SameBytesAgain) {
   EXPECT_EQ(once, read_text(folder_.path() / "out/alignment.json"));
 }
 
+TEST_F(Align, CompareAddsTheErrorsOfTheSensor) {
+  const Said said = align(usual_config(), PISTE_COMPARE);
+  ASSERT_EQ(said.code, 0) << said.err;
+  const YAML::Node truth = YAML::LoadFile(folder_ / "run/truth.json"), imu = truth["imus"]["mt9a_1"],
+                   found = YAML::LoadFile(folder_ / "out/findings.json");
+  expect_true(found, imu);
+  EXPECT_TRUE(fs::exists(folder_.path() / "out/alignment.json"));
+  EXPECT_TRUE(fs::exists(folder_.path() / "out/aligned.csv"));
+  // Found from the signals alone: rest, run, rest.
+  for (int i = 0; i < 2; ++i) EXPECT_NEAR(found["phases"]["run"][i].as<double>(), truth["run_s"][i].as<double>(), 2);
+  const std::array axes{"wx", "wy", "wz"};
+  for (int i = 0; i < 3; ++i) {
+    const YAML::Node joint = found["axes"][axes[static_cast<std::size_t>(i)]]["run"]["joint"]["reverse"];
+    const double bias = imu["gyro"]["bias_deg_s"][i].as<double>() + imu["gyro"]["drift_mean_deg_s"][i].as<double>();
+    EXPECT_NEAR(joint["bias"]["value"].as<double>(), bias, 0.1) << i;
+    EXPECT_NEAR(joint["scale"]["value"].as<double>(), imu["gyro"]["scale_ppm"][i].as<double>(), 12000) << i;
+  }
+  EXPECT_LT(joint_sigma(found, "wx"), 5000);
+}
+
+TEST_F(Align, ComparePhasesMayBeStated) {
+  const std::string phases = "phases: {run: [302410 s, 302440 s], after: [302446 s, 302449 s]}\n";
+  const Said said = align(usual_config() + phases, PISTE_COMPARE);
+  ASSERT_EQ(said.code, 0) << said.err;
+  const YAML::Node found = YAML::LoadFile(folder_ / "out/findings.json");
+  EXPECT_TRUE(found["phases"]["before"].IsNull());
+  EXPECT_EQ(found["phases"]["run"][1].as<double>(), 302440);
+  EXPECT_TRUE(found["axes"]["fx"]["rest"]["before"].IsNull());
+  EXPECT_FALSE(found["axes"]["fx"]["rest"]["after"].IsNull());
+}
+
 struct Wrong {
   std::string name, config;
   int code;
@@ -127,6 +163,11 @@ std::vector<Wrong> wrong() {
       {"NoSuchFile", "imu: " + imu_entry("mt9a_9.csv") + "\n" + reference, 2, {"align.yaml:1: ", "mt9a_9.csv"}},
       {"LeftHanded", "imu: " + imu_entry("mirrored.csv") + "\n" + reference, 1, {"mirrored.csv: ", "left-handed"}},
       {"CutInALine", "imu: " + imu_entry("cut.csv") + "\n" + reference, 1, {"cut.csv:"}},
+      {"PhasesUnknown", imu + reference + "phases: none\n", 2, {"align.yaml:3: ", "phases", "auto"}},
+      {"PhasesOverlap",
+       imu + reference + "phases: {before: [1 s, 3 s], run: [2 s, 4 s]}\n",
+       2,
+       {"align.yaml:3: ", "run", "before the phase"}},
       {"TooShort", imu + reference + "span: {start: 302414 s, end: 302416 s}\n", 1, {"mt9a_1.csv: ", "too short"}},
   };
 }
@@ -164,7 +205,7 @@ TEST_P(AlignRefuses, WithItsReason) {
 INSTANTIATE_TEST_SUITE_P(Cases, AlignRefuses,
                          testing::Values("NoReference", "NoImu", "MisspelledKey", "NoUnit", "BeyondTheRate",
                                          "SameFileTwice", "SameNameTwice", "NoSuchFile", "LeftHanded", "CutInALine",
-                                         "TooShort"),
+                                         "PhasesUnknown", "PhasesOverlap", "TooShort"),
                          [](const auto& name) { return std::string(name.param); });
 
 }  // namespace

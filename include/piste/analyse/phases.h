@@ -1,18 +1,12 @@
 #pragma once
 /// Rest, run, rest.
 
-#include <optional>
 #include <vector>
 
 #include "piste/core/aligned.h"
 #include "piste/core/log.h"
 
 namespace piste {
-
-/// Stretches of a log; what it does not have is nothing.
-struct Phases {
-  std::optional<Interval> before, run, after;  ///< at rest before the start, under way, at rest after the stop
-};
 
 /// Phases of a log over `span` that stood still in the intervals `rest`, in order. A rest of five seconds parts two
 /// runs; the run is the longest, and before and after it lies the longest rest each. A log without such a rest is all

@@ -1,7 +1,8 @@
 #pragma once
-/// Two IMUs on one plate, brought together: one clock, one place, one set of axes.
+/// Two IMUs on one plate, brought together: one clock, one place, one set of axes; and the phases of their run.
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "piste/core/log.h"
@@ -16,6 +17,11 @@ struct AlignedImus {
   std::vector<Vector3d> reference_gyro;   ///< of the reference, turned into b by the boresight
   std::vector<Vector3d> reference_accel;  ///< likewise, and moved to b by the lever arm
   std::vector<std::uint8_t> usable;       ///< 0 where either IMU is silent, or where the body IMU clips
+};
+
+/// Stretches of a log; what it does not have is nothing.
+struct Phases {
+  std::optional<Interval> before, run, after;  ///< at rest before the start, under way, at rest after the stop
 };
 
 }  // namespace piste

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "piste/core/aligned.h"
 #include "piste/core/options.h"
 #include "piste/io/imu_source.h"
 
@@ -22,13 +23,15 @@ struct AlignConfig {
   std::string echo;              ///< the file's text
   std::vector<MountedImu> imus;  ///< one, or several on the same plate, each with a clock of its own
   MountedImu reference;
-  double low_pass = 0;    ///< [Hz] of both signals; 0 = as suits them
+  double low_pass = 0;           ///< [Hz] of both signals; 0 = as suits them
+  std::optional<Phases> phases;  ///< of compare; nothing = from the signals
 };
 
-/// Reads and checks the configuration; of the data files only that they are there. Keys: `imu`, a map or a list of maps,
-/// and `reference`, with the keys of `imu` in a replay and `name`; `low_pass`; `span: {start, end}` of the body IMU's
-/// clock. The `clock` of a body IMU is what is sought, and not used; that of the reference leads to GPS time. Throws
-/// ConfigError `FILE:LINE: …`.
+/// Reads and checks the configuration; of the data files only that they are there. Keys: `imu`, a map or a list of
+/// maps, and `reference`, with the keys of `imu` in a replay and `name`; `low_pass`; `span: {start, end}` of the body
+/// IMU's clock; for compare, `phases: auto` or `{before: [t0, t1], run: [t0, t1], after: [t0, t1]}` in the reference's
+/// time, of which any may be left out. The `clock` of a body IMU is what is sought, and not used; that of the reference
+/// leads to GPS time. Throws ConfigError `FILE:LINE: …`.
 AlignConfig read_align_config(const std::filesystem::path& file);
 
 }  // namespace piste

@@ -32,6 +32,8 @@ class Config {
 
   /// Whether the key is there; it counts as known, not as read.
   bool has(std::string_view key) const;
+  /// Whether it is there and holds one value, neither a map nor a list.
+  bool is_scalar(std::string_view key) const;
 
   /// The map at `key`, and the maps of a list at `key` (one map counts as a list of one, none as empty).
   Config map(std::string_view key) const;

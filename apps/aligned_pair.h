@@ -1,0 +1,31 @@
+#pragma once
+/// What align and compare have in common: every IMU of a configuration brought together with its reference.
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "app.h"
+#include "piste/condition/time_sync.h"
+#include "piste/io/align_config.h"
+#include "piste/io/output.h"
+
+namespace piste {
+
+/// One body IMU and its reference.
+struct AlignedPair {
+  const MountedImu& imu;
+  std::vector<ImuSample> body;
+  const std::vector<ImuSample>& reference;
+  Alignment alignment;
+  AlignedImus aligned;
+  std::string folder;  ///< of its outputs, with a `/` behind; empty where there is one IMU only
+};
+
+/// Reads and aligns one IMU after the other. Throws what reading and aligning throw.
+void for_each_pair(const AlignConfig& config, Progress& progress, const std::function<void(const AlignedPair&)>& take);
+
+/// Writes alignment.json, aligned.csv, alignment.html and figures/*.svg.
+void write_alignment(OutputFolder& output, const AlignConfig& config, const AlignedPair& pair);
+
+}  // namespace piste

@@ -1,0 +1,37 @@
+/// compare CONFIG: aligns an IMU with a better one, then says what is wrong with it, at rest and in the run.
+
+#include <fmt/format.h>
+
+#include "aligned_pair.h"
+#include "piste/analyse/alignment_files.h"
+#include "piste/analyse/findings_files.h"
+
+namespace piste {
+namespace {
+
+void run(const AppArguments& arguments, Progress& progress) {
+  const AlignConfig config = read_align_config(arguments.input);
+  OutputFolder output(arguments.output);
+  std::string text;
+  for_each_pair(config, progress, [&](const AlignedPair& pair) {
+    write_alignment(output, config, pair);
+    const double low_pass = pair.alignment.low_pass;
+    const Phases stated = config.phases ? *config.phases : phases(pair.aligned, low_pass);
+    const Findings found = findings(pair.aligned, stated, {.low_pass = low_pass});
+    output.write(pair.folder + "findings.json", findings_json(found, pair.alignment));
+    text += fmt::format("{}\n{}\n{}\n", pair.imu.name, alignment_text(pair.alignment), findings_text(found));
+  });
+  output.commit();
+  say(arguments, fmt::format("{}written to {}", text, output.folder().string()));
+}
+
+}  // namespace
+}  // namespace piste
+
+int main(int argc, char** argv) {
+  return piste::run_app(
+      {.name = "compare",
+       .summary =
+           "An IMU beside a better one: their alignment, and the IMU's biases and scales at rest and in the run."},
+      argc, argv, piste::run);
+}
