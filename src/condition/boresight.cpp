@@ -36,7 +36,7 @@ BoresightFromRates boresight_from_rates(std::span<const Vector3d> rate_r, std::s
   const double variance = squares / (3 * count - 6);
   result.residual = std::sqrt(squares / (3 * count));
 
-  const Vector3d s = svd.singularValues();
+  const Vector3d& s = svd.singularValues();
   const Vector3d information(s.y() + handed * s.z(), s.x() + handed * s.z(), s.x() + s.y());
   if (information.x() <= std::max(kRounding * information.z(), kChance * std::sqrt(count) * variance)) {
     result.covariance.diagonal().setConstant(std::numeric_limits<double>::infinity());
