@@ -25,7 +25,7 @@ struct Flexing {
   std::vector<Quaterniond> q_rb;
 
   explicit Flexing(std::uint64_t seed)
-      : c(make_case("giant_slalom", 30, seed, [](Scenario& s) {
+      : c(make_case("easy_ski", 30, seed, [](Scenario& s) {
           s.motion.rest_before = 5;
           s.motion.run = 40;
           s.motion.rest_after = 1;
