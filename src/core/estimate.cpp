@@ -33,6 +33,8 @@ auto* additive_data(E& x, Block block) {
       return &x.gnss_delay;
     case Block::kAttitudeDrift:
       return x.attitude_drift.data();
+    case Block::kBoresightDrift:
+      return x.boresight_drift.data();
     case Block::kAttitude:
     case Block::kBoresight:
       break;

@@ -41,6 +41,16 @@ AttitudeOptions read_attitude_options(const Config& source, const LogFile& log) 
   options.name = std::filesystem::path(log.file).stem().string();
   const double correlation_time = source.magnitude("correlation_time", dimension::kTime, 0);
   if (correlation_time > 0) options.drift = GaussMarkov{Vector3d::Zero(), correlation_time};
+  if (const auto boresight = source.find_map("boresight")) {
+    const GaussMarkov process{Vector3d::Constant(boresight->quantity("sigma", dimension::kAngle)),
+                              boresight->quantity("correlation_time", dimension::kTime)};
+    if (!(process.sigma.minCoeff() > 0)) boresight->fail("sigma", "must be above zero, such as `0.1 deg`");
+    if (!(process.correlation_time > 0)) {
+      boresight->fail("correlation_time",
+                      "must be above zero, such as `100 s`; a boresight without the map is constant");
+    }
+    options.boresight_drift = process;
+  }
   return options;
 }
 

@@ -42,6 +42,11 @@ void check_sources(const Config& config, Block block, const FilterOptions& filte
       needs(std::any_of(filter.attitude.begin(), filter.attitude.end(), has_drift),
             "an `attitude:` source whose errors have a `correlation_time:`");
       break;
+    case Block::kBoresightDrift:
+      needs(std::any_of(filter.attitude.begin(), filter.attitude.end(),
+                        [](const auto& source) { return source.boresight_drift.has_value(); }),
+            "an `attitude:` source with `boresight: {sigma, correlation_time}`");
+      break;
     case Block::kPosition:
     case Block::kVelocity:
     case Block::kAttitude:
@@ -79,6 +84,7 @@ bool has_error(const ImuSensor& sensor, Block block) {
     case Block::kGnssPositionDrift:
     case Block::kGnssDelay:
     case Block::kAttitudeDrift:
+    case Block::kBoresightDrift:
       return true;
   }
   return true;
@@ -105,6 +111,7 @@ std::vector<Block> read_estimate(const Config& config, const FilterOptions& filt
   }
   for (const AttitudeOptions& a : filter.attitude) {
     if (a.drift) add(Block::kAttitudeDrift);
+    if (a.boresight_drift) add(Block::kBoresightDrift);
   }
   std::erase_if(named, [&](Block block) {
     return index_of(block) <= index_of(Block::kAttitude) || !has_error(filter.sensor, block);

@@ -164,7 +164,10 @@ void add_processes(Transition& t, const StateLayout& layout, const FilterOptions
     add(b, {DriftProcess::Kind::kGaussMarkov, 1, process->correlation_time, 0}, process->sigma.cwiseAbs2());
   };
   for (const GnssOptions& g : options.gnss) coloured(Block::kGnssPositionDrift, g.drift);
-  for (const AttitudeOptions& a : options.attitude) coloured(Block::kAttitudeDrift, a.drift);
+  for (const AttitudeOptions& a : options.attitude) {
+    coloured(Block::kAttitudeDrift, a.drift);
+    coloured(Block::kBoresightDrift, a.boresight_drift);
+  }
 }
 
 void propagate(Covariance& P, const StateLayout& layout, const Transition& t) {
@@ -268,7 +271,8 @@ Covariance dense_transition(const StateLayout& layout, const Transition& t) {
 }
 
 void decay(Estimate& x, const StateLayout& layout, const Transition& t) {
-  for (const Block b : {Block::kGyroDrift, Block::kAccelDrift, Block::kGnssPositionDrift, Block::kAttitudeDrift}) {
+  for (const Block b : {Block::kGyroDrift, Block::kAccelDrift, Block::kGnssPositionDrift, Block::kAttitudeDrift,
+                        Block::kBoresightDrift}) {
     if (layout.has(b)) additive(x, b) *= t.decay[slot(b)];
   }
 }

@@ -48,6 +48,7 @@ Covariance initial_covariance(const StateLayout& layout, const FilterOptions& o,
   }
   for (const AttitudeOptions& a : o.attitude) {
     if (a.drift) set(Block::kAttitudeDrift, a.drift->sigma);
+    if (a.boresight_drift) set(Block::kBoresightDrift, a.boresight_drift->sigma);
   }
   return P;
 }
@@ -259,7 +260,10 @@ void Filter::measure(const Pending& pending, const ImuStep& step, double tau) {
     const bool coloured = o.attitude[static_cast<std::size_t>(pending.index)].drift.has_value();
     const Linearization lin = linearize_attitude(*attitude, coloured, state_.x);
     mend_rate_before(lin);
-    apply(pending.source, lin);
+    const Update u = innovate(state_.P, setup_->layout, lin);
+    const Estimate after = boxplus(state_.x, setup_->layout, gain(u) * u.residual);
+    const bool accepted = u.nis <= setup_->gate[3];
+    apply(pending.source, accepted ? linearize_attitude(*attitude, coloured, state_.x, &after) : lin);
   } else if (const auto* heading = std::get_if<HeadingFix>(&pending.fix)) {
     apply(pending.source, linearize_heading(*heading, state_.x));
   } else if (const auto* magnetic = std::get_if<MagneticSample>(&pending.fix)) {

@@ -10,7 +10,9 @@
 #include "piste/core/error.h"
 #include "piste/model/alignment.h"
 #include "piste/model/magnetometer.h"
+#include "piste/solve/mounting.h"
 #include "piste/solve/rts.h"
+#include "stretch.h"
 
 namespace piste {
 namespace {
@@ -26,15 +28,8 @@ constexpr double kRestLevel = 10;   // s of rest that give the level
 // times as large, a fifth is counted again: over 100 runs sigmas are some 5 % small, and the filter keeps most of what
 // the stretch foretold. Twice left those of the scales 12 % small.
 constexpr double kTempering = 5;
-constexpr double kTiltSigma = 2 * kDegree;  // of a level start: loose, the filter sees the same samples again
-
-template <class Samples>
-auto range(const Samples& samples, double begin, double end) {
-  const auto before = [](double t) { return [t](const auto& s) { return s.time < t; }; };
-  const auto a = std::partition_point(samples.begin(), samples.end(), before(begin));
-  const auto b = std::partition_point(a, samples.end(), before(end));
-  return std::span(samples.data() + (a - samples.begin()), static_cast<std::size_t>(b - a));
-}
+constexpr double kReferenceSigma = 5 * kDegree;  // of a heading from the reference attitude: it is met again
+constexpr double kTiltSigma = 2 * kDegree;       // of a level start: loose, the filter sees the same samples again
 
 double log_begin(const Log& log) { return log.imu.front().time - log.imu.front().interval; }
 
@@ -86,16 +81,6 @@ std::optional<Rest> rest_at(const Log& log, double t, double longest) {
   return std::nullopt;
 }
 
-// Rotation of the body from `begin` to `end` by the gyro alone, less a constant rate; b(begin) ← b(end).
-Quaterniond turned(const Log& log, double begin, double end, const Vector3d& bias) {
-  Quaterniond C = Quaterniond::Identity();
-  for (const ImuSample& s : range(log.imu, begin + 1e-6, end + 1)) {
-    const double from = std::max(s.time - s.interval, begin), to = std::min(s.time, end);
-    if (to > from) C = C * so3_exp((to - from) * (s.dtheta / s.interval - bias));
-  }
-  return C.normalized();
-}
-
 // Rotation that the Earth makes w turn by between two times: R_wb(begin) = carried · R_wb(end) · turned⁻¹.
 Quaterniond carry_back(const Log& log, const Quaterniond& q_end, double begin, double end, const Vector3d& bias) {
   const Quaterniond earth = so3_exp((end - begin) * log.world.earth_rate());
@@ -124,16 +109,23 @@ void place(Start& start, const Receiver& receiver, bool still) {
   start.covariance.diagonal().head<6>() << sigma.cwiseAbs2(), Vector3d::Constant(still ? 0.01 : 4.0);
 }
 
+// The attitude nearest to q_wb whose down axis lies along `down_b` (body axes, any length). Unlike angles it has no
+// singularity where a body axis stands upright.
+Quaterniond levelled(const Quaterniond& q_wb, const Vector3d& down_b) {
+  return (Quaterniond::FromTwoVectors(q_wb * down_b, Vector3d::UnitZ()) * q_wb).normalized();
+}
+
 void set_attitude_sigma(Start& start, const Vector3d& sigma) {
   start.covariance.bottomRightCorner<3, 3>() = sigma.cwiseAbs2().asDiagonal();
 }
 
+bool estimates(const FilterOptions& options, Block block) {
+  return std::find(options.estimate.begin(), options.estimate.end(), block) != options.estimate.end();
+}
+
 // Boresight from the first reference attitude near the start, R_rb = R_wrᵀ R_wb.
-void set_boresight(Start& start, const Log& log, const FilterOptions& options, bool known) {
-  if (known ||
-      std::find(options.estimate.begin(), options.estimate.end(), Block::kBoresight) == options.estimate.end()) {
-    return;
-  }
+void set_boresight(Start& start, const Log& log, const FilterOptions& options) {
+  if (!estimates(options, Block::kBoresight)) return;
   for (const auto& fixes : log.attitude) {
     const auto fix =
         std::partition_point(fixes.begin(), fixes.end(), [&](const auto& f) { return f.time < start.time; });
@@ -225,7 +217,7 @@ FoundStart start_from_motion(const Log& log, const FilterOptions& options, const
   place(moving, receiver, false);
   moving.x.v_wb = aligned->v_wb;
   set_attitude_sigma(moving, (2 * aligned->covariance.diagonal().cwiseSqrt()).cwiseMax(kTiltSigma));
-  set_boresight(moving, log, options, false);
+  set_boresight(moving, log, options);
   const double until = aligned->time + kStretch;
   const SmoothedState first = refine(log, options, moving, until).start;
 
@@ -238,15 +230,14 @@ FoundStart start_from_motion(const Log& log, const FilterOptions& options, const
     bias = {first.x.gyro_bias + first.x.gyro_drift, known.gyro_total_bias.norm()};
   }
   const Quaterniond q_back = carry_back(log, first.x.q_wb, start.time, aligned->time, bias.value);
-  const double heading = to_euler(q_back).z();
-  start.x.q_wb = rest ? level(rest->mean_force, heading) : q_back;
+  start.x.q_wb = rest ? levelled(q_back, -rest->mean_force) : q_back;
   place(start, receiver, rest.has_value());
   if (!rest) start.x.v_wb = aligned->time - start.time < 1 ? aligned->v_wb : start.x.v_wb;
   const double walk = options.sensor.gyro.noise * std::sqrt(carried);
-  const double heading_sigma =
-      std::clamp(std::hypot(2 * known.euler.z(), walk, bias.sigma * carried), 2 * kDegree, 15 * kDegree);
+  const double turn = std::sqrt(first.P(8, 8));  // about w's down axis
+  const double heading_sigma = std::clamp(std::hypot(2 * turn, walk, bias.sigma * carried), 2 * kDegree, 15 * kDegree);
   set_attitude_sigma(start, {kTiltSigma, kTiltSigma, heading_sigma});
-  set_boresight(start, log, options, false);
+  set_boresight(start, log, options);
 
   // A second stretch, from the start itself.
   const Refined refined = refine(log, options, start, until);
@@ -256,6 +247,84 @@ FoundStart start_from_motion(const Log& log, const FilterOptions& options, const
   const double sigma = euler_sigma(start.x.q_wb, start.covariance.block<3, 3>(6, 6)).z();
   return {start, fmt::format("heading {:.1f} deg ± {:.2f}, found from the motion at t = {:.1f} s",
                              to_euler(start.x.q_wb).z() / kDegree, sigma / kDegree, aligned->time)};
+}
+
+// Attitude at the start, the 1-sigma of its heading, and how it was found.
+struct Pointing {
+  Quaterniond q_wb;
+  double sigma;
+  std::string how;
+};
+
+// Throws where gravity says that b does not sit as `q_wb` has it.
+void check_small_boresight(const Quaterniond& q_wb, const Rest& rest, const Priors& priors) {
+  const Vector3d down = q_wb * -rest.mean_force;
+  const double tilt = std::atan2(down.head<2>().norm(), down.z());
+  if (tilt <= 3 * std::numbers::sqrt2 * priors.boresight) return;
+  throw DataError("start",
+                  fmt::format("the boresight cannot be found: the body does not turn about two axes, and gravity says "
+                              "that it sits some {:.0f} deg off the reference; add a stretch of motion, or bring both "
+                              "nearly together by `axes`",
+                              tilt / kDegree));
+}
+
+// From the first fix of the reference, and how b sits against it.
+Pointing point_by_reference(const Log& log, const FilterOptions& options, const Start& start,
+                            const std::optional<Rest>& rest) {
+  const auto fixes = std::find_if(log.attitude.begin(), log.attitude.end(), [](const auto& a) { return !a.empty(); });
+  if (fixes == log.attitude.end())
+    throw DataError("start", "from_attitude needs an attitude log that overlaps the IMU");
+  const auto next = std::find_if(fixes->begin(), fixes->end(), [&](const auto& f) { return f.time >= start.time; });
+  const AttitudeFix& fix = next == fixes->end() ? fixes->back() : *next;
+  GyroBias bias = bias_before(log, options, fix.time);
+  Pointing p{Quaterniond::Identity(), kReferenceSigma, "heading from the reference attitude"};
+  if (estimates(options, Block::kBoresight)) {
+    if (const auto mounting = find_mounting(log)) {
+      const Vector3d down_r = fix.q_wr.conjugate() * Vector3d::UnitZ();
+      p.q_wb = mounting->q_rb;
+      p.sigma = std::hypot(p.sigma, 2 * std::sqrt(down_r.dot(mounting->covariance * down_r)));
+      p.how += ", through the boresight that the rates of both tell";
+      bias.value = mounting->gyro_bias;
+    } else {
+      // Small, as the prior says; the heading itself knows nothing beyond.
+      p.sigma = 3 * options.priors.boresight;
+      p.how += ", the boresight taken for small";
+    }
+  }
+  const double lapse = std::max(0.0, fix.time - start.time);
+  p.q_wb = carry_back(log, fix.q_wr * p.q_wb, fix.time - lapse, fix.time, bias.value);
+  p.sigma = std::hypot(p.sigma, lapse * bias.sigma);
+  if (!rest) return p;
+  if (p.sigma >= 3 * options.priors.boresight) check_small_boresight(p.q_wb, *rest, options.priors);
+  p.q_wb = levelled(p.q_wb, -rest->mean_force);
+  return p;
+}
+
+// From a heading that is given, or the magnetometer's, and level.
+Pointing point_by_heading(const Log& log, const FilterOptions& options, const Receiver& receiver, const Start& start,
+                          const InitialHeading& heading, const std::optional<Rest>& rest) {
+  const Vector3d force = rest ? rest->mean_force : average(log, {start.time, start.time + 1}).mean_force;
+  double value = heading.value;
+  Pointing p{Quaterniond::Identity(), heading.sigma, "heading from the configuration"};
+  if (heading.source == InitialHeading::Source::kMagnetometer) {
+    if (log.magnetic.empty())
+      throw DataError("start", "from_magnetometer needs the columns mag_x_uT, mag_y_uT, mag_z_uT in the IMU log");
+    value = options.declination - magnetic_azimuth(level(force, 0), log.magnetic.front().field);
+    p.sigma = std::hypot(heading.sigma, 2 * kTiltSigma);  // a tilt turns the field of a dip of 60 deg by twice as much
+    p.how = "heading from the magnetometer";
+  }
+  p.q_wb = level(force, value);
+  if (rest) return p;
+  // Level on the move: gravity and the acceleration of the first seconds, heading as given.
+  const auto window = range(*receiver.fixes, start.time, start.time + kWindows[0]);
+  const auto moving =
+      align_in_motion(range(log.imu, start.time, start.time + kWindows[0] + 1), window, *receiver.options,
+                      bias_before(log, options, start.time), log.world.gravity(receiver.fixes->front().position).value);
+  if (moving) {
+    const Vector3d euler = to_euler(moving->q_wb);
+    p.q_wb = from_euler({euler.x(), euler.y(), value});
+  }
+  return p;
 }
 
 }  // namespace
@@ -273,41 +342,15 @@ FoundStart find_start(const Log& log, const FilterOptions& options, const Initia
   using Source = InitialHeading::Source;
   if (heading.source == Source::kAuto) return start_from_motion(log, options, receiver, start, rest);
 
-  const Vector3d force = rest ? rest->mean_force : average(log, {start.time, start.time + 1}).mean_force;
-  double value = heading.value, sigma = heading.sigma;
-  std::string how = "heading from the configuration";
-  if (heading.source == Source::kAttitude) {
-    const auto fixes = std::find_if(log.attitude.begin(), log.attitude.end(), [](const auto& a) { return !a.empty(); });
-    if (fixes == log.attitude.end())
-      throw DataError("start", "from_attitude needs an attitude log that overlaps the IMU");
-    start.x.q_wb = fixes->front().q_wr;
-    value = to_euler(start.x.q_wb).z();
-    sigma = 5 * kDegree;
-    how = "heading from the reference attitude";
-  } else if (heading.source == Source::kMagnetometer) {
-    if (log.magnetic.empty())
-      throw DataError("start", "from_magnetometer needs the columns mag_x_uT, mag_y_uT, mag_z_uT in the IMU log");
-    value = options.declination - magnetic_azimuth(level(force, 0), log.magnetic.front().field);
-    sigma = std::hypot(heading.sigma, 2 * kTiltSigma);  // a tilt turns the field of a dip of 60 deg by twice as much
-    how = "heading from the magnetometer";
-  }
-  start.x.q_wb = level(force, value);
-  if (!rest) {
-    // Level on the move: gravity and the acceleration of the first seconds, heading as given.
-    const auto window = range(*receiver.fixes, start.time, start.time + kWindows[0]);
-    const auto moving = align_in_motion(range(log.imu, start.time, start.time + kWindows[0] + 1), window,
-                                        *receiver.options, bias_before(log, options, start.time),
-                                        log.world.gravity(receiver.fixes->front().position).value);
-    if (moving) {
-      const Vector3d euler = to_euler(moving->q_wb);
-      start.x.q_wb = from_euler({euler.x(), euler.y(), value});
-    }
-  }
+  const Pointing pointing = heading.source == Source::kAttitude
+                                ? point_by_reference(log, options, start, rest)
+                                : point_by_heading(log, options, receiver, start, heading, rest);
+  start.x.q_wb = pointing.q_wb;
   place(start, receiver, rest.has_value());
   const double tilt = rest ? kTiltSigma : 5 * kTiltSigma;
-  set_attitude_sigma(start, {tilt, tilt, sigma});
-  set_boresight(start, log, options, heading.source == Source::kAttitude);
-  return {start, how};
+  set_attitude_sigma(start, {tilt, tilt, pointing.sigma});
+  set_boresight(start, log, options);
+  return {start, pointing.how};
 }
 
 }  // namespace piste

@@ -111,6 +111,18 @@ TEST_F(ReplayConfigTest, ReadsTheRecordingAndCompletesTheOptions) {
   EXPECT_TRUE(options.attitude[0].drift->sigma.isApprox(Vector3d(level, level, 5 * kDegree)));
 }
 
+TEST_F(ReplayConfigTest, ABoresightIsConstantUnlessItIsSaidToChange) {
+  const ReplayConfig constant = read(kImu + kGnss + "attitude: {file: attitude.csv}\nestimate: [boresight]\n");
+  EXPECT_FALSE(constant.filter.attitude[0].boresight_drift);
+  EXPECT_FALSE(has(constant, Block::kBoresightDrift));
+  const ReplayConfig changing = read(kImu + kGnss +
+                                     "attitude: {file: attitude.csv, boresight: {sigma: 0.1 deg, correlation_time: 100 "
+                                     "s}}\nestimate: [boresight]\n");
+  EXPECT_TRUE(changing.filter.attitude[0].boresight_drift->sigma.isApprox(Vector3d::Constant(0.1 * kDegree)));
+  EXPECT_EQ(changing.filter.attitude[0].boresight_drift->correlation_time, 100);
+  EXPECT_TRUE(has(changing, Block::kBoresightDrift));
+}
+
 TEST_F(ReplayConfigTest, RefusesWithTheLineAndTheRemedy) {
   const std::string base = kImu + kGnss;  // six lines
   const std::tuple<std::string, std::string, std::string> cases[] = {
@@ -130,6 +142,15 @@ TEST_F(ReplayConfigTest, RefusesWithTheLineAndTheRemedy) {
       {"outages: [10, 5]\n", "run.yaml:7: outages", "[100 s, 15 s]"},
       {"rest: {detect: maybe}\n", "run.yaml:7: detect: `maybe` is none of", "true, false"},
       {"attitude: {file: attitude.csv, correlation_time: 60}\n", "run.yaml:7: correlation_time", "`60 s`"},
+      {"attitude: {file: attitude.csv, boresight: {sigma: 0 deg, correlation_time: 9 s}}\n", "run.yaml:7: sigma",
+       "`0.1 deg`"},
+      {"attitude: {file: attitude.csv, boresight: {sigma: 1 deg, correlation_time: 0 s}}\n",
+       "run.yaml:7: correlation_time", "constant"},
+      {"attitude: [{file: attitude.csv, boresight: {sigma: 1 deg, correlation_time: 9 s}},\n"
+       "           {file: attitude.csv, boresight: {sigma: 1 deg, correlation_time: 9 s}}]\n",
+       "attitude boresight", "one source at most"},
+      {"attitude: {file: attitude.csv}\nestimate: [boresight_drift]\n", "run.yaml:8: estimate: boresight_drift needs",
+       "boresight: {sigma, correlation_time}"},
       {"attitude: {file: missing.csv}\n", "run.yaml:7: file: there is no file", "relative to the folder"},
   };
   for (const auto& [line, problem, remedy] : cases) {

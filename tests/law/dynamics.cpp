@@ -27,7 +27,7 @@ FilterOptions drifting_options() {
   o.sensor.gyro = {1e-3, 0.01, {DriftProcess::Kind::kGaussMarkov, 2e-4, 20, 0}, 0.01, 0};
   o.sensor.accel = {3e-3, 0.05, {DriftProcess::Kind::kRandomWalk, 0, 0, 1e-3}, 0.02, 0};
   o.gnss.push_back({"", Vector3d::Zero(), true, true, GaussMarkov{{0.4, 0.5, 0.7}, 60}});
-  o.attitude.push_back({"", GaussMarkov{{0.001, 0.001, 0.003}, 30}});
+  o.attitude.push_back({"", GaussMarkov{{0.001, 0.001, 0.003}, 30}, GaussMarkov{{0.002, 0.001, 0.002}, 45}});
   return o;
 }
 

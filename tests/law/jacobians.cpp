@@ -110,12 +110,37 @@ TEST(Jacobians, Attitude) {
   Random random(4);
   for (int i = 0; i < kStates; ++i) {
     const Estimate x = random.estimate();
-    const Quaterniond expected = so3_exp(x.attitude_drift) * x.q_wb * x.q_rb.conjugate();
+    const Quaterniond expected = so3_exp(x.attitude_drift) * x.q_wb * (so3_exp(x.boresight_drift) * x.q_rb).conjugate();
     const Vector3d residual = 0.5 * random.uniform() * random.vector().normalized();
     const AttitudeFix fix{0, so3_exp(residual) * expected, 1e-6 * random.covariance(3)};
     for (const bool coloured : {false, true}) {
       check_jacobians([&](const Estimate& y) { return linearize_attitude(fix, coloured, y); }, x);
     }
+  }
+}
+
+// An error that no fix can tell, of attitude and boresight together, is told by none after one has been used either: of
+// second order in its correction, where the Jacobians at the estimate leave one of first order.
+TEST(Jacobians, AttitudeLeavesUnknownWhatItCannotTell) {
+  Random random(9);
+  for (int i = 0; i < kStates; ++i) {
+    const Estimate x = random.estimate();
+    const Vector3d alpha = random.vector(), direction = random.vector().normalized();
+    const auto seen = [&](double size, bool half_way) {
+      FullError correction = FullError::Zero();
+      correction.segment<3>(full_offset(Block::kAttitude)) = size * direction;
+      const Estimate after = boxplus(x, correction);
+      const Quaterniond q_wr =
+          so3_exp(after.attitude_drift) * after.q_wb * (so3_exp(after.boresight_drift) * after.q_rb).conjugate();
+      const AttitudeFix fix{0, q_wr, 1e-6 * Matrix3d::Identity()};
+      const Linearization before = linearize_attitude(fix, false, x, half_way ? &after : nullptr);
+      const Vector3d beta = -before.term(1).jacobian.lu().solve(before.term(0).jacobian * alpha);
+      const Linearization next = linearize_attitude(fix, false, after);
+      const Vector3d turned = so3_left_jacobian(size * direction) * alpha;  // by the reset
+      return (next.term(0).jacobian * turned + next.term(1).jacobian * beta).norm() / alpha.norm();
+    };
+    EXPECT_LT(seen(1e-3, true), 1e-6);
+    EXPECT_GT(seen(1e-3, false), 1e-5 * alpha.cross(direction).norm() / alpha.norm());
   }
 }
 

@@ -4,59 +4,13 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <numbers>
-
-#include "piste/condition/pipeline.h"
-#include "piste/condition/rest_detection.h"
-#include "piste/sim/simulation.h"
-#include "piste/solve/start.h"
+#include "support/simulated_case.h"
 #include "support/text_file.h"
 
 namespace piste::test {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 using Source = InitialHeading::Source;
-
-/// A simulated run of one MT-9A and one receiver, and what a replay of it is configured with.
-struct Case {
-  Scenario scenario;
-  Simulation simulation;
-  FilterOptions options;
-  ConditioningOptions conditioning;
-
-  double under_way() const { return simulation.plate.under_way().start; }
-  Log log() const {
-    Log log = condition(simulation.recording(0), conditioning);
-    mark_rest(log, conditioning.rest);
-    return log;
-  }
-  FoundStart find(const InitialHeading& heading = {}) const { return find_start(log(), options, heading); }
-};
-
-Case make_case(const std::string& motion, double heading_deg, std::uint64_t seed,
-               const std::function<void(Scenario&)>& change = {}) {
-  Scenario s = read_scenario(std::filesystem::path(PISTE_SOURCE_DIR) / "config" / "scenarios" / (motion + ".yaml"));
-  s.imus.resize(1);
-  s.gnss.resize(1);
-  s.attitude.clear();
-  s.motion.heading = heading_deg * kDegree;
-  s.motion.rest_before = 20;
-  s.motion.run = 60;
-  s.motion.rest_after = 3;
-  if (change) change(s);
-  Case c{s, simulate(s, seed), {}, {}};
-  c.options.sensor = s.imus[0].sensor;
-  c.options.gnss = {{.name = s.gnss[0].name, .lever_arm = lever_arm(s.imus[0], s.gnss[0]), .drift = {}}};
-  if (!s.attitude.empty()) c.options.attitude = {{.name = s.attitude[0].name, .drift = {}}};
-  c.options.estimate = {Block::kGyroBias,   Block::kAccelBias, Block::kGyroDrift,
-                        Block::kAccelDrift, Block::kGyroScale, Block::kAccelScale};
-  c.conditioning.imu.clock_offset = s.imus[0].clock_offset;
-  c.conditioning.imu.clock_drift = s.imus[0].clock_drift;
-  c.conditioning.gyro_range = c.options.sensor.gyro.range;
-  c.conditioning.accel_range = c.options.sensor.accel.range;
-  return c;
-}
 
 /// Error of the heading at the start, and its sigma [deg].
 struct HeadingError {
@@ -68,7 +22,7 @@ HeadingError heading_error(const Case& c, const FoundStart& found) {
   const Sigmas sigmas = sigmas_of(found.start.x, layout, initial_covariance(layout, c.options, found.start));
   // The world frames of simulation and log have their origins some metres apart: far below what matters here.
   const double truth = to_euler(c.simulation.bodies[0].at(found.start.time).q_wb).z();
-  const double error = std::remainder(to_euler(found.start.x.q_wb).z() - truth, 2 * std::numbers::pi);
+  const double error = std::remainder(to_euler(found.start.x.q_wb).z() - truth, 360 * kDegree);
   return {error / kDegree, sigmas.euler.z() / kDegree};
 }
 

@@ -57,6 +57,7 @@ class Random {
     x.gnss_position_drift = vector(0.5);
     x.gnss_delay = 0.08 + 0.02 * uniform();
     x.attitude_drift = vector(0.05);
+    x.boresight_drift = vector(0.05);
     return x;
   }
 

@@ -34,7 +34,7 @@ inline SyntheticRun synthetic_run(double duration, const std::vector<Block>& est
   o.sensor.gyro = {1e-3, 0.01, {DriftProcess::Kind::kGaussMarkov, 2e-4, 20, 0}, 0.01, 0};
   o.sensor.accel = {3e-3, 0.05, {DriftProcess::Kind::kRandomWalk, 0, 0, 1e-3}, 0.02, 0};
   o.gnss = {{"", lever_arm, true, true, GaussMarkov{{0.01, 0.01, 0.015}, 60}}, {"", lever_arm, true, true, {}}};
-  o.attitude = {{"", GaussMarkov{{1e-3, 1e-3, 3e-3}, 30}}};
+  o.attitude = {{"", GaussMarkov{{1e-3, 1e-3, 3e-3}, 30}, GaussMarkov{{1e-3, 1e-3, 1e-3}, 40}}};
   o.estimate = estimate;
   o.rest.sigma_velocity = 0.01;
   o.gate = 0.999999;

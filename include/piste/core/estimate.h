@@ -29,8 +29,9 @@ struct Estimate {
   Quaterniond q_rb = Quaterniond::Identity();  ///< boresight: b components into r
   Vector3d lever_arm = Vector3d::Zero();       ///< p_ba_b
   Vector3d gnss_position_drift = Vector3d::Zero();
-  double gnss_delay = 0;                       ///< a fix stamped t is of t − gnss_delay
-  Vector3d attitude_drift = Vector3d::Zero();  ///< of the reference attitude, rotation vector in w
+  double gnss_delay = 0;                        ///< a fix stamped t is of t − gnss_delay
+  Vector3d attitude_drift = Vector3d::Zero();   ///< of the reference attitude, rotation vector in w
+  Vector3d boresight_drift = Vector3d::Zero();  ///< a mount that gives: Exp(drift) R_rb, rotation vector in r
 
   Matrix3d R_wb() const { return q_wb.toRotationMatrix(); }
   Matrix3d R_rb() const { return q_rb.toRotationMatrix(); }

@@ -57,6 +57,9 @@ struct AttitudeOptions {
   std::string name;
   /// Where given, the fixes' error is this process plus white noise of 10 % of their sigma; else white.
   std::optional<GaussMarkov> drift;
+  /// Where given, the boresight changes in the run, by this process about its constant. One reference at most may say
+  /// so: there is one IMU and one mount.
+  std::optional<GaussMarkov> boresight_drift = std::nullopt;
 };
 
 /// 1-sigma priors of the blocks that no sensor file knows.

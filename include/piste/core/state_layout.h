@@ -24,6 +24,7 @@ enum class Block {
   kGnssPositionDrift,
   kGnssDelay,
   kAttitudeDrift,
+  kBoresightDrift,
 };
 
 /// One row of the table. `unit` is what files and plots show, `factor` turns SI and radians into it.
@@ -53,6 +54,7 @@ inline constexpr auto kBlocks = std::to_array<BlockInfo>({
     {Block::kGnssPositionDrift, "gnss_position_drift", 3, "m", 1, {"north", "east", "down"}},
     {Block::kGnssDelay, "gnss_delay", 1, "s", 1, {"t", "", ""}},
     {Block::kAttitudeDrift, "attitude_drift", 3, "deg", kDegreesPerRadian, {"north", "east", "down"}},
+    {Block::kBoresightDrift, "boresight_drift", 3, "deg", kDegreesPerRadian, {"x", "y", "z"}},
 });
 
 inline constexpr int kBlockCount = static_cast<int>(kBlocks.size());

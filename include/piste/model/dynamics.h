@@ -48,7 +48,8 @@ Transition linearize(const Estimate& x, const Estimate& end, const ImuStep& corr
 /// own (errors in variables). `x`: the estimate before the fix is used.
 Transition mend_rate(const Estimate& x, const Vector3d& noise_angle);
 
-/// Adds the processes of the estimated blocks over dt: drifts of the sensor, coloured GNSS and attitude errors.
+/// Adds the processes of the estimated blocks over dt: drifts of the sensor and of the
+/// boresight, coloured GNSS and attitude errors.
 void add_processes(Transition& t, const StateLayout& layout, const FilterOptions& options, double dt);
 
 /// P ← Φ P Φᵀ + Q, using that only the navigation rows mix. No heap.
