@@ -65,7 +65,10 @@
 #include "piste/core/sensor.h"
 #include "piste/core/solution.h"
 
-// The steps, in the order of a run: read or simulate, condition, solve, report; and many of them, against the truth.
+// The steps, in the order of a run: read or simulate, condition, solve, analyse, report; and many of them, against the
+// truth.
+#include "piste/analyse/imu_fit.h"
+#include "piste/analyse/phases.h"
 #include "piste/condition/pipeline.h"
 #include "piste/condition/rest_detection.h"
 #include "piste/condition/signal.h"
@@ -73,6 +76,7 @@
 #include "piste/io/log_io.h"
 #include "piste/io/replay_config.h"
 #include "piste/io/solution_io.h"
+#include "piste/report/alignment_page.h"
 #include "piste/report/consistency_page.h"
 #include "piste/report/html.h"
 #include "piste/report/kml.h"

@@ -117,7 +117,8 @@ std::vector<double> nice_ticks(double low, double high, int wanted) {
 std::vector<double> log_ticks(double low, double high) {
   const auto ticks = [&](const std::vector<int>& leading) {
     std::vector<double> out;
-    for (int k = static_cast<int>(std::floor(std::log10(low))); std::pow(10, k) <= high; ++k) {
+    const int last = static_cast<int>(std::floor(std::log10(high) + 1e-9));
+    for (int k = static_cast<int>(std::floor(std::log10(low))); k <= last; ++k) {
       for (const int m : leading) {
         const double t = m * std::pow(10, k);
         if (t >= low * (1 - 1e-9) && t <= high * (1 + 1e-9)) out.push_back(t);

@@ -85,6 +85,46 @@ TEST(ReferenceErrors, KnowsWhatIsNotThere) {
   EXPECT_NEAR(errors.covariance(5)(9, 9), 1e-8, 1e-15);
 }
 
+// One error of one sigma, without noise: every estimate moves by its systematic sigma.
+TEST(ReferenceErrors, EstimatesMoveByWhatTheySay) {
+  Plate plate;
+  plate.q_rb = Quaterniond::Identity();
+  plate.p_rb_r.setZero();  // its force jumps where the motion sets off
+  const Phases phases{plate.run.before(), plate.run.moving(), plate.run.after()};
+  for (int j = 0; j < ReferenceErrors::kSize; ++j) {
+    Parameters p = Parameters::Zero();
+    p(j) = j == 1 ? 1e-6 : 1e-5;
+    Alignment alignment;
+    alignment.covariance.setZero();
+    if (j < 8) alignment.covariance(j, j) = p(j) * p(j);
+    ImuSensor sensor;
+    sensor.accel.bias = sensor.gyro.bias = p(8);
+    sensor.accel.scale = sensor.gyro.scale = p(9);
+    AlignedImus right = plate.reference(Parameters::Zero(), 1000), wrong = plate.reference(p, right.time.front());
+    right.gyro = wrong.gyro = right.reference_gyro;  // an IMU without errors
+    right.accel = wrong.accel = right.reference_accel;
+    const Findings before = findings(right, phases, {0, &alignment, &sensor});
+    const Findings after = findings(wrong, phases, {0, &alignment, &sensor});
+    for (std::size_t a = 0; a < 6; ++a) {
+      const AxisFindings &x = before.axes[a], &y = after.axes[a];
+      // To first order. A clock's error is one of the motion's kinks, too, and of all the time since its first sample.
+      const double reach = j == 1 ? 30 * p(j) : p(j);
+      const auto expect_moved = [&](const Term& was, const Term& is, const char* what) {
+        const double moved = std::abs(is.value - was.value);
+        EXPECT_NEAR(moved, was.systematic, 0.03 * was.systematic + 0.02 * reach) << j << " " << x.name << " " << what;
+      };
+      expect_moved(*x.before, *y.before, "rest");
+      expect_moved(*x.change, *y.change, "change");
+      expect_moved(x.run->bias_only, y.run->bias_only, "bias only");
+      expect_moved(x.run->joint.reverse.bias(), y.run->joint.reverse.bias(), "joint bias");
+      expect_moved(x.run->joint.reverse.scale(), y.run->joint.reverse.scale(), "joint scale");
+      expect_moved(x.run->joint.forward.bias(), y.run->joint.forward.bias(), "forward bias");
+      expect_moved(x.run->scale_only->reverse.scale(), y.run->scale_only->reverse.scale(), "scale only");
+      expect_moved(x.run->scale_only->reverse.bias(), y.run->scale_only->reverse.bias(), "its bias");
+    }
+  }
+}
+
 // Plates with errors drawn from the covariance: intervals hold the truth as often as they say, and without the
 // covariance they do not.
 TEST(ReferenceErrors, IntervalsKnowOfThem) {

@@ -41,9 +41,10 @@ struct BiasScale {
 
   Term bias() const { return term(0); }
   Term scale() const { return term(1); }
-  /// Formal, of bias and scale: −mean / rms of the signal where both are free; 0 where one of them is given.
+  /// Formal, of bias and scale: −mean / rms of the signal where both are free.
   double correlation() const;
-  /// Of either's variance, because the other is free too: 1 / (1 − correlation²). Above 10 they cannot be told apart.
+  /// Of either's variance, because the other is estimated too: 1 / (1 − correlation²). Above 10 they cannot be told
+  /// apart.
   double inflation() const;
 
  private:
