@@ -27,7 +27,8 @@ struct ReplayConfig {
 /// Reads and checks the configuration; of the data files only that they are there. Beyond the documented keys:
 /// `rest: {sigma_velocity, sigma_rate, correlation_time, interval}`, `initial: {sigma, declination}`,
 /// `magnetometer: {sigma, declination}` (updates by its heading), the start sigmas
-/// `priors: {boresight, lever_arm, gnss_delay}`, and `attitude_output: {rate}` of attitude.csv. Throws ConfigError `FILE:LINE: …`.
+/// `priors: {boresight, lever_arm, gnss_delay}`, and `attitude_output: {rate}` of attitude.csv. Throws ConfigError
+/// `FILE:LINE: …`.
 ReplayConfig read_replay_config(const std::filesystem::path& file);
 
 /// Reads all logs of the configuration. Throws DataError `FILE:LINE: …`.
