@@ -34,19 +34,22 @@ double correlation_time(std::span<const AttitudeLag> lags) {
     }
     return sum;
   };
-  // The misfit may have several minima: steps of a tenth over four decades, then finer ones about the best.
+  // The misfit may have several minima: steps of a tenth over four decades, then ever finer ones about the best.
+  constexpr int kSteps = 96, kHalvings = 10;
   double best = longest, least = longest > 0 ? misfit(longest) : 0;
   const auto look = [&](double tau) {
+    if (tau <= 0 || tau > longest) return;
     if (const double m = misfit(tau); m < least) {
       least = m;
       best = tau;
     }
   };
-  for (double tau = longest / 1.1; tau > 1e-4 * longest; tau /= 1.1) look(tau);
-  for (double step = 0.05; step > 1e-4; step /= 2) {
+  for (int i = 1; i <= kSteps; ++i) look(longest * std::pow(1.1, -i));
+  double step = 1.05;
+  for (int i = 0; i < kHalvings; ++i, step = std::sqrt(step)) {
     const double middle = best;
-    look(std::min(longest, middle * (1 + step)));
-    look(middle / (1 + step));
+    look(middle * step);
+    look(middle / step);
   }
   return best;
 }
