@@ -37,6 +37,14 @@ void warn_of_rejections(const piste::Solution& solution) {
   }
 }
 
+// attitude.csv as the configuration of another replay names it.
+std::string attitude_entry(const piste::OutputFolder& output, const piste::Solution& smoothed) {
+  const double tau = smoothed.attitude_correlation_time, all = smoothed.time(smoothed.size() - 1) - smoothed.time(0);
+  return fmt::format("as a reference for another replay: `attitude: {{file: {}, correlation_time: {:.1f} s}}`{}",
+                     std::filesystem::absolute(output.folder() / "attitude.csv").lexically_normal().string(), tau,
+                     tau < 0.999 * all ? "" : ", the length of the log: the error does not fade within it");
+}
+
 void replay(const piste::AppArguments& arguments, piste::Progress& progress) {
   using namespace piste;
   const auto wall = std::chrono::steady_clock::now();
@@ -59,7 +67,9 @@ void replay(const piste::AppArguments& arguments, piste::Progress& progress) {
   std::optional<Solution> smoothed;
   if (smooth) {
     progress.start("smoother", log.imu.size());
-    smoothed = smooth_rts(log, run, show);
+    std::vector<AttitudeLag> lags;
+    smoothed = smooth_rts(log, run, show, nullptr, &lags);
+    smoothed->attitude_correlation_time = correlation_time(lags);
   }
   progress.clear();
 
@@ -74,6 +84,7 @@ void replay(const piste::AppArguments& arguments, piste::Progress& progress) {
     output.withdraw("smoothed.csv");
     output.withdraw("biases_smoothed.csv");
   }
+  output.write("attitude.csv", attitude_csv(final_solution ? *final_solution : run.solution, config.attitude_rate));
   const std::string title = config.file.stem().string();
   output.write("trajectory.kml", kml(final_solution ? *final_solution : run.solution, title));
   output.write("report.html", html_report({.title = title,
@@ -89,6 +100,7 @@ void replay(const piste::AppArguments& arguments, piste::Progress& progress) {
   output.commit();
   warn_of_rejections(run.solution);
   say(arguments, found.how);
+  if (smoothed) say(arguments, attitude_entry(output, *smoothed));
   say(arguments, "written to " + output.folder().string());
 }
 

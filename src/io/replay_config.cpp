@@ -125,6 +125,14 @@ SmootherKind read_smoother(const Config& config) {
                                      SmootherKind::kRts);
 }
 
+double read_attitude_rate(const Config& config, double fallback) {
+  const auto map = config.find_map("attitude_output");
+  if (!map) return fallback;
+  const double rate = map->quantity("rate", dimension::kFrequency, fallback);
+  if (!(rate > 0)) map->fail("rate", "must be above zero, such as `10 Hz`");
+  return rate;
+}
+
 }  // namespace
 
 ReplayConfig read_replay_config(const std::filesystem::path& file) {
@@ -153,6 +161,7 @@ ReplayConfig read_replay_config(const std::filesystem::path& file) {
   if (!(filter.gate > 0 && filter.gate < 1))
     config.fail("gate", "a probability between 0 and 1 is expected, such as 0.999");
   replay.smoother = read_smoother(config);
+  replay.attitude_rate = read_attitude_rate(config, replay.attitude_rate);
   replay.conditioning = {.imu = replay.imu.conditioning,
                          .gyro_range = filter.sensor.gyro.range,
                          .accel_range = filter.sensor.accel.range,

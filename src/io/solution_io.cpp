@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "piste/io/csv.h"
 #include "quantity.h"
@@ -11,7 +12,7 @@
 namespace piste {
 namespace {
 
-constexpr int kTimeDecimals = 6;
+constexpr int kTimeDecimals = 6, kDegreeDecimals = 7;
 
 std::string_view outcome_name(Outcome outcome) {
   switch (outcome) {
@@ -50,7 +51,7 @@ void add_columns(std::vector<CsvColumn>& columns, const Quantity& q, std::string
 }  // namespace
 
 std::string navigation_csv(const Solution& solution) {
-  constexpr int kMetres = 5, kDegrees = 7, kPlace = 10;
+  constexpr int kMetres = 5, kDegrees = kDegreeDecimals, kPlace = 10;
   CsvWriter csv({{"time_s", kTimeDecimals},
                  {"latitude_deg", kPlace},
                  {"longitude_deg", kPlace},
@@ -80,6 +81,27 @@ std::string navigation_csv(const Solution& solution) {
                        n.velocity.z(), euler.x(), euler.y(), euler.z(), s.position.x(), s.position.y(), s.position.z(),
                        s.velocity.x(), s.velocity.y(), s.velocity.z(), sigma_euler.x(), sigma_euler.y(),
                        sigma_euler.z()});
+  }
+  return std::move(csv).text();
+}
+
+std::string attitude_csv(const Solution& solution, double rate) {
+  CsvWriter csv({{"time_s", kTimeDecimals},
+                 {"roll_deg", kDegreeDecimals},
+                 {"pitch_deg", kDegreeDecimals},
+                 {"heading_deg", kDegreeDecimals},
+                 {"sigma_roll_deg", kDegreeDecimals},
+                 {"sigma_pitch_deg", kDegreeDecimals},
+                 {"sigma_heading_deg", kDegreeDecimals}});
+  // An epoch is written where none of its neighbours is nearer to the multiple of 1 / rate that is nearest to it.
+  const auto place = [&](std::size_t i) { return std::round(solution.time(i) * rate); };
+  const auto off = [&](std::size_t i) { return std::abs(solution.time(i) * rate - place(i)); };
+  for (std::size_t i = 0; i < solution.size(); ++i) {
+    if (i > 0 && place(i - 1) == place(i) && off(i - 1) <= off(i)) continue;
+    if (i + 1 < solution.size() && place(i + 1) == place(i) && off(i + 1) < off(i)) continue;
+    const Vector3d euler = kDegreesPerRadian * solution.navigation(i).euler;
+    const Vector3d sigma = kDegreesPerRadian * solution.sigmas(i).euler;
+    csv.row(std::array{solution.time(i), euler.x(), euler.y(), euler.z(), sigma.x(), sigma.y(), sigma.z()});
   }
   return std::move(csv).text();
 }

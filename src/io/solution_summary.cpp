@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <map>
 
 #include "io/json.h"
@@ -26,6 +27,16 @@ std::string mean_entry(const Quantity& q, const Solution& solution) {
   }
   const auto count = static_cast<double>(solution.size());
   return entry(q, value / count, sigma / count);
+}
+
+// Root mean square of the angles' sigmas, and how long their errors last.
+std::string attitude_error(const Solution& solution) {
+  Vector3d variance = Vector3d::Zero();
+  for (std::size_t i = 0; i < solution.size(); ++i) variance += solution.sigmas(i).euler.cwiseAbs2();
+  const double tau = solution.attitude_correlation_time;
+  const Vector3d rms = (variance / std::max(1.0, static_cast<double>(solution.size()))).cwiseSqrt();
+  return fmt::format(R"({{"correlation_time_s": {}, "sigma_deg": {}}})", tau > 0 ? fmt::format("{:.1f}", tau) : "null",
+                     list(kDegreesPerRadian * rms, 3));
 }
 
 struct Counts {
@@ -101,6 +112,7 @@ std::string summary_json(const Log& log, const Solution& filtered, const Solutio
   text += fmt::format("  \"sources\": {},\n", source_counts(filtered));
   text += fmt::format("  \"rest_intervals\": [{}],\n", fmt::join(rests, ", "));
   text += fmt::format("  \"estimates\": {{{}\n  }},\n{}", fmt::join(estimates, ","), fmt::join(totals, ""));
+  text += fmt::format("  \"attitude_error\": {},\n", attitude_error(best));
   text += fmt::format("  \"cpu_s\": {:.3f},\n  \"wall_s\": {:.3f}\n}}\n", times.cpu, times.wall);
   return text;
 }

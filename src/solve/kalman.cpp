@@ -106,6 +106,10 @@ void reset(Covariance& P, const StateLayout& layout, const ResetJacobian& G) {
   symmetrize(P);
 }
 
+void reset_adjoint(Eigen::MatrixXd& columns, const StateLayout& layout, const ResetJacobian& G) {
+  apply_rows(columns, layout, G, true);
+}
+
 void reset_adjoint(ErrorVector& lambda, Covariance& Lambda, const StateLayout& layout, const ResetJacobian& G) {
   apply_rows(lambda, layout, G, true);
   apply_rows(Lambda, layout, G, true);
@@ -114,12 +118,30 @@ void reset_adjoint(ErrorVector& lambda, Covariance& Lambda, const StateLayout& l
   symmetrize(Lambda);
 }
 
+namespace {
+
+// A measurement of a block itself, far better than what was known of it.
+bool overrules(const Update& u) {
+  const bool direct = u.rows == 3 && u.H.middleCols<3>(u.observed).isIdentity(0);
+  return direct && (u.R * u.S_inverse).trace() < 3 * kFarBetter;
+}
+
+}  // namespace
+
+void update_adjoint(Eigen::MatrixXd& columns, const Update& u) {
+  const Tall K = gain(u);
+  if (overrules(u)) {
+    columns = (exact_remainder(u, K).transpose() * columns).eval();
+  } else {
+    columns -= u.H.transpose() * (K.transpose() * columns).eval();
+  }
+}
+
 void update_adjoint(ErrorVector& lambda, Covariance& Lambda, const Update& u) {
   const Tall K = gain(u);
   const Vector3d weighted = u.S_inverse * u.residual;
   const Vector3d seen = K.transpose() * lambda;
-  const bool direct = u.rows == 3 && u.H.middleCols<3>(u.observed).isIdentity(0);
-  if (direct && (u.R * u.S_inverse).trace() < 3 * kFarBetter) {
+  if (overrules(u)) {
     const Covariance A = exact_remainder(u, K);
     lambda = (A.transpose() * lambda - u.H.transpose() * weighted).eval();
     Lambda = (A.transpose() * Lambda * A).eval();

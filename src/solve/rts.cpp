@@ -1,5 +1,6 @@
 #include "piste/solve/rts.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 namespace piste {
@@ -20,9 +21,13 @@ class Backward {
     for (auto event = tape.events.rbegin(); event != tape.events.rend(); ++event) {
       if (const auto* step = std::get_if<Tape::Propagation>(&*event)) {
         propagate_adjoint(lambda_, Lambda_, layout_, step->transition);
+        if (traces()) traced_ = (dense_transition(layout_, step->transition).transpose() * traced_).eval();
       } else if (const auto* correction = std::get_if<Tape::Correction>(&*event)) {
         reset_adjoint(lambda_, Lambda_, layout_, correction->reset);
         update_adjoint(lambda_, Lambda_, correction->update);
+        if (!traces()) continue;
+        reset_adjoint(traced_, layout_, correction->reset);
+        update_adjoint(traced_, correction->update);
       } else if (const auto* epoch = std::get_if<Tape::Epoch>(&*event)) {
         at_epoch(--row, *epoch);
       }
@@ -35,14 +40,76 @@ class Backward {
     work_.noalias() = Lambda_ * P;
     SmoothedState s{boxplus(x, correction), P};
     s.P.noalias() -= P * work_;
-    reset(s.P, layout_, reset_jacobian(correction));
+    const ResetJacobian G = reset_jacobian(correction);
+    reset(s.P, layout_, G);
+    turn_ = G.velocity_attitude.bottomRightCorner<3, 3>();
     return s;
   }
 
+  /// From here on backwards the smoothed attitude's error at this epoch, that of the last smooth(), is carried along:
+  /// E[e_k e_jᵀ] = P_k M_k for k before j, where M_j = I − Λ_j P_j goes back as λ does but takes nothing from what was
+  /// measured (de Jong and MacKinnon 1988).
+  void trace(const Covariance& P) {
+    const Eigen::Index columns = traced_.cols();
+    traced_.conservativeResize(layout_.size(), columns + 3);
+    Eigen::Matrix<double, Eigen::Dynamic, 3> M = -Lambda_ * P.middleCols<3>(kAttitude);
+    M.middleRows<3>(kAttitude).diagonal().array() += 1;
+    traced_.rightCols<3>() = M * turn_.transpose();
+  }
+  /// E[θ θ_jᵀ] of the attitude at the epoch of the last smooth() and of all that are traced, in the order of trace().
+  Eigen::Matrix3Xd lagged(const Covariance& P) const { return turn_ * P.middleRows<3>(kAttitude) * traced_; }
+
  private:
+  static constexpr int kAttitude = full_offset(Block::kAttitude);
+  bool traces() const { return traced_.cols() > 0; }
+
   const StateLayout& layout_;
   ErrorVector lambda_;
   Covariance Lambda_, work_;
+  Eigen::MatrixXd traced_;  // three columns each
+  Matrix3d turn_ = Matrix3d::Identity();
+};
+
+// Pairs of epochs over a run: errors at a few late ones are traced through many early ones.
+class LagCollector {
+ public:
+  LagCollector(std::size_t rows, std::vector<AttitudeLag>& lags)
+      : trace_every_(std::max<std::size_t>(1, rows / kTraced)),
+        look_every_(std::max<std::size_t>(1, rows / kLooked)),
+        last_(rows - 1),
+        lags_(lags) {}
+
+  /// At every epoch, backwards, after it was smoothed.
+  void visit(Backward& backward, std::size_t row, const Tape::Epoch& epoch, const SmoothedState& smoothed) {
+    if ((last_ - row) % trace_every_ == 0) {
+      backward.trace(epoch.P);
+      late_.push_back({row, epoch.time, attitude_of(smoothed)});
+    } else if ((last_ - row) % look_every_ != 0) {
+      return;
+    }
+    const Eigen::Matrix3Xd covariance = backward.lagged(epoch.P);
+    for (std::size_t i = 0; i < late_.size(); ++i) {
+      lags_.push_back({row, late_[i].row, late_[i].time - epoch.time,
+                       covariance.middleCols<3>(3 * static_cast<Eigen::Index>(i)), attitude_of(smoothed),
+                       late_[i].covariance});
+    }
+  }
+
+ private:
+  static constexpr std::size_t kTraced = 16, kLooked = 256;  // some 2000 pairs
+  struct Late {
+    std::size_t row;
+    double time;
+    Matrix3d covariance;
+  };
+  static Matrix3d attitude_of(const SmoothedState& s) {
+    constexpr int kAttitude = full_offset(Block::kAttitude);
+    return s.P.block<3, 3>(kAttitude, kAttitude);
+  }
+
+  std::size_t trace_every_, look_every_, last_;
+  std::vector<Late> late_;
+  std::vector<AttitudeLag>& lags_;
 };
 
 // Runs the stretches of a filtered run again, last one first, and each of them backwards.
@@ -64,16 +131,20 @@ void run_backwards(Backward& backward, const Log& log, const FilterRun& run, con
 
 }  // namespace
 
-Solution smooth_rts(const Log& log, const FilterRun& run, const ProgressCallback& progress, SmoothedState* at_start) {
+Solution smooth_rts(const Log& log, const FilterRun& run, const ProgressCallback& progress, SmoothedState* at_start,
+                    std::vector<AttitudeLag>* lags) {
   const Solution& filtered = run.solution;
   Solution out(filtered.layout(), filtered.world());
   out.sources = filtered.sources;
   out.fixed = filtered.fixed;
   out.resize(filtered.size());
   Backward backward(filtered.layout());
+  std::optional<LagCollector> collector;
+  if (lags) collector.emplace(filtered.size(), *lags);
   run_backwards(backward, log, run, progress, [&](std::size_t row, const Tape::Epoch& epoch) {
     const SmoothedState s = backward.smooth(epoch.x, epoch.P);
     out.set(row, epoch.time, s.x, sigmas_of(s.x, out.layout(), s.P));
+    if (collector) collector->visit(backward, row, epoch, s);
   });
   const Filter& first = run.checkpoints.front().filter;
   if (at_start) *at_start = backward.smooth(first.estimate(), first.covariance());

@@ -57,8 +57,8 @@ TEST(Replay, ShippedRunGivesEveryOutput) {
   EXPECT_TRUE(contains(said.out, "heading"));
   EXPECT_TRUE(contains(said.out, "written to result"));
   EXPECT_EQ(without_pictures(files_in(folder.path() / "result")),
-            (std::set<std::string>{"biases.csv", "biases_smoothed.csv", "filtered.csv", "innovations.csv",
-                                   "smoothed.csv", "summary.json"}));
+            (std::set<std::string>{"attitude.csv", "biases.csv", "biases_smoothed.csv", "filtered.csv",
+                                   "innovations.csv", "smoothed.csv", "summary.json"}));
 
   const Table imu = read_table(kSource / "data/ski_run/mt9a_1.csv");
   for (const char* name : {"filtered.csv", "smoothed.csv"}) {
@@ -127,6 +127,58 @@ TEST(Replay, SummaryHasTheContractedKeys) {
   EXPECT_GT(summary["wall_s"].as<double>(), 0);
 }
 
+// The attitude that a replay writes is one that a replay reads; the entry that it says is taken as it stands.
+TEST(Replay, WritesAnAttitudeLogForAnotherReplay) {
+  const SkiRun run;
+  const Said said = run.replay({SkiRun::kConfig, "--output", "reference"});
+  ASSERT_EQ(said.code, 0) << said.err;
+  const Table attitude = read_table(run.folder / "reference/attitude.csv"),
+              smoothed = read_table(run.folder / "reference/smoothed.csv");
+  EXPECT_EQ(attitude.header, "time_s,roll_deg,pitch_deg,heading_deg,sigma_roll_deg,sigma_pitch_deg,sigma_heading_deg");
+  ASSERT_EQ(attitude.rows, 601U);  // 10 Hz of 60 s
+  for (std::size_t i = 1; i < attitude.rows; ++i) {
+    const double t = attitude["time_s"][i];
+    ASSERT_NEAR(10 * t, std::round(10 * t), 1e-4);
+    for (const std::string& name : attitude.names) {
+      ASSERT_NEAR(std::remainder(attitude[name][i] - at(smoothed, name, t), 360.0), 0, 1e-6) << name << " at " << t;
+    }
+  }
+
+  const YAML::Node error = YAML::Load(run.text("reference/summary.json"))["attitude_error"];
+  const auto tau = error["correlation_time_s"].as<double>();
+  EXPECT_GT(tau, 1);
+  EXPECT_LE(tau, 60);
+  double squares = 0;
+  for (const double sigma : smoothed["sigma_heading_deg"]) squares += sigma * sigma;
+  EXPECT_NEAR(error["sigma_deg"][2].as<double>(), std::sqrt(squares / static_cast<double>(smoothed.rows)), 1e-6);
+
+  const auto entry = said.out.find("`attitude: {file: ");
+  ASSERT_NE(entry, std::string::npos) << said.out;
+  const std::string words = said.out.substr(entry + 1, said.out.find('`', entry + 1) - entry - 1);
+  EXPECT_TRUE(contains(words, fmt::format("correlation_time: {:.1f} s", tau)));
+  const auto again = [&](const std::string& heading) {
+    run.write("config/again.yaml",
+              "imu: {file: ../data/ski_run/mt9a_1.csv, sensor: sensors/xsens_mt9a.yaml}\n"
+              "gnss: {file: ../data/ski_run/gnss.csv, lever_arm: -0.06 0.03 -0.42 m}\n" +
+                  words + "\ninitial: {heading: " + heading +
+                  "}\nestimate: [gyro_bias, accel_bias, gyro_drift, "
+                  "accel_drift, gyro_scale, accel_scale, boresight]\n");
+    const Said read = run.replay({"config/again.yaml", "--output", "again", "--quiet"});
+    EXPECT_EQ(read.code, 0) << read.err;
+    return YAML::Load(run.text("again/summary.json"));
+  };
+  for (const char* heading : {"auto", "from_attitude"}) {
+    const YAML::Node summary = again(heading);
+    EXPECT_GE(summary["attitude"]["used"].as<int>(), 590);
+    const YAML::Node boresight = summary["estimates"]["boresight"];
+    for (int i = 0; i < 3; ++i) {  // the same IMU on both sides
+      const auto value = boresight["value"][i].as<double>();
+      EXPECT_LT(std::abs(value), 0.3) << i;
+      EXPECT_LT(std::abs(value), 4 * boresight["sigma"][i].as<double>()) << i;
+    }
+  }
+}
+
 TEST(Replay, TwiceTheSameBytes) {
   const SkiRun run;
   ASSERT_EQ(run.replay({SkiRun::kConfig, "--output", "first"}).code, 0);
@@ -146,9 +198,14 @@ TEST(Replay, TwiceTheSameBytes) {
 TEST(Replay, WithoutSmoother) {
   const SkiRun run;
   run.replace(SkiRun::kConfig, "smoother: rts", "smoother: none");
-  ASSERT_EQ(run.replay().code, 0);
+  const Said said = run.replay({SkiRun::kConfig, "--output", "result"});
+  ASSERT_EQ(said.code, 0);
+  EXPECT_EQ(said.out.find("attitude:"), std::string::npos);  // how long a filter's error lasts is not known
+  const Table attitude = read_table(run.folder / "result/attitude.csv"),
+              filtered = read_table(run.folder / "result/filtered.csv");
+  EXPECT_NEAR(attitude["heading_deg"].back(), at(filtered, "heading_deg", attitude["time_s"].back()), 1e-6);
   EXPECT_EQ(without_pictures(files_in(run.folder / "result")),
-            (std::set<std::string>{"biases.csv", "filtered.csv", "innovations.csv", "summary.json"}));
+            (std::set<std::string>{"attitude.csv", "biases.csv", "filtered.csv", "innovations.csv", "summary.json"}));
 }
 
 // What an earlier replay with a smoother left would be taken for this one's.
@@ -223,12 +280,14 @@ TEST(Replay, AnErrorLeavesAnEarlierResultAsItWas) {
   const SkiRun run;
   ASSERT_EQ(run.replay().code, 0);
   const auto names = files_in(run.folder / "result");
-  const std::string before = run.text("result/filtered.csv"), summary = run.text("result/summary.json");
+  const std::string before = run.text("result/filtered.csv"), attitude = run.text("result/attitude.csv");
+  const std::string summary = run.text("result/summary.json");
   const std::string gnss = run.text(SkiRun::kGnss);
   run.write(SkiRun::kGnss, gnss.substr(0, gnss.size() - 40));
   EXPECT_EQ(run.replay().code, 1);
   EXPECT_EQ(files_in(run.folder / "result"), names);
   EXPECT_TRUE(run.text("result/filtered.csv") == before);
+  EXPECT_TRUE(run.text("result/attitude.csv") == attitude);
   EXPECT_TRUE(run.text("result/summary.json") == summary);
 }
 

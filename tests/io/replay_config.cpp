@@ -49,6 +49,13 @@ bool has(const ReplayConfig& config, Block block) {
   return std::find(e.begin(), e.end(), block) != e.end();
 }
 
+TEST_F(ReplayConfigTest, RateOfTheAttitudeThatIsWritten) {
+  EXPECT_EQ(read(kImu + kGnss).attitude_rate, 10);
+  EXPECT_EQ(read(kImu + kGnss + "attitude_output: {rate: 25 Hz}\n").attitude_rate, 25);
+  EXPECT_TRUE(contains(refused(kImu + kGnss + "attitude_output: {rate: 0 Hz}\n"), "run.yaml:7"));
+  EXPECT_TRUE(contains(refused(kImu + kGnss + "attitude_output: {rate: 10 s}\n"), "frequency"));
+}
+
 TEST_F(ReplayConfigTest, TheWholeContract) {
   const std::string text =
       "imu:\n  file: ../" + folder.path().filename().string() +

@@ -4,9 +4,11 @@
 #include <yaml-cpp/yaml.h>
 
 #include <chrono>
+#include <cmath>
 #include <numbers>
 
 #include "piste/io/csv.h"
+#include "piste/io/log_io.h"
 #include "support/text_file.h"
 
 namespace piste {
@@ -58,6 +60,53 @@ TEST(SolutionIo, NavigationReadsBack) {
   EXPECT_NEAR(csv[heading], 30, 1e-7);
   EXPECT_NEAR(csv[sigma], 0.6, 1e-7);
   EXPECT_NEAR(csv[down], -0.25, 1e-5);
+}
+
+TEST(SolutionIo, AttitudeOfTheEpochsNearestToTheGrid) {
+  const TemporaryFolder folder;
+  const auto times = [&](const Solution& s, double rate) {
+    CsvReader csv(folder.write("attitude.csv", attitude_csv(s, rate)));
+    EXPECT_EQ(csv.text().line(),
+              "time_s,roll_deg,pitch_deg,heading_deg,sigma_roll_deg,sigma_pitch_deg,sigma_heading_deg");
+    std::vector<double> read;
+    for (const auto time = csv.column("time_s"); csv.next();) read.push_back(csv[time]);
+    return read;
+  };
+  using Times = std::vector<double>;
+  // 100 Hz from 1000 s on
+  EXPECT_EQ(times(solution(31, {}), 10), (Times{1000, 1000.1, 1000.2, 1000.3}));
+  EXPECT_EQ(times(solution(4, {}), 1000), (Times{1000, 1000.01, 1000.02, 1000.03}));  // sparser than the grid
+  Solution off(StateLayout{}, World({46 * kDegree, 7 * kDegree, 1600}));
+  for (const double t : {9.98, 10.03, 10.09, 10.15, 10.21, 15.04, 15.08, 15.12, 15.16}) off.append(t, {}, {});
+  EXPECT_EQ(times(off, 10), (Times{9.98, 10.09, 10.21, 15.04, 15.08, 15.16}));  // a gap is no reason to repeat a row
+  EXPECT_EQ(times(off, 0.1), (Times{9.98, 15.16}));
+}
+
+TEST(SolutionIo, AttitudeReadsBackAsAnAttitudeLog) {
+  const TemporaryFolder folder;
+  Solution s(StateLayout{}, World({46 * kDegree, 7 * kDegree, 1600}));
+  const Vector3d euler = Vector3d(1.2345678, -42.0000004, -179.9999) * kDegree, sigma = {7e-5, 5e-5, 4e-4};
+  Estimate x;
+  x.q_wb = from_euler(euler);
+  s.append(302400.1, x, {.position = {1, 2, 3}, .velocity = {.1, .2, .3}, .euler = sigma});
+  LogFile file;
+  file.file = folder.write("attitude.csv", attitude_csv(s, 10));
+  const AttitudeRecording read = read_attitude(file);
+  ASSERT_EQ(read.fixes.size(), 1u);
+  EXPECT_NEAR(read.fixes[0].time, 302400.1, 1e-6);
+  EXPECT_LT((read.fixes[0].angles - euler).cwiseAbs().maxCoeff(), 1e-7 * kDegree);
+  EXPECT_LT((read.fixes[0].sigma - sigma).cwiseAbs().maxCoeff(), 1e-7 * kDegree);
+}
+
+TEST(SolutionIo, SummarySaysHowLongTheAttitudesErrorLasts) {
+  Solution s = solution(2, {});
+  const auto entry = [&] { return YAML::Load(summary_json({}, s, nullptr, {}))["attitude_error"]; };
+  EXPECT_TRUE(entry()["correlation_time_s"].IsNull());
+  EXPECT_NEAR(entry()["sigma_deg"][1].as<double>(), 0.6, 1e-9);
+  s.attitude_correlation_time = 157.26;
+  EXPECT_EQ(entry()["correlation_time_s"].as<double>(), 157.3);
+  s.append(1001, {}, {.position = {1, 2, 3}, .velocity = {.1, .2, .3}, .euler = Vector3d::Zero()});
+  EXPECT_NEAR(entry()["sigma_deg"][1].as<double>(), 0.6 * std::sqrt(2 / 3.0), 1e-9);  // rms
 }
 
 TEST(SolutionIo, BiasesOfTheEstimatedBlocksOnly) {

@@ -77,6 +77,11 @@ class Batch {
   std::size_t size() const { return epochs_.size(); }
   ErrorVector mean(std::size_t i) const { return epochs_[i].A * solution_ + epochs_[i].offset; }
   Covariance covariance(std::size_t i) const { return epochs_[i].A * normal_.solve(epochs_[i].A.transpose()); }
+  /// E[θ_i θ_jᵀ] of the attitude at two epochs.
+  Matrix3d attitude_covariance(std::size_t i, std::size_t j) const {
+    const int a = layout_.offset(Block::kAttitude);
+    return epochs_[i].A.middleRows<3>(a) * normal_.solve(epochs_[j].A.middleRows<3>(a).transpose());
+  }
 
  private:
   struct Epoch {
@@ -144,6 +149,44 @@ TEST_P(Smoother, IsTheDenseBatchSolution) {
     ++row;
   }
   EXPECT_GT(moved, 0.5) << "the smoother had nothing to do";
+}
+
+TEST_P(Smoother, AttitudeErrorsGoTogetherAsInTheDenseBatchSolution) {
+  SyntheticRun s = test::synthetic_run(0.5, GetParam());
+  s.options.rest.interval = 0.1;
+  const FilterRun run = run_filter(s.log, s.options, s.start, 16);
+  std::vector<AttitudeLag> lags;
+  smooth_rts(s.log, run, {}, nullptr, &lags);
+  Tape tape;
+  rerun(s.log, run.checkpoints.front(), run.solution.size(), tape);
+  const StateLayout& layout = run.solution.layout();
+  const Batch batch(layout, run.checkpoints.front().filter.covariance(), tape);
+  const auto turn = [&](std::size_t i) {
+    return Matrix3d(reset_jacobian(expand(layout, batch.mean(i))).velocity_attitude.bottomRightCorner<3, 3>());
+  };
+  ASSERT_GT(lags.size(), 300U);
+  double longest = 0, weakest = 1;
+  for (std::size_t pair = 0; pair < lags.size(); pair += 5) {
+    const AttitudeLag& l = lags[pair];
+    ASSERT_LE(l.early, l.late);
+    EXPECT_NEAR(l.lag, run.solution.time(l.late) - run.solution.time(l.early), 1e-9);
+    const auto expected = [&](std::size_t i, std::size_t j) {
+      return Matrix3d(turn(i) * batch.attitude_covariance(i, j) * turn(j).transpose());
+    };
+    const Matrix3d early = expected(l.early, l.early), late = expected(l.late, l.late);
+    const Matrix3d scale = early.diagonal().cwiseSqrt() * late.diagonal().cwiseSqrt().transpose();
+    const Matrix3d covariance = expected(l.early, l.late);
+    EXPECT_LT((l.covariance - covariance).cwiseQuotient(scale).cwiseAbs().maxCoeff(), 1e-6)
+        << l.early << " and " << l.late << ", is:\n"
+        << l.covariance << "\nexpected:\n"
+        << covariance;
+    EXPECT_LT((l.of_early - early).cwiseAbs().maxCoeff(), 1e-6 * early.maxCoeff());
+    EXPECT_LT((l.of_late - late).cwiseAbs().maxCoeff(), 1e-6 * late.maxCoeff());
+    longest = std::max(longest, l.lag);
+    weakest = std::min(weakest, covariance.cwiseQuotient(scale).diagonal().minCoeff());
+  }
+  EXPECT_GT(longest, 0.45);
+  EXPECT_LT(weakest, 0.999) << "all errors were the same one";
 }
 
 TEST_P(Smoother, IsNeverLessSureThanTheFilterAndEndsWithIt) {

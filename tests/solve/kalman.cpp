@@ -124,6 +124,10 @@ TEST_P(Rows, ResetIsTheDenseProduct) {
   const MatrixXd expected = D.transpose() * lambda;
   reset_adjoint(lambda, Lambda, l, G);
   EXPECT_LT(relative(Lambda, D.transpose() * P * D), 1e-14);
+  MatrixXd columns = random.matrix(l.size(), 6);
+  const MatrixXd expected_columns = D.transpose() * columns;
+  reset_adjoint(columns, l, G);
+  EXPECT_LT(relative(columns, expected_columns), 1e-14);
   EXPECT_LT(relative(lambda, expected), 1e-14);
 }
 
@@ -141,6 +145,10 @@ TEST_P(Rows, UpdateAdjointIsTheDenseFormula) {
   update_adjoint(lambda, Lambda, u);
   EXPECT_LT(relative(lambda, expected_lambda), 1e-13);
   EXPECT_LT(relative(Lambda, expected_Lambda), 1e-13);
+  MatrixXd columns = random.matrix(n, 6);
+  const MatrixXd expected_columns = A.transpose() * columns;
+  update_adjoint(columns, u);
+  EXPECT_LT(relative(columns, expected_columns), 1e-13);
   EXPECT_TRUE(Lambda == Lambda.transpose());
 }
 
@@ -171,6 +179,15 @@ TEST(Kalman, SmoothedCovarianceSurvivesAnOutage) {
     Covariance Lambda = 0.5 * (later + later.transpose());
     const MatrixXd smoothed_after = after - after * Lambda * after;
     ErrorVector lambda = ErrorVector::Zero(n);
+    // Of the error before the fix, with what was measured left out: λ without its residual.
+    MatrixXd column = random.matrix(n, 1);
+    Update unmoved = u;
+    unmoved.residual.setZero();
+    ErrorVector same = column;
+    Covariance ignored = Lambda;
+    update_adjoint(column, u);
+    update_adjoint(same, ignored, unmoved);
+    EXPECT_LT(relative(column, same), 1e-13);
     update_adjoint(lambda, Lambda, u);
     const MatrixXd smoothed_before = before - before * Lambda * before;
     for (int k = 0; k < 3; ++k) {

@@ -60,10 +60,11 @@ class Solution {
   void append(double time, const Estimate& x, const Sigmas& s);
   void set(std::size_t i, double time, const Estimate& x, const Sigmas& s);
 
-  std::vector<std::string> sources;     ///< names that Innovation::source points to
-  std::vector<Innovation> innovations;  ///< in the order of processing
-  std::size_t gnss_late = 0;            ///< fixes that came after the filter had passed them
-  Estimate fixed;                       ///< values of the blocks that are not estimated
+  std::vector<std::string> sources;      ///< names that Innovation::source points to
+  std::vector<Innovation> innovations;   ///< in the order of processing
+  std::size_t gnss_late = 0;             ///< fixes that came after the filter had passed them
+  double attitude_correlation_time = 0;  ///< [s] of the attitude's errors; 0: not known
+  Estimate fixed;                        ///< values of the blocks that are not estimated
 
  private:
   StateLayout layout_;

@@ -21,13 +21,15 @@ struct ReplayConfig {
   FilterOptions filter;
   InitialHeading initial;
   SmootherKind smoother = SmootherKind::kRts;
+  double attitude_rate = 10;  ///< Hz of attitude.csv
 };
 
 /// Reads and checks the configuration; of the data files only that they are there. Beyond the documented keys:
 /// `rest: {sigma_velocity, sigma_rate, correlation_time, interval}`, `initial: {sigma, declination}`,
-/// `magnetometer: {sigma, declination}` (updates by its heading), and the start sigmas
-/// `priors: {boresight, lever_arm, gnss_delay}`; and in an attitude source `boresight: {sigma, correlation_time}`, of a
-/// mount that gives: the boresight is then a constant and a first-order Gauss-Markov process about it. Throws ConfigError `FILE:LINE: …`.
+/// `magnetometer: {sigma, declination}` (updates by its heading), the start sigmas `priors: {boresight, lever_arm,
+/// gnss_delay}`, `attitude_output: {rate}` of attitude.csv, and in an attitude source `boresight: {sigma,
+/// correlation_time}`, of a mount that gives: the boresight is then a constant and a first-order Gauss-Markov process
+/// about it. Throws ConfigError `FILE:LINE: …`.
 ReplayConfig read_replay_config(const std::filesystem::path& file);
 
 /// Reads all logs of the configuration. Throws DataError `FILE:LINE: …`.

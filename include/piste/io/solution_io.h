@@ -11,6 +11,10 @@ namespace piste {
 /// `filtered.csv`, `smoothed.csv`: geodetic position, velocity in local north-east-down, angles, and their sigmas.
 std::string navigation_csv(const Solution& solution);
 
+/// `attitude.csv`: roll, pitch and heading in local north-east-down and their sigmas, as an attitude log that another
+/// replay reads (`attitude:`). Of the epochs nearest to the multiples of 1 / rate [Hz]; all, where they are sparser.
+std::string attitude_csv(const Solution& solution, double rate);
+
 /// `biases.csv`, `biases_smoothed.csv`: of each estimated block beyond navigation its axes, such as
 /// `gyro_bias_x_deg_s`, and their sigmas, `sigma_gyro_bias_x_deg_s`, in the units of kBlocks; boresight as (roll,
 /// pitch, heading) of R_rb; then bias and drift together, `gyro_total_bias_*` and `accel_total_bias_*`.
@@ -26,8 +30,10 @@ struct RunTimes {
 
 /// `summary.json`. `estimates` are the values at the last epoch of `smoothed` where there is one, else of `filtered`.
 /// `gyro_total_bias` and `accel_total_bias` are bias + drift averaged over the run's epochs: the mean of the values,
-/// and the mean of the sigmas. `used` and `rejected` count fixes, and a fix of which any part was rejected is a
-/// rejected one; `sources` counts each part. All but `cpu_s` and `wall_s` is the same at every replay.
+/// and the mean of the sigmas. `attitude_error`: rms over the epochs of the sigmas of roll, pitch and heading, and the
+/// correlation time of their errors, null where it is not known, as without a smoother. `used` and `rejected` count
+/// fixes, and a fix of which any part was rejected is a rejected one; `sources` counts each part. All but `cpu_s` and
+/// `wall_s` is the same at every replay.
 std::string summary_json(const Log& log, const Solution& filtered, const Solution* smoothed, const RunTimes& times);
 
 }  // namespace piste

@@ -37,4 +37,8 @@ void reset_adjoint(ErrorVector& lambda, Covariance& Lambda, const StateLayout& l
 /// what was known, as after an outage, I − K H is taken without cancellation: P − P Λ P would lose all its digits.
 void update_adjoint(ErrorVector& lambda, Covariance& Lambda, const Update& u);
 
+/// Adjoint of the errors alone, any number of columns: M ← Gᵀ M and M ← (I − K H)ᵀ M.
+void reset_adjoint(Eigen::MatrixXd& columns, const StateLayout& layout, const ResetJacobian& G);
+void update_adjoint(Eigen::MatrixXd& columns, const Update& u);
+
 }  // namespace piste

@@ -10,6 +10,7 @@
 /// enters with its transpose. The filter's steps are not stored: the run is repeated from checkpoints, so that memory
 /// is some hundred bytes an epoch and the covariances are those of the filter to the bit.
 
+#include "piste/solve/attitude_lag.h"
 #include "piste/solve/filter.h"
 
 namespace piste {
@@ -24,10 +25,11 @@ struct SmoothedState {
 /// their whole covariances, of which a Solution keeps the sigmas only.
 using EpochObserver = std::function<void(std::size_t row, const Tape::Epoch& filtered, const SmoothedState& smoothed)>;
 
-/// `run` with checkpoints, of the same log. `at_start`: takes what is said of the start, before the first step.
+/// `run` with checkpoints, of the same log. `at_start`: takes what is said of the start, before the first step. `lags`:
+/// takes how the attitude's errors at some 2000 pairs of epochs, spread over the run, go together.
 /// Throws std::logic_error without checkpoints.
 Solution smooth_rts(const Log& log, const FilterRun& run, const ProgressCallback& progress = {},
-                    SmoothedState* at_start = nullptr);
+                    SmoothedState* at_start = nullptr, std::vector<AttitudeLag>* lags = nullptr);
 
 /// The same at those rows alone that `wanted` takes, last one first. Nothing is kept.
 void smooth_rows(const Log& log, const FilterRun& run, const std::function<bool(std::size_t)>& wanted,
