@@ -13,6 +13,7 @@
 #include "piste/io/solution_io.h"
 #include "piste/report/html.h"
 #include "piste/report/kml.h"
+#include "piste/solve/attitude_noise.h"
 #include "piste/solve/rts.h"
 #include "piste/solve/start.h"
 
@@ -53,9 +54,10 @@ void replay(const piste::AppArguments& arguments, piste::Progress& progress) {
   OutputFolder output(arguments.output);
 
   const Recording recording = read_recording(config);
-  const FilterOptions options = filter_options(config, recording);
+  FilterOptions options = filter_options(config, recording);
   Log log = condition(recording, config.conditioning);
   mark_rest(log, config.conditioning.rest);
+  measure_white_part(log, options);
 
   const auto show = [&](double fraction) {
     progress.update(static_cast<std::size_t>(fraction * static_cast<double>(log.imu.size())));

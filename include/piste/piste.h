@@ -81,6 +81,7 @@
 #include "piste/report/html.h"
 #include "piste/report/kml.h"
 #include "piste/sim/simulation.h"
+#include "piste/solve/attitude_noise.h"
 #include "piste/solve/filter.h"
 #include "piste/solve/rts.h"
 #include "piste/solve/start.h"

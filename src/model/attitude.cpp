@@ -10,13 +10,14 @@ Quaterniond reference_of(const Estimate& x) {
 
 }  // namespace
 
-Linearization linearize_attitude(const AttitudeFix& fix, bool coloured, const Estimate& x, const Estimate* after) {
+Linearization linearize_attitude(const AttitudeFix& fix, const Vector3d& white, const Estimate& x,
+                                 const Estimate* after) {
   const Quaterniond predicted = reference_of(x);
   Linearization lin;
   lin.observes = Block::kAttitude;
   lin.residual = so3_log(fix.q_wr * predicted.conjugate());
-  const Matrix3d noise = so3_left_jacobian_inverse(lin.residual);
-  lin.covariance = (coloured ? 0.01 : 1.0) * noise * fix.covariance * noise.transpose();
+  const Matrix3d noise = so3_left_jacobian_inverse(lin.residual) * white.asDiagonal();
+  lin.covariance = noise * fix.covariance * noise.transpose();
 
   Matrix3d J = so3_left_jacobian_inverse(-lin.residual), R_wr = J * predicted.toRotationMatrix();
   if (after != nullptr) {

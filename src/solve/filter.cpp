@@ -257,13 +257,14 @@ void Filter::measure(const Pending& pending, const ImuStep& step, double tau) {
       apply(pending.source + 1, linearize_velocity(*fix, x, motion(), earth_rate, gravity_, still_));
     }
   } else if (const auto* attitude = std::get_if<AttitudeFix>(&pending.fix)) {
-    const bool coloured = o.attitude[static_cast<std::size_t>(pending.index)].drift.has_value();
-    const Linearization lin = linearize_attitude(*attitude, coloured, state_.x);
+    const AttitudeOptions& reference = o.attitude[static_cast<std::size_t>(pending.index)];
+    const Vector3d white = reference.drift ? reference.white : Vector3d::Ones();
+    const Linearization lin = linearize_attitude(*attitude, white, state_.x);
     mend_rate_before(lin);
     const Update u = innovate(state_.P, setup_->layout, lin);
     const Estimate after = boxplus(state_.x, setup_->layout, gain(u) * u.residual);
     const bool accepted = u.nis <= setup_->gate[3];
-    apply(pending.source, accepted ? linearize_attitude(*attitude, coloured, state_.x, &after) : lin);
+    apply(pending.source, accepted ? linearize_attitude(*attitude, white, state_.x, &after) : lin);
   } else if (const auto* heading = std::get_if<HeadingFix>(&pending.fix)) {
     apply(pending.source, linearize_heading(*heading, state_.x));
   } else if (const auto* magnetic = std::get_if<MagneticSample>(&pending.fix)) {

@@ -114,7 +114,11 @@ TEST(Jacobians, Attitude) {
     const Vector3d residual = 0.5 * random.uniform() * random.vector().normalized();
     const AttitudeFix fix{0, so3_exp(residual) * expected, 1e-6 * random.covariance(3)};
     for (const bool coloured : {false, true}) {
-      check_jacobians([&](const Estimate& y) { return linearize_attitude(fix, coloured, y); }, x);
+      check_jacobians(
+          [&](const Estimate& y) {
+            return linearize_attitude(fix, coloured ? Vector3d(0.1, 0.2, 0.3) : Vector3d::Ones(), y);
+          },
+          x);
     }
   }
 }
@@ -133,9 +137,9 @@ TEST(Jacobians, AttitudeLeavesUnknownWhatItCannotTell) {
       const Quaterniond q_wr =
           so3_exp(after.attitude_drift) * after.q_wb * (so3_exp(after.boresight_drift) * after.q_rb).conjugate();
       const AttitudeFix fix{0, q_wr, 1e-6 * Matrix3d::Identity()};
-      const Linearization before = linearize_attitude(fix, false, x, half_way ? &after : nullptr);
+      const Linearization before = linearize_attitude(fix, Vector3d::Ones(), x, half_way ? &after : nullptr);
       const Vector3d beta = -before.term(1).jacobian.lu().solve(before.term(0).jacobian * alpha);
-      const Linearization next = linearize_attitude(fix, false, after);
+      const Linearization next = linearize_attitude(fix, Vector3d::Ones(), after);
       const Vector3d turned = so3_left_jacobian(size * direction) * alpha;  // by the reset
       return (next.term(0).jacobian * turned + next.term(1).jacobian * beta).norm() / alpha.norm();
     };

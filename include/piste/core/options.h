@@ -55,11 +55,13 @@ struct GnssOptions {
 /// One reference attitude.
 struct AttitudeOptions {
   std::string name;
-  /// Where given, the fixes' error is this process plus white noise of 10 % of their sigma; else white.
+  /// Where given, the fixes' error is this process and white noise; else white.
   std::optional<GaussMarkov> drift;
   /// Where given, the boresight changes in the run, by this process about its constant. One reference at most may say
   /// so: there is one IMU and one mount.
   std::optional<GaussMarkov> boresight_drift = std::nullopt;
+  /// The white part of the fixes' sigma along w where there is a drift; `measure_white_part` finds it.
+  Vector3d white = Vector3d::Constant(0.1);
 };
 
 /// 1-sigma priors of the blocks that no sensor file knows.

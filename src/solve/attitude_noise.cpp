@@ -1,0 +1,86 @@
+#include "piste/solve/attitude_noise.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "piste/solve/mounting.h"
+#include "stretch.h"
+
+namespace piste {
+namespace {
+
+constexpr double kLongestStep = 1.1;  // s between fixes: beyond it gyro and slow errors say more than the white ones
+constexpr double kFastest = 0.1;      // rad/s
+constexpr double kOutlier = 6;        // times the median
+constexpr std::size_t kFewest = 200;  // pairs of steps
+constexpr double kLeast = 0.1, kMostDrift = 0.995;
+
+// White differences of successive fixes, along w; nothing where a step is not to be used.
+std::vector<std::optional<Vector3d>> differences(const Log& log, const std::vector<AttitudeFix>& fixes,
+                                                 const Mounting& mounting) {
+  std::vector<std::optional<Vector3d>> out;
+  const auto spoilt = [](const ImuSample& s) { return s.gap || s.clipped_gyro != 0; };
+  for (std::size_t k = 0; k + 1 < fixes.size(); ++k) {
+    const AttitudeFix &from = fixes[k], &to = fixes[k + 1];
+    const double lapse = to.time - from.time;
+    out.emplace_back();
+    const auto samples = range(log.imu, from.time, to.time + log.imu.front().interval);
+    if (lapse > kLongestStep || std::any_of(samples.begin(), samples.end(), spoilt)) continue;
+    const Vector3d b = so3_log(turned(log, from.time, to.time, mounting.gyro_bias));
+    if (b.norm() > kFastest * lapse) continue;
+    const Vector3d r = so3_log(from.q_wr.conjugate() * so3_exp(lapse * log.world.earth_rate()) * to.q_wr);
+    out.back() = from.q_wr * (r - mounting.q_rb * b);
+  }
+  return out;
+}
+
+// Takes out what lies far beyond the others.
+void drop_outliers(std::vector<std::optional<Vector3d>>& steps) {
+  std::vector<double> sizes;
+  for (const auto& step : steps) {
+    if (step) sizes.push_back(step->norm());
+  }
+  if (sizes.empty()) return;
+  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+  std::nth_element(sizes.begin(), middle, sizes.end());
+  for (auto& step : steps) {
+    if (step && step->norm() > kOutlier * *middle) step.reset();
+  }
+}
+
+// Variance of the white error along w; nothing where there are too few steps.
+std::optional<Vector3d> white_variance(const std::vector<std::optional<Vector3d>>& steps) {
+  Vector3d sum = Vector3d::Zero();
+  std::size_t count = 0;
+  for (std::size_t k = 0; k + 1 < steps.size(); ++k) {
+    if (!steps[k] || !steps[k + 1]) continue;
+    sum -= steps[k]->cwiseProduct(*steps[k + 1]);
+    ++count;
+  }
+  if (count < kFewest) return std::nullopt;
+  return sum / static_cast<double>(count);
+}
+
+}  // namespace
+
+void measure_white_part(const Log& log, FilterOptions& options) {
+  const std::optional<Mounting> mounting = find_mounting(log);
+  for (std::size_t i = 0; i < options.attitude.size(); ++i) {
+    AttitudeOptions& source = options.attitude[i];
+    if (!source.drift || !mounting) continue;
+    auto steps = differences(log, log.attitude[i], *mounting);
+    drop_outliers(steps);
+    const std::optional<Vector3d> variance = white_variance(steps);
+    if (!variance) continue;
+    const Vector3d total = source.drift->sigma.cwiseAbs2();
+    const double level = (variance->x() + variance->y()) / (total.x() + total.y()),
+                 vertical = variance->z() / total.z();
+    const Vector3d part = Vector3d(level, level, vertical).cwiseMax(kLeast * kLeast).cwiseMin(1);
+    source.white = part.cwiseSqrt();
+    source.drift->sigma = source.drift->sigma.cwiseProduct((1 - kMostDrift * part.array()).sqrt().matrix());
+  }
+}
+
+}  // namespace piste
