@@ -24,29 +24,20 @@ struct Triad {
   Vector3d value, sigma;
 };
 
-Triad triad(const Alignment& a, const Vector3d& value, int block, double factor) {
-  Triad t{factor * value, factor * a.sigma(block)};
+Triad known(Triad t) {
   for (int i = 0; i < 3; ++i) {
     if (!std::isfinite(t.sigma(i))) t.value(i) = std::numeric_limits<double>::quiet_NaN();
   }
   return t;
 }
 
-// Roll, pitch and heading of R_rb [deg]. An undetermined rotation about one axis of r leaves those angles open that it
-// turns.
+Triad triad(const Alignment& a, const Vector3d& value, int block, double factor) {
+  return known({factor * value, factor * a.sigma(block)});
+}
+
+// Roll, pitch and heading of R_rb [deg].
 Triad boresight(const Alignment& a) {
-  Matrix3d covariance = a.covariance.block<3, 3>(Layout::kBoresight, Layout::kBoresight);
-  for (int i = 0; i < 3; ++i) {
-    if (!std::isfinite(covariance(i, i))) covariance(i, i) = std::numbers::pi * std::numbers::pi;
-  }
-  constexpr double kOpen = 0.1;  // rad
-  Triad t{kDegreesPerRadian * to_euler(a.q_rb), kDegreesPerRadian * euler_sigma(a.q_rb, covariance)};
-  for (int i = 0; i < 3; ++i) {
-    if (t.sigma(i) < kOpen * kDegreesPerRadian) continue;
-    t.value(i) = std::numeric_limits<double>::quiet_NaN();
-    t.sigma(i) = std::numeric_limits<double>::infinity();
-  }
-  return t;
+  return known({kDegreesPerRadian * to_euler(a.q_rb), kDegreesPerRadian * boresight_sigma(a)});
 }
 
 void add(json::Members& members, const std::string& name, const Triad& t) {
@@ -77,6 +68,19 @@ std::string triad_text(const Triad& t, int decimals, const char* unit) {
 }
 
 }  // namespace
+
+Vector3d boresight_sigma(const Alignment& alignment) {
+  Matrix3d covariance = alignment.covariance.block<3, 3>(Layout::kBoresight, Layout::kBoresight);
+  for (int i = 0; i < 3; ++i) {
+    if (!std::isfinite(covariance(i, i))) covariance(i, i) = std::numbers::pi * std::numbers::pi;
+  }
+  constexpr double kOpen = 0.1;  // rad
+  Vector3d sigma = euler_sigma(alignment.q_rb, covariance);
+  for (double& s : sigma) {
+    if (s > kOpen) s = std::numeric_limits<double>::infinity();
+  }
+  return sigma;
+}
 
 json::Members alignment_members(const Alignment& a) {
   json::Members members;

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "piste/analyse/alignment_files.h"
 #include "piste/core/state_layout.h"
 #include "piste/report/markup.h"
 #include "report/page.h"
@@ -47,12 +47,7 @@ std::string parameters(const Alignment& a) {
                          factor * value(i), factor * s(i)));
     }
   };
-  // An angle is known where the rotation is known about every axis.
-  Vector3d turn = Vector3d::Constant(std::numeric_limits<double>::infinity());
-  if (a.sigma(L::kBoresight).allFinite()) {
-    turn = euler_sigma(a.q_rb, a.covariance.block<3, 3>(L::kBoresight, L::kBoresight));
-  }
-  triad(Block::kBoresight, "deg", kDegreesPerRadian, to_euler(a.q_rb), turn);
+  triad(Block::kBoresight, "deg", kDegreesPerRadian, to_euler(a.q_rb), boresight_sigma(a));
   triad(Block::kLeverArm, "mm", 1e3, a.p_rb_r, a.sigma(L::kLeverArm));
   std::string out =
       "<div class=\"tables\">\n" + page::table("Mounting and clocks", {"parameter", "value", "sigma"}, rows);

@@ -80,7 +80,7 @@ TEST(AlignmentPage, SaysWhatIsNotDetermined) {
   for (const char* part :
        {"lever arm: it turns about &lt;x&gt; alone", "a clock &amp; its jump",
         "lever arm x [mm]</th><td class=\"number\">not determined", "lever arm y [mm]</th><td class=\"number\">0.00",
-        "boresight roll [deg]</th><td class=\"number\">not determined",
+        "boresight heading [deg]</th><td class=\"number\">not determined",
         "accel scale x [ppm]</th><td class=\"number\">not determined"}) {
     EXPECT_TRUE(contains(page, part)) << part;
   }

@@ -12,6 +12,9 @@ namespace piste {
 /// determined, warnings, and how well the signals agree. What is not determined is null.
 std::string alignment_json(const Alignment& alignment);
 
+/// 1-sigma [rad] of roll, pitch and heading of R_rb; infinite for an angle that an undetermined rotation turns.
+Vector3d boresight_sigma(const Alignment& alignment);
+
 /// A few lines for a terminal: offset, drift, boresight and lever arm with their sigmas, and what is to be known.
 std::string alignment_text(const Alignment& alignment);
 
