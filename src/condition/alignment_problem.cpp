@@ -2,7 +2,8 @@
 
 #include <ceres/ceres.h>
 
-#include <Eigen/Cholesky>
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -246,24 +247,35 @@ AlignmentInformation information(ceres::Problem& problem, AlignmentState& x) {
   }
   ceres::CRSMatrix J;
   problem.Evaluate(options, nullptr, nullptr, nullptr, &J);
-  Eigen::MatrixXd N = Eigen::MatrixXd::Zero(size, size);
+  // Arrow-shaped: the drifts meet their neighbours and the parameters only.
+  const int drifts = size - Layout::kSize;
+  AlignmentInformation A = AlignmentInformation::Zero();
+  Eigen::MatrixXd B = Eigen::MatrixXd::Zero(drifts, Layout::kSize);
+  std::vector<Eigen::Triplet<double>> C_entries;
   for (int row = 0; row < J.num_rows; ++row) {
     const auto begin = static_cast<std::size_t>(J.rows[static_cast<std::size_t>(row)]),
                end = static_cast<std::size_t>(J.rows[static_cast<std::size_t>(row) + 1]);
     for (std::size_t i = begin; i < end; ++i) {
+      const int at = column_of[static_cast<std::size_t>(J.cols[i])];
       for (std::size_t j = begin; j < end; ++j) {
-        N(column_of[static_cast<std::size_t>(J.cols[i])], column_of[static_cast<std::size_t>(J.cols[j])]) +=
-            J.values[i] * J.values[j];
+        const double product = J.values[i] * J.values[j];
+        const int to = column_of[static_cast<std::size_t>(J.cols[j])];
+        if (product == 0) continue;
+        if (at < Layout::kSize && to < Layout::kSize) A(at, to) += product;
+        if (at >= Layout::kSize && to < Layout::kSize) B(at - Layout::kSize, to) += product;
+        if (at >= Layout::kSize && to >= Layout::kSize)
+          C_entries.emplace_back(at - Layout::kSize, to - Layout::kSize, product);
       }
     }
   }
-  const Eigen::Index drifts = size - Layout::kSize;
-  Eigen::MatrixXd C = N.bottomRightCorner(drifts, drifts);
-  for (Eigen::Index i = 0; i < drifts; ++i) {
-    if (C(i, i) == 0) C(i, i) = 1;  // held
+  std::vector<bool> held(static_cast<std::size_t>(drifts), true);
+  for (const auto& entry : C_entries) held[static_cast<std::size_t>(entry.row())] = false;
+  for (int i = 0; i < drifts; ++i) {
+    if (held[static_cast<std::size_t>(i)]) C_entries.emplace_back(i, i, 1);
   }
-  const Eigen::MatrixXd B = N.topRightCorner(Layout::kSize, drifts);
-  return N.topLeftCorner<Layout::kSize, Layout::kSize>() - B * C.ldlt().solve(B.transpose());
+  Eigen::SparseMatrix<double> C(drifts, drifts);
+  C.setFromTriplets(C_entries.begin(), C_entries.end());
+  return A - B.transpose() * Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(C).solve(B);
 }
 
 }  // namespace
