@@ -85,7 +85,8 @@ struct AlignmentOptions {
 Alignment align(const std::vector<ImuSample>& body, const std::vector<ImuSample>& reference,
                 const AlignmentOptions& options);
 
-/// Both signals, unfiltered, after the alignment. Determined parameters are applied, others left at zero or identity.
+/// Both signals, unfiltered, after the alignment. Components of the lever arm that are not determined are taken for
+/// zero.
 AlignedImus bring_together(const std::vector<ImuSample>& body, const std::vector<ImuSample>& reference,
                            const Alignment& alignment);
 
