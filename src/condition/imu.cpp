@@ -6,6 +6,7 @@
 #include "piste/condition/pipeline.h"
 #include "piste/condition/spline.h"
 #include "piste/core/error.h"
+#include "piste/math/statistics.h"
 
 namespace piste {
 namespace {
@@ -50,9 +51,7 @@ Rows rows_in_span(const ImuRecording& recording, const ConditioningOptions& opti
 double median_interval(const std::vector<double>& time) {
   std::vector<double> intervals(time.size() - 1);
   for (std::size_t i = 0; i < intervals.size(); ++i) intervals[i] = time[i + 1] - time[i];
-  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
-  std::nth_element(intervals.begin(), middle, intervals.end());
-  return *middle;
+  return median(std::move(intervals));
 }
 
 double nominal_interval(const Rows& rows, const std::string& file) {

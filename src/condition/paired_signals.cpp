@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "piste/math/statistics.h"
+
 namespace piste {
 
 ReferenceIntegrals::ReferenceIntegrals(const std::vector<ImuSample>& imu) {
@@ -114,9 +116,7 @@ BodySignals::BodySignals(const std::vector<ImuSample>& imu) {
     usable.push_back({not_in(s.clipped_gyro), not_in(s.clipped_accel)});
     intervals.push_back(s.interval);
   }
-  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
-  std::nth_element(intervals.begin(), middle, intervals.end());
-  step = *middle;
+  step = median(std::move(intervals));
 }
 
 BodySignals BodySignals::filtered(const TriadFilters& filters) const {

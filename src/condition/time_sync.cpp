@@ -2,10 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
 #include <optional>
 
 #include "alignment_problem.h"

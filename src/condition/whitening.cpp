@@ -1,8 +1,9 @@
 #include "whitening.h"
 
 #include <Eigen/Cholesky>
-#include <algorithm>
 #include <cmath>
+
+#include "piste/math/statistics.h"
 
 namespace piste {
 
@@ -59,9 +60,8 @@ double robust_sigma(const std::vector<Left>& left) {
     }
   }
   if (sizes.empty()) return 0;
-  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-  std::nth_element(sizes.begin(), middle, sizes.end());
-  const double limit = 4 * 1.4826 * *middle;
+  constexpr double kOfNormal = 1.4826;  // sigma over the median of |z|
+  const double limit = 4 * kOfNormal * median(sizes);
   double square = 0, count = 0;
   for (const double size : sizes) {
     if (size > limit) continue;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "piste/math/statistics.h"
 #include "piste/solve/mounting.h"
 #include "stretch.h"
 
@@ -43,10 +44,9 @@ void drop_outliers(std::vector<std::optional<Vector3d>>& steps) {
     if (step) sizes.push_back(step->norm());
   }
   if (sizes.empty()) return;
-  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-  std::nth_element(sizes.begin(), middle, sizes.end());
+  const double limit = kOutlier * median(std::move(sizes));
   for (auto& step : steps) {
-    if (step && step->norm() > kOutlier * *middle) step.reset();
+    if (step && step->norm() > limit) step.reset();
   }
 }
 

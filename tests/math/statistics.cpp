@@ -15,6 +15,12 @@ TEST(Statistics, StudentsT) {
   EXPECT_NEAR(student_quantile(0.975, 1e8), normal_quantile(0.975), 1e-6);
 }
 
+TEST(Statistics, Median) {
+  EXPECT_EQ(median({3}), 3);
+  EXPECT_EQ(median({5, 1, 9}), 5);
+  EXPECT_EQ(median({4, 1, 3, 2}), 3);
+}
+
 TEST(Statistics, ChiSquaredBand) {
   EXPECT_NEAR(chi_squared_quantile(0.95, 3), 7.814728, 1e-6);
   const Band band = chi_squared_band(0.95, 3, 50);

@@ -1,7 +1,12 @@
 #pragma once
 /// Quantiles and bands that the field asks for.
 
+#include <vector>
+
 namespace piste {
+
+/// Middle of the values, the upper of two. @pre not empty
+double median(std::vector<double> values);
 
 /// x with P(χ²_dof ≤ x) = probability, 0 < probability < 1, dof > 0.
 double chi_squared_quantile(double probability, double dof);
