@@ -8,11 +8,9 @@
 #include "piste/io/replay_keys.h"
 
 namespace piste {
-namespace {
-
-MountedImu read_mounted(const Config& config) {
+MountedImu read_mounted_imu(const Config& config, DataFile data) {
   MountedImu imu;
-  imu.source = read_imu_source(config);
+  imu.source = read_imu_source(config, data);
   imu.name = config.text("name", std::filesystem::path(imu.source.log.file).stem().string());
   const bool is_file_name =
       !imu.name.empty() && imu.name != "." && imu.name != ".." && imu.name.find_first_of("/\\") == std::string::npos;
@@ -23,7 +21,6 @@ MountedImu read_mounted(const Config& config) {
   return imu;
 }
 
-// Phases that the user states; nothing for `auto`.
 std::optional<Phases> read_phases(const Config& config) {
   if (!config.has("phases")) return std::nullopt;
   if (config.is_scalar("phases")) {
@@ -50,8 +47,6 @@ std::optional<Phases> read_phases(const Config& config) {
   return phases;
 }
 
-}  // namespace
-
 AlignConfig read_align_config(const std::filesystem::path& file) {
   const Config config = Config::load(file);
   AlignConfig align;
@@ -60,7 +55,7 @@ AlignConfig read_align_config(const std::filesystem::path& file) {
   const Interval span = read_span(config);
   std::set<std::string> names;
   for (const Config& imu : config.maps("imu")) {
-    align.imus.push_back(read_mounted(imu));
+    align.imus.push_back(read_mounted_imu(imu));
     // Its own time, from which the offset counts.
     align.imus.back().conditioning.imu.clock_offset = align.imus.back().conditioning.imu.clock_drift = 0;
     align.imus.back().conditioning.span = span;
@@ -71,7 +66,7 @@ AlignConfig read_align_config(const std::filesystem::path& file) {
   }
   if (align.imus.empty()) config.fail("imu", "is missing; name the IMU to be aligned: its file, format and sensor");
   const Config reference = config.map("reference");
-  align.reference = read_mounted(reference);
+  align.reference = read_mounted_imu(reference);
   for (const MountedImu& imu : align.imus) {
     if (std::filesystem::equivalent(imu.source.log.file, align.reference.source.log.file)) {
       reference.fail("file", "is the log of the IMU to be aligned as well; name that of the other IMU");

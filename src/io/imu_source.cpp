@@ -32,9 +32,10 @@ void check_range(const ImuRecording& imu, double range) {
 
 }  // namespace
 
-LogFile read_log_file(const Config& source, std::initializer_list<std::pair<std::string_view, LogFormat>> formats) {
+LogFile read_log_file(const Config& source, std::initializer_list<std::pair<std::string_view, LogFormat>> formats,
+                      DataFile data) {
   LogFile log;
-  log.file = source.existing_file("file").string();
+  log.file = (data == DataFile::kMustExist ? source.existing_file("file") : source.path("file")).string();
   const std::string asked = source.text("format", "csv");
   if (asked == "xsens_ascii" || asked == "nmea") {
     std::string names;
@@ -46,10 +47,10 @@ LogFile read_log_file(const Config& source, std::initializer_list<std::pair<std:
   return log;
 }
 
-ImuSource read_imu_source(const Config& imu) {
+ImuSource read_imu_source(const Config& imu, DataFile data) {
   ImuSource source;
   source.where = imu.where();
-  source.log = read_log_file(imu, {{"csv", LogFormat::kCsv}, {"kf_gins", LogFormat::kKfGins}});
+  source.log = read_log_file(imu, {{"csv", LogFormat::kCsv}, {"kf_gins", LogFormat::kKfGins}}, data);
   source.sensor = read_sensor(imu.existing_file("sensor"));
   source.conditioning.R_bs = imu.axes("axes");
   source.conditioning.instantaneous = imu.choice<bool>("sampling", {{"mean", false}, {"instant", true}}, false);

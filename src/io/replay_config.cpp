@@ -12,30 +12,6 @@
 namespace piste {
 namespace {
 
-GnssOptions read_gnss_options(const Config& source, const LogFile& log) {
-  GnssOptions options;
-  options.name = std::filesystem::path(log.file).stem().string();
-  options.lever_arm = source.vector("lever_arm", dimension::kLength, Vector3d::Zero());
-  if (source.has("use")) {
-    const std::vector<std::string> use = source.words("use");
-    const auto has = [&](std::string_view word) { return std::find(use.begin(), use.end(), word) != use.end(); };
-    options.use_position = has("position");
-    options.use_velocity = has("velocity");
-    const auto known = static_cast<std::size_t>(options.use_position) + static_cast<std::size_t>(options.use_velocity);
-    if (known == 0 || known != use.size())
-      source.fail("use", "right would be `position`, `velocity` or `position velocity`");
-  }
-  if (const auto drift = source.find_map("drift")) {
-    GaussMarkov process{drift->vector("sigma", dimension::kLength),
-                        drift->quantity("correlation_time", dimension::kTime)};
-    if (!(process.sigma.minCoeff() > 0))
-      drift->fail("sigma", "must be above zero on each axis, such as `0.4 0.4 0.7 m`");
-    if (!(process.correlation_time > 0)) drift->fail("correlation_time", "must be above zero, such as `60 s`");
-    options.drift = process;
-  }
-  return options;
-}
-
 AttitudeOptions read_attitude_options(const Config& source, const LogFile& log) {
   AttitudeOptions options;
   options.name = std::filesystem::path(log.file).stem().string();
@@ -144,8 +120,7 @@ ReplayConfig read_replay_config(const std::filesystem::path& file) {
   FilterOptions& filter = replay.filter;
   filter.sensor = replay.imu.sensor;
   for (const Config& source : config.maps("gnss")) {
-    replay.gnss.push_back(read_log_file(
-        source, {{"csv", LogFormat::kCsv}, {"kf_gins", LogFormat::kKfGins}, {"rtklib_pos", LogFormat::kRtklibPos}}));
+    replay.gnss.push_back(read_gnss_file(source));
     filter.gnss.push_back(read_gnss_options(source, replay.gnss.back()));
   }
   for (const Config& source : config.maps("attitude")) {
@@ -190,17 +165,21 @@ Recording read_recording(const ReplayConfig& config) {
   return recording;
 }
 
-FilterOptions filter_options(const ReplayConfig& config, const Recording& recording) {
-  FilterOptions options = config.filter;
+void set_attitude_sigmas(FilterOptions& options, const std::vector<AttitudeRecording>& attitude) {
   for (std::size_t i = 0; i < options.attitude.size(); ++i) {
     if (!options.attitude[i].drift) continue;
     Vector3d sum = Vector3d::Zero();
-    for (const EulerFix& fix : recording.attitude[i].fixes) sum += fix.sigma.cwiseAbs2();
-    const Vector3d mean = sum / static_cast<double>(recording.attitude[i].fixes.size());
+    for (const EulerFix& fix : attitude[i].fixes) sum += fix.sigma.cwiseAbs2();
+    const Vector3d mean = sum / static_cast<double>(attitude[i].fixes.size());
     // Roll and pitch turn with the body between north and east: level axes get their common rms.
     const double level = std::sqrt((mean.x() + mean.y()) / 2);
     options.attitude[i].drift->sigma = {level, level, std::sqrt(mean.z())};
   }
+}
+
+FilterOptions filter_options(const ReplayConfig& config, const Recording& recording) {
+  FilterOptions options = config.filter;
+  set_attitude_sigmas(options, recording.attitude);
   return options;
 }
 

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <utility>
 
 namespace piste {
@@ -117,6 +118,35 @@ std::vector<Block> read_estimate(const Config& config, const FilterOptions& filt
     return index_of(block) <= index_of(Block::kAttitude) || !has_error(filter.sensor, block);
   });
   return named;
+}
+
+LogFile read_gnss_file(const Config& source, DataFile data) {
+  return read_log_file(
+      source, {{"csv", LogFormat::kCsv}, {"kf_gins", LogFormat::kKfGins}, {"rtklib_pos", LogFormat::kRtklibPos}}, data);
+}
+
+GnssOptions read_gnss_options(const Config& source, const LogFile& log) {
+  GnssOptions options;
+  options.name = std::filesystem::path(log.file).stem().string();
+  options.lever_arm = source.vector("lever_arm", dimension::kLength, Vector3d::Zero());
+  if (source.has("use")) {
+    const std::vector<std::string> use = source.words("use");
+    const auto has = [&](std::string_view word) { return std::find(use.begin(), use.end(), word) != use.end(); };
+    options.use_position = has("position");
+    options.use_velocity = has("velocity");
+    const auto known = static_cast<std::size_t>(options.use_position) + static_cast<std::size_t>(options.use_velocity);
+    if (known == 0 || known != use.size())
+      source.fail("use", "right would be `position`, `velocity` or `position velocity`");
+  }
+  if (const auto drift = source.find_map("drift")) {
+    GaussMarkov process{drift->vector("sigma", dimension::kLength),
+                        drift->quantity("correlation_time", dimension::kTime)};
+    if (!(process.sigma.minCoeff() > 0))
+      drift->fail("sigma", "must be above zero on each axis, such as `0.4 0.4 0.7 m`");
+    if (!(process.correlation_time > 0)) drift->fail("correlation_time", "must be above zero, such as `60 s`");
+    options.drift = process;
+  }
+  return options;
 }
 
 std::vector<Interval> read_outages(const Config& config) {

@@ -85,6 +85,19 @@ std::string navigation_csv(const Solution& solution) {
   return std::move(csv).text();
 }
 
+AttitudeRecording attitude_recording(const Solution& solution, double rate) {
+  AttitudeRecording out;
+  // An epoch is taken where none of its neighbours is nearer to the multiple of 1 / rate that is nearest to it.
+  const auto place = [&](std::size_t i) { return std::round(solution.time(i) * rate); };
+  const auto off = [&](std::size_t i) { return std::abs(solution.time(i) * rate - place(i)); };
+  for (std::size_t i = 0; i < solution.size(); ++i) {
+    if (i > 0 && place(i - 1) == place(i) && off(i - 1) <= off(i)) continue;
+    if (i + 1 < solution.size() && place(i + 1) == place(i) && off(i + 1) < off(i)) continue;
+    out.fixes.push_back({solution.time(i), solution.navigation(i).euler, solution.sigmas(i).euler});
+  }
+  return out;
+}
+
 std::string attitude_csv(const Solution& solution, double rate) {
   CsvWriter csv({{"time_s", kTimeDecimals},
                  {"roll_deg", kDegreeDecimals},
@@ -93,15 +106,9 @@ std::string attitude_csv(const Solution& solution, double rate) {
                  {"sigma_roll_deg", kDegreeDecimals},
                  {"sigma_pitch_deg", kDegreeDecimals},
                  {"sigma_heading_deg", kDegreeDecimals}});
-  // An epoch is written where none of its neighbours is nearer to the multiple of 1 / rate that is nearest to it.
-  const auto place = [&](std::size_t i) { return std::round(solution.time(i) * rate); };
-  const auto off = [&](std::size_t i) { return std::abs(solution.time(i) * rate - place(i)); };
-  for (std::size_t i = 0; i < solution.size(); ++i) {
-    if (i > 0 && place(i - 1) == place(i) && off(i - 1) <= off(i)) continue;
-    if (i + 1 < solution.size() && place(i + 1) == place(i) && off(i + 1) < off(i)) continue;
-    const Vector3d euler = kDegreesPerRadian * solution.navigation(i).euler;
-    const Vector3d sigma = kDegreesPerRadian * solution.sigmas(i).euler;
-    csv.row(std::array{solution.time(i), euler.x(), euler.y(), euler.z(), sigma.x(), sigma.y(), sigma.z()});
+  for (const EulerFix& fix : attitude_recording(solution, rate).fixes) {
+    const Vector3d euler = kDegreesPerRadian * fix.angles, sigma = kDegreesPerRadian * fix.sigma;
+    csv.row(std::array{fix.time, euler.x(), euler.y(), euler.z(), sigma.x(), sigma.y(), sigma.z()});
   }
   return std::move(csv).text();
 }

@@ -18,6 +18,13 @@ struct MountedImu {
   ConditioningOptions conditioning;
 };
 
+/// Reads the keys of `imu` in a replay, and `name`, which becomes the name of a folder. Throws ConfigError.
+MountedImu read_mounted_imu(const Config& config, DataFile data = DataFile::kMustExist);
+
+/// The key `phases: auto`, or `{before: [t0, t1], run: [t0, t1], after: [t0, t1]}`, of which any may be left out;
+/// nothing for `auto` and where the key is absent. Throws ConfigError.
+std::optional<Phases> read_phases(const Config& config);
+
 struct AlignConfig {
   std::filesystem::path file;
   std::string echo;              ///< the file's text
@@ -29,9 +36,8 @@ struct AlignConfig {
 
 /// Reads and checks the configuration; of the data files only that they are there. Keys: `imu`, a map or a list of
 /// maps, and `reference`, with the keys of `imu` in a replay and `name`; `low_pass`; `span: {start, end}` of the body
-/// IMU's clock; for compare, `phases: auto` or `{before: [t0, t1], run: [t0, t1], after: [t0, t1]}` in the reference's
-/// time, of which any may be left out. The `clock` of a body IMU is what is sought, and not used; that of the reference
-/// leads to GPS time. Throws ConfigError `FILE:LINE: …`.
+/// IMU's clock; for compare, `phases` in the reference's time. The `clock` of a body IMU is what is sought, and not
+/// used; that of the reference leads to GPS time. Throws ConfigError `FILE:LINE: …`.
 AlignConfig read_align_config(const std::filesystem::path& file);
 
 }  // namespace piste

@@ -16,13 +16,18 @@ struct ImuSource {
   std::string where;  ///< `FILE:LINE` of its entry
 };
 
+/// Whether a configuration is refused where a data file that it names is not there, or whoever reads the file is to say
+/// so.
+enum class DataFile { kMustExist, kMayBeMissing };
+
 /// Reads the keys file, format, ignore_columns, sensor, axes, sampling and clock. Throws ConfigError.
-ImuSource read_imu_source(const Config& imu);
+ImuSource read_imu_source(const Config& imu, DataFile data = DataFile::kMustExist);
 
 /// Reads the rows. Throws ConfigError where `sampling: instant` is asked of a file of increments, DataError otherwise.
 ImuRecording read_imu(const ImuSource& source);
 
 /// Reads the keys file, format and ignore_columns; `formats` are those that this kind of log has.
-LogFile read_log_file(const Config& source, std::initializer_list<std::pair<std::string_view, LogFormat>> formats);
+LogFile read_log_file(const Config& source, std::initializer_list<std::pair<std::string_view, LogFormat>> formats,
+                      DataFile data = DataFile::kMustExist);
 
 }  // namespace piste

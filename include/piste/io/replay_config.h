@@ -35,6 +35,9 @@ ReplayConfig read_replay_config(const std::filesystem::path& file);
 /// Reads all logs of the configuration. Throws DataError `FILE:LINE: …`.
 Recording read_recording(const ReplayConfig& config);
 
+/// The drift of each attitude source that has one, from the rms of its fixes' sigmas.
+void set_attitude_sigmas(FilterOptions& options, const std::vector<AttitudeRecording>& attitude);
+
 /// The filter's options, with the drift of each attitude source taken from the rms of its fixes' sigmas.
 FilterOptions filter_options(const ReplayConfig& config, const Recording& recording);
 

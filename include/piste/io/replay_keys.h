@@ -7,6 +7,7 @@
 #include "piste/core/options.h"
 #include "piste/core/state_layout.h"
 #include "piste/io/config.h"
+#include "piste/io/imu_source.h"
 
 namespace piste {
 
@@ -14,6 +15,12 @@ namespace piste {
 /// that has one. A bias or scale whose sigma is 0 in the sensor of `filter`, and a drift without a process, are left
 /// out. Throws ConfigError on a block that is unknown, stands twice, or has nothing to be observed by.
 std::vector<Block> read_estimate(const Config& config, const FilterOptions& filter, std::vector<Block> fallback = {});
+
+/// The log of a receiver: file, format and ignore_columns. Throws ConfigError.
+LogFile read_gnss_file(const Config& source, DataFile data = DataFile::kMustExist);
+
+/// The keys lever_arm, use and drift of a receiver, whose log gives the name. Throws ConfigError.
+GnssOptions read_gnss_options(const Config& source, const LogFile& log);
 
 /// The list `outages` of [start, length], as intervals; none where the key is absent. Throws ConfigError.
 std::vector<Interval> read_outages(const Config& config);

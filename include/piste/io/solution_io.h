@@ -11,8 +11,11 @@ namespace piste {
 /// `filtered.csv`, `smoothed.csv`: geodetic position, velocity in local north-east-down, angles, and their sigmas.
 std::string navigation_csv(const Solution& solution);
 
-/// `attitude.csv`: roll, pitch and heading in local north-east-down and their sigmas, as an attitude log that another
-/// replay reads (`attitude:`). Of the epochs nearest to the multiples of 1 / rate [Hz]; all, where they are sparser.
+/// Roll, pitch and heading in local north-east-down and their sigmas, as another replay takes them for a reference. Of
+/// the epochs nearest to the multiples of 1 / rate [Hz]; all, where they are sparser. The name of the file is empty.
+AttitudeRecording attitude_recording(const Solution& solution, double rate);
+
+/// `attitude.csv`: the same as an attitude log that another replay reads (`attitude:`).
 std::string attitude_csv(const Solution& solution, double rate);
 
 /// `biases.csv`, `biases_smoothed.csv`: of each estimated block beyond navigation its axes, such as
