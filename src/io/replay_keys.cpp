@@ -61,36 +61,6 @@ void check_sources(const Config& config, Block block, const FilterOptions& filte
   }
 }
 
-// Whether the sensor file leaves anything to estimate.
-bool has_error(const ImuSensor& sensor, Block block) {
-  constexpr auto kNone = DriftProcess::Kind::kNone;
-  switch (block) {
-    case Block::kGyroBias:
-      return sensor.gyro.bias > 0;
-    case Block::kAccelBias:
-      return sensor.accel.bias > 0;
-    case Block::kGyroScale:
-      return sensor.gyro.scale > 0;
-    case Block::kAccelScale:
-      return sensor.accel.scale > 0;
-    case Block::kGyroDrift:
-      return sensor.gyro.drift.kind != kNone;
-    case Block::kAccelDrift:
-      return sensor.accel.drift.kind != kNone;
-    case Block::kPosition:
-    case Block::kVelocity:
-    case Block::kAttitude:
-    case Block::kBoresight:
-    case Block::kLeverArm:
-    case Block::kGnssPositionDrift:
-    case Block::kGnssDelay:
-    case Block::kAttitudeDrift:
-    case Block::kBoresightDrift:
-      return true;
-  }
-  return true;
-}
-
 }  // namespace
 
 std::vector<Block> read_estimate(const Config& config, const FilterOptions& filter, std::vector<Block> fallback) {

@@ -88,6 +88,13 @@ struct FilterOptions {
   void validate() const;
 };
 
+/// Whether the sensor leaves anything of the block to estimate: a bias or scale whose sigma is 0, and a drift without a
+/// process, do not. True of blocks that are not the IMU's.
+bool has_error(const ImuSensor& sensor, Block block);
+
+/// Bias, drift and scale of gyro and accel, as far as the sensor has an error of them.
+std::vector<Block> imu_error_blocks(const ImuSensor& sensor);
+
 /// Where the heading comes from at the start.
 struct InitialHeading {
   enum class Source { kAuto, kAttitude, kMagnetometer, kValue };

@@ -1,0 +1,39 @@
+#pragma once
+/// Independent tasks on several threads.
+
+#include <atomic>
+#include <cstddef>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace piste {
+
+/// Calls task(0) … task(count − 1), `jobs` at a time, in that order as far as one thread is concerned. The first
+/// exception stops those that have not begun, and is thrown on.
+template <class Task>
+void for_each_parallel(std::size_t count, std::size_t jobs, Task&& task) {
+  std::atomic<std::size_t> next{0};
+  std::exception_ptr stopped;
+  std::mutex mutex;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < count; i = next++) {
+      try {
+        task(i);
+      } catch (...) {  // out of a thread it would end the program
+        const std::lock_guard lock(mutex);
+        if (!stopped) stopped = std::current_exception();
+        next = count;
+      }
+    }
+  };
+  {
+    std::vector<std::jthread> others;
+    for (std::size_t i = 1; i < jobs && i < count; ++i) others.emplace_back(work);
+    work();
+  }
+  if (stopped) std::rethrow_exception(stopped);
+}
+
+}  // namespace piste
