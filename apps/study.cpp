@@ -1,0 +1,60 @@
+/// study CAMPAIGN: all IMUs, all runs: the errors of each by every method, and which of them navigates best.
+
+#include <fmt/format.h>
+
+#include <thread>
+
+#include "app.h"
+#include "piste/analyse/study_files.h"
+#include "piste/core/error.h"
+#include "piste/experiment/study.h"
+#include "piste/io/output.h"
+#include "piste/report/study_figures.h"
+#include "piste/report/study_page.h"
+
+namespace piste {
+namespace {
+
+void run(const AppArguments& arguments, Progress& progress) {
+  const StudyConfig config = read_study_config(arguments.input);
+  OutputFolder output(arguments.output);
+  StudyOptions options;
+  options.jobs = static_cast<std::size_t>(arguments.integers.at("jobs"));
+  bool started = false;
+  const Study study = run_study(config, options, [&](std::size_t done, std::size_t total) {
+    if (!started) progress.start("study", total, "steps");
+    started = true;
+    progress.update(done);
+  });
+  progress.clear();
+  const bool any = std::any_of(study.results.begin(), study.results.end(),
+                               [](const SensorRun& result) { return result.failure.empty(); });
+  if (!any) throw DataError(arguments.input, "no IMU of any run could be studied; " + missing(study).front());
+
+  for (const NamedText& file : study_csv(study)) output.write(file.name, file.text);
+  output.write("summary.json", study_json(study));
+  for (const Figure& figure : study_figures(study)) {
+    output.write(fmt::format("figures/{}.svg", figure.name), figure.svg);
+  }
+  output.write("study.html", study_html(study, PISTE_VERSION, config.echo));
+  output.commit();
+  say(arguments, study_text(study));
+  say(arguments, "written to " + output.folder().string());
+}
+
+}  // namespace
+}  // namespace piste
+
+int main(int argc, char** argv) {
+  const auto cores = static_cast<long>(std::max(1U, std::thread::hardware_concurrency()));
+  const piste::AppDescription description{
+      .name = "study",
+      .summary =
+          "A campaign of IMUs beside a reference: biases and scales by every method, tables and figures, and the method "
+          "whose errors lead to the best navigation.",
+      .input = "CAMPAIGN",
+      .input_help = "campaign file (YAML), such as `simulate config/scenarios/campaign.yaml` writes",
+      .integers = {{"jobs", "runs at a time; the results do not depend on it", cores, 1}},
+  };
+  return piste::run_app(description, argc, argv, piste::run);
+}
