@@ -17,12 +17,15 @@ namespace {
 
 constexpr const char* kSensorFolder = "sensors";
 
-std::string sensor_file_name(const ImuSetup& imu) { return imu.sensor_file.filename().string(); }
+// Relative to the campaign file.
+std::string sensor_path(const ImuSetup& imu) {
+  return fmt::format("{}/{}", kSensorFolder, imu.sensor_file.filename().string());
+}
 
 // Keeps the sensor file of an IMU, which may not share its name with another one.
 void keep_sensor(std::map<std::string, std::string>& sensors, const Config& run, const ImuSetup& imu) {
   const std::string text = sensor_text(imu.sensor);
-  const auto [kept, is_new] = sensors.emplace(sensor_file_name(imu), text);
+  const auto [kept, is_new] = sensors.emplace(sensor_path(imu), text);
   if (!is_new && kept->second != text) {
     run.fail("scenario", fmt::format("`{}` has another content than the sensor file of that name in a run above; "
                                      "both go to one folder, so rename one",
@@ -78,9 +81,9 @@ CampaignRun read_run(const Config& config, const Config& run, const MemsNames& m
 // An entry of campaign.yaml, on one line.
 std::string imu_entry(const CampaignRun& run, std::size_t imu, const std::string& name = "") {
   const ImuSetup& setup = run.scenario.imus[imu];
-  return fmt::format("{{{}file: {}/{}.csv, format: csv, sensor: {}/{}, axes: +x +y +z, sampling: {}}}",
+  return fmt::format("{{{}file: {}/{}.csv, format: csv, sensor: {}, axes: +x +y +z, sampling: {}}}",
                      name.empty() ? "" : fmt::format("name: {}, ", json::string(name)), run.name, setup.name,
-                     kSensorFolder, sensor_file_name(setup),
+                     sensor_path(setup),
                      setup.sampling == ImuSetup::Sampling::kInstant ? "instant" : "mean");
 }
 

@@ -38,7 +38,7 @@ struct Campaign {
   double low_pass = 0;                         ///< [Hz]
   std::vector<std::string> mems;               ///< what the tables call them
   std::vector<CampaignRun> runs;               ///< one at least
-  std::map<std::string, std::string> sensors;  ///< sensor files of reference and mems: their texts by their names
+  std::map<std::string, std::string> sensors;  ///< texts of the sensor files, by their paths from campaign.yaml
 };
 
 /// Whether the file describes a campaign, not a scenario: it has `runs:`. Throws ConfigError where it is no YAML.
