@@ -1,37 +1,77 @@
-/// simulate SCENARIO: what sensors would have recorded of a run that is known exactly.
+/// simulate SCENARIO: what sensors would have recorded of a run that is known exactly; or of all runs of a campaign.
 
 #include <fmt/format.h>
 
 #include "app.h"
 #include "piste/io/output.h"
+#include "piste/sim/campaign.h"
 #include "piste/sim/simulation.h"
 
 namespace piste {
 namespace {
 
-void run(const AppArguments& arguments, Progress& progress) {
-  const Scenario scenario = read_scenario(arguments.input);
+std::size_t sensors_of(const Scenario& s) { return s.imus.size() + s.gnss.size() + s.attitude.size(); }
+
+std::uint64_t seed_of(const AppArguments& arguments, std::uint64_t fallback) {
   const auto given = arguments.integers.find("seed");
-  const std::uint64_t seed =
-      given == arguments.integers.end() ? scenario.seed : static_cast<std::uint64_t>(given->second);
+  return given == arguments.integers.end() ? fallback : static_cast<std::uint64_t>(given->second);
+}
 
-  progress.start("simulate", scenario.imus.size() + scenario.gnss.size() + scenario.attitude.size(), "sensors");
-  const Simulation simulation = simulate(scenario, seed, [&](std::size_t done, std::size_t) { progress.update(done); });
-
-  OutputFolder out(arguments.output);
+// Simulates one run, and writes its files with `folder` before their names.
+void write_run(OutputFolder& out, const std::string& folder, const Scenario& scenario, std::uint64_t seed,
+               const SimulationProgress& progress) {
+  const Simulation simulation = simulate(scenario, seed, progress);
   for (std::size_t i = 0; i < simulation.imus.size(); ++i) {
     const SimulatedImu& imu = simulation.imus[i];
-    out.write(imu.recording.file, imu_csv(imu.recording));
+    out.write(folder + imu.recording.file, imu_csv(imu.recording));
     const std::string name = i == 0 ? "truth.csv" : "truth_" + imu.recording.file;
-    out.write(name, truth_csv(simulation.bodies[i], imu.gps_time, scenario.truth_every));
+    out.write(folder + name, truth_csv(simulation.bodies[i], imu.gps_time, scenario.truth_every));
   }
-  for (const GnssRecording& gnss : simulation.gnss) out.write(gnss.file, gnss_csv(gnss));
-  for (const AttitudeRecording& attitude : simulation.attitude) out.write(attitude.file, attitude_csv(attitude));
-  out.write("truth.json", truth_json(scenario, simulation, seed));
+  for (const GnssRecording& gnss : simulation.gnss) out.write(folder + gnss.file, gnss_csv(gnss));
+  for (const AttitudeRecording& attitude : simulation.attitude) {
+    out.write(folder + attitude.file, attitude_csv(attitude));
+  }
+  out.write(folder + "truth.json", truth_json(scenario, simulation, seed));
+}
+
+void run_scenario(const AppArguments& arguments, Progress& progress) {
+  const Scenario scenario = read_scenario(arguments.input);
+  const std::uint64_t seed = seed_of(arguments, scenario.seed);
+  progress.start("simulate", sensors_of(scenario), "sensors");
+  OutputFolder out(arguments.output);
+  write_run(out, "", scenario, seed, [&](std::size_t done, std::size_t) { progress.update(done); });
   out.commit();
   progress.clear();
   say(arguments, fmt::format("{}: {:.0f} s, seed {}, in {}", arguments.input, scenario.motion.duration(), seed,
                              arguments.output.string()));
+}
+
+void run_campaign(const AppArguments& arguments, Progress& progress) {
+  const Campaign campaign = read_campaign(arguments.input);
+  const std::uint64_t seed = seed_of(arguments, campaign.seed);
+  std::size_t total = 0, before = 0;
+  for (const CampaignRun& run : campaign.runs) total += sensors_of(run.scenario);
+  OutputFolder out(arguments.output);
+  for (const CampaignRun& run : campaign.runs) {
+    progress.start(run.name, total, "sensors", before);
+    write_run(out, run.name + "/", run.scenario, run_seed(seed, run.name),
+              [&](std::size_t done, std::size_t) { progress.update(before + done); });
+    before += sensors_of(run.scenario);
+  }
+  for (const auto& [name, text] : campaign.sensors) out.write(name, text);
+  out.write("campaign.yaml", campaign_text(campaign, seed));
+  out.commit();
+  progress.clear();
+  say(arguments, fmt::format("{}: {} runs, seed {}, for study in {}", arguments.input, campaign.runs.size(), seed,
+                             (arguments.output / "campaign.yaml").string()));
+}
+
+void run(const AppArguments& arguments, Progress& progress) {
+  if (is_campaign(arguments.input)) {
+    run_campaign(arguments, progress);
+  } else {
+    run_scenario(arguments, progress);
+  }
 }
 
 }  // namespace
@@ -40,9 +80,13 @@ void run(const AppArguments& arguments, Progress& progress) {
 int main(int argc, char** argv) {
   const piste::AppDescription description{
       .name = "simulate",
-      .summary = "Simulates a run: the logs of its sensors, and the truth (truth.csv, truth.json).",
+      .summary =
+          "Simulates a run, or those of a campaign: the logs of its sensors, and the truth (truth.csv, "
+          "truth.json). A campaign comes with the campaign.yaml that study takes.",
       .input = "SCENARIO",
-      .input_help = "scenario file (YAML), such as config/scenarios/ski.yaml",
+      .input_help =
+          "scenario file (YAML), such as config/scenarios/ski.yaml, or a campaign of several: campaign.yaml "
+          "there",
       .integers = {{"seed", "of all that is random; without it the scenario's"}},
   };
   return piste::run_app(description, argc, argv, piste::run);

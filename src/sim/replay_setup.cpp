@@ -1,7 +1,6 @@
 #include "piste/sim/replay_setup.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <string>
@@ -13,6 +12,7 @@
 #include "piste/io/replay_keys.h"
 #include "piste/io/sensor_file.h"
 #include "piste/sim/scenario.h"
+#include "sim/names.h"
 
 namespace piste {
 namespace {
@@ -22,18 +22,9 @@ using namespace dimension;
 // Places in `setups` of those that `key` names; none where it is absent.
 template <class Setup>
 std::vector<std::size_t> read_sensors(const Config& config, std::string_view key, const std::vector<Setup>& setups) {
-  std::vector<std::string> there;
-  there.reserve(setups.size());
-  for (const Setup& s : setups) there.push_back(s.name);
   std::vector<std::size_t> found;
   for (const std::string& name : config.words(key)) {
-    const auto place = static_cast<std::size_t>(std::find(there.begin(), there.end(), name) - there.begin());
-    if (place == there.size()) {
-      const auto near = nearest_spelling(name, there);
-      config.fail(key, fmt::format("the scenario has no `{}`{}; there are: {}", name,
-                                   near ? fmt::format(", perhaps `{}`", *near) : "",
-                                   there.empty() ? "none" : fmt::format("{}", fmt::join(there, ", "))));
-    }
+    const std::size_t place = place_of(config, key, name, setups);
     if (std::find(found.begin(), found.end(), place) != found.end()) {
       config.fail(key, fmt::format("`{}` stands twice", name));
     }

@@ -1,19 +1,120 @@
 #include "piste/sim/scenario.h"
 
+#include <fmt/format.h>
+
 #include <set>
 
 #include "piste/core/error.h"
 #include "piste/io/config.h"
 #include "piste/io/sensor_file.h"
 #include "piste/math/units.h"
+#include "sim/names.h"
 
 namespace piste {
 namespace {
 
 using namespace dimension;
 
-MotionOptions read_motion(const Config& config) {
-  MotionOptions m;
+// An optional vector: nothing where the key is absent.
+std::optional<Vector3d> find_vector(const Config& config, std::string_view key, const Dimension& expected) {
+  if (!config.has(key)) return std::nullopt;
+  return config.vector(key, expected);
+}
+
+// The spread of what `key` gives.
+Vector3d read_spread(const Config& config, const std::string& key, const Dimension& expected) {
+  const std::string spread_key = key + "_spread";
+  const Vector3d spread = config.vector(spread_key, expected, Vector3d::Zero());
+  if (spread.minCoeff() < 0) config.fail(spread_key, "must not be negative; it is a sigma of each axis");
+  if (config.has(spread_key) && !config.has(key)) {
+    config.fail(spread_key, fmt::format("spreads about `{0}`, which is missing; give `{0}` too, or neither: then it is "
+                                        "drawn with the sigma of the sensor file",
+                                        key));
+  }
+  return spread;
+}
+
+// `value` is the dimension of the signal, `integral` that of its integral.
+TriadTruth read_triad(const Config& config, const Dimension& value, const Dimension& integral) {
+  TriadTruth t;
+  t.bias = find_vector(config, "bias", value);
+  t.bias_spread = read_spread(config, "bias", value);
+  t.scale = find_vector(config, "scale", kRatio);
+  t.scale_spread = read_spread(config, "scale", kRatio);
+  t.misalignment = config.magnitude("misalignment", kRatio, t.misalignment);
+  t.warm_up = config.vector("warm_up", value, t.warm_up);
+  t.warm_up_time = config.magnitude("warm_up_time", kTime, t.warm_up_time);
+  if (t.warm_up_time <= 0) config.fail("warm_up_time", "must be above zero, such as `120 s`");
+  t.quantization = config.magnitude("quantization", integral, t.quantization);
+  return t;
+}
+
+std::optional<GaussMarkov> read_drift(const Config& config, std::string_view key, const Dimension& value) {
+  const auto map = config.find_map(key);
+  if (!map) return std::nullopt;
+  const GaussMarkov drift{map->vector("sigma", value), map->magnitude("correlation_time", kTime)};
+  if (drift.correlation_time <= 0) map->fail("correlation_time", "must be above zero, such as `60 s`");
+  return drift;
+}
+
+double read_rate(const Config& config, double fallback) {
+  const double rate = config.magnitude("rate", kFrequency, fallback);
+  if (rate <= 0) config.fail("rate", "must be above zero, such as `100 Hz`");
+  return rate;
+}
+
+ImuSetup read_imu(const Config& config, std::set<std::string>& names) {
+  using Sampling = ImuSetup::Sampling;
+  ImuSetup s;
+  s.name = claim_name(names, config);
+  s.sensor_file = config.existing_file("sensor");
+  s.sensor = read_sensor(s.sensor_file);
+  s.q_rb = from_euler(config.vector("boresight", kAngle, Vector3d::Zero()));
+  s.p_rb_r = config.vector("position", kLength, s.p_rb_r);
+  s.rate = read_rate(config, s.rate);
+  s.sampling = config.choice<Sampling>(
+      "sampling", {{"mean", Sampling::kMean}, {"instant", Sampling::kInstant}, {"increments", Sampling::kIncrements}},
+      s.sampling);
+  if (const auto clock = config.find_map("clock")) {
+    s.clock_offset = clock->quantity("offset", kTime, 0);
+    s.clock_drift = clock->quantity("drift", kRatio, 0);
+  }
+  if (const auto errors = config.find_map("errors")) {
+    if (const auto gyro = errors->find_map("gyro")) s.gyro = read_triad(*gyro, kAngularRate, kAngle);
+    if (const auto accel = errors->find_map("accel")) s.accel = read_triad(*accel, kAcceleration, kVelocity);
+  }
+  if (const auto magnetometer = config.find_map("magnetometer")) {
+    constexpr double kMicro = 1e6;
+    s.magnetic_field = kMicro * magnetometer->vector("field", kMagneticField);
+    s.magnetic_noise = kMicro * magnetometer->magnitude("noise", kMagneticField, 0);
+  }
+  return s;
+}
+
+GnssSetup read_gnss(const Config& config, std::set<std::string>& names) {
+  GnssSetup s;
+  s.name = claim_name(names, config);
+  s.p_ra_r = config.vector("lever_arm", kLength, s.p_ra_r);
+  s.rate = read_rate(config, s.rate);
+  s.position_noise = config.vector("position_noise", kLength, s.position_noise);
+  s.position_drift = read_drift(config, "position_drift", kLength);
+  s.velocity_noise = config.vector("velocity_noise", kVelocity, s.velocity_noise);
+  s.delay = config.quantity("delay", kTime, s.delay);
+  return s;
+}
+
+AttitudeSetup read_attitude(const Config& config, std::set<std::string>& names) {
+  AttitudeSetup s;
+  s.name = claim_name(names, config);
+  s.rate = read_rate(config, s.rate);
+  s.noise = config.vector("noise", kAngle, s.noise);
+  s.drift = read_drift(config, "drift", kAngle);
+  return s;
+}
+
+}  // namespace
+
+MotionOptions read_motion(const Config& config, MotionOptions m) {
   m.rest_before = config.magnitude("rest_before", kTime, m.rest_before);
   m.run = config.magnitude("run", kTime, m.run);
   m.rest_after = config.magnitude("rest_after", kTime, m.rest_after);
@@ -44,97 +145,6 @@ MotionOptions read_motion(const Config& config) {
   return m;
 }
 
-// An optional vector: nothing where the key is absent.
-std::optional<Vector3d> find_vector(const Config& config, std::string_view key, const Dimension& expected) {
-  if (!config.has(key)) return std::nullopt;
-  return config.vector(key, expected);
-}
-
-// `value` is the dimension of the signal, `integral` that of its integral.
-TriadTruth read_triad(const Config& config, const Dimension& value, const Dimension& integral) {
-  TriadTruth t;
-  t.bias = find_vector(config, "bias", value);
-  t.scale = find_vector(config, "scale", kRatio);
-  t.misalignment = config.magnitude("misalignment", kRatio, t.misalignment);
-  t.warm_up = config.vector("warm_up", value, t.warm_up);
-  t.warm_up_time = config.magnitude("warm_up_time", kTime, t.warm_up_time);
-  if (t.warm_up_time <= 0) config.fail("warm_up_time", "must be above zero, such as `120 s`");
-  t.quantization = config.magnitude("quantization", integral, t.quantization);
-  return t;
-}
-
-std::optional<GaussMarkov> read_drift(const Config& config, std::string_view key, const Dimension& value) {
-  const auto map = config.find_map(key);
-  if (!map) return std::nullopt;
-  const GaussMarkov drift{map->vector("sigma", value), map->magnitude("correlation_time", kTime)};
-  if (drift.correlation_time <= 0) map->fail("correlation_time", "must be above zero, such as `60 s`");
-  return drift;
-}
-
-double read_rate(const Config& config, double fallback) {
-  const double rate = config.magnitude("rate", kFrequency, fallback);
-  if (rate <= 0) config.fail("rate", "must be above zero, such as `100 Hz`");
-  return rate;
-}
-
-ImuSetup read_imu(const Config& config) {
-  using Sampling = ImuSetup::Sampling;
-  ImuSetup s;
-  s.name = config.text("name");
-  s.sensor = read_sensor(config.existing_file("sensor"));
-  s.q_rb = from_euler(config.vector("boresight", kAngle, Vector3d::Zero()));
-  s.p_rb_r = config.vector("position", kLength, s.p_rb_r);
-  s.rate = read_rate(config, s.rate);
-  s.sampling = config.choice<Sampling>(
-      "sampling", {{"mean", Sampling::kMean}, {"instant", Sampling::kInstant}, {"increments", Sampling::kIncrements}},
-      s.sampling);
-  if (const auto clock = config.find_map("clock")) {
-    s.clock_offset = clock->quantity("offset", kTime, 0);
-    s.clock_drift = clock->quantity("drift", kRatio, 0);
-  }
-  if (const auto errors = config.find_map("errors")) {
-    if (const auto gyro = errors->find_map("gyro")) s.gyro = read_triad(*gyro, kAngularRate, kAngle);
-    if (const auto accel = errors->find_map("accel")) s.accel = read_triad(*accel, kAcceleration, kVelocity);
-  }
-  if (const auto magnetometer = config.find_map("magnetometer")) {
-    constexpr double kMicro = 1e6;
-    s.magnetic_field = kMicro * magnetometer->vector("field", kMagneticField);
-    s.magnetic_noise = kMicro * magnetometer->magnitude("noise", kMagneticField, 0);
-  }
-  return s;
-}
-
-GnssSetup read_gnss(const Config& config) {
-  GnssSetup s;
-  s.name = config.text("name");
-  s.p_ra_r = config.vector("lever_arm", kLength, s.p_ra_r);
-  s.rate = read_rate(config, s.rate);
-  s.position_noise = config.vector("position_noise", kLength, s.position_noise);
-  s.position_drift = read_drift(config, "position_drift", kLength);
-  s.velocity_noise = config.vector("velocity_noise", kVelocity, s.velocity_noise);
-  s.delay = config.quantity("delay", kTime, s.delay);
-  return s;
-}
-
-AttitudeSetup read_attitude(const Config& config) {
-  AttitudeSetup s;
-  s.name = config.text("name");
-  s.rate = read_rate(config, s.rate);
-  s.noise = config.vector("noise", kAngle, s.noise);
-  s.drift = read_drift(config, "drift", kAngle);
-  return s;
-}
-
-// Names become files and random streams.
-void claim_name(std::set<std::string>& names, const Config& config, const std::string& name) {
-  if (name.empty() || name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_") != std::string::npos) {
-    config.fail("name", "`" + name + "` becomes a file name; use small letters, digits and `_`");
-  }
-  if (!names.insert(name).second) config.fail("name", "`" + name + "` is taken; every sensor needs its own name");
-}
-
-}  // namespace
-
 Scenario read_scenario(const std::filesystem::path& file) {
   const Config config = Config::load(file);
   Scenario s;
@@ -148,7 +158,7 @@ Scenario read_scenario(const std::filesystem::path& file) {
   const long seed = config.integer("seed", 1);
   if (seed < 0) config.fail("seed", "must not be negative");
   s.seed = static_cast<std::uint64_t>(seed);
-  s.motion = read_motion(config.map("motion"));
+  s.motion = read_motion(config.map("motion"), {});
   s.q_tr = from_euler(config.vector("mounting", kAngle, Vector3d::Zero()));
   const long every = config.integer("truth_every", 1);
   if (every < 1) config.fail("truth_every", "must be 1 or more");
@@ -156,17 +166,14 @@ Scenario read_scenario(const std::filesystem::path& file) {
 
   std::set<std::string> names{"truth"};
   for (const Config& imu : config.maps("imus")) {
-    s.imus.push_back(read_imu(imu));
-    claim_name(names, imu, s.imus.back().name);
+    s.imus.push_back(read_imu(imu, names));
   }
   if (s.imus.empty()) config.fail("imus", "name at least one IMU");
   for (const Config& gnss : config.maps("gnss")) {
-    s.gnss.push_back(read_gnss(gnss));
-    claim_name(names, gnss, s.gnss.back().name);
+    s.gnss.push_back(read_gnss(gnss, names));
   }
   for (const Config& attitude : config.maps("attitude")) {
-    s.attitude.push_back(read_attitude(attitude));
-    claim_name(names, attitude, s.attitude.back().name);
+    s.attitude.push_back(read_attitude(attitude, names));
   }
   s.replay = read_replay_setup(config, s);
   config.finish();

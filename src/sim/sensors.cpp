@@ -20,11 +20,23 @@ class Moments {
   }
   Vector3d mean() const { return sum_ / std::max(1.0, count_); }
   Vector3d rms() const { return (squares_ / std::max(1.0, count_)).cwiseSqrt(); }
+  std::size_t count() const { return static_cast<std::size_t>(count_); }
 
  private:
   Vector3d sum_ = Vector3d::Zero(), squares_ = Vector3d::Zero();
   double count_ = 0;
 };
+
+enum Phase : std::size_t { kBefore, kRun, kAfter };
+
+Phase phase_of(double time, const Interval& run) { return time < run.start ? kBefore : time > run.end ? kAfter : kRun; }
+
+// What is given, spread about itself; else of the sensor's sigma about zero.
+Vector3d draw_constant(const std::optional<Vector3d>& given, const Vector3d& spread, double sigma,
+                       RandomStream stream) {
+  const Vector3d deviation = stream.normal3();
+  return given ? Vector3d(*given + spread.cwiseProduct(deviation)) : Vector3d(sigma * deviation);
+}
 
 // The errors of one triad, row by row.
 class TriadErrorSource {
@@ -35,8 +47,8 @@ class TriadErrorSource {
         drift_(errors.drift, {seed, name + "/drift"}),
         noise_(seed, name + "/noise"),
         quantization_(seed, name + "/quantization") {
-    draw.bias = given.bias ? *given.bias : errors.bias * RandomStream(seed, name + "/bias").normal3();
-    draw.scale = given.scale ? *given.scale : errors.scale * RandomStream(seed, name + "/scale").normal3();
+    draw.bias = draw_constant(given.bias, given.bias_spread, errors.bias, {seed, name + "/bias"});
+    draw.scale = draw_constant(given.scale, given.scale_spread, errors.scale, {seed, name + "/scale"});
     RandomStream tilt(seed, name + "/misalignment");
     for (int i = 0; i < 3; ++i) draw.misalignment.col(i) = given.misalignment * tilt.normal3();
     draw.misalignment.diagonal().setOnes();
@@ -45,11 +57,11 @@ class TriadErrorSource {
   }
 
   // The row that ends `since_start` after the start and lasts dt.
-  Vector3d measure(const Vector3d& truth, double since_start, double dt, bool under_way) {
-    if (under_way) run_.add(truth);
+  Vector3d measure(const Vector3d& truth, double since_start, double dt, Phase phase) {
     Vector3d row = draw.misalignment * truth;
     row += draw.scale.cwiseProduct(row) + draw.bias + drift_.advance(dt);
-    row += std::exp(-since_start / given_.warm_up_time) * given_.warm_up;
+    const Vector3d warm_up = std::exp(-since_start / given_.warm_up_time) * given_.warm_up;
+    row += warm_up;
     row += errors_.noise / std::sqrt(dt) * noise_.normal3();
     if (given_.quantization > 0) {
       const Vector3d now = given_.quantization * quantization_.normal3();
@@ -57,6 +69,8 @@ class TriadErrorSource {
       rounding_ = now;
     }
     drift_values_.add(drift_.value());
+    phases_[phase].drift.add(drift_.value() + warm_up);
+    phases_[phase].signal.add(truth);
     return clip(row);
   }
 
@@ -66,13 +80,18 @@ class TriadErrorSource {
     draw.drift_last = drift_.value();
     draw.drift_mean = drift_values_.mean();
     draw.drift_rms = drift_values_.rms();
-    draw.run_mean = run_.mean();
-    draw.run_rms = run_.rms();
+    draw.before = draw_of(kBefore);
+    draw.run = draw_of(kRun);
+    draw.after = draw_of(kAfter);
   }
 
   TriadDraw draw;
 
  private:
+  PhaseDraw draw_of(Phase phase) const {
+    const auto& [drift, signal] = phases_[phase];
+    return {signal.count(), drift.mean(), signal.mean(), signal.rms()};
+  }
   Vector3d clip(const Vector3d& row) {
     if (errors_.range <= 0) return row;
     if (row.cwiseAbs().maxCoeff() > errors_.range) ++draw.clipped;
@@ -84,7 +103,10 @@ class TriadErrorSource {
   DriftPath drift_;
   RandomStream noise_, quantization_;
   Vector3d rounding_;
-  Moments drift_values_, run_;
+  Moments drift_values_;
+  struct {
+    Moments drift, signal;
+  } phases_[3];
 };
 
 // Epochs of a source that reports at a rate, from the start of the run to its end.
@@ -140,8 +162,8 @@ SimulatedImu simulate_imu(const Truth& plate, const ImuSetup& setup, std::uint64
     } else {
       signal = truth.mean(gps - dt, gps);
     }
-    const Vector3d rate = gyro.measure(signal.gyro, gps - start, dt, run.contains(gps));
-    const Vector3d force = accel.measure(signal.accel, gps - start, dt, run.contains(gps));
+    const Vector3d rate = gyro.measure(signal.gyro, gps - start, dt, phase_of(gps, run));
+    const Vector3d force = accel.measure(signal.accel, gps - start, dt, phase_of(gps, run));
     const double unit = out.recording.increments ? dt : 1;
     out.recording.time.push_back(start + step + setup.clock_offset + static_cast<double>(k) * step);
     out.recording.gyro.emplace_back(unit * rate);

@@ -33,7 +33,7 @@ Vector3d lever_arm(const ImuSetup& imu, const GnssSetup& gnss) {
 }
 
 Vector3d bias_scale_correlation(const TriadDraw& draw) {
-  return draw.run_mean.cwiseAbs().cwiseQuotient(draw.run_rms.cwiseMax(1e-300));
+  return draw.run.mean.cwiseAbs().cwiseQuotient(draw.run.rms.cwiseMax(1e-300));
 }
 
 }  // namespace piste

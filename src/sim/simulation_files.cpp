@@ -40,6 +40,11 @@ std::string vector_json(const Vector3d& v, double factor = 1) {
   return fmt::format("[{:.9g}, {:.9g}, {:.9g}]", u.x(), u.y(), u.z());
 }
 
+// A mean over the rows of a phase, null where there are none.
+std::string phase_json(const PhaseDraw& phase, const Vector3d& mean, double factor) {
+  return phase.rows > 0 ? vector_json(mean, factor) : "null";
+}
+
 // A JSON object on lines of its own; the values are JSON already.
 std::string object_json(const std::vector<std::pair<std::string, std::string>>& members, int depth) {
   std::string text = "{";
@@ -66,10 +71,15 @@ std::string triad_json(const TriadDraw& draw, const TriadTruth& given, const std
                       {"drift_last_" + unit, vector_json(draw.drift_last, factor)},
                       {"drift_mean_" + unit, vector_json(draw.drift_mean, factor)},
                       {"drift_rms_" + unit, vector_json(draw.drift_rms, factor)},
+                      {"drift_before_" + unit, phase_json(draw.before, draw.before.drift, factor)},
+                      {"drift_run_" + unit, phase_json(draw.run, draw.run.drift, factor)},
+                      {"drift_after_" + unit, phase_json(draw.after, draw.after.drift, factor)},
                       {"warm_up_" + unit, vector_json(given.warm_up, factor)},
                       {"warm_up_time_s", fmt::format("{:.9g}", given.warm_up_time)},
-                      {"run_mean_" + unit, vector_json(draw.run_mean, factor)},
-                      {"run_rms_" + unit, vector_json(draw.run_rms, factor)},
+                      {"mean_before_" + unit, phase_json(draw.before, draw.before.mean, factor)},
+                      {"mean_after_" + unit, phase_json(draw.after, draw.after.mean, factor)},
+                      {"run_mean_" + unit, vector_json(draw.run.mean, factor)},
+                      {"run_rms_" + unit, vector_json(draw.run.rms, factor)},
                       {"bias_scale_correlation", vector_json(bias_scale_correlation(draw))},
                       {"clipped_rows", fmt::format("{}", draw.clipped)}},
                      3);

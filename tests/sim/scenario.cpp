@@ -51,8 +51,8 @@ TEST(Scenario, SkiAndBicyclePooledGiveTheCorrelationsOfTheArticle) {
   const Simulation ski = simulate(mems_of("ski.yaml"), 1), bicycle = simulate(mems_of("bicycle.yaml"), 1);
   const auto pooled = [](const TriadDraw& a, const TriadDraw& b) {
     TriadDraw both;
-    both.run_mean = (a.run_mean + b.run_mean) / 2;
-    both.run_rms = ((a.run_rms.cwiseAbs2() + b.run_rms.cwiseAbs2()) / 2).cwiseSqrt();
+    both.run.mean = (a.run.mean + b.run.mean) / 2;
+    both.run.rms = ((a.run.rms.cwiseAbs2() + b.run.rms.cwiseAbs2()) / 2).cwiseSqrt();
     return bias_scale_correlation(both);
   };
   for (std::size_t i = 0; i < ski.imus.size(); ++i) {

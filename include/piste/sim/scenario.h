@@ -13,6 +13,8 @@
 
 namespace piste {
 
+class Config;
+
 /// The plate r that all sensors are fixed to sits at the trunk's point, turned by `q_tr`.
 struct Scenario {
   std::string file, text;  ///< where it came from, and as it stands there
@@ -30,5 +32,8 @@ struct Scenario {
 
 /// Reads a scenario. Every error is a ConfigError `FILE:LINE: …`.
 Scenario read_scenario(const std::filesystem::path& file);
+
+/// The motion of a scenario's section `motion:`; what it does not say stays that of `fallback`.
+MotionOptions read_motion(const Config& section, MotionOptions fallback);
 
 }  // namespace piste

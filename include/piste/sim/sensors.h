@@ -2,6 +2,7 @@
 /// What sensors would have said of a truth: recordings as files hold them, and the errors that were put in.
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,6 +16,7 @@ namespace piste {
 /// True errors of three like axes. What is given is taken; what is not is drawn from the sensor's sigmas.
 struct TriadTruth {
   std::optional<Vector3d> bias, scale;
+  Vector3d bias_spread = Vector3d::Zero(), scale_spread = Vector3d::Zero();  ///< 1 sigma about what is given, per seed
   /// measured = (1 + scale) M true + …; M is 1 on the diagonal and N(0, misalignment) off it.
   double misalignment = 0;
   Vector3d warm_up = Vector3d::Zero();  ///< added at the start, fading as exp(−t / warm_up_time)
@@ -26,6 +28,7 @@ struct TriadTruth {
 /// An IMU and how it is mounted.
 struct ImuSetup {
   std::string name;                            ///< of the file, and of its random streams
+  std::filesystem::path sensor_file;           ///< that `sensor` was read from
   Quaterniond q_rb = Quaterniond::Identity();  ///< boresight against the plate r
   Vector3d p_rb_r = Vector3d::Zero();
   ImuSensor sensor;
@@ -37,13 +40,19 @@ struct ImuSetup {
   double magnetic_noise = 0;                 ///< [µT] a row
 };
 
+/// Over the rows of one phase: the mean of in-run drift and warm-up, mean and root mean square of the true signal.
+struct PhaseDraw {
+  std::size_t rows = 0;  ///< without any the rest is 0
+  Vector3d drift = Vector3d::Zero(), mean = Vector3d::Zero(), rms = Vector3d::Zero();
+};
+
 /// The errors that one triad got, for truth.json.
 struct TriadDraw {
   Vector3d bias, scale;
   Matrix3d misalignment;
   Vector3d drift_first, drift_last, drift_mean, drift_rms;  ///< of the in-run drift
-  Vector3d run_mean, run_rms;                               ///< of the true signal's rows under way, 0 without a run
-  std::size_t clipped = 0;                                  ///< rows with an axis at ± range
+  PhaseDraw before, run, after;
+  std::size_t clipped = 0;  ///< rows with an axis at ± range
 };
 
 /// An IMU's rows, and what is true of them. Row k is stamped `recording.time[k]`, and is of GPS time `gps_time[k]`.

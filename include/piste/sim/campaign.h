@@ -1,0 +1,57 @@
+#pragma once
+/// A campaign: several runs with the same instruments, as `study` takes them. Its file:
+/// ```yaml
+/// seed: 2008                    # of all that is random; every run gets its own from it
+/// low_pass: 12 Hz               # of the signals, in the study
+/// reference: ln200              # the IMU that the others are compared with
+/// gnss: gnss_l1l2               # the receiver of the reference solution
+/// mems:                         # the IMUs that are compared, and what the tables call them
+///   - {imu: mt9a_1, name: MT-9A 1}
+/// runs:                         # the name of a run is that of its folder
+///   - {name: ski-1, activity: ski, scenario: campaign/ski.yaml}
+///   - {name: ski-2, activity: ski, scenario: campaign/ski.yaml, motion: {heading: 120 deg}}   # laid over the
+///   scenario's
+/// ```
+/// Errors that change from run to run are the scenarios': `bias_spread` and `scale_spread` of their IMUs.
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "piste/sim/scenario.h"
+
+namespace piste {
+
+struct CampaignRun {
+  std::string name, activity;
+  Scenario scenario;              ///< its motion is that of this run
+  std::size_t reference = 0;      ///< of Scenario::imus
+  std::size_t gnss = 0;           ///< of Scenario::gnss
+  std::vector<std::size_t> mems;  ///< of Scenario::imus, in the order of Campaign::mems
+};
+
+struct Campaign {
+  std::uint64_t seed = 1;
+  double low_pass = 0;                         ///< [Hz]
+  std::vector<std::string> mems;               ///< what the tables call them
+  std::vector<CampaignRun> runs;               ///< one at least
+  std::map<std::string, std::string> sensors;  ///< texts of the sensor files, by their paths from campaign.yaml
+};
+
+/// Whether the file describes a campaign, not a scenario: it has `runs:`. Throws ConfigError where it is no YAML.
+bool is_campaign(const std::filesystem::path& file);
+
+/// Reads a campaign and the scenarios of its runs. Every error is a ConfigError `FILE:LINE: …`.
+Campaign read_campaign(const std::filesystem::path& file);
+
+/// The seed of the run of that name, below 2³² so that any reader of truth.json holds it.
+std::uint64_t run_seed(std::uint64_t campaign_seed, const std::string& run);
+
+/// The campaign file that `study` takes. Logs and truth.json of each run stand in the folder of its name beside it,
+/// the sensor files in `sensors`.
+std::string campaign_text(const Campaign& campaign, std::uint64_t seed);
+
+}  // namespace piste
