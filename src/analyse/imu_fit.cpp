@@ -169,6 +169,7 @@ Findings findings(const AlignedImus& imus, const Phases& phases, const FitOption
                                after = point(phases.after, "the rest after");
     if (before) a.before = before->excess;
     if (after) a.after = after->excess;
+    if (before || after) a.rest_signal = (before ? before : after)->reference;
     if (before && after) {
       a.change = difference(after->excess, before->excess);
       const ReferenceErrors::Row moved = after->errors - before->errors;  // a bias of the reference cancels

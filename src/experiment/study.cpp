@@ -162,8 +162,7 @@ void study_imu(const RunConfig& config, const MountedImu& mems, const RunData& d
   out.findings = findings(aligned, own,
                           {.low_pass = study.low_pass,
                            .alignment = &alignment,
-                           .reference = &reference,
-                           .sensor = &mems.source.sensor});
+                           .reference = &reference});
   out.estimates = signal_estimates(*out.findings);
   if (own.run) {
     for (const double delay : options.delays) {
@@ -221,7 +220,7 @@ void rank(SensorRun& result, const Prepared& prepared) {
   };
   add(Method::kNothing, KnownErrors{});
   for (const MethodEstimate& estimate : result.estimates) {
-    if (const auto errors = known_errors(estimate, result.findings)) add(estimate.method, *errors);
+    add(estimate.method, known_errors(estimate, result.findings));
   }
   add(Method::kInTheFilter, std::nullopt);
   if (prepared.truth) add(Method::kTruth, prepared.truth);

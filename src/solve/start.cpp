@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "piste/core/error.h"
 #include "piste/model/alignment.h"
@@ -196,12 +197,20 @@ std::optional<HeadingFix> heading_at_departure(const Log& log, const Solution& s
 }
 
 // A smoothed covariance, kTempering times as large, but in no direction larger than `prior`, what was known before the
-// stretch: by the eigenvalues of the one against the other. Whole, so that what a rest ties together stays tied.
+// stretch: by the eigenvalues of the one against the other. Whole, so that what a rest ties together stays tied. A state
+// that was known before, such as a random walk at its start, stays known.
 Covariance tempered(const Covariance& smoothed, const Covariance& prior) {
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(smoothed, prior);
-  const Eigen::MatrixXd axes = prior * solver.eigenvectors();
+  std::vector<int> unknown;
+  for (int i = 0; i < prior.rows(); ++i) {
+    if (prior(i, i) > 0) unknown.push_back(i);
+  }
+  const Eigen::MatrixXd before = prior(unknown, unknown), after = smoothed(unknown, unknown);
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(after, before);
+  const Eigen::MatrixXd axes = before * solver.eigenvectors();
   const Eigen::VectorXd part = (kTempering * solver.eigenvalues()).cwiseMin(1);
-  return axes * part.asDiagonal() * axes.transpose();
+  Covariance out = Covariance::Zero(prior.rows(), prior.cols());
+  out(unknown, unknown) = axes * part.asDiagonal() * axes.transpose();
+  return out;
 }
 
 FoundStart start_from_motion(const Log& log, const FilterOptions& options, const Receiver& receiver, Start start,

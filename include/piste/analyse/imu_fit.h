@@ -81,6 +81,7 @@ struct AxisFindings {
   Block bias_block = Block::kAccelBias, scale_block = Block::kAccelScale;  ///< whose units files and pictures show
   std::optional<Term> before, after;  ///< at rest: mean of measured − reference, which is bias + scale · mean signal
   std::optional<Term> change;         ///< after − before
+  double rest_signal = 0;             ///< mean of the reference at rest before, or after where there is none before
   std::optional<RunFit> run;
 };
 
