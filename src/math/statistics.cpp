@@ -4,6 +4,8 @@
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+#include <cstddef>
 
 namespace piste {
 
@@ -25,6 +27,22 @@ double student_quantile(double probability, double dof) {
 
 double student_two_sided(double x, double dof) {
   return 2 * boost::math::cdf(boost::math::complement(boost::math::students_t(dof), x));
+}
+
+std::vector<double> holm(std::vector<double> p_values) {
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < p_values.size(); ++i) {
+    if (!std::isnan(p_values[i])) order.push_back(i);
+  }
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return p_values[a] < p_values[b]; });
+  double least = 0;
+  auto left = static_cast<double>(order.size());
+  for (const std::size_t i : order) {
+    least = std::min(1.0, std::max(least, left * p_values[i]));
+    p_values[i] = least;
+    left -= 1;
+  }
+  return p_values;
 }
 
 Band chi_squared_band(double probability, double dof, double count) {

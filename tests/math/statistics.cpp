@@ -4,6 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
 namespace piste {
 namespace {
 
@@ -19,6 +24,32 @@ TEST(Statistics, Median) {
   EXPECT_EQ(median({3}), 3);
   EXPECT_EQ(median({5, 1, 9}), 5);
   EXPECT_EQ(median({4, 1, 3, 2}), 3);
+}
+
+// The fifteen p-values of Benjamini and Hochberg 1995 (J. Royal Statistical Society B 57, section 4), of which tests
+// that keep the probability of any false finding below 5 % let three pass.
+TEST(Statistics, HolmStopsWhereItShould) {
+  const std::vector<double> p{0.0344, 0.0001, 0.0004, 0.0019, 0.0095, 0.0201, 0.0278, 0.0298,
+                              0.0459, 0.3240, 0.4262, 0.5719, 0.6528, 0.7590, 1.0000};
+  const std::vector<double> adjusted = holm(p);
+  EXPECT_NEAR(adjusted[1], 15 * 0.0001, 1e-12);
+  EXPECT_NEAR(adjusted[2], 14 * 0.0004, 1e-12);
+  EXPECT_NEAR(adjusted[3], 13 * 0.0019, 1e-12);
+  EXPECT_NEAR(adjusted[4], 12 * 0.0095, 1e-12);
+  EXPECT_EQ(std::count_if(adjusted.begin(), adjusted.end(), [](double a) { return a < 0.05; }), 3);
+  EXPECT_NEAR(adjusted[0], 0.278, 1e-12) << "10 · 0.0278, of a smaller one, is more than 8 · 0.0344";
+  EXPECT_EQ(adjusted[14], 1);
+}
+
+TEST(Statistics, HolmIsMonotoneAndKeepsWhatIsNoNumber) {
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<double> adjusted = holm({0.04, none, 0.03, 0.01, 0.005});
+  EXPECT_NEAR(adjusted[0], 0.06, 1e-15) << "not below that of a smaller p";
+  EXPECT_TRUE(std::isnan(adjusted[1]));
+  EXPECT_NEAR(adjusted[2], 0.06, 1e-15);
+  EXPECT_NEAR(adjusted[3], 0.03, 1e-15);
+  EXPECT_NEAR(adjusted[4], 0.02, 1e-15);
+  EXPECT_TRUE(holm({}).empty());
 }
 
 TEST(Statistics, ChiSquaredBand) {

@@ -20,6 +20,11 @@ double student_quantile(double probability, double dof);
 /// P(|t| ≥ x) for Student's t, x ≥ 0.
 double student_two_sided(double x, double dof);
 
+/// Adjusted p-values in the order given, by Holm's step-down (Holm 1979, Scand. J. Statistics 6): the i-th smallest of
+/// m times m + 1 − i, at least the one before it, at most 1. Where those below α are called findings, the probability
+/// of even one false finding is at most α, however the tests depend on one another. NaN stays NaN and counts for none.
+std::vector<double> holm(std::vector<double> p_values);
+
 struct Band {
   double low = 0, high = 0;
   bool contains(double value) const { return value > low && value < high; }
