@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/QR>
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -13,7 +15,8 @@ namespace piste {
 namespace {
 
 constexpr std::array<std::string_view, 6> kAxes{"fx", "fy", "fz", "wx", "wy", "wz"};
-constexpr int kFewest = 30;  // samples of a phase
+constexpr int kFewest = 30;         // samples of a phase
+constexpr double kMostRatio = 1e6;  // of the variances of two noises; there one of them is as good as none
 
 using Errors = Eigen::Matrix<double, Eigen::Dynamic, ReferenceErrors::kSize>;
 
@@ -24,33 +27,42 @@ struct Signals {
   ReferenceErrors::Covariance P_errors;
 };
 
-Signals signals(const AlignedImus& imus, const ReferenceErrors& errors, int axis, const Interval& phase,
-                std::string_view name) {
-  const bool force = axis < 3;
-  const auto& measured = force ? imus.accel : imus.gyro;
-  const auto& reference = force ? imus.reference_accel : imus.reference_gyro;
-  std::vector<double> m, r;
-  std::vector<std::size_t> rows;
+using Rows = std::vector<std::size_t>;
+
+Rows usable_rows(const AlignedImus& imus, const Interval& phase, std::string_view name) {
+  Rows rows;
   for (std::size_t i = 0; i < imus.time.size(); ++i) {
-    if (!imus.usable[i] || !phase.contains(imus.time[i])) continue;
-    m.push_back(measured[i](axis % 3));
-    r.push_back(reference[i](axis % 3));
-    rows.push_back(i);
+    if (imus.usable[i] && phase.contains(imus.time[i])) rows.push_back(i);
   }
-  if (m.size() < kFewest) {
+  if (rows.size() < kFewest) {
     throw DataError("", fmt::format("{} from {:.3f} to {:.3f} s: {} samples of both IMUs are usable, at least {} are "
                                     "needed",
-                                    name, phase.start, phase.end, m.size(), kFewest));
+                                    name, phase.start, phase.end, rows.size(), kFewest));
   }
-  const auto n = static_cast<Eigen::Index>(m.size());
-  Errors D(n, ReferenceErrors::kSize);
-  for (Eigen::Index i = 0; i < n; ++i) D.row(i) = errors.row(rows[static_cast<std::size_t>(i)], axis);
-  return {Eigen::Map<const Eigen::VectorXd>(m.data(), n), Eigen::Map<const Eigen::VectorXd>(r.data(), n), D,
+  return rows;
+}
+
+// A row of three for each of the rows.
+Eigen::MatrixX3d part(const std::vector<Vector3d>& signal, const Rows& rows) {
+  Eigen::MatrixX3d out(rows.size(), 3);
+  for (std::size_t i = 0; i < rows.size(); ++i) out.row(static_cast<Eigen::Index>(i)) = signal[rows[i]];
+  return out;
+}
+
+Errors errors_of(const ReferenceErrors& errors, int axis, const Rows& rows) {
+  Errors D(rows.size(), ReferenceErrors::kSize);
+  for (std::size_t i = 0; i < rows.size(); ++i) D.row(static_cast<Eigen::Index>(i)) = errors.row(rows[i], axis);
+  return D;
+}
+
+Signals signals(const AlignedImus& imus, const ReferenceErrors& errors, int axis, const Rows& rows) {
+  const bool force = axis < 3;
+  return {part(force ? imus.accel : imus.gyro, rows).col(axis % 3),
+          part(force ? imus.reference_accel : imus.reference_gyro, rows).col(axis % 3), errors_of(errors, axis, rows),
           errors.covariance(axis)};
 }
 
-BiasScale line(const Eigen::VectorXd& x, const Eigen::VectorXd& y) {
-  const Regression fit = regress_line(x, y);
+BiasScale line(const Regression& fit) {
   return {fit.value - Eigen::Vector2d(0, 1), fit.covariance, fit.hac_covariance, Eigen::Matrix2d::Zero(), fit.dof};
 }
 
@@ -102,7 +114,91 @@ BiasScale line_through(const Eigen::VectorXd& x, const Eigen::VectorXd& y, doubl
   return out;
 }
 
-RunFit fit_run(const Signals& s, const std::optional<Point>& rest) {
+// Variance of the IMU's noise over that of the reference's, where they stand and sway together.
+std::optional<double> noise_ratio(const Signals& rest) {
+  const Eigen::VectorXd m = rest.measured.array() - rest.measured.mean();
+  const Eigen::VectorXd r = rest.reference.array() - rest.reference.mean();
+  const double common = m.dot(r), least = (m - r).squaredNorm() / kMostRatio;
+  if (least == 0) return std::nullopt;
+  return std::max(m.squaredNorm() - common, least) / std::max(r.squaredNorm() - common, least);
+}
+
+double noise_ratio(const FitOptions& options, bool force) {
+  if (!options.sensor || !options.reference) return kMostRatio;
+  const auto density = [force](const ImuSensor& sensor) { return (force ? sensor.accel : sensor.gyro).noise; };
+  const double ratio = std::pow(density(*options.sensor) / density(*options.reference), 2);
+  return ratio > 0 ? std::clamp(ratio, 1 / kMostRatio, kMostRatio) : kMostRatio;
+}
+
+// How coefficients on the columns of X move with D p: a column each of p.
+Eigen::MatrixXd effect(const Eigen::MatrixXd& X, const Eigen::MatrixXd& D) { return X.householderQr().solve(D); }
+
+// What is not determined is left out.
+template <class Fit>
+auto if_determined(const Fit& fit) -> std::optional<decltype(fit())> {
+  try {
+    return fit();
+  } catch (const DataError&) {
+    return std::nullopt;
+  }
+}
+
+PolynomialFit fit_polynomial(const Signals& s) {
+  const Eigen::VectorXd excess = s.measured - s.reference;
+  std::array<Regression, PolynomialFit::kHighest> fits;
+  PolynomialFit out;
+  out.effective_samples = static_cast<double>(excess.size());
+  for (int order = 1; order <= PolynomialFit::kHighest; ++order) {
+    Regression& fit = fits[static_cast<std::size_t>(order - 1)];
+    fit = regress_polynomial(s.reference, excess, order);
+    if (order > 1) out.effective_samples = std::min(out.effective_samples, fit.effective_samples(order));
+  }
+  const double m = out.effective_samples, n = static_cast<double>(excess.size());
+  for (std::size_t i = 0; i < fits.size(); ++i) {
+    const double p = static_cast<double>(i) + 2;
+    out.bic[i] = m * std::log(fits[i].residual * fits[i].residual * (n - p) / n) + p * std::log(m);
+  }
+  const auto best = std::min_element(out.bic.begin(), out.bic.end()) - out.bic.begin();
+  out.order = static_cast<int>(best) + 1;
+
+  const Eigen::Index p = out.order + 1;
+  const double mean = s.reference.mean();
+  Eigen::MatrixXd powers(excess.size(), p);
+  Eigen::Matrix<double, 2, Eigen::Dynamic> tangent(2, p);
+  for (int j = 0; j < p; ++j) {
+    powers.col(j) = s.reference.array().pow(j);
+    tangent.col(j) << (1 - j) * std::pow(mean, j), j == 0 ? 0 : j * std::pow(mean, j - 1);
+  }
+  const Eigen::MatrixXd G = effect(powers, s.errors);
+  out.coefficients = {fits[static_cast<std::size_t>(best)], G * s.P_errors * G.transpose()};
+  out.tangent = out.coefficients.line(tangent);
+  return out;
+}
+
+MatrixFit fit_matrix(const AlignedImus& imus, const ReferenceErrors& errors, bool force, bool g_sensitivity,
+                     const Rows& rows) {
+  const auto n = static_cast<Eigen::Index>(rows.size());
+  const Eigen::MatrixX3d reference = part(force ? imus.reference_accel : imus.reference_gyro, rows);
+  Eigen::MatrixXd X(n, g_sensitivity ? 7 : 4);
+  X.leftCols(4) << Eigen::VectorXd::Ones(n), reference;
+  if (g_sensitivity) X.rightCols(3) = part(imus.reference_accel, rows);
+  Eigen::MatrixXd D(n, 3 * ReferenceErrors::kSize);
+  const int first = force ? 0 : 3;
+  for (int k = 0; k < 3; ++k) {
+    D.middleCols<ReferenceErrors::kSize>(k * ReferenceErrors::kSize) = errors_of(errors, first + k, rows);
+  }
+  const auto fits = regress_each(X, part(force ? imus.accel : imus.gyro, rows) - reference);
+  const Eigen::MatrixXd G = effect(X, D);
+  MatrixFit out;
+  for (int k = 0; k < 3; ++k) {
+    const Eigen::MatrixXd G_k = G.middleCols<ReferenceErrors::kSize>(k * ReferenceErrors::kSize);
+    const auto i = static_cast<std::size_t>(k);
+    out.axes[i] = {fits[i], G_k * errors.covariance(first + k) * G_k.transpose()};
+  }
+  return out;
+}
+
+RunFit fit_run(const Signals& s, const std::optional<Point>& rest, double ratio) {
   RunFit out;
   const Point mean = mean_point(s);
   out.samples = static_cast<int>(s.measured.size());
@@ -114,8 +210,12 @@ RunFit fit_run(const Signals& s, const std::optional<Point>& rest) {
     lines.reverse.systematic_covariance = lines.forward.systematic_covariance = G * s.P_errors * G.transpose();
     return lines;
   };
-  out.joint =
-      both(line(s.reference, s.measured), line(s.measured, s.reference), line_effect(s, mean.reference, mean.errors));
+  out.joint = both(line(regress_line(s.reference, s.measured)), line(regress_line(s.measured, s.reference)),
+                   line_effect(s, mean.reference, mean.errors));
+  out.noise_ratio = ratio;
+  out.both_noisy = line(regress_both_noisy(s.reference, s.measured, ratio));
+  out.both_noisy.systematic_covariance = out.joint.reverse.systematic_covariance;
+  out.polynomial = if_determined([&] { return fit_polynomial(s); });
   const Eigen::Vector2d& found = out.joint.reverse.value;
   const Eigen::VectorXd left = (s.measured - (1 + found(1)) * s.reference).array() - found(0);
   out.residual = std::sqrt(left.squaredNorm() / out.samples);
@@ -153,31 +253,64 @@ BiasScale correction(const BiasScale& line) {
           J * line.hac_covariance * J.transpose(), J * line.systematic_covariance * J.transpose(), line.dof};
 }
 
+Term Coefficients::term(int i) const {
+  Term out = regression.term(i);
+  out.systematic = std::sqrt(systematic_covariance(i, i));
+  return out;
+}
+
+BiasScale Coefficients::line(const Eigen::Matrix<double, 2, Eigen::Dynamic>& J) const {
+  return {J * regression.value, J * regression.covariance * J.transpose(),
+          J * regression.hac_covariance * J.transpose(), J * systematic_covariance * J.transpose(), regression.dof};
+}
+
+BiasScale MatrixFit::line(int axis) const {
+  const Coefficients& of = axes[static_cast<std::size_t>(axis)];
+  Eigen::Matrix<double, 2, Eigen::Dynamic> J = Eigen::MatrixXd::Zero(2, of.regression.value.size());
+  J(0, kBias) = J(1, kGain + axis) = 1;
+  return of.line(J);
+}
+
 Findings findings(const AlignedImus& imus, const Phases& phases, const FitOptions& options) {
   const AlignedImus smooth = low_passed(imus, options.low_pass);
   const ReferenceErrors errors(smooth, options.alignment, options.reference);
-  Findings out{phases, options.low_pass, {}};
+  const auto rows = [&](const std::optional<Interval>& phase, std::string_view name) -> std::optional<Rows> {
+    if (!phase) return std::nullopt;
+    return usable_rows(smooth, *phase, name);
+  };
+  const std::optional<Rows> before = rows(phases.before, "the rest before"), run = rows(phases.run, "the run"),
+                            after = rows(phases.after, "the rest after");
+  Findings out{phases, options.low_pass, {}, {}, {}};
   for (int axis = 0; axis < 6; ++axis) {
     AxisFindings& a = out.axes[static_cast<std::size_t>(axis)];
     a.name = kAxes[static_cast<std::size_t>(axis)];
     if (axis >= 3) a.bias_block = Block::kGyroBias, a.scale_block = Block::kGyroScale;
-    const auto point = [&](const std::optional<Interval>& phase, std::string_view name) -> std::optional<Point> {
-      if (!phase) return std::nullopt;
-      return mean_point(signals(smooth, errors, axis, *phase, name));
+    std::optional<Point> start, stop;
+    std::optional<double> ratio;
+    const auto rest = [&](const Rows& at) {
+      const Signals s = signals(smooth, errors, axis, at);
+      if (!ratio) ratio = noise_ratio(s);
+      return mean_point(s);
     };
-    const std::optional<Point> before = point(phases.before, "the rest before"),
-                               after = point(phases.after, "the rest after");
-    if (before) a.before = before->excess;
-    if (after) a.after = after->excess;
-    if (before || after) a.rest_signal = (before ? before : after)->reference;
-    if (before && after) {
-      a.change = difference(after->excess, before->excess);
-      const ReferenceErrors::Row moved = after->errors - before->errors;  // a bias of the reference cancels
+    if (before) start = rest(*before), a.before = start->excess;
+    if (after) stop = rest(*after), a.after = stop->excess;
+    if (start || stop) a.rest_signal = (start ? start : stop)->reference;
+    if (start && stop) {
+      a.change = difference(*a.after, *a.before);
+      const ReferenceErrors::Row moved = stop->errors - start->errors;  // a bias of the reference cancels
       a.change->systematic = std::sqrt((moved * errors.covariance(axis) * moved.transpose()).value());
     }
-    if (phases.run) {
-      a.run = fit_run(signals(smooth, errors, axis, *phases.run, "the run"), before ? before : after);
+    if (run) {
+      a.run = fit_run(signals(smooth, errors, axis, *run), start ? start : stop,
+                      ratio.value_or(noise_ratio(options, axis < 3)));
     }
+  }
+  if (run) {
+    const auto matrix = [&](bool force) {
+      return if_determined([&] { return fit_matrix(smooth, errors, force, !force && options.g_sensitivity, *run); });
+    };
+    out.accel_matrix = matrix(true);
+    out.gyro_matrix = matrix(false);
   }
   return out;
 }

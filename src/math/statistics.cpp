@@ -5,6 +5,7 @@
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
+#include <cstddef>
 
 namespace piste {
 
@@ -29,14 +30,18 @@ double student_two_sided(double x, double dof) {
 }
 
 std::vector<double> holm(std::vector<double> p_values) {
-  std::vector<double*> ascending;
-  for (double& p : p_values) {
-    if (!std::isnan(p)) ascending.push_back(&p);
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < p_values.size(); ++i) {
+    if (!std::isnan(p_values[i])) order.push_back(i);
   }
-  std::ranges::stable_sort(ascending, {}, [](const double* p) { return *p; });
-  double largest = 0;
-  auto left = static_cast<double>(ascending.size());
-  for (double* p : ascending) *p = largest = std::max(largest, std::min(1.0, left-- * *p));
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return p_values[a] < p_values[b]; });
+  double least = 0;
+  auto left = static_cast<double>(order.size());
+  for (const std::size_t i : order) {
+    least = std::min(1.0, std::max(least, left * p_values[i]));
+    p_values[i] = least;
+    left -= 1;
+  }
   return p_values;
 }
 

@@ -121,6 +121,21 @@ TEST(ReferenceErrors, EstimatesMoveByWhatTheySay) {
       expect_moved(x.run->joint.forward.bias(), y.run->joint.forward.bias(), "forward bias");
       expect_moved(x.run->scale_only->reverse.scale(), y.run->scale_only->reverse.scale(), "scale only");
       expect_moved(x.run->scale_only->reverse.bias(), y.run->scale_only->reverse.bias(), "its bias");
+      expect_moved(x.run->both_noisy.scale(), y.run->both_noisy.scale(), "both noisy");
+      // Of an IMU without errors, whose polynomial is zero in any order, the other one moves by what itself says.
+      const auto expect_is = [&](const Term& is, const char* what) {
+        EXPECT_NEAR(std::abs(is.value), is.systematic, 0.03 * is.systematic + 0.02 * reach)
+            << j << " " << x.name << what;
+      };
+      expect_is(y.run->polynomial->tangent.bias(), "tangent's bias");
+      expect_is(y.run->polynomial->tangent.scale(), "tangent's scale");
+      const MatrixFit& matrix = a < 3 ? *after.accel_matrix : *after.gyro_matrix;
+      const int k = static_cast<int>(a % 3);
+      expect_is(matrix.bias(k), "matrix' bias");
+      for (int of = 0; of < 3; ++of) {
+        expect_is(matrix.gain(k, of), "matrix' gain");
+        if (a >= 3) expect_is(matrix.g_sensitivity(k, of), "g-sensitivity");
+      }
     }
   }
 }
@@ -166,8 +181,12 @@ TEST(ReferenceErrors, IntervalsKnowOfThem) {
         const double bias = (a < 3 ? plate.run.accel_bias : plate.run.gyro_bias)(k);
         const double rest = bias + scale * (a < 3 ? Vector3d(-2, 0.1, -9.6)(k) : 0);
         const auto hit = [&](const Term& t, double right) { return std::abs(t.value - right) < t.half_width(0.95); };
+        const MatrixFit& matrix = a < 3 ? *found.accel_matrix : *found.gyro_matrix;
+        const int row = static_cast<int>(k);
         for (const bool held : {hit(fit.joint.reverse.scale(), scale), hit(fit.joint.reverse.bias(), bias),
-                                hit(fit.scale_only->forward.scale(), scale), hit(*found.axes[a].before, rest)}) {
+                                hit(fit.scale_only->forward.scale(), scale), hit(*found.axes[a].before, rest),
+                                hit(fit.both_noisy.scale(), scale), hit(matrix.line(row).scale(), scale),
+                                hit(matrix.gain(row, (row + 1) % 3), 0), hit(matrix.gain(row, (row + 2) % 3), 0)}) {
           (known ? inside : without) += held;
           count += known;
         }

@@ -4,8 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 namespace piste {
 namespace {
@@ -24,15 +26,29 @@ TEST(Statistics, Median) {
   EXPECT_EQ(median({4, 1, 3, 2}), 3);
 }
 
-TEST(Statistics, HolmStepsDown) {
+// The fifteen p-values of Benjamini and Hochberg 1995 (J. Royal Statistical Society B 57, section 4), of which tests
+// that keep the probability of any false finding below 5 % let three pass.
+TEST(Statistics, HolmStopsWhereItShould) {
+  const std::vector<double> p{0.0344, 0.0001, 0.0004, 0.0019, 0.0095, 0.0201, 0.0278, 0.0298,
+                              0.0459, 0.3240, 0.4262, 0.5719, 0.6528, 0.7590, 1.0000};
+  const std::vector<double> adjusted = holm(p);
+  EXPECT_NEAR(adjusted[1], 15 * 0.0001, 1e-12);
+  EXPECT_NEAR(adjusted[2], 14 * 0.0004, 1e-12);
+  EXPECT_NEAR(adjusted[3], 13 * 0.0019, 1e-12);
+  EXPECT_NEAR(adjusted[4], 12 * 0.0095, 1e-12);
+  EXPECT_EQ(std::count_if(adjusted.begin(), adjusted.end(), [](double a) { return a < 0.05; }), 3);
+  EXPECT_NEAR(adjusted[0], 0.278, 1e-12) << "10 · 0.0278, of a smaller one, is more than 8 · 0.0344";
+  EXPECT_EQ(adjusted[14], 1);
+}
+
+TEST(Statistics, HolmIsMonotoneAndKeepsWhatIsNoNumber) {
   const double none = std::numeric_limits<double>::quiet_NaN();
-  const auto adjusted = holm({0.01, 0.04, none, 0.03, 0.005});
-  EXPECT_DOUBLE_EQ(adjusted[4], 4 * 0.005);
-  EXPECT_DOUBLE_EQ(adjusted[0], 3 * 0.01);
-  EXPECT_DOUBLE_EQ(adjusted[3], 2 * 0.03);
-  EXPECT_DOUBLE_EQ(adjusted[1], 2 * 0.03) << "never below one that was rejected before it";
-  EXPECT_TRUE(std::isnan(adjusted[2]));
-  EXPECT_EQ(holm({0.7, 0.6}), (std::vector{1.0, 1.0}));
+  const std::vector<double> adjusted = holm({0.04, none, 0.03, 0.01, 0.005});
+  EXPECT_NEAR(adjusted[0], 0.06, 1e-15) << "not below that of a smaller p";
+  EXPECT_TRUE(std::isnan(adjusted[1]));
+  EXPECT_NEAR(adjusted[2], 0.06, 1e-15);
+  EXPECT_NEAR(adjusted[3], 0.03, 1e-15);
+  EXPECT_NEAR(adjusted[4], 0.02, 1e-15);
   EXPECT_TRUE(holm({}).empty());
 }
 

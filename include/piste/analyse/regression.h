@@ -19,6 +19,7 @@
 /// Rows are taken as equally spaced in time; where some were left out, the others move together.
 
 #include <Eigen/Core>
+#include <vector>
 
 namespace piste {
 
@@ -61,12 +62,34 @@ struct Regression {
 /// Throws DataError where a column is zero or follows from those before it.
 Regression regress(const Eigen::MatrixXd& X, const Eigen::VectorXd& y);
 
-/// y = c₀ + c₁ x, solved about the mean of x, where both are uncorrelated.
+/// Each column of Y on the same X, as regress would, for the price of one factorisation.
+std::vector<Regression> regress_each(const Eigen::MatrixXd& X, const Eigen::MatrixXd& Y);
+
+/// y = Σ c_j x^j, j = 0 … order, solved in powers of (x − mean) / deviation, which follow from one another far less
+/// than those of x do. Coefficients, covariances and inflation are those of the powers of x.
+/// @pre order ≥ 0, at least order + 2 samples. Throws DataError where x has no more than `order` different values.
+Regression regress_polynomial(const Eigen::VectorXd& x, const Eigen::VectorXd& y, int order);
+
+/// y = c₀ + c₁ x: the polynomial of order 1.
 /// @pre at least three samples. Throws DataError where x does not change.
 Regression regress_line(const Eigen::VectorXd& x, const Eigen::VectorXd& y);
 
 /// Mean of y, as regress on a column of ones. @pre at least two samples.
 Regression regress_mean(const Eigen::VectorXd& y);
+
+/// y = c₀ + c₁ x where both are observed with noise, whose variances have a known ratio: `ratio` = that of y over that
+/// of x. Deming's regression, maximum likelihood where the noise is normal (Deming 1943, Statistical Adjustment of
+/// Data; Fuller 1987, Measurement Error Models, section 1.3). With x and y about their means c₁ solves
+///
+///     Σ e z = 0,   e = y − c₁ x,   z = ratio x + c₁ y
+///
+/// and is the root of the sign of Σ x y. A ratio that grows goes to regress_line(x, y), one that falls to the line of x
+/// on y, inverted; the line of y on x for 1 / ratio is the same line seen from the other side. Noise in e and z is
+/// uncorrelated, so the scores are e z, their derivative is −Σ x z + Σ e y, and the formal variance is that of Fuller
+/// for normal noise. Covariances take the ratio for known: where it is wrong the line is, by up to its distance from
+/// either regression. `residual` is that of e.
+/// @pre at least three samples, ratio > 0. Throws DataError where x or y does not change, or neither with the other.
+Regression regress_both_noisy(const Eigen::VectorXd& x, const Eigen::VectorXd& y, double ratio);
 
 /// a − b of independent terms without systematic errors, with the degrees of freedom of Welch and Satterthwaite.
 Term difference(const Term& a, const Term& b);

@@ -20,9 +20,9 @@ double student_quantile(double probability, double dof);
 /// P(|t| ≥ x) for Student's t, x ≥ 0.
 double student_two_sided(double x, double dof);
 
-/// p-values of several tests, each adjusted so that to reject those below α makes even one false rejection with a
-/// probability of at most α (Holm 1979, Scandinavian J. Statistics 6). In the order given; NaN stays and does not
-/// count.
+/// Adjusted p-values in the order given, by Holm's step-down (Holm 1979, Scand. J. Statistics 6): the i-th smallest of
+/// m times m + 1 − i, at least the one before it, at most 1. Where those below α are called findings, the probability
+/// of even one false finding is at most α, however the tests depend on one another. NaN stays NaN and counts for none.
 std::vector<double> holm(std::vector<double> p_values);
 
 struct Band {
