@@ -22,9 +22,15 @@ std::string sensor_path(const ImuSetup& imu) {
   return fmt::format("{}/{}", kSensorFolder, imu.sensor_file.filename().string());
 }
 
+// A sensor file as it stands; where it builds on another, which stays behind, what both say.
+std::string standing_alone(const ImuSetup& imu) {
+  const Config file = Config::load(imu.sensor_file);
+  return file.has("base") ? sensor_text(imu.sensor) : file.source();
+}
+
 // Keeps the sensor file of an IMU, which may not share its name with another one.
 void keep_sensor(std::map<std::string, std::string>& sensors, const Config& run, const ImuSetup& imu) {
-  const std::string text = sensor_text(imu.sensor);
+  const std::string text = standing_alone(imu);
   const auto [kept, is_new] = sensors.emplace(sensor_path(imu), text);
   if (!is_new && kept->second != text) {
     run.fail("scenario", fmt::format("`{}` has another content than the sensor file of that name in a run above; "
@@ -33,11 +39,11 @@ void keep_sensor(std::map<std::string, std::string>& sensors, const Config& run,
   }
 }
 
-// A word or more; anything that a table can show.
+// What a table, and a folder of the study, can be called.
 std::string read_label(const Config& config, std::string_view key) {
   std::string label = config.text(key);
-  if (label.empty() || label.find_first_of(",\n") != std::string::npos) {
-    config.fail(key, "stands in tables; some words without a comma are expected");
+  if (label.empty() || label.find_first_of(",/\\\n") != std::string::npos) {
+    config.fail(key, "names files and rows of tables; some words without comma and slash are expected");
   }
   return label;
 }
@@ -83,8 +89,7 @@ std::string imu_entry(const CampaignRun& run, std::size_t imu, const std::string
   const ImuSetup& setup = run.scenario.imus[imu];
   return fmt::format("{{{}file: {}/{}.csv, format: csv, sensor: {}, axes: +x +y +z, sampling: {}}}",
                      name.empty() ? "" : fmt::format("name: {}, ", json::string(name)), run.name, setup.name,
-                     sensor_path(setup),
-                     setup.sampling == ImuSetup::Sampling::kInstant ? "instant" : "mean");
+                     sensor_path(setup), setup.sampling == ImuSetup::Sampling::kInstant ? "instant" : "mean");
 }
 
 std::string gnss_entry(const CampaignRun& run) {

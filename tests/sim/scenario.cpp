@@ -1,6 +1,7 @@
 #include "piste/sim/scenario.h"
 
 #include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
 
 #include <cmath>
 #include <filesystem>
@@ -10,6 +11,7 @@
 #include "piste/core/error.h"
 #include "piste/io/log_io.h"
 #include "piste/sim/simulation.h"
+#include "support/text_file.h"
 
 namespace piste {
 namespace {
@@ -215,8 +217,9 @@ imus:
     rate: 50 Hz
     clock: {offset: 1 s, drift: 100 ppm}
     errors:
-      gyro: {bias: 0.1 0.2 0.3 deg/s, scale: 1000 2000 3000 ppm, misalignment: 0.01, warm_up: 0.3 0.1 -0.2 deg/s,
-             warm_up_time: 90 s, quantization: 1e-5 rad}
+      gyro: {bias: 0.1 0.2 0.3 deg/s, bias_spread: 0.01 0.02 0.03 deg/s, scale: 1000 2000 3000 ppm,
+             scale_spread: 10 20 30 ppm, misalignment: 0.01, warm_up: 0.3 0.1 -0.2 deg/s, warm_up_time: 90 s,
+             quantization: 1e-5 rad}
     magnetometer: {field: 21 1 42 uT, noise: 0.5 uT}
 gnss: {name: two, delay: 20 ms, velocity_noise: 0 0 0 m/s}
 )"));
@@ -226,6 +229,8 @@ gnss: {name: two, delay: 20 ms, velocity_noise: 0 0 0 m/s}
   EXPECT_NEAR(imu.clock_drift, 1e-4, 1e-18);
   EXPECT_NEAR(imu.gyro.bias->z() * kDegreesPerRadian, 0.3, 1e-12);
   EXPECT_NEAR(imu.gyro.scale->y(), 0.002, 1e-15);
+  EXPECT_NEAR(imu.gyro.bias_spread.y() * kDegreesPerRadian, 0.02, 1e-12);
+  EXPECT_NEAR(imu.gyro.scale_spread.z(), 3e-5, 1e-15);
   EXPECT_NEAR(imu.gyro.warm_up.z() * kDegreesPerRadian, -0.2, 1e-12);
   EXPECT_FALSE(imu.accel.bias);
   EXPECT_NEAR(imu.magnetic_field->z(), 42, 1e-9);
@@ -240,6 +245,38 @@ gnss: {name: two, delay: 20 ms, velocity_noise: 0 0 0 m/s}
   EXPECT_EQ(
       csv.substr(0, csv.find('\n')),
       "time_s,dtheta_x_rad,dtheta_y_rad,dtheta_z_rad,dvel_x_m_s,dvel_y_m_s,dvel_z_m_s,mag_x_uT,mag_y_uT,mag_z_uT");
+}
+
+TEST(Scenario, SpreadNeedsWhatItSpreadsAbout) {
+  const auto refusal = [](const std::string& errors) {
+    const std::filesystem::path file = written(
+        "spread.yaml", "base: " + (kScenarios / "ski.yaml").string() + "\nimus:\n  - name: one\n    sensor: " +
+                           (kScenarios / "../sensors/ln200.yaml").string() + "\n    errors: {gyro: " + errors + "}\n");
+    return test::message_of<ConfigError>([&] { read_scenario(file); });
+  };
+  EXPECT_TRUE(
+      test::contains(refusal("{bias_spread: 1 1 1 deg/s}"), "spread.yaml:5: bias_spread: spreads about `bias`"));
+  EXPECT_TRUE(test::contains(refusal("{bias: 0 0 0 deg/s, scale_spread: 1 1 1 ppm}"), "give `scale` too"));
+  EXPECT_TRUE(test::contains(refusal("{scale: 0 0 0 ppm, scale_spread: 1 -1 1 ppm}"), "must not be negative"));
+}
+
+TEST(Scenario, TruthHasTheMeansOfEveryPhase) {
+  Scenario s = mems_of("ski.yaml");
+  s.motion.run = 12;
+  s.motion.rest_after = 0;
+  s.imus.resize(1);
+  const Simulation run = simulate(s, 1);
+  const YAML::Node accel = YAML::Load(truth_json(s, run, 1))["imus"]["mt9a_1"]["accel"];
+  const auto expect = [&](const char* member, const Vector3d& value) {
+    for (int i = 0; i < 3; ++i) EXPECT_NEAR(accel[member][i].as<double>(), value(i), 1e-8 * value.norm()) << member;
+  };
+  expect("drift_before_m_s2", run.imus[0].accel.before.drift);
+  expect("mean_before_m_s2", run.imus[0].accel.before.mean);
+  expect("drift_run_m_s2", run.imus[0].accel.run.drift);
+  expect("run_mean_m_s2", run.imus[0].accel.run.mean);
+  expect("run_rms_m_s2", run.imus[0].accel.run.rms);
+  EXPECT_TRUE(accel["drift_after_m_s2"].IsNull());
+  EXPECT_TRUE(accel["mean_after_m_s2"].IsNull());
 }
 
 TEST(Scenario, ImpossibleMotionIsRefusedWithItsLine) {

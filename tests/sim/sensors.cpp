@@ -128,6 +128,90 @@ TEST(SimulateImu, PutsInTheErrorsItReports) {
   EXPECT_EQ(imu.gyro_drift.back(), imu.gyro.drift_last);
 }
 
+TEST(SimulateImu, SpreadIsDrawnAboutWhatIsGiven) {
+  const Truth r = plate(1, 12);
+  ImuSetup setup = perfect();
+  setup.rate = 0.5;
+  setup.sampling = ImuSetup::Sampling::kInstant;
+  setup.sensor.gyro.bias = setup.sensor.accel.scale = 100;  // are of no account where a value is given
+  setup.gyro.bias = Vector3d(1, 2, 3);
+  setup.gyro.bias_spread = Vector3d(0.1, 0, 0.3);
+  setup.accel.scale = Vector3d(-0.02, 0.01, 0);
+  setup.accel.scale_spread = Vector3d(0.004, 0.005, 0.006);
+  constexpr int kSeeds = 2000;
+  Vector3d gyro = Vector3d::Zero(), gyro_squares = gyro, accel = gyro, accel_squares = gyro, products = gyro;
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+    const SimulatedImu imu = simulate_imu(r, setup, seed);
+    const Vector3d g = imu.gyro.bias - *setup.gyro.bias, a = imu.accel.scale - *setup.accel.scale;
+    gyro += g / kSeeds;
+    accel += a / kSeeds;
+    gyro_squares += g.cwiseAbs2();
+    accel_squares += a.cwiseAbs2();
+    products += g.cwiseProduct(a) / kSeeds;
+  }
+  EXPECT_EQ(gyro_squares(1), 0);
+  for (const int i : {0, 2}) {
+    EXPECT_LT(std::abs(gyro(i)), 3.3 * setup.gyro.bias_spread(i) / std::sqrt(kSeeds));
+    expect_variance(gyro_squares(i), setup.gyro.bias_spread(i), kSeeds);
+    EXPECT_LT(std::abs(products(i)), 3.3 * setup.gyro.bias_spread(i) * setup.accel.scale_spread(i) / std::sqrt(kSeeds));
+  }
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_LT(std::abs(accel(i)), 3.3 * setup.accel.scale_spread(i) / std::sqrt(kSeeds));
+    expect_variance(accel_squares(i), setup.accel.scale_spread(i), kSeeds);
+  }
+}
+
+TEST(SimulateImu, SpreadMovesTheRowsByItselfAlone) {
+  const Truth r = plate();
+  ImuSetup setup = perfect();
+  setup.sensor.accel = {0.002, 0.05, {DriftProcess::Kind::kGaussMarkov, 0.01, 50, 0}, 0.02, 0};
+  setup.accel.bias = Vector3d(0.1, -0.2, 0.3);
+  const SimulatedImu without = simulate_imu(r, setup, 4);
+  setup.accel.bias_spread = Vector3d(0.01, 0.02, 0.03);
+  const SimulatedImu with = simulate_imu(r, setup, 4);
+  const Vector3d moved = with.accel.bias - without.accel.bias;
+  EXPECT_GT(moved.norm(), 0.005);
+  EXPECT_EQ(with.accel.scale, without.accel.scale);
+  EXPECT_EQ(with.recording.gyro, without.recording.gyro);
+  for (std::size_t k = 0; k < with.recording.accel.size(); k += 50) {
+    EXPECT_LT((with.recording.accel[k] - without.recording.accel[k] - moved).norm(), 1e-13);
+  }
+}
+
+TEST(SimulateImu, PhasesHaveTheMeansOfTheirRows) {
+  const Truth r = plate();  // 30 s, 20 s, 10 s
+  ImuSetup setup = perfect();
+  setup.rate = 19.99;  // no row ends with a phase
+  setup.sensor.gyro.drift = {DriftProcess::Kind::kGaussMarkov, 0.01, 50, 0};
+  setup.gyro.warm_up = Vector3d(0.1, 0, -0.1);
+  setup.gyro.warm_up_time = 25;
+  const SimulatedImu imu = simulate_imu(r, setup, 6);
+  struct Expected {
+    const PhaseDraw& phase;
+    double start, end;
+  };
+  for (const Expected& expected :
+       {Expected{imu.gyro.before, 0, 30}, {imu.gyro.run, 30, 50}, {imu.gyro.after, 50, 60}}) {
+    Vector3d drift = Vector3d::Zero(), mean = drift, squares = drift;
+    std::size_t rows = 0;
+    for (std::size_t k = 0; k < imu.signal.size(); ++k) {
+      const double t = imu.gps_time[k] - r.start_time();
+      if (t < expected.start || t > expected.end) continue;
+      drift += imu.gyro_drift[k] + std::exp(-t / 25) * setup.gyro.warm_up;
+      mean += imu.signal[k].gyro;
+      squares += imu.signal[k].gyro.cwiseAbs2();
+      ++rows;
+    }
+    const auto count = static_cast<double>(rows);
+    EXPECT_EQ(expected.phase.rows, rows);
+    EXPECT_LT((expected.phase.drift - drift / count).norm(), 1e-13);
+    EXPECT_LT((expected.phase.mean - mean / count).norm(), 1e-13);
+    EXPECT_LT((expected.phase.rms - (squares / count).cwiseSqrt()).norm(), 1e-13);
+  }
+  EXPECT_EQ(imu.gyro.before.rows + imu.gyro.run.rows + imu.gyro.after.rows, imu.signal.size());
+  EXPECT_EQ(simulate_imu(plate(0), setup, 6).gyro.before.rows, 0U);
+}
+
 TEST(SimulateImu, NoiseHasItsDensity) {
   const Truth r = plate();
   ImuSetup setup = perfect();
