@@ -10,6 +10,7 @@
 #include "piste/analyse/reference_errors.h"
 #include "piste/condition/aligned_signals.h"
 #include "piste/core/error.h"
+#include "piste/model/imu_errors.h"
 
 namespace piste {
 namespace {
@@ -198,6 +199,14 @@ MatrixFit fit_matrix(const AlignedImus& imus, const ReferenceErrors& errors, boo
   return out;
 }
 
+// What a rest shows is as sure in the run as the in-run drift allows from the middle of the one to that of the other.
+void let_drift(Term& excess, const FitOptions& options, bool force, const Interval& run, const Interval& rest) {
+  if (!options.sensor) return;
+  const double lapse = std::abs(run.start + run.end - rest.start - rest.end) / 2;
+  const DriftProcess& drift = force ? options.sensor->accel.drift : options.sensor->gyro.drift;
+  excess.standard_error = std::hypot(excess.standard_error, change_sigma(drift, lapse));
+}
+
 RunFit fit_run(const Signals& s, const std::optional<Point>& rest, double ratio) {
   RunFit out;
   const Point mean = mean_point(s);
@@ -301,8 +310,9 @@ Findings findings(const AlignedImus& imus, const Phases& phases, const FitOption
       a.change->systematic = std::sqrt((moved * errors.covariance(axis) * moved.transpose()).value());
     }
     if (run) {
-      a.run = fit_run(signals(smooth, errors, axis, *run), start ? start : stop,
-                      ratio.value_or(noise_ratio(options, axis < 3)));
+      std::optional<Point> point = start ? start : stop;
+      if (point) let_drift(point->excess, options, axis < 3, *phases.run, start ? *phases.before : *phases.after);
+      a.run = fit_run(signals(smooth, errors, axis, *run), point, ratio.value_or(noise_ratio(options, axis < 3)));
     }
   }
   if (run) {

@@ -36,6 +36,40 @@ KnownTriadErrors triad_of(const MethodEstimate& estimate, int first) {
   return out;
 }
 
+KnownTriadErrors polynomial_of(const Findings& findings, int first) {
+  KnownTriadErrors out;
+  for (int i = 0; i < 3; ++i) {
+    const auto& run = findings.axes[at(first + i)].run;
+    if (!run || !run->polynomial) continue;
+    const Eigen::VectorXd& c = run->polynomial->coefficients.regression.value;
+    out.bias(i) = c(0);
+    out.gain(i, i) = c(1);
+    if (c.size() > 2) out.quadratic(i) = c(2);
+    if (c.size() > 3) out.cubic(i) = c(3);
+  }
+  return out;
+}
+
+KnownTriadErrors triad_of(const MatrixFit& fit) {
+  KnownTriadErrors out;
+  for (int i = 0; i < 3; ++i) {
+    out.bias(i) = fit.bias(i).value;
+    for (int j = 0; j < 3; ++j) out.gain(i, j) = fit.gain(i, j).value;
+  }
+  return out;
+}
+
+KnownErrors matrices_of(const Findings& findings) {
+  KnownErrors out;
+  if (findings.accel_matrix) out.accel = triad_of(*findings.accel_matrix);
+  if (!findings.gyro_matrix) return out;
+  out.gyro = triad_of(*findings.gyro_matrix);
+  for (int i = 0; i < 3 && findings.gyro_matrix->has_g_sensitivity(); ++i) {
+    for (int j = 0; j < 3; ++j) out.g_sensitivity(i, j) = findings.gyro_matrix->g_sensitivity(i, j).value;
+  }
+  return out;
+}
+
 Matrix3d gain_of(const ImuTruth::Triad& truth) {
   return (Matrix3d::Identity() + Matrix3d(truth.scale.asDiagonal())) * truth.misalignment - Matrix3d::Identity();
 }
@@ -54,8 +88,6 @@ const std::optional<ImuTruth::Phase>& phase_of(const ImuTruth::Triad& truth, Met
     case Method::kRest:
     case Method::kOtherRuns:
       return truth.before;
-    case Method::kScaleOnly:
-      return truth.before ? truth.before : truth.after;
     case Method::kRestAfter:
       return truth.after;
     default:
@@ -74,6 +106,39 @@ Prediction predict(const std::vector<double>& values) {
   for (const double value : values) mean += value / n;
   for (const double value : values) squares += (value - mean) * (value - mean);
   return {mean, std::sqrt(squares / (n - 1) * (1 + 1 / n)), n - 1};
+}
+
+// The line through what the rest shows, with the slope of the IMU's other runs; nothing without a rest, or where there
+// are too few of those.
+AxisEstimate from_other_runs(const Study& study, const SensorRun& result, int axis) {
+  const AxisFindings& found = result.findings->axes[at(axis)];
+  std::vector<double> scales;
+  for (const SensorRun& other : study.results) {
+    if (other.run == result.run || other.sensor != result.sensor) continue;
+    const AxisEstimate* noisy = other.estimate(Method::kJointBothNoisy, axis);
+    if (noisy && noisy->line) scales.push_back(noisy->line->value(1));
+  }
+  if (!found.before || scales.size() < kFewestRuns) return {};
+  const Term& rest = *found.before;
+  const Prediction scale = predict(scales);
+  const double signal = found.rest_signal;
+  const Eigen::Vector2d of_scale(-signal, 1), of_rest(1, 0);
+  const auto covariance = [&](double rest_sigma, double scale_sigma) -> Eigen::Matrix2d {
+    return rest_sigma * rest_sigma * of_rest * of_rest.transpose() +
+           scale_sigma * scale_sigma * of_scale * of_scale.transpose();
+  };
+  AxisEstimate out;
+  out.line = BiasScale{{rest.value - scale.mean * signal, scale.mean},
+                       covariance(rest.sigma, scale.sigma),
+                       covariance(rest.standard_error, scale.sigma),
+                       covariance(rest.systematic, 0),
+                       std::min(rest.dof, scale.dof)};
+  const AxisEstimate *shown = result.estimate(Method::kRest, axis), *run = result.estimate(Method::kJointReverse, axis);
+  if (shown && shown->true_bias && run && run->true_scale) {
+    out.true_scale = run->true_scale;
+    out.true_bias = *shown->true_bias - *run->true_scale * signal;
+  }
+  return out;
 }
 
 }  // namespace
@@ -96,14 +161,29 @@ std::vector<MethodEstimate> signal_estimates(const Findings& findings) {
   });
   line(Method::kJoint, [](const RunFit& run) { return run.joint.forward; });
   line(Method::kJointReverse, [](const RunFit& run) { return run.joint.reverse; });
+  line(Method::kJointBothNoisy, [](const RunFit& run) { return run.both_noisy; });
   alone(Method::kBiasOnly, [](const AxisFindings& axis) -> std::optional<Term> {
     if (!axis.run) return std::nullopt;
     return axis.run->bias_only;
   });
+  line(Method::kPolynomial, [](const RunFit& run) -> std::optional<BiasScale> {
+    if (!run.polynomial) return std::nullopt;
+    return run.polynomial->tangent;
+  });
+  MethodEstimate matrix{Method::kMisalignment, {}};
+  for (int axis = 0; axis < kSignals; ++axis) {
+    const auto& triad = axis < 3 ? findings.accel_matrix : findings.gyro_matrix;
+    if (triad) matrix.axes[at(axis)].line = triad->line(axis % 3);
+  }
+  if (findings.accel_matrix || findings.gyro_matrix) out.push_back(std::move(matrix));
   return out;
 }
 
-KnownErrors known_errors(const MethodEstimate& estimate, const std::optional<Findings>&) {
+KnownErrors known_errors(const MethodEstimate& estimate, const std::optional<Findings>& findings) {
+  if (estimate.method == Method::kPolynomial) {
+    return {.gyro = polynomial_of(*findings, 3), .accel = polynomial_of(*findings, 0)};
+  }
+  if (estimate.method == Method::kMisalignment) return matrices_of(*findings);
   return {.gyro = triad_of(estimate, 3), .accel = triad_of(estimate, 0)};
 }
 
@@ -126,40 +206,12 @@ void hold_against(const ImuTruth& truth, MethodEstimate& estimate) {
 
 void add_other_runs(Study& study) {
   for (SensorRun& result : study.results) {
-    if (!result.findings) continue;
     MethodEstimate out{Method::kOtherRuns, {}};
     bool any = false;
     for (int axis = 0; axis < kSignals; ++axis) {
-      const auto& before = result.findings->axes[at(axis)].before;
-      std::vector<double> scales;
-      for (const SensorRun& other : study.results) {
-        if (other.run == result.run || other.sensor != result.sensor) continue;
-        const AxisEstimate* noisy = other.estimate(Method::kJointBothNoisy, axis);
-        if (noisy && noisy->line) scales.push_back(noisy->line->value(1));
-      }
-      if (!before || scales.size() < kFewestRuns) continue;
-      const Prediction scale = predict(scales);
-      const double signal = result.findings->axes[at(axis)].rest_signal;
-      // bias = what the rest shows − scale · signal
-      BiasScale line;
-      line.value << before->value - scale.mean * signal, scale.mean;
-      const Eigen::Vector2d of_scale(-signal, 1), of_rest(1, 0);
-      const auto covariance = [&](double rest, double of) -> Eigen::Matrix2d {
-        return rest * rest * of_rest * of_rest.transpose() + of * of * of_scale * of_scale.transpose();
-      };
-      line.covariance = covariance(before->sigma, scale.sigma);
-      line.hac_covariance = covariance(before->standard_error, scale.sigma);
-      line.systematic_covariance = covariance(before->systematic, 0);
-      line.dof = std::min(before->dof, scale.dof);
       AxisEstimate& to = out.axes[at(axis)];
-      to.line = line;
-      const AxisEstimate* rest = result.estimate(Method::kRest, axis);
-      const AxisEstimate* run = result.estimate(Method::kJointReverse, axis);
-      if (rest && rest->true_bias && run && run->true_scale) {
-        to.true_scale = run->true_scale;
-        to.true_bias = *rest->true_bias - *run->true_scale * signal;
-      }
-      any = true;
+      if (result.findings) to = from_other_runs(study, result, axis);
+      any = any || !to.empty();
     }
     if (any) result.estimates.push_back(std::move(out));
   }

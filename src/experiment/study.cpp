@@ -49,8 +49,7 @@ RunData read_reference(const RunConfig& config, StudyRun& run) {
     run.sigma_attitude = data.solution->sigma_attitude;
     run.sigma_position = data.solution->sigma_position;
   } catch (const Error& e) {
-    run.warnings.push_back(
-        fmt::format("no reference solution, and so neither filters nor navigation: {}", e.what()));
+    run.warnings.push_back(fmt::format("no reference solution, and so neither filters nor navigation: {}", e.what()));
   }
   return data;
 }
@@ -140,11 +139,9 @@ void study_imu(const RunConfig& config, const MountedImu& mems, const RunData& d
   const ImuRecording recording = read_imu(mems.source);
   const Log body = condition_imu(recording, mems.conditioning);
   const ImuSensor& reference = config.reference.source.sensor;
-  const Alignment alignment = align(body.imu, data.imu,
-                                    {.sensor = mems.source.sensor,
-                                     .reference = reference,
-                                     .low_pass = study.low_pass,
-                                     .name = mems.source.log.file});
+  const Alignment alignment = align(
+      body.imu, data.imu,
+      {.sensor = mems.source.sensor, .reference = reference, .low_pass = study.low_pass, .name = mems.source.log.file});
   warn_of(alignment, body.counts, recording.time.size(), out.warnings);
   out.clock_offset = alignment.clock_offset;
   out.clock_drift = alignment.clock_drift;
@@ -159,10 +156,9 @@ void study_imu(const RunConfig& config, const MountedImu& mems, const RunData& d
     out.picture = picture(smooth, study.low_pass);
   }
   const Phases own = covered(run.phases, smooth, out.warnings);
-  out.findings = findings(aligned, own,
-                          {.low_pass = study.low_pass,
-                           .alignment = &alignment,
-                           .reference = &reference});
+  out.findings = findings(
+      aligned, own,
+      {.low_pass = study.low_pass, .alignment = &alignment, .reference = &reference, .sensor = &mems.source.sensor});
   out.estimates = signal_estimates(*out.findings);
   if (own.run) {
     for (const double delay : options.delays) {

@@ -22,4 +22,16 @@ double initial_sigma(const DriftProcess& process) {
   return process.kind == DriftProcess::Kind::kGaussMarkov ? process.sigma : 0;
 }
 
+double change_sigma(const DriftProcess& process, double lapse) {
+  switch (process.kind) {
+    case DriftProcess::Kind::kNone:
+      return 0;
+    case DriftProcess::Kind::kRandomWalk:
+      return process.density * std::sqrt(lapse);
+    case DriftProcess::Kind::kGaussMarkov:
+      return process.sigma * std::sqrt(-2 * std::expm1(-lapse / process.correlation_time));
+  }
+  return 0;
+}
+
 }  // namespace piste

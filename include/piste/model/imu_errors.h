@@ -17,4 +17,8 @@ DiscreteProcess discretise(const DriftProcess& process, double dt);
 /// turn-on bias).
 double initial_sigma(const DriftProcess& process);
 
+/// 1-sigma of the change of a drift over a lapse of time: σ √(2 (1 − e^{−lapse/τ})) of a Gauss-Markov process,
+/// density √lapse of a random walk.
+double change_sigma(const DriftProcess& process, double lapse);
+
 }  // namespace piste
