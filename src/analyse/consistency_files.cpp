@@ -14,7 +14,6 @@ namespace {
 
 constexpr std::array kNavigation{Block::kPosition, Block::kVelocity, Block::kAttitude};
 
-std::string boolean(bool value) { return value ? "true" : "false"; }
 std::string pair_json(double first, double second) { return json::numbers(std::array{first, second}); }
 
 // ---- consistency.json ----
@@ -24,7 +23,7 @@ std::string group_json(const StateGroup& group, const GroupConsistency& found, c
                        {"nees", json::number(found.nees)},
                        {"standard_error", json::number(found.standard_error)},
                        {"band", pair_json(band.low, band.high)},
-                       {"inside", boolean(band.contains(found.nees))},
+                       {"inside", json::boolean(band.contains(found.nees))},
                        {"outside_epochs", json::number(found.outside)},
                        {"coverage", json::numbers(found.coverage)},
                        {"largest_sigmas", json::number(found.largest)}});
@@ -87,7 +86,7 @@ std::string source_json(const SourceConsistency& source) {
                        {"rejected", json::number(source.rejected)},
                        {"nis", json::number(source.nis)},
                        {"band", pair_json(source.band.low, source.band.high)},
-                       {"inside", boolean(source.band.contains(source.nis))},
+                       {"inside", json::boolean(source.band.contains(source.nis))},
                        {"autocorrelation", json::numbers(axes)},
                        {"autocorrelation_band", json::number(source.autocorrelation_band)}});
 }
@@ -178,7 +177,7 @@ std::string consistency_json(const ConsistencyReport& report, const std::string&
                        {"runs", fmt::format("{}", report.runs)},
                        {"failures", json::array(failures)},
                        {"probability", json::number(report.probability)},
-                       {"consistent", boolean(report.consistent())},
+                       {"consistent", json::boolean(report.consistent())},
                        {"phases", json::object(phases)},
                        {"filter", estimator_json(report, report.filter)},
                        {"smoother", estimator_json(report, report.smoother)},

@@ -211,20 +211,19 @@ std::string standing(const RankingRow& row) {
 }
 
 // Where bias and scale of a method are most alike.
-std::string alike(const Study& study, Method method) {
+std::optional<std::string> alike(const Study& study, Method method) {
   const auto rows = correlations(study, method);
   const auto worst =
       std::ranges::max_element(rows, {}, [](const CorrelationRow& r) { return std::abs(r.correlation); });
-  if (worst == rows.end() || !(worst->inflation > kInseparable)) return "";
-  return fmt::format("; correlation of bias and scale {:.2f} on {}", worst->correlation, signal_info(worst->axis).name);
+  if (worst == rows.end() || !(worst->inflation > kInseparable)) return std::nullopt;
+  return fmt::format("correlation of bias and scale {:.2f} on {}", worst->correlation, signal_info(worst->axis).name);
 }
 
 // ---- summary.json ----
 
-std::string boolean(bool value) { return value ? "true" : "false"; }
-
 std::string strings(const std::vector<std::string>& values) {
   std::vector<std::string> items;
+  items.reserve(values.size());
   for (const std::string& v : values) items.push_back(json::string(v));
   return json::array(items);
 }
@@ -274,7 +273,7 @@ std::string run_json(const Study& study, std::size_t run) {
 
 std::string row_json(const RankingRow& r, const std::string& remark) {
   return json::object({{"method", json::string(info(r.method).name)},
-                       {"competes", boolean(info(r.method).competes)},
+                       {"competes", json::boolean(info(r.method).competes)},
                        {"count", count(r.count)},
                        {"score", json::number(r.score)},
                        {"versus_winner", json::number(r.versus_winner)},
@@ -367,9 +366,11 @@ std::string ranking_text(const Study& study) {
 std::vector<std::string> remarks(const Study& study, const Ranking& ranking) {
   std::vector<std::string> out;
   for (const RankingRow& r : ranking.rows) {
-    std::string remark = r.method == ranking.winner ? lead(ranking) : ranking.winner ? standing(r) : "";
-    if (!info(r.method).competes) remark = "does not compete; " + remark;
-    out.push_back(remark + alike(study, r.method));
+    std::vector<std::string> parts;
+    if (!info(r.method).competes) parts.emplace_back("does not compete");
+    if (ranking.winner) parts.push_back(r.method == ranking.winner ? lead(ranking) : standing(r));
+    if (const auto axis = alike(study, r.method)) parts.push_back(*axis);
+    out.push_back(fmt::format("{}", fmt::join(parts, "; ")));
   }
   return out;
 }
@@ -396,7 +397,7 @@ std::string study_json(const Study& study) {
   for (const std::string& m : missing(study)) lacking.push_back(json::string(m));
   return json::object({{"name", json::string(study.name)},
                        {"low_pass_hz", json::number(study.low_pass)},
-                       {"simulated", boolean(study.simulated)},
+                       {"simulated", json::boolean(study.simulated)},
                        {"sensors", strings(study.sensors)},
                        {"missing", lines(lacking, 1)},
                        {"ranking", ranking_json(study)},
@@ -408,10 +409,9 @@ std::string study_json(const Study& study) {
 
 std::string study_text(const Study& study) {
   const auto well = std::ranges::count_if(study.results, [](const SensorRun& r) { return r.failure.empty(); });
-  std::string out =
-      fmt::format("{}: {} IMUs in {} runs, {} of {} went well; low-pass {:g} Hz{}\n", study.name,
-                  study.sensors.size(), study.runs.size(), well, study.sensors.size() * study.runs.size(),
-                  study.low_pass, study.simulated ? "; simulated, so that the truth is known" : "");
+  std::string out = fmt::format("{}: {} IMUs in {} runs, {} of {} went well; low-pass {:g} Hz{}\n", study.name,
+                                study.sensors.size(), study.runs.size(), well, study.sensors.size() * study.runs.size(),
+                                study.low_pass, study.simulated ? "; simulated, so that the truth is known" : "");
   for (const std::string& m : missing(study)) out += "  " + m + "\n";
   if (const std::string table = ranking_text(study); !table.empty()) out += "\n" + table;
   out += "\nBias at rest before the start, a correction to add: mean ± spread between the runs; * not significant\n";

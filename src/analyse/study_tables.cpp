@@ -79,6 +79,7 @@ Across across(const std::vector<Term>& terms) {
 // Holm's correction over the numbers of a table.
 void correct(const std::vector<Across*>& table) {
   std::vector<double> p_values;
+  p_values.reserve(table.size());
   for (const Across* a : table) p_values.push_back(a->p_value);
   p_values = holm(std::move(p_values));
   for (std::size_t i = 0; i < table.size(); ++i) {
@@ -193,6 +194,7 @@ std::vector<double> by_run(const std::vector<const SensorRun*>& at, const std::v
   std::map<std::size_t, std::vector<double>> runs;
   for (std::size_t i = 0; i < at.size(); ++i) runs[at[i]->run].push_back(values[i]);
   std::vector<double> out;
+  out.reserve(runs.size());
   for (const auto& [run, of_sensors] : runs) out.push_back(mean(of_sensors));
   return out;
 }
@@ -271,7 +273,7 @@ double confidence(const std::vector<const Contestant*>& competitors, const Conte
   constexpr int kResamplings = 10000;
   const std::size_t n = winner.log_scores.size();
   if (n < 2) return kNone;
-  std::mt19937_64 random(20080113);  // NOLINT: the same bytes every time
+  std::mt19937_64 random(20080113);
   std::vector<std::size_t> drawn(n);
   const auto sum = [&drawn](const Contestant& c) {
     double out = 0;

@@ -17,6 +17,8 @@ inline std::string number(double value, int digits = 10) {
   return std::isfinite(value) ? fmt::format("{:.{}g}", value, digits) : "null";
 }
 
+inline std::string boolean(bool value) { return value ? "true" : "false"; }
+
 /// A string, which may stand inside a <script> element.
 std::string string(std::string_view text);
 
