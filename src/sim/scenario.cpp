@@ -24,7 +24,7 @@ std::optional<Vector3d> find_vector(const Config& config, std::string_view key, 
 // The spread of what `key` gives.
 Vector3d read_spread(const Config& config, const std::string& key, const Dimension& expected) {
   const std::string spread_key = key + "_spread";
-  const Vector3d spread = config.vector(spread_key, expected, Vector3d::Zero());
+  Vector3d spread = config.vector(spread_key, expected, Vector3d::Zero());
   if (spread.minCoeff() < 0) config.fail(spread_key, "must not be negative; it is a sigma of each axis");
   if (config.has(spread_key) && !config.has(key)) {
     config.fail(spread_key, fmt::format("spreads about `{0}`, which is missing; give `{0}` too, or neither: then it is "

@@ -7,10 +7,9 @@
 /// gnss: gnss_l1l2               # the receiver of the reference solution
 /// mems:                         # the IMUs that are compared, and what the tables call them
 ///   - {imu: mt9a_1, name: MT-9A 1}
-/// runs:                         # the name of a run is that of its folder
+/// runs:                         # each in a folder of its name; its motion is laid over that of its scenario
 ///   - {name: ski-1, activity: ski, scenario: campaign/ski.yaml}
-///   - {name: ski-2, activity: ski, scenario: campaign/ski.yaml, motion: {heading: 120 deg}}   # laid over the
-///   scenario's
+///   - {name: ski-2, activity: ski, scenario: campaign/ski.yaml, motion: {heading: 120 deg, net_turn: -300 deg}}
 /// ```
 /// Errors that change from run to run are the scenarios': `bias_spread` and `scale_spread` of their IMUs.
 

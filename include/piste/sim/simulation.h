@@ -45,8 +45,8 @@ std::string attitude_csv(const AttitudeRecording& recording);
 /// Position, velocity and attitude of the body in the columns of `filtered.csv` without sigmas, at every n-th of the
 /// times.
 std::string truth_csv(const Truth& body, const std::vector<double>& gps_time, std::size_t every);
-/// Every error that was put in, and the means over each phase, rest before, run, rest after, of the in-run drift with its
-/// warm-up and of the true signal: null where there is no such phase.
+/// Every error that was put in, and the means over each phase, rest before, run, rest after, of the in-run drift with
+/// its warm-up and of the true signal: null where there is no such phase.
 std::string truth_json(const Scenario& scenario, const Simulation& simulation, std::uint64_t seed);
 
 }  // namespace piste
