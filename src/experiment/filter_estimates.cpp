@@ -63,45 +63,74 @@ FilterOptions options_of(const FilterCase& of, const Model& model) {
   return options;
 }
 
-Term term(double value, double sigma) {
-  constexpr double kKnown = 1e6;  // degrees of freedom of a filter's sigma, which is no estimate
-  return {value, sigma, sigma, kKnown};
-}
+constexpr double kKnown = 1e6;  // degrees of freedom of a filter's sigma, which is no estimate
 
-MethodEstimate mean_over(const Solution& solution, const Interval& run, Method method) {
-  Eigen::Matrix<double, kSignals, 4> sum = Eigen::Matrix<double, kSignals, 4>::Zero();  // bias, scale, their sigmas
-  double epochs = 0;
-  for (std::size_t i = 0; i < solution.size(); ++i) {
-    if (!run.contains(solution.time(i))) continue;
-    const Estimate x = solution.estimate(i);
-    const Sigmas s = solution.sigmas(i);
-    Eigen::Matrix<double, kSignals, 4> row;
-    row.topRows<3>() << x.accel_bias + x.accel_drift, x.accel_scale, s.accel_total_bias,
-        s.blocks.segment<3>(full_offset(Block::kAccelScale));
-    row.bottomRows<3>() << x.gyro_bias + x.gyro_drift, x.gyro_scale, s.gyro_total_bias,
-        s.blocks.segment<3>(full_offset(Block::kGyroScale));
-    sum += row;
-    epochs += 1;
-  }
-  if (epochs == 0) throw DataError("", "the filter has no epoch in the run");
-  sum /= epochs;
-  MethodEstimate out{method, {}};
-  const StateLayout& layout = solution.layout();
-  for (int axis = 0; axis < kSignals; ++axis) {
-    AxisEstimate& estimate = out.axes[static_cast<std::size_t>(axis)];
-    const bool force = axis < 3;
-    if (!layout.has(force ? Block::kAccelBias : Block::kGyroBias)) continue;
-    if (!layout.has(force ? Block::kAccelScale : Block::kGyroScale)) {
-      estimate.bias_alone = term(sum(axis, 0), sum(axis, 2));
-      continue;
+// Means over epochs of bias + drift and of scale, and of their covariance.
+class Mean {
+ public:
+  explicit Mean(const StateLayout& layout) : layout_(layout) {}
+
+  void add(const Estimate& x, const Covariance& P) {
+    for (int axis = 0; axis < kSignals; ++axis) {
+      BiasScale& line = lines_[static_cast<std::size_t>(axis)];
+      const bool force = axis < 3;
+      const int i = axis % 3;
+      line.value(0) += force ? x.accel_bias(i) + x.accel_drift(i) : x.gyro_bias(i) + x.gyro_drift(i);
+      line.value(1) += force ? x.accel_scale(i) : x.gyro_scale(i);
+      const Eigen::Matrix<double, 2, Eigen::Dynamic> T = selection(axis);
+      line.covariance += T * P * T.transpose();
     }
-    BiasScale line;
-    line.value = sum.row(axis).head<2>();
-    line.covariance = line.hac_covariance = sum.row(axis).tail<2>().cwiseAbs2().asDiagonal();
-    line.dof = term(0, 0).dof;
-    estimate.line = line;
+    epochs_ += 1;
   }
-  return out;
+
+  MethodEstimate of(Method method) const {
+    if (epochs_ == 0) throw DataError("", "the filter has no epoch in the run");
+    MethodEstimate out{method, {}};
+    for (int axis = 0; axis < kSignals; ++axis) {
+      BiasScale line = lines_[static_cast<std::size_t>(axis)];
+      line.value /= epochs_;
+      line.covariance /= epochs_;
+      line.hac_covariance = line.covariance;
+      line.dof = kKnown;
+      AxisEstimate& estimate = out.axes[static_cast<std::size_t>(axis)];
+      const bool force = axis < 3;
+      if (!layout_.has(force ? Block::kAccelBias : Block::kGyroBias)) continue;
+      if (layout_.has(force ? Block::kAccelScale : Block::kGyroScale)) {
+        estimate.line = line;
+      } else {
+        estimate.bias_alone = line.bias();
+      }
+    }
+    return out;
+  }
+
+ private:
+  // From the state to bias + drift and scale of one axis.
+  Eigen::Matrix<double, 2, Eigen::Dynamic> selection(int axis) const {
+    Eigen::Matrix<double, 2, Eigen::Dynamic> T = Eigen::Matrix<double, 2, Eigen::Dynamic>::Zero(2, layout_.size());
+    const bool force = axis < 3;
+    const auto take = [&](int row, Block block) {
+      if (layout_.has(block)) T(row, layout_.offset(block) + axis % 3) = 1;
+    };
+    take(0, force ? Block::kAccelBias : Block::kGyroBias);
+    take(0, force ? Block::kAccelDrift : Block::kGyroDrift);
+    take(1, force ? Block::kAccelScale : Block::kGyroScale);
+    return T;
+  }
+
+  StateLayout layout_;
+  std::array<BiasScale, kSignals> lines_;
+  double epochs_ = 0;
+};
+
+// Every tenth row of the run: biases change slowly.
+std::vector<std::size_t> rows_of(const Solution& solution, const Interval& run) {
+  constexpr std::size_t kEvery = 10;
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 0; i < solution.size(); i += kEvery) {
+    if (run.contains(solution.time(i))) rows.push_back(i);
+  }
+  return rows;
 }
 
 }  // namespace
@@ -120,8 +149,14 @@ std::vector<MethodEstimate> filter_estimates(const FilterCase& of, std::vector<s
       const Start start =
           find_start(log, options, {.source = model.attitude ? Source::kAttitude : Source::kAuto}).start;
       const FilterRun run = run_filter(log, options, start, kCheckpointEvery);
-      out.push_back(mean_over(run.solution, of.run, model.filtered));
-      out.push_back(mean_over(smooth_rts(log, run), of.run, model.smoothed));
+      Mean filtered(run.solution.layout()), smoothed(run.solution.layout());
+      smooth_rows(log, run, rows_of(run.solution, of.run),
+                  [&](std::size_t, const Tape::Epoch& before, const SmoothedState& after) {
+                    filtered.add(before.x, before.P);
+                    smoothed.add(after.x, after.P);
+                  });
+      out.push_back(filtered.of(model.filtered));
+      out.push_back(smoothed.of(model.smoothed));
     } catch (const DataError& e) {
       warnings.push_back(fmt::format("{} and its smoother: {}", info(model.filtered).title, e.what()));
     }

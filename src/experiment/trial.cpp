@@ -165,8 +165,9 @@ void visit_grid(const Log& log, const FilterRun& run, const EpochGrid& grid, dou
       epochs.emplace(row, epoch);
     }
   }
-  const auto wanted = [&](std::size_t row) { return epochs.contains(row); };
-  smooth_rows(log, run, wanted, [&](std::size_t row, const Tape::Epoch& filtered, const SmoothedState& smoothed) {
+  std::vector<std::size_t> rows;
+  for (const auto& [row, epoch] : epochs) rows.push_back(row);
+  smooth_rows(log, run, rows, [&](std::size_t row, const Tape::Epoch& filtered, const SmoothedState& smoothed) {
     visit(epochs.at(row), filtered, smoothed);
   });
 }

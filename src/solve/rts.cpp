@@ -114,19 +114,25 @@ class LagCollector {
 
 // Runs the stretches of a filtered run again, last one first, and each of them backwards.
 template <class AtEpoch>
-void run_backwards(Backward& backward, const Log& log, const FilterRun& run, const ProgressCallback& progress,
-                   AtEpoch&& at_epoch) {
+void run_backwards(Backward& backward, const Log& log, const FilterRun& run, std::size_t first_row,
+                   const ProgressCallback& progress, AtEpoch&& at_epoch) {
   if (run.checkpoints.empty()) throw std::logic_error("a smoother needs a run with checkpoints");
   const std::size_t rows = run.solution.size();
   std::size_t end_row = rows;
   Tape tape;
-  for (auto from = run.checkpoints.rbegin(); from != run.checkpoints.rend(); ++from) {
+  for (auto from = run.checkpoints.rbegin(); from != run.checkpoints.rend() && end_row > first_row; ++from) {
     tape.events.clear();
     rerun(log, *from, end_row, tape);
     backward.run(tape, end_row, at_epoch);
     end_row = from->row;
     if (progress) progress(1 - static_cast<double>(end_row) / static_cast<double>(rows));
   }
+}
+
+// Once the whole run has gone by.
+SmoothedState smoothed_start(Backward& backward, const FilterRun& run) {
+  const Filter& first = run.checkpoints.front().filter;
+  return backward.smooth(first.estimate(), first.covariance());
 }
 
 }  // namespace
@@ -141,22 +147,26 @@ Solution smooth_rts(const Log& log, const FilterRun& run, const ProgressCallback
   Backward backward(filtered.layout());
   std::optional<LagCollector> collector;
   if (lags) collector.emplace(filtered.size(), *lags);
-  run_backwards(backward, log, run, progress, [&](std::size_t row, const Tape::Epoch& epoch) {
+  run_backwards(backward, log, run, 0, progress, [&](std::size_t row, const Tape::Epoch& epoch) {
     const SmoothedState s = backward.smooth(epoch.x, epoch.P);
     out.set(row, epoch.time, s.x, sigmas_of(s.x, out.layout(), s.P));
     if (collector) collector->visit(backward, row, epoch, s);
   });
-  const Filter& first = run.checkpoints.front().filter;
-  if (at_start) *at_start = backward.smooth(first.estimate(), first.covariance());
+  if (at_start) *at_start = smoothed_start(backward, run);
   return out;
 }
 
-void smooth_rows(const Log& log, const FilterRun& run, const std::function<bool(std::size_t)>& wanted,
-                 const EpochObserver& observer) {
+void smooth_rows(const Log& log, const FilterRun& run, const std::vector<std::size_t>& rows,
+                 const EpochObserver& observer, SmoothedState* at_start) {
   Backward backward(run.solution.layout());
-  run_backwards(backward, log, run, {}, [&](std::size_t row, const Tape::Epoch& epoch) {
-    if (wanted(row)) observer(row, epoch, backward.smooth(epoch.x, epoch.P));
+  auto next = rows.rbegin();
+  const std::size_t first = at_start ? 0 : rows.empty() ? run.solution.size() : rows.front();
+  run_backwards(backward, log, run, first, {}, [&](std::size_t row, const Tape::Epoch& epoch) {
+    if (next == rows.rend() || *next != row) return;
+    ++next;
+    observer(row, epoch, backward.smooth(epoch.x, epoch.P));
   });
+  if (at_start) *at_start = smoothed_start(backward, run);
 }
 
 }  // namespace piste

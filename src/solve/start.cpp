@@ -171,34 +171,38 @@ std::optional<MotionAlignment> first_alignment(const Log& log, const FilterOptio
   return std::nullopt;
 }
 
-// A stretch as its smoother sees it, and its start.
+// What the smoother of a stretch says of its start, and of one row.
 struct Refined {
   SmoothedState start;
-  Solution stretch;
+  std::optional<HeadingFix> heading;
 };
-
-Refined refine(const Log& log, const FilterOptions& options, const Start& start, double until) {
-  const FilterRun run = run_filter(log, options, start, kCheckpointEvery, {}, until);
-  Refined refined;
-  refined.stretch = smooth_rts(log, run, {}, &refined.start);
-  return refined;
-}
 
 // The smoothed heading at the end of the rest that the motion ended. In between, a heading that no fix holds would
 // wander by the gyro's drift. Twice its sigma: a quarter of the information, as the filter sees the motion again.
-std::optional<HeadingFix> heading_at_departure(const Log& log, const Solution& stretch, double aligned) {
+std::optional<std::size_t> row_at_departure(const Log& log, const Solution& stretch, double aligned) {
   for (const Interval& rest : log.rest) {
     if (rest.end < aligned || rest.end > aligned + kWindows[3]) continue;
     std::size_t i = 0;
     while (i + 1 < stretch.size() && stretch.time(i) < rest.end) ++i;
-    return HeadingFix{stretch.time(i), stretch.estimate(i).q_wb, 2 * stretch.sigmas(i).euler.z()};
+    return i;
   }
   return std::nullopt;
 }
 
+Refined refine(const Log& log, const FilterOptions& options, const Start& start, double aligned) {
+  const FilterRun run = run_filter(log, options, start, kCheckpointEvery, {}, aligned + kStretch);
+  const std::optional<std::size_t> departure = row_at_departure(log, run.solution, aligned);
+  Refined refined;
+  const auto heading = [&](std::size_t, const Tape::Epoch& epoch, const SmoothedState& s) {
+    refined.heading = {epoch.time, s.x.q_wb, 2 * sigmas_of(s.x, run.solution.layout(), s.P).euler.z()};
+  };
+  smooth_rows(log, run, departure ? std::vector{*departure} : std::vector<std::size_t>{}, heading, &refined.start);
+  return refined;
+}
+
 // A smoothed covariance, kTempering times as large, but in no direction larger than `prior`, what was known before the
-// stretch: by the eigenvalues of the one against the other. Whole, so that what a rest ties together stays tied. A state
-// that was known before, such as a random walk at its start, stays known.
+// stretch: by the eigenvalues of the one against the other. Whole, so that what a rest ties together stays tied. A
+// state that was known before, such as a random walk at its start, stays known.
 Covariance tempered(const Covariance& smoothed, const Covariance& prior) {
   std::vector<int> unknown;
   for (int i = 0; i < prior.rows(); ++i) {
@@ -227,8 +231,7 @@ FoundStart start_from_motion(const Log& log, const FilterOptions& options, const
   moving.x.v_wb = aligned->v_wb;
   set_attitude_sigma(moving, (2 * aligned->covariance.diagonal().cwiseSqrt()).cwiseMax(kTiltSigma));
   set_boresight(moving, log, options);
-  const double until = aligned->time + kStretch;
-  const SmoothedState first = refine(log, options, moving, until).start;
+  const SmoothedState first = refine(log, options, moving, aligned->time).start;
 
   // Back to the start of the log: by the rest's own mean rate where it is long, as that holds the slow turn of a body
   // too.
@@ -249,10 +252,10 @@ FoundStart start_from_motion(const Log& log, const FilterOptions& options, const
   set_boresight(start, log, options);
 
   // A second stretch, from the start itself.
-  const Refined refined = refine(log, options, start, until);
+  const Refined refined = refine(log, options, start, aligned->time);
   start.covariance = tempered(refined.start.P, initial_covariance(StateLayout(options.estimate), options, start));
   start.x = refined.start.x;
-  start.heading = heading_at_departure(log, refined.stretch, aligned->time);
+  start.heading = refined.heading;
   const double sigma = euler_sigma(start.x.q_wb, start.covariance.block<3, 3>(6, 6)).z();
   return {start, fmt::format("heading {:.1f} deg ± {:.2f}, found from the motion at t = {:.1f} s",
                              to_euler(start.x.q_wb).z() / kDegree, sigma / kDegree, aligned->time)};

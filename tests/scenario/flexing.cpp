@@ -84,14 +84,13 @@ Nees mean_nees(bool told) {
       const auto next = std::lower_bound(flexing.time.begin(), flexing.time.end(), t - 1e-6);
       return flexing.q_rb[static_cast<std::size_t>(next - flexing.time.begin())];
     };
-    smooth_rows(
-        log, run, [&](std::size_t row) { return row == middle || row == end; },
-        [&](std::size_t row, const Tape::Epoch& filtered, const SmoothedState& smoothed) {
-          const StateLayout& layout = run.solution.layout();
-          const Quaterniond q_rb = truth(filtered.time);
-          if (row == end) mean.filter += nees(layout, filtered.x, filtered.P, q_rb) / (3 * kRuns);
-          if (row == middle) mean.smoother += nees(layout, smoothed.x, smoothed.P, q_rb) / (3 * kRuns);
-        });
+    smooth_rows(log, run, {middle, end},
+                [&](std::size_t row, const Tape::Epoch& filtered, const SmoothedState& smoothed) {
+                  const StateLayout& layout = run.solution.layout();
+                  const Quaterniond q_rb = truth(filtered.time);
+                  if (row == end) mean.filter += nees(layout, filtered.x, filtered.P, q_rb) / (3 * kRuns);
+                  if (row == middle) mean.smoother += nees(layout, smoothed.x, smoothed.P, q_rb) / (3 * kRuns);
+                });
   }
   fmt::print("{}: NEES per state, filter {:.2f}, smoother {:.2f}\n", told ? "told that it gives" : "told a constant",
              mean.filter, mean.smoother);

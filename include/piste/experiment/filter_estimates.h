@@ -20,8 +20,8 @@ struct FilterCase {
 /// process (kMarkov…) on top, as the sensor file's drift has it; a walk has the density √(2σ²/τ) of a Gauss-Markov
 /// process, and the other way round a walk becomes one that lasts a hundred times longer than the run. Scales are
 /// random constants. Filtered and smoothed; without the reference attitude, with a heading found from the motion, and
-/// with it, where the case has one. Values are means over the run of bias + drift and of scale, their sigmas the means
-/// of the sigmas, as errors within a run go together.
+/// with it, where the case has one. Values are means over the run of bias + drift and of scale, and so are their
+/// covariances, as errors within a run go together.
 ///
 /// What cannot be had, such as a start without motion, is left out, and its reason appended to `warnings`.
 std::vector<MethodEstimate> filter_estimates(const FilterCase& of, std::vector<std::string>& warnings);

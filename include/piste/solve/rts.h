@@ -10,6 +10,10 @@
 /// enters with its transpose. The filter's steps are not stored: the run is repeated from checkpoints, so that memory
 /// is some hundred bytes an epoch and the covariances are those of the filter to the bit.
 
+#include <cstddef>
+#include <functional>
+#include <vector>
+
 #include "piste/solve/attitude_lag.h"
 #include "piste/solve/filter.h"
 
@@ -31,8 +35,9 @@ using EpochObserver = std::function<void(std::size_t row, const Tape::Epoch& fil
 Solution smooth_rts(const Log& log, const FilterRun& run, const ProgressCallback& progress = {},
                     SmoothedState* at_start = nullptr, std::vector<AttitudeLag>* lags = nullptr);
 
-/// The same at those rows alone that `wanted` takes, last one first. Nothing is kept.
-void smooth_rows(const Log& log, const FilterRun& run, const std::function<bool(std::size_t)>& wanted,
-                 const EpochObserver& observer);
+/// The same at those rows alone, which ascend, last one first. Nothing is kept, and nothing is done for the rows before
+/// the first of them unless `at_start` is asked for.
+void smooth_rows(const Log& log, const FilterRun& run, const std::vector<std::size_t>& rows,
+                 const EpochObserver& observer, SmoothedState* at_start = nullptr);
 
 }  // namespace piste
