@@ -1,6 +1,7 @@
 #include "piste/experiment/reference_track.h"
 
 #include <algorithm>
+#include <iterator>
 
 namespace piste {
 
@@ -13,7 +14,9 @@ ReferenceTrack::ReferenceTrack(const Solution& solution, const std::vector<ImuSa
     while (sample != imu.end() && sample->time < time) ++sample;
     if (sample == imu.end()) break;
     const Estimate x = solution.estimate(i);
-    rows_.push_back({time, x.q_wb, x.v_wb, x.p_wb, sample->dtheta / sample->interval});
+    const auto next = std::next(sample) == imu.end() ? sample : std::next(sample);  // the rate at the row lies between
+    const Vector3d rate = (sample->dtheta + next->dtheta) / (sample->interval + next->interval);
+    rows_.push_back({time, x.q_wb, x.v_wb, x.p_wb, rate});
   }
 }
 

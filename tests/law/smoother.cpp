@@ -223,5 +223,26 @@ TEST(Rts, CheckpointsDoNotShow) {
   }
 }
 
+TEST(Rts, RowsThatAreAskedForAreThoseOfTheWhole) {
+  const SyntheticRun s = test::synthetic_run(4, test::all_blocks());
+  const FilterRun run = run_filter(s.log, s.options, s.start, 50);
+  SmoothedState whole_start, start;
+  const Solution whole = smooth_rts(s.log, run, {}, &whole_start);
+  const std::vector<std::size_t> rows{120, 121, 300};
+  for (SmoothedState* at_start : {&start, static_cast<SmoothedState*>(nullptr)}) {
+    std::vector<std::size_t> seen;
+    const auto observe = [&](std::size_t row, const Tape::Epoch& filtered, const SmoothedState& smoothed) {
+      seen.push_back(row);
+      EXPECT_EQ(filtered.time, run.solution.time(row));
+      EXPECT_TRUE(boxminus(smoothed.x, whole.estimate(row)).isZero(0)) << row;
+      EXPECT_TRUE(sigmas_of(smoothed.x, whole.layout(), smoothed.P).blocks == whole.sigmas(row).blocks) << row;
+    };
+    smooth_rows(s.log, run, rows, observe, at_start);
+    EXPECT_EQ(seen, std::vector<std::size_t>(rows.rbegin(), rows.rend()));
+  }
+  EXPECT_TRUE(boxminus(start.x, whole_start.x).isZero(0));
+  EXPECT_TRUE(start.P == whole_start.P);
+}
+
 }  // namespace
 }  // namespace piste

@@ -72,6 +72,16 @@ TEST(Heading, WithL1) {
   }
 }
 
+// A random walk starts from nothing: its prior is singular there.
+TEST(Heading, WithDriftsThatWalk) {
+  for (const int heading : {30, 210}) {
+    Case c = make_case("giant_slalom", heading, 5);
+    c.options.sensor.gyro.drift = {.kind = DriftProcess::Kind::kRandomWalk, .density = 1.7e-5};
+    c.options.sensor.accel.drift = {.kind = DriftProcess::Kind::kRandomWalk, .density = 1e-3};
+    expect_found(c, c.find(), 15, fmt::format("random walk {}", heading));
+  }
+}
+
 TEST(Heading, FromAValue) {
   const Case c = make_case("ski", 210, 3);
   const double truth = to_euler(c.simulation.bodies[0].at(c.simulation.plate.start_time()).q_wb).z();
