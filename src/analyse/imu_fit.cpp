@@ -118,16 +118,16 @@ BiasScale line_through(const Eigen::VectorXd& x, const Eigen::VectorXd& y, doubl
 std::optional<double> noise_ratio(const Signals& rest) {
   const Eigen::VectorXd m = rest.measured.array() - rest.measured.mean();
   const Eigen::VectorXd r = rest.reference.array() - rest.reference.mean();
-  const double common = m.dot(r), least = (m - r).squaredNorm() / kMostRatio;
-  if (least == 0) return std::nullopt;
-  return std::max(m.squaredNorm() - common, least) / std::max(r.squaredNorm() - common, least);
+  const double common = m.dot(r), noise_m = m.squaredNorm() - common, noise_r = r.squaredNorm() - common;
+  if (noise_m + noise_r <= 0) return std::nullopt;
+  return noise_r > 0 ? std::clamp(noise_m / noise_r, 1 / kMostRatio, kMostRatio) : kMostRatio;
 }
 
 double noise_ratio(const FitOptions& options, bool force) {
   if (!options.sensor || !options.reference) return kMostRatio;
   const auto density = [force](const ImuSensor& sensor) { return (force ? sensor.accel : sensor.gyro).noise; };
-  const double ratio = std::pow(density(*options.sensor) / density(*options.reference), 2);
-  return ratio > 0 ? std::clamp(ratio, 1 / kMostRatio, kMostRatio) : kMostRatio;
+  if (density(*options.reference) == 0) return kMostRatio;
+  return std::clamp(std::pow(density(*options.sensor) / density(*options.reference), 2), 1 / kMostRatio, kMostRatio);
 }
 
 // How coefficients on the columns of X move with D p: a column each of p.
