@@ -153,6 +153,7 @@ PolynomialFit fit_polynomial(const Signals& s) {
     fit = regress_polynomial(s.reference, excess, order);
     if (order > 1) out.effective_samples = std::min(out.effective_samples, fit.effective_samples(order));
   }
+  out.effective_samples = std::max(out.effective_samples, PolynomialFit::kHighest + 2.0);
   const double m = out.effective_samples, n = static_cast<double>(excess.size());
   for (std::size_t i = 0; i < fits.size(); ++i) {
     const double p = static_cast<double>(i) + 2;
