@@ -17,9 +17,11 @@ void run(const AppArguments& arguments, Progress& progress) {
     write_alignment(output, config, pair);
     const double low_pass = pair.alignment.low_pass;
     const Phases stated = config.phases ? *config.phases : phases(pair.aligned, low_pass);
-    const Findings found =
-        findings(pair.aligned, stated,
-                 {.low_pass = low_pass, .alignment = &pair.alignment, .reference = &config.reference.source.sensor});
+    const Findings found = findings(pair.aligned, stated,
+                                    {.low_pass = low_pass,
+                                     .alignment = &pair.alignment,
+                                     .reference = &config.reference.source.sensor,
+                                     .sensor = &pair.imu.source.sensor});
     output.write(pair.folder + "findings.json", findings_json(found, pair.alignment));
     text += fmt::format("{}\n{}\n{}\n", pair.imu.name, alignment_text(pair.alignment), findings_text(found));
   });

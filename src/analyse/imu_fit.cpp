@@ -119,16 +119,16 @@ BiasScale line_through(const Eigen::VectorXd& x, const Eigen::VectorXd& y, doubl
 std::optional<double> noise_ratio(const Signals& rest) {
   const Eigen::VectorXd m = rest.measured.array() - rest.measured.mean();
   const Eigen::VectorXd r = rest.reference.array() - rest.reference.mean();
-  const double common = m.dot(r), least = (m - r).squaredNorm() / kMostRatio;
-  if (least == 0) return std::nullopt;
-  return std::max(m.squaredNorm() - common, least) / std::max(r.squaredNorm() - common, least);
+  const double common = m.dot(r), noise_m = m.squaredNorm() - common, noise_r = r.squaredNorm() - common;
+  if (noise_m + noise_r <= 0) return std::nullopt;
+  return noise_r > 0 ? std::clamp(noise_m / noise_r, 1 / kMostRatio, kMostRatio) : kMostRatio;
 }
 
 double noise_ratio(const FitOptions& options, bool force) {
   if (!options.sensor || !options.reference) return kMostRatio;
   const auto density = [force](const ImuSensor& sensor) { return (force ? sensor.accel : sensor.gyro).noise; };
-  const double ratio = std::pow(density(*options.sensor) / density(*options.reference), 2);
-  return ratio > 0 ? std::clamp(ratio, 1 / kMostRatio, kMostRatio) : kMostRatio;
+  if (density(*options.reference) == 0) return kMostRatio;
+  return std::clamp(std::pow(density(*options.sensor) / density(*options.reference), 2), 1 / kMostRatio, kMostRatio);
 }
 
 // How coefficients on the columns of X move with D p: a column each of p.
@@ -154,6 +154,7 @@ PolynomialFit fit_polynomial(const Signals& s) {
     fit = regress_polynomial(s.reference, excess, order);
     if (order > 1) out.effective_samples = std::min(out.effective_samples, fit.effective_samples(order));
   }
+  out.effective_samples = std::max(out.effective_samples, PolynomialFit::kHighest + 2.0);
   const double m = out.effective_samples, n = static_cast<double>(excess.size());
   for (std::size_t i = 0; i < fits.size(); ++i) {
     const double p = static_cast<double>(i) + 2;

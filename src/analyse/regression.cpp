@@ -49,8 +49,8 @@ Eigen::MatrixXd long_run(const Eigen::MatrixXd& U, Index lag) {
   const Index n = U.rows(), p = U.cols();
   const Eigen::MatrixXd A = autoregression(U);
   const Eigen::MatrixXd V = U.bottomRows(n - 1) - U.topRows(n - 1) * A.transpose();
-  const auto N =
-      static_cast<Index>(std::bit_ceil(static_cast<std::size_t>(n + lag)));  // no sample meets one it should not
+  // So long that the last sample does not meet the first.
+  const auto N = static_cast<Index>(std::bit_ceil(static_cast<std::size_t>(n + lag)));
   Eigen::FFT<double> fft;
   fft.SetFlag(Eigen::FFT<double>::HalfSpectrum);
   const auto spectrum = [&](const Eigen::VectorXd& padded) {
@@ -202,8 +202,9 @@ Regression regress_both_noisy(const Eigen::VectorXd& x, const Eigen::VectorXd& y
   const double x_mean = x.mean(), y_mean = y.mean();
   const Eigen::VectorXd dx = x.array() - x_mean, dy = y.array() - y_mean;
   const double xx = dx.squaredNorm(), xy = dx.dot(dy), yy = dy.squaredNorm();
-  if (!(xx > 0 && yy > 0 && xy != 0))
+  if (!(xx > 0 && yy > 0 && xy != 0)) {
     throw DataError("regression", "one of two noisy series does not follow the other");
+  }
   const double gap = yy - ratio * xx, root = std::hypot(gap, 2 * std::sqrt(ratio) * xy);
   const double slope = gap > 0 ? (gap + root) / (2 * xy) : 2 * ratio * xy / (root - gap);  // neither cancels
   const Eigen::VectorXd e = dy - slope * dx, z = ratio * dx + slope * dy;

@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
+#include <cmath>
+
 #include "support/alignment_picture.h"
 #include "support/text_file.h"
 
@@ -61,6 +63,27 @@ TEST(FindingsJson, HoldsTheAlignmentThePhasesAndEveryAxis) {
     EXPECT_NEAR(node["joint"]["forward"]["inflation"].as<double>(), line.inflation(), 1e-4 * line.inflation());
     EXPECT_NEAR(node["joint"]["forward"]["article"]["scale"].as<double>(), -1e6 * line.value(1) / (1 + line.value(1)),
                 0.1);
+    expect_term(node["both_noisy"]["scale"], a.run->both_noisy.scale(), 1e6);
+    EXPECT_NEAR(node["noise_ratio"].as<double>(), a.run->noise_ratio, 1e-5 * a.run->noise_ratio);
+    const PolynomialFit& polynomial = *a.run->polynomial;
+    EXPECT_EQ(node["polynomial"]["order"].as<int>(), polynomial.order);
+    ASSERT_EQ(node["polynomial"]["coefficients"].size(), static_cast<std::size_t>(polynomial.order) + 1);
+    for (int j = 0; j <= polynomial.order; ++j) {
+      expect_term(node["polynomial"]["coefficients"][j], polynomial.coefficients.term(j), std::pow(factor, 1 - j));
+    }
+    EXPECT_NEAR(node["polynomial"]["bic"][2].as<double>(), polynomial.bic[2], 1e-5 * std::abs(polynomial.bic[2]));
+    expect_term(node["polynomial"]["tangent"]["bias"], polynomial.tangent.bias(), factor);
+    const int k = static_cast<int>(i % 3);
+    const YAML::Node triad = json["matrix"][i < 3 ? "accel" : "gyro"];
+    const YAML::Node row = triad[std::string(1, "xyz"[k])];
+    const MatrixFit& matrix = i < 3 ? *found.accel_matrix : *found.gyro_matrix;
+    EXPECT_EQ(triad["gain_unit"].as<std::string>(), "ppm");
+    expect_term(row["bias"], matrix.bias(k), factor);
+    for (int of = 0; of < 3; ++of) {
+      expect_term(row["gain"][of], matrix.gain(k, of), 1e6);
+      if (i >= 3) expect_term(row["g_sensitivity"][of], matrix.g_sensitivity(k, of), factor);
+    }
+    EXPECT_EQ(row["inflation"].size(), i < 3 ? 4U : 7U);
     EXPECT_GT(a.run->joint.forward.scale().systematic, 0) << "of the alignment";
   }
 }
@@ -73,14 +96,22 @@ TEST(FindingsJson, SaysNullWhereThereIsNothing) {
   EXPECT_TRUE(json["axes"]["wz"]["rest"]["change"].IsNull());
   EXPECT_TRUE(json["axes"]["wz"]["run"]["scale_only"].IsNull());
   EXPECT_FALSE(json["axes"]["wz"]["run"]["joint"].IsNull());
+  Findings without = found_in(plate, run);
+  without.gyro_matrix.reset();
+  without.axes[5].run->polynomial.reset();
+  const YAML::Node less = YAML::Load(findings_json(without, plate.alignment));
+  EXPECT_TRUE(less["matrix"]["gyro"].IsNull());
+  EXPECT_TRUE(less["axes"]["wz"]["run"]["polynomial"].IsNull());
+  EXPECT_FALSE(contains(findings_text(without), "gyro x"));
 }
 
 TEST(FindingsText, IsATable) {
   const test::AlignedRun run{.rest = 10, .run = 30};
   const test::PictureOfRun plate(run);
   const std::string text = findings_text(found_in(plate, run));
-  for (const char* part : {"rest 1000.0 to 1010.0 s, run 1010.0 to 1040.0 s, rest 1040.0 to 1050.0 s", "fx m/s^2",
-                           "wz deg/s", "run: scale [ppm]", " ± "}) {
+  for (const char* part :
+       {"rest 1000.0 to 1010.0 s, run 1010.0 to 1040.0 s, rest 1040.0 to 1050.0 s", "fx m/s^2", "wz deg/s",
+        "run: scale [ppm]", "both noisy", " ± ", "gain on y [ppm]", "on fz [deg/s/(m/s^2)]", "gyro z"}) {
     EXPECT_TRUE(contains(text, part)) << part;
   }
   EXPECT_TRUE(contains(findings_text(found_in(plate, run, false)), "no rest, run 1010.0 to 1040.0 s, no rest"));

@@ -125,6 +125,23 @@ TEST(Regression, BothNoisyIsTotalLeastSquaresWhereNoiseIsScaledToTheSame) {
   }
 }
 
+// The moments of the data are m_xx = s + u, m_xy = b s, m_yy = b² s + ratio u, with s the variance of the true x and u
+// that of its noise, and the variance of b is that of Fuller 1987, section 1.3: (s v + u v − (b u)²) / ((n − 2) s²), v
+// of e.
+TEST(Regression, BothNoisyHasTheFormalVarianceOfFuller) {
+  test::Random random(13);
+  for (const double ratio : {0.1, 1.0, 20.0}) {
+    const Eigen::Index n = 50;
+    const Eigen::VectorXd x = random.matrix(n, 1), y = 2 * x + 2 * random.matrix(n, 1);
+    const double b = regress_both_noisy(x, y, ratio).value(1);
+    const Eigen::ArrayXd dx = x.array() - x.mean(), dy = y.array() - y.mean();
+    const double s = (dx * dy).mean() / b, u = dx.square().mean() - s, v = ratio * u + b * b * u;
+    EXPECT_NEAR(dy.square().mean(), b * b * s + ratio * u, 1e-12);
+    const double expected = (s * v + u * v - b * b * u * u) / (static_cast<double>(n - 2) * s * s);
+    EXPECT_NEAR(regress_both_noisy(x, y, ratio).covariance(1, 1) / expected, 1, 1e-10) << ratio;
+  }
+}
+
 TEST(Regression, BothNoisyGoesToEitherRegression) {
   const auto set = test::norris();
   const Eigen::VectorXd x = set.X.col(1), &y = set.y;

@@ -80,7 +80,7 @@ struct Coefficients {
 ///
 /// (Schwarz 1978, Annals of Statistics 6), where m is not the number of samples n but of those that tell something new
 /// as the residuals e last: the least of what the coefficients of the square (at order 2) and of the cube (at order 3)
-/// are worth, Regression::effective_samples.
+/// are worth, Regression::effective_samples, and at least one more than an order of 3 has coefficients.
 struct PolynomialFit {
   static constexpr int kHighest = 3;
   int order = 1;
@@ -114,7 +114,7 @@ struct MatrixFit {
   Term at(int axis, int i) const { return axes[static_cast<std::size_t>(axis)].term(i); }
 };
 
-/// The same by three models; the reference's signal that they saw.
+/// One axis by several models; the reference's signal that they saw.
 struct RunFit {
   int samples = 0;
   double mean = 0, rms = 0;  ///< of the reference's signal
