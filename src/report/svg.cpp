@@ -79,10 +79,6 @@ struct Range {
   double length() const { return high - low; }
 };
 
-constexpr double kNameLine = 15;  // of a name of several lines [px]
-
-double lines_of(const std::string& name) { return 1 + static_cast<double>(std::count(name.begin(), name.end(), '\n')); }
-
 double width_of(const std::string& text) { return kLetter * static_cast<double>(svg::letters(text)); }
 
 // A whisker with its ends.
@@ -170,9 +166,6 @@ void Plot::size(int width, int height) {
 Plot::Frame Plot::frame() const {
   Frame f{{.log = x_.log}, {.log = y_.log}, kLeft, kTop, width_ - kRight, height_ - kBottom};
   if (const auto places = legend_places(); !places.empty()) f.bottom -= places.back()[1] + kLegendRow;
-  double name_lines = 1;
-  for (const std::string& name : x_.names) name_lines = std::max(name_lines, lines_of(name));
-  f.bottom -= (name_lines - 1) * kNameLine;
   for (const std::string& name : y_.names) f.left = std::max(f.left, 40 + width_of(name));
   for (const Series& s : series_) {
     f.x.cover(s.x);
@@ -217,19 +210,11 @@ std::string Plot::axes(const Frame& f) const {
   const auto grid_at = [](const Axis& axis, double tick) { return axis.names.empty() ? tick : tick - 0.5; };
   const auto x_ticks = ticks_of(x_, f.x, (f.right - f.left) / 90), y_ticks = ticks_of(y_, f.y, (f.bottom - f.top) / 55);
   std::string out;
-  double name_bottom = f.bottom + 17;
   for (std::size_t i = 0; i < x_ticks.size(); ++i) {
     out += fmt::format("<path class=\"grid\" d=\"M{0:.1f} {1:.1f}V{2:.1f}\"/>", f.px(grid_at(x_, x_ticks[i])), f.top,
                        f.bottom);
-    const std::string text = text_of(x_, x_ticks, i);
-    double y = f.bottom + 17;
-    for (std::size_t from = 0; from <= text.size(); y += kNameLine) {
-      const std::size_t to = std::min(text.find('\n', from), text.size());
-      out += fmt::format("<text class=\"tick\" x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n",
-                         f.px(x_ticks[i]), y, text.substr(from, to - from));
-      name_bottom = std::max(name_bottom, y);
-      from = to + 1;
-    }
+    out += fmt::format("<text class=\"tick\" x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n",
+                       f.px(x_ticks[i]), f.bottom + 17, text_of(x_, x_ticks, i));
   }
   for (std::size_t i = 0; i < y_ticks.size(); ++i) {
     out += fmt::format("<path class=\"grid\" d=\"M{0:.1f} {1:.1f}H{2:.1f}\"/>", f.left, f.py(grid_at(y_, y_ticks[i])),
@@ -238,7 +223,7 @@ std::string Plot::axes(const Frame& f) const {
                        f.py(y_ticks[i]) + 4, text_of(y_, y_ticks, i));
   }
   const double x_middle = (f.left + f.right) / 2, y_middle = (f.top + f.bottom) / 2;
-  out += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n", x_middle, name_bottom + 21,
+  out += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n", x_middle, f.bottom + 38,
                      escape_markup(x_.label));
   out += fmt::format("<text transform=\"translate(16 {:.1f}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
                      y_middle, escape_markup(y_.label));

@@ -25,7 +25,7 @@ class Plot {
     std::string label;               ///< with its unit: "east [m]"
     std::vector<double> ticks = {};  ///< empty = nice ones
     bool log = false;                ///< logarithmic: what is not above 0 is as if it were not finite
-    /// Instead of numbers, what stands at 0, 1, 2, …, from the left or from the top. "\n" begins a new line along x.
+    /// Instead of numbers, what stands at 0, 1, 2, …, from the left or from the top.
     std::vector<std::string> names = {};
   };
 

@@ -1,0 +1,33 @@
+#pragma once
+/// Words and numbers that the figures and the page of a study share.
+
+#include <array>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "piste/analyse/study_tables.h"
+
+namespace piste::study_text {
+
+/// Accelerometers or gyroscopes.
+struct Triad {
+  std::string_view stem, name, unit;
+  int first;  ///< axis
+
+  bool has(int axis) const { return axis >= first && axis < first + 3; }
+};
+inline constexpr std::array<Triad, 2> kTriads{
+    {{"accel", "accelerometers", "m/s²", 0}, {"gyro", "gyroscopes", "°/s", 3}}};
+constexpr const Triad& triad_of(int axis) { return kTriads[axis < 3 ? 0 : 1]; }
+
+/// Of the mean, 95 %: what is added on either side.
+double half_width(const Across& across);
+
+/// "3 runs", "2 to 4 runs": over how many the rows are means.
+std::string runs_of(const std::vector<AcrossRow>& rows);
+
+/// The rows of a triad.
+std::vector<AcrossRow> of(const Triad& triad, std::vector<AcrossRow> rows);
+
+}  // namespace piste::study_text
