@@ -4,6 +4,7 @@
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
+#include <cmath>
 
 namespace piste {
 
@@ -25,6 +26,18 @@ double student_quantile(double probability, double dof) {
 
 double student_two_sided(double x, double dof) {
   return 2 * boost::math::cdf(boost::math::complement(boost::math::students_t(dof), x));
+}
+
+std::vector<double> holm(std::vector<double> p_values) {
+  std::vector<double*> ascending;
+  for (double& p : p_values) {
+    if (!std::isnan(p)) ascending.push_back(&p);
+  }
+  std::ranges::stable_sort(ascending, {}, [](const double* p) { return *p; });
+  double largest = 0;
+  auto left = static_cast<double>(ascending.size());
+  for (double* p : ascending) *p = largest = std::max(largest, std::min(1.0, left-- * *p));
+  return p_values;
 }
 
 Band chi_squared_band(double probability, double dof, double count) {

@@ -4,6 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
+
 namespace piste {
 namespace {
 
@@ -19,6 +22,18 @@ TEST(Statistics, Median) {
   EXPECT_EQ(median({3}), 3);
   EXPECT_EQ(median({5, 1, 9}), 5);
   EXPECT_EQ(median({4, 1, 3, 2}), 3);
+}
+
+TEST(Statistics, HolmStepsDown) {
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  const auto adjusted = holm({0.01, 0.04, none, 0.03, 0.005});
+  EXPECT_DOUBLE_EQ(adjusted[4], 4 * 0.005);
+  EXPECT_DOUBLE_EQ(adjusted[0], 3 * 0.01);
+  EXPECT_DOUBLE_EQ(adjusted[3], 2 * 0.03);
+  EXPECT_DOUBLE_EQ(adjusted[1], 2 * 0.03) << "never below one that was rejected before it";
+  EXPECT_TRUE(std::isnan(adjusted[2]));
+  EXPECT_EQ(holm({0.7, 0.6}), (std::vector{1.0, 1.0}));
+  EXPECT_TRUE(holm({}).empty());
 }
 
 TEST(Statistics, ChiSquaredBand) {

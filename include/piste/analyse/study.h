@@ -200,7 +200,7 @@ struct Study {
 enum class Quantity { kBias, kScale };
 
 /// Bias or scale as a correction to add, and the truth likewise: −bias / (1 + scale) in the unit of files, and
-/// −scale / (1 + scale). Nothing where the method does not give it.
+/// −scale / (1 + scale); −bias of a method that knows no scale. Nothing where the method does not give it.
 std::optional<Term> shown(const AxisEstimate& estimate, Quantity quantity, int axis);
 std::optional<double> shown_truth(const AxisEstimate& estimate, Quantity quantity, int axis);
 

@@ -24,11 +24,11 @@ struct Across {
   double mean = 0;
   double std = 0;             ///< between runs; NaN of one run
   double standard_error = 0;  ///< of the mean: std / √runs; of one run, the total within it
-  double p_value = 1;         ///< of a mean of zero: Student's t with runs − 1 degrees of freedom
-  double p_holm = 1;          ///< the same after Holm's correction over its table
-  bool significant = false;   ///< p_holm < kSignificance
-  double formal = 0;          ///< rms of the formal sigmas of the runs
-  double within = 0;          ///< rms of the total errors within the runs
+  double p_value = 1;        ///< of a mean of zero: Student's t with runs − 1 degrees of freedom; of one run, its own
+  double p_holm = 1;         ///< the same after Holm's correction over its table
+  bool significant = false;  ///< p_holm < kSignificance
+  double formal = 0;         ///< rms of the formal sigmas of the runs
+  double within = 0;         ///< rms of the total errors within the runs
 };
 
 /// One axis of one sensor. Rows of a table are sensor by sensor, fx to wz; an axis without a number is left out.
@@ -52,16 +52,17 @@ struct BeforeAfterRow {
 };
 std::vector<BeforeAfterRow> before_after(const Study& study);
 
-/// Table 5: formal correlation of bias and scale of kJoint: mean magnitude over the runs, with the sign of the mean;
-/// its range, and the inflation 1 / (1 − correlation²) of either variance.
+/// Table 5 (kJoint): formal correlation of bias' and scale', mean magnitude over the runs with the sign of the mean;
+/// the lowest and the highest of a run; and the inflation 1 / (1 − correlation²) of either variance.
 struct CorrelationRow {
   std::size_t sensor = 0;
   int axis = 0;
   double correlation = 0, lowest = 0, highest = 0, inflation = 1;
 };
-std::vector<CorrelationRow> correlations(const Study& study);
+std::vector<CorrelationRow> correlations(const Study& study, Method method = Method::kJoint);
 
-/// One estimate against another, or against the truth (Method::kTruth): a − b, over the runs that have both.
+/// One estimate against another, or against what was put in as a could see it (Method::kTruth): a − b, over the runs
+/// that have both. Sigmas within a run are as if both were independent.
 struct Comparison {
   std::size_t sensor = 0;
   int axis = 0;
@@ -91,18 +92,19 @@ struct RankingRow {
   double position_rmse = 0, velocity_rmse = 0, attitude_rmse = 0, outage_drift = 0;  ///< rms over them; SI, rad
   /// Geometric mean of the four over those of `nothing`, mean over the runs: below 1 is better than knowing nothing.
   double score = 1;
-  /// Score over the winner's, its 95 % interval, and the p-value of no difference after Holm's correction, paired by
-  /// run, as the sensors of a run share its motion and its reference.
+  /// Score over the winner's, its 95 % interval, and the p-value of no difference, paired by run, as the sensors of a
+  /// run share its motion and its reference; after Holm's correction, over the competitors, and over the others. NaN of
+  /// one run.
   double versus_winner = 1, low = 1, high = 1, p_holm = 1;
 };
 struct Ranking {
   std::vector<RankingRow> rows;  ///< in the order of kMethods; those that every scored sensor and run has
   std::optional<Method> winner;  ///< lowest score of those that compete
-  double confidence = 0;         ///< share of 10 000 resamplings of the runs in which it wins
+  double confidence = 0;         ///< share of 10 000 resamplings of the runs in which it wins; NaN of one run
 };
 Ranking ranking(const Study& study);
 
-/// Timing errors: mean over sensors and runs of the change of the scale' (article's sign) against no delay.
+/// Timing errors: change of the scale' (article's sign) against no delay, mean over the runs of that over the sensors.
 struct TimingRow {
   double delay = 0;  ///< s
   std::array<double, kSignals> forward{}, reverse{}, forward_error{},

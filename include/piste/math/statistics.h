@@ -20,6 +20,11 @@ double student_quantile(double probability, double dof);
 /// P(|t| ≥ x) for Student's t, x ≥ 0.
 double student_two_sided(double x, double dof);
 
+/// p-values of several tests, each adjusted so that to reject those below α makes even one false rejection with a
+/// probability of at most α (Holm 1979, Scandinavian J. Statistics 6). In the order given; NaN stays and does not
+/// count.
+std::vector<double> holm(std::vector<double> p_values);
+
 struct Band {
   double low = 0, high = 0;
   bool contains(double value) const { return value > low && value < high; }
