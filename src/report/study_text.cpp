@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "piste/math/statistics.h"
+#include "piste/report/markup.h"
 
 namespace piste::study_text {
 
@@ -26,5 +28,20 @@ std::vector<AcrossRow> of(const Triad& triad, std::vector<AcrossRow> rows) {
   std::erase_if(rows, [&](const AcrossRow& row) { return !triad.has(row.axis); });
   return rows;
 }
+
+std::string rounded(double value, double sigma) {
+  if (!std::isfinite(value)) return "–";
+  const bool known = std::isfinite(sigma) && sigma > 0;
+  return decimal(value, known ? std::clamp(1 - static_cast<int>(std::floor(std::log10(sigma))), 0, 7) : 5);
+}
+
+std::string sigma_text(double sigma) { return rounded(sigma, sigma); }
+
+std::string probability(double p) {
+  if (!std::isfinite(p)) return "–";
+  return p < 0.001 ? "< 0.001" : fmt::format("{:.3f}", p);
+}
+
+std::string percent(double share) { return fmt::format("{:.0f} %", 100 * share); }
 
 }  // namespace piste::study_text
