@@ -32,9 +32,11 @@ constexpr std::string_view kSoft = " class=\"tick\"";
 // What the colours mean, from −1 to 1.
 std::string key(double x, double y) {
   std::string out;
-  for (double step = -kKeySteps; step <= kKeySteps; ++step, x += kKeyCell) {
-    out += cell(x, y, kKeyCell, kKeyHeight, step / kKeySteps);
-    out += text(x + kKeyCell / 2, y + kKeyHeight + 14, "middle", kSoft, decimal(step / kKeySteps, 2));
+  for (double step = -kKeySteps; step <= kKeySteps; ++step) {
+    const double left = x + kKeyCell * (step + kKeySteps);
+    out += cell(left, y, kKeyCell, kKeyHeight, step / kKeySteps);
+    if (std::fmod(step, 2) != 0) continue;
+    out += text(left + kKeyCell / 2, y + kKeyHeight + 14, "middle", kSoft, decimal(step / kKeySteps, 1));
   }
   return out;
 }

@@ -329,12 +329,16 @@ std::optional<Figure> delays(const std::vector<TimingRow>& rows, const Triad& tr
     };
     draw(&TimingRow::forward, &TimingRow::forward_error, "forward", Plot::Stroke::kSolid);
     draw(&TimingRow::reverse, &TimingRow::reverse_error, "reverse", Plot::Stroke::kDashed);
+    const double printed = study_text::article_scale(triad.first + i);
+    plot.line({delay.front(), delay.back()}, {printed, printed}, i,
+              fmt::format("{} in the article", kSignalNames[axis]), Plot::Stroke::kDotted);
   }
   return Figure{
       fmt::format("timing_{}", triad.stem), plot.render(),
       fmt::format("Mean over sensors and runs of scale' at that delay less scale' at none; bars: one standard "
                   "error between runs. Forward is the regression of the reference on the IMU, as in the "
-                  "article; a delay drives the two directions apart. {}",
+                  "article; a delay drives the two directions apart. Dotted: mean over the sensors of the "
+                  "article's Table 4. {}",
                   kSign)};
 }
 
@@ -395,9 +399,9 @@ std::optional<Figure> metrics(const std::vector<RankingRow>& rows) {
     Bars dots;
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const double ratio = rows[i].*kMetrics[m].first / *nothing.*kMetrics[m].first;
-      dots.add(static_cast<double>(i) + beside(m, kMetrics.size()), ratio, 0);
+      dots.add(static_cast<double>(i) + beside(m, kMetrics.size()), ratio, kNaN);
     }
-    plot.points(dots.value, dots.place, static_cast<int>(m), kMetrics[m].second);
+    dots.draw(plot, static_cast<int>(m), kMetrics[m].second, Plot::Along::kX);
   }
   return Figure{"ranking_metrics", plot.render(),
                 "Root mean square over sensors and runs, over that of the replay that knows nothing; the numbers with "

@@ -12,10 +12,12 @@
 #include <utility>
 #include <vector>
 
+#include "piste/analyse/article.h"
 #include "piste/analyse/study_tables.h"
 #include "piste/report/markup.h"
 #include "piste/report/study_figures.h"
 #include "report/page.h"
+#include "report/study_article.h"
 #include "report/study_text.h"
 
 namespace piste {
@@ -23,31 +25,32 @@ namespace {
 
 using page::Row;
 using study_text::kTriads;
+using study_text::number;
 using study_text::percent;
 using study_text::probability;
-using study_text::rounded;
-using study_text::sigma_text;
 using study_text::Triad;
 using study_text::triad_of;
+using study_text::two_digits;
 
 constexpr double kStrong = 0.9;  // correlation from which on two numbers are hardly told apart
+constexpr int kBiasDecimals = 4, kScaleDecimals = 5, kPrintedDecimals = 3;
 constexpr std::string_view kNothing = "–";
 
 constexpr std::string_view kHowToRead =
-    R"(<p><strong>Sign.</strong> Biases and scales are corrections to add, as in the article: true = (1 + scale′) · measured + bias′.
+    R"(<p><strong>Sign.</strong> Biases and scales are corrections to add, as in the article: true = (1 + scale') · measured + bias'.
 The errors that the sensor adds, measured = (1 + scale) · true + bias, have the other sign.</p>
 <p><strong>Three sigmas.</strong> The formal one holds if noise were white; it is far too small, as samples that follow each other
 tell the same. The error within a run knows how long the noise lasts, and what is wrong with the reference and the alignment. The
 spread between runs knows all that changes from one run to the next: turn-on bias, temperature, mounting. Significance is that of
-the mean over the runs against this spread, by Student’s t.</p>
-<p><strong>Holm.</strong> Of 18 numbers without any bias one is “significant” at 5 % in most tables. Holm’s step-down keeps the
+the mean over the runs against this spread, by Student's t.</p>
+<p><strong>Holm.</strong> Of 18 numbers without any bias one is “significant” at 5 % in most tables. Holm's step-down keeps the
 probability of even one such false finding in a table at 5 %. A star marks what stays significant.</p>
 <p><strong>Rest and accelerometers.</strong> At rest an accelerometer shows bias + scale · gravity, and a boresight wrong by 0.1° tilts
 0.017 m/s² of gravity into the level axes. The biases at rest of Table 1 are therefore sums; the truth that they are held to is
 the same sum.</p>
 <p><strong>Forward and reverse.</strong> The article regresses the reference on the IMU (forward). Noise of the IMU, or clocks that are
-apart by milliseconds, flatten that line and make scale′ negative; the reverse regression errs to the other side. The truth lies between.</p>
-<p><strong>Score.</strong> Each method’s errors are fed to a replay of GPS and the IMU, which is held against the reference solution.
+apart by milliseconds, flatten that line and make scale' negative; the reverse regression errs to the other side. The truth lies between.</p>
+<p><strong>Score.</strong> Each method's errors are fed to a replay of GPS and the IMU, which is held against the reference solution.
 The score is the geometric mean of the errors of position, velocity and attitude and of the drift without GNSS, each over that of a
 replay that knows nothing; below 1 the method helps. Intervals pair the runs, as all IMUs of a run share its motion.</p>
 )";
@@ -73,7 +76,7 @@ std::vector<RankingRow> by_score(const Ranking& ranking, bool competing) {
 }
 
 std::string interval(const RankingRow& row) {
-  return std::isfinite(row.low) ? fmt::format("{:.2f} to {:.2f}", row.low, row.high) : std::string(kNothing);
+  return std::isfinite(row.low) ? fmt::format("{:.2f} to {:.2f}", row.low, row.high) : std::string(kNothing);
 }
 
 std::string verdict(const Study& study, const Ranking& ranking) {
@@ -152,7 +155,7 @@ std::string result(const Study& study, const Ranking& ranking) {
   std::string out = verdict(study, ranking);
   const std::vector<std::string> found = findings_of(study);
   if (!found.empty()) {
-    out += page::list("What the signals say, at 5 % after Holm’s correction:", found);
+    out += page::list("What the signals say, at 5 % after Holm's correction:", found);
   }
   return out + page::list("What is missing, and why:", missing(study));
 }
@@ -164,16 +167,18 @@ std::string_view unit_of(Quantity quantity, int axis) {
   return quantity == Quantity::kBias ? triad_of(axis).unit : "ratio";
 }
 
-std::string starred(const Across& a) { return probability(a.p_holm) + (a.significant ? " *" : ""); }
+std::string starred(const Across& a) { return probability(a.p_holm) + (a.significant ? " *" : ""); }
 
-std::string estimate_table(const Study& study, const std::string& caption, Method method, Quantity quantity) {
+std::string estimate_table(const Study& study, const std::string& caption, Method method, Quantity quantity,
+                           const PrintedTable& printed = {}) {
   const std::vector<AcrossRow> rows = table_of(study, method, quantity);
   if (rows.empty()) return paragraph(caption + ": no estimate.");
   const bool joint = method == Method::kJoint;
+  const int decimals = quantity == Quantity::kBias ? kBiasDecimals : kScaleDecimals;
   Row head{"sensor, axis",
            "unit",
            "runs",
-           quantity == Quantity::kBias ? "bias′" : "scale′",
+           quantity == Quantity::kBias ? "bias'" : "scale'",
            "std between runs",
            "error of the mean",
            "error within a run",
@@ -182,21 +187,26 @@ std::string estimate_table(const Study& study, const std::string& caption, Metho
            "p, Holm"};
   if (joint) head.emplace_back("reverse");
   if (study.simulated) head.emplace_back("put in");
+  if (!printed.empty()) head.insert(head.end(), {"article", "its std"});
   std::vector<Row> lines;
   for (const AcrossRow& row : rows) {
     const Across& a = row.value;
     Row line{axis_name(study, row.sensor, row.axis),
              std::string(unit_of(quantity, row.axis)),
              fmt::format("{}", a.runs),
-             rounded(a.mean, a.standard_error),
-             sigma_text(a.std),
-             sigma_text(a.standard_error),
-             sigma_text(a.within),
-             sigma_text(a.formal),
+             number(a.mean, decimals),
+             two_digits(a.std),
+             two_digits(a.standard_error),
+             two_digits(a.within),
+             two_digits(a.formal),
              probability(a.p_value),
              starred(a)};
-    if (joint) line.push_back(rounded(row.reverse, a.standard_error));
-    if (study.simulated) line.push_back(row.truth ? rounded(*row.truth, a.standard_error) : std::string(kNothing));
+    if (joint) line.push_back(number(row.reverse, decimals));
+    if (study.simulated) line.push_back(row.truth ? decimal(*row.truth, decimals) : std::string(kNothing));
+    if (row.sensor < printed.size()) {
+      const Printed& p = printed[row.sensor][static_cast<std::size_t>(row.axis)];
+      line.insert(line.end(), {number(p.value, kPrintedDecimals), number(p.std, kPrintedDecimals)});
+    }
     lines.push_back(std::move(line));
   }
   return wide(page::table(caption, head, lines));
@@ -209,27 +219,35 @@ std::string before_after_table(const Study& study) {
   std::vector<Row> lines;
   for (const BeforeAfterRow& row : rows) {
     const Across& d = row.difference;
+    const bool printed = row.sensor == 0;
+    const auto axis = static_cast<std::size_t>(row.axis);
     lines.push_back({axis_name(study, row.sensor, row.axis), std::string(triad_of(row.axis).unit),
-                     fmt::format("{}", d.runs), rounded(row.before, d.standard_error),
-                     rounded(row.after, d.standard_error), rounded(d.mean, d.standard_error), sigma_text(d.std),
-                     sigma_text(d.standard_error), sigma_text(d.within), probability(d.p_value), starred(d)});
+                     fmt::format("{}", d.runs), decimal(row.before, kBiasDecimals), decimal(row.after, kBiasDecimals),
+                     decimal(d.mean, kBiasDecimals), two_digits(d.std), two_digits(d.standard_error),
+                     two_digits(d.within), probability(d.p_value), starred(d),
+                     printed ? decimal(article::kTable2Before[axis], kPrintedDecimals) : "",
+                     printed ? decimal(article::kTable2After[axis], kPrintedDecimals) : ""});
   }
   return wide(page::table(caption,
                           {"sensor, axis", "unit", "runs", "before", "after", "after − before", "std between runs",
-                           "error of the mean", "error within a run", "p", "p, Holm"},
+                           "error of the mean", "error within a run", "p", "p, Holm", "article: before", "after"},
                           lines));
 }
 
 std::string correlation_table(const Study& study) {
   const std::vector<CorrelationRow> rows = correlations(study);
-  const std::string caption = "Table 5. Correlation of bias′ and scale′ of the joint regression";
+  const std::string caption = "Table 5. Correlation of bias' and scale' of the joint regression";
   if (rows.empty()) return paragraph(caption + ": no estimate.");
   std::vector<Row> lines;
   for (const CorrelationRow& row : rows) {
     lines.push_back({axis_name(study, row.sensor, row.axis), decimal(row.correlation, 2), decimal(row.lowest, 2),
-                     decimal(row.highest, 2), decimal(row.inflation, 1)});
+                     decimal(row.highest, 2), decimal(row.inflation, 1),
+                     row.sensor < article::kTable5.size()
+                         ? decimal(article::kTable5[row.sensor][static_cast<std::size_t>(row.axis)], 2)
+                         : ""});
   }
-  return wide(page::table(caption, {"sensor, axis", "correlation", "lowest", "highest", "variances larger by"}, lines));
+  return wide(page::table(
+      caption, {"sensor, axis", "correlation", "lowest", "highest", "variances larger by", "article"}, lines));
 }
 
 std::string ranking_table(const Ranking& ranking) {
@@ -256,15 +274,19 @@ std::string ranking_table(const Ranking& ranking) {
 }
 
 std::string tables(const Study& study, const Ranking& ranking) {
-  return "<p class=\"soft\">Corrections to add, m/s² and °/s. * significant at 5 % after Holm’s correction over the "
-         "table."
-         "</p>\n" +
-         estimate_table(study, "Table 1. Biases at rest before the start", Method::kRest, Quantity::kBias) +
+  const CampaignTables article = article_tables();
+  return "<p class=\"soft\">Corrections to add, m/s² and °/s; * significant at 5 % after Holm's correction over the "
+         "table. "
+         "The article's numbers are those of its sensors 1 to 3, other devices than those of this campaign.</p>\n" +
+         estimate_table(study, "Table 1. Biases at rest before the start", Method::kRest, Quantity::kBias,
+                        article.rest) +
          before_after_table(study) +
-         estimate_table(study, "Table 3. Biases in the run, with scales", Method::kJoint, Quantity::kBias) +
-         estimate_table(study, "Table 4. Scales in the run", Method::kJoint, Quantity::kScale) +
+         estimate_table(study, "Table 3. Biases in the run, with scales", Method::kJoint, Quantity::kBias,
+                        article.joint_bias) +
+         estimate_table(study, "Table 4. Scales in the run", Method::kJoint, Quantity::kScale, article.joint_scale) +
          correlation_table(study) +
-         estimate_table(study, "Table 6. Biases in the run, without scales", Method::kBiasOnly, Quantity::kBias) +
+         estimate_table(study, "Table 6. Biases in the run, without scales", Method::kBiasOnly, Quantity::kBias,
+                        article.bias_only) +
          estimate_table(study,
                         "Biases by Gauss-Markov in the GPS/MEMS filter, which the article has in Figures 16 and 17",
                         Method::kMarkovFiltered, Quantity::kBias) +
@@ -279,6 +301,8 @@ struct Cell {
   std::size_t count = 0;
   bool significant = false;
 };
+
+std::string short_text(double size) { return fmt::format("{:.{}f}", size, size < 1 ? 2 : size < 10 ? 1 : 0); }
 
 std::string matrix(const std::vector<Comparison>& all, Quantity quantity, const Triad& triad) {
   constexpr std::size_t n = kMethods.size();
@@ -308,19 +332,20 @@ std::string matrix(const std::vector<Comparison>& all, Quantity quantity, const 
         continue;
       }
       const double square = (a < b ? cell.difference : cell.error) / static_cast<double>(cell.count);
-      row.push_back(fmt::format("{:.3g}{}", 1e3 * std::sqrt(square), a < b && cell.significant ? "*" : ""));
+      row.push_back(short_text(1e3 * std::sqrt(square)) + (a < b && cell.significant ? "*" : ""));
     }
     rows.push_back(std::move(row));
   }
   if (rows.empty()) return {};
-  const char* what = quantity == Quantity::kBias ? "Bias′" : "Scale′";
-  return wide(page::table(fmt::format("{} of the {}", what, triad.name), head, rows));
+  const char* what = quantity == Quantity::kBias ? "Bias'" : "Scale'";
+  return "<div class=\"matrix\">\n" + wide(page::table(fmt::format("{} of the {}", what, triad.name), head, rows)) +
+         "</div>\n";
 }
 
 std::string matrices(const Study& study) {
   std::string out =
       "<p>Root mean square over sensors and axes of the mean difference of two methods: above the diagonal the "
-      "difference, below it its standard error. * at least one of them is significant at 5 % after Holm’s correction. ";
+      "difference, below it its standard error. * at least one of them is significant at 5 % after Holm's correction. ";
   out += study.simulated ? "The last column is the difference to what was put in, as each method could see it. " : "";
   out += "Every single difference stands in comparisons.csv.</p>\n";
   for (const Quantity quantity : {Quantity::kBias, Quantity::kScale}) {
@@ -335,7 +360,7 @@ std::string matrices(const Study& study) {
 constexpr std::string_view kWhyNotCovered =
     R"(<p>A true interval holds the truth 19 times of 20. Shares below say that a method does not know of some error:</p>
 <ul>
-<li>“rest before” and “rest after” cannot tell an accelerometer’s bias from scale · gravity, nor from a boresight that
+<li>“rest before” and “rest after” cannot tell an accelerometer's bias from scale · gravity, nor from a boresight that
 tilts gravity into another axis. They are held to the sum bias + scale · gravity; taken for the bias alone they would be wrong by far
 more than their sigma.</li>
 <li>A bias at one time is not that of the run: what drifts between rest and run is in no sigma of either.</li>
@@ -454,6 +479,7 @@ std::string study_html(const Study& study, const std::string& version, const std
       {"comparison", "Methods compared", page::pictures(study_comparisons(study)) + matrices(study)}};
   if (study.simulated) sections.push_back({"truth", "Against the truth", truth(study)});
   sections.push_back({"timing", "Timing errors", page::pictures(study_timing(study))});
+  sections.push_back({"article", "What the article's numbers imply", article_section(study)});
   sections.push_back({"runs", "Runs", runs(study)});
   sections.push_back({"methods", "Methods", methods()});
   sections.push_back({"reading", "How to read it", std::string(kHowToRead)});

@@ -6,10 +6,16 @@
 #include <cmath>
 #include <limits>
 
+#include "piste/analyse/article.h"
 #include "piste/math/statistics.h"
 #include "piste/report/markup.h"
 
 namespace piste::study_text {
+namespace {
+
+constexpr const char* kNone = "–";
+
+}  // namespace
 
 double half_width(const Across& a) {
   const double dof = a.runs > 1 ? static_cast<double>(a.runs - 1) : std::numeric_limits<double>::infinity();
@@ -29,19 +35,24 @@ std::vector<AcrossRow> of(const Triad& triad, std::vector<AcrossRow> rows) {
   return rows;
 }
 
-std::string rounded(double value, double sigma) {
-  if (!std::isfinite(value)) return "–";
-  const bool known = std::isfinite(sigma) && sigma > 0;
-  return decimal(value, known ? std::clamp(1 - static_cast<int>(std::floor(std::log10(sigma))), 0, 7) : 5);
-}
+std::string number(double value, int decimals) { return std::isfinite(value) ? decimal(value, decimals) : kNone; }
 
-std::string sigma_text(double sigma) { return rounded(sigma, sigma); }
+std::string two_digits(double size) {
+  if (!std::isfinite(size)) return kNone;
+  return decimal(size, size > 0 ? std::clamp(1 - static_cast<int>(std::floor(std::log10(size))), 0, 7) : 0);
+}
 
 std::string probability(double p) {
-  if (!std::isfinite(p)) return "–";
-  return p < 0.001 ? "< 0.001" : fmt::format("{:.3f}", p);
+  if (!std::isfinite(p)) return kNone;
+  return p < 0.001 ? "< 0.001" : fmt::format("{:.3f}", p);
 }
 
-std::string percent(double share) { return fmt::format("{:.0f} %", 100 * share); }
+std::string percent(double share) { return fmt::format("{:.0f} %", 100 * share); }
+
+double article_scale(int axis) {
+  double sum = 0;
+  for (const article::Rows& sensor : article::kTable4) sum += sensor.value[static_cast<std::size_t>(axis)];
+  return sum / static_cast<double>(article::kTable4.size());
+}
 
 }  // namespace piste::study_text

@@ -30,16 +30,19 @@ std::string runs_of(const std::vector<AcrossRow>& rows);
 /// The rows of a triad.
 std::vector<AcrossRow> of(const Triad& triad, std::vector<AcrossRow> rows);
 
-/// `value` with as many decimals as its sigma is worth; a dash where it is not a number.
-std::string rounded(double value, double sigma);
+/// A dash where it is not a number.
+std::string number(double value, int decimals);
 
 /// Two digits of a sigma, likewise.
-std::string sigma_text(double sigma);
+std::string two_digits(double size);
 
 /// "0.034", "< 0.001".
 std::string probability(double p);
 
 /// "93 %" of 0.934.
 std::string percent(double share);
+
+/// Mean over the sensors of the article's Table 4.
+double article_scale(int axis);
 
 }  // namespace piste::study_text
