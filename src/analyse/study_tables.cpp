@@ -226,19 +226,39 @@ std::optional<Contestant> contestant(const std::vector<const SensorRun*>& at, Me
   return out;
 }
 
-// Score over the winner's, paired by run. Its p-value is still to be corrected.
+// Of the logarithms of two scores, paired by run.
+std::vector<double> ahead(const Contestant& a, const Contestant& b) {
+  std::vector<double> out;
+  for (std::size_t i = 0; i < a.log_scores.size(); ++i) out.push_back(a.log_scores[i] - b.log_scores[i]);
+  return out;
+}
+
 void hold_against(Contestant& c, const Contestant& winner) {
-  std::vector<double> ahead;
-  for (std::size_t i = 0; i < c.log_scores.size(); ++i) ahead.push_back(c.log_scores[i] - winner.log_scores[i]);
-  const double middle = mean(ahead);
+  const std::vector<double> behind = ahead(c, winner);
+  const double middle = mean(behind);
   c.row.versus_winner = std::exp(middle);
-  c.row.low = c.row.high = c.row.p_holm = kNone;
-  if (ahead.size() < 2) return;
-  const double half =
-      student_quantile(1 - kSignificance / 2, static_cast<double>(ahead.size() - 1)) * standard_error(ahead);
-  c.row.low = std::exp(middle - half);
-  c.row.high = std::exp(middle + half);
-  c.row.p_holm = p_value(ahead);
+  c.row.low = c.row.high = kNone;
+  if (behind.size() < 2) return;
+  const double t = student_quantile(1 - kSignificance / 2, static_cast<double>(behind.size() - 1));
+  c.row.low = std::exp(middle - t * standard_error(behind));
+  c.row.high = std::exp(middle + t * standard_error(behind));
+}
+
+// Which one wins is known from the scores alone, so every pair is a hypothesis, and those of the winner are told.
+void add_p_values(std::vector<Contestant>& all, Method winner) {
+  std::vector<double> p_values;
+  std::vector<Contestant*> told;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    for (std::size_t j = i + 1; j < all.size(); ++j) {
+      p_values.push_back(p_value(ahead(all[i], all[j])));
+      const bool first = all[i].row.method == winner, second = all[j].row.method == winner;
+      told.push_back(first ? &all[j] : second ? &all[i] : nullptr);
+    }
+  }
+  p_values = holm(std::move(p_values));
+  for (std::size_t pair = 0; pair < told.size(); ++pair) {
+    if (told[pair]) told[pair]->row.p_holm = p_values[pair];
+  }
 }
 
 // Below n, with the same bytes everywhere.
@@ -482,20 +502,9 @@ Ranking ranking(const Study& study) {
     out.winner = winner.row.method;
     out.confidence = confidence(competitors, winner);
     for (Contestant& c : all) {
-      if (c.row.method != winner.row.method) hold_against(c, winner);
+      if (c.row.method != out.winner) hold_against(c, winner);
     }
-    // Competitors are one family of hypotheses, those that they are held against another.
-    for (const bool competes : {true, false}) {
-      std::vector<double*> family;
-      std::vector<double> p_values;
-      for (Contestant& c : all) {
-        if (c.row.method == winner.row.method || info(c.row.method).competes != competes) continue;
-        family.push_back(&c.row.p_holm);
-        p_values.push_back(c.row.p_holm);
-      }
-      p_values = holm(std::move(p_values));
-      for (std::size_t i = 0; i < family.size(); ++i) *family[i] = p_values[i];
-    }
+    add_p_values(all, winner.row.method);
   }
   for (Contestant& c : all) out.rows.push_back(c.row);
   return out;
