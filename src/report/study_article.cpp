@@ -47,23 +47,31 @@ struct Source {
 
 // ---- Tables 3, 4 and 6 are one data set ----
 
-std::string bounded(const std::optional<Band>& band) {
-  return band ? fmt::format("{} to {}", decimal(band->low, 2), decimal(band->high, 2)) : std::string("contradict");
+std::string between(const Band& band) { return fmt::format("{} to {}", decimal(band.low, 2), decimal(band.high, 2)); }
+
+/// Numbers that were not rounded imply one mean each, and no bounds.
+bool rounded(const ImpliedMeans& means) {
+  return std::any_of(means.sensors.begin(), means.sensors.end(), [](const auto& sensor) {
+    return std::any_of(sensor.begin(), sensor.end(),
+                       [](const ImpliedMean& m) { return !m.bounds || m.bounds->high > m.bounds->low; });
+  });
 }
 
 std::string means_table(const Source& source) {
   const ImpliedMeans means = implied_means(source.tables);
+  const bool bounds = rounded(means);
   Row head{"axis"};
   for (std::size_t s = 0; s < means.sensors.size(); ++s) head.push_back(fmt::format("sensor {}", s + 1));
-  head.emplace_back("all, with the rounding");
+  if (bounds) head.emplace_back("all, with the rounding");
   std::vector<Row> rows;
   for (int axis = 0; axis < kSignals; ++axis) {
     Row row{axis_with_unit(axis)};
     for (const auto& sensor : means.sensors) {
       const ImpliedMean& m = sensor[at(axis)];
-      row.push_back(m.bounds ? fmt::format("{} ({})", number(m.value, 2), bounded(m.bounds)) : "any");
+      row.push_back(!m.bounds ? "any" : number(m.value, 2) + (bounds ? fmt::format(" ({})", between(*m.bounds)) : ""));
     }
-    row.push_back(bounded(means.common[at(axis)]));
+    const auto& common = means.common[at(axis)];
+    if (bounds) row.push_back(common ? between(*common) : "contradict");
     rows.push_back(std::move(row));
   }
   return wide(page::table(fmt::format("Mean of the signal that Tables 3, 4 and 6 imply: {}", source.name), head, rows));
@@ -133,9 +141,19 @@ std::string correlations_of(const Source& article) {
 
 // ---- Significance ----
 
+/// Without the numbers of one run, which have no spread.
+PrintedTable with_spread(PrintedTable table) {
+  for (PrintedRow& sensor : table) {
+    for (Printed& p : sensor) {
+      if (!(p.std > 0)) p.value = std::numeric_limits<double>::quiet_NaN();
+    }
+  }
+  return table;
+}
+
 void count_row(std::vector<Row>& rows, const std::string& name, const PrintedTable& table, std::size_t runs) {
-  if (table.empty()) return;
-  const SignificantCount c = significant_count(table, runs);
+  const SignificantCount c = significant_count(with_spread(table), runs);
+  if (c.all == 0) return;
   rows.push_back({name, fmt::format("{}", c.all), fmt::format("{}", c.above_one_sigma),
                   fmt::format("{:.1f}", c.expected_by_chance), fmt::format("{}", c.above_two_sigma),
                   fmt::format("{}", c.holm_of_one), fmt::format("{}", c.holm_of_mean)});
@@ -212,8 +230,8 @@ std::string delays(const Study& study) {
     lines.push_back(std::move(line));
   }
   return "<p>With the signals of this campaign a delay of the reference changes the forward scale' as follows. The "
-         "last "
-         "column is the delay that alone would make the article's mean.</p>\n" +
+         "last column is the delay that alone would make the article's mean; a delay explains Table 4 as far as these "
+         "agree.</p>\n" +
          wide(page::table("Change of scale' by a residual delay, forward, and the mean of the article's Table 4", head,
                           lines));
 }

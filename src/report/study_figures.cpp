@@ -162,8 +162,8 @@ Figure whole_signal(const Study& study, const SensorRun& r, const Triad& triad) 
   const SignalPicture& p = *r.picture;
   const int axis = liveliest(p, triad);
   const double factor = signal_info(axis).factor;
-  Plot plot(fmt::format("{}: {}, rest, run and rest", kSignalNames[at(axis)], who(study, r)), {std::string(kTimeLabel)},
-            {fmt::format("{} [{}]", kSignalNames[at(axis)], triad.unit)});
+  Plot plot(fmt::format("Figure 7. {} of {}: rest, run and rest", kSignalNames[at(axis)], who(study, r)),
+            {std::string(kTimeLabel)}, {fmt::format("{} [{}]", kSignalNames[at(axis)], triad.unit)});
   plot.size(kWidth, kHeight);
   const Phases& phases = study.runs[r.run].phases;
   const auto shade = [&](const std::optional<Interval>& phase, int colour, const char* label) {
@@ -188,7 +188,8 @@ Figure at_rest(const Study& study, const SensorRun& r, const Triad& triad, bool 
   const SignalPicture& p = *r.picture;
   const Phases& phases = study.runs[r.run].phases;
   const auto& window = after ? phases.after : phases.before;
-  Plot plot(fmt::format("At rest {}: reference less IMU, {}", after ? "after" : "before", who(study, r)),
+  Plot plot(fmt::format("Figure {}. At rest {} the {}: reference less IMU, {}", after ? 10 : 9,
+                        after ? "after" : "before", after ? "stop" : "start", who(study, r)),
             {std::string(kTimeLabel)}, {fmt::format("difference [{}]", triad.unit)});
   plot.size(kWidth, kHeight);
   for (int i = 0; i < 3; ++i) {
@@ -236,12 +237,12 @@ std::optional<Figure> estimates(const Study& study, const std::string& name, con
 
 constexpr std::array kCompared{Method::kRest, Method::kJoint, Method::kBiasOnly, Method::kMarkovFiltered};
 
-std::optional<Figure> comparison(const Study& study, const Triad& triad) {
+std::optional<Figure> comparison(const Study& study, const Triad& triad, int number) {
   std::vector<std::string> names;
   for (const std::string& sensor : study.sensors) {
     for (const std::string& axis : axis_names(triad)) names.push_back(sensor + " " + axis);
   }
-  Plot plot(fmt::format("Biases of the {}: signals compared, and the filter", triad.name),
+  Plot plot(fmt::format("Figure {}. Biases of the {}: signals compared, and the filter", number, triad.name),
             {fmt::format("bias [{}]", triad.unit)}, {"sensor and axis", {}, false, names});
   plot.size(kWidth, static_cast<int>(44 * names.size()) + kFrame);
   zero_line(plot, names.size(), Plot::Along::kX);
@@ -433,26 +434,28 @@ std::vector<Figure> study_estimates(const Study& study) {
   const auto add = [&](const char* name, const char* title, Method method, Quantity quantity, const Triad& triad) {
     append(out, estimates(study, name, title, method, quantity, triad));
   };
-  add("figure_08_accel", "Biases of the accelerometers at rest before the start", Method::kRest, Quantity::kBias,
-      accel);
-  add("figure_08_gyro", "Biases of the gyroscopes at rest before the start", Method::kRest, Quantity::kBias, gyro);
-  add("figure_13", "Biases of the accelerometers in the run", Method::kJoint, Quantity::kBias, accel);
-  add("figure_14", "Biases of the gyroscopes in the run", Method::kJoint, Quantity::kBias, gyro);
-  add("figure_15_accel", "Scales of the accelerometers in the run", Method::kJoint, Quantity::kScale, accel);
-  add("figure_15_gyro", "Scales of the gyroscopes in the run", Method::kJoint, Quantity::kScale, gyro);
+  add("figure_08_accel", "Figure 8. Biases of the accelerometers at rest before the start", Method::kRest,
+      Quantity::kBias, accel);
+  add("figure_08_gyro", "Figure 8. Biases of the gyroscopes at rest before the start", Method::kRest, Quantity::kBias,
+      gyro);
+  add("figure_13", "Figure 13. Biases of the accelerometers in the run", Method::kJoint, Quantity::kBias, accel);
+  add("figure_14", "Figure 14. Biases of the gyroscopes in the run", Method::kJoint, Quantity::kBias, gyro);
+  add("figure_15_accel", "Figure 15. Scales of the accelerometers in the run", Method::kJoint, Quantity::kScale, accel);
+  add("figure_15_gyro", "Figure 15. Scales of the gyroscopes in the run", Method::kJoint, Quantity::kScale, gyro);
   return out;
 }
 
 std::vector<Figure> study_comparisons(const Study& study) {
   std::vector<Figure> out;
-  for (const Triad& triad : kTriads) append(out, comparison(study, triad));
+  append(out, comparison(study, kTriads[0], 16));
+  append(out, comparison(study, kTriads[1], 17));
   return out;
 }
 
 std::vector<Figure> study_correlations(const Study& study) {
   const std::vector<CorrelationRow> rows = correlations(study);
   if (rows.empty()) return {};
-  HeatMap map{.title = "Correlation of bias and scale in the run",
+  HeatMap map{.title = "Table 5. Correlation of bias and scale in the run",
               .description = "Formal correlation of bias and scale by sensor and axis",
               .rows = study.sensors,
               .columns = {kSignalNames.begin(), kSignalNames.end()},

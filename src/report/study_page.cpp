@@ -24,13 +24,13 @@ namespace piste {
 namespace {
 
 using page::Row;
+using study_text::digits;
 using study_text::kTriads;
 using study_text::number;
 using study_text::percent;
 using study_text::probability;
 using study_text::Triad;
 using study_text::triad_of;
-using study_text::two_digits;
 
 constexpr double kStrong = 0.9;  // correlation from which on two numbers are hardly told apart
 constexpr int kBiasDecimals = 4, kScaleDecimals = 5, kPrintedDecimals = 3;
@@ -195,10 +195,10 @@ std::string estimate_table(const Study& study, const std::string& caption, Metho
              std::string(unit_of(quantity, row.axis)),
              fmt::format("{}", a.runs),
              number(a.mean, decimals),
-             two_digits(a.std),
-             two_digits(a.standard_error),
-             two_digits(a.within),
-             two_digits(a.formal),
+             digits(a.std),
+             digits(a.standard_error),
+             digits(a.within),
+             digits(a.formal),
              probability(a.p_value),
              starred(a)};
     if (joint) line.push_back(number(row.reverse, decimals));
@@ -223,8 +223,8 @@ std::string before_after_table(const Study& study) {
     const auto axis = static_cast<std::size_t>(row.axis);
     lines.push_back({axis_name(study, row.sensor, row.axis), std::string(triad_of(row.axis).unit),
                      fmt::format("{}", d.runs), decimal(row.before, kBiasDecimals), decimal(row.after, kBiasDecimals),
-                     decimal(d.mean, kBiasDecimals), two_digits(d.std), two_digits(d.standard_error),
-                     two_digits(d.within), probability(d.p_value), starred(d),
+                     decimal(d.mean, kBiasDecimals), digits(d.std), digits(d.standard_error), digits(d.within),
+                     probability(d.p_value), starred(d),
                      printed ? decimal(article::kTable2Before[axis], kPrintedDecimals) : "",
                      printed ? decimal(article::kTable2After[axis], kPrintedDecimals) : ""});
   }
@@ -257,7 +257,7 @@ std::string ranking_table(const Ranking& ranking) {
   for (const RankingRow& row : by_score(ranking, false)) {
     const bool wins = ranking.winner == row.method;
     const MethodInfo& m = info(row.method);
-    const auto size = [](double value) { return value > 0 ? fmt::format("{:.3g}", value) : std::string(kNothing); };
+    const auto size = [](double value) { return value > 0 ? digits(value, 3) : std::string(kNothing); };
     lines.push_back({title_of(row.method) + (wins         ? " (winner)"
                                              : m.competes ? ""
                                                           : " (for comparison)"),
@@ -405,13 +405,16 @@ std::string truth(const Study& study) {
 // ---- Runs ----
 
 std::string length(const std::optional<Interval>& phase) {
-  return phase ? fmt::format("{:.1f} to {:.1f}", phase->start, phase->end) : std::string(kNothing);
+  return phase ? fmt::format("{:.1f}–{:.1f}", phase->start, phase->end) : std::string(kNothing);
 }
 
-std::string degrees(const Vector3d& angles) {
-  return fmt::format("{}, {}, {}", decimal(kDegreesPerRadian * angles.x(), 3),
-                     decimal(kDegreesPerRadian * angles.y(), 3), decimal(kDegreesPerRadian * angles.z(), 3));
+/// Three numbers that stay in one line.
+std::string triple(const Vector3d& value, double factor, int decimals) {
+  return fmt::format("{}, {}, {}", decimal(factor * value.x(), decimals), decimal(factor * value.y(), decimals),
+                     decimal(factor * value.z(), decimals));
 }
+
+std::string degrees(const Vector3d& angles) { return triple(angles, kDegreesPerRadian, 3); }
 
 std::string runs(const Study& study) {
   std::vector<Row> of_runs, of_sensors;
@@ -431,9 +434,7 @@ std::string runs(const Study& study) {
     }
     for (const std::string& w : r.warnings) warnings.push_back(fmt::format("{}: {}", name, w));
     of_sensors.push_back({name, decimal(r.clock_offset, 5), decimal(1e6 * r.clock_drift, 2), degrees(r.boresight),
-                          degrees(r.sigma_boresight),
-                          fmt::format("{}, {}, {}", decimal(1e3 * r.lever_arm.x(), 1),
-                                      decimal(1e3 * r.lever_arm.y(), 1), decimal(1e3 * r.lever_arm.z(), 1))});
+                          degrees(r.sigma_boresight), triple(r.lever_arm, 1e3, 1)});
   }
   if (of_runs.empty()) return "<p>There is no run.</p>\n";
   std::string out = wide(page::table("Runs; phases in seconds of GPS time",
@@ -451,9 +452,10 @@ std::string runs(const Study& study) {
 
 // ---- Methods ----
 
-std::string methods() {
+std::string methods(const Study& study) {
   std::string out = "<ol start=\"0\">\n";
   for (const MethodInfo& m : kMethods) {
+    if (m.method == Method::kTruth && !study.simulated) continue;
     out += fmt::format("<li><strong>{}</strong> <code>{}</code>{}. {}</li>\n", escape_markup(m.title), m.name,
                        m.competes ? "" : ", not ranked", escape_markup(m.how));
   }
@@ -481,7 +483,7 @@ std::string study_html(const Study& study, const std::string& version, const std
   sections.push_back({"timing", "Timing errors", page::pictures(study_timing(study))});
   sections.push_back({"article", "What the article's numbers imply", article_section(study)});
   sections.push_back({"runs", "Runs", runs(study)});
-  sections.push_back({"methods", "Methods", methods()});
+  sections.push_back({"methods", "Methods", methods(study)});
   sections.push_back({"reading", "How to read it", std::string(kHowToRead)});
   sections.push_back({"configuration", "Configuration", fmt::format("<pre>{}</pre>\n", escape_markup(config_text))});
   return page::render(study.name, subtitle, sections);

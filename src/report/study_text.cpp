@@ -37,9 +37,9 @@ std::vector<AcrossRow> of(const Triad& triad, std::vector<AcrossRow> rows) {
 
 std::string number(double value, int decimals) { return std::isfinite(value) ? decimal(value, decimals) : kNone; }
 
-std::string two_digits(double size) {
+std::string digits(double size, int count) {
   if (!std::isfinite(size)) return kNone;
-  return decimal(size, size > 0 ? std::clamp(1 - static_cast<int>(std::floor(std::log10(size))), 0, 7) : 0);
+  return decimal(size, size > 0 ? std::clamp(count - 1 - static_cast<int>(std::floor(std::log10(size))), 0, 7) : 0);
 }
 
 std::string probability(double p) {

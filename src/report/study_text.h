@@ -33,8 +33,8 @@ std::vector<AcrossRow> of(const Triad& triad, std::vector<AcrossRow> rows);
 /// A dash where it is not a number.
 std::string number(double value, int decimals);
 
-/// Two digits of a sigma, likewise.
-std::string two_digits(double size);
+/// As many digits as are worth printing of a sigma, or more; likewise.
+std::string digits(double size, int count = 2);
 
 /// "0.034", "< 0.001".
 std::string probability(double p);

@@ -9,10 +9,10 @@ namespace piste {
 /// Blue above 0 and orange below, the paler the nearer to 0, with the number printed in each cell: colour-blind readers
 /// can tell them apart. What is not finite is an empty cell.
 struct HeatMap {
-  std::string title;                        ///< shown above
-  std::string description;                  ///< read aloud by screen readers; empty = the title
-  std::vector<std::string> rows, columns;   ///< their names
-  std::vector<std::vector<double>> values;  ///< row by row. @pre as many as there are rows and columns
+  std::string title;                                 ///< shown above
+  std::string description = {};                      ///< read aloud by screen readers; empty = the title
+  std::vector<std::string> rows = {}, columns = {};  ///< their names
+  std::vector<std::vector<double>> values = {};      ///< row by row. @pre as many as there are rows and columns
 
   /// The `<svg>` element.
   std::string render() const;
