@@ -13,7 +13,8 @@ namespace {
 
 constexpr double kCellWidth = 84, kCellHeight = 34, kTop = 66, kMargin = 18, kLetter = 7.5;  // [px]
 constexpr double kFaintest = 0.04, kStrongest = 0.6;  // opacity: a number stays legible on its cell
-constexpr double kKeyCell = 34, kKeyHeight = 14, kKeySteps = 4;
+constexpr double kKeyCell = 34, kKeyHeight = 14;
+constexpr int kKeySteps = 4;  // on either side
 
 std::string cell(double x, double y, double width, double height, double value) {
   const double opacity = kFaintest + (kStrongest - kFaintest) * std::min(1.0, std::abs(value));
@@ -32,11 +33,12 @@ constexpr std::string_view kSoft = " class=\"tick\"";
 // What the colours mean, from −1 to 1.
 std::string key(double x, double y) {
   std::string out;
-  for (double step = -kKeySteps; step <= kKeySteps; ++step) {
+  for (int step = -kKeySteps; step <= kKeySteps; ++step) {
+    const double value = static_cast<double>(step) / kKeySteps;
     const double left = x + kKeyCell * (step + kKeySteps);
-    out += cell(left, y, kKeyCell, kKeyHeight, step / kKeySteps);
-    if (std::fmod(step, 2) != 0) continue;
-    out += text(left + kKeyCell / 2, y + kKeyHeight + 14, "middle", kSoft, decimal(step / kKeySteps, 1));
+    out += cell(left, y, kKeyCell, kKeyHeight, value);
+    if (step % 2 != 0) continue;
+    out += text(left + kKeyCell / 2, y + kKeyHeight + 14, "middle", kSoft, decimal(value, 1));
   }
   return out;
 }

@@ -38,7 +38,7 @@ std::string escape_markup(std::string_view text) {
 }
 
 std::string decimal(double value, int decimals) {
-  const std::string text = fmt::format("{:.{}f}", value, decimals);
+  std::string text = fmt::format("{:.{}f}", value, decimals);
   if (text.front() != '-') return text;
   const bool zero = text.find_first_of("123456789") == std::string::npos;
   return (zero ? "" : "−") + text.substr(1);

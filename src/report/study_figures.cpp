@@ -36,9 +36,8 @@ constexpr std::string_view kSign = "Article's sign: a correction to add.";
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 std::vector<std::string> axis_names(const Triad& triad) {
-  std::vector<std::string> out;
-  for (int i = 0; i < 3; ++i) out.emplace_back(kSignalNames[at(triad.first + i)]);
-  return out;
+  const auto first = kSignalNames.begin() + triad.first;
+  return {first, first + 3};
 }
 
 /// Place of one of `count` things that share a name.
@@ -240,7 +239,7 @@ constexpr std::array kCompared{Method::kRest, Method::kJoint, Method::kBiasOnly,
 std::optional<Figure> comparison(const Study& study, const Triad& triad, int number) {
   std::vector<std::string> names;
   for (const std::string& sensor : study.sensors) {
-    for (const std::string& axis : axis_names(triad)) names.push_back(sensor + " " + axis);
+    for (const std::string& axis : axis_names(triad)) names.push_back(fmt::format("{} {}", sensor, axis));
   }
   Plot plot(fmt::format("Figure {}. Biases of the {}: signals compared, and the filter", number, triad.name),
             {fmt::format("bias [{}]", triad.unit)}, {"sensor and axis", {}, false, names});
@@ -283,6 +282,7 @@ std::optional<Figure> against_truth(const std::vector<Comparison>& all, Quantity
     sensors = std::max(sensors, c.sensor + 1);
   }
   std::vector<std::string> names;
+  names.reserve(methods.size());
   for (const Method m : methods) names.emplace_back(info(m).title);
   const bool bias = quantity == Quantity::kBias;
   Plot plot(fmt::format("{} of the {} less the truth", bias ? "Bias" : "Scale'", triad.name),
@@ -316,6 +316,7 @@ std::optional<Figure> delays(const std::vector<TimingRow>& rows, const Triad& tr
             {"delay of the reference [ms]"}, {"change of scale' [ratio]"});
   plot.size(kWidth, kHeight + 60);
   std::vector<double> delay;
+  delay.reserve(rows.size());
   for (const TimingRow& row : rows) delay.push_back(kMilliseconds * row.delay);
   for (int i = 0; i < 3; ++i) {
     const std::size_t axis = at(triad.first + i);
@@ -354,6 +355,7 @@ std::vector<RankingRow> by_score(const Ranking& ranking) {
 
 std::vector<std::string> titles(const std::vector<RankingRow>& rows) {
   std::vector<std::string> out;
+  out.reserve(rows.size());
   for (const RankingRow& row : rows) out.emplace_back(info(row.method).title);
   return out;
 }
@@ -390,7 +392,7 @@ std::optional<Figure> metrics(const std::vector<RankingRow>& rows) {
   if (nothing == rows.end()) return {};
   Plot plot("The four errors that make the score", {"error over that of knowing nothing [ratio]", {}, true},
             {"method", {}, false, titles(rows)});
-  plot.size(kWidth, static_cast<int>(24 * rows.size()) + kFrame);
+  plot.size(kWidth, static_cast<int>(34 * rows.size()) + kFrame);
   constexpr std::array<std::pair<double RankingRow::*, const char*>, 4> kMetrics{
       {{&RankingRow::position_rmse, "position"},
        {&RankingRow::velocity_rmse, "velocity"},
@@ -418,8 +420,7 @@ void append(std::vector<Figure>& out, std::optional<Figure> figure) {
 std::vector<Figure> study_signals(const Study& study) {
   const SensorRun* r = pictured(study);
   if (!r) return {};
-  std::vector<Figure> out;
-  for (const Triad& triad : kTriads) out.push_back(whole_signal(study, *r, triad));
+  std::vector<Figure> out{whole_signal(study, *r, kTriads[0]), whole_signal(study, *r, kTriads[1])};
   const Phases& phases = study.runs[r->run].phases;
   for (const bool after : {false, true}) {
     if (!(after ? phases.after : phases.before)) continue;

@@ -239,6 +239,7 @@ std::string correlation_table(const Study& study) {
   const std::string caption = "Table 5. Correlation of bias' and scale' of the joint regression";
   if (rows.empty()) return paragraph(caption + ": no estimate.");
   std::vector<Row> lines;
+  lines.reserve(rows.size());
   for (const CorrelationRow& row : rows) {
     lines.push_back({axis_name(study, row.sensor, row.axis), decimal(row.correlation, 2), decimal(row.lowest, 2),
                      decimal(row.highest, 2), decimal(row.inflation, 1),
@@ -358,7 +359,7 @@ std::string matrices(const Study& study) {
 // ---- Against the truth ----
 
 constexpr std::string_view kWhyNotCovered =
-    R"(<p>A true interval holds the truth 19 times of 20. Shares below say that a method does not know of some error:</p>
+    R"(<p>A true interval holds the truth 19 times of 20. A much smaller share means that a method does not know of some error:</p>
 <ul>
 <li>“rest before” and “rest after” cannot tell an accelerometer's bias from scale · gravity, nor from a boresight that
 tilts gravity into another axis. They are held to the sum bias + scale · gravity; taken for the bias alone they would be wrong by far
