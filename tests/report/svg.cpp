@@ -62,7 +62,9 @@ TEST(Svg, BarsHaveWhiskersAsFarAsTheyAreKnown) {
 TEST(Svg, WhiskersAreInThePicture) {
   Plot plot("bars", {"x"}, {"y"});
   plot.bars({0, 1}, {0, 0}, {-8, -1}, {8, 1}, 0, "");
-  EXPECT_TRUE(contains(plot.render(), ">−8<"));
+  const std::string svg = plot.render();
+  EXPECT_TRUE(contains(svg, ">−8<")) << "along y";
+  EXPECT_TRUE(contains(svg, ">0.8<")) << "and x is as long as the points need";
 }
 
 TEST(Svg, LogarithmicTicksOfLessThanADecade) {
