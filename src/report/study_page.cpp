@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -24,6 +23,7 @@ namespace piste {
 namespace {
 
 using page::Row;
+using study_text::counted;
 using study_text::digits;
 using study_text::kTriads;
 using study_text::number;
@@ -103,8 +103,8 @@ std::string verdict(const Study& study, const Ranking& ranking) {
     if (row.method != *ranking.winner && row.p_holm >= kSignificance)
       tied.push_back(escape_markup(title_of(row.method)));
   }
-  out += fmt::format("<p>It wins in {} of 10 000 resamplings of the {} runs. ", percent(ranking.confidence),
-                     study.runs.size());
+  out += fmt::format("<p>It wins in {} of 10 000 resamplings of the {}. ", percent(ranking.confidence),
+                     counted(study.runs.size(), "run"));
   out += tied.empty() ? "Every other method is significantly worse."
                       : fmt::format("Not significantly worse: {}.", fmt::join(tied, "; "));
   out += "</p>\n";
@@ -140,9 +140,15 @@ std::vector<std::string> findings_of(const Study& study) {
     out.push_back(fmt::format("In the run {} scales differ from zero; {} of {} are negative.",
                               significant(joint, value), negative, joint.size()));
   }
-  std::vector<std::string> strong;
+  std::array<int, kSignals> sensors{}, strong_sensors{};
   for (const CorrelationRow& row : correlations(study)) {
-    if (std::abs(row.correlation) > kStrong) strong.push_back(axis_name(study, row.sensor, row.axis));
+    ++sensors[static_cast<std::size_t>(row.axis)];
+    if (std::abs(row.correlation) > kStrong) ++strong_sensors[static_cast<std::size_t>(row.axis)];
+  }
+  std::vector<std::string> strong;
+  for (std::size_t axis = 0; axis < kSignals; ++axis) {
+    if (strong_sensors[axis] == 0) continue;
+    strong.push_back(fmt::format("{} of {} of {} sensors", kSignalNames[axis], strong_sensors[axis], sensors[axis]));
   }
   if (!strong.empty()) {
     out.push_back(fmt::format("Bias and scale are hardly told apart (correlation above {}): {}.", kStrong,
@@ -203,7 +209,9 @@ std::string estimate_table(const Study& study, const std::string& caption, Metho
              starred(a)};
     if (joint) line.push_back(number(row.reverse, decimals));
     if (study.simulated) line.push_back(row.truth ? decimal(*row.truth, decimals) : std::string(kNothing));
-    if (row.sensor < printed.size()) {
+    if (row.sensor >= printed.size()) {
+      line.resize(head.size());
+    } else {
       const Printed& p = printed[row.sensor][static_cast<std::size_t>(row.axis)];
       line.insert(line.end(), {number(p.value, kPrintedDecimals), number(p.std, kPrintedDecimals)});
     }

@@ -22,12 +22,16 @@ double half_width(const Across& a) {
   return a.standard_error * student_quantile(1 - kSignificance / 2, dof);
 }
 
+std::string counted(std::size_t count, std::string_view what) {
+  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+}
+
 std::string runs_of(const std::vector<AcrossRow>& rows) {
   if (rows.empty()) return "no run";
   const auto [least, most] = std::minmax_element(
       rows.begin(), rows.end(), [](const AcrossRow& a, const AcrossRow& b) { return a.value.runs < b.value.runs; });
   const std::size_t low = least->value.runs, high = most->value.runs;
-  return low == high ? fmt::format("{} run{}", high, high == 1 ? "" : "s") : fmt::format("{} to {} runs", low, high);
+  return low == high ? counted(high, "run") : fmt::format("{} to {} runs", low, high);
 }
 
 std::vector<AcrossRow> of(const Triad& triad, std::vector<AcrossRow> rows) {

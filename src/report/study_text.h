@@ -2,6 +2,7 @@
 /// Words and numbers that the figures and the page of a study share.
 
 #include <array>
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,6 +24,9 @@ constexpr const Triad& triad_of(int axis) { return kTriads[axis < 3 ? 0 : 1]; }
 
 /// Of the mean, 95 %: what is added on either side.
 double half_width(const Across& across);
+
+/// "1 run", "3 runs".
+std::string counted(std::size_t count, std::string_view what);
 
 /// "3 runs", "2 to 4 runs": over how many the rows are means.
 std::string runs_of(const std::vector<AcrossRow>& rows);

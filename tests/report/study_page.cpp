@@ -38,6 +38,7 @@ TEST(StudyPage, TellsEverythingInOneFile) {
                            "Every other method is significantly worse.",
                            "of 10 000 resamplings of the 9 runs",
                            "For comparison, over the winner: “nothing known”",
+                           "(correlation above 0.9): fx of 3 of 3 sensors, fz of 3 of 3 sensors.",
                            "Table 1. Biases at rest before the start",
                            "Table 2. Biases at rest",
                            "Table 3. Biases in the run, with scales",
@@ -108,6 +109,7 @@ TEST(StudyPage, DoesWithLittleOrNothing) {
   EXPECT_TRUE(contains(empty, "There is no run."));
   EXPECT_TRUE(contains(empty, "There is nothing to show."));
   const std::string one = page_of(StudyCase{.runs = 1}.study());
+  EXPECT_TRUE(contains(one, "3 IMUs in 1 run ·"));
   EXPECT_TRUE(contains(one, "One run cannot say how sure that is."));
   const std::string failed = page_of(StudyCase{.runs = 1, .sensors = 1, .failed = true}.study());
   EXPECT_TRUE(contains(failed, "mt9a_3.csv:1: no sample"));
