@@ -476,8 +476,8 @@ std::string methods(const Study& study) {
 std::string study_html(const Study& study, const std::string& version, const std::string& config_text) {
   const Ranking ranks = ranking(study);
   const std::string subtitle =
-      fmt::format("piste {} · {} IMUs in {} runs · both signals {} · {}", escape_markup(version), study.sensors.size(),
-                  study.runs.size(),
+      fmt::format("piste {} · {} in {} · both signals {} · {}", escape_markup(version),
+                  counted(study.sensors.size(), "IMU"), counted(study.runs.size(), "run"),
                   study.low_pass > 0 ? fmt::format("below {:.4g} Hz", study.low_pass) : std::string("unfiltered"),
                   study.simulated ? "simulated: what was put in is known" : "recorded: the truth is not known");
   std::vector<page::Section> sections{
