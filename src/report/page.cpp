@@ -24,6 +24,8 @@ std::string table(std::string_view caption, const Row& head, const std::vector<R
   return out + "</table>\n";
 }
 
+std::string wide(std::string_view table) { return fmt::format("<div class=\"wide\">\n{}</div>\n", table); }
+
 std::string pictures(const std::vector<Figure>& figures) {
   if (figures.empty()) return "<p>There is nothing to show.</p>\n";
   std::string out;

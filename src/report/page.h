@@ -19,6 +19,9 @@ using Row = std::vector<std::string>;
 /// A table of plain text: the first column names, the others are numbers.
 std::string table(std::string_view caption, const Row& head, const std::vector<Row>& rows);
 
+/// A table that scrolls by itself where the page is too narrow.
+std::string wide(std::string_view table);
+
 /// Pictures with their captions below them.
 std::string pictures(const std::vector<Figure>& figures);
 

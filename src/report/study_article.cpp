@@ -21,19 +21,18 @@ namespace piste {
 namespace {
 
 using page::Row;
+using page::wide;
+using study_text::kNone;
 using study_text::number;
 using study_text::triad_of;
 
 constexpr double kMilliseconds = 1e3;
-constexpr std::string_view kNothing = "–";
 
 std::size_t at(int axis) { return static_cast<std::size_t>(axis); }
 
 std::string axis_name(int axis) { return std::string(kSignalNames[at(axis)]); }
 
 std::string axis_with_unit(int axis) { return fmt::format("{} [{}]", kSignalNames[at(axis)], triad_of(axis).unit); }
-
-std::string wide(const std::string& table) { return "<div class=\"wide\">\n" + table + "</div>\n"; }
 
 std::string heading(std::string_view text) { return fmt::format("<h3>{}</h3>\n", text); }
 
@@ -212,7 +211,7 @@ std::string delay_for(const std::vector<TimingRow>& rows, int axis, double chang
     }
     last = &row;
   }
-  return last ? fmt::format("more than {:.0f}", kMilliseconds * last->delay) : std::string(kNothing);
+  return last ? fmt::format("more than {:.0f}", kMilliseconds * last->delay) : std::string(kNone);
 }
 
 std::string delays(const Study& study) {
@@ -226,7 +225,7 @@ std::string delays(const Study& study) {
     const double wanted = study_text::article_scale(axis);
     Row line{axis_name(axis), decimal(wanted, 4)};
     for (const TimingRow& row : rows) line.push_back(decimal(row.forward[at(axis)], 4));
-    line.push_back(wanted < 0 ? delay_for(rows, axis, wanted) : std::string(kNothing));
+    line.push_back(wanted < 0 ? delay_for(rows, axis, wanted) : std::string(kNone));
     lines.push_back(std::move(line));
   }
   return "<p>With the signals of this campaign a delay of the reference changes the forward scale' as follows. The "

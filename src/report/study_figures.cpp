@@ -21,6 +21,8 @@
 namespace piste {
 namespace {
 
+using study_text::band_of;
+using study_text::by_score;
 using study_text::half_width;
 using study_text::kTriads;
 using study_text::Triad;
@@ -151,10 +153,6 @@ constexpr std::string_view kTimeLabel = "GPS time after the first sample [s]";
 
 std::string who(const Study& study, const SensorRun& r) {
   return fmt::format("{}, {}", study.sensors[r.sensor], study.runs[r.run].name);
-}
-
-std::string band_of(const Study& study) {
-  return study.low_pass > 0 ? fmt::format("below {:.4g} Hz", study.low_pass) : std::string("unfiltered");
 }
 
 Figure whole_signal(const Study& study, const SensorRun& r, const Triad& triad) {
@@ -345,13 +343,6 @@ std::optional<Figure> delays(const std::vector<TimingRow>& rows, const Triad& tr
 }
 
 // ---- Ranking ----
-
-std::vector<RankingRow> by_score(const Ranking& ranking) {
-  std::vector<RankingRow> rows = ranking.rows;
-  std::stable_sort(rows.begin(), rows.end(),
-                   [](const RankingRow& a, const RankingRow& b) { return a.score < b.score; });
-  return rows;
-}
 
 std::vector<std::string> titles(const std::vector<RankingRow>& rows) {
   std::vector<std::string> out;

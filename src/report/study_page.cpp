@@ -23,8 +23,12 @@ namespace piste {
 namespace {
 
 using page::Row;
+using page::wide;
+using study_text::band_of;
+using study_text::by_score;
 using study_text::counted;
 using study_text::digits;
+using study_text::kNone;
 using study_text::kTriads;
 using study_text::number;
 using study_text::percent;
@@ -34,7 +38,6 @@ using study_text::triad_of;
 
 constexpr double kStrong = 0.9;  // correlation from which on two numbers are hardly told apart
 constexpr int kBiasDecimals = 4, kScaleDecimals = 5, kPrintedDecimals = 3;
-constexpr std::string_view kNothing = "–";
 
 constexpr std::string_view kHowToRead =
     R"(<p><strong>Sign.</strong> Biases and scales are corrections to add, as in the article: true = (1 + scale') · measured + bias'.
@@ -63,25 +66,16 @@ std::string title_of(Method method) { return std::string(info(method).title); }
 
 std::string paragraph(const std::string& text) { return "<p>" + escape_markup(text) + "</p>\n"; }
 
-std::string wide(const std::string& table) { return "<div class=\"wide\">\n" + table + "</div>\n"; }
-
 // ---- Result ----
 
-std::vector<RankingRow> by_score(const Ranking& ranking, bool competing) {
-  std::vector<RankingRow> rows = ranking.rows;
-  if (competing) std::erase_if(rows, [](const RankingRow& row) { return !info(row.method).competes; });
-  std::stable_sort(rows.begin(), rows.end(),
-                   [](const RankingRow& a, const RankingRow& b) { return a.score < b.score; });
-  return rows;
-}
-
 std::string interval(const RankingRow& row) {
-  return std::isfinite(row.low) ? fmt::format("{:.2f} to {:.2f}", row.low, row.high) : std::string(kNothing);
+  return std::isfinite(row.low) ? fmt::format("{:.2f} to {:.2f}", row.low, row.high) : std::string(kNone);
 }
 
 std::string verdict(const Study& study, const Ranking& ranking) {
   if (!ranking.winner) return "<p><strong>The methods are not ranked.</strong></p>\n";
-  const std::vector<RankingRow> rows = by_score(ranking, true);
+  std::vector<RankingRow> rows = by_score(ranking);
+  std::erase_if(rows, [](const RankingRow& row) { return !info(row.method).competes; });
   std::string out = fmt::format(
       "<p><strong>The best navigation comes from “{}”</strong>: its errors are {:.2f} times those of a replay that "
       "knows "
@@ -208,7 +202,7 @@ std::string estimate_table(const Study& study, const std::string& caption, Metho
              probability(a.p_value),
              starred(a)};
     if (joint) line.push_back(number(row.reverse, decimals));
-    if (study.simulated) line.push_back(row.truth ? decimal(*row.truth, decimals) : std::string(kNothing));
+    if (study.simulated) line.push_back(row.truth ? decimal(*row.truth, decimals) : std::string(kNone));
     if (row.sensor >= printed.size()) {
       line.resize(head.size());
     } else {
@@ -263,18 +257,17 @@ std::string ranking_table(const Ranking& ranking) {
   const std::string caption = "Table 7. Navigation that each estimate leads to, best first";
   if (ranking.rows.empty()) return paragraph(caption + ": no replay was scored.");
   std::vector<Row> lines;
-  for (const RankingRow& row : by_score(ranking, false)) {
+  for (const RankingRow& row : by_score(ranking)) {
     const bool wins = ranking.winner == row.method;
     const MethodInfo& m = info(row.method);
-    const auto size = [](double value) { return value > 0 ? digits(value, 3) : std::string(kNothing); };
+    const auto size = [](double value) { return value > 0 ? digits(value, 3) : std::string(kNone); };
     lines.push_back({title_of(row.method) + (wins         ? " (winner)"
                                              : m.competes ? ""
                                                           : " (for comparison)"),
                      std::string(m.estimates), size(row.position_rmse), size(row.velocity_rmse),
                      size(kDegreesPerRadian * row.attitude_rmse), size(row.outage_drift),
                      fmt::format("{:.3f}", row.score), fmt::format("{:.2f}", row.versus_winner),
-                     wins ? std::string(kNothing) : interval(row),
-                     wins ? std::string(kNothing) : probability(row.p_holm)});
+                     wins ? std::string(kNone) : interval(row), wins ? std::string(kNone) : probability(row.p_holm)});
   }
   return wide(page::table(caption,
                           {"method", "estimates", "position [m]", "velocity [m/s]", "attitude [°]",
@@ -337,7 +330,7 @@ std::string matrix(const std::vector<Comparison>& all, Quantity quantity, const 
       if (!seen[b]) continue;
       const Cell& cell = cells[std::min(a, b)][std::max(a, b)];
       if (cell.count == 0) {
-        row.emplace_back(a == b ? "" : kNothing);
+        row.emplace_back(a == b ? "" : kNone);
         continue;
       }
       const double square = (a < b ? cell.difference : cell.error) / static_cast<double>(cell.count);
@@ -391,7 +384,7 @@ std::string coverage_table(const Study& study) {
           return c.method == m.method && c.quantity == quantity && c.gyro == gyro;
         });
         if (found == all.end()) {
-          row.insert(row.end(), 2, std::string(kNothing));
+          row.insert(row.end(), 2, std::string(kNone));
           continue;
         }
         any = true;
@@ -414,7 +407,7 @@ std::string truth(const Study& study) {
 // ---- Runs ----
 
 std::string length(const std::optional<Interval>& phase) {
-  return phase ? fmt::format("{:.1f}–{:.1f}", phase->start, phase->end) : std::string(kNothing);
+  return phase ? fmt::format("{:.1f}–{:.1f}", phase->start, phase->end) : std::string(kNone);
 }
 
 /// Three numbers that stay in one line.
@@ -477,8 +470,7 @@ std::string study_html(const Study& study, const std::string& version, const std
   const Ranking ranks = ranking(study);
   const std::string subtitle =
       fmt::format("piste {} · {} in {} · both signals {} · {}", escape_markup(version),
-                  counted(study.sensors.size(), "IMU"), counted(study.runs.size(), "run"),
-                  study.low_pass > 0 ? fmt::format("below {:.4g} Hz", study.low_pass) : std::string("unfiltered"),
+                  counted(study.sensors.size(), "IMU"), counted(study.runs.size(), "run"), band_of(study),
                   study.simulated ? "simulated: what was put in is known" : "recorded: the truth is not known");
   std::vector<page::Section> sections{
       {"result", "Result", result(study, ranks)},

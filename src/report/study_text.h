@@ -25,6 +25,9 @@ constexpr const Triad& triad_of(int axis) { return kTriads[axis < 3 ? 0 : 1]; }
 /// Of the mean, 95 %: what is added on either side.
 double half_width(const Across& across);
 
+/// What stands where there is no number.
+inline constexpr std::string_view kNone = "–";
+
 /// "1 run", "3 runs".
 std::string counted(std::size_t count, std::string_view what);
 
@@ -34,7 +37,7 @@ std::string runs_of(const std::vector<AcrossRow>& rows);
 /// The rows of a triad.
 std::vector<AcrossRow> of(const Triad& triad, std::vector<AcrossRow> rows);
 
-/// A dash where it is not a number.
+/// kNone where it is not a number.
 std::string number(double value, int decimals);
 
 /// As many digits as are worth printing of a sigma, or more; likewise.
@@ -48,5 +51,11 @@ std::string percent(double share);
 
 /// Mean over the sensors of the article's Table 4.
 double article_scale(int axis);
+
+/// "below 12 Hz": of both signals.
+std::string band_of(const Study& study);
+
+/// The rows of a ranking, best first.
+std::vector<RankingRow> by_score(const Ranking& ranking);
 
 }  // namespace piste::study_text
