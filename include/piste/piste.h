@@ -81,6 +81,7 @@
 #include "piste/report/consistency_page.h"
 #include "piste/report/html.h"
 #include "piste/report/kml.h"
+#include "piste/report/study_page.h"
 #include "piste/sim/simulation.h"
 #include "piste/solve/attitude_noise.h"
 #include "piste/solve/filter.h"

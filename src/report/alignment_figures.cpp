@@ -309,18 +309,20 @@ std::vector<Figure> drift_figures(const AlignmentPicture& p) {
   const Alignment& a = *p.alignment;
   if (a.local.empty()) return {};
   const double origin = p.aligned->time.front();
-  std::vector<double> time, beside, whole, bar_x, bar_beside, bar_whole;
-  for (const LocalOffset& l : a.local) {
-    const double t = l.time - origin, drift = a.clock_drift * t;
-    time.push_back(t);
-    beside.push_back(kMilliseconds * l.offset);
-    whole.push_back(kMilliseconds * (l.offset + drift));
-    for (const double side : {-1.0, 1.0}) {
-      bar_x.push_back(t);
-      bar_beside.push_back(kMilliseconds * (l.offset + side * l.sigma));
-      bar_whole.push_back(kMilliseconds * (l.offset + drift + side * l.sigma));
+  // Offsets with their whiskers: less the alignment's, and whole.
+  struct Bars {
+    std::vector<double> offset, low, high;
+    void add(double value, double sigma) {
+      offset.push_back(kMilliseconds * value);
+      low.push_back(kMilliseconds * (value - sigma));
+      high.push_back(kMilliseconds * (value + sigma));
     }
-    for (auto* bars : {&bar_x, &bar_beside, &bar_whole}) bars->push_back(kNaN);
+  } beside, whole;
+  std::vector<double> time;
+  for (const LocalOffset& l : a.local) {
+    time.push_back(l.time - origin);
+    beside.add(l.offset, l.sigma);
+    whole.add(l.offset + a.clock_drift * time.back(), l.sigma);
   }
   const double end = p.aligned->time.back() - origin;
   // The scale is that of the stretches that tell most.
@@ -344,14 +346,12 @@ std::vector<Figure> drift_figures(const AlignmentPicture& p) {
   Plot all("Clock of the body IMU: offset since the first sample", {kTimeLabel}, {"offset [ms]"});
   all.size(kWidth, kHeight);
   all.line(grid, fitted, kAlignmentColour, fmt::format("drift of {:.2f} ppm", 1e6 * a.clock_drift));
-  all.line(bar_x, bar_whole, kBodyColour, "");
-  all.points(time, whole, kBodyColour, "stretches of the log, ± 1 sigma");
+  all.bars(time, whole.offset, whole.low, whole.high, kBodyColour, "stretches of the log, ± 1 sigma");
   Plot apart("The same, beside what the alignment says", {kTimeLabel}, {"offset [ms]"});
   apart.size(kWidth, kHeight);
   apart.limit_y(-kMilliseconds * reach, kMilliseconds * reach);
   apart.band(grid, low, high, kAlignmentColour, "alignment, ± 1 sigma");
-  apart.line(bar_x, bar_beside, kBodyColour, "");
-  apart.points(time, beside, kBodyColour, "stretches of the log, ± 1 sigma");
+  apart.bars(time, beside.offset, beside.low, beside.high, kBodyColour, "stretches of the log, ± 1 sigma");
   return {
       figure("clock_drift", all, "Each point is the offset that one stretch of the log alone tells."),
       figure(

@@ -59,29 +59,12 @@ std::string parameters(const Alignment& a) {
   return out + page::table("Errors of the body IMU", {"parameter", "value", "sigma"}, rows) + "</div>\n";
 }
 
-std::string list(const std::string& heading, const std::vector<std::string>& items) {
-  if (items.empty()) return {};
-  std::string out = fmt::format("<p><strong>{}</strong></p>\n<ul>\n", heading);
-  for (const std::string& item : items) out += fmt::format("<li>{}</li>\n", escape_markup(item));
-  return out + "</ul>\n";
-}
-
 std::string result(const AlignmentPicture& p) {
   const Alignment& a = *p.alignment;
-  return parameters(a) + list("The motion does not determine:", a.undetermined) + list("To be known:", a.warnings) +
+  return parameters(a) + page::list("The motion does not determine:", a.undetermined) +
+         page::list("To be known:", a.warnings) +
          fmt::format("<p>Left in the band, root mean square of one axis: {:.4g} deg/s and {:.4g} m/s².</p>\n",
                      kDegreesPerRadian * a.gyro_residual, a.accel_residual);
-}
-
-std::string pictures(const std::vector<Figure>& figures) {
-  if (figures.empty()) return "<p>There is nothing to show.</p>\n";
-  std::string out;
-  for (const Figure& f : figures) {
-    out += "<figure>\n" + f.svg;
-    if (!f.caption.empty()) out += fmt::format("<figcaption>{}</figcaption>\n", escape_markup(f.caption));
-    out += "</figure>\n";
-  }
-  return out;
 }
 
 }  // namespace
@@ -92,11 +75,11 @@ std::string alignment_html(const AlignmentPicture& p) {
   return page::render(
       p.title, subtitle,
       {{"result", "Result", result(p)},
-       {"clocks", "Before and after", pictures(clock_figures(p))},
-       {"correlation", "Correlation", pictures(correlation_figures(p))},
-       {"drift", "The clock over time", pictures(drift_figures(p))},
-       {"signals", "Every axis", pictures(signal_figures(p))},
-       {"spectra", "Spectra", pictures(spectrum_figures(p))},
+       {"clocks", "Before and after", page::pictures(clock_figures(p))},
+       {"correlation", "Correlation", page::pictures(correlation_figures(p))},
+       {"drift", "The clock over time", page::pictures(drift_figures(p))},
+       {"signals", "Every axis", page::pictures(signal_figures(p))},
+       {"spectra", "Spectra", page::pictures(spectrum_figures(p))},
        {"reading", "How to read it", std::string(kHowToRead)},
        {"configuration", "Configuration", fmt::format("<pre>{}</pre>\n", escape_markup(p.config_text))}});
 }

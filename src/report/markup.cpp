@@ -1,5 +1,7 @@
 #include "piste/report/markup.h"
 
+#include <fmt/format.h>
+
 namespace piste {
 
 std::string escape_markup(std::string_view text) {
@@ -33,6 +35,13 @@ std::string escape_markup(std::string_view text) {
     }
   }
   return out;
+}
+
+std::string decimal(double value, int decimals) {
+  std::string text = fmt::format("{:.{}f}", value, decimals);
+  if (text.front() != '-') return text;
+  const bool zero = text.find_first_of("123456789") == std::string::npos;
+  return (zero ? "" : "−") + text.substr(1);
 }
 
 }  // namespace piste

@@ -24,6 +24,26 @@ std::string table(std::string_view caption, const Row& head, const std::vector<R
   return out + "</table>\n";
 }
 
+std::string wide(std::string_view table) { return fmt::format("<div class=\"wide\">\n{}</div>\n", table); }
+
+std::string pictures(const std::vector<Figure>& figures) {
+  if (figures.empty()) return "<p>There is nothing to show.</p>\n";
+  std::string out;
+  for (const Figure& f : figures) {
+    out += "<figure>\n" + f.svg;
+    if (!f.caption.empty()) out += fmt::format("<figcaption>{}</figcaption>\n", escape_markup(f.caption));
+    out += "</figure>\n";
+  }
+  return out;
+}
+
+std::string list(std::string_view heading, const std::vector<std::string>& items) {
+  if (items.empty()) return {};
+  std::string out = fmt::format("<p><strong>{}</strong></p>\n<ul>\n", heading);
+  for (const std::string& item : items) out += fmt::format("<li>{}</li>\n", escape_markup(item));
+  return out + "</ul>\n";
+}
+
 std::string render(std::string_view title, std::string_view subtitle, const std::vector<Section>& sections,
                    std::string_view style, std::string_view scripts) {
   const std::string name = escape_markup(title);

@@ -5,6 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include "piste/report/figure.h"
+
 namespace piste::page {
 
 /// A part of a page under its heading. `name` stands in links to it.
@@ -16,6 +18,15 @@ using Row = std::vector<std::string>;
 
 /// A table of plain text: the first column names, the others are numbers.
 std::string table(std::string_view caption, const Row& head, const std::vector<Row>& rows);
+
+/// A table that scrolls by itself where the page is too narrow.
+std::string wide(std::string_view table);
+
+/// Pictures with their captions below them.
+std::string pictures(const std::vector<Figure>& figures);
+
+/// Sentences of plain text under a heading; nothing where there are none.
+std::string list(std::string_view heading, const std::vector<std::string>& items);
 
 /// The title, a line of markup below it, links to the sections, and the sections. `style` goes before the style of
 /// all pages, `scripts` to the end.

@@ -6,10 +6,12 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <string_view>
 #include <utility>
 
 #include "piste/report/markup.h"
+#include "report/svg_frame.h"
 
 namespace piste {
 namespace {
@@ -17,16 +19,6 @@ namespace {
 constexpr double kLeft = 76, kRight = 18, kTop = 40, kBottom = 54;  // margins [px]
 constexpr double kLegendRow = 20;
 constexpr double kLetter = 7;  // about the width of one [px]
-
-// Colours are Okabe and Ito's, darkened or lightened until they read on both grounds.
-constexpr std::string_view kStyle =
-    R"(.plot{--ink:#24292f;--soft:#57606a;--grid:#d0d7de;--c0:#0067b8;--c1:#c04f00;--c2:#00805c;--c3:#a8417f;--c4:#8a6d00;--c5:#2a8fc4;--c6:#767f88}
-@media(prefers-color-scheme:dark){.plot{--ink:#e6edf3;--soft:#9da7b1;--grid:#3a424b;--c0:#5aaeff;--c1:#ff9350;--c2:#3fc79a;--c3:#e58cc4;--c4:#e0c04a;--c5:#7fd0ff;--c6:#98a2ad}}
-@media print{.plot{--ink:#000;--soft:#444;--grid:#ccc;--c0:#0067b8;--c1:#c04f00;--c2:#00805c;--c3:#a8417f;--c4:#8a6d00;--c5:#2a8fc4;--c6:#767f88}}
-.plot{font:13px system-ui,sans-serif;max-width:100%;height:auto}
-.plot text{fill:var(--ink)}.plot .tick{fill:var(--soft);font-size:12px}.plot .title{font-weight:600;font-size:15px}
-.plot .grid{stroke:var(--grid);stroke-width:1}.plot .line{fill:none;stroke-width:1.6;stroke-linejoin:round}
-.plot .name{paint-order:stroke;font-weight:600})";
 
 std::string_view dashes(Plot::Stroke stroke) {
   switch (stroke) {
@@ -40,22 +32,17 @@ std::string_view dashes(Plot::Stroke stroke) {
   return "";
 }
 
-int palette(int colour) { return ((colour % 7) + 7) % 7; }
-
 std::string tick_text(double value, double step) {
-  const int decimals = std::clamp(static_cast<int>(std::ceil(-std::log10(step) - 1e-9)), 0, 12);
-  const std::string text = fmt::format("{:.{}f}", value, decimals);
-  const bool zero = text.find_first_of("123456789") == std::string::npos;
-  return zero && text.front() == '-' ? text.substr(1) : text;
+  return decimal(value, std::clamp(static_cast<int>(std::ceil(-std::log10(step) - 1e-9)), 0, 12));
 }
 
-// Of 1, 2 or 5 times a power of ten: 0.02, 5, 2·10⁻⁷.
+// 0.02, 5, 2·10⁻⁷.
 std::string log_tick_text(double value) {
   if (value > 9e-4 && value < 9e4) return fmt::format("{:.4g}", value);
   constexpr std::array<std::string_view, 10> kRaised{"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
   const auto exponent = static_cast<int>(std::floor(std::log10(value) + 1e-9));
-  const auto leading = static_cast<int>(std::lround(value / std::pow(10, exponent)));
-  std::string out = leading == 1 ? "10" : fmt::format("{}·10", leading);
+  const std::string leading = fmt::format("{:.3g}", value / std::pow(10, exponent));
+  std::string out = leading == "1" ? "10" : leading + "·10";
   if (exponent < 0) out += "⁻";
   for (const char digit : std::to_string(std::abs(exponent))) out += kRaised[static_cast<std::size_t>(digit - '0')];
   return out;
@@ -92,6 +79,17 @@ struct Range {
   double length() const { return high - low; }
 };
 
+double width_of(const std::string& text) { return kLetter * static_cast<double>(svg::letters(text)); }
+
+// A whisker with its ends.
+std::string whisker(double x, double low, double high, bool along_x) {
+  constexpr double kEnd = 3;
+  return along_x ? fmt::format("M{0:.1f} {1:.1f}H{2:.1f}M{0:.1f} {3:.1f}v{4}M{2:.1f} {3:.1f}v{4}", low, x, high,
+                               x - kEnd, 2 * kEnd)
+                 : fmt::format("M{1:.1f} {0:.1f}V{2:.1f}M{3:.1f} {0:.1f}h{4}M{3:.1f} {2:.1f}h{4}", low, x, high,
+                               x - kEnd, 2 * kEnd);
+}
+
 }  // namespace
 
 struct Plot::Frame {
@@ -127,27 +125,35 @@ std::vector<double> log_ticks(double low, double high) {
     return out;
   };
   std::vector<double> powers = ticks({1});
-  return powers.size() >= 3 ? powers : ticks({1, 2, 5});
+  if (powers.size() >= 3) return powers;
+  std::vector<double> leading = ticks({1, 2, 5});
+  return leading.size() >= 3 ? leading : nice_ticks(low, high, 5);
 }
 
 Plot::Plot(std::string title, Axis x, Axis y, std::string description)
     : title_(std::move(title)), description_(std::move(description)), x_(std::move(x)), y_(std::move(y)) {}
 
 void Plot::line(std::vector<double> x, std::vector<double> y, int colour, std::string label, Stroke stroke) {
-  series_.push_back({Kind::kLine, std::move(x), std::move(y), {}, colour, std::move(label), stroke});
+  series_.push_back({Kind::kLine, std::move(x), std::move(y), {}, {}, colour, std::move(label), stroke});
 }
 
 void Plot::points(std::vector<double> x, std::vector<double> y, int colour, std::string label) {
-  series_.push_back({Kind::kPoints, std::move(x), std::move(y), {}, colour, std::move(label)});
+  series_.push_back({Kind::kPoints, std::move(x), std::move(y), {}, {}, colour, std::move(label)});
+}
+
+void Plot::bars(std::vector<double> x, std::vector<double> y, std::vector<double> low, std::vector<double> high,
+                int colour, std::string label, Along along) {
+  series_.push_back({along == Along::kX ? Kind::kBarsAlongX : Kind::kBarsAlongY, std::move(x), std::move(y),
+                     std::move(low), std::move(high), colour, std::move(label)});
 }
 
 void Plot::band(std::vector<double> x, std::vector<double> low, std::vector<double> high, int colour,
                 std::string label) {
-  series_.push_back({Kind::kBand, std::move(x), std::move(high), std::move(low), colour, std::move(label)});
+  series_.push_back({Kind::kBand, std::move(x), {}, std::move(low), std::move(high), colour, std::move(label)});
 }
 
 void Plot::shade(double from, double to, int colour, std::string label) {
-  series_.push_back({Kind::kShade, {from, to}, {}, {}, colour, std::move(label)});
+  series_.push_back({Kind::kShade, {from, to}, {}, {}, {}, colour, std::move(label)});
 }
 
 void Plot::mark(double x, double y, int colour, std::string name) { marks_.push_back({x, y, colour, std::move(name)}); }
@@ -160,10 +166,11 @@ void Plot::size(int width, int height) {
 Plot::Frame Plot::frame() const {
   Frame f{{.log = x_.log}, {.log = y_.log}, kLeft, kTop, width_ - kRight, height_ - kBottom};
   if (const auto places = legend_places(); !places.empty()) f.bottom -= places.back()[1] + kLegendRow;
+  for (const std::string& name : y_.names) f.left = std::max(f.left, 40 + width_of(name));
   for (const Series& s : series_) {
     f.x.cover(s.x);
     f.y.cover(s.y);
-    f.y.cover(s.y_low);
+    for (const auto* ends : {&s.low, &s.high}) (s.kind == Kind::kBarsAlongX ? f.x : f.y).cover(*ends);
   }
   for (const Mark& m : marks_) {
     f.x.cover(m.x);
@@ -171,6 +178,9 @@ Plot::Frame Plot::frame() const {
   }
   f.x.settle();
   f.y.settle();
+  // Names stand in the middle of their share; those of y go downwards.
+  if (!x_.names.empty()) f.x.low = -0.5, f.x.high = static_cast<double>(x_.names.size()) - 0.5;
+  if (!y_.names.empty()) f.y.high = -0.5, f.y.low = static_cast<double>(y_.names.size()) - 0.5;
   if (x_limit_) f.x.low = f.x.place((*x_limit_)[0]), f.x.high = f.x.place((*x_limit_)[1]);
   if (y_limit_) f.y.low = f.y.place((*y_limit_)[0]), f.y.high = f.y.place((*y_limit_)[1]);
   if (equal_scale_) {
@@ -184,61 +194,88 @@ Plot::Frame Plot::frame() const {
 std::string Plot::axes(const Frame& f) const {
   const auto ticks_of = [](const Axis& axis, const Range& range, double wanted) {
     if (!axis.ticks.empty()) return axis.ticks;
+    if (!axis.names.empty()) {
+      std::vector<double> ticks(axis.names.size());
+      std::iota(ticks.begin(), ticks.end(), 0.0);
+      return ticks;
+    }
     return axis.log ? log_ticks(std::pow(10, range.low), std::pow(10, range.high))
                     : nice_ticks(range.low, range.high, std::max(1, static_cast<int>(wanted)));
   };
-  const auto text_of = [](const Axis& axis, const std::vector<double>& ticks, double t) {
-    return axis.log ? log_tick_text(t) : tick_text(t, ticks.size() > 1 ? ticks[1] - ticks[0] : 1.0);
+  const auto text_of = [](const Axis& axis, const std::vector<double>& ticks, std::size_t i) {
+    if (!axis.names.empty()) return escape_markup(axis.names[i]);
+    return axis.log ? log_tick_text(ticks[i]) : tick_text(ticks[i], ticks.size() > 1 ? ticks[1] - ticks[0] : 1.0);
   };
+  // Between names, and at numbers.
+  const auto grid_at = [](const Axis& axis, double tick) { return axis.names.empty() ? tick : tick - 0.5; };
   const auto x_ticks = ticks_of(x_, f.x, (f.right - f.left) / 90), y_ticks = ticks_of(y_, f.y, (f.bottom - f.top) / 55);
   std::string out;
-  for (const double t : x_ticks) {
-    out += fmt::format("<path class=\"grid\" d=\"M{0:.1f} {1:.1f}V{2:.1f}\"/>", f.px(t), f.top, f.bottom);
-    out += fmt::format("<text class=\"tick\" x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n", f.px(t),
-                       f.bottom + 17, text_of(x_, x_ticks, t));
+  for (std::size_t i = 0; i < x_ticks.size(); ++i) {
+    out += fmt::format("<path class=\"grid\" d=\"M{0:.1f} {1:.1f}V{2:.1f}\"/>", f.px(grid_at(x_, x_ticks[i])), f.top,
+                       f.bottom);
+    out += fmt::format("<text class=\"tick\" x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n",
+                       f.px(x_ticks[i]), f.bottom + 17, text_of(x_, x_ticks, i));
   }
-  for (const double t : y_ticks) {
-    out += fmt::format("<path class=\"grid\" d=\"M{0:.1f} {1:.1f}H{2:.1f}\"/>", f.left, f.py(t), f.right);
+  for (std::size_t i = 0; i < y_ticks.size(); ++i) {
+    out += fmt::format("<path class=\"grid\" d=\"M{0:.1f} {1:.1f}H{2:.1f}\"/>", f.left, f.py(grid_at(y_, y_ticks[i])),
+                       f.right);
     out += fmt::format("<text class=\"tick\" x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>\n", f.left - 7,
-                       f.py(t) + 4, text_of(y_, y_ticks, t));
+                       f.py(y_ticks[i]) + 4, text_of(y_, y_ticks, i));
   }
   const double x_middle = (f.left + f.right) / 2, y_middle = (f.top + f.bottom) / 2;
   out += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n", x_middle, f.bottom + 38,
                      escape_markup(x_.label));
   out += fmt::format("<text transform=\"translate(16 {:.1f}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
                      y_middle, escape_markup(y_.label));
-  out += fmt::format("<text class=\"title\" x=\"{:.1f}\" y=\"24\">{}</text>\n", f.left, escape_markup(title_));
+  out += fmt::format("<text class=\"title\" x=\"{:.1f}\" y=\"24\">{}</text>\n", kLeft, escape_markup(title_));
   return out;
 }
 
 std::string Plot::draw(const Series& s, const Frame& f) {
-  const int colour = palette(s.colour);
-  const auto finite = [&](std::size_t i) {
-    return f.x.drawable(s.x[i]) && f.y.drawable(s.y[i]) && (s.y_low.empty() || f.y.drawable(s.y_low[i]));
+  const int colour = svg::palette(s.colour);
+  const auto finite = [&](std::size_t i, const std::vector<double>& y) {
+    return f.x.drawable(s.x[i]) && f.y.drawable(y[i]);
+  };
+  const auto dots = [&](double size, double opacity) {
+    std::string path;
+    for (std::size_t i = 0; i < s.x.size(); ++i) {
+      if (finite(i, s.y)) path += fmt::format("M{:.1f} {:.1f}h0", f.px(s.x[i]), f.py(s.y[i]));
+    }
+    return fmt::format(
+        "<path stroke=\"var(--c{})\" stroke-width=\"{}\" stroke-linecap=\"round\" opacity=\"{}\" d=\"{}\"/>\n", colour,
+        size, opacity, path);
   };
   std::string path;
   switch (s.kind) {
     case Kind::kLine: {
       bool pen_down = false;
       for (std::size_t i = 0; i < s.x.size(); ++i) {
-        if (finite(i)) path += fmt::format("{}{:.1f} {:.1f}", pen_down ? 'L' : 'M', f.px(s.x[i]), f.py(s.y[i]));
-        pen_down = finite(i);
+        const bool drawn = finite(i, s.y);
+        if (drawn) path += fmt::format("{}{:.1f} {:.1f}", pen_down ? 'L' : 'M', f.px(s.x[i]), f.py(s.y[i]));
+        pen_down = drawn;
       }
       return fmt::format("<path class=\"line\" stroke=\"var(--c{})\"{} d=\"{}\"/>\n", colour, dashes(s.stroke), path);
     }
     case Kind::kPoints:
+      return dots(4, .6);
+    case Kind::kBarsAlongX:
+    case Kind::kBarsAlongY: {
+      const bool along_x = s.kind == Kind::kBarsAlongX;
+      const Range& range = along_x ? f.x : f.y;
       for (std::size_t i = 0; i < s.x.size(); ++i) {
-        if (finite(i)) path += fmt::format("M{:.1f} {:.1f}h0", f.px(s.x[i]), f.py(s.y[i]));
+        if (!finite(i, s.y) || !range.drawable(s.low[i]) || !range.drawable(s.high[i])) continue;
+        path += along_x ? whisker(f.py(s.y[i]), f.px(s.low[i]), f.px(s.high[i]), true)
+                        : whisker(f.px(s.x[i]), f.py(s.low[i]), f.py(s.high[i]), false);
       }
-      return fmt::format(
-          "<path stroke=\"var(--c{})\" stroke-width=\"4\" stroke-linecap=\"round\" opacity=\".6\" d=\"{}\"/>\n", colour,
-          path);
+      return fmt::format("<path class=\"line\" stroke=\"var(--c{})\" d=\"{}\"/>", colour, path) + dots(7, 1);
+    }
     case Kind::kBand: {
+      const auto drawn = [&](std::size_t i) { return finite(i, s.low) && finite(i, s.high); };
       for (std::size_t i = 0; i < s.x.size(); ++i) {
-        if (finite(i)) path += fmt::format("{}{:.1f} {:.1f}", path.empty() ? 'M' : 'L', f.px(s.x[i]), f.py(s.y[i]));
+        if (drawn(i)) path += fmt::format("{}{:.1f} {:.1f}", path.empty() ? 'M' : 'L', f.px(s.x[i]), f.py(s.high[i]));
       }
       for (std::size_t i = s.x.size(); i-- > 0;) {
-        if (finite(i)) path += fmt::format("L{:.1f} {:.1f}", f.px(s.x[i]), f.py(s.y_low[i]));
+        if (drawn(i)) path += fmt::format("L{:.1f} {:.1f}", f.px(s.x[i]), f.py(s.low[i]));
       }
       return fmt::format("<path fill=\"var(--c{})\" opacity=\".2\" d=\"{}\"/>\n", colour, path);
     }
@@ -251,11 +288,11 @@ std::string Plot::draw(const Series& s, const Frame& f) {
 
 std::string Plot::draw(const Mark& m, bool below, const Frame& f) {
   const double x = f.px(m.x), y = f.py(m.y);
-  const bool flip = x + 12 + kLetter * static_cast<double>(m.name.size()) > f.right;
+  const bool flip = x + 12 + width_of(m.name) > f.right;
   return fmt::format(
       "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"5.5\" fill=\"var(--c{})\" stroke=\"var(--ink)\"/>"
       "<text class=\"name\" x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\">{}</text>\n",
-      x, y, palette(m.colour), flip ? x - 10 : x + 10, below ? y + 18 : y - 8, flip ? "end" : "start",
+      x, y, svg::palette(m.colour), flip ? x - 10 : x + 10, below ? y + 18 : y - 8, flip ? "end" : "start",
       escape_markup(m.name));
 }
 
@@ -265,7 +302,7 @@ std::vector<std::array<double, 2>> Plot::legend_places() const {
   double x = kLeft, y = 0;
   for (const Series& s : series_) {
     if (s.label.empty()) continue;
-    const double width = 28 + kLetter * static_cast<double>(s.label.size());
+    const double width = 28 + width_of(s.label);
     if (x > kLeft && x + width > width_) x = kLeft, y += kLegendRow;
     places.push_back({x, y});
     x += width + 20;
@@ -281,9 +318,9 @@ std::string Plot::legend() const {
     if (s.label.empty()) continue;
     const double x = (*place)[0], y = height_ - 12 - places.back()[1] + (*place)[1];
     ++place;
-    const int colour = palette(s.colour);
+    const int colour = svg::palette(s.colour);
     const bool area = s.kind == Kind::kBand || s.kind == Kind::kShade;
-    if (s.kind == Kind::kPoints) {
+    if (s.kind == Kind::kPoints || s.kind == Kind::kBarsAlongX || s.kind == Kind::kBarsAlongY) {
       out += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3.5\" fill=\"var(--c{})\"/>", x + 11, y - 4, colour);
     } else {
       out += fmt::format("<path stroke=\"var(--c{})\" stroke-width=\"{}\" d=\"M{:.1f} {:.1f}h22\"{}{}/>", colour,
@@ -296,10 +333,7 @@ std::string Plot::legend() const {
 
 std::string Plot::render() const {
   const Frame f = frame();
-  std::string out = fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"plot\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\" "
-      "role=\"img\" aria-label=\"{2}\">\n<style>{3}</style>\n",
-      width_, height_, escape_markup(description_.empty() ? title_ : description_), kStyle);
+  std::string out = svg::open(width_, height_, description_.empty() ? title_ : description_);
   out += axes(f);
   if (x_limit_ || y_limit_) {  // an <svg> inside cuts off what lies beyond it
     out += fmt::format(R"(<svg x="{0}" y="{1}" width="{2}" height="{3}" viewBox="{0} {1} {2} {3}">)", f.left, f.top,

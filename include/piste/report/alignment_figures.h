@@ -8,6 +8,7 @@
 #include "piste/core/aligned.h"
 #include "piste/core/log.h"
 #include "piste/core/sensor.h"
+#include "piste/report/figure.h"
 
 namespace piste {
 
@@ -20,11 +21,6 @@ struct AlignmentPicture {
   const std::vector<ImuSample>* reference = nullptr;
   double low_pass = 0;  ///< [Hz] that both signals went through; 0 = none
   ImuSensor sensor;     ///< of the body IMU
-};
-
-/// One picture: the stem of its file name, the `<svg>` element that stands alone, and what it shows, in a sentence.
-struct Figure {
-  std::string name, svg, caption;
 };
 
 /// Norms of the rates on their own clocks, before and after: whole, and some seconds of the liveliest motion.

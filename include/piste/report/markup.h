@@ -10,4 +10,7 @@ namespace piste {
 /// characters that XML forbids become U+FFFD.
 std::string escape_markup(std::string_view text);
 
+/// `value` as print has it: "−0.250" with a real minus sign, and never "−0".
+std::string decimal(double value, int decimals);
+
 }  // namespace piste

@@ -12,7 +12,8 @@ namespace piste {
 /// @pre low < high, wanted ≥ 1.
 std::vector<double> nice_ticks(double low, double high, int wanted);
 
-/// Ascending 1, 2 and 5 times powers of ten inside [low, high], the powers alone where they are three or more.
+/// Ascending 1, 2 and 5 times powers of ten inside [low, high], the powers alone where they are three or more, and
+/// nice_ticks where all of them are fewer.
 /// @pre 0 < low < high.
 std::vector<double> log_ticks(double low, double high);
 
@@ -24,6 +25,8 @@ class Plot {
     std::string label;               ///< with its unit: "east [m]"
     std::vector<double> ticks = {};  ///< empty = nice ones
     bool log = false;                ///< logarithmic: what is not above 0 is as if it were not finite
+    /// Instead of numbers, what stands at 0, 1, 2, …, from the left or from the top.
+    std::vector<std::string> names = {};
   };
 
   /// `title` is shown above the picture; `description`, read aloud by screen readers, may say more.
@@ -35,6 +38,10 @@ class Plot {
   void line(std::vector<double> x, std::vector<double> y, int colour, std::string label,
             Stroke stroke = Stroke::kSolid);
   void points(std::vector<double> x, std::vector<double> y, int colour, std::string label);
+  enum class Along { kX, kY };
+  /// Points, each with a whisker from `low` to `high`. One whose ends are not finite is left out; its point stays.
+  void bars(std::vector<double> x, std::vector<double> y, std::vector<double> low, std::vector<double> high, int colour,
+            std::string label, Along along = Along::kY);
   /// The area between `low` and `high`.
   void band(std::vector<double> x, std::vector<double> low, std::vector<double> high, int colour, std::string label);
   /// A stretch of x, over the whole height.
@@ -54,10 +61,10 @@ class Plot {
   std::string render() const;
 
  private:
-  enum class Kind { kLine, kPoints, kBand, kShade };
+  enum class Kind { kLine, kPoints, kBarsAlongX, kBarsAlongY, kBand, kShade };
   struct Series {
     Kind kind;
-    std::vector<double> x, y, y_low;
+    std::vector<double> x, y, low, high;
     int colour;
     std::string label;
     Stroke stroke = Stroke::kSolid;

@@ -1,0 +1,34 @@
+#pragma once
+/// What a study looks like: the article's figures under their numbers, and those that the article lacks.
+///
+/// Biases and scales are in the article's sign, that of a correction to add: true = (1 + scale') measured + bias'.
+/// Bars are 95 % intervals of the mean over the runs, and captions say of how many. What a study does not have has no
+/// figure.
+
+#include <vector>
+
+#include "piste/analyse/study.h"
+#include "piste/report/figure.h"
+
+namespace piste {
+
+/// Figure 7: the whole signal of one IMU beside the reference, with the three phases. Figures 9 and 10: the difference
+/// at rest before and after.
+std::vector<Figure> study_signals(const Study& study);
+/// Figures 8 (at rest), 13 and 14 (in the run) of the biases, 15 of the scales; sensors side by side.
+std::vector<Figure> study_estimates(const Study& study);
+/// Figures 16 and 17: biases from the comparison of the signals beside those of the filter.
+std::vector<Figure> study_comparisons(const Study& study);
+/// Table 5 as colours: correlation of bias and scale.
+std::vector<Figure> study_correlations(const Study& study);
+/// Every method's estimates less what was put in. Empty unless the campaign is simulated.
+std::vector<Figure> study_truth(const Study& study);
+/// Scales over a delay of the reference, with the means of the article's Table 4.
+std::vector<Figure> study_timing(const Study& study);
+/// Scores of the methods with their intervals, and the four errors that make them.
+std::vector<Figure> study_ranking(const Study& study);
+
+/// All of them, in that order.
+std::vector<Figure> study_figures(const Study& study);
+
+}  // namespace piste

@@ -1,0 +1,13 @@
+#pragma once
+/// What the article's printed numbers imply, beside what those of a campaign do.
+
+#include <string>
+
+#include "piste/analyse/study.h"
+
+namespace piste {
+
+/// The body of a section: markup.
+std::string article_section(const Study& study);
+
+}  // namespace piste

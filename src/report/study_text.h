@@ -1,0 +1,61 @@
+#pragma once
+/// Words and numbers that the figures and the page of a study share.
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "piste/analyse/study_tables.h"
+
+namespace piste::study_text {
+
+/// Accelerometers or gyroscopes.
+struct Triad {
+  std::string_view stem, name, unit;
+  int first;  ///< axis
+
+  bool has(int axis) const { return axis >= first && axis < first + 3; }
+};
+inline constexpr std::array<Triad, 2> kTriads{
+    {{"accel", "accelerometers", "m/s²", 0}, {"gyro", "gyroscopes", "°/s", 3}}};
+constexpr const Triad& triad_of(int axis) { return kTriads[axis < 3 ? 0 : 1]; }
+
+/// Of the mean, 95 %: what is added on either side.
+double half_width(const Across& across);
+
+/// What stands where there is no number.
+inline constexpr std::string_view kNone = "–";
+
+/// "1 run", "3 runs".
+std::string counted(std::size_t count, std::string_view what);
+
+/// "3 runs", "2 to 4 runs": over how many the rows are means.
+std::string runs_of(const std::vector<AcrossRow>& rows);
+
+/// The rows of a triad.
+std::vector<AcrossRow> of(const Triad& triad, std::vector<AcrossRow> rows);
+
+/// kNone where it is not a number.
+std::string number(double value, int decimals);
+
+/// As many digits as are worth printing of a sigma, or more; likewise.
+std::string digits(double size, int count = 2);
+
+/// "0.034", "< 0.001".
+std::string probability(double p);
+
+/// "93 %" of 0.934.
+std::string percent(double share);
+
+/// Mean over the sensors of the article's Table 4.
+double article_scale(int axis);
+
+/// "below 12 Hz": of both signals.
+std::string band_of(const Study& study);
+
+/// The rows of a ranking, best first.
+std::vector<RankingRow> by_score(const Ranking& ranking);
+
+}  // namespace piste::study_text
