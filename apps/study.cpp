@@ -1,13 +1,15 @@
 /// study CAMPAIGN: all IMUs, all runs: the errors of each by every method, and which of them navigates best.
 
+#include "piste/experiment/study.h"
+
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <thread>
 
 #include "app.h"
 #include "piste/analyse/study_files.h"
 #include "piste/core/error.h"
-#include "piste/experiment/study.h"
 #include "piste/io/output.h"
 #include "piste/report/study_figures.h"
 #include "piste/report/study_page.h"
@@ -31,7 +33,7 @@ void run(const AppArguments& arguments, Progress& progress) {
                                [](const SensorRun& result) { return result.failure.empty(); });
   if (!any) throw DataError(arguments.input, "no IMU of any run could be studied; " + missing(study).front());
 
-  for (const NamedText& file : study_csv(study)) output.write(file.name, file.text);
+  for (const StudyFile& file : study_csv(study)) output.write(file.name, file.content);
   output.write("summary.json", study_json(study));
   for (const Figure& figure : study_figures(study)) {
     output.write(fmt::format("figures/{}.svg", figure.name), figure.svg);
@@ -50,7 +52,8 @@ int main(int argc, char** argv) {
   const piste::AppDescription description{
       .name = "study",
       .summary =
-          "A campaign of IMUs beside a reference: biases and scales by every method, tables and figures, and the method "
+          "A campaign of IMUs beside a reference: biases and scales by every method, tables and figures, and the "
+          "method "
           "whose errors lead to the best navigation.",
       .input = "CAMPAIGN",
       .input_help = "campaign file (YAML), such as `simulate config/scenarios/campaign.yaml` writes",

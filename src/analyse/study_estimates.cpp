@@ -1,8 +1,11 @@
 #include "piste/analyse/study_estimates.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
+
+#include "piste/analyse/known_errors_of.h"
 
 namespace piste {
 namespace {
@@ -22,52 +25,6 @@ void add(std::vector<MethodEstimate>& to, Method method, const Findings& finding
     any = any || !estimate.empty();
   }
   if (any) to.push_back(std::move(out));
-}
-
-KnownTriadErrors triad_of(const MethodEstimate& estimate, int first) {
-  KnownTriadErrors out;
-  for (int i = 0; i < 3; ++i) {
-    const AxisEstimate& axis = estimate.axes[at(first + i)];
-    if (axis.bias_alone) out.bias(i) = axis.bias_alone->value;
-    if (!axis.line) continue;
-    out.bias(i) = axis.line->value(0);
-    out.gain(i, i) = axis.line->value(1);
-  }
-  return out;
-}
-
-KnownTriadErrors polynomial_of(const Findings& findings, int first) {
-  KnownTriadErrors out;
-  for (int i = 0; i < 3; ++i) {
-    const auto& run = findings.axes[at(first + i)].run;
-    if (!run || !run->polynomial) continue;
-    const Eigen::VectorXd& c = run->polynomial->coefficients.regression.value;
-    out.bias(i) = c(0);
-    out.gain(i, i) = c(1);
-    if (c.size() > 2) out.quadratic(i) = c(2);
-    if (c.size() > 3) out.cubic(i) = c(3);
-  }
-  return out;
-}
-
-KnownTriadErrors triad_of(const MatrixFit& fit) {
-  KnownTriadErrors out;
-  for (int i = 0; i < 3; ++i) {
-    out.bias(i) = fit.bias(i).value;
-    for (int j = 0; j < 3; ++j) out.gain(i, j) = fit.gain(i, j).value;
-  }
-  return out;
-}
-
-KnownErrors matrices_of(const Findings& findings) {
-  KnownErrors out;
-  if (findings.accel_matrix) out.accel = triad_of(*findings.accel_matrix);
-  if (!findings.gyro_matrix) return out;
-  out.gyro = triad_of(*findings.gyro_matrix);
-  for (int i = 0; i < 3 && findings.gyro_matrix->has_g_sensitivity(); ++i) {
-    for (int j = 0; j < 3; ++j) out.g_sensitivity(i, j) = findings.gyro_matrix->g_sensitivity(i, j).value;
-  }
-  return out;
 }
 
 Matrix3d gain_of(const ImuTruth::Triad& truth) {
@@ -180,11 +137,22 @@ std::vector<MethodEstimate> signal_estimates(const Findings& findings) {
 }
 
 KnownErrors known_errors(const MethodEstimate& estimate, const std::optional<Findings>& findings) {
+  if (estimate.method == Method::kMisalignment)
+    return errors_of_matrices(findings->accel_matrix, findings->gyro_matrix);
   if (estimate.method == Method::kPolynomial) {
-    return {.gyro = polynomial_of(*findings, 3), .accel = polynomial_of(*findings, 0)};
+    std::array<std::optional<PolynomialFit>, kSignals> polynomials;
+    for (std::size_t axis = 0; axis < polynomials.size(); ++axis) {
+      if (const auto& run = findings->axes[axis].run) polynomials[axis] = run->polynomial;
+    }
+    return errors_of_polynomials(polynomials);
   }
-  if (estimate.method == Method::kMisalignment) return matrices_of(*findings);
-  return {.gyro = triad_of(estimate, 3), .accel = triad_of(estimate, 0)};
+  std::array<std::optional<BiasScale>, kSignals> lines;
+  for (std::size_t axis = 0; axis < lines.size(); ++axis) {
+    const AxisEstimate& found = estimate.axes[axis];
+    lines[axis] = found.line;
+    if (found.bias_alone) lines[axis] = BiasScale{.value = {found.bias_alone->value, 0}};
+  }
+  return errors_of_lines(lines);
 }
 
 KnownErrors known_errors(const ImuTruth& truth) {

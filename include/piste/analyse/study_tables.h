@@ -52,14 +52,16 @@ struct BeforeAfterRow {
 };
 std::vector<BeforeAfterRow> before_after(const Study& study);
 
-/// Table 5 (kJoint): formal correlation of bias' and scale', mean magnitude over the runs with the sign of the mean;
-/// the lowest and the highest of a run; and the inflation 1 / (1 − correlation²) of either variance.
+/// Table 5: formal correlation of bias' and scale', mean magnitude over the runs with the sign of the mean; the lowest
+/// and the highest of a run; and the inflation 1 / (1 − correlation²) of either variance. The correlation is −mean / rms
+/// of the signal that is regressed on: by kJointReverse the reference's, and so a matter of the motion alone; by kJoint,
+/// as in the article, the IMU's with its bias.
 struct CorrelationRow {
   std::size_t sensor = 0;
   int axis = 0;
   double correlation = 0, lowest = 0, highest = 0, inflation = 1;
 };
-std::vector<CorrelationRow> correlations(const Study& study, Method method = Method::kJoint);
+std::vector<CorrelationRow> correlations(const Study& study, Method method = Method::kJointReverse);
 
 /// One estimate against another, or against what was put in as a could see it (Method::kTruth): a − b, over the runs
 /// that have both. Sigmas within a run are as if both were independent.
