@@ -75,9 +75,8 @@ std::string polynomial_json(const PolynomialFit& fit, double bias_factor, double
 using TermOf = Term (MatrixFit::*)(int, int) const;
 
 std::string row_json(const MatrixFit& fit, TermOf term, int axis, double factor) {
-  std::vector<std::string> terms;
-  for (int of = 0; of < 3; ++of) terms.push_back(term_json((fit.*term)(axis, of), factor));
-  return json::array(terms);
+  const auto on = [&](int of) { return term_json((fit.*term)(axis, of), factor); };
+  return json::array({on(0), on(1), on(2)});
 }
 
 std::string matrix_json(const std::optional<MatrixFit>& fit, Block bias_block, Block scale_block) {

@@ -46,7 +46,7 @@ Rows usable_rows(const AlignedImus& imus, const Interval& phase, std::string_vie
 // A row of three for each of the rows.
 Eigen::MatrixX3d part(const std::vector<Vector3d>& signal, const Rows& rows) {
   Eigen::MatrixX3d out(rows.size(), 3);
-  for (std::size_t i = 0; i < rows.size(); ++i) out.row(static_cast<Eigen::Index>(i)) = signal[rows[i]];
+  for (std::size_t i = 0; i < rows.size(); ++i) out.row(static_cast<Eigen::Index>(i)) = signal[rows[i]].transpose();
   return out;
 }
 
@@ -184,16 +184,17 @@ MatrixFit fit_matrix(const AlignedImus& imus, const ReferenceErrors& errors, boo
   Eigen::MatrixXd X(n, g_sensitivity ? 7 : 4);
   X.leftCols(4) << Eigen::VectorXd::Ones(n), reference;
   if (g_sensitivity) X.rightCols(3) = part(imus.reference_accel, rows);
-  Eigen::MatrixXd D(n, 3 * ReferenceErrors::kSize);
+  constexpr Eigen::Index size = ReferenceErrors::kSize;
+  Eigen::MatrixXd D(n, 3 * size);
   const int first = force ? 0 : 3;
   for (int k = 0; k < 3; ++k) {
-    D.middleCols<ReferenceErrors::kSize>(k * ReferenceErrors::kSize) = errors_of(errors, first + k, rows);
+    D.middleCols<size>(k * size) = errors_of(errors, first + k, rows);
   }
   const auto fits = regress_each(X, part(force ? imus.accel : imus.gyro, rows) - reference);
   const Eigen::MatrixXd G = effect(X, D);
   MatrixFit out;
   for (int k = 0; k < 3; ++k) {
-    const Eigen::MatrixXd G_k = G.middleCols<ReferenceErrors::kSize>(k * ReferenceErrors::kSize);
+    const Eigen::MatrixXd G_k = G.middleCols<size>(k * size);
     const auto i = static_cast<std::size_t>(k);
     out.axes[i] = {fits[i], G_k * errors.covariance(first + k) * G_k.transpose()};
   }
