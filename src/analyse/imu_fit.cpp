@@ -201,12 +201,13 @@ MatrixFit fit_matrix(const AlignedImus& imus, const ReferenceErrors& errors, boo
   return out;
 }
 
-// What a rest shows is as sure in the run as the in-run drift allows from the middle of the one to that of the other.
+// What a rest shows is as sure in the run as the in-run drift allows from the mean of the one to that of the other.
 void let_drift(Term& excess, const FitOptions& options, bool force, const Interval& run, const Interval& rest) {
   if (!options.sensor) return;
-  const double lapse = std::abs(run.start + run.end - rest.start - rest.end) / 2;
+  const double gap = std::max({0.0, run.start - rest.end, rest.start - run.end});
   const DriftProcess& drift = force ? options.sensor->accel.drift : options.sensor->gyro.drift;
-  excess.standard_error = std::hypot(excess.standard_error, change_sigma(drift, lapse));
+  excess.standard_error =
+      std::hypot(excess.standard_error, change_sigma(drift, rest.end - rest.start, gap, run.end - run.start));
 }
 
 RunFit fit_run(const Signals& s, const std::optional<Point>& rest, double ratio) {

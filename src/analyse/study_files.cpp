@@ -189,12 +189,19 @@ const RankingRow* second(const Ranking& ranking) {
   return out;
 }
 
-std::string in_percent(double ratio) { return fmt::format("{:.1f} %", 100 * std::abs(ratio - 1)); }
+// How much better or worse a score is, as a ratio of the smaller to the larger or the other way round.
+std::string by_how_much(double ratio) {
+  constexpr double kTwice = 2;
+  const bool worse = ratio > 1;
+  const double factor = worse ? ratio : 1 / ratio;
+  if (factor >= kTwice) return fmt::format("{:.1f} times {}", factor, worse ? "worse" : "better");
+  return fmt::format("{:.1f} % {}", 100 * std::abs(ratio - 1), worse ? "worse" : "better");
+}
 
 std::string lead(const Ranking& ranking) {
   std::string out = "winner";
   if (const RankingRow* next = second(ranking)) {
-    out += fmt::format(": {} better than {}", in_percent(1 / next->versus_winner), info(next->method).name);
+    out += fmt::format(": {} than {}", by_how_much(1 / next->versus_winner), info(next->method).name);
   }
   if (std::isfinite(ranking.confidence)) {
     out += fmt::format("; wins {:.0f} % of the resamplings of the runs", 100 * ranking.confidence);
@@ -204,8 +211,7 @@ std::string lead(const Ranking& ranking) {
 
 std::string standing(const RankingRow& row) {
   std::string out = row.versus_winner == 1 ? "as good as the winner"
-                                           : fmt::format("{} {} than the winner", in_percent(row.versus_winner),
-                                                         row.versus_winner < 1 ? "better" : "worse");
+                                           : fmt::format("{} than the winner", by_how_much(row.versus_winner));
   if (std::isnan(row.p_holm)) return out;
   return out + fmt::format(" ({}{})", row.p_holm < kSignificance ? "" : "not significantly; ", p_text(row.p_holm));
 }

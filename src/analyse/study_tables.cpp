@@ -345,11 +345,11 @@ void add_failures(const Study& study, std::vector<std::string>& out) {
 
 void add_silence(const Study& study, std::vector<std::string>& out) {
   for (const MethodInfo& m : kMethods) {
-    if (m.estimates.empty() || (m.method == Method::kTruth && !study.simulated)) continue;
+    if (m.estimates.empty() || m.method == Method::kTruth) continue;
     if (!answers(study, m.method)) {
-      out.push_back(fmt::format("`{}` has no answer in any run.", m.name));
+      out.push_back(fmt::format("No run has an answer by {}.", m.name));
     } else if (const auto where = silent(study, m.method); !where.empty()) {
-      out.push_back(fmt::format("`{}` has no answer for {}.", m.name, fmt::join(where, ", ")));
+      out.push_back(fmt::format("There is no answer by {} for {}.", m.name, fmt::join(where, ", ")));
     }
   }
 }
@@ -372,7 +372,7 @@ void add_unranked(const Study& study, std::vector<std::string>& out) {
       if (!log_score(*r, m.method)) without.push_back(name_of(study, *r));
     }
     if (without.empty() || without.size() == at.size()) continue;
-    out.push_back(fmt::format("`{}` is not ranked: it has no score for {}.", m.name, fmt::join(without, ", ")));
+    out.push_back(fmt::format("{} is not ranked: it has no score for {}.", m.name, fmt::join(without, ", ")));
   }
   for (const StudyRun& r : study.runs) {
     if (r.failure.empty() && r.outages == 0) {
@@ -431,7 +431,7 @@ std::vector<CorrelationRow> correlations(const Study& study, Method method) {
         for (const SensorRun* r : runs) {
           const AxisEstimate* estimate = r->estimate(method, axis);
           if (!estimate || !estimate->line) continue;
-          found.push_back(correction(*estimate->line).correlation());
+          found.push_back(estimate->line->correlation());
           magnitude.push_back(std::abs(found.back()));
         }
         if (found.empty()) return std::nullopt;

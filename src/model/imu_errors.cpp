@@ -1,5 +1,6 @@
 #include "piste/model/imu_errors.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace piste {
@@ -22,14 +23,18 @@ double initial_sigma(const DriftProcess& process) {
   return process.kind == DriftProcess::Kind::kGaussMarkov ? process.sigma : 0;
 }
 
-double change_sigma(const DriftProcess& process, double lapse) {
+double change_sigma(const DriftProcess& process, double a, double gap, double b) {
   switch (process.kind) {
     case DriftProcess::Kind::kNone:
       return 0;
     case DriftProcess::Kind::kRandomWalk:
-      return process.density * std::sqrt(lapse);
-    case DriftProcess::Kind::kGaussMarkov:
-      return process.sigma * std::sqrt(-2 * std::expm1(-lapse / process.correlation_time));
+      return process.density * std::sqrt(a / 3 + gap + b / 3);
+    case DriftProcess::Kind::kGaussMarkov: {
+      const double x = a / process.correlation_time, y = b / process.correlation_time;
+      const auto variance = [](double t) { return 2 / (t * t) * (t + std::expm1(-t)); };
+      const double covariance = std::exp(-gap / process.correlation_time) * std::expm1(-x) * std::expm1(-y) / (x * y);
+      return process.sigma * std::sqrt(std::max(0.0, variance(x) + variance(y) - 2 * covariance));
+    }
   }
   return 0;
 }

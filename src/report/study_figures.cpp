@@ -453,9 +453,10 @@ std::vector<Figure> study_correlations(const Study& study) {
               .columns = {kSignalNames.begin(), kSignalNames.end()},
               .values{study.sensors.size(), std::vector<double>(kSignals, kNaN)}};
   for (const CorrelationRow& row : rows) map.values[row.sensor][at(row.axis)] = row.correlation;
-  return {{"table_5", map.render(),
-           "Formal correlation of bias and scale of the joint regression, mean magnitude over the runs: −mean / rms of "
-           "the signal. Near ±1 the motion does not tell the two apart."}};
+  return {
+      {"table_5", map.render(),
+       "Formal correlation of bias and scale in the regression of the IMU on the reference, mean magnitude over the "
+       "runs: −mean / rms of the reference's signal. Near ±1 the motion does not tell the two apart."}};
 }
 
 std::vector<Figure> study_truth(const Study& study) {

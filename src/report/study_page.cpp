@@ -238,7 +238,7 @@ std::string before_after_table(const Study& study) {
 
 std::string correlation_table(const Study& study) {
   const std::vector<CorrelationRow> rows = correlations(study);
-  const std::string caption = "Table 5. Correlation of bias' and scale' of the joint regression";
+  const std::string caption = "Table 5. Correlation of bias and scale, IMU on reference";
   if (rows.empty()) return paragraph(caption + ": no estimate.");
   std::vector<Row> lines;
   lines.reserve(rows.size());
@@ -365,8 +365,10 @@ constexpr std::string_view kWhyNotCovered =
 <li>“rest before” and “rest after” cannot tell an accelerometer's bias from scale · gravity, nor from a boresight that
 tilts gravity into another axis. They are held to the sum bias + scale · gravity; taken for the bias alone they would be wrong by far
 more than their sigma.</li>
-<li>A bias at one time is not that of the run: what drifts between rest and run is in no sigma of either.</li>
+<li>A bias at rest is held to that of its rest: what drifts from there to the run is not in its sigma, but in that of “run: scale”.</li>
 <li>Random constants do not know of drift. Their sigma shrinks as the run goes on while the bias walks away from it.</li>
+<li>Of a filter's estimates the mean over the run is held to that of the truth, with the sigma of one instant: where errors fade
+within the run, as those of gyroscopes do, the mean is better than it claims.</li>
 <li>“run: bias and scale” and its reverse lie on either side of the truth where the clocks are apart or the signals noisy; their
 sigmas hold for the line, not for that shift.</li>
 </ul>

@@ -233,8 +233,8 @@ TEST(BeforeAfter, LetsTheReferenceCancelWhereTheFindingsSaySo) {
 
 TEST(Correlations, AreMeanMagnitudesWithTheSignOfTheMean) {
   Study study = empty_study(2);
-  at(study.results[0], Method::kJoint, 2).line = line_of(0, 0, 0.9);
-  at(study.results[1], Method::kJoint, 2).line = line_of(0, 0, -0.7);
+  at(study.results[0], Method::kJointReverse, 2).line = line_of(0, 0, 0.9);
+  at(study.results[1], Method::kJointReverse, 2).line = line_of(0, 0, -0.7);
   const auto rows = correlations(study);
   ASSERT_EQ(rows.size(), 1U);
   EXPECT_EQ(rows[0].axis, 2);
@@ -337,7 +337,7 @@ TEST(Ranking, LeavesOutWhatThereIsNot) {
   EXPECT_EQ(found.winner, Method::kRest);
   EXPECT_DOUBLE_EQ(row_of(found, Method::kRest).score, 0.5);
   EXPECT_DOUBLE_EQ(row_of(found, Method::kRest).outage_drift, 64);
-  EXPECT_TRUE(test::contains(missing(study).back(), "`joint` is not ranked: it has no score for S1 in run-1."));
+  EXPECT_TRUE(test::contains(missing(study).back(), "joint is not ranked: it has no score for S1 in run-1."));
 }
 
 TEST(Ranking, PairsTheRunsAndGivesAnInterval) {
@@ -471,7 +471,7 @@ TEST(Missing, SaysWhatAndWhere) {
   EXPECT_EQ(missing(study),
             (std::vector<std::string>{
                 "ski-1 failed: no fix", "MT-9A 3 in ski-2 failed: silent", "bicycle-3 has no MT-9A 3.",
-                "`polynomial` has no answer for fz of MT-9A 2 in ski-2.", "`other_runs` has no answer in any run.",
+                "There is no answer by polynomial for fz of MT-9A 2 in ski-2.", "No run has an answer by other_runs.",
                 "MT-9A 2 in ski-2 is not in the ranking: its replay that knows nothing has no score.",
                 "ski-2 has no outage: it is scored without the drift in one."}));
 }

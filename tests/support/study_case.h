@@ -163,7 +163,7 @@ struct StudyCase {
   }
 
   static Findings found(const SensorRun& run, const Phases& phases) {
-    Findings out{phases, 12, {}};
+    Findings out{phases, 12, {}, {}, {}};
     for (int axis = 0; axis < kSignals; ++axis) {
       const auto at = static_cast<std::size_t>(axis);
       AxisFindings& a = out.axes[at];

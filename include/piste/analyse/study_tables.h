@@ -52,10 +52,9 @@ struct BeforeAfterRow {
 };
 std::vector<BeforeAfterRow> before_after(const Study& study);
 
-/// Table 5: formal correlation of bias' and scale', mean magnitude over the runs with the sign of the mean; the lowest
-/// and the highest of a run; and the inflation 1 / (1 − correlation²) of either variance. The correlation is −mean / rms
-/// of the signal that is regressed on: by kJointReverse the reference's, and so a matter of the motion alone; by kJoint,
-/// as in the article, the IMU's with its bias.
+/// Table 5: formal correlation of bias and scale, which a correction to add shares: mean magnitude over the runs with
+/// the sign of the mean; the lowest and the highest of a run; and the inflation 1 / (1 − correlation²) of either
+/// variance. By kJointReverse it is −mean / rms of the reference's signal, and so a matter of the motion alone.
 struct CorrelationRow {
   std::size_t sensor = 0;
   int axis = 0;

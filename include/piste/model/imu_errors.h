@@ -17,8 +17,10 @@ DiscreteProcess discretise(const DriftProcess& process, double dt);
 /// turn-on bias).
 double initial_sigma(const DriftProcess& process);
 
-/// 1-sigma of the change of a drift over a lapse of time: σ √(2 (1 − e^{−lapse/τ})) of a Gauss-Markov process,
-/// density √lapse of a random walk.
-double change_sigma(const DriftProcess& process, double lapse);
+/// 1-sigma of the mean of a drift over one stretch of time less its mean over another, which does not overlap it.
+/// With lengths a and b, and a gap g between them: of a Gauss-Markov process σ √(v(a) + v(b) − 2 c),
+/// v(t) = 2 (τ/t)² (t/τ − 1 + e^(−t/τ)), c = τ²/(a b) e^(−g/τ) (1 − e^(−a/τ)) (1 − e^(−b/τ)); of a random walk
+/// density √(a/3 + g + b/3).
+double change_sigma(const DriftProcess& process, double a, double gap, double b);
 
 }  // namespace piste

@@ -1,0 +1,187 @@
+// `study` as its user sees it: a campaign of two short runs, whole and broken.
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <functional>
+
+#include "support/navigation.h"
+#include "support/program.h"
+
+namespace piste::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The shipped campaign's first ski run and first lap, with short rests and two IMUs, in `in`.
+class Study : public testing::Test {
+ protected:
+  void SetUp() override {
+    const std::string shipped = PISTE_SOURCE_DIR "/config/scenarios/campaign";
+    const std::string motion = "motion: {rest_before: 30 s, run: 60 s, rest_after: 20 s, net_turn: 240 deg}";
+    folder_.write("short.yaml", fmt::format("base: {0}.yaml\nmems:\n  - {{imu: mt9a_1, name: MT-9A 1}}\n"
+                                            "  - {{imu: mt9a_2, name: MT-9A 2}}\nruns:\n"
+                                            "  - {{name: ski-1, activity: ski, scenario: {0}/ski.yaml, {1}}}\n"
+                                            "  - {{name: lap, activity: bicycle, scenario: {0}/bicycle.yaml, {1}}}\n",
+                                            shipped, motion));
+    const Said said = run_program(PISTE_SIMULATE, {"short.yaml", "--output", "in", "--quiet"}, folder_);
+    ASSERT_EQ(said.code, 0) << said.err;
+  }
+
+  Said study(std::vector<std::string> words = {}) const {
+    words.insert(words.begin(), "in/campaign.yaml");
+    words.insert(words.end(), {"--output", "out"});
+    return run_program(PISTE_STUDY, words, folder_);
+  }
+  std::string header(const std::string& file) const {
+    const std::string text = read_text(folder_ / ("out/" + file));
+    return text.substr(0, text.find('\n'));
+  }
+  /// Everything that is missing, as one text.
+  std::string missing() const {
+    std::string all;
+    const YAML::Node summary = YAML::LoadFile(folder_ / "out/summary.json");
+    for (const YAML::Node& m : summary["missing"]) all += m.as<std::string>() + "\n";
+    return all;
+  }
+  /// Rewrites every row of a csv but its header; the fields are numbers as text.
+  void edit(const std::string& name, const std::function<void(std::vector<std::string>&)>& change) const {
+    std::ifstream in(folder_ / name);
+    std::string line, out;
+    for (bool first = true; std::getline(in, line); first = false) {
+      if (!first) {
+        std::vector<std::string> fields;
+        for (std::size_t at = 0; at <= line.size();) {
+          const std::size_t comma = std::min(line.find(',', at), line.size());
+          fields.push_back(line.substr(at, comma - at));
+          at = comma + 1;
+        }
+        change(fields);
+        if (fields.empty()) continue;
+        line = fmt::format("{}", fmt::join(fields, ","));
+      }
+      out += line + "\n";
+    }
+    in.close();
+    folder_.write(name, out);
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(Study, WritesTheContract) {
+  const Said said = study();
+  ASSERT_EQ(said.code, 0) << said.err;
+  EXPECT_EQ(said.err, "");
+  EXPECT_TRUE(contains(said.out, "written to out"));
+  const std::string bias = "sensor,axis,unit,bias,std,standard_error,p_value,significant";
+  for (const char* file : {"table_1.csv", "table_6.csv", "filter_bias.csv"}) EXPECT_EQ(header(file), bias) << file;
+  EXPECT_EQ(header("table_2.csv"), "sensor,axis,unit,before,after,difference,p_value");
+  for (const char* file : {"table_3.csv", "table_4.csv"}) {
+    EXPECT_EQ(header(file), "sensor,axis,unit,value,std,standard_error,p_value,reverse_value") << file;
+  }
+  EXPECT_EQ(header("table_5.csv"), "sensor,axis,correlation");
+  EXPECT_EQ(header("table_7.csv"),
+            "method,estimates,position_rmse_m,velocity_rmse_m_s,attitude_rmse_deg,outage_drift_m,remark");
+  EXPECT_TRUE(fs::exists(folder_ / "out/study.html"));
+  for (const char* figure : {"figure_07_accel", "figure_08_gyro", "figure_09_accel", "figure_10_gyro", "figure_13",
+                             "figure_14", "figure_15_accel", "figure_16", "figure_17", "table_5", "ranking"}) {
+    EXPECT_TRUE(fs::exists(folder_ / fmt::format("out/figures/{}.svg", figure))) << figure;
+  }
+  const YAML::Node summary = YAML::LoadFile(folder_ / "out/summary.json");
+  EXPECT_TRUE(summary["simulated"].as<bool>());
+  ASSERT_EQ(summary["runs"].size(), 2U);
+  EXPECT_TRUE(contains(missing(), "other_runs")) << "two runs do not tell how a scale changes from run to run";
+
+  // What was put in, as each method could see it, lies within the stated intervals of the signals' comparisons.
+  std::ifstream estimates(folder_ / "out/estimates.csv");
+  std::string line;
+  int inside = 0, all = 0;
+  for (std::getline(estimates, line); std::getline(estimates, line);) {
+    std::vector<std::string> f;
+    for (std::size_t at = 0; at <= line.size();) {
+      const std::size_t comma = std::min(line.find(',', at), line.size());
+      f.push_back(line.substr(at, comma - at));
+      at = comma + 1;
+    }
+    ASSERT_EQ(f.size(), 12U);
+    const bool honest = f[4] == "rest" || f[4] == "joint_reverse" || f[4] == "joint_both_noisy" ||
+                        f[4] == "bias_only" || f[4] == "misalignment" || f[4] == "gauss_markov_attitude_smoothed";
+    if (!honest) continue;
+    ++all;
+    inside += std::abs(std::stod(f[6]) - std::stod(f[11])) < std::stod(f[10]) ? 1 : 0;
+  }
+  EXPECT_EQ(all, 2 * 2 * 6 * 10);
+  EXPECT_GT(inside, 0.85 * all);
+}
+
+TEST_F(Study, DoesNotDependOnTheJobs) {
+  ASSERT_EQ(study({"--jobs", "1", "--quiet"}).code, 0);
+  fs::rename(folder_.path() / "out", folder_.path() / "one");
+  const Said said = study({"--jobs", "2", "--quiet"});
+  ASSERT_EQ(said.code, 0);
+  EXPECT_EQ(said.out, "");
+  for (const auto& file : fs::recursive_directory_iterator(folder_.path() / "one")) {
+    if (!file.is_regular_file()) continue;
+    const fs::path name = fs::relative(file.path(), folder_.path() / "one");
+    EXPECT_EQ(read_text(file.path()), read_text(folder_.path() / "out" / name)) << name;
+  }
+}
+
+TEST_F(Study, GoesOnWithoutWhatIsBroken) {
+  // One file that is not there, one accelerometer that stands at its range in the run, one run without a rest, cut
+  // from the middle of the motion.
+  fs::remove(folder_.path() / "in/ski-1/mt9a_2.csv");
+  edit("in/ski-1/mt9a_1.csv", [](std::vector<std::string>& f) {
+    if (std::stod(f[0]) > 302445 && std::stod(f[0]) < 302455) f[6] = "-19.6133";
+  });
+  const auto moving = [](std::vector<std::string>& f) {
+    const double t = std::stod(f[0]);
+    if (t < 302455 || t > 302500) f.clear();
+  };
+  for (const char* file : {"ln200", "mt9a_1", "mt9a_2", "gnss_l1l2"}) edit(fmt::format("in/lap/{}.csv", file), moving);
+  const Said said = study();
+  ASSERT_EQ(said.code, 0) << said.err;
+  const std::string page = read_text(folder_ / "out/study.html");
+  EXPECT_TRUE(contains(missing(), "mt9a_2.csv")) << missing();
+  EXPECT_TRUE(contains(page, "mt9a_2.csv: cannot be read"));
+  EXPECT_TRUE(contains(page, "samples stand at the sensor&#39;s range")) << "the saturated accelerometer";
+  EXPECT_TRUE(contains(page, "there is no rest before the start"));
+  EXPECT_TRUE(contains(said.out, "mt9a_2.csv"));
+  const std::string rest = read_text(folder_ / "out/table_1.csv"), run = read_text(folder_ / "out/table_3.csv");
+  EXPECT_TRUE(contains(rest, "MT-9A 1,fx")) << "of ski-1";
+  EXPECT_FALSE(contains(rest, "MT-9A 2,fx")) << "its one run with a rest has no file";
+  EXPECT_TRUE(contains(run, "MT-9A 2,fx")) << "of lap";
+}
+
+TEST_F(Study, WithoutAReceiverSignalsAreStillCompared) {
+  fs::remove(folder_.path() / "in/ski-1/gnss_l1l2.csv");
+  fs::remove(folder_.path() / "in/lap/gnss_l1l2.csv");
+  const Said said = study();
+  ASSERT_EQ(said.code, 0) << said.err;
+  EXPECT_TRUE(contains(read_text(folder_ / "out/table_4.csv"), "MT-9A 1,fx"));
+  EXPECT_EQ(read_text(folder_ / "out/filter_bias.csv"), header("filter_bias.csv") + "\n");
+  EXPECT_TRUE(contains(read_text(folder_ / "out/study.html"), "gnss_l1l2.csv"));
+}
+
+TEST_F(Study, RefusesWhatItCannotUse) {
+  const std::string text = read_text(folder_ / "in/campaign.yaml");
+  folder_.write("in/campaign.yaml", "low_pas: 12 Hz\n" + text);
+  EXPECT_EQ(study().code, 2);
+  EXPECT_FALSE(fs::exists(folder_ / "out"));
+  folder_.write("in/campaign.yaml", text);
+  fs::remove_all(folder_.path() / "in/ski-1");
+  fs::remove_all(folder_.path() / "in/lap");
+  const Said nothing = study();
+  EXPECT_EQ(nothing.code, 1);
+  EXPECT_TRUE(contains(nothing.err, "ln200.csv")) << nothing.err;
+  EXPECT_FALSE(fs::exists(folder_ / "out"));
+}
+
+}  // namespace
+}  // namespace piste::test
