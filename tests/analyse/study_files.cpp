@@ -229,8 +229,8 @@ TEST(TableSeven, SaysWhereADifferenceIsNotSignificant) {
   study.runs.resize(1);
   std::erase_if(study.results, [](const SensorRun& r) { return r.run > 0; });
   const auto of_one = remarks(study, ranking(study));
-  EXPECT_EQ(of_one[1], "winner: 66.7 % better than joint");
-  EXPECT_EQ(of_one[2].substr(0, 31), "200.0 % worse than the winner; ");
+  EXPECT_EQ(of_one[1], "winner: 3.0 times better than joint");
+  EXPECT_EQ(of_one[2].substr(0, 31), "3.0 times worse than the winner");
 }
 
 TEST(StudyJson, TellsTheStudy) {

@@ -132,7 +132,8 @@ struct RunFit {
   BiasScale both_noisy;
   double noise_ratio = 1;  ///< variance of the IMU's noise over that of the reference's, from 1e-6 to 1e6
   /// Scale alone: the line passes through the mean point of the rest before (of that after, where there is none
-  /// before), whose error is propagated, and with it the sensor's in-run drift from there to the run. At rest an accelerometer shows bias + scale · gravity, and this line knows it.
+  /// before), whose error is propagated, and with it the sensor's in-run drift from there to the run. At rest an
+  /// accelerometer shows bias + scale · gravity, and this line knows it.
   std::optional<BothDirections> scale_only;
   std::optional<PolynomialFit> polynomial;  ///< nothing where the signal has too few different values
 };
@@ -153,7 +154,7 @@ struct FitOptions {
   const ImuSensor* reference = nullptr;  ///< whose bias and scale are; null = free of errors
   /// The body IMU: its in-run drift, and its noise density where there is no rest; null = no drift.
   const ImuSensor* sensor = nullptr;
-  bool g_sensitivity = true;             ///< the gyroscopes' matrix has one
+  bool g_sensitivity = true;  ///< the gyroscopes' matrix has one
 };
 
 struct Findings {
