@@ -143,6 +143,7 @@ SignificantCount significant_count(const PrintedTable& table, std::size_t runs) 
   std::vector<double> of_mean, of_one;
   const auto n = static_cast<double>(runs);
   for (const Printed& p : numbers(table)) {
+    if (!(p.std > 0)) continue;  // of one run
     const double size = std::abs(p.value), t = size / p.std;
     ++out.all;
     if (size > p.std) ++out.above_one_sigma;

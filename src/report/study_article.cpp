@@ -140,18 +140,8 @@ std::string correlations_of(const Source& article) {
 
 // ---- Significance ----
 
-/// Without the numbers of one run, which have no spread.
-PrintedTable with_spread(PrintedTable table) {
-  for (PrintedRow& sensor : table) {
-    for (Printed& p : sensor) {
-      if (!(p.std > 0)) p.value = std::numeric_limits<double>::quiet_NaN();
-    }
-  }
-  return table;
-}
-
 void count_row(std::vector<Row>& rows, const std::string& name, const PrintedTable& table, std::size_t runs) {
-  const SignificantCount c = significant_count(with_spread(table), runs);
+  const SignificantCount c = significant_count(table, runs);
   if (c.all == 0) return;
   rows.push_back({name, fmt::format("{}", c.all), fmt::format("{}", c.above_one_sigma),
                   fmt::format("{:.1f}", c.expected_by_chance), fmt::format("{}", c.above_two_sigma),

@@ -107,7 +107,7 @@ struct SignificantCount {
   std::size_t holm_of_mean = 0;  ///< Student's t at 5 % after Holm's correction, of a mean over the runs: std / √runs
   std::size_t holm_of_one = 0;   ///< likewise where std is taken as the error of the number itself
 };
-/// @pre at least two runs
+/// Of the numbers that have a spread: those of one run have none. @pre at least two runs
 SignificantCount significant_count(const PrintedTable& table, std::size_t runs);
 
 /// Are the numbers of a table as often below as above zero?
