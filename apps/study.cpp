@@ -22,10 +22,8 @@ void run(const AppArguments& arguments, Progress& progress) {
   OutputFolder output(arguments.output);
   StudyOptions options;
   options.jobs = static_cast<std::size_t>(arguments.integers.at("jobs"));
-  bool started = false;
   const Study study = run_study(config, options, [&](std::size_t done, std::size_t total) {
-    if (!started) progress.start("study", total, "steps");
-    started = true;
+    if (done == 0) progress.start("study", total, "steps");
     progress.update(done);
   });
   progress.clear();

@@ -7,6 +7,7 @@
 #include <mutex>
 #include <optional>
 #include <span>
+#include <string_view>
 
 #include "experiment/parallel.h"
 #include "piste/analyse/alignment_files.h"
@@ -38,19 +39,27 @@ struct RunData {
   std::optional<ReferenceSolution> solution;
 };
 
+// What a study can do without: where the data do not give it, the reason goes to the warnings.
+template <class Part>
+void unless_it_fails(std::string_view without, std::vector<std::string>& warnings, Part&& part) {
+  try {
+    part();
+  } catch (const Error& e) {
+    warnings.push_back(fmt::format("{}: {}", without, e.what()));
+  }
+}
+
 RunData read_reference(const RunConfig& config, StudyRun& run) {
   RunData data;
   const ImuRecording recording = read_imu(config.reference.source);
   data.imu = condition_imu(recording, config.reference.conditioning).imu;
-  try {
+  unless_it_fails("no reference solution, and so neither filters nor navigation", run.warnings, [&] {
     if (!config.gnss) throw DataError("", "the run names no `gnss:`");
     data.gnss = read_gnss(config.gnss->log);
     data.solution = solve_reference(config, recording, data.gnss);
     run.sigma_attitude = data.solution->sigma_attitude;
     run.sigma_position = data.solution->sigma_position;
-  } catch (const Error& e) {
-    run.warnings.push_back(fmt::format("no reference solution, and so neither filters nor navigation: {}", e.what()));
-  }
+  });
   return data;
 }
 
@@ -169,17 +178,21 @@ void study_imu(const RunConfig& config, const MountedImu& mems, const RunData& d
     }
   }
   if (data.solution && own.run) {
-    const FilterCase filter = filter_case(config, mems, recording, data, alignment, *own.run);
-    std::vector<MethodEstimate> more = filter_estimates(filter, out.warnings);
-    out.estimates.insert(out.estimates.end(), more.begin(), more.end());
-    prepared.course.emplace(filter.log, filter.options, *own.run, data.solution->track, mounting_of(alignment),
-                            options.outages);
-    run.outages = prepared.course->windows();
+    unless_it_fails("neither filters nor navigation", out.warnings, [&] {
+      const FilterCase filter = filter_case(config, mems, recording, data, alignment, *own.run);
+      std::vector<MethodEstimate> more = filter_estimates(filter, out.warnings);
+      out.estimates.insert(out.estimates.end(), more.begin(), more.end());
+      prepared.course.emplace(filter.log, filter.options, *own.run, data.solution->track, mounting_of(alignment),
+                              options.outages);
+      run.outages = prepared.course->windows();
+    });
   }
   if (config.truth) {
-    const ImuTruth truth = read_truth(*config.truth, std::filesystem::path(mems.source.log.file).stem().string());
-    for (MethodEstimate& estimate : out.estimates) hold_against(truth, estimate);
-    prepared.truth = known_errors(truth);
+    unless_it_fails("what was put in is not known", out.warnings, [&] {
+      const ImuTruth truth = read_truth(*config.truth, std::filesystem::path(mems.source.log.file).stem().string());
+      for (MethodEstimate& estimate : out.estimates) hold_against(truth, estimate);
+      prepared.truth = known_errors(truth);
+    });
   }
 }
 
@@ -259,6 +272,7 @@ Study run_study(const StudyConfig& config, const StudyOptions& options, const St
     const std::lock_guard lock(mutex);
     if (progress) progress(++done, total);
   };
+  if (progress) progress(0, total);
   std::vector<Prepared> prepared(study.results.size());
   for_each_parallel(study.runs.size(), options.jobs, [&](std::size_t i) {
     const std::size_t count = config.runs[i].mems.size();

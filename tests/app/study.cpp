@@ -185,6 +185,7 @@ TEST_F(Study, GoesOnWithoutWhatIsBroken) {
 }
 
 TEST_F(Study, WithoutAReceiverSignalsAreStillCompared) {
+  fs::remove(folder_.path() / "in/lap/truth.json");
   fs::remove(folder_.path() / "in/ski-1/gnss_l1l2.csv");
   fs::remove(folder_.path() / "in/lap/gnss_l1l2.csv");
   const Said said = study();
@@ -192,6 +193,7 @@ TEST_F(Study, WithoutAReceiverSignalsAreStillCompared) {
   EXPECT_TRUE(contains(read_text(folder_ / "out/table_4.csv"), "MT-9A 1,fx"));
   EXPECT_EQ(read_text(folder_ / "out/filter_bias.csv"), header("filter_bias.csv") + "\n");
   EXPECT_TRUE(contains(read_text(folder_ / "out/study.html"), "gnss_l1l2.csv"));
+  EXPECT_TRUE(contains(read_text(folder_ / "out/study.html"), "what was put in is not known"));
 }
 
 TEST_F(Study, RefusesWhatItCannotUse) {

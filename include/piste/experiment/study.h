@@ -25,7 +25,7 @@ struct StudyOptions {
   std::size_t jobs = 1;  ///< runs at a time; the result does not depend on it
 };
 
-/// Called with the steps done and those that there are, by one thread at a time.
+/// Called with the steps done and those that there are, from 0 on, by one thread at a time.
 using StudyProgress = std::function<void(std::size_t, std::size_t)>;
 
 /// Throws only what `progress` throws, and std::bad_alloc; what is wrong with the data stands in the study.
