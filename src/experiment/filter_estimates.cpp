@@ -4,7 +4,7 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
+#include <utility>
 
 #include "piste/core/error.h"
 #include "piste/solve/attitude_noise.h"
@@ -68,7 +68,7 @@ constexpr double kKnown = 1e6;  // degrees of freedom of a filter's sigma, which
 // Means over epochs of bias + drift and of scale, and of their covariance.
 class Mean {
  public:
-  explicit Mean(const StateLayout& layout) : layout_(layout) {}
+  explicit Mean(StateLayout layout) : layout_(std::move(layout)) {}
 
   void add(const Estimate& x, const Covariance& P) {
     for (int axis = 0; axis < kSignals; ++axis) {

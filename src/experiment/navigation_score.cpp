@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "piste/core/error.h"
 #include "piste/solve/filter.h"
@@ -32,9 +33,9 @@ std::vector<Interval> outages(const OutagePlan& plan, const Interval& run) {
   return out;
 }
 
-Course::Course(const Log& log, const FilterOptions& options, const Interval& run, const ReferenceTrack& track,
-               const BodyMounting& body, const OutagePlan& plan)
-    : options_(options), track_(track.in(log.world)), body_(body) {
+Course::Course(const Log& log, FilterOptions options, const Interval& run, const ReferenceTrack& track,
+               BodyMounting body, const OutagePlan& plan)
+    : options_(std::move(options)), track_(track.in(log.world)), body_(std::move(body)) {
   if (track.empty()) throw DataError("", "the reference solution has no epoch in the run");
   const Interval span{std::max(run.start, track.span().start), std::min(run.end, track.span().end)};
   log_.world = log.world;

@@ -166,6 +166,7 @@ void visit_grid(const Log& log, const FilterRun& run, const EpochGrid& grid, dou
     }
   }
   std::vector<std::size_t> rows;
+  rows.reserve(epochs.size());
   for (const auto& [row, epoch] : epochs) rows.push_back(row);
   smooth_rows(log, run, rows, [&](std::size_t row, const Tape::Epoch& filtered, const SmoothedState& smoothed) {
     visit(epochs.at(row), filtered, smoothed);

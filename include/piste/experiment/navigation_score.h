@@ -29,8 +29,8 @@ class Course {
  public:
   /// `log` in its own world, `options` with sensor and receivers; a reference attitude is not used. The replay has the
   /// part of the run that the track covers. Throws DataError where it covers none.
-  Course(const Log& log, const FilterOptions& options, const Interval& run, const ReferenceTrack& track,
-         const BodyMounting& body, const OutagePlan& plan = {});
+  Course(const Log& log, FilterOptions options, const Interval& run, const ReferenceTrack& track, BodyMounting body,
+         const OutagePlan& plan = {});
 
   /// Number of windows in which GNSS is withheld.
   std::size_t windows() const { return outages_.size(); }
