@@ -1,7 +1,5 @@
 #include "piste/experiment/navigation_score.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <utility>

@@ -171,14 +171,15 @@ std::optional<MotionAlignment> first_alignment(const Log& log, const FilterOptio
   return std::nullopt;
 }
 
-// What the smoother of a stretch says of its start, and of one row.
+// What the smoother of a stretch says of its start, and of the heading at the departure: in between, a heading that no
+// fix holds would wander by the gyro's drift. Twice its sigma: a quarter of the information, as the filter sees the
+// motion again.
 struct Refined {
   SmoothedState start;
   std::optional<HeadingFix> heading;
 };
 
-// The smoothed heading at the end of the rest that the motion ended. In between, a heading that no fix holds would
-// wander by the gyro's drift. Twice its sigma: a quarter of the information, as the filter sees the motion again.
+// The end of the rest that the motion ended.
 std::optional<std::size_t> row_at_departure(const Log& log, const Solution& stretch, double aligned) {
   for (const Interval& rest : log.rest) {
     if (rest.end < aligned || rest.end > aligned + kWindows[3]) continue;
