@@ -13,8 +13,9 @@
 
 namespace piste {
 
-CsvReader::CsvReader(const std::string& file, std::span<const std::string> ignore_columns)
-    : text_(file, TextReader::Separator::kComma) {
+CsvReader::CsvReader(const std::string& file, std::span<const std::string> ignore_columns,
+                     std::optional<std::string_view> content)
+    : text_(file, TextReader::Separator::kComma, content) {
   if (!text_.next())
     throw DataError(file + ":1", "the file is empty; a header line that names the columns is expected");
   for (const std::string_view name : text_.fields()) {
@@ -32,6 +33,11 @@ CsvReader::CsvReader(const std::string& file, std::span<const std::string> ignor
     }
     use_[static_cast<std::size_t>(place - names_.begin())] = Use::kIgnored;
   }
+}
+
+void CsvReader::fail(const std::string& what) const {
+  if (!in_rows_) throw DataError(text_.where(), what);
+  text_.fail(what);
 }
 
 std::optional<std::size_t> CsvReader::find(std::string_view name) {
@@ -59,10 +65,12 @@ void CsvReader::finish_header() {
 }
 
 bool CsvReader::next() {
+  in_rows_ = true;
   if (!text_.next()) return false;
   const std::size_t found = text_.fields().size();
   if (found != names_.size()) {
-    fail(fmt::format("{} fields, but the header names {} columns; is the line cut?", found, names_.size()));
+    text_.fail(fmt::format("{} fields, but the header names {} columns; is the line cut?", found, names_.size()),
+               RowFault::Kind::kFields);
   }
   for (std::size_t i = 0; i < found; ++i) {
     if (use_[i] == Use::kClaimed) values_[i] = text_.number(i);

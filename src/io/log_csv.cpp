@@ -57,8 +57,8 @@ Triad require_triad(CsvReader& csv, std::string_view prefix, const std::array<st
 
 }  // namespace
 
-ImuRecording read_imu_csv(const LogFile& log) {
-  CsvReader csv(log.file, log.ignore_columns);
+ImuRecording read_imu_csv(const LogFile& log, RowFaults* faults) {
+  CsvReader csv(log.file, log.ignore_columns, log.content);
   ImuRecording imu;
   imu.file = log.file;
   const auto time = csv.column("time_s");
@@ -78,23 +78,25 @@ ImuRecording read_imu_csv(const LogFile& log) {
 
   const bool declared_radians = gyro->unit.factor == 1;
   IncreasingTime increasing;
-  while (csv.next()) {
+  const auto row = [&] {
     const double t = increasing.next(csv[time], csv.text());
     const Vector3d rotation = gyro->read(csv);
-    if (declared_radians && !imu.increments) check_rate(rotation, csv.text());
-    if (declared_radians && imu.increments && !imu.time.empty())
-      check_rate(rotation / (t - imu.time.back()), csv.text());
+    const bool judged = declared_radians && faults == nullptr;
+    if (judged && !imu.increments) check_rate(rotation, csv.text());
+    if (judged && imu.increments && !imu.time.empty()) check_rate(rotation / (t - imu.time.back()), csv.text());
     imu.time.push_back(t);
     imu.gyro.push_back(rotation);
     imu.accel.push_back(accel->read(csv));
     if (magnetic) imu.magnetic.push_back(magnetic->read(csv));
     if (temperature) imu.temperature.push_back(csv[*temperature]);
-  }
+  };
+  for_each_row(
+      faults, [&] { return csv.next(); }, row);
   return imu;
 }
 
-GnssRecording read_gnss_csv(const LogFile& log) {
-  CsvReader csv(log.file, log.ignore_columns);
+GnssRecording read_gnss_csv(const LogFile& log, RowFaults* faults) {
+  CsvReader csv(log.file, log.ignore_columns, log.content);
   const auto time = csv.column("time_s"), latitude = csv.column("latitude_deg"),
              longitude = csv.column("longitude_deg"), height = csv.column("height_m");
   const Triad sigma = require_triad(csv, "sigma", kNed, {{"m", 1}});
@@ -105,7 +107,7 @@ GnssRecording read_gnss_csv(const LogFile& log) {
 
   GnssRecording gnss{log.file, {}};
   IncreasingTime increasing;
-  while (csv.next()) {
+  const auto row = [&] {
     GeodeticFix fix;
     fix.time = increasing.next(csv[time], csv.text());
     fix.position = geodetic_degrees(csv[latitude], csv[longitude], csv[height]);
@@ -113,12 +115,14 @@ GnssRecording read_gnss_csv(const LogFile& log) {
     if (velocity) fix.velocity = {velocity->read(csv), sigma_velocity->read(csv)};
     check_fix(fix, csv.text());
     gnss.fixes.push_back(fix);
-  }
+  };
+  for_each_row(
+      faults, [&] { return csv.next(); }, row);
   return gnss;
 }
 
-AttitudeRecording read_attitude_csv(const LogFile& log) {
-  CsvReader csv(log.file, log.ignore_columns);
+AttitudeRecording read_attitude_csv(const LogFile& log, RowFaults* faults) {
+  CsvReader csv(log.file, log.ignore_columns, log.content);
   const auto time = csv.column("time_s");
   const Triad angles = require_triad(csv, "", kEuler, {{"deg", kRadian}});
   const Triad sigma = require_triad(csv, "sigma", kEuler, {{"deg", kRadian}});
@@ -127,14 +131,16 @@ AttitudeRecording read_attitude_csv(const LogFile& log) {
   AttitudeRecording attitude{log.file, {}};
   IncreasingTime increasing;
   const Vector3d largest = Vector3d(180, 90, 360) * (kRadian * (1 + 1e-9));
-  while (csv.next()) {
+  const auto row = [&] {
     const EulerFix fix{increasing.next(csv[time], csv.text()), angles.read(csv), sigma.read(csv)};
     if ((fix.angles.cwiseAbs().array() > largest.array()).any()) {
       csv.fail("an angle is out of range; roll within 180, pitch within 90, heading within 360 deg are expected");
     }
     if (!(fix.sigma.minCoeff() > 0)) csv.fail("the sigmas of an attitude must be above zero");
     attitude.fixes.push_back(fix);
-  }
+  };
+  for_each_row(
+      faults, [&] { return csv.next(); }, row);
   return attitude;
 }
 

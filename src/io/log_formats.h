@@ -6,12 +6,12 @@
 
 namespace piste::log_formats {
 
-ImuRecording read_imu_csv(const LogFile& log);
-GnssRecording read_gnss_csv(const LogFile& log);
-AttitudeRecording read_attitude_csv(const LogFile& log);
-ImuRecording read_imu_kf_gins(const LogFile& log);
-GnssRecording read_gnss_kf_gins(const LogFile& log);
-GnssRecording read_gnss_rtklib(const LogFile& log);
+ImuRecording read_imu_csv(const LogFile& log, RowFaults* faults);
+GnssRecording read_gnss_csv(const LogFile& log, RowFaults* faults);
+AttitudeRecording read_attitude_csv(const LogFile& log, RowFaults* faults);
+ImuRecording read_imu_kf_gins(const LogFile& log, RowFaults* faults);
+GnssRecording read_gnss_kf_gins(const LogFile& log, RowFaults* faults);
+GnssRecording read_gnss_rtklib(const LogFile& log, RowFaults* faults);
 
 /// Refuses an angular rate [rad/s] that no sensor measures: degrees where radians are declared.
 void check_rate(const Vector3d& rate, const TextReader& reader);

@@ -40,43 +40,43 @@ void check_gravity(const ImuRecording& imu) {
 
 }  // namespace
 
-ImuRecording read_imu(const LogFile& log) {
+ImuRecording read_imu(const LogFile& log, RowFaults* faults) {
   ImuRecording imu;
   switch (log.format) {
     case LogFormat::kCsv:
-      imu = log_formats::read_imu_csv(log);
+      imu = log_formats::read_imu_csv(log, faults);
       break;
     case LogFormat::kKfGins:
-      imu = log_formats::read_imu_kf_gins(log);
+      imu = log_formats::read_imu_kf_gins(log, faults);
       break;
     case LogFormat::kRtklibPos:
       wrong_format(log, "an IMU", "csv or kf_gins");
   }
-  check_gravity(imu);
+  if (faults == nullptr) check_gravity(imu);
   return imu;
 }
 
-GnssRecording read_gnss(const LogFile& log) {
+GnssRecording read_gnss(const LogFile& log, RowFaults* faults) {
   GnssRecording gnss;
   switch (log.format) {
     case LogFormat::kCsv:
-      gnss = log_formats::read_gnss_csv(log);
+      gnss = log_formats::read_gnss_csv(log, faults);
       break;
     case LogFormat::kKfGins:
-      gnss = log_formats::read_gnss_kf_gins(log);
+      gnss = log_formats::read_gnss_kf_gins(log, faults);
       break;
     case LogFormat::kRtklibPos:
-      gnss = log_formats::read_gnss_rtklib(log);
+      gnss = log_formats::read_gnss_rtklib(log, faults);
       break;
   }
-  require_rows(gnss.fixes, log.file, "fix");
+  if (faults == nullptr) require_rows(gnss.fixes, log.file, "fix");
   return gnss;
 }
 
-AttitudeRecording read_attitude(const LogFile& log) {
+AttitudeRecording read_attitude(const LogFile& log, RowFaults* faults) {
   if (log.format != LogFormat::kCsv) wrong_format(log, "an attitude", "csv");
-  AttitudeRecording attitude = log_formats::read_attitude_csv(log);
-  require_rows(attitude.fixes, log.file, "attitude");
+  AttitudeRecording attitude = log_formats::read_attitude_csv(log, faults);
+  if (faults == nullptr) require_rows(attitude.fixes, log.file, "attitude");
   return attitude;
 }
 

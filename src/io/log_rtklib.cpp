@@ -107,14 +107,17 @@ double angle_of(const TextReader& reader, std::size_t& field, bool sexagesimal) 
   return sign * (degrees + minutes / 60 + seconds / 3600);
 }
 
+// Ends every reading: no row can be told without a header.
+[[noreturn]] void refuse(const TextReader& reader, const std::string& what) { throw DataError(reader.where(), what); }
+
 // The header line that names the columns; none where the line is another comment.
 std::optional<Header> header_of(const TextReader& reader) {
   const std::string_view line = reader.line();
   if (line.find("ecef(m)") != std::string_view::npos || line.find("-baseline(m)") != std::string_view::npos) {
-    reader.fail("latitude, longitude and height are expected; set out-solformat=llh in RTKLIB");
+    refuse(reader, "latitude, longitude and height are expected; set out-solformat=llh in RTKLIB");
   }
   if (line.find("height=") != std::string_view::npos && line.find("/geodetic") != std::string_view::npos) {
-    reader.fail("heights above the geoid; set out-height=ellipsoidal in RTKLIB");
+    refuse(reader, "heights above the geoid; set out-height=ellipsoidal in RTKLIB");
   }
   if (line.find("latitude(") == std::string_view::npos) return std::nullopt;
   Header header;
@@ -124,8 +127,8 @@ std::optional<Header> header_of(const TextReader& reader) {
     if (!word.empty()) words.emplace_back(word);
   }
   if (words.size() < 4 || (words[0] != "GPST" && words[0] != "UTC")) {
-    reader.fail(
-        fmt::format("time system `{}`; set out-timesys to gpst or utc in RTKLIB", words.empty() ? "" : words[0]));
+    refuse(reader,
+           fmt::format("time system `{}`; set out-timesys to gpst or utc in RTKLIB", words.empty() ? "" : words[0]));
   }
   header.utc = words[0] == "UTC";
   header.sexagesimal = words[1].find('\'') != std::string::npos;
@@ -135,21 +138,22 @@ std::optional<Header> header_of(const TextReader& reader) {
 
 }  // namespace
 
-GnssRecording read_gnss_rtklib(const LogFile& log) {
-  TextReader reader(log.file, TextReader::Separator::kSpaces);
+GnssRecording read_gnss_rtklib(const LogFile& log, RowFaults* faults) {
+  TextReader reader(log.file, TextReader::Separator::kSpaces, log.content);
   GnssRecording gnss{log.file, {}};
   std::optional<Header> header;
   std::optional<int> first_week;
   IncreasingTime increasing;
-  while (reader.next()) {
+  const auto row = [&] {
     if (reader.line().starts_with('%')) {
       if (auto found = header_of(reader)) header = std::move(found);
-      continue;
+      return;
     }
-    if (!header) reader.fail("no header line before the first fix; set out-outhead=on in RTKLIB");
+    if (!header) refuse(reader, "no header line before the first fix; set out-outhead=on in RTKLIB");
     if (reader.fields().size() != header->fields()) {
       reader.fail(fmt::format("{} fields, but the header promises {}; is the line cut?", reader.fields().size(),
-                              header->fields()));
+                              header->fields()),
+                  RowFault::Kind::kFields);
     }
     const auto value = [&](std::string_view name) {
       const auto place = header->find(name);
@@ -171,7 +175,9 @@ GnssRecording read_gnss_rtklib(const LogFile& log) {
     }
     check_fix(fix, reader);
     gnss.fixes.push_back(fix);
-  }
+  };
+  for_each_row(
+      faults, [&] { return reader.next(); }, row);
   return gnss;
 }
 

@@ -43,15 +43,19 @@ MappedFile::MappedFile(const std::string& file) {
     throw DataError(file, fmt::format("cannot be read ({}); give the path of a text file",
                                       descriptor < 0 ? std::system_category().message(reason) : "no ordinary file"));
   }
-  if (data != nullptr) text_ = {static_cast<const char*>(data), static_cast<std::size_t>(status.st_size)};
+  mapped_ = data != nullptr;
+  if (mapped_) text_ = {static_cast<const char*>(data), static_cast<std::size_t>(status.st_size)};
 }
 
 MappedFile::~MappedFile() {
-  if (!text_.empty()) ::munmap(const_cast<char*>(text_.data()), text_.size());
+  if (mapped_) ::munmap(const_cast<char*>(text_.data()), text_.size());
 }
 
-TextReader::TextReader(const std::string& file, Separator separator)
-    : file_(file), mapped_(file), separator_(separator), rest_(mapped_.text()) {
+TextReader::TextReader(const std::string& file, Separator separator, std::optional<std::string_view> content)
+    : file_(file),
+      mapped_(content ? MappedFile(*content) : MappedFile(file)),
+      separator_(separator),
+      rest_(mapped_.text()) {
   if (rest_.starts_with("\xEF\xBB\xBF")) rest_.remove_prefix(3);  // byte-order mark
 }
 
@@ -98,16 +102,20 @@ double TextReader::number(std::size_t i) const {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc{} || end != text.data() + text.size()) {
-    fail(fmt::format("field {}, `{}`, is no number", i + 1, fields_[i]));
+    fail(fmt::format("field {}, `{}`, is no number", i + 1, fields_[i]), RowFault::Kind::kText);
   }
-  if (!std::isfinite(value))
-    fail(fmt::format("field {}, `{}`, must be finite; leave out rows without a value", i + 1, fields_[i]));
+  if (!std::isfinite(value)) {
+    fail(fmt::format("field {}, `{}`, must be finite; leave out rows without a value", i + 1, fields_[i]),
+         RowFault::Kind::kNotFinite);
+  }
   return value;
 }
 
 std::string TextReader::where() const { return fmt::format("{}:{}", file_, line_number_); }
 
-void TextReader::fail(const std::string& what) const { throw DataError(where(), what); }
+void TextReader::fail(const std::string& what, RowFault::Kind kind) const {
+  throw RowError(where(), {kind, line_number_, what});
+}
 
 double IncreasingTime::next(double seconds_of_week, const TextReader& reader) {
   double time = seconds_of_week + week_;
@@ -119,7 +127,8 @@ double IncreasingTime::next(double seconds_of_week, const TextReader& reader) {
     reader.fail(
         fmt::format("time {:.6f} s does not increase, the row before is at {:.6f} s; sort the rows and keep each "
                     "time once",
-                    time, last_));
+                    time, last_),
+        time == last_ ? RowFault::Kind::kTimeRepeated : RowFault::Kind::kTimeBack);
   }
   started_ = true;
   last_ = time;

@@ -23,6 +23,9 @@ struct ImuRecording {
   std::vector<double> temperature;  ///< [°C], empty or one a row
 };
 
+/// How a receiver came by a fix; kPrecise is a carrier-phase solution of any other kind, such as PPP.
+enum class FixQuality : std::uint8_t { kUnknown, kSingle, kDifferential, kPrecise, kFloat, kFixed, kDeadReckoned };
+
 /// One fix of a receiver's antenna; velocity and sigmas in local north-east-down.
 struct GeodeticFix {
   double time = 0;
@@ -32,11 +35,13 @@ struct GeodeticFix {
     Vector3d value, sigma;
   };
   std::optional<Velocity> velocity;
+  FixQuality quality = FixQuality::kUnknown;
 };
 
 struct GnssRecording {
   std::string file;
   std::vector<GeodeticFix> fixes;
+  std::size_t without_fix = 0;  ///< epochs of the file in which the receiver says that it has none
 };
 
 /// Attitude of a reference IMU's axes in local north-east-down: (roll, pitch, heading).

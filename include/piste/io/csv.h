@@ -16,7 +16,9 @@ namespace piste {
 class CsvReader {
  public:
   /// Reads the header. Columns in `ignore_columns` are not parsed; naming one that is not there is an error.
-  CsvReader(const std::string& file, std::span<const std::string> ignore_columns = {});
+  /// With `content`, that is read and `file` only names it.
+  CsvReader(const std::string& file, std::span<const std::string> ignore_columns = {},
+            std::optional<std::string_view> content = {});
 
   /// Index of a column for `value()`, which becomes a claimed one; refused where it is missing.
   std::size_t column(std::string_view name);
@@ -30,7 +32,8 @@ class CsvReader {
   double operator[](std::size_t column) const { return values_[column]; }
 
   const TextReader& text() const { return text_; }
-  [[noreturn]] void fail(const std::string& what) const { text_.fail(what); }
+  /// Throws of this row, or of the header: a header that cannot be read ends every reading.
+  [[noreturn]] void fail(const std::string& what) const;
 
  private:
   enum class Use : char { kNone, kIgnored, kClaimed };
@@ -38,6 +41,7 @@ class CsvReader {
   std::vector<std::string> names_, asked_;
   std::vector<Use> use_;
   std::vector<double> values_;
+  bool in_rows_ = false;
 };
 
 /// One column that a CsvWriter writes: its header, and digits after the point.

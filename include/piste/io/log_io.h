@@ -15,10 +15,13 @@
 ///
 /// Times become seconds of the GPS week that the file begins in, and continue past 604800.
 
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "piste/core/log.h"
+#include "piste/io/row_fault.h"
 
 namespace piste {
 
@@ -28,16 +31,21 @@ struct LogFile {
   std::string file;
   LogFormat format = LogFormat::kCsv;
   std::vector<std::string> ignore_columns = {};  ///< of csv
+  /// The bytes, where they are in memory already; `file` then only names them.
+  std::optional<std::string_view> content = std::nullopt;
 };
+
+// With `faults` a refused row is left out and listed there, and units are not judged: for those who look a log over,
+// not for those who use it. A file that cannot be read at all throws all the same.
 
 /// IMU rows in sensor axes and sensor time. Refuses numbers that look like another unit than their label's.
 /// csv, kf_gins.
-ImuRecording read_imu(const LogFile& log);
+ImuRecording read_imu(const LogFile& log, RowFaults* faults = nullptr);
 
 /// Fixes of one receiver. csv, kf_gins, rtklib_pos.
-GnssRecording read_gnss(const LogFile& log);
+GnssRecording read_gnss(const LogFile& log, RowFaults* faults = nullptr);
 
 /// Attitudes of one reference. csv.
-AttitudeRecording read_attitude(const LogFile& log);
+AttitudeRecording read_attitude(const LogFile& log, RowFaults* faults = nullptr);
 
 }  // namespace piste

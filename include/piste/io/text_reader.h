@@ -1,18 +1,22 @@
 #pragma once
-/// Lines of numbers from a text file, strictly: what is no number is a DataError `FILE:LINE: …`.
+/// Lines of numbers from a text file, strictly: what is no number is a RowError `FILE:LINE: …`.
 
-#include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "piste/io/row_fault.h"
+
 namespace piste {
 
-/// A file mapped into memory.
+/// Bytes of a file, mapped into memory; or bytes that are there already.
 class MappedFile {
  public:
   /// Throws DataError where the file cannot be read.
   explicit MappedFile(const std::string& file);
+  /// Bytes that another keeps.
+  explicit MappedFile(std::string_view content) : text_(content) {}
   ~MappedFile();
   MappedFile(const MappedFile&) = delete;
   MappedFile& operator=(const MappedFile&) = delete;
@@ -20,6 +24,7 @@ class MappedFile {
 
  private:
   std::string_view text_;
+  bool mapped_ = false;
 };
 
 /// Goes through a file line by line and cuts each into fields. Empty lines are passed over; LF and CRLF both end one.
@@ -29,7 +34,8 @@ class TextReader {
     kComma,   ///< one comma, spaces around it ignored
     kSpaces,  ///< any run of spaces, tabs, commas and semicolons
   };
-  TextReader(const std::string& file, Separator separator);
+  /// Throws DataError where the file cannot be read. With `content`, that is read and `file` only names it.
+  TextReader(const std::string& file, Separator separator, std::optional<std::string_view> content = {});
 
   /// Goes to the next line that is not empty; false at the end of the file.
   bool next();
@@ -43,7 +49,8 @@ class TextReader {
   std::size_t line_number() const { return line_number_; }
   /// `FILE:LINE` of this line.
   std::string where() const;
-  [[noreturn]] void fail(const std::string& what) const;
+  /// Throws a RowError of this line.
+  [[noreturn]] void fail(const std::string& what, RowFault::Kind kind = RowFault::Kind::kValue) const;
 
  private:
   void split();

@@ -1,0 +1,72 @@
+#pragma once
+/// Rows that a reader refuses: each an error that ends the reading, or, where somebody only wants to know, a list.
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "piste/core/error.h"
+
+namespace piste {
+
+/// What is wrong with one row.
+struct RowFault {
+  enum class Kind {
+    kText,          ///< no number where one is expected
+    kNotFinite,     ///< NaN or infinite
+    kFields,        ///< too few or too many fields, or a record that is cut
+    kChecksum,      ///< does not fit its record
+    kTimeRepeated,  ///< the time of the row before
+    kTimeBack,      ///< earlier than the row before
+    kValue,         ///< a number that cannot be
+  };
+  static constexpr std::size_t kKinds = 7;
+  Kind kind;
+  std::size_t place;  ///< line, from 1; of binary files the byte offset of the record, from 0
+  std::string what;
+};
+
+/// A refused row. `what()` reads `FILE:LINE: …`, or `FILE: byte OFFSET: …`.
+class RowError : public DataError {
+ public:
+  RowError(const std::string& where, const RowFault& fault) : DataError(where, fault.what), fault_(fault) {}
+  const RowFault& fault() const { return fault_; }
+
+ private:
+  RowFault fault_;
+};
+
+/// The refused rows of one file: how many of each kind, and the first few.
+struct RowFaults {
+  static constexpr std::size_t kKept = 5;  ///< of each kind
+  std::array<std::size_t, RowFault::kKinds> counts{};
+  std::vector<RowFault> first;
+
+  void add(const RowFault& fault) {
+    if (counts[static_cast<std::size_t>(fault.kind)]++ < kKept) first.push_back(fault);
+  }
+  std::size_t count(RowFault::Kind kind) const { return counts[static_cast<std::size_t>(kind)]; }
+  std::size_t total() const {
+    std::size_t sum = 0;
+    for (const std::size_t n : counts) sum += n;
+    return sum;
+  }
+};
+
+/// Goes through the rows of a reader: `next()` goes to the next one and says whether there is one, `row()` takes it.
+/// Either may throw a RowError, which ends the reading, or, with `faults`, is listed there and the row left out.
+template <class Next, class Row>
+void for_each_row(RowFaults* faults, Next&& next, Row&& row) {
+  for (;;) {
+    try {
+      if (!next()) return;
+      row();
+    } catch (const RowError& refused) {
+      if (faults == nullptr) throw;
+      faults->add(refused.fault());
+    }
+  }
+}
+
+}  // namespace piste
