@@ -1,0 +1,49 @@
+#pragma once
+/// What an IMU's log says of itself, before anybody has said what it should be.
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "piste/analyse/sampling.h"
+#include "piste/analyse/suspicion.h"
+#include "piste/core/log.h"
+#include "piste/io/row_fault.h"
+
+namespace piste {
+
+/// Three like axes, in the units of the recording: SI, as its labels have it; increments are divided by their interval.
+struct TriadHealth {
+  Vector3d smallest, largest;
+  Vector3d
+      quantum;     ///< smallest step between values of the log as it stands (increments are not divided); 0 = none seen
+  Vector3d noise;  ///< density of the white noise at rest [unit/√Hz]; NaN without rest
+  Vector3d mean;   ///< at rest; NaN without
+  std::array<std::size_t, 3> clipped{};  ///< samples at a limit that the axis reaches again and again, and never passes
+  Vector3d limit = Vector3d::Zero();     ///< that limit, 0 where there is none
+  std::size_t spikes = 0;                ///< samples that no body can do
+  double first_spike = 0;                ///< time of the first of them
+};
+
+struct ImuHealth {
+  Sampling sampling;
+  bool increments = false;
+  TriadHealth gyro, accel;
+  std::vector<Interval> rest;  ///< at least two seconds each, in which nothing turns and nothing shakes
+  /// Median magnitude of the specific force, at rest where there is rest. Some 9.8 m/s², were its label right.
+  double force = 0;
+  double force_factor = 1;       ///< by which it is to be divided to be m/s²
+  std::vector<Interval> frozen;  ///< the very same row again and again
+  std::size_t magnetic_rows = 0, temperature_rows = 0;
+};
+
+/// @pre a time-ordered recording, as read_imu gives it, of two rows or more
+ImuHealth imu_health(const ImuRecording& imu);
+
+/// What looks wrong with it; `faults` are the rows that its reader refused.
+std::vector<Suspicion> suspicions(const ImuHealth& health, const RowFaults& faults, const std::string& file);
+
+/// What looks wrong with the rows of any log: those refused, gaps and jitter.
+std::vector<Suspicion> suspicions(const Sampling& sampling, const RowFaults& faults, const std::string& file);
+
+}  // namespace piste
