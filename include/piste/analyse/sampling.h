@@ -1,11 +1,14 @@
 #pragma once
-/// When the rows of a log come: rate, jitter, gaps.
+/// When the rows of a log come, and what is wrong with that: rate, jitter, gaps, refused rows.
 
 #include <cstddef>
 #include <span>
+#include <string>
 #include <vector>
 
+#include "piste/analyse/suspicion.h"
 #include "piste/core/log.h"
+#include "piste/io/row_fault.h"
 
 namespace piste {
 
@@ -24,5 +27,10 @@ struct Sampling {
 /// A gap is an interval above 1.5 times the median that the intervals beside it do not make up for: a late time stamp
 /// is none. @pre times increase
 Sampling sampling(std::span<const double> time);
+
+/// What looks wrong with the rows of any log: those refused, time stamps in another unit or of another clock than GPS
+/// seconds of week, gaps, jitter. `fastest` and `slowest` bound the rates that such a log has [Hz].
+std::vector<Suspicion> suspicions(const Sampling& sampling, const RowFaults& faults, const std::string& file,
+                                  double fastest, double slowest);
 
 }  // namespace piste

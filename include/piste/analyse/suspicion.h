@@ -40,12 +40,12 @@ enum class LogFault {
   kClockJump,
   kGaps,
   kFrozenSensor,  ///< the same sample again and again
-  kClipped,
   kSpikes,
   kRepeatedFix,  ///< the receiver says its last fix again
   kPositionJumps,
   kSigmaTooSmall,
   // It costs accuracy.
+  kClipped,
   kSigmaTooLarge,
   kCoordinatesRounded,
   kLowRate,
@@ -60,7 +60,7 @@ enum class LogFault {
 };
 
 /// Whether a fault makes a log mean something else or spoils what is made of it; the others cost accuracy at most.
-constexpr bool is_severe(LogFault fault) { return fault < LogFault::kSigmaTooLarge; }
+constexpr bool is_severe(LogFault fault) { return fault < LogFault::kClipped; }
 
 struct Suspicion {
   LogFault fault;
