@@ -55,9 +55,11 @@ std::size_t CsvReader::column(std::string_view name) {
   fail(fmt::format("column `{}` is missing; the columns are: {}", name, fmt::join(names_, ", ")));
 }
 
-void CsvReader::finish_header() {
+void CsvReader::finish_header(RowFaults* faults) {
   for (std::size_t i = 0; i < names_.size(); ++i) {
-    if (use_[i] == Use::kNone) {
+    if (use_[i] == Use::kNone && faults != nullptr) {
+      faults->unknown_columns.push_back(names_[i]);
+    } else if (use_[i] == Use::kNone) {
       fail(fmt::format("unknown column `{}`; known are: {}; or name it in `ignore_columns`", names_[i],
                        fmt::join(asked_, ", ")));
     }

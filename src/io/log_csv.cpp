@@ -74,7 +74,7 @@ ImuRecording read_imu_csv(const LogFile& log, RowFaults* faults) {
   }
   const auto magnetic = find_triad(csv, "mag", kXyz, {{"uT", 1}});
   const auto temperature = csv.find("temperature_degC");
-  csv.finish_header();
+  csv.finish_header(faults);
 
   const bool declared_radians = gyro->unit.factor == 1;
   IncreasingTime increasing;
@@ -103,7 +103,7 @@ GnssRecording read_gnss_csv(const LogFile& log, RowFaults* faults) {
   const auto velocity = find_triad(csv, "velocity", kNed, {{"m_s", 1}});
   std::optional<Triad> sigma_velocity;
   if (velocity) sigma_velocity = require_triad(csv, "sigma_velocity", kNed, {{"m_s", 1}});
-  csv.finish_header();
+  csv.finish_header(faults);
 
   GnssRecording gnss{log.file, {}};
   IncreasingTime increasing;
@@ -126,7 +126,7 @@ AttitudeRecording read_attitude_csv(const LogFile& log, RowFaults* faults) {
   const auto time = csv.column("time_s");
   const Triad angles = require_triad(csv, "", kEuler, {{"deg", kRadian}});
   const Triad sigma = require_triad(csv, "sigma", kEuler, {{"deg", kRadian}});
-  csv.finish_header();
+  csv.finish_header(faults);
 
   AttitudeRecording attitude{log.file, {}};
   IncreasingTime increasing;

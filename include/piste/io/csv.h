@@ -23,8 +23,8 @@ class CsvReader {
   /// Index of a column for `value()`, which becomes a claimed one; refused where it is missing.
   std::size_t column(std::string_view name);
   std::optional<std::size_t> find(std::string_view name);
-  /// Refuses columns that nobody claimed.
-  void finish_header();
+  /// Refuses columns that nobody claimed; with `faults` they are listed there and passed over.
+  void finish_header(RowFaults* faults = nullptr);
 
   /// Goes to the next row; false at the end of the file.
   bool next();

@@ -42,6 +42,7 @@ struct RowFaults {
   static constexpr std::size_t kKept = 5;  ///< of each kind
   std::array<std::size_t, RowFault::kKinds> counts{};
   std::vector<RowFault> first;
+  std::vector<std::string> unknown_columns;  ///< that were passed over
 
   void add(const RowFault& fault) {
     if (counts[static_cast<std::size_t>(fault.kind)]++ < kKept) first.push_back(fault);
