@@ -410,6 +410,12 @@ void Config::finish(const Node& node) const {  // NOLINT(misc-no-recursion)
 const std::string& Config::source() const { return document_->source; }
 const std::filesystem::path& Config::file() const { return *document_->file; }
 
+std::string yaml_text(std::string_view text) {
+  std::string out = "'";
+  for (const char c : text) out += c == '\'' ? "''" : std::string(1, c);
+  return out + "'";
+}
+
 std::optional<std::string> nearest_spelling(std::string_view word, const std::vector<std::string>& known) {
   const auto distance = [](std::string_view a, std::string_view b) {  // Levenshtein
     std::vector<std::size_t> row(b.size() + 1);

@@ -90,9 +90,7 @@ ImuSensor read_sensor(const std::filesystem::path& file) {
 }
 
 std::string sensor_text(const ImuSensor& sensor) {
-  std::string name;
-  for (const char c : sensor.name) name += c == '\'' ? "''" : std::string(1, c);
-  return fmt::format("name: '{}'\n", name) + triad_text("gyro", sensor.gyro, kGyro) +
+  return fmt::format("name: {}\n", yaml_text(sensor.name)) + triad_text("gyro", sensor.gyro, kGyro) +
          triad_text("accel", sensor.accel, kAccel);
 }
 

@@ -106,6 +106,9 @@ class Config {
   Node* node_;  // in document_
 };
 
+/// Any text as a value of a configuration: between single quotes.
+std::string yaml_text(std::string_view text);
+
 /// The word of `known` that is nearest to `word` by spelling, or none where nothing is near.
 std::optional<std::string> nearest_spelling(std::string_view word, const std::vector<std::string>& known);
 

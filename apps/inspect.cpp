@@ -1,0 +1,61 @@
+/// inspect FILE…: what is in these logs, and what is wrong with them, before anything else runs.
+
+#include "piste/experiment/inspect.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "app.h"
+#include "piste/core/error.h"
+#include "piste/io/output.h"
+#include "piste/io/sensor_file.h"
+#include "piste/report/inspection_page.h"
+#include "piste/report/inspection_text.h"
+
+namespace piste {
+namespace {
+
+void run(const AppArguments& arguments, Progress& progress) {
+  constexpr const char* kSensorFile = "sensor.yaml";
+  for (const std::string& file : arguments.inputs) {
+    if (!std::filesystem::exists(file)) throw ConfigError(file, "there is no such file");
+  }
+  OutputFolder output(arguments.output);
+  constexpr double kSteps = 100;
+  const Inspection found = inspect(arguments.inputs, [&](const std::string& what, double part) {
+    progress.start(what, static_cast<std::size_t>(kSteps), "%");
+    progress.update(static_cast<std::size_t>(kSteps * part));
+  });
+  progress.clear();
+  const auto config = ready_config(found, output.folder().string(), kSensorFile);
+  const std::string text = inspection_text(found, config);
+  output.write("inspection.txt", text);
+  output.write("inspection.html", inspection_page(found, config, PISTE_VERSION));
+  if (config) {
+    output.write("replay.yaml", *config);
+    output.write(kSensorFile,
+                 sensor_text(guess_sensor(*found.logs[*found.first(LogKind::kImu)].imu_health, "measured at rest")));
+  } else {
+    output.withdraw("replay.yaml");
+    output.withdraw(kSensorFile);
+  }
+  output.commit();
+  say(arguments, fmt::format("{}\nwritten to {}", text, output.folder().string()));
+  const auto unreadable = std::find_if(found.suspicions.begin(), found.suspicions.end(),
+                                       [](const Suspicion& s) { return s.fault == LogFault::kUnreadable; });
+  if (unreadable != found.suspicions.end()) throw DataError("", unreadable->what);
+}
+
+}  // namespace
+}  // namespace piste
+
+int main(int argc, char** argv) {
+  return piste::run_app(
+      {.name = "inspect",
+       .summary = "What is in these logs, and what is wrong with them, before anything else runs.",
+       .input = "FILE",
+       .input_help = "logs of IMUs, receivers and reference attitudes, of any format that piste reads",
+       .many_inputs = true},
+      argc, argv, piste::run);
+}

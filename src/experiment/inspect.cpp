@@ -1,0 +1,137 @@
+#include "piste/experiment/inspect.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <iterator>
+#include <utility>
+
+#include "piste/core/error.h"
+#include "piste/experiment/lever_arm.h"
+#include "piste/io/text_reader.h"
+
+namespace piste {
+namespace {
+
+template <class List>
+void append(List& to, List&& more) {
+  to.insert(to.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
+}
+
+// Reads a log by what it seems to be, and looks at it alone.
+InspectedLog look_at(const std::string& file, std::vector<Suspicion>& found) {
+  constexpr double kFastestGnss = 100, kSlowestGnss = 0.02, kFastestAttitude = 2000, kSlowestAttitude = 0.02;  // Hz
+  InspectedLog l;
+  l.log.file = file;
+  try {
+    const MappedFile mapped(file);
+    l.log.content = mapped.text();
+    l.guess = guess_log(file, mapped.text());
+    l.log.format = l.guess->format;
+    switch (l.guess->kind) {
+      case LogKind::kImu:
+        l.imu = read_imu(l.log, &l.faults);
+        if (l.imu.time.size() >= 3) l.imu_health = imu_health(l.imu);
+        break;
+      case LogKind::kGnss:
+        l.gnss = read_gnss(l.log, &l.faults);
+        if (l.gnss.fixes.size() >= 3) l.gnss_health = gnss_health(l.gnss);
+        break;
+      case LogKind::kAttitude: {
+        l.attitude = read_attitude(l.log, &l.faults);
+        std::vector<double> time;
+        time.reserve(l.attitude.fixes.size());
+        for (const EulerFix& fix : l.attitude.fixes) time.push_back(fix.time);
+        if (time.size() >= 3) l.attitude_sampling = sampling(time);
+      }
+    }
+    l.log.content.reset();
+  } catch (const DataError& e) {
+    l.log.content.reset();
+    found.push_back({LogFault::kUnreadable, file, e.what(), "piste cannot use this file as it is"});
+    return l;
+  }
+  if (l.imu_health) append(found, suspicions(*l.imu_health, l.faults, file));
+  if (l.gnss_health) append(found, suspicions(*l.gnss_health, l.faults, file));
+  if (l.attitude_sampling)
+    append(found, suspicions(*l.attitude_sampling, l.faults, file, kFastestAttitude, kSlowestAttitude));
+  if (!l.imu_health && !l.gnss_health && !l.attitude_sampling)
+    append(found, suspicions(Sampling{}, l.faults, file, kFastestGnss, kSlowestGnss));
+  return l;
+}
+
+// What a filter needs to run: nothing that makes a log mean something else.
+bool may_run(const Inspection& inspection) {
+  return std::none_of(inspection.suspicions.begin(), inspection.suspicions.end(), [](const Suspicion& s) {
+    return s.fault <= LogFault::kNoOverlap && s.fault != LogFault::kSameLog;
+  });
+}
+
+std::optional<LeverArmGuess> try_lever_arm(const Inspection& inspection, std::vector<Suspicion>& found) {
+  constexpr double kFar = 3, kSure = 0.3;  // m
+  constexpr double kManyRejected = 0.3;
+  const auto imu = inspection.first(LogKind::kImu), gnss = inspection.first(LogKind::kGnss);
+  if (!imu || !gnss || !may_run(inspection)) return std::nullopt;
+  const InspectedLog &body = inspection.logs[*imu], &receiver = inspection.logs[*gnss];
+  FilterOptions options;
+  options.sensor = guess_sensor(*body.imu_health, "guess");
+  options.estimate = imu_error_blocks(options.sensor);
+  options.gnss = {{.name = std::filesystem::path(receiver.log.file).stem().string(), .drift = {}}};
+  ConditioningOptions conditioning;
+  conditioning.imu = guess_conditioning(inspection);
+  conditioning.gyro_range = options.sensor.gyro.range;
+  conditioning.accel_range = options.sensor.accel.range;
+  try {
+    const LeverArmGuess arm = lever_arm({body.imu, {receiver.gnss}, {}}, conditioning, options);
+    const double all = static_cast<double>(arm.used + arm.rejected);
+    const bool believed = static_cast<double>(arm.rejected) < kManyRejected * all;
+    if (believed && arm.value.norm() > kFar && arm.sigma.norm() < kSure * arm.value.norm()) {
+      found.push_back({LogFault::kLeverArm, receiver.log.file,
+                       fmt::format("the antenna seems to be {:.1f} m from the IMU", arm.value.norm()),
+                       "is that so? If not, the clocks or the axes do not fit"});
+    }
+    return believed ? std::optional(arm) : std::nullopt;
+  } catch (const Error&) {
+    return std::nullopt;  // no start: the logs are too short, or nothing moves
+  }
+}
+
+}  // namespace
+
+Inspection inspect(const std::vector<std::string>& files,
+                   const std::function<void(const std::string&, double)>& stage) {
+  Inspection inspection;
+  std::vector<Suspicion>& found = inspection.suspicions;
+  std::vector<InspectedLog>& logs = inspection.logs;
+  const auto show = [&](const std::string& what, double part) {
+    if (stage) stage(what, part);
+  };
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    show("reading", 0.3 * static_cast<double>(i) / static_cast<double>(files.size()));
+    logs.push_back(look_at(files[i], found));
+  }
+  show("matching", 0.3);
+  const auto imu = inspection.first(LogKind::kImu), gnss = inspection.first(LogKind::kGnss);
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    for (std::size_t j = 0; j < logs.size(); ++j) {
+      if (logs[i].imu_health && logs[j].gnss_health && (i == imu || j == gnss)) {
+        LogMatch m = match(logs[i].imu, logs[j].gnss, *logs[j].gnss_health);
+        append(found, suspicions(m, logs[i].log.file, logs[j].log.file));
+        inspection.matches.push_back({i, j, std::move(m)});
+      }
+      if (j <= i) continue;
+      if (logs[i].imu_health && logs[j].imu_health)
+        append(found, suspicions(match(logs[i].imu, logs[j].imu), logs[i].log.file, logs[j].log.file));
+      if (logs[i].gnss_health && logs[j].gnss_health)
+        append(found, suspicions(match(logs[i].gnss, logs[j].gnss), logs[i].log.file, logs[j].log.file));
+    }
+  }
+  rank(found);
+  show("trial run", 0.5);
+  inspection.lever_arm = try_lever_arm(inspection, found);
+  rank(found);
+  return inspection;
+}
+
+}  // namespace piste

@@ -1,0 +1,220 @@
+#include "piste/report/inspection_text.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+#include <utility>
+
+#include "piste/core/state_layout.h"
+#include "piste/math/earth.h"
+
+namespace piste {
+namespace {
+
+constexpr double kDegree = 1 / kDegreesPerRadian;
+constexpr double kMicroG = 1e-6 * kStandardGravity;
+
+std::string three(const Vector3d& v, double unit, std::string_view format, std::string_view name) {
+  if (!v.allFinite()) return "not known";
+  std::string text;
+  for (int i = 0; i < 3; ++i) text += fmt::format(fmt::runtime(format), v(i) / unit) + ' ';
+  return text + std::string(name);
+}
+
+std::string range(const TriadHealth& t, double unit, std::string_view name) {
+  std::string text;
+  for (int i = 0; i < 3; ++i)
+    text +=
+        fmt::format("{} {:.4g} to {:.4g}{}", "xyz"[i], t.smallest(i) / unit, t.largest(i) / unit, i < 2 ? ", " : " ");
+  return text + std::string(name);
+}
+
+class SheetWriter {
+ public:
+  explicit SheetWriter(std::string title) : sheet_{std::move(title), {}} {}
+  void add(std::string name, std::string text) { sheet_.facts.push_back({std::move(name), std::move(text)}); }
+  InspectionSheet take() { return std::move(sheet_); }
+
+  void rows(const Sampling& s, const RowFaults& faults) {
+    add("rows", fmt::format("{}, from {:.3f} to {:.3f} s ({:.1f} s)", s.rows, s.span.start, s.span.end,
+                            s.span.end - s.span.start));
+    add("rate", fmt::format("{:.5g} Hz, jitter {:.3g} ms{}", s.rate(), 1e3 * s.jitter,
+                            s.resolution > 0 ? fmt::format(", times in steps of {:.4g} ms", 1e3 * s.resolution) : ""));
+    if (s.gaps.empty()) {
+      add("gaps", "none");
+    } else {
+      const auto longest = std::max_element(s.gaps.begin(), s.gaps.end(), [](const Interval& a, const Interval& b) {
+        return a.end - a.start < b.end - b.start;
+      });
+      add("gaps", fmt::format("{}, {} rows missing, the longest of {:.3f} s at {:.3f} s", s.gaps.size(), s.missing,
+                              longest->end - longest->start, longest->start));
+    }
+    static constexpr std::array<std::string_view, RowFault::kKinds> kNames{
+        "text", "NaN", "fields", "checksum", "repeated time", "time back", "impossible value"};
+    if (faults.total() > 0) {
+      std::vector<std::string> kinds;
+      for (std::size_t i = 0; i < RowFault::kKinds; ++i) {
+        if (faults.counts[i] > 0) kinds.push_back(fmt::format("{} {}", faults.counts[i], kNames[i]));
+      }
+      add("refused", fmt::format("{} rows: {}", faults.total(), fmt::join(kinds, ", ")));
+    }
+    if (!faults.unknown_columns.empty())
+      add("passed over", fmt::format("columns {}", fmt::join(faults.unknown_columns, ", ")));
+  }
+
+ private:
+  InspectionSheet sheet_;
+};
+
+void describe(SheetWriter& sheet, const ImuHealth& h) {
+  sheet.add("values", h.increments ? "increments, as labelled" : "rates, as labelled");
+  sheet.add("gyroscopes", range(h.gyro, kDegree, "deg/s"));
+  sheet.add("accelerometers", range(h.accel, 1, "m/s^2"));
+  for (const auto& [name, t, unit] : {std::tuple{"gyroscopes", &h.gyro, kDegree}, {"accelerometers", &h.accel, 1.0}}) {
+    if (t->limit.maxCoeff() == 0) continue;
+    sheet.add("clipping", fmt::format("{} x {} y {} z {} samples at {:.4g} {}", name, t->clipped[0], t->clipped[1],
+                                      t->clipped[2], t->limit.maxCoeff() / unit, unit == 1.0 ? "m/s^2" : "deg/s"));
+  }
+  const double per = h.increments ? h.sampling.interval : 1;
+  sheet.add("smallest step", fmt::format("gyroscopes {:.3g} deg/s, accelerometers {:.3g} m/s^2",
+                                         h.gyro.quantum.maxCoeff() / kDegree / per, h.accel.quantum.maxCoeff() / per));
+  if (h.rest.empty()) {
+    sheet.add("rest", "none of two seconds");
+  } else {
+    double all = 0;
+    for (const Interval& r : h.rest) all += r.end - r.start;
+    sheet.add("rest", fmt::format("{:.0f} s in {} intervals, the first from {:.1f} to {:.1f} s", all, h.rest.size(),
+                                  h.rest.front().start, h.rest.front().end));
+    sheet.add("noise at rest", three(h.gyro.noise, kDegree, "{:.3g}", "deg/s/sqrt(Hz), ") +
+                                   three(h.accel.noise, kMicroG, "{:.3g}", "ug/sqrt(Hz)"));
+    sheet.add("mean at rest",
+              three(h.gyro.mean, kDegree, "{:.3f}", "deg/s, ") + three(h.accel.mean, 1, "{:.3f}", "m/s^2"));
+  }
+  sheet.add("gravity", h.has_gravity
+                           ? fmt::format("{:.3f} m/s^2 {}", h.force, h.rest.empty() ? "(median in motion)" : "at rest")
+                           : std::string("not in the accelerations"));
+  if (h.magnetic_rows > 0) sheet.add("magnetometer", fmt::format("{} rows", h.magnetic_rows));
+}
+
+void describe(SheetWriter& sheet, const GnssHealth& h) {
+  static constexpr std::array<std::string_view, 7> kNames{"unknown", "single", "differential", "precise",
+                                                          "float",   "fixed",  "dead reckoned"};
+  std::vector<std::string> kinds;
+  for (std::size_t i = 0; i < kNames.size(); ++i) {
+    if (h.qualities[i] > 0) kinds.push_back(fmt::format("{} {}", h.qualities[i], kNames[i]));
+  }
+  if (h.without_fix > 0) kinds.push_back(fmt::format("{} epochs without fix", h.without_fix));
+  sheet.add("quality", fmt::format("{}", fmt::join(kinds, ", ")));
+  sheet.add("sigma", fmt::format("median {}; smallest {}; largest {}", three(h.median_sigma, 1, "{:.3g}", "m"),
+                                 three(h.smallest_sigma, 1, "{:.3g}", "m"), three(h.largest_sigma, 1, "{:.3g}", "m")));
+  sheet.add("scatter", fmt::format("from fix to fix {}; at rest {}", three(h.noise, 1, "{:.3g}", "m"),
+                                   three(h.rest_scatter, 1, "{:.3g}", "m")));
+  sheet.add("speed", fmt::format("median {:.1f} m/s under way, at most {:.1f} m/s", h.speed, h.top_speed));
+  sheet.add("height", fmt::format("{:.1f} to {:.1f} m", h.lowest, h.highest));
+  sheet.add("jumps", h.jumps.empty() ? std::string("none")
+                                     : fmt::format("{}, the first of {:.1f} m at {:.3f} s", h.jumps.size(),
+                                                   h.jumps.front().distance, h.jumps.front().time));
+  if (!h.repeated.empty())
+    sheet.add("repeated fixes", fmt::format("{} stretches, the first from {:.3f} to {:.3f} s", h.repeated.size(),
+                                            h.repeated.front().start, h.repeated.front().end));
+  if (h.quantum.maxCoeff() > 0) sheet.add("rounded", three(h.quantum, 1, "{:.3g}", "m (north east down)"));
+  if (h.velocities == 0) {
+    sheet.add("velocity", "none");
+  } else if (!h.velocity) {
+    sheet.add("velocity", fmt::format("{} fixes", h.velocities));
+  } else {
+    const VelocityFit& v = *h.velocity;
+    sheet.add("velocity",
+              fmt::format("{} fixes, {} of the positions within {:.3g} m/s{}", h.velocities,
+                          v.as_given() ? "the derivative" : "NOT the derivative", v.residual_as_given,
+                          std::isfinite(v.sigma_delay)
+                              ? fmt::format(", later than them by {:.3f} s +- {:.3f}", v.delay, v.sigma_delay)
+                              : ""));
+  }
+}
+
+void describe(SheetWriter& sheet, const LogMatch& m) {
+  sheet.add("overlap", fmt::format("{:.1f} s as the clocks stand", m.overlap));
+  if (m.clock) {
+    sheet.add("clock", fmt::format("the IMU's is ahead by {:.3f} s +- {:.3f}; correlation of the turn rates {:.2f}",
+                                   m.clock->offset, m.clock->sigma, m.clock->correlation));
+  } else {
+    sheet.add("clock", "the motion does not tell the offset");
+  }
+  if (!m.motion) {
+    sheet.add("axes", "the motion does not tell them");
+    return;
+  }
+  sheet.add("axes",
+            fmt::format("{} point forward, right, down; {:.1f} deg off on average, the next best {:.0f} deg more",
+                        m.motion->axes, m.motion->tilt / kDegree, m.motion->margin / kDegree));
+  sheet.add("units",
+            fmt::format("gyroscopes turn {:.3g} times as fast as the track; forces are to be multiplied by {:.3g}",
+                        m.motion->gyro_turn, m.motion->accel_factor));
+}
+
+InspectionSheet sheet_of(const InspectedLog& log) {
+  if (!log.guess) {
+    SheetWriter sheet(log.log.file);
+    sheet.add("format", "none that piste reads");
+    return sheet.take();
+  }
+  SheetWriter sheet(fmt::format("{}: {}", log.log.file, name_of(log.guess->kind)));
+  sheet.add("format", fmt::format("{} ({})", name_of(log.guess->format), log.guess->why));
+  if (log.imu_health) {
+    sheet.rows(log.imu_health->sampling, log.faults);
+    describe(sheet, *log.imu_health);
+  } else if (log.gnss_health) {
+    sheet.rows(log.gnss_health->sampling, log.faults);
+    describe(sheet, *log.gnss_health);
+  } else if (log.attitude_sampling) {
+    sheet.rows(*log.attitude_sampling, log.faults);
+  } else {
+    sheet.add("rows", "not enough to tell anything");
+  }
+  return sheet.take();
+}
+
+}  // namespace
+
+std::vector<InspectionSheet> inspection_sheets(const Inspection& inspection) {
+  std::vector<InspectionSheet> sheets;
+  for (const InspectedLog& log : inspection.logs) sheets.push_back(sheet_of(log));
+  for (const InspectedMatch& m : inspection.matches) {
+    SheetWriter sheet(fmt::format("{} beside {}", inspection.logs[m.imu].log.file, inspection.logs[m.gnss].log.file));
+    describe(sheet, m.match);
+    if (&m.match == inspection.first_match() && inspection.lever_arm) {
+      const LeverArmGuess& arm = *inspection.lever_arm;
+      sheet.add(
+          "lever arm",
+          fmt::format("{} +- {} (forward right down), from a filter that took {} and rejected {} measurements",
+                      three(arm.value, 1, "{:.2f}", "m"), three(arm.sigma, 1, "{:.2f}", "m"), arm.used, arm.rejected));
+    }
+    sheets.push_back(sheet.take());
+  }
+  return sheets;
+}
+
+std::string inspection_text(const Inspection& inspection, const std::optional<std::string>& config) {
+  std::string text;
+  for (const InspectionSheet& sheet : inspection_sheets(inspection)) {
+    text += sheet.title + '\n';
+    for (const auto& [name, fact] : sheet.facts) text += fmt::format("  {:<15} {}\n", name, fact);
+    text += '\n';
+  }
+  if (config) text += "A configuration for replay:\n\n" + *config + '\n';
+  if (inspection.suspicions.empty()) return text + "Nothing looks wrong.\n";
+  text += "What looks wrong, the worst first:\n";
+  for (std::size_t i = 0; i < inspection.suspicions.size(); ++i) {
+    const Suspicion& s = inspection.suspicions[i];
+    if (i > 0 && !is_severe(s.fault) && is_severe(inspection.suspicions[i - 1].fault)) text += "Worth knowing:\n";
+    text += fmt::format("{:3}. {}: {}\n     {}\n", i + 1, s.file, s.what, s.remedy);
+  }
+  return text;
+}
+
+}  // namespace piste
