@@ -1,0 +1,17 @@
+#pragma once
+/// The offset of an IMU's clock from the motion, whatever its axes and units are: see analyse/log_match.h.
+
+#include <optional>
+
+#include "log_signals.h"
+#include "piste/analyse/log_match.h"
+
+namespace piste {
+
+/// nullopt where the motion does not tell, or tells several.
+std::optional<ClockMatch> match_clocks(const ImuIntegral& imu, const Track& track);
+
+/// Turn rate of the gyroscopes over that of the track, with the IMU's clock `offset` ahead; 0 where there are no turns.
+double turn_ratio(const ImuIntegral& imu, const Track& track, double offset);
+
+}  // namespace piste
