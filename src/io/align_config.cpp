@@ -48,9 +48,12 @@ std::optional<Phases> read_phases(const Config& config) {
 }
 
 AlignConfig read_align_config(const std::filesystem::path& file) {
-  const Config config = Config::load(file);
+  return read_align_config(Config::load(file));
+}
+
+AlignConfig read_align_config(const Config& config) {
   AlignConfig align;
-  align.file = file;
+  align.file = config.file();
   align.echo = config.source();
   const Interval span = read_span(config);
   std::set<std::string> names;

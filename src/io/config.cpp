@@ -6,6 +6,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <fstream>
@@ -42,14 +43,22 @@ bool is_one_document(const std::string& text) {
   return parser.HandleNextDocument(discard) && !parser.HandleNextDocument(discard);
 }
 
+// What nobody writes by hand: a log, or a file made to burst a parser.
+constexpr std::size_t kLongestText = 1'000'000, kMostValues = 20'000;
+constexpr int kDeepest = 50;
+
 std::string text_of(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream || std::filesystem::is_directory(file)) {
     throw ConfigError(file.string(), "cannot be read; give the path of a configuration file (YAML)");
   }
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
+  std::string text;
+  std::array<char, 4096> part{};
+  do {
+    stream.read(part.data(), part.size());
+    text.append(part.data(), static_cast<std::size_t>(stream.gcount()));
+  } while (stream && text.size() <= kLongestText);
+  return text;
 }
 
 }  // namespace
@@ -95,11 +104,17 @@ struct Config::Document {
   std::shared_ptr<const std::filesystem::path> file;
   std::string source;
   Node root;
+  std::size_t values = 0;  // so far: an alias stands for all of its anchor
 
-  Node convert(const YAML::Node& yaml, int line) const {  // NOLINT(misc-no-recursion)
+  Node convert(const YAML::Node& yaml, int line, int depth) {  // NOLINT(misc-no-recursion)
     Node node;
     node.file = file;
     node.line = yaml.Mark().line >= 0 ? yaml.Mark().line + 1 : line;
+    if (depth > kDeepest || ++values > kMostValues) {
+      throw ConfigError(node.where(), fmt::format("more than {} maps and lists within each other, or {} values in all; "
+                                                  "write less, or aliases (`*`) that do not multiply",
+                                                  kDeepest, kMostValues));
+    }
     switch (yaml.Type()) {
       case YAML::NodeType::Undefined:
       case YAML::NodeType::Null:
@@ -110,17 +125,18 @@ struct Config::Document {
         break;
       case YAML::NodeType::Sequence:
         node.kind = Node::Kind::kList;
-        for (const auto& item : yaml) node.list.push_back(convert(item, node.line));
+        for (const auto& item : yaml) node.list.push_back(convert(item, node.line, depth + 1));
         break;
       case YAML::NodeType::Map:
         node.kind = Node::Kind::kMap;
-        for (const auto& item : yaml) add_entry(node, item.first, item.second);
+        for (const auto& item : yaml) add_entry(node, item.first, item.second, depth + 1);
         break;
     }
     return node;
   }
 
-  void add_entry(Node& node, const YAML::Node& key, const YAML::Node& value) const {  // NOLINT(misc-no-recursion)
+  void add_entry(Node& node, const YAML::Node& key, const YAML::Node& value,  // NOLINT(misc-no-recursion)
+                 int depth) {
     const int line = key.Mark().line + 1;
     if (!key.IsScalar()) throw ConfigError(node.where(line), "a key must be a word");
     const auto same = [&](const Node::Entry& e) { return e.key == key.Scalar(); };
@@ -129,7 +145,7 @@ struct Config::Document {
                         fmt::format("key `{}` stands here a second time; it is already in line {}, keep one",
                                     first->key, first->line));
     }
-    node.entries.push_back({key.Scalar(), line, convert(value, line)});
+    node.entries.push_back({key.Scalar(), line, convert(value, line, depth)});
   }
 };
 
@@ -144,12 +160,17 @@ Config Config::over_base(const std::string& text, const std::filesystem::path& f
   document->source = text;
   Node& root = document->root;
   root.file = document->file;
+  if (text.size() > kLongestText) {
+    throw ConfigError(
+        file.string(),
+        fmt::format("is longer than {} bytes; give the path of a configuration file (YAML)", kLongestText));
+  }
   try {
     const YAML::Node yaml = YAML::Load(text);
     if (!yaml.IsMap() || !is_one_document(text)) {
       throw ConfigError(root.where(1), "one map of `key: value` lines is expected");
     }
-    root = document->convert(yaml, 1);
+    root = document->convert(yaml, 1, 0);
   } catch (const YAML::Exception& e) {
     throw ConfigError(root.where(std::max(e.mark.line, 0) + 1),
                       fmt::format("no YAML: {}; write `key: value` lines, indented by spaces", e.msg));

@@ -112,9 +112,12 @@ double read_attitude_rate(const Config& config, double fallback) {
 }  // namespace
 
 ReplayConfig read_replay_config(const std::filesystem::path& file) {
-  const Config config = Config::load(file);
+  return read_replay_config(Config::load(file));
+}
+
+ReplayConfig read_replay_config(const Config& config) {
   ReplayConfig replay;
-  replay.file = file;
+  replay.file = config.file();
   replay.echo = config.source();
   replay.imu = read_imu_source(config.map("imu"));
   FilterOptions& filter = replay.filter;
@@ -152,7 +155,7 @@ ReplayConfig read_replay_config(const std::filesystem::path& file) {
   try {
     filter.validate();
   } catch (const ConfigError& e) {
-    throw ConfigError(file.string(), e.what());
+    throw ConfigError(config.file().string(), e.what());
   }
   return replay;
 }

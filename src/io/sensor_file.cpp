@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "piste/io/config.h"
 #include "piste/math/units.h"
 
 namespace piste {
@@ -79,8 +78,9 @@ std::string triad_text(std::string_view name, const TriadErrors& errors, const T
 
 }  // namespace
 
-ImuSensor read_sensor(const std::filesystem::path& file) {
-  const Config config = Config::load(file);
+ImuSensor read_sensor(const std::filesystem::path& file) { return read_sensor(Config::load(file)); }
+
+ImuSensor read_sensor(const Config& config) {
   ImuSensor sensor;
   sensor.name = config.text("name");
   sensor.gyro = read_triad(config.map("gyro"), kGyro);

@@ -40,9 +40,12 @@ RunConfig read_run(const Config& config) {
 }  // namespace
 
 StudyConfig read_study_config(const std::filesystem::path& file) {
-  const Config config = Config::load(file);
+  return read_study_config(Config::load(file));
+}
+
+StudyConfig read_study_config(const Config& config) {
   StudyConfig study;
-  study.file = file;
+  study.file = config.file();
   study.echo = config.source();
   study.low_pass = config.quantity("low_pass", dimension::kFrequency, study.low_pass);
   if (!(study.low_pass > 0)) config.fail("low_pass", "must be above zero, such as `12 Hz`");
@@ -55,7 +58,7 @@ StudyConfig read_study_config(const std::filesystem::path& file) {
   }
   config.finish();
   if (study.runs.empty()) {
-    throw ConfigError(file.string(),
+    throw ConfigError(config.file().string(),
                       "names no `runs:`; a campaign is a list of runs, each with `name`, `reference`, "
                       "`gnss` and `mems`");
   }

@@ -118,7 +118,7 @@ class UnitParser {
     if (!take("^")) return base;
     int exponent = 0;
     const auto [end, error] = std::from_chars(rest_.data(), rest_.data() + rest_.size(), exponent);
-    if (error != std::errc{} || std::abs(exponent) > 9) fail("after ^ comes a small whole number");
+    if (error != std::errc{} || exponent < -9 || exponent > 9) fail("after ^ comes a small whole number");
     rest_.remove_prefix(static_cast<std::size_t>(end - rest_.data()));
     Unit unit{1, kNone};
     for (int i = 0; i < std::abs(exponent); ++i) unit = multiply(unit, base, exponent > 0 ? 1 : -1);
@@ -196,7 +196,10 @@ std::array<double, N> parse(std::string_view text, const Dimension& expected) {
     throw wrong(N == 1 ? "has more than one number" : fmt::format("has more than {} numbers", N));
   }
   const double factor = unit_factor(rest, expected);
-  for (double& value : values) value *= factor;
+  for (double& value : values) {
+    value *= factor;
+    if (!std::isfinite(value)) throw wrong("is too large for a number");
+  }
   return values;
 }
 
@@ -222,8 +225,10 @@ std::string format_quantity(double value, std::string_view unit, const Dimension
   const double factor = unit_factor(unit, expected);
   const double number = value / factor;
   for (int digits = 1; digits < 17; ++digits) {
-    std::string text = fmt::format("{:.{}g}", number, digits);
-    if (std::stod(text) * factor == value) return fmt::format("{} {}", text, unit);
+    const std::string text = fmt::format("{:.{}g}", number, digits);
+    double again = 0;
+    std::from_chars(text.data(), text.data() + text.size(), again);
+    if (again * factor == value) return fmt::format("{} {}", text, unit);
   }
   return fmt::format("{:.17g} {}", number, unit);
 }

@@ -1,5 +1,6 @@
 #include "piste/io/config.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "support/text_file.h"
@@ -109,6 +110,29 @@ TEST(Config, RefusesWhatIsNoYaml) {
   EXPECT_TRUE(contains(refusal("a: 1\n}\nb: 2\n", [](const Config&) {}), "run.yaml:"));
   EXPECT_TRUE(contains(refusal("- 1\n", [](const Config&) {}), "one map"));
   EXPECT_TRUE(contains(refusal("a: 1\n---\nb: 2\n", [](const Config&) {}), "one map"));
+}
+
+TEST(Config, RefusesWhatWouldBurstIt) {
+  const auto nothing = [](const Config&) {};
+  const auto repeated = [](const std::string& text, int times) {
+    std::string all;
+    for (int i = 0; i < times; ++i) all += text;
+    return all;
+  };
+  std::string multiplied = "a0: &a0 [x]\n";
+  for (int i = 1; i < 30; ++i) {
+    multiplied += fmt::format("a{}: &a{} [{}]\n", i, i, repeated(fmt::format("*a{}, ", i - 1), 9));
+  }
+  std::string keys;
+  for (int i = 0; i < 30000; ++i) keys += fmt::format("k{}: 1\n", i);
+  for (const std::string& text : {std::string("a: &a [*a]\n"), std::string("&a {b: *a}\n"), multiplied, keys,
+                                  "a: " + repeated("[", 60) + repeated("]", 60) + "\n"}) {
+    EXPECT_TRUE(contains(refusal(text, nothing), "within each other, or 20000 values in all")) << text.substr(0, 40);
+  }
+  EXPECT_TRUE(contains(refusal("a: " + repeated("[", 100000), nothing), "folder/run.yaml:1: no YAML"));
+  EXPECT_TRUE(contains(refusal("a: " + std::string(2000000, 'x'), nothing), "run.yaml: is longer than 1000000 bytes"));
+  EXPECT_TRUE(contains(message_of<ConfigError>([] { Config::load("/dev/zero"); }), "/dev/zero: is longer than"));
+  EXPECT_EQ(parse("a: &a {b: 1}\nc: *a\n").map("c").integer("b"), 1) << "an alias that does not multiply";
 }
 
 TEST(Config, RefusesAMissingFile) {

@@ -70,6 +70,8 @@ TEST(Units, WhatIsWrongSaysWhatWouldBeRight) {
       {"", dimension::kTime},
       {"1 sqrt(sqrt(Hz))", dimension::kTime},
       {"1e999 s", dimension::kTime},
+      {"1e308 km", dimension::kLength},
+      {"1 m^-2147483648", dimension::kRatio},
   };
   for (const auto& [text, expected] : wrong) {
     try {
@@ -86,6 +88,11 @@ TEST(Units, TextRoundTrip) {
     EXPECT_EQ(parse_quantity(format_quantity(value, "deg/s", dimension::kAngularRate), dimension::kAngularRate), value);
   }
   EXPECT_EQ(format_quantity(0.05 * kDegree, "deg/s", dimension::kAngularRate), "0.05 deg/s");
+  // Multiplied by a degree, no number gives these.
+  for (const double value : {5 * kDegree / 3600, 4.5e-308}) {
+    const std::string text = format_quantity(value, "deg/s", dimension::kAngularRate);
+    EXPECT_NEAR(parse_quantity(text, dimension::kAngularRate), value, 2e-16 * value + 1e-323) << text;
+  }
 }
 
 }  // namespace

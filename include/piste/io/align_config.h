@@ -39,5 +39,6 @@ struct AlignConfig {
 /// IMU's clock; for compare, `phases` in the reference's time. The `clock` of a body IMU is what is sought, and not
 /// used; that of the reference leads to GPS time. Throws ConfigError `FILE:LINE: …`.
 AlignConfig read_align_config(const std::filesystem::path& file);
+AlignConfig read_align_config(const Config& config);
 
 }  // namespace piste

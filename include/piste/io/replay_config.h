@@ -31,6 +31,7 @@ struct ReplayConfig {
 /// correlation_time}`, of a mount that gives: the boresight is then a constant and a first-order Gauss-Markov process
 /// about it. Throws ConfigError `FILE:LINE: …`.
 ReplayConfig read_replay_config(const std::filesystem::path& file);
+ReplayConfig read_replay_config(const Config& config);
 
 /// Reads all logs of the configuration. Throws DataError `FILE:LINE: …`.
 Recording read_recording(const ReplayConfig& config);

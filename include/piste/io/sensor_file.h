@@ -5,11 +5,13 @@
 #include <string>
 
 #include "piste/core/sensor.h"
+#include "piste/io/config.h"
 
 namespace piste {
 
 /// Reads a sensor file. Throws ConfigError `FILE:LINE: …`.
 ImuSensor read_sensor(const std::filesystem::path& file);
+ImuSensor read_sensor(const Config& config);
 
 /// The text of a sensor file that reads back as the same sensor.
 std::string sensor_text(const ImuSensor& sensor);

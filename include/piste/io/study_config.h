@@ -40,5 +40,6 @@ struct StudyConfig {
 /// are there is not looked at: a campaign with a missing log is studied without it.
 /// Throws ConfigError `FILE:LINE: …`.
 StudyConfig read_study_config(const std::filesystem::path& file);
+StudyConfig read_study_config(const Config& config);
 
 }  // namespace piste

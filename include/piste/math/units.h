@@ -50,7 +50,8 @@ double parse_quantity(std::string_view text, const Dimension& expected);
 /// Three numbers and one unit, such as `-0.06 0.03 -0.42 m`, in SI and radians. Throws as parse_quantity.
 Eigen::Vector3d parse_vector(std::string_view text, const Dimension& expected);
 
-/// `value` in SI and radians as text in `unit`, with the fewest digits that read back as the same number.
+/// `value` in SI and radians as text in `unit`, with the fewest digits that read back as the same number; 17 where
+/// rounding lets none do so, which read back as a neighbour of it.
 std::string format_quantity(double value, std::string_view unit, const Dimension& expected);
 
 }  // namespace piste
