@@ -163,13 +163,12 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
     text += fmt::format("  clock: {{offset: {:.3f} s}}    # by correlation with the receiver, +- {:.3f} s\n",
                         imu.clock_offset, match->clock->sigma);
   text += "gnss:\n";
-  bool arm_known = false;
   bool reference = false;
   for (const InspectedLog& log : inspection.logs) {
     if (!log.is(LogKind::kGnss) || !log.gnss_health) continue;
     text += fmt::format("  - {}", file_keys(log, folder, "    "));
-    const auto& arm = inspection.lever_arm;
-    if (!arm_known && arm && arm->sigma.maxCoeff() < kDeterminedArm) {
+    const auto& arm = log.lever_arm;
+    if (arm && arm->sigma.maxCoeff() < kDeterminedArm) {
       text += fmt::format(
           "    lever_arm: {:.2f} {:.2f} {:.2f} m   # as the motion has it, +- {:.2f} {:.2f} {:.2f}; "
           "measure it: from the IMU to the antenna\n",
@@ -177,7 +176,6 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
     } else {
       text += "    lever_arm: 0 0 0 m            # measure it: from the IMU to the antenna, forward right down\n";
     }
-    arm_known = true;
     if (log.gnss_health->without_sigma == log.gnss_health->sampling.rows)
       text += "    sigma: 3 3 6 m                # the log has none: north east down\n";
     text += fmt::format("    use: {}\n", log.gnss_health->velocities > 0 ? "position velocity" : "position");

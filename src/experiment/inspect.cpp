@@ -68,12 +68,13 @@ bool may_run(const Inspection& inspection) {
   });
 }
 
-std::optional<LeverArmGuess> try_lever_arm(const Inspection& inspection, std::vector<Suspicion>& found) {
+std::optional<LeverArmGuess> try_lever_arm(const Inspection& inspection, const InspectedLog& receiver,
+                                           std::vector<Suspicion>& found) {
   constexpr double kFar = 3, kSure = 0.3;  // m
   constexpr double kManyRejected = 0.3;
-  const auto imu = inspection.first(LogKind::kImu), gnss = inspection.first(LogKind::kGnss);
-  if (!imu || !gnss || !may_run(inspection)) return std::nullopt;
-  const InspectedLog &body = inspection.logs[*imu], &receiver = inspection.logs[*gnss];
+  const auto imu = inspection.first(LogKind::kImu);
+  if (!imu || !receiver.gnss_health || !may_run(inspection)) return std::nullopt;
+  const InspectedLog& body = inspection.logs[*imu];
   FilterOptions options;
   options.sensor = guess_sensor(*body.imu_health, "guess");
   options.estimate = imu_error_blocks(options.sensor);
@@ -129,7 +130,9 @@ Inspection inspect(const std::vector<std::string>& files,
   }
   rank(found);
   show("trial run", 0.5);
-  inspection.lever_arm = try_lever_arm(inspection, found);
+  std::vector<Suspicion> implausible;
+  for (InspectedLog& log : logs) log.lever_arm = try_lever_arm(inspection, log, implausible);
+  append(found, std::move(implausible));
   rank(found);
   return inspection;
 }

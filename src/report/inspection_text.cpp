@@ -187,8 +187,8 @@ std::vector<InspectionSheet> inspection_sheets(const Inspection& inspection) {
   for (const InspectedMatch& m : inspection.matches) {
     SheetWriter sheet(fmt::format("{} beside {}", inspection.logs[m.imu].log.file, inspection.logs[m.gnss].log.file));
     describe(sheet, m.match);
-    if (&m.match == inspection.first_match() && inspection.lever_arm) {
-      const LeverArmGuess& arm = *inspection.lever_arm;
+    if (m.imu == inspection.first(LogKind::kImu) && inspection.logs[m.gnss].lever_arm) {
+      const LeverArmGuess& arm = *inspection.logs[m.gnss].lever_arm;
       sheet.add(
           "lever arm",
           fmt::format("{} +- {} (forward right down), from a filter that took {} and rejected {} measurements",

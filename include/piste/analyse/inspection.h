@@ -14,6 +14,12 @@
 
 namespace piste {
 
+/// Where the antenna sits, as the motion tells it.
+struct LeverArmGuess {
+  Vector3d value, sigma;               ///< b → antenna [m]
+  std::size_t used = 0, rejected = 0;  ///< innovations of GNSS
+};
+
 /// One file, as far as it could be read.
 struct InspectedLog {
   LogFile log;
@@ -25,6 +31,7 @@ struct InspectedLog {
   std::optional<ImuHealth> imu_health;
   std::optional<GnssHealth> gnss_health;
   std::optional<Sampling> attitude_sampling;
+  std::optional<LeverArmGuess> lever_arm;  ///< of a receiver against the first IMU, where the filter could run
 
   bool is(LogKind kind) const { return guess && guess->kind == kind; }
 };
@@ -35,17 +42,10 @@ struct InspectedMatch {
   LogMatch match;
 };
 
-/// Where the antenna sits, as the motion tells it.
-struct LeverArmGuess {
-  Vector3d value, sigma;               ///< b → antenna [m]
-  std::size_t used = 0, rejected = 0;  ///< innovations of GNSS
-};
-
 struct Inspection {
   std::vector<InspectedLog> logs;
   std::vector<InspectedMatch> matches;
-  std::optional<LeverArmGuess> lever_arm;  ///< of the first IMU and the first receiver, where the filter could run
-  std::vector<Suspicion> suspicions;       ///< the worst first
+  std::vector<Suspicion> suspicions;  ///< the worst first
 
   /// Index of the first log of a kind, none where there is none.
   std::optional<std::size_t> first(LogKind kind) const;

@@ -30,12 +30,12 @@ enum class LogFault {
   kVelocityUnit,        ///< km/h or knots
   // Its time is not that of the others.
   kNotSecondsOfWeek,  ///< seconds of the day, or since 1970
+  kTimeBack,
   kNoOverlap,
   kLeapSeconds,  ///< UTC for GPS time
   kClockOffset,
   // It is broken in places.
   kBadRows,  ///< text, NaN, cut lines, impossible values
-  kTimeBack,
   kTimeRepeated,
   kClockJump,
   kGaps,
@@ -45,9 +45,9 @@ enum class LogFault {
   kPositionJumps,
   kSigmaTooSmall,
   // It costs accuracy.
+  kCoordinatesRounded,
   kClipped,
   kSigmaTooLarge,
-  kCoordinatesRounded,
   kLowRate,
   kJitter,
   kQuantised,
@@ -60,7 +60,7 @@ enum class LogFault {
 };
 
 /// Whether a fault makes a log mean something else or spoils what is made of it; the others cost accuracy at most.
-constexpr bool is_severe(LogFault fault) { return fault < LogFault::kClipped; }
+constexpr bool is_severe(LogFault fault) { return fault < LogFault::kCoordinatesRounded; }
 
 struct Suspicion {
   LogFault fault;

@@ -1,15 +1,11 @@
 #pragma once
 /// Where the antenna sits, as the motion tells it.
 
+#include "piste/analyse/inspection.h"
 #include "piste/core/log.h"
 #include "piste/core/options.h"
 
 namespace piste {
-
-struct LeverArmGuess {
-  Vector3d value, sigma;               ///< b → antenna [m]
-  std::size_t used = 0, rejected = 0;  ///< innovations of GNSS
-};
 
 /// Runs the filter over at most the first five minutes of the log, from the start that the motion gives, with the first
 /// receiver's lever arm among the states: the start value that of the options, its sigma 2 m. Throws DataError where no
