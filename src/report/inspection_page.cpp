@@ -126,10 +126,10 @@ std::string suspicions_body(const std::vector<Suspicion>& suspicions) {
 }
 
 std::string sheet_table(const InspectionSheet& sheet) {
-  std::vector<page::Row> rows;
-  rows.reserve(sheet.facts.size());
-  for (const auto& [name, text] : sheet.facts) rows.push_back({name, text});
-  return page::wide(page::table(sheet.title, {}, rows));
+  std::string out = fmt::format("<div class=\"wide\">\n<table><caption>{}</caption>\n", escape_markup(sheet.title));
+  for (const auto& [name, text] : sheet.facts)
+    out += fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n", escape_markup(name), escape_markup(text));
+  return out + "</table>\n</div>\n";
 }
 
 }  // namespace

@@ -42,7 +42,7 @@ class SheetWriter {
   void rows(const Sampling& s, const RowFaults& faults) {
     add("rows", fmt::format("{}, from {:.3f} to {:.3f} s ({:.1f} s)", s.rows, s.span.start, s.span.end,
                             s.span.end - s.span.start));
-    add("rate", fmt::format("{:.5g} Hz, jitter {:.3g} ms{}", s.rate(), 1e3 * s.jitter,
+    add("rate", fmt::format("{:.5g} Hz, jitter {:.3f} ms{}", s.rate(), 1e3 * s.jitter,
                             s.resolution > 0 ? fmt::format(", times in steps of {:.4g} ms", 1e3 * s.resolution) : ""));
     if (s.gaps.empty()) {
       add("gaps", "none");
@@ -150,7 +150,7 @@ void describe(SheetWriter& sheet, const LogMatch& m) {
     return;
   }
   sheet.add("axes",
-            fmt::format("{} point forward, right, down; {:.1f} deg off on average, the next best {:.0f} deg more",
+            fmt::format("{} point forward, right, down; {:.1f} deg off on average, the next best choice {:.0f} deg more",
                         m.motion->axes, m.motion->tilt / kDegree, m.motion->margin / kDegree));
   sheet.add("units",
             fmt::format("gyroscopes turn {:.3g} times as fast as the track; forces are to be multiplied by {:.3g}",
