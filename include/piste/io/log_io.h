@@ -21,7 +21,8 @@
 ///    Gyr_X … [rad/s], optional Mag_X … (its own unit) and Temperature, tab-separated. Time is the counter over the
 ///    rate, from 0 at the first row.
 ///  - imr: generic binary IMU format of Inertial Explorer; rates or increments.
-///  - inspva: attitude of NovAtel SPAN, as ASCII: INSPVAA, INSPVASA, and INSPVAXA with its sigmas; other logs, and
+///  - inspva: attitude of NovAtel SPAN, as ASCII: INSPVAA, INSPVASA, and INSPVAXA or INSPVAXSA with their sigmas; other
+///  logs, and
 ///    sentences of NMEA, are passed over.
 ///
 /// Times become seconds of the GPS week that the file begins in, and continue past 604800.
