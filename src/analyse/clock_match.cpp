@@ -16,6 +16,7 @@ constexpr double kIndependent = 0.5;  // s: a moving body holds its rates for so
 constexpr double kTurning = 1.5;      // m/s from which a track has a direction
 constexpr double kShortest = 10;      // s that two signals must have in common
 constexpr double kCertain = 30, kOverRival = 15;
+constexpr double kLeastCorrelation = 0.7;
 
 using Series = std::vector<double>;
 
@@ -73,6 +74,19 @@ std::array<Signal, 2> imu_signals(const ImuIntegral& imu, const Grid& grid) {
   return out;
 }
 
+// One wild velocity would outweigh a minute of motion.
+void hold_outliers(Series& value, const Series& weight) {
+  constexpr double kMost = 3, kTail = 0.95;
+  std::vector<double> sizes;
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    if (weight[i] > 0) sizes.push_back(std::abs(value[i]));
+  }
+  if (sizes.empty()) return;
+  const auto place = sizes.begin() + static_cast<std::ptrdiff_t>(kTail * static_cast<double>(sizes.size() - 1));
+  std::nth_element(sizes.begin(), place, sizes.end());
+  for (double& v : value) v = std::clamp(v, -kMost * *place, kMost * *place);
+}
+
 TrackSignals track_signals(const Track& track, const Grid& grid) {
   TrackSignals out;
   const std::size_t n = grid.cells(track.start(), track.end());
@@ -95,6 +109,7 @@ TrackSignals track_signals(const Track& track, const Grid& grid) {
     out.value[2][i] = across;
     out.weight[1][i] = out.weight[2][i] = 1;
   }
+  for (std::size_t c = 0; c < 3; ++c) hold_outliers(out.value[c], out.weight[c]);
   return out;
 }
 
@@ -211,13 +226,13 @@ std::optional<ClockMatch> match_clocks(const ImuIntegral& imu, const Track& trac
   const TrackSignals motion = track_signals(track, grid);
   const std::size_t nx = sensors[0].weight.size(), ny = motion.value[0].size(), lags = nx + ny - 1;
   Correlator fft(nx, ny);
-  Series evidence(lags, 0), turning;
+  Series evidence(lags, 0), correlation(lags, 0);
   for (std::size_t c = 0; c < 3; ++c) {
-    Channel one = channel(fft, sensors[c == 0 ? 0 : 1], motion.value[c], motion.weight[c], grid.step);
+    const Channel one = channel(fft, sensors[c == 0 ? 0 : 1], motion.value[c], motion.weight[c], grid.step);
     for (std::size_t k = 0; k < lags; ++k) {
       if (one.seconds[k] > 0) evidence[k] -= 0.5 * one.seconds[k] / kIndependent * std::log1p(-one.r2[k]) + 3;
     }
-    if (c == 0) turning = std::move(one.r2);
+    for (std::size_t k = 0; k < lags; ++k) correlation[k] = std::max(correlation[k], one.r2[k]);
   }
   const auto best = static_cast<std::size_t>(std::max_element(evidence.begin(), evidence.end()) - evidence.begin());
   // The rival: the likeliest offset that the slope of the peak does not lead to.
@@ -230,9 +245,10 @@ std::optional<ClockMatch> match_clocks(const ImuIntegral& imu, const Track& trac
     if (k < left || k > right) rival = std::max(rival, evidence[k]);
   }
   ClockMatch match;
-  match.correlation = std::sqrt(turning[best]);
+  match.correlation = std::sqrt(correlation[best]);
   match.evidence = evidence[best];
   match.over_rival = evidence[best] - rival;
+  if (match.correlation < kLeastCorrelation) return std::nullopt;
   if (match.evidence < kCertain || match.over_rival < kOverRival || best == 0 || best + 1 == lags) return std::nullopt;
   const double before = evidence[best - 1], after = evidence[best + 1], bend = before - 2 * evidence[best] + after;
   if (!(bend < 0)) return std::nullopt;

@@ -107,13 +107,44 @@ std::string axes_text(const Matrix3d& axes) {
   return text;
 }
 
-void suspect_units(const LogMatch& m, const std::string& file, std::vector<Suspicion>& found) {
-  const MotionMatch& motion = *m.motion;
+// Factors by which gyroscopes and accelerometers are to be multiplied.
+struct Factors {
+  double gyro = 1, accel = 1;
+};
+
+double median_force(const ImuRecording& imu, double interval) {
+  std::vector<double> forces;
+  forces.reserve(imu.accel.size());
+  for (const Vector3d& f : imu.accel) forces.push_back(f.norm());
+  return median(std::move(forces)) / (imu.increments ? interval : 1);
+}
+
+// Of an IMU whose windows do not tell: by the turns of the track and the magnitude of gravity, where these are clear.
+Factors rough_factors(const LogMatch& m) {
+  constexpr double kFarOff = 3;
+  Factors factors;
+  if (!m.clock || m.turn_ratio == 0) return factors;
+  const double other = m.increments ? m.interval : 1 / m.interval;
+  for (const double accel : {kStandardGravity, 1 / kStandardGravity, other}) {
+    if (near(m.force * accel, kStandardGravity)) factors.accel = accel;
+  }
+  const auto distance = [&](double gyro) { return std::abs(std::log(m.turn_ratio * gyro)); };
+  if (factors.accel == other && distance(other) < std::log(kFarOff)) {
+    factors.gyro = other;
+    return factors;
+  }
+  for (const double gyro : {kDegrees, 1 / kDegrees}) {
+    if (distance(gyro) < std::min(distance(1), std::log(kFarOff))) factors.gyro = gyro;
+  }
+  return factors;
+}
+
+void suspect_units(const LogMatch& m, const Factors& factors, const std::string& file, std::vector<Suspicion>& found) {
   const auto add = [&](LogFault fault, std::string what, std::string remedy) {
     found.push_back({fault, file, std::move(what), std::move(remedy)});
   };
-  const double by_interval = 1 / m.interval, f = motion.gyro_factor, a = motion.accel_factor;
-  const std::string turns = fmt::format("the gyroscopes turn {:.4g} times as fast as the track", motion.gyro_turn);
+  const double by_interval = 1 / m.interval, f = factors.gyro, a = factors.accel;
+  const std::string turns = fmt::format("the gyroscopes turn {:.4g} times as fast as the track", m.turn_ratio);
   if (near(f, by_interval) && near(a, by_interval)) {
     add(LogFault::kIncrementsForRates,
         fmt::format("{}, and the forces are {:.4g} times too small, as increments over {:.4g} s are", turns, a,
@@ -155,7 +186,7 @@ void suspect_axes(const MotionMatch& motion, const std::string& file, std::vecto
     found.push_back({fault, file, std::move(what), std::move(remedy)});
   };
   const std::string left = fmt::format(
-      "{:.2g} m/s rms are left of the velocities over 8 s where {:.2g} m/s are with the labels as they stand",
+      "{:.2g} m/s rms are left of the velocities over 5 s where {:.2g} m/s are with the labels as they stand",
       motion.residual, motion.residual_as_given);
   if (!motion.gravity) {
     add(LogFault::kNoGravity, "the motion fits the track only without gravity in the forces: " + left,
@@ -193,6 +224,7 @@ LogMatch match(const ImuRecording& imu, const GnssRecording& gnss, const GnssHea
   m.imu = {imu.time.front(), imu.time.back()};
   m.gnss = {gnss.fixes.front().time, gnss.fixes.back().time};
   m.interval = integral.interval();
+  m.increments = imu.increments;
   m.overlap = in_common(m.imu, m.gnss);
   if (!times_are_seconds(m, health.sampling.interval)) {
     m.interval = 0;
@@ -202,7 +234,12 @@ LogMatch match(const ImuRecording& imu, const GnssRecording& gnss, const GnssHea
   m.clock = match_clocks(integral, track);
   const double offset = m.clock ? m.clock->offset : 0;
   m.motion = match_motion(integral, imu.increments, track, health.rest, offset);
-  if (m.motion) m.motion->gyro_turn = turn_ratio(integral, track, offset);
+  m.turn_ratio = turn_ratio(integral, track, offset);
+  m.force = median_force(imu, m.interval);
+  if (m.clock && m.motion && m.motion->sigma_clock > 0) {
+    m.clock->offset += m.motion->clock_rest;
+    m.clock->sigma = m.motion->sigma_clock;
+  }
   return m;
 }
 
@@ -210,8 +247,9 @@ std::vector<Suspicion> suspicions(const LogMatch& m, const std::string& imu_file
   std::vector<Suspicion> found;
   if (m.interval == 0) return found;  // the rows themselves are wrong, and their own suspicions say so
   suspect_clock(m, imu_file, gnss_file, found);
+  suspect_units(m, m.motion ? Factors{m.motion->gyro_factor, m.motion->accel_factor} : rough_factors(m), imu_file,
+                found);
   if (m.motion) {
-    suspect_units(m, imu_file, found);
     suspect_axes(*m.motion, imu_file, found);
   }
   std::stable_sort(found.begin(), found.end(),

@@ -23,6 +23,19 @@ std::size_t place(const std::vector<double>& time, double t) {
   return static_cast<std::size_t>(after - time.begin());
 }
 
+// Whether the receiver says its last fix again somewhere from `begin` to `end`.
+bool repeated(const GnssHealth& health, double begin, double end) {
+  return std::any_of(health.repeated.begin(), health.repeated.end(),
+                     [&](const Interval& r) { return end > r.start && begin <= r.end; });
+}
+
+// Whether the positions between are not to be believed.
+bool spoilt(const GnssHealth& health, double begin, double end) {
+  return repeated(health, begin, end) ||
+         std::any_of(health.jumps.begin(), health.jumps.end(),
+                     [&](const PositionJump& j) { return j.time >= begin && j.time <= end; });
+}
+
 }  // namespace
 
 ImuIntegral::ImuIntegral(const ImuRecording& imu) : time_(imu.time), value_(imu.time.size()) {
@@ -36,6 +49,33 @@ ImuIntegral::ImuIntegral(const ImuRecording& imu) : time_(imu.time), value_(imu.
       gap_ends_.push_back(time_[i]);
     }
   }
+  find_clipped(imu);
+}
+
+void ImuIntegral::find_clipped(const ImuRecording& imu) {
+  constexpr int kAgain = 5;
+  std::vector<bool> at_limit(time_.size(), false);
+  for (const auto* values : {&imu.gyro, &imu.accel}) {
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const double sign : {1.0, -1.0}) {
+        const auto value = [&](std::size_t i) { return sign * (*values)[i](axis); };
+        double limit = value(0);
+        for (std::size_t i = 1; i < time_.size(); ++i) limit = std::max(limit, value(i));
+        int times = 0;
+        for (std::size_t i = 0; i < time_.size(); ++i) times += value(i) == limit ? 1 : 0;
+        if (times < kAgain || limit == 0) continue;
+        for (std::size_t i = 0; i < time_.size(); ++i) at_limit[i] = at_limit[i] || value(i) == limit;
+      }
+    }
+  }
+  for (std::size_t i = 0; i < time_.size(); ++i) {
+    if (at_limit[i]) clipped_.push_back(time_[i]);
+  }
+}
+
+std::size_t ImuIntegral::clipped(double begin, double end) const {
+  return static_cast<std::size_t>(std::upper_bound(clipped_.begin(), clipped_.end(), end) -
+                                  std::upper_bound(clipped_.begin(), clipped_.end(), begin));
 }
 
 ImuIntegral::Value ImuIntegral::at(double time) const {
@@ -59,7 +99,7 @@ Track::Track(const GnssRecording& gnss, const GnssHealth& health) {
     const VelocityFit fit = health.velocity.value_or(VelocityFit{});
     const bool late = std::abs(fit.delay) > kLate && std::abs(fit.delay) > kSure * fit.sigma_delay;
     for (const GeodeticFix& f : fixes) {
-      if (!f.velocity) continue;
+      if (!f.velocity || repeated(health, f.time, f.time)) continue;
       time_.push_back(f.time - (late ? fit.delay : 0));
       velocity_.emplace_back(fit.axes.transpose() * f.velocity->value / fit.scale);
     }
@@ -73,6 +113,7 @@ Track::Track(const GnssRecording& gnss, const GnssHealth& health) {
     for (std::size_t i = reach; i + reach < fixes.size(); ++i) {
       const double dt = fixes[i + reach].time - fixes[i - reach].time;
       if (dt > kMissing * static_cast<double>(2 * reach) * health.sampling.interval) continue;
+      if (spoilt(health, fixes[i - reach].time, fixes[i + reach].time)) continue;
       time_.push_back(fixes[i].time);
       velocity_.emplace_back((p[i + reach] - p[i - reach]) / dt);
     }

@@ -25,9 +25,13 @@ class ImuIntegral {
   Value at(double time) const;
   /// Whether there are rows all along.
   bool covers(double begin, double end) const;
+  /// Rows within (begin, end] with an axis at a limit that it reaches again and again: they measure nothing.
+  std::size_t clipped(double begin, double end) const;
 
  private:
-  std::vector<double> time_;
+  void find_clipped(const ImuRecording& imu);
+
+  std::vector<double> time_, clipped_;
   std::vector<Value> value_;
   std::vector<double> gap_ends_;  // sorted
   std::vector<double> gap_starts_;

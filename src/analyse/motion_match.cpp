@@ -13,19 +13,23 @@
 namespace piste {
 namespace {
 
-constexpr double kCell = 0.04, kWindow = 8, kStride = 4;  // s
-constexpr std::size_t kEvery = 6;                         // cells between looks at the track
-constexpr std::size_t kMost = 40, kFewest = 4;            // windows
-constexpr double kMotion = 0.7;                           // m/s that the velocity must change by in a window, rms
-constexpr double kForward = 1.5;                          // m/s from which a track has a direction
-constexpr double kFloor = 0.05;                           // m/s: what the velocities may be wrong by
-constexpr double kFarBetter = 2.0, kAsGood = 1.25;        // ratios of mean squares
-constexpr double kNearlyAll = 0.8;
+constexpr double kCell = 0.04, kWindow = 5, kStride = 2.5;  // s
+constexpr std::size_t kEvery = 6;                           // cells between looks at the track
+constexpr std::size_t kMost = 40, kFewest = 5;              // windows
+constexpr std::size_t kMostClipped = 2;                     // rows of a window
+constexpr double kMotion = 0.7;                             // m/s that the velocity must change by in a window, rms
+constexpr double kForward = 1.5;                            // m/s from which a track has a direction
+constexpr double kNoise = 0.1, kLeverArm = 0.7;             // m/s of the track, m of the antenna: before it is fitted
+constexpr double kFloor = 0.05;                             // m/s: what the velocities may be wrong by
+constexpr double kFarBetter = 1.3, kAsGood = 1.2;           // ratios of mean squares
+constexpr double kNearlyAll = 0.85;
+constexpr double kHalfWay = 10 * std::numbers::pi / 180;
 constexpr double kExplained = 0.35;  // rms of what is left, in parts of the change of velocity
 const Vector3d kGravity(0, 0, kStandardGravity);
 
 // One stretch: the IMU in cells, and the track at every kEvery-th of their ends, the first at the beginning.
 struct Window {
+  double begin = 0;  // of the track
   std::vector<ImuIntegral::Value> cells;
   std::vector<Vector3d> velocity;
   double change = 0;  // rms of the velocity about its mean
@@ -34,9 +38,11 @@ struct Window {
 std::optional<Window> window_at(const ImuIntegral& imu, const Track& track, double begin, double offset,
                                 const Vector3d& bias) {
   const auto cells = static_cast<std::size_t>(std::lround(kWindow / kCell));
-  if (!imu.covers(begin + offset, begin + offset + kWindow)) return std::nullopt;
+  const double first = begin + offset, last = first + kWindow;
+  if (!imu.covers(first, last) || imu.clipped(first, last) > kMostClipped) return std::nullopt;
   Window w;
-  ImuIntegral::Value before = imu.at(begin + offset);
+  w.begin = begin;
+  ImuIntegral::Value before = imu.at(first);
   Vector3d mean = Vector3d::Zero();
   for (std::size_t i = 0; i <= cells; ++i) {
     const double t = begin + static_cast<double>(i) * kCell;
@@ -82,6 +88,7 @@ Vector3d gyro_bias(const ImuIntegral& imu, const std::vector<Interval>& rest, do
 struct Carried {
   std::vector<Quaterniond> attitude;
   std::vector<Vector3d> velocity;
+  std::vector<Matrix3d> swing;  // of the antenna, by the lever arm
 };
 
 Carried carry(const Window& w, const Matrix3d& turn) {
@@ -90,8 +97,10 @@ Carried carry(const Window& w, const Matrix3d& turn) {
   Vector3d u = Vector3d::Zero();
   for (std::size_t i = 0; i <= w.cells.size(); ++i) {
     if (i % kEvery == 0) {
+      const Vector3d about = w.cells[std::min(i, w.cells.size() - 1)].angle + w.cells[i == 0 ? 0 : i - 1].angle;
       out.attitude.push_back(q);
       out.velocity.push_back(u);
+      out.swing.emplace_back(q.toRotationMatrix() * skew(turn * about / (2 * kCell)));
     }
     if (i == w.cells.size()) break;
     const Quaterniond half = so3_exp(turn * w.cells[i].angle / 2);
@@ -101,41 +110,84 @@ Carried carry(const Window& w, const Matrix3d& turn) {
   return out;
 }
 
-// Wahba's problem with a free scale, for both signs of the determinant.
+std::vector<Carried> carry_all(const std::vector<Window>& windows, const Matrix3d& turn) {
+  std::vector<Carried> carried;
+  carried.reserve(windows.size());
+  for (const Window& w : windows) carried.push_back(carry(w, turn));
+  return carried;
+}
+
+// Wahba's problem with a free scale, for one sign of the determinant.
 struct Fit {
   Matrix3d R;
   double scale = 0, mean_square = 0;
 };
 
-std::array<Fit, 2> fits(const Window& w, const Carried& carried, bool gravity) {
-  const std::size_t n = w.velocity.size();
-  std::vector<Vector3d> beta(n);
-  Vector3d mean_alpha = Vector3d::Zero(), mean_beta = Vector3d::Zero();
-  for (std::size_t k = 0; k < n; ++k) {
-    beta[k] = w.velocity[k];
-    if (gravity) beta[k] -= static_cast<double>(k * kEvery) * kCell * kGravity;
-    mean_alpha += carried.velocity[k] / static_cast<double>(n);
-    mean_beta += beta[k] / static_cast<double>(n);
-  }
+Vector3d without_gravity(const Window& w, std::size_t k, bool gravity) {
+  return gravity ? Vector3d(w.velocity[k] - static_cast<double>(k * kEvery) * kCell * kGravity) : w.velocity[k];
+}
+
+template <class T>
+std::vector<T> without_mean(std::vector<T> values) {
+  T mean = values.front();
+  for (std::size_t k = 1; k < values.size(); ++k) mean += values[k];
+  mean /= static_cast<double>(values.size());
+  for (T& v : values) v -= mean;
+  return values;
+}
+
+Fit wahba(const std::vector<Vector3d>& alpha, const std::vector<Vector3d>& beta, bool mirrored) {
   Matrix3d H = Matrix3d::Zero();
   double aa = 0, bb = 0;
-  for (std::size_t k = 0; k < n; ++k) {
-    const Vector3d a = carried.velocity[k] - mean_alpha, b = beta[k] - mean_beta;
-    H += b * a.transpose();
-    aa += a.squaredNorm();
-    bb += b.squaredNorm();
+  for (std::size_t k = 0; k < alpha.size(); ++k) {
+    H += beta[k] * alpha[k].transpose();
+    aa += alpha[k].squaredNorm();
+    bb += beta[k].squaredNorm();
   }
   const Eigen::JacobiSVD<Matrix3d> svd(H, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() > 0 ? 1 : -1;
-  std::array<Fit, 2> out;
-  for (std::size_t mirrored = 0; mirrored < 2; ++mirrored) {
-    const Vector3d D(1, 1, mirrored != 0 ? -sign : sign);
-    const double trace = svd.singularValues().dot(D);
-    out[mirrored].R = svd.matrixU() * D.asDiagonal() * svd.matrixV().transpose();
-    out[mirrored].scale = aa > 0 ? trace / aa : 0;
-    out[mirrored].mean_square = (bb - (aa > 0 ? trace * trace / aa : 0)) / static_cast<double>(n);
+  const Vector3d D(1, 1, mirrored ? -sign : sign);
+  const double trace = svd.singularValues().dot(D);
+  return {svd.matrixU() * D.asDiagonal() * svd.matrixV().transpose(), aa > 0 ? trace / aa : 0,
+          (bb - (aa > 0 ? trace * trace / aa : 0)) / static_cast<double>(alpha.size())};
+}
+
+// All windows, with one lever arm in common.
+struct Joint {
+  std::vector<Fit> fits;
+  Vector3d lever_arm = Vector3d::Zero();  // in the accelerometers' axes
+};
+
+Joint fit_all(const std::vector<Window>& windows, const std::vector<Carried>& carried, bool gravity, bool mirrored) {
+  Joint joint;
+  joint.fits.resize(windows.size());
+  Matrix3d N = Matrix3d::Identity() * (kNoise * kNoise / kLeverArm / kLeverArm);
+  Vector3d n = Vector3d::Zero();
+  std::vector<std::vector<Vector3d>> alpha(windows.size()), beta(windows.size());
+  for (std::size_t i = 0; i < windows.size(); ++i) {
+    for (std::size_t k = 0; k < windows[i].velocity.size(); ++k) {
+      beta[i].push_back(without_gravity(windows[i], k, gravity));
+    }
+    beta[i] = without_mean(std::move(beta[i]));
+    alpha[i] = without_mean(carried[i].velocity);
+    const Fit& fit = joint.fits[i] = wahba(alpha[i], beta[i], mirrored);
+    const std::vector<Matrix3d> swing = without_mean(carried[i].swing);
+    for (std::size_t k = 0; k < swing.size(); ++k) {
+      const Matrix3d J = fit.R * swing[k];
+      N += J.transpose() * J;
+      n += J.transpose() * (beta[i][k] - fit.scale * (fit.R * alpha[i][k]));
+    }
   }
-  return out;
+  joint.lever_arm = N.ldlt().solve(n);
+  for (std::size_t i = 0; i < windows.size(); ++i) {
+    // α with the swing, in the forces' own unit.
+    const double scale = joint.fits[i].scale;
+    if (scale == 0) continue;
+    const std::vector<Matrix3d> swing = without_mean(carried[i].swing);
+    for (std::size_t k = 0; k < swing.size(); ++k) alpha[i][k] += swing[k] * joint.lever_arm / scale;
+    joint.fits[i] = wahba(alpha[i], beta[i], mirrored);
+  }
+  return joint;
 }
 
 // A reading of the labels, what it leaves in each window, and how far it is from the labels' own.
@@ -172,10 +224,9 @@ std::vector<Reading> read_all_ways(const std::vector<Window>& windows, const std
         four[i] = {
             factor, axes, mirrored, gravity, oddity_of(axes, mirrored) + (factor == 1 ? 0 : 1) + (gravity ? 0 : 1), {}};
       }
-      for (const Window& w : windows) {
-        const Carried carried = carry(w, factor * axes);
-        const auto with = fits(w, carried, true), without = fits(w, carried, false);
-        for (std::size_t i = 0; i < 4; ++i) four[i].left.push_back((i < 2 ? with : without)[i % 2].mean_square);
+      const std::vector<Carried> carried = carry_all(windows, factor * axes);
+      for (Reading& r : four) {
+        for (const Fit& fit : fit_all(windows, carried, r.gravity, r.mirrored).fits) r.left.push_back(fit.mean_square);
       }
       for (Reading& r : four) all.push_back(std::move(r));
     }
@@ -208,13 +259,45 @@ std::string text_of(const Matrix3d& R_bs) {
   return text;
 }
 
+// What the clock is off beyond `offset`: where the least is left.
+void refine_clock(const ImuIntegral& imu, const Track& track, const std::vector<Window>& windows, const Vector3d& bias,
+                  const Reading& reading, double offset, MotionMatch& match) {
+  constexpr double kStep = 0.03, kIndependent = 0.5;  // s
+  constexpr int kSteps = 6;
+  std::array<double, 2 * kSteps + 1> left{};
+  for (int step = -kSteps; step <= kSteps; ++step) {
+    std::vector<Window> moved;
+    moved.reserve(windows.size());
+    for (const Window& w : windows) {
+      auto at = window_at(imu, track, w.begin, offset + step * kStep, bias);
+      if (!at) at = w;  // clipped or cut there: it says nothing then
+      moved.push_back(std::move(*at));
+    }
+    const auto carried = carry_all(moved, reading.factor * reading.axes);
+    for (const Fit& fit : fit_all(moved, carried, reading.gravity, reading.mirrored).fits)
+      left[static_cast<std::size_t>(step + kSteps)] += fit.mean_square;
+  }
+  const auto best = static_cast<std::size_t>(std::min_element(left.begin(), left.end()) - left.begin());
+  if (best == 0 || best + 1 == left.size()) return;
+  const double bend = left[best - 1] - 2 * left[best] + left[best + 1];
+  if (!(bend > 0)) return;
+  const double part = 0.5 * (left[best - 1] - left[best + 1]) / bend;
+  match.clock_rest = (static_cast<double>(best) - kSteps + part) * kStep;
+  // Of the log-likelihood −n/2 log(left), over horizontal velocities; the windows overlap by half.
+  const double n = static_cast<double>(windows.size()) * kStride / kIndependent * 2;
+  match.sigma_clock = kStep * std::sqrt(2 * left[best] / (n * bend));
+}
+
 // The signed permutation that is nearest to the directions forward, right and down, as the sensor's axes have them.
 void name_axes(const std::vector<Window>& windows, const Reading& reading, MotionMatch& match) {
   Matrix3d sum = Matrix3d::Zero();  // of R_bs over time
   std::vector<double> scales;
-  for (const Window& w : windows) {
-    const Carried carried = carry(w, reading.factor * reading.axes);
-    const Fit fit = fits(w, carried, reading.gravity)[reading.mirrored ? 1 : 0];
+  const std::vector<Carried> carried = carry_all(windows, reading.factor * reading.axes);
+  const Joint joint = fit_all(windows, carried, reading.gravity, reading.mirrored);
+  match.lever_arm = joint.lever_arm;
+  for (std::size_t i = 0; i < windows.size(); ++i) {
+    const Window& w = windows[i];
+    const Fit& fit = joint.fits[i];
     scales.push_back(fit.scale);
     for (std::size_t k = 0; k < w.velocity.size(); ++k) {
       const double speed = w.velocity[k].head<2>().norm();
@@ -222,27 +305,25 @@ void name_axes(const std::vector<Window>& windows, const Reading& reading, Motio
       Matrix3d R_wh = Matrix3d::Identity();  // along the track
       R_wh.topLeftCorner<2, 2>() << w.velocity[k].x(), -w.velocity[k].y(), w.velocity[k].y(), w.velocity[k].x();
       R_wh.topLeftCorner<2, 2>() /= speed;
-      sum += R_wh.transpose() * fit.R * carried.attitude[k];
+      sum += R_wh.transpose() * fit.R * carried[i].attitude[k];
     }
   }
   match.accel_factor = median(scales);
   const Eigen::JacobiSVD<Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Matrix3d mean = svd.matrixU() * svd.matrixV().transpose();
-  double best = -4, second = -4;
+  const auto angle_to = [&](const Matrix3d& R_bs) {
+    return std::acos(std::clamp((R_bs.cwiseProduct(mean).sum() - 1) / 2, -1.0, 1.0));
+  };
+  std::vector<std::pair<double, Matrix3d>> off;
   for (const Matrix3d& R_bs : signed_permutations()) {
-    if ((R_bs.determinant() < 0) != reading.mirrored) continue;
-    const double fit = R_bs.cwiseProduct(mean).sum();
-    if (fit > best) {
-      second = best;
-      best = fit;
-      match.R_bs = R_bs;
-    } else {
-      second = std::max(second, fit);
-    }
+    if ((R_bs.determinant() < 0) == reading.mirrored) off.emplace_back(angle_to(R_bs), R_bs);
   }
-  const auto angle = [](double trace) { return std::acos(std::clamp((trace - 1) / 2, -1.0, 1.0)); };
-  match.tilt = angle(best);
-  match.margin = angle(second) - match.tilt;
+  std::sort(off.begin(), off.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  // An IMU that sits half way between two axes: the sensor's own, where they are one of them.
+  const bool own = off[1].second.isIdentity() && off[1].first - off[0].first < kHalfWay;
+  match.R_bs = off[own ? 1 : 0].second;
+  match.tilt = off[own ? 1 : 0].first;
+  match.margin = off[own ? 0 : 1].first - match.tilt;
   match.axes = text_of(match.R_bs);
 }
 
@@ -293,6 +374,7 @@ std::optional<MotionMatch> match_motion(const ImuIntegral& imu, bool increments,
   match.residual_as_given = rms(as_given);
   match.windows = windows.size();
   name_axes(windows, *chosen, match);
+  refine_clock(imu, track, windows, bias, *chosen, offset, match);
   return match;
 }
 

@@ -29,7 +29,7 @@ namespace piste {
 /// Offset of the clocks, found from the motion: gps time = imu time − offset.
 struct ClockMatch {
   double offset = 0, sigma = 0;
-  double correlation = 0;  ///< of the turn rates at that offset, multiple
+  double correlation = 0;  ///< multiple, of turn rates or accelerations at that offset, whichever is larger
   double evidence = 0;     ///< log-likelihood over no relation at all, and over the best offset elsewhere
   double over_rival = 0;
 };
@@ -38,7 +38,6 @@ struct ClockMatch {
 struct MotionMatch {
   double gyro_factor = 1;   ///< by which the gyroscopes are to be multiplied: 1, or that of another unit
   double accel_factor = 1;  ///< by which the accelerometers are to be multiplied, as measured: 1.00 where all is well
-  double gyro_turn = 1;     ///< the turn rate of the gyroscopes over that of the track, as measured
   Matrix3d gyro_axes = Matrix3d::Identity();  ///< that turn the gyroscopes into what fits the accelerometers' axes
   bool mirrored = false;                      ///< the accelerometers' axes, or their sign, are left-handed
   bool gravity = true;                        ///< gravity stands in the forces
@@ -49,9 +48,12 @@ struct MotionMatch {
   /// `imu: {axes: …}`: the sensor axes that point forward, right, down, such as `-y +x +z`. With mirrored axes they are
   /// left-handed, and no config takes them.
   std::string axes;
-  Matrix3d R_bs = Matrix3d::Identity();  ///< the same
-  double tilt = 0;                       ///< rotation from those axes to what the motion says, on average [rad]
-  double margin = 0;                     ///< angle by which the second best axes are further off [rad]
+  Matrix3d R_bs = Matrix3d::Identity();   ///< the same
+  Vector3d lever_arm = Vector3d::Zero();  ///< IMU → antenna in the accelerometers' axes, roughly [m]
+  /// What these windows add to the offset of the clocks that was found before [s]; sigma 0: nothing.
+  double clock_rest = 0, sigma_clock = 0;
+  double tilt = 0;    ///< rotation from those axes to what the motion says, on average [rad]
+  double margin = 0;  ///< angle by which the second best axes are further off [rad]
 
   bool as_given() const { return gyro_factor == 1 && gyro_axes.isIdentity() && !mirrored && gravity; }
 };
@@ -59,10 +61,13 @@ struct MotionMatch {
 /// An IMU's log against a receiver's.
 struct LogMatch {
   Interval imu, gnss;               ///< spans
-  double interval = 0;              ///< median, of the IMU [s]
+  double interval = 0;              ///< median, of the IMU [s]; 0 where times are no seconds, and nothing else is known
+  bool increments = false;          ///< that the IMU is said to hold
   double overlap = 0;               ///< seconds in common, as the clocks stand
   std::optional<ClockMatch> clock;  ///< where the motion tells
   std::optional<MotionMatch> motion;
+  double turn_ratio = 0;  ///< the turn rate of the gyroscopes over that of the track; 0 where it is not known
+  double force = 0;       ///< median magnitude of the specific force [m/s²], as its label has it
 };
 
 /// @pre time-ordered recordings, as read_imu and read_gnss give them
