@@ -45,6 +45,7 @@ std::vector<GeodeticFix> used_fixes(const GnssRecording& receiver, const Interva
   }
   counts.gnss_outside.push_back(outside);
   counts.gnss_withheld.push_back(withheld);
+  counts.gnss_without_fix.push_back(receiver.without_fix);
   return used;
 }
 
@@ -116,6 +117,7 @@ void condition_attitude(const Recording& recording, const Interval& imu, Log& lo
       if (imu.contains(time)) out.push_back(in_world(log.world, fix, time, position_at(*receiver, time)));
     }
     log.counts.attitude_outside.push_back(source.fixes.size() - out.size());
+    log.counts.attitude_not_valid.push_back(source.not_valid);
     if (out.empty()) {
       throw DataError(
           recording.imu.file,

@@ -36,21 +36,21 @@ LogFile read_log_file(const Config& source, std::initializer_list<std::pair<std:
                       DataFile data) {
   LogFile log;
   log.file = (data == DataFile::kMustExist ? source.existing_file("file") : source.path("file")).string();
-  const std::string asked = source.text("format", "csv");
-  if (asked == "xsens_ascii" || asked == "nmea") {
-    std::string names;
-    for (const auto& f : formats) names += fmt::format("{}{}", names.empty() ? "" : ", ", f.first);
-    source.fail("format", fmt::format("`{}` is not available in this version; there are: {}", asked, names));
-  }
   log.format = source.choice<LogFormat>("format", formats, LogFormat::kCsv);
-  if (log.format == LogFormat::kCsv) log.ignore_columns = source.words("ignore_columns");
+  const bool names_columns = log.format == LogFormat::kCsv || log.format == LogFormat::kXsensAscii;
+  if (names_columns) log.ignore_columns = source.words("ignore_columns");
   return log;
 }
 
 ImuSource read_imu_source(const Config& imu, DataFile data) {
   ImuSource source;
   source.where = imu.where();
-  source.log = read_log_file(imu, {{"csv", LogFormat::kCsv}, {"kf_gins", LogFormat::kKfGins}}, data);
+  source.log = read_log_file(imu,
+                             {{"csv", LogFormat::kCsv},
+                              {"kf_gins", LogFormat::kKfGins},
+                              {"xsens_ascii", LogFormat::kXsensAscii},
+                              {"imr", LogFormat::kImr}},
+                             data);
   source.sensor = read_sensor(imu.existing_file("sensor"));
   source.conditioning.R_bs = imu.axes("axes");
   source.conditioning.instantaneous = imu.choice<bool>("sampling", {{"mean", false}, {"instant", true}}, false);

@@ -130,13 +130,9 @@ AttitudeRecording read_attitude_csv(const LogFile& log, RowFaults* faults) {
 
   AttitudeRecording attitude{log.file, {}};
   IncreasingTime increasing;
-  const Vector3d largest = Vector3d(180, 90, 360) * (kRadian * (1 + 1e-9));
   const auto row = [&] {
     const EulerFix fix{increasing.next(csv[time], csv.text()), angles.read(csv), sigma.read(csv)};
-    if ((fix.angles.cwiseAbs().array() > largest.array()).any()) {
-      csv.fail("an angle is out of range; roll within 180, pitch within 90, heading within 360 deg are expected");
-    }
-    if (!(fix.sigma.minCoeff() > 0)) csv.fail("the sigmas of an attitude must be above zero");
+    check_attitude(fix, csv.text());
     attitude.fixes.push_back(fix);
   };
   for_each_row(

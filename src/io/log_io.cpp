@@ -15,9 +15,28 @@ namespace {
   throw ConfigError(log.file, fmt::format("{} is read from {}", kind, formats));
 }
 
+// What a log of this format must hold to be of use.
+std::string_view needed(LogFormat format) {
+  switch (format) {
+    case LogFormat::kNmea:
+      return "; sentences GGA, GST and RMC of a receiver that has one are read";
+    case LogFormat::kUbx:
+      return "; frames NAV-PVT of a receiver that has one are read";
+    case LogFormat::kInspva:
+      return "; logs INSPVAA, INSPVASA or INSPVAXA that are aligned are read";
+    case LogFormat::kCsv:
+    case LogFormat::kKfGins:
+    case LogFormat::kRtklibPos:
+    case LogFormat::kXsensAscii:
+    case LogFormat::kImr:
+      break;
+  }
+  return {};
+}
+
 template <class Fixes>
-void require_rows(const Fixes& fixes, const std::string& file, std::string_view what) {
-  if (fixes.empty()) throw DataError(file, fmt::format("holds no {}", what));
+void require_rows(const Fixes& fixes, const LogFile& log, std::string_view what) {
+  if (fixes.empty()) throw DataError(log.file, fmt::format("holds no {}{}", what, needed(log.format)));
 }
 
 // Gravity stands in every accelerometer record: its mean tells the unit.
@@ -49,8 +68,17 @@ ImuRecording read_imu(const LogFile& log, RowFaults* faults) {
     case LogFormat::kKfGins:
       imu = log_formats::read_imu_kf_gins(log, faults);
       break;
+    case LogFormat::kXsensAscii:
+      imu = log_formats::read_imu_xsens(log, faults);
+      break;
+    case LogFormat::kImr:
+      imu = log_formats::read_imu_imr(log, faults);
+      break;
     case LogFormat::kRtklibPos:
-      wrong_format(log, "an IMU", "csv or kf_gins");
+    case LogFormat::kNmea:
+    case LogFormat::kUbx:
+    case LogFormat::kInspva:
+      wrong_format(log, "an IMU", "csv, kf_gins, xsens_ascii or imr");
   }
   if (faults == nullptr) check_gravity(imu);
   return imu;
@@ -68,46 +96,66 @@ GnssRecording read_gnss(const LogFile& log, RowFaults* faults) {
     case LogFormat::kRtklibPos:
       gnss = log_formats::read_gnss_rtklib(log, faults);
       break;
+    case LogFormat::kNmea:
+      gnss = log_formats::read_gnss_nmea(log, faults);
+      break;
+    case LogFormat::kUbx:
+      gnss = log_formats::read_gnss_ubx(log, faults);
+      break;
+    case LogFormat::kXsensAscii:
+    case LogFormat::kImr:
+    case LogFormat::kInspva:
+      wrong_format(log, "GNSS", "csv, kf_gins, rtklib_pos, nmea or ubx");
   }
-  if (faults == nullptr) require_rows(gnss.fixes, log.file, "fix");
+  if (faults == nullptr) require_rows(gnss.fixes, log, "fix");
   return gnss;
 }
 
 AttitudeRecording read_attitude(const LogFile& log, RowFaults* faults) {
-  if (log.format != LogFormat::kCsv) wrong_format(log, "an attitude", "csv");
-  AttitudeRecording attitude = log_formats::read_attitude_csv(log, faults);
-  if (faults == nullptr) require_rows(attitude.fixes, log.file, "attitude");
+  const bool csv = log.format == LogFormat::kCsv;
+  if (!csv && log.format != LogFormat::kInspva) wrong_format(log, "an attitude", "csv or inspva");
+  AttitudeRecording attitude =
+      csv ? log_formats::read_attitude_csv(log, faults) : log_formats::read_attitude_inspva(log, faults);
+  if (faults == nullptr) require_rows(attitude.fixes, log, "attitude");
   return attitude;
 }
 
 namespace log_formats {
 
-void check_rate(const Vector3d& rate, const TextReader& reader) {
+void check_rate(const Vector3d& rate, const RowSource& row) {
   constexpr double kFastest = 60;
   const double largest = rate.cwiseAbs().maxCoeff();
   if (largest > kFastest) {
-    reader.fail(
+    row.fail(
         fmt::format("an angular rate of {:.4g} rad/s: these look like degrees; name the columns gyro_x_deg_s "
                     "(or dtheta_x_deg), or convert them",
                     largest));
   }
 }
 
-void check_fix(const GeodeticFix& fix, const TextReader& reader) {
+void check_fix(const GeodeticFix& fix, const RowSource& row) {
   constexpr double kPi = std::numbers::pi;
   if (std::abs(fix.position.latitude) > kPi / 2) {
-    reader.fail(fmt::format("latitude {:.6f} deg is beyond 90 deg; are latitude and longitude interchanged?",
-                            fix.position.latitude / kRadian));
+    row.fail(fmt::format("latitude {:.6f} deg is beyond 90 deg; are latitude and longitude interchanged?",
+                         fix.position.latitude / kRadian));
   }
   if (std::abs(fix.position.longitude) > 2 * kPi) {
-    reader.fail(
+    row.fail(
         fmt::format("longitude {:.6f} deg is beyond 360 deg; degrees are expected", fix.position.longitude / kRadian));
   }
   if (std::abs(fix.position.height) > 1e6) {
-    reader.fail(fmt::format("height {:.1f} m; metres above the ellipsoid are expected", fix.position.height));
+    row.fail(fmt::format("height {:.1f} m; metres above the ellipsoid are expected", fix.position.height));
   }
-  if (!(fix.sigma_position.minCoeff() > 0)) reader.fail("the sigmas of a position must be above zero");
-  if (fix.velocity && !(fix.velocity->sigma.minCoeff() > 0)) reader.fail("the sigmas of a velocity must be above zero");
+  if (!(fix.sigma_position.minCoeff() > 0)) row.fail("the sigmas of a position must be above zero");
+  if (fix.velocity && !(fix.velocity->sigma.minCoeff() > 0)) row.fail("the sigmas of a velocity must be above zero");
+}
+
+void check_attitude(const EulerFix& fix, const RowSource& row) {
+  const Vector3d largest = Vector3d(180, 90, 360) * (kRadian * (1 + 1e-9));
+  if ((fix.angles.cwiseAbs().array() > largest.array()).any()) {
+    row.fail("an angle is out of range; roll within 180, pitch within 90, heading within 360 deg are expected");
+  }
+  if (!(fix.sigma.minCoeff() > 0)) row.fail("the sigmas of an attitude must be above zero");
 }
 
 }  // namespace log_formats

@@ -3,40 +3,22 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <chrono>
 #include <cmath>
 #include <optional>
 
+#include "gps_time.h"
 #include "log_formats.h"
 
 namespace piste::log_formats {
 namespace {
 
-using std::chrono::sys_days;
-using std::chrono::year_month_day;
-using namespace std::chrono_literals;
-
-constexpr sys_days kGpsEpoch{1980y / 1 / 6};
-constexpr int kDaysPerWeek = 7;
-constexpr double kDay = 86400, kWeek = kDaysPerWeek * kDay;
-
-/// GPS − UTC grows by one second at the beginning of each of these days (IERS Bulletin C).
-constexpr std::array kLeapDays{
-    sys_days{1981y / 7 / 1}, sys_days{1982y / 7 / 1}, sys_days{1983y / 7 / 1}, sys_days{1985y / 7 / 1},
-    sys_days{1988y / 1 / 1}, sys_days{1990y / 1 / 1}, sys_days{1991y / 1 / 1}, sys_days{1992y / 7 / 1},
-    sys_days{1993y / 7 / 1}, sys_days{1994y / 7 / 1}, sys_days{1996y / 1 / 1}, sys_days{1997y / 7 / 1},
-    sys_days{1999y / 1 / 1}, sys_days{2006y / 1 / 1}, sys_days{2009y / 1 / 1}, sys_days{2012y / 7 / 1},
-    sys_days{2015y / 7 / 1}, sys_days{2017y / 1 / 1},
-};
-
-struct GpsTime {
-  int week;
-  double seconds;
-};
+constexpr std::array<std::pair<std::string_view, TimeSystem>, 3> kTimeSystems{
+    {{"GPST", TimeSystem::kGps}, {"UTC", TimeSystem::kUtc}, {"JST", TimeSystem::kJapan}}};
 
 /// What the header says of the columns.
 struct Header {
-  bool utc = false, sexagesimal = false;
+  TimeSystem system = TimeSystem::kGps;
+  bool sexagesimal = false;
   std::vector<std::string> names;  ///< from the quality flag on
 
   std::optional<std::size_t> find(std::string_view name) const {
@@ -63,36 +45,39 @@ std::optional<std::array<double, 3>> split_three(std::string_view text, char sep
   return values;
 }
 
-GpsTime calendar_time(const TextReader& reader, bool utc) {
-  const auto date = split_three(reader.fields()[0], '/');
-  const auto clock = split_three(reader.fields()[1], ':');
-  const auto wrong = [&] {
-    reader.fail(fmt::format("`{} {}` is no time; right would be such as 2025/07/08 19:34:18.499, or week and seconds",
-                            reader.fields()[0], reader.fields()[1]));
-  };
-  if (!date || !clock || std::max((*date)[1], (*date)[2]) > 31) wrong();
-  const year_month_day day{std::chrono::year(static_cast<int>((*date)[0])),
-                           std::chrono::month(static_cast<unsigned>((*date)[1])),
-                           std::chrono::day(static_cast<unsigned>((*date)[2]))};
-  const auto [hour, minute, second] = *clock;
-  const bool in_day = hour >= 0 && hour < 24 && minute >= 0 && minute < 60 && second >= 0 && second < 61;
-  if (!day.ok() || !in_day || sys_days(day) < kGpsEpoch) wrong();
-  const auto days = static_cast<int>((sys_days(day) - kGpsEpoch).count());
-  double seconds = (days % kDaysPerWeek) * kDay + hour * 3600 + minute * 60 + second;
-  if (utc) {
-    seconds += static_cast<double>(
-        std::count_if(kLeapDays.begin(), kLeapDays.end(), [&](sys_days leap) { return sys_days(day) >= leap; }));
-  }
-  return {days / kDaysPerWeek, seconds};
+[[noreturn]] void no_time(const TextReader& reader) {
+  reader.fail(fmt::format("`{} {}` is no time; right would be such as 2025/07/08 19:34:18.499, or week and seconds",
+                          reader.fields()[0], reader.fields()[1]));
 }
 
-GpsTime time_of(const TextReader& reader, bool utc) {
-  if (reader.fields()[0].find('/') != std::string_view::npos) return calendar_time(reader, utc);
+GpsTime calendar_time(const TextReader& reader, TimeSystem system) {
+  const auto date = split_three(reader.fields()[0], '/');
+  const auto clock = split_three(reader.fields()[1], ':');
+  if (!date || !clock) no_time(reader);
+  const auto day = day_of((*date)[0], (*date)[1], (*date)[2]);
+  const auto [hour, minute, second] = *clock;
+  if (!day || !(hour < 24 && minute < 60 && second < 61)) no_time(reader);
+  return gps_time(*day, hour * 3600 + minute * 60 + second, system);
+}
+
+GpsTime time_of(const TextReader& reader, TimeSystem system) {
+  if (reader.fields()[0].find('/') != std::string_view::npos) return calendar_time(reader, system);
   const double week = reader.number(0), seconds = reader.number(1);
-  if (!(week >= 0 && week < 10000 && week == std::floor(week) && seconds >= 0 && seconds <= kWeek)) {
-    reader.fail(fmt::format("`{} {}` is no GPS week and seconds of week", reader.fields()[0], reader.fields()[1]));
+  if (!(week >= 0 && week < 10000 && week == std::floor(week) && seconds >= 0 && seconds <= kWeekSeconds)) {
+    no_time(reader);
   }
-  return {static_cast<int>(week), seconds};
+  return gps_time({static_cast<int>(week), seconds}, system);
+}
+
+// Q=1:fix,2:float,3:sbas,4:dgps,5:single,6:ppp,7:dead reckoning
+FixQuality quality_of(const TextReader& reader, double q) {
+  constexpr std::array kQualities{FixQuality::kFixed,        FixQuality::kFloat,  FixQuality::kDifferential,
+                                  FixQuality::kDifferential, FixQuality::kSingle, FixQuality::kPrecise,
+                                  FixQuality::kDeadReckoned};
+  for (std::size_t i = 0; i < kQualities.size(); ++i) {
+    if (q == static_cast<double>(i + 1)) return kQualities[i];
+  }
+  reader.fail(fmt::format("quality Q = {:g}; 1 (fixed) to 7 are RTKLIB's", q));
 }
 
 double angle_of(const TextReader& reader, std::size_t& field, bool sexagesimal) {
@@ -119,6 +104,9 @@ std::optional<Header> header_of(const TextReader& reader) {
   if (line.find("height=") != std::string_view::npos && line.find("/geodetic") != std::string_view::npos) {
     refuse(reader, "heights above the geoid; set out-height=ellipsoidal in RTKLIB");
   }
+  if (line.find("=Tokyo/") != std::string_view::npos) {
+    refuse(reader, "coordinates on the Tokyo datum; set out-datum=wgs84 in RTKLIB");
+  }
   if (line.find("latitude(") == std::string_view::npos) return std::nullopt;
   Header header;
   std::vector<std::string> words;
@@ -126,11 +114,13 @@ std::optional<Header> header_of(const TextReader& reader) {
     while (word.starts_with('%')) word.remove_prefix(1);
     if (!word.empty()) words.emplace_back(word);
   }
-  if (words.size() < 4 || (words[0] != "GPST" && words[0] != "UTC")) {
-    refuse(reader,
-           fmt::format("time system `{}`; set out-timesys to gpst or utc in RTKLIB", words.empty() ? "" : words[0]));
+  const std::string name = words.size() < 4 ? std::string() : words[0];
+  const auto* const system =
+      std::find_if(kTimeSystems.begin(), kTimeSystems.end(), [&](const auto& known) { return known.first == name; });
+  if (system == kTimeSystems.end()) {
+    refuse(reader, fmt::format("time system `{}`; set out-timesys to gpst, utc or jst in RTKLIB", name));
   }
-  header.utc = words[0] == "UTC";
+  header.system = system->second;
   header.sexagesimal = words[1].find('\'') != std::string::npos;
   header.names.assign(words.begin() + 4, words.end());
   return header;
@@ -142,8 +132,7 @@ GnssRecording read_gnss_rtklib(const LogFile& log, RowFaults* faults) {
   TextReader reader(log.file, TextReader::Separator::kSpaces, log.content);
   GnssRecording gnss{log.file, {}};
   std::optional<Header> header;
-  std::optional<int> first_week;
-  IncreasingTime increasing;
+  WeekTime times;
   const auto row = [&] {
     if (reader.line().starts_with('%')) {
       if (auto found = header_of(reader)) header = std::move(found);
@@ -160,10 +149,8 @@ GnssRecording read_gnss_rtklib(const LogFile& log, RowFaults* faults) {
       if (!place) reader.fail(fmt::format("the header names no column `{}`", name));
       return reader.number(*place);
     };
-    const GpsTime time = time_of(reader, header->utc);
-    if (!first_week) first_week = time.week;
     GeodeticFix fix;
-    fix.time = increasing.next(time.seconds + (time.week - *first_week) * kWeek, reader);
+    fix.time = times.next(time_of(reader, header->system), reader);
     std::size_t field = 2;
     const double latitude = angle_of(reader, field, header->sexagesimal);
     const double longitude = angle_of(reader, field, header->sexagesimal);
@@ -173,6 +160,7 @@ GnssRecording read_gnss_rtklib(const LogFile& log, RowFaults* faults) {
       const Vector3d sigma{value("sdvn"), value("sdve"), value("sdvu")};
       if (!sigma.isZero(0)) fix.velocity = {{value("vn(m/s)"), value("ve(m/s)"), -value("vu(m/s)")}, sigma};
     }
+    if (header->find("Q")) fix.quality = quality_of(reader, value("Q"));
     check_fix(fix, reader);
     gnss.fixes.push_back(fix);
   };

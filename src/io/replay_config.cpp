@@ -127,7 +127,7 @@ ReplayConfig read_replay_config(const Config& config) {
     filter.gnss.push_back(read_gnss_options(source, replay.gnss.back()));
   }
   for (const Config& source : config.maps("attitude")) {
-    replay.attitude.push_back(read_log_file(source, {{"csv", LogFormat::kCsv}}));
+    replay.attitude.push_back(read_attitude_file(source));
     filter.attitude.push_back(read_attitude_options(source, replay.attitude.back()));
   }
   read_magnetometer(config, filter);

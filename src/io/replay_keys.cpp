@@ -61,6 +61,17 @@ void check_sources(const Config& config, Block block, const FilterOptions& filte
   }
 }
 
+// The key `sigma`, of logs in the format that may be without sigmas.
+void read_stated_sigma(const Config& source, const Dimension& dimension, std::string_view example, LogFormat format,
+                       LogFile& log) {
+  if (!source.has("sigma")) return;
+  if (log.format != format) source.fail("sigma", "logs in this format have sigmas of their own; leave the key out");
+  log.sigma = source.vector("sigma", dimension);
+  if (!(log.sigma->minCoeff() > 0)) {
+    source.fail("sigma", fmt::format("must be above zero on each axis, such as `{}`", example));
+  }
+}
+
 }  // namespace
 
 std::vector<Block> read_estimate(const Config& config, const FilterOptions& filter, std::vector<Block> fallback) {
@@ -91,8 +102,21 @@ std::vector<Block> read_estimate(const Config& config, const FilterOptions& filt
 }
 
 LogFile read_gnss_file(const Config& source, DataFile data) {
-  return read_log_file(
-      source, {{"csv", LogFormat::kCsv}, {"kf_gins", LogFormat::kKfGins}, {"rtklib_pos", LogFormat::kRtklibPos}}, data);
+  LogFile log = read_log_file(source,
+                              {{"csv", LogFormat::kCsv},
+                               {"kf_gins", LogFormat::kKfGins},
+                               {"rtklib_pos", LogFormat::kRtklibPos},
+                               {"nmea", LogFormat::kNmea},
+                               {"ubx", LogFormat::kUbx}},
+                              data);
+  read_stated_sigma(source, dimension::kLength, "2 2 4 m", LogFormat::kNmea, log);
+  return log;
+}
+
+LogFile read_attitude_file(const Config& source) {
+  LogFile log = read_log_file(source, {{"csv", LogFormat::kCsv}, {"inspva", LogFormat::kInspva}});
+  read_stated_sigma(source, dimension::kAngle, "0.05 0.05 0.1 deg", LogFormat::kInspva, log);
+  return log;
 }
 
 GnssOptions read_gnss_options(const Config& source, const LogFile& log) {

@@ -104,11 +104,11 @@ std::string summary_json(const Log& log, const Solution& filtered, const Solutio
   std::string text = "{\n";
   text += fmt::format("  \"imu\": {{\"epochs\": {}, \"gaps\": {}, \"rejected\": {}, \"clipped\": {}}},\n",
                       filtered.size(), c.imu_gaps, c.imu_rejected, c.imu_clipped);
-  text +=
-      fmt::format("  \"gnss\": {{{}, \"withheld\": {}, \"outside\": {}, \"late\": {}}},\n",
-                  count_fixes(filtered, "gnss[").text(), sum(c.gnss_withheld), sum(c.gnss_outside), filtered.gnss_late);
-  text += fmt::format("  \"attitude\": {{{}, \"outside\": {}}},\n", count_fixes(filtered, "attitude[").text(),
-                      sum(c.attitude_outside));
+  text += fmt::format("  \"gnss\": {{{}, \"withheld\": {}, \"outside\": {}, \"late\": {}, \"without_fix\": {}}},\n",
+                      count_fixes(filtered, "gnss[").text(), sum(c.gnss_withheld), sum(c.gnss_outside),
+                      filtered.gnss_late, sum(c.gnss_without_fix));
+  text += fmt::format("  \"attitude\": {{{}, \"outside\": {}, \"not_valid\": {}}},\n",
+                      count_fixes(filtered, "attitude[").text(), sum(c.attitude_outside), sum(c.attitude_not_valid));
   text += fmt::format("  \"sources\": {},\n", source_counts(filtered));
   text += fmt::format("  \"rest_intervals\": [{}],\n", fmt::join(rests, ", "));
   text += fmt::format("  \"estimates\": {{{}\n  }},\n{}", fmt::join(estimates, ","), fmt::join(totals, ""));

@@ -29,6 +29,14 @@ std::string_view trimmed(std::string_view text) {
 
 }  // namespace
 
+std::string RowSource::where() const {
+  return fmt::format("{}{}{}", file_, counts_ == Counts::kLines ? ":" : ": byte ", place_);
+}
+
+void RowSource::fail(const std::string& what, RowFault::Kind kind) const {
+  throw RowError(where(), {kind, place_, what});
+}
+
 MappedFile::MappedFile(const std::string& file) {
   const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
   struct stat status {};
@@ -52,7 +60,7 @@ MappedFile::~MappedFile() {
 }
 
 TextReader::TextReader(const std::string& file, Separator separator, std::optional<std::string_view> content)
-    : file_(file),
+    : RowSource(file, Counts::kLines),
       mapped_(content ? MappedFile(*content) : MappedFile(file)),
       separator_(separator),
       rest_(mapped_.text()) {
@@ -64,25 +72,26 @@ bool TextReader::next() {
     const std::size_t end = rest_.find('\n');
     line_ = rest_.substr(0, end);
     rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
-    ++line_number_;
+    ++place_;
     if (line_.ends_with('\r')) line_.remove_suffix(1);
     if (trimmed(line_).empty()) continue;
-    split();
+    split(line_);
     return true;
   }
   return false;
 }
 
-void TextReader::split() {
+void TextReader::split(std::string_view text) {
   fields_.clear();
-  const char* p = line_.data();
-  const char* const end = p + line_.size();
+  const char* p = text.data();
+  const char* const end = p + text.size();
   const auto field = [](const char* from, const char* to) {
     return std::string_view(from, static_cast<std::size_t>(to - from));
   };
-  if (separator_ == Separator::kComma) {
+  if (separator_ != Separator::kSpaces) {
+    const char separator = separator_ == Separator::kComma ? ',' : '\t';
     for (const char* start = p;; ++p) {
-      if (p != end && *p != ',') continue;
+      if (p != end && *p != separator) continue;
       fields_.push_back(trimmed(field(start, p)));
       if (p == end) return;
       start = p + 1;
@@ -111,24 +120,19 @@ double TextReader::number(std::size_t i) const {
   return value;
 }
 
-std::string TextReader::where() const { return fmt::format("{}:{}", file_, line_number_); }
-
-void TextReader::fail(const std::string& what, RowFault::Kind kind) const {
-  throw RowError(where(), {kind, line_number_, what});
+double IncreasingTime::next(double seconds_of_week, const RowSource& row) {
+  const double rolled = started_ && seconds_of_week + week_ < last_ - kWeek / 2 ? kWeek : 0;
+  const double time = later(seconds_of_week + week_ + rolled, row);
+  week_ += rolled;
+  return time;
 }
 
-double IncreasingTime::next(double seconds_of_week, const TextReader& reader) {
-  double time = seconds_of_week + week_;
-  if (started_ && time < last_ - kWeek / 2) {
-    week_ += kWeek;
-    time += kWeek;
-  }
+double IncreasingTime::later(double time, const RowSource& row) {
   if (started_ && !(time > last_)) {
-    reader.fail(
-        fmt::format("time {:.6f} s does not increase, the row before is at {:.6f} s; sort the rows and keep each "
-                    "time once",
-                    time, last_),
-        time == last_ ? RowFault::Kind::kTimeRepeated : RowFault::Kind::kTimeBack);
+    row.fail(fmt::format("time {:.6f} s does not increase, the row before is at {:.6f} s; sort the rows and keep each "
+                         "time once",
+                         time, last_),
+             time == last_ ? RowFault::Kind::kTimeRepeated : RowFault::Kind::kTimeBack);
   }
   started_ = true;
   last_ = time;

@@ -53,6 +53,7 @@ struct EulerFix {
 struct AttitudeRecording {
   std::string file;
   std::vector<EulerFix> fixes;
+  std::size_t not_valid = 0;  ///< epochs of the file whose attitude the reference itself does not trust
 };
 
 struct Recording {
@@ -105,6 +106,7 @@ struct LogCounts {
   std::size_t imu_gaps = 0, imu_rejected = 0, imu_clipped = 0;
   std::vector<std::size_t> gnss_withheld, gnss_outside;  ///< a receiver each: in an outage; outside the IMU's span
   std::vector<std::size_t> attitude_outside;
+  std::vector<std::size_t> gnss_without_fix, attitude_not_valid;  ///< a source each: of the whole file
 };
 
 /// Time-ordered, one clock. `gnss[i]` and `attitude[i]` are the fixes of source i.

@@ -11,7 +11,18 @@
 ///  - kf_gins: IMU `t dtheta x y z [rad] dvel x y z [m/s]`, increments since the row before; GNSS `t latitude longitude
 ///    [deg] height sigma n e d [m]`, optional `v n e d, their sigmas [m/s]`, and a quality flag that is not used.
 ///  - rtklib_pos: solution of RTKLIB in latitude, longitude, height, with its header. Calendar or week times in GPST or
-///    UTC, degrees or degrees-minutes-seconds, optional velocities (a row whose velocity sigmas are all 0 has none).
+///    UTC or JST, degrees or degrees-minutes-seconds, optional velocities (a row whose velocity sigmas are all 0 has
+///    none).
+///  - nmea: sentences of a receiver: GGA for position, GST for its sigmas, RMC or ZDA for the date, of any talker, in
+///  any
+///    order within an epoch. RMC and VTG are checked; others are passed over where their checksum is right.
+///  - ubx: frames of a u-blox receiver: NAV-PVT; other frames, and sentences between them, are passed over.
+///  - xsens_ascii: text of Xsens, whose header gives the rate: a 16-bit Counter or PacketCounter, Acc_X … [m/s²],
+///    Gyr_X … [rad/s], optional Mag_X … (its own unit) and Temperature, tab-separated. Time is the counter over the
+///    rate, from 0 at the first row.
+///  - imr: generic binary IMU format of Inertial Explorer; rates or increments.
+///  - inspva: attitude of NovAtel SPAN, as ASCII: INSPVAA, INSPVASA, and INSPVAXA with its sigmas; other logs, and
+///    sentences of NMEA, are passed over.
 ///
 /// Times become seconds of the GPS week that the file begins in, and continue past 604800.
 
@@ -25,27 +36,31 @@
 
 namespace piste {
 
-enum class LogFormat { kCsv, kKfGins, kRtklibPos };
+enum class LogFormat { kCsv, kKfGins, kRtklibPos, kNmea, kUbx, kXsensAscii, kImr, kInspva };
 
 struct LogFile {
   std::string file;
   LogFormat format = LogFormat::kCsv;
-  std::vector<std::string> ignore_columns = {};  ///< of csv
+  std::vector<std::string> ignore_columns = {};  ///< of csv and xsens_ascii
   /// The bytes, where they are in memory already; `file` then only names them.
   std::optional<std::string_view> content = std::nullopt;
+  /// What the user states for logs without sigmas of their own: of nmea north, east, down [m], of inspva roll, pitch,
+  /// heading. Refused beside a log's own.
+  std::optional<Vector3d> sigma = std::nullopt;
 };
 
-// With `faults` a refused row is left out and listed there, and units are not judged: for those who look a log over,
-// not for those who use it. A file that cannot be read at all throws all the same.
+// With `faults` a refused row is left out and listed there, units are not judged, and sigmas that nobody states are
+// infinite: for those who look a log over, not for those who use it. A file that cannot be read at all throws all the
+// same.
 
 /// IMU rows in sensor axes and sensor time. Refuses numbers that look like another unit than their label's.
-/// csv, kf_gins.
+/// csv, kf_gins, xsens_ascii, imr.
 ImuRecording read_imu(const LogFile& log, RowFaults* faults = nullptr);
 
-/// Fixes of one receiver. csv, kf_gins, rtklib_pos.
+/// Fixes of one receiver. csv, kf_gins, rtklib_pos, nmea, ubx.
 GnssRecording read_gnss(const LogFile& log, RowFaults* faults = nullptr);
 
-/// Attitudes of one reference. csv.
+/// Attitudes of one reference. csv, inspva.
 AttitudeRecording read_attitude(const LogFile& log, RowFaults* faults = nullptr);
 
 }  // namespace piste

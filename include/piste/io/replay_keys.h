@@ -16,8 +16,12 @@ namespace piste {
 /// out. Throws ConfigError on a block that is unknown, stands twice, or has nothing to be observed by.
 std::vector<Block> read_estimate(const Config& config, const FilterOptions& filter, std::vector<Block> fallback = {});
 
-/// The log of a receiver: file, format and ignore_columns. Throws ConfigError.
+/// The log of a receiver: file, format and ignore_columns, and `sigma` (north, east, down) of an nmea log without GST.
+/// Throws ConfigError.
 LogFile read_gnss_file(const Config& source, DataFile data = DataFile::kMustExist);
+
+/// The log of a reference attitude: the same keys, `sigma` (roll, pitch, heading) of an inspva log without INSPVAXA.
+LogFile read_attitude_file(const Config& source);
 
 /// The keys lever_arm, use and drift of a receiver, whose log gives the name. Throws ConfigError.
 GnssOptions read_gnss_options(const Config& source, const LogFile& log);

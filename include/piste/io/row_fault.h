@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "piste/core/error.h"
@@ -35,6 +36,27 @@ class RowError : public DataError {
 
  private:
   RowFault fault_;
+};
+
+/// Where a reader stands in its file: what its errors name.
+class RowSource {
+ public:
+  enum class Counts { kLines, kBytes };
+  RowSource(std::string file, Counts counts, std::size_t place = 0)
+      : place_(place), file_(std::move(file)), counts_(counts) {}
+
+  const std::string& file() const { return file_; }
+  /// `FILE:LINE`, or `FILE: byte OFFSET`.
+  std::string where() const;
+  /// Throws a RowError of the row at which the reader stands.
+  [[noreturn]] void fail(const std::string& what, RowFault::Kind kind = RowFault::Kind::kValue) const;
+
+ protected:
+  std::size_t place_;  ///< as RowFault::place
+
+ private:
+  std::string file_;
+  Counts counts_;
 };
 
 /// The refused rows of one file: how many of each kind, and the first few.

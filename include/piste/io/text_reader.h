@@ -28,10 +28,11 @@ class MappedFile {
 };
 
 /// Goes through a file line by line and cuts each into fields. Empty lines are passed over; LF and CRLF both end one.
-class TextReader {
+class TextReader : public RowSource {
  public:
   enum class Separator {
     kComma,   ///< one comma, spaces around it ignored
+    kTab,     ///< one tab, spaces around it ignored
     kSpaces,  ///< any run of spaces, tabs, commas and semicolons
   };
   /// Throws DataError where the file cannot be read. With `content`, that is read and `file` only names it.
@@ -42,32 +43,28 @@ class TextReader {
   /// The line without its end, and its fields.
   std::string_view line() const { return line_; }
   const std::vector<std::string_view>& fields() const { return fields_; }
+  /// Cuts another text into fields than the whole line: a part of it.
+  void split(std::string_view text);
   /// Field i as a finite number; a leading `+` is taken.
   double number(std::size_t i) const;
 
-  const std::string& file() const { return file_; }
-  std::size_t line_number() const { return line_number_; }
-  /// `FILE:LINE` of this line.
-  std::string where() const;
-  /// Throws a RowError of this line.
-  [[noreturn]] void fail(const std::string& what, RowFault::Kind kind = RowFault::Kind::kValue) const;
+  std::size_t line_number() const { return place_; }
 
  private:
-  void split();
-  std::string file_;
   MappedFile mapped_;
   Separator separator_;
   std::string_view rest_, line_;
   std::vector<std::string_view> fields_;
-  std::size_t line_number_ = 0;
 };
 
-/// Times of one file as seconds of the week it begins in: refuses one that does not increase, and continues past
-/// 604800 where the week rolls over.
+/// Times of one file: refuses one that does not increase.
 class IncreasingTime {
  public:
-  /// Throws DataError at the reader's line.
-  double next(double seconds_of_week, const TextReader& reader);
+  /// Seconds of week, as seconds of the week that the file begins in: continues past 604800 where the week rolls over.
+  /// Throws RowError of the row.
+  double next(double seconds_of_week, const RowSource& row);
+  /// The same of a time that counts on already.
+  double later(double time, const RowSource& row);
 
  private:
   double last_ = 0, week_ = 0;

@@ -1,0 +1,149 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "byte_reader.h"
+#include "log_formats.h"
+
+namespace piste::log_formats {
+namespace {
+
+constexpr std::string_view kMagic{"$IMURAW\0", 8};
+constexpr std::size_t kHeaderSize = 512, kRecordSize = 32;
+
+/// What the header says (NovAtel Waypoint, "IMR File": packed, version 8.90).
+struct Header {
+  std::endian order = std::endian::little;
+  bool rotation_increments = false, velocity_increments = false;
+  double rate = 0, gyro_scale = 0, accel_scale = 0;  ///< [Hz], to degrees and metres
+};
+
+/// Goes through the records of a file.
+class RecordReader : public RowSource {
+ public:
+  explicit RecordReader(const LogFile& log)
+      : RowSource(log.file, Counts::kBytes), mapped_(log.content ? MappedFile(*log.content) : MappedFile(log.file)) {}
+
+  /// What is wrong with the header ends every reading.
+  Header header() {
+    if (!text().starts_with(kMagic)) refuse(0, "the file does not begin with $IMURAW; it is no log in the format imr");
+    if (text().size() < kHeaderSize) refuse(0, fmt::format("the header of {} bytes is cut", kHeaderSize));
+    Header h;
+    const int order = flag<std::int8_t>(8, 1, "byte order; 0 (Intel) or 1 (Motorola)");
+    h.order = order == 0 ? std::endian::little : std::endian::big;
+    order_ = h.order;
+    h.rotation_increments = flag<std::int32_t>(17, 1, "bDeltaTheta; 0 (rates) or 1 (increments)") == 1;
+    h.velocity_increments = flag<std::int32_t>(21, 1, "bDeltaVelocity; 0 (accelerations) or 1 (increments)") == 1;
+    h.rate = positive(25, "dDataRateHz, the rate in Hz");
+    h.gyro_scale = positive(33, "dGyroScaleFactor");
+    h.accel_scale = positive(41, "dAccelScaleFactor");
+    if (flag<std::int32_t>(49, 2, "iUtcOrGpsTime; 0, 1 (UTC) or 2 (GPS)") == 1) {
+      refuse(49,
+             "the time tags are UTC, without a date to tell the leap seconds; write them as GPS seconds of the week "
+             "(iUtcOrGpsTime 2)");
+    }
+    if (const auto bias = at<double>(57); bias != 0) {
+      refuse(57, fmt::format("a time-tag bias of {:g} s, whose sign the format leaves open; write 0 there, and state "
+                             "`clock: {{offset: … s}}` of the IMU in the configuration",
+                             bias));
+    }
+    return h;
+  }
+
+  /// Goes to the next record; false at the end of the file.
+  bool next() {
+    place_ = next_;
+    if (place_ == text().size()) return false;
+    next_ = std::min(place_ + kRecordSize, text().size());
+    if (next_ - place_ < kRecordSize) {
+      fail(fmt::format("the last record is cut: {} of {} bytes; take them out", next_ - place_, kRecordSize),
+           RowFault::Kind::kFields);
+    }
+    return true;
+  }
+
+  double time() const {
+    const auto t = at<double>(place_);
+    if (!std::isfinite(t)) fail("the time is not finite", RowFault::Kind::kNotFinite);
+    return t;
+  }
+  Vector3d three(std::size_t offset, double scale) const {
+    const Vector3d v = scale * Vector3d(at<std::int32_t>(place_ + offset), at<std::int32_t>(place_ + offset + 4),
+                                        at<std::int32_t>(place_ + offset + 8));
+    if (!v.allFinite()) fail("a value is not finite", RowFault::Kind::kNotFinite);
+    return v;
+  }
+
+ private:
+  std::string_view text() const { return mapped_.text(); }
+  template <class T>
+  T at(std::size_t offset) const {
+    return number_at<T>(text(), offset, order_);
+  }
+  template <class T>
+  int flag(std::size_t offset, int largest, std::string_view what) const {
+    const int value = at<T>(offset);
+    if (value < 0 || value > largest) refuse(offset, fmt::format("{} stands for {} is expected", value, what));
+    return value;
+  }
+  double positive(std::size_t offset, std::string_view what) const {
+    const auto value = at<double>(offset);
+    if (!(value > 0 && std::isfinite(value))) {
+      refuse(offset, fmt::format("{} is {:g}; a number above zero is expected", what, value));
+    }
+    return value;
+  }
+  [[noreturn]] void refuse(std::size_t offset, const std::string& what) const {
+    throw DataError(fmt::format("{}: byte {}", file(), offset), what);
+  }
+
+  MappedFile mapped_;
+  std::endian order_ = std::endian::little;
+  std::size_t next_ = kHeaderSize;
+};
+
+// Refuses records whose median interval is not that of the rate.
+void check_interval(const ImuRecording& imu, double rate) {
+  if (imu.time.size() < 3) return;
+  std::vector<double> intervals(imu.time.size() - 1);
+  for (std::size_t i = 0; i < intervals.size(); ++i) intervals[i] = imu.time[i + 1] - imu.time[i];
+  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
+  std::nth_element(intervals.begin(), middle, intervals.end());
+  constexpr double kTolerance = 0.1;
+  if (std::abs(*middle * rate - 1) < kTolerance) return;
+  throw DataError(fmt::format("{}: byte 25", imu.file),
+                  fmt::format("the header says {:g} Hz, but the records are {:.6f} s apart, {:.4g} Hz; set dDataRateHz "
+                              "to that",
+                              rate, *middle, 1 / *middle));
+}
+
+}  // namespace
+
+ImuRecording read_imu_imr(const LogFile& log, RowFaults* faults) {
+  RecordReader reader(log);
+  const Header header = reader.header();
+  ImuRecording imu;
+  imu.file = log.file;
+  // Where only one of the two comes as increments, that one is made a rate, by the rate of the header.
+  imu.increments = header.rotation_increments && header.velocity_increments;
+  const double gyro_scale =
+      header.gyro_scale * kRadian * (header.rotation_increments && !imu.increments ? header.rate : 1);
+  const double accel_scale = header.accel_scale * (header.velocity_increments && !imu.increments ? header.rate : 1);
+  IncreasingTime increasing;
+  const auto row = [&] {
+    const double t = increasing.next(reader.time(), reader);
+    const Vector3d gyro = reader.three(8, gyro_scale), accel = reader.three(20, accel_scale);
+    if (faults == nullptr) check_rate(imu.increments ? header.rate * gyro : gyro, reader);
+    imu.time.push_back(t);
+    imu.gyro.push_back(gyro);
+    imu.accel.push_back(accel);
+  };
+  for_each_row(
+      faults, [&] { return reader.next(); }, row);
+  if (faults == nullptr) check_interval(imu, header.rate);
+  return imu;
+}
+
+}  // namespace piste::log_formats

@@ -1,0 +1,331 @@
+#include <fmt/format.h>
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "gps_time.h"
+#include "log_formats.h"
+
+namespace piste::log_formats {
+namespace {
+
+using std::chrono::days;
+using std::chrono::sys_days;
+
+struct Place {
+  Geodetic position;
+  FixQuality quality = FixQuality::kUnknown;
+};
+
+/// What one sentence tells.
+struct Told {
+  std::optional<double> time_of_day;
+  bool opens_epoch = false;  ///< its time of day is that of the fix
+  std::optional<sys_days> date;
+  std::optional<Place> place;
+  std::optional<Vector3d> sigma;
+  bool without_fix = false;
+};
+
+/// One sentence that is read, its fields counted from the one after its name.
+class Sentence {
+ public:
+  explicit Sentence(const TextReader& reader) : reader_(reader) {}
+
+  void require_fields(std::size_t least) const {
+    if (reader_.fields().size() <= least) {
+      reader_.fail(fmt::format("{} fields in {}, {} at least are expected", reader_.fields().size() - 1,
+                               reader_.fields()[0], least),
+                   RowFault::Kind::kFields);
+    }
+  }
+  std::string_view text(std::size_t i) const { return reader_.fields()[i]; }
+  double number(std::size_t i) const { return reader_.number(i); }
+  std::optional<double> find(std::size_t i) const {
+    return text(i).empty() ? std::nullopt : std::optional(reader_.number(i));
+  }
+
+  // hhmmss.ss
+  std::optional<double> time_of_day(std::size_t i) const {
+    if (text(i).empty()) return std::nullopt;
+    const double packed = number(i);
+    const double hour = std::floor(packed / 1e4), minute = std::floor(packed / 100) - 100 * hour,
+                 second = packed - 1e4 * hour - 100 * minute;
+    if (!(packed >= 0 && hour < 24 && minute < 60 && second < 61)) {
+      reader_.fail(fmt::format("`{}` is no time of day; hhmmss.ss is expected", text(i)));
+    }
+    return 3600 * hour + 60 * minute + second;
+  }
+
+  // ddmm.mmmm and the letter after it [deg]
+  double angle(std::size_t i, char positive, char negative) const {
+    const double packed = number(i);
+    const double degrees = std::floor(packed / 100), minutes = packed - 100 * degrees;
+    const bool letter = text(i + 1).size() == 1 && (text(i + 1)[0] == positive || text(i + 1)[0] == negative);
+    if (!(packed >= 0 && minutes < 60) || !letter) {
+      reader_.fail(fmt::format("`{},{}` is no angle; degrees and minutes such as 4630.1234,{} are expected", text(i),
+                               text(i + 1), positive));
+    }
+    return (text(i + 1)[0] == negative ? -1 : 1) * (degrees + minutes / 60);
+  }
+
+  double metres(std::size_t i) const {
+    if (text(i + 1) != "M") fail(fmt::format("unit `{}` of a height; M is expected", text(i + 1)));
+    return number(i);
+  }
+
+  [[noreturn]] void fail(const std::string& what) const { reader_.fail(what); }
+
+ private:
+  const TextReader& reader_;
+};
+
+std::optional<sys_days> date_of(const Sentence& s, double year, double month, double day) {
+  const auto date = day_of(year, month, day);
+  if (!date) s.fail(fmt::format("{:g}-{:g}-{:g} is no date", year, month, day));
+  return date;
+}
+
+FixQuality quality_of(const Sentence& s) {
+  const std::string_view quality = s.text(6);
+  if (quality == "1") return FixQuality::kSingle;
+  if (quality == "2" || quality == "9") return FixQuality::kDifferential;  // 9: with SBAS, of NovAtel
+  if (quality == "3") return FixQuality::kPrecise;
+  if (quality == "4") return FixQuality::kFixed;
+  if (quality == "5") return FixQuality::kFloat;
+  if (quality == "6") return FixQuality::kDeadReckoned;
+  s.fail(fmt::format("quality `{}` of GGA; 0 to 6 are fixes that a receiver measured", quality));
+}
+
+Told read_gga(const Sentence& s) {
+  s.require_fields(14);
+  Told told;
+  told.time_of_day = s.time_of_day(1);
+  told.opens_epoch = true;
+  if (s.text(6) == "0") {
+    told.without_fix = true;
+    return told;
+  }
+  if (!told.time_of_day) s.fail("a fix without its time of day");
+  Place place;
+  place.quality = quality_of(s);
+  if (s.text(11).empty()) {
+    s.fail(
+        "the geoid separation is empty, so that the height above the ellipsoid is not known; let the receiver write "
+        "it, or use a log in another format");
+  }
+  place.position = geodetic_degrees(s.angle(2, 'N', 'S'), s.angle(4, 'E', 'W'), s.metres(9) + s.metres(11));
+  told.place = place;
+  return told;
+}
+
+Told read_gst(const Sentence& s) {
+  s.require_fields(8);
+  Told told;
+  told.time_of_day = s.time_of_day(1);
+  told.opens_epoch = true;
+  const auto north = s.find(6), east = s.find(7), down = s.find(8);
+  if (north && east && down) told.sigma = Vector3d(*north, *east, *down);
+  return told;
+}
+
+Told read_rmc(const Sentence& s) {
+  s.require_fields(11);
+  Told told;
+  told.time_of_day = s.time_of_day(1);
+  told.opens_epoch = true;
+  if (s.text(2) != "A") return told;  // the clock may be free
+  s.find(7);
+  s.find(8);
+  if (const auto packed = s.find(9)) {
+    const double day = std::floor(*packed / 1e4), month = std::floor(*packed / 100) - 100 * day,
+                 year = *packed - 1e4 * day - 100 * month;
+    told.date = date_of(s, year + (year < 80 ? 2000 : 1900), month, day);
+  }
+  return told;
+}
+
+Told read_vtg(const Sentence& s) {
+  s.require_fields(8);
+  s.find(1);
+  s.find(5);
+  return {};
+}
+
+// Written when it is sent: its time need not be that of the fix.
+Told read_zda(const Sentence& s) {
+  s.require_fields(4);
+  Told told;
+  told.time_of_day = s.time_of_day(1);
+  const auto day = s.find(2), month = s.find(3), year = s.find(4);
+  if (told.time_of_day && day && month && year) told.date = date_of(s, *year, *month, *day);
+  return told;
+}
+
+/// Reads the line on which `reader` stands; nothing of a sentence that is passed over.
+Told read_sentence(TextReader& reader) {
+  if (!reader.line().starts_with('$') && !reader.line().starts_with('!')) {
+    reader.fail("no NMEA sentence: `$…*HH` is expected; is the line cut, or the log a binary one (format: ubx)?",
+                RowFault::Kind::kText);
+  }
+  const auto body = nmea_body(reader.line());
+  if (!body) {
+    reader.fail("the checksum `*HH` is missing or wrong; is the line cut or garbled? Delete it",
+                RowFault::Kind::kChecksum);
+  }
+  const std::string_view name = body->substr(0, body->find(','));
+  if (name.size() != 5 || name.starts_with('P') || reader.line().starts_with('!')) return {};
+  constexpr std::array<std::pair<std::string_view, Told (*)(const Sentence&)>, 5> kSentences{
+      {{"GGA", read_gga}, {"GST", read_gst}, {"RMC", read_rmc}, {"VTG", read_vtg}, {"ZDA", read_zda}}};
+  for (const auto& [kind, read] : kSentences) {
+    if (name.substr(2) != kind) continue;
+    reader.split(*body);
+    return read(Sentence(reader));
+  }
+  return {};
+}
+
+/// The day of each time of day, in order: the next one where the time falls back by half a day, or the one stated.
+class Calendar {
+ public:
+  explicit Calendar(sys_days first) : day_(first) {}
+  sys_days pass(double time_of_day, const std::optional<sys_days>& stated) {
+    if (stated) {
+      day_ = *stated;
+    } else if (time_of_day < last_ - kDaySeconds / 2) {
+      day_ += days(1);
+    }
+    last_ = time_of_day;
+    return day_;
+  }
+
+ private:
+  sys_days day_;
+  double last_ = 0;
+};
+
+/// The day of the first time of day: of the first date, less the midnights before it. None where there is no date.
+std::optional<sys_days> first_day(const LogFile& log) {
+  TextReader reader(log.file, TextReader::Separator::kComma, log.content);
+  Calendar from_zero{sys_days{}};
+  while (reader.next()) {
+    try {
+      const Told told = read_sentence(reader);
+      if (!told.time_of_day) continue;
+      const auto passed = from_zero.pass(*told.time_of_day, std::nullopt).time_since_epoch();
+      if (told.date) return *told.date - passed;
+    } catch (const RowError&) {  // told when its row is read
+    }
+  }
+  return std::nullopt;
+}
+
+/// What the sentences of one time of day tell.
+struct Epoch : Told {
+  sys_days day;
+  std::size_t line = 0;  ///< of the place
+};
+
+class EpochReader {
+ public:
+  EpochReader(const LogFile& log, sys_days first)
+      : reader_(log.file, TextReader::Separator::kComma, log.content), calendar_(first) {}
+
+  /// Goes to the next epoch that has a place; false at the end of the file.
+  bool next() {
+    while (reader_.next()) {
+      const Told told = read_sentence(reader_);
+      without_fix_ += told.without_fix ? 1 : 0;
+      const bool changes = told.opens_epoch && told.time_of_day && told.time_of_day != open_.time_of_day;
+      if (changes) close();
+      add(told);
+      if (changes && done_.place) return true;
+    }
+    close();
+    return done_.place.has_value();
+  }
+
+  const Epoch& epoch() const { return done_; }
+  RowSource row() const { return {reader_.file(), RowSource::Counts::kLines, done_.line}; }
+  std::size_t without_fix() const { return without_fix_; }
+
+ private:
+  void close() {
+    done_ = std::exchange(open_, {});
+    if (done_.time_of_day) done_.day = calendar_.pass(*done_.time_of_day, done_.date);
+  }
+  void add(const Told& told) {
+    if (told.opens_epoch && told.time_of_day) open_.time_of_day = told.time_of_day;
+    if (told.place && open_.place) {
+      reader_.fail("a second GGA of the same time; keep those of one receiver, and of one talker",
+                   RowFault::Kind::kTimeRepeated);
+    }
+    if (told.place) {
+      open_.place = told.place;
+      open_.line = reader_.line_number();
+    }
+    if (told.sigma) open_.sigma = told.sigma;
+    if (told.date && told.time_of_day == open_.time_of_day) open_.date = told.date;
+  }
+
+  TextReader reader_;
+  Calendar calendar_;
+  Epoch open_, done_;
+  std::size_t without_fix_ = 0;
+};
+
+}  // namespace
+
+std::optional<std::string_view> nmea_body(std::string_view line) {
+  if (line.size() < 4 || line[line.size() - 3] != '*') return std::nullopt;
+  unsigned stated = 0;
+  const char* const end = line.data() + line.size();
+  const auto [stop, error] = std::from_chars(end - 2, end, stated, 16);
+  if (error != std::errc{} || stop != end) return std::nullopt;
+  const std::string_view body = line.substr(1, line.size() - 4);
+  unsigned sum = 0;
+  for (const char c : body) sum ^= static_cast<unsigned char>(c);
+  if (sum != stated) return std::nullopt;
+  return body;
+}
+
+GnssRecording read_gnss_nmea(const LogFile& log, RowFaults* faults) {
+  const auto first = first_day(log);
+  EpochReader epochs(log, first.value_or(sys_days{}));
+  GnssRecording gnss{log.file, {}};
+  WeekTime times;
+  const auto epoch = [&] {
+    const Epoch& e = epochs.epoch();
+    const RowSource row = epochs.row();
+    if (!first) {
+      throw DataError(row.where(),
+                      "the time of day has no date: no RMC with status A follows or precedes it, and no ZDA; let the "
+                      "receiver write RMC beside GGA");
+    }
+    GeodeticFix fix;
+    fix.time = times.next(gps_time(e.day, *e.time_of_day, TimeSystem::kUtc), row);
+    fix.position = e.place->position;
+    fix.quality = e.place->quality;
+    if (e.sigma && log.sigma) row.fail("GST gives this fix its sigmas; take `sigma` out of the configuration");
+    if (!e.sigma && !log.sigma && faults == nullptr) {
+      row.fail(
+          "no GST of this time with the sigmas of latitude, longitude and altitude; let the receiver write GST as "
+          "often "
+          "as GGA, or state them in the configuration for all fixes: `sigma: 2 2 4 m` (north, east, down)");
+    }
+    constexpr double kUnknown = std::numeric_limits<double>::infinity();
+    fix.sigma_position = e.sigma ? *e.sigma : log.sigma.value_or(Vector3d::Constant(kUnknown));
+    check_fix(fix, row);
+    gnss.fixes.push_back(fix);
+  };
+  for_each_row(
+      faults, [&] { return epochs.next(); }, epoch);
+  gnss.without_fix = epochs.without_fix();
+  return gnss;
+}
+
+}  // namespace piste::log_formats

@@ -1,0 +1,175 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdint>
+
+#include "byte_reader.h"
+#include "log_formats.h"
+
+namespace piste::log_formats {
+namespace {
+
+constexpr std::string_view kSync = "\xB5\x62";
+constexpr std::size_t kHead = 6, kChecksum = 2;  // sync, class, id, length; and after the payload
+constexpr std::size_t kLongestSentence = 1024;
+
+/// Goes through the frames of a file, past the sentences between them.
+class FrameReader : public RowSource {
+ public:
+  explicit FrameReader(const LogFile& log)
+      : RowSource(log.file, Counts::kBytes), mapped_(log.content ? MappedFile(*log.content) : MappedFile(log.file)) {}
+
+  /// Goes to the next frame; false at the end of the file. After what it refuses it goes on at the next sync.
+  bool next() {
+    while (next_ < text().size()) {
+      place_ = next_;
+      const std::string_view rest = text().substr(place_);
+      if (rest.starts_with(kSync)) {
+        take_frame(rest);
+        return true;
+      }
+      const std::size_t length = sentence_length(rest);
+      if (length == 0) {
+        go_to_sync();
+        fail(fmt::format("{} bytes that are neither a UBX frame nor a sentence of NMEA; take them out", next_ - place_),
+             RowFault::Kind::kText);
+      }
+      next_ += length;
+    }
+    return false;
+  }
+
+  bool is(std::uint8_t frame_class, std::uint8_t id) const {
+    return number_at<std::uint8_t>(text(), place_ + 2) == frame_class &&
+           number_at<std::uint8_t>(text(), place_ + 3) == id;
+  }
+  std::string_view payload() const { return payload_; }
+
+ private:
+  std::string_view text() const { return mapped_.text(); }
+
+  void take_frame(std::string_view rest) {
+    const std::size_t length = rest.size() < kHead ? 0 : number_at<std::uint16_t>(rest, 4);
+    if (rest.size() < kHead + length + kChecksum) {
+      go_to_sync();
+      fail("the frame is cut; take it out", RowFault::Kind::kFields);
+    }
+    std::uint8_t a = 0, b = 0;  // Fletcher's, of RFC 1145
+    for (const char c : rest.substr(2, kHead - 2 + length)) {
+      a = static_cast<std::uint8_t>(a + static_cast<std::uint8_t>(c));
+      b = static_cast<std::uint8_t>(b + a);
+    }
+    if (a != number_at<std::uint8_t>(rest, kHead + length) || b != number_at<std::uint8_t>(rest, kHead + length + 1)) {
+      go_to_sync();
+      fail("the checksum of the frame is wrong; take it out", RowFault::Kind::kChecksum);
+    }
+    payload_ = rest.substr(kHead, length);
+    next_ = place_ + kHead + length + kChecksum;
+  }
+
+  // With its line end; 0 where `rest` begins with none.
+  static std::size_t sentence_length(std::string_view rest) {
+    if (!rest.starts_with('$')) return 0;
+    const std::size_t end = rest.substr(0, kLongestSentence).find('\n');
+    if (end == std::string_view::npos) return 0;
+    std::string_view line = rest.substr(0, end);
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    return nmea_body(line) ? end + 1 : 0;
+  }
+
+  void go_to_sync() {
+    const std::size_t frame = text().find(kSync, place_ + 1);
+    next_ = std::min({frame, text().find("$G", place_ + 1), text().find("$P", place_ + 1), text().size()});
+  }
+
+  MappedFile mapped_;
+  std::size_t next_ = 0;
+  std::string_view payload_;
+};
+
+/// NAV-PVT (u-blox 8 / M8 receiver description, 32.17.15); of generation 7 it has 84 bytes, without what is not read.
+class NavPvt {
+ public:
+  explicit NavPvt(const FrameReader& frame) : frame_(frame), bytes_(frame.payload()) {
+    if (bytes_.size() != 92 && bytes_.size() != 84) {
+      frame.fail(fmt::format("NAV-PVT of {} bytes; 92 are expected", bytes_.size()), RowFault::Kind::kFields);
+    }
+  }
+
+  bool has_fix() const {
+    const auto type = at<std::uint8_t>(20);
+    return (type == 3 || type == 4) && (flags() & 1) != 0;
+  }
+
+  // The time of week is rounded to a millisecond; the fraction of the UTC second, that of GPS time too, is not.
+  double seconds_of_week() const {
+    constexpr double kRounding = 0.6e-3, kWeek = 604800;
+    const double rounded = at<std::uint32_t>(0) * 1e-3;
+    if (rounded > kWeek) frame_.fail(fmt::format("time of week {:.3f} s is beyond the week", rounded));
+    const bool valid_time = (at<std::uint8_t>(11) & 2) != 0;
+    const double off = std::remainder(at<std::int32_t>(16) * 1e-9 - rounded, 1);
+    return valid_time && std::abs(off) < kRounding ? rounded + off : rounded;
+  }
+
+  FixQuality quality() const {
+    switch (flags() >> 6) {
+      case 2:
+        return FixQuality::kFixed;
+      case 1:
+        return FixQuality::kFloat;
+      default:
+        return (flags() & 2) != 0 ? FixQuality::kDifferential : FixQuality::kSingle;
+    }
+  }
+
+  Geodetic position() const {
+    return geodetic_degrees(at<std::int32_t>(28) * 1e-7, at<std::int32_t>(24) * 1e-7, at<std::int32_t>(32) * 1e-3);
+  }
+  Vector3d sigma_position() const {  // the horizontal one is of both axes together
+    const double horizontal = at<std::uint32_t>(40) * 1e-3 / std::sqrt(2.0);
+    return {horizontal, horizontal, at<std::uint32_t>(44) * 1e-3};
+  }
+  GeodeticFix::Velocity velocity() const {  // the accuracy is that of the speed in space
+    return {Vector3d(at<std::int32_t>(48), at<std::int32_t>(52), at<std::int32_t>(56)) * 1e-3,
+            Vector3d::Constant(at<std::uint32_t>(68) * 1e-3 / std::sqrt(3.0))};
+  }
+
+ private:
+  template <class T>
+  T at(std::size_t offset) const {
+    return number_at<T>(bytes_, offset);
+  }
+  unsigned flags() const { return at<std::uint8_t>(21); }
+
+  const RowSource& frame_;
+  std::string_view bytes_;
+};
+
+}  // namespace
+
+GnssRecording read_gnss_ubx(const LogFile& log, RowFaults* faults) {
+  FrameReader reader(log);
+  GnssRecording gnss{log.file, {}};
+  IncreasingTime increasing;
+  const auto frame = [&] {
+    if (!reader.is(0x01, 0x07)) return;
+    const NavPvt pvt(reader);
+    if (!pvt.has_fix()) {
+      ++gnss.without_fix;
+      return;
+    }
+    GeodeticFix fix;
+    fix.time = increasing.next(pvt.seconds_of_week(), reader);
+    fix.position = pvt.position();
+    fix.sigma_position = pvt.sigma_position();
+    fix.velocity = pvt.velocity();
+    fix.quality = pvt.quality();
+    check_fix(fix, reader);
+    gnss.fixes.push_back(fix);
+  };
+  for_each_row(
+      faults, [&] { return reader.next(); }, frame);
+  return gnss;
+}
+
+}  // namespace piste::log_formats
