@@ -4,8 +4,9 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace piste;
-  fuzz::both_ways(LogFormat::kCsv, data, size, fuzz::imu);
-  fuzz::both_ways(LogFormat::kCsv, data, size, fuzz::gnss);
-  fuzz::both_ways(LogFormat::kCsv, data, size, fuzz::attitude);
+  const LogFile log = fuzz::log_of(LogFormat::kCsv, data, size);
+  fuzz::both_ways(log, fuzz::imu);
+  fuzz::both_ways(log, fuzz::gnss);
+  fuzz::both_ways(log, fuzz::attitude);
   return 0;
 }

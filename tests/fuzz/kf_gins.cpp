@@ -4,7 +4,8 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace piste;
-  fuzz::both_ways(LogFormat::kKfGins, data, size, fuzz::imu);
-  fuzz::both_ways(LogFormat::kKfGins, data, size, fuzz::gnss);
+  const LogFile log = fuzz::log_of(LogFormat::kKfGins, data, size);
+  fuzz::both_ways(log, fuzz::imu);
+  fuzz::both_ways(log, fuzz::gnss);
   return 0;
 }

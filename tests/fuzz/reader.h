@@ -35,7 +35,7 @@ void check_times(std::size_t rows, TimeOf&& time_of) {
   }
 }
 
-inline std::size_t check(const ImuRecording& imu) {
+inline void check(const ImuRecording& imu, const RowFaults* /*faults*/) {
   const std::size_t rows = imu.time.size();
   check_times(rows, [&](std::size_t i) { return imu.time[i]; });
   check(imu.gyro, rows);
@@ -43,52 +43,66 @@ inline std::size_t check(const ImuRecording& imu) {
   if (!imu.magnetic.empty()) check(imu.magnetic, rows);
   require(imu.temperature.empty() || imu.temperature.size() == rows);
   for (const double t : imu.temperature) require(std::isfinite(t));
-  return rows;
 }
 
-inline std::size_t check(const GnssRecording& gnss) {
+/// Sigmas are above zero, and infinite where nobody states them and `faults` are listed.
+inline void check_sigma(const Vector3d& sigma, const RowFaults* faults) {
+  require(sigma.minCoeff() > 0);
+  require(sigma.allFinite() || faults != nullptr);
+}
+
+inline void check(const GnssRecording& gnss, const RowFaults* faults) {
   check_times(gnss.fixes.size(), [&](std::size_t i) { return gnss.fixes[i].time; });
   for (const GeodeticFix& fix : gnss.fixes) {
     require(std::abs(fix.position.latitude) <= 1.5707963267948968);
     require(std::abs(fix.position.longitude) <= 6.2831853071795865);
     require(std::abs(fix.position.height) <= 1e6);
-    require(fix.sigma_position.allFinite() && fix.sigma_position.minCoeff() > 0);
+    check_sigma(fix.sigma_position, faults);
     if (!fix.velocity) continue;
     require(fix.velocity->value.allFinite());
-    require(fix.velocity->sigma.allFinite() && fix.velocity->sigma.minCoeff() > 0);
+    check_sigma(fix.velocity->sigma, faults);
   }
-  return gnss.fixes.size();
 }
 
-inline std::size_t check(const AttitudeRecording& attitude) {
+inline void check(const AttitudeRecording& attitude, const RowFaults* faults) {
   check_times(attitude.fixes.size(), [&](std::size_t i) { return attitude.fixes[i].time; });
   for (const EulerFix& fix : attitude.fixes) {
     require(fix.angles.allFinite());
-    require(fix.sigma.allFinite() && fix.sigma.minCoeff() > 0);
+    check_sigma(fix.sigma, faults);
   }
-  return attitude.fixes.size();
 }
+
+inline std::size_t rows(const ImuRecording& imu) { return imu.time.size(); }
+inline std::size_t rows(const GnssRecording& gnss) { return gnss.fixes.size(); }
+inline std::size_t rows(const AttitudeRecording& attitude) { return attitude.fixes.size(); }
 
 /// Reads with `read(LogFile, RowFaults*)`, strictly and listing faults: what the strict reading takes is whole.
 template <class Read>
-void both_ways(LogFormat format, const std::uint8_t* data, std::size_t size, Read&& read) {
-  LogFile log;
-  log.file = "log";
-  log.format = format;
-  log.content = text_of(data, size);
-  std::optional<std::size_t> rows;
+void both_ways(const LogFile& log, Read&& read) {
+  std::optional<std::size_t> taken;
   try {
-    rows = check(read(log, nullptr));
+    const auto recording = read(log, nullptr);
+    check(recording, nullptr);
+    taken = rows(recording);
   } catch (const DataError&) {
   }
   RowFaults faults;
   try {
-    const std::size_t kept = check(read(log, &faults));
-    if (rows) require(kept == *rows && faults.total() == 0);
+    const auto recording = read(log, &faults);
+    check(recording, &faults);
+    if (taken) require(rows(recording) == *taken && faults.total() == 0);
   } catch (const DataError&) {
-    require(!rows);
+    require(!taken);
   }
   require(faults.first.size() <= RowFaults::kKept * RowFault::kKinds);
+}
+
+inline LogFile log_of(LogFormat format, const std::uint8_t* data, std::size_t size) {
+  LogFile log;
+  log.file = "log";
+  log.format = format;
+  log.content = text_of(data, size);
+  return log;
 }
 
 inline constexpr auto imu = [](const LogFile& log, RowFaults* faults) { return read_imu(log, faults); };

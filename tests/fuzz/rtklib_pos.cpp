@@ -3,6 +3,7 @@
 #include "reader.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  piste::fuzz::both_ways(piste::LogFormat::kRtklibPos, data, size, piste::fuzz::gnss);
+  using namespace piste;
+  fuzz::both_ways(fuzz::log_of(LogFormat::kRtklibPos, data, size), fuzz::gnss);
   return 0;
 }
