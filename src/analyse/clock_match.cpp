@@ -16,7 +16,7 @@ constexpr double kIndependent = 0.5;  // s: a moving body holds its rates for so
 constexpr double kTurning = 1.5;      // m/s from which a track has a direction
 constexpr double kShortest = 10;      // s that two signals must have in common
 constexpr double kCertain = 30, kOverRival = 15;
-constexpr double kLeastCorrelation = 0.7;
+constexpr double kLeastCorrelation = 0.95;
 
 using Series = std::vector<double>;
 

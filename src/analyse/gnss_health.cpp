@@ -65,15 +65,15 @@ Positions positions_of(const std::vector<GeodeticFix>& fixes) {
 
 // Largest step, decimal in one of the units, that nearly all values are multiples of; 0 where finer than `finest`.
 double decimal_step(const std::vector<double>& values, std::span<const double> units, double finest) {
-  constexpr double kNearly = 0.99, kTolerance = 1e-3;
+  constexpr double kNearly = 0.99, kTolerance = 0.1;
   const bool constant = std::all_of(values.begin(), values.end(), [&](double v) { return v == values.front(); });
   if (constant) return 0;
   double largest = 0;
   for (const double unit : units) {
     for (double step = 1; step * unit > std::max(finest, largest); step /= 10) {
       const auto hits = std::count_if(values.begin(), values.end(), [&](double v) {
-        const double steps = v / unit / step;
-        return std::abs(steps - std::round(steps)) < kTolerance;
+        const double size = step * unit;
+        return std::abs(v - std::round(v / size) * size) < kTolerance * finest;
       });
       if (static_cast<double>(hits) < kNearly * static_cast<double>(values.size())) continue;
       largest = step * unit;

@@ -24,7 +24,7 @@ constexpr double kFloor = 0.05;                             // m/s: what the vel
 constexpr double kFarBetter = 1.3, kAsGood = 1.2;           // ratios of mean squares
 constexpr double kNearlyAll = 0.85;
 constexpr double kHalfWay = 10 * std::numbers::pi / 180;
-constexpr double kExplained = 0.35;  // rms of what is left, in parts of the change of velocity
+constexpr double kExplained = 0.2;  // rms of what is left, in parts of the change of velocity
 const Vector3d kGravity(0, 0, kStandardGravity);
 
 // One stretch: the IMU in cells, and the track at every kEvery-th of their ends, the first at the beginning.
@@ -363,9 +363,11 @@ std::optional<MotionMatch> match_motion(const ImuIntegral& imu, bool increments,
   }
   double change = 0;
   for (const Window& w : windows) change += w.change * w.change / static_cast<double>(windows.size());
-  if (rms(*chosen) > kExplained * std::sqrt(change)) return std::nullopt;
+  change = std::sqrt(change);
+  if (rms(*chosen) > kExplained * change) return std::nullopt;
 
   MotionMatch match;
+  match.change = change;
   match.gyro_factor = chosen->factor;
   match.gyro_axes = chosen->axes;
   match.mirrored = chosen->mirrored;

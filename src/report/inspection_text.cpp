@@ -149,12 +149,12 @@ void describe(SheetWriter& sheet, const LogMatch& m) {
     sheet.add("axes", "the motion does not tell them");
     return;
   }
-  sheet.add("axes",
-            fmt::format("{} point forward, right, down; {:.1f} deg off on average, the next best choice {:.0f} deg more",
-                        m.motion->axes, m.motion->tilt / kDegree, m.motion->margin / kDegree));
-  sheet.add("units",
-            fmt::format("gyroscopes turn {:.3g} times as fast as the track; forces are to be multiplied by {:.3g}",
-                        m.motion->gyro_turn, m.motion->accel_factor));
+  sheet.add(
+      "axes",
+      fmt::format("{} point forward, right, down; {:.1f} deg off on average, the next best choice {:.0f} deg more",
+                  m.motion->axes, m.motion->tilt / kDegree, m.motion->margin / kDegree));
+  sheet.add("units", fmt::format("by the motion, gyroscopes are to be multiplied by {:.4g}, forces by {:.4g}",
+                                 m.motion->gyro_factor, m.motion->accel_factor));
 }
 
 InspectionSheet sheet_of(const InspectedLog& log) {

@@ -125,9 +125,9 @@ TEST(LogMatch, ClockUnitsAndAxesOfCleanLogs) {
     EXPECT_EQ(m.motion.has_value(), !clips(logs)) << logs.name;
     if (m.motion) {
       fmt::print(
-          ", accel {:.3f}, left {:.3f} m/s, axes {} off by {:.1f} (others {:.1f} deg more), lever arm {:.2f} "
+          ", accel {:.3f}, left {:.3f} of {:.2f} m/s, axes {} off by {:.1f} (others {:.1f} deg more), lever arm {:.2f} "
           "{:.2f} {:.2f} m",
-          m.motion->accel_factor, m.motion->residual, m.motion->axes, m.motion->tilt / kDegree,
+          m.motion->accel_factor, m.motion->residual, m.motion->change, m.motion->axes, m.motion->tilt / kDegree,
           m.motion->margin / kDegree, m.motion->lever_arm.x(), m.motion->lever_arm.y(), m.motion->lever_arm.z());
       EXPECT_TRUE(m.motion->as_given()) << logs.name;
       EXPECT_NEAR(m.motion->accel_factor, 1, 0.05) << logs.name;
@@ -220,7 +220,8 @@ TEST(LogMatch, ClaimsNothingOfStrangers) {
   const std::vector<Logs>& all = clean_logs();
   for (const auto& [one, other] : {std::pair{0U, 6U}, {2U, 0U}, {6U, 2U}}) {
     const LogMatch m = match(all[one].imu, all[other].gnss, gnss_health(all[other].gnss));
-    EXPECT_FALSE(m.motion) << all[one].name << " with " << all[other].name;
+    EXPECT_FALSE(m.motion) << all[one].name << " with " << all[other].name << ' ' << m.motion->residual << " of "
+                           << m.motion->change;
     EXPECT_FALSE(m.clock) << all[one].name << " with " << all[other].name << ' ' << m.clock->correlation << ' '
                           << m.clock->evidence << ' ' << m.clock->over_rival;
   }

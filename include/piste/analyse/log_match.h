@@ -43,6 +43,7 @@ struct MotionMatch {
   bool gravity = true;                        ///< gravity stands in the forces
   double residual = 0,
          residual_as_given = 0;  ///< rms of velocity over a window, with that reading and with the labels'
+  double change = 0;             ///< rms by which the velocity changes in a window [m/s]: what there is to explain
   std::size_t windows = 0;
 
   /// `imu: {axes: …}`: the sensor axes that point forward, right, down, such as `-y +x +z`. With mirrored axes they are
