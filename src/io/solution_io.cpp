@@ -20,6 +20,10 @@ std::string_view outcome_name(Outcome outcome) {
       return "used";
     case Outcome::kRejected:
       return "rejected";
+    case Outcome::kDisputed:
+      return "disputed";
+    case Outcome::kRepeated:
+      return "repeated";
     case Outcome::kReadmitted:
       break;
   }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <utility>
 
 #include "piste/core/error.h"
@@ -21,6 +22,9 @@ constexpr double kGravityReach = 100;   // m: gravity is linear to 1e-9 m/s² ov
 constexpr double kClippedSpread = 0.2;  // of the range: 1-sigma of what a clipped sample hides
 constexpr double kShortestLapse = 0.5;  // s over which an error that the filter missed may have grown
 constexpr double kLargestTilt = 0.2;    // rad that a readmission may add
+[[maybe_unused]] constexpr double kMissed = 1;           // m/s² that a filter may go wrong by unawares: a tilt of 6 deg
+constexpr double kAbsurd = 20;
+constexpr double kDoubtAccel = 1, kDoubtGyro = 0.05;
 constexpr double kMendable = 1;         // s between attitude fixes over which the body's axes are taken as one
 
 }  // namespace
@@ -74,10 +78,11 @@ Filter::Filter(const FilterOptions& options, const World& world, const Start& st
   setup->sources.emplace_back("rest.velocity");
   setup->sources.emplace_back("rest.rate");
 
+  last_fix_.resize(options.gnss.size());
+  trust_.resize(setup->sources.size());
+  start_time_ = start.time;
   state_ = {start.time, start.x, initial_covariance(setup->layout, options, start)};
-  rejected_in_a_row_.assign(setup->sources.size(), 0);
-  accepted_.assign(setup->sources.size(), start.time);
-  queue_.reserve(256);
+    queue_.reserve(256);
   innovations_.reserve(256);
   gravity_ = world.gravity(start.x.p_wb);
   setup_ = std::move(setup);
@@ -229,6 +234,10 @@ StepNoise Filter::noise_of(const ImuSample& sample) {
     clip(i, (sample.clipped_gyro >> i) & 1, o.sensor.gyro.range, noise.gyro(i));
     clip(3 + i, (sample.clipped_accel >> i) & 1, o.sensor.accel.range, noise.accel(i));
   }
+  if (state_.time < doubt_) {
+    noise.accel.array() += kDoubtAccel * kDoubtAccel;
+    noise.gyro.array() += kDoubtGyro * kDoubtGyro;
+  }
   if (sample.gap) {
     noise.accel.array() += o.gap_noise * o.gap_noise;
     noise.gyro.array() += o.gap_noise * o.gap_noise / 9;
@@ -240,6 +249,14 @@ void Filter::measure(const Pending& pending, const ImuStep& step, double tau) {
   const FilterOptions& o = setup_->options;
   const Vector3d& earth_rate = setup_->world.earth_rate();
   if (const auto* fix = std::get_if<GnssFix>(&pending.fix)) {
+    std::optional<GnssFix>& last = last_fix_[static_cast<std::size_t>(pending.index)];
+    const bool same = last && last->position == fix->position && (!fix->velocity || !last->velocity || fix->velocity->value == last->velocity->value);
+    const bool moving = !still_ && state_.x.v_wb.norm() > 3 * sigmas_of(state_.x, setup_->layout, state_.P).velocity.norm();
+    last = *fix;
+    if (same && moving) {
+      innovations_.push_back({state_.time, pending.source, 3, Vector3d::Zero(), Vector3d::Zero(), 0, 0, Outcome::kRepeated});
+      return;
+    }
     const GnssOptions& receiver = o.gnss[static_cast<std::size_t>(pending.index)];
     Estimate& x = state_.x;
     if (!setup_->layout.has(Block::kLeverArm)) x.lever_arm = receiver.lever_arm;
@@ -307,6 +324,7 @@ void Filter::admit_error(const Linearization& lin, double lapse) {
     default:
       attitude = size;
   }
+  if (lapse > 1e200) velocity *= lin.observes == Block::kVelocity ? 1 : 0, attitude = 0;
   attitude = std::min(attitude, kLargestTilt);
   const auto add = [&](Block b, double sigma) {
     state_.P.diagonal().segment<3>(setup_->layout.offset(b)).array() += sigma * sigma;
@@ -316,39 +334,95 @@ void Filter::admit_error(const Linearization& lin, double lapse) {
   add(Block::kAttitude, attitude);
 }
 
+// A filter that goes wrong does so smoothly: what it may have missed since it last believed the source, of position or of
+// velocity, covers the residual. Else the source jumped.
+bool Filter::sudden(const Trust& trust, const Linearization& lin, const Update& u) const {
+  const double lapse = state_.time - trust.believed;
+  const double missed = (lin.observes == Block::kPosition ? 0.5 : 1.0) * lapse;
+  const Matrix3d S = u.S + missed * missed * Matrix3d::Identity();
+  return u.residual.dot(S.llt().solve(u.residual)) > setup_->gate[static_cast<std::size_t>(lin.rows)];
+}
+
+// Whether a fix within the gate ends the dispute with a source that jumped.
+bool Filter::believes(Trust& trust, const Linearization& lin, const Update& u) const {
+  const double bound = setup_->gate[static_cast<std::size_t>(lin.rows)];
+  const auto nis = [](const Vector3d& z, const Matrix3d& S) { return z.dot(S.llt().solve(z)); };
+  const double dt = state_.time - trust.time;
+  const Matrix3d own = lin.observes == Block::kPosition
+                           ? [&] {
+                               const Eigen::Matrix<double, 9, 9> T = ordinary_from_invariant(state_.x);
+                               const Eigen::Matrix<double, 9, 9> P = T * state_.P.topLeftCorner<9, 9>() * T.transpose();
+                               return (P.block<3, 3>(3, 3) * dt * dt).eval();
+                             }()
+                           : (state_.P.block<3, 3>(6, 6).trace() * std::pow(kStandardGravity * dt, 2) * Matrix3d::Identity()).eval();
+  const Vector3d change = u.residual - trust.residual;
+  const Matrix3d spread = u.R + trust.noise + own;
+  if (nis(change, spread) > bound) {
+    trust.offset += change;
+    trust.spread += spread;
+  }
+  trust.time = state_.time;
+  trust.residual = u.residual;
+  trust.noise = u.R;
+  return u.nis <= bound && (nis(u.residual, trust.first) <= bound || nis(trust.offset, trust.spread) <= bound);
+}
+
 void Filter::apply(int source, const Linearization& lin) {
-  const Update u = innovate(state_.P, setup_->layout, lin);
+  Update u = innovate(state_.P, setup_->layout, lin);
   if (!std::isfinite(u.nis)) {
     throw DataError(fmt::format("t = {:.3f} s", state_.time),
                     fmt::format("the filter diverged at {}: check units, axes and time stamps of the logs",
                                 setup_->sources[static_cast<std::size_t>(source)]));
   }
+  const FilterOptions& o = setup_->options;
   const double bound = setup_->gate[static_cast<std::size_t>(lin.rows)];
-  int& rejected = rejected_in_a_row_[static_cast<std::size_t>(source)];
+  Trust& trust = trust_[static_cast<std::size_t>(source)];
   Innovation innovation{state_.time, source, lin.rows,      u.residual, u.S.diagonal().cwiseSqrt(),
                         u.nis,       bound,  Outcome::kUsed};
-  if (u.nis > bound) {
+  const bool inside = u.nis <= bound;
+  bool believed = inside;
+  if (trust.rejected > 0 && trust.sudden) {
+    believed = believes(trust, lin, u);
+  } else if (trust.rejected == 0 && !inside) {
+    trust.since = state_.time;
+    trust.sudden = source < setup_->first_attitude && state_.time > doubt_ && state_.time - trust.believed < 2 && sudden(trust, lin, u);
+    if (source < setup_->first_attitude && !trust.sudden && state_.time - trust.believed < 2) {
+      const Trust& other = trust_[static_cast<std::size_t>(source ^ 1)];
+      if (other.rejected > 0 ? other.sudden : source % 2 == 0 && state_.time - other.believed < 2 && state_.time > doubt_) trust.sudden = true;
+    }
+    trust.offset = trust.residual = u.residual;
+    trust.spread = trust.first = u.S;
+    trust.time = state_.time;
+    trust.noise = u.R;
+  }
+  if (!believed) {
     const bool at_rest = source >= setup_->rest;  // a body that moves after all must not be stopped
-    if (++rejected <= setup_->options.readmit_after || at_rest) {
-      innovation.outcome = Outcome::kRejected;
+    ++trust.rejected;
+    const bool patient = trust.sudden ? state_.time - trust.since < o.distrust : trust.rejected <= o.readmit_after;
+    if (patient || at_rest) {
+      innovation.outcome = inside ? Outcome::kDisputed : Outcome::kRejected;
       innovations_.push_back(innovation);
       return;
     }
-    // Rejected again and again: it is the filter that was wrong. The fix is taken with the covariance as it stands, so
-    // that filter and smoother spread its residual over what led to it; what the filter missed is admitted afterwards.
-    innovation.outcome = Outcome::kReadmitted;
+    if (!inside) innovation.outcome = Outcome::kReadmitted;
   }
   innovations_.push_back(innovation);
+  if (innovation.outcome == Outcome::kReadmitted && trust.believed > -1e200 && u.nis > kAbsurd * bound) {
+    admit_error(lin, std::max(state_.time - trust.believed, kShortestLapse));
+    u = innovate(state_.P, setup_->layout, lin);
+    innovation.outcome = Outcome::kUsed;
+  }
   const FullError correction = expand(setup_->layout, gain(u) * u.residual);
   const ResetJacobian G = reset_jacobian(correction);
   joseph(state_.P, u, lin.covariance);
   reset(state_.P, setup_->layout, G);
   state_.x = boxplus(state_.x, correction);
   if (tape_) tape_->events.emplace_back(Tape::Correction{u, G});
-  double& accepted = accepted_[static_cast<std::size_t>(source)];
-  if (innovation.outcome == Outcome::kReadmitted) admit_error(lin, std::max(state_.time - accepted, kShortestLapse));
-  accepted = state_.time;
-  rejected = 0;
+  if (innovation.outcome == Outcome::kReadmitted && source < setup_->first_attitude && trust.believed > -1e200 && !trust.sudden && !std::getenv("NODOUBT")) doubt_ = state_.time + o.distrust;
+  if (innovation.outcome == Outcome::kReadmitted)
+    admit_error(lin, std::max(state_.time - trust.believed, kShortestLapse));
+  trust.believed = state_.time;
+  trust.rejected = 0;
 }
 
 namespace {

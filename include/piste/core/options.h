@@ -80,6 +80,7 @@ struct FilterOptions {
   Priors priors;
   double gate = 0.999;        ///< probability of an innovation beyond which it is rejected
   int readmit_after = 5;      ///< rejections in a row after which the filter, not the sensor, is held to be wrong
+  double distrust = 60;
   double gap_noise = 3.0;     ///< m/s² / sqrt(Hz) and, divided by 3, rad/s/sqrt(Hz) of unknown motion in an IMU gap
   double magnetic_sigma = 0;  ///< rad of a magnetic heading; 0 = magnetometer unused
   double declination = 0;     ///< rad, east positive

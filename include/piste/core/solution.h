@@ -11,7 +11,7 @@
 namespace piste {
 
 /// What became of a measurement.
-enum class Outcome { kUsed, kRejected, kReadmitted };
+enum class Outcome { kUsed, kRejected, kReadmitted, kDisputed, kRepeated };
 
 /// One measurement against its prediction. Names the sensor as "gnss[0].position", "attitude[0]", "rest.velocity" …
 struct Innovation {

@@ -105,6 +105,20 @@ class Filter {
     std::variant<GnssFix, AttitudeFix, MagneticSample, HeadingFix> fix;
   };
 
+  /// What is held of one source: when it was last believed, and since when it contradicts the filter.
+  struct Trust {
+    double believed = -1e300;  // time of the last fix that was used
+    int rejected = 0;          // in a row; 0: no dispute
+    bool sudden = false;       // it began with a jump that the filter cannot have made
+    double since = 0;
+    Vector3d offset = Vector3d::Zero();  // sum of the source's jumps since the dispute began
+    Matrix3d spread = Matrix3d::Zero();  // covariance of that sum
+    Matrix3d first = Matrix3d::Zero();   // innovation covariance as the dispute began
+    double time = 0;                     // of the last fix, its residual and noise
+    Vector3d residual = Vector3d::Zero();
+    Matrix3d noise = Matrix3d::Zero();
+  };
+
   void enqueue(Pending&& pending);
   void process(const ImuSample* after);
   void advance(const ImuStep& step, const StepNoise& noise);
@@ -113,6 +127,8 @@ class Filter {
   void apply(int source, const Linearization& lin);
   void mend_rate_before(const Linearization& lin);
   void admit_error(const Linearization& lin, double lapse);
+  bool believes(Trust& trust, const Linearization& lin, const Update& u) const;
+  bool sudden(const Trust& trust, const Linearization& lin, const Update& u) const;
   StepNoise noise_of(const ImuSample& sample);
   void stand(double dt);
   void refresh_gravity();
@@ -123,8 +139,9 @@ class Filter {
   std::optional<ImuSample> before_, now_;
   std::vector<Pending> queue_;
   std::vector<Innovation> innovations_;
-  std::vector<int> rejected_in_a_row_;  // a source each
-  std::vector<double> accepted_;        // time of the last one believed, a source each
+  double start_time_ = 0, doubt_ = -1e300;
+  std::vector<std::optional<GnssFix>> last_fix_;
+  std::vector<Trust> trust_;  // a source each
   std::array<int, 6> clipped_in_a_row_{};
   Vector3d rate_variance_ = Vector3d::Zero();  // of the sample that is processed
   Vector3d rest_turn_ = Vector3d::Zero();
