@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <utility>
 
 #include "piste/core/error.h"
@@ -17,15 +16,18 @@
 namespace piste {
 namespace {
 
-constexpr double kSameInstant = 1e-6;   // s: a fix nearer than this to an epoch does not split the step
-constexpr double kGravityReach = 100;   // m: gravity is linear to 1e-9 m/s² over it
-constexpr double kClippedSpread = 0.2;  // of the range: 1-sigma of what a clipped sample hides
-constexpr double kShortestLapse = 0.5;  // s over which an error that the filter missed may have grown
-constexpr double kLargestTilt = 0.2;    // rad that a readmission may add
-[[maybe_unused]] constexpr double kMissed = 1;           // m/s² that a filter may go wrong by unawares: a tilt of 6 deg
-constexpr double kAbsurd = 20;
-constexpr double kDoubtAccel = 1, kDoubtGyro = 0.05;
-constexpr double kMendable = 1;         // s between attitude fixes over which the body's axes are taken as one
+constexpr double kSameInstant = 1e-6;    // s: a fix nearer than this to an epoch does not split the step
+constexpr double kGravityReach = 100;    // m: gravity is linear to 1e-9 m/s² over it
+constexpr double kClippedSpread = 0.2;   // of the range: 1-sigma of what a clipped sample hides
+constexpr double kShortestLapse = 0.5;   // s over which an error that the filter missed may have grown
+constexpr double kLargestTilt = 0.2;     // rad that a readmission may add
+constexpr double kRecent = 2;            // s between fixes over which a jump can be told
+constexpr double kMissedVelocity = 0.5;  // m/s that a filter may be wrong by unawares, as a position shows it,
+constexpr double kMissedForce = 1;       // m/s², as a velocity shows it
+constexpr double kGapSuspicion = 10;     // s after a gap in which the filter rather than a receiver is wrong
+constexpr double kDoubtedAccel = 1;      // m/s²/sqrt(Hz) and
+constexpr double kDoubtedGyro = 0.05;    // rad/s/sqrt(Hz) of a filter that was wrong
+constexpr double kMendable = 1;          // s between attitude fixes over which the body's axes are taken as one
 
 }  // namespace
 
@@ -80,9 +82,8 @@ Filter::Filter(const FilterOptions& options, const World& world, const Start& st
 
   last_fix_.resize(options.gnss.size());
   trust_.resize(setup->sources.size());
-  start_time_ = start.time;
   state_ = {start.time, start.x, initial_covariance(setup->layout, options, start)};
-    queue_.reserve(256);
+  queue_.reserve(256);
   innovations_.reserve(256);
   gravity_ = world.gravity(start.x.p_wb);
   setup_ = std::move(setup);
@@ -234,11 +235,12 @@ StepNoise Filter::noise_of(const ImuSample& sample) {
     clip(i, (sample.clipped_gyro >> i) & 1, o.sensor.gyro.range, noise.gyro(i));
     clip(3 + i, (sample.clipped_accel >> i) & 1, o.sensor.accel.range, noise.accel(i));
   }
-  if (state_.time < doubt_) {
-    noise.accel.array() += kDoubtAccel * kDoubtAccel;
-    noise.gyro.array() += kDoubtGyro * kDoubtGyro;
+  if (state_.time < doubted_until_) {
+    noise.accel.array() += kDoubtedAccel * kDoubtedAccel;
+    noise.gyro.array() += kDoubtedGyro * kDoubtedGyro;
   }
   if (sample.gap) {
+    accuses_from_ = std::max(accuses_from_, sample.time + kGapSuspicion);
     noise.accel.array() += o.gap_noise * o.gap_noise;
     noise.gyro.array() += o.gap_noise * o.gap_noise / 9;
   }
@@ -249,12 +251,12 @@ void Filter::measure(const Pending& pending, const ImuStep& step, double tau) {
   const FilterOptions& o = setup_->options;
   const Vector3d& earth_rate = setup_->world.earth_rate();
   if (const auto* fix = std::get_if<GnssFix>(&pending.fix)) {
-    std::optional<GnssFix>& last = last_fix_[static_cast<std::size_t>(pending.index)];
-    const bool same = last && last->position == fix->position && (!fix->velocity || !last->velocity || fix->velocity->value == last->velocity->value);
-    const bool moving = !still_ && state_.x.v_wb.norm() > 3 * sigmas_of(state_.x, setup_->layout, state_.P).velocity.norm();
-    last = *fix;
-    if (same && moving) {
-      innovations_.push_back({state_.time, pending.source, 3, Vector3d::Zero(), Vector3d::Zero(), 0, 0, Outcome::kRepeated});
+    if (repeats(pending.index, *fix)) {
+      innovations_.push_back({.time = state_.time,
+                              .source = pending.source,
+                              .residual = Vector3d::Zero(),
+                              .sigma = Vector3d::Zero(),
+                              .outcome = Outcome::kRepeated});
       return;
     }
     const GnssOptions& receiver = o.gnss[static_cast<std::size_t>(pending.index)];
@@ -307,7 +309,7 @@ void Filter::measure_rest(const ImuSample& sample) {
 }
 
 // Adds to the navigation covariance what would explain the residual: an error of position grows out of one of velocity
-// over the time since the last fix was believed, and that out of a tilt.
+// over the time since the last fix was believed, and that out of a tilt; where none ever was, it is the start's own.
 void Filter::admit_error(const Linearization& lin, double lapse) {
   const double size = lin.residual.head(lin.rows).norm();
   double position = 0, velocity = 0, attitude = 0;
@@ -324,7 +326,6 @@ void Filter::admit_error(const Linearization& lin, double lapse) {
     default:
       attitude = size;
   }
-  if (lapse > 1e200) velocity *= lin.observes == Block::kVelocity ? 1 : 0, attitude = 0;
   attitude = std::min(attitude, kLargestTilt);
   const auto add = [&](Block b, double sigma) {
     state_.P.diagonal().segment<3>(setup_->layout.offset(b)).array() += sigma * sigma;
@@ -334,37 +335,61 @@ void Filter::admit_error(const Linearization& lin, double lapse) {
   add(Block::kAttitude, attitude);
 }
 
-// A filter that goes wrong does so smoothly: what it may have missed since it last believed the source, of position or of
-// velocity, covers the residual. Else the source jumped.
-bool Filter::sudden(const Trust& trust, const Linearization& lin, const Update& u) const {
-  const double lapse = state_.time - trust.believed;
-  const double missed = (lin.observes == Block::kPosition ? 0.5 : 1.0) * lapse;
-  const Matrix3d S = u.S + missed * missed * Matrix3d::Identity();
-  return u.residual.dot(S.llt().solve(u.residual)) > setup_->gate[static_cast<std::size_t>(lin.rows)];
+namespace {
+
+double normalized(const Vector3d& z, const Matrix3d& S) { return z.dot(S.llt().solve(z)); }
+
+bool of_position(const Linearization& lin) { return lin.observes == Block::kPosition; }
+
+}  // namespace
+
+// A receiver that gives its last fix again, in every digit, while the body moves for certain.
+bool Filter::repeats(int receiver, const GnssFix& fix) {
+  std::optional<GnssFix>& last = last_fix_[static_cast<std::size_t>(receiver)];
+  const bool same = last && last->position == fix.position && last->velocity.has_value() == fix.velocity.has_value() &&
+                    (!fix.velocity || last->velocity->value == fix.velocity->value);
+  last = fix;
+  if (!same || still_) return false;
+  return state_.x.v_wb.norm() > 3 * sigmas_of(state_.x, setup_->layout, state_.P).velocity.norm();
 }
 
-// Whether a fix within the gate ends the dispute with a source that jumped.
-bool Filter::believes(Trust& trust, const Linearization& lin, const Update& u) const {
-  const double bound = setup_->gate[static_cast<std::size_t>(lin.rows)];
-  const auto nis = [](const Vector3d& z, const Matrix3d& S) { return z.dot(S.llt().solve(z)); };
-  const double dt = state_.time - trust.time;
-  const Matrix3d own = lin.observes == Block::kPosition
-                           ? [&] {
-                               const Eigen::Matrix<double, 9, 9> T = ordinary_from_invariant(state_.x);
-                               const Eigen::Matrix<double, 9, 9> P = T * state_.P.topLeftCorner<9, 9>() * T.transpose();
-                               return (P.block<3, 3>(3, 3) * dt * dt).eval();
-                             }()
-                           : (state_.P.block<3, 3>(6, 6).trace() * std::pow(kStandardGravity * dt, 2) * Matrix3d::Identity()).eval();
+// Whose a residual outside the gate is, at the first one: the receiver's where the filter cannot have gone wrong by as
+// much since the source was believed, where its other source jumped, or where only its position disagrees.
+bool Filter::receiver_jumped(int source, const Linearization& lin, const Update& u) const {
+  const double lapse = state_.time - trust_[static_cast<std::size_t>(source)].believed;
+  if (source >= setup_->first_attitude || lapse > kRecent || state_.time < accuses_from_) return false;
+  const double missed = lapse * (of_position(lin) ? kMissedVelocity : kMissedForce);
+  const Matrix3d S = u.S + missed * missed * Matrix3d::Identity();
+  if (normalized(u.residual, S) > setup_->gate[static_cast<std::size_t>(lin.rows)]) return true;
+  const Trust& other =
+      trust_[static_cast<std::size_t>(source ^ 1)];  // position and velocity of a receiver are neighbours
+  if (other.rejected > 0) return other.sudden;
+  return of_position(lin) && state_.time - other.believed < kRecent;
+}
+
+// Whether a fix ends the dispute with a receiver that jumped. It must lie within the gate, and as the covariance grows
+// a lie may do so too: after a moment its jumps, too sudden for the filter's own error, must also have added up to
+// none.
+bool Filter::settled(Trust& trust, const Linearization& lin, const Update& u) const {
+  const double bound = setup_->gate[static_cast<std::size_t>(lin.rows)], dt = state_.time - trust.time;
+  Matrix3d own;
+  if (of_position(lin)) {
+    const Eigen::Matrix<double, 3, 9> velocity = ordinary_from_invariant(state_.x).middleRows<3>(3);
+    own = velocity * state_.P.topLeftCorner<9, 9>() * velocity.transpose();
+  } else {
+    own = kStandardGravity * kStandardGravity * state_.P.block<3, 3>(6, 6).trace() * Matrix3d::Identity();
+  }
   const Vector3d change = u.residual - trust.residual;
-  const Matrix3d spread = u.R + trust.noise + own;
-  if (nis(change, spread) > bound) {
+  const Matrix3d spread = u.R + trust.R + dt * dt * own;
+  if (normalized(change, spread) > bound) {
     trust.offset += change;
     trust.spread += spread;
   }
-  trust.time = state_.time;
   trust.residual = u.residual;
-  trust.noise = u.R;
-  return u.nis <= bound && (nis(u.residual, trust.first) <= bound || nis(trust.offset, trust.spread) <= bound);
+  trust.R = u.R;
+  if (u.nis > bound) return false;
+  if (normalized(trust.offset, trust.spread) <= bound) return true;
+  return state_.time - trust.since < kRecent && normalized(u.residual, trust.first_S) <= bound;
 }
 
 void Filter::apply(int source, const Linearization& lin) {
@@ -380,24 +405,19 @@ void Filter::apply(int source, const Linearization& lin) {
   Innovation innovation{state_.time, source, lin.rows,      u.residual, u.S.diagonal().cwiseSqrt(),
                         u.nis,       bound,  Outcome::kUsed};
   const bool inside = u.nis <= bound;
-  bool believed = inside;
-  if (trust.rejected > 0 && trust.sudden) {
-    believed = believes(trust, lin, u);
-  } else if (trust.rejected == 0 && !inside) {
+  if (state_.time - trust.time > kRecent) trust.rejected = 0;  // jumps over an outage are not seen
+  if (trust.rejected == 0 && !inside) {
+    trust.sudden = receiver_jumped(source, lin, u);
     trust.since = state_.time;
-    trust.sudden = source < setup_->first_attitude && state_.time > doubt_ && state_.time - trust.believed < 2 && sudden(trust, lin, u);
-    if (source < setup_->first_attitude && !trust.sudden && state_.time - trust.believed < 2) {
-      const Trust& other = trust_[static_cast<std::size_t>(source ^ 1)];
-      if (other.rejected > 0 ? other.sudden : source % 2 == 0 && state_.time - other.believed < 2 && state_.time > doubt_) trust.sudden = true;
-    }
+    trust.first_S = trust.spread = u.S;
     trust.offset = trust.residual = u.residual;
-    trust.spread = trust.first = u.S;
-    trust.time = state_.time;
-    trust.noise = u.R;
+    trust.R = u.R;
   }
+  const bool believed = trust.rejected > 0 && trust.sudden ? settled(trust, lin, u) : inside;
+  trust.time = state_.time;
   if (!believed) {
-    const bool at_rest = source >= setup_->rest;  // a body that moves after all must not be stopped
     ++trust.rejected;
+    const bool at_rest = source >= setup_->rest;  // a body that moves after all must not be stopped
     const bool patient = trust.sudden ? state_.time - trust.since < o.distrust : trust.rejected <= o.readmit_after;
     if (patient || at_rest) {
       innovation.outcome = inside ? Outcome::kDisputed : Outcome::kRejected;
@@ -407,10 +427,12 @@ void Filter::apply(int source, const Linearization& lin) {
     if (!inside) innovation.outcome = Outcome::kReadmitted;
   }
   innovations_.push_back(innovation);
-  if (innovation.outcome == Outcome::kReadmitted && trust.believed > -1e200 && u.nis > kAbsurd * bound) {
-    admit_error(lin, std::max(state_.time - trust.believed, kShortestLapse));
+  const bool readmitted = innovation.outcome == Outcome::kReadmitted;
+  const double lapse = std::max(state_.time - trust.believed, kShortestLapse);
+  if (readmitted && trust.sudden) {
+    // The receiver stays where it jumped to, and is believed from here on: what was held until now is not to move.
+    admit_error(lin, lapse);
     u = innovate(state_.P, setup_->layout, lin);
-    innovation.outcome = Outcome::kUsed;
   }
   const FullError correction = expand(setup_->layout, gain(u) * u.residual);
   const ResetJacobian G = reset_jacobian(correction);
@@ -418,9 +440,16 @@ void Filter::apply(int source, const Linearization& lin) {
   reset(state_.P, setup_->layout, G);
   state_.x = boxplus(state_.x, correction);
   if (tape_) tape_->events.emplace_back(Tape::Correction{u, G});
-  if (innovation.outcome == Outcome::kReadmitted && source < setup_->first_attitude && trust.believed > -1e200 && !trust.sudden && !std::getenv("NODOUBT")) doubt_ = state_.time + o.distrust;
-  if (innovation.outcome == Outcome::kReadmitted)
-    admit_error(lin, std::max(state_.time - trust.believed, kShortestLapse));
+  if (readmitted && !trust.sudden) {
+    // It is the filter that was wrong. The fix was taken with the covariance as it stood, so that filter and smoother
+    // spread its residual over what led to it; what the filter missed is admitted afterwards. A start that was wrong
+    // says nothing of what follows.
+    admit_error(lin, lapse);
+    if (source < setup_->first_attitude && std::isfinite(lapse)) {
+      doubted_until_ = state_.time + o.distrust;
+      accuses_from_ = std::max(accuses_from_, doubted_until_);
+    }
+  }
   trust.believed = state_.time;
   trust.rejected = 0;
 }

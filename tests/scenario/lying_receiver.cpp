@@ -117,6 +117,7 @@ TEST(Lie, Table) {
             k.options.gnss[0].use_velocity = velocity;
             k.options.gnss[0].drift = k.scenario.gnss[0].position_drift;
             if (std::getenv("NODRIFT") && receiver == 1) k.options.gnss[0].drift.reset();
+            if (k.options.gnss[0].drift) k.options.estimate.push_back(Block::kGnssPositionDrift);
             return k;
           }();
           const Log clean = c.log();
