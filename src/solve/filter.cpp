@@ -341,6 +341,12 @@ double normalized(const Vector3d& z, const Matrix3d& S) { return z.dot(S.llt().s
 
 bool of_position(const Linearization& lin) { return lin.observes == Block::kPosition; }
 
+// Whether a residual is more than a filter can have gone wrong by since it believed the source, `lapse` s before.
+bool leaps(const Linearization& lin, const Vector3d& residual, const Matrix3d& S, double lapse, double bound) {
+  const double missed = lapse * (of_position(lin) ? kMissedVelocity : kMissedForce);
+  return lapse <= kRecent && normalized(residual, S + missed * missed * Matrix3d::Identity()) > bound;
+}
+
 }  // namespace
 
 // A receiver that gives its last fix again, in every digit, while the body moves for certain.
@@ -353,14 +359,12 @@ bool Filter::repeats(int receiver, const GnssFix& fix) {
   return state_.x.v_wb.norm() > 3 * sigmas_of(state_.x, setup_->layout, state_.P).velocity.norm();
 }
 
-// Whose a residual outside the gate is, at the first one: the receiver's where the filter cannot have gone wrong by as
-// much since the source was believed, where its other source jumped, or where only its position disagrees.
+// Whose a residual outside the gate is, at the first one: the receiver's where it leaps, where its other source jumped,
+// or where only its position disagrees.
 bool Filter::receiver_jumped(int source, const Linearization& lin, const Update& u) const {
   const double lapse = state_.time - trust_[static_cast<std::size_t>(source)].believed;
   if (source >= setup_->first_attitude || lapse > kRecent || state_.time < accuses_from_) return false;
-  const double missed = lapse * (of_position(lin) ? kMissedVelocity : kMissedForce);
-  const Matrix3d S = u.S + missed * missed * Matrix3d::Identity();
-  if (normalized(u.residual, S) > setup_->gate[static_cast<std::size_t>(lin.rows)]) return true;
+  if (leaps(lin, u.residual, u.S, lapse, setup_->gate[static_cast<std::size_t>(lin.rows)])) return true;
   const Trust& other =
       trust_[static_cast<std::size_t>(source ^ 1)];  // position and velocity of a receiver are neighbours
   if (other.rejected > 0) return other.sudden;
@@ -405,7 +409,10 @@ void Filter::apply(int source, const Linearization& lin) {
   Innovation innovation{state_.time, source, lin.rows,      u.residual, u.S.diagonal().cwiseSqrt(),
                         u.nis,       bound,  Outcome::kUsed};
   const bool inside = u.nis <= bound;
-  if (state_.time - trust.time > kRecent) trust.rejected = 0;  // jumps over an outage are not seen
+  if (trust.sudden && trust.rejected > 0 && state_.time - trust.time > kRecent) {  // jumps over an outage are not seen
+    trust.sudden = false;
+    trust.rejected = 1;
+  }
   if (trust.rejected == 0 && !inside) {
     trust.sudden = receiver_jumped(source, lin, u);
     trust.since = state_.time;
@@ -429,8 +436,10 @@ void Filter::apply(int source, const Linearization& lin) {
   innovations_.push_back(innovation);
   const bool readmitted = innovation.outcome == Outcome::kReadmitted;
   const double lapse = std::max(state_.time - trust.believed, kShortestLapse);
-  if (readmitted && trust.sudden) {
-    // The receiver stays where it jumped to, and is believed from here on: what was held until now is not to move.
+  const bool leapt = readmitted && leaps(lin, trust.offset, trust.first_S, trust.since - trust.believed, bound);
+  if ((readmitted && trust.sudden) || leapt) {
+    // Receiver and filter parted at once, and nothing that led to it explains that: the fix says where the body is from
+    // here on, and the rest of the state is not to follow a residual of many sigmas.
     admit_error(lin, lapse);
     u = innovate(state_.P, setup_->layout, lin);
   }
@@ -444,7 +453,7 @@ void Filter::apply(int source, const Linearization& lin) {
     // It is the filter that was wrong. The fix was taken with the covariance as it stood, so that filter and smoother
     // spread its residual over what led to it; what the filter missed is admitted afterwards. A start that was wrong
     // says nothing of what follows.
-    admit_error(lin, lapse);
+    if (!leapt) admit_error(lin, lapse);
     if (source < setup_->first_attitude && std::isfinite(lapse)) {
       doubted_until_ = state_.time + o.distrust;
       accuses_from_ = std::max(accuses_from_, doubted_until_);
