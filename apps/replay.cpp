@@ -6,6 +6,7 @@
 #include <ctime>
 
 #include "app.h"
+#include "piste/analyse/disputes.h"
 #include "piste/condition/pipeline.h"
 #include "piste/condition/rest_detection.h"
 #include "piste/io/output.h"
@@ -27,7 +28,7 @@ void warn_of_rejections(const piste::Solution& solution) {
   for (const piste::Innovation& v : solution.innovations) {
     const auto source = static_cast<std::size_t>(v.source);
     ++all[source];
-    rejected[source] += v.outcome == piste::Outcome::kRejected ? 1 : 0;
+    rejected[source] += piste::was_used(v.outcome) ? 0 : 1;
   }
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (all[i] < kFew || rejected[i] <= kTooMany * all[i]) continue;
@@ -35,6 +36,10 @@ void warn_of_rejections(const piste::Solution& solution) {
                "warning: {} of {} measurements of {} were rejected, and the solution is not to be relied on; check its "
                "units, sigmas and lever arm, and the clock and the axes of the IMU\n",
                rejected[i], all[i], solution.sources[i]);
+  }
+  for (const piste::Dispute& dispute : piste::disputes_of(solution)) {
+    if (solution.sources[static_cast<std::size_t>(dispute.source)].starts_with("gnss"))
+      fmt::print(stderr, "warning: {}\n", piste::text_of(dispute, solution));
   }
 }
 

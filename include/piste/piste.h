@@ -67,6 +67,7 @@
 
 // The steps, in the order of a run: read or simulate, condition, solve, analyse, report; and many of them, against the
 // truth.
+#include "piste/analyse/disputes.h"
 #include "piste/analyse/imu_fit.h"
 #include "piste/analyse/known_errors_of.h"
 #include "piste/analyse/phases.h"

@@ -196,7 +196,7 @@ void Consistency::add_innovations(const ComparedRun& run) {
     double* sums = &source_sums_[index(v.source) * kSourceTerms];
     sums[kDof] = v.dof;
     ++sums[kCount];
-    sums[kRejected] += v.outcome == Outcome::kRejected ? 1 : 0;
+    sums[kRejected] += was_used(v.outcome) ? 0 : 1;
     sums[kNis] += v.nis / v.dof;
     Vector3d z = Vector3d::Zero();
     z.head(v.dof) = v.residual.head(v.dof).cwiseQuotient(v.sigma.head(v.dof));

@@ -137,16 +137,6 @@ ImuConditioning guess_conditioning(const Inspection& inspection) {
   return imu;
 }
 
-std::string axes_text(const Matrix3d& R_bs) {
-  std::string text;
-  for (int row = 0; row < 3; ++row) {
-    Eigen::Index axis = 0;
-    R_bs.row(row).cwiseAbs().maxCoeff(&axis);
-    text += fmt::format("{}{}{}", row > 0 ? " " : "", R_bs(row, axis) > 0 ? '+' : '-', "xyz"[axis]);
-  }
-  return text;
-}
-
 std::optional<std::string> ready_config(const Inspection& inspection, const std::string& folder,
                                         const std::string& sensor_file) {
   const auto first = inspection.first(LogKind::kImu);

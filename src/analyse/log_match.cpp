@@ -97,16 +97,6 @@ void suspect_clock(const LogMatch& m, const std::string& imu_file, const std::st
   }
 }
 
-std::string axes_text(const Matrix3d& axes) {
-  std::string text;
-  for (int row = 0; row < 3; ++row) {
-    Eigen::Index axis = 0;
-    axes.row(row).cwiseAbs().maxCoeff(&axis);
-    text += fmt::format("{}{}{}", row > 0 ? " " : "", axes(row, axis) > 0 ? '+' : '-', static_cast<char>('x' + axis));
-  }
-  return text;
-}
-
 // Factors by which gyroscopes and accelerometers are to be multiplied.
 struct Factors {
   double gyro = 1, accel = 1;
@@ -216,6 +206,16 @@ void suspect_axes(const MotionMatch& motion, const std::string& file, std::vecto
 }
 
 }  // namespace
+
+std::string axes_text(const Matrix3d& axes) {
+  std::string text;
+  for (int row = 0; row < 3; ++row) {
+    Eigen::Index axis = 0;
+    axes.row(row).cwiseAbs().maxCoeff(&axis);
+    text += fmt::format("{}{}{}", row > 0 ? " " : "", axes(row, axis) > 0 ? '+' : '-', static_cast<char>('x' + axis));
+  }
+  return text;
+}
 
 LogMatch match(const ImuRecording& imu, const GnssRecording& gnss, const GnssHealth& health) {
   LogMatch m;

@@ -247,18 +247,6 @@ double rms(const Reading& r) {
   return std::sqrt(sum / static_cast<double>(r.left.size()));
 }
 
-std::string text_of(const Matrix3d& R_bs) {
-  std::string text;
-  for (int row = 0; row < 3; ++row) {
-    Eigen::Index axis = 0;
-    R_bs.row(row).cwiseAbs().maxCoeff(&axis);
-    if (row > 0) text += ' ';
-    text += R_bs(row, axis) > 0 ? '+' : '-';
-    text += static_cast<char>('x' + axis);
-  }
-  return text;
-}
-
 // What the clock is off beyond `offset`: where the least is left.
 void refine_clock(const ImuIntegral& imu, const Track& track, const std::vector<Window>& windows, const Vector3d& bias,
                   const Reading& reading, double offset, MotionMatch& match) {
@@ -324,7 +312,7 @@ void name_axes(const std::vector<Window>& windows, const Reading& reading, Motio
   match.R_bs = off[own ? 1 : 0].second;
   match.tilt = off[own ? 1 : 0].first;
   match.margin = off[own ? 0 : 1].first - match.tilt;
-  match.axes = text_of(match.R_bs);
+  match.axes = axes_text(match.R_bs);
 }
 
 }  // namespace

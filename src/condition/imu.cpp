@@ -11,13 +11,14 @@
 namespace piste {
 namespace {
 
-constexpr double kGapFactor = 1.5, kLongestGap = 300, kAtRange = 0.999;
+constexpr double kGapFactor = 1.5, kLongestGap = 300, kAtRange = 0.999, kBeyond = 2;
 constexpr double kShortestInterval = 1e-5, kLongestInterval = 1;
 
 /// The rows within the span, in GPS time and body axes.
 struct Rows {
   std::vector<double> time;
   std::vector<Vector3d> gyro, accel;
+  std::vector<std::uint8_t> clipped_gyro, clipped_accel;  // bit i: axis i stood at the range or beyond
 };
 
 double gps_time(const ImuConditioning& options, double first, double t) {
@@ -60,6 +61,36 @@ double nominal_interval(const Rows& rows, const std::string& file) {
   throw DataError(
       file, fmt::format("the IMU's rows are {:.3g} s apart; times in seconds, and intervals of {} to {} s are expected",
                         nominal, kShortestInterval, kLongestInterval));
+}
+
+/// Marks components at the range. What is far beyond it was never measured: the mean of the rows around takes its
+/// place. `unit(i)` turns a rate into what row i holds.
+template <class Unit>
+std::vector<std::uint8_t> mark_clipped(std::vector<Vector3d>& values, double range, Unit&& unit) {
+  std::vector<std::uint8_t> marks(values.size(), 0);
+  for (std::size_t i = 0; range > 0 && i < values.size(); ++i) {
+    const double limit = range * unit(i);
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      double& value = values[i](axis);
+      if (std::abs(value) < kAtRange * limit) continue;
+      marks[i] = static_cast<std::uint8_t>(marks[i] | 1U << axis);
+      if (std::abs(value) <= kBeyond * limit) continue;
+      const double after = i + 1 < values.size() ? values[i + 1](axis) : 0,
+                   before = i > 0 ? values[i - 1](axis) : after;
+      value = std::abs(after) <= kBeyond * limit ? (before + after) / 2 : before;
+    }
+  }
+  return marks;
+}
+
+void mark_clipped(Rows& rows, const ConditioningOptions& options, bool increments) {
+  const double nominal = median_interval(rows.time);
+  const auto unit = [&](std::size_t i) {
+    if (!increments) return 1.0;
+    return i > 0 ? std::min(rows.time[i] - rows.time[i - 1], kGapFactor * nominal) : nominal;
+  };
+  rows.clipped_gyro = mark_clipped(rows.gyro, options.gyro_range, unit);
+  rows.clipped_accel = mark_clipped(rows.accel, options.accel_range, unit);
 }
 
 /// Makes increments of rows.
@@ -108,14 +139,6 @@ class Incrementer {
     return recording_.increments ? Vector3d(values[i] / interval) : values[i];
   }
 
-  std::uint8_t clipped(const Vector3d& value, double range) const {
-    unsigned flags = 0;
-    for (unsigned axis = 0; range > 0 && axis < 3; ++axis) {
-      if (std::abs(value(axis)) >= kAtRange * range) flags |= 1U << axis;
-    }
-    return static_cast<std::uint8_t>(flags);
-  }
-
   void fill(double start, double end, const Vector3d& gyro, const Vector3d& accel) {
     ++log_.counts.imu_gaps;
     const int count = std::max(1, static_cast<int>(std::lround((end - start) / nominal_)));
@@ -144,8 +167,8 @@ class Incrementer {
                           .interval = interval,
                           .dtheta = as_is ? rows_.gyro[i] : Vector3d(gyro * interval),
                           .dvel = as_is ? rows_.accel[i] : Vector3d(accel * interval),
-                          .clipped_gyro = clipped(gyro, options_.gyro_range),
-                          .clipped_accel = clipped(accel, options_.accel_range)});
+                          .clipped_gyro = rows_.clipped_gyro[i],
+                          .clipped_accel = rows_.clipped_accel[i]});
       gyro_before = gyro;
       accel_before = accel;
     }
@@ -170,11 +193,11 @@ class Incrementer {
     const Spline gyro(time, std::span(rows_.gyro).subspan(begin, size));
     const Spline accel(time, std::span(rows_.accel).subspan(begin, size));
     const auto either = [](std::uint8_t a, std::uint8_t b) { return static_cast<std::uint8_t>(a | b); };
-    std::uint8_t gyro_flags = clipped(rows_.gyro[begin], options_.gyro_range);
-    std::uint8_t accel_flags = clipped(rows_.accel[begin], options_.accel_range);
+    std::uint8_t gyro_flags = rows_.clipped_gyro[begin];
+    std::uint8_t accel_flags = rows_.clipped_accel[begin];
     for (std::size_t k = 0; k + 1 < size; ++k) {
-      const std::uint8_t gyro_next = clipped(rows_.gyro[begin + k + 1], options_.gyro_range);
-      const std::uint8_t accel_next = clipped(rows_.accel[begin + k + 1], options_.accel_range);
+      const std::uint8_t gyro_next = rows_.clipped_gyro[begin + k + 1];
+      const std::uint8_t accel_next = rows_.clipped_accel[begin + k + 1];
       log_.imu.push_back({.time = time[k + 1],
                           .interval = time[k + 1] - time[k],
                           .dtheta = gyro.integral(k),
@@ -200,7 +223,8 @@ Log condition_imu(const ImuRecording& recording, const ConditioningOptions& opti
     throw DataError(recording.file, "holds increments, which are no instantaneous samples");
   }
   Log log;
-  const Rows rows = rows_in_span(recording, options, log);
+  Rows rows = rows_in_span(recording, options, log);
+  mark_clipped(rows, options, recording.increments);
   Incrementer(rows, recording, options, log).run();
   return log;
 }

@@ -62,6 +62,22 @@ Vector3d total_bias_sigma(const StateLayout& layout, const Covariance& P, Block 
 
 }  // namespace
 
+std::string_view outcome_name(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::kUsed:
+      return "used";
+    case Outcome::kRejected:
+      return "rejected";
+    case Outcome::kReadmitted:
+      return "readmitted";
+    case Outcome::kDisputed:
+      return "disputed";
+    case Outcome::kRepeated:
+      break;
+  }
+  return "repeated";
+}
+
 Sigmas sigmas_of(const Estimate& x, const StateLayout& layout, const Covariance& P) {
   Sigmas s;
   s.position = root(P.diagonal().segment<3>(layout.offset(Block::kPosition)));

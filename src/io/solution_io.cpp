@@ -14,18 +14,6 @@ namespace {
 
 constexpr int kTimeDecimals = 6, kDegreeDecimals = 7;
 
-std::string_view outcome_name(Outcome outcome) {
-  switch (outcome) {
-    case Outcome::kUsed:
-      return "used";
-    case Outcome::kRejected:
-      return "rejected";
-    case Outcome::kReadmitted:
-      break;
-  }
-  return "readmitted";
-}
-
 /// A unit as it stands in a column name.
 std::string column_unit(std::string_view unit) {
   std::string name;

@@ -2,6 +2,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 
 #include "io/json.h"
@@ -39,14 +40,17 @@ std::string attitude_error(const Solution& solution) {
                      list(kDegreesPerRadian * rms, 3));
 }
 
+// How many measurements came to each outcome; "rejected" are all that were not used.
 struct Counts {
-  std::size_t used = 0, rejected = 0, readmitted = 0;
-  void add(Outcome outcome) {
-    ++(outcome == Outcome::kRejected ? rejected : used);
-    if (outcome == Outcome::kReadmitted) ++readmitted;
-  }
+  std::array<std::size_t, kOutcomes.size()> of{};
+  void add(Outcome outcome) { ++of[static_cast<std::size_t>(outcome)]; }
+  std::size_t operator[](Outcome outcome) const { return of[static_cast<std::size_t>(outcome)]; }
   std::string text() const {
-    return fmt::format(R"("used": {}, "rejected": {}, "readmitted": {})", used, rejected, readmitted);
+    std::size_t used = 0, rejected = 0;
+    for (const Outcome outcome : kOutcomes) (was_used(outcome) ? used : rejected) += (*this)[outcome];
+    return fmt::format(R"("used": {}, "rejected": {}, "readmitted": {}, "disputed": {}, "repeated": {})", used,
+                       rejected, (*this)[Outcome::kReadmitted], (*this)[Outcome::kDisputed],
+                       (*this)[Outcome::kRepeated]);
   }
 };
 
@@ -54,8 +58,10 @@ struct Counts {
 Counts count_fixes(const Solution& solution, std::string_view kind) {
   std::map<std::pair<std::string, double>, Outcome> fixes;
   const auto worse = [](Outcome a, Outcome b) {
-    if (a == Outcome::kRejected || b == Outcome::kRejected) return Outcome::kRejected;
-    return a == Outcome::kReadmitted ? a : b;
+    for (const Outcome o : {Outcome::kRejected, Outcome::kDisputed, Outcome::kRepeated, Outcome::kReadmitted}) {
+      if (a == o || b == o) return o;
+    }
+    return Outcome::kUsed;
   };
   for (const Innovation& v : solution.innovations) {
     const std::string& source = solution.sources[static_cast<std::size_t>(v.source)];

@@ -85,9 +85,6 @@ Eigen::VectorXd block_value(const Estimate& x, Block block) {
 /// Both of a sum are estimated, so that the sum says more than its parts.
 bool has_total(const StateLayout& layout, Block bias, Block drift) { return layout.has(bias) && layout.has(drift); }
 
-/// In the order of the curves of a NIS chart.
-constexpr std::array kOutcomes{Outcome::kUsed, Outcome::kRejected, Outcome::kReadmitted};
-
 }  // namespace
 
 std::vector<Chart> of_solution(const Solution& solution, double start) {
@@ -149,17 +146,16 @@ std::vector<Chart> of_innovations(const Solution& solution, double start) {
   for (std::size_t source = 0; source < solution.sources.size(); ++source) {
     const std::string& name = solution.sources[source];
     Builder residual(name + ": residual over its sigma", "", {"1st axis", "2nd axis", "3rd axis"});
-    Builder nis(name + ": NIS", "", {"used", "rejected", "readmitted", "gate"});
+    Builder nis(name + ": NIS", "", {"used", "rejected", "readmitted", "disputed", "gate"});
     for (const Innovation& z : solution.innovations) {
-      if (z.source != static_cast<int>(source)) continue;
+      if (z.source != static_cast<int>(source) || z.outcome == Outcome::kRepeated) continue;
       const double t = z.time - start;
       Vector3d ratio;
       for (int i = 0; i < 3; ++i) ratio[i] = z.sigma[i] > 0 ? z.residual[i] / z.sigma[i] : kNan;
       residual.add(t, ratio);
-      Eigen::Vector4d row(kNan, kNan, kNan, z.gate > 0 ? z.gate : kNan);
-      for (std::size_t k = 0; k < kOutcomes.size(); ++k) {
-        if (z.outcome == kOutcomes[k]) row[static_cast<Eigen::Index>(k)] = z.nis;
-      }
+      Eigen::Vector<double, 5> row = Eigen::Vector<double, 5>::Constant(kNan);
+      row[static_cast<Eigen::Index>(z.outcome)] = z.nis;
+      if (z.gate > 0) row[4] = z.gate;
       nis.add(t, row);
     }
     for (Builder* b : {&residual, &nis}) {

@@ -49,15 +49,18 @@ std::string log_table(const ReplayReport& report) {
 }
 
 std::string source_table(const Solution& solution) {
-  std::vector<std::array<std::size_t, 3>> counts(solution.sources.size());
+  std::vector<std::array<std::size_t, kOutcomes.size()>> counts(solution.sources.size());
   for (const Innovation& z : solution.innovations) {
     ++counts.at(static_cast<std::size_t>(z.source)).at(static_cast<std::size_t>(z.outcome));
   }
   std::vector<Row> rows;
   for (std::size_t i = 0; i < counts.size(); ++i) {
-    rows.push_back({solution.sources[i], number(counts[i][0]), number(counts[i][1]), number(counts[i][2])});
+    Row& row = rows.emplace_back(Row{solution.sources[i]});
+    for (const std::size_t count : counts[i]) row.push_back(number(count));
   }
-  return table("Measurements", {"source", "used", "rejected", "readmitted"}, rows);
+  Row head{"source"};
+  for (const Outcome outcome : kOutcomes) head.emplace_back(outcome_name(outcome));
+  return table("Measurements", head, rows);
 }
 
 std::string rest_table(const Log& log, double start) {

@@ -63,9 +63,6 @@ ImuSensor guess_sensor(const ImuHealth& health, const std::string& name);
 /// How the first IMU is to be conditioned: axes and clock from the motion, else from gravity.
 ImuConditioning guess_conditioning(const Inspection& inspection);
 
-/// The axes that point forward, right, down, as `axes:` has them. @pre R_bs is a signed permutation
-std::string axes_text(const Matrix3d& R_bs);
-
 /// A configuration of `replay` for the first IMU and all receivers and attitudes, with paths relative to `folder`,
 /// where it and the sensor file `sensor_file` are to stand; none without an IMU and a receiver.
 std::optional<std::string> ready_config(const Inspection& inspection, const std::string& folder,

@@ -34,6 +34,9 @@ struct ClockMatch {
   double over_rival = 0;
 };
 
+/// Axes as `axes:` of a configuration has them, such as `-y +x +z`: the rows of a signed permutation.
+std::string axes_text(const Matrix3d& axes);
+
 /// How the IMU's labels have to be read for its motion to be that of the track.
 struct MotionMatch {
   double gyro_factor = 1;   ///< by which the gyroscopes are to be multiplied: 1, or that of another unit

@@ -14,7 +14,7 @@ namespace piste {
 /// begins the first interval. A gap is an interval above 1.5 times the median that its neighbours do not make up for
 /// (late time stamps are not gaps). It is filled by samples marked `gap` at about the median interval, with the mean of
 /// the rates on both sides; the row after it covers one median interval. An interval above 300 s is refused. A sample
-/// with a component at 0.999 of its range or beyond is marked as clipped.
+/// with a component at 0.999 of its range is marked as clipped; beyond twice the range, its neighbours' mean is taken.
 ///
 /// GNSS and attitude: fixes before or after the IMU are counted as outside, those of GNSS in an outage as withheld; the
 /// others are turned into w, whose origin is the first of them. Weeks of the sources are made one.

@@ -1,8 +1,10 @@
 #pragma once
 /// What we believe over a run, and how surely: one row an IMU epoch, stored compactly.
 
+#include <array>
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "piste/core/estimate.h"
@@ -10,8 +12,17 @@
 
 namespace piste {
 
-/// What became of a measurement.
-enum class Outcome { kUsed, kRejected, kReadmitted };
+/// What became of a measurement: used; rejected, outside the gate; used although outside, as the filter was wrong;
+/// left out within the gate, as its receiver jumped before and has not come back; left out as it repeats the fix
+/// before.
+enum class Outcome { kUsed, kRejected, kReadmitted, kDisputed, kRepeated };
+inline constexpr std::array kOutcomes{Outcome::kUsed, Outcome::kRejected, Outcome::kReadmitted, Outcome::kDisputed,
+                                      Outcome::kRepeated};
+
+/// As files and pages call it.
+std::string_view outcome_name(Outcome outcome);
+/// Whether the filter took it.
+inline bool was_used(Outcome outcome) { return outcome == Outcome::kUsed || outcome == Outcome::kReadmitted; }
 
 /// One measurement against its prediction. Names the sensor as "gnss[0].position", "attitude[0]", "rest.velocity" …
 struct Innovation {

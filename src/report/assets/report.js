@@ -3,7 +3,8 @@
 (function () {
   const dark = matchMedia('(prefers-color-scheme: dark)').matches;
   const palette = dark ? ['#5aaeff', '#ff9350', '#3fc79a', '#e58cc4'] : ['#0067b8', '#c04f00', '#00805c', '#a8417f'];
-  const outcome = {used: palette[0], rejected: dark ? '#ff6b6b' : '#d1242f', readmitted: palette[2], gate: '#8a94a0'};
+  const outcome = {used: palette[0], rejected: dark ? '#ff6b6b' : '#d1242f', readmitted: palette[2], disputed: palette[3],
+    gate: '#8a94a0'};
   const graphs = [];
 
   // Rows for dygraphs: [time, value …] or [time, [value, sigma] …].
