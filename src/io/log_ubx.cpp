@@ -129,7 +129,7 @@ class NavPvt {
     const double horizontal = at<std::uint32_t>(40) * 1e-3 / std::sqrt(2.0);
     return {horizontal, horizontal, at<std::uint32_t>(44) * 1e-3};
   }
-  GeodeticFix::Velocity velocity() const {  // the accuracy is that of the speed in space
+  FixVelocity velocity() const {  // the accuracy is that of the speed in space
     return {Vector3d(at<std::int32_t>(48), at<std::int32_t>(52), at<std::int32_t>(56)) * 1e-3,
             Vector3d::Constant(at<std::uint32_t>(68) * 1e-3 / std::sqrt(3.0))};
   }
