@@ -187,7 +187,7 @@ TEST(Filter, FollowsTheMotionByHorizontalVelocity) {
   std::size_t velocities = 0;
   for (const Innovation& v : run.solution.innovations) {
     if (run.solution.sources[static_cast<std::size_t>(v.source)] != "gnss[0].velocity") continue;
-    EXPECT_EQ(v.rows, 2);
+    EXPECT_EQ(v.dof, 2);
     EXPECT_EQ(v.outcome, Outcome::kUsed);
     ++velocities;
   }
