@@ -94,6 +94,34 @@ TEST(Nmea, SentencesOfAnEpochComeInAnyOrderOfAnyTalker) {
   EXPECT_DOUBLE_EQ(gnss.fixes[1].time - gnss.fixes[0].time, 1);
 }
 
+TEST(Nmea, SpeedAndCourseAreAHorizontalVelocityWhereItsSigmaIsStated) {
+  const auto with_sigma = [](const std::string& text) {
+    LogFile log = log_of(text, LogFormat::kNmea);
+    log.sigma_velocity = 0.1;
+    return read_gnss(log);
+  };
+  const std::string course = nmea("GPRMC,100001,A,4630.0,N,00715.0,W,10.0,120.0,080725,,,A"),
+                    standing = nmea("GPRMC,100002,A,4630.0,N,00715.0,W,0.0,,080725,,,A"),
+                    unsure = nmea("GPRMC,100003,A,4630.0,N,00715.0,W,0.3,,080725,,,A");
+  const auto epoch = [](const std::string& time) {
+    return nmea("GPGGA," + time + kGgaTail) + nmea("GPGST," + time + kGst);
+  };
+  const std::string text =
+      epoch("100001") + course + epoch("100002") + standing + epoch("100003") + unsure + epoch("100004");
+  const auto gnss = with_sigma(text);
+  ASSERT_EQ(gnss.fixes.size(), 4u);
+  ASSERT_TRUE(gnss.fixes[0].velocity && gnss.fixes[1].velocity);
+  EXPECT_LT((gnss.fixes[0].velocity->value - Vector3d(-2.57222, 4.45522, 0)).norm(), 1e-5);
+  EXPECT_EQ(gnss.fixes[0].velocity->sigma.head<2>(), Eigen::Vector2d(0.1, 0.1));
+  EXPECT_FALSE(gnss.fixes[0].velocity->has_down());
+  EXPECT_EQ(gnss.fixes[1].velocity->value, Vector3d::Zero());
+  EXPECT_FALSE(gnss.fixes[2].velocity);
+  EXPECT_FALSE(gnss.fixes[3].velocity);
+  EXPECT_FALSE(nmea_of(text).fixes[0].velocity);
+  EXPECT_TRUE(contains(message_of<DataError>([&] { with_sigma(epoch("100003") + unsure); }),
+                       "no RMC with status A gives a fix its speed and course"));
+}
+
 TEST(Nmea, PassesOverWhatItDoesNotNeed) {
   const auto gnss = nmea_of(nmea("PUBX,00,1") + nmea("GPGSV,1,1,00") + "!AIVDM,1,1,,A,x*" +
                             nmea("AIVDM,1,1,,A,x").substr(16, 2) + "\n\n" + nmea_epoch("100000"));

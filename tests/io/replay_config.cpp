@@ -176,6 +176,9 @@ TEST_F(ReplayConfigTest, RefusesInTheSources) {
                        "run.yaml:7: sigma: logs in this format have sigmas of their own"));
   EXPECT_TRUE(contains(refused(kImu + kGnss + "  format: nmea\n  sigma: 2 0 4 m\n"),
                        "run.yaml:8: sigma: must be above zero on each axis, such as `2 2 4 m`"));
+  EXPECT_TRUE(contains(refused(kImu + kGnss + "  sigma_velocity: 0.1 m/s\n"), "run.yaml:7: sigma_velocity: logs in"));
+  EXPECT_TRUE(contains(refused(kImu + kGnss + "  format: nmea\n  sigma_velocity: 0 m/s\n"),
+                       "run.yaml:8: sigma_velocity: must be above zero"));
   EXPECT_TRUE(contains(refused(kImu + kGnss + "  format: nmea\n  sigma: 2 2 4 deg\n"), "run.yaml:8: sigma"));
   EXPECT_TRUE(contains(refused(kImu + kGnss + "  format: rinex\n"), "run.yaml:7: format: `rinex` is none of"));
   EXPECT_TRUE(contains(refused(kImu + kGnss + "  use: speed\n"), "run.yaml:7: use"));
