@@ -36,7 +36,7 @@ std::string_view needed(LogFormat format) {
 
 template <class Fixes>
 void require_rows(const Fixes& fixes, const LogFile& log, std::string_view what) {
-  if (fixes.empty()) throw DataError(log.file, fmt::format("holds no {}{}", what, needed(log.format)));
+  if (fixes.empty()) throw DataError(log.file + ":1", fmt::format("holds no {}{}", what, needed(log.format)));
 }
 
 // Gravity stands in every accelerometer record: its mean tells the unit.
@@ -46,7 +46,7 @@ void check_gravity(const ImuRecording& imu) {
   for (std::size_t i = 1; i < imu.time.size(); ++i, ++count) {
     sum += imu.accel[i].norm() / (imu.increments ? imu.time[i] - imu.time[i - 1] : 1);
   }
-  if (count == 0) throw DataError(imu.file, "holds fewer than two IMU rows");
+  if (count == 0) throw DataError(imu.file + ":1", "holds fewer than two IMU rows");
   const double mean = sum / static_cast<double>(count);
   if (mean >= 3 && mean <= 30) return;
   throw DataError(
