@@ -94,8 +94,6 @@ std::vector<Fault> faults() {
   };
 }
 
-void PrintTo(const Fault& fault, std::ostream* out) { *out << fault.name; }
-
 class BadInput : public ::testing::TestWithParam<Fault> {};
 
 TEST_P(BadInput, IsRefused) {

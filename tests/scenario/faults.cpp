@@ -223,6 +223,8 @@ std::vector<Survived> survived() {
   };
 }
 
+void PrintTo(const Survived& fault, std::ostream* out) { *out << fault.name; }
+
 class SurvivedFault : public ::testing::TestWithParam<Survived> {};
 
 TEST_P(SurvivedFault, CostsNoAccuracy) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,8 @@ struct Fault {
   int code;
   std::vector<std::string> says;  ///< parts of the message: where, what, and what would be right
 };
+
+inline void PrintTo(const Fault& fault, std::ostream* out) { *out << fault.name; }
 
 inline void set_field(std::string& line, std::size_t field, const std::string& value) {
   std::size_t begin = 0;
