@@ -96,7 +96,7 @@ void condition_gnss(const Recording& recording, const Interval& imu, const Condi
     const GnssRecording& receiver = recording.gnss.front();
     const bool withheld =
         std::any_of(log.counts.gnss_withheld.begin(), log.counts.gnss_withheld.end(), [](auto n) { return n > 0; });
-    throw DataError(recording.imu.file,
+    throw DataError(recording.imu.file + ":1",
                     withheld
                         ? std::string("every GNSS fix within the IMU's time is withheld; shorten `outages`")
                         : fmt::format("no time in common with GNSS: the IMU covers {:.3f} to {:.3f} s, {}; check the "
@@ -125,7 +125,7 @@ void condition_attitude(const Recording& recording, const Interval& imu, Log& lo
     log.counts.attitude_not_valid.push_back(source.not_valid);
     if (out.empty()) {
       throw DataError(
-          recording.imu.file,
+          recording.imu.file + ":1",
           fmt::format("no time in common with the reference attitude: the IMU covers {:.3f} to {:.3f} s, {}", imu.start,
                       imu.end, span_text(source.file, source.fixes, shift)));
     }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <set>
+#include <utility>
 
 #include "piste/core/error.h"
 #include "piste/io/replay_keys.h"
@@ -47,9 +48,7 @@ std::optional<Phases> read_phases(const Config& config) {
   return phases;
 }
 
-AlignConfig read_align_config(const std::filesystem::path& file) {
-  return read_align_config(Config::load(file));
-}
+AlignConfig read_align_config(const std::filesystem::path& file) { return read_align_config(Config::load(file)); }
 
 AlignConfig read_align_config(const Config& config) {
   AlignConfig align;
@@ -58,7 +57,9 @@ AlignConfig read_align_config(const Config& config) {
   const Interval span = read_span(config);
   std::set<std::string> names;
   for (const Config& imu : config.maps("imu")) {
-    align.imus.push_back(read_mounted_imu(imu));
+    MountedImu mounted = read_mounted_imu(imu);
+    for (const MountedImu& other : align.imus) refuse_repeated(imu, mounted.source.log, other.source.log);
+    align.imus.push_back(std::move(mounted));
     // Its own time, from which the offset counts.
     align.imus.back().conditioning.imu.clock_offset = align.imus.back().conditioning.imu.clock_drift = 0;
     align.imus.back().conditioning.span = span;
@@ -70,11 +71,7 @@ AlignConfig read_align_config(const Config& config) {
   if (align.imus.empty()) config.fail("imu", "is missing; name the IMU to be aligned: its file, format and sensor");
   const Config reference = config.map("reference");
   align.reference = read_mounted_imu(reference);
-  for (const MountedImu& imu : align.imus) {
-    if (std::filesystem::equivalent(imu.source.log.file, align.reference.source.log.file)) {
-      reference.fail("file", "is the log of the IMU to be aligned as well; name that of the other IMU");
-    }
-  }
+  for (const MountedImu& imu : align.imus) refuse_repeated(reference, align.reference.source.log, imu.source.log);
   align.low_pass = config.quantity("low_pass", dimension::kFrequency, 0);
   if (config.has("low_pass") && !(align.low_pass > 0)) config.fail("low_pass", "must be above zero, such as `12 Hz`");
   align.phases = read_phases(config);

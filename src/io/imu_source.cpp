@@ -2,8 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+#include <system_error>
+
 #include "piste/core/error.h"
 #include "piste/io/sensor_file.h"
+#include "piste/io/text_reader.h"
 
 namespace piste {
 namespace {
@@ -30,7 +34,21 @@ void check_range(const ImuRecording& imu, double range) {
                               beyond, imu.time.size(), kDegrees * range, kDegrees * largest, imu.time[first]));
 }
 
+bool is_same_log(const std::string& a, const std::string& b) {
+  std::error_code missing;
+  if (a == b || std::filesystem::equivalent(a, b, missing)) return true;
+  if (std::filesystem::file_size(a, missing) != std::filesystem::file_size(b, missing) || missing) return false;
+  return MappedFile(a).text() == MappedFile(b).text();
+}
+
 }  // namespace
+
+void refuse_repeated(const Config& source, const LogFile& log, const LogFile& other) {
+  if (!is_same_log(log.file, other.file)) return;
+  source.fail("file", fmt::format("is the log of another entry as well, `{}`, or a copy of it, and would count twice; "
+                                  "name each log once",
+                                  other.file));
+}
 
 LogFile read_log_file(const Config& source, std::initializer_list<std::pair<std::string_view, LogFormat>> formats,
                       DataFile data) {

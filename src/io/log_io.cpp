@@ -4,9 +4,12 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "log_formats.h"
 #include "piste/core/error.h"
+#include "piste/math/statistics.h"
 
 namespace piste {
 namespace {
@@ -36,22 +39,22 @@ std::string_view needed(LogFormat format) {
 
 template <class Fixes>
 void require_rows(const Fixes& fixes, const LogFile& log, std::string_view what) {
-  if (fixes.empty()) throw DataError(log.file, fmt::format("holds no {}{}", what, needed(log.format)));
+  if (fixes.empty()) throw DataError(log.file + ":1", fmt::format("holds no {}{}", what, needed(log.format)));
 }
 
-// Gravity stands in every accelerometer record: its mean tells the unit.
+// Gravity stands in every accelerometer record: its median tells the unit, whatever single glitches say.
 void check_gravity(const ImuRecording& imu) {
-  double sum = 0;
-  std::size_t count = 0;
-  for (std::size_t i = 1; i < imu.time.size(); ++i, ++count) {
-    sum += imu.accel[i].norm() / (imu.increments ? imu.time[i] - imu.time[i - 1] : 1);
+  std::vector<double> forces;
+  forces.reserve(imu.time.size());
+  for (std::size_t i = 1; i < imu.time.size(); ++i) {
+    forces.push_back(imu.accel[i].norm() / (imu.increments ? imu.time[i] - imu.time[i - 1] : 1));
   }
-  if (count == 0) throw DataError(imu.file, "holds fewer than two IMU rows");
-  const double mean = sum / static_cast<double>(count);
-  if (mean >= 3 && mean <= 30) return;
+  if (forces.empty()) throw DataError(imu.file + ":1", "holds fewer than two IMU rows");
+  const double typical = median(std::move(forces));
+  if (typical >= 3 && typical <= 30) return;
   throw DataError(
       imu.file + ":1",
-      fmt::format("the mean specific force is {:.4g} m/s^2 and should be near 9.8; {}", mean,
+      fmt::format("the median specific force is {:.4g} m/s^2 and should be near 9.8; {}", typical,
                   imu.increments
                       ? "dvel must be velocity increments in m/s since the row before"
                       : "are the columns in g (accel_x_g) or in m/s^2 (accel_x_m_s2), or increments (dvel_x_m_s)?"));

@@ -3,11 +3,25 @@
 #include <fmt/format.h>
 
 #include <fstream>
+#include <set>
 #include <system_error>
 
 #include "piste/core/error.h"
 
 namespace piste {
+namespace {
+
+constexpr std::string_view kPartial = ".piste.partial";
+
+void remove_partial_files(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> left;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.is_regular_file() && entry.path().filename().string().ends_with(kPartial)) left.push_back(entry.path());
+  }
+  for (const auto& file : left) std::filesystem::remove(file);
+}
+
+}  // namespace
 
 OutputFolder::OutputFolder(std::filesystem::path folder) : folder_(std::move(folder)) { make(folder_); }
 
@@ -37,7 +51,7 @@ void OutputFolder::make(const std::filesystem::path& folder) {
 void OutputFolder::write(const std::string& name, std::string_view content) {
   const std::filesystem::path place = folder_ / name;
   make(place.parent_path());
-  const std::filesystem::path beside = place.parent_path() / fmt::format(".{}.partial", place.filename().string());
+  const std::filesystem::path beside = place.parent_path() / fmt::format(".{}{}", place.filename().string(), kPartial);
   pending_.push_back({beside, place});
   std::ofstream stream(beside, std::ios::binary | std::ios::trunc);
   stream.write(content.data(), static_cast<std::streamsize>(content.size()));
@@ -51,8 +65,14 @@ void OutputFolder::commit() {
   for (const Pending& p : pending_) {
     if (std::filesystem::is_directory(p.place)) throw Error(p.place.string(), "is a folder; a file is to stand here");
   }
-  for (const Pending& p : pending_) std::filesystem::rename(p.beside, p.place);
+  if (pending_.size() > 1) std::filesystem::remove(pending_.back().place);
   for (const auto& file : withdrawn_) std::filesystem::remove(file);
+  std::set<std::filesystem::path> folders;
+  for (const Pending& p : pending_) {
+    std::filesystem::rename(p.beside, p.place);
+    folders.insert(p.place.parent_path());
+  }
+  for (const auto& folder : folders) remove_partial_files(folder);
   pending_.clear();
   made_.clear();
 }

@@ -111,9 +111,7 @@ double read_attitude_rate(const Config& config, double fallback) {
 
 }  // namespace
 
-ReplayConfig read_replay_config(const std::filesystem::path& file) {
-  return read_replay_config(Config::load(file));
-}
+ReplayConfig read_replay_config(const std::filesystem::path& file) { return read_replay_config(Config::load(file)); }
 
 ReplayConfig read_replay_config(const Config& config) {
   ReplayConfig replay;
@@ -123,11 +121,15 @@ ReplayConfig read_replay_config(const Config& config) {
   FilterOptions& filter = replay.filter;
   filter.sensor = replay.imu.sensor;
   for (const Config& source : config.maps("gnss")) {
-    replay.gnss.push_back(read_gnss_file(source));
+    const LogFile log = read_gnss_file(source);
+    for (const LogFile& other : replay.gnss) refuse_repeated(source, log, other);
+    replay.gnss.push_back(log);
     filter.gnss.push_back(read_gnss_options(source, replay.gnss.back()));
   }
   for (const Config& source : config.maps("attitude")) {
-    replay.attitude.push_back(read_attitude_file(source));
+    const LogFile log = read_attitude_file(source);
+    for (const LogFile& other : replay.attitude) refuse_repeated(source, log, other);
+    replay.attitude.push_back(log);
     filter.attitude.push_back(read_attitude_options(source, replay.attitude.back()));
   }
   read_magnetometer(config, filter);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <set>
+#include <utility>
 
 #include "piste/core/error.h"
 #include "piste/io/replay_keys.h"
@@ -22,15 +23,14 @@ RunConfig read_run(const Config& config) {
   run.phases = read_phases(config);
   std::set<std::string> names;
   for (const Config& imu : config.maps("mems")) {
-    run.mems.push_back(read_mounted_imu(imu, DataFile::kMayBeMissing));
-    MountedImu& mems = run.mems.back();
+    MountedImu mems = read_mounted_imu(imu, DataFile::kMayBeMissing);
     mems.conditioning.imu.clock_offset = mems.conditioning.imu.clock_drift = 0;
+    refuse_repeated(imu, mems.source.log, run.reference.source.log);
+    for (const MountedImu& other : run.mems) refuse_repeated(imu, mems.source.log, other.source.log);
     if (!names.insert(mems.name).second) {
       imu.fail("name", fmt::format("`{}` stands for two of the IMUs of this run; give each its own `name`", mems.name));
     }
-    if (mems.source.log.file == run.reference.source.log.file) {
-      imu.fail("file", "is the log of the reference as well; name that of the IMU that is studied");
-    }
+    run.mems.push_back(std::move(mems));
   }
   if (run.mems.empty()) config.fail("mems", "is missing; name the IMUs that are studied: file, format and sensor");
   if (config.has("truth")) run.truth = config.path("truth");
@@ -39,9 +39,7 @@ RunConfig read_run(const Config& config) {
 
 }  // namespace
 
-StudyConfig read_study_config(const std::filesystem::path& file) {
-  return read_study_config(Config::load(file));
-}
+StudyConfig read_study_config(const std::filesystem::path& file) { return read_study_config(Config::load(file)); }
 
 StudyConfig read_study_config(const Config& config) {
   StudyConfig study;

@@ -83,7 +83,7 @@ TEST_F(LogIo, WrongUnitsAreSeenByTheirSize) {
       contains(refused_imu(header + "1,0,0,0,0,0,-9.8\n2,0,0,250,0,0,-9.8\n"), "log:3: an angular rate of 250"));
   EXPECT_TRUE(contains(refused_imu(header + "1,0,0,0,0,0,-9.8\n2,0,0,250,0,0,-9.8\n"), "these look like degrees"));
   const std::string g = refused_imu(header + "1,0,0,0,0,0,-1\n2,0,0,0,0,0,-1\n");
-  EXPECT_TRUE(contains(g, "log:1: the mean specific force is 1 m/s^2"));
+  EXPECT_TRUE(contains(g, "log:1: the median specific force is 1 m/s^2"));
   EXPECT_TRUE(contains(g, "accel_x_g"));
   EXPECT_TRUE(
       contains(refused_gnss(kGnssHeader + "1,146.5,7.25,1600,1,1,1\n"), "log:2: latitude 146.500000 deg is beyond 90"));

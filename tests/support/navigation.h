@@ -83,6 +83,7 @@ struct Accuracy {
   double velocity = 0;                                ///< RMSE of the worst axis [m/s]
   double attitude_outside = 0, velocity_outside = 0;  ///< part of the errors beyond 3 sigma, of the worst axis
   double position_outside = 0;
+  double largest_angle = 0, largest_horizontal = 0;  ///< error of any epoch [deg, m]
   std::size_t epochs = 0;
 };
 
@@ -108,6 +109,7 @@ inline Accuracy accuracy(const Table& solution, const Table& truth, const Interv
     const World world(geodetic([&](std::string_view column) { return truth[column][i]; }));
     const Vector3d offset =
         world.from_geodetic(geodetic([&](std::string_view column) { return at(solution, column, t); }));
+    result.largest_horizontal = std::max(result.largest_horizontal, std::hypot(offset.x(), offset.y()));
     int axis = 0;
     for (const char* name : {"north", "east", "down"}) {
       add(name, offset(axis++), fmt::format("sigma_{}_m", name));
@@ -116,7 +118,9 @@ inline Accuracy accuracy(const Table& solution, const Table& truth, const Interv
     }
     for (const char* name : {"roll", "pitch", "heading"}) {
       const std::string angle = fmt::format("{}_deg", name);
-      add(name, std::remainder(at(solution, angle, t) - truth[angle][i], 360.0), "sigma_" + angle);
+      const double error = std::remainder(at(solution, angle, t) - truth[angle][i], 360.0);
+      add(name, error, "sigma_" + angle);
+      result.largest_angle = std::max(result.largest_angle, std::abs(error));
     }
   }
   const auto count = static_cast<double>(result.epochs);

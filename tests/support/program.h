@@ -17,10 +17,11 @@ struct Said {
   std::string out, err;
 };
 
-/// `program` with `words` behind it, started in `folder`, its outputs redirected.
+/// `program` with `words` behind it, started in `folder` by a shell that has done `first`, its outputs redirected. One
+/// that hangs is ended, with code 124.
 inline Said run_program(const std::string& program, const std::vector<std::string>& words,
-                        const TemporaryFolder& folder) {
-  std::string command = fmt::format("cd '{}' && '{}'", folder.path().string(), program);
+                        const TemporaryFolder& folder, const std::string& first = "true") {
+  std::string command = fmt::format("cd '{}' && {} && timeout 300 '{}'", folder.path().string(), first, program);
   for (const std::string& word : words) command += fmt::format(" '{}'", word);
   command += fmt::format(" > '{}' 2> '{}'", folder / ".out", folder / ".err");
   const int status = std::system(command.c_str());

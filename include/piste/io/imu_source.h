@@ -30,4 +30,8 @@ ImuRecording read_imu(const ImuSource& source);
 LogFile read_log_file(const Config& source, std::initializer_list<std::pair<std::string_view, LogFormat>> formats,
                       DataFile data = DataFile::kMustExist);
 
+/// Refuses `log`, of the entry `source`, where it is `other` again: the same file, or a copy of it. It would count
+/// twice. Throws ConfigError.
+void refuse_repeated(const Config& source, const LogFile& log, const LogFile& other);
+
 }  // namespace piste

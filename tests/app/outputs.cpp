@@ -1,0 +1,115 @@
+// Outputs are whole or absent: where the disk is full, the folder cannot be written, the program is killed.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "piste/io/output.h"
+#include "support/ski_run.h"
+
+namespace piste::test {
+namespace {
+
+const std::string kFilesOf100kB = "ulimit -f 200";    // blocks of 512 bytes; who writes more is killed,
+const std::string kNotKilled = " && trap \"\" XFSZ";  // or told so, as by a full disk
+
+/// The files in a folder and below, hidden ones as well.
+std::map<std::string, std::string> files_in(const std::filesystem::path& folder) {
+  std::map<std::string, std::string> files;
+  if (!std::filesystem::exists(folder)) return files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file()) files[std::filesystem::relative(entry, folder).string()] = read_text(entry);
+  }
+  return files;
+}
+
+bool is_partial(const std::string& name) { return name.ends_with(".partial"); }
+
+std::size_t partial_files(const std::map<std::string, std::string>& files) {
+  return static_cast<std::size_t>(
+      std::count_if(files.begin(), files.end(), [](const auto& file) { return is_partial(file.first); }));
+}
+
+class Outputs : public ::testing::Test {
+ protected:
+  Said replay(const std::string& first = "true", const std::string& output = "result") const {
+    return run_program(PISTE_REPLAY, {SkiRun::kConfig, "--output", output, "--quiet"}, run_.folder, first);
+  }
+  std::map<std::string, std::string> results() const { return files_in(run_.folder / "result"); }
+
+  SkiRun run_;
+};
+
+TEST_F(Outputs, AFullDiskLeavesNothing) {
+  const Said said = replay(kFilesOf100kB + kNotKilled);
+  EXPECT_EQ(said.code, 1);
+  EXPECT_TRUE(contains(said.err, "result/filtered.csv: cannot be written; is the disk full"));
+  EXPECT_FALSE(std::filesystem::exists(run_.folder / "result"));
+}
+
+TEST_F(Outputs, AFullDiskLeavesTheRunBefore) {
+  ASSERT_EQ(replay().code, 0);
+  const auto before = results();
+  EXPECT_EQ(replay(kFilesOf100kB + kNotKilled).code, 1);
+  EXPECT_EQ(results(), before);
+}
+
+TEST_F(Outputs, AFolderThatCannotBeWritten) {
+  const Said inside = replay("true", "/proc/self/task");
+  EXPECT_EQ(inside.code, 1);
+  EXPECT_TRUE(contains(inside.err, "/proc/self/task/filtered.csv: cannot be written"));
+  const Said made = replay("true", "/proc/piste");
+  EXPECT_EQ(made.code, 2);
+  EXPECT_TRUE(contains(made.err, "/proc/piste: cannot be made"));
+  const Said file = replay("true", SkiRun::kConfig);
+  EXPECT_EQ(file.code, 2);
+  EXPECT_TRUE(contains(file.err, "ski_run.yaml: is no folder; choose another --output"));
+}
+
+TEST_F(Outputs, AKilledRunLeavesNoneAndTheNextOneCleans) {
+  EXPECT_FALSE(std::set<int>({0, 1, 2}).contains(replay(kFilesOf100kB).code));
+  EXPECT_EQ(partial_files(results()), results().size());
+  EXPECT_GE(results().size(), 1u) << "it was not killed while it wrote";
+
+  run_.write("result/.of_another_run.csv.piste.partial", "cut");
+  run_.write("result/notes.partial", "of somebody else");
+  ASSERT_EQ(replay().code, 0);
+  const auto whole = results();
+  EXPECT_EQ(partial_files(whole), 1u);
+  EXPECT_EQ(whole.at("notes.partial"), "of somebody else");
+  for (const char* name : {"filtered.csv", "smoothed.csv", "summary.json", "report.html"}) {
+    EXPECT_TRUE(whole.contains(name)) << name;
+  }
+
+  EXPECT_FALSE(std::set<int>({0, 1, 2}).contains(replay(kFilesOf100kB).code));
+  auto after = results();
+  std::erase_if(after, [](const auto& file) { return file.first.ends_with(".piste.partial"); });
+  EXPECT_EQ(after, whole) << "the run before";
+}
+
+TEST(OutputFolder, WhatIsWrittenLastStandsForTheWholeRun) {
+  const TemporaryFolder folder;
+  const auto write = [&](OutputFolder& output, const std::string& text) {
+    for (const char* name : {"a.csv", "sub/b.csv", "summary.json"}) output.write(name, text);
+  };
+  {
+    OutputFolder output(folder.path());
+    write(output, "first");
+    output.commit();
+  }
+  EXPECT_EQ(files_in(folder.path()).size(), 3u);
+  {
+    OutputFolder output(folder.path());
+    write(output, "second");
+    EXPECT_EQ(read_text(folder / "summary.json"), "first");
+    std::filesystem::remove(folder / "sub/.b.csv.piste.partial");  // ends the commit half way, as a kill would
+    EXPECT_THROW(output.commit(), std::filesystem::filesystem_error);
+  }
+  const std::map<std::string, std::string> mixed{{"a.csv", "second"}, {"sub/b.csv", "first"}};
+  EXPECT_EQ(files_in(folder.path()), mixed);
+}
+
+}  // namespace
+}  // namespace piste::test
