@@ -23,6 +23,8 @@ constexpr double kNoise = 0.1, kLeverArm = 0.7;             // m/s of the track,
 constexpr double kFloor = 0.05;                             // m/s: what the velocities may be wrong by
 constexpr double kFarBetter = 1.3, kAsGood = 1.2;           // ratios of mean squares
 constexpr double kNearlyAll = 0.85;
+constexpr double kClaim = 0.12;       // likewise, where it says something against the labels
+constexpr double kTurnTolerance = 3;  // of the gyroscopes' turns against the track's
 constexpr double kHalfWay = 10 * std::numbers::pi / 180;
 constexpr double kExplained = 0.2;  // rms of what is left, in parts of the change of velocity
 const Vector3d kGravity(0, 0, kStandardGravity);
@@ -330,7 +332,7 @@ void name_axes(const std::vector<Window>& windows, const Reading& reading, Motio
 }  // namespace
 
 std::optional<MotionMatch> match_motion(const ImuIntegral& imu, bool increments, const Track& track,
-                                        const std::vector<Interval>& rest, double offset) {
+                                        const std::vector<Interval>& rest, double offset, double turns) {
   if (track.empty()) return std::nullopt;
   const Vector3d bias = gyro_bias(imu, rest, offset);
   std::vector<Window> windows;
@@ -348,8 +350,12 @@ std::optional<MotionMatch> match_motion(const ImuIntegral& imu, bool increments,
 
   constexpr double kDegrees = 180 / std::numbers::pi;
   const double interval = imu.interval();
-  const std::vector<Reading> all =
-      read_all_ways(windows, {1, 1 / kDegrees, kDegrees, increments ? interval : 1 / interval});
+  // The turns tell about which unit the gyroscopes have; the labels' own stands first, whatever they tell.
+  std::vector<double> factors{1};
+  for (const double factor : {1 / kDegrees, kDegrees, increments ? interval : 1 / interval}) {
+    if (turns == 0 || std::abs(std::log(turns * factor)) < std::log(kTurnTolerance)) factors.push_back(factor);
+  }
+  const std::vector<Reading> all = read_all_ways(windows, factors);
   const Reading& as_given = all.front();
   const Reading* chosen = &as_given;
   const Reading& best = *std::min_element(
@@ -364,7 +370,7 @@ std::optional<MotionMatch> match_motion(const ImuIntegral& imu, bool increments,
   double change = 0;
   for (const Window& w : windows) change += w.change * w.change / static_cast<double>(windows.size());
   change = std::sqrt(change);
-  if (rms(*chosen) > kExplained * change) return std::nullopt;
+  if (rms(*chosen) > (chosen == &as_given ? kExplained : kClaim) * change) return std::nullopt;
 
   MotionMatch match;
   match.change = change;
