@@ -78,7 +78,9 @@ Vector3d gyro_bias(const ImuIntegral& imu, const std::vector<Interval>& rest, do
   }
   if (time > 5) return angle / time;
   std::array<std::vector<double>, 3> rates;
-  for (double t = imu.start(); t + 1 < imu.end(); t += 1) {
+  // A second each, of a day at most.
+  const double stride = std::max(1.0, (imu.end() - imu.start()) / 86400);
+  for (double t = imu.start(); t + 1 < imu.end(); t += stride) {
     const Vector3d rate = imu.at(t + 1).angle - imu.at(t).angle;
     for (std::size_t axis = 0; axis < 3; ++axis) rates[axis].push_back(rate(static_cast<Eigen::Index>(axis)));
   }
@@ -337,7 +339,9 @@ std::optional<MotionMatch> match_motion(const ImuIntegral& imu, bool increments,
   const Vector3d bias = gyro_bias(imu, rest, offset);
   std::vector<Window> windows;
   const double begin = std::max(track.start(), imu.start() - offset), end = std::min(track.end(), imu.end() - offset);
-  for (double t = begin; t + kWindow < end; t += kStride) {
+  constexpr double kLooks = 4000;
+  const double stride = std::max(kStride, (end - begin) / kLooks);
+  for (double t = begin; t + kWindow < end; t += stride) {
     if (auto w = window_at(imu, track, t, offset, bias)) windows.push_back(std::move(*w));
   }
   if (windows.size() < kFewest) return std::nullopt;
