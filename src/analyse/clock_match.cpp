@@ -17,6 +17,7 @@ constexpr double kTurning = 1.5;      // m/s from which a track has a direction
 constexpr double kShortest = 10;      // s that two signals must have in common
 constexpr double kCertain = 30, kOverRival = 15;
 constexpr double kLeastCorrelation = 0.95;
+constexpr double kTold = 0.5;  // R² of a turn rate that tells the gyroscopes' unit
 
 using Series = std::vector<double>;
 
@@ -278,8 +279,8 @@ double turn_ratio(const ImuIntegral& imu, const Track& track, double offset) {
   if (r.n * grid.step < kShortest) return 0;
   Vector3d b;
   const double floor = 1e-4 * (r.xx / r.n - r.x / r.n * (r.x / r.n).transpose()).trace();
-  r.fit(floor, 0, b);
-  return b.norm() > 0 ? 1 / b.norm() : 0;
+  const bool told = r.fit(floor, 0, b) > kTold && b.norm() > 0;
+  return told ? 1 / b.norm() : 0;
 }
 
 }  // namespace piste

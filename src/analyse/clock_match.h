@@ -11,7 +11,8 @@ namespace piste {
 /// nullopt where the motion does not tell, or tells several.
 std::optional<ClockMatch> match_clocks(const ImuIntegral& imu, const Track& track);
 
-/// Turn rate of the gyroscopes over that of the track, with the IMU's clock `offset` ahead; 0 where there are no turns.
+/// Turn rate of the gyroscopes over that of the track, with the IMU's clock `offset` ahead; 0 where the turns do not
+/// tell.
 double turn_ratio(const ImuIntegral& imu, const Track& track, double offset);
 
 }  // namespace piste

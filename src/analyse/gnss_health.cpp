@@ -302,20 +302,25 @@ std::optional<Vector3d> beyond_velocity(const GeodeticFix& before, const Geodeti
 }
 
 Vector3d fix_noise(const std::vector<GeodeticFix>& fixes, const Positions& p, const GnssHealth& h) {
+  constexpr double kShort = 0.3;  // s within which a body moves evenly
+  const auto still = [&](std::size_t first, std::size_t last) {
+    return std::any_of(h.rest.begin(), h.rest.end(), [&](const Interval& r) {
+      return r.contains(fixes[first].time) && r.contains(fixes[last].time);
+    });
+  };
   std::vector<Vector3d> left;
   double root = std::numbers::sqrt2;
   for (std::size_t i = 1; i < fixes.size(); ++i) {
-    if (fixes[i].time - fixes[i - 1].time > 1.5 * h.sampling.interval) continue;
+    const double dt = fixes[i].time - fixes[i - 1].time;
+    if (dt > 1.5 * h.sampling.interval || (dt > kShort && !still(i - 1, i))) continue;
     if (const auto step = beyond_velocity(fixes[i - 1], fixes[i], p[i] - p[i - 1], h.velocity)) left.push_back(*step);
   }
   if (left.size() < 10) {  // without velocities: third differences, at rest
     left.clear();
     root = std::sqrt(20.0);
     for (std::size_t i = 3; i < fixes.size(); ++i) {
-      const bool still = std::any_of(h.rest.begin(), h.rest.end(), [&](const Interval& r) {
-        return r.contains(fixes[i - 3].time) && r.contains(fixes[i].time);
-      });
-      if (still) left.emplace_back(p[i] - 3 * p[i - 1] + 3 * p[i - 2] - p[i - 3]);
+      if (!still(i - 3, i)) continue;
+      left.emplace_back(p[i] - 3 * p[i - 1] + 3 * p[i - 2] - p[i - 3]);
     }
     if (left.size() < 10) return Vector3d::Constant(kNan);
   }
@@ -358,7 +363,7 @@ std::vector<PositionJump> find_jumps(const std::vector<GeodeticFix>& fixes, cons
       step[i] = beyond_velocity(fixes[i - 1], fixes[i], p[i] - p[i - 1], h.velocity).value_or(Vector3d::Zero());
     }
     for (std::size_t i = 1; i < fixes.size(); ++i) {
-      const double limit = bound(i - 1, i, 1);
+      const double limit = bound(i - 1, i, 4);
       if (step[i].norm() < limit || expected(i)) continue;
       jumps.push_back({fixes[i].time, step[i].norm()});
       if (i + 1 < fixes.size() && (step[i] + step[i + 1]).norm() < limit) ++i;  // and back
@@ -502,6 +507,7 @@ GnssHealth gnss_health(const GnssRecording& gnss) {
   const double noise = measured ? median(sigma_velocity) / in_a_second : 2 * h.median_sigma.norm();
   h.rest = find_rest(fixes, velocity, noise, h.sampling.interval);
   std::vector<double> speeds;
+  speeds.reserve(velocity.size());
   for (const Vector3d& v : velocity) speeds.push_back(v.norm());
   h.top_speed = quantile(speeds, 0.99);
   std::erase_if(speeds, [](double v) { return v < kMoving; });
@@ -551,13 +557,17 @@ std::vector<Suspicion> suspicions(const GnssHealth& h, const RowFaults& faults, 
     }
     suspect_sigma(h, file, found);
   }
-  if (h.velocities == 0) add(LogFault::kNoVelocity, "no velocities", "log the receiver's velocities where it has them");
-  if (h.top_speed < kMoving)
+  if (h.velocities == 0) {
+    add(LogFault::kNoVelocity, "no velocities", "log the receiver's velocities where it has them");
+  }
+  if (h.top_speed < kMoving) {
     add(LogFault::kNoMotion, fmt::format("the antenna moves at {:.2g} m/s at most", h.top_speed),
         "without motion the heading is not found");
-  if (h.without_fix > 0)
+  }
+  if (h.without_fix > 0) {
     add(LogFault::kNoFix, fmt::format("{} epochs without a fix beside {} with one", h.without_fix, h.sampling.rows),
         "see where the antenna did not see the sky");
+  }
   std::stable_sort(found.begin(), found.end(),
                    [](const Suspicion& a, const Suspicion& b) { return a.fault < b.fault; });
   return found;

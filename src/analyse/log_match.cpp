@@ -233,8 +233,8 @@ LogMatch match(const ImuRecording& imu, const GnssRecording& gnss, const GnssHea
   const Track track(gnss, health);
   m.clock = match_clocks(integral, track);
   const double offset = m.clock ? m.clock->offset : 0;
-  m.motion = match_motion(integral, imu.increments, track, health.rest, offset);
   m.turn_ratio = turn_ratio(integral, track, offset);
+  m.motion = match_motion(integral, imu.increments, track, health.rest, offset, m.turn_ratio);
   m.force = median_force(imu, m.interval);
   if (m.clock && m.motion && m.motion->sigma_clock > 0) {
     m.clock->offset += m.motion->clock_rest;

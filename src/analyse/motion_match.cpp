@@ -23,6 +23,8 @@ constexpr double kNoise = 0.1, kLeverArm = 0.7;             // m/s of the track,
 constexpr double kFloor = 0.05;                             // m/s: what the velocities may be wrong by
 constexpr double kFarBetter = 1.3, kAsGood = 1.2;           // ratios of mean squares
 constexpr double kNearlyAll = 0.85;
+constexpr double kClaim = 0.12;       // likewise, where it says something against the labels
+constexpr double kTurnTolerance = 3;  // of the gyroscopes' turns against the track's
 constexpr double kHalfWay = 10 * std::numbers::pi / 180;
 constexpr double kExplained = 0.2;  // rms of what is left, in parts of the change of velocity
 const Vector3d kGravity(0, 0, kStandardGravity);
@@ -76,7 +78,9 @@ Vector3d gyro_bias(const ImuIntegral& imu, const std::vector<Interval>& rest, do
   }
   if (time > 5) return angle / time;
   std::array<std::vector<double>, 3> rates;
-  for (double t = imu.start(); t + 1 < imu.end(); t += 1) {
+  // A second each, of a day at most.
+  const double stride = std::max(1.0, (imu.end() - imu.start()) / 86400);
+  for (double t = imu.start(); t + 1 < imu.end(); t += stride) {
     const Vector3d rate = imu.at(t + 1).angle - imu.at(t).angle;
     for (std::size_t axis = 0; axis < 3; ++axis) rates[axis].push_back(rate(static_cast<Eigen::Index>(axis)));
   }
@@ -318,12 +322,14 @@ void name_axes(const std::vector<Window>& windows, const Reading& reading, Motio
 }  // namespace
 
 std::optional<MotionMatch> match_motion(const ImuIntegral& imu, bool increments, const Track& track,
-                                        const std::vector<Interval>& rest, double offset) {
+                                        const std::vector<Interval>& rest, double offset, double turns) {
   if (track.empty()) return std::nullopt;
   const Vector3d bias = gyro_bias(imu, rest, offset);
   std::vector<Window> windows;
   const double begin = std::max(track.start(), imu.start() - offset), end = std::min(track.end(), imu.end() - offset);
-  for (double t = begin; t + kWindow < end; t += kStride) {
+  constexpr double kLooks = 4000;
+  const double stride = std::max(kStride, (end - begin) / kLooks);
+  for (double t = begin; t + kWindow < end; t += stride) {
     if (auto w = window_at(imu, track, t, offset, bias)) windows.push_back(std::move(*w));
   }
   if (windows.size() < kFewest) return std::nullopt;
@@ -336,8 +342,12 @@ std::optional<MotionMatch> match_motion(const ImuIntegral& imu, bool increments,
 
   constexpr double kDegrees = 180 / std::numbers::pi;
   const double interval = imu.interval();
-  const std::vector<Reading> all =
-      read_all_ways(windows, {1, 1 / kDegrees, kDegrees, increments ? interval : 1 / interval});
+  // The turns tell about which unit the gyroscopes have; the labels' own stands first, whatever they tell.
+  std::vector<double> factors{1};
+  for (const double factor : {1 / kDegrees, kDegrees, increments ? interval : 1 / interval}) {
+    if (turns == 0 || std::abs(std::log(turns * factor)) < std::log(kTurnTolerance)) factors.push_back(factor);
+  }
+  const std::vector<Reading> all = read_all_ways(windows, factors);
   const Reading& as_given = all.front();
   const Reading* chosen = &as_given;
   const Reading& best = *std::min_element(
@@ -352,7 +362,7 @@ std::optional<MotionMatch> match_motion(const ImuIntegral& imu, bool increments,
   double change = 0;
   for (const Window& w : windows) change += w.change * w.change / static_cast<double>(windows.size());
   change = std::sqrt(change);
-  if (rms(*chosen) > kExplained * change) return std::nullopt;
+  if (rms(*chosen) > (chosen == &as_given ? kExplained : kClaim) * change) return std::nullopt;
 
   MotionMatch match;
   match.change = change;

@@ -8,9 +8,10 @@
 
 namespace piste {
 
-/// With the IMU's clock `offset` ahead of the track's; `rest` in the track's time. nullopt where the motion does not
-/// tell, or no reading of the labels fits.
+/// With the IMU's clock `offset` ahead of the track's; `rest` in the track's time; gyroscopes that turn `turns` times
+/// as fast as the track, 0 where that is not known. nullopt where the motion does not tell, or no reading of the labels
+/// fits.
 std::optional<MotionMatch> match_motion(const ImuIntegral& imu, bool increments, const Track& track,
-                                        const std::vector<Interval>& rest, double offset);
+                                        const std::vector<Interval>& rest, double offset, double turns);
 
 }  // namespace piste

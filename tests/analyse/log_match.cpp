@@ -13,15 +13,16 @@ namespace {
 
 // The plate of the scenarios sits at 42 deg, half way between two axes; here it sits upright, with the boresight's few
 // degrees.
-Simulation simulated(const std::string& motion, std::uint64_t seed, std::size_t receiver) {
+Simulation simulated(const std::string& motion, std::uint64_t seed, std::size_t receiver, double rest_before = 30,
+                     double rest_after = 10) {
   Scenario s = read_scenario(std::filesystem::path(PISTE_SOURCE_DIR) / "config/scenarios" / (motion + ".yaml"));
   s.imus.resize(1);
   s.imus[0].clock_offset = 0;
   s.gnss = {s.gnss[receiver]};
   s.attitude.clear();
-  s.motion.rest_before = 30;
+  s.motion.rest_before = rest_before;
   s.motion.run = 60;
-  s.motion.rest_after = 10;
+  s.motion.rest_after = rest_after;
   s.q_tr = Quaterniond::Identity();
   return simulate(s, seed);
 }
@@ -111,6 +112,23 @@ TEST(LogMatch, NothingIsWrongWithCleanLogs) {
     const std::vector<Suspicion> all = look_at(logs);
     EXPECT_TRUE(all.empty() || !is_severe(all.front().fault)) << logs.name << '\n' << listed(all);
   }
+}
+
+TEST(LogMatch, NothingIsWrongWithoutRestOrVelocitiesOrAtOneHertz) {
+  Logs logs = logs_of("easy_ski without rest", simulated("easy_ski", 102, 0, 0, 0));
+  const auto expect_nothing = [](const Logs& clean) {
+    const std::vector<Suspicion> all = look_at(clean);
+    EXPECT_TRUE(all.empty() || !is_severe(all.front().fault)) << clean.name << '\n' << listed(all);
+  };
+  expect_nothing(logs);
+  Logs slow = logs;
+  std::erase_if(slow.gnss.fixes, [&](const GeodeticFix& f) { return std::abs(f.time - std::round(f.time)) > 0.01; });
+  expect_nothing(slow);
+  for (GeodeticFix& f : logs.gnss.fixes) f.velocity.reset();
+  expect_nothing(logs);
+  Logs winding = logs_of("giant_slalom", simulated("giant_slalom", 102, 0, 0, 0));
+  std::erase_if(winding.gnss.fixes, [&](const GeodeticFix& f) { return std::abs(f.time - std::round(f.time)) > 0.01; });
+  expect_nothing(winding);
 }
 
 TEST(LogMatch, ClockUnitsAndAxesOfCleanLogs) {
