@@ -24,10 +24,8 @@ constexpr double kLargestTilt = 0.2;     // rad that a readmission may add
 constexpr double kRecent = 2;            // s between fixes over which a jump can be told
 constexpr double kMissedVelocity = 0.5;  // m/s that a filter may be wrong by unawares, as a position shows it,
 constexpr double kMissedForce = 1;       // m/s², as a velocity shows it
-constexpr double kGapSuspicion = 10;     // s after a gap in which the filter rather than a receiver is wrong
-constexpr double kDoubtedAccel = 1;      // m/s²/sqrt(Hz) and
-constexpr double kDoubtedGyro = 0.05;    // rad/s/sqrt(Hz) of a filter that was wrong
-constexpr double kMendable = 1;          // s between attitude fixes over which the body's axes are taken as one
+constexpr double kSuspicion = 10;  // s after a gap or a readmission in which the filter, and no receiver, is wrong
+constexpr double kMendable = 1;    // s between attitude fixes over which the body's axes are taken as one
 
 }  // namespace
 
@@ -235,12 +233,8 @@ StepNoise Filter::noise_of(const ImuSample& sample) {
     clip(i, (sample.clipped_gyro >> i) & 1, o.sensor.gyro.range, noise.gyro(i));
     clip(3 + i, (sample.clipped_accel >> i) & 1, o.sensor.accel.range, noise.accel(i));
   }
-  if (state_.time < doubted_until_) {
-    noise.accel.array() += kDoubtedAccel * kDoubtedAccel;
-    noise.gyro.array() += kDoubtedGyro * kDoubtedGyro;
-  }
   if (sample.gap) {
-    accuses_from_ = std::max(accuses_from_, sample.time + kGapSuspicion);
+    accuses_from_ = std::max(accuses_from_, sample.time + kSuspicion);
     noise.accel.array() += o.gap_noise * o.gap_noise;
     noise.gyro.array() += o.gap_noise * o.gap_noise / 9;
   }
@@ -455,8 +449,7 @@ void Filter::apply(int source, const Linearization& lin) {
     // says nothing of what follows.
     if (!leapt) admit_error(lin, lapse);
     if (source < setup_->first_attitude && std::isfinite(lapse)) {
-      doubted_until_ = state_.time + o.distrust;
-      accuses_from_ = std::max(accuses_from_, doubted_until_);
+      accuses_from_ = state_.time + kSuspicion;
     }
   }
   trust.believed = state_.time;

@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-
 #include "piste/analyse/disputes.h"
 #include "piste/sim/random.h"
 #include "piste/solve/attitude_noise.h"
@@ -92,12 +91,6 @@ struct Kind {
 
 class LyingReceiver : public ::testing::TestWithParam<Kind> {
  protected:
-  void SetUp() override {
-    case_ = receiver_case(GetParam().motion, GetParam().receiver, GetParam().velocity);
-    log_ = case_.log();
-    start_ = find_start(log_, case_.options, {}).start;
-    begin_ = case_.under_way() + kBegin;
-  }
   bool lies(const GnssFix& fix, double length = kLength) const {
     return fix.time >= begin_ && fix.time <= begin_ + length;
   }
@@ -119,10 +112,10 @@ class LyingReceiver : public ::testing::TestWithParam<Kind> {
   Result run(const Log& log, const std::string& what) const { return solve(case_, log, start_, what); }
   bool coarse() const { return case_.options.gnss[0].drift.has_value(); }
 
-  Case case_;
-  Log log_;
-  Start start_;
-  double begin_ = 0;
+  const Case case_ = receiver_case(GetParam().motion, GetParam().receiver, GetParam().velocity);
+  const Log log_ = case_.log();
+  const Start start_ = find_start(log_, case_.options, {}).start;
+  const double begin_ = case_.under_way() + kBegin;
 };
 
 TEST_P(LyingReceiver, IsNotSeenWhereThereIsNone) {
@@ -149,7 +142,8 @@ TEST_P(LyingReceiver, OneFixInTenIsAnOutlier) {
     const Result r = run(log, what);
     expect_honest(r, what);
     EXPECT_LT(r.smoothed.largest, 1.1 * clean.smoothed.largest) << what;
-    if (!coarse()) EXPECT_GE(count(r.solution, Outcome::kRejected), outliers) << what;
+    if (coarse()) continue;  // 2 m may be within its gate
+    EXPECT_GE(count(r.solution, Outcome::kRejected), outliers) << what;
   }
 }
 

@@ -59,8 +59,8 @@ struct Tape {
 /// the same receiver agree, is the receiver's. The filter coasts as in an outage until the receiver's jumps add up to
 /// none, for `distrust` at most; a fix that only comes to lie within the gate as the covariance grows is not believed.
 /// In all other cases (a start, an outage, a gap of the IMU, a disagreement that grew) the filter is held to be wrong
-/// after `readmit_after` fixes in a row, and takes them. What it missed is then admitted to its covariance, and its IMU
-/// is believed less for `distrust`.
+/// after `readmit_after` fixes in a row, and takes them. What it missed is then admitted to its covariance, and for
+/// some seconds no receiver is held to have jumped.
 ///
 /// Where that ends: a lie that is longer than `distrust`, that begins when the filter may be wrong, or that creeps in
 /// below the gate is believed. A ramp is such a one for a receiver without velocities, or with coarse ones. A fault of
@@ -158,7 +158,6 @@ class Filter {
   std::vector<Innovation> innovations_;
   std::vector<Trust> trust_;                      // a source each
   std::vector<std::optional<GnssFix>> last_fix_;  // a receiver each
-  double doubted_until_ = -1e300;                 // the filter, that was wrong
   double accuses_from_ = -1e300;                  // before, a receiver is not held to have jumped
   std::array<int, 6> clipped_in_a_row_{};
   Vector3d rate_variance_ = Vector3d::Zero();  // of the sample that is processed
