@@ -58,7 +58,12 @@ GnssFix in_world(const World& world, const GeodeticFix& fix) {
   GnssFix result{.time = fix.time, .position = world.from_geodetic(fix.position), .sigma_position = {}, .velocity = {}};
   const Matrix3d R_wn = world.rotation_wn(result.position);
   result.sigma_position = turned_sigma(R_wn, fix.sigma_position);
-  if (fix.velocity) result.velocity = {R_wn * fix.velocity->value, turned_sigma(R_wn, fix.velocity->sigma)};
+  if (!fix.velocity) return result;
+  // The horizon of the fix is taken for that of w where down was not measured: 1.6 mm/s a m/s of it, 10 km away.
+  Vector3d sigma = fix.velocity->sigma;
+  if (!fix.velocity->has_down()) sigma.z() = 0;
+  result.velocity = {R_wn * fix.velocity->value, turned_sigma(R_wn, sigma)};
+  if (!fix.velocity->has_down()) result.velocity->sigma.z() = fix.velocity->sigma.z();
   return result;
 }
 

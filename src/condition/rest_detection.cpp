@@ -82,7 +82,8 @@ Verdict verdict(const std::vector<GnssFix>& fixes, double begin, double end) {
   for (; it != fixes.end() && it->time <= end; ++it) {
     if (!it->velocity) continue;
     mean += it->velocity->value;
-    variance += it->velocity->sigma.cwiseAbs2();
+    variance.head<2>() += it->velocity->sigma.head<2>().cwiseAbs2();
+    if (it->velocity->has_down()) variance.z() += it->velocity->sigma.z() * it->velocity->sigma.z();
     n += 1;
   }
   if (it == first) return Verdict::kUnknown;

@@ -54,24 +54,24 @@ class RecordReader : public RowSource {
 
   /// Goes to the next record; false at the end of the file.
   bool next() {
-    place_ = next_;
-    if (place_ == text().size()) return false;
-    next_ = std::min(place_ + kRecordSize, text().size());
-    if (next_ - place_ < kRecordSize) {
-      fail(fmt::format("the last record is cut: {} of {} bytes; take them out", next_ - place_, kRecordSize),
+    place = next_;
+    if (place == text().size()) return false;
+    next_ = std::min(place + kRecordSize, text().size());
+    if (next_ - place < kRecordSize) {
+      fail(fmt::format("the last record is cut: {} of {} bytes; take them out", next_ - place, kRecordSize),
            RowFault::Kind::kFields);
     }
     return true;
   }
 
   double time() const {
-    const auto t = at<double>(place_);
+    const auto t = at<double>(place);
     if (!std::isfinite(t)) fail("the time is not finite", RowFault::Kind::kNotFinite);
     return t;
   }
   Vector3d three(std::size_t offset, double scale) const {
-    const Vector3d v = scale * Vector3d(at<std::int32_t>(place_ + offset), at<std::int32_t>(place_ + offset + 4),
-                                        at<std::int32_t>(place_ + offset + 8));
+    const Vector3d v = scale * Vector3d(at<std::int32_t>(place + offset), at<std::int32_t>(place + offset + 4),
+                                        at<std::int32_t>(place + offset + 8));
     if (!v.allFinite()) fail("a value is not finite", RowFault::Kind::kNotFinite);
     return v;
   }

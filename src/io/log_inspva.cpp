@@ -99,7 +99,7 @@ AttitudeRecording read_attitude_inspva(const LogFile& log, RowFaults* faults) {
   const auto row = [&] {
     if (reader.line().starts_with('$') && nmea_body(reader.line())) return;
     const AsciiLog line = read_log(reader);
-    const bool extended = line.name == "INSPVAXA";
+    const bool extended = line.name == "INSPVAXA" || line.name == "INSPVAXSA";
     if (!extended && line.name != "INSPVAA" && line.name != "INSPVASA") return;
     GpsTime time = extended ? header_time(reader, line) : GpsTime{};
     reader.split(line.body);

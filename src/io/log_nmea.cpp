@@ -16,6 +16,8 @@ namespace {
 using std::chrono::days;
 using std::chrono::sys_days;
 
+constexpr double kKnot = 1852.0 / 3600;  // m/s
+
 struct Place {
   Geodetic position;
   FixQuality quality = FixQuality::kUnknown;
@@ -28,6 +30,7 @@ struct Told {
   std::optional<sys_days> date;
   std::optional<Place> place;
   std::optional<Vector3d> sigma;
+  std::optional<Vector3d> velocity;  ///< north, east; down is not told
   bool without_fix = false;
 };
 
@@ -139,8 +142,11 @@ Told read_rmc(const Sentence& s) {
   told.time_of_day = s.time_of_day(1);
   told.opens_epoch = true;
   if (s.text(2) != "A") return told;  // the clock may be free
-  s.find(7);
-  s.find(8);
+  const auto knots = s.find(7), course = s.find(8);
+  if (knots && (course || *knots == 0)) {  // a receiver that stands need not know a course
+    const double direction = kRadian * course.value_or(0);
+    told.velocity = kKnot * *knots * Vector3d(std::cos(direction), std::sin(direction), 0);
+  }
   if (const auto packed = s.find(9)) {
     const double day = std::floor(*packed / 1e4), month = std::floor(*packed / 100) - 100 * day,
                  year = *packed - 1e4 * day - 100 * month;
@@ -269,6 +275,7 @@ class EpochReader {
       open_.line = reader_.line_number();
     }
     if (told.sigma) open_.sigma = told.sigma;
+    if (told.velocity) open_.velocity = told.velocity;
     if (told.date && told.time_of_day == open_.time_of_day) open_.date = told.date;
   }
 
@@ -298,6 +305,7 @@ GnssRecording read_gnss_nmea(const LogFile& log, RowFaults* faults) {
   EpochReader epochs(log, first.value_or(sys_days{}));
   GnssRecording gnss{log.file, {}};
   WeekTime times;
+  bool has_velocity = false;
   const auto epoch = [&] {
     const Epoch& e = epochs.epoch();
     const RowSource row = epochs.row();
@@ -319,12 +327,22 @@ GnssRecording read_gnss_nmea(const LogFile& log, RowFaults* faults) {
     }
     constexpr double kUnknown = std::numeric_limits<double>::infinity();
     fix.sigma_position = e.sigma ? *e.sigma : log.sigma.value_or(Vector3d::Constant(kUnknown));
+    if (e.velocity && log.sigma_velocity) {
+      fix.velocity = {*e.velocity, {*log.sigma_velocity, *log.sigma_velocity, kUnknown}};
+      has_velocity = true;
+    }
     check_fix(fix, row);
     gnss.fixes.push_back(fix);
   };
   for_each_row(
       faults, [&] { return epochs.next(); }, epoch);
   gnss.without_fix = epochs.without_fix();
+  if (log.sigma_velocity && !has_velocity && !gnss.fixes.empty()) {
+    throw DataError(
+        log.file,
+        "no RMC with status A gives a fix its speed and course; let the receiver write RMC as often as GGA, "
+        "or take `sigma_velocity` out of the configuration");
+  }
   return gnss;
 }
 

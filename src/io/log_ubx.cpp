@@ -22,8 +22,8 @@ class FrameReader : public RowSource {
   /// Goes to the next frame; false at the end of the file. After what it refuses it goes on at the next sync.
   bool next() {
     while (next_ < text().size()) {
-      place_ = next_;
-      const std::string_view rest = text().substr(place_);
+      place = next_;
+      const std::string_view rest = text().substr(place);
       if (rest.starts_with(kSync)) {
         take_frame(rest);
         return true;
@@ -31,7 +31,7 @@ class FrameReader : public RowSource {
       const std::size_t length = sentence_length(rest);
       if (length == 0) {
         go_to_sync();
-        fail(fmt::format("{} bytes that are neither a UBX frame nor a sentence of NMEA; take them out", next_ - place_),
+        fail(fmt::format("{} bytes that are neither a UBX frame nor a sentence of NMEA; take them out", next_ - place),
              RowFault::Kind::kText);
       }
       next_ += length;
@@ -40,8 +40,8 @@ class FrameReader : public RowSource {
   }
 
   bool is(std::uint8_t frame_class, std::uint8_t id) const {
-    return number_at<std::uint8_t>(text(), place_ + 2) == frame_class &&
-           number_at<std::uint8_t>(text(), place_ + 3) == id;
+    return number_at<std::uint8_t>(text(), place + 2) == frame_class &&
+           number_at<std::uint8_t>(text(), place + 3) == id;
   }
   std::string_view payload() const { return payload_; }
 
@@ -64,7 +64,7 @@ class FrameReader : public RowSource {
       fail("the checksum of the frame is wrong; take it out", RowFault::Kind::kChecksum);
     }
     payload_ = rest.substr(kHead, length);
-    next_ = place_ + kHead + length + kChecksum;
+    next_ = place + kHead + length + kChecksum;
   }
 
   // With its line end; 0 where `rest` begins with none.
@@ -78,8 +78,8 @@ class FrameReader : public RowSource {
   }
 
   void go_to_sync() {
-    const std::size_t frame = text().find(kSync, place_ + 1);
-    next_ = std::min({frame, text().find("$G", place_ + 1), text().find("$P", place_ + 1), text().size()});
+    const std::size_t frame = text().find(kSync, place + 1);
+    next_ = std::min({frame, text().find("$G", place + 1), text().find("$P", place + 1), text().size()});
   }
 
   MappedFile mapped_;
@@ -129,7 +129,7 @@ class NavPvt {
     const double horizontal = at<std::uint32_t>(40) * 1e-3 / std::sqrt(2.0);
     return {horizontal, horizontal, at<std::uint32_t>(44) * 1e-3};
   }
-  GeodeticFix::Velocity velocity() const {  // the accuracy is that of the speed in space
+  FixVelocity velocity() const {  // the accuracy is that of the speed in space
     return {Vector3d(at<std::int32_t>(48), at<std::int32_t>(52), at<std::int32_t>(56)) * 1e-3,
             Vector3d::Constant(at<std::uint32_t>(68) * 1e-3 / std::sqrt(3.0))};
   }

@@ -110,6 +110,13 @@ LogFile read_gnss_file(const Config& source, DataFile data) {
                                {"ubx", LogFormat::kUbx}},
                               data);
   read_stated_sigma(source, dimension::kLength, "2 2 4 m", LogFormat::kNmea, log);
+  if (source.has("sigma_velocity")) {
+    if (log.format != LogFormat::kNmea) {
+      source.fail("sigma_velocity", "logs in this format have sigmas of their own; leave the key out");
+    }
+    log.sigma_velocity = source.quantity("sigma_velocity", dimension::kVelocity);
+    if (!(*log.sigma_velocity > 0)) source.fail("sigma_velocity", "must be above zero, such as `0.1 m/s`");
+  }
   return log;
 }
 

@@ -30,11 +30,11 @@ std::string_view trimmed(std::string_view text) {
 }  // namespace
 
 std::string RowSource::where() const {
-  return fmt::format("{}{}{}", file_, counts_ == Counts::kLines ? ":" : ": byte ", place_);
+  return fmt::format("{}{}{}", file_, counts_ == Counts::kLines ? ":" : ": byte ", place);
 }
 
 void RowSource::fail(const std::string& what, RowFault::Kind kind) const {
-  throw RowError(where(), {kind, place_, what});
+  throw RowError(where(), {kind, place, what});
 }
 
 MappedFile::MappedFile(const std::string& file) {
@@ -72,7 +72,7 @@ bool TextReader::next() {
     const std::size_t end = rest_.find('\n');
     line_ = rest_.substr(0, end);
     rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
-    ++place_;
+    ++place;
     if (line_.ends_with('\r')) line_.remove_suffix(1);
     if (trimmed(line_).empty()) continue;
     split(line_);

@@ -81,7 +81,7 @@ std::optional<MotionAlignment> align_in_motion(std::span<const ImuSample> imu, s
         position.push_back({t, ds + q * receiver.lever_arm, fix.position - 0.5 * t * t * gravity,
                             fix.sigma_position.norm() / std::sqrt(3.0)});
       }
-      if (receiver.use_velocity && fix.velocity) {
+      if (receiver.use_velocity && fix.velocity && fix.velocity->has_down()) {
         velocity.push_back({t, du + q * rate.cross(receiver.lever_arm), fix.velocity->value - t * gravity,
                             fix.velocity->sigma.norm() / std::sqrt(3.0)});
       }

@@ -69,7 +69,8 @@ Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const Bo
   Linearization lin;
   lin.observes = Block::kVelocity;
   lin.residual = fix.velocity->value - (a.velocity - delay * a.acceleration);
-  lin.covariance = fix.velocity->sigma.cwiseAbs2().asDiagonal();
+  if (!fix.velocity->has_down()) lin.rows = 2;
+  lin.covariance.diagonal().head(lin.rows) = fix.velocity->sigma.head(lin.rows).cwiseAbs2();
   lin.covariance += a.rate_to_velocity * motion.rate_variance.asDiagonal() * a.rate_to_velocity.transpose();
 
   const Vector3d swing = a.swing + earth_rate.cross(a.arm);

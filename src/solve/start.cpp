@@ -98,10 +98,12 @@ void place(Start& start, const Receiver& receiver, bool still) {
   start.x.p_wb = fix->position - start.x.q_wb * receiver.options->lever_arm;
   start.x.v_wb.setZero();
   if (!still) {
-    if (fix->velocity) {
-      start.x.v_wb = fix->velocity->value;
-    } else if (std::next(fix) != fixes.end()) {
+    if (std::next(fix) != fixes.end()) {
       start.x.v_wb = (std::next(fix)->position - fix->position) / (std::next(fix)->time - fix->time);
+    }
+    if (fix->velocity) {
+      start.x.v_wb.head<2>() = fix->velocity->value.head<2>();
+      if (fix->velocity->has_down()) start.x.v_wb.z() = fix->velocity->value.z();
     }
     start.x.p_wb -= (fix->time - start.time) * start.x.v_wb;
   }

@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
+#include "piste/condition/rest_detection.h"
 #include "piste/core/error.h"
 #include "piste/io/log_io.h"
 #include "support/datasets.h"
@@ -180,11 +182,37 @@ TEST(Condition, FixesInWorld) {
   EXPECT_GT((last.velocity->value - Vector3d(3, 4, 0.5)).norm(), 1e-6);
 }
 
+TEST(Condition, AVelocityWithoutDownStaysWithout) {
+  Recording r = recording(200);
+  for (GeodeticFix& fix : r.gnss[0].fixes) {
+    fix.velocity = {Vector3d(3, 4, 0), Vector3d(0.1, 0.2, std::numeric_limits<double>::infinity())};
+  }
+  const FixVelocity velocity = *condition(r, {}).gnss.at(0).at(19).velocity;
+  EXPECT_FALSE(velocity.has_down());
+  EXPECT_LT((velocity.value - Vector3d(3, 4, 0)).norm(), 1e-3);
+  EXPECT_LT((velocity.sigma.head<2>() - Eigen::Vector2d(0.1, 0.2)).norm(), 1e-3);
+}
+
+// Nothing but the horizontal speed tells that the body moves.
+TEST(Condition, AVelocityWithoutDownTellsRestFromMotion) {
+  Recording r = recording(1000);
+  for (auto& rate : r.imu.gyro) rate.setZero();
+  for (GeodeticFix& fix : r.gnss[0].fixes) {
+    fix.velocity = {Vector3d(3, 4, 0), Vector3d(0.1, 0.1, std::numeric_limits<double>::infinity())};
+  }
+  EXPECT_TRUE(detect_rest(condition(r, {})).empty());
+  for (GeodeticFix& fix : r.gnss[0].fixes) fix.velocity->value.setZero();
+  EXPECT_EQ(detect_rest(condition(r, {})).size(), 1u);
+}
+
 TEST(Condition, OutagesAndFixesOutsideAreCounted) {
   ConditioningOptions options;
   options.outages = {{1000.5, 1000.75}};
   options.span = {1000.295, 1001.505};
-  const Log log = condition(recording(200), options);
+  Recording counted = recording(200);
+  counted.gnss[0].without_fix = 7;
+  const Log log = condition(counted, options);
+  EXPECT_EQ(log.counts.gnss_without_fix.at(0), 7u);
   EXPECT_EQ(log.counts.gnss_withheld.at(0), 3u);      // 1000.5 1000.6 1000.7
   EXPECT_EQ(log.counts.gnss_outside.at(0), 3u + 4u);  // before 1000.29; after 1001.5
   EXPECT_EQ(log.gnss[0].size() + 3 + 7, 20u);

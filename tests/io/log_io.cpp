@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numbers>
 
 #include "support/datasets.h"
@@ -135,6 +136,10 @@ TEST_F(LogIo, RtklibTimes) {
   EXPECT_EQ(time(header("UTC") + "2006/01/01 00:00:00" + place), 14);               // Sunday, the day it became 14
   EXPECT_EQ(time(header("UTC") + "2005/12/31 23:59:59" + place), 604799 + 13);
   EXPECT_EQ(time(header("GPST") + "2374 243258.499" + place), 243258.499);
+  EXPECT_EQ(time(header("UTC") + "2374 243240.499" + place), 243258.499);
+  EXPECT_EQ(time(header("JST") + "2025/07/09 04:34:00.499" + place), 243258.499);
+  EXPECT_EQ(time(header("JST") + "2374 275640.499" + place), 243258.499);
+  EXPECT_EQ(time(header("JST") + "2006/01/01 08:59:59" + place), 604799 + 13);  // still 2005 in UTC
   const auto rolled = read_gnss(log(
       header("GPST") + "2025/07/12 23:59:59.500" + place + "2025/07/13 00:00:00.500" + place, LogFormat::kRtklibPos));
   EXPECT_EQ(rolled.fixes[0].time, 604799.5);
@@ -160,10 +165,29 @@ TEST_F(LogIo, RtklibRefusals) {
       contains(refused(header("GPST") + "2025/13/08 19:34:18" + place), "log:3: `2025/13/08 19:34:18` is no time"));
   EXPECT_TRUE(contains(refused(header("GPST") + "2025/nan/08 19:34:18" + place), "is no time"));
   EXPECT_TRUE(contains(refused(header("GPST") + "2025/07/08 25:34:18" + place), "is no time"));
-  EXPECT_TRUE(contains(refused(header("JST") + "2025/07/08 19:34:18" + place), "log:2: time system `JST`"));
+  EXPECT_TRUE(contains(refused(header("EST") + "2025/07/08 19:34:18" + place), "log:2: time system `EST`"));
+  EXPECT_TRUE(contains(refused(header("GPST") + "2374 700000" + place), "log:3: `2374 700000` is no time"));
+  EXPECT_TRUE(
+      contains(refused(header("GPST") + "2374 1 46.5 7.25 1600 8 9 1 2 3 0 0 0 0 9\n"), "log:3: quality Q = 8"));
+  EXPECT_TRUE(
+      contains(refused(header("GPST") + "2025/07/12 10:00:00" + place + "2025/07/08 10:00:00" + place), "log:4: time"));
+  EXPECT_TRUE(contains(refused("% (lat/lon/height=Tokyo/ellipsoidal,Q=1:fix)\n"), "out-datum=wgs84"));
   EXPECT_TRUE(contains(refused("%  GPST  x-ecef(m) y-ecef(m) z-ecef(m) Q\n"),
                        "log:1: latitude, longitude and height are expected"));
   EXPECT_TRUE(contains(refused("% (lat/lon/height=WGS84/geodetic,Q=1:fix)\n"), "out-height=ellipsoidal"));
+}
+
+TEST_F(LogIo, RtklibSeparatorsAndQuality) {
+  const std::string spaces =
+      header("GPST") + "2374 1 46.5 7.25 1600" + kRest + "2374 2 46.5 7.25 1600 6 9 1 2 3 0 0 0 0 9\n";
+  for (const char separator : {',', '\t', ';'}) {
+    std::string text = spaces;
+    std::replace(text.begin() + static_cast<std::ptrdiff_t>(text.find("\n%") + 3), text.end(), ' ', separator);
+    const auto gnss = read_gnss(log(text, LogFormat::kRtklibPos));
+    ASSERT_EQ(gnss.fixes.size(), 2u) << separator;
+    EXPECT_EQ(gnss.fixes[0].quality, FixQuality::kFixed);
+    EXPECT_EQ(gnss.fixes[1].quality, FixQuality::kPrecise);
+  }
 }
 
 // ---- recorded ----

@@ -145,7 +145,9 @@ TEST(SolutionIo, InnovationsAndSummary) {
                 .imu_clipped = 5,
                 .gnss_withheld = {3, 4},
                 .gnss_outside = {1},
-                .attitude_outside = {6}};
+                .attitude_outside = {6},
+                .gnss_without_fix = {8, 1},
+                .attitude_not_valid = {5}};
   log.rest = {{1000, 1010.5}};
   const std::string text = summary_json(log, s, nullptr, {1.5, 2});
   const YAML::Node json = YAML::Load(text);  // JSON is YAML
@@ -154,7 +156,9 @@ TEST(SolutionIo, InnovationsAndSummary) {
   EXPECT_EQ(json["gnss"]["used"].as<int>(), 1);
   EXPECT_EQ(json["gnss"]["rejected"].as<int>(), 1);
   EXPECT_EQ(json["gnss"]["withheld"].as<int>(), 7);
+  EXPECT_EQ(json["gnss"]["without_fix"].as<int>(), 9);
   EXPECT_EQ(json["attitude"]["used"].as<int>(), 1);
+  EXPECT_EQ(json["attitude"]["not_valid"].as<int>(), 5);
   EXPECT_EQ(json["sources"]["gnss[0].velocity"]["rejected"].as<int>(), 1);
   EXPECT_EQ(json["rest_intervals"][0][1].as<double>(), 1010.5);
   EXPECT_EQ(json["estimates"]["gyro_bias"]["unit"].as<std::string>(), "deg/s");

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "piste/model/attitude.h"
 #include "piste/model/gnss.h"
 #include "piste/model/magnetometer.h"
@@ -30,7 +32,7 @@ BodyMotion motion_of(const ImuStep& raw, const Estimate& x) {
 }
 
 GnssFix fix_near(const Estimate& x, Random& random) {
-  return {0, x.p_wb + random.vector(2), {0.5, 0.6, 0.9}, GnssFix::Velocity{x.v_wb + random.vector(), {0.1, 0.2, 0.3}}};
+  return {0, x.p_wb + random.vector(2), {0.5, 0.6, 0.9}, FixVelocity{x.v_wb + random.vector(), {0.1, 0.2, 0.3}}};
 }
 
 TEST(Jacobians, GnssPosition) {
@@ -104,6 +106,27 @@ TEST(Jacobians, NoiseOfTheRateInGnssVelocity) {
     const Matrix3d expected = white + J * Vector3d(1, 4, 9).asDiagonal() * J.transpose();
     EXPECT_LT((measured(Vector3d::Zero()).covariance - expected).norm(), 1e-9 * expected.norm());
   }
+}
+
+// Where down was not measured, the other two rows are what they would be beside it.
+TEST(Jacobians, GnssVelocityWithoutDown) {
+  Random random(7);
+  const Estimate x = random.estimate();
+  const ImuStep raw = raw_step(random);
+  GnssFix fix = fix_near(x, random);
+  const auto linearized = [&] {
+    return linearize_velocity(fix, x, motion_of(raw, x), kWorld.earth_rate(), kWorld.gravity(x.p_wb), false);
+  };
+  const Linearization all = linearized();
+  fix.velocity->sigma.z() = std::numeric_limits<double>::infinity();
+  const Linearization two = linearized();
+  EXPECT_EQ(all.rows, 3);
+  EXPECT_EQ(two.rows, 2);
+  EXPECT_EQ(two.residual.head<2>(), all.residual.head<2>());
+  EXPECT_EQ(two.covariance, two.covariance);  // no NaN
+  EXPECT_EQ((two.covariance.topLeftCorner<2, 2>()), (all.covariance.topLeftCorner<2, 2>()));
+  ASSERT_EQ(two.count(), all.count());
+  for (int i = 0; i < two.count(); ++i) EXPECT_EQ(two.term(i).jacobian, all.term(i).jacobian);
 }
 
 TEST(Jacobians, Attitude) {

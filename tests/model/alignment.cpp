@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <limits>
 
 #include "support/motion.h"
 #include "support/random.h"
@@ -100,6 +101,20 @@ TEST(Alignment, ABodyAtRestTellsNoHeading) {
     EXPECT_GT(std::sqrt(found->covariance(2, 2)), 0.2);
   }
   EXPECT_FALSE(align_in_motion(w.imu, std::span(w.fixes).first(3), receiver(), {}, motion.gravity().value));
+}
+
+TEST(Alignment, AVelocityWithoutDownIsLeftOut) {
+  const WildMotion motion;
+  Random random(7);
+  Window w = window_of(motion, 2, 5, 0, random);
+  GnssOptions position_only = receiver();
+  position_only.use_velocity = false;
+  const auto expected = align_in_motion(w.imu, w.fixes, position_only, {}, motion.gravity().value);
+  for (GnssFix& fix : w.fixes) fix.velocity->sigma.z() = std::numeric_limits<double>::infinity();
+  const auto found = align_in_motion(w.imu, w.fixes, receiver(), {}, motion.gravity().value);
+  ASSERT_TRUE(expected && found);
+  EXPECT_EQ(found->q_wb.coeffs(), expected->q_wb.coeffs());
+  EXPECT_EQ(found->v_wb, expected->v_wb);
 }
 
 TEST(Alignment, AGapInTheImuIsNotAligned) {

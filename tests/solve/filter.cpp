@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "support/synthetic_log.h"
 
@@ -162,6 +164,34 @@ TEST(Filter, FollowsTheMotion) {
   EXPECT_LT((truth.v_wb - x.v_wb).norm(), 5 * sigma.velocity.norm());
   EXPECT_LT(so3_log(truth.q_wb * x.q_wb.conjugate()).norm(), 5 * sigma.euler.norm());
   EXPECT_LT(sigma.euler.norm(), 0.02);
+}
+
+// A receiver that tells no vertical velocity: what it does not tell is not believed.
+TEST(Filter, FollowsTheMotionByHorizontalVelocity) {
+  SyntheticRun s = test::synthetic_run(10, {Block::kGyroBias, Block::kAccelBias});
+  for (GnssFix& fix : s.log.gnss.at(0)) {
+    fix.velocity->value.z() = 0;
+    fix.velocity->sigma.z() = std::numeric_limits<double>::infinity();
+  }
+  const FilterRun run = run_filter(s.log, s.options, s.start);
+  test::WildMotion motion;
+  motion.begin = s.start.time + 2;
+  double largest_down = 0;
+  for (std::size_t i = run.solution.size() / 2; i < run.solution.size(); ++i) {
+    const auto truth = motion.at(run.solution.time(i));
+    const Vector3d error = truth.v_wb - run.solution.estimate(i).v_wb;
+    EXPECT_LT(error.norm(), 5 * run.solution.sigmas(i).velocity.norm());
+    largest_down = std::max(largest_down, std::abs(truth.v_wb.z()));
+  }
+  EXPECT_GT(largest_down, 1);
+  std::size_t velocities = 0;
+  for (const Innovation& v : run.solution.innovations) {
+    if (run.solution.sources[static_cast<std::size_t>(v.source)] != "gnss[0].velocity") continue;
+    EXPECT_EQ(v.dof, 2);
+    EXPECT_EQ(v.outcome, Outcome::kUsed);
+    ++velocities;
+  }
+  EXPECT_GT(velocities, 10u);
 }
 
 }  // namespace

@@ -78,7 +78,7 @@ struct WildMotion {
     const State x = at(time);
     const Vector3d arm = x.q_wb * lever_arm;
     const Vector3d swing = x.q_wb * x.w_ib_b.cross(lever_arm) - world.earth_rate().cross(arm);
-    return {time, x.p_wb + arm, sigma_position, GnssFix::Velocity{x.v_wb + swing, {0.03, 0.03, 0.05}}};
+    return {time, x.p_wb + arm, sigma_position, FixVelocity{x.v_wb + swing, {0.03, 0.03, 0.05}}};
   }
 
   const Gravity& gravity() const { return gravity_; }

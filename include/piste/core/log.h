@@ -1,6 +1,7 @@
 #pragma once
 /// What the sensors said: as read (Recording), and as the filter takes it (Log).
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -26,15 +27,18 @@ struct ImuRecording {
 /// How a receiver came by a fix; kPrecise is a carrier-phase solution of any other kind, such as PPP.
 enum class FixQuality : std::uint8_t { kUnknown, kSingle, kDifferential, kPrecise, kFloat, kFixed, kDeadReckoned };
 
+/// Velocity of a fix. A sigma of down that is infinite: only the horizontal velocity was measured, down reads 0.
+struct FixVelocity {
+  Vector3d value, sigma;
+  bool has_down() const { return std::isfinite(sigma.z()); }
+};
+
 /// One fix of a receiver's antenna; velocity and sigmas in local north-east-down.
 struct GeodeticFix {
   double time = 0;
   Geodetic position;
   Vector3d sigma_position;
-  struct Velocity {
-    Vector3d value, sigma;
-  };
-  std::optional<Velocity> velocity;
+  std::optional<FixVelocity> velocity;
   FixQuality quality = FixQuality::kUnknown;
 };
 
@@ -77,10 +81,7 @@ struct ImuSample {
 struct GnssFix {
   double time = 0;
   Vector3d position, sigma_position;
-  struct Velocity {
-    Vector3d value, sigma;
-  };
-  std::optional<Velocity> velocity;
+  std::optional<FixVelocity> velocity;
 };
 
 /// Attitude of the reference axes, R_wr, and the covariance [rad²] of its rotation-vector error in w.

@@ -15,13 +15,15 @@
 ///    none).
 ///  - nmea: sentences of a receiver: GGA for position, GST for its sigmas, RMC or ZDA for the date, of any talker, in
 ///  any
-///    order within an epoch. RMC and VTG are checked; others are passed over where their checksum is right.
+///    order within an epoch. Speed and course of RMC are a horizontal velocity where its sigma is stated. VTG, which
+///    has no time, is checked; others are passed over where their checksum is right.
 ///  - ubx: frames of a u-blox receiver: NAV-PVT; other frames, and sentences between them, are passed over.
 ///  - xsens_ascii: text of Xsens, whose header gives the rate: a 16-bit Counter or PacketCounter, Acc_X … [m/s²],
 ///    Gyr_X … [rad/s], optional Mag_X … (its own unit) and Temperature, tab-separated. Time is the counter over the
 ///    rate, from 0 at the first row.
 ///  - imr: generic binary IMU format of Inertial Explorer; rates or increments.
-///  - inspva: attitude of NovAtel SPAN, as ASCII: INSPVAA, INSPVASA, and INSPVAXA with its sigmas; other logs, and
+///  - inspva: attitude of NovAtel SPAN, as ASCII: INSPVAA, INSPVASA, and INSPVAXA or INSPVAXSA with their sigmas; other
+///  logs, and
 ///    sentences of NMEA, are passed over.
 ///
 /// Times become seconds of the GPS week that the file begins in, and continue past 604800.
@@ -47,6 +49,8 @@ struct LogFile {
   /// What the user states for logs without sigmas of their own: of nmea north, east, down [m], of inspva roll, pitch,
   /// heading. Refused beside a log's own.
   std::optional<Vector3d> sigma = std::nullopt;
+  /// Of nmea: sigma of north and of east velocity [m/s]; without it speed and course are not used.
+  std::optional<double> sigma_velocity = std::nullopt;
 };
 
 // With `faults` a refused row is left out and listed there, units are not judged, and sigmas that nobody states are

@@ -16,8 +16,8 @@ namespace piste {
 /// out. Throws ConfigError on a block that is unknown, stands twice, or has nothing to be observed by.
 std::vector<Block> read_estimate(const Config& config, const FilterOptions& filter, std::vector<Block> fallback = {});
 
-/// The log of a receiver: file, format and ignore_columns, and `sigma` (north, east, down) of an nmea log without GST.
-/// Throws ConfigError.
+/// The log of a receiver: file, format and ignore_columns, and `sigma` (north, east, down) of an nmea log without GST
+/// and `sigma_velocity` (of north and of east) of one whose RMC is to be used. Throws ConfigError.
 LogFile read_gnss_file(const Config& source, DataFile data = DataFile::kMustExist);
 
 /// The log of a reference attitude: the same keys, `sigma` (roll, pitch, heading) of an inspva log without INSPVAXA.

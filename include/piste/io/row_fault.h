@@ -42,8 +42,7 @@ class RowError : public DataError {
 class RowSource {
  public:
   enum class Counts { kLines, kBytes };
-  RowSource(std::string file, Counts counts, std::size_t place = 0)
-      : place_(place), file_(std::move(file)), counts_(counts) {}
+  RowSource(std::string file, Counts counts, std::size_t at = 0) : place(at), file_(std::move(file)), counts_(counts) {}
 
   const std::string& file() const { return file_; }
   /// `FILE:LINE`, or `FILE: byte OFFSET`.
@@ -52,7 +51,7 @@ class RowSource {
   [[noreturn]] void fail(const std::string& what, RowFault::Kind kind = RowFault::Kind::kValue) const;
 
  protected:
-  std::size_t place_;  ///< as RowFault::place
+  std::size_t place;  ///< as RowFault::place
 
  private:
   std::string file_;

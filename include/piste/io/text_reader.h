@@ -48,7 +48,7 @@ class TextReader : public RowSource {
   /// Field i as a finite number; a leading `+` is taken.
   double number(std::size_t i) const;
 
-  std::size_t line_number() const { return place_; }
+  std::size_t line_number() const { return place; }
 
  private:
   MappedFile mapped_;

@@ -16,8 +16,9 @@ namespace piste {
 Linearization linearize_position(const GnssFix& fix, const std::optional<GaussMarkov>& drift, const Estimate& x,
                                  const BodyMotion& motion, const Vector3d& earth_rate, const Gravity& gravity);
 
-/// Velocity of a fix; `fix.velocity` must be there. Its noise is that of the fix and of the rate on the lever arm.
-/// `still`: the heading gains nothing from a velocity that is zero, nor the gyro's scale from a rate that is.
+/// Velocity of a fix; `fix.velocity` must be there. Two rows where down was not measured. Its noise is that of the fix
+/// and of the rate on the lever arm. `still`: the heading gains nothing from a velocity that is zero, nor the gyro's
+/// scale from a rate that is.
 Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const BodyMotion& motion,
                                  const Vector3d& earth_rate, const Gravity& gravity, bool still);
 
