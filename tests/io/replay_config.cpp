@@ -34,9 +34,13 @@ struct ReplayConfigTest : ::testing::Test {
     folder.write(
         "gnss.csv",
         "time_s,latitude_deg,longitude_deg,height_m,sigma_north_m,sigma_east_m,sigma_down_m\n1,46,7,1600,1,1,1\n");
+    folder.write(
+        "second.csv",
+        "time_s,latitude_deg,longitude_deg,height_m,sigma_north_m,sigma_east_m,sigma_down_m\n2,46,7,1600,1,1,1\n");
     folder.write("attitude.csv",
                  "time_s,roll_deg,pitch_deg,heading_deg,sigma_roll_deg,sigma_pitch_deg,sigma_heading_deg\n"
                  "1,0,0,0,0.3,0.4,1\n2,0,0,0,0.3,0.4,7\n");
+    folder.write("second_attitude.csv", "");
   }
   ReplayConfig read(const std::string& text) { return read_replay_config(folder.write("run.yaml", text)); }
   std::string refused(const std::string& text) {
@@ -62,7 +66,7 @@ TEST_F(ReplayConfigTest, TheWholeContract) {
       "/imu.csv\n  format: csv\n  sensor: sensor.yaml\n  axes: +y -x +z\n  sampling: instant\n"
       "  clock: {offset: 20 ms, drift: 15 ppm}\n"
       "gnss:\n  - file: gnss.csv\n    format: csv\n    lever_arm: -0.06 0.03 -0.42 m\n    use: position velocity\n"
-      "    drift: {sigma: 0.4 0.4 0.7 m, correlation_time: 60 s}\n  - {file: gnss.csv, use: position}\n"
+      "    drift: {sigma: 0.4 0.4 0.7 m, correlation_time: 60 s}\n  - {file: second.csv, use: position}\n"
       "attitude:\n  - file: attitude.csv\n    correlation_time: 60 s\n"
       "initial: {heading: 123.4 deg, sigma: 3 deg}\n"
       "estimate: [gyro_bias, accel_bias, gyro_drift, accel_drift, gyro_scale, accel_scale, boresight]\n"
@@ -154,7 +158,7 @@ TEST_F(ReplayConfigTest, RefusesWithTheLineAndTheRemedy) {
       {"attitude: {file: attitude.csv, boresight: {sigma: 1 deg, correlation_time: 0 s}}\n",
        "run.yaml:7: correlation_time", "constant"},
       {"attitude: [{file: attitude.csv, boresight: {sigma: 1 deg, correlation_time: 9 s}},\n"
-       "           {file: attitude.csv, boresight: {sigma: 1 deg, correlation_time: 9 s}}]\n",
+       "           {file: second_attitude.csv, boresight: {sigma: 1 deg, correlation_time: 9 s}}]\n",
        "attitude boresight", "one source at most"},
       {"attitude: {file: attitude.csv}\nestimate: [boresight_drift]\n", "run.yaml:8: estimate: boresight_drift needs",
        "boresight: {sigma, correlation_time}"},

@@ -81,10 +81,19 @@ TEST_F(StudyConfigTest, MistakesAreNamedWithTheirLine) {
   EXPECT_TRUE(contains(refused("low_pas: 12 Hz\n" + kRun), "campaign.yaml:1"));
   EXPECT_TRUE(contains(refused(with("activity:", "activty:")), "campaign.yaml:3"));
   EXPECT_TRUE(contains(refused(with("MT-9A 2", "MT-9A 1")), "campaign.yaml:9"));
-  EXPECT_TRUE(contains(refused(with("ski-1/mt9a_2.csv", "ski-1/ln200.csv")), "reference"));
+  EXPECT_TRUE(contains(refused(with("ski-1/mt9a_2.csv", "ski-1/ln200.csv")), "campaign.yaml:9: file: is the log of"));
+  EXPECT_TRUE(contains(refused(with("ski-1/mt9a_2.csv", "ski-1/mt9a_1.csv")), "campaign.yaml:9: file: is the log of"));
   EXPECT_TRUE(contains(refused(with("sensor: sensor.yaml, sampling", "sensor: none.yaml, sampling")), "none.yaml"));
   EXPECT_TRUE(contains(refused(kRun + kRun.substr(6)), "stands for two runs"));
   EXPECT_TRUE(contains(refused(with("lever_arm: -0.05 0.02 -0.42 m", "lever_arm: 5 cm")), "campaign.yaml:5"));
+}
+
+TEST_F(StudyConfigTest, ACopyOfALogIsTheSameLog) {
+  folder.write("ski-1/mt9a_1.csv", "time_s\n1\n");
+  folder.write("ski-1/mt9a_2.csv", "time_s\n2\n");
+  EXPECT_EQ(read(kRun).runs[0].mems.size(), 2U);
+  folder.write("ski-1/mt9a_2.csv", "time_s\n1\n");
+  EXPECT_TRUE(contains(refused(kRun), "ski-1/mt9a_1.csv`, or a copy of it"));
 }
 
 }  // namespace

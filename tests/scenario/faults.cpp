@@ -174,6 +174,24 @@ TEST_P(RefusedFault, IsToldWithItsPlace) {
 INSTANTIATE_TEST_SUITE_P(Table, RefusedFault, ::testing::ValuesIn(refused()),
                          [](const auto& each) { return each.param.name; });
 
+TEST(SecondImu, MayNotBeTheFirstOneAgain) {
+  const SkiRun run;
+  run.write("data/ski_run/copy.csv", run.text(kImu));
+  const auto entry = [](const std::string& name) {
+    return fmt::format("{{file: ../data/ski_run/{}.csv, sensor: sensors/xsens_mt9a.yaml}}\n", name);
+  };
+  for (const std::string& other : {std::string("mt9a_1"), std::string("copy")}) {
+    for (const std::string& config :
+         {"imu: " + entry("mt9a_1") + "reference:\n  " + entry(other),
+          "imu:\n- " + entry("mt9a_1") + "- " + entry(other) + "reference: " + entry("ln200_attitude")}) {
+      run.write("config/align.yaml", config);
+      const Fault fault{"", nullptr, kUsage, {"config/align.yaml:3: file: is the log of another entry", "count twice"}};
+      expect_refusal(run, fault,
+                     run_program(PISTE_ALIGN, {"config/align.yaml", "--output", "result", "--quiet"}, run.folder));
+    }
+  }
+}
+
 // ---- Survived ----
 
 constexpr double kLargestOffset = 0.1, kLargestAngle = 0.3;  // [m, deg], RMSE and at every epoch
