@@ -166,14 +166,20 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
     } else {
       text += "    lever_arm: 0 0 0 m            # measure it: from the IMU to the antenna, forward right down\n";
     }
-    if (log.gnss_health->without_sigma == log.gnss_health->sampling.rows)
-      text += "    sigma: 3 3 6 m                # the log has none: north east down\n";
+    if (log.log.sigma)
+      text += fmt::format("    sigma: {:g} {:g} {:g} m                # the log has none: north east down\n",
+                          log.log.sigma->x(), log.log.sigma->y(), log.log.sigma->z());
     text += fmt::format("    use: {}\n", log.gnss_health->velocities > 0 ? "position velocity" : "position");
   }
   for (const InspectedLog& log : inspection.logs) {
     if (!log.is(LogKind::kAttitude) || !log.attitude_sampling) continue;
     text += fmt::format("{}  - {}    correlation_time: 60 s        # of its errors\n", reference ? "" : "attitude:\n",
                         file_keys(log, folder, "    "));
+    if (log.log.sigma) {
+      const Vector3d deg = kDegreesPerRadian * *log.log.sigma;
+      text += fmt::format("    sigma: {:g} {:g} {:g} deg              # the log has none: roll pitch heading\n",
+                          deg.x(), deg.y(), deg.z());
+    }
     reference = true;
   }
   text += fmt::format(

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "piste/core/error.h"
+#include "piste/core/state_layout.h"
 #include "piste/experiment/lever_arm.h"
 #include "piste/io/text_reader.h"
 
@@ -19,9 +20,30 @@ void append(List& to, List&& more) {
   to.insert(to.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
 }
 
+const Vector3d& sigma_of(const GeodeticFix& fix) { return fix.sigma_position; }
+const Vector3d& sigma_of(const EulerFix& fix) { return fix.sigma; }
+
+// Logs of some formats have no sigma; a reader that is told none then gives infinite ones.
+template <class Recorded>
+bool says_no_sigma(const Recorded& recorded) {
+  return !recorded.fixes.empty() && std::none_of(recorded.fixes.begin(), recorded.fixes.end(),
+                                                 [](const auto& fix) { return sigma_of(fix).allFinite(); });
+}
+
+// With a sigma such as the user of such a log would state.
+template <class Recorded>
+void read_again(InspectedLog& l, const Vector3d& sigma, Recorded& recorded,
+                Recorded (*read)(const LogFile&, RowFaults*)) {
+  l.log.sigma = sigma;
+  l.faults = {};
+  recorded = read(l.log, &l.faults);
+}
+
 // Reads a log by what it seems to be, and looks at it alone.
 InspectedLog look_at(const std::string& file, std::vector<Suspicion>& found) {
   constexpr double kFastestGnss = 100, kSlowestGnss = 0.02, kFastestAttitude = 2000, kSlowestAttitude = 0.02;  // Hz
+  const Vector3d kUsualSigma(3, 3, 6),
+      kUsualAngle = Vector3d(1, 1, 2) / kDegreesPerRadian;  // m; of roll, pitch, heading
   InspectedLog l;
   l.log.file = file;
   try {
@@ -36,10 +58,12 @@ InspectedLog look_at(const std::string& file, std::vector<Suspicion>& found) {
         break;
       case LogKind::kGnss:
         l.gnss = read_gnss(l.log, &l.faults);
+        if (says_no_sigma(l.gnss)) read_again(l, kUsualSigma, l.gnss, read_gnss);
         if (l.gnss.fixes.size() >= 3) l.gnss_health = gnss_health(l.gnss);
         break;
       case LogKind::kAttitude: {
         l.attitude = read_attitude(l.log, &l.faults);
+        if (says_no_sigma(l.attitude)) read_again(l, kUsualAngle, l.attitude, read_attitude);
         std::vector<double> time;
         time.reserve(l.attitude.fixes.size());
         for (const EulerFix& fix : l.attitude.fixes) time.push_back(fix.time);

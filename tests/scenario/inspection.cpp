@@ -15,6 +15,7 @@
 #include "piste/sim/random.h"
 #include "support/datasets.h"
 #include "support/navigation.h"
+#include "support/receiver_logs.h"
 #include "support/simulated_case.h"
 
 namespace piste::test {
@@ -281,6 +282,32 @@ TEST_F(Inspected, SimulatedLogsAreClean) {
       expect_clean(simulated(motion, seed).inspect(folder));
     }
   }
+}
+
+TEST_F(Inspected, SentencesWithoutSigmasAreGivenSome) {
+  // The shipped fixes as a receiver's sentences; 302400 s of the week are Wednesday 12:00 GPS time.
+  const Sheet gnss(read_text(kSource / "data/ski_run/gnss_l1.csv"));
+  std::string text;
+  for (const auto& row : gnss.rows) {
+    const double t = row[kTime] - 3 * 86400 - 18;  // UTC of that day
+    const auto clock = fmt::format("{:02.0f}{:02.0f}{:05.2f}", std::floor(t / 3600),
+                                   std::floor(std::fmod(t, 3600) / 60), std::fmod(t, 60));
+    const auto angle = [](double degrees, int width) {
+      return fmt::format("{:0{}.0f}{:010.7f}", std::floor(degrees), width, 60 * (degrees - std::floor(degrees)));
+    };
+    const std::string place = angle(row[kLatitude], 2) + ",N," + angle(row[kLongitude], 3) + ",E";
+    text += nmea(fmt::format("GNRMC,{},A,{},0.0,,070125,,,A", clock, place));
+    text += nmea(fmt::format("GNGGA,{},{},1,9,1.0,{:.4f},M,50.0,M,,", clock, place, row[kLongitude + 1] - 50));
+  }
+  const std::string file = folder.write("gnss.nmea", text);
+  const Inspection found = inspect({(kSource / "data/ski_run/mt9a_1.csv").string(), file});
+  expect_clean(found);
+  ASSERT_TRUE(found.logs[1].gnss_health);
+  EXPECT_EQ(found.logs[1].gnss_health->sampling.rows, gnss.rows.size());
+  const auto config = ready_config(found, folder.path().string(), "sensor.yaml");
+  ASSERT_TRUE(config);
+  EXPECT_NE(config->find("format: nmea"), std::string::npos);
+  EXPECT_NE(config->find("sigma: 3 3 6 m"), std::string::npos);
 }
 
 TEST_F(Inspected, ARealDriveIsClean) {
