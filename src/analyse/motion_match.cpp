@@ -255,19 +255,18 @@ double rms(const Reading& r) {
 void refine_clock(const ImuIntegral& imu, const Track& track, const std::vector<Window>& windows, const Vector3d& bias,
                   const Reading& reading, double offset, MotionMatch& match) {
   constexpr double kStep = 0.03, kIndependent = 0.5;  // s
-  constexpr int kSteps = 6;
-  std::array<double, 2 * kSteps + 1> left{};
-  for (int step = -kSteps; step <= kSteps; ++step) {
+  constexpr double kSteps = 6;                        // to either side
+  std::array<double, 13> left{};
+  for (std::size_t i = 0; i < left.size(); ++i) {
     std::vector<Window> moved;
     moved.reserve(windows.size());
     for (const Window& w : windows) {
-      auto at = window_at(imu, track, w.begin, offset + step * kStep, bias);
+      auto at = window_at(imu, track, w.begin, offset + (static_cast<double>(i) - kSteps) * kStep, bias);
       if (!at) at = w;  // clipped or cut there: it says nothing then
       moved.push_back(std::move(*at));
     }
     const auto carried = carry_all(moved, reading.factor * reading.axes);
-    for (const Fit& fit : fit_all(moved, carried, reading.gravity, reading.mirrored).fits)
-      left[static_cast<std::size_t>(step + kSteps)] += fit.mean_square;
+    for (const Fit& fit : fit_all(moved, carried, reading.gravity, reading.mirrored).fits) left[i] += fit.mean_square;
   }
   const auto best = static_cast<std::size_t>(std::min_element(left.begin(), left.end()) - left.begin());
   if (best == 0 || best + 1 == left.size()) return;

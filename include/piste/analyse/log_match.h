@@ -12,11 +12,12 @@
 ///
 ///     v(t) − g t = v₀ + scale · R u(t),
 ///
-/// Wahba's problem with a free scale. It is solved for every unit and every signed permutation that the gyroscopes may
-/// have against the accelerometers, for det R = +1 and −1, and with gravity in the forces or taken out of them: what is
-/// left over tells which of these the log is. det R = −1 with the gyroscopes reversed is an IMU in mirrored axes, with
-/// the gyroscopes as they are one that gives minus the specific force. A hypothesis other than the labels' own is
-/// accepted only where it leaves far less in nearly all windows.
+/// Wahba's problem with a free scale, one lever arm for all windows beside it. It is solved for the units that the
+/// turns of the track allow and every signed permutation that the gyroscopes may have against the accelerometers, for
+/// det R = +1 and −1, and with gravity in the forces or taken out of them: what is left over tells which of these the
+/// log is. det R = −1 with the gyroscopes reversed is an IMU in mirrored axes, with the gyroscopes as they are one that
+/// gives minus the specific force. Another reading than the labels' own is accepted only where it leaves far less in
+/// nearly all windows, and little; windows in which a sensor clips tell nothing.
 
 #include <optional>
 #include <string>
