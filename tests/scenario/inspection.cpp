@@ -246,7 +246,7 @@ class SeededFault : public ::testing::TestWithParam<Seeded> {
 };
 
 TEST_P(SeededFault, OfTheShippedRunIsNamedFirst) { expect_named_first(shipped(), 1); }
-TEST_P(SeededFault, OfASlalomIsNamedFirst) { expect_named_first(simulated("giant_slalom", 7), 2); }
+TEST_P(SeededFault, OfABicycleIsNamedFirst) { expect_named_first(simulated("bicycle", 7), 2); }
 
 INSTANTIATE_TEST_SUITE_P(Inspection, SeededFault, ::testing::ValuesIn(seeded()),
                          [](const auto& each) { return each.param.name; });
