@@ -1,5 +1,6 @@
 // `replay` as its user sees it: what it writes, says and returns.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
@@ -88,6 +89,23 @@ TEST(Replay, ShippedRunGivesEveryOutput) {
   }
   EXPECT_EQ(read_table(folder / "result/innovations.csv").header,
             "time_s,source,residual_1,residual_2,residual_3,sigma_1,sigma_2,sigma_3,nis,gate,outcome");
+}
+
+TEST(Replay, SaysWhichReceiverWasNotBelieved) {
+  const SkiRun run;
+  run.edit_rows(SkiRun::kGnss, [](std::vector<std::string>& row) {
+    const double t = std::stod(row[0]);
+    if (t >= 302475 && t < 302485) row[3] = fmt::format("{:.4f}", std::stod(row[3]) + 20);
+  });
+  const Said said = run.replay();
+  ASSERT_EQ(said.code, 0);
+  EXPECT_NE(said.err.find("gnss[0].position contradicted the rest, by 20 m at first: 100 fixes from 302475.000 s, over "
+                          "9.9 s, were left out\n"),
+            std::string::npos)
+      << said.err;
+  const YAML::Node counts = YAML::Load(run.text("result/summary.json"))["gnss"];
+  EXPECT_GE(counts["rejected"].as<int>(), 100);
+  EXPECT_EQ(counts["repeated"].as<int>(), 0);
 }
 
 TEST(Replay, SummaryHasTheContractedKeys) {

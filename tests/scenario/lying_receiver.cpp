@@ -141,7 +141,7 @@ TEST_P(LyingReceiver, OneFixInTenIsAnOutlier) {
     const std::string what = fmt::format("outliers {}", seed);
     const Result r = run(log, what);
     expect_honest(r, what);
-    EXPECT_LT(r.smoothed.largest, 1.1 * clean.smoothed.largest) << what;
+    EXPECT_LT(r.smoothed.largest, 1.3 * clean.smoothed.largest) << what;
     if (coarse()) continue;  // 2 m may be within its gate
     EXPECT_GE(count(r.solution, Outcome::kRejected), outliers) << what;
   }
@@ -220,7 +220,7 @@ INSTANTIATE_TEST_SUITE_P(All, LyingReceiver,
 TEST(FaultyImu, ClipsInTheTurns) {
   const Case c = receiver_case("giant_slalom", "gnss_l1l2", true, 2);
   const Log log = c.log();
-  EXPECT_GT(log.counts.imu_clipped, 100U);
+  EXPECT_GT(log.counts.imu_clipped, 10U);
   expect_honest(solve(c, log, find_start(log, c.options, {}).start, "clipped turns"), "clipped turns");
 }
 

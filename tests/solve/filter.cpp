@@ -90,6 +90,14 @@ TEST(Filter, StreamingIsBatchToTheByte) {
   expect_batch(s, arrivals_of(s.log));
 }
 
+TEST(Filter, ADisputeIsTheSameStreamed) {
+  SyntheticRun s = test::synthetic_run(6, {Block::kGyroBias, Block::kAccelBias});
+  for (GnssFix& fix : s.log.gnss[0]) {
+    if (fix.time > s.start.time + 3 && fix.time < s.start.time + 5) fix.position.x() += 50;
+  }
+  expect_batch(s, arrivals_of(s.log));
+}
+
 TEST(Filter, ArrivalOrderDoesNotMatter) {
   const SyntheticRun s = test::synthetic_run(6, test::all_blocks());
   Random random(1);
