@@ -94,6 +94,12 @@ void place(Start& start, const Receiver& receiver, bool still) {
   const auto& fixes = *receiver.fixes;
   auto fix = std::partition_point(fixes.begin(), fixes.end(), [&](const GnssFix& f) { return f.time < start.time; });
   if (fix == fixes.end()) fix = std::prev(fix);
+  const auto agree = [&](const GnssFix& a, const GnssFix& b) {
+    const double fastest = still ? 1 : 100;
+    return (b.position - a.position).norm() <
+           fastest * (b.time - a.time) + 5 * (a.sigma_position + b.sigma_position).norm();
+  };
+  while (fixes.end() - fix > 2 && !agree(fix[0], fix[1]) && agree(fix[1], fix[2])) ++fix;  // past an outlier
   start.x.lever_arm = receiver.options->lever_arm;
   start.x.p_wb = fix->position - start.x.q_wb * receiver.options->lever_arm;
   start.x.v_wb.setZero();
