@@ -125,6 +125,15 @@ std::vector<Vector3d> mean_velocities(const std::vector<GeodeticFix>& fixes, con
   return mean;
 }
 
+// Of the white noise of positions, all axes together: second differences, in which a steady motion does not show.
+double white_noise(const Positions& p) {
+  const double kMedianNorm = 1.54;  // of three normal numbers
+  std::vector<double> differences;
+  differences.reserve(p.size());
+  for (std::size_t i = 2; i < p.size(); ++i) differences.push_back((p[i] - 2 * p[i - 1] + p[i - 2]).norm());
+  return std::sqrt(3.0 / 6.0) / kMedianNorm * median(std::move(differences));
+}
+
 std::vector<Interval> find_rest(const std::vector<GeodeticFix>& fixes, const std::vector<Vector3d>& velocity,
                                 double noise, double interval) {
   std::vector<Interval> rest;
@@ -504,7 +513,7 @@ GnssHealth gnss_health(const GnssRecording& gnss) {
   const bool measured = 2 * h.velocities > fixes.size();
   const std::vector<Vector3d> velocity = mean_velocities(fixes, p, measured);
   const double in_a_second = std::sqrt(std::max(1.0, h.sampling.rate()));
-  const double noise = measured ? median(sigma_velocity) / in_a_second : 2 * h.median_sigma.norm();
+  const double noise = measured ? median(sigma_velocity) / in_a_second : 2 * std::min(h.median_sigma.norm(), white_noise(p));
   h.rest = find_rest(fixes, velocity, noise, h.sampling.interval);
   std::vector<double> speeds;
   speeds.reserve(velocity.size());

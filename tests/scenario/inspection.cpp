@@ -246,7 +246,7 @@ class SeededFault : public ::testing::TestWithParam<Seeded> {
 };
 
 TEST_P(SeededFault, OfTheShippedRunIsNamedFirst) { expect_named_first(shipped(), 1); }
-TEST_P(SeededFault, OfABicycleIsNamedFirst) { expect_named_first(simulated("bicycle", 7), 2); }
+TEST_P(SeededFault, OfASimulatedRunIsNamedFirst) { expect_named_first(simulated("ski", 7), 2); }
 
 INSTANTIATE_TEST_SUITE_P(Inspection, SeededFault, ::testing::ValuesIn(seeded()),
                          [](const auto& each) { return each.param.name; });
@@ -296,13 +296,14 @@ TEST_F(Inspected, SentencesWithoutSigmasAreGivenSome) {
       return fmt::format("{:0{}.0f}{:010.7f}", std::floor(degrees), width, 60 * (degrees - std::floor(degrees)));
     };
     const std::string place = angle(row[kLatitude], 2) + ",N," + angle(row[kLongitude], 3) + ",E";
-    text += nmea(fmt::format("GNRMC,{},A,{},0.0,,070125,,,A", clock, place));
+    text += nmea(fmt::format("GNRMC,{},A,{},0.0,,080125,,,A", clock, place));
     text += nmea(fmt::format("GNGGA,{},{},1,9,1.0,{:.4f},M,50.0,M,,", clock, place, row[kLongitude + 1] - 50));
   }
   const std::string file = folder.write("gnss.nmea", text);
   const Inspection found = inspect({(kSource / "data/ski_run/mt9a_1.csv").string(), file});
   expect_clean(found);
   ASSERT_TRUE(found.logs[1].gnss_health);
+  EXPECT_NEAR(found.logs[1].gnss_health->rest.front().end, 302461, 3);
   EXPECT_EQ(found.logs[1].gnss_health->sampling.rows, gnss.rows.size());
   const auto config = ready_config(found, folder.path().string(), "sensor.yaml");
   ASSERT_TRUE(config);
