@@ -513,7 +513,8 @@ GnssHealth gnss_health(const GnssRecording& gnss) {
   const bool measured = 2 * h.velocities > fixes.size();
   const std::vector<Vector3d> velocity = mean_velocities(fixes, p, measured);
   const double in_a_second = std::sqrt(std::max(1.0, h.sampling.rate()));
-  const double noise = measured ? median(sigma_velocity) / in_a_second : 2 * std::min(h.median_sigma.norm(), white_noise(p));
+  const double noise =
+      measured ? median(sigma_velocity) / in_a_second : 2 * std::min(h.median_sigma.norm(), white_noise(p));
   h.rest = find_rest(fixes, velocity, noise, h.sampling.interval);
   std::vector<double> speeds;
   speeds.reserve(velocity.size());
