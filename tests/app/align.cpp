@@ -155,7 +155,7 @@ std::vector<Wrong> wrong() {
       {"MisspelledKey", imu + reference + "lowpass: 12 Hz\n", 2, {"align.yaml:3: ", "lowpass", "low_pass"}},
       {"NoUnit", imu + reference + "low_pass: 12\n", 2, {"align.yaml:3: ", "low_pass", "unit"}},
       {"BeyondTheRate", imu + reference + "low_pass: 60 Hz\n", 2, {"mt9a_1.csv", "low_pass: 60 Hz", "100 Hz"}},
-      {"SameFileTwice", imu + "reference: " + imu_entry("mt9a_1.csv") + "\n", 2, {"align.yaml:2: ", "other IMU"}},
+      {"SameFileTwice", imu + "reference: " + imu_entry("mt9a_1.csv") + "\n", 2, {"align.yaml:2: ", "count twice"}},
       {"SameNameTwice",
        fmt::format("imu: [{0}, {0}]\n", imu_entry("mt9a_1.csv")) + reference,
        2,

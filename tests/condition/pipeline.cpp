@@ -252,7 +252,7 @@ TEST(Condition, SaysWhatIsMissing) {
   const std::string message = message_of<DataError>([&] { condition(apart, {}); });
   EXPECT_TRUE(contains(
       message,
-      "imu.csv: no time in common with GNSS: the IMU covers 1999.990 to 2000.990 s, gnss.csv covers 1000.000"));
+      "imu.csv:1: no time in common with GNSS: the IMU covers 1999.990 to 2000.990 s, gnss.csv covers 1000.000"));
   EXPECT_TRUE(contains(message, "clock"));
   ConditioningOptions options;
   options.span = {5000, 6000};
