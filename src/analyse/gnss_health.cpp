@@ -436,7 +436,7 @@ void suspect_velocity(const VelocityFit& fit, const std::string& file, std::vect
                      fmt::format("divide the velocities and their sigmas by {:.4f}", fit.scale)});
   }
   if (fit.as_given() && std::abs(fit.delay) > kLate && std::abs(fit.delay) > kSure * fit.sigma_delay) {
-    found.push_back({LogFault::kJitter, file,
+    found.push_back({LogFault::kVelocityDelay, file,
                      fmt::format("the velocities come {:.3f} ± {:.3f} s {} against the positions", std::abs(fit.delay),
                                  fit.sigma_delay, fit.delay > 0 ? "late" : "early"),
                      "use the positions alone (`use: position`)"});

@@ -169,7 +169,10 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
     if (log.log.sigma)
       text += fmt::format("    sigma: {:g} {:g} {:g} m                # the log has none: north east down\n",
                           log.log.sigma->x(), log.log.sigma->y(), log.log.sigma->z());
-    text += fmt::format("    use: {}\n", log.gnss_health->velocities > 0 ? "position velocity" : "position");
+    const bool late = std::any_of(inspection.suspicions.begin(), inspection.suspicions.end(), [&](const Suspicion& s) {
+      return s.fault == LogFault::kVelocityDelay && s.file == log.log.file;
+    });
+    text += fmt::format("    use: {}\n", log.gnss_health->velocities > 0 && !late ? "position velocity" : "position");
   }
   for (const InspectedLog& log : inspection.logs) {
     if (!log.is(LogKind::kAttitude) || !log.attitude_sampling) continue;

@@ -22,6 +22,8 @@ constexpr double kClippedSpread = 0.2;   // of the range: 1-sigma of what a clip
 constexpr double kShortestLapse = 0.5;   // s over which an error that the filter missed may have grown
 constexpr double kLargestTilt = 0.2;     // rad that a readmission may add
 constexpr double kRecent = 2;            // s between fixes over which a jump can be told
+constexpr double kSlight = 1;            // m or m/s: less is not worth coasting for
+constexpr double kSlightPatience = 3;    // s in which it may come to more
 constexpr double kMissedVelocity = 0.5;  // m/s that a filter may be wrong by unawares, as a position shows it,
 constexpr double kMissedForce = 1;       // m/s², as a velocity shows it
 constexpr double kSuspicion = 10;  // s after a gap or a readmission in which the filter, and no receiver, is wrong
@@ -390,6 +392,13 @@ bool Filter::settled(Trust& trust, const Linearization& lin, const Update& u) co
   return state_.time - trust.since < kRecent && normalized(u.residual, trust.first_S) <= bound;
 }
 
+// Whether the other source of a receiver is in a dispute that is not slight.
+bool Filter::disputed_for_good(int source) const {
+  if (source >= setup_->first_attitude) return false;
+  const Trust& other = trust_[static_cast<std::size_t>(source ^ 1)];
+  return other.rejected > 0 && other.sudden && !other.slight;
+}
+
 void Filter::apply(int source, const Linearization& lin) {
   Update u = innovate(state_.P, setup_->layout, lin);
   if (!std::isfinite(u.nis)) {
@@ -409,23 +418,30 @@ void Filter::apply(int source, const Linearization& lin) {
   }
   if (trust.rejected == 0 && !inside) {
     trust.sudden = receiver_jumped(source, lin, u);
+    trust.slight = trust.sudden;
     trust.since = state_.time;
     trust.first_S = trust.spread = u.S;
     trust.offset = trust.residual = u.residual;
     trust.R = u.R;
   }
-  const bool believed = trust.rejected > 0 && trust.sudden ? settled(trust, lin, u) : inside;
+  bool believed = trust.rejected > 0 && trust.sudden ? settled(trust, lin, u) : inside;
+  if (trust.slight) {
+    trust.slight = u.residual.norm() < kSlight && !disputed_for_good(source);
+    if (trust.slight) believed = inside;
+  }
   trust.time = state_.time;
   if (!believed) {
     ++trust.rejected;
     const bool at_rest = source >= setup_->rest;  // a body that moves after all must not be stopped
-    const bool patient = trust.sudden ? state_.time - trust.since < o.distrust : trust.rejected <= o.readmit_after;
+    const double patience = trust.slight ? kSlightPatience : o.distrust;
+    const bool patient = trust.sudden ? state_.time - trust.since < patience : trust.rejected <= o.readmit_after;
     if (patient || at_rest) {
       innovation.outcome = inside ? Outcome::kDisputed : Outcome::kRejected;
       innovations_.push_back(innovation);
       return;
     }
     if (!inside) innovation.outcome = Outcome::kReadmitted;
+    if (trust.slight) trust.sudden = false;
   }
   innovations_.push_back(innovation);
   const bool readmitted = innovation.outcome == Outcome::kReadmitted;
@@ -454,6 +470,7 @@ void Filter::apply(int source, const Linearization& lin) {
   }
   trust.believed = state_.time;
   trust.rejected = 0;
+  trust.slight = false;
 }
 
 namespace {

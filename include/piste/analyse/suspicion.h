@@ -50,6 +50,7 @@ enum class LogFault {
   kSigmaTooLarge,
   kLowRate,
   kJitter,
+  kVelocityDelay,  ///< of the velocities against the positions
   kQuantised,
   // To know.
   kNoRest,

@@ -58,6 +58,8 @@ struct Tape {
 /// a residual that leaps where the source was believed just before, or one of position alone while the velocities of
 /// the same receiver agree, is the receiver's. The filter coasts as in an outage until the receiver's jumps add up to
 /// none, for `distrust` at most; a fix that only comes to lie within the gate as the covariance grows is not believed.
+/// A disagreement that does not come to a metre, or a metre a second, within three seconds is not worth coasting for:
+/// sigmas of centimetres are seldom that true.
 /// In all other cases (a start, an outage, a gap of the IMU, a disagreement that grew) the filter is held to be wrong
 /// after `readmit_after` fixes in a row, and takes them. What it missed is then admitted to its covariance, and for
 /// some seconds no receiver is held to have jumped.
@@ -126,6 +128,7 @@ class Filter {
     int rejected = 0;                                            // fixes in a row; 0: no dispute
     // Of the dispute:
     bool sudden = false;  // it began with a jump that is the receiver's, not the filter's
+    bool slight = false;  // and has never come to much
     double since = 0;
     Matrix3d first_S = Matrix3d::Zero();  // innovation covariance as it began
     Vector3d offset = Vector3d::Zero();   // sum of the receiver's jumps so far
@@ -146,6 +149,7 @@ class Filter {
   bool repeats(int receiver, const GnssFix& fix);
   bool receiver_jumped(int source, const Linearization& lin, const Update& u) const;
   bool settled(Trust& trust, const Linearization& lin, const Update& u) const;
+  bool disputed_for_good(int source) const;
   StepNoise noise_of(const ImuSample& sample);
   void stand(double dt);
   void refresh_gravity();
