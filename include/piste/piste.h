@@ -75,6 +75,7 @@
 #include "piste/condition/rest_detection.h"
 #include "piste/condition/signal.h"
 #include "piste/experiment/ensemble.h"
+#include "piste/experiment/inspect.h"
 #include "piste/experiment/study.h"
 #include "piste/io/log_io.h"
 #include "piste/io/replay_config.h"

@@ -432,9 +432,21 @@ const std::string& Config::source() const { return document_->source; }
 const std::filesystem::path& Config::file() const { return *document_->file; }
 
 std::string yaml_text(std::string_view text) {
-  std::string out = "'";
-  for (const char c : text) out += c == '\'' ? "''" : std::string(1, c);
-  return out + "'";
+  // Single quotes fold line ends; where there are control characters only double quotes keep what stands.
+  const bool plain = std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7F; });
+  std::string out(1, plain ? '\'' : '"');
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (plain) {
+      out += c == '\'' ? "''" : std::string(1, c);
+    } else if (byte < 0x20 || byte == 0x7F) {
+      out += fmt::format("\\x{:02x}", byte);
+    } else {
+      if (c == '"' || c == '\\') out += '\\';
+      out += c;
+    }
+  }
+  return out + out.front();
 }
 
 std::optional<std::string> nearest_spelling(std::string_view word, const std::vector<std::string>& known) {

@@ -56,6 +56,7 @@ bool is_other(std::string_view column) {
 
 /// The rate [Hz] of `// Sample rate: 50.0Hz` or `// Update Rate: 100.0Hz`; none where the comment says something else.
 std::optional<double> rate_of(const TextReader& reader) {
+  constexpr double kSlowest = 0.01, kFastest = 1e5;  // Hz
   std::string_view text = reader.line();
   const std::size_t colon = text.find(':');
   if (colon == std::string_view::npos) return std::nullopt;
@@ -65,7 +66,7 @@ std::optional<double> rate_of(const TextReader& reader) {
   text.remove_prefix(std::min(text.find_first_not_of(" \t", colon + 1), text.size()));
   double rate = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), rate);
-  if (error != std::errc{} || !(rate > 0 && rate < 1e5)) {
+  if (error != std::errc{} || !(rate >= kSlowest && rate <= kFastest)) {
     throw DataError(reader.where(), fmt::format("`{}` is no rate; such as `// Sample rate: 50.0Hz` is expected", text));
   }
   return rate;

@@ -218,5 +218,14 @@ TEST_F(ConfigBase, RefusesACircleAndWhatIsNoFile) {
                        "unknown key `bse`, perhaps `base`"));
 }
 
+TEST(ConfigText, ReadsBackAsItIs) {
+  using namespace std::string_literals;
+  for (const std::string& text :
+       {""s, "plain"s, "it's: {odd} # \\ \"quoted\""s, "two\nlines\n\n'and' a \"third\" \\ \t"s, " ends with spaces  "s,
+        "\x01\x7F"s, "é"s}) {
+    EXPECT_EQ(Config::parse("key: " + yaml_text(text) + "\n", "a.yaml").text("key"), text);
+  }
+}
+
 }  // namespace
 }  // namespace piste

@@ -64,6 +64,7 @@ TEST(Xsens, Refusals) {
       {replaced(kXsensHeader, "// Sample rate: 50.0Hz\n", ""), "log:4: no rate stands above the columns; add the line"},
       {replaced(kXsensHeader, "50.0Hz", "fast"), "log:2: `fast` is no rate"},
       {replaced(kXsensHeader, "50.0Hz", "0"), "log:2: `0` is no rate"},
+      {replaced(kXsensHeader, "50.0Hz", "1e-308"), "log:2: `1e-308` is no rate"},
       {replaced(kXsensHeader, "50.0Hz", ""), "log:2: `` is no rate"},
       {replaced(kXsensHeader, "Counter", "Count"), "log:5: column Counter or PacketCounter is missing"},
       {replaced(kXsensHeader, "Gyr_Y", "Mat[1]"), "log:5: column Gyr_Y is missing"},

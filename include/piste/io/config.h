@@ -106,7 +106,7 @@ class Config {
   Node* node_;  // in document_
 };
 
-/// Any text as a value of a configuration: between single quotes.
+/// Any text as a value of a configuration, between quotes: it reads back as it is.
 std::string yaml_text(std::string_view text);
 
 /// The word of `known` that is nearest to `word` by spelling, or none where nothing is near.
