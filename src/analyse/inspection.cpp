@@ -149,9 +149,10 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
       "imu:\n  {}  sensor: {}\n  axes: {}                # {}\n  sampling: mean                # or instant\n",
       file_keys(inspection.logs[*first], folder, "  "), sensor_file, axes_text(imu.R_bs),
       from_motion ? "as the motion has them" : "down as gravity has it; forward and right are to be checked");
-  if (imu.clock_offset != 0)
+  if (imu.clock_offset != 0) {
     text += fmt::format("  clock: {{offset: {:.3f} s}}    # by correlation with the receiver, +- {:.3f} s\n",
                         imu.clock_offset, match->clock->sigma);
+  }
   text += "gnss:\n";
   bool reference = false;
   for (const InspectedLog& log : inspection.logs) {
@@ -166,9 +167,10 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
     } else {
       text += "    lever_arm: 0 0 0 m            # measure it: from the IMU to the antenna, forward right down\n";
     }
-    if (log.log.sigma)
+    if (log.log.sigma) {
       text += fmt::format("    sigma: {:g} {:g} {:g} m                # the log has none: north east down\n",
                           log.log.sigma->x(), log.log.sigma->y(), log.log.sigma->z());
+    }
     const bool late = std::any_of(inspection.suspicions.begin(), inspection.suspicions.end(), [&](const Suspicion& s) {
       return s.fault == LogFault::kVelocityDelay && s.file == log.log.file;
     });

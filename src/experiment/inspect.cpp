@@ -109,7 +109,7 @@ std::optional<LeverArmGuess> try_lever_arm(const Inspection& inspection, const I
   conditioning.accel_range = options.sensor.accel.range;
   try {
     const LeverArmGuess arm = lever_arm({body.imu, {receiver.gnss}, {}}, conditioning, options);
-    const double all = static_cast<double>(arm.used + arm.rejected);
+    const auto all = static_cast<double>(arm.used + arm.rejected);
     const bool believed = static_cast<double>(arm.rejected) < kManyRejected * all;
     if (believed && arm.value.norm() > kFar && arm.sigma.norm() < kSure * arm.value.norm()) {
       found.push_back({LogFault::kLeverArm, receiver.log.file,

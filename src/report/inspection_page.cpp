@@ -103,9 +103,10 @@ std::vector<Figure> gnss_figures(const InspectedLog& log, std::size_t number) {
   std::vector<Figure> figures{{fmt::format("track_{}", number), map.render(), ""}};
   const Sampling& s = log.gnss_health->sampling;
   figures.push_back(figure_of(std::move(height), fmt::format("height_{}", number), log.gnss_health->rest, s.gaps, ""));
-  if (velocity.time.size() > 1)
+  if (velocity.time.size() > 1) {
     figures.push_back(
         figure_of(std::move(velocity), fmt::format("velocity_{}", number), log.gnss_health->rest, s.gaps, ""));
+  }
   figures.push_back(figure_of(std::move(sigma), fmt::format("sigma_{}", number), log.gnss_health->rest, s.gaps, ""));
   return figures;
 }
@@ -150,9 +151,10 @@ std::string inspection_page(const Inspection& inspection, const std::optional<st
     }
     sections.push_back(std::move(section));
   }
-  if (config)
+  if (config) {
     sections.push_back(
         {"configuration", "A configuration for replay", fmt::format("<pre>{}</pre>\n", escape_markup(*config))});
+  }
   return page::render("Inspection", fmt::format("piste {} · {} logs", escape_markup(version), inspection.logs.size()),
                       sections);
 }

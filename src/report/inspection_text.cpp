@@ -27,9 +27,10 @@ std::string three(const Vector3d& v, double unit, std::string_view format, std::
 
 std::string range(const TriadHealth& t, double unit, std::string_view name) {
   std::string text;
-  for (int i = 0; i < 3; ++i)
+  for (int i = 0; i < 3; ++i) {
     text +=
         fmt::format("{} {:.4g} to {:.4g}{}", "xyz"[i], t.smallest(i) / unit, t.largest(i) / unit, i < 2 ? ", " : " ");
+  }
   return text + std::string(name);
 }
 
@@ -118,9 +119,10 @@ void describe(SheetWriter& sheet, const GnssHealth& h) {
   sheet.add("jumps", h.jumps.empty() ? std::string("none")
                                      : fmt::format("{}, the first of {:.1f} m at {:.3f} s", h.jumps.size(),
                                                    h.jumps.front().distance, h.jumps.front().time));
-  if (!h.repeated.empty())
+  if (!h.repeated.empty()) {
     sheet.add("repeated fixes", fmt::format("{} stretches, the first from {:.3f} to {:.3f} s", h.repeated.size(),
                                             h.repeated.front().start, h.repeated.front().end));
+  }
   if (h.quantum.maxCoeff() > 0) sheet.add("rounded", three(h.quantum, 1, "{:.3g}", "m (north east down)"));
   if (h.velocities == 0) {
     sheet.add("velocity", "none");
