@@ -23,10 +23,9 @@ void run(const AppArguments& arguments, Progress& progress) {
   }
   OutputFolder output(arguments.output);
   constexpr double kSteps = 100;
-  const Inspection found = inspect(arguments.inputs, [&](const std::string& what, double part) {
-    progress.start(what, static_cast<std::size_t>(kSteps), "%");
-    progress.update(static_cast<std::size_t>(kSteps * part));
-  });
+  progress.start("inspecting", static_cast<std::size_t>(kSteps), "%");
+  const Inspection found =
+      inspect(arguments.inputs, [&](double part) { progress.update(static_cast<std::size_t>(kSteps * part)); });
   progress.clear();
   const auto config = ready_config(found, output.folder().string(), kSensorFile);
   const std::string text = inspection_text(found, config);

@@ -28,12 +28,6 @@ constexpr double kFastest = 200, kSlowest = 0.05;  // Hz that a receiver may hav
 
 using Positions = std::vector<Vector3d>;
 
-double quantile(std::vector<double> values, double part) {
-  const auto place = values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), place, values.end());
-  return *place;
-}
-
 Vector3d median_of(const std::vector<Vector3d>& values) {
   Vector3d middle;
   for (int axis = 0; axis < 3; ++axis) {

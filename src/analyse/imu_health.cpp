@@ -52,13 +52,6 @@ std::vector<double> norms_of(const Values& values) {
   return norms;
 }
 
-// What part of the values lies below it.
-double quantile(std::vector<double> values, double part) {
-  const auto place = values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), place, values.end());
-  return *place;
-}
-
 // What the magnitude of gravity says of the unit of the forces.
 std::optional<ImuHealth::WrongUnit> wrong_unit(double force, double interval, bool increments) {
   const double g = kStandardGravity;

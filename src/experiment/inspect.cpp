@@ -124,19 +124,18 @@ std::optional<LeverArmGuess> try_lever_arm(const Inspection& inspection, const I
 
 }  // namespace
 
-Inspection inspect(const std::vector<std::string>& files,
-                   const std::function<void(const std::string&, double)>& stage) {
+Inspection inspect(const std::vector<std::string>& files, const ProgressCallback& progress) {
   Inspection inspection;
   std::vector<Suspicion>& found = inspection.suspicions;
   std::vector<InspectedLog>& logs = inspection.logs;
-  const auto show = [&](const std::string& what, double part) {
-    if (stage) stage(what, part);
+  constexpr double kRead = 0.3, kMatched = 0.5;  // parts of the work
+  const auto show = [&](double part) {
+    if (progress) progress(part);
   };
   for (std::size_t i = 0; i < files.size(); ++i) {
-    show("reading", 0.3 * static_cast<double>(i) / static_cast<double>(files.size()));
     logs.push_back(look_at(files[i], found));
+    show(kRead * static_cast<double>(i + 1) / static_cast<double>(files.size()));
   }
-  show("matching", 0.3);
   const auto imu = inspection.first(LogKind::kImu), gnss = inspection.first(LogKind::kGnss);
   for (std::size_t i = 0; i < logs.size(); ++i) {
     for (std::size_t j = 0; j < logs.size(); ++j) {
@@ -153,7 +152,7 @@ Inspection inspect(const std::vector<std::string>& files,
     }
   }
   rank(found);
-  show("trial run", 0.5);
+  show(kMatched);
   std::vector<Suspicion> implausible;
   for (InspectedLog& log : logs) log.lever_arm = try_lever_arm(inspection, log, implausible);
   append(found, std::move(implausible));

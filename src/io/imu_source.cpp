@@ -50,11 +50,12 @@ void refuse_repeated(const Config& source, const LogFile& log, const LogFile& ot
                                   other.file));
 }
 
-LogFile read_log_file(const Config& source, std::initializer_list<std::pair<std::string_view, LogFormat>> formats,
-                      DataFile data) {
+LogFile read_log_file(const Config& source, std::initializer_list<LogFormat> formats, DataFile data) {
   LogFile log;
   log.file = (data == DataFile::kMustExist ? source.existing_file("file") : source.path("file")).string();
-  log.format = source.choice<LogFormat>("format", formats, LogFormat::kCsv);
+  std::vector<std::pair<std::string_view, LogFormat>> named;
+  for (const LogFormat format : formats) named.emplace_back(name_of(format), format);
+  log.format = source.choice<LogFormat>("format", named, LogFormat::kCsv);
   const bool names_columns = log.format == LogFormat::kCsv || log.format == LogFormat::kXsensAscii;
   if (names_columns) log.ignore_columns = source.words("ignore_columns");
   return log;
@@ -63,12 +64,7 @@ LogFile read_log_file(const Config& source, std::initializer_list<std::pair<std:
 ImuSource read_imu_source(const Config& imu, DataFile data) {
   ImuSource source;
   source.where = imu.where();
-  source.log = read_log_file(imu,
-                             {{"csv", LogFormat::kCsv},
-                              {"kf_gins", LogFormat::kKfGins},
-                              {"xsens_ascii", LogFormat::kXsensAscii},
-                              {"imr", LogFormat::kImr}},
-                             data);
+  source.log = read_log_file(imu, {LogFormat::kCsv, LogFormat::kKfGins, LogFormat::kXsensAscii, LogFormat::kImr}, data);
   source.sensor = read_sensor(imu.existing_file("sensor"));
   source.conditioning.R_bs = imu.axes("axes");
   source.conditioning.instantaneous = imu.choice<bool>("sampling", {{"mean", false}, {"instant", true}}, false);

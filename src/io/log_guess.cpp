@@ -116,28 +116,6 @@ LogGuess guess_log(const std::string& file, std::string_view content) {
            : std::string("is binary and none of the logs that piste reads: ubx (NAV-PVT) and imr"));
 }
 
-std::string_view name_of(LogFormat format) {
-  switch (format) {
-    case LogFormat::kCsv:
-      return "csv";
-    case LogFormat::kKfGins:
-      return "kf_gins";
-    case LogFormat::kRtklibPos:
-      return "rtklib_pos";
-    case LogFormat::kNmea:
-      return "nmea";
-    case LogFormat::kUbx:
-      return "ubx";
-    case LogFormat::kXsensAscii:
-      return "xsens_ascii";
-    case LogFormat::kImr:
-      return "imr";
-    case LogFormat::kInspva:
-      return "inspva";
-  }
-  return "";
-}
-
 std::string_view name_of(LogKind kind) {
   switch (kind) {
     case LogKind::kImu:

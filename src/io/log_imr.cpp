@@ -31,7 +31,7 @@ class RecordReader : public RowSource {
     if (!text().starts_with(kMagic)) refuse(0, "the file does not begin with $IMURAW; it is no log in the format imr");
     if (text().size() < kHeaderSize) refuse(0, fmt::format("the header of {} bytes is cut", kHeaderSize));
     Header h;
-    const int order = flag<std::int8_t>(8, 1, "byte order; 0 (Intel) or 1 (Motorola)");
+    const int order = flag<std::uint8_t>(8, 1, "byte order; 0 (Intel) or 1 (Motorola)");
     h.order = order == 0 ? std::endian::little : std::endian::big;
     order_ = h.order;
     h.rotation_increments = flag<std::int32_t>(17, 1, "bDeltaTheta; 0 (rates) or 1 (increments)") == 1;
@@ -70,8 +70,8 @@ class RecordReader : public RowSource {
     return t;
   }
   Vector3d three(std::size_t offset, double scale) const {
-    const Vector3d v = scale * Vector3d(at<std::int32_t>(place + offset), at<std::int32_t>(place + offset + 4),
-                                        at<std::int32_t>(place + offset + 8));
+    Vector3d v = scale * Vector3d(at<std::int32_t>(place + offset), at<std::int32_t>(place + offset + 4),
+                                  at<std::int32_t>(place + offset + 8));
     if (!v.allFinite()) fail("a value is not finite", RowFault::Kind::kNotFinite);
     return v;
   }

@@ -62,6 +62,28 @@ void check_gravity(const ImuRecording& imu) {
 
 }  // namespace
 
+std::string_view name_of(LogFormat format) {
+  switch (format) {
+    case LogFormat::kCsv:
+      return "csv";
+    case LogFormat::kKfGins:
+      return "kf_gins";
+    case LogFormat::kRtklibPos:
+      return "rtklib_pos";
+    case LogFormat::kNmea:
+      return "nmea";
+    case LogFormat::kUbx:
+      return "ubx";
+    case LogFormat::kXsensAscii:
+      return "xsens_ascii";
+    case LogFormat::kImr:
+      return "imr";
+    case LogFormat::kInspva:
+      return "inspva";
+  }
+  return "";
+}
+
 ImuRecording read_imu(const LogFile& log, RowFaults* faults) {
   ImuRecording imu;
   switch (log.format) {

@@ -102,13 +102,8 @@ std::vector<Block> read_estimate(const Config& config, const FilterOptions& filt
 }
 
 LogFile read_gnss_file(const Config& source, DataFile data) {
-  LogFile log = read_log_file(source,
-                              {{"csv", LogFormat::kCsv},
-                               {"kf_gins", LogFormat::kKfGins},
-                               {"rtklib_pos", LogFormat::kRtklibPos},
-                               {"nmea", LogFormat::kNmea},
-                               {"ubx", LogFormat::kUbx}},
-                              data);
+  LogFile log = read_log_file(
+      source, {LogFormat::kCsv, LogFormat::kKfGins, LogFormat::kRtklibPos, LogFormat::kNmea, LogFormat::kUbx}, data);
   read_stated_sigma(source, dimension::kLength, "2 2 4 m", LogFormat::kNmea, log);
   if (source.has("sigma_velocity")) {
     if (log.format != LogFormat::kNmea) {
@@ -121,7 +116,7 @@ LogFile read_gnss_file(const Config& source, DataFile data) {
 }
 
 LogFile read_attitude_file(const Config& source) {
-  LogFile log = read_log_file(source, {{"csv", LogFormat::kCsv}, {"inspva", LogFormat::kInspva}});
+  LogFile log = read_log_file(source, {LogFormat::kCsv, LogFormat::kInspva});
   read_stated_sigma(source, dimension::kAngle, "0.05 0.05 0.1 deg", LogFormat::kInspva, log);
   return log;
 }

@@ -15,6 +15,12 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
+double quantile(std::vector<double> values, double part) {
+  const auto place = values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
+}
+
 double chi_squared_quantile(double probability, double dof) {
   return boost::math::quantile(boost::math::chi_squared(dof), probability);
 }

@@ -11,6 +11,7 @@
 #include <initializer_list>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -59,6 +60,11 @@ class Config {
   /// One of the named choices.
   template <class E>
   E choice(std::string_view key, std::initializer_list<std::pair<std::string_view, E>> choices,
+           std::optional<E> fallback = {}) const {
+    return choice<E>(key, std::span(choices.begin(), choices.size()), fallback);
+  }
+  template <class E>
+  E choice(std::string_view key, std::span<const std::pair<std::string_view, E>> choices,
            std::optional<E> fallback = {}) const {
     if (fallback && !has(key)) return *fallback;
     std::vector<std::string_view> names;

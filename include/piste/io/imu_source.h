@@ -27,7 +27,7 @@ ImuSource read_imu_source(const Config& imu, DataFile data = DataFile::kMustExis
 ImuRecording read_imu(const ImuSource& source);
 
 /// Reads the keys file, format and ignore_columns; `formats` are those that this kind of log has.
-LogFile read_log_file(const Config& source, std::initializer_list<std::pair<std::string_view, LogFormat>> formats,
+LogFile read_log_file(const Config& source, std::initializer_list<LogFormat> formats,
                       DataFile data = DataFile::kMustExist);
 
 /// Refuses `log`, of the entry `source`, where it is `other` again: the same file, or a copy of it. It would count

@@ -20,8 +20,7 @@ struct LogGuess {
 /// and how large they are. Throws DataError that says what was looked for where it is none of the formats of log_io.h.
 LogGuess guess_log(const std::string& file, std::string_view content);
 
-/// What a configuration calls it, such as `rtklib_pos`, and what a person does, such as `GNSS`.
-std::string_view name_of(LogFormat format);
+/// Such as `GNSS`.
 std::string_view name_of(LogKind kind);
 
 }  // namespace piste

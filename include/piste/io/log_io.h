@@ -13,9 +13,8 @@
 ///  - rtklib_pos: solution of RTKLIB in latitude, longitude, height, with its header. Calendar or week times in GPST or
 ///    UTC or JST, degrees or degrees-minutes-seconds, optional velocities (a row whose velocity sigmas are all 0 has
 ///    none).
-///  - nmea: sentences of a receiver: GGA for position, GST for its sigmas, RMC or ZDA for the date, of any talker, in
-///  any
-///    order within an epoch. Speed and course of RMC are a horizontal velocity where its sigma is stated. VTG, which
+///  - nmea: sentences of a receiver, in any order within an epoch: GGA for position, GST for its sigmas, RMC or ZDA for
+///    the date, of any talker. Speed and course of RMC are a horizontal velocity where its sigma is stated. VTG, which
 ///    has no time, is checked; others are passed over where their checksum is right.
 ///  - ubx: frames of a u-blox receiver: NAV-PVT; other frames, and sentences between them, are passed over.
 ///  - xsens_ascii: text of Xsens, whose header gives the rate: a 16-bit Counter or PacketCounter, Acc_X … [m/s²],
@@ -23,8 +22,7 @@
 ///    rate, from 0 at the first row.
 ///  - imr: generic binary IMU format of Inertial Explorer; rates or increments.
 ///  - inspva: attitude of NovAtel SPAN, as ASCII: INSPVAA, INSPVASA, and INSPVAXA or INSPVAXSA with their sigmas; other
-///  logs, and
-///    sentences of NMEA, are passed over.
+///    logs, and sentences of NMEA, are passed over.
 ///
 /// Times become seconds of the GPS week that the file begins in, and continue past 604800.
 
@@ -39,6 +37,9 @@
 namespace piste {
 
 enum class LogFormat { kCsv, kKfGins, kRtklibPos, kNmea, kUbx, kXsensAscii, kImr, kInspva };
+
+/// As a configuration has it, such as `rtklib_pos`.
+std::string_view name_of(LogFormat format);
 
 struct LogFile {
   std::string file;

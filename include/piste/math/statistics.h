@@ -8,6 +8,9 @@ namespace piste {
 /// Middle of the values, the upper of two. @pre not empty
 double median(std::vector<double> values);
 
+/// Value that this part, 0 to 1, of the others lies below; the lower of two. @pre not empty
+double quantile(std::vector<double> values, double part);
+
 /// x with P(χ²_dof ≤ x) = probability, 0 < probability < 1, dof > 0.
 double chi_squared_quantile(double probability, double dof);
 
