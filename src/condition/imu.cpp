@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "imu_gaps.h"
 #include "piste/condition/pipeline.h"
 #include "piste/condition/spline.h"
 #include "piste/core/error.h"
@@ -110,6 +111,7 @@ class Incrementer {
     } else {
       pass_intervals();
     }
+    fill_gaps(log_.imu);
     for (const ImuSample& sample : log_.imu) {
       if (sample.clipped_gyro != 0 || sample.clipped_accel != 0) ++log_.counts.imu_clipped;
     }
@@ -134,43 +136,31 @@ class Incrementer {
     return true;
   }
 
-  // Angular rate and specific force of row i; increments are those of `interval`.
-  Vector3d rate(const std::vector<Vector3d>& values, std::size_t i, double interval) const {
-    return recording_.increments ? Vector3d(values[i] / interval) : values[i];
-  }
-
-  void fill(double start, double end, const Vector3d& gyro, const Vector3d& accel) {
+  // Samples that are yet to be filled.
+  void leave_open(double start, double end) {
     ++log_.counts.imu_gaps;
     const int count = std::max(1, static_cast<int>(std::lround((end - start) / nominal_)));
     double before = start;
     for (int k = 1; k <= count; ++k) {
       const double time = k == count ? end : start + (end - start) * k / count;
-      const double interval = time - before;
-      log_.imu.push_back(
-          {.time = time, .interval = interval, .dtheta = gyro * interval, .dvel = accel * interval, .gap = true});
+      log_.imu.push_back({.time = time, .interval = time - before, .gap = GapNoise{}});
       before = time;
     }
   }
 
   // Rows that stand for the interval before them.
   void pass_intervals() {
-    Vector3d gyro_before = Vector3d::Zero(), accel_before = Vector3d::Zero();
     for (std::size_t i = 0; i < rows_.time.size(); ++i) {
       const bool after_gap = i > 0 && gap_before(i);
       const double interval = i == 0 || after_gap ? nominal_ : step(i);
-      const Vector3d gyro = rate(rows_.gyro, i, interval), accel = rate(rows_.accel, i, interval);
-      if (after_gap) {
-        fill(rows_.time[i - 1], rows_.time[i] - nominal_, (gyro_before + gyro) / 2, (accel_before + accel) / 2);
-      }
-      const bool as_is = recording_.increments;
+      if (after_gap) leave_open(rows_.time[i - 1], rows_.time[i] - nominal_);
+      const double unit = recording_.increments ? 1 : interval;
       log_.imu.push_back({.time = rows_.time[i],
                           .interval = interval,
-                          .dtheta = as_is ? rows_.gyro[i] : Vector3d(gyro * interval),
-                          .dvel = as_is ? rows_.accel[i] : Vector3d(accel * interval),
+                          .dtheta = unit * rows_.gyro[i],
+                          .dvel = unit * rows_.accel[i],
                           .clipped_gyro = rows_.clipped_gyro[i],
                           .clipped_accel = rows_.clipped_accel[i]});
-      gyro_before = gyro;
-      accel_before = accel;
     }
   }
 
@@ -180,10 +170,7 @@ class Incrementer {
     for (std::size_t begin = 0, end = 0; begin < count; begin = end) {
       end = begin + 1;
       while (end < count && !gap_before(end)) ++end;
-      if (begin > 0) {
-        fill(rows_.time[begin - 1], rows_.time[begin], (rows_.gyro[begin - 1] + rows_.gyro[begin]) / 2,
-             (rows_.accel[begin - 1] + rows_.accel[begin]) / 2);
-      }
+      if (begin > 0) leave_open(rows_.time[begin - 1], rows_.time[begin]);
       if (end - begin >= 2) integrate_piece(begin, end - begin);
     }
   }

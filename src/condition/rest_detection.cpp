@@ -198,7 +198,7 @@ std::vector<Interval> detect_rest(const AlignedImus& imus) {
     s.interval = imus.interval;
     s.dtheta = imus.interval * imus.reference_gyro[i];
     s.dvel = imus.interval * imus.reference_accel[i];
-    s.gap = !imus.usable[i];
+    if (!imus.usable[i]) s.gap = GapNoise{};
   }
   const Cells cells = cells_of(reference);
   std::vector<bool> rest(cells.sums.size(), false);

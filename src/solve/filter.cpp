@@ -237,8 +237,8 @@ StepNoise Filter::noise_of(const ImuSample& sample) {
   }
   if (sample.gap) {
     accuses_from_ = std::max(accuses_from_, sample.time + kSuspicion);
-    noise.accel.array() += o.gap_noise * o.gap_noise;
-    noise.gyro.array() += o.gap_noise * o.gap_noise / 9;
+    noise.accel.array() += sample.gap->accel * sample.gap->accel;
+    noise.gyro.array() += sample.gap->gyro * sample.gap->gyro;
   }
   return noise;
 }

@@ -105,7 +105,7 @@ TEST(TimeSync, ADroppedSecondThatTheTimeStampsShow) {
     const double first = ski().body.front().time;
     const auto body = changed(ski().body, [&](ImuSample& s) {
       if (s.time - first < at || s.time - first > at + 1) return;
-      s.gap = true;
+      s.gap = GapNoise{};
       s.dtheta.setZero();
       s.dvel.setZero();
     });

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
-#include <chrono>
 #include <cmath>
 #include <numbers>
 
@@ -176,18 +175,6 @@ TEST(SolutionIo, NothingEstimatedIsStillJson) {
   const YAML::Node json = YAML::Load(summary_json({}, s, &s, {}));
   EXPECT_EQ(json["estimates"].size(), 0u);
   EXPECT_EQ(biases_csv(s).substr(0, 7), "time_s\n");
-}
-
-TEST(SolutionIo, ALongRunIsWrittenFast) {
-  const Solution s = solution(55000, kAll);
-  const auto start = std::chrono::steady_clock::now();
-  const std::string text = navigation_csv(s);
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  RecordProperty("seconds", std::to_string(seconds));
-  EXPECT_EQ(text, navigation_csv(s));
-#ifdef NDEBUG
-  EXPECT_LT(seconds, 0.5);
-#endif
 }
 
 }  // namespace

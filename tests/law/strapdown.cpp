@@ -126,7 +126,7 @@ TEST(Strapdown, ANeighbourAcrossAGapTellsNothing) {
   ImuSample after = motion.sample(1.03, 1.04);
   EXPECT_EQ(make_step(&before, now, &after).rate_slope, make_step(&before, now, nullptr).rate_slope);
   after = motion.sample(1.02, 1.03);
-  after.gap = true;
+  after.gap = GapNoise{};
   EXPECT_EQ(make_step(&before, now, &after).rate_slope, make_step(&before, now, nullptr).rate_slope);
   EXPECT_TRUE(make_step(nullptr, now, nullptr).rate_slope.isZero(0));
 }

@@ -121,7 +121,7 @@ TEST(Alignment, AGapInTheImuIsNotAligned) {
   const WildMotion motion;
   Random random(5);
   Window w = window_of(motion, 2, 5, 0, random);
-  w.imu[100].gap = true;
+  w.imu[100].gap = GapNoise{};
   EXPECT_FALSE(align_in_motion(w.imu, w.fixes, receiver(), {}, motion.gravity().value));
   w = window_of(motion, 2, 5, 0, random);
   w.imu.erase(w.imu.begin() + 100);

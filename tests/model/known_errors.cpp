@@ -64,7 +64,8 @@ TEST(KnownErrors, EachIsTakenBackAsItWasMade) {
 }
 
 TEST(KnownErrors, AllElseIsKept) {
-  const ImuSample in{.time = 3, .interval = 0.01, .clipped_gyro = 1, .clipped_accel = 4, .gap = true, .at_rest = true};
+  const ImuSample in{
+      .time = 3, .interval = 0.01, .clipped_gyro = 1, .clipped_accel = 4, .gap = GapNoise{1, 3}, .at_rest = true};
   KnownErrors errors;
   errors.gyro.bias.setConstant(0.1);
   const ImuSample out = corrected(in, errors);

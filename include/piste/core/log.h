@@ -68,12 +68,18 @@ struct Recording {
 
 // ---- As the filter takes it: GPS time, body axes, world frame. ----
 
+/// What a filled-in sample may be wrong by, as a random walk.
+struct GapNoise {
+  double gyro = 0;   ///< rad/s/sqrt(Hz)
+  double accel = 0;  ///< m/s²/sqrt(Hz)
+};
+
 /// Rotation and velocity increments over (time − interval, time], body axes.
 struct ImuSample {
   double time = 0, interval = 0;
   Vector3d dtheta = Vector3d::Zero(), dvel = Vector3d::Zero();
   std::uint8_t clipped_gyro = 0, clipped_accel = 0;  ///< bit i: axis i stood at the sensor's range
-  bool gap = false;                                  ///< filled in: nothing was measured here
+  std::optional<GapNoise> gap = {};                  ///< filled in: nothing was measured here
   bool at_rest = false;                              ///< the rest detector says that the body stands still
 };
 

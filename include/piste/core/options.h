@@ -81,7 +81,6 @@ struct FilterOptions {
   double gate = 0.999;        ///< probability of an innovation beyond which it is rejected
   int readmit_after = 5;      ///< rejections in a row after which the filter is held to be wrong, where it may be
   double distrust = 40;       ///< longest time for which a receiver that jumped is not believed [s]
-  double gap_noise = 3.0;     ///< m/s² / sqrt(Hz) and, divided by 3, rad/s/sqrt(Hz) of unknown motion in an IMU gap
   double magnetic_sigma = 0;  ///< rad of a magnetic heading; 0 = magnetometer unused
   double declination = 0;     ///< rad, east positive
 
