@@ -16,18 +16,11 @@
 namespace piste {
 namespace {
 
-constexpr double kSameInstant = 1e-6;    // s: a fix nearer than this to an epoch does not split the step
-constexpr double kGravityReach = 100;    // m: gravity is linear to 1e-9 m/s² over it
-constexpr double kClippedSpread = 0.2;   // of the range: 1-sigma of what a clipped sample hides
-constexpr double kShortestLapse = 0.5;   // s over which an error that the filter missed may have grown
-constexpr double kLargestTilt = 0.2;     // rad that a readmission may add
-constexpr double kRecent = 2;            // s between fixes over which a jump can be told
-constexpr double kSlight = 1;            // m or m/s: less is not worth coasting for
-constexpr double kSlightPatience = 3;    // s in which it may come to more
-constexpr double kMissedVelocity = 0.5;  // m/s that a filter may be wrong by unawares, as a position shows it,
-constexpr double kMissedForce = 1;       // m/s², as a velocity shows it
-constexpr double kSuspicion = 10;  // s after a gap or a readmission in which the filter, and no receiver, is wrong
-constexpr double kMendable = 1;    // s between attitude fixes over which the body's axes are taken as one
+constexpr double kSameInstant = 1e-6;   // s: a fix nearer than this to an epoch does not split the step
+constexpr double kGravityReach = 100;   // m: gravity is linear to 1e-9 m/s² over it
+constexpr double kClippedSpread = 0.2;  // of the range: 1-sigma of what a clipped sample hides
+constexpr double kLargestTilt = 0.2;    // rad that a readmission may add
+constexpr double kMendable = 1;         // s between attitude fixes over which the body's axes are taken as one
 
 }  // namespace
 
@@ -80,8 +73,8 @@ Filter::Filter(const FilterOptions& options, const World& world, const Start& st
   setup->sources.emplace_back("rest.velocity");
   setup->sources.emplace_back("rest.rate");
 
-  last_fix_.resize(options.gnss.size());
-  trust_.resize(setup->sources.size());
+  trust_ = Trust({setup->first_attitude, setup->rest, static_cast<int>(setup->sources.size())},
+                 {options.readmit_after, options.distrust});
   state_ = {start.time, start.x, initial_covariance(setup->layout, options, start)};
   queue_.reserve(256);
   innovations_.reserve(256);
@@ -236,7 +229,7 @@ StepNoise Filter::noise_of(const ImuSample& sample) {
     clip(3 + i, (sample.clipped_accel >> i) & 1, o.sensor.accel.range, noise.accel(i));
   }
   if (sample.gap) {
-    accuses_from_ = std::max(accuses_from_, sample.time + kSuspicion);
+    trust_.suspect_filter(sample.time);
     noise.accel.array() += sample.gap->accel * sample.gap->accel;
     noise.gyro.array() += sample.gap->gyro * sample.gap->gyro;
   }
@@ -247,7 +240,8 @@ void Filter::measure(const Pending& pending, const ImuStep& step, double tau) {
   const FilterOptions& o = setup_->options;
   const Vector3d& earth_rate = setup_->world.earth_rate();
   if (const auto* fix = std::get_if<GnssFix>(&pending.fix)) {
-    if (repeats(pending.index, *fix)) {
+    const bool repeated = trust_.repeats(pending.index, *fix);
+    if (repeated && moves()) {
       innovations_.push_back({.time = state_.time,
                               .source = pending.source,
                               .residual = Vector3d::Zero(),
@@ -331,72 +325,9 @@ void Filter::admit_error(const Linearization& lin, double lapse) {
   add(Block::kAttitude, attitude);
 }
 
-namespace {
-
-double normalized(const Vector3d& z, const Matrix3d& S) { return z.dot(S.llt().solve(z)); }
-
-bool of_position(const Linearization& lin) { return lin.observes == Block::kPosition; }
-
-// Whether a residual is more than a filter can have gone wrong by since it believed the source, `lapse` s before.
-bool leaps(const Linearization& lin, const Vector3d& residual, const Matrix3d& S, double lapse, double bound) {
-  const double missed = lapse * (of_position(lin) ? kMissedVelocity : kMissedForce);
-  return lapse <= kRecent && normalized(residual, S + missed * missed * Matrix3d::Identity()) > bound;
-}
-
-}  // namespace
-
-// A receiver that gives its last fix again, in every digit, while the body moves for certain.
-bool Filter::repeats(int receiver, const GnssFix& fix) {
-  std::optional<GnssFix>& last = last_fix_[static_cast<std::size_t>(receiver)];
-  const bool same = last && last->position == fix.position && last->velocity.has_value() == fix.velocity.has_value() &&
-                    (!fix.velocity || last->velocity->value == fix.velocity->value);
-  last = fix;
-  if (!same || still_) return false;
-  return state_.x.v_wb.norm() > 3 * sigmas_of(state_.x, setup_->layout, state_.P).velocity.norm();
-}
-
-// Whose a residual outside the gate is, at the first one: the receiver's where it leaps, where its other source jumped,
-// or where only its position disagrees.
-bool Filter::receiver_jumped(int source, const Linearization& lin, const Update& u) const {
-  const double lapse = state_.time - trust_[static_cast<std::size_t>(source)].believed;
-  if (source >= setup_->first_attitude || lapse > kRecent || state_.time < accuses_from_) return false;
-  if (leaps(lin, u.residual, u.S, lapse, setup_->gate[static_cast<std::size_t>(lin.rows)])) return true;
-  const Trust& other =
-      trust_[static_cast<std::size_t>(source ^ 1)];  // position and velocity of a receiver are neighbours
-  if (other.rejected > 0) return other.sudden;
-  return of_position(lin) && state_.time - other.believed < kRecent;
-}
-
-// Whether a fix ends the dispute with a receiver that jumped. It must lie within the gate, and as the covariance grows
-// a lie may do so too: after a moment its jumps, too sudden for the filter's own error, must also have added up to
-// none.
-bool Filter::settled(Trust& trust, const Linearization& lin, const Update& u) const {
-  const double bound = setup_->gate[static_cast<std::size_t>(lin.rows)], dt = state_.time - trust.time;
-  Matrix3d own;
-  if (of_position(lin)) {
-    const Eigen::Matrix<double, 3, 9> velocity = ordinary_from_invariant(state_.x).middleRows<3>(3);
-    own = velocity * state_.P.topLeftCorner<9, 9>() * velocity.transpose();
-  } else {
-    own = kStandardGravity * kStandardGravity * state_.P.block<3, 3>(6, 6).trace() * Matrix3d::Identity();
-  }
-  const Vector3d change = u.residual - trust.residual;
-  const Matrix3d spread = u.R + trust.R + dt * dt * own;
-  if (normalized(change, spread) > bound) {
-    trust.offset += change;
-    trust.spread += spread;
-  }
-  trust.residual = u.residual;
-  trust.R = u.R;
-  if (u.nis > bound) return false;
-  if (normalized(trust.offset, trust.spread) <= bound) return true;
-  return state_.time - trust.since < kRecent && normalized(u.residual, trust.first_S) <= bound;
-}
-
-// Whether the other source of a receiver is in a dispute that is not slight.
-bool Filter::disputed_for_good(int source) const {
-  if (source >= setup_->first_attitude) return false;
-  const Trust& other = trust_[static_cast<std::size_t>(source ^ 1)];
-  return other.rejected > 0 && other.sudden && !other.slight;
+// Whether the body moves for certain.
+bool Filter::moves() const {
+  return !still_ && state_.x.v_wb.norm() > 3 * sigmas_of(state_.x, setup_->layout, state_.P).velocity.norm();
 }
 
 void Filter::apply(int source, const Linearization& lin) {
@@ -406,50 +337,14 @@ void Filter::apply(int source, const Linearization& lin) {
                     fmt::format("the filter diverged at {}: check units, axes and time stamps of the logs",
                                 setup_->sources[static_cast<std::size_t>(source)]));
   }
-  const FilterOptions& o = setup_->options;
   const double bound = setup_->gate[static_cast<std::size_t>(lin.rows)];
-  Trust& trust = trust_[static_cast<std::size_t>(source)];
-  Innovation innovation{state_.time, source, lin.rows,      u.residual, u.S.diagonal().cwiseSqrt(),
-                        u.nis,       bound,  Outcome::kUsed};
-  const bool inside = u.nis <= bound;
-  if (trust.sudden && trust.rejected > 0 && state_.time - trust.time > kRecent) {  // jumps over an outage are not seen
-    trust.sudden = false;
-    trust.rejected = 1;
-  }
-  if (trust.rejected == 0 && !inside) {
-    trust.sudden = receiver_jumped(source, lin, u);
-    trust.slight = trust.sudden;
-    trust.since = state_.time;
-    trust.first_S = trust.spread = u.S;
-    trust.offset = trust.residual = u.residual;
-    trust.R = u.R;
-  }
-  bool believed = trust.rejected > 0 && trust.sudden ? settled(trust, lin, u) : inside;
-  if (trust.slight) {
-    trust.slight = u.residual.norm() < kSlight && !disputed_for_good(source);
-    if (trust.slight) believed = inside;
-  }
-  trust.time = state_.time;
-  if (!believed) {
-    ++trust.rejected;
-    const bool at_rest = source >= setup_->rest;  // a body that moves after all must not be stopped
-    const double patience = trust.slight ? kSlightPatience : o.distrust;
-    const bool patient = trust.sudden ? state_.time - trust.since < patience : trust.rejected <= o.readmit_after;
-    if (patient || at_rest) {
-      innovation.outcome = inside ? Outcome::kDisputed : Outcome::kRejected;
-      innovations_.push_back(innovation);
-      return;
-    }
-    if (!inside) innovation.outcome = Outcome::kReadmitted;
-    if (trust.slight) trust.sudden = false;
-  }
-  innovations_.push_back(innovation);
-  const bool readmitted = innovation.outcome == Outcome::kReadmitted;
-  const double lapse = std::max(state_.time - trust.believed, kShortestLapse);
-  const bool leapt = readmitted && leaps(lin, trust.offset, trust.first_S, trust.since - trust.believed, bound);
-  if ((readmitted && trust.sudden) || leapt) {
-    // Receiver and filter parted at once, and nothing that led to it explains that: the fix says where the body is from
-    // here on, and the rest of the state is not to follow a residual of many sigmas.
+  const auto [outcome, lapse, parted] = trust_.rule(source, state_.time, lin, u, bound, state_.x, state_.P);
+  innovations_.push_back(
+      {state_.time, source, lin.rows, u.residual, u.S.diagonal().cwiseSqrt(), u.nis, bound, outcome});
+  if (!was_used(outcome)) return;
+  if (parted) {
+    // Nothing that led to it explains the disagreement: the fix says where the body is from here on, and the rest of
+    // the state is not to follow a residual of many sigmas.
     admit_error(lin, lapse);
     u = innovate(state_.P, setup_->layout, lin);
   }
@@ -459,18 +354,11 @@ void Filter::apply(int source, const Linearization& lin) {
   reset(state_.P, setup_->layout, G);
   state_.x = boxplus(state_.x, correction);
   if (tape_) tape_->events.emplace_back(Tape::Correction{u, G});
-  if (readmitted && !trust.sudden) {
+  if (outcome == Outcome::kReadmitted && !parted) {
     // It is the filter that was wrong. The fix was taken with the covariance as it stood, so that filter and smoother
-    // spread its residual over what led to it; what the filter missed is admitted afterwards. A start that was wrong
-    // says nothing of what follows.
-    if (!leapt) admit_error(lin, lapse);
-    if (source < setup_->first_attitude && std::isfinite(lapse)) {
-      accuses_from_ = state_.time + kSuspicion;
-    }
+    // spread its residual over what led to it; what the filter missed is admitted afterwards.
+    admit_error(lin, lapse);
   }
-  trust.believed = state_.time;
-  trust.rejected = 0;
-  trust.slight = false;
 }
 
 namespace {

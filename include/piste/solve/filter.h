@@ -5,7 +5,6 @@
 /// so that a step is split at a fix with the rate centred on the fix and not extrapolated to it.
 
 #include <functional>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -18,6 +17,7 @@
 #include "piste/model/attitude.h"
 #include "piste/model/dynamics.h"
 #include "piste/solve/kalman.h"
+#include "piste/solve/trust.h"
 
 namespace piste {
 
@@ -52,23 +52,8 @@ struct Tape {
   std::vector<std::variant<Propagation, Correction, Epoch>> events;
 };
 
-/// Streaming filter.
-///
-/// A fix outside the gate is rejected, and then either the sensor or the filter is wrong. A filter goes wrong smoothly:
-/// a residual that leaps where the source was believed just before, or one of position alone while the velocities of
-/// the same receiver agree, is the receiver's. The filter coasts as in an outage until the receiver's jumps add up to
-/// none, for `distrust` at most; a fix that only comes to lie within the gate as the covariance grows is not believed.
-/// A disagreement that does not come to a metre, or a metre a second, within three seconds is not worth coasting for:
-/// sigmas of centimetres are seldom that true.
-/// In all other cases (a start, an outage, a gap of the IMU, a disagreement that grew) the filter is held to be wrong
-/// after `readmit_after` fixes in a row, and takes them. What it missed is then admitted to its covariance, and for
-/// some seconds no receiver is held to have jumped.
-///
-/// Where that ends: a lie that is longer than `distrust`, that begins when the filter may be wrong, or that creeps in
-/// below the gate is believed. A ramp is such a one for a receiver without velocities, or with coarse ones. A fault of
-/// the IMU that shows as a leap between two fixes is taken for one of the receiver.
-///
-/// Copying it takes its whole state with it; two copies fed alike give the same bytes.
+/// Streaming filter. Which fixes it takes is Trust's to say; what a readmitted one shows it to have missed is admitted
+/// to its covariance. Copying it takes its whole state with it; two copies fed alike give the same bytes.
 class Filter {
  public:
   /// Throws ConfigError where the options cannot be run with.
@@ -122,22 +107,6 @@ class Filter {
     std::variant<GnssFix, AttitudeFix, MagneticSample, HeadingFix> fix;
   };
 
-  /// What is held of one source.
-  struct Trust {
-    double believed = -std::numeric_limits<double>::infinity();  // time of the last fix that was used
-    int rejected = 0;                                            // fixes in a row; 0: no dispute
-    // Of the dispute:
-    bool sudden = false;  // it began with a jump that is the receiver's, not the filter's
-    bool slight = false;  // and has never come to much
-    double since = 0;
-    Matrix3d first_S = Matrix3d::Zero();  // innovation covariance as it began
-    Vector3d offset = Vector3d::Zero();   // sum of the receiver's jumps so far
-    Matrix3d spread = Matrix3d::Zero();   // and its covariance
-    double time = 0;                      // of the last fix, its residual and its noise
-    Vector3d residual = Vector3d::Zero();
-    Matrix3d R = Matrix3d::Zero();
-  };
-
   void enqueue(Pending&& pending);
   void process(const ImuSample* after);
   void advance(const ImuStep& step, const StepNoise& noise);
@@ -146,10 +115,7 @@ class Filter {
   void apply(int source, const Linearization& lin);
   void mend_rate_before(const Linearization& lin);
   void admit_error(const Linearization& lin, double lapse);
-  bool repeats(int receiver, const GnssFix& fix);
-  bool receiver_jumped(int source, const Linearization& lin, const Update& u) const;
-  bool settled(Trust& trust, const Linearization& lin, const Update& u) const;
-  bool disputed_for_good(int source) const;
+  bool moves() const;
   StepNoise noise_of(const ImuSample& sample);
   void stand(double dt);
   void refresh_gravity();
@@ -160,9 +126,7 @@ class Filter {
   std::optional<ImuSample> before_, now_;
   std::vector<Pending> queue_;
   std::vector<Innovation> innovations_;
-  std::vector<Trust> trust_;                      // a source each
-  std::vector<std::optional<GnssFix>> last_fix_;  // a receiver each
-  double accuses_from_ = -1e300;                  // before, a receiver is not held to have jumped
+  Trust trust_;
   std::array<int, 6> clipped_in_a_row_{};
   Vector3d rate_variance_ = Vector3d::Zero();  // of the sample that is processed
   Vector3d rest_turn_ = Vector3d::Zero();

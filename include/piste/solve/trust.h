@@ -1,0 +1,88 @@
+#pragma once
+/// Whose a disagreement is: the receiver's or the filter's.
+
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "piste/core/solution.h"
+#include "piste/solve/kalman.h"
+
+namespace piste {
+
+/// What a filter holds of its sources of fixes.
+///
+/// A fix outside the gate is rejected, and then either the sensor or the filter is wrong. A filter goes wrong smoothly:
+/// a residual that leaps where the source was believed just before, or one of position alone while the velocities of
+/// the same receiver agree, is the receiver's. The filter coasts as in an outage until the receiver's jumps add up to
+/// none, for `distrust` at most; a fix that only comes to lie within the gate as the covariance grows is not believed.
+/// A disagreement that does not come to a metre, or a metre a second, within three seconds is not worth coasting for:
+/// sigmas of centimetres are seldom that true.
+/// In all other cases (a start, an outage, a gap of the IMU, a disagreement that grew) the filter is held to be wrong
+/// after `readmit_after` fixes in a row, and takes them; for some seconds no receiver is held to have jumped then.
+///
+/// Where that ends: a lie that is longer than `distrust`, that begins when the filter may be wrong, or that creeps in
+/// below the gate is believed. A ramp is such a one for a receiver without velocities, or with coarse ones. A fault of
+/// the IMU that shows as a leap between two fixes is taken for one of the receiver.
+class Trust {
+ public:
+  struct Sources {
+    int receivers = 0;  ///< 2i and 2i + 1 are position and velocity of receiver i, up to here
+    int rest = 0;       ///< from here on a fix outside the gate is never taken: a body that moves must not be stopped
+    int count = 0;
+  };
+  struct Limits {
+    int readmit_after = 5;  ///< rejections in a row
+    double distrust = 40;   ///< [s]
+  };
+
+  /// Whether a fix is used. One that is readmitted is outside the gate.
+  struct Ruling {
+    Outcome outcome = Outcome::kUsed;
+    double lapse = 0;  ///< since the source was last believed, half a second at least; infinite where it never was [s]
+    bool parted = false;  ///< readmitted, and nothing that led to the disagreement explains it: it came at once
+  };
+
+  Trust() = default;
+  Trust(const Sources& sources, const Limits& limits);
+
+  /// Rules on a fix at `time`, whose innovation may have an NIS of `bound`. No heap.
+  Ruling rule(int source, double time, const Linearization& lin, const Update& u, double bound, const Estimate& x,
+              const Covariance& P);
+
+  /// Whether a receiver gives its last fix again, in every digit.
+  bool repeats(int receiver, const GnssFix& fix);
+
+  /// For some seconds from `time` on it is the filter that may be wrong, and no receiver.
+  void suspect_filter(double time);
+
+ private:
+  struct Source {
+    double believed = -std::numeric_limits<double>::infinity();  // time of the last fix that was used
+    int rejected = 0;                                            // fixes in a row; 0: no dispute
+    // Of the dispute:
+    bool sudden = false;  // it began with a jump that is the receiver's, not the filter's
+    bool slight = false;  // and has never come to much
+    double since = 0;
+    Matrix3d first_S = Matrix3d::Zero();  // innovation covariance as it began
+    Vector3d offset = Vector3d::Zero();   // sum of the receiver's jumps so far
+    Matrix3d spread = Matrix3d::Zero();   // and its covariance
+    double time = 0;                      // of the last fix, its residual and its noise
+    Vector3d residual = Vector3d::Zero();
+    Matrix3d R = Matrix3d::Zero();
+  };
+
+  void begin_dispute(int source, double time, const Linearization& lin, const Update& u, double bound);
+  bool receiver_jumped(int source, double time, const Linearization& lin, const Update& u, double bound) const;
+  bool is_patient(int source, double time) const;
+  const Source* other(int source) const;
+
+  Sources places_;
+  Limits limits_;
+  std::vector<Source> sources_;
+  std::vector<std::optional<GnssFix>> last_fix_;                    // a receiver each
+  double accuses_from_ = -std::numeric_limits<double>::infinity();  // before, no receiver is held to have jumped
+};
+
+}  // namespace piste
