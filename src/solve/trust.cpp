@@ -35,7 +35,7 @@ Matrix3d own_change(const Linearization& lin, const Estimate& x, const Covarianc
 
 }  // namespace
 
-Trust::Trust(const Sources& sources, const Limits& limits)
+Trust::Trust(Sources sources, Limits limits)
     : places_(sources),
       limits_(limits),
       sources_(static_cast<std::size_t>(sources.count)),

@@ -45,7 +45,7 @@ class Trust {
   };
 
   Trust() = default;
-  Trust(const Sources& sources, const Limits& limits);
+  Trust(Sources sources, Limits limits);
 
   /// Rules on a fix at `time`, whose innovation may have an NIS of `bound`. No heap.
   Ruling rule(int source, double time, const Linearization& lin, const Update& u, double bound, const Estimate& x,
