@@ -10,6 +10,7 @@
 
 #include "piste/math/earth.h"
 #include "piste/math/statistics.h"
+#include "piste/math/time.h"
 #include "signed_permutations.h"
 
 namespace piste {
@@ -213,11 +214,24 @@ int oddity_of(const Matrix3d& axes) {
   return axes.isDiagonal() ? 5 : 6;
 }
 
+struct SpeedUnit {
+  double scale;  // of what is 1 m/s
+  std::string_view name;
+};
+constexpr std::array kSpeedUnits{SpeedUnit{1, "m/s"}, SpeedUnit{3.6, "km/h"}, SpeedUnit{kHour / 1852, "knots"},
+                                 SpeedUnit{kHour / 1609.344, "miles/h"}, SpeedUnit{1 / 0.3048, "ft/s"}};
+
+std::string_view unit_name(double scale) {
+  return std::find_if(kSpeedUnits.begin(), kSpeedUnits.end(), [&](const SpeedUnit& u) { return u.scale == scale; })
+      ->name;
+}
+
 std::vector<Reading> readings() {
   std::vector<Reading> all;
-  for (const double scale : {1.0, 3.6, 3600 / 1852.0, 3600 / 1609.344, 1 / 0.3048}) {
-    for (const Matrix3d& axes : signed_permutations())
-      all.push_back({axes, scale, false, oddity_of(axes) + (scale == 1 ? 0 : 2)});
+  for (const SpeedUnit& unit : kSpeedUnits) {
+    for (const Matrix3d& axes : signed_permutations()) {
+      all.push_back({axes, unit.scale, false, oddity_of(axes) + (unit.scale == 1 ? 0 : 2)});
+    }
   }
   all.push_back({.interchanged = true, .oddity = 4});
   return all;
@@ -400,12 +414,6 @@ std::string column_names(const Matrix3d& axes) {
   return text;
 }
 
-std::string unit_of(double scale) {
-  if (scale == 3.6) return "km/h";
-  if (scale == 3600 / 1852.0) return "knots";
-  return scale == 1 / 0.3048 ? "ft/s" : "miles/h";
-}
-
 void suspect_velocity(const VelocityFit& fit, const std::string& file, std::vector<Suspicion>& found) {
   constexpr double kLate = 0.03, kSure = 5;  // s; sigmas
   const std::string better = fmt::format("{:.2g} m/s off what the positions do where {:.2g} m/s are left so",
@@ -426,7 +434,7 @@ void suspect_velocity(const VelocityFit& fit, const std::string& file, std::vect
   if (fit.scale != 1) {
     found.push_back({LogFault::kVelocityUnit, file,
                      fmt::format("the velocities are {:.3f} times what the positions do: {}, it seems; {}", fit.scale,
-                                 unit_of(fit.scale), better),
+                                 unit_name(fit.scale), better),
                      fmt::format("divide the velocities and their sigmas by {:.4f}", fit.scale)});
   }
   if (fit.as_given() && std::abs(fit.delay) > kLate && std::abs(fit.delay) > kSure * fit.sigma_delay) {

@@ -13,16 +13,16 @@
 #include "motion_match.h"
 #include "piste/math/earth.h"
 #include "piste/math/statistics.h"
+#include "piste/math/time.h"
 
 namespace piste {
 namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr double kSlowestImu = 0.25, kSlowestGnss = 20;  // s between rows: beyond, times are in another unit
-constexpr double kHour = 3600, kDay = 86400;
-constexpr double kClockError = 0.3;      // s beyond which a clock is said to be wrong
-constexpr double kNearly = 0.3;          // s within which an offset is a known one
-constexpr double kUnitTolerance = 1.35;  // of a factor
+constexpr double kClockError = 0.3;                      // s beyond which a clock is said to be wrong
+constexpr double kNearly = 0.3;                          // s within which an offset is a known one
+constexpr double kUnitTolerance = 1.35;                  // of a factor
 
 double in_common(const Interval& a, const Interval& b) {
   return std::max(0.0, std::min(a.end, b.end) - std::max(a.start, b.start));

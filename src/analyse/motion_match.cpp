@@ -8,6 +8,7 @@
 
 #include "piste/math/earth.h"
 #include "piste/math/statistics.h"
+#include "piste/math/time.h"
 #include "signed_permutations.h"
 
 namespace piste {
@@ -79,7 +80,7 @@ Vector3d gyro_bias(const ImuIntegral& imu, const std::vector<Interval>& rest, do
   if (time > 5) return angle / time;
   std::array<std::vector<double>, 3> rates;
   // A second each, of a day at most.
-  const double stride = std::max(1.0, (imu.end() - imu.start()) / 86400);
+  const double stride = std::max(1.0, (imu.end() - imu.start()) / kDay);
   for (double t = imu.start(); t + 1 < imu.end(); t += stride) {
     const Vector3d rate = imu.at(t + 1).angle - imu.at(t).angle;
     for (std::size_t axis = 0; axis < 3; ++axis) rates[axis].push_back(rate(static_cast<Eigen::Index>(axis)));

@@ -9,13 +9,13 @@
 #include <string_view>
 
 #include "piste/math/statistics.h"
+#include "piste/math/time.h"
 
 namespace piste {
 namespace {
 
 constexpr double kGapFactor = 1.5;
-constexpr double kFinest = 1e-6;  // s
-constexpr double kWeek = 604800, kDay = 86400;
+constexpr double kFinest = 1e-6;         // s
 constexpr double kGpsEpoch = 315964800;  // s after 1970 of the first GPS week
 constexpr double kJittery = 0.2;         // of the interval
 constexpr double kManyMissing = 0.001;   // of all rows: from there gaps are more than a word's worth
@@ -68,7 +68,7 @@ void suspect_unit(const Sampling& s, const std::string& file, double fastest, do
     double seconds;
   };
   for (const Unit unit : {Unit{"milliseconds", 1e-3}, Unit{"microseconds", 1e-6}, Unit{"nanoseconds", 1e-9},
-                          Unit{"minutes", 60}, Unit{"hours", 3600}, Unit{"days", kDay}}) {
+                          Unit{"minutes", 60}, Unit{"hours", kHour}, Unit{"days", kDay}}) {
     const double rate = s.rate() / unit.seconds;
     if (rate < slowest || rate > fastest) continue;
     found.push_back({LogFault::kTimeUnit, file,

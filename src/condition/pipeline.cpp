@@ -6,11 +6,10 @@
 #include <cmath>
 
 #include "piste/core/error.h"
+#include "piste/math/time.h"
 
 namespace piste {
 namespace {
-
-constexpr double kDay = 86400, kWeek = 7 * kDay;
 
 /// Weeks to add to the times of a source so that they are those of the IMU; none where that brings them no nearer than
 /// a day: then something else is wrong.

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "piste/math/time.h"
+
 namespace piste::log_formats {
 namespace {
 
@@ -14,7 +16,7 @@ using namespace std::chrono_literals;
 
 constexpr sys_days kGpsEpoch{1980y / 1 / 6};
 constexpr int kDaysPerWeek = 7;
-constexpr double kJapanOffset = 9 * 3600;
+constexpr double kJapanOffset = 9 * kHour;
 
 /// GPS − UTC grows by one second at the beginning of each of these days (IERS Bulletin C).
 constexpr std::array kLeapDays{
@@ -42,7 +44,7 @@ std::optional<sys_days> day_of(double year, double month, double day) {
 GpsTime gps_time(sys_days day, double second, TimeSystem system) {
   if (system == TimeSystem::kJapan) second -= kJapanOffset;
   if (second < 0) {
-    second += kDaySeconds;
+    second += kDay;
     day -= days(1);
   }
   if (system != TimeSystem::kGps) {
@@ -50,18 +52,18 @@ GpsTime gps_time(sys_days day, double second, TimeSystem system) {
         std::count_if(kLeapDays.begin(), kLeapDays.end(), [&](sys_days leap) { return day >= leap; }));
   }
   const auto since = static_cast<int>((day - kGpsEpoch).count());
-  return {since / kDaysPerWeek, (since % kDaysPerWeek) * kDaySeconds + second};
+  return {since / kDaysPerWeek, (since % kDaysPerWeek) * kDay + second};
 }
 
 GpsTime gps_time(const GpsTime& time, TimeSystem system) {
-  const double whole = std::floor(time.seconds / kDaySeconds);
+  const double whole = std::floor(time.seconds / kDay);
   const sys_days day = kGpsEpoch + days(time.week * kDaysPerWeek + static_cast<int>(whole));
-  return gps_time(day, time.seconds - whole * kDaySeconds, system);
+  return gps_time(day, time.seconds - whole * kDay, system);
 }
 
 double WeekTime::next(const GpsTime& time, const RowSource& row) {
   const int first = first_week_.value_or(time.week);
-  const double t = increasing_.later(time.seconds + (time.week - first) * kWeekSeconds, row);
+  const double t = increasing_.later(time.seconds + (time.week - first) * kWeek, row);
   first_week_ = first;
   return t;
 }

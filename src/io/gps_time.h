@@ -9,8 +9,6 @@
 
 namespace piste::log_formats {
 
-inline constexpr double kDaySeconds = 86400, kWeekSeconds = 7 * kDaySeconds;
-
 /// A week counts from 1980-01-06, without roll-over.
 struct GpsTime {
   int week = 0;

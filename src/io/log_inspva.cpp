@@ -9,6 +9,7 @@
 
 #include "gps_time.h"
 #include "log_formats.h"
+#include "piste/math/time.h"
 
 namespace piste::log_formats {
 namespace {
@@ -65,7 +66,7 @@ void require_fields(const TextReader& reader, std::size_t expected, std::string_
 
 GpsTime time_of(const TextReader& reader, std::size_t field) {
   const double week = reader.number(field), seconds = reader.number(field + 1);
-  if (!(week >= 0 && week < 10000 && week == std::floor(week) && seconds >= 0 && seconds <= kWeekSeconds)) {
+  if (!(week >= 0 && week < 10000 && week == std::floor(week) && seconds >= 0 && seconds <= kWeek)) {
     reader.fail(
         fmt::format("`{},{}` is no GPS week and seconds of week", reader.fields()[field], reader.fields()[field + 1]));
   }

@@ -9,6 +9,7 @@
 
 #include "gps_time.h"
 #include "log_formats.h"
+#include "piste/math/time.h"
 
 namespace piste::log_formats {
 namespace {
@@ -16,7 +17,7 @@ namespace {
 using std::chrono::days;
 using std::chrono::sys_days;
 
-constexpr double kKnot = 1852.0 / 3600;  // m/s
+constexpr double kKnot = 1852 / kHour;  // m/s
 
 struct Place {
   Geodetic position;
@@ -61,7 +62,7 @@ class Sentence {
     if (!(packed >= 0 && hour < 24 && minute < 60 && second < 61)) {
       reader_.fail(fmt::format("`{}` is no time of day; hhmmss.ss is expected", text(i)));
     }
-    return 3600 * hour + 60 * minute + second;
+    return kHour * hour + 60 * minute + second;
   }
 
   // ddmm.mmmm and the letter after it [deg]
@@ -104,11 +105,17 @@ FixQuality quality_of(const Sentence& s) {
   s.fail(fmt::format("quality `{}` of GGA; 0 to 6 are fixes that a receiver measured", quality));
 }
 
-Told read_gga(const Sentence& s) {
-  s.require_fields(14);
+// Of a sentence that may be the first of its epoch.
+Told opening(const Sentence& s, std::size_t fields) {
+  s.require_fields(fields);
   Told told;
   told.time_of_day = s.time_of_day(1);
   told.opens_epoch = true;
+  return told;
+}
+
+Told read_gga(const Sentence& s) {
+  Told told = opening(s, 14);
   if (s.text(6) == "0") {
     told.without_fix = true;
     return told;
@@ -127,20 +134,14 @@ Told read_gga(const Sentence& s) {
 }
 
 Told read_gst(const Sentence& s) {
-  s.require_fields(8);
-  Told told;
-  told.time_of_day = s.time_of_day(1);
-  told.opens_epoch = true;
+  Told told = opening(s, 8);
   const auto north = s.find(6), east = s.find(7), down = s.find(8);
   if (north && east && down) told.sigma = Vector3d(*north, *east, *down);
   return told;
 }
 
 Told read_rmc(const Sentence& s) {
-  s.require_fields(11);
-  Told told;
-  told.time_of_day = s.time_of_day(1);
-  told.opens_epoch = true;
+  Told told = opening(s, 11);
   if (s.text(2) != "A") return told;  // the clock may be free
   const auto knots = s.find(7), course = s.find(8);
   if (knots && (course || *knots == 0)) {  // a receiver that stands need not know a course
@@ -202,7 +203,7 @@ class Calendar {
   sys_days pass(double time_of_day, const std::optional<sys_days>& stated) {
     if (stated) {
       day_ = *stated;
-    } else if (time_of_day < last_ - kDaySeconds / 2) {
+    } else if (time_of_day < last_ - kDay / 2) {
       day_ += days(1);
     }
     last_ = time_of_day;

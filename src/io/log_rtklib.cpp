@@ -8,6 +8,7 @@
 
 #include "gps_time.h"
 #include "log_formats.h"
+#include "piste/math/time.h"
 
 namespace piste::log_formats {
 namespace {
@@ -57,13 +58,13 @@ GpsTime calendar_time(const TextReader& reader, TimeSystem system) {
   const auto day = day_of((*date)[0], (*date)[1], (*date)[2]);
   const auto [hour, minute, second] = *clock;
   if (!day || !(hour < 24 && minute < 60 && second < 61)) no_time(reader);
-  return gps_time(*day, hour * 3600 + minute * 60 + second, system);
+  return gps_time(*day, hour * kHour + minute * 60 + second, system);
 }
 
 GpsTime time_of(const TextReader& reader, TimeSystem system) {
   if (reader.fields()[0].find('/') != std::string_view::npos) return calendar_time(reader, system);
   const double week = reader.number(0), seconds = reader.number(1);
-  if (!(week >= 0 && week < 10000 && week == std::floor(week) && seconds >= 0 && seconds <= kWeekSeconds)) {
+  if (!(week >= 0 && week < 10000 && week == std::floor(week) && seconds >= 0 && seconds <= kWeek)) {
     no_time(reader);
   }
   return gps_time({static_cast<int>(week), seconds}, system);

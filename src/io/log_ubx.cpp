@@ -5,6 +5,7 @@
 
 #include "byte_reader.h"
 #include "log_formats.h"
+#include "piste/math/time.h"
 
 namespace piste::log_formats {
 namespace {
@@ -103,7 +104,7 @@ class NavPvt {
 
   // The time of week is rounded to a millisecond; the fraction of the UTC second, that of GPS time too, is not.
   double seconds_of_week() const {
-    constexpr double kRounding = 0.6e-3, kWeek = 604800;
+    constexpr double kRounding = 0.6e-3;
     const double rounded = at<std::uint32_t>(0) * 1e-3;
     if (rounded > kWeek) frame_.fail(fmt::format("time of week {:.3f} s is beyond the week", rounded));
     const bool valid_time = (at<std::uint8_t>(11) & 2) != 0;

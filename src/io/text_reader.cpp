@@ -12,11 +12,10 @@
 #include <system_error>
 
 #include "piste/core/error.h"
+#include "piste/math/time.h"
 
 namespace piste {
 namespace {
-
-constexpr double kWeek = 604800;
 
 bool is_blank(char c) { return c == ' ' || c == '\t'; }
 bool is_gap(char c) { return is_blank(c) || c == ',' || c == ';'; }
