@@ -14,6 +14,7 @@ function(piste_embed target name file)
   file(CONFIGURE OUTPUT ${unit} @ONLY CONTENT
 "// Generated from ${file} by cmake/EmbedText.cmake.
 #include \"report/assets.h\"
+#pragma GCC diagnostic ignored \"-Woverlength-strings\"  // the standard promises 64 kB; GCC and clang take any length
 namespace piste::assets {
 std::string_view @name@() {
   static constexpr std::string_view kText =

@@ -275,14 +275,17 @@ TEST(ZeroPhase, TakesAnyLength) {
 }
 
 TEST(LowPass, RefusesWhatItCannotBe) {
-  using Refused = std::tuple<double, double, int, const char*>;
-  for (const auto& [cutoff, rate, order, part] :
-       {Refused{0, 100, 4, "0 Hz at a rate of 100 Hz"}, Refused{-12, 100, 4, "below half"},
-        Refused{50, 100, 4, "50 Hz at"}, Refused{60, 100, 4, "60 Hz at"}, Refused{kNan, 100, 4, "nan"},
-        Refused{12, kNan, 4, "nan"}, Refused{12, kInf, 4, "inf"}, Refused{12, 0, 4, "0 Hz"},
-        Refused{12, -100, 4, "-100"}, Refused{12, 100, 0, "order 0"}, Refused{12, 100, -1, "order -1"},
-        Refused{12, 100, 13, "1 to 12"}}) {
-    EXPECT_TRUE(test::contains(test::message_of<ConfigError>([&] { LowPass(cutoff, rate, order); }), part));
+  struct Refused {
+    double cutoff, rate;
+    int order;
+    const char* part;
+  };
+  for (const Refused& r : {Refused{0, 100, 4, "0 Hz at a rate of 100 Hz"}, Refused{-12, 100, 4, "below half"},
+                           Refused{50, 100, 4, "50 Hz at"}, Refused{60, 100, 4, "60 Hz at"},
+                           Refused{kNan, 100, 4, "nan"}, Refused{12, kNan, 4, "nan"}, Refused{12, kInf, 4, "inf"},
+                           Refused{12, 0, 4, "0 Hz"}, Refused{12, -100, 4, "-100"}, Refused{12, 100, 0, "order 0"},
+                           Refused{12, 100, -1, "order -1"}, Refused{12, 100, 13, "1 to 12"}}) {
+    EXPECT_TRUE(test::contains(test::message_of<ConfigError>([&] { LowPass(r.cutoff, r.rate, r.order); }), r.part));
   }
 }
 
