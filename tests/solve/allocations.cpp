@@ -9,7 +9,7 @@
 #include "piste/solve/rts.h"
 #include "support/synthetic_log.h"
 
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
+#ifdef __GLIBC__
 
 #include <malloc.h>
 
