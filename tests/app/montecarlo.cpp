@@ -61,16 +61,18 @@ TEST(Montecarlo, SameBytesWhateverTheJobsAndTheStops) {
 TEST(Montecarlo, GoesOnAfterItWasKilled) {
   const TemporaryFolder folder;
   tiny_scenario(folder);
-  const auto run_and_kill = [&](int seconds) {
-    const std::string command =
-        fmt::format("cd '{}' && timeout -s KILL {} '{}' tiny.yaml --runs 100000 --output a >.out 2>.err",
-                    folder.path().string(), seconds, PISTE_MONTECARLO);
+  // Kills the program once a command of the shell succeeds, or after two minutes.
+  const auto run_and_kill_when = [&](const std::string& done) {
+    const std::string command = fmt::format(
+        "cd '{}' && {{ '{}' tiny.yaml --runs 100000 --output a >.out 2>.err & }} && "
+        "for i in $(seq 1200); do if {}; then break; fi; sleep 0.1; done; kill -KILL $!; wait $!",
+        folder.path().string(), PISTE_MONTECARLO, done);
     EXPECT_NE(std::system(command.c_str()), 0);
   };
-  run_and_kill(7);
+  run_and_kill_when("[ -e a/ensemble.state ]");
   ASSERT_TRUE(fs::exists(folder / "a/ensemble.state"));
   EXPECT_FALSE(fs::exists(folder / "a/consistency.json"));
-  run_and_kill(5);
+  run_and_kill_when("grep -q 'going on after' .out");
   EXPECT_TRUE(contains(read_text(folder / ".out"), "going on after"));
 }
 
