@@ -25,7 +25,9 @@ struct Triad {
   std::array<std::size_t, 3> columns;
   ColumnUnit unit;
   Vector3d read(const CsvReader& csv) const {
-    return unit.factor * Vector3d(csv[columns[0]], csv[columns[1]], csv[columns[2]]);
+    Vector3d value = unit.factor * Vector3d(csv[columns[0]], csv[columns[1]], csv[columns[2]]);
+    if (!value.allFinite()) csv.text().fail("a value is not finite in SI units", RowFault::Kind::kNotFinite);
+    return value;
   }
 };
 
@@ -80,14 +82,15 @@ ImuRecording read_imu_csv(const LogFile& log, RowFaults* faults) {
   IncreasingTime increasing;
   const auto row = [&] {
     const double t = increasing.next(csv[time], csv.text());
-    const Vector3d rotation = gyro->read(csv);
+    const Vector3d rotation = gyro->read(csv), force = accel->read(csv);
+    const auto field = magnetic ? std::optional(magnetic->read(csv)) : std::nullopt;
     const bool judged = declared_radians && faults == nullptr;
     if (judged && !imu.increments) check_rate(rotation, csv.text());
     if (judged && imu.increments && !imu.time.empty()) check_rate(rotation / (t - imu.time.back()), csv.text());
     imu.time.push_back(t);
     imu.gyro.push_back(rotation);
-    imu.accel.push_back(accel->read(csv));
-    if (magnetic) imu.magnetic.push_back(magnetic->read(csv));
+    imu.accel.push_back(force);
+    if (field) imu.magnetic.push_back(*field);
     if (temperature) imu.temperature.push_back(csv[*temperature]);
   };
   for_each_row(

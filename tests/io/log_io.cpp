@@ -85,6 +85,9 @@ TEST_F(LogIo, WrongUnitsAreSeenByTheirSize) {
   const std::string g = refused_imu(header + "1,0,0,0,0,0,-1\n2,0,0,0,0,0,-1\n");
   EXPECT_TRUE(contains(g, "log:1: the median specific force is 1 m/s^2"));
   EXPECT_TRUE(contains(g, "accel_x_g"));
+  const std::string in_g = "time_s,gyro_x_deg_s,gyro_y_deg_s,gyro_z_deg_s,accel_x_g,accel_y_g,accel_z_g\n";
+  EXPECT_TRUE(
+      contains(refused_imu(in_g + "1,0,0,0,0,0,-1\n2,0,0,0,0,0,-1e308\n"), "log:3: a value is not finite in SI"));
   EXPECT_TRUE(
       contains(refused_gnss(kGnssHeader + "1,146.5,7.25,1600,1,1,1\n"), "log:2: latitude 146.500000 deg is beyond 90"));
   EXPECT_TRUE(contains(refused_gnss(kGnssHeader + "1,46.5,7.25,1600,1,0,1\n"), "log:2: the sigmas of a position"));
