@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "aligned_pair.h"
-#include "piste/analyse/alignment_files.h"
+#include "piste/files/alignment.h"
 
 namespace piste {
 namespace {

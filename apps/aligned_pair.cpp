@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "piste/analyse/alignment_files.h"
 #include "piste/condition/pipeline.h"
+#include "piste/files/alignment.h"
 #include "piste/report/alignment_page.h"
 
 namespace piste {

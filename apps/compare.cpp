@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include "aligned_pair.h"
-#include "piste/analyse/alignment_files.h"
-#include "piste/analyse/findings_files.h"
+#include "piste/files/alignment.h"
+#include "piste/files/findings.h"
 
 namespace piste {
 namespace {

@@ -8,9 +8,9 @@
 #include <thread>
 
 #include "app.h"
-#include "piste/analyse/consistency_files.h"
 #include "piste/core/error.h"
 #include "piste/experiment/ensemble.h"
+#include "piste/files/consistency.h"
 #include "piste/io/output.h"
 #include "piste/report/consistency_page.h"
 

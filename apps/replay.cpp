@@ -6,9 +6,10 @@
 #include <ctime>
 
 #include "app.h"
-#include "piste/analyse/disputes.h"
 #include "piste/condition/pipeline.h"
 #include "piste/condition/rest_detection.h"
+#include "piste/consistency/disputes.h"
+#include "piste/files/summary.h"
 #include "piste/io/output.h"
 #include "piste/io/replay_config.h"
 #include "piste/io/solution_io.h"

@@ -8,8 +8,8 @@
 #include <thread>
 
 #include "app.h"
-#include "piste/analyse/study_files.h"
 #include "piste/core/error.h"
+#include "piste/files/study.h"
 #include "piste/io/output.h"
 #include "piste/report/study_figures.h"
 #include "piste/report/study_page.h"

@@ -67,16 +67,17 @@
 
 // The steps, in the order of a run: read or simulate, condition, solve, analyse, report; and many of them, against the
 // truth.
-#include "piste/analyse/disputes.h"
-#include "piste/analyse/imu_fit.h"
-#include "piste/analyse/known_errors_of.h"
-#include "piste/analyse/phases.h"
 #include "piste/condition/pipeline.h"
 #include "piste/condition/rest_detection.h"
 #include "piste/condition/signal.h"
+#include "piste/consistency/disputes.h"
 #include "piste/experiment/ensemble.h"
 #include "piste/experiment/inspect.h"
 #include "piste/experiment/study.h"
+#include "piste/fit/imu_fit.h"
+#include "piste/fit/known_errors_of.h"
+#include "piste/fit/phases.h"
+#include "piste/files/summary.h"
 #include "piste/io/log_io.h"
 #include "piste/io/replay_config.h"
 #include "piste/io/solution_io.h"

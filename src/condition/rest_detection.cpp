@@ -4,6 +4,8 @@
 #include <cmath>
 #include <optional>
 
+#include "piste/math/statistics.h"
+
 namespace piste {
 namespace {
 
@@ -101,12 +103,6 @@ Verdict verdict(const std::vector<GnssFix>& fixes, double begin, double end) {
   }
   if (speed < kSway + 2 * noise) return Verdict::kRest;
   return speed > kWalking + 3 * noise ? Verdict::kMoving : Verdict::kBetween;
-}
-
-double quantile(std::vector<double>& values, double p) {
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(p * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
 }
 
 // Bounds below which rate and force count as at rest: with GNSS beside them, and alone.

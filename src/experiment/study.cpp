@@ -10,9 +10,6 @@
 #include <string_view>
 
 #include "experiment/parallel.h"
-#include "piste/analyse/alignment_files.h"
-#include "piste/analyse/study_estimates.h"
-#include "piste/analyse/timing_effect.h"
 #include "piste/condition/aligned_signals.h"
 #include "piste/condition/pipeline.h"
 #include "piste/condition/rest_detection.h"
@@ -20,8 +17,11 @@
 #include "piste/core/error.h"
 #include "piste/experiment/filter_estimates.h"
 #include "piste/experiment/reference_solution.h"
+#include "piste/experiment/study_estimates.h"
+#include "piste/experiment/timing_effect.h"
+#include "piste/experiment/truth_file.h"
+#include "piste/files/alignment.h"
 #include "piste/io/replay_config.h"
-#include "piste/io/truth_file.h"
 
 namespace piste {
 namespace {

@@ -6,6 +6,7 @@
 
 #include "byte_reader.h"
 #include "log_formats.h"
+#include "piste/math/statistics.h"
 
 namespace piste::log_formats {
 namespace {
@@ -109,14 +110,13 @@ void check_interval(const ImuRecording& imu, double rate) {
   if (imu.time.size() < 3) return;
   std::vector<double> intervals(imu.time.size() - 1);
   for (std::size_t i = 0; i < intervals.size(); ++i) intervals[i] = imu.time[i + 1] - imu.time[i];
-  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
-  std::nth_element(intervals.begin(), middle, intervals.end());
+  const double interval = median(std::move(intervals));
   constexpr double kTolerance = 0.1;
-  if (std::abs(*middle * rate - 1) < kTolerance) return;
+  if (std::abs(interval * rate - 1) < kTolerance) return;
   throw DataError(fmt::format("{}: byte 25", imu.file),
                   fmt::format("the header says {:g} Hz, but the records are {:.6f} s apart, {:.4g} Hz; set dDataRateHz "
                               "to that",
-                              rate, *middle, 1 / *middle));
+                              rate, interval, 1 / interval));
 }
 
 }  // namespace

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "piste/analyse/alignment_files.h"
 #include "piste/core/state_layout.h"
-#include "piste/report/markup.h"
+#include "piste/files/alignment.h"
+#include "piste/plot/markup.h"
 #include "report/page.h"
 
 namespace piste {

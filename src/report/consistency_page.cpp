@@ -9,10 +9,10 @@
 #include <limits>
 #include <utility>
 
-#include "analyse/banded.h"
-#include "piste/analyse/consistency_files.h"
-#include "piste/report/markup.h"
-#include "piste/report/svg.h"
+#include "fit/banded.h"
+#include "piste/files/consistency.h"
+#include "piste/plot/markup.h"
+#include "piste/plot/svg.h"
 #include "report/page.h"
 
 namespace piste {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "piste/core/state_layout.h"
-#include "piste/report/markup.h"
-#include "piste/report/thin.h"
+#include "piste/plot/markup.h"
+#include "piste/plot/thin.h"
 
 namespace piste {
 namespace {

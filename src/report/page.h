@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "piste/report/figure.h"
+#include "piste/plot/figure.h"
 
 namespace piste::page {
 

@@ -11,9 +11,9 @@
 #include <string_view>
 #include <vector>
 
-#include "piste/analyse/article.h"
-#include "piste/analyse/study_tables.h"
-#include "piste/report/markup.h"
+#include "piste/experiment/article.h"
+#include "piste/experiment/study_tables.h"
+#include "piste/plot/markup.h"
 #include "report/page.h"
 #include "report/study_text.h"
 

@@ -12,10 +12,10 @@
 #include <string_view>
 #include <utility>
 
-#include "piste/analyse/study_tables.h"
-#include "piste/report/heat_map.h"
-#include "piste/report/svg.h"
-#include "piste/report/thin.h"
+#include "piste/experiment/study_tables.h"
+#include "piste/plot/heat_map.h"
+#include "piste/plot/svg.h"
+#include "piste/plot/thin.h"
 #include "report/study_text.h"
 
 namespace piste {

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <limits>
 
-#include "piste/analyse/article.h"
+#include "piste/experiment/article.h"
 #include "piste/math/statistics.h"
-#include "piste/report/markup.h"
+#include "piste/plot/markup.h"
 
 namespace piste::study_text {
 double half_width(const Across& a) {

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "piste/analyse/study_tables.h"
+#include "piste/experiment/study_tables.h"
 
 namespace piste::study_text {
 

@@ -13,7 +13,7 @@
 #include <tuple>
 
 #include "piste/io/csv.h"
-#include "piste/report/svg.h"
+#include "piste/plot/svg.h"
 #include "piste/sim/random.h"
 #include "support/text_file.h"
 

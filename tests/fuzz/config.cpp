@@ -2,9 +2,9 @@
 
 #include <string>
 
+#include "piste/experiment/study_config.h"
 #include "piste/io/align_config.h"
 #include "piste/io/replay_config.h"
-#include "piste/io/study_config.h"
 #include "reader.h"
 
 namespace {

@@ -9,11 +9,11 @@
 #include <functional>
 #include <limits>
 
+#include "piste/plot/markup.h"
+#include "piste/plot/svg.h"
+#include "piste/plot/thin.h"
 #include "piste/report/html.h"
 #include "piste/report/kml.h"
-#include "piste/report/markup.h"
-#include "piste/report/svg.h"
-#include "piste/report/thin.h"
 #include "report/synthetic_run.h"
 #include "report/well_formed.h"
 

@@ -1,12 +1,13 @@
 /// Are the sigmas true? The Monte Carlo suite, made short: NEES within its chi-squared band, errors near the bound;
 /// and out of the band where the sensor is worse than its file says.
 
+#include "piste/files/consistency.h"
+
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <thread>
 
-#include "piste/analyse/consistency_files.h"
 #include "piste/experiment/ensemble.h"
 #include "support/scenario.h"
 

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "piste/analyse/disputes.h"
+#include "piste/consistency/disputes.h"
 #include "piste/sim/random.h"
 #include "piste/solve/attitude_noise.h"
 #include "piste/solve/rts.h"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <string>
 
-#include "piste/analyse/consistency.h"
+#include "piste/consistency/consistency.h"
 #include "piste/sim/random.h"
 
 namespace piste::test {

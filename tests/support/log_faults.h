@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "piste/analyse/suspicion.h"
 #include "piste/core/log.h"
+#include "piste/inspect/suspicion.h"
 
 namespace piste::test {
 

@@ -8,7 +8,7 @@
 #include <map>
 #include <utility>
 
-#include "piste/analyse/study.h"
+#include "piste/experiment/study_findings.h"
 #include "support/random.h"
 
 namespace piste::test {

@@ -3,9 +3,9 @@
 
 #include <vector>
 
-#include "piste/analyse/study.h"
 #include "piste/core/log.h"
 #include "piste/core/options.h"
+#include "piste/experiment/study_findings.h"
 
 namespace piste {
 

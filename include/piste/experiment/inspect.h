@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "piste/analyse/inspection.h"
+#include "piste/inspect/inspection.h"
 #include "piste/solve/filter.h"
 
 namespace piste {

@@ -1,9 +1,9 @@
 #pragma once
 /// Where the antenna sits, as the motion tells it.
 
-#include "piste/analyse/inspection.h"
 #include "piste/core/log.h"
 #include "piste/core/options.h"
+#include "piste/inspect/inspection.h"
 
 namespace piste {
 

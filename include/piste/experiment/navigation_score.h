@@ -5,10 +5,10 @@
 #include <optional>
 #include <vector>
 
-#include "piste/analyse/study.h"
 #include "piste/core/log.h"
 #include "piste/core/options.h"
 #include "piste/experiment/reference_track.h"
+#include "piste/experiment/study_findings.h"
 #include "piste/model/known_errors.h"
 
 namespace piste {

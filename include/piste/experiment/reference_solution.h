@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "piste/experiment/reference_track.h"
-#include "piste/io/study_config.h"
+#include "piste/experiment/study_config.h"
 
 namespace piste {
 

@@ -2,7 +2,7 @@
 /// A campaign, from logs to what it taught. In piste::batch.
 ///
 /// For each run the reference IMU and its receiver give the reference solution. For each IMU beside it: alignment
-/// (condition/time_sync), phases of the run, comparison of the signals (analyse/imu_fit), the GPS/MEMS filter by six
+/// (condition/time_sync), phases of the run, comparison of the signals (fit/imu_fit), the GPS/MEMS filter by six
 /// models (filter_estimates), scale factors that residual timing errors would make, and, once all runs are through, the
 /// navigation that each estimate leads to (navigation_score).
 ///
@@ -13,9 +13,9 @@
 #include <functional>
 #include <vector>
 
-#include "piste/analyse/study.h"
 #include "piste/experiment/navigation_score.h"
-#include "piste/io/study_config.h"
+#include "piste/experiment/study_config.h"
+#include "piste/experiment/study_findings.h"
 
 namespace piste {
 

@@ -1,7 +1,7 @@
 #pragma once
 /// One simulated run, replayed, and held against its truth and against the bound.
 
-#include "piste/analyse/consistency.h"
+#include "piste/consistency/consistency.h"
 #include "piste/sim/scenario.h"
 
 namespace piste {

@@ -8,7 +8,7 @@
 #include "piste/core/aligned.h"
 #include "piste/core/log.h"
 #include "piste/core/sensor.h"
-#include "piste/report/figure.h"
+#include "piste/plot/figure.h"
 
 namespace piste {
 

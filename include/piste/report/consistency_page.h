@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "piste/analyse/consistency.h"
+#include "piste/consistency/consistency.h"
 
 namespace piste {
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "piste/analyse/inspection.h"
+#include "piste/inspect/inspection.h"
 
 namespace piste {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "piste/analyse/inspection.h"
+#include "piste/inspect/inspection.h"
 
 namespace piste {
 

@@ -7,8 +7,8 @@
 
 #include <vector>
 
-#include "piste/analyse/study.h"
-#include "piste/report/figure.h"
+#include "piste/experiment/study_findings.h"
+#include "piste/plot/figure.h"
 
 namespace piste {
 

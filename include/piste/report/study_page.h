@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "piste/analyse/study.h"
+#include "piste/experiment/study_findings.h"
 
 namespace piste {
 

@@ -33,8 +33,8 @@ class Trust {
     int count = 0;
   };
   struct Limits {
-    int readmit_after = 5;  ///< rejections in a row
-    double distrust = 40;   ///< [s]
+    int readmit_after = 0;  ///< rejections in a row
+    double distrust = 0;    ///< [s]
   };
 
   /// Whether a fix is used. One that is readmitted is outside the gate.
@@ -47,7 +47,8 @@ class Trust {
   Trust() = default;
   Trust(Sources sources, Limits limits);
 
-  /// Rules on a fix at `time`, whose innovation may have an NIS of `bound`. No heap.
+  /// Rules on a fix at `time`, whose innovation may have an NIS of `bound`; estimate and covariance say how fast the
+  /// filter's own error may change. No heap.
   Ruling rule(int source, double time, const Linearization& lin, const Update& u, double bound, const Estimate& x,
               const Covariance& P);
 

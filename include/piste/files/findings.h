@@ -1,0 +1,23 @@
+#pragma once
+/// What was learned of one IMU in one run, as text. The same findings give the same bytes.
+
+#include <string>
+
+#include "piste/condition/time_sync.h"
+#include "piste/fit/imu_fit.h"
+
+namespace piste {
+
+/// `findings.json`: the members of alignment.json; `convention` and `directions` in words; `phases` as [start, end] in
+/// GPS time; under `axes`, for fx fy fz wx wy wz, `rest` (before, after, change) and `run` (bias_only, scale_only,
+/// joint, both_noisy, polynomial); and under `matrix`, for accel and gyro, x y z: bias, a row of the gain [ppm], one of
+/// the g-sensitivity of gyroscopes. Coefficients of a polynomial are of powers 0 to order of the signal in the axis'
+/// unit, so that of the first power is a ratio. Every number has its value, formal sigma, standard error of noise that
+/// lasts, systematic error, effective degrees of freedom and p-value; every line its correlation, variance inflation
+/// and the same as a correction to add. Units are in the members. What there is not is null.
+std::string findings_json(const Findings& findings, const Alignment& alignment);
+
+/// A table for a terminal: phases, and per axis the biases and scales with their total sigmas.
+std::string findings_text(const Findings& findings);
+
+}  // namespace piste

@@ -1,0 +1,46 @@
+#pragma once
+/// What a campaign taught, as text. The same study gives the same bytes.
+
+#include <string>
+#include <vector>
+
+#include "piste/experiment/study_findings.h"
+#include "piste/experiment/study_tables.h"
+
+namespace piste {
+
+/// A file of an output folder.
+struct StudyFile {
+  std::string name, content;
+};
+
+/// The tables, in the article's sign (a correction to add) and units, m/s² and °/s; a scale has the unit 1. What there
+/// is not is an empty field. `p_value` is that of one number by itself; `significant` is 1 where it stays below 5 %
+/// after Holm's correction over its table.
+///
+///     table_1, table_6, filter_bias   sensor,axis,unit,bias,std,standard_error,p_value,significant
+///                                     at rest before, in the run, and of Method::kMarkovSmoothed
+///     table_2       sensor,axis,unit,before,after,difference,p_value
+///     table_3, 4    sensor,axis,unit,value,std,standard_error,p_value,reverse_value
+///     table_5       sensor,axis,correlation
+///     table_7       method,estimates,position_rmse_m,velocity_rmse_m_s,attitude_rmse_deg,outage_drift_m,remark
+///     estimates     run,sensor,axis,unit,method,quantity,value,sigma,standard_error,systematic,half_width_95,truth
+///                   each number of each run; sigma is the formal one
+///     comparisons   sensor,axis,quantity,unit,method,against,runs,difference,std,standard_error,p_value,p_holm
+///     coverage      method,quantity,triad,inside,all,rate,worst
+///     timing        delay_ms,axis,forward,forward_standard_error,reverse,reverse_standard_error
+///     phases        run,activity,phase,start_s,end_s
+std::vector<StudyFile> study_csv(const Study& study);
+
+/// `summary.json`: name, low-pass, sensors; the runs with their phases, warnings and failures, and the alignment of
+/// each IMU; what is missing; the ranking with its winner, by how much it leads and how surely; and the coverage.
+std::string study_json(const Study& study);
+
+/// For a terminal: what ran, what is missing, which method wins, and the biases at rest.
+std::string study_text(const Study& study);
+
+/// What Table 7 says of each row of a ranking: how far behind the winner and whether significantly, and where bias and
+/// scale cannot be told apart.
+std::vector<std::string> remarks(const Study& study, const Ranking& ranking);
+
+}  // namespace piste

@@ -1,0 +1,47 @@
+#include "piste/experiment/study_findings.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace piste {
+namespace {
+
+double unit_of(Quantity quantity, int axis) { return quantity == Quantity::kBias ? signal_info(axis).factor : 1; }
+
+Term in_unit(Term term, double factor) {
+  term.value *= factor;
+  for (double* size : {&term.sigma, &term.standard_error, &term.systematic}) *size *= std::abs(factor);
+  return term;
+}
+
+}  // namespace
+
+const AxisEstimate* SensorRun::estimate(Method method, int axis) const {
+  const auto found = std::ranges::find(estimates, method, &MethodEstimate::method);
+  if (found == estimates.end()) return nullptr;
+  const AxisEstimate& at = found->axes[static_cast<std::size_t>(axis)];
+  return at.empty() ? nullptr : &at;
+}
+
+std::optional<Term> shown(const AxisEstimate& estimate, Quantity quantity, int axis) {
+  const double factor = unit_of(quantity, axis);
+  if (estimate.line) {
+    const BiasScale line = correction(*estimate.line);
+    return in_unit(quantity == Quantity::kBias ? line.bias() : line.scale(), factor);
+  }
+  if (estimate.bias_alone && quantity == Quantity::kBias) return in_unit(*estimate.bias_alone, -factor);
+  return std::nullopt;
+}
+
+std::optional<double> shown_truth(const AxisEstimate& estimate, Quantity quantity, int axis) {
+  const double factor = unit_of(quantity, axis);
+  if (estimate.line) {
+    if (!estimate.true_bias || !estimate.true_scale) return std::nullopt;
+    const double error = quantity == Quantity::kBias ? *estimate.true_bias : *estimate.true_scale;
+    return -factor * error / (1 + *estimate.true_scale);
+  }
+  if (estimate.bias_alone && estimate.true_bias && quantity == Quantity::kBias) return -factor * *estimate.true_bias;
+  return std::nullopt;
+}
+
+}  // namespace piste

@@ -1,0 +1,147 @@
+#include "piste/files/alignment.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "files/alignment_members.h"
+#include "piste/core/state_layout.h"
+#include "piste/io/csv.h"
+
+namespace piste {
+namespace {
+
+using Layout = AlignmentLayout;
+
+constexpr double kPpm = 1e6;
+
+/// A vector and its sigma; NaN where it is not determined.
+struct Triad {
+  Vector3d value, sigma;
+};
+
+Triad known(Triad t) {
+  for (int i = 0; i < 3; ++i) {
+    if (!std::isfinite(t.sigma(i))) t.value(i) = std::numeric_limits<double>::quiet_NaN();
+  }
+  return t;
+}
+
+Triad triad(const Alignment& a, const Vector3d& value, int block, double factor) {
+  return known({factor * value, factor * a.sigma(block)});
+}
+
+// Roll, pitch and heading of R_rb [deg].
+Triad boresight(const Alignment& a) {
+  return known({kDegreesPerRadian * to_euler(a.q_rb), kDegreesPerRadian * boresight_sigma(a)});
+}
+
+void add(json::Members& members, const std::string& name, const Triad& t) {
+  members.emplace_back(name, json::numbers(t.value));
+  members.emplace_back("sigma_" + name, json::numbers(t.sigma));
+}
+
+void add(json::Members& members, const std::string& name, double value, double sigma) {
+  members.emplace_back(name, std::isfinite(sigma) ? json::number(value, 12) : "null");
+  members.emplace_back("sigma_" + name, json::number(sigma));
+}
+
+std::string strings(const std::vector<std::string>& texts) {
+  std::vector<std::string> items;
+  items.reserve(texts.size());
+  for (const std::string& text : texts) items.push_back(json::string(text));
+  return json::array(items);
+}
+
+std::string sigma_text(double value, double sigma, int decimals, const char* unit) {
+  return std::isfinite(sigma) ? fmt::format("{:.{}f} ± {:.{}f} {}", value, decimals, sigma, decimals, unit)
+                              : std::string("not determined");
+}
+
+std::string triad_text(const Triad& t, int decimals, const char* unit) {
+  const auto part = [&](int i) { return sigma_text(t.value(i), t.sigma(i), decimals, unit); };
+  return fmt::format("{}, {}, {}", part(0), part(1), part(2));
+}
+
+}  // namespace
+
+Vector3d boresight_sigma(const Alignment& alignment) {
+  Matrix3d covariance = alignment.covariance.block<3, 3>(Layout::kBoresight, Layout::kBoresight);
+  for (int i = 0; i < 3; ++i) {
+    if (!std::isfinite(covariance(i, i))) covariance(i, i) = std::numbers::pi * std::numbers::pi;
+  }
+  constexpr double kOpen = 0.1;  // rad
+  Vector3d sigma = euler_sigma(alignment.q_rb, covariance);
+  for (double& s : sigma) {
+    if (s > kOpen) s = std::numeric_limits<double>::infinity();
+  }
+  return sigma;
+}
+
+json::Members alignment_members(const Alignment& a) {
+  json::Members members;
+  add(members, "clock_offset_s", a.clock_offset, std::sqrt(a.variance(Layout::kClockOffset)));
+  add(members, "clock_drift_ppm", kPpm * a.clock_drift, kPpm * std::sqrt(a.variance(Layout::kClockDrift)));
+  add(members, "boresight_deg", boresight(a));
+  add(members, "lever_arm_m", triad(a, a.p_rb_r, Layout::kLeverArm, 1));
+  add(members, "gyro_bias_deg_s", triad(a, a.gyro_bias, Layout::kGyroBias, kDegreesPerRadian));
+  add(members, "accel_bias_m_s2", triad(a, a.accel_bias, Layout::kAccelBias, 1));
+  add(members, "gyro_scale_ppm", triad(a, a.gyro_scale, Layout::kGyroScale, kPpm));
+  add(members, "accel_scale_ppm", triad(a, a.accel_scale, Layout::kAccelScale, kPpm));
+  members.emplace_back("undetermined", strings(a.undetermined));
+  members.emplace_back("warnings", strings(a.warnings));
+  members.emplace_back("correlation", json::object({{"peak", json::number(a.correlation.peak)},
+                                                    {"rival", json::number(a.correlation.rival)}}));
+  members.emplace_back("residual", json::object({{"gyro_deg_s", json::number(kDegreesPerRadian * a.gyro_residual)},
+                                                 {"accel_m_s2", json::number(a.accel_residual)}}));
+  return members;
+}
+
+std::string alignment_json(const Alignment& alignment) { return json::object(alignment_members(alignment), 0) + "\n"; }
+
+std::string alignment_text(const Alignment& a) {
+  const double offset = std::sqrt(a.variance(Layout::kClockOffset)), drift = std::sqrt(a.variance(Layout::kClockDrift));
+  std::string text = fmt::format(
+      "clock: offset {}, drift {}\n"
+      "boresight, roll pitch heading of R_rb: {}\n"
+      "lever arm, r to b in r: {}",
+      sigma_text(a.clock_offset, offset, 6, "s"), sigma_text(kPpm * a.clock_drift, kPpm * drift, 2, "ppm"),
+      triad_text(boresight(a), 3, "deg"), triad_text(triad(a, a.p_rb_r, Layout::kLeverArm, 1), 4, "m"));
+  if (!a.undetermined.empty()) {
+    text += fmt::format("\nthe motion does not determine: {}", fmt::join(a.undetermined, ", "));
+  }
+  for (const std::string& warning : a.warnings) text += "\nwarning: " + warning;
+  return text;
+}
+
+std::string aligned_csv(const AlignedImus& imus) {
+  constexpr int kTime = 6, kRate = 6, kForce = 6;
+  std::vector<CsvColumn> columns{{"time_s", kTime}};
+  for (const char* of : {"", "reference_"}) {
+    for (const char axis : {'x', 'y', 'z'}) columns.push_back({fmt::format("{}gyro_{}_deg_s", of, axis), kRate});
+    for (const char axis : {'x', 'y', 'z'}) columns.push_back({fmt::format("{}accel_{}_m_s2", of, axis), kForce});
+  }
+  columns.push_back({"usable", 0});
+  CsvWriter csv(columns);
+  csv.reserve(imus.time.size());
+  std::vector<double> row;
+  const auto append = [&row](const Vector3d& v, double factor) {
+    row.insert(row.end(), {factor * v.x(), factor * v.y(), factor * v.z()});
+  };
+  for (std::size_t k = 0; k < imus.time.size(); ++k) {
+    row.assign(1, imus.time[k]);
+    append(imus.gyro[k], kDegreesPerRadian);
+    append(imus.accel[k], 1);
+    append(imus.reference_gyro[k], kDegreesPerRadian);
+    append(imus.reference_accel[k], 1);
+    row.push_back(imus.usable[k]);
+    csv.row(row);
+  }
+  return std::move(csv).text();
+}
+
+}  // namespace piste

@@ -1,0 +1,427 @@
+#include "piste/files/study.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <initializer_list>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "io/json.h"
+
+namespace piste {
+namespace {
+
+constexpr double kInseparable = 10;  // inflation above which bias and scale cannot be told apart
+constexpr std::array kQuantities{Quantity::kBias, Quantity::kScale};
+
+std::string_view name_of(Quantity quantity) { return quantity == Quantity::kBias ? "bias" : "scale"; }
+std::string_view unit_of(Quantity quantity, int axis) {
+  return quantity == Quantity::kBias ? signal_info(axis).unit : "1";
+}
+
+struct NamedPhase {
+  std::string_view name;
+  std::optional<Interval> Phases::*phase;
+};
+constexpr std::array<NamedPhase, 3> kPhases{
+    {{"before", &Phases::before}, {"run", &Phases::run}, {"after", &Phases::after}}};
+
+// ---- CSV ----
+
+std::string text(std::string_view value) {
+  if (value.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(value);
+  std::string out = "\"";
+  for (const char c : value) out += c == '"' ? "\"\"" : std::string(1, c);
+  return out + '"';
+}
+
+std::string number(double value) { return std::isfinite(value) ? fmt::format("{:.9g}", value) : ""; }
+std::string number(std::optional<double> value) { return value ? number(*value) : ""; }
+std::string count(std::size_t value) { return fmt::format("{}", value); }
+
+void add(std::string& csv, std::initializer_list<std::string> cells) {
+  csv += fmt::format("{}\n", fmt::join(cells, ","));
+}
+
+std::string name_of(int axis) { return std::string(signal_info(axis).name); }
+std::string unit_text(Quantity quantity, int axis) { return std::string(unit_of(quantity, axis)); }
+
+std::string bias_csv(const Study& study, Method method) {
+  std::string out = "sensor,axis,unit,bias,std,standard_error,p_value,significant\n";
+  for (const AcrossRow& r : table_of(study, method, Quantity::kBias)) {
+    const Across& v = r.value;
+    add(out, {text(study.sensors[r.sensor]), name_of(r.axis), unit_text(Quantity::kBias, r.axis), number(v.mean),
+              number(v.std), number(v.standard_error), number(v.p_value), v.significant ? "1" : "0"});
+  }
+  return out;
+}
+
+std::string before_after_csv(const Study& study) {
+  std::string out = "sensor,axis,unit,before,after,difference,p_value\n";
+  for (const BeforeAfterRow& r : before_after(study)) {
+    add(out, {text(study.sensors[r.sensor]), name_of(r.axis), unit_text(Quantity::kBias, r.axis), number(r.before),
+              number(r.after), number(r.difference.mean), number(r.difference.p_value)});
+  }
+  return out;
+}
+
+std::string joint_csv(const Study& study, Quantity quantity) {
+  std::string out = "sensor,axis,unit,value,std,standard_error,p_value,reverse_value\n";
+  for (const AcrossRow& r : table_of(study, Method::kJoint, quantity)) {
+    const Across& v = r.value;
+    add(out, {text(study.sensors[r.sensor]), name_of(r.axis), unit_text(quantity, r.axis), number(v.mean),
+              number(v.std), number(v.standard_error), number(v.p_value), number(r.reverse)});
+  }
+  return out;
+}
+
+std::string correlation_csv(const Study& study) {
+  std::string out = "sensor,axis,correlation\n";
+  for (const CorrelationRow& r : correlations(study)) {
+    add(out, {text(study.sensors[r.sensor]), name_of(r.axis), number(r.correlation)});
+  }
+  return out;
+}
+
+std::string ranking_csv(const Study& study) {
+  std::string out = "method,estimates,position_rmse_m,velocity_rmse_m_s,attitude_rmse_deg,outage_drift_m,remark\n";
+  const Ranking found = ranking(study);
+  const std::vector<std::string> said = remarks(study, found);
+  for (std::size_t i = 0; i < found.rows.size(); ++i) {
+    const RankingRow& r = found.rows[i];
+    const MethodInfo& m = info(r.method);
+    add(out, {text(m.name), text(m.estimates), number(r.position_rmse), number(r.velocity_rmse),
+              number(kDegreesPerRadian * r.attitude_rmse), number(r.outage_drift), text(said[i])});
+  }
+  return out;
+}
+
+std::string estimates_csv(const Study& study) {
+  std::string out = "run,sensor,axis,unit,method,quantity,value,sigma,standard_error,systematic,half_width_95,truth\n";
+  for (const SensorRun& r : study.results) {
+    for (const MethodEstimate& e : r.estimates) {
+      for (int axis = 0; axis < kSignals; ++axis) {
+        const AxisEstimate& at = e.axes[static_cast<std::size_t>(axis)];
+        for (const Quantity quantity : kQuantities) {
+          const auto t = shown(at, quantity, axis);
+          if (!t) continue;
+          add(out, {text(study.runs[r.run].name), text(study.sensors[r.sensor]), name_of(axis),
+                    unit_text(quantity, axis), text(info(e.method).name), std::string(name_of(quantity)),
+                    number(t->value), number(t->sigma), number(t->standard_error), number(t->systematic),
+                    number(t->half_width(1 - kSignificance)), number(shown_truth(at, quantity, axis))});
+        }
+      }
+    }
+  }
+  return out;
+}
+
+std::string comparisons_csv(const Study& study) {
+  std::string out = "sensor,axis,quantity,unit,method,against,runs,difference,std,standard_error,p_value,p_holm\n";
+  for (const Quantity quantity : kQuantities) {
+    for (const Comparison& c : comparisons(study, quantity)) {
+      const Across& d = c.difference;
+      add(out, {text(study.sensors[c.sensor]), name_of(c.axis), std::string(name_of(quantity)),
+                unit_text(quantity, c.axis), text(info(c.a).name), text(info(c.b).name), count(d.runs), number(d.mean),
+                number(d.std), number(d.standard_error), number(d.p_value), number(d.p_holm)});
+    }
+  }
+  return out;
+}
+
+std::string_view triad(const Coverage& c) { return c.gyro ? "gyro" : "accel"; }
+
+std::string coverage_csv(const Study& study) {
+  std::string out = "method,quantity,triad,inside,all,rate,worst\n";
+  for (const Coverage& c : coverage(study)) {
+    add(out, {text(info(c.method).name), std::string(name_of(c.quantity)), std::string(triad(c)), count(c.inside),
+              count(c.all), number(c.rate()), number(c.worst)});
+  }
+  return out;
+}
+
+std::string timing_csv(const Study& study) {
+  std::string out = "delay_ms,axis,forward,forward_standard_error,reverse,reverse_standard_error\n";
+  for (const TimingRow& r : timing(study)) {
+    for (int axis = 0; axis < kSignals; ++axis) {
+      const auto at = static_cast<std::size_t>(axis);
+      add(out, {number(1e3 * r.delay), name_of(axis), number(r.forward[at]), number(r.forward_error[at]),
+                number(r.reverse[at]), number(r.reverse_error[at])});
+    }
+  }
+  return out;
+}
+
+std::string phases_csv(const Study& study) {
+  std::string out = "run,activity,phase,start_s,end_s\n";
+  for (const StudyRun& r : study.runs) {
+    for (const NamedPhase& p : kPhases) {
+      const auto& phase = r.phases.*p.phase;
+      if (!phase) continue;
+      add(out, {text(r.name), text(r.activity), std::string(p.name), fmt::format("{:.3f}", phase->start),
+                fmt::format("{:.3f}", phase->end)});
+    }
+  }
+  return out;
+}
+
+// ---- Remarks ----
+
+std::string p_text(double p) { return p < 0.001 ? "p < 0.001" : fmt::format("p = {:.2g}", p); }
+
+const RankingRow* row_of(const Ranking& ranking, Method method) {
+  const auto found = std::ranges::find(ranking.rows, method, &RankingRow::method);
+  return found == ranking.rows.end() ? nullptr : &*found;
+}
+
+// The competitor that follows the winner.
+const RankingRow* second(const Ranking& ranking) {
+  const RankingRow* out = nullptr;
+  for (const RankingRow& r : ranking.rows) {
+    if (!info(r.method).competes || r.method == ranking.winner) continue;
+    if (!out || r.score < out->score) out = &r;
+  }
+  return out;
+}
+
+// How much better or worse a score is, as a ratio of the smaller to the larger or the other way round.
+std::string by_how_much(double ratio) {
+  constexpr double kTwice = 2;
+  const bool worse = ratio > 1;
+  const double factor = worse ? ratio : 1 / ratio;
+  if (factor >= kTwice) return fmt::format("{:.1f} times {}", factor, worse ? "worse" : "better");
+  return fmt::format("{:.1f} % {}", 100 * std::abs(ratio - 1), worse ? "worse" : "better");
+}
+
+std::string lead(const Ranking& ranking) {
+  std::string out = "winner";
+  if (const RankingRow* next = second(ranking)) {
+    out += fmt::format(": {} than {}", by_how_much(1 / next->versus_winner), info(next->method).name);
+  }
+  if (std::isfinite(ranking.confidence)) {
+    out += fmt::format("; wins {:.0f} % of the resamplings of the runs", 100 * ranking.confidence);
+  }
+  return out;
+}
+
+std::string standing(const RankingRow& row) {
+  std::string out = row.versus_winner == 1 ? "as good as the winner"
+                                           : fmt::format("{} than the winner", by_how_much(row.versus_winner));
+  if (std::isnan(row.p_holm)) return out;
+  return out + fmt::format(" ({}{})", row.p_holm < kSignificance ? "" : "not significantly; ", p_text(row.p_holm));
+}
+
+// Where bias and scale of a method are most alike.
+std::optional<std::string> alike(const Study& study, Method method) {
+  const auto rows = correlations(study, method);
+  const auto worst =
+      std::ranges::max_element(rows, {}, [](const CorrelationRow& r) { return std::abs(r.correlation); });
+  if (worst == rows.end() || !(worst->inflation > kInseparable)) return std::nullopt;
+  return fmt::format("correlation of bias and scale {:.2f} on {}", worst->correlation, signal_info(worst->axis).name);
+}
+
+// ---- summary.json ----
+
+std::string strings(const std::vector<std::string>& values) {
+  std::vector<std::string> items;
+  items.reserve(values.size());
+  for (const std::string& v : values) items.push_back(json::string(v));
+  return json::array(items);
+}
+
+// An array with a line to each item, `depth` deep.
+std::string lines(const std::vector<std::string>& items, int depth) {
+  if (items.empty()) return "[]";
+  const std::string indent(static_cast<std::size_t>(2 * depth), ' ');
+  return fmt::format("[\n{}  {}\n{}]", indent, fmt::join(items, ",\n  " + indent), indent);
+}
+
+std::string failure_json(const std::string& failure) { return failure.empty() ? "null" : json::string(failure); }
+
+std::string sensor_json(const Study& study, const SensorRun& r) {
+  return json::object({{"name", json::string(study.sensors[r.sensor])},
+                       {"failure", failure_json(r.failure)},
+                       {"warnings", strings(r.warnings)},
+                       {"clock_offset_s", json::number(r.clock_offset)},
+                       {"clock_drift_ppm", json::number(1e6 * r.clock_drift)},
+                       {"boresight_deg", json::numbers(kDegreesPerRadian * r.boresight)},
+                       {"sigma_boresight_deg", json::numbers(kDegreesPerRadian * r.sigma_boresight)},
+                       {"lever_arm_m", json::numbers(r.lever_arm)}});
+}
+
+std::string run_json(const Study& study, std::size_t run) {
+  const StudyRun& r = study.runs[run];
+  json::Members phases;
+  for (const NamedPhase& p : kPhases) {
+    const auto& phase = r.phases.*p.phase;
+    phases.emplace_back(p.name, phase ? json::numbers(std::array{phase->start, phase->end}, 12) : "null");
+  }
+  std::vector<std::string> sensors;
+  for (const SensorRun& s : study.results) {
+    if (s.run == run) sensors.push_back(sensor_json(study, s));
+  }
+  return json::object({{"name", json::string(r.name)},
+                       {"activity", json::string(r.activity)},
+                       {"failure", failure_json(r.failure)},
+                       {"warnings", strings(r.warnings)},
+                       {"phases", json::object(phases)},
+                       {"sigma_attitude_deg", json::numbers(kDegreesPerRadian * r.sigma_attitude)},
+                       {"sigma_position_m", json::number(r.sigma_position)},
+                       {"outages", count(r.outages)},
+                       {"sensors", lines(sensors, 3)}},
+                      2);
+}
+
+std::string row_json(const RankingRow& r, const std::string& remark) {
+  return json::object({{"method", json::string(info(r.method).name)},
+                       {"competes", json::boolean(info(r.method).competes)},
+                       {"count", count(r.count)},
+                       {"score", json::number(r.score)},
+                       {"versus_winner", json::number(r.versus_winner)},
+                       {"interval_95", json::numbers(std::array{r.low, r.high})},
+                       {"p_holm", json::number(r.p_holm)},
+                       {"remark", json::string(remark)}});
+}
+
+std::string ranking_json(const Study& study) {
+  const Ranking found = ranking(study);
+  if (!found.winner) return "null";
+  const std::vector<std::string> said = remarks(study, found);
+  std::vector<std::string> rows;
+  for (std::size_t i = 0; i < found.rows.size(); ++i) rows.push_back(row_json(found.rows[i], said[i]));
+  const RankingRow *next = second(found), *nothing = row_of(found, Method::kNothing);
+  const auto ratio = [](const RankingRow* r) { return r ? json::number(1 / r->versus_winner) : "null"; };
+  return json::object({{"winner", json::string(info(*found.winner).name)},
+                       {"second", next ? json::string(info(next->method).name) : "null"},
+                       {"score_over_second", ratio(next)},
+                       {"score_over_nothing", ratio(nothing)},
+                       {"confidence", json::number(found.confidence)},
+                       {"methods", lines(rows, 2)}},
+                      1);
+}
+
+std::string coverage_json(const Study& study) {
+  std::vector<std::string> rows;
+  for (const Coverage& c : coverage(study)) {
+    rows.push_back(json::object({{"method", json::string(info(c.method).name)},
+                                 {"quantity", json::string(name_of(c.quantity))},
+                                 {"triad", json::string(triad(c))},
+                                 {"inside", count(c.inside)},
+                                 {"all", count(c.all)},
+                                 {"rate", json::number(c.rate())},
+                                 {"worst", json::number(c.worst)}}));
+  }
+  return lines(rows, 1);
+}
+
+// ---- Text ----
+
+std::string trimmed(std::string line) {
+  line.erase(line.find_last_not_of(' ') + 1);
+  return line + "\n";
+}
+
+// Value and spread, with the decimals that the spread is worth.
+std::string spread_text(const Across& v) {
+  const double size = std::isfinite(v.std) ? v.std : v.standard_error;
+  const int decimals = size > 0 ? std::clamp(1 - static_cast<int>(std::floor(std::log10(size))), 0, 9) : 6;
+  return fmt::format("{:.{}f} ± {:.{}f}{}", v.mean, decimals, size, decimals, v.significant ? "" : " *");
+}
+
+std::string biases_text(const Study& study) {
+  std::string head = fmt::format("{:<12}", "");
+  for (int axis = 0; axis < kSignals; ++axis) {
+    head += fmt::format("{:<20}", fmt::format("{} {}", signal_info(axis).name, signal_info(axis).unit));
+  }
+  const auto rows = table_of(study, Method::kRest, Quantity::kBias);
+  std::string out = trimmed(head);
+  for (std::size_t sensor = 0; sensor < study.sensors.size(); ++sensor) {
+    std::string line = fmt::format("{:<12}", study.sensors[sensor]);
+    for (int axis = 0; axis < kSignals; ++axis) {
+      const auto row =
+          std::ranges::find_if(rows, [&](const AcrossRow& r) { return r.sensor == sensor && r.axis == axis; });
+      line += fmt::format("{:<20}", row == rows.end() ? "-" : spread_text(row->value));
+    }
+    out += trimmed(line);
+  }
+  return out;
+}
+
+std::string ranking_text(const Study& study) {
+  const Ranking found = ranking(study);
+  if (!found.winner) return "";
+  const std::vector<std::string> said = remarks(study, found);
+  std::string out = fmt::format("{:<32}{:>7}{:>12}{:>14}{:>14}{:>11}\n", "errors fed to a replay", "score",
+                                "position m", "velocity m/s", "attitude deg", "outage m");
+  for (std::size_t i = 0; i < found.rows.size(); ++i) {
+    const RankingRow& r = found.rows[i];
+    out += trimmed(fmt::format("{:<32}{:>7.3f}{:>12.3f}{:>14.3f}{:>14.3f}{:>11.2f}  {}", info(r.method).name, r.score,
+                               r.position_rmse, r.velocity_rmse, kDegreesPerRadian * r.attitude_rmse, r.outage_drift,
+                               said[i]));
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<std::string> remarks(const Study& study, const Ranking& ranking) {
+  std::vector<std::string> out;
+  for (const RankingRow& r : ranking.rows) {
+    std::vector<std::string> parts;
+    if (!info(r.method).competes) parts.emplace_back("does not compete");
+    if (ranking.winner) parts.push_back(r.method == ranking.winner ? lead(ranking) : standing(r));
+    if (const auto axis = alike(study, r.method)) parts.push_back(*axis);
+    out.push_back(fmt::format("{}", fmt::join(parts, "; ")));
+  }
+  return out;
+}
+
+std::vector<StudyFile> study_csv(const Study& study) {
+  return {{"table_1.csv", bias_csv(study, Method::kRest)},
+          {"table_2.csv", before_after_csv(study)},
+          {"table_3.csv", joint_csv(study, Quantity::kBias)},
+          {"table_4.csv", joint_csv(study, Quantity::kScale)},
+          {"table_5.csv", correlation_csv(study)},
+          {"table_6.csv", bias_csv(study, Method::kBiasOnly)},
+          {"table_7.csv", ranking_csv(study)},
+          {"filter_bias.csv", bias_csv(study, Method::kMarkovSmoothed)},
+          {"estimates.csv", estimates_csv(study)},
+          {"comparisons.csv", comparisons_csv(study)},
+          {"coverage.csv", coverage_csv(study)},
+          {"timing.csv", timing_csv(study)},
+          {"phases.csv", phases_csv(study)}};
+}
+
+std::string study_json(const Study& study) {
+  std::vector<std::string> runs, lacking;
+  for (std::size_t run = 0; run < study.runs.size(); ++run) runs.push_back(run_json(study, run));
+  for (const std::string& m : missing(study)) lacking.push_back(json::string(m));
+  return json::object({{"name", json::string(study.name)},
+                       {"low_pass_hz", json::number(study.low_pass)},
+                       {"simulated", json::boolean(study.simulated)},
+                       {"sensors", strings(study.sensors)},
+                       {"missing", lines(lacking, 1)},
+                       {"ranking", ranking_json(study)},
+                       {"coverage", coverage_json(study)},
+                       {"runs", lines(runs, 1)}},
+                      0) +
+         "\n";
+}
+
+std::string study_text(const Study& study) {
+  const auto well = std::ranges::count_if(study.results, [](const SensorRun& r) { return r.failure.empty(); });
+  std::string out = fmt::format("{}: {} IMUs in {} runs, {} of {} went well; low-pass {:g} Hz{}\n", study.name,
+                                study.sensors.size(), study.runs.size(), well, study.sensors.size() * study.runs.size(),
+                                study.low_pass, study.simulated ? "; simulated, so that the truth is known" : "");
+  for (const std::string& m : missing(study)) out += "  " + m + "\n";
+  if (const std::string table = ranking_text(study); !table.empty()) out += "\n" + table;
+  out += "\nBias at rest before the start, a correction to add: mean ± spread between the runs; * not significant\n";
+  return out + biases_text(study);
+}
+
+}  // namespace piste

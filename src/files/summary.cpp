@@ -1,0 +1,127 @@
+#include "piste/files/summary.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+
+#include "io/json.h"
+#include "io/quantity.h"
+
+namespace piste {
+namespace {
+
+std::string list(const Vector3d& values, int size) { return json::numbers(values.head(size)); }
+
+std::string entry(const Quantity& q, const Vector3d& value, const Vector3d& sigma) {
+  return fmt::format(R"({{"unit": "{}", "value": {}, "sigma": {}}})", info(q.block).unit, list(value, q.size()),
+                     list(sigma, q.size()));
+}
+
+std::string mean_entry(const Quantity& q, const Solution& solution) {
+  Vector3d value = Vector3d::Zero(), sigma = Vector3d::Zero();
+  for (std::size_t i = 0; i < solution.size(); ++i) {
+    const auto [v, s] = shown(q, solution.estimate(i), solution.sigmas(i));
+    value += v;
+    sigma += s;
+  }
+  const auto count = static_cast<double>(solution.size());
+  return entry(q, value / count, sigma / count);
+}
+
+// Root mean square of the angles' sigmas, and how long their errors last.
+std::string attitude_error(const Solution& solution) {
+  Vector3d variance = Vector3d::Zero();
+  for (std::size_t i = 0; i < solution.size(); ++i) variance += solution.sigmas(i).euler.cwiseAbs2();
+  const double tau = solution.attitude_correlation_time;
+  const Vector3d rms = (variance / std::max(1.0, static_cast<double>(solution.size()))).cwiseSqrt();
+  return fmt::format(R"({{"correlation_time_s": {}, "sigma_deg": {}}})", tau > 0 ? fmt::format("{:.1f}", tau) : "null",
+                     list(kDegreesPerRadian * rms, 3));
+}
+
+// How many measurements came to each outcome; "rejected" are all that were not used.
+struct Counts {
+  std::array<std::size_t, kOutcomes.size()> of{};
+  void add(Outcome outcome) { ++of[static_cast<std::size_t>(outcome)]; }
+  std::size_t operator[](Outcome outcome) const { return of[static_cast<std::size_t>(outcome)]; }
+  std::string text() const {
+    std::size_t used = 0, rejected = 0;
+    for (const Outcome outcome : kOutcomes) (was_used(outcome) ? used : rejected) += (*this)[outcome];
+    return fmt::format(R"("used": {}, "rejected": {}, "readmitted": {}, "disputed": {}, "repeated": {})", used,
+                       rejected, (*this)[Outcome::kReadmitted], (*this)[Outcome::kDisputed],
+                       (*this)[Outcome::kRepeated]);
+  }
+};
+
+// Fixes of the sensors "KIND[i]": rejected where any part is.
+Counts count_fixes(const Solution& solution, std::string_view kind) {
+  std::map<std::pair<std::string, double>, Outcome> fixes;
+  const auto worse = [](Outcome a, Outcome b) {
+    for (const Outcome o : {Outcome::kRejected, Outcome::kDisputed, Outcome::kRepeated, Outcome::kReadmitted}) {
+      if (a == o || b == o) return o;
+    }
+    return Outcome::kUsed;
+  };
+  for (const Innovation& v : solution.innovations) {
+    const std::string& source = solution.sources[static_cast<std::size_t>(v.source)];
+    if (!source.starts_with(kind)) continue;
+    const auto [place, fresh] = fixes.try_emplace({source.substr(0, source.find('.')), v.time}, v.outcome);
+    if (!fresh) place->second = worse(place->second, v.outcome);
+  }
+  Counts counts;
+  for (const auto& [fix, outcome] : fixes) counts.add(outcome);
+  return counts;
+}
+
+std::string source_counts(const Solution& solution) {
+  std::vector<Counts> counts(solution.sources.size());
+  for (const Innovation& v : solution.innovations) counts[static_cast<std::size_t>(v.source)].add(v.outcome);
+  std::vector<std::string> lines;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    lines.push_back(fmt::format("\n    \"{}\": {{{}}}", solution.sources[i], counts[i].text()));
+  }
+  return fmt::format("{{{}\n  }}", fmt::join(lines, ","));
+}
+
+std::size_t sum(const std::vector<std::size_t>& counts) {
+  std::size_t total = 0;
+  for (const std::size_t n : counts) total += n;
+  return total;
+}
+
+}  // namespace
+
+std::string summary_json(const Log& log, const Solution& filtered, const Solution* smoothed, const RunTimes& times) {
+  const Solution& best = smoothed != nullptr && !smoothed->empty() ? *smoothed : filtered;
+  std::vector<std::string> estimates, totals, rests;
+  for (const Quantity& q : quantities_of(best.layout())) {
+    if (best.empty()) break;
+    if (q.total) {
+      totals.push_back(fmt::format("  \"{}\": {},\n", q.name, mean_entry(q, best)));
+    } else {
+      const auto [value, sigma] = shown(q, best.estimate(best.size() - 1), best.sigmas(best.size() - 1));
+      estimates.push_back(fmt::format("\n    \"{}\": {}", q.name, entry(q, value, sigma)));
+    }
+  }
+  for (const Interval& r : log.rest) rests.push_back(fmt::format("[{:.3f}, {:.3f}]", r.start, r.end));
+
+  const LogCounts& c = log.counts;
+  std::string text = "{\n";
+  text += fmt::format("  \"imu\": {{\"epochs\": {}, \"gaps\": {}, \"rejected\": {}, \"clipped\": {}}},\n",
+                      filtered.size(), c.imu_gaps, c.imu_rejected, c.imu_clipped);
+  text += fmt::format("  \"gnss\": {{{}, \"withheld\": {}, \"outside\": {}, \"late\": {}, \"without_fix\": {}}},\n",
+                      count_fixes(filtered, "gnss[").text(), sum(c.gnss_withheld), sum(c.gnss_outside),
+                      filtered.gnss_late, sum(c.gnss_without_fix));
+  text += fmt::format("  \"attitude\": {{{}, \"outside\": {}, \"not_valid\": {}}},\n",
+                      count_fixes(filtered, "attitude[").text(), sum(c.attitude_outside), sum(c.attitude_not_valid));
+  text += fmt::format("  \"sources\": {},\n", source_counts(filtered));
+  text += fmt::format("  \"rest_intervals\": [{}],\n", fmt::join(rests, ", "));
+  text += fmt::format("  \"estimates\": {{{}\n  }},\n{}", fmt::join(estimates, ","), fmt::join(totals, ""));
+  text += fmt::format("  \"attitude_error\": {},\n", attitude_error(best));
+  text += fmt::format("  \"cpu_s\": {:.3f},\n  \"wall_s\": {:.3f}\n}}\n", times.cpu, times.wall);
+  return text;
+}
+
+}  // namespace piste

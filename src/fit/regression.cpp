@@ -1,0 +1,228 @@
+#include "piste/fit/regression.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <unsupported/Eigen/FFT>
+
+#include "piste/core/error.h"
+#include "piste/math/statistics.h"
+
+namespace piste {
+namespace {
+
+using Extended = long double;
+using ExtendedMatrix = Eigen::Matrix<Extended, Eigen::Dynamic, Eigen::Dynamic>;
+using ExtendedVector = Eigen::Matrix<Extended, Eigen::Dynamic, 1>;
+using Eigen::Index;
+
+constexpr Extended kDependent = 1e-13L;      // of a column's length that the columns before it do not explain
+constexpr double kLagFactor = 2;             // L = 2 √n
+constexpr double kParzenSquared = 0.539286;  // ∫ w² from −1 to 1 = 151/280
+constexpr double kPersistence = 0.97;        // largest singular value of the whitening autoregression
+
+// A with σ(A) ≤ kPersistence, from u_t = A u_(t−1) + v_t.
+Eigen::MatrixXd autoregression(const Eigen::MatrixXd& U) {
+  const Index n = U.rows();
+  const Eigen::MatrixXd lagged = U.topRows(n - 1).transpose() * U.topRows(n - 1);
+  const Eigen::MatrixXd across = U.bottomRows(n - 1).transpose() * U.topRows(n - 1);
+  const Eigen::MatrixXd A = lagged.ldlt().solve(across.transpose()).transpose();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(A, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  return svd.matrixU() * svd.singularValues().cwiseMin(kPersistence).asDiagonal() * svd.matrixV().transpose();
+}
+
+// Parzen's window of x ≥ 0.
+double parzen(double x) {
+  const double y = 1 - x;
+  return x < 0.5 ? 1 - 6 * x * x * y : 2 * y * y * y;
+}
+
+// S of scores u_t = rows of U, with Parzen's weights up to `lag`, whitened before and recoloured after. The sum over
+// lags is taken over frequencies: there each lag is a factor.
+Eigen::MatrixXd long_run(const Eigen::MatrixXd& U, Index lag) {
+  const Index n = U.rows(), p = U.cols();
+  const Eigen::MatrixXd A = autoregression(U);
+  const Eigen::MatrixXd V = U.bottomRows(n - 1) - U.topRows(n - 1) * A.transpose();
+  // So long that the last sample does not meet the first.
+  const auto N = static_cast<Index>(std::bit_ceil(static_cast<std::size_t>(n + lag)));
+  Eigen::FFT<double> fft;
+  fft.SetFlag(Eigen::FFT<double>::HalfSpectrum);
+  const auto spectrum = [&](const Eigen::VectorXd& padded) {
+    Eigen::VectorXcd out;
+    fft.fwd(out, padded);
+    return out;
+  };
+  Eigen::VectorXd weight = Eigen::VectorXd::Zero(N);
+  weight(0) = 1;
+  for (Index k = 1; k <= lag; ++k) {
+    weight(k) = weight(N - k) = parzen(static_cast<double>(k) / static_cast<double>(lag + 1));
+  }
+  Eigen::VectorXd response = spectrum(weight).real() / static_cast<double>(N);
+  response.segment(1, N / 2 - 1) *= 2;  // for the frequencies that half a spectrum leaves out
+  Eigen::MatrixXcd F(N / 2 + 1, p);
+  for (Index j = 0; j < p; ++j) {
+    Eigen::VectorXd padded = Eigen::VectorXd::Zero(N);
+    padded.head(n - 1) = V.col(j);
+    F.col(j) = spectrum(padded);
+  }
+  const Eigen::MatrixXd S = (F.adjoint() * response.asDiagonal() * F).real();
+  const Eigen::MatrixXd colour = (Eigen::MatrixXd::Identity(p, p) - A).inverse();
+  return static_cast<double>(n) / static_cast<double>(n - 1) * colour * S * colour.transpose();
+}
+
+double square(double x) { return x * x; }
+
+// A systematic error is known to as many degrees of freedom as one likes; these are enough.
+double total_dof(const Term& t) {
+  constexpr double kMost = 1e6;
+  const double share = t.standard_error / t.total();
+  return std::min(kMost, t.dof / square(square(share)));
+}
+
+// What coefficients are worth that the errors e move by C Σ q_t e_t, the columns q being orthonormal.
+Regression conclude(const Eigen::VectorXd& value, const Eigen::VectorXd& errors, const Eigen::MatrixXd& Q,
+                    const Eigen::MatrixXd& C) {
+  const Index n = Q.rows(), p = Q.cols();
+  const auto samples = static_cast<double>(n), n_p = static_cast<double>(n - p);
+  Regression out;
+  out.samples = static_cast<int>(n);
+  out.value = value;
+  const double variance = errors.squaredNorm() / n_p;
+  out.residual = std::sqrt(variance);
+  out.covariance = variance * C * C.transpose();
+  const auto wanted = static_cast<Index>(std::ceil(kLagFactor * std::sqrt(samples)));
+  const Index lag = std::clamp<Index>(n - 2, 0, wanted);
+  out.lag = static_cast<int>(lag);
+  out.hac_covariance = samples / n_p * C * long_run(errors.asDiagonal() * Q, lag) * C.transpose();
+  double worth = std::min(samples, samples / (kParzenSquared * static_cast<double>(lag + 1)));
+  for (int i = 0; i < p; ++i) worth = std::min(worth, out.effective_samples(i));
+  out.dof = std::max(1.0, worth - static_cast<double>(p));
+  return out;
+}
+
+// c = T u of Y = X u + e, a column each. `length`: of the columns that the coefficients c belong to.
+std::vector<Regression> solve(const ExtendedMatrix& X, const Eigen::MatrixXd& Y, const ExtendedMatrix& T,
+                              const ExtendedVector& length) {
+  const Index p = X.cols();
+  const ExtendedVector own_length = X.colwise().norm();
+  for (Index j = 0; j < p; ++j) {
+    if (!(own_length(j) > 0)) throw DataError("regression", fmt::format("column {} is zero", j));
+  }
+  const Eigen::HouseholderQR<ExtendedMatrix> qr(X * own_length.cwiseInverse().asDiagonal());
+  const ExtendedMatrix R = qr.matrixQR().topRows(p).triangularView<Eigen::Upper>();
+  for (Index j = 0; j < p; ++j) {
+    if (!(std::abs(R(j, j)) > kDependent)) {
+      throw DataError("regression", fmt::format("column {} follows from those before it", j));
+    }
+  }
+  const ExtendedMatrix R_inverse = R.triangularView<Eigen::Upper>().solve(ExtendedMatrix::Identity(p, p));
+  const ExtendedMatrix spread = own_length.cwiseInverse().asDiagonal() * R_inverse;  // spread · spreadᵀ = (XᵀX)⁻¹
+  const ExtendedMatrix turned = qr.householderQ().adjoint() * Y.cast<Extended>();
+  const ExtendedMatrix found = spread * turned.topRows(p), values = T * found;
+  const ExtendedMatrix errors = Y.cast<Extended>() - X * found;
+  // Orthonormal columns make scores of one unit, and none of them drowns another.
+  const ExtendedMatrix Q = X * spread, C = T * spread;
+  const Eigen::VectorXd inflation = C.rowwise().squaredNorm().cwiseProduct(length.cwiseAbs2()).cast<double>();
+  std::vector<Regression> out;
+  for (Index k = 0; k < Y.cols(); ++k) {
+    out.push_back(
+        conclude(values.col(k).cast<double>(), errors.col(k).cast<double>(), Q.cast<double>(), C.cast<double>()));
+    out.back().inflation = inflation;
+  }
+  return out;
+}
+
+}  // namespace
+
+double Term::total() const { return std::hypot(standard_error, systematic); }
+
+double Term::p_value(double hypothesis) const {
+  const double distance = std::abs(value - hypothesis);
+  if (total() == 0) return distance == 0 ? 1 : 0;
+  return student_two_sided(distance / total(), total_dof(*this));
+}
+
+double Term::half_width(double probability) const {
+  return total() == 0 ? 0 : total() * student_quantile(0.5 + 0.5 * probability, total_dof(*this));
+}
+
+Term Regression::term(int i) const {
+  return {value(i), std::sqrt(covariance(i, i)), std::sqrt(hac_covariance(i, i)), dof};
+}
+
+double Regression::correlation(int i, int j) const {
+  return covariance(i, j) / std::sqrt(covariance(i, i) * covariance(j, j));
+}
+
+double Regression::effective_samples(int i) const {
+  return hac_covariance(i, i) > 0 ? samples * covariance(i, i) / hac_covariance(i, i) : samples;
+}
+
+std::vector<Regression> regress_each(const Eigen::MatrixXd& X, const Eigen::MatrixXd& Y) {
+  const ExtendedMatrix wide = X.cast<Extended>();
+  return solve(wide, Y, ExtendedMatrix::Identity(X.cols(), X.cols()), wide.colwise().norm());
+}
+
+Regression regress(const Eigen::MatrixXd& X, const Eigen::VectorXd& y) { return regress_each(X, y).front(); }
+
+Regression regress_polynomial(const Eigen::VectorXd& x, const Eigen::VectorXd& y, int order) {
+  const ExtendedVector wide = x.cast<Extended>();
+  const Extended mean = wide.mean();
+  const ExtendedVector centred = wide.array() - mean;
+  const Extended deviation = centred.norm() / std::sqrt(static_cast<Extended>(x.size()));
+  if (order > 0 && !(deviation > kDependent * std::abs(mean))) throw DataError("regression", "x does not change");
+  const Index p = order + 1;
+  ExtendedMatrix U(x.size(), p), T = ExtendedMatrix::Zero(p, p);
+  ExtendedVector length(p), power = ExtendedVector::Ones(x.size());
+  U.col(0).setOnes();
+  T(0, 0) = 1;
+  for (Index k = 0; k < p; ++k) {
+    length(k) = power.norm();
+    power = power.cwiseProduct(wide);
+    if (k == 0) continue;
+    U.col(k) = U.col(k - 1).cwiseProduct(centred) / deviation;
+    T.col(k) = -mean / deviation * T.col(k - 1);  // one more factor (x − mean) / deviation
+    T.col(k).tail(p - 1) += T.col(k - 1).head(p - 1) / deviation;
+  }
+  return solve(U, y, T, length).front();
+}
+
+Regression regress_line(const Eigen::VectorXd& x, const Eigen::VectorXd& y) { return regress_polynomial(x, y, 1); }
+
+Regression regress_mean(const Eigen::VectorXd& y) { return regress(Eigen::VectorXd::Ones(y.size()), y); }
+
+Regression regress_both_noisy(const Eigen::VectorXd& x, const Eigen::VectorXd& y, double ratio) {
+  const Index n = x.size();
+  const double x_mean = x.mean(), y_mean = y.mean();
+  const Eigen::VectorXd dx = x.array() - x_mean, dy = y.array() - y_mean;
+  const double xx = dx.squaredNorm(), xy = dx.dot(dy), yy = dy.squaredNorm();
+  if (!(xx > 0 && yy > 0 && xy != 0)) {
+    throw DataError("regression", "one of two noisy series does not follow the other");
+  }
+  const double gap = yy - ratio * xx, root = std::hypot(gap, 2 * std::sqrt(ratio) * xy);
+  const double slope = gap > 0 ? (gap + root) / (2 * xy) : 2 * ratio * xy / (root - gap);  // neither cancels
+  const Eigen::VectorXd e = dy - slope * dx, z = ratio * dx + slope * dy;
+  Eigen::MatrixXd Q(n, 2);
+  Q << Eigen::VectorXd::Constant(n, 1 / std::sqrt(static_cast<double>(n))), z.normalized();
+  Eigen::Matrix2d C;
+  C << 1 / std::sqrt(static_cast<double>(n)), 0, 0, z.norm() / (dx.dot(z) - e.dot(dy));
+  C.row(0) -= x_mean * C.row(1);  // from the mean point to x = 0
+  Regression out = conclude(Eigen::Vector2d(y_mean - slope * x_mean, slope), e, Q, C);
+  out.inflation.setConstant(2, 1 / (1 - square(out.correlation(0, 1))));
+  return out;
+}
+
+Term difference(const Term& a, const Term& b) {
+  const double va = square(a.standard_error), vb = square(b.standard_error);
+  const double spread = square(va) / a.dof + square(vb) / b.dof;
+  return {a.value - b.value, std::hypot(a.sigma, b.sigma), std::sqrt(va + vb),
+          spread > 0 ? square(va + vb) / spread : std::min(a.dof, b.dof)};
+}
+
+}  // namespace piste

@@ -1,0 +1,287 @@
+#include "clock_match.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <unsupported/Eigen/FFT>
+
+#include "piste/math/statistics.h"
+
+namespace piste {
+namespace {
+
+constexpr double kStep = 0.1, kWidth = 0.6;  // s: of the grid, and of the means on it
+constexpr double kMostCells = 60000;
+constexpr double kIndependent = 0.5;  // s: a moving body holds its rates for so long
+constexpr double kTurning = 1.5;      // m/s from which a track has a direction
+constexpr double kShortest = 10;      // s that two signals must have in common
+constexpr double kCertain = 30, kOverRival = 15;
+constexpr double kLeastCorrelation = 0.95;
+constexpr double kTold = 0.5;  // R² of a turn rate that tells the gyroscopes' unit
+
+using Series = std::vector<double>;
+
+// Values at even times, and where there are any.
+struct Signal {
+  Series weight;  // 0 or 1
+  std::array<Series, 3> value;
+};
+
+// The track's: turn rate, and acceleration along and across, each with its own weight.
+struct TrackSignals {
+  std::array<Series, 3> weight, value;
+};
+
+struct Grid {
+  double step, width;
+  std::size_t cells(double begin, double end) const { return static_cast<std::size_t>((end - begin) / step) + 1; }
+};
+
+Grid grid_of(const ImuIntegral& imu, const Track& track) {
+  const double longest = std::max(imu.end() - imu.start(), track.end() - track.start());
+  const double step = std::max(kStep, longest / kMostCells);
+  return {step, std::max({kWidth, 1.2 * track.interval(), step})};
+}
+
+std::array<Signal, 2> imu_signals(const ImuIntegral& imu, const Grid& grid) {
+  std::array<Signal, 2> out;
+  const std::size_t n = grid.cells(imu.start(), imu.end());
+  for (Signal& s : out) {
+    s.weight.assign(n, 0);
+    s.value.fill(Series(n, 0));
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    const double t = imu.start() + static_cast<double>(i) * grid.step;
+    const double begin = t - grid.width / 2, end = t + grid.width / 2;
+    if (!imu.covers(begin, end)) continue;
+    const auto a = imu.at(begin), b = imu.at(end);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto k = static_cast<Eigen::Index>(axis);
+      out[0].value[axis][i] = (b.angle - a.angle)(k) / grid.width;
+      out[1].value[axis][i] = (b.velocity - a.velocity)(k) / grid.width;
+    }
+    out[0].weight[i] = out[1].weight[i] = 1;
+  }
+  // About their means: sums of squares then keep their digits.
+  for (Signal& s : out) {
+    double count = 0;
+    for (const double w : s.weight) count += w;
+    for (Series& v : s.value) {
+      double sum = 0;
+      for (const double x : v) sum += x;
+      for (std::size_t i = 0; i < n; ++i) v[i] = count > 0 ? (v[i] - sum / count) * s.weight[i] : 0;
+    }
+  }
+  return out;
+}
+
+// One wild velocity would outweigh a minute of motion.
+void hold_outliers(Series& value, const Series& weight) {
+  constexpr double kMost = 3, kTail = 0.95;
+  std::vector<double> sizes;
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    if (weight[i] > 0) sizes.push_back(std::abs(value[i]));
+  }
+  if (sizes.empty()) return;
+  const double most = kMost * quantile(std::move(sizes), kTail);
+  for (double& v : value) v = std::clamp(v, -most, most);
+}
+
+TrackSignals track_signals(const Track& track, const Grid& grid) {
+  TrackSignals out;
+  const std::size_t n = grid.cells(track.start(), track.end());
+  out.weight.fill(Series(n, 0));
+  out.value.fill(Series(n, 0));
+  for (std::size_t i = 0; i < n; ++i) {
+    const double t = track.start() + static_cast<double>(i) * grid.step;
+    const auto before = track.velocity(t - grid.width / 2), now = track.velocity(t),
+               after = track.velocity(t + grid.width / 2);
+    if (!before || !now || !after) continue;
+    const Eigen::Vector2d a = (*after - *before).head<2>() / grid.width, v = now->head<2>();
+    const double speed = v.norm();
+    const Eigen::Vector2d e = v / std::max(speed, kTurning);
+    const double across = e.x() * a.y() - e.y() * a.x();
+    if (speed > kTurning) {
+      out.value[0][i] = across / speed;
+      out.weight[0][i] = 1;
+    }
+    out.value[1][i] = e.dot(a);
+    out.value[2][i] = across;
+    out.weight[1][i] = out.weight[2][i] = 1;
+  }
+  for (std::size_t c = 0; c < 3; ++c) hold_outliers(out.value[c], out.weight[c]);
+  return out;
+}
+
+// All sums that a regression of one series on three needs, at every lag, by the Fourier transform.
+class Correlator {
+ public:
+  Correlator(std::size_t nx, std::size_t ny) {
+    while (size_ < nx + ny) size_ *= 2;
+  }
+  std::vector<std::complex<double>> transform(Series x) {
+    x.resize(size_);
+    std::vector<std::complex<double>> X;
+    fft_.fwd(X, x);
+    return X;
+  }
+  // Σ_j x[j + lag] y[j]; a negative lag stands at size + lag.
+  Series correlate(const std::vector<std::complex<double>>& X, const std::vector<std::complex<double>>& Y) {
+    std::vector<std::complex<double>> product(X.size());
+    for (std::size_t i = 0; i < X.size(); ++i) product[i] = X[i] * std::conj(Y[i]);
+    Series out;
+    fft_.inv(out, product);
+    return out;
+  }
+  std::size_t size() const { return size_; }
+
+ private:
+  Eigen::FFT<double> fft_;
+  std::size_t size_ = 1;
+};
+
+Series times(const Series& a, const Series& b) {
+  Series out(a.size());
+  for (std::size_t i = 0; i < a.size(); ++i) out[i] = a[i] * b[i];
+  return out;
+}
+
+// One lag's sums, and what they say.
+struct Regression {
+  double n = 0, y = 0, yy = 0;
+  Vector3d x = Vector3d::Zero(), xy = Vector3d::Zero();
+  Matrix3d xx = Matrix3d::Zero();
+
+  // R² of y on x, and the coefficients. `floor`: variances below it are none.
+  double fit(double floor_x, double floor_y, Vector3d& b) const {
+    b.setZero();
+    const double variance = yy / n - y / n * y / n;
+    if (!(variance > floor_y)) return 0;
+    const Matrix3d C = xx / n - x / n * (x / n).transpose() + floor_x * Matrix3d::Identity();
+    const Vector3d c = xy / n - x / n * (y / n);
+    b = C.llt().solve(c);
+    return std::clamp(c.dot(b) / variance, 0.0, 1 - 1e-9);
+  }
+};
+
+double variance(const Series& value, const Series& weight) {
+  double n = 0, sum = 0, square = 0;
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    n += weight[i];
+    sum += weight[i] * value[i];
+    square += weight[i] * value[i] * value[i];
+  }
+  return n > 0 ? square / n - sum / n * sum / n : 0;
+}
+
+// R² and seconds in common of one pair of signals, at every lag from −(ny − 1) to nx − 1.
+struct Channel {
+  Series r2, seconds;
+};
+
+Channel channel(Correlator& fft, const Signal& x, const Series& y, const Series& weight, double step) {
+  const std::size_t nx = x.weight.size(), ny = y.size();
+  const auto M = fft.transform(weight), Y = fft.transform(times(weight, y)),
+             YY = fft.transform(times(weight, times(y, y)));
+  const auto U = fft.transform(x.weight);
+  const Series n = fft.correlate(U, M), sy = fft.correlate(U, Y), syy = fft.correlate(U, YY);
+  std::array<Series, 3> sx, sxy;
+  std::array<std::array<Series, 3>, 3> sxx;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto X = fft.transform(x.value[i]);
+    sx[i] = fft.correlate(X, M);
+    sxy[i] = fft.correlate(X, Y);
+    for (std::size_t j = 0; j <= i; ++j) sxx[i][j] = fft.correlate(fft.transform(times(x.value[i], x.value[j])), M);
+  }
+  double floor_x = 0;
+  for (const Series& v : x.value) floor_x += 1e-4 * variance(v, x.weight);
+  const double floor_y = 1e-2 * variance(y, weight);
+  Channel out{Series(nx + ny - 1, 0), Series(nx + ny - 1, 0)};
+  for (std::size_t k = 0; k < nx + ny - 1; ++k) {
+    const std::size_t at = k + 1 >= ny ? k + 1 - ny : fft.size() + k + 1 - ny;
+    Regression r{.n = n[at], .y = sy[at], .yy = syy[at]};
+    if (r.n * step < kShortest) continue;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto a = static_cast<Eigen::Index>(i);
+      r.x(a) = sx[i][at];
+      r.xy(a) = sxy[i][at];
+      for (std::size_t j = 0; j <= i; ++j) {
+        const auto b = static_cast<Eigen::Index>(j);
+        r.xx(a, b) = r.xx(b, a) = sxx[i][j][at];
+      }
+    }
+    Vector3d coefficients;
+    out.r2[k] = r.fit(floor_x, floor_y, coefficients);
+    out.seconds[k] = r.n * step;
+  }
+  return out;
+}
+
+}  // namespace
+
+std::optional<ClockMatch> match_clocks(const ImuIntegral& imu, const Track& track) {
+  if (track.empty()) return std::nullopt;
+  const Grid grid = grid_of(imu, track);
+  const auto sensors = imu_signals(imu, grid);
+  const TrackSignals motion = track_signals(track, grid);
+  const std::size_t nx = sensors[0].weight.size(), ny = motion.value[0].size(), lags = nx + ny - 1;
+  Correlator fft(nx, ny);
+  Series evidence(lags, 0), correlation(lags, 0);
+  for (std::size_t c = 0; c < 3; ++c) {
+    const Channel one = channel(fft, sensors[c == 0 ? 0 : 1], motion.value[c], motion.weight[c], grid.step);
+    for (std::size_t k = 0; k < lags; ++k) {
+      if (one.seconds[k] > 0) evidence[k] -= 0.5 * one.seconds[k] / kIndependent * std::log1p(-one.r2[k]) + 3;
+    }
+    for (std::size_t k = 0; k < lags; ++k) correlation[k] = std::max(correlation[k], one.r2[k]);
+  }
+  const auto best = static_cast<std::size_t>(std::max_element(evidence.begin(), evidence.end()) - evidence.begin());
+  // The rival: the likeliest offset that the slope of the peak does not lead to.
+  const auto apart = static_cast<std::size_t>(std::ceil(1 / grid.step));
+  std::size_t left = best, right = best;
+  while (left > 0 && (evidence[left - 1] <= evidence[left] || best - left < apart)) --left;
+  while (right + 1 < lags && (evidence[right + 1] <= evidence[right] || right - best < apart)) ++right;
+  double rival = 0;
+  for (std::size_t k = 0; k < lags; ++k) {
+    if (k < left || k > right) rival = std::max(rival, evidence[k]);
+  }
+  ClockMatch match;
+  match.correlation = std::sqrt(correlation[best]);
+  match.evidence = evidence[best];
+  match.over_rival = evidence[best] - rival;
+  if (match.correlation < kLeastCorrelation) return std::nullopt;
+  if (match.evidence < kCertain || match.over_rival < kOverRival || best == 0 || best + 1 == lags) return std::nullopt;
+  const double before = evidence[best - 1], after = evidence[best + 1], bend = before - 2 * evidence[best] + after;
+  if (!(bend < 0)) return std::nullopt;
+  const double lag = static_cast<double>(best) - static_cast<double>(ny - 1) + 0.5 * (before - after) / bend;
+  match.offset = imu.start() - track.start() + lag * grid.step;
+  match.sigma = grid.step / std::sqrt(-bend);
+  return match;
+}
+
+double turn_ratio(const ImuIntegral& imu, const Track& track, double offset) {
+  const Grid grid = grid_of(imu, track);
+  const TrackSignals motion = track_signals(track, grid);
+  Regression r;
+  for (std::size_t i = 0; i < motion.value[0].size(); ++i) {
+    const double t = track.start() + static_cast<double>(i) * grid.step + offset;
+    const double begin = t - grid.width / 2, end = t + grid.width / 2;
+    if (motion.weight[0][i] == 0 || !imu.covers(begin, end)) continue;
+    const Vector3d x = (imu.at(end).angle - imu.at(begin).angle) / grid.width;
+    const double y = motion.value[0][i];
+    r.n += 1;
+    r.y += y;
+    r.yy += y * y;
+    r.x += x;
+    r.xy += x * y;
+    r.xx += x * x.transpose();
+  }
+  if (r.n * grid.step < kShortest) return 0;
+  Vector3d b;
+  const double floor = 1e-4 * (r.xx / r.n - r.x / r.n * (r.x / r.n).transpose()).trace();
+  const bool told = r.fit(floor, 0, b) > kTold && b.norm() > 0;
+  return told ? 1 / b.norm() : 0;
+}
+
+}  // namespace piste

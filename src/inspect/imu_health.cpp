@@ -1,0 +1,318 @@
+#include "piste/inspect/imu_health.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string_view>
+
+#include "piste/core/state_layout.h"
+#include "piste/math/earth.h"
+#include "piste/math/statistics.h"
+
+namespace piste {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kDegree = 1 / kDegreesPerRadian;
+constexpr double kWindow = 1, kShortestRest = 2;           // s
+constexpr double kQuietest = 0.05;                         // part of the windows that shows how quiet this log can be
+constexpr double kAsQuiet = 3;                             // times that is rest too
+constexpr double kGyroShake = 3 * kDegree, kShake = 0.3;   // rad/s and parts of g: more is no rest
+constexpr double kTurning = 3 * kDegree;                   // rad/s beside the bias
+constexpr double kFastestTurn = 60, kHardestKnock = 1000;  // rad/s, m/s²: no body does more
+constexpr double kFastRates = 35;                          // rad/s: nor this, one row in a hundred
+constexpr std::size_t kAtLimit = 8;                        // samples
+constexpr std::size_t kPile = 3;
+constexpr std::size_t kFrozenRows = 20;
+constexpr double kMostForces = 0.95, kLeastForces = 0.2, kGravityRange = 4;
+constexpr double kUnitTolerance = 1.35;  // of the magnitude of gravity, in motion too
+constexpr double kManyClipped = 0.001;
+constexpr double kUsefulRate = 40;  // Hz
+
+using Values = std::vector<Vector3d>;
+
+// Rates of the rows; of increments, what they are over their intervals, the first row left out.
+Values rates_of(const ImuRecording& imu, const Values& values) {
+  if (!imu.increments) return values;
+  Values rates;
+  rates.reserve(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::size_t later = std::max<std::size_t>(i, 1);
+    rates.emplace_back(values[i] / (imu.time[later] - imu.time[later - 1]));
+  }
+  return rates;
+}
+
+std::vector<double> norms_of(const Values& values) {
+  std::vector<double> norms(values.size());
+  std::transform(values.begin(), values.end(), norms.begin(), [](const Vector3d& v) { return v.norm(); });
+  return norms;
+}
+
+// What the magnitude of gravity says of the unit of the forces.
+std::optional<ImuHealth::WrongUnit> wrong_unit(double force, double interval, bool increments) {
+  const double g = kStandardGravity;
+  std::vector<ImuHealth::WrongUnit> wrong{{LogFault::kAccelG, 1 / g}, {LogFault::kAccelMetres, g}};
+  if (increments) {
+    wrong.push_back({LogFault::kRatesForIncrements, 1 / interval});
+  } else {
+    wrong.push_back({LogFault::kIncrementsForRates, interval});
+    wrong.push_back({LogFault::kAccelG, 1e3 / g});  // thousandths of g
+    wrong.push_back({LogFault::kAccelG, 1e3});      // the same under the name of g
+  }
+  const auto distance = [&](double factor) { return std::abs(std::log(force / (g * factor))); };
+  const auto best = std::min_element(wrong.begin(), wrong.end(), [&](const auto& a, const auto& b) {
+    return distance(a.factor) < distance(b.factor);
+  });
+  if (distance(1) < distance(best->factor) || distance(best->factor) > std::log(kUnitTolerance)) return std::nullopt;
+  return *best;
+}
+
+struct Window {
+  std::size_t begin, end;
+  double gyro, accel;  // root-mean-square deviations
+  Vector3d mean_gyro;
+};
+
+double deviation(const Values& values, std::size_t begin, std::size_t end, Vector3d& mean) {
+  mean.setZero();
+  double square = 0;
+  for (std::size_t i = begin; i < end; ++i) mean += values[i];
+  mean /= static_cast<double>(end - begin);
+  for (std::size_t i = begin; i < end; ++i) square += (values[i] - mean).squaredNorm();
+  return std::sqrt(square / static_cast<double>(end - begin));
+}
+
+// Windows in which the IMU is about as quiet as it ever is, joined. Without a reference and without units that one may
+// believe: forces are judged in parts of gravity.
+std::vector<std::pair<std::size_t, std::size_t>> quiet_rows(const ImuRecording& imu, const Values& gyro,
+                                                            const Values& accel, double gravity) {
+  std::vector<Window> windows;
+  for (std::size_t begin = 0, end = 0; begin < imu.time.size(); begin = end) {
+    while (end < imu.time.size() && imu.time[end] - imu.time[begin] < kWindow) ++end;
+    if (end - begin < 5) continue;
+    Window w{begin, end, 0, 0, {}};
+    Vector3d mean_accel;
+    w.gyro = deviation(gyro, begin, end, w.mean_gyro);
+    w.accel = deviation(accel, begin, end, mean_accel) / gravity;
+    windows.push_back(w);
+  }
+  if (windows.empty()) return {};
+  const auto all = [&](double Window::*of) {
+    std::vector<double> v;
+    v.reserve(windows.size());
+    for (const Window& w : windows) v.push_back(w.*of);
+    return v;
+  };
+  const double gyro_limit = std::min(kAsQuiet * quantile(all(&Window::gyro), kQuietest), kGyroShake);
+  const double accel_limit = std::min(kAsQuiet * quantile(all(&Window::accel), kQuietest), kShake);
+  std::erase_if(windows, [&](const Window& w) { return w.gyro > gyro_limit || w.accel > accel_limit; });
+  if (windows.empty()) return {};
+  Vector3d bias;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> means;
+    means.reserve(windows.size());
+    for (const Window& w : windows) means.push_back(w.mean_gyro(axis));
+    bias(axis) = median(std::move(means));
+  }
+  std::vector<std::pair<std::size_t, std::size_t>> joined;
+  for (const Window& w : windows) {
+    if ((w.mean_gyro - bias).norm() > kTurning) continue;
+    if (!joined.empty() && joined.back().second == w.begin) {
+      joined.back().second = w.end;
+    } else {
+      joined.emplace_back(w.begin, w.end);
+    }
+  }
+  std::erase_if(joined, [&](const auto& rows) {
+    return imu.time[rows.second - 1] - imu.time[rows.first] < kShortestRest - 0.1 * kWindow;
+  });
+  return joined;
+}
+
+// The limit that an axis reaches again and again and never passes, and how often: values pile up there, more than on
+// the nearest value within.
+std::pair<double, std::size_t> clipping(const Values& values, int axis) {
+  const auto [low, high] = std::minmax_element(
+      values.begin(), values.end(), [axis](const Vector3d& a, const Vector3d& b) { return a(axis) < b(axis); });
+  std::pair<double, std::size_t> found{0, 0};
+  if ((*low)(axis) == (*high)(axis)) return found;
+  for (const double sign : {-1.0, 1.0}) {
+    const double limit = sign < 0 ? (*low)(axis) : (*high)(axis);
+    double within = -sign * std::numeric_limits<double>::infinity();
+    std::size_t at_limit = 0, at_within = 0;
+    for (const Vector3d& v : values) {
+      if (v(axis) == limit) {
+        ++at_limit;
+      } else if (v(axis) == within) {
+        ++at_within;
+      } else if (sign * v(axis) > sign * within) {
+        within = v(axis);
+        at_within = 1;
+      }
+    }
+    if (at_limit >= kAtLimit && at_limit > kPile * at_within)
+      found = {std::max(found.first, std::abs(limit)), found.second + at_limit};
+  }
+  return found;
+}
+
+double quantum(const Values& values, int axis) {
+  double smallest = 0;
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    const double step = std::abs(values[i](axis) - values[i - 1](axis));
+    if (step > 1e-12 * std::abs(values[i](axis)) && step > 0 && (smallest == 0 || step < smallest)) smallest = step;
+  }
+  return smallest;
+}
+
+TriadHealth triad(const ImuRecording& imu, const Values& stored, const Values& rates, double impossible,
+                  const std::vector<std::pair<std::size_t, std::size_t>>& quiet, double interval) {
+  TriadHealth t;
+  t.smallest = t.largest = rates.front();
+  for (std::size_t i = 0; i < rates.size(); ++i) {
+    t.smallest = t.smallest.cwiseMin(rates[i]);
+    t.largest = t.largest.cwiseMax(rates[i]);
+    if (rates[i].cwiseAbs().maxCoeff() > impossible && t.spikes++ == 0) t.first_spike = imu.time[i];
+  }
+  // White noise shows in the differences of neighbours, where sway and drift do not.
+  Vector3d sum = Vector3d::Zero(), difference2 = Vector3d::Zero();
+  double rows = 0, pairs = 0;
+  for (const auto& [begin, end] : quiet) {
+    for (std::size_t i = begin; i < end; ++i) sum += rates[i];
+    for (std::size_t i = begin + 1; i < end; ++i) difference2 += (rates[i] - rates[i - 1]).cwiseAbs2();
+    rows += static_cast<double>(end - begin);
+    pairs += static_cast<double>(end - begin - 1);
+  }
+  t.mean = rows > 0 ? Vector3d(sum / rows) : Vector3d::Constant(kNan);
+  t.noise = pairs > 0 ? Vector3d((difference2 / (2 * pairs) * interval).cwiseSqrt()) : Vector3d::Constant(kNan);
+  for (int axis = 0; axis < 3; ++axis) {
+    t.quantum(axis) = quantum(stored, axis);
+    std::tie(t.limit(axis), t.clipped[static_cast<std::size_t>(axis)]) = clipping(stored, axis);
+    if (imu.increments) t.limit(axis) /= interval;
+  }
+  return t;
+}
+
+std::vector<Interval> frozen(const ImuRecording& imu) {
+  std::vector<Interval> found;
+  for (std::size_t begin = 0, i = 1; i <= imu.time.size(); ++i) {
+    if (i < imu.time.size() && imu.gyro[i] == imu.gyro[begin] && imu.accel[i] == imu.accel[begin]) continue;
+    if (i - begin >= kFrozenRows) found.push_back({imu.time[begin], imu.time[i - 1]});
+    begin = i;
+  }
+  return found;
+}
+
+std::string remedy_of(LogFault fault) {
+  switch (fault) {
+    case LogFault::kAccelG:
+      return "these are g or thousandths of it: name the columns accel_x_g, or convert them";
+    case LogFault::kAccelMetres:
+      return "these are m/s^2: name the columns accel_x_m_s2";
+    case LogFault::kIncrementsForRates:
+      return "these are increments over the interval between rows: name the columns dtheta_x_rad and dvel_x_m_s";
+    default:
+      return "these are rates: name the columns gyro_x_rad_s and accel_x_m_s2";
+  }
+}
+
+// Whether so many rows turn faster than any body that they must be degrees.
+bool turns_too_fast(const Values& gyro) { return quantile(norms_of(gyro), 0.99) > kFastRates; }
+
+}  // namespace
+
+ImuHealth imu_health(const ImuRecording& imu) {
+  ImuHealth h;
+  h.sampling = sampling(imu.time);
+  h.increments = imu.increments;
+  const Values gyro = rates_of(imu, imu.gyro), accel = rates_of(imu, imu.accel);
+  const std::vector<double> forces = norms_of(accel);
+  const double force = median(forces);
+  h.has_gravity = quantile(forces, kMostForces) < kGravityRange * quantile(forces, kLeastForces);
+  const auto quiet = quiet_rows(imu, gyro, accel, force);
+  Values at_rest;
+  for (const auto& [begin, end] : quiet) {
+    h.rest.push_back({imu.time[begin], imu.time[end - 1]});
+    at_rest.insert(at_rest.end(), accel.begin() + static_cast<std::ptrdiff_t>(begin),
+                   accel.begin() + static_cast<std::ptrdiff_t>(end));
+  }
+  h.force = at_rest.empty() ? force : median(norms_of(at_rest));
+  if (h.has_gravity) h.force_unit = wrong_unit(h.force, h.sampling.interval, imu.increments);
+  h.gyro = triad(imu, imu.gyro, gyro, kFastestTurn, quiet, h.sampling.interval);
+  h.accel = triad(imu, imu.accel, accel, kHardestKnock * (h.force_unit ? h.force_unit->factor : 1), quiet,
+                  h.sampling.interval);
+  h.fast_rates = turns_too_fast(gyro);
+  h.frozen = frozen(imu);
+  h.magnetic_rows = imu.magnetic.size();
+  h.temperature_rows = imu.temperature.size();
+  return h;
+}
+
+std::vector<Suspicion> suspicions(const ImuHealth& h, const RowFaults& faults, const std::string& file) {
+  constexpr double kFastest = 20000, kSlowest = 4;  // Hz
+  std::vector<Suspicion> found = suspicions(h.sampling, faults, file, kFastest, kSlowest);
+  if (h.sampling.rows < 3) return found;
+  const auto add = [&](LogFault fault, std::string what, std::string remedy) {
+    found.push_back({fault, file, std::move(what), std::move(remedy)});
+  };
+  if (h.force_unit && (h.sampling.rate() >= kSlowest || h.force_unit->fault <= LogFault::kAccelMetres)) {
+    add(h.force_unit->fault,
+        fmt::format("the specific force is {:.4g} m/s^2 where gravity makes it 9.8: too large {:.4g} times", h.force,
+                    h.force_unit->factor),
+        remedy_of(h.force_unit->fault));
+  } else if (!h.has_gravity) {
+    add(LogFault::kNoGravity,
+        fmt::format("the accelerations are {:.3g} m/s^2 at rest and up to {:.3g} in motion: gravity is not in them",
+                    h.force, std::max(-h.accel.smallest.minCoeff(), h.accel.largest.maxCoeff())),
+        "give the accelerometers' own output, the specific force; `linear acceleration` has lost the tilt");
+  } else if (std::abs(std::log(h.force / kStandardGravity)) > std::log(kUnitTolerance)) {
+    add(LogFault::kAccelG, fmt::format("the specific force is {:.4g} m/s^2 where gravity makes it 9.8", h.force),
+        "convert the accelerometers to m/s^2, or name their unit in the header");
+  }
+  if (h.fast_rates) {
+    add(LogFault::kGyroDegrees,
+        fmt::format("one rate in a hundred is beyond {} rad/s, up to {:.4g}", kFastRates,
+                    h.gyro.smallest.cwiseAbs().cwiseMax(h.gyro.largest).maxCoeff()),
+        "these are degrees: name the columns gyro_x_deg_s or dtheta_x_deg, or convert them");
+  }
+  for (const TriadHealth* t : {&h.gyro, &h.accel}) {
+    const bool gyro = t == &h.gyro;
+    if (t->spikes > 0 && !(gyro && h.fast_rates)) {
+      add(LogFault::kSpikes,
+          fmt::format("{} {} beyond what a body can do, the first at t = {:.3f} s", t->spikes,
+                      gyro ? "angular rates" : "specific forces", t->first_spike),
+          "give the sensor's `range` in its file: samples beyond it are then known not to be measured");
+    }
+    std::size_t clipped = 0;
+    for (const std::size_t n : t->clipped) clipped += n;
+    if (static_cast<double>(clipped) > kManyClipped * static_cast<double>(h.sampling.rows)) {
+      add(LogFault::kClipped,
+          fmt::format("{} samples of the {} stand at a limit they never pass, {:.4g} {}", clipped,
+                      gyro ? "gyroscopes" : "accelerometers", t->limit.maxCoeff() / (gyro ? kDegree : 1),
+                      gyro ? "deg/s" : "m/s^2"),
+          "give that limit as `range` in the sensor file; what lies beyond it was not measured");
+    }
+  }
+  if (!h.frozen.empty()) {
+    add(LogFault::kFrozenSensor,
+        fmt::format("the very same row again and again, {} times; the first from t = {:.3f} to {:.3f} s",
+                    h.frozen.size(), h.frozen.front().start, h.frozen.front().end),
+        "did the logger lose the sensor? Leave these rows out: a gap is honest");
+  }
+  if (h.sampling.rate() < kUsefulRate && h.sampling.rate() >= kSlowest) {
+    add(LogFault::kLowRate, fmt::format("{:.3g} Hz; a body's motion asks for 50 Hz or more", h.sampling.rate()),
+        "log faster where the sensor can");
+  }
+  if (h.rest.empty()) {
+    add(LogFault::kNoRest, "the body never rests for two seconds",
+        "a minute of rest before and after a run shows the biases; give `initial: {heading}` if the start is not "
+        "found");
+  }
+  return found;
+}
+
+}  // namespace piste

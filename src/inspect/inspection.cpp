@@ -1,0 +1,198 @@
+#include "piste/inspect/inspection.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <string_view>
+#include <utility>
+
+#include "piste/core/state_layout.h"
+#include "piste/io/config.h"
+#include "piste/math/earth.h"
+
+namespace piste {
+namespace {
+
+constexpr double kDegree = 1 / kDegreesPerRadian;
+constexpr double kDeterminedArm = 0.1;  // m: a lever arm with less than this is worth writing down
+constexpr double kKnownClock = 0.005;   // s: and an offset above this
+
+// 1-sigmas of a triad's errors from what stands in its noise and in its mean at rest.
+TriadErrors guess_triad(const TriadHealth& health, double interval, double usual_noise, double bias_of_noise,
+                        double seen_bias, double scale) {
+  TriadErrors e;
+  const double noise = health.noise.maxCoeff();
+  const double rounding = health.quantum.maxCoeff() * std::sqrt(interval / 12);
+  e.noise = std::isfinite(noise) && noise > 0 ? std::max(noise, rounding) : usual_noise;
+  e.bias = std::max(bias_of_noise * e.noise, seen_bias);
+  constexpr double kDriftOfBias = 0.2, kCorrelationTime = 200;
+  e.drift = {DriftProcess::Kind::kGaussMarkov, kDriftOfBias * bias_of_noise * e.noise, kCorrelationTime, 0};
+  e.scale = scale;
+  e.range = health.limit.maxCoeff();
+  return e;
+}
+
+double rounded(double value, int digits) {
+  if (value == 0 || !std::isfinite(value)) return value;
+  const double unit = std::pow(10.0, digits - 1 - std::floor(std::log10(std::abs(value))));
+  return std::round(value * unit) / unit;
+}
+
+TriadErrors rounded(TriadErrors e, double unit) {
+  for (double* value : {&e.noise, &e.bias, &e.drift.sigma}) *value = rounded(*value / unit, 2) * unit;
+  e.range = rounded(e.range / unit, 4) * unit;
+  return e;
+}
+
+std::string path_from(const std::string& folder, const std::string& file) {
+  const auto whole = [](const std::string& path) { return std::filesystem::absolute(path).lexically_normal(); };
+  return yaml_text(whole(file).lexically_proximate(whole(folder)).generic_string());
+}
+
+std::string file_keys(const InspectedLog& log, const std::string& folder, std::string_view indent) {
+  std::string text =
+      fmt::format("file: {}\n{}format: {}\n", path_from(folder, log.log.file), indent, name_of(log.log.format));
+  if (log.faults.unknown_columns.empty()) return text;
+  std::vector<std::string> names;
+  for (const std::string& column : log.faults.unknown_columns) names.push_back(yaml_text(column));
+  text += fmt::format("{}ignore_columns: [{}]\n", indent, fmt::join(names, ", "));
+  return text;
+}
+
+}  // namespace
+
+std::optional<std::size_t> Inspection::first(LogKind kind) const {
+  const auto place = std::find_if(logs.begin(), logs.end(), [kind](const InspectedLog& l) {
+    return l.is(kind) && (l.imu_health || l.gnss_health || l.attitude_sampling);
+  });
+  if (place == logs.end()) return std::nullopt;
+  return static_cast<std::size_t>(place - logs.begin());
+}
+
+const LogMatch* Inspection::first_match() const {
+  const auto imu = first(LogKind::kImu), gnss = first(LogKind::kGnss);
+  for (const InspectedMatch& m : matches) {
+    if (imu == m.imu && gnss == m.gnss) return &m.match;
+  }
+  return nullptr;
+}
+
+void rank(std::vector<Suspicion>& suspicions) {
+  std::stable_sort(suspicions.begin(), suspicions.end(),
+                   [](const Suspicion& a, const Suspicion& b) { return a.fault < b.fault; });
+  std::vector<Suspicion> once;
+  once.reserve(suspicions.size());
+  for (Suspicion& s : suspicions) {
+    const bool said = std::any_of(once.begin(), once.end(), [&](const Suspicion& o) {
+      return o.fault == s.fault && o.file == s.file && (s.fault != LogFault::kBadRows || o.what == s.what);
+    });
+    if (!said) once.push_back(std::move(s));
+  }
+  suspicions = std::move(once);
+}
+
+ImuSensor guess_sensor(const ImuHealth& health, const std::string& name) {
+  constexpr double kUsualGyro = 0.05 * kDegree, kUsualAccel = 300e-6 * kStandardGravity;
+  constexpr double kGyroBias = 10, kAccelBias = 25;  // of what noise makes in a second
+  constexpr double kScale = 0.01;
+  const auto seen = [](double value) { return std::isfinite(value) ? value : 0; };
+  const double interval = health.sampling.interval;
+  ImuSensor sensor;
+  sensor.name = name;
+  sensor.gyro = rounded(
+      guess_triad(health.gyro, interval, kUsualGyro, kGyroBias, seen(health.gyro.mean.cwiseAbs().maxCoeff()), kScale),
+      kDegree);
+  sensor.accel = rounded(
+      guess_triad(health.accel, interval, kUsualAccel, kAccelBias, std::abs(health.force - kStandardGravity), kScale),
+      1);
+  return sensor;
+}
+
+ImuConditioning guess_conditioning(const Inspection& inspection) {
+  ImuConditioning imu;
+  const LogMatch* match = inspection.first_match();
+  if (match != nullptr && match->clock &&
+      std::abs(match->clock->offset) > std::max(kKnownClock, 5 * match->clock->sigma))
+    imu.clock_offset = match->clock->offset;
+  if (match != nullptr && match->motion && !match->motion->mirrored) {
+    imu.R_bs = match->motion->R_bs;
+    return imu;
+  }
+  const auto first = inspection.first(LogKind::kImu);
+  if (!first) return imu;
+  // Gravity alone: the axis that it points along is down, the others follow in a right-handed order.
+  const Vector3d& mean = inspection.logs[*first].imu_health->accel.mean;
+  if (!mean.allFinite()) return imu;
+  Eigen::Index axis = 0;
+  mean.cwiseAbs().maxCoeff(&axis);
+  Vector3d down = Vector3d::Zero(), forward = Vector3d::Zero();
+  down(axis) = mean(axis) < 0 ? 1 : -1;  // what rests feels gravity's reaction
+  forward(axis == 0 ? 2 : 0) = 1;
+  imu.R_bs.row(0) = forward;
+  imu.R_bs.row(1) = down.cross(forward);
+  imu.R_bs.row(2) = down;
+  return imu;
+}
+
+std::optional<std::string> ready_config(const Inspection& inspection, const std::string& folder,
+                                        const std::string& sensor_file) {
+  const auto first = inspection.first(LogKind::kImu);
+  if (!first || !inspection.first(LogKind::kGnss)) return std::nullopt;
+  const ImuConditioning imu = guess_conditioning(inspection);
+  const LogMatch* match = inspection.first_match();
+  const bool from_motion = match != nullptr && match->motion && !match->motion->mirrored;
+  std::string text = fmt::format(
+      "# Made by inspect from the logs alone. Measure what is marked so, and give the sensor file your data sheet.\n"
+      "imu:\n  {}  sensor: {}\n  axes: {}                # {}\n  sampling: mean                # or instant\n",
+      file_keys(inspection.logs[*first], folder, "  "), sensor_file, axes_text(imu.R_bs),
+      from_motion ? "as the motion has them" : "down as gravity has it; forward and right are to be checked");
+  if (imu.clock_offset != 0) {
+    text += fmt::format("  clock: {{offset: {:.3f} s}}    # by correlation with the receiver, +- {:.3f} s\n",
+                        imu.clock_offset, match->clock->sigma);
+  }
+  text += "gnss:\n";
+  bool reference = false;
+  for (const InspectedLog& log : inspection.logs) {
+    if (!log.is(LogKind::kGnss) || !log.gnss_health) continue;
+    text += fmt::format("  - {}", file_keys(log, folder, "    "));
+    const auto& arm = log.lever_arm;
+    if (arm && arm->sigma.maxCoeff() < kDeterminedArm) {
+      text += fmt::format(
+          "    lever_arm: {:.2f} {:.2f} {:.2f} m   # as the motion has it, +- {:.2f} {:.2f} {:.2f}; "
+          "measure it: from the IMU to the antenna\n",
+          arm->value.x(), arm->value.y(), arm->value.z(), arm->sigma.x(), arm->sigma.y(), arm->sigma.z());
+    } else {
+      text += "    lever_arm: 0 0 0 m            # measure it: from the IMU to the antenna, forward right down\n";
+    }
+    if (log.log.sigma) {
+      text += fmt::format("    sigma: {:g} {:g} {:g} m                # the log has none: north east down\n",
+                          log.log.sigma->x(), log.log.sigma->y(), log.log.sigma->z());
+    }
+    const bool late = std::any_of(inspection.suspicions.begin(), inspection.suspicions.end(), [&](const Suspicion& s) {
+      return s.fault == LogFault::kVelocityDelay && s.file == log.log.file;
+    });
+    text += fmt::format("    use: {}\n", log.gnss_health->velocities > 0 && !late ? "position velocity" : "position");
+  }
+  for (const InspectedLog& log : inspection.logs) {
+    if (!log.is(LogKind::kAttitude) || !log.attitude_sampling) continue;
+    text += fmt::format("{}  - {}    correlation_time: 60 s        # of its errors\n", reference ? "" : "attitude:\n",
+                        file_keys(log, folder, "    "));
+    if (log.log.sigma) {
+      const Vector3d deg = kDegreesPerRadian * *log.log.sigma;
+      text += fmt::format("    sigma: {:g} {:g} {:g} deg              # the log has none: roll pitch heading\n",
+                          deg.x(), deg.y(), deg.z());
+    }
+    reference = true;
+  }
+  text += fmt::format(
+      "initial: {{heading: auto}}\nestimate: [gyro_bias, accel_bias, gyro_drift, accel_drift, gyro_scale, "
+      "accel_scale{}]\n"
+      "smoother: rts\n",
+      reference ? ", boresight" : "");
+  return text;
+}
+
+}  // namespace piste

@@ -1,0 +1,167 @@
+#include "piste/inspect/sampling.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <string_view>
+
+#include "piste/math/statistics.h"
+#include "piste/math/time.h"
+
+namespace piste {
+namespace {
+
+constexpr double kGapFactor = 1.5;
+constexpr double kFinest = 1e-6;         // s
+constexpr double kGpsEpoch = 315964800;  // s after 1970 of the first GPS week
+constexpr double kJittery = 0.2;         // of the interval
+constexpr double kManyMissing = 0.001;   // of all rows: from there gaps are more than a word's worth
+constexpr double kLongGap = 0.5;         // s, as well
+
+// What all times, counted from the first, are multiples of; 0 where that is finer than kFinest.
+double resolution(std::span<const double> time) {
+  long long common = 0;
+  for (const double t : time) {
+    const double steps = (t - time.front()) / kFinest;
+    if (std::abs(steps - std::round(steps)) > 0.1 || steps > 9e15) return 0;
+    common = std::gcd(common, std::llround(steps));
+    if (common == 1) break;
+  }
+  return kFinest * static_cast<double>(common);
+}
+
+// What one row was refused for, in words for a list.
+std::string_view name_of(RowFault::Kind kind) {
+  switch (kind) {
+    case RowFault::Kind::kText:
+      return "with text where a number should stand";
+    case RowFault::Kind::kNotFinite:
+      return "with NaN or infinity";
+    case RowFault::Kind::kFields:
+      return "with too few or too many fields";
+    case RowFault::Kind::kChecksum:
+      return "with a wrong checksum";
+    case RowFault::Kind::kTimeRepeated:
+      return "that repeat the time of the row before";
+    case RowFault::Kind::kTimeBack:
+      return "earlier than the row before";
+    case RowFault::Kind::kValue:
+      return "with a value that cannot be";
+  }
+  return "";
+}
+
+LogFault fault_of(RowFault::Kind kind) {
+  if (kind == RowFault::Kind::kTimeRepeated) return LogFault::kTimeRepeated;
+  return kind == RowFault::Kind::kTimeBack ? LogFault::kTimeBack : LogFault::kBadRows;
+}
+
+// A unit that would bring the rate between `slowest` and `fastest`, where seconds do not.
+void suspect_unit(const Sampling& s, const std::string& file, double fastest, double slowest,
+                  std::vector<Suspicion>& found) {
+  if (s.rows < 3 || (s.rate() >= slowest && s.rate() <= fastest)) return;
+  struct Unit {
+    std::string_view name;
+    double seconds;
+  };
+  for (const Unit unit : {Unit{"milliseconds", 1e-3}, Unit{"microseconds", 1e-6}, Unit{"nanoseconds", 1e-9},
+                          Unit{"minutes", 60}, Unit{"hours", kHour}, Unit{"days", kDay}}) {
+    const double rate = s.rate() / unit.seconds;
+    if (rate < slowest || rate > fastest) continue;
+    found.push_back({LogFault::kTimeUnit, file,
+                     fmt::format("rows are {:.6g} s apart, as time_s has it; as {} they come at {:.4g} Hz", s.interval,
+                                 unit.name, rate),
+                     fmt::format("time_s is in seconds: multiply it by {:g}", unit.seconds)});
+    return;
+  }
+}
+
+}  // namespace
+
+Sampling sampling(std::span<const double> time) {
+  Sampling s;
+  s.rows = time.size();
+  if (time.empty()) return s;
+  s.span = {time.front(), time.back()};
+  if (time.size() < 2) return s;
+  std::vector<double> steps(time.size() - 1);
+  for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = time[i + 1] - time[i];
+  s.interval = median(steps);
+  s.resolution = resolution(time);
+  double sum = 0;
+  std::size_t count = 0;
+  const double both = (kGapFactor + 1) * s.interval;
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const bool late =
+        (i > 0 && steps[i] + steps[i - 1] < both) || (i + 1 < steps.size() && steps[i] + steps[i + 1] < both);
+    if (steps[i] > kGapFactor * s.interval && !late) {
+      s.gaps.push_back({time[i], time[i + 1]});
+      s.missing += static_cast<std::size_t>(std::llround(std::min(steps[i] / s.interval, 1e15))) - 1;
+      continue;
+    }
+    sum += (steps[i] - s.interval) * (steps[i] - s.interval);
+    ++count;
+  }
+  if (count > 0) s.jitter = std::sqrt(sum / static_cast<double>(count));
+  return s;
+}
+
+std::vector<Suspicion> suspicions(const Sampling& s, const RowFaults& faults, const std::string& file, double fastest,
+                                  double slowest) {
+  std::vector<Suspicion> found;
+  if (s.rows < 3) {
+    found.push_back({LogFault::kEmpty, file, fmt::format("{} rows can be read", s.rows),
+                     faults.total() > 0 ? fmt::format("{} were refused; the first: {}: {}", faults.total(),
+                                                      faults.first.front().place, faults.first.front().what)
+                                        : "is this the right file, and was it written to the end?"});
+    return found;
+  }
+  suspect_unit(s, file, fastest, slowest, found);
+  const bool seconds = found.empty();
+  if (seconds && s.span.start > kGpsEpoch) {
+    const double gps = s.span.start - kGpsEpoch;
+    found.push_back(
+        {LogFault::kNotSecondsOfWeek, file,
+         fmt::format("time begins at {:.3f} s: seconds since 1970, it seems, and not of the GPS week", s.span.start),
+         fmt::format("subtract {:.0f} s, and add the leap seconds where it is UTC",
+                     kGpsEpoch + kWeek * std::floor(gps / kWeek))});
+  } else if (seconds && (s.span.start < 0 || s.span.start >= kWeek)) {
+    found.push_back(
+        {LogFault::kNotSecondsOfWeek, file,
+         fmt::format("time begins at {:.3f} s, which is no second of the GPS week (0 to 604800)", s.span.start),
+         fmt::format("subtract whole weeks, such as {:.0f} s", kWeek * std::floor(s.span.start / kWeek))});
+  }
+  for (std::size_t k = 0; k < RowFault::kKinds; ++k) {
+    const auto kind = static_cast<RowFault::Kind>(k);
+    if (faults.count(kind) == 0) continue;
+    const auto first =
+        std::find_if(faults.first.begin(), faults.first.end(), [kind](const RowFault& f) { return f.kind == kind; });
+    found.push_back({fault_of(kind), file,
+                     fmt::format("{} of {} rows {}; the first at {}: {}", faults.count(kind), s.rows + faults.total(),
+                                 name_of(kind), first->place, first->what),
+                     "mend or leave out these rows; replay refuses them"});
+  }
+  if (!s.gaps.empty()) {
+    const auto longest = std::max_element(s.gaps.begin(), s.gaps.end(), [](const Interval& a, const Interval& b) {
+      return a.end - a.start < b.end - b.start;
+    });
+    const double length = longest->end - longest->start;
+    if (length > kLongGap || static_cast<double>(s.missing) > kManyMissing * static_cast<double>(s.rows)) {
+      found.push_back({LogFault::kGaps, file,
+                       fmt::format("{} gaps, some {} rows missing; the longest of {:.3f} s at t = {:.3f} s",
+                                   s.gaps.size(), s.missing, length, longest->start),
+                       "was the logger too slow? What moves in a gap is not known, and sigmas grow there"});
+    }
+  }
+  if (s.jitter > kJittery * s.interval) {
+    found.push_back({LogFault::kJitter, file,
+                     fmt::format("intervals scatter by {:.2g} s (rms) about {:.6g} s", s.jitter, s.interval),
+                     "are these times of arrival? Give the sensor's own, or count samples"});
+  }
+  return found;
+}
+
+}  // namespace piste

@@ -1,0 +1,86 @@
+#include "piste/inspect/log_guess.h"
+
+#include <gtest/gtest.h>
+
+#include "support/datasets.h"
+#include "support/receiver_logs.h"
+#include "support/text_file.h"
+
+namespace piste {
+namespace {
+
+using test::contains;
+using test::message_of;
+
+struct Example {
+  const char* name;
+  LogKind kind;
+  LogFormat format;
+  std::string text;
+};
+
+std::vector<Example> examples() {
+  return {
+      {"imu_csv", LogKind::kImu, LogFormat::kCsv,
+       "temperature_degC,time_s,dtheta_x_rad,dtheta_y_rad,dtheta_z_rad,dvel_x_m_s,dvel_y_m_s,dvel_z_m_s\n"},
+      {"gnss_csv", LogKind::kGnss, LogFormat::kCsv,
+       "time_s,latitude_deg,longitude_deg,height_m,sigma_north_m,sigma_east_m,sigma_down_m\r\n1,46,7,100,1,1,1\r\n"},
+      {"solution_csv", LogKind::kGnss, LogFormat::kCsv,
+       "time_s,latitude_deg,longitude_deg,height_m,roll_deg,pitch_deg,heading_deg\n"},
+      {"attitude_csv", LogKind::kAttitude, LogFormat::kCsv, "time_s,roll_deg,pitch_deg,heading_deg\n"},
+      {"imu_kf_gins", LogKind::kImu, LogFormat::kKfGins, "10.00 1e-5 0 0.01 0 0 -0.098\n10.01 0 0 .01 0 0 -0.098\n"},
+      {"fast_imu_kf_gins", LogKind::kImu, LogFormat::kKfGins, "10.0 0.1 0 0.2 0 0.1 0.98\n10.1 0 0 .1 0 0.1 0.98\n"},
+      {"gnss_kf_gins", LogKind::kGnss, LogFormat::kKfGins, "10 46.5 -7.2 1600 1 2 3\n11 46.5 -7.2 1600 1 2 3\n"},
+      {"full_gnss_kf_gins", LogKind::kGnss, LogFormat::kKfGins, "10 46 7 1600 1 2 3 0 0 0 .1 .1 .1 1\n"},
+      {"rtklib", LogKind::kGnss, LogFormat::kRtklibPos,
+       "% program : RTKLIB\n%  GPST  latitude(deg) longitude(deg) height(m) Q ns\n"},
+      {"nmea", LogKind::kGnss, LogFormat::kNmea, "\xFF\x01" + test::nmea("GNGGA,,,,,,0,,,,,,,,")},
+      {"ubx", LogKind::kGnss, LogFormat::kUbx, test::ubx(1, 7, test::nav_pvt(1000).text())},
+      {"nmea_before_ubx", LogKind::kGnss, LogFormat::kUbx,
+       test::nmea("GNGGA,,,,,,0,,,,,,,,") + test::ubx(1, 7, test::nav_pvt(1000).text())},
+      {"xsens", LogKind::kImu, LogFormat::kXsensAscii,
+       "// Start Time: 0\n// Sample rate: 50.0Hz\nCounter\tAcc_X\tAcc_Y\tAcc_Z\tGyr_X\tGyr_Y\tGyr_Z\n"},
+      {"imr", LogKind::kImu, LogFormat::kImr, test::imr_header().text()},
+      {"inspva", LogKind::kAttitude, LogFormat::kInspva, test::novatel("#INSPVAA,COM1,0,31.0,FINESTEERING,1264,1;1")},
+  };
+}
+
+class LogGuessed : public ::testing::TestWithParam<Example> {};
+
+TEST_P(LogGuessed, ByWhatItHolds) {
+  const LogGuess guess = guess_log("log", GetParam().text);
+  EXPECT_EQ(guess.kind, GetParam().kind);
+  EXPECT_EQ(guess.format, GetParam().format);
+  EXPECT_FALSE(guess.why.empty());
+}
+
+INSTANTIATE_TEST_SUITE_P(Formats, LogGuessed, ::testing::ValuesIn(examples()),
+                         [](const auto& each) { return each.param.name; });
+
+TEST(LogGuess, SaysWhatIsNone) {
+  const auto refused = [](const std::string& text) {
+    return message_of<DataError>([&] { guess_log("log.txt", text); });
+  };
+  EXPECT_TRUE(contains(refused(""), "log.txt:1: the file is empty"));
+  EXPECT_TRUE(contains(refused(" \r\n\n"), "the file is empty"));
+  EXPECT_TRUE(contains(refused("t,gx,gy,gz,ax,ay,az\n1,2,3,4,5,6,7\n"), "begins with `t,gx,gy,gz,ax,ay,az`"));
+  EXPECT_TRUE(contains(refused("1 2 3\n4 5 6\n"), "none of the logs"));
+  EXPECT_TRUE(contains(refused(std::string("\x7f"
+                                           "ELF\0\0\0\1",
+                                           8)),
+                       "is binary and none of the logs"));
+}
+
+TEST(LogGuess, RecordedLogs) {
+  PISTE_REQUIRE_DATASETS();
+  const auto guess = [](const char* name) {
+    return guess_log(name, test::read_text(test::datasets() / "drive" / name));
+  };
+  EXPECT_EQ(guess("imu.txt").kind, LogKind::kImu);
+  EXPECT_EQ(guess("gnss.txt").kind, LogKind::kGnss);
+  EXPECT_EQ(guess("gnss_full.txt").kind, LogKind::kGnss);
+  EXPECT_EQ(guess("gnss_1934_sf.pos").format, LogFormat::kRtklibPos);
+}
+
+}  // namespace
+}  // namespace piste
