@@ -117,7 +117,7 @@ TEST_F(ReplayConfigTest, ReadsTheRecording) {
   const Recording recording = read_recording(config);
   EXPECT_EQ(recording.imu.time.size(), 2u);
   EXPECT_EQ(recording.gnss.at(0).fixes.size(), 1u);
-  EXPECT_EQ(recording.attitude.at(0).fixes.size(), 1u);
+  EXPECT_EQ(recording.attitude.at(0).fixes.size(), 2u);
 }
 
 TEST_F(ReplayConfigTest, ABoresightIsConstantUnlessItIsSaidToChange) {
