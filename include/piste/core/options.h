@@ -61,7 +61,7 @@ struct AttitudeOptions {
   /// Where given, the boresight changes in the run, by this process about its constant. One reference at most may say
   /// so: there is one IMU and one mount.
   std::optional<GaussMarkov> boresight_drift = std::nullopt;
-  /// The white part of the fixes' sigma along w where there is a drift; `measure_white_part` finds it.
+  /// The white part of the fixes' sigma along w where there is a drift; `with_white_part` finds it.
   Vector3d white = Vector3d::Constant(0.1);
 };
 
