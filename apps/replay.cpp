@@ -9,6 +9,7 @@
 #include "piste/condition/pipeline.h"
 #include "piste/condition/rest_detection.h"
 #include "piste/consistency/disputes.h"
+#include "piste/core/version.h"
 #include "piste/files/summary.h"
 #include "piste/io/output.h"
 #include "piste/io/replay_config.h"
@@ -96,7 +97,7 @@ void replay(const piste::AppArguments& arguments, piste::Progress& progress) {
   const std::string title = config.file.stem().string();
   output.write("trajectory.kml", kml(final_solution ? *final_solution : run.solution, title));
   output.write("report.html", html_report({.title = title,
-                                           .version = PISTE_VERSION,
+                                           .version = version(),
                                            .config_text = config.echo,
                                            .log = &log,
                                            .filtered = &run.solution,

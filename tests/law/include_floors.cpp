@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "support/places.h"
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -47,7 +49,7 @@ std::string read(const fs::path& file) {
 }
 
 TEST(IncludeFloors, EveryIncludeGoesDown) {
-  const fs::path source = PISTE_SOURCE_DIR;
+  const fs::path source = piste::test::source_folder();
   int files = 0;
   for (const fs::path& root : {source / "include/piste", source / "src", source / "apps"}) {
     for (const auto& entry : fs::recursive_directory_iterator(root)) {
