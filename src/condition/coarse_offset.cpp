@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "piste/core/error.h"
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
 #include "piste/math/fourier.h"
 
 namespace piste {

@@ -5,7 +5,7 @@
 #include <limits>
 #include <string>
 
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
 #include "piste/math/linear_algebra.h"
 
 namespace piste {
