@@ -30,7 +30,8 @@ ReplayOptions replay_options(const ReplayConfig& config) {
   return {.conditioning = config.conditioning,
           .filter = config.filter,
           .heading = config.initial,
-          .smoother = config.smoother};
+          .smoother = config.smoother,
+          .checkpoints = false};
 }
 
 Replay replay(const ReplayConfig& config, const ReplayProgress& progress) {
@@ -59,9 +60,11 @@ Replay replay(Log log, const ReplayOptions& options, const ReplayProgress& progr
   run.found = options.start ? FoundStart{*options.start, "the start was given"}
                             : find_start(run.log, run.options, options.heading);
   const Start& start = run.found.start;
+  const bool smooth = options.smoother == SmootherKind::kRts;
+  const int checkpoint_every = smooth || options.checkpoints ? kCheckpointEvery : 0;
   run.filtered =
-      run_filter(run.log, run.options, start, kCheckpointEvery, stage("filter"), start.time + options.longest);
-  if (options.smoother == SmootherKind::kRts) {
+      run_filter(run.log, run.options, start, checkpoint_every, stage("filter"), start.time + options.longest);
+  if (smooth) {
     std::vector<AttitudeLag> lags;
     run.smoothed = smooth_rts(run.log, run.filtered, stage("smoother"), nullptr, &lags);
     run.smoothed->attitude_correlation_time = correlation_time(lags);

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "piste/condition/pipeline.h"
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
 #include "piste/sim/simulation.h"
 #include "support/scenario.h"
 

@@ -14,7 +14,6 @@
 #include "piste/core/log.h"
 #include "piste/core/options.h"
 #include "piste/io/replay_config.h"
-#include "piste/solve/filter.h"
 #include "piste/solve/start.h"
 
 namespace piste {
@@ -29,6 +28,8 @@ struct ReplayOptions {
   std::optional<Start> start = std::nullopt;                 ///< where the start is known; else it is looked for
   double longest = std::numeric_limits<double>::infinity();  ///< s after the start, beyond which nothing is filtered
   SmootherKind smoother = SmootherKind::kRts;
+  /// Whether checkpoints are kept where nothing is smoothed, so that smooth_rows() can be: some hundred bytes an epoch.
+  bool checkpoints = true;
 };
 
 /// A replay: what went into the filter, and what came out of it.
@@ -36,7 +37,7 @@ struct Replay {
   Log log;                ///< conditioned, with its rests
   FilterOptions options;  ///< that the filter ran with: the errors of the reference attitudes are measured
   FoundStart found;       ///< the start, and a sentence on where it comes from
-  FilterRun filtered;     ///< with checkpoints, from which smooth_rows() can smooth any row with its whole covariance
+  FilterRun filtered;     ///< from its checkpoints smooth_rows() can smooth any row with its whole covariance
   std::optional<Solution> smoothed;  ///< where it was asked for; it knows the correlation time of its attitude's errors
 
   /// The smoothed solution where there is one, else the filtered one.
