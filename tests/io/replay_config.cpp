@@ -1,3 +1,4 @@
+#include "piste/core/state_table.h"
 #include "piste/io/replay_config.h"
 
 #include <gtest/gtest.h>
