@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "support/places.h"
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -48,7 +50,7 @@ std::string read(const fs::path& file) {
 }
 
 TEST(IncludeFloors, EveryIncludeGoesDown) {
-  const fs::path source = PISTE_SOURCE_DIR;
+  const fs::path source = piste::test::source_folder();
   int files = 0;
   for (const fs::path& root : {source / "include/piste", source / "src", source / "apps"}) {
     for (const auto& entry : fs::recursive_directory_iterator(root)) {
@@ -66,7 +68,7 @@ TEST(IncludeFloors, EveryIncludeGoesDown) {
 
 // The page that explains the house has the same floors.
 TEST(IncludeFloors, TheHouseIsAsItsPageSays) {
-  const std::string page = read(fs::path(PISTE_SOURCE_DIR) / "docs/house.md");
+  const std::string page = read(fs::path(piste::test::source_folder()) / "docs/house.md");
   static const std::regex row(R"(\| (\d) \| `([a-z.]+)` \|)");
   std::map<std::string, int> told;
   for (std::sregex_iterator match(page.begin(), page.end(), row), end; match != end; ++match) {
@@ -77,7 +79,7 @@ TEST(IncludeFloors, TheHouseIsAsItsPageSays) {
 
 // A room that grows beyond this holds more than one thing.
 TEST(IncludeFloors, NoRoomHoldsMoreThan15PerCentOfTheLines) {
-  const fs::path source = PISTE_SOURCE_DIR;
+  const fs::path source = piste::test::source_folder();
   std::map<std::string, double> lines;
   double all = 0;
   for (const fs::path& root : {source / "include/piste", source / "src", source / "apps"}) {

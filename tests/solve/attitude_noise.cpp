@@ -9,6 +9,7 @@
 #include "piste/condition/pipeline.h"
 #include "piste/core/state_table.h"
 #include "piste/sim/simulation.h"
+#include "support/places.h"
 #include "support/scenario.h"
 
 namespace piste::test {
@@ -23,7 +24,7 @@ struct Mixture {
 
 /// What is measured of one short ski run with such a reference.
 AttitudeOptions measured(const Mixture& mixture, std::uint64_t seed = 1) {
-  Scenario s = read_scenario(PISTE_SOURCE_DIR "/config/scenarios/ski.yaml");
+  Scenario s = read_scenario(source_folder() + "/config/scenarios/ski.yaml");
   shorten(s, mixture.rest, 20, 0);
   s.imus.resize(1);
   s.imus.front().clock_offset = s.imus.front().clock_drift = 0;

@@ -9,6 +9,7 @@
 #include "piste/condition/pipeline.h"
 #include "piste/sim/simulation.h"
 #include "piste/solve/start.h"
+#include "support/places.h"
 
 namespace piste::test {
 
@@ -28,7 +29,7 @@ struct Case {
 
 inline Case make_case(const std::string& motion, double heading_deg, std::uint64_t seed,
                       const std::function<void(Scenario&)>& change = {}) {
-  Scenario s = read_scenario(std::filesystem::path(PISTE_SOURCE_DIR) / "config" / "scenarios" / (motion + ".yaml"));
+  Scenario s = read_scenario(std::filesystem::path(source_folder()) / "config" / "scenarios" / (motion + ".yaml"));
   s.imus.resize(1);
   s.gnss.resize(1);
   s.attitude.clear();
