@@ -1,14 +1,14 @@
 #pragma once
-/// Quantiles and bands that the field asks for.
+/// Medians and quantiles of values, quantiles of distributions, and bands in which a statistic should lie.
 
 #include <vector>
 
 namespace piste {
 
-/// Middle of the values, the upper of two. @pre not empty
+/// The middle value. Of an even number of values, the larger of the two in the middle. @pre not empty
 double median(std::vector<double> values);
 
-/// Value that this part, 0 to 1, of the others lies below; the lower of two. @pre not empty
+/// The value below which this part (0 to 1) of the other values lies. Between two values, the lower one. @pre not empty
 double quantile(std::vector<double> values, double part);
 
 /// x with P(χ²_dof ≤ x) = probability, 0 < probability < 1, dof > 0.
@@ -23,17 +23,19 @@ double student_quantile(double probability, double dof);
 /// P(|t| ≥ x) for Student's t, x ≥ 0.
 double student_two_sided(double x, double dof);
 
-/// Adjusted p-values in the order given, by Holm's step-down (Holm 1979, Scand. J. Statistics 6): the i-th smallest of
-/// m times m + 1 − i, at least the one before it, at most 1. Where those below α are called findings, the probability
-/// of even one false finding is at most α, however the tests depend on one another. NaN stays NaN and counts for none.
+/// P-values adjusted for many tests, in the order given, by Holm's step-down method (Holm 1979, Scand. J. Statistics
+/// 6). The i-th smallest of m p-values is multiplied by m + 1 − i; the result is at least the one before it, and at
+/// most 1. If all tests whose adjusted p-value lies below α are called findings, the probability of even one false
+/// finding is at most α, however the tests depend on one another. A NaN stays NaN and does not count among the m.
 std::vector<double> holm(std::vector<double> p_values);
 
+/// An interval in which a statistic should lie.
 struct Band {
   double low = 0, high = 0;
   bool contains(double value) const { return value > low && value < high; }
 };
 
-/// Two-sided band that the mean of `count` independent χ²_dof variables, divided by dof, keeps to with `probability`.
+/// Two-sided band in which the mean of `count` independent χ²_dof variables, divided by dof, lies with `probability`.
 Band chi_squared_band(double probability, double dof, double count);
 
 }  // namespace piste
