@@ -9,7 +9,7 @@
 #include <unsupported/Eigen/FFT>
 
 #include "piste/core/error.h"
-#include "piste/core/state_layout.h"
+#include "piste/math/units.h"
 
 namespace piste {
 namespace {

@@ -6,7 +6,7 @@
 #include <limits>
 #include <string>
 
-#include "piste/core/state_layout.h"
+#include "piste/math/units.h"
 
 namespace piste {
 namespace {
@@ -20,11 +20,10 @@ struct Limit {
   const char* name;
 };
 
-constexpr double kRadian = 1 / kDegreesPerRadian;
 constexpr std::array kLimits{
     Limit{Layout::kClockOffset, 1, 5e-3, "clock offset"},    Limit{Layout::kClockDrift, 1, 200e-6, "clock drift"},
-    Limit{Layout::kBoresight, 3, kRadian, "boresight"},      Limit{Layout::kLeverArm, 3, 0.05, "lever arm"},
-    Limit{Layout::kGyroBias, 3, 0.5 * kRadian, "gyro bias"}, Limit{Layout::kAccelBias, 3, 0.2, "accelerometer bias"}};
+    Limit{Layout::kBoresight, 3, kDegree, "boresight"},      Limit{Layout::kLeverArm, 3, 0.05, "lever arm"},
+    Limit{Layout::kGyroBias, 3, 0.5 * kDegree, "gyro bias"}, Limit{Layout::kAccelBias, 3, 0.2, "accelerometer bias"}};
 
 }  // namespace
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "piste/core/error.h"
+#include "piste/math/units.h"
 #include "piste/solve/filter.h"
 
 namespace piste {

@@ -11,6 +11,7 @@
 #include "piste/math/earth.h"
 #include "piste/math/statistics.h"
 #include "piste/math/time.h"
+#include "piste/math/units.h"
 #include "signed_permutations.h"
 
 namespace piste {
@@ -18,7 +19,6 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr double kMetresPerRadian = 6371e3;
 constexpr double kOfNormal = 1.4826;  // standard deviation over median magnitude, of a normal distribution
 constexpr double kStanding = 0.1;     // m/s
@@ -79,7 +79,7 @@ double decimal_step(const std::vector<double>& values, std::span<const double> u
 }
 
 Vector3d quantum_of(const std::vector<GeodeticFix>& fixes) {
-  constexpr std::array<double, 3> kAngles{1 / kDegrees, 1 / kDegrees / 60, 1 / kDegrees / 3600};
+  constexpr std::array<double, 3> kAngles{kDegree, kDegree / 60, kDegree / 3600};
   constexpr std::array<double, 1> kMetre{1};
   constexpr double kFinest = 1e-3;  // m
   std::vector<double> latitude, longitude, height;

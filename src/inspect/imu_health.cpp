@@ -8,15 +8,14 @@
 #include <optional>
 #include <string_view>
 
-#include "piste/core/state_layout.h"
 #include "piste/math/earth.h"
 #include "piste/math/statistics.h"
+#include "piste/math/units.h"
 
 namespace piste {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kDegree = 1 / kDegreesPerRadian;
 constexpr double kWindow = 1, kShortestRest = 2;           // s
 constexpr double kQuietest = 0.05;                         // part of the windows that shows how quiet this log can be
 constexpr double kAsQuiet = 3;                             // times that is rest too

@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <set>
 
 #include "clock_match.h"
@@ -14,11 +13,11 @@
 #include "piste/math/earth.h"
 #include "piste/math/statistics.h"
 #include "piste/math/time.h"
+#include "piste/math/units.h"
 
 namespace piste {
 namespace {
 
-constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr double kSlowestImu = 0.25, kSlowestGnss = 20;  // s between rows: beyond, times are in another unit
 constexpr double kClockError = 0.3;                      // s beyond which a clock is said to be wrong
 constexpr double kNearly = 0.3;                          // s within which an offset is a known one
@@ -123,7 +122,7 @@ Factors rough_factors(const LogMatch& m) {
     factors.gyro = other;
     return factors;
   }
-  for (const double gyro : {kDegrees, 1 / kDegrees}) {
+  for (const double gyro : {kDegreesPerRadian, kDegree}) {
     if (distance(gyro) < std::min(distance(1), std::log(kFarOff))) factors.gyro = gyro;
   }
   return factors;
@@ -149,10 +148,10 @@ void suspect_units(const LogMatch& m, const Factors& factors, const std::string&
         "these are rates: name the columns gyro_x_rad_s and accel_x_m_s2");
     return;
   }
-  if (f == 1 / kDegrees) {
+  if (f == kDegree) {
     add(LogFault::kGyroDegrees, turns + ": degrees under the name of radians",
         "name the columns gyro_x_deg_s, or dtheta_x_deg");
-  } else if (f == kDegrees) {
+  } else if (f == kDegreesPerRadian) {
     add(LogFault::kGyroRadians, turns + ": radians under the name of degrees",
         "name the columns gyro_x_rad_s, or dtheta_x_rad");
   } else if (f != 1) {
@@ -325,7 +324,7 @@ PairMatch match(const GnssRecording& one, const GnssRecording& other) {
   if (distances.empty()) return m;
   m.distance = median(distances);
   for (double& d : distances) d = std::abs(d - m.distance);
-  m.scatter = 1.4826 * median(std::move(distances));
+  m.scatter = kSigmaOverMedian * median(std::move(distances));
   return m;
 }
 

@@ -1,14 +1,15 @@
 #include "motion_match.h"
 
-#include <Eigen/SVD>
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "piste/math/earth.h"
 #include "piste/math/statistics.h"
 #include "piste/math/time.h"
+#include "piste/math/units.h"
+#include "piste/math/wahba.h"
 #include "signed_permutations.h"
 
 namespace piste {
@@ -26,7 +27,7 @@ constexpr double kFarBetter = 1.3, kAsGood = 1.2;           // ratios of mean sq
 constexpr double kNearlyAll = 0.85;
 constexpr double kClaim = 0.12;       // likewise, where it says something against the labels
 constexpr double kTurnTolerance = 3;  // of the gyroscopes' turns against the track's
-constexpr double kHalfWay = 10 * std::numbers::pi / 180;
+constexpr double kHalfWay = 10 * kDegree;
 constexpr double kExplained = 0.2;  // rms of what is left, in parts of the change of velocity
 const Vector3d kGravity(0, 0, kStandardGravity);
 
@@ -122,7 +123,7 @@ std::vector<Carried> carry_all(const std::vector<Window>& windows, const Matrix3
   return carried;
 }
 
-// Wahba's problem with a free scale, for one sign of the determinant.
+// Wahba's problem with a free scale: β ≈ scale R α.
 struct Fit {
   Matrix3d R;
   double scale = 0, mean_square = 0;
@@ -141,7 +142,7 @@ std::vector<T> without_mean(std::vector<T> values) {
   return values;
 }
 
-Fit wahba(const std::vector<Vector3d>& alpha, const std::vector<Vector3d>& beta, bool mirrored) {
+Fit scaled_wahba(const std::vector<Vector3d>& alpha, const std::vector<Vector3d>& beta, bool mirrored) {
   Matrix3d H = Matrix3d::Zero();
   double aa = 0, bb = 0;
   for (std::size_t k = 0; k < alpha.size(); ++k) {
@@ -149,11 +150,9 @@ Fit wahba(const std::vector<Vector3d>& alpha, const std::vector<Vector3d>& beta,
     aa += alpha[k].squaredNorm();
     bb += beta[k].squaredNorm();
   }
-  const Eigen::JacobiSVD<Matrix3d> svd(H, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() > 0 ? 1 : -1;
-  const Vector3d D(1, 1, mirrored ? -sign : sign);
-  const double trace = svd.singularValues().dot(D);
-  return {svd.matrixU() * D.asDiagonal() * svd.matrixV().transpose(), aa > 0 ? trace / aa : 0,
+  const WahbaSolution wahba = solve_wahba(H, mirrored);
+  const double trace = wahba.alignment();
+  return {wahba.R, aa > 0 ? trace / aa : 0,
           (bb - (aa > 0 ? trace * trace / aa : 0)) / static_cast<double>(alpha.size())};
 }
 
@@ -175,7 +174,7 @@ Joint fit_all(const std::vector<Window>& windows, const std::vector<Carried>& ca
     }
     beta[i] = without_mean(std::move(beta[i]));
     alpha[i] = without_mean(carried[i].velocity);
-    const Fit& fit = joint.fits[i] = wahba(alpha[i], beta[i], mirrored);
+    const Fit& fit = joint.fits[i] = scaled_wahba(alpha[i], beta[i], mirrored);
     const std::vector<Matrix3d> swing = without_mean(carried[i].swing);
     for (std::size_t k = 0; k < swing.size(); ++k) {
       const Matrix3d J = fit.R * swing[k];
@@ -190,7 +189,7 @@ Joint fit_all(const std::vector<Window>& windows, const std::vector<Carried>& ca
     if (scale == 0) continue;
     const std::vector<Matrix3d> swing = without_mean(carried[i].swing);
     for (std::size_t k = 0; k < swing.size(); ++k) alpha[i][k] += swing[k] * joint.lever_arm / scale;
-    joint.fits[i] = wahba(alpha[i], beta[i], mirrored);
+    joint.fits[i] = scaled_wahba(alpha[i], beta[i], mirrored);
   }
   return joint;
 }
@@ -301,8 +300,7 @@ void name_axes(const std::vector<Window>& windows, const Reading& reading, Motio
     }
   }
   match.accel_factor = median(scales);
-  const Eigen::JacobiSVD<Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Matrix3d mean = svd.matrixU() * svd.matrixV().transpose();
+  const Matrix3d mean = solve_wahba(sum, reading.mirrored).R;
   const auto angle_to = [&](const Matrix3d& R_bs) {
     return std::acos(std::clamp((R_bs.cwiseProduct(mean).sum() - 1) / 2, -1.0, 1.0));
   };
@@ -340,11 +338,10 @@ std::optional<MotionMatch> match_motion(const ImuIntegral& imu, bool increments,
     windows = std::move(some);
   }
 
-  constexpr double kDegrees = 180 / std::numbers::pi;
   const double interval = imu.interval();
   // The turns tell about which unit the gyroscopes have; the labels' own stands first, whatever they tell.
   std::vector<double> factors{1};
-  for (const double factor : {1 / kDegrees, kDegrees, increments ? interval : 1 / interval}) {
+  for (const double factor : {kDegree, kDegreesPerRadian, increments ? interval : 1 / interval}) {
     if (turns == 0 || std::abs(std::log(turns * factor)) < std::log(kTurnTolerance)) factors.push_back(factor);
   }
   const std::vector<Reading> all = read_all_ways(windows, factors);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "piste/core/error.h"
+#include "piste/math/units.h"
 #include "piste/model/alignment.h"
 #include "piste/model/magnetometer.h"
 #include "piste/solve/mounting.h"
@@ -18,7 +19,6 @@
 namespace piste {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kWindows[] = {3, 5, 8, 12};   // s of motion to align in, shortest first
 constexpr double kHeadingKnown = 4 * kDegree;  // 1-sigma at which an alignment in motion is believed
 constexpr double kTiltKnown = 8 * kDegree;
@@ -92,7 +92,7 @@ Quaterniond carry_back(const Log& log, const Quaterniond& q_end, double begin, d
 // the same fix again.
 void place(Start& start, const Receiver& receiver, bool still) {
   const auto& fixes = *receiver.fixes;
-  auto fix = std::partition_point(fixes.begin(), fixes.end(), [&](const GnssFix& f) { return f.time < start.time; });
+  auto fix = first_at_or_after(fixes, start.time);
   if (fix == fixes.end()) fix = std::prev(fix);
   const auto agree = [&](const GnssFix& a, const GnssFix& b) {
     const double fastest = still ? 1 : 100;
@@ -136,8 +136,7 @@ bool estimates(const FilterOptions& options, Block block) {
 void set_boresight(Start& start, const Log& log, const FilterOptions& options) {
   if (!estimates(options, Block::kBoresight)) return;
   for (const auto& fixes : log.attitude) {
-    const auto fix =
-        std::partition_point(fixes.begin(), fixes.end(), [&](const auto& f) { return f.time < start.time; });
+    const auto fix = first_at_or_after(fixes, start.time);
     if (fix == fixes.end()) continue;
     const Quaterniond q_wb =
         start.x.q_wb * turned(log, start.time, fix->time, bias_before(log, options, fix->time).value);

@@ -8,6 +8,7 @@
 #include <functional>
 
 #include "piste/core/error.h"
+#include "piste/math/units.h"
 #include "support/imu_pair.h"
 
 namespace piste::test {

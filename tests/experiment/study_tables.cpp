@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "piste/math/units.h"
 #include "support/study_case.h"
 #include "support/text_file.h"
 

@@ -2,15 +2,13 @@
 
 #include <gtest/gtest.h>
 
-#include <numbers>
 #include <random>
 
 #include "piste/math/earth.h"
+#include "piste/math/units.h"
 
 namespace piste::test {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 struct Receiver {
   double interval = 0.2, noise = 0.02, sigma = 0.02, velocity_noise = 0.02, delay = 0;

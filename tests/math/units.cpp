@@ -8,8 +8,6 @@
 namespace piste {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
-
 struct Case {
   std::string_view text;
   Dimension dimension;

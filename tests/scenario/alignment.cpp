@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "piste/math/units.h"
 #include "support/imu_pair.h"
 
 namespace piste::test {

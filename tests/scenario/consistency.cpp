@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "piste/experiment/ensemble.h"
+#include "piste/math/units.h"
 #include "support/scenario.h"
 
 namespace piste::test {

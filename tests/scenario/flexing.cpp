@@ -7,6 +7,7 @@
 #include <Eigen/Dense>
 
 #include "piste/math/statistics.h"
+#include "piste/math/units.h"
 #include "piste/sim/random.h"
 #include "piste/solve/rts.h"
 #include "support/simulated_case.h"

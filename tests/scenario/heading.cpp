@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "piste/math/units.h"
 #include "support/simulated_case.h"
 #include "support/text_file.h"
 

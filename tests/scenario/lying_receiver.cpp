@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "piste/consistency/disputes.h"
+#include "piste/math/units.h"
 #include "piste/sim/random.h"
 #include "piste/solve/attitude_noise.h"
 #include "piste/solve/rts.h"

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "piste/math/units.h"
 #include "piste/solve/rts.h"
 #include "support/random.h"
 #include "support/simulated_case.h"

@@ -6,12 +6,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "piste/math/units.h"
 #include "piste/sim/random.h"
 
 namespace piste {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 // Two-sided bounds, at 1e-3, of a sample variance over its true value.
 void expect_variance(double sum_of_squares, double sigma, double freedom) {

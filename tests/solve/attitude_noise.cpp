@@ -7,14 +7,12 @@
 #include <cmath>
 
 #include "piste/condition/pipeline.h"
-#include "piste/core/state_layout.h"
+#include "piste/math/units.h"
 #include "piste/sim/simulation.h"
 #include "support/scenario.h"
 
 namespace piste::test {
 namespace {
-
-constexpr double kRadian = 1 / kDegreesPerRadian;
 
 struct Mixture {
   Vector3d white, drift;  // deg, north, east, down
@@ -29,11 +27,11 @@ AttitudeOptions measured(const Mixture& mixture, std::uint64_t seed = 1) {
   s.imus.front().clock_offset = s.imus.front().clock_drift = 0;
   s.gnss.resize(1);
   s.attitude.resize(1);
-  s.attitude.front().noise = kRadian * mixture.white;
-  s.attitude.front().drift = GaussMarkov{kRadian * mixture.drift, 60};
+  s.attitude.front().noise = kDegree * mixture.white;
+  s.attitude.front().drift = GaussMarkov{kDegree * mixture.drift, 60};
   const Log log = condition(simulate(s, seed).recording(0), {});
   FilterOptions options;
-  const Vector3d total = kRadian * (mixture.white.cwiseAbs2() + mixture.drift.cwiseAbs2()).cwiseSqrt();
+  const Vector3d total = kDegree * (mixture.white.cwiseAbs2() + mixture.drift.cwiseAbs2()).cwiseSqrt();
   options.attitude.push_back({.name = "", .drift = GaussMarkov{total, 60}});
   measure_white_part(log, options);
   return options.attitude.front();

@@ -14,6 +14,7 @@
 
 #include "piste/core/log.h"
 #include "piste/math/earth.h"
+#include "piste/math/units.h"
 #include "support/text_file.h"
 
 namespace piste::test {
@@ -88,7 +89,6 @@ struct Accuracy {
 };
 
 inline Accuracy accuracy(const Table& solution, const Table& truth, const Interval& during) {
-  constexpr double kDegree = 1 / 57.295779513082320876798;
   struct Sum {
     double squares = 0, outside = 0;
   };

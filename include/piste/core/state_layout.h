@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "piste/math/units.h"
+
 namespace piste {
 
 enum class Block {
@@ -36,8 +38,6 @@ struct BlockInfo {
   double factor;
   std::array<std::string_view, 3> axes;
 };
-
-inline constexpr double kDegreesPerRadian = 57.295779513082320876798;
 
 inline constexpr auto kBlocks = std::to_array<BlockInfo>({
     {Block::kPosition, "position", 3, "m", 1, {"north", "east", "down"}},
