@@ -1,11 +1,11 @@
 #include "piste/consistency/consistency.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "piste/core/error.h"
+#include "piste/math/linear_algebra.h"
 #include "sums.h"
 
 namespace piste {
@@ -18,7 +18,7 @@ double nees(const ErrorSample& s, const std::vector<int>& rows) {
   const ErrorVector scale = P.diagonal().cwiseSqrt().cwiseInverse();
   const ErrorVector z = scale.cwiseProduct(e);
   const Covariance correlation = scale.asDiagonal() * P * scale.asDiagonal();
-  return z.dot(correlation.ldlt().solve(z));
+  return z.dot(solve_symmetric(correlation, Eigen::VectorXd(z)));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "piste/core/error.h"
 #include "piste/math/units.h"
 #include "piste/solve/filter.h"
+#include "piste/solve/run.h"
 
 namespace piste {
 namespace {

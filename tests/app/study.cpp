@@ -12,6 +12,7 @@
 #include <map>
 
 #include "support/navigation.h"
+#include "support/places.h"
 #include "support/program.h"
 
 namespace piste::test {
@@ -33,21 +34,21 @@ std::vector<std::string> fields_of(const std::string& line) {
 class Study : public testing::Test {
  protected:
   void SetUp() override {
-    const std::string shipped = PISTE_SOURCE_DIR "/config/scenarios/campaign";
+    const std::string shipped = source_folder() + "/config/scenarios/campaign";
     const std::string motion = "motion: {rest_before: 30 s, run: 60 s, rest_after: 20 s, net_turn: 240 deg}";
     folder_.write("short.yaml", fmt::format("base: {0}.yaml\nmems:\n  - {{imu: mt9a_1, name: MT-9A 1}}\n"
                                             "  - {{imu: mt9a_2, name: MT-9A 2}}\nruns:\n"
                                             "  - {{name: ski-1, activity: ski, scenario: {0}/ski.yaml, {1}}}\n"
                                             "  - {{name: lap, activity: bicycle, scenario: {0}/bicycle.yaml, {1}}}\n",
                                             shipped, motion));
-    const Said said = run_program(PISTE_SIMULATE, {"short.yaml", "--output", "in", "--quiet"}, folder_);
+    const Said said = run_program(program("simulate"), {"short.yaml", "--output", "in", "--quiet"}, folder_);
     ASSERT_EQ(said.code, 0) << said.err;
   }
 
   Said study(std::vector<std::string> words = {}) const {
     words.insert(words.begin(), "in/campaign.yaml");
     words.insert(words.end(), {"--output", "out"});
-    return run_program(PISTE_STUDY, words, folder_);
+    return run_program(program("study"), words, folder_);
   }
   std::string header(const std::string& file) const {
     const std::string text = read_text(folder_ / ("out/" + file));

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "support/random.h"
 
 namespace piste {
@@ -75,7 +77,8 @@ TEST(Estimate, TheResetJacobianHoldsForCorrectionsOfAnySize) {
             (boxminus(boxplus(x, c + d), corrected) - boxminus(boxplus(x, c - d), corrected)) / (2 * kStep);
         FullError expected = FullError::Zero();
         if (block == Block::kBoresight) {
-          expected.segment<3>(full_offset(Block::kBoresight)) = J.boresight.col(k);
+          const auto at = std::find(kMountingBlocks.begin(), kMountingBlocks.end(), block) - kMountingBlocks.begin();
+          expected.segment<3>(full_offset(block)) = J.mountings.at(static_cast<std::size_t>(at)).col(k);
         } else {
           const int first = full_offset(Block::kVelocity);
           expected.segment<6>(first) = J.velocity_attitude.col(full_offset(block) + k - first);

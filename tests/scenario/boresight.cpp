@@ -12,12 +12,13 @@
 #include <cmath>
 
 #include "support/navigation.h"
+#include "support/places.h"
 #include "support/program.h"
 
 namespace piste::test {
 namespace {
 
-const std::filesystem::path kSource = PISTE_SOURCE_DIR;
+const std::filesystem::path kSource = source_folder();
 
 Vector3d vector_of(const YAML::Node& node) {
   return {node[0].as<double>(), node[1].as<double>(), node[2].as<double>()};
@@ -27,7 +28,7 @@ class Boresight : public testing::TestWithParam<std::tuple<const char*, int>> {
  protected:
   void SetUp() override {
     const auto& [motion, seed] = GetParam();
-    const Said said = run_program(PISTE_SIMULATE,
+    const Said said = run_program(program("simulate"),
                                   {(kSource / "config/scenarios" / (std::string(motion) + ".yaml")).string(),
                                    "--output", "run", "--seed", std::to_string(seed), "--quiet"},
                                   folder_);
@@ -44,7 +45,7 @@ class Boresight : public testing::TestWithParam<std::tuple<const char*, int>> {
                     "estimate: [gyro_bias, accel_bias, gyro_drift, accel_drift, gyro_scale, accel_scale, boresight]\n",
                     kSource.string(), imu["clock_offset_s"].as<std::string>(), imu["clock_drift_ppm"].as<std::string>(),
                     lever_arm.x(), lever_arm.y(), lever_arm.z()));
-    const Said replayed = run_program(PISTE_REPLAY, {"run.yaml", "--output", "result", "--quiet"}, folder_);
+    const Said replayed = run_program(program("replay"), {"run.yaml", "--output", "result", "--quiet"}, folder_);
     ASSERT_EQ(replayed.code, 0) << replayed.err;
     summary_ = YAML::LoadFile(folder_ / "result/summary.json");
     truth_ = imu;

@@ -5,12 +5,13 @@
 #include <yaml-cpp/yaml.h>
 
 #include "support/navigation.h"
+#include "support/places.h"
 #include "support/program.h"
 
 namespace piste::test {
 namespace {
 
-const std::filesystem::path kSource = PISTE_SOURCE_DIR;
+const std::filesystem::path kSource = source_folder();
 
 struct Bounds {
   Vector3d euler;  // deg: roll, pitch, heading
@@ -31,7 +32,7 @@ void expect_within(const Accuracy& a, const Bounds& bounds, const char* which) {
 class GiantSlalom : public testing::TestWithParam<int> {
  protected:
   void SetUp() override {
-    const Said said = run_program(PISTE_SIMULATE,
+    const Said said = run_program(program("simulate"),
                                   {(kSource / "config/scenarios/giant_slalom.yaml").string(), "--output", "run",
                                    "--seed", std::to_string(GetParam()), "--quiet"},
                                   folder_);
@@ -51,7 +52,7 @@ class GiantSlalom : public testing::TestWithParam<int> {
                     kSource.string(), imu["clock_offset_s"].as<std::string>(), imu["clock_drift_ppm"].as<std::string>(),
                     receiver, lever_arm[0].as<std::string>(), lever_arm[1].as<std::string>(),
                     lever_arm[2].as<std::string>(), more));
-    const Said said = run_program(PISTE_REPLAY, {"run.yaml", "--output", "result", "--quiet"}, folder_);
+    const Said said = run_program(program("replay"), {"run.yaml", "--output", "result", "--quiet"}, folder_);
     ASSERT_EQ(said.code, 0) << said.err;
     const Table truth = read_table(folder_ / "run/truth.csv");
     const Interval run{truth_["run_s"][0].as<double>(), truth_["run_s"][1].as<double>()};

@@ -10,6 +10,7 @@
 #include "piste/io/sensor_file.h"
 #include "piste/math/units.h"
 #include "piste/sim/simulation.h"
+#include "support/places.h"
 #include "support/text_file.h"
 
 namespace piste {
@@ -18,7 +19,7 @@ namespace {
 using test::contains;
 using test::message_of;
 
-const std::filesystem::path kConfig = std::filesystem::path(PISTE_SOURCE_DIR) / "config";
+const std::filesystem::path kConfig = std::filesystem::path(test::source_folder()) / "config";
 
 const Campaign& shipped() {
   static const Campaign campaign = read_campaign(kConfig / "scenarios" / "campaign.yaml");
