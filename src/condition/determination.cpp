@@ -1,12 +1,12 @@
 #include "determination.h"
 
-#include <Eigen/Eigenvalues>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <string>
 
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
+#include "piste/math/linear_algebra.h"
 
 namespace piste {
 namespace {
@@ -40,10 +40,10 @@ void determine(Alignment& alignment, AlignmentInformation information, double ap
     if (sigma > 0) unit.segment<3>(block).setConstant(sigma);
   }
   const AlignmentInformation scaled = unit.asDiagonal() * information * unit.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<AlignmentInformation> eigen(scaled);
-  const Vector20 inverse = eigen.eigenvalues().cwiseMax(kNothing).cwiseInverse();
+  const Eigensystem eigen = eigensystem(scaled);
+  const Vector20 inverse = eigen.values.cwiseMax(kNothing).cwiseInverse();
   AlignmentInformation& P = alignment.covariance;
-  P = unit.asDiagonal() * eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose() *
+  P = unit.asDiagonal() * eigen.vectors * inverse.asDiagonal() * eigen.vectors.transpose() *
       unit.asDiagonal();
   P = (0.5 * (P + P.transpose())).eval();
 

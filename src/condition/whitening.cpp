@@ -1,8 +1,8 @@
 #include "whitening.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
+#include "piste/math/linear_algebra.h"
 #include "piste/math/statistics.h"
 
 namespace piste {
@@ -47,7 +47,7 @@ Whitening autoregression(const std::vector<Left>& left, double sigma) {
   }
   Whitening w;
   if (rows < 20 * kWhiteningOrder) return w;
-  const Eigen::VectorXd a = A.ldlt().solve(b);
+  const Eigen::VectorXd a = solve_symmetric(A, b);
   for (const double tap : a) w.taps.push_back(-tap);
   return w;
 }

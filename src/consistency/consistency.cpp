@@ -1,6 +1,5 @@
 #include "piste/consistency/consistency.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -9,6 +8,7 @@
 #include <type_traits>
 
 #include "piste/core/error.h"
+#include "piste/math/linear_algebra.h"
 
 namespace piste {
 namespace {
@@ -32,7 +32,7 @@ double nees(const ErrorSample& s, const std::vector<int>& rows) {
   const ErrorVector scale = P.diagonal().cwiseSqrt().cwiseInverse();
   const ErrorVector z = scale.cwiseProduct(e);
   const Covariance correlation = scale.asDiagonal() * P * scale.asDiagonal();
-  return z.dot(correlation.ldlt().solve(z));
+  return z.dot(solve_symmetric(correlation, Eigen::VectorXd(z)));
 }
 
 // Mean of n values and its standard error, from their sum and the sum of their squares.

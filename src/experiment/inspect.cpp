@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "piste/core/error.h"
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
 #include "piste/experiment/lever_arm.h"
 #include "piste/io/text_reader.h"
 

@@ -8,11 +8,11 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <utility>
 
 #include "experiment/parallel.h"
 #include "piste/condition/aligned_signals.h"
 #include "piste/condition/pipeline.h"
-#include "piste/condition/rest_detection.h"
 #include "piste/condition/time_sync.h"
 #include "piste/core/error.h"
 #include "piste/experiment/filter_estimates.h"
@@ -21,7 +21,7 @@
 #include "piste/experiment/timing_effect.h"
 #include "piste/experiment/truth_file.h"
 #include "piste/files/alignment.h"
-#include "piste/io/replay_config.h"
+#include "piste/solve/attitude_noise.h"
 
 namespace piste {
 namespace {
@@ -121,13 +121,12 @@ FilterCase filter_case(const RunConfig& config, const MountedImu& mems, const Im
   arm = body.q_rb.conjugate() * (arm - body.p_rb_r);
   options.attitude = {{.name = "reference", .drift = GaussMarkov{Vector3d::Zero(), data.solution->correlation_time}}};
   if (!(data.solution->correlation_time > 0)) options.attitude.front().drift.reset();
-  set_attitude_sigmas(options, {data.solution->attitude});
+  options = with_attitude_sigmas(std::move(options), {data.solution->attitude});
   ConditioningOptions conditioning = mems.conditioning;
   conditioning.imu.clock_offset = alignment.clock_offset;
   conditioning.imu.clock_drift = alignment.clock_drift;
   conditioning.rest = options.rest;
   out.log = condition({recording, {data.gnss}, {data.solution->attitude}}, conditioning);
-  mark_rest(out.log, options.rest);
   return out;
 }
 

@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "files/alignment_members.h"
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
 #include "piste/io/csv.h"
 
 namespace piste {

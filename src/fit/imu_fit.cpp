@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -10,6 +9,7 @@
 #include "piste/condition/aligned_signals.h"
 #include "piste/core/error.h"
 #include "piste/fit/reference_errors.h"
+#include "piste/math/linear_algebra.h"
 #include "piste/model/imu_errors.h"
 
 namespace piste {
@@ -132,7 +132,7 @@ double noise_ratio(const FitOptions& options, bool force) {
 }
 
 // How coefficients on the columns of X move with D p: a column each of p.
-Eigen::MatrixXd effect(const Eigen::MatrixXd& X, const Eigen::MatrixXd& D) { return X.householderQr().solve(D); }
+Eigen::MatrixXd effect(const Eigen::MatrixXd& X, const Eigen::MatrixXd& D) { return least_squares(X, D); }
 
 // What is not determined is left out.
 template <class Fit>

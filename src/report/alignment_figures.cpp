@@ -13,7 +13,7 @@
 #include <string_view>
 
 #include "piste/condition/aligned_signals.h"
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
 #include "piste/fit/spectrum.h"
 #include "piste/plot/svg.h"
 #include "piste/plot/thin.h"

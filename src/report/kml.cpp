@@ -6,7 +6,7 @@
 #include <iterator>
 #include <vector>
 
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
 #include "piste/plot/markup.h"
 #include "piste/plot/thin.h"
 

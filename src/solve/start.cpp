@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
 
 #include "piste/core/error.h"
+#include "piste/math/linear_algebra.h"
 #include "piste/model/alignment.h"
 #include "piste/model/magnetometer.h"
 #include "piste/solve/mounting.h"
@@ -218,9 +218,9 @@ Covariance tempered(const Covariance& smoothed, const Covariance& prior) {
     if (prior(i, i) > 0) unknown.push_back(i);
   }
   const Eigen::MatrixXd before = prior(unknown, unknown), after = smoothed(unknown, unknown);
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(after, before);
-  const Eigen::MatrixXd axes = before * solver.eigenvectors();
-  const Eigen::VectorXd part = (kTempering * solver.eigenvalues()).cwiseMin(1);
+  const Eigensystem found = eigensystem(after, before);
+  const Eigen::MatrixXd axes = before * found.vectors;
+  const Eigen::VectorXd part = (kTempering * found.values).cwiseMin(1);
   Covariance out = Covariance::Zero(prior.rows(), prior.cols());
   out(unknown, unknown) = axes * part.asDiagonal() * axes.transpose();
   return out;

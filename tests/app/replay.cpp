@@ -7,6 +7,7 @@
 #include <set>
 
 #include "support/navigation.h"
+#include "support/places.h"
 #include "support/ski_run.h"
 
 namespace piste::test {
@@ -45,7 +46,7 @@ std::string timeless(const std::string& summary) {
 TEST(Replay, ShippedRunGivesEveryOutput) {
   const TemporaryFolder folder;
   const Said said =
-      run_program(PISTE_REPLAY, {(kSource / "config/ski_run.yaml").string(), "--output", "result"}, folder);
+      run_program(program("replay"), {(kSource / "config/ski_run.yaml").string(), "--output", "result"}, folder);
   ASSERT_EQ(said.code, 0) << said.err;
   EXPECT_EQ(said.err, "");  // no progress bar where it is redirected
   EXPECT_TRUE(contains(said.out, "heading"));
@@ -250,11 +251,11 @@ TEST(Replay, WarnsWhereMostFixesAreRejected) {
 
 TEST(Replay, HelpAndVersion) {
   const TemporaryFolder folder;
-  const Said help = run_program(PISTE_REPLAY, {"--help"}, folder);
+  const Said help = run_program(program("replay"), {"--help"}, folder);
   EXPECT_EQ(help.code, 0);
   for (const char* part : {"CONFIG", "--output", "--quiet", "--help"}) EXPECT_TRUE(contains(help.out, part));
   EXPECT_EQ(help.err, "");
-  EXPECT_EQ(run_program(PISTE_REPLAY, {"--version"}, folder).code, 0);
+  EXPECT_EQ(run_program(program("replay"), {"--version"}, folder).code, 0);
 }
 
 TEST(Replay, WrongUsage) {
@@ -262,12 +263,12 @@ TEST(Replay, WrongUsage) {
   const std::vector<std::vector<std::string>> wrong{
       {}, {"--ouput", "x", "a.yaml"}, {"a.yaml", "b.yaml"}, {"a.yaml", "--output"}, {"a.yaml"}, {"."}};
   for (const auto& words : wrong) {
-    const Said said = run_program(PISTE_REPLAY, words, folder);
+    const Said said = run_program(program("replay"), words, folder);
     EXPECT_EQ(said.code, 2);
     EXPECT_EQ(said.out, "");
     EXPECT_NE(said.err, "");
   }
-  EXPECT_TRUE(contains(run_program(PISTE_REPLAY, {"a.yaml"}, folder).err, "a.yaml"));
+  EXPECT_TRUE(contains(run_program(program("replay"), {"a.yaml"}, folder).err, "a.yaml"));
   EXPECT_EQ(files_in(folder.path()), (std::set<std::string>{".err", ".out"}));
 }
 

@@ -13,6 +13,7 @@
 
 #include "piste/math/statistics.h"
 #include "support/navigation.h"
+#include "support/places.h"
 #include "support/program.h"
 #include "support/thorough.h"
 
@@ -35,7 +36,7 @@ std::vector<std::string> fields_of(const std::string& line) {
 class Study : public testing::Test {
  protected:
   void SetUp() override {
-    const std::string shipped = PISTE_SOURCE_DIR "/config/scenarios/campaign";
+    const std::string shipped = source_folder() + "/config/scenarios/campaign";
     const std::string motion = "motion: {rest_before: 30 s, run: 60 s, rest_after: 20 s, net_turn: 240 deg}";
     folder_.write("short.yaml", fmt::format("base: {0}.yaml\nmems:\n  - {{imu: mt9a_1, name: MT-9A 1}}\n"
                                             "  - {{imu: mt9a_2, name: MT-9A 2}}\nruns:\n"
@@ -49,12 +50,12 @@ class Study : public testing::Test {
   Said simulate(std::vector<std::string> words = {}) const {
     words.insert(words.begin(), "short.yaml");
     words.insert(words.end(), {"--output", "in", "--quiet"});
-    return run_program(PISTE_SIMULATE, words, folder_);
+    return run_program(program("simulate"), words, folder_);
   }
   Said study(std::vector<std::string> words = {}) const {
     words.insert(words.begin(), "in/campaign.yaml");
     words.insert(words.end(), {"--output", "out"});
-    return run_program(PISTE_STUDY, words, folder_);
+    return run_program(program("study"), words, folder_);
   }
   std::string header(const std::string& file) const {
     const std::string text = read_text(folder_ / ("out/" + file));
@@ -126,9 +127,9 @@ TEST_F(Study, WritesTheContract) {
 // What was put in, as each method could see it, is as far from the estimates as their intervals say: the mean square of
 // error over sigma (a half width over 1.96) within the band of as many draws. The two IMUs of a run share the
 // reference's errors, so that only runs and axes count. docs/study.md explains which do not hold: a line that the
-// gyroscopes' noise flattens, and constants that know of no drift, are exempted; a filter's sigma is that of an instant,
-// and cautious for the mean over the run, so that it has no lower end. Of seeds 1 to 6, the band of which is 0.40 to
-// 1.95, the others lie between 0.61 and 1.47.
+// gyroscopes' noise flattens, and constants that know of no drift, are exempted; a filter's sigma is that of an
+// instant, and cautious for the mean over the run, so that it has no lower end. Of seeds 1 to 6, the band of which is
+// 0.40 to 1.95, the others lie between 0.61 and 1.47.
 TEST_F(Study, IntervalsAreTrue) {
   struct Cell {
     double squares = 0, count = 0;

@@ -7,7 +7,7 @@
 
 #include <limits>
 
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
 #include "support/text_file.h"
 
 namespace piste::test {

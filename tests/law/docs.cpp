@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "support/places.h"
 #include "support/text_file.h"
 
 namespace piste::test {
@@ -19,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kSource = PISTE_SOURCE_DIR;
+const fs::path kSource = source_folder();
 
 /// Something that a page names.
 struct Named {
@@ -57,7 +58,7 @@ std::vector<std::string> lines_of(const std::string& text) {
 
 /// The tests of this build, as ctest lists them.
 std::string tests() {
-  const std::string command = std::string("'") + PISTE_CTEST + "' --test-dir '" + PISTE_BINARY_DIR + "' -N";
+  const std::string command = "'" + ctest_program() + "' --test-dir '" + build_folder() + "' -N";
   const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);
   std::string text;
   std::array<char, 4096> part{};
@@ -66,7 +67,7 @@ std::string tests() {
 }
 
 TEST(Docs, NameProgramsThatAreBuilt) {
-  const std::vector<std::string> built = lines_of(read_text(fs::path(PISTE_BINARY_DIR) / "programs.txt"));
+  const std::vector<std::string> built = lines_of(read_text(fs::path(build_folder()) / "programs.txt"));
   const std::vector<Named> programs = named("build/release/([a-z_]+/[a-z0-9_]+)");
   EXPECT_GE(programs.size(), 10U);
   for (const auto& [page, program] : programs) {

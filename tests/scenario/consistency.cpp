@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "piste/experiment/ensemble.h"
+#include "support/places.h"
 #include "support/scenario.h"
 #include "support/thorough.h"
 
@@ -76,7 +77,7 @@ TEST(UnknownHeading, IsFoundWithinFiveSeconds) {
 // Seeds whose gyro bias, not yet known, once made the first seconds of rest look like motion: the heading came out
 // 130 deg wrong, with 6 deg claimed.
 TEST(UnknownHeading, IsNotFoundInARest) {
-  Scenario s = read_scenario(PISTE_SOURCE_DIR "/config/scenarios/giant_slalom.yaml");
+  Scenario s = read_scenario(source_folder() + "/config/scenarios/giant_slalom.yaml");
   shorten(s, 20, 35, 2);
   s.replay.heading = ReplaySetup::Heading::kAuto;
   for (const std::uint64_t seed : {8U, 16U}) {

@@ -10,10 +10,11 @@
 
 #include "piste/condition/pipeline.h"
 #include "piste/condition/time_sync.h"
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
 #include "piste/io/log_io.h"
 #include "piste/io/sensor_file.h"
 #include "support/datasets.h"
+#include "support/places.h"
 #include "support/random.h"
 
 namespace piste::test {
@@ -41,7 +42,7 @@ ImuRecording raw_log(double gyro_noise, double accel_noise) {
 
 TEST(DriveAlignment, FindsTheRecordistsMountingAndClock) {
   PISTE_REQUIRE_DATASETS();
-  const ImuSensor sensor = read_sensor(PISTE_SOURCE_DIR "/config/sensors/mems_car.yaml");
+  const ImuSensor sensor = read_sensor(source_folder() + "/config/sensors/mems_car.yaml");
   const auto reference = condition_imu(read_imu({(datasets() / "drive/imu.txt").string(), LogFormat::kKfGins}), {}).imu;
   const auto body = condition_imu(raw_log(0.5 * kRadian, 0.1), {}).imu;
   const Alignment a = align(body, reference, {.sensor = sensor});

@@ -15,13 +15,14 @@
 #include "piste/sim/random.h"
 #include "support/datasets.h"
 #include "support/navigation.h"
+#include "support/places.h"
 #include "support/receiver_logs.h"
 #include "support/simulated_case.h"
 
 namespace piste::test {
 namespace {
 
-const std::filesystem::path kSource = PISTE_SOURCE_DIR;
+const std::filesystem::path kSource = source_folder();
 
 /// A CSV of numbers, to be spoilt.
 struct Sheet {

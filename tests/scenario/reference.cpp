@@ -9,13 +9,14 @@
 
 #include "piste/experiment/ensemble.h"
 #include "support/navigation.h"
+#include "support/places.h"
 #include "support/program.h"
 #include "support/thorough.h"
 
 namespace piste::test {
 namespace {
 
-const std::filesystem::path kSource = PISTE_SOURCE_DIR;
+const std::filesystem::path kSource = source_folder();
 const std::array kAngles{"roll", "pitch", "heading"};
 
 // Errors of an attitude log against the truth at its epochs.
@@ -66,7 +67,7 @@ class Reference : public testing::TestWithParam<Course> {};
 TEST_P(Reference, CarriesTheMt9a) {
   const TemporaryFolder folder;
   const Said simulated = run_program(
-      PISTE_SIMULATE,
+      program("simulate"),
       {fmt::format("{}/config/scenarios/{}.yaml", kSource.string(), GetParam().name), "--output", "run", "--quiet"},
       folder);
   ASSERT_EQ(simulated.code, 0) << simulated.err;
@@ -79,7 +80,7 @@ TEST_P(Reference, CarriesTheMt9a) {
 
   folder.write("ln200.yaml", fmt::format("imu: {{file: run/ln200.csv, sensor: {}/ln200.yaml}}\n{}{}]\n", sensors,
                                          gnss_of(truth["imus"]["ln200"]), rest_of_it));
-  const Said reference = run_program(PISTE_REPLAY, {"ln200.yaml", "--output", "reference", "--quiet"}, folder);
+  const Said reference = run_program(program("replay"), {"ln200.yaml", "--output", "reference", "--quiet"}, folder);
   ASSERT_EQ(reference.code, 0) << reference.err;
   const Table attitude = read_table(folder / "reference/attitude.csv"),
               true_attitude = read_table(folder / "run/truth_ln200.csv");
@@ -107,7 +108,7 @@ TEST_P(Reference, CarriesTheMt9a) {
                   "ppm}}}}\n{}attitude: {{file: reference/attitude.csv, correlation_time: {} s}}\n{}, boresight]\n",
                   sensors, imu["clock_offset_s"].as<std::string>(), imu["clock_drift_ppm"].as<std::string>(),
                   gnss_of(imu), tau, rest_of_it));
-  const Said said = run_program(PISTE_REPLAY, {"mt9a.yaml", "--output", "result", "--quiet"}, folder);
+  const Said said = run_program(program("replay"), {"mt9a.yaml", "--output", "result", "--quiet"}, folder);
   ASSERT_EQ(said.code, 0) << said.err;
   const YAML::Node summary = YAML::LoadFile(folder / "result/summary.json");
   EXPECT_LT(summary["attitude"]["rejected"].as<int>(), 45);  // a hundredth

@@ -10,12 +10,13 @@
 #include <yaml-cpp/yaml.h>
 
 #include "support/navigation.h"
+#include "support/places.h"
 #include "support/program.h"
 
 namespace piste::test {
 namespace {
 
-const std::filesystem::path kSource = PISTE_SOURCE_DIR;
+const std::filesystem::path kSource = source_folder();
 const Interval kUnderWay{302460, 302550};
 
 struct Result {
@@ -31,7 +32,7 @@ Result replay_with(const std::string& sources, const std::string& blocks) {
                              "estimate: [gyro_bias, accel_bias, gyro_drift, accel_drift, gyro_scale, accel_scale" +
                              blocks + "]\n";
   folder.write("run.yaml", config);
-  const Said said = run_program(PISTE_REPLAY, {"run.yaml", "--output", "result", "--quiet"}, folder);
+  const Said said = run_program(program("replay"), {"run.yaml", "--output", "result", "--quiet"}, folder);
   EXPECT_EQ(said.code, 0) << said.err;
   if (said.code != 0) return {};
   const Table truth = read_table(kSource / "data/ski_run/truth.csv");

@@ -9,6 +9,7 @@
 
 #include "piste/io/sensor_file.h"
 #include "piste/sim/simulation.h"
+#include "support/places.h"
 #include "support/text_file.h"
 
 namespace piste {
@@ -17,7 +18,7 @@ namespace {
 using test::contains;
 using test::message_of;
 
-const std::filesystem::path kConfig = std::filesystem::path(PISTE_SOURCE_DIR) / "config";
+const std::filesystem::path kConfig = std::filesystem::path(test::source_folder()) / "config";
 
 const Campaign& shipped() {
   static const Campaign campaign = read_campaign(kConfig / "scenarios" / "campaign.yaml");

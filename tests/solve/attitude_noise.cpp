@@ -8,8 +8,9 @@
 #include <functional>
 
 #include "piste/condition/pipeline.h"
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
 #include "piste/sim/simulation.h"
+#include "support/places.h"
 #include "support/scenario.h"
 #include "support/thorough.h"
 
@@ -26,7 +27,7 @@ struct Mixture {
 /// What is measured of one short ski run with such a reference, its log and what is known of it changed before.
 AttitudeOptions measured(const Mixture& mixture, std::uint64_t seed = 1, const std::function<void(Log&)>& change = {},
                          const std::function<void(AttitudeOptions&)>& know = {}) {
-  Scenario s = read_scenario(PISTE_SOURCE_DIR "/config/scenarios/ski.yaml");
+  Scenario s = read_scenario(source_folder() + "/config/scenarios/ski.yaml");
   shorten(s, mixture.rest, 20, 0);
   s.imus.resize(1);
   s.imus.front().clock_offset = s.imus.front().clock_drift = 0;
@@ -40,8 +41,17 @@ AttitudeOptions measured(const Mixture& mixture, std::uint64_t seed = 1, const s
   const Vector3d total = kRadian * (mixture.white.cwiseAbs2() + mixture.drift.cwiseAbs2()).cwiseSqrt();
   options.attitude.push_back({.name = "", .drift = GaussMarkov{total, 60}});
   if (know) know(options.attitude.front());
-  measure_white_part(log, options);
-  return options.attitude.front();
+  return with_white_part(options, log).attitude.front();
+}
+
+TEST(AttitudeSigmas, AreTheRmsOfTheFixesLevelAxesAlike) {
+  FilterOptions options;
+  options.attitude = {{.name = "coloured", .drift = GaussMarkov{Vector3d::Zero(), 60}}, {.name = "white", .drift = {}}};
+  const AttitudeRecording fixes{.file = "",
+                                .fixes = {{0, Vector3d::Zero(), {0.3, 0.4, 3}}, {1, Vector3d::Zero(), {0.5, 0, 4}}}};
+  const FilterOptions known = with_attitude_sigmas(options, {fixes, fixes});
+  EXPECT_TRUE(known.attitude[0].drift->sigma.isApprox(Vector3d(std::sqrt(0.125), std::sqrt(0.125), std::sqrt(12.5))));
+  EXPECT_FALSE(known.attitude[1].drift);
 }
 
 TEST(WhitePart, IsFoundWhateverTheMixture) {

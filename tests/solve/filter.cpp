@@ -1,13 +1,12 @@
 // What a caller of the filter may rely on: arrival order, copies, lateness.
 
-#include "piste/solve/filter.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "piste/solve/run.h"
 #include "support/synthetic_log.h"
 
 namespace piste {
@@ -34,7 +33,7 @@ std::vector<Arrival> arrivals_of(const Log& log) {
       all.push_back({fix.time, fix.time, [fix, r](Filter& f) { f.add(static_cast<int>(r), fix); }});
     }
   }
-  for (const MagneticSample& m : log.magnetic) all.push_back({m.time, m.time, [m](Filter& f) { f.add(m); }});
+  for (const MagneticSample& m : log.magnetic) all.push_back({m.time, m.time, [m](Filter& f) { f.add(0, m); }});
   return all;
 }
 

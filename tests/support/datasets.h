@@ -7,13 +7,15 @@
 #include <filesystem>
 #include <string>
 
+#include "support/places.h"
+
 namespace piste::test {
 
 /// Folder of the recorded data sets: $PISTE_DATASETS, else ../shared/datasets beside the sources, else empty.
 inline std::filesystem::path datasets() {
   namespace fs = std::filesystem;
   if (const char* given = std::getenv("PISTE_DATASETS")) return given;
-  const fs::path beside = fs::path(PISTE_SOURCE_DIR).parent_path() / "shared" / "datasets";
+  const fs::path beside = fs::path(source_folder()).parent_path() / "shared" / "datasets";
   return fs::is_directory(beside) ? beside : fs::path();
 }
 

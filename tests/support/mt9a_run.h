@@ -6,6 +6,7 @@
 #include <string>
 
 #include "support/navigation.h"
+#include "support/places.h"
 #include "support/program.h"
 
 namespace piste::test {
@@ -14,7 +15,7 @@ class Mt9aRun {
  public:
   /// Leaving the other IMUs at home changes no row of this one, and takes a quarter of the time.
   Mt9aRun(const std::string& scenario, int seed) {
-    const std::string config = PISTE_SOURCE_DIR "/config/";
+    const std::string config = source_folder() + "/config/";
     folder_.write("alone.yaml", fmt::format("base: {0}scenarios/{1}.yaml\n"
                                             "imus:\n"
                                             "  - name: mt9a_1\n"
@@ -25,7 +26,7 @@ class Mt9aRun {
                                             "    clock: {{offset: 12.3456 s, drift: 18 ppm}}\n",
                                             config, scenario));
     const Said said = run_program(
-        PISTE_SIMULATE, {"alone.yaml", "--output", "run", "--seed", std::to_string(seed), "--quiet"}, folder_);
+        program("simulate"), {"alone.yaml", "--output", "run", "--seed", std::to_string(seed), "--quiet"}, folder_);
     if (said.code != 0) throw std::runtime_error(said.err);
     truth_ = YAML::LoadFile(folder_ / "run/truth.json");
   }
@@ -46,10 +47,10 @@ class Mt9aRun {
                     "gnss: {{file: run/{}.csv, lever_arm: {} {} {} m{}}}\n{}"
                     "initial: {{heading: auto}}\n"
                     "estimate: [gyro_bias, accel_bias, gyro_drift, accel_drift, gyro_scale, accel_scale{}]\n",
-                    PISTE_SOURCE_DIR, clock["clock_offset_s"].as<std::string>(),
+                    source_folder(), clock["clock_offset_s"].as<std::string>(),
                     clock["clock_drift_ppm"].as<std::string>(), receiver, lever_arm[0].as<std::string>(),
                     lever_arm[1].as<std::string>(), lever_arm[2].as<std::string>(), gnss, sources, blocks));
-    const Said said = run_program(PISTE_REPLAY, {"run.yaml", "--output", "result", "--quiet"}, folder_);
+    const Said said = run_program(program("replay"), {"run.yaml", "--output", "result", "--quiet"}, folder_);
     if (said.code != 0) throw std::runtime_error(said.err);
   }
 

@@ -7,9 +7,9 @@
 #include <string>
 
 #include "piste/condition/pipeline.h"
-#include "piste/condition/rest_detection.h"
 #include "piste/sim/simulation.h"
 #include "piste/solve/start.h"
+#include "support/places.h"
 
 namespace piste::test {
 
@@ -23,17 +23,13 @@ struct Case {
   ConditioningOptions conditioning;
 
   double under_way() const { return simulation.plate.under_way().start; }
-  Log log() const {
-    Log log = condition(simulation.recording(0), conditioning);
-    mark_rest(log, conditioning.rest);
-    return log;
-  }
+  Log log() const { return condition(simulation.recording(0), conditioning); }
   FoundStart find(const InitialHeading& heading = {}) const { return find_start(log(), options, heading); }
 };
 
 inline Case make_case(const std::string& motion, double heading_deg, std::uint64_t seed,
                       const std::function<void(Scenario&)>& change = {}) {
-  Scenario s = read_scenario(std::filesystem::path(PISTE_SOURCE_DIR) / "config" / "scenarios" / (motion + ".yaml"));
+  Scenario s = read_scenario(std::filesystem::path(source_folder()) / "config" / "scenarios" / (motion + ".yaml"));
   s.imus.resize(1);
   s.gnss.resize(1);
   s.attitude.clear();
