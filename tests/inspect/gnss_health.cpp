@@ -92,6 +92,7 @@ TEST(GnssHealth, DelayOfTheVelocities) {
     ASSERT_TRUE(h.velocity);
     EXPECT_NEAR(h.velocity->delay, delay, 0.015);
     EXPECT_LT(std::abs(h.velocity->delay - delay), 5 * h.velocity->sigma_delay);
+    EXPECT_LT(h.velocity->sigma_delay, 0.01);
     const std::vector<Suspicion> found = suspicions(h, {}, "gnss");
     ASSERT_EQ(found.size(), 1U);
     EXPECT_FALSE(is_severe(found.front().fault));

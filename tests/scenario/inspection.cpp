@@ -274,6 +274,7 @@ TEST_F(Inspected, ShippedLogsAreClean) {
   ASSERT_TRUE(arm);
   const Vector3d error = arm->value - Vector3d(-0.06, 0.03, -0.42);
   EXPECT_LT(error.cwiseQuotient(arm->sigma).cwiseAbs().maxCoeff(), 4) << error.transpose();
+  EXPECT_LT(arm->sigma.maxCoeff(), 0.03) << arm->sigma.transpose();
 }
 
 TEST_F(Inspected, SimulatedLogsAreClean) {
