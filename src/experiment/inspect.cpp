@@ -8,9 +8,9 @@
 #include <utility>
 
 #include "piste/core/error.h"
-#include "piste/core/state_table.h"
 #include "piste/experiment/lever_arm.h"
 #include "piste/io/text_reader.h"
+#include "piste/math/units.h"
 
 namespace piste {
 namespace {

@@ -9,8 +9,8 @@
 #include <numbers>
 
 #include "files/alignment_members.h"
-#include "piste/core/state_table.h"
 #include "piste/io/csv.h"
+#include "piste/math/units.h"
 
 namespace piste {
 namespace {

@@ -8,6 +8,7 @@
 
 #include "fit/banded.h"
 #include "io/json.h"
+#include "piste/math/units.h"
 
 namespace piste {
 namespace {

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "io/json.h"
+#include "piste/math/units.h"
 
 namespace piste {
 namespace {

@@ -7,6 +7,7 @@
 
 #include "piste/core/state_table.h"
 #include "piste/files/alignment.h"
+#include "piste/math/units.h"
 #include "piste/plot/markup.h"
 #include "report/page.h"
 

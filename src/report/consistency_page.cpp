@@ -11,6 +11,7 @@
 
 #include "fit/banded.h"
 #include "piste/files/consistency.h"
+#include "piste/math/units.h"
 #include "piste/plot/markup.h"
 #include "piste/plot/svg.h"
 #include "report/page.h"

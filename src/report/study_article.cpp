@@ -13,6 +13,7 @@
 
 #include "piste/experiment/article.h"
 #include "piste/experiment/study_tables.h"
+#include "piste/math/units.h"
 #include "piste/plot/markup.h"
 #include "report/page.h"
 #include "report/study_text.h"

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "piste/math/units.h"
 #include "support/study_case.h"
 
 namespace piste {

@@ -7,6 +7,7 @@
 
 #include <cmath>
 
+#include "piste/math/units.h"
 #include "support/alignment_picture.h"
 #include "support/text_file.h"
 

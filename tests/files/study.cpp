@@ -10,6 +10,7 @@
 #include <map>
 #include <sstream>
 
+#include "piste/math/units.h"
 #include "support/study_case.h"
 #include "support/text_file.h"
 

@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "piste/io/sensor_file.h"
+#include "piste/math/units.h"
 #include "piste/sim/simulation.h"
 #include "support/places.h"
 #include "support/text_file.h"

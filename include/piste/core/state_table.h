@@ -15,6 +15,7 @@
 
 #include "piste/core/options.h"
 #include "piste/math/so3.h"
+#include "piste/math/units.h"
 
 namespace piste {
 
@@ -88,8 +89,6 @@ struct BlockInfo {
   /// errors that the options of a source state.
   bool implied = false;
 };
-
-inline constexpr double kDegreesPerRadian = 57.295779513082320876798;
 
 namespace blocks {
 

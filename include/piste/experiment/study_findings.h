@@ -16,6 +16,7 @@
 #include "piste/core/aligned.h"
 #include "piste/fit/imu_fit.h"
 #include "piste/fit/regression.h"
+#include "piste/math/units.h"
 
 namespace piste {
 

@@ -1,6 +1,7 @@
 #pragma once
 /// Medians and quantiles of values, quantiles of distributions, and bands in which a statistic should lie.
 
+#include <Eigen/Core>
 #include <vector>
 
 namespace piste {
@@ -8,8 +9,14 @@ namespace piste {
 /// The middle value. Of an even number of values, the larger of the two in the middle. @pre not empty
 double median(std::vector<double> values);
 
+/// The median of each axis. @pre not empty
+Eigen::Vector3d median(const std::vector<Eigen::Vector3d>& values);
+
 /// The value below which this part (0 to 1) of the other values lies. Between two values, the lower one. @pre not empty
 double quantile(std::vector<double> values, double part);
+
+/// Standard deviation of a normal distribution about zero, divided by the median magnitude of its values.
+inline constexpr double kSigmaOverMedian = 1.4826;
 
 /// x with P(χ²_dof ≤ x) = probability, 0 < probability < 1, dof > 0.
 double chi_squared_quantile(double probability, double dof);

@@ -6,11 +6,15 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <numbers>
 #include <span>
 #include <string>
 #include <string_view>
 
 namespace piste {
+
+/// One degree in radians, and one radian in degrees.
+inline constexpr double kDegree = std::numbers::pi / 180, kDegreesPerRadian = 180 / std::numbers::pi;
 
 /// What a number measures: the exponents of its base dimensions times two (√Hz has half exponents), and for error
 /// messages a name and an example.
