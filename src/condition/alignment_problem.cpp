@@ -46,12 +46,12 @@ class Builder {
       return w;
     };
     TriadSample triad{m,
-                m - body.time.front(),
-                body.gyro[epoch.sample],
-                pair_.gyro_gain,
-                part,
-                weights(epoch.usable.gyro, epoch.gyro_sigma),
-                &pair_.reference};
+                      m - body.time.front(),
+                      body.gyro[epoch.sample],
+                      pair_.gyro_gain,
+                      part,
+                      weights(epoch.usable.gyro, epoch.gyro_sigma),
+                      &pair_.reference};
     if (epoch.usable.gyro != 0) {
       problem_.AddResidualBlock(new TriadCost<false>(triad), new ceres::HuberLoss(kHuber), x_.clock.data(),
                                 x_.q_rb.coeffs().data(), x_.gyro_bias.data(), x_.gyro_scale.data(),

@@ -21,9 +21,9 @@ TEST(Statistics, StudentsT) {
 }
 
 TEST(Statistics, Median) {
-  EXPECT_EQ(median({3}), 3);
-  EXPECT_EQ(median({5, 1, 9}), 5);
-  EXPECT_EQ(median({4, 1, 3, 2}), 3);
+  EXPECT_EQ(median(std::vector<double>{3}), 3);
+  EXPECT_EQ(median(std::vector<double>{5, 1, 9}), 5);
+  EXPECT_EQ(median(std::vector<double>{4, 1, 3, 2}), 3);
 }
 
 TEST(Statistics, QuantileHasItsPartOfTheOthersBelow) {
