@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "math/time.h"
 #include "piste/core/error.h"
-#include "piste/math/time.h"
 
 namespace piste {
 namespace {

@@ -9,9 +9,9 @@
 
 #include "alignment_problem.h"
 #include "coarse_offset.h"
+#include "condition/boresight.h"
 #include "determination.h"
 #include "paired_signals.h"
-#include "piste/condition/boresight.h"
 #include "piste/condition/signal.h"
 #include "piste/core/error.h"
 #include "piste/core/state_layout.h"
@@ -451,10 +451,7 @@ AlignedImus bring_together(const std::vector<ImuSample>& body, const std::vector
   AlignedImus out;
   out.interval = signals.step;
   const double first = body.front().time;
-  Vector3d p_rb_r = alignment.p_rb_r;
-  for (int i = 0; i < 3; ++i) {
-    if (!std::isfinite(alignment.variance(AlignmentLayout::kLeverArm + i))) p_rb_r(i) = 0;
-  }
+  const Vector3d p_rb_r = alignment.known_lever_arm();
   const Matrix3d R_br = alignment.q_rb.toRotationMatrix().transpose();
   for (std::size_t k = 0; k < body.size(); ++k) {
     const double t = alignment.reference_time(body[k].time, first);

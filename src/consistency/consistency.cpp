@@ -1,5 +1,8 @@
 #include "piste/consistency/consistency.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
@@ -8,6 +11,7 @@
 #include <tuple>
 #include <type_traits>
 
+#include "consistency/report_numbers.h"
 #include "piste/core/error.h"
 
 namespace piste {
@@ -433,6 +437,33 @@ Consistency Consistency::restore(std::string_view bytes) {
   }
   if (!bytes.empty()) throw DataError("ensemble", "the saved sums go on where they should end");
   return out;
+}
+
+std::string consistency_verdict(const ConsistencyReport& report) {
+  const std::string band = fmt::format("{} band", percent(report.probability));
+  if (report.consistent()) {
+    return fmt::format("Consistent: over {} runs, under way, the NEES of every group lies within its {}.", report.runs,
+                       band);
+  }
+  std::vector<std::string> reasons;
+  constexpr auto kSeen = static_cast<std::size_t>(Phase::kUnderWay);
+  for (const auto& [name, estimator] : {std::pair{"filter", &report.filter}, {"smoother", &report.smoother}}) {
+    if (estimator->groups[kSeen].empty()) reasons.push_back(fmt::format("the {} was not seen under way", name));
+  }
+  constexpr std::size_t kNamed = 6;
+  auto outside = report.outside();
+  if (!outside.empty()) {
+    const std::size_t more = outside.size() - std::min(outside.size(), kNamed);
+    outside.resize(outside.size() - more);
+    if (more > 0) outside.back() += fmt::format(" and {} more", more);
+    reasons.push_back(fmt::format("over {} runs, under way, the NEES of {} lies outside its {}", report.runs,
+                                  fmt::join(outside, ", "), band));
+  }
+  if (!report.failures.empty()) {
+    reasons.push_back(fmt::format("{} of {} runs failed", report.failures.size(),
+                                  report.failures.size() + static_cast<std::size_t>(report.runs)));
+  }
+  return fmt::format("Not consistent: {}.", fmt::join(reasons, "; "));
 }
 
 }  // namespace piste

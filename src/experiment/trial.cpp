@@ -5,9 +5,9 @@
 #include <map>
 #include <numbers>
 
+#include "experiment/true_estimate.h"
 #include "piste/condition/pipeline.h"
 #include "piste/condition/rest_detection.h"
-#include "piste/experiment/true_estimate.h"
 #include "piste/sim/random.h"
 #include "piste/solve/rts.h"
 #include "piste/solve/start.h"

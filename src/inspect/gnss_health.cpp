@@ -8,9 +8,9 @@
 #include <numbers>
 #include <span>
 
+#include "math/time.h"
 #include "piste/math/earth.h"
 #include "piste/math/statistics.h"
-#include "piste/math/time.h"
 #include "signed_permutations.h"
 
 namespace piste {

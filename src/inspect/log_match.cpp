@@ -10,10 +10,10 @@
 #include <set>
 
 #include "clock_match.h"
+#include "math/time.h"
 #include "motion_match.h"
 #include "piste/math/earth.h"
 #include "piste/math/statistics.h"
-#include "piste/math/time.h"
 
 namespace piste {
 namespace {

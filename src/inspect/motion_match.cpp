@@ -6,9 +6,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "math/time.h"
 #include "piste/math/earth.h"
 #include "piste/math/statistics.h"
-#include "piste/math/time.h"
 #include "signed_permutations.h"
 
 namespace piste {

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "io/replay_keys.h"
 #include "piste/core/error.h"
 #include "piste/io/config.h"
-#include "piste/io/replay_keys.h"
 
 namespace piste {
 namespace {

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "io/json.h"
-#include "piste/plot/thin.h"
+#include "plot/thin.h"
 
 namespace piste::charts {
 namespace {

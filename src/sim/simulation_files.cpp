@@ -4,7 +4,7 @@
 #include <initializer_list>
 #include <span>
 
-#include "piste/io/csv.h"
+#include "io/csv.h"
 #include "piste/sim/simulation.h"
 
 namespace piste {

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <vector>
 
-#include "piste/condition/boresight.h"
+#include "condition/boresight.h"
 #include "stretch.h"
 
 namespace piste {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "piste/io/csv.h"
+#include "io/csv.h"
 #include "piste/files/summary.h"
 #include "piste/io/log_io.h"
 #include "support/text_file.h"

@@ -1,0 +1,13 @@
+#pragma once
+/// The article that the shipped campaign stands beside, and whose sensors are StudyCase's.
+
+#include "piste/experiment/article.h"
+
+namespace piste::test {
+
+inline ArticleBeside bonnaz_2008() {
+  return {read_article(PISTE_SOURCE_DIR "/config/articles/bonnaz_2008.yaml"),
+          {{"MT-9A 1", 0}, {"MT-9A 2", 1}, {"MT-9A 3", 2}}};
+}
+
+}  // namespace piste::test
