@@ -9,7 +9,7 @@
 #include <unsupported/Eigen/FFT>
 
 #include "piste/core/error.h"
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
 
 namespace piste {
 namespace {

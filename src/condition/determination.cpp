@@ -6,7 +6,7 @@
 #include <limits>
 #include <string>
 
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
 
 namespace piste {
 namespace {

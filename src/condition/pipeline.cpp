@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "math/time.h"
+#include "piste/condition/rest_detection.h"
 #include "piste/core/error.h"
 
 namespace piste {
@@ -138,7 +140,9 @@ Log condition(const Recording& recording, const ConditioningOptions& options) {
   const Interval imu{log.imu.front().time - log.imu.front().interval, log.imu.back().time};
   condition_gnss(recording, imu, options, log);
   condition_attitude(recording, imu, log);
-  return log;
+  if (!options.rest.detect) return log;
+  std::vector<Interval> rest = detect_rest(log);
+  return with_rest(std::move(log), std::move(rest));
 }
 
 }  // namespace piste

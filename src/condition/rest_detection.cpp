@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "piste/math/statistics.h"
 
@@ -206,14 +207,14 @@ std::vector<Interval> detect_rest(const AlignedImus& imus) {
   return intervals_of(rest, cells, imus.time.back());
 }
 
-void mark_rest(Log& log, const RestOptions& options) {
-  if (!options.detect) return;
-  log.rest = detect_rest(log);
+Log with_rest(Log log, std::vector<Interval> rest) {
+  log.rest = std::move(rest);
   auto interval = log.rest.begin();
   for (ImuSample& s : log.imu) {
     while (interval != log.rest.end() && interval->end < s.time) ++interval;
     s.at_rest = interval != log.rest.end() && interval->start <= s.time - s.interval + 1e-9 && s.time <= interval->end;
   }
+  return log;
 }
 
 }  // namespace piste

@@ -14,7 +14,7 @@
 #include "paired_signals.h"
 #include "piste/condition/signal.h"
 #include "piste/core/error.h"
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
 #include "piste/math/statistics.h"
 #include "whitening.h"
 

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
 
 namespace piste {
 namespace {

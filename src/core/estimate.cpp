@@ -6,44 +6,14 @@ namespace {
 auto segment(FullError& e, Block b) { return e.segment(full_offset(b), info(b).size); }
 Vector3d three(const FullError& e, Block b) { return e.segment<3>(full_offset(b)); }
 
+// Velocity and attitude are one element of SE(3); every other block stands by itself.
+constexpr bool is_motion(Block b) { return b == Block::kAttitude || b == Block::kVelocity; }
+
 template <class E>
 auto* additive_data(E& x, Block block) {
-  switch (block) {
-    case Block::kPosition:
-      return x.p_wb.data();
-    case Block::kVelocity:
-      return x.v_wb.data();
-    case Block::kGyroBias:
-      return x.gyro_bias.data();
-    case Block::kAccelBias:
-      return x.accel_bias.data();
-    case Block::kGyroDrift:
-      return x.gyro_drift.data();
-    case Block::kAccelDrift:
-      return x.accel_drift.data();
-    case Block::kGyroScale:
-      return x.gyro_scale.data();
-    case Block::kAccelScale:
-      return x.accel_scale.data();
-    case Block::kLeverArm:
-      return x.lever_arm.data();
-    case Block::kGnssPositionDrift:
-      return x.gnss_position_drift.data();
-    case Block::kGnssDelay:
-      return &x.gnss_delay;
-    case Block::kAttitudeDrift:
-      return x.attitude_drift.data();
-    case Block::kBoresightDrift:
-      return x.boresight_drift.data();
-    case Block::kAttitude:
-    case Block::kBoresight:
-      break;
-  }
-  return static_cast<decltype(x.p_wb.data())>(nullptr);
-}
-
-constexpr bool is_group_block(Block b) {
-  return b == Block::kAttitude || b == Block::kBoresight || b == Block::kVelocity;
+  const BlockMember& member = info(block).member;
+  if (const auto* vector = std::get_if<Vector3d Estimate::*>(&member)) return (x.*(*vector)).data();
+  return &(x.*std::get<double Estimate::*>(member));
 }
 
 }  // namespace
@@ -54,15 +24,32 @@ Eigen::Map<const Eigen::VectorXd> additive(const Estimate& x, Block block) {
   return {additive_data(x, block), info(block).size};
 }
 
+Quaterniond& rotation(Estimate& x, Block block) { return x.*std::get<Quaterniond Estimate::*>(info(block).member); }
+
+const Quaterniond& rotation(const Estimate& x, Block block) {
+  return x.*std::get<Quaterniond Estimate::*>(info(block).member);
+}
+
+Vector3d shown_value(const Estimate& x, Block block) {
+  if (is_rotation(block)) return to_euler(rotation(x, block));
+  Vector3d value = Vector3d::Zero();
+  value.head(info(block).size) = additive(x, block);
+  return value;
+}
+
 Estimate boxplus(const Estimate& x, const FullError& error) {
   Estimate y = x;
   const Vector3d theta = three(error, Block::kAttitude);
-  const Quaterniond rotation = so3_exp(theta);
-  y.q_wb = (rotation * x.q_wb).normalized();
-  y.v_wb = rotation * x.v_wb + so3_left_jacobian(theta) * three(error, Block::kVelocity);
-  y.q_rb = (so3_exp(three(error, Block::kBoresight)) * x.q_rb).normalized();
+  const Quaterniond turn = so3_exp(theta);
+  y.q_wb = (turn * x.q_wb).normalized();
+  y.v_wb = turn * x.v_wb + so3_left_jacobian(theta) * three(error, Block::kVelocity);
   for (const BlockInfo& row : kBlocks) {
-    if (!is_group_block(row.block)) additive(y, row.block) += error.segment(full_offset(row.block), row.size);
+    if (is_motion(row.block)) continue;
+    if (is_rotation(row.block)) {
+      rotation(y, row.block) = (so3_exp(three(error, row.block)) * rotation(x, row.block)).normalized();
+    } else {
+      additive(y, row.block) += error.segment(full_offset(row.block), row.size);
+    }
   }
   return y;
 }
@@ -73,13 +60,17 @@ Estimate boxplus(const Estimate& x, const StateLayout& layout, const ErrorVector
 
 FullError boxminus(const Estimate& truth, const Estimate& estimate) {
   FullError e = FullError::Zero();
-  const Quaterniond rotation = truth.q_wb * estimate.q_wb.conjugate();
-  const Vector3d theta = so3_log(rotation);
+  const Quaterniond turn = truth.q_wb * estimate.q_wb.conjugate();
+  const Vector3d theta = so3_log(turn);
   segment(e, Block::kAttitude) = theta;
-  segment(e, Block::kVelocity) = so3_left_jacobian_inverse(theta) * (truth.v_wb - rotation * estimate.v_wb);
-  segment(e, Block::kBoresight) = so3_log(truth.q_rb * estimate.q_rb.conjugate());
+  segment(e, Block::kVelocity) = so3_left_jacobian_inverse(theta) * (truth.v_wb - turn * estimate.v_wb);
   for (const BlockInfo& row : kBlocks) {
-    if (!is_group_block(row.block)) segment(e, row.block) = additive(truth, row.block) - additive(estimate, row.block);
+    if (is_motion(row.block)) continue;
+    if (is_rotation(row.block)) {
+      segment(e, row.block) = so3_log(rotation(truth, row.block) * rotation(estimate, row.block).conjugate());
+    } else {
+      segment(e, row.block) = additive(truth, row.block) - additive(estimate, row.block);
+    }
   }
   return e;
 }
@@ -98,7 +89,11 @@ ResetJacobian reset_jacobian(const FullError& correction) {
     sum += term;
     if (term.cwiseAbs().maxCoeff() < 1e-18) break;  // most corrections are small
   }
-  return {sum, so3_left_jacobian(three(correction, Block::kBoresight))};
+  ResetJacobian G{sum, {}};
+  for (std::size_t i = 0; i < kMountingBlocks.size(); ++i) {
+    G.mountings[i] = so3_left_jacobian(three(correction, kMountingBlocks[i]));
+  }
+  return G;
 }
 
 Eigen::Matrix<double, 9, 9> ordinary_from_invariant(const Estimate& x) {

@@ -23,42 +23,4 @@ void FilterOptions::validate() const {
           "rest: sigmas and interval must be above zero, and correlation_time not below");
 }
 
-bool has_error(const ImuSensor& sensor, Block block) {
-  constexpr auto kNone = DriftProcess::Kind::kNone;
-  switch (block) {
-    case Block::kGyroBias:
-      return sensor.gyro.bias > 0;
-    case Block::kAccelBias:
-      return sensor.accel.bias > 0;
-    case Block::kGyroScale:
-      return sensor.gyro.scale > 0;
-    case Block::kAccelScale:
-      return sensor.accel.scale > 0;
-    case Block::kGyroDrift:
-      return sensor.gyro.drift.kind != kNone;
-    case Block::kAccelDrift:
-      return sensor.accel.drift.kind != kNone;
-    case Block::kPosition:
-    case Block::kVelocity:
-    case Block::kAttitude:
-    case Block::kBoresight:
-    case Block::kLeverArm:
-    case Block::kGnssPositionDrift:
-    case Block::kGnssDelay:
-    case Block::kAttitudeDrift:
-    case Block::kBoresightDrift:
-      return true;
-  }
-  return true;
-}
-
-std::vector<Block> imu_error_blocks(const ImuSensor& sensor) {
-  std::vector<Block> out;
-  for (const Block block : {Block::kGyroBias, Block::kAccelBias, Block::kGyroDrift, Block::kAccelDrift,
-                            Block::kGyroScale, Block::kAccelScale}) {
-    if (has_error(sensor, block)) out.push_back(block);
-  }
-  return out;
-}
-
 }  // namespace piste

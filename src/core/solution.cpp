@@ -10,8 +10,6 @@ constexpr std::size_t kNavigationValues = 1 + 4 + 3 + 3;  // time, q_wb, v_wb, p
 constexpr std::size_t kNavigationSigmas = 9;
 constexpr std::size_t kTotalSigmas = 6;
 
-bool is_navigation(Block b) { return index_of(b) <= index_of(Block::kAttitude); }
-
 // A row in its order of storage: F is called with every double, for reading or for writing.
 template <class EstimateRef, class SigmasRef, class F>
 void visit(const StateLayout& layout, EstimateRef& x, SigmasRef& s, F&& f) {
@@ -28,8 +26,8 @@ void visit(const StateLayout& layout, EstimateRef& x, SigmasRef& s, F&& f) {
   vector(s.accel_total_bias);
   for (const Block b : layout.blocks()) {
     if (is_navigation(b)) continue;
-    if (b == Block::kBoresight) {
-      vector(x.q_rb.coeffs());
+    if (is_rotation(b)) {
+      vector(rotation(x, b).coeffs());
     } else {
       vector(additive(x, b));
     }
@@ -41,7 +39,7 @@ std::size_t stride_of(const StateLayout& layout) {
   std::size_t n = kNavigationValues + kNavigationSigmas + kTotalSigmas;
   for (const Block b : layout.blocks()) {
     if (is_navigation(b)) continue;
-    n += 2 * static_cast<std::size_t>(info(b).size) + (b == Block::kBoresight ? 1 : 0);
+    n += 2 * static_cast<std::size_t>(info(b).size) + (is_rotation(b) ? 1 : 0);
   }
   return n;
 }
@@ -91,8 +89,8 @@ Sigmas sigmas_of(const Estimate& x, const StateLayout& layout, const Covariance&
     if (is_navigation(b)) continue;
     const int o = layout.offset(b);
     auto out = s.blocks.segment(full_offset(b), info(b).size);
-    if (b == Block::kBoresight) {
-      out = euler_sigma(x.q_rb, P.block<3, 3>(o, o));
+    if (is_rotation(b)) {
+      out = euler_sigma(rotation(x, b), P.block<3, 3>(o, o));
     } else {
       out = P.diagonal().segment(o, info(b).size).cwiseMax(0).cwiseSqrt();
     }

@@ -7,9 +7,8 @@
 #include <utility>
 
 #include "piste/core/error.h"
-#include "piste/solve/attitude_noise.h"
+#include "piste/experiment/replay.h"
 #include "piste/solve/rts.h"
-#include "piste/solve/start.h"
 
 namespace piste {
 namespace {
@@ -137,20 +136,19 @@ std::vector<std::size_t> rows_of(const Solution& solution, const Interval& run) 
 
 std::vector<MethodEstimate> filter_estimates(const FilterCase& of, std::vector<std::string>& warnings) {
   std::vector<MethodEstimate> out;
-  Log without = of.log;
-  without.attitude.clear();
   for (const Model& model : kModels) {
     if (model.attitude && of.options.attitude.empty()) continue;
-    const Log& log = model.attitude ? of.log : without;
-    FilterOptions options = options_of(of, model);
+    using Source = InitialHeading::Source;
+    Log log = of.log;
+    if (!model.attitude) log.attitude.clear();
     try {
-      measure_white_part(log, options);
-      using Source = InitialHeading::Source;
-      const Start start =
-          find_start(log, options, {.source = model.attitude ? Source::kAttitude : Source::kAuto}).start;
-      const FilterRun run = run_filter(log, options, start, kCheckpointEvery);
-      Mean filtered(run.solution.layout()), smoothed(run.solution.layout());
-      smooth_rows(log, run, rows_of(run.solution, of.run),
+      const Replay run =
+          replay(std::move(log), {.filter = options_of(of, model),
+                                  .heading = {.source = model.attitude ? Source::kAttitude : Source::kAuto},
+                                  .smoother = SmootherKind::kNone});
+      const Solution& solution = run.filtered.solution;
+      Mean filtered(solution.layout()), smoothed(solution.layout());
+      smooth_rows(run.log, run.filtered, rows_of(solution, of.run),
                   [&](std::size_t, const Tape::Epoch& before, const SmoothedState& after) {
                     filtered.add(before.x, before.P);
                     smoothed.add(after.x, after.P);

@@ -1,10 +1,9 @@
 #include "experiment/lever_arm.h"
 
 #include <algorithm>
+#include <utility>
 
-#include "piste/condition/pipeline.h"
-#include "piste/condition/rest_detection.h"
-#include "piste/solve/start.h"
+#include "piste/experiment/replay.h"
 
 namespace piste {
 
@@ -14,11 +13,11 @@ LeverArmGuess lever_arm(const Recording& recording, const ConditioningOptions& c
     options.estimate.push_back(Block::kLeverArm);
   }
   options.priors.lever_arm = kSigma;
-  Log log = condition(recording, conditioning);
-  mark_rest(log, conditioning.rest);
-  const FoundStart found = find_start(log, options, {});
-  const FilterRun run = run_filter(log, options, found.start, 0, {}, found.start.time + kLongest);
-  const Solution& solution = run.solution;
+  const Replay run = replay(recording, {.conditioning = conditioning,
+                                        .filter = std::move(options),
+                                        .longest = kLongest,
+                                        .smoother = SmootherKind::kNone});
+  const Solution& solution = run.solution();
   LeverArmGuess guess;
   const std::size_t last = solution.size() - 1;
   guess.value = solution.estimate(last).lever_arm;

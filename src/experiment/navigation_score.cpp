@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "piste/core/error.h"
-#include "piste/solve/filter.h"
+#include "piste/solve/run.h"
 
 namespace piste {
 namespace {

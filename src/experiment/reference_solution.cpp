@@ -2,39 +2,33 @@
 
 #include <cmath>
 
-#include "piste/condition/pipeline.h"
-#include "piste/condition/rest_detection.h"
+#include "piste/experiment/replay.h"
 #include "piste/io/solution_io.h"
-#include "piste/solve/rts.h"
-#include "piste/solve/start.h"
 
 namespace piste {
 
 ReferenceSolution solve_reference(const RunConfig& run, const ImuRecording& imu, const GnssRecording& gnss) {
   constexpr double kAttitudeRate = 10;
-  FilterOptions options;
-  options.sensor = run.reference.source.sensor;
-  options.gnss = {run.gnss->options};
-  options.estimate = imu_error_blocks(options.sensor);
-  if (options.gnss.front().drift) options.estimate.push_back(Block::kGnssPositionDrift);
+  FilterOptions filter;
+  filter.sensor = run.reference.source.sensor;
+  filter.gnss = {run.gnss->options};
+  filter.estimate = imu_error_blocks(filter.sensor);
+  if (filter.gnss.front().drift) filter.estimate.push_back(Block::kGnssPositionDrift);
   ConditioningOptions conditioning = run.reference.conditioning;
-  conditioning.rest = options.rest;
-  Log log = condition({imu, {gnss}, {}}, conditioning);
-  mark_rest(log, options.rest);
+  conditioning.rest = filter.rest;
+  const Replay solved = replay(Recording{imu, {gnss}, {}}, {.conditioning = conditioning, .filter = filter});
 
-  const FilterRun filtered = run_filter(log, options, find_start(log, options, {}).start, kCheckpointEvery);
-  std::vector<AttitudeLag> lags;
-  const Solution smoothed = smooth_rts(log, filtered, {}, nullptr, &lags);
+  const Solution& solution = solved.solution();
   Vector3d attitude = Vector3d::Zero();
   double position = 0;
-  for (std::size_t i = 0; i < smoothed.size(); ++i) {
-    const Sigmas sigmas = smoothed.sigmas(i);
+  for (std::size_t i = 0; i < solution.size(); ++i) {
+    const Sigmas sigmas = solution.sigmas(i);
     attitude += sigmas.euler.cwiseAbs2();
     position += sigmas.position.squaredNorm();
   }
-  const auto epochs = static_cast<double>(smoothed.size());
-  return {attitude_recording(smoothed, kAttitudeRate), correlation_time(lags),
-          ReferenceTrack(smoothed, log.imu, {smoothed.time(0), smoothed.time(smoothed.size() - 1)}),
+  const auto epochs = static_cast<double>(solution.size());
+  return {attitude_recording(solution, kAttitudeRate), solution.attitude_correlation_time,
+          ReferenceTrack(solution, solved.log.imu, {solution.time(0), solution.time(solution.size() - 1)}),
           (attitude / epochs).cwiseSqrt(), std::sqrt(position / epochs)};
 }
 

@@ -15,10 +15,9 @@
 #include "experiment/truth_file.h"
 #include "piste/condition/aligned_signals.h"
 #include "piste/condition/pipeline.h"
-#include "piste/condition/rest_detection.h"
 #include "piste/condition/time_sync.h"
 #include "piste/core/error.h"
-#include "piste/io/replay_config.h"
+#include "piste/solve/attitude_noise.h"
 
 namespace piste {
 namespace {
@@ -156,13 +155,12 @@ FilterCase filter_case(const RunConfig& config, const RunReference& reference, c
   arm = body.q_rb.conjugate() * (arm - body.p_rb_r);
   options.attitude = {{.name = "reference", .drift = GaussMarkov{Vector3d::Zero(), solution.correlation_time}}};
   if (!(solution.correlation_time > 0)) options.attitude.front().drift.reset();
-  set_attitude_sigmas(options, {solution.attitude});
+  options = with_attitude_sigmas(std::move(options), {solution.attitude});
   ConditioningOptions conditioning = imu.mounted->conditioning;
   conditioning.imu.clock_offset = imu.alignment.clock_offset;
   conditioning.imu.clock_drift = imu.alignment.clock_drift;
   conditioning.rest = options.rest;
   out.log = condition({imu.recording, {reference.gnss}, {solution.attitude}}, conditioning);
-  mark_rest(out.log, options.rest);
   return out;
 }
 

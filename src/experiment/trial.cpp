@@ -4,13 +4,15 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <utility>
 
 #include "experiment/true_estimate.h"
 #include "piste/condition/pipeline.h"
 #include "piste/condition/rest_detection.h"
+#include "piste/experiment/replay.h"
 #include "piste/sim/random.h"
+#include "piste/solve/attitude_noise.h"
 #include "piste/solve/rts.h"
-#include "piste/solve/start.h"
 
 namespace piste {
 namespace {
@@ -97,15 +99,14 @@ FilterOptions filter_options(const Scenario& s, std::uint64_t seed) {
   return options;
 }
 
-ConditioningOptions conditioning_options(const Scenario& s, double departure, const FilterOptions& filter) {
+ConditioningOptions conditioning_options(const Scenario& s, const ImuSensor& sensor, double departure) {
   const ImuSetup& imu = s.imus.front();
   ConditioningOptions options;
   options.imu.clock_offset = imu.clock_offset;
   options.imu.clock_drift = imu.clock_drift;
   options.imu.instantaneous = imu.sampling == ImuSetup::Sampling::kInstant;
-  options.gyro_range = filter.sensor.gyro.range;
-  options.accel_range = filter.sensor.accel.range;
-  options.rest = filter.rest;
+  options.gyro_range = sensor.gyro.range;
+  options.accel_range = sensor.accel.range;
   options.span = {departure - s.motion.rest_before, departure + s.replay.end};
   for (const Interval& outage : s.replay.outages) {
     options.outages.push_back({departure + outage.start, departure + outage.end});
@@ -177,25 +178,27 @@ struct Bound {
   ErrorVector filtered, smoothed;
 };
 
-// Variances of the bound at the epochs of the grid.
-std::map<int, Bound> bound_of(const Scenario& scenario, const Simulation& real, const Log& log, const Start& start,
-                              std::uint64_t seed, const EpochGrid& grid) {
+// Variances of the bound at the epochs of the grid. The bound is that of the filter's model of a reference attitude:
+// perfect fixes have no white part to measure, so that the one that was measured on the real log serves.
+std::map<int, Bound> bound_of(const Scenario& scenario, const Simulation& real, const Replay& run, std::uint64_t seed,
+                              const EpochGrid& grid) {
   const Scenario ideal = perfect(scenario);
   const Simulation simulation = perfect(ideal, real, seed);
-  FilterOptions options = filter_options(scenario, seed);
+  FilterOptions options = run.options;
   options.sensor = scenario.imus.front().sensor;  // as it is, and not as the filter was told
   const double departure = simulation.plate.under_way().start;
-  Log perfect_log = condition(simulation.recording(0), conditioning_options(scenario, departure, options));
-  perfect_log.rest = log.rest;
-  for (std::size_t k = 0; k < log.imu.size(); ++k) perfect_log.imu[k].at_rest = log.imu[k].at_rest;
+  ConditioningOptions conditioning = conditioning_options(scenario, options.sensor, departure);
+  conditioning.rest.detect = false;
+  const Log log = with_rest(condition(simulation.recording(0), conditioning), run.log.rest);
 
-  const TrueEstimate truth(ideal, simulation, perfect_log.world, seed);
+  const TrueEstimate truth(ideal, simulation, log.world, seed);
+  const Start& start = run.found.start;
   Start from{start.time, truth.at(start.time), start.covariance};
   if (scenario.replay.heading == ReplaySetup::Heading::kAuto) from.covariance = nothing_known();
-  const FilterRun run = run_filter(perfect_log, options, from, kCheckpointEvery);
+  const FilterRun perfect_run = run_filter(log, options, from, kCheckpointEvery);
   std::map<int, Bound> out;
-  const StateLayout& layout = run.solution.layout();
-  visit_grid(perfect_log, run, grid, departure,
+  const StateLayout& layout = perfect_run.solution.layout();
+  visit_grid(log, perfect_run, grid, departure,
              [&](int epoch, const Tape::Epoch& filtered, const SmoothedState& smoothed) {
                const Covariance T = ordinary(layout, filtered.x);
                out[epoch] = {(T * filtered.P * T.transpose()).diagonal(), (T * smoothed.P * T.transpose()).diagonal()};
@@ -217,22 +220,24 @@ EpochGrid epoch_grid(const Scenario& s) {
 
 ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed) {
   const Scenario s = carried(scenario, seed);
-  const Simulation run = simulate(s, seed);
-  const double departure = run.plate.under_way().start;
-  const FilterOptions options = filter_options(s, seed);
-  Log log = condition(run.recording(0), conditioning_options(s, departure, options));
-  mark_rest(log, options.rest);
+  const Simulation simulation = simulate(s, seed);
+  const double departure = simulation.plate.under_way().start;
+  const Recording recording = simulation.recording(0);
+  ReplayOptions options{.filter = with_attitude_sigmas(filter_options(s, seed), recording.attitude),
+                        .smoother = SmootherKind::kNone};
+  Log log = condition(recording, conditioning_options(s, options.filter.sensor, departure));
 
-  const TrueEstimate truth(s, run, log.world, seed);
-  const double begin = log.imu.front().time - log.imu.front().interval;
-  const Start start = s.replay.heading == ReplaySetup::Heading::kAuto
-                          ? find_start(log, options, {}).start
-                          : drawn_start(s, options, truth.at(begin), begin, seed);
-  const FilterRun filtered = run_filter(log, options, start, kCheckpointEvery);
+  const TrueEstimate truth(s, simulation, log.world, seed);
+  if (s.replay.heading == ReplaySetup::Heading::kKnown) {
+    const double begin = log.imu.front().time - log.imu.front().interval;
+    options.start = drawn_start(s, options.filter, truth.at(begin), begin, seed);
+  }
+  const Replay run = replay(std::move(log), options);
 
   const EpochGrid grid = epoch_grid(s);
-  const std::map<int, Bound> bound = bound_of(s, run, log, start, seed, grid);
-  ComparedRun out{filtered.solution.layout(), {}, {}, filtered.solution.sources, filtered.solution.innovations};
+  const std::map<int, Bound> bound = bound_of(s, simulation, run, seed, grid);
+  const Solution& filtered = run.filtered.solution;
+  ComparedRun out{filtered.layout(), {}, {}, filtered.sources, filtered.innovations};
   for (Innovation& v : out.innovations) v.time -= departure;
   const auto sample = [&](int epoch, double time, const Estimate& x, const Covariance& P, const ErrorVector& variance) {
     const FullError full = boxminus(truth.at(time), x);
@@ -243,11 +248,12 @@ ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed) {
     const Covariance T = ordinary(out.layout, x);
     return ErrorSample{epoch, T * error, T * P * T.transpose(), variance};
   };
-  visit_grid(log, filtered, grid, departure, [&](int epoch, const Tape::Epoch& before, const SmoothedState& smoothed) {
-    const Bound& b = bound.at(epoch);
-    out.filtered.push_back(sample(epoch, before.time, before.x, before.P, b.filtered));
-    out.smoothed.push_back(sample(epoch, before.time, smoothed.x, smoothed.P, b.smoothed));
-  });
+  visit_grid(run.log, run.filtered, grid, departure,
+             [&](int epoch, const Tape::Epoch& before, const SmoothedState& smoothed) {
+               const Bound& b = bound.at(epoch);
+               out.filtered.push_back(sample(epoch, before.time, before.x, before.P, b.filtered));
+               out.smoothed.push_back(sample(epoch, before.time, smoothed.x, smoothed.P, b.smoothed));
+             });
   return out;
 }
 

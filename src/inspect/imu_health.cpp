@@ -8,7 +8,7 @@
 #include <optional>
 #include <string_view>
 
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
 #include "piste/math/earth.h"
 #include "piste/math/statistics.h"
 

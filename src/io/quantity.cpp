@@ -5,7 +5,7 @@ namespace piste {
 std::vector<Quantity> quantities_of(const StateLayout& layout) {
   std::vector<Quantity> result;
   for (const Block block : layout.blocks()) {
-    if (index_of(block) > index_of(Block::kAttitude)) result.push_back({std::string(info(block).name), block, false});
+    if (!is_navigation(block)) result.push_back({std::string(info(block).name), block, false});
   }
   if (layout.has(Block::kGyroBias) || layout.has(Block::kGyroDrift)) {
     result.push_back({"gyro_total_bias", Block::kGyroBias, true});
@@ -23,14 +23,9 @@ std::pair<Vector3d, Vector3d> shown(const Quantity& q, const Estimate& x, const 
     return {factor * (gyro ? x.gyro_bias + x.gyro_drift : x.accel_bias + x.accel_drift),
             factor * (gyro ? s.gyro_total_bias : s.accel_total_bias)};
   }
-  Vector3d value = Vector3d::Zero(), sigma = Vector3d::Zero();
-  if (q.block == Block::kBoresight) {
-    value = to_euler(x.q_rb);
-  } else {
-    value.head(q.size()) = additive(x, q.block);
-  }
+  Vector3d sigma = Vector3d::Zero();
   sigma.head(q.size()) = s.blocks.segment(full_offset(q.block), q.size());
-  return {factor * value, factor * sigma};
+  return {factor * shown_value(x, q.block), factor * sigma};
 }
 
 }  // namespace piste

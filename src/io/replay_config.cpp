@@ -2,9 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
-
 #include "io/replay_keys.h"
 #include "piste/core/error.h"
 #include "piste/io/config.h"
@@ -168,24 +165,6 @@ Recording read_recording(const ReplayConfig& config) {
   for (const LogFile& log : config.gnss) recording.gnss.push_back(read_gnss(log));
   for (const LogFile& log : config.attitude) recording.attitude.push_back(read_attitude(log));
   return recording;
-}
-
-void set_attitude_sigmas(FilterOptions& options, const std::vector<AttitudeRecording>& attitude) {
-  for (std::size_t i = 0; i < options.attitude.size(); ++i) {
-    if (!options.attitude[i].drift) continue;
-    Vector3d sum = Vector3d::Zero();
-    for (const EulerFix& fix : attitude[i].fixes) sum += fix.sigma.cwiseAbs2();
-    const Vector3d mean = sum / static_cast<double>(attitude[i].fixes.size());
-    // Roll and pitch turn with the body between north and east: level axes get their common rms.
-    const double level = std::sqrt((mean.x() + mean.y()) / 2);
-    options.attitude[i].drift->sigma = {level, level, std::sqrt(mean.z())};
-  }
-}
-
-FilterOptions filter_options(const ReplayConfig& config, const Recording& recording) {
-  FilterOptions options = config.filter;
-  set_attitude_sigmas(options, recording.attitude);
-  return options;
 }
 
 }  // namespace piste

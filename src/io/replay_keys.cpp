@@ -23,41 +23,10 @@ Block block_named(const Config& config, const std::string& name) {
 
 // Refuses what has nothing to be observed by.
 void check_sources(const Config& config, Block block, const FilterOptions& filter) {
-  const auto needs = [&](bool there, std::string_view what) {
-    if (!there)
-      config.fail("estimate", fmt::format("{} needs {}; add it, or leave the block out", info(block).name, what));
-  };
-  const auto has_drift = [](const auto& source) { return source.drift.has_value(); };
-  switch (block) {
-    case Block::kBoresight:
-      needs(!filter.attitude.empty(), "an `attitude:` source");
-      break;
-    case Block::kLeverArm:
-    case Block::kGnssDelay:
-      needs(!filter.gnss.empty(), "a `gnss:` source");
-      break;
-    case Block::kGnssPositionDrift:
-      needs(std::any_of(filter.gnss.begin(), filter.gnss.end(), has_drift), "a `gnss:` source with a drift");
-      break;
-    case Block::kAttitudeDrift:
-      needs(std::any_of(filter.attitude.begin(), filter.attitude.end(), has_drift),
-            "an `attitude:` source whose errors have a `correlation_time:`");
-      break;
-    case Block::kBoresightDrift:
-      needs(std::any_of(filter.attitude.begin(), filter.attitude.end(),
-                        [](const auto& source) { return source.boresight_drift.has_value(); }),
-            "an `attitude:` source with `boresight: {sigma, correlation_time}`");
-      break;
-    case Block::kPosition:
-    case Block::kVelocity:
-    case Block::kAttitude:
-    case Block::kGyroBias:
-    case Block::kAccelBias:
-    case Block::kGyroDrift:
-    case Block::kAccelDrift:
-    case Block::kGyroScale:
-    case Block::kAccelScale:
-      break;
+  const BlockInfo& row = info(block);
+  const bool there = row.observed ? row.observed(filter) : !row.implied || row.process(filter);
+  if (!there) {
+    config.fail("estimate", fmt::format("{} needs {}; add it, or leave the block out", row.name, row.needs));
   }
 }
 
@@ -85,19 +54,8 @@ std::vector<Block> read_estimate(const Config& config, const FilterOptions& filt
     check_sources(config, block, filter);
     named.push_back(block);
   }
-  const auto add = [&](Block block) {
-    if (std::find(named.begin(), named.end(), block) == named.end()) named.push_back(block);
-  };
-  for (const GnssOptions& g : filter.gnss) {
-    if (g.drift) add(Block::kGnssPositionDrift);
-  }
-  for (const AttitudeOptions& a : filter.attitude) {
-    if (a.drift) add(Block::kAttitudeDrift);
-    if (a.boresight_drift) add(Block::kBoresightDrift);
-  }
-  std::erase_if(named, [&](Block block) {
-    return index_of(block) <= index_of(Block::kAttitude) || !has_error(filter.sensor, block);
-  });
+  named = with_implied_blocks(filter, std::move(named));
+  std::erase_if(named, [&](Block block) { return is_navigation(block) || !has_error(filter, block); });
   return named;
 }
 

@@ -5,7 +5,7 @@
 
 #include "piste/core/log.h"
 #include "piste/core/options.h"
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
 #include "piste/io/config.h"
 #include "piste/io/imu_source.h"
 

@@ -151,22 +151,13 @@ Transition mend_rate(const Estimate& x, const Vector3d& noise_angle) {
 }
 
 void add_processes(Transition& t, const StateLayout& layout, const FilterOptions& options, double dt) {
-  const auto add = [&](Block b, const DriftProcess& process, const Vector3d& weight) {
-    if (!layout.has(b)) return;
-    const DiscreteProcess d = discretise(process, dt);
+  for (const Block b : layout.blocks()) {
+    if (!info(b).process) continue;
+    const std::optional<BlockProcess> process = info(b).process(options);
+    if (!process) continue;
+    const DiscreteProcess d = discretise(process->law, dt);
     t.decay[slot(b)] = d.transition;
-    t.variance[slot(b)] = d.variance * weight;
-  };
-  add(Block::kGyroDrift, options.sensor.gyro.drift, Vector3d::Ones());
-  add(Block::kAccelDrift, options.sensor.accel.drift, Vector3d::Ones());
-  const auto coloured = [&](Block b, const std::optional<GaussMarkov>& process) {
-    if (!process) return;
-    add(b, {DriftProcess::Kind::kGaussMarkov, 1, process->correlation_time, 0}, process->sigma.cwiseAbs2());
-  };
-  for (const GnssOptions& g : options.gnss) coloured(Block::kGnssPositionDrift, g.drift);
-  for (const AttitudeOptions& a : options.attitude) {
-    coloured(Block::kAttitudeDrift, a.drift);
-    coloured(Block::kBoresightDrift, a.boresight_drift);
+    t.variance[slot(b)] = d.variance * process->weight;
   }
 }
 
@@ -271,9 +262,8 @@ Covariance dense_transition(const StateLayout& layout, const Transition& t) {
 }
 
 void decay(Estimate& x, const StateLayout& layout, const Transition& t) {
-  for (const Block b : {Block::kGyroDrift, Block::kAccelDrift, Block::kGnssPositionDrift, Block::kAttitudeDrift,
-                        Block::kBoresightDrift}) {
-    if (layout.has(b)) additive(x, b) *= t.decay[slot(b)];
+  for (const Block b : layout.blocks()) {
+    if (info(b).process) additive(x, b) *= t.decay[slot(b)];
   }
 }
 

@@ -92,4 +92,21 @@ Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const Bo
   return lin;
 }
 
+bool GnssReceivers::repeats(const GnssFix& fix, const GnssFix& before) {
+  return before.position == fix.position && before.velocity.has_value() == fix.velocity.has_value() &&
+         (!fix.velocity || before.velocity->value == fix.velocity->value);
+}
+
+std::optional<Linearization> GnssReceivers::linearize(const GnssFix& fix, int sensor, int channel,
+                                                      const MeasurementContext& context, const Estimate& x) {
+  const GnssOptions& receiver = context.options.gnss[static_cast<std::size_t>(sensor)];
+  const bool position = channel == 0;
+  if (position ? !receiver.use_position : !(receiver.use_velocity && fix.velocity)) return std::nullopt;
+  Estimate with_arm = x;
+  if (!context.layout.has(Block::kLeverArm)) with_arm.lever_arm = receiver.lever_arm;
+  const BodyMotion motion = context.motion(x);
+  if (position) return linearize_position(fix, receiver.drift, with_arm, motion, context.earth_rate, context.gravity);
+  return linearize_velocity(fix, with_arm, motion, context.earth_rate, context.gravity, context.still);
+}
+
 }  // namespace piste

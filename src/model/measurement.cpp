@@ -13,4 +13,10 @@ Jacobian assemble(const StateLayout& layout, const Linearization& lin) {
   return H;
 }
 
+BodyMotion MeasurementContext::motion(const Estimate& x) const {
+  const ImuStep s = correct(step, x);
+  const double from_middle = into_step - 0.5 * s.dt;
+  return {s.mean_rate() + from_middle * s.rate_slope, s.mean_force() + from_middle * s.force_slope, rate_variance};
+}
+
 }  // namespace piste

@@ -14,7 +14,7 @@
 
 #include "fit/spectrum.h"
 #include "piste/condition/aligned_signals.h"
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
 #include "plot/svg.h"
 #include "plot/thin.h"
 

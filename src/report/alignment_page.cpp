@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
 #include "plot/markup.h"
 #include "report/page.h"
 

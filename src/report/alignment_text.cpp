@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
 
 namespace piste {
 namespace {

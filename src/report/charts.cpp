@@ -67,8 +67,6 @@ void unwrap(std::vector<double>& degrees) {
   }
 }
 
-bool is_navigation(Block b) { return index_of(b) <= index_of(Block::kAttitude); }
-
 Builder block_builder(Block block) {
   const BlockInfo& row = info(block);
   std::vector<std::string> labels;
@@ -78,8 +76,7 @@ Builder block_builder(Block block) {
 }
 
 Eigen::VectorXd block_value(const Estimate& x, Block block) {
-  if (block == Block::kBoresight) return info(block).factor * to_euler(x.q_rb);
-  return info(block).factor * additive(x, block);
+  return info(block).factor * shown_value(x, block).head(info(block).size);
 }
 
 /// Both of a sum are estimated, so that the sum says more than its parts.

@@ -133,7 +133,6 @@ std::vector<double> over_time(const std::vector<BlockAccuracy>& accuracy, double
 std::string accuracy_plots(const ConsistencyReport& report) {
   std::string out;
   const auto& blocks = report.layout.blocks();
-  const auto is_navigation = [](Block b) { return index_of(b) <= index_of(Block::kAttitude); };
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     if (!is_navigation(blocks[b])) continue;
     const BlockInfo& row = info(blocks[b]);

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "consistency/report_numbers.h"
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
 
 namespace piste {
 namespace {

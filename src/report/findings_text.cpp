@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
 
 namespace piste {
 namespace {

@@ -80,11 +80,10 @@ std::string estimate_table(const Solution& solution) {
   const Sigmas s = solution.sigmas(last);
   std::vector<Row> rows;
   for (const Block block : solution.layout().blocks()) {
-    if (index_of(block) <= index_of(Block::kAttitude)) continue;
+    if (is_navigation(block)) continue;
     const BlockInfo& row = info(block);
     Row cells{fmt::format("{} [{}]", row.name, row.unit)};
-    const Eigen::VectorXd value =
-        block == Block::kBoresight ? Eigen::VectorXd(to_euler(x.q_rb)) : Eigen::VectorXd(additive(x, block));
+    const Vector3d value = shown_value(x, block);
     for (int i = 0; i < 3; ++i) {
       cells.push_back(i < row.size ? fmt::format("{:.4g} ± {:.2g}", value[i] * row.factor,
                                                  s.blocks[full_offset(block) + i] * row.factor)

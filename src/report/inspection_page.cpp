@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
 #include "piste/math/earth.h"
 #include "piste/report/inspection_text.h"
 #include "plot/markup.h"

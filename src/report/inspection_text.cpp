@@ -9,7 +9,7 @@
 #include <string_view>
 #include <utility>
 
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
 #include "piste/math/earth.h"
 
 namespace piste {

@@ -6,7 +6,7 @@
 #include <iterator>
 #include <vector>
 
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
 #include "plot/markup.h"
 #include "plot/thin.h"
 

@@ -65,7 +65,19 @@ std::optional<Vector3d> white_variance(const std::vector<std::optional<Vector3d>
 
 }  // namespace
 
-void measure_white_part(const Log& log, FilterOptions& options) {
+FilterOptions with_attitude_sigmas(FilterOptions options, const std::vector<AttitudeRecording>& attitude) {
+  for (std::size_t i = 0; i < options.attitude.size(); ++i) {
+    if (!options.attitude[i].drift) continue;
+    Vector3d sum = Vector3d::Zero();
+    for (const EulerFix& fix : attitude[i].fixes) sum += fix.sigma.cwiseAbs2();
+    const Vector3d mean = sum / static_cast<double>(attitude[i].fixes.size());
+    const double level = std::sqrt((mean.x() + mean.y()) / 2);
+    options.attitude[i].drift->sigma = {level, level, std::sqrt(mean.z())};
+  }
+  return options;
+}
+
+FilterOptions with_white_part(FilterOptions options, const Log& log) {
   const std::optional<Mounting> mounting = find_mounting(log);
   for (std::size_t i = 0; i < options.attitude.size(); ++i) {
     AttitudeOptions& source = options.attitude[i];
@@ -81,6 +93,7 @@ void measure_white_part(const Log& log, FilterOptions& options) {
     source.white = part.cwiseSqrt();
     source.drift->sigma = source.drift->sigma.cwiseProduct((1 - kMostDrift * part.array()).sqrt().matrix());
   }
+  return options;
 }
 
 }  // namespace piste

@@ -35,107 +35,105 @@ Matrix3d own_change(const Linearization& lin, const Estimate& x, const Covarianc
 
 }  // namespace
 
-Trust::Trust(Sources sources, Limits limits)
-    : places_(sources),
-      limits_(limits),
-      sources_(static_cast<std::size_t>(sources.count)),
-      last_fix_(static_cast<std::size_t>(sources.receivers / 2)) {}
-
-bool Trust::repeats(int receiver, const GnssFix& fix) {
-  std::optional<GnssFix>& last = last_fix_[static_cast<std::size_t>(receiver)];
-  const bool same = last && last->position == fix.position && last->velocity.has_value() == fix.velocity.has_value() &&
-                    (!fix.velocity || last->velocity->value == fix.velocity->value);
-  last = fix;
-  return same;
+Trust::Trust(const std::vector<MeasurementSource>& sources, Limits limits) : limits_(limits), sources_(sources.size()) {
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    sources_[i].partner = sources[i].partner;
+    sources_[i].readmitted = sources[i].readmitted;
+  }
 }
 
 void Trust::suspect_filter(double time) { accuses_from_ = std::max(accuses_from_, time + kSuspicion); }
 
 // Velocity for the position of a receiver and the other way round; null for what is not a receiver's.
-const Trust::Source* Trust::other(int source) const {
-  return source < places_.receivers ? &sources_[static_cast<std::size_t>(source ^ 1)] : nullptr;
+const Trust::Source* Trust::partner_of(const Source& s) const {
+  return s.partner < 0 ? nullptr : &sources_[static_cast<std::size_t>(s.partner)];
 }
 
 // Whose a residual outside the gate is, at the first one: the receiver's where it leaps, where its other source jumped,
 // or where only its position disagrees.
-bool Trust::receiver_jumped(int source, double time, const Linearization& lin, const Update& u, double bound) const {
-  const Source* const neighbour = other(source);
-  const double lapse = time - sources_[static_cast<std::size_t>(source)].believed;
-  if (!neighbour || lapse > kRecent || time < accuses_from_) return false;
+bool Trust::receiver_jumped(const Source& s, double time, const Linearization& lin, const Update& u,
+                            double bound) const {
+  const Source* const partner = partner_of(s);
+  const double lapse = time - s.believed;
+  if (!partner || lapse > kRecent || time < accuses_from_) return false;
   if (leaps(lin, u.residual, u.S, lapse, bound)) return true;
-  if (neighbour->rejected > 0) return neighbour->sudden;
-  return of_position(lin) && time - neighbour->believed < kRecent;
+  if (partner->dispute != Dispute::kNone) return partner->jumped();
+  return of_position(lin) && time - partner->believed < kRecent;
 }
 
-void Trust::begin_dispute(int source, double time, const Linearization& lin, const Update& u, double bound) {
-  Source& s = sources_[static_cast<std::size_t>(source)];
-  s.sudden = receiver_jumped(source, time, lin, u, bound);
-  s.slight = s.sudden;
+void Trust::begin_dispute(Source& s, double time, const Linearization& lin, const Update& u, double bound) {
+  s.dispute = receiver_jumped(s, time, lin, u, bound) ? Dispute::kSlightJump : Dispute::kFilter;
   s.since = time;
   s.first_S = s.spread = u.S;
   s.offset = s.residual = u.residual;
   s.R = u.R;
 }
 
-bool Trust::is_patient(int source, double time) const {
-  const Source& s = sources_[static_cast<std::size_t>(source)];
-  if (source >= places_.rest) return true;
-  if (!s.sudden) return s.rejected <= limits_.readmit_after;
-  return time - s.since < (s.slight ? kSlightPatience : limits_.distrust);
+// As the covariance grows a lie may come to lie within the gate: after a moment the receiver's jumps, too sudden for
+// the filter's own error, must also have added up to none.
+bool Trust::jumps_add_up_to_none(Source& s, double time, const Linearization& lin, const Update& u, double bound,
+                                 const Estimate& x, const Covariance& P) {
+  const double dt = time - s.time;
+  const Vector3d change = u.residual - s.residual;
+  const Matrix3d spread = u.R + s.R + dt * dt * own_change(lin, x, P);
+  if (normalized(change, spread) > bound) {
+    s.offset += change;
+    s.spread += spread;
+  }
+  s.residual = u.residual;
+  s.R = u.R;
+  return normalized(s.offset, s.spread) <= bound ||
+         (time - s.since < kRecent && normalized(u.residual, s.first_S) <= bound);
+}
+
+bool Trust::is_patient(const Source& s, double time) const {
+  if (!s.readmitted) return true;
+  if (!s.jumped()) return s.rejected <= limits_.readmit_after;
+  return time - s.since < (s.dispute == Dispute::kSlightJump ? kSlightPatience : limits_.distrust);
 }
 
 Trust::Ruling Trust::rule(int source, double time, const Linearization& lin, const Update& u, double bound,
                           const Estimate& x, const Covariance& P) {
   Source& s = sources_[static_cast<std::size_t>(source)];
   const bool inside = u.nis <= bound;
-  if (s.sudden && s.rejected > 0 && time - s.time > kRecent) {  // jumps over an outage are not seen
-    s.sudden = false;
+  if (s.jumped() && time - s.time > kRecent) {  // jumps over an outage are not seen
+    s.dispute = Dispute::kFilter;
     s.rejected = 1;
   }
-  if (s.rejected == 0 && !inside) begin_dispute(source, time, lin, u, bound);
-
   bool believed = inside;
-  if (s.sudden && s.rejected > 0) {
-    // As the covariance grows a lie may come to lie within the gate: after a moment the receiver's jumps, too sudden
-    // for the filter's own error, must also have added up to none.
-    const double dt = time - s.time;
-    const Vector3d change = u.residual - s.residual;
-    const Matrix3d spread = u.R + s.R + dt * dt * own_change(lin, x, P);
-    if (normalized(change, spread) > bound) {
-      s.offset += change;
-      s.spread += spread;
-    }
-    s.residual = u.residual;
-    s.R = u.R;
-    believed = inside && (normalized(s.offset, s.spread) <= bound ||
-                          (time - s.since < kRecent && normalized(u.residual, s.first_S) <= bound));
+  if (s.dispute == Dispute::kNone) {
+    if (!inside) begin_dispute(s, time, lin, u, bound);
+  } else if (s.jumped()) {
+    believed = jumps_add_up_to_none(s, time, lin, u, bound, x, P) && inside;
   }
-  if (s.slight) {
-    const Source* const neighbour = other(source);
-    const bool neighbour_is_not = neighbour && neighbour->rejected > 0 && neighbour->sudden && !neighbour->slight;
-    s.slight = u.residual.norm() < kSlight && !neighbour_is_not;
-    if (s.slight) believed = inside;
+  if (s.dispute == Dispute::kSlightJump) {
+    const Source* const partner = partner_of(s);
+    if (u.residual.norm() >= kSlight || (partner && partner->dispute == Dispute::kJump)) {
+      s.dispute = Dispute::kJump;
+    } else {
+      believed = inside;
+    }
   }
   s.time = time;
 
   Ruling ruling{.lapse = std::max(time - s.believed, kShortestLapse)};
   if (!believed) {
     ++s.rejected;
-    if (is_patient(source, time)) {
+    if (is_patient(s, time)) {
       ruling.outcome = inside ? Outcome::kDisputed : Outcome::kRejected;
       return ruling;
     }
-    if (s.slight) s.sudden = false;
+    if (s.dispute == Dispute::kSlightJump) s.dispute = Dispute::kFilter;
     if (!inside) {
       ruling.outcome = Outcome::kReadmitted;
-      ruling.parted = s.sudden || leaps(lin, s.offset, s.first_S, s.since - s.believed, bound);
+      ruling.parted = s.jumped() || leaps(lin, s.offset, s.first_S, s.since - s.believed, bound);
       // A start that was wrong says nothing of what follows.
-      if (!s.sudden && other(source) && std::isfinite(ruling.lapse)) suspect_filter(time);
+      if (!s.jumped() && s.partner >= 0 && std::isfinite(ruling.lapse)) suspect_filter(time);
     }
   }
   s.believed = time;
   s.rejected = 0;
-  s.slight = false;
+  s.dispute = Dispute::kNone;
   return ruling;
 }
 

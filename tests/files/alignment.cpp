@@ -7,7 +7,7 @@
 
 #include <limits>
 
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
 #include "piste/report/alignment_text.h"
 #include "support/text_file.h"
 

@@ -63,7 +63,7 @@ class Batch {
         MatrixXd G = MatrixXd::Identity(n, n);
         const int v = layout.offset(Block::kVelocity), b = layout.offset(Block::kBoresight);
         G.block<6, 6>(v, v) = correction->reset.velocity_attitude;
-        if (b >= 0) G.block<3, 3>(b, b) = correction->reset.boresight;
+        if (b >= 0) G.block<3, 3>(b, b) = correction->reset.mountings[0];
         A = (G * A).eval();
         offset = G * (offset - moved);
       } else {

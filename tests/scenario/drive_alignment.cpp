@@ -10,7 +10,7 @@
 
 #include "piste/condition/pipeline.h"
 #include "piste/condition/time_sync.h"
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
 #include "piste/io/log_io.h"
 #include "piste/io/sensor_file.h"
 #include "support/datasets.h"

@@ -251,9 +251,8 @@ TEST(FaultyImu, Spikes) {
   Recording recording = c.simulation.recording(0);
   const auto row = static_cast<std::size_t>(45 * 100);  // 25 s under way
   recording.imu.gyro[row].x() = 1e6;
-  Log log = condition(recording, c.conditioning);
-  mark_rest(log, c.conditioning.rest);
-  measure_white_part(log, c.options);
+  const Log log = condition(recording, c.conditioning);
+  c.options = with_white_part(std::move(c.options), log);
   EXPECT_GE(log.counts.imu_clipped, 1U);
   const Interval run{c.under_way(), c.under_way() + 60};
   const Result r = solve(c, log, find_start(log, c.options, {}).start, "spike of 1e6 rad/s", run);

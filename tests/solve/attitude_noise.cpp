@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "piste/condition/pipeline.h"
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
 #include "piste/sim/simulation.h"
 #include "support/scenario.h"
 
@@ -35,8 +35,7 @@ AttitudeOptions measured(const Mixture& mixture, std::uint64_t seed = 1) {
   FilterOptions options;
   const Vector3d total = kRadian * (mixture.white.cwiseAbs2() + mixture.drift.cwiseAbs2()).cwiseSqrt();
   options.attitude.push_back({.name = "", .drift = GaussMarkov{total, 60}});
-  measure_white_part(log, options);
-  return options.attitude.front();
+  return with_white_part(options, log).attitude.front();
 }
 
 void expect_white(const AttitudeOptions& found, const Mixture& mixture, double tolerance) {
@@ -45,6 +44,16 @@ void expect_white(const AttitudeOptions& found, const Mixture& mixture, double t
     EXPECT_NEAR(found.white(axis), part, tolerance * part) << axis;
     EXPECT_NEAR(kDegreesPerRadian * found.drift->sigma(axis), mixture.drift(axis), 0.1 * mixture.drift(axis)) << axis;
   }
+}
+
+TEST(AttitudeSigmas, AreTheRmsOfTheFixesLevelAxesAlike) {
+  FilterOptions options;
+  options.attitude = {{.name = "coloured", .drift = GaussMarkov{Vector3d::Zero(), 60}}, {.name = "white", .drift = {}}};
+  const AttitudeRecording fixes{.file = "",
+                                .fixes = {{0, Vector3d::Zero(), {0.3, 0.4, 3}}, {1, Vector3d::Zero(), {0.5, 0, 4}}}};
+  const FilterOptions known = with_attitude_sigmas(options, {fixes, fixes});
+  EXPECT_TRUE(known.attitude[0].drift->sigma.isApprox(Vector3d(std::sqrt(0.125), std::sqrt(0.125), std::sqrt(12.5))));
+  EXPECT_FALSE(known.attitude[1].drift);
 }
 
 TEST(WhitePart, IsFoundWhateverTheMixture) {

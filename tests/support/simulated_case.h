@@ -7,7 +7,6 @@
 #include <string>
 
 #include "piste/condition/pipeline.h"
-#include "piste/condition/rest_detection.h"
 #include "piste/sim/simulation.h"
 #include "piste/solve/start.h"
 
@@ -23,11 +22,7 @@ struct Case {
   ConditioningOptions conditioning;
 
   double under_way() const { return simulation.plate.under_way().start; }
-  Log log() const {
-    Log log = condition(simulation.recording(0), conditioning);
-    mark_rest(log, conditioning.rest);
-    return log;
-  }
+  Log log() const { return condition(simulation.recording(0), conditioning); }
   FoundStart find(const InitialHeading& heading = {}) const { return find_start(log(), options, heading); }
 };
 

@@ -21,7 +21,7 @@ namespace piste {
 /// GNSS and attitude: fixes before or after the IMU are counted as outside, those of GNSS in an outage as withheld; the
 /// others are turned into w, whose origin is the first of them. Weeks of the sources are made one.
 ///
-/// `rest` and `at_rest` are left to the rest detector.
+/// Rests are those of detect_rest(), where the options ask for them.
 /// Throws DataError where a needed source is missing, or nothing has a time in common.
 Log condition(const Recording& recording, const ConditioningOptions& options);
 

@@ -20,7 +20,7 @@ std::vector<Interval> detect_rest(const Log& log);
 /// tactical IMU's forces are quantised.
 std::vector<Interval> detect_rest(const AlignedImus& imus);
 
-/// Sets Log::rest and ImuSample::at_rest from detect_rest, where the options ask for it.
-void mark_rest(Log& log, const RestOptions& options);
+/// The log with these rest intervals, in order, and with `at_rest` of the samples that lie whole within one of them.
+Log with_rest(Log log, std::vector<Interval> rest);
 
 }  // namespace piste

@@ -1,5 +1,5 @@
 #pragma once
-/// What we believe at one instant, and the one definition of its error.
+/// The one definition of the error of an estimate.
 ///
 /// truth = estimate ⊞ error, with error = (position ρ, velocity ν, attitude θ, …):
 ///
@@ -11,36 +11,20 @@
 /// SE₂(3): a fix is then linear in ρ wherever the run's origin lies, while [p]θ of the invariant error reaches
 /// metres at some kilometres.
 
-#include "piste/core/state_layout.h"
-#include "piste/math/so3.h"
+#include "piste/core/state_table.h"
 
 namespace piste {
 
-struct Estimate {
-  Quaterniond q_wb = Quaterniond::Identity();
-  Vector3d v_wb = Vector3d::Zero();
-  Vector3d p_wb = Vector3d::Zero();
-  Vector3d gyro_bias = Vector3d::Zero();
-  Vector3d accel_bias = Vector3d::Zero();
-  Vector3d gyro_drift = Vector3d::Zero();
-  Vector3d accel_drift = Vector3d::Zero();
-  Vector3d gyro_scale = Vector3d::Zero();
-  Vector3d accel_scale = Vector3d::Zero();
-  Quaterniond q_rb = Quaterniond::Identity();  ///< boresight: b components into r
-  Vector3d lever_arm = Vector3d::Zero();       ///< p_ba_b
-  Vector3d gnss_position_drift = Vector3d::Zero();
-  double gnss_delay = 0;                        ///< a fix stamped t is of t − gnss_delay
-  Vector3d attitude_drift = Vector3d::Zero();   ///< of the reference attitude, rotation vector in w
-  Vector3d boresight_drift = Vector3d::Zero();  ///< a mount that gives: Exp(drift) R_rb, rotation vector in r
-
-  Matrix3d R_wb() const { return q_wb.toRotationMatrix(); }
-  Matrix3d R_rb() const { return q_rb.toRotationMatrix(); }
-};
-
-/// Value of an additive block (every block but attitude and boresight), for reading and writing. A scalar block
-/// uses the first element of the returned map.
+/// Value of a block that is no rotation, for reading and writing.
 Eigen::Map<Eigen::VectorXd> additive(Estimate& x, Block block);
 Eigen::Map<const Eigen::VectorXd> additive(const Estimate& x, Block block);
+/// Value of a block that is a rotation.
+Quaterniond& rotation(Estimate& x, Block block);
+const Quaterniond& rotation(const Estimate& x, Block block);
+
+/// Value of any block as files and plots show it but for the unit: a rotation as its Euler angles (roll, pitch,
+/// heading), a block of one value with zeros after it.
+Vector3d shown_value(const Estimate& x, Block block);
 
 /// estimate ⊞ error for every block.
 Estimate boxplus(const Estimate& x, const FullError& error);
@@ -53,10 +37,10 @@ FullError boxminus(const Estimate& truth, const Estimate& estimate);
 
 /// Covariance reset: an error e about `x` becomes G e about x ⊞ `correction`, to first order in e and to all
 /// orders in the correction. G is the left Jacobian of the group: identity but for the 6×6 of (velocity, attitude)
-/// and the 3×3 of boresight. Rows and columns of `velocity_attitude`: ν, θ.
+/// and the 3×3 of every other rotation, such as the boresight. Rows and columns of `velocity_attitude`: ν, θ.
 struct ResetJacobian {
   Eigen::Matrix<double, 6, 6> velocity_attitude;
-  Matrix3d boresight;
+  std::array<Matrix3d, kMountings> mountings;  ///< in the order of kMountingBlocks
 };
 ResetJacobian reset_jacobian(const FullError& correction);
 

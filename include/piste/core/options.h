@@ -7,9 +7,10 @@
 
 #include "piste/core/log.h"
 #include "piste/core/sensor.h"
-#include "piste/core/state_layout.h"
 
 namespace piste {
+
+enum class Block : int;  // state_table.h
 
 /// How the rows of an IMU file become increments of the body.
 struct ImuConditioning {
@@ -60,7 +61,7 @@ struct AttitudeOptions {
   /// Where given, the boresight changes in the run, by this process about its constant. One reference at most may say
   /// so: there is one IMU and one mount.
   std::optional<GaussMarkov> boresight_drift = std::nullopt;
-  /// The white part of the fixes' sigma along w where there is a drift; `measure_white_part` finds it.
+  /// The white part of the fixes' sigma along w where there is a drift; `with_white_part` finds it.
   Vector3d white = Vector3d::Constant(0.1);
 };
 
@@ -87,13 +88,6 @@ struct FilterOptions {
   /// Throws ConfigError on values that no filter can run with.
   void validate() const;
 };
-
-/// Whether the sensor leaves anything of the block to estimate: a bias or scale whose sigma is 0, and a drift without a
-/// process, do not. True of blocks that are not the IMU's.
-bool has_error(const ImuSensor& sensor, Block block);
-
-/// Bias, drift and scale of gyro and accel, as far as the sensor has an error of them.
-std::vector<Block> imu_error_blocks(const ImuSensor& sensor);
 
 /// Where the heading comes from at the start.
 struct InitialHeading {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "piste/inspect/inspection.h"
-#include "piste/solve/filter.h"
+#include "piste/solve/run.h"
 
 namespace piste {
 

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <string_view>
 
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
 
 namespace piste {
 

@@ -27,7 +27,7 @@
 #include "piste/condition/alignment.h"
 #include "piste/core/aligned.h"
 #include "piste/core/sensor.h"
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
 #include "piste/fit/phases.h"
 #include "piste/fit/regression.h"
 

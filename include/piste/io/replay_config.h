@@ -16,7 +16,7 @@ struct ReplayConfig {
   ImuSource imu;
   std::vector<LogFile> gnss, attitude;
   ConditioningOptions conditioning;
-  /// As far as the configuration knows: `filter_options()` adds what the recording says. `estimate` holds only blocks
+  /// As far as the configuration knows: `replay()` adds what the logs say. `estimate` holds only blocks
   /// that can be estimated: a bias or scale whose sigma is 0, and a drift without a process, are left out.
   FilterOptions filter;
   InitialHeading initial;
@@ -35,11 +35,5 @@ ReplayConfig read_replay_config(const Config& config);
 
 /// Reads all logs of the configuration. Throws DataError `FILE:LINE: …`.
 Recording read_recording(const ReplayConfig& config);
-
-/// The drift of each attitude source that has one, from the rms of its fixes' sigmas.
-void set_attitude_sigmas(FilterOptions& options, const std::vector<AttitudeRecording>& attitude);
-
-/// The filter's options, with the drift of each attitude source taken from the rms of its fixes' sigmas.
-FilterOptions filter_options(const ReplayConfig& config, const Recording& recording);
 
 }  // namespace piste

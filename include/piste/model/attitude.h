@@ -21,14 +21,16 @@ namespace piste {
 Linearization linearize_attitude(const AttitudeFix& fix, const Vector3d& white, const Estimate& x,
                                  const Estimate* after = nullptr);
 
-/// Heading of the body: its attitude and the 1-sigma [rad] of the rotation about the vertical. The tilt is not used.
-struct HeadingFix {
-  double time = 0;
-  Quaterniond q_wb;
-  double sigma = 0;
+/// The reference attitudes of a run.
+struct ReferenceAttitudes : MeasurementType<AttitudeFix> {
+  static constexpr std::string_view kName = "attitude";
+  static constexpr bool kNumbered = true;
+  static constexpr std::array kChannels{MeasurementChannel{}};
+  static int sensors(const FilterOptions& options) { return static_cast<int>(options.attitude.size()); }
+  static std::span<const std::vector<AttitudeFix>> logged(const Log& log) { return log.attitude; }
+  static std::optional<Linearization> linearize(const AttitudeFix& fix, int sensor, int channel,
+                                                const MeasurementContext& context, const Estimate& x,
+                                                const Estimate* after = nullptr);
 };
-
-/// One row: the rotation about w's down axis from the estimated attitude to the given one.
-Linearization linearize_heading(const HeadingFix& fix, const Estimate& x);
 
 }  // namespace piste

@@ -48,8 +48,8 @@ Transition linearize(const Estimate& x, const Estimate& end, const ImuStep& corr
 /// own (errors in variables). `x`: the estimate before the fix is used.
 Transition mend_rate(const Estimate& x, const Vector3d& noise_angle);
 
-/// Adds the processes of the estimated blocks over dt: drifts of the sensor and of the
-/// boresight, coloured GNSS and attitude errors.
+/// Adds the processes of the estimated blocks over dt, as the state table gives them: drifts of the sensor and of the
+/// boresight, coloured GNSS and attitude errors. No heap.
 void add_processes(Transition& t, const StateLayout& layout, const FilterOptions& options, double dt);
 
 /// P ← Φ P Φᵀ + Q, using that only the navigation rows mix. No heap.
@@ -61,7 +61,7 @@ void propagate_adjoint(ErrorVector& lambda, Covariance& Lambda, const StateLayou
 /// Φ as a dense matrix of the layout's size, for tests and for small problems.
 Covariance dense_transition(const StateLayout& layout, const Transition& t);
 
-/// Mean evolution of the blocks that are processes: drifts decay.
+/// Mean evolution of the blocks that are processes, such as drifts: they decay.
 void decay(Estimate& x, const StateLayout& layout, const Transition& t);
 
 }  // namespace piste

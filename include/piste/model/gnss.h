@@ -22,4 +22,17 @@ Linearization linearize_position(const GnssFix& fix, const std::optional<GaussMa
 Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const BodyMotion& motion,
                                  const Vector3d& earth_rate, const Gravity& gravity, bool still);
 
+/// The receivers of a run.
+struct GnssReceivers : MeasurementType<GnssFix> {
+  static constexpr std::string_view kName = "gnss";
+  static constexpr bool kNumbered = true;
+  static constexpr std::array kChannels{MeasurementChannel{.name = "position", .partner = 1},
+                                        MeasurementChannel{.name = "velocity", .partner = 0}};
+  static int sensors(const FilterOptions& options) { return static_cast<int>(options.gnss.size()); }
+  static std::span<const std::vector<GnssFix>> logged(const Log& log) { return log.gnss; }
+  static bool repeats(const GnssFix& fix, const GnssFix& before);
+  static std::optional<Linearization> linearize(const GnssFix& fix, int sensor, int channel,
+                                                const MeasurementContext& context, const Estimate& x);
+};
+
 }  // namespace piste

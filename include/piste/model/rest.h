@@ -17,4 +17,20 @@ Linearization linearize_zero_velocity(const RestOptions& rest, const Estimate& x
 Linearization linearize_zero_rate(const RestOptions& rest, const Vector3d& mean_gyro, double duration, double noise,
                                   const Estimate& x, const Vector3d& earth_rate);
 
+/// Some rest that has ended at `time`.
+struct RestFix {
+  double time = 0, duration = 0;
+  Vector3d mean_gyro = Vector3d::Zero();  ///< measured, body axes
+};
+
+/// The zero updates of a body that stands: it is told by the rest detector, not logged. A body that moves must not be
+/// stopped, so that a residual outside the gate is never taken.
+struct ZeroUpdates : MeasurementType<RestFix> {
+  static constexpr std::string_view kName = "rest";
+  static constexpr std::array kChannels{MeasurementChannel{.name = "velocity", .readmitted = false},
+                                        MeasurementChannel{.name = "rate", .readmitted = false}};
+  static std::optional<Linearization> linearize(const RestFix& fix, int sensor, int channel,
+                                                const MeasurementContext& context, const Estimate& x);
+};
+
 }  // namespace piste

@@ -22,7 +22,7 @@
 
 #include "piste/core/log.h"
 #include "piste/core/sensor.h"
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
 
 namespace piste {
 

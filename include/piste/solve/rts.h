@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "piste/solve/attitude_lag.h"
-#include "piste/solve/filter.h"
+#include "piste/solve/run.h"
 
 namespace piste {
 

@@ -8,7 +8,7 @@
 
 #include <string>
 
-#include "piste/solve/filter.h"
+#include "piste/solve/run.h"
 
 namespace piste {
 

@@ -7,7 +7,8 @@
 #include <vector>
 
 #include "piste/core/solution.h"
-#include "piste/solve/kalman.h"
+#include "piste/model/measurement_list.h"
+#include "piste/solve/update.h"
 
 namespace piste {
 
@@ -27,11 +28,6 @@ namespace piste {
 /// the IMU that shows as a leap between two fixes is taken for one of the receiver.
 class Trust {
  public:
-  struct Sources {
-    int receivers = 0;  ///< 2i and 2i + 1 are position and velocity of receiver i, up to here
-    int rest = 0;       ///< from here on a fix outside the gate is never taken: a body that moves must not be stopped
-    int count = 0;
-  };
   struct Limits {
     int readmit_after = 0;  ///< rejections in a row
     double distrust = 0;    ///< [s]
@@ -45,26 +41,41 @@ class Trust {
   };
 
   Trust() = default;
-  Trust(Sources sources, Limits limits);
+  Trust(const std::vector<MeasurementSource>& sources, Limits limits);
 
   /// Rules on a fix at `time`, whose innovation may have an NIS of `bound`; estimate and covariance say how fast the
   /// filter's own error may change. No heap.
   Ruling rule(int source, double time, const Linearization& lin, const Update& u, double bound, const Estimate& x,
               const Covariance& P);
 
-  /// Whether a receiver gives its last fix again, in every digit.
-  bool repeats(int receiver, const GnssFix& fix);
+  /// Whether the sensor whose first source this is gives its last fix again, in every digit. Keeps the fix.
+  template <class Type>
+  bool repeats(int source, const typename Type::Fix& fix) {
+    std::optional<AnyFix>& last = sources_[static_cast<std::size_t>(source)].last;
+    const bool same = last && Type::repeats(fix, std::get<typename Type::Fix>(*last));
+    last = fix;
+    return same;
+  }
 
   /// For some seconds from `time` on it is the filter that may be wrong, and no receiver.
   void suspect_filter(double time);
 
  private:
+  /// Of a source whose last fix was not used: what is held to be wrong.
+  enum class Dispute {
+    kNone,
+    kFilter,      ///< the filter may be; it gives way after some fixes
+    kSlightJump,  ///< the receiver jumped, but by so little that it is not worth coasting for
+    kJump,        ///< the receiver jumped
+  };
   struct Source {
+    int partner = -1;
+    bool readmitted = true;
+    std::optional<AnyFix> last;  // of the sensor's first source
+    Dispute dispute = Dispute::kNone;
+    int rejected = 0;                                            // fixes in a row since the dispute began
     double believed = -std::numeric_limits<double>::infinity();  // time of the last fix that was used
-    int rejected = 0;                                            // fixes in a row; 0: no dispute
     // Of the dispute:
-    bool sudden = false;  // it began with a jump that is the receiver's, not the filter's
-    bool slight = false;  // and has never come to much
     double since = 0;
     Matrix3d first_S = Matrix3d::Zero();  // innovation covariance as it began
     Vector3d offset = Vector3d::Zero();   // sum of the receiver's jumps so far
@@ -72,17 +83,19 @@ class Trust {
     double time = 0;                      // of the last fix, its residual and its noise
     Vector3d residual = Vector3d::Zero();
     Matrix3d R = Matrix3d::Zero();
+
+    bool jumped() const { return dispute == Dispute::kJump || dispute == Dispute::kSlightJump; }
   };
 
-  void begin_dispute(int source, double time, const Linearization& lin, const Update& u, double bound);
-  bool receiver_jumped(int source, double time, const Linearization& lin, const Update& u, double bound) const;
-  bool is_patient(int source, double time) const;
-  const Source* other(int source) const;
+  void begin_dispute(Source& s, double time, const Linearization& lin, const Update& u, double bound);
+  bool receiver_jumped(const Source& s, double time, const Linearization& lin, const Update& u, double bound) const;
+  static bool jumps_add_up_to_none(Source& s, double time, const Linearization& lin, const Update& u, double bound,
+                                   const Estimate& x, const Covariance& P);
+  bool is_patient(const Source& s, double time) const;
+  const Source* partner_of(const Source& s) const;
 
-  Sources places_;
   Limits limits_;
   std::vector<Source> sources_;
-  std::vector<std::optional<GnssFix>> last_fix_;                    // a receiver each
   double accuses_from_ = -std::numeric_limits<double>::infinity();  // before, no receiver is held to have jumped
 };
 

@@ -1,4 +1,4 @@
-#include "piste/solve/kalman.h"
+#include "piste/solve/update.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -25,13 +25,15 @@ void apply_rows(M& m, const StateLayout& layout, const ResetJacobian& G, bool tr
     } else {
       m.col(j).template segment<6>(o).noalias() = G.velocity_attitude * c;
     }
-    if (!layout.has(Block::kBoresight)) continue;
-    const int b = layout.offset(Block::kBoresight);
-    const Vector3d d = m.col(j).template segment<3>(b);
-    if (transpose) {
-      m.col(j).template segment<3>(b) = G.boresight.transpose() * d;
-    } else {
-      m.col(j).template segment<3>(b) = G.boresight * d;
+    for (std::size_t i = 0; i < kMountingBlocks.size(); ++i) {
+      if (!layout.has(kMountingBlocks[i])) continue;
+      auto rows = m.col(j).template segment<3>(layout.offset(kMountingBlocks[i]));
+      const Vector3d d = rows;
+      if (transpose) {
+        rows = G.mountings[i].transpose() * d;
+      } else {
+        rows = G.mountings[i] * d;
+      }
     }
   }
 }

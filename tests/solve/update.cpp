@@ -1,4 +1,4 @@
-#include "piste/solve/kalman.h"
+#include "piste/solve/update.h"
 
 #include <gtest/gtest.h>
 
@@ -104,7 +104,7 @@ MatrixXd dense(const ResetJacobian& G, const StateLayout& layout) {
   full.block<6, 6>(layout.offset(Block::kVelocity), layout.offset(Block::kVelocity)) = G.velocity_attitude;
   if (layout.has(Block::kBoresight)) {
     const int o = layout.offset(Block::kBoresight);
-    full.block<3, 3>(o, o) = G.boresight;
+    full.block<3, 3>(o, o) = G.mountings[0];
   }
   return full;
 }

@@ -1,4 +1,4 @@
-#include "piste/core/state_layout.h"
+#include "piste/core/state_table.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,348 @@
+#pragma once
+/// The one table of state blocks: what each is called, where an estimate holds it, what is known of it before a run and
+/// how it changes. Error state, filter, config keys, file columns, plots and tests are driven by it, so that a new
+/// block is a name in `Block`, a member of `Estimate` and a row of `kBlocks`; and the model that observes it.
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "piste/core/options.h"
+#include "piste/math/so3.h"
+
+namespace piste {
+
+enum class Block : int {
+  kPosition,
+  kVelocity,
+  kAttitude,
+  kGyroBias,
+  kAccelBias,
+  kGyroDrift,
+  kAccelDrift,
+  kGyroScale,
+  kAccelScale,
+  kBoresight,
+  kLeverArm,
+  kGnssPositionDrift,
+  kGnssDelay,
+  kAttitudeDrift,
+  kBoresightDrift,
+};
+
+/// What we believe at one instant. Its error is defined in estimate.h.
+struct Estimate {
+  Quaterniond q_wb = Quaterniond::Identity();
+  Vector3d v_wb = Vector3d::Zero();
+  Vector3d p_wb = Vector3d::Zero();
+  Vector3d gyro_bias = Vector3d::Zero();
+  Vector3d accel_bias = Vector3d::Zero();
+  Vector3d gyro_drift = Vector3d::Zero();
+  Vector3d accel_drift = Vector3d::Zero();
+  Vector3d gyro_scale = Vector3d::Zero();
+  Vector3d accel_scale = Vector3d::Zero();
+  Quaterniond q_rb = Quaterniond::Identity();  ///< boresight: b components into r
+  Vector3d lever_arm = Vector3d::Zero();       ///< p_ba_b
+  Vector3d gnss_position_drift = Vector3d::Zero();
+  double gnss_delay = 0;                        ///< a fix stamped t is of t − gnss_delay
+  Vector3d attitude_drift = Vector3d::Zero();   ///< of the reference attitude, rotation vector in w
+  Vector3d boresight_drift = Vector3d::Zero();  ///< a mount that gives: Exp(drift) R_rb, rotation vector in r
+
+  Matrix3d R_wb() const { return q_wb.toRotationMatrix(); }
+  Matrix3d R_rb() const { return q_rb.toRotationMatrix(); }
+};
+
+/// How a block changes in a run: `law` on every axis, with its variances times `weight`.
+struct BlockProcess {
+  DriftProcess law;
+  Vector3d weight = Vector3d::Ones();
+};
+
+/// Where an estimate holds a block: three values, one, or a rotation.
+using BlockMember = std::variant<Vector3d Estimate::*, double Estimate::*, Quaterniond Estimate::*>;
+
+/// One row of the table. The functions look at what a run knows of its sensors and sources.
+struct BlockInfo {
+  Block block;
+  std::string_view name;
+  int size;
+  std::string_view unit;  ///< that files and plots show
+  double factor;          ///< from SI and radians to it
+  std::array<std::string_view, 3> axes;
+  BlockMember member;
+  /// 1-sigma at the start of a constant; null of the navigation blocks, which a start gives, and of a process.
+  Vector3d (*prior)(const FilterOptions&) = nullptr;
+  /// How it changes; nothing where this run has no such process. Null of a constant.
+  std::optional<BlockProcess> (*process)(const FilterOptions&) = nullptr;
+  /// Whether the run has a source that tells it; null: every run has.
+  bool (*observed)(const FilterOptions&) = nullptr;
+  std::string_view needs = {};  ///< that source, in words for the user
+  /// Estimated unasked where the run has the process: an error that a source says to have.
+  bool implied = false;
+};
+
+inline constexpr double kDegreesPerRadian = 57.295779513082320876798;
+
+namespace blocks {
+
+using Axes = std::array<std::string_view, 3>;
+inline constexpr Axes kLocal{"north", "east", "down"}, kBody{"x", "y", "z"};
+
+inline Vector3d alike(double sigma) { return Vector3d::Constant(sigma); }
+
+inline std::optional<BlockProcess> drift(const TriadErrors& triad) {
+  if (triad.drift.kind == DriftProcess::Kind::kNone) return std::nullopt;
+  return BlockProcess{triad.drift};
+}
+
+/// Of the last of `sources` that says to have the error `member`.
+template <class Source>
+std::optional<BlockProcess> coloured(const std::vector<Source>& sources, std::optional<GaussMarkov> Source::*member) {
+  std::optional<BlockProcess> process;
+  for (const Source& source : sources) {
+    if (!(source.*member)) continue;
+    const GaussMarkov& error = *(source.*member);
+    process = {{DriftProcess::Kind::kGaussMarkov, 1, error.correlation_time, 0}, error.sigma.cwiseAbs2()};
+  }
+  return process;
+}
+
+}  // namespace blocks
+
+inline constexpr auto kBlocks = std::to_array<BlockInfo>({
+    {.block = Block::kPosition,
+     .name = "position",
+     .size = 3,
+     .unit = "m",
+     .factor = 1,
+     .axes = blocks::kLocal,
+     .member = &Estimate::p_wb},
+    {.block = Block::kVelocity,
+     .name = "velocity",
+     .size = 3,
+     .unit = "m/s",
+     .factor = 1,
+     .axes = blocks::kLocal,
+     .member = &Estimate::v_wb},
+    {.block = Block::kAttitude,
+     .name = "attitude",
+     .size = 3,
+     .unit = "deg",
+     .factor = kDegreesPerRadian,
+     .axes = blocks::kLocal,
+     .member = &Estimate::q_wb},
+    {.block = Block::kGyroBias,
+     .name = "gyro_bias",
+     .size = 3,
+     .unit = "deg/s",
+     .factor = kDegreesPerRadian,
+     .axes = blocks::kBody,
+     .member = &Estimate::gyro_bias,
+     .prior = [](const FilterOptions& o) { return blocks::alike(o.sensor.gyro.bias); }},
+    {.block = Block::kAccelBias,
+     .name = "accel_bias",
+     .size = 3,
+     .unit = "m/s^2",
+     .factor = 1,
+     .axes = blocks::kBody,
+     .member = &Estimate::accel_bias,
+     .prior = [](const FilterOptions& o) { return blocks::alike(o.sensor.accel.bias); }},
+    {.block = Block::kGyroDrift,
+     .name = "gyro_drift",
+     .size = 3,
+     .unit = "deg/s",
+     .factor = kDegreesPerRadian,
+     .axes = blocks::kBody,
+     .member = &Estimate::gyro_drift,
+     .process = [](const FilterOptions& o) { return blocks::drift(o.sensor.gyro); }},
+    {.block = Block::kAccelDrift,
+     .name = "accel_drift",
+     .size = 3,
+     .unit = "m/s^2",
+     .factor = 1,
+     .axes = blocks::kBody,
+     .member = &Estimate::accel_drift,
+     .process = [](const FilterOptions& o) { return blocks::drift(o.sensor.accel); }},
+    {.block = Block::kGyroScale,
+     .name = "gyro_scale",
+     .size = 3,
+     .unit = "ppm",
+     .factor = 1e6,
+     .axes = blocks::kBody,
+     .member = &Estimate::gyro_scale,
+     .prior = [](const FilterOptions& o) { return blocks::alike(o.sensor.gyro.scale); }},
+    {.block = Block::kAccelScale,
+     .name = "accel_scale",
+     .size = 3,
+     .unit = "ppm",
+     .factor = 1e6,
+     .axes = blocks::kBody,
+     .member = &Estimate::accel_scale,
+     .prior = [](const FilterOptions& o) { return blocks::alike(o.sensor.accel.scale); }},
+    {.block = Block::kBoresight,
+     .name = "boresight",
+     .size = 3,
+     .unit = "deg",
+     .factor = kDegreesPerRadian,
+     .axes = {"roll", "pitch", "heading"},
+     .member = &Estimate::q_rb,
+     .prior = [](const FilterOptions& o) { return blocks::alike(o.priors.boresight); },
+     .observed = [](const FilterOptions& o) { return !o.attitude.empty(); },
+     .needs = "an `attitude:` source"},
+    {.block = Block::kLeverArm,
+     .name = "lever_arm",
+     .size = 3,
+     .unit = "m",
+     .factor = 1,
+     .axes = blocks::kBody,
+     .member = &Estimate::lever_arm,
+     .prior = [](const FilterOptions& o) { return blocks::alike(o.priors.lever_arm); },
+     .observed = [](const FilterOptions& o) { return !o.gnss.empty(); },
+     .needs = "a `gnss:` source"},
+    {.block = Block::kGnssPositionDrift,
+     .name = "gnss_position_drift",
+     .size = 3,
+     .unit = "m",
+     .factor = 1,
+     .axes = blocks::kLocal,
+     .member = &Estimate::gnss_position_drift,
+     .process = [](const FilterOptions& o) { return blocks::coloured(o.gnss, &GnssOptions::drift); },
+     .needs = "a `gnss:` source with a drift",
+     .implied = true},
+    {.block = Block::kGnssDelay,
+     .name = "gnss_delay",
+     .size = 1,
+     .unit = "s",
+     .factor = 1,
+     .axes = {"t", "", ""},
+     .member = &Estimate::gnss_delay,
+     .prior = [](const FilterOptions& o) { return blocks::alike(o.priors.gnss_delay); },
+     .observed = [](const FilterOptions& o) { return !o.gnss.empty(); },
+     .needs = "a `gnss:` source"},
+    {.block = Block::kAttitudeDrift,
+     .name = "attitude_drift",
+     .size = 3,
+     .unit = "deg",
+     .factor = kDegreesPerRadian,
+     .axes = blocks::kLocal,
+     .member = &Estimate::attitude_drift,
+     .process = [](const FilterOptions& o) { return blocks::coloured(o.attitude, &AttitudeOptions::drift); },
+     .needs = "an `attitude:` source whose errors have a `correlation_time:`",
+     .implied = true},
+    {.block = Block::kBoresightDrift,
+     .name = "boresight_drift",
+     .size = 3,
+     .unit = "deg",
+     .factor = kDegreesPerRadian,
+     .axes = blocks::kBody,
+     .member = &Estimate::boresight_drift,
+     .process = [](const FilterOptions& o) { return blocks::coloured(o.attitude, &AttitudeOptions::boresight_drift); },
+     .needs = "an `attitude:` source with `boresight: {sigma, correlation_time}`",
+     .implied = true},
+});
+
+inline constexpr int kBlockCount = static_cast<int>(kBlocks.size());
+
+constexpr int index_of(Block block) { return static_cast<int>(block); }
+constexpr const BlockInfo& info(Block block) { return kBlocks[static_cast<std::size_t>(block)]; }
+
+/// Position, velocity and attitude, which every run estimates.
+constexpr bool is_navigation(Block block) { return index_of(block) <= index_of(Block::kAttitude); }
+
+/// Whether the block's error is a rotation vector on the left of a rotation.
+constexpr bool is_rotation(Block block) { return std::holds_alternative<Quaterniond Estimate::*>(info(block).member); }
+
+/// Place of a block in the error vector that holds every block.
+constexpr int full_offset(Block block) {
+  int offset = 0;
+  for (int i = 0; i < index_of(block); ++i) offset += kBlocks[static_cast<std::size_t>(i)].size;
+  return offset;
+}
+
+inline constexpr int kFullSize = full_offset(kBlocks.back().block) + kBlocks.back().size;
+
+/// Rotations beyond the attitude, such as the boresight.
+inline constexpr int kMountings =
+    static_cast<int>(std::count_if(kBlocks.begin(), kBlocks.end(), [](const BlockInfo& row) {
+      return is_rotation(row.block) && row.block != Block::kAttitude;
+    }));
+inline constexpr std::array<Block, kMountings> kMountingBlocks = [] {
+  std::array<Block, kMountings> out{};
+  std::size_t n = 0;
+  for (const BlockInfo& row : kBlocks) {
+    if (is_rotation(row.block) && row.block != Block::kAttitude) out[n++] = row.block;
+  }
+  return out;
+}();
+
+namespace blocks {
+
+constexpr bool table_matches_enum() {
+  for (int i = 0; i < kBlockCount; ++i) {
+    if (index_of(kBlocks[static_cast<std::size_t>(i)].block) != i) return false;
+  }
+  return true;
+}
+
+/// A block beyond navigation without a prior or a process would silently not be estimated.
+constexpr bool every_row_is_whole() {
+  return std::all_of(kBlocks.begin(), kBlocks.end(), [](const BlockInfo& row) {
+    const bool constant = row.prior != nullptr, process = row.process != nullptr;
+    return is_navigation(row.block) ? !constant && !process : constant != process;
+  });
+}
+
+constexpr bool sizes_match_members() {
+  return std::all_of(kBlocks.begin(), kBlocks.end(), [](const BlockInfo& row) {
+    return row.size == (std::holds_alternative<double Estimate::*>(row.member) ? 1 : 3);
+  });
+}
+
+}  // namespace blocks
+static_assert(blocks::table_matches_enum(), "kBlocks must list the blocks in the order of the enum");
+static_assert(blocks::every_row_is_whole(), "a block beyond navigation has either a prior or a process");
+static_assert(blocks::sizes_match_members(), "a block has the size of what holds it");
+static_assert(full_offset(Block::kAttitude) == 6, "position, velocity and attitude come first");
+
+/// Error of every block, in table order, SI and radians.
+using FullError = Eigen::Matrix<double, kFullSize, 1>;
+/// Error of the estimated blocks, and its covariance: sized at run time, stored in place.
+using ErrorVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kFullSize, 1>;
+using Covariance = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kFullSize, kFullSize>;
+
+/// Which blocks a run estimates, and where each stands. Position, velocity and attitude always lead.
+class StateLayout {
+ public:
+  StateLayout() : StateLayout(std::span<const Block>{}) {}
+  /// `extra` in any order, without repetition; the navigation blocks may be named or not.
+  explicit StateLayout(std::span<const Block> extra);
+
+  int size() const { return size_; }
+  bool has(Block block) const { return offset_[static_cast<std::size_t>(block)] >= 0; }
+  /// First row of the block, −1 where it is not estimated.
+  int offset(Block block) const { return offset_[static_cast<std::size_t>(block)]; }
+  const std::vector<Block>& blocks() const { return blocks_; }
+
+ private:
+  std::array<int, kBlocks.size()> offset_;
+  std::vector<Block> blocks_;
+  int size_ = 0;
+};
+
+/// Whether a run knows anything of the block that it could estimate: a constant whose 1-sigma is 0 and a process that
+/// is not there leave nothing. True of the navigation blocks.
+bool has_error(const FilterOptions& options, Block block);
+
+/// Bias, drift and scale of gyroscopes and accelerometers, as far as the sensor has an error of them.
+std::vector<Block> imu_error_blocks(const ImuSensor& sensor);
+
+/// `wanted`, and the blocks that the sources of the run imply, such as their coloured errors, where they are not among
+/// them.
+std::vector<Block> with_implied_blocks(const FilterOptions& options, std::vector<Block> wanted);
+
+}  // namespace piste

@@ -1,0 +1,78 @@
+#pragma once
+/// The one list of measurements: filter, smoother, trust, innovations and files take from it what there is. A new
+/// sensor is a type of its own (measurement.h says what it must have) and a line here.
+
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "piste/model/attitude.h"
+#include "piste/model/gnss.h"
+#include "piste/model/heading.h"
+#include "piste/model/magnetometer.h"
+#include "piste/model/rest.h"
+
+namespace piste {
+
+template <class... Types>
+struct TypeList {
+  using Fix = std::variant<typename Types::Fix...>;
+  static constexpr std::size_t kSize = sizeof...(Types);
+
+  /// Calls `f.operator()<Type>()` for each, in order.
+  template <class F>
+  static void for_each(F&& f) {
+    (f.template operator()<Types>(), ...);
+  }
+  template <class Type>
+  static constexpr std::size_t index_of() {
+    std::size_t index = 0;
+    bool found = false;
+    ((found = found || std::is_same_v<Type, Types>, index += found ? 0 : 1), ...);
+    return index;
+  }
+  /// Calls `f.operator()<Type>(fix)` with the type that the fix is of.
+  template <class F>
+  static void visit(F&& f, const Fix& fix) {
+    (void)((std::holds_alternative<typename Types::Fix>(fix)
+                ? (f.template operator()<Types>(std::get<typename Types::Fix>(fix)), true)
+                : false) ||
+           ...);
+  }
+};
+
+/// In the order in which fixes of one instant are used.
+using MeasurementList = TypeList<GnssReceivers, ReferenceAttitudes, Magnetometer, StartHeading, ZeroUpdates>;
+
+/// A fix of any type.
+using AnyFix = MeasurementList::Fix;
+
+/// One channel of one sensor: what innovations belong to.
+struct MeasurementSource {
+  std::string name;  ///< such as "gnss[0].position", "attitude[1]", "rest.rate"
+  int partner = -1;  ///< another source, see MeasurementChannel
+  bool readmitted = true;
+};
+
+/// The sources of a run, in the order of the list; of each type its sensors, and of each sensor its channels.
+class MeasurementSources {
+ public:
+  MeasurementSources() = default;
+  explicit MeasurementSources(const FilterOptions& options);
+
+  const std::vector<MeasurementSource>& all() const { return all_; }
+  std::vector<std::string> names() const;
+  /// Place of a sensor's first channel; the others follow it.
+  template <class Type>
+  int first(int sensor) const {
+    return first_[MeasurementList::index_of<Type>()] + sensor * static_cast<int>(Type::kChannels.size());
+  }
+
+ private:
+  std::vector<MeasurementSource> all_;
+  std::array<int, MeasurementList::kSize> first_{};
+};
+
+}  // namespace piste

@@ -1,0 +1,75 @@
+#include "piste/experiment/replay.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+#include <vector>
+
+#include "piste/condition/pipeline.h"
+#include "piste/core/error.h"
+#include "piste/solve/attitude_noise.h"
+#include "piste/solve/rts.h"
+
+namespace piste {
+namespace {
+
+template <class Sources>
+void check_sources(const Sources& sources, const FilterOptions& options) {
+  const auto check = [](std::string_view kind, std::size_t there, std::size_t told) {
+    if (there == told) return;
+    throw ConfigError("filter options",
+                      fmt::format("{}: options of {} sources for {}; one each is needed", kind, told, there));
+  };
+  check("gnss", sources.gnss.size(), options.gnss.size());
+  check("attitude", sources.attitude.size(), options.attitude.size());
+}
+
+}  // namespace
+
+ReplayOptions replay_options(const ReplayConfig& config) {
+  return {.conditioning = config.conditioning,
+          .filter = config.filter,
+          .heading = config.initial,
+          .smoother = config.smoother,
+          .checkpoints = false};
+}
+
+Replay replay(const ReplayConfig& config, const ReplayProgress& progress) {
+  return replay(read_recording(config), replay_options(config), progress);
+}
+
+Replay replay(const Recording& recording, const ReplayOptions& options, const ReplayProgress& progress) {
+  check_sources(recording, options.filter);
+  ReplayOptions known = options;
+  known.filter = with_attitude_sigmas(std::move(known.filter), recording.attitude);
+  return replay(condition(recording, options.conditioning), known, progress);
+}
+
+Replay replay(Log log, const ReplayOptions& options, const ReplayProgress& progress) {
+  check_sources(log, options.filter);
+  const std::size_t all = log.imu.size();
+  const auto stage = [&](std::string_view name) -> ProgressCallback {
+    if (!progress) return {};
+    progress(name, 0, all);
+    return [&progress, name, all](double part) {
+      progress(name, static_cast<std::size_t>(part * static_cast<double>(all)), all);
+    };
+  };
+  Replay run{.log = std::move(log), .options = {}, .found = {}, .filtered = {}, .smoothed = {}};
+  run.options = with_white_part(options.filter, run.log);
+  run.found = options.start ? FoundStart{*options.start, "the start was given"}
+                            : find_start(run.log, run.options, options.heading);
+  const Start& start = run.found.start;
+  const bool smooth = options.smoother == SmootherKind::kRts;
+  const int checkpoint_every = smooth || options.checkpoints ? kCheckpointEvery : 0;
+  run.filtered =
+      run_filter(run.log, run.options, start, checkpoint_every, stage("filter"), start.time + options.longest);
+  if (smooth) {
+    std::vector<AttitudeLag> lags;
+    run.smoothed = smooth_rts(run.log, run.filtered, stage("smoother"), nullptr, &lags);
+    run.smoothed->attitude_correlation_time = correlation_time(lags);
+  }
+  return run;
+}
+
+}  // namespace piste

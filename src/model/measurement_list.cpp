@@ -1,0 +1,29 @@
+#include "piste/model/measurement_list.h"
+
+#include <fmt/format.h>
+
+namespace piste {
+
+MeasurementSources::MeasurementSources(const FilterOptions& options) {
+  MeasurementList::for_each([&]<class Type>() {
+    first_[MeasurementList::index_of<Type>()] = static_cast<int>(all_.size());
+    for (int sensor = 0; sensor < Type::sensors(options); ++sensor) {
+      const int first = static_cast<int>(all_.size());
+      const std::string name = Type::kNumbered ? fmt::format("{}[{}]", Type::kName, sensor) : std::string(Type::kName);
+      for (const MeasurementChannel& channel : Type::kChannels) {
+        all_.push_back({.name = channel.name.empty() ? name : fmt::format("{}.{}", name, channel.name),
+                        .partner = channel.partner < 0 ? -1 : first + channel.partner,
+                        .readmitted = channel.readmitted});
+      }
+    }
+  });
+}
+
+std::vector<std::string> MeasurementSources::names() const {
+  std::vector<std::string> out;
+  out.reserve(all_.size());
+  for (const MeasurementSource& source : all_) out.push_back(source.name);
+  return out;
+}
+
+}  // namespace piste

@@ -1,0 +1,30 @@
+#include "piste/solve/initial_state.h"
+
+#include "piste/model/imu_errors.h"
+
+namespace piste {
+namespace {
+
+Vector3d initial_variance(const BlockInfo& row, const FilterOptions& options) {
+  if (row.prior) return row.prior(options).cwiseAbs2();
+  const std::optional<BlockProcess> process = row.process(options);
+  if (!process) return Vector3d::Zero();
+  const double sigma = initial_sigma(process->law);
+  return sigma * sigma * process->weight;
+}
+
+}  // namespace
+
+Covariance initial_covariance(const StateLayout& layout, const FilterOptions& options, const Start& start) {
+  if (start.covariance.rows() == layout.size()) return start.covariance;
+  Covariance P = Covariance::Zero(layout.size(), layout.size());
+  P.topLeftCorner<9, 9>() = start.covariance;
+  for (const Block b : layout.blocks()) {
+    if (is_navigation(b)) continue;
+    const int size = info(b).size;
+    P.diagonal().segment(layout.offset(b), size) = initial_variance(info(b), options).head(size);
+  }
+  return P;
+}
+
+}  // namespace piste

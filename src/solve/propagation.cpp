@@ -1,0 +1,39 @@
+#include "piste/solve/propagation.h"
+
+namespace piste {
+namespace {
+
+constexpr double kGravityReach = 100;  // m: gravity is linear to 1e-9 m/s² over it
+
+}  // namespace
+
+Transition Propagation::advance(FilterState& state, const ImuStep& step, const StepNoise& noise, bool still,
+                                const World& world, const StateLayout& layout, const FilterOptions& options) {
+  if ((state.x.p_wb - gravity_.point).squaredNorm() > kGravityReach * kGravityReach) {
+    gravity_ = world.gravity(state.x.p_wb);
+  }
+  const ImuStep corrected = correct(step, state.x);
+  const Estimate before = state.x;
+  mechanize(state.x, corrected, world.earth_rate(), gravity_);
+  if (still) {
+    stand(state.x, step.dt);
+  } else {
+    standing_time_ = 0;
+  }
+  Transition t =
+      linearize(before, state.x, corrected, world.earth_rate(), gravity_, noise, still ? &standing_force_ : nullptr);
+  add_processes(t, layout, options, step.dt);
+  decay(state.x, layout, t);
+  propagate(state.P, layout, t);
+  state.time += step.dt;
+  return t;
+}
+
+// Gravity on the body's axes, the mean over the rest so far. The attitude of one epoch follows the noise of the
+// accelerometers through the zero velocities; a scale regressed on it for minutes learns that noise.
+void Propagation::stand(const Estimate& x, double dt) {
+  standing_time_ += dt;
+  standing_force_ -= dt / standing_time_ * (x.q_wb.conjugate() * gravity_.value + standing_force_);
+}
+
+}  // namespace piste

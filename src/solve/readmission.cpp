@@ -1,0 +1,35 @@
+#include "piste/solve/readmission.h"
+
+#include <algorithm>
+
+namespace piste {
+namespace {
+
+constexpr double kLargestTilt = 0.2;  // rad that a readmission may add
+
+}  // namespace
+
+void admit_error(Covariance& P, const StateLayout& layout, const Linearization& lin, double lapse) {
+  const double size = lin.residual.head(lin.rows).norm();
+  double position = 0, velocity = 0, attitude = 0;
+  switch (lin.observes) {
+    case Block::kPosition:
+      position = size;
+      velocity = size / lapse;
+      attitude = 2 * size / (kStandardGravity * lapse * lapse);
+      break;
+    case Block::kVelocity:
+      velocity = size;
+      attitude = size / (kStandardGravity * lapse);
+      break;
+    default:
+      attitude = size;
+  }
+  attitude = std::min(attitude, kLargestTilt);
+  const auto add = [&](Block b, double sigma) { P.diagonal().segment<3>(layout.offset(b)).array() += sigma * sigma; };
+  add(Block::kPosition, position);
+  add(Block::kVelocity, velocity);
+  add(Block::kAttitude, attitude);
+}
+
+}  // namespace piste

@@ -1,0 +1,30 @@
+#include "piste/solve/sample_noise.h"
+
+namespace piste {
+namespace {
+
+constexpr double kClippedSpread = 0.2;  // of the range: 1-sigma of what a clipped sample hides
+
+}  // namespace
+
+StepNoise SampleNoise::of(const ImuSample& sample, const ImuSensor& sensor) {
+  const double gyro = sensor.gyro.noise, accel = sensor.accel.noise;
+  StepNoise noise{Vector3d::Constant(gyro * gyro), Vector3d::Constant(accel * accel)};
+  const auto clip = [&](int axis, bool clipped, double range, double& density) {
+    int& run = clipped_in_a_row_[static_cast<std::size_t>(axis)];
+    run = clipped ? run + 1 : 0;
+    const double hidden = kClippedSpread * range;
+    if (clipped) density += hidden * hidden * sample.interval * (2 * run - 1);
+  };
+  for (int i = 0; i < 3; ++i) {
+    clip(i, (sample.clipped_gyro >> i) & 1, sensor.gyro.range, noise.gyro(i));
+    clip(3 + i, (sample.clipped_accel >> i) & 1, sensor.accel.range, noise.accel(i));
+  }
+  if (sample.gap) {
+    noise.accel.array() += sample.gap->accel * sample.gap->accel;
+    noise.gyro.array() += sample.gap->gyro * sample.gap->gyro;
+  }
+  return noise;
+}
+
+}  // namespace piste
