@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "piste/condition/pipeline.h"
+#include "piste/core/version.h"
 #include "piste/files/alignment.h"
 #include "piste/report/alignment_page.h"
 
@@ -35,7 +36,7 @@ void write_alignment(OutputFolder& output, const AlignConfig& config, const Alig
   output.write(pair.folder + "alignment.json", alignment_json(pair.alignment));
   output.write(pair.folder + "aligned.csv", aligned_csv(pair.aligned));
   const AlignmentPicture picture{.title = pair.imu.name,
-                                 .version = PISTE_VERSION,
+                                 .version = version(),
                                  .config_text = config.echo,
                                  .alignment = &pair.alignment,
                                  .aligned = &pair.aligned,

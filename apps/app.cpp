@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "piste/core/error.h"
+#include "piste/core/version.h"
 
 namespace piste {
 namespace {
@@ -32,7 +33,7 @@ AppArguments parse(int argc, char** argv, const AppDescription& description, CLI
         ->type_name("DIR");
   }
   command.add_flag("--quiet", arguments.quiet, "no progress bar, no summary on standard output");
-  command.set_version_flag("--version", "piste " PISTE_VERSION);
+  command.set_version_flag("--version", "piste " + version());
   std::map<std::string, long> values;
   for (const IntegerOption& option : description.integers) {
     auto* o = command.add_option("--" + option.name, values[option.name], option.help)->type_name("N");

@@ -8,6 +8,7 @@
 
 #include "app.h"
 #include "piste/core/error.h"
+#include "piste/core/version.h"
 #include "piste/io/output.h"
 #include "piste/io/sensor_file.h"
 #include "piste/report/inspection_page.h"
@@ -30,7 +31,7 @@ void run(const AppArguments& arguments, Progress& progress) {
   const auto config = ready_config(found, output.folder().string(), kSensorFile);
   const std::string text = inspection_text(found, config);
   output.write("inspection.txt", text);
-  output.write("inspection.html", inspection_page(found, config, PISTE_VERSION));
+  output.write("inspection.html", inspection_page(found, config, version()));
   if (config) {
     output.write("replay.yaml", *config);
     output.write(kSensorFile,

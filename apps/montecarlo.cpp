@@ -9,6 +9,7 @@
 
 #include "app.h"
 #include "piste/core/error.h"
+#include "piste/core/version.h"
 #include "piste/experiment/ensemble.h"
 #include "piste/files/consistency.h"
 #include "piste/io/output.h"
@@ -60,7 +61,7 @@ void run(const AppArguments& arguments, Progress& progress) {
   const std::string title = std::filesystem::path(arguments.input).stem().string();
   output.write("consistency.json", consistency_json(report, title));
   output.write("consistency.md", consistency_row_head() + consistency_row(report, title));
-  output.write("consistency.html", consistency_html(report, title, PISTE_VERSION, scenario.text));
+  output.write("consistency.html", consistency_html(report, title, version(), scenario.text));
   output.commit();
   say(arguments, consistency_text(report));
   say(arguments, "written to " + arguments.output.string());

@@ -9,6 +9,7 @@
 
 #include "app.h"
 #include "piste/consistency/warnings.h"
+#include "piste/core/version.h"
 #include "piste/files/replay.h"
 #include "piste/files/summary.h"
 #include "piste/report/html.h"
@@ -35,7 +36,7 @@ void run_replay(const AppArguments& arguments, Progress& progress) {
   write_solutions(output, run, config.attitude_rate);
   output.write("trajectory.kml", kml(run.solution(), title));
   output.write("report.html", html_report({.title = title,
-                                           .version = PISTE_VERSION,
+                                           .version = version(),
                                            .config_text = config.echo,
                                            .log = &run.log,
                                            .filtered = &filtered,

@@ -9,6 +9,7 @@
 
 #include "app.h"
 #include "piste/core/error.h"
+#include "piste/core/version.h"
 #include "piste/experiment/missing.h"
 #include "piste/files/study.h"
 #include "piste/io/output.h"
@@ -38,7 +39,7 @@ void run(const AppArguments& arguments, Progress& progress) {
   for (const Figure& figure : study_figures(study)) {
     output.write(fmt::format("figures/{}.svg", figure.name), figure.svg);
   }
-  output.write("study.html", study_html(study, PISTE_VERSION, config.echo));
+  output.write("study.html", study_html(study, version(), config.echo));
   output.commit();
   say(arguments, study_text(study));
   say(arguments, "written to " + output.folder().string());

@@ -24,4 +24,5 @@ std::string_view @name@() {
 }  // namespace piste::assets
 ")
   target_sources(${target} PRIVATE ${unit})
+  set_source_files_properties(${unit} PROPERTIES SKIP_PRECOMPILE_HEADERS ON)
 endfunction()

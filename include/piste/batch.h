@@ -3,8 +3,6 @@
 ///
 /// Two IMUs on one plate are aligned, and one is fitted to the other; a campaign of several is studied.
 
-#include "piste/piste.h"
-
 // One IMU beside a better one.
 #include "piste/condition/aligned_signals.h"
 #include "piste/condition/alignment.h"

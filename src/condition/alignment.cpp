@@ -6,14 +6,6 @@
 
 namespace piste {
 
-Vector3d Alignment::known_lever_arm() const {
-  Vector3d known = p_rb_r;
-  for (int i = 0; i < 3; ++i) {
-    if (!std::isfinite(variance(AlignmentLayout::kLeverArm + i))) known(i) = 0;
-  }
-  return known;
-}
-
 Vector3d Alignment::boresight_sigma() const {
   Matrix3d of_rotation = covariance.block<3, 3>(AlignmentLayout::kBoresight, AlignmentLayout::kBoresight);
   for (int i = 0; i < 3; ++i) {

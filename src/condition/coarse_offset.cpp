@@ -6,10 +6,10 @@
 #include <cmath>
 #include <complex>
 #include <optional>
-#include <unsupported/Eigen/FFT>
 
 #include "piste/core/error.h"
-#include "piste/core/state_table.h"
+#include "piste/math/fourier.h"
+#include "piste/math/units.h"
 
 namespace piste {
 namespace {
@@ -41,14 +41,11 @@ std::vector<double> products(std::vector<double> x, std::vector<double> y) {
   while (size < x.size() + y.size()) size *= 2;
   x.resize(size);
   y.resize(size);
-  Eigen::FFT<double> fft;
-  std::vector<std::complex<double>> X, Y;
-  fft.fwd(X, x);
-  fft.fwd(Y, y);
+  FourierTransform fourier;
+  std::vector<std::complex<double>> X = fourier.forward(x);
+  const std::vector<std::complex<double>> Y = fourier.forward(y);
   for (std::size_t i = 0; i < X.size(); ++i) X[i] *= std::conj(Y[i]);
-  std::vector<double> out;
-  fft.inv(out, X);
-  return out;
+  return fourier.inverse(X);
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
 #include "whitening.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
+#include "piste/math/linear_algebra.h"
 #include "piste/math/statistics.h"
 
 namespace piste {
@@ -47,9 +47,20 @@ Whitening autoregression(const std::vector<Left>& left, double sigma) {
   }
   Whitening w;
   if (rows < 20 * kWhiteningOrder) return w;
-  const Eigen::VectorXd a = A.ldlt().solve(b);
+  const Eigen::VectorXd a = solve_symmetric(A, b);
   for (const double tap : a) w.taps.push_back(-tap);
   return w;
+}
+
+FilteredPair whitened(const FilteredPair& pair, const Whitening& gyro, const Whitening& accel) {
+  const double reach = kWhiteningOrder * static_cast<double>(pair.stride) * pair.body.step;
+  const TriadFilters filters{gyro.filter(pair.stride), accel.filter(pair.stride), reach, 0};
+  return {pair.body.filtered(filters),
+          pair.reference.filtered(filters),
+          gyro.gain(),
+          accel.gain(),
+          pair.margin + reach,
+          pair.stride};
 }
 
 double robust_sigma(const std::vector<Left>& left) {
@@ -60,8 +71,7 @@ double robust_sigma(const std::vector<Left>& left) {
     }
   }
   if (sizes.empty()) return 0;
-  constexpr double kOfNormal = 1.4826;  // sigma over the median of |z|
-  const double limit = 4 * kOfNormal * median(sizes);
+  const double limit = 4 * kSigmaOverMedian * median(sizes);
   double square = 0, count = 0;
   for (const double size : sizes) {
     if (size > limit) continue;

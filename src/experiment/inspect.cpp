@@ -10,7 +10,7 @@
 #include "experiment/lever_arm.h"
 #include "io/text_reader.h"
 #include "piste/core/error.h"
-#include "piste/core/state_table.h"
+#include "piste/math/units.h"
 
 namespace piste {
 namespace {

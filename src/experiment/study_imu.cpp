@@ -140,7 +140,9 @@ std::vector<TimingEffect> timing_effects(const ImuBeside& imu, const RunReferenc
 }
 
 // How an IMU sits, and what its filter is told.
-BodyMounting mounting_of(const Alignment& alignment) { return {alignment.q_rb, alignment.known_lever_arm()}; }
+BodyMounting mounting_of(const Alignment& alignment) {
+  return {alignment.q_rb, alignment.known(alignment.p_rb_r, AlignmentLayout::kLeverArm)};
+}
 
 // What the filter of an IMU is told.
 FilterCase filter_case(const RunConfig& config, const RunReference& reference, const ImuBeside& imu,

@@ -6,7 +6,7 @@
 #include <array>
 
 #include "piste/core/error.h"
-#include "piste/core/state_table.h"
+#include "piste/math/units.h"
 
 namespace piste {
 namespace {

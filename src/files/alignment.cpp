@@ -9,7 +9,7 @@
 
 #include "files/alignment_members.h"
 #include "io/csv.h"
-#include "piste/core/state_table.h"
+#include "piste/math/units.h"
 
 namespace piste {
 namespace {

@@ -8,6 +8,7 @@
 
 #include "consistency/report_numbers.h"
 #include "io/json.h"
+#include "piste/math/units.h"
 
 namespace piste {
 namespace {

@@ -15,6 +15,7 @@
 #include "piste/experiment/missing.h"
 #include "piste/experiment/ranking.h"
 #include "piste/experiment/study_tables.h"
+#include "piste/math/units.h"
 
 namespace piste {
 namespace {

@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "fit/reference_errors.h"
 #include "piste/core/error.h"
+#include "piste/math/linear_algebra.h"
 #include "piste/model/imu_errors.h"
 
 namespace piste {
@@ -131,7 +131,7 @@ double noise_ratio(const FitOptions& options, bool force) {
 }
 
 // How coefficients on the columns of X move with D p: a column each of p.
-Eigen::MatrixXd effect(const Eigen::MatrixXd& X, const Eigen::MatrixXd& D) { return X.householderQr().solve(D); }
+Eigen::MatrixXd effect(const Eigen::MatrixXd& X, const Eigen::MatrixXd& D) { return least_squares(X, D); }
 
 // What is not determined is left out.
 template <class Fit>

@@ -2,16 +2,15 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <unsupported/Eigen/FFT>
+#include <complex>
 
 #include "piste/core/error.h"
+#include "piste/math/fourier.h"
+#include "piste/math/linear_algebra.h"
 #include "piste/math/statistics.h"
 
 namespace piste {
@@ -32,9 +31,9 @@ Eigen::MatrixXd autoregression(const Eigen::MatrixXd& U) {
   const Index n = U.rows();
   const Eigen::MatrixXd lagged = U.topRows(n - 1).transpose() * U.topRows(n - 1);
   const Eigen::MatrixXd across = U.bottomRows(n - 1).transpose() * U.topRows(n - 1);
-  const Eigen::MatrixXd A = lagged.ldlt().solve(across.transpose()).transpose();
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(A, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  return svd.matrixU() * svd.singularValues().cwiseMin(kPersistence).asDiagonal() * svd.matrixV().transpose();
+  const Eigen::MatrixXd A = solve_symmetric(lagged, Eigen::MatrixXd(across.transpose())).transpose();
+  const SingularValues svd = singular_values(A);
+  return svd.U * svd.values.cwiseMin(kPersistence).asDiagonal() * svd.V.transpose();
 }
 
 // Parzen's window of x ≥ 0.
@@ -51,28 +50,27 @@ Eigen::MatrixXd long_run(const Eigen::MatrixXd& U, Index lag) {
   const Eigen::MatrixXd V = U.bottomRows(n - 1) - U.topRows(n - 1) * A.transpose();
   // So long that the last sample does not meet the first.
   const auto N = static_cast<Index>(std::bit_ceil(static_cast<std::size_t>(n + lag)));
-  Eigen::FFT<double> fft;
-  fft.SetFlag(Eigen::FFT<double>::HalfSpectrum);
-  const auto spectrum = [&](const Eigen::VectorXd& padded) {
-    Eigen::VectorXcd out;
-    fft.fwd(out, padded);
-    return out;
+  FourierTransform fourier;
+  const auto spectrum = [&](const std::vector<double>& padded) -> Eigen::VectorXcd {
+    const std::vector<std::complex<double>> both_halves = fourier.forward(padded);
+    return Eigen::Map<const Eigen::VectorXcd>(both_halves.data(), N / 2 + 1);
   };
-  Eigen::VectorXd weight = Eigen::VectorXd::Zero(N);
-  weight(0) = 1;
+  std::vector<double> weight(static_cast<std::size_t>(N), 0.0);
+  weight[0] = 1;
   for (Index k = 1; k <= lag; ++k) {
-    weight(k) = weight(N - k) = parzen(static_cast<double>(k) / static_cast<double>(lag + 1));
+    const double w = parzen(static_cast<double>(k) / static_cast<double>(lag + 1));
+    weight[static_cast<std::size_t>(k)] = weight[static_cast<std::size_t>(N - k)] = w;
   }
   Eigen::VectorXd response = spectrum(weight).real() / static_cast<double>(N);
   response.segment(1, N / 2 - 1) *= 2;  // for the frequencies that half a spectrum leaves out
   Eigen::MatrixXcd F(N / 2 + 1, p);
   for (Index j = 0; j < p; ++j) {
-    Eigen::VectorXd padded = Eigen::VectorXd::Zero(N);
-    padded.head(n - 1) = V.col(j);
+    std::vector<double> padded(static_cast<std::size_t>(N), 0.0);
+    Eigen::Map<Eigen::VectorXd>(padded.data(), n - 1) = V.col(j);
     F.col(j) = spectrum(padded);
   }
   const Eigen::MatrixXd S = (F.adjoint() * response.asDiagonal() * F).real();
-  const Eigen::MatrixXd colour = (Eigen::MatrixXd::Identity(p, p) - A).inverse();
+  const Eigen::MatrixXd colour = inverse(Eigen::MatrixXd::Identity(p, p) - A);
   return static_cast<double>(n) / static_cast<double>(n - 1) * colour * S * colour.transpose();
 }
 

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
-#include <unsupported/Eigen/FFT>
 
 #include "piste/core/error.h"
+#include "piste/math/fourier.h"
 
 namespace piste {
 
@@ -26,9 +26,8 @@ Spectrum welch(std::span<const Vector3d> signal, std::span<const std::uint8_t> u
   Spectrum out;
   for (std::size_t k = 0; k <= half; ++k) out.frequency.push_back(static_cast<double>(k) / (length * interval));
   out.density.assign(half + 1, Vector3d::Zero());
-  Eigen::FFT<double> fft;
+  FourierTransform fourier;
   std::vector<double> tapered(segment);
-  std::vector<std::complex<double>> transform;
   for (std::size_t first = 0; first + segment <= signal.size(); first += half) {
     const auto part = signal.subspan(first, segment);
     if (!usable.empty()) {
@@ -39,7 +38,7 @@ Spectrum welch(std::span<const Vector3d> signal, std::span<const std::uint8_t> u
     for (const Vector3d& v : part) mean += v / length;
     for (int axis = 0; axis < 3; ++axis) {
       for (std::size_t i = 0; i < segment; ++i) tapered[i] = window[i] * (part[i](axis) - mean(axis));
-      fft.fwd(transform, tapered);
+      const std::vector<std::complex<double>> transform = fourier.forward(tapered);
       for (std::size_t k = 0; k <= half; ++k) {
         const double sides = k == 0 || k == half ? 1 : 2;
         out.density[k](axis) += sides * interval / power * std::norm(transform[k]);

@@ -5,8 +5,8 @@
 #include <array>
 #include <cmath>
 #include <complex>
-#include <unsupported/Eigen/FFT>
 
+#include "piste/math/fourier.h"
 #include "piste/math/statistics.h"
 
 namespace piste {
@@ -123,22 +123,18 @@ class Correlator {
   }
   std::vector<std::complex<double>> transform(Series x) {
     x.resize(size_);
-    std::vector<std::complex<double>> X;
-    fft_.fwd(X, x);
-    return X;
+    return fourier_.forward(x);
   }
   // Σ_j x[j + lag] y[j]; a negative lag stands at size + lag.
   Series correlate(const std::vector<std::complex<double>>& X, const std::vector<std::complex<double>>& Y) {
     std::vector<std::complex<double>> product(X.size());
     for (std::size_t i = 0; i < X.size(); ++i) product[i] = X[i] * std::conj(Y[i]);
-    Series out;
-    fft_.inv(out, product);
-    return out;
+    return fourier_.inverse(product);
   }
   std::size_t size() const { return size_; }
 
  private:
-  Eigen::FFT<double> fft_;
+  FourierTransform fourier_;
   std::size_t size_ = 1;
 };
 

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "io/csv.h"
+#include "piste/math/units.h"
 #include "quantity.h"
 
 namespace piste {

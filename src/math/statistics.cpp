@@ -47,6 +47,16 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
+Eigen::Vector3d median(const std::vector<Eigen::Vector3d>& values) {
+  Eigen::Vector3d middle;
+  std::vector<double> one(values.size());
+  for (int axis = 0; axis < 3; ++axis) {
+    std::transform(values.begin(), values.end(), one.begin(), [axis](const Eigen::Vector3d& v) { return v(axis); });
+    middle(axis) = median(one);
+  }
+  return middle;
+}
+
 double quantile(std::vector<double> values, double part) {
   const auto place = values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), place, values.end());

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "piste/core/state_table.h"
+#include "piste/math/units.h"
 #include "plot/markup.h"
 #include "report/page.h"
 

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "consistency/report_numbers.h"
+#include "piste/math/units.h"
 #include "plot/markup.h"
 #include "plot/svg.h"
 #include "report/page.h"

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "piste/core/state_table.h"
 #include "piste/math/earth.h"
+#include "piste/math/units.h"
 #include "piste/report/inspection_text.h"
 #include "plot/markup.h"
 #include "plot/svg.h"

@@ -6,7 +6,7 @@
 #include <iterator>
 #include <vector>
 
-#include "piste/core/state_table.h"
+#include "piste/math/units.h"
 #include "plot/markup.h"
 #include "plot/thin.h"
 

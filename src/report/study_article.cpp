@@ -14,6 +14,7 @@
 
 #include "experiment/printed_tables.h"
 #include "piste/experiment/study_tables.h"
+#include "piste/math/units.h"
 #include "plot/markup.h"
 #include "report/page.h"
 #include "report/study_words.h"

@@ -8,6 +8,7 @@
 
 #include "piste/experiment/ranking.h"
 #include "piste/experiment/study_tables.h"
+#include "piste/math/units.h"
 #include "piste/report/study_figures.h"
 #include "plot/markup.h"
 #include "report/page.h"

@@ -3,7 +3,7 @@
 namespace piste {
 namespace {
 
-constexpr double kGravityReach = 100;  // m: gravity is linear to 1e-9 m/s² over it
+constexpr double kGravityReach = 100;  // m: gravity is linear to 4e-9 m/s² over it
 
 }  // namespace
 

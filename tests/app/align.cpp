@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "support/navigation.h"
+#include "support/places.h"
 #include "support/program.h"
 
 namespace piste::test {
@@ -16,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 std::string imu_entry(const std::string& file, const std::string& sensor = "xsens_mt9a") {
-  return fmt::format("{{file: run/{}, sensor: {}/config/sensors/{}.yaml}}", file, PISTE_SOURCE_DIR, sensor);
+  return fmt::format("{{file: run/{}, sensor: {}/config/sensors/{}.yaml}}", file, source_folder(), sensor);
 }
 
 std::string usual_config() {
@@ -35,14 +36,14 @@ class Align : public testing::Test {
                   fmt::format("base: {}/config/scenarios/ski.yaml\n"
                               "motion: {{rest_before: 5 s, run: 40 s, rest_after: 5 s, net_turn: 160 deg}}\n"
                               "gnss: []\nattitude: []\n",
-                              PISTE_SOURCE_DIR));
-    const Said said = run_program(PISTE_SIMULATE, {folder_ / "short.yaml", "--output", "run", "--quiet"}, folder_);
+                              source_folder()));
+    const Said said = run_program(program("simulate"), {folder_ / "short.yaml", "--output", "run", "--quiet"}, folder_);
     ASSERT_EQ(said.code, 0) << said.err;
   }
 
-  Said align(const std::string& config, const char* program = PISTE_ALIGN) const {
+  Said align(const std::string& config, const std::string& name = program("align")) const {
     folder_.write("align.yaml", config);
-    return run_program(program, {folder_ / "align.yaml", "--output", "out"}, folder_);
+    return run_program(name, {folder_ / "align.yaml", "--output", "out"}, folder_);
   }
 
   TemporaryFolder folder_;
@@ -60,8 +61,12 @@ void expect_true(const YAML::Node& found, const YAML::Node& truth) {
   EXPECT_LT(boresight.cwiseAbs().maxCoeff(), 0.05);
   EXPECT_LT(arm.cwiseAbs().maxCoeff(), 2e-3);
   for (int i = 0; i < 3; ++i) {
-    EXPECT_LT(std::abs(boresight(i)), 4 * found["sigma_boresight_deg"][i].as<double>());
-    EXPECT_LT(std::abs(arm(i)), 4 * found["sigma_lever_arm_m"][i].as<double>());
+    const double sigma_boresight = found["sigma_boresight_deg"][i].as<double>(),
+                 sigma_arm = found["sigma_lever_arm_m"][i].as<double>();
+    EXPECT_LT(std::abs(boresight(i)), 4 * sigma_boresight);
+    EXPECT_LT(std::abs(arm(i)), 4 * sigma_arm);
+    EXPECT_LT(sigma_boresight, 0.02);
+    EXPECT_LT(sigma_arm, 0.6e-3);
   }
   EXPECT_EQ(found["undetermined"].size(), 0U);
 }
@@ -108,7 +113,7 @@ TEST_F(Align, SameBytesAgain) {
 }
 
 TEST_F(Align, CompareAddsTheErrorsOfTheSensor) {
-  const Said said = align(usual_config(), PISTE_COMPARE);
+  const Said said = align(usual_config(), program("compare"));
   ASSERT_EQ(said.code, 0) << said.err;
   const YAML::Node truth = YAML::LoadFile(folder_ / "run/truth.json"), imu = truth["imus"]["mt9a_1"],
                    found = YAML::LoadFile(folder_ / "out/findings.json");
@@ -129,7 +134,7 @@ TEST_F(Align, CompareAddsTheErrorsOfTheSensor) {
 
 TEST_F(Align, ComparePhasesMayBeStated) {
   const std::string phases = "phases: {run: [302410 s, 302440 s], after: [302446 s, 302449 s]}\n";
-  const Said said = align(usual_config() + phases, PISTE_COMPARE);
+  const Said said = align(usual_config() + phases, program("compare"));
   ASSERT_EQ(said.code, 0) << said.err;
   const YAML::Node found = YAML::LoadFile(folder_ / "out/findings.json");
   EXPECT_TRUE(found["phases"]["before"].IsNull());

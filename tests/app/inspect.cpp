@@ -4,6 +4,7 @@
 
 #include "report/well_formed.h"
 #include "support/navigation.h"
+#include "support/places.h"
 #include "support/ski_run.h"
 
 namespace piste::test {
@@ -13,7 +14,7 @@ const std::string kData = (kSource / "data/ski_run/").string();
 
 struct InspectApp : ::testing::Test {
   TemporaryFolder folder;
-  Said inspect(std::vector<std::string> words) const { return run_program(PISTE_INSPECT, words, folder); }
+  Said inspect(std::vector<std::string> words) const { return run_program(program("inspect"), words, folder); }
 };
 
 TEST_F(InspectApp, EndsWithAConfigurationThatReplays) {
@@ -25,7 +26,8 @@ TEST_F(InspectApp, EndsWithAConfigurationThatReplays) {
   EXPECT_TRUE(contains(said.out, "100 Hz"));
   EXPECT_TRUE(contains(said.out, "A configuration for replay"));
   EXPECT_TRUE(contains(said.out, read_text(folder / "found/replay.yaml")));
-  const Said replayed = run_program(PISTE_REPLAY, {"found/replay.yaml", "--output", "replayed", "--quiet"}, folder);
+  const Said replayed =
+      run_program(program("replay"), {"found/replay.yaml", "--output", "replayed", "--quiet"}, folder);
   ASSERT_EQ(replayed.code, 0) << replayed.err;
   EXPECT_EQ(replayed.err, "");
   const Accuracy a = accuracy(read_table(folder / "replayed/smoothed.csv"),

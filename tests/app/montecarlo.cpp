@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
+#include "support/places.h"
 #include "support/program.h"
 
 namespace piste::test {
@@ -16,12 +17,12 @@ namespace fs = std::filesystem;
 std::string tiny_scenario(const TemporaryFolder& folder, const std::string& more = "") {
   return folder.write("tiny.yaml", fmt::format("base: {}/config/scenarios/bicycle.yaml\n"
                                                "motion: {{rest_before: 2 s, run: 13 s, rest_after: 1 s}}\n{}",
-                                               PISTE_SOURCE_DIR, more));
+                                               source_folder(), more));
 }
 
 Said montecarlo(const TemporaryFolder& folder, std::vector<std::string> words) {
   words.insert(words.begin(), folder / "tiny.yaml");
-  return run_program(PISTE_MONTECARLO, words, folder);
+  return run_program(program("montecarlo"), words, folder);
 }
 
 TEST(Montecarlo, WritesWhatItFound) {
@@ -66,7 +67,7 @@ TEST(Montecarlo, GoesOnAfterItWasKilled) {
     const std::string command = fmt::format(
         "cd '{}' && {{ '{}' tiny.yaml --runs 100000 --output a >.out 2>.err & }} && "
         "for i in $(seq 1200); do if {}; then break; fi; sleep 0.1; done; kill -KILL $!; wait $!",
-        folder.path().string(), PISTE_MONTECARLO, done);
+        folder.path().string(), program("montecarlo"), done);
     EXPECT_NE(std::system(command.c_str()), 0);
   };
   run_and_kill_when("[ -e a/ensemble.state ]");
@@ -95,8 +96,8 @@ TEST(Montecarlo, RefusesWithFileAndLine) {
   EXPECT_TRUE(contains(said.err, "gnss_l1l2"));
   EXPECT_EQ(montecarlo(folder, {"--runs", "0"}).code, 2);
   EXPECT_EQ(montecarlo(folder, {"--jobs", "0"}).code, 2);
-  EXPECT_EQ(run_program(PISTE_MONTECARLO, {"absent.yaml"}, folder).code, 2);
-  EXPECT_EQ(run_program(PISTE_MONTECARLO, {}, folder).code, 2);
+  EXPECT_EQ(run_program(program("montecarlo"), {"absent.yaml"}, folder).code, 2);
+  EXPECT_EQ(run_program(program("montecarlo"), {}, folder).code, 2);
 }
 
 TEST(Montecarlo, SaysWhyNoRunCouldBeReplayed) {

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "piste/io/output.h"
+#include "support/places.h"
 #include "support/ski_run.h"
 
 namespace piste::test {
@@ -35,7 +36,7 @@ std::size_t partial_files(const std::map<std::string, std::string>& files) {
 class Outputs : public ::testing::Test {
  protected:
   Said replay(const std::string& first = "true", const std::string& output = "result") const {
-    return run_program(PISTE_REPLAY, {SkiRun::kConfig, "--output", output, "--quiet"}, run_.folder, first);
+    return run_program(program("replay"), {SkiRun::kConfig, "--output", output, "--quiet"}, run_.folder, first);
   }
   std::map<std::string, std::string> results() const { return files_in(run_.folder / "result"); }
 

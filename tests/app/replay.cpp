@@ -7,6 +7,7 @@
 #include <set>
 
 #include "support/navigation.h"
+#include "support/places.h"
 #include "support/ski_run.h"
 
 namespace piste::test {
@@ -28,13 +29,6 @@ std::set<std::string> files_in(const fs::path& folder) {
   return names;
 }
 
-/// Two outputs need not be there in every version.
-std::set<std::string> without_pictures(std::set<std::string> names) {
-  names.erase("trajectory.kml");
-  names.erase("report.html");
-  return names;
-}
-
 /// summary.json but for the two times that a run took, which must be there.
 std::string timeless(const std::string& summary) {
   std::istringstream lines(summary);
@@ -52,14 +46,15 @@ std::string timeless(const std::string& summary) {
 TEST(Replay, ShippedRunGivesEveryOutput) {
   const TemporaryFolder folder;
   const Said said =
-      run_program(PISTE_REPLAY, {(kSource / "config/ski_run.yaml").string(), "--output", "result"}, folder);
+      run_program(program("replay"), {(kSource / "config/ski_run.yaml").string(), "--output", "result"}, folder);
   ASSERT_EQ(said.code, 0) << said.err;
   EXPECT_EQ(said.err, "");  // no progress bar where it is redirected
   EXPECT_TRUE(contains(said.out, "heading"));
   EXPECT_TRUE(contains(said.out, "written to result"));
-  EXPECT_EQ(without_pictures(files_in(folder.path() / "result")),
-            (std::set<std::string>{"attitude.csv", "biases.csv", "biases_smoothed.csv", "filtered.csv",
-                                   "innovations.csv", "smoothed.csv", "summary.json"}));
+  EXPECT_EQ(
+      files_in(folder.path() / "result"),
+      (std::set<std::string>{"attitude.csv", "biases.csv", "biases_smoothed.csv", "filtered.csv", "innovations.csv",
+                             "report.html", "smoothed.csv", "summary.json", "trajectory.kml"}));
 
   const Table imu = read_table(kSource / "data/ski_run/mt9a_1.csv");
   for (const char* name : {"filtered.csv", "smoothed.csv"}) {
@@ -203,7 +198,7 @@ TEST(Replay, TwiceTheSameBytes) {
   ASSERT_EQ(run.replay({SkiRun::kConfig, "--output", "second"}).code, 0);
   const auto names = files_in(run.folder / "first");
   EXPECT_EQ(names, files_in(run.folder / "second"));
-  for (const std::string& name : without_pictures(names)) {
+  for (const std::string& name : names) {
     std::string first = run.text("first/" + name), second = run.text("second/" + name);
     if (name == "summary.json") {
       first = timeless(first);
@@ -222,8 +217,9 @@ TEST(Replay, WithoutSmoother) {
   const Table attitude = read_table(run.folder / "result/attitude.csv"),
               filtered = read_table(run.folder / "result/filtered.csv");
   EXPECT_NEAR(attitude["heading_deg"].back(), at(filtered, "heading_deg", attitude["time_s"].back()), 1e-6);
-  EXPECT_EQ(without_pictures(files_in(run.folder / "result")),
-            (std::set<std::string>{"attitude.csv", "biases.csv", "filtered.csv", "innovations.csv", "summary.json"}));
+  EXPECT_EQ(files_in(run.folder / "result"),
+            (std::set<std::string>{"attitude.csv", "biases.csv", "filtered.csv", "innovations.csv", "report.html",
+                                   "summary.json", "trajectory.kml"}));
 }
 
 // What an earlier replay with a smoother left would be taken for this one's.
@@ -255,11 +251,11 @@ TEST(Replay, WarnsWhereMostFixesAreRejected) {
 
 TEST(Replay, HelpAndVersion) {
   const TemporaryFolder folder;
-  const Said help = run_program(PISTE_REPLAY, {"--help"}, folder);
+  const Said help = run_program(program("replay"), {"--help"}, folder);
   EXPECT_EQ(help.code, 0);
   for (const char* part : {"CONFIG", "--output", "--quiet", "--help"}) EXPECT_TRUE(contains(help.out, part));
   EXPECT_EQ(help.err, "");
-  EXPECT_EQ(run_program(PISTE_REPLAY, {"--version"}, folder).code, 0);
+  EXPECT_EQ(run_program(program("replay"), {"--version"}, folder).code, 0);
 }
 
 TEST(Replay, WrongUsage) {
@@ -267,12 +263,12 @@ TEST(Replay, WrongUsage) {
   const std::vector<std::vector<std::string>> wrong{
       {}, {"--ouput", "x", "a.yaml"}, {"a.yaml", "b.yaml"}, {"a.yaml", "--output"}, {"a.yaml"}, {"."}};
   for (const auto& words : wrong) {
-    const Said said = run_program(PISTE_REPLAY, words, folder);
+    const Said said = run_program(program("replay"), words, folder);
     EXPECT_EQ(said.code, 2);
     EXPECT_EQ(said.out, "");
     EXPECT_NE(said.err, "");
   }
-  EXPECT_TRUE(contains(run_program(PISTE_REPLAY, {"a.yaml"}, folder).err, "a.yaml"));
+  EXPECT_TRUE(contains(run_program(program("replay"), {"a.yaml"}, folder).err, "a.yaml"));
   EXPECT_EQ(files_in(folder.path()), (std::set<std::string>{".err", ".out"}));
 }
 
@@ -312,7 +308,6 @@ TEST(Replay, AnErrorLeavesAnEarlierResultAsItWas) {
 TEST(Replay, PicturesAreWhole) {
   const SkiRun run;
   ASSERT_EQ(run.replay().code, 0);
-  if (!fs::exists(run.folder / "result/trajectory.kml")) GTEST_SKIP() << "this version draws none";
   EXPECT_TRUE(contains(run.text("result/trajectory.kml"), "</kml>"));
   const std::string report = run.text("result/report.html");
   EXPECT_TRUE(contains(report, "</html>"));

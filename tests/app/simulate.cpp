@@ -8,6 +8,7 @@
 
 #include "piste/io/log_io.h"
 #include "piste/io/sensor_file.h"
+#include "support/places.h"
 #include "support/program.h"
 
 namespace piste::test {
@@ -20,7 +21,7 @@ class SimulateCampaign : public testing::Test {
  protected:
   void SetUp() override {
     const std::string motion = "motion: {rest_before: 2 s, run: 13 s, rest_after: 1 s, net_turn: 40 deg}";
-    const std::string shipped = PISTE_SOURCE_DIR "/config/scenarios/campaign";
+    const std::string shipped = source_folder() + "/config/scenarios/campaign";
     folder_.write("short.yaml", fmt::format("base: {0}.yaml\nruns:\n"
                                             "  - {{name: ski-1, activity: ski, scenario: {0}/ski.yaml, {1}}}\n"
                                             "  - {{name: lap, activity: bicycle, scenario: {0}/bicycle.yaml, {1}}}\n",
@@ -28,7 +29,7 @@ class SimulateCampaign : public testing::Test {
   }
   Said simulate(std::vector<std::string> words) const {
     words.insert(words.begin(), "short.yaml");
-    return run_program(PISTE_SIMULATE, words, folder_);
+    return run_program(program("simulate"), words, folder_);
   }
   std::map<std::string, std::string> files(const std::string& name) const {
     std::map<std::string, std::string> found;

@@ -11,6 +11,7 @@
 #include "piste/condition/pipeline.h"
 #include "piste/core/options.h"
 #include "piste/io/log_io.h"
+#include "support/places.h"
 
 namespace piste::test {
 namespace {
@@ -108,7 +109,7 @@ TEST(ImuGaps, ASampleBetweenTwoGapsServesBoth) {
 // neighbourhood says, so half a sigma is right where the run is of one kind.
 TEST(ImuGaps, NoiseOfARecordedRunCoversWhatIsMissed) {
   LogFile file;
-  file.file = PISTE_SOURCE_DIR "/data/ski_run/mt9a_1.csv";
+  file.file = source_folder() + "/data/ski_run/mt9a_1.csv";
   const std::vector<ImuSample> run = condition_imu(read_imu(file), {}).imu;
   for (const std::size_t count : {5u, 20u, 50u, 100u, 200u}) {
     double turn = 0, push = 0, gaps = 0;

@@ -15,6 +15,7 @@
 #include "io/csv.h"
 #include "piste/sim/random.h"
 #include "plot/svg.h"
+#include "support/places.h"
 #include "support/text_file.h"
 
 namespace piste {
@@ -57,7 +58,7 @@ struct OracleCase {
 };
 
 std::vector<OracleCase> read_oracle() {
-  CsvReader csv(PISTE_SOURCE_DIR "/tests/condition/signal_oracle.csv");
+  CsvReader csv(test::source_folder() + "/tests/condition/signal_oracle.csv");
   const auto number = csv.column("case"), order = csv.column("order"), cutoff = csv.column("cutoff_hz"),
              rate = csv.column("rate_hz"), extension = csv.column("extension"), input = csv.column("input"),
              once = csv.column("causal"), both = csv.column("zero_phase");
@@ -295,10 +296,10 @@ class LowPassPage : public testing::Test {
   static double decibels(double gain) { return 20 * std::log10(gain); }
 
   static void expect_holds(const std::string& page, const std::string& name, const std::string& wanted) {
-    std::filesystem::create_directories(PISTE_RENDERED);
-    const std::string file = PISTE_RENDERED "/" + name;
+    std::filesystem::create_directories(test::rendered_folder());
+    const std::string file = test::rendered_folder() + "/" + name;
     std::ofstream(file, std::ios::binary) << wanted;
-    EXPECT_TRUE(test::read_text(PISTE_SOURCE_DIR "/docs/" + page).find(wanted) != std::string::npos)
+    EXPECT_TRUE(test::read_text(test::source_folder() + "/docs/" + page).find(wanted) != std::string::npos)
         << "docs/" << page << " is not up to date; " << file << " is what it should hold";
   }
 
@@ -372,7 +373,7 @@ TEST_F(LowPassPage, PictureIsTheResponseAndTonesAreOnIt) {
   plot.limit_y(-80, 5);
   const std::string picture = plot.render();
   expect_holds("low_pass.svg", "low_pass.svg", picture);
-  EXPECT_EQ(std::filesystem::file_size(PISTE_SOURCE_DIR "/docs/low_pass.svg"), picture.size());
+  EXPECT_EQ(std::filesystem::file_size(test::source_folder() + "/docs/low_pass.svg"), picture.size());
 }
 
 }  // namespace

@@ -42,7 +42,7 @@ bool undetermined_is_zero() {
   alignment.covariance.setZero();
   alignment.covariance(piste::AlignmentLayout::kLeverArm + 1, piste::AlignmentLayout::kLeverArm + 1) =
       std::numeric_limits<double>::infinity();
-  return alignment.known_lever_arm() == piste::Vector3d(1, 0, 3);
+  return alignment.known(alignment.p_rb_r, piste::AlignmentLayout::kLeverArm) == piste::Vector3d(1, 0, 3);
 }
 
 bool short_logs_are_refused() {

@@ -13,6 +13,7 @@
 #include "piste/io/solution_io.h"
 #include "piste/solve/attitude_noise.h"
 #include "piste/solve/rts.h"
+#include "support/places.h"
 #include "support/scenario.h"
 #include "support/simulated_case.h"
 #include "support/text_file.h"
@@ -96,7 +97,7 @@ const Replay& usual_replay() {
 std::string write_files(const TemporaryFolder& folder) {
   const Case& c = the_case();
   std::string config =
-      fmt::format("imu: {{file: imu.csv, sensor: {}/config/sensors/xsens_mt9a.yaml, ", PISTE_SOURCE_DIR);
+      fmt::format("imu: {{file: imu.csv, sensor: {}/config/sensors/xsens_mt9a.yaml, ", source_folder());
   config += fmt::format("clock: {{offset: {} s, drift: {} ppm}}}}\ngnss:\n", c.conditioning.imu.clock_offset,
                         1e6 * c.conditioning.imu.clock_drift);
   folder.write("imu.csv", imu_csv(c.simulation.imus[0].recording));

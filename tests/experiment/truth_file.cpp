@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "piste/core/state_table.h"
+#include "piste/math/units.h"
 #include "support/text_file.h"
 
 namespace piste {

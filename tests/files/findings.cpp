@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "piste/condition/aligned_signals.h"
+#include "piste/math/units.h"
 #include "piste/report/findings_text.h"
 #include "support/alignment_picture.h"
 #include "support/text_file.h"

@@ -12,6 +12,7 @@
 
 #include "piste/experiment/ranking.h"
 #include "piste/experiment/study_tables.h"
+#include "piste/math/units.h"
 #include "piste/report/study_text.h"
 #include "support/study_case.h"
 #include "support/text_file.h"

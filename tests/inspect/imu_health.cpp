@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "piste/math/units.h"
 #include "support/simulated_case.h"
 
 namespace piste {

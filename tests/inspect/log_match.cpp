@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 
 #include "piste/io/log_io.h"
+#include "piste/math/units.h"
 #include "support/datasets.h"
 #include "support/log_faults.h"
+#include "support/places.h"
 #include "support/simulated_case.h"
 
 namespace piste::test {
@@ -15,7 +17,7 @@ namespace {
 // degrees.
 Simulation simulated(const std::string& motion, std::uint64_t seed, std::size_t receiver, double rest_before = 30,
                      double rest_after = 10) {
-  Scenario s = read_scenario(std::filesystem::path(PISTE_SOURCE_DIR) / "config/scenarios" / (motion + ".yaml"));
+  Scenario s = read_scenario(std::filesystem::path(source_folder()) / "config/scenarios" / (motion + ".yaml"));
   s.imus.resize(1);
   s.imus[0].clock_offset = 0;
   s.gnss = {s.gnss[receiver]};
@@ -33,7 +35,7 @@ Logs logs_of(const std::string& motion, Simulation simulation) {
 }
 
 Logs shipped(const std::string& receiver) {
-  const std::string folder = PISTE_SOURCE_DIR "/data/ski_run/";
+  const std::string folder = source_folder() + "/data/ski_run/";
   return {"shipped " + receiver, read_imu({folder + "mt9a_1.csv", LogFormat::kCsv}),
           read_gnss({folder + receiver, LogFormat::kCsv})};
 }

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "piste/core/state_table.h"
+#include "piste/math/units.h"
 #include "support/text_file.h"
 
 namespace piste {
@@ -15,7 +17,6 @@ using test::contains;
 using test::message_of;
 using test::TemporaryFolder;
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr const char* kSensor =
     "name: test\n"
     "gyro: {noise: 0.05 deg/s/sqrt(Hz), bias: 0.5 deg/s, scale: 0 ppm, range: 300 deg/s,\n"

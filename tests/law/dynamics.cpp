@@ -4,7 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include <unsupported/Eigen/MatrixFunctions>
+#include <algorithm>
+#include <cmath>
 
 #include "support/motion.h"
 #include "support/random.h"
@@ -253,6 +254,18 @@ TEST_P(Layouts, AdjointIsTheDenseTranspose) {
   }
 }
 
+// exp(M), by its series for M / 2^k and k squarings.
+MatrixXd exponential(const MatrixXd& M) {
+  const int k = std::max(0, std::ilogb(M.norm()) + 4);
+  MatrixXd sum = MatrixXd::Identity(M.rows(), M.cols()), term = sum;
+  for (int i = 1; i <= 20; ++i) {
+    term = (term * std::ldexp(1.0, -k) * M / i).eval();
+    sum += term;
+  }
+  for (int i = 0; i < k; ++i) sum = (sum * sum).eval();
+  return sum;
+}
+
 // Φ and Q of dx/dt = A x + w, E[w wᵀ] = W, over dt, by one matrix exponential (van Loan 1978).
 struct Discrete {
   MatrixXd Phi, Q;
@@ -263,7 +276,7 @@ Discrete van_loan(const MatrixXd& A, const MatrixXd& W, double dt) {
   M.topLeftCorner(n, n) = A * dt;
   M.topRightCorner(n, n) = W * dt;
   M.bottomRightCorner(n, n) = -A.transpose() * dt;
-  const MatrixXd E = M.exp();
+  const MatrixXd E = exponential(M);
   const MatrixXd Phi = E.topLeftCorner(n, n);
   return {Phi, E.topRightCorner(n, n) * Phi.transpose()};
 }

@@ -4,13 +4,11 @@
 
 #include <limits>
 
-#include "piste/model/attitude.h"
-#include "piste/model/gnss.h"
-#include "piste/model/magnetometer.h"
-#include "piste/model/rest.h"
+#include "piste/model/measurement_list.h"
 #include "piste/model/strapdown.h"
 #include "support/jacobian_check.h"
 #include "support/random.h"
+#include "support/synthetic_log.h"
 
 namespace piste {
 namespace {
@@ -207,6 +205,68 @@ TEST(Jacobians, MagneticHeading) {
     const Vector3d field = x.q_wb.conjugate() * (Vector3d(0.2, 0.05, 0.4) + random.vector(0.03));
     check_jacobians([&](const Estimate& y) { return linearize_magnetic_heading(field, 0.04, 0.1, y); }, x);
   }
+}
+
+// A fix of each type of the list, near what the estimate predicts. A new type needs one, or this does not compile.
+template <class Fix>
+Fix some_fix(const Estimate& x, Random& random);
+
+template <>
+GnssFix some_fix(const Estimate& x, Random& random) {
+  return fix_near(x, random);
+}
+template <>
+AttitudeFix some_fix(const Estimate& x, Random& random) {
+  const Quaterniond q_wr = so3_exp(x.attitude_drift) * x.q_wb * (so3_exp(x.boresight_drift) * x.q_rb).conjugate();
+  return {0, so3_exp(0.3 * random.vector().normalized()) * q_wr, 1e-6 * random.covariance(3)};
+}
+template <>
+MagneticSample some_fix(const Estimate& x, Random& random) {
+  return {0, x.q_wb.conjugate() * (Vector3d(0.2, 0.05, 0.4) + random.vector(0.03))};
+}
+template <>
+HeadingFix some_fix(const Estimate& x, Random& random) {
+  return {0, so3_exp(0.3 * random.vector().normalized()) * x.q_wb, 0.01};
+}
+template <>
+RestFix some_fix(const Estimate&, Random& random) {
+  return {0, 0.5, random.vector(0.01)};
+}
+
+// What the filter calls, channel by channel, with every block estimated.
+TEST(Jacobians, EveryTypeOfTheList) {
+  Random random(10);
+  FilterOptions options;
+  options.sensor.gyro.noise = options.sensor.accel.noise = 1e-3;
+  options.gnss.resize(2);
+  options.gnss[1].drift = GaussMarkov{{0.4, 0.4, 0.7}, 60};
+  options.attitude.resize(1);
+  options.magnetic_sigma = 0.1;
+  const Vector3d earth_rate(0.03, 0.02, -0.04);  // a faster Earth, so that its terms stand out of rounding
+  const StateLayout layout(test::all_blocks());
+  int checked = 0;
+  for (int i = 0; i < kStates; ++i) {
+    Estimate x = random.estimate();
+    const Gravity gravity = kWorld.gravity(x.p_wb + random.vector(20));
+    const ImuStep raw = raw_step(random);
+    MeasurementList::for_each([&]<class Type>() {
+      using Fix = typename Type::Fix;
+      const bool rest = std::is_same_v<Type, ZeroUpdates>;
+      Estimate at = x;
+      if (rest) at.v_wb.setZero();  // where it is linearised, by design
+      for (int sensor = 0; sensor < Type::sensors(options); ++sensor) {
+        const Fix fix = some_fix<Fix>(at, random);
+        const MeasurementContext context{options, layout,       earth_rate,       gravity,
+                                         raw,     0.3 * raw.dt, Vector3d::Zero(), rest};
+        for (int channel = 0; channel < static_cast<int>(Type::kChannels.size()); ++channel) {
+          const auto model = [&](const Estimate& y) { return *Type::linearize(fix, sensor, channel, context, y); };
+          check_jacobians(model, at);
+          ++checked;
+        }
+      }
+    });
+  }
+  EXPECT_GE(checked, kStates * 8);
 }
 
 }  // namespace

@@ -41,6 +41,22 @@ TEST(Statistics, Median) {
   EXPECT_EQ(median({4, 1, 3, 2}), 3);
 }
 
+TEST(Statistics, QuantileHasItsPartOfTheOthersBelow) {
+  const std::vector<double> values{30, 10, 50, 20, 40};
+  EXPECT_EQ(quantile(values, 0), 10);
+  EXPECT_EQ(quantile(values, 0.25), 20);
+  EXPECT_EQ(quantile(values, 0.5), 30);
+  EXPECT_EQ(quantile(values, 0.7), 30) << "the lower of two";
+  EXPECT_EQ(quantile(values, 1), 50);
+  EXPECT_EQ(quantile({7}, 0.3), 7);
+}
+
+TEST(Statistics, NormalQuantileIsThatOfTables) {
+  EXPECT_NEAR(normal_quantile(0.975), 1.959964, 1e-6);
+  EXPECT_NEAR(normal_quantile(0.0005), -3.290527, 1e-6);
+  EXPECT_NEAR(std::pow(normal_quantile(0.9995), 2), chi_squared_quantile(0.999, 1), 1e-9);
+}
+
 // The fifteen p-values of Benjamini and Hochberg 1995 (J. Royal Statistical Society B 57, section 4), of which tests
 // that keep the probability of any false finding below 5 % let three pass.
 TEST(Statistics, HolmStopsWhereItShould) {

@@ -9,17 +9,20 @@
 #include <thread>
 
 #include "piste/experiment/ensemble.h"
+#include "piste/math/units.h"
 #include "piste/report/consistency_text.h"
+#include "support/places.h"
 #include "support/scenario.h"
+#include "support/thorough.h"
 
 namespace piste::test {
 namespace {
 
-constexpr int kRuns = 32;
+const int kRuns = seeds(32, 200);
 // Of a band: one alarm in a thousand of these tests, which look at some 300 groups.
 constexpr double kProbability = 1 - 1e-3 / 300;
 
-ConsistencyReport report_of(const Scenario& scenario, const std::string& title, int runs = kRuns) {
+ConsistencyReport report_of(const Scenario& scenario, const std::string& title, int runs) {
   Ensemble ensemble(scenario);
   ensemble.run(static_cast<std::size_t>(runs), std::max(1U, std::thread::hardware_concurrency()));
   ConsistencyReport report = ensemble.sums().report(kProbability);
@@ -36,7 +39,7 @@ Scenario short_scenario(const std::string& name) {
 class Consistent : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(Consistent, EveryGroupIsWithinItsBandAndNearTheBound) {
-  const ConsistencyReport report = report_of(short_scenario(GetParam()), GetParam());
+  const ConsistencyReport report = report_of(short_scenario(GetParam()), GetParam(), kRuns);
   EXPECT_TRUE(report.consistent());
   const auto under_way = static_cast<std::size_t>(Phase::kUnderWay);
   for (const auto* estimator : {&report.filter, &report.smoother}) {
@@ -76,7 +79,7 @@ TEST(UnknownHeading, IsFoundWithinFiveSeconds) {
 // Seeds whose gyro bias, not yet known, once made the first seconds of rest look like motion: the heading came out
 // 130 deg wrong, with 6 deg claimed.
 TEST(UnknownHeading, IsNotFoundInARest) {
-  Scenario s = read_scenario(PISTE_SOURCE_DIR "/config/scenarios/giant_slalom.yaml");
+  Scenario s = read_scenario(source_folder() + "/config/scenarios/giant_slalom.yaml");
   shorten(s, 20, 35, 2);
   s.replay.heading = ReplaySetup::Heading::kAuto;
   for (const std::uint64_t seed : {8U, 16U}) {

@@ -8,14 +8,15 @@
 #include <numeric>
 
 #include "piste/io/log_io.h"
+#include "piste/math/units.h"
 #include "support/datasets.h"
 #include "support/navigation.h"
+#include "support/places.h"
 #include "support/program.h"
 
 namespace piste::test {
 namespace {
 
-constexpr double kDegree = 1 / 57.295779513082320876798;
 const Vector3d kLeverArm(0, -0.05, 0);
 
 std::vector<Interval> coast_windows() {
@@ -55,7 +56,7 @@ double horizontal_error(const Table& solution, const GeodeticFix& fix) {
 WindowErrors replay_drive(const std::vector<Interval>& windows, const std::string& gnss, const Sensor& sensor = {}) {
   const TemporaryFolder folder;
   const std::string drive = (std::filesystem::absolute(datasets()) / "drive").string();
-  std::string text = read_text(std::filesystem::path(PISTE_SOURCE_DIR) / "config" / "sensors" / "mems_car.yaml");
+  std::string text = read_text(std::filesystem::path(source_folder()) / "config" / "sensors" / "mems_car.yaml");
   const auto set_noise = [&](const Sensor& as, std::string Sensor::*which) {
     const Sensor shipped;
     text.replace(text.find(shipped.*which), (shipped.*which).size(), as.*which);
@@ -73,7 +74,7 @@ WindowErrors replay_drive(const std::vector<Interval>& windows, const std::strin
                            "estimate: [gyro_bias, accel_bias, gyro_drift, accel_drift, gyro_scale, accel_scale]\n"
                            "outages: [{2}]\n",
                            drive, gnss, outages));
-  const Said said = run_program(PISTE_REPLAY, {"drive.yaml", "--output", "result"}, folder);
+  const Said said = run_program(program("replay"), {"drive.yaml", "--output", "result"}, folder);
   EXPECT_EQ(said.code, 0) << said.err;
   WindowErrors errors;
   if (said.code != 0) return errors;

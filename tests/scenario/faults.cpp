@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "support/navigation.h"
+#include "support/places.h"
 #include "support/spoiled_run.h"
 
 namespace piste::test {
@@ -187,7 +188,7 @@ TEST(SecondImu, MayNotBeTheFirstOneAgain) {
       run.write("config/align.yaml", config);
       const Fault fault{"", nullptr, kUsage, {"config/align.yaml:3: file: is the log of another entry", "count twice"}};
       expect_refusal(run, fault,
-                     run_program(PISTE_ALIGN, {"config/align.yaml", "--output", "result", "--quiet"}, run.folder));
+                     run_program(program("align"), {"config/align.yaml", "--output", "result", "--quiet"}, run.folder));
     }
   }
 }

@@ -8,8 +8,10 @@
 #include <filesystem>
 
 #include "piste/io/sensor_file.h"
+#include "piste/math/units.h"
 #include "piste/sim/simulation.h"
 #include "support/article.h"
+#include "support/places.h"
 #include "support/text_file.h"
 
 namespace piste {
@@ -18,7 +20,7 @@ namespace {
 using test::contains;
 using test::message_of;
 
-const std::filesystem::path kConfig = std::filesystem::path(PISTE_SOURCE_DIR) / "config";
+const std::filesystem::path kConfig = std::filesystem::path(test::source_folder()) / "config";
 
 const Campaign& shipped() {
   static const Campaign campaign = read_campaign(kConfig / "scenarios" / "campaign.yaml");

@@ -6,8 +6,10 @@
 #include <filesystem>
 
 #include "piste/io/sensor_file.h"
+#include "piste/math/units.h"
 #include "piste/sim/campaign.h"
 #include "piste/sim/scenario.h"
+#include "support/places.h"
 #include "support/text_file.h"
 
 namespace piste {
@@ -16,7 +18,7 @@ namespace {
 using test::contains;
 using test::message_of;
 
-const std::filesystem::path kConfig = std::filesystem::path(PISTE_SOURCE_DIR) / "config";
+const std::filesystem::path kConfig = std::filesystem::path(test::source_folder()) / "config";
 const std::filesystem::path kSuite = kConfig / "scenarios" / "montecarlo";
 
 const std::vector<Block> kUsual = {Block::kGyroBias,   Block::kAccelBias, Block::kGyroDrift,

@@ -63,7 +63,7 @@ TEST_P(PerEpoch, PathAllocatesNothing) {
     while (due(s.log.gnss[0], fix)) filter.add(0, s.log.gnss[0][fix++]);
     while (due(s.log.gnss[1], second)) filter.add(1, s.log.gnss[1][second++]);
     while (due(s.log.attitude[0], attitude)) filter.add(0, s.log.attitude[0][attitude++]);
-    while (due(s.log.magnetic, magnetic)) filter.add(s.log.magnetic[magnetic++]);
+    while (due(s.log.magnetic, magnetic)) filter.add(0, s.log.magnetic[magnetic++]);
     filter.add(sample);
     if (i > 10) counted += g_count - before;
     updates += filter.innovations().size();

@@ -10,8 +10,15 @@
 namespace piste::test {
 namespace {
 
-constexpr int kPosition = 0, kVelocity = 1, kAttitude = 2, kRest = 3;  // sources: one receiver, one reference, rest
+constexpr int kPosition = 0, kVelocity = 1, kAttitude = 2, kRest = 5;  // of one receiver, one reference, and rest
 constexpr double kBound = 16.27;                                       // chi-squared, 3 rows, 0.999
+
+std::vector<MeasurementSource> sources(std::size_t receivers, std::size_t references) {
+  FilterOptions options;
+  options.gnss.resize(receivers);
+  options.attitude.resize(references);
+  return MeasurementSources(options).all();
+}
 
 class Fixes {
  public:
@@ -30,9 +37,17 @@ class Fixes {
     return fix(source, time, offset, sigma).outcome;
   }
 
-  Trust trust{{2, kRest, 5}, {.readmit_after = 5, .distrust = 40}};
+  Trust trust{sources(1, 1), {.readmit_after = 5, .distrust = 40}};
   Covariance P = 1e-4 * Covariance::Identity(9, 9);
 };
+
+TEST(Trust, TheSourcesOfItsTestsAreThoseOfTheList) {
+  const std::vector<MeasurementSource> all = sources(1, 1);
+  EXPECT_EQ(all[kPosition].name, "gnss[0].position");
+  EXPECT_EQ(all[kVelocity].name, "gnss[0].velocity");
+  EXPECT_EQ(all[kAttitude].name, "attitude[0]");
+  EXPECT_EQ(all[kRest].name, "rest.velocity");
+}
 
 TEST(Trust, WhatLiesWithinTheGateIsUsed) {
   Fixes f;
@@ -169,20 +184,20 @@ TEST(Trust, RestNeverForcesItself) {
 }
 
 TEST(Trust, AFixRepeatsInEveryDigit) {
-  Trust trust({4, 4, 6}, {});
+  Trust trust(sources(2, 0), {});
   GnssFix fix{
       .time = 1, .position = {1, 2, 3}, .sigma_position = {1, 1, 1}, .velocity = FixVelocity{{4, 5, 6}, {1, 1, 1}}};
-  EXPECT_FALSE(trust.repeats(0, fix));
+  EXPECT_FALSE(trust.repeats<GnssReceivers>(0, fix));
   fix.time = 2;
-  EXPECT_FALSE(trust.repeats(1, fix));  // another receiver
-  EXPECT_TRUE(trust.repeats(0, fix));
+  EXPECT_FALSE(trust.repeats<GnssReceivers>(2, fix));  // another receiver
+  EXPECT_TRUE(trust.repeats<GnssReceivers>(0, fix));
   fix.velocity->value.x() += 1e-12;
-  EXPECT_FALSE(trust.repeats(0, fix));
+  EXPECT_FALSE(trust.repeats<GnssReceivers>(0, fix));
   fix.velocity.reset();
-  EXPECT_FALSE(trust.repeats(0, fix));
-  EXPECT_TRUE(trust.repeats(0, fix));
+  EXPECT_FALSE(trust.repeats<GnssReceivers>(0, fix));
+  EXPECT_TRUE(trust.repeats<GnssReceivers>(0, fix));
   fix.position.z() += 1e-12;
-  EXPECT_FALSE(trust.repeats(0, fix));
+  EXPECT_FALSE(trust.repeats<GnssReceivers>(0, fix));
 }
 
 }  // namespace

@@ -7,20 +7,23 @@
 #include <filesystem>
 #include <string>
 
+#include "support/places.h"
+
 namespace piste::test {
 
 /// Folder of the recorded data sets: $PISTE_DATASETS, else ../shared/datasets beside the sources, else empty.
 inline std::filesystem::path datasets() {
   namespace fs = std::filesystem;
   if (const char* given = std::getenv("PISTE_DATASETS")) return given;
-  const fs::path beside = fs::path(PISTE_SOURCE_DIR).parent_path() / "shared" / "datasets";
+  const fs::path beside = fs::path(source_folder()).parent_path() / "shared" / "datasets";
   return fs::is_directory(beside) ? beside : fs::path();
 }
 
 }  // namespace piste::test
 
-/// Skips the test where the data sets are not there.
+/// Skips the test where the data sets are not there; fails it where $PISTE_DATASETS says that they are.
 #define PISTE_REQUIRE_DATASETS()                                                                      \
   if (!std::filesystem::is_directory(piste::test::datasets() / "drive")) {                            \
+    if (std::getenv("PISTE_DATASETS") != nullptr) FAIL() << "$PISTE_DATASETS has no folder drive/";   \
     GTEST_SKIP() << "recorded data are not here: set PISTE_DATASETS to the folder that holds drive/"; \
   }

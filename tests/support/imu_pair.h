@@ -9,6 +9,7 @@
 #include "piste/sim/random.h"
 #include "piste/sim/scenario.h"
 #include "piste/sim/simulation.h"
+#include "support/places.h"
 #include "support/scenario.h"
 
 namespace piste::test {
@@ -23,7 +24,7 @@ struct ImuPair {
 /// MT-9A beside an LN200 in a scenario of config/scenarios: offset within ±20 s, drift of some 30 ppm, boresight of
 /// some degrees, 7 cm apart, all drawn by the seed.
 inline Scenario pair_scenario(const std::string& name, std::uint64_t seed, double rest, double run) {
-  Scenario s = read_scenario(std::string(PISTE_SOURCE_DIR "/config/scenarios/") + name + ".yaml");
+  Scenario s = read_scenario(source_folder() + "/config/scenarios/" + name + ".yaml");
   shorten(s, rest, run, rest);
   RandomStream draw(seed, "pair");
   ImuSetup body = s.imus.front(), reference = s.imus.back();

@@ -4,12 +4,13 @@
 #include <string>
 
 #include "piste/sim/scenario.h"
+#include "support/places.h"
 
 namespace piste::test {
 
 /// config/scenarios/montecarlo/NAME.yaml.
 inline Scenario suite_scenario(const std::string& name) {
-  return read_scenario(std::string(PISTE_SOURCE_DIR "/config/scenarios/montecarlo/") + name + ".yaml");
+  return read_scenario(source_folder() + "/config/scenarios/montecarlo/" + name + ".yaml");
 }
 
 /// Other lengths of the rests and of the run [s], at the same rate of turn.

@@ -3,16 +3,16 @@
 
 #include <filesystem>
 #include <functional>
-#include <numbers>
 #include <string>
 
 #include "piste/condition/pipeline.h"
+#include "piste/condition/rest_detection.h"
+#include "piste/math/units.h"
 #include "piste/sim/simulation.h"
 #include "piste/solve/start.h"
+#include "support/places.h"
 
 namespace piste::test {
-
-inline constexpr double kDegree = std::numbers::pi / 180;
 
 /// A simulated run of one MT-9A and one receiver, and what a replay of it is configured with.
 struct Case {
@@ -28,7 +28,7 @@ struct Case {
 
 inline Case make_case(const std::string& motion, double heading_deg, std::uint64_t seed,
                       const std::function<void(Scenario&)>& change = {}) {
-  Scenario s = read_scenario(std::filesystem::path(PISTE_SOURCE_DIR) / "config" / "scenarios" / (motion + ".yaml"));
+  Scenario s = read_scenario(std::filesystem::path(source_folder()) / "config" / "scenarios" / (motion + ".yaml"));
   s.imus.resize(1);
   s.gnss.resize(1);
   s.attitude.clear();

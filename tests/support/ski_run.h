@@ -7,11 +7,12 @@
 #include <stdexcept>
 #include <string>
 
+#include "support/places.h"
 #include "support/program.h"
 
 namespace piste::test {
 
-inline const std::filesystem::path kSource = PISTE_SOURCE_DIR;
+inline const std::filesystem::path kSource = source_folder();
 
 class SkiRun {
  public:
@@ -64,7 +65,7 @@ class SkiRun {
   }
 
   Said replay(std::vector<std::string> words = {kConfig, "--output", "result", "--quiet"}) const {
-    return run_program(PISTE_REPLAY, words, folder);
+    return run_program(program("replay"), words, folder);
   }
 
   TemporaryFolder folder;

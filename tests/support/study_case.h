@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "piste/experiment/study_findings.h"
+#include "piste/math/units.h"
 #include "support/random.h"
 
 namespace piste::test {

@@ -3,6 +3,7 @@
 /// condition/time_sync.h finds it.
 
 #include <Eigen/Core>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -50,12 +51,18 @@ struct Alignment {
   CorrelationPeak correlation;
   std::vector<LocalOffset> local;
 
-  /// The lever arm, with zero for what is not determined.
-  Vector3d known_lever_arm() const;
-  /// 1-sigma [rad] of roll, pitch and heading of R_rb; infinite for an angle that an undetermined rotation turns.
-  Vector3d boresight_sigma() const;
   double variance(int index) const { return covariance(index, index); }
   Vector3d sigma(int block) const { return covariance.diagonal().segment<3>(block).cwiseSqrt(); }
+  /// `value`, the parameters from `block` on, with zero for those that are not determined.
+  Vector3d known(const Vector3d& value, int block) const {
+    Vector3d out = value;
+    for (int i = 0; i < 3; ++i) {
+      if (!std::isfinite(variance(block + i))) out(i) = 0;
+    }
+    return out;
+  }
+  /// 1-sigma [rad] of roll, pitch and heading of R_rb; infinite for an angle that an undetermined rotation turns.
+  Vector3d boresight_sigma() const;
   /// Time of the reference at time m of the body IMU's clock, whose first sample is at `first`.
   double reference_time(double m, double first) const { return m - clock_offset - clock_drift * (m - first); }
 };

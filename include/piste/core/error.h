@@ -10,8 +10,7 @@ namespace piste {
 /// right`, where WHERE is `FILE:LINE`, a file, or a time of the run.
 class Error : public std::runtime_error {
  public:
-  Error(const std::string& where, const std::string& what)
-      : std::runtime_error(where.empty() ? what : where + ": " + what) {}
+  Error(const std::string& where, const std::string& what);
 };
 
 /// The configuration or the command line is wrong (exit code 2 of the apps).

@@ -17,6 +17,7 @@
 #include "piste/experiment/signals.h"
 #include "piste/fit/imu_fit.h"
 #include "piste/fit/regression.h"
+#include "piste/math/units.h"
 
 namespace piste {
 

@@ -18,8 +18,8 @@ namespace piste {
 /// residual, covariance and Jacobians is then unused.
 struct Linearization {
   struct Term {
-    Block block;
-    Matrix3d jacobian;  ///< rows × size of the block, in its upper left corner
+    Block block = Block::kPosition;
+    Matrix3d jacobian = Matrix3d::Zero();  ///< rows × size of the block, in its upper left corner
   };
 
   int rows = 3;

@@ -11,7 +11,7 @@ class Propagation {
   Propagation() = default;
   Propagation(const World& world, const Vector3d& p_wb) : gravity_(world.gravity(p_wb)) {}
 
-  /// Linear gravity, to 1e-9 m/s² where the last step began.
+  /// Linear gravity, within 4e-9 m/s² of the normal one where the last step began.
   const Gravity& gravity() const { return gravity_; }
 
   /// Advances `state` over `step`, as measured. `still`: the body is at rest. Returns what the error did. No heap.

@@ -1,0 +1,10 @@
+#pragma once
+
+#include <string>
+
+namespace piste {
+
+/// Of this library, such as 0.1.0.
+std::string version();
+
+}  // namespace piste

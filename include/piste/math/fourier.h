@@ -1,0 +1,26 @@
+#pragma once
+/// The discrete Fourier transform of real signals.
+
+#include <complex>
+#include <memory>
+#include <vector>
+
+namespace piste {
+
+/// Keeps the factors of each length it has met, so that the next transform of that length costs less.
+class FourierTransform {
+ public:
+  FourierTransform();
+  ~FourierTransform();
+
+  /// X_k = Σ_i x_i exp(−2π j i k / n), k = 0 … n − 1: both halves, though one is the other's conjugate.
+  std::vector<std::complex<double>> forward(const std::vector<double>& x);
+  /// x_i = Re Σ_k X_k exp(2π j i k / n) / n: undoes `forward`.
+  std::vector<double> inverse(const std::vector<std::complex<double>>& X);
+
+ private:
+  struct Factors;
+  std::unique_ptr<Factors> factors_;
+};
+
+}  // namespace piste

@@ -1,0 +1,175 @@
+// The small parts of the filter, each by its law: noise of a sample, rest updates, readmission, the start's covariance.
+
+#include <gtest/gtest.h>
+
+#include "piste/solve/initial_state.h"
+#include "piste/solve/propagation.h"
+#include "piste/solve/readmission.h"
+#include "piste/solve/rest_updates.h"
+#include "piste/solve/sample_noise.h"
+#include "support/synthetic_log.h"
+
+namespace piste {
+namespace {
+
+ImuSensor sensor() {
+  ImuSensor s;
+  s.gyro = {.noise = 0.01,
+            .bias = 0.002,
+            .drift = {.kind = DriftProcess::Kind::kGaussMarkov, .sigma = 0.1, .correlation_time = 50},
+            .scale = 0.01,
+            .range = 5};
+  s.accel = {.noise = 0.02,
+             .bias = 0.03,
+             .drift = {.kind = DriftProcess::Kind::kRandomWalk, .density = 1e-4},
+             .scale = 0.02,
+             .range = 20};
+  return s;
+}
+
+// What n clipped samples in a row hide is one error: as a sum over the run its variance is n² that of a single one.
+TEST(SampleNoise, ClippedSamplesInARowAreOneError) {
+  const double own = 0.01 * 0.01, dt = 0.01;
+  ImuSample clipped{.time = 0, .interval = dt};
+  clipped.clipped_gyro = 0b010;
+  SampleNoise noise;
+  const double one = (noise.of(clipped, sensor()).gyro.y() - own) * dt;
+  EXPECT_NEAR(one, std::pow(0.2 * 5 * dt, 2), 1e-15) << "a fifth of the range, over the sample";
+  double sum = one;
+  for (int n = 2; n <= 5; ++n) {
+    const StepNoise now = noise.of(clipped, sensor());
+    EXPECT_EQ(now.gyro.x(), own) << "another axis";
+    sum += (now.gyro.y() - own) * dt;
+    EXPECT_NEAR(sum, n * n * one, 1e-12) << n;
+  }
+  noise.of({.time = 0, .interval = dt}, sensor());
+  EXPECT_NEAR((noise.of(clipped, sensor()).gyro.y() - own) * dt, one, 1e-15) << "begins anew";
+}
+
+TEST(SampleNoise, AGapAddsItsOwn) {
+  ImuSample filled{.time = 0, .interval = 0.01};
+  filled.gap = GapNoise{.gyro = 0.3, .accel = 0.4};
+  const StepNoise noise = SampleNoise().of(filled, sensor());
+  EXPECT_TRUE(noise.gyro.isApproxToConstant(0.01 * 0.01 + 0.3 * 0.3));
+  EXPECT_TRUE(noise.accel.isApproxToConstant(0.02 * 0.02 + 0.4 * 0.4));
+}
+
+TEST(RestUpdates, GiveTheMeanRateOfAnIntervalWithoutMotionOrGap) {
+  const RestOptions options{.interval = 0.5};
+  RestUpdates rest;
+  ImuSample sample{.time = 0, .interval = 0.1, .dtheta = {0.01, 0, 0}, .dvel = {0, 0, 0}};
+  const auto next = [&](bool at_rest, bool gap) {
+    sample.time += 0.1;
+    sample.at_rest = at_rest;
+    sample.gap = gap ? std::optional(GapNoise{}) : std::nullopt;
+    return rest.add(sample, options);
+  };
+  for (int i = 0; i < 3; ++i) EXPECT_FALSE(next(true, false));
+  EXPECT_FALSE(next(false, false)) << "it moved";
+  for (int i = 0; i < 3; ++i) EXPECT_FALSE(next(true, false));
+  EXPECT_FALSE(next(true, true)) << "nothing was measured";
+  for (int round = 0; round < 2; ++round) {
+    for (int i = 0; i < 4; ++i) EXPECT_FALSE(next(true, false)) << round;
+    const std::optional<RestFix> fix = next(true, false);
+    ASSERT_TRUE(fix) << round;
+    EXPECT_EQ(fix->time, sample.time);
+    EXPECT_NEAR(fix->duration, 0.5, 1e-12);
+    EXPECT_NEAR(fix->mean_gyro.x(), 0.1, 1e-12);
+  }
+}
+
+// Whatever is admitted explains the residual: over the lapse, the position's own part, the velocity's and the tilt's
+// are each as large as it.
+TEST(Readmission, AdmitsWhatExplainsTheResidual) {
+  const StateLayout layout;
+  Linearization lin;
+  lin.residual = {3, 0, 4};
+  Covariance P = Covariance::Zero(9, 9);
+  admit_error(P, layout, lin, 10);
+  EXPECT_NEAR(P(0, 0), 25, 1e-12);
+  EXPECT_NEAR(P(3, 3) * 10 * 10, 25, 1e-12);
+  EXPECT_NEAR(P(6, 6) * std::pow(kStandardGravity * 10 * 10 / 2, 2), 25, 1e-9);
+
+  lin.observes = Block::kVelocity;
+  P.setZero();
+  admit_error(P, layout, lin, 10);
+  EXPECT_EQ(P(0, 0), 0);
+  EXPECT_NEAR(P(3, 3), 25, 1e-12);
+  EXPECT_NEAR(P(6, 6) * std::pow(kStandardGravity * 10, 2), 25, 1e-9);
+
+  P.setZero();
+  admit_error(P, layout, lin, 0.5);
+  EXPECT_NEAR(P(6, 6), 0.2 * 0.2, 1e-12) << "no more than a tilt of 0.2 rad";
+  P.setZero();
+  admit_error(P, layout, lin, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(P(6, 6), 0) << "the start's own error is no tilt";
+}
+
+// Every block that a layout names starts with what the table knows of it; none with nothing, unless it is a walk.
+TEST(InitialCovariance, IsTheTables) {
+  FilterOptions options;
+  options.sensor = sensor();
+  options.gnss.resize(1);
+  options.gnss[0].drift = GaussMarkov{{1, 2, 3}, 60};
+  options.attitude.resize(1);
+  options.attitude[0].drift = GaussMarkov{{0.1, 0.2, 0.3}, 60};
+  options.attitude[0].boresight_drift = GaussMarkov{{0.4, 0.5, 0.6}, 9};
+  std::vector<Block> all;
+  for (const BlockInfo& row : kBlocks) all.push_back(row.block);
+  const StateLayout layout(all);
+  const Covariance P = initial_covariance(layout, options, {0, {}, 7 * Covariance::Identity(9, 9)});
+  const auto sigma = [&](Block b, int axis) { return std::sqrt(P(layout.offset(b) + axis, layout.offset(b) + axis)); };
+  EXPECT_EQ((P.topLeftCorner<9, 9>()), (7 * Eigen::Matrix<double, 9, 9>::Identity()));
+  EXPECT_DOUBLE_EQ(sigma(Block::kGyroBias, 1), 0.002);
+  EXPECT_DOUBLE_EQ(sigma(Block::kAccelBias, 2), 0.03);
+  EXPECT_DOUBLE_EQ(sigma(Block::kGyroDrift, 0), 0.1);
+  EXPECT_EQ(sigma(Block::kAccelDrift, 0), 0) << "a walk starts at the turn-on bias";
+  EXPECT_DOUBLE_EQ(sigma(Block::kAccelScale, 0), 0.02);
+  EXPECT_DOUBLE_EQ(sigma(Block::kBoresight, 0), options.priors.boresight);
+  EXPECT_DOUBLE_EQ(sigma(Block::kGnssDelay, 0), options.priors.gnss_delay);
+  EXPECT_DOUBLE_EQ(sigma(Block::kGnssPositionDrift, 2), 3);
+  EXPECT_DOUBLE_EQ(sigma(Block::kAttitudeDrift, 1), 0.2);
+  EXPECT_DOUBLE_EQ(sigma(Block::kBoresightDrift, 0), 0.4);
+}
+
+// The scales of a body that stands see the mean of what gravity reads on its axes, whatever the noise of the
+// accelerometers does to the attitude of single epochs; and no rate at all.
+TEST(Propagation, ABodyThatStandsReadsMeanGravity) {
+  const World world({0.8, 0.1, 500});
+  FilterOptions options;
+  options.sensor = sensor();
+  FilterState state{0, {}, Covariance::Identity(9, 9)};
+  Propagation propagation(world, state.x.p_wb);
+  const Vector3d gravity = propagation.gravity().value;
+  Vector3d sum = Vector3d::Zero();
+  for (int i = 1; i <= 50; ++i) {
+    const ImuStep step{0.01, {i % 2 ? 0.01 : -0.01, 0, 0}, -0.01 * gravity, Vector3d::Zero(), Vector3d::Zero()};
+    const Transition t = propagation.advance(state, step, {}, true, world, {}, options);
+    sum -= state.x.q_wb.conjugate() * gravity;
+    EXPECT_LT((t.force - sum / i).norm(), 1e-9) << i;
+    EXPECT_EQ(t.rate, Vector3d::Zero());
+  }
+  const ImuStep step{0.01, {0.02, 0, 0}, -0.01 * gravity, Vector3d::Zero(), Vector3d::Zero()};
+  EXPECT_GT(propagation.advance(state, step, {}, false, world, {}, options).rate.x(), 1) << "it moves";
+}
+
+TEST(Propagation, GravityFollowsTheBody) {
+  const World world({0.8, 0.1, 500});
+  FilterOptions options;
+  options.sensor = sensor();
+  const StateLayout layout;
+  FilterState state{0, {}, Covariance::Identity(9, 9)};
+  state.x.v_wb = {100, 0, 0};
+  Propagation propagation(world, state.x.p_wb);
+  const ImuStep step{0.1, Vector3d::Zero(), -0.1 * propagation.gravity().value, Vector3d::Zero(), Vector3d::Zero()};
+  for (int i = 0; i < 300; ++i) {
+    propagation.advance(state, step, {}, false, world, layout, options);
+    const Vector3d here = world.gravity(state.x.p_wb).value;
+    EXPECT_LT((propagation.gravity().at(state.x.p_wb) - here).norm(), 5e-9) << state.time;
+  }
+  EXPECT_GT(state.x.p_wb.norm(), 1000);
+  EXPECT_NEAR(state.time, 30, 1e-9);
+}
+
+}  // namespace
+}  // namespace piste
