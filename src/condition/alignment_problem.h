@@ -6,7 +6,7 @@
 
 #include "determination.h"
 #include "paired_signals.h"
-#include "piste/condition/time_sync.h"
+#include "piste/condition/alignment.h"
 
 namespace piste {
 

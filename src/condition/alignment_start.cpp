@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "alignment_epochs.h"
-#include "piste/condition/boresight.h"
+#include "condition/boresight.h"
 #include "piste/core/error.h"
 #include "piste/math/units.h"
 

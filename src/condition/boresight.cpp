@@ -1,4 +1,4 @@
-#include "piste/condition/boresight.h"
+#include "condition/boresight.h"
 
 #include <algorithm>
 #include <cmath>

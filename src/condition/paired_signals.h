@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "piste/condition/spline.h"
+#include "condition/spline.h"
 #include "piste/core/log.h"
 
 namespace piste {

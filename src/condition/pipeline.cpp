@@ -6,10 +6,10 @@
 #include <cmath>
 #include <utility>
 
+#include "math/time.h"
 #include "piste/condition/rest_detection.h"
 #include "piste/core/error.h"
 #include "piste/core/time_search.h"
-#include "piste/math/time.h"
 
 namespace piste {
 namespace {

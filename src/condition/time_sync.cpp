@@ -10,6 +10,7 @@
 #include "alignment_start.h"
 #include "clock_evenness.h"
 #include "coarse_offset.h"
+#include "condition/boresight.h"
 #include "determination.h"
 #include "paired_signals.h"
 #include "piste/core/error.h"

@@ -1,4 +1,4 @@
-#include "piste/experiment/truth_file.h"
+#include "experiment/truth_file.h"
 
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "clock_match.h"
+#include "math/time.h"
 #include "motion_match.h"
 #include "piste/core/time_search.h"
 #include "piste/math/statistics.h"

@@ -8,9 +8,9 @@
 #include <utility>
 
 #include "adding_to.h"
+#include "math/time.h"
 #include "piste/inspect/log_match.h"
 #include "piste/math/earth.h"
-#include "piste/math/time.h"
 #include "piste/math/units.h"
 
 namespace piste {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "math/time.h"
 #include "piste/math/statistics.h"
-#include "piste/math/time.h"
 
 namespace piste {
 namespace {

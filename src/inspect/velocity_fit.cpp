@@ -7,9 +7,9 @@
 #include <numbers>
 #include <utility>
 
+#include "math/time.h"
 #include "piste/math/earth.h"
 #include "piste/math/statistics.h"
-#include "piste/math/time.h"
 #include "signed_permutations.h"
 
 namespace piste {

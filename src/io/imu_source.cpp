@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <system_error>
 
+#include "io/text_reader.h"
 #include "piste/core/error.h"
 #include "piste/io/sensor_file.h"
-#include "piste/io/text_reader.h"
 #include "piste/math/units.h"
 
 namespace piste {

@@ -5,8 +5,8 @@
 #include <initializer_list>
 #include <optional>
 
+#include "io/csv.h"
 #include "log_formats.h"
-#include "piste/io/csv.h"
 #include "piste/math/earth.h"
 #include "piste/math/units.h"
 

@@ -1,8 +1,8 @@
 #pragma once
 /// The readers behind log_io.h, one file a format, and what they share.
 
+#include "io/text_reader.h"
 #include "piste/io/log_io.h"
-#include "piste/io/text_reader.h"
 #include "piste/math/units.h"
 
 namespace piste::log_formats {

@@ -9,7 +9,7 @@
 
 #include "gps_time.h"
 #include "log_formats.h"
-#include "piste/math/time.h"
+#include "math/time.h"
 #include "piste/math/units.h"
 
 namespace piste::log_formats {

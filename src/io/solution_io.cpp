@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "piste/io/csv.h"
+#include "io/csv.h"
 #include "piste/math/units.h"
 #include "quantity.h"
 

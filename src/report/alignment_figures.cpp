@@ -11,11 +11,11 @@
 #include <span>
 #include <string_view>
 
+#include "fit/spectrum.h"
 #include "piste/condition/aligned_signals.h"
-#include "piste/fit/spectrum.h"
 #include "piste/math/units.h"
-#include "piste/plot/svg.h"
-#include "piste/plot/thin.h"
+#include "plot/svg.h"
+#include "plot/thin.h"
 
 namespace piste {
 namespace {

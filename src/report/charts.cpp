@@ -11,7 +11,7 @@
 
 #include "io/json.h"
 #include "piste/math/units.h"
-#include "piste/plot/thin.h"
+#include "plot/thin.h"
 
 namespace piste::charts {
 namespace {

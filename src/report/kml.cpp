@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "piste/math/units.h"
-#include "piste/plot/markup.h"
-#include "piste/plot/thin.h"
+#include "plot/markup.h"
+#include "plot/thin.h"
 
 namespace piste {
 namespace {

@@ -3,8 +3,8 @@
 #include <array>
 #include <span>
 
+#include "io/csv.h"
 #include "io/json.h"
-#include "piste/io/csv.h"
 #include "piste/math/units.h"
 #include "piste/sim/simulation.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "piste/condition/boresight.h"
+#include "condition/boresight.h"
 #include "piste/math/units.h"
 #include "stretch.h"
 

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "piste/experiment/missing.h"
+#include "piste/experiment/ranking.h"
 #include "piste/math/units.h"
 #include "support/study_case.h"
 #include "support/text_file.h"

@@ -1,4 +1,4 @@
-#include "piste/experiment/truth_file.h"
+#include "experiment/truth_file.h"
 
 #include <gtest/gtest.h>
 

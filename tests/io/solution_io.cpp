@@ -5,8 +5,8 @@
 
 #include <cmath>
 
+#include "io/csv.h"
 #include "piste/files/summary.h"
-#include "piste/io/csv.h"
 #include "piste/io/log_io.h"
 #include "piste/math/units.h"
 #include "support/text_file.h"

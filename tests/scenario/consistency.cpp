@@ -1,7 +1,7 @@
 /// Are the sigmas true? The Monte Carlo suite, made short: NEES within its chi-squared band, errors near the bound;
 /// and out of the band where the sensor is worse than its file says.
 
-#include "piste/files/consistency.h"
+#include "piste/consistency/consistency.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -10,6 +10,7 @@
 
 #include "piste/experiment/ensemble.h"
 #include "piste/math/units.h"
+#include "piste/report/consistency_text.h"
 #include "support/places.h"
 #include "support/scenario.h"
 #include "support/thorough.h"

@@ -14,6 +14,7 @@ namespace piste {
 /// interval, time].
 struct AlignedImus {
   double interval = 0;                    ///< median sample interval [s]
+  double low_pass = 0;                    ///< cut-off of the low-pass of both signals [Hz]; 0 = none
   std::vector<double> time;               ///< [s]
   std::vector<Vector3d> gyro, accel;      ///< as the body IMU measured them, body axes
   std::vector<Vector3d> reference_gyro;   ///< of the reference, turned into body axes by the boresight

@@ -1,10 +1,27 @@
 #pragma once
-/// Medians and quantiles of values, quantiles of distributions, and bands in which a statistic should lie.
+/// Means, spreads and quantiles of values, quantiles of distributions, and bands in which a statistic should lie.
 
 #include <Eigen/Core>
+#include <span>
 #include <vector>
 
 namespace piste {
+
+/// The mean. @pre not empty
+double mean(std::span<const double> values);
+
+/// Root of the mean square; 0 if there are no values.
+double root_mean_square(std::span<const double> values);
+
+/// Estimated standard deviation of the population: root of Σ (value − mean)² / (n − 1). NaN if there is only one value.
+double standard_deviation(std::span<const double> values);
+
+/// Standard error of the mean: the standard deviation over √n. NaN if there is only one value.
+double standard_error(std::span<const double> values);
+
+/// Two-sided p-value of the hypothesis that the mean is zero, by Student's t with n − 1 degrees of freedom. NaN if there
+/// is only one value.
+double zero_mean_p_value(std::span<const double> values);
 
 /// The middle value. Of an even number of values, the larger of the two in the middle. @pre not empty
 double median(std::vector<double> values);

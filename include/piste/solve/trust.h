@@ -22,7 +22,8 @@ namespace piste {
 ///   `distrust` seconds at most. A fix that lies within the gate only because the covariance has grown meanwhile is not
 ///   used.
 /// - **The receiver jumped slightly.** If the disagreement does not reach a metre, or a metre a second, within three
-///   seconds, it is not worth an outage: sigmas of centimetres are seldom that true.
+///   seconds, the source is used again: sigmas of centimetres are seldom that true, and such a jump is not worth an
+///   outage.
 /// - **The filter is wrong.** This is so in all other cases: at a start, after an outage or a gap of the IMU, or
 ///   where the disagreement grew slowly. After `readmit_after` rejected fixes in a row the filter uses the next one.
 ///   For some seconds after that, no receiver is taken to have jumped.
