@@ -19,8 +19,8 @@ double standard_deviation(std::span<const double> values);
 /// Standard error of the mean: the standard deviation over √n. NaN if there is only one value.
 double standard_error(std::span<const double> values);
 
-/// Two-sided p-value of the hypothesis that the mean is zero, by Student's t with n − 1 degrees of freedom. NaN if there
-/// is only one value.
+/// Two-sided p-value of the hypothesis that the mean is zero, by Student's t with n − 1 degrees of freedom. NaN if
+/// there is only one value.
 double zero_mean_p_value(std::span<const double> values);
 
 /// The middle value. Of an even number of values, the larger of the two in the middle. @pre not empty
