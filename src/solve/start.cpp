@@ -121,7 +121,7 @@ void place(Start& start, const Receiver& receiver, bool still) {
 // The attitude nearest to q_wb whose down axis lies along `down_b` (body axes, any length). Unlike angles it has no
 // singularity where a body axis stands upright.
 Quaterniond levelled(const Quaterniond& q_wb, const Vector3d& down_b) {
-  return (Quaterniond::FromTwoVectors(q_wb * down_b, Vector3d::UnitZ()) * q_wb).normalized();
+  return (rotation_between(q_wb * down_b, Vector3d::UnitZ()) * q_wb).normalized();
 }
 
 void set_attitude_sigma(Start& start, const Vector3d& sigma) {
