@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "aligned_pair.h"
-#include "piste/files/alignment.h"
+#include "piste/report/alignment_text.h"
 
 namespace piste {
 namespace {

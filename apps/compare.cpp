@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include "aligned_pair.h"
-#include "piste/files/alignment.h"
+#include "piste/condition/aligned_signals.h"
 #include "piste/files/findings.h"
+#include "piste/report/alignment_text.h"
+#include "piste/report/findings_text.h"
 
 namespace piste {
 namespace {
@@ -15,11 +17,10 @@ void run(const AppArguments& arguments, Progress& progress) {
   std::string text;
   for_each_pair(config, progress, [&](const AlignedPair& pair) {
     write_alignment(output, config, pair);
-    const double low_pass = pair.alignment.low_pass;
-    const Phases stated = config.phases ? *config.phases : phases(pair.aligned, low_pass);
-    const Findings found = findings(pair.aligned, stated,
-                                    {.low_pass = low_pass,
-                                     .alignment = &pair.alignment,
+    const AlignedImus smooth = low_passed(pair.aligned, pair.alignment.low_pass);
+    const Phases stated = config.phases ? *config.phases : phases(smooth);
+    const Findings found = findings(smooth, stated,
+                                    {.alignment = &pair.alignment,
                                      .reference = &config.reference.source.sensor,
                                      .sensor = &pair.imu.source.sensor});
     output.write(pair.folder + "findings.json", findings_json(found, pair.alignment));

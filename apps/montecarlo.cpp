@@ -14,6 +14,7 @@
 #include "piste/files/consistency.h"
 #include "piste/io/output.h"
 #include "piste/report/consistency_page.h"
+#include "piste/report/consistency_text.h"
 
 namespace piste {
 namespace {

@@ -58,7 +58,7 @@ void run_campaign(const AppArguments& arguments, Progress& progress) {
               [&](std::size_t done, std::size_t) { progress.update(before + done); });
     before += sensors_of(run.scenario);
   }
-  for (const auto& [name, text] : campaign.sensors) out.write(name, text);
+  for (const auto& [name, text] : campaign.files) out.write(name, text);
   out.write("campaign.yaml", campaign_text(campaign, seed));
   out.commit();
   progress.clear();

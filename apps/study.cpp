@@ -10,10 +10,12 @@
 #include "app.h"
 #include "piste/core/error.h"
 #include "piste/core/version.h"
+#include "piste/experiment/missing.h"
 #include "piste/files/study.h"
 #include "piste/io/output.h"
 #include "piste/report/study_figures.h"
 #include "piste/report/study_page.h"
+#include "piste/report/study_text.h"
 
 namespace piste {
 namespace {

@@ -1,5 +1,6 @@
 #pragma once
-/// The front door: conventions first, then the public steps.
+/// The front door: conventions first, then the public steps, which link with piste::piste. Those that need least
+/// squares over whole logs stand in batch.h.
 ///
 /// Three values carry everything, and each step is a pure function from one to the next:
 ///
@@ -65,30 +66,29 @@
 #include "piste/core/sensor.h"
 #include "piste/core/solution.h"
 
-// The steps, in the order of a run: read or simulate, condition, solve, analyse, report; and many of them, against the
-// truth.
+// The steps, in the order of a run: read or simulate, look at it, condition, solve, find, write and show; and many of
+// them, against the truth.
 #include "piste/condition/pipeline.h"
 #include "piste/condition/rest_detection.h"
 #include "piste/condition/signal.h"
+#include "piste/consistency/consistency.h"
 #include "piste/consistency/disputes.h"
 #include "piste/consistency/warnings.h"
 #include "piste/experiment/ensemble.h"
 #include "piste/experiment/inspect.h"
 #include "piste/experiment/replay.h"
-#include "piste/experiment/study.h"
+#include "piste/files/consistency.h"
 #include "piste/files/replay.h"
 #include "piste/files/summary.h"
-#include "piste/fit/imu_fit.h"
-#include "piste/fit/known_errors_of.h"
-#include "piste/fit/phases.h"
 #include "piste/io/log_io.h"
 #include "piste/io/replay_config.h"
 #include "piste/io/solution_io.h"
-#include "piste/report/alignment_page.h"
 #include "piste/report/consistency_page.h"
+#include "piste/report/consistency_text.h"
 #include "piste/report/html.h"
+#include "piste/report/inspection_page.h"
+#include "piste/report/inspection_text.h"
 #include "piste/report/kml.h"
-#include "piste/report/study_page.h"
 #include "piste/sim/campaign.h"
 #include "piste/sim/simulation.h"
 #include "piste/solve/attitude_noise.h"

@@ -21,6 +21,7 @@ std::vector<Stretch> usable_stretches(const AlignedImus& imus) {
 
 AlignedImus low_passed(const AlignedImus& imus, double cutoff) {
   AlignedImus out = imus;
+  out.low_pass = cutoff;
   if (cutoff == 0 || imus.time.empty()) return out;
   const LowPass filter(cutoff, 1 / imus.interval);
   for (const Stretch& s : usable_stretches(imus)) {

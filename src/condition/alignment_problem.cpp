@@ -1,14 +1,12 @@
 #include "alignment_problem.h"
 
-#include <ceres/ceres.h>
-
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "rotation_manifold.h"
+#include "alignment_costs.h"
 
 namespace piste {
 namespace {
@@ -18,111 +16,6 @@ using Layout = AlignmentLayout;
 // What is free of any prior knowledge is held by these alone, [m], [rad/s], [m/s²]: wide enough never to be felt.
 constexpr double kWidestLeverArm = 10, kWidestGyroBias = 1, kWidestAccelBias = 10;
 constexpr double kHuber = 4;
-
-using RowMatrix32 = Eigen::Matrix<double, 3, 2, Eigen::RowMajor>;
-using RowMatrix33 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-using RowMatrix34 = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
-
-// One triad at one sample: measured = (1 + scale) R_rbᵀ (s(t) + L(t) p) + gain (bias + drift), with L = 0 for rates.
-struct Triad {
-  double sample_time, since_first;  // on the clock of the body IMU
-  Vector3d measured;
-  double gain, part;  // part of the way from one knot to the next
-  Vector3d weight;    // 0 for an axis that is not usable
-  const ReferenceGrid* reference;
-};
-
-// Parameter blocks: clock, boresight, lever arm (of an accelerometer), bias, scale, drift at two knots.
-template <bool kAccel>
-using TriadBase = std::conditional_t<kAccel, ceres::SizedCostFunction<3, 2, 4, 3, 3, 3, 3, 3>,
-                                     ceres::SizedCostFunction<3, 2, 4, 3, 3, 3, 3>>;
-
-template <bool kAccel>
-class TriadCost final : public TriadBase<kAccel> {
- public:
-  explicit TriadCost(Triad triad) : t_(std::move(triad)) {}
-
-  bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override {
-    using Map3 = Eigen::Map<const Vector3d>;
-    constexpr int kLever = 2, kBias = kAccel ? 3 : 2, kScale = kBias + 1, kBefore = kBias + 2, kAfter = kBias + 3;
-    const double offset = parameters[0][0], drift = parameters[0][1];
-    const Eigen::Map<const Quaterniond> q_rb(parameters[1]);
-    const Map3 bias(parameters[kBias]), scale(parameters[kScale]), before(parameters[kBefore]),
-        after(parameters[kAfter]);
-
-    const ReferenceGrid::Value value = t_.reference->at(t_.sample_time - offset - drift * t_.since_first);
-    Vector3d signal = value.signal.gyro, slope = value.slope.gyro;
-    Matrix3d lever = Matrix3d::Zero();
-    if constexpr (kAccel) {
-      const Map3 p(parameters[kLever]);
-      lever = value.signal.lever;
-      signal = value.signal.accel + lever * p;
-      slope = value.slope.accel + value.slope.lever * p;
-    }
-    const Matrix3d R_br = q_rb.toRotationMatrix().transpose();
-    const Vector3d turned = R_br * signal, factor = Vector3d::Ones() + scale;
-    const Vector3d predicted =
-        factor.cwiseProduct(turned) + t_.gain * (bias + (1 - t_.part) * before + t_.part * after);
-    Eigen::Map<Vector3d>{residuals} = t_.weight.cwiseProduct(t_.measured - predicted);
-    if (!jacobians) return true;
-
-    const Eigen::DiagonalMatrix<double, 3> minus_weight((-t_.weight).eval());
-    const Matrix3d scaled = t_.weight.cwiseProduct(factor).asDiagonal() * R_br;  // of −d residual / d signal
-    if (jacobians[0]) {
-      const Vector3d by_time = scaled * slope;
-      Eigen::Map<RowMatrix32> J(jacobians[0]);
-      J.col(0) = by_time;
-      J.col(1) = t_.since_first * by_time;
-    }
-    if (jacobians[1]) {
-      Eigen::Map<RowMatrix34>{jacobians[1]} = -scaled * skew(signal) * RotationManifold::minus_jacobian(q_rb);
-    }
-    if constexpr (kAccel) {
-      if (jacobians[kLever]) Eigen::Map<RowMatrix33>{jacobians[kLever]} = -scaled * lever;
-    }
-    const auto diagonal = [&](int block, double factor_of_gain) {
-      if (jacobians[block]) Eigen::Map<RowMatrix33>{jacobians[block]} = Matrix3d(minus_weight) * factor_of_gain;
-    };
-    diagonal(kBias, t_.gain);
-    diagonal(kBefore, t_.gain * (1 - t_.part));
-    diagonal(kAfter, t_.gain * t_.part);
-    if (jacobians[kScale]) Eigen::Map<RowMatrix33>{jacobians[kScale]} = Matrix3d(minus_weight) * turned.asDiagonal();
-    return true;
-  }
-
- private:
-  Triad t_;
-};
-
-// (value − factor · before) / sigma: a prior, and the step of a drift.
-class StepCost final : public ceres::SizedCostFunction<3, 3, 3> {
- public:
-  StepCost(double factor, double sigma) : factor_(factor), sigma_(sigma) {}
-  bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override {
-    const Eigen::Map<const Vector3d> before(parameters[0]), after(parameters[1]);
-    Eigen::Map<Vector3d>{residuals} = (after - factor_ * before) / sigma_;
-    if (jacobians && jacobians[0])
-      Eigen::Map<RowMatrix33>{jacobians[0]} = RowMatrix33::Identity() * (-factor_ / sigma_);
-    if (jacobians && jacobians[1]) Eigen::Map<RowMatrix33>{jacobians[1]} = RowMatrix33::Identity() / sigma_;
-    return true;
-  }
-
- private:
-  double factor_, sigma_;
-};
-
-class PriorCost final : public ceres::SizedCostFunction<3, 3> {
- public:
-  explicit PriorCost(double sigma) : sigma_(sigma) {}
-  bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override {
-    Eigen::Map<Vector3d>{residuals} = Eigen::Map<const Vector3d>(parameters[0]) / sigma_;
-    if (jacobians && jacobians[0]) Eigen::Map<RowMatrix33>{jacobians[0]} = RowMatrix33::Identity() / sigma_;
-    return true;
-  }
-
- private:
-  double sigma_;
-};
 
 class Builder {
  public:
@@ -152,13 +45,13 @@ class Builder {
       for (int i = 0; i < 3; ++i) w(i) = usable >> i & 1 ? 1 / sigma : 0;
       return w;
     };
-    Triad triad{m,
-                m - body.time.front(),
-                body.gyro[epoch.sample],
-                pair_.gyro_gain,
-                part,
-                weights(epoch.usable.gyro, epoch.gyro_sigma),
-                &pair_.reference};
+    TriadSample triad{m,
+                      m - body.time.front(),
+                      body.gyro[epoch.sample],
+                      pair_.gyro_gain,
+                      part,
+                      weights(epoch.usable.gyro, epoch.gyro_sigma),
+                      &pair_.reference};
     if (epoch.usable.gyro != 0) {
       problem_.AddResidualBlock(new TriadCost<false>(triad), new ceres::HuberLoss(kHuber), x_.clock.data(),
                                 x_.q_rb.coeffs().data(), x_.gyro_bias.data(), x_.gyro_scale.data(),
@@ -222,23 +115,34 @@ struct Placed {
   int size, column;
 };
 
-// Information of the alignment's parameters once the drifts are eliminated.
-AlignmentInformation information(ceres::Problem& problem, AlignmentState& x) {
+// The blocks that are estimated: the parameters in the order of AlignmentLayout, then the drifts knot by knot.
+std::vector<Placed> placed_blocks(const ceres::Problem& problem, AlignmentState& x) {
   std::vector<Placed> placed{
       {x.clock.data(), 2, Layout::kClockOffset},     {x.q_rb.coeffs().data(), 3, Layout::kBoresight},
       {x.p_rb_r.data(), 3, Layout::kLeverArm},       {x.gyro_bias.data(), 3, Layout::kGyroBias},
       {x.accel_bias.data(), 3, Layout::kAccelBias},  {x.gyro_scale.data(), 3, Layout::kGyroScale},
       {x.accel_scale.data(), 3, Layout::kAccelScale}};
-  int size = Layout::kSize;
+  int column = Layout::kSize;
   for (auto* knots : {&x.gyro_drift, &x.accel_drift}) {
     for (Vector3d& knot : *knots) {
-      placed.push_back({knot.data(), 3, size});
-      size += 3;
+      placed.push_back({knot.data(), 3, column});
+      column += 3;
     }
   }
   std::erase_if(placed, [&](const Placed& p) {
     return !problem.HasParameterBlock(p.data) || problem.IsParameterBlockConstant(p.data);
   });
+  return placed;
+}
+
+// The normal equations, arrow-shaped: the drifts meet their neighbours and the parameters only.
+struct Arrow {
+  AlignmentInformation A = AlignmentInformation::Zero();  // of the parameters
+  Eigen::MatrixXd B;                                      // drifts by parameters
+  std::vector<Eigen::Triplet<double>> C;                  // of the drifts
+};
+
+Arrow normal_equations(ceres::Problem& problem, const std::vector<Placed>& placed, int drifts) {
   ceres::Problem::EvaluateOptions options;
   std::vector<int> column_of;
   for (const Placed& p : placed) {
@@ -247,11 +151,8 @@ AlignmentInformation information(ceres::Problem& problem, AlignmentState& x) {
   }
   ceres::CRSMatrix J;
   problem.Evaluate(options, nullptr, nullptr, nullptr, &J);
-  // Arrow-shaped: the drifts meet their neighbours and the parameters only.
-  const int drifts = size - Layout::kSize;
-  AlignmentInformation A = AlignmentInformation::Zero();
-  Eigen::MatrixXd B = Eigen::MatrixXd::Zero(drifts, Layout::kSize);
-  std::vector<Eigen::Triplet<double>> C_entries;
+  Arrow sum;
+  sum.B = Eigen::MatrixXd::Zero(drifts, Layout::kSize);
   for (int row = 0; row < J.num_rows; ++row) {
     const auto begin = static_cast<std::size_t>(J.rows[static_cast<std::size_t>(row)]),
                end = static_cast<std::size_t>(J.rows[static_cast<std::size_t>(row) + 1]);
@@ -261,20 +162,28 @@ AlignmentInformation information(ceres::Problem& problem, AlignmentState& x) {
         const double product = J.values[i] * J.values[j];
         const int to = column_of[static_cast<std::size_t>(J.cols[j])];
         if (product == 0) continue;
-        if (at < Layout::kSize && to < Layout::kSize) A(at, to) += product;
-        if (at >= Layout::kSize && to < Layout::kSize) B(at - Layout::kSize, to) += product;
-        if (at >= Layout::kSize && to >= Layout::kSize)
-          C_entries.emplace_back(at - Layout::kSize, to - Layout::kSize, product);
+        if (at < Layout::kSize && to < Layout::kSize) sum.A(at, to) += product;
+        if (at >= Layout::kSize && to < Layout::kSize) sum.B(at - Layout::kSize, to) += product;
+        if (at >= Layout::kSize && to >= Layout::kSize) {
+          sum.C.emplace_back(at - Layout::kSize, to - Layout::kSize, product);
+        }
       }
     }
   }
+  return sum;
+}
+
+// Information of the parameters once the drifts are eliminated. Drifts that are held get a unit of their own.
+AlignmentInformation information(ceres::Problem& problem, AlignmentState& x) {
+  const int drifts = 3 * static_cast<int>(x.gyro_drift.size() + x.accel_drift.size());
+  auto [A, B, entries] = normal_equations(problem, placed_blocks(problem, x), drifts);
   std::vector<bool> held(static_cast<std::size_t>(drifts), true);
-  for (const auto& entry : C_entries) held[static_cast<std::size_t>(entry.row())] = false;
+  for (const auto& entry : entries) held[static_cast<std::size_t>(entry.row())] = false;
   for (int i = 0; i < drifts; ++i) {
-    if (held[static_cast<std::size_t>(i)]) C_entries.emplace_back(i, i, 1);
+    if (held[static_cast<std::size_t>(i)]) entries.emplace_back(i, i, 1);
   }
   Eigen::SparseMatrix<double> C(drifts, drifts);
-  C.setFromTriplets(C_entries.begin(), C_entries.end());
+  C.setFromTriplets(entries.begin(), entries.end());
   return A - B.transpose() * Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(C).solve(B);
 }
 
@@ -288,7 +197,7 @@ std::pair<std::size_t, double> AlignmentState::knot(double m) const {
 
 AlignmentResidual residual(const FilteredPair& pair, const AlignmentState& x, std::size_t sample) {
   const double m = pair.body.time[sample];
-  const double t = m - x.clock(0) - x.clock(1) * (m - pair.body.time.front());
+  const double t = x.reference_time(m, pair.body.time.front());
   const auto [knot, part] = x.knot(m);
   const Matrix3d R_br = x.q_rb.toRotationMatrix().transpose();
   const auto drift = [&, knot = knot, part = part](const std::vector<Vector3d>& knots) -> Vector3d {

@@ -6,7 +6,7 @@
 
 #include "determination.h"
 #include "paired_signals.h"
-#include "piste/condition/time_sync.h"
+#include "piste/condition/alignment.h"
 
 namespace piste {
 
@@ -22,6 +22,8 @@ struct AlignmentState {
 
   /// Where m lies among the knots: index of the one before, and the part of the way to the next.
   std::pair<std::size_t, double> knot(double m) const;
+  /// Time of the reference at time m of the body IMU's clock, whose first sample is at `first`.
+  double reference_time(double m, double first) const { return m - clock(0) - clock(1) * (m - first); }
 };
 
 /// One sample of the body IMU, to be explained.
@@ -29,18 +31,12 @@ struct AlignmentEpoch {
   std::size_t sample = 0;
   UsableAxes usable;
   double gyro_sigma = 1, accel_sigma = 1;
+  bool moving = false;  ///< of the liveliest part of the log
 };
 
 /// Measured minus predicted at one sample.
 struct AlignmentResidual {
   Vector3d gyro, accel;
-};
-
-/// Both signals after the same filters, which pass a constant with these gains.
-struct FilteredPair {
-  const BodySignals& body;
-  const ReferenceGrid& reference;
-  double gyro_gain = 1, accel_gain = 1;
 };
 
 AlignmentResidual residual(const FilteredPair& pair, const AlignmentState& x, std::size_t sample);

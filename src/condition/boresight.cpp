@@ -1,8 +1,10 @@
-#include "piste/condition/boresight.h"
+#include "condition/boresight.h"
 
-#include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "piste/math/wahba.h"
 
 namespace piste {
 namespace {
@@ -22,9 +24,8 @@ BoresightFromRates boresight_from_rates(std::span<const Vector3d> rate_r, std::s
   for (const Vector3d& w : rate_b) mean_b += w / count;
   Matrix3d B = Matrix3d::Zero();
   for (std::size_t i = 0; i < rate_r.size(); ++i) B += (rate_r[i] - mean_r) * (rate_b[i] - mean_b).transpose();
-  const Eigen::JacobiSVD<Matrix3d> svd(B, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const double handed = svd.matrixU().determinant() * svd.matrixV().determinant() > 0 ? 1 : -1;
-  const Matrix3d R_rb = svd.matrixU() * Vector3d(1, 1, handed).asDiagonal() * svd.matrixV().transpose();
+  const WahbaSolution wahba = solve_wahba(B);
+  const Matrix3d& R_rb = wahba.R;
 
   BoresightFromRates result;
   result.q_rb = Quaterniond(R_rb).normalized();
@@ -35,14 +36,14 @@ BoresightFromRates boresight_from_rates(std::span<const Vector3d> rate_r, std::s
   }
   const double variance = squares / (3 * count - 6);
   result.residual = std::sqrt(squares / (3 * count));
-
-  const Vector3d& s = svd.singularValues();
-  result.residual_mirrored = handed > 0 ? result.residual : std::sqrt(std::max(0.0, squares - 4 * s.z()) / (3 * count));
-  const Vector3d information(s.y() + handed * s.z(), s.x() + handed * s.z(), s.x() + s.y());
+  // A mirrored rotation would gain what this one loses along the third axis.
+  const double lost = 4 * std::max(0.0, -wahba.gain.z());
+  result.residual_mirrored = std::sqrt(std::max(0.0, squares - lost) / (3 * count));
+  const Vector3d information = wahba.information();
   if (information.x() <= std::max(kRounding * information.z(), kChance * std::sqrt(count) * variance)) {
     result.covariance.diagonal().setConstant(std::numeric_limits<double>::infinity());
   } else {
-    result.covariance = variance * svd.matrixU() * information.cwiseInverse().asDiagonal() * svd.matrixU().transpose();
+    result.covariance = variance * wahba.axes * information.cwiseInverse().asDiagonal() * wahba.axes.transpose();
   }
   return result;
 }

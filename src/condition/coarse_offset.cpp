@@ -8,8 +8,8 @@
 #include <optional>
 
 #include "piste/core/error.h"
-#include "piste/core/state_table.h"
 #include "piste/math/fourier.h"
+#include "piste/math/units.h"
 
 namespace piste {
 namespace {

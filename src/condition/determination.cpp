@@ -5,8 +5,8 @@
 #include <limits>
 #include <string>
 
-#include "piste/core/state_table.h"
 #include "piste/math/linear_algebra.h"
+#include "piste/math/units.h"
 
 namespace piste {
 namespace {
@@ -20,11 +20,10 @@ struct Limit {
   const char* name;
 };
 
-constexpr double kRadian = 1 / kDegreesPerRadian;
 constexpr std::array kLimits{
     Limit{Layout::kClockOffset, 1, 5e-3, "clock offset"},    Limit{Layout::kClockDrift, 1, 200e-6, "clock drift"},
-    Limit{Layout::kBoresight, 3, kRadian, "boresight"},      Limit{Layout::kLeverArm, 3, 0.05, "lever arm"},
-    Limit{Layout::kGyroBias, 3, 0.5 * kRadian, "gyro bias"}, Limit{Layout::kAccelBias, 3, 0.2, "accelerometer bias"}};
+    Limit{Layout::kBoresight, 3, kDegree, "boresight"},      Limit{Layout::kLeverArm, 3, 0.05, "lever arm"},
+    Limit{Layout::kGyroBias, 3, 0.5 * kDegree, "gyro bias"}, Limit{Layout::kAccelBias, 3, 0.2, "accelerometer bias"}};
 
 }  // namespace
 
@@ -43,8 +42,7 @@ void determine(Alignment& alignment, AlignmentInformation information, double ap
   const Eigensystem eigen = eigensystem(scaled);
   const Vector20 inverse = eigen.values.cwiseMax(kNothing).cwiseInverse();
   AlignmentInformation& P = alignment.covariance;
-  P = unit.asDiagonal() * eigen.vectors * inverse.asDiagonal() * eigen.vectors.transpose() *
-      unit.asDiagonal();
+  P = unit.asDiagonal() * eigen.vectors * inverse.asDiagonal() * eigen.vectors.transpose() * unit.asDiagonal();
   P = (0.5 * (P + P.transpose())).eval();
 
   const auto cut = [&P](int at, double variance) {

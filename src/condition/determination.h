@@ -3,7 +3,8 @@
 
 #include <Eigen/Core>
 
-#include "piste/condition/time_sync.h"
+#include "piste/condition/alignment.h"
+#include "piste/core/sensor.h"
 
 namespace piste {
 

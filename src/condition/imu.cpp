@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "condition/spline.h"
 #include "imu_gaps.h"
 #include "piste/condition/pipeline.h"
-#include "piste/condition/spline.h"
 #include "piste/core/error.h"
 #include "piste/math/statistics.h"
 

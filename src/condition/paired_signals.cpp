@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "piste/condition/signal.h"
 #include "piste/math/statistics.h"
 
 namespace piste {
@@ -138,6 +139,22 @@ BodySignals BodySignals::filtered(const TriadFilters& filters) const {
     }
   }
   return out;
+}
+
+SignalPair::SignalPair(const std::vector<ImuSample>& body_imu, const std::vector<ImuSample>& reference_imu)
+    : body(body_imu), integrals(reference_imu), reference(integrals, body.step) {}
+
+FilteredPair low_passed(const SignalPair& signals, double cutoff) {
+  constexpr double kSmear = 2;  // periods of the cut-off that a zero-phase low-pass smears
+  const double rate = 1 / signals.body.step, reach = kSmear / cutoff;
+  const LinearFilter filter = [low_pass = LowPass(cutoff, rate)](std::span<const Vector3d> signal) {
+    return zero_phase(low_pass, signal);
+  };
+  const TriadFilters filters{filter, filter, reach, reach};
+  return {.body = signals.body.filtered(filters),
+          .reference = signals.reference.filtered(filters),
+          .margin = reach,
+          .stride = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(rate / (2 * cutoff))))};
 }
 
 }  // namespace piste

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "piste/condition/spline.h"
+#include "condition/spline.h"
 #include "piste/core/log.h"
 
 namespace piste {
@@ -87,5 +87,26 @@ struct BodySignals {
   /// The same signals through one more filter. What it smears is unusable.
   BodySignals filtered(const TriadFilters& filters) const;
 };
+
+/// Both IMUs before any filter.
+struct SignalPair {
+  BodySignals body;
+  ReferenceIntegrals integrals;  ///< of the reference
+  ReferenceGrid reference;       ///< its means over intervals as long as those of the body IMU
+
+  SignalPair(const std::vector<ImuSample>& body_imu, const std::vector<ImuSample>& reference_imu);
+};
+
+/// Both IMUs after the same filters.
+struct FilteredPair {
+  BodySignals body;
+  ReferenceGrid reference;
+  double gyro_gain = 1, accel_gain = 1;  ///< with which the filters pass a constant
+  double margin = 0;                     ///< [s] beside a gap or an end of the reference that the filters spoil
+  std::size_t stride = 1;                ///< every stride-th sample holds all that the filters let through
+};
+
+/// Both IMUs through one zero-phase low-pass of `cutoff` [Hz].
+FilteredPair low_passed(const SignalPair& signals, double cutoff);
 
 }  // namespace piste

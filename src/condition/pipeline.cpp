@@ -6,9 +6,10 @@
 #include <cmath>
 #include <utility>
 
+#include "math/time.h"
 #include "piste/condition/rest_detection.h"
 #include "piste/core/error.h"
-#include "piste/math/time.h"
+#include "piste/core/time_search.h"
 
 namespace piste {
 namespace {
@@ -70,8 +71,7 @@ GnssFix in_world(const World& world, const GeodeticFix& fix) {
 
 // Position at t between the fixes around it, at the nearest one beyond them.
 Vector3d position_at(const std::vector<GnssFix>& fixes, double t) {
-  const auto after =
-      std::lower_bound(fixes.begin(), fixes.end(), t, [](const GnssFix& f, double x) { return f.time < x; });
+  const auto after = first_at_or_after(fixes, t);
   if (after == fixes.begin()) return fixes.front().position;
   if (after == fixes.end()) return fixes.back().position;
   const auto before = after - 1;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "piste/core/time_search.h"
 #include "piste/math/statistics.h"
 
 namespace piste {
@@ -78,7 +79,7 @@ enum class Verdict { kUnknown, kRest, kBetween, kMoving };
 
 // What one receiver says of [begin, end].
 Verdict verdict(const std::vector<GnssFix>& fixes, double begin, double end) {
-  auto it = std::partition_point(fixes.begin(), fixes.end(), [begin](const GnssFix& f) { return f.time < begin; });
+  auto it = first_at_or_after(fixes, begin);
   Vector3d mean = Vector3d::Zero(), variance = Vector3d::Zero();
   double n = 0;
   const auto first = it;

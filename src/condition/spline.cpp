@@ -1,4 +1,4 @@
-#include "piste/condition/spline.h"
+#include "condition/spline.h"
 
 namespace piste {
 

@@ -52,6 +52,17 @@ Whitening autoregression(const std::vector<Left>& left, double sigma) {
   return w;
 }
 
+FilteredPair whitened(const FilteredPair& pair, const Whitening& gyro, const Whitening& accel) {
+  const double reach = kWhiteningOrder * static_cast<double>(pair.stride) * pair.body.step;
+  const TriadFilters filters{gyro.filter(pair.stride), accel.filter(pair.stride), reach, 0};
+  return {pair.body.filtered(filters),
+          pair.reference.filtered(filters),
+          gyro.gain(),
+          accel.gain(),
+          pair.margin + reach,
+          pair.stride};
+}
+
 double robust_sigma(const std::vector<Left>& left) {
   std::vector<double> sizes;
   for (const Left& l : left) {
@@ -60,8 +71,7 @@ double robust_sigma(const std::vector<Left>& left) {
     }
   }
   if (sizes.empty()) return 0;
-  constexpr double kOfNormal = 1.4826;  // sigma over the median of |z|
-  const double limit = 4 * kOfNormal * median(sizes);
+  const double limit = 4 * kSigmaOverMedian * median(sizes);
   double square = 0, count = 0;
   for (const double size : sizes) {
     if (size > limit) continue;

@@ -28,6 +28,9 @@ struct Whitening {
 /// No whitening where there are too few.
 Whitening autoregression(const std::vector<Left>& left, double sigma);
 
+/// Both signals of a pair through the whitening of each triad, at the stride of the pair.
+FilteredPair whitened(const FilteredPair& pair, const Whitening& gyro, const Whitening& accel);
+
 /// Root mean square over usable axes, without what lies far outside; 0 where there are none.
 double robust_sigma(const std::vector<Left>& left);
 

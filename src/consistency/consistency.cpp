@@ -2,28 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
-#include <limits>
-#include <tuple>
-#include <type_traits>
+#include <utility>
 
 #include "piste/core/error.h"
 #include "piste/math/linear_algebra.h"
+#include "sums.h"
 
 namespace piste {
 namespace {
-
-constexpr std::size_t kPhases = kPhaseNames.size();
-constexpr double kHeadingTime = 5;  // s after the departure
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr std::string_view kMagic = "piste consistency 1\n";
-
-// Columns of Consistency::source_sums_, and of heading_.
-enum SourceTerm { kDof, kCount, kRejected, kNis, kPairs, kProduct, kPower = kProduct + 3, kSourceTerms = kPower + 3 };
-enum HeadingTerm { kRuns, kSquare, kLargest, kLargestSigma, kLargestRatio, kHeadingTerms };
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
-std::size_t index(Phase phase) { return static_cast<std::size_t>(phase); }
 
 // eᵀ P⁻¹ e of some rows, scaled to correlations first: the blocks' units differ by many orders.
 double nees(const ErrorSample& s, const std::vector<int>& rows) {
@@ -33,13 +19,6 @@ double nees(const ErrorSample& s, const std::vector<int>& rows) {
   const ErrorVector z = scale.cwiseProduct(e);
   const Covariance correlation = scale.asDiagonal() * P * scale.asDiagonal();
   return z.dot(solve_symmetric(correlation, Eigen::VectorXd(z)));
-}
-
-// Mean of n values and its standard error, from their sum and the sum of their squares.
-std::pair<double, double> mean_of(double sum, double squares, double n) {
-  const double mean = sum / n;
-  const double variance = n > 1 ? std::max(0.0, squares / n - mean * mean) / (n - 1) : kNaN;
-  return {mean, std::sqrt(variance)};
 }
 
 }  // namespace
@@ -76,31 +55,6 @@ std::vector<StateGroup> state_groups(const StateLayout& layout) {
   for (const Block b : layout.blocks()) add(std::string(info(b).name), {b});
   return groups;
 }
-
-bool SourceConsistency::white() const {
-  return std::all_of(autocorrelation.begin(), autocorrelation.begin() + dof,
-                     [this](double r) { return std::abs(r) < autocorrelation_band; });
-}
-
-std::vector<std::string> ConsistencyReport::outside() const {
-  std::vector<std::string> out;
-  const auto judge = [&](const EstimatorConsistency& estimator, const std::string& name) {
-    const auto& found = estimator.groups[index(Phase::kUnderWay)];
-    for (std::size_t g = 0; g < found.size(); ++g) {
-      if (!bands[g].contains(found[g].nees)) out.push_back(name + " " + groups[g].name);
-    }
-  };
-  judge(filter, "filter");
-  judge(smoother, "smoother");
-  return out;
-}
-
-bool ConsistencyReport::consistent() const {
-  const auto seen = [](const EstimatorConsistency& e) { return !e.groups[index(Phase::kUnderWay)].empty(); };
-  return failures.empty() && seen(filter) && seen(smoother) && outside().empty();
-}
-
-// ---- Adding up ----
 
 void Consistency::allot(const StateLayout& layout, std::vector<std::string> sources) {
   layout_ = layout;
@@ -224,215 +178,6 @@ void Consistency::add_heading(const std::vector<ErrorSample>& filtered) {
   heading_[kLargest] = std::max(heading_[kLargest], error);
   heading_[kLargestSigma] = std::max(heading_[kLargestSigma], sigma);
   heading_[kLargestRatio] = std::max(heading_[kLargestRatio], error / sigma);
-}
-
-// ---- What they say ----
-
-namespace {
-
-// Of sums of squares over `count` samples.
-BlockAccuracy root_mean(const BlockAccuracy& sum, double count) {
-  return {std::sqrt(sum.rmse / count), std::sqrt(sum.bound / count), std::sqrt(sum.claimed / count),
-          std::sqrt(sum.rmse / sum.bound), kNaN};
-}
-
-}  // namespace
-
-EstimatorConsistency Consistency::summarise(const Sums& sums, double probability) const {
-  EstimatorConsistency out;
-  const std::size_t groups = groups_.size(), states = index(layout_.size()), blocks = layout_.blocks().size();
-  const std::size_t epochs = index(grid_.size());
-  out.nees.assign(groups, std::vector<double>(epochs, kNaN));
-  out.accuracy.assign(blocks, std::vector<BlockAccuracy>(epochs, {kNaN, kNaN, kNaN, kNaN, kNaN}));
-  std::array<std::vector<double>, kPhases> outside;
-  std::array<std::vector<BlockAccuracy>, kPhases> total;
-  std::array<double, kPhases> samples{};
-  for (std::size_t p = 0; p < kPhases; ++p) {
-    outside[p].assign(groups, 0);
-    total[p].assign(blocks, {});
-  }
-  std::array<double, kPhases> phase_epochs{};
-  for (std::size_t e = 0; e < epochs; ++e) {
-    const double n = sums.runs[e];
-    if (n == 0) continue;
-    const auto phase = grid_.phase(grid_.time(grid_.first + static_cast<int>(e)));
-    if (phase) ++phase_epochs[index(*phase)];
-    for (std::size_t g = 0; g < groups; ++g) {
-      const double mean = out.nees[g][e] = sums.nees[e * groups + g] / n;
-      const Band band = chi_squared_band(probability, static_cast<double>(groups_[g].rows.size()), n);
-      if (phase && !band.contains(mean)) ++outside[index(*phase)][g];
-    }
-    for (std::size_t b = 0; b < blocks; ++b) {
-      const Block block = layout_.blocks()[b];
-      BlockAccuracy sum;
-      for (int i = layout_.offset(block); i < layout_.offset(block) + info(block).size; ++i) {
-        sum.rmse += sums.square[e * states + index(i)];
-        sum.bound += sums.bound[e * states + index(i)];
-        sum.claimed += sums.claimed[e * states + index(i)];
-      }
-      out.accuracy[b][e] = root_mean(sum, n);
-      if (!phase) continue;
-      BlockAccuracy& all = total[index(*phase)][b];
-      all.rmse += sum.rmse;
-      all.bound += sum.bound;
-      all.claimed += sum.claimed;
-    }
-    if (phase) samples[index(*phase)] += n;
-  }
-  for (std::size_t p = 0; p < kPhases; ++p) {
-    if (sums.phase_runs[p] == 0) continue;
-    for (std::size_t g = 0; g < groups; ++g) {
-      const std::size_t at = p * groups + g;
-      GroupConsistency found;
-      std::tie(found.nees, found.standard_error) = mean_of(sums.mean[at], sums.mean_square[at], sums.phase_runs[p]);
-      found.outside = outside[p][g] / phase_epochs[p];
-      for (std::size_t k = 0; k < 3; ++k) found.coverage[k] = sums.within[3 * at + k] / sums.errors[at];
-      found.largest = sums.largest[at];
-      out.groups[p].push_back(found);
-    }
-    for (std::size_t b = 0; b < blocks; ++b) {
-      const std::size_t at = p * blocks + b;
-      BlockAccuracy found = root_mean(total[p][b], samples[p]);
-      const double spread = mean_of(sums.ratio[at], sums.ratio_square[at], sums.phase_runs[p]).second;
-      found.standard_error = 0.5 * spread / found.ratio;
-      out.blocks[p].push_back(found);
-    }
-  }
-  return out;
-}
-
-ConsistencyReport Consistency::report(double probability) const {
-  ConsistencyReport out;
-  out.runs = static_cast<int>(runs_);
-  out.probability = probability;
-  out.grid = grid_;
-  out.layout = layout_;
-  out.groups = groups_;
-  out.failures = failures_;
-  if (runs_ == 0) return out;
-  for (const StateGroup& g : groups_) {
-    out.bands.push_back(chi_squared_band(probability, static_cast<double>(g.rows.size()), runs_));
-  }
-  out.filter = summarise(filter_, probability);
-  out.smoother = summarise(smoother_, probability);
-  for (std::size_t s = 0; s < sources_.size(); ++s) {
-    const double* sums = &source_sums_[s * kSourceTerms];
-    if (sums[kCount] == 0) continue;
-    SourceConsistency source{.name = sources_[s],
-                             .dof = static_cast<int>(sums[kDof]),
-                             .count = sums[kCount],
-                             .rejected = sums[kRejected],
-                             .nis = sums[kNis] / sums[kCount],
-                             .band = chi_squared_band(probability, sums[kDof], sums[kCount])};
-    for (std::size_t i = 0; i < index(source.dof); ++i) {
-      source.autocorrelation[i] = sums[kProduct + i] / sums[kPower + i];
-    }
-    source.autocorrelation_band = normal_quantile(0.5 * (1 + probability)) / std::sqrt(std::max(1.0, sums[kPairs]));
-    out.sources.push_back(source);
-  }
-  if (const double n = heading_[kRuns]; n > 0) {
-    out.heading = {
-        kHeadingTime,           n, std::sqrt(heading_[kSquare] / n), heading_[kLargest], heading_[kLargestSigma],
-        heading_[kLargestRatio]};
-  }
-  return out;
-}
-
-// ---- As bytes ----
-
-namespace {
-
-template <class T>
-void put(std::string& bytes, const T& value) {
-  if constexpr (std::is_arithmetic_v<T>) {
-    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
-  } else {
-    put(bytes, value.size());
-    for (const auto& item : value) put(bytes, item);
-  }
-}
-
-// Takes what was put from the front.
-template <class T>
-void take(std::string_view& bytes, T& value) {
-  if constexpr (std::is_arithmetic_v<T>) {
-    if (bytes.size() < sizeof value) throw DataError("ensemble", "the saved sums are cut short");
-    std::memcpy(&value, bytes.data(), sizeof value);
-    bytes.remove_prefix(sizeof value);
-  } else {
-    std::size_t size = 0;
-    take(bytes, size);
-    if (size > bytes.size()) throw DataError("ensemble", "the saved sums are cut short");
-    value.resize(size);
-    for (auto& item : value) take(bytes, item);
-  }
-}
-
-}  // namespace
-
-template <class Self, class Visitor>
-void Consistency::visit(Self& self, Visitor&& visit) {
-  visit(self.grid_.step), visit(self.grid_.first), visit(self.grid_.last);
-  visit(self.grid_.cruise.start), visit(self.grid_.cruise.end), visit(self.grid_.arrival);
-  visit(self.runs_);
-  for (auto* s : {&self.filter_, &self.smoother_}) {
-    for (auto* table : {&s->runs, &s->nees, &s->square, &s->bound, &s->claimed, &s->phase_runs, &s->mean,
-                        &s->mean_square, &s->errors, &s->within, &s->largest, &s->ratio, &s->ratio_square}) {
-      visit(*table);
-    }
-  }
-  visit(self.sources_), visit(self.source_sums_), visit(self.heading_);
-}
-
-std::string Consistency::save() const {
-  std::string bytes(kMagic);
-  visit(*this, [&](const auto& value) { put(bytes, value); });
-  put(bytes, layout_.blocks().size());
-  for (const Block b : layout_.blocks()) put(bytes, index_of(b));
-  put(bytes, failures_.size());
-  for (const FailedRun& f : failures_) {
-    put(bytes, f.seed);
-    put(bytes, f.what);
-  }
-  return bytes;
-}
-
-Consistency Consistency::restore(std::string_view bytes) {
-  if (!bytes.starts_with(kMagic)) throw DataError("ensemble", "these are no saved sums");
-  bytes.remove_prefix(kMagic.size());
-  Consistency out{EpochGrid{}};
-  visit(out, [&](auto& value) { take(bytes, value); });
-  std::vector<int> blocks;
-  take(bytes, blocks);
-  std::vector<Block> layout;
-  for (const int b : blocks) {
-    if (b < 0 || b >= kBlockCount) throw DataError("ensemble", "the saved sums name an unknown block");
-    layout.push_back(static_cast<Block>(b));
-  }
-  if (out.runs_ > 0) {  // else nothing is allotted yet
-    Consistency fitting(out.grid_);
-    if (index(out.grid_.size()) == out.filter_.runs.size()) fitting.allot(StateLayout(layout), out.sources_);
-    const auto sizes = [](const Consistency& of) {
-      std::vector<std::size_t> all;
-      visit(of, [&](const auto& value) {
-        if constexpr (requires { value.size(); }) all.push_back(value.size());
-      });
-      return all;
-    };
-    if (sizes(out) != sizes(fitting)) throw DataError("ensemble", "the saved sums do not fit one another");
-    out.layout_ = fitting.layout_;
-    out.groups_ = fitting.groups_;
-  }
-  std::size_t failures = 0;
-  take(bytes, failures);
-  for (std::size_t i = 0; i < failures; ++i) {
-    FailedRun failure;
-    take(bytes, failure.seed);
-    take(bytes, failure.what);
-    out.failures_.push_back(std::move(failure));
-  }
-  if (!bytes.empty()) throw DataError("ensemble", "the saved sums go on where they should end");
-  return out;
 }
 
 }  // namespace piste

@@ -82,12 +82,15 @@ ResetJacobian reset_jacobian(const FullError& correction) {
   ad.block<3, 3>(0, 0) = theta;
   ad.block<3, 3>(0, 3) = skew(three(correction, Block::kVelocity));
   ad.block<3, 3>(3, 3) = theta;
-  // Σ ad^n / (n+1)!: ten terms are exact to rounding below 0.5 rad, and corrections beyond it are refused upstream.
+  // J_l = Σ ad^n / (n+1)!, summed until terms no longer count: a few for most corrections, some thirty for a
+  // turn by π. The bound ends the sum of a correction that is not finite.
+  constexpr int kMost = 100;
+  constexpr double kNothing = 1e-18;
   Matrix6d term = Matrix6d::Identity(), sum = term;
-  for (int n = 1; n <= 10; ++n) {
+  for (int n = 1; n <= kMost; ++n) {
     term = (term * ad / (n + 1)).eval();
     sum += term;
-    if (term.cwiseAbs().maxCoeff() < 1e-18) break;  // most corrections are small
+    if (term.cwiseAbs().maxCoeff() < kNothing) break;
   }
   ResetJacobian G{sum, {}};
   for (std::size_t i = 0; i < kMountingBlocks.size(); ++i) {

@@ -1,235 +1,157 @@
 #include "piste/experiment/article.h"
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include "piste/experiment/study_tables.h"
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <set>
+#include <sstream>
+#include <string_view>
+
+#include "piste/io/config.h"
 
 namespace piste {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr double kThirdDecimal = 0.0005;  // half of it
-
-double of_two_digits(double value) {
-  if (value == 0) return kThirdDecimal;
-  return std::max(kThirdDecimal, 0.5 * std::pow(10, std::floor(std::log10(std::abs(value))) - 1));
+// Decimals of a number as it is written: 3 of "0.170", −1 of "12e1".
+int decimals_of(std::string_view number) {
+  const auto exponent = number.find_first_of("eE");
+  const auto point = number.substr(0, exponent).find('.');
+  int decimals = point == std::string_view::npos ? 0 : static_cast<int>(number.substr(0, exponent).size() - point - 1);
+  if (exponent == std::string_view::npos) return decimals;
+  std::string_view power = number.substr(exponent + 1);
+  if (power.starts_with('+')) power.remove_prefix(1);
+  int shift = 0;
+  std::from_chars(power.data(), power.data() + power.size(), shift);
+  return decimals - shift;
 }
 
-double of_three_decimals(double /*value*/) { return kThirdDecimal; }
+// Half of the last digit of `value`, which is written with so many decimals, of which `significant` digits count.
+double rounding_of(double value, int decimals, std::optional<long> significant) {
+  constexpr double kExact = 1e-9;  // of a power of ten, whatever the last bit of its logarithm
+  const double last = 0.5 * std::pow(10, -decimals);
+  if (!significant || value == 0) return last;
+  const double leading = std::floor(std::log10(std::abs(value)) + kExact);
+  return std::max(last, 0.5 * std::pow(10, leading + 1 - static_cast<double>(*significant)));
+}
 
-PrintedTable printed(const std::array<article::Rows, 3>& table, double (*rounding)(double)) {
-  PrintedTable out;
-  for (const article::Rows& sensor : table) {
-    PrintedRow row;
-    for (std::size_t i = 0; i < kSignals; ++i) row[i] = {sensor.value[i], sensor.std[i], rounding(sensor.value[i])};
-    out.push_back(row);
+// What three signals of a sensor are measured in.
+struct Triad {
+  std::string key;
+  int first;
+  const Dimension& dimension;
+  double factor;  // from SI to what is shown
+};
+
+void read_triad(const Config& row, const Triad& triad, std::optional<long> significant, PrintedRow& out) {
+  const Vector3d values = triad.factor * row.vector(triad.key, triad.dimension);
+  const std::string std_key = triad.key + "_std";
+  std::istringstream written(row.text(triad.key));
+  std::array<std::string, 3> numbers;
+  std::string unit;
+  written >> numbers[0] >> numbers[1] >> numbers[2] >> unit;
+  const double shown = triad.factor * unit_factor(unit, triad.dimension);  // of one unit as written
+  for (int i = 0; i < 3; ++i) {
+    Printed& number = out[static_cast<std::size_t>(triad.first + i)];
+    number.value = values(i);
+    number.rounding =
+        shown * rounding_of(values(i) / shown, decimals_of(numbers[static_cast<std::size_t>(i)]), significant);
   }
+  if (!row.has(std_key)) return;
+  const Vector3d spread = triad.factor * row.vector(std_key, triad.dimension);
+  if (!(spread.array() >= 0).all()) row.fail(std_key, "a standard deviation is not below zero");
+  for (int i = 0; i < 3; ++i) out[static_cast<std::size_t>(triad.first + i)].std = spread(i);
+}
+
+std::size_t place_of(const Config& row, const std::vector<std::string>& sensors) {
+  const std::string name = row.text("sensor");
+  const auto found = std::ranges::find(sensors, name);
+  if (found == sensors.end()) {
+    row.fail("sensor", fmt::format("`{}` is none of the article's `sensors`: {}", name, fmt::join(sensors, ", ")));
+  }
+  return static_cast<std::size_t>(found - sensors.begin());
+}
+
+enum class Kind { kBias, kRatio };
+
+PrintedTable read_table(const std::optional<Config>& tables, std::string_view key, Kind kind,
+                        const std::vector<std::string>& sensors) {
+  PrintedTable out{"", std::vector<PrintedRow>(sensors.size())};
+  const std::optional<Config> table = tables ? tables->find_map(key) : std::nullopt;
+  if (!table) return out;
+  out.name = table->text("name");
+  std::optional<long> significant;
+  if (table->has("significant_digits")) {
+    significant = table->integer("significant_digits");
+    if (*significant < 1) table->fail("significant_digits", "one at least");
+  }
+  const bool ratio = kind == Kind::kRatio;
+  const Triad accel{"accel", 0, ratio ? dimension::kRatio : dimension::kAcceleration, 1};
+  const Triad gyro{"gyro", 3, ratio ? dimension::kRatio : dimension::kAngularRate, ratio ? 1 : kDegreesPerRadian};
+  std::set<std::size_t> seen;
+  for (const Config& row : table->maps("rows")) {
+    const std::size_t sensor = place_of(row, sensors);
+    if (!seen.insert(sensor).second) row.fail("sensor", fmt::format("`{}` stands twice", sensors[sensor]));
+    for (const Triad& triad : {accel, gyro}) read_triad(row, triad, significant, out.sensors[sensor]);
+  }
+  if (seen.empty()) table->fail("rows", "is missing; a table has a row of one sensor at least");
   return out;
 }
 
-PrintedTable printed(const Study& study, Method method, Quantity quantity) {
-  PrintedRow nothing;
-  nothing.fill({kNone, kNone, 0});
-  PrintedTable out(study.sensors.size(), nothing);
-  for (const AcrossRow& r : table_of(study, method, quantity)) {
-    out[r.sensor][static_cast<std::size_t>(r.axis)] = {r.value.mean, r.value.std, 0};
-  }
-  return out;
+ArticleRemarks read_remarks(const Config& file) {
+  const auto remarks = file.find_map("remarks");
+  if (!remarks) return {};
+  return {remarks->text("mean_signal", ""), remarks->text("correlation", ""), remarks->text("significance", ""),
+          remarks->text("scale_at_rest", "")};
 }
 
-ImpliedMean implied_mean(const Printed& joint, const Printed& scale, const Printed& alone) {
-  ImpliedMean out{(alone.value - joint.value) / scale.value, std::nullopt};
-  if (!(std::abs(scale.value) > scale.rounding)) return out;
-  const double half = joint.rounding + alone.rounding, shift = alone.value - joint.value;
-  std::vector<double> corners;
-  for (const double numerator : {shift - half, shift + half}) {
-    for (const double denominator : {scale.value - scale.rounding, scale.value + scale.rounding}) {
-      corners.push_back(numerator / denominator);
-    }
+std::vector<std::string> read_sensors(const Config& file) {
+  std::vector<std::string> sensors = file.words("sensors");
+  if (sensors.empty()) file.fail("sensors", "is missing; name the article's sensors, such as [sensor 1, sensor 2]");
+  std::set<std::string> names;
+  for (const std::string& name : sensors) {
+    if (!names.insert(name).second) file.fail("sensors", fmt::format("`{}` stands twice", name));
   }
-  const auto [low, high] = std::ranges::minmax(corners);
-  out.bounds = Band{low, high};
-  return out;
-}
-
-std::optional<Band> intersection(const std::vector<std::array<ImpliedMean, kSignals>>& sensors, std::size_t axis) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  Band out{-kInfinity, kInfinity};
-  for (const auto& sensor : sensors) {
-    const auto& bounds = sensor[axis].bounds;
-    if (!bounds) continue;
-    out.low = std::max(out.low, bounds->low);
-    out.high = std::min(out.high, bounds->high);
-  }
-  if (std::isinf(out.low) || out.low > out.high) return std::nullopt;
-  return out;
-}
-
-// The numbers that a table has.
-std::vector<Printed> numbers(const PrintedTable& table) {
-  std::vector<Printed> out;
-  for (const PrintedRow& row : table) {
-    std::ranges::copy_if(row, std::back_inserter(out), [](const Printed& p) { return std::isfinite(p.value); });
-  }
-  return out;
-}
-
-std::size_t significant(std::vector<double> p_values) {
-  return static_cast<std::size_t>(
-      std::ranges::count_if(holm(std::move(p_values)), [](double p) { return p < kSignificance; }));
+  return sensors;
 }
 
 }  // namespace
 
-CampaignTables article_tables() {
-  return {printed(article::kTable1, of_two_digits),
-          printed(article::kTable3, of_two_digits),
-          printed(article::kTable4, of_three_decimals),
-          {article::kTable5.begin(), article::kTable5.end()},
-          printed(article::kTable6, of_three_decimals)};
+bool PrintedTable::empty() const {
+  return std::ranges::none_of(sensors, [](const PrintedRow& row) {
+    return std::ranges::any_of(row, [](const Printed& p) { return std::isfinite(p.value); });
+  });
 }
 
-CampaignTables campaign_tables(const Study& study) {
-  CampaignTables out{printed(study, Method::kRest, Quantity::kBias),
-                     printed(study, Method::kJoint, Quantity::kBias),
-                     printed(study, Method::kJoint, Quantity::kScale),
-                     {},
-                     printed(study, Method::kBiasOnly, Quantity::kBias)};
-  article::Row nothing;
-  nothing.fill(kNone);
-  out.correlation.assign(study.sensors.size(), nothing);
-  for (const CorrelationRow& r : correlations(study)) {
-    out.correlation[r.sensor][static_cast<std::size_t>(r.axis)] = r.correlation;
+Article read_article(const std::filesystem::path& path) {
+  const Config file = Config::load(path);
+  Article out;
+  out.title = file.text("title");
+  out.sensors = read_sensors(file);
+  if (file.has("runs")) {
+    const long runs = file.integer("runs");
+    if (runs < 1) file.fail("runs", "one at least; leave it out where the article does not say");
+    out.runs = static_cast<std::size_t>(runs);
   }
+  const auto tables = file.find_map("tables");
+  const auto read = [&](std::string_view key, Kind kind) { return read_table(tables, key, kind, out.sensors); };
+  out.tables = {.rest = read("rest", Kind::kBias),
+                .before = read("before", Kind::kBias),
+                .after = read("after", Kind::kBias),
+                .joint_bias = read("joint_bias", Kind::kBias),
+                .joint_scale = read("joint_scale", Kind::kRatio),
+                .correlation = read("correlation", Kind::kRatio),
+                .bias_only = read("bias_only", Kind::kBias)};
+  out.remarks = read_remarks(file);
+  file.finish();
   return out;
 }
 
-ImpliedMeans implied_means(const CampaignTables& tables) {
-  ImpliedMeans out;
-  for (std::size_t sensor = 0; sensor < tables.bias_only.size(); ++sensor) {
-    std::array<ImpliedMean, kSignals> row;
-    for (std::size_t axis = 0; axis < kSignals; ++axis) {
-      row[axis] = implied_mean(tables.joint_bias[sensor][axis], tables.joint_scale[sensor][axis],
-                               tables.bias_only[sensor][axis]);
-    }
-    out.sensors.push_back(row);
-  }
-  for (std::size_t axis = 0; axis < kSignals; ++axis) out.common[axis] = intersection(out.sensors, axis);
-  return out;
-}
-
-ImpliedSpread implied_spread(double mean, double correlation) {
-  const double rms = std::abs(mean / correlation);
-  return {mean, rms, std::sqrt(rms * rms - mean * mean)};
-}
-
-std::vector<std::pair<std::size_t, int>> wrong_signs(const CampaignTables& tables, const ImpliedMeans& means) {
-  std::vector<std::pair<std::size_t, int>> out;
-  for (std::size_t sensor = 0; sensor < tables.correlation.size(); ++sensor) {
-    for (int axis = 0; axis < kSignals; ++axis) {
-      const auto at = static_cast<std::size_t>(axis);
-      const auto& mean = means.common[at];
-      if (!mean || mean->contains(0)) continue;
-      if (tables.correlation[sensor][at] * mean->low > 0) out.emplace_back(sensor, axis);
-    }
-  }
-  return out;
-}
-
-SignificantCount significant_count(const PrintedTable& table, std::size_t runs) {
-  SignificantCount out;
-  std::vector<double> of_mean, of_one;
-  const auto n = static_cast<double>(runs);
-  for (const Printed& p : numbers(table)) {
-    if (!(p.std > 0)) continue;  // of one run
-    const double size = std::abs(p.value), t = size / p.std;
-    ++out.all;
-    if (size > p.std) ++out.above_one_sigma;
-    if (size == p.std) ++out.at_one_sigma;
-    if (size > 2 * p.std) ++out.above_two_sigma;
-    of_mean.push_back(student_two_sided(t * std::sqrt(n), n - 1));
-    of_one.push_back(student_two_sided(t, n - 1));
-  }
-  out.expected_by_chance = static_cast<double>(out.all) * std::erfc(std::sqrt(0.5));
-  out.holm_of_mean = significant(std::move(of_mean));
-  out.holm_of_one = significant(std::move(of_one));
-  return out;
-}
-
-SignTest sign_test(const PrintedTable& table) {
-  SignTest out;
-  for (const Printed& p : numbers(table)) {
-    if (p.value == 0) continue;
-    ++out.all;
-    if (p.value < 0) ++out.negative;
-  }
-  // Of at most so many positive ones: the binomial distribution with probability ½, from none on.
-  double p = std::pow(0.5, static_cast<double>(out.all));
-  out.p_value = 0;
-  for (std::size_t positive = 0; positive <= out.all - out.negative; ++positive) {
-    out.p_value += p;
-    p *= static_cast<double>(out.all - positive) / static_cast<double>(positive + 1);
-  }
-  return out;
-}
-
-std::array<Shift, kSignals> shifts(const CampaignTables& tables) {
-  std::array<Shift, kSignals> out;
-  for (std::size_t axis = 0; axis < kSignals; ++axis) {
-    Shift& s = out[axis];
-    for (std::size_t sensor = 0; sensor < tables.rest.size(); ++sensor) {
-      const Printed &rest = tables.rest[sensor][axis], &run = tables.bias_only[sensor][axis];
-      s.value.push_back(run.value - rest.value);
-      s.in_sigma.push_back(std::abs(s.value.back()) / std::hypot(run.std, rest.std));
-    }
-    const auto sign = [&s](auto is) { return std::ranges::all_of(s.value, is); };
-    s.same_sign = sign([](double v) { return v > 0; }) || sign([](double v) { return v < 0; });
-  }
-  return out;
-}
-
-double table_correlation(const PrintedTable& a, const PrintedTable& b, bool gyro) {
-  std::vector<std::pair<double, double>> points;
-  for (std::size_t sensor = 0; sensor < std::min(a.size(), b.size()); ++sensor) {
-    for (std::size_t axis = gyro ? 3 : 0; axis < (gyro ? 6 : 3); ++axis) {
-      const double x = a[sensor][axis].value, y = b[sensor][axis].value;
-      if (std::isfinite(x) && std::isfinite(y)) points.emplace_back(x, y);
-    }
-  }
-  double mean_x = 0, mean_y = 0, xx = 0, yy = 0, xy = 0;
-  const auto n = static_cast<double>(points.size());
-  for (const auto& [x, y] : points) mean_x += x / n, mean_y += y / n;
-  for (const auto& [x, y] : points) {
-    xx += (x - mean_x) * (x - mean_x);
-    yy += (y - mean_y) * (y - mean_y);
-    xy += (x - mean_x) * (y - mean_y);
-  }
-  return xy / std::sqrt(xx * yy);
-}
-
-std::vector<std::array<double, kSignals>> std_ratios(const PrintedTable& a, const PrintedTable& b) {
-  std::vector<std::array<double, kSignals>> out(std::min(a.size(), b.size()));
-  for (std::size_t sensor = 0; sensor < out.size(); ++sensor) {
-    for (std::size_t axis = 0; axis < kSignals; ++axis) {
-      out[sensor][axis] = a[sensor][axis].std / b[sensor][axis].std;
-    }
-  }
-  return out;
-}
-
-std::vector<std::pair<int, int>> equal_std(const PrintedTable& table) {
-  std::vector<std::pair<int, int>> out;
-  for (int i = 0; i < kSignals; ++i) {
-    for (int j = i + 1; j < kSignals; ++j) {
-      const auto alike = [i, j](const PrintedRow& row) {
-        return row[static_cast<std::size_t>(i)].std == row[static_cast<std::size_t>(j)].std;
-      };
-      if (std::ranges::all_of(table, alike)) out.emplace_back(i, j);
-    }
-  }
-  return out;
+const PrintedRow* ArticleBeside::row(const PrintedTable& table, const std::string& sensor) const {
+  const auto found = counterparts.find(sensor);
+  return found == counterparts.end() ? nullptr : &table.sensors[found->second];
 }
 
 }  // namespace piste

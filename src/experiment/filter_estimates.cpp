@@ -1,4 +1,4 @@
-#include "piste/experiment/filter_estimates.h"
+#include "experiment/filter_estimates.h"
 
 #include <fmt/format.h>
 

@@ -7,10 +7,10 @@
 #include <iterator>
 #include <utility>
 
+#include "experiment/lever_arm.h"
+#include "io/text_reader.h"
 #include "piste/core/error.h"
-#include "piste/core/state_table.h"
-#include "piste/experiment/lever_arm.h"
-#include "piste/io/text_reader.h"
+#include "piste/math/units.h"
 
 namespace piste {
 namespace {

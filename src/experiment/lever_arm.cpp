@@ -1,4 +1,4 @@
-#include "piste/experiment/lever_arm.h"
+#include "experiment/lever_arm.h"
 
 #include <algorithm>
 #include <utility>

@@ -5,6 +5,8 @@
 #include <utility>
 
 #include "piste/core/error.h"
+#include "piste/math/units.h"
+#include "piste/solve/filter.h"
 #include "piste/solve/run.h"
 
 namespace piste {

@@ -1,4 +1,4 @@
-#include "piste/experiment/reference_solution.h"
+#include "experiment/reference_solution.h"
 
 #include <cmath>
 

@@ -1,7 +1,8 @@
 #include "piste/experiment/reference_track.h"
 
-#include <algorithm>
 #include <iterator>
+
+#include "piste/core/time_search.h"
 
 namespace piste {
 
@@ -37,7 +38,7 @@ ReferenceTrack ReferenceTrack::in(const World& world) const {
 }
 
 ReferenceTrack::State ReferenceTrack::at(double time, const BodyMounting& body) const {
-  auto after = std::partition_point(rows_.begin(), rows_.end(), [&](const Row& row) { return row.time < time; });
+  auto after = first_at_or_after(rows_, time);
   if (after == rows_.begin()) ++after;
   if (after == rows_.end()) --after;
   const Row &a = *(after - 1), &b = *after;

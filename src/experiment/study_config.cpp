@@ -1,12 +1,14 @@
 #include "piste/experiment/study_config.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <set>
 #include <utility>
 
+#include "io/replay_keys.h"
 #include "piste/core/error.h"
-#include "piste/io/replay_keys.h"
 
 namespace piste {
 namespace {
@@ -37,6 +39,31 @@ RunConfig read_run(const Config& config) {
   return run;
 }
 
+// The article that the campaign names, and whose sensors its own are held against.
+std::optional<ArticleBeside> read_article_beside(const Config& config, const std::vector<RunConfig>& runs) {
+  if (!config.has("article")) {
+    if (config.has("article_sensors")) config.fail("article_sensors", "name the file of the `article` as well");
+    return std::nullopt;
+  }
+  ArticleBeside out{read_article(config.existing_file("article")), {}};
+  const auto counterparts = config.find_map("article_sensors");
+  if (!counterparts) return out;
+  const std::vector<std::string>& known = out.article.sensors;
+  for (const RunConfig& run : runs) {
+    for (const MountedImu& imu : run.mems) {
+      if (!counterparts->has(imu.name)) continue;
+      const std::string name = counterparts->text(imu.name);
+      const auto found = std::ranges::find(known, name);
+      if (found == known.end()) {
+        counterparts->fail(imu.name,
+                           fmt::format("`{}` is no sensor of the article; it has: {}", name, fmt::join(known, ", ")));
+      }
+      out.counterparts[imu.name] = static_cast<std::size_t>(found - known.begin());
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 StudyConfig read_study_config(const std::filesystem::path& file) { return read_study_config(Config::load(file)); }
@@ -54,6 +81,7 @@ StudyConfig read_study_config(const Config& config) {
       run.fail("name", fmt::format("`{}` stands for two runs; give each its own `name`", study.runs.back().name));
     }
   }
+  study.article = read_article_beside(config, study.runs);
   config.finish();
   if (study.runs.empty()) {
     throw ConfigError(config.file().string(),

@@ -1,4 +1,4 @@
-#include "piste/experiment/study_estimates.h"
+#include "experiment/study_estimates.h"
 
 #include <algorithm>
 #include <array>
@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "piste/fit/known_errors_of.h"
+#include "piste/math/statistics.h"
 
 namespace piste {
 namespace {
@@ -52,17 +53,14 @@ const std::optional<ImuTruth::Phase>& phase_of(const ImuTruth::Triad& truth, Met
   }
 }
 
-// Mean and standard deviation of what is expected of one more number.
+// What is expected of one more number.
 struct Prediction {
   double mean, sigma, dof;
 };
 
 Prediction predict(const std::vector<double>& values) {
   const auto n = static_cast<double>(values.size());
-  double mean = 0, squares = 0;
-  for (const double value : values) mean += value / n;
-  for (const double value : values) squares += (value - mean) * (value - mean);
-  return {mean, std::sqrt(squares / (n - 1) * (1 + 1 / n)), n - 1};
+  return {mean(values), standard_deviation(values) * std::sqrt(1 + 1 / n), n - 1};
 }
 
 // The line through what the rest shows, with the slope of the IMU's other runs; nothing without a rest, or where there

@@ -6,10 +6,10 @@
 #include <numbers>
 #include <utility>
 
+#include "experiment/true_estimate.h"
 #include "piste/condition/pipeline.h"
 #include "piste/condition/rest_detection.h"
 #include "piste/experiment/replay.h"
-#include "piste/experiment/true_estimate.h"
 #include "piste/sim/random.h"
 #include "piste/solve/attitude_noise.h"
 #include "piste/solve/rts.h"

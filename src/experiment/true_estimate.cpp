@@ -1,4 +1,4 @@
-#include "piste/experiment/true_estimate.h"
+#include "experiment/true_estimate.h"
 
 #include <algorithm>
 #include <utility>

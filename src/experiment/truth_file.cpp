@@ -1,4 +1,4 @@
-#include "piste/experiment/truth_file.h"
+#include "experiment/truth_file.h"
 
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
@@ -6,7 +6,7 @@
 #include <array>
 
 #include "piste/core/error.h"
-#include "piste/core/state_table.h"
+#include "piste/math/units.h"
 
 namespace piste {
 namespace {

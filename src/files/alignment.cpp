@@ -6,11 +6,10 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "files/alignment_members.h"
-#include "piste/core/state_table.h"
-#include "piste/io/csv.h"
+#include "io/csv.h"
+#include "piste/math/units.h"
 
 namespace piste {
 namespace {
@@ -37,7 +36,7 @@ Triad triad(const Alignment& a, const Vector3d& value, int block, double factor)
 
 // Roll, pitch and heading of R_rb [deg].
 Triad boresight(const Alignment& a) {
-  return known({kDegreesPerRadian * to_euler(a.q_rb), kDegreesPerRadian * boresight_sigma(a)});
+  return known({kDegreesPerRadian * to_euler(a.q_rb), kDegreesPerRadian * a.boresight_sigma()});
 }
 
 void add(json::Members& members, const std::string& name, const Triad& t) {
@@ -57,30 +56,7 @@ std::string strings(const std::vector<std::string>& texts) {
   return json::array(items);
 }
 
-std::string sigma_text(double value, double sigma, int decimals, const char* unit) {
-  return std::isfinite(sigma) ? fmt::format("{:.{}f} ± {:.{}f} {}", value, decimals, sigma, decimals, unit)
-                              : std::string("not determined");
-}
-
-std::string triad_text(const Triad& t, int decimals, const char* unit) {
-  const auto part = [&](int i) { return sigma_text(t.value(i), t.sigma(i), decimals, unit); };
-  return fmt::format("{}, {}, {}", part(0), part(1), part(2));
-}
-
 }  // namespace
-
-Vector3d boresight_sigma(const Alignment& alignment) {
-  Matrix3d covariance = alignment.covariance.block<3, 3>(Layout::kBoresight, Layout::kBoresight);
-  for (int i = 0; i < 3; ++i) {
-    if (!std::isfinite(covariance(i, i))) covariance(i, i) = std::numbers::pi * std::numbers::pi;
-  }
-  constexpr double kOpen = 0.1;  // rad
-  Vector3d sigma = euler_sigma(alignment.q_rb, covariance);
-  for (double& s : sigma) {
-    if (s > kOpen) s = std::numeric_limits<double>::infinity();
-  }
-  return sigma;
-}
 
 json::Members alignment_members(const Alignment& a) {
   json::Members members;
@@ -102,21 +78,6 @@ json::Members alignment_members(const Alignment& a) {
 }
 
 std::string alignment_json(const Alignment& alignment) { return json::object(alignment_members(alignment), 0) + "\n"; }
-
-std::string alignment_text(const Alignment& a) {
-  const double offset = std::sqrt(a.variance(Layout::kClockOffset)), drift = std::sqrt(a.variance(Layout::kClockDrift));
-  std::string text = fmt::format(
-      "clock: offset {}, drift {}\n"
-      "boresight, roll pitch heading of R_rb: {}\n"
-      "lever arm, r to b in r: {}",
-      sigma_text(a.clock_offset, offset, 6, "s"), sigma_text(kPpm * a.clock_drift, kPpm * drift, 2, "ppm"),
-      triad_text(boresight(a), 3, "deg"), triad_text(triad(a, a.p_rb_r, Layout::kLeverArm, 1), 4, "m"));
-  if (!a.undetermined.empty()) {
-    text += fmt::format("\nthe motion does not determine: {}", fmt::join(a.undetermined, ", "));
-  }
-  for (const std::string& warning : a.warnings) text += "\nwarning: " + warning;
-  return text;
-}
 
 std::string aligned_csv(const AlignedImus& imus) {
   constexpr int kTime = 6, kRate = 6, kForce = 6;

@@ -2,7 +2,7 @@
 /// The members of alignment.json, which findings.json begins with too.
 
 #include "io/json.h"
-#include "piste/condition/time_sync.h"
+#include "piste/condition/alignment.h"
 
 namespace piste {
 

@@ -6,13 +6,12 @@
 #include <algorithm>
 #include <array>
 
-#include "fit/banded.h"
+#include "consistency/report_numbers.h"
 #include "io/json.h"
+#include "piste/math/units.h"
 
 namespace piste {
 namespace {
-
-constexpr std::array kNavigation{Block::kPosition, Block::kVelocity, Block::kAttitude};
 
 std::string pair_json(double first, double second) { return json::numbers(std::array{first, second}); }
 
@@ -102,38 +101,7 @@ std::string heading_json(const HeadingFound& heading) {
                        {"largest_in_sigmas", json::number(heading.largest_ratio)}});
 }
 
-// ---- Text ----
-
-// So that numbers stand below one another, starred or not.
-std::string aligned(const std::string& text) { return text.ends_with('*') ? text : text + ' '; }
-
-const GroupConsistency* under_way(const EstimatorConsistency& estimator, std::size_t group) {
-  const auto& found = estimator.groups[static_cast<std::size_t>(Phase::kUnderWay)];
-  return group < found.size() ? &found[group] : nullptr;
-}
-
-const BlockAccuracy* under_way(const ConsistencyReport& report, const EstimatorConsistency& estimator, Block block) {
-  const auto& found = estimator.blocks[static_cast<std::size_t>(Phase::kUnderWay)];
-  for (std::size_t b = 0; b < found.size(); ++b) {
-    if (report.layout.blocks()[b] == block) return &found[b];
-  }
-  return nullptr;
-}
-
-std::string nees_text(const ConsistencyReport& report, const EstimatorConsistency& estimator, std::size_t group) {
-  const GroupConsistency* found = under_way(estimator, group);
-  return found ? starred(found->nees, report.bands[group]) : "-";
-}
-
-std::string ratio_text(const ConsistencyReport& report, const EstimatorConsistency& estimator, Block block) {
-  const BlockAccuracy* found = under_way(report, estimator, block);
-  return found ? fmt::format("{:.3f}", found->ratio) : "-";
-}
-
-std::string heading_text(const HeadingFound& heading) {
-  if (heading.runs == 0) return "-";
-  return fmt::format("{:.2f} deg, {:.1f} sigma", kDegreesPerRadian * heading.largest, heading.largest_ratio);
-}
+// ---- Markdown ----
 
 // Columns of the table of ensembles, and how wide they stand in a terminal.
 struct Column {
@@ -189,70 +157,6 @@ std::string consistency_json(const ConsistencyReport& report, const std::string&
                                                     1)}},
                       0) +
          "\n";
-}
-
-std::string consistency_verdict(const ConsistencyReport& report) {
-  const std::string band = fmt::format("{} band", percent(report.probability));
-  if (report.consistent()) {
-    return fmt::format("Consistent: over {} runs, under way, the NEES of every group lies within its {}.", report.runs,
-                       band);
-  }
-  std::vector<std::string> reasons;
-  constexpr auto kSeen = static_cast<std::size_t>(Phase::kUnderWay);
-  for (const auto& [name, estimator] : {std::pair{"filter", &report.filter}, {"smoother", &report.smoother}}) {
-    if (estimator->groups[kSeen].empty()) reasons.push_back(fmt::format("the {} was not seen under way", name));
-  }
-  constexpr std::size_t kNamed = 6;
-  auto outside = report.outside();
-  if (!outside.empty()) {
-    const std::size_t more = outside.size() - std::min(outside.size(), kNamed);
-    outside.resize(outside.size() - more);
-    if (more > 0) outside.back() += fmt::format(" and {} more", more);
-    reasons.push_back(fmt::format("over {} runs, under way, the NEES of {} lies outside its {}", report.runs,
-                                  fmt::join(outside, ", "), band));
-  }
-  if (!report.failures.empty()) {
-    reasons.push_back(fmt::format("{} of {} runs failed", report.failures.size(),
-                                  report.failures.size() + static_cast<std::size_t>(report.runs)));
-  }
-  return fmt::format("Not consistent: {}.", fmt::join(reasons, "; "));
-}
-
-std::string consistency_text(const ConsistencyReport& report) {
-  std::string out = consistency_verdict(report) + "\n";
-  const auto line = [&out](const std::string& name, const std::string& filter, const std::string& smoother,
-                           const std::string& rest) {
-    std::string text = fmt::format("{:22} {:>9} {:>9}   {}", name, aligned(filter), aligned(smoother), rest);
-    text.erase(text.find_last_not_of(' ') + 1);
-    out += text + "\n";
-  };
-  out += "\n";
-  line("NEES per state", "filter", "smoother", percent(report.probability) + " band");
-  for (std::size_t g = 0; g < report.groups.size(); ++g) {
-    line("  " + report.groups[g].name, nees_text(report, report.filter, g), nees_text(report, report.smoother, g),
-         band_text(report.bands[g]));
-  }
-  out += "\n";
-  line("RMSE over its bound", "filter", "smoother", "");
-  for (const Block block : kNavigation) {
-    line(fmt::format("  {}", info(block).name), ratio_text(report, report.filter, block),
-         ratio_text(report, report.smoother, block), "");
-  }
-  if (!report.sources.empty()) {
-    out += "\n";
-    line("NIS per row", "mean", "rejected", "band; correlation of successive ones");
-  }
-  for (const SourceConsistency& s : report.sources) {
-    const std::vector<double> axes(s.autocorrelation.begin(), s.autocorrelation.begin() + s.dof);
-    line("  " + s.name, starred(s.nis, s.band), fmt::format("{}", s.rejected),
-         fmt::format("{}; {:.3f}{}, band ± {:.3f}", band_text(s.band), fmt::join(axes, " "), s.white() ? "" : "*",
-                     s.autocorrelation_band));
-  }
-  if (report.heading.runs > 0) {
-    out += fmt::format("\nHeading {:.4g} s after the departure, at worst: {}\n", report.heading.time,
-                       heading_text(report.heading));
-  }
-  return out;
 }
 
 std::string consistency_row_head() {

@@ -12,11 +12,14 @@
 #include <utility>
 
 #include "io/json.h"
+#include "piste/experiment/missing.h"
+#include "piste/experiment/ranking.h"
+#include "piste/experiment/study_tables.h"
+#include "piste/math/units.h"
 
 namespace piste {
 namespace {
 
-constexpr double kInseparable = 10;  // inflation above which bias and scale cannot be told apart
 constexpr std::array kQuantities{Quantity::kBias, Quantity::kScale};
 
 std::string_view name_of(Quantity quantity) { return quantity == Quantity::kBias ? "bias" : "scale"; }
@@ -170,61 +173,6 @@ std::string phases_csv(const Study& study) {
   return out;
 }
 
-// ---- Remarks ----
-
-std::string p_text(double p) { return p < 0.001 ? "p < 0.001" : fmt::format("p = {:.2g}", p); }
-
-const RankingRow* row_of(const Ranking& ranking, Method method) {
-  const auto found = std::ranges::find(ranking.rows, method, &RankingRow::method);
-  return found == ranking.rows.end() ? nullptr : &*found;
-}
-
-// The competitor that follows the winner.
-const RankingRow* second(const Ranking& ranking) {
-  const RankingRow* out = nullptr;
-  for (const RankingRow& r : ranking.rows) {
-    if (!info(r.method).competes || r.method == ranking.winner) continue;
-    if (!out || r.score < out->score) out = &r;
-  }
-  return out;
-}
-
-// How much better or worse a score is, as a ratio of the smaller to the larger or the other way round.
-std::string by_how_much(double ratio) {
-  constexpr double kTwice = 2;
-  const bool worse = ratio > 1;
-  const double factor = worse ? ratio : 1 / ratio;
-  if (factor >= kTwice) return fmt::format("{:.1f} times {}", factor, worse ? "worse" : "better");
-  return fmt::format("{:.1f} % {}", 100 * std::abs(ratio - 1), worse ? "worse" : "better");
-}
-
-std::string lead(const Ranking& ranking) {
-  std::string out = "winner";
-  if (const RankingRow* next = second(ranking)) {
-    out += fmt::format(": {} than {}", by_how_much(1 / next->versus_winner), info(next->method).name);
-  }
-  if (std::isfinite(ranking.confidence)) {
-    out += fmt::format("; wins {:.0f} % of the resamplings of the runs", 100 * ranking.confidence);
-  }
-  return out;
-}
-
-std::string standing(const RankingRow& row) {
-  std::string out = row.versus_winner == 1 ? "as good as the winner"
-                                           : fmt::format("{} than the winner", by_how_much(row.versus_winner));
-  if (std::isnan(row.p_holm)) return out;
-  return out + fmt::format(" ({}{})", row.p_holm < kSignificance ? "" : "not significantly; ", p_text(row.p_holm));
-}
-
-// Where bias and scale of a method are most alike.
-std::optional<std::string> alike(const Study& study, Method method) {
-  const auto rows = correlations(study, method);
-  const auto worst =
-      std::ranges::max_element(rows, {}, [](const CorrelationRow& r) { return std::abs(r.correlation); });
-  if (worst == rows.end() || !(worst->inflation > kInseparable)) return std::nullopt;
-  return fmt::format("correlation of bias and scale {:.2f} on {}", worst->correlation, signal_info(worst->axis).name);
-}
-
 // ---- summary.json ----
 
 std::string strings(const std::vector<std::string>& values) {
@@ -288,6 +236,11 @@ std::string row_json(const RankingRow& r, const std::string& remark) {
                        {"remark", json::string(remark)}});
 }
 
+const RankingRow* row_of(const Ranking& ranking, Method method) {
+  const auto found = std::ranges::find(ranking.rows, method, &RankingRow::method);
+  return found == ranking.rows.end() ? nullptr : &*found;
+}
+
 std::string ranking_json(const Study& study) {
   const Ranking found = ranking(study);
   if (!found.winner) return "null";
@@ -319,67 +272,7 @@ std::string coverage_json(const Study& study) {
   return lines(rows, 1);
 }
 
-// ---- Text ----
-
-std::string trimmed(std::string line) {
-  line.erase(line.find_last_not_of(' ') + 1);
-  return line + "\n";
-}
-
-// Value and spread, with the decimals that the spread is worth.
-std::string spread_text(const Across& v) {
-  const double size = std::isfinite(v.std) ? v.std : v.standard_error;
-  const int decimals = size > 0 ? std::clamp(1 - static_cast<int>(std::floor(std::log10(size))), 0, 9) : 6;
-  return fmt::format("{:.{}f} ± {:.{}f}{}", v.mean, decimals, size, decimals, v.significant ? "" : " *");
-}
-
-std::string biases_text(const Study& study) {
-  std::string head = fmt::format("{:<12}", "");
-  for (int axis = 0; axis < kSignals; ++axis) {
-    head += fmt::format("{:<20}", fmt::format("{} {}", signal_info(axis).name, signal_info(axis).unit));
-  }
-  const auto rows = table_of(study, Method::kRest, Quantity::kBias);
-  std::string out = trimmed(head);
-  for (std::size_t sensor = 0; sensor < study.sensors.size(); ++sensor) {
-    std::string line = fmt::format("{:<12}", study.sensors[sensor]);
-    for (int axis = 0; axis < kSignals; ++axis) {
-      const auto row =
-          std::ranges::find_if(rows, [&](const AcrossRow& r) { return r.sensor == sensor && r.axis == axis; });
-      line += fmt::format("{:<20}", row == rows.end() ? "-" : spread_text(row->value));
-    }
-    out += trimmed(line);
-  }
-  return out;
-}
-
-std::string ranking_text(const Study& study) {
-  const Ranking found = ranking(study);
-  if (!found.winner) return "";
-  const std::vector<std::string> said = remarks(study, found);
-  std::string out = fmt::format("{:<32}{:>7}{:>12}{:>14}{:>14}{:>11}\n", "errors fed to a replay", "score",
-                                "position m", "velocity m/s", "attitude deg", "outage m");
-  for (std::size_t i = 0; i < found.rows.size(); ++i) {
-    const RankingRow& r = found.rows[i];
-    out += trimmed(fmt::format("{:<32}{:>7.3f}{:>12.3f}{:>14.3f}{:>14.3f}{:>11.2f}  {}", info(r.method).name, r.score,
-                               r.position_rmse, r.velocity_rmse, kDegreesPerRadian * r.attitude_rmse, r.outage_drift,
-                               said[i]));
-  }
-  return out;
-}
-
 }  // namespace
-
-std::vector<std::string> remarks(const Study& study, const Ranking& ranking) {
-  std::vector<std::string> out;
-  for (const RankingRow& r : ranking.rows) {
-    std::vector<std::string> parts;
-    if (!info(r.method).competes) parts.emplace_back("does not compete");
-    if (ranking.winner) parts.push_back(r.method == ranking.winner ? lead(ranking) : standing(r));
-    if (const auto axis = alike(study, r.method)) parts.push_back(*axis);
-    out.push_back(fmt::format("{}", fmt::join(parts, "; ")));
-  }
-  return out;
-}
 
 std::vector<StudyFile> study_csv(const Study& study) {
   return {{"table_1.csv", bias_csv(study, Method::kRest)},
@@ -411,17 +304,6 @@ std::string study_json(const Study& study) {
                        {"runs", lines(runs, 1)}},
                       0) +
          "\n";
-}
-
-std::string study_text(const Study& study) {
-  const auto well = std::ranges::count_if(study.results, [](const SensorRun& r) { return r.failure.empty(); });
-  std::string out = fmt::format("{}: {} IMUs in {} runs, {} of {} went well; low-pass {:g} Hz{}\n", study.name,
-                                study.sensors.size(), study.runs.size(), well, study.sensors.size() * study.runs.size(),
-                                study.low_pass, study.simulated ? "; simulated, so that the truth is known" : "");
-  for (const std::string& m : missing(study)) out += "  " + m + "\n";
-  if (const std::string table = ranking_text(study); !table.empty()) out += "\n" + table;
-  out += "\nBias at rest before the start, a correction to add: mean ± spread between the runs; * not significant\n";
-  return out + biases_text(study);
 }
 
 }  // namespace piste

@@ -9,6 +9,7 @@
 
 #include "io/json.h"
 #include "io/quantity.h"
+#include "piste/math/units.h"
 
 namespace piste {
 namespace {

@@ -6,9 +6,8 @@
 #include <cmath>
 #include <vector>
 
-#include "piste/condition/aligned_signals.h"
+#include "fit/reference_errors.h"
 #include "piste/core/error.h"
-#include "piste/fit/reference_errors.h"
 #include "piste/math/linear_algebra.h"
 #include "piste/model/imu_errors.h"
 
@@ -284,15 +283,14 @@ BiasScale MatrixFit::line(int axis) const {
 }
 
 Findings findings(const AlignedImus& imus, const Phases& phases, const FitOptions& options) {
-  const AlignedImus smooth = low_passed(imus, options.low_pass);
-  const ReferenceErrors errors(smooth, options.alignment, options.reference);
+  const ReferenceErrors errors(imus, options.alignment, options.reference);
   const auto rows = [&](const std::optional<Interval>& phase, std::string_view name) -> std::optional<Rows> {
     if (!phase) return std::nullopt;
-    return usable_rows(smooth, *phase, name);
+    return usable_rows(imus, *phase, name);
   };
   const std::optional<Rows> before = rows(phases.before, "the rest before"), run = rows(phases.run, "the run"),
                             after = rows(phases.after, "the rest after");
-  Findings out{phases, options.low_pass, {}, {}, {}};
+  Findings out{phases, imus.low_pass, {}, {}, {}};
   for (int axis = 0; axis < 6; ++axis) {
     AxisFindings& a = out.axes[static_cast<std::size_t>(axis)];
     a.name = kAxes[static_cast<std::size_t>(axis)];
@@ -300,7 +298,7 @@ Findings findings(const AlignedImus& imus, const Phases& phases, const FitOption
     std::optional<Point> start, stop;
     std::optional<double> ratio;
     const auto rest = [&](const Rows& at) {
-      const Signals s = signals(smooth, errors, axis, at);
+      const Signals s = signals(imus, errors, axis, at);
       if (!ratio) ratio = noise_ratio(s);
       return mean_point(s);
     };
@@ -315,12 +313,12 @@ Findings findings(const AlignedImus& imus, const Phases& phases, const FitOption
     if (run) {
       std::optional<Point> point = start ? start : stop;
       if (point) let_drift(point->excess, options, axis < 3, *phases.run, start ? *phases.before : *phases.after);
-      a.run = fit_run(signals(smooth, errors, axis, *run), point, ratio.value_or(noise_ratio(options, axis < 3)));
+      a.run = fit_run(signals(imus, errors, axis, *run), point, ratio.value_or(noise_ratio(options, axis < 3)));
     }
   }
   if (run) {
     const auto matrix = [&](bool force) {
-      return if_determined([&] { return fit_matrix(smooth, errors, force, !force && options.g_sensitivity, *run); });
+      return if_determined([&] { return fit_matrix(imus, errors, force, !force && options.g_sensitivity, *run); });
     };
     out.accel_matrix = matrix(true);
     out.gyro_matrix = matrix(false);

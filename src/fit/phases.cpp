@@ -40,12 +40,11 @@ Phases phases(const std::vector<Interval>& rest, Interval span) {
   return out;
 }
 
-Phases phases(const AlignedImus& imus, double low_pass) {
-  const AlignedImus smooth = low_passed(imus, low_pass);
-  const std::vector<Stretch> usable = usable_stretches(smooth);
+Phases phases(const AlignedImus& imus) {
+  const std::vector<Stretch> usable = usable_stretches(imus);
   if (usable.empty()) return {};
   const Interval span{imus.time[usable.front().first] - imus.interval, imus.time[usable.back().last - 1]};
-  return phases(detect_rest(smooth), span);
+  return phases(detect_rest(imus), span);
 }
 
 }  // namespace piste

@@ -1,4 +1,4 @@
-#include "piste/fit/reference_errors.h"
+#include "fit/reference_errors.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "piste/fit/spectrum.h"
+#include "fit/spectrum.h"
 
 #include <fmt/format.h>
 

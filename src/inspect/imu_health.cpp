@@ -1,36 +1,31 @@
 #include "piste/inspect/imu_health.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <string_view>
+#include <tuple>
+#include <utility>
 
-#include "piste/core/state_table.h"
+#include "imu_bounds.h"
 #include "piste/math/earth.h"
 #include "piste/math/statistics.h"
+#include "piste/math/units.h"
 
 namespace piste {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kDegree = 1 / kDegreesPerRadian;
 constexpr double kWindow = 1, kShortestRest = 2;           // s
 constexpr double kQuietest = 0.05;                         // part of the windows that shows how quiet this log can be
 constexpr double kAsQuiet = 3;                             // times that is rest too
 constexpr double kGyroShake = 3 * kDegree, kShake = 0.3;   // rad/s and parts of g: more is no rest
 constexpr double kTurning = 3 * kDegree;                   // rad/s beside the bias
 constexpr double kFastestTurn = 60, kHardestKnock = 1000;  // rad/s, m/s²: no body does more
-constexpr double kFastRates = 35;                          // rad/s: nor this, one row in a hundred
 constexpr std::size_t kAtLimit = 8;                        // samples
 constexpr std::size_t kPile = 3;
 constexpr std::size_t kFrozenRows = 20;
 constexpr double kMostForces = 0.95, kLeastForces = 0.2, kGravityRange = 4;
-constexpr double kUnitTolerance = 1.35;  // of the magnitude of gravity, in motion too
-constexpr double kManyClipped = 0.001;
-constexpr double kUsefulRate = 40;  // Hz
 
 using Values = std::vector<Vector3d>;
 
@@ -67,7 +62,7 @@ std::optional<ImuHealth::WrongUnit> wrong_unit(double force, double interval, bo
   const auto best = std::min_element(wrong.begin(), wrong.end(), [&](const auto& a, const auto& b) {
     return distance(a.factor) < distance(b.factor);
   });
-  if (distance(1) < distance(best->factor) || distance(best->factor) > std::log(kUnitTolerance)) return std::nullopt;
+  if (distance(1) < distance(best->factor) || distance(best->factor) > std::log(kGravityTolerance)) return std::nullopt;
   return *best;
 }
 
@@ -111,13 +106,10 @@ std::vector<std::pair<std::size_t, std::size_t>> quiet_rows(const ImuRecording& 
   const double accel_limit = std::min(kAsQuiet * quantile(all(&Window::accel), kQuietest), kShake);
   std::erase_if(windows, [&](const Window& w) { return w.gyro > gyro_limit || w.accel > accel_limit; });
   if (windows.empty()) return {};
-  Vector3d bias;
-  for (int axis = 0; axis < 3; ++axis) {
-    std::vector<double> means;
-    means.reserve(windows.size());
-    for (const Window& w : windows) means.push_back(w.mean_gyro(axis));
-    bias(axis) = median(std::move(means));
-  }
+  std::vector<Vector3d> means;
+  means.reserve(windows.size());
+  for (const Window& w : windows) means.push_back(w.mean_gyro);
+  const Vector3d bias = median(means);
   std::vector<std::pair<std::size_t, std::size_t>> joined;
   for (const Window& w : windows) {
     if ((w.mean_gyro - bias).norm() > kTurning) continue;
@@ -207,19 +199,6 @@ std::vector<Interval> frozen(const ImuRecording& imu) {
   return found;
 }
 
-std::string remedy_of(LogFault fault) {
-  switch (fault) {
-    case LogFault::kAccelG:
-      return "these are g or thousandths of it: name the columns accel_x_g, or convert them";
-    case LogFault::kAccelMetres:
-      return "these are m/s^2: name the columns accel_x_m_s2";
-    case LogFault::kIncrementsForRates:
-      return "these are increments over the interval between rows: name the columns dtheta_x_rad and dvel_x_m_s";
-    default:
-      return "these are rates: name the columns gyro_x_rad_s and accel_x_m_s2";
-  }
-}
-
 // Whether so many rows turn faster than any body that they must be degrees.
 bool turns_too_fast(const Values& gyro) { return quantile(norms_of(gyro), 0.99) > kFastRates; }
 
@@ -250,69 +229,6 @@ ImuHealth imu_health(const ImuRecording& imu) {
   h.magnetic_rows = imu.magnetic.size();
   h.temperature_rows = imu.temperature.size();
   return h;
-}
-
-std::vector<Suspicion> suspicions(const ImuHealth& h, const RowFaults& faults, const std::string& file) {
-  constexpr double kFastest = 20000, kSlowest = 4;  // Hz
-  std::vector<Suspicion> found = suspicions(h.sampling, faults, file, kFastest, kSlowest);
-  if (h.sampling.rows < 3) return found;
-  const auto add = [&](LogFault fault, std::string what, std::string remedy) {
-    found.push_back({fault, file, std::move(what), std::move(remedy)});
-  };
-  if (h.force_unit && (h.sampling.rate() >= kSlowest || h.force_unit->fault <= LogFault::kAccelMetres)) {
-    add(h.force_unit->fault,
-        fmt::format("the specific force is {:.4g} m/s^2 where gravity makes it 9.8: too large {:.4g} times", h.force,
-                    h.force_unit->factor),
-        remedy_of(h.force_unit->fault));
-  } else if (!h.has_gravity) {
-    add(LogFault::kNoGravity,
-        fmt::format("the accelerations are {:.3g} m/s^2 at rest and up to {:.3g} in motion: gravity is not in them",
-                    h.force, std::max(-h.accel.smallest.minCoeff(), h.accel.largest.maxCoeff())),
-        "give the accelerometers' own output, the specific force; `linear acceleration` has lost the tilt");
-  } else if (std::abs(std::log(h.force / kStandardGravity)) > std::log(kUnitTolerance)) {
-    add(LogFault::kAccelG, fmt::format("the specific force is {:.4g} m/s^2 where gravity makes it 9.8", h.force),
-        "convert the accelerometers to m/s^2, or name their unit in the header");
-  }
-  if (h.fast_rates) {
-    add(LogFault::kGyroDegrees,
-        fmt::format("one rate in a hundred is beyond {} rad/s, up to {:.4g}", kFastRates,
-                    h.gyro.smallest.cwiseAbs().cwiseMax(h.gyro.largest).maxCoeff()),
-        "these are degrees: name the columns gyro_x_deg_s or dtheta_x_deg, or convert them");
-  }
-  for (const TriadHealth* t : {&h.gyro, &h.accel}) {
-    const bool gyro = t == &h.gyro;
-    if (t->spikes > 0 && !(gyro && h.fast_rates)) {
-      add(LogFault::kSpikes,
-          fmt::format("{} {} beyond what a body can do, the first at t = {:.3f} s", t->spikes,
-                      gyro ? "angular rates" : "specific forces", t->first_spike),
-          "give the sensor's `range` in its file: samples beyond it are then known not to be measured");
-    }
-    std::size_t clipped = 0;
-    for (const std::size_t n : t->clipped) clipped += n;
-    if (static_cast<double>(clipped) > kManyClipped * static_cast<double>(h.sampling.rows)) {
-      add(LogFault::kClipped,
-          fmt::format("{} samples of the {} stand at a limit they never pass, {:.4g} {}", clipped,
-                      gyro ? "gyroscopes" : "accelerometers", t->limit.maxCoeff() / (gyro ? kDegree : 1),
-                      gyro ? "deg/s" : "m/s^2"),
-          "give that limit as `range` in the sensor file; what lies beyond it was not measured");
-    }
-  }
-  if (!h.frozen.empty()) {
-    add(LogFault::kFrozenSensor,
-        fmt::format("the very same row again and again, {} times; the first from t = {:.3f} to {:.3f} s",
-                    h.frozen.size(), h.frozen.front().start, h.frozen.front().end),
-        "did the logger lose the sensor? Leave these rows out: a gap is honest");
-  }
-  if (h.sampling.rate() < kUsefulRate && h.sampling.rate() >= kSlowest) {
-    add(LogFault::kLowRate, fmt::format("{:.3g} Hz; a body's motion asks for 50 Hz or more", h.sampling.rate()),
-        "log faster where the sensor can");
-  }
-  if (h.rest.empty()) {
-    add(LogFault::kNoRest, "the body never rests for two seconds",
-        "a minute of rest before and after a run shows the biases; give `initial: {heading}` if the start is not "
-        "found");
-  }
-  return found;
 }
 
 }  // namespace piste

@@ -9,14 +9,13 @@
 #include <string_view>
 #include <utility>
 
-#include "piste/core/state_table.h"
 #include "piste/io/config.h"
 #include "piste/math/earth.h"
+#include "piste/math/units.h"
 
 namespace piste {
 namespace {
 
-constexpr double kDegree = 1 / kDegreesPerRadian;
 constexpr double kDeterminedArm = 0.1;  // m: a lever arm with less than this is worth writing down
 constexpr double kKnownClock = 0.005;   // s: and an offset above this
 

@@ -8,8 +8,8 @@
 #include <cstdint>
 #include <optional>
 
+#include "io/text_reader.h"
 #include "piste/core/error.h"
-#include "piste/io/text_reader.h"
 
 namespace piste {
 namespace {

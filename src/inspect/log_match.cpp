@@ -2,207 +2,28 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <limits>
-#include <numbers>
-#include <set>
+#include <utility>
 
 #include "clock_match.h"
+#include "math/time.h"
 #include "motion_match.h"
-#include "piste/math/earth.h"
+#include "piste/core/time_search.h"
 #include "piste/math/statistics.h"
-#include "piste/math/time.h"
 
 namespace piste {
 namespace {
 
-constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr double kSlowestImu = 0.25, kSlowestGnss = 20;  // s between rows: beyond, times are in another unit
-constexpr double kClockError = 0.3;                      // s beyond which a clock is said to be wrong
-constexpr double kNearly = 0.3;                          // s within which an offset is a known one
-constexpr double kUnitTolerance = 1.35;                  // of a factor
-
-double in_common(const Interval& a, const Interval& b) {
-  return std::max(0.0, std::min(a.end, b.end) - std::max(a.start, b.start));
-}
 
 bool times_are_seconds(const LogMatch& m, double gnss_interval) {
   return m.interval > 0 && m.interval < kSlowestImu && gnss_interval > 0 && gnss_interval < kSlowestGnss;
 }
-
-bool near(double factor, double expected) {
-  return std::abs(std::log(std::abs(factor / expected))) < std::log(kUnitTolerance);
-}
-
-// What an offset of the clocks looks like.
-struct Meaning {
-  LogFault fault = LogFault::kClockOffset;
-  std::string what, remedy;
-  bool known = false;
-};
-
-Meaning meaning_of(double offset) {
-  const std::string as_offset = fmt::format("`clock: {{offset: {:.2f} s}}` of the IMU makes up for it", offset);
-  const double size = std::abs(offset);
-  // UTC behind GPS time since 1999: 13 to 18 s.
-  if (size > 13 - kNearly && size < 18 + kNearly && std::abs(size - std::round(size)) < kNearly) {
-    const std::string_view which = offset < 0 ? "IMU" : "receiver";
-    return {LogFault::kLeapSeconds,
-            fmt::format("{:.0f} s are the leap seconds: the {}'s times are UTC, it seems, and not GPS", size, which),
-            fmt::format("add {:.0f} s to the {}'s times, or: {}", size, which, as_offset), true};
-  }
-  for (const double leap : {0.0, 18.0, -18.0}) {
-    const double rest = offset - leap, days = std::round(rest / kDay), hours = std::round(rest / kHour);
-    const std::string utc = leap == 0 ? "" : " (and the 18 leap seconds)";
-    if (days != 0 && std::abs(rest - days * kDay) < kNearly) {
-      return {LogFault::kNotSecondsOfWeek,
-              fmt::format("{:.0f} days{}: seconds of the day, it seems, or of another week", std::abs(days), utc),
-              "give both times in seconds of the same GPS week; or: " + as_offset, true};
-    }
-    if (hours != 0 && std::abs(hours) <= 14 && std::abs(rest - hours * kHour) < kNearly) {
-      return {LogFault::kClockOffset, fmt::format("{:+.0f} h{}: local time, it seems", hours, utc),
-              "give both times in GPS time; or: " + as_offset, true};
-    }
-  }
-  return {LogFault::kClockOffset, "the clocks were not set by one another", as_offset, false};
-}
-
-void suspect_clock(const LogMatch& m, const std::string& imu_file, const std::string& gnss_file,
-                   std::vector<Suspicion>& found) {
-  const bool apart = !(m.overlap > 0);
-  const std::string spans = fmt::format("the IMU covers {:.3f} to {:.3f} s, {} {:.3f} to {:.3f} s", m.imu.start,
-                                        m.imu.end, gnss_file, m.gnss.start, m.gnss.end);
-  if (!m.clock) {
-    if (apart) {
-      found.push_back({LogFault::kNoOverlap, imu_file, "the logs have no time in common: " + spans,
-                       "are they of the same run? Their motions do not tell an offset either"});
-    }
-    return;
-  }
-  const ClockMatch& c = *m.clock;
-  if (std::abs(c.offset) < std::max(kClockError, 5 * c.sigma)) return;
-  const Meaning meaning = meaning_of(c.offset);
-  const std::string by =
-      fmt::format("the motions fit with the IMU's clock {:.2f} ± {:.2f} s {} of the receiver's (correlation {:.2f})",
-                  std::abs(c.offset), c.sigma, c.offset > 0 ? "ahead" : "behind", c.correlation);
-  if (apart && !meaning.known) {
-    found.push_back({LogFault::kNoOverlap, imu_file, fmt::format("the logs have no time in common: {}; {}", spans, by),
-                     meaning.remedy});
-  } else {
-    found.push_back({meaning.fault, imu_file,
-                     fmt::format("{}: {}{}", by, meaning.what, apart ? "; as they stand, " + spans : ""),
-                     meaning.remedy});
-  }
-}
-
-// Factors by which gyroscopes and accelerometers are to be multiplied.
-struct Factors {
-  double gyro = 1, accel = 1;
-};
 
 double median_force(const ImuRecording& imu, double interval) {
   std::vector<double> forces;
   forces.reserve(imu.accel.size());
   for (const Vector3d& f : imu.accel) forces.push_back(f.norm());
   return median(std::move(forces)) / (imu.increments ? interval : 1);
-}
-
-// Of an IMU whose windows do not tell: by the turns of the track and the magnitude of gravity, where these are clear.
-Factors rough_factors(const LogMatch& m) {
-  constexpr double kFarOff = 3;
-  Factors factors;
-  if (!m.clock || m.turn_ratio == 0) return factors;
-  const double other = m.increments ? m.interval : 1 / m.interval;
-  for (const double accel : {kStandardGravity, 1 / kStandardGravity, other}) {
-    if (near(m.force * accel, kStandardGravity)) factors.accel = accel;
-  }
-  const auto distance = [&](double gyro) { return std::abs(std::log(m.turn_ratio * gyro)); };
-  if (factors.accel == other && distance(other) < std::log(kFarOff)) {
-    factors.gyro = other;
-    return factors;
-  }
-  for (const double gyro : {kDegrees, 1 / kDegrees}) {
-    if (distance(gyro) < std::min(distance(1), std::log(kFarOff))) factors.gyro = gyro;
-  }
-  return factors;
-}
-
-void suspect_units(const LogMatch& m, const Factors& factors, const std::string& file, std::vector<Suspicion>& found) {
-  const auto add = [&](LogFault fault, std::string what, std::string remedy) {
-    found.push_back({fault, file, std::move(what), std::move(remedy)});
-  };
-  const double by_interval = 1 / m.interval, f = factors.gyro, a = factors.accel;
-  const std::string turns = fmt::format("the gyroscopes turn {:.4g} times as fast as the track", m.turn_ratio);
-  if (near(f, by_interval) && near(a, by_interval)) {
-    add(LogFault::kIncrementsForRates,
-        fmt::format("{}, and the forces are {:.4g} times too small, as increments over {:.4g} s are", turns, a,
-                    m.interval),
-        "these are increments: name the columns dtheta_x_rad and dvel_x_m_s");
-    return;
-  }
-  if (near(f, m.interval) && near(a, m.interval)) {
-    add(LogFault::kRatesForIncrements,
-        fmt::format("{}, and the forces are {:.4g} times too large, as rates are over {:.4g} s", turns, 1 / a,
-                    m.interval),
-        "these are rates: name the columns gyro_x_rad_s and accel_x_m_s2");
-    return;
-  }
-  if (f == 1 / kDegrees) {
-    add(LogFault::kGyroDegrees, turns + ": degrees under the name of radians",
-        "name the columns gyro_x_deg_s, or dtheta_x_deg");
-  } else if (f == kDegrees) {
-    add(LogFault::kGyroRadians, turns + ": radians under the name of degrees",
-        "name the columns gyro_x_rad_s, or dtheta_x_rad");
-  } else if (f != 1) {
-    add(f > 1 ? LogFault::kIncrementsForRates : LogFault::kRatesForIncrements,
-        fmt::format("{}, the forces are {:.4g} times too small", turns, a),
-        "name the gyroscopes' columns for what they are");
-  }
-  const std::string forces =
-      fmt::format("the forces are {:.4g} times what gravity and the track's accelerations ask", 1 / a);
-  if (near(a, kStandardGravity)) {
-    add(LogFault::kAccelG, forces + ": g under the name of m/s^2", "name the columns accel_x_g");
-  } else if (near(a, 1 / kStandardGravity)) {
-    add(LogFault::kAccelMetres, forces + ": m/s^2 under the name of g", "name the columns accel_x_m_s2");
-  } else if (!near(a, 1)) {
-    add(LogFault::kAccelG, forces, "convert the accelerometers to m/s^2, or name their unit in the header");
-  }
-}
-
-void suspect_axes(const MotionMatch& motion, const std::string& file, std::vector<Suspicion>& found) {
-  const auto add = [&](LogFault fault, std::string what, std::string remedy) {
-    found.push_back({fault, file, std::move(what), std::move(remedy)});
-  };
-  const std::string left = fmt::format(
-      "{:.2g} m/s rms are left of the velocities over 5 s where {:.2g} m/s are with the labels as they stand",
-      motion.residual, motion.residual_as_given);
-  if (!motion.gravity) {
-    add(LogFault::kNoGravity, "the motion fits the track only without gravity in the forces: " + left,
-        "give the accelerometers' own output, the specific force; `linear acceleration` has lost the tilt");
-  }
-  const bool reversed = (-motion.gyro_axes).isIdentity();
-  if (motion.mirrored && reversed) {
-    add(LogFault::kAxesMirrored,
-        fmt::format("the axes are left-handed: as logged, forward, right, down are {}; {}", motion.axes, left),
-        "two axes are interchanged or one is reversed, of gyroscopes and accelerometers alike: put that right in the "
-        "file");
-  } else if (motion.mirrored && motion.gyro_axes.isIdentity()) {
-    add(LogFault::kAccelSign, "the motion fits the track with the forces reversed: " + left,
-        "reverse the signs of the accelerometers: at rest the axis that points up reads +9.8 m/s^2");
-  } else if (motion.mirrored) {
-    add(LogFault::kGyroAxes,
-        fmt::format("the accelerometers' axes are left-handed: in those of the gyroscopes they are {}; {}",
-                    axes_text(-motion.gyro_axes), left),
-        "one of the accelerometers' axes is reversed, or two are interchanged");
-  } else if (!motion.gyro_axes.isIdentity()) {
-    add(LogFault::kGyroAxes,
-        fmt::format(
-            "the gyroscopes' axes are not the accelerometers': the columns x y z should be {} of what they are; {}",
-            axes_text(motion.gyro_axes), left),
-        "bring the gyroscopes' columns into that order and sign");
-  }
 }
 
 }  // namespace
@@ -225,7 +46,7 @@ LogMatch match(const ImuRecording& imu, const GnssRecording& gnss, const GnssHea
   m.gnss = {gnss.fixes.front().time, gnss.fixes.back().time};
   m.interval = integral.interval();
   m.increments = imu.increments;
-  m.overlap = in_common(m.imu, m.gnss);
+  m.overlap = overlap(m.imu, m.gnss);
   if (!times_are_seconds(m, health.sampling.interval)) {
     m.interval = 0;
     return m;
@@ -241,109 +62,6 @@ LogMatch match(const ImuRecording& imu, const GnssRecording& gnss, const GnssHea
     m.clock->sigma = m.motion->sigma_clock;
   }
   return m;
-}
-
-std::vector<Suspicion> suspicions(const LogMatch& m, const std::string& imu_file, const std::string& gnss_file) {
-  std::vector<Suspicion> found;
-  if (m.interval == 0) return found;  // the rows themselves are wrong, and their own suspicions say so
-  suspect_clock(m, imu_file, gnss_file, found);
-  suspect_units(m, m.motion ? Factors{m.motion->gyro_factor, m.motion->accel_factor} : rough_factors(m), imu_file,
-                found);
-  if (m.motion) {
-    suspect_axes(*m.motion, imu_file, found);
-  }
-  std::stable_sort(found.begin(), found.end(),
-                   [](const Suspicion& a, const Suspicion& b) { return a.fault < b.fault; });
-  return found;
-}
-
-// ---- Two of a kind. ----
-
-namespace {
-
-// Whether most rows of the one stand in the other: the times may differ, and either may be cut.
-template <std::size_t N>
-bool same_rows(const std::vector<std::array<double, N>>& one, const std::vector<std::array<double, N>>& other) {
-  constexpr std::size_t kFewest = 20;
-  const std::set<std::array<double, N>> rows(one.begin(), one.end());
-  const std::set<std::array<double, N>> others(other.begin(), other.end());
-  const auto common = static_cast<std::size_t>(
-      std::count_if(others.begin(), others.end(), [&](const auto& row) { return rows.contains(row); }));
-  const std::size_t fewer = std::min(rows.size(), others.size());
-  return fewer >= kFewest && 2 * common > fewer;
-}
-
-std::vector<std::array<double, 6>> rows_of(const ImuRecording& imu) {
-  std::vector<std::array<double, 6>> rows;
-  rows.reserve(imu.time.size());
-  for (std::size_t i = 0; i < imu.time.size(); ++i) {
-    const Vector3d &w = imu.gyro[i], &f = imu.accel[i];
-    rows.push_back({w.x(), w.y(), w.z(), f.x(), f.y(), f.z()});
-  }
-  return rows;
-}
-
-std::vector<std::array<double, 3>> rows_of(const GnssRecording& gnss) {
-  std::vector<std::array<double, 3>> rows;
-  rows.reserve(gnss.fixes.size());
-  for (const GeodeticFix& f : gnss.fixes)
-    rows.push_back({f.position.latitude, f.position.longitude, f.position.height});
-  return rows;
-}
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-}  // namespace
-
-PairMatch match(const ImuRecording& one, const ImuRecording& other) {
-  PairMatch m{.distance = kNan, .scatter = kNan};
-  if (one.time.empty() || other.time.empty()) return m;
-  m.overlap = in_common({one.time.front(), one.time.back()}, {other.time.front(), other.time.back()});
-  m.same = same_rows(rows_of(one), rows_of(other));
-  return m;
-}
-
-PairMatch match(const GnssRecording& one, const GnssRecording& other) {
-  constexpr double kLongestStep = 2.5;  // s
-  PairMatch m{.distance = kNan, .scatter = kNan};
-  if (one.fixes.empty() || other.fixes.empty()) return m;
-  m.overlap =
-      in_common({one.fixes.front().time, one.fixes.back().time}, {other.fixes.front().time, other.fixes.back().time});
-  m.same = same_rows(rows_of(one), rows_of(other));
-  const World world(one.fixes.front().position);
-  std::vector<double> distances;
-  std::size_t j = 1;
-  for (const GeodeticFix& f : one.fixes) {
-    while (j + 1 < other.fixes.size() && other.fixes[j].time < f.time) ++j;
-    if (j >= other.fixes.size()) break;
-    const GeodeticFix &a = other.fixes[j - 1], &b = other.fixes[j];
-    if (f.time < a.time || f.time > b.time || b.time - a.time > kLongestStep) continue;
-    const Vector3d pa = world.from_geodetic(a.position), pb = world.from_geodetic(b.position);
-    const double part = (f.time - a.time) / (b.time - a.time);
-    distances.push_back((world.from_geodetic(f.position) - pa - part * (pb - pa)).norm());
-  }
-  if (distances.empty()) return m;
-  m.distance = median(distances);
-  for (double& d : distances) d = std::abs(d - m.distance);
-  m.scatter = 1.4826 * median(std::move(distances));
-  return m;
-}
-
-std::vector<Suspicion> suspicions(const PairMatch& m, const std::string& one, const std::string& other) {
-  constexpr double kFarApart = 5;  // m, on one body
-  if (m.same) {
-    return {{LogFault::kSameLog, other, "holds the same recording as " + one,
-             "leave one of them out: the same errors twice are not two measurements"}};
-  }
-  if (!(m.overlap > 0)) {
-    return {{LogFault::kNoOverlap, other, "has no time in common with " + one, "are they of the same run?"}};
-  }
-  if (m.distance - 3 * m.scatter > kFarApart) {
-    return {{LogFault::kLeverArm, other,
-             fmt::format("its antenna is {:.3g} ± {:.2g} m away from that of {}", m.distance, m.scatter, one),
-             "are both receivers on the same body, and their clocks the same?"}};
-  }
-  return {};
 }
 
 }  // namespace piste

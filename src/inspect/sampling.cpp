@@ -8,8 +8,8 @@
 #include <numeric>
 #include <string_view>
 
+#include "math/time.h"
 #include "piste/math/statistics.h"
-#include "piste/math/time.h"
 
 namespace piste {
 namespace {

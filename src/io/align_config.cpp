@@ -5,8 +5,8 @@
 #include <set>
 #include <utility>
 
+#include "io/replay_keys.h"
 #include "piste/core/error.h"
-#include "piste/io/replay_keys.h"
 
 namespace piste {
 MountedImu read_mounted_imu(const Config& config, DataFile data) {

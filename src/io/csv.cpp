@@ -1,4 +1,4 @@
-#include "piste/io/csv.h"
+#include "io/csv.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "piste/math/time.h"
+#include "math/time.h"
 
 namespace piste::log_formats {
 namespace {

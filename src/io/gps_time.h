@@ -5,7 +5,7 @@
 #include <optional>
 #include <string_view>
 
-#include "piste/io/text_reader.h"
+#include "io/text_reader.h"
 
 namespace piste::log_formats {
 

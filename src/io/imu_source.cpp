@@ -5,9 +5,10 @@
 #include <filesystem>
 #include <system_error>
 
+#include "io/text_reader.h"
 #include "piste/core/error.h"
 #include "piste/io/sensor_file.h"
-#include "piste/io/text_reader.h"
+#include "piste/math/units.h"
 
 namespace piste {
 namespace {
@@ -26,12 +27,12 @@ void check_range(const ImuRecording& imu, double range) {
   if (beyond < 2 || static_cast<double>(beyond) < kPart * static_cast<double>(imu.time.size())) return;
   const double largest =
       imu.gyro[first].cwiseAbs().maxCoeff() / (imu.increments && first > 0 ? imu.time[first] - imu.time[first - 1] : 1);
-  constexpr double kDegrees = 57.295779513082320876798;
-  throw DataError(imu.file,
-                  fmt::format("{} of {} angular rates are beyond the sensor's range of {:.4g} deg/s, the first "
-                              "with {:.4g} deg/s at t = {:.3f} s; are they degrees, to be named gyro_x_deg_s "
-                              "or dtheta_x_deg, or is `range` in the sensor file that of another sensor?",
-                              beyond, imu.time.size(), kDegrees * range, kDegrees * largest, imu.time[first]));
+  throw DataError(
+      imu.file,
+      fmt::format("{} of {} angular rates are beyond the sensor's range of {:.4g} deg/s, the first "
+                  "with {:.4g} deg/s at t = {:.3f} s; are they degrees, to be named gyro_x_deg_s "
+                  "or dtheta_x_deg, or is `range` in the sensor file that of another sensor?",
+                  beyond, imu.time.size(), kDegreesPerRadian * range, kDegreesPerRadian * largest, imu.time[first]));
 }
 
 bool is_same_log(const std::string& a, const std::string& b) {

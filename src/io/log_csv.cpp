@@ -5,9 +5,10 @@
 #include <initializer_list>
 #include <optional>
 
+#include "io/csv.h"
 #include "log_formats.h"
-#include "piste/io/csv.h"
 #include "piste/math/earth.h"
+#include "piste/math/units.h"
 
 namespace piste::log_formats {
 namespace {
@@ -64,11 +65,11 @@ ImuRecording read_imu_csv(const LogFile& log, RowFaults* faults) {
   ImuRecording imu;
   imu.file = log.file;
   const auto time = csv.column("time_s");
-  auto gyro = find_triad(csv, "gyro", kXyz, {{"rad_s", 1}, {"deg_s", kRadian}});
+  auto gyro = find_triad(csv, "gyro", kXyz, {{"rad_s", 1}, {"deg_s", kDegree}});
   std::optional<Triad> accel;
   if (gyro) {
     accel = require_triad(csv, "accel", kXyz, {{"m_s2", 1}, {"g", kStandardGravity}});
-  } else if ((gyro = find_triad(csv, "dtheta", kXyz, {{"rad", 1}, {"deg", kRadian}}))) {
+  } else if ((gyro = find_triad(csv, "dtheta", kXyz, {{"rad", 1}, {"deg", kDegree}}))) {
     accel = require_triad(csv, "dvel", kXyz, {{"m_s", 1}});
     imu.increments = true;
   } else {
@@ -127,8 +128,8 @@ GnssRecording read_gnss_csv(const LogFile& log, RowFaults* faults) {
 AttitudeRecording read_attitude_csv(const LogFile& log, RowFaults* faults) {
   CsvReader csv(log.file, log.ignore_columns, log.content);
   const auto time = csv.column("time_s");
-  const Triad angles = require_triad(csv, "", kEuler, {{"deg", kRadian}});
-  const Triad sigma = require_triad(csv, "sigma", kEuler, {{"deg", kRadian}});
+  const Triad angles = require_triad(csv, "", kEuler, {{"deg", kDegree}});
+  const Triad sigma = require_triad(csv, "sigma", kEuler, {{"deg", kDegree}});
   csv.finish_header(faults);
 
   AttitudeRecording attitude{log.file, {}};

@@ -1,8 +1,9 @@
 #pragma once
 /// The readers behind log_io.h, one file a format, and what they share.
 
+#include "io/text_reader.h"
 #include "piste/io/log_io.h"
-#include "piste/io/text_reader.h"
+#include "piste/math/units.h"
 
 namespace piste::log_formats {
 
@@ -30,11 +31,9 @@ void check_fix(const GeodeticFix& fix, const RowSource& row);
 /// Refuses angles outside their ranges and sigmas that are not above zero.
 void check_attitude(const EulerFix& fix, const RowSource& row);
 
-inline constexpr double kRadian = 1 / 57.295779513082320876798;  ///< of one degree
-
 /// Latitude and longitude in degrees, height in metres.
 inline Geodetic geodetic_degrees(double latitude, double longitude, double height) {
-  return {latitude * kRadian, longitude * kRadian, height};
+  return {latitude * kDegree, longitude * kDegree, height};
 }
 
 }  // namespace piste::log_formats

@@ -7,6 +7,7 @@
 #include "byte_reader.h"
 #include "log_formats.h"
 #include "piste/math/statistics.h"
+#include "piste/math/units.h"
 
 namespace piste::log_formats {
 namespace {
@@ -129,7 +130,7 @@ ImuRecording read_imu_imr(const LogFile& log, RowFaults* faults) {
   // Where only one of the two comes as increments, that one is made a rate, by the rate of the header.
   imu.increments = header.rotation_increments && header.velocity_increments;
   const double gyro_scale =
-      header.gyro_scale * kRadian * (header.rotation_increments && !imu.increments ? header.rate : 1);
+      header.gyro_scale * kDegree * (header.rotation_increments && !imu.increments ? header.rate : 1);
   const double accel_scale = header.accel_scale * (header.velocity_increments && !imu.increments ? header.rate : 1);
   IncreasingTime increasing;
   const auto row = [&] {

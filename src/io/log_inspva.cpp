@@ -9,7 +9,8 @@
 
 #include "gps_time.h"
 #include "log_formats.h"
-#include "piste/math/time.h"
+#include "math/time.h"
+#include "piste/math/units.h"
 
 namespace piste::log_formats {
 namespace {
@@ -95,7 +96,7 @@ AttitudeRecording read_attitude_inspva(const LogFile& log, RowFaults* faults) {
   AttitudeRecording attitude{log.file, {}};
   WeekTime times;
   const auto degrees = [&](std::size_t field) -> Vector3d {
-    return kRadian * Vector3d(reader.number(field), reader.number(field + 1), reader.number(field + 2));
+    return kDegree * Vector3d(reader.number(field), reader.number(field + 1), reader.number(field + 2));
   };
   const auto row = [&] {
     if (reader.line().starts_with('$') && nmea_body(reader.line())) return;

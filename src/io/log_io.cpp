@@ -10,6 +10,7 @@
 #include "log_formats.h"
 #include "piste/core/error.h"
 #include "piste/math/statistics.h"
+#include "piste/math/units.h"
 
 namespace piste {
 namespace {
@@ -162,11 +163,11 @@ void check_fix(const GeodeticFix& fix, const RowSource& row) {
   constexpr double kPi = std::numbers::pi;
   if (std::abs(fix.position.latitude) > kPi / 2) {
     row.fail(fmt::format("latitude {:.6f} deg is beyond 90 deg; are latitude and longitude interchanged?",
-                         fix.position.latitude / kRadian));
+                         fix.position.latitude / kDegree));
   }
   if (std::abs(fix.position.longitude) > 2 * kPi) {
     row.fail(
-        fmt::format("longitude {:.6f} deg is beyond 360 deg; degrees are expected", fix.position.longitude / kRadian));
+        fmt::format("longitude {:.6f} deg is beyond 360 deg; degrees are expected", fix.position.longitude / kDegree));
   }
   if (std::abs(fix.position.height) > 1e6) {
     row.fail(fmt::format("height {:.1f} m; metres above the ellipsoid are expected", fix.position.height));
@@ -176,7 +177,7 @@ void check_fix(const GeodeticFix& fix, const RowSource& row) {
 }
 
 void check_attitude(const EulerFix& fix, const RowSource& row) {
-  const Vector3d largest = Vector3d(180, 90, 360) * (kRadian * (1 + 1e-9));
+  const Vector3d largest = Vector3d(180, 90, 360) * (kDegree * (1 + 1e-9));
   if ((fix.angles.cwiseAbs().array() > largest.array()).any()) {
     row.fail("an angle is out of range; roll within 180, pitch within 90, heading within 360 deg are expected");
   }

@@ -9,7 +9,8 @@
 
 #include "gps_time.h"
 #include "log_formats.h"
-#include "piste/math/time.h"
+#include "math/time.h"
+#include "piste/math/units.h"
 
 namespace piste::log_formats {
 namespace {
@@ -145,7 +146,7 @@ Told read_rmc(const Sentence& s) {
   if (s.text(2) != "A") return told;  // the clock may be free
   const auto knots = s.find(7), course = s.find(8);
   if (knots && (course || *knots == 0)) {  // a receiver that stands need not know a course
-    const double direction = kRadian * course.value_or(0);
+    const double direction = kDegree * course.value_or(0);
     told.velocity = kKnot * *knots * Vector3d(std::cos(direction), std::sin(direction), 0);
   }
   if (const auto packed = s.find(9)) {

@@ -8,7 +8,7 @@
 
 #include "gps_time.h"
 #include "log_formats.h"
-#include "piste/math/time.h"
+#include "math/time.h"
 
 namespace piste::log_formats {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "byte_reader.h"
 #include "log_formats.h"
-#include "piste/math/time.h"
+#include "math/time.h"
 
 namespace piste::log_formats {
 namespace {

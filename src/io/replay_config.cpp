@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
+#include "io/replay_keys.h"
 #include "piste/core/error.h"
 #include "piste/io/config.h"
-#include "piste/io/replay_keys.h"
 
 namespace piste {
 namespace {

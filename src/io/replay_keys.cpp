@@ -1,4 +1,4 @@
-#include "piste/io/replay_keys.h"
+#include "io/replay_keys.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

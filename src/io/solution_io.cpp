@@ -6,7 +6,8 @@
 #include <array>
 #include <cmath>
 
-#include "piste/io/csv.h"
+#include "io/csv.h"
+#include "piste/math/units.h"
 #include "quantity.h"
 
 namespace piste {

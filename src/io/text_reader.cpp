@@ -1,4 +1,4 @@
-#include "piste/io/text_reader.h"
+#include "io/text_reader.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -11,8 +11,8 @@
 #include <cmath>
 #include <system_error>
 
+#include "math/time.h"
 #include "piste/core/error.h"
-#include "piste/math/time.h"
 
 namespace piste {
 namespace {

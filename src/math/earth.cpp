@@ -2,13 +2,12 @@
 
 #include <GeographicLib/NormalGravity.hpp>
 #include <cmath>
-#include <numbers>
 #include <vector>
+
+#include "piste/math/units.h"
 
 namespace piste {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 // GeographicLib's local axes are east, north, up.
 Vector3d swap_enu_ned(const Vector3d& a) { return {a.y(), a.x(), -a.z()}; }

@@ -12,9 +12,7 @@ Eigen::VectorXd solve_symmetric(const Eigen::MatrixXd& A, const Eigen::VectorXd&
 
 Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) { return A.ldlt().solve(B); }
 
-Eigen::MatrixXd least_squares(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) {
-  return A.householderQr().solve(B);
-}
+Eigen::MatrixXd least_squares(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) { return A.householderQr().solve(B); }
 
 Eigen::MatrixXd inverse(const Eigen::MatrixXd& A) { return A.inverse(); }
 

@@ -6,13 +6,55 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 namespace piste {
+
+double mean(std::span<const double> values) {
+  double sum = 0;
+  for (const double v : values) sum += v;
+  return sum / static_cast<double>(values.size());
+}
+
+double root_mean_square(std::span<const double> values) {
+  double sum = 0;
+  for (const double v : values) sum += v * v;
+  return values.empty() ? 0 : std::sqrt(sum / static_cast<double>(values.size()));
+}
+
+double standard_deviation(std::span<const double> values) {
+  if (values.size() < 2) return std::numeric_limits<double>::quiet_NaN();
+  const double middle = mean(values);
+  double sum = 0;
+  for (const double v : values) sum += (v - middle) * (v - middle);
+  return std::sqrt(sum / static_cast<double>(values.size() - 1));
+}
+
+double standard_error(std::span<const double> values) {
+  return standard_deviation(values) / std::sqrt(static_cast<double>(values.size()));
+}
+
+double zero_mean_p_value(std::span<const double> values) {
+  const double error = standard_error(values), distance = std::abs(mean(values));
+  if (std::isnan(error)) return error;
+  if (error == 0) return distance == 0 ? 1 : 0;
+  return student_two_sided(distance / error, static_cast<double>(values.size() - 1));
+}
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
+}
+
+Eigen::Vector3d median(const std::vector<Eigen::Vector3d>& values) {
+  Eigen::Vector3d middle;
+  std::vector<double> one(values.size());
+  for (int axis = 0; axis < 3; ++axis) {
+    std::transform(values.begin(), values.end(), one.begin(), [axis](const Eigen::Vector3d& v) { return v(axis); });
+    middle(axis) = median(one);
+  }
+  return middle;
 }
 
 double quantile(std::vector<double> values, double part) {

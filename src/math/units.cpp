@@ -4,7 +4,6 @@
 
 #include <charconv>
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <vector>
@@ -26,7 +25,6 @@ struct NamedUnit {
   Unit unit;
 };
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr Exponents kNone{0, 0, 0, 0, 0}, kAngle{2, 0, 0, 0, 0}, kLength{0, 2, 0, 0, 0}, kTime{0, 0, 2, 0, 0},
     kRate{0, 0, -2, 0, 0}, kAcceleration{0, 2, -4, 0, 0}, kTemperature{0, 0, 0, 2, 0}, kField{0, 0, 0, 0, 2};
 

@@ -1,11 +1,11 @@
-#include "piste/plot/heat_map.h"
+#include "plot/heat_map.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "piste/plot/markup.h"
+#include "plot/markup.h"
 #include "plot/svg_frame.h"
 
 namespace piste {

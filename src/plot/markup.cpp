@@ -1,4 +1,4 @@
-#include "piste/plot/markup.h"
+#include "plot/markup.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "piste/plot/svg.h"
+#include "plot/svg.h"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 #include <string_view>
 #include <utility>
 
-#include "piste/plot/markup.h"
+#include "plot/markup.h"
 #include "plot/svg_frame.h"
 
 namespace piste {

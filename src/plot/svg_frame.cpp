@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "piste/plot/markup.h"
+#include "plot/markup.h"
 
 namespace piste::svg {
 namespace {

@@ -1,4 +1,4 @@
-#include "piste/plot/thin.h"
+#include "plot/thin.h"
 
 #include <algorithm>
 #include <numeric>

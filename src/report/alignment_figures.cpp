@@ -7,16 +7,15 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <numbers>
 #include <optional>
 #include <span>
 #include <string_view>
 
+#include "fit/spectrum.h"
 #include "piste/condition/aligned_signals.h"
-#include "piste/core/state_table.h"
-#include "piste/fit/spectrum.h"
-#include "piste/plot/svg.h"
-#include "piste/plot/thin.h"
+#include "piste/math/units.h"
+#include "plot/svg.h"
+#include "plot/thin.h"
 
 namespace piste {
 namespace {
@@ -52,15 +51,8 @@ bool is_rate(const Quantity& q) { return q.bias == AlignmentLayout::kGyroBias; }
 
 // measured − (1 + scale) reference − bias, with what the alignment determined of them.
 std::vector<Vector3d> left_over(const Quantity& q, const AlignedImus& imus, const Alignment& alignment) {
-  const auto known = [&](const Vector3d& value, int block) {
-    Vector3d out = value;
-    for (int i = 0; i < 3; ++i) {
-      if (!std::isfinite(alignment.variance(block + i))) out(i) = 0;
-    }
-    return out;
-  };
-  const Vector3d bias = known(is_rate(q) ? alignment.gyro_bias : alignment.accel_bias, q.bias);
-  const Vector3d scale = known(is_rate(q) ? alignment.gyro_scale : alignment.accel_scale, q.scale);
+  const Vector3d bias = alignment.known(is_rate(q) ? alignment.gyro_bias : alignment.accel_bias, q.bias);
+  const Vector3d scale = alignment.known(is_rate(q) ? alignment.gyro_scale : alignment.accel_scale, q.scale);
   std::vector<Vector3d> out;
   out.reserve(imus.time.size());
   for (std::size_t i = 0; i < imus.time.size(); ++i) {

@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "piste/core/state_table.h"
-#include "piste/files/alignment.h"
-#include "piste/plot/markup.h"
+#include "piste/math/units.h"
+#include "plot/markup.h"
 #include "report/page.h"
 
 namespace piste {
@@ -47,7 +47,7 @@ std::string parameters(const Alignment& a) {
                          factor * value(i), factor * s(i)));
     }
   };
-  triad(Block::kBoresight, "deg", kDegreesPerRadian, to_euler(a.q_rb), boresight_sigma(a));
+  triad(Block::kBoresight, "deg", kDegreesPerRadian, to_euler(a.q_rb), a.boresight_sigma());
   triad(Block::kLeverArm, "mm", 1e3, a.p_rb_r, a.sigma(L::kLeverArm));
   std::string out =
       "<div class=\"tables\">\n" + page::table("Mounting and clocks", {"parameter", "value", "sigma"}, rows);

@@ -10,7 +10,8 @@
 #include <utility>
 
 #include "io/json.h"
-#include "piste/plot/thin.h"
+#include "piste/math/units.h"
+#include "plot/thin.h"
 
 namespace piste::charts {
 namespace {
@@ -86,7 +87,6 @@ bool has_total(const StateLayout& layout, Block bias, Block drift) { return layo
 
 std::vector<Chart> of_solution(const Solution& solution, double start) {
   const StateLayout& layout = solution.layout();
-  constexpr double kDegrees = kDegreesPerRadian;
   Builder speed("Speed", "m/s", {"speed"});
   Builder height("Height above the ellipsoid", "m", {"height"});
   Builder attitude = three("Attitude", "deg", kEulerAxes);
@@ -110,12 +110,12 @@ std::vector<Chart> of_solution(const Solution& solution, double start) {
     const auto navigation = solution.navigation(i);
     speed.add(t, Eigen::Matrix<double, 1, 1>(navigation.velocity.norm()));
     height.add(t, Eigen::Matrix<double, 1, 1>(navigation.position.height), s.position.tail<1>());
-    attitude.add(t, kDegrees * navigation.euler, kDegrees * s.euler);
+    attitude.add(t, kDegreesPerRadian * navigation.euler, kDegreesPerRadian * s.euler);
     velocity.add(t, navigation.velocity, s.velocity);
     sigma_position.add(t, s.position);
     sigma_velocity.add(t, s.velocity);
-    sigma_attitude.add(t, kDegrees * s.euler);
-    gyro_total.add(t, kDegrees * (x.gyro_bias + x.gyro_drift), kDegrees * s.gyro_total_bias);
+    sigma_attitude.add(t, kDegreesPerRadian * s.euler);
+    gyro_total.add(t, kDegreesPerRadian * (x.gyro_bias + x.gyro_drift), kDegreesPerRadian * s.gyro_total_bias);
     accel_total.add(t, x.accel_bias + x.accel_drift, s.accel_total_bias);
     for (std::size_t k = 0; k < blocks.size(); ++k) {
       const BlockInfo& row = info(blocks[k]);

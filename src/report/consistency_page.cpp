@@ -9,10 +9,10 @@
 #include <limits>
 #include <utility>
 
-#include "fit/banded.h"
-#include "piste/files/consistency.h"
-#include "piste/plot/markup.h"
-#include "piste/plot/svg.h"
+#include "consistency/report_numbers.h"
+#include "piste/math/units.h"
+#include "plot/markup.h"
+#include "plot/svg.h"
 #include "report/page.h"
 
 namespace piste {

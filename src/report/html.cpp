@@ -6,9 +6,9 @@
 #include <span>
 #include <utility>
 
-#include "piste/plot/markup.h"
-#include "piste/plot/svg.h"
-#include "piste/plot/thin.h"
+#include "plot/markup.h"
+#include "plot/svg.h"
+#include "plot/thin.h"
 #include "report/assets.h"
 #include "report/charts.h"
 #include "report/page.h"

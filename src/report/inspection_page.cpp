@@ -7,12 +7,12 @@
 #include <utility>
 #include <vector>
 
-#include "piste/core/state_table.h"
 #include "piste/math/earth.h"
-#include "piste/plot/markup.h"
-#include "piste/plot/svg.h"
-#include "piste/plot/thin.h"
+#include "piste/math/units.h"
 #include "piste/report/inspection_text.h"
+#include "plot/markup.h"
+#include "plot/svg.h"
+#include "plot/thin.h"
 #include "report/page.h"
 
 namespace piste {

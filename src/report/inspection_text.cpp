@@ -9,13 +9,12 @@
 #include <string_view>
 #include <utility>
 
-#include "piste/core/state_table.h"
 #include "piste/math/earth.h"
+#include "piste/math/units.h"
 
 namespace piste {
 namespace {
 
-constexpr double kDegree = 1 / kDegreesPerRadian;
 constexpr double kMicroG = 1e-6 * kStandardGravity;
 
 std::string three(const Vector3d& v, double unit, std::string_view format, std::string_view name) {

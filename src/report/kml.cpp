@@ -6,9 +6,9 @@
 #include <iterator>
 #include <vector>
 
-#include "piste/core/state_table.h"
-#include "piste/plot/markup.h"
-#include "piste/plot/thin.h"
+#include "piste/math/units.h"
+#include "plot/markup.h"
+#include "plot/thin.h"
 
 namespace piste {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "piste/plot/markup.h"
+#include "plot/markup.h"
 #include "report/assets.h"
 
 namespace piste::page {

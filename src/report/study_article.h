@@ -1,5 +1,5 @@
 #pragma once
-/// What the article's printed numbers imply, beside what those of a campaign do.
+/// What the printed numbers of the article that a campaign names imply, beside what those of the campaign do.
 
 #include <string>
 
@@ -7,7 +7,7 @@
 
 namespace piste {
 
-/// The body of a section: markup.
+/// The body of a section: markup. @pre study.article
 std::string article_section(const Study& study);
 
 }  // namespace piste

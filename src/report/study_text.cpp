@@ -1,68 +1,76 @@
-#include "report/study_text.h"
+#include "piste/report/study_text.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <cstddef>
+#include <vector>
 
-#include "piste/experiment/article.h"
-#include "piste/math/statistics.h"
-#include "piste/plot/markup.h"
+#include "piste/experiment/missing.h"
+#include "piste/experiment/ranking.h"
+#include "piste/experiment/study_tables.h"
 
-namespace piste::study_text {
-double half_width(const Across& a) {
-  const double dof = a.runs > 1 ? static_cast<double>(a.runs - 1) : std::numeric_limits<double>::infinity();
-  return a.standard_error * student_quantile(1 - kSignificance / 2, dof);
+namespace piste {
+namespace {
+
+std::string trimmed(std::string line) {
+  line.erase(line.find_last_not_of(' ') + 1);
+  return line + "\n";
 }
 
-std::string counted(std::size_t count, std::string_view what) {
-  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+// Value and spread, with the decimals that the spread is worth.
+std::string spread_text(const Across& v) {
+  const double size = std::isfinite(v.std) ? v.std : v.standard_error;
+  const int decimals = size > 0 ? std::clamp(1 - static_cast<int>(std::floor(std::log10(size))), 0, 9) : 6;
+  return fmt::format("{:.{}f} ± {:.{}f}{}", v.mean, decimals, size, decimals, v.significant ? "" : " *");
 }
 
-std::string runs_of(const std::vector<AcrossRow>& rows) {
-  if (rows.empty()) return "no run";
-  const auto [least, most] = std::minmax_element(
-      rows.begin(), rows.end(), [](const AcrossRow& a, const AcrossRow& b) { return a.value.runs < b.value.runs; });
-  const std::size_t low = least->value.runs, high = most->value.runs;
-  return low == high ? counted(high, "run") : fmt::format("{} to {} runs", low, high);
+std::string biases_text(const Study& study) {
+  std::string head = fmt::format("{:<12}", "");
+  for (int axis = 0; axis < kSignals; ++axis) {
+    head += fmt::format("{:<20}", fmt::format("{} {}", signal_info(axis).name, signal_info(axis).unit));
+  }
+  const auto rows = table_of(study, Method::kRest, Quantity::kBias);
+  std::string out = trimmed(head);
+  for (std::size_t sensor = 0; sensor < study.sensors.size(); ++sensor) {
+    std::string line = fmt::format("{:<12}", study.sensors[sensor]);
+    for (int axis = 0; axis < kSignals; ++axis) {
+      const auto row =
+          std::ranges::find_if(rows, [&](const AcrossRow& r) { return r.sensor == sensor && r.axis == axis; });
+      line += fmt::format("{:<20}", row == rows.end() ? "-" : spread_text(row->value));
+    }
+    out += trimmed(line);
+  }
+  return out;
 }
 
-std::vector<AcrossRow> of(const Triad& triad, std::vector<AcrossRow> rows) {
-  std::erase_if(rows, [&](const AcrossRow& row) { return !triad.has(row.axis); });
-  return rows;
+std::string ranking_text(const Study& study) {
+  const Ranking found = ranking(study);
+  if (!found.winner) return "";
+  const std::vector<std::string> said = remarks(study, found);
+  std::string out = fmt::format("{:<32}{:>7}{:>12}{:>14}{:>14}{:>11}\n", "errors fed to a replay", "score",
+                                "position m", "velocity m/s", "attitude deg", "outage m");
+  for (std::size_t i = 0; i < found.rows.size(); ++i) {
+    const RankingRow& r = found.rows[i];
+    out += trimmed(fmt::format("{:<32}{:>7.3f}{:>12.3f}{:>14.3f}{:>14.3f}{:>11.2f}  {}", info(r.method).name, r.score,
+                               r.position_rmse, r.velocity_rmse, kDegreesPerRadian * r.attitude_rmse, r.outage_drift,
+                               said[i]));
+  }
+  return out;
 }
 
-std::string number(double value, int decimals) {
-  return std::isfinite(value) ? decimal(value, decimals) : std::string(kNone);
+}  // namespace
+
+std::string study_text(const Study& study) {
+  const auto well = std::ranges::count_if(study.results, [](const SensorRun& r) { return r.failure.empty(); });
+  std::string out = fmt::format("{}: {} IMUs in {} runs, {} of {} went well; low-pass {:g} Hz{}\n", study.name,
+                                study.sensors.size(), study.runs.size(), well, study.sensors.size() * study.runs.size(),
+                                study.low_pass, study.simulated ? "; simulated, so that the truth is known" : "");
+  for (const std::string& m : missing(study)) out += "  " + m + "\n";
+  if (const std::string table = ranking_text(study); !table.empty()) out += "\n" + table;
+  out += "\nBias at rest before the start, a correction to add: mean ± spread between the runs; * not significant\n";
+  return out + biases_text(study);
 }
 
-std::string digits(double size, int count) {
-  if (!std::isfinite(size)) return std::string(kNone);
-  return decimal(size, size > 0 ? std::clamp(count - 1 - static_cast<int>(std::floor(std::log10(size))), 0, 7) : 0);
-}
-
-std::string probability(double p) {
-  if (!std::isfinite(p)) return std::string(kNone);
-  return p < 0.001 ? "< 0.001" : fmt::format("{:.3f}", p);
-}
-
-std::string percent(double share) { return fmt::format("{:.0f} %", 100 * share); }
-
-double article_scale(int axis) {
-  double sum = 0;
-  for (const article::Rows& sensor : article::kTable4) sum += sensor.value[static_cast<std::size_t>(axis)];
-  return sum / static_cast<double>(article::kTable4.size());
-}
-
-std::string band_of(const Study& study) {
-  return study.low_pass > 0 ? fmt::format("below {:.4g} Hz", study.low_pass) : std::string("unfiltered");
-}
-
-std::vector<RankingRow> by_score(const Ranking& ranking) {
-  std::vector<RankingRow> rows = ranking.rows;
-  std::ranges::stable_sort(rows, {}, &RankingRow::score);
-  return rows;
-}
-
-}  // namespace piste::study_text
+}  // namespace piste

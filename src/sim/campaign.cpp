@@ -16,6 +16,7 @@ namespace piste {
 namespace {
 
 constexpr const char* kSensorFolder = "sensors";
+constexpr const char* kArticleFolder = "articles";
 
 // Relative to the campaign file.
 std::string sensor_path(const ImuSetup& imu) {
@@ -70,6 +71,22 @@ MemsNames read_mems(const Config& config) {
   return mems;
 }
 
+// The article that the study stands beside, which goes along with the logs.
+std::optional<CampaignArticle> read_article(const Config& config, const std::vector<std::string>& mems,
+                                            std::map<std::string, std::string>& files) {
+  if (!config.has("article")) return std::nullopt;
+  const Config file = Config::load(config.existing_file("article"));
+  if (file.has("base")) config.fail("article", "builds on another file; the campaign takes one that stands alone");
+  CampaignArticle article{fmt::format("{}/{}", kArticleFolder, file.file().filename().string()), {}};
+  files.emplace(article.path, file.source());
+  if (const auto sensors = config.find_map("article_sensors")) {
+    for (const std::string& name : mems) {
+      if (sensors->has(name)) article.sensors.emplace_back(name, sensors->text(name));
+    }
+  }
+  return article;
+}
+
 CampaignRun read_run(const Config& config, const Config& run, const MemsNames& mems, std::set<std::string>& names) {
   CampaignRun r;
   r.name = claim_name(names, run);
@@ -99,6 +116,16 @@ std::string gnss_entry(const CampaignRun& run) {
                      arm.x(), arm.y(), arm.z());
 }
 
+std::string article_lines(const CampaignArticle& article) {
+  std::string text = fmt::format("article: {}\n", json::string(article.path));
+  if (article.sensors.empty()) return text;
+  text += "article_sensors:\n";
+  for (const auto& [ours, its] : article.sensors) {
+    text += fmt::format("  {}: {}\n", json::string(ours), json::string(its));
+  }
+  return text;
+}
+
 }  // namespace
 
 bool is_campaign(const std::filesystem::path& file) { return Config::load(file).has("runs"); }
@@ -114,12 +141,13 @@ Campaign read_campaign(const std::filesystem::path& file) {
   const MemsNames mems = read_mems(config);
   c.mems = mems.names;
 
-  std::set<std::string> names{kSensorFolder};
+  std::set<std::string> names{kSensorFolder, kArticleFolder};
   for (const Config& run : config.maps("runs")) {
     const CampaignRun& r = c.runs.emplace_back(read_run(config, run, mems, names));
-    keep_sensor(c.sensors, run, r.scenario.imus[r.reference]);
-    for (const std::size_t imu : r.mems) keep_sensor(c.sensors, run, r.scenario.imus[imu]);
+    keep_sensor(c.files, run, r.scenario.imus[r.reference]);
+    for (const std::size_t imu : r.mems) keep_sensor(c.files, run, r.scenario.imus[imu]);
   }
+  c.article = read_article(config, c.mems, c.files);
   if (c.runs.empty()) config.fail("runs", "name at least one run, with its activity and its scenario");
   config.finish();
   return c;
@@ -132,9 +160,10 @@ std::uint64_t run_seed(std::uint64_t campaign_seed, const std::string& run) {
 std::string campaign_text(const Campaign& campaign, std::uint64_t seed) {
   std::string text = fmt::format(
       "# A simulated campaign, seed {}. Files are relative to this one.\n"
-      "low_pass: {}\n"
-      "runs:\n",
+      "low_pass: {}\n",
       seed, format_quantity(campaign.low_pass, "Hz", dimension::kFrequency));
+  if (campaign.article) text += article_lines(*campaign.article);
+  text += "runs:\n";
   for (const CampaignRun& run : campaign.runs) {
     text += fmt::format(
         "  - name: {0}\n"

@@ -6,10 +6,10 @@
 #include <string>
 #include <string_view>
 
+#include "io/replay_keys.h"
 #include "piste/core/error.h"
 #include "piste/core/options.h"
 #include "piste/io/config.h"
-#include "piste/io/replay_keys.h"
 #include "piste/io/sensor_file.h"
 #include "piste/sim/scenario.h"
 #include "sim/names.h"

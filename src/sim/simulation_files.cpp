@@ -1,10 +1,11 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <initializer_list>
 #include <span>
 
-#include "piste/io/csv.h"
+#include "io/csv.h"
+#include "io/json.h"
+#include "piste/math/units.h"
 #include "piste/sim/simulation.h"
 
 namespace piste {
@@ -37,22 +38,12 @@ void add_place(std::vector<CsvColumn>& columns) {
 
 std::string vector_json(const Vector3d& v, double factor = 1) {
   const Vector3d u = (factor * v).array() + 0.0;  // no −0
-  return fmt::format("[{:.9g}, {:.9g}, {:.9g}]", u.x(), u.y(), u.z());
+  return json::numbers(u, 9);
 }
 
 // A mean over the rows of a phase, null where there are none.
 std::string phase_json(const PhaseDraw& phase, const Vector3d& mean, double factor) {
   return phase.rows > 0 ? vector_json(mean, factor) : "null";
-}
-
-// A JSON object on lines of its own; the values are JSON already.
-std::string object_json(const std::vector<std::pair<std::string, std::string>>& members, int depth) {
-  std::string text = "{";
-  const std::string indent(static_cast<std::size_t>(2 * depth), ' ');
-  for (std::size_t i = 0; i < members.size(); ++i) {
-    text += fmt::format("{}\n{}  \"{}\": {}", i > 0 ? "," : "", indent, members[i].first, members[i].second);
-  }
-  return text + "\n" + indent + "}";
 }
 
 std::string drift_json(const std::optional<GaussMarkov>& drift, double factor) {
@@ -63,55 +54,55 @@ std::string drift_json(const std::optional<GaussMarkov>& drift, double factor) {
 
 std::string triad_json(const TriadDraw& draw, const TriadTruth& given, const std::string& unit, double factor) {
   const Matrix3d& m = draw.misalignment;
-  return object_json({{"bias_" + unit, vector_json(draw.bias, factor)},
-                      {"scale_ppm", vector_json(draw.scale, 1e6)},
-                      {"misalignment", fmt::format("[{}, {}, {}]", vector_json(m.row(0)), vector_json(m.row(1)),
-                                                   vector_json(m.row(2)))},
-                      {"drift_first_" + unit, vector_json(draw.drift_first, factor)},
-                      {"drift_last_" + unit, vector_json(draw.drift_last, factor)},
-                      {"drift_mean_" + unit, vector_json(draw.drift_mean, factor)},
-                      {"drift_rms_" + unit, vector_json(draw.drift_rms, factor)},
-                      {"drift_before_" + unit, phase_json(draw.before, draw.before.drift, factor)},
-                      {"drift_run_" + unit, phase_json(draw.run, draw.run.drift, factor)},
-                      {"drift_after_" + unit, phase_json(draw.after, draw.after.drift, factor)},
-                      {"warm_up_" + unit, vector_json(given.warm_up, factor)},
-                      {"warm_up_time_s", fmt::format("{:.9g}", given.warm_up_time)},
-                      {"mean_before_" + unit, phase_json(draw.before, draw.before.mean, factor)},
-                      {"mean_after_" + unit, phase_json(draw.after, draw.after.mean, factor)},
-                      {"run_mean_" + unit, vector_json(draw.run.mean, factor)},
-                      {"run_rms_" + unit, vector_json(draw.run.rms, factor)},
-                      {"bias_scale_correlation", vector_json(bias_scale_correlation(draw))},
-                      {"clipped_rows", fmt::format("{}", draw.clipped)}},
-                     3);
+  return json::object({{"bias_" + unit, vector_json(draw.bias, factor)},
+                       {"scale_ppm", vector_json(draw.scale, 1e6)},
+                       {"misalignment", fmt::format("[{}, {}, {}]", vector_json(m.row(0)), vector_json(m.row(1)),
+                                                    vector_json(m.row(2)))},
+                       {"drift_first_" + unit, vector_json(draw.drift_first, factor)},
+                       {"drift_last_" + unit, vector_json(draw.drift_last, factor)},
+                       {"drift_mean_" + unit, vector_json(draw.drift_mean, factor)},
+                       {"drift_rms_" + unit, vector_json(draw.drift_rms, factor)},
+                       {"drift_before_" + unit, phase_json(draw.before, draw.before.drift, factor)},
+                       {"drift_run_" + unit, phase_json(draw.run, draw.run.drift, factor)},
+                       {"drift_after_" + unit, phase_json(draw.after, draw.after.drift, factor)},
+                       {"warm_up_" + unit, vector_json(given.warm_up, factor)},
+                       {"warm_up_time_s", json::number(given.warm_up_time, 9)},
+                       {"mean_before_" + unit, phase_json(draw.before, draw.before.mean, factor)},
+                       {"mean_after_" + unit, phase_json(draw.after, draw.after.mean, factor)},
+                       {"run_mean_" + unit, vector_json(draw.run.mean, factor)},
+                       {"run_rms_" + unit, vector_json(draw.run.rms, factor)},
+                       {"bias_scale_correlation", vector_json(bias_scale_correlation(draw))},
+                       {"clipped_rows", fmt::format("{}", draw.clipped)}},
+                      3);
 }
 
 std::string imu_json(const Scenario& scenario, const ImuSetup& setup, const SimulatedImu& imu) {
-  std::vector<std::pair<std::string, std::string>> arms;
+  json::Members arms;
   for (const GnssSetup& gnss : scenario.gnss) arms.emplace_back(gnss.name, vector_json(lever_arm(setup, gnss)));
-  return object_json({{"sensor", fmt::format("\"{}\"", setup.sensor.name)},
-                      {"boresight_deg", vector_json(to_euler(setup.q_rb), kDegreesPerRadian)},
-                      {"position_m", vector_json(setup.p_rb_r)},
-                      {"lever_arm_m", object_json(arms, 3)},
-                      {"clock_offset_s", fmt::format("{:.9g}", setup.clock_offset)},
-                      {"clock_drift_ppm", fmt::format("{:.9g}", 1e6 * setup.clock_drift)},
-                      {"gyro", triad_json(imu.gyro, setup.gyro, "deg_s", kDegreesPerRadian)},
-                      {"accel", triad_json(imu.accel, setup.accel, "m_s2", 1)}},
-                     2);
+  return json::object({{"sensor", json::string(setup.sensor.name)},
+                       {"boresight_deg", vector_json(to_euler(setup.q_rb), kDegreesPerRadian)},
+                       {"position_m", vector_json(setup.p_rb_r)},
+                       {"lever_arm_m", json::object(arms, 3)},
+                       {"clock_offset_s", json::number(setup.clock_offset, 9)},
+                       {"clock_drift_ppm", json::number(1e6 * setup.clock_drift, 9)},
+                       {"gyro", triad_json(imu.gyro, setup.gyro, "deg_s", kDegreesPerRadian)},
+                       {"accel", triad_json(imu.accel, setup.accel, "m_s2", 1)}},
+                      2);
 }
 
 std::string gnss_json(const GnssSetup& setup) {
-  return object_json({{"lever_arm_m", vector_json(setup.p_ra_r)},
-                      {"position_noise_m", vector_json(setup.position_noise)},
-                      {"position_drift_m", drift_json(setup.position_drift, 1)},
-                      {"velocity_noise_m_s", vector_json(setup.velocity_noise)},
-                      {"delay_s", fmt::format("{:.9g}", setup.delay)}},
-                     2);
+  return json::object({{"lever_arm_m", vector_json(setup.p_ra_r)},
+                       {"position_noise_m", vector_json(setup.position_noise)},
+                       {"position_drift_m", drift_json(setup.position_drift, 1)},
+                       {"velocity_noise_m_s", vector_json(setup.velocity_noise)},
+                       {"delay_s", json::number(setup.delay, 9)}},
+                      2);
 }
 
 std::string attitude_json(const AttitudeSetup& setup) {
-  return object_json({{"noise_deg", vector_json(setup.noise, kDegreesPerRadian)},
-                      {"drift_deg", drift_json(setup.drift, kDegreesPerRadian)}},
-                     2);
+  return json::object({{"noise_deg", vector_json(setup.noise, kDegreesPerRadian)},
+                       {"drift_deg", drift_json(setup.drift, kDegreesPerRadian)}},
+                      2);
 }
 
 }  // namespace
@@ -198,7 +189,7 @@ std::string truth_csv(const Truth& body, const std::vector<double>& gps_time, st
 }
 
 std::string truth_json(const Scenario& scenario, const Simulation& simulation, std::uint64_t seed) {
-  std::vector<std::pair<std::string, std::string>> imus, gnss, attitude;
+  json::Members imus, gnss, attitude;
   for (std::size_t i = 0; i < scenario.imus.size(); ++i) {
     imus.emplace_back(scenario.imus[i].name, imu_json(scenario, scenario.imus[i], simulation.imus[i]));
   }
@@ -206,18 +197,19 @@ std::string truth_json(const Scenario& scenario, const Simulation& simulation, s
   for (const AttitudeSetup& setup : scenario.attitude) attitude.emplace_back(setup.name, attitude_json(setup));
   const Interval run = simulation.plate.under_way();
   const Geodetic& origin = scenario.origin;
-  return object_json(
+  return json::object(
              {{"simulated", "true"},
               {"seed", fmt::format("{}", seed)},
-              {"convention", "\"measured = (1 + scale) M true + bias + drift + noise; boresight is R_rb, b into r\""},
-              {"body", fmt::format("\"{}\"", scenario.imus.front().name)},
+              {"convention",
+               json::string("measured = (1 + scale) M true + bias + drift + noise; boresight is R_rb, b into r")},
+              {"body", json::string(scenario.imus.front().name)},
               {"origin",
                fmt::format(R"({{"latitude_deg": {:.10g}, "longitude_deg": {:.10g}, "height_m": {:.6g}}})",
                            kDegreesPerRadian * origin.latitude, kDegreesPerRadian * origin.longitude, origin.height)},
-              {"run_s", fmt::format("[{:.9g}, {:.9g}]", run.start, run.end)},
-              {"imus", object_json(imus, 1)},
-              {"gnss", object_json(gnss, 1)},
-              {"attitude", object_json(attitude, 1)}},
+              {"run_s", json::numbers(std::array{run.start, run.end}, 9)},
+              {"imus", json::object(imus, 1)},
+              {"gnss", json::object(gnss, 1)},
+              {"attitude", json::object(attitude, 1)}},
              0) +
          "\n";
 }

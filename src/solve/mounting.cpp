@@ -2,20 +2,20 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
-#include "piste/condition/boresight.h"
+#include "condition/boresight.h"
+#include "piste/math/units.h"
 #include "stretch.h"
 
 namespace piste {
 namespace {
 
-constexpr double kStep = 0.5;         // s between the fixes that are differenced: white noise of a fix of
-constexpr double kLongestStep = 2;    // 0.1 deg is then a rate of 0.3 deg/s
-constexpr double kLargestTurn = 2.5;  // rad in a step: further, a rotation has two vectors
-constexpr double kKnown = 10 * std::numbers::pi / 180;  // 1-sigma that is worth having
-constexpr std::size_t kFewest = 10;                     // steps
+constexpr double kStep = 0.5;            // s between the fixes that are differenced: white noise of a fix of
+constexpr double kLongestStep = 2;       // 0.1 deg is then a rate of 0.3 deg/s
+constexpr double kLargestTurn = 2.5;     // rad in a step: further, a rotation has two vectors
+constexpr double kKnown = 10 * kDegree;  // 1-sigma that is worth having
+constexpr std::size_t kFewest = 10;      // steps
 
 struct Turns {
   std::vector<Vector3d> rate_r, rate_b;

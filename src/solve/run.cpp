@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "piste/core/time_search.h"
+
 namespace piste {
 namespace {
 
@@ -39,9 +41,7 @@ class Feeder {
 
 template <class Samples>
 std::size_t first_from(const Samples& samples, double time) {
-  return static_cast<std::size_t>(
-      std::partition_point(samples.begin(), samples.end(), [time](const auto& s) { return s.time < time; }) -
-      samples.begin());
+  return static_cast<std::size_t>(first_at_or_after(samples, time) - samples.begin());
 }
 
 LogPlace place_at(const Log& log, double time, double end_time) {

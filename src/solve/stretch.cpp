@@ -1,5 +1,7 @@
 #include "stretch.h"
 
+#include <algorithm>
+
 namespace piste {
 
 Quaterniond turned(const Log& log, double begin, double end, const Vector3d& bias) {

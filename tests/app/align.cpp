@@ -61,8 +61,12 @@ void expect_true(const YAML::Node& found, const YAML::Node& truth) {
   EXPECT_LT(boresight.cwiseAbs().maxCoeff(), 0.05);
   EXPECT_LT(arm.cwiseAbs().maxCoeff(), 2e-3);
   for (int i = 0; i < 3; ++i) {
-    EXPECT_LT(std::abs(boresight(i)), 4 * found["sigma_boresight_deg"][i].as<double>());
-    EXPECT_LT(std::abs(arm(i)), 4 * found["sigma_lever_arm_m"][i].as<double>());
+    const double sigma_boresight = found["sigma_boresight_deg"][i].as<double>(),
+                 sigma_arm = found["sigma_lever_arm_m"][i].as<double>();
+    EXPECT_LT(std::abs(boresight(i)), 4 * sigma_boresight);
+    EXPECT_LT(std::abs(arm(i)), 4 * sigma_arm);
+    EXPECT_LT(sigma_boresight, 0.02);
+    EXPECT_LT(sigma_arm, 0.6e-3);
   }
   EXPECT_EQ(found["undetermined"].size(), 0U);
 }

@@ -26,7 +26,8 @@ TEST_F(InspectApp, EndsWithAConfigurationThatReplays) {
   EXPECT_TRUE(contains(said.out, "100 Hz"));
   EXPECT_TRUE(contains(said.out, "A configuration for replay"));
   EXPECT_TRUE(contains(said.out, read_text(folder / "found/replay.yaml")));
-  const Said replayed = run_program(program("replay"), {"found/replay.yaml", "--output", "replayed", "--quiet"}, folder);
+  const Said replayed =
+      run_program(program("replay"), {"found/replay.yaml", "--output", "replayed", "--quiet"}, folder);
   ASSERT_EQ(replayed.code, 0) << replayed.err;
   EXPECT_EQ(replayed.err, "");
   const Accuracy a = accuracy(read_table(folder / "replayed/smoothed.csv"),

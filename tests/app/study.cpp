@@ -11,9 +11,11 @@
 #include <functional>
 #include <map>
 
+#include "piste/math/statistics.h"
 #include "support/navigation.h"
 #include "support/places.h"
 #include "support/program.h"
+#include "support/thorough.h"
 
 namespace piste::test {
 namespace {
@@ -41,10 +43,15 @@ class Study : public testing::Test {
                                             "  - {{name: ski-1, activity: ski, scenario: {0}/ski.yaml, {1}}}\n"
                                             "  - {{name: lap, activity: bicycle, scenario: {0}/bicycle.yaml, {1}}}\n",
                                             shipped, motion));
-    const Said said = run_program(program("simulate"), {"short.yaml", "--output", "in", "--quiet"}, folder_);
+    const Said said = simulate();
     ASSERT_EQ(said.code, 0) << said.err;
   }
 
+  Said simulate(std::vector<std::string> words = {}) const {
+    words.insert(words.begin(), "short.yaml");
+    words.insert(words.end(), {"--output", "in", "--quiet"});
+    return run_program(program("simulate"), words, folder_);
+  }
   Said study(std::vector<std::string> words = {}) const {
     words.insert(words.begin(), "in/campaign.yaml");
     words.insert(words.end(), {"--output", "out"});
@@ -115,35 +122,76 @@ TEST_F(Study, WritesTheContract) {
     EXPECT_LT(std::stod(row[2]), axis[0] == 'f' ? -0.02 : 0) << axis;
     EXPECT_GT(std::stod(row[4]), axis[0] == 'f' ? 0.02 : 0) << axis;
   }
+}
 
-  // Gyroscope biases at rest and from the Gauss-Markov filter agree, which is the article's finding.
+// What was put in, as each method could see it, is as far from the estimates as their intervals say: the mean square of
+// error over sigma (a half width over 1.96) within the band of as many draws. The two IMUs of a run share the
+// reference's errors, so that only runs and axes count. docs/study.md explains which do not hold: a line that the
+// gyroscopes' noise flattens, and constants that know of no drift, are exempted; a filter's sigma is that of an
+// instant, and cautious for the mean over the run, so that it has no lower end. Of seeds 1 to 6, the band of which is
+// 0.40 to 1.95, the others lie between 0.61 and 1.47.
+TEST_F(Study, IntervalsAreTrue) {
+  struct Cell {
+    double squares = 0, count = 0;
+  };
+  std::map<std::string, Cell> cells;  // by method, quantity and triad
+  const int campaigns = seeds(2, 6);
+  for (int seed = 1; seed <= campaigns; ++seed) {
+    ASSERT_EQ(simulate({"--seed", std::to_string(seed)}).code, 0);
+    ASSERT_EQ(study({"--quiet"}).code, 0);
+    std::ifstream estimates(folder_ / "out/estimates.csv");
+    std::string line;
+    for (std::getline(estimates, line); std::getline(estimates, line);) {
+      const std::vector<std::string> f = fields_of(line);
+      ASSERT_EQ(f.size(), 12U);
+      ASSERT_FALSE(f[11].empty()) << line;
+      const double in_sigmas = 1.96 * (std::stod(f[6]) - std::stod(f[11])) / std::stod(f[10]);
+      Cell& cell = cells[fmt::format("{} {} {}", f[4], f[5], f[2][0] == 'f' ? "accel" : "gyro")];
+      cell.squares += in_sigmas * in_sigmas;
+      cell.count += 1;
+    }
+  }
+  constexpr int kRuns = 2, kImus = 2, kAxes = 3;
+  const Band band = chi_squared_band(0.999, 1, campaigns * kRuns * kAxes);
+  std::size_t held = 0;
+  for (const auto& [name, cell] : cells) {
+    EXPECT_EQ(cell.count, campaigns * kRuns * kImus * kAxes) << name;
+    const double mean = cell.squares / cell.count;
+    if (name.starts_with("joint ") || name.starts_with("constant_")) continue;
+    ++held;
+    EXPECT_LT(mean, band.high) << name;
+    if (name.find("_filtered") == std::string::npos) {
+      EXPECT_GT(mean, band.low) << name;
+    }
+  }
+  EXPECT_EQ(cells.size(), 78U);
+  EXPECT_EQ(held, 58U);
+  for (const char* name : {"constant_smoothed bias accel", "constant_attitude_smoothed bias accel"}) {
+    EXPECT_GT(cells.at(name).squares / cells.at(name).count, band.high) << name << ": the drift is not known of";
+  }
+}
+
+// Gyroscope biases at rest and from the Gauss-Markov filter agree, which is the article's finding.
+TEST_F(Study, GyroscopesAreTheSameAtRestAndInTheFilter) {
+  ASSERT_EQ(study({"--quiet"}).code, 0);
   std::map<std::string, std::vector<std::string>> gyro_rest;
-  int agree = 0;
-
-  // What was put in, as each method could see it, lies within the stated intervals of the signals' comparisons.
+  int compared = 0, agree = 0;
   std::ifstream estimates(folder_ / "out/estimates.csv");
   std::string line;
-  int inside = 0, all = 0;
   for (std::getline(estimates, line); std::getline(estimates, line);) {
     const std::vector<std::string> f = fields_of(line);
     ASSERT_EQ(f.size(), 12U);
     const std::string place = f[0] + f[1] + f[2];
     if (f[2][0] == 'w' && f[4] == "rest") gyro_rest[place] = f;
-    if (f[2][0] == 'w' && f[4] == "gauss_markov_smoothed" && f[5] == "bias") {
-      const std::vector<std::string>& rest = gyro_rest.at(place);
-      const double apart = std::abs(std::stod(f[6]) - std::stod(rest[6]));
-      EXPECT_LT(apart, 0.05) << place << " [deg/s]";
-      agree += apart < std::hypot(std::stod(f[10]), std::stod(rest[10]), 0.02) ? 1 : 0;
-    }
-    const bool honest = f[4] == "rest" || f[4] == "joint_reverse" || f[4] == "joint_both_noisy" ||
-                        f[4] == "bias_only" || f[4] == "misalignment" || f[4] == "gauss_markov_attitude_smoothed";
-    if (!honest) continue;
-    ++all;
-    inside += std::abs(std::stod(f[6]) - std::stod(f[11])) < std::stod(f[10]) ? 1 : 0;
+    if (f[2][0] != 'w' || f[4] != "gauss_markov_smoothed" || f[5] != "bias") continue;
+    const std::vector<std::string>& rest = gyro_rest.at(place);
+    const double apart = std::abs(std::stod(f[6]) - std::stod(rest[6]));
+    EXPECT_LT(apart, 0.05) << place << " [deg/s]";
+    ++compared;
+    agree += apart < std::hypot(std::stod(f[10]), std::stod(rest[10]), 0.02) ? 1 : 0;
   }
+  EXPECT_EQ(compared, 12);
   EXPECT_GE(agree, 11) << "of 12, each with 0.02 deg/s for the drift from rest to run";
-  EXPECT_EQ(all, 2 * 2 * 6 * 10);
-  EXPECT_GT(inside, 0.85 * all);
 }
 
 TEST_F(Study, DoesNotDependOnTheJobs) {

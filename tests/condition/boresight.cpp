@@ -1,7 +1,7 @@
 // Boresight in closed form: exact without noise, its errors what its covariance says, and no number where the motion
 // does not determine it.
 
-#include "piste/condition/boresight.h"
+#include "condition/boresight.h"
 
 #include <gtest/gtest.h>
 

@@ -9,6 +9,7 @@
 #include "piste/condition/rest_detection.h"
 #include "piste/core/error.h"
 #include "piste/io/log_io.h"
+#include "piste/math/units.h"
 #include "support/datasets.h"
 #include "support/text_file.h"
 
@@ -18,7 +19,6 @@ namespace {
 using test::contains;
 using test::message_of;
 
-constexpr double kDegree = std::numbers::pi / 180;
 const Vector3d kForce(0.5, -0.25, -9.8);
 
 // Rates that vary with the row number; 100 Hz from time 1000 s.

@@ -12,9 +12,9 @@
 #include <numbers>
 #include <tuple>
 
-#include "piste/io/csv.h"
-#include "piste/plot/svg.h"
+#include "io/csv.h"
 #include "piste/sim/random.h"
+#include "plot/svg.h"
 #include "support/places.h"
 #include "support/text_file.h"
 

@@ -8,6 +8,7 @@
 #include <functional>
 
 #include "piste/core/error.h"
+#include "piste/math/units.h"
 #include "support/imu_pair.h"
 
 namespace piste::test {
@@ -23,15 +24,16 @@ Alignment aligned(const std::vector<ImuSample>& body, const std::vector<ImuSampl
   return align(body, reference, {.sensor = ski().setup.sensor, .name = "body.csv"});
 }
 
-/// Offset within 0.2 ms, drift within 3 ppm, boresight within 0.03 deg, lever arm within a millimetre, all inside 4 of
-/// their sigmas.
+/// All inside 4 of their sigmas, and these no larger than 0.02 ms of offset, 0.4 ppm of drift, 0.015 deg of boresight
+/// and 0.4 mm of lever arm; of the drift, over the part of the log that is there.
 void expect_right(const Alignment& a, const ImuSetup& truth, double part_of_log = 1) {
   const Eigen::Matrix<double, 8, 1> e = alignment_error(a, truth);
-  EXPECT_LT(std::abs(e(0)), 0.2e-3);
-  EXPECT_LT(std::abs(e(1)), 3e-6 / part_of_log);
-  EXPECT_LT(e.segment<3>(2).cwiseAbs().maxCoeff(), 0.03 / kDegreesPerRadian);
-  EXPECT_LT(e.tail<3>().cwiseAbs().maxCoeff(), 1e-3);
-  for (int i = 0; i < 8; ++i) EXPECT_LT(std::abs(e(i)), 4 * std::sqrt(a.variance(i))) << i;
+  Eigen::Matrix<double, 8, 1> largest;
+  largest << 0.02e-3, 0.4e-6 / part_of_log, Vector3d::Constant(0.015 / kDegreesPerRadian), Vector3d::Constant(0.4e-3);
+  for (int i = 0; i < 8; ++i) {
+    EXPECT_LT(std::abs(e(i)), 4 * std::sqrt(a.variance(i))) << i;
+    EXPECT_LT(std::sqrt(a.variance(i)), largest(i)) << i;
+  }
 }
 
 void expect_refused(const std::vector<ImuSample>& body, const std::vector<ImuSample>& reference,
@@ -147,12 +149,7 @@ TEST(TimeSync, AWrongSampleRate) {
 TEST(TimeSync, NoMotion) {
   const auto body = without(ski().body, 18, 1e9);
   const auto reference = without(ski().reference, 18, 1e9);
-  try {  // a body that stands sways: what that tells is right or is not told
-    const Alignment a = aligned(body, reference);
-    ImuSetup truth = ski().setup;
-    EXPECT_LT(std::abs(a.clock_offset - truth.clock_offset), 4 * std::sqrt(a.variance(0)));
-  } catch (const DataError&) {
-  }
+  expect_refused(body, reference, "no motion in common");  // a body that stands sways, which is too little
   RandomStream noise(1, "noise");
   const auto still = [&](ImuSample& s) {
     s.dtheta = 1e-4 * noise.normal3();
@@ -186,7 +183,9 @@ TEST(TimeSync, SaysWhatATurntableDoesNotTell) {
   options.reference.gyro.noise = 1e-5;
   options.reference.accel.noise = 3e-4;
   const Alignment a = align(turned(0.3, 1000, 100, 1e-3, 2e-3), turned(0, 50, 200, 1e-5, 3e-4), options);
-  EXPECT_LT(std::abs(a.clock_offset - 950), 4 * std::sqrt(a.variance(AlignmentLayout::kClockOffset)));
+  const double sigma = std::sqrt(a.variance(AlignmentLayout::kClockOffset));
+  EXPECT_LT(std::abs(a.clock_offset - 950), 4 * sigma);
+  EXPECT_LT(sigma, 0.02e-3);
   const auto open = [&](const std::string& name) {
     return std::find(a.undetermined.begin(), a.undetermined.end(), name) != a.undetermined.end();
   };
@@ -201,7 +200,7 @@ TEST(TimeSync, SaysWhatATurntableDoesNotTell) {
 
 TEST(TimeSync, AnotherRun) {
   const ImuPair other = simulate_pair(pair_scenario("easy_ski", 7, 20, 60), 7);
-  expect_refused(ski().body, other.reference, "");
+  expect_refused(ski().body, other.reference, "the motion repeats itself");
 }
 
 TEST(TimeSync, MirroredAxes) {

@@ -1,6 +1,67 @@
-#include <cmath>
+// Links with piste::piste alone. Every header of the front door stands here with something of it that must link:
+// run.cmake fails where one is missing.
 
+#include <cmath>
+#include <iterator>
+#include <vector>
+
+#include "address.h"
 #include "piste/piste.h"
+
+namespace {
+
+using consumer::address;
+using consumer::Exported;
+
+const Exported kExported[] = {
+    {"piste/core/estimate.h",
+     address<piste::FullError(const piste::Estimate&, const piste::Estimate&)>(piste::boxminus)},
+    {"piste/core/options.h", address(+[](const piste::FilterOptions& options) { options.validate(); })},
+    {"piste/core/solution.h", address(piste::sigmas_of)},
+    {"piste/condition/pipeline.h", address(piste::condition)},
+    {"piste/condition/rest_detection.h", address<std::vector<piste::Interval>(const piste::Log&)>(piste::detect_rest)},
+    {"piste/condition/signal.h", address(piste::zero_phase)},
+    {"piste/consistency/consistency.h", address(piste::consistency_verdict)},
+    {"piste/consistency/disputes.h", address(piste::disputes_of)},
+    {"piste/experiment/ensemble.h",
+     address(+[](const piste::Scenario& scenario) { return piste::Ensemble(scenario).size(); })},
+    {"piste/experiment/inspect.h", address(piste::inspect)},
+    {"piste/consistency/warnings.h", address(piste::warnings_of)},
+    {"piste/experiment/replay.h", address(piste::replay_options)},
+    {"piste/files/replay.h", address(piste::write_solutions)},
+    {"piste/files/consistency.h", address(piste::consistency_json)},
+    {"piste/files/summary.h", address(piste::summary_json)},
+    {"piste/io/log_io.h", address(piste::read_gnss)},
+    {"piste/io/replay_config.h", address(piste::read_recording)},
+    {"piste/io/solution_io.h", address(piste::navigation_csv)},
+    {"piste/report/consistency_page.h", address(piste::consistency_html)},
+    {"piste/report/consistency_text.h", address(piste::consistency_text)},
+    {"piste/report/html.h", address(piste::html_report)},
+    {"piste/report/inspection_page.h", address(piste::inspection_page)},
+    {"piste/report/inspection_text.h", address(piste::inspection_text)},
+    {"piste/report/kml.h", address(piste::kml)},
+    {"piste/sim/campaign.h", address(piste::read_campaign)},
+    {"piste/sim/simulation.h", address(piste::simulate)},
+    {"piste/solve/attitude_noise.h", address(piste::with_white_part)},
+    {"piste/solve/filter.h", address(+[](piste::Filter& filter) { return filter.finish(); })},
+    {"piste/solve/run.h", address(piste::run_filter)},
+    {"piste/solve/rts.h", address(piste::smooth_rts)},
+    {"piste/solve/start.h", address(piste::find_start)},
+};
+
+// Of piste/core/error.h, piste/core/log.h and piste/core/sensor.h, which hold values: a log of nothing is refused.
+bool empty_log_is_refused() {
+  const piste::Log log;
+  const piste::ImuSensor sensor;
+  try {
+    piste::find_start(log, {.sensor = sensor}, {});
+  } catch (const piste::Error&) {
+    return true;
+  }
+  return false;
+}
+
+}  // namespace
 
 int main() {
   const piste::World world({0.8, 0.1, 1500});
@@ -8,5 +69,7 @@ int main() {
   error[piste::full_offset(piste::Block::kAttitude)] = 0.01;
   const piste::Estimate estimate = boxplus(piste::Estimate{}, error);
   const double gravity = world.gravity(estimate.p_wb).value.norm();
-  return std::abs(gravity - 9.80) < 0.02 && boxminus(estimate, {}).isApprox(error) ? 0 : 1;
+  if (!(std::abs(gravity - 9.80) < 0.02 && boxminus(estimate, {}).isApprox(error))) return 1;
+  if (!empty_log_is_refused()) return 1;
+  return consumer::all_link(std::begin(kExported), std::end(kExported)) ? 0 : 1;
 }

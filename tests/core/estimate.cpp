@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "support/random.h"
 
 namespace piste {
@@ -54,6 +56,37 @@ TEST(Estimate, AttitudeAndVelocityAreOneGroupElement) {
   e.segment<3>(full_offset(Block::kVelocity)).setZero();
   const Estimate turned = boxplus(x, e);
   EXPECT_LT((turned.R_wb().transpose() * turned.v_wb - x.R_wb().transpose() * x.v_wb).norm(), 1e-13);
+}
+
+// Exp(c + d) = Exp(J d) Exp(c): an error d about a correction c that is not applied yet is J d once it is.
+TEST(Estimate, TheResetJacobianHoldsForCorrectionsOfAnySize) {
+  Random random(7);
+  for (const double angle : {1e-3, 0.1, 0.5, 1.5, 3.0}) {
+    const Estimate x = random.estimate();
+    FullError c = FullError::Zero();
+    c.segment<3>(full_offset(Block::kAttitude)) = angle * random.vector(1).normalized();
+    c.segment<3>(full_offset(Block::kVelocity)) = random.vector(20);
+    c.segment<3>(full_offset(Block::kBoresight)) = angle * random.vector(1).normalized();
+    const ResetJacobian J = reset_jacobian(c);
+    const Estimate corrected = boxplus(x, c);
+    constexpr double kStep = 1e-5;
+    for (const Block block : {Block::kAttitude, Block::kVelocity, Block::kBoresight}) {
+      for (int k = 0; k < 3; ++k) {
+        const FullError d = kStep * FullError::Unit(full_offset(block) + k);
+        const FullError moved =
+            (boxminus(boxplus(x, c + d), corrected) - boxminus(boxplus(x, c - d), corrected)) / (2 * kStep);
+        FullError expected = FullError::Zero();
+        if (block == Block::kBoresight) {
+          const auto at = std::find(kMountingBlocks.begin(), kMountingBlocks.end(), block) - kMountingBlocks.begin();
+          expected.segment<3>(full_offset(block)) = J.mountings.at(static_cast<std::size_t>(at)).col(k);
+        } else {
+          const int first = full_offset(Block::kVelocity);
+          expected.segment<6>(first) = J.velocity_attitude.col(full_offset(block) + k - first);
+        }
+        EXPECT_LT((moved - expected).norm(), 1e-7) << angle << " rad, " << info(block).name << " " << k;
+      }
+    }
+  }
 }
 
 TEST(Estimate, EveryBlockOfTheTableMovesItsOwnValueOnly) {

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <set>
+#include <string_view>
+
 #include "support/random.h"
 
 namespace piste {
@@ -87,6 +91,30 @@ TEST(Solution, SigmasAreTheOrdinaryOnes) {
     const double variance = P(b + i, b + i) + P(d + i, d + i) + 2 * P(b + i, d + i);
     EXPECT_NEAR(s.accel_total_bias(i), std::sqrt(variance), 1e-15);
   }
+}
+
+// A total bias is what of bias and drift is estimated.
+TEST(Solution, TotalBiasOfWhatIsEstimated) {
+  Random random(3);
+  const StateLayout layout(std::vector<Block>{Block::kGyroBias, Block::kAccelDrift});
+  const Covariance P = random.covariance(layout.size());
+  const Sigmas s = sigmas_of(random.estimate(), layout, P);
+  const int gyro = layout.offset(Block::kGyroBias), accel = layout.offset(Block::kAccelDrift);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_DOUBLE_EQ(s.gyro_total_bias(i), std::sqrt(P(gyro + i, gyro + i)));
+    EXPECT_DOUBLE_EQ(s.accel_total_bias(i), std::sqrt(P(accel + i, accel + i)));
+  }
+  const StateLayout none;
+  EXPECT_EQ(sigmas_of({}, none, P.topLeftCorner(9, 9)).gyro_total_bias, Vector3d::Zero());
+}
+
+TEST(Solution, EveryOutcomeHasItsName) {
+  std::set<std::string_view> names;
+  for (const Outcome outcome :
+       {Outcome::kUsed, Outcome::kRejected, Outcome::kReadmitted, Outcome::kDisputed, Outcome::kRepeated}) {
+    EXPECT_TRUE(names.insert(outcome_name(outcome)).second) << outcome_name(outcome);
+  }
+  EXPECT_EQ(outcome_name(Outcome::kRejected), "rejected");
 }
 
 TEST(Solution, NavigationIsLocal) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "piste/core/error.h"
+#include "piste/math/units.h"
 #include "support/simulated_case.h"
 
 namespace piste {

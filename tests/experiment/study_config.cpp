@@ -88,6 +88,29 @@ TEST_F(StudyConfigTest, MistakesAreNamedWithTheirLine) {
   EXPECT_TRUE(contains(refused(with("lever_arm: -0.05 0.02 -0.42 m", "lever_arm: 5 cm")), "campaign.yaml:5"));
 }
 
+TEST_F(StudyConfigTest, AnArticleIsNamedByItsFileAndItsSensorsByTheirNames) {
+  folder.write("papers/a.yaml",
+               "title: t\nsensors: [left, right]\ntables:\n  rest:\n    name: Table I\n    rows:\n"
+               "      - {sensor: right, accel: 1 2 3 m/s^2, gyro: 1 2 3 deg/s}\n");
+  EXPECT_FALSE(read(kRun).article);
+  const std::string article = "article: papers/a.yaml\n";
+  EXPECT_TRUE(read(article + kRun).article->counterparts.empty());
+  const StudyConfig study = read(article + "article_sensors: {MT-9A 2: right}\n" + kRun);
+  const PrintedTable& rest = study.article->article.tables.rest;
+  EXPECT_EQ(study.article->row(rest, "MT-9A 1"), nullptr);
+  ASSERT_NE(study.article->row(rest, "MT-9A 2"), nullptr);
+  EXPECT_EQ((*study.article->row(rest, "MT-9A 2"))[1].value, 2);
+
+  EXPECT_TRUE(contains(refused("article: papers/b.yaml\n" + kRun), "campaign.yaml:1: article"));
+  EXPECT_TRUE(contains(refused("article_sensors: {MT-9A 2: right}\n" + kRun), "campaign.yaml:1: article_sensors"));
+  EXPECT_TRUE(contains(refused(article + "article_sensors: {MT-9A 2: middle}\n" + kRun),
+                       "campaign.yaml:2: MT-9A 2: `middle` is no sensor of the article; it has: left, right"));
+  EXPECT_TRUE(contains(refused(article + "article_sensors: {MT9A 2: right}\n" + kRun),
+                       "campaign.yaml:2: unknown key `MT9A 2`, perhaps `MT-9A 2`"));
+  folder.write("papers/a.yaml", "title: t\nsensor: [left]\n");
+  EXPECT_TRUE(contains(refused(article + kRun), "papers/a.yaml:"));
+}
+
 TEST_F(StudyConfigTest, ACopyOfALogIsTheSameLog) {
   folder.write("ski-1/mt9a_1.csv", "time_s\n1\n");
   folder.write("ski-1/mt9a_2.csv", "time_s\n2\n");

@@ -1,4 +1,4 @@
-#include "piste/experiment/study_estimates.h"
+#include "experiment/study_estimates.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "piste/experiment/timing_effect.h"
+#include "experiment/timing_effect.h"
 
 #include <gtest/gtest.h>
 

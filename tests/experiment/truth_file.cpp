@@ -1,8 +1,8 @@
-#include "piste/experiment/truth_file.h"
+#include "experiment/truth_file.h"
 
 #include <gtest/gtest.h>
 
-#include "piste/core/state_table.h"
+#include "piste/math/units.h"
 #include "support/text_file.h"
 
 namespace piste {

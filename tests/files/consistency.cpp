@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <sstream>
 
+#include "piste/math/units.h"
+#include "piste/report/consistency_text.h"
 #include "support/ensemble.h"
 #include "support/text_file.h"
 

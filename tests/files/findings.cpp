@@ -7,6 +7,9 @@
 
 #include <cmath>
 
+#include "piste/condition/aligned_signals.h"
+#include "piste/math/units.h"
+#include "piste/report/findings_text.h"
 #include "support/alignment_picture.h"
 #include "support/text_file.h"
 
@@ -18,7 +21,7 @@ using test::contains;
 Findings found_in(const test::PictureOfRun& plate, const test::AlignedRun& run, bool rest = true) {
   Phases phases{run.before(), run.moving(), run.after()};
   if (!rest) phases.before = phases.after = std::nullopt;
-  return findings(plate.aligned, phases, {12, &plate.alignment, nullptr});
+  return findings(low_passed(plate.aligned, 12), phases, {&plate.alignment, nullptr});
 }
 
 TEST(FindingsJson, HoldsTheAlignmentThePhasesAndEveryAxis) {

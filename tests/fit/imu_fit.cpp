@@ -11,6 +11,7 @@
 #include <map>
 #include <string>
 
+#include "piste/condition/aligned_signals.h"
 #include "piste/core/error.h"
 #include "support/aligned_run.h"
 
@@ -33,7 +34,7 @@ TEST(ImuFit, IntervalsHoldTheTruthUnderNoiseThatLasts) {
   double formal = 0, count = 0;
   constexpr int kSeeds = 40;
   for (int seed = 1; seed <= kSeeds; ++seed) {
-    const Findings found = findings(run.simulate(static_cast<std::uint64_t>(seed)), phases_of(run), {.low_pass = 0});
+    const Findings found = findings(run.simulate(static_cast<std::uint64_t>(seed)), phases_of(run), {});
     for (std::size_t i = 0; i < 6; ++i) {
       const AxisFindings& a = found.axes[i];
       const auto hit = [&](const char* name, const Term& term, double right) {
@@ -70,7 +71,7 @@ TEST(ImuFit, LowPassedSignalsGiveTheSameAnswerAndTrueIntervals) {
   run.run = 30;
   double inside = 0, count = 0;
   for (int seed = 1; seed <= 40; ++seed) {
-    const Findings found = findings(run.simulate(static_cast<std::uint64_t>(seed)), phases_of(run), {.low_pass = 12});
+    const Findings found = findings(low_passed(run.simulate(static_cast<std::uint64_t>(seed)), 12), phases_of(run), {});
     for (std::size_t i = 0; i < 6; ++i) {
       for (const bool scale : {false, true}) {
         const BiasScale& joint = found.axes[i].run->joint.reverse;
@@ -88,7 +89,7 @@ TEST(ImuFit, LowPassedSignalsGiveTheSameAnswerAndTrueIntervals) {
 // b of the joint fit + scale · mean signal.
 TEST(ImuFit, ExactWithoutNoise) {
   const test::AlignedRun run{.gyro_noise = 0, .accel_noise = 0};
-  const Findings found = findings(run.simulate(1), phases_of(run), {.low_pass = 0});
+  const Findings found = findings(run.simulate(1), phases_of(run), {});
   for (std::size_t i = 0; i < 6; ++i) {
     const RunFit& fit = *found.axes[i].run;
     const double bias = truth(run, i, false), scale = truth(run, i, true);
@@ -113,7 +114,7 @@ TEST(ImuFit, NoiseFlattensTheLineThatHasItUnderneath) {
   run.run = 400;
   for (const double share : {0.0, 0.7}) {
     run.reference_noise = share;
-    const Findings found = findings(run.simulate(3), phases_of(run), {.low_pass = 0});
+    const Findings found = findings(run.simulate(3), phases_of(run), {});
     for (std::size_t i = 0; i < 6; ++i) {
       const RunFit& fit = *found.axes[i].run;
       const double scale = truth(run, i, true), noise = i < 3 ? run.accel_noise : run.gyro_noise;
@@ -146,7 +147,7 @@ TEST(ImuFit, BothNoisyHoldsTheTruth) {
     double bias = 0, scale = 0, reverse = 0, count = 0;
     for (int seed = 1; seed <= 25; ++seed) {
       const Findings found =
-          findings(run.simulate(static_cast<std::uint64_t>(seed)), phases_of(run), {.low_pass = c.low_pass});
+          findings(low_passed(run.simulate(static_cast<std::uint64_t>(seed)), c.low_pass), phases_of(run), {});
       for (std::size_t i = 0; i < 6; ++i) {
         const auto hit = [](const Term& t, double right) { return std::abs(t.value - right) < t.half_width(0.95); };
         const RunFit& fit = *found.axes[i].run;
@@ -168,7 +169,7 @@ TEST(ImuFit, BothNoisyHoldsTheTruth) {
 
 TEST(ImuFit, WithoutARestTheDensitiesSayHowNoisyEachIs) {
   const test::AlignedRun run{.reference_noise = 0.5};
-  const AlignedImus imus = run.simulate(1);
+  const AlignedImus imus = low_passed(run.simulate(1), 12);
   const Phases phases{std::nullopt, run.moving(), std::nullopt};
   ImuSensor body, reference;
   body.gyro.noise = 6e-4, reference.gyro.noise = 3e-4;
@@ -202,9 +203,8 @@ TEST(ImuFit, PolynomialHasTheOrderThatItNeeds) {
   double count = 0, cubics = 0;
   for (int seed = 1; seed <= 25; ++seed) {
     const AlignedImus imus = run.simulate(static_cast<std::uint64_t>(seed));
-    const FitOptions options{.low_pass = 0};
-    const Findings line = findings(imus, phases_of(run), options);
-    const Findings cubic = findings(bent(imus, 0.1, 0.4, 5e-3, 0.02), phases_of(run), options);
+    const Findings line = findings(imus, phases_of(run), {});
+    const Findings cubic = findings(bent(imus, 0.1, 0.4, 5e-3, 0.02), phases_of(run), {});
     for (std::size_t i = 0; i < 6; ++i) {
       count += 1;
       const PolynomialFit& straight = *line.axes[i].run->polynomial;
@@ -248,7 +248,7 @@ TEST(ImuFit, PolynomialHasTheOrderThatItNeeds) {
 
 TEST(ImuFit, PolynomialOfASquareIsOfOrderTwo) {
   const test::AlignedRun run;
-  const Findings found = findings(bent(run.simulate(4), 0.1, 0, 0.01, 0), phases_of(run), {.low_pass = 0});
+  const Findings found = findings(bent(run.simulate(4), 0.1, 0, 0.01, 0), phases_of(run), {});
   for (const AxisFindings& a : found.axes) {
     const PolynomialFit& fit = *a.run->polynomial;
     EXPECT_EQ(fit.order, 2) << a.name;
@@ -271,7 +271,7 @@ TEST(ImuFit, MatrixFindsMisalignmentAndGSensitivity) {
       imus.gyro[i] += gyro * imus.reference_gyro[i] + sensitivity * imus.reference_accel[i];
       imus.accel[i] += accel * imus.reference_accel[i];
     }
-    const Findings found = findings(imus, phases_of(run), {.low_pass = 0});
+    const Findings found = findings(imus, phases_of(run), {});
     const MatrixFit &g = *found.gyro_matrix, &a = *found.accel_matrix;
     ASSERT_TRUE(g.has_g_sensitivity() && !a.has_g_sensitivity());
     const auto hit = [&](const std::string& name, const Term& t, double right) {
@@ -306,11 +306,11 @@ TEST(ImuFit, LeavesOutWhatTheMotionDoesNotDetermine) {
   AlignedImus imus = run.simulate(2);
   for (Vector3d& f : imus.reference_accel) f.z() = 2 * f.x();
   for (Vector3d& w : imus.reference_gyro) w.x() = w.x() > 0 ? 0.5 : -0.5;
-  Findings found = findings(imus, phases_of(run), {.low_pass = 0});
+  Findings found = findings(imus, phases_of(run), {});
   EXPECT_FALSE(found.accel_matrix || found.gyro_matrix) << "two axes of the force are one";
   EXPECT_FALSE(found.axes[3].run->polynomial) << "two values of the signal";
   EXPECT_TRUE(found.axes[4].run->polynomial);
-  found = findings(imus, phases_of(run), {.low_pass = 0, .g_sensitivity = false});
+  found = findings(imus, phases_of(run), {.g_sensitivity = false});
   EXPECT_TRUE(found.gyro_matrix && !found.gyro_matrix->has_g_sensitivity());
   EXPECT_FALSE(findings(imus, {run.before(), std::nullopt, std::nullopt}, {}).gyro_matrix);
 }
@@ -319,7 +319,7 @@ TEST(ImuFit, LeavesOutWhatTheMotionDoesNotDetermine) {
 TEST(ImuFit, TimingErrorLooksLikeAScaleFactor) {
   test::AlignedRun run{.gyro_scale = {0, 0, 0}, .gyro_noise = 1e-5, .accel_noise = 1e-5};
   run.delay = 0.015;
-  const Findings found = findings(run.simulate(1), phases_of(run), {.low_pass = 0});
+  const Findings found = findings(run.simulate(1), phases_of(run), {});
   const BothDirections& wx = found.axes[3].run->joint;
   const double expected = 1 - std::cos(1.9 * run.delay);
   EXPECT_NEAR(wx.reverse.value(1), -expected, 0.2 * expected);
@@ -365,7 +365,7 @@ TEST(ImuFit, DoesWithWhatThereIs) {
     imus.usable[i] = 0;
     imus.gyro[i] = imus.accel[i] = Vector3d(1e6, 1e6, 1e6);
   }
-  found = findings(imus, phases_of(run), {});
+  found = findings(low_passed(imus, 12), phases_of(run), {});
   EXPECT_EQ(found.axes[0].run->samples, 5001);
   for (std::size_t i = 0; i < 6; ++i) {
     const Term scale = found.axes[i].run->joint.reverse.scale();

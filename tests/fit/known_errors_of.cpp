@@ -22,7 +22,7 @@ double left(const AlignedImus& imus, const KnownErrors& errors) {
 }
 
 Findings found_in(const test::AlignedRun& run, const AlignedImus& imus) {
-  return findings(imus, {run.before(), run.moving(), run.after()}, {.low_pass = 0});
+  return findings(imus, {run.before(), run.moving(), run.after()}, {});
 }
 
 TEST(KnownErrorsOf, EachFitTakesOutWhatItFound) {

@@ -39,13 +39,13 @@ TEST(Phases, DoesWithWhatThereIs) {
   expect_interval(p.before, 20, 40);
   expect_interval(p.run, 40, 90);
 
-  EXPECT_FALSE(phases(AlignedImus{}, 12).run);
+  EXPECT_FALSE(phases(AlignedImus{}).run);
 }
 
 TEST(Phases, FromTwoImusAlone) {
   const test::AlignedRun run{.gyro_bias = {0.5, 0, 0}, .reference_noise = 0.01};
   AlignedImus imus = run.simulate(1);
-  const Phases p = phases(imus, 12);
+  const Phases p = phases(low_passed(imus, 12));
   expect_interval(p.before, run.before().start, run.before().end, 1);
   expect_interval(p.run, run.moving().start, run.moving().end, 1);
   expect_interval(p.after, run.after().start, run.after().end, 1);
@@ -59,18 +59,18 @@ TEST(Phases, FromTwoImusAlone) {
     last = next;
   }
   EXPECT_TRUE(detect_rest(imus).empty());
-  expect_interval(phases(imus, 12).run, run.moving().start, run.moving().end, 1);
+  expect_interval(phases(low_passed(imus, 12)).run, run.moving().start, run.moving().end, 1);
 
   // A reference that turns slowly and evenly does not rest.
   for (Vector3d& w : imus.reference_gyro) w.z() += 0.05;
-  EXPECT_FALSE(phases(imus, 12).before);
+  EXPECT_FALSE(phases(low_passed(imus, 12)).before);
 }
 
 TEST(Phases, SpanWhatIsUsable) {
   const test::AlignedRun run;
   AlignedImus imus = run.simulate(1);
   std::fill_n(imus.usable.begin(), 1000, std::uint8_t{0});
-  expect_interval(phases(imus, 12).before, run.start + 10, run.before().end, 1);
+  expect_interval(phases(low_passed(imus, 12)).before, run.start + 10, run.before().end, 1);
 }
 
 TEST(AlignedSignals, StretchesEndAtGapsAndAtWhatIsNotUsable) {

@@ -1,6 +1,6 @@
 // Each error of the reference moves its signal as the real thing does, and intervals know of it.
 
-#include "piste/fit/reference_errors.h"
+#include "fit/reference_errors.h"
 
 #include <gtest/gtest.h>
 
@@ -103,8 +103,8 @@ TEST(ReferenceErrors, EstimatesMoveByWhatTheySay) {
     AlignedImus right = plate.reference(Parameters::Zero(), 1000), wrong = plate.reference(p, right.time.front());
     right.gyro = wrong.gyro = right.reference_gyro;  // an IMU without errors
     right.accel = wrong.accel = right.reference_accel;
-    const Findings before = findings(right, phases, {0, &alignment, &sensor});
-    const Findings after = findings(wrong, phases, {0, &alignment, &sensor});
+    const Findings before = findings(right, phases, {&alignment, &sensor});
+    const Findings after = findings(wrong, phases, {&alignment, &sensor});
     for (std::size_t a = 0; a < 6; ++a) {
       const AxisFindings &x = before.axes[a], &y = after.axes[a];
       // To first order. A clock's error is one of the motion's kinks, too, and of all the time since its first sample.
@@ -173,7 +173,7 @@ TEST(ReferenceErrors, IntervalsKnowOfThem) {
     imus.reference_accel = wrong.reference_accel;
     const Phases phases{plate.run.before(), plate.run.moving(), plate.run.after()};
     for (const bool known : {true, false}) {
-      const Findings found = findings(imus, phases, {0, known ? &alignment : nullptr, known ? &sensor : nullptr});
+      const Findings found = findings(imus, phases, {known ? &alignment : nullptr, known ? &sensor : nullptr});
       for (std::size_t a = 0; a < 6; ++a) {
         const auto k = static_cast<Eigen::Index>(a % 3);
         const RunFit& fit = *found.axes[a].run;

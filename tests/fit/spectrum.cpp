@@ -1,6 +1,6 @@
 // Power at the right frequency, and all of it.
 
-#include "piste/fit/spectrum.h"
+#include "fit/spectrum.h"
 
 #include <gtest/gtest.h>
 

@@ -2,15 +2,13 @@
 
 #include <gtest/gtest.h>
 
-#include <numbers>
 #include <random>
 
 #include "piste/math/earth.h"
+#include "piste/math/units.h"
 
 namespace piste::test {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 struct Receiver {
   double interval = 0.2, noise = 0.02, sigma = 0.02, velocity_noise = 0.02, delay = 0;
@@ -94,6 +92,7 @@ TEST(GnssHealth, DelayOfTheVelocities) {
     ASSERT_TRUE(h.velocity);
     EXPECT_NEAR(h.velocity->delay, delay, 0.015);
     EXPECT_LT(std::abs(h.velocity->delay - delay), 5 * h.velocity->sigma_delay);
+    EXPECT_LT(h.velocity->sigma_delay, 0.01);
     const std::vector<Suspicion> found = suspicions(h, {}, "gnss");
     ASSERT_EQ(found.size(), 1U);
     EXPECT_FALSE(is_severe(found.front().fault));

@@ -7,12 +7,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "piste/math/units.h"
 #include "support/simulated_case.h"
 
 namespace piste {
 namespace {
 
-using test::kDegree;
 
 const ImuRecording& clean() {
   static const ImuRecording recording = test::make_case("ski", 40, 1).simulation.imus[0].recording;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "piste/io/log_io.h"
+#include "piste/math/units.h"
 #include "support/datasets.h"
 #include "support/log_faults.h"
 #include "support/places.h"

@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
 #include <limits>
-#include <numbers>
 
 #include "piste/io/log_io.h"
+#include "piste/math/units.h"
 #include "support/receiver_logs.h"
 #include "support/text_file.h"
 
@@ -17,8 +17,6 @@ using test::kXsensHeader;
 using test::message_of;
 using test::xsens_row;
 using Kind = RowFault::Kind;
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 ImuRecording imu_of(const std::string& text, LogFormat format, RowFaults* faults = nullptr,
                     const std::vector<std::string>& ignored = {}) {

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <numbers>
 
+#include "piste/math/units.h"
 #include "support/datasets.h"
 #include "support/text_file.h"
 
@@ -14,8 +14,6 @@ namespace {
 using test::contains;
 using test::message_of;
 using test::TemporaryFolder;
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 struct LogIo : ::testing::Test {
   TemporaryFolder folder;

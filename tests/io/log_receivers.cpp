@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
 #include <limits>
-#include <numbers>
 
 #include "piste/io/log_io.h"
+#include "piste/math/units.h"
 #include "support/receiver_logs.h"
 #include "support/text_file.h"
 
@@ -17,8 +17,6 @@ using test::nmea_epoch;
 using test::novatel;
 using test::ubx;
 using Kind = RowFault::Kind;
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 LogFile log_of(const std::string& text, LogFormat format) { return {.file = "log", .format = format, .content = text}; }
 

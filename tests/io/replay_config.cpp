@@ -1,4 +1,3 @@
-#include "piste/core/state_table.h"
 #include "piste/io/replay_config.h"
 
 #include <gtest/gtest.h>
@@ -7,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "piste/core/state_table.h"
+#include "piste/math/units.h"
 #include "support/text_file.h"
 
 namespace piste {
@@ -16,7 +17,6 @@ using test::contains;
 using test::message_of;
 using test::TemporaryFolder;
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr const char* kSensor =
     "name: test\n"
     "gyro: {noise: 0.05 deg/s/sqrt(Hz), bias: 0.5 deg/s, scale: 0 ppm, range: 300 deg/s,\n"
@@ -43,7 +43,7 @@ struct ReplayConfigTest : ::testing::Test {
                  "1,0,0,0,0.3,0.4,1\n2,0,0,0,0.3,0.4,7\n");
     folder.write("second_attitude.csv", "");
   }
-  ReplayConfig read(const std::string& text) { return read_replay_config(folder.write("run.yaml", text)); }
+  ReplayConfig read(const std::string& text) const { return read_replay_config(folder.write("run.yaml", text)); }
   std::string refused(const std::string& text) {
     return message_of<ConfigError>([&] { read(text); });
   }

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <numbers>
-
+#include "piste/math/units.h"
 #include "support/text_file.h"
 
 namespace piste {
@@ -13,7 +12,6 @@ using test::contains;
 using test::message_of;
 using test::TemporaryFolder;
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr const char* kSensor =
     "name: Xsens MT-9A\n"
     "gyro:\n"

@@ -4,11 +4,11 @@
 #include <yaml-cpp/yaml.h>
 
 #include <cmath>
-#include <numbers>
 
-#include "piste/io/csv.h"
+#include "io/csv.h"
 #include "piste/files/summary.h"
 #include "piste/io/log_io.h"
+#include "piste/math/units.h"
 #include "support/text_file.h"
 
 namespace piste {
@@ -16,8 +16,6 @@ namespace {
 
 using test::contains;
 using test::TemporaryFolder;
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 Solution solution(std::size_t epochs, std::span<const Block> blocks) {
   Solution s(StateLayout(blocks), World({46 * kDegree, 7 * kDegree, 1600}));

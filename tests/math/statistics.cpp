@@ -12,6 +12,21 @@
 namespace piste {
 namespace {
 
+TEST(Statistics, MeansAndSpreadsOfAFewValues) {
+  const std::vector<double> values{2, 4, 4, 4, 5, 5, 7, 9}, one{3}, none;
+  EXPECT_DOUBLE_EQ(mean(values), 5);
+  EXPECT_DOUBLE_EQ(root_mean_square(values), std::sqrt(29.0));
+  EXPECT_EQ(root_mean_square(none), 0);
+  EXPECT_DOUBLE_EQ(standard_deviation(values), std::sqrt(32.0 / 7)) << "over one less than their number";
+  EXPECT_DOUBLE_EQ(standard_error(values), std::sqrt(32.0 / 7 / 8));
+  EXPECT_NEAR(zero_mean_p_value(values), student_two_sided(5 / std::sqrt(32.0 / 7 / 8), 7), 1e-15);
+  for (const double of_one : {standard_deviation(one), standard_error(one), zero_mean_p_value(one)}) {
+    EXPECT_TRUE(std::isnan(of_one));
+  }
+  EXPECT_EQ(zero_mean_p_value(std::vector<double>{0, 0}), 1);
+  EXPECT_EQ(zero_mean_p_value(std::vector<double>{1, 1}), 0);
+}
+
 TEST(Statistics, StudentsT) {
   EXPECT_NEAR(student_quantile(0.975, 1), 12.706205, 1e-6);
   EXPECT_NEAR(student_quantile(0.975, 10), 2.228139, 1e-6);
@@ -21,9 +36,25 @@ TEST(Statistics, StudentsT) {
 }
 
 TEST(Statistics, Median) {
-  EXPECT_EQ(median({3}), 3);
-  EXPECT_EQ(median({5, 1, 9}), 5);
-  EXPECT_EQ(median({4, 1, 3, 2}), 3);
+  EXPECT_EQ(median(std::vector<double>{3}), 3);
+  EXPECT_EQ(median(std::vector<double>{5, 1, 9}), 5);
+  EXPECT_EQ(median(std::vector<double>{4, 1, 3, 2}), 3);
+}
+
+TEST(Statistics, QuantileHasItsPartOfTheOthersBelow) {
+  const std::vector<double> values{30, 10, 50, 20, 40};
+  EXPECT_EQ(quantile(values, 0), 10);
+  EXPECT_EQ(quantile(values, 0.25), 20);
+  EXPECT_EQ(quantile(values, 0.5), 30);
+  EXPECT_EQ(quantile(values, 0.7), 30) << "the lower of two";
+  EXPECT_EQ(quantile(values, 1), 50);
+  EXPECT_EQ(quantile({7}, 0.3), 7);
+}
+
+TEST(Statistics, NormalQuantileIsThatOfTables) {
+  EXPECT_NEAR(normal_quantile(0.975), 1.959964, 1e-6);
+  EXPECT_NEAR(normal_quantile(0.0005), -3.290527, 1e-6);
+  EXPECT_NEAR(std::pow(normal_quantile(0.9995), 2), chi_squared_quantile(0.999, 1), 1e-9);
 }
 
 // The fifteen p-values of Benjamini and Hochberg 1995 (J. Royal Statistical Society B 57, section 4), of which tests

@@ -8,8 +8,6 @@
 namespace piste {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
-
 struct Case {
   std::string_view text;
   Dimension dimension;
@@ -47,6 +45,41 @@ TEST(Units, DatasheetTextBecomesSi) {
     EXPECT_NEAR(parse_quantity(c.text, c.dimension), c.value, 1e-14 * std::abs(c.value)) << c.text;
 }
 
+// Both sides are one quantity.
+TEST(Units, OfOneKindAreMultiplesOfOneAnother) {
+  struct Equal {
+    std::string_view one, other;
+    Dimension dimension;
+  };
+  const Equal equals[] = {
+      {"1 deg", "60 arcmin", dimension::kAngle},
+      {"1 arcmin", "60 arcsec", dimension::kAngle},
+      {"1 rad", "1000 mrad", dimension::kAngle},
+      {"1 km", "1000 m", dimension::kLength},
+      {"1 m", "1000 mm", dimension::kLength},
+      {"1 hr", "60 min", dimension::kTime},
+      {"1 h", "3600 s", dimension::kTime},
+      {"1 s", "1e6 us", dimension::kTime},
+      {"1 ms", "1000 us", dimension::kTime},
+      {"1 T", "1e6 uT", dimension::kMagneticField},
+      {"1 mT", "1e6 nT", dimension::kMagneticField},
+      {"1 Gal", "1000 mGal", dimension::kAcceleration},
+      {"1 Gal", "0.01 m/s^2", dimension::kAcceleration},
+      {"1 g", "1e6 ug", dimension::kAcceleration},
+      {"1 %", "10000 ppm", dimension::kRatio},
+      {"3 m/s^2", "3 m*s^-2", dimension::kAcceleration},
+      {"3 m/s^2", "3 m/s/s", dimension::kAcceleration},
+      {"3 m/s^2", "3 m*Hz^2", dimension::kAcceleration},
+      {"1 deg/s/√(Hz)", "1 deg/sqrt(s)", dimension::kGyroNoise},
+      {"1 deg/s/sqrt(Hz)", "1 sqrt(deg^2/s)", dimension::kGyroNoise},
+      {"2 1", "2", dimension::kRatio},
+  };
+  for (const Equal& e : equals) {
+    const double other = parse_quantity(e.other, e.dimension);
+    EXPECT_NEAR(parse_quantity(e.one, e.dimension), other, 1e-14 * other) << e.one << " and " << e.other;
+  }
+}
+
 TEST(Units, AVectorIsThreeNumbersAndOneUnit) {
   EXPECT_TRUE(parse_vector("-0.06 0.03 -0.42 m", dimension::kLength).isApprox(Eigen::Vector3d(-0.06, 0.03, -0.42)));
   EXPECT_THROW(parse_vector("1 2 m", dimension::kLength), std::invalid_argument);
@@ -72,6 +105,9 @@ TEST(Units, WhatIsWrongSaysWhatWouldBeRight) {
       {"1e999 s", dimension::kTime},
       {"1e308 km", dimension::kLength},
       {"1 m^-2147483648", dimension::kRatio},
+      {"1 s^10", dimension::kTime},
+      {"1 m)", dimension::kLength},
+      {"1 sqrt(sqrt(sqrt(sqrt(sqrt(m)))))", dimension::kLength},
   };
   for (const auto& [text, expected] : wrong) {
     try {

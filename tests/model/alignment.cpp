@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <limits>
 
+#include "piste/math/statistics.h"
 #include "support/motion.h"
 #include "support/random.h"
 
@@ -84,10 +85,10 @@ TEST_P(Quadrant, KnowsHowSureItIs) {
     const auto found = align_in_motion(w.imu, w.fixes, receiver(), {}, motion.gravity().value);
     ASSERT_TRUE(found);
     const Vector3d error = so3_log(motion.at(found->time).q_wb * found->q_wb.conjugate());
-    nees += error.dot(found->covariance.inverse() * error) / kRuns;
+    nees += error.dot(found->covariance.inverse() * error) / (3 * kRuns);
   }
-  EXPECT_GT(nees, 1);
-  EXPECT_LT(nees, 6);
+  const Band band = chi_squared_band(0.999, 3, kRuns);
+  EXPECT_TRUE(band.contains(nees)) << nees << " outside " << band.low << " to " << band.high;
 }
 
 TEST(Alignment, ABodyAtRestTellsNoHeading) {

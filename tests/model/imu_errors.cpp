@@ -41,5 +41,28 @@ TEST(ChangeSigma, IsThatOfTheMeansOfTwoStretches) {
   EXPECT_EQ(change_sigma({}, 180, 0, 90), 0);
 }
 
+// A process begins as it stays: what its start is known to is what a long step makes of any start.
+TEST(InitialSigma, IsThatOfTheProcessAtAnyTime) {
+  const DriftProcess markov{.kind = DriftProcess::Kind::kGaussMarkov, .sigma = 0.3, .correlation_time = 200};
+  EXPECT_EQ(initial_sigma(markov), 0.3);
+  for (const double dt : {0.01, 50.0, 1e6}) {
+    const DiscreteProcess step = discretise(markov, dt);
+    const double variance = initial_sigma(markov) * initial_sigma(markov);
+    EXPECT_NEAR(step.transition * step.transition * variance + step.variance, variance, 1e-15) << dt;
+  }
+  EXPECT_EQ(initial_sigma({.kind = DriftProcess::Kind::kRandomWalk, .density = 0.02}), 0) << "it starts from nothing";
+  EXPECT_EQ(initial_sigma({}), 0);
+}
+
+// The means of one stretch cut in two, without a gap, over the same process: changes of neighbours that are so short
+// that nothing drifts in them are none, and of a Gauss-Markov process far apart they are those of two draws.
+TEST(ChangeSigma, OfShortAndOfDistantStretches) {
+  const DriftProcess markov{.kind = DriftProcess::Kind::kGaussMarkov, .sigma = 0.3, .correlation_time = 200};
+  EXPECT_LT(change_sigma(markov, 1e-3, 0, 1e-3), 1e-3);
+  EXPECT_NEAR(change_sigma(markov, 1e-3, 1e6, 1e-3), 0.3 * std::sqrt(2), 1e-6);
+  const DriftProcess walk{.kind = DriftProcess::Kind::kRandomWalk, .density = 0.02};
+  EXPECT_NEAR(change_sigma(walk, 1e-6, 100, 1e-6), 0.02 * 10, 1e-6);
+}
+
 }  // namespace
 }  // namespace piste

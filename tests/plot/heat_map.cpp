@@ -1,4 +1,4 @@
-#include "piste/plot/heat_map.h"
+#include "plot/heat_map.h"
 
 #include <gtest/gtest.h>
 

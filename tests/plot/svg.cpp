@@ -1,13 +1,13 @@
 // Pictures of named things, with whiskers.
 
-#include "piste/plot/svg.h"
+#include "plot/svg.h"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 #include <string>
 
-#include "piste/plot/markup.h"
+#include "plot/markup.h"
 #include "report/well_formed.h"
 #include "support/text_file.h"
 

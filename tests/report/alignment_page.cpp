@@ -11,7 +11,7 @@
 #include <limits>
 #include <set>
 
-#include "piste/plot/svg.h"
+#include "plot/svg.h"
 #include "report/well_formed.h"
 #include "support/alignment_picture.h"
 #include "support/text_file.h"

@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "piste/plot/svg.h"
+#include "plot/svg.h"
 #include "report/well_formed.h"
 #include "support/ensemble.h"
 #include "support/text_file.h"

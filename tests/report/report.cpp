@@ -9,11 +9,11 @@
 #include <functional>
 #include <limits>
 
-#include "piste/plot/markup.h"
-#include "piste/plot/svg.h"
-#include "piste/plot/thin.h"
 #include "piste/report/html.h"
 #include "piste/report/kml.h"
+#include "plot/markup.h"
+#include "plot/svg.h"
+#include "plot/thin.h"
 #include "report/synthetic_run.h"
 #include "report/well_formed.h"
 

@@ -68,7 +68,7 @@ TEST(StudyFigures, SayWhatTheirBarsAre) {
     EXPECT_TRUE(contains(caption, "what was put in")) << name;
   }
   EXPECT_TRUE(contains(named(figures, "timing_accel").caption, "one standard error between runs"));
-  EXPECT_TRUE(contains(named(figures, "ranking").caption, "95 % interval of the ratio to the winner"));
+  EXPECT_TRUE(contains(named(figures, "ranking").caption, "95 % interval of the ratio to the lowest score"));
 }
 
 TEST(StudyFigures, OfOneRunKnowTheErrorWithinIt) {

@@ -4,10 +4,17 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cctype>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 
+#include "piste/files/study.h"
+#include "piste/report/study_figures.h"
+#include "piste/report/study_text.h"
 #include "report/well_formed.h"
+#include "support/article.h"
 #include "support/study_case.h"
 #include "support/text_file.h"
 
@@ -56,7 +63,6 @@ TEST(StudyPage, TellsEverythingInOneFile) {
                            "Bias&#39; of the accelerometers",
                            "Scale&#39; of the gyroscopes",
                            "Truth inside the 95 % interval",
-                           "What the article's numbers imply",
                            "bicycle-9, MT-9A 3: mt9a_3.csv:1: no sample",
                            "ski-1, MT-9A 1: the plate flexes by 0.2°",
                            "How to read it",
@@ -70,6 +76,7 @@ TEST(StudyPage, TellsEverythingInOneFile) {
 
 TEST(StudyPage, PutsTheArticleBesideOurNumbers) {
   Study study = StudyCase{.runs = 3, .sensors = 4}.study();
+  study.article = test::bonnaz_2008();
   for (SensorRun& r : study.results) {
     for (MethodEstimate& e : r.estimates) {
       if (e.method != Method::kRest) continue;
@@ -84,17 +91,103 @@ TEST(StudyPage, PutsTheArticleBesideOurNumbers) {
        {">−0.1350<", ">0.010<", ">0.0058<", ">0.0020<", ">0.00010<", ">−0.1300<", ">0.034<", ">0.020<"}) {
     EXPECT_TRUE(contains(row, cell)) << cell << row;
   }
-  EXPECT_TRUE(contains(page, "MT-9A 4 fx")) << "a sensor that the article does not have";
+  EXPECT_TRUE(contains(page, "<th>article, Table 1</th><th>its std</th>"));
+  EXPECT_TRUE(contains(page, "J.-M. Bonnaz, Évaluation du modèle"));
+  const std::string fourth = page.substr(page.find("MT-9A 4 fx</th><td"), 2000);
+  EXPECT_TRUE(contains(fourth.substr(0, fourth.find("</tr>")), "></td><td class=\"number\"></td>"))
+      << "the article has no such sensor";
 }
 
 TEST(StudyPage, SaysWhatTheArticleImplies) {
-  const std::string page = page_of(Study{});
-  for (const char* part : {"the mean force is (−6.54, −0.19, −7.19) m/s², 9.72 m/s² long", "−6.93 to −6.14", "16 of 18",
-                           "0.00066", "by its own rule 15 of 18 are", "make up to 0.173 m/s² of the mean force",
-                           "standard deviations of wx and wy are the same on every sensor"}) {
+  Study empty;
+  empty.article = test::bonnaz_2008();
+  const std::string page = page_of(empty);
+  for (const char* part :
+       {"the mean force is (−6.54, −0.19, −7.19) m/s², 9.72 m/s² long", "−6.93 to −6.14", "16 of 18", "0.00066",
+        "The article calls a number significant", "make up to 0.173 m/s² of the mean force",
+        "standard deviations of wx and wy are the same on every sensor"}) {
     EXPECT_TRUE(contains(page, part)) << part;
   }
-  EXPECT_TRUE(contains(page_of(StudyCase{}.study()), "delay needed [ms]"));
+  Study study = StudyCase{}.study();
+  study.article = test::bonnaz_2008();
+  EXPECT_TRUE(contains(page_of(study), "delay needed [ms]"));
+  EXPECT_TRUE(contains(page_of(study), "wx in the article"));
+}
+
+// All that a study writes, in small letters.
+std::string everything(const Study& study) {
+  std::string all = page_of(study) + study_json(study) + study_text(study);
+  for (const StudyFile& file : study_csv(study)) all += file.name + file.content;
+  for (const Figure& figure : study_figures(study)) all += figure.name + figure.svg + figure.caption;
+  for (char& c : all) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return all;
+}
+
+TEST(StudyPage, SaysNothingOfAnArticleThatNobodyNamed) {
+  const std::string all = everything(StudyCase{}.study());
+  const auto found = all.find("article");
+  EXPECT_EQ(found, std::string::npos) << all.substr(found - 80, 160);
+  EXPECT_FALSE(contains(all, "bonnaz"));
+}
+
+TEST(StudyPage, GivesSensorsOfOtherNamesNoColumnsOfTheArticle) {
+  Study study = StudyCase{}.study();
+  study.article = test::bonnaz_2008();
+  for (std::string& name : study.sensors) name += " of mine";
+  const std::string page = page_of(study);
+  EXPECT_TRUE(contains(page, "What the article's numbers imply"));
+  EXPECT_FALSE(contains(page, "<th>article, Table")) << "no sensor has a counterpart";
+  EXPECT_FALSE(contains(page, "<th>its std"));
+}
+
+TEST(StudyPage, DoesWithAnArticleOfOneTable) {
+  Study study = StudyCase{}.study();
+  study.article = test::bonnaz_2008();
+  CampaignTables& tables = study.article->article.tables;
+  const PrintedTable rest = tables.rest;
+  for (PrintedTable* table : {&tables.before, &tables.after, &tables.joint_bias, &tables.joint_scale,
+                              &tables.correlation, &tables.bias_only}) {
+    for (PrintedRow& row : table->sensors) row.fill({});
+  }
+  const std::string page = page_of(study);
+  EXPECT_TRUE(contains(page, "<th>article, Table 1</th>"));
+  EXPECT_FALSE(contains(page, "<th>article, Table 3</th>"));
+  EXPECT_TRUE(contains(page, "Table 1, the article"));
+  EXPECT_FALSE(contains(page, "Table 6, the article"));
+}
+
+// Replays with the rest before are `factor` times as wrong as with kMarkovSmoothed, and a little more or less by turns.
+Study study_with(double factor, double scatter) {
+  Study study = StudyCase{}.study();
+  for (SensorRun& r : study.results) {
+    const auto of = [&r](Method m) { return std::ranges::find(r.scores, m, &NavigationScore::method); };
+    const double more = factor * std::exp(r.run % 2 == 0 ? scatter : -scatter);
+    NavigationScore rest = *of(Method::kMarkovSmoothed);
+    for (double* error : {&rest.position_rmse, &rest.velocity_rmse, &rest.attitude_rmse, &rest.outage_drift}) {
+      *error *= more;
+    }
+    rest.method = Method::kRest;
+    *of(Method::kRest) = rest;
+  }
+  return study;
+}
+
+TEST(StudyPage, NamesNoWinnerWhereMethodsTie) {
+  // Not significant: 3 % with a scatter of 10 %; and significant, but 1.00 in print.
+  for (const Study& study : {study_with(1.03, 0.1), study_with(1.002, 1e-5)}) {
+    const std::string page = page_of(study);
+    EXPECT_TRUE(contains(page,
+                         "<strong>2 methods tie for the best navigation</strong>: “Gauss-Markov, smoothed” and "
+                         "“rest before”."));
+    EXPECT_TRUE(contains(page, "Gauss-Markov, smoothed (tie)"));
+    EXPECT_TRUE(contains(page, "rest before (tie)"));
+    EXPECT_TRUE(contains(page, "“Gauss-Markov, smoothed” has the lowest score in "));
+    EXPECT_FALSE(contains(page, "winner"));
+    EXPECT_FALSE(contains(page, "The best navigation comes from"));
+  }
+  const std::string page = page_of(study_with(1.02, 1e-5));
+  EXPECT_TRUE(contains(page, "The best navigation comes from “Gauss-Markov, smoothed”"));
+  EXPECT_TRUE(contains(page, "Next is “rest before”, with 1.02 times the errors of the winner"));
 }
 
 TEST(StudyPage, DoesWithoutTruth) {

@@ -1,7 +1,7 @@
 /// Are the sigmas true? The Monte Carlo suite, made short: NEES within its chi-squared band, errors near the bound;
 /// and out of the band where the sensor is worse than its file says.
 
-#include "piste/files/consistency.h"
+#include "piste/consistency/consistency.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -9,17 +9,20 @@
 #include <thread>
 
 #include "piste/experiment/ensemble.h"
+#include "piste/math/units.h"
+#include "piste/report/consistency_text.h"
 #include "support/places.h"
 #include "support/scenario.h"
+#include "support/thorough.h"
 
 namespace piste::test {
 namespace {
 
-constexpr int kRuns = 32;
+const int kRuns = seeds(32, 200);
 // Of a band: one alarm in a thousand of these tests, which look at some 300 groups.
 constexpr double kProbability = 1 - 1e-3 / 300;
 
-ConsistencyReport report_of(const Scenario& scenario, const std::string& title, int runs = kRuns) {
+ConsistencyReport report_of(const Scenario& scenario, const std::string& title, int runs) {
   Ensemble ensemble(scenario);
   ensemble.run(static_cast<std::size_t>(runs), std::max(1U, std::thread::hardware_concurrency()));
   ConsistencyReport report = ensemble.sums().report(kProbability);
@@ -36,7 +39,7 @@ Scenario short_scenario(const std::string& name) {
 class Consistent : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(Consistent, EveryGroupIsWithinItsBandAndNearTheBound) {
-  const ConsistencyReport report = report_of(short_scenario(GetParam()), GetParam());
+  const ConsistencyReport report = report_of(short_scenario(GetParam()), GetParam(), kRuns);
   EXPECT_TRUE(report.consistent());
   const auto under_way = static_cast<std::size_t>(Phase::kUnderWay);
   for (const auto* estimator : {&report.filter, &report.smoother}) {

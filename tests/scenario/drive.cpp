@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "piste/io/log_io.h"
+#include "piste/math/units.h"
 #include "support/datasets.h"
 #include "support/navigation.h"
 #include "support/places.h"
@@ -16,7 +17,6 @@
 namespace piste::test {
 namespace {
 
-constexpr double kDegree = 1 / 57.295779513082320876798;
 const Vector3d kLeverArm(0, -0.05, 0);
 
 std::vector<Interval> coast_windows() {

@@ -10,9 +10,9 @@
 
 #include "piste/condition/pipeline.h"
 #include "piste/condition/time_sync.h"
-#include "piste/core/state_table.h"
 #include "piste/io/log_io.h"
 #include "piste/io/sensor_file.h"
+#include "piste/math/units.h"
 #include "support/datasets.h"
 #include "support/places.h"
 #include "support/random.h"
@@ -20,8 +20,8 @@
 namespace piste::test {
 namespace {
 
-constexpr double kGravity = 9.80665, kRadian = 1 / kDegreesPerRadian;
-const Vector3d kGyroBias(0.4 * kRadian, -0.3 * kRadian, 0.2 * kRadian);
+constexpr double kGravity = 9.80665;
+const Vector3d kGyroBias(0.4 * kDegree, -0.3 * kDegree, 0.2 * kDegree);
 
 ImuRecording raw_log(double gyro_noise, double accel_noise) {
   ImuRecording imu;
@@ -34,7 +34,7 @@ ImuRecording raw_log(double gyro_noise, double accel_noise) {
     double milliseconds = 0;
     std::istringstream(line) >> f.x() >> f.y() >> f.z() >> w.x() >> w.y() >> w.z() >> milliseconds;
     imu.time.push_back(1e-3 * milliseconds);
-    imu.gyro.emplace_back(kRadian * w + kGyroBias + random.vector(gyro_noise));
+    imu.gyro.emplace_back(kDegree * w + kGyroBias + random.vector(gyro_noise));
     imu.accel.emplace_back(kGravity * f + random.vector(accel_noise));
   }
   return imu;
@@ -44,11 +44,11 @@ TEST(DriveAlignment, FindsTheRecordistsMountingAndClock) {
   PISTE_REQUIRE_DATASETS();
   const ImuSensor sensor = read_sensor(source_folder() + "/config/sensors/mems_car.yaml");
   const auto reference = condition_imu(read_imu({(datasets() / "drive/imu.txt").string(), LogFormat::kKfGins}), {}).imu;
-  const auto body = condition_imu(raw_log(0.5 * kRadian, 0.1), {}).imu;
+  const auto body = condition_imu(raw_log(0.5 * kDegree, 0.1), {}).imu;
   const Alignment a = align(body, reference, {.sensor = sensor});
 
   // b is the raw sensor, r the car. The recordist's roll, pitch and heading turn r into b.
-  const Quaterniond stated = from_euler(kRadian * Vector3d(180, -6.79, 185.35)).conjugate();
+  const Quaterniond stated = from_euler(kDegree * Vector3d(180, -6.79, 185.35)).conjugate();
   const Vector3d apart = kDegreesPerRadian * so3_log(stated * a.q_rb.conjugate()),
                  sigma = kDegreesPerRadian * a.sigma(AlignmentLayout::kBoresight);
   fmt::print(

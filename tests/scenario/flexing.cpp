@@ -7,14 +7,16 @@
 #include <Eigen/Dense>
 
 #include "piste/math/statistics.h"
+#include "piste/math/units.h"
 #include "piste/sim/random.h"
 #include "piste/solve/rts.h"
 #include "support/simulated_case.h"
+#include "support/thorough.h"
 
 namespace piste::test {
 namespace {
 
-constexpr int kRuns = 20;
+const int kRuns = seeds(20, 100);
 constexpr double kCorrelationTime = 15;
 const GaussMarkov kGiving{{0.2 * kDegree, 0.3 * kDegree, 0.2 * kDegree}, kCorrelationTime};
 
@@ -63,8 +65,8 @@ struct Nees {
 
 Nees mean_nees(bool told) {
   Nees mean;
-  for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
-    Flexing flexing(seed);
+  for (int seed = 1; seed <= kRuns; ++seed) {
+    Flexing flexing(static_cast<std::uint64_t>(seed));
     Case& c = flexing.c;
     if (told) {
       c.options.attitude[0].boresight_drift = kGiving;

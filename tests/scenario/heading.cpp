@@ -1,11 +1,19 @@
 // Where a run begins: the heading found from every quadrant, at rest first and on the move, and what is said where it
-// cannot be found.
+// cannot be found. Seeds are 1, 2, 3 and so on.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <ostream>
+
+#include "piste/math/statistics.h"
+#include "piste/math/units.h"
 #include "support/simulated_case.h"
 #include "support/text_file.h"
+#include "support/thorough.h"
 
 namespace piste::test {
 namespace {
@@ -26,87 +34,155 @@ HeadingError heading_error(const Case& c, const FoundStart& found) {
   return {error / kDegree, sigmas.euler.z() / kDegree};
 }
 
-void expect_found(const Case& c, const FoundStart& found, double largest_sigma, const std::string& what) {
-  const HeadingError h = heading_error(c, found);
-  EXPECT_LT(std::abs(h.error), 3 * h.sigma) << what << ": " << found.how;
-  EXPECT_LT(h.sigma, largest_sigma) << what;
-  std::printf("%-28s heading error %7.2f deg, sigma %5.2f deg\n", what.c_str(), h.error, h.sigma);
-}
+/// A start claims some five times the covariance that was found, as the filter sees the same stretch again (start.cpp).
+constexpr double kTempering = 5;
 
-class Quadrant : public ::testing::TestWithParam<std::tuple<const char*, int>> {};
-
-TEST_P(Quadrant, FoundFromRestAndOnTheMove) {
-  const auto [motion, heading] = GetParam();
-  Case c = make_case(motion, heading, static_cast<std::uint64_t>(heading));
-  expect_found(c, c.find(), 15, fmt::format("{} {} at rest", motion, heading));
-  for (const double later : {7.0, 18.3, 31.0}) {
-    c.conditioning.span = {c.under_way() + later, c.under_way() + 60};
-    expect_found(c, c.find(), 15, fmt::format("{} {} moving {}", motion, heading, later));
+/// Headings found in many runs: errors within 4 of their sigmas, and these below `largest_sigma`, which is at most 1.6
+/// times the largest of the usual seeds.
+class Found {
+ public:
+  Found(std::string what, double largest_sigma) : what_(std::move(what)), largest_sigma_(largest_sigma) {}
+  void add(const Case& c, const FoundStart& found) {
+    const HeadingError h = heading_error(c, found);
+    EXPECT_LT(std::abs(h.error), 4 * h.sigma) << what_ << ": " << found.how;
+    EXPECT_LT(h.sigma, largest_sigma_) << what_;
+    largest_ = std::max(largest_, h.sigma);
+    nees_ += kTempering * h.error * h.error / (h.sigma * h.sigma);
+    ++count_;
   }
+  /// The mean NEES of what was found within the band of as many draws.
+  void expect_true_sigmas() const {
+    ASSERT_GT(count_, 0);
+    const Band band = chi_squared_band(0.999, 1, count_);
+    fmt::print("{:32} {:3} runs, largest sigma {:5.2f} deg, NEES {:.2f}, band {:.2f} to {:.2f}\n", what_, count_,
+               largest_, nees_ / count_, band.low, band.high);
+    EXPECT_TRUE(band.contains(nees_ / count_)) << what_ << ": " << nees_ / count_;
+  }
+
+ private:
+  std::string what_;
+  double largest_sigma_, largest_ = 0, nees_ = 0;
+  int count_ = 0;
+};
+
+constexpr std::array kQuadrants{30, 120, 210, 300};
+
+/// Of `kQuadrants`, each with seeds of its own.
+Found found_everywhere(const std::string& what, double largest_sigma,
+                       const std::function<Case(int, std::uint64_t)>& make, const InitialHeading& heading = {}) {
+  Found all(what, largest_sigma);
+  std::uint64_t seed = 0;
+  for (int n = 0; n < seeds(1, 8); ++n) {
+    for (const int quadrant : kQuadrants) {
+      const Case c = make(quadrant, ++seed);
+      all.add(c, c.find(heading));
+    }
+  }
+  return all;
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Quadrant,
-                         ::testing::Combine(::testing::Values("ski", "giant_slalom", "bicycle"),
-                                            ::testing::Values(30, 120, 179, 210, 300, 359)),
-                         [](const auto& each) {
-                           return fmt::format("{}_{}", std::get<0>(each.param), std::get<1>(each.param));
-                         });
+struct Motion {
+  const char* name;
+  double at_rest, moving;  ///< largest sigmas of the heading [deg]
+};
+
+void PrintTo(const Motion& motion, std::ostream* out) { *out << motion.name; }
+
+class Everywhere : public ::testing::TestWithParam<Motion> {};
+
+TEST_P(Everywhere, FoundFromRestAndOnTheMove) {
+  constexpr std::array kLater{7.0, 18.3, 31.0};  // s under way
+  const Motion& motion = GetParam();
+  Found at_rest(fmt::format("{} at rest", motion.name), motion.at_rest);
+  std::vector<Found> moving;
+  for (const double later : kLater) {
+    moving.emplace_back(fmt::format("{} moving {} s", motion.name, later), motion.moving);
+  }
+  std::uint64_t seed = 0;
+  for (int n = 0; n < seeds(1, 6); ++n) {
+    for (const int heading : {30, 120, 179, 210, 300, 359}) {
+      Case c = make_case(motion.name, heading, ++seed);
+      at_rest.add(c, c.find());
+      for (std::size_t i = 0; i < kLater.size(); ++i) {
+        c.conditioning.span = {c.under_way() + kLater[i], c.under_way() + 60};
+        moving[i].add(c, c.find());
+      }
+    }
+  }
+  at_rest.expect_true_sigmas();
+  for (const Found& way : moving) way.expect_true_sigmas();
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Everywhere,
+                         ::testing::Values(Motion{"ski", 1.7, 0.6}, Motion{"giant_slalom", 1.6, 0.4},
+                                           Motion{"bicycle", 2.5, 2.7}),
+                         [](const auto& each) { return std::string(each.param.name); });
 
 TEST(Heading, WithPositionOnly) {
-  for (const int heading : {30, 120, 210, 300}) {
-    Case c = make_case("giant_slalom", heading, 5);
+  found_everywhere("position only", 1.6, [](int heading, std::uint64_t seed) {
+    Case c = make_case("giant_slalom", heading, seed);
     c.options.gnss[0].use_velocity = false;
-    expect_found(c, c.find(), 15, fmt::format("position only {}", heading));
-  }
+    return c;
+  }).expect_true_sigmas();
 }
 
 TEST(Heading, WithL1) {
-  for (const int heading : {30, 120, 210, 300}) {
-    Case c = make_case("giant_slalom", heading, 6, [](Scenario& s) {
+  found_everywhere("L1", 2, [](int heading, std::uint64_t seed) {
+    Case c = make_case("giant_slalom", heading, seed, [](Scenario& s) {
       s.gnss = read_scenario(s.file).gnss;
       s.gnss.erase(s.gnss.begin());
     });
     c.options.gnss[0].drift = c.scenario.gnss[0].position_drift;
-    ASSERT_TRUE(c.options.gnss[0].drift);
-    expect_found(c, c.find(), 15, fmt::format("L1 {}", heading));
-  }
+    EXPECT_TRUE(c.options.gnss[0].drift);
+    return c;
+  }).expect_true_sigmas();
 }
 
 // A random walk starts from nothing: its prior is singular there.
 TEST(Heading, WithDriftsThatWalk) {
-  for (const int heading : {30, 210}) {
-    Case c = make_case("giant_slalom", heading, 5);
+  found_everywhere("random walk", 1.6, [](int heading, std::uint64_t seed) {
+    Case c = make_case("giant_slalom", heading, seed);
     c.options.sensor.gyro.drift = {.kind = DriftProcess::Kind::kRandomWalk, .density = 1.7e-5};
     c.options.sensor.accel.drift = {.kind = DriftProcess::Kind::kRandomWalk, .density = 1e-3};
-    expect_found(c, c.find(), 15, fmt::format("random walk {}", heading));
-  }
+    return c;
+  }).expect_true_sigmas();
 }
 
+// What is given is taken, with a sigma that a tilted start adds to.
 TEST(Heading, FromAValue) {
-  const Case c = make_case("ski", 210, 3);
+  const Case c = make_case("ski", 210, 1);
   const double truth = to_euler(c.simulation.bodies[0].at(c.simulation.plate.start_time()).q_wb).z();
-  expect_found(c, c.find({Source::kValue, truth + 3 * kDegree, 2 * kDegree}), 4, "value");
+  const HeadingError h = heading_error(c, c.find({Source::kValue, truth + 3 * kDegree, 2 * kDegree}));
+  EXPECT_NEAR(h.error, 3, 0.2);
+  EXPECT_GT(h.sigma, 2);
+  EXPECT_LT(h.sigma, 3);
 }
 
+// Sigmas of references and magnetometers are stated, and not of what was drawn: they are bounded, and not tested.
 TEST(Heading, FromTheReferenceAttitude) {
-  for (const int heading : {30, 120, 210, 300}) {
-    Case c = make_case("ski", heading, 3, [](Scenario& s) { s.attitude = read_scenario(s.file).attitude; });
-    c.options.estimate.push_back(Block::kBoresight);
-    expect_found(c, c.find({.source = Source::kAttitude}), 10, fmt::format("attitude {}", heading));
-  }
+  found_everywhere("attitude", 6,
+                   [](int heading, std::uint64_t seed) {
+                     Case c = make_case("ski", heading, seed,
+                                        [](Scenario& s) { s.attitude = read_scenario(s.file).attitude; });
+                     c.options.estimate.push_back(Block::kBoresight);
+                     return c;
+                   },
+                   {.source = Source::kAttitude});
 }
 
 TEST(Heading, FromTheMagnetometer) {
   constexpr double kDeclination = 3 * kDegree;
-  for (const int heading : {30, 120, 210, 300}) {
-    Case c = make_case("ski", heading, 3, [](Scenario& s) {
-      s.imus[0].magnetic_field = Vector3d(22 * std::cos(kDeclination), 22 * std::sin(kDeclination), 42);
-      s.imus[0].magnetic_noise = 0.3;
-    });
-    c.options.declination = kDeclination;
-    expect_found(c, c.find({.source = Source::kMagnetometer, .sigma = 3 * kDegree}), 12,
-                 fmt::format("magnetometer {}", heading));
-  }
+  found_everywhere("magnetometer", 6,
+                   [&](int heading, std::uint64_t seed) {
+                     Case c = make_case("ski", heading, seed, [&](Scenario& s) {
+                       s.imus[0].magnetic_field =
+                           Vector3d(22 * std::cos(kDeclination), 22 * std::sin(kDeclination), 42);
+                       s.imus[0].magnetic_noise = 0.3;
+                     });
+                     c.options.declination = kDeclination;
+                     return c;
+                   },
+                   {.source = Source::kMagnetometer, .sigma = 3 * kDegree});
 }
 
 TEST(Heading, NothingMoves) {
@@ -115,7 +191,7 @@ TEST(Heading, NothingMoves) {
   const std::string message = message_of<DataError>([&] { c.find(); });
   EXPECT_TRUE(contains(message, "heading cannot be found"));
   EXPECT_TRUE(contains(message, "initial: {heading:"));
-  expect_found(c, c.find({Source::kValue, 30 * kDegree, 5 * kDegree}), 6, "value at rest");
+  EXPECT_NEAR(heading_error(c, c.find({Source::kValue, 30 * kDegree, 5 * kDegree})).sigma, 5.4, 0.6);
 }
 
 TEST(Heading, NoGnssWhileMoving) {

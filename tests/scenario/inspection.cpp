@@ -12,6 +12,7 @@
 
 #include "piste/experiment/inspect.h"
 #include "piste/math/so3.h"
+#include "piste/math/units.h"
 #include "piste/sim/random.h"
 #include "support/datasets.h"
 #include "support/navigation.h"
@@ -132,13 +133,12 @@ void remove_gravity(Logs& logs, RandomStream&) {
 }
 
 std::vector<Seeded> seeded() {
-  constexpr double kDegrees = 57.295779513;
   const auto reverse = [](std::size_t column) {
     return [column](Logs& l, RandomStream&) { l.imu.scale(column, 1, -1); };
   };
   return {
       {"GyroDegreesAsRadians", LogFault::kGyroDegrees,
-       [=](Logs& l, RandomStream&) { l.imu.scale(kGyro, 3, kDegrees); }},
+       [=](Logs& l, RandomStream&) { l.imu.scale(kGyro, 3, kDegreesPerRadian); }},
       {"GyroRadiansAsDegrees", LogFault::kGyroRadians,
        [](Logs& l, RandomStream&) { l.imu.rename("_rad_s", "_deg_s"); }},
       {"AccelGAsMetres", LogFault::kAccelG, [](Logs& l, RandomStream&) { l.imu.scale(kAccel, 3, 1 / 9.80665); }},
@@ -274,6 +274,7 @@ TEST_F(Inspected, ShippedLogsAreClean) {
   ASSERT_TRUE(arm);
   const Vector3d error = arm->value - Vector3d(-0.06, 0.03, -0.42);
   EXPECT_LT(error.cwiseQuotient(arm->sigma).cwiseAbs().maxCoeff(), 4) << error.transpose();
+  EXPECT_LT(arm->sigma.maxCoeff(), 0.03) << arm->sigma.transpose();
 }
 
 TEST_F(Inspected, SimulatedLogsAreClean) {

@@ -1,13 +1,17 @@
-// The reference solution and its use, through the programs: an LN200 with GPS L1/L2, smoothed, whose attitude.csv an
-// MT-9A on the same plate is replayed with. Prints what README quotes.
+// The reference solution and its use: an LN200 with GPS L1/L2, smoothed, whose sigmas are true over many seeds; and
+// through the programs one whose attitude.csv an MT-9A on the same plate is replayed with. Prints what README quotes.
 
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
-#include "piste/math/statistics.h"
+#include <ostream>
+#include <thread>
+
+#include "piste/experiment/ensemble.h"
 #include "support/navigation.h"
 #include "support/places.h"
 #include "support/program.h"
+#include "support/thorough.h"
 
 namespace piste::test {
 namespace {
@@ -17,9 +21,9 @@ const std::array kAngles{"roll", "pitch", "heading"};
 
 // Errors of an attitude log against the truth at its epochs.
 struct Errors {
-  Vector3d rmse = Vector3d::Zero();  ///< deg
-  double largest = 0;                ///< in its own sigmas, of any angle
-  double nees = 0;                   ///< mean square in sigmas, of all angles
+  Vector3d rmse = Vector3d::Zero();     ///< deg
+  Vector3d claimed = Vector3d::Zero();  ///< RMS of the sigmas, deg
+  double largest = 0;                   ///< in its own sigmas, of any angle
   std::size_t epochs = 0;
 };
 
@@ -32,14 +36,14 @@ Errors errors_of(const Table& attitude, const Table& truth, const Interval& duri
     for (std::size_t k = 0; k < kAngles.size(); ++k) {
       const std::string name = fmt::format("{}_deg", kAngles[k]);
       const double error = std::remainder(attitude[name][i] - at(truth, name, t), 360.0);
-      const double in_sigmas = error / attitude["sigma_" + name][i];
+      const double sigma = attitude["sigma_" + name][i];
       e.rmse(static_cast<Eigen::Index>(k)) += error * error;
-      e.largest = std::max(e.largest, std::abs(in_sigmas));
-      e.nees += in_sigmas * in_sigmas / 3;
+      e.claimed(static_cast<Eigen::Index>(k)) += sigma * sigma;
+      e.largest = std::max(e.largest, std::abs(error) / sigma);
     }
   }
   e.rmse = (e.rmse / static_cast<double>(e.epochs)).cwiseSqrt();
-  e.nees /= static_cast<double>(e.epochs);
+  e.claimed = (e.claimed / static_cast<double>(e.epochs)).cwiseSqrt();
   return e;
 }
 
@@ -52,8 +56,11 @@ std::string gnss_of(const YAML::Node& imu) {
 
 struct Course {
   const char* name;
-  double boresight;  ///< deg: how near the MT-9A can tell it there
+  Vector3d claimed;  ///< deg: how sure the reference may be of roll, pitch and heading under way, at least
+  double boresight;  ///< deg: how sure the MT-9A may be of it there, at least
 };
+
+void PrintTo(const Course& course, std::ostream* out) { *out << course.name; }
 
 class Reference : public testing::TestWithParam<Course> {};
 
@@ -80,18 +87,14 @@ TEST_P(Reference, CarriesTheMt9a) {
   const Errors whole = errors_of(attitude, true_attitude, {attitude["time_s"].front(), attitude["time_s"].back()});
   const Errors under_way = errors_of(attitude, true_attitude, run);
   std::printf(
-      "%s: reference, rmse under way %.4f %.4f %.4f deg, at worst %.1f sigma; whole log %.4f %.4f %.4f deg, %.1f "
-      "sigma\n",
-      GetParam().name, under_way.rmse.x(), under_way.rmse.y(), under_way.rmse.z(), under_way.largest, whole.rmse.x(),
-      whole.rmse.y(), whole.rmse.z(), whole.largest);
+      "%s: reference, rmse under way %.4f %.4f %.4f deg, claimed %.4f %.4f %.4f deg, at worst %.1f sigma; whole log "
+      "%.4f %.4f %.4f deg, %.1f sigma\n",
+      GetParam().name, under_way.rmse.x(), under_way.rmse.y(), under_way.rmse.z(), under_way.claimed.x(),
+      under_way.claimed.y(), under_way.claimed.z(), under_way.largest, whole.rmse.x(), whole.rmse.y(), whole.rmse.z(),
+      whole.largest);
   EXPECT_EQ(under_way.epochs, 901U);
-  EXPECT_LT(under_way.rmse.x(), 0.03);
-  EXPECT_LT(under_way.rmse.y(), 0.03);
-  EXPECT_LT(under_way.rmse.z(), 0.05);
   EXPECT_LT(whole.largest, 4);
-  // Errors last as long as the run: three angles are little more than three draws.
-  EXPECT_LT(under_way.nees, chi_squared_quantile(0.999, 3) / 3);
-  EXPECT_GT(under_way.nees, chi_squared_quantile(0.001, 3) / 3);
+  for (int k = 0; k < 3; ++k) EXPECT_LT(under_way.claimed(k), GetParam().claimed(k)) << k;
 
   const YAML::Node error = YAML::LoadFile(folder / "reference/summary.json")["attitude_error"];
   const auto tau = error["correlation_time_s"].as<double>();
@@ -116,13 +119,40 @@ TEST_P(Reference, CarriesTheMt9a) {
     std::printf("%s: boresight, %s off by %.4f deg, sigma %.4f\n", GetParam().name,
                 kAngles[static_cast<std::size_t>(k)], off, sigma);
     EXPECT_LT(std::abs(off), 4 * sigma) << k;
-    EXPECT_LT(std::abs(off), GetParam().boresight) << k;
     EXPECT_LT(sigma, GetParam().boresight) << k;
   }
 }
 
+// The errors of an attitude last as long as the run, so that seeds count and epochs do not: the mean NEES over them is
+// held to the band of as many draws of three angles. Of seeds 1 to 60, shortened to a minute, ski has TBD and giant
+// slalom TBD, where the band is TBD.
+TEST_P(Reference, HasTrueSigmas) {
+  const TemporaryFolder folder;
+  const Scenario scenario = read_scenario(folder.write(
+      "reference.yaml", fmt::format("base: {}/config/scenarios/{}.yaml\nseed: 1\n"
+                                    "motion: {{rest_before: 20 s, run: 35 s, rest_after: 5 s, net_turn: 90 deg}}\n"
+                                    "montecarlo: {{imu: ln200, gnss: gnss_l1l2}}\n",
+                                    kSource.string(), GetParam().name)));
+  Ensemble ensemble(scenario);
+  ensemble.run(static_cast<std::size_t>(seeds(12, 60)), std::max(1U, std::thread::hardware_concurrency()));
+  const ConsistencyReport report = ensemble.sums().report(0.999);
+  EXPECT_TRUE(report.failures.empty());
+  const auto group =
+      static_cast<std::size_t>(std::ranges::find(report.groups, "attitude", &StateGroup::name) - report.groups.begin());
+  ASSERT_LT(group, report.groups.size());
+  const Band& band = report.bands[group];
+  for (const EstimatorConsistency* estimator : {&report.filter, &report.smoother}) {
+    const double nees = estimator->groups[static_cast<std::size_t>(Phase::kUnderWay)].at(group).nees;
+    std::printf("%s, %d runs: NEES of the attitude %.3f, band %.3f to %.3f\n", GetParam().name, report.runs, nees,
+                band.low, band.high);
+    EXPECT_TRUE(band.contains(nees)) << nees << " outside " << band.low << " to " << band.high;
+  }
+}
+
 // Gentle turns tell the tilt of an MT-9A from its accelerometers' drift to 0.03 deg and no better.
-INSTANTIATE_TEST_SUITE_P(Scenarios, Reference, testing::Values(Course{"ski", 0.06}, Course{"giant_slalom", 0.02}),
+INSTANTIATE_TEST_SUITE_P(Scenarios, Reference,
+                         testing::Values(Course{"ski", {0.008, 0.006, 0.015}, 0.035},
+                                         Course{"giant_slalom", {0.008, 0.006, 0.015}, 0.009}),
                          [](const auto& given) { return std::string(given.param.name); });
 
 }  // namespace

@@ -8,7 +8,9 @@
 #include <filesystem>
 
 #include "piste/io/sensor_file.h"
+#include "piste/math/units.h"
 #include "piste/sim/simulation.h"
+#include "support/article.h"
 #include "support/places.h"
 #include "support/text_file.h"
 
@@ -47,42 +49,23 @@ TEST(Campaign, ShippedHasTheRunsOfTheArticle) {
   EXPECT_EQ(ski, 6U);
 }
 
-// Tables 1 and 4 of the article, corrections to add, and their `Ecart-type`: fx fy fz wx wy wz, of each MT-9A.
-using Row = std::array<double, 6>;
-struct ArticleErrors {
-  Row bias, bias_std, scale, scale_std;
-};
-constexpr std::array<ArticleErrors, 3> kArticle{{
-    {{.034, -.087, -.021, -.072, .170, 1.000},
-     {.020, .100, .024, .076, .076, .160},
-     {-.004, -.039, -.024, -.004, -.010, .002},
-     {.005, .007, .006, .002, .003, .001}},
-    {{.013, -.003, -.034, -.460, -.740, .530},
-     {.010, .024, .016, .089, .089, .110},
-     {-.017, -.038, -.024, -.005, -.003, -.001},
-     {.006, .006, .008, .001, .002, .001}},
-    {{.060, -.038, -.011, .150, -.310, .160},
-     {.014, .082, .021, .240, .240, .160},
-     {.008, -.043, -.022, -.003, -.008, -.003},
-     {.006, .007, .006, .001, .002, .001}},
-}};
-
 // A correction of S_LN = (1 + fe) S_MEMS + b undoes the error that is put in, to the digits of the files.
 TEST(Campaign, ErrorsAreThoseOfTablesOneAndFour) {
+  const CampaignTables article = test::bonnaz_2008().article.tables;
   for (const CampaignRun& run : shipped().runs) {
     for (std::size_t m = 0; m < 3; ++m) {
       const ImuSetup& imu = run.scenario.imus[run.mems[m]];
-      const ArticleErrors& article = kArticle[m];
       for (std::size_t axis = 0; axis < 6; ++axis) {
         const TriadTruth& triad = axis < 3 ? imu.accel : imu.gyro;
         const double unit = axis < 3 ? 1 : kDegreesPerRadian;
         const int i = static_cast<int>(axis % 3);
         ASSERT_TRUE(triad.bias && triad.scale);
-        const double gain = 1 + article.scale[axis], bias = unit * (*triad.bias)(i), scale = (*triad.scale)(i);
+        const Printed &rest = article.rest.sensors[m][axis], &printed = article.joint_scale.sensors[m][axis];
+        const double gain = 1 + printed.value, bias = unit * (*triad.bias)(i), scale = (*triad.scale)(i);
         EXPECT_NEAR(gain * (1 + scale), 1, 1e-6) << axis;
-        EXPECT_NEAR(gain * bias + article.bias[axis], 0, 1e-5) << axis;
-        EXPECT_NEAR(gain * unit * triad.bias_spread(i), article.bias_std[axis], 1e-5) << axis;
-        EXPECT_NEAR(gain * gain * triad.scale_spread(i), article.scale_std[axis], 1e-6) << axis;
+        EXPECT_NEAR(gain * bias + rest.value, 0, 1e-5) << axis;
+        EXPECT_NEAR(gain * unit * triad.bias_spread(i), rest.std, 1e-5) << axis;
+        EXPECT_NEAR(gain * gain * triad.scale_spread(i), printed.std, 1e-6) << axis;
       }
     }
   }
@@ -188,10 +171,27 @@ TEST_F(CampaignFile, BecomesTheFileOfTheStudy) {
   EXPECT_EQ(b["mems"][0]["sampling"].as<std::string>(), "mean");
 }
 
+TEST_F(CampaignFile, TheArticleGoesAlongWithTheLogs) {
+  folder_.write("papers/a.yaml", "title: of an article, whose rest nobody reads here\n");
+  const std::string runs = "runs:\n" + run("a");
+  const Campaign c = read(runs + "article: papers/a.yaml\narticle_sensors: {third: \"C: 3\"}\n");
+  EXPECT_EQ(c.files.at("articles/a.yaml"), "title: of an article, whose rest nobody reads here\n");
+  const YAML::Node file = YAML::Load(campaign_text(c, 1));
+  EXPECT_EQ(file["article"].as<std::string>(), "articles/a.yaml");
+  EXPECT_EQ(file["article_sensors"]["third"].as<std::string>(), "C: 3");
+  EXPECT_FALSE(contains(campaign_text(read(runs), 1), "article"));
+  EXPECT_TRUE(contains(refusal(runs + "article: none.yaml\n"), "c.yaml:8: article"));
+  EXPECT_TRUE(contains(refusal(runs + "article_sensors: {third: x}\n"), "c.yaml:8: unknown key"));
+  EXPECT_TRUE(contains(refusal(runs + "article: papers/a.yaml\narticle_sensors: {thrd: x}\n"),
+                       "c.yaml:9: unknown key `thrd`, perhaps `third`"));
+  folder_.write("papers/b.yaml", "base: a.yaml\n");
+  EXPECT_TRUE(contains(refusal(runs + "article: papers/b.yaml\n"), "c.yaml:8: article: builds on another file"));
+}
+
 TEST_F(CampaignFile, SensorFilesStandAlone) {
   const Campaign c = read("runs:\n" + run("a"));
-  ASSERT_EQ(c.sensors.size(), 2U);
-  EXPECT_EQ(c.sensors.at("sensors/ln200.yaml"), test::read_text(kConfig / "sensors/ln200.yaml"));
+  ASSERT_EQ(c.files.size(), 2U);
+  EXPECT_EQ(c.files.at("sensors/ln200.yaml"), test::read_text(kConfig / "sensors/ln200.yaml"));
 
   // One that builds on another comes without it, and says the same.
   const std::string optimistic = (kConfig / "sensors/xsens_mt9a_optimistic.yaml").string();
@@ -200,7 +200,7 @@ TEST_F(CampaignFile, SensorFilesStandAlone) {
                               "}\n  - {name: ln200, sensor: " + (kConfig / "sensors/ln200.yaml").string() + "}\n");
   const Campaign built = read("runs:\n  - {name: a, activity: ski, scenario: s.yaml}\n");
   const ImuSensor sensor =
-      read_sensor(folder_.write("copy.yaml", built.sensors.at("sensors/xsens_mt9a_optimistic.yaml")));
+      read_sensor(folder_.write("copy.yaml", built.files.at("sensors/xsens_mt9a_optimistic.yaml")));
   EXPECT_EQ(sensor.gyro.noise, read_sensor(optimistic).gyro.noise);
   EXPECT_EQ(sensor.accel.range, read_sensor(optimistic).accel.range);
 }

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "piste/io/sensor_file.h"
+#include "piste/math/units.h"
 #include "piste/sim/campaign.h"
 #include "piste/sim/scenario.h"
 #include "support/places.h"

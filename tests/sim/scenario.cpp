@@ -10,6 +10,7 @@
 
 #include "piste/core/error.h"
 #include "piste/io/log_io.h"
+#include "piste/math/units.h"
 #include "piste/sim/simulation.h"
 #include "support/places.h"
 #include "support/text_file.h"

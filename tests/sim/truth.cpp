@@ -5,10 +5,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "piste/math/units.h"
+
 namespace piste {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 MotionOptions lively() {
   MotionOptions motion;

@@ -170,6 +170,8 @@ TEST(Filter, FollowsTheMotion) {
   EXPECT_LT((truth.p_wb - x.p_wb).norm(), 5 * sigma.position.norm());
   EXPECT_LT((truth.v_wb - x.v_wb).norm(), 5 * sigma.velocity.norm());
   EXPECT_LT(so3_log(truth.q_wb * x.q_wb.conjugate()).norm(), 5 * sigma.euler.norm());
+  EXPECT_LT(sigma.position.norm(), 0.05);
+  EXPECT_LT(sigma.velocity.norm(), 0.1);
   EXPECT_LT(sigma.euler.norm(), 0.02);
 }
 
@@ -188,6 +190,7 @@ TEST(Filter, FollowsTheMotionByHorizontalVelocity) {
     const auto truth = motion.at(run.solution.time(i));
     const Vector3d error = truth.v_wb - run.solution.estimate(i).v_wb;
     EXPECT_LT(error.norm(), 5 * run.solution.sigmas(i).velocity.norm());
+    EXPECT_LT(run.solution.sigmas(i).velocity.norm(), 0.2);
     largest_down = std::max(largest_down, std::abs(truth.v_wb.z()));
   }
   EXPECT_GT(largest_down, 1);

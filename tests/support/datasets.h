@@ -21,8 +21,9 @@ inline std::filesystem::path datasets() {
 
 }  // namespace piste::test
 
-/// Skips the test where the data sets are not there.
+/// Skips the test where the data sets are not there; fails it where $PISTE_DATASETS says that they are.
 #define PISTE_REQUIRE_DATASETS()                                                                      \
   if (!std::filesystem::is_directory(piste::test::datasets() / "drive")) {                            \
+    if (std::getenv("PISTE_DATASETS") != nullptr) FAIL() << "$PISTE_DATASETS has no folder drive/";   \
     GTEST_SKIP() << "recorded data are not here: set PISTE_DATASETS to the folder that holds drive/"; \
   }

@@ -8,12 +8,14 @@
 #include <charconv>
 #include <cmath>
 #include <map>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "piste/core/log.h"
 #include "piste/math/earth.h"
+#include "piste/math/units.h"
 #include "support/text_file.h"
 
 namespace piste::test {
@@ -81,6 +83,9 @@ struct Accuracy {
   double roll = 0, pitch = 0, heading = 0;            ///< RMSE [deg]
   double horizontal = 0, down = 0;                    ///< RMSE [m]
   double velocity = 0;                                ///< RMSE of the worst axis [m/s]
+  Vector3d claimed_euler = Vector3d::Zero();          ///< RMS of the sigmas of roll, pitch and heading [deg]
+  double claimed_horizontal = 0;                      ///< likewise [m]
+  double attitude_nees = 0, velocity_nees = 0;        ///< mean of (error / sigma)² over epochs and axes
   double attitude_outside = 0, velocity_outside = 0;  ///< part of the errors beyond 3 sigma, of the worst axis
   double position_outside = 0;
   double largest_angle = 0, largest_horizontal = 0;  ///< error of any epoch [deg, m]
@@ -88,9 +93,8 @@ struct Accuracy {
 };
 
 inline Accuracy accuracy(const Table& solution, const Table& truth, const Interval& during) {
-  constexpr double kDegree = 1 / 57.295779513082320876798;
   struct Sum {
-    double squares = 0, outside = 0;
+    double squares = 0, variance = 0, normalised = 0, outside = 0;
   };
   std::map<std::string, Sum, std::less<>> sums;
   Accuracy result;
@@ -98,10 +102,13 @@ inline Accuracy accuracy(const Table& solution, const Table& truth, const Interv
     const double t = truth["time_s"][i];
     if (!during.contains(t) || t < solution["time_s"].front() || t > solution["time_s"].back()) continue;
     ++result.epochs;
-    const auto add = [&](std::string_view name, double error, std::string_view sigma) {
+    const auto add = [&](std::string_view name, double error, std::string_view column) {
       Sum& sum = sums[std::string(name)];
+      const double sigma = at(solution, column, t);
       sum.squares += error * error;
-      sum.outside += std::abs(error) > 3 * at(solution, sigma, t) ? 1 : 0;
+      sum.variance += sigma * sigma;
+      sum.normalised += error * error / (sigma * sigma);
+      sum.outside += std::abs(error) > 3 * sigma ? 1 : 0;
     };
     const auto geodetic = [&](const auto& value) {
       return Geodetic{kDegree * value("latitude_deg"), kDegree * value("longitude_deg"), value("height_m")};
@@ -125,6 +132,12 @@ inline Accuracy accuracy(const Table& solution, const Table& truth, const Interv
   }
   const auto count = static_cast<double>(result.epochs);
   const auto rmse = [&](std::string_view name) { return std::sqrt(sums.find(name)->second.squares / count); };
+  const auto claimed = [&](std::string_view name) { return std::sqrt(sums.find(name)->second.variance / count); };
+  const auto nees = [&](std::initializer_list<std::string_view> names) {
+    double sum = 0;
+    for (const auto name : names) sum += sums.find(name)->second.normalised / (3 * count);
+    return sum;
+  };
   const auto outside = [&](std::initializer_list<std::string_view> names) {
     double worst = 0;
     for (const auto name : names) worst = std::max(worst, sums.find(name)->second.outside / count);
@@ -140,18 +153,53 @@ inline Accuracy accuracy(const Table& solution, const Table& truth, const Interv
   result.horizontal = std::hypot(rmse("north"), rmse("east"));
   result.down = rmse("down");
   result.velocity = std::max({rmse("velocity_north_m_s"), rmse("velocity_east_m_s"), rmse("velocity_down_m_s")});
+  result.claimed_euler = {claimed("roll"), claimed("pitch"), claimed("heading")};
+  result.claimed_horizontal = std::hypot(claimed("north"), claimed("east"));
+  result.attitude_nees = nees({"roll", "pitch", "heading"});
+  result.velocity_nees = nees({"velocity_north_m_s", "velocity_east_m_s", "velocity_down_m_s"});
   result.attitude_outside = outside({"roll", "pitch", "heading"});
   result.velocity_outside = outside({"velocity_north_m_s", "velocity_east_m_s", "velocity_down_m_s"});
   result.position_outside = outside({"north", "east", "down"});
   return result;
 }
 
+/// Over several runs of equal length: root mean squares of errors and sigmas, means of what is a share or a NEES.
+inline Accuracy pooled(std::span<const Accuracy> runs) {
+  Accuracy all;
+  const auto n = static_cast<double>(runs.size());
+  const auto mean = [&](const auto& value) {
+    double sum = 0;
+    for (const Accuracy& a : runs) sum += value(a) / n;
+    return sum;
+  };
+  for (const auto member : {&Accuracy::roll, &Accuracy::pitch, &Accuracy::heading, &Accuracy::horizontal,
+                            &Accuracy::down, &Accuracy::velocity, &Accuracy::claimed_horizontal}) {
+    all.*member = std::sqrt(mean([&](const Accuracy& a) { return a.*member * a.*member; }));
+  }
+  for (int i = 0; i < 3; ++i) {
+    all.claimed_euler(i) = std::sqrt(mean([&](const Accuracy& a) { return a.claimed_euler(i) * a.claimed_euler(i); }));
+  }
+  for (const auto member : {&Accuracy::attitude_nees, &Accuracy::velocity_nees, &Accuracy::attitude_outside,
+                            &Accuracy::velocity_outside, &Accuracy::position_outside}) {
+    all.*member = mean([&](const Accuracy& a) { return a.*member; });
+  }
+  for (const Accuracy& a : runs) {
+    all.largest_angle = std::max(all.largest_angle, a.largest_angle);
+    all.largest_horizontal = std::max(all.largest_horizontal, a.largest_horizontal);
+    all.epochs += a.epochs;
+  }
+  return all;
+}
+
 inline std::string text_of(const Accuracy& a) {
   return fmt::format(
       "roll {:.3f} pitch {:.3f} heading {:.3f} deg, horizontal {:.4f} down {:.4f} m, velocity {:.4f} m/s; "
-      "beyond 3 sigma: attitude {:.1f} %, velocity {:.1f} %, position {:.1f} %",
+      "beyond 3 sigma: attitude {:.1f} %, velocity {:.1f} %, position {:.1f} %; "
+      "claimed: roll {:.3f} pitch {:.3f} heading {:.3f} deg, horizontal {:.4f} m; NEES of attitude {:.2f}, velocity "
+      "{:.2f}",
       a.roll, a.pitch, a.heading, a.horizontal, a.down, a.velocity, 100 * a.attitude_outside, 100 * a.velocity_outside,
-      100 * a.position_outside);
+      100 * a.position_outside, a.claimed_euler.x(), a.claimed_euler.y(), a.claimed_euler.z(), a.claimed_horizontal,
+      a.attitude_nees, a.velocity_nees);
 }
 
 }  // namespace piste::test

@@ -8,6 +8,12 @@ namespace piste::test {
 /// The repository's folder, without a `/` behind.
 std::string source_folder();
 
+/// The folder of the build that the test is of.
+std::string build_folder();
+
+/// The ctest of that build's CMake.
+std::string ctest_program();
+
 /// A program, such as `replay`, as it was built with the tests.
 std::string program(const std::string& name);
 

@@ -3,17 +3,16 @@
 
 #include <filesystem>
 #include <functional>
-#include <numbers>
 #include <string>
 
 #include "piste/condition/pipeline.h"
+#include "piste/condition/rest_detection.h"
+#include "piste/math/units.h"
 #include "piste/sim/simulation.h"
 #include "piste/solve/start.h"
 #include "support/places.h"
 
 namespace piste::test {
-
-inline constexpr double kDegree = std::numbers::pi / 180;
 
 /// A simulated run of one MT-9A and one receiver, and what a replay of it is configured with.
 struct Case {

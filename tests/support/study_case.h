@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "piste/experiment/study_findings.h"
+#include "piste/math/units.h"
 #include "support/random.h"
 
 namespace piste::test {
@@ -23,7 +24,7 @@ struct StudyCase {
 
   Study study() const {
     Random random(seed);
-    Study out{"nine <runs> & more", 12, simulated, {}, {}, {}};
+    Study out{"nine <runs> & more", 12, simulated, {}, {}, {}, {}};
     std::vector<Errors> errors;
     for (std::size_t s = 0; s < sensors; ++s) {
       out.sensors.push_back(fmt::format("MT-9A {}", s + 1));

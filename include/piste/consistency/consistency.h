@@ -131,6 +131,9 @@ struct ConsistencyReport {
   bool consistent() const;
 };
 
+/// One sentence: whether filter and smoother are consistent, and if not, what lies outside its band.
+std::string consistency_verdict(const ConsistencyReport& report);
+
 /// Sums over the runs. The order of adding decides the last bits.
 class Consistency {
  public:

@@ -12,6 +12,7 @@ namespace piste {
 /// Both IMUs at the samples of the body IMU, GPS time. Rates and forces are means over (time − interval, time].
 struct AlignedImus {
   double interval = 0;                    ///< median one
+  double low_pass = 0;                    ///< [Hz] that both IMUs' signals went through; 0 = none
   std::vector<double> time;               ///< [s]
   std::vector<Vector3d> gyro, accel;      ///< as the body IMU measured them, body axes
   std::vector<Vector3d> reference_gyro;   ///< of the reference, turned into b by the boresight

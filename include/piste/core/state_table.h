@@ -14,6 +14,7 @@
 
 #include "piste/core/options.h"
 #include "piste/math/so3.h"
+#include "piste/math/units.h"
 
 namespace piste {
 
@@ -85,8 +86,6 @@ struct BlockInfo {
   /// Estimated unasked where the run has the process: an error that a source says to have.
   bool implied = false;
 };
-
-inline constexpr double kDegreesPerRadian = 57.295779513082320876798;
 
 namespace blocks {
 

@@ -8,6 +8,7 @@
 
 #include "piste/core/aligned.h"
 #include "piste/core/options.h"
+#include "piste/experiment/article.h"
 #include "piste/io/align_config.h"
 #include "piste/io/log_io.h"
 
@@ -32,13 +33,15 @@ struct StudyConfig {
   std::string echo;      ///< the file's text
   double low_pass = 12;  ///< [Hz] of both signals
   std::vector<RunConfig> runs;
+  std::optional<ArticleBeside> article;
 };
 
 /// Reads and checks a campaign. Keys: `low_pass`; `runs`, a list of `name`, `activity`, `reference` and `mems` with the
-/// keys of `imu` in a replay and `name`, `gnss` with those of a receiver, `phases` as in compare, and `truth`. The
-/// `clock` of an IMU is what is sought, and not used; that of the reference leads to GPS time. Whether the data files
-/// are there is not looked at: a campaign with a missing log is studied without it.
-/// Throws ConfigError `FILE:LINE: …`.
+/// keys of `imu` in a replay and `name`, `gnss` with those of a receiver, `phases` as in compare, and `truth`; and,
+/// where the study is to stand beside an article, `article`, its file (article.h), and `article_sensors`, the names of
+/// those of its sensors that some of the campaign's are held against, by the campaign's names. The `clock` of an IMU is
+/// what is sought, and not used; that of the reference leads to GPS time. Whether the data files are there is not
+/// looked at: a campaign with a missing log is studied without it. Throws ConfigError `FILE:LINE: …`.
 StudyConfig read_study_config(const std::filesystem::path& file);
 StudyConfig read_study_config(const Config& config);
 

@@ -1,10 +1,9 @@
 #pragma once
 /// What a campaign taught: several IMUs beside one reference, over several runs. Values only; experiment/study.h fills
-/// them, study_tables.h draws the tables, report/study_page.h the pictures.
+/// them, study_tables.h and ranking.h sum them up, files/ and report/ show them.
 ///
 /// Here, as in all of the library, an error is what the sensor adds: measured = (1 + scale) true + bias. Tables, files
-/// and pictures of a study show the article's sign, that of a correction to add: true = (1 + scale') measured + bias'.
-/// `shown` goes there.
+/// and pictures of a study show corrections to add: true = (1 + scale') measured + bias'. `shown` goes there.
 
 #include <array>
 #include <cstddef>
@@ -14,8 +13,11 @@
 #include <vector>
 
 #include "piste/core/aligned.h"
+#include "piste/experiment/article.h"
+#include "piste/experiment/signals.h"
 #include "piste/fit/imu_fit.h"
 #include "piste/fit/regression.h"
+#include "piste/math/units.h"
 
 namespace piste {
 
@@ -63,8 +65,7 @@ inline constexpr auto kMethods = std::to_array<MethodInfo>({
     {Method::kRestAfter, "rest_after", "rest after", "bias", "Mean of the difference at rest after the stop.", true},
     {Method::kScaleOnly, "scale_only", "run: scale", "bias and scale",
      "Scale in the run, through the mean of the rest; IMU on reference.", true},
-    {Method::kJoint, "joint", "run: bias and scale", "bias and scale",
-     "Regression of the reference on the IMU, as in the article.", true},
+    {Method::kJoint, "joint", "run: bias and scale", "bias and scale", "Regression of the reference on the IMU.", true},
     {Method::kJointReverse, "joint_reverse", "run: reverse", "bias and scale",
      "Regression of the IMU on the reference.", true},
     {Method::kJointBothNoisy, "joint_both_noisy", "run: both noisy", "bias and scale",
@@ -109,19 +110,6 @@ inline constexpr auto kMethods = std::to_array<MethodInfo>({
 });
 
 constexpr const MethodInfo& info(Method method) { return kMethods[static_cast<std::size_t>(method)]; }
-
-inline constexpr int kSignals = 6;  ///< axes of an IMU: fx fy fz wx wy wz
-inline constexpr std::array<std::string_view, kSignals> kSignalNames{"fx", "fy", "fz", "wx", "wy", "wz"};
-
-/// Name, unit, and the factor from SI, of one axis' bias.
-struct SignalInfo {
-  std::string_view name, unit;
-  double factor;
-};
-constexpr SignalInfo signal_info(int axis) {
-  const auto name = kSignalNames[static_cast<std::size_t>(axis)];
-  return axis < 3 ? SignalInfo{name, "m/s^2", 1} : SignalInfo{name, "deg/s", kDegreesPerRadian};
-}
 
 /// What one method says of one axis in one run: nothing, a bias, or bias and scale.
 struct AxisEstimate {
@@ -193,7 +181,8 @@ struct Study {
   bool simulated = false;            ///< the truth is known
   std::vector<std::string> sensors;  ///< in the order in which the runs name them
   std::vector<StudyRun> runs;
-  std::vector<SensorRun> results;  ///< run by run, in the order of the campaign
+  std::vector<SensorRun> results;        ///< run by run, in the order of the campaign
+  std::optional<ArticleBeside> article;  ///< that the campaign names
 };
 
 /// The two numbers of an axis.

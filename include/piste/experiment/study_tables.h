@@ -1,6 +1,6 @@
 #pragma once
-/// The tables of a study: over the runs of a sensor, over methods, over sensors. In the article's sign and units
-/// (study.h), m/s² and °/s; scales are ratios.
+/// The tables of a study: over the runs of a sensor, over methods, over sensors. Corrections to add, as everything that
+/// a study shows (study_findings.h), in m/s² and °/s; scales are ratios.
 ///
 /// Three sigmas are kept apart. The formal one holds if noise were white; the standard error within a run knows that it
 /// lasts, and what is wrong with reference and alignment; the spread between runs knows all that changes from one run
@@ -9,7 +9,6 @@
 
 #include <cstddef>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "piste/experiment/study_findings.h"
@@ -86,35 +85,12 @@ struct Coverage {
 /// Empty unless the campaign is simulated.
 std::vector<Coverage> coverage(const Study& study);
 
-/// Table 7: how a replay does that is fed a method's errors.
-struct RankingRow {
-  Method method{};
-  std::size_t count = 0;                                                             ///< sensors and runs
-  double position_rmse = 0, velocity_rmse = 0, attitude_rmse = 0, outage_drift = 0;  ///< rms over them; SI, rad
-  /// Geometric mean of the four over those of `nothing`, mean over the runs: below 1 is better than knowing nothing.
-  double score = 1;
-  /// Score over the winner's, its 95 % interval, and the p-value of no difference, paired by run, as the sensors of a
-  /// run share its motion and its reference. Holm's correction is over every pair of rows, since which one wins is
-  /// known from the same scores: over those of the winner alone, one study in five of 22 equal methods and nine runs
-  /// would find a difference. NaN of one run.
-  double versus_winner = 1, low = 1, high = 1, p_holm = 1;
-};
-struct Ranking {
-  std::vector<RankingRow> rows;  ///< in the order of kMethods; those that every scored sensor and run has
-  std::optional<Method> winner;  ///< lowest score of those that compete
-  double confidence = 0;         ///< share of 10 000 resamplings of the runs in which it wins; NaN of one run
-};
-Ranking ranking(const Study& study);
-
-/// Timing errors: change of the scale' (article's sign) against no delay, mean over the runs of that over the sensors.
+/// Timing errors: change of the correction scale' against no delay, mean over the runs of that over the sensors.
 struct TimingRow {
   double delay = 0;  ///< s
   std::array<double, kSignals> forward{}, reverse{}, forward_error{},
       reverse_error{};  ///< error: standard, between runs
 };
 std::vector<TimingRow> timing(const Study& study);
-
-/// What is missing, and why: sentences for the page, the terminal and summary.json.
-std::vector<std::string> missing(const Study& study);
 
 }  // namespace piste

@@ -1,9 +1,9 @@
 #pragma once
-/// What was learned of one IMU in one run, as text. The same findings give the same bytes.
+/// What was learned of one IMU in one run, as a file: `findings.json`. The same findings give the same bytes.
 
 #include <string>
 
-#include "piste/condition/time_sync.h"
+#include "piste/condition/alignment.h"
 #include "piste/fit/imu_fit.h"
 
 namespace piste {
@@ -16,8 +16,5 @@ namespace piste {
 /// lasts, systematic error, effective degrees of freedom and p-value; every line its correlation, variance inflation
 /// and the same as a correction to add. Units are in the members. What there is not is null.
 std::string findings_json(const Findings& findings, const Alignment& alignment);
-
-/// A table for a terminal: phases, and per axis the biases and scales with their total sigmas.
-std::string findings_text(const Findings& findings);
 
 }  // namespace piste

@@ -1,11 +1,10 @@
 #pragma once
-/// What a campaign taught, as text. The same study gives the same bytes.
+/// What a campaign taught, as files: tables in CSV, and `summary.json`. The same study gives the same bytes.
 
 #include <string>
 #include <vector>
 
 #include "piste/experiment/study_findings.h"
-#include "piste/experiment/study_tables.h"
 
 namespace piste {
 
@@ -14,7 +13,7 @@ struct StudyFile {
   std::string name, content;
 };
 
-/// The tables, in the article's sign (a correction to add) and units, m/s² and °/s; a scale has the unit 1. What there
+/// The tables: corrections to add, in m/s² and °/s; a scale has the unit 1. What there
 /// is not is an empty field. `p_value` is that of one number by itself; `significant` is 1 where it stays below 5 %
 /// after Holm's correction over its table.
 ///
@@ -35,12 +34,5 @@ std::vector<StudyFile> study_csv(const Study& study);
 /// `summary.json`: name, low-pass, sensors; the runs with their phases, warnings and failures, and the alignment of
 /// each IMU; what is missing; the ranking with its winner, by how much it leads and how surely; and the coverage.
 std::string study_json(const Study& study);
-
-/// For a terminal: what ran, what is missing, which method wins, and the biases at rest.
-std::string study_text(const Study& study);
-
-/// What Table 7 says of each row of a ranking: how far behind the winner and whether significantly, and where bias and
-/// scale cannot be told apart.
-std::vector<std::string> remarks(const Study& study, const Ranking& ranking);
 
 }  // namespace piste

@@ -4,7 +4,7 @@
 ///     measured = (1 + scale) true + bias + noise
 ///
 /// with the reference's signal in the place of the true one. The bias is that of the phase: the turn-on constant and
-/// the mean of the in-run drift. Both signals go through the same low-pass first.
+/// the mean of the in-run drift. Both signals have gone through the same low-pass.
 ///
 /// Two directions. In `reverse` the IMU is regressed on the reference: unbiased where the reference is free of noise.
 /// In `forward` the reference is regressed on the IMU, and the line is inverted; noise of the IMU, or a residual timing
@@ -24,7 +24,7 @@
 #include <string>
 #include <string_view>
 
-#include "piste/condition/time_sync.h"
+#include "piste/condition/alignment.h"
 #include "piste/core/aligned.h"
 #include "piste/core/sensor.h"
 #include "piste/core/state_table.h"
@@ -149,7 +149,6 @@ struct AxisFindings {
 };
 
 struct FitOptions {
-  double low_pass = 12;                  ///< [Hz] of both signals; 0 = none
   const Alignment* alignment = nullptr;  ///< whose covariance is propagated; null = free of errors
   const ImuSensor* reference = nullptr;  ///< whose bias and scale are; null = free of errors
   /// The body IMU: its in-run drift, and its noise density where there is no rest; null = no drift.
@@ -159,11 +158,12 @@ struct FitOptions {
 
 struct Findings {
   Phases phases;
-  double low_pass = 0;
+  double low_pass = 0;  ///< [Hz] that both signals went through; 0 = none
   std::array<AxisFindings, 6> axes;
   std::optional<MatrixFit> accel_matrix, gyro_matrix;  ///< nothing where the run does not move all their signals
 };
 
+/// Of both IMUs' signals as they went through the same low-pass (low_passed).
 /// Throws DataError where a phase that is given has too few usable samples, or the reference stands still in the run.
 Findings findings(const AlignedImus& imus, const Phases& phases, const FitOptions& options);
 

@@ -13,8 +13,8 @@ namespace piste {
 /// run, one that never moves has none.
 Phases phases(const std::vector<Interval>& rest, Interval span);
 
-/// Of two IMUs, over all that is usable, from where the reference, low-passed at `low_pass` [Hz], stands still
-/// (detect_rest). 0 = unfiltered.
-Phases phases(const AlignedImus& imus, double low_pass);
+/// Of two IMUs, over all that is usable, from where the reference stands still (detect_rest). Signals as they went
+/// through a low-pass (low_passed), without which a noisy reference does not rest.
+Phases phases(const AlignedImus& imus);
 
 }  // namespace piste

@@ -1,15 +1,39 @@
 #pragma once
-/// Quantiles and bands that the field asks for.
+/// Means, spreads, quantiles and bands that the field asks for.
 
+#include <Eigen/Core>
+#include <span>
 #include <vector>
 
 namespace piste {
 
-/// Middle of the values, the upper of two. @pre not empty
+/// @pre not empty
+double mean(std::span<const double> values);
+
+/// Root of the mean square; 0 of none.
+double root_mean_square(std::span<const double> values);
+
+/// Of the population that the values are drawn from: Σ (value − mean)² over one less than their number. NaN of one.
+double standard_deviation(std::span<const double> values);
+
+/// Of the mean of the values: their standard deviation over √number. NaN of one.
+double standard_error(std::span<const double> values);
+
+/// P-value of a mean of zero, two-sided, by Student's t with one degree of freedom less than values. NaN of one.
+double zero_mean_p_value(std::span<const double> values);
+
+/// The middle of the values; of an even number of them, the upper one of the two in the middle. @pre not empty
 double median(std::vector<double> values);
 
-/// Value that this part, 0 to 1, of the others lies below; the lower of two. @pre not empty
+/// The median of each axis. @pre not empty
+Eigen::Vector3d median(const std::vector<Eigen::Vector3d>& values);
+
+/// The value that this part (0 to 1) of the others lies below; where it falls between two values, the lower one.
+/// @pre not empty
 double quantile(std::vector<double> values, double part);
+
+/// Standard deviation over the median magnitude, of a normal distribution about zero.
+inline constexpr double kSigmaOverMedian = 1.4826;
 
 /// x with P(χ²_dof ≤ x) = probability, 0 < probability < 1, dof > 0.
 double chi_squared_quantile(double probability, double dof);

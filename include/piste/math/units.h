@@ -6,11 +6,15 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <numbers>
 #include <span>
 #include <string>
 #include <string_view>
 
 namespace piste {
+
+/// One degree [rad], and the degrees of one radian.
+inline constexpr double kDegree = std::numbers::pi / 180, kDegreesPerRadian = 180 / std::numbers::pi;
 
 /// What a number measures: twice the exponents of its base dimensions, a name for errors, and an example.
 struct Dimension {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "piste/condition/time_sync.h"
+#include "piste/condition/alignment.h"
 #include "piste/core/aligned.h"
 #include "piste/core/log.h"
 #include "piste/core/sensor.h"

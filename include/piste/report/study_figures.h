@@ -1,7 +1,7 @@
 #pragma once
-/// What a study looks like: the article's figures under their numbers, and those that the article lacks.
+/// What a study looks like, as figures.
 ///
-/// Biases and scales are in the article's sign, that of a correction to add: true = (1 + scale') measured + bias'.
+/// Biases and scales are corrections to add: true = (1 + scale') measured + bias'.
 /// Bars are 95 % intervals of the mean over the runs, and captions say of how many. What a study does not have has no
 /// figure.
 
@@ -23,7 +23,7 @@ std::vector<Figure> study_comparisons(const Study& study);
 std::vector<Figure> study_correlations(const Study& study);
 /// Every method's estimates less what was put in. Empty unless the campaign is simulated.
 std::vector<Figure> study_truth(const Study& study);
-/// Scales over a delay of the reference, with the means of the article's Table 4.
+/// Scales over a delay of the reference, with the mean scales of the article that the campaign names.
 std::vector<Figure> study_timing(const Study& study);
 /// Scores of the methods with their intervals, and the four errors that make them.
 std::vector<Figure> study_ranking(const Study& study);

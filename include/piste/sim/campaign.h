@@ -7,6 +7,8 @@
 /// gnss: gnss_l1l2               # the receiver of the reference solution
 /// mems:                         # the IMUs that are compared, and what the tables call them
 ///   - {imu: mt9a_1, name: MT-9A 1}
+/// article: ../articles/bonnaz_2008.yaml     # optional: what the study stands beside; a copy goes along with the logs
+/// article_sensors: {MT-9A 1: sensor 1}      # which of its sensors ours are held against
 /// runs:                         # each in a folder of its name; its motion is laid over that of its scenario
 ///   - {name: ski-1, activity: ski, scenario: campaign/ski.yaml}
 ///   - {name: ski-2, activity: ski, scenario: campaign/ski.yaml, motion: {heading: 120 deg, net_turn: -300 deg}}
@@ -17,7 +19,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "piste/sim/scenario.h"
@@ -32,12 +36,19 @@ struct CampaignRun {
   std::vector<std::size_t> mems;  ///< of Scenario::imus, in the order of Campaign::mems
 };
 
+/// An article that the study stands beside, as campaign.yaml names it.
+struct CampaignArticle {
+  std::string path;                                          ///< from campaign.yaml
+  std::vector<std::pair<std::string, std::string>> sensors;  ///< ours, and the article's that it is held against
+};
+
 struct Campaign {
   std::uint64_t seed = 1;
-  double low_pass = 0;                         ///< [Hz]
-  std::vector<std::string> mems;               ///< what the tables call them
-  std::vector<CampaignRun> runs;               ///< one at least
-  std::map<std::string, std::string> sensors;  ///< texts of the sensor files, by their paths from campaign.yaml
+  double low_pass = 0;            ///< [Hz]
+  std::vector<std::string> mems;  ///< what the tables call them
+  std::vector<CampaignRun> runs;  ///< one at least
+  std::optional<CampaignArticle> article;
+  std::map<std::string, std::string> files;  ///< texts of sensor files and article, by their paths from campaign.yaml
 };
 
 /// Whether the file describes a campaign, not a scenario: it has `runs:`. Throws ConfigError where it is no YAML.
@@ -50,7 +61,7 @@ Campaign read_campaign(const std::filesystem::path& file);
 std::uint64_t run_seed(std::uint64_t campaign_seed, const std::string& run);
 
 /// The campaign file that `study` takes. Logs and truth.json of each run stand in the folder of its name beside it,
-/// the sensor files in `sensors`.
+/// the sensor files in `sensors`, the article in `articles`.
 std::string campaign_text(const Campaign& campaign, std::uint64_t seed);
 
 }  // namespace piste

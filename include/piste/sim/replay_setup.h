@@ -23,6 +23,7 @@
 #include "piste/core/log.h"
 #include "piste/core/sensor.h"
 #include "piste/core/state_table.h"
+#include "piste/math/units.h"
 
 namespace piste {
 
@@ -32,7 +33,7 @@ struct Scenario;
 /// 1-sigma of a start that is drawn about the truth: each axis of position and velocity, roll and pitch, heading.
 struct StartSigmas {
   double position = 0.5, velocity = 0.05;
-  double tilt = 0.33 / kDegreesPerRadian, heading = 1 / kDegreesPerRadian;
+  double tilt = 0.33 / kDegreesPerRadian, heading = kDegree;
 };
 
 struct ReplaySetup {

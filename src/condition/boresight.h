@@ -18,12 +18,11 @@ struct BoresightFromRates {
   double residual_mirrored = 0;  ///< the same if r or b were left-handed where that fits better; else `residual`
 };
 
-/// Minimises Σ |w_b − R_rbᵀ w_r − bias|² over rotation and bias (Wahba's problem, solved by Markley's SVD). The rates,
-/// those of r and those of b, are of the same instants; biases and the same filter on both do not disturb it, other
-/// scales do. Covariance: σ² (tr(S) I − S)⁻¹ with S = Σ dw_r dw_bᵀ R_rbᵀ of the rates about their mean: noise of r,
-/// which is not that of b, leaves it as it is.
-/// Source: Markley 1988, Attitude determination using vector observations and the SVD, J. Astronautical Sciences 36.
-/// @pre equally many, at least three.
+/// Minimises Σ |w_b − R_rbᵀ w_r − bias|² over rotation and bias: Wahba's problem (math/wahba.h) of the rates about
+/// their means. The rates of r and b [rad/s] are of the same instants. Biases do not disturb the result, nor does a
+/// filter that is the same on both; scales that differ do. The covariance is σ² (tr(S) I − S)⁻¹ with S = Σ dw_r dw_bᵀ
+/// R_rbᵀ, σ² being the variance of the residuals. Noise of r that b does not share leaves S unbiased.
+/// @pre equally many rates of both, at least three.
 BoresightFromRates boresight_from_rates(std::span<const Vector3d> rate_r, std::span<const Vector3d> rate_b);
 
 }  // namespace piste

@@ -7,9 +7,10 @@
 #include <string_view>
 #include <vector>
 
+#include "piste/experiment/ranking.h"
 #include "piste/experiment/study_tables.h"
 
-namespace piste::study_text {
+namespace piste::study_words {
 
 /// Accelerometers or gyroscopes.
 struct Triad {
@@ -40,6 +41,15 @@ std::vector<AcrossRow> of(const Triad& triad, std::vector<AcrossRow> rows);
 /// kNone where it is not a number.
 std::string number(double value, int decimals);
 
+/// "MT-9A 1 fx".
+std::string axis_name(const Study& study, std::size_t sensor, int axis);
+
+/// What pages call a method.
+std::string title_of(Method method);
+
+/// "0.98 to 1.07": of a ranking's row; kNone where there is none.
+std::string interval(const RankingRow& row);
+
 /// As many digits as are worth printing of a sigma, or more; likewise.
 std::string digits(double size, int count = 2);
 
@@ -49,13 +59,10 @@ std::string probability(double p);
 /// "93 %" of 0.934.
 std::string percent(double share);
 
-/// Mean over the sensors of the article's Table 4.
-double article_scale(int axis);
-
 /// "below 12 Hz": of both signals.
 std::string band_of(const Study& study);
 
 /// The rows of a ranking, best first.
 std::vector<RankingRow> by_score(const Ranking& ranking);
 
-}  // namespace piste::study_text
+}  // namespace piste::study_words

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "piste/io/text_reader.h"
+#include "io/text_reader.h"
 
 namespace piste {
 

@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 
-#include "piste/condition/time_sync.h"
+#include "piste/condition/alignment.h"
 #include "piste/core/aligned.h"
 #include "piste/core/sensor.h"
 

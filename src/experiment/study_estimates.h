@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
+#include "experiment/truth_file.h"
 #include "piste/experiment/study_findings.h"
-#include "piste/experiment/truth_file.h"
 #include "piste/model/known_errors.h"
 
 namespace piste {

@@ -1,0 +1,28 @@
+#pragma once
+/// The front door of piste::batch: what needs least squares over whole logs. Conventions stand in piste.h.
+///
+/// Two IMUs on one plate are aligned, and one is fitted to the other; a campaign of several is studied.
+
+// One IMU beside a better one.
+#include "piste/condition/aligned_signals.h"
+#include "piste/condition/alignment.h"
+#include "piste/condition/time_sync.h"
+#include "piste/files/alignment.h"
+#include "piste/files/findings.h"
+#include "piste/fit/imu_fit.h"
+#include "piste/fit/known_errors_of.h"
+#include "piste/fit/phases.h"
+#include "piste/io/align_config.h"
+#include "piste/report/alignment_page.h"
+#include "piste/report/alignment_text.h"
+#include "piste/report/findings_text.h"
+
+// Several of them, over several runs.
+#include "piste/experiment/missing.h"
+#include "piste/experiment/ranking.h"
+#include "piste/experiment/study.h"
+#include "piste/experiment/study_tables.h"
+#include "piste/files/study.h"
+#include "piste/report/study_figures.h"
+#include "piste/report/study_page.h"
+#include "piste/report/study_text.h"

@@ -1,0 +1,169 @@
+#include "clock_evenness.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "coarse_offset.h"
+#include "piste/core/error.h"
+#include "piste/math/statistics.h"
+
+namespace piste {
+namespace {
+
+constexpr double kStretch = 10;  // s
+
+// Rates of the body IMU as it measured them and as the reference predicts them, in b at equal steps; zero where one of
+// the two is silent.
+struct RatePair {
+  double step = 0;
+  std::vector<double> time;
+  std::vector<Vector3d> measured, predicted;
+};
+
+RatePair rate_pair(const SignalPair& signals, const FilteredPair& pair, const AlignmentState& x) {
+  constexpr double kStep = 0.05;  // s
+  const BodySignals& body = pair.body;
+  const auto stride = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(kStep / body.step)));
+  RatePair rates;
+  rates.step = static_cast<double>(stride) * body.step;
+  for (std::size_t k = 0; k < body.time.size(); k += stride) {
+    const double t = x.reference_time(body.time[k], body.time.front());
+    const bool inside = pair.reference.contains(t) && !signals.integrals.silent(t - pair.margin, t + pair.margin);
+    rates.time.push_back(t);
+    rates.predicted.emplace_back(inside ? Vector3d(x.q_rb.conjugate() * pair.reference.at(t).signal.gyro)
+                                        : Vector3d::Zero());
+    rates.measured.emplace_back(body.usable[k].gyro == 7 ? Vector3d(body.gyro[k] - x.gyro_bias) : Vector3d::Zero());
+  }
+  return rates;
+}
+
+// Correlation of the stretch [begin, end) of the measured rates with the predicted ones: where it is, and where it
+// fits best.
+struct BestShift {
+  double here = 0, best = 0;
+  std::ptrdiff_t shift = 0;
+};
+
+BestShift best_shift(const RatePair& rates, std::size_t begin, std::size_t end) {
+  constexpr double kFurthest = 20;  // s
+  const auto furthest = static_cast<std::ptrdiff_t>(kFurthest / rates.step);
+  const auto count = static_cast<std::ptrdiff_t>(rates.time.size());
+  double power = 0;
+  for (std::size_t i = begin; i < end; ++i) power += rates.measured[i].squaredNorm();
+  BestShift found;
+  for (std::ptrdiff_t shift = -furthest; shift <= furthest; ++shift) {
+    double cross = 0, other = 0;
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::ptrdiff_t j = static_cast<std::ptrdiff_t>(i) + shift;
+      if (j < 0 || j >= count) continue;
+      const Vector3d& predicted = rates.predicted[static_cast<std::size_t>(j)];
+      cross += rates.measured[i].dot(predicted);
+      other += predicted.squaredNorm();
+    }
+    const double r = cross > 0 ? cross / std::sqrt(power * other) : 0;
+    if (shift == 0) found.here = r;
+    if (r > found.best) {
+      found.best = r;
+      found.shift = shift;
+    }
+  }
+  return found;
+}
+
+// The normal equation of one offset: Σ J² / σ² and Σ J r / σ² over a stretch.
+struct OffsetSums {
+  double time = 0, count = 0, information = 0, pull = 0;
+
+  void add(double slope, double rest, double sigma) {
+    // Without what robust loss would not believe either.
+    if (std::abs(rest) > 4 * sigma) return;
+    information += slope * slope / (sigma * sigma);
+    pull -= slope * rest / (sigma * sigma);  // the offset that the residual asks for
+  }
+};
+
+[[noreturn]] void refuse_clock(const LocalOffset& local, const std::string& name) {
+  throw DataError(name, fmt::format("the clock of the body IMU does not run evenly: about {:.1f} s it is {:.1f} "
+                                    "ms beside offset and drift; samples or time stamps are wrong there. Align "
+                                    "the parts one by one with `span`",
+                                    local.time, 1e3 * local.offset));
+}
+
+}  // namespace
+
+void refuse_jumps(const SignalPair& signals, const FilteredPair& pair, const AlignmentState& x,
+                  const std::string& name) {
+  constexpr double kJump = 0.3, kSurely = 0.9, kHardly = 0.8;
+  const RatePair rates = rate_pair(signals, pair, x);
+  const auto length = static_cast<std::size_t>(kStretch / rates.step);
+  for (std::size_t begin = 0; begin + length <= rates.time.size(); begin += length) {
+    const BestShift found = best_shift(rates, begin, begin + length);
+    const double jump = static_cast<double>(found.shift) * rates.step;
+    if (std::abs(jump) < kJump || found.best < kSurely || found.here > kHardly) continue;
+    if (evidence_over(found.best, found.here, kStretch) < kCertain) continue;
+    throw DataError(
+        name,
+        fmt::format("the clock of the body IMU jumps: between {:.1f} and {:.1f} s its rates fit those "
+                    "of the reference {:.2f} s {} than elsewhere in the log; samples are missing, or "
+                    "time stamps are wrong. Align the parts one by one with `span`",
+                    rates.time[begin], rates.time[begin + length - 1], std::abs(jump), jump > 0 ? "later" : "earlier"));
+  }
+}
+
+std::vector<LocalOffset> local_offsets(const FilteredPair& pair, const AlignmentFit& fit) {
+  const AlignmentState& x = fit.x;
+  const Matrix3d R_br = x.q_rb.toRotationMatrix().transpose();
+  const double first = pair.body.time.front();
+  std::vector<OffsetSums> stretches;
+  for (const AlignmentEpoch& e : fit.epochs) {
+    const double m = pair.body.time[e.sample], t = x.reference_time(m, first);
+    const auto stretch = static_cast<std::size_t>((m - first) / kStretch);
+    if (stretches.size() <= stretch) stretches.resize(stretch + 1);
+    const AlignmentResidual r = residual(pair, x, e.sample);
+    const MeanSignal slope = pair.reference.at(t).slope;
+    const Vector3d w = R_br * slope.gyro, f = R_br * (slope.accel + slope.lever * x.p_rb_r);
+    OffsetSums& sums = stretches[stretch];
+    sums.time += t;
+    sums.count += 1;
+    for (int axis = 0; axis < 3; ++axis) {
+      if (e.usable.gyro >> axis & 1) sums.add(w(axis), r.gyro(axis), e.gyro_sigma);
+      if (e.usable.accel >> axis & 1) sums.add(f(axis), r.accel(axis), e.accel_sigma);
+    }
+  }
+  constexpr double kCoarse = 3e-3;  // s
+  std::vector<LocalOffset> local;
+  for (const OffsetSums& s : stretches) {
+    if (!(s.information > 0)) continue;
+    const LocalOffset offset{s.time / s.count, s.pull / s.information, 1 / std::sqrt(s.information)};
+    if (offset.sigma <= kCoarse) local.push_back(offset);
+  }
+  return local;
+}
+
+double clock_wander(const std::vector<LocalOffset>& local, const std::string& name) {
+  constexpr double kJump = 20e-3, kSurely = 6, kUneven = 5e-3, kAccident = 1e-4;
+  double q = 0, weights = 0, squared = 0;
+  for (const LocalOffset& l : local) {
+    if (std::abs(l.offset) > std::max(kJump, kSurely * l.sigma)) refuse_clock(l, name);
+    const double weight = 1 / (l.sigma * l.sigma);
+    q += l.offset * l.offset * weight;
+    weights += weight;
+    squared += weight * weight;
+  }
+  const auto count = static_cast<double>(local.size());
+  if (count < 3 || q < chi_squared_quantile(1 - kAccident, count)) return 0;
+  const double wander = std::sqrt((q - (count - 1)) / (weights - squared / weights));
+  if (wander > kUneven) {
+    refuse_clock(*std::max_element(local.begin(), local.end(),
+                                   [](const LocalOffset& a, const LocalOffset& b) {
+                                     return std::abs(a.offset) < std::abs(b.offset);
+                                   }),
+                 name);
+  }
+  return wander;
+}
+
+}  // namespace piste

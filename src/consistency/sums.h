@@ -1,0 +1,20 @@
+#pragma once
+/// Where the terms stand in the sums of an ensemble's consistency.
+
+#include <cstddef>
+
+#include "piste/consistency/consistency.h"
+
+namespace piste {
+
+inline constexpr std::size_t kPhases = kPhaseNames.size();
+inline constexpr double kHeadingTime = 5;  ///< s after the departure at which the heading is judged
+
+/// Columns of Consistency::source_sums_, and of heading_.
+enum SourceTerm { kDof, kCount, kRejected, kNis, kPairs, kProduct, kPower = kProduct + 3, kSourceTerms = kPower + 3 };
+enum HeadingTerm { kRuns, kSquare, kLargest, kLargestSigma, kLargestRatio, kHeadingTerms };
+
+inline std::size_t index(int i) { return static_cast<std::size_t>(i); }
+inline std::size_t index(Phase phase) { return static_cast<std::size_t>(phase); }
+
+}  // namespace piste

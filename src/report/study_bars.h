@@ -1,0 +1,55 @@
+#pragma once
+/// Numbers of a study with their intervals, drawn as bars; and what the figures of a study have in common.
+
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "piste/experiment/study_tables.h"
+#include "piste/plot/figure.h"
+#include "plot/svg.h"
+#include "report/study_words.h"
+
+namespace piste::study_bars {
+
+inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+inline constexpr int kWidth = 980, kHeight = 340;
+inline constexpr int kFrame = 150;  ///< [px] of a picture's height that rows of names do not have
+inline constexpr int kGrey = 6;
+inline constexpr std::string_view kSign = "Sign: a correction to add.";
+
+constexpr std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+/// "fx", "fy", "fz" of the accelerometers.
+std::vector<std::string> axis_names(const study_words::Triad& triad);
+
+/// Place of one of `count` things that share a name.
+double beside(std::size_t index, std::size_t count);
+
+/// Numbers with their 95 % intervals, at places along the other axis; and what is true of them.
+struct Bars {
+  std::vector<double> place, value, low, high;
+  std::vector<double> truth_place, truth;  ///< short strokes
+
+  void add(double where, double mean, double half);
+  void add_truth(double where, double half_stroke, double what);
+  void draw(Plot& plot, int colour, const std::string& label, Plot::Along along) const;
+  void draw_truth(Plot& plot, Plot::Along along) const;
+};
+
+/// Where an interval does or does not cut it.
+void zero_line(Plot& plot, std::size_t names, Plot::Along along);
+
+/// What the bars are, and of how many runs.
+std::string bars_caption(const std::vector<AcrossRow>& rows);
+
+/// What the strokes are; empty where the truth is not known.
+std::string truth_caption(const Study& study);
+
+/// Adds a figure where there is one.
+void append(std::vector<Figure>& out, std::optional<Figure> figure);
+
+}  // namespace piste::study_bars

@@ -1,0 +1,13 @@
+#pragma once
+/// Every method of a study against every other, in one table for each quantity and triad.
+
+#include <string>
+
+#include "piste/experiment/study_findings.h"
+
+namespace piste {
+
+/// The body of a section: markup.
+std::string study_matrices(const Study& study);
+
+}  // namespace piste

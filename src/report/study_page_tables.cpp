@@ -1,0 +1,204 @@
+#include "report/study_page_tables.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+#include "piste/experiment/study_tables.h"
+#include "plot/markup.h"
+#include "report/page.h"
+#include "report/study_words.h"
+
+namespace piste {
+namespace {
+
+using page::Row;
+using page::wide;
+using study_words::axis_name;
+using study_words::by_score;
+using study_words::digits;
+using study_words::interval;
+using study_words::kNone;
+using study_words::number;
+using study_words::probability;
+using study_words::title_of;
+using study_words::triad_of;
+
+constexpr int kBiasDecimals = 4, kScaleDecimals = 5, kPrintedDecimals = 3;
+
+std::string paragraph(const std::string& text) { return "<p>" + escape_markup(text) + "</p>\n"; }
+
+/// Of a bias, or of a scale, which is a ratio.
+std::string_view unit_of(Quantity quantity, int axis) {
+  return quantity == Quantity::kBias ? triad_of(axis).unit : "ratio";
+}
+
+std::string starred(const Across& a) { return probability(a.p_holm) + (a.significant ? " *" : ""); }
+
+/// What the article prints beside a sensor's axis; empty where it has nothing.
+std::string printed_text(const Study& study, const PrintedTable& table, std::size_t sensor, int axis,
+                         double Printed::*part = &Printed::value, int decimals = kPrintedDecimals) {
+  const PrintedRow* row = study.article->row(table, study.sensors[sensor]);
+  const double value = row ? (*row)[static_cast<std::size_t>(axis)].*part : std::numeric_limits<double>::quiet_NaN();
+  return std::isfinite(value) ? decimal(value, decimals) : "";
+}
+
+/// The article's table where it has a number for a sensor of the campaign; else null, and the page has no word of it.
+const PrintedTable* beside(const Study& study, PrintedTable CampaignTables::*which) {
+  if (!study.article) return nullptr;
+  const PrintedTable& table = study.article->article.tables.*which;
+  const bool any = !table.empty() && std::ranges::any_of(study.sensors, [&](const std::string& sensor) {
+    return study.article->row(table, sensor) != nullptr;
+  });
+  return any ? &table : nullptr;
+}
+
+std::string estimate_table(const Study& study, const std::string& caption, Method method, Quantity quantity,
+                           const PrintedTable* printed = nullptr) {
+  const std::vector<AcrossRow> rows = table_of(study, method, quantity);
+  if (rows.empty()) return paragraph(caption + ": no estimate.");
+  const bool joint = method == Method::kJoint;
+  const int decimals = quantity == Quantity::kBias ? kBiasDecimals : kScaleDecimals;
+  Row head{"sensor, axis",
+           "unit",
+           "runs",
+           quantity == Quantity::kBias ? "bias'" : "scale'",
+           "std between runs",
+           "error of the mean",
+           "error within a run",
+           "formal",
+           "p",
+           "p, Holm"};
+  if (joint) head.emplace_back("reverse");
+  if (study.simulated) head.emplace_back("put in");
+  if (printed) head.insert(head.end(), {"article, " + printed->name, "its std"});
+  std::vector<Row> lines;
+  for (const AcrossRow& row : rows) {
+    const Across& a = row.value;
+    Row line{axis_name(study, row.sensor, row.axis),
+             std::string(unit_of(quantity, row.axis)),
+             fmt::format("{}", a.runs),
+             number(a.mean, decimals),
+             digits(a.std),
+             digits(a.standard_error),
+             digits(a.within),
+             digits(a.formal),
+             probability(a.p_value),
+             starred(a)};
+    if (joint) line.push_back(number(row.reverse, decimals));
+    if (study.simulated) line.push_back(row.truth ? decimal(*row.truth, decimals) : std::string(kNone));
+    if (printed) {
+      line.push_back(printed_text(study, *printed, row.sensor, row.axis));
+      line.push_back(printed_text(study, *printed, row.sensor, row.axis, &Printed::std));
+    }
+    lines.push_back(std::move(line));
+  }
+  return wide(page::table(caption, head, lines));
+}
+
+std::string before_after_table(const Study& study) {
+  const std::vector<BeforeAfterRow> rows = before_after(study);
+  const std::string caption = "Table 2. Biases at rest, before the start and after the stop";
+  if (rows.empty()) return paragraph(caption + ": no run has both.");
+  const PrintedTable* before = beside(study, &CampaignTables::before);
+  const PrintedTable* after = beside(study, &CampaignTables::after);
+  Row head{"sensor, axis",
+           "unit",
+           "runs",
+           "before",
+           "after",
+           "after − before",
+           "std between runs",
+           "error of the mean",
+           "error within a run",
+           "p",
+           "p, Holm"};
+  if (before && after) head.insert(head.end(), {fmt::format("article, {}: before", before->name), "after"});
+  std::vector<Row> lines;
+  for (const BeforeAfterRow& row : rows) {
+    const Across& d = row.difference;
+    lines.push_back({axis_name(study, row.sensor, row.axis), std::string(triad_of(row.axis).unit),
+                     fmt::format("{}", d.runs), decimal(row.before, kBiasDecimals), decimal(row.after, kBiasDecimals),
+                     decimal(d.mean, kBiasDecimals), digits(d.std), digits(d.standard_error), digits(d.within),
+                     probability(d.p_value), starred(d)});
+    if (before && after) {
+      lines.back().push_back(printed_text(study, *before, row.sensor, row.axis));
+      lines.back().push_back(printed_text(study, *after, row.sensor, row.axis));
+    }
+  }
+  return wide(page::table(caption, head, lines));
+}
+
+std::string correlation_table(const Study& study) {
+  const std::vector<CorrelationRow> rows = correlations(study);
+  const std::string caption = "Table 5. Correlation of bias and scale, IMU on reference";
+  if (rows.empty()) return paragraph(caption + ": no estimate.");
+  const PrintedTable* printed = beside(study, &CampaignTables::correlation);
+  Row head{"sensor, axis", "correlation", "lowest", "highest", "variances larger by"};
+  if (printed) head.push_back("article, " + printed->name);
+  std::vector<Row> lines;
+  for (const CorrelationRow& row : rows) {
+    lines.push_back({axis_name(study, row.sensor, row.axis), decimal(row.correlation, 2), decimal(row.lowest, 2),
+                     decimal(row.highest, 2), decimal(row.inflation, 1)});
+    if (printed) lines.back().push_back(printed_text(study, *printed, row.sensor, row.axis, &Printed::value, 2));
+  }
+  return wide(page::table(caption, head, lines));
+}
+
+std::string ranking_table(const Ranking& ranking) {
+  const std::string caption = "Table 7. Navigation that each estimate leads to, best first";
+  if (ranking.rows.empty()) return paragraph(caption + ": no replay was scored.");
+  std::vector<Row> lines;
+  const std::vector<RankingRow> first = leaders(ranking);
+  for (const RankingRow& row : by_score(ranking)) {
+    const bool wins = ranking.winner == row.method;
+    const bool leads = std::ranges::find(first, row.method, &RankingRow::method) != first.end();
+    const MethodInfo& m = info(row.method);
+    const auto size = [](double value) { return value > 0 ? digits(value, 3) : std::string(kNone); };
+    const char* place = leads ? (first.size() > 1 ? " (tie)" : " (winner)") : m.competes ? "" : " (for comparison)";
+    lines.push_back({title_of(row.method) + place, std::string(m.estimates), size(row.position_rmse),
+                     size(row.velocity_rmse), size(kDegreesPerRadian * row.attitude_rmse), size(row.outage_drift),
+                     fmt::format("{:.3f}", row.score), fmt::format("{:.2f}", row.versus_winner),
+                     wins ? std::string(kNone) : interval(row), wins ? std::string(kNone) : probability(row.p_holm)});
+  }
+  return wide(page::table(caption,
+                          {"method", "estimates", "position [m]", "velocity [m/s]", "attitude [°]",
+                           "drift without GNSS [m]", "score", "over the lowest", "95 %", "p, Holm"},
+                          lines));
+}
+
+std::string article_words(const Study& study) {
+  if (!study.article || study.article->counterparts.empty()) return {};
+  return fmt::format(" The columns “article” are what {} prints of other devices than those of this campaign.",
+                     escape_markup(study.article->article.title));
+}
+
+}  // namespace
+
+std::string study_page_tables(const Study& study, const Ranking& ranking) {
+  const auto estimates = [&](const char* caption, Method method, Quantity quantity,
+                             PrintedTable CampaignTables::*printed) {
+    return estimate_table(study, caption, method, quantity, beside(study, printed));
+  };
+  return "<p class=\"soft\">Corrections to add, m/s² and °/s; * significant at 5 % after Holm's correction over the "
+         "table." +
+         article_words(study) + "</p>\n" +
+         estimates("Table 1. Biases at rest before the start", Method::kRest, Quantity::kBias, &CampaignTables::rest) +
+         before_after_table(study) +
+         estimates("Table 3. Biases in the run, with scales", Method::kJoint, Quantity::kBias,
+                   &CampaignTables::joint_bias) +
+         estimates("Table 4. Scales in the run", Method::kJoint, Quantity::kScale, &CampaignTables::joint_scale) +
+         correlation_table(study) +
+         estimates("Table 6. Biases in the run, without scales", Method::kBiasOnly, Quantity::kBias,
+                   &CampaignTables::bias_only) +
+         estimate_table(study, "Biases by Gauss-Markov in the GPS/MEMS filter", Method::kMarkovFiltered,
+                        Quantity::kBias) +
+         ranking_table(ranking);
+}
+
+}  // namespace piste

@@ -1,0 +1,14 @@
+#pragma once
+/// Tables 1 to 7 of a study on its page, beside the printed numbers of the article that the campaign names.
+
+#include <string>
+
+#include "piste/experiment/ranking.h"
+#include "piste/experiment/study_findings.h"
+
+namespace piste {
+
+/// The body of a section: markup.
+std::string study_page_tables(const Study& study, const Ranking& ranking);
+
+}  // namespace piste

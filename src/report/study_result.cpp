@@ -1,0 +1,146 @@
+#include "report/study_result.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "piste/experiment/missing.h"
+#include "piste/experiment/study_tables.h"
+#include "plot/markup.h"
+#include "report/page.h"
+#include "report/study_words.h"
+
+namespace piste {
+namespace {
+
+using study_words::by_score;
+using study_words::counted;
+using study_words::interval;
+using study_words::percent;
+using study_words::title_of;
+
+constexpr double kStrong = 0.9;  // correlation from which on two numbers are hardly told apart
+
+std::string quoted(Method method) { return "“" + escape_markup(title_of(method)) + "”"; }
+
+/// "“a”, “b” and “c”".
+std::string enumeration(const std::vector<RankingRow>& rows) {
+  std::string out;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (i > 0) out += i + 1 < rows.size() ? ", " : " and ";
+    out += quoted(rows[i].method);
+  }
+  return out;
+}
+
+/// Who is first: one method, or several that tie.
+std::string first_place(const std::vector<RankingRow>& first) {
+  if (first.size() == 1) {
+    return fmt::format(
+        "<strong>The best navigation comes from {}</strong>: its errors are {:.2f} times those of a replay that knows "
+        "nothing.",
+        quoted(first.front().method), first.front().score);
+  }
+  return fmt::format(
+      "<strong>{} methods tie for the best navigation</strong>: {}. Their errors are {:.2f} to {:.2f} times those of a "
+      "replay that knows nothing; the differences are not significant, or below one hundredth.",
+      first.size(), enumeration(first), first.front().score, first.back().score);
+}
+
+/// The best of the competitors that do not share the first place; nothing where all do.
+std::string next_place(const std::vector<RankingRow>& competitors, const std::vector<RankingRow>& first) {
+  const auto next = std::ranges::find_if(competitors, [&](const RankingRow& row) {
+    return std::ranges::none_of(first, [&](const RankingRow& leader) { return leader.method == row.method; });
+  });
+  if (next == competitors.end()) return {};
+  std::string out = fmt::format(" Next is {}, with {:.2f} times the errors of {}", quoted(next->method),
+                                next->versus_winner, first.size() > 1 ? quoted(first.front().method) : "the winner");
+  if (std::isfinite(next->low)) out += fmt::format(" (95 % interval {})", interval(*next));
+  return out + ".";
+}
+
+/// How sure the first place is.
+std::string confidence(const Study& study, const Ranking& ranking, const std::vector<RankingRow>& first, bool all) {
+  if (!std::isfinite(ranking.confidence)) return "<p>One run cannot say how sure that is.</p>\n";
+  const bool tie = first.size() > 1;
+  return fmt::format("<p>{} {} in {} of 10 000 resamplings of the {}.{}</p>\n",
+                     tie ? quoted(*ranking.winner) : std::string("It"), tie ? "has the lowest score" : "wins",
+                     percent(ranking.confidence), counted(study.runs.size(), "run"),
+                     all ? "" : " Every other method is significantly worse.");
+}
+
+std::string verdict(const Study& study, const Ranking& ranking) {
+  if (!ranking.winner) return "<p><strong>The methods are not ranked.</strong></p>\n";
+  const std::vector<RankingRow> first = leaders(ranking);
+  std::vector<RankingRow> competitors = by_score(ranking);
+  std::erase_if(competitors, [](const RankingRow& row) { return !info(row.method).competes; });
+  std::string out = "<p>" + first_place(first) + next_place(competitors, first) + "</p>\n" +
+                    confidence(study, ranking, first, first.size() == competitors.size());
+  std::vector<std::string> others;
+  for (const RankingRow& row : ranking.rows) {
+    if (!info(row.method).competes) others.push_back(fmt::format("{} {:.2f}", quoted(row.method), row.versus_winner));
+  }
+  if (!others.empty()) {
+    out += fmt::format("<p>For comparison, over {}: {}.</p>\n",
+                       first.size() > 1 ? quoted(*ranking.winner) : std::string("the winner"), fmt::join(others, ", "));
+  }
+  return out;
+}
+
+template <class Rows, class Of>
+std::string significant(const Rows& rows, const Of& of) {
+  const auto count = std::count_if(rows.begin(), rows.end(), [&](const auto& row) { return of(row).significant; });
+  return fmt::format("{} of {}", count, rows.size());
+}
+
+std::vector<std::string> findings_of(const Study& study) {
+  std::vector<std::string> out;
+  const auto value = [](const AcrossRow& row) -> const Across& { return row.value; };
+  if (const auto rest = table_of(study, Method::kRest, Quantity::kBias); !rest.empty()) {
+    out.push_back(fmt::format("At rest {} biases differ from zero.", significant(rest, value)));
+  }
+  if (const auto both = before_after(study); !both.empty()) {
+    out.push_back(
+        fmt::format("From before to after the run {} biases change.",
+                    significant(both, [](const BeforeAfterRow& row) -> const Across& { return row.difference; })));
+  }
+  if (const auto joint = table_of(study, Method::kJoint, Quantity::kScale); !joint.empty()) {
+    const auto negative =
+        std::count_if(joint.begin(), joint.end(), [](const AcrossRow& r) { return r.value.mean < 0; });
+    out.push_back(fmt::format("In the run {} scales differ from zero; {} of {} are negative.",
+                              significant(joint, value), negative, joint.size()));
+  }
+  std::array<int, kSignals> sensors{}, strong_sensors{};
+  for (const CorrelationRow& row : correlations(study)) {
+    ++sensors[static_cast<std::size_t>(row.axis)];
+    if (std::abs(row.correlation) > kStrong) ++strong_sensors[static_cast<std::size_t>(row.axis)];
+  }
+  std::vector<std::string> strong;
+  for (std::size_t axis = 0; axis < kSignals; ++axis) {
+    if (strong_sensors[axis] == 0) continue;
+    strong.push_back(fmt::format("{} of {} of {} sensors", kSignalNames[axis], strong_sensors[axis], sensors[axis]));
+  }
+  if (!strong.empty()) {
+    out.push_back(fmt::format("Bias and scale are hardly told apart (correlation above {}): {}.", kStrong,
+                              fmt::join(strong, ", ")));
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string study_result(const Study& study, const Ranking& ranking) {
+  std::string out = verdict(study, ranking);
+  const std::vector<std::string> found = findings_of(study);
+  if (!found.empty()) {
+    out += page::list("What the signals say, at 5 % after Holm's correction:", found);
+  }
+  return out + page::list("What is missing, and why:", missing(study));
+}
+
+}  // namespace piste

@@ -1,0 +1,116 @@
+// What README.md and docs/*.md name is there: programs, scripts, configurations, files and tests.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <iterator>
+#include <memory>
+#include <regex>
+#include <string>
+#include <vector>
+
+#include "support/places.h"
+#include "support/text_file.h"
+
+namespace piste::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kSource = source_folder();
+
+/// Something that a page names.
+struct Named {
+  fs::path page;
+  std::string what;
+};
+
+std::vector<fs::path> pages() {
+  std::vector<fs::path> all{kSource / "README.md"};
+  for (const auto& entry : fs::directory_iterator(kSource / "docs")) {
+    if (entry.path().extension() == ".md") all.push_back(entry.path());
+  }
+  return all;
+}
+
+/// The first group of every match of a pattern in the pages.
+std::vector<Named> named(const std::string& pattern) {
+  const std::regex regex(pattern);
+  std::vector<Named> all;
+  for (const fs::path& page : pages()) {
+    const std::string text = read_text(page);
+    for (std::sregex_iterator match(text.begin(), text.end(), regex), end; match != end; ++match) {
+      all.push_back({page, (*match)[1].str()});
+    }
+  }
+  return all;
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::istringstream in(text);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+/// The tests of this build, as ctest lists them.
+std::string tests() {
+  const std::string command = "'" + ctest_program() + "' --test-dir '" + build_folder() + "' -N";
+  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);
+  std::string text;
+  std::array<char, 4096> part{};
+  while (std::fgets(part.data(), part.size(), pipe.get()) != nullptr) text += part.data();
+  return text;
+}
+
+TEST(Docs, NameProgramsThatAreBuilt) {
+  const std::vector<std::string> built = lines_of(read_text(fs::path(build_folder()) / "programs.txt"));
+  const std::vector<Named> programs = named("build/release/([a-z_]+/[a-z0-9_]+)");
+  EXPECT_GE(programs.size(), 10U);
+  for (const auto& [page, program] : programs) {
+    const std::string folder = program.substr(0, program.find('/')), name = program.substr(folder.size() + 1);
+    const bool configured = std::any_of(built.begin(), built.end(),
+                                        [&](const std::string& file) { return file.starts_with(folder + "/"); });
+    if (configured) {
+      EXPECT_NE(std::find(built.begin(), built.end(), program), built.end()) << page << " names " << program;
+    } else {  // benchmarks, where they are not asked for
+      EXPECT_TRUE(contains(read_text(kSource / folder / "CMakeLists.txt"), "add_executable(" + name + " ")) << page;
+    }
+  }
+}
+
+TEST(Docs, NameFilesThatExist) {
+  const std::vector<Named> files =
+      named("(?:^|[^A-Za-z0-9_./-])((?:\\.ci|config|data|docs|include|scripts)/[A-Za-z0-9_./-]*[A-Za-z0-9_])");
+  EXPECT_GE(files.size(), 20U);
+  for (const auto& [page, file] : files) EXPECT_TRUE(fs::exists(kSource / file)) << page << " names " << file;
+}
+
+TEST(Docs, LinkToFilesThatExist) {
+  const std::vector<Named> links = named("\\]\\(([^):#]+)");
+  EXPECT_GE(links.size(), 10U);
+  for (const auto& [page, link] : links) {
+    EXPECT_TRUE(fs::exists(page.parent_path() / link)) << page << " links to " << link;
+  }
+}
+
+TEST(Docs, NameTestsThatExist) {
+  const std::string list = tests();
+  if (list.find("_NOT_BUILT") != std::string::npos)
+    GTEST_SKIP() << "build every test first: ctest does not know them all";
+  const std::vector<std::string> all = lines_of(list);
+  const std::vector<Named> patterns = named("ctest --test-dir build/release[^`\n]* -R ([^ `\n]+)");
+  EXPECT_GE(patterns.size(), 3U);
+  for (const auto& [page, pattern] : patterns) {
+    const std::regex regex(pattern);
+    EXPECT_TRUE(
+        std::any_of(all.begin(), all.end(), [&](const std::string& line) { return std::regex_search(line, regex); }))
+        << page << " names the tests " << pattern;
+  }
+}
+
+}  // namespace
+}  // namespace piste::test
