@@ -42,6 +42,20 @@ Vector3d so3_log(const Quaterniond& q) {
   return ratio * v;
 }
 
+Quaterniond rotation_between(const Vector3d& a, const Vector3d& b) {
+  constexpr double kOpposite = 1e-12;
+  const Vector3d from = a.normalized(), to = b.normalized();
+  const double cosine = to.dot(from);
+  if (cosine < kOpposite - 1) {
+    const double w2 = 0.5 * (1 + std::max(cosine, -1.0));
+    const Vector3d v = std::sqrt(1 - w2) * from.unitOrthogonal();
+    return {std::sqrt(w2), v.x(), v.y(), v.z()};
+  }
+  const double twice_w = std::sqrt(2 * (1 + cosine));
+  const Vector3d v = from.cross(to) * (1 / twice_w);
+  return {0.5 * twice_w, v.x(), v.y(), v.z()};
+}
+
 Matrix3d so3_left_jacobian(const Vector3d& rotation_vector) {
   const auto k = coefficients(rotation_vector.squaredNorm());
   const Matrix3d S = skew(rotation_vector);

@@ -22,7 +22,7 @@ Quaterniond carry_back(const Log& log, const Quaterniond& q_end, double begin, d
 }
 
 Quaterniond levelled(const Quaterniond& q_wb, const Vector3d& down_b) {
-  return (Quaterniond::FromTwoVectors(q_wb * down_b, Vector3d::UnitZ()) * q_wb).normalized();
+  return (rotation_between(q_wb * down_b, Vector3d::UnitZ()) * q_wb).normalized();
 }
 
 namespace {

@@ -31,7 +31,7 @@ const Exported kExported[] = {
     {"piste/files/replay.h", address(piste::write_solutions)},
     {"piste/files/consistency.h", address(piste::consistency_json)},
     {"piste/files/summary.h", address(piste::summary_json)},
-    {"piste/io/log_io.h", address(piste::read_imu)},
+    {"piste/io/log_io.h", address(piste::read_gnss)},
     {"piste/io/replay_config.h", address(piste::read_recording)},
     {"piste/io/solution_io.h", address(piste::navigation_csv)},
     {"piste/report/consistency_page.h", address(piste::consistency_html)},

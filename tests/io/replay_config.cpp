@@ -43,7 +43,7 @@ struct ReplayConfigTest : ::testing::Test {
                  "1,0,0,0,0.3,0.4,1\n2,0,0,0,0.3,0.4,7\n");
     folder.write("second_attitude.csv", "");
   }
-  ReplayConfig read(const std::string& text) { return read_replay_config(folder.write("run.yaml", text)); }
+  ReplayConfig read(const std::string& text) const { return read_replay_config(folder.write("run.yaml", text)); }
   std::string refused(const std::string& text) {
     return message_of<ConfigError>([&] { read(text); });
   }

@@ -91,7 +91,7 @@ TEST(StudyPage, PutsTheArticleBesideOurNumbers) {
        {">−0.1350<", ">0.010<", ">0.0058<", ">0.0020<", ">0.00010<", ">−0.1300<", ">0.034<", ">0.020<"}) {
     EXPECT_TRUE(contains(row, cell)) << cell << row;
   }
-  EXPECT_TRUE(contains(page, "<th>article, Table 1</th><th>its std</th>"));
+  EXPECT_TRUE(contains(page, ">article, Table 1</th><th scope=\"col\" class=\"number\">its std</th>"));
   EXPECT_TRUE(contains(page, "J.-M. Bonnaz, Évaluation du modèle"));
   const std::string fourth = page.substr(page.find("MT-9A 4 fx</th><td"), 2000);
   EXPECT_TRUE(contains(fourth.substr(0, fourth.find("</tr>")), "></td><td class=\"number\"></td>"))
@@ -136,7 +136,7 @@ TEST(StudyPage, GivesSensorsOfOtherNamesNoColumnsOfTheArticle) {
   for (std::string& name : study.sensors) name += " of mine";
   const std::string page = page_of(study);
   EXPECT_TRUE(contains(page, "What the article's numbers imply"));
-  EXPECT_FALSE(contains(page, "<th>article, Table")) << "no sensor has a counterpart";
+  EXPECT_FALSE(contains(page, ">article, Table")) << "no sensor has a counterpart";
   EXPECT_FALSE(contains(page, "<th>its std"));
 }
 
@@ -150,8 +150,8 @@ TEST(StudyPage, DoesWithAnArticleOfOneTable) {
     for (PrintedRow& row : table->sensors) row.fill({});
   }
   const std::string page = page_of(study);
-  EXPECT_TRUE(contains(page, "<th>article, Table 1</th>"));
-  EXPECT_FALSE(contains(page, "<th>article, Table 3</th>"));
+  EXPECT_TRUE(contains(page, ">article, Table 1</th>"));
+  EXPECT_FALSE(contains(page, ">article, Table 3</th>"));
   EXPECT_TRUE(contains(page, "Table 1, the article"));
   EXPECT_FALSE(contains(page, "Table 6, the article"));
 }

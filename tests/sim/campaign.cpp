@@ -182,8 +182,8 @@ TEST_F(CampaignFile, TheArticleGoesAlongWithTheLogs) {
   EXPECT_FALSE(contains(campaign_text(read(runs), 1), "article"));
   EXPECT_TRUE(contains(refusal(runs + "article: none.yaml\n"), "c.yaml:8: article"));
   EXPECT_TRUE(contains(refusal(runs + "article_sensors: {third: x}\n"), "c.yaml:8: unknown key"));
-  EXPECT_TRUE(contains(refusal(runs + "article: papers/a.yaml\narticle_sensors: {thrid: x}\n"),
-                       "c.yaml:9: unknown key `thrid`, perhaps `third`"));
+  EXPECT_TRUE(contains(refusal(runs + "article: papers/a.yaml\narticle_sensors: {thrd: x}\n"),
+                       "c.yaml:9: unknown key `thrd`, perhaps `third`"));
   folder_.write("papers/b.yaml", "base: a.yaml\n");
   EXPECT_TRUE(contains(refusal(runs + "article: papers/b.yaml\n"), "c.yaml:8: article: builds on another file"));
 }
