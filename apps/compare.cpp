@@ -1,4 +1,4 @@
-/// compare CONFIG: aligns an IMU with a better one, then says what is wrong with it, at rest and in the run.
+/// compare CONFIG: aligns an IMU with a better one, and estimates its errors at rest and in the run.
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-/// inspect FILE…: what is in these logs, and what is wrong with them, before anything else runs.
+/// inspect FILE…: shows what logs contain and what is wrong with them.
 
 #include "piste/experiment/inspect.h"
 

@@ -21,7 +21,8 @@ namespace {
 
 constexpr const char* kState = "ensemble.state";
 
-// The ensemble that stands in the folder, where it is of this scenario and no larger than wanted; else an empty one.
+// The ensemble that an earlier run left in the folder, if it is of this scenario and not larger than wanted; else an
+// empty one.
 Ensemble begin(const AppArguments& arguments, const Scenario& scenario, std::size_t runs) {
   std::ifstream file(arguments.output / kState, std::ios::binary);
   if (!file) return Ensemble(scenario);
@@ -45,7 +46,7 @@ void run(const AppArguments& arguments, Progress& progress) {
 
   Ensemble ensemble = begin(arguments, scenario, runs);
   progress.start("montecarlo", runs, "runs", ensemble.size());
-  std::chrono::steady_clock::time_point saved{};  // long ago: the first run is saved at once
+  std::chrono::steady_clock::time_point saved{};  // in the past, so that the first run is saved at once
   ensemble.run(runs, static_cast<std::size_t>(arguments.integers.at("jobs")), [&](const Ensemble& so_far) {
     progress.update(so_far.size());
     const auto now = std::chrono::steady_clock::now();

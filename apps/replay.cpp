@@ -1,4 +1,4 @@
-/// Raw logs in; trajectory, IMU errors and their sigmas out.
+/// replay CONFIG: computes the trajectory and the errors of the IMU, with their sigmas, from raw logs.
 
 #include "piste/experiment/replay.h"
 

@@ -1,4 +1,4 @@
-/// simulate SCENARIO: what sensors would have recorded of a run that is known exactly; or of all runs of a campaign.
+/// simulate SCENARIO: simulates the recordings of all sensors in a run, or in all runs of a campaign, with the truth.
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-/// study CAMPAIGN: all IMUs, all runs: the errors of each by every method, and which of them navigates best.
+/// study CAMPAIGN: estimates the errors of all IMUs in all runs by every method, and ranks the methods by navigation.
 
 #include "piste/experiment/study.h"
 

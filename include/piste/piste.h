@@ -1,10 +1,10 @@
 #pragma once
-/// The front door: conventions first, then the public steps, which link with piste::piste. Those that need least
-/// squares over whole logs stand in batch.h.
+/// The front door of piste: conventions first, then all public headers that need only piste::piste. Those that need
+/// least squares over whole logs stand in batch.h.
 ///
-/// Three values carry everything, and each step is a pure function from one to the next:
+/// Three kinds of values carry everything, and each step is a pure function from one to the next:
 ///
-///     Log (what the sensors said)  →  Solution (what we believe, and how surely)  →  findings (what we learned)
+///     Log (measurements)  →  Solution (estimates with their sigmas)  →  findings (conclusions)
 ///
 /// ## Frames
 ///
@@ -68,8 +68,8 @@
 #include "piste/core/sensor.h"
 #include "piste/core/solution.h"
 
-// The steps, in the order of a run: read or simulate, look at it, condition, solve, find, write and show; and many of
-// them, against the truth.
+// The steps of a run: simulate or read, inspect, condition, solve, analyse, write and show. And ensembles of runs,
+// compared with the truth.
 #include "piste/condition/pipeline.h"
 #include "piste/condition/rest_detection.h"
 #include "piste/condition/signal.h"

@@ -1,4 +1,4 @@
-// What the sums of an ensemble say of the filter's consistency.
+// Computes the statistics of an ensemble from its sums.
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-// The sums of an ensemble as bytes, so that it goes on where it was stopped.
+// Saves and restores the sums of an ensemble as bytes, so that it can continue where it was stopped.
 
 #include <cstring>
 #include <type_traits>
@@ -23,7 +23,7 @@ void put(std::string& bytes, const T& value) {
   }
 }
 
-// Takes what was put from the front.
+// Reads values in the order in which they were written.
 template <class T>
 void take(std::string_view& bytes, T& value) {
   if constexpr (std::is_arithmetic_v<T>) {

@@ -30,14 +30,14 @@ int decimals_of(std::string_view number) {
 
 // Half of the last digit of `value`, which is written with so many decimals, of which `significant` digits count.
 double rounding_of(double value, int decimals, std::optional<long> significant) {
-  constexpr double kExact = 1e-9;  // of a power of ten, whatever the last bit of its logarithm
+  constexpr double kExact = 1e-9;  // tolerance for the rounding of the logarithm of a power of ten
   const double last = 0.5 * std::pow(10, -decimals);
   if (!significant || value == 0) return last;
   const double leading = std::floor(std::log10(std::abs(value)) + kExact);
   return std::max(last, 0.5 * std::pow(10, leading + 1 - static_cast<double>(*significant)));
 }
 
-// What three signals of a sensor are measured in.
+// Dimension and unit of the three signals of a triad.
 struct Triad {
   std::string key;
   int first;

@@ -44,10 +44,10 @@ void Ensemble::run(std::size_t runs, std::size_t jobs, const Observer& observer)
   jobs = std::min(jobs, runs - std::min(runs, size()));
   std::mutex mutex;
   std::condition_variable moved;
-  std::map<std::size_t, Result> waiting;  // for those before them
+  std::map<std::size_t, Result> waiting;  // until those before them are done
   std::exception_ptr stopped;
   std::size_t next = size();
-  const std::size_t most = 2 * jobs;  // trials under way or waiting: memory does not grow with runs
+  const std::size_t most = 2 * jobs;  // trials that run or wait: memory does not grow with the number of runs
   const auto work = [&] {
     std::unique_lock lock(mutex);
     while (true) {

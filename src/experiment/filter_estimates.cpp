@@ -31,7 +31,7 @@ constexpr std::array kModels{
     Model{Kind::kGaussMarkov, true, Method::kMarkovAttitudeFiltered, Method::kMarkovAttitudeSmoothed},
 };
 
-// The process of that kind which moves as fast as `given`.
+// A process of the kind `kind` that changes as fast as `given`.
 DriftProcess as(const DriftProcess& given, Kind kind, double run) {
   if (given.kind == Kind::kNone || given.kind == kind) return given;
   if (kind == Kind::kRandomWalk) {
@@ -62,7 +62,7 @@ FilterOptions options_of(const FilterCase& of, const Model& model) {
   return options;
 }
 
-constexpr double kKnown = 1e6;  // degrees of freedom of a filter's sigma, which is no estimate
+constexpr double kKnown = 1e6;  // degrees of freedom of a filter's sigma, which is computed and not estimated
 
 // Means over epochs of bias + drift and of scale, and of their covariance.
 class Mean {

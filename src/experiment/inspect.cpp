@@ -23,14 +23,14 @@ void append(List& to, List&& more) {
 const Vector3d& sigma_of(const GeodeticFix& fix) { return fix.sigma_position; }
 const Vector3d& sigma_of(const EulerFix& fix) { return fix.sigma; }
 
-// Logs of some formats have no sigma; a reader that is told none then gives infinite ones.
+// Whether a log has no sigmas. Some formats have none, and their readers give infinite ones if none is stated.
 template <class Recorded>
 bool says_no_sigma(const Recorded& recorded) {
   return !recorded.fixes.empty() && std::none_of(recorded.fixes.begin(), recorded.fixes.end(),
                                                  [](const auto& fix) { return sigma_of(fix).allFinite(); });
 }
 
-// With a sigma such as the user of such a log would state.
+// Reads such a log again with a sigma that its user might state.
 template <class Recorded>
 void read_again(InspectedLog& l, const Vector3d& sigma, Recorded& recorded,
                 Recorded (*read)(const LogFile&, RowFaults*)) {
@@ -39,7 +39,7 @@ void read_again(InspectedLog& l, const Vector3d& sigma, Recorded& recorded,
   recorded = read(l.log, &l.faults);
 }
 
-// Reads a log by what it seems to be, and looks at it alone.
+// Guesses what a log is, reads it, and examines it by itself.
 InspectedLog look_at(const std::string& file, std::vector<Suspicion>& found) {
   constexpr double kFastestGnss = 100, kSlowestGnss = 0.02, kFastestAttitude = 2000, kSlowestAttitude = 0.02;  // Hz
   const Vector3d kUsualSigma(3, 3, 6),
@@ -85,7 +85,7 @@ InspectedLog look_at(const std::string& file, std::vector<Suspicion>& found) {
   return l;
 }
 
-// What a filter needs to run: nothing that makes a log mean something else.
+// Whether the filter can run: no fault may make a log mean something else.
 bool may_run(const Inspection& inspection) {
   return std::none_of(inspection.suspicions.begin(), inspection.suspicions.end(), [](const Suspicion& s) {
     return s.fault <= LogFault::kNoOverlap && s.fault != LogFault::kSameLog;

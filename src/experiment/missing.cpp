@@ -16,7 +16,8 @@ std::string name_of(const Study& study, const SensorRun& r) {
   return fmt::format("{} in {}", study.sensors[r.sensor], study.runs[r.run].name);
 }
 
-// Where a method is silent though the sensor-run went well: whole sensor-runs, or some axes of one.
+// Where a method has no estimate although the result is otherwise complete: for an IMU in a run as a whole, or for some
+// of its axes.
 std::vector<std::string> silent(const Study& study, Method method) {
   std::vector<std::string> out;
   for (const SensorRun& r : study.results) {

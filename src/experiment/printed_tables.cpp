@@ -146,7 +146,7 @@ SignTest sign_test(const PrintedTable& table) {
     ++out.all;
     if (p.value < 0) ++out.negative;
   }
-  // Of at most so many positive ones: the binomial distribution with probability ½, from none on.
+  // Probability of at most so many positive numbers: the binomial distribution with probability ½, summed from zero.
   double p = std::pow(0.5, static_cast<double>(out.all));
   out.p_value = 0;
   for (std::size_t positive = 0; positive <= out.all - out.negative; ++positive) {

@@ -21,7 +21,7 @@ namespace piste {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInseparable = 10;  // inflation above which bias and scale cannot be told apart
+constexpr double kInseparable = 10;  // inflation above which bias and scale cannot be separated
 
 constexpr std::array kCriteria{&NavigationScore::position_rmse, &NavigationScore::velocity_rmse,
                                &NavigationScore::attitude_rmse, &NavigationScore::outage_drift};
@@ -78,7 +78,8 @@ void hold_against(Contestant& c, const Contestant& winner) {
   c.row.high = std::exp(middle + t * standard_error(behind));
 }
 
-// Which one wins is known from the scores alone, so every pair is a hypothesis, and those of the winner are told.
+// The winner is known only from the scores, so every pair of methods is a hypothesis of Holm's correction. Only the
+// p-values of pairs with the winner are kept.
 void add_p_values(std::vector<Contestant>& all, Method winner) {
   std::vector<double> p_values;
   std::vector<Contestant*> told;
@@ -132,7 +133,8 @@ double confidence(const std::vector<const Contestant*>& competitors, const Conte
 
 std::string p_text(double p) { return p < 0.001 ? "p < 0.001" : fmt::format("p = {:.2g}", p); }
 
-// With the winner, or is it. Of one run, whose p-values are none, the ratio alone can tell.
+// Whether a row is the winner or ties with it. If there is only one run, there are no p-values, and only the ratio
+// counts.
 bool ties(const RankingRow& row) {
   const bool same = std::round(100 * row.versus_winner) == 100;
   return same || row.p_holm >= kSignificance;

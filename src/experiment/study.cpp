@@ -25,7 +25,7 @@ struct StudiedRun {
   std::vector<StudiedImu> imus;
 };
 
-// Errors of the data become words. `step` is called after the reference and after each IMU.
+// Errors of the data are kept as messages. `step` is called after the reference and after each IMU.
 template <class Step>
 StudiedRun study_run(const RunConfig& config, const StudyPlan& plan, Step&& step) {
   StudiedRun out;
@@ -58,7 +58,7 @@ StudiedRun study_run(const RunConfig& config, const StudyPlan& plan, Step&& step
   return out;
 }
 
-// How the errors of each method navigate, and which of them cannot be replayed.
+// The scores of all methods, and messages for those that cannot be replayed.
 struct Scores {
   std::vector<NavigationScore> scores;
   std::vector<std::string> warnings;
@@ -83,7 +83,7 @@ Scores score(const SensorRun& imu, const Contest& contest) {
   return out;
 }
 
-// Place of the IMU's name in the list, to which it is added where it is new.
+// Index of the IMU's name in the list. A new name is added.
 std::size_t place_of(std::vector<std::string>& names, const std::string& name) {
   const auto found = std::find(names.begin(), names.end(), name);
   if (found != names.end()) return static_cast<std::size_t>(found - names.begin());

@@ -11,11 +11,11 @@
 namespace piste {
 namespace {
 
-constexpr std::size_t kFewestRuns = 2;  // that tell how a scale changes from run to run
+constexpr std::size_t kFewestRuns = 2;  // from which the spread of a scale between runs is computed
 
 std::size_t at(int axis) { return static_cast<std::size_t>(axis); }
 
-// A method's estimate from what `take` finds of each axis; nothing where it finds nothing at all.
+// The estimate of a method from what `take` returns for each axis. Nothing if it returns nothing for all axes.
 template <class Take>
 void add(std::vector<MethodEstimate>& to, Method method, const Findings& findings, Take&& take) {
   MethodEstimate out{method, {}};
@@ -40,7 +40,7 @@ KnownTriadErrors triad_of(const ImuTruth::Triad& truth) {
   return out;
 }
 
-// The phase that a method looks at.
+// The phase that a method uses.
 const std::optional<ImuTruth::Phase>& phase_of(const ImuTruth::Triad& truth, Method method) {
   switch (method) {
     case Method::kRest:
@@ -53,7 +53,7 @@ const std::optional<ImuTruth::Phase>& phase_of(const ImuTruth::Triad& truth, Met
   }
 }
 
-// What is expected of one more number.
+// The prediction of one more number.
 struct Prediction {
   double mean, sigma, dof;
 };
@@ -63,8 +63,8 @@ Prediction predict(const std::vector<double>& values) {
   return {mean(values), standard_deviation(values) * std::sqrt(1 + 1 / n), n - 1};
 }
 
-// The line through what the rest shows, with the slope of the IMU's other runs; nothing without a rest, or where there
-// are too few of those.
+// The line through the mean point of the rest, with the slope of the IMU's other runs. Nothing without a rest, or if
+// there are too few other runs.
 AxisEstimate from_other_runs(const Study& study, const SensorRun& result, int axis) {
   const AxisFindings& found = result.findings->axes[at(axis)];
   std::vector<double> scales;

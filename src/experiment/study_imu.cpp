@@ -22,7 +22,7 @@
 namespace piste {
 namespace {
 
-// An IMU that lies beside the reference.
+// An IMU aligned with the reference.
 struct ImuBeside {
   const MountedImu* mounted;
   ImuRecording recording;
@@ -30,7 +30,7 @@ struct ImuBeside {
   Alignment alignment;
 };
 
-// What a study can do without: nothing where it cannot be had, and then the reason is a warning.
+// A part that a study can do without. If it fails, the result is nothing, and the reason becomes a warning.
 template <class Part>
 auto if_possible(std::string_view without, std::vector<std::string>& warnings, Part&& part)
     -> std::optional<decltype(part())> {
@@ -67,7 +67,7 @@ std::vector<std::string> warnings_of(const ImuBeside& imu) {
   return out;
 }
 
-// The result of an IMU of which no more than its place is known.
+// The result of an IMU before anything is known of it.
 SensorRun placed(const ImuBeside& imu) {
   SensorRun out;
   out.warnings = warnings_of(imu);
@@ -79,7 +79,7 @@ SensorRun placed(const ImuBeside& imu) {
   return out;
 }
 
-// The phases of which the IMU has enough, and what it lacks.
+// The phases in which the IMU has enough samples, and warnings for the others.
 struct Covered {
   Phases phases;
   std::vector<std::string> warnings;
@@ -126,7 +126,7 @@ SignalPicture picture(const AlignedImus& smooth) {
   return out;
 }
 
-// Scale factors that come of residual timing errors.
+// Scale factors that residual timing errors cause.
 std::vector<TimingEffect> timing_effects(const ImuBeside& imu, const RunReference& reference, const Interval& run,
                                          const StudyPlan& plan) {
   std::vector<TimingEffect> out;
@@ -139,12 +139,12 @@ std::vector<TimingEffect> timing_effects(const ImuBeside& imu, const RunReferenc
   return out;
 }
 
-// How an IMU sits, and what its filter is told.
+// The mounting of an IMU, and the input of its filter.
 BodyMounting mounting_of(const Alignment& alignment) {
   return {alignment.q_rb, alignment.known(alignment.p_rb_r, AlignmentLayout::kLeverArm)};
 }
 
-// What the filter of an IMU is told.
+// The input of the filter of an IMU.
 FilterCase filter_case(const RunConfig& config, const RunReference& reference, const ImuBeside& imu,
                        const Interval& run) {
   const ReferenceSolution& solution = *reference.solution;
@@ -166,7 +166,7 @@ FilterCase filter_case(const RunConfig& config, const RunReference& reference, c
   return out;
 }
 
-// What the filter of an IMU finds, and the course on which all methods are ranked.
+// The filter's estimates for an IMU, and the course on which all methods are ranked.
 struct Navigation {
   std::vector<MethodEstimate> estimates;
   std::optional<Course> course;

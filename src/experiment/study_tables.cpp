@@ -89,7 +89,7 @@ Term minus(const Term& a, const Term& b) {
   return out;
 }
 
-// After − before: what the reference adds to both cancels, and the findings know what of it is left.
+// After − before. What the reference adds to both cancels; the findings have the error that is left.
 Term change(const SensorRun& run, int axis, const Term& before, const Term& after) {
   Term out = minus(after, before);
   if (run.findings) {
@@ -100,7 +100,7 @@ Term change(const SensorRun& run, int axis, const Term& before, const Term& afte
   return out;
 }
 
-// a − b of one run, or a − what was put in, as a could see it.
+// a − b of one run; or a less the true value that a should find.
 std::optional<Term> difference_of(const SensorRun& run, Method a, Method b, Quantity quantity, int axis) {
   const auto left = shown_of(run, a, quantity, axis);
   if (!left) return std::nullopt;

@@ -17,7 +17,7 @@
 namespace piste {
 namespace {
 
-// The scenario with the sensors of its replay alone.
+// The scenario with only those sensors that its replay uses.
 Scenario carried(const Scenario& scenario, std::uint64_t seed) {
   Scenario s = scenario;
   const ReplaySetup& replay = scenario.replay;
@@ -35,7 +35,7 @@ Scenario perfect(Scenario s) {
   for (GnssSetup& receiver : s.gnss) {
     receiver.position_noise.setZero();
     receiver.position_drift.reset();
-    receiver.velocity_noise *= 1e-9;  // none at all would mean a receiver without velocity
+    receiver.velocity_noise *= 1e-9;  // zero would mean a receiver without velocity
   }
   for (AttitudeSetup& reference : s.attitude) {
     reference.noise.setZero();
@@ -44,7 +44,7 @@ Scenario perfect(Scenario s) {
   return s;
 }
 
-// The same motion and schedule, seen by sensors without an error; they still clip, and claim what the others claim.
+// The same motion and times with sensors without errors. They still clip, and state the same sigmas.
 Simulation perfect(const Scenario& ideal, const Simulation& real, std::uint64_t seed) {
   Simulation out = real;
   const ImuSetup& setup = ideal.imus.front();
@@ -77,7 +77,7 @@ Simulation perfect(const Scenario& ideal, const Simulation& real, std::uint64_t 
   return out;
 }
 
-// Where lever arms are estimated, what the filter is told of them is drawn about the truth, as its prior says.
+// If lever arms are estimated, their start values are drawn about the truth with the sigma of the prior.
 FilterOptions filter_options(const Scenario& s, std::uint64_t seed) {
   FilterOptions options;
   options.sensor = s.replay.sensor;
@@ -132,16 +132,16 @@ Start drawn_start(const Scenario& s, const FilterOptions& options, const Estimat
   return {time, boxplus(x, error), sigma.cwiseAbs2().asDiagonal()};
 }
 
-// Nothing known but roughly where and how fast: the prior of a heading that must be found.
+// The prior if the heading must be found: only position and velocity are roughly known.
 Covariance nothing_known() {
   constexpr double kPosition = 10, kVelocity = 10, kTilt = 0.2;
-  const double heading = std::numbers::pi / std::sqrt(3.0);  // of a uniform one
+  const double heading = std::numbers::pi / std::sqrt(3.0);  // sigma of a uniform distribution
   Eigen::Matrix<double, 9, 1> sigma;
   sigma << Vector3d::Constant(kPosition), Vector3d::Constant(kVelocity), kTilt, kTilt, heading;
   return sigma.cwiseAbs2().asDiagonal();
 }
 
-// From the filter's own error to the ordinary one, at the layout's size.
+// The matrix from the filter's error to the ordinary one, for all blocks of the layout.
 Covariance ordinary(const StateLayout& layout, const Estimate& x) {
   Covariance T = Covariance::Identity(layout.size(), layout.size());
   T.topLeftCorner<9, 9>() = ordinary_from_invariant(x);
@@ -178,14 +178,14 @@ struct Bound {
   ErrorVector filtered, smoothed;
 };
 
-// Variances of the bound at the epochs of the grid. The bound is that of the filter's model of a reference attitude:
-// perfect fixes have no white part to measure, so that the one that was measured on the real log serves.
+// Variances of the bound at the epochs of the grid. The white part of a reference attitude cannot be measured on
+// perfect fixes, so the one measured on the real log is used.
 std::map<int, Bound> bound_of(const Scenario& scenario, const Simulation& real, const Replay& run, std::uint64_t seed,
                               const EpochGrid& grid) {
   const Scenario ideal = perfect(scenario);
   const Simulation simulation = perfect(ideal, real, seed);
   FilterOptions options = run.options;
-  options.sensor = scenario.imus.front().sensor;  // as it is, and not as the filter was told
+  options.sensor = scenario.imus.front().sensor;  // the true sensor, which the filter may not know
   const double departure = simulation.plate.under_way().start;
   ConditioningOptions conditioning = conditioning_options(scenario, options.sensor, departure);
   conditioning.rest.detect = false;

@@ -41,7 +41,7 @@ std::string term_json(const Term& t, double factor) {
 
 std::string term_json(const std::optional<Term>& t, double factor) { return t ? term_json(*t, factor) : "null"; }
 
-// A line of one axis; what it stands in is `depth` deep.
+// A line of one axis, at the indentation of `depth`.
 std::string line_json(const BiasScale& line, double bias_factor, double scale_factor, int depth) {
   const BiasScale article = correction(line);
   return json::object({{"bias", term_json(line.bias(), bias_factor)},

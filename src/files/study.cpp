@@ -182,7 +182,7 @@ std::string strings(const std::vector<std::string>& values) {
   return json::array(items);
 }
 
-// An array with a line to each item, `depth` deep.
+// An array with one line for each item, at the indentation of `depth`.
 std::string lines(const std::vector<std::string>& items, int depth) {
   if (items.empty()) return "[]";
   const std::string indent(static_cast<std::size_t>(2 * depth), ' ');

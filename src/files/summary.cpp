@@ -32,7 +32,7 @@ std::string mean_entry(const Quantity& q, const Solution& solution) {
   return entry(q, value / count, sigma / count);
 }
 
-// Root mean square of the angles' sigmas, and how long their errors last.
+// Root mean square of the angles' sigmas, and the correlation time of their errors.
 std::string attitude_error(const Solution& solution) {
   Vector3d variance = Vector3d::Zero();
   for (std::size_t i = 0; i < solution.size(); ++i) variance += solution.sigmas(i).euler.cwiseAbs2();
@@ -42,7 +42,7 @@ std::string attitude_error(const Solution& solution) {
                      list(kDegreesPerRadian * rms, 3));
 }
 
-// How many measurements came to each outcome; "rejected" are all that were not used.
+// Number of measurements with each outcome. "rejected" counts all that were not used.
 struct Counts {
   std::array<std::size_t, kOutcomes.size()> of{};
   void add(Outcome outcome) { ++of[static_cast<std::size_t>(outcome)]; }
@@ -56,7 +56,7 @@ struct Counts {
   }
 };
 
-// Fixes of the sensors "KIND[i]": rejected where any part is.
+// Fixes of the sensors "KIND[i]". A fix is rejected if any part of it is.
 Counts count_fixes(const Solution& solution, std::string_view kind) {
   std::map<std::pair<std::string, double>, Outcome> fixes;
   const auto worse = [](Outcome a, Outcome b) {

@@ -16,14 +16,14 @@ namespace {
 
 constexpr std::array<std::string_view, 6> kAxes{"fx", "fy", "fz", "wx", "wy", "wz"};
 constexpr int kFewest = 30;         // samples of a phase
-constexpr double kMostRatio = 1e6;  // of the variances of two noises; there one of them is as good as none
+constexpr double kMostRatio = 1e6;  // of the variances of two noises: beyond it one of them is negligible
 
 using Errors = Eigen::Matrix<double, Eigen::Dynamic, ReferenceErrors::kSize>;
 
 // One axis of both IMUs in one phase.
 struct Signals {
   Eigen::VectorXd measured, reference;
-  Errors errors;  // D: how the reference moves with what is wrong with it
+  Errors errors;  // D: how the reference depends on its errors p
   ReferenceErrors::Covariance P_errors;
 };
 
@@ -66,7 +66,7 @@ BiasScale line(const Regression& fit) {
   return {fit.value - Eigen::Vector2d(0, 1), fit.covariance, fit.hac_covariance, Eigen::Matrix2d::Zero(), fit.dof};
 }
 
-// What the line on the reference makes of D p: its effect on bias and scale, a column each of p.
+// The effect of D p on bias and scale of the line on the reference: a column for each element of p.
 using LineEffect = Eigen::Matrix<double, 2, ReferenceErrors::kSize>;
 
 LineEffect line_effect(const Signals& s, double x0, const ReferenceErrors::Row& at_x0) {
@@ -77,7 +77,7 @@ LineEffect line_effect(const Signals& s, double x0, const ReferenceErrors::Row& 
   return G;
 }
 
-// A phase as a point: where its means lie, and how sure measured − reference is there.
+// A phase as a point: its means, and the uncertainty of measured − reference.
 struct Point {
   double measured, reference;
   ReferenceErrors::Row errors;
@@ -114,7 +114,7 @@ BiasScale line_through(const Eigen::VectorXd& x, const Eigen::VectorXd& y, doubl
   return out;
 }
 
-// Variance of the IMU's noise over that of the reference's, where they stand and sway together.
+// Variance of the IMU's noise divided by that of the reference's, at rest, where both see the same sway.
 std::optional<double> noise_ratio(const Signals& rest) {
   const Eigen::VectorXd m = rest.measured.array() - rest.measured.mean();
   const Eigen::VectorXd r = rest.reference.array() - rest.reference.mean();
@@ -130,10 +130,10 @@ double noise_ratio(const FitOptions& options, bool force) {
   return std::clamp(std::pow(density(*options.sensor) / density(*options.reference), 2), 1 / kMostRatio, kMostRatio);
 }
 
-// How coefficients on the columns of X move with D p: a column each of p.
+// The effect of D p on the coefficients of the columns of X: a column for each element of p.
 Eigen::MatrixXd effect(const Eigen::MatrixXd& X, const Eigen::MatrixXd& D) { return least_squares(X, D); }
 
-// What is not determined is left out.
+// The fit, or nothing if the data do not determine it.
 template <class Fit>
 auto if_determined(const Fit& fit) -> std::optional<decltype(fit())> {
   try {
@@ -200,7 +200,7 @@ MatrixFit fit_matrix(const AlignedImus& imus, const ReferenceErrors& errors, boo
   return out;
 }
 
-// What a rest shows is as sure in the run as the in-run drift allows from the mean of the one to that of the other.
+// Adds the uncertainty by the in-run drift between the mean of the rest and the mean of the run.
 void let_drift(Term& excess, const FitOptions& options, bool force, const Interval& run, const Interval& rest) {
   if (!options.sensor) return;
   const double gap = std::max({0.0, run.start - rest.end, rest.start - run.end});

@@ -21,7 +21,7 @@ using ExtendedMatrix = Eigen::Matrix<Extended, Eigen::Dynamic, Eigen::Dynamic>;
 using ExtendedVector = Eigen::Matrix<Extended, Eigen::Dynamic, 1>;
 using Eigen::Index;
 
-constexpr Extended kDependent = 1e-13L;      // of a column's length that the columns before it do not explain
+constexpr Extended kDependent = 1e-13L;      // part of a column's length beyond the columns before it; below: dependent
 constexpr double kLagFactor = 2;             // L = 2 √n
 constexpr double kParzenSquared = 0.539286;  // ∫ w² from −1 to 1 = 151/280
 constexpr double kPersistence = 0.97;        // largest singular value of the whitening autoregression
@@ -42,13 +42,13 @@ double parzen(double x) {
   return x < 0.5 ? 1 - 6 * x * x * y : 2 * y * y * y;
 }
 
-// S of scores u_t = rows of U, with Parzen's weights up to `lag`, whitened before and recoloured after. The sum over
-// lags is taken over frequencies: there each lag is a factor.
+// S of the scores u_t, the rows of U, with Parzen's weights up to `lag`, whitened before and recoloured after. The sum
+// over lags is computed in the frequency domain.
 Eigen::MatrixXd long_run(const Eigen::MatrixXd& U, Index lag) {
   const Index n = U.rows(), p = U.cols();
   const Eigen::MatrixXd A = autoregression(U);
   const Eigen::MatrixXd V = U.bottomRows(n - 1) - U.topRows(n - 1) * A.transpose();
-  // So long that the last sample does not meet the first.
+  // Padded, so that the circular transform does not mix the last samples with the first.
   const auto N = static_cast<Index>(std::bit_ceil(static_cast<std::size_t>(n + lag)));
   FourierTransform fourier;
   const auto spectrum = [&](const std::vector<double>& padded) -> Eigen::VectorXcd {
@@ -76,14 +76,14 @@ Eigen::MatrixXd long_run(const Eigen::MatrixXd& U, Index lag) {
 
 double square(double x) { return x * x; }
 
-// A systematic error is known to as many degrees of freedom as one likes; these are enough.
+// Degrees of freedom of the total error. A systematic error has infinitely many; the result is limited to kMost.
 double total_dof(const Term& t) {
   constexpr double kMost = 1e6;
   const double share = t.standard_error / t.total();
   return std::min(kMost, t.dof / square(square(share)));
 }
 
-// What coefficients are worth that the errors e move by C Σ q_t e_t, the columns q being orthonormal.
+// The uncertainty of coefficients whose error is C Σ q_t e_t, with orthonormal columns q.
 Regression conclude(const Eigen::VectorXd& value, const Eigen::VectorXd& errors, const Eigen::MatrixXd& Q,
                     const Eigen::MatrixXd& C) {
   const Index n = Q.rows(), p = Q.cols();
@@ -104,7 +104,8 @@ Regression conclude(const Eigen::VectorXd& value, const Eigen::VectorXd& errors,
   return out;
 }
 
-// c = T u of Y = X u + e, a column each. `length`: of the columns that the coefficients c belong to.
+// Solves Y = X u + e for each column of Y, and returns c = T u. `length`: the lengths of the columns to which the
+// coefficients c belong.
 std::vector<Regression> solve(const ExtendedMatrix& X, const Eigen::MatrixXd& Y, const ExtendedMatrix& T,
                               const ExtendedVector& length) {
   const Index p = X.cols();
@@ -124,7 +125,7 @@ std::vector<Regression> solve(const ExtendedMatrix& X, const Eigen::MatrixXd& Y,
   const ExtendedMatrix turned = qr.householderQ().adjoint() * Y.cast<Extended>();
   const ExtendedMatrix found = spread * turned.topRows(p), values = T * found;
   const ExtendedMatrix errors = Y.cast<Extended>() - X * found;
-  // Orthonormal columns make scores of one unit, and none of them drowns another.
+  // With orthonormal columns all scores have the same unit and similar size.
   const ExtendedMatrix Q = X * spread, C = T * spread;
   const Eigen::VectorXd inflation = C.rowwise().squaredNorm().cwiseProduct(length.cwiseAbs2()).cast<double>();
   std::vector<Regression> out;

@@ -14,22 +14,22 @@ namespace {
 
 constexpr double kStep = 0.1, kWidth = 0.6;  // s: of the grid, and of the means on it
 constexpr double kMostCells = 60000;
-constexpr double kIndependent = 0.5;  // s: a moving body holds its rates for so long
+constexpr double kIndependent = 0.5;  // s: so long the rates of a moving body are correlated
 constexpr double kTurning = 1.5;      // m/s from which a track has a direction
 constexpr double kShortest = 10;      // s that two signals must have in common
 constexpr double kCertain = 30, kOverRival = 15;
 constexpr double kLeastCorrelation = 0.95;
-constexpr double kTold = 0.5;  // R² of a turn rate that tells the gyroscopes' unit
+constexpr double kTold = 0.5;  // R² of a turn rate from which the gyroscopes' unit is clear
 
 using Series = std::vector<double>;
 
-// Values at even times, and where there are any.
+// Values at equally spaced times, and weights that say where there are any.
 struct Signal {
   Series weight;  // 0 or 1
   std::array<Series, 3> value;
 };
 
-// The track's: turn rate, and acceleration along and across, each with its own weight.
+// Signals of the track: turn rate, and acceleration along and across, each with its own weight.
 struct TrackSignals {
   std::array<Series, 3> weight, value;
 };
@@ -64,7 +64,7 @@ std::array<Signal, 2> imu_signals(const ImuIntegral& imu, const Grid& grid) {
     }
     out[0].weight[i] = out[1].weight[i] = 1;
   }
-  // About their means: sums of squares then keep their digits.
+  // Means are subtracted, so that sums of squares do not lose digits.
   for (Signal& s : out) {
     double count = 0;
     for (const double w : s.weight) count += w;
@@ -77,7 +77,7 @@ std::array<Signal, 2> imu_signals(const ImuIntegral& imu, const Grid& grid) {
   return out;
 }
 
-// One wild velocity would outweigh a minute of motion.
+// Limits outliers: one wrong velocity would outweigh a minute of motion.
 void hold_outliers(Series& value, const Series& weight) {
   constexpr double kMost = 3, kTail = 0.95;
   std::vector<double> sizes;
@@ -144,13 +144,13 @@ Series times(const Series& a, const Series& b) {
   return out;
 }
 
-// One lag's sums, and what they say.
+// The sums of one lag, and the regression from them.
 struct Regression {
   double n = 0, y = 0, yy = 0;
   Vector3d x = Vector3d::Zero(), xy = Vector3d::Zero();
   Matrix3d xx = Matrix3d::Zero();
 
-  // R² of y on x, and the coefficients. `floor`: variances below it are none.
+  // R² of y on x, and the coefficients. Variances below the floors count as zero.
   double fit(double floor_x, double floor_y, Vector3d& b) const {
     b.setZero();
     const double variance = yy / n - y / n * y / n;
@@ -233,7 +233,7 @@ std::optional<ClockMatch> match_clocks(const ImuIntegral& imu, const Track& trac
     for (std::size_t k = 0; k < lags; ++k) correlation[k] = std::max(correlation[k], one.r2[k]);
   }
   const auto best = static_cast<std::size_t>(std::max_element(evidence.begin(), evidence.end()) - evidence.begin());
-  // The rival: the likeliest offset that the slope of the peak does not lead to.
+  // The rival: the most likely offset outside the peak itself.
   const auto apart = static_cast<std::size_t>(std::ceil(1 / grid.step));
   std::size_t left = best, right = best;
   while (left > 0 && (evidence[left - 1] <= evidence[left] || best - left < apart)) --left;

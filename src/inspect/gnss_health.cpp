@@ -20,7 +20,7 @@ constexpr double kMetresPerRadian = 6371e3;
 constexpr double kStanding = 0.1;    // m/s
 constexpr double kShortestRest = 5;  // s
 
-// Standard deviation of each axis, whatever a few outliers say.
+// Standard deviation of each axis, robust against a few outliers.
 Vector3d scatter_of(const std::vector<Vector3d>& values) {
   if (values.empty()) return Vector3d::Constant(kNan);
   const Vector3d middle = median(values);
@@ -30,7 +30,8 @@ Vector3d scatter_of(const std::vector<Vector3d>& values) {
   return kSigmaOverMedian * median(off);
 }
 
-// Largest step, decimal in one of the units, that nearly all values are multiples of; 0 where finer than `finest`.
+// The largest step, decimal in one of the units, of which nearly all values are multiples. 0 if it is smaller than
+// `finest`.
 double decimal_step(const std::vector<double>& values, std::span<const double> units, double finest) {
   constexpr double kNearly = 0.99, kTolerance = 0.1;
   const bool constant = std::all_of(values.begin(), values.end(), [&](double v) { return v == values.front(); });
@@ -65,7 +66,7 @@ Vector3d quantum_of(const std::vector<GeodeticFix>& fixes) {
           metres_east * decimal_step(longitude, kAngles, kFinest / metres_east), decimal_step(height, kMetre, kFinest)};
 }
 
-// Velocity about each fix, the mean of a second or so: of the velocities, else from the positions.
+// Velocity at each fix as a mean over about a second: of the velocities, or else from the positions.
 std::vector<Vector3d> mean_velocities(const std::vector<GeodeticFix>& fixes, const Positions& p, bool measured) {
   constexpr double kHalf = 0.5;  // s
   std::vector<Vector3d> mean(fixes.size(), Vector3d::Zero());
@@ -92,7 +93,7 @@ std::vector<Vector3d> mean_velocities(const std::vector<GeodeticFix>& fixes, con
   return mean;
 }
 
-// Of the white noise of positions, all axes together: second differences, in which a steady motion does not show.
+// White noise of the positions, all axes together, from second differences, which a steady motion does not affect.
 double white_noise(const Positions& p) {
   const double kMedianNorm = 1.54;  // of three normal numbers
   std::vector<double> differences;
@@ -170,8 +171,8 @@ std::vector<Interval> find_repeated(const std::vector<GeodeticFix>& fixes, const
   return found;
 }
 
-// How far fixes a and b may be apart beyond what is expected; the body itself bends its path by `curvature` [m/s²]
-// times the square of the time between them.
+// How far fixes a and b may differ from what is expected. The motion itself may differ by `curvature` [m/s²] times the
+// square of the time between them.
 double jump_bound(const GeodeticFix& a, const GeodeticFix& b, const GnssHealth& h, double curvature) {
   constexpr double kFarOut = 8, kShortest = 1;  // sigmas; m
   const double scatter = h.noise.allFinite() ? h.noise.norm() : 0;
@@ -205,7 +206,7 @@ std::vector<PositionJump> jumps_against_velocity(const std::vector<GeodeticFix>&
   return jumps;
 }
 
-// Fixes off the line between their neighbours, further than their neighbours are.
+// Fixes that are off the line between their neighbours, and further off than these.
 std::vector<PositionJump> jumps_off_the_line(const std::vector<GeodeticFix>& fixes, const Positions& p,
                                              const GnssHealth& h) {
   constexpr double kCurvature = 2.5;  // m/s²

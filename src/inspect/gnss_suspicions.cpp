@@ -1,4 +1,4 @@
-// What is wrong with a GNSS log, in words, from what was measured of it.
+// Puts into words what is wrong with a GNSS log.
 
 #include <fmt/format.h>
 

@@ -16,9 +16,9 @@ namespace piste {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kWindow = 1, kShortestRest = 2;           // s
-constexpr double kQuietest = 0.05;                         // part of the windows that shows how quiet this log can be
-constexpr double kAsQuiet = 3;                             // times that is rest too
+constexpr double kWindow = 1, kShortestRest = 2;  // s
+constexpr double kQuietest = 0.05;                // part of the windows from which the quietness of rest is taken
+constexpr double kAsQuiet = 3;                    // times as noisy is rest too
 constexpr double kGyroShake = 3 * kDegree, kShake = 0.3;   // rad/s and parts of g: more is no rest
 constexpr double kTurning = 3 * kDegree;                   // rad/s beside the bias
 constexpr double kFastestTurn = 60, kHardestKnock = 1000;  // rad/s, m/s²: no body does more
@@ -29,7 +29,7 @@ constexpr double kMostForces = 0.95, kLeastForces = 0.2, kGravityRange = 4;
 
 using Values = std::vector<Vector3d>;
 
-// Rates of the rows; of increments, what they are over their intervals, the first row left out.
+// Rates of the rows. Increments are divided by their intervals, without the first row.
 Values rates_of(const ImuRecording& imu, const Values& values) {
   if (!imu.increments) return values;
   Values rates;
@@ -47,7 +47,7 @@ std::vector<double> norms_of(const Values& values) {
   return norms;
 }
 
-// What the magnitude of gravity says of the unit of the forces.
+// The unit of the forces, from the magnitude of gravity.
 std::optional<ImuHealth::WrongUnit> wrong_unit(double force, double interval, bool increments) {
   const double g = kStandardGravity;
   std::vector<ImuHealth::WrongUnit> wrong{{LogFault::kAccelG, 1 / g}, {LogFault::kAccelMetres, g}};
@@ -81,8 +81,8 @@ double deviation(const Values& values, std::size_t begin, std::size_t end, Vecto
   return std::sqrt(square / static_cast<double>(end - begin));
 }
 
-// Windows in which the IMU is about as quiet as it ever is, joined. Without a reference and without units that one may
-// believe: forces are judged in parts of gravity.
+// Joined windows in which the IMU is about as quiet as it ever is. The units may be wrong, so forces are measured in
+// parts of gravity.
 std::vector<std::pair<std::size_t, std::size_t>> quiet_rows(const ImuRecording& imu, const Values& gyro,
                                                             const Values& accel, double gravity) {
   std::vector<Window> windows;
@@ -125,8 +125,8 @@ std::vector<std::pair<std::size_t, std::size_t>> quiet_rows(const ImuRecording& 
   return joined;
 }
 
-// The limit that an axis reaches again and again and never passes, and how often: values pile up there, more than on
-// the nearest value within.
+// The limit that an axis reaches often and never exceeds, and how often. More samples have that value than the nearest
+// value inside.
 std::pair<double, std::size_t> clipping(const Values& values, int axis) {
   const auto [low, high] = std::minmax_element(
       values.begin(), values.end(), [axis](const Vector3d& a, const Vector3d& b) { return a(axis) < b(axis); });
@@ -170,7 +170,7 @@ TriadHealth triad(const ImuRecording& imu, const Values& stored, const Values& r
     t.largest = t.largest.cwiseMax(rates[i]);
     if (rates[i].cwiseAbs().maxCoeff() > impossible && t.spikes++ == 0) t.first_spike = imu.time[i];
   }
-  // White noise shows in the differences of neighbours, where sway and drift do not.
+  // White noise from the differences of neighbouring samples, which sway and drift hardly affect.
   Vector3d sum = Vector3d::Zero(), difference2 = Vector3d::Zero();
   double rows = 0, pairs = 0;
   for (const auto& [begin, end] : quiet) {
@@ -199,7 +199,7 @@ std::vector<Interval> frozen(const ImuRecording& imu) {
   return found;
 }
 
-// Whether so many rows turn faster than any body that they must be degrees.
+// Whether so many rates are faster than those of any body that they must be in degrees.
 bool turns_too_fast(const Values& gyro) { return quantile(norms_of(gyro), 0.99) > kFastRates; }
 
 }  // namespace

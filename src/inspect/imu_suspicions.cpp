@@ -1,4 +1,4 @@
-// What is wrong with an IMU's log, in words, from what was measured of it.
+// Puts into words what is wrong with an IMU's log.
 
 #include <fmt/format.h>
 

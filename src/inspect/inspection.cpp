@@ -16,10 +16,10 @@
 namespace piste {
 namespace {
 
-constexpr double kDeterminedArm = 0.1;  // m: a lever arm with less than this is worth writing down
-constexpr double kKnownClock = 0.005;   // s: and an offset above this
+constexpr double kDeterminedArm = 0.1;  // m: a lever arm with a smaller sigma is written down
+constexpr double kKnownClock = 0.005;   // s: a larger offset is written down
 
-// 1-sigmas of a triad's errors from what stands in its noise and in its mean at rest.
+// 1-sigmas of a triad's errors from its noise and its mean at rest.
 TriadErrors guess_triad(const TriadHealth& health, double interval, double usual_noise, double bias_of_noise,
                         double seen_bias, double scale) {
   TriadErrors e;
@@ -95,7 +95,7 @@ void rank(std::vector<Suspicion>& suspicions) {
 
 ImuSensor guess_sensor(const ImuHealth& health, const std::string& name) {
   constexpr double kUsualGyro = 0.05 * kDegree, kUsualAccel = 300e-6 * kStandardGravity;
-  constexpr double kGyroBias = 10, kAccelBias = 25;  // of what noise makes in a second
+  constexpr double kGyroBias = 10, kAccelBias = 25;  // times the noise of a mean over a second
   constexpr double kScale = 0.01;
   const auto seen = [](double value) { return std::isfinite(value) ? value : 0; };
   const double interval = health.sampling.interval;
@@ -128,7 +128,7 @@ ImuConditioning guess_conditioning(const Inspection& inspection) {
   Eigen::Index axis = 0;
   mean.cwiseAbs().maxCoeff(&axis);
   Vector3d down = Vector3d::Zero(), forward = Vector3d::Zero();
-  down(axis) = mean(axis) < 0 ? 1 : -1;  // what rests feels gravity's reaction
+  down(axis) = mean(axis) < 0 ? 1 : -1;  // at rest the specific force points up
   forward(axis == 0 ? 2 : 0) = 1;
   imu.R_bs.row(0) = forward;
   imu.R_bs.row(1) = down.cross(forward);

@@ -14,12 +14,12 @@
 namespace piste {
 namespace {
 
-constexpr std::size_t kLooked = 64 << 10;  // bytes: what a file is shows at its beginning
+constexpr std::size_t kLooked = 64 << 10;  // bytes at the beginning of a file that are looked at
 constexpr std::size_t kRows = 50;
 
 bool has(std::string_view text, std::string_view part) { return text.find(part) != std::string_view::npos; }
 
-// A frame of u-blox: two sync bytes, class, id, and a length that stays within what is there.
+// Whether there is a frame of u-blox: two sync bytes, class, id, and a length that is within the bytes.
 bool holds_ubx(std::string_view head) {
   for (std::size_t at = head.find("\xB5\x62"); at != std::string_view::npos; at = head.find("\xB5\x62", at + 1)) {
     if (at + 6 > head.size()) return false;
@@ -61,7 +61,7 @@ std::optional<LogGuess> guess_csv(std::string_view header) {
   return std::nullopt;
 }
 
-// Rows of plain numbers: seven of an IMU and of a receiver are told apart by their sizes.
+// Rows of plain numbers. IMU and receiver may both have seven columns; the size of the numbers shows which it is.
 std::optional<LogGuess> guess_numbers(const std::string& file, std::string_view head) {
   TextReader reader(file, TextReader::Separator::kSpaces, head);
   std::size_t columns = 0, rows = 0;

@@ -8,8 +8,8 @@
 namespace piste {
 namespace {
 
-constexpr double kGap = 0.3;      // s of an IMU that are too long to be bridged
-constexpr double kMissing = 2.5;  // intervals of a receiver, likewise
+constexpr double kGap = 0.3;      // s: a longer interval of an IMU is a gap
+constexpr double kMissing = 2.5;  // intervals of a receiver: a longer time is a gap
 
 double median_interval(const std::vector<double>& time) {
   std::vector<double> steps(time.size() - 1);
@@ -17,19 +17,19 @@ double median_interval(const std::vector<double>& time) {
   return median(std::move(steps));
 }
 
-// Place of the interval that holds `t`: the index of its end, at least 1.
+// Index of the end of the interval that contains `t`; at least 1.
 std::size_t place(const std::vector<double>& time, double t) {
   const auto after = std::upper_bound(time.begin() + 1, time.end() - 1, t);
   return static_cast<std::size_t>(after - time.begin());
 }
 
-// Whether the receiver says its last fix again somewhere from `begin` to `end`.
+// Whether the receiver repeats its last fix somewhere from `begin` to `end`.
 bool repeated(const GnssHealth& health, double begin, double end) {
   return std::any_of(health.repeated.begin(), health.repeated.end(),
                      [&](const Interval& r) { return end > r.start && begin <= r.end; });
 }
 
-// Whether the positions between are not to be believed.
+// Whether the positions in between must not be used.
 bool spoilt(const GnssHealth& health, double begin, double end) {
   return repeated(health, begin, end) ||
          std::any_of(health.jumps.begin(), health.jumps.end(),

@@ -1,4 +1,4 @@
-// What is wrong between an IMU and a receiver, in words, from how their motions fit.
+// Puts into words what is wrong between the logs of an IMU and a receiver.
 
 #include <fmt/format.h>
 
@@ -24,7 +24,7 @@ bool near(double factor, double expected) {
   return std::abs(std::log(std::abs(factor / expected))) < std::log(kUnitTolerance);
 }
 
-// What an offset of the clocks looks like.
+// The likely cause of an offset of the clocks.
 struct Meaning {
   LogFault fault = LogFault::kClockOffset;
   std::string what, remedy;
@@ -89,7 +89,8 @@ struct Factors {
   double gyro = 1, accel = 1;
 };
 
-// Of an IMU whose windows do not tell: by the turns of the track and the magnitude of gravity, where these are clear.
+// For an IMU whose windows do not determine the factors: from the turns of the track and the magnitude of gravity, if
+// these are clear.
 Factors rough_factors(const LogMatch& m) {
   constexpr double kFarOff = 3;
   Factors factors;
@@ -185,7 +186,7 @@ void suspect_axes(const MotionMatch& motion, const std::string& file, std::vecto
 
 std::vector<Suspicion> suspicions(const LogMatch& m, const std::string& imu_file, const std::string& gnss_file) {
   std::vector<Suspicion> found;
-  if (m.interval == 0) return found;  // the rows themselves are wrong, and their own suspicions say so
+  if (m.interval == 0) return found;  // the rows themselves are wrong, which has its own suspicion
   suspect_clock(m, imu_file, gnss_file, found);
   suspect_units(m, m.motion ? Factors{m.motion->gyro_factor, m.motion->accel_factor} : rough_factors(m), imu_file,
                 found);

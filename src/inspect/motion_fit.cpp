@@ -10,7 +10,7 @@
 namespace piste {
 namespace {
 
-constexpr double kNoise = 0.1, kLeverArm = 0.7;  // m/s of the track, m of the antenna: before it is fitted
+constexpr double kNoise = 0.1, kLeverArm = 0.7;  // sigmas of the track [m/s] and of the lever arm [m] before the fit
 const Vector3d kGravity(0, 0, kStandardGravity);
 
 CarriedWindow carry(const MotionWindow& w, const Matrix3d& turn) {
@@ -91,7 +91,7 @@ JointFit fit_all(const std::vector<MotionWindow>& windows, const std::vector<Car
   }
   joint.lever_arm = N.ldlt().solve(n);
   for (std::size_t i = 0; i < windows.size(); ++i) {
-    // α with the swing, in the forces' own unit.
+    // α with the velocity by the lever arm, in the unit of the forces.
     const double scale = joint.fits[i].scale;
     if (scale == 0) continue;
     const std::vector<Matrix3d> swing = without_mean(carried[i].swing);

@@ -17,21 +17,21 @@ namespace {
 
 constexpr std::size_t kFewest = 5;                 // windows
 constexpr double kForward = 1.5;                   // m/s from which a track has a direction
-constexpr double kFloor = 0.05;                    // m/s: what the velocities may be wrong by
+constexpr double kFloor = 0.05;                    // m/s: error of the velocities
 constexpr double kFarBetter = 1.3, kAsGood = 1.2;  // ratios of mean squares
 constexpr double kNearlyAll = 0.85;
-constexpr double kClaim = 0.12;       // likewise, where it says something against the labels
-constexpr double kTurnTolerance = 3;  // of the gyroscopes' turns against the track's
+constexpr double kClaim = 0.12;       // the same for a reading that contradicts the labels
+constexpr double kTurnTolerance = 3;  // factor between the turns of the gyroscopes and of the track
 constexpr double kHalfWay = 10 * kDegree;
-constexpr double kExplained = 0.2;  // rms of what is left, in parts of the change of velocity
+constexpr double kExplained = 0.2;  // largest rms of the residuals, as a part of the change of velocity
 
-// A reading of the labels, what it leaves in each window, and how far it is from the labels' own.
+// A reading of the labels (axes and units), its residuals in each window, and how much it differs from the labels.
 struct Reading {
   double factor = 1;
   Matrix3d axes = Matrix3d::Identity();
   bool mirrored = false, gravity = true;
   int oddity = 0;
-  std::vector<double> left;  // mean square, a window each
+  std::vector<double> left;  // mean square of the residuals of each window
 
   double mean_log() const {
     double sum = 0;
@@ -83,8 +83,8 @@ double rms(const Reading& r) {
   return std::sqrt(sum / static_cast<double>(r.left.size()));
 }
 
-// The labels' own reading, which stands first, unless another is far better; then, of those as good as the best, the
-// one that is the least odd.
+// The first reading, which is that of the labels themselves, unless another is far better. Then, of all that are as
+// good as the best, the one that differs least from the labels.
 const Reading& chosen_of(const std::vector<Reading>& all) {
   const Reading& best = *std::min_element(
       all.begin(), all.end(), [](const Reading& a, const Reading& b) { return a.mean_log() < b.mean_log(); });
@@ -97,12 +97,12 @@ const Reading& chosen_of(const std::vector<Reading>& all) {
   return *chosen;
 }
 
-// What the clock is off beyond `offset`, and its sigma.
+// A correction to the offset of the clocks, and its sigma.
 struct ClockRest {
   double offset = 0, sigma = 0;
 };
 
-// Where the least is left; nullopt where that is beyond what was tried.
+// The correction with the smallest residuals. nullopt if it is outside the range that is searched.
 std::optional<ClockRest> clock_rest(const MotionSource& source, const std::vector<MotionWindow>& windows,
                                     const Reading& reading, double offset) {
   constexpr double kStep = 0.03, kIndependent = 0.5;  // s
@@ -113,7 +113,7 @@ std::optional<ClockRest> clock_rest(const MotionSource& source, const std::vecto
     moved.reserve(windows.size());
     for (const MotionWindow& w : windows) {
       auto at = source.window(w.begin, offset + (static_cast<double>(i) - kSteps) * kStep);
-      if (!at) at = w;  // clipped or cut there: it says nothing then
+      if (!at) at = w;  // clipped or cut at that offset: not used
       moved.push_back(std::move(*at));
     }
     const auto carried = carry_all(moved, reading.factor * reading.axes);
@@ -126,7 +126,7 @@ std::optional<ClockRest> clock_rest(const MotionSource& source, const std::vecto
   const double bend = left[best - 1] - 2 * left[best] + left[best + 1];
   if (!(bend > 0)) return std::nullopt;
   const double part = 0.5 * (left[best - 1] - left[best + 1]) / bend;
-  // Of the log-likelihood −n/2 log(left), over horizontal velocities; the windows overlap by half.
+  // The maximum of the log-likelihood −n/2 log(left). It counts horizontal velocities; the windows overlap by half.
   const double n = static_cast<double>(windows.size()) * kStride / kIndependent * 2;
   return ClockRest{(static_cast<double>(best) - kSteps + part) * kStep, kStep * std::sqrt(2 * left[best] / (n * bend))};
 }
@@ -161,7 +161,7 @@ void name_axes(const std::vector<MotionWindow>& windows, const Reading& reading,
     if ((R_bs.determinant() < 0) == reading.mirrored) off.emplace_back(angle_to(R_bs), R_bs);
   }
   std::sort(off.begin(), off.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  // An IMU that sits half way between two axes: the sensor's own, where they are one of them.
+  // If the IMU sits half-way between two sets of axes, and one of them is the sensor's own, that one is taken.
   const bool own = off[1].second.isIdentity() && off[1].first - off[0].first < kHalfWay;
   match.R_bs = off[own ? 1 : 0].second;
   match.tilt = off[own ? 1 : 0].first;
@@ -179,7 +179,7 @@ std::optional<MotionMatch> match_motion(const ImuIntegral& imu, bool increments,
   if (windows.size() < kFewest) return std::nullopt;
 
   const double interval = imu.interval();
-  // The turns tell about which unit the gyroscopes have; the labels' own stands first, whatever they tell.
+  // The turns show roughly which unit the gyroscopes have. That of the labels comes first in any case.
   std::vector<double> factors{1};
   for (const double factor : {kDegree, kDegreesPerRadian, increments ? interval : 1 / interval}) {
     if (turns == 0 || std::abs(std::log(turns * factor)) < std::log(kTurnTolerance)) factors.push_back(factor);

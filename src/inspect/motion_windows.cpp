@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kMost = 40;        // windows
 constexpr std::size_t kMostClipped = 2;  // rows of a window
-constexpr double kMotion = 0.7;          // m/s that the velocity must change by in a window, rms
+constexpr double kMotion = 0.7;          // m/s: least rms of the velocity's change in a window
 
 }  // namespace
 
@@ -70,7 +70,7 @@ Vector3d gyro_bias(const ImuIntegral& imu, const std::vector<Interval>& rest, do
   }
   if (time > 5) return angle / time;
   std::vector<Vector3d> rates;
-  // A second each, of a day at most.
+  // Pieces of one second, for a day at most.
   const double stride = std::max(1.0, (imu.end() - imu.start()) / kDay);
   for (double t = imu.start(); t + 1 < imu.end(); t += stride) {
     rates.emplace_back(imu.at(t + 1).angle - imu.at(t).angle);

@@ -1,4 +1,4 @@
-// Two logs of one kind: the same one twice, or two receivers on one body.
+// Compares two logs of one kind: are they the same log, or two receivers on one body?
 
 #include <fmt/format.h>
 
@@ -17,7 +17,7 @@
 namespace piste {
 namespace {
 
-// Whether most rows of the one stand in the other: the times may differ, and either may be cut.
+// Whether most rows of one log are in the other. The times may differ, and either log may be cut.
 template <std::size_t N>
 bool same_rows(const std::vector<std::array<double, N>>& one, const std::vector<std::array<double, N>>& other) {
   constexpr std::size_t kFewest = 20;

@@ -18,10 +18,10 @@ constexpr double kGapFactor = 1.5;
 constexpr double kFinest = 1e-6;         // s
 constexpr double kGpsEpoch = 315964800;  // s after 1970 of the first GPS week
 constexpr double kJittery = 0.2;         // of the interval
-constexpr double kManyMissing = 0.001;   // of all rows: from there gaps are more than a word's worth
-constexpr double kLongGap = 0.5;         // s, as well
+constexpr double kManyMissing = 0.001;   // part of all rows: with more missing, gaps are a fault
+constexpr double kLongGap = 0.5;         // s: a longer gap is a fault
 
-// What all times, counted from the first, are multiples of; 0 where that is finer than kFinest.
+// The step of which all times since the first are multiples. 0 if it is smaller than kFinest.
 double resolution(std::span<const double> time) {
   long long common = 0;
   for (const double t : time) {
@@ -33,7 +33,7 @@ double resolution(std::span<const double> time) {
   return kFinest * static_cast<double>(common);
 }
 
-// What one row was refused for, in words for a list.
+// Why a row could not be read, in words for a list.
 std::string_view name_of(RowFault::Kind kind) {
   switch (kind) {
     case RowFault::Kind::kText:
@@ -59,7 +59,7 @@ LogFault fault_of(RowFault::Kind kind) {
   return kind == RowFault::Kind::kTimeBack ? LogFault::kTimeBack : LogFault::kBadRows;
 }
 
-// A unit that would bring the rate between `slowest` and `fastest`, where seconds do not.
+// A unit with which the rate is between `slowest` and `fastest`, if it is not so with seconds.
 void suspect_unit(const Sampling& s, const std::string& file, double fastest, double slowest,
                   std::vector<Suspicion>& found) {
   if (s.rows < 3 || (s.rate() >= slowest && s.rate() <= fastest)) return;

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kFewestPairs = 20;
 
-// Over a second or more: how far the positions went, and the mean of the velocities.
+// Over a second or more: the mean velocity from the positions, and the mean of the velocities.
 struct Pair {
   Vector3d moved, velocity, acceleration;
 };
@@ -56,7 +56,7 @@ double residual_of(const std::vector<Pair>& pairs, const Matrix3d& turn) {
   return median(std::move(left));
 }
 
-// A way to read the columns, and how far it is from taking them as they are.
+// A reading of the columns, and how much it differs from the labels.
 struct Reading {
   Matrix3d axes = Matrix3d::Identity();
   double scale = 1;
@@ -102,7 +102,7 @@ bool may_be_interchanged(const std::vector<GeodeticFix>& fixes) {
                      [](const GeodeticFix& f) { return std::abs(f.position.longitude) < std::numbers::pi / 2; });
 }
 
-// Least squares of what is left of the velocities on −acceleration: v(t) ≈ p'(t) − delay p''(t).
+// The delay, by least squares of the residuals of the velocities on −acceleration: v(t) ≈ p'(t) − delay p''(t).
 void fit_delay(const std::vector<Pair>& pairs, double independent, VelocityFit& fit) {
   constexpr double kFar = 5;
   double ra = 0, aa = 0, rr = 0;
@@ -131,8 +131,8 @@ std::vector<Pair> pairs_in_motion(const std::vector<GeodeticFix>& fixes, const P
   return pairs;
 }
 
-// The reading that leaves the least, and of those that leave hardly more the least odd one, where it is clearly better
-// than the velocities as given.
+// If one reading is clearly better than the velocities as given, it is taken. Of all readings that are nearly as good
+// as the best, it is the one that differs least from the labels.
 void choose_reading(const std::vector<Pair>& as_given, const std::vector<Pair>& other, VelocityFit& fit) {
   constexpr double kClearly = 0.5, kAsGood = 1.15, kLeast = 0.3;  // parts, and m/s
   std::vector<std::pair<double, Reading>> tried;

@@ -23,7 +23,7 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr int kWidth = 980, kHeight = 320;
 constexpr std::size_t kPoints = 3000;  // of a curve
-constexpr double kLively = 4;          // s of the liveliest motion
+constexpr double kLively = 4;          // s of the fastest motion
 constexpr double kAroundPeak = 2;      // s on either side
 constexpr double kSegment = 10;        // s of a periodogram
 constexpr double kMilliseconds = 1e3;
@@ -49,7 +49,7 @@ constexpr std::array<std::string_view, 3> kAxes{"x", "y", "z"};
 
 bool is_rate(const Quantity& q) { return q.bias == AlignmentLayout::kGyroBias; }
 
-// measured − (1 + scale) reference − bias, with what the alignment determined of them.
+// measured − (1 + scale) reference − bias, with the scales and biases that the alignment determined.
 std::vector<Vector3d> left_over(const Quantity& q, const AlignedImus& imus, const Alignment& alignment) {
   const Vector3d bias = alignment.known(is_rate(q) ? alignment.gyro_bias : alignment.accel_bias, q.bias);
   const Vector3d scale = alignment.known(is_rate(q) ? alignment.gyro_scale : alignment.accel_scale, q.scale);
@@ -86,7 +86,7 @@ struct Curve {
   std::vector<double> x, y;
 };
 
-// Fewer points for the same picture.
+// Reduces the number of points without changing the picture.
 Curve thinned(const Curve& curve) {
   const std::array columns{curve.y};
   Curve out;
@@ -116,8 +116,8 @@ Figure figure(std::string name, const Plot& plot, std::string caption) {
   return {std::move(name), plot.render(), std::move(caption)};
 }
 
-// Both clocks as they came, from a common zero: that of the body IMU's first sample, or each its own where the logs do
-// not overlap.
+// Both clocks as they are, from a common zero at the body IMU's first sample. If the logs do not overlap, each has its
+// own zero.
 struct RawClocks {
   double body_zero, reference_zero;
   bool common;
@@ -170,7 +170,7 @@ std::vector<Figure> clock_figures(const AlignmentPicture& p) {
 
   const auto lively = liveliest(*p.aligned);
   if (!lively) return out;
-  // The body IMU's own reading at those seconds, and what the reference's clock calls the same.
+  // The same seconds on the clock of the body IMU and on that of the reference.
   const double first = p.body->front().time;
   const auto aligned_time = [&](const ImuSample& s) { return p.alignment->reference_time(s.time, first); };
   const double origin = p.aligned->time.front();
@@ -268,7 +268,7 @@ std::vector<Figure> spectrum_figures(const AlignmentPicture& p) {
     const auto curve = [&](const std::vector<Vector3d>& signal) {
       const Spectrum s = welch(signal, imus.usable, imus.interval, segment);
       Curve out_curve;
-      for (std::size_t k = 1; k + 1 < s.frequency.size(); ++k) {  // neither the mean nor the one-sided end
+      for (std::size_t k = 1; k + 1 < s.frequency.size(); ++k) {  // without the mean and without the highest frequency
         out_curve.x.push_back(s.frequency[k]);
         out_curve.y.push_back(q.factor * q.factor * s.density[k].mean());
         low = std::min(low, out_curve.y.back());
@@ -301,7 +301,7 @@ std::vector<Figure> drift_figures(const AlignmentPicture& p) {
   const Alignment& a = *p.alignment;
   if (a.local.empty()) return {};
   const double origin = p.aligned->time.front();
-  // Offsets with their whiskers: less the alignment's, and whole.
+  // Offsets with their whiskers: relative to the alignment, and absolute.
   struct Bars {
     std::vector<double> offset, low, high;
     void add(double value, double sigma) {
@@ -317,7 +317,7 @@ std::vector<Figure> drift_figures(const AlignmentPicture& p) {
     whole.add(l.offset + a.clock_drift * time.back(), l.sigma);
   }
   const double end = p.aligned->time.back() - origin;
-  // The scale is that of the stretches that tell most.
+  // The scale of the axis is that of the stretches with small sigmas.
   double best = std::numeric_limits<double>::infinity(), reach = 0;
   for (const LocalOffset& l : a.local) best = std::min(best, l.sigma);
   for (const LocalOffset& l : a.local) {

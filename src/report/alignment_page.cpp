@@ -27,7 +27,7 @@ another, a wrong lever arm as forces that grow with the square of the rate.</p>
 <p><strong>Sigmas</strong> are those of the fit, with the noise as correlated in time as it was found.</p>
 )";
 
-// A value and its sigma with as many decimals as the sigma is worth.
+// A value and its sigma with as many decimals as are significant.
 page::Row row(const std::string& name, double value, double sigma) {
   if (!std::isfinite(sigma)) return {name, "not determined", ""};
   const int decimals = sigma > 0 ? std::clamp(1 - static_cast<int>(std::floor(std::log10(sigma))), 0, 12) : 6;

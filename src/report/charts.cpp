@@ -80,7 +80,7 @@ Eigen::VectorXd block_value(const Estimate& x, Block block) {
   return info(block).factor * shown_value(x, block).head(info(block).size);
 }
 
-/// Both of a sum are estimated, so that the sum says more than its parts.
+/// Whether bias and drift are both estimated. Only then is their sum shown.
 bool has_total(const StateLayout& layout, Block bias, Block drift) { return layout.has(bias) && layout.has(drift); }
 
 }  // namespace
@@ -159,7 +159,7 @@ std::vector<Chart> of_innovations(const Solution& solution, double start) {
       Chart& chart = b->chart();
       chart.points = true;
       chart.log_scale = b == &nis;
-      // An axis that the source does not have, or an outcome that never came, is no curve.
+      // No curve for an axis that the source does not have, or for an outcome that did not occur.
       std::erase_if(chart.curves, [](const Curve& c) {
         return std::none_of(c.value.begin(), c.value.end(), [](double v) { return std::isfinite(v); });
       });

@@ -41,7 +41,7 @@ give .683, .954 and .997; a smaller last share means errors that are rare but la
 innovations are uncorrelated; where they are not, an error lasts that no state describes.</p>
 )";
 
-/// Filter and smoother under their names, as far as they saw anything.
+/// Filter and smoother with their names, if they have any results.
 std::vector<std::pair<std::string, const EstimatorConsistency*>> estimators(const ConsistencyReport& report) {
   std::vector<std::pair<std::string, const EstimatorConsistency*>> out;
   for (const auto& [name, e] : {std::pair{"filter", &report.filter}, {"smoother", &report.smoother}}) {
@@ -55,7 +55,7 @@ int colour_of(const std::string& estimator) { return estimator == "filter" ? kFi
 
 // ---- Pictures ----
 
-/// A picture over the time of the grid, with its phases; the scale is that of what is under way.
+/// A picture over the time of the grid, with its phases. The scale is that of the values under way.
 class TimePlot {
  public:
   TimePlot(const EpochGrid& grid, const std::string& title, const std::string& unit, const std::string& description)
@@ -114,7 +114,7 @@ std::string nees_plots(const ConsistencyReport& report) {
     const StateGroup& group = report.groups[g];
     const auto& blocks = report.layout.blocks();
     const bool single = std::any_of(blocks.begin(), blocks.end(), [&](Block b) { return info(b).name == group.name; });
-    if (single) continue;  // its numbers stand in the table
+    if (single) continue;  // its numbers are in the table
     TimePlot plot(report.grid, fmt::format("NEES per state: {} ({} states)", group.name, group.rows.size()), "NEES",
                   fmt::format("NEES of {} over time, filter and smoother, with its band", group.name));
     plot.band(report.bands[g], percent(report.probability) + " band");

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::array kNavigation{Block::kPosition, Block::kVelocity, Block::kAttitude};
 
-// So that numbers stand below one another, starred or not.
+// Pads a number without a *, so that numbers are aligned.
 std::string aligned(const std::string& text) { return text.ends_with('*') ? text : text + ' '; }
 
 }  // namespace

@@ -17,7 +17,7 @@ std::string interval_text(const char* name, const std::optional<Interval>& phase
   return phase ? fmt::format("{} {:.1f} to {:.1f} s", name, phase->start, phase->end) : fmt::format("no {}", name);
 }
 
-// Value and total sigma, with the decimals that this sigma is worth.
+// Value and total sigma with as many decimals as are significant.
 std::string term_text(const std::optional<Term>& t, double factor) {
   if (!t) return "-";
   const double sigma = factor * t->total();

@@ -48,7 +48,7 @@ struct Source {
   std::size_t runs;  ///< of which its numbers are means; at least two
 };
 
-/// The same, with the space that parts it from what follows.
+/// The same, followed by a space.
 std::string remark(const std::string& text) { return text.empty() ? "" : escape_markup(text) + " "; }
 
 // ---- Tables 3, 4 and 6 are one data set ----
@@ -83,7 +83,7 @@ std::string means_table(const Source& source) {
   return wide(page::table(fmt::format("Mean of the signal that Tables 3, 4 and 6 imply: {}", source.name), head, rows));
 }
 
-/// Middles of what all sensors allow, NaN where they contradict one another.
+/// Middle of the range that all sensors allow. NaN if they contradict one another.
 std::array<double, kSignals> middles(const ImpliedMeans& means) {
   std::array<double, kSignals> out{};
   for (std::size_t i = 0; i < out.size(); ++i) {
@@ -93,7 +93,7 @@ std::array<double, kSignals> middles(const ImpliedMeans& means) {
   return out;
 }
 
-/// What the article's own mean is, and whether it can be.
+/// The mean force that the article implies, and whether it is possible.
 std::string mean_force(const std::array<double, kSignals>& mean) {
   if (!std::isfinite(mean[0] + mean[1] + mean[2])) return "In the article they do not agree on a mean force. ";
   return fmt::format(
@@ -199,7 +199,8 @@ std::string signs(const std::vector<Source>& sources) {
          page::table("Negative scales in Table 4", {"", "negative", "p by chance"}, rows);
 }
 
-/// Delay [ms] from which on the forward scale' has changed by as much, between the delays that were tried.
+/// The delay [ms] at which the forward scale' has changed by `change`, by interpolation between the delays that were
+/// tried.
 std::string delay_for(const std::vector<TimingRow>& rows, int axis, double change) {
   const TimingRow* last = nullptr;
   for (const TimingRow& row : rows) {
@@ -292,7 +293,7 @@ std::string rest_and_run(const std::vector<Source>& sources, const ArticleRemark
   return out + scales_at_rest(article, remarks);
 }
 
-/// Least and greatest ratio of the gyroscopes' standard deviations; nothing where the tables have none.
+/// Smallest and largest ratio of the gyroscopes' standard deviations. Nothing if the tables have none.
 std::optional<Band> gyro_std_ratio(const PrintedTable& a, const PrintedTable& b) {
   std::vector<double> ratios;
   for (const auto& sensor : std_ratios(a, b)) {

@@ -22,7 +22,7 @@ using study_words::kNone;
 using study_words::kTriads;
 using study_words::Triad;
 
-/// Of a − b over sensors and axes.
+/// The difference a − b over sensors and axes.
 struct Cell {
   double difference = 0, error = 0;  ///< root mean square, and that of the standard errors
   std::size_t count = 0;

@@ -40,7 +40,7 @@ std::string_view unit_of(Quantity quantity, int axis) {
 
 std::string starred(const Across& a) { return probability(a.p_holm) + (a.significant ? " *" : ""); }
 
-/// What the article prints beside a sensor's axis; empty where it has nothing.
+/// The article's number for an axis of a sensor, as text. Empty if it has none.
 std::string printed_text(const Study& study, const PrintedTable& table, std::size_t sensor, int axis,
                          double Printed::*part = &Printed::value, int decimals = kPrintedDecimals) {
   const PrintedRow* row = study.article->row(table, study.sensors[sensor]);
@@ -48,7 +48,7 @@ std::string printed_text(const Study& study, const PrintedTable& table, std::siz
   return std::isfinite(value) ? decimal(value, decimals) : "";
 }
 
-/// The article's table where it has a number for a sensor of the campaign; else null, and the page has no word of it.
+/// The article's table if it has a number for a sensor of the campaign; else null, and the page does not mention it.
 const PrintedTable* beside(const Study& study, PrintedTable CampaignTables::*which) {
   if (!study.article) return nullptr;
   const PrintedTable& table = study.article->article.tables.*which;

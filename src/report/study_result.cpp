@@ -24,7 +24,7 @@ using study_words::interval;
 using study_words::percent;
 using study_words::title_of;
 
-constexpr double kStrong = 0.9;  // correlation from which on two numbers are hardly told apart
+constexpr double kStrong = 0.9;  // correlation above which two numbers can hardly be separated
 
 std::string quoted(Method method) { return "“" + escape_markup(title_of(method)) + "”"; }
 
@@ -38,7 +38,7 @@ std::string enumeration(const std::vector<RankingRow>& rows) {
   return out;
 }
 
-/// Who is first: one method, or several that tie.
+/// The first place: one method, or several that tie.
 std::string first_place(const std::vector<RankingRow>& first) {
   if (first.size() == 1) {
     return fmt::format(
@@ -52,7 +52,7 @@ std::string first_place(const std::vector<RankingRow>& first) {
       first.size(), enumeration(first), first.front().score, first.back().score);
 }
 
-/// The best of the competitors that do not share the first place; nothing where all do.
+/// The best of the competitors that do not share the first place. Empty if all do.
 std::string next_place(const std::vector<RankingRow>& competitors, const std::vector<RankingRow>& first) {
   const auto next = std::ranges::find_if(competitors, [&](const RankingRow& row) {
     return std::ranges::none_of(first, [&](const RankingRow& leader) { return leader.method == row.method; });
@@ -64,7 +64,7 @@ std::string next_place(const std::vector<RankingRow>& competitors, const std::ve
   return out + ".";
 }
 
-/// How sure the first place is.
+/// The confidence of the first place.
 std::string confidence(const Study& study, const Ranking& ranking, const std::vector<RankingRow>& first, bool all) {
   if (!std::isfinite(ranking.confidence)) return "<p>One run cannot say how sure that is.</p>\n";
   const bool tie = first.size() > 1;

@@ -40,7 +40,7 @@ struct Curve {
   std::vector<double> x, y;
 };
 
-/// `values` at `time` less its first, inside `window`, with fewer points for the same picture.
+/// `values` over `time` since its beginning, inside `window`, with a reduced number of points.
 template <class Value>
 Curve curve(const std::vector<double>& time, const std::optional<Interval>& window, const Value& value) {
   Curve all, out;
@@ -57,7 +57,7 @@ Curve curve(const std::vector<double>& time, const std::optional<Interval>& wind
   return out;
 }
 
-/// Mean and standard deviation of what is finite.
+/// Mean and standard deviation of the finite values.
 std::array<double, 2> moments(const std::vector<double>& values) {
   double sum = 0, squares = 0, n = 0;
   for (const double v : values) {
@@ -70,7 +70,7 @@ std::array<double, 2> moments(const std::vector<double>& values) {
   return {mean, n > 0 ? std::sqrt(std::max(0.0, squares / n - mean * mean)) : 0};
 }
 
-/// The axis of a triad that the motion drives most.
+/// The axis of a triad with the most motion.
 int liveliest(const SignalPicture& picture, const Triad& triad) {
   const auto spread = [&](int axis) { return moments(picture.reference[at(axis)])[1]; };
   int best = triad.first;

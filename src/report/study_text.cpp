@@ -19,7 +19,7 @@ std::string trimmed(std::string line) {
   return line + "\n";
 }
 
-// Value and spread, with the decimals that the spread is worth.
+// Value and spread with as many decimals as are significant.
 std::string spread_text(const Across& v) {
   const double size = std::isfinite(v.std) ? v.std : v.standard_error;
   const int decimals = size > 0 ? std::clamp(1 - static_cast<int>(std::floor(std::log10(size))), 0, 9) : 6;
