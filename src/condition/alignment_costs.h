@@ -1,5 +1,5 @@
 #pragma once
-/// The residuals of the least-squares problem of an alignment, with their Jacobians, as Ceres asks for them.
+/// Cost functions of the least-squares problem of an alignment: residuals and Jacobians, in the form of Ceres.
 
 #include <ceres/ceres.h>
 
@@ -20,7 +20,7 @@ using RowMatrix34 = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
 struct TriadSample {
   double sample_time, since_first;  ///< on the clock of the body IMU
   Vector3d measured;
-  double gain, part;  ///< part of the way from one knot to the next
+  double gain, part;  ///< of the filters for a constant; place between two knots, 0 to 1
   Vector3d weight;    ///< 0 for an axis that is not usable
   const ReferenceGrid* reference;
 };
@@ -87,7 +87,7 @@ class TriadCost final : public TriadBase<kAccel> {
   TriadSample t_;
 };
 
-/// (value − factor · before) / sigma: a prior, and the step of a drift.
+/// (value − factor · before) / sigma: the step of a drift from one knot to the next.
 class StepCost final : public ceres::SizedCostFunction<3, 3, 3> {
  public:
   StepCost(double factor, double sigma) : factor_(factor), sigma_(sigma) {}

@@ -1,5 +1,5 @@
 #pragma once
-/// Which samples an alignment explains: those that both IMUs measured, and which of them are in motion.
+/// Chooses the samples for the fit of an alignment: those that both IMUs measured. Says which of them are in motion.
 
 #include <vector>
 
@@ -8,13 +8,13 @@
 
 namespace piste {
 
-/// Samples of the body IMU, one every stride, at which the reference measured too and the filters have settled. Their
+/// Every stride-th sample of the body IMU, if the reference measured at its time too and the filters have settled. The
 /// sigmas are not set yet.
 std::vector<AlignmentEpoch> epochs_in_common(const SignalPair& signals, const FilteredPair& pair,
                                              const AlignmentState& x);
 
-/// Sets `moving` where the rms rate of the reference within a second exceeds a fifth of its 95th percentile. The models
-/// fail first in motion, so that the noise there is not the noise at rest.
+/// Sets `moving` where the rms rate of the reference within a second exceeds a fifth of its 95th percentile. Errors of
+/// the models appear in motion, so the noise of the residuals is larger there than at rest.
 void mark_motion(const FilteredPair& pair, const AlignmentState& x, std::vector<AlignmentEpoch>& epochs);
 
 }  // namespace piste

@@ -8,10 +8,10 @@
 namespace piste {
 namespace {
 
-// The noise as the residuals at x show it, and as it was where they show nothing.
+// The noise of the residuals at x. It stays as it was where there are too few residuals.
 ResidualNoise measured_noise(const FilteredPair& pair, const AlignmentState& x,
                              const std::vector<AlignmentEpoch>& epochs, ResidualNoise noise) {
-  // Below these, [rad/s] and [m/s²], is rounding: no sensor is so quiet.
+  // Smaller residuals [rad/s], [m/s²] are rounding errors: no sensor is so quiet.
   constexpr double kQuietestGyro = 1e-7, kQuietestAccel = 1e-6;
   for (const bool moving : {true, false}) {
     const LeftOver left = left_over(pair, x, epochs, moving);

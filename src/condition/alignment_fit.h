@@ -1,5 +1,5 @@
 #pragma once
-/// The fit of an alignment to one pair of filtered signals, with the noise that the fit itself leaves.
+/// Fits an alignment to a pair of filtered signals. The weights come from the residuals of the fit itself.
 
 #include <array>
 #include <vector>
@@ -11,40 +11,41 @@
 
 namespace piste {
 
-/// 1-sigma of what a fit leaves of rates and forces, one axis: [0] of epochs at rest, [1] of epochs in motion.
+/// 1-sigma of the residuals of rates and forces, of one axis: [0] at rest, [1] in motion.
 struct ResidualNoise {
   std::array<double, 2> gyro{1, 1}, accel{1, 1};
 };
 
-/// What a fit found, and what it was found from.
+/// The result of a fit, and the epochs that it used.
 struct AlignmentFit {
   AlignmentState x;
-  ResidualNoise noise;                 ///< of what is left after the fit
-  std::vector<AlignmentEpoch> epochs;  ///< with the sigmas that the last solution weighed them by
+  ResidualNoise noise;                                              ///< of the residuals of the fit
+  std::vector<AlignmentEpoch> epochs;                               ///< with the sigmas of the last solution
   AlignmentInformation information = AlignmentInformation::Zero();  ///< as solve_alignment returns it
 };
 
-/// What is left of rates and forces, one entry an epoch.
+/// Residuals of rates and forces, one entry for each epoch.
 struct LeftOver {
   std::vector<Left> gyro, accel;
 };
 
-/// What is left of the epochs in motion, or of those at rest. An epoch of the other kind keeps its place, with no axis
-/// usable, so that the entries stay equally spaced.
+/// Residuals of the epochs in motion, or of those at rest. An epoch of the other kind has an entry without usable axes,
+/// so that the entries stay equally spaced.
 LeftOver left_over(const FilteredPair& pair, const AlignmentState& x, const std::vector<AlignmentEpoch>& epochs,
                    bool moving);
 
-/// Solves twice over the epochs that both IMUs have in common at `start.x`, each time weighing by the noise that the
-/// solution before left; the first time by `start.noise`.
+/// Solves the least-squares problem twice, over the epochs that both IMUs have in common at `start.x`. The first time
+/// the weights come from `start.noise`, the second time from the residuals of the first.
 AlignmentFit fit_alignment(const SignalPair& signals, const FilteredPair& pair, const ImuSensor& sensor,
                            const AlignmentFit& start);
 
-/// As fit_alignment, on the signals of `pair` whitened by the spectrum of what `fit` left of them in motion. The
-/// whitened pair is returned beside the fit.
+/// A fit to whitened signals, and these signals.
 struct WhitenedFit {
   FilteredPair pair;
   AlignmentFit fit;
 };
+/// The same as fit_alignment, on the signals of `pair` after whitening by the spectrum of the residuals of `fit` in
+/// motion.
 WhitenedFit fit_whitened(const SignalPair& signals, const FilteredPair& pair, const ImuSensor& sensor,
                          const AlignmentFit& fit);
 

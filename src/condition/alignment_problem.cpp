@@ -13,7 +13,7 @@ namespace {
 
 using Layout = AlignmentLayout;
 
-// What is free of any prior knowledge is held by these alone, [m], [rad/s], [m/s²]: wide enough never to be felt.
+// Priors of the parameters of which nothing is known [m], [rad/s], [m/s²]: so wide that they have no effect.
 constexpr double kWidestLeverArm = 10, kWidestGyroBias = 1, kWidestAccelBias = 10;
 constexpr double kHuber = 4;
 
@@ -109,7 +109,7 @@ class Builder {
   ceres::Problem problem_;
 };
 
-// A parameter block, and where its tangent stands in the normal equations.
+// A parameter block, and the place of its tangent in the normal equations.
 struct Placed {
   double* data;
   int size, column;
@@ -135,7 +135,8 @@ std::vector<Placed> placed_blocks(const ceres::Problem& problem, AlignmentState&
   return placed;
 }
 
-// The normal equations, arrow-shaped: the drifts meet their neighbours and the parameters only.
+// The normal equations. They have the shape of an arrow: a drift is coupled only to its neighbours and to the
+// parameters.
 struct Arrow {
   AlignmentInformation A = AlignmentInformation::Zero();  // of the parameters
   Eigen::MatrixXd B;                                      // drifts by parameters
@@ -173,7 +174,8 @@ Arrow normal_equations(ceres::Problem& problem, const std::vector<Placed>& place
   return sum;
 }
 
-// Information of the parameters once the drifts are eliminated. Drifts that are held get a unit of their own.
+// Information matrix of the parameters after elimination of the drifts. Drifts that are held constant get a one on the
+// diagonal.
 AlignmentInformation information(ceres::Problem& problem, AlignmentState& x) {
   const int drifts = 3 * static_cast<int>(x.gyro_drift.size() + x.accel_drift.size());
   auto [A, B, entries] = normal_equations(problem, placed_blocks(problem, x), drifts);

@@ -1,5 +1,5 @@
 #pragma once
-/// The least-squares problem of an alignment.
+/// The least-squares problem of an alignment: its parameters, its residuals and its solution.
 
 #include <Eigen/Core>
 #include <vector>
@@ -10,7 +10,7 @@
 
 namespace piste {
 
-/// What is estimated: the alignment's parameters, and the in-run drifts of the body IMU at knots.
+/// The estimated parameters: those of the alignment, and the in-run drifts of the body IMU at knots.
 struct AlignmentState {
   Eigen::Vector2d clock = Eigen::Vector2d::Zero();  ///< offset, drift
   Quaterniond q_rb = Quaterniond::Identity();
@@ -20,18 +20,18 @@ struct AlignmentState {
   double first_knot = 0, knot_spacing = 1;        ///< on the body IMU's clock
   std::vector<Vector3d> gyro_drift, accel_drift;  ///< linear from knot to knot
 
-  /// Where m lies among the knots: index of the one before, and the part of the way to the next.
+  /// The place of time m among the knots: the index of the knot before, and the part of the way to the next (0 to 1).
   std::pair<std::size_t, double> knot(double m) const;
   /// Time of the reference at time m of the body IMU's clock, whose first sample is at `first`.
   double reference_time(double m, double first) const { return m - clock(0) - clock(1) * (m - first); }
 };
 
-/// One sample of the body IMU, to be explained.
+/// One sample of the body IMU in the problem, with the sigmas of its weights.
 struct AlignmentEpoch {
   std::size_t sample = 0;
   UsableAxes usable;
   double gyro_sigma = 1, accel_sigma = 1;
-  bool moving = false;  ///< of the liveliest part of the log
+  bool moving = false;  ///< whether the body is in motion (alignment_epochs.h)
 };
 
 /// Measured minus predicted at one sample.
@@ -41,8 +41,9 @@ struct AlignmentResidual {
 
 AlignmentResidual residual(const FilteredPair& pair, const AlignmentState& x, std::size_t sample);
 
-/// Minimises over x. Robust: Huber's loss of each triad beyond 4 sigma. Returns the information of the parameters in
-/// the order of AlignmentLayout, the drifts eliminated; rows of what the sensor has not (a scale of 0) are zero.
+/// Solves the problem for x, with Huber's loss for each triad beyond 4 sigma. Returns the information matrix of the
+/// parameters in the order of AlignmentLayout, with the drifts eliminated. Rows of an error that the sensor does not
+/// have (a scale with sigma 0) are zero.
 Eigen::Matrix<double, AlignmentLayout::kSize, AlignmentLayout::kSize> solve_alignment(
     const FilteredPair& pair, const std::vector<AlignmentEpoch>& epochs, const ImuSensor& sensor, AlignmentState& x);
 

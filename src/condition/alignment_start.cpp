@@ -22,7 +22,7 @@ void place_knots(AlignmentState& x, double first, double length) {
   x.accel_drift.assign(pieces + 1, Vector3d::Zero());
 }
 
-// Boresight and rough noise from the rates alone.
+// Boresight and a rough noise from the rates alone.
 BoresightFromRates rates_compared(const SignalPair& signals, const FilteredPair& pair, const AlignmentState& x,
                                   const std::string& name) {
   std::vector<Vector3d> rate_r, rate_b;

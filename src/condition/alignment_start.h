@@ -1,5 +1,5 @@
 #pragma once
-/// Where the least squares of an alignment start: from the coarse offset and the angular rates alone.
+/// Start values for the least squares of an alignment, from the coarse offset and the angular rates.
 
 #include <string>
 
@@ -8,9 +8,9 @@
 
 namespace piste {
 
-/// The clock from the offset of the clocks' zeros [s], boresight, gyroscope bias and noise from the rates, the drifts'
-/// knots every 5 s at zero, and the noise of the forces at 1 m/s².
-/// Throws DataError, of the log `name`, where hardly any rates can be compared, or where an IMU is left-handed.
+/// Start values: the clock from the offset between the zeros of the two clocks [s]; boresight, gyroscope bias and noise
+/// from the rates; drifts of zero at knots every 5 s; and 1 m/s² for the noise of the forces.
+/// Throws DataError, of the log `name`, if hardly any rates can be compared, or if an IMU is left-handed.
 AlignmentFit start_alignment(const SignalPair& signals, const FilteredPair& pair, double coarse_offset,
                              const std::string& name);
 

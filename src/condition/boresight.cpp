@@ -9,10 +9,10 @@
 namespace piste {
 namespace {
 
-// Least of the information about an angle, against the largest: below it is rounding.
+// Smallest information about an angle relative to the largest. Below it, it is rounding error.
 constexpr double kRounding = 1e-12;
-// Noise of r against noise of b makes an information of its own where nothing turns, of some √count · variance; by
-// chance it exceeds four times that once in a million.
+// Where nothing turns, the noises of r and b together look like information, of some √count · variance. By chance it
+// exceeds four times that once in a million.
 constexpr double kChance = 4;
 
 }  // namespace
@@ -36,7 +36,7 @@ BoresightFromRates boresight_from_rates(std::span<const Vector3d> rate_r, std::s
   }
   const double variance = squares / (3 * count - 6);
   result.residual = std::sqrt(squares / (3 * count));
-  // A mirrored rotation would gain what this one loses along the third axis.
+  // A rotation with a reflection would fit better by what this one loses along the third axis.
   const double lost = 4 * std::max(0.0, -wahba.gain.z());
   result.residual_mirrored = std::sqrt(std::max(0.0, squares - lost) / (3 * count));
   const Vector3d information = wahba.information();

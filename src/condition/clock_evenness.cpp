@@ -15,8 +15,8 @@ namespace {
 
 constexpr double kStretch = 10;  // s
 
-// Rates of the body IMU as it measured them and as the reference predicts them, in b at equal steps; zero where one of
-// the two is silent.
+// Rates of the body IMU, measured and as predicted from the reference, in b at equal steps. Zero where one of the two
+// IMUs has no sample.
 struct RatePair {
   double step = 0;
   std::vector<double> time;
@@ -40,8 +40,8 @@ RatePair rate_pair(const SignalPair& signals, const FilteredPair& pair, const Al
   return rates;
 }
 
-// Correlation of the stretch [begin, end) of the measured rates with the predicted ones: where it is, and where it
-// fits best.
+// Correlation of the stretch [begin, end) of the measured rates with the predicted ones: at its own place, and at the
+// place where it is best.
 struct BestShift {
   double here = 0, best = 0;
   std::ptrdiff_t shift = 0;
@@ -78,10 +78,10 @@ struct OffsetSums {
   double time = 0, count = 0, information = 0, pull = 0;
 
   void add(double slope, double rest, double sigma) {
-    // Without what robust loss would not believe either.
+    // Outliers, to which the robust loss gives little weight, are left out.
     if (std::abs(rest) > 4 * sigma) return;
     information += slope * slope / (sigma * sigma);
-    pull -= slope * rest / (sigma * sigma);  // the offset that the residual asks for
+    pull -= slope * rest / (sigma * sigma);  // the offset that would explain the residual
   }
 };
 

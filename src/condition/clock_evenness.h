@@ -1,5 +1,5 @@
 #pragma once
-/// Whether the clock of the body IMU runs evenly, judged stretch by stretch beside the alignment of the whole log.
+/// Checks stretch by stretch that the clock of the body IMU runs evenly, relative to the alignment of the whole log.
 
 #include <string>
 #include <vector>
@@ -10,19 +10,19 @@
 
 namespace piste {
 
-/// Refuses a clock that jumps by 0.3 to 20 s: stretches of 10 s whose rates correlate far better elsewhere in the log
-/// than where the rough alignment x of the whole log puts them.
-/// Throws DataError, of the log `name`, that says where.
+/// Throws DataError, of the log `name`, if the clock jumps by 0.3 to 20 s. A jump shows in a stretch of 10 s whose
+/// rates correlate far better at another place of the log than where the rough alignment x puts them. The error says
+/// where.
 void refuse_jumps(const SignalPair& signals, const FilteredPair& pair, const AlignmentState& x,
                   const std::string& name);
 
-/// Offset of the clocks that each stretch of 10 s asks for beside the fit, one step of least squares on its residuals;
-/// stretches that tell it to 3 ms or better.
+/// Offset of the clocks in each stretch of 10 s relative to the fit, by one step of least squares on the residuals of
+/// the stretch. Only stretches that determine it to 3 ms or better are returned.
 std::vector<LocalOffset> local_offsets(const FilteredPair& pair, const AlignmentFit& fit);
 
-/// What the local offsets scatter beyond their own noise, as 1-sigma [s]: the clock's own wander (the variance
-/// component of DerSimonian and Laird 1986, Controlled Clinical Trials 7). 0 where noise explains them all.
-/// Throws DataError, of the log `name`, where one offset stands out by 20 ms and 6 sigmas, or the wander exceeds 5 ms.
+/// The wander of the clock, as 1-sigma [s]: the scatter of the local offsets that their own noise does not explain (the
+/// variance component of DerSimonian and Laird 1986, Controlled Clinical Trials 7). 0 if noise explains all of it.
+/// Throws DataError, of the log `name`, if one offset stands out by 20 ms and 6 sigmas, or if the wander exceeds 5 ms.
 double clock_wander(const std::vector<LocalOffset>& local, const std::string& name);
 
 }  // namespace piste

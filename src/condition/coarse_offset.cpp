@@ -15,7 +15,7 @@ namespace piste {
 namespace {
 
 constexpr double kCell = 0.05;         // s: of the norms
-constexpr double kIndependent = 0.25;  // s: a moving body holds its rate for so long
+constexpr double kIndependent = 0.25;  // s: so long the rates of a moving body are correlated
 
 // Sums of the first i values, and of their squares.
 struct PrefixSums {
@@ -109,7 +109,7 @@ CoarseOffset correlate(const RateNorms& body, const RateNorms& reference, double
     const double before = at(best - 1), after = at(best + 1), bend = before - 2 * at(best) + after;
     if (bend < 0) out.peak.peak_offset += 0.5 * body.step * (before - after) / bend;
   }
-  // The rival: the likeliest offset that the slope of the peak does not lead to.
+  // The rival: the most likely offset outside the peak itself.
   std::ptrdiff_t left = best, right = best;
   const auto apart = static_cast<std::ptrdiff_t>(std::lround(kNeighbourhood / body.step));
   while (left > 0 && (at(left - 1) <= at(left) || best - left < apart)) --left;
@@ -138,7 +138,7 @@ RateNorms stretched(RateNorms norms, double ratio) {
   return norms;
 }
 
-// The same norms in cells of another length, linear between the middles of the old ones.
+// The same norms in cells of another length, by linear interpolation between the middles of the old cells.
 RateNorms in_cells(const RateNorms& norms, double step) {
   RateNorms out{norms.start, step, {}};
   const auto cells = static_cast<std::size_t>(static_cast<double>(norms.value.size()) * norms.step / step);
@@ -152,7 +152,7 @@ RateNorms in_cells(const RateNorms& norms, double step) {
   return out;
 }
 
-// Rate of the body IMU's clock that explains its signal far better than an honest one, if there is any.
+// A wrong rate of the body IMU's clock that explains its signal far better than the right one, if there is any.
 std::optional<double> wrong_clock(const RateNorms& body, const RateNorms& reference, const CoarseOffset& honest,
                                   double shortest) {
   constexpr double kStep = 0.0025, kFurthest = 0.25, kClear = 1.3;

@@ -1,5 +1,5 @@
 #pragma once
-/// The offset of two clocks without a prior, from the norms of two angular rates.
+/// Finds the coarse offset of two clocks from the norms of two angular rates, without a first guess.
 
 #include <vector>
 
@@ -7,35 +7,35 @@
 
 namespace piste {
 
-/// Norms of an angular rate over cells of equal length.
+/// Norms of an angular rate, as means over cells of equal length.
 struct RateNorms {
   double start = 0, step = 0;  ///< cell i is (start + i · step, … + step]
   std::vector<double> value;
 };
 
-/// Means of the rate over cells of `step`, as norms.
+/// The norms of the mean rates over cells of length `step`.
 RateNorms rate_norms(const std::vector<ImuSample>& imu, double step);
 
-/// What a search over all overlaps of at least `shortest` seconds found.
+/// The result of a search over all overlaps of at least `shortest` seconds.
 struct CoarseOffset {
-  CorrelationPeak peak;   ///< offsets of the clocks: b's minus r's
-  double evidence = 0;    ///< gain in log-likelihood over no relation at all, of samples that are independent
-  double over_rival = 0;  ///< over the best offset elsewhere
+  CorrelationPeak peak;   ///< offsets are the clock of b minus that of r
+  double evidence = 0;    ///< log-likelihood of the best offset over that of no relation
+  double over_rival = 0;  ///< log-likelihood of the best offset over that of the best one elsewhere
 };
 
-/// Normalised cross-correlation of the parts that overlap at each offset, in full; the offset with the greatest
-/// likelihood, refined by a parabola. Both of the same step.
+/// Computes the normalised cross-correlation at every offset, over all that overlaps, and takes the offset with the
+/// greatest likelihood, refined by a parabola. @pre both have the same step
 CoarseOffset correlate(const RateNorms& body, const RateNorms& reference, double shortest);
 
-/// Log-likelihood by which a correlation of `high` over that many seconds stands out against one of `low`, neighbouring
-/// samples of a moving body not being independent.
+/// Difference in log-likelihood between a correlation of `high` and one of `low` over that many seconds. It takes into
+/// account that neighbouring samples of a moving body are not independent.
 double evidence_over(double high, double low, double seconds);
 
-/// Log-likelihood that is taken for certain: one in some millions.
+/// Difference in log-likelihood that is taken as certain: one in some millions.
 constexpr double kCertain = 15;
 
-/// The offset of the clocks from all samples. Throws DataError, of the log `name`, where the motion does not tell it,
-/// tells several, or where the clock of b runs at a wrong rate.
+/// The offset of the clocks from all samples. Throws DataError, of the log `name`, if the motion does not determine it,
+/// if it fits several offsets, or if the clock of b runs at a wrong rate.
 CoarseOffset find_offset(const std::vector<ImuSample>& body, const std::vector<ImuSample>& reference, double shortest,
                          const std::string& name);
 

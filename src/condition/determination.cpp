@@ -29,7 +29,8 @@ constexpr std::array kLimits{
 
 void determine(Alignment& alignment, AlignmentInformation information, double apparent, const ImuSensor& sensor) {
   information.diagonal().segment<3>(Layout::kBoresight).array() -= apparent;
-  // In units of the limits the eigenvalues are alike; a direction of which nothing is known gets a sigma of a thousand.
+  // In units of the limits, eigenvalues of different parameters can be compared. A direction without information gets a
+  // sigma of a thousand limits.
   constexpr double kNothing = 1e-6;
   Vector20 unit = Vector20::Ones();
   for (const Limit& limit : kLimits) unit.segment(limit.first, limit.count).setConstant(limit.sigma);

@@ -1,5 +1,5 @@
 #pragma once
-/// What an alignment may be said to know.
+/// Decides which parameters of an alignment the motion determines.
 
 #include <Eigen/Core>
 
@@ -10,9 +10,10 @@ namespace piste {
 
 using AlignmentInformation = Eigen::Matrix<double, AlignmentLayout::kSize, AlignmentLayout::kSize>;
 
-/// Sets the covariance from the information of the least squares, and says what is not determined: what has a sigma
-/// beyond the limit above which nobody would call it known. `apparent` is the part of the boresight's information, the
-/// same about every axis, that comes of the reference's noise alone; it is taken away, for noise turns nothing.
+/// Sets the covariance of `alignment` from the information matrix of the least squares, and lists the parameters that
+/// are not determined: those whose sigma exceeds a limit above which the value is of no use. `apparent` is the part of
+/// the boresight's information, the same about every axis, that only the reference's noise makes. It is subtracted,
+/// because noise is not a rotation.
 void determine(Alignment& alignment, AlignmentInformation information, double apparent, const ImuSensor& sensor);
 
 }  // namespace piste

@@ -64,8 +64,8 @@ double nominal_interval(const Rows& rows, const std::string& file) {
                         nominal, kShortestInterval, kLongestInterval));
 }
 
-/// Marks components at the range. What is far beyond it was never measured: the mean of the rows around takes its
-/// place. `unit(i)` turns a rate into what row i holds.
+/// Marks components at the range as clipped. A component far beyond the range is not a measurement: it is replaced by
+/// the mean of the rows around it. `unit(i)` is the factor from a rate to the value in row i.
 template <class Unit>
 std::vector<std::uint8_t> mark_clipped(std::vector<Vector3d>& values, double range, Unit&& unit) {
   std::vector<std::uint8_t> marks(values.size(), 0);
@@ -94,7 +94,7 @@ void mark_clipped(Rows& rows, const ConditioningOptions& options, bool increment
   rows.clipped_accel = mark_clipped(rows.accel, options.accel_range, unit);
 }
 
-/// Makes increments of rows.
+/// Turns rows into increments.
 class Incrementer {
  public:
   Incrementer(const Rows& rows, const ImuRecording& recording, const ConditioningOptions& options, Log& log)
@@ -136,7 +136,7 @@ class Incrementer {
     return true;
   }
 
-  // Samples that are yet to be filled.
+  // Adds samples for a gap; they are filled later.
   void leave_open(double start, double end) {
     ++log_.counts.imu_gaps;
     const int count = std::max(1, static_cast<int>(std::lround((end - start) / nominal_)));
@@ -148,7 +148,7 @@ class Incrementer {
     }
   }
 
-  // Rows that stand for the interval before them.
+  // For rows that are of the interval before them.
   void pass_intervals() {
     for (std::size_t i = 0; i < rows_.time.size(); ++i) {
       const bool after_gap = i > 0 && gap_before(i);
@@ -164,7 +164,7 @@ class Incrementer {
     }
   }
 
-  // Rows that are samples at their times: one spline from gap to gap.
+  // For rows that are instantaneous samples: integrates a spline from gap to gap.
   void integrate_samples() {
     const std::size_t count = rows_.time.size();
     for (std::size_t begin = 0, end = 0; begin < count; begin = end) {

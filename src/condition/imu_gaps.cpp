@@ -7,7 +7,7 @@
 namespace piste {
 namespace {
 
-constexpr double kEdge = 0.2;                       // s: shorter, the line follows vibration; longer, it misses motion
+constexpr double kEdge = 0.2;  // s: with less, the line follows vibration; with more, it misses motion
 constexpr double kReach = 10, kReachInLengths = 5;  // s, and lengths of the gap, on each side
 constexpr std::size_t kFewestLengths = 4;
 constexpr double kCaution = 2;
@@ -51,7 +51,7 @@ Rates between(const Rates& before, const Rates& after, double time) {
   return {time, before.gyro + part * (after.gyro - before.gyro), before.accel + part * (after.accel - before.accel)};
 }
 
-/// Samples [begin, end), and how many on either side its line rests on.
+/// Samples [begin, end) of a gap, and the number of samples on either side from which its line is drawn.
 struct Gap {
   std::size_t begin, end, edge;
 };
@@ -60,7 +60,7 @@ void fill(std::vector<ImuSample>& imu, const Sums& sums, const Gap& gap) {
   std::size_t first = gap.begin, last = gap.end;
   while (first > 0 && gap.begin - first < gap.edge && !imu[first - 1].gap) --first;
   while (last < imu.size() && last - gap.end < gap.edge && !imu[last].gap) ++last;
-  const bool begins = first == gap.begin, ends = last == gap.end;  // the log: then the other side holds
+  const bool begins = first == gap.begin, ends = last == gap.end;  // the log: then the value of the other side is held
   const Rates before = begins ? mean(sums, gap.end, last) : mean(sums, first, gap.begin);
   const Rates after = ends ? before : mean(sums, gap.end, last);
   for (std::size_t i = gap.begin; i < gap.end; ++i) {
@@ -78,7 +78,7 @@ GapNoise noise(const std::vector<ImuSample>& imu, const Sums& sums, const Gap& g
     return static_cast<std::size_t>(std::upper_bound(imu.begin(), imu.end(), time, later) - imu.begin());
   };
   const std::size_t from = place(sums.start(gap.begin) - reach), to = place(imu[gap.end - 1].time + reach);
-  Vector3d turn = Vector3d::Zero(), push = Vector3d::Zero();  // squares of what the line misses
+  Vector3d turn = Vector3d::Zero(), push = Vector3d::Zero();  // squares of the line's errors
   std::size_t stretches = 0;
   for (std::size_t first = from + gap.edge; first + count + gap.edge <= to; ++first) {
     const std::size_t last = first + count;

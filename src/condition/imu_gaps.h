@@ -1,5 +1,5 @@
 #pragma once
-/// What stands in the IMU's log where nothing was measured.
+/// Fills the gaps of an IMU's log.
 
 #include <vector>
 
@@ -7,13 +7,15 @@
 
 namespace piste {
 
-/// Fills the samples marked as gaps, whose times and intervals are set: with the straight line between the mean rates
-/// of the 0.2 s on either side, as far as they were measured, and with the noise that this line has. That is measured:
-/// the line is drawn over every stretch of the gap's length within 10 s of it (or five lengths, where that is more),
-/// and twice the rms of what it misses there, as a random walk, on the worst axis, is the noise: motion in the gap need
-/// not be like that about it. Where fewer than four lengths were measured nearby it is 1 rad/s/sqrt(Hz) and
-/// 3 m/s²/sqrt(Hz).
-/// @pre some sample is no gap
+/// Fills the samples that are marked as gaps, whose times and intervals are set already. The rates lie on the straight
+/// line between the mean rates of the 0.2 s on either side, as far as these were measured.
+///
+/// The noise of this line is measured in the log: the same line is drawn over every stretch of the gap's length within
+/// 10 s of it (or five times its length, if that is more), and compared with what was measured there. The noise is
+/// twice the rms of the difference, as a random walk, on the worst axis; the factor of two is there because the motion
+/// in the gap may differ from that around it. If less than four times the gap's length was measured nearby, the noise
+/// is 1 rad/s/sqrt(Hz) and 3 m/s²/sqrt(Hz).
+/// @pre some sample is not a gap
 void fill_gaps(std::vector<ImuSample>& imu);
 
 }  // namespace piste

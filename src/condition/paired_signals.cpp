@@ -130,7 +130,7 @@ BodySignals BodySignals::filtered(const TriadFilters& filters) const {
   for (std::ptrdiff_t i = 0; i < count; ++i) {
     const UsableAxes axes = usable[static_cast<std::size_t>(i)];
     if (axes.gyro == 7 && axes.accel == 7) continue;
-    // What is wrong at i reaches those that look back to it, and those that look ahead to it.
+    // An unusable sample i makes those unusable whose filter reaches back or ahead to it.
     const std::ptrdiff_t last = std::min(count - 1, i + reach_before);
     for (std::ptrdiff_t k = std::max<std::ptrdiff_t>(0, i - reach_after); k <= last; ++k) {
       UsableAxes& here = out.usable[static_cast<std::size_t>(k)];
@@ -145,7 +145,7 @@ SignalPair::SignalPair(const std::vector<ImuSample>& body_imu, const std::vector
     : body(body_imu), integrals(reference_imu), reference(integrals, body.step) {}
 
 FilteredPair low_passed(const SignalPair& signals, double cutoff) {
-  constexpr double kSmear = 2;  // periods of the cut-off that a zero-phase low-pass smears
+  constexpr double kSmear = 2;  // reach of a zero-phase low-pass, in periods of the cut-off
   const double rate = 1 / signals.body.step, reach = kSmear / cutoff;
   const LinearFilter filter = [low_pass = LowPass(cutoff, rate)](std::span<const Vector3d> signal) {
     return zero_phase(low_pass, signal);

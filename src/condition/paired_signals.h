@@ -1,5 +1,6 @@
 #pragma once
-/// The signals of two IMUs, filtered alike: the body IMU's at its own samples, the reference's as functions of time.
+/// The signals of two IMUs after the same filters. Those of the body IMU are at its own sample times; those of the
+/// reference are functions of time.
 
 #include <array>
 #include <functional>
@@ -12,22 +13,23 @@
 
 namespace piste {
 
-/// Any linear filter that does not change with time: low-pass, whitening.
+/// A linear filter that does not change with time, such as a low-pass or a whitening.
 using LinearFilter = std::function<std::vector<Vector3d>(std::span<const Vector3d>)>;
 
-/// What rates and forces go through, and how far it smears: seconds back and ahead.
+/// Filters for rates and forces. `before` and `after`: how many seconds before and after a sample they use.
 struct TriadFilters {
   LinearFilter gyro, accel;
   double before = 0, after = 0;
 };
 
-/// Mean rate and force over one interval, and what a lever arm of a metre along each axis adds to the force.
+/// Mean rate and force over an interval, and the force that a lever arm of a metre along each axis adds.
 struct MeanSignal {
   Vector3d gyro, accel;
   Matrix3d lever;  ///< [w']ₓ + [w]ₓ², mean over the interval
 };
 
-/// A reference IMU as integrals over any interval, from cubic splines through its summed increments.
+/// The reference IMU as a function of time: its mean signals over any interval, from cubic splines through the sums of
+/// its increments.
 class ReferenceIntegrals {
  public:
   explicit ReferenceIntegrals(const std::vector<ImuSample>& imu);
@@ -36,7 +38,7 @@ class ReferenceIntegrals {
   MeanSignal mean(double t, double interval) const;
   double start() const { return time_.front(); }
   double end() const { return time_.back(); }
-  /// Whether the IMU is silent anywhere within [from, to].
+  /// Whether the IMU has a gap anywhere within [from, to].
   bool silent(double from, double to) const;
 
  private:
@@ -47,7 +49,8 @@ class ReferenceIntegrals {
   std::unique_ptr<Spline> angle_spline_, velocity_spline_;
 };
 
-/// Means over cells of a regular grid, filtered, and interpolated by cubic splines.
+/// The reference IMU after filters: means over the cells of a regular grid, filtered, and interpolated by cubic
+/// splines.
 class ReferenceGrid {
  public:
   /// Cells of length `step`.
@@ -56,7 +59,7 @@ class ReferenceGrid {
   ReferenceGrid filtered(const TriadFilters& filters) const;
 
   struct Value {
-    MeanSignal signal, slope;  ///< and its derivative by time
+    MeanSignal signal, slope;  ///< `slope` is the derivative of `signal` by time
   };
   /// Mean over (t − step, t]. @pre within the grid
   Value at(double t) const;
@@ -71,7 +74,7 @@ class ReferenceGrid {
   std::vector<Spline> splines_;
 };
 
-/// Axes of gyroscope and accelerometer that a sample may be judged by: bit i is axis i.
+/// The axes of a sample that may be used: bit i is axis i.
 struct UsableAxes {
   std::uint8_t gyro = 7, accel = 7;
 };
@@ -84,7 +87,7 @@ struct BodySignals {
   std::vector<UsableAxes> usable;  ///< none in gaps, and none of an axis that is clipped
 
   explicit BodySignals(const std::vector<ImuSample>& imu);
-  /// The same signals through one more filter. What it smears is unusable.
+  /// The same signals through one more filter. Samples into which it mixes unusable ones become unusable.
   BodySignals filtered(const TriadFilters& filters) const;
 };
 
@@ -101,9 +104,9 @@ struct SignalPair {
 struct FilteredPair {
   BodySignals body;
   ReferenceGrid reference;
-  double gyro_gain = 1, accel_gain = 1;  ///< with which the filters pass a constant
-  double margin = 0;                     ///< [s] beside a gap or an end of the reference that the filters spoil
-  std::size_t stride = 1;                ///< every stride-th sample holds all that the filters let through
+  double gyro_gain = 1, accel_gain = 1;  ///< of the filters for a constant
+  double margin = 0;                     ///< time [s] beside a gap or an end of the reference that must not be used
+  std::size_t stride = 1;                ///< every stride-th sample has all that the filters let pass
 };
 
 /// Both IMUs through one zero-phase low-pass of `cutoff` [Hz].

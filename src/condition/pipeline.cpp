@@ -14,8 +14,8 @@
 namespace piste {
 namespace {
 
-/// Weeks to add to the times of a source so that they are those of the IMU; none where that brings them no nearer than
-/// a day: then something else is wrong.
+/// Weeks [s] to add to the times of a source to bring them to the week of the IMU. Zero if the two then still differ by
+/// more than a day: then something else is wrong.
 template <class Fix>
 double week_shift(const std::vector<Fix>& fixes, double imu_time) {
   if (fixes.empty()) return 0;
@@ -29,7 +29,7 @@ std::string span_text(const std::string& file, const std::vector<Fix>& fixes, do
   return fmt::format("{} covers {:.3f} to {:.3f} s", file, fixes.front().time + shift, fixes.back().time + shift);
 }
 
-/// Which fixes of one receiver are used; the others are counted.
+/// The fixes of one receiver that are used. The others are counted.
 std::vector<GeodeticFix> used_fixes(const GnssRecording& receiver, const Interval& imu,
                                     const std::vector<Interval>& outages, LogCounts& counts) {
   const double shift = week_shift(receiver.fixes, imu.start);
@@ -61,7 +61,8 @@ GnssFix in_world(const World& world, const GeodeticFix& fix) {
   const Matrix3d R_wn = world.rotation_wn(result.position);
   result.sigma_position = turned_sigma(R_wn, fix.sigma_position);
   if (!fix.velocity) return result;
-  // The horizon of the fix is taken for that of w where down was not measured: 1.6 mm/s a m/s of it, 10 km away.
+  // If down was not measured, the local horizontal plane is taken for that of w. This is wrong by 1.6 mm/s for each
+  // m/s, 10 km from the origin.
   Vector3d sigma = fix.velocity->sigma;
   if (!fix.velocity->has_down()) sigma.z() = 0;
   result.velocity = {R_wn * fix.velocity->value, turned_sigma(R_wn, sigma)};
@@ -69,7 +70,7 @@ GnssFix in_world(const World& world, const GeodeticFix& fix) {
   return result;
 }
 
-// Position at t between the fixes around it, at the nearest one beyond them.
+// Position at t by linear interpolation between the fixes around it; before the first and after the last, that fix.
 Vector3d position_at(const std::vector<GnssFix>& fixes, double t) {
   const auto after = first_at_or_after(fixes, t);
   if (after == fixes.begin()) return fixes.front().position;

@@ -13,13 +13,13 @@ namespace {
 
 constexpr double kCell = 0.25;        // s
 constexpr std::size_t kWindow = 4;    // cells
-constexpr double kSway = 0.06;        // m/s: mean speed of a body that stands, beyond the noise of GNSS
-constexpr double kWalking = 0.5;      // m/s: surely moving
+constexpr double kSway = 0.06;        // m/s: largest mean speed of a standing body, beyond the noise of GNSS
+constexpr double kWalking = 0.5;      // m/s: certainly moving
 constexpr double kShortest = 1.0;     // s
 constexpr double kDrawnIn = 0.25;     // s
-constexpr double kGyroQuiet = 0.03;   // rad/s and
-constexpr double kForceQuiet = 0.15;  // m/s²: rest of an IMU that no GNSS ever showed at rest
-constexpr double kTurning = 0.02;     // rad/s: mean rate of a reference IMU that does more than sway
+constexpr double kGyroQuiet = 0.03;   // rad/s, and
+constexpr double kForceQuiet = 0.15;  // m/s²: bounds of rest if GNSS never shows the body at rest
+constexpr double kTurning = 0.02;     // rad/s: mean rate of a reference IMU beyond which it is not sway
 
 // Root-mean-square deviations of rate and force from their means over a window, and the means.
 struct Quietness {
@@ -77,7 +77,7 @@ std::optional<Quietness> quietness(const Cells& cells, std::size_t first) {
 
 enum class Verdict { kUnknown, kRest, kBetween, kMoving };
 
-// What one receiver says of [begin, end].
+// Whether one receiver shows rest or motion in [begin, end].
 Verdict verdict(const std::vector<GnssFix>& fixes, double begin, double end) {
   auto it = first_at_or_after(fixes, begin);
   Vector3d mean = Vector3d::Zero(), variance = Vector3d::Zero();
@@ -96,7 +96,7 @@ Verdict verdict(const std::vector<GnssFix>& fixes, double begin, double end) {
     mean /= n;
     speed = mean.norm();
     noise = std::sqrt(variance.sum()) / n;
-  } else {  // positions only: they must span half of the window
+  } else {  // positions only: they must cover half of the window
     const auto last = std::prev(it);
     const double dt = last->time - first->time;
     if (dt < 0.5 * (end - begin)) return Verdict::kUnknown;
@@ -107,7 +107,7 @@ Verdict verdict(const std::vector<GnssFix>& fixes, double begin, double end) {
   return speed > kWalking + 3 * noise ? Verdict::kMoving : Verdict::kBetween;
 }
 
-// Bounds below which rate and force count as at rest: with GNSS beside them, and alone.
+// Bounds below which rate and force count as at rest: where GNSS says so too, and where there is no GNSS.
 struct Bounds {
   double gyro = kGyroQuiet, force = kForceQuiet;
   double gyro_alone = kGyroQuiet, force_alone = kForceQuiet;
@@ -138,7 +138,7 @@ Bounds learn(const std::vector<std::optional<Quietness>>& quiet, const std::vect
   return b;
 }
 
-// Where the cells of `rest` stand in a row, of a log that ends at `end`.
+// The intervals of consecutive cells at rest, in a log that ends at `end`.
 std::vector<Interval> intervals_of(const std::vector<bool>& rest, const Cells& cells, double end) {
   std::vector<Interval> intervals;
   for (std::size_t i = 0; i < rest.size();) {

@@ -7,8 +7,8 @@
 
 namespace piste {
 
-/// Ambient: Eigen's coefficients x, y, z, w. Tangent: rotation vector on the left [rad], not half of it as in Ceres'
-/// own.
+/// Ambient space: Eigen's coefficients x, y, z, w. Tangent space: the rotation vector on the left [rad], while Ceres'
+/// own manifold has half of it.
 class RotationManifold final : public ceres::Manifold {
  public:
   using RowJacobian43 = Eigen::Matrix<double, 4, 3, Eigen::RowMajor>;

@@ -1,5 +1,5 @@
 #pragma once
-/// Cubic spline through samples at unequal steps, for what must be exact between samples.
+/// Cubic spline through samples at unequal steps, with value, derivative and integral.
 
 #include <cstddef>
 #include <span>
@@ -9,12 +9,13 @@
 
 namespace piste {
 
-/// Not-a-knot cubic spline (natural where there are fewer than four samples) through vectors.
-/// Error of its integral over a step: of fifth order in the step; the trapezoid rule has third.
+/// Not-a-knot cubic spline through vectors; natural if there are fewer than four samples. The error of its integral
+/// over a step is of fifth order in the step, that of the trapezoidal rule of third order.
 /// Source: de Boor, A Practical Guide to Splines, chapter IV.
 class Spline {
  public:
-  /// Times strictly increasing, as many as values, at least two. The spline refers to both and must not outlive them.
+  /// @pre Times increase strictly, there are as many as values, and at least two. The spline refers to both and must
+  /// not outlive them.
   Spline(std::span<const double> time, std::span<const Vector3d> value);
 
   /// Integral from time[i] to time[i + 1].

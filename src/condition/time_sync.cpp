@@ -20,7 +20,7 @@ namespace {
 
 using Layout = AlignmentLayout;
 
-constexpr double kShortest = 5;  // s: overlap without which nothing is said
+constexpr double kShortest = 5;  // s: least overlap
 
 void require_length(const std::vector<ImuSample>& body, const std::vector<ImuSample>& reference,
                     const std::string& name) {
@@ -33,7 +33,7 @@ void require_length(const std::vector<ImuSample>& body, const std::vector<ImuSam
                               length(body), length(reference), kShortest));
 }
 
-// The cut-off asked for, or else the usual one; the slower of the two IMUs must still carry what passes.
+// The cut-off of the options, or else the usual one. It must be below half the rate of the slower IMU.
 double common_cutoff(const BodySignals& body, const BodySignals& reference, const AlignmentOptions& options) {
   constexpr double kUsual = 12, kOfRate = 0.4;  // Hz, of the slower rate
   const double slower = std::max(body.step, reference.step);
@@ -44,7 +44,7 @@ double common_cutoff(const BodySignals& body, const BodySignals& reference, cons
   return options.low_pass > 0 ? options.low_pass : std::min(kUsual, kOfRate / slower);
 }
 
-// The fit to slow motion: its correlation is broad, so that it leads from the coarse offset to the right minimum.
+// A fit to slow motion first. Its minimum is broad, so that the fit goes from the coarse offset to the right minimum.
 AlignmentFit rough_fit(const SignalPair& signals, double cutoff, double coarse_offset,
                        const AlignmentOptions& options) {
   constexpr double kSlow = 1, kMedium = 4;  // Hz
@@ -55,7 +55,7 @@ AlignmentFit rough_fit(const SignalPair& signals, double cutoff, double coarse_o
   return fit_alignment(signals, medium, options.sensor, slow);
 }
 
-// Refuses two IMUs that are not on one plate: the rates of one explain hardly any of the power of the other's.
+// Throws if the two IMUs are not on one plate: then the rates of one hardly explain those of the other.
 void refuse_strangers(const FilteredPair& pair, const AlignmentFit& fit, const std::string& name) {
   constexpr double kUnexplained = 0.5;
   double signal = 0, left = 0;
@@ -71,7 +71,7 @@ void refuse_strangers(const FilteredPair& pair, const AlignmentFit& fit, const s
                               100 * std::max(0.0, 1 - left / signal), fit.x.clock(0)));
 }
 
-// Noise of the reference makes an information about angles of its own, 2 σ_r² / σ_b² a sample and triad.
+// The reference's noise looks like information about the boresight: 2 σ_r² / σ_b² for each sample and triad.
 double apparent_boresight(const std::vector<AlignmentEpoch>& epochs, const AlignmentOptions& options) {
   const auto share = [](double reference, double body) {
     return body > 0 ? std::min(1.0, std::pow(reference / body, 2)) : 0;
@@ -86,7 +86,7 @@ double apparent_boresight(const std::vector<AlignmentEpoch>& epochs, const Align
   return sum;
 }
 
-// The parameters with their covariance, without what the motion does not determine.
+// The parameters with their covariance. Those that the motion does not determine are marked.
 Alignment judged(const AlignmentFit& fit, double wander, const AlignmentOptions& options) {
   Alignment a;
   a.clock_offset = fit.x.clock(0);

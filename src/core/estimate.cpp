@@ -6,7 +6,7 @@ namespace {
 auto segment(FullError& e, Block b) { return e.segment(full_offset(b), info(b).size); }
 Vector3d three(const FullError& e, Block b) { return e.segment<3>(full_offset(b)); }
 
-// Velocity and attitude are one element of SE(3); every other block stands by itself.
+// Whether the block is part of the element of SE(3); every other block stands by itself.
 constexpr bool is_motion(Block b) { return b == Block::kAttitude || b == Block::kVelocity; }
 
 template <class E>

@@ -10,7 +10,8 @@ constexpr std::size_t kNavigationValues = 1 + 4 + 3 + 3;  // time, q_wb, v_wb, p
 constexpr std::size_t kNavigationSigmas = 9;
 constexpr std::size_t kTotalSigmas = 6;
 
-// A row in its order of storage: F is called with every double, for reading or for writing.
+// Goes through the values of a row in the order of their storage. F is called with every double, to read or to write
+// it.
 template <class EstimateRef, class SigmasRef, class F>
 void visit(const StateLayout& layout, EstimateRef& x, SigmasRef& s, F&& f) {
   const auto vector = [&](auto&& v) {

@@ -1,5 +1,5 @@
 #pragma once
-/// Numbers from bytes of either order.
+/// Reads numbers from bytes of either byte order.
 
 #include <algorithm>
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace piste::log_formats {
 
-/// The number that stands at `offset`, which must leave room for it.
+/// The number at `offset`. @pre `offset` + sizeof(T) is within `bytes`
 template <class T>
 T number_at(std::string_view bytes, std::size_t offset, std::endian order = std::endian::little) {
   std::array<char, sizeof(T)> copy;

@@ -31,7 +31,7 @@ struct Discard : YAML::EventHandler {
   void OnMapEnd() override {}
 };
 
-// YAML::Load leaves unread what follows the first document, and YAML::LoadAll never ends on a stray comma.
+// YAML::Load does not read what follows the first document, and YAML::LoadAll never returns on a stray comma.
 bool is_one_document(const std::string& text) {
   std::istringstream stream(text);
   YAML::Parser parser(stream);
@@ -39,7 +39,7 @@ bool is_one_document(const std::string& text) {
   return parser.HandleNextDocument(discard) && !parser.HandleNextDocument(discard);
 }
 
-// What nobody writes by hand: a log, or a file made to burst a parser.
+// Limits that no file written by hand reaches. Larger files are logs, or made to exhaust the parser.
 constexpr std::size_t kLongestText = 1'000'000, kMostValues = 20'000;
 constexpr int kDeepest = 50;
 

@@ -1,5 +1,5 @@
 #pragma once
-/// What a configuration file says, as a tree that knows where each value stands.
+/// A configuration file as a tree in which every value knows its file and line.
 
 #include <yaml-cpp/yaml.h>
 
@@ -17,7 +17,7 @@ struct Config::Node {
   struct Entry;
   enum class Kind { kEmpty, kScalar, kList, kMap };
   Kind kind = Kind::kEmpty;
-  std::shared_ptr<const std::filesystem::path> file;  ///< in which it stands: maps hold what bases gave them
+  std::shared_ptr<const std::filesystem::path> file;  ///< in which it stands; it may be that of a base
   int line = 1;
   std::string scalar;
   std::vector<Node> list;
@@ -26,11 +26,11 @@ struct Config::Node {
 
   std::string where() const { return where(line); }
   std::string where(int at) const;
-  /// Adds what this map has not: map by map, while scalars and lists stay whole.
+  /// Adds the keys of `base` that this map does not have, and does the same in the maps that both have.
   void complete(Node base);
 };
 
-/// A key of a map, and what stands there.
+/// A key of a map, and its value.
 struct Config::Node::Entry {
   std::string key;
   int line = 1;
@@ -46,12 +46,12 @@ struct Config::Document {
   std::string source;
   Node root;
 
-  /// The tree of `yaml`, whose line is `line` where it does not say. Throws ConfigError.
+  /// The tree of `yaml`. `line` is its line if it does not know its own. Throws ConfigError.
   Node convert(const YAML::Node& yaml, int line, int depth);
 
  private:
   void add_entry(Node& node, const YAML::Node& key, const YAML::Node& value, int depth);
-  std::size_t values_ = 0;  // so far: an alias stands for all of its anchor
+  std::size_t values_ = 0;  // so far; an alias counts as all the values of its anchor
 };
 
 }  // namespace piste

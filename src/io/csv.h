@@ -1,5 +1,5 @@
 #pragma once
-/// CSV with a header that names columns and units, in and out.
+/// Reads and writes CSV files whose header names the columns with their units.
 
 #include <optional>
 #include <span>
@@ -11,19 +11,20 @@
 
 namespace piste {
 
-/// Reads rows of finite numbers. First claim the columns, then `finish_header()`, then `next()` row by row.
-/// Every error is a DataError `FILE:LINE: …`.
+/// Reads rows of finite numbers. First ask for each column by `column()` or `find()`, then call `finish_header()`, then
+/// `next()` row by row. Every error is a DataError `FILE:LINE: …`.
 class CsvReader {
  public:
-  /// Reads the header. Columns in `ignore_columns` are not parsed; naming one that is not there is an error.
-  /// With `content`, that is read and `file` only names it.
+  /// Reads the header. Columns in `ignore_columns` are not parsed; to name one that is not there is an error. If
+  /// `content` is given, it is read instead of the file, and `file` is only its name in errors.
   CsvReader(const std::string& file, std::span<const std::string> ignore_columns = {},
             std::optional<std::string_view> content = {});
 
-  /// Index of a column for `value()`, which becomes a claimed one; refused where it is missing.
+  /// Asks for a column, and returns its index for `value()`. `column` throws if there is no such column; `find` returns
+  /// nothing.
   std::size_t column(std::string_view name);
   std::optional<std::size_t> find(std::string_view name);
-  /// Refuses columns that nobody claimed; with `faults` they are listed there and passed over.
+  /// Throws if there is a column that nobody asked for. With `faults`, such columns are listed there and skipped.
   void finish_header(RowFaults* faults = nullptr);
 
   /// Goes to the next row; false at the end of the file.
@@ -32,7 +33,8 @@ class CsvReader {
   double operator[](std::size_t column) const { return values_[column]; }
 
   const TextReader& text() const { return text_; }
-  /// Throws of this row, or of the header: a header that cannot be read ends every reading.
+  /// Throws an error of this row, or of the header before the first row. A header that cannot be read always ends the
+  /// reading.
   [[noreturn]] void fail(const std::string& what) const;
 
  private:
@@ -44,18 +46,18 @@ class CsvReader {
   bool in_rows_ = false;
 };
 
-/// One column that a CsvWriter writes: its header, and digits after the point.
+/// A column of a CsvWriter: its header, and the number of digits after the decimal point.
 struct CsvColumn {
   std::string name;
   int decimals;
 };
 
-/// Builds the text of a CSV file. The same numbers give the same bytes.
+/// Builds the text of a CSV file. Equal numbers give equal bytes.
 class CsvWriter {
  public:
   explicit CsvWriter(std::vector<CsvColumn> columns);
   void reserve(std::size_t rows) { text_.reserve(text_.size() + rows * columns_.size() * 12); }
-  /// One row; as many values as columns.
+  /// Adds a row. @pre as many values as columns
   void row(std::span<const double> values);
   const std::string& text() const& { return text_; }
   std::string text() && { return std::move(text_); }
@@ -65,7 +67,7 @@ class CsvWriter {
   std::string text_;
 };
 
-/// Appends `value` with that many digits after the point (0 to 12), rounded to nearest.
+/// Appends `value` with `decimals` digits (0 to 12) after the decimal point, rounded to nearest.
 void append_fixed(std::string& text, double value, int decimals);
 
 }  // namespace piste

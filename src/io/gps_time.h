@@ -1,5 +1,5 @@
 #pragma once
-/// GPS time of calendar dates, and of weeks.
+/// GPS time from calendar dates, and from weeks and seconds.
 
 #include <chrono>
 #include <optional>
@@ -9,7 +9,7 @@
 
 namespace piste::log_formats {
 
-/// A week counts from 1980-01-06, without roll-over.
+/// A GPS week and the seconds in it. Weeks count from 1980-01-06, without rollover.
 struct GpsTime {
   int week = 0;
   double seconds = 0;  ///< of that week; may lie beyond it
@@ -17,18 +17,18 @@ struct GpsTime {
 
 enum class TimeSystem { kGps, kUtc, kJapan };  ///< Japan: UTC + 9 h
 
-/// A day of the years 1980 (from 6 January) to 9999; none where there is no such day.
+/// A calendar day from 6 January 1980 to the end of 9999, or nothing if there is no such day.
 std::optional<std::chrono::sys_days> day_of(double year, double month, double day);
 
-/// `second` of a day of the time system, as GPS time: of UTC with its leap seconds (IERS Bulletin C).
+/// GPS time of a second of a day in a time system. UTC is converted with its leap seconds (IERS Bulletin C).
 GpsTime gps_time(std::chrono::sys_days day, double second, TimeSystem system);
-/// The same of a week and its seconds, counted in that time system.
+/// GPS time of a week and its seconds that count in a time system.
 GpsTime gps_time(const GpsTime& time, TimeSystem system);
 
-/// Times that have their week, as seconds of the week that the first is in; refuses one that does not increase.
+/// Converts times with a week into seconds of the week of the first time, and checks that they increase.
 class WeekTime {
  public:
-  /// Throws RowError of the row.
+  /// Throws RowError if the time does not increase.
   double next(const GpsTime& time, const RowSource& row);
 
  private:

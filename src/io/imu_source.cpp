@@ -13,8 +13,8 @@
 namespace piste {
 namespace {
 
-// Refuses a log of which a hundredth or more turns well faster than the sensor can tell: degrees declared as radians,
-// or the range of another sensor. Single glitches are left to be marked as clipped.
+// Throws if a hundredth or more of the rows are far beyond the sensor's range: then degrees were declared as radians,
+// or the sensor file is that of another sensor. Single glitches pass here, and are marked as clipped later.
 void check_range(const ImuRecording& imu, double range) {
   constexpr double kBeyond = 1.5, kPart = 0.01;
   if (range == 0) return;

@@ -1,5 +1,5 @@
 #pragma once
-/// JSON text. Members and items are JSON already.
+/// Builds JSON text. The values of objects and arrays are passed as JSON text.
 
 #include <fmt/format.h>
 
@@ -12,14 +12,14 @@
 
 namespace piste::json {
 
-/// A number, or null where it is none.
+/// A number, or null if it is not finite.
 inline std::string number(double value, int digits = 10) {
   return std::isfinite(value) ? fmt::format("{:.{}g}", value, digits) : "null";
 }
 
 inline std::string boolean(bool value) { return value ? "true" : "false"; }
 
-/// A string, which may stand inside a <script> element.
+/// A string. It is safe inside a <script> element.
 std::string string(std::string_view text);
 
 std::string array(const std::vector<std::string>& items);
@@ -37,7 +37,7 @@ using Members = std::vector<std::pair<std::string, std::string>>;
 
 /// An object on one line.
 std::string object(const Members& members);
-/// An object with a line to each member; the object itself stands in one that is `depth` deep.
+/// An object with one line for each member, at the indentation of `depth`.
 std::string object(const Members& members, int depth);
 
 }  // namespace piste::json

@@ -1,5 +1,5 @@
 #pragma once
-/// The readers behind log_io.h, one file a format, and what they share.
+/// The readers behind log_io.h, one source file for each format, and the checks that they share.
 
 #include "io/text_reader.h"
 #include "piste/io/log_io.h"
@@ -19,19 +19,20 @@ ImuRecording read_imu_xsens(const LogFile& log, RowFaults* faults);
 ImuRecording read_imu_imr(const LogFile& log, RowFaults* faults);
 AttitudeRecording read_attitude_inspva(const LogFile& log, RowFaults* faults);
 
-/// What stands between `$` and `*` of a sentence of NMEA 0183; none where that is not one with a right checksum.
+/// The text between `$` and `*` of a sentence of NMEA 0183, or nothing if the line is not a sentence with a right
+/// checksum.
 std::optional<std::string_view> nmea_body(std::string_view line);
 
-/// Refuses an angular rate [rad/s] that no sensor measures: degrees where radians are declared.
+/// Throws if an angular rate [rad/s] is larger than any sensor measures: then degrees were declared as radians.
 void check_rate(const Vector3d& rate, const RowSource& row);
 
-/// Refuses places outside the Earth's ranges and sigmas that are not above zero.
+/// Throws if latitude, longitude or height are impossible, or a sigma is not above zero.
 void check_fix(const GeodeticFix& fix, const RowSource& row);
 
-/// Refuses angles outside their ranges and sigmas that are not above zero.
+/// Throws if an angle is outside its range, or a sigma is not above zero.
 void check_attitude(const EulerFix& fix, const RowSource& row);
 
-/// Latitude and longitude in degrees, height in metres.
+/// A place from latitude and longitude in degrees and height in metres.
 inline Geodetic geodetic_degrees(double latitude, double longitude, double height) {
   return {latitude * kDegree, longitude * kDegree, height};
 }

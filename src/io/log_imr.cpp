@@ -15,7 +15,7 @@ namespace {
 constexpr std::string_view kMagic{"$IMURAW\0", 8};
 constexpr std::size_t kHeaderSize = 512, kRecordSize = 32;
 
-/// What the header says (NovAtel Waypoint, "IMR File": packed, version 8.90).
+/// The header (NovAtel Waypoint, "IMR File": packed, version 8.90).
 struct Header {
   std::endian order = std::endian::little;
   bool rotation_increments = false, velocity_increments = false;
@@ -28,7 +28,7 @@ class RecordReader : public RowSource {
   explicit RecordReader(const LogFile& log)
       : RowSource(log.file, Counts::kBytes), mapped_(log.content ? MappedFile(*log.content) : MappedFile(log.file)) {}
 
-  /// What is wrong with the header ends every reading.
+  /// Reads the header. An error in it always ends the reading.
   Header header() {
     if (!text().starts_with(kMagic)) refuse(0, "the file does not begin with $IMURAW; it is no log in the format imr");
     if (text().size() < kHeaderSize) refuse(0, fmt::format("the header of {} bytes is cut", kHeaderSize));
@@ -106,7 +106,7 @@ class RecordReader : public RowSource {
   std::size_t next_ = kHeaderSize;
 };
 
-// Refuses records whose median interval is not that of the rate.
+// Throws if the median interval of the records does not fit the rate in the header.
 void check_interval(const ImuRecording& imu, double rate) {
   if (imu.time.size() < 3) return;
   std::vector<double> intervals(imu.time.size() - 1);
@@ -127,7 +127,7 @@ ImuRecording read_imu_imr(const LogFile& log, RowFaults* faults) {
   const Header header = reader.header();
   ImuRecording imu;
   imu.file = log.file;
-  // Where only one of the two comes as increments, that one is made a rate, by the rate of the header.
+  // If only one of the two is given as increments, it is converted to rates, by the rate in the header.
   imu.increments = header.rotation_increments && header.velocity_increments;
   const double gyro_scale =
       header.gyro_scale * kDegree * (header.rotation_increments && !imu.increments ? header.rate : 1);

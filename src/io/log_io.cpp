@@ -19,7 +19,7 @@ namespace {
   throw ConfigError(log.file, fmt::format("{} is read from {}", kind, formats));
 }
 
-// What a log of this format must hold to be of use.
+// What a log of this format must have, in words for an error.
 std::string_view needed(LogFormat format) {
   switch (format) {
     case LogFormat::kNmea:
@@ -43,7 +43,7 @@ void require_rows(const Fixes& fixes, const LogFile& log, std::string_view what)
   if (fixes.empty()) throw DataError(log.file + ":1", fmt::format("holds no {}{}", what, needed(log.format)));
 }
 
-// Gravity stands in every accelerometer record: its median tells the unit, whatever single glitches say.
+// Checks the unit of the specific force: its median must be near gravity. Single glitches do not change the median.
 void check_gravity(const ImuRecording& imu) {
   std::vector<double> forces;
   forces.reserve(imu.time.size());

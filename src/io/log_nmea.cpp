@@ -25,7 +25,7 @@ struct Place {
   FixQuality quality = FixQuality::kUnknown;
 };
 
-/// What one sentence tells.
+/// The contents of one sentence.
 struct Told {
   std::optional<double> time_of_day;
   bool opens_epoch = false;  ///< its time of day is that of the fix
@@ -174,7 +174,7 @@ Told read_zda(const Sentence& s) {
   return told;
 }
 
-/// Reads the line on which `reader` stands; nothing of a sentence that is passed over.
+/// Reads the current line of `reader`. The result is empty for a sentence that is skipped.
 Told read_sentence(TextReader& reader) {
   if (!reader.line().starts_with('$') && !reader.line().starts_with('!')) {
     reader.fail("no NMEA sentence: `$…*HH` is expected; is the line cut, or the log a binary one (format: ubx)?",
@@ -197,7 +197,8 @@ Told read_sentence(TextReader& reader) {
   return {};
 }
 
-/// The day of each time of day, in order: the next one where the time falls back by half a day, or the one stated.
+/// The day of each time of day, in order. A new day begins where the time falls back by more than half a day, or where
+/// a sentence states a date.
 class Calendar {
  public:
   explicit Calendar(sys_days first) : day_(first) {}
@@ -216,7 +217,8 @@ class Calendar {
   double last_ = 0;
 };
 
-/// The day of the first time of day: of the first date, less the midnights before it. None where there is no date.
+/// The day of the first time of day: the first stated date less the number of midnights before it. Nothing if no date
+/// is stated.
 std::optional<sys_days> first_day(const LogFile& log) {
   TextReader reader(log.file, TextReader::Separator::kComma, log.content);
   Calendar from_zero{sys_days{}};
@@ -226,13 +228,13 @@ std::optional<sys_days> first_day(const LogFile& log) {
       if (!told.time_of_day) continue;
       const auto passed = from_zero.pass(*told.time_of_day, std::nullopt).time_since_epoch();
       if (told.date) return *told.date - passed;
-    } catch (const RowError&) {  // told when its row is read
+    } catch (const RowError&) {  // it is reported when its row is read
     }
   }
   return std::nullopt;
 }
 
-/// What the sentences of one time of day tell.
+/// The contents of all sentences with the same time of day.
 struct Epoch : Told {
   sys_days day;
   std::size_t line = 0;  ///< of the place

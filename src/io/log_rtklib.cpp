@@ -16,7 +16,7 @@ namespace {
 constexpr std::array<std::pair<std::string_view, TimeSystem>, 3> kTimeSystems{
     {{"GPST", TimeSystem::kGps}, {"UTC", TimeSystem::kUtc}, {"JST", TimeSystem::kJapan}}};
 
-/// What the header says of the columns.
+/// The columns, from the header.
 struct Header {
   TimeSystem system = TimeSystem::kGps;
   bool sexagesimal = false;
@@ -93,10 +93,10 @@ double angle_of(const TextReader& reader, std::size_t& field, bool sexagesimal) 
   return sign * (degrees + minutes / 60 + seconds / 3600);
 }
 
-// Ends every reading: no row can be told without a header.
+// Always ends the reading: without a header no row can be read.
 [[noreturn]] void refuse(const TextReader& reader, const std::string& what) { throw DataError(reader.where(), what); }
 
-// The header line that names the columns; none where the line is another comment.
+// The header line that names the columns, or nothing if the line is another comment.
 std::optional<Header> header_of(const TextReader& reader) {
   const std::string_view line = reader.line();
   if (line.find("ecef(m)") != std::string_view::npos || line.find("-baseline(m)") != std::string_view::npos) {

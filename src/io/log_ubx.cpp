@@ -20,7 +20,8 @@ class FrameReader : public RowSource {
   explicit FrameReader(const LogFile& log)
       : RowSource(log.file, Counts::kBytes), mapped_(log.content ? MappedFile(*log.content) : MappedFile(log.file)) {}
 
-  /// Goes to the next frame; false at the end of the file. After what it refuses it goes on at the next sync.
+  /// Goes to the next frame; false at the end of the file. After a frame that cannot be read it continues at the next
+  /// sync.
   bool next() {
     while (next_ < text().size()) {
       place = next_;
@@ -68,7 +69,7 @@ class FrameReader : public RowSource {
     next_ = place + kHead + length + kChecksum;
   }
 
-  // With its line end; 0 where `rest` begins with none.
+  // Length of the sentence at the beginning of `rest`, with its line end; 0 if there is none.
   static std::size_t sentence_length(std::string_view rest) {
     if (!rest.starts_with('$')) return 0;
     const std::size_t end = rest.substr(0, kLongestSentence).find('\n');
@@ -88,7 +89,8 @@ class FrameReader : public RowSource {
   std::string_view payload_;
 };
 
-/// NAV-PVT (u-blox 8 / M8 receiver description, 32.17.15); of generation 7 it has 84 bytes, without what is not read.
+/// NAV-PVT (u-blox 8 / M8 receiver description, 32.17.15). That of generation 7 has only 84 bytes, which include all
+/// that is read.
 class NavPvt {
  public:
   explicit NavPvt(const FrameReader& frame) : frame_(frame), bytes_(frame.payload()) {
@@ -126,11 +128,11 @@ class NavPvt {
   Geodetic position() const {
     return geodetic_degrees(at<std::int32_t>(28) * 1e-7, at<std::int32_t>(24) * 1e-7, at<std::int32_t>(32) * 1e-3);
   }
-  Vector3d sigma_position() const {  // the horizontal one is of both axes together
+  Vector3d sigma_position() const {  // the receiver gives one horizontal value for both axes together
     const double horizontal = at<std::uint32_t>(40) * 1e-3 / std::sqrt(2.0);
     return {horizontal, horizontal, at<std::uint32_t>(44) * 1e-3};
   }
-  FixVelocity velocity() const {  // the accuracy is that of the speed in space
+  FixVelocity velocity() const {  // the receiver gives one value for the speed in space
     return {Vector3d(at<std::int32_t>(48), at<std::int32_t>(52), at<std::int32_t>(56)) * 1e-3,
             Vector3d::Constant(at<std::uint32_t>(68) * 1e-3 / std::sqrt(3.0))};
   }

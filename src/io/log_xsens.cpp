@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kCounts = 65536;
 
-/// Columns that Xsens writes and nobody here needs: names, and beginnings of names that end in `_`, `[` or `:`.
+/// Columns of Xsens that are not used: names, or beginnings of names that end in `_`, `[` or `:`.
 constexpr std::array<std::string_view, 30> kOthers{"Quat_",
                                                    "q0",
                                                    "q1",
@@ -54,7 +54,7 @@ bool is_other(std::string_view column) {
   });
 }
 
-/// The rate [Hz] of `// Sample rate: 50.0Hz` or `// Update Rate: 100.0Hz`; none where the comment says something else.
+/// The rate [Hz] from a comment `// Sample rate: 50.0Hz` or `// Update Rate: 100.0Hz`, or nothing for another comment.
 std::optional<double> rate_of(const TextReader& reader) {
   constexpr double kSlowest = 0.01, kFastest = 1e5;  // Hz
   std::string_view text = reader.line();
@@ -80,7 +80,7 @@ struct Columns {
   std::optional<std::size_t> temperature;
 };
 
-/// Reads the line of column names. What is wrong with it ends every reading.
+/// Reads the line of column names. An error in it always ends the reading.
 class Header {
  public:
   Header(const TextReader& reader, const std::vector<std::string>& ignored) : where_(reader.where()) {
@@ -145,7 +145,7 @@ Vector3d three(const TextReader& reader, const std::array<std::size_t, 3>& place
   return {reader.number(places[0]), reader.number(places[1]), reader.number(places[2])};
 }
 
-/// Counts on where the 16 bits of the packet counter begin anew.
+/// Unwraps the 16-bit packet counter.
 class PacketCounter {
  public:
   /// Packets since the first.

@@ -28,7 +28,7 @@ OutputFolder::OutputFolder(std::filesystem::path folder) : folder_(std::move(fol
 OutputFolder::~OutputFolder() {
   std::error_code ignored;
   for (const Pending& p : pending_) std::filesystem::remove(p.beside, ignored);
-  // Innermost first; one that holds something else stays.
+  // The innermost folder first; a folder that has other files stays.
   for (auto folder = made_.rbegin(); folder != made_.rend(); ++folder) std::filesystem::remove(*folder, ignored);
 }
 

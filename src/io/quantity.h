@@ -1,5 +1,5 @@
 #pragma once
-/// How files show what a run estimates beyond navigation.
+/// The estimates beyond navigation as files show them.
 
 #include <string>
 #include <utility>
@@ -9,18 +9,19 @@
 
 namespace piste {
 
-/// Three axes of values and sigmas that a file shows: a block, or bias and drift together.
+/// Values and sigmas of up to three axes: those of a block, or of the sum of bias and drift.
 struct Quantity {
   std::string name;
-  Block block;  ///< gives unit and axes
-  bool total;   ///< with the drift of the same triad
+  Block block;  ///< whose unit and axes it has
+  bool total;   ///< whether the drift of the same triad is added
   int size() const { return info(block).size; }
 };
 
 /// The estimated blocks beyond navigation, then the total biases.
 std::vector<Quantity> quantities_of(const StateLayout& layout);
 
-/// Value and sigma in the unit of the block; a scalar stands first. Boresight as Euler angles of R_rb.
+/// Value and sigma in the unit of the block. A scalar is the first component. The boresight is given as Euler angles of
+/// R_rb.
 std::pair<Vector3d, Vector3d> shown(const Quantity& q, const Estimate& x, const Sigmas& s);
 
 }  // namespace piste

@@ -21,7 +21,7 @@ Block block_named(const Config& config, const std::string& name) {
                                       near ? fmt::format(", perhaps `{}`", *near) : "", fmt::join(names, ", ")));
 }
 
-// Refuses what has nothing to be observed by.
+// Throws if the run has no source that observes the block.
 void check_sources(const Config& config, Block block, const FilterOptions& filter) {
   const BlockInfo& row = info(block);
   const bool there = row.observed ? row.observed(filter) : !row.implied || row.process(filter);
@@ -30,7 +30,7 @@ void check_sources(const Config& config, Block block, const FilterOptions& filte
   }
 }
 
-// The key `sigma`, of logs in the format that may be without sigmas.
+// Reads the key `sigma`, which only logs of `format` may have.
 void read_stated_sigma(const Config& source, const Dimension& dimension, std::string_view example, LogFormat format,
                        LogFile& log) {
   if (!source.has("sigma")) return;

@@ -1,5 +1,6 @@
 #pragma once
-/// Keys that say how a recording is replayed, wherever they stand: in the configuration of `replay`, in a scenario.
+/// Reads the keys that say how a recording is replayed. They stand in the configuration of `replay`, in that of `study`
+/// and in scenarios.
 
 #include <vector>
 
@@ -11,25 +12,26 @@
 
 namespace piste {
 
-/// The blocks that `estimate` names, or `fallback` where the key is absent, and the drift of every source of `filter`
-/// that has one. A bias or scale whose sigma is 0 in the sensor of `filter`, and a drift without a process, are left
-/// out. Throws ConfigError on a block that is unknown, stands twice, or has nothing to be observed by.
+/// The blocks that the key `estimate` names, or `fallback` if it is missing, and the drift of every source of `filter`
+/// that has one. A block for which the sensor of `filter` has no error is left out: a bias or scale whose sigma is 0, a
+/// drift without a process. Throws ConfigError if a block is unknown, stands twice, or has no source that observes it.
 std::vector<Block> read_estimate(const Config& config, const FilterOptions& filter, std::vector<Block> fallback = {});
 
-/// The log of a receiver: file, format and ignore_columns, and `sigma` (north, east, down) of an nmea log without GST
-/// and `sigma_velocity` (of north and of east) of one whose RMC is to be used. Throws ConfigError.
+/// Reads the log of a receiver: the keys file, format and ignore_columns; for nmea also `sigma` (north, east, down) if
+/// the log has no GST, and `sigma_velocity` (north and east) if its RMC is to be used. Throws ConfigError.
 LogFile read_gnss_file(const Config& source, DataFile data = DataFile::kMustExist);
 
-/// The log of a reference attitude: the same keys, `sigma` (roll, pitch, heading) of an inspva log without INSPVAXA.
+/// Reads the log of a reference attitude: the keys file, format and ignore_columns; for inspva also `sigma` (roll,
+/// pitch, heading) if the log has no INSPVAXA. Throws ConfigError.
 LogFile read_attitude_file(const Config& source);
 
-/// The keys lever_arm, use and drift of a receiver, whose log gives the name. Throws ConfigError.
+/// Reads the keys lever_arm, use and drift of a receiver. Its name is that of its log. Throws ConfigError.
 GnssOptions read_gnss_options(const Config& source, const LogFile& log);
 
-/// The list `outages` of [start, length], as intervals; none where the key is absent. Throws ConfigError.
+/// Reads the list `outages` of pairs [start, length]. Empty if the key is missing. Throws ConfigError.
 std::vector<Interval> read_outages(const Config& config);
 
-/// The key `span: {start, end}`; {0, 0} is all.
+/// Reads the key `span: {start, end}`. {0, 0} is the whole log. Throws ConfigError.
 Interval read_span(const Config& config);
 
 }  // namespace piste

@@ -76,7 +76,7 @@ std::string navigation_csv(const Solution& solution) {
 
 AttitudeRecording attitude_recording(const Solution& solution, double rate) {
   AttitudeRecording out;
-  // An epoch is taken where none of its neighbours is nearer to the multiple of 1 / rate that is nearest to it.
+  // An epoch is taken if neither of its neighbours is nearer to the same multiple of 1 / rate.
   const auto place = [&](std::size_t i) { return std::round(solution.time(i) * rate); };
   const auto off = [&](std::size_t i) { return std::abs(solution.time(i) * rate - place(i)); };
   for (std::size_t i = 0; i < solution.size(); ++i) {

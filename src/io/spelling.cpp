@@ -7,7 +7,7 @@
 namespace piste {
 
 std::string yaml_text(std::string_view text) {
-  // Single quotes fold line ends; where there are control characters only double quotes keep what stands.
+  // Single quotes would fold line ends: text with control characters needs double quotes.
   const bool plain = std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7F; });
   std::string out(1, plain ? '\'' : '"');
   for (const char c : text) {

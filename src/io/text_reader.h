@@ -1,5 +1,5 @@
 #pragma once
-/// Lines of numbers from a text file, strictly: what is no number is a RowError `FILE:LINE: …`.
+/// Reads lines of numbers from a text file. Text where a number is expected is a RowError `FILE:LINE: …`.
 
 #include <optional>
 #include <string>
@@ -10,12 +10,12 @@
 
 namespace piste {
 
-/// Bytes of a file, mapped into memory; or bytes that are there already.
+/// The bytes of a file, mapped into memory; or bytes that are in memory already.
 class MappedFile {
  public:
-  /// Throws DataError where the file cannot be read.
+  /// Throws DataError if the file cannot be read.
   explicit MappedFile(const std::string& file);
-  /// Bytes that another keeps.
+  /// Bytes in memory, which must outlive this object.
   explicit MappedFile(std::string_view content) : text_(content) {}
   ~MappedFile();
   MappedFile(const MappedFile&) = delete;
@@ -27,7 +27,8 @@ class MappedFile {
   bool mapped_ = false;
 };
 
-/// Goes through a file line by line and cuts each into fields. Empty lines are passed over; LF and CRLF both end one.
+/// Goes through a file line by line and splits each line into fields. Empty lines are skipped. A line ends with LF or
+/// CRLF.
 class TextReader : public RowSource {
  public:
   enum class Separator {
@@ -35,7 +36,8 @@ class TextReader : public RowSource {
     kTab,     ///< one tab, spaces around it ignored
     kSpaces,  ///< any run of spaces, tabs, commas and semicolons
   };
-  /// Throws DataError where the file cannot be read. With `content`, that is read and `file` only names it.
+  /// Throws DataError if the file cannot be read. If `content` is given, it is read instead of the file, and `file` is
+  /// only its name in errors.
   TextReader(const std::string& file, Separator separator, std::optional<std::string_view> content = {});
 
   /// Goes to the next line that is not empty; false at the end of the file.
@@ -43,9 +45,9 @@ class TextReader : public RowSource {
   /// The line without its end, and its fields.
   std::string_view line() const { return line_; }
   const std::vector<std::string_view>& fields() const { return fields_; }
-  /// Cuts another text into fields than the whole line: a part of it.
+  /// Splits a part of the line into fields instead of the whole line.
   void split(std::string_view text);
-  /// Field i as a finite number; a leading `+` is taken.
+  /// Field i as a finite number. A leading `+` is allowed.
   double number(std::size_t i) const;
 
   std::size_t line_number() const { return place; }
@@ -57,13 +59,13 @@ class TextReader : public RowSource {
   std::vector<std::string_view> fields_;
 };
 
-/// Times of one file: refuses one that does not increase.
+/// Checks that the times of a file increase.
 class IncreasingTime {
  public:
-  /// Seconds of week, as seconds of the week that the file begins in: continues past 604800 where the week rolls over.
-  /// Throws RowError of the row.
+  /// Takes the next time as seconds of week, and returns it as seconds of the week in which the file begins: after a
+  /// week rollover it continues past 604800. Throws RowError if it does not increase.
   double next(double seconds_of_week, const RowSource& row);
-  /// The same of a time that counts on already.
+  /// The same for a time that does not start again with each week.
   double later(double time, const RowSource& row);
 
  private:

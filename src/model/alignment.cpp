@@ -17,8 +17,8 @@ Matrix3d best_rotation(std::span<const VectorPair> pairs) {
   return solve_wahba(B).R;
 }
 
-// Of the rotation vector in w. All noise is taken for that of the fixes, and not below what they say of themselves;
-// nullopt where a direction stays undetermined.
+// Covariance of the rotation vector in w. All noise is taken to be that of the fixes, and to be no smaller than they
+// state. nullopt if the pairs do not determine every direction.
 std::optional<Matrix3d> covariance_of(const Matrix3d& R, std::span<const VectorPair> pairs) {
   Matrix3d information = Matrix3d::Zero();
   double chi2 = 0, rows = 0;
@@ -34,7 +34,8 @@ std::optional<Matrix3d> covariance_of(const Matrix3d& R, std::span<const VectorP
   return std::max(1.0, chi2 / rows) * lu.inverse();
 }
 
-// Velocity at the first fix, from what the rotation leaves: the mean of the velocities, or the slope of the positions.
+// Velocity at the first fix, from the vectors after the rotation: the mean of the velocities, or the slope of the
+// positions.
 Vector3d initial_velocity(const Matrix3d& R, const WindowPairs& pairs) {
   if (pairs.velocity.empty()) {
     const VectorPair &a = pairs.position.front(), &b = pairs.position.back();
@@ -45,7 +46,7 @@ Vector3d initial_velocity(const Matrix3d& R, const WindowPairs& pairs) {
   return sum / static_cast<double>(pairs.velocity.size());
 }
 
-// Position at the first fix, likewise. @pre positions were used
+// Position at the first fix, in the same way. @pre positions were used
 Vector3d initial_position(const Matrix3d& R, const Vector3d& v_wb, const std::vector<VectorPair>& position) {
   Vector3d sum = Vector3d::Zero();
   for (const VectorPair& p : position) sum += p.beta - R * p.alpha - p.time * v_wb;

@@ -7,7 +7,7 @@ constexpr int kRho = full_offset(Block::kPosition);
 constexpr int kNu = full_offset(Block::kVelocity);
 constexpr int kTheta = full_offset(Block::kAttitude);
 
-// What a block contributes to (e_g, e_a): its half, and the factor of each axis.
+// How a block adds to (e_g, e_a): to which of the two, and with which factor on each axis.
 struct ImuBlock {
   Block block;
   int half;
@@ -25,8 +25,8 @@ Vector3d factor_of(const ImuBlock& b, const Transition& t) {
 std::size_t at(int k) { return static_cast<std::size_t>(k); }
 std::size_t slot(Block b) { return at(index_of(b)); }
 
-// Φ told state by state, beyond the navigation: each decays, and some act on the navigation rows through one column of
-// `mixer` = (navigation | imu).
+// Φ state by state, beyond the navigation states. Each state decays, and some act on the navigation rows, through one
+// column of `mixer` = (navigation | imu).
 constexpr int kNavigation = 9;
 constexpr int kInputs = 15;  // navigation, e_g and e_a
 using Mixer = Eigen::Matrix<double, kNavigation, kInputs>;
@@ -95,8 +95,7 @@ PISTE_WIDE void onto_inputs(const Mixer& mixer, const Columns<kNavigation>& in, 
 Transition linearize(const Estimate& x, const Estimate& end, const ImuStep& s, const Vector3d& earth_rate,
                      const Gravity& gravity, const StepNoise& noise, const Vector3d* standing) {
   Transition t;
-  // At rest the measured rate is noise alone: a scale regressed on it would be pulled to where the noise of both
-  // agrees.
+  // At rest the measured rate is noise alone, and would give false information on the scale.
   t.rate = standing ? Vector3d::Zero().eval() : s.mean_rate();
   t.force = standing ? *standing : s.mean_force();
   t.decay.fill(1);
@@ -125,7 +124,7 @@ Transition linearize(const Estimate& x, const Estimate& end, const ImuStep& s, c
   B.block<3, 3>(kNu, 3) = -R_mid * (1 + x.accel_scale.array()).inverse().matrix().asDiagonal();
   t.imu.noalias() = integral * B;
 
-  // Trapezoid of ∫ Φ B N Bᵀ Φᵀ; ∫Φ B / dt stands for the middle of the step.
+  // ∫ Φ B N Bᵀ Φᵀ over the step, by its value in the middle of the step, where Φ B is nearly ∫Φ B / dt.
   Eigen::Matrix<double, 6, 1> density;
   density << noise.gyro, noise.accel;
   const Matrix96d middle = t.imu / dt;
@@ -164,7 +163,8 @@ void add_processes(Transition& t, const StateLayout& layout, const FilterOptions
 void propagate(Covariance& P, const StateLayout& layout, const Transition& t) {
   const int n = layout.size();
   const Structure s(layout, t);
-  // Every error before the step (rows) against the inputs of the navigation rows, then against those rows after it.
+  // Covariance of every error before the step (rows) with the inputs of the navigation rows, then with the navigation
+  // rows after the step.
   Columns<kInputs> inputs;
   inputs.leftCols<kNavigation>().topRows(n) = P.leftCols<kNavigation>();
   inputs.rightCols<6>().topRows(n).setZero();
@@ -174,7 +174,7 @@ void propagate(Covariance& P, const StateLayout& layout, const Transition& t) {
   Columns<kNavigation> after;
   onto_navigation(s.mixer, inputs, n, after);
 
-  // The same once more for the navigation rows themselves.
+  // The same for the navigation rows themselves.
   inputs.leftCols<kNavigation>().topRows<kNavigation>() = after.topRows<kNavigation>().transpose();
   inputs.rightCols<6>().topRows<kNavigation>().setZero();
   for (int k = kNavigation; k < n; ++k) {
@@ -209,12 +209,12 @@ void propagate(Covariance& P, const StateLayout& layout, const Transition& t) {
 void propagate_adjoint(ErrorVector& lambda, Covariance& Lambda, const StateLayout& layout, const Transition& t) {
   const int n = layout.size();
   const Structure s(layout, t);
-  // Λ Φ by columns: those of the inputs first, which every state's own column then takes its part of.
+  // Λ Φ by columns: first those of the inputs; the column of each state is then made of them.
   Columns<kNavigation> navigation;
   navigation.topRows(n) = Lambda.leftCols<kNavigation>();
   Columns<kInputs> through;
   onto_inputs(s.mixer, navigation, n, through);
-  // Rows of the navigation in Λ Φ, one a column here, and Φᵀ of them.
+  // The navigation rows of Λ Φ, stored as columns, and Φᵀ times them.
   navigation.topRows<kNavigation>() = through.topLeftCorner<kNavigation, kNavigation>().transpose();
   for (int k = kNavigation; k < n; ++k) {
     navigation.row(k) = s.decay[at(k)] * navigation.row(k);

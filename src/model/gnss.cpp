@@ -3,10 +3,10 @@
 namespace piste {
 namespace {
 
-// The antenna in w, and what its velocity owes to the body's.
+// The antenna in w: lever arm, velocity by rotation, velocity and acceleration.
 struct Antenna {
   Vector3d arm, swing, velocity, acceleration;
-  Matrix3d R_wb, rate_to_velocity;  // R [l]: of an error in the corrected rate, with a minus
+  Matrix3d R_wb, rate_to_velocity;  // R [l], minus the derivative of the velocity by the corrected rate
 };
 
 Antenna antenna_of(const Estimate& x, const BodyMotion& m, const Vector3d& earth_rate, const Gravity& gravity) {
@@ -20,8 +20,8 @@ Antenna antenna_of(const Estimate& x, const BodyMotion& m, const Vector3d& earth
   return a;
 }
 
-// Adds `factor` times the derivative of the antenna's velocity by attitude and the gyro's errors. `carried` is what
-// turns with the attitude: v + R (ω × l).
+// Adds `factor` times the derivative of the antenna's velocity by the attitude and by the gyroscopes' errors.
+// `carried`: the part of the velocity that rotates with the attitude, v + R (ω × l).
 void add_turning(Linearization& lin, double factor, const Matrix3d& extra_attitude, const Antenna& a, const Estimate& x,
                  const BodyMotion& m, const Vector3d& earth_rate, const Vector3d& carried) {
   // δv_a = ν + θ × (v + R(ω × l)) − ω_ie × (θ × R l) + R [l] (1+s)⁻¹ e_g, as δω = −(1+s)⁻¹ e_g.
@@ -79,7 +79,8 @@ Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const Bo
   const Matrix3d E = skew(earth_rate);
   const Matrix3d turn = delay * (skew(a.R_wb * motion.force) - 2 * E * skew(x.v_wb));
   const Matrix3d accel = delay * a.R_wb * (1 + x.accel_scale.array()).inverse().matrix().asDiagonal();
-  // A scale must not be regressed on the rate's noise, which the lever arm takes into the residual too.
+  // At rest the measured rate is noise, which the lever arm takes into the residual too: it must not look like an
+  // effect of the scale.
   const BodyMotion turning{.rate = still ? Vector3d::Zero().eval() : motion.rate, .force = motion.force};
   add_turning(lin, 1, turn, a, x, turning, earth_rate, carried);
   lin.add(Block::kPosition, -delay * gravity.gradient);

@@ -5,8 +5,8 @@
 namespace piste {
 namespace {
 
-constexpr int kMostSteps = 20;        // Newton's method doubles its digits in each
-constexpr double kConverged = 1e-15;  // last step over signal and bias
+constexpr int kMostSteps = 20;        // of Newton's method, each of which doubles the number of right digits
+constexpr double kConverged = 1e-15;  // size of the last step relative to signal and bias
 
 Vector3d true_signal(const Vector3d& measured, const KnownTriadErrors& e) {
   const double enough = kConverged * (measured.norm() + e.bias.norm());

@@ -22,7 +22,7 @@ ImuStep make_step(const ImuSample* before, const ImuSample& now, const ImuSample
   const bool left = before && touches(*before, now), right = after && touches(now, *after);
   if (left && right) {
     const auto l = slopes(*before, now), r = slopes(now, *after);
-    // The parabola whose means over the three intervals are theirs, for any lengths.
+    // The slope of the parabola that has the three samples' means over their intervals, for any lengths.
     const double wl = now.interval + 2 * after->interval, wr = now.interval + 2 * before->interval;
     step.rate_slope = (wl * l.first + wr * r.first) / (wl + wr);
     step.force_slope = (wl * l.second + wr * r.second) / (wl + wr);
@@ -66,7 +66,7 @@ Vector3d sculled_velocity(const ImuStep& s) {
     k2 = (1 - std::sin(angle) / angle) / a2;
   }
   const Vector3d au = a.cross(u);
-  // Of the lines' slopes: one cross product, then two, without which velocity is of third order only.
+  // Terms of the slopes: with one cross product, and with two; without the latter the velocity is of third order only.
   const Vector3d a_slope = a.cross(s.force_slope);
   const Vector3d sculling = a_slope + u.cross(s.rate_slope) + 0.5 * (a.cross(a_slope) - s.rate_slope.cross(au));
   return u + k1 * au + k2 * a.cross(au) + (s.dt * s.dt / 12) * sculling;
@@ -80,7 +80,7 @@ void mechanize(Estimate& x, const ImuStep& s, const Vector3d& earth_rate, const 
   const Vector3d p_mid = x.p_wb + 0.5 * dt * x.v_wb;
   const Vector3d v_mid = x.v_wb + 0.5 * (turned + dt * gravity.at(p_mid));
   const Vector3d v_end = x.v_wb + turned + dt * (gravity.at(p_mid) - 2 * earth_rate.cross(v_mid));
-  // The trapezoid of velocity misses dt³/12 of the jerk, R (slope + ω × f).
+  // The trapezoidal rule for the velocity leaves out dt³/12 of the jerk, R (slope + ω × f).
   const Vector3d jerk = x.q_wb * (s.force_slope + s.dtheta.cross(s.dvel) / (dt * dt));
   x.p_wb += 0.5 * dt * (x.v_wb + v_end) - (dt * dt * dt / 12) * jerk;
   x.v_wb = v_end;

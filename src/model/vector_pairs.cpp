@@ -5,7 +5,7 @@
 namespace piste {
 namespace {
 
-// Attitude against the axes of the start, and the integrals of force turned into them.
+// Rotation since the start, and the integrals of the specific force in the body axes of the start.
 struct Reckoned {
   Quaterniond C = Quaterniond::Identity();
   Vector3d u = Vector3d::Zero(), s = Vector3d::Zero();

@@ -30,7 +30,7 @@ std::string text(double x, double y, std::string_view anchor, std::string_view s
 
 constexpr std::string_view kSoft = " class=\"tick\"";
 
-// What the colours mean, from −1 to 1.
+// The key of the colours, from −1 to 1.
 std::string key(double x, double y) {
   std::string out;
   for (int step = -kKeySteps; step <= kKeySteps; ++step) {

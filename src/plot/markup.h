@@ -1,5 +1,5 @@
 #pragma once
-/// Text inside markup.
+/// Prepares text and numbers for HTML, SVG and KML.
 
 #include <string>
 #include <string_view>
@@ -10,7 +10,7 @@ namespace piste {
 /// characters that XML forbids become U+FFFD.
 std::string escape_markup(std::string_view text);
 
-/// `value` as print has it: "−0.250" with a real minus sign, and never "−0".
+/// `value` with `decimals` digits after the point and a typographic minus sign, such as "−0.250". Never "−0".
 std::string decimal(double value, int decimals);
 
 }  // namespace piste

@@ -48,7 +48,7 @@ std::string log_tick_text(double value) {
   return out;
 }
 
-/// Least and greatest of what can be drawn, in units of the axis: of logarithms where it is logarithmic.
+/// Smallest and largest value of an axis; of a logarithmic one, their logarithms.
 struct Range {
   bool log = false;
   double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
@@ -63,7 +63,7 @@ struct Range {
   void cover(const std::vector<double>& values) {
     for (const double value : values) cover(value);
   }
-  /// Never empty and never a point, and with a little room at both ends.
+  /// Makes sure that the range is not empty and not a single point, and adds a little room at both ends.
   void settle() {
     if (low > high) low = 0, high = 1;
     if (high - low < 1e-12 * std::max({1.0, std::abs(low), std::abs(high)})) low -= 0.5, high += 0.5;
@@ -178,7 +178,7 @@ Plot::Frame Plot::frame() const {
   }
   f.x.settle();
   f.y.settle();
-  // Names stand in the middle of their share; those of y go downwards.
+  // A name stands in the middle of its part of the axis; names of y go downwards.
   if (!x_.names.empty()) f.x.low = -0.5, f.x.high = static_cast<double>(x_.names.size()) - 0.5;
   if (!y_.names.empty()) f.y.high = -0.5, f.y.low = static_cast<double>(y_.names.size()) - 0.5;
   if (x_limit_) f.x.low = f.x.place((*x_limit_)[0]), f.x.high = f.x.place((*x_limit_)[1]);
@@ -206,7 +206,7 @@ std::string Plot::axes(const Frame& f) const {
     if (!axis.names.empty()) return escape_markup(axis.names[i]);
     return axis.log ? log_tick_text(ticks[i]) : tick_text(ticks[i], ticks.size() > 1 ? ticks[1] - ticks[0] : 1.0);
   };
-  // Between names, and at numbers.
+  // Grid lines stand between names, or at numbers.
   const auto grid_at = [](const Axis& axis, double tick) { return axis.names.empty() ? tick : tick - 0.5; };
   const auto x_ticks = ticks_of(x_, f.x, (f.right - f.left) / 90), y_ticks = ticks_of(y_, f.y, (f.bottom - f.top) / 55);
   std::string out;
@@ -296,7 +296,7 @@ std::string Plot::draw(const Mark& m, bool below, const Frame& f) {
       escape_markup(m.name));
 }
 
-// Of each named series: x, and y below the first row [px].
+// Places in the legend of the named series: x, and y below the first row [px].
 std::vector<std::array<double, 2>> Plot::legend_places() const {
   std::vector<std::array<double, 2>> places;
   double x = kLeft, y = 0;
@@ -335,13 +335,13 @@ std::string Plot::render() const {
   const Frame f = frame();
   std::string out = svg::open(width_, height_, description_.empty() ? title_ : description_);
   out += axes(f);
-  if (x_limit_ || y_limit_) {  // an <svg> inside cuts off what lies beyond it
+  if (x_limit_ || y_limit_) {  // an inner <svg> cuts off what lies beyond it
     out += fmt::format(R"(<svg x="{0}" y="{1}" width="{2}" height="{3}" viewBox="{0} {1} {2} {3}">)", f.left, f.top,
                        f.right - f.left, f.bottom - f.top);
   }
   for (const Series& s : series_) out += draw(s, f);
   if (x_limit_ || y_limit_) out += "</svg>\n";
-  bool below = false;  // names of marks that coincide stay apart
+  bool below = false;  // names of coinciding marks stand above and below
   for (const Mark& m : marks_) {
     out += draw(m, below, f);
     below = !below;

@@ -1,5 +1,5 @@
 #pragma once
-/// Pictures of y against x, as SVG that stands alone or inside a page, in light and in dark.
+/// Draws y over x. The SVG works as a file and inside a page, on light and on dark ground.
 
 #include <array>
 #include <optional>
@@ -12,24 +12,24 @@ namespace piste {
 /// @pre low < high, wanted ≥ 1.
 std::vector<double> nice_ticks(double low, double high, int wanted);
 
-/// Ascending 1, 2 and 5 times powers of ten inside [low, high], the powers alone where they are three or more, and
-/// nice_ticks where all of them are fewer.
+/// Ticks of a logarithmic axis inside [low, high], ascending: the powers of ten if there are at least three of them,
+/// else 1, 2 and 5 times powers of ten if these are at least three, else nice_ticks.
 /// @pre 0 < low < high.
 std::vector<double> log_ticks(double low, double high);
 
-/// One picture. Colours are numbers, 0 to 6, of a palette that colour-blind readers can tell apart. Points with a
-/// coordinate that is not finite break a line and are left out elsewhere.
+/// One picture. Colours are numbers, 0 to 6, of a palette that colour-blind readers can distinguish. A point with a
+/// coordinate that is not finite interrupts a line, and is left out of other series.
 class Plot {
  public:
   struct Axis {
     std::string label;               ///< with its unit: "east [m]"
-    std::vector<double> ticks = {};  ///< empty = nice ones
-    bool log = false;                ///< logarithmic: what is not above 0 is as if it were not finite
-    /// Instead of numbers, what stands at 0, 1, 2, …, from the left or from the top.
+    std::vector<double> ticks = {};  ///< empty = chosen by the picture
+    bool log = false;                ///< logarithmic; values that are not above 0 are treated as not finite
+    /// Names instead of numbers, at 0, 1, 2, …, from the left or from the top.
     std::vector<std::string> names = {};
   };
 
-  /// `title` is shown above the picture; `description`, read aloud by screen readers, may say more.
+  /// `title` is shown above the picture. `description` is for screen readers, and may say more.
   Plot(std::string title, Axis x, Axis y, std::string description = {});
 
   enum class Stroke { kSolid, kDashed, kDotted };
@@ -39,7 +39,8 @@ class Plot {
             Stroke stroke = Stroke::kSolid);
   void points(std::vector<double> x, std::vector<double> y, int colour, std::string label);
   enum class Along { kX, kY };
-  /// Points, each with a whisker from `low` to `high`. One whose ends are not finite is left out; its point stays.
+  /// Points, each with a whisker from `low` to `high`. A whisker whose ends are not finite is left out, but its point
+  /// is drawn.
   void bars(std::vector<double> x, std::vector<double> y, std::vector<double> low, std::vector<double> high, int colour,
             std::string label, Along along = Along::kY);
   /// The area between `low` and `high`.
@@ -49,12 +50,12 @@ class Plot {
   /// One large point with its name beside it.
   void mark(double x, double y, int colour, std::string name);
 
-  /// The picture ends there, and cuts off what lies beyond. @pre low < high
+  /// Sets the limits of an axis. What lies beyond them is cut off. @pre low < high
   void limit_x(double low, double high) { x_limit_ = {{low, high}}; }
   void limit_y(double low, double high) { y_limit_ = {{low, high}}; }
-  /// One unit of x is as long as one of y: for maps.
+  /// Makes one unit of x as long as one of y, for maps.
   void equal_scale() { equal_scale_ = true; }
-  /// Size in CSS pixels; 760 × 480 unless told.
+  /// Sets the size in CSS pixels. The default is 760 × 480.
   void size(int width, int height);
 
   /// The `<svg>` element.

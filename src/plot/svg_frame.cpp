@@ -9,7 +9,7 @@
 namespace piste::svg {
 namespace {
 
-// Colours are Okabe and Ito's, darkened or lightened until they read on both grounds.
+// Colours are those of Okabe and Ito, made darker or lighter so that they are legible on both grounds.
 constexpr std::string_view kStyle =
     R"(.plot{--ink:#24292f;--soft:#57606a;--grid:#d0d7de;--c0:#0067b8;--c1:#c04f00;--c2:#00805c;--c3:#a8417f;--c4:#8a6d00;--c5:#2a8fc4;--c6:#767f88}
 @media(prefers-color-scheme:dark){.plot{--ink:#e6edf3;--soft:#9da7b1;--grid:#3a424b;--c0:#5aaeff;--c1:#ff9350;--c2:#3fc79a;--c3:#e58cc4;--c4:#e0c04a;--c5:#7fd0ff;--c6:#98a2ad}}

@@ -6,7 +6,7 @@
 namespace piste {
 namespace {
 
-// Comparison is false for a NaN, so that the first row stands where nothing is finite.
+// Comparisons with NaN are false: if no value is finite, the first row is taken.
 void append_extremes(const std::vector<double>& column, std::size_t begin, std::size_t end,
                      std::vector<std::size_t>& rows) {
   std::size_t low = begin, high = begin;

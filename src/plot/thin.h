@@ -1,5 +1,5 @@
 #pragma once
-/// Fewer points for the same picture.
+/// Reduces the number of points of a picture without changing what it shows.
 
 #include <cstddef>
 #include <span>
@@ -7,9 +7,9 @@
 
 namespace piste {
 
-/// Indices, ascending, of about `limit` rows that show what all of them show: the first, the last, and each column's
-/// smallest and largest value in each of equally long stretches. Every row where there are no more than `limit`.
-/// A value that is not finite is no extreme. @pre the columns are equally long.
+/// Ascending indices of about `limit` rows: the first, the last, and those with the smallest and the largest value of
+/// each column in each of equally long stretches. All rows if there are no more than `limit`. Values that are not
+/// finite are ignored. @pre the columns are equally long.
 std::vector<std::size_t> thin(std::span<const std::vector<double>> columns, std::size_t limit);
 
 }  // namespace piste

@@ -18,18 +18,18 @@ namespace {
 constexpr const char* kSensorFolder = "sensors";
 constexpr const char* kArticleFolder = "articles";
 
-// Relative to the campaign file.
+// The path of an IMU's sensor file, relative to the campaign file.
 std::string sensor_path(const ImuSetup& imu) {
   return fmt::format("{}/{}", kSensorFolder, imu.sensor_file.filename().string());
 }
 
-// A sensor file as it stands; where it builds on another, which stays behind, what both say.
+// The text of a sensor file. A file that builds on another is written anew, as that other file is not copied.
 std::string standing_alone(const ImuSetup& imu) {
   const Config file = Config::load(imu.sensor_file);
   return file.has("base") ? sensor_text(imu.sensor) : file.source();
 }
 
-// Keeps the sensor file of an IMU, which may not share its name with another one.
+// Keeps the sensor file of an IMU. Two different files must not have the same name.
 void keep_sensor(std::map<std::string, std::string>& sensors, const Config& run, const ImuSetup& imu) {
   const std::string text = standing_alone(imu);
   const auto [kept, is_new] = sensors.emplace(sensor_path(imu), text);
@@ -40,7 +40,7 @@ void keep_sensor(std::map<std::string, std::string>& sensors, const Config& run,
   }
 }
 
-// What a table, and a folder of the study, can be called.
+// Reads a name for a table and for a folder of the study.
 std::string read_label(const Config& config, std::string_view key) {
   std::string label = config.text(key);
   if (label.empty() || label.find_first_of(",/\\\n") != std::string::npos) {

@@ -1,5 +1,5 @@
 #pragma once
-/// Names in scenario files: those that are given, and those that are asked for.
+/// Names in scenario files: reads new ones, and finds existing ones.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -14,8 +14,8 @@
 
 namespace piste {
 
-/// Reads the key `name`, which becomes a file or a folder, and a random stream. Throws ConfigError where it cannot, or
-/// is among `names` already, to which it is added.
+/// Reads the key `name` and adds it to `names`. It becomes the name of a file or folder, and of a random stream. Throws
+/// ConfigError if it cannot be a file name, or is in `names` already.
 inline std::string claim_name(std::set<std::string>& names, const Config& config) {
   std::string name = config.text("name");
   if (name.empty() || name.starts_with('-') ||
@@ -28,7 +28,8 @@ inline std::string claim_name(std::set<std::string>& names, const Config& config
   return name;
 }
 
-/// Place of the sensor `name` in a list of a scenario. Throws ConfigError at `key`; `scenario` is what it calls it.
+/// Index of the sensor `name` in a list of a scenario. Throws ConfigError at `key` if there is none; the message calls
+/// the list's owner `scenario`.
 template <class Setup>
 std::size_t place_of(const Config& config, std::string_view key, const std::string& name,
                      const std::vector<Setup>& setups, std::string_view scenario = "the scenario") {

@@ -19,7 +19,7 @@ namespace {
 
 using namespace dimension;
 
-// Places in `setups` of those that `key` names; none where it is absent.
+// Indices in `setups` of those that `key` names. Empty if the key is missing.
 template <class Setup>
 std::vector<std::size_t> read_sensors(const Config& config, std::string_view key, const std::vector<Setup>& setups) {
   std::vector<std::size_t> found;
@@ -103,7 +103,7 @@ ReplaySetup read_replay_setup(const Config& file, const Scenario& scenario) {
   using Heading = ReplaySetup::Heading;
   s.heading = config.choice<Heading>("heading", {{"known", Heading::kKnown}, {"auto", Heading::kAuto}}, s.heading);
   s.random_headings = config.choice<bool>("headings", {{"as_given", false}, {"random", true}}, s.random_headings);
-  // Where nothing is known a start is refused, as a key that has no use.
+  // With an unknown heading, `start` is not read, so that finish() reports it as a key without use.
   if (config.has("start") && s.heading == Heading::kKnown) s.start = read_start(config.map("start"));
   s.outages = read_outages(config, scenario.motion);
   const double whole = scenario.motion.run + scenario.motion.rest_after;

@@ -21,7 +21,7 @@ std::optional<Vector3d> find_vector(const Config& config, std::string_view key, 
   return config.vector(key, expected);
 }
 
-// The spread of what `key` gives.
+// The spread about the value that `key` gives.
 Vector3d read_spread(const Config& config, const std::string& key, const Dimension& expected) {
   const std::string spread_key = key + "_spread";
   Vector3d spread = config.vector(spread_key, expected, Vector3d::Zero());

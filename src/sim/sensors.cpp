@@ -10,7 +10,7 @@ namespace {
 
 std::size_t count_of(double duration, double rate) { return static_cast<std::size_t>(duration * rate + 1e-6); }
 
-// Mean and root mean square, 0 of nothing.
+// Mean and root mean square. 0 if there are no values.
 class Moments {
  public:
   void add(const Vector3d& value) {
@@ -31,14 +31,14 @@ enum Phase : std::size_t { kBefore, kRun, kAfter };
 
 Phase phase_of(double time, const Interval& run) { return time < run.start ? kBefore : time > run.end ? kAfter : kRun; }
 
-// What is given, spread about itself; else of the sensor's sigma about zero.
+// The given constant with its spread; without one, a random value of the sensor's sigma about zero.
 Vector3d draw_constant(const std::optional<Vector3d>& given, const Vector3d& spread, double sigma,
                        RandomStream stream) {
   const Vector3d deviation = stream.normal3();
   return given ? Vector3d(*given + spread.cwiseProduct(deviation)) : Vector3d(sigma * deviation);
 }
 
-// The errors of one triad, row by row.
+// Adds the errors of one triad, row by row.
 class TriadErrorSource {
  public:
   TriadErrorSource(const TriadErrors& errors, const TriadTruth& given, std::uint64_t seed, const std::string& name)
@@ -56,7 +56,7 @@ class TriadErrorSource {
     draw.drift_first = drift_.value();
   }
 
-  // The row that ends `since_start` after the start and lasts dt.
+  // Measures the row that ends `since_start` seconds after the start and lasts dt.
   Vector3d measure(const Vector3d& truth, double since_start, double dt, Phase phase) {
     Vector3d row = draw.misalignment * truth;
     row += draw.scale.cwiseProduct(row) + draw.bias + drift_.advance(dt);
@@ -109,14 +109,14 @@ class TriadErrorSource {
   } phases_[3];
 };
 
-// Epochs of a source that reports at a rate, from the start of the run to its end.
+// Times at which a source of this rate reports, from the start of the run to its end.
 std::vector<double> epochs(const Truth& plate, double rate) {
   std::vector<double> times(count_of(plate.end_time() - plate.start_time(), rate) + 1);
   for (std::size_t k = 0; k < times.size(); ++k) times[k] = plate.start_time() + static_cast<double>(k) / rate;
   return times;
 }
 
-// Coloured error at each of the epochs of a source; empty where there is none.
+// Coloured error at each of these times. Empty if there is none.
 std::vector<Vector3d> coloured(const Truth& plate, double rate, const std::optional<GaussMarkov>& process,
                                RandomStream stream) {
   std::vector<Vector3d> values;

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kTimeDecimals = 6, kPlaceDecimals = 10, kMetreDecimals = 4, kVelocityDecimals = 4, kAngleDecimals = 5;
 
-// Columns of three like axes.
+// Adds the columns of three axes.
 void add_triad(std::vector<CsvColumn>& columns, std::string_view before, std::array<std::string_view, 3> axes,
                std::string_view after, int decimals) {
   for (const std::string_view axis : axes) columns.push_back({fmt::format("{}{}{}", before, axis, after), decimals});
@@ -41,7 +41,7 @@ std::string vector_json(const Vector3d& v, double factor = 1) {
   return json::numbers(u, 9);
 }
 
-// A mean over the rows of a phase, null where there are none.
+// A mean over the rows of a phase, or null if it has none.
 std::string phase_json(const PhaseDraw& phase, const Vector3d& mean, double factor) {
   return phase.rows > 0 ? vector_json(mean, factor) : "null";
 }

@@ -12,13 +12,14 @@
 namespace piste {
 namespace {
 
-constexpr double kLongestStep = 1.1;  // s between fixes: beyond it gyro and slow errors say more than the white ones
+constexpr double kLongestStep = 1.1;  // s between fixes: beyond it, gyroscopes and slow errors outweigh the white noise
 constexpr double kFastest = 0.1;      // rad/s
 constexpr double kOutlier = 6;        // times the median
 constexpr std::size_t kFewest = 200;  // pairs of steps
 constexpr double kLeast = 0.1, kMostDrift = 0.995;
 
-// White differences of successive fixes, along w; nothing where a step is not to be used.
+// For each pair of successive fixes: the rotation of the reference less that of the gyroscopes, along w. Nothing for a
+// step that must not be used.
 std::vector<std::optional<Vector3d>> differences(const Log& log, const std::vector<AttitudeFix>& fixes,
                                                  const Mounting& mounting) {
   std::vector<std::optional<Vector3d>> out;
@@ -37,7 +38,7 @@ std::vector<std::optional<Vector3d>> differences(const Log& log, const std::vect
   return out;
 }
 
-// Takes out what lies far beyond the others.
+// Removes differences that are far larger than the others.
 void drop_outliers(std::vector<std::optional<Vector3d>>& steps) {
   std::vector<double> sizes;
   for (const auto& step : steps) {
@@ -50,7 +51,7 @@ void drop_outliers(std::vector<std::optional<Vector3d>>& steps) {
   }
 }
 
-// Variance of the white error along w; nothing where there are too few steps.
+// Variance of the white error along w; nothing if there are too few steps.
 std::optional<Vector3d> white_variance(const std::vector<std::optional<Vector3d>>& steps) {
   Vector3d sum = Vector3d::Zero();
   std::size_t count = 0;

@@ -72,7 +72,7 @@ void Filter::process(const ImuSample* after) {
   if (sample.gap) trust_.suspect_filter(sample.time);
   ImuStep step = make_step(before_ ? &*before_ : nullptr, sample, after);
   const double begin = sample.time - sample.interval;
-  if (state_.time > begin + kSameInstant) {  // the start stands within this sample
+  if (state_.time > begin + kSameInstant) {  // the start is within this sample
     if (state_.time >= sample.time - kSameInstant) return;
     step = split(step, state_.time - begin).second;
   }
@@ -96,8 +96,9 @@ void Filter::process(const ImuSample* after) {
   }
   queue_.drop_taken();
   if (!at_end) advance(step, noise);
-  state_.time = sample.time;  // not the sum of the steps: rounding must not pile up
-  if (const std::optional<RestFix> fix = rest_.add(sample, setup_->options.rest)) measure<ZeroUpdates>(*fix, 0, step, step.dt);
+  state_.time = sample.time;  // not the sum of the steps, so that rounding errors do not add up
+  if (const std::optional<RestFix> fix = rest_.add(sample, setup_->options.rest))
+    measure<ZeroUpdates>(*fix, 0, step, step.dt);
   if (tape_) tape_->events.emplace_back(state_);
 }
 
@@ -143,7 +144,8 @@ void Filter::measure(const typename Type::Fix& fix, int sensor, const ImuStep& s
   }
 }
 
-// Of a fix that tells several rotations together: the model half-way to what the estimate becomes by it.
+// For a fix that depends on several rotations: linearises half-way between the estimate before the fix and that after
+// it.
 template <class Type>
 Linearization Filter::half_way(const typename Type::Fix& fix, int sensor, int channel,
                                const MeasurementContext& context, const Linearization& at_estimate) {
@@ -160,7 +162,7 @@ void Filter::propagate_by(const Transition& transition) {
   if (tape_) tape_->events.emplace_back(Tape::Propagation{transition});
 }
 
-// Whether the body moves for certain.
+// Whether the body certainly moves.
 bool Filter::moves() const {
   return !now_->at_rest && state_.x.v_wb.norm() > 3 * sigmas_of(state_.x, setup_->layout, state_.P).velocity.norm();
 }
@@ -178,15 +180,15 @@ void Filter::apply(int source, const Linearization& lin) {
       {state_.time, source, lin.rows, u.residual, u.S.diagonal().cwiseSqrt(), u.nis, bound, outcome});
   if (!was_used(outcome)) return;
   if (parted) {
-    // Nothing that led to it explains the disagreement: the fix says where the body is from here on, and the rest of
-    // the state is not to follow a residual of many sigmas.
+    // The disagreement came at once, and no error of the past explains it. The covariance grows first: the fix then
+    // moves the navigation states, and the other states do not follow a residual of many sigmas.
     admit_error(state_.P, setup_->layout, lin, lapse);
     correct_by(innovate(state_.P, setup_->layout, lin), lin);
     return;
   }
   correct_by(u, lin);
-  // It is the filter that was wrong. The fix was taken with the covariance as it stood, so that filter and smoother
-  // spread its residual over what led to it; what the filter missed is admitted afterwards.
+  // The filter was wrong. The fix was used with the covariance as it was, so that filter and smoother attribute the
+  // residual to the errors that led to it. The covariance grows afterwards.
   if (outcome == Outcome::kReadmitted) admit_error(state_.P, setup_->layout, lin, lapse);
 }
 

@@ -11,10 +11,12 @@
 namespace piste {
 namespace {
 
-constexpr double kStep = 0.5;            // s between the fixes that are differenced: white noise of a fix of
-constexpr double kLongestStep = 2;       // 0.1 deg is then a rate of 0.3 deg/s
-constexpr double kLargestTurn = 2.5;     // rad in a step: further, a rotation has two vectors
-constexpr double kKnown = 10 * kDegree;  // 1-sigma that is worth having
+// Shortest and longest time [s] between two fixes whose attitudes are subtracted. Over 0.5 s, white noise of 0.1 deg in
+// each fix is a rate of 0.3 deg/s.
+constexpr double kStep = 0.5;
+constexpr double kLongestStep = 2;
+constexpr double kLargestTurn = 2.5;     // rad in a step: near π the rotation vector is ambiguous
+constexpr double kKnown = 10 * kDegree;  // largest 1-sigma of a result
 constexpr std::size_t kFewest = 10;      // steps
 
 struct Turns {
@@ -48,7 +50,7 @@ std::optional<Mounting> find_mounting(const Log& log) {
       std::find_if(log.attitude.begin(), log.attitude.end(), [](const auto& fixes) { return !fixes.empty(); });
   if (source == log.attitude.end()) return std::nullopt;
   Mounting mounting{Quaterniond::Identity(), Matrix3d::Zero(), Vector3d::Zero()};
-  // Twice: rotations compose without the bias only.
+  // Two passes: the rotations of the second are without the bias that the first has found.
   for (int pass = 0; pass < 2; ++pass) {
     const Turns t = turns(log, *source, mounting.gyro_bias);
     if (t.rate_r.size() < kFewest) return std::nullopt;

@@ -29,8 +29,9 @@ Transition Propagation::advance(FilterState& state, const ImuStep& step, const S
   return t;
 }
 
-// Gravity on the body's axes, the mean over the rest so far. The attitude of one epoch follows the noise of the
-// accelerometers through the zero velocities; a scale regressed on it for minutes learns that noise.
+// Updates the mean over the rest so far of the specific force that gravity causes on the body's axes. The attitude of a
+// single epoch follows the accelerometers' noise through the zero-velocity updates, and over minutes the scale would
+// follow that noise.
 void Propagation::stand(const Estimate& x, double dt) {
   standing_time_ += dt;
   standing_force_ -= dt / standing_time_ * (x.q_wb.conjugate() * gravity_.value + standing_force_);

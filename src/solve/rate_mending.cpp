@@ -5,7 +5,7 @@
 namespace piste {
 namespace {
 
-constexpr double kMendable = 1;  // s between attitude fixes over which the body's axes are taken as one
+constexpr double kMendable = 1;  // s between attitude fixes over which the body's axes are taken as constant
 
 }  // namespace
 

@@ -5,7 +5,7 @@
 namespace piste {
 namespace {
 
-constexpr double kLargestTilt = 0.2;  // rad that a readmission may add
+constexpr double kLargestTilt = 0.2;  // rad: the largest tilt that a readmission adds
 
 }  // namespace
 

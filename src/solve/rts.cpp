@@ -6,7 +6,7 @@
 namespace piste {
 namespace {
 
-// Backward pass over one tape: λ and Λ stand after its last event on entry, before its first on return.
+// The backward pass. run() takes λ and Λ from after the last event of a tape to before its first.
 class Backward {
  public:
   explicit Backward(const StateLayout& layout) : layout_(layout) {
@@ -14,7 +14,7 @@ class Backward {
     Lambda_.setZero(layout.size(), layout.size());
   }
 
-  /// `at_epoch(row, epoch)` is called where λ and Λ stand at the end of that row.
+  /// `at_epoch(row, epoch)` is called when λ and Λ are those at the end of that row.
   template <class AtEpoch>
   void run(const Tape& tape, std::size_t end_row, AtEpoch&& at_epoch) {
     std::size_t row = end_row;
@@ -46,9 +46,9 @@ class Backward {
     return s;
   }
 
-  /// From here on backwards the smoothed attitude's error at this epoch, that of the last smooth(), is carried along:
-  /// E[e_k e_jᵀ] = P_k M_k for k before j, where M_j = I − Λ_j P_j goes back as λ does but takes nothing from what was
-  /// measured (de Jong and MacKinnon 1988).
+  /// Keeps the attitude's error at the epoch j of the last smooth(), to correlate it with the errors at earlier epochs
+  /// k: E[e_k e_jᵀ] = P_k M_k, where M_j = I − Λ_j P_j goes backwards as λ does, but without the residuals (de Jong and
+  /// MacKinnon 1988).
   void trace(const Covariance& P) {
     const Eigen::Index columns = traced_.cols();
     traced_.conservativeResize(layout_.size(), columns + 3);
@@ -56,7 +56,8 @@ class Backward {
     M.middleRows<3>(kAttitude).diagonal().array() += 1;
     traced_.rightCols<3>() = M * turn_.transpose();
   }
-  /// E[θ θ_jᵀ] of the attitude at the epoch of the last smooth() and of all that are traced, in the order of trace().
+  /// E[θ θ_jᵀ] of the attitude's errors at the epoch of the last smooth() and at those of trace(), in the order of
+  /// trace().
   Eigen::Matrix3Xd lagged(const Covariance& P) const { return turn_ * P.middleRows<3>(kAttitude) * traced_; }
 
  private:
@@ -70,7 +71,7 @@ class Backward {
   Matrix3d turn_ = Matrix3d::Identity();
 };
 
-// Pairs of epochs over a run: errors at a few late ones are traced through many early ones.
+// Collects covariances of the attitude's errors at pairs of epochs: a few later epochs with many earlier ones.
 class LagCollector {
  public:
   LagCollector(std::size_t rows, std::vector<AttitudeLag>& lags)
@@ -79,7 +80,7 @@ class LagCollector {
         last_(rows - 1),
         lags_(lags) {}
 
-  /// At every epoch, backwards, after it was smoothed.
+  /// To be called for every epoch, backwards, after it was smoothed.
   void visit(Backward& backward, std::size_t row, const Tape::Epoch& epoch, const SmoothedState& smoothed) {
     if ((last_ - row) % trace_every_ == 0) {
       backward.trace(epoch.P);

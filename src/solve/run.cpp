@@ -8,7 +8,8 @@
 namespace piste {
 namespace {
 
-// Walks a log in the order of time, one IMU sample a call, fixes before the sample that lets their step be processed.
+// Feeds a log to a filter in the order of time, one IMU sample a call. Fixes up to the time of the sample come before
+// it.
 class Feeder {
  public:
   Feeder(const Log& log, Checkpoint& c) : log_(log), place_(c.place), filter_(c.filter) {}

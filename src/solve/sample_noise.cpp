@@ -3,7 +3,7 @@
 namespace piste {
 namespace {
 
-constexpr double kClippedSpread = 0.2;  // of the range: 1-sigma of what a clipped sample hides
+constexpr double kClippedSpread = 0.2;  // 1-sigma of what a clipped sample hides, as a part of the range
 
 }  // namespace
 

@@ -15,10 +15,11 @@
 namespace piste {
 namespace {
 
-constexpr double kReferenceSigma = 5 * kDegree;  // of a heading from the reference attitude: it is met again
-constexpr double kFirstSeconds = 3;              // s of motion that give the level
+constexpr double kReferenceSigma =
+    5 * kDegree;                     // of a heading from the reference attitude: loose, as the filter uses it again
+constexpr double kFirstSeconds = 3;  // s of motion that give roll and pitch
 
-// Throws where gravity says that b does not sit as `q_wb` has it.
+// Throws if gravity contradicts the attitude `q_wb`.
 void check_small_boresight(const Quaterniond& q_wb, const Rest& rest, const Priors& priors) {
   const Vector3d down = q_wb * -rest.mean_force;
   const double tilt = std::atan2(down.head<2>().norm(), down.z());
@@ -49,7 +50,7 @@ Pointing point_by_reference(const Log& log, const FilterOptions& options, const 
       p.how += ", through the boresight that the rates of both tell";
       bias.value = mounting->gyro_bias;
     } else {
-      // Small, as the prior says; the heading itself knows nothing beyond.
+      // The boresight is taken to be small, as its prior says. The heading is as uncertain as that.
       p.sigma = 3 * options.priors.boresight;
       p.how += ", the boresight taken for small";
     }
@@ -72,12 +73,13 @@ Pointing point_by_heading(const Log& log, const FilterOptions& options, const Re
     if (log.magnetic.empty())
       throw DataError("start", "from_magnetometer needs the columns mag_x_uT, mag_y_uT, mag_z_uT in the IMU log");
     value = options.declination - magnetic_azimuth(level(force, 0), log.magnetic.front().field);
-    p.sigma = std::hypot(heading.sigma, 2 * kTiltSigma);  // a tilt turns the field of a dip of 60 deg by twice as much
+    p.sigma =
+        std::hypot(heading.sigma, 2 * kTiltSigma);  // at a dip of 60 deg a tilt turns the azimuth by twice as much
     p.how = "heading from the magnetometer";
   }
   p.q_wb = level(force, value);
   if (rest) return p;
-  // Level on the move: gravity and the acceleration of the first seconds, heading as given.
+  // On the move: roll and pitch from an alignment in the first seconds, the heading as given.
   const auto window = range(*receiver.fixes, start.time, start.time + kFirstSeconds);
   const auto moving =
       align_in_motion(range(log.imu, start.time, start.time + kFirstSeconds + 1), window, *receiver.options,

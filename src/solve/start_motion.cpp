@@ -15,25 +15,25 @@
 namespace piste {
 namespace {
 
-constexpr double kWindows[] = {3, 5, 8, 12};   // s of motion to align in, shortest first
-constexpr double kHeadingKnown = 4 * kDegree;  // 1-sigma at which an alignment in motion is believed
+constexpr double kWindows[] = {3, 5, 8, 12};   // lengths of motion to align in [s], shortest first
+constexpr double kHeadingKnown = 4 * kDegree;  // 1-sigma below which an alignment in motion is used
 constexpr double kTiltKnown = 8 * kDegree;
-constexpr double kLeastMotion = 1;  // s that a window must hold beyond what is known to be rest
+constexpr double kLeastMotion = 1;  // s of a window that must not be known to be rest
 constexpr double kStretch = 40;     // s filtered and smoothed after the alignment
-// A smoothed covariance becomes the prior of a filter that sees the same stretch again, and would count it twice. Five
-// times as large, a fifth is counted again: over 100 runs sigmas are some 5 % small, and the filter keeps most of what
-// the stretch foretold. Twice left those of the scales 12 % small.
+// The smoothed covariance becomes the prior of a filter that uses the same stretch again, so its information would
+// count twice. Multiplied by five, a fifth of it still counts twice: over 100 runs the sigmas are some 5 % too small,
+// and the filter keeps most of what the smoother found. With a factor of two, those of the scales were 12 % too small.
 constexpr double kTempering = 5;
 
-// Seconds of a window in which the body may move. At rest an unknown gyro bias turns gravity, dead reckoning takes
-// that for motion, and a heading comes out of nothing.
+// Seconds of a window that are not known to be rest. At rest an unknown gyro bias rotates gravity, which dead reckoning
+// takes for motion: a false heading would result.
 double moving_time(const Log& log, const Interval& window) {
   double time = window.end - window.start;
   for (const Interval& rest : log.rest) time -= overlap(rest, window);
   return time;
 }
 
-// The first window in which motion tells the whole attitude.
+// The first window whose motion determines the whole attitude.
 std::optional<MotionAlignment> first_alignment(const Log& log, const FilterOptions& options, const Receiver& receiver,
                                                double from) {
   const auto& fixes = *receiver.fixes;
@@ -57,15 +57,15 @@ std::optional<MotionAlignment> first_alignment(const Log& log, const FilterOptio
   return std::nullopt;
 }
 
-// What the smoother of a stretch says of its start, and of the heading at the departure: in between, a heading that no
-// fix holds would wander by the gyro's drift. Twice its sigma: a quarter of the information, as the filter sees the
-// motion again.
+// The smoothed state at the start of a stretch, and the smoothed heading at the departure. The latter is needed because
+// between the two, at rest, no fix observes the heading, and it wanders with the gyroscope's drift. Its sigma is
+// doubled, which leaves a quarter of the information, as the filter uses the same motion again.
 struct Refined {
   SmoothedState start;
   std::optional<HeadingFix> heading;
 };
 
-// The end of the rest that the motion ended.
+// The row at the end of the rest before the motion.
 std::optional<std::size_t> row_at_departure(const Log& log, const Solution& stretch, double aligned) {
   for (const Interval& rest : log.rest) {
     if (rest.end < aligned || rest.end > aligned + kWindows[3]) continue;
@@ -87,9 +87,9 @@ Refined refine(const Log& log, const FilterOptions& options, const Start& start,
   return refined;
 }
 
-// A smoothed covariance, kTempering times as large, but in no direction larger than `prior`, what was known before the
-// stretch: by the eigenvalues of the one against the other. Whole, so that what a rest ties together stays tied. A
-// state that was known before, such as a random walk at its start, stays known.
+// The smoothed covariance times kTempering, but in no direction larger than `prior`, the covariance before the stretch.
+// The directions are those of the generalised eigenvalues of the two. The whole matrix is kept, with the correlations
+// that a rest makes. A state whose prior variance is zero, such as a random walk at its start, stays known.
 Covariance tempered(const Covariance& smoothed, const Covariance& prior) {
   std::vector<int> unknown;
   for (int i = 0; i < prior.rows(); ++i) {
@@ -104,7 +104,7 @@ Covariance tempered(const Covariance& smoothed, const Covariance& prior) {
   return out;
 }
 
-// Where the motion was aligned: the body moves, and knows its attitude from there on.
+// The start of a filter at the beginning of the window in which the motion was aligned.
 Start moving_start(const Log& log, const FilterOptions& options, const Receiver& receiver,
                    const MotionAlignment& aligned) {
   Start moving{aligned.time, {}, Covariance::Identity(9, 9)};
@@ -116,16 +116,16 @@ Start moving_start(const Log& log, const FilterOptions& options, const Receiver&
   return moving;
 }
 
-// An attitude at the start, and the 1-sigma of its heading.
+// The attitude at the start of the log, and the 1-sigma of its heading.
 struct CarriedAttitude {
   Quaterniond q_wb;
   double heading_sigma;
 };
 
-// The attitude of `first`, smoothed at `aligned`, carried back to `begin`.
+// The attitude of `first`, which was smoothed at the time `aligned`, carried back to the time `begin`.
 CarriedAttitude carried_back(const Log& log, const FilterOptions& options, const SmoothedState& first, double begin,
                              double aligned) {
-  // By the rest's own mean rate where it is long, as that holds the slow turn of a body too.
+  // If the rest is long, its own mean rate is the best bias, as it contains a slow rotation of the body too.
   GyroBias bias = bias_before(log, options, aligned);
   const Sigmas known = sigmas_of(first.x, StateLayout(options.estimate), first.P);
   if (bias.sigma > known.gyro_total_bias.norm()) {

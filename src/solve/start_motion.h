@@ -1,5 +1,5 @@
 #pragma once
-// A start whose heading nobody gives: it is found from the first stretch of motion that tells it.
+// A start whose heading is not given: it is found from the first motion that determines it.
 
 #include <optional>
 
@@ -9,10 +9,10 @@
 
 namespace piste {
 
-/// Aligns in the first motion that tells the whole attitude, filters and smooths a stretch from there, carries the
-/// attitude back to `start.time` through the gyro, levels it by the rest where there is one, and filters and smooths a
-/// second stretch from the start itself.
-/// Throws DataError where no motion tells the heading.
+/// Aligns in the first motion that determines the whole attitude, and filters and smooths a stretch from there. Carries
+/// the attitude back to `start.time` by the gyroscopes, takes roll and pitch from the rest if there is one, and filters
+/// and smooths a second stretch from the start itself.
+/// Throws DataError if no motion determines the heading.
 FoundStart start_from_motion(const Log& log, const FilterOptions& options, const Receiver& receiver, Start start,
                              const std::optional<Rest>& rest);
 

@@ -27,7 +27,7 @@ Quaterniond levelled(const Quaterniond& q_wb, const Vector3d& down_b) {
 
 namespace {
 
-// Whether one body can have been at both fixes, at the speed that it may have.
+// Whether one body can have been at both fixes without being faster than it may be.
 bool agree(const GnssFix& a, const GnssFix& b, bool still) {
   const double fastest = still ? 1 : 100;  // m/s
   return (b.position - a.position).norm() <

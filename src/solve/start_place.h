@@ -1,5 +1,5 @@
 #pragma once
-// The parts that every start is made of, however its heading was found.
+// What every start needs, however its heading was found: position, velocity, boresight and covariance.
 
 #include <vector>
 
@@ -10,7 +10,7 @@
 
 namespace piste {
 
-/// 1-sigma [rad] of the tilt of a level start: loose, as the filter sees the same samples again.
+/// 1-sigma [rad] of roll and pitch at a start. It is loose, as the filter uses the same samples again.
 inline constexpr double kTiltSigma = 2 * kDegree;
 
 /// The receiver that starts the run, with its fixes.
@@ -19,27 +19,28 @@ struct Receiver {
   const GnssOptions* options;
 };
 
-/// The first receiver that has fixes. Throws DataError where none has.
+/// The first receiver that has fixes. Throws DataError if none has.
 Receiver first_receiver(const Log& log, const FilterOptions& options);
 
-/// The attitude at `begin` from the one at `end`: R_wb(begin) = Exp(T ω_ie) R_wb(end) Cᵀ with T = end − begin and C,
-/// the gyro's turn from begin to end less `bias`. The Earth turns w along with it, hence the first factor.
+/// The attitude at `begin` from that at `end`: R_wb(begin) = Exp(T ω_ie) R_wb(end) Cᵀ, with T = end − begin and C the
+/// rotation from begin to end by the gyroscopes without `bias`. The first factor is there because w rotates with the
+/// Earth.
 Quaterniond carry_back(const Log& log, const Quaterniond& q_end, double begin, double end, const Vector3d& bias);
 
-/// The attitude nearest to q_wb whose down axis lies along `down_b` (body axes, any length). Unlike angles it has no
-/// singularity where a body axis stands upright.
+/// The attitude nearest to q_wb for which `down_b` (body axes, any length) points down. Unlike with Euler angles, there
+/// is no singularity where a body axis stands upright.
 Quaterniond levelled(const Quaterniond& q_wb, const Vector3d& down_b);
 
-/// Sets position, velocity and their covariance from the first fix at or after the start, for the attitude that the
-/// start has. A fix that disagrees with the two after it is passed over. The sigmas are loose, as the filter sees the
-/// same fix again.
+/// Sets position, velocity and their covariance from the first fix at or after the start, with the attitude that the
+/// start has. A fix that disagrees with the two after it is skipped. The sigmas are loose, as the filter uses the same
+/// fix again. `still`: the run starts at rest.
 void place(Start& start, const Receiver& receiver, bool still);
 
-/// Sets the covariance of the attitude, axes of w [rad].
+/// Sets the covariance of the attitude from its 1-sigma about the axes of w [rad].
 void set_attitude_sigma(Start& start, const Vector3d& sigma);
 
-/// Sets the boresight from the first reference attitude at or after the start, R_rb = R_wrᵀ R_wb, where it is estimated
-/// and there is one.
+/// Sets the boresight from the first reference attitude at or after the start, R_rb = R_wrᵀ R_wb. Does nothing if the
+/// boresight is not estimated or there is no reference attitude.
 void set_boresight(Start& start, const Log& log, const FilterOptions& options);
 
 /// Whether the options name the block among those to be estimated.

@@ -1,5 +1,5 @@
 #pragma once
-// What the rests of a log say before the filter runs.
+// What the rests of a log tell before the filter runs: mean rate and force, and the gyroscopes' bias.
 
 #include <optional>
 
@@ -9,7 +9,7 @@
 
 namespace piste {
 
-/// A rest, or a part of it, and what the IMU reads there on average, body axes.
+/// A rest, or a part of it, with the mean rate and specific force in it, in body axes.
 struct Rest {
   Interval interval;
   Vector3d mean_rate, mean_force;
@@ -18,11 +18,12 @@ struct Rest {
 /// The means of the samples of an interval. @pre it holds a sample
 Rest average(const Log& log, const Interval& interval);
 
-/// The rest that lasts from `t`, give or take half a second, for a second or more; at most its first `longest` seconds.
+/// The rest at the time `t`: it begins at most 0.5 s after `t` and lasts until at least 1 s after it. Only its first
+/// `longest` seconds are taken.
 std::optional<Rest> rest_at(const Log& log, double t, double longest);
 
-/// The gyro's bias as the last rest that began 2 s before `t` or earlier shows it; without one, zero with the sensor's
-/// turn-on sigma. The rate of the Earth is left in it.
+/// The gyroscopes' bias at the time `t`: the mean rate of the last rest that began at least 2 s before `t`. Without
+/// such a rest, zero with the sensor's turn-on sigma. The Earth's rate is not subtracted.
 GyroBias bias_before(const Log& log, const FilterOptions& options, double t);
 
 }  // namespace piste

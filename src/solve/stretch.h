@@ -1,12 +1,13 @@
 #pragma once
-// How far the gyro turned in a stretch of a log.
+// The rotation of the body by the gyroscopes over a stretch of a log.
 
 #include "piste/core/log.h"
 #include "piste/core/time_search.h"
 
 namespace piste {
 
-/// Rotation of the body from `begin` to `end` by the gyro alone, less a constant rate; b(begin) ← b(end).
+/// The rotation of the body from `begin` to `end` by the gyroscopes without `bias` [rad/s]: it turns components along
+/// the body axes at `end` into those along the axes at `begin`.
 Quaterniond turned(const Log& log, double begin, double end, const Vector3d& bias);
 
 }  // namespace piste

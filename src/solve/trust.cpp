@@ -6,25 +6,28 @@
 namespace piste {
 namespace {
 
-constexpr double kRecent = 2;            // s between fixes over which a jump can be told
-constexpr double kSlight = 1;            // m or m/s: less is not worth coasting for
-constexpr double kSlightPatience = 3;    // s in which it may come to more
-constexpr double kMissedVelocity = 0.5;  // m/s that a filter may be wrong by unawares, as a position shows it,
-constexpr double kMissedForce = 1;       // m/s², as a velocity shows it
-constexpr double kSuspicion = 10;       // s after a gap or a readmission in which the filter, and no receiver, is wrong
-constexpr double kShortestLapse = 0.5;  // s over which an error that the filter missed may have grown
+constexpr double kRecent = 2;          // s between fixes over which a jump can be seen
+constexpr double kSlight = 1;          // m or m/s: a smaller jump is not worth an outage
+constexpr double kSlightPatience = 3;  // s in which a slight jump may grow
+// How fast an error that the covariance does not know may grow: of a position [m/s], of a velocity [m/s²].
+constexpr double kMissedVelocity = 0.5;
+constexpr double kMissedForce = 1;
+constexpr double kSuspicion =
+    10;  // s after a gap or a readmission in which the filter is taken to be wrong, and no receiver
+constexpr double kShortestLapse = 0.5;  // s: such an error has grown for at least that long
 
 double normalized(const Vector3d& z, const Matrix3d& S) { return z.dot(S.llt().solve(z)); }
 
 bool of_position(const Linearization& lin) { return lin.observes == Block::kPosition; }
 
-// Whether a residual is more than a filter can have gone wrong by since it believed the source, `lapse` s before.
+// Whether a residual is larger than an error that grew in the filter since it last used the source, `lapse` s before.
 bool leaps(const Linearization& lin, const Vector3d& residual, const Matrix3d& S, double lapse, double bound) {
   const double missed = lapse * (of_position(lin) ? kMissedVelocity : kMissedForce);
   return lapse <= kRecent && normalized(residual, S + missed * missed * Matrix3d::Identity()) > bound;
 }
 
-// Covariance by which the filter's own residual may change in a second: its velocity's, or a tilt's force.
+// Covariance of the change in one second of a residual that errors of the filter make: by an error in velocity for a
+// position, by a tilt for a velocity.
 Matrix3d own_change(const Linearization& lin, const Estimate& x, const Covariance& P) {
   if (of_position(lin)) {
     const Eigen::Matrix<double, 3, 9> velocity = ordinary_from_invariant(x).middleRows<3>(3);
@@ -44,13 +47,13 @@ Trust::Trust(const std::vector<MeasurementSource>& sources, Limits limits) : lim
 
 void Trust::suspect_filter(double time) { accuses_from_ = std::max(accuses_from_, time + kSuspicion); }
 
-// Velocity for the position of a receiver and the other way round; null for what is not a receiver's.
+// The velocity of a receiver for its position and the other way round; null for other sources.
 const Trust::Source* Trust::partner_of(const Source& s) const {
   return s.partner < 0 ? nullptr : &sources_[static_cast<std::size_t>(s.partner)];
 }
 
-// Whose a residual outside the gate is, at the first one: the receiver's where it leaps, where its other source jumped,
-// or where only its position disagrees.
+// At the first residual outside the gate: whether the receiver is wrong. It is if the residual jumps, if its other
+// source jumped, or if only its position disagrees.
 bool Trust::receiver_jumped(const Source& s, double time, const Linearization& lin, const Update& u,
                             double bound) const {
   const Source* const partner = partner_of(s);
@@ -69,8 +72,9 @@ void Trust::begin_dispute(Source& s, double time, const Linearization& lin, cons
   s.R = u.R;
 }
 
-// As the covariance grows a lie may come to lie within the gate: after a moment the receiver's jumps, too sudden for
-// the filter's own error, must also have added up to none.
+// Whether a receiver that jumped has come back. As the covariance grows, a false fix may come to lie within the gate.
+// So after the first moments it is required that the receiver's jumps, which are changes too sudden for an error of the
+// filter, add up to zero.
 bool Trust::jumps_add_up_to_none(Source& s, double time, const Linearization& lin, const Update& u, double bound,
                                  const Estimate& x, const Covariance& P) {
   const double dt = time - s.time;
@@ -96,7 +100,7 @@ Trust::Ruling Trust::rule(int source, double time, const Linearization& lin, con
                           const Estimate& x, const Covariance& P) {
   Source& s = sources_[static_cast<std::size_t>(source)];
   const bool inside = u.nis <= bound;
-  if (s.jumped() && time - s.time > kRecent) {  // jumps over an outage are not seen
+  if (s.jumped() && time - s.time > kRecent) {  // jumps during an outage were not seen
     s.dispute = Dispute::kFilter;
     s.rejected = 1;
   }
@@ -127,7 +131,7 @@ Trust::Ruling Trust::rule(int source, double time, const Linearization& lin, con
     if (!inside) {
       ruling.outcome = Outcome::kReadmitted;
       ruling.parted = s.jumped() || leaps(lin, s.offset, s.first_S, s.since - s.believed, bound);
-      // A start that was wrong says nothing of what follows.
+      // If the start was wrong, this says nothing about what follows.
       if (!s.jumped() && s.partner >= 0 && std::isfinite(ruling.lapse)) suspect_filter(time);
     }
   }

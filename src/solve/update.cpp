@@ -72,8 +72,8 @@ namespace {
 
 constexpr double kFarBetter = 1e-3;  // ratio of variances, measured over predicted
 
-// A = I − K H without cancellation in the observed block o: from H K = I − R S⁻¹, A_oo = R S⁻¹ + Σ_{b≠o} H_b K_b, where
-// H_o is the identity.
+// A = I − K H without cancellation in the observed block o, for H_o = I: from H K = I − R S⁻¹ follows A_oo = R S⁻¹ +
+// Σ_{b≠o} H_b K_b.
 Covariance exact_remainder(const Update& u, const Tall& K) {
   Covariance A = -K.lazyProduct(u.H);
   A.diagonal().array() += 1;
@@ -92,10 +92,11 @@ void joseph(Covariance& P, const Update& u, const Matrix3d& R) {
   Matrix3d noise = Matrix3d::Zero();
   noise.topLeftCorner(u.rows, u.rows) = R.topLeftCorner(u.rows, u.rows);
   P -= K.lazyProduct(u.PHt.transpose());
-  // What the second factor and the noise add: (A P Hᵀ) Kᵀ with A = I − K H, recomputed from the new rows.
+  // The contribution of the second factor and of the noise: (A P Hᵀ) Kᵀ with A = I − K H, computed from the new rows of
+  // P.
   Tall second = -K.lazyProduct(noise);
   for (int k = 0; k < P.cols(); ++k) {
-    if (!u.H.col(k).isZero(0)) second += P.col(k) * u.H.col(k).transpose();  // a measurement sees few blocks
+    if (!u.H.col(k).isZero(0)) second += P.col(k) * u.H.col(k).transpose();  // a measurement depends on few blocks
   }
   P -= second.lazyProduct(K.transpose());
   symmetrize(P);
@@ -122,7 +123,7 @@ void reset_adjoint(ErrorVector& lambda, Covariance& Lambda, const StateLayout& l
 
 namespace {
 
-// A measurement of a block itself, far better than what was known of it.
+// Whether the measurement is of a block itself, and far better than its prediction.
 bool overrules(const Update& u) {
   const bool direct = u.rows == 3 && u.H.middleCols<3>(u.observed).isIdentity(0);
   return direct && (u.R * u.S_inverse).trace() < 3 * kFarBetter;

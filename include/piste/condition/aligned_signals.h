@@ -1,5 +1,5 @@
 #pragma once
-/// What is done to both IMUs' signals alike, once they are brought together.
+/// Low-pass and usable stretches of the signals of two aligned IMUs.
 
 #include <cstddef>
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace piste {
 
-/// Indices [first, last) of samples that follow one another without a gap and are all usable.
+/// Indices [first, last) of consecutive samples that are all usable, without a gap.
 struct Stretch {
   std::size_t first = 0, last = 0;
   std::size_t size() const { return last - first; }
@@ -17,9 +17,9 @@ struct Stretch {
 /// The stretches of usable samples, in order.
 std::vector<Stretch> usable_stretches(const AlignedImus& imus);
 
-/// Both IMUs' rates and forces through the same zero-phase low-pass of `cutoff` [Hz], stretch by stretch; 0 = as they
-/// are. Stretches shorter than two periods of the cut-off are no longer usable.
-/// Throws ConfigError where the cut-off is not below half of the rate.
+/// Filters the rates and forces of both IMUs by the same zero-phase low-pass of `cutoff` [Hz], stretch by stretch. With
+/// 0 they stay as they are. Stretches shorter than two periods of the cut-off are no longer usable.
+/// Throws ConfigError if the cut-off is not below half of the rate.
 AlignedImus low_passed(const AlignedImus& imus, double cutoff);
 
 }  // namespace piste

@@ -1,5 +1,6 @@
 #pragma once
-/// From what the sensors wrote to what the filter takes: one clock, body axes, increments, world frame.
+/// Conditioning: turns what the sensors wrote into what the filter takes, with one clock, body axes, increments and the
+/// world frame.
 
 #include "piste/core/log.h"
 #include "piste/core/options.h"
@@ -8,24 +9,30 @@ namespace piste {
 
 /// Turns a recording into a Log.
 ///
-/// IMU: rows are turned into b, their times into GPS time, and each becomes the increments over the interval since
-/// the row before: a mean over that interval times its length, or the integral of a cubic spline through
-/// instantaneous samples, or increments as they are. The first row begins one median interval earlier; an
-/// instantaneous one only begins the first interval. A gap is an interval above 1.5 times the median that its
-/// neighbours do not make up for (late time stamps are not gaps). It is filled by samples marked `gap` at about the
-/// median interval, on the straight line between the mean rates of the 0.2 s on either side, with twice the noise
-/// that such a line has within 10 s (or five times the gap); the row after it covers one median interval. An
-/// interval above 300 s is refused. A sample with a component at 0.999 of its range is marked as clipped; beyond
-/// twice the range, its neighbours' mean is taken.
+/// **IMU.** Rows are turned into body axes and their times into GPS time. Each row becomes the increments over the
+/// interval since the row before. These are the row itself if it has increments, its value times the interval if it is
+/// a mean, or the integral of a cubic spline if rows are instantaneous samples. The first row covers one median
+/// interval; with instantaneous samples it only begins the first interval.
 ///
-/// GNSS and attitude: fixes before or after the IMU are counted as outside, those of GNSS in an outage as withheld; the
-/// others are turned into w, whose origin is the first of them. Weeks of the sources are made one.
+/// **Gaps.** A gap is an interval above 1.5 times the median, unless its neighbours are shorter by as much (then a time
+/// stamp was late). A gap is filled by samples marked `gap` at about the median interval. They lie on the straight line
+/// between the mean rates of the 0.2 s on either side. Their noise is twice that of such lines within 10 s of the gap,
+/// or five times its length if that is more. The row after the gap covers one median interval. An interval above 300 s
+/// is an error.
 ///
-/// Rests are those of detect_rest(), where the options ask for them.
-/// Throws DataError where a needed source is missing, or nothing has a time in common.
+/// **Clipping.** A sample with a component at 0.999 of the range or more is marked as clipped. Beyond twice the range,
+/// the component is replaced by the mean of its neighbours.
+///
+/// **GNSS and attitude.** Fixes outside the time of the IMU are left out and counted, and so are GNSS fixes in an
+/// outage. The others are turned into w, whose origin is the first of them. Times of all sources are brought to the
+/// same GPS week.
+///
+/// **Rest.** Rests are those of detect_rest(), if the options ask for them.
+///
+/// Throws DataError if a needed source is missing, or if the sources have no time in common.
 Log condition(const Recording& recording, const ConditioningOptions& options);
 
-/// The IMU's part alone: its samples, magnetic field and counts. Throws DataError as above.
+/// The same for the IMU alone: its samples, magnetic field and counts. Throws as above.
 Log condition_imu(const ImuRecording& recording, const ConditioningOptions& options);
 
 }  // namespace piste

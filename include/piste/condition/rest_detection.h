@@ -1,26 +1,29 @@
 #pragma once
-/// When the body stands still, learned from the log itself.
+/// Detects when the body stands still.
 ///
-/// A window of a second is at rest where GNSS says so (mean velocity within its noise, or position that does not move)
-/// and rate and force are as quiet as at rest. How quiet that is, a running engine and a breathing skier decide: the
-/// signature of rest is learned where GNSS is there, as is that of motion, and in an outage both must agree that the
-/// body stands. Where the two signatures overlap, no rest is claimed in an outage: one false rest costs more than many
-/// missed ones.
+/// A window of one second is at rest if two conditions hold: GNSS says so (its mean velocity is within its noise, or
+/// its position does not move), and rate and force are as quiet as at rest. How quiet that is differs between a running
+/// engine and a breathing skier. It is therefore learned from the log, from the windows in which GNSS shows rest and
+/// those in which it shows motion.
+///
+/// In an outage, rate and force alone decide: they must be as quiet as at rest, and quieter than in motion. If the two
+/// cannot be separated, no rest is reported in an outage, because one false rest costs more than many missed ones.
 
 #include "piste/core/aligned.h"
 #include "piste/core/options.h"
 
 namespace piste {
 
-/// Rest intervals of at least a second, their ends drawn in by a quarter of one.
+/// Rests of at least one second. Each interval is shortened by a quarter of a second at both ends.
 std::vector<Interval> detect_rest(const Log& log);
 
-/// The same, without GNSS, of two IMUs: from the reference, whose rates have no bias worth the name. A window is at
-/// rest where its mean rate is no more than sway, and its rates and forces are quiet. Signals low-passed before, as a
-/// tactical IMU's forces are quantised.
+/// The same for two aligned IMUs, without GNSS. It uses the reference, whose bias is negligible: a window is at rest if
+/// its mean rate is no more than sway and its rates and forces are quiet. @pre Signals are low-passed, because the
+/// forces of a tactical IMU are quantised.
 std::vector<Interval> detect_rest(const AlignedImus& imus);
 
-/// The log with these rest intervals, in order, and with `at_rest` of the samples that lie whole within one of them.
+/// The log with the rests `rest`, and with `at_rest` set in the samples that lie entirely within one of them. @pre
+/// `rest` is in order.
 Log with_rest(Log log, std::vector<Interval> rest);
 
 }  // namespace piste

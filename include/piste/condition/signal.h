@@ -1,5 +1,6 @@
 #pragma once
-/// The low-pass that the signals of both IMUs go through: Butterworth, without delay or causal.
+/// The low-pass filter for the signals of two IMUs that are to be compared: Butterworth, in a form without delay and in
+/// a causal form. docs/low_pass.md explains the choice.
 
 #include <array>
 #include <complex>
@@ -16,9 +17,9 @@ namespace piste {
 ///
 ///     |H|² = 1 / (1 + Ω^(2 order)),     H = Π_j 1 / (1 + damping_j iΩ − Ω²) [· 1 / (1 + iΩ)]
 ///
-/// The sections integrate by the trapezoidal rule (Zavalishin, The Art of VA Filter Design, chapters 3 and 4). These
-/// are the same transfer functions as biquads, but coefficients and states do not cancel at cut-offs far below the
-/// rate, and the steady state is the input itself: a constant passes to the bit.
+/// The sections integrate by the trapezoidal rule (Zavalishin, The Art of VA Filter Design, chapters 3 and 4). They
+/// have the same transfer functions as biquads. But their coefficients and states do not cancel at cut-offs far below
+/// the rate, and the steady state is the input itself, so that a constant passes unchanged to the last bit.
 class LowPass {
  public:
   static constexpr int kMaxOrder = 12;
@@ -30,7 +31,8 @@ class LowPass {
   std::complex<double> response(double frequency) const;
   /// Group delay −dφ/dω of the causal filter at `frequency` [Hz], in seconds.
   double delay(double frequency) const;
-  /// Samples until a disturbance has fallen below 1e-9 of itself, about. Not rounded, as it may exceed any integer.
+  /// Number of samples, about, after which a disturbance has fallen to 1e-9 of itself. Not rounded, as it may exceed
+  /// any integer.
   double settling() const { return settling_; }
 
   /// A section 1 / (s² + damping s + 1) with s = (1/g) (z − 1) / (z + 1) and g = tan(π cutoff / rate).
@@ -38,7 +40,7 @@ class LowPass {
     double damping;
     double a1, a2, a3;  ///< 1 / (1 + damping g + g²), and times g, and times g²
   };
-  /// Of second order, order / 2 of them.
+  /// The sections of second order: order / 2 of them.
   std::span<const Section> sections() const { return {sections_.data(), static_cast<std::size_t>(order_ / 2)}; }
   /// A section 1 / (s + 1) follows where the order is odd; its coefficient is g / (1 + g).
   bool has_first_order() const { return order_ % 2 == 1; }
@@ -52,14 +54,14 @@ class LowPass {
   double settling_;
 };
 
-/// Causal low-pass for real time: one sample at a time at the filter's rate, no heap. Starts in the steady state of its
-/// first sample. @pre samples are finite; one that is not spoils all that follow.
+/// Causal low-pass for real time: takes one sample at a time, at the filter's rate, without heap. It starts in the
+/// steady state of its first sample. @pre samples are finite: NaN would spoil all later output.
 class CausalLowPass {
  public:
   explicit CausalLowPass(const LowPass& filter) : filter_(filter) {}
 
   Vector3d add(const Vector3d& sample);
-  /// By how much a component of this frequency [Hz] comes late, in seconds: LowPass::delay.
+  /// Delay [s] of a component of this frequency [Hz]: LowPass::delay.
   double delay(double frequency) const { return filter_.delay(frequency); }
 
  private:
@@ -72,14 +74,14 @@ class CausalLowPass {
   Vector3d last_;  // state of the section of first order
 };
 
-/// Forward and backward: no delay at any frequency, gain |H|², which is one half (−6 dB) at the cut-off. Samples are
-/// equally spaced, at the filter's rate; as many come out.
+/// Filters forward and then backward. There is no delay at any frequency, and the gain is |H|², which is one half (−6
+/// dB) at the cut-off. Samples are equally spaced, at the filter's rate. The result has as many samples.
 ///
-/// Edges as in scipy.signal.sosfiltfilt: the signal is continued beyond its ends by its own point reflection (odd
-/// extension) and each pass starts in the steady state of its first sample, so that a constant passes to rounding. The
-/// extension lasts until the filter has settled, or as long as the signal allows, so that a straight line passes to
-/// 1e-9 too where the signal is longer than `settling()`. (scipy extends by some samples only, however low the cut-off;
-/// its `padlen` gives the same.) @pre samples are finite.
+/// Edges are treated as in scipy.signal.sosfiltfilt: the signal is extended beyond its ends by its own point reflection
+/// (odd extension), and each pass starts in the steady state of its first sample. A constant passes unchanged. The
+/// extension is as long as the filter takes to settle, or as long as the signal allows, so that a straight line passes
+/// to 1e-9 if the signal is longer than `settling()`. (By default scipy extends by a few samples only, however low the
+/// cut-off; its `padlen` gives the same.) @pre samples are finite.
 /// Source: Gustafsson 1996, Determining the initial states in forward-backward filtering, IEEE Trans. SP 44.
 std::vector<Vector3d> zero_phase(const LowPass& filter, std::span<const Vector3d> signal);
 

@@ -1,20 +1,23 @@
 #pragma once
-/// One clock, one boresight, one lever arm for two IMUs on one plate, from their own signals. In piste::batch.
+/// Aligns two IMUs on one plate: finds the offset and drift of their clocks, the boresight and the lever arm from their
+/// signals alone. It is part of piste::batch. docs/alignment.md is an introduction.
 ///
-/// The offset of the clocks is found first, without any prior, as the peak of the normalised cross-correlation of the
-/// norms of the angular rates, which no mounting changes. Then one least-squares problem is solved over everything that
-/// makes two rigidly mounted IMUs differ, where t is the time of the reference and m the clock of the body IMU:
+/// First the offset of the clocks is found, without a first guess, as the peak of the normalised cross-correlation of
+/// the norms of the angular rates; the norm does not depend on the mounting. Then one least-squares problem is solved
+/// for everything in which two rigidly mounted IMUs differ. With t the time of the reference and m the clock of the
+/// body IMU:
 ///
 ///     t   = m − offset − drift (m − first m)
 ///     w_b = (1 + gyro_scale)  R_rbᵀ w_r(t)                                    + gyro_bias  + gyro_drift(m)  + noise
 ///     f_b = (1 + accel_scale) R_rbᵀ (f_r + w_r' × p_rb_r + w_r × (w_r × p_rb_r)) + accel_bias + accel_drift(m) + noise
 ///
-/// Both signals are means over the same intervals and pass the same zero-phase low-pass; the reference is interpolated
-/// by a cubic spline, the body IMU never is. The residuals are whitened by an autoregression fitted to them, so that
-/// the covariance is that of the noise as it is. The in-run drifts are states at knots, with the sensor's process
-/// between them; the scales have the sensor's sigma as prior; all else is free.
+/// Both signals are means over the same intervals and go through the same zero-phase low-pass. The reference is
+/// interpolated by a cubic spline; the body IMU is never interpolated. The residuals are whitened by an autoregression
+/// that is fitted to them, so that the covariance is right for the noise as it is. The in-run drifts are estimated at
+/// knots, and between knots follow the sensor's process. The scales have the sensor's sigma as prior. All else has no
+/// prior.
 ///
-/// What the motion does not determine is named in Alignment::undetermined, and its sigmas are infinite.
+/// What the motion does not determine is named in Alignment::undetermined, and its sigma is infinite.
 
 #include <string>
 #include <vector>
@@ -25,22 +28,24 @@
 
 namespace piste {
 
+/// Options of an alignment.
 struct AlignmentOptions {
-  ImuSensor sensor;          ///< of the body IMU: scale priors, drift processes
-  ImuSensor reference = {};  ///< its noise, which is not to be taken for motion
-  double low_pass = 0;       ///< [Hz] of both signals; 0 = 12 Hz, or 0.4 of the slower rate where that is less
-  std::string name = {};     ///< of the body IMU's log, for errors
+  ImuSensor sensor;          ///< the body IMU, whose scale sigmas and drift processes are used
+  ImuSensor reference = {};  ///< the reference, whose noise must not be taken for motion
+  double low_pass = 0;       ///< of both signals [Hz]; 0 = 12 Hz, or 0.4 of the slower rate if that is less
+  std::string name = {};     ///< name of the body IMU's log, for errors
 };
 
-/// Aligns the body IMU with the reference. The samples are as `condition_imu` gives them, each log on its own clock.
-/// Throws ConfigError where the low-pass is not below half of both rates, and DataError where there is no one answer:
-/// where the logs are shorter than 5 s, hold no motion in common or a motion that repeats itself, where a clock jumps
-/// or is wrong by more than a hundredth, or where an IMU is left-handed. The message says which, and where in the log.
+/// Aligns the body IMU with the reference. @pre Samples are those of `condition_imu`; each log has its own clock.
+/// Throws ConfigError if the low-pass is not below half of both rates. Throws DataError if there is no unique answer:
+/// if the logs are shorter than 5 s, if they have no motion in common or a motion that repeats itself, if a clock jumps
+/// or its rate is wrong by more than 1 %, or if an IMU is left-handed. The message says which, and where in the log.
 Alignment align(const std::vector<ImuSample>& body, const std::vector<ImuSample>& reference,
                 const AlignmentOptions& options);
 
-/// Both signals, unfiltered, after the alignment: the reference at the samples of the body IMU, on one clock, turned
-/// into body axes and moved to the body IMU. Components of the lever arm that are not determined are taken for zero.
+/// Applies an alignment: returns both signals, not filtered, at the sample times of the body IMU and on one clock, with
+/// the reference turned into body axes and moved to the body IMU. Components of the lever arm that are not determined
+/// are taken to be zero.
 AlignedImus bring_together(const std::vector<ImuSample>& body, const std::vector<ImuSample>& reference,
                            const Alignment& alignment);
 

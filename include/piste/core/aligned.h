@@ -1,5 +1,6 @@
 #pragma once
-/// Two IMUs on one plate, brought together: one clock, one place, one set of axes; and the phases of their run.
+/// Signals of two IMUs on one plate after their alignment, with one clock, one set of axes and one place; and the
+/// phases of their run.
 
 #include <cstdint>
 #include <optional>
@@ -9,18 +10,19 @@
 
 namespace piste {
 
-/// Both IMUs at the samples of the body IMU, GPS time. Rates and forces are means over (time − interval, time].
+/// Signals of both IMUs at the sample times of the body IMU, in GPS time. Rates and forces are means over (time −
+/// interval, time].
 struct AlignedImus {
-  double interval = 0;                    ///< median one
-  double low_pass = 0;                    ///< [Hz] that both IMUs' signals went through; 0 = none
+  double interval = 0;                    ///< median sample interval [s]
+  double low_pass = 0;                    ///< cut-off of the low-pass of both signals [Hz]; 0 = none
   std::vector<double> time;               ///< [s]
   std::vector<Vector3d> gyro, accel;      ///< as the body IMU measured them, body axes
-  std::vector<Vector3d> reference_gyro;   ///< of the reference, turned into b by the boresight
-  std::vector<Vector3d> reference_accel;  ///< likewise, and moved to b by the lever arm
-  std::vector<std::uint8_t> usable;       ///< 0 where either IMU is silent, or where the body IMU clips
+  std::vector<Vector3d> reference_gyro;   ///< of the reference, turned into body axes by the boresight
+  std::vector<Vector3d> reference_accel;  ///< likewise, and moved to the body IMU by the lever arm
+  std::vector<std::uint8_t> usable;       ///< 0 where either IMU has no sample or the body IMU clips
 };
 
-/// Stretches of a log; what it does not have is nothing.
+/// The three phases of a run. A phase that the log does not have is empty.
 struct Phases {
   std::optional<Interval> before, run, after;  ///< at rest before the start, under way, at rest after the stop
 };

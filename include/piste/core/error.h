@@ -1,5 +1,5 @@
 #pragma once
-/// What can go wrong with the user's input, said so that it can be mended.
+/// The exceptions of the library. Each says what is wrong with the user's input, where, and what would be right.
 
 #include <stdexcept>
 #include <string>

@@ -7,47 +7,48 @@
 ///     R_rb = Exp(β) R̂_rb      every other block: value + error
 ///
 /// Attitude and velocity are one element of SE(3) with the error on the left (right-invariant, Barrau and Bonnabel
-/// 2017): its transition does not contain the noisy specific force. Position is additive and not a third column of
-/// SE₂(3): a fix is then linear in ρ wherever the run's origin lies, while [p]θ of the invariant error reaches
-/// metres at some kilometres.
+/// 2017). The transition of this error does not contain the noisy specific force. Position is additive, and not a third
+/// column of SE₂(3), so that a fix is linear in ρ wherever the origin of the run lies; the term [p]θ of the invariant
+/// error would reach metres at some kilometres from the origin.
 
 #include "piste/core/state_table.h"
 
 namespace piste {
 
-/// Value of a block that is no rotation, for reading and writing.
+/// Value of a block that is not a rotation, for reading and writing.
 Eigen::Map<Eigen::VectorXd> additive(Estimate& x, Block block);
 Eigen::Map<const Eigen::VectorXd> additive(const Estimate& x, Block block);
 /// Value of a block that is a rotation.
 Quaterniond& rotation(Estimate& x, Block block);
 const Quaterniond& rotation(const Estimate& x, Block block);
 
-/// Value of any block as files and plots show it but for the unit: a rotation as its Euler angles (roll, pitch,
-/// heading), a block of one value with zeros after it.
+/// Value of any block as files and plots show it, but in SI and radians. A rotation is given as its Euler angles (roll,
+/// pitch, heading); a block of one value has zeros after it.
 Vector3d shown_value(const Estimate& x, Block block);
 
 /// estimate ⊞ error for every block.
 Estimate boxplus(const Estimate& x, const FullError& error);
 
-/// estimate ⊞ error for the blocks of a layout; the other errors are zero. No heap.
+/// estimate ⊞ error for the blocks of a layout; the errors of the other blocks are zero. No heap.
 Estimate boxplus(const Estimate& x, const StateLayout& layout, const ErrorVector& error);
 
-/// The error with truth = estimate ⊞ error, attitude and boresight differences below π.
+/// The error for which truth = estimate ⊞ error. @pre attitudes and boresights differ by less than π.
 FullError boxminus(const Estimate& truth, const Estimate& estimate);
 
-/// Covariance reset: an error e about `x` becomes G e about x ⊞ `correction`, to first order in e and to all
-/// orders in the correction. G is the left Jacobian of the group: identity but for the 6×6 of (velocity, attitude)
-/// and the 3×3 of every other rotation, such as the boresight. Rows and columns of `velocity_attitude`: ν, θ.
+/// The matrix G that resets the covariance after a correction: an error e about the estimate x is G e about x ⊞
+/// `correction`, to first order in e and to all orders in the correction. G is the left Jacobian of the group. It is
+/// the identity except for the 6×6 part of (velocity, attitude), with rows and columns in the order ν, θ, and the 3×3
+/// part of every other rotation, such as the boresight.
 struct ResetJacobian {
   Eigen::Matrix<double, 6, 6> velocity_attitude;
   std::array<Matrix3d, kMountings> mountings;  ///< in the order of kMountingBlocks
 };
 ResetJacobian reset_jacobian(const FullError& correction);
 
-/// Transform of the navigation error (ρ, ν, θ) into the ordinary one (δp, δv, θ) with δv = ν + θ × v̂.
+/// The matrix that turns the navigation error (ρ, ν, θ) into the ordinary error (δp, δv, θ), with δv = ν + θ × v̂.
 Eigen::Matrix<double, 9, 9> ordinary_from_invariant(const Estimate& x);
 
-/// Expands an error of the layout's blocks to every block, zero elsewhere.
+/// The error of every block from the error of the layout's blocks; zero for the others.
 FullError expand(const StateLayout& layout, const ErrorVector& error);
 
 }  // namespace piste

@@ -1,5 +1,5 @@
 #pragma once
-/// What the sensors said: as read (Recording), and as the filter takes it (Log).
+/// What the sensors measured, in two forms: as the files have it (Recording), and as the filter takes it (Log).
 
 #include <cmath>
 #include <cstddef>
@@ -12,7 +12,7 @@
 
 namespace piste {
 
-// ---- As read: sensor clock, sensor axes, SI and radians. ----
+// ---- As the files have it: sensor clock, sensor axes, SI and radians. ----
 
 /// One IMU file. Rows are rates and specific forces, or increments since the row before.
 struct ImuRecording {
@@ -20,20 +20,20 @@ struct ImuRecording {
   bool increments = false;
   std::vector<double> time;
   std::vector<Vector3d> gyro, accel;
-  std::vector<Vector3d> magnetic;   ///< [µT], empty or one a row
-  std::vector<double> temperature;  ///< [°C], empty or one a row
+  std::vector<Vector3d> magnetic;   ///< [µT]; empty, or one for each row
+  std::vector<double> temperature;  ///< [°C]; empty, or one for each row
 };
 
-/// How a receiver came by a fix; kPrecise is a carrier-phase solution of any other kind, such as PPP.
+/// Which kind of solution a fix is. kPrecise is a carrier-phase solution that is neither float nor fixed, such as PPP.
 enum class FixQuality : std::uint8_t { kUnknown, kSingle, kDifferential, kPrecise, kFloat, kFixed, kDeadReckoned };
 
-/// Velocity of a fix. A sigma of down that is infinite: only the horizontal velocity was measured, down reads 0.
+/// Velocity of a fix. If only the horizontal velocity was measured, the down sigma is infinite and the down value is 0.
 struct FixVelocity {
   Vector3d value, sigma;
   bool has_down() const { return std::isfinite(sigma.z()); }
 };
 
-/// One fix of a receiver's antenna; velocity and sigmas in local north-east-down.
+/// One GNSS fix: position and velocity of the receiver's antenna. Velocity and sigmas are along local north-east-down.
 struct GeodeticFix {
   double time = 0;
   Geodetic position;
@@ -42,10 +42,11 @@ struct GeodeticFix {
   FixQuality quality = FixQuality::kUnknown;
 };
 
+/// One GNSS file.
 struct GnssRecording {
   std::string file;
   std::vector<GeodeticFix> fixes;
-  std::size_t without_fix = 0;  ///< epochs of the file in which the receiver says that it has none
+  std::size_t without_fix = 0;  ///< epochs of the file for which the receiver says that it has no fix
 };
 
 /// Attitude of a reference IMU's axes in local north-east-down: (roll, pitch, heading).
@@ -54,12 +55,14 @@ struct EulerFix {
   Vector3d angles, sigma;
 };
 
+/// One attitude file.
 struct AttitudeRecording {
   std::string file;
   std::vector<EulerFix> fixes;
-  std::size_t not_valid = 0;  ///< epochs of the file whose attitude the reference itself does not trust
+  std::size_t not_valid = 0;  ///< epochs of the file whose attitude the reference itself marks as not valid
 };
 
+/// All files of a run.
 struct Recording {
   ImuRecording imu;
   std::vector<GnssRecording> gnss;
@@ -68,22 +71,22 @@ struct Recording {
 
 // ---- As the filter takes it: GPS time, body axes, world frame. ----
 
-/// What a filled-in sample may be wrong by, as a random walk.
+/// Densities of the white noise that is added in a gap, for the motion that the straight line through the gap may miss.
 struct GapNoise {
   double gyro = 0;   ///< rad/s/sqrt(Hz)
   double accel = 0;  ///< m/s²/sqrt(Hz)
 };
 
-/// Rotation and velocity increments over (time − interval, time], body axes.
+/// One IMU sample: rotation and velocity increments over (time − interval, time], in body axes.
 struct ImuSample {
   double time = 0, interval = 0;
   Vector3d dtheta = Vector3d::Zero(), dvel = Vector3d::Zero();
-  std::uint8_t clipped_gyro = 0, clipped_accel = 0;  ///< bit i: axis i stood at the sensor's range
-  std::optional<GapNoise> gap = {};                  ///< filled in: nothing was measured here
-  bool at_rest = false;                              ///< the rest detector says that the body stands still
+  std::uint8_t clipped_gyro = 0, clipped_accel = 0;  ///< bit i is set where axis i stands at the sensor's range
+  std::optional<GapNoise> gap = {};                  ///< set where the sample fills a gap: it was not measured
+  bool at_rest = false;                              ///< set where the rest detector finds the body standing still
 };
 
-/// One fix of a receiver's antenna, in w; sigmas along w.
+/// One GNSS fix: position and velocity of the receiver's antenna, in w, with sigmas along the axes of w.
 struct GnssFix {
   double time = 0;
   Vector3d position, sigma_position;
@@ -108,15 +111,16 @@ struct Interval {
   bool contains(double t) const { return t >= start && t <= end; }
 };
 
-/// What conditioning counted; nothing is dropped without a count.
+/// Counts of what conditioning left out or changed. Nothing is left out without a count.
 struct LogCounts {
   std::size_t imu_gaps = 0, imu_rejected = 0, imu_clipped = 0;
-  std::vector<std::size_t> gnss_withheld, gnss_outside;  ///< a receiver each: in an outage; outside the IMU's span
+  std::vector<std::size_t> gnss_withheld, gnss_outside;  ///< per receiver: in an outage; outside the IMU's span
   std::vector<std::size_t> attitude_outside;
-  std::vector<std::size_t> gnss_without_fix, attitude_not_valid;  ///< a source each: of the whole file
+  std::vector<std::size_t> gnss_without_fix, attitude_not_valid;  ///< per source, over the whole file
 };
 
-/// Time-ordered, one clock. `gnss[i]` and `attitude[i]` are the fixes of source i.
+/// All measurements of a run as the filter takes them: in the order of time, on one clock. `gnss[i]` and `attitude[i]`
+/// are the fixes of source i.
 struct Log {
   World world;
   std::vector<ImuSample> imu;

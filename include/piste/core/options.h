@@ -1,5 +1,5 @@
 #pragma once
-/// Choices of a run, shared by conditioning, filter and smoother. SI and radians.
+/// Options of a run, which conditioning, filter and smoother share. SI and radians.
 
 #include <optional>
 #include <string>
@@ -12,66 +12,68 @@ namespace piste {
 
 enum class Block : int;  // state_table.h
 
-/// How the rows of an IMU file become increments of the body.
+/// How the rows of an IMU file are turned into increments in body axes and GPS time.
 struct ImuConditioning {
-  Matrix3d R_bs = Matrix3d::Identity();  ///< sensor components into b: a signed permutation of determinant +1
-  bool instantaneous = false;            ///< rows are samples at their time, not means over the interval before it
+  Matrix3d R_bs = Matrix3d::Identity();  ///< sensor axes into b: a signed permutation of determinant +1
+  bool instantaneous = false;            ///< a row is the value at its time, not the mean over the interval before
   double clock_offset = 0;               ///< gps time = t − offset − drift (t − first t)
-  double clock_drift = 0;                ///< as a ratio
+  double clock_drift = 0;                ///< a ratio: 1e-6 is 1 ppm
 };
 
-/// Standing still, seen from the sensors.
+/// Detection of rest, and the zero-velocity and zero-rate updates that the filter makes at rest.
 struct RestOptions {
   bool detect = true;
-  double sigma_velocity = 0.01;   ///< of a standing body: a person sways
-  double sigma_rate = 0.0034907;  ///< 0.2 deg/s: sway again, and slow turning
-  double correlation_time = 8;    ///< of that rate [s]: all that zero rates tell within it counts as one of them
-  double interval = 0.5;          ///< time between zero updates [s]
+  double sigma_velocity = 0.01;   ///< of the velocity of a standing body: a person sways
+  double sigma_rate = 0.0034907;  ///< of its angular rate, 0.2 deg/s: sway and slow turning
+  double correlation_time = 8;    ///< of that rate [s]: zero-rate updates within it count together as one
+  double interval = 0.5;          ///< between the updates [s]
 };
 
 struct ConditioningOptions {
   ImuConditioning imu;
   double gyro_range = 0, accel_range = 0;  ///< 0 = unlimited
   Interval span;                           ///< GPS time; {0, 0} = all
-  std::vector<Interval> outages;           ///< GNSS withheld here
+  std::vector<Interval> outages;           ///< GNSS fixes in them are withheld
   RestOptions rest;
 };
 
-/// A first-order Gauss-Markov error, per axis.
+/// A first-order Gauss-Markov process on three axes.
 struct GaussMarkov {
   Vector3d sigma;
   double correlation_time = 0;
 };
 
-/// One receiver.
+/// One GNSS receiver.
 struct GnssOptions {
   std::string name;
-  Vector3d lever_arm = Vector3d::Zero();  ///< b → antenna; the start value where it is estimated
+  Vector3d lever_arm = Vector3d::Zero();  ///< p_ba_b; the start value if it is estimated
   bool use_position = true, use_velocity = true;
-  /// Coloured position error along w. Sigmas of the fixes are the total: white = sqrt(total² − drift²), at least
-  /// 10 % of the total. One receiver at most may have it.
+  /// The coloured part of the position error, along w. The sigma of a fix is the total error, so that the white part is
+  /// sqrt(total² − drift²), and at least 10 % of the total. Only one receiver may have a drift.
   std::optional<GaussMarkov> drift;
 };
 
 /// One reference attitude.
 struct AttitudeOptions {
   std::string name;
-  /// Where given, the fixes' error is this process and white noise; else white.
+  /// The coloured part of the error, along w. Without it the error is white.
   std::optional<GaussMarkov> drift;
-  /// Where given, the boresight changes in the run, by this process about its constant. One reference at most may say
-  /// so: there is one IMU and one mount.
+  /// For a flexible mount: in the run the boresight varies about its constant value by this process. Only one reference
+  /// may have it, as there is one IMU on one mount.
   std::optional<GaussMarkov> boresight_drift = std::nullopt;
-  /// The white part of the fixes' sigma along w where there is a drift; `with_white_part` finds it.
+  /// If there is a drift: the white part of the error as a fraction of the fixes' sigma, along w. `with_white_part`
+  /// measures it.
   Vector3d white = Vector3d::Constant(0.1);
 };
 
-/// 1-sigma priors of the blocks that no sensor file knows.
+/// 1-sigma priors of the blocks that do not depend on the IMU's sensor file.
 struct Priors {
-  double boresight = 0.17;   ///< 10 deg about the start value
+  double boresight = 0.17;   ///< rad: 10 deg about the start value
   double lever_arm = 0.1;    ///< m, about the configured one
   double gnss_delay = 0.05;  ///< s
 };
 
+/// Options of the filter.
 struct FilterOptions {
   ImuSensor sensor;
   std::vector<GnssOptions> gnss;          ///< one per Log::gnss
@@ -79,11 +81,11 @@ struct FilterOptions {
   std::vector<Block> estimate;            ///< blocks beyond position, velocity and attitude
   RestOptions rest;
   Priors priors;
-  double gate = 0.999;        ///< probability of an innovation beyond which it is rejected
-  int readmit_after = 5;      ///< rejections in a row after which the filter is held to be wrong, where it may be
-  double distrust = 40;       ///< longest time for which a receiver that jumped is not believed [s]
-  double magnetic_sigma = 0;  ///< rad of a magnetic heading; 0 = magnetometer unused
-  double declination = 0;     ///< rad, east positive
+  double gate = 0.999;        ///< probability with which a good fix passes the gate
+  int readmit_after = 5;      ///< rejections in a row after which the filter takes itself to be wrong (solve/trust.h)
+  double distrust = 40;       ///< longest time for which a receiver that jumped is not used [s]
+  double magnetic_sigma = 0;  ///< 1-sigma of a magnetic heading [rad]; 0 = the magnetometer is not used
+  double declination = 0;     ///< magnetic declination [rad], east positive
 
   /// Throws ConfigError on values that no filter can run with.
   void validate() const;

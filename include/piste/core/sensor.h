@@ -1,13 +1,13 @@
 #pragma once
-/// What a data sheet or an Allan deviation says of an IMU. SI and radians.
+/// The error model of an IMU, with the numbers that a data sheet or an Allan deviation gives. SI and radians.
 ///
-/// measured = (1 + scale) · true + bias + drift + noise, per axis.
+///     measured = (1 + scale) · true + bias + drift + noise, per axis
 
 #include <string>
 
 namespace piste {
 
-/// In-run drift of a bias: absent, random walk, or first-order Gauss-Markov.
+/// How a bias changes in a run: not at all, as a random walk, or as a first-order Gauss-Markov process.
 struct DriftProcess {
   enum class Kind { kNone, kRandomWalk, kGaussMarkov };
   Kind kind = Kind::kNone;
@@ -16,11 +16,11 @@ struct DriftProcess {
   double density = 0;           ///< random walk: unit/s/sqrt(Hz)
 };
 
-/// Errors of three like axes.
+/// Errors of three axes of the same kind. One number holds for all three.
 struct TriadErrors {
   double noise = 0;    ///< density of the white noise: unit/sqrt(Hz)
-  double bias = 0;     ///< 1-sigma of the turn-on constant
-  DriftProcess drift;  ///< in-run
+  double bias = 0;     ///< 1-sigma of the turn-on bias
+  DriftProcess drift;  ///< of the bias, in the run
   double scale = 0;    ///< 1-sigma, as a ratio
   double range = 0;    ///< a sample at ± range is clipped; 0 = unlimited
 };

@@ -1,5 +1,5 @@
 #pragma once
-/// What we believe over a run, and how surely: one row an IMU epoch, stored compactly.
+/// The result of a filter or a smoother: an estimate with its sigmas for each IMU epoch, and all innovations.
 
 #include <array>
 #include <cstddef>
@@ -12,38 +12,44 @@
 
 namespace piste {
 
-/// What became of a measurement: used; rejected, outside the gate; used although outside, as the filter was wrong;
-/// left out within the gate, as its receiver jumped before and has not come back; left out as it repeats the fix
-/// before.
-enum class Outcome { kUsed, kRejected, kReadmitted, kDisputed, kRepeated };
+/// What the filter did with a measurement.
+enum class Outcome {
+  kUsed,
+  kRejected,    ///< left out: outside the gate
+  kReadmitted,  ///< used although outside the gate, because the filter was taken to be wrong
+  kDisputed,    ///< left out although within the gate, because its receiver jumped before and has not come back
+  kRepeated     ///< left out: the receiver repeated its last fix
+};
 inline constexpr std::array kOutcomes{Outcome::kUsed, Outcome::kRejected, Outcome::kReadmitted, Outcome::kDisputed,
                                       Outcome::kRepeated};
 
-/// As files and pages call it.
+/// Its name in files and pages.
 std::string_view outcome_name(Outcome outcome);
-/// Whether the filter took it.
+/// Whether the filter used the measurement.
 inline bool was_used(Outcome outcome) { return outcome == Outcome::kUsed || outcome == Outcome::kReadmitted; }
 
-/// One measurement against its prediction. Names the sensor as "gnss[0].position", "attitude[0]", "rest.velocity" …
+/// One measurement compared with its prediction. `source` leads to a name such as "gnss[0].position", "attitude[0]" or
+/// "rest.velocity".
 struct Innovation {
   double time = 0;
   int source = 0;            ///< index into Solution::sources
   int dof = 3;               ///< rows of the measurement
-  Vector3d residual, sigma;  ///< measured − predicted, and the root of the diagonal of its covariance; SI
-  double nis = 0, gate = 0;  ///< residual' S⁻¹ residual, and the bound that it was held against (0: none)
+  Vector3d residual, sigma;  ///< measured − predicted, and its 1-sigma; SI
+  double nis = 0, gate = 0;  ///< zᵀ S⁻¹ z of the residual z, and its largest allowed value (0: none)
   Outcome outcome = Outcome::kUsed;
 };
 
-/// Ordinary (not invariant) 1-sigma of one epoch. Euler sigmas belong to (roll, pitch, heading).
+/// 1-sigma of one epoch, of the ordinary (not the invariant) errors. Those of `euler` are of roll, pitch and heading.
 struct Sigmas {
   Vector3d position, velocity, euler;
-  FullError blocks = FullError::Zero();  ///< of the other blocks; boresight as Euler angles of R_rb; 0 = not estimated
+  FullError blocks = FullError::Zero();  ///< other blocks; boresight: Euler angles of R_rb; 0: not estimated
   Vector3d gyro_total_bias = Vector3d::Zero(), accel_total_bias = Vector3d::Zero();  ///< of bias + drift
 };
 
 /// Sigmas of an estimate from the covariance of its error. No heap.
 Sigmas sigmas_of(const Estimate& x, const StateLayout& layout, const Covariance& P);
 
+/// Estimates and sigmas of a run, stored compactly, one row for each epoch.
 class Solution {
  public:
   Solution() = default;
@@ -58,7 +64,7 @@ class Solution {
   Estimate estimate(std::size_t i) const;
   Sigmas sigmas(std::size_t i) const;
 
-  /// Local north-east-down view of one epoch, as files and pictures show it.
+  /// Position, velocity and attitude of one epoch in local north-east-down, as files and pictures show them.
   struct Navigation {
     Geodetic position;
     Vector3d velocity, euler;  ///< velocity in local n; (roll, pitch, heading) of R_nb
@@ -67,14 +73,14 @@ class Solution {
 
   void reserve(std::size_t epochs) { rows_.reserve(epochs * stride_); }
   void resize(std::size_t epochs) { rows_.resize(epochs * stride_); }
-  /// Appends, or overwrites row i. Blocks that the layout does not name are kept as constants of the run.
+  /// Appends a row, or overwrites row i. Blocks that the layout does not have are not stored: `fixed` has their values.
   void append(double time, const Estimate& x, const Sigmas& s);
   void set(std::size_t i, double time, const Estimate& x, const Sigmas& s);
 
-  std::vector<std::string> sources;      ///< names that Innovation::source points to
-  std::vector<Innovation> innovations;   ///< in the order of processing
-  std::size_t gnss_late = 0;             ///< fixes that came after the filter had passed them
-  double attitude_correlation_time = 0;  ///< [s] of the attitude's errors; 0: not known
+  std::vector<std::string> sources;      ///< names, by Innovation::source
+  std::vector<Innovation> innovations;   ///< in the order in which they were processed
+  std::size_t gnss_late = 0;             ///< fixes that came too late for the filter
+  double attitude_correlation_time = 0;  ///< of the attitude's errors [s]; 0: not known
   Estimate fixed;                        ///< values of the blocks that are not estimated
 
  private:

@@ -1,7 +1,8 @@
 #pragma once
-/// The one table of state blocks: what each is called, where an estimate holds it, what is known of it before a run and
-/// how it changes. Error state, filter, config keys, file columns, plots and tests are driven by it, so that a new
-/// block is a name in `Block`, a member of `Estimate` and a row of `kBlocks`; and the model that observes it.
+/// The one table of state blocks. Its row for a block has the block's name and unit, its place in an estimate, its
+/// prior or its process, and what observes it. Error state, filter, configuration keys, file columns, plots and tests
+/// read this table. A new block is therefore a name in `Block`, a member of `Estimate`, a row of `kBlocks`, and the
+/// Jacobians of the models that depend on it.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -36,7 +37,7 @@ enum class Block : int {
   kBoresightDrift,
 };
 
-/// What we believe at one instant. Its error is defined in estimate.h.
+/// The estimated state at one instant: a value for every block. Its error is defined in estimate.h.
 struct Estimate {
   Quaterniond q_wb = Quaterniond::Identity();
   Vector3d v_wb = Vector3d::Zero();
@@ -50,40 +51,42 @@ struct Estimate {
   Quaterniond q_rb = Quaterniond::Identity();  ///< boresight: b components into r
   Vector3d lever_arm = Vector3d::Zero();       ///< p_ba_b
   Vector3d gnss_position_drift = Vector3d::Zero();
-  double gnss_delay = 0;                        ///< a fix stamped t is of t − gnss_delay
-  Vector3d attitude_drift = Vector3d::Zero();   ///< of the reference attitude, rotation vector in w
-  Vector3d boresight_drift = Vector3d::Zero();  ///< a mount that gives: Exp(drift) R_rb, rotation vector in r
+  double gnss_delay = 0;                        ///< a fix with time t was measured at t − gnss_delay
+  Vector3d attitude_drift = Vector3d::Zero();   ///< of the reference attitude: rotation vector in w
+  Vector3d boresight_drift = Vector3d::Zero();  ///< of a flexible mount: Exp(drift) R_rb, in r
 
   Matrix3d R_wb() const { return q_wb.toRotationMatrix(); }
   Matrix3d R_rb() const { return q_rb.toRotationMatrix(); }
 };
 
-/// How a block changes in a run: `law` on every axis, with its variances times `weight`.
+/// How a block changes in a run: each axis follows the process `law`, with its variances multiplied by `weight`.
 struct BlockProcess {
   DriftProcess law;
   Vector3d weight = Vector3d::Ones();
 };
 
-/// Where an estimate holds a block: three values, one, or a rotation.
+/// The member of Estimate that holds a block: three values, one value, or a rotation.
 using BlockMember = std::variant<Vector3d Estimate::*, double Estimate::*, Quaterniond Estimate::*>;
 
-/// One row of the table. The functions look at what a run knows of its sensors and sources.
+/// One row of the table. What depends on a run's sensors and sources is a function of its options.
 struct BlockInfo {
   Block block;
   std::string_view name;
   int size;
-  std::string_view unit;  ///< that files and plots show
-  double factor;          ///< from SI and radians to it
+  std::string_view unit;  ///< in files and plots
+  double factor;          ///< from SI and radians to that unit
   std::array<std::string_view, 3> axes;
   BlockMember member;
-  /// 1-sigma at the start of a constant; null of the navigation blocks, which a start gives, and of a process.
+  /// Of a block that is constant in a run: its 1-sigma at the start. Null for a process, and for the navigation blocks,
+  /// whose sigmas the start gives.
   Vector3d (*prior)(const FilterOptions&) = nullptr;
-  /// How it changes; nothing where this run has no such process. Null of a constant.
+  /// Of a block that changes in a run: its process, or nothing if this run has no such process. Null for a constant.
   std::optional<BlockProcess> (*process)(const FilterOptions&) = nullptr;
-  /// Whether the run has a source that tells it; null: every run has.
+  /// Whether the run has a source that observes the block. Null if every run has one.
   bool (*observed)(const FilterOptions&) = nullptr;
   std::string_view needs = {};  ///< that source, in words for the user
-  /// Estimated unasked where the run has the process: an error that a source says to have.
+  /// Whether the block is estimated without being named in `estimate`, wherever the run has its process. This is so for
+  /// errors that the options of a source state.
   bool implied = false;
 };
 
@@ -99,7 +102,7 @@ inline std::optional<BlockProcess> drift(const TriadErrors& triad) {
   return BlockProcess{triad.drift};
 }
 
-/// Of the last of `sources` that says to have the error `member`.
+/// The process of the coloured error `member`, of the last of `sources` that has one.
 template <class Source>
 std::optional<BlockProcess> coloured(const std::vector<Source>& sources, std::optional<GaussMarkov> Source::*member) {
   std::optional<BlockProcess> process;
@@ -250,13 +253,13 @@ inline constexpr int kBlockCount = static_cast<int>(kBlocks.size());
 constexpr int index_of(Block block) { return static_cast<int>(block); }
 constexpr const BlockInfo& info(Block block) { return kBlocks[static_cast<std::size_t>(block)]; }
 
-/// Position, velocity and attitude, which every run estimates.
+/// Whether the block is position, velocity or attitude, which every run estimates.
 constexpr bool is_navigation(Block block) { return index_of(block) <= index_of(Block::kAttitude); }
 
-/// Whether the block's error is a rotation vector on the left of a rotation.
+/// Whether the block is a rotation. Its error is then a rotation vector, on the left.
 constexpr bool is_rotation(Block block) { return std::holds_alternative<Quaterniond Estimate::*>(info(block).member); }
 
-/// Place of a block in the error vector that holds every block.
+/// First row of a block in the error vector of all blocks.
 constexpr int full_offset(Block block) {
   int offset = 0;
   for (int i = 0; i < index_of(block); ++i) offset += kBlocks[static_cast<std::size_t>(i)].size;
@@ -265,7 +268,7 @@ constexpr int full_offset(Block block) {
 
 inline constexpr int kFullSize = full_offset(kBlocks.back().block) + kBlocks.back().size;
 
-/// Rotations beyond the attitude, such as the boresight.
+/// The blocks that are rotations, without the attitude: the boresight.
 inline constexpr int kMountings =
     static_cast<int>(std::count_if(kBlocks.begin(), kBlocks.end(), [](const BlockInfo& row) {
       return is_rotation(row.block) && row.block != Block::kAttitude;
@@ -288,7 +291,8 @@ constexpr bool table_matches_enum() {
   return true;
 }
 
-/// A block beyond navigation without a prior or a process would silently not be estimated.
+/// Every block beyond the navigation blocks has either a prior or a process: without one it would silently not be
+/// estimated.
 constexpr bool every_row_is_whole() {
   return std::all_of(kBlocks.begin(), kBlocks.end(), [](const BlockInfo& row) {
     const bool constant = row.prior != nullptr, process = row.process != nullptr;
@@ -308,22 +312,22 @@ static_assert(blocks::every_row_is_whole(), "a block beyond navigation has eithe
 static_assert(blocks::sizes_match_members(), "a block has the size of what holds it");
 static_assert(full_offset(Block::kAttitude) == 6, "position, velocity and attitude come first");
 
-/// Error of every block, in table order, SI and radians.
+/// Error of every block, in the order of the table, SI and radians.
 using FullError = Eigen::Matrix<double, kFullSize, 1>;
-/// Error of the estimated blocks, and its covariance: sized at run time, stored in place.
+/// Error of the estimated blocks, and its covariance. Their size is known at run time; they need no heap.
 using ErrorVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kFullSize, 1>;
 using Covariance = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kFullSize, kFullSize>;
 
-/// Which blocks a run estimates, and where each stands. Position, velocity and attitude always lead.
+/// Which blocks a run estimates, and where each stands in its error vector. Position, velocity and attitude come first.
 class StateLayout {
  public:
   StateLayout() : StateLayout(std::span<const Block>{}) {}
-  /// `extra` in any order, without repetition; the navigation blocks may be named or not.
+  /// `extra`: the blocks beyond navigation, in any order. It may name navigation blocks too.
   explicit StateLayout(std::span<const Block> extra);
 
   int size() const { return size_; }
   bool has(Block block) const { return offset_[static_cast<std::size_t>(block)] >= 0; }
-  /// First row of the block, −1 where it is not estimated.
+  /// First row of the block, or −1 if it is not estimated.
   int offset(Block block) const { return offset_[static_cast<std::size_t>(block)]; }
   const std::vector<Block>& blocks() const { return blocks_; }
 
@@ -333,15 +337,15 @@ class StateLayout {
   int size_ = 0;
 };
 
-/// Whether a run knows anything of the block that it could estimate: a constant whose 1-sigma is 0 and a process that
-/// is not there leave nothing. True of the navigation blocks.
+/// Whether the block has an error that a run can estimate. A constant has none if its 1-sigma is 0, and a process has
+/// none if the run does not have it. True for the navigation blocks.
 bool has_error(const FilterOptions& options, Block block);
 
-/// Bias, drift and scale of gyroscopes and accelerometers, as far as the sensor has an error of them.
+/// Those of the blocks bias, drift and scale of gyroscopes and accelerometers for which the sensor has an error.
 std::vector<Block> imu_error_blocks(const ImuSensor& sensor);
 
-/// `wanted`, and the blocks that the sources of the run imply, such as their coloured errors, where they are not among
-/// them.
+/// `wanted`, and after it the blocks that the sources of the run imply, such as their coloured errors, if they are
+/// missing.
 std::vector<Block> with_implied_blocks(const FilterOptions& options, std::vector<Block> wanted);
 
 }  // namespace piste

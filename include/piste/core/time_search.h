@@ -1,6 +1,6 @@
 #pragma once
-/// Searches over time: in sequences that stand in its order (samples, fixes, rows, anything with a member `time`), and
-/// in intervals.
+/// Searches by time in sequences that are ordered by time (samples, fixes, rows: anything with a member `time`), and
+/// the overlap of intervals.
 
 #include <algorithm>
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace piste {
 
-/// Iterator to the first element at or after `time`; the end where all are before it.
+/// Iterator to the first element at or after `time`, or to the end if all are before it.
 template <class Samples>
 auto first_at_or_after(const Samples& samples, double time) {
   return std::partition_point(samples.begin(), samples.end(), [time](const auto& s) { return s.time < time; });
@@ -24,7 +24,7 @@ auto range(const Samples& samples, double begin, double end) {
   return std::span(samples.data() + (first - samples.begin()), count);
 }
 
-/// Seconds that two intervals have in common.
+/// Length [s] of the time that two intervals have in common.
 inline double overlap(const Interval& a, const Interval& b) {
   return std::max(0.0, std::min(a.end, b.end) - std::max(a.start, b.start));
 }

@@ -4,7 +4,7 @@
 
 namespace piste {
 
-/// Of this library, such as 0.1.0.
+/// The version of this library, such as 0.1.0.
 std::string version();
 
 }  // namespace piste

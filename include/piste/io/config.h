@@ -1,9 +1,9 @@
 #pragma once
-/// Configuration files: YAML whose values carry their unit, and whose every key is read or refused.
+/// Configuration files: YAML in which every number has its unit, and in which a key that nobody reads is an error.
 ///
-/// A file may build on another: `base: other.yaml` at its top takes that file's map and lays this file's over it, maps
-/// key by key, scalars and lists whole. A base may have a base. Every value keeps its own file: errors name it, and
-/// relative paths start from its folder.
+/// A file may build on another: with `base: other.yaml` at its top, it starts from the keys of that file and replaces
+/// or adds its own. Maps are merged key by key; scalars and lists are replaced as a whole. A base may have a base.
+/// Every value remembers the file in which it stands: errors name that file, and relative paths start from its folder.
 ///
 /// Every error is a ConfigError `FILE:LINE: what is wrong, and what would be right`.
 
@@ -22,42 +22,45 @@
 
 namespace piste {
 
-/// One map of a configuration file. A copy refers to the same map. Reading a key makes it a known one;
-/// `finish()` on the outermost map refuses those that nobody read.
+/// One map of a configuration file. A copy refers to the same map. Read all keys, and then call `finish()` on the
+/// outermost map: it throws if there is a key that was not read.
 class Config {
  public:
-  /// Throws ConfigError where the file or its base is missing, is no YAML, repeats a key, or builds on itself.
+  /// Reads a file. Throws ConfigError if the file or its base is missing, is not YAML, repeats a key, or builds on
+  /// itself.
   static Config load(const std::filesystem::path& file);
-  /// The same from text; `file` is what errors name, and its folder is where relative paths start.
+  /// The same from text. Errors name `file`, and relative paths start from its folder.
   static Config parse(const std::string& text, const std::filesystem::path& file);
 
-  /// Whether the key is there; it counts as known, not as read.
+  /// Whether the key is there. This does not count as reading it.
   bool has(std::string_view key) const;
-  /// Whether it is there and holds one value, neither a map nor a list.
+  /// Whether the key is there and has a single value, not a map or a list.
   bool is_scalar(std::string_view key) const;
 
-  /// The map at `key`, and the maps of a list at `key` (one map counts as a list of one, none as empty).
+  /// The map at `key`; the same, or nothing if the key is missing; the maps of a list at `key`. A single map counts as
+  /// a list of one, and a missing key as an empty list.
   Config map(std::string_view key) const;
   std::optional<Config> find_map(std::string_view key) const;
   std::vector<Config> maps(std::string_view key) const;
 
-  /// A quantity with its unit, in SI and radians. Without `fallback` the key must be there.
+  /// A quantity with its unit, converted to SI and radians. `fallback` is the value if the key is missing; without it a
+  /// missing key is an error.
   double quantity(std::string_view key, const Dimension&, std::optional<double> fallback = {}) const;
-  /// The same, refused below zero.
+  /// The same; a negative value is an error.
   double magnitude(std::string_view key, const Dimension&, std::optional<double> fallback = {}) const;
   Vector3d vector(std::string_view key, const Dimension&, const std::optional<Vector3d>& fallback = {}) const;
   double number(std::string_view key, std::optional<double> fallback = {}) const;
   long integer(std::string_view key, std::optional<long> fallback = {}) const;
   bool flag(std::string_view key, std::optional<bool> fallback = {}) const;
   std::string text(std::string_view key, const std::optional<std::string>& fallback = {}) const;
-  /// A list of words, or words apart by spaces; none where the key is absent.
+  /// A list of words, or words separated by spaces. Empty if the key is missing.
   std::vector<std::string> words(std::string_view key) const;
-  /// A list of pairs `[1 s, 2 s]`; a number without unit is taken in SI. None where the key is absent.
+  /// A list of pairs such as `[1 s, 2 s]`. A number without unit is taken to be in SI. Empty if the key is missing.
   std::vector<std::pair<double, double>> pairs(std::string_view key, const Dimension&) const;
-  /// One pair `[1 s, 2 s]`, as above.
+  /// One such pair.
   std::pair<double, double> pair(std::string_view key, const Dimension&) const;
 
-  /// One of the named choices.
+  /// The value of the named choice that stands at `key`.
   template <class E>
   E choice(std::string_view key, std::initializer_list<std::pair<std::string_view, E>> choices,
            std::optional<E> fallback = {}) const {
@@ -72,22 +75,23 @@ class Config {
     return (choices.begin() + static_cast<std::ptrdiff_t>(index_of_choice(key, names)))->second;
   }
 
-  /// Sensor axes that point forward, right and down, such as `+x -y -z`, as R_bs: sensor components into b.
-  /// Identity where the key is absent; refused where the three are not a right-handed frame.
+  /// The sensor axes that point forward, right and down, such as `+x -y -z`, as the matrix R_bs that turns components
+  /// along the sensor axes into b. Identity if the key is missing. Axes that are not a right-handed frame are an error.
   Matrix3d axes(std::string_view key) const;
 
-  /// A path, relative to the folder of the file in which it stands. `existing_file` refuses one that is no file.
+  /// A path, relative to the folder of the file in which it stands. `existing_file` throws if it is not a file.
   std::filesystem::path path(std::string_view key) const;
   std::filesystem::path existing_file(std::string_view key) const;
 
-  /// `FILE:LINE` of the key, or of this map.
+  /// `FILE:LINE` of the key, or of this map if there is no key.
   std::string where(std::string_view key = {}) const;
+  /// Throws ConfigError with that place.
   [[noreturn]] void fail(std::string_view key, const std::string& what) const;
 
-  /// Refuses keys in this map, or in one below it, that nobody read.
+  /// Throws ConfigError if a key in this map, or in a map below it, was not read.
   void finish() const;
 
-  /// The whole file as it stands, without its base.
+  /// The text of the file, without its base.
   const std::string& source() const;
   const std::filesystem::path& file() const;
 
@@ -112,10 +116,10 @@ class Config {
   Node* node_;  // in document_
 };
 
-/// Any text as a value of a configuration, between quotes: it reads back as it is.
+/// `text` as a quoted YAML value, which reads back unchanged.
 std::string yaml_text(std::string_view text);
 
-/// The word of `known` that is nearest to `word` by spelling, or none where nothing is near.
+/// The word of `known` whose spelling is nearest to `word`, or nothing if none is near. For error messages.
 std::optional<std::string> nearest_spelling(std::string_view word, const std::vector<std::string>& known);
 
 }  // namespace piste

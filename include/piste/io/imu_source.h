@@ -1,5 +1,5 @@
 #pragma once
-/// One IMU of a configuration: its file, its sensor, how its rows are to be taken.
+/// Reads one IMU of a configuration: its file, its sensor, and how its rows are conditioned.
 
 #include <string>
 
@@ -9,6 +9,7 @@
 
 namespace piste {
 
+/// An IMU of a configuration.
 struct ImuSource {
   LogFile log;
   ImuSensor sensor;
@@ -16,22 +17,23 @@ struct ImuSource {
   std::string where;  ///< `FILE:LINE` of its entry
 };
 
-/// Whether a configuration is refused where a data file that it names is not there, or whoever reads the file is to say
-/// so.
+/// What happens if a data file that a configuration names is missing: an error of the configuration, or nothing until
+/// the file is read.
 enum class DataFile { kMustExist, kMayBeMissing };
 
-/// Reads the keys file, format, ignore_columns, sensor, axes, sampling and clock. Throws ConfigError.
+/// Reads an IMU's keys: file, format, ignore_columns, sensor, axes, sampling and clock. Throws ConfigError.
 ImuSource read_imu_source(const Config& imu, DataFile data = DataFile::kMustExist);
 
-/// Reads the rows. Throws ConfigError where `sampling: instant` is asked of a file of increments, DataError otherwise.
+/// Reads the rows of the file. Throws ConfigError if the configuration says `sampling: instant` and the file has
+/// increments. All other errors are DataError.
 ImuRecording read_imu(const ImuSource& source);
 
-/// Reads the keys file, format and ignore_columns; `formats` are those that this kind of log has.
+/// Reads a log's keys: file, format and ignore_columns. `formats`: the formats that are allowed. Throws ConfigError.
 LogFile read_log_file(const Config& source, std::initializer_list<LogFormat> formats,
                       DataFile data = DataFile::kMustExist);
 
-/// Refuses `log`, of the entry `source`, where it is `other` again: the same file, or a copy of it. It would count
-/// twice. Throws ConfigError.
+/// Throws ConfigError if `log`, of the entry `source`, is the same file as `other` or a copy of it: its measurements
+/// would count twice.
 void refuse_repeated(const Config& source, const LogFile& log, const LogFile& other);
 
 }  // namespace piste

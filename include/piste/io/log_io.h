@@ -1,5 +1,6 @@
 #pragma once
-/// Recorded logs, as read: one reader a format. Every error is a DataError `FILE:LINE: …`; nothing is left out.
+/// Reads the logs of sensors, in several formats. Every error is a DataError `FILE:LINE: …`; no row is silently left
+/// out.
 ///
 /// Formats:
 ///  - csv: columns named with their units, in any order. IMU: `time_s`, then `gyro_{x,y,z}_{rad_s|deg_s}` and
@@ -10,7 +11,8 @@
 ///    sigma_{roll,pitch,heading}_deg`.
 ///  - kf_gins: IMU `t dtheta x y z [rad] dvel x y z [m/s]`, increments since the row before; GNSS `t latitude longitude
 ///    [deg] height sigma n e d [m]`, optional `v n e d, their sigmas [m/s]`, and a quality flag that is not used.
-///  - rtklib_pos: solution of RTKLIB in latitude, longitude, height, with its header. Calendar or week times in GPST or
+///  - rtklib_pos: solution of RTKLIB in latitude, longitude, height, with its header line. Calendar or week times in
+///  GPST or
 ///    UTC or JST, degrees or degrees-minutes-seconds, optional velocities (a row whose velocity sigmas are all 0 has
 ///    none).
 ///  - nmea: sentences of a receiver, in any order within an epoch: GGA for position, GST for its sigmas, RMC or ZDA for
@@ -38,19 +40,20 @@ namespace piste {
 
 enum class LogFormat { kCsv, kKfGins, kRtklibPos, kNmea, kUbx, kXsensAscii, kImr, kInspva };
 
-/// As a configuration has it, such as `rtklib_pos`.
+/// Its name in configurations, such as `rtklib_pos`.
 std::string_view name_of(LogFormat format);
 
+/// A log, and how to read it.
 struct LogFile {
   std::string file;
   LogFormat format = LogFormat::kCsv;
   std::vector<std::string> ignore_columns = {};  ///< of csv and xsens_ascii
-  /// The bytes, where they are in memory already; `file` then only names them.
+  /// The bytes, if they are in memory already. `file` is then only their name in errors.
   std::optional<std::string_view> content = std::nullopt;
-  /// What the user states for logs without sigmas of their own: of nmea north, east, down [m], of inspva roll, pitch,
-  /// heading. Refused beside a log's own.
+  /// Sigmas that the user states for a log without its own: north, east, down [m] for nmea; roll, pitch, heading [rad]
+  /// for inspva. To state them for a log with sigmas is an error.
   std::optional<Vector3d> sigma = std::nullopt;
-  /// Of nmea: sigma of north and of east velocity [m/s]; without it speed and course are not used.
+  /// For nmea: sigma of the north and of the east velocity [m/s]. Without it speed and course are not used.
   std::optional<double> sigma_velocity = std::nullopt;
 };
 
@@ -58,14 +61,14 @@ struct LogFile {
 // infinite: for those who look a log over, not for those who use it. A file that cannot be read at all throws all the
 // same.
 
-/// IMU rows in sensor axes and sensor time. Refuses numbers that look like another unit than their label's.
-/// csv, kf_gins, xsens_ascii, imr.
+/// Reads an IMU's rows, in sensor axes and sensor time. Formats: csv, kf_gins, xsens_ascii, imr. Numbers that look like
+/// another unit than the stated one are an error.
 ImuRecording read_imu(const LogFile& log, RowFaults* faults = nullptr);
 
-/// Fixes of one receiver. csv, kf_gins, rtklib_pos, nmea, ubx.
+/// Reads the fixes of a receiver. Formats: csv, kf_gins, rtklib_pos, nmea, ubx.
 GnssRecording read_gnss(const LogFile& log, RowFaults* faults = nullptr);
 
-/// Attitudes of one reference. csv, inspva.
+/// Reads the attitudes of a reference. Formats: csv, inspva.
 AttitudeRecording read_attitude(const LogFile& log, RowFaults* faults = nullptr);
 
 }  // namespace piste

@@ -1,5 +1,5 @@
 #pragma once
-/// Output files that appear whole or not at all.
+/// Writes output files so that each appears whole or not at all.
 
 #include <filesystem>
 #include <string>
@@ -8,26 +8,27 @@
 
 namespace piste {
 
-/// A folder that the outputs of one run go to. Each file is written beside its place, as `.NAME.piste.partial`;
-/// `commit()` puts all there. Without it nothing remains, not even the folder where this object made it.
+/// The output folder of one run. Each file is first written as `.NAME.piste.partial`; `commit()` gives all of them
+/// their names. Without `commit()` nothing remains, not even the folder if this object made it.
 ///
-/// A program that is killed leaves what stood there before, and partial files, which the next run removes. Killed
-/// within `commit()` it leaves whole files, some of them of the run before, and not the one that was written last:
-/// where that one stands, all are of one run. A machine that goes down may lose more: nothing is forced to the disk.
+/// If the program is killed before `commit()`, the files of an earlier run are untouched, and the next run removes the
+/// partial files. If it is killed within `commit()`, all files are whole, but some may be those of the earlier run, and
+/// the file that was written last is missing. So where that file is there, all files are of one run. If the machine
+/// itself goes down, more may be lost: nothing is forced to the disk.
 class OutputFolder {
  public:
-  /// Makes the folder. Throws ConfigError where that cannot be.
+  /// Makes the folder. Throws ConfigError if that is not possible.
   explicit OutputFolder(std::filesystem::path folder);
   ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;
 
-  /// Writes the file whole, still beside its place. `name` is relative to the folder and may lie in a subfolder.
-  /// Throws Error where the disk refuses.
+  /// Writes a partial file. `name` is relative to the folder and may be in a subfolder. Throws Error if the file cannot
+  /// be written.
   void write(const std::string& name, std::string_view content);
-  /// A file that an earlier run may have left here, and that this one does not give: `commit()` removes it.
+  /// Names a file that an earlier run may have left and that this run does not write: `commit()` removes it.
   void withdraw(const std::string& name);
-  /// Renames everything to its place, what was written last at last, and removes what killed runs left beside.
+  /// Renames all partial files in the order in which they were written, and removes those that killed runs left.
   void commit();
 
   const std::filesystem::path& folder() const { return folder_; }

@@ -1,5 +1,5 @@
 #pragma once
-/// The configuration of `replay`, whole.
+/// Reads the configuration of `replay`, and the logs that it names.
 
 #include <filesystem>
 #include <string>
@@ -10,30 +10,33 @@
 
 namespace piste {
 
+/// The configuration.
 struct ReplayConfig {
   std::filesystem::path file;
   std::string echo;  ///< the file's text
   ImuSource imu;
   std::vector<LogFile> gnss, attitude;
   ConditioningOptions conditioning;
-  /// As far as the configuration knows: `replay()` adds what the logs say. `estimate` holds only blocks
-  /// that can be estimated: a bias or scale whose sigma is 0, and a drift without a process, are left out.
+  /// The filter's options as far as the configuration determines them; `replay()` adds what the logs determine.
+  /// `estimate` has only blocks that can be estimated: a bias or scale whose sigma is 0 is left out, and a drift
+  /// without a process too.
   FilterOptions filter;
   InitialHeading initial;
   SmootherKind smoother = SmootherKind::kRts;
   double attitude_rate = 10;  ///< Hz of attitude.csv
 };
 
-/// Reads and checks the configuration; of the data files only that they are there. Beyond the documented keys:
+/// Reads and checks the configuration. Of the data files it only checks that they are there. Beyond the keys in
+/// docs/formats.md there are:
 /// `rest: {sigma_velocity, sigma_rate, correlation_time, interval}`, `initial: {sigma, declination}`,
 /// `magnetometer: {sigma, declination}` (updates by its heading), the start sigmas `priors: {boresight, lever_arm,
 /// gnss_delay}`, `attitude_output: {rate}` of attitude.csv, and in an attitude source `boresight: {sigma,
-/// correlation_time}`, of a mount that gives: the boresight is then a constant and a first-order Gauss-Markov process
-/// about it. Throws ConfigError `FILE:LINE: …`.
+/// correlation_time}` for a flexible mount: the boresight is then a constant plus a first-order Gauss-Markov process.
+/// Throws ConfigError `FILE:LINE: …`.
 ReplayConfig read_replay_config(const std::filesystem::path& file);
 ReplayConfig read_replay_config(const Config& config);
 
-/// Reads all logs of the configuration. Throws DataError `FILE:LINE: …`.
+/// Reads all logs that the configuration names. Throws DataError `FILE:LINE: …`.
 Recording read_recording(const ReplayConfig& config);
 
 }  // namespace piste

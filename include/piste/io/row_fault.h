@@ -1,5 +1,6 @@
 #pragma once
-/// Rows that a reader refuses: each an error that ends the reading, or, where somebody only wants to know, a list.
+/// Rows of a log that cannot be read. Normally the first one ends the reading with an error. `inspect` instead collects
+/// them in a list.
 
 #include <array>
 #include <cstddef>
@@ -14,13 +15,13 @@ namespace piste {
 /// What is wrong with one row.
 struct RowFault {
   enum class Kind {
-    kText,          ///< no number where one is expected
+    kText,          ///< text where a number is expected
     kNotFinite,     ///< NaN or infinite
-    kFields,        ///< too few or too many fields, or a record that is cut
-    kChecksum,      ///< does not fit its record
-    kTimeRepeated,  ///< the time of the row before
+    kFields,        ///< too few or too many fields, or an incomplete record
+    kChecksum,      ///< the checksum is wrong
+    kTimeRepeated,  ///< the same time as the row before
     kTimeBack,      ///< earlier than the row before
-    kValue,         ///< a number that cannot be
+    kValue,         ///< an impossible number
   };
   static constexpr std::size_t kKinds = 7;
   Kind kind;
@@ -28,7 +29,7 @@ struct RowFault {
   std::string what;
 };
 
-/// A refused row. `what()` reads `FILE:LINE: …`, or `FILE: byte OFFSET: …`.
+/// The error of a row that cannot be read. `what()` reads `FILE:LINE: …`, or `FILE: byte OFFSET: …`.
 class RowError : public DataError {
  public:
   RowError(const std::string& where, const RowFault& fault) : DataError(where, fault.what), fault_(fault) {}
@@ -38,7 +39,7 @@ class RowError : public DataError {
   RowFault fault_;
 };
 
-/// Where a reader stands in its file: what its errors name.
+/// The place of a reader in its file, for errors.
 class RowSource {
  public:
   enum class Counts { kLines, kBytes };
@@ -47,7 +48,7 @@ class RowSource {
   const std::string& file() const { return file_; }
   /// `FILE:LINE`, or `FILE: byte OFFSET`.
   std::string where() const;
-  /// Throws a RowError of the row at which the reader stands.
+  /// Throws a RowError with this place.
   [[noreturn]] void fail(const std::string& what, RowFault::Kind kind = RowFault::Kind::kValue) const;
 
  protected:
@@ -58,12 +59,12 @@ class RowSource {
   Counts counts_;
 };
 
-/// The refused rows of one file: how many of each kind, and the first few.
+/// The rows of one file that cannot be read: how many of each kind, and the first few of them.
 struct RowFaults {
   static constexpr std::size_t kKept = 5;  ///< of each kind
   std::array<std::size_t, RowFault::kKinds> counts{};
   std::vector<RowFault> first;
-  std::vector<std::string> unknown_columns;  ///< that were passed over
+  std::vector<std::string> unknown_columns;  ///< that were skipped
 
   void add(const RowFault& fault) {
     if (counts[static_cast<std::size_t>(fault.kind)]++ < kKept) first.push_back(fault);
@@ -76,8 +77,9 @@ struct RowFaults {
   }
 };
 
-/// Goes through the rows of a reader: `next()` goes to the next one and says whether there is one, `row()` takes it.
-/// Either may throw a RowError, which ends the reading, or, with `faults`, is listed there and the row left out.
+/// Goes through the rows of a reader. `next()` goes to the next row and returns whether there is one; `row()` processes
+/// it. If either throws a RowError, the reading ends; with `faults`, the error is listed there instead, and the row is
+/// left out.
 template <class Next, class Row>
 void for_each_row(RowFaults* faults, Next&& next, Row&& row) {
   for (;;) {

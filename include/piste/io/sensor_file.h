@@ -1,5 +1,5 @@
 #pragma once
-/// Sensor files, `config/sensors/*.yaml`.
+/// Reads and writes sensor files, such as those in `config/sensors`.
 
 #include <filesystem>
 #include <string>
@@ -13,7 +13,7 @@ namespace piste {
 ImuSensor read_sensor(const std::filesystem::path& file);
 ImuSensor read_sensor(const Config& config);
 
-/// The text of a sensor file that reads back as the same sensor.
+/// The text of a sensor file. It reads back as the same sensor.
 std::string sensor_text(const ImuSensor& sensor);
 
 }  // namespace piste

@@ -1,5 +1,5 @@
 #pragma once
-/// The output files of a replay, as text. The same solution gives the same bytes.
+/// The output files of a replay, as text. Equal solutions give equal bytes.
 
 #include <string>
 
@@ -11,19 +11,20 @@ namespace piste {
 /// `filtered.csv`, `smoothed.csv`: geodetic position, velocity in local north-east-down, angles, and their sigmas.
 std::string navigation_csv(const Solution& solution);
 
-/// Roll, pitch and heading in local north-east-down and their sigmas, as another replay takes them for a reference. Of
-/// the epochs nearest to the multiples of 1 / rate [Hz]; all, where they are sparser. The name of the file is empty.
+/// Roll, pitch and heading in local north-east-down with their sigmas, as a reference attitude for another replay. It
+/// has the epochs nearest to the multiples of 1 / rate [Hz], or all epochs if there are fewer. The name of its file is
+/// empty.
 AttitudeRecording attitude_recording(const Solution& solution, double rate);
 
-/// `attitude.csv`: the same as an attitude log that another replay reads (`attitude:`).
+/// `attitude.csv`: the same as text, which another replay reads by its key `attitude`.
 std::string attitude_csv(const Solution& solution, double rate);
 
-/// `biases.csv`, `biases_smoothed.csv`: of each estimated block beyond navigation its axes, such as
-/// `gyro_bias_x_deg_s`, and their sigmas, `sigma_gyro_bias_x_deg_s`, in the units of kBlocks; boresight as (roll,
-/// pitch, heading) of R_rb; then bias and drift together, `gyro_total_bias_*` and `accel_total_bias_*`.
+/// `biases.csv`, `biases_smoothed.csv`: every estimated block beyond navigation, axis by axis in the units of kBlocks,
+/// such as `gyro_bias_x_deg_s`, and its sigmas, such as `sigma_gyro_bias_x_deg_s`. The boresight stands as roll, pitch
+/// and heading of R_rb. Last come the sums of bias and drift, `gyro_total_bias_*` and `accel_total_bias_*`.
 std::string biases_csv(const Solution& solution);
 
-/// `innovations.csv`: every measurement against its prediction, SI, and what became of it.
+/// `innovations.csv`: for every measurement its residual, sigma, NIS and outcome, in SI.
 std::string innovations_csv(const Solution& solution);
 
 }  // namespace piste

@@ -1,8 +1,9 @@
 #pragma once
 /// The Earth seen from the run: the world frame `w`, its rotation and its gravity.
 ///
-/// `w` is north-east-down at the run's origin and fixed to the Earth. In it Earth rate is a constant and gravity
-/// a smooth function of position, so that mechanization needs no transport rate. WGS84 by GeographicLib.
+/// `w` has north-east-down axes at the origin of the run and is fixed to the Earth. In it the Earth's rotation is
+/// constant and gravity is a smooth function of position, so that mechanization needs no transport rate. The ellipsoid
+/// is WGS84, computed by GeographicLib.
 
 #include <GeographicLib/LocalCartesian.hpp>
 
@@ -18,7 +19,7 @@ struct Geodetic {
   double latitude = 0, longitude = 0, height = 0;
 };
 
-/// Gravity at a point and its gradient there: g(p) ≈ value + gradient (p − point).
+/// Gravity near a point: g(p) ≈ value + gradient (p − point). All in w.
 struct Gravity {
   Vector3d point, value;
   Matrix3d gradient;
@@ -35,11 +36,12 @@ class World {
   const Geodetic& origin() const { return origin_; }
   /// Earth rotation vector, in w.
   const Vector3d& earth_rate() const { return earth_rate_; }
+  /// Position in w of a geodetic position, and the other way round.
   Vector3d from_geodetic(const Geodetic& place) const;
   Geodetic to_geodetic(const Vector3d& p_w) const;
-  /// Turns local north-east-down components at p_w into w.
+  /// R_wn: turns components along the local north-east-down axes at p_w into components in w.
   Matrix3d rotation_wn(const Vector3d& p_w) const;
-  /// Normal gravity (gravitation and centrifugal acceleration) in w, and its gradient.
+  /// Normal gravity (gravitation and centrifugal acceleration) at p_w, in w, with its gradient.
   Gravity gravity(const Vector3d& p_w) const;
 
  private:

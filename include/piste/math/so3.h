@@ -48,8 +48,8 @@ Vector3d to_euler(const Quaterniond& q);
 /// which the angles turn. Regular everywhere; singular at |pitch| = π/2.
 Matrix3d euler_axes(const Vector3d& roll_pitch_heading);
 
-/// Standard deviations of (roll, pitch, heading) [rad] from the covariance of the rotation vector in the outer
-/// frame. Near |pitch| = π/2 they grow to, and are held at, π.
+/// Standard deviations of (roll, pitch, heading) [rad] from the covariance of the rotation vector in the outer frame.
+/// Near |pitch| = π/2 they would grow without bound; they are limited to π.
 Vector3d euler_sigma(const Quaterniond& q, const Matrix3d& covariance);
 
 }  // namespace piste

@@ -1,5 +1,5 @@
 #pragma once
-/// Means, spreads, quantiles and bands that the field asks for.
+/// Means, spreads and quantiles of values, quantiles of distributions, and bands in which a statistic should lie.
 
 #include <Eigen/Core>
 #include <span>
@@ -7,32 +7,32 @@
 
 namespace piste {
 
-/// @pre not empty
+/// The mean. @pre not empty
 double mean(std::span<const double> values);
 
-/// Root of the mean square; 0 of none.
+/// Root of the mean square; 0 if there are no values.
 double root_mean_square(std::span<const double> values);
 
-/// Of the population that the values are drawn from: Σ (value − mean)² over one less than their number. NaN of one.
+/// Estimated standard deviation of the population: root of Σ (value − mean)² / (n − 1). NaN if there is only one value.
 double standard_deviation(std::span<const double> values);
 
-/// Of the mean of the values: their standard deviation over √number. NaN of one.
+/// Standard error of the mean: the standard deviation over √n. NaN if there is only one value.
 double standard_error(std::span<const double> values);
 
-/// P-value of a mean of zero, two-sided, by Student's t with one degree of freedom less than values. NaN of one.
+/// Two-sided p-value of the hypothesis that the mean is zero, by Student's t with n − 1 degrees of freedom. NaN if
+/// there is only one value.
 double zero_mean_p_value(std::span<const double> values);
 
-/// The middle of the values; of an even number of them, the upper one of the two in the middle. @pre not empty
+/// The middle value. Of an even number of values, the larger of the two in the middle. @pre not empty
 double median(std::vector<double> values);
 
 /// The median of each axis. @pre not empty
 Eigen::Vector3d median(const std::vector<Eigen::Vector3d>& values);
 
-/// The value that this part (0 to 1) of the others lies below; where it falls between two values, the lower one.
-/// @pre not empty
+/// The value below which this part (0 to 1) of the other values lies. Between two values, the lower one. @pre not empty
 double quantile(std::vector<double> values, double part);
 
-/// Standard deviation over the median magnitude, of a normal distribution about zero.
+/// Standard deviation of a normal distribution about zero, divided by the median magnitude of its values.
 inline constexpr double kSigmaOverMedian = 1.4826;
 
 /// x with P(χ²_dof ≤ x) = probability, 0 < probability < 1, dof > 0.
@@ -47,17 +47,19 @@ double student_quantile(double probability, double dof);
 /// P(|t| ≥ x) for Student's t, x ≥ 0.
 double student_two_sided(double x, double dof);
 
-/// Adjusted p-values in the order given, by Holm's step-down (Holm 1979, Scand. J. Statistics 6): the i-th smallest of
-/// m times m + 1 − i, at least the one before it, at most 1. Where those below α are called findings, the probability
-/// of even one false finding is at most α, however the tests depend on one another. NaN stays NaN and counts for none.
+/// P-values adjusted for many tests, in the order given, by Holm's step-down method (Holm 1979, Scand. J. Statistics
+/// 6). The i-th smallest of m p-values is multiplied by m + 1 − i; the result is at least the one before it, and at
+/// most 1. If all tests whose adjusted p-value lies below α are called findings, the probability of even one false
+/// finding is at most α, however the tests depend on one another. A NaN stays NaN and does not count among the m.
 std::vector<double> holm(std::vector<double> p_values);
 
+/// An interval in which a statistic should lie.
 struct Band {
   double low = 0, high = 0;
   bool contains(double value) const { return value > low && value < high; }
 };
 
-/// Two-sided band that the mean of `count` independent χ²_dof variables, divided by dof, keeps to with `probability`.
+/// Two-sided band in which the mean of `count` independent χ²_dof variables, divided by dof, lies with `probability`.
 Band chi_squared_band(double probability, double dof, double count);
 
 }  // namespace piste

@@ -1,8 +1,8 @@
 #pragma once
-/// Datasheet text to SI and radians and back, with the dimension checked.
+/// Converts numbers with units, as data sheets write them, into SI and radians and back, and checks the dimension.
 ///
-/// A unit is a product of base units: `deg/s/sqrt(Hz)`, `m/s^2`, `ug/sqrt(Hz)`, `deg*s^-1`; `/` binds to the one
-/// factor that follows it. Angle is a dimension of its own, so that `m` and `rad` cannot be confused.
+/// A unit is a product of base units, such as `deg/s/sqrt(Hz)`, `m/s^2`, `ug/sqrt(Hz)`, `deg*s^-1`. A `/` divides only
+/// by the factor that follows it. Angle is a dimension of its own, so that `m` and `rad` cannot be confused.
 
 #include <Eigen/Core>
 #include <array>
@@ -13,10 +13,11 @@
 
 namespace piste {
 
-/// One degree [rad], and the degrees of one radian.
+/// One degree in radians, and one radian in degrees.
 inline constexpr double kDegree = std::numbers::pi / 180, kDegreesPerRadian = 180 / std::numbers::pi;
 
-/// What a number measures: twice the exponents of its base dimensions, a name for errors, and an example.
+/// What a number measures: the exponents of its base dimensions times two (√Hz has half exponents), and for error
+/// messages a name and an example.
 struct Dimension {
   std::array<int, 5> half_exponents;  ///< of angle, length, time, temperature, magnetic flux density
   std::string_view name, example;
@@ -54,8 +55,8 @@ double parse_quantity(std::string_view text, const Dimension& expected);
 /// Three numbers and one unit, such as `-0.06 0.03 -0.42 m`, in SI and radians. Throws as parse_quantity.
 Eigen::Vector3d parse_vector(std::string_view text, const Dimension& expected);
 
-/// `value` in SI and radians as text in `unit`, with the fewest digits that read back as the same number; 17 where
-/// rounding lets none do so, which read back as a neighbour of it.
+/// `value`, in SI and radians, as text in `unit`, with the fewest digits that read back as the same number. If rounding
+/// allows no such text, it has 17 digits, and reads back as a neighbouring number.
 std::string format_quantity(double value, std::string_view unit, const Dimension& expected);
 
 }  // namespace piste

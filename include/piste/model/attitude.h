@@ -1,22 +1,26 @@
 #pragma once
-/// Attitude of a reference IMU, seen through the boresight.
+/// The attitude of a reference IMU as a measurement of the body's attitude and of the boresight.
 ///
 ///     R_wr = Exp(n) Exp(a) R_wb (Exp(d) R_rb)ᵀ        residual z = Log(R_wr,measured (Exp(â) R̂_wb (Exp(d̂) R̂_rb)ᵀ)ᵀ)
 ///
-/// a coloured error of the reference, n its white error, both rotation vectors in w; d what a mount that gives adds to
-/// the boresight, rotation vector in r. The boresight stands on the right of R_wb, on the body's side (the article
-/// prints the other). Moving the prediction by Exp(η) from the left changes z by −J_r⁻¹(z) η, whence the Jacobians.
+/// where a is the coloured error of the reference and n its white error, both rotation vectors in w, and d is the
+/// change of the boresight on a flexible mount, a rotation vector in r. The boresight stands on the right of R_wb, on
+/// the body's side (the article prints it on the other side). Jacobians: a rotation of the prediction by Exp(η) from
+/// the left changes z by −J_r⁻¹(z) η.
 
 #include "piste/core/options.h"
 #include "piste/model/measurement.h"
 
 namespace piste {
 
-/// `white`: what part of the fix's sigma is white noise, along w; the attitude_drift block carries the rest.
+/// Linearises an attitude fix at the estimate `x`.
 ///
-/// `after`: what the estimate becomes by this fix, to first order; the Jacobians are then those half-way. A fix tells
-/// attitude and boresight together, and only a body that turns tells them apart. With the Jacobians at `x` the gyro's
-/// noise, which the fix takes out again, is such a turn, and at rest both would seem known: half-way, what the fix
+/// `white`: the fraction of the fix's sigma that is white noise, along w. The block attitude_drift carries the rest.
+///
+/// `after`: the estimate after this fix, to first order. If it is given, the Jacobians are taken half-way between `x`
+/// and `after`. The reason: one fix determines only the sum of attitude and boresight, and only a body that turns
+/// separates them. The gyroscope's noise between two fixes looks like such a turn until the fix removes it; with the
+/// Jacobians at `x`, attitude and boresight would therefore seem known even at rest. With those half-way, what the fix
 /// leaves unknown stays unknown through correction and reset, to second order.
 Linearization linearize_attitude(const AttitudeFix& fix, const Vector3d& white, const Estimate& x,
                                  const Estimate* after = nullptr);

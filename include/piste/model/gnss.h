@@ -1,24 +1,26 @@
 #pragma once
-/// GNSS position and velocity of an antenna on a lever arm, with delay and a coloured position error.
+/// GNSS position and velocity as measurements. The antenna is on a lever arm, the fix may be late, and the position may
+/// have a coloured error.
 ///
 ///     y_p = p + R l − v_a τ + d          y_v = v_a − a τ
 ///     v_a = v + R (ω × l) − ω_ie × R l   ω = ω_ib, a ≈ R f + g − 2 ω_ie × v
 ///
-/// l lever arm, τ delay (a fix stamped t is of t − τ), d coloured error. Jacobians about the error of estimate.h.
+/// where l is the lever arm, τ the delay (a fix with time t was measured at t − τ) and d the coloured error. Jacobians
+/// are with respect to the error of estimate.h.
 
 #include "piste/core/options.h"
 #include "piste/model/measurement.h"
 
 namespace piste {
 
-/// Position of a fix. The white part of its sigma is what `drift` leaves of the total, at least 10 %. The lever arm is
-/// that of the estimate.
+/// Linearises the position of a fix. Its white sigma is the total less that of `drift`, sqrt(total² − drift²), and at
+/// least 10 % of the total. The lever arm is that of the estimate.
 Linearization linearize_position(const GnssFix& fix, const std::optional<GaussMarkov>& drift, const Estimate& x,
                                  const BodyMotion& motion, const Vector3d& earth_rate, const Gravity& gravity);
 
-/// Velocity of a fix; `fix.velocity` must be there. Two rows where down was not measured. Its noise is that of the fix
-/// and of the rate on the lever arm. `still`: the heading gains nothing from a velocity that is zero, nor the gyro's
-/// scale from a rate that is.
+/// Linearises the velocity of a fix. It has two rows if down was not measured. Its noise is that of the fix and that of
+/// the gyroscopes, which turns the lever arm. `still`: the body is at rest; velocity and rate are then taken as zero in
+/// the Jacobians, so that their noise gives no false information on heading and scale. @pre `fix.velocity` is there.
 Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const BodyMotion& motion,
                                  const Vector3d& earth_rate, const Gravity& gravity, bool still);
 

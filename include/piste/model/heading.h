@@ -1,11 +1,11 @@
 #pragma once
-/// A heading that is known from elsewhere, such as that of a start.
+/// A heading as a measurement: one that is known from elsewhere, such as the heading of a start.
 
 #include "piste/model/measurement.h"
 
 namespace piste {
 
-/// Heading of the body: its attitude and the 1-sigma [rad] of the rotation about the vertical. The tilt is not used.
+/// The heading of an attitude, and its 1-sigma [rad]. The roll and pitch of the attitude are not used.
 struct HeadingFix {
   double time = 0;
   Quaterniond q_wb;
@@ -15,7 +15,7 @@ struct HeadingFix {
 /// One row: the rotation about w's down axis from the estimated attitude to the given one.
 Linearization linearize_heading(const HeadingFix& fix, const Estimate& x);
 
-/// The heading that a start learned only later (solve/start.h).
+/// A heading that a start gives for a later time, such as the departure (solve/start.h).
 struct StartHeading : MeasurementType<HeadingFix> {
   static constexpr std::string_view kName = "start";
   static constexpr std::array kChannels{MeasurementChannel{.name = "heading"}};

@@ -1,17 +1,17 @@
 #pragma once
-/// Errors of an IMU that are known, and their removal: the map from measured to true.
+/// Known errors of an IMU, and how to remove them from its samples.
 ///
 ///     measured = (I + gain) true + bias + quadratic true² + cubic true³      per triad, powers axis by axis
 ///     gyroscopes besides: + g_sensitivity f                                  f the true specific force
 ///
-/// The diagonal of the gain is the scale; off it are misalignment and cross-axis sensitivity.
+/// The diagonal of the gain is the scale. Its other elements are misalignment and cross-axis sensitivity.
 
 #include "piste/core/log.h"
 #include "piste/math/so3.h"
 
 namespace piste {
 
-/// SI and radians; all zero is a triad without errors.
+/// Known errors of three gyroscopes or three accelerometers, SI and radians. All zero: no errors.
 struct KnownTriadErrors {
   Vector3d bias = Vector3d::Zero();
   Matrix3d gain = Matrix3d::Zero();
@@ -23,10 +23,10 @@ struct KnownErrors {
   Matrix3d g_sensitivity = Matrix3d::Zero();  ///< rad/s of each gyroscope per m/s² along each axis
 };
 
-/// True increments of a sample that `errors` made, by Newton's method on the means over its interval: of mean signals,
-/// so powers of what changes within an interval are those of its mean. All else of the sample is kept.
-/// @pre interval > 0; the map is one to one about the sample: a polynomial is not where its slope changes sign, which a
-/// cubic does far beyond the signals that it was fitted to.
+/// The sample with its errors removed. Solves the equation above for the true rate and force by Newton's method. Both
+/// are taken as constant over the interval of the sample. All else of the sample is kept.
+/// @pre interval > 0, and the equation has one solution near the sample. A cubic has several where its slope changes
+/// sign, which is far beyond the signals that it was fitted to.
 ImuSample corrected(const ImuSample& measured, const KnownErrors& errors);
 
 }  // namespace piste

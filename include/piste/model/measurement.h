@@ -1,6 +1,10 @@
 #pragma once
-/// A measurement against its prediction: residual = measured − predicted ≈ Σ J_b error_b + noise; and what a type of
-/// measurement must say of itself.
+/// What a measurement is. A filter needs of it the residual, its covariance, and a Jacobian for each block it depends
+/// on:
+///
+///     residual = measured − predicted ≈ Σ_b J_b error_b + noise
+///
+/// `Linearization` holds these. `MeasurementType` says what a new type of measurement must have.
 
 #include <array>
 #include <optional>
@@ -14,8 +18,8 @@
 
 namespace piste {
 
-/// Three rows at most. Blocks that are not listed have no influence. `rows` may be fewer than three: the rest of
-/// residual, covariance and Jacobians is then unused.
+/// One measurement linearised at an estimate. It has one to three rows; with fewer than three, the other rows of
+/// residual, covariance and Jacobians are not used. A block without a term has no influence on the measurement.
 struct Linearization {
   struct Term {
     Block block = Block::kPosition;
@@ -23,7 +27,7 @@ struct Linearization {
   };
 
   int rows = 3;
-  Block observes = Block::kPosition;  ///< what it measures above all
+  Block observes = Block::kPosition;  ///< the block that it mainly measures
   Vector3d residual = Vector3d::Zero();
   Matrix3d covariance = Matrix3d::Zero();
 
@@ -36,64 +40,67 @@ struct Linearization {
   int count_ = 0;
 };
 
-/// Jacobian rows (3 × layout size) for the blocks that this run estimates; the others are held as known. The only
-/// place that knows. Rows beyond `rows` are zero.
+/// The Jacobian (3 × layout size) for the blocks that this run estimates. Blocks that it does not estimate are taken as
+/// known, and left out; nowhere else is this decided. Rows beyond `rows` are zero.
 using Jacobian = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kFullSize>;
 Jacobian assemble(const StateLayout& layout, const Linearization& lin);
 
-/// Rate and specific force of the body at the instant of a measurement, corrected, body axes.
+/// Angular rate and specific force of the body at the time of a measurement, in body axes, corrected for the estimated
+/// errors of the IMU.
 struct BodyMotion {
   Vector3d rate = Vector3d::Zero(), force = Vector3d::Zero();
-  Vector3d rate_variance = Vector3d::Zero();  ///< of the gyro's white noise in that rate
+  Vector3d rate_variance = Vector3d::Zero();  ///< of the white noise in that rate
 };
 
-/// What a model of a measurement may look at, beside the fix and the estimate.
+/// What linearize() is given beside the fix and the estimate.
 struct MeasurementContext {
   const FilterOptions& options;
   const StateLayout& layout;
   const Vector3d& earth_rate;
   const Gravity& gravity;
-  const ImuStep& step;     ///< as measured; the fix lies within it,
-  double into_step = 0;    ///< so many seconds after its start
-  Vector3d rate_variance;  ///< of the gyro's white noise over one sample
+  const ImuStep& step;     ///< as measured; the time of the fix is within it
+  double into_step = 0;    ///< time of the fix after the start of the step [s]
+  Vector3d rate_variance;  ///< of the gyroscopes' white noise, as a mean over one sample
   bool still = false;      ///< the body is at rest
 
-  /// At the instant of the fix: rate and force are lines within a step.
+  /// The motion at the time of the fix. Rate and force change linearly within a step.
   BodyMotion motion(const Estimate& x) const;
 };
 
 /// One of the quantities that a fix measures, such as the velocity of a receiver.
 struct MeasurementChannel {
-  std::string_view name;  ///< empty where the fix is one quantity
-  /// Another channel of the same fix that errs together with this one, or −1. What leaps against the filter while its
-  /// partner agrees is held to be the sensor's fault (solve/trust.h).
+  std::string_view name;  ///< empty if a fix measures one quantity only
+  /// Another channel of the same fix, or −1. If a channel jumps while its partner agrees with the filter, the sensor is
+  /// taken to be wrong, and not the filter (solve/trust.h).
   int partner = -1;
-  /// Whether the filter is held to be wrong, and takes such fixes, once enough in a row lay outside the gate.
+  /// Whether the filter takes itself to be wrong after several fixes in a row outside the gate, and then uses the next
+  /// one.
   bool readmitted = true;
 };
 
-/// What every sensor type of measurement_list.h says of itself; a type overrides what is different. It must also have
+/// Base of every type in measurement_list.h, with defaults that a type may hide by its own. A type must also have
 ///
 ///     static constexpr std::string_view kName;                          as files call it, such as "gnss"
 ///     static constexpr std::array<MeasurementChannel, N> kChannels;
 ///     static std::optional<Linearization> linearize(const Fix& fix, int sensor, int channel,
 ///                                                   const MeasurementContext& context, const Estimate& x);
 ///
-/// where linearize() returns nothing of a channel that the fix, or the configuration, leaves out. A type whose fixes
-/// tell several rotations at once takes a last argument `const Estimate* after = nullptr`, see attitude.h.
+/// linearize() returns nothing for a channel that the fix does not have or that the configuration does not use. A type
+/// whose fixes depend on several rotations at once takes a last argument `const Estimate* after = nullptr`, see
+/// attitude.h.
 template <class FixType>
 struct MeasurementType {
   using Fix = FixType;  ///< has a `time` [s]
 
   /// Whether files number the sensors of this type, as in "gnss[0]".
   static constexpr bool kNumbered = false;
-  /// Of a run; each has its own fixes and its own place in the list of sources.
+  /// Number of sensors of this type in a run. Each has its own fixes and its own place in the list of sources.
   static int sensors(const FilterOptions&) { return 1; }
-  /// Whether the filter takes such fixes at all.
+  /// Whether the filter uses fixes of this type.
   static bool in_use(const FilterOptions&) { return true; }
-  /// The fixes of each sensor in a log; none of what is not logged.
+  /// The fixes of each sensor in a log. Empty if such fixes are not logged.
   static std::span<const std::vector<Fix>> logged(const Log&) { return {}; }
-  /// Whether a fix is the one before once more, in every digit.
+  /// Whether a fix repeats the one before in every digit.
   static bool repeats(const Fix&, const Fix&) { return false; }
 };
 

@@ -1,6 +1,6 @@
 #pragma once
-/// The one list of measurements: filter, smoother, trust, innovations and files take from it what there is. A new
-/// sensor is a type of its own (measurement.h says what it must have) and a line here.
+/// The one list of measurement types. Filter, smoother, trust, innovations and files read it. A new sensor is a type of
+/// its own (measurement.h says what it must have) and an entry in `MeasurementList`.
 
 #include <string>
 #include <type_traits>
@@ -16,6 +16,7 @@
 
 namespace piste {
 
+/// A list of measurement types, and how to go through it.
 template <class... Types>
 struct TypeList {
   using Fix = std::variant<typename Types::Fix...>;
@@ -33,7 +34,7 @@ struct TypeList {
     ((found = found || std::is_same_v<Type, Types>, index += found ? 0 : 1), ...);
     return index;
   }
-  /// Calls `f.operator()<Type>(fix)` with the type that the fix is of.
+  /// Calls `f.operator()<Type>(fix)` with the type of the fix.
   template <class F>
   static void visit(F&& f, const Fix& fix) {
     (void)((std::holds_alternative<typename Types::Fix>(fix)
@@ -43,20 +44,20 @@ struct TypeList {
   }
 };
 
-/// In the order in which fixes of one instant are used.
+/// All types, in the order in which fixes with the same time are used.
 using MeasurementList = TypeList<GnssReceivers, ReferenceAttitudes, Magnetometer, StartHeading, ZeroUpdates>;
 
 /// A fix of any type.
 using AnyFix = MeasurementList::Fix;
 
-/// One channel of one sensor: what innovations belong to.
+/// One channel of one sensor. Every innovation belongs to a source.
 struct MeasurementSource {
   std::string name;  ///< such as "gnss[0].position", "attitude[1]", "rest.rate"
-  int partner = -1;  ///< another source, see MeasurementChannel
+  int partner = -1;  ///< index of another source, or −1; see MeasurementChannel
   bool readmitted = true;
 };
 
-/// The sources of a run, in the order of the list; of each type its sensors, and of each sensor its channels.
+/// The sources of a run: type by type in the order of the list, sensor by sensor, channel by channel.
 class MeasurementSources {
  public:
   MeasurementSources() = default;
@@ -64,7 +65,7 @@ class MeasurementSources {
 
   const std::vector<MeasurementSource>& all() const { return all_; }
   std::vector<std::string> names() const;
-  /// Place of a sensor's first channel; the others follow it.
+  /// Index of a sensor's first channel. Its other channels follow.
   template <class Type>
   int first(int sensor) const {
     return first_[MeasurementList::index_of<Type>()] + sensor * static_cast<int>(Type::kChannels.size());

@@ -1,12 +1,12 @@
 #pragma once
-/// Mechanization in the world frame: from increments to attitude, velocity and position.
+/// Strapdown mechanization in the world frame: from IMU increments to attitude, velocity and position.
 ///
 ///     R_wb' = −[ω_ie] R_wb + R_wb [ω_ib]      v' = R_wb f + g(p) − 2 ω_ie × v      p' = v
 ///
-/// Within a step the rate and the force are lines, mean and slope, so that coning, sculling and the split of a step
-/// at a measurement follow from one model for any step lengths: with slope (m₂ − m₁)/dt the usual one-sample
-/// corrections α₁ × α₂ / 12 come out. Source: Savage 1998; Groves, section 5.5; the rotation of the velocity
-/// increment is exact and not only α × u / 2.
+/// Within a step, rate and specific force are taken to change linearly: each has a mean and a slope. Coning, sculling
+/// and the split of a step at a measurement all follow from this model, for any step lengths. With the slope (m₂ −
+/// m₁)/dt it gives the usual corrections α₁ × α₂ / 12. Source: Savage 1998; Groves, section 5.5. The rotation of the
+/// velocity increment is exact, not only α × u / 2.
 
 #include <utility>
 
@@ -15,7 +15,7 @@
 
 namespace piste {
 
-/// Increments over `dt` and the slopes of rate and specific force within it, body axes.
+/// One step: increments over `dt`, and the slopes of rate and specific force within it, in body axes.
 struct ImuStep {
   double dt = 0;
   Vector3d dtheta, dvel;
@@ -25,24 +25,25 @@ struct ImuStep {
   Vector3d mean_force() const { return dvel / dt; }
 };
 
-/// The step of `now`, its slopes from the parabola through its neighbours; nullptr, or a neighbour that does not
-/// touch it or is a filled gap, leaves a line through the other one, or no slope.
+/// The step of the sample `now`. Its slopes come from a parabola through `now` and both neighbours. A neighbour that is
+/// null, does not touch `now` or fills a gap is not used: the slopes then come from a line through the other neighbour,
+/// or are zero.
 ImuStep make_step(const ImuSample* before, const ImuSample& now, const ImuSample* after);
 
-/// Cuts a step at `tau` after its start, 0 < tau < dt.
+/// Splits a step in two at `tau` seconds after its start. @pre 0 < tau < dt
 std::pair<ImuStep, ImuStep> split(const ImuStep& step, double tau);
 
-/// The step with the estimated errors of the IMU taken out: true = (measured − bias − drift) / (1 + scale).
+/// The step without the estimated errors of the IMU: true = (measured − bias − drift) / (1 + scale).
 ImuStep correct(const ImuStep& measured, const Estimate& x);
 
-/// Rotation vector of a corrected step, coning included.
+/// Rotation vector of a corrected step, with coning.
 Vector3d coned_rotation(const ImuStep& step);
 
-/// Velocity increment of a corrected step in the body axes of its start: rotation exact, sculling included.
+/// Velocity increment of a corrected step, in the body axes at its start, with exact rotation and sculling.
 Vector3d sculled_velocity(const ImuStep& step);
 
-/// Carries attitude, velocity and position over one corrected step; the other blocks stay. `gravity` in w, valid
-/// near the position.
+/// Advances attitude, velocity and position of `x` by one corrected step. The other blocks stay as they are.
+/// `earth_rate` and `gravity` are in w, and `gravity` is valid near the position.
 void mechanize(Estimate& x, const ImuStep& corrected, const Vector3d& earth_rate, const Gravity& gravity);
 
 }  // namespace piste

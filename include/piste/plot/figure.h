@@ -1,11 +1,11 @@
 #pragma once
-/// A picture with its words.
+/// A picture with its name and caption.
 
 #include <string>
 
 namespace piste {
 
-/// One picture: the stem of its file name, the `<svg>` element that stands alone, and what it shows, in a sentence.
+/// One picture: its file name without extension, a complete `<svg>` element, and a sentence that says what it shows.
 struct Figure {
   std::string name, svg, caption;
 };

@@ -1,5 +1,5 @@
 #pragma once
-/// A campaign: several runs with the same instruments, as `study` takes them. Its file:
+/// Simulated campaigns: several runs with the same instruments, for `study`. The file of a campaign:
 /// ```yaml
 /// seed: 2008                    # of all that is random; every run gets its own from it
 /// low_pass: 12 Hz               # of the signals, in the study
@@ -13,7 +13,8 @@
 ///   - {name: ski-1, activity: ski, scenario: campaign/ski.yaml}
 ///   - {name: ski-2, activity: ski, scenario: campaign/ski.yaml, motion: {heading: 120 deg, net_turn: -300 deg}}
 /// ```
-/// Errors that change from run to run are the scenarios': `bias_spread` and `scale_spread` of their IMUs.
+/// How the errors of the IMUs change from run to run stands in the scenarios: `bias_spread` and `scale_spread` of their
+/// IMUs.
 
 #include <cstddef>
 #include <cstdint>
@@ -28,9 +29,10 @@
 
 namespace piste {
 
+/// One run of a campaign.
 struct CampaignRun {
   std::string name, activity;
-  Scenario scenario;              ///< its motion is that of this run
+  Scenario scenario;              ///< with the motion of this run
   std::size_t reference = 0;      ///< of Scenario::imus
   std::size_t gnss = 0;           ///< of Scenario::gnss
   std::vector<std::size_t> mems;  ///< of Scenario::imus, in the order of Campaign::mems
@@ -42,6 +44,7 @@ struct CampaignArticle {
   std::vector<std::pair<std::string, std::string>> sensors;  ///< ours, and the article's that it is held against
 };
 
+/// A campaign.
 struct Campaign {
   std::uint64_t seed = 1;
   double low_pass = 0;            ///< [Hz]
@@ -51,13 +54,14 @@ struct Campaign {
   std::map<std::string, std::string> files;  ///< texts of sensor files and article, by their paths from campaign.yaml
 };
 
-/// Whether the file describes a campaign, not a scenario: it has `runs:`. Throws ConfigError where it is no YAML.
+/// Whether the file describes a campaign, which has `runs:`, and not a scenario. Throws ConfigError if it is not YAML.
 bool is_campaign(const std::filesystem::path& file);
 
 /// Reads a campaign and the scenarios of its runs. Every error is a ConfigError `FILE:LINE: …`.
 Campaign read_campaign(const std::filesystem::path& file);
 
-/// The seed of the run of that name, below 2³² so that any reader of truth.json holds it.
+/// The seed of a run, from the seed of the campaign and the run's name. It is below 2³², so that every JSON reader can
+/// represent it.
 std::uint64_t run_seed(std::uint64_t campaign_seed, const std::string& run);
 
 /// The campaign file that `study` takes. Logs and truth.json of each run stand in the folder of its name beside it,

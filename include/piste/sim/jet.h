@@ -1,9 +1,10 @@
 #pragma once
-/// A truncated Taylor series: a smooth function about one instant, with its derivatives exact to rounding.
+/// Truncated Taylor series: the value of a smooth function at one time together with its derivatives, exact to
+/// rounding.
 ///
 /// `c[n]` is the n-th derivative over n!. Sums, products and the functions below follow the recurrences of Taylor
-/// arithmetic (Griewank and Walther, Evaluating Derivatives, table 13.2). Taking a derivative costs one order: the
-/// highest coefficient of `derivative()` is 0 instead of unknown, so read only orders that are still true.
+/// arithmetic (Griewank and Walther, Evaluating Derivatives, table 13.2). Each call of `derivative()` loses one order:
+/// the highest coefficient of its result is unknown and set to 0, so it must not be used.
 
 #include <array>
 #include <cmath>
@@ -11,6 +12,7 @@
 
 namespace piste {
 
+/// A Taylor series.
 struct Jet {
   static constexpr std::size_t kOrder = 6;
   std::array<double, kOrder + 1> c{};
@@ -18,7 +20,7 @@ struct Jet {
   constexpr Jet() = default;
   constexpr Jet(double value) { c[0] = value; }  // NOLINT(google-explicit-constructor): a number is a constant function
 
-  /// The variable itself at `value`: value + 1 δ.
+  /// The variable itself, value + δ: its first derivative is 1.
   static constexpr Jet variable(double value) {
     Jet j(value);
     j.c[1] = 1;

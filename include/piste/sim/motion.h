@@ -1,11 +1,12 @@
 #pragma once
-/// How a person moves over a run: rest, a descent or a lap, rest. A smooth function of time, with exact derivatives.
+/// The simulated motion of a person over a run: rest, a descent or a lap, rest. It is a smooth function of time with
+/// exact derivatives.
 ///
-/// The path is a curve c(u) in the horizontal plane of `w`: an arc that turns by `net_turn` in all, with swings to
-/// both sides, on a slope. u(t) starts and stops by a polynomial of degree 10 (five times continuously
-/// differentiable). The trunk looks along the tangent of c and leans into the turn, both functions of u alone, and so
-/// defined at rest as well. Sway, slow turning and vibration are sums of sines with random phases.
-/// Everything is evaluated as Taylor series (jet.h): no number here comes from a difference or an integration.
+/// The path is a curve c(u) in the horizontal plane of `w`: an arc that turns by `net_turn` in all, with swings to both
+/// sides, on a slope. u(t) starts and stops by a polynomial of degree 10 (five times continuously differentiable). The
+/// trunk looks along the tangent of c and leans into the turn. Both are functions of u alone, so they are defined at
+/// rest as well. Sway, slow turning and vibration are sums of sines with random phases. Everything is evaluated as
+/// Taylor series (jet.h): no number comes from a difference or an integration.
 
 #include <cstdint>
 #include <vector>
@@ -19,8 +20,9 @@ namespace piste {
 /// A sum of sines: smooth, stationary, zero mean.
 class Wobble {
  public:
-  /// `count` sines of random phase, their frequencies spread over [low, high] Hz at random, one a stratum. All have
-  /// the same amplitude in the derivative of `order`, which has the root mean square `rms` in total.
+  /// `count` sines with random phases. [low, high] Hz is divided into `count` equal parts, and each sine has a random
+  /// frequency in one of them. In the derivative of order `order` all sines have the same amplitude, and their sum has
+  /// the root mean square `rms`.
   Wobble(double rms, int order, double low, double high, int count, RandomStream& random);
   Jet at(double t) const;
 
@@ -31,10 +33,11 @@ class Wobble {
   std::vector<Sine> sines_;
 };
 
-/// SI and radians. Vectors of the trunk: forward, right, down. Zero switches the part off.
+/// Options of the motion, SI and radians. Vectors of the trunk have the axes forward, right, down. Zero switches a part
+/// off.
 struct MotionOptions {
   double rest_before = 180, run = 90, rest_after = 180;
-  double start_time = 6, stop_time = 5;  ///< from rest to cruising speed, and back
+  double start_time = 6, stop_time = 5;  ///< duration of speeding up and of slowing down
   double heading = 0;                    ///< of the trunk at the start
   double speed = 8;                      ///< along the path while cruising, averaged over a swing
   double speed_swing = 0.3;              ///< amplitude of its variation
@@ -44,8 +47,8 @@ struct MotionOptions {
   double cycle = 6;            ///< one swing to the right and one to the left
   double turn = 0.3;           ///< largest angle between path and arc
   double turn_variation = .1;  ///< of the swings' sizes and lengths, as a ratio
-  double lean = 1;             ///< roll over the roll atan(a_lateral / g) of perfect balance
-  double crouch = 0;           ///< pitch of the trunk under way against rest
+  double lean = 1;             ///< roll divided by that of perfect balance, atan(a_lateral / g)
+  double crouch = 0;           ///< pitch of the trunk under way less that at rest
 
   Vector3d sway_velocity = Vector3d::Constant(0.005);  ///< rms of a standing person, w axes, 0.1 to 1 Hz
   Vector3d sway_rate = Vector3d::Constant(0.0026);     ///< rms of Euler rates, 0.1 to 1 Hz
@@ -55,21 +58,22 @@ struct MotionOptions {
   Vector3d vibration_rate = Vector3d::Zero();  ///< rms of Euler rates under way, 4 to 10 Hz
 
   double duration() const { return rest_before + run + rest_after; }
-  /// Throws ConfigError on values that no body can follow.
+  /// Throws ConfigError if no body can move so.
   void validate() const;
 };
 
-/// Trunk t in w, with the derivatives that a body fixed to it needs.
+/// Position and attitude of the trunk t in w, with the derivatives that a body fixed to it needs.
 struct MotionState {
   Quaterniond q_wt;
-  Vector3d p_wt, v_wt, a_wt;    ///< the latter two: derivatives of p_wt
+  Vector3d p_wt, v_wt, a_wt;    ///< p_wt and its first and second derivative
   Vector3d w_wt_t, w_wt_t_dot;  ///< angular rate of t against w, in t, and its derivative
 };
 
+/// The motion of one run.
 class Motion {
  public:
   Motion(const MotionOptions& options, std::uint64_t seed);
-  /// Time from the start of the recording; any time is allowed: before and after it the trunk rests.
+  /// The trunk `t` seconds after the start of the recording. Before and after the recording it is at rest.
   MotionState at(double t) const;
   const MotionOptions& options() const { return options_; }
 

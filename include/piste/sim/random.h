@@ -1,5 +1,5 @@
 #pragma once
-/// Random numbers that are the same on every machine and do not disturb one another.
+/// Random numbers that are the same on every machine, in streams that do not depend on one another.
 
 #include <cstdint>
 #include <random>
@@ -9,16 +9,17 @@
 
 namespace piste {
 
-/// An independent stream per (seed, name): a sensor that is added, or draws more, changes no other. The standard
-/// fixes the bits of mt19937_64 but not those of its distributions, hence our own.
+/// A stream of random numbers for a seed and a name. Streams are independent: if a sensor is added, or draws more
+/// numbers, those of the others do not change. The C++ standard fixes the bits of mt19937_64 but not those of its
+/// distributions; therefore the distributions here are piste's own.
 class RandomStream {
  public:
   RandomStream(std::uint64_t seed, std::string_view name);
-  /// In (0, 1).
+  /// A number uniform in (0, 1).
   double uniform();
-  /// Of N(0, 1), by Box and Muller.
+  /// A number of N(0, 1), by the method of Box and Muller.
   double normal();
-  /// Three of N(0, 1).
+  /// Three numbers of N(0, 1).
   Vector3d normal3();
 
  private:
@@ -27,16 +28,15 @@ class RandomStream {
   bool has_spare_ = false;
 };
 
-/// One path of an in-run drift, three axes, discretised exactly (Gauss-Markov: b⁺ = e^(−dt/T) b + w,
-/// var w = σ² (1 − e^(−2 dt/T)); random walk: var w = density² dt). Gauss-Markov starts in its stationary state,
-/// a random walk at 0.
+/// A random path of an in-run drift on three axes, discretised exactly. Gauss-Markov: b⁺ = e^(−dt/T) b + w, var w = σ²
+/// (1 − e^(−2 dt/T)), which starts in its stationary state. Random walk: var w = density² dt, which starts at 0.
 class DriftPath {
  public:
   DriftPath(const DriftProcess& process, RandomStream stream);
-  /// A Gauss-Markov path with a sigma per axis.
+  /// A Gauss-Markov path with a sigma for each axis.
   DriftPath(const GaussMarkov& process, RandomStream stream);
   const Vector3d& value() const { return value_; }
-  /// Moves on by dt > 0 and returns the new value.
+  /// Advances by dt > 0 and returns the new value.
   const Vector3d& advance(double dt);
 
  private:

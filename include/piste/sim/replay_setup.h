@@ -1,5 +1,6 @@
 #pragma once
-/// How a Monte Carlo replays the runs of a scenario: its optional section `montecarlo:`, every key of it optional.
+/// How `montecarlo` replays the runs of a scenario. This is the section `montecarlo:` of the scenario; the section and
+/// each of its keys are optional.
 /// ```yaml
 /// montecarlo:
 ///   imu: mt9a_1                   # default: the first one
@@ -30,12 +31,14 @@ namespace piste {
 class Config;
 struct Scenario;
 
-/// 1-sigma of a start that is drawn about the truth: each axis of position and velocity, roll and pitch, heading.
+/// 1-sigma of a start that is drawn about the truth: of each axis of position and of velocity, of roll and pitch, and
+/// of the heading.
 struct StartSigmas {
   double position = 0.5, velocity = 0.05;
   double tilt = 0.33 / kDegreesPerRadian, heading = kDegree;
 };
 
+/// The section, read.
 struct ReplaySetup {
   std::size_t imu = 0;                      ///< of Scenario::imus
   std::vector<std::size_t> gnss, attitude;  ///< of the lists of Scenario; gnss is empty only where it has no receiver

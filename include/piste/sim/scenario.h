@@ -1,6 +1,6 @@
 #pragma once
-/// A scenario file, `config/scenarios/*.yaml`: a motion, the sensors that are carried, and how a Monte Carlo replays
-/// them.
+/// Scenario files, such as those in `config/scenarios`: a motion, the sensors that are carried, and how `montecarlo`
+/// replays them.
 
 #include <cstdint>
 #include <filesystem>
@@ -15,9 +15,10 @@ namespace piste {
 
 class Config;
 
-/// The plate r that all sensors are fixed to sits at the trunk's point, turned by `q_tr`.
+/// A scenario. All sensors are fixed to one plate r, which is at the origin of the trunk t and turned against it by
+/// `q_tr`.
 struct Scenario {
-  std::string file, text;  ///< where it came from, and as it stands there
+  std::string file, text;  ///< its file, and the text of that file
   Geodetic origin;
   double start_time = 0;  ///< GPS seconds of week
   std::uint64_t seed = 1;
@@ -33,7 +34,7 @@ struct Scenario {
 /// Reads a scenario. Every error is a ConfigError `FILE:LINE: …`.
 Scenario read_scenario(const std::filesystem::path& file);
 
-/// The motion of a scenario's section `motion:`; what it does not say stays that of `fallback`.
+/// Reads the section `motion:` of a scenario. Keys that are missing have the values of `fallback`. Throws ConfigError.
 MotionOptions read_motion(const Config& section, MotionOptions fallback);
 
 }  // namespace piste

@@ -1,5 +1,5 @@
 #pragma once
-/// What sensors would have said of a truth: recordings as files hold them, and the errors that were put in.
+/// Simulated sensors: the recordings that sensors would make of a true motion, and the errors that were added.
 
 #include <cstdint>
 #include <filesystem>
@@ -13,22 +13,24 @@
 
 namespace piste {
 
-/// True errors of three like axes. What is given is taken; what is not is drawn from the sensor's sigmas.
+/// Settings for the true errors of three axes of the same kind. A bias or scale that is not given is drawn from the
+/// sensor's sigmas.
 struct TriadTruth {
   std::optional<Vector3d> bias, scale;
-  Vector3d bias_spread = Vector3d::Zero(), scale_spread = Vector3d::Zero();  ///< 1 sigma about what is given, per seed
-  /// measured = (1 + scale) M true + …; M is 1 on the diagonal and N(0, misalignment) off it.
+  Vector3d bias_spread = Vector3d::Zero(),
+           scale_spread = Vector3d::Zero();  ///< 1-sigma about the given values, drawn anew for each seed
+  /// 1-sigma of the off-diagonal elements of M in measured = (1 + scale) M true + …; the diagonal of M is 1.
   double misalignment = 0;
   Vector3d warm_up = Vector3d::Zero();  ///< added at the start, fading as exp(−t / warm_up_time)
   double warm_up_time = 120;
-  /// Rounding of the integral of the signal: its sigma, seen differenced in the rows ("blue" noise).
+  /// 1-sigma of the rounding of the signal's integral. The rows have the differences of this rounding ("blue" noise).
   double quantization = 0;
 };
 
 /// An IMU and how it is mounted.
 struct ImuSetup {
-  std::string name;                            ///< of the file, and of its random streams
-  std::filesystem::path sensor_file;           ///< that `sensor` was read from
+  std::string name;                            ///< of its file and of its random streams
+  std::filesystem::path sensor_file;           ///< from which `sensor` was read
   Quaterniond q_rb = Quaterniond::Identity();  ///< boresight against the plate r
   Vector3d p_rb_r = Vector3d::Zero();
   ImuSensor sensor;
@@ -36,17 +38,18 @@ struct ImuSetup {
   double rate = 100;  ///< Hz of its own clock
   enum class Sampling { kMean, kInstant, kIncrements } sampling = Sampling::kMean;
   double clock_offset = 0, clock_drift = 0;  ///< gps time = t − offset − drift (t − first t)
-  std::optional<Vector3d> magnetic_field;    ///< in w [µT]; where given, the rows carry it
-  double magnetic_noise = 0;                 ///< [µT] a row
+  std::optional<Vector3d> magnetic_field;    ///< in w [µT]; if given, the rows have it
+  double magnetic_noise = 0;                 ///< of each row [µT]
 };
 
-/// Over the rows of one phase: the mean of in-run drift and warm-up, mean and root mean square of the true signal.
+/// Statistics over the rows of one phase: the mean of in-run drift and warm-up; mean and root mean square of the true
+/// signal.
 struct PhaseDraw {
-  std::size_t rows = 0;  ///< without any the rest is 0
+  std::size_t rows = 0;  ///< if 0, all else is 0
   Vector3d drift = Vector3d::Zero(), mean = Vector3d::Zero(), rms = Vector3d::Zero();
 };
 
-/// The errors that one triad got, for truth.json.
+/// The errors that were drawn for one triad, for truth.json.
 struct TriadDraw {
   Vector3d bias, scale;
   Matrix3d misalignment;
@@ -55,21 +58,22 @@ struct TriadDraw {
   std::size_t clipped = 0;  ///< rows with an axis at ± range
 };
 
-/// An IMU's rows, and what is true of them. Row k is stamped `recording.time[k]`, and is of GPS time `gps_time[k]`.
+/// The rows of a simulated IMU, with the truth. Row k has the time `recording.time[k]` on the IMU's clock, and
+/// `gps_time[k]` in GPS time.
 struct SimulatedImu {
   ImuRecording recording;
   std::vector<double> gps_time;
-  std::vector<Vector3d> gyro_drift, accel_drift;  ///< a row each
-  std::vector<MeanInertial> signal;               ///< of a perfect IMU: rate and force, a row each
+  std::vector<Vector3d> gyro_drift, accel_drift;  ///< of each row
+  std::vector<MeanInertial> signal;               ///< rate and force of a perfect IMU, of each row
   TriadDraw gyro, accel;
 };
 
-/// Rows of an IMU over the whole run. measured = (1 + scale) · M true + bias + drift + warm-up + noise, then held
-/// within ± range; white noise of a row has density / sqrt(dt). `plate` is the truth of r. The first row ends one step
-/// after the start.
+/// Simulates an IMU over the whole run: measured = (1 + scale) · M true + bias + drift + warm-up + noise, limited to ±
+/// range. The white noise of a row has the sigma density / sqrt(dt). `plate` is the truth of r. The first row ends one
+/// step after the start.
 SimulatedImu simulate_imu(const Truth& plate, const ImuSetup& setup, std::uint64_t seed);
 
-/// A receiver and its antenna. Sigmas are of local north, east, down.
+/// A GNSS receiver and its antenna. Noises are along local north, east, down.
 struct GnssSetup {
   std::string name;
   Vector3d p_ra_r = Vector3d::Zero();
@@ -77,15 +81,16 @@ struct GnssSetup {
   Vector3d position_noise = Vector3d::Constant(0.01);  ///< white
   std::optional<GaussMarkov> position_drift;           ///< coloured, added to the white
   Vector3d velocity_noise = Vector3d::Constant(0.03);  ///< white; 0 = the receiver gives no velocity
-  double delay = 0;                                    ///< a fix stamped t is of t − delay
+  double delay = 0;                                    ///< a fix with time t was measured at t − delay
 };
 
-/// Fixes over the whole run; their sigma columns are the total of white and coloured.
+/// Simulates a receiver over the whole run. The sigmas of the fixes are those of the white and the coloured error
+/// together.
 GnssRecording simulate_gnss(const Truth& plate, const GnssSetup& setup, std::uint64_t seed);
-/// The coloured part of the error of each of those fixes, north, east, down; empty where there is none.
+/// The coloured error of each of those fixes, north, east, down. Empty if there is none.
 std::vector<Vector3d> position_drift(const Truth& plate, const GnssSetup& setup, std::uint64_t seed);
 
-/// A reference attitude: of the plate's axes.
+/// A reference attitude, which is that of the plate's axes.
 struct AttitudeSetup {
   std::string name;
   double rate = 10;
@@ -93,10 +98,10 @@ struct AttitudeSetup {
   std::optional<GaussMarkov> drift;           ///< coloured, added to the white
 };
 
-/// Attitude in local north-east-down over the whole run: R_wr measured = Exp(e) R_wr with e the sum of both errors.
-/// Sigmas of the Euler angles are those of e carried through.
+/// Simulates a reference attitude over the whole run, in local north-east-down: R_wr measured = Exp(e) R_wr, with e the
+/// sum of the white and the coloured error. The sigmas of the Euler angles follow from those of e.
 AttitudeRecording simulate_attitude(const Truth& plate, const AttitudeSetup& setup, std::uint64_t seed);
-/// The coloured part of the error of each of those fixes, rotation vector in w; empty where there is none.
+/// The coloured error of each of those fixes, as a rotation vector in w. Empty if there is none.
 std::vector<Vector3d> attitude_drift(const Truth& plate, const AttitudeSetup& setup, std::uint64_t seed);
 
 }  // namespace piste

@@ -1,5 +1,5 @@
 #pragma once
-/// From a scenario to recordings, and to the truth that they are held against.
+/// Runs a scenario: simulates all its sensors, and keeps the truth to compare results with.
 
 #include <cstdint>
 #include <functional>
@@ -20,33 +20,34 @@ struct Simulation {
   std::vector<GnssRecording> gnss;
   std::vector<AttitudeRecording> attitude;
 
-  /// What a replay of that IMU reads: it, with all receivers and reference attitudes.
+  /// The recording for a replay of one IMU: with all receivers and reference attitudes.
   Recording recording(std::size_t imu) const;
 };
 
-/// Called with what has been done and what there is in all, of sensors.
+/// Called with the number of sensors that are done, and the number of all.
 using SimulationProgress = std::function<void(std::size_t, std::size_t)>;
 
-/// Runs a scenario. The same seed gives the same numbers to the last bit; a sensor's numbers do not depend on which
-/// others are carried.
+/// Simulates one run of a scenario. The same seed gives the same numbers to the last bit. The numbers of a sensor do
+/// not depend on which other sensors there are.
 Simulation simulate(const Scenario& scenario, std::uint64_t seed, const SimulationProgress& progress = {});
 
-/// Lever arm b → antenna, in b.
+/// Lever arm p_ba_b from an IMU b to an antenna a.
 Vector3d lever_arm(const ImuSetup& imu, const GnssSetup& gnss);
 
-/// |corr| of bias and scale when both are fitted to the run's signal: |mean| / rms, per axis.
+/// The correlation, as a magnitude, of bias and scale if both are fitted to the signal of the run: |mean| / rms, per
+/// axis.
 Vector3d bias_scale_correlation(const TriadDraw& draw);
 
-// ---- As files: the text of each, to the contracts of `simulate`. ----
+// ---- The texts of the files that `simulate` writes. ----
 
 std::string imu_csv(const ImuRecording& recording);
 std::string gnss_csv(const GnssRecording& recording);
 std::string attitude_csv(const AttitudeRecording& recording);
-/// Position, velocity and attitude of the body in the columns of `filtered.csv` without sigmas, at every n-th of the
-/// times.
+/// Position, velocity and attitude of the body at every `every`-th of the times, in the columns of `filtered.csv`
+/// without sigmas.
 std::string truth_csv(const Truth& body, const std::vector<double>& gps_time, std::size_t every);
-/// Every error that was put in, and the means over each phase, rest before, run, rest after, of the in-run drift with
-/// its warm-up and of the true signal: null where there is no such phase.
+/// Every error that was added, and for each phase (rest before, run, rest after) the means of the in-run drift with its
+/// warm-up and of the true signal. A phase that does not exist is null.
 std::string truth_json(const Scenario& scenario, const Simulation& simulation, std::uint64_t seed);
 
 }  // namespace piste

@@ -1,5 +1,6 @@
 #pragma once
-/// What really happened: position, attitude, and what a perfect IMU would have felt, exact at any time.
+/// The true motion of a simulated run: position, velocity, attitude, and what a perfect IMU would measure, exact at any
+/// time.
 
 #include <memory>
 #include <vector>
@@ -9,7 +10,7 @@
 
 namespace piste {
 
-/// One instant of a body b in the world frame w.
+/// The motion of a body b at one time.
 struct TruthState {
   double time = 0;
   Quaterniond q_wb;
@@ -18,31 +19,31 @@ struct TruthState {
   Vector3d f_ib_b;                    ///< specific force
 };
 
-/// What an IMU's row holds: the mean of both over (start, end], in its own turning axes.
+/// The mean angular rate and the mean specific force over an interval, in the body's own axes, which turn with it.
 struct MeanInertial {
   Vector3d gyro, accel;
 };
 
-/// The truth of one body. All bodies of a run share one motion and are fixed to one another, so that `attached`
-/// is exact: f_ib_b = R_wb' (a − g_w(p) + 2 ω_ie × v), w_ib_b = R_wb' ω_ie + w_wb_b, with a, v, p of that body.
+/// The truth of one body. All bodies of a run are fixed to one another and share one motion, so that `attached` is
+/// exact: f_ib_b = R_wbᵀ (a − g_w(p) + 2 ω_ie × v) and w_ib_b = R_wbᵀ ω_ie + w_wb_b, with a, v, p of that body.
 class Truth {
  public:
   /// The trunk itself, from `start_time` [GPS seconds of week] on.
   Truth(const World& world, const MotionOptions& motion, std::uint64_t seed, double start_time);
 
-  /// The body b that is fixed to this one (r) with axes q_rb, its origin at p_rb_r.
+  /// A body b that is fixed to this one (r), with the axes q_rb and the origin at p_rb_r.
   Truth attached(const Quaterniond& q_rb, const Vector3d& p_rb_r) const;
 
   TruthState at(double time) const;
 
-  /// Means over (start, end] by Gauss-Legendre quadrature of 8th order, on pieces of at most 10 ms: exact to 1e-9
-  /// of the signal at 10 Hz. @pre start < end
+  /// Means over (start, end] by Gauss-Legendre quadrature of 8th order, on pieces of at most 10 ms. They are exact to
+  /// 1e-9 of the signal at 10 Hz. @pre start < end
   MeanInertial mean(double start, double end) const;
 
   const World& world() const { return run_->world; }
   double start_time() const { return run_->start_time; }
   double end_time() const { return run_->start_time + run_->motion.options().duration(); }
-  /// Seconds under way, between the rests.
+  /// The time under way, between the rests.
   Interval under_way() const;
 
  private:

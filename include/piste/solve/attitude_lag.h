@@ -1,5 +1,6 @@
 #pragma once
-/// How long the error of a smoothed attitude lasts: what a reader of it must know beside its sigmas.
+/// Correlation time of the error of a smoothed attitude. Another replay that reads the attitude as a measurement must
+/// know it, beside the sigmas.
 
 #include <cstddef>
 #include <span>
@@ -8,7 +9,7 @@
 
 namespace piste {
 
-/// Errors of the smoothed attitude at two epochs, given all data. Rotation vectors in w.
+/// Covariance of the smoothed attitude's errors at two epochs, given all data. Errors are rotation vectors in w.
 struct AttitudeLag {
   std::size_t early = 0, late = 0;  ///< rows of the solution
   double lag = 0;                   ///< s between them
@@ -16,11 +17,13 @@ struct AttitudeLag {
   Matrix3d of_early, of_late;       ///< E[θ θᵀ] of each
 };
 
-/// Correlation time of the one Gauss-Markov process, alike on all axes of w, whose correlations exp(−lag / τ) are
-/// nearest to those of the attitude's errors: in least squares over all pairs, level counted twice and heading once.
-/// So all of a reader's model is held against all of the error, short lags and long ones, and an error that fades as
-/// something else than an exponential still gets the time that its sum over a run has. At most the longest lag, which
-/// is the answer where the error does not fade within it; 0 of no lag.
+/// The correlation time τ of a Gauss-Markov process that is the same on all axes of w and that fits the errors of the
+/// attitude best. Its correlations exp(−lag / τ) are fitted to those of the errors by least squares over all pairs, in
+/// which the level axes count twice and the heading once.
+///
+/// All lags, short and long, enter the fit, so that an error that does not fade exponentially still gets a τ that suits
+/// its sum over a run. The result is at most the longest lag, which it is if the error does not fade within it. It is 0
+/// if there are no pairs.
 double correlation_time(std::span<const AttitudeLag> lags);
 
 }  // namespace piste

@@ -1,5 +1,5 @@
 #pragma once
-/// What is known of a reference attitude's errors: how large they are, and how much of them is white.
+/// The errors of a reference attitude: how large they are, and how much of them is white noise.
 
 #include <vector>
 
@@ -8,17 +8,19 @@
 
 namespace piste {
 
-/// The options with the rms of its fixes' sigmas as the drift sigma of every attitude source that has a drift: the
-/// total, until `with_white_part` takes the white part off. Level axes have one figure, as roll and pitch turn with the
-/// body between north and east.
+/// Sets the size of the coloured error: returns `options` in which every attitude source with a drift has the rms of
+/// its fixes' sigmas as the drift's sigma. This is the total error; `with_white_part` later subtracts the white part.
+/// North and east get the same value, because roll and pitch turn with the body between north and east.
 FilterOptions with_attitude_sigmas(FilterOptions options, const std::vector<AttitudeRecording>& attitude);
 
-/// The options with `white` of every attitude source that has a drift, and the rest of its total as the drift's sigma.
+/// Measures the white part: returns `options` in which every attitude source with a drift has its `white` from the log,
+/// and the rest of the total error as the drift's sigma.
 ///
-/// What r turned by between two fixes, less what the gyro says, holds the white errors of both: n(k+1) − n(k). Two such
-/// differences that share a fix have the covariance −σ², while noise and bias of the gyro, and the slow error of the
-/// reference, have none. Fast turns, in which scale factors would tell, are left out. Between 10 % and all of the
-/// fixes' sigma, and 10 % where there is too little to tell; level axes have one figure, the vertical its own.
+/// Between two fixes the reference turns by some rotation, and so do the gyroscopes. The difference of the two contains
+/// the white errors of both fixes, n(k+1) − n(k). Two successive differences share a fix, so their covariance is −σ²,
+/// whereas noise and bias of the gyroscopes and the slow error of the reference do not correlate them. Fast turns are
+/// left out, because scale factors would matter there. The white part is at least 10 % and at most all of the fixes'
+/// sigma. It is 10 % if there is too little data. North and east have one value, down has its own.
 FilterOptions with_white_part(FilterOptions options, const Log& log);
 
 }  // namespace piste

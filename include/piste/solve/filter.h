@@ -1,12 +1,13 @@
 #pragma once
-/// Error-state Kalman filter, closed loop, one sample at a time.
+/// The navigation filter: an error-state Kalman filter with feedback, which takes one IMU sample or fix at a time. Use
+/// it directly in a program in real time; `run_filter` (run.h) feeds it a whole log.
 ///
 ///     fixes → FixQueue ┐
 ///     IMU samples ─────┴→ Propagation (with SampleNoise) → measurement models → Trust → update → estimate
 ///                         RestUpdates, RateMending, admit_error
 ///
-/// The filter lags the newest IMU sample by one: the sample after a step gives the slope of rate and force within it,
-/// so that a step is split at a fix with the rate centred on the fix and not extrapolated to it.
+/// The filter is always one IMU sample behind the newest. It waits for the sample after a step because both neighbours
+/// give the slope of rate and force within the step. So a step can be split at the time of a fix without extrapolation.
 
 #include <array>
 #include <memory>
@@ -26,22 +27,23 @@
 
 namespace piste {
 
-/// Streaming filter. Which fixes it takes is Trust's to say; what a readmitted one shows it to have missed is admitted
-/// to its covariance. Copying it takes its whole state with it; two copies fed alike give the same bytes.
+/// The filter. `Trust` decides which fixes it uses. When it uses a fix from outside its gate, it adds the error that
+/// the fix reveals to its covariance. A copy of a filter has its whole state: two copies that get the same input give
+/// the same bytes.
 class Filter {
  public:
-  /// Throws ConfigError where the options cannot be run with.
+  /// Throws ConfigError if the options are not valid.
   Filter(const FilterOptions& options, const World& world, const Start& start);
 
-  /// The next IMU sample, later than the one before. The sample before it is now processed: returns true when that
-  /// completed an epoch, which time(), estimate() and covariance() then show. Fixes up to the epoch's end must have
-  /// been added. No heap.
+  /// Adds the next IMU sample, and processes the sample before it. Returns true if there was one: time(), estimate()
+  /// and covariance() are then those of its end. All fixes up to that time must have been added before. No heap.
+  /// @pre `sample` is later than the one before. Throws DataError if the filter diverges.
   bool add(const ImuSample& sample);
-  /// A fix of a sensor, numbered from 0 among those of its type (a GnssFix of receiver 1, an AttitudeFix of reference
-  /// 0); in any order. One that is older than time() is counted as late and left out, and so is, uncounted, one of a
-  /// type that the options do not use.
+  /// Adds a fix, in any order of time. `sensor` counts from 0 among the sensors of the fix's type: 1 is the second
+  /// receiver for a GnssFix. A fix older than time() is left out and counted by late(). A fix of a type that the
+  /// options do not use is left out without a count.
   void add(int sensor, AnyFix fix);
-  /// Processes the last sample, after which nothing may be added.
+  /// Processes the last sample. Nothing may be added after it. Returns false if there was no sample. Throws as add().
   bool finish();
 
   double time() const { return state_.time; }
@@ -49,20 +51,22 @@ class Filter {
   const Covariance& covariance() const { return state_.P; }
   const StateLayout& layout() const { return setup_->layout; }
   const World& world() const { return setup_->world; }
-  /// What Innovation::source points to.
+  /// Names of the sources, by Innovation::source.
   const std::vector<std::string>& sources() const { return setup_->names; }
-  /// Estimate carried, without covariance, to the newest sample: for a display that cannot wait one sample.
+  /// The estimate advanced to the newest sample, for a display that cannot wait for the next one. Without covariance.
   Estimate predicted() const;
   /// Innovations since the last call to clear_innovations().
   std::span<const Innovation> innovations() const { return innovations_; }
   void clear_innovations() { innovations_.clear(); }
+  /// Number of fixes that came too late.
   std::size_t late() const { return late_; }
 
-  /// Where to record; nullptr to stop. Not owned, and not copied with the filter.
+  /// Records everything that the filter does on `tape`, for a smoother; nullptr ends the recording. The filter does not
+  /// own the tape.
   void record(Tape* tape) { tape_ = tape; }
 
  private:
-  struct Setup {  // what never changes, shared between copies
+  struct Setup {  // what does not change; shared between copies
     FilterOptions options;
     StateLayout layout;
     World world;

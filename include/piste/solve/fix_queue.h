@@ -1,5 +1,5 @@
 #pragma once
-/// Fixes that wait for the IMU to come to their time.
+/// A queue of fixes that wait until the IMU samples reach their time.
 
 #include <cstddef>
 #include <vector>
@@ -8,26 +8,28 @@
 
 namespace piste {
 
-inline constexpr double kSameInstant = 1e-6;  ///< s: times nearer to one another than this are one
+inline constexpr double kSameInstant = 1e-6;  ///< s: times that differ by less are the same
 
+/// A fix in the queue.
 struct QueuedFix {
   double time = 0;
-  int source = 0;  ///< first of its sensor's, the order at equal times
-  int sensor = 0;  ///< among those of its type
+  int source = 0;  ///< the first source of its sensor: the order at equal times
+  int sensor = 0;  ///< its number among the sensors of its type
   AnyFix fix;
 };
 
-/// Ordered by time, at equal times by source, and as they came where both are equal. Fixes may be added in any order.
+/// Fixes in the order of their time; at equal times in the order of their source, and then in that of their arrival.
+/// They may be added in any order.
 class FixQueue {
  public:
   FixQueue() { fixes_.reserve(256); }
 
   void add(QueuedFix&& fix);
-  /// The next fix up to `time`, or null. Stands until the queue is changed.
+  /// The next fix up to `time`, or null. The pointer is valid until a fix is added or the taken ones are dropped.
   const QueuedFix* next(double time) const;
-  /// Takes the next fix out. It stands until drop_taken().
+  /// Takes the next fix out of the queue. It stays in memory until drop_taken().
   void take() { ++taken_; }
-  /// Forgets what was taken.
+  /// Frees the places of the fixes that were taken.
   void drop_taken();
 
  private:

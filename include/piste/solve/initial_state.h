@@ -1,5 +1,5 @@
 #pragma once
-/// Where a filter begins.
+/// The state with which a filter begins.
 
 #include <optional>
 
@@ -7,17 +7,18 @@
 
 namespace piste {
 
-/// An estimate, and the covariance of its error. Of the navigation blocks alone (9 × 9, order ρ, ν, θ), where the other
-/// blocks begin as the state table says; or of the whole layout.
+/// Time, estimate and covariance at the start. The covariance may be of the navigation blocks alone (9 × 9, order ρ, ν,
+/// θ); the other blocks then begin as the state table says. Or it is of the whole layout.
 struct Start {
   double time = 0;
   Estimate x;
   Covariance covariance = Covariance::Identity(9, 9);
-  /// A heading that is known only later, such as when a body that rested begins to move; the filter takes it then.
+  /// A heading for a later time, such as the end of a rest. The filter uses it as a measurement at that time.
   std::optional<HeadingFix> heading = std::nullopt;
 };
 
-/// Covariance of a start, at the layout's size: of a constant its prior, of a process its level at the start.
+/// The covariance of a start for all blocks of the layout. A constant block has its prior, a process its variance at
+/// the start.
 Covariance initial_covariance(const StateLayout& layout, const FilterOptions& options, const Start& start);
 
 }  // namespace piste

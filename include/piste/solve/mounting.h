@@ -1,5 +1,5 @@
 #pragma once
-/// How the IMU sits against a reference attitude, before any filter has run: by any rotation.
+/// Finds the rotation between the IMU and a reference attitude before the filter runs. It may be any rotation.
 
 #include <optional>
 
@@ -14,9 +14,9 @@ struct Mounting {
   Vector3d gyro_bias;
 };
 
-/// From what r turned by between its fixes, the Earth's turn with it, and what the gyro says that b turned by: both are
-/// one rotation, on two sets of axes. Looks at the whole log, whose first source with fixes it takes; leaves gaps out.
-/// nullopt where the motion does not determine it to 10 deg.
+/// Compares the rotation of r between two of its fixes, with the Earth's rotation added, with the rotation of b by the
+/// gyroscopes: it is the same rotation in two sets of axes. Uses the whole log, without gaps, and the first attitude
+/// source that has fixes. Returns nullopt if the motion does not determine the boresight to 10 deg (1-sigma).
 std::optional<Mounting> find_mounting(const Log& log);
 
 }  // namespace piste

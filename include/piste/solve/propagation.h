@@ -1,20 +1,21 @@
 #pragma once
-/// Carries estimate and covariance over one IMU step.
+/// Advances estimate and covariance over one IMU step.
 
 #include "piste/solve/tape.h"
 
 namespace piste {
 
-/// Keeps gravity near the body, and the mean force of a body that stands.
+/// Keeps two things from step to step: the gravity near the body, and at rest the mean specific force.
 class Propagation {
  public:
   Propagation() = default;
   Propagation(const World& world, const Vector3d& p_wb) : gravity_(world.gravity(p_wb)) {}
 
-  /// Linear gravity, within 4e-9 m/s² of the normal one where the last step began.
+  /// Gravity as a linear function. Where the last step began it is within 4e-9 m/s² of normal gravity.
   const Gravity& gravity() const { return gravity_; }
 
-  /// Advances `state` over `step`, as measured. `still`: the body is at rest. Returns what the error did. No heap.
+  /// Advances `state` over `step`, whose increments are as measured. `still`: the body is at rest. Returns the
+  /// transition of the error. No heap.
   Transition advance(FilterState& state, const ImuStep& step, const StepNoise& noise, bool still, const World& world,
                      const StateLayout& layout, const FilterOptions& options);
 

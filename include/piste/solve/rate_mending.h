@@ -1,5 +1,6 @@
 #pragma once
-/// Takes the gyro's noise, as an attitude fix tells it, out of the rate that the gyro's scale was propagated with.
+/// Corrects the rate with which the gyroscope's scale was propagated, by the gyroscope's noise that an attitude fix
+/// reveals. `mend_rate` (model/dynamics.h) says why this is needed.
 
 #include <optional>
 
@@ -7,15 +8,16 @@
 
 namespace piste {
 
-/// Keeps how uncertain the angle is that the gyro's noise made since the last attitude fix.
+/// Keeps the covariance of the rotation that the gyroscopes' noise made since the last attitude fix.
 class RateMending {
  public:
-  /// A step was propagated over. At rest no measured rate was regressed on.
+  /// Call it after each step. At rest the step counts for nothing, because the measured rate was not used.
   void add(const Transition& t, bool still) {
     if (!still) noise_ += t.noise.block<3, 3>(6, 6);
   }
-  /// Before an attitude fix is used: mend_rate() by the noise that its residual shows, see dynamics.h. Nothing where
-  /// the fix before it is more than a second old, or `lin` lies outside a gate of `bound`, or no scale is estimated.
+  /// Call it before an attitude fix is used. Returns mend_rate() with the noise that the residual of the fix shows.
+  /// Returns nothing if the last attitude fix is more than a second old, if the NIS of `lin` is above `bound`, or if
+  /// the gyroscope's scale is not estimated.
   std::optional<Transition> before(const Linearization& lin, const FilterState& state, const StateLayout& layout,
                                    double bound);
 

@@ -1,13 +1,14 @@
 #pragma once
-/// What a filter that was wrong admits when it takes a fix from outside its gate.
+/// What happens to the covariance when the filter uses a fix from outside its gate: the filter was wrong by more than
+/// its covariance said.
 
 #include "piste/model/measurement.h"
 
 namespace piste {
 
-/// Adds to the navigation part of P the errors that would explain the residual: one of position grows out of one of
-/// velocity over the `lapse` [s] since the source was last believed, and that out of a tilt; where it never was
-/// (infinite), the error is the start's own.
+/// Adds to the navigation part of P the errors that explain the residual. `lapse` [s] is the time since a fix of the
+/// source was last used. Within it an error in velocity grows into one in position, and a tilt into one in velocity. It
+/// is infinite if no fix of the source was used before: the error is then that of the start.
 void admit_error(Covariance& P, const StateLayout& layout, const Linearization& lin, double lapse);
 
 }  // namespace piste

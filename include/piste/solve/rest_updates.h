@@ -1,5 +1,6 @@
 #pragma once
-/// When a body that stands gives zero updates: at intervals, with the mean rate since the last ones.
+/// When the filter makes zero-velocity and zero-rate updates: at rest, at regular intervals, with the mean rate since
+/// the last update.
 
 #include <optional>
 
@@ -8,9 +9,10 @@
 
 namespace piste {
 
+/// Collects samples at rest and makes a RestFix of each interval.
 class RestUpdates {
  public:
-  /// The next sample, in order. Returns a fix where an interval of rest without a gap is full.
+  /// Adds the next sample. Returns a fix when an interval of rest without a gap is complete.
   std::optional<RestFix> add(const ImuSample& sample, const RestOptions& options);
 
  private:

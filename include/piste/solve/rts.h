@@ -1,14 +1,15 @@
 #pragma once
-/// Fixed-interval smoother on the manifold, at every IMU epoch.
+/// The smoother: the best estimate at every IMU epoch from all measurements of the run, earlier and later ones.
 ///
-/// The Rauch-Tung-Striebel solution in the form of Bryson and Frazier (Bierman 1977): an adjoint λ and its covariance Λ
-/// run backwards over what the filter did, and at every epoch
+/// It is a fixed-interval smoother on the manifold, and computes the Rauch-Tung-Striebel solution in the form of Bryson
+/// and Frazier (Bierman 1977). An adjoint λ and its covariance Λ run backwards over everything that the filter did, and
+/// at every epoch
 ///
 ///     x_smoothed = x̂ ⊞ (−P λ)        P_smoothed = P − P Λ P
 ///
-/// No predicted covariance is inverted, any number of updates may stand at one epoch, and the reset of each correction
-/// enters with its transpose. The filter's steps are not stored: the run is repeated from checkpoints, so that memory
-/// is some hundred bytes an epoch and the covariances are those of the filter to the bit.
+/// No predicted covariance is inverted, an epoch may have any number of updates, and the reset of each correction
+/// enters with its transpose. The filter's steps are not stored. Instead, stretches of the run are filtered again from
+/// checkpoints, so that an epoch costs some hundred bytes, and the covariances are those of the filter to the bit.
 
 #include <cstddef>
 #include <functional>
@@ -25,18 +26,19 @@ struct SmoothedState {
   Covariance P;
 };
 
-/// Called with a row of the solution: what the filter believed at its epoch, and what the smoother does. Both with
-/// their whole covariances, of which a Solution keeps the sigmas only.
+/// Called with a row of the solution and with the filtered and the smoothed state at its epoch. Both have their whole
+/// covariances; a Solution keeps only the sigmas.
 using EpochObserver = std::function<void(std::size_t row, const Tape::Epoch& filtered, const SmoothedState& smoothed)>;
 
-/// `run` with checkpoints, of the same log. `at_start`: takes what is said of the start, before the first step. `lags`:
-/// takes how the attitude's errors at some 2000 pairs of epochs, spread over the run, go together.
-/// Throws std::logic_error without checkpoints.
+/// Smooths a filtered run. @pre `run` is of the same log and has checkpoints.
+/// `at_start`, if given, is set to the smoothed state at the start, before the first step. `lags`, if given, is set to
+/// the covariances of the attitude's errors at some 2000 pairs of epochs, spread over the run.
+/// Throws std::logic_error if `run` has no checkpoints.
 Solution smooth_rts(const Log& log, const FilterRun& run, const ProgressCallback& progress = {},
                     SmoothedState* at_start = nullptr, std::vector<AttitudeLag>* lags = nullptr);
 
-/// The same at those rows alone, which ascend, last one first. Nothing is kept, and nothing is done for the rows before
-/// the first of them unless `at_start` is asked for.
+/// Smooths only some rows, and gives them to `observer`, the last row first. The rows before the first of them are not
+/// processed, unless `at_start` is given. @pre `rows` ascend. Throws as smooth_rts.
 void smooth_rows(const Log& log, const FilterRun& run, const std::vector<std::size_t>& rows,
                  const EpochObserver& observer, SmoothedState* at_start = nullptr);
 

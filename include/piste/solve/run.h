@@ -1,5 +1,5 @@
 #pragma once
-/// The filter over a whole log, and pieces of it once more.
+/// Runs the filter over a whole log, and again over stretches of it from checkpoints.
 
 #include <cstddef>
 #include <functional>
@@ -9,38 +9,40 @@
 
 namespace piste {
 
-/// Where a walk over a log stands: which sample and which fix of each sensor are next.
+/// A place in a log: which sample, and which fix of each sensor, the filter gets next.
 struct LogPlace {
   std::size_t imu = 0, imu_end = 0;  ///< next sample, and the end of the samples
   std::vector<std::size_t> fixes;    ///< next fix of each sensor, type by type in the order of the measurement list
 };
 
-/// Copies the filter and its place in the log, so that a stretch can be run again.
+/// A copy of the filter and its place in the log. From it, a stretch can be filtered again.
 struct Checkpoint {
   Filter filter;
   LogPlace place;
   std::size_t row = 0;  ///< next row of the solution
 };
 
-/// A filtered run, and what a smoother needs to run it again piece by piece.
+/// A filtered run, and the checkpoints from which a smoother filters it again, stretch by stretch.
 struct FilterRun {
   Solution solution;
   std::vector<Checkpoint> checkpoints;
 };
 
-/// Epochs between checkpoints: a stretch is run again in cache, and the checkpoints cost some hundred bytes an epoch.
+/// Epochs between checkpoints. The tape of a stretch of this length fits into the processor's cache, and the
+/// checkpoints cost some hundred bytes an epoch.
 inline constexpr int kCheckpointEvery = 128;
 
-/// Called with the fraction done, now and then; may be empty.
+/// Called now and then with the fraction of the work that is done. May be empty.
 using ProgressCallback = std::function<void(double)>;
 
-/// Feeds the log to a Filter from the start's time on: the same bytes as feeding it sample by sample.
+/// Filters a log, from the time of `start` on. The result has the same bytes as that of a Filter that is fed sample by
+/// sample.
 /// `checkpoint_every`: epochs between checkpoints, 0 for none. `end_time`: samples from this time on are left out.
-/// Throws ConfigError where the options cannot be run with, DataError where the filter diverges.
+/// Throws ConfigError if the options are not valid, DataError if the filter diverges.
 FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& start, int checkpoint_every = 0,
                      const ProgressCallback& progress = {}, double end_time = 1e300);
 
-/// Runs a stretch again from a checkpoint, recording it: up to and with the epoch of row `end_row` − 1.
+/// Filters a stretch again from a checkpoint, and records it on `tape`. Its last epoch is that of row `end_row` − 1.
 void rerun(const Log& log, const Checkpoint& from, std::size_t end_row, Tape& tape);
 
 }  // namespace piste

@@ -1,5 +1,5 @@
 #pragma once
-/// White noise of one IMU sample: the sensor's own, what clipping hides, and what a gap may have missed.
+/// White noise of one IMU sample: that of the sensor, plus what clipping may hide, plus what a gap may have missed.
 
 #include <array>
 
@@ -9,10 +9,11 @@
 
 namespace piste {
 
-/// Looks at the samples in their order: what n clipped samples in a row hide is one error, whose variance grows with
-/// n², so that each adds 2n − 1 times the variance of one.
+/// Takes the samples in their order. What n clipped samples in a row hide is one and the same error, whose variance
+/// grows with n². The n-th of them therefore adds 2n − 1 times the variance of one.
 class SampleNoise {
  public:
+  /// Noise of the next sample.
   StepNoise of(const ImuSample& sample, const ImuSensor& sensor);
 
  private:

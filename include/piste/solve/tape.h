@@ -1,5 +1,5 @@
 #pragma once
-/// What a filter believes at one instant, and the record of what it did.
+/// The state of a filter at one instant, and the record of all that it did.
 
 #include <variant>
 #include <vector>
@@ -9,13 +9,14 @@
 
 namespace piste {
 
+/// Time, estimate and covariance.
 struct FilterState {
   double time = 0;
   Estimate x;
   Covariance P;
 };
 
-/// What a filter did, in order, for a smoother to run backwards.
+/// All that a filter did, in order. A smoother goes through it backwards.
 struct Tape {
   struct Propagation {
     Transition transition;
@@ -24,7 +25,7 @@ struct Tape {
     Update update;
     ResetJacobian reset;
   };
-  /// End of an IMU epoch: the smoother reports here.
+  /// The end of an IMU epoch, for which the smoother gives its estimate.
   using Epoch = FilterState;
   std::vector<std::variant<Propagation, Correction, Epoch>> events;
 };

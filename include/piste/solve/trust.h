@@ -1,5 +1,5 @@
 #pragma once
-/// Whose a disagreement is: the receiver's or the filter's.
+/// Decides whether a fix is used. Where a fix disagrees with the filter, either the receiver is wrong or the filter is.
 
 #include <cstddef>
 #include <limits>
@@ -12,20 +12,26 @@
 
 namespace piste {
 
-/// What a filter holds of its sources of fixes.
+/// Keeps for each source whether its last fixes were used, and rules on each new fix.
 ///
-/// A fix outside the gate is rejected, and then either the sensor or the filter is wrong. A filter goes wrong smoothly:
-/// a residual that leaps where the source was believed just before, or one of position alone while the velocities of
-/// the same receiver agree, is the receiver's. The filter coasts as in an outage until the receiver's jumps add up to
-/// none, for `distrust` at most; a fix that only comes to lie within the gate as the covariance grows is not believed.
-/// A disagreement that does not come to a metre, or a metre a second, within three seconds is not worth coasting for:
-/// sigmas of centimetres are seldom that true.
-/// In all other cases (a start, an outage, a gap of the IMU, a disagreement that grew) the filter is held to be wrong
-/// after `readmit_after` fixes in a row, and takes them; for some seconds no receiver is held to have jumped then.
+/// A fix outside the gate is rejected. What follows depends on whether the receiver or the filter is taken to be wrong:
 ///
-/// Where that ends: a lie that is longer than `distrust`, that begins when the filter may be wrong, or that creeps in
-/// below the gate is believed. A ramp is such a one for a receiver without velocities, or with coarse ones. A fault of
-/// the IMU that shows as a leap between two fixes is taken for one of the receiver.
+/// - **The receiver jumped.** An error of the filter grows smoothly. So the receiver is wrong if the residual jumps
+///   although a fix of the source was used just before, or if only its position disagrees while its velocity agrees.
+///   The filter then uses no fix of the source, as in an outage, until the jumps of the receiver add up to zero, for
+///   `distrust` seconds at most. A fix that lies within the gate only because the covariance has grown meanwhile is not
+///   used.
+/// - **The receiver jumped slightly.** If the disagreement does not reach a metre, or a metre a second, within three
+///   seconds, the source is used again: sigmas of centimetres are seldom that true, and such a jump is not worth an
+///   outage.
+/// - **The filter is wrong.** This is so in all other cases: at a start, after an outage or a gap of the IMU, or
+///   where the disagreement grew slowly. After `readmit_after` rejected fixes in a row the filter uses the next one.
+///   For some seconds after that, no receiver is taken to have jumped.
+///
+/// Limits: a false fix is used if the receiver is wrong for longer than `distrust`, if its error begins when the filter
+/// may be wrong, or if it grows slowly enough to stay within the gate. A slow ramp is such an error for a receiver
+/// without velocities or with coarse ones. A fault of the IMU that appears as a jump between two fixes is taken for one
+/// of the receiver.
 class Trust {
  public:
   struct Limits {
@@ -33,22 +39,23 @@ class Trust {
     double distrust = 0;    ///< [s]
   };
 
-  /// Whether a fix is used. One that is readmitted is outside the gate.
+  /// The decision on one fix.
   struct Ruling {
     Outcome outcome = Outcome::kUsed;
-    double lapse = 0;  ///< since the source was last believed, half a second at least; infinite where it never was [s]
-    bool parted = false;  ///< readmitted, and nothing that led to the disagreement explains it: it came at once
+    double lapse = 0;     ///< time since a fix of the source was last used, at least 0.5; infinite if none was [s]
+    bool parted = false;  ///< readmitted after a jump, which no error that grows smoothly explains
   };
 
   Trust() = default;
   Trust(const std::vector<MeasurementSource>& sources, Limits limits);
 
-  /// Rules on a fix at `time`, whose innovation may have an NIS of `bound`; estimate and covariance say how fast the
-  /// filter's own error may change. No heap.
+  /// Rules on a fix at `time`. `bound`: the largest NIS within the gate. The estimate `x` and its covariance `P` say
+  /// how fast the filter's own error may change. No heap.
   Ruling rule(int source, double time, const Linearization& lin, const Update& u, double bound, const Estimate& x,
               const Covariance& P);
 
-  /// Whether the sensor whose first source this is gives its last fix again, in every digit. Keeps the fix.
+  /// Whether `fix` repeats the last fix of its sensor in every digit. `source` is the sensor's first source. Keeps the
+  /// fix for the next call.
   template <class Type>
   bool repeats(int source, const typename Type::Fix& fix) {
     std::optional<AnyFix>& last = sources_[static_cast<std::size_t>(source)].last;
@@ -57,27 +64,27 @@ class Trust {
     return same;
   }
 
-  /// For some seconds from `time` on it is the filter that may be wrong, and no receiver.
+  /// For some seconds from `time` on, a disagreement is taken to be an error of the filter.
   void suspect_filter(double time);
 
  private:
-  /// Of a source whose last fix was not used: what is held to be wrong.
+  /// What is taken to be wrong, for a source whose last fix was not used.
   enum class Dispute {
-    kNone,
-    kFilter,      ///< the filter may be; it gives way after some fixes
-    kSlightJump,  ///< the receiver jumped, but by so little that it is not worth coasting for
-    kJump,        ///< the receiver jumped
+    kNone,        ///< nothing: the last fix was used
+    kFilter,      ///< the filter, which uses the source again after some fixes
+    kSlightJump,  ///< the receiver, but it jumped by too little to be worth an outage
+    kJump,        ///< the receiver
   };
   struct Source {
     int partner = -1;
     bool readmitted = true;
-    std::optional<AnyFix> last;  // of the sensor's first source
+    std::optional<AnyFix> last;  // fix of the sensor; kept in its first source
     Dispute dispute = Dispute::kNone;
     int rejected = 0;                                            // fixes in a row since the dispute began
     double believed = -std::numeric_limits<double>::infinity();  // time of the last fix that was used
     // Of the dispute:
     double since = 0;
-    Matrix3d first_S = Matrix3d::Zero();  // innovation covariance as it began
+    Matrix3d first_S = Matrix3d::Zero();  // innovation covariance at its first fix
     Vector3d offset = Vector3d::Zero();   // sum of the receiver's jumps so far
     Matrix3d spread = Matrix3d::Zero();   // and its covariance
     double time = 0;                      // of the last fix, its residual and its noise
@@ -96,7 +103,7 @@ class Trust {
 
   Limits limits_;
   std::vector<Source> sources_;
-  double accuses_from_ = -std::numeric_limits<double>::infinity();  // before, no receiver is held to have jumped
+  double accuses_from_ = -std::numeric_limits<double>::infinity();  // before it no receiver is taken to have jumped
 };
 
 }  // namespace piste

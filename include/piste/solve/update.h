@@ -1,11 +1,11 @@
 #pragma once
-/// Kalman algebra of one measurement: it knows blocks, and nothing of navigation.
+/// The Kalman update by one measurement, and its adjoint for the smoother.
 
 #include "piste/model/measurement.h"
 
 namespace piste {
 
-/// Everything that filter and smoother need of one update.
+/// All that filter and smoother need of one update.
 struct Update {
   Jacobian H;                                                     ///< 3 × n, rows beyond Linearization::rows zero
   Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kFullSize, 3> PHt;  ///< n × 3
@@ -14,7 +14,7 @@ struct Update {
   Matrix3d R;  ///< noise covariance; unused rows likewise
   double nis = 0;
   int rows = 3;
-  int observed = 0;  ///< first row of the block that is observed above all
+  int observed = 0;  ///< first row of the block that the measurement mainly observes
 };
 
 /// Innovation of a linearised measurement: S = H P Hᵀ + R, nis = zᵀ S⁻¹ z. No heap.
@@ -29,15 +29,15 @@ void joseph(Covariance& P, const Update& u, const Matrix3d& R);
 /// P ← G P Gᵀ after a correction (estimate.h).
 void reset(Covariance& P, const StateLayout& layout, const ResetJacobian& G);
 
-/// Adjoint of the same: λ ← Gᵀ λ, Λ ← Gᵀ Λ G.
+/// Its adjoint: λ ← Gᵀ λ, Λ ← Gᵀ Λ G.
 void reset_adjoint(ErrorVector& lambda, Covariance& Lambda, const StateLayout& layout, const ResetJacobian& G);
 
-/// Adjoint of the correction, smoothing from after to before: λ ← (I − K H)ᵀ λ − Hᵀ S⁻¹ z and
-/// Λ ← (I − K H)ᵀ Λ (I − K H) + Hᵀ S⁻¹ H (Bryson and Frazier; Bierman 1977). Where the measurement is far better than
-/// what was known, as after an outage, I − K H is taken without cancellation: P − P Λ P would lose all its digits.
+/// The adjoint of the update, from after it to before it: λ ← (I − K H)ᵀ λ − Hᵀ S⁻¹ z and Λ ← (I − K H)ᵀ Λ (I − K H) +
+/// Hᵀ S⁻¹ H (Bryson and Frazier; Bierman 1977). If the measurement is far better than the prediction, as after an
+/// outage, I − K H is computed without cancellation; otherwise P − P Λ P would lose all its digits.
 void update_adjoint(ErrorVector& lambda, Covariance& Lambda, const Update& u);
 
-/// Adjoint of the errors alone, any number of columns: M ← Gᵀ M and M ← (I − K H)ᵀ M.
+/// The homogeneous part of both adjoints, for a matrix M with any number of columns: M ← Gᵀ M and M ← (I − K H)ᵀ M.
 void reset_adjoint(Eigen::MatrixXd& columns, const StateLayout& layout, const ResetJacobian& G);
 void update_adjoint(Eigen::MatrixXd& columns, const Update& u);
 
