@@ -26,6 +26,11 @@ TEST(Statistics, Median) {
   EXPECT_EQ(median({4, 1, 3, 2}), 3);
 }
 
+TEST(Statistics, MedianByAxis) {
+  const std::vector<Eigen::Vector3d> values{{1, 9, -1}, {5, 2, -3}, {3, 4, -2}};
+  EXPECT_EQ(median_by_axis(values), Eigen::Vector3d(3, 4, -2));
+}
+
 // The fifteen p-values of Benjamini and Hochberg 1995 (J. Royal Statistical Society B 57, section 4), of which tests
 // that keep the probability of any false finding below 5 % let three pass.
 TEST(Statistics, HolmStopsWhereItShould) {

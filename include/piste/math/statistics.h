@@ -10,7 +10,7 @@ namespace piste {
 double median(std::vector<double> values);
 
 /// The median of each axis. @pre not empty
-Eigen::Vector3d median(const std::vector<Eigen::Vector3d>& values);
+Eigen::Vector3d median_by_axis(const std::vector<Eigen::Vector3d>& values);
 
 /// The value that this part (0 to 1) of the others lies below; where it falls between two values, the lower one.
 /// @pre not empty
