@@ -1,5 +1,5 @@
 #pragma once
-/// What align and compare have in common: every IMU of a configuration brought together with its reference.
+/// What align and compare share: the alignment of every IMU of a configuration with its reference.
 
 #include <functional>
 #include <string>
@@ -19,10 +19,10 @@ struct AlignedPair {
   const std::vector<ImuSample>& reference;
   Alignment alignment;
   AlignedImus aligned;
-  std::string folder;  ///< of its outputs, with a `/` behind; empty where there is one IMU only
+  std::string folder;  ///< of its outputs, with a `/` at the end; empty if there is only one IMU
 };
 
-/// Reads and aligns one IMU after the other. Throws what reading and aligning throw.
+/// Reads and aligns one IMU after the other, and calls `take` with each. Throws what reading and aligning throw.
 void for_each_pair(const AlignConfig& config, Progress& progress, const std::function<void(const AlignedPair&)>& take);
 
 /// Writes alignment.json, aligned.csv, alignment.html and figures/*.svg.

@@ -1,5 +1,5 @@
 #pragma once
-/// The frame of every program: command line, progress, errors and exit codes.
+/// The frame of every program: command line, progress bar, errors and exit codes.
 
 #include <chrono>
 #include <filesystem>
@@ -18,36 +18,37 @@ struct IntegerOption {
   long minimum = 0;
 };
 
-/// What a program is, for its command line and its help.
+/// Name, summary and options of a program, for its command line and its help.
 struct AppDescription {
   std::string name, summary;
-  std::string input = "CONFIG";  ///< what the positional argument is called
+  std::string input = "CONFIG";  ///< name of the positional argument
   std::string input_help = "configuration file (YAML)";
-  bool many_inputs = false;  ///< one or more of them
-  bool has_output = true;    ///< takes --output DIR
+  bool many_inputs = false;  ///< whether there may be several
+  bool has_output = true;    ///< whether it has --output DIR
   std::vector<IntegerOption> integers = {};
 };
 
-/// What the user asked for.
+/// The arguments on the command line.
 struct AppArguments {
   std::string input;  ///< the first of `inputs`
   std::vector<std::string> inputs;
   std::filesystem::path output;  ///< --output, else out/<stem of the input>
   bool quiet = false;
-  std::map<std::string, long> integers;  ///< those given, or with a fallback
+  std::map<std::string, long> integers;  ///< those that are given or have a fallback
 };
 
-/// A bar with rate and time left on standard error, where that is a terminal.
+/// A progress bar with rate and time left. It is on standard error, and only if that is a terminal.
 class Progress {
  public:
   explicit Progress(bool enabled) : enabled_(enabled) {}
   ~Progress() { clear(); }
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
-  /// A new stage of `total` steps, each called `unit`, of which `done` are no work of this stage.
+  /// Begins a stage of `total` steps, each called `unit`. `done` of them were done before, and do not count for the
+  /// rate.
   void start(std::string stage, std::size_t total, std::string unit = "epochs", std::size_t done = 0);
   void update(std::size_t done);
-  /// Takes the bar off the terminal.
+  /// Removes the bar from the terminal.
   void clear();
 
  private:

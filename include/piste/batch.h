@@ -1,5 +1,5 @@
 #pragma once
-/// The front door of piste::batch: what needs least squares over whole logs. Conventions stand in piste.h.
+/// The front door of piste::batch: the functions that need least squares over whole logs. Conventions stand in piste.h.
 ///
 /// Two IMUs on one plate are aligned, and one is fitted to the other; a campaign of several is studied.
 

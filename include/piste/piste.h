@@ -46,17 +46,19 @@
 ///
 ///     measured = (1 + scale) · true + bias + drift + noise, per axis
 ///
-/// `bias` is a random constant of the run, `drift` its change in the run: nothing, a random walk, or first-order
-/// Gauss-Markov. This is an error to subtract; papers that add a correction have the opposite sign.
+/// `bias` is a random constant of the run, and `drift` its change in the run: none, a random walk, or a first-order
+/// Gauss-Markov process. This is an error to subtract; papers that add a correction have the opposite sign.
 ///
 /// ## Units
 ///
-/// Inside: SI and radians, no suffix. At the edges the unit is text and is checked: a config says
-/// `0.05 deg/s/sqrt(Hz)`, a file's header `gyro_x_deg_s`. Time is GPS seconds of week.
+/// Inside the library all numbers are in SI and radians, and names have no unit. In files the unit is text and is
+/// checked: a configuration says `0.05 deg/s/sqrt(Hz)`, the header of a file `gyro_x_deg_s`. Time is GPS seconds of
+/// week.
 ///
 /// ## Failure
 ///
-/// Bad input throws piste::Error, which says where and what would be right. The library neither prints nor exits.
+/// Bad input throws piste::Error, which says where the fault is and what would be right. The library does not print and
+/// does not exit.
 
 // What a run is made of.
 #include "piste/core/error.h"

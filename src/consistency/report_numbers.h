@@ -1,5 +1,5 @@
 #pragma once
-/// The numbers of a consistency report as texts, pages and tables show them.
+/// The numbers of a consistency report as text.
 
 #include <cstddef>
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace piste {
 
-/// With a * where it lies outside.
+/// A value, with a * if it is outside its band.
 std::string starred(double value, const Band& band);
 
 /// "0.934 to 1.068".
@@ -18,13 +18,13 @@ std::string band_text(const Band& band);
 /// "99.9 %" of 0.999.
 std::string percent(double probability);
 
-/// Mean NEES of a group under way, starred outside its band; "-" where there is none.
+/// Mean NEES of a group under way, with a * if it is outside its band. "-" if there is none.
 std::string nees_text(const ConsistencyReport& report, const EstimatorConsistency& estimator, std::size_t group);
 
-/// RMSE of a block under way over its bound; "-" where there is none.
+/// RMSE of a block under way divided by its bound. "-" if there is none.
 std::string ratio_text(const ConsistencyReport& report, const EstimatorConsistency& estimator, Block block);
 
-/// The largest error of the heading in degrees and in sigmas; "-" where no run was looked at.
+/// The largest error of the heading in degrees and in sigmas. "-" if there is no run.
 std::string heading_text(const HeadingFound& heading);
 
 }  // namespace piste

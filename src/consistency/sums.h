@@ -1,5 +1,5 @@
 #pragma once
-/// Where the terms stand in the sums of an ensemble's consistency.
+/// The places of the terms in the sums of class Consistency.
 
 #include <cstddef>
 
@@ -8,7 +8,7 @@
 namespace piste {
 
 inline constexpr std::size_t kPhases = kPhaseNames.size();
-inline constexpr double kHeadingTime = 5;  ///< s after the departure at which the heading is judged
+inline constexpr double kHeadingTime = 5;  ///< s after the departure at which the heading is evaluated
 
 /// Columns of Consistency::source_sums_, and of heading_.
 enum SourceTerm { kDof, kCount, kRejected, kNis, kPairs, kProduct, kPower = kProduct + 3, kSourceTerms = kPower + 3 };

@@ -1,5 +1,6 @@
 #pragma once
-/// Numbers of IMUs in runs, over the IMUs of each run: all IMUs of a run share its motion and its reference.
+/// Averages numbers over the IMUs of each run, because these share the run's motion and reference and are not
+/// independent.
 
 #include <vector>
 
@@ -7,7 +8,7 @@
 
 namespace piste {
 
-/// Mean over the sensors of each run, in the order of the runs. `values` are of `at`, one each.
+/// The mean over the sensors of each run, in the order of the runs. `values` has one value for each element of `at`.
 std::vector<double> mean_by_run(const std::vector<const SensorRun*>& at, const std::vector<double>& values);
 
 }  // namespace piste

@@ -1,5 +1,5 @@
 #pragma once
-/// Biases and scales as the GPS/MEMS filter tells them, by six models.
+/// Estimates biases and scales by the GPS/MEMS filter, with six error models.
 
 #include <vector>
 
@@ -9,21 +9,23 @@
 
 namespace piste {
 
-/// What a filter is told of one run of an IMU.
+/// The input of the filter for one run of an IMU.
 struct FilterCase {
   Log log;                ///< with its rests marked
-  FilterOptions options;  ///< sensor, receivers and reference attitude; not what is estimated
-  Interval run;           ///< over which estimates are averaged
+  FilterOptions options;  ///< sensor, receivers and reference attitude; `estimate` is not used
+  Interval run;           ///< the interval over which estimates are averaged
 };
 
-/// Turn-on constants as random constants (kConstant…), with a random walk (kWalk…) or a first-order Gauss-Markov
-/// process (kMarkov…) on top, as the sensor file's drift has it; a walk has the density √(2σ²/τ) of a Gauss-Markov
-/// process, and the other way round a walk becomes one that lasts a hundred times longer than the run. Scales are
-/// random constants. Filtered and smoothed; without the reference attitude, with a heading found from the motion, and
-/// with it, where the case has one. Values are means over the run of bias + drift and of scale, and so are their
-/// covariances, as errors within a run go together.
+/// Estimates by all models. The bias is a random constant alone (kConstant…), or has in addition a random walk (kWalk…)
+/// or a first-order Gauss-Markov process (kMarkov…) with the drift of the sensor file. If that file has the other kind
+/// of process, it is converted: a Gauss-Markov process becomes a walk of density √(2σ²/τ), and a walk a Gauss-Markov
+/// process whose correlation time is a hundred times the run. Scales are random constants.
 ///
-/// What cannot be had, such as a start without motion, is left out, and its reason appended to `warnings`.
+/// Each model is filtered and smoothed, without the reference attitude (with a heading found from the motion), and with
+/// it if there is one. Values are means over the run of bias + drift and of scale. Their covariances are means too,
+/// because errors within a run are correlated.
+///
+/// What is not possible, such as a start without motion, is left out, and its reason is appended to `warnings`.
 std::vector<MethodEstimate> filter_estimates(const FilterCase& of, std::vector<std::string>& warnings);
 
 }  // namespace piste

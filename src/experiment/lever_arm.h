@@ -1,5 +1,5 @@
 #pragma once
-/// Where the antenna sits, as the motion tells it.
+/// Estimates the lever arm from the motion.
 
 #include "piste/core/log.h"
 #include "piste/core/options.h"
@@ -7,8 +7,8 @@
 
 namespace piste {
 
-/// Runs the filter over at most the first five minutes of the log, from the start that the motion gives, with the first
-/// receiver's lever arm among the states: the start value that of the options, its sigma 2 m. Throws DataError where no
+/// Estimates the lever arm of the first receiver: runs the filter over at most the first five minutes of the log, with
+/// the lever arm among the states. Its start value is that of the options, with a sigma of 2 m. Throws DataError if no
 /// start is found.
 LeverArmGuess lever_arm(const Recording& recording, const ConditioningOptions& conditioning, FilterOptions options);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Independent tasks on several threads.
+/// Runs independent tasks on several threads.
 
 #include <atomic>
 #include <cstddef>
@@ -10,8 +10,8 @@
 
 namespace piste {
 
-/// Calls task(0) … task(count − 1), `jobs` at a time, in that order as far as one thread is concerned. The first
-/// exception stops those that have not begun, and is thrown on.
+/// Calls task(0) … task(count − 1), `jobs` at a time; each thread takes them in ascending order. After the first
+/// exception no further task begins, and that exception is thrown again.
 template <class Task>
 void for_each_parallel(std::size_t count, std::size_t jobs, Task&& task) {
   std::atomic<std::size_t> next{0};

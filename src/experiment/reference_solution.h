@@ -1,5 +1,5 @@
 #pragma once
-/// The reference of a run: a tactical IMU and a carrier-phase receiver, filtered and smoothed.
+/// Computes the reference solution of a run from a tactical IMU and a carrier-phase receiver, filtered and smoothed.
 
 #include <optional>
 #include <vector>
@@ -10,7 +10,7 @@
 namespace piste {
 
 struct ReferenceSolution {
-  /// What a GPS/MEMS filter takes as measurements: fixes at 10 Hz, and how long their errors last [s].
+  /// The attitude as measurements for a GPS/MEMS filter: fixes at 10 Hz, and the correlation time of their errors [s].
   AttitudeRecording attitude;
   double correlation_time = 0;
   ReferenceTrack track;
@@ -18,8 +18,8 @@ struct ReferenceSolution {
   double sigma_position = 0;  ///< rms over the log, of three axes
 };
 
-/// Of a reference IMU's recording and that of its receiver; its own error model is that of its sensor file.
-/// Throws DataError where the log cannot be navigated.
+/// The solution from the recordings of a reference IMU and its receiver. The error model of the IMU is that of its
+/// sensor file. Throws DataError if the log cannot be replayed.
 ReferenceSolution solve_reference(const RunConfig& run, const ImuRecording& imu, const GnssRecording& gnss);
 
 }  // namespace piste

@@ -1,6 +1,6 @@
 #pragma once
-/// From the findings of one IMU in one run to the estimates that a study compares; what a replay is told of them; and
-/// what was put in, where that is known.
+/// Converts the findings of one IMU in one run into the estimates that a study compares, and these into the errors that
+/// a replay subtracts. Adds the true values if they are known.
 
 #include <optional>
 #include <vector>
@@ -11,24 +11,24 @@
 
 namespace piste {
 
-/// Every method that compares signals, as far as the findings have it.
+/// The estimates of every method that compares signals, if the findings have them.
 std::vector<MethodEstimate> signal_estimates(const Findings& findings);
 
-/// What a replay is to take for known. Axes without an estimate are taken for free of errors. Of kPolynomial and
-/// kMisalignment the whole model, from `findings`, which must have it.
+/// The errors that a replay subtracts for an estimate. Axes without an estimate have no errors. For kPolynomial and
+/// kMisalignment it is the whole model from `findings`. @pre `findings` has that model
 KnownErrors known_errors(const MethodEstimate& estimate, const std::optional<Findings>& findings);
 
-/// The same of the truth: turn-on bias and mean drift of the run, scale and misalignment. Without a run, the drift
-/// before it.
+/// The same for the truth: turn-on bias plus mean drift of the run, scale and misalignment. If there is no run, the
+/// drift of the rest before is used.
 KnownErrors known_errors(const ImuTruth& truth);
 
-/// Sets what was put in, as the method could see it: a bias alone is bias + drift + (scale and misalignment) · the mean
-/// true signal of its phase; of a line, bias + mean drift of the run (of kScaleOnly, of the rest that it goes through)
-/// and scale.
+/// Sets the true values that the method should find. For a bias alone this is bias + drift + (scale and misalignment) ·
+/// mean true signal of its phase. For a line it is bias + mean drift of the run (for kScaleOnly: of the rest through
+/// which the line passes), and scale.
 void hold_against(const ImuTruth& truth, MethodEstimate& estimate);
 
-/// Adds Method::kOtherRuns to every result that has a rest before, and whose IMU has two other runs with
-/// kJointBothNoisy: the scale's sigma is that of a prediction, std · √(1 + 1/n) between the runs.
+/// Adds Method::kOtherRuns to every result that has a rest before, and whose IMU has at least two other runs with
+/// kJointBothNoisy. The scale's sigma is that of a prediction, std · √(1 + 1/n) over these runs.
 void add_other_runs(Study& study);
 
 }  // namespace piste

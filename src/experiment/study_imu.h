@@ -1,5 +1,5 @@
 #pragma once
-/// One IMU in one run of a campaign: all that is found of it but the ranking. In piste::batch.
+/// Studies one IMU in one run of a campaign: all results except the ranking. Part of piste::batch.
 
 #include <optional>
 #include <string>
@@ -19,34 +19,34 @@ namespace piste {
 struct RunReference {
   std::vector<ImuSample> imu;  ///< of the reference
   GnssRecording gnss;
-  std::optional<ReferenceSolution> solution;  ///< nothing where there is none, and a warning that says why
+  std::optional<ReferenceSolution> solution;  ///< nothing if it is not possible; a warning then says why
   std::vector<std::string> warnings;
 };
 
-/// Reads the reference of a run and solves it. Throws where its IMU cannot be read.
+/// Reads the reference of a run and computes its solution. Throws DataError if its IMU cannot be read.
 RunReference read_reference(const RunConfig& run);
 
-/// What the methods are ranked by.
+/// What the ranking of the methods needs.
 struct Contest {
-  std::optional<Course> course;      ///< nothing where there is no navigation
-  std::optional<KnownErrors> truth;  ///< what was put in
+  std::optional<Course> course;      ///< nothing if no navigation is possible
+  std::optional<KnownErrors> truth;  ///< the true errors, if they are known
 };
 
+/// The result for one IMU.
 struct StudiedImu {
-  SensorRun result;  ///< as far as it goes; `failure` says what stopped it
-  Phases phases;     ///< of the run: those that were known, else as this IMU and the reference show them
+  SensorRun result;  ///< all that was possible; `failure` says what stopped it
+  Phases phases;     ///< of the run: those that were given, else those found from the signals
   Contest contest;
 };
 
-/// What is done to every IMU.
+/// Settings that are the same for every IMU.
 struct StudyPlan {
   double low_pass = 12;        ///< [Hz] of both signals
-  std::vector<double> delays;  ///< residual timing errors that are tried [s]
+  std::vector<double> delays;  ///< residual timing errors to try [s]
   OutagePlan outages;
 };
 
-/// One IMU of a run, beside its reference, with the phases of the run where they are known.
-/// What is wrong with its data stands in the result.
+/// Studies one IMU of a run. `known`: the phases of the run that are given. Faults of its data are part of the result.
 StudiedImu study_imu(const RunConfig& run, const RunReference& reference, const MountedImu& mounted,
                      const Phases& known, const StudyPlan& plan);
 

@@ -1,20 +1,20 @@
 #pragma once
-/// The truth of a simulated run as the filter would hold it.
+/// The truth of a simulated run in the form of an estimate.
 
 #include "piste/core/estimate.h"
 #include "piste/sim/simulation.h"
 
 namespace piste {
 
-/// Every block's true value at any time of a run, in the world of a log: the world of the simulation has its origin at
-/// the scenario's, that of a log at the first fix.
+/// The true value of every block at any time of a run, in the world frame of a log. (The world frame of the simulation
+/// has its origin at that of the scenario, that of a log at the first fix.)
 class TrueEstimate {
  public:
-  /// Of the first IMU. Lever arm and delay are those of the first receiver, drifts those of the first receiver and of
-  /// the first reference that have one. The simulation must outlive this.
+  /// The truth of the first IMU. Lever arm and delay are those of the first receiver; drifts are those of the first
+  /// receiver and of the first reference that have one. The simulation must outlive this object.
   TrueEstimate(const Scenario& scenario, const Simulation& simulation, World world, std::uint64_t seed);
 
-  /// Drifts are those of the nearest row or fix.
+  /// The true values at `time`. Drifts are those of the nearest row or fix.
   Estimate at(double time) const;
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-/// What the simulator put into one IMU, as truth.json tells it.
+/// Reads the true errors of a simulated IMU from truth.json.
 
 #include <filesystem>
 #include <optional>
@@ -9,7 +9,7 @@
 
 namespace piste {
 
-/// measured = (1 + scale) M true + bias + drift + noise. SI.
+/// The true errors of an IMU, in SI: measured = (1 + scale) M true + bias + drift + noise.
 struct ImuTruth {
   /// Means of the in-run drift and of the true signal.
   struct Phase {
@@ -23,7 +23,7 @@ struct ImuTruth {
   Triad gyro, accel;
 };
 
-/// The member `imus.NAME` of a truth.json. Throws DataError where the file cannot be read or lacks a member.
+/// Reads the member `imus.NAME` of a truth.json. Throws DataError if the file cannot be read or a member is missing.
 ImuTruth read_truth(const std::filesystem::path& file, const std::string& name);
 
 }  // namespace piste

@@ -1,5 +1,5 @@
 #pragma once
-/// The members of alignment.json, which findings.json begins with too.
+/// The members of alignment.json. findings.json begins with the same members.
 
 #include "io/json.h"
 #include "piste/condition/alignment.h"

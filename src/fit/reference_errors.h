@@ -1,9 +1,10 @@
 #pragma once
-/// What is wrong with the reference signal itself: no length of the log makes it smaller.
+/// Errors of the reference signal itself. They do not become smaller in a longer log.
 ///
-/// To first order the true signal is the reference's + D p, with p of zero mean and covariance P: the clock's offset
-/// and drift, boresight and lever arm (as the alignment found them, with all their correlations), and bias and scale of
-/// the reference IMU (its sensor file). What the alignment did not determine was not applied, and is not in P either.
+/// To first order the true signal is the reference's plus D p, where p has zero mean and the covariance P. It consists
+/// of the clock's offset and drift, boresight and lever arm (from the alignment, with all correlations), and of bias
+/// and scale of the reference IMU (from its sensor file). What the alignment did not determine was not applied, and is
+/// not part of P.
 
 #include <Eigen/Core>
 #include <cstddef>
@@ -14,19 +15,20 @@
 
 namespace piste {
 
+/// The matrices D and P.
 class ReferenceErrors {
  public:
   static constexpr int kSize = 10;  ///< offset, drift, boresight (3), lever arm (3), bias, scale
   using Row = Eigen::Matrix<double, 1, kSize>;
   using Covariance = Eigen::Matrix<double, kSize, kSize>;
 
-  /// Refers to the signals, which must outlive it. Either pointer may be null: then the reference IMU, or the
-  /// alignment, is taken as free of errors.
+  /// `imus` must outlive this object. Either pointer may be null: then the alignment, or the reference IMU, is taken to
+  /// have no errors.
   ReferenceErrors(const AlignedImus& imus, const Alignment* alignment, const ImuSensor* reference);
 
-  /// A row of D: sample i of specific force (axes 0 to 2) or angular rate (3 to 5).
+  /// The row of D for sample i of a specific force (axes 0 to 2) or of an angular rate (3 to 5).
   Row row(std::size_t i, int axis) const;
-  /// P of that axis.
+  /// P for that axis.
   Covariance covariance(int axis) const;
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-/// How the power of a signal is spread over frequency.
+/// The power spectrum of a signal.
 
 #include <cstddef>
 #include <cstdint>
@@ -15,13 +15,14 @@ namespace piste {
 struct Spectrum {
   std::vector<double> frequency;  ///< [Hz], from 0 to half of the rate
   std::vector<Vector3d> density;  ///< [unit²/Hz]; its integral is the variance
-  int segments = 0;               ///< that were averaged; neighbours share half of their samples
+  int segments = 0;               ///< number of averaged segments; neighbours share half of their samples
 };
 
-/// Welch's method: mean of the periodograms of segments of `segment` samples that overlap by half, each freed of its
-/// mean and under a Hann window. Segments with a sample that is not usable are left out; `usable` may be empty.
+/// The spectrum by Welch's method: the mean of the periodograms of segments of `segment` samples that overlap by half.
+/// The mean of each segment is subtracted, and a Hann window applied. Segments with an unusable sample are left out;
+/// `usable` may be empty.
 /// Source: Welch 1967, IEEE Trans. Audio and Electroacoustics 15.
-/// @pre segment even, at least 4; interval > 0. Throws DataError where no segment fits.
+/// @pre segment even, at least 4; interval > 0. Throws DataError if there is no usable segment.
 Spectrum welch(std::span<const Vector3d> signal, std::span<const std::uint8_t> usable, double interval,
                std::size_t segment);
 

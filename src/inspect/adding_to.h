@@ -1,5 +1,5 @@
 #pragma once
-/// How suspicions of one file are collected.
+/// Collects suspicions of one file.
 
 #include <string>
 #include <utility>

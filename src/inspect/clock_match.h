@@ -1,5 +1,5 @@
 #pragma once
-/// The offset of an IMU's clock from the motion, whatever its axes and units are: see inspect/log_match.h.
+/// Finds the offset of an IMU's clock from the motion, independently of its axes and units: see inspect/log_match.h.
 
 #include <optional>
 
@@ -8,11 +8,11 @@
 
 namespace piste {
 
-/// nullopt where the motion does not tell, or tells several.
+/// The offset, or nullopt if the motion does not determine it, or fits several.
 std::optional<ClockMatch> match_clocks(const ImuIntegral& imu, const Track& track);
 
-/// Turn rate of the gyroscopes over that of the track, with the IMU's clock `offset` ahead; 0 where the turns do not
-/// tell.
+/// Turn rate of the gyroscopes divided by that of the track, with the IMU's clock `offset` ahead. 0 if the turns do not
+/// determine it.
 double turn_ratio(const ImuIntegral& imu, const Track& track, double offset);
 
 }  // namespace piste

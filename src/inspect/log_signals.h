@@ -1,5 +1,5 @@
 #pragma once
-/// An IMU and a receiver as signals that can be asked at any time.
+/// The signals of an IMU and of a receiver as functions of time.
 
 #include <optional>
 #include <vector>
@@ -9,7 +9,7 @@
 
 namespace piste {
 
-/// Integrals of the rows of an IMU since its first one; a row stands for the interval before it.
+/// Integrals of an IMU's rows since the first one. A row is of the interval before it.
 class ImuIntegral {
  public:
   struct Value {
@@ -21,11 +21,11 @@ class ImuIntegral {
   double end() const { return time_.back(); }
   /// Median interval [s].
   double interval() const { return interval_; }
-  /// At a time within start and end, linear within a row.
+  /// The integrals at a time, linear within a row. @pre start() ≤ time ≤ end()
   Value at(double time) const;
-  /// Whether there are rows all along.
+  /// Whether there is no gap in this time.
   bool covers(double begin, double end) const;
-  /// Rows within (begin, end] with an axis at a limit that it reaches again and again: they measure nothing.
+  /// Number of rows within (begin, end] in which an axis is clipped.
   std::size_t clipped(double begin, double end) const;
 
  private:
@@ -38,7 +38,8 @@ class ImuIntegral {
   double interval_ = 0;
 };
 
-/// Velocity of the antenna, in north-east-down: that of the receiver as it is to be read, or what the positions do.
+/// Velocity of the antenna in north-east-down: that of the receiver, corrected as GnssHealth says, or that of the
+/// positions.
 class Track {
  public:
   Track(const GnssRecording& gnss, const GnssHealth& health);
@@ -48,7 +49,7 @@ class Track {
   double end() const { return time_.back(); }
   /// Median interval [s].
   double interval() const { return interval_; }
-  /// Linear between fixes; none outside and in gaps.
+  /// The velocity at a time, linear between fixes. Nothing outside the log and in gaps.
   std::optional<Vector3d> velocity(double time) const;
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-/// The fit of windows of an IMU's forces to a track's velocities.
+/// Fits the forces of an IMU to the velocities of a track, in windows.
 
 #include <vector>
 
@@ -7,20 +7,20 @@
 
 namespace piste {
 
-/// The forces carried to the window's start by the gyroscopes, and the attitudes on the way.
+/// One window: the integral of the forces in the axes at the beginning of the window, and the rotations since then.
 struct CarriedWindow {
   std::vector<Quaterniond> attitude;
   std::vector<Vector3d> velocity;
-  std::vector<Matrix3d> swing;  ///< of the antenna, by the lever arm
+  std::vector<Matrix3d> swing;  ///< times the lever arm: velocity of the antenna by rotation
 };
 
-/// Each window carried with the gyroscopes times `turn`, the factor and the axes of a reading of their labels.
+/// Integrates each window, with the gyroscopes multiplied by `turn`, the factor and axes to be tried.
 std::vector<CarriedWindow> carry_all(const std::vector<MotionWindow>& windows, const Matrix3d& turn);
 
-/// Wahba's problem with a free scale: β ≈ scale R α.
+/// The solution of Wahba's problem with a free scale: β ≈ scale R α.
 struct WindowFit {
   Matrix3d R;
-  double scale = 0, mean_square = 0;  ///< mean square of what is left [m²/s²]
+  double scale = 0, mean_square = 0;  ///< mean square of the residuals [m²/s²]
 };
 
 /// The fits of all windows, with one lever arm in common.
@@ -29,8 +29,8 @@ struct JointFit {
   Vector3d lever_arm = Vector3d::Zero();  ///< in the accelerometers' axes
 };
 
-/// Fits each window for its rotation and scale, then all of them for the lever arm, then each once more. `gravity`:
-/// whether the forces hold it; `mirrored`: for rotations that also mirror.
+/// Fits rotation and scale of each window, then one lever arm for all, then each window again. `gravity`: whether the
+/// forces contain gravity. `mirrored`: whether R is a rotation with a reflection.
 JointFit fit_all(const std::vector<MotionWindow>& windows, const std::vector<CarriedWindow>& carried, bool gravity,
                  bool mirrored);
 

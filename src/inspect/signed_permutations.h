@@ -1,5 +1,5 @@
 #pragma once
-/// The 48 ways to name the axes of a right-handed frame, or of its mirror image.
+/// The 48 signed permutations of three axes: 24 right-handed ones, and 24 left-handed ones.
 
 #include <vector>
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Text files that CMake embeds (cmake/EmbedText.cmake), so that a report needs nothing beside it.
+/// Text files that CMake embeds into the library (cmake/EmbedText.cmake), so that a report is self-contained.
 
 #include <string_view>
 

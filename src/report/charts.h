@@ -1,5 +1,5 @@
 #pragma once
-/// The charts of a report as data: columns of numbers, thinned, that report.js draws.
+/// The charts of a report as data: thinned columns of numbers, which report.js draws.
 
 #include <string>
 #include <string_view>
@@ -10,7 +10,7 @@
 
 namespace piste::charts {
 
-/// One curve, and its 1-sigma band where `sigma` is not empty.
+/// One curve, and its 1-sigma band if `sigma` is not empty.
 struct Curve {
   std::string label;
   std::vector<double> value, sigma = {};
@@ -25,10 +25,10 @@ struct Chart {
   bool log_scale = false;  ///< of the values
 };
 
-/// Everything over time that one solution tells: speed, height, attitude, estimated blocks, sigmas.
+/// The charts of a solution over time: speed, height, attitude, estimated blocks, sigmas.
 std::vector<Chart> of_solution(const Solution& solution, double start);
 
-/// Two charts a source: residuals over their sigmas, and NIS against its gate.
+/// Two charts for each source: residuals divided by their sigmas, and NIS with its gate.
 std::vector<Chart> of_innovations(const Solution& solution, double start);
 
 /// JSON of a chart with at most about `limit` rows.

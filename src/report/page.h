@@ -1,5 +1,5 @@
 #pragma once
-/// The frame of every page: one HTML file that needs nothing beside it and no network.
+/// The frame of every page, which is a self-contained HTML file without network.
 
 #include <string>
 #include <string_view>
@@ -9,27 +9,27 @@
 
 namespace piste::page {
 
-/// A part of a page under its heading. `name` stands in links to it.
+/// A part of a page with its heading. Links to it use `name`.
 struct Section {
   std::string name, heading, body;  ///< the body is markup
 };
 
 using Row = std::vector<std::string>;
 
-/// A table of plain text: the first column names, the others are numbers.
+/// A table of plain text. The first column has names, the others have numbers.
 std::string table(std::string_view caption, const Row& head, const std::vector<Row>& rows);
 
-/// A table that scrolls by itself where the page is too narrow.
+/// Makes a table scroll if the page is too narrow.
 std::string wide(std::string_view table);
 
 /// Pictures with their captions below them.
 std::string pictures(const std::vector<Figure>& figures);
 
-/// Sentences of plain text under a heading; nothing where there are none.
+/// Sentences of plain text under a heading. Empty if there are none.
 std::string list(std::string_view heading, const std::vector<std::string>& items);
 
-/// The title, a line of markup below it, links to the sections, and the sections. `style` goes before the style of
-/// all pages, `scripts` to the end.
+/// The whole page: the title, a line of markup below it, links to the sections, and the sections. `style` is placed
+/// before the style of all pages, `scripts` at the end.
 std::string render(std::string_view title, std::string_view subtitle, const std::vector<Section>& sections,
                    std::string_view style = {}, std::string_view scripts = {});
 

@@ -1,5 +1,6 @@
 #pragma once
-/// What the printed numbers of the article that a campaign names imply, beside what those of the campaign do.
+/// The section about the article that a campaign names: what its printed numbers imply, and what those of the campaign
+/// imply.
 
 #include <string>
 

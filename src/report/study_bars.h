@@ -1,5 +1,5 @@
 #pragma once
-/// Numbers of a study with their intervals, drawn as bars; and what the figures of a study have in common.
+/// Draws numbers of a study with their intervals as bars, and other parts that its figures share.
 
 #include <cstddef>
 #include <limits>
@@ -17,7 +17,7 @@ namespace piste::study_bars {
 
 inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 inline constexpr int kWidth = 980, kHeight = 340;
-inline constexpr int kFrame = 150;  ///< [px] of a picture's height that rows of names do not have
+inline constexpr int kFrame = 150;  ///< height of a picture without its rows of names [px]
 inline constexpr int kGrey = 6;
 inline constexpr std::string_view kSign = "Sign: a correction to add.";
 
@@ -26,10 +26,10 @@ constexpr std::size_t at(int i) { return static_cast<std::size_t>(i); }
 /// "fx", "fy", "fz" of the accelerometers.
 std::vector<std::string> axis_names(const study_words::Triad& triad);
 
-/// Place of one of `count` things that share a name.
+/// Place of one of `count` bars that share a name.
 double beside(std::size_t index, std::size_t count);
 
-/// Numbers with their 95 % intervals, at places along the other axis; and what is true of them.
+/// Numbers with their 95 % intervals at places along the other axis, and their true values.
 struct Bars {
   std::vector<double> place, value, low, high;
   std::vector<double> truth_place, truth;  ///< short strokes
@@ -40,16 +40,16 @@ struct Bars {
   void draw_truth(Plot& plot, Plot::Along along) const;
 };
 
-/// Where an interval does or does not cut it.
+/// Draws a line at zero, to see which intervals contain it.
 void zero_line(Plot& plot, std::size_t names, Plot::Along along);
 
-/// What the bars are, and of how many runs.
+/// A caption that says what the bars are, and of how many runs.
 std::string bars_caption(const std::vector<AcrossRow>& rows);
 
-/// What the strokes are; empty where the truth is not known.
+/// A caption that says what the strokes are. Empty if the truth is not known.
 std::string truth_caption(const Study& study);
 
-/// Adds a figure where there is one.
+/// Adds a figure if there is one.
 void append(std::vector<Figure>& out, std::optional<Figure> figure);
 
 }  // namespace piste::study_bars

@@ -1,5 +1,5 @@
 #pragma once
-/// Every method of a study against every other, in one table for each quantity and triad.
+/// Compares every method of a study with every other, in one table for each quantity and triad.
 
 #include <string>
 

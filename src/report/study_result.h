@@ -1,5 +1,5 @@
 #pragma once
-/// What a study comes to, in sentences of markup: which estimates navigate best, what the signals say, what is missing.
+/// The result of a study in sentences: which estimates navigate best, what the signals show, what is missing.
 
 #include <string>
 
@@ -8,7 +8,7 @@
 
 namespace piste {
 
-/// The body of a section. Of methods that tie none is called the best.
+/// The body of a section: markup. If several methods tie, none is called the best.
 std::string study_result(const Study& study, const Ranking& ranking);
 
 }  // namespace piste

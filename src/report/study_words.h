@@ -23,46 +23,46 @@ inline constexpr std::array<Triad, 2> kTriads{
     {{"accel", "accelerometers", "m/s²", 0}, {"gyro", "gyroscopes", "°/s", 3}}};
 constexpr const Triad& triad_of(int axis) { return kTriads[axis < 3 ? 0 : 1]; }
 
-/// Of the mean, 95 %: what is added on either side.
+/// Half the width of the 95 % interval of the mean.
 double half_width(const Across& across);
 
-/// What stands where there is no number.
+/// The text for a missing number.
 inline constexpr std::string_view kNone = "–";
 
 /// "1 run", "3 runs".
 std::string counted(std::size_t count, std::string_view what);
 
-/// "3 runs", "2 to 4 runs": over how many the rows are means.
+/// The number of runs of which the rows are means: "3 runs", "2 to 4 runs".
 std::string runs_of(const std::vector<AcrossRow>& rows);
 
 /// The rows of a triad.
 std::vector<AcrossRow> of(const Triad& triad, std::vector<AcrossRow> rows);
 
-/// kNone where it is not a number.
+/// A number, or kNone if it is NaN.
 std::string number(double value, int decimals);
 
 /// "MT-9A 1 fx".
 std::string axis_name(const Study& study, std::size_t sensor, int axis);
 
-/// What pages call a method.
+/// The name of a method on pages.
 std::string title_of(Method method);
 
-/// "0.98 to 1.07": of a ranking's row; kNone where there is none.
+/// The interval of a row of a ranking, such as "0.98 to 1.07", or kNone.
 std::string interval(const RankingRow& row);
 
 /// As many digits as are worth printing of a sigma, or more; likewise.
 std::string digits(double size, int count = 2);
 
-/// "0.034", "< 0.001".
+/// A p-value, such as "0.034" or "< 0.001".
 std::string probability(double p);
 
-/// "93 %" of 0.934.
+/// A share in per cent: "93 %" for 0.934.
 std::string percent(double share);
 
-/// "below 12 Hz": of both signals.
+/// The band of both signals, such as "below 12 Hz".
 std::string band_of(const Study& study);
 
-/// The rows of a ranking, best first.
+/// The rows of a ranking, the best first.
 std::vector<RankingRow> by_score(const Ranking& ranking);
 
 }  // namespace piste::study_words

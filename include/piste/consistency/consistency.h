@@ -1,12 +1,13 @@
 #pragma once
-/// Are the sigmas true, and are the errors as small as they can be? Many runs with known truth, summed up.
+/// Statistics over many runs with known truth. They answer two questions: are the sigmas true, and are the errors as
+/// small as possible? docs/consistency.md is an introduction.
 ///
 ///     NEES = eᵀ P⁻¹ e     mean: the number of states     (Bar-Shalom, Li and Kirubarajan 2001, section 5.4)
 ///     NIS  = zᵀ S⁻¹ z     mean: the number of rows; white from one innovation to the next
 ///     RMSE against the posterior Cramér-Rao bound (Tichavsky 1998), which for a given trajectory is the covariance of
 ///     the same filter and smoother linearised at the truth
 ///
-/// All means are per degree of freedom: 1 where the covariance is true. Runs are added one by one and not kept.
+/// All means are per degree of freedom: 1 if the covariance is true. Runs are added one by one and not kept.
 
 #include <array>
 #include <cstdint>
@@ -20,8 +21,9 @@
 
 namespace piste {
 
-/// truth − estimate of the estimated blocks at one epoch, its claimed covariance, and the variances of the bound.
-/// Velocity is the ordinary difference (ordinary_from_invariant), attitude the rotation vector in w.
+/// The error truth − estimate of the estimated blocks at one epoch, the covariance P that the estimate states, and the
+/// variances of the bound. The velocity is the ordinary difference (ordinary_from_invariant), the attitude a rotation
+/// vector in w.
 struct ErrorSample {
   int epoch = 0;  ///< @pre first ≤ epoch ≤ last of the grid
   ErrorVector error;
@@ -29,65 +31,65 @@ struct ErrorSample {
   ErrorVector bound;
 };
 
-/// Stretches of a run, by the motion that was simulated.
+/// Phases of a run, by the motion that was simulated.
 enum class Phase { kRest, kUnderWay, kRestAfter };
 inline constexpr std::array<std::string_view, 3> kPhaseNames{"rest", "under_way", "rest_after"};
 
-/// The epochs at which all runs of an ensemble are looked at.
+/// The epochs at which the errors of all runs of an ensemble are evaluated.
 struct EpochGrid {
   double step = 1;          ///< s
   int first = 0, last = 0;  ///< epochs; 0 is the departure
-  Interval cruise;          ///< under way: after the start and before the stop, s from the departure
-  double arrival = 0;       ///< s from the departure
+  Interval cruise;          ///< time under way after speeding up and before slowing down [s from the departure]
+  double arrival = 0;       ///< [s from the departure]
 
   double time(int epoch) const { return step * epoch; }
   int size() const { return last - first + 1; }
-  /// Nothing while the body starts and stops.
+  /// The phase at a time, or nothing while the body speeds up or slows down.
   std::optional<Phase> phase(double time) const;
-  /// Of the grid's times; nothing where the grid has none in that phase.
+  /// The interval of the grid's times in a phase, or nothing if it has none there.
   std::optional<Interval> interval(Phase phase) const;
 };
 
-/// One run held against its truth.
+/// One run compared with its truth.
 struct ComparedRun {
   StateLayout layout;
-  std::vector<ErrorSample> filtered, smoothed;  ///< not every epoch of the grid need be there
+  std::vector<ErrorSample> filtered, smoothed;  ///< some epochs of the grid may be missing
   std::vector<std::string> sources;             ///< of the innovations
   std::vector<Innovation> innovations;          ///< time from the departure
 };
 
-/// Blocks that are judged together.
+/// Blocks whose errors are evaluated together.
 struct StateGroup {
   std::string name;
   std::vector<int> rows;  ///< of the error vector
 };
-/// whole, navigation, biases, scales, and every block for itself.
+/// The groups: the whole state, navigation, biases, scales, and every block by itself.
 std::vector<StateGroup> state_groups(const StateLayout& layout);
 
 /// NEES of a group over the epochs of a phase.
 struct GroupConsistency {
   double nees = 0;                   ///< mean over runs and epochs, per degree of freedom
   double standard_error = 0;         ///< of that mean, between runs
-  double outside = 0;                ///< share of epochs whose mean over the runs leaves its band
-  std::array<double, 3> coverage{};  ///< share of single errors within 1, 2, 3 sigma: .6827 .9545 .9973 of a normal one
-  double largest = 0;                ///< of all single errors, in sigmas
+  double outside = 0;                ///< share of epochs whose mean over the runs is outside its band
+  std::array<double, 3> coverage{};  ///< share of errors within 1, 2, 3 sigma: .6827 .9545 .9973 if normal
+  double largest = 0;                ///< largest single error, in sigmas
 };
 
 /// RMSE of a block over the epochs of a phase; SI and radians.
 struct BlockAccuracy {
-  double rmse = 0, bound = 0, claimed = 0;  ///< root of the mean square, of the bound's and of the covariance's trace
+  double rmse = 0, bound = 0, claimed = 0;  ///< of the errors; of the bound; of the stated covariance
   double ratio = 0, standard_error = 0;     ///< rmse / bound, and its standard error between runs
 };
 
-/// What the filter or the smoother was worth.
+/// All statistics of the filter or of the smoother.
 struct EstimatorConsistency {
   std::array<std::vector<GroupConsistency>, 3> groups;  ///< by phase; in the order of state_groups
   std::array<std::vector<BlockAccuracy>, 3> blocks;     ///< by phase; in the order of the layout
-  std::vector<std::vector<double>> nees;                ///< by group: over the grid, not a number where no run was
-  std::vector<std::vector<BlockAccuracy>> accuracy;     ///< by block: over the grid
+  std::vector<std::vector<double>> nees;                ///< by group, over the grid; NaN where there is no run
+  std::vector<std::vector<BlockAccuracy>> accuracy;     ///< by block, over the grid
 };
 
-/// Innovations of one source over all runs, under way. Those beyond the gate are in.
+/// Statistics of the innovations of one source over all runs, under way. Those beyond the gate are included.
 struct SourceConsistency {
   std::string name;
   int dof = 0;
@@ -95,46 +97,48 @@ struct SourceConsistency {
   double nis = 0;  ///< mean, per degree of freedom
   Band band;
   std::array<double, 3> autocorrelation{};  ///< of successive normalised innovations, per axis
-  double autocorrelation_band = 0;          ///< ±, of white ones
+  double autocorrelation_band = 0;          ///< ±, if they are white
 
-  /// Whether every axis is within.
+  /// Whether the autocorrelation of every axis is within its band.
   bool white() const;
 };
 
-/// Heading error at one time after the departure, over the runs [rad].
+/// Errors of the heading at one time after the departure, over the runs [rad].
 struct HeadingFound {
   double time = 0, runs = 0, rmse = 0;
-  double largest = 0, largest_sigma = 0, largest_ratio = 0;  ///< |error|, sigma, |error| / sigma: of different runs
+  double largest = 0, largest_sigma = 0,
+         largest_ratio = 0;  ///< of |error|, sigma, |error| / sigma; the runs may differ
 };
 
+/// A run that could not be replayed, and why.
 struct FailedRun {
   std::uint64_t seed = 0;
   std::string what;
 };
 
-/// All that an ensemble says.
+/// All statistics of an ensemble.
 struct ConsistencyReport {
-  int runs = 0;  ///< compared; failed ones are not among them
+  int runs = 0;  ///< compared runs, without those that failed
   double probability = 0;
   EpochGrid grid;
   StateLayout layout;
   std::vector<StateGroup> groups;
-  std::vector<Band> bands;  ///< by group, of a mean over the runs at one epoch
+  std::vector<Band> bands;  ///< by group: of the mean over the runs at one epoch
   EstimatorConsistency filter, smoother;
   std::vector<SourceConsistency> sources;
   HeadingFound heading;  ///< of the filter
   std::vector<FailedRun> failures;
 
-  /// Groups that leave their band under way, as "filter accel_scale".
+  /// Groups that are outside their band under way, such as "filter accel_scale".
   std::vector<std::string> outside() const;
-  /// Whether filter and smoother were seen under way with all groups in their bands, and no run failed.
+  /// Whether all groups of filter and smoother are within their bands under way, and no run failed.
   bool consistent() const;
 };
 
-/// One sentence: whether filter and smoother are consistent, and if not, what lies outside its band.
+/// One sentence that says whether filter and smoother are consistent, and if not, what is outside its band.
 std::string consistency_verdict(const ConsistencyReport& report);
 
-/// Sums over the runs. The order of adding decides the last bits.
+/// Sums over the runs. The order in which runs are added affects the last bits.
 class Consistency {
  public:
   explicit Consistency(const EpochGrid& grid) : grid_(grid) {}
@@ -144,16 +148,17 @@ class Consistency {
   /// Runs added, failed ones included.
   std::size_t size() const { return static_cast<std::size_t>(runs_) + failures_.size(); }
 
-  /// Of nothing but failures where no run was compared.
+  /// The statistics. If no run was compared, it has only the failures.
   ConsistencyReport report(double probability = 0.999) const;
 
-  /// The sums as bytes of this machine, and back, so that an ensemble goes on where it was stopped. `restore` throws
-  /// DataError on bytes that are not from `save`.
+  /// Saves the sums as bytes, and restores them on the same kind of machine, so that an ensemble can continue where it
+  /// was stopped. `restore` throws DataError if the bytes are not from `save`.
   std::string save() const;
   static Consistency restore(std::string_view bytes);
 
  private:
-  // Of the filter or of the smoother. Tables are stored row by row, (phase, group) as phase · groups + group.
+  // Sums of the filter or of the smoother. Tables are stored row by row: the index of (phase, group) is phase · groups
+  // + group.
   struct Sums {
     std::vector<double> runs;                     // by epoch
     std::vector<double> nees;                     // by (epoch, group)

@@ -1,5 +1,5 @@
 #pragma once
-/// What must be known of a filtered run before anyone relies on it.
+/// Warnings about a filtered run that a user must know before relying on it.
 
 #include <string>
 #include <vector>
@@ -8,8 +8,8 @@
 
 namespace piste {
 
-/// One sentence each: sources of which the gate rejected more than a fifth, which is too much for outliers; then the
-/// stretches over which a receiver was not believed (disputes.h).
+/// One sentence for each source of which the gate rejected more than a fifth, which is too many to be outliers; then
+/// one for each dispute (disputes.h).
 std::vector<std::string> warnings_of(const Solution& filtered);
 
 }  // namespace piste

@@ -1,5 +1,6 @@
 #pragma once
-/// A published campaign: what the tables of its article print, from a file such as config/articles/bonnaz_2008.yaml.
+/// The printed tables of a published campaign, from a file such as config/articles/bonnaz_2008.yaml. `study` shows them
+/// beside those of a user's campaign.
 ///
 /// Values are corrections to add, true = (1 + scale') measured + bias', in m/s² and °/s; axes are fx fy fz wx wy wz.
 
@@ -16,7 +17,8 @@
 
 namespace piste {
 
-/// A printed number: value, standard deviation, and how far rounding may have moved the value; NaN where there is none.
+/// A printed number: its value, its standard deviation, and the largest rounding error of the value. NaN if it is not
+/// printed.
 struct Printed {
   double value = std::numeric_limits<double>::quiet_NaN(), std = std::numeric_limits<double>::quiet_NaN();
   double rounding = 0;
@@ -25,32 +27,33 @@ using PrintedRow = std::array<Printed, kSignals>;
 
 struct PrintedTable {
   std::string name;                 ///< such as "Table 1"
-  std::vector<PrintedRow> sensors;  ///< one each, and of NaN where the table does not have that sensor
+  std::vector<PrintedRow> sensors;  ///< one for each sensor; NaN if the table does not have it
 
-  /// Whether it has any number.
+  /// Whether the table has no number at all.
   bool empty() const;
 };
 
-/// What a campaign came to, over its runs.
+/// The tables of a campaign: means and standard deviations over its runs.
 struct CampaignTables {
   PrintedTable rest;                     ///< bias at rest before the start
-  PrintedTable before, after;            ///< the same of runs that have a rest before and one after
-  PrintedTable joint_bias, joint_scale;  ///< both in the run
+  PrintedTable before, after;            ///< the same, over the runs that have a rest before and one after
+  PrintedTable joint_bias, joint_scale;  ///< both estimated together in the run
   PrintedTable correlation;              ///< of these two
   PrintedTable bias_only;                ///< bias alone in the run
 };
 
-/// What an article says of its numbers, in its own words or about them. Empty where it says nothing.
+/// Remarks about the numbers of an article. Empty if there is none.
 struct ArticleRemarks {
-  std::string mean_signal;    ///< of the mean signal that biases and scales imply
-  std::string correlation;    ///< of the spread that correlations imply
-  std::string significance;   ///< of its rule for significance
-  std::string scale_at_rest;  ///< of the influence of scales at rest
+  std::string mean_signal;    ///< on the mean signal that biases and scales imply
+  std::string correlation;    ///< on the spread that correlations imply
+  std::string significance;   ///< on its rule for significance
+  std::string scale_at_rest;  ///< on the influence of scales at rest
 };
 
+/// A published campaign.
 struct Article {
   std::string title;                 ///< author, title, journal
-  std::optional<std::size_t> runs;   ///< of which its numbers are means; nothing where it does not say
+  std::optional<std::size_t> runs;   ///< number of runs of which its numbers are means, if it says so
   std::vector<std::string> sensors;  ///< their names
   CampaignTables tables;             ///< in the order of `sensors`
   ArticleRemarks remarks;
@@ -73,12 +76,12 @@ struct Article {
 /// Throws ConfigError `FILE:LINE: …`.
 Article read_article(const std::filesystem::path& file);
 
-/// An article, and which of its sensors a campaign's own are held against.
+/// An article, and which of its sensors are compared with those of a campaign.
 struct ArticleBeside {
   Article article;
-  std::map<std::string, std::size_t> counterparts;  ///< by the campaign's name of a sensor: place in Article::sensors
+  std::map<std::string, std::size_t> counterparts;  ///< index in Article::sensors, by the campaign's name
 
-  /// What `table` prints of the counterpart of that sensor; null where it has none.
+  /// The row of `table` for the counterpart of a sensor, or null if there is none.
   const PrintedRow* row(const PrintedTable& table, const std::string& sensor) const;
 };
 

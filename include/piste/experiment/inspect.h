@@ -1,5 +1,5 @@
 #pragma once
-/// Looks logs over before anything else runs.
+/// Inspects logs before anything else runs.
 
 #include <string>
 #include <vector>
@@ -9,10 +9,10 @@
 
 namespace piste {
 
-/// Reads each file, whatever it holds, and finds what looks wrong with it and between them: each log by itself, IMUs
-/// against receivers, logs of one kind against one another. Where nothing forbids it the filter runs once over the
-/// first minutes, on the configuration that the logs suggest, for the lever arm. What cannot be read is a suspicion,
-/// not an error.
+/// Reads files of any kind and finds what looks wrong. Each log is examined by itself, IMUs are compared with
+/// receivers, and logs of one kind with one another. If no fault forbids it, the filter runs once over the first
+/// minutes with the configuration that the logs suggest, to estimate the lever arm. A file that cannot be read is a
+/// suspicion, not an error.
 Inspection inspect(const std::vector<std::string>& files, const ProgressCallback& progress = {});
 
 }  // namespace piste

@@ -1,5 +1,5 @@
 #pragma once
-/// What a study could not do, and why.
+/// Lists what a study could not do, and why.
 
 #include <string>
 #include <vector>

@@ -1,5 +1,5 @@
 #pragma once
-/// Which errors of an IMU, taken for known, lead to the best navigation?
+/// Measures how well an IMU navigates if its errors are taken to be those that a method found.
 
 #include <cstddef>
 #include <optional>
@@ -13,31 +13,32 @@
 
 namespace piste {
 
-/// Where GNSS is withheld: windows of `length` seconds, the first one `first` seconds after the start of the run, then
-/// one every `every` seconds, as far as they end within the run.
+/// Outages of `length` seconds. The first begins `first` seconds after the start of the run, and then one every `every`
+/// seconds, as long as they end within the run.
 struct OutagePlan {
   double first = 10, length = 10, every = 20;
 };
+/// The outages of a run.
 std::vector<Interval> outages(const OutagePlan& plan, const Interval& run);
 
-/// One run of one IMU, and what is true of it as far as the reference knows.
+/// One run of one IMU, with the reference track to compare with. All methods are tested on it by the same replay.
 ///
-/// A replay begins at the start of the run with the reference's attitude, velocity and position, known to 0.1 deg,
-/// 5 cm/s and 5 cm, and is filtered, not smoothed. What is fed is taken out of the IMU's samples, and then no error of
-/// the IMU is estimated: navigation shows what is left of them. The same replay serves every method.
+/// The replay begins at the start of the run with the reference's attitude, velocity and position, with sigmas of 0.1
+/// deg, 5 cm/s and 5 cm. It is filtered, not smoothed. The errors that a method found are subtracted from the IMU's
+/// samples, and no error of the IMU is estimated, so that the navigation shows the errors that are left.
 class Course {
  public:
-  /// `log` in its own world, `options` with sensor and receivers; a reference attitude is not used. The replay has the
-  /// part of the run that the track covers. Throws DataError where it covers none.
+  /// `log` has its own world, and `options` the sensor and the receivers. A reference attitude is not used. The replay
+  /// covers the part of the run that the track covers. Throws DataError if there is none.
   Course(const Log& log, FilterOptions options, const Interval& run, const ReferenceTrack& track, BodyMounting body,
          const OutagePlan& plan = {});
 
-  /// Number of windows in which GNSS is withheld.
+  /// Number of outages.
   std::size_t windows() const { return outages_.size(); }
 
-  /// Of errors that are fed; without them the replay estimates bias, drift and scale itself, from the sensor's sigmas.
-  /// RMSE over the epochs of a replay with all of GNSS; drift in another one with outages.
-  /// Throws DataError where the filter fails.
+  /// The score with `errors` subtracted. Without `errors`, the replay estimates bias, drift and scale itself, from the
+  /// sensor's sigmas. The RMSE are over all epochs of a replay with all GNSS; the drift is that of a second replay with
+  /// outages. Throws DataError if the filter fails.
   NavigationScore score(Method method, const std::optional<KnownErrors>& errors) const;
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-/// Which estimate navigates best, and how surely: Table 7 of a study.
+/// Ranks the methods of a study by the navigation that they lead to, with significance: Table 7.
 
 #include <cstddef>
 #include <optional>
@@ -10,42 +10,44 @@
 
 namespace piste {
 
-/// Logarithm of the geometric mean of a method's errors of navigation over those of Method::kNothing; nothing where
-/// there is none to compare.
+/// Logarithm of a method's score: of the geometric mean of its navigation errors, each divided by that of
+/// Method::kNothing. Nothing if there is none to compare.
 std::optional<double> log_score(const SensorRun& run, Method method);
 
-/// The IMUs in runs that can be scored: whose replay was run that knows nothing.
+/// The results that can be scored: those that have a score of Method::kNothing.
 std::vector<const SensorRun*> scored(const Study& study);
 
-/// Table 7: how a replay does that is fed a method's errors.
+/// One row of Table 7: how well a replay navigates with the errors that a method found.
 struct RankingRow {
   Method method{};
-  std::size_t count = 0;                                                             ///< sensors and runs
+  std::size_t count = 0;                                                             ///< number of results
   double position_rmse = 0, velocity_rmse = 0, attitude_rmse = 0, outage_drift = 0;  ///< rms over them; SI, rad
-  /// Geometric mean of the four over those of `nothing`, mean over the runs: below 1 is better than knowing nothing.
+  /// Geometric mean of the four divided by those of Method::kNothing, as a mean over the runs. Below 1 is better than
+  /// no correction.
   double score = 1;
-  /// Score over the winner's, its 95 % interval, and the p-value of no difference, paired by run, as the sensors of a
-  /// run share its motion and its reference. Holm's correction is over every pair of rows, since which one wins is
-  /// known from the same scores: over those of the winner alone, one study in five of 22 equal methods and nine runs
-  /// would find a difference. NaN of one run.
+  /// Score divided by the winner's, its 95 % interval, and the p-value of no difference. These are paired by run,
+  /// because the sensors of a run share its motion and its reference. Holm's correction is over all pairs of rows,
+  /// because the winner is chosen by the same scores: with a correction over the pairs with the winner alone, one study
+  /// in five with 22 equal methods and nine runs would find a difference. NaN if there is only one run.
   double versus_winner = 1, low = 1, high = 1, p_holm = 1;
 };
+/// The ranking.
 struct Ranking {
-  std::vector<RankingRow> rows;  ///< in the order of kMethods; those that every scored sensor and run has
-  std::optional<Method> winner;  ///< lowest score of those that compete
-  double confidence = 0;         ///< share of 10 000 resamplings of the runs in which it wins; NaN of one run
+  std::vector<RankingRow> rows;  ///< in the order of kMethods; only methods that every scored result has
+  std::optional<Method> winner;  ///< the competing method with the lowest score
+  double confidence = 0;         ///< share of 10 000 resamplings of the runs in which it wins; NaN if one run
 };
 Ranking ranking(const Study& study);
 
-/// The competitor that follows the winner; null where there is none.
+/// The competitor after the winner, or null.
 const RankingRow* second(const Ranking& ranking);
 
-/// The competitors that share the first place, best first: the winner, and those whose score does not differ from its
-/// own significantly (p_holm), or is the same to two decimals of their ratio. Empty without a winner.
+/// The competitors that share the first place, the best first: the winner, and those whose score does not differ
+/// significantly from it (p_holm), or whose ratio to it is 1.00. Empty if there is no winner.
 std::vector<RankingRow> leaders(const Ranking& ranking);
 
-/// What Table 7 says of each row: how far behind the winner and whether significantly, and where bias and scale cannot
-/// be told apart.
+/// The remarks of Table 7, one for each row: how far it is behind the winner, whether significantly, and whether bias
+/// and scale cannot be separated.
 std::vector<std::string> remarks(const Study& study, const Ranking& ranking);
 
 }  // namespace piste

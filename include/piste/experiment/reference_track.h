@@ -1,5 +1,5 @@
 #pragma once
-/// Where everything on the plate was, as the reference solution has it.
+/// The motion of any body on the plate, from the reference solution.
 
 #include <vector>
 
@@ -8,16 +8,17 @@
 
 namespace piste {
 
-/// How a body IMU sits against the reference.
+/// How a body IMU is mounted relative to the reference.
 struct BodyMounting {
   Quaterniond q_rb = Quaterniond::Identity();
-  Vector3d p_rb_r = Vector3d::Zero();  ///< r → b, in r
+  Vector3d p_rb_r = Vector3d::Zero();  ///< from r to b, in r
 };
 
+/// The track of the reference.
 class ReferenceTrack {
  public:
-  /// Of the rows of a reference IMU's solution within `span`, and of its samples, whose rates move the velocity by the
-  /// lever arm.
+  /// The rows of a reference IMU's solution within `span`. The IMU's samples give the angular rate, which is needed to
+  /// transfer the velocity by a lever arm.
   ReferenceTrack(const Solution& solution, const std::vector<ImuSample>& imu, const Interval& span);
 
   /// The same in another world frame.
@@ -27,7 +28,7 @@ class ReferenceTrack {
     Quaterniond q_wb;
     Vector3d v_wb, p_wb;
   };
-  /// Of a body on the plate, between the rows nearest to `time`.
+  /// The motion of a body on the plate at `time`, interpolated between rows.
   /// @pre span().contains(time)
   State at(double time, const BodyMounting& body) const;
 

@@ -1,9 +1,9 @@
 #pragma once
-/// The one chain from logs to a trajectory, which every program, study and ensemble runs:
+/// The chain from logs to a trajectory, which every program, study and ensemble runs:
 ///
 ///     condition() → with_attitude_sigmas(), with_white_part() → find_start() → run_filter() → smooth_rts()
 ///
-/// Each step is a pure function with a header of its own, for those who want to look or to act between two of them.
+/// Each step is a pure function with its own header, so that a program can also call them one by one.
 
 #include <cstddef>
 #include <functional>
@@ -18,46 +18,48 @@
 
 namespace piste {
 
-/// What a replay is told beyond its logs.
+/// Options of a replay.
 struct ReplayOptions {
   ConditioningOptions conditioning = {};
-  /// Receivers and reference attitudes in the order of the recording. Of the drift of a reference attitude only the
-  /// correlation time is told: its sigma and the white part are taken from the recording.
+  /// Options of the filter, with receivers and reference attitudes in the order of the recording. Of the drift of a
+  /// reference attitude only the correlation time is used here: its sigma and the white part are computed from the
+  /// recording.
   FilterOptions filter = {};
   InitialHeading heading = {};                               ///< where the heading at the start comes from
-  std::optional<Start> start = std::nullopt;                 ///< where the start is known; else it is looked for
-  double longest = std::numeric_limits<double>::infinity();  ///< s after the start, beyond which nothing is filtered
+  std::optional<Start> start = std::nullopt;                 ///< a known start; without it the start is found
+  double longest = std::numeric_limits<double>::infinity();  ///< s after the start at which the replay ends
   SmootherKind smoother = SmootherKind::kRts;
-  /// Whether checkpoints are kept where nothing is smoothed, so that smooth_rows() can be: some hundred bytes an epoch.
+  /// Whether checkpoints are kept without a smoother too, for smooth_rows(). They cost some hundred bytes an epoch.
   bool checkpoints = true;
 };
 
-/// A replay: what went into the filter, and what came out of it.
+/// The result of a replay: the input of the filter and its output.
 struct Replay {
-  Log log;                ///< conditioned, with its rests
-  FilterOptions options;  ///< that the filter ran with: the errors of the reference attitudes are measured
-  FoundStart found;       ///< the start, and a sentence on where it comes from
-  FilterRun filtered;     ///< from its checkpoints smooth_rows() can smooth any row with its whole covariance
-  std::optional<Solution> smoothed;  ///< where it was asked for; it knows the correlation time of its attitude's errors
+  Log log;                           ///< conditioned, with its rests
+  FilterOptions options;             ///< of the filter, with the measured errors of the reference attitudes
+  FoundStart found;                  ///< the start, and how it was found
+  FilterRun filtered;                ///< with its checkpoints smooth_rows() can give the whole covariance of any row
+  std::optional<Solution> smoothed;  ///< if asked for, with the correlation time of its attitude's errors
 
-  /// The smoothed solution where there is one, else the filtered one.
+  /// The smoothed solution, or the filtered one if there is none.
   const Solution& solution() const { return smoothed ? *smoothed : filtered.solution; }
 };
 
-/// Called with a stage, "filter" or "smoother", the epochs that are done and all of them: at 0, then now and then.
+/// Called now and then with the stage, "filter" or "smoother", the number of epochs that are done, and that of all;
+/// first with 0 epochs done.
 using ReplayProgress = std::function<void(std::string_view stage, std::size_t done, std::size_t all)>;
 
-/// What a configuration tells a replay beyond its logs.
+/// The options in a configuration.
 ReplayOptions replay_options(const ReplayConfig& config);
 
 /// Reads the logs of the configuration and replays them. Throws as read_recording() and the functions below.
 Replay replay(const ReplayConfig& config, const ReplayProgress& progress = {});
 
-/// Conditions the recording and replays it. Throws DataError where the data do not suffice, such as for a start, and
-/// ConfigError on options that no filter can run with or that are of other sources than those of the recording.
+/// Conditions the recording and replays it. Throws DataError if the data do not suffice, for example for a start.
+/// Throws ConfigError if the options are not valid, or have other sources than the recording.
 Replay replay(const Recording& recording, const ReplayOptions& options, const ReplayProgress& progress = {});
 
-/// Replays a log that is conditioned already, with `options.filter` as with_attitude_sigmas() gives it;
+/// Replays a log that is conditioned already. @pre `options.filter` is what with_attitude_sigmas() returns.
 /// `options.conditioning` is not used. Throws as above.
 Replay replay(Log log, const ReplayOptions& options, const ReplayProgress& progress = {});
 

@@ -1,5 +1,5 @@
 #pragma once
-/// The six signals of an IMU, as studies name them.
+/// Names and units of the six signals of an IMU in a study.
 
 #include <array>
 #include <cstddef>
@@ -12,7 +12,7 @@ namespace piste {
 inline constexpr int kSignals = 6;  ///< axes of an IMU: fx fy fz wx wy wz
 inline constexpr std::array<std::string_view, kSignals> kSignalNames{"fx", "fy", "fz", "wx", "wy", "wz"};
 
-/// Name, unit, and the factor from SI, of one axis' bias.
+/// Name of an axis, unit of its bias in files, and the factor from SI to that unit.
 struct SignalInfo {
   std::string_view name, unit;
   double factor;

@@ -1,5 +1,5 @@
 #pragma once
-/// The configuration of `study`: a campaign, whole.
+/// Reads the configuration of `study`, which describes a campaign.
 
 #include <filesystem>
 #include <optional>
@@ -20,28 +20,33 @@ struct RunConfig {
   MountedImu reference;
   struct Receiver {
     LogFile log;
-    GnssOptions options;  ///< whose lever arm goes from r to the antenna, in r
+    GnssOptions options;  ///< the lever arm is from r to the antenna, in r
   };
   std::optional<Receiver> gnss;
-  std::optional<Phases> phases;  ///< nothing = from the signals
+  std::optional<Phases> phases;  ///< nothing: found from the signals
   std::vector<MountedImu> mems;
   std::optional<std::filesystem::path> truth;  ///< the simulator's truth.json
 };
 
+/// The configuration.
 struct StudyConfig {
   std::filesystem::path file;
   std::string echo;      ///< the file's text
-  double low_pass = 12;  ///< [Hz] of both signals
+  double low_pass = 12;  ///< of both signals [Hz]
   std::vector<RunConfig> runs;
   std::optional<ArticleBeside> article;
 };
 
-/// Reads and checks a campaign. Keys: `low_pass`; `runs`, a list of `name`, `activity`, `reference` and `mems` with the
-/// keys of `imu` in a replay and `name`, `gnss` with those of a receiver, `phases` as in compare, and `truth`; and,
-/// where the study is to stand beside an article, `article`, its file (article.h), and `article_sensors`, the names of
-/// those of its sensors that some of the campaign's are held against, by the campaign's names. The `clock` of an IMU is
-/// what is sought, and not used; that of the reference leads to GPS time. Whether the data files are there is not
-/// looked at: a campaign with a missing log is studied without it. Throws ConfigError `FILE:LINE: …`.
+/// Reads and checks a campaign. Its keys are
+///  - `low_pass`;
+///  - `runs`, a list, with `name`, `activity`, `reference` and `mems` (with the keys of `imu` in a replay, and
+///   `name`), `gnss` (with the keys of a receiver), `phases` as in compare, and `truth`;
+///  - `article`, optional: the file of an article (article.h) to compare with, and `article_sensors`, which maps
+///   names of the campaign's sensors to names of the article's.
+///
+/// The `clock` of an IMU is not used, since the study finds it; that of the reference leads to GPS time. It is not
+/// checked whether the data files are there: a campaign with a missing log is studied without it. Throws ConfigError
+/// `FILE:LINE: …`.
 StudyConfig read_study_config(const std::filesystem::path& file);
 StudyConfig read_study_config(const Config& config);
 

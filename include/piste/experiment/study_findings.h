@@ -1,9 +1,9 @@
 #pragma once
-/// What a campaign taught: several IMUs beside one reference, over several runs. Values only; experiment/study.h fills
-/// them, study_tables.h and ranking.h sum them up, files/ and report/ show them.
+/// The result of a study, as values only. experiment/study.h computes them, study_tables.h and ranking.h summarise
+/// them, files/ and report/ show them.
 ///
-/// Here, as in all of the library, an error is what the sensor adds: measured = (1 + scale) true + bias. Tables, files
-/// and pictures of a study show corrections to add: true = (1 + scale') measured + bias'. `shown` goes there.
+/// Here, as in the whole library, an error is what the sensor adds: measured = (1 + scale) true + bias. Tables, files
+/// and pictures of a study show corrections to add: true = (1 + scale') measured + bias'. `shown` converts.
 
 #include <array>
 #include <cstddef>
@@ -21,7 +21,7 @@
 
 namespace piste {
 
-/// A way to estimate the errors of an IMU, in the order of files and pictures.
+/// The methods to estimate the errors of an IMU, in the order of files and pictures.
 enum class Method {
   kNothing,
   kRest,
@@ -50,13 +50,14 @@ enum class Method {
   kTruth,
 };
 
+/// Names and description of a method.
 struct MethodInfo {
   Method method;
   std::string_view name;       ///< in files
   std::string_view title;      ///< in pictures
-  std::string_view estimates;  ///< "bias", "bias and scale", …; empty where it estimates nothing
+  std::string_view estimates;  ///< "bias", "bias and scale", …; empty if nothing
   std::string_view how;        ///< one sentence
-  bool competes;               ///< is ranked; the others are there to be held against
+  bool competes;               ///< whether it is ranked; the others are for comparison
 };
 
 inline constexpr auto kMethods = std::to_array<MethodInfo>({
@@ -111,56 +112,57 @@ inline constexpr auto kMethods = std::to_array<MethodInfo>({
 
 constexpr const MethodInfo& info(Method method) { return kMethods[static_cast<std::size_t>(method)]; }
 
-/// What one method says of one axis in one run: nothing, a bias, or bias and scale.
+/// The estimate of one axis in one run by one method: a bias, or bias and scale, or none.
 struct AxisEstimate {
-  std::optional<Term> bias_alone;  ///< of a method that knows no scale: bias + scale · mean signal
+  std::optional<Term> bias_alone;  ///< of a method without scale: bias + scale · mean signal
   std::optional<BiasScale> line;
-  /// What was put in, as this method could see it; of one that knows no scale, bias + scale · mean signal.
+  /// The true values that this method should find. For a method without scale, bias + scale · mean signal.
   std::optional<double> true_bias, true_scale;
 
   bool empty() const { return !bias_alone && !line; }
 };
 
+/// The estimates of all axes by one method.
 struct MethodEstimate {
   Method method{};
   std::array<AxisEstimate, kSignals> axes;
 };
 
-/// How well a replay does whose IMU errors are those of a method, against the reference solution.
+/// Navigation errors, against the reference solution, of a replay that uses the IMU errors of a method.
 struct NavigationScore {
   Method method{};
   double position_rmse = 0, velocity_rmse = 0;  ///< of three axes [m], [m/s]
-  double attitude_rmse = 0;                     ///< of the angle of the rotation between both [rad]
-  double outage_drift = 0;                      ///< rms distance from the reference at the ends of withheld GNSS [m]
+  double attitude_rmse = 0;                     ///< of the angle between the two attitudes [rad]
+  double outage_drift = 0;                      ///< rms distance from the reference at the ends of outages [m]
 };
 
-/// Scale factors (forward and reverse, measured = (1 + scale) true) that a residual timing error makes.
+/// Scale factors (by both regressions, measured = (1 + scale) true) that a residual timing error causes.
 struct TimingEffect {
-  double delay = 0;  ///< [s] by which the reference is late
+  double delay = 0;  ///< by which the reference is late [s]
   std::array<double, kSignals> forward{}, reverse{};
 };
 
-/// What figures 7, 9 and 10 show: both IMUs, low-passed.
+/// The low-passed signals of both IMUs, for figures 7, 9 and 10.
 struct SignalPicture {
   std::vector<double> time;  ///< [s] GPS
   std::array<std::vector<double>, kSignals> measured, reference;
 };
 
-/// One IMU in one run.
+/// The results for one IMU in one run.
 struct SensorRun {
-  std::size_t run = 0, sensor = 0;  ///< of Study::runs and Study::sensors
-  std::string failure;              ///< why there is nothing more; empty where all went well
+  std::size_t run = 0, sensor = 0;  ///< indices in Study::runs and Study::sensors
+  std::string failure;              ///< why there is nothing more; empty if all went well
   std::vector<std::string> warnings;
   double clock_offset = 0, clock_drift = 0;                                   ///< [s], ratio
   Vector3d boresight = Vector3d::Zero(), sigma_boresight = Vector3d::Zero();  ///< roll, pitch, heading of R_rb
   Vector3d lever_arm = Vector3d::Zero();                                      ///< r → b, in r
   std::optional<Findings> findings;
-  std::vector<MethodEstimate> estimates;  ///< in the order of kMethods; a method that has no answer is absent
+  std::vector<MethodEstimate> estimates;  ///< in the order of kMethods; only methods with an estimate
   std::vector<NavigationScore> scores;    ///< likewise
   std::vector<TimingEffect> timing;
-  std::optional<SignalPicture> picture;  ///< of the first IMU of a run that has one
+  std::optional<SignalPicture> picture;  ///< only of the first IMU in a run that has one
 
-  /// Null where that method has no answer for that axis.
+  /// The estimate of an axis by a method, or null if there is none.
   const AxisEstimate* estimate(Method method, int axis) const;
 };
 
@@ -170,26 +172,27 @@ struct StudyRun {
   std::string failure;
   std::vector<std::string> warnings;
   Phases phases;
-  Vector3d sigma_attitude = Vector3d::Zero();  ///< of the reference solution, rms over the run: roll, pitch, heading
+  Vector3d sigma_attitude = Vector3d::Zero();  ///< of the reference solution: rms of roll, pitch, heading
   double sigma_position = 0;
-  std::size_t outages = 0;  ///< windows of withheld GNSS in a replay
+  std::size_t outages = 0;  ///< number of outages in a replay
 };
 
+/// The results of a study.
 struct Study {
   std::string name;                  ///< of the campaign
   double low_pass = 0;               ///< [Hz]
-  bool simulated = false;            ///< the truth is known
+  bool simulated = false;            ///< whether the truth is known
   std::vector<std::string> sensors;  ///< in the order in which the runs name them
   std::vector<StudyRun> runs;
   std::vector<SensorRun> results;        ///< run by run, in the order of the campaign
-  std::optional<ArticleBeside> article;  ///< that the campaign names
+  std::optional<ArticleBeside> article;  ///< the article that the campaign names
 };
 
-/// The two numbers of an axis.
+/// Which of the two numbers of an axis.
 enum class Quantity { kBias, kScale };
 
-/// Bias or scale as a correction to add, and the truth likewise: −bias / (1 + scale) in the unit of files, and
-/// −scale / (1 + scale); −bias of a method that knows no scale. Nothing where the method does not give it.
+/// Bias or scale as a correction to add, and its true value in the same form: −bias / (1 + scale) in the unit of files
+/// (−bias for a method without scale), and −scale / (1 + scale). Nothing if the method does not give it.
 std::optional<Term> shown(const AxisEstimate& estimate, Quantity quantity, int axis);
 std::optional<double> shown_truth(const AxisEstimate& estimate, Quantity quantity, int axis);
 

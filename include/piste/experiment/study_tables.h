@@ -1,11 +1,11 @@
 #pragma once
-/// The tables of a study: over the runs of a sensor, over methods, over sensors. Corrections to add, as everything that
-/// a study shows (study_findings.h), in m/s² and °/s; scales are ratios.
+/// The tables of a study. Values are corrections to add (study_findings.h), in m/s² and °/s; scales are ratios.
 ///
-/// Three sigmas are kept apart. The formal one holds if noise were white; the standard error within a run knows that it
-/// lasts, and what is wrong with reference and alignment; the spread between runs knows all that changes from one run
-/// to the next, which is most of it. Significance is that of the mean over the runs against their spread, by Student's
-/// t, and by Holm's step-down over all the numbers of a table: the probability of even one false finding is 5 %.
+/// There are three sigmas. The formal one is right if noise is white. The error within a run allows for coloured noise,
+/// and for errors of reference and alignment. The spread between runs contains all that changes from run to run, which
+/// is most of the uncertainty. A number is significant if the mean over the runs is significant against their spread,
+/// by Student's t with Holm's correction over all numbers of a table: the probability of even one false finding is then
+/// 5 %.
 
 #include <cstddef>
 #include <optional>
@@ -17,29 +17,30 @@ namespace piste {
 
 inline constexpr double kSignificance = 0.05;
 
-/// Numbers of several runs, and their mean.
+/// Statistics of a number over several runs.
 struct Across {
   std::size_t runs = 0;
   double mean = 0;
-  double std = 0;             ///< between runs; NaN of one run
-  double standard_error = 0;  ///< of the mean: std / √runs; of one run, the total within it
-  double p_value = 1;        ///< of a mean of zero: Student's t with runs − 1 degrees of freedom; of one run, its own
-  double p_holm = 1;         ///< the same after Holm's correction over its table
+  double std = 0;             ///< between runs; NaN if there is one run
+  double standard_error = 0;  ///< of the mean: std / √runs; for one run its own total
+  double p_value = 1;  ///< of a mean of zero, by Student's t with runs − 1 degrees of freedom; for one run its own
+  double p_holm = 1;   ///< the same after Holm's correction over its table
   bool significant = false;  ///< p_holm < kSignificance
   double formal = 0;         ///< rms of the formal sigmas of the runs
   double within = 0;         ///< rms of the total errors within the runs
 };
 
-/// One axis of one sensor. Rows of a table are sensor by sensor, fx to wz; an axis without a number is left out.
+/// One axis of one sensor. The rows of a table are ordered by sensor, then fx to wz. An axis without a number has no
+/// row.
 struct AcrossRow {
   std::size_t sensor = 0;
   int axis = 0;
   Across value;
-  double reverse = 0;           ///< mean of Method::kJointReverse, where the row is of kJoint; else NaN
-  std::optional<double> truth;  ///< mean of what was put in
+  double reverse = 0;           ///< for Method::kJoint: the mean of kJointReverse; else NaN
+  std::optional<double> truth;  ///< mean of the true values
 };
 
-/// Tables 1 (kRest), 3 and 4 (kJoint), 6 (kBiasOnly), and the like of every other method.
+/// The table of one method: Tables 1 (kRest), 3 and 4 (kJoint), 6 (kBiasOnly), and the same for every other method.
 std::vector<AcrossRow> table_of(const Study& study, Method method, Quantity quantity);
 
 /// Table 2: bias at rest before and after, over the runs that have both.
@@ -51,9 +52,10 @@ struct BeforeAfterRow {
 };
 std::vector<BeforeAfterRow> before_after(const Study& study);
 
-/// Table 5: formal correlation of bias and scale, which a correction to add shares: mean magnitude over the runs with
-/// the sign of the mean; the lowest and the highest of a run; and the inflation 1 / (1 − correlation²) of either
-/// variance. By kJointReverse it is −mean / rms of the reference's signal, and so a matter of the motion alone.
+/// Table 5: the formal correlation of bias and scale; it is the same for corrections to add. `correlation` is the mean
+/// magnitude over the runs, with the sign of the mean. `lowest` and `highest` are over the runs. `inflation` is the
+/// factor 1 / (1 − correlation²) of either variance. For kJointReverse the correlation is −mean / rms of the
+/// reference's signal, so it depends on the motion alone.
 struct CorrelationRow {
   std::size_t sensor = 0;
   int axis = 0;
@@ -61,8 +63,8 @@ struct CorrelationRow {
 };
 std::vector<CorrelationRow> correlations(const Study& study, Method method = Method::kJointReverse);
 
-/// One estimate against another, or against what was put in as a could see it (Method::kTruth): a − b, over the runs
-/// that have both. Sigmas within a run are as if both were independent.
+/// The difference a − b of two methods, over the runs that have both. If b is Method::kTruth, it is the true value that
+/// a should find. Sigmas within a run are as if both were independent.
 struct Comparison {
   std::size_t sensor = 0;
   int axis = 0;
@@ -70,10 +72,10 @@ struct Comparison {
   Method a{}, b{};
   Across difference;
 };
-/// Every pair of methods, a before b. Holm's correction is within each pair, over sensors and axes.
+/// The comparisons of all pairs of methods, a before b. Holm's correction is over the sensors and axes of each pair.
 std::vector<Comparison> comparisons(const Study& study, Quantity quantity);
 
-/// How often what was put in lies inside the stated 95 % interval, over runs, sensors and the three axes of a triad.
+/// How often the true value lies inside the stated 95 % interval, over runs, sensors and the three axes of a triad.
 struct Coverage {
   Method method{};
   Quantity quantity{};
@@ -82,10 +84,11 @@ struct Coverage {
   double worst = 0;  ///< largest error over its total sigma
   double rate() const { return static_cast<double>(inside) / static_cast<double>(all); }
 };
-/// Empty unless the campaign is simulated.
+/// The coverage of all methods. Empty unless the campaign is simulated.
 std::vector<Coverage> coverage(const Study& study);
 
-/// Timing errors: change of the correction scale' against no delay, mean over the runs of that over the sensors.
+/// Effect of a timing error: the change of the correction scale' against no delay. It is averaged over the sensors of
+/// each run, and then over the runs.
 struct TimingRow {
   double delay = 0;  ///< s
   std::array<double, kSignals> forward{}, reverse{}, forward_error{},

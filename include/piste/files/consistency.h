@@ -1,6 +1,5 @@
 #pragma once
-/// What an ensemble of runs says, as files: `consistency.json`, and a line of a Markdown table. The same report gives
-/// the same bytes.
+/// The files of an ensemble: `consistency.json`, and a line of a Markdown table. Equal reports give equal bytes.
 
 #include <string>
 
@@ -8,11 +7,11 @@
 
 namespace piste {
 
-/// `consistency.json`: everything in the report, in the units of the block table; null where there is no number.
+/// `consistency.json`: everything in the report, in the units of the block table. A missing number is null.
 std::string consistency_json(const ConsistencyReport& report, const std::string& title);
 
-/// A Markdown table of ensembles, under way: its two head lines, and one line an ensemble. Aligned, to be read in a
-/// terminal too.
+/// A Markdown table of ensembles, of the time under way: its two header lines, and one line for an ensemble. The
+/// columns are aligned, so that the table is legible in a terminal too.
 std::string consistency_row_head();
 std::string consistency_row(const ConsistencyReport& report, const std::string& title);
 

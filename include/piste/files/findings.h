@@ -1,5 +1,5 @@
 #pragma once
-/// What was learned of one IMU in one run, as a file: `findings.json`. The same findings give the same bytes.
+/// The file `findings.json`, with the errors of one IMU in one run. Equal findings give equal bytes.
 
 #include <string>
 
@@ -12,9 +12,9 @@ namespace piste {
 /// GPS time; under `axes`, for fx fy fz wx wy wz, `rest` (before, after, change) and `run` (bias_only, scale_only,
 /// joint, both_noisy, polynomial); and under `matrix`, for accel and gyro, x y z: bias, a row of the gain [ppm], one of
 /// the g-sensitivity of gyroscopes. Coefficients of a polynomial are of powers 0 to order of the signal in the axis'
-/// unit, so that of the first power is a ratio. Every number has its value, formal sigma, standard error of noise that
-/// lasts, systematic error, effective degrees of freedom and p-value; every line its correlation, variance inflation
-/// and the same as a correction to add. Units are in the members. What there is not is null.
+/// unit, so that of the first power is a ratio. Every number has its value, formal sigma, standard error for coloured
+/// noise, systematic error, effective degrees of freedom and p-value. Every line has its correlation, its variance
+/// inflation, and the same as a correction to add. Units are in the names of the members. What does not exist is null.
 std::string findings_json(const Findings& findings, const Alignment& alignment);
 
 }  // namespace piste

@@ -1,5 +1,5 @@
 #pragma once
-/// What a replay came to, as a set of files.
+/// Writes the files of a replay.
 
 #include <filesystem>
 #include <string>
@@ -9,13 +9,14 @@
 
 namespace piste {
 
-/// Writes `filtered.csv`, `biases.csv`, `innovations.csv`, `smoothed.csv` and `biases_smoothed.csv`, and `attitude.csv`
-/// at that rate [Hz], of the smoothed solution where there is one; without it, the smoothed files of an earlier run are
-/// withdrawn. Pages, then summary.json, and commit() are the caller's. Throws Error where the disk refuses.
+/// Writes `filtered.csv`, `biases.csv`, `innovations.csv`, `smoothed.csv`, `biases_smoothed.csv`, and `attitude.csv` at
+/// the rate `attitude_rate` [Hz] from the smoothed solution, or else the filtered one. Without a smoothed solution, the
+/// smoothed files of an earlier run are removed. The caller writes pages, then summary.json, and calls commit(). Throws
+/// Error if a file cannot be written.
 void write_solutions(OutputFolder& output, const Replay& run, double attitude_rate);
 
-/// How the configuration of another replay names `file`, the `attitude.csv` of a smoothed solution, as a reference: a
-/// sentence, with the entry to copy.
+/// A sentence with the entry by which the configuration of another replay uses `file`, the `attitude.csv` of a smoothed
+/// solution, as a reference attitude.
 std::string attitude_entry(const std::filesystem::path& file, const Solution& smoothed);
 
 }  // namespace piste

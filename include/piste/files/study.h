@@ -1,5 +1,5 @@
 #pragma once
-/// What a campaign taught, as files: tables in CSV, and `summary.json`. The same study gives the same bytes.
+/// The files of a study: tables in CSV, and `summary.json`. Equal studies give equal bytes.
 
 #include <string>
 #include <vector>
@@ -13,9 +13,9 @@ struct StudyFile {
   std::string name, content;
 };
 
-/// The tables: corrections to add, in m/s² and °/s; a scale has the unit 1. What there
-/// is not is an empty field. `p_value` is that of one number by itself; `significant` is 1 where it stays below 5 %
-/// after Holm's correction over its table.
+/// The tables. Values are corrections to add, in m/s² and °/s; a scale has the unit 1. A missing number is an empty
+/// field. `p_value` is that of one number by itself; `significant` is 1 if it is below 5 % after Holm's correction over
+/// its table.
 ///
 ///     table_1, table_6, filter_bias   sensor,axis,unit,bias,std,standard_error,p_value,significant
 ///                                     at rest before, in the run, and of Method::kMarkovSmoothed
@@ -32,7 +32,7 @@ struct StudyFile {
 std::vector<StudyFile> study_csv(const Study& study);
 
 /// `summary.json`: name, low-pass, sensors; the runs with their phases, warnings and failures, and the alignment of
-/// each IMU; what is missing; the ranking with its winner, by how much it leads and how surely; and the coverage.
+/// each IMU; what is missing; the ranking with its winner, its lead and its confidence; and the coverage.
 std::string study_json(const Study& study);
 
 }  // namespace piste

@@ -1,5 +1,5 @@
 #pragma once
-/// What a replay came to, as a file: `summary.json`.
+/// The file `summary.json` of a replay.
 
 #include <string>
 
@@ -8,17 +8,21 @@
 
 namespace piste {
 
-/// What `summary.json` tells beyond the solution.
+/// Times that the replay took [s].
 struct RunTimes {
   double cpu = 0, wall = 0;
 };
 
-/// `summary.json`. `estimates` are the values at the last epoch of `smoothed` where there is one, else of `filtered`.
-/// `gyro_total_bias` and `accel_total_bias` are bias + drift averaged over the run's epochs: the mean of the values,
-/// and the mean of the sigmas. `attitude_error`: rms over the epochs of the sigmas of roll, pitch and heading, and the
-/// correlation time of their errors, null where it is not known, as without a smoother. `used` and `rejected` count
-/// fixes, and a fix of which any part was rejected is a rejected one; `sources` counts each part. All but `cpu_s` and
-/// `wall_s` is the same at every replay.
+/// `summary.json`. Its members mean:
+///  - `estimates`: the values at the last epoch of `smoothed`, or of `filtered` if there is none. `gyro_total_bias`
+///   and `accel_total_bias` are bias + drift averaged over the epochs of the run: the mean of the values, and the mean
+///   of the sigmas.
+///  - `attitude_error`: the rms over the epochs of the sigmas of roll, pitch and heading, and the correlation time of
+///   their errors. It is null if it is unknown, as without a smoother.
+///  - `used` and `rejected`: numbers of fixes. A fix of which any part was rejected counts as rejected. `sources`
+///   counts each part.
+///
+/// Everything except `cpu_s` and `wall_s` is the same at every replay.
 std::string summary_json(const Log& log, const Solution& filtered, const Solution* smoothed, const RunTimes& times);
 
 }  // namespace piste

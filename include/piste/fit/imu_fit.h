@@ -1,22 +1,24 @@
 #pragma once
-/// Errors of one IMU in one run, axis by axis, from a reference on the same plate.
+/// Fits the errors of one IMU in one run, axis by axis, to a reference on the same plate:
 ///
 ///     measured = (1 + scale) true + bias + noise
 ///
-/// with the reference's signal in the place of the true one. The bias is that of the phase: the turn-on constant and
-/// the mean of the in-run drift. Both signals have gone through the same low-pass.
+/// The reference's signal takes the place of the true one. The bias is that of a phase: the turn-on bias plus the mean
+/// of the in-run drift. Both signals have gone through the same low-pass.
 ///
-/// Two directions. In `reverse` the IMU is regressed on the reference: unbiased where the reference is free of noise.
-/// In `forward` the reference is regressed on the IMU, and the line is inverted; noise of the IMU, or a residual timing
-/// error, flattens the forward line and so raises its scale. Where both signals are noisy, the truth lies between
-/// the two (Frisch 1934), and `both_noisy` says where, if it knows how noisy each is.
+/// A line is fitted in two directions. In `reverse` the IMU is regressed on the reference; this is unbiased if the
+/// reference has no noise. In `forward` the reference is regressed on the IMU, and the line is inverted. Noise of the
+/// IMU, or a residual timing error, makes the slope of the forward regression too small, and its scale therefore too
+/// large. If both signals are noisy, the truth lies between the two (Frisch 1934). `both_noisy` estimates it from the
+/// ratio of the two noises.
 ///
-/// Beyond a line there are a polynomial of the signal, axis by axis, and a matrix that joins the axes of a triad.
+/// Beyond a line there are a polynomial for each axis, and a matrix for the three axes of a triad together.
 ///
-/// Errors of the reference and of the alignment are propagated too, and kept apart as systematic: they are the same
-/// however long the run is, and the same for all IMUs of a run.
+/// Errors of the reference and of the alignment are propagated too. They are kept apart as systematic, because they do
+/// not become smaller in a longer run, and are the same for all IMUs of a run.
 ///
-/// Papers that add a correction write true = (1 + scale') measured + bias'. `correction` goes there, and back.
+/// Some papers give a correction to add: true = (1 + scale') measured + bias'. `correction` converts to that form and
+/// back.
 
 #include <Eigen/Core>
 #include <array>
@@ -36,34 +38,34 @@ namespace piste {
 /// The line measured = (1 + scale) true + bias.
 struct BiasScale {
   Eigen::Vector2d value = Eigen::Vector2d::Zero();                  ///< bias, scale
-  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();             ///< formal: if noise were white
-  Eigen::Matrix2d hac_covariance = Eigen::Matrix2d::Zero();         ///< of noise correlated in time
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();             ///< formal: as if noise were white
+  Eigen::Matrix2d hac_covariance = Eigen::Matrix2d::Zero();         ///< for coloured noise
   Eigen::Matrix2d systematic_covariance = Eigen::Matrix2d::Zero();  ///< of errors of the reference and the alignment
   double dof = 1;                                                   ///< effective
 
   Term bias() const { return term(0); }
   Term scale() const { return term(1); }
-  /// Formal, of bias and scale: −mean / rms of the signal where both are free.
+  /// Formal correlation of bias and scale: −mean / rms of the signal if both are estimated.
   double correlation() const;
-  /// Of either's variance, because the other is estimated too: 1 / (1 − correlation²). Above 10 they cannot be told
-  /// apart.
+  /// Factor by which the variance of either grows because the other is estimated too: 1 / (1 − correlation²). Above 10
+  /// the two cannot be separated.
   double inflation() const;
 
  private:
   Term term(int i) const;
 };
 
-/// The same line solved for the other signal: true = (1 + scale') measured + bias', so that
-/// bias' = −bias / (1 + scale) and scale' = −scale / (1 + scale). Its own inverse.
+/// The same line as a correction: true = (1 + scale') measured + bias', with bias' = −bias / (1 + scale) and scale' =
+/// −scale / (1 + scale). Applied twice it gives the line itself.
 BiasScale correction(const BiasScale& line);
 
-/// One line by two regressions, both in the usual convention.
+/// A line by two regressions. Both are in the convention measured = (1 + scale) true + bias.
 struct BothDirections {
   BiasScale reverse;  ///< IMU on reference
   BiasScale forward;  ///< reference on IMU, inverted
 };
 
-/// Coefficients of an axis on signals of the reference, in powers or of several axes.
+/// Coefficients of an axis by regression on powers of the reference's signal, or on several of its axes.
 struct Coefficients {
   Regression regression;
   Eigen::MatrixXd systematic_covariance;  ///< of errors of the reference and the alignment
@@ -73,32 +75,33 @@ struct Coefficients {
   BiasScale line(const Eigen::Matrix<double, 2, Eigen::Dynamic>& J) const;
 };
 
-/// measured − true = Σ c_j true^j, j = 0 … order, by regression on the reference. Its noise flattens this as it does
-/// the reverse line. Of the orders 1 to 3 it is that of the least
+/// A polynomial measured − true = Σ c_j true^j, j = 0 … order, by regression on the reference. Noise of the reference
+/// makes its slope too small, as for the reverse line. Of the orders 1 to 3 it has the one with the least
 ///
 ///     BIC = m ln(Σ e² / n) + (order + 1) ln m
 ///
-/// (Schwarz 1978, Annals of Statistics 6), where m is not the number of samples n but of those that tell something new
-/// as the residuals e last: the least of what the coefficients of the square (at order 2) and of the cube (at order 3)
-/// are worth, Regression::effective_samples, and at least one more than an order of 3 has coefficients.
+/// (Schwarz 1978, Annals of Statistics 6). Because the residuals e are correlated in time, m is not the number of
+/// samples n but the number of effective ones, Regression::effective_samples: the smaller of those of the square (at
+/// order 2) and of the cube (at order 3), and at least one more than the coefficients of order 3.
 struct PolynomialFit {
   static constexpr int kHighest = 3;
   int order = 1;
   std::array<double, kHighest> bic{};  ///< of orders 1, 2, 3
   double effective_samples = 0;        ///< m
   Coefficients coefficients;           ///< c_0 … c_order in powers of the true signal, SI and radians
-  BiasScale tangent;  ///< at the mean signal, to be held against `joint`: scale = Σ j c_j mean^(j−1)
+  BiasScale tangent;                   ///< at the mean signal, to compare with `joint`: scale = Σ j c_j mean^(j−1)
 };
 
-/// A triad on all axes of the reference,
+/// A triad fitted to all axes of the reference,
 ///
 ///     measured = (I + G) true + bias (+ S f),   S only of gyroscopes: the g-sensitivity on the specific force f
 ///
-/// row by row, by regression on the reference, whose noise flattens each row. G's diagonal is the scale; off it is what
-/// the triad's axes are out of square, and turned against the reference by more than the boresight that was found. The
-/// boresight was found from these same signals, so a turn of the triad as a whole is in the boresight and not in G, but
-/// for what gyroscopes and accelerometers are turned against each other; the boresight's uncertainty is in the
-/// systematic errors. Where the specific force hardly changes, S and the bias can hardly be told apart: see inflation.
+/// row by row, by regression on the reference, whose noise makes the coefficients too small. The diagonal of G is the
+/// scale. Its other elements are the non-orthogonality of the triad's axes, and a rotation against the reference beyond
+/// the estimated boresight. As the boresight was estimated from the same signals, a rotation of the whole triad is part
+/// of the boresight and not of G, except for the rotation between gyroscopes and accelerometers. The uncertainty of the
+/// boresight is part of the systematic errors. If the specific force hardly changes, S and the bias can hardly be
+/// separated: see inflation.
 struct MatrixFit {
   static constexpr int kBias = 0, kGain = 1, kGSensitivity = 4;  ///< of the coefficients of an axis
   std::array<Coefficients, 3> axes;                              ///< of x, y, z
@@ -107,64 +110,67 @@ struct MatrixFit {
   Term bias(int axis) const { return at(axis, kBias); }
   Term gain(int axis, int of) const { return at(axis, kGain + of); }
   Term g_sensitivity(int axis, int of) const { return at(axis, kGSensitivity + of); }  ///< [rad/s per m/s²]
-  /// Bias and diagonal, to be held against `joint`.
+  /// Bias and diagonal, to compare with `joint`.
   BiasScale line(int axis) const;
 
  private:
   Term at(int axis, int i) const { return axes[static_cast<std::size_t>(axis)].term(i); }
 };
 
-/// One axis by several models; the reference's signal that they saw.
+/// The fits of one axis in the run by several models, and statistics of the reference's signal.
 struct RunFit {
   int samples = 0;
   double mean = 0, rms = 0;  ///< of the reference's signal
-  double residual = 0;       ///< rms of what joint.reverse leaves
-  /// Mean of measured − reference: bias + scale · mean, which is the joint line at the mean signal. What the scale
-  /// makes of the motion counts as noise here, so its interval is wide.
+  double residual = 0;       ///< rms of the residuals of joint.reverse
+  /// Mean of measured − reference. This is bias + scale · mean signal, the joint line at the mean signal. The effect of
+  /// the scale in the motion counts as noise here, so the interval is wide.
   Term bias_only;
   BothDirections joint;  ///< bias and scale
-  /// Bias and scale where both signals are noisy, by Deming's regression. The ratio of the noises is that of the rest
-  /// before (else after): of either signal, its variance less the covariance of both, as the sway is common to both
-  /// (Grubbs 1948, J. American Statistical Association 43). Where there is no rest, that of the sensors' densities;
-  /// where these are not known either, the reference is free of noise. It takes the noise of the run for that of the
-  /// rest: it does not know vibration that only one IMU feels, nor what a timing error and a boresight that is not
-  /// right make of the motion, and its errors take the ratio for known.
+  /// Bias and scale by Deming's regression, which allows for noise in both signals. The ratio of the noises is measured
+  /// at rest (before, else after): the noise variance of a signal is its variance less the covariance of both signals,
+  /// because both see the same sway (Grubbs 1948, J. American Statistical Association 43). Without a rest the ratio is
+  /// that of the sensors' noise densities; if these are unknown, the reference is taken to have no noise.
+  ///
+  /// The noise in the run is assumed to be that at rest. Vibration that only one IMU senses is not taken into account,
+  /// nor the effects of a timing error or of a wrong boresight, and the standard errors assume that the ratio is known.
   BiasScale both_noisy;
   double noise_ratio = 1;  ///< variance of the IMU's noise over that of the reference's, from 1e-6 to 1e6
-  /// Scale alone: the line passes through the mean point of the rest before (of that after, where there is none
-  /// before), whose error is propagated, and with it the sensor's in-run drift from there to the run. At rest an
-  /// accelerometer shows bias + scale · gravity, and this line knows it.
+  /// Scale alone: a line through the mean point of the rest before (or after, if there is none before). The error of
+  /// that point is propagated, together with the sensor's in-run drift from the rest to the run. That an accelerometer
+  /// at rest shows bias + scale · gravity is thereby taken into account.
   std::optional<BothDirections> scale_only;
-  std::optional<PolynomialFit> polynomial;  ///< nothing where the signal has too few different values
+  std::optional<PolynomialFit> polynomial;  ///< nothing if the signal has too few different values
 };
 
-/// One axis.
+/// All fits of one axis.
 struct AxisFindings {
   std::string_view name;                                                   ///< fx fy fz wx wy wz
-  Block bias_block = Block::kAccelBias, scale_block = Block::kAccelScale;  ///< whose units files and pictures show
+  Block bias_block = Block::kAccelBias, scale_block = Block::kAccelScale;  ///< give the units in files and pictures
   std::optional<Term> before, after;  ///< at rest: mean of measured − reference, which is bias + scale · mean signal
   std::optional<Term> change;         ///< after − before
-  double rest_signal = 0;             ///< mean of the reference at rest before, or after where there is none before
+  double rest_signal = 0;             ///< mean of the reference at rest before; else after
   std::optional<RunFit> run;
 };
 
+/// What is known of the alignment and of the sensors.
 struct FitOptions {
-  const Alignment* alignment = nullptr;  ///< whose covariance is propagated; null = free of errors
-  const ImuSensor* reference = nullptr;  ///< whose bias and scale are; null = free of errors
-  /// The body IMU: its in-run drift, and its noise density where there is no rest; null = no drift.
+  const Alignment* alignment = nullptr;  ///< its covariance is propagated; null = no errors
+  const ImuSensor* reference = nullptr;  ///< its bias and scale are propagated; null = no errors
+  /// The body IMU, for its in-run drift, and without a rest for its noise density. Null = no drift.
   const ImuSensor* sensor = nullptr;
-  bool g_sensitivity = true;  ///< the gyroscopes' matrix has one
+  bool g_sensitivity = true;  ///< whether the gyroscopes' matrix has one
 };
 
+/// All fits of one IMU in one run.
 struct Findings {
   Phases phases;
-  double low_pass = 0;  ///< [Hz] that both signals went through; 0 = none
+  double low_pass = 0;  ///< cut-off of both signals [Hz]; 0 = none
   std::array<AxisFindings, 6> axes;
-  std::optional<MatrixFit> accel_matrix, gyro_matrix;  ///< nothing where the run does not move all their signals
+  std::optional<MatrixFit> accel_matrix, gyro_matrix;  ///< nothing if a signal of theirs does not change in the run
 };
 
-/// Of both IMUs' signals as they went through the same low-pass (low_passed).
-/// Throws DataError where a phase that is given has too few usable samples, or the reference stands still in the run.
+/// Fits all models. @pre both IMUs' signals have gone through the same low-pass (low_passed)
+/// Throws DataError if a given phase has too few usable samples, or if the reference does not move in the run.
 Findings findings(const AlignedImus& imus, const Phases& phases, const FitOptions& options);
 
 }  // namespace piste

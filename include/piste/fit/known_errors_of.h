@@ -1,6 +1,6 @@
 #pragma once
-/// What the fits of a run found, as errors that can be taken out of the IMU's samples. Axes of an array are fx fy fz
-/// wx wy wz; an axis or a triad that there is nothing of is free of errors.
+/// Converts fits into KnownErrors, which can be subtracted from the IMU's samples. The order of axes is fx fy fz wx wy
+/// wz. An axis or triad without a fit has no errors.
 
 #include <array>
 #include <optional>

@@ -1,5 +1,5 @@
 #pragma once
-/// Rest, run, rest.
+/// Finds the three phases of a run: rest, run, rest.
 
 #include <vector>
 
@@ -8,13 +8,13 @@
 
 namespace piste {
 
-/// Phases of a log over `span` that stood still in the intervals `rest`, in order. A rest of five seconds parts two
-/// runs; the run is the longest, and before and after it lies the longest rest each. A log without such a rest is all
-/// run, one that never moves has none.
+/// The phases of a log over `span` with the rests `rest`. Rests of at least 5 s separate stretches of motion; the run
+/// is the longest stretch. The phases before and after it are the longest rest on each side. A log without such a rest
+/// is a run as a whole; a log without motion has no run. @pre `rest` is in order
 Phases phases(const std::vector<Interval>& rest, Interval span);
 
-/// Of two IMUs, over all that is usable, from where the reference stands still (detect_rest). Signals as they went
-/// through a low-pass (low_passed), without which a noisy reference does not rest.
+/// The phases of two aligned IMUs over all usable samples, with the rests of the reference (detect_rest). @pre the
+/// signals have gone through a low-pass (low_passed), because otherwise no rest is found with a noisy reference
 Phases phases(const AlignedImus& imus);
 
 }  // namespace piste

@@ -1,5 +1,5 @@
 #pragma once
-/// What an IMU's log says of itself, before anybody has said what it should be.
+/// Examines the log of an IMU by itself, without knowledge of its sensor: sampling, noise, clipping, rest, units.
 
 #include <array>
 #include <optional>
@@ -13,42 +13,44 @@
 
 namespace piste {
 
-/// Three like axes, in the units of the recording: SI, as its labels have it; increments are divided by their interval.
+/// Three gyroscopes or three accelerometers, in SI if the log's units are right. Increments are divided by their
+/// interval.
 struct TriadHealth {
   Vector3d smallest, largest;
-  Vector3d quantum;  ///< smallest step between values of the log as it stands (not divided); 0 = none seen
-  Vector3d noise;    ///< density of the white noise at rest [unit/√Hz]; NaN without rest
-  Vector3d mean;     ///< at rest; NaN without
-  std::array<std::size_t, 3> clipped{};  ///< samples at a limit that the axis reaches again and again, and never passes
-  Vector3d limit = Vector3d::Zero();     ///< that limit, 0 where there is none
-  std::size_t spikes = 0;                ///< samples that no body can do
+  Vector3d quantum;                      ///< smallest step between values of the log (not divided); 0: none found
+  Vector3d noise;                        ///< density of the white noise at rest [unit/√Hz]; NaN without rest
+  Vector3d mean;                         ///< at rest; NaN without rest
+  std::array<std::size_t, 3> clipped{};  ///< samples at a limit that is reached often and never exceeded
+  Vector3d limit = Vector3d::Zero();     ///< that limit; 0 if there is none
+  std::size_t spikes = 0;                ///< samples that no motion of a body explains
   double first_spike = 0;                ///< time of the first of them
 };
 
+/// The result.
 struct ImuHealth {
   Sampling sampling;
   bool increments = false;
   TriadHealth gyro, accel;
-  std::vector<Interval> rest;  ///< at least two seconds each, in which nothing turns and nothing shakes
-  /// Median magnitude of the specific force, at rest where there is rest. Some 9.8 m/s² where its label is right.
+  std::vector<Interval> rest;  ///< times of at least 2 s without rotation and vibration
+  /// Median magnitude of the specific force, at rest if there is rest. Some 9.8 m/s² if the unit is right.
   double force = 0;
-  /// Another unit than its label's, where the magnitude of gravity says so.
+  /// The fault and the factor of a wrong unit, if the magnitude of gravity shows one.
   struct WrongUnit {
     LogFault fault;
     double factor;  ///< by which the values are to be divided
   };
   std::optional<WrongUnit> force_unit;
-  /// Whether gravity stands in the forces: without it their magnitude is small at rest and large in motion.
+  /// Whether the forces contain gravity. Without it their magnitude is small at rest and large in motion.
   bool has_gravity = true;
-  bool fast_rates = false;       ///< so many rates no body can have: they must be degrees
-  std::vector<Interval> frozen;  ///< the very same row again and again
+  bool fast_rates = false;       ///< whether rates are too fast for any body: they must be degrees
+  std::vector<Interval> frozen;  ///< times in which all rows are identical
   std::size_t magnetic_rows = 0, temperature_rows = 0;
 };
 
-/// @pre a time-ordered recording, as read_imu gives it, of two rows or more
+/// Examines a log. @pre rows are in the order of time, as read_imu gives them, and at least two
 ImuHealth imu_health(const ImuRecording& imu);
 
-/// What looks wrong with it; `faults` are the rows that its reader refused.
+/// What looks wrong with it. `faults`: the rows that could not be read.
 std::vector<Suspicion> suspicions(const ImuHealth& health, const RowFaults& faults, const std::string& file);
 
 }  // namespace piste

@@ -1,5 +1,6 @@
 #pragma once
-/// All that some logs say of themselves and of one another, and a configuration that would replay them.
+/// The result of an inspection: what is known of each log and of each pair of logs, what looks wrong, and a
+/// configuration that replays them.
 
 #include <optional>
 #include <string>
@@ -14,29 +15,29 @@
 
 namespace piste {
 
-/// Where the antenna sits, as the motion tells it.
+/// The lever arm as estimated from the motion.
 struct LeverArmGuess {
-  Vector3d value, sigma;               ///< b → antenna [m]
-  std::size_t used = 0, rejected = 0;  ///< innovations of GNSS
+  Vector3d value, sigma;               ///< p_ba_b [m]
+  std::size_t used = 0, rejected = 0;  ///< GNSS innovations of the filter that estimated it
 };
 
-/// One file, as far as it could be read.
+/// One file and all that is known of it.
 struct InspectedLog {
   LogFile log;
-  std::optional<LogGuess> guess;  ///< none where it is no log that we know
+  std::optional<LogGuess> guess;  ///< nothing if it is not a log of a known format
   RowFaults faults;
-  ImuRecording imu;  ///< of these three the one that the guess says
+  ImuRecording imu;  ///< of these three only that of the guessed kind is filled
   GnssRecording gnss;
   AttitudeRecording attitude;
   std::optional<ImuHealth> imu_health;
   std::optional<GnssHealth> gnss_health;
   std::optional<Sampling> attitude_sampling;
-  std::optional<LeverArmGuess> lever_arm;  ///< of a receiver against the first IMU, where the filter could run
+  std::optional<LeverArmGuess> lever_arm;  ///< of a receiver to the first IMU, if the filter could run
 
   bool is(LogKind kind) const { return guess && guess->kind == kind; }
 };
 
-/// An IMU beside a receiver; indices into Inspection::logs.
+/// The comparison of an IMU with a receiver, which are indices into Inspection::logs.
 struct InspectedMatch {
   std::size_t imu, gnss;
   LogMatch match;
@@ -47,24 +48,24 @@ struct Inspection {
   std::vector<InspectedMatch> matches;
   std::vector<Suspicion> suspicions;  ///< the worst first
 
-  /// Index of the first log of a kind, none where there is none.
+  /// Index of the first log of a kind, or nothing.
   std::optional<std::size_t> first(LogKind kind) const;
-  /// That of the first IMU with the first receiver, null where there is none.
+  /// The match of the first IMU with the first receiver, or null.
   const LogMatch* first_match() const;
 };
 
-/// The worst first, those of one kind in the order given; what is said twice of a file is said once.
+/// Sorts suspicions, the worst first, and removes repetitions. Those of one kind stay in their order.
 void rank(std::vector<Suspicion>& suspicions);
 
-/// A sensor's errors as far as its log at rest shows them: noise as measured; bias, drift and scale such as sensors of
-/// that noise have; the range where the log shows one.
+/// Guesses the errors of a sensor from its log at rest: the noise is measured; bias, drift and scale are those that
+/// sensors of such noise usually have; the range is that of clipped samples, if there are any.
 ImuSensor guess_sensor(const ImuHealth& health, const std::string& name);
 
-/// How the first IMU is to be conditioned: axes and clock from the motion, else from gravity.
+/// Guesses axes and clock of the first IMU from the motion; without motion, the axes from gravity.
 ImuConditioning guess_conditioning(const Inspection& inspection);
 
-/// A configuration of `replay` for the first IMU and all receivers and attitudes, with paths relative to `folder`,
-/// where it and the sensor file `sensor_file` are to stand; none without an IMU and a receiver.
+/// The text of a configuration of `replay` for the first IMU and all receivers and attitudes. Its paths are relative to
+/// `folder`, where it and the sensor file `sensor_file` will be. Nothing if there is no IMU or no receiver.
 std::optional<std::string> ready_config(const Inspection& inspection, const std::string& folder,
                                         const std::string& sensor_file);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Which log a file is, from its first bytes.
+/// Guesses the kind and format of a log from its first bytes.
 
 #include <string>
 #include <string_view>
@@ -13,14 +13,15 @@ enum class LogKind { kImu, kGnss, kAttitude };
 struct LogGuess {
   LogKind kind = LogKind::kImu;
   LogFormat format = LogFormat::kCsv;
-  std::string why;  ///< what gave it away
+  std::string why;  ///< what shows it
 };
 
-/// What these bytes of a file named `file` hold. A CSV is told by its column names, rows of plain numbers by how many
-/// and how large they are. Throws DataError that says what was looked for where it is none of the formats of log_io.h.
+/// Guesses the log from the first bytes of the file `file`. A CSV is recognised by its column names, rows of plain
+/// numbers by their count and size. Throws DataError that says what was looked for if it has none of the formats of
+/// log_io.h.
 LogGuess guess_log(const std::string& file, std::string_view content);
 
-/// Such as `GNSS`.
+/// The name of a kind, such as `GNSS`.
 std::string_view name_of(LogKind kind);
 
 }  // namespace piste

@@ -1,5 +1,5 @@
 #pragma once
-/// When the rows of a log come, and what is wrong with that: rate, jitter, gaps, refused rows.
+/// Examines the times of a log's rows: rate, jitter, gaps.
 
 #include <cstddef>
 #include <span>
@@ -12,24 +12,25 @@
 
 namespace piste {
 
+/// The result.
 struct Sampling {
   std::size_t rows = 0;
   Interval span;
-  double interval = 0;         ///< median [s]; 0 of fewer than two rows
-  double jitter = 0;           ///< rms of the other intervals about it, gaps apart [s]
-  double resolution = 0;       ///< of the time stamps [s]: what all of them are multiples of, to 1 µs; 0 where finer
+  double interval = 0;         ///< median [s]; 0 if there are fewer than two rows
+  double jitter = 0;           ///< rms of the intervals about it, without gaps [s]
+  double resolution = 0;       ///< of the time stamps [s]: all are multiples of it to 1 µs; 0 if it is smaller
   std::vector<Interval> gaps;  ///< from the row before to the row after
-  std::size_t missing = 0;     ///< rows that the gaps would have held
+  std::size_t missing = 0;     ///< rows that are missing in the gaps
 
   double rate() const { return interval > 0 ? 1 / interval : 0; }
 };
 
-/// A gap is an interval above 1.5 times the median that the intervals beside it do not make up for: a late time stamp
-/// is none. @pre times increase
+/// Examines times. A gap is an interval above 1.5 times the median, unless the intervals beside it are shorter by as
+/// much: then a time stamp was late. @pre times increase
 Sampling sampling(std::span<const double> time);
 
-/// What looks wrong with the rows of any log: those refused, time stamps in another unit or of another clock than GPS
-/// seconds of week, gaps, jitter. `fastest` and `slowest` bound the rates that such a log has [Hz].
+/// What looks wrong with the rows of any log: rows that could not be read, time stamps in another unit or of another
+/// clock than GPS seconds of week, gaps, jitter. `fastest` and `slowest` are the limits of the rates of such logs [Hz].
 std::vector<Suspicion> suspicions(const Sampling& sampling, const RowFaults& faults, const std::string& file,
                                   double fastest, double slowest);
 

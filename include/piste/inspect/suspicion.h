@@ -1,19 +1,19 @@
 #pragma once
-/// What looks wrong in a log, in words that lead to its remedy.
+/// What looks wrong in a log, and what to do about it.
 
 #include <string>
 #include <vector>
 
 namespace piste {
 
-/// Kinds of what can be wrong, the worst first: those that make a log mean something else, then those that spoil all
-/// that is made of it, then those that cost accuracy, then what one should know.
+/// Kinds of faults, the worst first: those that make a log mean something else, then those that spoil every result,
+/// then those that cost accuracy, then what one should know.
 enum class LogFault {
   // It is not what it claims to be.
   kUnreadable,
   kEmpty,
-  kSameLog,             ///< two files hold the same recording
-  kTimeUnit,            ///< milliseconds, microseconds for seconds
+  kSameLog,             ///< two files have the same recording
+  kTimeUnit,            ///< milliseconds or microseconds instead of seconds
   kIncrementsForRates,  ///< increments under the names of rates
   kRatesForIncrements,  ///< and the other way round
   kGyroDegrees,         ///< degrees under the name of radians
@@ -21,8 +21,8 @@ enum class LogFault {
   kAccelG,              ///< g under the name of m/s²
   kAccelMetres,         ///< and the other way round
   kNoGravity,           ///< accelerations without gravity
-  kAccelSign,           ///< minus the specific force
-  kAxesMirrored,        ///< two axes of the whole IMU interchanged, or one turned round
+  kAccelSign,           ///< the log has minus the specific force
+  kAxesMirrored,        ///< of the whole IMU: two axes interchanged, or one reversed
   kGyroAxes,            ///< the gyroscopes' axes are not the accelerometers'
   kLatitudeLongitude,   ///< interchanged
   kVelocityEastNorth,   ///< east-north for north-east
@@ -39,9 +39,9 @@ enum class LogFault {
   kTimeRepeated,
   kClockJump,
   kGaps,
-  kFrozenSensor,  ///< the same sample again and again
+  kFrozenSensor,  ///< the same sample many times
   kSpikes,
-  kRepeatedFix,  ///< the receiver says its last fix again
+  kRepeatedFix,  ///< the receiver repeats its last fix
   kPositionJumps,
   kSigmaTooSmall,
   // It costs accuracy.
@@ -50,7 +50,7 @@ enum class LogFault {
   kSigmaTooLarge,
   kLowRate,
   kJitter,
-  kVelocityDelay,  ///< of the velocities against the positions
+  kVelocityDelay,  ///< of the velocities relative to the positions
   kQuantised,
   // To know.
   kNoRest,
@@ -60,13 +60,14 @@ enum class LogFault {
   kLeverArm,
 };
 
-/// Whether a fault makes a log mean something else or spoils what is made of it; the others cost accuracy at most.
+/// Whether a fault makes a log mean something else or spoils every result. The others cost accuracy at most.
 constexpr bool is_severe(LogFault fault) { return fault < LogFault::kCoordinatesRounded; }
 
+/// One thing that looks wrong.
 struct Suspicion {
   LogFault fault;
   std::string file;
-  std::string what;    ///< with the numbers that it rests on, such as `the gyroscopes turn 57.3 times faster than …`
+  std::string what;    ///< with its numbers, such as `the gyroscopes turn 57.3 times faster than …`
   std::string remedy;  ///< what to do, such as `name the columns gyro_x_deg_s`
 };
 

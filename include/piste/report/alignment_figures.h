@@ -1,5 +1,5 @@
 #pragma once
-/// What an alignment looks like.
+/// Figures of an alignment.
 
 #include <string>
 #include <vector>
@@ -12,26 +12,28 @@
 
 namespace piste {
 
-/// All that there is to show. The pointers are none of them null, and what they point to is not owned.
+/// The input of the figures and of the page. No pointer may be null; the objects are not owned.
 struct AlignmentPicture {
   std::string title, version, config_text;
   const Alignment* alignment = nullptr;
-  const AlignedImus* aligned = nullptr;          ///< by bring_together, unfiltered
-  const std::vector<ImuSample>* body = nullptr;  ///< as align took them, each on its own clock
+  const AlignedImus* aligned = nullptr;          ///< by bring_together, not filtered
+  const std::vector<ImuSample>* body = nullptr;  ///< the input of align, each on its own clock
   const std::vector<ImuSample>* reference = nullptr;
-  double low_pass = 0;  ///< [Hz] that both signals went through; 0 = none
+  double low_pass = 0;  ///< cut-off of both signals [Hz]; 0 = none
   ImuSensor sensor;     ///< of the body IMU
 };
 
-/// Norms of the rates on their own clocks, before and after: whole, and some seconds of the liveliest motion.
+/// Norms of the rates before the alignment, each on its own clock, and after it: the whole log, and some seconds of the
+/// fastest motion.
 std::vector<Figure> clock_figures(const AlignmentPicture& picture);
-/// Correlation of the norms over the offset: all, and its peak.
+/// Correlation of the norms over the offset: all offsets, and those near the peak.
 std::vector<Figure> correlation_figures(const AlignmentPicture& picture);
-/// Each axis of rate and force over the liveliest seconds: body IMU, reference, and what is left between them.
+/// Each axis of rate and force over the seconds of the fastest motion: body IMU, reference, and their difference.
 std::vector<Figure> signal_figures(const AlignmentPicture& picture);
-/// Spectra of the body IMU's rate and force, of what is left, and the level that the sensor file knows.
+/// Spectra of the body IMU's rate and force and of the residuals, and the noise level of the sensor file.
 std::vector<Figure> spectrum_figures(const AlignmentPicture& picture);
-/// Offset of the clocks in stretches of the log: in all, and beside what the alignment says. Empty where it has none.
+/// Offset of the clocks in stretches of the log: the whole offset, and its difference from the alignment. Empty if
+/// there are no stretches.
 std::vector<Figure> drift_figures(const AlignmentPicture& picture);
 
 /// All of them, in that order.

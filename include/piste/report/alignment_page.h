@@ -1,5 +1,5 @@
 #pragma once
-/// The page that shows whether two IMUs were brought together.
+/// The page of an alignment.
 
 #include <string>
 
@@ -7,8 +7,8 @@
 
 namespace piste {
 
-/// One HTML file that needs nothing beside it, no network and no JavaScript: the parameters with their sigmas, what the
-/// motion did not determine, all figures, how to read them, and the configuration verbatim.
+/// A self-contained HTML file without network or JavaScript: the parameters with their sigmas, what the motion did not
+/// determine, all figures, how to read them, and the text of the configuration.
 std::string alignment_html(const AlignmentPicture& picture);
 
 }  // namespace piste

@@ -1,5 +1,5 @@
 #pragma once
-/// What an alignment found, in words for a terminal.
+/// The text of an alignment for a terminal.
 
 #include <string>
 
@@ -7,7 +7,7 @@
 
 namespace piste {
 
-/// A few lines: offset, drift, boresight and lever arm with their sigmas, and what is to be known.
+/// A few lines: offset, drift, boresight and lever arm with their sigmas, and warnings.
 std::string alignment_text(const Alignment& alignment);
 
 }  // namespace piste

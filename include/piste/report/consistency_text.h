@@ -1,5 +1,5 @@
 #pragma once
-/// What an ensemble of runs says, in words for a terminal.
+/// The text of an ensemble for a terminal.
 
 #include <string>
 
@@ -7,8 +7,8 @@
 
 namespace piste {
 
-/// The verdict, then under way: NEES by group, RMSE over its bound of position, velocity and attitude, NIS by source.
-/// A * stands behind what lies outside its band.
+/// The verdict; then, of the time under way, NEES by group, RMSE / bound of position, velocity and attitude, and NIS by
+/// source. A * marks a value outside its band.
 std::string consistency_text(const ConsistencyReport& report);
 
 }  // namespace piste

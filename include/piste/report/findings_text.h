@@ -1,5 +1,5 @@
 #pragma once
-/// What was learned of one IMU in one run, as a table for a terminal.
+/// The errors of one IMU in one run, as a table for a terminal.
 
 #include <string>
 
@@ -7,7 +7,7 @@
 
 namespace piste {
 
-/// Phases, and per axis the biases and scales with their total sigmas.
+/// The phases, and for each axis the biases and scales with their total sigmas.
 std::string findings_text(const Findings& findings);
 
 }  // namespace piste

@@ -1,5 +1,5 @@
 #pragma once
-/// The page that tells how a replay went.
+/// The page of a replay.
 
 #include <string>
 #include <vector>
@@ -9,19 +9,20 @@
 
 namespace piste {
 
+/// The input of the page.
 struct ReplayReport {
   std::string title;
   std::string version;                 ///< of the program
-  std::string config_text;             ///< shown verbatim
+  std::string config_text;             ///< shown as it is
   const Log* log = nullptr;            ///< @pre not null
   const Solution* filtered = nullptr;  ///< @pre not null
-  const Solution* smoothed = nullptr;  ///< null = none was asked for
-  std::vector<Interval> outages = {};  ///< shaded where GNSS was withheld
+  const Solution* smoothed = nullptr;  ///< null if there is none
+  std::vector<Interval> outages = {};  ///< shown as shaded
 };
 
-/// One HTML file that needs nothing beside it and no network: counts of everything, plan view, speed, height, attitude,
-/// the other estimated blocks and all sigmas, innovations against their gates, and the config. Series are thinned
-/// (thin.h); times are seconds after the first epoch.
+/// A self-contained HTML file without network: all counts, plan view, speed, height, attitude, the other estimated
+/// blocks and all sigmas, innovations with their gates, and the configuration. Series are thinned (thin.h). Times are
+/// seconds after the first epoch.
 std::string html_report(const ReplayReport& report);
 
 }  // namespace piste

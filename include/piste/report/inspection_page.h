@@ -1,5 +1,5 @@
 #pragma once
-/// The page that shows what an inspection found.
+/// The page of an inspection.
 
 #include <optional>
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace piste {
 
-/// One HTML file that needs nothing beside it and no network: what looks wrong, worst first; a sheet and pictures for
-/// every log and every match; the ready configuration.
+/// A self-contained HTML file without network: what looks wrong, the worst first; facts and pictures of every log and
+/// every match; the configuration for a replay.
 std::string inspection_page(const Inspection& inspection, const std::optional<std::string>& config,
                             const std::string& version);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// What an inspection found, in words: for a terminal, and for the page.
+/// The text of an inspection for a terminal and for the page.
 
 #include <optional>
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace piste {
 
-/// One log, or two beside one another: a title, and facts under their names.
+/// The facts about one log, or about two logs that were compared.
 struct InspectionSheet {
   struct Fact {
     std::string name, text;
@@ -21,7 +21,7 @@ struct InspectionSheet {
 /// A sheet for every log in their order, then for every match.
 std::vector<InspectionSheet> inspection_sheets(const Inspection& inspection);
 
-/// All sheets, the ready configuration, and the list of what looks wrong, worst first.
+/// All sheets, the configuration for a replay, and the list of what looks wrong, the worst first.
 std::string inspection_text(const Inspection& inspection, const std::optional<std::string>& config);
 
 }  // namespace piste

@@ -1,9 +1,9 @@
 #pragma once
-/// What a study looks like, as figures.
+/// Figures of a study.
 ///
 /// Biases and scales are corrections to add: true = (1 + scale') measured + bias'.
-/// Bars are 95 % intervals of the mean over the runs, and captions say of how many. What a study does not have has no
-/// figure.
+/// Bars are 95 % intervals of the mean over the runs; captions say of how many. If a study has no data for a figure,
+/// the figure is left out.
 
 #include <vector>
 
@@ -21,11 +21,11 @@ std::vector<Figure> study_estimates(const Study& study);
 std::vector<Figure> study_comparisons(const Study& study);
 /// Table 5 as colours: correlation of bias and scale.
 std::vector<Figure> study_correlations(const Study& study);
-/// Every method's estimates less what was put in. Empty unless the campaign is simulated.
+/// The errors of every method's estimates. Empty unless the campaign is simulated.
 std::vector<Figure> study_truth(const Study& study);
-/// Scales over a delay of the reference, with the mean scales of the article that the campaign names.
+/// Scales as a function of a delay of the reference, with the mean scales of the article, if the campaign names one.
 std::vector<Figure> study_timing(const Study& study);
-/// Scores of the methods with their intervals, and the four errors that make them.
+/// Scores of the methods with their intervals, and the four errors of which a score is made.
 std::vector<Figure> study_ranking(const Study& study);
 
 /// All of them, in that order.

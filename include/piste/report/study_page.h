@@ -1,5 +1,5 @@
 #pragma once
-/// The page that tells what a campaign taught.
+/// The page of a study.
 
 #include <string>
 
@@ -7,11 +7,11 @@
 
 namespace piste {
 
-/// One HTML file that needs nothing beside it, no network and no JavaScript: which estimates navigate best and how
-/// surely, what is missing and why, all tables and figures, every method against every other and against the truth,
-/// coverage, every run, how to read it, and `config_text` verbatim. Where the campaign names an article, its printed
-/// numbers stand beside those of their counterparts, and a section says what they imply. Biases and scales are
-/// corrections to add (study_findings.h).
+/// A self-contained HTML file without network or JavaScript: which estimates navigate best and how significantly, what
+/// is missing and why, all tables and figures, comparisons of all methods with one another and with the truth,
+/// coverage, every run, how to read it, and `config_text`. If the campaign names an article, its printed numbers stand
+/// beside those of their counterparts, and a section says what they imply. Biases and scales are corrections to add
+/// (study_findings.h).
 std::string study_html(const Study& study, const std::string& version, const std::string& config_text);
 
 }  // namespace piste

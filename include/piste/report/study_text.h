@@ -1,5 +1,5 @@
 #pragma once
-/// What a campaign taught, in words for a terminal.
+/// The text of a study for a terminal.
 
 #include <string>
 
@@ -7,7 +7,7 @@
 
 namespace piste {
 
-/// What ran, what is missing, which method wins, and the biases at rest.
+/// The runs, what is missing, which method wins, and the biases at rest.
 std::string study_text(const Study& study);
 
 }  // namespace piste

@@ -64,8 +64,8 @@ Campaign read_campaign(const std::filesystem::path& file);
 /// represent it.
 std::uint64_t run_seed(std::uint64_t campaign_seed, const std::string& run);
 
-/// The campaign file that `study` takes. Logs and truth.json of each run stand in the folder of its name beside it,
-/// the sensor files in `sensors`, the article in `articles`.
+/// The text of the campaign file for `study`. Beside that file are a folder for each run with its logs and truth.json,
+/// the folder `sensors` with the sensor files, and the folder `articles` with the article.
 std::string campaign_text(const Campaign& campaign, std::uint64_t seed);
 
 }  // namespace piste
