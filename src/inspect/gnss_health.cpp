@@ -23,11 +23,11 @@ constexpr double kShortestRest = 5;  // s
 // Standard deviation of each axis, robust against a few outliers.
 Vector3d scatter_of(const std::vector<Vector3d>& values) {
   if (values.empty()) return Vector3d::Constant(kNan);
-  const Vector3d middle = median(values);
+  const Vector3d middle = median_by_axis(values);
   std::vector<Vector3d> off;
   off.reserve(values.size());
   for (const Vector3d& v : values) off.emplace_back((v - middle).cwiseAbs());
-  return kSigmaOverMedian * median(off);
+  return kSigmaOverMedian * median_by_axis(off);
 }
 
 // The largest step, decimal in one of the units, of which nearly all values are multiples. 0 if it is smaller than
@@ -252,7 +252,7 @@ GnssHealth gnss_health(const GnssRecording& gnss) {
   h.sampling = sampling(time);
   h.without_fix = gnss.without_fix;
   if (fixes.size() < 3) return h;
-  h.median_sigma = median(sigmas);
+  h.median_sigma = median_by_axis(sigmas);
   h.smallest_sigma = h.largest_sigma = sigmas.front();
   for (const Vector3d& s : sigmas) {
     h.smallest_sigma = h.smallest_sigma.cwiseMin(s);

@@ -109,7 +109,7 @@ std::vector<std::pair<std::size_t, std::size_t>> quiet_rows(const ImuRecording& 
   std::vector<Vector3d> means;
   means.reserve(windows.size());
   for (const Window& w : windows) means.push_back(w.mean_gyro);
-  const Vector3d bias = median(means);
+  const Vector3d bias = median_by_axis(means);
   std::vector<std::pair<std::size_t, std::size_t>> joined;
   for (const Window& w : windows) {
     if ((w.mean_gyro - bias).norm() > kTurning) continue;

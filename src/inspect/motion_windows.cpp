@@ -75,7 +75,7 @@ Vector3d gyro_bias(const ImuIntegral& imu, const std::vector<Interval>& rest, do
   for (double t = imu.start(); t + 1 < imu.end(); t += stride) {
     rates.emplace_back(imu.at(t + 1).angle - imu.at(t).angle);
   }
-  return rates.empty() ? Vector3d::Zero() : median(rates);
+  return rates.empty() ? Vector3d::Zero() : median_by_axis(rates);
 }
 
 }  // namespace piste

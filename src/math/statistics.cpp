@@ -47,7 +47,7 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-Eigen::Vector3d median(const std::vector<Eigen::Vector3d>& values) {
+Eigen::Vector3d median_by_axis(const std::vector<Eigen::Vector3d>& values) {
   Eigen::Vector3d middle;
   std::vector<double> one(values.size());
   for (int axis = 0; axis < 3; ++axis) {

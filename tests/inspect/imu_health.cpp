@@ -13,7 +13,6 @@
 namespace piste {
 namespace {
 
-
 const ImuRecording& clean() {
   static const ImuRecording recording = test::make_case("ski", 40, 1).simulation.imus[0].recording;
   return recording;

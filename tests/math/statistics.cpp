@@ -57,6 +57,11 @@ TEST(Statistics, NormalQuantileIsThatOfTables) {
   EXPECT_NEAR(std::pow(normal_quantile(0.9995), 2), chi_squared_quantile(0.999, 1), 1e-9);
 }
 
+TEST(Statistics, MedianByAxis) {
+  const std::vector<Eigen::Vector3d> values{{1, 9, -1}, {5, 2, -3}, {3, 4, -2}};
+  EXPECT_EQ(median_by_axis(values), Eigen::Vector3d(3, 4, -2));
+}
+
 // The fifteen p-values of Benjamini and Hochberg 1995 (J. Royal Statistical Society B 57, section 4), of which tests
 // that keep the probability of any false finding below 5 % let three pass.
 TEST(Statistics, HolmStopsWhereItShould) {

@@ -27,8 +27,8 @@ Quaterniond so3_exp(const Vector3d& rotation_vector);
 /// Rotation vector of norm at most π, exact to rounding near 0 and near π; `q` has norm 1, either sign.
 Vector3d so3_log(const Quaterniond& q);
 
-/// The shortest rotation q that turns the direction of a into that of b, q a ∥ b; where they are opposite, about one of the
-/// axes across them. @pre neither is zero.
+/// The shortest rotation q that turns the direction of a into that of b, q a ∥ b; where they are opposite, about one of
+/// the axes across them. @pre neither is zero.
 Quaterniond rotation_between(const Vector3d& a, const Vector3d& b);
 
 /// J_l(phi) = Σ [phi]^n / (n+1)!; the right Jacobian is J_l(−phi).

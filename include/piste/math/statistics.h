@@ -27,7 +27,7 @@ double zero_mean_p_value(std::span<const double> values);
 double median(std::vector<double> values);
 
 /// The median of each axis. @pre not empty
-Eigen::Vector3d median(const std::vector<Eigen::Vector3d>& values);
+Eigen::Vector3d median_by_axis(const std::vector<Eigen::Vector3d>& values);
 
 /// The value below which this part (0 to 1) of the other values lies. Between two values, the lower one. @pre not empty
 double quantile(std::vector<double> values, double part);
