@@ -8,7 +8,7 @@
 /// mems:                         # the IMUs that are compared, and what the tables call them
 ///   - {imu: mt9a_1, name: MT-9A 1}
 /// article: ../articles/bonnaz_2008.yaml     # optional: what the study stands beside; a copy goes along with the logs
-/// article_sensors: {MT-9A 1: sensor 1}      # which of its sensors ours are held against
+/// article_sensors: {MT-9A 1: sensor 1}      # which of its sensors ours are compared with
 /// runs:                         # each in a folder of its name; its motion is laid over that of its scenario
 ///   - {name: ski-1, activity: ski, scenario: campaign/ski.yaml}
 ///   - {name: ski-2, activity: ski, scenario: campaign/ski.yaml, motion: {heading: 120 deg, net_turn: -300 deg}}
@@ -41,7 +41,7 @@ struct CampaignRun {
 /// An article that the study stands beside, as campaign.yaml names it.
 struct CampaignArticle {
   std::string path;                                          ///< from campaign.yaml
-  std::vector<std::pair<std::string, std::string>> sensors;  ///< ours, and the article's that it is held against
+  std::vector<std::pair<std::string, std::string>> sensors;  ///< ours, and that of the article to compare with
 };
 
 /// A campaign.
