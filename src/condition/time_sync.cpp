@@ -10,7 +10,6 @@
 #include "alignment_start.h"
 #include "clock_evenness.h"
 #include "coarse_offset.h"
-#include "condition/boresight.h"
 #include "determination.h"
 #include "paired_signals.h"
 #include "piste/core/error.h"

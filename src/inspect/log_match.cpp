@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "clock_match.h"
-#include "math/time.h"
 #include "motion_match.h"
 #include "piste/core/time_search.h"
 #include "piste/math/statistics.h"
