@@ -51,9 +51,11 @@ std::string read_label(const Config& config, std::string_view key) {
 
 struct MemsNames {
   std::vector<std::string> imus, names;
+  std::vector<std::pair<std::string, std::string>> article_sensors;  // name, and that of the article
 };
 
 MemsNames read_mems(const Config& config) {
+  const bool with_article = config.has("article");
   MemsNames mems;
   std::set<std::string> imus, names;
   for (const Config& entry : config.maps("mems")) {
@@ -62,6 +64,9 @@ MemsNames read_mems(const Config& config) {
     if (!imus.insert(mems.imus.back()).second) entry.fail("imu", fmt::format("`{}` stands twice", mems.imus.back()));
     if (!names.insert(mems.names.back()).second) {
       entry.fail("name", fmt::format("`{}` is taken; give each a name of its own", mems.names.back()));
+    }
+    if (with_article && entry.has("article_sensor")) {
+      mems.article_sensors.emplace_back(mems.names.back(), entry.text("article_sensor"));
     }
   }
   if (mems.imus.empty()) config.fail("mems", "name at least one IMU, such as `- {imu: mt9a_1, name: MT-9A 1}`");
@@ -72,18 +77,13 @@ MemsNames read_mems(const Config& config) {
 }
 
 // The article that the study stands beside, which goes along with the logs.
-std::optional<CampaignArticle> read_article(const Config& config, const std::vector<std::string>& mems,
+std::optional<CampaignArticle> read_article(const Config& config, const MemsNames& mems,
                                             std::map<std::string, std::string>& files) {
   if (!config.has("article")) return std::nullopt;
   const Config file = Config::load(config.existing_file("article"));
   if (file.has("base")) config.fail("article", "builds on another file; the campaign takes one that stands alone");
-  CampaignArticle article{fmt::format("{}/{}", kArticleFolder, file.file().filename().string()), {}};
+  CampaignArticle article{fmt::format("{}/{}", kArticleFolder, file.file().filename().string()), mems.article_sensors};
   files.emplace(article.path, file.source());
-  if (const auto sensors = config.find_map("article_sensors")) {
-    for (const std::string& name : mems) {
-      if (sensors->has(name)) article.sensors.emplace_back(name, sensors->text(name));
-    }
-  }
   return article;
 }
 
@@ -147,7 +147,7 @@ Campaign read_campaign(const std::filesystem::path& file) {
     keep_sensor(c.files, run, r.scenario.imus[r.reference]);
     for (const std::size_t imu : r.mems) keep_sensor(c.files, run, r.scenario.imus[imu]);
   }
-  c.article = read_article(config, c.mems, c.files);
+  c.article = read_article(config, mems, c.files);
   if (c.runs.empty()) config.fail("runs", "name at least one run, with its activity and its scenario");
   config.finish();
   return c;

@@ -38,11 +38,12 @@ class Study : public testing::Test {
   void SetUp() override {
     const std::string shipped = source_folder() + "/config/scenarios/campaign";
     const std::string motion = "motion: {rest_before: 30 s, run: 60 s, rest_after: 20 s, net_turn: 240 deg}";
-    folder_.write("short.yaml", fmt::format("base: {0}.yaml\nmems:\n  - {{imu: mt9a_1, name: MT-9A 1}}\n"
-                                            "  - {{imu: mt9a_2, name: MT-9A 2}}\nruns:\n"
-                                            "  - {{name: ski-1, activity: ski, scenario: {0}/ski.yaml, {1}}}\n"
-                                            "  - {{name: lap, activity: bicycle, scenario: {0}/bicycle.yaml, {1}}}\n",
-                                            shipped, motion));
+    folder_.write("short.yaml",
+                  fmt::format("base: {0}.yaml\nmems:\n  - {{imu: mt9a_1, name: MT-9A 1, article_sensor: sensor 1}}\n"
+                              "  - {{imu: mt9a_2, name: MT-9A 2, article_sensor: sensor 2}}\nruns:\n"
+                              "  - {{name: ski-1, activity: ski, scenario: {0}/ski.yaml, {1}}}\n"
+                              "  - {{name: lap, activity: bicycle, scenario: {0}/bicycle.yaml, {1}}}\n",
+                              shipped, motion));
     const Said said = simulate();
     ASSERT_EQ(said.code, 0) << said.err;
   }

@@ -173,17 +173,17 @@ TEST_F(CampaignFile, BecomesTheFileOfTheStudy) {
 
 TEST_F(CampaignFile, TheArticleGoesAlongWithTheLogs) {
   folder_.write("papers/a.yaml", "title: of an article, whose rest nobody reads here\n");
-  const std::string runs = "runs:\n" + run("a");
-  const Campaign c = read(runs + "article: papers/a.yaml\narticle_sensors: {third: \"C: 3\"}\n");
+  const std::string runs = "runs:\n" + run("a"), known = "seed: 3\nlow_pass: 8 Hz\nreference: ln200\ngnss: gnss_l1\n",
+                    mems = "mems: [{imu: mt9a_3, name: third, article_sensor: 'C: 3'}, {imu: mt9a_1, name: first}]\n";
+  const Campaign c = read(runs + "article: papers/a.yaml\n", known + mems);
   EXPECT_EQ(c.files.at("articles/a.yaml"), "title: of an article, whose rest nobody reads here\n");
   const YAML::Node file = YAML::Load(campaign_text(c, 1));
   EXPECT_EQ(file["article"].as<std::string>(), "articles/a.yaml");
   EXPECT_EQ(file["article_sensors"]["third"].as<std::string>(), "C: 3");
+  EXPECT_EQ(file["article_sensors"].size(), 1U) << "the other has no counterpart";
   EXPECT_FALSE(contains(campaign_text(read(runs), 1), "article"));
   EXPECT_TRUE(contains(refusal(runs + "article: none.yaml\n"), "c.yaml:8: article"));
-  EXPECT_TRUE(contains(refusal(runs + "article_sensors: {third: x}\n"), "c.yaml:8: unknown key"));
-  EXPECT_TRUE(contains(refusal(runs + "article: papers/a.yaml\narticle_sensors: {thrd: x}\n"),
-                       "c.yaml:9: unknown key `thrd`, perhaps `third`"));
+  EXPECT_TRUE(contains(refusal(runs, known + mems), "c.yaml:5: unknown key `article_sensor`")) << "of no article";
   folder_.write("papers/b.yaml", "base: a.yaml\n");
   EXPECT_TRUE(contains(refusal(runs + "article: papers/b.yaml\n"), "c.yaml:8: article: builds on another file"));
 }

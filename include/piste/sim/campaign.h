@@ -6,9 +6,8 @@
 /// reference: ln200              # the IMU that the others are compared with
 /// gnss: gnss_l1l2               # the receiver of the reference solution
 /// mems:                         # the IMUs that are compared, and what the tables call them
-///   - {imu: mt9a_1, name: MT-9A 1}
+///   - {imu: mt9a_1, name: MT-9A 1, article_sensor: sensor 1}   # and which sensor of the article is put beside it
 /// article: ../articles/bonnaz_2008.yaml     # optional: what the study stands beside; a copy goes along with the logs
-/// article_sensors: {MT-9A 1: sensor 1}      # which of its sensors ours are compared with
 /// runs:                         # each in a folder of its name; its motion is laid over that of its scenario
 ///   - {name: ski-1, activity: ski, scenario: campaign/ski.yaml}
 ///   - {name: ski-2, activity: ski, scenario: campaign/ski.yaml, motion: {heading: 120 deg, net_turn: -300 deg}}
