@@ -36,7 +36,7 @@ BoresightFromRates rates_compared(const SignalPair& signals, const FilteredPair&
   if (rate_r.size() < kFewest) {
     throw DataError(name, "the two IMUs have hardly any time in common once gaps and clipped samples are left out");
   }
-  const BoresightFromRates found = boresight_from_rates(rate_r, rate_b);
+  BoresightFromRates found = boresight_from_rates(rate_r, rate_b);
   constexpr double kMirrored = 0.6;
   if (found.residual_mirrored < kMirrored * found.residual) {
     throw DataError(name, fmt::format("the axes of one of the two IMUs are left-handed: mirrored, their rates "

@@ -54,7 +54,10 @@ Whitening autoregression(const std::vector<Left>& left, double sigma) {
 
 FilteredPair whitened(const FilteredPair& pair, const Whitening& gyro, const Whitening& accel) {
   const double reach = kWhiteningOrder * static_cast<double>(pair.stride) * pair.body.step;
-  const TriadFilters filters{gyro.filter(pair.stride), accel.filter(pair.stride), reach, 0};
+  TriadFilters filters;
+  filters.gyro = gyro.filter(pair.stride);
+  filters.accel = accel.filter(pair.stride);
+  filters.before = reach;
   return {pair.body.filtered(filters),
           pair.reference.filtered(filters),
           gyro.gain(),

@@ -53,8 +53,9 @@ void read_triad(const Config& row, const Triad& triad, std::optional<long> signi
   std::string unit;
   written >> numbers[0] >> numbers[1] >> numbers[2] >> unit;
   const double shown = triad.factor * unit_factor(unit, triad.dimension);  // of one unit as written
+  const auto printed = out.begin() + triad.first;
   for (int i = 0; i < 3; ++i) {
-    Printed& number = out[static_cast<std::size_t>(triad.first + i)];
+    Printed& number = printed[i];
     number.value = values(i);
     number.rounding =
         shown * rounding_of(values(i) / shown, decimals_of(numbers[static_cast<std::size_t>(i)]), significant);
@@ -62,7 +63,7 @@ void read_triad(const Config& row, const Triad& triad, std::optional<long> signi
   if (!row.has(std_key)) return;
   const Vector3d spread = triad.factor * row.vector(std_key, triad.dimension);
   if (!(spread.array() >= 0).all()) row.fail(std_key, "a standard deviation is not below zero");
-  for (int i = 0; i < 3; ++i) out[static_cast<std::size_t>(triad.first + i)].std = spread(i);
+  for (int i = 0; i < 3; ++i) printed[i].std = spread(i);
 }
 
 std::size_t place_of(const Config& row, const std::vector<std::string>& sensors) {
