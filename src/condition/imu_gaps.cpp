@@ -11,12 +11,12 @@ constexpr double kEdge = 0.2;  // s: with less, the line follows vibration; with
 constexpr double kReach = 10, kReachInLengths = 5;  // s, and lengths of the gap, on each side
 constexpr std::size_t kFewestLengths = 4;
 constexpr double kCaution = 2;
-constexpr GapNoise kUnknown{1, 3};
+constexpr GapNoise kUnknownNoise{1, 3};
 
 /// Sums over the samples before each, so that those over any stretch are differences.
-class Sums {
+class RunningSums {
  public:
-  explicit Sums(const std::vector<ImuSample>& imu) : imu_(imu) {
+  explicit RunningSums(const std::vector<ImuSample>& imu) : imu_(imu) {
     for (const ImuSample& s : imu) {
       turn_.emplace_back(turn_.back() + s.dtheta);
       push_.emplace_back(push_.back() + s.dvel);
@@ -41,7 +41,7 @@ struct Rates {
   Vector3d gyro = Vector3d::Zero(), accel = Vector3d::Zero();
 };
 
-Rates mean(const Sums& sums, std::size_t first, std::size_t last) {
+Rates mean(const RunningSums& sums, std::size_t first, std::size_t last) {
   const double time = sums.time(first, last);
   return {sums.start(first) + time / 2, sums.turn(first, last) / time, sums.push(first, last) / time};
 }
@@ -56,7 +56,7 @@ struct Gap {
   std::size_t begin, end, edge;
 };
 
-void fill(std::vector<ImuSample>& imu, const Sums& sums, const Gap& gap) {
+void fill(std::vector<ImuSample>& imu, const RunningSums& sums, const Gap& gap) {
   std::size_t first = gap.begin, last = gap.end;
   while (first > 0 && gap.begin - first < gap.edge && !imu[first - 1].gap) --first;
   while (last < imu.size() && last - gap.end < gap.edge && !imu[last].gap) ++last;
@@ -70,7 +70,7 @@ void fill(std::vector<ImuSample>& imu, const Sums& sums, const Gap& gap) {
   }
 }
 
-GapNoise noise(const std::vector<ImuSample>& imu, const Sums& sums, const Gap& gap) {
+GapNoise noise(const std::vector<ImuSample>& imu, const RunningSums& sums, const Gap& gap) {
   const std::size_t count = gap.end - gap.begin;
   const double length = sums.time(gap.begin, gap.end), reach = std::max(kReach, kReachInLengths * length);
   const auto place = [&](double time) {
@@ -90,7 +90,7 @@ GapNoise noise(const std::vector<ImuSample>& imu, const Sums& sums, const Gap& g
     push += (sums.push(first, last) - middle.accel * time).cwiseAbs2();
     ++stretches;
   }
-  if (stretches < kFewestLengths * count) return kUnknown;
+  if (stretches < kFewestLengths * count) return kUnknownNoise;
   const auto density = [&](const Vector3d& squares) {
     return kCaution * std::sqrt(squares.maxCoeff() / (static_cast<double>(stretches) * length));
   };
@@ -104,7 +104,7 @@ void fill_gaps(std::vector<ImuSample>& imu) {
   auto end = imu.begin();
   auto begin = std::find_if(end, imu.end(), is_gap);
   if (begin == imu.end()) return;
-  const Sums sums(imu);
+  const RunningSums sums(imu);
   for (; begin != imu.end(); begin = std::find_if(end, imu.end(), is_gap)) {
     end = std::find_if_not(begin, imu.end(), is_gap);
     const auto edge = static_cast<std::size_t>(std::max(1L, std::lround(kEdge / begin->interval)));

@@ -27,7 +27,7 @@ struct Quietness {
   Vector3d mean_gyro = Vector3d::Zero(), mean_force = Vector3d::Zero();
 };
 
-struct Sums {
+struct CellSums {
   double n = 0, gyro2 = 0, force2 = 0;
   Vector3d gyro = Vector3d::Zero(), force = Vector3d::Zero();
   bool gap = false;
@@ -35,7 +35,7 @@ struct Sums {
 
 struct Cells {
   double begin = 0;
-  std::vector<Sums> sums;
+  std::vector<CellSums> sums;
   double time(std::size_t i) const { return begin + kCell * static_cast<double>(i); }
 };
 
@@ -44,7 +44,7 @@ Cells cells_of(const std::vector<ImuSample>& imu) {
   cells.begin = imu.front().time - imu.front().interval;
   cells.sums.resize(static_cast<std::size_t>((imu.back().time - cells.begin) / kCell) + 1);
   for (const ImuSample& s : imu) {
-    Sums& c = cells.sums[static_cast<std::size_t>((s.time - 0.5 * s.interval - cells.begin) / kCell)];
+    CellSums& c = cells.sums[static_cast<std::size_t>((s.time - 0.5 * s.interval - cells.begin) / kCell)];
     const Vector3d w = s.dtheta / s.interval, f = s.dvel / s.interval;
     c.n += 1;
     c.gyro += w;
@@ -57,9 +57,9 @@ Cells cells_of(const std::vector<ImuSample>& imu) {
 }
 
 std::optional<Quietness> quietness(const Cells& cells, std::size_t first) {
-  Sums total;
+  CellSums total;
   for (std::size_t i = first; i < first + kWindow; ++i) {
-    const Sums& c = cells.sums[i];
+    const CellSums& c = cells.sums[i];
     if (c.gap || c.n < 1) return std::nullopt;
     total.n += c.n;
     total.gyro += c.gyro;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <tuple>
 #include <utility>
 
@@ -13,8 +12,6 @@
 
 namespace piste {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 // Mean of n values and its standard error, from their sum and the sum of their squares.
 std::pair<double, double> mean_of(double sum, double squares, double n) {

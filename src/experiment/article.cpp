@@ -75,9 +75,9 @@ std::size_t place_of(const Config& row, const std::vector<std::string>& sensors)
   return static_cast<std::size_t>(found - sensors.begin());
 }
 
-enum class Kind { kBias, kRatio };
+enum class Printing { kBias, kRatio };
 
-PrintedTable read_table(const std::optional<Config>& tables, std::string_view key, Kind kind,
+PrintedTable read_table(const std::optional<Config>& tables, std::string_view key, Printing printing,
                         const std::vector<std::string>& sensors) {
   PrintedTable out{"", std::vector<PrintedRow>(sensors.size())};
   const std::optional<Config> table = tables ? tables->find_map(key) : std::nullopt;
@@ -88,7 +88,7 @@ PrintedTable read_table(const std::optional<Config>& tables, std::string_view ke
     significant = table->integer("significant_digits");
     if (*significant < 1) table->fail("significant_digits", "one at least");
   }
-  const bool ratio = kind == Kind::kRatio;
+  const bool ratio = printing == Printing::kRatio;
   const Triad accel{"accel", 0, ratio ? dimension::kRatio : dimension::kAcceleration, 1};
   const Triad gyro{"gyro", 3, ratio ? dimension::kRatio : dimension::kAngularRate, ratio ? 1 : kDegreesPerRadian};
   std::set<std::size_t> seen;
@@ -137,14 +137,16 @@ Article read_article(const std::filesystem::path& path) {
     out.runs = static_cast<std::size_t>(runs);
   }
   const auto tables = file.find_map("tables");
-  const auto read = [&](std::string_view key, Kind kind) { return read_table(tables, key, kind, out.sensors); };
-  out.tables = {.rest = read("rest", Kind::kBias),
-                .before = read("before", Kind::kBias),
-                .after = read("after", Kind::kBias),
-                .joint_bias = read("joint_bias", Kind::kBias),
-                .joint_scale = read("joint_scale", Kind::kRatio),
-                .correlation = read("correlation", Kind::kRatio),
-                .bias_only = read("bias_only", Kind::kBias)};
+  const auto read = [&](std::string_view key, Printing printing) {
+    return read_table(tables, key, printing, out.sensors);
+  };
+  out.tables = {.rest = read("rest", Printing::kBias),
+                .before = read("before", Printing::kBias),
+                .after = read("after", Printing::kBias),
+                .joint_bias = read("joint_bias", Printing::kBias),
+                .joint_scale = read("joint_scale", Printing::kRatio),
+                .correlation = read("correlation", Printing::kRatio),
+                .bias_only = read("bias_only", Printing::kBias)};
   out.remarks = read_remarks(file);
   file.finish();
   return out;

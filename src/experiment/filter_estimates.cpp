@@ -13,31 +13,31 @@
 namespace piste {
 namespace {
 
-using Kind = DriftProcess::Kind;
+using DriftKind = DriftProcess::Kind;
 constexpr double kManyRuns = 100;
 
 struct Model {
-  Kind drift;
+  DriftKind drift;
   bool attitude;
   Method filtered, smoothed;
 };
 
 constexpr std::array kModels{
-    Model{Kind::kNone, false, Method::kConstantFiltered, Method::kConstantSmoothed},
-    Model{Kind::kRandomWalk, false, Method::kWalkFiltered, Method::kWalkSmoothed},
-    Model{Kind::kGaussMarkov, false, Method::kMarkovFiltered, Method::kMarkovSmoothed},
-    Model{Kind::kNone, true, Method::kConstantAttitudeFiltered, Method::kConstantAttitudeSmoothed},
-    Model{Kind::kRandomWalk, true, Method::kWalkAttitudeFiltered, Method::kWalkAttitudeSmoothed},
-    Model{Kind::kGaussMarkov, true, Method::kMarkovAttitudeFiltered, Method::kMarkovAttitudeSmoothed},
+    Model{DriftKind::kNone, false, Method::kConstantFiltered, Method::kConstantSmoothed},
+    Model{DriftKind::kRandomWalk, false, Method::kWalkFiltered, Method::kWalkSmoothed},
+    Model{DriftKind::kGaussMarkov, false, Method::kMarkovFiltered, Method::kMarkovSmoothed},
+    Model{DriftKind::kNone, true, Method::kConstantAttitudeFiltered, Method::kConstantAttitudeSmoothed},
+    Model{DriftKind::kRandomWalk, true, Method::kWalkAttitudeFiltered, Method::kWalkAttitudeSmoothed},
+    Model{DriftKind::kGaussMarkov, true, Method::kMarkovAttitudeFiltered, Method::kMarkovAttitudeSmoothed},
 };
 
 // A process of the kind `kind` that changes as fast as `given`.
-DriftProcess as(const DriftProcess& given, Kind kind, double run) {
-  if (given.kind == Kind::kNone || given.kind == kind) return given;
-  if (kind == Kind::kRandomWalk) {
+DriftProcess as(const DriftProcess& given, DriftKind kind, double run) {
+  if (given.kind == DriftKind::kNone || given.kind == kind) return given;
+  if (kind == DriftKind::kRandomWalk) {
     return {.kind = kind, .density = given.sigma * std::sqrt(2 / given.correlation_time)};
   }
-  if (kind == Kind::kNone) return {};
+  if (kind == DriftKind::kNone) return {};
   const double time = kManyRuns * run;
   return {.kind = kind, .sigma = given.density * std::sqrt(time / 2), .correlation_time = time};
 }

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "piste/experiment/study_tables.h"
+#include "piste/math/statistics.h"
 
 namespace piste {
 namespace {
@@ -16,7 +17,7 @@ PrintedTable named(std::string name, const Study& study) {
   return {std::move(name), std::vector<PrintedRow>(study.sensors.size())};
 }
 
-PrintedTable printed(std::string name, const Study& study, Method method, Quantity quantity) {
+PrintedTable printed(std::string name, const Study& study, Method method, StudyQuantity quantity) {
   PrintedTable out = named(std::move(name), study);
   for (const AcrossRow& r : table_of(study, method, quantity)) {
     out.sensors[r.sensor][static_cast<std::size_t>(r.axis)] = {r.value.mean, r.value.std, 0};
@@ -69,13 +70,13 @@ std::size_t significant(std::vector<double> p_values) {
 }  // namespace
 
 CampaignTables campaign_tables(const Study& study) {
-  CampaignTables out{.rest = printed("Table 1", study, Method::kRest, Quantity::kBias),
+  CampaignTables out{.rest = printed("Table 1", study, Method::kRest, StudyQuantity::kBias),
                      .before = named("Table 2", study),
                      .after = named("Table 2", study),
-                     .joint_bias = printed("Table 3", study, Method::kJoint, Quantity::kBias),
-                     .joint_scale = printed("Table 4", study, Method::kJoint, Quantity::kScale),
+                     .joint_bias = printed("Table 3", study, Method::kJoint, StudyQuantity::kBias),
+                     .joint_scale = printed("Table 4", study, Method::kJoint, StudyQuantity::kScale),
                      .correlation = named("Table 5", study),
-                     .bias_only = printed("Table 6", study, Method::kBiasOnly, Quantity::kBias)};
+                     .bias_only = printed("Table 6", study, Method::kBiasOnly, StudyQuantity::kBias)};
   for (const BeforeAfterRow& r : before_after(study)) {
     const auto axis = static_cast<std::size_t>(r.axis);
     out.before.sensors[r.sensor][axis].value = r.before;
@@ -196,7 +197,7 @@ double axis_mean(const PrintedTable& table, int axis) {
     const double value = row[static_cast<std::size_t>(axis)].value;
     if (std::isfinite(value)) values.push_back(value);
   }
-  return values.empty() ? std::numeric_limits<double>::quiet_NaN() : mean(values);
+  return values.empty() ? kNaN : mean(values);
 }
 
 std::vector<std::array<double, kSignals>> std_ratios(const PrintedTable& a, const PrintedTable& b) {

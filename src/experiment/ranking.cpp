@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <random>
 #include <string_view>
 #include <utility>
@@ -20,7 +19,6 @@
 namespace piste {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInseparable = 10;  // inflation above which bias and scale cannot be separated
 
 constexpr std::array kCriteria{&NavigationScore::position_rmse, &NavigationScore::velocity_rmse,
@@ -71,7 +69,7 @@ void hold_against(Contestant& c, const Contestant& winner) {
   const std::vector<double> behind = ahead(c, winner);
   const double middle = mean(behind);
   c.row.versus_winner = std::exp(middle);
-  c.row.low = c.row.high = kNone;
+  c.row.low = c.row.high = kNaN;
   if (behind.size() < 2) return;
   const double t = student_quantile(1 - kSignificance / 2, static_cast<double>(behind.size() - 1));
   c.row.low = std::exp(middle - t * standard_error(behind));
@@ -105,7 +103,7 @@ std::size_t draw(std::mt19937_64& random, std::size_t n) {
 double confidence(const std::vector<const Contestant*>& competitors, const Contestant& winner) {
   constexpr int kResamplings = 10000;
   const std::size_t n = winner.log_scores.size();
-  if (n < 2) return kNone;
+  if (n < 2) return kNaN;
   std::mt19937_64 random(20080113);
   std::vector<std::size_t> drawn(n);
   const auto sum = [&drawn](const Contestant& c) {

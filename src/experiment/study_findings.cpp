@@ -6,7 +6,9 @@
 namespace piste {
 namespace {
 
-double unit_of(Quantity quantity, int axis) { return quantity == Quantity::kBias ? signal_info(axis).factor : 1; }
+double unit_of(StudyQuantity quantity, int axis) {
+  return quantity == StudyQuantity::kBias ? signal_info(axis).factor : 1;
+}
 
 Term in_unit(Term term, double factor) {
   term.value *= factor;
@@ -23,24 +25,25 @@ const AxisEstimate* SensorRun::estimate(Method method, int axis) const {
   return at.empty() ? nullptr : &at;
 }
 
-std::optional<Term> shown(const AxisEstimate& estimate, Quantity quantity, int axis) {
+std::optional<Term> shown(const AxisEstimate& estimate, StudyQuantity quantity, int axis) {
   const double factor = unit_of(quantity, axis);
   if (estimate.line) {
     const BiasScale line = correction(*estimate.line);
-    return in_unit(quantity == Quantity::kBias ? line.bias() : line.scale(), factor);
+    return in_unit(quantity == StudyQuantity::kBias ? line.bias() : line.scale(), factor);
   }
-  if (estimate.bias_alone && quantity == Quantity::kBias) return in_unit(*estimate.bias_alone, -factor);
+  if (estimate.bias_alone && quantity == StudyQuantity::kBias) return in_unit(*estimate.bias_alone, -factor);
   return std::nullopt;
 }
 
-std::optional<double> shown_truth(const AxisEstimate& estimate, Quantity quantity, int axis) {
+std::optional<double> shown_truth(const AxisEstimate& estimate, StudyQuantity quantity, int axis) {
   const double factor = unit_of(quantity, axis);
   if (estimate.line) {
     if (!estimate.true_bias || !estimate.true_scale) return std::nullopt;
-    const double error = quantity == Quantity::kBias ? *estimate.true_bias : *estimate.true_scale;
+    const double error = quantity == StudyQuantity::kBias ? *estimate.true_bias : *estimate.true_scale;
     return -factor * error / (1 + *estimate.true_scale);
   }
-  if (estimate.bias_alone && estimate.true_bias && quantity == Quantity::kBias) return -factor * *estimate.true_bias;
+  if (estimate.bias_alone && estimate.true_bias && quantity == StudyQuantity::kBias)
+    return -factor * *estimate.true_bias;
   return std::nullopt;
 }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <span>
 #include <utility>
@@ -13,10 +12,6 @@
 
 namespace piste {
 namespace {
-
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-
-double square(double x) { return x * x; }
 
 Across across(const std::vector<Term>& terms) {
   std::vector<double> values, formal, within;
@@ -77,7 +72,7 @@ std::vector<Row> rows_of(const Study& study, F&& row) {
   return out;
 }
 
-std::optional<Term> shown_of(const SensorRun& run, Method method, Quantity quantity, int axis) {
+std::optional<Term> shown_of(const SensorRun& run, Method method, StudyQuantity quantity, int axis) {
   const AxisEstimate* estimate = run.estimate(method, axis);
   return estimate ? shown(*estimate, quantity, axis) : std::nullopt;
 }
@@ -101,7 +96,7 @@ Term change(const SensorRun& run, int axis, const Term& before, const Term& afte
 }
 
 // a − b of one run; or a less the true value that a should find.
-std::optional<Term> difference_of(const SensorRun& run, Method a, Method b, Quantity quantity, int axis) {
+std::optional<Term> difference_of(const SensorRun& run, Method a, Method b, StudyQuantity quantity, int axis) {
   const auto left = shown_of(run, a, quantity, axis);
   if (!left) return std::nullopt;
   if (b == Method::kTruth) {
@@ -118,7 +113,7 @@ std::optional<Term> difference_of(const SensorRun& run, Method a, Method b, Quan
 
 }  // namespace
 
-std::vector<AcrossRow> table_of(const Study& study, Method method, Quantity quantity) {
+std::vector<AcrossRow> table_of(const Study& study, Method method, StudyQuantity quantity) {
   auto out = rows_of<AcrossRow>(study, [&](const auto& runs, std::size_t sensor, int axis) -> std::optional<AcrossRow> {
     std::vector<Term> terms;
     std::vector<double> reverse, truth;
@@ -131,7 +126,7 @@ std::vector<AcrossRow> table_of(const Study& study, Method method, Quantity quan
       if (const auto t = shown_of(*r, Method::kJointReverse, quantity, axis)) reverse.push_back(t->value);
     }
     if (terms.empty()) return std::nullopt;
-    AcrossRow row{sensor, axis, across(terms), reverse.empty() ? kNone : mean(reverse), std::nullopt};
+    AcrossRow row{sensor, axis, across(terms), reverse.empty() ? kNaN : mean(reverse), std::nullopt};
     if (truth.size() == terms.size()) row.truth = mean(truth);
     return row;
   });
@@ -145,8 +140,8 @@ std::vector<BeforeAfterRow> before_after(const Study& study) {
         std::vector<double> before, after;
         std::vector<Term> changes;
         for (const SensorRun* r : runs) {
-          const auto first = shown_of(*r, Method::kRest, Quantity::kBias, axis),
-                     second = shown_of(*r, Method::kRestAfter, Quantity::kBias, axis);
+          const auto first = shown_of(*r, Method::kRest, StudyQuantity::kBias, axis),
+                     second = shown_of(*r, Method::kRestAfter, StudyQuantity::kBias, axis);
           if (!first || !second) continue;
           before.push_back(first->value);
           after.push_back(second->value);
@@ -176,7 +171,7 @@ std::vector<CorrelationRow> correlations(const Study& study, Method method) {
       });
 }
 
-std::vector<Comparison> comparisons(const Study& study, Quantity quantity) {
+std::vector<Comparison> comparisons(const Study& study, StudyQuantity quantity) {
   std::vector<Comparison> out;
   for (const MethodInfo& a : kMethods) {
     for (const MethodInfo& b : kMethods) {
@@ -202,7 +197,7 @@ std::vector<Coverage> coverage(const Study& study) {
   if (!study.simulated) return out;
   for (const MethodInfo& m : kMethods) {
     if (m.method == Method::kTruth) continue;
-    for (const Quantity quantity : {Quantity::kBias, Quantity::kScale}) {
+    for (const StudyQuantity quantity : {StudyQuantity::kBias, StudyQuantity::kScale}) {
       for (const bool gyro : {false, true}) {
         Coverage c{m.method, quantity, gyro};
         for (const SensorRun& r : study.results) {

@@ -5,10 +5,10 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "files/alignment_members.h"
 #include "io/csv.h"
+#include "piste/math/statistics.h"
 #include "piste/math/units.h"
 
 namespace piste {
@@ -25,7 +25,7 @@ struct Triad {
 
 Triad known(Triad t) {
   for (int i = 0; i < 3; ++i) {
-    if (!std::isfinite(t.sigma(i))) t.value(i) = std::numeric_limits<double>::quiet_NaN();
+    if (!std::isfinite(t.sigma(i))) t.value(i) = kNaN;
   }
   return t;
 }
@@ -49,13 +49,6 @@ void add(json::Members& members, const std::string& name, double value, double s
   members.emplace_back("sigma_" + name, json::number(sigma));
 }
 
-std::string strings(const std::vector<std::string>& texts) {
-  std::vector<std::string> items;
-  items.reserve(texts.size());
-  for (const std::string& text : texts) items.push_back(json::string(text));
-  return json::array(items);
-}
-
 }  // namespace
 
 json::Members alignment_members(const Alignment& a) {
@@ -68,8 +61,8 @@ json::Members alignment_members(const Alignment& a) {
   add(members, "accel_bias_m_s2", triad(a, a.accel_bias, Layout::kAccelBias, 1));
   add(members, "gyro_scale_ppm", triad(a, a.gyro_scale, Layout::kGyroScale, kPpm));
   add(members, "accel_scale_ppm", triad(a, a.accel_scale, Layout::kAccelScale, kPpm));
-  members.emplace_back("undetermined", strings(a.undetermined));
-  members.emplace_back("warnings", strings(a.warnings));
+  members.emplace_back("undetermined", json::strings(a.undetermined));
+  members.emplace_back("warnings", json::strings(a.warnings));
   members.emplace_back("correlation", json::object({{"peak", json::number(a.correlation.peak)},
                                                     {"rival", json::number(a.correlation.rival)}}));
   members.emplace_back("residual", json::object({{"gyro_deg_s", json::number(kDegreesPerRadian * a.gyro_residual)},

@@ -20,11 +20,11 @@
 namespace piste {
 namespace {
 
-constexpr std::array kQuantities{Quantity::kBias, Quantity::kScale};
+constexpr std::array kQuantities{StudyQuantity::kBias, StudyQuantity::kScale};
 
-std::string_view name_of(Quantity quantity) { return quantity == Quantity::kBias ? "bias" : "scale"; }
-std::string_view unit_of(Quantity quantity, int axis) {
-  return quantity == Quantity::kBias ? signal_info(axis).unit : "1";
+std::string_view name_of(StudyQuantity quantity) { return quantity == StudyQuantity::kBias ? "bias" : "scale"; }
+std::string_view unit_of(StudyQuantity quantity, int axis) {
+  return quantity == StudyQuantity::kBias ? signal_info(axis).unit : "1";
 }
 
 struct NamedPhase {
@@ -52,13 +52,13 @@ void add(std::string& csv, std::initializer_list<std::string> cells) {
 }
 
 std::string name_of(int axis) { return std::string(signal_info(axis).name); }
-std::string unit_text(Quantity quantity, int axis) { return std::string(unit_of(quantity, axis)); }
+std::string unit_text(StudyQuantity quantity, int axis) { return std::string(unit_of(quantity, axis)); }
 
 std::string bias_csv(const Study& study, Method method) {
   std::string out = "sensor,axis,unit,bias,std,standard_error,p_value,significant\n";
-  for (const AcrossRow& r : table_of(study, method, Quantity::kBias)) {
+  for (const AcrossRow& r : table_of(study, method, StudyQuantity::kBias)) {
     const Across& v = r.value;
-    add(out, {text(study.sensors[r.sensor]), name_of(r.axis), unit_text(Quantity::kBias, r.axis), number(v.mean),
+    add(out, {text(study.sensors[r.sensor]), name_of(r.axis), unit_text(StudyQuantity::kBias, r.axis), number(v.mean),
               number(v.std), number(v.standard_error), number(v.p_value), v.significant ? "1" : "0"});
   }
   return out;
@@ -67,13 +67,13 @@ std::string bias_csv(const Study& study, Method method) {
 std::string before_after_csv(const Study& study) {
   std::string out = "sensor,axis,unit,before,after,difference,p_value\n";
   for (const BeforeAfterRow& r : before_after(study)) {
-    add(out, {text(study.sensors[r.sensor]), name_of(r.axis), unit_text(Quantity::kBias, r.axis), number(r.before),
+    add(out, {text(study.sensors[r.sensor]), name_of(r.axis), unit_text(StudyQuantity::kBias, r.axis), number(r.before),
               number(r.after), number(r.difference.mean), number(r.difference.p_value)});
   }
   return out;
 }
 
-std::string joint_csv(const Study& study, Quantity quantity) {
+std::string joint_csv(const Study& study, StudyQuantity quantity) {
   std::string out = "sensor,axis,unit,value,std,standard_error,p_value,reverse_value\n";
   for (const AcrossRow& r : table_of(study, Method::kJoint, quantity)) {
     const Across& v = r.value;
@@ -110,7 +110,7 @@ std::string estimates_csv(const Study& study) {
     for (const MethodEstimate& e : r.estimates) {
       for (int axis = 0; axis < kSignals; ++axis) {
         const AxisEstimate& at = e.axes[static_cast<std::size_t>(axis)];
-        for (const Quantity quantity : kQuantities) {
+        for (const StudyQuantity quantity : kQuantities) {
           const auto t = shown(at, quantity, axis);
           if (!t) continue;
           add(out, {text(study.runs[r.run].name), text(study.sensors[r.sensor]), name_of(axis),
@@ -126,7 +126,7 @@ std::string estimates_csv(const Study& study) {
 
 std::string comparisons_csv(const Study& study) {
   std::string out = "sensor,axis,quantity,unit,method,against,runs,difference,std,standard_error,p_value,p_holm\n";
-  for (const Quantity quantity : kQuantities) {
+  for (const StudyQuantity quantity : kQuantities) {
     for (const Comparison& c : comparisons(study, quantity)) {
       const Across& d = c.difference;
       add(out, {text(study.sensors[c.sensor]), name_of(c.axis), std::string(name_of(quantity)),
@@ -175,13 +175,6 @@ std::string phases_csv(const Study& study) {
 
 // ---- summary.json ----
 
-std::string strings(const std::vector<std::string>& values) {
-  std::vector<std::string> items;
-  items.reserve(values.size());
-  for (const std::string& v : values) items.push_back(json::string(v));
-  return json::array(items);
-}
-
 // An array with one line for each item, at the indentation of `depth`.
 std::string lines(const std::vector<std::string>& items, int depth) {
   if (items.empty()) return "[]";
@@ -194,7 +187,7 @@ std::string failure_json(const std::string& failure) { return failure.empty() ? 
 std::string sensor_json(const Study& study, const SensorRun& r) {
   return json::object({{"name", json::string(study.sensors[r.sensor])},
                        {"failure", failure_json(r.failure)},
-                       {"warnings", strings(r.warnings)},
+                       {"warnings", json::strings(r.warnings)},
                        {"clock_offset_s", json::number(r.clock_offset)},
                        {"clock_drift_ppm", json::number(1e6 * r.clock_drift)},
                        {"boresight_deg", json::numbers(kDegreesPerRadian * r.boresight)},
@@ -216,7 +209,7 @@ std::string run_json(const Study& study, std::size_t run) {
   return json::object({{"name", json::string(r.name)},
                        {"activity", json::string(r.activity)},
                        {"failure", failure_json(r.failure)},
-                       {"warnings", strings(r.warnings)},
+                       {"warnings", json::strings(r.warnings)},
                        {"phases", json::object(phases)},
                        {"sigma_attitude_deg", json::numbers(kDegreesPerRadian * r.sigma_attitude)},
                        {"sigma_position_m", json::number(r.sigma_position)},
@@ -277,8 +270,8 @@ std::string coverage_json(const Study& study) {
 std::vector<StudyFile> study_csv(const Study& study) {
   return {{"table_1.csv", bias_csv(study, Method::kRest)},
           {"table_2.csv", before_after_csv(study)},
-          {"table_3.csv", joint_csv(study, Quantity::kBias)},
-          {"table_4.csv", joint_csv(study, Quantity::kScale)},
+          {"table_3.csv", joint_csv(study, StudyQuantity::kBias)},
+          {"table_4.csv", joint_csv(study, StudyQuantity::kScale)},
           {"table_5.csv", correlation_csv(study)},
           {"table_6.csv", bias_csv(study, Method::kBiasOnly)},
           {"table_7.csv", ranking_csv(study)},
@@ -297,7 +290,7 @@ std::string study_json(const Study& study) {
   return json::object({{"name", json::string(study.name)},
                        {"low_pass_hz", json::number(study.low_pass)},
                        {"simulated", json::boolean(study.simulated)},
-                       {"sensors", strings(study.sensors)},
+                       {"sensors", json::strings(study.sensors)},
                        {"missing", lines(lacking, 1)},
                        {"ranking", ranking_json(study)},
                        {"coverage", coverage_json(study)},

@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "piste/math/statistics.h"
+
 namespace piste {
 namespace {
 
 constexpr int kOffset = 0, kDrift = 1, kBoresight = 2, kLeverArm = 5, kBias = 8, kScale = 9;
 static_assert(AlignmentLayout::kClockOffset == kOffset && AlignmentLayout::kClockDrift == kDrift &&
               AlignmentLayout::kBoresight == kBoresight && AlignmentLayout::kLeverArm == kLeverArm);
-
-double square(double x) { return x * x; }
 
 double bias_variance(const TriadErrors& e) {
   return square(e.bias) + (e.drift.kind == DriftProcess::Kind::kGaussMarkov ? square(e.drift.sigma) : 0);

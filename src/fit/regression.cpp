@@ -74,8 +74,6 @@ Eigen::MatrixXd long_run(const Eigen::MatrixXd& U, Index lag) {
   return static_cast<double>(n) / static_cast<double>(n - 1) * colour * S * colour.transpose();
 }
 
-double square(double x) { return x * x; }
-
 // Degrees of freedom of the total error. A systematic error has infinitely many; the result is limited to kMost.
 double total_dof(const Term& t) {
   constexpr double kMost = 1e6;

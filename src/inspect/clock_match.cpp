@@ -12,11 +12,11 @@
 namespace piste {
 namespace {
 
-constexpr double kStep = 0.1, kWidth = 0.6;  // s: of the grid, and of the means on it
+constexpr double kGridStep = 0.1, kWidth = 0.6;  // s: of the grid, and of the means on it
 constexpr double kMostCells = 60000;
-constexpr double kIndependent = 0.5;  // s: so long the rates of a moving body are correlated
-constexpr double kTurning = 1.5;      // m/s from which a track has a direction
-constexpr double kShortest = 10;      // s that two signals must have in common
+constexpr double kRatesCorrelated = 0.5;  // s: so long the rates of a moving body are correlated
+constexpr double kHasDirection = 1.5;     // m/s from which a track has a direction
+constexpr double kShortestOverlap = 10;   // s that two signals must have in common
 constexpr double kCertain = 30, kOverRival = 15;
 constexpr double kLeastCorrelation = 0.95;
 constexpr double kTold = 0.5;  // R² of a turn rate from which the gyroscopes' unit is clear
@@ -41,7 +41,7 @@ struct Grid {
 
 Grid grid_of(const ImuIntegral& imu, const Track& track) {
   const double longest = std::max(imu.end() - imu.start(), track.end() - track.start());
-  const double step = std::max(kStep, longest / kMostCells);
+  const double step = std::max(kGridStep, longest / kMostCells);
   return {step, std::max({kWidth, 1.2 * track.interval(), step})};
 }
 
@@ -101,9 +101,9 @@ TrackSignals track_signals(const Track& track, const Grid& grid) {
     if (!before || !now || !after) continue;
     const Eigen::Vector2d a = (*after - *before).head<2>() / grid.width, v = now->head<2>();
     const double speed = v.norm();
-    const Eigen::Vector2d e = v / std::max(speed, kTurning);
+    const Eigen::Vector2d e = v / std::max(speed, kHasDirection);
     const double across = e.x() * a.y() - e.y() * a.x();
-    if (speed > kTurning) {
+    if (speed > kHasDirection) {
       out.value[0][i] = across / speed;
       out.weight[0][i] = 1;
     }
@@ -198,7 +198,7 @@ Channel channel(Correlator& fft, const Signal& x, const Series& y, const Series&
   for (std::size_t k = 0; k < nx + ny - 1; ++k) {
     const std::size_t at = k + 1 >= ny ? k + 1 - ny : fft.size() + k + 1 - ny;
     Regression r{.n = n[at], .y = sy[at], .yy = syy[at]};
-    if (r.n * step < kShortest) continue;
+    if (r.n * step < kShortestOverlap) continue;
     for (std::size_t i = 0; i < 3; ++i) {
       const auto a = static_cast<Eigen::Index>(i);
       r.x(a) = sx[i][at];
@@ -228,7 +228,7 @@ std::optional<ClockMatch> match_clocks(const ImuIntegral& imu, const Track& trac
   for (std::size_t c = 0; c < 3; ++c) {
     const Channel one = channel(fft, sensors[c == 0 ? 0 : 1], motion.value[c], motion.weight[c], grid.step);
     for (std::size_t k = 0; k < lags; ++k) {
-      if (one.seconds[k] > 0) evidence[k] -= 0.5 * one.seconds[k] / kIndependent * std::log1p(-one.r2[k]) + 3;
+      if (one.seconds[k] > 0) evidence[k] -= 0.5 * one.seconds[k] / kRatesCorrelated * std::log1p(-one.r2[k]) + 3;
     }
     for (std::size_t k = 0; k < lags; ++k) correlation[k] = std::max(correlation[k], one.r2[k]);
   }
@@ -273,7 +273,7 @@ double turn_ratio(const ImuIntegral& imu, const Track& track, double offset) {
     r.xy += x * y;
     r.xx += x * x.transpose();
   }
-  if (r.n * grid.step < kShortest) return 0;
+  if (r.n * grid.step < kShortestOverlap) return 0;
   Vector3d b;
   const double floor = 1e-4 * (r.xx / r.n - r.x / r.n * (r.x / r.n).transpose()).trace();
   const bool told = r.fit(floor, 0, b) > kTold && b.norm() > 0;

@@ -14,15 +14,14 @@
 namespace piste {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kMetresPerRadian = 6371e3;
-constexpr double kStanding = 0.1;    // m/s
-constexpr double kShortestRest = 5;  // s
+constexpr double kStanding = 0.1;     // m/s
+constexpr double kShortestStand = 5;  // s
 
 // Standard deviation of each axis, robust against a few outliers.
 Vector3d scatter_of(const std::vector<Vector3d>& values) {
-  if (values.empty()) return Vector3d::Constant(kNan);
+  if (values.empty()) return Vector3d::Constant(kNaN);
   const Vector3d middle = median_by_axis(values);
   std::vector<Vector3d> off;
   off.reserve(values.size());
@@ -111,14 +110,15 @@ std::vector<Interval> find_rest(const std::vector<GeodeticFix>& fixes, const std
            (j == i || fixes[j].time - fixes[j - 1].time < 2.5 * interval)) {
       ++j;
     }
-    if (j > i && fixes[j - 1].time - fixes[i].time >= kShortestRest) rest.push_back({fixes[i].time, fixes[j - 1].time});
+    if (j > i && fixes[j - 1].time - fixes[i].time >= kShortestStand)
+      rest.push_back({fixes[i].time, fixes[j - 1].time});
     i = std::max(j, i + 1);
   }
   return rest;
 }
 
 Vector3d scatter_at_rest(const std::vector<GeodeticFix>& fixes, const Positions& p, const std::vector<Interval>& rest) {
-  if (rest.empty()) return Vector3d::Constant(kNan);
+  if (rest.empty()) return Vector3d::Constant(kNaN);
   const Interval longest = *std::max_element(
       rest.begin(), rest.end(), [](const Interval& a, const Interval& b) { return a.end - a.start < b.end - b.start; });
   std::vector<Vector3d> at_rest;
@@ -149,7 +149,7 @@ Vector3d fix_noise(const std::vector<GeodeticFix>& fixes, const Positions& p, co
       if (!still(i - 3, i)) continue;
       left.emplace_back(p[i] - 3 * p[i - 1] + 3 * p[i - 2] - p[i - 3]);
     }
-    if (left.size() < 10) return Vector3d::Constant(kNan);
+    if (left.size() < 10) return Vector3d::Constant(kNaN);
   }
   return scatter_of(left) / root;
 }
@@ -236,7 +236,7 @@ GnssHealth gnss_health(const GnssRecording& gnss) {
   h.lowest = kInfinity;
   h.highest = -kInfinity;
   h.quantum.setZero();
-  h.rest_scatter = h.noise = Vector3d::Constant(kNan);
+  h.rest_scatter = h.noise = Vector3d::Constant(kNaN);
   for (const GeodeticFix& f : fixes) {
     time.push_back(f.time);
     sigmas.push_back(f.sigma_position);

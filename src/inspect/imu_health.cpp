@@ -15,10 +15,9 @@
 namespace piste {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kWindow = 1, kShortestRest = 2;  // s
-constexpr double kQuietest = 0.05;                // part of the windows from which the quietness of rest is taken
-constexpr double kAsQuiet = 3;                    // times as noisy is rest too
+constexpr double kNoiseWindow = 1, kShortestRest = 2;  // s
+constexpr double kQuietest = 0.05;                     // part of the windows from which the quietness of rest is taken
+constexpr double kAsQuiet = 3;                         // times as noisy is rest too
 constexpr double kGyroShake = 3 * kDegree, kShake = 0.3;   // rad/s and parts of g: more is no rest
 constexpr double kTurning = 3 * kDegree;                   // rad/s beside the bias
 constexpr double kFastestTurn = 60, kHardestKnock = 1000;  // rad/s, m/s²: no body does more
@@ -87,7 +86,7 @@ std::vector<std::pair<std::size_t, std::size_t>> quiet_rows(const ImuRecording& 
                                                             const Values& accel, double gravity) {
   std::vector<Window> windows;
   for (std::size_t begin = 0, end = 0; begin < imu.time.size(); begin = end) {
-    while (end < imu.time.size() && imu.time[end] - imu.time[begin] < kWindow) ++end;
+    while (end < imu.time.size() && imu.time[end] - imu.time[begin] < kNoiseWindow) ++end;
     if (end - begin < 5) continue;
     Window w{begin, end, 0, 0, {}};
     Vector3d mean_accel;
@@ -120,7 +119,7 @@ std::vector<std::pair<std::size_t, std::size_t>> quiet_rows(const ImuRecording& 
     }
   }
   std::erase_if(joined, [&](const auto& rows) {
-    return imu.time[rows.second - 1] - imu.time[rows.first] < kShortestRest - 0.1 * kWindow;
+    return imu.time[rows.second - 1] - imu.time[rows.first] < kShortestRest - 0.1 * kNoiseWindow;
   });
   return joined;
 }
@@ -179,8 +178,8 @@ TriadHealth triad(const ImuRecording& imu, const Values& stored, const Values& r
     rows += static_cast<double>(end - begin);
     pairs += static_cast<double>(end - begin - 1);
   }
-  t.mean = rows > 0 ? Vector3d(sum / rows) : Vector3d::Constant(kNan);
-  t.noise = pairs > 0 ? Vector3d((difference2 / (2 * pairs) * interval).cwiseSqrt()) : Vector3d::Constant(kNan);
+  t.mean = rows > 0 ? Vector3d(sum / rows) : Vector3d::Constant(kNaN);
+  t.noise = pairs > 0 ? Vector3d((difference2 / (2 * pairs) * interval).cwiseSqrt()) : Vector3d::Constant(kNaN);
   for (int axis = 0; axis < 3; ++axis) {
     t.quantum(axis) = quantum(stored, axis);
     std::tie(t.limit(axis), t.clipped[static_cast<std::size_t>(axis)]) = clipping(stored, axis);

@@ -15,7 +15,7 @@
 namespace piste {
 namespace {
 
-constexpr std::size_t kFewest = 5;                 // windows
+constexpr std::size_t kFewestWindows = 5;          // windows
 constexpr double kForward = 1.5;                   // m/s from which a track has a direction
 constexpr double kFloor = 0.05;                    // m/s: error of the velocities
 constexpr double kFarBetter = 1.3, kAsGood = 1.2;  // ratios of mean squares
@@ -176,7 +176,7 @@ std::optional<MotionMatch> match_motion(const ImuIntegral& imu, bool increments,
   if (track.empty()) return std::nullopt;
   const MotionSource source{imu, track, gyro_bias(imu, rest, offset)};
   const std::vector<MotionWindow> windows = source.windows(offset);
-  if (windows.size() < kFewest) return std::nullopt;
+  if (windows.size() < kFewestWindows) return std::nullopt;
 
   const double interval = imu.interval();
   // The turns show roughly which unit the gyroscopes have. That of the labels comes first in any case.

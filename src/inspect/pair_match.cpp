@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <set>
 #include <utility>
 
@@ -47,12 +46,10 @@ std::vector<std::array<double, 3>> rows_of(const GnssRecording& gnss) {
   return rows;
 }
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
 }  // namespace
 
 PairMatch match(const ImuRecording& one, const ImuRecording& other) {
-  PairMatch m{.distance = kNan, .scatter = kNan};
+  PairMatch m{.distance = kNaN, .scatter = kNaN};
   if (one.time.empty() || other.time.empty()) return m;
   m.overlap = overlap({one.time.front(), one.time.back()}, {other.time.front(), other.time.back()});
   m.same = same_rows(rows_of(one), rows_of(other));
@@ -61,7 +58,7 @@ PairMatch match(const ImuRecording& one, const ImuRecording& other) {
 
 PairMatch match(const GnssRecording& one, const GnssRecording& other) {
   constexpr double kLongestStep = 2.5;  // s
-  PairMatch m{.distance = kNan, .scatter = kNan};
+  PairMatch m{.distance = kNaN, .scatter = kNaN};
   if (one.fixes.empty() || other.fixes.empty()) return m;
   m.overlap =
       overlap({one.fixes.front().time, one.fixes.back().time}, {other.fixes.front().time, other.fixes.back().time});

@@ -57,7 +57,7 @@ double residual_of(const std::vector<Pair>& pairs, const Matrix3d& turn) {
 }
 
 // A reading of the columns, and how much it differs from the labels.
-struct Reading {
+struct AxesOfVelocity {
   Matrix3d axes = Matrix3d::Identity();
   double scale = 1;
   bool interchanged = false;
@@ -81,8 +81,8 @@ struct SpeedUnit {
 constexpr std::array kSpeedUnits{SpeedUnit{1, "m/s"}, SpeedUnit{3.6, "km/h"}, SpeedUnit{kHour / 1852, "knots"},
                                  SpeedUnit{kHour / 1609.344, "miles/h"}, SpeedUnit{1 / 0.3048, "ft/s"}};
 
-std::vector<Reading> readings() {
-  std::vector<Reading> all;
+std::vector<AxesOfVelocity> readings() {
+  std::vector<AxesOfVelocity> all;
   for (const SpeedUnit& unit : kSpeedUnits) {
     for (const Matrix3d& axes : signed_permutations()) {
       all.push_back({axes, unit.scale, false, oddity_of(axes) + (unit.scale == 1 ? 0 : 2)});
@@ -134,9 +134,9 @@ std::vector<Pair> pairs_in_motion(const std::vector<GeodeticFix>& fixes, const P
 // If one reading is clearly better than the velocities as given, it is taken. Of all readings that are nearly as good
 // as the best, it is the one that differs least from the labels.
 void choose_reading(const std::vector<Pair>& as_given, const std::vector<Pair>& other, VelocityFit& fit) {
-  constexpr double kClearly = 0.5, kAsGood = 1.15, kLeast = 0.3;  // parts, and m/s
-  std::vector<std::pair<double, Reading>> tried;
-  for (const Reading& r : readings()) {
+  constexpr double kClearly = 0.5, kHardlyWorse = 1.15, kLeast = 0.3;  // parts, and m/s
+  std::vector<std::pair<double, AxesOfVelocity>> tried;
+  for (const AxesOfVelocity& r : readings()) {
     if (r.interchanged && other.empty()) continue;
     tried.emplace_back(residual_of(r.interchanged ? other : as_given, r.scale * r.axes), r);
   }
@@ -144,7 +144,7 @@ void choose_reading(const std::vector<Pair>& as_given, const std::vector<Pair>& 
                          return a.first < b.first;
                        })->first;
   if (fit.residual_as_given > kLeast && least < kClearly * fit.residual_as_given) {
-    std::erase_if(tried, [&](const auto& t) { return t.first > kAsGood * least; });
+    std::erase_if(tried, [&](const auto& t) { return t.first > kHardlyWorse * least; });
     const auto& [residual, reading] = *std::min_element(
         tried.begin(), tried.end(), [](const auto& a, const auto& b) { return a.second.oddity < b.second.oddity; });
     fit.residual = residual;

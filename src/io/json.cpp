@@ -20,6 +20,13 @@ std::string string(std::string_view text) {
 
 std::string array(const std::vector<std::string>& items) { return fmt::format("[{}]", fmt::join(items, ", ")); }
 
+std::string strings(const std::vector<std::string>& texts) {
+  std::vector<std::string> items;
+  items.reserve(texts.size());
+  for (const std::string& text : texts) items.push_back(string(text));
+  return array(items);
+}
+
 std::string object(const Members& members) {
   std::string text = "{";
   for (const auto& [name, value] : members) {

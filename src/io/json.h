@@ -24,6 +24,9 @@ std::string string(std::string_view text);
 
 std::string array(const std::vector<std::string>& items);
 
+/// An array of strings.
+std::string strings(const std::vector<std::string>& texts);
+
 /// An array of numbers.
 template <class Range>
 std::string numbers(const Range& values, int digits = 10) {

@@ -16,7 +16,7 @@ constexpr std::string_view kMagic{"$IMURAW\0", 8};
 constexpr std::size_t kHeaderSize = 512, kRecordSize = 32;
 
 /// The header (NovAtel Waypoint, "IMR File": packed, version 8.90).
-struct Header {
+struct ImrHeader {
   std::endian order = std::endian::little;
   bool rotation_increments = false, velocity_increments = false;
   double rate = 0, gyro_scale = 0, accel_scale = 0;  ///< [Hz], to degrees and metres
@@ -29,10 +29,10 @@ class RecordReader : public RowSource {
       : RowSource(log.file, Counts::kBytes), mapped_(log.content ? MappedFile(*log.content) : MappedFile(log.file)) {}
 
   /// Reads the header. An error in it always ends the reading.
-  Header header() {
+  ImrHeader header() {
     if (!text().starts_with(kMagic)) refuse(0, "the file does not begin with $IMURAW; it is no log in the format imr");
     if (text().size() < kHeaderSize) refuse(0, fmt::format("the header of {} bytes is cut", kHeaderSize));
-    Header h;
+    ImrHeader h;
     const int order = flag<std::uint8_t>(8, 1, "byte order; 0 (Intel) or 1 (Motorola)");
     h.order = order == 0 ? std::endian::little : std::endian::big;
     order_ = h.order;
@@ -124,7 +124,7 @@ void check_interval(const ImuRecording& imu, double rate) {
 
 ImuRecording read_imu_imr(const LogFile& log, RowFaults* faults) {
   RecordReader reader(log);
-  const Header header = reader.header();
+  const ImrHeader header = reader.header();
   ImuRecording imu;
   imu.file = log.file;
   // If only one of the two is given as increments, it is converted to rates, by the rate in the header.

@@ -17,7 +17,7 @@ constexpr std::array<std::pair<std::string_view, TimeSystem>, 3> kTimeSystems{
     {{"GPST", TimeSystem::kGps}, {"UTC", TimeSystem::kUtc}, {"JST", TimeSystem::kJapan}}};
 
 /// The columns, from the header.
-struct Header {
+struct PosHeader {
   TimeSystem system = TimeSystem::kGps;
   bool sexagesimal = false;
   std::vector<std::string> names;  ///< from the quality flag on
@@ -97,7 +97,7 @@ double angle_of(const TextReader& reader, std::size_t& field, bool sexagesimal) 
 [[noreturn]] void refuse(const TextReader& reader, const std::string& what) { throw DataError(reader.where(), what); }
 
 // The header line that names the columns, or nothing if the line is another comment.
-std::optional<Header> header_of(const TextReader& reader) {
+std::optional<PosHeader> header_of(const TextReader& reader) {
   const std::string_view line = reader.line();
   if (line.find("ecef(m)") != std::string_view::npos || line.find("-baseline(m)") != std::string_view::npos) {
     refuse(reader, "latitude, longitude and height are expected; set out-solformat=llh in RTKLIB");
@@ -109,7 +109,7 @@ std::optional<Header> header_of(const TextReader& reader) {
     refuse(reader, "coordinates on the Tokyo datum; set out-datum=wgs84 in RTKLIB");
   }
   if (line.find("latitude(") == std::string_view::npos) return std::nullopt;
-  Header header;
+  PosHeader header;
   std::vector<std::string> words;
   for (std::string_view word : reader.fields()) {
     while (word.starts_with('%')) word.remove_prefix(1);
@@ -132,7 +132,7 @@ std::optional<Header> header_of(const TextReader& reader) {
 GnssRecording read_gnss_rtklib(const LogFile& log, RowFaults* faults) {
   TextReader reader(log.file, TextReader::Separator::kSpaces, log.content);
   GnssRecording gnss{log.file, {}};
-  std::optional<Header> header;
+  std::optional<PosHeader> header;
   WeekTime times;
   const auto row = [&] {
     if (reader.line().starts_with('%')) {

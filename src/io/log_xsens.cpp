@@ -80,10 +80,10 @@ struct Columns {
   std::optional<std::size_t> temperature;
 };
 
-/// Reads the line of column names. An error in it always ends the reading.
-class Header {
+/// The line of column names. An error in it always ends the reading.
+class ColumnNames {
  public:
-  Header(const TextReader& reader, const std::vector<std::string>& ignored) : where_(reader.where()) {
+  ColumnNames(const TextReader& reader, const std::vector<std::string>& ignored) : where_(reader.where()) {
     for (const std::string_view name : reader.fields()) names_.emplace_back(name);
     if (!names_.empty() && names_.back().empty()) names_.pop_back();
     for (const std::string& name : ignored) {
@@ -191,7 +191,7 @@ ImuRecording read_imu_xsens(const LogFile& log, RowFaults* faults) {
         "no rate stands above the columns; add the line `// Sample rate: 50.0Hz`, with the rate at which the "
         "sensor was set to send");
   }
-  const Columns columns = Header(reader, log.ignore_columns).columns();
+  const Columns columns = ColumnNames(reader, log.ignore_columns).columns();
 
   ImuRecording imu;
   imu.file = log.file;

@@ -6,7 +6,6 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 
 namespace piste {
 
@@ -23,7 +22,7 @@ double root_mean_square(std::span<const double> values) {
 }
 
 double standard_deviation(std::span<const double> values) {
-  if (values.size() < 2) return std::numeric_limits<double>::quiet_NaN();
+  if (values.size() < 2) return kNaN;
   const double middle = mean(values);
   double sum = 0;
   for (const double v : values) sum += (v - middle) * (v - middle);

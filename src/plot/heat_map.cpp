@@ -11,7 +11,7 @@
 namespace piste {
 namespace {
 
-constexpr double kCellWidth = 84, kCellHeight = 34, kTop = 66, kMargin = 18, kLetter = 7.5;  // [px]
+constexpr double kCellWidth = 84, kCellHeight = 34, kHeader = 66, kMargin = 18, kLetterWidth = 7.5;  // [px]
 constexpr double kFaintest = 0.04, kStrongest = 0.6;  // opacity: a number stays legible on its cell
 constexpr double kKeyCell = 34, kKeyHeight = 14;
 constexpr int kKeySteps = 4;  // on either side
@@ -48,18 +48,18 @@ std::string key(double x, double y) {
 std::string HeatMap::render() const {
   double left = kMargin;
   for (const std::string& name : rows) {
-    left = std::max(left, 2 * kMargin + kLetter * static_cast<double>(svg::letters(name)));
+    left = std::max(left, 2 * kMargin + kLetterWidth * static_cast<double>(svg::letters(name)));
   }
-  const double bottom = kTop + kCellHeight * static_cast<double>(rows.size());
+  const double bottom = kHeader + kCellHeight * static_cast<double>(rows.size());
   const double inside = std::max(kCellWidth * static_cast<double>(columns.size()), (2 * kKeySteps + 1) * kKeyCell);
   std::string out = svg::open(static_cast<int>(std::ceil(left + inside + kMargin)), static_cast<int>(bottom) + 62,
                               description.empty() ? title : description);
   out += text(kMargin, 24, "start", " class=\"title\"", title);
   for (std::size_t c = 0; c < columns.size(); ++c) {
-    out += text(left + kCellWidth * (static_cast<double>(c) + 0.5), kTop - 8, "middle", "", columns[c]);
+    out += text(left + kCellWidth * (static_cast<double>(c) + 0.5), kHeader - 8, "middle", "", columns[c]);
   }
   for (std::size_t r = 0; r < rows.size(); ++r) {
-    const double y = kTop + kCellHeight * static_cast<double>(r), middle = y + kCellHeight / 2 + 4;
+    const double y = kHeader + kCellHeight * static_cast<double>(r), middle = y + kCellHeight / 2 + 4;
     out += text(left - 10, middle, "end", "", rows[r]);
     for (std::size_t c = 0; c < columns.size(); ++c) {
       const double value = values[r][c], x = left + kCellWidth * static_cast<double>(c);

@@ -48,8 +48,21 @@ std::string log_tick_text(double value) {
   return out;
 }
 
+double width_of(const std::string& text) { return kLetter * static_cast<double>(svg::letters(text)); }
+
+// A whisker with its ends.
+std::string whisker(double x, double low, double high, bool along_x) {
+  constexpr double kEnd = 3;
+  return along_x ? fmt::format("M{0:.1f} {1:.1f}H{2:.1f}M{0:.1f} {3:.1f}v{4}M{2:.1f} {3:.1f}v{4}", low, x, high,
+                               x - kEnd, 2 * kEnd)
+                 : fmt::format("M{1:.1f} {0:.1f}V{2:.1f}M{3:.1f} {0:.1f}h{4}M{3:.1f} {2:.1f}h{4}", low, x, high,
+                               x - kEnd, 2 * kEnd);
+}
+
+}  // namespace
+
 /// Smallest and largest value of an axis; of a logarithmic one, their logarithms.
-struct Range {
+struct Plot::Range {
   bool log = false;
   double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
 
@@ -78,19 +91,6 @@ struct Range {
   }
   double length() const { return high - low; }
 };
-
-double width_of(const std::string& text) { return kLetter * static_cast<double>(svg::letters(text)); }
-
-// A whisker with its ends.
-std::string whisker(double x, double low, double high, bool along_x) {
-  constexpr double kEnd = 3;
-  return along_x ? fmt::format("M{0:.1f} {1:.1f}H{2:.1f}M{0:.1f} {3:.1f}v{4}M{2:.1f} {3:.1f}v{4}", low, x, high,
-                               x - kEnd, 2 * kEnd)
-                 : fmt::format("M{1:.1f} {0:.1f}V{2:.1f}M{3:.1f} {0:.1f}h{4}M{3:.1f} {2:.1f}h{4}", low, x, high,
-                               x - kEnd, 2 * kEnd);
-}
-
-}  // namespace
 
 struct Plot::Frame {
   Range x, y;

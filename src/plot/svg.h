@@ -56,6 +56,7 @@ class Plot {
   /// Makes one unit of x as long as one of y, for maps.
   void equal_scale() { equal_scale_ = true; }
   /// Sets the size in CSS pixels. The default is 760 × 480.
+  static constexpr int kPageWidth = 980;  ///< of a picture that fills a page
   void size(int width, int height);
 
   /// The `<svg>` element.
@@ -75,6 +76,7 @@ class Plot {
     int colour;
     std::string name;
   };
+  struct Range;
   struct Frame;
   Frame frame() const;
   std::string axes(const Frame& frame) const;

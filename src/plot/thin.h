@@ -7,6 +7,8 @@
 
 namespace piste {
 
+inline constexpr std::size_t kCurvePoints = 3000;  ///< as many as a picture of a curve shows
+
 /// Ascending indices of about `limit` rows: the first, the last, and those with the smallest and the largest value of
 /// each column in each of equally long stretches. All rows if there are no more than `limit`. Values that are not
 /// finite are ignored. @pre the columns are equally long.

@@ -13,6 +13,7 @@
 
 #include "fit/spectrum.h"
 #include "piste/condition/aligned_signals.h"
+#include "piste/math/statistics.h"
 #include "piste/math/units.h"
 #include "plot/svg.h"
 #include "plot/thin.h"
@@ -20,16 +21,13 @@
 namespace piste {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr int kWidth = 980, kHeight = 320;
-constexpr std::size_t kPoints = 3000;  // of a curve
-constexpr double kLively = 4;          // s of the fastest motion
-constexpr double kAroundPeak = 2;      // s on either side
-constexpr double kSegment = 10;        // s of a periodogram
-constexpr double kMilliseconds = 1e3;
-constexpr double kTelling = 5;  // times the smallest sigma
+constexpr int kSignalHeight = 320;  // px
+constexpr double kLively = 4;       // s of the fastest motion
+constexpr double kAroundPeak = 2;   // s on either side
+constexpr double kSegment = 10;     // s of a periodogram
+constexpr double kTelling = 5;      // times the smallest sigma
 constexpr const char* kTimeLabel = "GPS time after the body IMU's first sample [s]";
-enum Colour { kBodyColour, kReferenceColour, kLeftColour, kKnownColour, kAlignmentColour = 6 };
+enum SignalColour { kBodyColour, kReferenceColour, kLeftColour, kKnownColour, kAlignmentColour = 6 };
 
 // One triad of both IMUs, in the unit that pictures show.
 struct Quantity {
@@ -90,7 +88,7 @@ struct Curve {
 Curve thinned(const Curve& curve) {
   const std::array columns{curve.y};
   Curve out;
-  for (const std::size_t i : thin(columns, kPoints)) {
+  for (const std::size_t i : thin(columns, kCurvePoints)) {
     out.x.push_back(curve.x[i]);
     out.y.push_back(curve.y[i]);
   }
@@ -136,7 +134,7 @@ RawClocks raw_clocks(const AlignmentPicture& p) {
 // Some seconds of both norms, body IMU over reference.
 Plot two_norms(const std::string& title, const std::string& x_label, const Curve& body, const Curve& reference) {
   Plot plot(title, {x_label}, {norm_label()});
-  plot.size(kWidth, kHeight);
+  plot.size(Plot::kPageWidth, kSignalHeight);
   plot.line(reference.x, reference.y, kReferenceColour, "reference");
   plot.line(body.x, body.y, kBodyColour, "body IMU");
   return plot;
@@ -161,7 +159,7 @@ std::vector<Figure> clock_figures(const AlignmentPicture& p) {
     const Curve curve = thinned(body ? norms(*p.body, whole, body_time) : norms(*p.reference, whole, reference_time));
     Plot plot(fmt::format("Before: {}", who), {raw.label()}, {norm_label()},
               fmt::format("Norm of the angular rate of the {} on its own clock", who));
-    plot.size(kWidth, kHeight - 60);
+    plot.size(Plot::kPageWidth, kSignalHeight - 60);
     plot.limit_x(whole.start, whole.end);
     plot.line(curve.x, curve.y, body ? kBodyColour : kReferenceColour, "");
     out.push_back(figure(body ? "before_body" : "before_reference", plot,
@@ -205,7 +203,7 @@ std::vector<Figure> correlation_figures(const AlignmentPicture& p) {
     }
     curve = thinned(curve);
     Plot plot(title, {"clock offset, body IMU less reference [s]"}, {"correlation of the norms"});
-    plot.size(kWidth, kHeight);
+    plot.size(Plot::kPageWidth, kSignalHeight);
     plot.line(curve.x, curve.y, kBodyColour, "");
     plot.mark(c.peak_offset, c.peak, kReferenceColour, fmt::format("{:.3f} at {:.3f} s", c.peak, c.peak_offset));
     return plot;
@@ -235,12 +233,12 @@ std::vector<Figure> signal_figures(const AlignmentPicture& p) {
     };
     const std::string y_label = fmt::format("{} [{}]", q.name, q.unit);
     Plot rest(fmt::format("What is left of {}", q.name), {kTimeLabel}, {y_label});
-    rest.size(kWidth, kHeight);
+    rest.size(Plot::kPageWidth, kSignalHeight);
     for (int axis = 0; axis < 3; ++axis) {
       const auto name = kAxes[static_cast<std::size_t>(axis)];
       Plot plot(fmt::format("{} along {}, {}", is_rate(q) ? "Angular rate" : "Specific force", name, band),
                 {kTimeLabel}, {y_label});
-      plot.size(kWidth, kHeight);
+      plot.size(Plot::kPageWidth, kSignalHeight);
       plot.line(time, axis_of(smooth.*q.body, axis), kBodyColour, "body IMU");
       plot.line(time, axis_of(smooth.*q.reference, axis), kReferenceColour, "reference, turned and moved",
                 Plot::Stroke::kDashed);
@@ -281,7 +279,7 @@ std::vector<Figure> spectrum_figures(const AlignmentPicture& p) {
     const double level = 2 * noise * noise;
     Plot plot(fmt::format("Spectrum of {}, mean of three axes", q.name), {"frequency [Hz]", {}, true},
               {fmt::format("[({})²/Hz]", q.unit), {}, true});
-    plot.size(kWidth, kHeight + 60);
+    plot.size(Plot::kPageWidth, kSignalHeight + 60);
     plot.line(own.x, own.y, kBodyColour, "body IMU");
     plot.line(left.x, left.y, kLeftColour, "what is left");
     if (level > 0) {
@@ -305,9 +303,9 @@ std::vector<Figure> drift_figures(const AlignmentPicture& p) {
   struct Bars {
     std::vector<double> offset, low, high;
     void add(double value, double sigma) {
-      offset.push_back(kMilliseconds * value);
-      low.push_back(kMilliseconds * (value - sigma));
-      high.push_back(kMilliseconds * (value + sigma));
+      offset.push_back(kMillisecondsPerSecond * value);
+      low.push_back(kMillisecondsPerSecond * (value - sigma));
+      high.push_back(kMillisecondsPerSecond * (value + sigma));
     }
   } beside, whole;
   std::vector<double> time;
@@ -331,17 +329,17 @@ std::vector<Figure> drift_figures(const AlignmentPicture& p) {
     const double sigma =
         std::sqrt(a.variance(kOffset) + 2 * t * a.covariance(kOffset, kDrift) + t * t * a.variance(kDrift));
     grid.push_back(t);
-    fitted.push_back(kMilliseconds * a.clock_drift * t);
-    low.push_back(-kMilliseconds * sigma);
-    high.push_back(kMilliseconds * sigma);
+    fitted.push_back(kMillisecondsPerSecond * a.clock_drift * t);
+    low.push_back(-kMillisecondsPerSecond * sigma);
+    high.push_back(kMillisecondsPerSecond * sigma);
   }
   Plot all("Clock of the body IMU: offset since the first sample", {kTimeLabel}, {"offset [ms]"});
-  all.size(kWidth, kHeight);
+  all.size(Plot::kPageWidth, kSignalHeight);
   all.line(grid, fitted, kAlignmentColour, fmt::format("drift of {:.2f} ppm", 1e6 * a.clock_drift));
   all.bars(time, whole.offset, whole.low, whole.high, kBodyColour, "stretches of the log, ± 1 sigma");
   Plot apart("The same, beside what the alignment says", {kTimeLabel}, {"offset [ms]"});
-  apart.size(kWidth, kHeight);
-  apart.limit_y(-kMilliseconds * reach, kMilliseconds * reach);
+  apart.size(Plot::kPageWidth, kSignalHeight);
+  apart.limit_y(-kMillisecondsPerSecond * reach, kMillisecondsPerSecond * reach);
   apart.band(grid, low, high, kAlignmentColour, "alignment, ± 1 sigma");
   apart.bars(time, beside.offset, beside.low, beside.high, kBodyColour, "stretches of the log, ± 1 sigma");
   return {

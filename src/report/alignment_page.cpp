@@ -13,7 +13,7 @@
 namespace piste {
 namespace {
 
-constexpr std::string_view kHowToRead =
+constexpr std::string_view kHowToReadAlignment =
     R"(<p><strong>Clock offset and drift.</strong> Time of the reference = reading of the body IMU − offset − drift · (reading −
 first reading). The correlation of the norms of the angular rates, which no mounting changes, gives the offset at which
 the fit begins; the fit gives the rest.</p>
@@ -80,7 +80,7 @@ std::string alignment_html(const AlignmentPicture& p) {
        {"drift", "The clock over time", page::pictures(drift_figures(p))},
        {"signals", "Every axis", page::pictures(signal_figures(p))},
        {"spectra", "Spectra", page::pictures(spectrum_figures(p))},
-       {"reading", "How to read it", std::string(kHowToRead)},
+       {"reading", "How to read it", std::string(kHowToReadAlignment)},
        {"configuration", "Configuration", fmt::format("<pre>{}</pre>\n", escape_markup(p.config_text))}});
 }
 

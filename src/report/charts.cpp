@@ -6,17 +6,16 @@
 #include <array>
 #include <cctype>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "io/json.h"
+#include "piste/math/statistics.h"
 #include "piste/math/units.h"
 #include "plot/thin.h"
 
 namespace piste::charts {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr std::array<const char*, 3> kLocalAxes{"north", "east", "down"};
 constexpr std::array<const char*, 3> kEulerAxes{"roll", "pitch", "heading"};
 
@@ -148,9 +147,9 @@ std::vector<Chart> of_innovations(const Solution& solution, double start) {
       if (z.source != static_cast<int>(source) || z.outcome == Outcome::kRepeated) continue;
       const double t = z.time - start;
       Vector3d ratio;
-      for (int i = 0; i < 3; ++i) ratio[i] = z.sigma[i] > 0 ? z.residual[i] / z.sigma[i] : kNan;
+      for (int i = 0; i < 3; ++i) ratio[i] = z.sigma[i] > 0 ? z.residual[i] / z.sigma[i] : kNaN;
       residual.add(t, ratio);
-      Eigen::Vector<double, 5> row = Eigen::Vector<double, 5>::Constant(kNan);
+      Eigen::Vector<double, 5> row = Eigen::Vector<double, 5>::Constant(kNaN);
       row[static_cast<Eigen::Index>(z.outcome)] = z.nis;
       if (z.gate > 0) row[4] = z.gate;
       nis.add(t, row);

@@ -21,14 +21,14 @@ namespace {
 using page::Row;
 using page::table;
 
-enum Colour { kSmootherColour, kFilterColour, kTurnColour = 4, kRestColour = 5, kBandColour = 6 };
-constexpr int kWidth = 980, kHeight = 330;  // of a picture
+enum TrendColour { kSmootherColour, kFilterColour, kTurnColour = 4, kAtRestColour = 5, kBandColour = 6 };
+constexpr int kTrendHeight = 330;  // px
 
 constexpr std::array<std::string_view, kPhaseNames.size()> kPhaseTitles{"At rest before the start", "Under way",
                                                                         "At rest after the stop"};
 constexpr std::array kPhaseOrder{Phase::kUnderWay, Phase::kRest, Phase::kRestAfter};
 
-constexpr std::string_view kHowToRead =
+constexpr std::string_view kHowToReadConsistency =
     R"(<p><strong>NEES</strong> is the squared error in units of the covariance that is claimed of it, per state: 1 where the
 covariance is true. Above the band the sigmas are too small, below it they are too large; the band is that of a mean over the runs
 at one epoch, so the mean over a whole phase keeps to it the more easily.</p>
@@ -61,7 +61,7 @@ class TimePlot {
   TimePlot(const EpochGrid& grid, const std::string& title, const std::string& unit, const std::string& description)
       : grid_(grid), plot_(title, {"time after the departure [s]"}, {unit}, description) {
     for (int epoch = grid.first; epoch <= grid.last; ++epoch) time_.push_back(grid.time(epoch));
-    plot_.size(kWidth, kHeight);
+    plot_.size(Plot::kPageWidth, kTrendHeight);
   }
 
   void band(const Band& band, const std::string& label) {
@@ -79,8 +79,8 @@ class TimePlot {
 
   /// With half as much room again on either side; `from_zero` starts the scale there.
   std::string render(bool from_zero) {
-    shade(time_.front(), 0, kRestColour, "at rest");
-    shade(grid_.arrival, time_.back(), kRestColour, "");
+    shade(time_.front(), 0, kAtRestColour, "at rest");
+    shade(grid_.arrival, time_.back(), kAtRestColour, "");
     shade(0, grid_.cruise.start, kTurnColour, "starting, stopping");
     shade(grid_.cruise.end, grid_.arrival, kTurnColour, "");
     if (low_ < high_) {
@@ -317,7 +317,7 @@ std::string consistency_html(const ConsistencyReport& report, const std::string&
        {"phases", "By phase", phase_tables(report)},
        {"innovations", "Innovations", source_table(report)},
        {"failures", "Failed runs", failure_table(report)},
-       {"reading", "How to read it", std::string(kHowToRead)},
+       {"reading", "How to read it", std::string(kHowToReadConsistency)},
        {"scenario", "Scenario", fmt::format("<pre>{}</pre>\n", escape_markup(scenario_text))}});
 }
 

@@ -18,9 +18,8 @@
 namespace piste {
 namespace {
 
-constexpr std::size_t kPoints = 3000;  // of a curve
-constexpr int kWidth = 980, kHeight = 300;
-enum Colour { kFirstColour, kSecondColour, kThirdColour, kGapColour = 4, kRestColour = 5 };
+constexpr int kLogHeight = 300;  // px
+enum LogColour { kFirstColour, kSecondColour, kThirdColour, kGapColour = 4, kRestColour = 5 };
 
 // Curves over the time since the log's first row.
 struct Curves {
@@ -37,7 +36,7 @@ struct Curves {
 
 Figure figure_of(Curves curves, const std::string& name, const std::vector<Interval>& rest,
                  const std::vector<Interval>& gaps, const std::string& caption) {
-  const auto kept = thin(curves.values, kPoints);
+  const auto kept = thin(curves.values, kCurvePoints);
   const auto pick = [&](const std::vector<double>& all) {
     std::vector<double> some;
     some.reserve(kept.size());
@@ -46,7 +45,7 @@ Figure figure_of(Curves curves, const std::string& name, const std::vector<Inter
   };
   const double first = curves.time.front();
   Plot plot(curves.title, {fmt::format("time after {:.3f} s [s]", first)}, {curves.unit});
-  plot.size(kWidth, kHeight);
+  plot.size(Plot::kPageWidth, kLogHeight);
   for (const Interval& r : rest)
     plot.shade(r.start - first, r.end - first, kRestColour, &r == rest.data() ? "rest" : "");
   for (const Interval& g : gaps) plot.shade(g.start - first, g.end - first, kGapColour, &g == gaps.data() ? "gap" : "");
@@ -94,7 +93,7 @@ std::vector<Figure> gnss_figures(const InspectedLog& log, std::size_t number) {
   Plot map("Track", {"east [m]"}, {"north [m]"});
   map.equal_scale();
   std::vector<double> some_north, some_east;
-  for (const std::size_t i : thin(track, kPoints)) {
+  for (const std::size_t i : thin(track, kCurvePoints)) {
     some_north.push_back(north[i]);
     some_east.push_back(east[i]);
   }

@@ -7,13 +7,13 @@
 #include <array>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <optional>
 #include <string_view>
 #include <vector>
 
 #include "experiment/printed_tables.h"
 #include "piste/experiment/study_tables.h"
+#include "piste/math/statistics.h"
 #include "piste/math/units.h"
 #include "plot/markup.h"
 #include "report/page.h"
@@ -24,13 +24,10 @@ namespace {
 
 using page::Row;
 using page::wide;
+using study_words::at;
 using study_words::kNone;
 using study_words::number;
 using study_words::triad_of;
-
-constexpr double kMilliseconds = 1e3;
-
-std::size_t at(int axis) { return static_cast<std::size_t>(axis); }
 
 std::string axis_name(int axis) { return std::string(kSignalNames[at(axis)]); }
 
@@ -88,7 +85,7 @@ std::array<double, kSignals> middles(const ImpliedMeans& means) {
   std::array<double, kSignals> out{};
   for (std::size_t i = 0; i < out.size(); ++i) {
     const auto& band = means.common[i];
-    out[i] = band ? (band->low + band->high) / 2 : std::numeric_limits<double>::quiet_NaN();
+    out[i] = band ? (band->low + band->high) / 2 : kNaN;
   }
   return out;
 }
@@ -209,18 +206,18 @@ std::string delay_for(const std::vector<TimingRow>& rows, int axis, double chang
     if (last && here <= change) {
       const double before = last->forward[at(axis)];
       const double share = (change - before) / (here - before);
-      return fmt::format("{:.1f}", kMilliseconds * (last->delay + share * (row.delay - last->delay)));
+      return fmt::format("{:.1f}", kMillisecondsPerSecond * (last->delay + share * (row.delay - last->delay)));
     }
     last = &row;
   }
-  return last ? fmt::format("more than {:.0f}", kMilliseconds * last->delay) : std::string(kNone);
+  return last ? fmt::format("more than {:.0f}", kMillisecondsPerSecond * last->delay) : std::string(kNone);
 }
 
 std::string delays(const Study& study, const PrintedTable& scales) {
   const std::vector<TimingRow> rows = timing(study);
   if (rows.empty() || scales.empty()) return {};
   Row head{"axis", "article's mean"};
-  for (const TimingRow& row : rows) head.push_back(decimal(kMilliseconds * row.delay, 0) + " ms");
+  for (const TimingRow& row : rows) head.push_back(decimal(kMillisecondsPerSecond * row.delay, 0) + " ms");
   head.emplace_back("delay needed [ms]");
   std::vector<Row> lines;
   for (int axis = 0; axis < kSignals; ++axis) {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "piste/experiment/signals.h"
+#include "piste/math/statistics.h"
 
 namespace piste::study_bars {
 

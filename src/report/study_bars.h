@@ -15,13 +15,10 @@
 
 namespace piste::study_bars {
 
-inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-inline constexpr int kWidth = 980, kHeight = 340;
+inline constexpr int kHeight = 340;
 inline constexpr int kFrame = 150;  ///< height of a picture without its rows of names [px]
 inline constexpr int kGrey = 6;
 inline constexpr std::string_view kSign = "Sign: a correction to add.";
-
-constexpr std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// "fx", "fy", "fz" of the accelerometers.
 std::vector<std::string> axis_names(const study_words::Triad& triad);

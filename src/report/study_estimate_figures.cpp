@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "piste/experiment/study_tables.h"
+#include "piste/math/statistics.h"
 #include "piste/report/study_figures.h"
 #include "plot/heat_map.h"
 #include "plot/svg.h"
@@ -19,30 +20,28 @@ namespace piste {
 namespace {
 
 using study_bars::append;
-using study_bars::at;
 using study_bars::axis_names;
 using study_bars::Bars;
 using study_bars::bars_caption;
 using study_bars::beside;
 using study_bars::kFrame;
 using study_bars::kHeight;
-using study_bars::kNaN;
 using study_bars::kSign;
-using study_bars::kWidth;
 using study_bars::truth_caption;
 using study_bars::zero_line;
+using study_words::at;
 using study_words::half_width;
 using study_words::kTriads;
 using study_words::Triad;
 
 std::optional<Figure> estimates(const Study& study, const std::string& name, const std::string& title, Method method,
-                                Quantity quantity, const Triad& triad) {
+                                StudyQuantity quantity, const Triad& triad) {
   const std::vector<AcrossRow> rows = study_words::of(triad, table_of(study, method, quantity));
   if (rows.empty()) return {};
-  const bool bias = quantity == Quantity::kBias;
+  const bool bias = quantity == StudyQuantity::kBias;
   Plot plot(title, {"axis", {}, false, axis_names(triad)},
             {bias ? fmt::format("bias [{}]", triad.unit) : std::string("scale' [ratio]")});
-  plot.size(kWidth, kHeight);
+  plot.size(Plot::kPageWidth, kHeight);
   zero_line(plot, 3, Plot::Along::kY);
   Bars all;
   for (std::size_t s = 0; s < study.sensors.size(); ++s) {
@@ -71,13 +70,13 @@ std::optional<Figure> comparison(const Study& study, const Triad& triad, int num
   }
   Plot plot(fmt::format("Figure {}. Biases of the {}: signals compared, and the filter", number, triad.name),
             {fmt::format("bias [{}]", triad.unit)}, {"sensor and axis", {}, false, names});
-  plot.size(kWidth, static_cast<int>(44 * names.size()) + kFrame);
+  plot.size(Plot::kPageWidth, static_cast<int>(44 * names.size()) + kFrame);
   zero_line(plot, names.size(), Plot::Along::kX);
   std::vector<AcrossRow> shown_rows;
   Bars all;
   for (std::size_t m = 0; m < kCompared.size(); ++m) {
     Bars bars;
-    for (const AcrossRow& row : study_words::of(triad, table_of(study, kCompared[m], Quantity::kBias))) {
+    for (const AcrossRow& row : study_words::of(triad, table_of(study, kCompared[m], StudyQuantity::kBias))) {
       const double y = static_cast<double>(3 * row.sensor) + row.axis - triad.first + beside(m, kCompared.size());
       bars.add(y, row.value.mean, half_width(row.value));
       if (row.truth) all.add_truth(y, 0.09, *row.truth);
@@ -97,7 +96,7 @@ std::optional<Figure> comparison(const Study& study, const Triad& triad, int num
 
 // ---- Methods against the truth ----
 
-std::optional<Figure> against_truth(const std::vector<Comparison>& all, Quantity quantity, const Triad& triad) {
+std::optional<Figure> against_truth(const std::vector<Comparison>& all, StudyQuantity quantity, const Triad& triad) {
   std::vector<Comparison> rows;
   for (const Comparison& c : all) {
     if (c.b == Method::kTruth && triad.has(c.axis)) rows.push_back(c);
@@ -112,11 +111,11 @@ std::optional<Figure> against_truth(const std::vector<Comparison>& all, Quantity
   std::vector<std::string> names;
   names.reserve(methods.size());
   for (const Method m : methods) names.emplace_back(info(m).title);
-  const bool bias = quantity == Quantity::kBias;
+  const bool bias = quantity == StudyQuantity::kBias;
   Plot plot(fmt::format("{} of the {} less the truth", bias ? "Bias" : "Scale'", triad.name),
             {bias ? fmt::format("bias less the truth [{}]", triad.unit) : std::string("scale' less the truth [ratio]")},
             {"method", {}, false, names});
-  plot.size(kWidth, static_cast<int>(44 * names.size()) + kFrame);
+  plot.size(Plot::kPageWidth, static_cast<int>(44 * names.size()) + kFrame);
   zero_line(plot, names.size(), Plot::Along::kX);
   const std::size_t places = 3 * sensors;
   for (int i = 0; i < 3; ++i) {
@@ -141,17 +140,18 @@ std::optional<Figure> against_truth(const std::vector<Comparison>& all, Quantity
 std::vector<Figure> study_estimates(const Study& study) {
   const auto& [accel, gyro] = kTriads;
   std::vector<Figure> out;
-  const auto add = [&](const char* name, const char* title, Method method, Quantity quantity, const Triad& triad) {
+  const auto add = [&](const char* name, const char* title, Method method, StudyQuantity quantity, const Triad& triad) {
     append(out, estimates(study, name, title, method, quantity, triad));
   };
   add("figure_08_accel", "Figure 8. Biases of the accelerometers at rest before the start", Method::kRest,
-      Quantity::kBias, accel);
-  add("figure_08_gyro", "Figure 8. Biases of the gyroscopes at rest before the start", Method::kRest, Quantity::kBias,
-      gyro);
-  add("figure_13", "Figure 13. Biases of the accelerometers in the run", Method::kJoint, Quantity::kBias, accel);
-  add("figure_14", "Figure 14. Biases of the gyroscopes in the run", Method::kJoint, Quantity::kBias, gyro);
-  add("figure_15_accel", "Figure 15. Scales of the accelerometers in the run", Method::kJoint, Quantity::kScale, accel);
-  add("figure_15_gyro", "Figure 15. Scales of the gyroscopes in the run", Method::kJoint, Quantity::kScale, gyro);
+      StudyQuantity::kBias, accel);
+  add("figure_08_gyro", "Figure 8. Biases of the gyroscopes at rest before the start", Method::kRest,
+      StudyQuantity::kBias, gyro);
+  add("figure_13", "Figure 13. Biases of the accelerometers in the run", Method::kJoint, StudyQuantity::kBias, accel);
+  add("figure_14", "Figure 14. Biases of the gyroscopes in the run", Method::kJoint, StudyQuantity::kBias, gyro);
+  add("figure_15_accel", "Figure 15. Scales of the accelerometers in the run", Method::kJoint, StudyQuantity::kScale,
+      accel);
+  add("figure_15_gyro", "Figure 15. Scales of the gyroscopes in the run", Method::kJoint, StudyQuantity::kScale, gyro);
   return out;
 }
 
@@ -180,7 +180,7 @@ std::vector<Figure> study_correlations(const Study& study) {
 std::vector<Figure> study_truth(const Study& study) {
   if (!study.simulated) return {};
   std::vector<Figure> out;
-  for (const Quantity quantity : {Quantity::kBias, Quantity::kScale}) {
+  for (const StudyQuantity quantity : {StudyQuantity::kBias, StudyQuantity::kScale}) {
     const std::vector<Comparison> all = comparisons(study, quantity);
     for (const Triad& triad : kTriads) append(out, against_truth(all, quantity, triad));
   }

@@ -15,6 +15,8 @@
 #include "experiment/printed_tables.h"
 #include "piste/experiment/ranking.h"
 #include "piste/experiment/study_tables.h"
+#include "piste/math/statistics.h"
+#include "piste/math/units.h"
 #include "plot/svg.h"
 #include "report/study_bars.h"
 #include "report/study_words.h"
@@ -23,29 +25,25 @@ namespace piste {
 namespace {
 
 using study_bars::append;
-using study_bars::at;
 using study_bars::Bars;
 using study_bars::beside;
 using study_bars::kFrame;
 using study_bars::kGrey;
 using study_bars::kHeight;
-using study_bars::kNaN;
 using study_bars::kSign;
-using study_bars::kWidth;
+using study_words::at;
 using study_words::by_score;
 using study_words::kTriads;
 using study_words::Triad;
-
-constexpr double kMilliseconds = 1e3;
 
 std::optional<Figure> delays(const std::vector<TimingRow>& rows, const PrintedTable* scales, const Triad& triad) {
   if (rows.empty()) return {};
   Plot plot(fmt::format("What a residual delay does to the scale of the {}", triad.name),
             {"delay of the reference [ms]"}, {"change of scale' [ratio]"});
-  plot.size(kWidth, kHeight + 60);
+  plot.size(Plot::kPageWidth, kHeight + 60);
   std::vector<double> delay;
   delay.reserve(rows.size());
-  for (const TimingRow& row : rows) delay.push_back(kMilliseconds * row.delay);
+  for (const TimingRow& row : rows) delay.push_back(kMillisecondsPerSecond * row.delay);
   for (int i = 0; i < 3; ++i) {
     const std::size_t axis = at(triad.first + i);
     const auto draw = [&](std::array<double, kSignals> TimingRow::*values,
@@ -81,7 +79,7 @@ std::vector<std::string> titles(const std::vector<RankingRow>& rows) {
 Figure scores(const std::vector<RankingRow>& rows, const Ranking& ranking) {
   Plot plot("Which estimate gives the best navigation?", {"score over the lowest [ratio]", {}, true},
             {"method", {}, false, titles(rows)});
-  plot.size(kWidth, static_cast<int>(24 * rows.size()) + kFrame);
+  plot.size(Plot::kPageWidth, static_cast<int>(24 * rows.size()) + kFrame);
   const auto draw = [&](int colour, const char* label, const auto& chosen) {
     Bars bars;
     for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -112,7 +110,7 @@ std::optional<Figure> metrics(const std::vector<RankingRow>& rows) {
   if (nothing == rows.end()) return {};
   Plot plot("The four errors that make the score", {"error over that of knowing nothing [ratio]", {}, true},
             {"method", {}, false, titles(rows)});
-  plot.size(kWidth, static_cast<int>(34 * rows.size()) + kFrame);
+  plot.size(Plot::kPageWidth, static_cast<int>(34 * rows.size()) + kFrame);
   constexpr std::array<std::pair<double RankingRow::*, const char*>, 4> kMetrics{
       {{&RankingRow::position_rmse, "position"},
        {&RankingRow::velocity_rmse, "velocity"},

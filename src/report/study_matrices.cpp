@@ -31,7 +31,7 @@ struct Cell {
 
 std::string short_text(double size) { return fmt::format("{:.{}f}", size, size < 1 ? 2 : size < 10 ? 1 : 0); }
 
-std::string matrix(const std::vector<Comparison>& all, Quantity quantity, const Triad& triad) {
+std::string matrix(const std::vector<Comparison>& all, StudyQuantity quantity, const Triad& triad) {
   constexpr std::size_t n = kMethods.size();
   std::array<std::array<Cell, n>, n> cells{};
   std::array<bool, n> seen{};
@@ -45,7 +45,7 @@ std::string matrix(const std::vector<Comparison>& all, Quantity quantity, const 
     ++cell.count;
     seen[a] = seen[b] = true;
   }
-  Row head{quantity == Quantity::kBias ? fmt::format("[10⁻³ {}]", triad.unit) : std::string("[10⁻³]")};
+  Row head{quantity == StudyQuantity::kBias ? fmt::format("[10⁻³ {}]", triad.unit) : std::string("[10⁻³]")};
   std::vector<Row> rows;
   for (std::size_t a = 0; a < n; ++a) {
     if (!seen[a]) continue;
@@ -64,7 +64,7 @@ std::string matrix(const std::vector<Comparison>& all, Quantity quantity, const 
     rows.push_back(std::move(row));
   }
   if (rows.empty()) return {};
-  const char* what = quantity == Quantity::kBias ? "Bias'" : "Scale'";
+  const char* what = quantity == StudyQuantity::kBias ? "Bias'" : "Scale'";
   return "<div class=\"matrix\">\n" + wide(page::table(fmt::format("{} of the {}", what, triad.name), head, rows)) +
          "</div>\n";
 }
@@ -77,7 +77,7 @@ std::string study_matrices(const Study& study) {
       "difference, below it its standard error. * at least one of them is significant at 5 % after Holm's correction. ";
   out += study.simulated ? "The last column is the difference to what was put in, as each method could see it. " : "";
   out += "Every single difference stands in comparisons.csv.</p>\n";
-  for (const Quantity quantity : {Quantity::kBias, Quantity::kScale}) {
+  for (const StudyQuantity quantity : {StudyQuantity::kBias, StudyQuantity::kScale}) {
     const std::vector<Comparison> all = comparisons(study, quantity);
     for (const Triad& triad : kTriads) out += matrix(all, quantity, triad);
   }

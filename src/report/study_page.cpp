@@ -72,7 +72,7 @@ std::string coverage_table(const Study& study) {
   for (const MethodInfo& m : kMethods) {
     Row row{std::string(m.title)};
     bool any = false;
-    for (const Quantity quantity : {Quantity::kBias, Quantity::kScale}) {
+    for (const StudyQuantity quantity : {StudyQuantity::kBias, StudyQuantity::kScale}) {
       for (const bool gyro : {false, true}) {
         const auto found = std::find_if(all.begin(), all.end(), [&](const Coverage& c) {
           return c.method == m.method && c.quantity == quantity && c.gyro == gyro;

@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <vector>
 
 #include "piste/experiment/study_tables.h"
+#include "piste/math/statistics.h"
 #include "plot/markup.h"
 #include "report/page.h"
 #include "report/study_words.h"
@@ -34,8 +34,8 @@ constexpr int kBiasDecimals = 4, kScaleDecimals = 5, kPrintedDecimals = 3;
 std::string paragraph(const std::string& text) { return "<p>" + escape_markup(text) + "</p>\n"; }
 
 /// Of a bias, or of a scale, which is a ratio.
-std::string_view unit_of(Quantity quantity, int axis) {
-  return quantity == Quantity::kBias ? triad_of(axis).unit : "ratio";
+std::string_view unit_of(StudyQuantity quantity, int axis) {
+  return quantity == StudyQuantity::kBias ? triad_of(axis).unit : "ratio";
 }
 
 std::string starred(const Across& a) { return probability(a.p_holm) + (a.significant ? " *" : ""); }
@@ -44,7 +44,7 @@ std::string starred(const Across& a) { return probability(a.p_holm) + (a.signifi
 std::string printed_text(const Study& study, const PrintedTable& table, std::size_t sensor, int axis,
                          double Printed::*part = &Printed::value, int decimals = kPrintedDecimals) {
   const PrintedRow* row = study.article->row(table, study.sensors[sensor]);
-  const double value = row ? (*row)[static_cast<std::size_t>(axis)].*part : std::numeric_limits<double>::quiet_NaN();
+  const double value = row ? (*row)[static_cast<std::size_t>(axis)].*part : kNaN;
   return std::isfinite(value) ? decimal(value, decimals) : "";
 }
 
@@ -58,16 +58,16 @@ const PrintedTable* beside(const Study& study, PrintedTable CampaignTables::*whi
   return any ? &table : nullptr;
 }
 
-std::string estimate_table(const Study& study, const std::string& caption, Method method, Quantity quantity,
+std::string estimate_table(const Study& study, const std::string& caption, Method method, StudyQuantity quantity,
                            const PrintedTable* printed = nullptr) {
   const std::vector<AcrossRow> rows = table_of(study, method, quantity);
   if (rows.empty()) return paragraph(caption + ": no estimate.");
   const bool joint = method == Method::kJoint;
-  const int decimals = quantity == Quantity::kBias ? kBiasDecimals : kScaleDecimals;
+  const int decimals = quantity == StudyQuantity::kBias ? kBiasDecimals : kScaleDecimals;
   Row head{"sensor, axis",
            "unit",
            "runs",
-           quantity == Quantity::kBias ? "bias'" : "scale'",
+           quantity == StudyQuantity::kBias ? "bias'" : "scale'",
            "std between runs",
            "error of the mean",
            "error within a run",
@@ -181,23 +181,24 @@ std::string article_words(const Study& study) {
 }  // namespace
 
 std::string study_page_tables(const Study& study, const Ranking& ranking) {
-  const auto estimates = [&](const char* caption, Method method, Quantity quantity,
+  const auto estimates = [&](const char* caption, Method method, StudyQuantity quantity,
                              PrintedTable CampaignTables::*printed) {
     return estimate_table(study, caption, method, quantity, beside(study, printed));
   };
   return "<p class=\"soft\">Corrections to add, m/s² and °/s; * significant at 5 % after Holm's correction over the "
          "table." +
          article_words(study) + "</p>\n" +
-         estimates("Table 1. Biases at rest before the start", Method::kRest, Quantity::kBias, &CampaignTables::rest) +
+         estimates("Table 1. Biases at rest before the start", Method::kRest, StudyQuantity::kBias,
+                   &CampaignTables::rest) +
          before_after_table(study) +
-         estimates("Table 3. Biases in the run, with scales", Method::kJoint, Quantity::kBias,
+         estimates("Table 3. Biases in the run, with scales", Method::kJoint, StudyQuantity::kBias,
                    &CampaignTables::joint_bias) +
-         estimates("Table 4. Scales in the run", Method::kJoint, Quantity::kScale, &CampaignTables::joint_scale) +
+         estimates("Table 4. Scales in the run", Method::kJoint, StudyQuantity::kScale, &CampaignTables::joint_scale) +
          correlation_table(study) +
-         estimates("Table 6. Biases in the run, without scales", Method::kBiasOnly, Quantity::kBias,
+         estimates("Table 6. Biases in the run, without scales", Method::kBiasOnly, StudyQuantity::kBias,
                    &CampaignTables::bias_only) +
          estimate_table(study, "Biases by Gauss-Markov in the GPS/MEMS filter", Method::kMarkovFiltered,
-                        Quantity::kBias) +
+                        StudyQuantity::kBias) +
          ranking_table(ranking);
 }
 

@@ -101,7 +101,7 @@ std::string significant(const Rows& rows, const Of& of) {
 std::vector<std::string> findings_of(const Study& study) {
   std::vector<std::string> out;
   const auto value = [](const AcrossRow& row) -> const Across& { return row.value; };
-  if (const auto rest = table_of(study, Method::kRest, Quantity::kBias); !rest.empty()) {
+  if (const auto rest = table_of(study, Method::kRest, StudyQuantity::kBias); !rest.empty()) {
     out.push_back(fmt::format("At rest {} biases differ from zero.", significant(rest, value)));
   }
   if (const auto both = before_after(study); !both.empty()) {
@@ -109,7 +109,7 @@ std::vector<std::string> findings_of(const Study& study) {
         fmt::format("From before to after the run {} biases change.",
                     significant(both, [](const BeforeAfterRow& row) -> const Across& { return row.difference; })));
   }
-  if (const auto joint = table_of(study, Method::kJoint, Quantity::kScale); !joint.empty()) {
+  if (const auto joint = table_of(study, Method::kJoint, StudyQuantity::kScale); !joint.empty()) {
     const auto negative =
         std::count_if(joint.begin(), joint.end(), [](const AcrossRow& r) { return r.value.mean < 0; });
     out.push_back(fmt::format("In the run {} scales differ from zero; {} of {} are negative.",

@@ -19,16 +19,14 @@
 namespace piste {
 namespace {
 
-using study_bars::at;
 using study_bars::beside;
 using study_bars::kHeight;
 using study_bars::kSign;
-using study_bars::kWidth;
+using study_words::at;
 using study_words::band_of;
 using study_words::kTriads;
 using study_words::Triad;
 
-constexpr std::size_t kPoints = 3000;
 const SensorRun* pictured(const Study& study) {
   for (const SensorRun& r : study.results) {
     if (r.picture && !r.picture->time.empty()) return &r;
@@ -50,7 +48,7 @@ Curve curve(const std::vector<double>& time, const std::optional<Interval>& wind
     all.y.push_back(value(i));
   }
   const std::array columns{all.y};
-  for (const std::size_t i : thin(columns, kPoints)) {
+  for (const std::size_t i : thin(columns, kCurvePoints)) {
     out.x.push_back(all.x[i]);
     out.y.push_back(all.y[i]);
   }
@@ -92,7 +90,7 @@ Figure whole_signal(const Study& study, const SensorRun& r, const Triad& triad) 
   const double factor = signal_info(axis).factor;
   Plot plot(fmt::format("Figure 7. {} of {}: rest, run and rest", kSignalNames[at(axis)], who(study, r)),
             {std::string(kTimeLabel)}, {fmt::format("{} [{}]", kSignalNames[at(axis)], triad.unit)});
-  plot.size(kWidth, kHeight);
+  plot.size(Plot::kPageWidth, kHeight);
   const Phases& phases = study.runs[r.run].phases;
   const auto shade = [&](const std::optional<Interval>& phase, int colour, const char* label) {
     if (phase) plot.shade(phase->start - p.time.front(), phase->end - p.time.front(), colour, label);
@@ -119,7 +117,7 @@ Figure at_rest(const Study& study, const SensorRun& r, const Triad& triad, bool 
   Plot plot(fmt::format("Figure {}. At rest {} the {}: reference less IMU, {}", after ? 10 : 9,
                         after ? "after" : "before", after ? "stop" : "start", who(study, r)),
             {std::string(kTimeLabel)}, {fmt::format("difference [{}]", triad.unit)});
-  plot.size(kWidth, kHeight);
+  plot.size(Plot::kPageWidth, kHeight);
   for (int i = 0; i < 3; ++i) {
     const std::size_t axis = at(triad.first + i);
     const double factor = signal_info(triad.first + i).factor;

@@ -31,7 +31,7 @@ std::string biases_text(const Study& study) {
   for (int axis = 0; axis < kSignals; ++axis) {
     head += fmt::format("{:<20}", fmt::format("{} {}", signal_info(axis).name, signal_info(axis).unit));
   }
-  const auto rows = table_of(study, Method::kRest, Quantity::kBias);
+  const auto rows = table_of(study, Method::kRest, StudyQuantity::kBias);
   std::string out = trimmed(head);
   for (std::size_t sensor = 0; sensor < study.sensors.size(); ++sensor) {
     std::string line = fmt::format("{:<12}", study.sensors[sensor]);

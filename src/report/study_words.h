@@ -23,6 +23,8 @@ inline constexpr std::array<Triad, 2> kTriads{
     {{"accel", "accelerometers", "m/s²", 0}, {"gyro", "gyroscopes", "°/s", 3}}};
 constexpr const Triad& triad_of(int axis) { return kTriads[axis < 3 ? 0 : 1]; }
 
+constexpr std::size_t at(int axis) { return static_cast<std::size_t>(axis); }
+
 /// Half the width of the 95 % interval of the mean.
 double half_width(const Across& across);
 

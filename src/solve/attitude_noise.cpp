@@ -12,10 +12,11 @@
 namespace piste {
 namespace {
 
-constexpr double kLongestStep = 1.1;  // s between fixes: beyond it, gyroscopes and slow errors outweigh the white noise
-constexpr double kFastest = 0.1;      // rad/s
-constexpr double kOutlier = 6;        // times the median
-constexpr std::size_t kFewest = 200;  // pairs of steps
+constexpr double kLongestLapse =
+    1.1;                          // s between fixes: beyond it, gyroscopes and slow errors outweigh the white noise
+constexpr double kFastest = 0.1;  // rad/s
+constexpr double kOutlier = 6;    // times the median
+constexpr std::size_t kFewestPairs = 200;  // pairs of steps
 constexpr double kLeast = 0.1, kMostDrift = 0.995;
 
 // For each pair of successive fixes: the rotation of the reference less that of the gyroscopes, along w. Nothing for a
@@ -29,7 +30,7 @@ std::vector<std::optional<Vector3d>> differences(const Log& log, const std::vect
     const double lapse = to.time - from.time;
     out.emplace_back();
     const auto samples = range(log.imu, from.time, to.time + log.imu.front().interval);
-    if (lapse > kLongestStep || std::any_of(samples.begin(), samples.end(), spoilt)) continue;
+    if (lapse > kLongestLapse || std::any_of(samples.begin(), samples.end(), spoilt)) continue;
     const Vector3d b = so3_log(turned(log, from.time, to.time, mounting.gyro_bias));
     if (b.norm() > kFastest * lapse) continue;
     const Vector3d r = so3_log(from.q_wr.conjugate() * so3_exp(lapse * log.world.earth_rate()) * to.q_wr);
@@ -60,7 +61,7 @@ std::optional<Vector3d> white_variance(const std::vector<std::optional<Vector3d>
     sum -= steps[k]->cwiseProduct(*steps[k + 1]);
     ++count;
   }
-  if (count < kFewest) return std::nullopt;
+  if (count < kFewestPairs) return std::nullopt;
   return sum / static_cast<double>(count);
 }
 

@@ -14,10 +14,10 @@ namespace {
 // Shortest and longest time [s] between two fixes whose attitudes are subtracted. Over 0.5 s, white noise of 0.1 deg in
 // each fix is a rate of 0.3 deg/s.
 constexpr double kStep = 0.5;
-constexpr double kLongestStep = 2;
+constexpr double kLongestTurn = 2;
 constexpr double kLargestTurn = 2.5;     // rad in a step: near π the rotation vector is ambiguous
 constexpr double kKnown = 10 * kDegree;  // largest 1-sigma of a result
-constexpr std::size_t kFewest = 10;      // steps
+constexpr std::size_t kFewestSteps = 10;
 
 struct Turns {
   std::vector<Vector3d> rate_r, rate_b;
@@ -30,7 +30,7 @@ Turns turns(const Log& log, const std::vector<AttitudeFix>& fixes, const Vector3
     const double lapse = to.time - from.time;
     if (lapse < kStep - 1e-6) continue;
     i = next;
-    if (lapse > kLongestStep) continue;
+    if (lapse > kLongestTurn) continue;
     const auto spoilt = [](const ImuSample& s) { return s.gap || s.clipped_gyro != 0; };
     const auto samples = range(log.imu, from.time, to.time + log.imu.front().interval);
     if (std::any_of(samples.begin(), samples.end(), spoilt)) continue;
@@ -53,7 +53,7 @@ std::optional<Mounting> find_mounting(const Log& log) {
   // Two passes: the rotations of the second are without the bias that the first has found.
   for (int pass = 0; pass < 2; ++pass) {
     const Turns t = turns(log, *source, mounting.gyro_bias);
-    if (t.rate_r.size() < kFewest) return std::nullopt;
+    if (t.rate_r.size() < kFewestSteps) return std::nullopt;
     const BoresightFromRates found = boresight_from_rates(t.rate_r, t.rate_b);
     if (!found.covariance.allFinite()) return std::nullopt;
     mounting.q_rb = found.q_rb;

@@ -21,7 +21,7 @@ const std::string kNavigation =
     "sigma_velocity_down_m_s,sigma_roll_deg,sigma_pitch_deg,sigma_heading_deg";
 
 /// Names of the files in a folder and below it, hidden ones too.
-std::set<std::string> files_in(const fs::path& folder) {
+std::set<std::string> names_in(const fs::path& folder) {
   std::set<std::string> names;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
     names.insert(fs::relative(entry.path(), folder).string());
@@ -52,7 +52,7 @@ TEST(Replay, ShippedRunGivesEveryOutput) {
   EXPECT_TRUE(contains(said.out, "heading"));
   EXPECT_TRUE(contains(said.out, "written to result"));
   EXPECT_EQ(
-      files_in(folder.path() / "result"),
+      names_in(folder.path() / "result"),
       (std::set<std::string>{"attitude.csv", "biases.csv", "biases_smoothed.csv", "filtered.csv", "innovations.csv",
                              "report.html", "smoothed.csv", "summary.json", "trajectory.kml"}));
 
@@ -196,8 +196,8 @@ TEST(Replay, TwiceTheSameBytes) {
   const SkiRun run;
   ASSERT_EQ(run.replay({SkiRun::kConfig, "--output", "first"}).code, 0);
   ASSERT_EQ(run.replay({SkiRun::kConfig, "--output", "second"}).code, 0);
-  const auto names = files_in(run.folder / "first");
-  EXPECT_EQ(names, files_in(run.folder / "second"));
+  const auto names = names_in(run.folder / "first");
+  EXPECT_EQ(names, names_in(run.folder / "second"));
   for (const std::string& name : names) {
     std::string first = run.text("first/" + name), second = run.text("second/" + name);
     if (name == "summary.json") {
@@ -217,7 +217,7 @@ TEST(Replay, WithoutSmoother) {
   const Table attitude = read_table(run.folder / "result/attitude.csv"),
               filtered = read_table(run.folder / "result/filtered.csv");
   EXPECT_NEAR(attitude["heading_deg"].back(), at(filtered, "heading_deg", attitude["time_s"].back()), 1e-6);
-  EXPECT_EQ(files_in(run.folder / "result"),
+  EXPECT_EQ(names_in(run.folder / "result"),
             (std::set<std::string>{"attitude.csv", "biases.csv", "filtered.csv", "innovations.csv", "report.html",
                                    "summary.json", "trajectory.kml"}));
 }
@@ -269,7 +269,7 @@ TEST(Replay, WrongUsage) {
     EXPECT_NE(said.err, "");
   }
   EXPECT_TRUE(contains(run_program(program("replay"), {"a.yaml"}, folder).err, "a.yaml"));
-  EXPECT_EQ(files_in(folder.path()), (std::set<std::string>{".err", ".out"}));
+  EXPECT_EQ(names_in(folder.path()), (std::set<std::string>{".err", ".out"}));
 }
 
 TEST(Replay, DefaultOutputIsNamedAfterTheConfiguration) {
@@ -293,13 +293,13 @@ TEST(Replay, OutputThatCannotBe) {
 TEST(Replay, AnErrorLeavesAnEarlierResultAsItWas) {
   const SkiRun run;
   ASSERT_EQ(run.replay().code, 0);
-  const auto names = files_in(run.folder / "result");
+  const auto names = names_in(run.folder / "result");
   const std::string before = run.text("result/filtered.csv"), attitude = run.text("result/attitude.csv");
   const std::string summary = run.text("result/summary.json");
   const std::string gnss = run.text(SkiRun::kGnss);
   run.write(SkiRun::kGnss, gnss.substr(0, gnss.size() - 40));
   EXPECT_EQ(run.replay().code, 1);
-  EXPECT_EQ(files_in(run.folder / "result"), names);
+  EXPECT_EQ(names_in(run.folder / "result"), names);
   EXPECT_TRUE(run.text("result/filtered.csv") == before);
   EXPECT_TRUE(run.text("result/attitude.csv") == attitude);
   EXPECT_TRUE(run.text("result/summary.json") == summary);

@@ -73,7 +73,7 @@ BiasScale line_of(double bias, double scale, double correlation = 0) {
 TEST(StudyCase, IsWholeUnlessItIsToFail) {
   const Study study = StudyCase{}.study();
   EXPECT_TRUE(missing(study).empty()) << missing(study).front();
-  EXPECT_EQ(table_of(study, Method::kRest, Quantity::kBias).size(), 18U);
+  EXPECT_EQ(table_of(study, Method::kRest, StudyQuantity::kBias).size(), 18U);
   EXPECT_EQ(before_after(study).size(), 18U);
   EXPECT_EQ(correlations(study).size(), 18U);
   EXPECT_EQ(timing(study).size(), 7U);
@@ -91,28 +91,28 @@ TEST(Shown, IsACorrectionInTheUnitOfFiles) {
   line.line = line_of(0.1, 0.25);
   line.true_bias = 0.1;
   line.true_scale = 0.25;
-  EXPECT_DOUBLE_EQ(shown(line, Quantity::kBias, 0)->value, -0.08);
-  EXPECT_DOUBLE_EQ(shown(line, Quantity::kScale, 0)->value, -0.2);
-  EXPECT_DOUBLE_EQ(shown(line, Quantity::kBias, 3)->value, -0.08 * kDegreesPerRadian);
-  EXPECT_DOUBLE_EQ(shown(line, Quantity::kScale, 3)->value, -0.2);
-  EXPECT_DOUBLE_EQ(shown(line, Quantity::kScale, 3)->sigma, 0.64) << "1 / (1 + scale)²";
-  EXPECT_DOUBLE_EQ(*shown_truth(line, Quantity::kBias, 3), -0.08 * kDegreesPerRadian);
-  EXPECT_DOUBLE_EQ(*shown_truth(line, Quantity::kScale, 0), -0.2);
+  EXPECT_DOUBLE_EQ(shown(line, StudyQuantity::kBias, 0)->value, -0.08);
+  EXPECT_DOUBLE_EQ(shown(line, StudyQuantity::kScale, 0)->value, -0.2);
+  EXPECT_DOUBLE_EQ(shown(line, StudyQuantity::kBias, 3)->value, -0.08 * kDegreesPerRadian);
+  EXPECT_DOUBLE_EQ(shown(line, StudyQuantity::kScale, 3)->value, -0.2);
+  EXPECT_DOUBLE_EQ(shown(line, StudyQuantity::kScale, 3)->sigma, 0.64) << "1 / (1 + scale)²";
+  EXPECT_DOUBLE_EQ(*shown_truth(line, StudyQuantity::kBias, 3), -0.08 * kDegreesPerRadian);
+  EXPECT_DOUBLE_EQ(*shown_truth(line, StudyQuantity::kScale, 0), -0.2);
   AxisEstimate alone;
   alone.bias_alone = Term{0.1, 0.01, 0.02, 5, 0.03};
   alone.true_bias = 0.2;
-  const Term bias = *shown(alone, Quantity::kBias, 4);
+  const Term bias = *shown(alone, StudyQuantity::kBias, 4);
   EXPECT_DOUBLE_EQ(bias.value, -0.1 * kDegreesPerRadian);
   EXPECT_DOUBLE_EQ(bias.sigma, 0.01 * kDegreesPerRadian);
   EXPECT_DOUBLE_EQ(bias.standard_error, 0.02 * kDegreesPerRadian);
   EXPECT_DOUBLE_EQ(bias.systematic, 0.03 * kDegreesPerRadian);
   EXPECT_EQ(bias.dof, 5);
-  EXPECT_DOUBLE_EQ(*shown_truth(alone, Quantity::kBias, 0), -0.2);
-  EXPECT_FALSE(shown(alone, Quantity::kScale, 0));
-  EXPECT_FALSE(shown_truth(alone, Quantity::kScale, 0));
-  EXPECT_FALSE(shown(AxisEstimate{}, Quantity::kBias, 0));
+  EXPECT_DOUBLE_EQ(*shown_truth(alone, StudyQuantity::kBias, 0), -0.2);
+  EXPECT_FALSE(shown(alone, StudyQuantity::kScale, 0));
+  EXPECT_FALSE(shown_truth(alone, StudyQuantity::kScale, 0));
+  EXPECT_FALSE(shown(AxisEstimate{}, StudyQuantity::kBias, 0));
   line.true_scale.reset();
-  EXPECT_FALSE(shown_truth(line, Quantity::kBias, 0));
+  EXPECT_FALSE(shown_truth(line, StudyQuantity::kBias, 0));
 }
 
 TEST(SensorRun, HasNoEstimateWhereTheMethodIsSilent) {
@@ -129,7 +129,7 @@ TEST(TableOf, IsTheMeanOfTheRunsByStudentsT) {
   for (std::size_t r = 0; r < 3; ++r) {
     set_bias(study.results[2 * r + 1], Method::kRest, 4, {1.0 + static_cast<double>(r), 0.1, 0.3, 9, 0.4});
   }
-  const auto table = table_of(study, Method::kRest, Quantity::kBias);
+  const auto table = table_of(study, Method::kRest, StudyQuantity::kBias);
   ASSERT_EQ(table.size(), 1U) << "an axis without a number is left out";
   EXPECT_EQ(table[0].sensor, 1U);
   EXPECT_EQ(table[0].axis, 4);
@@ -145,15 +145,15 @@ TEST(TableOf, IsTheMeanOfTheRunsByStudentsT) {
   EXPECT_DOUBLE_EQ(v.within, 0.5);
   EXPECT_TRUE(std::isnan(table[0].reverse));
   EXPECT_FALSE(table[0].truth);
-  EXPECT_TRUE(table_of(study, Method::kRest, Quantity::kScale).empty());
-  EXPECT_TRUE(table_of(study, Method::kJoint, Quantity::kBias).empty());
+  EXPECT_TRUE(table_of(study, Method::kRest, StudyQuantity::kScale).empty());
+  EXPECT_TRUE(table_of(study, Method::kJoint, StudyQuantity::kBias).empty());
 }
 
 TEST(TableOf, SigmasWithinTheRunsAreRootMeanSquares) {
   Study study = empty_study(2);
   set_bias(study.results[0], Method::kRest, 0, {1, 1, 3, 9, 4});
   set_bias(study.results[1], Method::kRest, 0, {1, 7, 0, 9, 1});
-  const Across v = table_of(study, Method::kRest, Quantity::kBias).front().value;
+  const Across v = table_of(study, Method::kRest, StudyQuantity::kBias).front().value;
   EXPECT_DOUBLE_EQ(v.formal, 5);
   EXPECT_DOUBLE_EQ(v.within, std::sqrt(13.0)) << "of 5 and 1";
   EXPECT_EQ(v.std, 0);
@@ -165,7 +165,7 @@ TEST(TableOf, OfOneRunTakesTheErrorWithinIt) {
   Study study = empty_study(1);
   const Term term{2, 0.1, 0.3, 9, 0.4};
   set_bias(study.results[0], Method::kRest, 0, term);
-  const Across v = table_of(study, Method::kRest, Quantity::kBias).front().value;
+  const Across v = table_of(study, Method::kRest, StudyQuantity::kBias).front().value;
   EXPECT_TRUE(std::isnan(v.std));
   EXPECT_DOUBLE_EQ(v.standard_error, 0.5);
   EXPECT_DOUBLE_EQ(v.p_value, term.p_value());
@@ -179,7 +179,7 @@ TEST(TableOf, CorrectsOverAllItsNumbers) {
     set_bias(study.results[r], Method::kRest, 1, {2.6 + x});  // t = 4.50, p = 0.046
     set_bias(study.results[r], Method::kRest, 2, {x});        // p = 1
   }
-  const auto table = table_of(study, Method::kRest, Quantity::kBias);
+  const auto table = table_of(study, Method::kRest, StudyQuantity::kBias);
   ASSERT_EQ(table.size(), 3U);
   EXPECT_DOUBLE_EQ(table[0].value.p_holm, 3 * table[0].value.p_value);
   EXPECT_DOUBLE_EQ(table[1].value.p_holm, 2 * table[1].value.p_value);
@@ -198,14 +198,14 @@ TEST(TableOf, OfTheJointLineHasTheOtherDirectionAndTheTruth) {
     if (r == 0) forward.true_scale = 1;
     at(study.results[r], Method::kJointReverse, 0).line = line_of(0, r == 0 ? 0 : 1);
   }
-  auto table = table_of(study, Method::kJoint, Quantity::kScale);
+  auto table = table_of(study, Method::kJoint, StudyQuantity::kScale);
   EXPECT_DOUBLE_EQ(table[0].value.mean, -0.2);
   EXPECT_DOUBLE_EQ(table[0].reverse, -0.25) << "of 0 and −½";
   EXPECT_FALSE(table[0].truth) << "one run does not tell it";
   at(study.results[1], Method::kJoint, 0).true_scale = 0;
-  table = table_of(study, Method::kJoint, Quantity::kScale);
+  table = table_of(study, Method::kJoint, StudyQuantity::kScale);
   EXPECT_DOUBLE_EQ(table[0].truth.value(), -0.25);
-  EXPECT_TRUE(std::isnan(table_of(study, Method::kJointReverse, Quantity::kScale)[0].reverse));
+  EXPECT_TRUE(std::isnan(table_of(study, Method::kJointReverse, StudyQuantity::kScale)[0].reverse));
 }
 
 TEST(BeforeAfter, IsOverTheRunsThatHaveBoth) {
@@ -258,7 +258,7 @@ TEST(Comparisons, AreOverTheRunsThatHaveBothAndCorrectedPairByPair) {
     at(study.results[r], Method::kRest, 0).true_bias = -7;
     at(study.results[r], Method::kRest, 1).true_bias = -7;
   }
-  const auto rows = comparisons(study, Quantity::kBias);
+  const auto rows = comparisons(study, StudyQuantity::kBias);
   ASSERT_EQ(rows.size(), 3U);
   EXPECT_EQ(rows[0].a, Method::kRest);
   EXPECT_EQ(rows[0].b, Method::kBiasOnly);
@@ -270,7 +270,7 @@ TEST(Comparisons, AreOverTheRunsThatHaveBothAndCorrectedPairByPair) {
   EXPECT_DOUBLE_EQ(rows[1].difference.mean, 1) << "against what was put in";
   EXPECT_DOUBLE_EQ(rows[2].difference.mean, -7);
   EXPECT_DOUBLE_EQ(rows[2].difference.p_holm, 2 * rows[2].difference.p_value);
-  EXPECT_TRUE(comparisons(study, Quantity::kScale).empty());
+  EXPECT_TRUE(comparisons(study, StudyQuantity::kScale).empty());
 }
 
 TEST(Coverage, CountsWhatLiesInsideTheInterval) {

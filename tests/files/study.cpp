@@ -114,7 +114,7 @@ TEST(StudyCsv, HasTheNumbersOfTheTables) {
               filter = read(files(), "filter_bias.csv");
   for (const auto& [table, method] :
        {std::pair{&first, Method::kRest}, {&alone, Method::kBiasOnly}, {&filter, Method::kMarkovSmoothed}}) {
-    const auto rows = table_of(whole(), method, Quantity::kBias);
+    const auto rows = table_of(whole(), method, StudyQuantity::kBias);
     for (std::size_t i = 0; i < 18; ++i) {
       auto row = table->rows[i];
       EXPECT_EQ(row["sensor"], whole().sensors[i / 6]);
@@ -133,7 +133,7 @@ TEST(StudyCsv, HasTheNumbersOfTheTables) {
   expect_number(second["after"], change.after);
   expect_number(second["difference"], change.difference.mean);
   expect_number(second["p_value"], change.difference.p_value);
-  const auto scales = table_of(whole(), Method::kJoint, Quantity::kScale);
+  const auto scales = table_of(whole(), Method::kJoint, StudyQuantity::kScale);
   auto fourth = read(files(), "table_4.csv").rows[7];
   EXPECT_EQ(fourth["unit"], "1");
   expect_number(fourth["value"], scales[7].value.mean);
@@ -161,14 +161,14 @@ TEST(StudyCsv, HasEveryNumberOfEveryRun) {
     EXPECT_TRUE(row["method"] != "rest" || row["quantity"] == "bias");
     if (row["method"] != "joint" || row["quantity"] != "bias") continue;
     const AxisEstimate& e = *r.estimate(Method::kJoint, 4);
-    const Term bias = *shown(e, Quantity::kBias, 4);
+    const Term bias = *shown(e, StudyQuantity::kBias, 4);
     EXPECT_EQ(row["unit"], "deg/s");
     expect_number(row["value"], bias.value);
     expect_number(row["sigma"], bias.sigma);
     expect_number(row["standard_error"], bias.standard_error);
     expect_number(row["systematic"], bias.systematic);
     expect_number(row["half_width_95"], bias.half_width(0.95));
-    expect_number(row["truth"], *shown_truth(e, Quantity::kBias, 4));
+    expect_number(row["truth"], *shown_truth(e, StudyQuantity::kBias, 4));
   }
   EXPECT_EQ(seen, 3 + 2 * 20);
 }

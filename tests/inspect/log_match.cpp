@@ -17,7 +17,7 @@ namespace {
 // degrees.
 Simulation simulated(const std::string& motion, std::uint64_t seed, std::size_t receiver, double rest_before = 30,
                      double rest_after = 10) {
-  Scenario s = read_scenario(std::filesystem::path(source_folder()) / "config/scenarios" / (motion + ".yaml"));
+  Scenario s = read_scenario(kSource / "config/scenarios" / (motion + ".yaml"));
   s.imus.resize(1);
   s.imus[0].clock_offset = 0;
   s.gnss = {s.gnss[receiver]};

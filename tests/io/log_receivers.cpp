@@ -23,7 +23,7 @@ LogFile log_of(const std::string& text, LogFormat format) { return {.file = "log
 GnssRecording gnss_of(const std::string& text, LogFormat format, RowFaults* faults = nullptr) {
   return read_gnss(log_of(text, format), faults);
 }
-std::string refused(const std::string& text, LogFormat format) {
+std::string gnss_refused(const std::string& text, LogFormat format) {
   return message_of<DataError>([&] { gnss_of(text, format); });
 }
 
@@ -32,7 +32,7 @@ std::string refused(const std::string& text, LogFormat format) {
 GnssRecording nmea_of(const std::string& text, RowFaults* faults = nullptr) {
   return gnss_of(text, LogFormat::kNmea, faults);
 }
-std::string nmea_refused(const std::string& text) { return refused(text, LogFormat::kNmea); }
+std::string nmea_refused(const std::string& text) { return gnss_refused(text, LogFormat::kNmea); }
 
 GnssRecording stated_nmea(const std::string& text) {
   LogFile log = log_of(text, LogFormat::kNmea);
@@ -223,7 +223,7 @@ TEST(Nmea, ListsWhatItRefusesWhereAsked) {
 GnssRecording ubx_of(const std::string& text, RowFaults* faults = nullptr) {
   return gnss_of(text, LogFormat::kUbx, faults);
 }
-std::string ubx_refused(const std::string& text) { return refused(text, LogFormat::kUbx); }
+std::string ubx_refused(const std::string& text) { return gnss_refused(text, LogFormat::kUbx); }
 std::string pvt(const test::Bytes& payload) { return ubx(1, 7, payload.text()); }
 std::string pvt(std::uint32_t time_of_week_ms) { return pvt(test::nav_pvt(time_of_week_ms)); }
 

@@ -12,7 +12,7 @@ using test::contains;
 using test::message_of;
 using test::TemporaryFolder;
 
-constexpr const char* kSensor =
+constexpr const char* kWholeSensor =
     "name: Xsens MT-9A\n"
     "gyro:\n"
     "  noise: 0.05 deg/s/sqrt(Hz)\n"
@@ -24,7 +24,7 @@ constexpr const char* kSensor =
 
 TEST(SensorFile, ReadsAndWritesBack) {
   const TemporaryFolder folder;
-  const ImuSensor sensor = read_sensor(folder.write("s.yaml", kSensor));
+  const ImuSensor sensor = read_sensor(folder.write("s.yaml", kWholeSensor));
   EXPECT_EQ(sensor.name, "Xsens MT-9A");
   EXPECT_DOUBLE_EQ(sensor.gyro.noise, 0.05 * kDegree);
   EXPECT_EQ(sensor.gyro.drift.kind, DriftProcess::Kind::kGaussMarkov);

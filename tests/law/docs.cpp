@@ -20,8 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kSource = source_folder();
-
 /// Something that a page names.
 struct Named {
   fs::path page;

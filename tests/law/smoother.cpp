@@ -2,9 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-
+#include "piste/math/linear_algebra.h"
 #include "piste/solve/rts.h"
 #include "support/synthetic_log.h"
 
@@ -19,8 +17,8 @@ using test::SyntheticRun;
 MatrixXd root(const MatrixXd& P) {
   const VectorXd sigma = P.diagonal().cwiseSqrt();
   const VectorXd inverse = (sigma.array() > 0).select(sigma.cwiseInverse(), 0);
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(inverse.asDiagonal() * P * inverse.asDiagonal());
-  return sigma.asDiagonal() * eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
+  const Eigensystem eigen = eigensystem(inverse.asDiagonal() * P * inverse.asDiagonal());
+  return sigma.asDiagonal() * eigen.vectors * eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal();
 }
 
 // Error of every event as an affine function of whitened unknowns: the start's error and the noise of every step. What
@@ -54,10 +52,9 @@ class Batch {
         const Update& u = correction->update;
         const MatrixXd H = u.H.topRows(u.rows);
         const MatrixXd R = u.S.topLeftCorner(u.rows, u.rows) - H * u.PHt.leftCols(u.rows);
-        const Eigen::LLT<MatrixXd> noise(R);
-        const MatrixXd Y = noise.matrixL().solve(H * A);
-        normal += Y.transpose() * Y;
-        right += Y.transpose() * noise.matrixL().solve(VectorXd(u.residual.head(u.rows) - H * offset));
+        const MatrixXd HA = H * A, weighted = solve_symmetric(R, HA);
+        normal += HA.transpose() * weighted;
+        right += weighted.transpose() * (u.residual.head(u.rows) - H * offset);
         // The estimate was moved by `moved`: the error about it now.
         const VectorXd moved = gain(u) * u.residual;
         MatrixXd G = MatrixXd::Identity(n, n);
@@ -70,17 +67,17 @@ class Batch {
         epochs_.push_back({A, offset});
       }
     }
-    normal_.compute(normal);
-    solution_ = normal_.solve(right);
+    covariance_ = inverse(normal);
+    solution_ = covariance_ * right;
   }
 
   std::size_t size() const { return epochs_.size(); }
   ErrorVector mean(std::size_t i) const { return epochs_[i].A * solution_ + epochs_[i].offset; }
-  Covariance covariance(std::size_t i) const { return epochs_[i].A * normal_.solve(epochs_[i].A.transpose()); }
+  Covariance covariance(std::size_t i) const { return epochs_[i].A * covariance_ * epochs_[i].A.transpose(); }
   /// E[θ_i θ_jᵀ] of the attitude at two epochs.
   Matrix3d attitude_covariance(std::size_t i, std::size_t j) const {
     const int a = layout_.offset(Block::kAttitude);
-    return epochs_[i].A.middleRows<3>(a) * normal_.solve(epochs_[j].A.middleRows<3>(a).transpose());
+    return epochs_[i].A.middleRows<3>(a) * covariance_ * epochs_[j].A.middleRows<3>(a).transpose();
   }
 
  private:
@@ -90,7 +87,7 @@ class Batch {
   };
   StateLayout layout_;
   std::vector<Epoch> epochs_;
-  Eigen::LLT<MatrixXd> normal_;
+  MatrixXd covariance_;  ///< of the unknowns
   VectorXd solution_;
 };
 

@@ -10,7 +10,6 @@ namespace piste {
 namespace {
 
 using test::Random;
-constexpr double kPi = std::numbers::pi;
 
 TEST(World, PlacesComeBack) {
   Random random(1);
@@ -61,7 +60,7 @@ TEST(World, LocalAxesTurnWithThePlace) {
 }
 
 TEST(World, EarthTurnsAboutItsAxis) {
-  for (const double latitude : {-1.2, 0.0, 0.8, kPi / 2}) {
+  for (const double latitude : {-1.2, 0.0, 0.8, std::numbers::pi / 2}) {
     const World world({latitude, 0.1, 0});
     EXPECT_NEAR(world.earth_rate().norm(), 7.292115e-5, 1e-18);
     // Its component along up is that of the latitude, its north one positive.
@@ -73,7 +72,7 @@ TEST(World, EarthTurnsAboutItsAxis) {
 
 TEST(Gravity, AtPoleAndEquator) {
   const auto down = [](double latitude) { return World({latitude, 0.3, 0}).gravity(Vector3d::Zero()).value; };
-  EXPECT_NEAR(down(kPi / 2).z(), 9.8321849, 1e-6);
+  EXPECT_NEAR(down(std::numbers::pi / 2).z(), 9.8321849, 1e-6);
   EXPECT_NEAR(down(0).z(), 9.7803253, 1e-6);
   EXPECT_LT(down(0.8).head<2>().norm(), 1e-8);
   // The plumb line leans with height only.

@@ -11,11 +11,25 @@ namespace piste {
 namespace {
 
 using test::Random;
-constexpr double kPi = std::numbers::pi;
 
 // Angles at which a formula may lose its digits.
-constexpr double kAngles[] = {0,      1e-300, 1e-12, 1e-9, 1e-7, 1e-5, 1e-3,       0.05,       0.0999,
-                              0.1001, 0.3,    1,     2,    3,    3.1,  kPi - 1e-6, kPi - 1e-10};
+constexpr double kAngles[] = {0,
+                              1e-300,
+                              1e-12,
+                              1e-9,
+                              1e-7,
+                              1e-5,
+                              1e-3,
+                              0.05,
+                              0.0999,
+                              0.1001,
+                              0.3,
+                              1,
+                              2,
+                              3,
+                              3.1,
+                              std::numbers::pi - 1e-6,
+                              std::numbers::pi - 1e-10};
 
 TEST(So3, LogUndoesExp) {
   Random random(1);
@@ -58,14 +72,15 @@ TEST(So3, RotationBetweenOppositeDirectionsIsAHalfTurn) {
 
 TEST(So3, LogIsAtMostPi) {
   Random random(2);
-  for (int i = 0; i < 100; ++i) EXPECT_LE(so3_log(random.rotation()).norm(), kPi + 1e-15);
-  EXPECT_NEAR(so3_log(Quaterniond(0, 0, 1, 0)).norm(), kPi, 1e-15);
+  for (int i = 0; i < 100; ++i) EXPECT_LE(so3_log(random.rotation()).norm(), std::numbers::pi + 1e-15);
+  EXPECT_NEAR(so3_log(Quaterniond(0, 0, 1, 0)).norm(), std::numbers::pi, 1e-15);
   // Beyond π it goes the other way round.
-  EXPECT_LT((so3_log(so3_exp(Vector3d(kPi + 0.1, 0, 0))) + Vector3d(kPi - 0.1, 0, 0)).norm(), 1e-15);
+  EXPECT_LT((so3_log(so3_exp(Vector3d(std::numbers::pi + 0.1, 0, 0))) + Vector3d(std::numbers::pi - 0.1, 0, 0)).norm(),
+            1e-15);
 }
 
 TEST(So3, ExpIsTheRotationAboutTheAxis) {
-  EXPECT_LT((so3_exp({0, 0, kPi / 2}) * Vector3d::UnitX() - Vector3d::UnitY()).norm(), 1e-15);
+  EXPECT_LT((so3_exp({0, 0, std::numbers::pi / 2}) * Vector3d::UnitX() - Vector3d::UnitY()).norm(), 1e-15);
   Random random(3);
   const Vector3d phi = random.vector();
   const Matrix3d expected = Eigen::AngleAxisd(phi.norm(), phi.normalized()).toRotationMatrix();
@@ -108,8 +123,8 @@ TEST(So3, JacobianIsSmoothAcrossItsSeries) {
 TEST(Euler, AnglesComeBack) {
   Random random(6);
   for (int i = 0; i < 200; ++i) {
-    const Vector3d e(kPi * (2 * random.uniform() - 1), kPi * (random.uniform() - 0.5) * 0.999,
-                     kPi * (2 * random.uniform() - 1));
+    const Vector3d e(std::numbers::pi * (2 * random.uniform() - 1), std::numbers::pi * (random.uniform() - 0.5) * 0.999,
+                     std::numbers::pi * (2 * random.uniform() - 1));
     EXPECT_LT((to_euler(from_euler(e)) - e).norm(), 1e-11);
   }
 }
@@ -123,7 +138,7 @@ TEST(Euler, SequenceIsHeadingPitchRoll) {
 }
 
 TEST(Euler, StraightUpKeepsTheRotation) {
-  for (const double pitch : {kPi / 2, -kPi / 2}) {
+  for (const double pitch : {std::numbers::pi / 2, -std::numbers::pi / 2}) {
     const Quaterniond q = from_euler({0.3, pitch, 1.1});
     const Vector3d e = to_euler(q);
     EXPECT_NEAR(e.y(), pitch, 1e-7);
@@ -151,9 +166,9 @@ TEST(Euler, SigmasAreThoseOfTheAngles) {
   const Matrix3d E = euler_axes(e), P = 1e-6 * random.covariance(3);
   const Matrix3d angles = E.inverse() * P * E.inverse().transpose();
   EXPECT_LT((euler_sigma(from_euler(e), P) - angles.diagonal().cwiseSqrt()).norm(), 1e-14);
-  const Vector3d up = euler_sigma(from_euler({0, kPi / 2, 0}), P);
-  EXPECT_EQ(up.x(), kPi);
-  EXPECT_EQ(up.z(), kPi);
+  const Vector3d up = euler_sigma(from_euler({0, std::numbers::pi / 2, 0}), P);
+  EXPECT_EQ(up.x(), std::numbers::pi);
+  EXPECT_EQ(up.z(), std::numbers::pi);
 }
 
 }  // namespace

@@ -21,13 +21,8 @@ namespace {
 
 using test::contains;
 
-std::string body_of(const std::string& page) {
-  const std::size_t from = page.find("<main>"), to = page.find("</body>");
-  return page.substr(from, to - from);
-}
-
 void expect_sound(const std::string& page) {
-  EXPECT_EQ(test::not_well_formed(body_of(page)), "");
+  EXPECT_EQ(test::not_well_formed(test::body_of(page)), "");
   for (const char* wrong : {"src=", "<link", "href=\"http", "@import", "url(", "<script", "nan", "inf<", ">inf"}) {
     EXPECT_EQ(page.find(wrong), std::string::npos) << wrong;
   }

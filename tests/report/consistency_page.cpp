@@ -20,17 +20,12 @@ using test::contains;
 using test::Ensemble;
 
 /// From <main> on, which is XML as well.
-std::string body_of(const std::string& page) {
-  const std::size_t from = page.find("<main>"), to = page.find("</body>");
-  return page.substr(from, to - from);
-}
-
 TEST(ConsistencyPage, TellsEverythingInOneFile) {
   Consistency sums = added({.runs = 60, .claimed_rest = 0.6, .whiteness = 0.2});
   sums.add_failure({17, "run.yaml:3: <lost> & gone"});
   const std::string page =
       consistency_html(sums.report(), "ski & <bike>", "0.1.0", "imus: {file: <a>}\n</pre><script>");
-  EXPECT_EQ(test::not_well_formed(body_of(page)), "");
+  EXPECT_EQ(test::not_well_formed(test::body_of(page)), "");
   for (const char* part : {"<title>ski &amp; &lt;bike&gt;</title>",
                            "<h1>ski &amp; &lt;bike&gt;</h1>",
                            "Not consistent: 1 of 61 runs failed.",
@@ -71,7 +66,7 @@ TEST(ConsistencyPage, DoesWithoutSmootherAndInnovations) {
   Consistency sums(grid);
   sums.add(run);
   const std::string page = consistency_html(sums.report(), "one", "0.1.0", "");
-  EXPECT_EQ(test::not_well_formed(body_of(page)), "");
+  EXPECT_EQ(test::not_well_formed(test::body_of(page)), "");
   EXPECT_TRUE(contains(page, "the smoother was not seen under way"));
   for (const char* wrong : {"smoother NEES", "nan"}) EXPECT_EQ(page.find(wrong), std::string::npos) << wrong;
 }

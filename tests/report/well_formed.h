@@ -1,5 +1,5 @@
 #pragma once
-/// A small check that markup nests.
+/// A small check that markup nests, and the part of a page that it is for.
 
 #include <string>
 #include <vector>
@@ -33,6 +33,12 @@ inline std::string not_well_formed(const std::string& xml) {
     }
   }
   return open.empty() ? "" : "<" + open.back() + "> is never closed";
+}
+
+/// What a page has between <main> and the end of its body.
+inline std::string body_of(const std::string& page) {
+  const std::size_t from = page.find("<main>"), to = page.find("</body>");
+  return page.substr(from, to - from);
 }
 
 }  // namespace piste::test

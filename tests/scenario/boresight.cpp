@@ -17,27 +17,24 @@
 #include "piste/math/statistics.h"
 #include "support/mt9a_run.h"
 #include "support/thorough.h"
+#include "support/yaml.h"
 
 namespace piste::test {
 namespace {
-
-Vector3d vector_of(const YAML::Node& node) {
-  return {node[0].as<double>(), node[1].as<double>(), node[2].as<double>()};
-}
 
 constexpr std::size_t kQuantities = 5;
 constexpr std::array<const char*, kQuantities> kNames{"boresight", "gyro_total_bias", "accel_total_bias", "gyro_scale",
                                                       "accel_scale"};
 constexpr std::array<double, kQuantities> kBounds{0.02, 0.01, 0.01, 1200, 1200};
 
-struct Motion {
+struct KnownMotion {
   const char* name;
   std::array<Vector3d, kQuantities> sigma;  ///< stated
 };
 
-void PrintTo(const Motion& motion, std::ostream* out) { *out << motion.name; }
+void PrintTo(const KnownMotion& motion, std::ostream* out) { *out << motion.name; }
 
-class Boresight : public testing::TestWithParam<Motion> {};
+class Boresight : public testing::TestWithParam<KnownMotion> {};
 
 TEST_P(Boresight, AndTheErrorsOfTheImuAreFound) {
   struct Sums {
@@ -93,15 +90,15 @@ TEST_P(Boresight, AndTheErrorsOfTheImuAreFound) {
 
 INSTANTIATE_TEST_SUITE_P(
     Runs, Boresight,
-    testing::Values(Motion{"ski",
-                           {Vector3d(0.030, 0.0222, 0.0257), Vector3d::Constant(0.00515),
-                            Vector3d(0.0071, 0.0058, 0.0096), Vector3d(530, 1830, 550), Vector3d(770, 985, 1110)}},
-                    Motion{"easy_ski",
-                           {Vector3d(0.0099, 0.0106, 0.0095), Vector3d::Constant(0.00517),
-                            Vector3d(0.0049, 0.0038, 0.0069), Vector3d(213, 425, 218), Vector3d(525, 189, 816)}},
-                    Motion{"giant_slalom",
-                           {Vector3d(0.0067, 0.0085, 0.0064), Vector3d::Constant(0.0052),
-                            Vector3d(0.0035, 0.0037, 0.0043), Vector3d(153, 195, 159), Vector3d(294, 188, 427)}}),
+    testing::Values(KnownMotion{"ski",
+                                {Vector3d(0.030, 0.0222, 0.0257), Vector3d::Constant(0.00515),
+                                 Vector3d(0.0071, 0.0058, 0.0096), Vector3d(530, 1830, 550), Vector3d(770, 985, 1110)}},
+                    KnownMotion{"easy_ski",
+                                {Vector3d(0.0099, 0.0106, 0.0095), Vector3d::Constant(0.00517),
+                                 Vector3d(0.0049, 0.0038, 0.0069), Vector3d(213, 425, 218), Vector3d(525, 189, 816)}},
+                    KnownMotion{"giant_slalom",
+                                {Vector3d(0.0067, 0.0085, 0.0064), Vector3d::Constant(0.0052),
+                                 Vector3d(0.0035, 0.0037, 0.0043), Vector3d(153, 195, 159), Vector3d(294, 188, 427)}}),
     [](const auto& each) { return std::string(each.param.name); });
 
 }  // namespace

@@ -56,7 +56,7 @@ double horizontal_error(const Table& solution, const GeodeticFix& fix) {
 WindowErrors replay_drive(const std::vector<Interval>& windows, const std::string& gnss, const Sensor& sensor = {}) {
   const TemporaryFolder folder;
   const std::string drive = (std::filesystem::absolute(datasets()) / "drive").string();
-  std::string text = read_text(std::filesystem::path(source_folder()) / "config" / "sensors" / "mems_car.yaml");
+  std::string text = read_text(kSource / "config" / "sensors" / "mems_car.yaml");
   const auto set_noise = [&](const Sensor& as, std::string Sensor::*which) {
     const Sensor shipped;
     text.replace(text.find(shipped.*which), (shipped.*which).size(), as.*which);

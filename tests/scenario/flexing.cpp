@@ -16,7 +16,7 @@
 namespace piste::test {
 namespace {
 
-const int kRuns = seeds(20, 100);
+const int kDraws = seeds(20, 100);
 constexpr double kCorrelationTime = 15;
 const GaussMarkov kGiving{{0.2 * kDegree, 0.3 * kDegree, 0.2 * kDegree}, kCorrelationTime};
 
@@ -65,7 +65,7 @@ struct Nees {
 
 Nees mean_nees(bool told) {
   Nees mean;
-  for (int seed = 1; seed <= kRuns; ++seed) {
+  for (int seed = 1; seed <= kDraws; ++seed) {
     Flexing flexing(static_cast<std::uint64_t>(seed));
     Case& c = flexing.c;
     if (told) {
@@ -90,8 +90,8 @@ Nees mean_nees(bool told) {
                 [&](std::size_t row, const Tape::Epoch& filtered, const SmoothedState& smoothed) {
                   const StateLayout& layout = run.solution.layout();
                   const Quaterniond q_rb = truth(filtered.time);
-                  if (row == end) mean.filter += nees(layout, filtered.x, filtered.P, q_rb) / (3 * kRuns);
-                  if (row == middle) mean.smoother += nees(layout, smoothed.x, smoothed.P, q_rb) / (3 * kRuns);
+                  if (row == end) mean.filter += nees(layout, filtered.x, filtered.P, q_rb) / (3 * kDraws);
+                  if (row == middle) mean.smoother += nees(layout, smoothed.x, smoothed.P, q_rb) / (3 * kDraws);
                 });
   }
   fmt::print("{}: NEES per state, filter {:.2f}, smoother {:.2f}\n", told ? "told that it gives" : "told a constant",
@@ -100,7 +100,7 @@ Nees mean_nees(bool told) {
 }
 
 TEST(Flexing, ErrorsAreWhatTheFilterSaysWhereItIsTold) {
-  const Band band = chi_squared_band(0.999, 3, kRuns);
+  const Band band = chi_squared_band(0.999, 3, kDraws);
   const Nees told = mean_nees(true);
   EXPECT_TRUE(band.contains(told.filter)) << told.filter << " outside " << band.low << " to " << band.high;
   EXPECT_TRUE(band.contains(told.smoother)) << told.smoother << " outside " << band.low << " to " << band.high;

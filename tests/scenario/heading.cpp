@@ -81,18 +81,18 @@ Found found_everywhere(const std::string& what, double largest_sigma,
   return all;
 }
 
-struct Motion {
+struct FirstMotion {
   const char* name;
   double at_rest, moving;  ///< largest sigmas of the heading [deg]
 };
 
-void PrintTo(const Motion& motion, std::ostream* out) { *out << motion.name; }
+void PrintTo(const FirstMotion& motion, std::ostream* out) { *out << motion.name; }
 
-class Everywhere : public ::testing::TestWithParam<Motion> {};
+class Everywhere : public ::testing::TestWithParam<FirstMotion> {};
 
 TEST_P(Everywhere, FoundFromRestAndOnTheMove) {
   constexpr std::array kLater{7.0, 18.3, 31.0};  // s under way
-  const Motion& motion = GetParam();
+  const FirstMotion& motion = GetParam();
   Found at_rest(fmt::format("{} at rest", motion.name), motion.at_rest);
   std::vector<Found> moving;
   for (const double later : kLater) {
@@ -114,8 +114,8 @@ TEST_P(Everywhere, FoundFromRestAndOnTheMove) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Everywhere,
-                         ::testing::Values(Motion{"ski", 1.7, 0.6}, Motion{"giant_slalom", 1.6, 0.4},
-                                           Motion{"bicycle", 2.5, 2.7}),
+                         ::testing::Values(FirstMotion{"ski", 1.7, 0.6}, FirstMotion{"giant_slalom", 1.6, 0.4},
+                                           FirstMotion{"bicycle", 2.5, 2.7}),
                          [](const auto& each) { return std::string(each.param.name); });
 
 TEST(Heading, WithPositionOnly) {

@@ -23,8 +23,6 @@
 namespace piste::test {
 namespace {
 
-const std::filesystem::path kSource = source_folder();
-
 /// A CSV of numbers, to be spoilt.
 struct Sheet {
   std::string header;

@@ -52,12 +52,12 @@ Case mounted(const std::string& motion, const Mounting& mounting, std::uint64_t 
 }
 
 // Smoothed, at the start of the log, whole: rotation vectors of boresight and attitude, and their sigmas.
-struct Found {
+struct FoundMounting {
   Vector3d boresight, boresight_sigma, attitude, attitude_sigma;
   std::string how;
 };
 
-Found replay(const Case& c, const Log& log, const InitialHeading& heading) {
+FoundMounting replay(const Case& c, const Log& log, const InitialHeading& heading) {
   const FoundStart start = find_start(log, c.options, heading);
   const FilterRun run = run_filter(log, c.options, start.start, kCheckpointEvery);
   SmoothedState first;
@@ -75,7 +75,7 @@ Found replay(const Case& c, const Log& log, const InitialHeading& heading) {
 }
 
 /// Errors within 4 of their sigmas, and these below bounds [rad].
-void expect_found(const Found& f, double boresight_sigma, double attitude_sigma, const std::string& name) {
+void expect_found(const FoundMounting& f, double boresight_sigma, double attitude_sigma, const std::string& name) {
   EXPECT_LT(f.boresight.cwiseQuotient(f.boresight_sigma).cwiseAbs().maxCoeff(), 4) << name << ": " << f.how;
   EXPECT_LT(f.attitude.cwiseQuotient(f.attitude_sigma).cwiseAbs().maxCoeff(), 4) << name << ": " << f.how;
   EXPECT_LT(f.boresight_sigma.maxCoeff(), boresight_sigma) << name;
@@ -95,7 +95,7 @@ TEST_P(Mounted, IsFoundWhateverItIs) {
   for (std::size_t i = (source == Source::kAuto ? 0 : 1) + (rest ? 1 : 0); i < all.size(); i += thorough() ? 1 : 3) {
     Case c = mounted(motion, all[i], i + 1);
     if (!rest) c.conditioning.span = {c.under_way() + 8.3, c.under_way() + 60};
-    const Found f = replay(c, c.log(), {.source = source});
+    const FoundMounting f = replay(c, c.log(), {.source = source});
     expect_found(f, 0.06 * kDegree, 0.08 * kDegree, all[i].name);
     boresight += f.boresight.cwiseQuotient(f.boresight_sigma).squaredNorm() / 3;
     attitude += f.attitude.cwiseQuotient(f.attitude_sigma).squaredNorm() / 3;

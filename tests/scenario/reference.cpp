@@ -16,7 +16,6 @@
 namespace piste::test {
 namespace {
 
-const std::filesystem::path kSource = source_folder();
 const std::array kAngles{"roll", "pitch", "heading"};
 
 // Errors of an attitude log against the truth at its epochs.

@@ -12,11 +12,11 @@
 #include "support/navigation.h"
 #include "support/places.h"
 #include "support/program.h"
+#include "support/yaml.h"
 
 namespace piste::test {
 namespace {
 
-const std::filesystem::path kSource = source_folder();
 const Interval kUnderWay{302460, 302550};
 
 struct Result {
@@ -79,10 +79,6 @@ void expect_estimate(const YAML::Node& estimate, const Vector3d& truth, double l
     EXPECT_LT(sigma, largest) << name << " axis " << i;
     std::printf("%s[%d]: error %.6g, sigma %.6g\n", name.c_str(), i, error, sigma);
   }
-}
-
-Vector3d vector_of(const YAML::Node& node) {
-  return {node[0].as<double>(), node[1].as<double>(), node[2].as<double>()};
 }
 
 TEST(SkiRun, L1L2) {

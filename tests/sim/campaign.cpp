@@ -20,7 +20,7 @@ namespace {
 using test::contains;
 using test::message_of;
 
-const std::filesystem::path kConfig = std::filesystem::path(test::source_folder()) / "config";
+const std::filesystem::path kConfig = test::kSource / "config";
 
 const Campaign& shipped() {
   static const Campaign campaign = read_campaign(kConfig / "scenarios" / "campaign.yaml");

@@ -18,8 +18,8 @@ namespace {
 using test::contains;
 using test::message_of;
 
-const std::filesystem::path kConfig = std::filesystem::path(test::source_folder()) / "config";
-const std::filesystem::path kSuite = kConfig / "scenarios" / "montecarlo";
+const std::filesystem::path kShipped = test::kSource / "config";
+const std::filesystem::path kSuite = kShipped / "scenarios" / "montecarlo";
 
 const std::vector<Block> kUsual = {Block::kGyroBias,   Block::kAccelBias, Block::kGyroDrift,
                                    Block::kAccelDrift, Block::kGyroScale, Block::kAccelScale};
@@ -30,13 +30,13 @@ std::vector<Block> usual_and(std::initializer_list<Block> more) {
   return blocks;
 }
 
-ReplaySetup shipped(const std::string& name) { return read_scenario(kSuite / (name + ".yaml")).replay; }
+ReplaySetup shipped_setup(const std::string& name) { return read_scenario(kSuite / (name + ".yaml")).replay; }
 
 class ReplaySetupTest : public testing::Test {
  protected:
   // The ski run, and what a file says beyond it, from its third line on.
   Scenario read(const std::string& text) {
-    const std::string base = (kConfig / "scenarios" / "ski.yaml").string();
+    const std::string base = (kShipped / "scenarios" / "ski.yaml").string();
     return read_scenario(folder_.write("run.yaml", "base: " + base + "\nseed: 3\n" + text));
   }
   std::string refusal(const std::string& text) {
@@ -133,7 +133,7 @@ gnss:
 
 TEST(MonteCarloSuite, EveryScenarioSaysHowItIsReplayed) {
   std::size_t files = 0;
-  for (const auto& folder : {kConfig / "scenarios", kSuite}) {
+  for (const auto& folder : {kShipped / "scenarios", kSuite}) {
     for (const auto& entry : std::filesystem::directory_iterator(folder)) {
       if (entry.path().extension() != ".yaml" || entry.path().stem() == "backpack") continue;  // that one has no motion
       if (is_campaign(entry.path())) continue;
@@ -147,18 +147,18 @@ TEST(MonteCarloSuite, EveryScenarioSaysHowItIsReplayed) {
 }
 
 TEST(MonteCarloSuite, ReplaysWhatItsNamesSay) {
-  EXPECT_EQ(shipped("ski_l1").gnss, std::vector<std::size_t>{1});
-  EXPECT_EQ(shipped("ski_l1").estimate, usual_and({Block::kGnssPositionDrift}));
-  EXPECT_EQ(shipped("bicycle_l1_attitude").estimate,
+  EXPECT_EQ(shipped_setup("ski_l1").gnss, std::vector<std::size_t>{1});
+  EXPECT_EQ(shipped_setup("ski_l1").estimate, usual_and({Block::kGnssPositionDrift}));
+  EXPECT_EQ(shipped_setup("bicycle_l1_attitude").estimate,
             usual_and({Block::kBoresight, Block::kGnssPositionDrift, Block::kAttitudeDrift}));
-  EXPECT_EQ(shipped("ski_l1l2_attitude").estimate, usual_and({Block::kBoresight, Block::kAttitudeDrift}));
+  EXPECT_EQ(shipped_setup("ski_l1l2_attitude").estimate, usual_and({Block::kBoresight, Block::kAttitudeDrift}));
   for (const char* name : {"ski_heading", "bicycle_heading", "ski_heading_l1", "ski_no_rest"}) {
-    EXPECT_EQ(shipped(name).heading, ReplaySetup::Heading::kAuto) << name;
-    EXPECT_TRUE(shipped(name).random_headings) << name;
+    EXPECT_EQ(shipped_setup(name).heading, ReplaySetup::Heading::kAuto) << name;
+    EXPECT_TRUE(shipped_setup(name).random_headings) << name;
   }
-  EXPECT_EQ(shipped("ski_heading_l1").gnss, std::vector<std::size_t>{1});
+  EXPECT_EQ(shipped_setup("ski_heading_l1").gnss, std::vector<std::size_t>{1});
   EXPECT_EQ(read_scenario(kSuite / "ski_no_rest.yaml").motion.duration(), 90);
-  EXPECT_EQ(shipped("ski_outages").outages.size(), 3u);
+  EXPECT_EQ(shipped_setup("ski_outages").outages.size(), 3u);
 }
 
 TEST(MonteCarloSuite, TheWorseSensorIsTwiceAsNoisyAsTheFilterIsTold) {

@@ -18,7 +18,7 @@
 namespace piste {
 namespace {
 
-const std::filesystem::path kScenarios = std::filesystem::path(test::source_folder()) / "config" / "scenarios";
+const std::filesystem::path kScenarios = test::kSource / "config" / "scenarios";
 
 // Table 5 of the article.
 const Vector3d kAccelCorrelation(0.96, 0.33, 0.98), kGyroCorrelation(0.29, 0.48, 0.29);
@@ -139,7 +139,7 @@ TEST(Scenario, RaceReachesTheRangeOfTheMems) {
 }
 
 TEST(Scenario, FilesReadBackAsTheRecordings) {
-  const std::filesystem::path folder = std::filesystem::path(test::source_folder()) / "data" / "ski_run";
+  const std::filesystem::path folder = test::kSource / "data" / "ski_run";
   const Scenario s = shipped("ski_run.yaml");
   const Simulation run = simulate(s, s.seed);
   const ImuRecording imu = read_imu({(folder / "mt9a_1.csv").string()});
@@ -183,7 +183,7 @@ TEST(Scenario, FilesHaveTheColumnsOfTheContract) {
 
 TEST(Scenario, ShippedRunIsWhatItsReadmeSays) {
   const auto content = [](const std::string& name) {
-    std::ifstream in(std::filesystem::path(test::source_folder()) / "data" / "ski_run" / name, std::ios::binary);
+    std::ifstream in(test::kSource / "data" / "ski_run" / name, std::ios::binary);
     return std::string(std::istreambuf_iterator<char>(in), {});
   };
   const Scenario s = shipped("ski_run.yaml");
@@ -204,7 +204,7 @@ std::filesystem::path written(const std::string& name, const std::string& text) 
 }
 
 TEST(Scenario, ReadsEveryKeyInItsUnit) {
-  const std::string sensor = (std::filesystem::path(test::source_folder()) / "config/sensors/ln200.yaml").string();
+  const std::string sensor = (test::kSource / "config/sensors/ln200.yaml").string();
   const Scenario s = read_scenario(written("every.yaml", R"(
 origin: {latitude: 46 deg, longitude: 7 deg, height: 100 m}
 start: 1000 s

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
-
+#include "piste/math/linear_algebra.h"
 #include "support/random.h"
 
 namespace piste {
@@ -58,12 +57,12 @@ TEST_P(Rows, UpdateIsTheDenseFormula) {
       if (l.has(block)) H.middleCols(l.offset(block), info(block).size) = J.topLeftCorner(m, info(block).size);
     }
     const MatrixXd R = lin.covariance.topLeftCorner(m, m), S = H * P * H.transpose() + R;
-    const MatrixXd K = P * H.transpose() * S.inverse(), A = MatrixXd::Identity(n, n) - K * H;
+    const MatrixXd K = P * H.transpose() * inverse(S), A = MatrixXd::Identity(n, n) - K * H;
     const Eigen::VectorXd z = lin.residual.head(m);
     EXPECT_TRUE(u.H.topRows(m) == H);
     EXPECT_TRUE(u.H.bottomRows(3 - m).isZero(0));
     EXPECT_LT(relative(u.S.topLeftCorner(m, m), S), 1e-14);
-    EXPECT_NEAR(u.nis / z.dot(S.inverse() * z), 1, 1e-12);
+    EXPECT_NEAR(u.nis / z.dot(inverse(S) * z), 1, 1e-12);
     EXPECT_LT(relative(gain(u).leftCols(m), K), 1e-13);
     EXPECT_TRUE(gain(u).rightCols(3 - m).isZero(0));
     EXPECT_TRUE(u.residual.tail(3 - m).isZero(0));
@@ -137,7 +136,7 @@ TEST_P(Rows, UpdateAdjointIsTheDenseFormula) {
   const int n = l.size();
   const Update u = innovate(random.covariance(n), l, random_measurement(random, rows()));
   const MatrixXd A = MatrixXd::Identity(n, n) - gain(u) * u.H;
-  const MatrixXd H = u.H.topRows(rows()), weight = u.S.topLeftCorner(rows(), rows()).inverse();
+  const MatrixXd H = u.H.topRows(rows()), weight = inverse(u.S.topLeftCorner(rows(), rows()));
   Covariance Lambda = random.covariance(n);
   ErrorVector lambda = random.matrix(n, 1);
   const MatrixXd expected_lambda = A.transpose() * lambda - H.transpose() * weight * u.residual.head(rows());
@@ -175,7 +174,7 @@ TEST(Kalman, SmoothedCovarianceSurvivesAnOutage) {
     Covariance after = before;
     joseph(after, u, lin.covariance);
     // What later fixes tell: Λ = (P + N)⁻¹, where they leave N of the errors.
-    const MatrixXd later = MatrixXd(after + 1e-4 * random.covariance(n)).inverse();
+    const MatrixXd later = inverse(after + 1e-4 * random.covariance(n));
     Covariance Lambda = 0.5 * (later + later.transpose());
     const MatrixXd smoothed_after = after - after * Lambda * after;
     ErrorVector lambda = ErrorVector::Zero(n);

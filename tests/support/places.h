@@ -1,12 +1,14 @@
 #pragma once
 /// Where tests find what they read and run, wherever they are started.
 
+#include <filesystem>
 #include <string>
 
 namespace piste::test {
 
 /// The repository's folder, without a `/` behind.
 std::string source_folder();
+inline const std::filesystem::path kSource = source_folder();
 
 /// The folder of the build that the test is of.
 std::string build_folder();

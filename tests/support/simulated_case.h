@@ -28,7 +28,7 @@ struct Case {
 
 inline Case make_case(const std::string& motion, double heading_deg, std::uint64_t seed,
                       const std::function<void(Scenario&)>& change = {}) {
-  Scenario s = read_scenario(std::filesystem::path(source_folder()) / "config" / "scenarios" / (motion + ".yaml"));
+  Scenario s = read_scenario(kSource / "config" / "scenarios" / (motion + ".yaml"));
   s.imus.resize(1);
   s.gnss.resize(1);
   s.attitude.clear();

@@ -12,8 +12,6 @@
 
 namespace piste::test {
 
-inline const std::filesystem::path kSource = source_folder();
-
 class SkiRun {
  public:
   static constexpr const char* kConfig = "config/ski_run.yaml";

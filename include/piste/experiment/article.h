@@ -7,20 +7,20 @@
 #include <array>
 #include <cstddef>
 #include <filesystem>
-#include <limits>
 #include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "piste/experiment/signals.h"
+#include "piste/math/statistics.h"
 
 namespace piste {
 
 /// A printed number: its value, its standard deviation, and the largest rounding error of the value. NaN if it is not
 /// printed.
 struct Printed {
-  double value = std::numeric_limits<double>::quiet_NaN(), std = std::numeric_limits<double>::quiet_NaN();
+  double value = kNaN, std = kNaN;
   double rounding = 0;
 };
 using PrintedRow = std::array<Printed, kSignals>;

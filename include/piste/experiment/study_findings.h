@@ -189,11 +189,11 @@ struct Study {
 };
 
 /// Which of the two numbers of an axis.
-enum class Quantity { kBias, kScale };
+enum class StudyQuantity { kBias, kScale };
 
 /// Bias or scale as a correction to add, and its true value in the same form: −bias / (1 + scale) in the unit of files
 /// (−bias for a method without scale), and −scale / (1 + scale). Nothing if the method does not give it.
-std::optional<Term> shown(const AxisEstimate& estimate, Quantity quantity, int axis);
-std::optional<double> shown_truth(const AxisEstimate& estimate, Quantity quantity, int axis);
+std::optional<Term> shown(const AxisEstimate& estimate, StudyQuantity quantity, int axis);
+std::optional<double> shown_truth(const AxisEstimate& estimate, StudyQuantity quantity, int axis);
 
 }  // namespace piste

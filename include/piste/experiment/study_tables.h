@@ -41,7 +41,7 @@ struct AcrossRow {
 };
 
 /// The table of one method: Tables 1 (kRest), 3 and 4 (kJoint), 6 (kBiasOnly), and the same for every other method.
-std::vector<AcrossRow> table_of(const Study& study, Method method, Quantity quantity);
+std::vector<AcrossRow> table_of(const Study& study, Method method, StudyQuantity quantity);
 
 /// Table 2: bias at rest before and after, over the runs that have both.
 struct BeforeAfterRow {
@@ -68,17 +68,17 @@ std::vector<CorrelationRow> correlations(const Study& study, Method method = Met
 struct Comparison {
   std::size_t sensor = 0;
   int axis = 0;
-  Quantity quantity{};
+  StudyQuantity quantity{};
   Method a{}, b{};
   Across difference;
 };
 /// The comparisons of all pairs of methods, a before b. Holm's correction is over the sensors and axes of each pair.
-std::vector<Comparison> comparisons(const Study& study, Quantity quantity);
+std::vector<Comparison> comparisons(const Study& study, StudyQuantity quantity);
 
 /// How often the true value lies inside the stated 95 % interval, over runs, sensors and the three axes of a triad.
 struct Coverage {
   Method method{};
-  Quantity quantity{};
+  StudyQuantity quantity{};
   bool gyro = false;
   std::size_t inside = 0, all = 0;
   double worst = 0;  ///< largest error over its total sigma

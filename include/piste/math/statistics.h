@@ -2,10 +2,16 @@
 /// Means, spreads and quantiles of values, quantiles of distributions, and bands in which a statistic should lie.
 
 #include <Eigen/Core>
+#include <limits>
 #include <span>
 #include <vector>
 
 namespace piste {
+
+/// No value.
+inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+constexpr double square(double x) { return x * x; }
 
 /// The mean. @pre not empty
 double mean(std::span<const double> values);

@@ -15,6 +15,7 @@ namespace piste {
 
 /// One degree in radians, and one radian in degrees.
 inline constexpr double kDegree = std::numbers::pi / 180, kDegreesPerRadian = 180 / std::numbers::pi;
+inline constexpr double kMillisecondsPerSecond = 1e3;
 
 /// What a number measures: the exponents of its base dimensions times two (√Hz has half exponents), and for error
 /// messages a name and an example.

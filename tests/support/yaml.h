@@ -1,0 +1,14 @@
+#pragma once
+/// Reads what summary.json and truth.json hold.
+
+#include <yaml-cpp/yaml.h>
+
+#include <Eigen/Core>
+
+namespace piste::test {
+
+inline Eigen::Vector3d vector_of(const YAML::Node& node) {
+  return {node[0].as<double>(), node[1].as<double>(), node[2].as<double>()};
+}
+
+}  // namespace piste::test
