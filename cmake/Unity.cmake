@@ -2,9 +2,10 @@ option(PISTE_UNITY "Compile neighbouring files of a folder together" OFF)
 
 # Adds the files NAME.cpp of FOLDER, which lies in `root`. With PISTE_UNITY up to sixteen of them are compiled as one unit,
 # as most of a file's time goes into headers and templates that its neighbours need too. Units stay within a call, so that a
-# new file changes none elsewhere. They include by a path from `root`, which the target has to have among its include
-# folders: CMake's own units hold the checkout's path, and ccache would take those of another clone for other code.
-function(piste_add_files target root folder unit)
+# new file changes none elsewhere; each is named after its first file. They include by a path from `root`, which has to be
+# among the target's include folders: CMake's own units hold the checkout's path, and ccache would take those of another
+# clone for other code.
+function(piste_add_files target root folder)
   list(TRANSFORM ARGN PREPEND ${folder}/ OUTPUT_VARIABLE files)
   list(TRANSFORM files APPEND .cpp)
   list(TRANSFORM files PREPEND ${root}/ OUTPUT_VARIABLE sources)
@@ -14,16 +15,15 @@ function(piste_add_files target root folder unit)
   endif()
   set_source_files_properties(${sources} PROPERTIES HEADER_FILE_ONLY ON)
   list(LENGTH files left)
-  set(number 0)
   while(left GREATER 0)
     list(SUBLIST files 0 16 together)
+    list(GET together 0 first)
     list(REMOVE_ITEM files ${together})
     list(LENGTH files left)
     list(TRANSFORM together REPLACE "(.+)" "#include \"\\1\"\n")
     list(JOIN together "" content)
-    set(source ${CMAKE_CURRENT_BINARY_DIR}/unity/${target}/${unit}_${number}.cpp)
+    set(source ${CMAKE_CURRENT_BINARY_DIR}/unity/${target}/${first})
     file(CONFIGURE OUTPUT ${source} CONTENT "${content}" @ONLY)
     target_sources(${target} PRIVATE ${source})
-    math(EXPR number "${number} + 1")
   endwhile()
 endfunction()
