@@ -71,11 +71,11 @@ void suspect_triad(const TriadHealth& t, const ImuHealth& h, const std::string& 
 }  // namespace
 
 std::vector<Suspicion> suspicions(const ImuHealth& h, const RowFaults& faults, const std::string& file) {
-  constexpr double kFastest = 20000, kSlowest = 4, kUsefulRate = 40;  // Hz
-  std::vector<Suspicion> found = suspicions(h.sampling, faults, file, kFastest, kSlowest);
+  constexpr double kFastestImu = 20000, kSlowestImu = 4, kUsefulRate = 40;  // Hz
+  std::vector<Suspicion> found = suspicions(h.sampling, faults, file, kFastestImu, kSlowestImu);
   if (h.sampling.rows < 3) return found;
   const auto add = adding_to(found, file);
-  suspect_forces(h, kSlowest, file, found);
+  suspect_forces(h, kSlowestImu, file, found);
   if (h.fast_rates) {
     add(LogFault::kGyroDegrees,
         fmt::format("one rate in a hundred is beyond {} rad/s, up to {:.4g}", kFastRates,
@@ -90,7 +90,7 @@ std::vector<Suspicion> suspicions(const ImuHealth& h, const RowFaults& faults, c
                     h.frozen.size(), h.frozen.front().start, h.frozen.front().end),
         "did the logger lose the sensor? Leave these rows out: a gap is honest");
   }
-  if (h.sampling.rate() < kUsefulRate && h.sampling.rate() >= kSlowest) {
+  if (h.sampling.rate() < kUsefulRate && h.sampling.rate() >= kSlowestImu) {
     add(LogFault::kLowRate, fmt::format("{:.3g} Hz; a body's motion asks for 50 Hz or more", h.sampling.rate()),
         "log faster where the sensor can");
   }
