@@ -4,7 +4,7 @@ option(PISTE_UNITY "Compile neighbouring files of a folder together" OFF)
 # as most of a file's time goes into headers and templates that its neighbours need too. Units stay within a call, so that a
 # new file changes none elsewhere; each is named after its first file. They include by a path from `root`, which has to be
 # among the target's include folders: CMake's own units hold the checkout's path, and ccache would take those of another
-# clone for other code.
+# clone for other code. Sixteen, as with eight the whole build takes 653 job-seconds where it takes 583.
 function(piste_add_files target root folder)
   list(TRANSFORM ARGN PREPEND ${folder}/ OUTPUT_VARIABLE files)
   list(TRANSFORM files APPEND .cpp)

@@ -57,7 +57,7 @@ double residual_of(const std::vector<Pair>& pairs, const Matrix3d& turn) {
 }
 
 // A reading of the columns, and how much it differs from the labels.
-struct AxesOfVelocity {
+struct VelocityReading {
   Matrix3d axes = Matrix3d::Identity();
   double scale = 1;
   bool interchanged = false;
@@ -81,8 +81,8 @@ struct SpeedUnit {
 constexpr std::array kSpeedUnits{SpeedUnit{1, "m/s"}, SpeedUnit{3.6, "km/h"}, SpeedUnit{kHour / 1852, "knots"},
                                  SpeedUnit{kHour / 1609.344, "miles/h"}, SpeedUnit{1 / 0.3048, "ft/s"}};
 
-std::vector<AxesOfVelocity> readings() {
-  std::vector<AxesOfVelocity> all;
+std::vector<VelocityReading> readings() {
+  std::vector<VelocityReading> all;
   for (const SpeedUnit& unit : kSpeedUnits) {
     for (const Matrix3d& axes : signed_permutations()) {
       all.push_back({axes, unit.scale, false, oddity_of(axes) + (unit.scale == 1 ? 0 : 2)});
@@ -135,8 +135,8 @@ std::vector<Pair> pairs_in_motion(const std::vector<GeodeticFix>& fixes, const P
 // as the best, it is the one that differs least from the labels.
 void choose_reading(const std::vector<Pair>& as_given, const std::vector<Pair>& other, VelocityFit& fit) {
   constexpr double kClearly = 0.5, kHardlyWorse = 1.15, kLeast = 0.3;  // parts, and m/s
-  std::vector<std::pair<double, AxesOfVelocity>> tried;
-  for (const AxesOfVelocity& r : readings()) {
+  std::vector<std::pair<double, VelocityReading>> tried;
+  for (const VelocityReading& r : readings()) {
     if (r.interchanged && other.empty()) continue;
     tried.emplace_back(residual_of(r.interchanged ? other : as_given, r.scale * r.axes), r);
   }

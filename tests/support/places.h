@@ -8,6 +8,7 @@ namespace piste::test {
 
 /// The repository's folder, without a `/` behind.
 std::string source_folder();
+/// The same as a path.
 inline const std::filesystem::path kSource = source_folder();
 
 /// The folder of the build that the test is of.
