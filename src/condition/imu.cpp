@@ -3,16 +3,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "condition/row_gaps.h"
 #include "condition/spline.h"
 #include "imu_gaps.h"
 #include "piste/condition/pipeline.h"
 #include "piste/core/error.h"
-#include "piste/math/statistics.h"
 
 namespace piste {
 namespace {
 
-constexpr double kGapFactor = 1.5, kLongestGap = 300, kAtRange = 0.999, kBeyond = 2;
+constexpr double kLongestGap = 300, kAtRange = 0.999, kBeyond = 2;
 constexpr double kShortestInterval = 1e-5, kLongestInterval = 1;
 
 /// The rows within the span, in GPS time and body axes.
@@ -50,18 +50,21 @@ Rows rows_in_span(const ImuRecording& recording, const ConditioningOptions& opti
   return rows;
 }
 
-double median_interval(const std::vector<double>& time) {
-  std::vector<double> intervals(time.size() - 1);
-  for (std::size_t i = 0; i < intervals.size(); ++i) intervals[i] = time[i + 1] - time[i];
-  return median(std::move(intervals));
-}
-
-double nominal_interval(const Rows& rows, const std::string& file) {
-  const double nominal = median_interval(rows.time);
-  if (nominal >= kShortestInterval && nominal <= kLongestInterval) return nominal;
-  throw DataError(
-      file, fmt::format("the IMU's rows are {:.3g} s apart; times in seconds, and intervals of {} to {} s are expected",
-                        nominal, kShortestInterval, kLongestInterval));
+RowGaps gaps_of(const Rows& rows, const std::string& file) {
+  RowGaps gaps = find_gaps(rows.time);
+  if (gaps.period < kShortestInterval || gaps.period > kLongestInterval) {
+    throw DataError(file,
+                    fmt::format("the IMU's rows are {:.3g} s apart; times in seconds, and intervals of {} to {} s are "
+                                "expected",
+                                gaps.period, kShortestInterval, kLongestInterval));
+  }
+  for (const std::size_t i : gaps.after) {
+    if (rows.time[i] - rows.time[i - 1] <= kLongestGap) continue;
+    throw DataError(file, fmt::format("the IMU is silent from {:.3f} to {:.3f} s, longer than {} s; replay the parts "
+                                      "one by one with `span`",
+                                      rows.time[i - 1], rows.time[i], kLongestGap));
+  }
+  return gaps;
 }
 
 /// Marks components at the range as clipped. A component far beyond the range is not a measurement: it is replaced by
@@ -84,11 +87,10 @@ std::vector<std::uint8_t> mark_clipped(std::vector<Vector3d>& values, double ran
   return marks;
 }
 
-void mark_clipped(Rows& rows, const ConditioningOptions& options, bool increments) {
-  const double nominal = median_interval(rows.time);
+void mark_clipped(Rows& rows, const RowGaps& gaps, const ConditioningOptions& options, bool increments) {
   const auto unit = [&](std::size_t i) {
     if (!increments) return 1.0;
-    return i > 0 ? std::min(rows.time[i] - rows.time[i - 1], kGapFactor * nominal) : nominal;
+    return i == 0 || gaps.before(i) ? gaps.period : rows.time[i] - rows.time[i - 1];
   };
   rows.clipped_gyro = mark_clipped(rows.gyro, options.gyro_range, unit);
   rows.clipped_accel = mark_clipped(rows.accel, options.accel_range, unit);
@@ -97,12 +99,9 @@ void mark_clipped(Rows& rows, const ConditioningOptions& options, bool increment
 /// Turns rows into increments.
 class Incrementer {
  public:
-  Incrementer(const Rows& rows, const ImuRecording& recording, const ConditioningOptions& options, Log& log)
-      : rows_(rows),
-        recording_(recording),
-        options_(options),
-        log_(log),
-        nominal_(nominal_interval(rows, recording.file)) {}
+  Incrementer(const Rows& rows, const RowGaps& gaps, const ImuRecording& recording, const ConditioningOptions& options,
+              Log& log)
+      : rows_(rows), gaps_(gaps), recording_(recording), options_(options), log_(log) {}
 
   void run() {
     log_.imu.reserve(rows_.time.size() + 16);
@@ -120,26 +119,10 @@ class Incrementer {
  private:
   double step(std::size_t i) const { return rows_.time[i] - rows_.time[i - 1]; }
 
-  // Whether rows are missing before row i ≥ 1.
-  bool gap_before(std::size_t i) const {
-    if (!(step(i) > kGapFactor * nominal_)) return false;
-    const double both = (kGapFactor + 1) * nominal_;
-    const bool early_before = i >= 2 && step(i) + step(i - 1) < both;
-    const bool late = i + 1 < rows_.time.size() && step(i) + step(i + 1) < both;
-    if (early_before || late) return false;
-    if (step(i) > kLongestGap) {
-      throw DataError(recording_.file,
-                      fmt::format("the IMU is silent from {:.3f} to {:.3f} s, longer than {} s; replay the "
-                                  "parts one by one with `span`",
-                                  rows_.time[i - 1], rows_.time[i], kLongestGap));
-    }
-    return true;
-  }
-
   // Adds samples for a gap; they are filled later.
   void leave_open(double start, double end) {
     ++log_.counts.imu_gaps;
-    const int count = std::max(1, static_cast<int>(std::lround((end - start) / nominal_)));
+    const int count = std::max(1, static_cast<int>(std::lround((end - start) / gaps_.period)));
     double before = start;
     for (int k = 1; k <= count; ++k) {
       const double time = k == count ? end : start + (end - start) * k / count;
@@ -151,9 +134,9 @@ class Incrementer {
   // For rows that are of the interval before them.
   void pass_intervals() {
     for (std::size_t i = 0; i < rows_.time.size(); ++i) {
-      const bool after_gap = i > 0 && gap_before(i);
-      const double interval = i == 0 || after_gap ? nominal_ : step(i);
-      if (after_gap) leave_open(rows_.time[i - 1], rows_.time[i] - nominal_);
+      const bool after_gap = i > 0 && gaps_.before(i);
+      const double interval = i == 0 || after_gap ? gaps_.period : step(i);
+      if (after_gap) leave_open(rows_.time[i - 1], rows_.time[i] - gaps_.period);
       const double unit = recording_.increments ? 1 : interval;
       log_.imu.push_back({.time = rows_.time[i],
                           .interval = interval,
@@ -169,7 +152,7 @@ class Incrementer {
     const std::size_t count = rows_.time.size();
     for (std::size_t begin = 0, end = 0; begin < count; begin = end) {
       end = begin + 1;
-      while (end < count && !gap_before(end)) ++end;
+      while (end < count && !gaps_.before(end)) ++end;
       if (begin > 0) leave_open(rows_.time[begin - 1], rows_.time[begin]);
       if (end - begin >= 2) integrate_piece(begin, end - begin);
     }
@@ -197,10 +180,10 @@ class Incrementer {
   }
 
   const Rows& rows_;
+  const RowGaps& gaps_;
   const ImuRecording& recording_;
   const ConditioningOptions& options_;
   Log& log_;
-  double nominal_;
 };
 
 }  // namespace
@@ -211,8 +194,9 @@ Log condition_imu(const ImuRecording& recording, const ConditioningOptions& opti
   }
   Log log;
   Rows rows = rows_in_span(recording, options, log);
-  mark_clipped(rows, options, recording.increments);
-  Incrementer(rows, recording, options, log).run();
+  const RowGaps gaps = gaps_of(rows, recording.file);
+  mark_clipped(rows, gaps, options, recording.increments);
+  Incrementer(rows, gaps, recording, options, log).run();
   return log;
 }
 

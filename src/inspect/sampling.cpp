@@ -8,13 +8,12 @@
 #include <numeric>
 #include <string_view>
 
+#include "condition/row_gaps.h"
 #include "math/time.h"
-#include "piste/math/statistics.h"
 
 namespace piste {
 namespace {
 
-constexpr double kGapFactor = 1.5;
 constexpr double kFinest = 1e-6;         // s
 constexpr double kGpsEpoch = 315964800;  // s after 1970 of the first GPS week
 constexpr double kJittery = 0.2;         // of the interval
@@ -87,25 +86,21 @@ Sampling sampling(std::span<const double> time) {
   if (time.empty()) return s;
   s.span = {time.front(), time.back()};
   if (time.size() < 2) return s;
-  std::vector<double> steps(time.size() - 1);
-  for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = time[i + 1] - time[i];
-  s.interval = median(steps);
+  const RowGaps gaps = find_gaps(time);
+  s.interval = gaps.period;
   s.resolution = resolution(time);
   double sum = 0;
-  std::size_t count = 0;
-  const double both = (kGapFactor + 1) * s.interval;
-  for (std::size_t i = 0; i < steps.size(); ++i) {
-    const bool late =
-        (i > 0 && steps[i] + steps[i - 1] < both) || (i + 1 < steps.size() && steps[i] + steps[i + 1] < both);
-    if (steps[i] > kGapFactor * s.interval && !late) {
-      s.gaps.push_back({time[i], time[i + 1]});
-      s.missing += static_cast<std::size_t>(std::llround(std::min(steps[i] / s.interval, 1e15))) - 1;
-      continue;
+  for (std::size_t i = 1; i < time.size(); ++i) {
+    const double step = time[i] - time[i - 1];
+    if (gaps.before(i)) {
+      s.gaps.push_back({time[i - 1], time[i]});
+      s.missing += static_cast<std::size_t>(std::llround(std::min(step / s.interval, 1e15))) - 1;
+    } else {
+      sum += (step - s.interval) * (step - s.interval);
     }
-    sum += (steps[i] - s.interval) * (steps[i] - s.interval);
-    ++count;
   }
-  if (count > 0) s.jitter = std::sqrt(sum / static_cast<double>(count));
+  const std::size_t whole = time.size() - 1 - s.gaps.size();
+  if (whole > 0) s.jitter = std::sqrt(sum / static_cast<double>(whole));
   return s;
 }
 

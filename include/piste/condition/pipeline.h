@@ -11,14 +11,15 @@ namespace piste {
 ///
 /// **IMU.** Rows are turned into body axes and their times into GPS time. Each row becomes the increments over the
 /// interval since the row before. These are the row itself if it has increments, its value times the interval if it is
-/// a mean, or the integral of a cubic spline if rows are instantaneous samples. The first row covers one median
-/// interval; with instantaneous samples it only begins the first interval.
+/// a mean, or the integral of a cubic spline if rows are instantaneous samples. The first row covers one
+/// period; with instantaneous samples it only begins the first interval.
 ///
-/// **Gaps.** A gap is an interval above 1.5 times the median, unless its neighbours are shorter by as much (then a time
-/// stamp was late). A gap is filled by samples marked `gap` at about the median interval. They lie on the straight line
-/// between the mean rates of the 0.2 s on either side. Their noise is twice that of such lines within 10 s of the gap,
-/// or five times its length if that is more. The row after the gap covers one median interval. An interval above 300 s
-/// is an error.
+/// **Gaps.** A gap is an interval above 1.5 periods after which the rows are late by half a period or more, however
+/// many of the eight intervals on either side are counted with it; so late, rounded and bunched time stamps are no
+/// gaps. The period is the mean interval where no row is missing. A gap is filled by samples marked `gap`, one about
+/// every period. They lie on the straight line between the mean rates of the 0.2 s on either side. Their noise is twice
+/// that of such lines within 10 s of the gap, or five times its length if that is more. The row after the gap covers
+/// one period. An interval above 300 s is an error.
 ///
 /// **Clipping.** A sample with a component at 0.999 of the range or more is marked as clipped. Beyond twice the range,
 /// the component is replaced by the mean of its neighbours.

@@ -16,7 +16,7 @@ namespace piste {
 struct Sampling {
   std::size_t rows = 0;
   Interval span;
-  double interval = 0;         ///< median [s]; 0 if there are fewer than two rows
+  double interval = 0;         ///< mean where no row is missing [s]; 0 if there are fewer than two rows
   double jitter = 0;           ///< rms of the intervals about it, without gaps [s]
   double resolution = 0;       ///< of the time stamps [s]: all are multiples of it to 1 µs; 0 if it is smaller
   std::vector<Interval> gaps;  ///< from the row before to the row after
@@ -25,8 +25,8 @@ struct Sampling {
   double rate() const { return interval > 0 ? 1 / interval : 0; }
 };
 
-/// Examines times. A gap is an interval above 1.5 times the median, unless the intervals beside it are shorter by as
-/// much: then a time stamp was late. @pre times increase
+/// Examines times. Gaps are those of condition(), which judges intervals by the clock that the rows keep as a whole.
+/// @pre times increase
 Sampling sampling(std::span<const double> time);
 
 /// What looks wrong with the rows of any log: rows that could not be read, time stamps in another unit or of another
