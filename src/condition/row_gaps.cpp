@@ -10,6 +10,7 @@ namespace {
 constexpr double kLong = 1.5, kBehind = 0.5;  // periods
 constexpr std::size_t kNeighbours = 8;        // intervals on either side: a packet of nine rows has one stamp
 constexpr std::size_t kBlock = 16;            // intervals
+constexpr double kFewGaps = 0.1;              // part of the blocks that surely hold no gap
 
 // The clock is behind by the sum of what each interval is longer than a period. Its smallest value over all numbers of
 // neighbours is the interval's own, and the smallest sum on either side.
@@ -42,7 +43,7 @@ double first_period(std::span<const double> time) {
     means.clear();
     for (std::size_t i = 1; i < time.size(); ++i) means.push_back(time[i] - time[i - 1]);
   }
-  return median(std::move(means));
+  return quantile(std::move(means), kFewGaps);
 }
 
 }  // namespace
