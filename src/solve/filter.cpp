@@ -25,7 +25,6 @@ Filter::Filter(const FilterOptions& options, const World& world, const Start& st
   propagation_ = Propagation(world, start.x.p_wb);
   innovations_.reserve(256);
   setup_ = std::move(setup);
-  if (start.heading) add(0, *start.heading);
 }
 
 void Filter::add(int sensor, AnyFix fix) {
@@ -176,8 +175,15 @@ void Filter::apply(int source, const Linearization& lin) {
   }
   const double bound = setup_->gate[static_cast<std::size_t>(lin.rows)];
   const auto [outcome, lapse, parted] = trust_.rule(source, state_.time, lin, u, bound, state_.x, state_.P);
-  innovations_.push_back(
-      {state_.time, source, lin.rows, u.residual, u.S.diagonal().cwiseSqrt(), u.nis, bound, outcome});
+  innovations_.push_back({.time = state_.time,
+                          .source = source,
+                          .dof = lin.rows,
+                          .residual = u.residual,
+                          .sigma = u.S.diagonal().cwiseSqrt(),
+                          .nis = u.nis,
+                          .gate = bound,
+                          .outcome = outcome,
+                          .log_determinant = std::log(u.S.determinant())});
   if (!was_used(outcome)) return;
   if (parted) {
     // The disagreement came at once, and no error of the past explains it. The covariance grows first: the fix then

@@ -20,13 +20,18 @@ FoundStart find_start(const Log& log, const FilterOptions& options, const Initia
     rest = rest_at(log, start.time, kLongestRest);
   }
   using Source = InitialHeading::Source;
-  if (heading.source == Source::kAuto) return start_from_motion(log, options, receiver, start, rest);
+  if (heading.source == Source::kAuto) return start_from_motion(log, options, receiver, start.time);
 
   const Pointing pointing = heading.source == Source::kAttitude
                                 ? point_by_reference(log, options, start, rest)
                                 : point_by_heading(log, options, receiver, start, heading, rest);
-  start.x.q_wb = pointing.q_wb;
-  place(start, receiver, rest.has_value());
+  if (rest) {
+    start.x.q_wb = pointing.q_wb;
+    place_at_rest(start, receiver);
+  } else {
+    start = start_on_the_move(log, options, receiver, start.time, to_euler(pointing.q_wb).z(), pointing.sigma);
+    start.x.q_wb = pointing.q_wb;
+  }
   const double tilt = rest ? kTiltSigma : 5 * kTiltSigma;
   set_attitude_sigma(start, {tilt, tilt, pointing.sigma});
   set_boresight(start, log, options);

@@ -17,7 +17,6 @@ namespace {
 
 constexpr double kReferenceSigma =
     5 * kDegree;                     // of a heading from the reference attitude: loose, as the filter uses it again
-constexpr double kFirstSeconds = 3;  // s of motion that give roll and pitch
 
 // Throws if gravity contradicts the attitude `q_wb`.
 void check_small_boresight(const Quaterniond& q_wb, const Rest& rest, const Priors& priors) {
@@ -66,29 +65,19 @@ Pointing point_by_reference(const Log& log, const FilterOptions& options, const 
 
 Pointing point_by_heading(const Log& log, const FilterOptions& options, const Receiver& receiver, const Start& start,
                           const InitialHeading& heading, const std::optional<Rest>& rest) {
-  const Vector3d force = rest ? rest->mean_force : average(log, {start.time, start.time + 1}).mean_force;
-  double value = heading.value;
-  Pointing p{Quaterniond::Identity(), heading.sigma, "heading from the configuration"};
-  if (heading.source == InitialHeading::Source::kMagnetometer) {
-    if (log.magnetic.empty())
-      throw DataError("start", "from_magnetometer needs the columns mag_x_uT, mag_y_uT, mag_z_uT in the IMU log");
-    value = options.declination - magnetic_azimuth(level(force, 0), log.magnetic.front().field);
-    p.sigma =
-        std::hypot(heading.sigma, 2 * kTiltSigma);  // at a dip of 60 deg a tilt turns the azimuth by twice as much
-    p.how = "heading from the magnetometer";
-  }
-  p.q_wb = level(force, value);
-  if (rest) return p;
-  // On the move: roll and pitch from an alignment in the first seconds, the heading as given.
-  const auto window = range(*receiver.fixes, start.time, start.time + kFirstSeconds);
-  const auto moving =
-      align_in_motion(range(log.imu, start.time, start.time + kFirstSeconds + 1), window, *receiver.options,
-                      bias_before(log, options, start.time), log.world.gravity(receiver.fixes->front().position).value);
-  if (moving) {
-    const Vector3d euler = to_euler(moving->q_wb);
-    p.q_wb = from_euler({euler.x(), euler.y(), value});
-  }
-  return p;
+  const auto levelled_to = [&](double value) {
+    return rest ? level(rest->mean_force, value)
+                : start_on_the_move(log, options, receiver, start.time, value, heading.sigma).x.q_wb;
+  };
+  if (heading.source == InitialHeading::Source::kValue)
+    return {levelled_to(heading.value), heading.sigma, "heading from the configuration"};
+  if (log.magnetic.empty())
+    throw DataError("start", "from_magnetometer needs the columns mag_x_uT, mag_y_uT, mag_z_uT in the IMU log");
+  const auto field = first_at_or_after(log.magnetic, start.time);
+  const Vector3d& magnetic = field == log.magnetic.end() ? log.magnetic.back().field : field->field;
+  // At a dip of 60 deg a tilt turns the azimuth by twice as much.
+  return {levelled_to(options.declination - magnetic_azimuth(levelled_to(0), magnetic)),
+          std::hypot(heading.sigma, 2 * kTiltSigma), "heading from the magnetometer"};
 }
 
 }  // namespace piste

@@ -4,167 +4,131 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
+#include "feeder.h"
 #include "piste/core/error.h"
-#include "piste/math/linear_algebra.h"
 #include "piste/model/alignment.h"
+#include "piste/solve/heading_bank.h"
 #include "piste/solve/rts.h"
 #include "stretch.h"
 
 namespace piste {
 namespace {
 
-constexpr double kWindows[] = {3, 5, 8, 12};   // lengths of motion to align in [s], shortest first
-constexpr double kHeadingKnown = 4 * kDegree;  // 1-sigma below which an alignment in motion is used
-constexpr double kTiltKnown = 8 * kDegree;
-constexpr double kLeastMotion = 1;  // s of a window that must not be known to be rest
-constexpr double kStretch = 40;     // s filtered and smoothed after the alignment
-// The smoothed covariance becomes the prior of a filter that uses the same stretch again, so its information would
-// count twice. Multiplied by five, a fifth of it still counts twice: over 100 runs the sigmas are some 5 % too small,
-// and the filter keeps most of what the smoother found. With a factor of two, those of the scales were 12 % too small.
-constexpr double kTempering = 5;
+constexpr int kHypotheses = 12;
+// 1-sigma of each. The truth is at most half of it away from the middle of the nearest.
+constexpr double kSpacing = 2 * std::numbers::pi / kHypotheses, kHypothesisSigma = kSpacing / 2;
+constexpr double kListened = 30;     // s of the rest before the departure that the bank filters
+constexpr double kFurther = 40;      // s of motion after which attitude and biases are sure
+constexpr double kLeastSigma = 1 * kDegree;
+constexpr double kStill = 3;         // sigmas
 
-// Seconds of a window that are not known to be rest. At rest an unknown gyro bias rotates gravity, which dead reckoning
-// takes for motion: a false heading would result.
-double moving_time(const Log& log, const Interval& window) {
-  double time = window.end - window.start;
-  for (const Interval& rest : log.rest) time -= overlap(rest, window);
-  return time;
-}
-
-// The first window whose motion determines the whole attitude.
-std::optional<MotionAlignment> first_alignment(const Log& log, const FilterOptions& options, const Receiver& receiver,
-                                               double from) {
+// The last rest that ends before a receiver shows that the body has left; none if it moves from the beginning.
+std::optional<Rest> rest_before_departure(const Log& log, const Receiver& receiver, double from) {
   const auto& fixes = *receiver.fixes;
-  double last_end = -1e300;
-  for (std::size_t i = 0; i < fixes.size(); ++i) {
-    const double begin = fixes[i].time;
-    if (begin < from || begin - last_end < 0.5) continue;
-    last_end = begin;
-    for (const double length : kWindows) {
-      const auto window = range(fixes, begin, begin + length + 1e-6);
-      if (window.empty() || window.back().time < begin + length - 1) break;
-      if (moving_time(log, {begin, begin + length}) < kLeastMotion) continue;
-      const auto imu = range(log.imu, begin, begin + length + 1);
-      auto found = align_in_motion(imu, window, *receiver.options, bias_before(log, options, begin),
-                                   log.world.gravity(fixes[i].position).value);
-      if (!found) continue;
-      const Vector3d sigma = found->covariance.diagonal().cwiseSqrt();
-      if (sigma.z() < kHeadingKnown && sigma.head<2>().maxCoeff() < kTiltKnown) return found;
-    }
+  const auto first = first_at_or_after(fixes, from);
+  double departure = log.imu.back().time;
+  for (auto fix = first; fix != fixes.end(); ++fix) {
+    const double far = 2 + 2 * kStill * (first->sigma_position + fix->sigma_position).norm();
+    if ((fix->position - first->position).norm() < far) continue;
+    departure = fix->time;
+    break;
   }
-  return std::nullopt;
-}
-
-// The smoothed state at the start of a stretch, and the smoothed heading at the departure. The latter is needed because
-// between the two, at rest, no fix observes the heading, and it wanders with the gyroscope's drift. Its sigma is
-// doubled, which leaves a quarter of the information, as the filter uses the same motion again.
-struct Refined {
-  SmoothedState start;
-  std::optional<HeadingFix> heading;
-};
-
-// The row at the end of the rest before the motion.
-std::optional<std::size_t> row_at_departure(const Log& log, const Solution& stretch, double aligned) {
+  std::optional<Rest> last;
   for (const Interval& rest : log.rest) {
-    if (rest.end < aligned || rest.end > aligned + kWindows[3]) continue;
-    std::size_t i = 0;
-    while (i + 1 < stretch.size() && stretch.time(i) < rest.end) ++i;
-    return i;
+    if (rest.start < departure && rest.end > from)
+      last = average(log, {std::max({rest.start, from, rest.end - kListened}), rest.end});
   }
-  return std::nullopt;
+  return last;
 }
 
-Refined refine(const Log& log, const FilterOptions& options, const Start& start, double aligned) {
-  const FilterRun run = run_filter(log, options, start, kCheckpointEvery, {}, aligned + kStretch);
-  const std::optional<std::size_t> departure = row_at_departure(log, run.solution, aligned);
-  Refined refined;
-  const auto heading = [&](std::size_t, const Tape::Epoch& epoch, const SmoothedState& s) {
-    refined.heading = {epoch.time, s.x.q_wb, 2 * sigmas_of(s.x, run.solution.layout(), s.P).euler.z()};
-  };
-  smooth_rows(log, run, departure ? std::vector{*departure} : std::vector<std::size_t>{}, heading, &refined.start);
-  return refined;
+// A start at rest with the given heading.
+Start still_start(const Log& log, const FilterOptions& options, const Receiver& receiver, const Rest& rest,
+                  double heading) {
+  Start start;
+  start.time = rest.interval.start;
+  start.x.q_wb = level(rest.mean_force, heading);
+  place_at_rest(start, receiver);
+  set_attitude_sigma(start, {kTiltSigma, kTiltSigma, kHypothesisSigma});
+  set_boresight(start, log, options);
+  return start;
 }
 
-// The smoothed covariance times kTempering, but in no direction larger than `prior`, the covariance before the stretch.
-// The directions are those of the generalised eigenvalues of the two. The whole matrix is kept, with the correlations
-// that a rest makes. A state whose prior variance is zero, such as a random walk at its start, stays known.
-Covariance tempered(const Covariance& smoothed, const Covariance& prior) {
-  std::vector<int> unknown;
-  for (int i = 0; i < prior.rows(); ++i) {
-    if (prior(i, i) > 0) unknown.push_back(i);
-  }
-  const Eigen::MatrixXd before = prior(unknown, unknown), after = smoothed(unknown, unknown);
-  const Eigensystem found = eigensystem(after, before);
-  const Eigen::MatrixXd axes = before * found.vectors;
-  const Eigen::VectorXd part = (kTempering * found.values).cwiseMin(1);
-  Covariance out = Covariance::Zero(prior.rows(), prior.cols());
-  out(unknown, unknown) = axes * part.asDiagonal() * axes.transpose();
-  return out;
-}
-
-// The start of a filter at the beginning of the window in which the motion was aligned.
-Start moving_start(const Log& log, const FilterOptions& options, const Receiver& receiver,
-                   const MotionAlignment& aligned) {
-  Start moving{aligned.time, {}, Covariance::Identity(9, 9)};
-  moving.x.q_wb = aligned.q_wb;
-  place(moving, receiver, false);
-  moving.x.v_wb = aligned.v_wb;
-  set_attitude_sigma(moving, (2 * aligned.covariance.diagonal().cwiseSqrt()).cwiseMax(kTiltSigma));
-  set_boresight(moving, log, options);
-  return moving;
-}
-
-// The attitude at the start of the log, and the 1-sigma of its heading.
-struct CarriedAttitude {
-  Quaterniond q_wb;
-  double heading_sigma;
+// What the bank found.
+struct FoundHeading {
+  Start start;  // the likeliest hypothesis
+  double until = 0;
+  bool resolved = false;
 };
 
-// The attitude of `first`, which was smoothed at the time `aligned`, carried back to the time `begin`.
-CarriedAttitude carried_back(const Log& log, const FilterOptions& options, const SmoothedState& first, double begin,
-                             double aligned) {
-  // If the rest is long, its own mean rate is the best bias, as it contains a slow rotation of the body too.
-  GyroBias bias = bias_before(log, options, aligned);
-  const Sigmas known = sigmas_of(first.x, StateLayout(options.estimate), first.P);
-  if (bias.sigma > known.gyro_total_bias.norm()) {
-    bias = {first.x.gyro_bias + first.x.gyro_drift, known.gyro_total_bias.norm()};
-  }
-  const double lapse = aligned - begin;
-  const double walk = options.sensor.gyro.noise * std::sqrt(lapse);
-  const double turn = std::sqrt(first.P(8, 8));  // about w's down axis
-  return {carry_back(log, first.x.q_wb, begin, aligned, bias.value),
-          std::clamp(std::hypot(2 * turn, walk, bias.sigma * lapse), 2 * kDegree, 15 * kDegree)};
+FoundHeading ask_the_bank(const Log& log, const FilterOptions& options, const std::vector<Start>& hypotheses) {
+  HeadingBank bank(options, log.world, hypotheses);
+  LogPlace place = place_at(log, hypotheses.front().time, 1e300);
+  Feeder feeder(log, place, bank);
+  while (!feeder.done() && !bank.resolved()) feeder.step();
+  FoundHeading found{.start = hypotheses[bank.best_start()], .until = bank.best().time(), .resolved = bank.resolved()};
+  if (!found.resolved) set_attitude_sigma(found.start, {kTiltSigma, kTiltSigma, bank.heading().sigma});
+  return found;
+}
+
+// The same start with the smoothed attitude. Its sigmas stay those of the hypothesis where these are smaller.
+FoundHeading refined(const Log& log, const FilterOptions& options, FoundHeading found) {
+  const FilterRun run = run_filter(log, options, found.start, kCheckpointEvery, {}, found.until + kFurther);
+  SmoothedState smoothed;
+  smooth_rows(log, run, {}, [](std::size_t, const Tape::Epoch&, const SmoothedState&) {}, &smoothed);
+  const Vector3d before = found.start.covariance.diagonal().tail<3>().cwiseSqrt();
+  const Vector3d after = kLoose * smoothed.P.diagonal().segment<3>(6).cwiseSqrt();
+  found.start.x.q_wb = smoothed.x.q_wb;
+  set_attitude_sigma(found.start, after.cwiseMax(kLeastSigma).cwiseMin(before));
+  set_boresight(found.start, log, options);
+  return found;
+}
+
+// The start at the time `begin` of a body that stands until after the time of `found`.
+Start carried_back(const Log& log, const FilterOptions& options, const Receiver& receiver, const FoundHeading& found,
+                   double begin) {
+  constexpr double kLongestRest = 10;  // s of rest that level the body
+  const double lapse = found.start.time - begin;
+  const GyroBias bias = bias_before(log, options, found.start.time);
+  const double turned = std::hypot(options.sensor.gyro.noise * std::sqrt(lapse), bias.sigma * lapse);
+  const double heading = std::sqrt(found.start.covariance(8, 8));
+  const std::optional<Rest> rest = rest_at(log, begin, kLongestRest);
+  Start start;
+  start.time = begin;
+  start.x.q_wb = carry_back(log, found.start.x.q_wb, begin, found.start.time, bias.value);
+  if (rest) start.x.q_wb = levelled(start.x.q_wb, -rest->mean_force);
+  place_at_rest(start, receiver);
+  const double tilt = rest ? kTiltSigma : 5 * kTiltSigma;
+  set_attitude_sigma(start, {tilt, tilt, std::min(std::hypot(heading, turned), kHypothesisSigma * kHypotheses)});
+  set_boresight(start, log, options);
+  return start;
 }
 
 }  // namespace
 
-FoundStart start_from_motion(const Log& log, const FilterOptions& options, const Receiver& receiver, Start start,
-                             const std::optional<Rest>& rest) {
-  const auto aligned = first_alignment(log, options, receiver, start.time);
-  if (!aligned) {
-    throw DataError("start",
-                    "the heading cannot be found: no stretch of the log changes its horizontal velocity enough "
-                    "while GNSS is there; give `initial: {heading: … deg}`, or use from_attitude or from_magnetometer");
+FoundStart start_from_motion(const Log& log, const FilterOptions& options, const Receiver& receiver, double begin) {
+  const std::optional<Rest> departing = rest_before_departure(log, receiver, begin);
+  std::vector<Start> hypotheses;
+  for (int k = 0; k < kHypotheses; ++k) {
+    const double heading = k * kSpacing;
+    hypotheses.push_back(departing
+                             ? still_start(log, options, receiver, *departing, heading)
+                             : start_on_the_move(log, options, receiver, begin, heading, kHypothesisSigma));
   }
-  const Start moving = moving_start(log, options, receiver, *aligned);
-  const SmoothedState first = refine(log, options, moving, aligned->time).start;
-  const CarriedAttitude carried = carried_back(log, options, first, start.time, aligned->time);
-  start.x.q_wb = rest ? levelled(carried.q_wb, -rest->mean_force) : carried.q_wb;
-  place(start, receiver, rest.has_value());
-  if (!rest && aligned->time - start.time < 1) start.x.v_wb = aligned->v_wb;
-  set_attitude_sigma(start, {kTiltSigma, kTiltSigma, carried.heading_sigma});
-  set_boresight(start, log, options);
-
-  // A second stretch, from the start itself.
-  const Refined refined = refine(log, options, start, aligned->time);
-  start.covariance = tempered(refined.start.P, initial_covariance(StateLayout(options.estimate), options, start));
-  start.x = refined.start.x;
-  start.heading = refined.heading;
-  const double sigma = euler_sigma(start.x.q_wb, start.covariance.block<3, 3>(6, 6)).z();
-  return {start, fmt::format("heading {:.1f} deg ± {:.2f}, found from the motion at t = {:.1f} s",
-                             to_euler(start.x.q_wb).z() / kDegree, sigma / kDegree, aligned->time)};
+  FoundHeading found = ask_the_bank(log, options, hypotheses);
+  if (found.resolved) found = refined(log, options, std::move(found));
+  if (departing) found.start = carried_back(log, options, receiver, found, begin);
+  const double sigma = euler_sigma(found.start.x.q_wb, found.start.covariance.block<3, 3>(6, 6)).z();
+  if (!found.resolved) {
+    return {found.start, fmt::format("the heading is not known: the motion does not tell it; {:.0f} deg ± {:.0f} is the "
+                                     "likeliest, and `initial: {{heading: … deg}}` gives it",
+                                     to_euler(found.start.x.q_wb).z() / kDegree, sigma / kDegree)};
+  }
+  return {found.start, fmt::format("heading {:.1f} deg ± {:.2f}, found from the motion until t = {:.1f} s",
+                                   to_euler(found.start.x.q_wb).z() / kDegree, sigma / kDegree, found.until),
+          found.until + kFurther};
 }
 
 }  // namespace piste

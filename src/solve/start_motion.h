@@ -9,11 +9,11 @@
 
 namespace piste {
 
-/// Aligns in the first motion that determines the whole attitude, and filters and smooths a stretch from there. Carries
-/// the attitude back to `start.time` by the gyroscopes, takes roll and pitch from the rest if there is one, and filters
-/// and smooths a second stretch from the start itself.
-/// Throws DataError if no motion determines the heading.
-FoundStart start_from_motion(const Log& log, const FilterOptions& options, const Receiver& receiver, Start start,
-                             const std::optional<Rest>& rest);
+/// Filters from twelve headings side by side until the motion has left one (heading_bank.h), and smooths that stretch,
+/// which centres the attitude of the start. Before the departure a body at rest tells nothing of its heading: then only
+/// the last seconds of the rest are filtered, and the heading is carried back to `begin` by the gyroscopes.
+/// Where the motion leaves several headings, the start claims what lies between them.
+/// Throws DataError if the body never moves.
+FoundStart start_from_motion(const Log& log, const FilterOptions& options, const Receiver& receiver, double begin);
 
 }  // namespace piste

@@ -4,6 +4,9 @@
 #include <iterator>
 
 #include "piste/core/error.h"
+#include "first_motion.h"
+#include "piste/math/units.h"
+#include "piste/model/alignment.h"
 #include "start_rest.h"
 #include "stretch.h"
 
@@ -27,40 +30,83 @@ Quaterniond levelled(const Quaterniond& q_wb, const Vector3d& down_b) {
 
 namespace {
 
-// Whether one body can have been at both fixes without being faster than it may be.
-bool agree(const GnssFix& a, const GnssFix& b, bool still) {
-  const double fastest = still ? 1 : 100;  // m/s
-  return (b.position - a.position).norm() <
-         fastest * (b.time - a.time) + 5 * (a.sigma_position + b.sigma_position).norm();
+// Whether one body that stands still can have been at both fixes.
+bool agree(const GnssFix& a, const GnssFix& b) {
+  return (b.position - a.position).norm() < b.time - a.time + 5 * (a.sigma_position + b.sigma_position).norm();
+}
+
+constexpr double kLeastPosition = 1, kLeastVelocity = 0.5;  // m, m/s
+constexpr double kMostTilt = 30 * kDegree;
+constexpr double kForceTime = 1;  // s over which the specific force is averaged
+
+// The mean specific force from `time` on, in the body axes at that time.
+Vector3d first_force(const Log& log, double time, const Vector3d& bias) {
+  Quaterniond C = Quaterniond::Identity();
+  Vector3d sum = Vector3d::Zero();
+  double length = 0;
+  for (const ImuSample& s : range(log.imu, time + kSameInstant, time + kForceTime)) {
+    const Quaterniond turn = so3_exp(0.5 * (s.dtheta - s.interval * bias));
+    C = C * turn;
+    sum += C * s.dvel;
+    C = C * turn;
+    length += s.interval;
+  }
+  return sum / length;
 }
 
 }  // namespace
 
-void place(Start& start, const Receiver& receiver, bool still) {
+void place_at_rest(Start& start, const Receiver& receiver) {
   const auto& fixes = *receiver.fixes;
   auto fix = first_at_or_after(fixes, start.time);
   if (fix == fixes.end()) fix = std::prev(fix);
-  while (fixes.end() - fix > 2 && !agree(fix[0], fix[1], still) && agree(fix[1], fix[2], still)) ++fix;
+  while (fixes.end() - fix > 2 && !agree(fix[0], fix[1]) && agree(fix[1], fix[2])) ++fix;
   start.x.lever_arm = receiver.options->lever_arm;
   start.x.p_wb = fix->position - start.x.q_wb * receiver.options->lever_arm;
   start.x.v_wb.setZero();
-  if (!still) {
-    if (std::next(fix) != fixes.end()) {
-      start.x.v_wb = (std::next(fix)->position - fix->position) / (std::next(fix)->time - fix->time);
-    }
-    if (fix->velocity) {
-      start.x.v_wb.head<2>() = fix->velocity->value.head<2>();
-      if (fix->velocity->has_down()) start.x.v_wb.z() = fix->velocity->value.z();
-    }
-    start.x.p_wb -= (fix->time - start.time) * start.x.v_wb;
-  }
-  const Vector3d sigma = (3 * fix->sigma_position).cwiseMax(1.0);
+  const Vector3d sigma = (3 * fix->sigma_position).cwiseMax(kLeastPosition);
   start.covariance.topLeftCorner<6, 6>().setZero();
-  start.covariance.diagonal().head<6>() << sigma.cwiseAbs2(), Vector3d::Constant(still ? 0.01 : 4.0);
+  start.covariance.diagonal().head<6>() << sigma.cwiseAbs2(), Vector3d::Constant(0.01);
+}
+
+Start start_on_the_move(const Log& log, const FilterOptions& options, const Receiver& receiver, double time,
+                        double heading, double sigma) {
+  const FirstMotion antenna = first_motion(*receiver.fixes, *receiver.options, time);
+  const GyroBias bias = bias_before(log, options, time);
+  const auto now = range(log.imu, time + kSameInstant, time + kForceTime);
+  Start start;
+  start.time = time;
+  if (now.empty()) throw DataError("start", "no IMU sample follows the first fix");
+  const Vector3d force = first_force(log, time, bias.value);
+  const Vector3d pushed = antenna.acceleration - log.world.gravity(antenna.position).value;
+  start.x.q_wb = level(force, heading);
+  start.x.q_wb = (rotation_between(start.x.q_wb * force, pushed) * start.x.q_wb).normalized();
+  const Vector3d rate = now.front().dtheta / now.front().interval - bias.value;
+  const Vector3d& lever_arm = receiver.options->lever_arm;
+  start.x.lever_arm = lever_arm;
+  start.x.p_wb = antenna.position - start.x.q_wb * lever_arm;
+  start.x.v_wb = antenna.velocity - start.x.q_wb * rate.cross(lever_arm);
+
+  start.covariance.setZero();
+  const Vector3d position = (kLoose * antenna.sigma(0)).cwiseMax(kLeastPosition);
+  const Vector3d velocity = (kLoose * antenna.sigma(1)).cwiseMax(kLeastVelocity);
+  const double tilt = std::min(std::hypot(kTiltSigma, 2 * antenna.sigma(2).head<2>().maxCoeff() / kStandardGravity),
+                               kMostTilt);
+  start.covariance.diagonal().head<6>() << position.cwiseAbs2(), velocity.cwiseAbs2();
+  set_attitude_sigma(start, {tilt, tilt, sigma});
+  set_boresight(start, log, options);
+  return start;
 }
 
 void set_attitude_sigma(Start& start, const Vector3d& sigma) {
-  start.covariance.bottomRightCorner<3, 3>() = sigma.cwiseAbs2().asDiagonal();
+  const Eigen::Matrix<double, 9, 9> ordinary = ordinary_from_invariant(start.x);
+  Eigen::Matrix<double, 9, 9> P = ordinary * start.covariance * ordinary.transpose();
+  P.bottomRows<3>().setZero();
+  P.rightCols<3>().setZero();
+  P.bottomRightCorner<3, 3>() = sigma.cwiseAbs2().asDiagonal();
+  Eigen::Matrix<double, 9, 9> invariant = Eigen::Matrix<double, 9, 9>::Identity();
+  invariant.block<3, 3>(3, 6) = skew(start.x.v_wb);  // ν = δv + v × θ
+  start.covariance = invariant * P * invariant.transpose();
 }
 
 bool estimates(const FilterOptions& options, Block block) {

@@ -12,6 +12,9 @@ namespace piste {
 
 /// 1-sigma [rad] of roll and pitch at a start. It is loose, as the filter uses the same samples again.
 inline constexpr double kTiltSigma = 2 * kDegree;
+/// How much wider the sigmas of a start are than those of the fixes that it comes from. The filter uses these again, so
+/// that they count twice by a twenty-fifth.
+inline constexpr double kLoose = 5;
 
 /// The receiver that starts the run, with its fixes.
 struct Receiver {
@@ -31,12 +34,19 @@ Quaterniond carry_back(const Log& log, const Quaterniond& q_end, double begin, d
 /// is no singularity where a body axis stands upright.
 Quaterniond levelled(const Quaterniond& q_wb, const Vector3d& down_b);
 
-/// Sets position, velocity and their covariance from the first fix at or after the start, with the attitude that the
-/// start has. A fix that disagrees with the two after it is skipped. The sigmas are loose, as the filter uses the same
-/// fix again. `still`: the run starts at rest.
-void place(Start& start, const Receiver& receiver, bool still);
+/// Sets position, velocity and their covariance from the first fix at or after the start of a body at rest, with the
+/// attitude that the start has. A fix that disagrees with the two after it is skipped. The sigmas are loose, as the
+/// filter uses the same fix again.
+void place_at_rest(Start& start, const Receiver& receiver);
 
-/// Sets the covariance of the attitude from its 1-sigma about the axes of w [rad].
+/// The start of a body that moves, with the given heading and its 1-sigma [rad]: position and velocity are those of
+/// first_motion(), and roll and pitch those with which the specific force makes its acceleration. The sigmas are loose,
+/// as the filter uses the same fixes again; a velocity that the receiver told does not turn with the heading.
+Start start_on_the_move(const Log& log, const FilterOptions& options, const Receiver& receiver, double time,
+                        double heading, double sigma);
+
+/// Sets the covariance of the attitude from its 1-sigma about the axes of w [rad]. Position and velocity are taken to be
+/// known by themselves: their errors do not turn with that of the attitude.
 void set_attitude_sigma(Start& start, const Vector3d& sigma);
 
 /// Sets the boresight from the first reference attitude at or after the start, R_rb = R_wrᵀ R_wb. Does nothing if the

@@ -5,7 +5,6 @@
 
 #include "piste/core/log.h"
 #include "piste/core/options.h"
-#include "piste/model/alignment.h"
 
 namespace piste {
 
@@ -21,6 +20,12 @@ Rest average(const Log& log, const Interval& interval);
 /// The rest at the time `t`: it begins at most 0.5 s after `t` and lasts until at least 1 s after it. Only its first
 /// `longest` seconds are taken.
 std::optional<Rest> rest_at(const Log& log, double t, double longest);
+
+/// What is known of the gyroscopes' bias before the filter runs: value and 1-sigma [rad/s].
+struct GyroBias {
+  Vector3d value = Vector3d::Zero();
+  double sigma = 0;
+};
 
 /// The gyroscopes' bias at the time `t`: the mean rate of the last rest that began at least 2 s before `t`. Without
 /// such a rest, zero with the sensor's turn-on sigma. The Earth's rate is not subtracted.

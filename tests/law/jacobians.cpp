@@ -189,15 +189,6 @@ TEST(Jacobians, ZeroRate) {
   }
 }
 
-TEST(Jacobians, Heading) {
-  Random random(8);
-  for (int i = 0; i < kStates; ++i) {
-    const Estimate x = random.estimate();
-    const HeadingFix fix{0, so3_exp(0.5 * random.uniform() * random.vector().normalized()) * x.q_wb, 0.01};
-    check_jacobians([&](const Estimate& y) { return linearize_heading(fix, y); }, x);
-  }
-}
-
 TEST(Jacobians, MagneticHeading) {
   Random random(7);
   for (int i = 0; i < kStates; ++i) {
@@ -223,10 +214,6 @@ AttitudeFix some_fix(const Estimate& x, Random& random) {
 template <>
 MagneticSample some_fix(const Estimate& x, Random& random) {
   return {0, x.q_wb.conjugate() * (Vector3d(0.2, 0.05, 0.4) + random.vector(0.03))};
-}
-template <>
-HeadingFix some_fix(const Estimate& x, Random& random) {
-  return {0, so3_exp(0.3 * random.vector().normalized()) * x.q_wb, 0.01};
 }
 template <>
 RestFix some_fix(const Estimate&, Random& random) {

@@ -35,7 +35,7 @@ HeadingError heading_error(const Case& c, const FoundStart& found) {
 }
 
 /// A start claims some five times the covariance that was found, as the filter sees the same stretch again (start.cpp).
-constexpr double kTempering = 5;
+constexpr double kTempering = 25;
 
 /// Headings found in many runs: errors within 4 of their sigmas, and these below `largest_sigma`, which is at most 1.6
 /// times the largest of the usual seeds.

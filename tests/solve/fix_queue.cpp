@@ -8,7 +8,7 @@ namespace piste {
 namespace {
 
 QueuedFix at(double time, int source, int sensor = 0) {
-  return {time, source, sensor, HeadingFix{.time = time, .q_wb = Quaterniond::Identity(), .sigma = 1}};
+  return {time, source, sensor, MagneticSample{.time = time, .field = Vector3d::UnitX()}};
 }
 
 TEST(FixQueue, GivesByTimeThenBySourceThenAsTheyCame) {

@@ -10,7 +10,6 @@
 
 #include "piste/model/attitude.h"
 #include "piste/model/gnss.h"
-#include "piste/model/heading.h"
 #include "piste/model/magnetometer.h"
 #include "piste/model/rest.h"
 
@@ -45,7 +44,7 @@ struct TypeList {
 };
 
 /// All types, in the order in which fixes with the same time are used.
-using MeasurementList = TypeList<GnssReceivers, ReferenceAttitudes, Magnetometer, StartHeading, ZeroUpdates>;
+using MeasurementList = TypeList<GnssReceivers, ReferenceAttitudes, Magnetometer, ZeroUpdates>;
 
 /// A fix of any type.
 using AnyFix = MeasurementList::Fix;

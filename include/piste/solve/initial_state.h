@@ -3,7 +3,8 @@
 
 #include <optional>
 
-#include "piste/model/heading.h"
+#include "piste/core/estimate.h"
+#include "piste/core/options.h"
 
 namespace piste {
 
@@ -13,8 +14,6 @@ struct Start {
   double time = 0;
   Estimate x;
   Covariance covariance = Covariance::Identity(9, 9);
-  /// A heading for a later time, such as the end of a rest. The filter uses it as a measurement at that time.
-  std::optional<HeadingFix> heading = std::nullopt;
 };
 
 /// The covariance of a start for all blocks of the layout. A constant block has its prior, a process its variance at

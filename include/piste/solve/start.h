@@ -1,15 +1,11 @@
 #pragma once
 /// Finds the start of a run: position, velocity, attitude and their covariance at the beginning of the log.
 ///
-/// With heading `auto` the heading may be unknown. Then
-///  1. it is found from the first seconds of motion (model/alignment.h);
-///  2. a stretch is filtered and smoothed from there, which refines it;
-///  3. the attitude is carried back to the beginning of the log by the gyroscopes;
-///  4. a second stretch is filtered and smoothed from the beginning. It gives attitude and biases there, and the
-///   heading at the departure.
-///
-/// This looks ahead in the log. A program in real time uses align_in_motion() over the last seconds instead.
+/// With heading `auto` the heading may be unknown: a bank of filters finds it in the first motion (heading_bank.h), and
+/// the attitude is carried back to the beginning of the log by the gyroscopes. This looks ahead in the log. A program in
+/// real time uses `Live` (live.h) instead.
 
+#include <optional>
 #include <string>
 
 #include "piste/solve/run.h"
@@ -20,6 +16,9 @@ namespace piste {
 struct FoundStart {
   Start start;
   std::string how;  ///< a sentence for the report
+  /// Time at which the heading was sure, if the motion told it. A filter knows it only from then on; what it says of the
+  /// time before is better said by a smoother that looks back from there.
+  std::optional<double> aligned = std::nullopt;
 };
 
 /// Finds the start of a log, with the heading from the source that `heading` names. Throws DataError that says what is

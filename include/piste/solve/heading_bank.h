@@ -1,0 +1,58 @@
+#pragma once
+/// Finds a heading that nobody told: filters that differ in their first heading run side by side until the
+/// measurements have left one (multiple-model estimation, Magill 1965).
+///
+/// The weight of a hypothesis is the likelihood of its innovations. The noise that the options state may be too small
+/// for the sensor, and would make every difference look decisive. So where the innovations of the best hypothesis
+/// themselves are larger than they claim, those of all are judged by what the best one shows.
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "piste/solve/filter.h"
+
+namespace piste {
+
+/// A heading and its 1-sigma [rad]. At 1.8 rad nothing is known, as the deviation of an equal distribution is π/√3.
+struct HeadingBelief {
+  double value = 0, sigma = 0;
+};
+
+/// The filters, one for each hypothesis that is left.
+class HeadingBank {
+ public:
+  /// Filters from each of these starts, which have the same time. @pre there is a start.
+  /// Throws ConfigError if the options are not valid.
+  HeadingBank(const FilterOptions& options, const World& world, std::span<const Start> starts);
+
+  /// As Filter::add(). Hypotheses that the measurements exclude are dropped. Throws DataError if all diverge.
+  bool add(const ImuSample& sample);
+  void add(int sensor, const AnyFix& fix);
+
+  /// Whether one heading is left: those of all hypotheses agree, and the best is sure of its own within 10 deg.
+  bool resolved() const;
+  /// The heading in w of all hypotheses together, with what lies between them.
+  HeadingBelief heading() const;
+  /// The filter of the likeliest hypothesis, and which of the starts it came from.
+  const Filter& best() const { return all_[best_].filter; }
+  std::size_t best_start() const { return all_[best_].start; }
+  std::size_t size() const { return all_.size(); }
+
+ private:
+  struct Hypothesis {
+    Filter filter;
+    std::size_t start;
+    // Sums over its innovations:
+    double nis = 0, log_determinant = 0, rows = 0;
+    double weight = 1;
+  };
+
+  void weigh();
+  double apart(const Hypothesis& h) const;
+
+  std::vector<Hypothesis> all_;
+  std::size_t best_ = 0;
+};
+
+}  // namespace piste

@@ -1,0 +1,57 @@
+#pragma once
+// Feeds a log to a filter, or to several, in the order of time.
+
+#include <cstddef>
+#include <vector>
+
+#include "piste/core/time_search.h"
+#include "piste/solve/run.h"
+
+namespace piste {
+
+/// The place in a log from which a filter that starts at `time` is fed. Samples from `end_time` on are left out.
+inline LogPlace place_at(const Log& log, double time, double end_time) {
+  const auto first_from = [](const auto& samples, double t) {
+    return static_cast<std::size_t>(first_at_or_after(samples, t) - samples.begin());
+  };
+  LogPlace place{first_from(log.imu, time + kSameInstant), first_from(log.imu, end_time), {}};
+  MeasurementList::for_each([&]<class Type>() {
+    for (const auto& fixes : Type::logged(log)) place.fixes.push_back(first_from(fixes, time - kSameInstant));
+  });
+  return place;
+}
+
+/// Feeds one IMU sample a call. Fixes up to the time of the sample come before it. `Sink` has add() for samples and for
+/// fixes as Filter has.
+template <class Sink>
+class Feeder {
+ public:
+  Feeder(const Log& log, LogPlace& place, Sink& sink) : log_(log), place_(place), sink_(sink) {}
+
+  bool done() const { return place_.imu >= place_.imu_end; }
+
+  /// Returns true when an epoch was completed. @pre not done()
+  bool step() {
+    const ImuSample& sample = log_.imu[place_.imu++];
+    std::size_t slot = 0;
+    MeasurementList::for_each([&]<class Type>() {
+      const auto sensors = Type::logged(log_);
+      for (std::size_t sensor = 0; sensor < sensors.size(); ++sensor) {
+        feed(sensors[sensor], place_.fixes[slot++], sample.time, static_cast<int>(sensor));
+      }
+    });
+    return sink_.add(sample);
+  }
+
+ private:
+  template <class Fix>
+  void feed(const std::vector<Fix>& fixes, std::size_t& next, double until, int sensor) {
+    for (; next < fixes.size() && fixes[next].time <= until; ++next) sink_.add(sensor, fixes[next]);
+  }
+
+  const Log& log_;
+  LogPlace& place_;
+  Sink& sink_;
+};
+
+}  // namespace piste

@@ -1,0 +1,79 @@
+#include "first_motion.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "piste/core/time_search.h"
+#include "piste/math/linear_algebra.h"
+#include "piste/math/statistics.h"
+
+namespace piste {
+namespace {
+
+constexpr double kReach = 3;                    // s of fixes that are used
+constexpr std::ptrdiff_t kFewest = 3;           // fixes, even if they are further away
+constexpr double kAnySpeed = 300;               // m/s: 1-sigma of a velocity of which nothing is known
+constexpr double kAcceleration = 3;             // m/s²
+constexpr double kWander = 2 * square(kAcceleration);  // m²/s⁵: a Gauss-Markov acceleration of one second
+
+// Whether one body can have been at both fixes without being faster than a hundred metres a second.
+bool agree(const GnssFix& a, const GnssFix& b) {
+  return (b.position - a.position).norm() <
+         100 * (b.time - a.time) + 5 * (a.sigma_position + b.sigma_position).norm();
+}
+
+// Normal equations of one axis for (position, velocity, acceleration).
+struct Normal {
+  Matrix3d information = Matrix3d::Zero();
+  Vector3d right = Vector3d::Zero();
+  double squares = 0, count = 0;
+
+  void add(const Vector3d& row, double value, double variance) {
+    information += row * row.transpose() / variance;
+    right += row * value / variance;
+    squares += value * value / variance;
+    count += 1;
+  }
+};
+
+}  // namespace
+
+Vector3d FirstMotion::sigma(int quantity) const {
+  return Vector3d(covariance[0](quantity, quantity), covariance[1](quantity, quantity),
+                  covariance[2](quantity, quantity))
+      .cwiseSqrt();
+}
+
+FirstMotion first_motion(const std::vector<GnssFix>& fixes, const GnssOptions& options, double time) {
+  auto first = first_at_or_after(fixes, time);
+  if (fixes.end() - first < kFewest) first = fixes.end() - std::min(std::ssize(fixes), kFewest);
+  while (fixes.end() - first > kFewest && !agree(first[0], first[1]) && agree(first[1], first[2])) ++first;
+  std::array<Normal, 3> normals;
+  const Vector3d origin = first->position;
+  for (auto fix = first; fix != fixes.end() && (fix - first < kFewest || fix->time <= time + kReach); ++fix) {
+    const double t = fix->time - time, apart = std::abs(t);
+    const double later_position = kWander * std::pow(apart, 5) / 20, later_velocity = kWander * std::pow(apart, 3) / 3;
+    for (int axis = 0; axis < 3; ++axis) {
+      Normal& n = normals[static_cast<std::size_t>(axis)];
+      n.add({1, t, t * t / 2}, fix->position(axis) - origin(axis), square(fix->sigma_position(axis)) + later_position);
+      if (fix->velocity && options.use_velocity && std::isfinite(fix->velocity->sigma(axis))) {
+        n.add({0, 1, t}, fix->velocity->value(axis), square(fix->velocity->sigma(axis)) + later_velocity);
+      }
+    }
+  }
+  FirstMotion motion;
+  for (int axis = 0; axis < 3; ++axis) {
+    Normal& n = normals[static_cast<std::size_t>(axis)];
+    n.information.diagonal() += Vector3d(0, 1 / square(kAnySpeed), 1 / square(kAcceleration));
+    Matrix3d& covariance = motion.covariance[static_cast<std::size_t>(axis)];
+    covariance = n.information.inverse();
+    const Vector3d found = covariance * n.right;
+    covariance *= std::max(1.0, (n.squares - found.dot(n.right)) / n.count);
+    motion.position(axis) = origin(axis) + found(0);
+    motion.velocity(axis) = found(1);
+    motion.acceleration(axis) = found(2);
+  }
+  return motion;
+}
+
+}  // namespace piste

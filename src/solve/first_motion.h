@@ -1,0 +1,28 @@
+#pragma once
+// How the antenna moves at a time: position, velocity and acceleration from the fixes around it.
+
+#include <array>
+#include <vector>
+
+#include "piste/core/log.h"
+#include "piste/core/options.h"
+
+namespace piste {
+
+/// Motion of the antenna at a time, in w. The axes of w are independent: `covariance[i]` is that of (position, velocity,
+/// acceleration) along axis i.
+struct FirstMotion {
+  Vector3d position, velocity, acceleration;
+  std::array<Matrix3d, 3> covariance;
+
+  Vector3d sigma(int quantity) const;  ///< 0: of the position, 1: of the velocity, 2: of the acceleration
+};
+
+/// The motion at `time` from the fixes of the next seconds, by least squares. The acceleration is that of a body in a
+/// vehicle or on skis, 3 m/s² (1-sigma), and wanders within a second; what it makes of a fix that lies later is added
+/// to the fix's variance. Residuals beyond the sigmas of the fixes widen the covariance by their mean square. A first
+/// fix that contradicts the next two is passed over.
+/// @pre there is a fix
+FirstMotion first_motion(const std::vector<GnssFix>& fixes, const GnssOptions& options, double time);
+
+}  // namespace piste

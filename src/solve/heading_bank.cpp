@@ -1,0 +1,103 @@
+#include "piste/solve/heading_bank.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <utility>
+
+#include "piste/core/error.h"
+#include "piste/math/statistics.h"
+#include "piste/math/units.h"
+
+namespace piste {
+namespace {
+
+constexpr double kUnlikely = 1e-6;        // weight beside the best at which a hypothesis is dropped
+constexpr double kSureEnough = 10 * kDegree;   // 1-sigma of the best that a single filter can go on from
+constexpr double kAgree = 0.5;            // of that sigma: hypotheses that are no further apart tell the same
+// A fix that all hypotheses miss, such as an outlier, must not decide between them: no innovation counts for more than
+// a few times its gate.
+constexpr double kMostGates = 4;
+constexpr double kNothingKnown = std::numbers::pi / std::numbers::sqrt3;
+
+double heading_sigma(const Filter& filter) { return std::sqrt(filter.covariance()(8, 8)); }
+
+}  // namespace
+
+HeadingBank::HeadingBank(const FilterOptions& options, const World& world, std::span<const Start> starts) {
+  all_.reserve(starts.size());
+  for (const Start& start : starts) all_.push_back({.filter = Filter(options, world, start), .start = all_.size()});
+}
+
+void HeadingBank::add(int sensor, const AnyFix& fix) {
+  for (Hypothesis& h : all_) h.filter.add(sensor, fix);
+}
+
+bool HeadingBank::add(const ImuSample& sample) {
+  bool epoch = false, measured = false;
+  std::erase_if(all_, [&](Hypothesis& h) {
+    try {
+      epoch = h.filter.add(sample) || epoch;
+    } catch (const DataError&) {
+      return true;
+    }
+    for (const Innovation& i : h.filter.innovations()) {
+      h.nis += std::min(i.nis, i.gate > 0 ? kMostGates * i.gate : i.nis);
+      h.log_determinant += i.log_determinant;
+      h.rows += i.dof;
+      measured = true;
+    }
+    h.filter.clear_innovations();
+    return false;
+  });
+  if (all_.empty()) {
+    throw DataError("start", "the filter diverges with every heading: check units, axes and time stamps of the logs");
+  }
+  if (measured) weigh();
+  return epoch;
+}
+
+void HeadingBank::weigh() {
+  const auto cost = [](const Hypothesis& h, double scale) { return h.nis / scale + h.log_determinant; };
+  const auto best = std::min_element(all_.begin(), all_.end(), [&](const Hypothesis& a, const Hypothesis& b) {
+    return cost(a, 1) < cost(b, 1);
+  });
+  const double scale = std::max(1.0, best->nis / std::max(1.0, best->rows)), least = cost(*best, scale);
+  for (Hypothesis& h : all_) h.weight = std::exp(-0.5 * (cost(h, scale) - least));
+  std::erase_if(all_, [](const Hypothesis& h) { return h.weight < kUnlikely; });
+  const auto heaviest = std::max_element(all_.begin(), all_.end(), [](const Hypothesis& a, const Hypothesis& b) {
+    return a.weight < b.weight;
+  });
+  best_ = static_cast<std::size_t>(heaviest - all_.begin());
+}
+
+// The turn about down from the best hypothesis to this one.
+double HeadingBank::apart(const Hypothesis& h) const {
+  const Quaterniond turn = h.filter.estimate().q_wb * best().estimate().q_wb.conjugate();
+  return 2 * std::remainder(std::atan2(turn.z(), turn.w()), std::numbers::pi);
+}
+
+HeadingBelief HeadingBank::heading() const {
+  double total = 0, within = 0;
+  std::complex<double> mean = 0;
+  for (const Hypothesis& h : all_) {
+    total += h.weight;
+    within += h.weight * square(heading_sigma(h.filter));
+    mean += h.weight * std::polar(1.0, apart(h));
+  }
+  const double length = std::clamp(std::abs(mean) / total, 1e-6, 1.0);
+  const double between = -2 * std::log(length);  // of a wrapped normal distribution (Mardia and Jupp 2000, 3.5.10)
+  return {std::remainder(to_euler(best().estimate().q_wb).z() + std::arg(mean), 2 * std::numbers::pi),
+          std::min(std::sqrt(within / total + between), kNothingKnown)};
+}
+
+bool HeadingBank::resolved() const {
+  const double sigma = heading_sigma(best());
+  if (sigma > kSureEnough) return false;
+  return std::all_of(all_.begin(), all_.end(), [&](const Hypothesis& h) {
+    return std::abs(apart(h)) <= kAgree * sigma + kDegree || h.weight < 1e-3;
+  });
+}
+
+}  // namespace piste
