@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "piste/core/time_search.h"
 #include "piste/math/statistics.h"
+#include "piste/math/units.h"
 
 namespace piste {
 namespace {
@@ -15,6 +18,8 @@ constexpr double kCell = 0.25;        // s
 constexpr std::size_t kWindow = 4;    // cells
 constexpr double kSway = 0.06;        // m/s: largest mean speed of a standing body, beyond the noise of GNSS
 constexpr double kWalking = 0.5;      // m/s: certainly moving
+constexpr double kResolved = 0.1;     // m/s: a receiver whose noise is larger cannot tell rest from a slow motion
+constexpr double kFarthest = 16;        // s before and after a window in which positions may resolve its speed
 constexpr double kShortest = 1.0;     // s
 constexpr double kDrawnIn = 0.25;     // s
 constexpr double kGyroQuiet = 0.03;   // rad/s, and
@@ -77,40 +82,60 @@ std::optional<Quietness> quietness(const Cells& cells, std::size_t first) {
 
 enum class Verdict { kUnknown, kRest, kBetween, kMoving };
 
-// Whether one receiver shows rest or motion in [begin, end].
-Verdict verdict(const std::vector<GnssFix>& fixes, double begin, double end) {
-  auto it = first_at_or_after(fixes, begin);
+// The speed that a receiver shows, and its noise.
+struct Speed {
+  double value = 0, noise = std::numeric_limits<double>::infinity();
+};
+
+Speed from_velocities(std::span<const GnssFix> fixes) {
   Vector3d mean = Vector3d::Zero(), variance = Vector3d::Zero();
   double n = 0;
-  const auto first = it;
-  for (; it != fixes.end() && it->time <= end; ++it) {
-    if (!it->velocity) continue;
-    mean += it->velocity->value;
-    variance.head<2>() += it->velocity->sigma.head<2>().cwiseAbs2();
-    if (it->velocity->has_down()) variance.z() += it->velocity->sigma.z() * it->velocity->sigma.z();
+  for (const GnssFix& fix : fixes) {
+    if (!fix.velocity) continue;
+    mean += fix.velocity->value;
+    variance.head<2>() += fix.velocity->sigma.head<2>().cwiseAbs2();
+    if (fix.velocity->has_down()) variance.z() += square(fix.velocity->sigma.z());
     n += 1;
   }
-  if (it == first) return Verdict::kUnknown;
-  double speed = 0, noise = 0;
-  if (n > 0) {
-    mean /= n;
-    speed = mean.norm();
-    noise = std::sqrt(variance.sum()) / n;
-  } else {  // positions only: they must cover half of the window
-    const auto last = std::prev(it);
-    const double dt = last->time - first->time;
-    if (dt < 0.5 * (end - begin)) return Verdict::kUnknown;
-    speed = (last->position - first->position).norm() / dt;
-    noise = std::sqrt((first->sigma_position.cwiseAbs2() + last->sigma_position.cwiseAbs2()).sum()) / dt;
+  if (n == 0) return {};
+  return {(mean / n).norm(), std::sqrt(variance.sum()) / n};
+}
+
+// From the first to the last position. Errors of a receiver last, so that those between them do not lower the noise.
+Speed from_positions(std::span<const GnssFix> fixes, double least_time) {
+  if (fixes.size() < 2) return {};
+  const GnssFix &first = fixes.front(), &last = fixes.back();
+  const double dt = last.time - first.time;
+  if (dt < least_time) return {};
+  return {(last.position - first.position).head<2>().norm() / dt,
+          std::sqrt((first.sigma_position.cwiseAbs2() + last.sigma_position.cwiseAbs2()).head<2>().sum()) / dt};
+}
+
+Verdict verdict(const Speed& speed) {
+  if (speed.value > kWalking + 3 * speed.noise) return Verdict::kMoving;
+  if (speed.noise > kResolved) return Verdict::kUnknown;
+  return speed.value < kSway + 2 * speed.noise ? Verdict::kRest : Verdict::kBetween;
+}
+
+// Whether one receiver shows rest or motion in [begin, end]: by its velocities and, where these do not tell, by
+// positions that may lie further apart the coarser they are.
+Verdict verdict(const std::vector<GnssFix>& fixes, double begin, double end) {
+  const auto within = [&](double reach) { return range(fixes, begin - reach, end + reach + 1e-9); };
+  const Verdict by_velocity = verdict(from_velocities(within(0)));
+  if (by_velocity == Verdict::kMoving || by_velocity == Verdict::kBetween) return by_velocity;
+  Verdict by_position = Verdict::kUnknown;
+  for (double reach = 0; reach <= kFarthest && by_position == Verdict::kUnknown; reach = std::max(0.5, 2 * reach)) {
+    by_position = verdict(from_positions(within(reach), 0.5 * (end - begin) + reach));
   }
-  if (speed < kSway + 2 * noise) return Verdict::kRest;
-  return speed > kWalking + 3 * noise ? Verdict::kMoving : Verdict::kBetween;
+  // Errors of positions wander, so that against velocities only a clear motion counts.
+  if (by_velocity == Verdict::kRest && by_position == Verdict::kBetween) return Verdict::kRest;
+  return std::max(by_velocity, by_position);
 }
 
 // Bounds below which rate and force count as at rest: where GNSS says so too, and where there is no GNSS.
 struct Bounds {
   double gyro = kGyroQuiet, force = kForceQuiet;
-  double gyro_alone = kGyroQuiet, force_alone = kForceQuiet;
+  double gyro_alone = 0, force_alone = 0;
 };
 
 Bounds learn(const std::vector<std::optional<Quietness>>& quiet, const std::vector<Verdict>& verdicts) {
@@ -126,7 +151,9 @@ Bounds learn(const std::vector<std::optional<Quietness>>& quiet, const std::vect
     }
   }
   Bounds b;
-  if (rest_gyro.size() < 2 * kWindow) return b;
+  if (rest_gyro.size() < 2 * kWindow) {
+    return b;  // nothing shows what rest is like: without GNSS there is none
+  }
   b.gyro = 3 * quantile(rest_gyro, 0.5);
   b.force = 3 * quantile(rest_force, 0.5);
   b.gyro_alone = 1.5 * quantile(rest_gyro, 0.9);
@@ -158,6 +185,55 @@ void mark(std::vector<bool>& rest, std::size_t window) {
   std::fill_n(rest.begin() + static_cast<std::ptrdiff_t>(window), kWindow, true);
 }
 
+// Whether a receiver shows that the body left its place within a claimed rest: its last positions there are further
+// from the first than their sigmas and a sway allow.
+bool leaves_its_place(const Log& log, const Interval& rest) {
+  constexpr double kSwayDistance = 0.3;  // m
+  return std::any_of(log.gnss.begin(), log.gnss.end(), [&](const std::vector<GnssFix>& receiver) {
+    const auto fixes = range(receiver, rest.start, rest.end);
+    if (fixes.size() < 2) return false;
+    const GnssFix &first = fixes.front(), &last = fixes.back();
+    const double apart = (last.position - first.position).head<2>().norm();
+    const double noise = std::sqrt((first.sigma_position.cwiseAbs2() + last.sigma_position.cwiseAbs2()).head<2>().sum());
+    return apart > kSwayDistance + 3 * noise;
+  });
+}
+
+// Whether the body turns within a claimed rest: the rate leaves its own mean, which is the bias, by some degrees.
+bool turns(const Log& log, const Interval& rest) {
+  constexpr double kTurn = 5 * kDegree;
+  const auto samples = range(log.imu, rest.start, rest.end);
+  Vector3d all = Vector3d::Zero(), turn = Vector3d::Zero();
+  double time = 0, largest = 0;
+  for (const ImuSample& s : samples) {
+    all += s.dtheta;
+    time += s.interval;
+  }
+  if (time <= 0) return true;
+  for (const ImuSample& s : samples) {
+    turn += s.dtheta - s.interval / time * all;
+    largest = std::max(largest, turn.norm());
+  }
+  return largest > kTurn;
+}
+
+// The claimed rests, tested over their whole length. One that fails is halved, and its halves are tested.
+std::vector<Interval> confirmed(const Log& log, const std::vector<Interval>& claimed) {
+  constexpr double kHalved = 4;  // s: in a shorter part a slow motion would not show
+  std::vector<Interval> rests;
+  const auto test = [&](const auto& self, const Interval& rest, bool part) -> void {
+    if (!leaves_its_place(log, rest) && !turns(log, rest)) {
+      if (!part || rest.end - rest.start >= kHalved) rests.push_back(rest);
+    } else if (rest.end - rest.start >= 2 * kHalved) {
+      const double middle = 0.5 * (rest.start + rest.end);
+      self(self, {rest.start, middle}, true);
+      self(self, {middle, rest.end}, true);
+    }
+  };
+  for (const Interval& rest : claimed) test(test, rest, false);
+  return rests;
+}
+
 }  // namespace
 
 std::vector<Interval> detect_rest(const Log& log) {
@@ -184,7 +260,7 @@ std::vector<Interval> detect_rest(const Log& log) {
     if (quiet[i]->force > (alone ? bounds.force_alone : bounds.force)) continue;
     mark(rest, i);
   }
-  return intervals_of(rest, cells, log.imu.back().time);
+  return confirmed(log, intervals_of(rest, cells, log.imu.back().time));
 }
 
 std::vector<Interval> detect_rest(const AlignedImus& imus) {

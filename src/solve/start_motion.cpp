@@ -25,23 +25,29 @@ constexpr double kFurther = 40;      // s of motion after which attitude and bia
 constexpr double kLeastSigma = 1 * kDegree;
 constexpr double kStill = 3;         // sigmas
 
-// The last rest that ends before a receiver shows that the body has left; none if it moves from the beginning.
-std::optional<Rest> rest_before_departure(const Log& log, const Receiver& receiver, double from) {
+// Where a receiver shows that the body has left its place.
+struct Departure {
+  bool seen = false;
+  std::optional<Rest> before;  // the end of the last rest before it; none if the body moves from the beginning
+};
+
+Departure departure_from(const Log& log, const Receiver& receiver, double from) {
   const auto& fixes = *receiver.fixes;
   const auto first = first_at_or_after(fixes, from);
+  Departure found;
   double departure = log.imu.back().time;
   for (auto fix = first; fix != fixes.end(); ++fix) {
     const double far = 2 + 2 * kStill * (first->sigma_position + fix->sigma_position).norm();
     if ((fix->position - first->position).norm() < far) continue;
     departure = fix->time;
+    found.seen = true;
     break;
   }
-  std::optional<Rest> last;
   for (const Interval& rest : log.rest) {
     if (rest.start < departure && rest.end > from)
-      last = average(log, {std::max({rest.start, from, rest.end - kListened}), rest.end});
+      found.before = average(log, {std::max({rest.start, from, rest.end - kListened}), rest.end});
   }
-  return last;
+  return found;
 }
 
 // A start at rest with the given heading.
@@ -109,7 +115,7 @@ Start carried_back(const Log& log, const FilterOptions& options, const Receiver&
 }  // namespace
 
 FoundStart start_from_motion(const Log& log, const FilterOptions& options, const Receiver& receiver, double begin) {
-  const std::optional<Rest> departing = rest_before_departure(log, receiver, begin);
+  const auto [leaves, departing] = departure_from(log, receiver, begin);
   std::vector<Start> hypotheses;
   for (int k = 0; k < kHypotheses; ++k) {
     const double heading = k * kSpacing;
@@ -118,6 +124,11 @@ FoundStart start_from_motion(const Log& log, const FilterOptions& options, const
                              : start_on_the_move(log, options, receiver, begin, heading, kHypothesisSigma));
   }
   FoundHeading found = ask_the_bank(log, options, hypotheses);
+  if (!found.resolved && !leaves) {
+    throw DataError("start",
+                    "the heading cannot be found: the body does not leave its place while GNSS is there; give "
+                    "`initial: {heading: … deg}`, or use from_attitude or from_magnetometer");
+  }
   if (found.resolved) found = refined(log, options, std::move(found));
   if (departing) found.start = carried_back(log, options, receiver, found, begin);
   const double sigma = euler_sigma(found.start.x.q_wb, found.start.covariance.block<3, 3>(6, 6)).z();
