@@ -35,7 +35,7 @@ void run(const AppArguments& arguments, Progress& progress) {
   if (config) {
     output.write("replay.yaml", *config);
     output.write(kSensorFile,
-                 sensor_text(guess_sensor(*found.logs[*found.first(LogKind::kImu)].imu_health, "measured at rest")));
+                 sensor_text(guess_sensor(found)));
   } else {
     output.withdraw("replay.yaml");
     output.withdraw(kSensorFile);

@@ -18,7 +18,7 @@ constexpr double kCell = 0.25;        // s
 constexpr std::size_t kWindow = 4;    // cells
 constexpr double kSway = 0.06;        // m/s: largest mean speed of a standing body, beyond the noise of GNSS
 constexpr double kWalking = 0.5;      // m/s: certainly moving
-constexpr double kResolved = 0.1;     // m/s: a receiver whose noise is larger cannot tell rest from a slow motion
+constexpr double kResolved = 0.15;    // m/s: a receiver whose noise is larger cannot tell rest from a slow motion
 constexpr double kFarthest = 16;        // s before and after a window in which positions may resolve its speed
 constexpr double kShortest = 1.0;     // s
 constexpr double kDrawnIn = 0.25;     // s
@@ -122,14 +122,12 @@ Verdict verdict(const Speed& speed) {
 Verdict verdict(const std::vector<GnssFix>& fixes, double begin, double end) {
   const auto within = [&](double reach) { return range(fixes, begin - reach, end + reach + 1e-9); };
   const Verdict by_velocity = verdict(from_velocities(within(0)));
-  if (by_velocity == Verdict::kMoving || by_velocity == Verdict::kBetween) return by_velocity;
+  if (by_velocity != Verdict::kUnknown) return by_velocity;
   Verdict by_position = Verdict::kUnknown;
   for (double reach = 0; reach <= kFarthest && by_position == Verdict::kUnknown; reach = std::max(0.5, 2 * reach)) {
     by_position = verdict(from_positions(within(reach), 0.5 * (end - begin) + reach));
   }
-  // Errors of positions wander, so that against velocities only a clear motion counts.
-  if (by_velocity == Verdict::kRest && by_position == Verdict::kBetween) return Verdict::kRest;
-  return std::max(by_velocity, by_position);
+  return by_position;
 }
 
 // Bounds below which rate and force count as at rest: where GNSS says so too, and where there is no GNSS.

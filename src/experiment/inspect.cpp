@@ -7,7 +7,7 @@
 #include <iterator>
 #include <utility>
 
-#include "experiment/lever_arm.h"
+#include "experiment/calibration.h"
 #include "io/text_reader.h"
 #include "piste/core/error.h"
 #include "piste/math/units.h"
@@ -92,10 +92,10 @@ bool may_run(const Inspection& inspection) {
   });
 }
 
-std::optional<LeverArmGuess> try_lever_arm(const Inspection& inspection, const InspectedLog& receiver,
+std::optional<Calibration> try_calibration(const Inspection& inspection, const InspectedLog& receiver,
                                            std::vector<Suspicion>& found) {
   constexpr double kFar = 3, kSure = 0.3;  // m
-  constexpr double kManyRejected = 0.3;
+  constexpr double kSureClock = 0.02;  // s
   const auto imu = inspection.first(LogKind::kImu);
   if (!imu || !receiver.gnss_health || !may_run(inspection)) return std::nullopt;
   const InspectedLog& body = inspection.logs[*imu];
@@ -108,15 +108,18 @@ std::optional<LeverArmGuess> try_lever_arm(const Inspection& inspection, const I
   conditioning.gyro_range = options.sensor.gyro.range;
   conditioning.accel_range = options.sensor.accel.range;
   try {
-    const LeverArmGuess arm = lever_arm({body.imu, {receiver.gnss}, {}}, conditioning, options);
-    const auto all = static_cast<double>(arm.used + arm.rejected);
-    const bool believed = static_cast<double>(arm.rejected) < kManyRejected * all;
-    if (believed && arm.value.norm() > kFar && arm.sigma.norm() < kSure * arm.value.norm()) {
+    const LogMatch* match = inspection.first_match();
+    const bool search_clock = match == nullptr || !match->clock || match->clock->sigma > kSureClock;
+    const auto found_here = calibrate({body.imu, {receiver.gnss}, {}}, conditioning, options, search_clock);
+    if (!found_here) return std::nullopt;
+    const Calibration& calibration = *found_here;
+    const Vector3d& arm = calibration.lever_arm;
+    if (calibration.fits() && arm.norm() > kFar && calibration.lever_arm_sigma.norm() < kSure * arm.norm()) {
       found.push_back({LogFault::kLeverArm, receiver.log.file,
-                       fmt::format("the antenna seems to be {:.1f} m from the IMU", arm.value.norm()),
+                       fmt::format("the antenna seems to be {:.1f} m from the IMU", arm.norm()),
                        "is that so? If not, the clocks or the axes do not fit"});
     }
-    return believed ? std::optional(arm) : std::nullopt;
+    return found_here;
   } catch (const Error&) {
     return std::nullopt;  // no start: the logs are too short, or nothing moves
   }
@@ -154,7 +157,7 @@ Inspection inspect(const std::vector<std::string>& files, const ProgressCallback
   rank(found);
   show(kMatched);
   std::vector<Suspicion> implausible;
-  for (InspectedLog& log : logs) log.lever_arm = try_lever_arm(inspection, log, implausible);
+  for (InspectedLog& log : logs) log.calibration = try_calibration(inspection, log, implausible);
   append(found, std::move(implausible));
   rank(found);
   return inspection;

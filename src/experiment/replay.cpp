@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <utility>
 #include <vector>
 
 #include "piste/condition/pipeline.h"
 #include "piste/core/error.h"
 #include "piste/solve/attitude_noise.h"
+#include "piste/solve/look_back.h"
 #include "piste/solve/rts.h"
 
 namespace piste {
@@ -23,15 +23,6 @@ void check_sources(const Sources& sources, const FilterOptions& options) {
   };
   check("gnss", sources.gnss.size(), options.gnss.size());
   check("attitude", sources.attitude.size(), options.attitude.size());
-}
-
-// Until the heading is sure, the rows are those of a smoother that looks back from there.
-void look_back(const Log& log, const FilterOptions& options, const FoundStart& found, Solution& filtered) {
-  const Solution known =
-      smooth_rts(log, run_filter(log, options, found.start, kCheckpointEvery, {}, *found.aligned + kSameInstant));
-  for (std::size_t i = 0; i < std::min(known.size(), filtered.size()); ++i) {
-    filtered.set(i, known.time(i), known.estimate(i), known.sigmas(i));
-  }
 }
 
 }  // namespace
@@ -74,7 +65,7 @@ Replay replay(Log log, const ReplayOptions& options, const ReplayProgress& progr
   const int checkpoint_every = smooth || options.checkpoints ? kCheckpointEvery : 0;
   run.filtered =
       run_filter(run.log, run.options, start, checkpoint_every, stage("filter"), start.time + options.longest);
-  if (run.found.aligned) look_back(run.log, run.options, run.found, run.filtered.solution);
+  look_back(run.log, run.options, run.found, run.filtered.solution);
   if (smooth) {
     std::vector<AttitudeLag> lags;
     run.smoothed = smooth_rts(run.log, run.filtered, stage("smoother"), nullptr, &lags);

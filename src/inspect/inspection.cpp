@@ -16,7 +16,6 @@
 namespace piste {
 namespace {
 
-constexpr double kDeterminedArm = 0.1;  // m: a lever arm with a smaller sigma is written down
 constexpr double kKnownClock = 0.005;   // s: a larger offset is written down
 
 // 1-sigmas of a triad's errors from its noise and its mean at rest.
@@ -46,6 +45,12 @@ TriadErrors rounded(TriadErrors e, double unit) {
   return e;
 }
 
+Vector3d mean_of(const std::vector<Vector3d>& values) {
+  Vector3d sum = Vector3d::Zero();
+  for (const Vector3d& v : values) sum += v;
+  return sum / static_cast<double>(values.size());
+}
+
 std::string path_from(const std::string& folder, const std::string& file) {
   const auto whole = [](const std::string& path) { return std::filesystem::absolute(path).lexically_normal(); };
   return yaml_text(whole(file).lexically_proximate(whole(folder)).generic_string());
@@ -59,6 +64,15 @@ std::string file_keys(const InspectedLog& log, const std::string& folder, std::s
   for (const std::string& column : log.faults.unknown_columns) names.push_back(yaml_text(column));
   text += fmt::format("{}ignore_columns: [{}]\n", indent, fmt::join(names, ", "));
   return text;
+}
+
+// The sigmas of what the motion told are loose, as the replay sees the same motion again.
+std::string priors_text(const Calibration* found) {
+  constexpr double kLoose = 5, kLeastArm = 0.1, kMostArm = 1, kLeastDelay = 0.005, kMostDelay = 0.05;
+  if (found == nullptr) return fmt::format("{{lever_arm: {:g} m, gnss_delay: {:g} s}}", kMostArm, kMostDelay);
+  return fmt::format("{{lever_arm: {:.2g} m, gnss_delay: {:.2g} s}}",
+                     std::clamp(kLoose * found->lever_arm_sigma.maxCoeff(), kLeastArm, kMostArm),
+                     std::clamp(kLoose * found->clock_sigma, kLeastDelay, kMostDelay));
 }
 
 }  // namespace
@@ -77,6 +91,12 @@ const LogMatch* Inspection::first_match() const {
     if (imu == m.imu && gnss == m.gnss) return &m.match;
   }
   return nullptr;
+}
+
+const Calibration* Inspection::calibration() const {
+  const auto gnss = first(LogKind::kGnss);
+  if (!gnss || !logs[*gnss].calibration || !logs[*gnss].calibration->fits()) return nullptr;
+  return &*logs[*gnss].calibration;
 }
 
 void rank(std::vector<Suspicion>& suspicions) {
@@ -110,12 +130,18 @@ ImuSensor guess_sensor(const ImuHealth& health, const std::string& name) {
   return sensor;
 }
 
+ImuSensor guess_sensor(const Inspection& inspection) {
+  if (const Calibration* found = inspection.calibration()) return found->sensor;
+  return guess_sensor(*inspection.logs[*inspection.first(LogKind::kImu)].imu_health, "measured at rest");
+}
+
 ImuConditioning guess_conditioning(const Inspection& inspection) {
   ImuConditioning imu;
   const LogMatch* match = inspection.first_match();
   if (match != nullptr && match->clock &&
       std::abs(match->clock->offset) > std::max(kKnownClock, 5 * match->clock->sigma))
     imu.clock_offset = match->clock->offset;
+  if (const Calibration* found = inspection.calibration()) imu.clock_offset = found->clock_offset;
   if (match != nullptr && match->motion && !match->motion->mirrored) {
     imu.R_bs = match->motion->R_bs;
     return imu;
@@ -123,8 +149,8 @@ ImuConditioning guess_conditioning(const Inspection& inspection) {
   const auto first = inspection.first(LogKind::kImu);
   if (!first) return imu;
   // Gravity alone: the axis that it points along is down, the others follow in a right-handed order.
-  const Vector3d& mean = inspection.logs[*first].imu_health->accel.mean;
-  if (!mean.allFinite()) return imu;
+  Vector3d mean = inspection.logs[*first].imu_health->accel.mean;
+  if (!mean.allFinite()) mean = mean_of(inspection.logs[*first].imu.accel);  // it never rests: gravity is what stays
   Eigen::Index axis = 0;
   mean.cwiseAbs().maxCoeff(&axis);
   Vector3d down = Vector3d::Zero(), forward = Vector3d::Zero();
@@ -149,20 +175,21 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
       file_keys(inspection.logs[*first], folder, "  "), sensor_file, axes_text(imu.R_bs),
       from_motion ? "as the motion has them" : "down as gravity has it; forward and right are to be checked");
   if (imu.clock_offset != 0) {
-    text += fmt::format("  clock: {{offset: {:.3f} s}}    # by correlation with the receiver, +- {:.3f} s\n",
-                        imu.clock_offset, match->clock->sigma);
+    const Calibration* found = inspection.calibration();
+    text += fmt::format("  clock: {{offset: {:.4f} s}}    # as the motion has it, +- {:.4f} s\n", imu.clock_offset,
+                        found != nullptr ? found->clock_sigma : match->clock->sigma);
   }
   text += "gnss:\n";
   bool reference = false;
   for (const InspectedLog& log : inspection.logs) {
     if (!log.is(LogKind::kGnss) || !log.gnss_health) continue;
     text += fmt::format("  - {}", file_keys(log, folder, "    "));
-    const auto& arm = log.lever_arm;
-    if (arm && arm->sigma.maxCoeff() < kDeterminedArm) {
+    if (log.calibration && log.calibration->fits()) {
+      const Vector3d &arm = log.calibration->lever_arm, &sigma = log.calibration->lever_arm_sigma;
       text += fmt::format(
           "    lever_arm: {:.2f} {:.2f} {:.2f} m   # as the motion has it, +- {:.2f} {:.2f} {:.2f}; "
           "measure it: from the IMU to the antenna\n",
-          arm->value.x(), arm->value.y(), arm->value.z(), arm->sigma.x(), arm->sigma.y(), arm->sigma.z());
+          arm.x(), arm.y(), arm.z(), sigma.x(), sigma.y(), sigma.z());
     } else {
       text += "    lever_arm: 0 0 0 m            # measure it: from the IMU to the antenna, forward right down\n";
     }
@@ -188,9 +215,8 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
   }
   text += fmt::format(
       "initial: {{heading: auto}}\nestimate: [gyro_bias, accel_bias, gyro_drift, accel_drift, gyro_scale, "
-      "accel_scale{}]\n"
-      "smoother: rts\n",
-      reference ? ", boresight" : "");
+      "accel_scale, lever_arm, gnss_delay{}]\npriors: {}\nsmoother: rts\n",
+      reference ? ", boresight" : "", priors_text(inspection.calibration()));
   return text;
 }
 

@@ -188,12 +188,16 @@ std::vector<InspectionSheet> inspection_sheets(const Inspection& inspection) {
   for (const InspectedMatch& m : inspection.matches) {
     SheetWriter sheet(fmt::format("{} beside {}", inspection.logs[m.imu].log.file, inspection.logs[m.gnss].log.file));
     describe(sheet, m.match);
-    if (m.imu == inspection.first(LogKind::kImu) && inspection.logs[m.gnss].lever_arm) {
-      const LeverArmGuess& arm = *inspection.logs[m.gnss].lever_arm;
+    if (m.imu == inspection.first(LogKind::kImu) && inspection.logs[m.gnss].calibration) {
+      const Calibration& found = *inspection.logs[m.gnss].calibration;
       sheet.add(
           "lever arm",
           fmt::format("{} +- {} (forward right down), from a filter that took {} and rejected {} measurements",
-                      three(arm.value, 1, "{:.2f}", "m"), three(arm.sigma, 1, "{:.2f}", "m"), arm.used, arm.rejected));
+                      three(found.lever_arm, 1, "{:.2f}", "m"), three(found.lever_arm_sigma, 1, "{:.2f}", "m"),
+                      found.used, found.rejected));
+      sheet.add("in motion", fmt::format("clock {:.4f} s +- {:.4f} s; noise {:.2g} deg/s/sqrt(Hz), {:.2g} ug/sqrt(Hz)",
+                                         found.clock_offset, found.clock_sigma, found.sensor.gyro.noise / kDegree,
+                                         found.sensor.accel.noise / kStandardGravity * 1e6));
     }
     sheets.push_back(sheet.take());
   }

@@ -202,6 +202,8 @@ TEST(Condition, AVelocityWithoutDownTellsRestFromMotion) {
   }
   EXPECT_TRUE(detect_rest(condition(r, {})).empty());
   for (GeodeticFix& fix : r.gnss[0].fixes) fix.velocity->value.setZero();
+  EXPECT_TRUE(detect_rest(condition(r, {})).empty()) << "the positions leave their place";
+  for (GeodeticFix& fix : r.gnss[0].fixes) fix.position = r.gnss[0].fixes.front().position;
   EXPECT_EQ(detect_rest(condition(r, {})).size(), 1u);
 }
 

@@ -59,7 +59,7 @@ TEST(FilterEstimates, HoldWhatWasPutIn) {
                      scale = (line.value(1) - truth.scale(axis % 3)) / line.scale().total();
         EXPECT_LT(std::abs(bias), 4);
         EXPECT_LT(std::abs(scale), 4);
-        const double room = method == Method::kMarkovFiltered ? 1.5 : 1;
+        const double room = method == Method::kMarkovFiltered ? 2.6 : 1;
         EXPECT_LT(line.bias().total(), room * (axis < 3 ? 0.023 : 2.2e-4));
         EXPECT_LT(line.scale().total(), room * 2.7e-3);
         EXPECT_LT(std::abs(line.correlation()), 1);

@@ -268,11 +268,11 @@ TEST_F(Inspected, ShippedLogsAreClean) {
   EXPECT_EQ(found.logs[2].guess->kind, LogKind::kGnss);
   EXPECT_EQ(found.logs[3].guess->kind, LogKind::kAttitude);
   EXPECT_EQ(axes_text(guess_conditioning(found).R_bs), "+x +y +z");
-  const auto& arm = found.logs[1].lever_arm;
+  const auto& arm = found.logs[1].calibration;
   ASSERT_TRUE(arm);
-  const Vector3d error = arm->value - Vector3d(-0.06, 0.03, -0.42);
-  EXPECT_LT(error.cwiseQuotient(arm->sigma).cwiseAbs().maxCoeff(), 4) << error.transpose();
-  EXPECT_LT(arm->sigma.maxCoeff(), 0.03) << arm->sigma.transpose();
+  const Vector3d error = arm->lever_arm - Vector3d(-0.06, 0.03, -0.42);
+  EXPECT_LT(error.cwiseQuotient(arm->lever_arm_sigma).cwiseAbs().maxCoeff(), 4) << error.transpose();
+  EXPECT_LT(arm->lever_arm_sigma.maxCoeff(), 0.03) << arm->lever_arm_sigma.transpose();
 }
 
 TEST_F(Inspected, SimulatedLogsAreClean) {

@@ -12,6 +12,7 @@
 #include "piste/math/units.h"
 #include "piste/sim/random.h"
 #include "piste/solve/attitude_noise.h"
+#include "piste/solve/look_back.h"
 #include "piste/solve/rts.h"
 #include "support/simulated_case.h"
 
@@ -51,8 +52,10 @@ struct Result {
   Solution solution;
 };
 
-Result solve(const Case& c, const Log& log, const Start& start, const std::string& what, Interval during = {0, 1e300}) {
-  const FilterRun run = run_filter(log, c.options, start, kCheckpointEvery);
+Result solve(const Case& c, const Log& log, const FoundStart& found, const std::string& what,
+             Interval during = {0, 1e300}) {
+  FilterRun run = run_filter(log, c.options, found.start, kCheckpointEvery);
+  look_back(log, c.options, found, run.solution);
   Result r{errors_of(c, run.solution, during), errors_of(c, smooth_rts(log, run), during), run.solution};
   fmt::print(
       "{:32s} filtered {:7.2f} m {:5.1f} sigma of {:6.3f} m, smoothed {:6.2f} m {:5.1f} sigma of {:6.3f} m, at the end "
@@ -126,7 +129,7 @@ class LyingReceiver : public ::testing::TestWithParam<Kind> {
 
   const Case case_ = receiver_case(GetParam().motion, GetParam().receiver, GetParam().velocity);
   const Log log_ = case_.log();
-  const Start start_ = find_start(log_, case_.options, {}).start;
+  const FoundStart start_ = find_start(log_, case_.options, {});
   const double begin_ = case_.under_way() + kBegin;
 };
 
@@ -251,7 +254,7 @@ TEST(FaultyImu, ClipsInTheTurns) {
   const Case c = receiver_case("giant_slalom", "gnss_l1l2", true);
   const Log log = c.log();
   EXPECT_GT(log.counts.imu_clipped, 10U);
-  const Result r = solve(c, log, find_start(log, c.options, {}).start, "clipped turns");
+  const Result r = solve(c, log, find_start(log, c.options, {}), "clipped turns");
   expect_honest(r, "clipped turns");
   EXPECT_LT(r.filtered.claimed, 0.015);
 }
@@ -262,7 +265,7 @@ TEST(FaultyImu, LosesSamplesUnseen) {
   for (const bool velocity : {true, false}) {
     const Case c = receiver_case("ski", "gnss_l1l2", velocity);
     Log log = c.log();
-    const Start start = find_start(log, c.options, {}).start;
+    const FoundStart start = find_start(log, c.options, {});
     const double lost = c.under_way() + kBegin;
     std::erase_if(log.imu, [&](const ImuSample& s) { return s.time > lost && s.time < lost + 0.2; });
     for (ImuSample& s : log.imu) {
@@ -287,7 +290,7 @@ TEST(FaultyImu, Spikes) {
   c.options = with_white_part(std::move(c.options), log);
   EXPECT_GE(log.counts.imu_clipped, 1U);
   const Interval run{c.under_way(), c.under_way() + 60};
-  const Result r = solve(c, log, find_start(log, c.options, {}).start, "spike of 1e6 rad/s", run);
+  const Result r = solve(c, log, find_start(log, c.options, {}), "spike of 1e6 rad/s", run);
   EXPECT_LT(r.smoothed.largest, 0.1);
   EXPECT_LT(r.smoothed.attitude, 0.3);
   expect_honest(r, "spike");
@@ -300,7 +303,7 @@ TEST(LockedOut, ByAStartThatIsWrong) {
   Start start = find_start(log, c.options, {}).start;
   start.x.p_wb += 100 * kAside;
   start.covariance.topLeftCorner<3, 3>().setIdentity();
-  const Result r = solve(c, log, start, "start 100 m aside", {start.time + 1, 1e300});
+  const Result r = solve(c, log, {start, ""}, "start 100 m aside", {start.time + 1, 1e300});
   EXPECT_LT(r.filtered.largest, 0.05);
   EXPECT_LT(r.filtered.claimed, 0.015);
   expect_honest(r, "start 100 m aside");

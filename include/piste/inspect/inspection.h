@@ -15,10 +15,15 @@
 
 namespace piste {
 
-/// The lever arm as estimated from the motion.
-struct LeverArmGuess {
-  Vector3d value, sigma;               ///< p_ba_b [m]
-  std::size_t used = 0, rejected = 0;  ///< GNSS innovations of the filter that estimated it
+/// What the filter itself tells of an IMU beside a receiver (experiment/calibration.h).
+struct Calibration {
+  Vector3d lever_arm, lever_arm_sigma;       ///< p_ba_b [m]
+  double clock_offset = 0, clock_sigma = 0;  ///< of the IMU (ImuConditioning) [s]
+  ImuSensor sensor;                          ///< with the noise that is likeliest in motion
+  std::size_t used = 0, rejected = 0;        ///< GNSS innovations of the filter that told it
+
+  /// Whether the filter fits the logs: it rejected less than a tenth.
+  bool fits() const { return rejected < (used + rejected) / 10; }
 };
 
 /// One file and all that is known of it.
@@ -32,7 +37,7 @@ struct InspectedLog {
   std::optional<ImuHealth> imu_health;
   std::optional<GnssHealth> gnss_health;
   std::optional<Sampling> attitude_sampling;
-  std::optional<LeverArmGuess> lever_arm;  ///< of a receiver to the first IMU, if the filter could run
+  std::optional<Calibration> calibration;  ///< of the first IMU beside a receiver, if the filter could run
 
   bool is(LogKind kind) const { return guess && guess->kind == kind; }
 };
@@ -52,6 +57,8 @@ struct Inspection {
   std::optional<std::size_t> first(LogKind kind) const;
   /// The match of the first IMU with the first receiver, or null.
   const LogMatch* first_match() const;
+  /// The calibration of the first IMU with the first receiver, or null if there is none or it does not fit.
+  const Calibration* calibration() const;
 };
 
 /// Sorts suspicions, the worst first, and removes repetitions. Those of one kind stay in their order.
@@ -60,6 +67,10 @@ void rank(std::vector<Suspicion>& suspicions);
 /// Guesses the errors of a sensor from its log at rest: the noise is measured; bias, drift and scale are those that
 /// sensors of such noise usually have; the range is that of clipped samples, if there are any.
 ImuSensor guess_sensor(const ImuHealth& health, const std::string& name);
+
+/// The sensor of the first IMU: with the noise that is likeliest in motion, or else with that at rest.
+/// @pre there is an IMU
+ImuSensor guess_sensor(const Inspection& inspection);
 
 /// Guesses axes and clock of the first IMU from the motion; without motion, the axes from gravity.
 ImuConditioning guess_conditioning(const Inspection& inspection);

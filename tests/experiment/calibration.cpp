@@ -1,4 +1,4 @@
-#include "experiment/lever_arm.h"
+#include "experiment/calibration.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@ namespace piste::test {
 namespace {
 
 // What the motion tells of where the antenna sits, from nothing.
-TEST(LeverArm, IsFoundFromTheMotion) {
+TEST(Calibration, FindsTheLeverArmFromTheMotion) {
   struct Motion {
     const char* name;
     double largest_sigma;  // m
@@ -23,15 +23,15 @@ TEST(LeverArm, IsFoundFromTheMotion) {
       Case c = make_case(motion, 40, static_cast<std::uint64_t>(seed));
       const Vector3d truth = c.options.gnss[0].lever_arm;
       c.options.gnss[0].lever_arm.setZero();
-      const LeverArmGuess guess = lever_arm(c.simulation.recording(0), c.conditioning, c.options);
-      const Vector3d error = guess.value - truth;
-      nees += error.cwiseQuotient(guess.sigma).squaredNorm() / (3 * runs);
+      const Calibration guess = *calibrate(c.simulation.recording(0), c.conditioning, c.options, false);
+      const Vector3d error = guess.lever_arm - truth;
+      nees += error.cwiseQuotient(guess.lever_arm_sigma).squaredNorm() / (3 * runs);
       fmt::print(
           "{}: lever arm {:.3f} {:.3f} {:.3f} ± {:.3f} {:.3f} {:.3f} m, off by {:.3f} {:.3f} {:.3f}; {} used, {} "
           "rejected\n",
-          motion, guess.value.x(), guess.value.y(), guess.value.z(), guess.sigma.x(), guess.sigma.y(), guess.sigma.z(),
+          motion, guess.lever_arm.x(), guess.lever_arm.y(), guess.lever_arm.z(), guess.lever_arm_sigma.x(), guess.lever_arm_sigma.y(), guess.lever_arm_sigma.z(),
           error.x(), error.y(), error.z(), guess.used, guess.rejected);
-      EXPECT_LT(guess.sigma.maxCoeff(), largest_sigma);
+      EXPECT_LT(guess.lever_arm_sigma.maxCoeff(), largest_sigma);
       EXPECT_LT(guess.rejected, guess.used / 20);
     }
     const Band band = chi_squared_band(0.999, 3, runs);
@@ -41,15 +41,15 @@ TEST(LeverArm, IsFoundFromTheMotion) {
 }
 
 // An antenna that is not on the body.
-TEST(LeverArm, OfFourMetresShows) {
+TEST(Calibration, OfAnAntennaFourMetresAwayShows) {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     Case c = make_case("easy_ski", 40, seed, [](Scenario& s) { s.gnss[0].p_ra_r += Vector3d(4, 0, 0); });
     const Vector3d truth = c.options.gnss[0].lever_arm;
     c.options.gnss[0].lever_arm.setZero();
-    const LeverArmGuess guess = lever_arm(c.simulation.recording(0), c.conditioning, c.options);
-    fmt::print("off {:.2f} m, sigma {:.3f} m, value {:.2f} m, {} used {} rejected\n", (guess.value - truth).norm(),
-               guess.sigma.maxCoeff(), guess.value.norm(), guess.used, guess.rejected);
-    EXPECT_GT(guess.value.norm(), 1);
+    const Calibration guess = *calibrate(c.simulation.recording(0), c.conditioning, c.options, false);
+    fmt::print("off {:.2f} m, sigma {:.3f} m, value {:.2f} m, {} used {} rejected\n", (guess.lever_arm - truth).norm(),
+               guess.lever_arm_sigma.maxCoeff(), guess.lever_arm.norm(), guess.used, guess.rejected);
+    EXPECT_GT(guess.lever_arm.norm(), 1);
   }
 }
 

@@ -1,0 +1,15 @@
+#pragma once
+/// What a filtered run says of the time before its heading was known.
+
+#include "piste/solve/run.h"
+#include "piste/solve/start.h"
+
+namespace piste {
+
+/// Until the motion has told the heading, a filter knows it as roughly as its start. The rows until `found.aligned` are
+/// replaced by those of a smoother that looks back from there: they use the measurements up to that time, and each of
+/// them once. The rows after it stay those of the filter. Does nothing if the heading did not come from the motion.
+/// @pre `filtered` is of the same log and start. Throws as run_filter().
+void look_back(const Log& log, const FilterOptions& options, const FoundStart& found, Solution& filtered);
+
+}  // namespace piste

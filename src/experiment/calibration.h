@@ -1,0 +1,20 @@
+#pragma once
+/// What the filter itself tells of a pair of logs: how far their clocks are apart, where the antenna sits, and how noisy
+/// the IMU is in motion.
+
+#include <optional>
+
+#include "piste/core/options.h"
+#include "piste/inspect/inspection.h"
+
+namespace piste {
+
+/// Replays the first minutes of motion with lever arm and delay as states, for several clock offsets and noises, and
+/// keeps those for which the innovations are likeliest: maximum of −½ Σ (nis + ln det S) (Schweppe 1965). Innovations
+/// beyond a few gates count as those at the gate, so that outliers do not decide.
+/// `search_clock`: whether offsets up to half a second beside that of `conditioning` are tried too.
+/// Nothing if no candidate starts. @pre `options` has one receiver, `recording` too.
+std::optional<Calibration> calibrate(const Recording& recording, ConditioningOptions conditioning,
+                                     FilterOptions options, bool search_clock);
+
+}  // namespace piste
