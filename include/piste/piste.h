@@ -95,6 +95,8 @@
 #include "piste/sim/simulation.h"
 #include "piste/solve/attitude_noise.h"
 #include "piste/solve/filter.h"
+#include "piste/solve/live.h"
+#include "piste/solve/look_back.h"
 #include "piste/solve/rts.h"
 #include "piste/solve/run.h"
 #include "piste/solve/start.h"

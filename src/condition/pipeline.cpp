@@ -87,14 +87,16 @@ AttitudeFix in_world(const World& world, const EulerFix& fix, double time, const
           axes_w * fix.sigma.cwiseAbs2().asDiagonal() * axes_w.transpose()};
 }
 
-void condition_gnss(const Recording& recording, const Interval& imu, const ConditioningOptions& options, Log& log) {
+// `world`, if it is not null, is that of the log: then no fix is needed.
+void condition_gnss(const Recording& recording, const Interval& imu, const ConditioningOptions& options,
+                    const World* world, Log& log) {
   if (recording.gnss.empty()) throw DataError("", "no GNSS: a `gnss:` source is needed for position");
   std::vector<std::vector<GeodeticFix>> used;
   for (const GnssRecording& receiver : recording.gnss) {
     used.push_back(used_fixes(receiver, imu, options.outages, log.counts));
   }
   const auto first = std::find_if(used.begin(), used.end(), [](const auto& fixes) { return !fixes.empty(); });
-  if (first == used.end()) {
+  if (first == used.end() && world == nullptr) {
     const GnssRecording& receiver = recording.gnss.front();
     const bool withheld =
         std::any_of(log.counts.gnss_withheld.begin(), log.counts.gnss_withheld.end(), [](auto n) { return n > 0; });
@@ -106,7 +108,7 @@ void condition_gnss(const Recording& recording, const Interval& imu, const Condi
                                       imu.start, imu.end,
                                       span_text(receiver.file, receiver.fixes, week_shift(receiver.fixes, imu.start))));
   }
-  log.world = World(first->front().position);
+  log.world = world != nullptr ? *world : World(first->front().position);
   for (const auto& fixes : used) {
     auto& out = log.gnss.emplace_back();
     for (const GeodeticFix& fix : fixes) out.push_back(in_world(log.world, fix));
@@ -134,16 +136,24 @@ void condition_attitude(const Recording& recording, const Interval& imu, Log& lo
   }
 }
 
-}  // namespace
-
-Log condition(const Recording& recording, const ConditioningOptions& options) {
+Log conditioned(const Recording& recording, const ConditioningOptions& options, const World* world) {
   Log log = condition_imu(recording.imu, options);
   const Interval imu{log.imu.front().time - log.imu.front().interval, log.imu.back().time};
-  condition_gnss(recording, imu, options, log);
+  condition_gnss(recording, imu, options, world, log);
   condition_attitude(recording, imu, log);
   if (!options.rest.detect) return log;
   std::vector<Interval> rest = detect_rest(log);
   return with_rest(std::move(log), std::move(rest));
+}
+
+}  // namespace
+
+Log condition(const Recording& recording, const ConditioningOptions& options) {
+  return conditioned(recording, options, nullptr);
+}
+
+Log condition(const Recording& recording, const ConditioningOptions& options, const World& world) {
+  return conditioned(recording, options, &world);
 }
 
 }  // namespace piste

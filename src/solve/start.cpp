@@ -11,14 +11,9 @@ namespace piste {
 FoundStart find_start(const Log& log, const FilterOptions& options, const InitialHeading& heading) {
   if (log.imu.empty()) throw DataError("start", "the log holds no IMU sample");
   const Receiver receiver = first_receiver(log, options);
-  constexpr double kLongestRest = 10;  // s of rest that are used
+  const auto [begin, rest] = beginning(log, receiver);
   Start start;
-  start.time = log.imu.front().time - log.imu.front().interval;
-  std::optional<Rest> rest = rest_at(log, start.time, kLongestRest);
-  if (!rest && receiver.fixes->front().time > start.time) {
-    start.time = receiver.fixes->front().time;  // the body already moves: the run begins at the first fix
-    rest = rest_at(log, start.time, kLongestRest);
-  }
+  start.time = begin;
   using Source = InitialHeading::Source;
   if (heading.source == Source::kAuto) return start_from_motion(log, options, receiver, start.time);
 

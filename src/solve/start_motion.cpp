@@ -114,16 +114,21 @@ Start carried_back(const Log& log, const FilterOptions& options, const Receiver&
 
 }  // namespace
 
-FoundStart start_from_motion(const Log& log, const FilterOptions& options, const Receiver& receiver, double begin) {
-  const auto [leaves, departing] = departure_from(log, receiver, begin);
+std::vector<Start> heading_hypotheses(const Log& log, const FilterOptions& options, const Receiver& receiver,
+                                      double begin) {
+  const std::optional<Rest> departing = departure_from(log, receiver, begin).before;
   std::vector<Start> hypotheses;
   for (int k = 0; k < kHypotheses; ++k) {
     const double heading = k * kSpacing;
-    hypotheses.push_back(departing
-                             ? still_start(log, options, receiver, *departing, heading)
-                             : start_on_the_move(log, options, receiver, begin, heading, kHypothesisSigma));
+    hypotheses.push_back(departing ? still_start(log, options, receiver, *departing, heading)
+                                   : start_on_the_move(log, options, receiver, begin, heading, kHypothesisSigma));
   }
-  FoundHeading found = ask_the_bank(log, options, hypotheses);
+  return hypotheses;
+}
+
+FoundStart start_from_motion(const Log& log, const FilterOptions& options, const Receiver& receiver, double begin) {
+  const auto [leaves, departing] = departure_from(log, receiver, begin);
+  FoundHeading found = ask_the_bank(log, options, heading_hypotheses(log, options, receiver, begin));
   if (!found.resolved && !leaves) {
     throw DataError("start",
                     "the heading cannot be found: the body does not leave its place while GNSS is there; give "

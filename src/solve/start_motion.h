@@ -2,12 +2,17 @@
 // A start whose heading is not given: it is found from the first motion that determines it.
 
 #include <optional>
+#include <vector>
 
 #include "piste/solve/start.h"
 #include "start_place.h"
 #include "start_rest.h"
 
 namespace piste {
+
+/// Starts with twelve headings, of a body that stands (until it departs) or moves at the time `begin`.
+std::vector<Start> heading_hypotheses(const Log& log, const FilterOptions& options, const Receiver& receiver,
+                                      double begin);
 
 /// Filters from twelve headings side by side until the motion has left one (heading_bank.h), and smooths that stretch,
 /// which centres the attitude of the start. Before the departure a body at rest tells nothing of its heading: then only

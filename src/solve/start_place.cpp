@@ -12,6 +12,17 @@
 
 namespace piste {
 
+Beginning beginning(const Log& log, const Receiver& receiver) {
+  constexpr double kLongestRest = 10;  // s of rest that are used
+  double time = log.imu.front().time - log.imu.front().interval;
+  std::optional<Rest> rest = rest_at(log, time, kLongestRest);
+  if (!rest && receiver.fixes->front().time > time) {
+    time = receiver.fixes->front().time;  // the body already moves: the run begins at the first fix
+    rest = rest_at(log, time, kLongestRest);
+  }
+  return {time, rest};
+}
+
 Receiver first_receiver(const Log& log, const FilterOptions& options) {
   for (std::size_t i = 0; i < log.gnss.size(); ++i) {
     if (!log.gnss[i].empty()) return {&log.gnss[i], &options.gnss[i]};

@@ -7,6 +7,7 @@
 #include "piste/core/options.h"
 #include "piste/math/units.h"
 #include "piste/solve/filter.h"
+#include "start_rest.h"
 
 namespace piste {
 
@@ -21,6 +22,15 @@ struct Receiver {
   const std::vector<GnssFix>* fixes;
   const GnssOptions* options;
 };
+
+/// The time at which a run begins, and the rest there.
+struct Beginning {
+  double time;
+  std::optional<Rest> rest;
+};
+
+/// A run begins with the log, or with the first fix if the body moves before it.
+Beginning beginning(const Log& log, const Receiver& receiver);
 
 /// The first receiver that has fixes. Throws DataError if none has.
 Receiver first_receiver(const Log& log, const FilterOptions& options);

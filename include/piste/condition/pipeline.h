@@ -33,6 +33,9 @@ namespace piste {
 /// Throws DataError if a needed source is missing, or if the sources have no time in common.
 Log condition(const Recording& recording, const ConditioningOptions& options);
 
+/// The same in a world that is known, such as that of the stretch before. Then no fix is needed.
+Log condition(const Recording& recording, const ConditioningOptions& options, const World& world);
+
 /// The same for the IMU alone: its samples, magnetic field and counts. Throws as above.
 Log condition_imu(const ImuRecording& recording, const ConditioningOptions& options);
 

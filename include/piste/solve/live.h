@@ -1,0 +1,68 @@
+#pragma once
+/// Navigation in real time: raw rows of an IMU and fixes of receivers in, position, velocity and attitude with their
+/// sigmas out. Rest, start and filter are inside.
+
+#include <memory>
+#include <optional>
+
+#include "piste/condition/pipeline.h"
+#include "piste/solve/start.h"
+
+namespace piste {
+
+/// One row of an IMU: sensor clock and sensor axes, rad/s and m/s².
+struct ImuRow {
+  double time = 0;
+  Vector3d gyro, accel;
+};
+
+/// What is known at a time.
+struct LiveState {
+  double time = 0;  ///< GPS time
+  Geodetic position;
+  Vector3d velocity, euler;    ///< along local north-east-down; (roll, pitch, heading)
+  Sigmas sigmas;               ///< while the heading is not known, that of the heading is 1.8 rad
+  bool heading_known = false;  ///< whether one heading is left
+};
+
+struct LiveOptions {
+  ConditioningOptions conditioning = {};  ///< `span` and `outages` are not used
+  FilterOptions filter = {};
+  InitialHeading heading = {};
+  /// s by which the filter stays behind the newest row. A rest is seen a second after it began, and a fix may come this
+  /// late; `now()` advances to the newest row.
+  double lag = 1.5;
+};
+
+/// Takes rows and fixes as they come, and conditions them by the code of replay: over the last minute, four times a
+/// second. So gaps are bridged, rests found and samples mended in the same way. Between these times a row is only
+/// stored. The heading comes from a bank of filters (heading_bank.h), of which the likeliest becomes the filter.
+class Live {
+ public:
+  /// Throws ConfigError if the options are not valid.
+  explicit Live(LiveOptions options);
+  ~Live();
+  Live(Live&&) noexcept;
+  Live& operator=(Live&&) noexcept;
+
+  /// Adds the next row. Throws DataError if it is not later than the one before, or if the filter diverges.
+  void add(const ImuRow& row);
+  /// Adds a fix of a receiver, in the order of time. A fix that is later than `lag` is left out and counted.
+  void add(int receiver, const GeodeticFix& fix);
+
+  /// The state of the filter, `lag` behind the newest row. Nothing before the first fixes.
+  std::optional<LiveState> state() const;
+  /// The state advanced to the newest row. It copies the filter, and costs as much as `lag` seconds of filtering.
+  std::optional<LiveState> now() const;
+
+  /// The filter itself, once the heading is known; else null.
+  const Filter* filter() const;
+  /// Number of fixes that came too late.
+  std::size_t late() const;
+
+ private:
+  class Session;
+  std::unique_ptr<Session> session_;
+};
+
+}  // namespace piste

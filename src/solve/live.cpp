@@ -1,0 +1,200 @@
+#include "piste/solve/live.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "piste/core/error.h"
+#include "piste/core/time_search.h"
+#include "piste/solve/heading_bank.h"
+#include "start_motion.h"
+
+namespace piste {
+namespace {
+
+constexpr double kBlock = 0.25;   // s between two passes of the conditioning
+constexpr double kMemory = 60;    // s of rows and fixes that are kept: a rest of half a minute must fit in
+constexpr double kFirst = 3;     // s of fixes from which a start is made
+
+template <class Timed>
+void forget(std::vector<Timed>& fixes, double before) {
+  fixes.erase(fixes.begin(), first_at_or_after(fixes, before));
+}
+
+}  // namespace
+
+class Live::Session {
+ public:
+  explicit Session(LiveOptions options) : options_(std::move(options)) {
+    options_.filter.validate();
+    options_.conditioning.span = {};
+    options_.conditioning.outages.clear();
+    clock_ = std::exchange(options_.conditioning.imu, {});
+    options_.conditioning.imu.R_bs = clock_.R_bs;
+    options_.conditioning.imu.instantaneous = clock_.instantaneous;
+    recent_.imu.file = "imu";
+    recent_.gnss.resize(options_.filter.gnss.size());
+    for (std::size_t i = 0; i < recent_.gnss.size(); ++i) recent_.gnss[i].file = options_.filter.gnss[i].name;
+  }
+
+  void add(const ImuRow& row) {
+    if (!(row.time > last_)) {
+      throw DataError("imu",
+                      fmt::format("time {:.6f} s does not increase, the row before is at {:.6f} s", row.time, last_));
+    }
+    if (recent_.imu.time.empty()) first_ = row.time;
+    last_ = row.time;
+    recent_.imu.time.push_back(row.time - clock_.clock_offset - clock_.clock_drift * (row.time - first_));
+    recent_.imu.gyro.push_back(row.gyro);
+    recent_.imu.accel.push_back(row.accel);
+    if (row.time < next_pass_) return;
+    next_pass_ = row.time + kBlock;
+    pass();
+  }
+
+  void add(int receiver, const GeodeticFix& fix) {
+    auto& fixes = recent_.gnss.at(static_cast<std::size_t>(receiver)).fixes;
+    const auto later = [](double t, const GeodeticFix& f) { return t < f.time; };
+    fixes.insert(std::upper_bound(fixes.begin(), fixes.end(), fix.time, later), fix);
+    if (fix.time <= fed_) ++late_;
+    if (!world_) world_ = World(fix.position);
+  }
+
+  std::optional<LiveState> state() const {
+    if (filter_) return of(*filter_, std::nullopt);
+    if (bank_) return of(bank_->best(), bank_->heading());
+    return std::nullopt;
+  }
+
+  std::optional<LiveState> now() const {
+    if (!filter_ && !bank_) return std::nullopt;
+    Filter ahead = filter_ ? *filter_ : bank_->best();
+    feed(ahead, fed_, newest_);
+    ahead.finish();
+    return of(ahead, filter_ ? std::nullopt : std::optional(bank_->heading()));
+  }
+
+  const Filter* filter() const { return filter_ ? &*filter_ : nullptr; }
+  std::size_t late() const { return late_ + (filter_ ? filter_->late() : 0); }
+
+ private:
+  // Conditions what is there, and feeds the filter what is older than the lag.
+  void pass() {
+    if (!world_ || recent_.imu.time.size() < 3) return;
+    log_ = condition(recent_, options_.conditioning, *world_);
+    newest_ = log_.imu.back().time;
+    const double until = newest_ - options_.lag;
+    if (!filter_ && !bank_) begin(until);
+    if (filter_) {
+      fed_ = feed(*filter_, fed_, until);
+      filter_->clear_innovations();
+    } else if (bank_) {
+      fed_ = feed(*bank_, fed_, until);
+      if (bank_->resolved()) {
+        filter_ = bank_->best();
+        bank_.reset();
+      }
+    } else {
+      return;
+    }
+    forget_what_is_old();
+  }
+
+  // A start, as soon as some seconds of fixes are there.
+  void begin(double until) {
+    const auto fixes = std::find_if(log_.gnss.begin(), log_.gnss.end(), [](const auto& f) { return !f.empty(); });
+    if (fixes == log_.gnss.end() || until - fixes->front().time < kFirst) return;
+    if (options_.heading.source != InitialHeading::Source::kAuto) {
+      const Start start = find_start(log_, options_.filter, options_.heading).start;
+      filter_.emplace(options_.filter, log_.world, start);
+      fed_ = start.time - 2 * kSameInstant;
+      return;
+    }
+    const Receiver receiver = first_receiver(log_, options_.filter);
+    const std::vector<Start> starts =
+        heading_hypotheses(log_, options_.filter, receiver, beginning(log_, receiver).time);
+    bank_.emplace(options_.filter, log_.world, starts);
+    fed_ = starts.front().time - 2 * kSameInstant;
+  }
+
+  // Feeds what lies after `from`, until `until`, and returns the time of the last sample. A sample of which a part was fed already, as the period in a gap was
+  // judged anew, is cut.
+  template <class Sink>
+  double feed(Sink& sink, double from, double until) const {
+    double last = from;
+    std::vector<std::size_t> next(log_.gnss.size());
+    for (std::size_t i = 0; i < next.size(); ++i) {
+      next[i] = static_cast<std::size_t>(first_at_or_after(log_.gnss[i], from + kSameInstant) - log_.gnss[i].begin());
+    }
+    for (auto sample = first_at_or_after(log_.imu, from + kSameInstant); sample != log_.imu.end(); ++sample) {
+      if (sample->time > until) break;
+      for (std::size_t i = 0; i < next.size(); ++i) {
+        const auto& fixes = log_.gnss[i];
+        for (; next[i] < fixes.size() && fixes[next[i]].time <= sample->time; ++next[i]) {
+          sink.add(static_cast<int>(i), fixes[next[i]]);
+        }
+      }
+      ImuSample cut = *sample;
+      const double part = (sample->time - last) / sample->interval;
+      if (part < 1 - kSameInstant) {
+        cut.interval *= part;
+        cut.dtheta *= part;
+        cut.dvel *= part;
+      }
+      sink.add(cut);
+      last = sample->time;
+    }
+    return last;
+  }
+
+  void forget_what_is_old() {
+    ImuRecording& imu = recent_.imu;
+    const double before = imu.time.back() - kMemory;
+    if (imu.time.front() > before - kMemory / 4) return;  // in larger parts, so that a row is not moved at each pass
+    const auto rows = std::lower_bound(imu.time.begin(), imu.time.end(), before) - imu.time.begin();
+    imu.time.erase(imu.time.begin(), imu.time.begin() + rows);
+    imu.gyro.erase(imu.gyro.begin(), imu.gyro.begin() + rows);
+    imu.accel.erase(imu.accel.begin(), imu.accel.begin() + rows);
+    for (GnssRecording& receiver : recent_.gnss) forget(receiver.fixes, log_.imu.front().time);
+  }
+
+  LiveState of(const Filter& filter, const std::optional<HeadingBelief>& heading) const {
+    const Estimate& x = filter.estimate();
+    const Matrix3d R_nw = log_.world.rotation_wn(x.p_wb).transpose();
+    LiveState s{.time = filter.time(),
+                .position = log_.world.to_geodetic(x.p_wb),
+                .velocity = R_nw * x.v_wb,
+                .euler = to_euler(Quaterniond(R_nw) * x.q_wb),
+                .sigmas = sigmas_of(x, filter.layout(), filter.covariance()),
+                .heading_known = !heading};
+    if (heading) s.sigmas.euler.z() = heading->sigma;
+    return s;
+  }
+
+  LiveOptions options_;
+  Recording recent_;
+  Log log_;
+  std::optional<World> world_;
+  std::optional<HeadingBank> bank_;
+  std::optional<Filter> filter_;
+  ImuConditioning clock_;
+  double first_ = 0, last_ = -1e300;  // of the rows, by their own clock
+  double next_pass_ = -1e300, fed_ = -1e300, newest_ = -1e300;
+  std::size_t late_ = 0;
+};
+
+Live::Live(LiveOptions options) : session_(std::make_unique<Session>(std::move(options))) {}
+Live::~Live() = default;
+Live::Live(Live&&) noexcept = default;
+Live& Live::operator=(Live&&) noexcept = default;
+
+void Live::add(const ImuRow& row) { session_->add(row); }
+void Live::add(int receiver, const GeodeticFix& fix) { session_->add(receiver, fix); }
+std::optional<LiveState> Live::state() const { return session_->state(); }
+std::optional<LiveState> Live::now() const { return session_->now(); }
+const Filter* Live::filter() const { return session_->filter(); }
+std::size_t Live::late() const { return session_->late(); }
+
+}  // namespace piste

@@ -1,0 +1,176 @@
+// A live session beside a replay of the same data: rest, start and filter find the same.
+
+#include "piste/solve/live.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "piste/core/error.h"
+#include "piste/solve/run.h"
+#include "support/simulated_case.h"
+#include "support/text_file.h"
+#include "support/thorough.h"
+
+namespace piste::test {
+namespace {
+
+/// Feeds a recording as a logger would: fixes come when the receiver has them, some time after they were measured.
+class Logger {
+ public:
+  Logger(const Case& c, double latency)
+      : recording_(c.simulation.recording(0)),
+        live_({.conditioning = c.conditioning, .filter = c.options}),
+        clock_offset_(c.conditioning.imu.clock_offset),
+        latency_(latency),
+        next_(recording_.gnss.size()) {}
+
+  /// Until the time `until`; calls `each` after each row.
+  template <class Each>
+  void feed(double until, Each&& each) {
+    const ImuRecording& imu = recording_.imu;
+    for (; row_ < imu.time.size(); ++row_) {
+      const double now = imu.time[row_] - clock_offset_;
+      if (now > until) break;
+      for (std::size_t i = 0; i < next_.size(); ++i) {
+        const auto& fixes = recording_.gnss[i].fixes;
+        for (; next_[i] < fixes.size() && fixes[next_[i]].time + latency_ <= now; ++next_[i])
+          live_.add(static_cast<int>(i), fixes[next_[i]]);
+      }
+      live_.add({imu.time[row_], imu.gyro[row_], imu.accel[row_]});
+      each(live_);
+    }
+  }
+  Live& live() { return live_; }
+
+ private:
+  Recording recording_;
+  Live live_;
+  double clock_offset_, latency_;
+  std::vector<std::size_t> next_;
+  std::size_t row_ = 0;
+};
+
+struct LiveCase {
+  const char* name;
+  const char* motion;
+  std::function<void(Case&)> change;
+};
+
+void PrintTo(const LiveCase& kind, std::ostream* out) { *out << kind.name; }
+
+void without_velocities(Case& c) { c.options.gnss[0].use_velocity = false; }
+
+class LiveRun : public ::testing::TestWithParam<LiveCase> {};
+
+// A minute under way both filters have the same data but for the first seconds.
+TEST_P(LiveRun, SaysWhatReplaySays) {
+  for (int seed = 1; seed <= seeds(2, 20); ++seed) {
+    Case c = make_case(GetParam().motion, 40 + 50 * seed, static_cast<std::uint64_t>(seed),
+                       [](Scenario& s) { s.motion.run = 70; });
+    GetParam().change(c);
+    const double end = c.under_way() + 61;
+    Logger logger(c, 0.2);
+    std::size_t wrong = 0, rows = 0;
+    logger.feed(end, [&](const Live& live) {
+      if (++rows % 200 != 0 || !live.state()) return;
+      const LiveState s = *live.state();
+      const double truth = to_euler(c.simulation.bodies[0].at(s.time).q_wb).z();
+      const double off = std::abs(std::remainder(s.euler.z() - truth, 360 * kDegree));
+      if (off > 5 * s.sigmas.euler.z()) ++wrong;
+    });
+    EXPECT_EQ(wrong, 0u) << "headings beyond 5 sigma, seed " << seed;
+    const Filter* live = logger.live().filter();
+    ASSERT_NE(live, nullptr);
+    EXPECT_EQ(logger.live().late(), 0u);
+
+    const Log log = c.log();
+    const FoundStart found = find_start(log, c.options, {});
+    const FilterRun run = run_filter(log, c.options, found.start, 0, {}, live->time() + kSameInstant);
+    const std::size_t last = run.solution.size() - 1;
+    ASSERT_NEAR(run.solution.time(last), live->time(), 1e-6);
+    const Estimate a = live->estimate(), b = run.solution.estimate(last);
+    const Sigmas sigmas = run.solution.sigmas(last);
+    const Vector3d place = log.world.from_geodetic(live->world().to_geodetic(a.p_wb)) - b.p_wb;
+    const double position = place.cwiseQuotient(sigmas.position).cwiseAbs().maxCoeff();
+    const double velocity = (a.v_wb - b.v_wb).cwiseQuotient(sigmas.velocity).cwiseAbs().maxCoeff();
+    const Vector3d turn = (to_euler(a.q_wb) - to_euler(b.q_wb)).unaryExpr([](double angle) {
+      return std::remainder(angle, 2 * std::numbers::pi);
+    });
+    const double attitude = turn.cwiseQuotient(sigmas.euler).cwiseAbs().maxCoeff();
+    const double ratio = sigmas_of(a, live->layout(), live->covariance()).euler.cwiseQuotient(sigmas.euler).maxCoeff();
+    fmt::print("{} seed {}: position {:.3f} velocity {:.3f} attitude {:.3f} sigma apart, sigmas {:.3f} to one\n",
+               GetParam().name, seed, position, velocity, attitude, ratio);
+    EXPECT_LT(position, 0.2);
+    EXPECT_LT(velocity, 0.2);
+    EXPECT_LT(attitude, 0.2);
+    EXPECT_NEAR(ratio, 1, 0.05);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, LiveRun,
+                         ::testing::Values(LiveCase{"ski", "ski", [](Case&) {}},
+                                           LiveCase{"positions", "giant_slalom", without_velocities},
+                                           LiveCase{"bicycle", "bicycle", [](Case&) {}}),
+                         [](const auto& each) { return std::string(each.param.name); });
+
+TEST(Live, DISABLED_Rests) {
+  for (int seed = 1; seed <= 12; ++seed) {
+    Case c = make_case("ski", 30 * seed, static_cast<std::uint64_t>(seed), [](Scenario& s) { s.motion.rest_before = 60; });
+    Logger logger(c, 0);
+    bool seen = false;
+    logger.feed(c.under_way() - 3, [&](const Live& live) {
+      if (live.filter() && !seen) {
+        seen = true;
+        const LiveState s = *live.state();
+        fmt::print("resolved at {:.2f} of {:.1f}: error {:.1f} deg, sigma {:.1f} rest {}\n", s.time - c.simulation.recording(0).gnss[0].fixes.front().time, c.under_way() - c.simulation.recording(0).gnss[0].fixes.front().time,
+                   std::remainder(s.euler.z() - to_euler(c.simulation.bodies[0].at(s.time).q_wb).z(), 2 * std::numbers::pi) / kDegree, s.sigmas.euler.z() / kDegree, s.velocity.norm());
+      }
+    });
+    if (!seen) fmt::print("not resolved\n");
+  }
+}
+
+// At rest nothing tells the heading, and it is claimed so.
+TEST(Live, AtRestTheHeadingIsNotKnown) {
+  Case c = make_case("ski", 200, 1, [](Scenario& s) { s.motion.rest_before = 60; });
+  Logger logger(c, 0);
+  logger.feed(c.under_way() - 3, [](const Live&) {});
+  ASSERT_TRUE(logger.live().state());
+  const LiveState s = *logger.live().state();
+  EXPECT_FALSE(s.heading_known);
+  EXPECT_GT(s.sigmas.euler.z(), 100 * kDegree);
+  EXPECT_LT(s.sigmas.euler.x(), 1 * kDegree);
+  EXPECT_LT(s.velocity.norm(), 0.05);
+  EXPECT_EQ(logger.live().filter(), nullptr);
+}
+
+// The newest row is more than a second ahead of the filter.
+TEST(Live, NowIsAtTheNewestRow) {
+  const Case c = make_case("ski", 30, 1);
+  Logger logger(c, 0.2);
+  const double end = c.under_way() + 30;
+  logger.feed(end, [](const Live&) {});
+  const LiveState now = *logger.live().now(), behind = *logger.live().state();
+  EXPECT_NEAR(now.time, end, 0.3);
+  EXPECT_NEAR(behind.time, now.time - 1.5, 0.02);
+  const auto truth = c.simulation.bodies[0].at(now.time);
+  const World world(c.simulation.recording(0).gnss[0].fixes.front().position);
+  EXPECT_LT((now.velocity - truth.v_wb).norm(), 5 * now.sigmas.velocity.norm());
+  EXPECT_GT(now.sigmas.position.norm(), behind.sigmas.position.norm());
+}
+
+TEST(Live, SaysWhatIsWrong) {
+  LiveOptions options;
+  EXPECT_THROW(Live{options}, ConfigError);
+  options.filter = make_case("ski", 30, 1).options;
+  Live live(options);
+  live.add({1, Vector3d::Zero(), Vector3d::UnitZ()});
+  EXPECT_TRUE(contains(message_of<DataError>([&] { live.add({1, {}, {}}); }), "does not increase"));
+  EXPECT_FALSE(live.state());
+  EXPECT_FALSE(live.now());
+}
+
+}  // namespace
+}  // namespace piste::test
