@@ -95,13 +95,15 @@ std::string gnss_json(const GnssSetup& setup) {
                        {"position_noise_m", vector_json(setup.position_noise)},
                        {"position_drift_m", drift_json(setup.position_drift, 1)},
                        {"velocity_noise_m_s", vector_json(setup.velocity_noise)},
-                       {"delay_s", json::number(setup.delay, 9)}},
+                       {"delay_s", json::number(setup.delay, 9)},
+                       {"velocity_delay_s", json::number(setup.delay_of_velocity(), 9)}},
                       2);
 }
 
 std::string attitude_json(const AttitudeSetup& setup) {
   return json::object({{"noise_deg", vector_json(setup.noise, kDegreesPerRadian)},
-                       {"drift_deg", drift_json(setup.drift, kDegreesPerRadian)}},
+                       {"drift_deg", drift_json(setup.drift, kDegreesPerRadian)},
+                       {"delay_s", json::number(setup.delay, 9)}},
                       2);
 }
 

@@ -8,8 +8,8 @@
 namespace piste {
 namespace {
 
-// Feeds a log to a filter in the order of time, one IMU sample a call. Fixes up to the time of the sample come before
-// it.
+// Feeds a log to a filter in the order of time, one IMU sample a call. Fixes up to the time of the sample, and as far
+// beyond it as their delays reach, come before it.
 class Feeder {
  public:
   Feeder(const Log& log, Checkpoint& c) : log_(log), place_(c.place), filter_(c.filter) {}
@@ -19,11 +19,12 @@ class Feeder {
   // Returns true when an epoch was completed.
   bool step() {
     const ImuSample& sample = log_.imu[place_.imu++];
+    const double until = sample.time + filter_.look_ahead();
     std::size_t slot = 0;
     MeasurementList::for_each([&]<class Type>() {
       const auto sensors = Type::logged(log_);
       for (std::size_t sensor = 0; sensor < sensors.size(); ++sensor) {
-        feed(sensors[sensor], place_.fixes[slot++], sample.time, static_cast<int>(sensor));
+        feed(sensors[sensor], place_.fixes[slot++], until, static_cast<int>(sensor));
       }
     });
     return filter_.add(sample);

@@ -13,10 +13,11 @@ FoundStart find_start(const Log& log, const FilterOptions& options, const Initia
   const Receiver receiver = first_receiver(log, options);
   constexpr double kLongestRest = 10;  // s of rest that are used
   Start start;
+  set_delays(start.x, options);
   start.time = log.imu.front().time - log.imu.front().interval;
   std::optional<Rest> rest = rest_at(log, start.time, kLongestRest);
-  if (!rest && receiver.fixes->front().time > start.time) {
-    start.time = receiver.fixes->front().time;  // the body already moves: the run begins at the first fix
+  if (!rest && receiver.fixes.front().time > start.time) {
+    start.time = receiver.fixes.front().time;  // the body already moves: the run begins at the first fix
     rest = rest_at(log, start.time, kLongestRest);
   }
   using Source = InitialHeading::Source;

@@ -36,7 +36,7 @@ double moving_time(const Log& log, const Interval& window) {
 // The first window whose motion determines the whole attitude.
 std::optional<MotionAlignment> first_alignment(const Log& log, const FilterOptions& options, const Receiver& receiver,
                                                double from) {
-  const auto& fixes = *receiver.fixes;
+  const auto& fixes = receiver.fixes;
   double last_end = -1e300;
   for (std::size_t i = 0; i < fixes.size(); ++i) {
     const double begin = fixes[i].time;
@@ -47,7 +47,7 @@ std::optional<MotionAlignment> first_alignment(const Log& log, const FilterOptio
       if (window.empty() || window.back().time < begin + length - 1) break;
       if (moving_time(log, {begin, begin + length}) < kLeastMotion) continue;
       const auto imu = range(log.imu, begin, begin + length + 1);
-      auto found = align_in_motion(imu, window, *receiver.options, bias_before(log, options, begin),
+      auto found = align_in_motion(imu, window, receiver.options, bias_before(log, options, begin),
                                    log.world.gravity(fixes[i].position).value);
       if (!found) continue;
       const Vector3d sigma = found->covariance.diagonal().cwiseSqrt();
@@ -108,6 +108,7 @@ Covariance tempered(const Covariance& smoothed, const Covariance& prior) {
 Start moving_start(const Log& log, const FilterOptions& options, const Receiver& receiver,
                    const MotionAlignment& aligned) {
   Start moving{aligned.time, {}, Covariance::Identity(9, 9)};
+  set_delays(moving.x, options);
   moving.x.q_wb = aligned.q_wb;
   place(moving, receiver, false);
   moving.x.v_wb = aligned.v_wb;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "own_times.h"
 #include "piste/core/error.h"
 #include "start_rest.h"
 #include "stretch.h"
@@ -11,7 +12,7 @@ namespace piste {
 
 Receiver first_receiver(const Log& log, const FilterOptions& options) {
   for (std::size_t i = 0; i < log.gnss.size(); ++i) {
-    if (!log.gnss[i].empty()) return {&log.gnss[i], &options.gnss[i]};
+    if (!log.gnss[i].empty()) return {at_own_times(log.gnss[i], options.gnss[i]), options.gnss[i]};
   }
   throw DataError("start", "no GNSS fix within the span of the IMU; check the clocks, the span and the outages");
 }
@@ -37,12 +38,12 @@ bool agree(const GnssFix& a, const GnssFix& b, bool still) {
 }  // namespace
 
 void place(Start& start, const Receiver& receiver, bool still) {
-  const auto& fixes = *receiver.fixes;
+  const auto& fixes = receiver.fixes;
   auto fix = first_at_or_after(fixes, start.time);
   if (fix == fixes.end()) fix = std::prev(fix);
   while (fixes.end() - fix > 2 && !agree(fix[0], fix[1], still) && agree(fix[1], fix[2], still)) ++fix;
-  start.x.lever_arm = receiver.options->lever_arm;
-  start.x.p_wb = fix->position - start.x.q_wb * receiver.options->lever_arm;
+  start.x.lever_arm = receiver.options.lever_arm;
+  start.x.p_wb = fix->position - start.x.q_wb * receiver.options.lever_arm;
   start.x.v_wb.setZero();
   if (!still) {
     if (std::next(fix) != fixes.end()) {
@@ -69,7 +70,8 @@ bool estimates(const FilterOptions& options, Block block) {
 
 void set_boresight(Start& start, const Log& log, const FilterOptions& options) {
   if (!estimates(options, Block::kBoresight)) return;
-  for (const auto& fixes : log.attitude) {
+  for (std::size_t i = 0; i < log.attitude.size(); ++i) {
+    const std::vector<AttitudeFix> fixes = at_own_times(log.attitude[i], options.attitude[i]);
     const auto fix = first_at_or_after(fixes, start.time);
     if (fix == fixes.end()) continue;
     const Quaterniond q_wb =

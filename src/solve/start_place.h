@@ -13,10 +13,10 @@ namespace piste {
 /// 1-sigma [rad] of roll and pitch at a start. It is loose, as the filter uses the same samples again.
 inline constexpr double kTiltSigma = 2 * kDegree;
 
-/// The receiver that starts the run, with its fixes.
+/// The receiver that starts the run, with its fixes at the times where they belong.
 struct Receiver {
-  const std::vector<GnssFix>* fixes;
-  const GnssOptions* options;
+  std::vector<GnssFix> fixes;
+  GnssOptions options;
 };
 
 /// The first receiver that has fixes. Throws DataError if none has.
