@@ -99,8 +99,8 @@ DelayErrors drawn_delays(const FilterOptions& options, std::uint64_t seed) {
   };
   DelayErrors errors{.position = error(Block::kGnssDelay, options.priors.gnss_delay),
                      .attitude = error(Block::kAttitudeDelay, options.priors.attitude_delay)};
-  errors.velocity = layout.has(Block::kVelocityDelay) ? error(Block::kVelocityDelay, options.priors.velocity_delay)
-                                                      : errors.position;
+  errors.velocity =
+      layout.has(Block::kVelocityDelay) ? error(Block::kVelocityDelay, options.priors.velocity_delay) : errors.position;
   return errors;
 }
 

@@ -18,7 +18,7 @@ void add_lag(Linearization& lin, const Matrix3d& A, const Estimate& x, const Tur
   const double tau = turning.lag.time;
   const Matrix3d R_wb = (so3_exp(tau * turning.earth_rate) * x.q_wb).toRotationMatrix();
   if (tau != 0) {
-    // δω = −(1+s)⁻¹ e_g turns the body by −τ J_l(−ω̄ τ) δω.
+    // δω = −(1+s)⁻¹ e_g turns the body by −τ J_l(−ω τ) δω.
     const Matrix3d gyro = tau * A * R_wb * so3_left_jacobian(-tau * turning.rate) *
                           (1 + x.gyro_scale.array()).inverse().matrix().asDiagonal();
     lin.add(Block::kGyroBias, gyro);
@@ -73,10 +73,12 @@ std::optional<Linearization> ReferenceAttitudes::linearize(const AttitudeFix& fi
                                                            const Estimate* after) {
   const AttitudeOptions& reference = context.options.attitude[static_cast<std::size_t>(sensor)];
   const auto turning = [&](const Estimate& y) {
-    Turning t{context.earth_rate, context.mean_motion(y).rate,
-              context.lag(delay(context.options, context.layout, sensor, channel, y))};
-    t.rate_change = context.recent.rate_change;
-    t.rate_variance = context.recent.rate_variance;
+    const BodyMotion motion = context.motion(y);
+    Turning t{.earth_rate = context.earth_rate,
+              .rate = motion.rate,
+              .lag = context.lag(delay(context.options, context.layout, sensor, channel, y)),
+              .rate_change = context.step.rate_slope,
+              .rate_variance = motion.rate_variance.mean()};
     if (context.still) t.lag.block.reset();
     return t;
   };

@@ -51,9 +51,7 @@ void add_gyro(Linearization& lin, const Matrix3d& by_rate, const Vector3d& rate,
 }
 
 // The derivative of C u by ω̄: C u turns by J_l(−ω̄ τ) (−τ δω̄).
-Matrix3d turning_back(const Vector3d& then, const Antenna& a, double tau) {
-  return tau * skew(then) * a.back_jacobian;
-}
+Matrix3d turning_back(const Vector3d& then, const Antenna& a, double tau) { return tau * skew(then) * a.back_jacobian; }
 
 void add_delay(Linearization& lin, const Lag& lag, const Vector3d& derivative) {
   if (!lag.block) return;

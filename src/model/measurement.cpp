@@ -32,7 +32,7 @@ BodyMotion MeasurementContext::motion(const Estimate& x) const {
 BodyMotion MeasurementContext::mean_motion(const Estimate& x) const {
   const ImuStep second{1, recent.rate, recent.force, Vector3d::Zero(), Vector3d::Zero()};
   const ImuStep s = correct(second, x);
-  return {s.dtheta, s.dvel, Vector3d::Constant(recent.rate_variance)};
+  return {.rate = s.dtheta, .force = s.dvel};
 }
 
 }  // namespace piste

@@ -21,7 +21,7 @@ double longest_delay(const FilterOptions& options) {
   double longest = 0;
   for (const GnssOptions& g : options.gnss) longest = std::max({longest, g.delay, g.delay_of_velocity()});
   for (const AttitudeOptions& a : options.attitude) longest = std::max(longest, a.delay);
-  return longest;
+  return longest > 0 ? longest + kSameInstant : 0;
 }
 
 }  // namespace

@@ -25,12 +25,10 @@ RecentMotion MotionMean::at(const Quaterniond& q_wb, const ImuSensor& sensor) co
   const auto in_b = [&](const Vector3d& w) { return Vector3d(q_wb.conjugate() * w); };
   const auto now = [&](const Smoothed& s) { return in_b(2 * s.once - s.twice); };
   const auto change = [&](const Smoothed& s) { return in_b((s.once - s.twice) / kSmoothing); };
-  const double gyro = sensor.gyro.noise, accel = sensor.accel.noise;
+  const double accel = sensor.accel.noise;
   return {.rate = now(rate_),
           .force = now(force_),
-          .rate_change = change(rate_),
           .force_change = change(force_),
-          .rate_variance = kNoiseLeft * gyro * gyro,
           .force_variance = kNoiseLeft * accel * accel};
 }
 

@@ -31,10 +31,7 @@ BodyMotion motion_of(const ImuStep& raw, const Estimate& x) {
 
 // Means that are not the motion of the moment.
 RecentMotion recent_motion(Random& random) {
-  return {.rate = random.vector(2),
-          .force = random.vector(15),
-          .rate_change = random.vector(5),
-          .force_change = random.vector(50)};
+  return {.rate = random.vector(2), .force = random.vector(15), .force_change = random.vector(50)};
 }
 
 AntennaMotion antenna_motion(const ImuStep& raw, const RecentMotion& recent, const Estimate& x) {
@@ -280,8 +277,8 @@ TEST(Jacobians, EveryTypeOfTheList) {
       if (rest) at.v_wb.setZero();  // where it is linearised, by design
       for (int sensor = 0; sensor < Type::sensors(options); ++sensor) {
         const Fix fix = some_fix<Fix>(at, random);
-        const MeasurementContext context{options,          layout, earth_rate, gravity, raw, 0.3 * raw.dt,
-                                         Vector3d::Zero(), rest,   0.01,       recent};
+        const MeasurementContext context{options,      layout,           earth_rate, gravity, raw,
+                                         0.3 * raw.dt, Vector3d::Zero(), rest,       0.01,    recent};
         for (int channel = 0; channel < static_cast<int>(Type::kChannels.size()); ++channel) {
           const auto model = [&](const Estimate& y) { return *Type::linearize(fix, sensor, channel, context, y); };
           check_jacobians(model, at);

@@ -43,7 +43,7 @@ TEST(LateSources, AreKnownToMillisecondsInTheEnd) {
                                        [](const auto& a, const auto& b) { return a.epoch < b.epoch; });
     for (const Block block : {Block::kVelocityDelay, Block::kAttitudeDelay}) {
       const int row = run.layout.offset(block);
-      const double error = last->error(row), sigma = std::sqrt(last->covariance(row, row));
+      const double error = last->error(row), sigma = std::sqrt(last->P(row, row));
       fmt::print("{}: error {:.5f} s, sigma {:.5f} s\n", info(block).name, error, sigma);
       EXPECT_LT(std::abs(error), 4 * sigma) << info(block).name;
       EXPECT_LT(sigma, 0.005) << info(block).name;

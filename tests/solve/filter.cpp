@@ -71,7 +71,8 @@ void expect_batch(const SyntheticRun& s, std::vector<Arrival> arrivals) {
     ++row;
   };
   for (const ImuSample& sample : s.log.imu) {
-    for (; next < arrivals.size() && arrivals[next].arrives <= sample.time + filter.look_ahead(); ++next) arrivals[next].deliver(filter);
+    for (; next < arrivals.size() && arrivals[next].arrives <= sample.time + filter.look_ahead(); ++next)
+      arrivals[next].deliver(filter);
     if (filter.add(sample)) compare();
   }
   if (filter.finish()) compare();

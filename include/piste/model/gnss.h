@@ -6,9 +6,9 @@
 ///     E = Exp(ω_ie τ)   C = Exp(−ω̄ τ)   ω = ω_ib   a = R f̄ + g(p) − 2 ω_ie × v
 ///
 /// where l is the lever arm, d the coloured error, and τ the time by which position or velocity belong before the
-/// estimate. The filter compares a fix that comes late with the estimate at the time where the fix belongs, by the delay
-/// that is known or estimated; τ is then 0, and only its derivative counts. It is not 0 while the estimated delay still
-/// changes, and in real time, where that estimate has gone by. ω̄ and f̄ are means over the last samples
+/// estimate. The filter compares a fix that comes late with the estimate at the time where the fix belongs, by the
+/// delay that is known or estimated; τ is then 0, and only its derivative counts. It is not 0 while the estimated delay
+/// still changes, and in real time, where that estimate has gone by. ω̄ and f̄ are means over the last samples
 /// (RecentMotion). The velocity has no term of second order, for which the jerk would have to be known: it counts as
 /// noise instead. Jacobians are with respect to the error of estimate.h.
 
@@ -19,8 +19,8 @@ namespace piste {
 
 /// Rate and force about the time of a fix.
 struct AntennaMotion {
-  BodyMotion now;                           ///< at the time of the estimate
-  BodyMotion mean = {};                     ///< ω̄ and f̄
+  BodyMotion now;                            ///< at the time of the estimate
+  BodyMotion mean = {};                      ///< ω̄ and f̄
   Vector3d force_change = Vector3d::Zero();  ///< of R f in w, as a mean, in b [m/s³]
   double force_variance = 0;                 ///< of the white noise of f̄ in an axis
 };

@@ -52,13 +52,13 @@ struct BodyMotion {
   Vector3d rate_variance = Vector3d::Zero();  ///< of the white noise in that rate
 };
 
-/// Rate and specific force as means over the last tenth of a second, carried on to the time of the estimate, and how
-/// fast both change in w; in body axes at that time, as measured (solve/recent_motion.h). A delay is multiplied by them:
+/// Rate and specific force as means over the last tenth of a second, carried on to the time of the estimate, in body
+/// axes at that time, as measured (solve/recent_motion.h). The delay of a velocity is multiplied by the acceleration:
 /// the noise of a single sample would pass for knowledge of the delay.
 struct RecentMotion {
   Vector3d rate = Vector3d::Zero(), force = Vector3d::Zero();
-  Vector3d rate_change = Vector3d::Zero(), force_change = Vector3d::Zero();  ///< of R ω and of R f, in b
-  double rate_variance = 0, force_variance = 0;  ///< of the white noise that is left in an axis of the means
+  Vector3d force_change = Vector3d::Zero();  ///< how fast R f changes in w, in b [m/s³]
+  double force_variance = 0;                 ///< of the white noise that is left in an axis of the force
 };
 
 /// By how much a channel of a sensor comes late, and the block that estimates it. `value` is the known delay if this
@@ -70,14 +70,14 @@ struct FixDelay {
 
 /// A fix that belongs to an earlier time than that of the estimate with which it is compared.
 struct Lag {
-  double time = 0;                           ///< s by which it belongs earlier; negative: later
+  double time = 0;                            ///< s by which it belongs earlier; negative: later
   std::optional<Block> block = std::nullopt;  ///< the block whose error is an error of `time`
-  double variance = 0;                       ///< of that error [s²]
+  double variance = 0;                        ///< of that error [s²]
 };
 
 /// Adds what a first-order term of a delay leaves out while the delay is uncertain: the second-order term ½ c δ², whose
-/// mean goes into the residual and whose variance into the covariance (the Gaussian second-order filter; Jazwinski 1970,
-/// section 9.3). `curvature` c: second derivative of the prediction by the delay δ.
+/// mean goes into the residual and whose variance into the covariance (the Gaussian second-order filter; Jazwinski
+/// 1970, section 9.3). `curvature` c: second derivative of the prediction by the delay δ.
 void add_curvature(Linearization& lin, const Lag& lag, const Vector3d& curvature);
 
 /// The part of a mean that its white noise does not explain: `mean` times 1 − 3 `variance` / |mean|², or nothing (James

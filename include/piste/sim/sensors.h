@@ -78,10 +78,10 @@ struct GnssSetup {
   std::string name;
   Vector3d p_ra_r = Vector3d::Zero();
   double rate = 10;
-  Vector3d position_noise = Vector3d::Constant(0.01);  ///< white
-  std::optional<GaussMarkov> position_drift;           ///< coloured, added to the white
-  Vector3d velocity_noise = Vector3d::Constant(0.03);  ///< white; 0 = the receiver gives no velocity
-  double delay = 0;                                    ///< the position of a fix with time t is that of t − delay
+  Vector3d position_noise = Vector3d::Constant(0.01);   ///< white
+  std::optional<GaussMarkov> position_drift;            ///< coloured, added to the white
+  Vector3d velocity_noise = Vector3d::Constant(0.03);   ///< white; 0 = the receiver gives no velocity
+  double delay = 0;                                     ///< the position of a fix with time t is that of t − delay
   std::optional<double> velocity_delay = std::nullopt;  ///< of its velocity; nothing: it is `delay`
 
   double delay_of_velocity() const { return velocity_delay.value_or(delay); }

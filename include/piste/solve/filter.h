@@ -44,14 +44,14 @@ class Filter {
   /// options do not use is left out without a count.
   ///
   /// What comes late by a known or estimated delay is compared with the estimate of the time where it belongs, if it is
-  /// added before the samples pass that time, which fixes up to time() + look_ahead() allow. If it is added later, as in
-  /// real time, it is compared with the next estimate, carried back over the delay (model/gnss.h).
+  /// added before the samples pass that time, which fixes up to time() + look_ahead() allow. If it is added later, as
+  /// in real time, it is compared with the next estimate, carried back over the delay (model/gnss.h).
   void add(int sensor, AnyFix fix);
   /// Processes the last sample. Nothing may be added after it. Returns false if there was no sample. Throws as add().
   bool finish();
 
-  /// How far ahead of the samples fixes must be added so that each is used at the time where it belongs [s]: the longest
-  /// delay, and a second more if one is estimated. 0 without delays.
+  /// How far ahead of the samples fixes must be added so that each is used at the time where it belongs [s]: the
+  /// longest delay, and a second more if one is estimated. 0 without delays.
   double look_ahead() const { return setup_->look_ahead; }
 
   double time() const { return state_.time; }
