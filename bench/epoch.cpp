@@ -34,7 +34,7 @@ struct Scene {
     add_processes(transition, layout, run.options, step.dt);
     P = test::Random(1).covariance(layout.size());
     const BodyMotion motion{.rate = step.mean_rate(), .force = step.mean_force()};
-    fix = linearize_position(run.log.gnss[1][5], {}, x, motion, earth_rate, gravity);
+    fix = linearize_position(run.log.gnss[1][5], {}, x, {motion}, earth_rate, gravity);
   }
 };
 

@@ -102,7 +102,8 @@ std::optional<Calibration> try_calibration(const Inspection& inspection, const I
   FilterOptions options;
   options.sensor = guess_sensor(*body.imu_health, "guess");
   options.estimate = imu_error_blocks(options.sensor);
-  options.gnss = {{.name = std::filesystem::path(receiver.log.file).stem().string(), .drift = {}}};
+  options.gnss = {{.name = std::filesystem::path(receiver.log.file).stem().string()}};
+  if (const auto& fit = receiver.gnss_health->velocity) options.gnss.front().velocity_delay = fit->known_delay();
   ConditioningOptions conditioning;
   conditioning.imu = guess_conditioning(inspection);
   conditioning.gyro_range = options.sensor.gyro.range;

@@ -77,6 +77,33 @@ Simulation perfect(const Scenario& ideal, const Simulation& real, std::uint64_t 
   return out;
 }
 
+// What is configured of the delays: the truth and these errors.
+struct DelayErrors {
+  double position = 0, velocity = 0, attitude = 0;  // s
+};
+
+void tell_delays(const Scenario& s, const DelayErrors& errors, FilterOptions& options) {
+  for (std::size_t i = 0; i < s.gnss.size(); ++i) {
+    options.gnss[i].delay = s.gnss[i].delay + errors.position;
+    options.gnss[i].velocity_delay = s.gnss[i].delay_of_velocity() + errors.velocity;
+  }
+  for (std::size_t i = 0; i < s.attitude.size(); ++i) options.attitude[i].delay = s.attitude[i].delay + errors.attitude;
+}
+
+// Of the delays that are estimated, drawn with the sigma of the prior. All receivers share one, as the estimate is of
+// what they have in common.
+DelayErrors drawn_delays(const FilterOptions& options, std::uint64_t seed) {
+  const StateLayout layout(options.estimate);
+  const auto error = [&](Block block, double prior) {
+    return layout.has(block) ? prior * RandomStream(seed, info(block).name).normal() : 0;
+  };
+  DelayErrors errors{.position = error(Block::kGnssDelay, options.priors.gnss_delay),
+                     .attitude = error(Block::kAttitudeDelay, options.priors.attitude_delay)};
+  errors.velocity =
+      layout.has(Block::kVelocityDelay) ? error(Block::kVelocityDelay, options.priors.velocity_delay) : errors.position;
+  return errors;
+}
+
 // If lever arms are estimated, their start values are drawn about the truth with the sigma of the prior.
 FilterOptions filter_options(const Scenario& s, std::uint64_t seed) {
   FilterOptions options;
@@ -96,6 +123,7 @@ FilterOptions filter_options(const Scenario& s, std::uint64_t seed) {
   for (const AttitudeSetup& reference : s.attitude) {
     options.attitude.push_back({.name = reference.name, .drift = reference.drift});
   }
+  tell_delays(s, drawn_delays(options, seed), options);
   return options;
 }
 
@@ -129,6 +157,7 @@ Start drawn_start(const Scenario& s, const FilterOptions& options, const Estimat
   x.v_wb = truth.v_wb;
   x.p_wb = truth.p_wb;
   x.lever_arm = options.gnss.front().lever_arm;
+  set_delays(x, options);
   return {time, boxplus(x, error), sigma.cwiseAbs2().asDiagonal()};
 }
 
@@ -186,6 +215,7 @@ std::map<int, Bound> bound_of(const Scenario& scenario, const Simulation& real, 
   const Simulation simulation = perfect(ideal, real, seed);
   FilterOptions options = run.options;
   options.sensor = scenario.imus.front().sensor;  // the true sensor, which the filter may not know
+  tell_delays(scenario, {}, options);
   const double departure = simulation.plate.under_way().start;
   ConditioningOptions conditioning = conditioning_options(scenario, options.sensor, departure);
   conditioning.rest.detect = false;

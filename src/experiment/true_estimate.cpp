@@ -29,12 +29,14 @@ TrueEstimate::TrueEstimate(const Scenario& scenario, const Simulation& simulatio
     const GnssSetup& receiver = scenario.gnss[r];
     constant_.lever_arm = lever_arm(setup, receiver);  // of the first one
     constant_.gnss_delay = receiver.delay;
+    constant_.velocity_delay = receiver.delay_of_velocity();
     if (receiver.position_drift) {
       position_drift_ = timed(simulation.gnss[r], position_drift(simulation.plate, receiver, seed));
     }
   }
   for (std::size_t r = scenario.attitude.size(); r-- > 0;) {
     const AttitudeSetup& reference = scenario.attitude[r];
+    constant_.attitude_delay = reference.delay;
     if (!reference.drift) continue;
     attitude_drift_ = timed(simulation.attitude[r], attitude_drift(simulation.plate, reference, seed));
   }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 
 #include "io/json.h"
@@ -58,7 +59,8 @@ struct Counts {
 
 // Fixes of the sensors "KIND[i]". A fix is rejected if any part of it is.
 Counts count_fixes(const Solution& solution, std::string_view kind) {
-  std::map<std::pair<std::string, double>, Outcome> fixes;
+  // By the time that the source gave the fix: its parts may belong to other times.
+  std::map<std::pair<std::string, long long>, Outcome> fixes;
   const auto worse = [](Outcome a, Outcome b) {
     for (const Outcome o : {Outcome::kRejected, Outcome::kDisputed, Outcome::kRepeated, Outcome::kReadmitted}) {
       if (a == o || b == o) return o;
@@ -68,7 +70,8 @@ Counts count_fixes(const Solution& solution, std::string_view kind) {
   for (const Innovation& v : solution.innovations) {
     const std::string& source = solution.sources[static_cast<std::size_t>(v.source)];
     if (!source.starts_with(kind)) continue;
-    const auto [place, fresh] = fixes.try_emplace({source.substr(0, source.find('.')), v.time}, v.outcome);
+    const long long microseconds = std::llround(1e6 * (v.time + v.late));
+    const auto [place, fresh] = fixes.try_emplace({source.substr(0, source.find('.')), microseconds}, v.outcome);
     if (!fresh) place->second = worse(place->second, v.outcome);
   }
   Counts counts;

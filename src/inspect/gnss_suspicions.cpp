@@ -56,7 +56,7 @@ void suspect_velocity(const VelocityFit& fit, const std::string& file, std::vect
     add(LogFault::kVelocityDelay,
         fmt::format("the velocities come {:.3f} ± {:.3f} s {} against the positions", std::abs(fit.delay),
                     fit.sigma_delay, fit.delay > 0 ? "late" : "early"),
-        "use the positions alone (`use: position`)");
+        fmt::format("say so in its `gnss:` source: `velocity_delay: {:.3f} s`", fit.delay));
   }
 }
 

@@ -197,10 +197,12 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
       text += fmt::format("    sigma: {:g} {:g} {:g} m                # the log has none: north east down\n",
                           log.log.sigma->x(), log.log.sigma->y(), log.log.sigma->z());
     }
-    const bool late = std::any_of(inspection.suspicions.begin(), inspection.suspicions.end(), [&](const Suspicion& s) {
-      return s.fault == LogFault::kVelocityDelay && s.file == log.log.file;
-    });
-    text += fmt::format("    use: {}\n", log.gnss_health->velocities > 0 && !late ? "position velocity" : "position");
+    const auto& velocity = log.gnss_health->velocity;
+    if (const auto late = velocity ? velocity->known_delay() : std::nullopt) {
+      text += fmt::format("    velocity_delay: {:.3f} s       # measured against the positions, +- {:.3f}\n", *late,
+                          velocity->sigma_delay);
+    }
+    text += fmt::format("    use: {}\n", log.gnss_health->velocities > 0 ? "position velocity" : "position");
   }
   for (const InspectedLog& log : inspection.logs) {
     if (!log.is(LogKind::kAttitude) || !log.attitude_sampling) continue;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "io/replay_keys.h"
 #include "piste/core/error.h"
 #include "piste/io/config.h"
@@ -14,6 +16,7 @@ AttitudeOptions read_attitude_options(const Config& source, const LogFile& log) 
   options.name = std::filesystem::path(log.file).stem().string();
   const double correlation_time = source.magnitude("correlation_time", dimension::kTime, 0);
   if (correlation_time > 0) options.drift = GaussMarkov{Vector3d::Zero(), correlation_time};
+  options.delay = source.quantity("delay", dimension::kTime, options.delay);
   if (const auto boresight = source.find_map("boresight")) {
     const GaussMarkov process{Vector3d::Constant(boresight->quantity("sigma", dimension::kAngle)),
                               boresight->quantity("correlation_time", dimension::kTime)};
@@ -87,6 +90,8 @@ Priors read_priors(const Config& config) {
   priors.boresight = map->magnitude("boresight", dimension::kAngle, priors.boresight);
   priors.lever_arm = map->magnitude("lever_arm", dimension::kLength, priors.lever_arm);
   priors.gnss_delay = map->magnitude("gnss_delay", dimension::kTime, priors.gnss_delay);
+  priors.velocity_delay = map->magnitude("velocity_delay", dimension::kTime, priors.velocity_delay);
+  priors.attitude_delay = map->magnitude("attitude_delay", dimension::kTime, priors.attitude_delay);
   return priors;
 }
 
@@ -104,6 +109,24 @@ double read_attitude_rate(const Config& config, double fallback) {
   const double rate = map->quantity("rate", dimension::kFrequency, fallback);
   if (!(rate > 0)) map->fail("rate", "must be above zero, such as `10 Hz`");
   return rate;
+}
+
+bool has_velocities(const GnssRecording& receiver) {
+  return std::any_of(receiver.fixes.begin(), receiver.fixes.end(), [](const auto& fix) { return fix.velocity; });
+}
+
+// Throws if a delay of velocities is given or to be estimated, and there are none.
+void check_velocities(const std::vector<GnssRecording>& gnss, const FilterOptions& filter) {
+  bool some = false;
+  for (std::size_t i = 0; i < gnss.size(); ++i) {
+    const bool there = has_velocities(gnss[i]);
+    some = some || (there && filter.gnss[i].use_velocity);
+    if (there || !filter.gnss[i].velocity_delay) continue;
+    throw DataError(gnss[i].file + ":1", "the log has no velocities for `velocity_delay`; leave the key out");
+  }
+  if (some || !StateLayout(filter.estimate).has(Block::kVelocityDelay)) return;
+  throw DataError(gnss.front().file + ":1",
+                  "the log has no velocities from which velocity_delay could be estimated; leave the block out");
 }
 
 }  // namespace
@@ -163,6 +186,7 @@ Recording read_recording(const ReplayConfig& config) {
   Recording recording;
   recording.imu = read_imu(config.imu);
   for (const LogFile& log : config.gnss) recording.gnss.push_back(read_gnss(log));
+  check_velocities(recording.gnss, config.filter);
   for (const LogFile& log : config.attitude) recording.attitude.push_back(read_attitude(log));
   return recording;
 }

@@ -92,6 +92,14 @@ GnssOptions read_gnss_options(const Config& source, const LogFile& log) {
     if (known == 0 || known != use.size())
       source.fail("use", "right would be `position`, `velocity` or `position velocity`");
   }
+  options.delay = source.quantity("delay", dimension::kTime, options.delay);
+  if (source.has("velocity_delay")) {
+    options.velocity_delay = source.quantity("velocity_delay", dimension::kTime);
+    if (!options.use_velocity) {
+      source.fail("velocity_delay",
+                  "the velocities of this receiver are not used; add `velocity` to `use`, or leave the key out");
+    }
+  }
   if (const auto drift = source.find_map("drift")) {
     GaussMarkov process{drift->vector("sigma", dimension::kLength),
                         drift->quantity("correlation_time", dimension::kTime)};

@@ -25,7 +25,8 @@ LogFile read_gnss_file(const Config& source, DataFile data = DataFile::kMustExis
 /// pitch, heading) if the log has no INSPVAXA. Throws ConfigError.
 LogFile read_attitude_file(const Config& source);
 
-/// Reads the keys lever_arm, use and drift of a receiver. Its name is that of its log. Throws ConfigError.
+/// Reads the keys lever_arm, use, delay, velocity_delay and drift of a receiver. Its name is that of its log. Throws
+/// ConfigError.
 GnssOptions read_gnss_options(const Config& source, const LogFile& log);
 
 /// Reads the list `outages` of pairs [start, length]. Empty if the key is missing. Throws ConfigError.

@@ -4,15 +4,39 @@ namespace piste {
 
 namespace {
 
-Quaterniond reference_of(const Estimate& x) {
-  return so3_exp(x.attitude_drift) * x.q_wb * (so3_exp(x.boresight_drift) * x.q_rb).conjugate();
+Quaterniond boresight_of(const Estimate& x) { return so3_exp(x.boresight_drift) * x.q_rb; }
+
+Quaterniond reference_of(const Estimate& x, const Turning& turning) {
+  const double tau = turning.lag.time;
+  const Quaterniond q_wb = so3_exp(tau * turning.earth_rate) * x.q_wb * so3_exp(-tau * turning.rate);
+  return so3_exp(x.attitude_drift) * q_wb * boresight_of(x).conjugate();
+}
+
+// The terms of the lag: of the delay, and of the gyroscopes' errors, which turn the attitude back by the wrong angle.
+// `A`: the Jacobian of a rotation of R_wb from the left.
+void add_lag(Linearization& lin, const Matrix3d& A, const Estimate& x, const Turning& turning) {
+  const double tau = turning.lag.time;
+  const Matrix3d R_wb = (so3_exp(tau * turning.earth_rate) * x.q_wb).toRotationMatrix();
+  if (tau != 0) {
+    // δω = −(1+s)⁻¹ e_g turns the body by −τ J_l(−ω τ) δω.
+    const Matrix3d gyro = tau * A * R_wb * so3_left_jacobian(-tau * turning.rate) *
+                          (1 + x.gyro_scale.array()).inverse().matrix().asDiagonal();
+    lin.add(Block::kGyroBias, gyro);
+    lin.add(Block::kGyroDrift, gyro);
+    lin.add(Block::kGyroScale, gyro * turning.rate.asDiagonal());
+  }
+  if (!turning.lag.block) return;
+  Matrix3d column = Matrix3d::Zero();
+  column.col(0) = A * (turning.earth_rate - R_wb * beyond_noise(turning.rate, turning.rate_variance));
+  lin.add(*turning.lag.block, column);
+  add_curvature(lin, turning.lag, A * R_wb * turning.rate_change);
 }
 
 }  // namespace
 
 Linearization linearize_attitude(const AttitudeFix& fix, const Vector3d& white, const Estimate& x,
-                                 const Estimate* after) {
-  const Quaterniond predicted = reference_of(x);
+                                 const Estimate* after, const Turning& turning, const Turning& turning_after) {
+  const Quaterniond predicted = reference_of(x, turning);
   Linearization lin;
   lin.observes = Block::kAttitude;
   lin.residual = so3_log(fix.q_wr * predicted.conjugate());
@@ -21,22 +45,45 @@ Linearization linearize_attitude(const AttitudeFix& fix, const Vector3d& white, 
 
   Matrix3d J = so3_left_jacobian_inverse(-lin.residual), R_wr = J * predicted.toRotationMatrix();
   if (after != nullptr) {
-    const Vector3d turn = so3_log(reference_of(*after) * predicted.conjugate());
+    const Vector3d turn = so3_log(reference_of(*after, turning_after) * predicted.conjugate());
     J.setIdentity();
     R_wr = (so3_exp(0.5 * turn) * predicted).toRotationMatrix();
   }
-  lin.add(Block::kAttitude, J * so3_exp(x.attitude_drift).toRotationMatrix());
+  const Matrix3d drift = so3_exp(x.attitude_drift).toRotationMatrix();
+  lin.add(Block::kAttitude, J * drift * so3_exp(turning.lag.time * turning.earth_rate).toRotationMatrix());
   lin.add(Block::kBoresight, -R_wr * so3_exp(x.boresight_drift).toRotationMatrix());
   lin.add(Block::kAttitudeDrift, J * so3_left_jacobian(x.attitude_drift));
   lin.add(Block::kBoresightDrift, -R_wr * so3_left_jacobian(x.boresight_drift));
+  add_lag(lin, J * drift, x, turning);
   return lin;
 }
 
-std::optional<Linearization> ReferenceAttitudes::linearize(const AttitudeFix& fix, int sensor, int,
+FixDelay ReferenceAttitudes::delay(const FilterOptions& options, const StateLayout& layout, int sensor, int,
+                                   const Estimate& x) {
+  FixDelay delay{.value = options.attitude[static_cast<std::size_t>(sensor)].delay};
+  if (layout.has(Block::kAttitudeDelay)) {
+    delay.value += x.attitude_delay - options.attitude.front().delay;
+    delay.block = Block::kAttitudeDelay;
+  }
+  return delay;
+}
+
+std::optional<Linearization> ReferenceAttitudes::linearize(const AttitudeFix& fix, int sensor, int channel,
                                                            const MeasurementContext& context, const Estimate& x,
                                                            const Estimate* after) {
   const AttitudeOptions& reference = context.options.attitude[static_cast<std::size_t>(sensor)];
-  return linearize_attitude(fix, reference.drift ? reference.white : Vector3d::Ones(), x, after);
+  const auto turning = [&](const Estimate& y) {
+    const BodyMotion motion = context.motion(y);
+    Turning t{.earth_rate = context.earth_rate,
+              .rate = motion.rate,
+              .lag = context.lag(delay(context.options, context.layout, sensor, channel, y)),
+              .rate_change = context.step.rate_slope,
+              .rate_variance = motion.rate_variance.mean()};
+    if (context.still) t.lag.block.reset();
+    return t;
+  };
+  return linearize_attitude(fix, reference.drift ? reference.white : Vector3d::Ones(), x, after, turning(x),
+                            after ? turning(*after) : Turning{});
 }
 
 }  // namespace piste

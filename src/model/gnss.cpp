@@ -3,99 +3,164 @@
 namespace piste {
 namespace {
 
-// The antenna in w: lever arm, velocity by rotation, velocity and acceleration.
+// What the two measurements have in common: the lever arm, the acceleration of the IMU, and how errors of the IMU
+// change both.
 struct Antenna {
-  Vector3d arm, swing, velocity, acceleration;
-  Matrix3d R_wb, rate_to_velocity;  // R [l], minus the derivative of the velocity by the corrected rate
+  Matrix3d R_wb;
+  Matrix3d gyro_scale, accel_scale;  // (1 + scale)⁻¹
+  Vector3d arm;                      // R l
+  Quaterniond back;                  // C: turns b into what it was τ before
+  Matrix3d back_jacobian;            // J_l(−ω̄ τ)
+  Vector3d acceleration;             // a
+
+  Antenna(const Estimate& x, const AntennaMotion& m, const Vector3d& earth_rate, const Gravity& gravity, double tau)
+      : R_wb(x.R_wb()),
+        gyro_scale((1 + x.gyro_scale.array()).inverse().matrix().asDiagonal()),
+        accel_scale((1 + x.accel_scale.array()).inverse().matrix().asDiagonal()),
+        arm(R_wb * x.lever_arm),
+        back(so3_exp(-tau * m.mean.rate)),
+        back_jacobian(so3_left_jacobian(-tau * m.mean.rate)),
+        acceleration(R_wb * m.mean.force + gravity.at(x.p_wb) - 2 * earth_rate.cross(x.v_wb)) {}
 };
 
-Antenna antenna_of(const Estimate& x, const BodyMotion& m, const Vector3d& earth_rate, const Gravity& gravity) {
-  Antenna a;
-  a.R_wb = x.R_wb();
-  a.arm = a.R_wb * x.lever_arm;
-  a.swing = a.R_wb * m.rate.cross(x.lever_arm) - earth_rate.cross(a.arm);
-  a.velocity = x.v_wb + a.swing;
-  a.acceleration = a.R_wb * m.force + gravity.at(x.p_wb) - 2 * earth_rate.cross(x.v_wb);
-  a.rate_to_velocity = a.R_wb * skew(x.lever_arm);
-  return a;
+// Derivatives of a by the blocks, times `factor`: δa = θ × R f̄ − R (1+s)⁻¹ e_a + Γ ρ − 2 ω_ie × (ν + θ × v).
+struct AccelerationTerms {
+  Matrix3d position, velocity, attitude, accel;
+
+  AccelerationTerms(double factor, const Antenna& a, const Estimate& x, const BodyMotion& mean,
+                    const Vector3d& earth_rate, const Gravity& gravity)
+      : position(factor * gravity.gradient),
+        velocity(-2 * factor * skew(earth_rate)),
+        attitude(-factor * (skew(a.R_wb * mean.force) - 2 * skew(earth_rate) * skew(x.v_wb))),
+        accel(-factor * a.R_wb * a.accel_scale) {}
+
+  void add_accel(Linearization& lin, const BodyMotion& mean) const {
+    lin.add(Block::kAccelBias, accel);
+    lin.add(Block::kAccelDrift, accel);
+    lin.add(Block::kAccelScale, accel * mean.force.asDiagonal());
+  }
+};
+
+// Derivatives by the errors of the gyroscopes, δω = −(1+s)⁻¹ e_g, of what depends on ω and on ω̄ by these Jacobians.
+void add_gyro(Linearization& lin, const Matrix3d& by_rate, const Vector3d& rate, const Matrix3d& by_mean,
+              const Vector3d& mean, const Matrix3d& scale) {
+  const Matrix3d now = -by_rate * scale, before = -by_mean * scale;
+  lin.add(Block::kGyroBias, now + before);
+  lin.add(Block::kGyroDrift, now + before);
+  lin.add(Block::kGyroScale, now * rate.asDiagonal() + before * mean.asDiagonal());
 }
 
-// Adds `factor` times the derivative of the antenna's velocity by the attitude and by the gyroscopes' errors.
-// `carried`: the part of the velocity that rotates with the attitude, v + R (ω × l).
-void add_turning(Linearization& lin, double factor, const Matrix3d& extra_attitude, const Antenna& a, const Estimate& x,
-                 const BodyMotion& m, const Vector3d& earth_rate, const Vector3d& carried) {
-  // δv_a = ν + θ × (v + R(ω × l)) − ω_ie × (θ × R l) + R [l] (1+s)⁻¹ e_g, as δω = −(1+s)⁻¹ e_g.
-  const Matrix3d attitude = -skew(carried) + skew(earth_rate) * skew(a.arm);
-  const Matrix3d gyro = factor * a.rate_to_velocity * (1 + x.gyro_scale.array()).inverse().matrix().asDiagonal();
-  lin.add(Block::kAttitude, factor * attitude + extra_attitude);
-  lin.add(Block::kGyroBias, gyro);
-  lin.add(Block::kGyroDrift, gyro);
-  lin.add(Block::kGyroScale, gyro * m.rate.asDiagonal());
-}
+// The derivative of C u by ω̄: C u turns by J_l(−ω̄ τ) (−τ δω̄).
+Matrix3d turning_back(const Vector3d& then, const Antenna& a, double tau) { return tau * skew(then) * a.back_jacobian; }
 
-Matrix3d first_column(const Vector3d& v) {
-  Matrix3d m = Matrix3d::Zero();
-  m.col(0) = v;
-  return m;
+void add_delay(Linearization& lin, const Lag& lag, const Vector3d& derivative) {
+  if (!lag.block) return;
+  Matrix3d column = Matrix3d::Zero();
+  column.col(0) = derivative;
+  lin.add(*lag.block, column);
 }
 
 }  // namespace
 
 Linearization linearize_position(const GnssFix& fix, const std::optional<GaussMarkov>& drift, const Estimate& x,
-                                 const BodyMotion& motion, const Vector3d& earth_rate, const Gravity& gravity) {
-  const Antenna a = antenna_of(x, motion, earth_rate, gravity);
-  const double delay = x.gnss_delay;
+                                 const AntennaMotion& motion, const Vector3d& earth_rate, const Gravity& gravity,
+                                 const Lag& lag, bool still) {
+  const double tau = lag.time, half = 0.5 * tau * tau;
+  const Antenna a(x, motion, earth_rate, gravity, tau);
+  const Vector3d arm_b = a.back * x.lever_arm;
+  const Matrix3d ER = so3_exp(tau * earth_rate).toRotationMatrix() * a.R_wb;
+  const Vector3d arm = ER * arm_b;
   Linearization lin;
-  lin.residual = fix.position - (x.p_wb + a.arm - delay * a.velocity);
+  lin.residual = fix.position - (x.p_wb + arm - tau * x.v_wb + half * a.acceleration);
   if (drift) lin.residual -= x.gnss_position_drift;
   Vector3d variance = fix.sigma_position.cwiseAbs2();
   if (drift) variance = (variance - drift->sigma.cwiseAbs2()).cwiseMax(0.01 * variance);
   lin.covariance = variance.asDiagonal();
 
-  const Vector3d carried = a.velocity + earth_rate.cross(a.arm);
-  add_turning(lin, -delay, -skew(a.arm), a, x, motion, earth_rate, carried);
-  lin.add(Block::kPosition, Matrix3d::Identity());
-  lin.add(Block::kVelocity, -delay * Matrix3d::Identity());
-  lin.add(Block::kLeverArm, a.R_wb - delay * (a.R_wb * skew(motion.rate) - skew(earth_rate) * a.R_wb));
+  if (tau == 0) {
+    lin.add(Block::kAttitude, -skew(arm));
+    lin.add(Block::kPosition, Matrix3d::Identity());
+  } else {
+    const AccelerationTerms t(half, a, x, motion.mean, earth_rate, gravity);
+    const Matrix3d turned_arm = so3_exp(tau * earth_rate).toRotationMatrix() * skew(a.R_wb * arm_b);
+    lin.add(Block::kAttitude, tau * skew(x.v_wb) + t.attitude - turned_arm);
+    lin.add(Block::kPosition, Matrix3d::Identity() + t.position);
+    lin.add(Block::kVelocity, -tau * Matrix3d::Identity() + t.velocity);
+    t.add_accel(lin, motion.mean);
+    add_gyro(lin, Matrix3d::Zero(), motion.now.rate, ER * turning_back(arm_b, a, tau), motion.mean.rate, a.gyro_scale);
+  }
+  lin.add(Block::kLeverArm, ER * a.back.toRotationMatrix());
   if (drift) lin.add(Block::kGnssPositionDrift, Matrix3d::Identity());
-  lin.add(Block::kGnssDelay, first_column(-a.velocity));
+  if (still) return lin;
+  add_delay(lin, lag, tau * a.acceleration - x.v_wb + earth_rate.cross(arm) - ER * motion.mean.rate.cross(arm_b));
+  add_curvature(lin, lag, a.acceleration);
   return lin;
 }
 
-Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const BodyMotion& motion,
-                                 const Vector3d& earth_rate, const Gravity& gravity, bool still) {
-  const Antenna a = antenna_of(x, motion, earth_rate, gravity);
-  const double delay = x.gnss_delay;
+Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const AntennaMotion& motion,
+                                 const Vector3d& earth_rate, const Gravity& gravity, bool still, const Lag& lag) {
+  const double tau = lag.time;
+  const Antenna a(x, motion, earth_rate, gravity, tau);
+  const Vector3d swing_b = a.back * motion.now.rate.cross(x.lever_arm);
+  const Vector3d swing = a.R_wb * swing_b - earth_rate.cross(a.arm);
+  const Matrix3d RC = a.R_wb * a.back.toRotationMatrix();
+  const Matrix3d by_rate = -RC * skew(x.lever_arm);
   Linearization lin;
   lin.observes = Block::kVelocity;
-  lin.residual = fix.velocity->value - (a.velocity - delay * a.acceleration);
+  lin.residual = fix.velocity->value - (x.v_wb + swing - tau * a.acceleration);
   if (!fix.velocity->has_down()) lin.rows = 2;
   lin.covariance.diagonal().head(lin.rows) = fix.velocity->sigma.head(lin.rows).cwiseAbs2();
-  lin.covariance += a.rate_to_velocity * motion.rate_variance.asDiagonal() * a.rate_to_velocity.transpose();
+  lin.covariance += by_rate * motion.now.rate_variance.asDiagonal() * by_rate.transpose();
 
-  const Vector3d swing = a.swing + earth_rate.cross(a.arm);
-  const Vector3d carried = still ? swing : (x.v_wb + swing).eval();
-  // −τ δa = −τ (θ × R f − R (1+s)⁻¹ e_a + Γ ρ − 2 ω_ie × (ν + θ × v))
+  // Where the attitude turns, v turns with it, and the part of the swing that is not the Earth's. At rest both are
+  // noise, which must not tell a heading.
+  const Vector3d turned = swing + earth_rate.cross(a.arm);
+  const Vector3d carried = still ? Vector3d::Zero().eval() : (x.v_wb + turned).eval();
   const Matrix3d E = skew(earth_rate);
-  const Matrix3d turn = delay * (skew(a.R_wb * motion.force) - 2 * E * skew(x.v_wb));
-  const Matrix3d accel = delay * a.R_wb * (1 + x.accel_scale.array()).inverse().matrix().asDiagonal();
   // At rest the measured rate is noise, which the lever arm takes into the residual too: it must not look like an
   // effect of the scale.
-  const BodyMotion turning{.rate = still ? Vector3d::Zero().eval() : motion.rate, .force = motion.force};
-  add_turning(lin, 1, turn, a, x, turning, earth_rate, carried);
-  lin.add(Block::kPosition, -delay * gravity.gradient);
-  lin.add(Block::kVelocity, Matrix3d::Identity() + 2 * delay * E);
-  lin.add(Block::kAccelBias, accel);
-  lin.add(Block::kAccelDrift, accel);
-  lin.add(Block::kAccelScale, accel * motion.force.asDiagonal());
-  lin.add(Block::kLeverArm, a.R_wb * skew(motion.rate) - E * a.R_wb);
-  lin.add(Block::kGnssDelay, first_column(-a.acceleration));
+  const Vector3d rate = still ? Vector3d::Zero().eval() : motion.now.rate;
+  const Matrix3d attitude = -skew(carried) + E * skew(a.arm);
+  if (tau == 0) {
+    lin.add(Block::kAttitude, attitude);
+    add_gyro(lin, by_rate, rate, Matrix3d::Zero(), rate, a.gyro_scale);
+    lin.add(Block::kVelocity, Matrix3d::Identity());
+  } else {
+    const AccelerationTerms t(-tau, a, x, motion.mean, earth_rate, gravity);
+    lin.add(Block::kAttitude, attitude + t.attitude);
+    lin.add(Block::kPosition, t.position);
+    lin.add(Block::kVelocity, Matrix3d::Identity() + t.velocity);
+    t.add_accel(lin, motion.mean);
+    add_gyro(lin, by_rate, rate, a.R_wb * turning_back(swing_b, a, tau), motion.mean.rate, a.gyro_scale);
+    const Vector3d jerk = a.R_wb * motion.force_change;
+    lin.covariance += 0.25 * tau * tau * tau * tau * jerk * jerk.transpose();
+  }
+  lin.add(Block::kLeverArm, RC * skew(motion.now.rate) - E * a.R_wb);
+  if (still) return lin;
+  const Vector3d acceleration = beyond_noise(a.acceleration, motion.force_variance);
+  add_delay(lin, lag, -acceleration - a.R_wb * motion.mean.rate.cross(swing_b));
+  add_curvature(lin, lag, a.R_wb * motion.force_change);
   return lin;
 }
 
 bool GnssReceivers::repeats(const GnssFix& fix, const GnssFix& before) {
   return before.position == fix.position && before.velocity.has_value() == fix.velocity.has_value() &&
          (!fix.velocity || before.velocity->value == fix.velocity->value);
+}
+
+FixDelay GnssReceivers::delay(const FilterOptions& options, const StateLayout& layout, int sensor, int channel,
+                              const Estimate& x) {
+  const GnssOptions &receiver = options.gnss[static_cast<std::size_t>(sensor)], &first = options.gnss.front();
+  const bool position = channel == 0;
+  FixDelay delay{.value = position ? receiver.delay : receiver.delay_of_velocity()};
+  if (!position && layout.has(Block::kVelocityDelay)) {
+    delay.value += x.velocity_delay - first.delay_of_velocity();
+    delay.block = Block::kVelocityDelay;
+  } else if (layout.has(Block::kGnssDelay)) {
+    delay.value += x.gnss_delay - first.delay;
+    delay.block = Block::kGnssDelay;
+  }
+  return delay;
 }
 
 std::optional<Linearization> GnssReceivers::linearize(const GnssFix& fix, int sensor, int channel,
@@ -105,9 +170,14 @@ std::optional<Linearization> GnssReceivers::linearize(const GnssFix& fix, int se
   if (position ? !receiver.use_position : !(receiver.use_velocity && fix.velocity)) return std::nullopt;
   Estimate with_arm = x;
   if (!context.layout.has(Block::kLeverArm)) with_arm.lever_arm = receiver.lever_arm;
-  const BodyMotion motion = context.motion(x);
-  if (position) return linearize_position(fix, receiver.drift, with_arm, motion, context.earth_rate, context.gravity);
-  return linearize_velocity(fix, with_arm, motion, context.earth_rate, context.gravity, context.still);
+  const AntennaMotion motion{context.motion(x), context.mean_motion(x), context.recent.force_change,
+                             context.recent.force_variance};
+  const Lag lag = context.lag(delay(context.options, context.layout, sensor, channel, x));
+  if (position) {
+    return linearize_position(fix, receiver.drift, with_arm, motion, context.earth_rate, context.gravity, lag,
+                              context.still);
+  }
+  return linearize_velocity(fix, with_arm, motion, context.earth_rate, context.gravity, context.still, lag);
 }
 
 }  // namespace piste

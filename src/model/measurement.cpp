@@ -13,10 +13,26 @@ Jacobian assemble(const StateLayout& layout, const Linearization& lin) {
   return H;
 }
 
+void add_curvature(Linearization& lin, const Lag& lag, const Vector3d& curvature) {
+  lin.residual -= 0.5 * lag.variance * curvature;
+  lin.covariance += 0.5 * lag.variance * lag.variance * curvature * curvature.transpose();
+}
+
+Vector3d beyond_noise(const Vector3d& mean, double variance) {
+  const double square = mean.squaredNorm();
+  return square > 3 * variance ? Vector3d((1 - 3 * variance / square) * mean) : Vector3d::Zero();
+}
+
 BodyMotion MeasurementContext::motion(const Estimate& x) const {
   const ImuStep s = correct(step, x);
   const double from_middle = into_step - 0.5 * s.dt;
   return {s.mean_rate() + from_middle * s.rate_slope, s.mean_force() + from_middle * s.force_slope, rate_variance};
+}
+
+BodyMotion MeasurementContext::mean_motion(const Estimate& x) const {
+  const ImuStep second{1, recent.rate, recent.force, Vector3d::Zero(), Vector3d::Zero()};
+  const ImuStep s = correct(second, x);
+  return {.rate = s.dtheta, .force = s.dvel};
 }
 
 }  // namespace piste

@@ -52,7 +52,9 @@ std::vector<Block> read_blocks(const Config& config, const Scenario& scenario, c
   FilterOptions filter;
   filter.sensor = setup.sensor;
   for (const std::size_t i : setup.gnss) {
-    filter.gnss.push_back({.name = scenario.gnss[i].name, .drift = scenario.gnss[i].position_drift});
+    filter.gnss.push_back({.name = scenario.gnss[i].name,
+                           .use_velocity = scenario.gnss[i].velocity_noise.maxCoeff() > 0,
+                           .drift = scenario.gnss[i].position_drift});
   }
   for (const std::size_t i : setup.attitude) {
     filter.attitude.push_back({.name = scenario.attitude[i].name, .drift = scenario.attitude[i].drift});

@@ -100,6 +100,12 @@ GnssSetup read_gnss(const Config& config, std::set<std::string>& names) {
   s.position_drift = read_drift(config, "position_drift", kLength);
   s.velocity_noise = config.vector("velocity_noise", kVelocity, s.velocity_noise);
   s.delay = config.quantity("delay", kTime, s.delay);
+  if (config.has("velocity_delay")) {
+    s.velocity_delay = config.quantity("velocity_delay", kTime);
+    if (!(s.velocity_noise.maxCoeff() > 0)) {
+      config.fail("velocity_delay", "a receiver whose `velocity_noise` is 0 gives no velocity; leave the key out");
+    }
+  }
   return s;
 }
 
@@ -109,6 +115,7 @@ AttitudeSetup read_attitude(const Config& config, std::set<std::string>& names) 
   s.rate = read_rate(config, s.rate);
   s.noise = config.vector("noise", kAngle, s.noise);
   s.drift = read_drift(config, "drift", kAngle);
+  s.delay = config.quantity("delay", kTime, s.delay);
   return s;
 }
 

@@ -202,7 +202,8 @@ GnssRecording simulate_gnss(const Truth& plate, const GnssSetup& setup, std::uin
     fix.sigma_position = total_sigma(setup.position_noise, setup.position_drift);
     if (setup.velocity_noise.maxCoeff() > 0) {
       const Vector3d v_error = setup.velocity_noise.cwiseProduct(velocity_noise.normal3());
-      fix.velocity = {R_wn.transpose() * state.v_wb + v_error, setup.velocity_noise};
+      const TruthState then = antenna.at(time - setup.delay_of_velocity());
+      fix.velocity = {world.rotation_wn(then.p_wb).transpose() * then.v_wb + v_error, setup.velocity_noise};
     }
     out.fixes.push_back(fix);
   }
@@ -221,7 +222,7 @@ AttitudeRecording simulate_attitude(const Truth& plate, const AttitudeSetup& set
 
   AttitudeRecording out{setup.name + ".csv", {}};
   for (const double time : epochs(plate, setup.rate)) {
-    const TruthState state = plate.at(time);
+    const TruthState state = plate.at(time - setup.delay);
     const Matrix3d R_nw = world.rotation_wn(state.p_wb).transpose();
     Vector3d error = setup.noise.cwiseProduct(noise.normal3());
     if (!drift.empty()) error += drift[out.fixes.size()];

@@ -91,18 +91,20 @@ std::string imu_json(const Scenario& scenario, const ImuSetup& setup, const Simu
 }
 
 std::string gnss_json(const GnssSetup& setup) {
-  return json::object({{"lever_arm_m", vector_json(setup.p_ra_r)},
-                       {"position_noise_m", vector_json(setup.position_noise)},
-                       {"position_drift_m", drift_json(setup.position_drift, 1)},
-                       {"velocity_noise_m_s", vector_json(setup.velocity_noise)},
-                       {"delay_s", json::number(setup.delay, 9)}},
-                      2);
+  json::Members members{{"lever_arm_m", vector_json(setup.p_ra_r)},
+                        {"position_noise_m", vector_json(setup.position_noise)},
+                        {"position_drift_m", drift_json(setup.position_drift, 1)},
+                        {"velocity_noise_m_s", vector_json(setup.velocity_noise)},
+                        {"delay_s", json::number(setup.delay, 9)}};
+  if (setup.velocity_delay) members.emplace_back("velocity_delay_s", json::number(*setup.velocity_delay, 9));
+  return json::object(members, 2);
 }
 
 std::string attitude_json(const AttitudeSetup& setup) {
-  return json::object({{"noise_deg", vector_json(setup.noise, kDegreesPerRadian)},
-                       {"drift_deg", drift_json(setup.drift, kDegreesPerRadian)}},
-                      2);
+  json::Members members{{"noise_deg", vector_json(setup.noise, kDegreesPerRadian)},
+                        {"drift_deg", drift_json(setup.drift, kDegreesPerRadian)}};
+  if (setup.delay != 0) members.emplace_back("delay_s", json::number(setup.delay, 9));
+  return json::object(members, 2);
 }
 
 }  // namespace

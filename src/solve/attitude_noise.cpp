@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "own_times.h"
 #include "piste/math/statistics.h"
 #include "piste/solve/mounting.h"
 #include "stretch.h"
@@ -80,11 +81,11 @@ FilterOptions with_attitude_sigmas(FilterOptions options, const std::vector<Atti
 }
 
 FilterOptions with_white_part(FilterOptions options, const Log& log) {
-  const std::optional<Mounting> mounting = find_mounting(log);
+  const std::optional<Mounting> mounting = find_mounting(log, options.attitude);
   for (std::size_t i = 0; i < options.attitude.size(); ++i) {
     AttitudeOptions& source = options.attitude[i];
     if (!source.drift || !mounting) continue;
-    auto steps = differences(log, log.attitude[i], *mounting);
+    auto steps = differences(log, at_own_times(log.attitude[i], source), *mounting);
     drop_outliers(steps);
     const std::optional<Vector3d> variance = white_variance(steps);
     if (!variance) continue;

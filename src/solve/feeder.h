@@ -21,8 +21,8 @@ inline LogPlace place_at(const Log& log, double time, double end_time) {
   return place;
 }
 
-/// Feeds one IMU sample a call. Fixes up to the time of the sample come before it. `Sink` has add() for samples and for
-/// fixes as Filter has.
+/// Feeds one IMU sample a call. Fixes up to the time of the sample, and as far beyond it as their delays reach, come
+/// before it. `Sink` has add() for samples and for fixes, and look_ahead(), as Filter has.
 template <class Sink>
 class Feeder {
  public:
@@ -33,11 +33,12 @@ class Feeder {
   /// Returns true when an epoch was completed. @pre not done()
   bool step() {
     const ImuSample& sample = log_.imu[place_.imu++];
+    const double until = sample.time + sink_.look_ahead();
     std::size_t slot = 0;
     MeasurementList::for_each([&]<class Type>() {
       const auto sensors = Type::logged(log_);
       for (std::size_t sensor = 0; sensor < sensors.size(); ++sensor) {
-        feed(sensors[sensor], place_.fixes[slot++], sample.time, static_cast<int>(sensor));
+        feed(sensors[sensor], place_.fixes[slot++], until, static_cast<int>(sensor));
       }
     });
     return sink_.add(sample);

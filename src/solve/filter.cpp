@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 #include "piste/core/error.h"
@@ -10,6 +12,19 @@
 #include "piste/solve/readmission.h"
 
 namespace piste {
+namespace {
+
+// s by which an estimated delay may grow beyond the known one before its fixes come after the samples.
+constexpr double kRoomToGrow = 1;
+
+double longest_delay(const FilterOptions& options) {
+  double longest = 0;
+  for (const GnssOptions& g : options.gnss) longest = std::max({longest, g.delay, g.delay_of_velocity()});
+  for (const AttitudeOptions& a : options.attitude) longest = std::max(longest, a.delay);
+  return longest > 0 ? longest + kSameInstant : 0;
+}
+
+}  // namespace
 
 Filter::Filter(const FilterOptions& options, const World& world, const Start& start) {
   options.validate();
@@ -20,11 +35,17 @@ Filter::Filter(const FilterOptions& options, const World& world, const Start& st
   for (int n = 1; n <= 3; ++n) setup->gate[static_cast<std::size_t>(n)] = chi_squared_quantile(options.gate, n);
   setup->sources = MeasurementSources(options);
   setup->names = setup->sources.names();
+  const StateLayout& layout = setup->layout;
+  setup->delays_change =
+      layout.has(Block::kGnssDelay) || layout.has(Block::kVelocityDelay) || layout.has(Block::kAttitudeDelay);
+  setup->look_ahead = longest_delay(options) + (setup->delays_change ? kRoomToGrow : 0);
+  delays_.assign(setup->names.size(), 0);
   trust_ = Trust(setup->sources.all(), {options.readmit_after, options.distrust});
   state_ = {start.time, start.x, initial_covariance(setup->layout, options, start)};
   propagation_ = Propagation(world, start.x.p_wb);
   innovations_.reserve(256);
   setup_ = std::move(setup);
+  find_delays();
 }
 
 void Filter::add(int sensor, AnyFix fix) {
@@ -35,7 +56,10 @@ void Filter::add(int sensor, AnyFix fix) {
           ++late_;
           return;
         }
-        queue_.add({known.time, setup_->sources.first<Type>(sensor), sensor, std::move(fix)});
+        const int first = setup_->sources.first<Type>(sensor);
+        for (int channel = 0; channel < static_cast<int>(Type::kChannels.size()); ++channel) {
+          queue_.add({known.time, first + channel, sensor, channel, fix});
+        }
       },
       fix);
 }
@@ -76,28 +100,32 @@ void Filter::process(const ImuSample* after) {
     step = split(step, state_.time - begin).second;
   }
   bool at_end = false;
-  for (; const QueuedFix* fix = queue_.next(sample.time); queue_.take()) {
-    const double into_step = fix->time - state_.time;
+  while (const std::optional<QueuedFix> fix = queue_.take(sample.time, delays_)) {
+    const double into_step = fix->time - delays_[static_cast<std::size_t>(fix->source)] - state_.time;
+    const double lag = into_step < -kSameInstant ? -into_step : 0;
     if (at_end) {
-      measure(*fix, step, step.dt);
+      measure(*fix, step, step.dt, lag);
     } else if (into_step <= kSameInstant) {
-      measure(*fix, step, 0);
+      measure(*fix, step, 0, lag);
     } else if (into_step >= step.dt - kSameInstant) {
       advance(step, noise);
       at_end = true;
-      measure(*fix, step, step.dt);
+      measure(*fix, step, step.dt, 0);
     } else {
       const auto [first, second] = split(step, into_step);
       advance(first, noise);
       step = second;
-      measure(*fix, step, 0);
+      measure(*fix, step, 0, 0);
     }
   }
-  queue_.drop_taken();
   if (!at_end) advance(step, noise);
   state_.time = sample.time;  // not the sum of the steps, so that rounding errors do not add up
-  if (const std::optional<RestFix> fix = rest_.add(sample, setup_->options.rest))
-    measure<ZeroUpdates>(*fix, 0, step, step.dt);
+  if (const std::optional<RestFix> fix = rest_.add(sample, setup_->options.rest)) {
+    const int first = setup_->sources.first<ZeroUpdates>(0);
+    for (int channel = 0; channel < static_cast<int>(ZeroUpdates::kChannels.size()); ++channel) {
+      measure<ZeroUpdates>(*fix, {sample.time, first + channel, 0, channel, {}}, step, step.dt, 0);
+    }
+  }
   if (tape_) tape_->events.emplace_back(state_);
 }
 
@@ -108,22 +136,41 @@ void Filter::advance(const ImuStep& step, const StepNoise& noise) {
   if (tape_) tape_->events.emplace_back(Tape::Propagation{t});
 }
 
-void Filter::measure(const QueuedFix& fix, const ImuStep& step, double into_step) {
+// The delays of all sources by the estimate.
+void Filter::find_delays() {
+  MeasurementList::for_each([&]<class Type>() {
+    for (int sensor = 0; sensor < Type::sensors(setup_->options); ++sensor) {
+      for (int channel = 0; channel < static_cast<int>(Type::kChannels.size()); ++channel) {
+        delays_[static_cast<std::size_t>(setup_->sources.first<Type>(sensor) + channel)] =
+            Type::delay(setup_->options, setup_->layout, sensor, channel, state_.x).value;
+      }
+    }
+  });
+}
+
+void Filter::measure(const QueuedFix& fix, const ImuStep& step, double into_step, double lag) {
   MeasurementList::visit(
-      [&]<class Type>(const typename Type::Fix& known) { measure<Type>(known, fix.sensor, step, into_step); }, fix.fix);
+      [&]<class Type>(const typename Type::Fix& known) { measure<Type>(known, fix, step, into_step, lag); }, fix.fix);
+  if (setup_->delays_change) find_delays();
 }
 
 template <class Type>
-void Filter::measure(const typename Type::Fix& fix, int sensor, const ImuStep& step, double into_step) {
-  const int source = setup_->sources.first<Type>(sensor);
+void Filter::measure(const typename Type::Fix& fix, const QueuedFix& place, const ImuStep& step, double into_step,
+                     double lag) {
+  const auto [sensor, channel, source] = std::tuple(place.sensor, place.channel, place.source);
   if (trust_.repeats<Type>(source, fix) && moves()) {
+    // Said of the whole fix, once.
+    if (channel > 0) return;
     innovations_.push_back({.time = state_.time,
                             .source = source,
                             .residual = Vector3d::Zero(),
                             .sigma = Vector3d::Zero(),
-                            .outcome = Outcome::kRepeated});
+                            .outcome = Outcome::kRepeated,
+                            .late = place.time - state_.time});
     return;
   }
+  const FixDelay delay = Type::delay(setup_->options, setup_->layout, sensor, channel, state_.x);
+  const int row = delay.block ? setup_->layout.offset(*delay.block) : -1;
   const MeasurementContext context{.options = setup_->options,
                                    .layout = setup_->layout,
                                    .earth_rate = setup_->world.earth_rate(),
@@ -131,15 +178,17 @@ void Filter::measure(const typename Type::Fix& fix, int sensor, const ImuStep& s
                                    .step = step,
                                    .into_step = into_step,
                                    .rate_variance = rate_variance_,
-                                   .still = now_->at_rest};
-  for (int channel = 0; channel < static_cast<int>(Type::kChannels.size()); ++channel) {
-    const std::optional<Linearization> lin = Type::linearize(fix, sensor, channel, context, state_.x);
-    if (!lin) continue;
-    if constexpr (requires { Type::linearize(fix, sensor, channel, context, state_.x, &state_.x); }) {
-      apply(source + channel, half_way<Type>(fix, sensor, channel, context, *lin));
-    } else {
-      apply(source + channel, *lin);
-    }
+                                   .still = now_->at_rest,
+                                   .moved = delay.value - lag,
+                                   .recent = propagation_.recent(state_.x.q_wb, setup_->options.sensor),
+                                   .delay_variance = row < 0 ? 0 : state_.P(row, row)};
+  const std::optional<Linearization> lin = Type::linearize(fix, sensor, channel, context, state_.x);
+  if (!lin) return;
+  const double late = place.time - state_.time;
+  if constexpr (requires { Type::linearize(fix, sensor, channel, context, state_.x, &state_.x); }) {
+    apply(source, late, half_way<Type>(fix, sensor, channel, context, *lin));
+  } else {
+    apply(source, late, *lin);
   }
 }
 
@@ -166,7 +215,7 @@ bool Filter::moves() const {
   return !now_->at_rest && state_.x.v_wb.norm() > 3 * sigmas_of(state_.x, setup_->layout, state_.P).velocity.norm();
 }
 
-void Filter::apply(int source, const Linearization& lin) {
+void Filter::apply(int source, double late, const Linearization& lin) {
   const Update u = innovate(state_.P, setup_->layout, lin);
   if (!std::isfinite(u.nis)) {
     throw DataError(fmt::format("t = {:.3f} s", state_.time),
@@ -183,6 +232,7 @@ void Filter::apply(int source, const Linearization& lin) {
                           .nis = u.nis,
                           .gate = bound,
                           .outcome = outcome,
+                          .late = late,
                           .log_determinant = std::log(u.S.determinant())});
   if (!was_used(outcome)) return;
   if (parted) {

@@ -1,6 +1,7 @@
 #include "piste/solve/fix_queue.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace piste {
 
@@ -11,13 +12,18 @@ void FixQueue::add(QueuedFix&& fix) {
   fixes_.insert(std::upper_bound(fixes_.begin(), fixes_.end(), fix, later), std::move(fix));
 }
 
-const QueuedFix* FixQueue::next(double time) const {
-  return taken_ < fixes_.size() && fixes_[taken_].time <= time + kSameInstant ? &fixes_[taken_] : nullptr;
-}
-
-void FixQueue::drop_taken() {
-  fixes_.erase(fixes_.begin(), fixes_.begin() + static_cast<std::ptrdiff_t>(taken_));
-  taken_ = 0;
+std::optional<QueuedFix> FixQueue::take(double time, std::span<const double> delays) {
+  const auto belongs = [&](const QueuedFix& fix) { return fix.time - delays[static_cast<std::size_t>(fix.source)]; };
+  const double longest = *std::max_element(delays.begin(), delays.end());
+  const double until = time + kSameInstant;
+  auto next = fixes_.end();
+  for (auto it = fixes_.begin(); it != fixes_.end() && it->time - longest <= until; ++it) {
+    if (belongs(*it) <= until && (next == fixes_.end() || belongs(*it) < belongs(*next))) next = it;
+  }
+  if (next == fixes_.end()) return std::nullopt;
+  std::optional<QueuedFix> fix(std::move(*next));
+  fixes_.erase(next);
+  return fix;
 }
 
 }  // namespace piste

@@ -15,6 +15,14 @@ Vector3d initial_variance(const BlockInfo& row, const FilterOptions& options) {
 
 }  // namespace
 
+void set_delays(Estimate& x, const FilterOptions& options) {
+  if (!options.gnss.empty()) {
+    x.gnss_delay = options.gnss.front().delay;
+    x.velocity_delay = options.gnss.front().delay_of_velocity();
+  }
+  if (!options.attitude.empty()) x.attitude_delay = options.attitude.front().delay;
+}
+
 Covariance initial_covariance(const StateLayout& layout, const FilterOptions& options, const Start& start) {
   if (start.covariance.rows() == layout.size()) return start.covariance;
   Covariance P = Covariance::Zero(layout.size(), layout.size());

@@ -36,6 +36,7 @@ class Live::Session {
     options_.conditioning.imu.instantaneous = clock_.instantaneous;
     recent_.imu.file = "imu";
     recent_.gnss.resize(options_.filter.gnss.size());
+    given_.assign(recent_.gnss.size(), -1e300);
     for (std::size_t i = 0; i < recent_.gnss.size(); ++i) recent_.gnss[i].file = options_.filter.gnss[i].name;
   }
 
@@ -58,7 +59,7 @@ class Live::Session {
     auto& fixes = recent_.gnss.at(static_cast<std::size_t>(receiver)).fixes;
     const auto later = [](double t, const GeodeticFix& f) { return t < f.time; };
     fixes.insert(std::upper_bound(fixes.begin(), fixes.end(), fix.time, later), fix);
-    if (fix.time <= fed_) ++late_;
+    if (fix.time <= given_.at(static_cast<std::size_t>(receiver))) ++late_;
     if (!world_) world_ = World(fix.position);
   }
 
@@ -71,7 +72,8 @@ class Live::Session {
   std::optional<LiveState> now() const {
     if (!filter_ && !bank_) return std::nullopt;
     Filter ahead = filter_ ? *filter_ : bank_->best();
-    feed(ahead, fed_, newest_);
+    std::vector<double> given = given_;
+    feed(ahead, given, newest_);
     ahead.finish();
     return of(ahead, filter_ ? std::nullopt : std::optional(bank_->heading()));
   }
@@ -88,10 +90,10 @@ class Live::Session {
     const double until = newest_ - options_.lag;
     if (!filter_ && !bank_) begin(until);
     if (filter_) {
-      fed_ = feed(*filter_, fed_, until);
+      fed_ = feed(*filter_, given_, until);
       filter_->clear_innovations();
     } else if (bank_) {
-      fed_ = feed(*bank_, fed_, until);
+      fed_ = feed(*bank_, given_, until);
       if (bank_->resolved()) {
         filter_ = bank_->best();
         bank_.reset();
@@ -109,31 +111,38 @@ class Live::Session {
     if (options_.heading.source != InitialHeading::Source::kAuto) {
       const Start start = find_start(log_, options_.filter, options_.heading).start;
       filter_.emplace(options_.filter, log_.world, start);
-      fed_ = start.time - 2 * kSameInstant;
+      begin_at(start.time);
       return;
     }
     const Receiver receiver = first_receiver(log_, options_.filter);
     const std::vector<Start> starts =
         heading_hypotheses(log_, options_.filter, receiver, beginning(log_, receiver).time);
     bank_.emplace(options_.filter, log_.world, starts);
-    fed_ = starts.front().time - 2 * kSameInstant;
+    begin_at(starts.front().time);
   }
 
-  // Feeds what lies after `from`, until `until`, and returns the time of the last sample. A sample of which a part was fed already, as the period in a gap was
+  void begin_at(double time) {
+    fed_ = time - 2 * kSameInstant;
+    given_.assign(given_.size(), fed_);
+  }
+
+  // Feeds the samples after those that were fed, until `until`, and returns the time of the last. `given` has the time of
+  // each receiver's last fix. A sample of which a part was fed already, as the period in a gap was
   // judged anew, is cut.
   template <class Sink>
-  double feed(Sink& sink, double from, double until) const {
-    double last = from;
+  double feed(Sink& sink, std::vector<double>& given, double until) const {
+    double last = fed_;
     std::vector<std::size_t> next(log_.gnss.size());
     for (std::size_t i = 0; i < next.size(); ++i) {
-      next[i] = static_cast<std::size_t>(first_at_or_after(log_.gnss[i], from + kSameInstant) - log_.gnss[i].begin());
+      next[i] = static_cast<std::size_t>(first_at_or_after(log_.gnss[i], given[i] + kSameInstant) - log_.gnss[i].begin());
     }
-    for (auto sample = first_at_or_after(log_.imu, from + kSameInstant); sample != log_.imu.end(); ++sample) {
+    for (auto sample = first_at_or_after(log_.imu, fed_ + kSameInstant); sample != log_.imu.end(); ++sample) {
       if (sample->time > until) break;
       for (std::size_t i = 0; i < next.size(); ++i) {
         const auto& fixes = log_.gnss[i];
-        for (; next[i] < fixes.size() && fixes[next[i]].time <= sample->time; ++next[i]) {
+        for (; next[i] < fixes.size() && fixes[next[i]].time <= sample->time + sink.look_ahead(); ++next[i]) {
           sink.add(static_cast<int>(i), fixes[next[i]]);
+          given[i] = fixes[next[i]].time;
         }
       }
       ImuSample cut = *sample;
@@ -182,6 +191,7 @@ class Live::Session {
   ImuConditioning clock_;
   double first_ = 0, last_ = -1e300;  // of the rows, by their own clock
   double next_pass_ = -1e300, fed_ = -1e300, newest_ = -1e300;
+  std::vector<double> given_;  // time of each receiver's last fix that the filter has
   std::size_t late_ = 0;
 };
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "condition/boresight.h"
+#include "own_times.h"
 #include "piste/math/units.h"
 #include "stretch.h"
 
@@ -45,14 +46,17 @@ Turns turns(const Log& log, const std::vector<AttitudeFix>& fixes, const Vector3
 
 }  // namespace
 
-std::optional<Mounting> find_mounting(const Log& log) {
+std::optional<Mounting> find_mounting(const Log& log, std::span<const AttitudeOptions> sources) {
   const auto source =
       std::find_if(log.attitude.begin(), log.attitude.end(), [](const auto& fixes) { return !fixes.empty(); });
   if (source == log.attitude.end()) return std::nullopt;
+  const auto number = static_cast<std::size_t>(source - log.attitude.begin());
+  const std::vector<AttitudeFix> fixes =
+      at_own_times(*source, number < sources.size() ? sources[number] : AttitudeOptions{});
   Mounting mounting{Quaterniond::Identity(), Matrix3d::Zero(), Vector3d::Zero()};
   // Two passes: the rotations of the second are without the bias that the first has found.
   for (int pass = 0; pass < 2; ++pass) {
-    const Turns t = turns(log, *source, mounting.gyro_bias);
+    const Turns t = turns(log, fixes, mounting.gyro_bias);
     if (t.rate_r.size() < kFewestSteps) return std::nullopt;
     const BoresightFromRates found = boresight_from_rates(t.rate_r, t.rate_b);
     if (!found.covariance.allFinite()) return std::nullopt;

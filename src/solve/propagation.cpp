@@ -15,6 +15,7 @@ Transition Propagation::advance(FilterState& state, const ImuStep& step, const S
   const ImuStep corrected = correct(step, state.x);
   const Estimate before = state.x;
   mechanize(state.x, corrected, world.earth_rate(), gravity_);
+  motion_.add(step, state.x.q_wb);
   if (still) {
     stand(state.x, step.dt);
   } else {

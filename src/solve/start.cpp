@@ -13,6 +13,7 @@ FoundStart find_start(const Log& log, const FilterOptions& options, const Initia
   const Receiver receiver = first_receiver(log, options);
   const auto [begin, rest] = beginning(log, receiver);
   Start start;
+  set_delays(start.x, options);
   start.time = begin;
   using Source = InitialHeading::Source;
   if (heading.source == Source::kAuto) return start_from_motion(log, options, receiver, start.time);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "own_times.h"
 #include "piste/core/error.h"
 #include "piste/core/time_search.h"
 #include "piste/model/alignment.h"
@@ -34,15 +35,17 @@ void check_small_boresight(const Quaterniond& q_wb, const Rest& rest, const Prio
 
 Pointing point_by_reference(const Log& log, const FilterOptions& options, const Start& start,
                             const std::optional<Rest>& rest) {
-  const auto fixes = std::find_if(log.attitude.begin(), log.attitude.end(), [](const auto& a) { return !a.empty(); });
-  if (fixes == log.attitude.end())
+  const auto source = std::find_if(log.attitude.begin(), log.attitude.end(), [](const auto& a) { return !a.empty(); });
+  if (source == log.attitude.end())
     throw DataError("start", "from_attitude needs an attitude log that overlaps the IMU");
-  const auto next = std::find_if(fixes->begin(), fixes->end(), [&](const auto& f) { return f.time >= start.time; });
-  const AttitudeFix& fix = next == fixes->end() ? fixes->back() : *next;
+  const auto number = static_cast<std::size_t>(source - log.attitude.begin());
+  const std::vector<AttitudeFix> fixes = at_own_times(*source, options.attitude[number]);
+  const auto next = std::find_if(fixes.begin(), fixes.end(), [&](const auto& f) { return f.time >= start.time; });
+  const AttitudeFix& fix = next == fixes.end() ? fixes.back() : *next;
   GyroBias bias = bias_before(log, options, fix.time);
   Pointing p{Quaterniond::Identity(), kReferenceSigma, "heading from the reference attitude"};
   if (estimates(options, Block::kBoresight)) {
-    if (const auto mounting = find_mounting(log)) {
+    if (const auto mounting = find_mounting(log, options.attitude)) {
       const Vector3d down_r = fix.q_wr.conjugate() * Vector3d::UnitZ();
       p.q_wb = mounting->q_rb;
       p.sigma = std::hypot(p.sigma, 2 * std::sqrt(down_r.dot(mounting->covariance * down_r)));

@@ -32,7 +32,7 @@ struct Departure {
 };
 
 Departure departure_from(const Log& log, const Receiver& receiver, double from) {
-  const auto& fixes = *receiver.fixes;
+  const auto& fixes = receiver.fixes;
   const auto first = first_at_or_after(fixes, from);
   Departure found;
   double departure = log.imu.back().time;
@@ -54,6 +54,7 @@ Departure departure_from(const Log& log, const Receiver& receiver, double from) 
 Start still_start(const Log& log, const FilterOptions& options, const Receiver& receiver, const Rest& rest,
                   double heading) {
   Start start;
+  set_delays(start.x, options);
   start.time = rest.interval.start;
   start.x.q_wb = level(rest.mean_force, heading);
   place_at_rest(start, receiver);
@@ -102,6 +103,7 @@ Start carried_back(const Log& log, const FilterOptions& options, const Receiver&
   const double heading = std::sqrt(found.start.covariance(8, 8));
   const std::optional<Rest> rest = rest_at(log, begin, kLongestRest);
   Start start;
+  set_delays(start.x, options);
   start.time = begin;
   start.x.q_wb = carry_back(log, found.start.x.q_wb, begin, found.start.time, bias.value);
   if (rest) start.x.q_wb = levelled(start.x.q_wb, -rest->mean_force);

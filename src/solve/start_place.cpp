@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "own_times.h"
 #include "piste/core/error.h"
 #include "first_motion.h"
 #include "piste/math/units.h"
@@ -16,8 +17,8 @@ Beginning beginning(const Log& log, const Receiver& receiver) {
   constexpr double kLongestRest = 10;  // s of rest that are used
   double time = log.imu.front().time - log.imu.front().interval;
   std::optional<Rest> rest = rest_at(log, time, kLongestRest);
-  if (!rest && receiver.fixes->front().time > time) {
-    time = receiver.fixes->front().time;  // the body already moves: the run begins at the first fix
+  if (!rest && receiver.fixes.front().time > time) {
+    time = receiver.fixes.front().time;  // the body already moves: the run begins at the first fix
     rest = rest_at(log, time, kLongestRest);
   }
   return {time, rest};
@@ -25,7 +26,7 @@ Beginning beginning(const Log& log, const Receiver& receiver) {
 
 Receiver first_receiver(const Log& log, const FilterOptions& options) {
   for (std::size_t i = 0; i < log.gnss.size(); ++i) {
-    if (!log.gnss[i].empty()) return {&log.gnss[i], &options.gnss[i]};
+    if (!log.gnss[i].empty()) return {at_own_times(log.gnss[i], options.gnss[i]), options.gnss[i]};
   }
   throw DataError("start", "no GNSS fix within the span of the IMU; check the clocks, the span and the outages");
 }
@@ -68,12 +69,12 @@ Vector3d first_force(const Log& log, double time, const Vector3d& bias) {
 }  // namespace
 
 void place_at_rest(Start& start, const Receiver& receiver) {
-  const auto& fixes = *receiver.fixes;
+  const auto& fixes = receiver.fixes;
   auto fix = first_at_or_after(fixes, start.time);
   if (fix == fixes.end()) fix = std::prev(fix);
   while (fixes.end() - fix > 2 && !agree(fix[0], fix[1]) && agree(fix[1], fix[2])) ++fix;
-  start.x.lever_arm = receiver.options->lever_arm;
-  start.x.p_wb = fix->position - start.x.q_wb * receiver.options->lever_arm;
+  start.x.lever_arm = receiver.options.lever_arm;
+  start.x.p_wb = fix->position - start.x.q_wb * receiver.options.lever_arm;
   start.x.v_wb.setZero();
   const Vector3d sigma = (3 * fix->sigma_position).cwiseMax(kLeastPosition);
   start.covariance.topLeftCorner<6, 6>().setZero();
@@ -82,10 +83,11 @@ void place_at_rest(Start& start, const Receiver& receiver) {
 
 Start start_on_the_move(const Log& log, const FilterOptions& options, const Receiver& receiver, double time,
                         double heading, double sigma) {
-  const FirstMotion antenna = first_motion(*receiver.fixes, *receiver.options, time);
+  const FirstMotion antenna = first_motion(receiver.fixes, receiver.options, time);
   const GyroBias bias = bias_before(log, options, time);
   const auto now = range(log.imu, time + kSameInstant, time + kForceTime);
   Start start;
+  set_delays(start.x, options);
   start.time = time;
   if (now.empty()) throw DataError("start", "no IMU sample follows the first fix");
   const Vector3d force = first_force(log, time, bias.value);
@@ -93,7 +95,7 @@ Start start_on_the_move(const Log& log, const FilterOptions& options, const Rece
   start.x.q_wb = level(force, heading);
   start.x.q_wb = (rotation_between(start.x.q_wb * force, pushed) * start.x.q_wb).normalized();
   const Vector3d rate = now.front().dtheta / now.front().interval - bias.value;
-  const Vector3d& lever_arm = receiver.options->lever_arm;
+  const Vector3d& lever_arm = receiver.options.lever_arm;
   start.x.lever_arm = lever_arm;
   start.x.p_wb = antenna.position - start.x.q_wb * lever_arm;
   start.x.v_wb = antenna.velocity - start.x.q_wb * rate.cross(lever_arm);
@@ -126,7 +128,8 @@ bool estimates(const FilterOptions& options, Block block) {
 
 void set_boresight(Start& start, const Log& log, const FilterOptions& options) {
   if (!estimates(options, Block::kBoresight)) return;
-  for (const auto& fixes : log.attitude) {
+  for (std::size_t i = 0; i < log.attitude.size(); ++i) {
+    const std::vector<AttitudeFix> fixes = at_own_times(log.attitude[i], options.attitude[i]);
     const auto fix = first_at_or_after(fixes, start.time);
     if (fix == fixes.end()) continue;
     const Quaterniond q_wb =

@@ -17,10 +17,10 @@ inline constexpr double kTiltSigma = 2 * kDegree;
 /// that they count twice by a twenty-fifth.
 inline constexpr double kLoose = 5;
 
-/// The receiver that starts the run, with its fixes.
+/// The receiver that starts the run, with its fixes at the times where they belong.
 struct Receiver {
-  const std::vector<GnssFix>* fixes;
-  const GnssOptions* options;
+  std::vector<GnssFix> fixes;
+  GnssOptions options;
 };
 
 /// The time at which a run begins, and the rest there.

@@ -1,5 +1,6 @@
 #include "piste/inspect/gnss_health.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <random>
@@ -13,6 +14,7 @@ namespace {
 struct Receiver {
   double interval = 0.2, noise = 0.02, sigma = 0.02, velocity_noise = 0.02, delay = 0;
   bool velocity = true;
+  unsigned seed = 1;
 };
 
 // Ten seconds of rest, then a winding track of 80 s at 8 m/s that climbs and falls, and ten seconds of rest.
@@ -27,7 +29,7 @@ Vector3d velocity(double t) {
 }
 
 GnssRecording drive(const Receiver& r) {
-  std::mt19937 random(1);
+  std::mt19937 random(r.seed);
   std::normal_distribution<double> normal;
   const auto noise = [&](double sigma) {
     const double x = normal(random), y = normal(random), z = normal(random);
@@ -96,7 +98,47 @@ TEST(GnssHealth, DelayOfTheVelocities) {
     const std::vector<Suspicion> found = suspicions(h, {}, "gnss");
     ASSERT_EQ(found.size(), 1U);
     EXPECT_FALSE(is_severe(found.front().fault));
+    ASSERT_TRUE(h.velocity->known_delay());
+    EXPECT_NE(found.front().remedy.find(fmt::format("velocity_delay: {:.3f} s", h.velocity->delay)), std::string::npos);
   }
+}
+
+// At 5 Hz with the positions of RTK, and at 1 Hz with those of a phone: the sigma is careful, by a factor of two to
+// three, as the noise of a position that ends one window and begins another cancels.
+TEST(GnssHealth, TheSigmaOfTheDelayIsCareful) {
+  for (const Receiver& kind : {Receiver{.delay = 0.13},
+                               Receiver{.interval = 1, .noise = 1, .sigma = 3, .velocity_noise = 0.3, .delay = 0.25}}) {
+    constexpr int kSeeds = 40;
+    double squares = 0, sum = 0;
+    for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+      Receiver r = kind;
+      r.seed = seed;
+      const GnssHealth h = gnss_health(drive(r));
+      ASSERT_TRUE(h.velocity);
+      const double error = (h.velocity->delay - r.delay) / h.velocity->sigma_delay;
+      squares += error * error / kSeeds;
+      sum += h.velocity->sigma_delay / kSeeds;
+    }
+    std::printf("%.1f Hz: sigma %.4f s, errors of %.2f sigma\n", 1 / kind.interval, sum, std::sqrt(squares));
+    EXPECT_LT(std::sqrt(squares), 1.2);
+    EXPECT_GT(std::sqrt(squares), 0.2);
+  }
+}
+
+TEST(GnssHealth, ADelayIsKnownOnlyBeyondDoubt) {
+  const auto known = [](double delay, double sigma) {
+    VelocityFit fit;
+    fit.delay = delay;
+    fit.sigma_delay = sigma;
+    return fit.known_delay();
+  };
+  EXPECT_EQ(known(-0.1, 0.01), -0.1);
+  EXPECT_FALSE(known(0.1, 0.04));
+  EXPECT_FALSE(known(0.008, 0.001)) << "which a receiver's smoothing may make";
+  VelocityFit swapped;
+  swapped.delay = 0.2;
+  swapped.scale = 3.6;
+  EXPECT_FALSE(swapped.known_delay()) << "the velocities are wrong otherwise";
 }
 
 TEST(GnssHealth, ReadingsOfTheVelocities) {

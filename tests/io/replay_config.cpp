@@ -121,6 +121,43 @@ TEST_F(ReplayConfigTest, ReadsTheRecording) {
   EXPECT_EQ(recording.attitude.at(0).fixes.size(), 2u);
 }
 
+const std::string kVelocities =
+    "time_s,latitude_deg,longitude_deg,height_m,sigma_north_m,sigma_east_m,sigma_down_m,velocity_north_m_s,"
+    "velocity_east_m_s,velocity_down_m_s,sigma_velocity_north_m_s,sigma_velocity_east_m_s,sigma_velocity_down_m_s\n"
+    "1,46,7,1600,1,1,1,0,0,0,1,1,1\n";
+
+TEST_F(ReplayConfigTest, DelaysOfTheSources) {
+  const FilterOptions none = read(kImu + kGnss).filter;
+  EXPECT_EQ(none.gnss[0].delay, 0);
+  EXPECT_FALSE(none.gnss[0].velocity_delay);
+  const FilterOptions one = read(kImu + kGnss + "  delay: 20 ms\n").filter;
+  EXPECT_EQ(one.gnss[0].delay, 0.02);
+  EXPECT_EQ(one.gnss[0].delay_of_velocity(), 0.02);
+  folder.write("gnss.csv", kVelocities);
+  const ReplayConfig all = read(kImu + kGnss +
+                                "  delay: -0.01 s\n  velocity_delay: 0.128 s\n"
+                                "attitude: {file: attitude.csv, delay: 0.0155 s}\n"
+                                "estimate: [gnss_delay, velocity_delay, attitude_delay]\n"
+                                "priors: {gnss_delay: 1 ms, velocity_delay: 2 ms, attitude_delay: 3 ms}\n");
+  EXPECT_EQ(all.filter.gnss[0].delay, -0.01);
+  EXPECT_EQ(all.filter.gnss[0].delay_of_velocity(), 0.128);
+  EXPECT_EQ(all.filter.attitude[0].delay, 0.0155);
+  EXPECT_EQ(all.filter.priors.gnss_delay, 0.001);
+  EXPECT_EQ(all.filter.priors.velocity_delay, 0.002);
+  EXPECT_EQ(all.filter.priors.attitude_delay, 0.003);
+  for (const Block b : {Block::kGnssDelay, Block::kVelocityDelay, Block::kAttitudeDelay}) EXPECT_TRUE(has(all, b));
+  EXPECT_EQ(read_recording(all).gnss[0].fixes.size(), 1U);
+}
+
+TEST_F(ReplayConfigTest, DelaysOfVelocitiesThatAreNotThere) {
+  const auto refused_data = [&](const std::string& more) {
+    const ReplayConfig config = read(kImu + kGnss + more);
+    return message_of<DataError>([&] { read_recording(config); });
+  };
+  EXPECT_TRUE(contains(refused_data("  velocity_delay: 0.1 s\n"), "gnss.csv:1: the log has no velocities for"));
+  EXPECT_TRUE(contains(refused_data("estimate: [velocity_delay]\n"), "gnss.csv:1: the log has no velocities from"));
+}
+
 TEST_F(ReplayConfigTest, ABoresightIsConstantUnlessItIsSaidToChange) {
   const ReplayConfig constant = read(kImu + kGnss + "attitude: {file: attitude.csv}\nestimate: [boresight]\n");
   EXPECT_FALSE(constant.filter.attitude[0].boresight_drift);
@@ -144,6 +181,14 @@ TEST_F(ReplayConfigTest, RefusesWithTheLineAndTheRemedy) {
       {"estimate: [boresight]\n", "run.yaml:7: estimate: boresight needs", "`attitude:` source"},
       {"estimate: [gnss_position_drift]\n", "run.yaml:7", "a `gnss:` source with a drift"},
       {"estimate: [gyro_bias, gyro_bias]\n", "run.yaml:7", "twice"},
+      {"estimate: [attitude_delay]\n", "run.yaml:7: estimate: attitude_delay needs", "`attitude:` source"},
+      {"  use: position\nestimate: [velocity_delay]\n", "run.yaml:8: estimate: velocity_delay needs",
+       "whose velocities are used"},
+      {"  delay: 0.1\n", "run.yaml:7: delay: `0.1` has no unit", "s"},
+      {"  velocity_delay: 128\n", "run.yaml:7: velocity_delay: `128` has no unit", "s"},
+      {"  use: position\n  velocity_delay: 0.1 s\n", "run.yaml:8: velocity_delay: the velocities of this receiver",
+       "leave the key out"},
+      {"attitude: {file: attitude.csv, delay: 15}\n", "run.yaml:7: delay: `15` has no unit", "s"},
       {"initial: {heading: north}\n", "run.yaml:7: heading: `north` is none of", "auto"},
       {"initial: {heading: 12}\n", "run.yaml:7: heading: `12` has no unit", "1.5 deg"},
       {"initial: {heading: from_attitude}\n", "run.yaml:7", "`attitude:` source"},

@@ -29,6 +29,16 @@ BodyMotion motion_of(const ImuStep& raw, const Estimate& x) {
   return {.rate = step.mean_rate(), .force = step.mean_force()};
 }
 
+// Means that are not the motion of the moment.
+RecentMotion recent_motion(Random& random) {
+  return {.rate = random.vector(2), .force = random.vector(15), .force_change = random.vector(50)};
+}
+
+AntennaMotion antenna_motion(const ImuStep& raw, const RecentMotion& recent, const Estimate& x) {
+  const ImuStep mean = correct({1, recent.rate, recent.force, Vector3d::Zero(), Vector3d::Zero()}, x);
+  return {motion_of(raw, x), {.rate = mean.dtheta, .force = mean.dvel}, recent.force_change};
+}
+
 GnssFix fix_near(const Estimate& x, Random& random) {
   return {0, x.p_wb + random.vector(2), {0.5, 0.6, 0.9}, FixVelocity{x.v_wb + random.vector(), {0.1, 0.2, 0.3}}};
 }
@@ -40,10 +50,12 @@ TEST(Jacobians, GnssPosition) {
     const ImuStep raw = raw_step(random);
     const GnssFix fix = fix_near(x, random);
     const Gravity gravity = kWorld.gravity(x.p_wb + random.vector(20));
+    const RecentMotion recent = recent_motion(random);
     for (const auto& drift : {std::optional<GaussMarkov>(), std::optional(GaussMarkov{{0.4, 0.4, 0.7}, 60})}) {
       check_jacobians(
           [&](const Estimate& y) {
-            return linearize_position(fix, drift, y, motion_of(raw, y), kWorld.earth_rate(), gravity);
+            return linearize_position(fix, drift, y, antenna_motion(raw, recent, y), kWorld.earth_rate(), gravity,
+                                      {y.gnss_delay, Block::kGnssDelay});
           },
           x);
     }
@@ -57,9 +69,11 @@ TEST(Jacobians, GnssVelocity) {
     const ImuStep raw = raw_step(random);
     const GnssFix fix = fix_near(x, random);
     const Gravity gravity = kWorld.gravity(x.p_wb + random.vector(20));
+    const RecentMotion recent = recent_motion(random);
     check_jacobians(
         [&](const Estimate& y) {
-          return linearize_velocity(fix, y, motion_of(raw, y), kWorld.earth_rate(), gravity, false);
+          return linearize_velocity(fix, y, antenna_motion(raw, recent, y), kWorld.earth_rate(), gravity, false,
+                                    {y.velocity_delay, Block::kVelocityDelay});
         },
         x);
   }
@@ -76,7 +90,7 @@ TEST(Jacobians, GnssVelocityOfABodyThatStandsStill) {
     const Gravity gravity = kWorld.gravity(x.p_wb);
     check_jacobians(
         [&](const Estimate& y) {
-          return linearize_velocity(fix, y, motion_of(raw, y), kWorld.earth_rate(), gravity, true);
+          return linearize_velocity(fix, y, {motion_of(raw, y)}, kWorld.earth_rate(), gravity, true);
         },
         x);
   }
@@ -89,14 +103,13 @@ TEST(Jacobians, NoiseOfTheRateInGnssVelocity) {
   for (int i = 0; i < kStates; ++i) {
     Estimate x = random.estimate();
     x.gyro_scale.setZero();  // noise is of the corrected rate
-    x.gnss_delay = 0;
     const ImuStep raw = raw_step(random);
     const GnssFix fix = fix_near(x, random);
     const auto measured = [&](const Vector3d& error) {
       BodyMotion motion = motion_of(raw, x);
       motion.rate += error;
       motion.rate_variance = Vector3d(1, 4, 9);
-      return linearize_velocity(fix, x, motion, kWorld.earth_rate(), gravity, false);
+      return linearize_velocity(fix, x, {motion}, kWorld.earth_rate(), gravity, false);
     };
     Matrix3d J;
     for (int k = 0; k < 3; ++k) J.col(k) = measured(Vector3d::Unit(k)).residual - measured(Vector3d::Zero()).residual;
@@ -113,7 +126,7 @@ TEST(Jacobians, GnssVelocityWithoutDown) {
   const ImuStep raw = raw_step(random);
   GnssFix fix = fix_near(x, random);
   const auto linearized = [&] {
-    return linearize_velocity(fix, x, motion_of(raw, x), kWorld.earth_rate(), kWorld.gravity(x.p_wb), false);
+    return linearize_velocity(fix, x, {motion_of(raw, x)}, kWorld.earth_rate(), kWorld.gravity(x.p_wb), false);
   };
   const Linearization all = linearized();
   fix.velocity->sigma.z() = std::numeric_limits<double>::infinity();
@@ -134,10 +147,16 @@ TEST(Jacobians, Attitude) {
     const Quaterniond expected = so3_exp(x.attitude_drift) * x.q_wb * (so3_exp(x.boresight_drift) * x.q_rb).conjugate();
     const Vector3d residual = 0.5 * random.uniform() * random.vector().normalized();
     const AttitudeFix fix{0, so3_exp(residual) * expected, 1e-6 * random.covariance(3)};
+    const ImuStep raw = raw_step(random);
+    const RecentMotion recent = recent_motion(random);
     for (const bool coloured : {false, true}) {
       check_jacobians(
           [&](const Estimate& y) {
-            return linearize_attitude(fix, coloured ? Vector3d(0.1, 0.2, 0.3) : Vector3d::Ones(), y);
+            const Vector3d white = coloured ? Vector3d(0.1, 0.2, 0.3) : Vector3d::Ones();
+            const Turning turning{.earth_rate = Vector3d(0.03, 0.02, -0.04),  // faster, to stand out of rounding
+                                  .rate = antenna_motion(raw, recent, y).mean.rate,
+                                  .lag = {y.attitude_delay, Block::kAttitudeDelay}};
+            return linearize_attitude(fix, white, y, nullptr, turning);
           },
           x);
     }
@@ -220,7 +239,8 @@ RestFix some_fix(const Estimate&, Random& random) {
   return {0, 0.5, random.vector(0.01)};
 }
 
-// What the filter calls, channel by channel, with every block estimated.
+// What the filter calls, channel by channel, with every block estimated, and fixes that belong 60 to 120 ms or, of the
+// attitude, 30 ms before the estimate.
 TEST(Jacobians, EveryTypeOfTheList) {
   Random random(10);
   FilterOptions options;
@@ -236,6 +256,7 @@ TEST(Jacobians, EveryTypeOfTheList) {
     Estimate x = random.estimate();
     const Gravity gravity = kWorld.gravity(x.p_wb + random.vector(20));
     const ImuStep raw = raw_step(random);
+    const RecentMotion recent = recent_motion(random);
     MeasurementList::for_each([&]<class Type>() {
       using Fix = typename Type::Fix;
       const bool rest = std::is_same_v<Type, ZeroUpdates>;
@@ -243,8 +264,8 @@ TEST(Jacobians, EveryTypeOfTheList) {
       if (rest) at.v_wb.setZero();  // where it is linearised, by design
       for (int sensor = 0; sensor < Type::sensors(options); ++sensor) {
         const Fix fix = some_fix<Fix>(at, random);
-        const MeasurementContext context{options, layout,       earth_rate,       gravity,
-                                         raw,     0.3 * raw.dt, Vector3d::Zero(), rest};
+        const MeasurementContext context{options,      layout,           earth_rate, gravity, raw,
+                                         0.3 * raw.dt, Vector3d::Zero(), rest,       0.01,    recent};
         for (int channel = 0; channel < static_cast<int>(Type::kChannels.size()); ++channel) {
           const auto model = [&](const Estimate& y) { return *Type::linearize(fix, sensor, channel, context, y); };
           check_jacobians(model, at);

@@ -223,7 +223,10 @@ imus:
              scale_spread: 10 20 30 ppm, misalignment: 0.01, warm_up: 0.3 0.1 -0.2 deg/s, warm_up_time: 90 s,
              quantization: 1e-5 rad}
     magnetometer: {field: 21 1 42 uT, noise: 0.5 uT}
-gnss: {name: two, delay: 20 ms, velocity_noise: 0 0 0 m/s}
+gnss:
+  - {name: two, delay: 20 ms, velocity_noise: 0 0 0 m/s}
+  - {name: three, delay: 20 ms, velocity_delay: 128 ms}
+attitude: {name: four, delay: 15 ms}
 )"));
   EXPECT_EQ(s.seed, 5u);
   EXPECT_NEAR(s.motion.crouch * kDegreesPerRadian, 5, 1e-12);
@@ -237,8 +240,14 @@ gnss: {name: two, delay: 20 ms, velocity_noise: 0 0 0 m/s}
   EXPECT_FALSE(imu.accel.bias);
   EXPECT_NEAR(imu.magnetic_field->z(), 42, 1e-9);
   EXPECT_NEAR(s.gnss[0].delay, 0.02, 1e-15);
+  EXPECT_NEAR(s.gnss[0].delay_of_velocity(), 0.02, 1e-15);
+  EXPECT_NEAR(s.gnss[1].delay_of_velocity(), 0.128, 1e-15);
+  EXPECT_NEAR(s.attitude[0].delay, 0.015, 1e-15);
 
   const Simulation run = simulate(s, s.seed);
+  const std::string truth = truth_json(s, run, s.seed);
+  EXPECT_NE(truth.find("\"velocity_delay_s\": 0.128"), std::string::npos);
+  EXPECT_NE(truth.find("\"delay_s\": 0.015"), std::string::npos);
   const SimulatedImu& rows = run.imus[0];
   ASSERT_EQ(rows.recording.magnetic.size(), rows.recording.time.size());
   EXPECT_NEAR(rows.recording.magnetic[10].norm(), Vector3d(21, 1, 42).norm(), 3);

@@ -327,6 +327,35 @@ TEST(SimulateGnss, DelayStampsThePastWithNow) {
   EXPECT_LT((r.world().from_geodetic(fix.position) - r.at(fix.time - 0.1).p_wb).norm(), 1e-6);
 }
 
+TEST(SimulateGnss, VelocitiesMayBeLateByThemselves) {
+  const Truth r = plate();
+  GnssSetup setup;
+  setup.name = "gnss";
+  setup.position_noise.setZero();
+  setup.velocity_noise.setConstant(1e-9);
+  setup.velocity_delay = 0.3;
+  const GeodeticFix fix = simulate_gnss(r, setup, 4).fixes[400];
+  EXPECT_LT((r.world().from_geodetic(fix.position) - r.at(fix.time).p_wb).norm(), 1e-6);
+  const TruthState then = r.at(fix.time - 0.3);
+  EXPECT_LT((r.world().rotation_wn(then.p_wb) * fix.velocity->value - then.v_wb).norm(), 1e-6);
+  EXPECT_GT((then.v_wb - r.at(fix.time).v_wb).norm(), 0.01) << "which the time matters for";
+}
+
+TEST(SimulateAttitude, DelayStampsThePastWithNow) {
+  const Truth r = plate();
+  AttitudeSetup setup;
+  setup.name = "attitude";
+  setup.noise.setConstant(1e-9);
+  setup.delay = 0.05;
+  const EulerFix fix = simulate_attitude(r, setup, 4).fixes[400];
+  const auto angles = [&](double t) {
+    const TruthState s = r.at(t);
+    return to_euler(Quaterniond(r.world().rotation_wn(s.p_wb).transpose()) * s.q_wb);
+  };
+  EXPECT_LT((fix.angles - angles(fix.time - 0.05)).norm(), 1e-6);
+  EXPECT_GT((fix.angles - angles(fix.time)).norm(), 1e-4);
+}
+
 TEST(SimulateAttitude, IsThePlateInLocalAxesWithinItsSigmas) {
   const Truth r = plate(100, 20).attached(from_euler({0.02, -0.73, 0.01}), Vector3d::Zero());
   AttitudeSetup setup;

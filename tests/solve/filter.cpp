@@ -53,8 +53,8 @@ void expect_same(const Filter& a, const Filter& b) {
   EXPECT_TRUE(a.covariance() == b.covariance());
 }
 
-// Feeds the log one sample at a time, measurements at the sample before which they arrive, and compares every epoch
-// with the batch run.
+// Feeds the log one sample at a time, measurements at the sample before which they arrive, less the time by which those
+// that come late must be known before, and compares every epoch with the batch run.
 void expect_batch(const SyntheticRun& s, std::vector<Arrival> arrivals) {
   const FilterRun batch = run_filter(s.log, s.options, s.start);
   std::stable_sort(arrivals.begin(), arrivals.end(),
@@ -71,7 +71,8 @@ void expect_batch(const SyntheticRun& s, std::vector<Arrival> arrivals) {
     ++row;
   };
   for (const ImuSample& sample : s.log.imu) {
-    for (; next < arrivals.size() && arrivals[next].arrives <= sample.time; ++next) arrivals[next].deliver(filter);
+    for (; next < arrivals.size() && arrivals[next].arrives <= sample.time + filter.look_ahead(); ++next)
+      arrivals[next].deliver(filter);
     if (filter.add(sample)) compare();
   }
   if (filter.finish()) compare();

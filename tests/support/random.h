@@ -58,6 +58,8 @@ class Random {
     x.gnss_delay = 0.08 + 0.02 * uniform();
     x.attitude_drift = vector(0.05);
     x.boresight_drift = vector(0.05);
+    x.velocity_delay = 0.1 + 0.02 * uniform();
+    x.attitude_delay = 0.02 + 0.01 * uniform();
     return x;
   }
 

@@ -50,7 +50,11 @@ struct GnssOptions {
   bool use_position = true, use_velocity = true;
   /// The coloured part of the position error, along w. The sigma of a fix is the total error, so that the white part is
   /// sqrt(total² − drift²), and at least 10 % of the total. Only one receiver may have a drift.
-  std::optional<GaussMarkov> drift;
+  std::optional<GaussMarkov> drift = std::nullopt;
+  double delay = 0;  ///< the position of a fix with time t is that of t − delay [s]; the start value if it is estimated
+  std::optional<double> velocity_delay = std::nullopt;  ///< of its velocity, against t as well; nothing: it is `delay`
+
+  double delay_of_velocity() const { return velocity_delay.value_or(delay); }
 };
 
 /// One reference attitude.
@@ -64,13 +68,16 @@ struct AttitudeOptions {
   /// If there is a drift: the white part of the error as a fraction of the fixes' sigma, along w. `with_white_part`
   /// measures it.
   Vector3d white = Vector3d::Constant(0.1);
+  double delay = 0;  ///< a fix with time t is that of t − delay [s]; the start value if it is estimated
 };
 
 /// 1-sigma priors of the blocks that do not depend on the IMU's sensor file.
 struct Priors {
-  double boresight = 0.17;   ///< rad: 10 deg about the start value
-  double lever_arm = 0.1;    ///< m, about the configured one
-  double gnss_delay = 0.05;  ///< s
+  double boresight = 0.17;       ///< rad: 10 deg about the start value
+  double lever_arm = 0.1;        ///< m, about the configured one
+  double gnss_delay = 0.05;      ///< s, about the configured one
+  double velocity_delay = 0.2;   ///< s, likewise: velocities of phones and receivers were 0.13 to 0.68 s late
+  double attitude_delay = 0.02;  ///< s, likewise
 };
 
 /// Options of the filter.

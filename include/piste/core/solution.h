@@ -37,6 +37,7 @@ struct Innovation {
   Vector3d residual, sigma;  ///< measured − predicted, and its 1-sigma; SI
   double nis = 0, gate = 0;  ///< zᵀ S⁻¹ z of the residual z, and its largest allowed value (0: none)
   Outcome outcome = Outcome::kUsed;
+  double late = 0;             ///< time of the fix, as its source states it, less `time` [s]: its delay
   double log_determinant = 0;  ///< ln det S
 };
 

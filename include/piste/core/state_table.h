@@ -33,6 +33,8 @@ enum class Block : int {
   kLeverArm,
   kGnssPositionDrift,
   kGnssDelay,
+  kVelocityDelay,
+  kAttitudeDelay,
   kAttitudeDrift,
   kBoresightDrift,
 };
@@ -51,7 +53,9 @@ struct Estimate {
   Quaterniond q_rb = Quaterniond::Identity();  ///< boresight: b components into r
   Vector3d lever_arm = Vector3d::Zero();       ///< p_ba_b
   Vector3d gnss_position_drift = Vector3d::Zero();
-  double gnss_delay = 0;                        ///< a fix with time t was measured at t − gnss_delay
+  double gnss_delay = 0;                        ///< the position of a fix with time t is that of t − gnss_delay
+  double velocity_delay = 0;                    ///< and its velocity that of t − velocity_delay
+  double attitude_delay = 0;                    ///< a reference attitude with time t is that of t − attitude_delay
   Vector3d attitude_drift = Vector3d::Zero();   ///< of the reference attitude: rotation vector in w
   Vector3d boresight_drift = Vector3d::Zero();  ///< of a flexible mount: Exp(drift) R_rb, in r
 
@@ -100,6 +104,10 @@ inline Vector3d alike(double sigma) { return Vector3d::Constant(sigma); }
 inline std::optional<BlockProcess> drift(const TriadErrors& triad) {
   if (triad.drift.kind == DriftProcess::Kind::kNone) return std::nullopt;
   return BlockProcess{triad.drift};
+}
+
+inline bool some_velocity(const FilterOptions& o) {
+  return std::any_of(o.gnss.begin(), o.gnss.end(), [](const GnssOptions& g) { return g.use_velocity; });
 }
 
 /// The process of the coloured error `member`, of the last of `sources` that has one.
@@ -226,6 +234,26 @@ inline constexpr auto kBlocks = std::to_array<BlockInfo>({
      .prior = [](const FilterOptions& o) { return blocks::alike(o.priors.gnss_delay); },
      .observed = [](const FilterOptions& o) { return !o.gnss.empty(); },
      .needs = "a `gnss:` source"},
+    {.block = Block::kVelocityDelay,
+     .name = "velocity_delay",
+     .size = 1,
+     .unit = "s",
+     .factor = 1,
+     .axes = {"t", "", ""},
+     .member = &Estimate::velocity_delay,
+     .prior = [](const FilterOptions& o) { return blocks::alike(o.priors.velocity_delay); },
+     .observed = [](const FilterOptions& o) { return blocks::some_velocity(o); },
+     .needs = "a `gnss:` source whose velocities are used"},
+    {.block = Block::kAttitudeDelay,
+     .name = "attitude_delay",
+     .size = 1,
+     .unit = "s",
+     .factor = 1,
+     .axes = {"t", "", ""},
+     .member = &Estimate::attitude_delay,
+     .prior = [](const FilterOptions& o) { return blocks::alike(o.priors.attitude_delay); },
+     .observed = [](const FilterOptions& o) { return !o.attitude.empty(); },
+     .needs = "an `attitude:` source"},
     {.block = Block::kAttitudeDrift,
      .name = "attitude_drift",
      .size = 3,

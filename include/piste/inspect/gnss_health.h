@@ -1,7 +1,9 @@
 #pragma once
 /// Examines the log of a receiver by itself: sampling, sigmas, scatter, jumps, repeated fixes, velocities.
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,6 +28,13 @@ struct VelocityFit {
          sigma_delay = 0;  ///< of the velocities [s]; the sigma is infinite if the motion does not determine it
 
   bool as_given() const { return axes.isIdentity() && scale == 1 && !interchanged; }
+  /// The delay, if the velocities are right otherwise and come early or late beyond doubt: by 3 sigmas, and by more
+  /// than what a receiver's own smoothing may do.
+  std::optional<double> known_delay() const {
+    constexpr double kLeast = 0.01, kSure = 3;  // s; sigmas
+    const bool sure = as_given() && std::abs(delay) > std::max(kLeast, kSure * sigma_delay);
+    return sure ? std::optional(delay) : std::nullopt;
+  }
 };
 
 /// A fix that is `distance` [m] away from where its neighbours put it.

@@ -1,29 +1,44 @@
 #pragma once
 /// The attitude of a reference IMU as a measurement of the body's attitude and of the boresight.
 ///
-///     R_wr = Exp(n) Exp(a) R_wb (Exp(d) R_rb)ᵀ        residual z = Log(R_wr,measured (Exp(â) R̂_wb (Exp(d̂) R̂_rb)ᵀ)ᵀ)
+///     R_wr = Exp(n) Exp(a) B (Exp(d) R_rb)ᵀ        residual z = Log(R_wr,measured (Exp(â) B̂ (Exp(d̂) R̂_rb)ᵀ)ᵀ)
+///     B = Exp(ω_ie τ) R_wb Exp(−ω τ)
 ///
-/// where a is the coloured error of the reference and n its white error, both rotation vectors in w, and d is the
-/// change of the boresight on a flexible mount, a rotation vector in r. The boresight stands on the right of R_wb, on
-/// the body's side (the article prints it on the other side). Jacobians: a rotation of the prediction by Exp(η) from
-/// the left changes z by −J_r⁻¹(z) η.
+/// where B is the body's attitude τ before the estimate, with τ as in gnss.h: 0 unless the fix is late by another time
+/// than was taken when it was given its place. ω is the rate at the time of the estimate, less what its noise explains
+/// where it says something of the delay. A mean over samples would lose the vibration, by which a delay shows first. a
+/// is the coloured error of the reference and n its white error, both rotation vectors in w, and d is the change of the
+/// boresight on a flexible mount, a rotation vector in r. The boresight stands on the right of R_wb, on the body's side
+/// (the article prints it on the other side). Jacobians: a rotation of the prediction by Exp(η) from the left changes z
+/// by −J_r⁻¹(z) η.
 
 #include "piste/core/options.h"
 #include "piste/model/measurement.h"
 
 namespace piste {
 
+/// How the body turns about the time of a fix, and how far the fix belongs before the estimate.
+struct Turning {
+  Vector3d earth_rate = Vector3d::Zero();
+  Vector3d rate = Vector3d::Zero();         ///< ω, in b
+  Lag lag = {};                             ///< at rest without a block: the rate is noise
+  Vector3d rate_change = Vector3d::Zero();  ///< the derivative of ω [rad/s²]
+  double rate_variance = 0;                 ///< of the white noise of ω in an axis
+};
+
 /// Linearises an attitude fix at the estimate `x`.
 ///
 /// `white`: the fraction of the fix's sigma that is white noise, along w. The block attitude_drift carries the rest.
 ///
 /// `after`: the estimate after this fix, to first order. If it is given, the Jacobians are taken half-way between `x`
-/// and `after`. The reason: one fix determines only the sum of attitude and boresight, and only a body that turns
-/// separates them. The gyroscope's noise between two fixes looks like such a turn until the fix removes it; with the
-/// Jacobians at `x`, attitude and boresight would therefore seem known even at rest. With those half-way, what the fix
-/// leaves unknown stays unknown through correction and reset, to second order.
+/// and `after`, for which `turning_after` is as `turning` for `x`. The reason: one fix determines only the sum of
+/// attitude and boresight, and only a body that turns separates them. The gyroscope's noise between two fixes looks
+/// like such a turn until the fix removes it; with the Jacobians at `x`, attitude and boresight would therefore seem
+/// known even at rest. With those half-way, what the fix leaves unknown stays unknown through correction and reset, to
+/// second order.
 Linearization linearize_attitude(const AttitudeFix& fix, const Vector3d& white, const Estimate& x,
-                                 const Estimate* after = nullptr);
+                                 const Estimate* after = nullptr, const Turning& turning = {},
+                                 const Turning& turning_after = {});
 
 /// The reference attitudes of a run.
 struct ReferenceAttitudes : MeasurementType<AttitudeFix> {
@@ -32,6 +47,8 @@ struct ReferenceAttitudes : MeasurementType<AttitudeFix> {
   static constexpr std::array kChannels{MeasurementChannel{}};
   static int sensors(const FilterOptions& options) { return static_cast<int>(options.attitude.size()); }
   static std::span<const std::vector<AttitudeFix>> logged(const Log& log) { return log.attitude; }
+  static FixDelay delay(const FilterOptions& options, const StateLayout& layout, int sensor, int channel,
+                        const Estimate& x);
   static std::optional<Linearization> linearize(const AttitudeFix& fix, int sensor, int channel,
                                                 const MeasurementContext& context, const Estimate& x,
                                                 const Estimate* after = nullptr);

@@ -2,29 +2,44 @@
 /// GNSS position and velocity as measurements. The antenna is on a lever arm, the fix may be late, and the position may
 /// have a coloured error.
 ///
-///     y_p = p + R l − v_a τ + d          y_v = v_a − a τ
-///     v_a = v + R (ω × l) − ω_ie × R l   ω = ω_ib, a ≈ R f + g − 2 ω_ie × v
+///     y_p = p − v τ + a τ²/2 + E R C l + d          y_v = v − a τ + R C (ω × l) − ω_ie × R l
+///     E = Exp(ω_ie τ)   C = Exp(−ω̄ τ)   ω = ω_ib   a = R f̄ + g(p) − 2 ω_ie × v
 ///
-/// where l is the lever arm, τ the delay (a fix with time t was measured at t − τ) and d the coloured error. Jacobians
-/// are with respect to the error of estimate.h.
+/// where l is the lever arm, d the coloured error, and τ the time by which position or velocity belong before the
+/// estimate. The filter compares a fix that comes late with the estimate at the time where the fix belongs, by the
+/// delay that is known or estimated; τ is then 0, and only its derivative counts. It is not 0 while the estimated delay
+/// still changes, and in real time, where that estimate has gone by. ω̄ and f̄ are means over the last samples
+/// (RecentMotion). The velocity has no term of second order, for which the jerk would have to be known: it counts as
+/// noise instead. Jacobians are with respect to the error of estimate.h.
 
 #include "piste/core/options.h"
 #include "piste/model/measurement.h"
 
 namespace piste {
 
+/// Rate and force about the time of a fix.
+struct AntennaMotion {
+  BodyMotion now;                            ///< at the time of the estimate
+  BodyMotion mean = {};                      ///< ω̄ and f̄
+  Vector3d force_change = Vector3d::Zero();  ///< of R f in w, as a mean, in b [m/s³]
+  double force_variance = 0;                 ///< of the white noise of f̄ in an axis
+};
+
 /// Linearises the position of a fix. Its white sigma is the total less that of `drift`, sqrt(total² − drift²), and at
 /// least 10 % of the total. The lever arm is that of the estimate.
 Linearization linearize_position(const GnssFix& fix, const std::optional<GaussMarkov>& drift, const Estimate& x,
-                                 const BodyMotion& motion, const Vector3d& earth_rate, const Gravity& gravity);
+                                 const AntennaMotion& motion, const Vector3d& earth_rate, const Gravity& gravity,
+                                 const Lag& lag = {}, bool still = false);
 
 /// Linearises the velocity of a fix. It has two rows if down was not measured. Its noise is that of the fix and that of
-/// the gyroscopes, which turns the lever arm. `still`: the body is at rest; velocity and rate are then taken as zero in
-/// the Jacobians, so that their noise gives no false information on heading and scale. @pre `fix.velocity` is there.
-Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const BodyMotion& motion,
-                                 const Vector3d& earth_rate, const Gravity& gravity, bool still);
+/// the gyroscopes, which turns the lever arm. `still`: the body is at rest; velocity, rate and acceleration are then
+/// taken as zero in the Jacobians, so that their noise gives no false information on heading, scale and delay.
+/// @pre `fix.velocity` is there.
+Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const AntennaMotion& motion,
+                                 const Vector3d& earth_rate, const Gravity& gravity, bool still, const Lag& lag = {});
 
-/// The receivers of a run.
+/// The receivers of a run. What an estimated delay differs by from that of the first receiver is added to the delays of
+/// all. Where the delay of the positions is estimated and that of the velocities is not, the velocities follow it.
 struct GnssReceivers : MeasurementType<GnssFix> {
   static constexpr std::string_view kName = "gnss";
   static constexpr bool kNumbered = true;
@@ -32,6 +47,8 @@ struct GnssReceivers : MeasurementType<GnssFix> {
                                         MeasurementChannel{.name = "velocity", .partner = 0}};
   static int sensors(const FilterOptions& options) { return static_cast<int>(options.gnss.size()); }
   static std::span<const std::vector<GnssFix>> logged(const Log& log) { return log.gnss; }
+  static FixDelay delay(const FilterOptions& options, const StateLayout& layout, int sensor, int channel,
+                        const Estimate& x);
   static bool repeats(const GnssFix& fix, const GnssFix& before);
   static std::optional<Linearization> linearize(const GnssFix& fix, int sensor, int channel,
                                                 const MeasurementContext& context, const Estimate& x);

@@ -52,6 +52,38 @@ struct BodyMotion {
   Vector3d rate_variance = Vector3d::Zero();  ///< of the white noise in that rate
 };
 
+/// Rate and specific force as means over the last tenth of a second, carried on to the time of the estimate, in body
+/// axes at that time, as measured (solve/recent_motion.h). The delay of a velocity is multiplied by the acceleration:
+/// the noise of a single sample would pass for knowledge of the delay.
+struct RecentMotion {
+  Vector3d rate = Vector3d::Zero(), force = Vector3d::Zero();
+  Vector3d force_change = Vector3d::Zero();  ///< how fast R f changes in w, in b [m/s³]
+  double force_variance = 0;                 ///< of the white noise that is left in an axis of the force
+};
+
+/// By how much a channel of a sensor comes late, and the block that estimates it. `value` is the known delay if this
+/// run does not estimate it.
+struct FixDelay {
+  double value = 0;  ///< s
+  std::optional<Block> block = std::nullopt;
+};
+
+/// A fix that belongs to an earlier time than that of the estimate with which it is compared.
+struct Lag {
+  double time = 0;                            ///< s by which it belongs earlier; negative: later
+  std::optional<Block> block = std::nullopt;  ///< the block whose error is an error of `time`
+  double variance = 0;                        ///< of that error [s²]
+};
+
+/// Adds what a first-order term of a delay leaves out while the delay is uncertain: the second-order term ½ c δ², whose
+/// mean goes into the residual and whose variance into the covariance (the Gaussian second-order filter; Jazwinski
+/// 1970, section 9.3). `curvature` c: second derivative of the prediction by the delay δ.
+void add_curvature(Linearization& lin, const Lag& lag, const Vector3d& curvature);
+
+/// The part of a mean that its white noise does not explain: `mean` times 1 − 3 `variance` / |mean|², or nothing (James
+/// and Stein 1961). A Jacobian that were noise alone would pass for knowledge.
+Vector3d beyond_noise(const Vector3d& mean, double variance);
+
 /// What linearize() is given beside the fix and the estimate.
 struct MeasurementContext {
   const FilterOptions& options;
@@ -62,9 +94,16 @@ struct MeasurementContext {
   double into_step = 0;    ///< time of the fix after the start of the step [s]
   Vector3d rate_variance;  ///< of the gyroscopes' white noise, as a mean over one sample
   bool still = false;      ///< the body is at rest
+  double moved = 0;        ///< s by which the fix was taken to be late when it was given its place among the samples
+  RecentMotion recent = {};
+  double delay_variance = 0;  ///< of the estimated delay [s²]; 0 if it is known
 
   /// The motion at the time of the fix. Rate and force change linearly within a step.
   BodyMotion motion(const Estimate& x) const;
+  /// The mean motion before the time of the fix, corrected likewise.
+  BodyMotion mean_motion(const Estimate& x) const;
+  /// How far a fix that comes late by `delay` belongs before the estimate.
+  Lag lag(const FixDelay& delay) const { return {delay.value - moved, delay.block, delay_variance}; }
 };
 
 /// One of the quantities that a fix measures, such as the velocity of a receiver.
@@ -100,6 +139,10 @@ struct MeasurementType {
   static bool in_use(const FilterOptions&) { return true; }
   /// The fixes of each sensor in a log. Empty if such fixes are not logged.
   static std::span<const std::vector<Fix>> logged(const Log&) { return {}; }
+  /// By how much a channel of a sensor comes late.
+  static FixDelay delay(const FilterOptions&, const StateLayout&, int /*sensor*/, int /*channel*/, const Estimate&) {
+    return {};
+  }
   /// Whether a fix repeats the one before in every digit.
   static bool repeats(const Fix&, const Fix&) { return false; }
 };

@@ -10,6 +10,8 @@
 ///   estimate: [gyro_bias]         # default: bias, drift and scale of gyro and accel, and boresight where there is an
 ///                                 # attitude. As in `replay`, drifts of receivers and attitudes are added, and what
 ///                                 # the sensor has no error of is left out
+///                                 # Of the delays of receivers and attitudes the filter is told the truth, or, of one
+///                                 # that is estimated, a value that is drawn about it with the prior
 ///   heading: known                # known: the start is drawn about the truth; auto: the filter knows nothing of it
 ///   headings: as_given            # of the trunk at the start: as_given | random, drawn anew each run
 ///   start: {position: 0.5 m, velocity: 5 cm/s, tilt: 0.33 deg, heading: 1 deg}   # 1-sigma of a known start

@@ -78,10 +78,13 @@ struct GnssSetup {
   std::string name;
   Vector3d p_ra_r = Vector3d::Zero();
   double rate = 10;
-  Vector3d position_noise = Vector3d::Constant(0.01);  ///< white
-  std::optional<GaussMarkov> position_drift;           ///< coloured, added to the white
-  Vector3d velocity_noise = Vector3d::Constant(0.03);  ///< white; 0 = the receiver gives no velocity
-  double delay = 0;                                    ///< a fix with time t was measured at t − delay
+  Vector3d position_noise = Vector3d::Constant(0.01);   ///< white
+  std::optional<GaussMarkov> position_drift;            ///< coloured, added to the white
+  Vector3d velocity_noise = Vector3d::Constant(0.03);   ///< white; 0 = the receiver gives no velocity
+  double delay = 0;                                     ///< the position of a fix with time t is that of t − delay
+  std::optional<double> velocity_delay = std::nullopt;  ///< of its velocity; nothing: it is `delay`
+
+  double delay_of_velocity() const { return velocity_delay.value_or(delay); }
 };
 
 /// Simulates a receiver over the whole run. The sigmas of the fixes are those of the white and the coloured error
@@ -96,6 +99,7 @@ struct AttitudeSetup {
   double rate = 10;
   Vector3d noise = Vector3d::Constant(1e-5);  ///< white, rotation vector in w
   std::optional<GaussMarkov> drift;           ///< coloured, added to the white
+  double delay = 0;                           ///< a fix with time t is that of t − delay
 };
 
 /// Simulates a reference attitude over the whole run, in local north-east-down: R_wr measured = Exp(e) R_wr, with e the

@@ -42,9 +42,17 @@ class Filter {
   /// Adds a fix, in any order of time. `sensor` counts from 0 among the sensors of the fix's type: 1 is the second
   /// receiver for a GnssFix. A fix older than time() is left out and counted by late(). A fix of a type that the
   /// options do not use is left out without a count.
+  ///
+  /// What comes late by a known or estimated delay is compared with the estimate of the time where it belongs, if it is
+  /// added before the samples pass that time, which fixes up to time() + look_ahead() allow. If it is added later, as
+  /// in real time, it is compared with the next estimate, carried back over the delay (model/gnss.h).
   void add(int sensor, AnyFix fix);
   /// Processes the last sample. Nothing may be added after it. Returns false if there was no sample. Throws as add().
   bool finish();
+
+  /// How far ahead of the samples fixes must be added so that each is used at the time where it belongs [s]: the
+  /// longest delay, and a second more if one is estimated. 0 without delays.
+  double look_ahead() const { return setup_->look_ahead; }
 
   double time() const { return state_.time; }
   const Estimate& estimate() const { return state_.x; }
@@ -73,17 +81,21 @@ class Filter {
     std::array<double, 4> gate{};  // chi-squared bound by number of rows
     MeasurementSources sources;
     std::vector<std::string> names;
+    bool delays_change = false;  // one of them is estimated
+    double look_ahead = 0;
   };
 
   void process(const ImuSample* after);
   void advance(const ImuStep& step, const StepNoise& noise);
-  void measure(const QueuedFix& fix, const ImuStep& step, double into_step);
+  void find_delays();
+  void measure(const QueuedFix& fix, const ImuStep& step, double into_step, double lag);
   template <class Type>
-  void measure(const typename Type::Fix& fix, int sensor, const ImuStep& step, double into_step);
+  void measure(const typename Type::Fix& fix, const QueuedFix& place, const ImuStep& step, double into_step,
+               double lag);
   template <class Type>
   Linearization half_way(const typename Type::Fix& fix, int sensor, int channel, const MeasurementContext& context,
                          const Linearization& at_estimate);
-  void apply(int source, const Linearization& lin);
+  void apply(int source, double late, const Linearization& lin);
   void correct_by(const Update& update, const Linearization& lin);
   void propagate_by(const Transition& transition);
   bool moves() const;
@@ -92,6 +104,7 @@ class Filter {
   FilterState state_;
   std::optional<ImuSample> before_, now_;
   FixQueue queue_;
+  std::vector<double> delays_;  // of the sources, by the estimate as it is
   SampleNoise sample_noise_;
   Propagation propagation_;
   RateMending mending_;

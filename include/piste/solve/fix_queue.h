@@ -1,7 +1,9 @@
 #pragma once
-/// A queue of fixes that wait until the IMU samples reach their time.
+/// A queue of fixes that wait until the IMU samples reach the time where they belong.
 
 #include <cstddef>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "piste/model/measurement_list.h"
@@ -10,31 +12,27 @@ namespace piste {
 
 inline constexpr double kSameInstant = 1e-6;  ///< s: times that differ by less are the same
 
-/// A fix in the queue.
+/// One channel of a fix in the queue: position and velocity of a receiver may belong to different times.
 struct QueuedFix {
-  double time = 0;
-  int source = 0;  ///< the first source of its sensor: the order at equal times
-  int sensor = 0;  ///< its number among the sensors of its type
+  double time = 0;  ///< of the fix, as its source states it
+  int source = 0;   ///< decides the order of what belongs to the same time
+  int sensor = 0;   ///< its number among the sensors of its type
+  int channel = 0;
   AnyFix fix;
 };
 
-/// Fixes in the order of their time; at equal times in the order of their source, and then in that of their arrival.
-/// They may be added in any order.
+/// Fixes in the order of the times where they belong, which is that of the fix less the delay of its source. At equal
+/// times they are in the order of their source, and then in that of their arrival. They may be added in any order.
 class FixQueue {
  public:
   FixQueue() { fixes_.reserve(256); }
 
   void add(QueuedFix&& fix);
-  /// The next fix up to `time`, or null. The pointer is valid until a fix is added or the taken ones are dropped.
-  const QueuedFix* next(double time) const;
-  /// Takes the next fix out of the queue. It stays in memory until drop_taken().
-  void take() { ++taken_; }
-  /// Frees the places of the fixes that were taken.
-  void drop_taken();
+  /// Takes out the next fix that belongs to `time` or before. `delays` are those of all sources now [s].
+  std::optional<QueuedFix> take(double time, std::span<const double> delays);
 
  private:
   std::vector<QueuedFix> fixes_;
-  std::size_t taken_ = 0;
 };
 
 }  // namespace piste

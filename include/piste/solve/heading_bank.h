@@ -30,6 +30,9 @@ class HeadingBank {
   bool add(const ImuSample& sample);
   void add(int sensor, const AnyFix& fix);
 
+  /// As Filter::look_ahead().
+  double look_ahead() const { return best().look_ahead(); }
+
   /// Whether one heading is left: those of all hypotheses agree, and the best is sure of its own within 10 deg.
   bool resolved() const;
   /// The heading in w of all hypotheses together, with what lies between them.

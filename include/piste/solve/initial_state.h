@@ -16,6 +16,10 @@ struct Start {
   Covariance covariance = Covariance::Identity(9, 9);
 };
 
+/// Sets the delays of an estimate to those that the options state of the first sources. Every start needs this: an
+/// estimated delay is a whole delay, not what remains beside the known one.
+void set_delays(Estimate& x, const FilterOptions& options);
+
 /// The covariance of a start for all blocks of the layout. A constant block has its prior, a process its variance at
 /// the start.
 Covariance initial_covariance(const StateLayout& layout, const FilterOptions& options, const Start& start);

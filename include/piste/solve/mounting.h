@@ -2,8 +2,10 @@
 /// Finds the rotation between the IMU and a reference attitude before the filter runs. It may be any rotation.
 
 #include <optional>
+#include <span>
 
 #include "piste/core/log.h"
+#include "piste/core/options.h"
 
 namespace piste {
 
@@ -16,7 +18,8 @@ struct Mounting {
 
 /// Compares the rotation of r between two of its fixes, with the Earth's rotation added, with the rotation of b by the
 /// gyroscopes: it is the same rotation in two sets of axes. Uses the whole log, without gaps, and the first attitude
-/// source that has fixes. Returns nullopt if the motion does not determine the boresight to 10 deg (1-sigma).
-std::optional<Mounting> find_mounting(const Log& log);
+/// source that has fixes; `sources` are the options of all, which say how late their fixes are. Returns nullopt if the
+/// motion does not determine the boresight to 10 deg (1-sigma).
+std::optional<Mounting> find_mounting(const Log& log, std::span<const AttitudeOptions> sources = {});
 
 }  // namespace piste

@@ -1,11 +1,13 @@
 #pragma once
 /// Advances estimate and covariance over one IMU step.
 
+#include "piste/solve/recent_motion.h"
 #include "piste/solve/tape.h"
 
 namespace piste {
 
-/// Keeps two things from step to step: the gravity near the body, and at rest the mean specific force.
+/// Keeps three things from step to step: the gravity near the body, the recent motion, and at rest the mean specific
+/// force.
 class Propagation {
  public:
   Propagation() = default;
@@ -13,6 +15,9 @@ class Propagation {
 
   /// Gravity as a linear function. Where the last step began it is within 4e-9 m/s² of normal gravity.
   const Gravity& gravity() const { return gravity_; }
+
+  /// Rate and force as means over the last samples, in the axes of `q_wb`.
+  RecentMotion recent(const Quaterniond& q_wb, const ImuSensor& sensor) const { return motion_.at(q_wb, sensor); }
 
   /// Advances `state` over `step`, whose increments are as measured. `still`: the body is at rest. Returns the
   /// transition of the error. No heap.
@@ -23,6 +28,7 @@ class Propagation {
   void stand(const Estimate& x, double dt);
 
   Gravity gravity_;
+  MotionMean motion_;
   Vector3d standing_force_ = Vector3d::Zero();
   double standing_time_ = 0;  // since the rest began
 };

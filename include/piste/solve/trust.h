@@ -54,8 +54,7 @@ class Trust {
   Ruling rule(int source, double time, const Linearization& lin, const Update& u, double bound, const Estimate& x,
               const Covariance& P);
 
-  /// Whether `fix` repeats the last fix of its sensor in every digit. `source` is the sensor's first source. Keeps the
-  /// fix for the next call.
+  /// Whether `fix` repeats the last fix of its source in every digit. Keeps the fix for the next call.
   template <class Type>
   bool repeats(int source, const typename Type::Fix& fix) {
     std::optional<AnyFix>& last = sources_[static_cast<std::size_t>(source)].last;
@@ -78,7 +77,7 @@ class Trust {
   struct Source {
     int partner = -1;
     bool readmitted = true;
-    std::optional<AnyFix> last;  // fix of the sensor; kept in its first source
+    std::optional<AnyFix> last;  // fix
     Dispute dispute = Dispute::kNone;
     int rejected = 0;                                            // fixes in a row since the dispute began
     double believed = -std::numeric_limits<double>::infinity();  // time of the last fix that was used

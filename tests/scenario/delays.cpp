@@ -1,0 +1,55 @@
+// Delays in simulated runs: found by the filter within its sigmas.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "piste/consistency/consistency.h"
+#include "piste/experiment/ensemble.h"
+#include "piste/report/consistency_text.h"
+#include "support/scenario.h"
+#include "support/thorough.h"
+
+namespace piste::test {
+namespace {
+
+constexpr double kOfVelocities = 0.2, kOfAttitudes = 0.015;  // s
+
+// Velocities and attitudes that come late. The filter is told delays that are drawn about these with its priors.
+Scenario late_scenario() {
+  Scenario s = suite_scenario("bicycle_l1l2_attitude");
+  shorten(s, 10, 35, 2);
+  s.gnss[s.replay.gnss.front()].velocity_delay = kOfVelocities;
+  s.attitude[s.replay.attitude.front()].delay = kOfAttitudes;
+  s.replay.estimate.push_back(Block::kVelocityDelay);
+  s.replay.estimate.push_back(Block::kAttitudeDelay);
+  return s;
+}
+
+TEST(LateSources, AreFoundAndEveryGroupIsWithinItsBand) {
+  Ensemble ensemble(late_scenario());
+  ensemble.run(static_cast<std::size_t>(seeds(12, 200)), std::max(1U, std::thread::hardware_concurrency()));
+  // One alarm in a thousand of these tests, which look at some 50 groups.
+  const ConsistencyReport report = ensemble.sums().report(1 - 1e-3 / 50);
+  fmt::print("{}\n", consistency_text(report));
+  EXPECT_TRUE(report.consistent());
+}
+
+TEST(LateSources, AreKnownToMillisecondsInTheEnd) {
+  const ComparedRun run = run_trial(late_scenario(), 3);
+  for (const auto* samples : {&run.filtered, &run.smoothed}) {
+    const auto last = std::max_element(samples->begin(), samples->end(),
+                                       [](const auto& a, const auto& b) { return a.epoch < b.epoch; });
+    for (const Block block : {Block::kVelocityDelay, Block::kAttitudeDelay}) {
+      const int row = run.layout.offset(block);
+      const double error = last->error(row), sigma = std::sqrt(last->P(row, row));
+      fmt::print("{}: error {:.5f} s, sigma {:.5f} s\n", info(block).name, error, sigma);
+      EXPECT_LT(std::abs(error), 4 * sigma) << info(block).name;
+      EXPECT_LT(sigma, 0.005) << info(block).name;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace piste::test
