@@ -1,6 +1,7 @@
 #include "experiment/calibration.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -13,12 +14,18 @@
 namespace piste {
 namespace {
 
-constexpr double kLongest = 300, kBefore = 30;   // s of motion, and of what comes before it
+constexpr double kLongest = 150, kBefore = 30;   // s of motion, and of what comes before it
 constexpr double kSettled = 15;                  // s after the start whose innovations tell of the start alone
-constexpr double kArmPrior = 2, kDelayPrior = 0.1;  // m, s
+constexpr double kArmPrior = 2, kDelayPrior = 0.1, kLeastArm = 0.05, kLeastDelay = 0.003;  // m, s
+// Where nothing is known of the lever arm, fixes of centimetres are first taken for coarser ones: the filter would
+// otherwise reject what its own first guess makes of them.
+constexpr std::array kFloors{0.2, 0.05, 0.0};  // m and m/s
+constexpr double kLoose = 5;                   // times the sigma that a stage found
+constexpr double kWideGate = 1 - 1e-9;
 constexpr double kFarthest = 0.5, kStep = 0.1;   // s: offsets of the clock that are tried
 constexpr double kMostGates = 2;
-constexpr int kRounds = 3;
+constexpr int kRounds = 2;
+constexpr double kSignificant = 3;  // of the log-likelihood: by chance a value gains half of one
 
 /// One filtered run and how likely its innovations are.
 struct Attempt {
@@ -28,16 +35,22 @@ struct Attempt {
   Estimate last;
   Sigmas sigmas;
   std::size_t used = 0, rejected = 0;
+  double rows = 0;
 };
 
 class Calibrator {
  public:
   Calibrator(const Recording& recording, ConditioningOptions conditioning, FilterOptions options)
-      : recording_(recording), conditioning_(std::move(conditioning)), options_(std::move(options)) {
+      : recording_(recording),
+        conditioning_(std::move(conditioning)),
+        options_(std::move(options)) {
     for (const Block b : {Block::kLeverArm, Block::kGnssDelay}) {
       if (std::find(options_.estimate.begin(), options_.estimate.end(), b) == options_.estimate.end())
         options_.estimate.push_back(b);
     }
+    // What is wrong here is the set-up, and not a receiver: none is left out for long.
+    options_.gate = kWideGate;
+    options_.distrust = 1;
     options_.priors.lever_arm = kArmPrior;
     options_.priors.gnss_delay = kDelayPrior;
     conditioning_.span = stretch();
@@ -45,12 +58,18 @@ class Calibrator {
 
   std::optional<Calibration> run(bool search_clock) {
     const double told = conditioning_.imu.clock_offset;
+    take_fixes(kFloors.front());
     const int steps = search_clock ? static_cast<int>(std::lround(kFarthest / kStep)) : 0;
     for (int k = -steps; k <= steps; ++k) keep(attempt(told + k * kStep, options_.sensor, nullptr));
     if (!std::isfinite(best_.likelihood)) return std::nullopt;
-    for (int i = 0; i < 2; ++i) keep(attempt(best_.offset - best_.last.gnss_delay, options_.sensor, nullptr));
+    for (const double floor : kFloors) {
+      if (floor == kFloors.front()) continue;
+      go_finer(floor);
+      if (!std::isfinite(best_.likelihood)) return std::nullopt;
+    }
+    refine();
     search_noise();
-    keep(attempt(best_.offset - best_.last.gnss_delay, options_.sensor, &best_.found.start));
+    refine();
     options_.sensor.name = "likeliest in motion";
     return Calibration{.lever_arm = best_.last.lever_arm,
                        .lever_arm_sigma = best_.sigmas.blocks.segment<3>(full_offset(Block::kLeverArm)),
@@ -84,7 +103,7 @@ class Calibrator {
     FilterOptions options = options_;
     options.sensor = sensor;
     try {
-      const Log log = condition(recording_, conditioning);
+      const Log log = condition(fixes_, conditioning);
       a.found = start != nullptr ? FoundStart{*start, ""} : find_start(log, options, {});
       const Solution solution = run_filter(log, options, a.found.start).solution;
       if (solution.empty()) return a;
@@ -98,11 +117,40 @@ class Calibrator {
         sum -= 0.5 * (std::min(i.nis, kMostGates * i.gate) + i.log_determinant);
         rows += i.dof;
       }
+      a.rows = rows;
       if (rows > 0) a.likelihood = sum / rows;
     } catch (const Error&) {
       return a;  // no start, or the filter diverged: not likely at all
     }
     return a;
+  }
+
+  // Goes on from what coarser fixes told, with fixes no finer than `floor` [m, m/s].
+  void go_finer(double floor) {
+    const Attempt told = best_;
+    options_.gnss.front().lever_arm = told.last.lever_arm;
+    options_.priors.lever_arm =
+        std::clamp(kLoose * told.sigmas.blocks.segment<3>(full_offset(Block::kLeverArm)).maxCoeff(), kLeastArm,
+                   options_.priors.lever_arm);
+    options_.priors.gnss_delay = std::clamp(kLoose * told.sigmas.blocks(full_offset(Block::kGnssDelay)), kLeastDelay,
+                                            options_.priors.gnss_delay);
+    take_fixes(floor);
+    best_ = {};
+    keep(attempt(told.offset - told.last.gnss_delay, options_.sensor, nullptr));
+  }
+
+  void take_fixes(double floor) {
+    fixes_ = recording_;
+    for (GeodeticFix& fix : fixes_.gnss.front().fixes) {
+      fix.sigma_position = fix.sigma_position.cwiseMax(floor);
+      if (fix.velocity) fix.velocity->sigma = fix.velocity->sigma.cwiseMax(floor);
+    }
+  }
+
+  // Again from what was found, so that it is linearised there.
+  void refine() {
+    options_.gnss.front().lever_arm = best_.last.lever_arm;
+    keep(attempt(best_.offset - best_.last.gnss_delay, options_.sensor, nullptr));
   }
 
   bool keep(Attempt a) {
@@ -135,12 +183,15 @@ class Calibrator {
     value *= by;
     const double least = which % 2 == 0 ? 1e-6 : 1e-5, most = which % 2 == 0 ? 0.1 : 3;
     if (value < least || value > most) return false;
-    if (!keep(attempt(best_.offset, sensor, &best_.found.start))) return false;
+    const Attempt a = attempt(best_.offset, sensor, &best_.found.start);
+    if (a.rows * (a.likelihood - best_.likelihood) < kSignificant) return false;
+    keep(a);
     options_.sensor = sensor;
     return true;
   }
 
   const Recording& recording_;
+  Recording fixes_;  // its copy, with the floor of the stage
   ConditioningOptions conditioning_;
   FilterOptions options_;
   Attempt best_;

@@ -3,6 +3,10 @@
 namespace piste {
 namespace {
 
+// A body at rest sways, which the updates of rest deny. Where fixes are finer than the sway, its direction would tell a
+// false heading: so they are taken to be as coarse.
+constexpr double kSway = 0.03, kSwaySpeed = 0.05;  // m, m/s
+
 // What the two measurements have in common: the lever arm, the acceleration of the IMU, and how errors of the IMU
 // change both.
 struct Antenna {
@@ -76,6 +80,7 @@ Linearization linearize_position(const GnssFix& fix, const std::optional<GaussMa
   Vector3d variance = fix.sigma_position.cwiseAbs2();
   if (drift) variance = (variance - drift->sigma.cwiseAbs2()).cwiseMax(0.01 * variance);
   lin.covariance = variance.asDiagonal();
+  if (still) lin.covariance += kSway * kSway * Matrix3d::Identity();
 
   if (tau == 0) {
     lin.add(Block::kAttitude, -skew(arm));
@@ -111,6 +116,7 @@ Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const An
   if (!fix.velocity->has_down()) lin.rows = 2;
   lin.covariance.diagonal().head(lin.rows) = fix.velocity->sigma.head(lin.rows).cwiseAbs2();
   lin.covariance += by_rate * motion.now.rate_variance.asDiagonal() * by_rate.transpose();
+  if (still) lin.covariance.topLeftCorner(lin.rows, lin.rows).diagonal().array() += kSwaySpeed * kSwaySpeed;
 
   // Where the attitude turns, v turns with it, and the part of the swing that is not the Earth's. At rest both are
   // noise, which must not tell a heading.

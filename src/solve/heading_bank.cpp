@@ -43,6 +43,7 @@ bool HeadingBank::add(const ImuSample& sample) {
       return true;
     }
     for (const Innovation& i : h.filter.innovations()) {
+      if (sample.at_rest) break;  // a sway tells no heading
       h.nis += std::min(i.nis, i.gate > 0 ? kMostGates * i.gate : i.nis);
       h.log_determinant += i.log_determinant;
       h.rows += i.dof;

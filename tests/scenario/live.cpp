@@ -115,23 +115,6 @@ INSTANTIATE_TEST_SUITE_P(All, LiveRun,
                                            LiveCase{"bicycle", "bicycle", [](Case&) {}}),
                          [](const auto& each) { return std::string(each.param.name); });
 
-TEST(Live, DISABLED_Rests) {
-  for (int seed = 1; seed <= 12; ++seed) {
-    Case c = make_case("ski", 30 * seed, static_cast<std::uint64_t>(seed), [](Scenario& s) { s.motion.rest_before = 60; });
-    Logger logger(c, 0);
-    bool seen = false;
-    logger.feed(c.under_way() - 3, [&](const Live& live) {
-      if (live.filter() && !seen) {
-        seen = true;
-        const LiveState s = *live.state();
-        fmt::print("resolved at {:.2f} of {:.1f}: error {:.1f} deg, sigma {:.1f} rest {}\n", s.time - c.simulation.recording(0).gnss[0].fixes.front().time, c.under_way() - c.simulation.recording(0).gnss[0].fixes.front().time,
-                   std::remainder(s.euler.z() - to_euler(c.simulation.bodies[0].at(s.time).q_wb).z(), 2 * std::numbers::pi) / kDegree, s.sigmas.euler.z() / kDegree, s.velocity.norm());
-      }
-    });
-    if (!seen) fmt::print("not resolved\n");
-  }
-}
-
 // At rest nothing tells the heading, and it is claimed so.
 TEST(Live, AtRestTheHeadingIsNotKnown) {
   Case c = make_case("ski", 200, 1, [](Scenario& s) { s.motion.rest_before = 60; });
