@@ -95,7 +95,7 @@ TEST(Nmea, SentencesOfAnEpochComeInAnyOrderOfAnyTalker) {
 TEST(Nmea, SpeedAndCourseAreAHorizontalVelocityWhereItsSigmaIsStated) {
   const auto with_sigma = [](const std::string& text) {
     LogFile log = log_of(text, LogFormat::kNmea);
-    log.sigma_velocity = 0.1;
+    log.sigma_velocity = Vector3d::Constant(0.1);
     return read_gnss(log);
   };
   const std::string course = nmea("GPRMC,100001,A,4630.0,N,00715.0,W,10.0,120.0,080725,,,A"),
