@@ -75,25 +75,22 @@ double ColumnClock::next() {
 // Whole seconds are split off as whole numbers: nanoseconds since 1970 have more digits than a double.
 GpsTime ColumnClock::since_epoch() const {
   const auto [whole, rest] = reader_.text().parts(time_.index);
+  const bool gps = of_ == TimeScale::kGps;
+  constexpr double kFirstDay = 315964800, kLast = 1e10;  // 6 January 1980 in Unix time; s
+  const double about = static_cast<double>(whole) * time_.factor;
+  if (!(about >= (gps ? 0 : kFirstDay) && about < kLast)) {
+    reader_.text().fail(
+        fmt::format("{:.10g} s are no time since {}; are the unit and `of` of the time right? `of: boot` "
+                    "is time since power-up",
+                    about, gps ? "6 January 1980" : "1 January 1970, of the time that GPS exists"));
+  }
   const double per_second = std::round(1 / time_.factor);
   const bool decimal = per_second >= 1 && std::abs(per_second * time_.factor - 1) < 1e-12;
-  auto seconds = static_cast<std::int64_t>(std::floor(static_cast<double>(whole) * time_.factor));
-  double fraction = (static_cast<double>(whole) + rest) * time_.factor - static_cast<double>(seconds);
-  if (decimal) {
-    const auto per = static_cast<std::int64_t>(per_second);
-    seconds = whole / per - (whole % per < 0 ? 1 : 0);
-    fraction = (static_cast<double>(whole - seconds * per) + rest) / per_second;
-  }
+  const auto per = decimal ? static_cast<std::int64_t>(per_second) : 1;
+  const auto seconds = decimal ? whole / per : static_cast<std::int64_t>(about);
+  const double fraction = decimal ? (static_cast<double>(whole % per) + rest) / per_second
+                                  : about + rest * time_.factor - static_cast<double>(seconds);
   constexpr auto kDaySeconds = static_cast<std::int64_t>(kDay), kWeekSeconds = static_cast<std::int64_t>(kWeek);
-  const bool gps = of_ == TimeScale::kGps;
-  const std::int64_t first = gps ? 0 : 315964800;  // 6 January 1980
-  constexpr std::int64_t kLast = 10'000'000'000;
-  if (seconds < first || seconds > kLast) {
-    reader_.text().fail(
-        fmt::format("{} s are no time since {}; are the unit and `of` of the time right? `of: boot` is "
-                    "time since power-up",
-                    seconds, gps ? "6 January 1980" : "1 January 1970"));
-  }
   if (gps) return {static_cast<int>(seconds / kWeekSeconds), static_cast<double>(seconds % kWeekSeconds) + fraction};
   return gps_time(sys_days(days(seconds / kDaySeconds)), static_cast<double>(seconds % kDaySeconds) + fraction,
                   TimeSystem::kUtc);

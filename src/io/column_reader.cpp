@@ -117,6 +117,12 @@ bool ColumnReader::next() {
   return true;
 }
 
+double ColumnReader::value(const Column& column) const {
+  const double value = column.factor * text_.number(column.index);
+  if (!std::isfinite(value)) text_.fail("a value is not finite in SI units", RowFault::Kind::kNotFinite);
+  return value;
+}
+
 std::optional<double> ColumnReader::find_value(const Column& column) const {
   const std::string_view text = text_.fields()[column.index];
   for (const std::string_view none : {"", "nan", "NaN", "NAN", "null", "NULL", "NA", "N/A", "-"}) {

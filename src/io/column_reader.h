@@ -37,7 +37,8 @@ class ColumnReader {
   /// Goes to the next row. Throws if it has too few or too many fields.
   bool next();
   const TextReader& text() const { return text_; }
-  double value(const Column& column) const { return column.factor * text_.number(column.index); }
+  /// Throws RowError if the field is no number, or not finite in SI units.
+  double value(const Column& column) const;
   /// The value, or nothing if the field is empty or says that there is none, such as `nan`.
   std::optional<double> find_value(const Column& column) const;
 

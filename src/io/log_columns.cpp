@@ -72,9 +72,6 @@ ImuRecording read_part(const LogFile& log, const std::string& file, std::optiona
     };
     const Vector3d gyro = value(columns.gyro), accel = value(columns.accel), field = value(columns.magnetic);
     const double temperature = columns.temperature.empty() ? 0 : reader.value(columns.temperature[0]);
-    if (!gyro.allFinite() || !accel.allFinite() || !field.allFinite()) {
-      reader.text().fail("a value is not finite in SI units", RowFault::Kind::kNotFinite);
-    }
     if (judged && !imu.increments) check_rate(gyro, reader.text());
     if (judged && imu.increments) check_turn(gyro, t, imu, reader.text());
     imu.time.push_back(t);
@@ -214,6 +211,8 @@ class FixReader {
     const bool no_course = course < -std::numbers::pi || course == -kDegree;
     if (speed < 0 || no_course || (along < 0 && !log_.sigma_velocity)) return std::nullopt;
     const double sigma = std::max({along, speed * value(course_accuracy_), 0.0});
+    if (!std::isfinite(sigma))
+      reader_.text().fail("the sigma of the velocity is not finite", RowFault::Kind::kNotFinite);
     return FixVelocity{{speed * std::cos(course), speed * std::sin(course), 0}, {sigma, sigma, kInfinite}};
   }
 

@@ -1,8 +1,12 @@
 // The program `inspect` as its user meets it.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
 
+#include "piste/io/replay_config.h"
 #include "report/well_formed.h"
+#include "support/datasets.h"
 #include "support/navigation.h"
 #include "support/places.h"
 #include "support/ski_run.h"
@@ -35,6 +39,78 @@ TEST_F(InspectApp, EndsWithAConfigurationThatReplays) {
   EXPECT_GT(a.epochs, 1000u);
   EXPECT_LT(a.horizontal, 0.1) << text_of(a);
   EXPECT_LT(std::max(a.roll, a.pitch), 1) << text_of(a);
+}
+
+// The logs of the run as another program may write them: rows out of order and twice, other names and units, gyroscopes
+// and accelerometers apart, a receiver's table without sigmas.
+TEST_F(InspectApp, InputsAsTheyComeReplay) {
+  const Table imu = read_table(kData + "mt9a_1.csv"), gnss = read_table(kData + "gnss.csv");
+  std::string gyro = "Sensor: A\nTimestampGyro [ms]; GyroX [rad/s]; GyroY [rad/s]; GyroZ [rad/s]\n",
+              accel = "Sensor: B\nTimestampAcc [ms]; AccX [g]; AccY [g]; AccZ [g]\n",
+              fixes = "seconds,Latitude,Longitude,Altitude (m)\n";
+  for (std::size_t i = 0; i < imu.rows; ++i) {
+    const std::size_t row = i % 500 == 10 ? i + 1 : i % 500 == 11 ? i - 1 : i;  // two of each 500 are interchanged
+    const double ms = 1e3 * (imu["time_s"][row] - 302400);
+    for (int twice = 0; twice < (i % 700 == 50 ? 2 : 1); ++twice) {
+      gyro += fmt::format("{:.3f};{:.8f};{:.8f};{:.8f};\n", ms, imu["gyro_x_rad_s"][row], imu["gyro_y_rad_s"][row],
+                          imu["gyro_z_rad_s"][row]);
+    }
+    accel += fmt::format("{:.3f};{:.8f};{:.8f};{:.8f};\n", ms, imu["accel_x_m_s2"][row] / 9.80665,
+                         imu["accel_y_m_s2"][row] / 9.80665, imu["accel_z_m_s2"][row] / 9.80665);
+  }
+  for (std::size_t i = 0; i < gnss.rows; ++i) {
+    fixes += fmt::format("{:.3f},{:.9f},{:.9f},{:.4f}\n", gnss["time_s"][i] - 302400, gnss["latitude_deg"][i],
+                         gnss["longitude_deg"][i], gnss["height_m"][i]);
+  }
+  folder.write("gyro.txt", gyro);
+  folder.write("accel.txt", accel);
+  folder.write("fixes.csv", fixes);
+  const Said said = inspect({"gyro.txt", "accel.txt", "fixes.csv", "--output", "found"});
+  ASSERT_EQ(said.code, 0) << said.err;
+  const std::string config = read_text(folder / "found/replay.yaml");
+  EXPECT_TRUE(contains(config, "accel_file: '../accel.txt'")) << config;
+  EXPECT_TRUE(contains(config, "repair: true")) << config;
+  EXPECT_TRUE(contains(config, "sigma: 3 3 6 m")) << config;
+  const Said replayed =
+      run_program(program("replay"), {"found/replay.yaml", "--output", "replayed", "--quiet"}, folder);
+  ASSERT_EQ(replayed.code, 0) << replayed.err;
+  const YAML::Node summary = YAML::LoadFile(folder / "replayed/summary.json");
+  EXPECT_GT(summary["imu"]["repaired"]["sorted"].as<int>(), 20);
+  EXPECT_GT(summary["imu"]["repaired"]["dropped"].as<int>(), 10);
+  EXPECT_LE(summary["imu"]["unpaired"].as<int>(), 2);
+  EXPECT_EQ(summary["gnss"]["repaired"]["sorted"].as<int>(), 0);
+  EXPECT_GT(summary["gnss"]["used"].as<int>(), 100);
+}
+
+// The phone's times since power-up, of both sensors and of the receiver beside UTC, give the clock.
+TEST_F(InspectApp, APhonesThreeFiles) {
+  PISTE_REQUIRE_DATASETS();
+  const std::string phone = (datasets() / "phone/20201104_091730_").string();
+  const Said said = inspect({phone + "Acc.csv", phone + "Gyro.csv", phone + "GNSS.csv", "--output", "found"});
+  ASSERT_EQ(said.code, 0) << said.err;
+  const std::string config = read_text(folder / "found/replay.yaml");
+  EXPECT_TRUE(contains(config, "Gyro.csv'\n  accel_file: ")) << config;
+  EXPECT_TRUE(contains(config, "axes: -z +x -y")) << config;
+  EXPECT_TRUE(contains(config, "# From the receiver's own two times")) << config;
+  const ReplayConfig read = read_replay_config(folder / "found/replay.yaml");
+  EXPECT_NEAR(read.conditioning.imu.clock_offset, 184927.77, 0.03);
+  const Recording recording = read_recording(read);
+  EXPECT_GT(recording.imu.time.size(), 49900u);
+  EXPECT_LT(recording.imu.unpaired, 10u);
+  EXPECT_EQ(recording.gnss.at(0).fixes.size(), 998u);
+}
+
+// No header, and milliseconds since power-up in the last column.
+TEST_F(InspectApp, ADrivesRawLogReplays) {
+  PISTE_REQUIRE_DATASETS();
+  const std::string drive = (datasets() / "drive/").string();
+  ASSERT_EQ(inspect({drive + "imu_1934.csv", drive + "gnss_1934_sf.pos", "--output", "found", "--quiet"}).code, 0);
+  const Said replayed =
+      run_program(program("replay"), {"found/replay.yaml", "--output", "replayed", "--quiet"}, folder);
+  ASSERT_EQ(replayed.code, 0) << replayed.err;
+  const YAML::Node summary = YAML::LoadFile(folder / "replayed/summary.json");
+  EXPECT_EQ(summary["imu"]["epochs"].as<int>(), 54860);
+  EXPECT_GT(summary["gnss"]["used"].as<int>(), 2100);
 }
 
 TEST_F(InspectApp, PageStandsAlone) {

@@ -129,7 +129,7 @@ struct LogCounts {
   std::vector<std::size_t> gnss_without_fix, attitude_not_valid;  ///< per source, over the whole file
   std::size_t imu_unpaired = 0;                                   ///< over the whole file, and so are these:
   RepairedRows imu_repaired = {};
-  std::vector<RepairedRows> gnss_repaired, attitude_repaired;  ///< per source
+  std::vector<RepairedRows> gnss_repaired = {}, attitude_repaired = {};  ///< per source
 };
 
 /// All measurements of a run as the filter takes them: in the order of time, on one clock. `gnss[i]` and `attitude[i]`
