@@ -115,6 +115,7 @@ class Guesser {
     time.name = table_.name_of(column);
     const bool gps = c.has_any({"gps", "gpst"});
     if (c.first.find(':') != std::string::npos) {
+      if (c.first == c.last) return std::nullopt;
       time.unit = "calendar";
       time.of = gps ? TimeScale::kGps : TimeScale::kUtc;
       if (c.first.find_first_of("-/") != std::string::npos) return time;

@@ -75,7 +75,7 @@ std::optional<ColumnTable> sample_columns(std::string_view text) {
   TextReader reader("", separator, text);
   while (reader.next() && reader.line_number() < layout->rows) {
     if (reader.line_number() != layout->header) continue;
-    for (HeaderCell& cell : header_cells(reader.fields())) table.columns.push_back({std::move(cell), {}, {}, {}});
+    for (HeaderCell& cell : header_cells(reader.fields())) table.columns.push_back({std::move(cell), {}, {}, {}, {}});
   }
   table.header = layout->header != 0;
   if (table.header && table.columns.back().cell.whole.empty()) table.columns.pop_back();
@@ -94,7 +94,10 @@ std::optional<ColumnTable> sample_columns(std::string_view text) {
     for (std::size_t i = 0; i < most && more; ++i, more = rows.next()) {
       const auto& fields = rows.fields();
       if (fields.size() != table.columns.size() && fields.size() != table.columns.size() + 1) continue;
-      for (std::size_t c = 0; c < table.columns.size(); ++c) table.columns[c].values.push_back(number_in(fields[c]));
+      for (std::size_t c = 0; c < table.columns.size(); ++c) {
+        table.columns[c].values.push_back(number_in(fields[c]));
+        if (table.stretches.size() == 1) table.columns[c].last = fields[c];
+      }
       ++table.rows;
     }
   };

@@ -15,7 +15,7 @@ struct SampledColumn {
   HeaderCell cell;                 ///< empty if there is no header
   std::vector<std::string> words;  ///< of its name, in lower case: `accelerometerTimestamp_sinceReboot` has four
   std::vector<double> values;      ///< NaN where there is no number
-  std::string first;               ///< the text of its first field
+  std::string first, last;         ///< the texts of its first and last field in the first stretch
   bool has(std::string_view word) const;
   bool has_any(std::initializer_list<std::string_view> any) const;
 };

@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 
+#include <array>
 #include <charconv>
 #include <chrono>
 #include <cmath>
+#include <limits>
 
 #include "io/column_reader.h"
 #include "math/time.h"
@@ -36,6 +38,17 @@ std::optional<sys_days> date_of(std::string_view text) {
   if (slashes.size() == kCompact && slashes.find('/') == std::string::npos) slashes.insert(6, "/").insert(4, "/");
   const auto date = three_numbers(slashes, "/");
   return date ? day_of((*date)[0], (*date)[1], (*date)[2]) : std::nullopt;
+}
+
+// Seconds of `+0100` or `-01:30`; infinite if it is neither.
+double zone_of(std::string_view text) {
+  std::string digits;
+  for (const char c : text.substr(1)) {
+    if (c >= '0' && c <= '9') digits += c;
+  }
+  if (digits.size() != 4) return std::numeric_limits<double>::infinity();
+  const double hours = 10 * (digits[0] - '0') + (digits[1] - '0'), minutes = 10 * (digits[2] - '0') + (digits[3] - '0');
+  return (text.front() == '-' ? -1 : 1) * (hours * kHour + minutes * 60);
 }
 
 }  // namespace
@@ -104,17 +117,24 @@ GpsTime ColumnClock::calendar() const {
   } else {
     clock.remove_prefix(std::min(clock.size(), date.size() + 1));
   }
-  for (const std::string_view end : {"Z", "UTC", "+00:00", "GPS", " "}) {
+  double zone = 0;  // s ahead of UTC, such as +01:00
+  if (const auto sign = clock.find_first_of("+-"); sign != std::string_view::npos) {
+    zone = zone_of(clock.substr(sign));
+    clock = clock.substr(0, sign);
+  }
+  for (const std::string_view end : {"Z", "UTC", "GPS", " "}) {
     if (clock.ends_with(end)) clock.remove_suffix(end.size());
   }
   const auto day = date_of(date);
   const auto time = three_numbers(clock, ":");
-  if (!day || !time || !((*time)[0] < 24 && (*time)[1] < 60 && (*time)[2] < 61)) {
+  if (!day || !time || !(std::abs(zone) < kDay) || !((*time)[0] < 24 && (*time)[1] < 60 && (*time)[2] < 61)) {
     text.fail(fmt::format("`{}` is no time; right would be such as 2020-11-04 09:17:31.437, in UTC or GPS time",
                           text.fields()[time_.index]),
               RowFault::Kind::kText);
   }
-  return gps_time(*day, (*time)[0] * kHour + (*time)[1] * 60 + (*time)[2],
+  const double seconds = (*time)[0] * kHour + (*time)[1] * 60 + (*time)[2] - zone;
+  const int days_over = static_cast<int>(std::floor(seconds / kDay));
+  return gps_time(*day + days(days_over), seconds - days_over * kDay,
                   of_ == TimeScale::kGps ? TimeSystem::kGps : TimeSystem::kUtc);
 }
 

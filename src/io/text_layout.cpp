@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <map>
+#include <utility>
 
 namespace piste {
 namespace {
 
 constexpr std::size_t kLooked = 64 << 10;  // bytes
-constexpr std::size_t kAlike = 5;          // rows that must have equally many fields
 
 bool is_number(std::string_view text) {
   if (text.size() > 1 && text[0] == '+') text.remove_prefix(1);
@@ -19,23 +20,38 @@ bool is_number(std::string_view text) {
 
 // One line that is not empty.
 struct Line {
-  std::size_t number = 0, fields = 0;
-  bool is_row = false;  ///< whether most of its fields are numbers or empty
+  std::size_t number = 0;
+  std::size_t fields = 0, whole = 0;  ///< number of fields, and without an empty one behind the last delimiter
+  bool is_row = false;                ///< whether most of its fields are numbers or empty
 };
 
 std::vector<Line> lines_of(std::string_view text, Delimiter delimiter) {
   std::vector<Line> lines;
   TextReader reader("", separator_of(delimiter), text.substr(0, kLooked));
   while (reader.next()) {
-    auto fields = reader.fields();
-    if (fields.size() > 1 && fields.back().empty()) fields.pop_back();  // a delimiter at the end of the row
+    const auto& fields = reader.fields();
+    const bool trailing = fields.size() > 1 && fields.back().empty();
     const auto numbers = static_cast<std::size_t>(std::count_if(fields.begin(), fields.end(), is_number));
     const auto empty = static_cast<std::size_t>(
         std::count_if(fields.begin(), fields.end(), [](std::string_view f) { return f.empty(); }));
-    lines.push_back({reader.line_number(), fields.size(), numbers >= 2 && 2 * (numbers + empty) >= fields.size()});
+    lines.push_back({reader.line_number(), fields.size(), fields.size() - (trailing ? 1 : 0),
+                     numbers >= 2 && 2 * (numbers + empty) >= fields.size()});
   }
   if (text.size() > kLooked && !lines.empty()) lines.pop_back();  // it is cut
   return lines;
+}
+
+// How many fields most rows have. Lines that are cut have fewer.
+std::size_t usual_fields(const std::vector<Line>& lines) {
+  std::map<std::size_t, std::size_t> counts;
+  for (const Line& line : lines) counts[line.fields] += line.is_row ? 1 : 0;
+  std::size_t usual = 0, most = 0;
+  for (const auto& [fields, count] : counts) {
+    if (count == 0 || count < most) continue;
+    usual = fields;
+    most = count;
+  }
+  return usual;
 }
 
 // The layout with this delimiter, and the number of fields.
@@ -47,20 +63,18 @@ std::optional<std::pair<TextLayout, std::size_t>> layout_with(std::string_view t
     while (first < lines.size() && lines[first].number <= *given.skip) ++first;
     if (given.header.value_or(first < lines.size() && !lines[first].is_row)) ++first;
   } else {
-    const auto alike = [&](std::size_t from) {
-      const std::size_t end = std::min(from + kAlike, lines.size());
-      return std::all_of(lines.begin() + static_cast<std::ptrdiff_t>(from),
-                         lines.begin() + static_cast<std::ptrdiff_t>(end),
-                         [&](const Line& l) { return l.is_row && l.fields == lines[from].fields; });
-    };
-    while (first < lines.size() && !alike(first)) ++first;
+    const std::size_t usual = usual_fields(lines);
+    while (first < lines.size() && !(lines[first].is_row && lines[first].fields == usual)) ++first;
   }
   if (first >= lines.size()) return std::nullopt;
-  TextLayout layout{delimiter, 0, lines[first].number};
-  const bool above = first > 0 && lines[first - 1].number > given.skip.value_or(0);
-  const bool named = above && !lines[first - 1].is_row && lines[first - 1].fields == lines[first].fields;
-  if (given.header.value_or(named) && above) layout.header = lines[first - 1].number;
-  return std::pair{layout, lines[first].fields};
+  const Line& row = lines[first];
+  TextLayout layout{delimiter, 0, row.number};
+  if (first > 0 && lines[first - 1].number > given.skip.value_or(0)) {
+    const Line& above = lines[first - 1];
+    const bool alike = above.whole == row.whole || above.whole == row.fields || above.fields == row.fields;
+    if (given.header.value_or(!above.is_row && alike)) layout.header = above.number;
+  }
+  return std::pair{layout, row.fields};
 }
 
 std::string_view without(std::string_view text, std::string_view marks) {

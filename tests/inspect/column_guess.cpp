@@ -170,6 +170,12 @@ TEST(ColumnGuess, PhonesReceiverHasTwoTimes) {
   EXPECT_NE(guess.columns->find("course_accuracy"), nullptr);
 }
 
+TEST(ColumnGuess, CalendarTimes) {
+  const auto text = receiver("UTC;Latitude;Longitude;Altitude\n",
+                             [](int i) { return fmt::format("2020-11-04 08:17:{:02d}.0;48.9;9.1;360\n", i); });
+  EXPECT_TRUE(contains(mapping("places.txt", text), "{time: {name: UTC, unit: calendar, of: utc},"));
+}
+
 TEST(ColumnGuess, Angles) {
   const auto text =
       receiver("time_ms,roll,pitch,yaw\n", [](int i) { return fmt::format("{},1.5,-3,{}\n", 10 * i, 170 + 0.1 * i); });

@@ -20,7 +20,7 @@ using test::contains;
 using test::message_of;
 using test::TemporaryFolder;
 
-const std::string kSensor =
+const std::string kSensorOfColumns =
     "name: x\n"
     "gyro: {noise: 0.05 deg/s/sqrt(Hz), bias: 0.5 deg/s, drift: {process: none}, scale: 0 ppm, range: 300 deg/s}\n"
     "accel: {noise: 200 ug/sqrt(Hz), bias: 0.05 m/s^2, drift: {process: none}, scale: 0 ppm, range: 2 g}\n";
@@ -31,7 +31,7 @@ struct Columns : ::testing::Test {
   TemporaryFolder folder;
 
   Recording read(const std::string& imu, const std::string& gnss, const std::string& more = "") const {
-    folder.write("sensor.yaml", kSensor);
+    folder.write("sensor.yaml", kSensorOfColumns);
     const std::string text = "imu: {file: imu.txt, sensor: sensor.yaml, format: columns, " + imu +
                              "}\ngnss: {file: gnss.txt, format: columns, " + gnss + "}\n" + more;
     return read_recording(read_replay_config(Config::parse(text, folder / "run.yaml")));
@@ -140,6 +140,15 @@ TEST_F(Columns, TimesOfEveryKind) {
                        "is no time; right would be"));
 }
 
+TEST_F(Columns, CalendarTimesMayStateTheirZone) {
+  const std::string row = ",0,0,0,0,0,9.8\n";
+  const auto log = imu("t,gx,gy,gz,ax,ay,az\n2020-11-04 00:17:31.4 +0100" + row + "2020-11-03T18:47:31.5-04:30" + row,
+                       "columns: {time: {name: t, unit: calendar, of: utc}, gyro: {names: [gx, gy, gz], unit: rad/s}, "
+                       "accel: {names: [ax, ay, az], unit: m/s^2}}");
+  EXPECT_NEAR(log.time[0], 2 * 86400 + 23 * 3600 + 17 * 60 + 31.4 + 18, 1e-9);
+  EXPECT_NEAR(log.time[1] - log.time[0], 0.1, 1e-9);
+}
+
 TEST_F(Columns, IncrementsMagneticFieldAndTemperature) {
   const auto log =
       imu("t dx dy dz vx vy vz mx my mz T\n1 0 0 0.1 0 0 9.8 20 0 -40 21.5\n2 0 0 0.1 0 0 9.8 20 0 -40 21.5\n",
@@ -186,7 +195,7 @@ struct Apart : Columns {
   // Gyroscopes each 10 ms from 1.000 s, accelerometers at `times` with a force of 9 + t along z.
   ImuRecording read_apart(const std::vector<double>& times, const std::string& keys = "") const {
     std::string gyro = "t [s],x [rad/s],y [rad/s],z [rad/s]\n", accel = "s [s],x [m/s^2],y [m/s^2],z [m/s^2]\n";
-    for (int i = 0; i < 100; ++i) gyro += fmt::format("{:.3f},0,0,{}\n", 1 + 0.01 * i, i);
+    for (int i = 0; i < 100; ++i) gyro += fmt::format("{:.3f},0,0,{:.2f}\n", 1 + 0.01 * i, 0.01 * i);
     for (const double t : times) accel += fmt::format("{:.6f},0,0,{:.9f}\n", t, 9 + t);
     folder.write("accel.txt", accel);
     return imu(gyro,
@@ -204,7 +213,7 @@ TEST_F(Apart, InstantsAreOnTheLineBetweenNeighbours) {
   const auto log = read_apart(evenly(0.994, 2.1, 0.013), "sampling: instant,");
   ASSERT_EQ(log.time.size(), 100u);
   for (std::size_t i = 0; i < log.time.size(); ++i) EXPECT_NEAR(log.accel[i].z(), 9 + log.time[i], 1e-6);
-  EXPECT_EQ(log.gyro[7].z(), 7);
+  EXPECT_EQ(log.gyro[7].z(), 0.07);
 }
 
 // A row of the accelerometers is the mean over the interval before it: what they add up to is kept at any rate.
@@ -309,7 +318,7 @@ TEST_F(Columns, ReceiversThatAreRefused) {
            ", velocity: {names: [a, a, a], axes: up up north, unit: m/s}, sigma_velocity: {name: a, unit: m/s}}"),
       "axes: one axis for each column is expected"));
   EXPECT_TRUE(contains(refused([&] {
-                         gnss("t lat lon h a\n1,46,7,100,3\n2,46,7,100,nan\n",
+                         gnss("t,lat,lon,h,a\n1,46,7,100,3\n2,46,7,100,nan\n",
                               time + kPlace + ", sigma: {names: [a, a, a], unit: m}}");
                        }),
                        "gnss.txt:3: no sigma in this row; `sigma: 3 3 6 m`"));
@@ -339,7 +348,7 @@ TEST_F(Columns, TheirTextReadsBack) {
   map.accel_time = ColumnTime{"t: 2", "ms", TimeScale::kBoot, {}, {}};
   map.uses["gyro"] = {{"a b", "c", "3"}, "deg/s", {}, {}};
   map.uses["accel"] = {{"x", "y", "z"}, "1.2e-4 g", {}, {}};
-  folder.write("sensor.yaml", kSensor);
+  folder.write("sensor.yaml", kSensorOfColumns);
   folder.write("imu.txt", "");
   const Config config = Config::parse(
       "imu: {file: imu.txt, sensor: sensor.yaml, format: columns,\n  columns: " + columns_text(map, "    ") + "}\n",
