@@ -193,6 +193,8 @@ Log condition_imu(const ImuRecording& recording, const ConditioningOptions& opti
     throw DataError(recording.file, "holds increments, which are no instantaneous samples");
   }
   Log log;
+  log.counts.imu_unpaired = recording.unpaired;
+  log.counts.imu_repaired = recording.repaired;
   Rows rows = rows_in_span(recording, options, log);
   const RowGaps gaps = gaps_of(rows, recording.file);
   mark_clipped(rows, gaps, options, recording.increments);

@@ -48,6 +48,7 @@ std::vector<GeodeticFix> used_fixes(const GnssRecording& receiver, const Interva
   counts.gnss_outside.push_back(outside);
   counts.gnss_withheld.push_back(withheld);
   counts.gnss_without_fix.push_back(receiver.without_fix);
+  counts.gnss_repaired.push_back(receiver.repaired);
   return used;
 }
 
@@ -127,6 +128,7 @@ void condition_attitude(const Recording& recording, const Interval& imu, Log& lo
     }
     log.counts.attitude_outside.push_back(source.fixes.size() - out.size());
     log.counts.attitude_not_valid.push_back(source.not_valid);
+    log.counts.attitude_repaired.push_back(source.repaired);
     if (out.empty()) {
       throw DataError(
           recording.imu.file + ":1",

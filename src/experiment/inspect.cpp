@@ -39,42 +39,124 @@ void read_again(InspectedLog& l, const Vector3d& sigma, Recorded& recorded,
   recorded = read(l.log, &l.faults);
 }
 
-// Guesses what a log is, reads it, and examines it by itself.
-InspectedLog look_at(const std::string& file, std::vector<Suspicion>& found) {
-  constexpr double kFastestGnss = 100, kSlowestGnss = 0.02, kFastestAttitude = 2000, kSlowestAttitude = 0.02;  // Hz
-  const Vector3d kUsualSigma(3, 3, 6),
-      kUsualAngle = Vector3d(1, 1, 2) / kDegreesPerRadian;  // m; of roll, pitch, heading
+// Reads a log whose rows are out of order again, with these rows put in order. The faults stay listed.
+template <class Recorded>
+void read_repaired(InspectedLog& l, Recorded& recorded, Recorded (*read)(const LogFile&, RowFaults*)) {
+  if (l.faults.count(RowFault::Kind::kTimeRepeated) + l.faults.count(RowFault::Kind::kTimeBack) == 0) return;
+  l.log.repair = true;
+  RowFaults again;
+  recorded = read(l.log, &again);
+}
+
+// The clock of a logger that gives each fix its own time as well.
+std::optional<ReceiverClock> clock_of(const InspectedLog& l) {
+  if (!l.guess->boot_time) return std::nullopt;
+  InspectedLog boot = l;
+  boot.log.columns->time = *l.guess->boot_time;
+  RowFaults faults;
+  boot.gnss = read_gnss(boot.log, &faults);
+  if (boot.gnss.fixes.size() != l.gnss.fixes.size()) return std::nullopt;  // rows of one are not those of the other
+  std::vector<double> logger, gps;
+  for (const GeodeticFix& fix : boot.gnss.fixes) logger.push_back(fix.time);
+  for (const GeodeticFix& fix : l.gnss.fixes) gps.push_back(fix.time);
+  return fit_clock(logger, gps);
+}
+
+// Guesses what a log is.
+InspectedLog guessed(const std::string& file, std::vector<Suspicion>& found) {
   InspectedLog l;
   l.log.file = file;
   try {
     const MappedFile mapped(file);
-    l.log.content = mapped.text();
     l.guess = guess_log(file, mapped.text());
     l.log.format = l.guess->format;
+    l.log.columns = l.guess->columns;
+  } catch (const DataError& e) {
+    found.push_back({LogFault::kUnreadable, file, e.what(), "piste cannot use this file as it is"});
+  }
+  return l;
+}
+
+// Makes one log of gyroscopes and accelerometers that stand in two files, with times of one kind.
+void pair_up(std::vector<InspectedLog>& logs, std::vector<Suspicion>& found) {
+  using Part = LogGuess::Part;
+  const auto is = [](const InspectedLog& l, Part part) { return l.guess && l.guess->part == part; };
+  for (InspectedLog& gyro : logs) {
+    if (!is(gyro, Part::kGyro)) continue;
+    const auto accel = std::find_if(logs.begin(), logs.end(), [&](const InspectedLog& l) {
+      return is(l, Part::kAccel) && l.log.columns->time.of == gyro.log.columns->time.of;
+    });
+    if (accel == logs.end()) continue;
+    gyro.log.accel_file = accel->log.file;
+    gyro.log.columns->uses["accel"] = accel->log.columns->uses.at("accel");
+    gyro.log.columns->accel_time = accel->log.columns->time;
+    gyro.guess->why += "; the accelerometers stand in " + accel->log.file;
+    append(gyro.guess->doubts, std::move(accel->guess->doubts));
+    gyro.guess->part = Part::kWhole;
+    accel->log.file.clear();
+    accel->guess.reset();
+  }
+  std::erase_if(logs, [](const InspectedLog& l) { return l.log.file.empty(); });
+  for (InspectedLog& l : logs) {
+    if (!l.guess || l.guess->part == Part::kWhole) continue;
+    const bool gyro = l.guess->part == Part::kGyro;
+    found.push_back(
+        {LogFault::kUnreadable, l.log.file,
+         fmt::format("{}:1: has {} alone, and no file beside it has the {} at times of the same kind", l.log.file,
+                     gyro ? "gyroscopes" : "accelerometers", gyro ? "accelerometers" : "gyroscopes"),
+         "name both files"});
+    l.guess.reset();
+  }
+}
+
+void read_receiver(InspectedLog& l) {
+  const Vector3d kUsualSigma(3, 3, 6);    // m
+  constexpr double kUsualVelocity = 0.5;  // m/s
+  if (const auto& map = l.log.columns) {
+    const bool moves = map->find("velocity") != nullptr || map->find("speed") != nullptr;
+    const bool stated = map->find("sigma_velocity") != nullptr || map->find("speed_accuracy") != nullptr;
+    if (moves && !stated) l.log.sigma_velocity = Vector3d::Constant(kUsualVelocity);
+  }
+  l.gnss = read_gnss(l.log, &l.faults);
+  if (says_no_sigma(l.gnss)) read_again(l, kUsualSigma, l.gnss, read_gnss);
+  read_repaired(l, l.gnss, read_gnss);
+  l.clock = clock_of(l);
+  if (l.gnss.fixes.size() >= 3) l.gnss_health = gnss_health(l.gnss);
+}
+
+void read_reference(InspectedLog& l) {
+  const Vector3d kUsualAngle = Vector3d(1, 1, 2) / kDegreesPerRadian;  // of roll, pitch, heading
+  l.attitude = read_attitude(l.log, &l.faults);
+  if (says_no_sigma(l.attitude)) read_again(l, kUsualAngle, l.attitude, read_attitude);
+  read_repaired(l, l.attitude, read_attitude);
+  std::vector<double> time;
+  time.reserve(l.attitude.fixes.size());
+  for (const EulerFix& fix : l.attitude.fixes) time.push_back(fix.time);
+  if (time.size() >= 3) l.attitude_sampling = sampling(time);
+}
+
+// Reads a log, and examines it by itself.
+void examine(InspectedLog& l, std::vector<Suspicion>& found) {
+  constexpr double kFastestGnss = 100, kSlowestGnss = 0.02, kFastestAttitude = 2000, kSlowestAttitude = 0.02;  // Hz
+  if (!l.guess) return;
+  const std::string& file = l.log.file;
+  try {
     switch (l.guess->kind) {
       case LogKind::kImu:
         l.imu = read_imu(l.log, &l.faults);
+        read_repaired(l, l.imu, read_imu);
         if (l.imu.time.size() >= 3) l.imu_health = imu_health(l.imu);
         break;
       case LogKind::kGnss:
-        l.gnss = read_gnss(l.log, &l.faults);
-        if (says_no_sigma(l.gnss)) read_again(l, kUsualSigma, l.gnss, read_gnss);
-        if (l.gnss.fixes.size() >= 3) l.gnss_health = gnss_health(l.gnss);
+        read_receiver(l);
         break;
-      case LogKind::kAttitude: {
-        l.attitude = read_attitude(l.log, &l.faults);
-        if (says_no_sigma(l.attitude)) read_again(l, kUsualAngle, l.attitude, read_attitude);
-        std::vector<double> time;
-        time.reserve(l.attitude.fixes.size());
-        for (const EulerFix& fix : l.attitude.fixes) time.push_back(fix.time);
-        if (time.size() >= 3) l.attitude_sampling = sampling(time);
-      }
+      case LogKind::kAttitude:
+        read_reference(l);
     }
-    l.log.content.reset();
   } catch (const DataError& e) {
-    l.log.content.reset();
     found.push_back({LogFault::kUnreadable, file, e.what(), "piste cannot use this file as it is"});
-    return l;
+    l.guess.reset();
+    return;
   }
   if (l.imu_health) append(found, suspicions(*l.imu_health, l.faults, file));
   if (l.gnss_health) append(found, suspicions(*l.gnss_health, l.faults, file));
@@ -82,13 +164,22 @@ InspectedLog look_at(const std::string& file, std::vector<Suspicion>& found) {
     append(found, suspicions(*l.attitude_sampling, l.faults, file, kFastestAttitude, kSlowestAttitude));
   if (!l.imu_health && !l.gnss_health && !l.attitude_sampling)
     append(found, suspicions(Sampling{}, l.faults, file, kFastestGnss, kSlowestGnss));
-  return l;
+}
+
+// The IMU in GPS time, as far as a receiver's log tells its clock.
+ImuRecording on_known_clock(const Inspection& inspection, std::size_t imu) {
+  ImuRecording recording = inspection.logs[imu].imu;
+  if (const ReceiverClock* clock = inspection.imu_clock(); clock != nullptr && imu == inspection.first(LogKind::kImu)) {
+    for (double& t : recording.time) t = clock->gps_time(t);
+  }
+  return recording;
 }
 
 // Whether the filter can run: no fault may make a log mean something else.
 bool may_run(const Inspection& inspection) {
   return std::none_of(inspection.suspicions.begin(), inspection.suspicions.end(), [](const Suspicion& s) {
-    return s.fault <= LogFault::kNoOverlap && s.fault != LogFault::kSameLog;
+    return s.fault <= LogFault::kNoOverlap && s.fault != LogFault::kSameLog &&
+           s.fault != LogFault::kTimeBack;  // such rows were put in order
   });
 }
 
@@ -109,6 +200,7 @@ std::optional<Calibration> try_calibration(const Inspection& inspection, const I
   conditioning.gyro_range = options.sensor.gyro.range;
   conditioning.accel_range = options.sensor.accel.range;
   try {
+    if (const auto& velocity = receiver.gnss_health->velocity) options.gnss.front().velocity_delay = velocity->known_delay();
     const LogMatch* match = inspection.first_match();
     const bool search_clock = match == nullptr || !match->clock || match->clock->sigma > kSureClock;
     const auto found_here = calibrate({body.imu, {receiver.gnss}, {}}, conditioning, options, search_clock);
@@ -136,15 +228,19 @@ Inspection inspect(const std::vector<std::string>& files, const ProgressCallback
   const auto show = [&](double part) {
     if (progress) progress(part);
   };
-  for (std::size_t i = 0; i < files.size(); ++i) {
-    logs.push_back(look_at(files[i], found));
-    show(kRead * static_cast<double>(i + 1) / static_cast<double>(files.size()));
+  for (const std::string& file : files) {
+    logs.push_back(guessed(file, found));
+  }
+  pair_up(logs, found);
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    examine(logs[i], found);
+    show(kRead * static_cast<double>(i + 1) / static_cast<double>(logs.size()));
   }
   const auto imu = inspection.first(LogKind::kImu), gnss = inspection.first(LogKind::kGnss);
   for (std::size_t i = 0; i < logs.size(); ++i) {
     for (std::size_t j = 0; j < logs.size(); ++j) {
       if (logs[i].imu_health && logs[j].gnss_health && (i == imu || j == gnss)) {
-        LogMatch m = match(logs[i].imu, logs[j].gnss, *logs[j].gnss_health);
+        LogMatch m = match(on_known_clock(inspection, i), logs[j].gnss, *logs[j].gnss_health);
         append(found, suspicions(m, logs[i].log.file, logs[j].log.file));
         inspection.matches.push_back({i, j, std::move(m)});
       }

@@ -95,6 +95,19 @@ std::size_t sum(const std::vector<std::size_t>& counts) {
   return total;
 }
 
+RepairedRows sum(const std::vector<RepairedRows>& sources) {
+  RepairedRows total;
+  for (const RepairedRows& r : sources) {
+    total.sorted += r.sorted;
+    total.dropped += r.dropped;
+  }
+  return total;
+}
+
+std::string repaired(const RepairedRows& rows) {
+  return fmt::format(R"({{"sorted": {}, "dropped": {}}})", rows.sorted, rows.dropped);
+}
+
 }  // namespace
 
 std::string summary_json(const Log& log, const Solution& filtered, const Solution* smoothed, const RunTimes& times) {
@@ -113,13 +126,18 @@ std::string summary_json(const Log& log, const Solution& filtered, const Solutio
 
   const LogCounts& c = log.counts;
   std::string text = "{\n";
-  text += fmt::format("  \"imu\": {{\"epochs\": {}, \"gaps\": {}, \"rejected\": {}, \"clipped\": {}}},\n",
-                      filtered.size(), c.imu_gaps, c.imu_rejected, c.imu_clipped);
-  text += fmt::format("  \"gnss\": {{{}, \"withheld\": {}, \"outside\": {}, \"late\": {}, \"without_fix\": {}}},\n",
-                      count_fixes(filtered, "gnss[").text(), sum(c.gnss_withheld), sum(c.gnss_outside),
-                      filtered.gnss_late, sum(c.gnss_without_fix));
-  text += fmt::format("  \"attitude\": {{{}, \"outside\": {}, \"not_valid\": {}}},\n",
-                      count_fixes(filtered, "attitude[").text(), sum(c.attitude_outside), sum(c.attitude_not_valid));
+  text += fmt::format(
+      "  \"imu\": {{\"epochs\": {}, \"gaps\": {}, \"rejected\": {}, \"clipped\": {}, \"unpaired\": {}, "
+      "\"repaired\": {}}},\n",
+      filtered.size(), c.imu_gaps, c.imu_rejected, c.imu_clipped, c.imu_unpaired, repaired(c.imu_repaired));
+  text += fmt::format(
+      "  \"gnss\": {{{}, \"withheld\": {}, \"outside\": {}, \"late\": {}, \"without_fix\": {}, "
+      "\"repaired\": {}}},\n",
+      count_fixes(filtered, "gnss[").text(), sum(c.gnss_withheld), sum(c.gnss_outside), filtered.gnss_late,
+      sum(c.gnss_without_fix), repaired(sum(c.gnss_repaired)));
+  text += fmt::format("  \"attitude\": {{{}, \"outside\": {}, \"not_valid\": {}, \"repaired\": {}}},\n",
+                      count_fixes(filtered, "attitude[").text(), sum(c.attitude_outside), sum(c.attitude_not_valid),
+                      repaired(sum(c.attitude_repaired)));
   text += fmt::format("  \"sources\": {},\n", source_counts(filtered));
   text += fmt::format("  \"rest_intervals\": [{}],\n", fmt::join(rests, ", "));
   text += fmt::format("  \"estimates\": {{{}\n  }},\n{}", fmt::join(estimates, ","), fmt::join(totals, ""));

@@ -263,8 +263,10 @@ GnssHealth gnss_health(const GnssRecording& gnss) {
   const bool measured = 2 * h.velocities > fixes.size();
   const std::vector<Vector3d> velocity = mean_velocities(fixes, p, measured);
   const double in_a_second = std::sqrt(std::max(1.0, h.sampling.rate()));
+  constexpr double kNotKnown = 5;  // m/s: phones state 20 m/s where they do not know, which is no noise
+  const bool stated = measured && median(sigma_velocity) < kNotKnown;
   const double noise =
-      measured ? median(sigma_velocity) / in_a_second : 2 * std::min(h.median_sigma.norm(), white_noise(p));
+      stated ? median(sigma_velocity) / in_a_second : 2 * std::min(h.median_sigma.norm(), white_noise(p));
   h.rest = find_rest(fixes, velocity, noise, h.sampling.interval);
   std::vector<double> speeds;
   speeds.reserve(velocity.size());

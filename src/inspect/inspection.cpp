@@ -57,8 +57,16 @@ std::string path_from(const std::string& folder, const std::string& file) {
 }
 
 std::string file_keys(const InspectedLog& log, const std::string& folder, std::string_view indent) {
-  std::string text =
-      fmt::format("file: {}\n{}format: {}\n", path_from(folder, log.log.file), indent, name_of(log.log.format));
+  std::string text = fmt::format("file: {}\n", path_from(folder, log.log.file));
+  if (!log.log.accel_file.empty()) {
+    text += fmt::format("{}accel_file: {}\n", indent, path_from(folder, log.log.accel_file));
+  }
+  text += fmt::format("{}format: {}\n", indent, name_of(log.log.format));
+  if (log.log.columns) {
+    for (const std::string& doubt : log.guess->doubts) text += fmt::format("{}# {}\n", indent, doubt);
+    text += fmt::format("{}columns: {}\n", indent, columns_text(*log.log.columns, std::string(indent) + "  "));
+  }
+  if (log.log.repair) text += fmt::format("{}repair: true                # {}\n", indent, log.repaired());
   if (log.faults.unknown_columns.empty()) return text;
   std::vector<std::string> names;
   for (const std::string& column : log.faults.unknown_columns) names.push_back(yaml_text(column));
@@ -75,6 +83,13 @@ std::string priors_text(const Calibration* found) {
                      std::clamp(kLoose * found->clock_sigma, kLeastDelay, kMostDelay));
 }
 
+// What the motions say beyond the clock that the receiver's log tells.
+std::string rest_of_clock(const LogMatch* match) {
+  if (match == nullptr || !match->clock) return {};
+  return fmt::format("  # The motions fit best with an offset {:+.3f} s from this, +- {:.3f} s.\n",
+                     match->clock->offset, match->clock->sigma);
+}
+
 }  // namespace
 
 std::optional<std::size_t> Inspection::first(LogKind kind) const {
@@ -83,6 +98,11 @@ std::optional<std::size_t> Inspection::first(LogKind kind) const {
   });
   if (place == logs.end()) return std::nullopt;
   return static_cast<std::size_t>(place - logs.begin());
+}
+
+std::string InspectedLog::repaired() const {
+  const RepairedRows& rows = imu_health ? imu.repaired : gnss_health ? gnss.repaired : attitude.repaired;
+  return fmt::format("{} rows sorted, {} of a repeated time dropped", rows.sorted, rows.dropped);
 }
 
 const LogMatch* Inspection::first_match() const {
@@ -138,8 +158,13 @@ ImuSensor guess_sensor(const Inspection& inspection) {
 ImuConditioning guess_conditioning(const Inspection& inspection) {
   ImuConditioning imu;
   const LogMatch* match = inspection.first_match();
-  if (match != nullptr && match->clock &&
-      std::abs(match->clock->offset) > std::max(kKnownClock, 5 * match->clock->sigma))
+  if (const ReceiverClock* clock = inspection.imu_clock()) {
+    // As the configuration counts the drift from the IMU's first row.
+    const double first = inspection.logs[*inspection.first(LogKind::kImu)].imu.time.front();
+    imu.clock_offset = first - clock->gps_time(first);
+    imu.clock_drift = clock->drift;
+  } else if (match != nullptr && match->clock &&
+             std::abs(match->clock->offset) > std::max(kKnownClock, 5 * match->clock->sigma))
     imu.clock_offset = match->clock->offset;
   if (const Calibration* found = inspection.calibration()) imu.clock_offset = found->clock_offset;
   if (match != nullptr && match->motion && !match->motion->mirrored) {
@@ -174,8 +199,16 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
       "imu:\n  {}  sensor: {}\n  axes: {}                # {}\n  sampling: mean                # or instant\n",
       file_keys(inspection.logs[*first], folder, "  "), sensor_file, axes_text(imu.R_bs),
       from_motion ? "as the motion has them" : "down as gravity has it; forward and right are to be checked");
-  if (imu.clock_offset != 0) {
-    const Calibration* found = inspection.calibration();
+  const Calibration* found = inspection.calibration();
+  if (const ReceiverClock* clock = inspection.imu_clock()) {
+    text += fmt::format(
+        "  # From the receiver's own two times, +- {:.3f} s each{}.\n{}"
+        "  clock: {{offset: {:.4f} s, drift: {:.2f} ppm}}\n",
+        clock->scatter,
+        found != nullptr ? fmt::format(", and the motion, +- {:.3f} s", found->clock_sigma)
+                         : "; its latency, of some ms to hundreds of ms, is in it",
+        found != nullptr ? "" : rest_of_clock(match), imu.clock_offset, 1e6 * imu.clock_drift);
+  } else if (imu.clock_offset != 0) {
     text += fmt::format("  clock: {{offset: {:.4f} s}}    # as the motion has it, +- {:.4f} s\n", imu.clock_offset,
                         found != nullptr ? found->clock_sigma : match->clock->sigma);
   }
@@ -196,6 +229,9 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
     if (log.log.sigma) {
       text += fmt::format("    sigma: {:g} {:g} {:g} m                # the log has none: north east down\n",
                           log.log.sigma->x(), log.log.sigma->y(), log.log.sigma->z());
+    }
+    if (log.log.sigma_velocity) {
+      text += fmt::format("    sigma_velocity: {:g} m/s         # the log has none\n", log.log.sigma_velocity->x());
     }
     const auto& velocity = log.gnss_health->velocity;
     if (const auto late = velocity ? velocity->known_delay() : std::nullopt) {

@@ -8,7 +8,9 @@
 #include <cstdint>
 #include <optional>
 
+#include "column_guess.h"
 #include "io/text_reader.h"
+#include "math/time.h"
 #include "piste/core/error.h"
 
 namespace piste {
@@ -42,7 +44,16 @@ bool holds_nmea(std::string_view head) {
   return false;
 }
 
+LogGuess found_by(LogKind kind, LogFormat format, std::string why) {
+  LogGuess guess;
+  guess.kind = kind;
+  guess.format = format;
+  guess.why = std::move(why);
+  return guess;
+}
+
 std::optional<LogGuess> guess_csv(std::string_view header) {
+  if (!has(header, "time_s")) return std::nullopt;
   struct Sign {
     std::string_view column;
     LogKind kind;
@@ -56,7 +67,7 @@ std::optional<LogGuess> guess_csv(std::string_view header) {
     const auto at = header.find(sign.column);
     if (at == std::string_view::npos) continue;
     const std::string_view name = header.substr(at, header.find_first_of(", \t\r", at) - at);
-    return LogGuess{sign.kind, LogFormat::kCsv, fmt::format("column {}", name)};
+    return found_by(sign.kind, LogFormat::kCsv, fmt::format("column {}", name));
   }
   return std::nullopt;
 }
@@ -65,13 +76,17 @@ std::optional<LogGuess> guess_csv(std::string_view header) {
 std::optional<LogGuess> guess_numbers(const std::string& file, std::string_view head) {
   TextReader reader(file, TextReader::Separator::kSpaces, head);
   std::size_t columns = 0, rows = 0;
-  double largest = 0, smallest_sigma = 1e300;
+  double largest = 0, smallest_sigma = 1e300, last = 0;
   try {
     while (rows < kRows && reader.next()) {
       const std::size_t found = reader.fields().size();
       if (columns == 0) columns = found;
       if (found != columns) break;  // the last line of what was looked at may be cut
       if (columns < 7) return std::nullopt;
+      if (rows > 0 && reader.number(0) < last && last - reader.number(0) < kWeek / 2) {
+        return std::nullopt;  // the first is no time
+      }
+      last = reader.number(0);
       for (std::size_t i = 1; i < 4; ++i) largest = std::max(largest, std::abs(reader.number(i)));
       for (std::size_t i = 4; i < 7; ++i) smallest_sigma = std::min(smallest_sigma, reader.number(i));
       ++rows;
@@ -81,11 +96,11 @@ std::optional<LogGuess> guess_numbers(const std::string& file, std::string_view 
   }
   if (rows == 0) return std::nullopt;
   if (columns == 13 || columns == 14)
-    return LogGuess{LogKind::kGnss, LogFormat::kKfGins, fmt::format("{} numbers a row", columns)};
+    return found_by(LogKind::kGnss, LogFormat::kKfGins, fmt::format("{} numbers a row", columns));
   if (columns != 7) return std::nullopt;
   if (smallest_sigma >= 0 && largest > 10)
-    return LogGuess{LogKind::kGnss, LogFormat::kKfGins, "7 numbers a row, the last three not negative"};
-  return LogGuess{LogKind::kImu, LogFormat::kKfGins, "7 numbers a row, as small as increments"};
+    return found_by(LogKind::kGnss, LogFormat::kKfGins, "7 numbers a row, the last three not negative");
+  return found_by(LogKind::kImu, LogFormat::kKfGins, "7 numbers a row, as small as increments");
 }
 
 }  // namespace
@@ -94,24 +109,27 @@ LogGuess guess_log(const std::string& file, std::string_view content) {
   if (content.find_first_not_of(" \t\r\n") == std::string_view::npos)
     throw DataError(file + ":1", "the file is empty; a log is expected");
   const std::string_view head = content.substr(0, kLooked);
-  if (head.starts_with("$IMURAW")) return {LogKind::kImu, LogFormat::kImr, "its mark `$IMURAW`"};
-  if (has(head, "INSPVA")) return {LogKind::kAttitude, LogFormat::kInspva, "logs named INSPVA"};
-  if (holds_ubx(head)) return {LogKind::kGnss, LogFormat::kUbx, "frames that begin with B5 62"};
-  if (holds_nmea(head)) return {LogKind::kGnss, LogFormat::kNmea, "sentences that begin with $ and five letters"};
+  if (head.starts_with("$IMURAW")) return found_by(LogKind::kImu, LogFormat::kImr, "its mark `$IMURAW`");
+  if (has(head, "INSPVA")) return found_by(LogKind::kAttitude, LogFormat::kInspva, "logs named INSPVA");
+  if (holds_ubx(head)) return found_by(LogKind::kGnss, LogFormat::kUbx, "frames that begin with B5 62");
+  if (holds_nmea(head))
+    return found_by(LogKind::kGnss, LogFormat::kNmea, "sentences that begin with $ and five letters");
   if (has(head, "Counter") && has(head, "Acc_X"))
-    return {LogKind::kImu, LogFormat::kXsensAscii, "columns Counter and Acc_X"};
+    return found_by(LogKind::kImu, LogFormat::kXsensAscii, "columns Counter and Acc_X");
   if (head.starts_with("%") && (has(head, "latitude(") || has(head, "ecef(m)") || has(head, "-baseline(m)")))
-    return {LogKind::kGnss, LogFormat::kRtklibPos, "a header of RTKLIB"};
+    return found_by(LogKind::kGnss, LogFormat::kRtklibPos, "a header of RTKLIB");
   const std::string_view line = head.substr(0, head.find('\n'));
-  if (const auto csv = guess_csv(line)) return *csv;
-  if (const auto numbers = guess_numbers(file, head)) return *numbers;
+  if (auto csv = guess_csv(line)) return *csv;
+  if (auto numbers = guess_numbers(file, head)) return *numbers;
+  if (auto columns = guess_columns(file, content)) return *columns;
   const bool text = std::none_of(head.begin(), head.end(), [](char c) { return c == '\0'; });
   throw DataError(
       file + ":1",
       text ? fmt::format(
                  "is none of the logs that piste reads; it begins with `{}`. A CSV needs a header with names and "
                  "units, such as time_s,gyro_x_rad_s,…,accel_x_m_s2,… or time_s,latitude_deg,longitude_deg,"
-                 "height_m,sigma_north_m,…",
+                 "height_m,sigma_north_m,…; of others, names such as gyro_x, acc_x, latitude and time show what the "
+                 "columns hold",
                  line.substr(0, 80))
            : std::string("is binary and none of the logs that piste reads: ubx (NAV-PVT) and imr"));
 }

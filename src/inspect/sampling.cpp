@@ -137,7 +137,9 @@ std::vector<Suspicion> suspicions(const Sampling& s, const RowFaults& faults, co
     found.push_back({fault_of(kind), file,
                      fmt::format("{} of {} rows {}; the first at {}: {}", faults.count(kind), s.rows + faults.total(),
                                  name_of(kind), first->place, first->what),
-                     "mend or leave out these rows; replay refuses them"});
+                     fault_of(kind) == LogFault::kBadRows
+                         ? "mend or leave out these rows; replay refuses them"
+                         : "`repair: true` puts rows in order and drops repeated ones; below they are read so"});
   }
   if (!s.gaps.empty()) {
     const auto longest = std::max_element(s.gaps.begin(), s.gaps.end(), [](const Interval& a, const Interval& b) {

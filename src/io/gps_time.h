@@ -28,6 +28,8 @@ GpsTime gps_time(const GpsTime& time, TimeSystem system);
 /// Converts times with a week into seconds of the week of the first time, and checks that they increase.
 class WeekTime {
  public:
+  /// `repair`: as of IncreasingTime.
+  explicit WeekTime(bool repair = false) : increasing_(repair) {}
   /// Throws RowError if the time does not increase.
   double next(const GpsTime& time, const RowSource& row);
 

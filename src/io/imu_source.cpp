@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <system_error>
 
+#include "io/column_keys.h"
 #include "io/text_reader.h"
 #include "piste/core/error.h"
 #include "piste/io/sensor_file.h"
@@ -42,6 +43,10 @@ bool is_same_log(const std::string& a, const std::string& b) {
   return MappedFile(a).text() == MappedFile(b).text();
 }
 
+std::string path_at(const Config& source, std::string_view key, DataFile data) {
+  return (data == DataFile::kMustExist ? source.existing_file(key) : source.path(key)).string();
+}
+
 }  // namespace
 
 void refuse_repeated(const Config& source, const LogFile& log, const LogFile& other) {
@@ -53,10 +58,11 @@ void refuse_repeated(const Config& source, const LogFile& log, const LogFile& ot
 
 LogFile read_log_file(const Config& source, std::initializer_list<LogFormat> formats, DataFile data) {
   LogFile log;
-  log.file = (data == DataFile::kMustExist ? source.existing_file("file") : source.path("file")).string();
+  log.file = path_at(source, "file", data);
   std::vector<std::pair<std::string_view, LogFormat>> named;
   for (const LogFormat format : formats) named.emplace_back(name_of(format), format);
   log.format = source.choice<LogFormat>("format", named, LogFormat::kCsv);
+  log.repair = source.flag("repair", false);
   const bool names_columns = log.format == LogFormat::kCsv || log.format == LogFormat::kXsensAscii;
   if (names_columns) log.ignore_columns = source.words("ignore_columns");
   return log;
@@ -65,10 +71,19 @@ LogFile read_log_file(const Config& source, std::initializer_list<LogFormat> for
 ImuSource read_imu_source(const Config& imu, DataFile data) {
   ImuSource source;
   source.where = imu.where();
-  source.log = read_log_file(imu, {LogFormat::kCsv, LogFormat::kKfGins, LogFormat::kXsensAscii, LogFormat::kImr}, data);
+  source.log = read_log_file(
+      imu, {LogFormat::kCsv, LogFormat::kKfGins, LogFormat::kXsensAscii, LogFormat::kImr, LogFormat::kColumns}, data);
+  if (source.log.format == LogFormat::kColumns) {
+    source.log.columns = read_column_map(imu, imu_quantities());
+    if (imu.has("accel_file")) source.log.accel_file = path_at(imu, "accel_file", data);
+    if (!source.log.accel_file.empty() && source.log.columns->find("dtheta") != nullptr) {
+      imu.fail("accel_file", "increments stand in one file; rates, gyro and accel, may stand in two");
+    }
+  }
   source.sensor = read_sensor(imu.existing_file("sensor"));
   source.conditioning.R_bs = imu.axes("axes");
   source.conditioning.instantaneous = imu.choice<bool>("sampling", {{"mean", false}, {"instant", true}}, false);
+  source.log.instant = source.conditioning.instantaneous;
   if (source.conditioning.instantaneous) source.where = imu.where("sampling");
   if (const auto clock = imu.find_map("clock")) {
     source.conditioning.clock_offset = clock->quantity("offset", dimension::kTime, 0);

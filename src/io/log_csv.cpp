@@ -58,6 +58,13 @@ Triad require_triad(CsvReader& csv, std::string_view prefix, const std::array<st
   csv.fail(fmt::format("column {} is missing, and with it those of the other axes", choices));
 }
 
+// The sigmas, which a file need not have if `stated` elsewhere.
+std::optional<Triad> sigma_triad(CsvReader& csv, const std::array<std::string_view, 3>& axes, ColumnUnit unit,
+                                 bool stated) {
+  if (stated) return find_triad(csv, "sigma", axes, {unit});
+  return require_triad(csv, "sigma", axes, {unit});
+}
+
 }  // namespace
 
 ImuRecording read_imu_csv(const LogFile& log, RowFaults* faults) {
@@ -80,14 +87,14 @@ ImuRecording read_imu_csv(const LogFile& log, RowFaults* faults) {
   csv.finish_header(faults);
 
   const bool declared_radians = gyro->unit.factor == 1;
-  IncreasingTime increasing;
+  IncreasingTime increasing(log.repair);
   const auto row = [&] {
     const double t = increasing.next(csv[time], csv.text());
     const Vector3d rotation = gyro->read(csv), force = accel->read(csv);
     const auto field = magnetic ? std::optional(magnetic->read(csv)) : std::nullopt;
     const bool judged = declared_radians && faults == nullptr;
     if (judged && !imu.increments) check_rate(rotation, csv.text());
-    if (judged && imu.increments && !imu.time.empty()) check_rate(rotation / (t - imu.time.back()), csv.text());
+    if (judged && imu.increments) check_turn(rotation, t, imu, csv.text());
     imu.time.push_back(t);
     imu.gyro.push_back(rotation);
     imu.accel.push_back(force);
@@ -103,21 +110,25 @@ GnssRecording read_gnss_csv(const LogFile& log, RowFaults* faults) {
   CsvReader csv(log.file, log.ignore_columns, log.content);
   const auto time = csv.column("time_s"), latitude = csv.column("latitude_deg"),
              longitude = csv.column("longitude_deg"), height = csv.column("height_m");
-  const Triad sigma = require_triad(csv, "sigma", kNed, {{"m", 1}});
+  const auto sigma = sigma_triad(csv, kNed, {"m", 1}, log.sigma || faults != nullptr);
   const auto velocity = find_triad(csv, "velocity", kNed, {{"m_s", 1}});
   std::optional<Triad> sigma_velocity;
-  if (velocity) sigma_velocity = require_triad(csv, "sigma_velocity", kNed, {{"m_s", 1}});
+  if (velocity && log.sigma_velocity) {
+    sigma_velocity = find_triad(csv, "sigma_velocity", kNed, {{"m_s", 1}});
+  } else if (velocity) {
+    sigma_velocity = require_triad(csv, "sigma_velocity", kNed, {{"m_s", 1}});
+  }
   csv.finish_header(faults);
 
   GnssRecording gnss{log.file, {}};
-  IncreasingTime increasing;
+  IncreasingTime increasing(log.repair);
   const auto row = [&] {
     GeodeticFix fix;
     fix.time = increasing.next(csv[time], csv.text());
     fix.position = geodetic_degrees(csv[latitude], csv[longitude], csv[height]);
-    fix.sigma_position = sigma.read(csv);
-    if (velocity) fix.velocity = {velocity->read(csv), sigma_velocity->read(csv)};
-    check_fix(fix, csv.text());
+    fix.sigma_position = sigma ? sigma->read(csv) : unknown_sigma();
+    if (velocity) fix.velocity = {velocity->read(csv), sigma_velocity ? sigma_velocity->read(csv) : Vector3d::Zero()};
+    check_fix(fix, log, csv.text());
     gnss.fixes.push_back(fix);
   };
   for_each_row(
@@ -129,14 +140,14 @@ AttitudeRecording read_attitude_csv(const LogFile& log, RowFaults* faults) {
   CsvReader csv(log.file, log.ignore_columns, log.content);
   const auto time = csv.column("time_s");
   const Triad angles = require_triad(csv, "", kEuler, {{"deg", kDegree}});
-  const Triad sigma = require_triad(csv, "sigma", kEuler, {{"deg", kDegree}});
+  const auto sigma = sigma_triad(csv, kEuler, {"deg", kDegree}, log.sigma || faults != nullptr);
   csv.finish_header(faults);
 
   AttitudeRecording attitude{log.file, {}};
-  IncreasingTime increasing;
+  IncreasingTime increasing(log.repair);
   const auto row = [&] {
-    const EulerFix fix{increasing.next(csv[time], csv.text()), angles.read(csv), sigma.read(csv)};
-    check_attitude(fix, csv.text());
+    EulerFix fix{increasing.next(csv[time], csv.text()), angles.read(csv), sigma ? sigma->read(csv) : unknown_sigma()};
+    check_attitude(fix, log, csv.text());
     attitude.fixes.push_back(fix);
   };
   for_each_row(

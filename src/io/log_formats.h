@@ -1,6 +1,8 @@
 #pragma once
 /// The readers behind log_io.h, one source file for each format, and the checks that they share.
 
+#include <limits>
+
 #include "io/text_reader.h"
 #include "piste/io/log_io.h"
 #include "piste/math/units.h"
@@ -17,6 +19,9 @@ GnssRecording read_gnss_nmea(const LogFile& log, RowFaults* faults);
 GnssRecording read_gnss_ubx(const LogFile& log, RowFaults* faults);
 ImuRecording read_imu_xsens(const LogFile& log, RowFaults* faults);
 ImuRecording read_imu_imr(const LogFile& log, RowFaults* faults);
+ImuRecording read_imu_columns(const LogFile& log, RowFaults* faults);
+GnssRecording read_gnss_columns(const LogFile& log, RowFaults* faults);
+AttitudeRecording read_attitude_columns(const LogFile& log, RowFaults* faults);
 AttitudeRecording read_attitude_inspva(const LogFile& log, RowFaults* faults);
 
 /// The text between `$` and `*` of a sentence of NMEA 0183, or nothing if the line is not a sentence with a right
@@ -26,11 +31,23 @@ std::optional<std::string_view> nmea_body(std::string_view line);
 /// Throws if an angular rate [rad/s] is larger than any sensor measures: then degrees were declared as radians.
 void check_rate(const Vector3d& rate, const RowSource& row);
 
-/// Throws if latitude, longitude or height are impossible, or a sigma is not above zero.
-void check_fix(const GeodeticFix& fix, const RowSource& row);
+/// The same for an increment [rad] that ends at `time`, behind the last row of `imu`.
+void check_turn(const Vector3d& dtheta, double time, const ImuRecording& imu, const RowSource& row);
 
-/// Throws if an angle is outside its range, or a sigma is not above zero.
-void check_attitude(const EulerFix& fix, const RowSource& row);
+/// The sigma that nobody states.
+inline Vector3d unknown_sigma() { return Vector3d::Constant(std::numeric_limits<double>::infinity()); }
+
+/// Gives a fix the sigmas that its configuration states, if it does. Throws if latitude, longitude or height are then
+/// impossible, or a sigma is not above zero.
+void check_fix(GeodeticFix& fix, const LogFile& log, const RowSource& row);
+
+/// The same for an attitude, whose angles must be within their ranges.
+void check_attitude(EulerFix& fix, const LogFile& log, const RowSource& row);
+
+/// Puts rows in the order of time, and drops those whose time stood in the file before. Rows are counted.
+void repair_rows(ImuRecording& imu);
+void repair_rows(GnssRecording& gnss);
+void repair_rows(AttitudeRecording& attitude);
 
 /// A place from latitude and longitude in degrees and height in metres.
 inline Geodetic geodetic_degrees(double latitude, double longitude, double height) {

@@ -94,7 +94,7 @@ bool is_valid(std::string_view status) {
 AttitudeRecording read_attitude_inspva(const LogFile& log, RowFaults* faults) {
   TextReader reader(log.file, TextReader::Separator::kComma, log.content);
   AttitudeRecording attitude{log.file, {}};
-  WeekTime times;
+  WeekTime times(log.repair);
   const auto degrees = [&](std::size_t field) -> Vector3d {
     return kDegree * Vector3d(reader.number(field), reader.number(field + 1), reader.number(field + 2));
   };
@@ -111,9 +111,6 @@ AttitudeRecording read_attitude_inspva(const LogFile& log, RowFaults* faults) {
       return;
     }
     if (!extended) time = time_of(reader, 0);
-    if (extended && log.sigma) {
-      reader.fail("INSPVAXA has sigmas of its own; take `sigma` out of the configuration");
-    }
     if (!extended && !log.sigma && faults == nullptr) {
       reader.fail(
           fmt::format("{} has no sigmas; state them in the configuration: `sigma: 0.05 0.05 0.1 deg` (roll, "
@@ -122,9 +119,8 @@ AttitudeRecording read_attitude_inspva(const LogFile& log, RowFaults* faults) {
     }
     EulerFix fix;
     fix.angles = degrees(extended ? 9 : 8);
-    constexpr double kUnknown = std::numeric_limits<double>::infinity();
-    fix.sigma = extended ? degrees(18) : log.sigma.value_or(Vector3d::Constant(kUnknown));
-    check_attitude(fix, reader);
+    fix.sigma = extended ? degrees(18) : unknown_sigma();
+    check_attitude(fix, log, reader);
     fix.time = times.next(time, reader);
     attitude.fixes.push_back(fix);
   };

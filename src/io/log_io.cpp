@@ -33,6 +33,7 @@ std::string_view needed(LogFormat format) {
     case LogFormat::kRtklibPos:
     case LogFormat::kXsensAscii:
     case LogFormat::kImr:
+    case LogFormat::kColumns:
       break;
   }
   return {};
@@ -58,7 +59,8 @@ void check_gravity(const ImuRecording& imu) {
       fmt::format("the median specific force is {:.4g} m/s^2 and should be near 9.8; {}", typical,
                   imu.increments
                       ? "dvel must be velocity increments in m/s since the row before"
-                      : "are the columns in g (accel_x_g) or in m/s^2 (accel_x_m_s2), or increments (dvel_x_m_s)?"));
+                      : "are the columns in g (accel_x_g) or in m/s^2 (accel_x_m_s2), or increments (dvel_x_m_s)? With "
+                        "`columns:`, what is their unit?"));
 }
 
 }  // namespace
@@ -81,6 +83,8 @@ std::string_view name_of(LogFormat format) {
       return "imr";
     case LogFormat::kInspva:
       return "inspva";
+    case LogFormat::kColumns:
+      return "columns";
   }
   return "";
 }
@@ -100,12 +104,16 @@ ImuRecording read_imu(const LogFile& log, RowFaults* faults) {
     case LogFormat::kImr:
       imu = log_formats::read_imu_imr(log, faults);
       break;
+    case LogFormat::kColumns:
+      imu = log_formats::read_imu_columns(log, faults);
+      break;
     case LogFormat::kRtklibPos:
     case LogFormat::kNmea:
     case LogFormat::kUbx:
     case LogFormat::kInspva:
-      wrong_format(log, "an IMU", "csv, kf_gins, xsens_ascii or imr");
+      wrong_format(log, "an IMU", "csv, kf_gins, xsens_ascii, imr or columns");
   }
+  if (log.repair) log_formats::repair_rows(imu);
   if (faults == nullptr) check_gravity(imu);
   return imu;
 }
@@ -128,20 +136,31 @@ GnssRecording read_gnss(const LogFile& log, RowFaults* faults) {
     case LogFormat::kUbx:
       gnss = log_formats::read_gnss_ubx(log, faults);
       break;
+    case LogFormat::kColumns:
+      gnss = log_formats::read_gnss_columns(log, faults);
+      break;
     case LogFormat::kXsensAscii:
     case LogFormat::kImr:
     case LogFormat::kInspva:
-      wrong_format(log, "GNSS", "csv, kf_gins, rtklib_pos, nmea or ubx");
+      wrong_format(log, "GNSS", "csv, kf_gins, rtklib_pos, nmea, ubx or columns");
   }
+  if (log.repair) log_formats::repair_rows(gnss);
   if (faults == nullptr) require_rows(gnss.fixes, log, "fix");
   return gnss;
 }
 
 AttitudeRecording read_attitude(const LogFile& log, RowFaults* faults) {
-  const bool csv = log.format == LogFormat::kCsv;
-  if (!csv && log.format != LogFormat::kInspva) wrong_format(log, "an attitude", "csv or inspva");
-  AttitudeRecording attitude =
-      csv ? log_formats::read_attitude_csv(log, faults) : log_formats::read_attitude_inspva(log, faults);
+  AttitudeRecording attitude;
+  if (log.format == LogFormat::kCsv) {
+    attitude = log_formats::read_attitude_csv(log, faults);
+  } else if (log.format == LogFormat::kInspva) {
+    attitude = log_formats::read_attitude_inspva(log, faults);
+  } else if (log.format == LogFormat::kColumns) {
+    attitude = log_formats::read_attitude_columns(log, faults);
+  } else {
+    wrong_format(log, "an attitude", "csv, inspva or columns");
+  }
+  if (log.repair) log_formats::repair_rows(attitude);
   if (faults == nullptr) require_rows(attitude.fixes, log, "attitude");
   return attitude;
 }
@@ -154,12 +173,22 @@ void check_rate(const Vector3d& rate, const RowSource& row) {
   if (largest > kFastest) {
     row.fail(
         fmt::format("an angular rate of {:.4g} rad/s: these look like degrees; name the columns gyro_x_deg_s "
-                    "(or dtheta_x_deg), or convert them",
+                    "(or dtheta_x_deg), with `columns:` give the unit deg/s, or convert them",
                     largest));
   }
 }
 
-void check_fix(const GeodeticFix& fix, const RowSource& row) {
+void check_turn(const Vector3d& dtheta, double time, const ImuRecording& imu, const RowSource& row) {
+  if (!imu.time.empty() && time > imu.time.back()) check_rate(dtheta / (time - imu.time.back()), row);
+}
+
+void check_fix(GeodeticFix& fix, const LogFile& log, const RowSource& row) {
+  if (log.sigma) fix.sigma_position = *log.sigma;
+  if (fix.velocity && log.sigma_velocity) {
+    const bool has_down = fix.velocity->has_down();
+    fix.velocity->sigma.head<2>() = log.sigma_velocity->head<2>();
+    if (has_down) fix.velocity->sigma.z() = log.sigma_velocity->z();
+  }
   constexpr double kPi = std::numbers::pi;
   if (std::abs(fix.position.latitude) > kPi / 2) {
     row.fail(fmt::format("latitude {:.6f} deg is beyond 90 deg; are latitude and longitude interchanged?",
@@ -172,11 +201,17 @@ void check_fix(const GeodeticFix& fix, const RowSource& row) {
   if (std::abs(fix.position.height) > 1e6) {
     row.fail(fmt::format("height {:.1f} m; metres above the ellipsoid are expected", fix.position.height));
   }
-  if (!(fix.sigma_position.minCoeff() > 0)) row.fail("the sigmas of a position must be above zero");
-  if (fix.velocity && !(fix.velocity->sigma.minCoeff() > 0)) row.fail("the sigmas of a velocity must be above zero");
+  if (!(fix.sigma_position.minCoeff() > 0)) {
+    row.fail("the sigmas of a position must be above zero; `sigma: 2 2 4 m` in the configuration replaces them");
+  }
+  if (fix.velocity && !(fix.velocity->sigma.minCoeff() > 0)) {
+    row.fail(
+        "the sigmas of a velocity must be above zero; `sigma_velocity: 0.1 m/s` in the configuration replaces them");
+  }
 }
 
-void check_attitude(const EulerFix& fix, const RowSource& row) {
+void check_attitude(EulerFix& fix, const LogFile& log, const RowSource& row) {
+  if (log.sigma) fix.sigma = *log.sigma;
   const Vector3d largest = Vector3d(180, 90, 360) * (kDegree * (1 + 1e-9));
   if ((fix.angles.cwiseAbs().array() > largest.array()).any()) {
     row.fail("an angle is out of range; roll within 180, pitch within 90, heading within 360 deg are expected");

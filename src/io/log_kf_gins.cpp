@@ -16,7 +16,7 @@ ImuRecording read_imu_kf_gins(const LogFile& log, RowFaults* faults) {
   ImuRecording imu;
   imu.file = log.file;
   imu.increments = true;
-  IncreasingTime increasing;
+  IncreasingTime increasing(log.repair);
   const auto row = [&] {
     if (reader.fields().size() != 7) {
       reader.fail(
@@ -26,7 +26,7 @@ ImuRecording read_imu_kf_gins(const LogFile& log, RowFaults* faults) {
     const double t = increasing.next(reader.number(0), reader);
     const Vector3d dtheta = three(reader, 1);
     const Vector3d dvel = three(reader, 4);
-    if (faults == nullptr && !imu.time.empty()) check_rate(dtheta / (t - imu.time.back()), reader);
+    if (faults == nullptr) check_turn(dtheta, t, imu, reader);
     imu.time.push_back(t);
     imu.gyro.push_back(dtheta);
     imu.accel.push_back(dvel);
@@ -39,7 +39,7 @@ ImuRecording read_imu_kf_gins(const LogFile& log, RowFaults* faults) {
 GnssRecording read_gnss_kf_gins(const LogFile& log, RowFaults* faults) {
   TextReader reader(log.file, TextReader::Separator::kSpaces, log.content);
   GnssRecording gnss{log.file, {}};
-  IncreasingTime increasing;
+  IncreasingTime increasing(log.repair);
   std::size_t columns = 0;
   const auto row = [&] {
     const std::size_t found = reader.fields().size();
@@ -56,7 +56,7 @@ GnssRecording read_gnss_kf_gins(const LogFile& log, RowFaults* faults) {
     fix.position = geodetic_degrees(reader.number(1), reader.number(2), reader.number(3));
     fix.sigma_position = three(reader, 4);
     if (found > 7) fix.velocity = {three(reader, 7), three(reader, 10)};
-    check_fix(fix, reader);
+    check_fix(fix, log, reader);
     gnss.fixes.push_back(fix);
   };
   for_each_row(

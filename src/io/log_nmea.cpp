@@ -308,7 +308,7 @@ GnssRecording read_gnss_nmea(const LogFile& log, RowFaults* faults) {
   const auto first = first_day(log);
   EpochReader epochs(log, first.value_or(sys_days{}));
   GnssRecording gnss{log.file, {}};
-  WeekTime times;
+  WeekTime times(log.repair);
   bool has_velocity = false;
   const auto epoch = [&] {
     const Epoch& e = epochs.epoch();
@@ -322,20 +322,18 @@ GnssRecording read_gnss_nmea(const LogFile& log, RowFaults* faults) {
     fix.time = times.next(gps_time(e.day, *e.time_of_day, TimeSystem::kUtc), row);
     fix.position = e.place->position;
     fix.quality = e.place->quality;
-    if (e.sigma && log.sigma) row.fail("GST gives this fix its sigmas; take `sigma` out of the configuration");
     if (!e.sigma && !log.sigma && faults == nullptr) {
       row.fail(
           "no GST of this time with the sigmas of latitude, longitude and altitude; let the receiver write GST as "
           "often "
           "as GGA, or state them in the configuration for all fixes: `sigma: 2 2 4 m` (north, east, down)");
     }
-    constexpr double kUnknown = std::numeric_limits<double>::infinity();
-    fix.sigma_position = e.sigma ? *e.sigma : log.sigma.value_or(Vector3d::Constant(kUnknown));
+    fix.sigma_position = e.sigma.value_or(unknown_sigma());
     if (e.velocity && log.sigma_velocity) {
-      fix.velocity = {*e.velocity, {*log.sigma_velocity, *log.sigma_velocity, kUnknown}};
+      fix.velocity = {*e.velocity, unknown_sigma()};  // the stated sigmas follow
       has_velocity = true;
     }
-    check_fix(fix, row);
+    check_fix(fix, log, row);
     gnss.fixes.push_back(fix);
   };
   for_each_row(

@@ -133,7 +133,7 @@ GnssRecording read_gnss_rtklib(const LogFile& log, RowFaults* faults) {
   TextReader reader(log.file, TextReader::Separator::kSpaces, log.content);
   GnssRecording gnss{log.file, {}};
   std::optional<PosHeader> header;
-  WeekTime times;
+  WeekTime times(log.repair);
   const auto row = [&] {
     if (reader.line().starts_with('%')) {
       if (auto found = header_of(reader)) header = std::move(found);
@@ -156,13 +156,14 @@ GnssRecording read_gnss_rtklib(const LogFile& log, RowFaults* faults) {
     const double latitude = angle_of(reader, field, header->sexagesimal);
     const double longitude = angle_of(reader, field, header->sexagesimal);
     fix.position = geodetic_degrees(latitude, longitude, reader.number(field));
-    fix.sigma_position = {value("sdn(m)"), value("sde(m)"), value("sdu(m)")};
+    if (!log.sigma) fix.sigma_position = {value("sdn(m)"), value("sde(m)"), value("sdu(m)")};
     if (header->find("vn(m/s)")) {
       const Vector3d sigma{value("sdvn"), value("sdve"), value("sdvu")};
-      if (!sigma.isZero(0)) fix.velocity = {{value("vn(m/s)"), value("ve(m/s)"), -value("vu(m/s)")}, sigma};
+      if (!sigma.isZero(0) || log.sigma_velocity)
+        fix.velocity = {{value("vn(m/s)"), value("ve(m/s)"), -value("vu(m/s)")}, sigma};
     }
     if (header->find("Q")) fix.quality = quality_of(reader, value("Q"));
-    check_fix(fix, reader);
+    check_fix(fix, log, reader);
     gnss.fixes.push_back(fix);
   };
   for_each_row(

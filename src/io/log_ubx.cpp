@@ -153,7 +153,7 @@ class NavPvt {
 GnssRecording read_gnss_ubx(const LogFile& log, RowFaults* faults) {
   FrameReader reader(log);
   GnssRecording gnss{log.file, {}};
-  IncreasingTime increasing;
+  IncreasingTime increasing(log.repair);
   const auto frame = [&] {
     if (!reader.is(0x01, 0x07)) return;
     const NavPvt pvt(reader);
@@ -167,7 +167,7 @@ GnssRecording read_gnss_ubx(const LogFile& log, RowFaults* faults) {
     fix.sigma_position = pvt.sigma_position();
     fix.velocity = pvt.velocity();
     fix.quality = pvt.quality();
-    check_fix(fix, reader);
+    check_fix(fix, log, reader);
     gnss.fixes.push_back(fix);
   };
   for_each_row(

@@ -148,6 +148,7 @@ Vector3d three(const TextReader& reader, const std::array<std::size_t, 3>& place
 /// Unwraps the 16-bit packet counter.
 class PacketCounter {
  public:
+  explicit PacketCounter(bool repair) : repair_(repair) {}
   /// Packets since the first.
   double next(const TextReader& reader, std::size_t field) {
     const double counter = reader.number(field);
@@ -155,15 +156,19 @@ class PacketCounter {
       reader.fail(
           fmt::format("counter `{}`; a whole number from 0 to {} is expected", reader.fields()[field], kCounts - 1));
     }
-    const int now = static_cast<int>(counter), passed = (now - last_.value_or(now) + kCounts) % kCounts;
-    if (last_ && passed == 0) {
-      reader.fail(fmt::format("the counter stands still at {}; keep each row once", now),
-                  RowFault::Kind::kTimeRepeated);
-    }
-    if (passed > kCounts / 2) {
+    const int now = static_cast<int>(counter), last = last_ < 0 ? now : last_;
+    int passed = (now - last + kCounts) % kCounts;
+    if (last_ >= 0 && passed == 0 && !repair_) {
       reader.fail(
-          fmt::format("the counter goes back from {} to {}; are the rows in order, and of one log?", *last_, now),
-          RowFault::Kind::kTimeBack);
+          fmt::format("the counter stands still at {}; keep each row once, or let piste do so: `repair: true`", now),
+          RowFault::Kind::kTimeRepeated);
+    }
+    if (passed > kCounts / 2 && repair_) passed -= kCounts;
+    if (passed > kCounts / 2) {
+      reader.fail(fmt::format("the counter goes back from {} to {}; are the rows in order, and of one log? If so, "
+                              "`repair: true` sorts them",
+                              last, now),
+                  RowFault::Kind::kTimeBack);
     }
     last_ = now;
     count_ += passed;
@@ -171,8 +176,9 @@ class PacketCounter {
   }
 
  private:
-  std::optional<int> last_;
+  int last_ = -1;  // none yet
   double count_ = 0;
+  bool repair_;
 };
 
 }  // namespace
@@ -195,7 +201,7 @@ ImuRecording read_imu_xsens(const LogFile& log, RowFaults* faults) {
 
   ImuRecording imu;
   imu.file = log.file;
-  PacketCounter counter;
+  PacketCounter counter(log.repair);
   const auto row = [&] {
     const auto& fields = reader.fields();
     const bool trailing = fields.size() == columns.count + 1 && fields.back().empty();

@@ -5,7 +5,10 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <sstream>
 #include <utility>
+
+#include "io/column_keys.h"
 
 namespace piste {
 namespace {
@@ -30,14 +33,41 @@ void check_sources(const Config& config, Block block, const FilterOptions& filte
   }
 }
 
-// Reads the key `sigma`, which only logs of `format` may have.
-void read_stated_sigma(const Config& source, const Dimension& dimension, std::string_view example, LogFormat format,
-                       LogFile& log) {
+// Reads the key `sigma`, which replaces the sigmas of the log.
+void read_stated_sigma(const Config& source, const Dimension& dimension, std::string_view example, LogFile& log) {
   if (!source.has("sigma")) return;
-  if (log.format != format) source.fail("sigma", "logs in this format have sigmas of their own; leave the key out");
   log.sigma = source.vector("sigma", dimension);
   if (!(log.sigma->minCoeff() > 0)) {
     source.fail("sigma", fmt::format("must be above zero on each axis, such as `{}`", example));
+  }
+}
+
+// Reads the key `sigma_velocity`: one value, or those of north, east and down.
+void read_sigma_velocity(const Config& source, LogFile& log) {
+  if (!source.has("sigma_velocity")) return;
+  std::istringstream words(source.text("sigma_velocity"));
+  double first = 0, second = 0;
+  if (words >> first >> second) {
+    log.sigma_velocity = source.vector("sigma_velocity", dimension::kVelocity);
+  } else {
+    log.sigma_velocity = Vector3d::Constant(source.quantity("sigma_velocity", dimension::kVelocity));
+  }
+  if (!(log.sigma_velocity->minCoeff() > 0)) source.fail("sigma_velocity", "must be above zero, such as `0.1 m/s`");
+}
+
+// Throws if a receiver's columns name no sigmas, and none are stated.
+void require_sigmas(const Config& source, const LogFile& log) {
+  const ColumnMap& map = *log.columns;
+  if (!log.sigma && map.find("sigma") == nullptr && map.find("horizontal_accuracy") == nullptr) {
+    source.fail({},
+                "no sigmas: state `sigma: 3 3 6 m` (north, east, down), or name `sigma`, or `horizontal_accuracy` and "
+                "`vertical_accuracy`, under `columns`");
+  }
+  const bool moves = map.find("velocity") != nullptr || map.find("speed") != nullptr;
+  if (moves && !log.sigma_velocity && map.find("sigma_velocity") == nullptr && map.find("speed_accuracy") == nullptr) {
+    source.fail({},
+                "velocities without sigmas: state `sigma_velocity: 0.1 m/s`, or name `sigma_velocity` or "
+                "`speed_accuracy` under `columns`");
   }
 }
 
@@ -60,22 +90,29 @@ std::vector<Block> read_estimate(const Config& config, const FilterOptions& filt
 }
 
 LogFile read_gnss_file(const Config& source, DataFile data) {
-  LogFile log = read_log_file(
-      source, {LogFormat::kCsv, LogFormat::kKfGins, LogFormat::kRtklibPos, LogFormat::kNmea, LogFormat::kUbx}, data);
-  read_stated_sigma(source, dimension::kLength, "2 2 4 m", LogFormat::kNmea, log);
-  if (source.has("sigma_velocity")) {
-    if (log.format != LogFormat::kNmea) {
-      source.fail("sigma_velocity", "logs in this format have sigmas of their own; leave the key out");
-    }
-    log.sigma_velocity = source.quantity("sigma_velocity", dimension::kVelocity);
-    if (!(*log.sigma_velocity > 0)) source.fail("sigma_velocity", "must be above zero, such as `0.1 m/s`");
+  LogFile log = read_log_file(source,
+                              {LogFormat::kCsv, LogFormat::kKfGins, LogFormat::kRtklibPos, LogFormat::kNmea,
+                               LogFormat::kUbx, LogFormat::kColumns},
+                              data);
+  read_stated_sigma(source, dimension::kLength, "2 2 4 m", log);
+  read_sigma_velocity(source, log);
+  if (log.format == LogFormat::kColumns) {
+    log.columns = read_column_map(source, gnss_quantities());
+    require_sigmas(source, log);
   }
   return log;
 }
 
 LogFile read_attitude_file(const Config& source) {
-  LogFile log = read_log_file(source, {LogFormat::kCsv, LogFormat::kInspva});
-  read_stated_sigma(source, dimension::kAngle, "0.05 0.05 0.1 deg", LogFormat::kInspva, log);
+  LogFile log = read_log_file(source, {LogFormat::kCsv, LogFormat::kInspva, LogFormat::kColumns});
+  read_stated_sigma(source, dimension::kAngle, "0.05 0.05 0.1 deg", log);
+  if (log.format == LogFormat::kColumns) {
+    log.columns = read_column_map(source, attitude_quantities());
+    if (!log.sigma && log.columns->find("sigma") == nullptr) {
+      source.fail(
+          {}, "no sigmas: state `sigma: 0.05 0.05 0.1 deg` (roll, pitch, heading), or name `sigma` under `columns`");
+    }
+  }
   return log;
 }
 

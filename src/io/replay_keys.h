@@ -17,12 +17,12 @@ namespace piste {
 /// drift without a process. Throws ConfigError if a block is unknown, stands twice, or has no source that observes it.
 std::vector<Block> read_estimate(const Config& config, const FilterOptions& filter, std::vector<Block> fallback = {});
 
-/// Reads the log of a receiver: the keys file, format and ignore_columns; for nmea also `sigma` (north, east, down) if
-/// the log has no GST, and `sigma_velocity` (north and east) if its RMC is to be used. Throws ConfigError.
+/// Reads the log of a receiver: the keys file, format, ignore_columns, repair and columns; `sigma` (north, east, down)
+/// and `sigma_velocity` (one value, or three) replace the sigmas of the log. Throws ConfigError.
 LogFile read_gnss_file(const Config& source, DataFile data = DataFile::kMustExist);
 
-/// Reads the log of a reference attitude: the keys file, format and ignore_columns; for inspva also `sigma` (roll,
-/// pitch, heading) if the log has no INSPVAXA. Throws ConfigError.
+/// Reads the log of a reference attitude: the keys file, format, ignore_columns, repair and columns; `sigma` (roll,
+/// pitch, heading) replaces the sigmas of the log. Throws ConfigError.
 LogFile read_attitude_file(const Config& source);
 
 /// Reads the keys lever_arm, use, delay, velocity_delay and drift of a receiver. Its name is that of its log. Throws

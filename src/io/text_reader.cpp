@@ -88,7 +88,7 @@ void TextReader::split(std::string_view text) {
     return std::string_view(from, static_cast<std::size_t>(to - from));
   };
   if (separator_ != Separator::kSpaces) {
-    const char separator = separator_ == Separator::kComma ? ',' : '\t';
+    const char separator = separator_ == Separator::kTab ? '\t' : separator_ == Separator::kComma ? ',' : ';';
     for (const char* start = p;; ++p) {
       if (p != end && *p != separator) continue;
       fields_.push_back(trimmed(field(start, p)));
@@ -119,17 +119,37 @@ double TextReader::number(std::size_t i) const {
   return value;
 }
 
+std::pair<std::int64_t, double> TextReader::parts(std::size_t i) const {
+  const std::string_view text = fields_[i];
+  std::int64_t whole = 0;
+  const char* const last = text.data() + text.size();
+  const auto [end, error] = std::from_chars(text.data(), last, whole);
+  if (error == std::errc{} && end == last) return {whole, 0};
+  double rest = 0;
+  if (error == std::errc{} && *end == '.' && end != text.data()) {
+    const auto [stop, wrong] = std::from_chars(end, last, rest);
+    if (wrong == std::errc{} && stop == last && rest < 1) return {whole, text.starts_with('-') ? -rest : rest};
+  }
+  const double value = number(i);
+  constexpr double kLargest = 9e18;
+  if (!(std::abs(value) < kLargest)) fail(fmt::format("field {}, `{}`, is too large", i + 1, text));
+  whole = static_cast<std::int64_t>(value);
+  return {whole, value - static_cast<double>(whole)};
+}
+
 double IncreasingTime::next(double seconds_of_week, const RowSource& row) {
-  const double rolled = started_ && seconds_of_week + week_ < last_ - kWeek / 2 ? kWeek : 0;
+  double rolled = started_ && seconds_of_week + week_ < last_ - kWeek / 2 ? kWeek : 0;
+  // A row out of order may stand before the end of the week that its neighbours have passed.
+  if (repair_ && started_ && seconds_of_week + week_ > last_ + kWeek / 2) rolled = -kWeek;
   const double time = later(seconds_of_week + week_ + rolled, row);
   week_ += rolled;
   return time;
 }
 
 double IncreasingTime::later(double time, const RowSource& row) {
-  if (started_ && !(time > last_)) {
+  if (started_ && !(time > last_) && !repair_) {
     row.fail(fmt::format("time {:.6f} s does not increase, the row before is at {:.6f} s; sort the rows and keep each "
-                         "time once",
+                         "time once, or let piste do so: `repair: true`",
                          time, last_),
              time == last_ ? RowFault::Kind::kTimeRepeated : RowFault::Kind::kTimeBack);
   }

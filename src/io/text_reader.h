@@ -1,9 +1,11 @@
 #pragma once
 /// Reads lines of numbers from a text file. Text where a number is expected is a RowError `FILE:LINE: …`.
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "piste/io/row_fault.h"
@@ -32,9 +34,10 @@ class MappedFile {
 class TextReader : public RowSource {
  public:
   enum class Separator {
-    kComma,   ///< one comma, spaces around it ignored
-    kTab,     ///< one tab, spaces around it ignored
-    kSpaces,  ///< any run of spaces, tabs, commas and semicolons
+    kComma,      ///< one comma, spaces around it ignored
+    kSemicolon,  ///< one semicolon, spaces around it ignored
+    kTab,        ///< one tab, spaces around it ignored
+    kSpaces,     ///< any run of spaces, tabs, commas and semicolons
   };
   /// Throws DataError if the file cannot be read. If `content` is given, it is read instead of the file, and `file` is
   /// only its name in errors.
@@ -49,8 +52,14 @@ class TextReader : public RowSource {
   void split(std::string_view text);
   /// Field i as a finite number. A leading `+` is allowed.
   double number(std::size_t i) const;
+  /// The same as a whole number and what is left of it: nanoseconds since 1970 keep their digits.
+  std::pair<std::int64_t, double> parts(std::size_t i) const;
 
   std::size_t line_number() const { return place; }
+  /// What is still to be read.
+  std::string_view rest() const { return rest_; }
+  /// From the next line on.
+  void set_separator(Separator separator) { separator_ = separator; }
 
  private:
   MappedFile mapped_;
@@ -59,9 +68,10 @@ class TextReader : public RowSource {
   std::vector<std::string_view> fields_;
 };
 
-/// Checks that the times of a file increase.
+/// Checks that the times of a file increase, unless `repair` is to put its rows in order after they are read.
 class IncreasingTime {
  public:
+  explicit IncreasingTime(bool repair = false) : repair_(repair) {}
   /// Takes the next time as seconds of week, and returns it as seconds of the week in which the file begins: after a
   /// week rollover it continues past 604800. Throws RowError if it does not increase.
   double next(double seconds_of_week, const RowSource& row);
@@ -70,7 +80,7 @@ class IncreasingTime {
 
  private:
   double last_ = 0, week_ = 0;
-  bool started_ = false;
+  bool started_ = false, repair_;
 };
 
 }  // namespace piste

@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <optional>
 #include <stdexcept>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "piste/math/earth.h"
@@ -26,12 +29,16 @@ struct NamedUnit {
 };
 
 constexpr Exponents kNone{0, 0, 0, 0, 0}, kAngle{2, 0, 0, 0, 0}, kLength{0, 2, 0, 0, 0}, kTime{0, 0, 2, 0, 0},
-    kRate{0, 0, -2, 0, 0}, kAcceleration{0, 2, -4, 0, 0}, kTemperature{0, 0, 0, 2, 0}, kField{0, 0, 0, 0, 2};
+    kRate{0, 0, -2, 0, 0}, kAcceleration{0, 2, -4, 0, 0}, kTemperature{0, 0, 0, 2, 0}, kField{0, 0, 0, 0, 2},
+    kTurnRate{2, 0, -2, 0, 0}, kSpeed{0, 2, -2, 0, 0};
+constexpr double kKnot = 1852.0 / 3600;
 
 constexpr auto kUnits = std::to_array<NamedUnit>({
     {"rad", {1, kAngle}},
     {"mrad", {1e-3, kAngle}},
     {"deg", {kDegree, kAngle}},
+    {"mdeg", {1e-3 * kDegree, kAngle}},
+    {"°", {kDegree, kAngle}},
     {"arcmin", {kDegree / 60, kAngle}},
     {"arcsec", {kDegree / 3600, kAngle}},
     {"m", {1, kLength}},
@@ -41,24 +48,33 @@ constexpr auto kUnits = std::to_array<NamedUnit>({
     {"s", {1, kTime}},
     {"ms", {1e-3, kTime}},
     {"us", {1e-6, kTime}},
+    {"ns", {1e-9, kTime}},
+    {"sec", {1, kTime}},
     {"min", {60, kTime}},
     {"h", {3600, kTime}},
     {"hr", {3600, kTime}},
     {"Hz", {1, kRate}},
+    {"dps", {kDegree, kTurnRate}},
+    {"mdps", {1e-3 * kDegree, kTurnRate}},
+    {"kn", {kKnot, kSpeed}},
+    {"knots", {kKnot, kSpeed}},
+    {"kph", {1 / 3.6, kSpeed}},
     {"g", {kStandardGravity, kAcceleration}},
     {"mg", {1e-3 * kStandardGravity, kAcceleration}},
     {"ug", {1e-6 * kStandardGravity, kAcceleration}},
     {"Gal", {1e-2, kAcceleration}},
     {"mGal", {1e-5, kAcceleration}},
     {"degC", {1, kTemperature}},
+    {"°C", {1, kTemperature}},
     {"K", {1, kTemperature}},
     {"T", {1, kField}},
     {"mT", {1e-3, kField}},
     {"uT", {1e-6, kField}},
     {"nT", {1e-9, kField}},
+    {"G", {1e-4, kField}},
+    {"mG", {1e-7, kField}},
     {"%", {1e-2, kNone}},
     {"ppm", {1e-6, kNone}},
-    {"1", {1, kNone}},
 });
 
 std::string known_units() {
@@ -73,10 +89,29 @@ Unit multiply(const Unit& a, const Unit& b, int sign) {
   return product;
 }
 
-// unit = factor { ('*' | '/') factor };  factor = ('sqrt(' unit ')' | name) [ '^' integer ]
+// The spellings of headers as those of data sheets: `m/s²` is m/s^2, `µT` is uT.
+std::string plain(std::string_view text) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kSpellings{
+      {{"²", "^2"}, {"³", "^3"}, {"·", "*"}, {"µ", "u"}, {"μ", "u"}}};
+  std::string result(text);
+  for (const auto& [from, to] : kSpellings) {
+    for (std::size_t at = result.find(from); at != std::string::npos; at = result.find(from, at + to.size())) {
+      result.replace(at, from.size(), to);
+    }
+  }
+  return result;
+}
+
+const Unit* find_unit(std::string_view name) {
+  const auto* const found =
+      std::find_if(kUnits.begin(), kUnits.end(), [name](const NamedUnit& u) { return u.name == name; });
+  return found == kUnits.end() ? nullptr : &found->unit;
+}
+
+// unit = factor { ['*' | '/'] factor };  factor = ('sqrt(' unit ')' | number | name) [ ['^'] integer ]
 class UnitParser {
  public:
-  explicit UnitParser(std::string_view text) : all_(text), rest_(text) {}
+  explicit UnitParser(std::string_view text) : all_(plain(text)), rest_(all_) { skip_blanks(); }
 
   Unit parse() {
     const Unit unit = product();
@@ -92,6 +127,10 @@ class UnitParser {
                     all_, why, known_units()));
   }
 
+  void skip_blanks() {
+    while (rest_.starts_with(' ')) rest_.remove_prefix(1);
+  }
+
   bool take(std::string_view token) {
     if (!rest_.starts_with(token)) return false;
     rest_.remove_prefix(token.size());
@@ -101,10 +140,11 @@ class UnitParser {
   Unit product() {
     Unit unit = power();
     while (true) {
-      if (take("*")) {
-        unit = multiply(unit, power(), 1);
-      } else if (take("/")) {
+      skip_blanks();
+      if (take("/")) {
         unit = multiply(unit, power(), -1);
+      } else if (take("*") || (!rest_.empty() && rest_.front() != ')' && rest_.front() != '^')) {
+        unit = multiply(unit, power(), 1);
       } else {
         return unit;
       }
@@ -113,7 +153,9 @@ class UnitParser {
 
   Unit power() {
     const Unit base = factor();
-    if (!take("^")) return base;
+    const bool raised = take("^");
+    const bool digits = !rest_.empty() && (rest_.front() == '-' || (rest_.front() >= '0' && rest_.front() <= '9'));
+    if (!raised && !digits) return base;
     int exponent = 0;
     const auto [end, error] = std::from_chars(rest_.data(), rest_.data() + rest_.size(), exponent);
     if (error != std::errc{} || exponent < -9 || exponent > 9) fail("after ^ comes a small whole number");
@@ -124,6 +166,7 @@ class UnitParser {
   }
 
   Unit factor() {
+    skip_blanks();
     if (take("sqrt(") || take("√(")) {
       if (++depth_ > 4) fail("too many roots");
       Unit unit = product();
@@ -135,17 +178,23 @@ class UnitParser {
       }
       return unit;
     }
-    const std::string_view name = rest_.substr(0, rest_.find_first_of("*/^()"));
-    for (const NamedUnit& u : kUnits) {
-      if (u.name == name) {
-        rest_.remove_prefix(name.size());
-        return u.unit;
-      }
+    double number = 0;
+    const auto [end, error] = std::from_chars(rest_.data(), rest_.data() + rest_.size(), number);
+    if (error == std::errc{} && number > 0 && std::isfinite(number)) {  // such as 1e-7 deg
+      rest_.remove_prefix(static_cast<std::size_t>(end - rest_.data()));
+      return {number, kNone};
     }
-    fail(name.empty() ? "a unit is missing" : fmt::format("`{}` is unknown", name));
+    const std::string_view word = rest_.substr(0, rest_.find_first_of("*/^() "));
+    const std::string_view name = word.substr(0, word.find_first_of("-0123456789"));  // `s2` and `s-1` are powers
+    if (const Unit* unit = find_unit(name)) {
+      rest_.remove_prefix(name.size());
+      return *unit;
+    }
+    fail(word.empty() ? "a unit is missing" : fmt::format("`{}` is unknown", word));
   }
 
-  std::string_view all_, rest_;
+  const std::string all_;
+  std::string_view rest_;
   int depth_ = 0;
 };
 
@@ -204,6 +253,7 @@ std::array<double, N> parse(std::string_view text, const Dimension& expected) {
 }  // namespace
 
 double unit_factor(std::string_view unit, const Dimension& expected) {
+  if (unit == "G" && expected == dimension::kAcceleration) return kStandardGravity;  // phones mean g; elsewhere gauss
   const Unit parsed = unit.empty() ? Unit{1, kNone} : UnitParser(unit).parse();
   if (parsed.half_exponents != expected.half_exponents) {
     throw std::invalid_argument(fmt::format("unit `{}` does not measure {}; right would be such as `{}`", unit,

@@ -34,12 +34,28 @@ void per_source(std::vector<Row>& rows, std::string_view name, std::string_view 
   }
 }
 
+/// What `repair` changed, if it changed anything.
+void repaired_rows(std::vector<Row>& rows, const std::string& name, const RepairedRows& repaired) {
+  if (repaired.sorted > 0) rows.push_back({name + " rows put in the order of time", number(repaired.sorted)});
+  if (repaired.dropped > 0) rows.push_back({name + " rows of a repeated time dropped", number(repaired.dropped)});
+}
+
 std::string log_table(const ReplayReport& report) {
   const Log& log = *report.log;
   std::vector<Row> rows{{"IMU epochs", number(log.imu.size())},
                         {"IMU gaps", number(log.counts.imu_gaps)},
                         {"IMU samples rejected", number(log.counts.imu_rejected)},
                         {"IMU samples clipped", number(log.counts.imu_clipped)}};
+  if (log.counts.imu_unpaired > 0) {
+    rows.push_back({"IMU rows without those of the other file", number(log.counts.imu_unpaired)});
+  }
+  repaired_rows(rows, "IMU", log.counts.imu_repaired);
+  for (std::size_t i = 0; i < log.counts.gnss_repaired.size(); ++i) {
+    repaired_rows(rows, fmt::format("gnss[{}]", i), log.counts.gnss_repaired[i]);
+  }
+  for (std::size_t i = 0; i < log.counts.attitude_repaired.size(); ++i) {
+    repaired_rows(rows, fmt::format("attitude[{}]", i), log.counts.attitude_repaired[i]);
+  }
   per_source(rows, "gnss", "withheld", log.counts.gnss_withheld);
   per_source(rows, "gnss", "outside the IMU's span", log.counts.gnss_outside);
   per_source(rows, "attitude", "outside the IMU's span", log.counts.attitude_outside);

@@ -166,6 +166,15 @@ InspectionSheet sheet_of(const InspectedLog& log) {
   }
   SheetWriter sheet(fmt::format("{}: {}", log.log.file, name_of(log.guess->kind)));
   sheet.add("format", fmt::format("{} ({})", name_of(log.guess->format), log.guess->why));
+  for (const std::string& doubt : log.guess->doubts) sheet.add("to be checked", doubt);
+  if (log.log.repair) sheet.add("repaired", log.repaired());
+  if (log.imu.unpaired > 0)
+    sheet.add("unpaired", fmt::format("{} rows without those of the other file", log.imu.unpaired));
+  if (log.clock) {
+    sheet.add("its clock",
+              fmt::format("ahead of GPS time by {:.4f} s at {:.3f} s, {:.2f} ppm; fixes come with +- {:.3f} s",
+                          log.clock->offset, log.clock->since, 1e6 * log.clock->drift, log.clock->scatter));
+  }
   if (log.imu_health) {
     sheet.rows(log.imu_health->sampling, log.faults);
     describe(sheet, *log.imu_health);

@@ -1,8 +1,13 @@
 // The program `inspect` as its user meets it.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
 
+#include "piste/io/replay_config.h"
+#include "piste/math/earth.h"
 #include "report/well_formed.h"
+#include "support/datasets.h"
 #include "support/navigation.h"
 #include "support/places.h"
 #include "support/ski_run.h"
@@ -35,6 +40,90 @@ TEST_F(InspectApp, EndsWithAConfigurationThatReplays) {
   EXPECT_GT(a.epochs, 1000u);
   EXPECT_LT(a.horizontal, 0.1) << text_of(a);
   EXPECT_LT(std::max(a.roll, a.pitch), 1) << text_of(a);
+}
+
+// The logs of the run as another program may write them: rows out of order and twice, other names and units, gyroscopes
+// and accelerometers apart, velocities upwards.
+TEST_F(InspectApp, InputsAsTheyComeReplay) {
+  const Table imu = read_table(kData + "mt9a_1.csv"), gnss = read_table(kData + "gnss.csv");
+  constexpr double kStart = 302400;
+  std::string gyro = "Sensor: A\nTimestampGyro [ms]; GyroX [rad/s]; GyroY [rad/s]; GyroZ [rad/s]\n",
+              accel = "Sensor: B\nTimestampAcc [ms]; AccX [g]; AccY [g]; AccZ [g]\n",
+              fixes = "seconds,Latitude,Longitude,Altitude (m),std_n (m),std_e (m),std_u (m),vn,ve,vu,sdvn,sdve,sdvu\n",
+              places = "seconds,Latitude,Longitude,Altitude (m)\n";
+  for (std::size_t i = 0; i < imu.rows; ++i) {
+    const std::size_t row = i % 500 == 10 ? i + 1 : i % 500 == 11 ? i - 1 : i;  // two of each 500 are interchanged
+    const double ms = 1e3 * (imu["time_s"][row] - kStart);
+    for (int twice = 0; twice < (i % 700 == 50 ? 2 : 1); ++twice) {
+      gyro += fmt::format("{:.3f};{:.8f};{:.8f};{:.8f};\n", ms, imu["gyro_x_rad_s"][row], imu["gyro_y_rad_s"][row],
+                          imu["gyro_z_rad_s"][row]);
+    }
+    accel += fmt::format("{:.3f};{:.8f};{:.8f};{:.8f};\n", ms, imu["accel_x_m_s2"][row] / kStandardGravity,
+                         imu["accel_y_m_s2"][row] / kStandardGravity, imu["accel_z_m_s2"][row] / kStandardGravity);
+  }
+  for (std::size_t i = 0; i < gnss.rows; ++i) {
+    const std::string place = fmt::format("{:.3f},{:.9f},{:.9f},{:.4f}", gnss["time_s"][i] - kStart,
+                                          gnss["latitude_deg"][i], gnss["longitude_deg"][i], gnss["height_m"][i]);
+    places += place + "\n";
+    fixes += fmt::format("{},0.01,0.01,0.02,{:.4f},{:.4f},{:.4f},0.025,0.025,0.04\n", place,
+                         gnss["velocity_north_m_s"][i], gnss["velocity_east_m_s"][i], -gnss["velocity_down_m_s"][i]);
+  }
+  folder.write("gyro.txt", gyro);
+  folder.write("accel.txt", accel);
+  folder.write("fixes.csv", fixes);
+  folder.write("places.csv", places);
+  const Said said = inspect({"gyro.txt", "accel.txt", "fixes.csv", "--output", "found"});
+  ASSERT_EQ(said.code, 0) << said.err;
+  const std::string config = read_text(folder / "found/replay.yaml");
+  EXPECT_TRUE(contains(config, "accel_file: '../accel.txt'"));
+  EXPECT_TRUE(contains(config, "repair: true"));
+  EXPECT_TRUE(contains(config, "velocity: {names: [vn, ve, vu], axes: north east up, unit: 'm/s'}"));
+  const Said replayed =
+      run_program(program("replay"), {"found/replay.yaml", "--output", "replayed", "--quiet"}, folder);
+  ASSERT_EQ(replayed.code, 0) << replayed.err;
+  const YAML::Node summary = YAML::LoadFile(folder / "replayed/summary.json");
+  EXPECT_GT(summary["imu"]["repaired"]["sorted"].as<int>(), 20);
+  EXPECT_GT(summary["imu"]["repaired"]["dropped"].as<int>(), 10);
+  EXPECT_LE(summary["imu"]["unpaired"].as<int>(), 2);
+  EXPECT_EQ(summary["gnss"]["repaired"]["sorted"].as<int>(), 0);
+  Table truth = read_table(kSource / "data/ski_run/truth.csv");
+  for (double& t : truth.columns.at("time_s")) t -= kStart;
+  const Accuracy a = accuracy(read_table(folder / "replayed/smoothed.csv"), truth, {80, 180});
+  EXPECT_GT(a.epochs, 1000u);
+  EXPECT_LT(a.horizontal, 0.1) << text_of(a);
+  ASSERT_EQ(inspect({"gyro.txt", "accel.txt", "places.csv", "--output", "without"}).code, 0);
+  EXPECT_TRUE(contains(read_text(folder / "without/replay.yaml"), "sigma: 3 3 6 m"));
+}
+
+// The phone's times since power-up, of both sensors and of the receiver beside UTC, give the clock.
+TEST_F(InspectApp, APhonesThreeFiles) {
+  PISTE_REQUIRE_DATASETS();
+  const std::string phone = (datasets() / "phone/20201104_091730_").string();
+  const Said said = inspect({phone + "Acc.csv", phone + "Gyro.csv", phone + "GNSS.csv", "--output", "found"});
+  ASSERT_EQ(said.code, 0) << said.err;
+  const std::string config = read_text(folder / "found/replay.yaml");
+  EXPECT_TRUE(contains(config, "Gyro.csv'\n  accel_file: ")) << config;
+  EXPECT_TRUE(contains(config, "axes: -z +x -y")) << config;
+  EXPECT_TRUE(contains(config, "# From the receiver's own two times")) << config;
+  const ReplayConfig read = read_replay_config(folder / "found/replay.yaml");
+  EXPECT_NEAR(read.conditioning.imu.clock_offset, 184927.77, 0.03);
+  const Recording recording = read_recording(read);
+  EXPECT_GT(recording.imu.time.size(), 49900u);
+  EXPECT_LT(recording.imu.unpaired, 10u);
+  EXPECT_EQ(recording.gnss.at(0).fixes.size(), 998u);
+}
+
+// No header, and milliseconds since power-up in the last column.
+TEST_F(InspectApp, ADrivesRawLogReplays) {
+  PISTE_REQUIRE_DATASETS();
+  const std::string drive = (datasets() / "drive/").string();
+  ASSERT_EQ(inspect({drive + "imu_1934.csv", drive + "gnss_1934_sf.pos", "--output", "found", "--quiet"}).code, 0);
+  const Said replayed =
+      run_program(program("replay"), {"found/replay.yaml", "--output", "replayed", "--quiet"}, folder);
+  ASSERT_EQ(replayed.code, 0) << replayed.err;
+  const YAML::Node summary = YAML::LoadFile(folder / "replayed/summary.json");
+  EXPECT_EQ(summary["imu"]["epochs"].as<int>(), 54860);
+  EXPECT_GT(summary["gnss"]["used"].as<int>(), 2100);
 }
 
 TEST_F(InspectApp, PageStandsAlone) {

@@ -61,7 +61,7 @@ TEST_F(SimulateCampaign, WritesAFolderThatStandsAlone) {
     for (const YAML::Node& mems : run["mems"]) imus.push_back(mems);
     for (const YAML::Node& imu : imus) {
       const fs::path file = imu["file"].as<std::string>();
-      EXPECT_GE(read_imu({(moved / file).string()}).time.size(), 1599U);
+      EXPECT_GE(read_imu(LogFile{(moved / file).string()}).time.size(), 1599U);
       EXPECT_TRUE(truth["imus"][file.stem().string()]) << file;
       EXPECT_GT(read_sensor(moved / imu["sensor"].as<std::string>()).gyro.noise, 0);
     }

@@ -60,7 +60,8 @@ inline void check(const GnssRecording& gnss, const RowFaults* faults) {
     check_sigma(fix.sigma_position, faults);
     if (!fix.velocity) continue;
     require(fix.velocity->value.allFinite());
-    check_sigma(fix.velocity->sigma, faults);
+    check_sigma({fix.velocity->sigma.x(), fix.velocity->sigma.y(), 1}, faults);
+    require(fix.velocity->sigma.z() > 0);  // infinite if down was not measured
   }
 }
 

@@ -216,7 +216,7 @@ TEST(RecordedDrive, RtklibAndKfGinsAgree) {
 
 TEST(RecordedDrive, ImuReads) {
   PISTE_REQUIRE_DATASETS();
-  const auto imu = read_imu({test::datasets() / "drive" / "imu.txt", LogFormat::kKfGins});
+  const auto imu = read_imu(LogFile{test::datasets() / "drive" / "imu.txt", LogFormat::kKfGins});
   EXPECT_EQ(imu.time.size(), 54858u);
   EXPECT_EQ(imu.time.front(), 243261.729);
 }

@@ -220,11 +220,8 @@ TEST_F(ReplayConfigTest, RefusesInTheSources) {
   EXPECT_TRUE(
       contains(refused(kImu + "estimate: [lever_arm]\n"), "run.yaml:4: estimate: lever_arm needs a `gnss:` source"));
   EXPECT_TRUE(contains(refused(kImu + "  format: nmea\n"), "run.yaml:4: format: `nmea` is none of"));
-  EXPECT_TRUE(contains(refused(kImu + kGnss + "  sigma: 2 2 4 m\n"),
-                       "run.yaml:7: sigma: logs in this format have sigmas of their own"));
   EXPECT_TRUE(contains(refused(kImu + kGnss + "  format: nmea\n  sigma: 2 0 4 m\n"),
                        "run.yaml:8: sigma: must be above zero on each axis, such as `2 2 4 m`"));
-  EXPECT_TRUE(contains(refused(kImu + kGnss + "  sigma_velocity: 0.1 m/s\n"), "run.yaml:7: sigma_velocity: logs in"));
   EXPECT_TRUE(contains(refused(kImu + kGnss + "  format: nmea\n  sigma_velocity: 0 m/s\n"),
                        "run.yaml:8: sigma_velocity: must be above zero"));
   EXPECT_TRUE(contains(refused(kImu + kGnss + "  format: nmea\n  sigma: 2 2 4 deg\n"), "run.yaml:8: sigma"));

@@ -14,6 +14,12 @@ namespace piste {
 
 // ---- As the files have it: sensor clock, sensor axes, SI and radians. ----
 
+/// What the key `repair` did to a file whose times do not increase.
+struct RepairedRows {
+  std::size_t sorted = 0;   ///< rows that stood behind a later one, and were put in their place
+  std::size_t dropped = 0;  ///< rows whose time stood in the file before
+};
+
 /// One IMU file. Rows are rates and specific forces, or increments since the row before.
 struct ImuRecording {
   std::string file;
@@ -22,6 +28,8 @@ struct ImuRecording {
   std::vector<Vector3d> gyro, accel;
   std::vector<Vector3d> magnetic;   ///< [µT]; empty, or one for each row
   std::vector<double> temperature;  ///< [°C]; empty, or one for each row
+  RepairedRows repaired = {};       ///< of both files, where gyroscopes and accelerometers stand apart
+  std::size_t unpaired = 0;         ///< rows left out, as the other of the two files has none beside them
 };
 
 /// Which kind of solution a fix is. kPrecise is a carrier-phase solution that is neither float nor fixed, such as PPP.
@@ -47,6 +55,7 @@ struct GnssRecording {
   std::string file;
   std::vector<GeodeticFix> fixes;
   std::size_t without_fix = 0;  ///< epochs of the file for which the receiver says that it has no fix
+  RepairedRows repaired = {};
 };
 
 /// Attitude of a reference IMU's axes in local north-east-down: (roll, pitch, heading).
@@ -60,6 +69,7 @@ struct AttitudeRecording {
   std::string file;
   std::vector<EulerFix> fixes;
   std::size_t not_valid = 0;  ///< epochs of the file whose attitude the reference itself marks as not valid
+  RepairedRows repaired = {};
 };
 
 /// All files of a run.
@@ -117,6 +127,9 @@ struct LogCounts {
   std::vector<std::size_t> gnss_withheld, gnss_outside;  ///< per receiver: in an outage; outside the IMU's span
   std::vector<std::size_t> attitude_outside;
   std::vector<std::size_t> gnss_without_fix, attitude_not_valid;  ///< per source, over the whole file
+  std::size_t imu_unpaired = 0;                                   ///< over the whole file, and so are these:
+  RepairedRows imu_repaired = {};
+  std::vector<RepairedRows> gnss_repaired = {}, attitude_repaired = {};  ///< per source
 };
 
 /// All measurements of a run as the filter takes them: in the order of time, on one clock. `gnss[i]` and `attitude[i]`

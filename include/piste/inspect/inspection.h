@@ -26,6 +26,19 @@ struct Calibration {
   bool fits() const { return rejected < (used + rejected) / 10; }
 };
 
+/// The clock of a phone or logger against GPS time, from the two times that its receiver's log gives for each fix: GPS
+/// time = t − offset − drift (t − since), where t is within `span`. The times since power-up are those of arrival, so
+/// the offset contains the least latency of the receiver, of several to hundreds of milliseconds.
+struct ReceiverClock {
+  double offset = 0, drift = 0, since = 0;
+  double scatter = 0;  ///< 1-sigma of a pair about the line, without outliers [s]
+  Interval span;
+  double gps_time(double t) const { return t - offset - drift * (t - since); }
+};
+
+/// Fits that line to pairs of times: robustly, as single fixes are logged late. Nothing if there are fewer than ten.
+std::optional<ReceiverClock> fit_clock(const std::vector<double>& logger, const std::vector<double>& gps);
+
 /// One file and all that is known of it.
 struct InspectedLog {
   LogFile log;
@@ -38,8 +51,12 @@ struct InspectedLog {
   std::optional<GnssHealth> gnss_health;
   std::optional<Sampling> attitude_sampling;
   std::optional<Calibration> calibration;  ///< of the first IMU beside a receiver, if the filter could run
+  /// Of a receiver whose log has two times: the clock of what logged it.
+  std::optional<ReceiverClock> clock = {};
 
   bool is(LogKind kind) const { return guess && guess->kind == kind; }
+  /// What `repair` did, in words.
+  std::string repaired() const;
 };
 
 /// The comparison of an IMU with a receiver, which are indices into Inspection::logs.
@@ -55,6 +72,8 @@ struct Inspection {
 
   /// Index of the first log of a kind, or nothing.
   std::optional<std::size_t> first(LogKind kind) const;
+  /// The clock of the first IMU, if a receiver's log tells it: both then count since power-up.
+  const ReceiverClock* imu_clock() const;
   /// The match of the first IMU with the first receiver, or null.
   const LogMatch* first_match() const;
   /// The calibration of the first IMU with the first receiver, or null if there is none or it does not fit.

@@ -1,8 +1,10 @@
 #pragma once
 /// Guesses the kind and format of a log from its first bytes.
 
+#include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "piste/io/log_io.h"
 
@@ -13,12 +15,18 @@ enum class LogKind { kImu, kGnss, kAttitude };
 struct LogGuess {
   LogKind kind = LogKind::kImu;
   LogFormat format = LogFormat::kCsv;
-  std::string why;  ///< what shows it
+  std::string why;                        ///< what shows it
+  std::optional<ColumnMap> columns = {};  ///< of the format columns
+  /// Whether gyroscopes or accelerometers stand alone: then another file has the others.
+  enum class Part { kWhole, kGyro, kAccel };
+  Part part = Part::kWhole;
+  std::optional<ColumnTime> boot_time = {};  ///< of a receiver's log that has the time since power-up as well
+  std::vector<std::string> doubts = {};      ///< what the user should check
 };
 
-/// Guesses the log from the first bytes of the file `file`. A CSV is recognised by its column names, rows of plain
-/// numbers by their count and size. Throws DataError that says what was looked for if it has none of the formats of
-/// log_io.h.
+/// Guesses the log from the bytes of the file `file`, mostly the first. A CSV is recognised by its column names, rows
+/// of plain numbers by their count and size, and of other tables the columns are guessed. Throws DataError that says
+/// what was looked for if it has none of the formats of log_io.h.
 LogGuess guess_log(const std::string& file, std::string_view content);
 
 /// The name of a kind, such as `GNSS`.

@@ -21,14 +21,16 @@ struct ImuSource {
 /// the file is read.
 enum class DataFile { kMustExist, kMayBeMissing };
 
-/// Reads an IMU's keys: file, format, ignore_columns, sensor, axes, sampling and clock. Throws ConfigError.
+/// Reads an IMU's keys: file, format, ignore_columns, repair, sensor, axes, sampling and clock; for columns also
+/// columns and accel_file. Throws ConfigError.
 ImuSource read_imu_source(const Config& imu, DataFile data = DataFile::kMustExist);
 
 /// Reads the rows of the file. Throws ConfigError if the configuration says `sampling: instant` and the file has
 /// increments. All other errors are DataError.
 ImuRecording read_imu(const ImuSource& source);
 
-/// Reads a log's keys: file, format and ignore_columns. `formats`: the formats that are allowed. Throws ConfigError.
+/// Reads a log's keys: file, format, ignore_columns and repair. `formats`: the formats that are allowed. Throws
+/// ConfigError.
 LogFile read_log_file(const Config& source, std::initializer_list<LogFormat> formats,
                       DataFile data = DataFile::kMustExist);
 

@@ -23,6 +23,7 @@
 ///    Gyr_X … [rad/s], optional Mag_X … (its own unit) and Temperature, tab-separated. Time is the counter over the
 ///    rate, from 0 at the first row.
 ///  - imr: generic binary IMU format of Inertial Explorer; rates or increments.
+///  - columns: text whose columns have names of their own; columns.h says where its values stand. IMU, GNSS, attitude.
 ///  - inspva: attitude of NovAtel SPAN, as ASCII: INSPVAA, INSPVASA, and INSPVAXA or INSPVAXSA with their sigmas; other
 ///    logs, and sentences of NMEA, are passed over.
 ///
@@ -34,11 +35,12 @@
 #include <vector>
 
 #include "piste/core/log.h"
+#include "piste/io/columns.h"
 #include "piste/io/row_fault.h"
 
 namespace piste {
 
-enum class LogFormat { kCsv, kKfGins, kRtklibPos, kNmea, kUbx, kXsensAscii, kImr, kInspva };
+enum class LogFormat { kCsv, kKfGins, kRtklibPos, kNmea, kUbx, kXsensAscii, kImr, kInspva, kColumns };
 
 /// Its name in configurations, such as `rtklib_pos`.
 std::string_view name_of(LogFormat format);
@@ -50,25 +52,34 @@ struct LogFile {
   std::vector<std::string> ignore_columns = {};  ///< of csv and xsens_ascii
   /// The bytes, if they are in memory already. `file` is then only their name in errors.
   std::optional<std::string_view> content = std::nullopt;
-  /// Sigmas that the user states for a log without its own: north, east, down [m] for nmea; roll, pitch, heading [rad]
-  /// for inspva. To state them for a log with sigmas is an error.
+  /// Sigmas that the user states: north, east, down [m] of a receiver; roll, pitch, heading [rad] of an attitude. They
+  /// replace those of the log.
   std::optional<Vector3d> sigma = std::nullopt;
-  /// For nmea: sigma of the north and of the east velocity [m/s]. Without it speed and course are not used.
-  std::optional<double> sigma_velocity = std::nullopt;
+  /// The same of velocities: north, east, down [m/s]. Without it speed and course of nmea are not used.
+  std::optional<Vector3d> sigma_velocity = std::nullopt;
+  /// Whether rows are put in the order of time, and those of a repeated time dropped and counted. Else they are
+  /// refused.
+  bool repair = false;
+  /// For columns: where the values stand.
+  std::optional<ColumnMap> columns = std::nullopt;
+  /// For columns: the file of the accelerometers, if they are logged apart from the gyroscopes.
+  std::string accel_file = {};
+  /// For two such files: whether rows are instants (`sampling: instant`), or means over the interval before them.
+  bool instant = false;
 };
 
 // With `faults` a refused row is left out and listed there, units are not judged, and sigmas that nobody states are
 // infinite: for those who look a log over, not for those who use it. A file that cannot be read at all throws all the
 // same.
 
-/// Reads an IMU's rows, in sensor axes and sensor time. Formats: csv, kf_gins, xsens_ascii, imr. Numbers that look like
-/// another unit than the stated one are an error.
+/// Reads an IMU's rows, in sensor axes and sensor time. Formats: csv, kf_gins, xsens_ascii, imr, columns. Numbers that
+/// look like another unit than the stated one are an error.
 ImuRecording read_imu(const LogFile& log, RowFaults* faults = nullptr);
 
-/// Reads the fixes of a receiver. Formats: csv, kf_gins, rtklib_pos, nmea, ubx.
+/// Reads the fixes of a receiver. Formats: csv, kf_gins, rtklib_pos, nmea, ubx, columns.
 GnssRecording read_gnss(const LogFile& log, RowFaults* faults = nullptr);
 
-/// Reads the attitudes of a reference. Formats: csv, inspva.
+/// Reads the attitudes of a reference. Formats: csv, inspva, columns.
 AttitudeRecording read_attitude(const LogFile& log, RowFaults* faults = nullptr);
 
 }  // namespace piste

@@ -1,0 +1,79 @@
+#pragma once
+/// Where the values stand in a text log whose columns have names of their own (`format: columns`).
+
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "piste/math/units.h"
+
+namespace piste {
+
+/// What separates the fields of a row.
+enum class Delimiter { kComma, kSemicolon, kTab, kBlanks };
+
+/// The columns of one quantity. A name is a header's cell with its bracketed unit or without, or a number from 1.
+struct ColumnUse {
+  std::vector<std::string> names;
+  std::string unit = {};               ///< empty: that of the header's brackets
+  std::vector<std::string> axes = {};  ///< of velocities and sigmas: north east down, up, south, west; empty: the first
+  std::vector<double> valid = {};      ///< of `fix`: the values that mean a fix; empty: all above zero
+};
+
+/// What a time counts from.
+enum class TimeScale {
+  kBoot,     ///< an unknown instant
+  kGpsWeek,  ///< the beginning of the GPS week
+  kGps,      ///< 6 January 1980, without leap seconds
+  kUtc,      ///< 1 January 1970, without leap seconds, as Unix does
+};
+
+/// The column of time. The unit `calendar` is text such as `2020-11-04 09:17:31.4`, of UTC or of GPS time.
+struct ColumnTime {
+  std::string name;
+  std::string unit = {};  ///< empty: that of the header's brackets
+  TimeScale of = TimeScale::kBoot;
+  std::string week = {};  ///< the column of the GPS week beside seconds of week, or empty
+  std::string date = {};  ///< the column of the date beside a time of day, or empty
+};
+
+/// A quantity that a log may have.
+struct ColumnQuantity {
+  std::string_view key;
+  Dimension dimension;
+  std::size_t least, most;  ///< number of columns
+};
+
+/// The quantities of an IMU, a receiver, and a reference attitude.
+std::span<const ColumnQuantity> imu_quantities();
+std::span<const ColumnQuantity> gnss_quantities();
+std::span<const ColumnQuantity> attitude_quantities();
+
+/// The whole mapping.
+struct ColumnMap {
+  ColumnTime time;
+  std::optional<ColumnTime> accel_time = {};           ///< of the file of accelerometers, if it differs
+  std::map<std::string, ColumnUse, std::less<>> uses;  ///< by the keys above
+  // Found from the text if nothing is given:
+  std::optional<Delimiter> delimiter = {};
+  std::optional<std::size_t> skip = {};  ///< lines before the header, or before the first row
+  std::optional<bool> header = {};
+
+  const ColumnUse* find(std::string_view key) const {
+    const auto place = uses.find(key);
+    return place == uses.end() ? nullptr : &place->second;
+  }
+};
+
+/// The name of a scale in configurations, such as `boot`.
+std::string_view name_of(TimeScale scale);
+
+/// The mapping as the value of the key `columns` in a configuration, in YAML's flow style; each line after the first
+/// begins with `indent`.
+std::string columns_text(const ColumnMap& map, std::string_view indent);
+
+}  // namespace piste

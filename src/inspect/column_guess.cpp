@@ -1,0 +1,336 @@
+#include "column_guess.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <stdexcept>
+
+#include "column_names.h"
+#include "column_table.h"
+#include "column_values.h"
+
+namespace piste {
+namespace {
+
+constexpr double kImuInterval = 0.01, kGnssInterval = 0.5;  // s
+
+bool measures(const std::string& unit, const Dimension& dimension) {
+  try {
+    unit_factor(unit, dimension);
+    return !unit.empty();
+  } catch (const std::invalid_argument&) {
+    return false;
+  }
+}
+
+/// Builds the mapping of one table.
+class Guesser {
+ public:
+  Guesser(std::string file, const ColumnTable& table) : file_(std::move(file)), table_(table) {
+    for (const SampledColumn& column : table.columns) meanings_.push_back(meaning_of(column));
+  }
+
+  std::optional<LogGuess> guess() {
+    if (one("latitude") && one("longitude")) return receiver();
+    if (auto imu = this->imu()) return imu;
+    if (one("roll") && one("pitch") && (one("heading") || one("course"))) return attitude();
+    return std::nullopt;
+  }
+
+ private:
+  // ---- Finding columns ----
+
+  std::optional<std::size_t> one(std::string_view key) const {
+    for (std::size_t c = 0; c < meanings_.size(); ++c) {
+      if (meanings_[c].key == key && meanings_[c].axis == 0) return c;
+    }
+    return std::nullopt;
+  }
+
+  // The columns of the first group of this key that has all these axes.
+  std::optional<std::vector<std::size_t>> group(std::string_view key, std::string_view axes) const {
+    for (const ColumnMeaning& first : meanings_) {
+      if (first.key != key || first.axis == 0) continue;
+      std::vector<std::size_t> found;
+      for (const char axis : axes) {
+        for (std::size_t c = 0; c < meanings_.size(); ++c) {
+          const ColumnMeaning& m = meanings_[c];
+          if (m.key == key && m.axis == axis && m.group == first.group) {
+            found.push_back(c);
+            break;
+          }
+        }
+      }
+      if (found.size() == axes.size()) return found;
+    }
+    return std::nullopt;
+  }
+
+  std::optional<ColumnTriad> triad(std::string_view key) const {
+    const auto found = group(key, "xyz");
+    if (!found) return std::nullopt;
+    return ColumnTriad{(*found)[0], (*found)[1], (*found)[2]};
+  }
+
+  // ---- Writing them down ----
+
+  // The unit to be written: none if the header's is known.
+  std::string unit_of(std::size_t column, const Dimension& dimension, const std::string& else_unit) const {
+    return measures(table_.columns[column].cell.unit, dimension) && table_.header ? "" : else_unit;
+  }
+
+  ColumnUse& use(std::string_view key, const std::vector<std::size_t>& columns, const Dimension& dimension,
+                 const std::string& else_unit) {
+    ColumnUse& entry = map_.uses[std::string(key)];
+    for (const std::size_t c : columns) entry.names.push_back(table_.name_of(c));
+    if (!(dimension == dimension::kRatio)) entry.unit = unit_of(columns[0], dimension, else_unit);
+    return entry;
+  }
+
+  void use_triad(std::string_view key, const ColumnTriad& t, const Dimension& dimension, const UnitGuess& unit) {
+    const bool known = use(key, {t[0], t[1], t[2]}, dimension, unit.unit).unit.empty();
+    if (known) return;
+    if (!unit.doubt.empty()) doubts_.push_back(fmt::format("{}: {}", key, unit.doubt));
+  }
+
+  LogGuess taken(LogKind kind, LogGuess::Part part, const std::string& why) {
+    LogGuess guess;
+    guess.kind = kind;
+    guess.format = LogFormat::kColumns;
+    guess.why = why;
+    guess.columns = map_;
+    guess.part = part;
+    guess.boot_time = boot_;
+    guess.doubts = doubts_;
+    return guess;
+  }
+
+  // ---- Time ----
+
+  std::optional<ColumnTime> time_from(std::size_t column, double usual_interval) const {
+    const SampledColumn& c = table_.columns[column];
+    ColumnTime time;
+    time.name = table_.name_of(column);
+    const bool gps = c.has_any({"gps", "gpst"});
+    if (c.first.find(':') != std::string::npos) {
+      if (c.first == c.last) return std::nullopt;
+      time.unit = "calendar";
+      time.of = gps ? TimeScale::kGps : TimeScale::kUtc;
+      if (c.first.find_first_of("-/") != std::string::npos) return time;
+      const auto date = one("date");
+      if (!date) return std::nullopt;
+      time.date = table_.name_of(*date);
+      return time;
+    }
+    const Steps steps = steps_of(table_, column);
+    if (!steps.is_time()) return std::nullopt;
+    std::string unit = unit_in_name(c);
+    if (unit.empty()) unit = time_unit(steps, usual_interval);
+    time.unit = unit_of(column, dimension::kTime, unit);
+    const double first = steps.first * unit_factor(time.unit.empty() ? c.cell.unit : time.unit, dimension::kTime);
+    constexpr double kSince = 9e8, kUntil = 4e9, kWeekLength = 604800;
+    if (first > kSince && first < kUntil) {
+      time.of = gps ? TimeScale::kGps : TimeScale::kUtc;
+    } else if ((gps || c.has_any({"tow", "sow", "week"})) && first < kWeekLength) {
+      time.of = TimeScale::kGpsWeek;
+      if (const auto week = one("week"); week && *week != column) time.week = table_.name_of(*week);
+    }
+    return time;
+  }
+
+  static std::string unit_in_name(const SampledColumn& c) {
+    struct Word {
+      std::string_view word, unit;
+    };
+    for (const Word& w : {Word{"ns", "ns"},
+                          {"nanos", "ns"},
+                          {"nanoseconds", "ns"},
+                          {"us", "us"},
+                          {"micros", "us"},
+                          {"microseconds", "us"},
+                          {"ms", "ms"},
+                          {"millis", "ms"},
+                          {"milliseconds", "ms"},
+                          {"seconds", "s"},
+                          {"sec", "s"}}) {
+      if (c.has(w.word)) return std::string(w.unit);
+    }
+    return {};
+  }
+
+  // Times by name, else by their steps: an absolute one if there is one, and beside it one since power-up.
+  bool find_time(double usual_interval) {
+    std::optional<ColumnTime> absolute;
+    for (const bool named : {true, false}) {
+      if (!named && (absolute || boot_ || table_.header)) break;
+      for (std::size_t c = 0; c < meanings_.size(); ++c) {
+        if (named && meanings_[c].key != "time") continue;
+        const auto time = time_from(c, usual_interval);
+        if (!time) continue;
+        auto& place = time->of == TimeScale::kBoot ? boot_ : absolute;
+        if (place) continue;
+        place = time;
+        (time->of == TimeScale::kBoot ? boot_column_ : absolute_column_) = c;
+      }
+    }
+    if (!absolute && !boot_) return false;
+    map_.time = absolute ? *absolute : *boot_;
+    time_column_ = absolute ? absolute_column_ : boot_column_;
+    if (!absolute) boot_.reset();
+    return true;
+  }
+
+  // ---- Kinds ----
+
+  std::optional<LogGuess> imu() {
+    auto gyro = triad("gyro"), accel = triad("accel");
+    const auto dtheta = triad("dtheta"), dvel = triad("dvel");
+    const bool increments = dtheta && dvel && !(gyro && accel);
+    const auto plain = triad("axis");
+    if (!gyro && !accel && !increments && !plain && table_.header) return std::nullopt;
+    if (!find_time(kImuInterval)) return std::nullopt;
+    boot_.reset();
+    std::string why = "columns named as those of an IMU";
+    if (increments) {
+      use_triad("dtheta", *dtheta, dimension::kAngle, {"rad"});
+      use_triad("dvel", *dvel, dimension::kVelocity, {"m/s"});
+      return taken(LogKind::kImu, LogGuess::Part::kWhole, why);
+    }
+    if (!gyro && !accel && plain) {
+      const bool forces = is_of_forces(*plain);
+      (forces ? accel : gyro) = plain;
+      why = fmt::format("columns x, y, z of {}", forces ? "accelerometers" : "gyroscopes");
+    }
+    if (!gyro && !accel) {
+      const auto found = find_triads(table_, time_column_);
+      if (!found) return std::nullopt;
+      gyro = found->gyro;
+      accel = found->accel;
+      why = "three columns as large as gravity, three beside them, and one that increases evenly";
+      doubts_.emplace_back("columns: found by their values alone, as there is no header: check them");
+    }
+    if (gyro) use_triad("gyro", *gyro, dimension::kAngularRate, turn_unit(table_, *gyro));
+    if (accel) use_triad("accel", *accel, dimension::kAcceleration, gravity_unit(usual_magnitude(table_, *accel)));
+    if (const auto magnetic = triad("magnetic");
+        magnetic && gyro && has_unit((*magnetic)[0], dimension::kMagneticField)) {
+      use_triad("magnetic", *magnetic, dimension::kMagneticField, {""});
+    }
+    if (!accel) return taken(LogKind::kImu, LogGuess::Part::kGyro, why);
+    if (!gyro) return taken(LogKind::kImu, LogGuess::Part::kAccel, why);
+    return taken(LogKind::kImu, LogGuess::Part::kWhole, why);
+  }
+
+  bool has_unit(std::size_t column, const Dimension& dimension) const {
+    return table_.header && measures(table_.columns[column].cell.unit, dimension);
+  }
+
+  // Columns that are merely x, y and z: by the name of the file, else by their size.
+  bool is_of_forces(const ColumnTriad& t) const {
+    std::string name = std::filesystem::path(file_).stem().string();
+    std::transform(name.begin(), name.end(), name.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (name.find("gyr") != std::string::npos) return false;
+    if (name.find("acc") != std::string::npos) return true;
+    return is_gravity(usual_magnitude(table_, t));
+  }
+
+  double largest(std::size_t column) const {
+    double most = 0;
+    for (const double v : table_.columns[column].values) most = std::isfinite(v) ? std::max(most, std::abs(v)) : most;
+    return most;
+  }
+
+  // Degrees if a receiver's angles go beyond them, in u-blox' integers.
+  std::string angle_unit(std::size_t column, double most, std::string_view integers) const {
+    return largest(column) > most ? std::string(integers) : "deg";
+  }
+
+  std::optional<LogGuess> receiver() {
+    const auto height = one("height");
+    if (!height || !find_time(kGnssInterval)) return std::nullopt;
+    constexpr double kTurn = 360;
+    const std::string angle = angle_unit(*one("latitude"), kTurn, "1e-7 deg");
+    const bool integers = angle != "deg" && !has_unit(*one("latitude"), dimension::kAngle);
+    const std::string length = integers ? "mm" : "m", velocity = integers ? "mm/s" : "m/s";
+    if (integers) doubts_.emplace_back("units: integers as u-blox writes them are taken: 1e-7 deg, mm, mm/s");
+    use("latitude", {*one("latitude")}, dimension::kAngle, angle);
+    use("longitude", {*one("longitude")}, dimension::kAngle, angle);
+    use("height", {*height}, dimension::kLength, length);
+    if (const auto sigma = group("sigma", "neu")) {
+      use("sigma", *sigma, dimension::kLength, length).axes = {"north", "east", "up"};
+    } else if (const auto down = group("sigma", "ned")) {
+      use("sigma", *down, dimension::kLength, length);
+    } else if (one("horizontal_accuracy") && one("vertical_accuracy")) {
+      use("horizontal_accuracy", {*one("horizontal_accuracy")}, dimension::kLength, length);
+      use("vertical_accuracy", {*one("vertical_accuracy")}, dimension::kLength, length);
+      doubts_.emplace_back("accuracies: taken for radii of 68 %, as phones and u-blox state them");
+    }
+    receiver_velocity(velocity, integers);
+    if (const auto fix = one("fix")) {
+      if (table_.columns[*fix].words.back() == "type") {
+        constexpr double kWithPlace = 2;  // of u-blox: 2D, 3D, with dead reckoning
+        use("fix", {*fix}, dimension::kRatio, "").valid = {kWithPlace, kWithPlace + 1, kWithPlace + 2};
+      }
+    }
+    return taken(LogKind::kGnss, LogGuess::Part::kWhole, "columns named as those of a receiver");
+  }
+
+  void receiver_velocity(const std::string& unit, bool integers) {
+    auto velocity = group("velocity", "ned");
+    const bool up = !velocity && group("velocity", "neu");
+    if (up) velocity = group("velocity", "neu");
+    if (velocity) {
+      ColumnUse& entry = use("velocity", *velocity, dimension::kVelocity, unit);
+      if (up) entry.axes = {"north", "east", "up"};
+      const auto spread = group("sigma_velocity", up ? "neu" : "ned");
+      if (spread) {
+        ColumnUse& sigma = use("sigma_velocity", *spread, dimension::kVelocity, unit);
+        if (up) sigma.axes = {"north", "east", "up"};
+      }
+    } else if (one("speed") && one("course")) {
+      constexpr double kTurn = 360;
+      use("speed", {*one("speed")}, dimension::kVelocity, unit);
+      use("course", {*one("course")}, dimension::kAngle, angle_unit(*one("course"), kTurn, "1e-5 deg"));
+      if (const auto turn = one("course_accuracy")) {
+        use("course_accuracy", {*turn}, dimension::kAngle, integers ? "1e-5 deg" : "deg");
+      }
+    } else {
+      return;
+    }
+    const auto speed_accuracy = one("speed_accuracy");
+    if (speed_accuracy && map_.find("sigma_velocity") == nullptr) {
+      use("speed_accuracy", {*speed_accuracy}, dimension::kVelocity, unit);
+    }
+  }
+
+  std::optional<LogGuess> attitude() {
+    if (!find_time(kImuInterval)) return std::nullopt;
+    boot_.reset();
+    const std::size_t heading = one("heading") ? *one("heading") : *one("course");
+    constexpr double kHalfTurn = 3.2;  // rad
+    const bool radians =
+        largest(*one("roll")) < kHalfTurn && largest(*one("pitch")) < kHalfTurn && largest(heading) < 2 * kHalfTurn;
+    use("angles", {*one("roll"), *one("pitch"), heading}, dimension::kAngle, radians ? "rad" : "deg");
+    return taken(LogKind::kAttitude, LogGuess::Part::kWhole, "columns roll, pitch and heading");
+  }
+
+  std::string file_;
+  const ColumnTable& table_;
+  std::vector<ColumnMeaning> meanings_;
+  ColumnMap map_;
+  std::optional<ColumnTime> boot_;
+  std::size_t time_column_ = 0, boot_column_ = 0, absolute_column_ = 0;
+  std::vector<std::string> doubts_;
+};
+
+}  // namespace
+
+std::optional<LogGuess> guess_columns(const std::string& file, std::string_view content) {
+  const auto table = sample_columns(content);
+  if (!table) return std::nullopt;
+  return Guesser(file, *table).guess();
+}
+
+}  // namespace piste

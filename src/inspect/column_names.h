@@ -1,0 +1,21 @@
+#pragma once
+/// What the names of columns say of their quantities.
+
+#include <optional>
+#include <string>
+
+#include "column_table.h"
+
+namespace piste {
+
+/// The quantity of a column by its name: a key of `columns:`, or `time`, `week`, `date`, `roll`, `pitch`, `heading`, or
+/// empty. Columns of one triad have the same `group`.
+struct ColumnMeaning {
+  std::string key;
+  char axis = 0;      ///< x, y, z; n, e, d, u; or 0
+  std::string group;  ///< the name without the axis
+};
+
+ColumnMeaning meaning_of(const SampledColumn& column);
+
+}  // namespace piste

@@ -1,0 +1,115 @@
+#include "column_table.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+namespace piste {
+namespace {
+
+constexpr std::size_t kFirst = 3000, kLater = 1500;  // rows of the first stretch, and of each of the others
+constexpr std::size_t kParts = 4;                    // of the file, one stretch each
+
+double number_in(std::string_view text) {
+  if (text.size() > 1 && text[0] == '+') text.remove_prefix(1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool whole = error == std::errc{} && end == text.data() + text.size();
+  return whole ? value : std::numeric_limits<double>::quiet_NaN();
+}
+
+}  // namespace
+
+bool SampledColumn::has(std::string_view word) const {
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+bool SampledColumn::has_any(std::initializer_list<std::string_view> any) const {
+  return std::any_of(any.begin(), any.end(), [this](std::string_view word) { return has(word); });
+}
+
+std::vector<std::string> words_of(std::string_view name) {
+  std::vector<std::string> words;
+  const auto kind = [](char c) {
+    const auto u = static_cast<unsigned char>(c);
+    return std::isupper(u) != 0 ? 'A' : std::islower(u) != 0 ? 'a' : std::isdigit(u) != 0 ? '0' : ' ';
+  };
+  char before = ' ';
+  for (std::size_t i = 0; i < name.size(); ++i) {
+    const char now = kind(name[i]), after = i + 1 < name.size() ? kind(name[i + 1]) : ' ';
+    if (now != ' ') {
+      const bool joined = now == before || (before == 'A' && now == 'a' && !words.back().empty());
+      const bool last_capital = now == 'A' && before == 'A' && after == 'a';  // the T of GNSSTime
+      if (!joined || last_capital) words.emplace_back();
+      words.back() += static_cast<char>(std::tolower(static_cast<unsigned char>(name[i])));
+    }
+    before = now;
+  }
+  return words;
+}
+
+std::string ColumnTable::name_of(std::size_t column) const {
+  const HeaderCell& cell = columns[column].cell;
+  const auto count = [&](auto HeaderCell::*part, const std::string& name) {
+    return std::count_if(columns.begin(), columns.end(), [&](const SampledColumn& c) { return c.cell.*part == name; });
+  };
+  if (!header || cell.whole.empty()) return fmt::format("{}", column + 1);
+  const bool plain = !cell.name.empty() && count(&HeaderCell::name, cell.name) == 1;
+  if (plain) return cell.name;
+  return count(&HeaderCell::whole, cell.whole) == 1 ? cell.whole : fmt::format("{}", column + 1);
+}
+
+bool ColumnTable::begins(std::size_t row) const {
+  return std::find(stretches.begin(), stretches.end(), row) != stretches.end();
+}
+
+std::optional<ColumnTable> sample_columns(std::string_view text) {
+  const auto layout = find_layout(text, {});
+  if (!layout) return std::nullopt;
+  const auto separator = separator_of(layout->delimiter);
+  ColumnTable table;
+  TextReader reader("", separator, text);
+  while (reader.next() && reader.line_number() < layout->rows) {
+    if (reader.line_number() != layout->header) continue;
+    for (HeaderCell& cell : header_cells(reader.fields())) table.columns.push_back({std::move(cell), {}, {}, {}, {}});
+  }
+  table.header = layout->header != 0;
+  if (table.header && table.columns.back().cell.whole.empty()) table.columns.pop_back();
+  if (!table.header) {
+    std::size_t count = reader.fields().size();
+    if (count > 1 && reader.fields().back().empty()) --count;
+    table.columns.resize(count);
+  }
+  for (std::size_t i = 0; i < table.columns.size(); ++i) {
+    SampledColumn& column = table.columns[i];
+    column.words = words_of(column.cell.name);
+    if (i < reader.fields().size()) column.first = reader.fields()[i];
+  }
+  const auto take = [&](TextReader& rows, std::size_t most, bool more) {
+    table.stretches.push_back(table.rows);
+    for (std::size_t i = 0; i < most && more; ++i, more = rows.next()) {
+      const auto& fields = rows.fields();
+      if (fields.size() != table.columns.size() && fields.size() != table.columns.size() + 1) continue;
+      for (std::size_t c = 0; c < table.columns.size(); ++c) {
+        table.columns[c].values.push_back(number_in(fields[c]));
+        if (table.stretches.size() == 1) table.columns[c].last = fields[c];
+      }
+      ++table.rows;
+    }
+  };
+  take(reader, kFirst, true);
+  const std::string_view rest = reader.rest();
+  for (std::size_t part = 1; part < kParts; ++part) {
+    const std::size_t line = rest.find('\n', part * rest.size() / kParts);
+    if (line == std::string_view::npos) break;
+    TextReader later("", separator, rest.substr(line + 1, rest.size() / kParts - 1));
+    take(later, kLater, later.next());
+  }
+  return table;
+}
+
+}  // namespace piste

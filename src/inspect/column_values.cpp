@@ -1,0 +1,206 @@
+#include "column_values.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "piste/math/earth.h"
+#include "piste/math/statistics.h"
+#include "piste/math/units.h"
+
+namespace piste {
+namespace {
+
+constexpr double kNearGravity = 1.2;  // factor
+constexpr double kLargest = 1e300;
+
+struct NamedValue {
+  std::string_view name;
+  double value;
+};
+constexpr std::array<NamedValue, 4> kGravities{
+    {{"m/s^2", kStandardGravity}, {"g", 1}, {"mg", 1e3}, {"cm/s^2", 1e2 * kStandardGravity}}};
+
+bool is_near(double a, double b) { return std::abs(std::log(a / b)) < std::log(kNearGravity); }
+
+Vector3d row_of(const ColumnTable& table, const ColumnTriad& triad, std::size_t row) {
+  return {table.columns[triad[0]].values[row], table.columns[triad[1]].values[row],
+          table.columns[triad[2]].values[row]};
+}
+
+double median_of(const std::vector<double>& values) {
+  std::vector<double> finite;
+  std::copy_if(values.begin(), values.end(), std::back_inserter(finite), [](double v) { return std::isfinite(v); });
+  return finite.empty() ? std::nan("") : median(std::move(finite));
+}
+
+// Median over pieces of the largest standard deviation of the three columns, of the quietest tenth of the pieces.
+double quiet_noise(const ColumnTable& table, const ColumnTriad& triad) {
+  constexpr std::size_t kPiece = 40, kTenth = 10;
+  std::vector<double> noises;
+  for (std::size_t first = 0; first + kPiece <= table.rows; first += kPiece) {
+    Vector3d sum = Vector3d::Zero(), squares = Vector3d::Zero();
+    for (std::size_t i = first; i < first + kPiece; ++i) {
+      const Vector3d now = row_of(table, triad, i);
+      sum += now;
+      squares += now.cwiseAbs2();
+    }
+    const Vector3d variance = squares / kPiece - (sum / kPiece).cwiseAbs2();
+    if (variance.allFinite()) noises.push_back(std::sqrt(std::max(0.0, variance.minCoeff())));
+  }
+  if (noises.empty()) return 0;
+  std::sort(noises.begin(), noises.end());
+  return noises[noises.size() / kTenth];
+}
+
+// Four columns that are a unit quaternion.
+bool is_quaternion(const ColumnTable& table, std::size_t first) {
+  if (first + 4 > table.columns.size()) return false;
+  std::size_t unit = 0;
+  for (std::size_t row = 0; row < table.rows; ++row) {
+    double squares = 0;
+    for (std::size_t c = first; c < first + 4; ++c)
+      squares += table.columns[c].values[row] * table.columns[c].values[row];
+    if (std::abs(squares - 1) < 5e-3) ++unit;
+  }
+  return unit > table.rows * 9 / 10;
+}
+
+// How far from zero three columns stand, over how much they vary. Gyroscopes vary about zero.
+double offset_over_scatter(const ColumnTable& table, const ColumnTriad& triad) {
+  Vector3d mean = Vector3d::Zero(), squares = Vector3d::Zero();
+  double rows = 0;
+  for (std::size_t i = 0; i < table.rows; ++i) {
+    const Vector3d now = row_of(table, triad, i);
+    if (!now.allFinite()) continue;
+    mean += now;
+    squares += now.cwiseAbs2();
+    ++rows;
+  }
+  if (rows == 0) return kLargest;
+  mean /= rows;
+  const double scatter = (squares / rows - mean.cwiseAbs2()).sum();
+  return scatter > 0 ? mean.norm() / std::sqrt(scatter) : kLargest;
+}
+
+}  // namespace
+
+double usual_magnitude(const ColumnTable& table, const ColumnTriad& triad) {
+  std::vector<double> norms(table.rows);
+  for (std::size_t i = 0; i < table.rows; ++i) norms[i] = row_of(table, triad, i).norm();
+  return median_of(norms);
+}
+
+bool is_gravity(double magnitude) {
+  return std::any_of(kGravities.begin(), kGravities.end(), [&](const auto& g) { return is_near(magnitude, g.value); });
+}
+
+UnitGuess gravity_unit(double magnitude) {
+  for (const NamedValue& g : kGravities) {
+    if (is_near(magnitude, g.value)) return {std::string(g.name)};
+  }
+  constexpr double kSmallestCounts = 200;
+  if (!(magnitude > kSmallestCounts)) {
+    return {"m/s^2",
+            fmt::format("the magnitude of the specific force is mostly {:.3g}, that of gravity in no unit that "
+                        "is known: m/s^2 is taken",
+                        magnitude)};
+  }
+  return {
+      fmt::format("{:.5g} g", 1 / magnitude),
+      fmt::format("counts, it seems, {:.0f} for one g as gravity has it: give the scale of the data sheet", magnitude)};
+}
+
+UnitGuess turn_unit(const ColumnTable& table, const ColumnTriad& triad) {
+  constexpr double kFastest = 35;                                // rad/s, twice around in a third of a second
+  constexpr double kMilli = 5000;                                // deg/s that no sensor measures
+  constexpr double kNoisyRadians = 0.03, kQuietDegrees = 0.012;  // MEMS have 0.02 to 1 deg/s of noise a sample
+  double largest = 0;
+  for (std::size_t i = 0; i < table.rows; ++i) {
+    const double now = row_of(table, triad, i).cwiseAbs().maxCoeff();
+    if (std::isfinite(now)) largest = std::max(largest, now);
+  }
+  const double noise = quiet_noise(table, triad);
+  if (largest > kMilli) return {"mdeg/s", "rates up to " + fmt::format("{:.0f}: mdeg/s are taken", largest)};
+  if (largest > kFastest || noise > kNoisyRadians) return {"deg/s"};
+  if (noise > 0 && noise < kQuietDegrees) return {"rad/s"};
+  return {"rad/s", fmt::format("whether rates are in rad/s or deg/s their values do not tell (noise {:.2g}, largest "
+                               "{:.3g}): rad/s is taken",
+                               noise, largest)};
+}
+
+Steps steps_of(const ColumnTable& table, std::size_t column) {
+  const std::vector<double>& values = table.columns[column].values;
+  Steps steps;
+  std::vector<double> up;
+  double all = 0, down = 0;
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    if (table.begins(i)) continue;
+    const double step = values[i] - values[i - 1];
+    if (!std::isfinite(step)) return {};
+    ++all;
+    if (step > 0) up.push_back(step);
+    if (step < 0) ++down;
+  }
+  if (all == 0) return steps;
+  steps.first = values[0];
+  steps.increasing = static_cast<double>(up.size()) / all;
+  steps.backwards = down / all;
+  steps.median = up.empty() ? 0 : median(std::move(up));
+  return steps;
+}
+
+std::string time_unit(const Steps& steps, double usual_interval) {
+  constexpr std::array<NamedValue, 4> kUnits{{{"s", 1}, {"ms", 1e-3}, {"us", 1e-6}, {"ns", 1e-9}}};
+  constexpr double kSince = 9e8, kUntil = 4e9;  // s since 1970 or 1980 of the times in which logs are written
+  for (const NamedValue& unit : kUnits) {
+    if (steps.first * unit.value > kSince && steps.first * unit.value < kUntil) return std::string(unit.name);
+  }
+  const auto off = [&](const NamedValue& unit) {
+    return std::abs(std::log(steps.median * unit.value / usual_interval));
+  };
+  return std::string(std::min_element(kUnits.begin(), kUnits.end(), [&](const auto& a, const auto& b) {
+                       return off(a) < off(b);
+                     })->name);
+}
+
+std::optional<ValueTriads> find_triads(const ColumnTable& table, std::size_t time) {
+  const std::size_t count = table.columns.size();
+  std::vector<bool> taken(count, false);
+  taken[time] = true;
+  for (std::size_t c = 0; c < count; ++c) {
+    if (is_quaternion(table, c)) std::fill_n(taken.begin() + static_cast<std::ptrdiff_t>(c), 4, true);
+  }
+  const auto free = [&](std::size_t c) { return c + 3 <= count && !taken[c] && !taken[c + 1] && !taken[c + 2]; };
+  const auto triad = [](std::size_t c) { return ColumnTriad{c, c + 1, c + 2}; };
+  // Magnitudes of gravity also scatter little; the best is that which scatters least.
+  std::optional<std::size_t> accel;
+  double least = kLargest;
+  for (std::size_t c = 0; c < count; ++c) {
+    if (!free(c)) continue;
+    const double magnitude = usual_magnitude(table, triad(c));
+    if (!is_gravity(magnitude)) continue;
+    std::vector<double> off(table.rows);
+    for (std::size_t i = 0; i < table.rows; ++i) off[i] = std::abs(row_of(table, triad(c), i).norm() / magnitude - 1);
+    if (const double scatter = median_of(off); scatter < least) {
+      least = scatter;
+      accel = c;
+    }
+  }
+  if (!accel) return std::nullopt;
+  std::fill_n(taken.begin() + static_cast<std::ptrdiff_t>(*accel), 3, true);
+  std::optional<std::size_t> gyro;
+  double nearest = kLargest;
+  for (const std::size_t c : {*accel - 3, *accel + 3}) {  // an index below zero is a large one
+    if (c >= count || !free(c)) continue;
+    if (const double off = offset_over_scatter(table, triad(c)); off < nearest) {
+      nearest = off;
+      gyro = c;
+    }
+  }
+  if (!gyro) return std::nullopt;
+  return ValueTriads{triad(*accel), triad(*gyro)};
+}
+
+}  // namespace piste

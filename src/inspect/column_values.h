@@ -1,0 +1,50 @@
+#pragma once
+/// What the values of columns say of their quantity and unit.
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "column_table.h"
+
+namespace piste {
+
+using ColumnTriad = std::array<std::size_t, 3>;
+
+/// Median of the magnitudes of three columns; NaN without rows.
+double usual_magnitude(const ColumnTable& table, const ColumnTriad& triad);
+
+/// A unit that values suggest, and what is to be said of it if it is not sure.
+struct UnitGuess {
+  std::string unit;
+  std::string doubt = {};
+};
+
+/// The unit in which this magnitude is that of gravity, such as `m/s^2`; for raw counts it has a number.
+UnitGuess gravity_unit(double magnitude);
+/// Whether that is one of the units that sensors have.
+bool is_gravity(double magnitude);
+
+/// The unit of gyroscopes: by their largest values, and by the noise in the quietest moments.
+UnitGuess turn_unit(const ColumnTable& table, const ColumnTriad& triad);
+
+/// How steadily a column increases.
+struct Steps {
+  double median = 0;      ///< of the steps that increase; 0 if there are none
+  double increasing = 0;  ///< part of the steps that increase
+  double backwards = 0;   ///< part of the steps that decrease
+  double first = 0;       ///< the first value
+  bool is_time() const { return median > 0 && increasing > 0.5 && backwards < 0.02; }
+};
+Steps steps_of(const ColumnTable& table, std::size_t column);
+
+/// The unit of a time: that in which it is a time since 1970 or a usual interval [s].
+std::string time_unit(const Steps& steps, double usual_interval);
+
+/// The headerless triads: specific force, and gyroscopes beside it. Nothing if no three columns are like gravity.
+struct ValueTriads {
+  ColumnTriad accel, gyro;
+};
+std::optional<ValueTriads> find_triads(const ColumnTable& table, std::size_t time);
+
+}  // namespace piste

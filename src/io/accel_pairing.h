@@ -1,0 +1,21 @@
+#pragma once
+/// One stream from gyroscopes and accelerometers that were logged apart, each at its own times.
+
+#include "piste/core/log.h"
+
+namespace piste::log_formats {
+
+/// Gives the rows of `gyro`, which has no forces, those of `accel`, which has nothing else: at `instant`s the specific
+/// force on the straight line between its neighbours; of means over intervals, the mean over the gyroscopes' interval.
+///
+/// The mean is a difference of the velocity that the forces add up to, which is linear over each of their intervals. So
+/// no sample is left out or counts twice at any ratio of the rates, and the density of the white noise remains what it
+/// was. A straight line between instants also keeps it at equal rates, where it smooths single values but not their
+/// sum; with accelerometers far faster than the gyroscopes it would let samples fall.
+///
+/// Rows of the gyroscopes without forces beside them are left out: at the ends, and in holes of the accelerometers
+/// longer than four of their usual intervals, which so remain gaps. These rows, and those of the accelerometers beyond
+/// the gyroscopes, are counted in `unpaired`. Throws DataError if the files have no time in common.
+ImuRecording paired(const ImuRecording& gyro, const ImuRecording& accel, bool instant);
+
+}  // namespace piste::log_formats

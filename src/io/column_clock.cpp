@@ -1,0 +1,141 @@
+#include <fmt/format.h>
+
+#include <array>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include "io/column_reader.h"
+#include "math/time.h"
+
+namespace piste::log_formats {
+namespace {
+
+using std::chrono::days;
+using std::chrono::sys_days;
+
+// Three numbers with one separator between each two.
+std::optional<std::array<double, 3>> three_numbers(std::string_view text, std::string_view separators) {
+  std::array<double, 3> values{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), values[i]);
+    if (error != std::errc{} || !(values[i] >= 0)) return std::nullopt;
+    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+    if (i == 2) break;
+    if (text.empty() || separators.find(text.front()) == std::string_view::npos) return std::nullopt;
+    text.remove_prefix(1);
+  }
+  if (!text.empty()) return std::nullopt;
+  return values;
+}
+
+// `2020-11-04`, `2020/11/04` or `20201104`. A minus would be read as a sign: it becomes a slash.
+std::optional<sys_days> date_of(std::string_view text) {
+  std::string slashes(text);
+  for (char& c : slashes) c = c == '-' || c == '.' ? '/' : c;
+  constexpr std::size_t kCompact = 8;
+  if (slashes.size() == kCompact && slashes.find('/') == std::string::npos) slashes.insert(6, "/").insert(4, "/");
+  const auto date = three_numbers(slashes, "/");
+  return date ? day_of((*date)[0], (*date)[1], (*date)[2]) : std::nullopt;
+}
+
+// Seconds of `+0100` or `-01:30`; infinite if it is neither.
+double zone_of(std::string_view text) {
+  std::string digits;
+  for (const char c : text.substr(1)) {
+    if (c >= '0' && c <= '9') digits += c;
+  }
+  if (digits.size() != 4) return std::numeric_limits<double>::infinity();
+  const double hours = 10 * (digits[0] - '0') + (digits[1] - '0'), minutes = 10 * (digits[2] - '0') + (digits[3] - '0');
+  return (text.front() == '-' ? -1 : 1) * (hours * kHour + minutes * 60);
+}
+
+}  // namespace
+
+ColumnClock::ColumnClock(const ColumnReader& reader, const ColumnTime& time, bool repair)
+    : reader_(reader), of_(time.of), calendar_(time.unit == "calendar"), increasing_(repair), weeks_(repair) {
+  if (calendar_) {
+    time_.index = reader.place_of(time.name, "time");
+  } else {
+    time_ = reader.column(time.name, "time", time.unit, dimension::kTime);
+  }
+  if (!time.week.empty()) week_ = reader.place_of(time.week, "week");
+  if (!time.date.empty()) date_ = reader.place_of(time.date, "date");
+}
+
+double ColumnClock::next() {
+  const TextReader& text = reader_.text();
+  if (calendar_) return weeks_.next(calendar(), text);
+  switch (of_) {
+    case TimeScale::kBoot:
+      return increasing_.later(reader_.value(time_), text);
+    case TimeScale::kGpsWeek: {
+      if (!week_) return increasing_.next(reader_.value(time_), text);
+      const double week = text.number(*week_), seconds = reader_.value(time_);
+      if (!(week >= 0 && week < 1e4 && week == std::floor(week) && std::abs(seconds) <= kWeek)) {
+        text.fail(fmt::format("week {:g} and {:.3f} s of it are no GPS time", week, seconds));
+      }
+      return weeks_.next({static_cast<int>(week), seconds}, text);
+    }
+    case TimeScale::kGps:
+    case TimeScale::kUtc:
+      return weeks_.next(since_epoch(), text);
+  }
+  return 0;
+}
+
+// Whole seconds are split off as whole numbers: nanoseconds since 1970 have more digits than a double.
+GpsTime ColumnClock::since_epoch() const {
+  const auto [whole, rest] = reader_.text().parts(time_.index);
+  const bool gps = of_ == TimeScale::kGps;
+  constexpr double kFirstDay = 315964800, kLast = 1e10;  // 6 January 1980 in Unix time; s
+  const double about = static_cast<double>(whole) * time_.factor;
+  if (!(about >= (gps ? 0 : kFirstDay) && about < kLast)) {
+    reader_.text().fail(
+        fmt::format("{:.10g} s are no time since {}; are the unit and `of` of the time right? `of: boot` "
+                    "is time since power-up",
+                    about, gps ? "6 January 1980" : "1 January 1970, of the time that GPS exists"));
+  }
+  const double per_second = std::round(1 / time_.factor);
+  const bool decimal = per_second >= 1 && std::abs(per_second * time_.factor - 1) < 1e-12;
+  const auto per = decimal ? static_cast<std::int64_t>(per_second) : 1;
+  const auto seconds = decimal ? whole / per : static_cast<std::int64_t>(about);
+  const double fraction = decimal ? (static_cast<double>(whole % per) + rest) / per_second
+                                  : about + rest * time_.factor - static_cast<double>(seconds);
+  constexpr auto kDaySeconds = static_cast<std::int64_t>(kDay), kWeekSeconds = static_cast<std::int64_t>(kWeek);
+  if (gps) return {static_cast<int>(seconds / kWeekSeconds), static_cast<double>(seconds % kWeekSeconds) + fraction};
+  return gps_time(sys_days(days(seconds / kDaySeconds)), static_cast<double>(seconds % kDaySeconds) + fraction,
+                  TimeSystem::kUtc);
+}
+
+GpsTime ColumnClock::calendar() const {
+  const TextReader& text = reader_.text();
+  std::string_view clock = text.fields()[time_.index], date = clock.substr(0, clock.find_first_of("T _"));
+  if (date_) {
+    date = text.fields()[*date_];
+  } else {
+    clock.remove_prefix(std::min(clock.size(), date.size() + 1));
+  }
+  double zone = 0;  // s ahead of UTC, such as +01:00
+  if (const auto sign = clock.find_first_of("+-"); sign != std::string_view::npos) {
+    zone = zone_of(clock.substr(sign));
+    clock = clock.substr(0, sign);
+  }
+  for (const std::string_view end : {"Z", "UTC", "GPS", " "}) {
+    if (clock.ends_with(end)) clock.remove_suffix(end.size());
+  }
+  const auto day = date_of(date);
+  const auto time = three_numbers(clock, ":");
+  if (!day || !time || !(std::abs(zone) < kDay) || !((*time)[0] < 24 && (*time)[1] < 60 && (*time)[2] < 61)) {
+    text.fail(fmt::format("`{}` is no time; right would be such as 2020-11-04 09:17:31.437, in UTC or GPS time",
+                          text.fields()[time_.index]),
+              RowFault::Kind::kText);
+  }
+  const double seconds = (*time)[0] * kHour + (*time)[1] * 60 + (*time)[2] - zone;
+  const int days_over = static_cast<int>(std::floor(seconds / kDay));
+  return gps_time(*day + days(days_over), seconds - days_over * kDay,
+                  of_ == TimeScale::kGps ? TimeSystem::kGps : TimeSystem::kUtc);
+}
+
+}  // namespace piste::log_formats

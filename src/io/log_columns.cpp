@@ -1,0 +1,276 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "io/accel_pairing.h"
+#include "io/column_reader.h"
+#include "log_formats.h"
+#include "piste/core/error.h"
+
+namespace piste::log_formats {
+namespace {
+
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+// Android states accuracies as radii of 68 %: of the horizontal error, whose sigma on each axis is so much less, as
+// P(radius) = 1 − exp(−radius²/2σ²), and of single axes, where 68 % is one sigma.
+const double kRadiusPerSigma = std::sqrt(-2 * std::log(1 - 0.68));
+
+const ColumnQuantity& quantity_named(std::span<const ColumnQuantity> quantities, std::string_view key) {
+  for (const ColumnQuantity& q : quantities) {
+    if (q.key == key) return q;
+  }
+  throw ConfigError("", fmt::format("there is no quantity `{}`", key));
+}
+
+std::vector<Column> find_columns(const ColumnReader& reader, const ColumnMap& map,
+                                 std::span<const ColumnQuantity> quantities, std::string_view key) {
+  return reader.columns(map, quantity_named(quantities, key));
+}
+
+Vector3d three(const ColumnReader& reader, const std::vector<Column>& columns) {
+  return {reader.value(columns[0]), reader.value(columns[1]), reader.value(columns[2])};
+}
+
+// The columns that an IMU's file has. Of two files each has one triad.
+struct ImuColumns {
+  std::vector<Column> gyro, accel, magnetic, temperature;
+  bool increments = false;
+};
+
+enum class Part { kBoth, kGyro, kAccel };
+
+ImuColumns imu_columns(const ColumnReader& reader, const ColumnMap& map, Part part) {
+  const auto find = [&](std::string_view key) { return find_columns(reader, map, imu_quantities(), key); };
+  ImuColumns columns;
+  columns.increments = map.find("dtheta") != nullptr;
+  if (part != Part::kAccel) columns.gyro = find(columns.increments ? "dtheta" : "gyro");
+  if (part != Part::kGyro) columns.accel = find(columns.increments ? "dvel" : "accel");
+  if (part == Part::kAccel) return columns;
+  columns.magnetic = find("magnetic");
+  columns.temperature = find("temperature");
+  return columns;
+}
+
+ImuRecording read_part(const LogFile& log, const std::string& file, std::optional<std::string_view> content, Part part,
+                       RowFaults* faults) {
+  const ColumnMap& map = *log.columns;
+  ColumnReader reader(file, map, content);
+  const ImuColumns columns = imu_columns(reader, map, part);
+  ColumnClock clock(reader, part == Part::kAccel && map.accel_time ? *map.accel_time : map.time, log.repair);
+  const bool judged = faults == nullptr && !columns.gyro.empty() && columns.gyro[0].factor == 1;
+  ImuRecording imu;
+  imu.file = file;
+  imu.increments = columns.increments;
+  const auto row = [&] {
+    const double t = clock.next();
+    const auto value = [&](const std::vector<Column>& of) -> Vector3d {
+      return of.empty() ? Vector3d::Zero() : three(reader, of);
+    };
+    const Vector3d gyro = value(columns.gyro), accel = value(columns.accel), field = value(columns.magnetic);
+    const double temperature = columns.temperature.empty() ? 0 : reader.value(columns.temperature[0]);
+    if (judged && !imu.increments) check_rate(gyro, reader.text());
+    if (judged && imu.increments) check_turn(gyro, t, imu, reader.text());
+    imu.time.push_back(t);
+    imu.gyro.push_back(gyro);
+    imu.accel.push_back(accel);
+    constexpr double kMicro = 1e6;
+    if (!columns.magnetic.empty()) imu.magnetic.emplace_back(kMicro * field);
+    if (!columns.temperature.empty()) imu.temperature.push_back(temperature);
+  };
+  for_each_row(
+      faults, [&] { return reader.next(); }, row);
+  return imu;
+}
+
+// The columns of a triad along north, east and down, with their signs. Down is missing if there are two.
+struct NedColumns {
+  std::array<std::optional<Column>, 3> along;
+  bool found() const { return along[0].has_value(); }
+};
+
+NedColumns ned_columns(const std::vector<Column>& columns, const ColumnUse* use) {
+  NedColumns ned;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const std::string axis = use->axes.empty() ? std::string() : use->axes[i];
+    const bool against = axis == "south" || axis == "west" || axis == "up";
+    const std::size_t place = axis.empty()                         ? i
+                              : axis == "north" || axis == "south" ? 0
+                              : axis == "east" || axis == "west"   ? 1
+                                                                   : 2;
+    ned.along[place] = {columns[i].index, (against ? -1 : 1) * columns[i].factor};
+  }
+  return ned;
+}
+
+/// Reads fixes row by row.
+class FixReader {
+ public:
+  FixReader(const LogFile& log, const ColumnReader& reader, bool unknown_allowed)
+      : log_(log), reader_(reader), unknown_allowed_(unknown_allowed) {
+    const ColumnMap& map = *log.columns;
+    const auto find = [&](std::string_view key) { return find_columns(reader, map, gnss_quantities(), key); };
+    const auto ned = [&](std::string_view key) { return ned_columns(find(key), map.find(key)); };
+    place_ = {find("latitude").at(0), find("longitude").at(0), find("height").at(0)};
+    sigma_ = ned("sigma");
+    velocity_ = ned("velocity");
+    const auto spread = find("sigma_velocity");
+    if (spread.size() == 1) {
+      sigma_velocity_.along.fill(spread[0]);
+    } else {
+      sigma_velocity_ = ned_columns(spread, map.find("sigma_velocity"));
+    }
+    const auto one = [&](std::string_view key) {
+      const auto columns = find(key);
+      return columns.empty() ? std::optional<Column>() : columns[0];
+    };
+    horizontal_ = one("horizontal_accuracy");
+    vertical_ = one("vertical_accuracy");
+    speed_ = one("speed");
+    course_ = one("course");
+    speed_accuracy_ = one("speed_accuracy");
+    course_accuracy_ = one("course_accuracy");
+    fix_ = one("fix");
+  }
+
+  /// Whether the receiver says that it has a fix: by the column `fix`, or by an accuracy that is not negative, as iOS.
+  bool has_fix() const {
+    if (fix_) {
+      const auto value = reader_.find_value(*fix_);
+      const std::vector<double>& valid = log_.columns->find("fix")->valid;
+      if (!value || (valid.empty() ? !(*value > 0) : std::find(valid.begin(), valid.end(), *value) == valid.end())) {
+        return false;
+      }
+    }
+    if (!horizontal_) return true;
+    const auto radius = reader_.find_value(*horizontal_);
+    return !radius || *radius >= 0;
+  }
+
+  GeodeticFix fix(double time) const {
+    GeodeticFix fix;
+    fix.time = time;
+    fix.position = {reader_.value(place_[0]), reader_.value(place_[1]), reader_.value(place_[2])};
+    fix.sigma_position = sigma();
+    if (velocity_.found()) fix.velocity = velocity();
+    if (speed_) fix.velocity = velocity_along_course();
+    check_fix(fix, log_, reader_.text());
+    return fix;
+  }
+
+ private:
+  Vector3d sigma() const {
+    if (log_.sigma) return *log_.sigma;
+    if (sigma_.found()) {
+      Vector3d sigma;
+      for (int i = 0; i < 3; ++i) sigma(i) = std::abs(needed(sigma_.along[static_cast<std::size_t>(i)]));
+      return sigma;
+    }
+    if (!horizontal_ && unknown_allowed_) return unknown_sigma();
+    const double across = needed(horizontal_) / kRadiusPerSigma;
+    return {across, across, needed(vertical_)};
+  }
+
+  double needed(const std::optional<Column>& column) const {
+    const auto value = column ? reader_.find_value(*column) : std::nullopt;
+    if (value) return *value;
+    reader_.text().fail("no sigma in this row; `sigma: 3 3 6 m` in the configuration states one for all",
+                        RowFault::Kind::kText);
+  }
+
+  // Nothing if a value is missing.
+  std::optional<FixVelocity> velocity() const {
+    FixVelocity v{Vector3d::Zero(), Vector3d::Constant(kInfinite)};
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (!velocity_.along[i]) continue;
+      const auto value = reader_.find_value(*velocity_.along[i]);
+      const auto& spread = sigma_velocity_.along[i];
+      const auto sigma = spread            ? reader_.find_value(*spread)
+                         : speed_accuracy_ ? reader_.find_value(*speed_accuracy_)
+                                           : std::nullopt;
+      if (!value || (!sigma && !log_.sigma_velocity)) return std::nullopt;
+      v.value(static_cast<Eigen::Index>(i)) = *value;
+      v.sigma(static_cast<Eigen::Index>(i)) =
+          log_.sigma_velocity ? (*log_.sigma_velocity)(static_cast<Eigen::Index>(i)) : std::abs(*sigma);
+    }
+    return v;
+  }
+
+  // The error along the course is that of the speed, and across it speed times that of the course. Both horizontal axes
+  // get the larger: an ellipse that is not along them cannot be said, and no direction is said to be better than it is.
+  // A course without accuracy comes from the velocities, with errors as large across as along.
+  std::optional<FixVelocity> velocity_along_course() const {
+    constexpr double kNone = -10;  // negative values are iOS' sign that there is none
+    const auto value = [&](const std::optional<Column>& column) {
+      return column ? reader_.find_value(*column).value_or(kNone) : kNone;
+    };
+    const double speed = value(speed_), course = value(course_), along = value(speed_accuracy_);
+    const bool no_course = course < -std::numbers::pi || course == -kDegree;
+    if (speed < 0 || no_course || (along < 0 && !log_.sigma_velocity)) return std::nullopt;
+    const double sigma = std::max({along, speed * value(course_accuracy_), 0.0});
+    if (!std::isfinite(sigma))
+      reader_.text().fail("the sigma of the velocity is not finite", RowFault::Kind::kNotFinite);
+    return FixVelocity{{speed * std::cos(course), speed * std::sin(course), 0}, {sigma, sigma, kInfinite}};
+  }
+
+  const LogFile& log_;
+  const ColumnReader& reader_;
+  bool unknown_allowed_;
+  std::array<Column, 3> place_;
+  NedColumns sigma_, velocity_, sigma_velocity_;
+  std::optional<Column> horizontal_, vertical_, speed_, course_, speed_accuracy_, course_accuracy_, fix_;
+};
+
+}  // namespace
+
+ImuRecording read_imu_columns(const LogFile& log, RowFaults* faults) {
+  if (log.accel_file.empty()) return read_part(log, log.file, log.content, Part::kBoth, faults);
+  ImuRecording gyro = read_part(log, log.file, log.content, Part::kGyro, faults);
+  ImuRecording accel = read_part(log, log.accel_file, {}, Part::kAccel, faults);
+  if (log.repair) {
+    repair_rows(gyro);
+    repair_rows(accel);
+  }
+  return paired(gyro, accel, log.instant);
+}
+
+GnssRecording read_gnss_columns(const LogFile& log, RowFaults* faults) {
+  ColumnReader reader(log.file, *log.columns, log.content);
+  const FixReader fixes(log, reader, faults != nullptr);
+  ColumnClock clock(reader, log.columns->time, log.repair);
+  GnssRecording gnss;
+  gnss.file = log.file;
+  const auto row = [&] {
+    if (!fixes.has_fix()) {
+      ++gnss.without_fix;
+      return;
+    }
+    gnss.fixes.push_back(fixes.fix(clock.next()));
+  };
+  for_each_row(
+      faults, [&] { return reader.next(); }, row);
+  return gnss;
+}
+
+AttitudeRecording read_attitude_columns(const LogFile& log, RowFaults* faults) {
+  const ColumnMap& map = *log.columns;
+  ColumnReader reader(log.file, map, log.content);
+  const auto angles = find_columns(reader, map, attitude_quantities(), "angles");
+  const auto sigma = find_columns(reader, map, attitude_quantities(), "sigma");
+  ColumnClock clock(reader, map.time, log.repair);
+  AttitudeRecording attitude;
+  attitude.file = log.file;
+  const auto row = [&] {
+    EulerFix fix{clock.next(), three(reader, angles), sigma.empty() ? unknown_sigma() : three(reader, sigma)};
+    check_attitude(fix, log, reader.text());
+    attitude.fixes.push_back(fix);
+  };
+  for_each_row(
+      faults, [&] { return reader.next(); }, row);
+  return attitude;
+}
+
+}  // namespace piste::log_formats

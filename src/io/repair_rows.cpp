@@ -1,0 +1,57 @@
+#include <algorithm>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "log_formats.h"
+
+namespace piste::log_formats {
+namespace {
+
+// The rows to keep, in the order of time. Of rows of one time the first in the file is kept.
+std::vector<std::size_t> rows_in_order(const std::vector<double>& time, RepairedRows& repaired) {
+  std::vector<std::size_t> rows(time.size());
+  std::iota(rows.begin(), rows.end(), std::size_t{0});
+  for (std::size_t i = 1, latest = 0; i < time.size(); ++i) {
+    if (time[i] < time[latest]) ++repaired.sorted;
+    if (time[i] > time[latest]) latest = i;
+  }
+  std::stable_sort(rows.begin(), rows.end(), [&](std::size_t a, std::size_t b) { return time[a] < time[b]; });
+  rows.erase(std::unique(rows.begin(), rows.end(), [&](std::size_t a, std::size_t b) { return time[a] == time[b]; }),
+             rows.end());
+  repaired.dropped += time.size() - rows.size();
+  return rows;
+}
+
+template <class T>
+void take(std::vector<T>& values, const std::vector<std::size_t>& rows) {
+  if (values.empty()) return;
+  std::vector<T> taken;
+  taken.reserve(rows.size());
+  for (const std::size_t i : rows) taken.push_back(values[i]);
+  values = std::move(taken);
+}
+
+template <class Recorded>
+void repair_fixes(Recorded& recorded) {
+  std::vector<double> time;
+  time.reserve(recorded.fixes.size());
+  for (const auto& fix : recorded.fixes) time.push_back(fix.time);
+  take(recorded.fixes, rows_in_order(time, recorded.repaired));
+}
+
+}  // namespace
+
+void repair_rows(ImuRecording& imu) {
+  const std::vector<std::size_t> rows = rows_in_order(imu.time, imu.repaired);
+  take(imu.time, rows);
+  take(imu.gyro, rows);
+  take(imu.accel, rows);
+  take(imu.magnetic, rows);
+  take(imu.temperature, rows);
+}
+
+void repair_rows(GnssRecording& gnss) { repair_fixes(gnss); }
+void repair_rows(AttitudeRecording& attitude) { repair_fixes(attitude); }
+
+}  // namespace piste::log_formats

@@ -1,0 +1,136 @@
+#include "io/text_layout.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <map>
+#include <utility>
+
+namespace piste {
+namespace {
+
+constexpr std::size_t kLooked = 64 << 10;  // bytes
+
+bool is_number(std::string_view text) {
+  if (text.size() > 1 && text[0] == '+') text.remove_prefix(1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc{} && end == text.data() + text.size();
+}
+
+// One line that is not empty.
+struct Line {
+  std::size_t number = 0;
+  std::size_t fields = 0, whole = 0;  ///< number of fields, and without an empty one behind the last delimiter
+  bool is_row = false;                ///< whether most of its fields are numbers or empty
+};
+
+std::vector<Line> lines_of(std::string_view text, Delimiter delimiter) {
+  std::vector<Line> lines;
+  TextReader reader("", separator_of(delimiter), text.substr(0, kLooked));
+  while (reader.next()) {
+    const auto& fields = reader.fields();
+    const bool trailing = fields.size() > 1 && fields.back().empty();
+    const auto numbers = static_cast<std::size_t>(std::count_if(fields.begin(), fields.end(), is_number));
+    const auto empty = static_cast<std::size_t>(
+        std::count_if(fields.begin(), fields.end(), [](std::string_view f) { return f.empty(); }));
+    lines.push_back({reader.line_number(), fields.size(), fields.size() - (trailing ? 1 : 0),
+                     numbers >= 2 && 2 * (numbers + empty) >= fields.size()});
+  }
+  if (text.size() > kLooked && !lines.empty()) lines.pop_back();  // it is cut
+  return lines;
+}
+
+// How many fields most rows have. Lines that are cut have fewer.
+std::size_t usual_fields(const std::vector<Line>& lines) {
+  std::map<std::size_t, std::size_t> counts;
+  for (const Line& line : lines) counts[line.fields] += line.is_row ? 1 : 0;
+  std::size_t usual = 0, most = 0;
+  for (const auto& [fields, count] : counts) {
+    if (count == 0 || count < most) continue;
+    usual = fields;
+    most = count;
+  }
+  return usual;
+}
+
+// The layout with this delimiter, and the number of fields.
+std::optional<std::pair<TextLayout, std::size_t>> layout_with(std::string_view text, Delimiter delimiter,
+                                                              const ColumnMap& given) {
+  const std::vector<Line> lines = lines_of(text, delimiter);
+  std::size_t first = 0;
+  if (given.skip) {
+    while (first < lines.size() && lines[first].number <= *given.skip) ++first;
+    if (given.header.value_or(first < lines.size() && !lines[first].is_row)) ++first;
+  } else {
+    const std::size_t usual = usual_fields(lines);
+    while (first < lines.size() && !(lines[first].is_row && lines[first].fields == usual)) ++first;
+  }
+  if (first >= lines.size()) return std::nullopt;
+  const Line& row = lines[first];
+  TextLayout layout{delimiter, 0, row.number};
+  if (first > 0 && lines[first - 1].number > given.skip.value_or(0)) {
+    const Line& above = lines[first - 1];
+    const bool alike = above.whole == row.whole || above.whole == row.fields || above.fields == row.fields;
+    if (given.header.value_or(!above.is_row && alike)) layout.header = above.number;
+  }
+  return std::pair{layout, row.fields};
+}
+
+std::string_view without(std::string_view text, std::string_view marks) {
+  const auto first = text.find_first_not_of(marks);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(marks) - first + 1);
+}
+
+}  // namespace
+
+TextReader::Separator separator_of(Delimiter delimiter) {
+  switch (delimiter) {
+    case Delimiter::kComma:
+      return TextReader::Separator::kComma;
+    case Delimiter::kSemicolon:
+      return TextReader::Separator::kSemicolon;
+    case Delimiter::kTab:
+      return TextReader::Separator::kTab;
+    case Delimiter::kBlanks:
+      break;
+  }
+  return TextReader::Separator::kSpaces;
+}
+
+std::optional<TextLayout> find_layout(std::string_view text, const ColumnMap& given) {
+  std::optional<TextLayout> best;
+  std::size_t most = 0;
+  for (const Delimiter delimiter : {Delimiter::kSemicolon, Delimiter::kTab, Delimiter::kComma, Delimiter::kBlanks}) {
+    if (given.delimiter.value_or(delimiter) != delimiter) continue;
+    constexpr std::size_t kEnough = 3;  // with so many fields blanks stand within them, as in calendar times
+    if (delimiter == Delimiter::kBlanks && most >= kEnough) continue;
+    const auto found = layout_with(text, delimiter, given);
+    if (!found || found->second <= most) continue;
+    best = found->first;
+    most = found->second;
+  }
+  return best;
+}
+
+std::vector<HeaderCell> header_cells(const std::vector<std::string_view>& fields) {
+  std::vector<HeaderCell> cells;
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    std::string_view whole = without(fields[i], " \t\"");
+    if (i == 0) whole = without(whole.substr(std::min(whole.find_first_not_of("#%/"), whole.size())), " \t\"");
+    HeaderCell cell{std::string(whole), std::string(whole), {}};
+    constexpr std::array<std::pair<char, char>, 2> kBrackets{{{'[', ']'}, {'(', ')'}}};
+    for (const auto& [open, close] : kBrackets) {
+      const auto at = whole.find(open);
+      if (at == std::string_view::npos || at == 0 || !whole.ends_with(close)) continue;
+      cell.name = without(whole.substr(0, at), " \t_");
+      cell.unit = without(whole.substr(at + 1, whole.size() - at - 2), " \t");
+      break;
+    }
+    cells.push_back(std::move(cell));
+  }
+  return cells;
+}
+
+}  // namespace piste

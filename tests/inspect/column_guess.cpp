@@ -1,0 +1,215 @@
+// What inspect guesses of tables that no other reader knows.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <string>
+
+#include "piste/inspect/inspection.h"
+#include "piste/inspect/log_guess.h"
+#include "support/datasets.h"
+#include "support/random.h"
+#include "support/text_file.h"
+
+namespace piste {
+namespace {
+
+using test::contains;
+
+/// Rows of an IMU that rests and then turns, as `row(t, gyro [rad/s], accel [m/s²])` writes them.
+std::string table(const std::string& header,
+                  const std::function<std::string(double, const Vector3d&, const Vector3d&)>& row) {
+  std::string text = header;
+  test::Random random(1);
+  const auto next = [&] { return random.uniform() - 0.5; };
+  for (int i = 0; i < 2000; ++i) {
+    const double t = 0.01 * i, turn = i < 600 ? 0 : 0.8 * std::sin(t);
+    const Vector3d gyro = Vector3d(0.1 * turn, -0.2 * turn, turn) + 0.01 * Vector3d(next(), next(), next());
+    const Vector3d accel = Vector3d(0.3, 0.5, 9.79) + 0.1 * Vector3d(next(), next(), next());
+    text += row(t, gyro, accel);
+  }
+  return text;
+}
+
+std::string joined(const Vector3d& v, char separator = ',') {
+  return fmt::format("{:.6f}{}{:.6f}{}{:.6f}", v.x(), separator, v.y(), separator, v.z());
+}
+
+std::string mapping(const std::string& file, const std::string& text) {
+  const LogGuess guess = guess_log(file, text);
+  EXPECT_EQ(guess.format, LogFormat::kColumns);
+  return guess.columns ? columns_text(*guess.columns, "") : "";
+}
+
+TEST(ColumnGuess, PhyphoxInOneFile) {
+  const auto text = table(
+      "\"Time (s)\",\"Gyroscope x (rad/s)\",\"Gyroscope y (rad/s)\",\"Gyroscope z (rad/s)\",\"Acceleration x (m/s^2)\","
+      "\"Acceleration y (m/s^2)\",\"Acceleration z (m/s^2)\"\n",
+      [](double t, const Vector3d& w, const Vector3d& f) {
+        return fmt::format("{:.4E},{},{}\n", t, joined(w), joined(f));
+      });
+  EXPECT_EQ(mapping("log.csv", text),
+            "{time: {name: Time, of: boot},\n"
+            "gyro: {names: ['Gyroscope x', 'Gyroscope y', 'Gyroscope z']},\n"
+            "accel: {names: ['Acceleration x', 'Acceleration y', 'Acceleration z']}}");
+}
+
+// Its columns are x, y and z in each file; the name of the file tells which.
+TEST(ColumnGuess, AndroidSensorLogger) {
+  const auto write = [](bool gyro) {
+    return table("time,seconds_elapsed,z,y,x\n", [gyro](double t, const Vector3d& w, const Vector3d& f) {
+      const Vector3d& v = gyro ? w : f;
+      return fmt::format("{}{:09.0f},{:.4f},{:.5f},{:.5f},{:.5f}\n", 1700000000 + static_cast<long>(t),
+                         1e9 * (t - std::floor(t)), t, v.z(), v.y(), v.x());
+    });
+  };
+  const LogGuess gyro = guess_log("Gyroscope.csv", write(true));
+  EXPECT_EQ(gyro.part, LogGuess::Part::kGyro);
+  EXPECT_EQ(columns_text(*gyro.columns, ""),
+            "{time: {name: time, unit: ns, of: utc},\ngyro: {names: [x, y, z], unit: 'rad/s'}}");
+  const LogGuess accel = guess_log("TotalAcceleration.csv", write(false));
+  EXPECT_EQ(accel.part, LogGuess::Part::kAccel);
+  EXPECT_EQ(accel.columns->find("accel")->unit, "m/s^2");
+}
+
+TEST(ColumnGuess, SensorLogOfIos) {
+  const auto text = table(
+      "loggingTime(txt),motionTimestamp_sinceReboot(s),motionUserAccelerationX(G),motionUserAccelerationY(G),"
+      "motionUserAccelerationZ(G),motionRotationRateX(rad/s),motionRotationRateY(rad/s),motionRotationRateZ(rad/s),"
+      "accelerometerAccelerationX(G),accelerometerAccelerationY(G),accelerometerAccelerationZ(G)\n",
+      [](double t, const Vector3d& w, const Vector3d& f) {
+        return fmt::format("2020-11-04 09:17:31.4 +0100,{:.4f},0.01,0.02,0.0,{},{}\n", 5000 + t, joined(w),
+                           joined(f / 9.80665));
+      });
+  const std::string found = mapping("log.csv", text);
+  EXPECT_TRUE(contains(found, "motionTimestamp_sinceReboot, of: boot")) << found;
+  EXPECT_TRUE(contains(found, "gyro: {names: [motionRotationRateX, ")) << found;
+  EXPECT_TRUE(contains(found, "accel: {names: [accelerometerAccelerationX, ")) << found;
+}
+
+TEST(ColumnGuess, Euroc) {
+  const auto text = table(
+      "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],a_RS_S_x [m s^-2],a_RS_S_y [m "
+      "s^-2],a_RS_S_z [m s^-2]\n",
+      [](double t, const Vector3d& w, const Vector3d& f) {
+        return fmt::format("{:.0f},{},{}\n", 1403636579.0e9 + 1e9 * t, joined(w), joined(f));
+      });
+  EXPECT_EQ(mapping("data.csv", text),
+            "{time: {name: timestamp, of: utc},\ngyro: {names: [w_RS_S_x, w_RS_S_y, w_RS_S_z]},\n"
+            "accel: {names: [a_RS_S_x, a_RS_S_y, a_RS_S_z]}}");
+}
+
+// As KAIST's: ns, a quaternion, angles, rates, forces, a magnetic field; no header.
+TEST(ColumnGuess, ValuesAloneTellTheTriads) {
+  const auto text = table("", [](double t, const Vector3d& w, const Vector3d& f) {
+    return fmt::format("{:.0f},0.6,0.8,0,0,0.1,0.2,{:.4f},{},{},0.21,0.02,-0.43\n", 1.5e18 + 1e9 * t, t / 10, joined(w),
+                       joined(f));
+  });
+  EXPECT_EQ(mapping("xsens_imu.csv", text),
+            "{time: {name: 1, unit: ns, of: utc},\ngyro: {names: [9, 10, 11], unit: 'rad/s'},\n"
+            "accel: {names: [12, 13, 14], unit: 'm/s^2'}}");
+}
+
+TEST(ColumnGuess, UnitsByTheValues) {
+  const auto with = [](double gyro, double accel, double time) {
+    return mapping("log", table("t,gx,gy,gz,ax,ay,az\n", [&](double t, const Vector3d& w, const Vector3d& f) {
+                     return fmt::format("{:.5f},{},{}\n", (10 + t) * time, joined(gyro * w), joined(accel * f));
+                   }));
+  };
+  EXPECT_TRUE(contains(
+      with(1, 1, 1),
+      "unit: s, of: boot},\ngyro: {names: [gx, gy, gz], unit: 'rad/s'},\naccel: {names: [ax, ay, az], unit: 'm/s^2'}"));
+  EXPECT_TRUE(contains(
+      with(kDegreesPerRadian, 1 / 9.80665, 1e3),
+      "unit: ms, of: boot},\ngyro: {names: [gx, gy, gz], unit: 'deg/s'},\naccel: {names: [ax, ay, az], unit: g}"));
+  EXPECT_TRUE(contains(with(1, 1e3 / 9.80665, 1e6), "unit: mg}"));
+  EXPECT_TRUE(contains(with(1, 16384 / 9.80665, 1e6), "unit: us"));
+  EXPECT_TRUE(contains(with(1, 16384 / 9.80665, 1e6), " g'}")) << "counts, with a number before the unit";
+}
+
+std::string receiver(const std::string& header, const std::function<std::string(int)>& row) {
+  std::string text = header;
+  for (int i = 0; i < 60; ++i) text += row(i);
+  return text;
+}
+
+TEST(ColumnGuess, IntegersOfUblox) {
+  const auto text =
+      receiver("iTOW,lon,lat,height,hMSL,hAcc,vAcc,velN,velE,velD,gSpeed,headMot,sAcc,headAcc,fixType\n", [](int i) {
+        return fmt::format("{},72500000,{},1600000,1550000,2000,3000,1000,20,3,1000,1145000,150,200000,3\n", 1000 * i,
+                           465000000 + 90 * i);
+      });
+  const LogGuess guess = guess_log("nav_pvt.csv", text);
+  EXPECT_EQ(guess.kind, LogKind::kGnss);
+  const std::string found = columns_text(*guess.columns, "");
+  EXPECT_TRUE(contains(found, "time: {name: iTOW, unit: ms, of: gps_week}")) << found;
+  EXPECT_TRUE(contains(found, "latitude: {name: lat, unit: '1e-7 deg'}")) << found;
+  EXPECT_TRUE(contains(found, "height: {name: height, unit: mm}")) << found;
+  EXPECT_TRUE(contains(found, "velocity: {names: [velN, velE, velD], unit: 'mm/s'}")) << found;
+  EXPECT_TRUE(contains(found, "speed_accuracy: {name: sAcc, unit: 'mm/s'}")) << found;
+  EXPECT_TRUE(contains(found, "fix: {name: fixType, valid: [2, 3, 4]}")) << found;
+  EXPECT_FALSE(guess.doubts.empty());
+}
+
+TEST(ColumnGuess, PhonesReceiverHasTwoTimes) {
+  const auto text = receiver(
+      "TimestampGNSS [ns]; UTC time [ms]; Lat [deg]; Lon [deg]; Height [m]; Speed [m/s]; Heading [deg]; Hor Acc [m]; "
+      "Vert "
+      "Acc [m]; Speed Acc [m/s]; Heading Acc [deg]\n",
+      [](int i) {
+        return fmt::format("{};{};48.9;9.1;360;1;90;3;100;20;10;\n", 473997216885851 + i * 1000000000L,
+                           1604477851437 + 1000L * i);
+      });
+  const LogGuess guess = guess_log("GNSS.csv", text);
+  EXPECT_EQ(guess.columns->time.name, "UTC time");
+  EXPECT_EQ(guess.columns->time.of, TimeScale::kUtc);
+  ASSERT_TRUE(guess.boot_time);
+  EXPECT_EQ(guess.boot_time->name, "TimestampGNSS");
+  EXPECT_NE(guess.columns->find("course_accuracy"), nullptr);
+}
+
+TEST(ColumnGuess, CalendarTimes) {
+  const auto text = receiver("UTC;Latitude;Longitude;Altitude\n",
+                             [](int i) { return fmt::format("2020-11-04 08:17:{:02d}.0;48.9;9.1;360\n", i); });
+  EXPECT_TRUE(contains(mapping("places.txt", text), "{time: {name: UTC, unit: calendar, of: utc},"));
+}
+
+TEST(ColumnGuess, Angles) {
+  const auto text =
+      receiver("time_ms,roll,pitch,yaw\n", [](int i) { return fmt::format("{},1.5,-3,{}\n", 10 * i, 170 + 0.1 * i); });
+  const LogGuess guess = guess_log("ahrs.csv", text);
+  EXPECT_EQ(guess.kind, LogKind::kAttitude);
+  EXPECT_EQ(columns_text(*guess.columns, ""),
+            "{time: {name: time_ms, unit: ms, of: boot},\nangles: {names: [roll, pitch, yaw], unit: deg}}");
+}
+
+TEST(ColumnGuess, RecordedLogs) {
+  PISTE_REQUIRE_DATASETS();
+  const std::string text = test::read_text(test::datasets() / "drive/imu_1934.csv");
+  EXPECT_EQ(mapping("imu_1934.csv", text),
+            "{time: {name: 7, unit: ms, of: boot},\ngyro: {names: [4, 5, 6], unit: 'deg/s'},\naccel: {names: [1, 2, "
+            "3], unit: g}}");
+}
+
+// ---- The clock of a logger ----
+
+TEST(ReceiverClock, ComesFromTheEarliestOfManyPairs) {
+  std::vector<double> logger, gps;
+  test::Random random(7);
+  for (int i = 0; i < 1000; ++i) {
+    const double late = 0.02 + 0.03 * random.uniform() + (i % 50 == 3 ? 2.0 : 0.0);
+    gps.push_back(1000 + i);
+    logger.push_back(5000 + i * (1 + 20e-6) + late);
+  }
+  const auto clock = fit_clock(logger, gps);
+  ASSERT_TRUE(clock);
+  EXPECT_NEAR(clock->drift, 20e-6, 4e-6);
+  EXPECT_NEAR(clock->gps_time(5500.0), 1500 - 0.01 - 0.022, 0.005);
+  EXPECT_LT(clock->scatter, 0.02);
+  EXPECT_FALSE(fit_clock({1, 2}, {1, 2}));
+}
+
+}  // namespace
+}  // namespace piste
