@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <iterator>
 #include <utility>
@@ -109,6 +110,25 @@ void pair_up(std::vector<InspectedLog>& logs, std::vector<Suspicion>& found) {
   }
 }
 
+// A receiver that states one and the same coarse accuracy for all its velocities, as phones do, does not know it. Then
+// it is measured, against the derivative of the positions.
+void state_velocity_sigma(InspectedLog& l) {
+  constexpr double kCoarser = 5, kLeast = 0.3;  // times what is measured; m/s, as errors of velocities last
+  const auto& fit = l.gnss_health->velocity;
+  if (l.log.sigma_velocity || !fit || !fit->as_given()) return;
+  const FixVelocity* first = nullptr;
+  for (const GeodeticFix& fix : l.gnss.fixes) {
+    if (!fix.velocity) continue;
+    if (first == nullptr) first = &*fix.velocity;
+    if (fix.velocity->sigma.head<2>().maxCoeff() != first->sigma.head<2>().maxCoeff()) return;
+  }
+  const double measured = std::max(kLeast, 2 * fit->residual);
+  if (first == nullptr || first->sigma.x() < kCoarser * measured) return;
+  l.log.sigma_velocity = Vector3d::Constant(std::ceil(10 * measured) / 10);
+  l.gnss = read_gnss(l.log, nullptr);
+  l.gnss_health = gnss_health(l.gnss);
+}
+
 void read_receiver(InspectedLog& l) {
   const Vector3d kUsualSigma(3, 3, 6);    // m
   constexpr double kUsualVelocity = 0.5;  // m/s
@@ -121,7 +141,9 @@ void read_receiver(InspectedLog& l) {
   if (says_no_sigma(l.gnss)) read_again(l, kUsualSigma, l.gnss, read_gnss);
   read_repaired(l, l.gnss, read_gnss);
   l.clock = clock_of(l);
-  if (l.gnss.fixes.size() >= 3) l.gnss_health = gnss_health(l.gnss);
+  if (l.gnss.fixes.size() < 3) return;
+  l.gnss_health = gnss_health(l.gnss);
+  state_velocity_sigma(l);
 }
 
 void read_reference(InspectedLog& l) {
@@ -177,9 +199,12 @@ ImuRecording on_known_clock(const Inspection& inspection, std::size_t imu) {
 
 // Whether the filter can run: no fault may make a log mean something else.
 bool may_run(const Inspection& inspection) {
-  return std::none_of(inspection.suspicions.begin(), inspection.suspicions.end(), [](const Suspicion& s) {
+  const LogMatch* match = inspection.first_match();
+  const bool clock_found = match != nullptr && match->clock;
+  return std::none_of(inspection.suspicions.begin(), inspection.suspicions.end(), [&](const Suspicion& s) {
     return s.fault <= LogFault::kNoOverlap && s.fault != LogFault::kSameLog &&
-           s.fault != LogFault::kTimeBack;  // such rows were put in order
+           s.fault != LogFault::kTimeBack &&  // such rows were put in order
+           !(s.fault == LogFault::kNoOverlap && clock_found);
   });
 }
 

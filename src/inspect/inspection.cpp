@@ -231,7 +231,7 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
                           log.log.sigma->x(), log.log.sigma->y(), log.log.sigma->z());
     }
     if (log.log.sigma_velocity) {
-      text += fmt::format("    sigma_velocity: {:g} m/s         # the log has none\n", log.log.sigma_velocity->x());
+      text += fmt::format("    sigma_velocity: {:g} m/s         # measured: the log does not tell it\n", log.log.sigma_velocity->x());
     }
     const auto& velocity = log.gnss_health->velocity;
     if (const auto late = velocity ? velocity->known_delay() : std::nullopt) {
