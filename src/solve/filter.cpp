@@ -122,17 +122,20 @@ void Filter::process(const ImuSample* after) {
   state_.time = sample.time;  // not the sum of the steps, so that rounding errors do not add up
   if (const std::optional<RestFix> fix = rest_.add(sample, setup_->options.rest)) {
     const int first = setup_->sources.first<ZeroUpdates>(0);
+    const std::size_t before = innovations_.size();
     for (int channel = 0; channel < static_cast<int>(ZeroUpdates::kChannels.size()); ++channel) {
       measure<ZeroUpdates>(*fix, {sample.time, first + channel, 0, channel, {}}, step, step.dt, 0);
     }
+    rest_.judge(std::all_of(innovations_.begin() + static_cast<std::ptrdiff_t>(before), innovations_.end(),
+                            [](const Innovation& i) { return was_used(i.outcome); }));
   }
   if (tape_) tape_->events.emplace_back(state_);
 }
 
 void Filter::advance(const ImuStep& step, const StepNoise& noise) {
   const Transition t =
-      propagation_.advance(state_, step, noise, now_->at_rest, setup_->world, setup_->layout, setup_->options);
-  mending_.add(t, now_->at_rest);
+      propagation_.advance(state_, step, noise, resting(), setup_->world, setup_->layout, setup_->options);
+  mending_.add(t, resting());
   if (tape_) tape_->events.emplace_back(Tape::Propagation{t});
 }
 
@@ -178,7 +181,7 @@ void Filter::measure(const typename Type::Fix& fix, const QueuedFix& place, cons
                                    .step = step,
                                    .into_step = into_step,
                                    .rate_variance = rate_variance_,
-                                   .still = now_->at_rest,
+                                   .still = resting(),
                                    .moved = delay.value - lag,
                                    .recent = propagation_.recent(state_.x.q_wb, setup_->options.sensor),
                                    .delay_variance = row < 0 ? 0 : state_.P(row, row)};
@@ -212,12 +215,12 @@ void Filter::propagate_by(const Transition& transition) {
 
 // Whether the body certainly moves.
 bool Filter::moves() const {
-  return !now_->at_rest && state_.x.v_wb.norm() > 3 * sigmas_of(state_.x, setup_->layout, state_.P).velocity.norm();
+  return !resting() && state_.x.v_wb.norm() > 3 * sigmas_of(state_.x, setup_->layout, state_.P).velocity.norm();
 }
 
 void Filter::apply(int source, double late, const Linearization& lin) {
   const Update u = innovate(state_.P, setup_->layout, lin);
-  if (!std::isfinite(u.nis)) {
+  if (!(u.nis >= 0) || !std::isfinite(u.nis)) {
     throw DataError(fmt::format("t = {:.3f} s", state_.time),
                     fmt::format("the filter diverged at {}: check units, axes and time stamps of the logs",
                                 setup_->names[static_cast<std::size_t>(source)]));
@@ -250,11 +253,28 @@ void Filter::apply(int source, double late, const Linearization& lin) {
 
 void Filter::correct_by(const Update& u, const Linearization& lin) {
   const FullError correction = expand(setup_->layout, gain(u) * u.residual);
+  check(correction);
   const ResetJacobian G = reset_jacobian(correction);
   joseph(state_.P, u, lin.covariance);
   reset(state_.P, setup_->layout, G);
   state_.x = boxplus(state_.x, correction);
+  if (!(state_.P.diagonal().minCoeff() >= 0)) fail("its covariance has a negative variance");
   if (tape_) tape_->events.emplace_back(Tape::Correction{u, G});
+}
+
+// No correction may turn the attitude so far that the linear update means nothing: half a radian, or three of the
+// sigmas of an attitude that is claimed to be less sure than that.
+void Filter::check(const FullError& correction) const {
+  constexpr double kLargest = 0.5, kSigmas = 3;  // rad
+  const double turn = correction.segment<3>(full_offset(Block::kAttitude)).norm();
+  const double claimed = kSigmas * std::sqrt(std::max(0.0, state_.P.block<3, 3>(6, 6).trace()));
+  if (turn <= std::max(kLargest, claimed)) return;
+  fail(fmt::format("one correction turns the attitude by {:.2f} rad, beyond three of its sigmas", turn));
+}
+
+void Filter::fail(const std::string& why) const {
+  throw DataError(fmt::format("t = {:.3f} s", state_.time),
+                  fmt::format("the filter diverged: {}; check units, axes and time stamps of the logs", why));
 }
 
 }  // namespace piste

@@ -9,11 +9,19 @@ std::optional<RestFix> RestUpdates::add(const ImuSample& sample, const RestOptio
     *this = {};
     return std::nullopt;
   }
+  if (withdrawn_) return std::nullopt;
   turn_ += sample.dtheta;
   time_ += sample.interval;
   if (time_ < options.interval - 0.5 * sample.interval) return std::nullopt;
-  const RestUpdates full = std::exchange(*this, {});
-  return RestFix{sample.time, full.time_, full.turn_ / full.time_};
+  const Vector3d turn = std::exchange(turn_, Vector3d::Zero());
+  const double time = std::exchange(time_, 0);
+  return RestFix{sample.time, time, turn / time};
+}
+
+void RestUpdates::judge(bool used) {
+  constexpr int kPatience = 3;
+  refused_ = used ? 0 : refused_ + 1;
+  if (refused_ >= kPatience) withdrawn_ = true;
 }
 
 }  // namespace piste

@@ -99,6 +99,10 @@ class Filter {
   void correct_by(const Update& update, const Linearization& lin);
   void propagate_by(const Transition& transition);
   bool moves() const;
+  /// Whether the body is at rest, as far as the measurements have not contradicted it.
+  bool resting() const { return now_->at_rest && !rest_.withdrawn(); }
+  void check(const FullError& correction) const;
+  [[noreturn]] void fail(const std::string& why) const;
 
   std::shared_ptr<const Setup> setup_;
   FilterState state_;

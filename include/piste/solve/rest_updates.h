@@ -1,6 +1,6 @@
 #pragma once
 /// When the filter makes zero-velocity and zero-rate updates: at rest, at regular intervals, with the mean rate since
-/// the last update.
+/// the last update. A rest that the measurements contradict is withdrawn.
 
 #include <optional>
 
@@ -15,9 +15,16 @@ class RestUpdates {
   /// Adds the next sample. Returns a fix when an interval of rest without a gap is complete.
   std::optional<RestFix> add(const ImuSample& sample, const RestOptions& options);
 
+  /// Tells whether measurements of the last sample were used. Where three samples in a row had one that was refused,
+  /// the rest is withdrawn until it ends: it was none.
+  void judge(bool used);
+  bool withdrawn() const { return withdrawn_; }
+
  private:
   Vector3d turn_ = Vector3d::Zero();
   double time_ = 0;  // since the last fix
+  int refused_ = 0;
+  bool withdrawn_ = false;
 };
 
 }  // namespace piste
