@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "own_times.h"
+#include "piste/core/state_table.h"
 #include "piste/math/statistics.h"
 #include "piste/solve/mounting.h"
 #include "stretch.h"
@@ -53,6 +54,34 @@ void drop_outliers(std::vector<std::optional<Vector3d>>& steps) {
   }
 }
 
+// The delay of a reference for which its rotations agree best with those of the gyroscopes, near the one that is
+// configured: the vertex of the parabola through the sums of squares at three delays, and again with closer ones. A
+// delay that is wrong by 20 ms would pass for white noise.
+double agreeing_delay(const Log& log, const std::vector<AttitudeFix>& fixes, AttitudeOptions source, double prior,
+                      const Mounting& mounting) {
+  const auto misfit = [&](double delay) {
+    source.delay = delay;
+    auto steps = differences(log, at_own_times(fixes, source), mounting);
+    drop_outliers(steps);
+    double sum = 0, count = 0;
+    for (const auto& step : steps) {
+      if (!step) continue;
+      sum += step->squaredNorm();
+      ++count;
+    }
+    return sum / std::max(1.0, count);
+  };
+  const double configured = source.delay;
+  double best = configured;
+  for (double apart = prior; apart > 0.05 * prior; apart /= 4) {
+    const double before = misfit(best - apart), here = misfit(best), after = misfit(best + apart);
+    const double bend = before - 2 * here + after;
+    if (!(bend > 0)) return configured;
+    best += std::clamp(0.5 * (before - after) / bend, -3.0, 3.0) * apart;
+  }
+  return best;
+}
+
 // Variance of the white error along w; nothing if there are too few steps.
 std::optional<Vector3d> white_variance(const std::vector<std::optional<Vector3d>>& steps) {
   Vector3d sum = Vector3d::Zero();
@@ -85,7 +114,11 @@ FilterOptions with_white_part(FilterOptions options, const Log& log) {
   for (std::size_t i = 0; i < options.attitude.size(); ++i) {
     AttitudeOptions& source = options.attitude[i];
     if (!source.drift || !mounting) continue;
-    auto steps = differences(log, at_own_times(log.attitude[i], source), *mounting);
+    AttitudeOptions on_time = source;
+    if (StateLayout(options.estimate).has(Block::kAttitudeDelay)) {
+      on_time.delay = agreeing_delay(log, log.attitude[i], source, options.priors.attitude_delay, *mounting);
+    }
+    auto steps = differences(log, at_own_times(log.attitude[i], on_time), *mounting);
     drop_outliers(steps);
     const std::optional<Vector3d> variance = white_variance(steps);
     if (!variance) continue;

@@ -20,7 +20,8 @@ FilterOptions with_attitude_sigmas(FilterOptions options, const std::vector<Atti
 /// the white errors of both fixes, n(k+1) − n(k). Two successive differences share a fix, so their covariance is −σ²,
 /// whereas noise and bias of the gyroscopes and the slow error of the reference do not correlate them. Fast turns are
 /// left out, because scale factors would matter there. The white part is at least 10 % and at most all of the fixes'
-/// sigma. It is 10 % if there is too little data. North and east have one value, down has its own.
+/// sigma. It is 10 % if there is too little data. Where the delay of the reference is to be estimated, the one for
+/// which the rotations agree best is used here. North and east have one value, down has its own.
 FilterOptions with_white_part(FilterOptions options, const Log& log);
 
 }  // namespace piste
