@@ -7,8 +7,8 @@
 
 #include "app.h"
 #include "piste/condition/time_sync.h"
-#include "piste/io/align_config.h"
-#include "piste/io/output.h"
+#include "piste/experiment/align_config.h"
+#include "piste/files/output.h"
 
 namespace piste {
 

@@ -9,7 +9,7 @@
 #include "app.h"
 #include "piste/core/error.h"
 #include "piste/core/version.h"
-#include "piste/io/output.h"
+#include "piste/files/output.h"
 #include "piste/io/sensor_file.h"
 #include "piste/report/inspection_page.h"
 #include "piste/report/inspection_text.h"

@@ -12,7 +12,7 @@
 #include "piste/core/version.h"
 #include "piste/experiment/ensemble.h"
 #include "piste/files/consistency.h"
-#include "piste/io/output.h"
+#include "piste/files/output.h"
 #include "piste/report/consistency_page.h"
 #include "piste/report/consistency_text.h"
 

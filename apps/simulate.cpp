@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "app.h"
-#include "piste/io/output.h"
+#include "piste/files/output.h"
 #include "piste/sim/campaign.h"
 #include "piste/sim/simulation.h"
 

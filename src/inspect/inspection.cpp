@@ -86,7 +86,7 @@ std::string priors_text(const Calibration* found) {
 // What the motions say beyond the clock that the receiver's log tells.
 std::string rest_of_clock(const LogMatch* match) {
   if (match == nullptr || !match->clock) return {};
-  return fmt::format("  # The motions fit best with an offset {:+.3f} s from this, +- {:.3f} s.\n",
+  return fmt::format("  # The motions fit best with an offset {:+.3f} s from this, +- {:.3f} s, or with velocities so late.\n",
                      match->clock->offset, match->clock->sigma);
 }
 

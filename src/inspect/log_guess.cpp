@@ -73,20 +73,21 @@ std::optional<LogGuess> guess_csv(std::string_view header) {
 }
 
 // Rows of plain numbers. IMU and receiver may both have seven columns; the size of the numbers shows which it is.
-std::optional<LogGuess> guess_numbers(const std::string& file, std::string_view head) {
+std::optional<LogGuess> guess_numbers(const std::string& file, std::string_view head, std::string_view content) {
   TextReader reader(file, TextReader::Separator::kSpaces, head);
-  std::size_t columns = 0, rows = 0;
-  double largest = 0, smallest_sigma = 1e300, last = 0;
+  std::size_t columns = 0, rows = 0, backwards = 0;
+  double largest = 0, smallest_sigma = 1e300, first = 0, last = 0, velocity = 0;
   try {
     while (rows < kRows && reader.next()) {
       const std::size_t found = reader.fields().size();
       if (columns == 0) columns = found;
       if (found != columns) break;  // the last line of what was looked at may be cut
       if (columns < 7) return std::nullopt;
-      if (rows > 0 && reader.number(0) < last && last - reader.number(0) < kWeek / 2) {
-        return std::nullopt;  // the first is no time
-      }
-      last = reader.number(0);
+      const double time = reader.number(0);
+      if (rows == 0) first = time;
+      if (rows > 0 && time < last && last - time < kWeek / 2) ++backwards;
+      last = time;
+      velocity += std::hypot(reader.number(4), reader.number(5), reader.number(6));
       for (std::size_t i = 1; i < 4; ++i) largest = std::max(largest, std::abs(reader.number(i)));
       for (std::size_t i = 4; i < 7; ++i) smallest_sigma = std::min(smallest_sigma, reader.number(i));
       ++rows;
@@ -94,13 +95,21 @@ std::optional<LogGuess> guess_numbers(const std::string& file, std::string_view 
   } catch (const RowError&) {
     if (rows < 2) return std::nullopt;
   }
-  if (rows == 0) return std::nullopt;
+  constexpr std::size_t kFewBackwards = 4;  // one row in so many; with more, the first number is no time
+  if (rows == 0 || kFewBackwards * backwards > rows) return std::nullopt;
   if (columns == 13 || columns == 14)
     return found_by(LogKind::kGnss, LogFormat::kKfGins, fmt::format("{} numbers a row", columns));
   if (columns != 7) return std::nullopt;
   if (smallest_sigma >= 0 && largest > 10)
     return found_by(LogKind::kGnss, LogFormat::kKfGins, "7 numbers a row, the last three not negative");
-  return found_by(LogKind::kImu, LogFormat::kKfGins, "7 numbers a row, as small as increments");
+  LogGuess imu = found_by(LogKind::kImu, LogFormat::kKfGins, "7 numbers a row, as small as increments");
+  // As increments they add up to gravity; of others the values may show what they are.
+  constexpr double kLeast = 3, kMost = 30;  // m/s²
+  const double force = velocity / std::max(last - first, 1e-9);
+  if (rows > 2 && !(force > kLeast && force < kMost)) {
+    if (auto guess = guess_columns(file, content)) return guess;
+  }
+  return imu;
 }
 
 }  // namespace
@@ -120,7 +129,7 @@ LogGuess guess_log(const std::string& file, std::string_view content) {
     return found_by(LogKind::kGnss, LogFormat::kRtklibPos, "a header of RTKLIB");
   const std::string_view line = head.substr(0, head.find('\n'));
   if (auto csv = guess_csv(line)) return *csv;
-  if (auto numbers = guess_numbers(file, head)) return *numbers;
+  if (auto numbers = guess_numbers(file, head, content)) return *numbers;
   if (auto columns = guess_columns(file, content)) return *columns;
   const bool text = std::none_of(head.begin(), head.end(), [](char c) { return c == '\0'; });
   throw DataError(

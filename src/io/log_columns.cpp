@@ -6,10 +6,10 @@
 #include <limits>
 #include <numbers>
 
-#include "io/accel_pairing.h"
 #include "io/column_reader.h"
 #include "log_formats.h"
 #include "piste/core/error.h"
+#include "piste/core/recording.h"
 
 namespace piste::log_formats {
 namespace {

@@ -44,11 +44,6 @@ void check_fix(GeodeticFix& fix, const LogFile& log, const RowSource& row);
 /// The same for an attitude, whose angles must be within their ranges.
 void check_attitude(EulerFix& fix, const LogFile& log, const RowSource& row);
 
-/// Puts rows in the order of time, and drops those whose time stood in the file before. Rows are counted.
-void repair_rows(ImuRecording& imu);
-void repair_rows(GnssRecording& gnss);
-void repair_rows(AttitudeRecording& attitude);
-
 /// A place from latitude and longitude in degrees and height in metres.
 inline Geodetic geodetic_degrees(double latitude, double longitude, double height) {
   return {latitude * kDegree, longitude * kDegree, height};

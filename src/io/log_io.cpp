@@ -9,6 +9,7 @@
 
 #include "log_formats.h"
 #include "piste/core/error.h"
+#include "piste/core/recording.h"
 #include "piste/math/statistics.h"
 #include "piste/math/units.h"
 
@@ -113,7 +114,7 @@ ImuRecording read_imu(const LogFile& log, RowFaults* faults) {
     case LogFormat::kInspva:
       wrong_format(log, "an IMU", "csv, kf_gins, xsens_ascii, imr or columns");
   }
-  if (log.repair) log_formats::repair_rows(imu);
+  if (log.repair) repair_rows(imu);
   if (faults == nullptr) check_gravity(imu);
   return imu;
 }
@@ -144,7 +145,7 @@ GnssRecording read_gnss(const LogFile& log, RowFaults* faults) {
     case LogFormat::kInspva:
       wrong_format(log, "GNSS", "csv, kf_gins, rtklib_pos, nmea, ubx or columns");
   }
-  if (log.repair) log_formats::repair_rows(gnss);
+  if (log.repair) repair_rows(gnss);
   if (faults == nullptr) require_rows(gnss.fixes, log, "fix");
   return gnss;
 }
@@ -160,7 +161,7 @@ AttitudeRecording read_attitude(const LogFile& log, RowFaults* faults) {
   } else {
     wrong_format(log, "an attitude", "csv, inspva or columns");
   }
-  if (log.repair) log_formats::repair_rows(attitude);
+  if (log.repair) repair_rows(attitude);
   if (faults == nullptr) require_rows(attitude.fixes, log, "attitude");
   return attitude;
 }

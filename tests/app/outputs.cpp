@@ -6,7 +6,7 @@
 #include <map>
 #include <set>
 
-#include "piste/io/output.h"
+#include "piste/files/output.h"
 #include "support/places.h"
 #include "support/ski_run.h"
 

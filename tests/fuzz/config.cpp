@@ -2,8 +2,8 @@
 
 #include <string>
 
+#include "piste/experiment/align_config.h"
 #include "piste/experiment/study_config.h"
-#include "piste/io/align_config.h"
 #include "piste/io/replay_config.h"
 #include "reader.h"
 

@@ -112,6 +112,19 @@ TEST(ColumnGuess, ValuesAloneTellTheTriads) {
             "accel: {names: [12, 13, 14], unit: 'm/s^2'}}");
 }
 
+// Seven numbers as KF-GINS has them, but rates.
+TEST(ColumnGuess, RatesAreNotTakenForIncrements) {
+  const auto with = [](double factor) {
+    return table("", [factor](double t, const Vector3d& w, const Vector3d& f) {
+      return fmt::format("{:.3f} {} {}\n", 1000 + t, joined(factor * w, ' '), joined(factor * f, ' '));
+    });
+  };
+  EXPECT_EQ(guess_log("imu.txt", with(0.01)).format, LogFormat::kKfGins);
+  EXPECT_EQ(mapping("imu.txt", with(1)),
+            "{time: {name: 1, unit: s, of: boot},\ngyro: {names: [2, 3, 4], unit: 'rad/s'},\n"
+            "accel: {names: [5, 6, 7], unit: 'm/s^2'}}");
+}
+
 TEST(ColumnGuess, UnitsByTheValues) {
   const auto with = [](double gyro, double accel, double time) {
     return mapping("log", table("t,gx,gy,gz,ax,ay,az\n", [&](double t, const Vector3d& w, const Vector3d& f) {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "piste/io/output.h"
+#include "piste/files/output.h"
 #include "support/text_file.h"
 
 namespace piste {

@@ -8,8 +8,8 @@
 
 #include "piste/core/aligned.h"
 #include "piste/core/options.h"
+#include "piste/experiment/align_config.h"
 #include "piste/experiment/article.h"
-#include "piste/io/align_config.h"
 #include "piste/io/log_io.h"
 
 namespace piste {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "piste/experiment/replay.h"
-#include "piste/io/output.h"
+#include "piste/files/output.h"
 
 namespace piste {
 

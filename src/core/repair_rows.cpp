@@ -3,9 +3,9 @@
 #include <utility>
 #include <vector>
 
-#include "log_formats.h"
+#include "piste/core/recording.h"
 
-namespace piste::log_formats {
+namespace piste {
 namespace {
 
 // The rows to keep, in the order of time. Of rows of one time the first in the file is kept.
@@ -54,4 +54,4 @@ void repair_rows(ImuRecording& imu) {
 void repair_rows(GnssRecording& gnss) { repair_fixes(gnss); }
 void repair_rows(AttitudeRecording& attitude) { repair_fixes(attitude); }
 
-}  // namespace piste::log_formats
+}  // namespace piste

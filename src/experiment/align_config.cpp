@@ -1,4 +1,4 @@
-#include "piste/io/align_config.h"
+#include "piste/experiment/align_config.h"
 
 #include <fmt/format.h>
 

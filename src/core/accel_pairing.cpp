@@ -1,5 +1,3 @@
-#include "io/accel_pairing.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,9 +5,10 @@
 
 #include "math/time.h"
 #include "piste/core/error.h"
+#include "piste/core/recording.h"
 #include "piste/math/statistics.h"
 
-namespace piste::log_formats {
+namespace piste {
 namespace {
 
 constexpr double kHole = 4;         // usual intervals of the accelerometers
@@ -109,4 +108,4 @@ ImuRecording paired(const ImuRecording& gyro, const ImuRecording& accel, bool in
   return both;
 }
 
-}  // namespace piste::log_formats
+}  // namespace piste

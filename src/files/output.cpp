@@ -1,4 +1,4 @@
-#include "piste/io/output.h"
+#include "piste/files/output.h"
 
 #include <fmt/format.h>
 

@@ -1,9 +1,15 @@
 #pragma once
-/// One stream from gyroscopes and accelerometers that were logged apart, each at its own times.
+/// Brings recordings into the form that everything else expects: rows in the order of time, gyroscopes and
+/// accelerometers side by side.
 
 #include "piste/core/log.h"
 
-namespace piste::log_formats {
+namespace piste {
+
+/// Puts rows in the order of time, and drops those whose time stood in the file before. Both are counted.
+void repair_rows(ImuRecording& imu);
+void repair_rows(GnssRecording& gnss);
+void repair_rows(AttitudeRecording& attitude);
 
 /// Gives the rows of `gyro`, which has no forces, those of `accel`, which has nothing else: at `instant`s the specific
 /// force on the straight line between its neighbours; of means over intervals, the mean over the gyroscopes' interval.
@@ -18,4 +24,4 @@ namespace piste::log_formats {
 /// the gyroscopes, are counted in `unpaired`. Throws DataError if the files have no time in common.
 ImuRecording paired(const ImuRecording& gyro, const ImuRecording& accel, bool instant);
 
-}  // namespace piste::log_formats
+}  // namespace piste
