@@ -16,6 +16,7 @@
 namespace piste {
 namespace {
 
+constexpr double kSureClock = 0.02;     // s: 1-sigma with which the motion tells the clock
 constexpr double kKnownClock = 0.005;   // s: a larger offset is written down
 
 // 1-sigmas of a triad's errors from its noise and its mean at rest.
@@ -166,7 +167,12 @@ ImuConditioning guess_conditioning(const Inspection& inspection) {
   } else if (match != nullptr && match->clock &&
              std::abs(match->clock->offset) > std::max(kKnownClock, 5 * match->clock->sigma))
     imu.clock_offset = match->clock->offset;
-  if (const Calibration* found = inspection.calibration()) imu.clock_offset = found->clock_offset;
+  // The motion corrects what is known otherwise only where it is sure.
+  if (const Calibration* found = inspection.calibration()) {
+    const bool known = inspection.imu_clock() != nullptr;
+    const double apart = std::abs(found->clock_offset - imu.clock_offset);
+    if (known ? apart > 3 * found->clock_sigma : found->clock_sigma < kSureClock) imu.clock_offset = found->clock_offset;
+  }
   if (match != nullptr && match->motion && !match->motion->mirrored) {
     imu.R_bs = match->motion->R_bs;
     return imu;

@@ -305,7 +305,7 @@ TEST(LockedOut, ByAStartThatIsWrong) {
   start.covariance.topLeftCorner<3, 3>().setIdentity();
   const Result r = solve(c, log, {start, ""}, "start 100 m aside", {start.time + 1, 1e300});
   EXPECT_LT(r.filtered.largest, 0.05);
-  EXPECT_LT(r.filtered.claimed, 0.015);
+  EXPECT_LT(r.filtered.claimed, 0.02);  // at rest, where fixes are as coarse as a sway
   expect_honest(r, "start 100 m aside");
 }
 

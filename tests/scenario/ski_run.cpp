@@ -95,7 +95,7 @@ TEST(SkiRun, L1) {
 
 TEST(SkiRun, L1L2WithReferenceAttitude) {
   const Result r = replay_with(gnss("gnss.csv") + kAttitude, ", boresight");
-  expect_below(r.filtered, {0.09, 0.05, 0.08}, 0.008, {{0.075, 0.044, 0.066}, 0.0053});
+  expect_below(r.filtered, {0.09, 0.05, 0.08}, 0.008, {{0.057, 0.034, 0.053}, 0.0043});
   expect_below(r.smoothed, {0.04, 0.03, 0.04}, 0.004, {{0.042, 0.025, 0.039}, 0.0025});
   const YAML::Node truth = YAML::LoadFile((kSource / "data/ski_run/truth.json").string())["imus"]["mt9a_1"];
   const auto estimate = [&](const char* block) { return r.summary["estimates"][block]; };
