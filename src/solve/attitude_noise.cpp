@@ -95,6 +95,18 @@ std::optional<Vector3d> white_variance(const std::vector<std::optional<Vector3d>
   return sum / static_cast<double>(count);
 }
 
+// The sources with the delays that agree best, and the mounting with these: each of the two is needed for the other.
+void find_delays_and_mounting(const Log& log, const FilterOptions& options, std::vector<AttitudeOptions>& sources,
+                              std::optional<Mounting>& mounting) {
+  constexpr int kRounds = 2;
+  for (int round = 0; mounting && round < kRounds; ++round) {
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+      sources[i].delay = agreeing_delay(log, log.attitude[i], sources[i], options.priors.attitude_delay, *mounting);
+    }
+    mounting = find_mounting(log, sources);
+  }
+}
+
 }  // namespace
 
 FilterOptions with_attitude_sigmas(FilterOptions options, const std::vector<AttitudeRecording>& attitude) {
@@ -110,15 +122,15 @@ FilterOptions with_attitude_sigmas(FilterOptions options, const std::vector<Atti
 }
 
 FilterOptions with_white_part(FilterOptions options, const Log& log) {
-  const std::optional<Mounting> mounting = find_mounting(log, options.attitude);
+  std::vector<AttitudeOptions> on_time = options.attitude;
+  std::optional<Mounting> mounting = find_mounting(log, on_time);
+  if (StateLayout(options.estimate).has(Block::kAttitudeDelay)) {
+    find_delays_and_mounting(log, options, on_time, mounting);
+  }
   for (std::size_t i = 0; i < options.attitude.size(); ++i) {
     AttitudeOptions& source = options.attitude[i];
     if (!source.drift || !mounting) continue;
-    AttitudeOptions on_time = source;
-    if (StateLayout(options.estimate).has(Block::kAttitudeDelay)) {
-      on_time.delay = agreeing_delay(log, log.attitude[i], source, options.priors.attitude_delay, *mounting);
-    }
-    auto steps = differences(log, at_own_times(log.attitude[i], on_time), *mounting);
+    auto steps = differences(log, at_own_times(log.attitude[i], on_time[i]), *mounting);
     drop_outliers(steps);
     const std::optional<Vector3d> variance = white_variance(steps);
     if (!variance) continue;
