@@ -34,8 +34,7 @@ void run(const AppArguments& arguments, Progress& progress) {
   output.write("inspection.html", inspection_page(found, config, version()));
   if (config) {
     output.write("replay.yaml", *config);
-    output.write(kSensorFile,
-                 sensor_text(guess_sensor(found)));
+    output.write(kSensorFile, sensor_text(guess_sensor(found)));
   } else {
     output.withdraw("replay.yaml");
     output.withdraw(kSensorFile);

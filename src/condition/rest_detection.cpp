@@ -19,7 +19,7 @@ constexpr std::size_t kWindow = 4;    // cells
 constexpr double kSway = 0.06;        // m/s: largest mean speed of a standing body, beyond the noise of GNSS
 constexpr double kWalking = 0.5;      // m/s: certainly moving
 constexpr double kResolved = 0.15;    // m/s: a receiver whose noise is larger cannot tell rest from a slow motion
-constexpr double kFarthest = 16;        // s before and after a window in which positions may resolve its speed
+constexpr double kFarthest = 16;      // s before and after a window in which positions may resolve its speed
 constexpr double kShortest = 1.0;     // s
 constexpr double kDrawnIn = 0.25;     // s
 constexpr double kGyroQuiet = 0.03;   // rad/s, and
@@ -192,7 +192,8 @@ bool leaves_its_place(const Log& log, const Interval& rest) {
     if (fixes.size() < 2) return false;
     const GnssFix &first = fixes.front(), &last = fixes.back();
     const double apart = (last.position - first.position).head<2>().norm();
-    const double noise = std::sqrt((first.sigma_position.cwiseAbs2() + last.sigma_position.cwiseAbs2()).head<2>().sum());
+    const double noise =
+        std::sqrt((first.sigma_position.cwiseAbs2() + last.sigma_position.cwiseAbs2()).head<2>().sum());
     return apart > kSwayDistance + 3 * noise;
   });
 }

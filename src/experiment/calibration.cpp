@@ -14,15 +14,15 @@
 namespace piste {
 namespace {
 
-constexpr double kLongest = 150, kBefore = 30;   // s of motion, and of what comes before it
-constexpr double kSettled = 15;                  // s after the start whose innovations tell of the start alone
+constexpr double kLongest = 150, kBefore = 30;  // s of motion, and of what comes before it
+constexpr double kSettled = 15;                 // s after the start whose innovations tell of the start alone
 constexpr double kArmPrior = 2, kDelayPrior = 0.1, kLeastArm = 0.05, kLeastDelay = 0.003;  // m, s
 // Where nothing is known of the lever arm, fixes of centimetres are first taken for coarser ones: the filter would
 // otherwise reject what its own first guess makes of them.
 constexpr std::array kFloors{0.2, 0.05, 0.0};  // m and m/s
 constexpr double kLoose = 5;                   // times the sigma that a stage found
 constexpr double kWideGate = 1 - 1e-9;
-constexpr double kFarthest = 0.5, kStep = 0.1;   // s: offsets of the clock that are tried
+constexpr double kFarthest = 0.5, kStep = 0.1;  // s: offsets of the clock that are tried
 constexpr double kMostGates = 2;
 constexpr int kRounds = 2;
 constexpr double kSignificant = 3;  // of the log-likelihood: by chance a value gains half of one
@@ -41,9 +41,7 @@ struct Attempt {
 class Calibrator {
  public:
   Calibrator(const Recording& recording, ConditioningOptions conditioning, FilterOptions options)
-      : recording_(recording),
-        conditioning_(std::move(conditioning)),
-        options_(std::move(options)) {
+      : recording_(recording), conditioning_(std::move(conditioning)), options_(std::move(options)) {
     for (const Block b : {Block::kLeverArm, Block::kGnssDelay}) {
       if (std::find(options_.estimate.begin(), options_.estimate.end(), b) == options_.estimate.end())
         options_.estimate.push_back(b);
@@ -88,7 +86,8 @@ class Calibrator {
     const World world(fixes.front().position);
     double from = fixes.front().time;
     for (const GeodeticFix& fix : fixes) {
-      if (world.from_geodetic(fix.position).head<2>().norm() < 2 + 6 * fix.sigma_position.head<2>().maxCoeff()) continue;
+      if (world.from_geodetic(fix.position).head<2>().norm() < 2 + 6 * fix.sigma_position.head<2>().maxCoeff())
+        continue;
       from = std::max(from, fix.time - kBefore);
       break;
     }

@@ -1,6 +1,6 @@
 #pragma once
-/// What the filter itself tells of a pair of logs: how far their clocks are apart, where the antenna sits, and how noisy
-/// the IMU is in motion.
+/// What the filter itself tells of a pair of logs: how far their clocks are apart, where the antenna sits, and how
+/// noisy the IMU is in motion.
 
 #include <optional>
 

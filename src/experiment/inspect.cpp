@@ -211,7 +211,7 @@ bool may_run(const Inspection& inspection) {
 std::optional<Calibration> try_calibration(const Inspection& inspection, const InspectedLog& receiver,
                                            std::vector<Suspicion>& found) {
   constexpr double kFar = 3, kSure = 0.3;  // m
-  constexpr double kSureClock = 0.02;  // s
+  constexpr double kSureClock = 0.02;      // s
   const auto imu = inspection.first(LogKind::kImu);
   if (!imu || !receiver.gnss_health || !may_run(inspection)) return std::nullopt;
   const InspectedLog& body = inspection.logs[*imu];
@@ -225,7 +225,8 @@ std::optional<Calibration> try_calibration(const Inspection& inspection, const I
   conditioning.gyro_range = options.sensor.gyro.range;
   conditioning.accel_range = options.sensor.accel.range;
   try {
-    if (const auto& velocity = receiver.gnss_health->velocity) options.gnss.front().velocity_delay = velocity->known_delay();
+    if (const auto& velocity = receiver.gnss_health->velocity)
+      options.gnss.front().velocity_delay = velocity->known_delay();
     const LogMatch* match = inspection.first_match();
     const bool search_clock = match == nullptr || !match->clock || match->clock->sigma > kSureClock;
     const auto found_here = calibrate({body.imu, {receiver.gnss}, {}}, conditioning, options, search_clock);

@@ -16,8 +16,8 @@
 namespace piste {
 namespace {
 
-constexpr double kSureClock = 0.02;     // s: 1-sigma with which the motion tells the clock
-constexpr double kKnownClock = 0.005;   // s: a larger offset is written down
+constexpr double kSureClock = 0.02;    // s: 1-sigma with which the motion tells the clock
+constexpr double kKnownClock = 0.005;  // s: a larger offset is written down
 
 // 1-sigmas of a triad's errors from its noise and its mean at rest.
 TriadErrors guess_triad(const TriadHealth& health, double interval, double usual_noise, double bias_of_noise,
@@ -87,8 +87,9 @@ std::string priors_text(const Calibration* found) {
 // What the motions say beyond the clock that the receiver's log tells.
 std::string rest_of_clock(const LogMatch* match) {
   if (match == nullptr || !match->clock) return {};
-  return fmt::format("  # The motions fit best with an offset {:+.3f} s from this, +- {:.3f} s, or with velocities so late.\n",
-                     match->clock->offset, match->clock->sigma);
+  return fmt::format(
+      "  # The motions fit best with an offset {:+.3f} s from this, +- {:.3f} s, or with velocities so late.\n",
+      match->clock->offset, match->clock->sigma);
 }
 
 }  // namespace
@@ -171,7 +172,8 @@ ImuConditioning guess_conditioning(const Inspection& inspection) {
   if (const Calibration* found = inspection.calibration()) {
     const bool known = inspection.imu_clock() != nullptr;
     const double apart = std::abs(found->clock_offset - imu.clock_offset);
-    if (known ? apart > 3 * found->clock_sigma : found->clock_sigma < kSureClock) imu.clock_offset = found->clock_offset;
+    if (known ? apart > 3 * found->clock_sigma : found->clock_sigma < kSureClock)
+      imu.clock_offset = found->clock_offset;
   }
   if (match != nullptr && match->motion && !match->motion->mirrored) {
     imu.R_bs = match->motion->R_bs;
@@ -237,7 +239,8 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
                           log.log.sigma->x(), log.log.sigma->y(), log.log.sigma->z());
     }
     if (log.log.sigma_velocity) {
-      text += fmt::format("    sigma_velocity: {:g} m/s         # measured: the log does not tell it\n", log.log.sigma_velocity->x());
+      text += fmt::format("    sigma_velocity: {:g} m/s         # measured: the log does not tell it\n",
+                          log.log.sigma_velocity->x());
     }
     const auto& velocity = log.gnss_health->velocity;
     if (const auto late = velocity ? velocity->known_delay() : std::nullopt) {

@@ -26,7 +26,8 @@ struct HeaderCell {
 TextReader::Separator separator_of(Delimiter delimiter);
 
 /// Finds the layout from the first lines: rows are those that hold numbers and have as many fields as most, and
-/// the header is the line above the first if it has as many. What `given` states is taken as it is. Nothing if there are no rows.
+/// the header is the line above the first if it has as many. What `given` states is taken as it is. Nothing if there
+/// are no rows.
 std::optional<TextLayout> find_layout(std::string_view text, const ColumnMap& given);
 
 /// Splits a header's fields. A mark of a comment before the first, and quotes, are left out.

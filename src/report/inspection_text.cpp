@@ -199,11 +199,10 @@ std::vector<InspectionSheet> inspection_sheets(const Inspection& inspection) {
     describe(sheet, m.match);
     if (m.imu == inspection.first(LogKind::kImu) && inspection.logs[m.gnss].calibration) {
       const Calibration& found = *inspection.logs[m.gnss].calibration;
-      sheet.add(
-          "lever arm",
-          fmt::format("{} +- {} (forward right down), from a filter that took {} and rejected {} measurements",
-                      three(found.lever_arm, 1, "{:.2f}", "m"), three(found.lever_arm_sigma, 1, "{:.2f}", "m"),
-                      found.used, found.rejected));
+      sheet.add("lever arm",
+                fmt::format("{} +- {} (forward right down), from a filter that took {} and rejected {} measurements",
+                            three(found.lever_arm, 1, "{:.2f}", "m"), three(found.lever_arm_sigma, 1, "{:.2f}", "m"),
+                            found.used, found.rejected));
       sheet.add("in motion", fmt::format("clock {:.4f} s +- {:.4f} s; noise {:.2g} deg/s/sqrt(Hz), {:.2g} ug/sqrt(Hz)",
                                          found.clock_offset, found.clock_sigma, found.sensor.gyro.noise / kDegree,
                                          found.sensor.accel.noise / kStandardGravity * 1e6));

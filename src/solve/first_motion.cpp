@@ -10,16 +10,15 @@
 namespace piste {
 namespace {
 
-constexpr double kReach = 3;                    // s of fixes that are used
-constexpr std::ptrdiff_t kFewest = 3;           // fixes, even if they are further away
-constexpr double kAnySpeed = 300;               // m/s: 1-sigma of a velocity of which nothing is known
-constexpr double kAcceleration = 3;             // m/s²
+constexpr double kReach = 3;                           // s of fixes that are used
+constexpr std::ptrdiff_t kFewest = 3;                  // fixes, even if they are further away
+constexpr double kAnySpeed = 300;                      // m/s: 1-sigma of a velocity of which nothing is known
+constexpr double kAcceleration = 3;                    // m/s²
 constexpr double kWander = 2 * square(kAcceleration);  // m²/s⁵: a Gauss-Markov acceleration of one second
 
 // Whether one body can have been at both fixes without being faster than a hundred metres a second.
 bool agree(const GnssFix& a, const GnssFix& b) {
-  return (b.position - a.position).norm() <
-         100 * (b.time - a.time) + 5 * (a.sigma_position + b.sigma_position).norm();
+  return (b.position - a.position).norm() < 100 * (b.time - a.time) + 5 * (a.sigma_position + b.sigma_position).norm();
 }
 
 // Normal equations of one axis for (position, velocity, acceleration).

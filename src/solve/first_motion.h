@@ -9,8 +9,8 @@
 
 namespace piste {
 
-/// Motion of the antenna at a time, in w. The axes of w are independent: `covariance[i]` is that of (position, velocity,
-/// acceleration) along axis i.
+/// Motion of the antenna at a time, in w. The axes of w are independent: `covariance[i]` is that of (position,
+/// velocity, acceleration) along axis i.
 struct FirstMotion {
   Vector3d position, velocity, acceleration;
   std::array<Matrix3d, 3> covariance;

@@ -13,9 +13,9 @@
 namespace piste {
 namespace {
 
-constexpr double kUnlikely = 1e-6;        // weight beside the best at which a hypothesis is dropped
-constexpr double kSureEnough = 10 * kDegree;   // 1-sigma of the best that a single filter can go on from
-constexpr double kAgree = 0.5;            // of that sigma: hypotheses that are no further apart tell the same
+constexpr double kUnlikely = 1e-6;            // weight beside the best at which a hypothesis is dropped
+constexpr double kSureEnough = 10 * kDegree;  // 1-sigma of the best that a single filter can go on from
+constexpr double kAgree = 0.5;                // of that sigma: hypotheses that are no further apart tell the same
 // A fix that all hypotheses miss, such as an outlier, must not decide between them: no innovation counts for more than
 // a few times its gate.
 constexpr double kMostGates = 4;
@@ -61,15 +61,13 @@ bool HeadingBank::add(const ImuSample& sample) {
 
 void HeadingBank::weigh() {
   const auto cost = [](const Hypothesis& h, double scale) { return h.nis / scale + h.log_determinant; };
-  const auto best = std::min_element(all_.begin(), all_.end(), [&](const Hypothesis& a, const Hypothesis& b) {
-    return cost(a, 1) < cost(b, 1);
-  });
+  const auto best = std::min_element(all_.begin(), all_.end(),
+                                     [&](const Hypothesis& a, const Hypothesis& b) { return cost(a, 1) < cost(b, 1); });
   const double scale = std::max(1.0, best->nis / std::max(1.0, best->rows)), least = cost(*best, scale);
   for (Hypothesis& h : all_) h.weight = std::exp(-0.5 * (cost(h, scale) - least));
   std::erase_if(all_, [](const Hypothesis& h) { return h.weight < kUnlikely; });
-  const auto heaviest = std::max_element(all_.begin(), all_.end(), [](const Hypothesis& a, const Hypothesis& b) {
-    return a.weight < b.weight;
-  });
+  const auto heaviest = std::max_element(all_.begin(), all_.end(),
+                                         [](const Hypothesis& a, const Hypothesis& b) { return a.weight < b.weight; });
   best_ = static_cast<std::size_t>(heaviest - all_.begin());
 }
 

@@ -14,8 +14,8 @@
 namespace piste {
 namespace {
 
-constexpr double kBlock = 0.25;   // s between two passes of the conditioning
-constexpr double kMemory = 60;    // s of rows and fixes that are kept: a rest of half a minute must fit in
+constexpr double kBlock = 0.25;  // s between two passes of the conditioning
+constexpr double kMemory = 60;   // s of rows and fixes that are kept: a rest of half a minute must fit in
 constexpr double kFirst = 3;     // s of fixes from which a start is made
 
 template <class Timed>
@@ -126,15 +126,16 @@ class Live::Session {
     given_.assign(given_.size(), fed_);
   }
 
-  // Feeds the samples after those that were fed, until `until`, and returns the time of the last. `given` has the time of
-  // each receiver's last fix. A sample of which a part was fed already, as the period in a gap was
-  // judged anew, is cut.
+  // Feeds the samples after those that were fed, until `until`, and returns the time of the last. `given` has the time
+  // of each receiver's last fix. A sample of which a part was fed already, as the period in a gap was judged anew, is
+  // cut.
   template <class Sink>
   double feed(Sink& sink, std::vector<double>& given, double until) const {
     double last = fed_;
     std::vector<std::size_t> next(log_.gnss.size());
     for (std::size_t i = 0; i < next.size(); ++i) {
-      next[i] = static_cast<std::size_t>(first_at_or_after(log_.gnss[i], given[i] + kSameInstant) - log_.gnss[i].begin());
+      next[i] =
+          static_cast<std::size_t>(first_at_or_after(log_.gnss[i], given[i] + kSameInstant) - log_.gnss[i].begin());
     }
     for (auto sample = first_at_or_after(log_.imu, fed_ + kSameInstant); sample != log_.imu.end(); ++sample) {
       if (sample->time > until) break;

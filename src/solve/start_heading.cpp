@@ -17,7 +17,7 @@ namespace piste {
 namespace {
 
 constexpr double kReferenceSigma =
-    5 * kDegree;                     // of a heading from the reference attitude: loose, as the filter uses it again
+    5 * kDegree;  // of a heading from the reference attitude: loose, as the filter uses it again
 
 // Throws if gravity contradicts the attitude `q_wb`.
 void check_small_boresight(const Quaterniond& q_wb, const Rest& rest, const Priors& priors) {

@@ -20,10 +20,10 @@ namespace {
 constexpr int kHypotheses = 12;
 // 1-sigma of each. The truth is at most half of it away from the middle of the nearest.
 constexpr double kSpacing = 2 * std::numbers::pi / kHypotheses, kHypothesisSigma = kSpacing / 2;
-constexpr double kListened = 30;     // s of the rest before the departure that the bank filters
-constexpr double kFurther = 40;      // s of motion after which attitude and biases are sure
+constexpr double kListened = 30;  // s of the rest before the departure that the bank filters
+constexpr double kFurther = 40;   // s of motion after which attitude and biases are sure
 constexpr double kLeastSigma = 1 * kDegree;
-constexpr double kStill = 3;         // sigmas
+constexpr double kStill = 3;  // sigmas
 
 // Where a receiver shows that the body has left its place.
 struct Departure {
@@ -84,7 +84,8 @@ FoundHeading ask_the_bank(const Log& log, const FilterOptions& options, const st
 FoundHeading refined(const Log& log, const FilterOptions& options, FoundHeading found) {
   const FilterRun run = run_filter(log, options, found.start, kCheckpointEvery, {}, found.until + kFurther);
   SmoothedState smoothed;
-  smooth_rows(log, run, {}, [](std::size_t, const Tape::Epoch&, const SmoothedState&) {}, &smoothed);
+  smooth_rows(
+      log, run, {}, [](std::size_t, const Tape::Epoch&, const SmoothedState&) {}, &smoothed);
   const Vector3d before = found.start.covariance.diagonal().tail<3>().cwiseSqrt();
   const Vector3d after = kLoose * smoothed.P.diagonal().segment<3>(6).cwiseSqrt();
   found.start.x.q_wb = smoothed.x.q_wb;
@@ -140,12 +141,14 @@ FoundStart start_from_motion(const Log& log, const FilterOptions& options, const
   if (departing) found.start = carried_back(log, options, receiver, found, begin);
   const double sigma = euler_sigma(found.start.x.q_wb, found.start.covariance.block<3, 3>(6, 6)).z();
   if (!found.resolved) {
-    return {found.start, fmt::format("the heading is not known: the motion does not tell it; {:.0f} deg ± {:.0f} is the "
-                                     "likeliest, and `initial: {{heading: … deg}}` gives it",
-                                     to_euler(found.start.x.q_wb).z() / kDegree, sigma / kDegree)};
+    return {found.start,
+            fmt::format("the heading is not known: the motion does not tell it; {:.0f} deg ± {:.0f} is the "
+                        "likeliest, and `initial: {{heading: … deg}}` gives it",
+                        to_euler(found.start.x.q_wb).z() / kDegree, sigma / kDegree)};
   }
-  return {found.start, fmt::format("heading {:.1f} deg ± {:.2f}, found from the motion until t = {:.1f} s",
-                                   to_euler(found.start.x.q_wb).z() / kDegree, sigma / kDegree, found.until),
+  return {found.start,
+          fmt::format("heading {:.1f} deg ± {:.2f}, found from the motion until t = {:.1f} s",
+                      to_euler(found.start.x.q_wb).z() / kDegree, sigma / kDegree, found.until),
           found.until + kFurther};
 }
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <iterator>
 
+#include "first_motion.h"
 #include "own_times.h"
 #include "piste/core/error.h"
-#include "first_motion.h"
 #include "piste/math/units.h"
 #include "piste/model/alignment.h"
 #include "start_rest.h"
@@ -103,8 +103,8 @@ Start start_on_the_move(const Log& log, const FilterOptions& options, const Rece
   start.covariance.setZero();
   const Vector3d position = (kLoose * antenna.sigma(0)).cwiseMax(kLeastPosition);
   const Vector3d velocity = (kLoose * antenna.sigma(1)).cwiseMax(kLeastVelocity);
-  const double tilt = std::min(std::hypot(kTiltSigma, 2 * antenna.sigma(2).head<2>().maxCoeff() / kStandardGravity),
-                               kMostTilt);
+  const double tilt =
+      std::min(std::hypot(kTiltSigma, 2 * antenna.sigma(2).head<2>().maxCoeff() / kStandardGravity), kMostTilt);
   start.covariance.diagonal().head<6>() << position.cwiseAbs2(), velocity.cwiseAbs2();
   set_attitude_sigma(start, {tilt, tilt, sigma});
   set_boresight(start, log, options);

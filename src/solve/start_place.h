@@ -55,8 +55,8 @@ void place_at_rest(Start& start, const Receiver& receiver);
 Start start_on_the_move(const Log& log, const FilterOptions& options, const Receiver& receiver, double time,
                         double heading, double sigma);
 
-/// Sets the covariance of the attitude from its 1-sigma about the axes of w [rad]. Position and velocity are taken to be
-/// known by themselves: their errors do not turn with that of the attitude.
+/// Sets the covariance of the attitude from its 1-sigma about the axes of w [rad]. Position and velocity are taken to
+/// be known by themselves: their errors do not turn with that of the attitude.
 void set_attitude_sigma(Start& start, const Vector3d& sigma);
 
 /// Sets the boresight from the first reference attitude at or after the start, R_rb = R_wrᵀ R_wb. Does nothing if the

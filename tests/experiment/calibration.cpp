@@ -29,8 +29,9 @@ TEST(Calibration, FindsTheLeverArmFromTheMotion) {
       fmt::print(
           "{}: lever arm {:.3f} {:.3f} {:.3f} ± {:.3f} {:.3f} {:.3f} m, off by {:.3f} {:.3f} {:.3f}; {} used, {} "
           "rejected\n",
-          motion, guess.lever_arm.x(), guess.lever_arm.y(), guess.lever_arm.z(), guess.lever_arm_sigma.x(), guess.lever_arm_sigma.y(), guess.lever_arm_sigma.z(),
-          error.x(), error.y(), error.z(), guess.used, guess.rejected);
+          motion, guess.lever_arm.x(), guess.lever_arm.y(), guess.lever_arm.z(), guess.lever_arm_sigma.x(),
+          guess.lever_arm_sigma.y(), guess.lever_arm_sigma.z(), error.x(), error.y(), error.z(), guess.used,
+          guess.rejected);
       EXPECT_LT(guess.lever_arm_sigma.maxCoeff(), largest_sigma);
       EXPECT_LT(guess.rejected, guess.used / 20);
     }

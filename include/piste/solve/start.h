@@ -2,8 +2,8 @@
 /// Finds the start of a run: position, velocity, attitude and their covariance at the beginning of the log.
 ///
 /// With heading `auto` the heading may be unknown: a bank of filters finds it in the first motion (heading_bank.h), and
-/// the attitude is carried back to the beginning of the log by the gyroscopes. This looks ahead in the log. A program in
-/// real time uses `Live` (live.h) instead.
+/// the attitude is carried back to the beginning of the log by the gyroscopes. This looks ahead in the log. A program
+/// in real time uses `Live` (live.h) instead.
 
 #include <optional>
 #include <string>
@@ -16,8 +16,8 @@ namespace piste {
 struct FoundStart {
   Start start;
   std::string how;  ///< a sentence for the report
-  /// Time at which the heading was sure, if the motion told it. A filter knows it only from then on; what it says of the
-  /// time before is better said by a smoother that looks back from there.
+  /// Time at which the heading was sure, if the motion told it. A filter knows it only from then on; what it says of
+  /// the time before is better said by a smoother that looks back from there.
   std::optional<double> aligned = std::nullopt;
 };
 
