@@ -1,5 +1,7 @@
 #include "piste/model/attitude.h"
 
+#include <algorithm>
+
 namespace piste {
 
 namespace {
@@ -30,6 +32,11 @@ void add_lag(Linearization& lin, const Matrix3d& A, const Estimate& x, const Tur
   column.col(0) = A * (turning.earth_rate - R_wb * beyond_noise(turning.rate, turning.rate_variance));
   lin.add(*turning.lag.block, column);
   add_curvature(lin, turning.lag, A * R_wb * turning.rate_change);
+  // The term of third order, of unknown direction and size: vibration at the frequency |ω'| / |ω| has |ω'|² / |ω|. By
+  // Monte Carlo its variance is three times that of such a term.
+  const double rate = turning.rate.squaredNorm() + turning.rate_variance, change = turning.rate_change.squaredNorm();
+  const double P = turning.lag.variance, third = 5.0 / 12 * P * P * P * change * change / std::max(rate, 1e-12);
+  lin.covariance += 3 * third * Matrix3d::Identity();
 }
 
 }  // namespace

@@ -55,8 +55,7 @@ void drop_outliers(std::vector<std::optional<Vector3d>>& steps) {
 }
 
 // The delay of a reference for which its rotations agree best with those of the gyroscopes, near the one that is
-// configured: the vertex of the parabola through the sums of squares at three delays, and again with closer ones. A
-// delay that is wrong by 20 ms would pass for white noise.
+// configured, by least squares. A delay that is wrong by 20 ms would pass for white noise.
 double agreeing_delay(const Log& log, const std::vector<AttitudeFix>& fixes, AttitudeOptions source, double prior,
                       const Mounting& mounting) {
   const auto misfit = [&](double delay) {
@@ -71,13 +70,21 @@ double agreeing_delay(const Log& log, const std::vector<AttitudeFix>& fixes, Att
     }
     return sum / std::max(1.0, count);
   };
-  const double configured = source.delay;
-  double best = configured;
-  for (double apart = prior; apart > 0.05 * prior; apart /= 4) {
+  // The best of a grid over three sigmas, then the vertex of the parabola through it and its neighbours, twice.
+  constexpr int kHalfGrid = 9;
+  const double configured = source.delay, step = 3 * prior / kHalfGrid;
+  double best = configured, least = misfit(configured);
+  for (int k = -kHalfGrid; k <= kHalfGrid; ++k) {
+    const double at = configured + k * step, value = misfit(at);
+    if (value < least) {
+      least = value;
+      best = at;
+    }
+  }
+  for (const double apart : {step, step / 8}) {
     const double before = misfit(best - apart), here = misfit(best), after = misfit(best + apart);
     const double bend = before - 2 * here + after;
-    if (!(bend > 0)) return configured;
-    best += std::clamp(0.5 * (before - after) / bend, -3.0, 3.0) * apart;
+    if (bend > 0) best += std::clamp(0.5 * (before - after) / bend, -1.0, 1.0) * apart;
   }
   return best;
 }
