@@ -144,7 +144,8 @@ void Filter::find_delays() {
   MeasurementList::for_each([&]<class Type>() {
     for (int sensor = 0; sensor < Type::sensors(setup_->options); ++sensor) {
       for (int channel = 0; channel < static_cast<int>(Type::kChannels.size()); ++channel) {
-        delays_[static_cast<std::size_t>(setup_->sources.first<Type>(sensor) + channel)] =
+        const int source = setup_->sources.first<Type>(sensor) + channel;
+        delays_[static_cast<std::size_t>(source)] =
             Type::delay(setup_->options, setup_->layout, sensor, channel, state_.x).value;
       }
     }
@@ -160,7 +161,7 @@ void Filter::measure(const QueuedFix& fix, const ImuStep& step, double into_step
 template <class Type>
 void Filter::measure(const typename Type::Fix& fix, const QueuedFix& place, const ImuStep& step, double into_step,
                      double lag) {
-  const auto [sensor, channel, source] = std::tuple(place.sensor, place.channel, place.source);
+  const int sensor = place.sensor, channel = place.channel, source = place.source;
   if (trust_.repeats<Type>(source, fix) && moves()) {
     // Said of the whole fix, once.
     if (channel > 0) return;
