@@ -36,7 +36,7 @@ struct Linearization {
   const Term& term(int i) const { return terms_[static_cast<std::size_t>(i)]; }
 
  private:
-  std::array<Term, 16> terms_;  // of all blocks that a fix of a late receiver depends on, and some room
+  std::array<Term, 12> terms_;
   int count_ = 0;
 };
 
