@@ -41,7 +41,10 @@ struct Attempt {
 class Calibrator {
  public:
   Calibrator(const Recording& recording, ConditioningOptions conditioning, FilterOptions options)
-      : recording_(recording), conditioning_(std::move(conditioning)), options_(std::move(options)) {
+      : recording_(recording),
+        conditioning_(std::move(conditioning)),
+        options_(std::move(options)),
+        gate_(options_.gate) {
     for (const Block b : {Block::kLeverArm, Block::kGnssDelay}) {
       if (std::find(options_.estimate.begin(), options_.estimate.end(), b) == options_.estimate.end())
         options_.estimate.push_back(b);
@@ -127,6 +130,7 @@ class Calibrator {
   // Goes on from what coarser fixes told, with fixes no finer than `floor` [m, m/s].
   void go_finer(double floor) {
     const Attempt told = best_;
+    options_.gate = gate_;
     options_.gnss.front().lever_arm = told.last.lever_arm;
     options_.priors.lever_arm =
         std::clamp(kLoose * told.sigmas.blocks.segment<3>(full_offset(Block::kLeverArm)).maxCoeff(), kLeastArm,
@@ -193,6 +197,7 @@ class Calibrator {
   Recording fixes_;  // its copy, with the floor of the stage
   ConditioningOptions conditioning_;
   FilterOptions options_;
+  double gate_;  // as told
   Attempt best_;
 };
 

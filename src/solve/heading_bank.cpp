@@ -60,7 +60,13 @@ bool HeadingBank::add(const ImuSample& sample) {
 }
 
 void HeadingBank::weigh() {
-  const auto cost = [](const Hypothesis& h, double scale) { return h.nis / scale + h.log_determinant; };
+  // Where a delay is estimated, each hypothesis takes a fix at a time of its own, so that some are a fix ahead. What
+  // one of them has not taken yet counts as the mean of what it has: it must not decide.
+  double most = 0;
+  for (const Hypothesis& h : all_) most = std::max(most, h.rows);
+  const auto cost = [most](const Hypothesis& h, double scale) {
+    return h.rows > 0 ? (h.nis / scale + h.log_determinant) * most / h.rows : 0;
+  };
   const auto best = std::min_element(all_.begin(), all_.end(),
                                      [&](const Hypothesis& a, const Hypothesis& b) { return cost(a, 1) < cost(b, 1); });
   const double scale = std::max(1.0, best->nis / std::max(1.0, best->rows)), least = cost(*best, scale);

@@ -138,6 +138,17 @@ TEST(Heading, WithL1) {
   }).expect_true_sigmas();
 }
 
+// Each hypothesis then takes a fix at a time of its own: one that is a fix ahead must not win by that.
+TEST(Heading, WithADelayAndALeverArmToBeFound) {
+  found_everywhere("delay and lever arm", 12, [](int heading, std::uint64_t seed) {
+    Case c = make_case("easy_ski", heading, seed);
+    c.options.estimate.insert(c.options.estimate.end(), {Block::kLeverArm, Block::kGnssDelay});
+    c.options.gnss[0].lever_arm += Vector3d(0.1, -0.1, 0.1);
+    c.options.priors.gnss_delay = 0.1;
+    return c;
+  }).expect_true_sigmas();
+}
+
 // A random walk starts from nothing: its prior is singular there.
 TEST(Heading, WithDriftsThatWalk) {
   found_everywhere("random walk", 4.4, [](int heading, std::uint64_t seed) {
