@@ -16,6 +16,7 @@
 namespace piste {
 namespace {
 
+constexpr double kMicroG = 1e-6 * kStandardGravity;
 constexpr double kSureClock = 0.02;    // s: 1-sigma with which the motion tells the clock
 constexpr double kKnownClock = 0.005;  // s: a larger offset is written down
 
@@ -40,8 +41,10 @@ double rounded(double value, int digits) {
   return std::round(value * unit) / unit;
 }
 
-TriadErrors rounded(TriadErrors e, double unit) {
-  for (double* value : {&e.noise, &e.bias, &e.drift.sigma}) *value = rounded(*value / unit, 2) * unit;
+// Two digits in the units in which they are written.
+TriadErrors rounded(TriadErrors e, double noise_unit, double unit) {
+  e.noise = rounded(e.noise / noise_unit, 2) * noise_unit;
+  for (double* value : {&e.bias, &e.drift.sigma}) *value = rounded(*value / unit, 2) * unit;
   e.range = rounded(e.range / unit, 4) * unit;
   return e;
 }
@@ -145,15 +148,20 @@ ImuSensor guess_sensor(const ImuHealth& health, const std::string& name) {
   sensor.name = name;
   sensor.gyro = rounded(
       guess_triad(health.gyro, interval, kUsualGyro, kGyroBias, seen(health.gyro.mean.cwiseAbs().maxCoeff()), kScale),
-      kDegree);
+      kDegree, kDegree);
   sensor.accel = rounded(
       guess_triad(health.accel, interval, kUsualAccel, kAccelBias, std::abs(health.force - kStandardGravity), kScale),
-      1);
+      kMicroG, 1);
   return sensor;
 }
 
 ImuSensor guess_sensor(const Inspection& inspection) {
-  if (const Calibration* found = inspection.calibration()) return found->sensor;
+  if (const Calibration* found = inspection.calibration()) {
+    ImuSensor sensor = found->sensor;
+    sensor.gyro = rounded(sensor.gyro, kDegree, kDegree);
+    sensor.accel = rounded(sensor.accel, kMicroG, 1);
+    return sensor;
+  }
   return guess_sensor(*inspection.logs[*inspection.first(LogKind::kImu)].imu_health, "measured at rest");
 }
 

@@ -276,7 +276,7 @@ std::string format_quantity(double value, std::string_view unit, const Dimension
     const std::string text = fmt::format("{:.{}g}", number, digits);
     double again = 0;
     std::from_chars(text.data(), text.data() + text.size(), again);
-    if (again * factor == value) return fmt::format("{} {}", text, unit);
+    if (again * factor == value) return fmt::format("{} {}", again, unit);  // without an exponent: 200, not 2e+02
   }
   return fmt::format("{:.17g} {}", number, unit);
 }

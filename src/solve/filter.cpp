@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 #include <utility>
 
 #include "piste/core/error.h"
@@ -254,23 +253,12 @@ void Filter::apply(int source, double late, const Linearization& lin) {
 
 void Filter::correct_by(const Update& u, const Linearization& lin) {
   const FullError correction = expand(setup_->layout, gain(u) * u.residual);
-  check(correction);
   const ResetJacobian G = reset_jacobian(correction);
   joseph(state_.P, u, lin.covariance);
   reset(state_.P, setup_->layout, G);
   state_.x = boxplus(state_.x, correction);
   if (!(state_.P.diagonal().minCoeff() >= 0)) fail("its covariance has a negative variance");
   if (tape_) tape_->events.emplace_back(Tape::Correction{u, G});
-}
-
-// No correction may turn the attitude so far that the linear update means nothing: half a radian, or three of the
-// sigmas of an attitude that is claimed to be less sure than that.
-void Filter::check(const FullError& correction) const {
-  constexpr double kLargest = 0.5, kSigmas = 3;  // rad
-  const double turn = correction.segment<3>(full_offset(Block::kAttitude)).norm();
-  const double claimed = kSigmas * std::sqrt(std::max(0.0, state_.P.block<3, 3>(6, 6).trace()));
-  if (turn <= std::max(kLargest, claimed)) return;
-  fail(fmt::format("one correction turns the attitude by {:.2f} rad, beyond three of its sigmas", turn));
 }
 
 void Filter::fail(const std::string& why) const {

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "piste/core/time_search.h"
-#include "piste/math/linear_algebra.h"
 #include "piste/math/statistics.h"
 
 namespace piste {
@@ -15,11 +14,6 @@ constexpr std::ptrdiff_t kFewest = 3;                  // fixes, even if they ar
 constexpr double kAnySpeed = 300;                      // m/s: 1-sigma of a velocity of which nothing is known
 constexpr double kAcceleration = 3;                    // m/s²
 constexpr double kWander = 2 * square(kAcceleration);  // m²/s⁵: a Gauss-Markov acceleration of one second
-
-// Whether one body can have been at both fixes without being faster than a hundred metres a second.
-bool agree(const GnssFix& a, const GnssFix& b) {
-  return (b.position - a.position).norm() < 100 * (b.time - a.time) + 5 * (a.sigma_position + b.sigma_position).norm();
-}
 
 // Normal equations of one axis for (position, velocity, acceleration).
 struct Normal {
@@ -43,10 +37,20 @@ Vector3d FirstMotion::sigma(int quantity) const {
       .cwiseSqrt();
 }
 
+FixPlace past_outliers(const std::vector<GnssFix>& fixes, FixPlace first, double fastest) {
+  const auto agree = [fastest](const GnssFix& a, const GnssFix& b) {
+    return (b.position - a.position).norm() <
+           fastest * (b.time - a.time) + 5 * (a.sigma_position + b.sigma_position).norm();
+  };
+  while (fixes.end() - first > 2 && !agree(first[0], first[1]) && agree(first[1], first[2])) ++first;
+  return first;
+}
+
 FirstMotion first_motion(const std::vector<GnssFix>& fixes, const GnssOptions& options, double time) {
   auto first = first_at_or_after(fixes, time);
   if (fixes.end() - first < kFewest) first = fixes.end() - std::min(std::ssize(fixes), kFewest);
-  while (fixes.end() - first > kFewest && !agree(first[0], first[1]) && agree(first[1], first[2])) ++first;
+  constexpr double kFastest = 100;  // m/s
+  first = past_outliers(fixes, first, kFastest);
   std::array<Normal, 3> normals;
   const Vector3d origin = first->position;
   for (auto fix = first; fix != fixes.end() && (fix - first < kFewest || fix->time <= time + kReach); ++fix) {

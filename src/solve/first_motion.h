@@ -18,6 +18,12 @@ struct FirstMotion {
   Vector3d sigma(int quantity) const;  ///< 0: of the position, 1: of the velocity, 2: of the acceleration
 };
 
+using FixPlace = std::vector<GnssFix>::const_iterator;
+
+/// The first fix from `first` on that does not contradict the two after it, which agree: one body, no faster than
+/// `fastest` [m/s], can have been at both.
+FixPlace past_outliers(const std::vector<GnssFix>& fixes, FixPlace first, double fastest);
+
 /// The motion at `time` from the fixes of the next seconds, by least squares. The acceleration is that of a body in a
 /// vehicle or on skis, 3 m/s² (1-sigma), and wanders within a second; what it makes of a fix that lies later is added
 /// to the fix's variance. Residuals beyond the sigmas of the fixes widen the covariance by their mean square. A first

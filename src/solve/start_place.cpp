@@ -42,11 +42,6 @@ Quaterniond levelled(const Quaterniond& q_wb, const Vector3d& down_b) {
 
 namespace {
 
-// Whether one body that stands still can have been at both fixes.
-bool agree(const GnssFix& a, const GnssFix& b) {
-  return (b.position - a.position).norm() < b.time - a.time + 5 * (a.sigma_position + b.sigma_position).norm();
-}
-
 constexpr double kLeastPosition = 1, kLeastVelocity = 0.5;  // m, m/s
 constexpr double kMostTilt = 30 * kDegree;
 constexpr double kForceTime = 1;  // s over which the specific force is averaged
@@ -72,7 +67,8 @@ void place_at_rest(Start& start, const Receiver& receiver) {
   const auto& fixes = receiver.fixes;
   auto fix = first_at_or_after(fixes, start.time);
   if (fix == fixes.end()) fix = std::prev(fix);
-  while (fixes.end() - fix > 2 && !agree(fix[0], fix[1]) && agree(fix[1], fix[2])) ++fix;
+  constexpr double kSwaying = 1;  // m/s
+  fix = past_outliers(fixes, fix, kSwaying);
   start.x.lever_arm = receiver.options.lever_arm;
   start.x.p_wb = fix->position - start.x.q_wb * receiver.options.lever_arm;
   start.x.v_wb.setZero();

@@ -101,7 +101,6 @@ class Filter {
   bool moves() const;
   /// Whether the body is at rest, as far as the measurements have not contradicted it.
   bool resting() const { return now_->at_rest && !rest_.withdrawn(); }
-  void check(const FullError& correction) const;
   [[noreturn]] void fail(const std::string& why) const;
 
   std::shared_ptr<const Setup> setup_;

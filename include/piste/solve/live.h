@@ -28,7 +28,7 @@ struct LiveState {
 struct LiveOptions {
   ConditioningOptions conditioning = {};  ///< `span` and `outages` are not used
   FilterOptions filter = {};
-  InitialHeading heading = {};
+  InitialHeading heading = {};  ///< auto or a value: a session has no reference attitude and no magnetometer
   /// s by which the filter stays behind the newest row. A rest is seen a second after it began, and a fix may come this
   /// late; `now()` advances to the newest row.
   double lag = 1.5;
@@ -47,7 +47,7 @@ class Live {
 
   /// Adds the next row. Throws DataError if it is not later than the one before, or if the filter diverges.
   void add(const ImuRow& row);
-  /// Adds a fix of a receiver, in the order of time. A fix that is later than `lag` is left out and counted.
+  /// Adds a fix of a receiver. A fix that is later than `lag` is left out and counted.
   void add(int receiver, const GeodeticFix& fix);
 
   /// The state of the filter, `lag` behind the newest row. Nothing before the first fixes.
