@@ -229,7 +229,7 @@ std::optional<Calibration> try_calibration(const Inspection& inspection, const I
       options.gnss.front().velocity_delay = velocity->known_delay();
     const LogMatch* match = inspection.first_match();
     const bool search_clock = match == nullptr || !match->clock || match->clock->sigma > kSureClock;
-    const auto found_here = calibrate({body.imu, {receiver.gnss}, {}}, conditioning, options, search_clock);
+    auto found_here = calibrate({body.imu, {receiver.gnss}, {}}, conditioning, options, search_clock);
     if (!found_here) return std::nullopt;
     const Calibration& calibration = *found_here;
     const Vector3d& arm = calibration.lever_arm;
