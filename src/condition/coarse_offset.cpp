@@ -14,7 +14,7 @@
 namespace piste {
 namespace {
 
-constexpr double kCell = 0.05;         // s: of the norms
+constexpr double kNormCell = 0.05;         // s: of the norms
 constexpr double kIndependent = 0.25;  // s: so long the rates of a moving body are correlated
 
 // Sums of the first i values, and of their squares.
@@ -181,7 +181,7 @@ double rms(const std::vector<ImuSample>& imu) {
 
 CoarseOffset find_offset(const std::vector<ImuSample>& body, const std::vector<ImuSample>& reference, double shortest,
                          const std::string& name) {
-  const RateNorms b = rate_norms(body, kCell), r = rate_norms(reference, kCell);
+  const RateNorms b = rate_norms(body, kNormCell), r = rate_norms(reference, kNormCell);
   CoarseOffset found = correlate(b, r, shortest);
   constexpr double kGood = 0.98;
   if (found.peak.peak < kGood) {

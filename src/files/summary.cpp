@@ -110,8 +110,9 @@ std::string summary_json(const Log& log, const Solution& filtered, const Solutio
 
   const LogCounts& c = log.counts;
   std::string text = "{\n";
-  text += fmt::format("  \"imu\": {{\"epochs\": {}, \"gaps\": {}, \"rejected\": {}, \"clipped\": {}}},\n",
-                      filtered.size(), c.imu_gaps, c.imu_rejected, c.imu_clipped);
+  text +=
+      fmt::format("  \"imu\": {{\"epochs\": {}, \"gaps\": {}, \"rejected\": {}, \"clipped\": {}, \"spikes\": {}}},\n",
+                  filtered.size(), c.imu_gaps, c.imu_rejected, c.imu_clipped, c.imu_spikes);
   text += fmt::format("  \"gnss\": {{{}, \"withheld\": {}, \"outside\": {}, \"late\": {}, \"without_fix\": {}}},\n",
                       count_fixes(filtered, "gnss[").text(), sum(c.gnss_withheld), sum(c.gnss_outside),
                       filtered.gnss_late, sum(c.gnss_without_fix));

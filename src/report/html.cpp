@@ -39,7 +39,8 @@ std::string log_table(const ReplayReport& report) {
   std::vector<Row> rows{{"IMU epochs", number(log.imu.size())},
                         {"IMU gaps", number(log.counts.imu_gaps)},
                         {"IMU samples rejected", number(log.counts.imu_rejected)},
-                        {"IMU samples clipped", number(log.counts.imu_clipped)}};
+                        {"IMU samples clipped", number(log.counts.imu_clipped)},
+                        {"IMU spikes mended", number(log.counts.imu_spikes)}};
   per_source(rows, "gnss", "withheld", log.counts.gnss_withheld);
   per_source(rows, "gnss", "outside the IMU's span", log.counts.gnss_outside);
   per_source(rows, "attitude", "outside the IMU's span", log.counts.attitude_outside);
