@@ -103,7 +103,7 @@ void refuse_jumps(const SignalPair& signals, const FilteredPair& pair, const Ali
     const BestShift found = best_shift(rates, begin, begin + length);
     const double jump = static_cast<double>(found.shift) * rates.step;
     if (std::abs(jump) < kJump || found.best < kSurely || found.here > kHardly) continue;
-    if (evidence_over(found.best, found.here, kStretch) < kCertain) continue;
+    if (evidence_over(found.best, found.here, kStretch) < kEvident) continue;
     throw DataError(
         name,
         fmt::format("the clock of the body IMU jumps: between {:.1f} and {:.1f} s its rates fit those "

@@ -14,7 +14,7 @@
 namespace piste {
 namespace {
 
-constexpr double kCell = 0.05;         // s: of the norms
+constexpr double kNormCell = 0.05;     // s: of the norms
 constexpr double kIndependent = 0.25;  // s: so long the rates of a moving body are correlated
 
 // Sums of the first i values, and of their squares.
@@ -156,7 +156,7 @@ RateNorms in_cells(const RateNorms& norms, double step) {
 std::optional<double> wrong_clock(const RateNorms& body, const RateNorms& reference, const CoarseOffset& honest,
                                   double shortest) {
   constexpr double kStep = 0.0025, kFurthest = 0.25, kClear = 1.3;
-  double best_ratio = 1, best = kClear * honest.evidence + kCertain;
+  double best_ratio = 1, best = kClear * honest.evidence + kEvident;
   for (int i = -static_cast<int>(kFurthest / kStep); i <= static_cast<int>(kFurthest / kStep); ++i) {
     const double ratio = 1 + i * kStep;
     RateNorms slower = stretched(body, 1 / ratio);
@@ -181,7 +181,7 @@ double rms(const std::vector<ImuSample>& imu) {
 
 CoarseOffset find_offset(const std::vector<ImuSample>& body, const std::vector<ImuSample>& reference, double shortest,
                          const std::string& name) {
-  const RateNorms b = rate_norms(body, kCell), r = rate_norms(reference, kCell);
+  const RateNorms b = rate_norms(body, kNormCell), r = rate_norms(reference, kNormCell);
   CoarseOffset found = correlate(b, r, shortest);
   constexpr double kGood = 0.98;
   if (found.peak.peak < kGood) {
@@ -192,14 +192,14 @@ CoarseOffset find_offset(const std::vector<ImuSample>& body, const std::vector<I
                                   100 * (*ratio - 1)));
     }
   }
-  if (found.evidence < kCertain) {
+  if (found.evidence < kEvident) {
     throw DataError(name,
                     fmt::format("the two IMUs have no motion in common that would tell the offset of their clocks: "
                                 "the norms of their rates (rms {:.3g} and {:.3g} deg/s) correlate by {:.2f} at "
                                 "best; are the logs of the same run, and does it hold motion?",
                                 kDegreesPerRadian * rms(body), kDegreesPerRadian * rms(reference), found.peak.peak));
   }
-  if (found.over_rival < kCertain) {
+  if (found.over_rival < kEvident) {
     throw DataError(name,
                     fmt::format("the motion repeats itself: the offset of the clocks may be {:.3f} s, and others "
                                 "are as likely (correlation {:.3f} and {:.3f}); take a longer log, or one with an "

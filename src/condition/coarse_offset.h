@@ -32,7 +32,7 @@ CoarseOffset correlate(const RateNorms& body, const RateNorms& reference, double
 double evidence_over(double high, double low, double seconds);
 
 /// Difference in log-likelihood that is taken as certain: one in some millions.
-constexpr double kCertain = 15;
+constexpr double kEvident = 15;
 
 /// The offset of the clocks from all samples. Throws DataError, of the log `name`, if the motion does not determine it,
 /// if it fits several offsets, or if the clock of b runs at a wrong rate.

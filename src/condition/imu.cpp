@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "condition/row_gaps.h"
+#include "condition/spikes.h"
 #include "condition/spline.h"
 #include "imu_gaps.h"
 #include "piste/condition/pipeline.h"
@@ -20,6 +21,7 @@ struct Rows {
   std::vector<double> time;
   std::vector<Vector3d> gyro, accel;
   std::vector<std::uint8_t> clipped_gyro, clipped_accel;  // bit i: axis i stood at the range or beyond
+  std::vector<std::optional<GapNoise>> mended;            // of the rows that held a spike
 };
 
 double gps_time(const ImuConditioning& options, double first, double t) {
@@ -96,6 +98,32 @@ void mark_clipped(Rows& rows, const RowGaps& gaps, const ConditioningOptions& op
   rows.clipped_accel = mark_clipped(rows.accel, options.accel_range, unit);
 }
 
+/// Mends the spikes of one triad. The noise of a row, `density`, is that by which lines miss the rows around it; an
+/// axis that was mended no longer stands at the range.
+void mend_spikes(Rows& rows, std::vector<Vector3d>& values, std::vector<std::uint8_t>& clipped,
+                 const std::vector<Spike>& spikes, double period, double GapNoise::*density) {
+  for (const Spike& s : spikes) {
+    for (std::size_t i = s.row; i < s.row + s.count; ++i) {
+      if (!rows.mended[i]) rows.mended[i].emplace();
+      double& noise = (*rows.mended[i]).*density;
+      noise = std::max(noise, s.spread * std::sqrt(period));
+      clipped[i] = static_cast<std::uint8_t>(clipped[i] & ~(1U << static_cast<unsigned>(s.axis)));
+    }
+  }
+  mend(values, spikes);
+}
+
+void mend_spikes(Rows& rows, const RowGaps& gaps, bool increments, LogCounts& counts) {
+  const double period = increments ? gaps.period : 1;
+  rows.mended.resize(rows.time.size());
+  mend_spikes(rows, rows.gyro, rows.clipped_gyro, find_spikes(rows.time, gaps, rows.gyro, period, kAbruptGyro),
+              gaps.period, &GapNoise::gyro);
+  mend_spikes(rows, rows.accel, rows.clipped_accel, find_spikes(rows.time, gaps, rows.accel, period, kAbruptAccel),
+              gaps.period, &GapNoise::accel);
+  counts.imu_spikes = static_cast<std::size_t>(
+      std::ranges::count_if(rows.mended, [](const std::optional<GapNoise>& noise) { return noise.has_value(); }));
+}
+
 /// Turns rows into increments.
 class Incrementer {
  public:
@@ -143,7 +171,8 @@ class Incrementer {
                           .dtheta = unit * rows_.gyro[i],
                           .dvel = unit * rows_.accel[i],
                           .clipped_gyro = rows_.clipped_gyro[i],
-                          .clipped_accel = rows_.clipped_accel[i]});
+                          .clipped_accel = rows_.clipped_accel[i],
+                          .mended = rows_.mended[i]});
     }
   }
 
@@ -168,12 +197,14 @@ class Incrementer {
     for (std::size_t k = 0; k + 1 < size; ++k) {
       const std::uint8_t gyro_next = rows_.clipped_gyro[begin + k + 1];
       const std::uint8_t accel_next = rows_.clipped_accel[begin + k + 1];
-      log_.imu.push_back({.time = time[k + 1],
-                          .interval = time[k + 1] - time[k],
-                          .dtheta = gyro.integral(k),
-                          .dvel = accel.integral(k),
-                          .clipped_gyro = either(gyro_flags, gyro_next),
-                          .clipped_accel = either(accel_flags, accel_next)});
+      log_.imu.push_back(
+          {.time = time[k + 1],
+           .interval = time[k + 1] - time[k],
+           .dtheta = gyro.integral(k),
+           .dvel = accel.integral(k),
+           .clipped_gyro = either(gyro_flags, gyro_next),
+           .clipped_accel = either(accel_flags, accel_next),
+           .mended = rows_.mended[begin + k + 1] ? rows_.mended[begin + k + 1] : rows_.mended[begin + k]});
       gyro_flags = gyro_next;
       accel_flags = accel_next;
     }
@@ -198,6 +229,7 @@ Log condition_imu(const ImuRecording& recording, const ConditioningOptions& opti
   Rows rows = rows_in_span(recording, options, log);
   const RowGaps gaps = gaps_of(rows, recording.file);
   mark_clipped(rows, gaps, options, recording.increments);
+  mend_spikes(rows, gaps, recording.increments, log.counts);
   Incrementer(rows, gaps, recording, options, log).run();
   return log;
 }

@@ -84,7 +84,7 @@ struct BodySignals {
   double step = 0;           ///< median interval
   std::vector<double> time;  ///< its own clock
   std::vector<Vector3d> gyro, accel;
-  std::vector<UsableAxes> usable;  ///< none in gaps, and none of an axis that is clipped
+  std::vector<UsableAxes> usable;  ///< none in gaps and mended rows, none of an axis that is clipped
 
   explicit BodySignals(const std::vector<ImuSample>& imu);
   /// The same signals through one more filter. Samples into which it mixes unusable ones become unusable.

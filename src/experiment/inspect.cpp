@@ -208,6 +208,22 @@ bool may_run(const Inspection& inspection) {
   });
 }
 
+// Compares the first IMU with every attitude log.
+void compare_attitudes(Inspection& inspection, std::vector<Suspicion>& found) {
+  const auto imu = inspection.first(LogKind::kImu);
+  if (!imu) return;
+  const LogMatch* track = inspection.first_match();
+  const bool told = track != nullptr && track->motion && !track->motion->mirrored;
+  const Matrix3d axes = told ? track->motion->R_bs : Matrix3d(Matrix3d::Identity());
+  for (std::size_t j = 0; j < inspection.logs.size(); ++j) {
+    const InspectedLog& log = inspection.logs[j];
+    if (!log.is(LogKind::kAttitude) || !log.attitude_sampling) continue;
+    AttitudeMatch m = match(inspection.logs[*imu].imu, log.attitude);
+    append(found, suspicions(m, axes, inspection.logs[*imu].log.file, log.log.file));
+    inspection.attitudes.push_back({*imu, j, std::move(m)});
+  }
+}
+
 std::optional<Calibration> try_calibration(const Inspection& inspection, const InspectedLog& receiver,
                                            std::vector<Suspicion>& found) {
   constexpr double kFar = 3, kSure = 0.3;  // m
@@ -277,6 +293,7 @@ Inspection inspect(const std::vector<std::string>& files, const ProgressCallback
         append(found, suspicions(match(logs[i].gnss, logs[j].gnss), logs[i].log.file, logs[j].log.file));
     }
   }
+  compare_attitudes(inspection, found);
   rank(found);
   show(kMatched);
   std::vector<Suspicion> implausible;

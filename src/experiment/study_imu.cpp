@@ -64,6 +64,10 @@ std::vector<std::string> warnings_of(const ImuBeside& imu) {
     out.push_back(fmt::format("{} of {} samples stand at the sensor's range, and are left out of the comparisons",
                               counts.imu_clipped, imu.recording.time.size()));
   }
+  if (counts.imu_spikes > 0) {
+    out.push_back(fmt::format("{} of {} samples hold a spike, and are left out of the comparisons", counts.imu_spikes,
+                              imu.recording.time.size()));
+  }
   return out;
 }
 

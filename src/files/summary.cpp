@@ -127,9 +127,10 @@ std::string summary_json(const Log& log, const Solution& filtered, const Solutio
   const LogCounts& c = log.counts;
   std::string text = "{\n";
   text += fmt::format(
-      "  \"imu\": {{\"epochs\": {}, \"gaps\": {}, \"rejected\": {}, \"clipped\": {}, \"unpaired\": {}, "
+      "  \"imu\": {{\"epochs\": {}, \"gaps\": {}, \"rejected\": {}, \"clipped\": {}, \"spikes\": {}, \"unpaired\": {}, "
       "\"repaired\": {}}},\n",
-      filtered.size(), c.imu_gaps, c.imu_rejected, c.imu_clipped, c.imu_unpaired, repaired(c.imu_repaired));
+      filtered.size(), c.imu_gaps, c.imu_rejected, c.imu_clipped, c.imu_spikes, c.imu_unpaired,
+      repaired(c.imu_repaired));
   text += fmt::format(
       "  \"gnss\": {{{}, \"withheld\": {}, \"outside\": {}, \"late\": {}, \"without_fix\": {}, "
       "\"repaired\": {}}},\n",

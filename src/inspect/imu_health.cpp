@@ -7,6 +7,8 @@
 #include <tuple>
 #include <utility>
 
+#include "condition/row_gaps.h"
+#include "condition/spikes.h"
 #include "imu_bounds.h"
 #include "piste/math/earth.h"
 #include "piste/math/statistics.h"
@@ -160,14 +162,27 @@ double quantum(const Values& values, int axis) {
   return smallest;
 }
 
-TriadHealth triad(const ImuRecording& imu, const Values& stored, const Values& rates, double impossible,
+// What is not of a body, as far as the units are right.
+struct Impossible {
+  double value;
+  Abruptness change;
+};
+
+TriadHealth triad(const ImuRecording& imu, const Values& stored, const Values& rates, const Impossible& impossible,
                   const std::vector<std::pair<std::size_t, std::size_t>>& quiet, double interval) {
   TriadHealth t;
   t.smallest = t.largest = rates.front();
   for (std::size_t i = 0; i < rates.size(); ++i) {
     t.smallest = t.smallest.cwiseMin(rates[i]);
     t.largest = t.largest.cwiseMax(rates[i]);
-    if (rates[i].cwiseAbs().maxCoeff() > impossible && t.spikes++ == 0) t.first_spike = imu.time[i];
+    if (rates[i].cwiseAbs().maxCoeff() > impossible.value && t.spikes++ == 0) t.first_spike = imu.time[i];
+  }
+  const std::vector<Spike> spikes =
+      find_spikes(imu.time, find_gaps(imu.time), stored, imu.increments ? interval : 1, impossible.change);
+  t.isolated = spikes.size();
+  if (!spikes.empty()) {
+    const auto first = std::ranges::min_element(spikes, {}, &Spike::row);
+    t.first_isolated = imu.time[first->row];
   }
   // White noise from the differences of neighbouring samples, which sway and drift hardly affect.
   Vector3d sum = Vector3d::Zero(), difference2 = Vector3d::Zero();
@@ -220,9 +235,11 @@ ImuHealth imu_health(const ImuRecording& imu) {
   }
   h.force = at_rest.empty() ? force : median(norms_of(at_rest));
   if (h.has_gravity) h.force_unit = wrong_unit(h.force, h.sampling.interval, imu.increments);
-  h.gyro = triad(imu, imu.gyro, gyro, kFastestTurn, quiet, h.sampling.interval);
-  h.accel = triad(imu, imu.accel, accel, kHardestKnock * (h.force_unit ? h.force_unit->factor : 1), quiet,
-                  h.sampling.interval);
+  const double unit = h.force_unit ? h.force_unit->factor : 1;
+  h.gyro = triad(imu, imu.gyro, gyro, {kFastestTurn, kAbruptGyro}, quiet, h.sampling.interval);
+  h.accel =
+      triad(imu, imu.accel, accel, {kHardestKnock * unit, {kAbruptAccel.per_second * unit, kAbruptAccel.least * unit}},
+            quiet, h.sampling.interval);
   h.fast_rates = turns_too_fast(gyro);
   h.frozen = frozen(imu);
   h.magnetic_rows = imu.magnetic.size();

@@ -57,6 +57,12 @@ void suspect_triad(const TriadHealth& t, const ImuHealth& h, const std::string& 
                     gyro ? "angular rates" : "specific forces", t.first_spike),
         "give the sensor's `range` in its file: samples beyond it are then known not to be measured");
   }
+  if (t.isolated > 0 && t.spikes == 0) {
+    add(LogFault::kSpikes,
+        fmt::format("{} isolated {} that the motion around them does not explain, the first at t = {:.3f} s",
+                    t.isolated, gyro ? "angular rates" : "specific forces", t.first_isolated),
+        "replay replaces them by the line between the rows beside them, and counts them as `spikes`");
+  }
   std::size_t clipped = 0;
   for (const std::size_t n : t.clipped) clipped += n;
   if (static_cast<double>(clipped) > kManyClipped * static_cast<double>(h.sampling.rows)) {

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "math/words.h"
 #include "piste/math/earth.h"
 #include "piste/math/units.h"
 
@@ -158,6 +159,24 @@ void describe(SheetWriter& sheet, const LogMatch& m) {
                                  m.motion->gyro_factor, m.motion->accel_factor));
 }
 
+void describe(SheetWriter& sheet, const AttitudeMatch& m) {
+  sheet.add("overlap", fmt::format("{:.1f} s as the clocks stand", m.overlap));
+  if (m.correlation > 0) sheet.add("correlation", fmt::format("{:.3f} of the magnitudes of the rates", m.correlation));
+  if (!m.fit) {
+    sheet.add("clock and axes", m.why_not);
+    return;
+  }
+  const AttitudeFit& f = *m.fit;
+  sheet.add("clock", fmt::format("the attitude's times are {} +- {}", delay_text(attitude_delay(f, 0)),
+                                 time_text(f.sigma_offset)));
+  sheet.add("axes", fmt::format("its forward, right, down are {} of the IMU", axes_text(f.axes)));
+  sheet.add("boresight", three(to_euler(f.left), kDegree, "{:.3f}", "deg +- ") +
+                             three(f.sigma_left, kDegree, "{:.3f}", "(roll pitch heading, beside these axes)"));
+  sheet.add("rates", fmt::format("{} deg/s (rms) are left of {} deg/s; the gyroscopes are off by {}",
+                                 plain(f.residual / kDegree, 2), plain(f.rate / kDegree, 2),
+                                 three(f.gyro_bias, kDegree, "{:.3f}", "deg/s")));
+}
+
 InspectionSheet sheet_of(const InspectedLog& log) {
   if (!log.guess) {
     SheetWriter sheet(log.log.file);
@@ -207,6 +226,12 @@ std::vector<InspectionSheet> inspection_sheets(const Inspection& inspection) {
                                          found.clock_offset, found.clock_sigma, found.sensor.gyro.noise / kDegree,
                                          found.sensor.accel.noise / kStandardGravity * 1e6));
     }
+    sheets.push_back(sheet.take());
+  }
+  for (const InspectedAttitude& a : inspection.attitudes) {
+    SheetWriter sheet(
+        fmt::format("{} beside {}", inspection.logs[a.attitude].log.file, inspection.logs[a.imu].log.file));
+    describe(sheet, a.match);
     sheets.push_back(sheet.take());
   }
   return sheets;

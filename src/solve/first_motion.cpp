@@ -49,8 +49,8 @@ FixPlace past_outliers(const std::vector<GnssFix>& fixes, FixPlace first, double
 FirstMotion first_motion(const std::vector<GnssFix>& fixes, const GnssOptions& options, double time) {
   auto first = first_at_or_after(fixes, time);
   if (fixes.end() - first < kFewest) first = fixes.end() - std::min(std::ssize(fixes), kFewest);
-  constexpr double kFastest = 100;  // m/s
-  first = past_outliers(fixes, first, kFastest);
+  constexpr double kFastestFix = 100;  // m/s
+  first = past_outliers(fixes, first, kFastestFix);
   std::array<Normal, 3> normals;
   const Vector3d origin = first->position;
   for (auto fix = first; fix != fixes.end() && (fix - first < kFewest || fix->time <= time + kReach); ++fix) {

@@ -20,9 +20,10 @@ StepNoise SampleNoise::of(const ImuSample& sample, const ImuSensor& sensor) {
     clip(i, (sample.clipped_gyro >> i) & 1, sensor.gyro.range, noise.gyro(i));
     clip(3 + i, (sample.clipped_accel >> i) & 1, sensor.accel.range, noise.accel(i));
   }
-  if (sample.gap) {
-    noise.accel.array() += sample.gap->accel * sample.gap->accel;
-    noise.gyro.array() += sample.gap->gyro * sample.gap->gyro;
+  for (const std::optional<GapNoise>& added : {sample.gap, sample.mended}) {
+    if (!added) continue;
+    noise.accel.array() += added->accel * added->accel;
+    noise.gyro.array() += added->gyro * added->gyro;
   }
   return noise;
 }

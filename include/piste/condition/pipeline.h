@@ -24,6 +24,10 @@ namespace piste {
 /// **Clipping.** A sample with a component at 0.999 of the range or more is marked as clipped. Beyond twice the range,
 /// the component is replaced by the mean of its neighbours.
 ///
+/// **Spikes.** One or two rows that depart from the rows beside them as no body moves are replaced by the line between
+/// those, marked `mended`, and counted (condition/spikes.h says what a spike is). The noise of such a sample is that by
+/// which such lines miss the rows around it.
+///
 /// **GNSS and attitude.** Fixes outside the time of the IMU are left out and counted, and so are GNSS fixes in an
 /// outage. The others are turned into w, whose origin is the first of them. Times of all sources are brought to the
 /// same GPS week.

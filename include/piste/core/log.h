@@ -93,7 +93,8 @@ struct ImuSample {
   Vector3d dtheta = Vector3d::Zero(), dvel = Vector3d::Zero();
   std::uint8_t clipped_gyro = 0, clipped_accel = 0;  ///< bit i is set where axis i stands at the sensor's range
   std::optional<GapNoise> gap = {};                  ///< set where the sample fills a gap: it was not measured
-  bool at_rest = false;                              ///< set where the rest detector finds the body standing still
+  std::optional<GapNoise> mended = {};  ///< set where an isolated wrong row was replaced: noise that this adds
+  bool at_rest = false;                 ///< set where the rest detector finds the body standing still
 };
 
 /// One GNSS fix: position and velocity of the receiver's antenna, in w, with sigmas along the axes of w.
@@ -123,7 +124,7 @@ struct Interval {
 
 /// Counts of what conditioning left out or changed. Nothing is left out without a count.
 struct LogCounts {
-  std::size_t imu_gaps = 0, imu_rejected = 0, imu_clipped = 0;
+  std::size_t imu_gaps = 0, imu_rejected = 0, imu_clipped = 0, imu_spikes = 0;
   std::vector<std::size_t> gnss_withheld, gnss_outside;  ///< per receiver: in an outage; outside the IMU's span
   std::vector<std::size_t> attitude_outside;
   std::vector<std::size_t> gnss_without_fix, attitude_not_valid;  ///< per source, over the whole file

@@ -24,6 +24,9 @@ struct TriadHealth {
   Vector3d limit = Vector3d::Zero();     ///< that limit; 0 if there is none
   std::size_t spikes = 0;                ///< samples that no motion of a body explains
   double first_spike = 0;                ///< time of the first of them
+  /// Isolated samples that the motion around does not explain either, and that conditioning mends.
+  std::size_t isolated = 0;
+  double first_isolated = 0;  ///< time of the first of them
 };
 
 /// The result.

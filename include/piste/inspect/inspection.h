@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "piste/core/options.h"
+#include "piste/inspect/attitude_match.h"
 #include "piste/inspect/gnss_health.h"
 #include "piste/inspect/imu_health.h"
 #include "piste/inspect/log_guess.h"
@@ -65,9 +66,16 @@ struct InspectedMatch {
   LogMatch match;
 };
 
+/// The comparison of the first IMU with an attitude log, which are indices into Inspection::logs.
+struct InspectedAttitude {
+  std::size_t imu, attitude;
+  AttitudeMatch match;
+};
+
 struct Inspection {
   std::vector<InspectedLog> logs;
   std::vector<InspectedMatch> matches;
+  std::vector<InspectedAttitude> attitudes;
   std::vector<Suspicion> suspicions;  ///< the worst first
 
   /// Index of the first log of a kind, or nothing.

@@ -34,6 +34,8 @@ enum class LogFault {
   kNoOverlap,
   kLeapSeconds,  ///< UTC for GPS time
   kClockOffset,
+  kAttitudeClock,  ///< of an attitude log against the IMU
+  kAttitudeAxes,   ///< an attitude log is of other axes than the IMU
   // It is broken in places.
   kBadRows,  ///< text, NaN, cut lines, impossible values
   kTimeRepeated,
@@ -57,6 +59,7 @@ enum class LogFault {
   kNoMotion,
   kNoVelocity,
   kNoFix,
+  kAxesUnclear,  ///< several choices of the axes fit the motion
   kLeverArm,
 };
 

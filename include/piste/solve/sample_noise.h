@@ -1,5 +1,6 @@
 #pragma once
-/// White noise of one IMU sample: that of the sensor, plus what clipping may hide, plus what a gap may have missed.
+/// White noise of one IMU sample: that of the sensor, plus what clipping may hide, plus what a gap or a mended row may
+/// have missed.
 
 #include <array>
 

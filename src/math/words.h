@@ -1,0 +1,17 @@
+#pragma once
+/// Numbers and times as a reader wants them.
+
+#include <string>
+
+namespace piste {
+
+/// A length of time in the unit that suits it: `15.5 ms`, `18.02 s`, `2.3 days (198720.000 s)`.
+std::string time_text(double seconds);
+
+/// Whether stamps are late or early: `15.5 ms late`, `0.2 s early`.
+std::string delay_text(double delay);
+
+/// A number with so many significant digits, without an exponent and without zeros at its end: 0.00042, 200, 4900.
+std::string plain(double value, int digits = 3);
+
+}  // namespace piste
