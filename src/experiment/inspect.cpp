@@ -289,8 +289,11 @@ Inspection inspect(const std::vector<std::string>& files, const ProgressCallback
       if (j <= i) continue;
       if (logs[i].imu_health && logs[j].imu_health)
         append(found, suspicions(match(logs[i].imu, logs[j].imu), logs[i].log.file, logs[j].log.file));
-      if (logs[i].gnss_health && logs[j].gnss_health)
-        append(found, suspicions(match(logs[i].gnss, logs[j].gnss), logs[i].log.file, logs[j].log.file));
+      if (logs[i].gnss_health && logs[j].gnss_health && logs[i].left_out.empty()) {
+        const PairMatch m = match(logs[i].gnss, logs[j].gnss);
+        append(found, suspicions(m, logs[i].log.file, logs[j].log.file));
+        if (logs[j].left_out.empty()) logs[j].left_out = m.why_left_out(logs[i].log.file);
+      }
     }
   }
   compare_attitudes(inspection, found);

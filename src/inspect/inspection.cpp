@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "math/words.h"
 #include "piste/io/config.h"
 #include "piste/math/earth.h"
 #include "piste/math/units.h"
@@ -78,13 +79,22 @@ std::string file_keys(const InspectedLog& log, const std::string& folder, std::s
   return text;
 }
 
+// The sigmas of the delays of those sources that are surely late [s].
+struct LateSources {
+  std::optional<double> velocity, attitude;
+};
+
 // The sigmas of what the motion told are loose, as the replay sees the same motion again.
-std::string priors_text(const Calibration* found) {
+std::string priors_text(const Calibration* found, const LateSources& late) {
   constexpr double kLoose = 5, kLeastArm = 0.1, kMostArm = 1, kLeastDelay = 0.005, kMostDelay = 0.05;
-  if (found == nullptr) return fmt::format("{{lever_arm: {:g} m, gnss_delay: {:g} s}}", kMostArm, kMostDelay);
-  return fmt::format("{{lever_arm: {:.2g} m, gnss_delay: {:.2g} s}}",
-                     std::clamp(kLoose * found->lever_arm_sigma.maxCoeff(), kLeastArm, kMostArm),
-                     std::clamp(kLoose * found->clock_sigma, kLeastDelay, kMostDelay));
+  std::string text = fmt::format(
+      "lever_arm: {:.2g} m, gnss_delay: {:.2g} s",
+      found == nullptr ? kMostArm : std::clamp(kLoose * found->lever_arm_sigma.maxCoeff(), kLeastArm, kMostArm),
+      found == nullptr ? kMostDelay : std::clamp(kLoose * found->clock_sigma, kLeastDelay, kMostDelay));
+  constexpr double kLeastLate = 0.02;  // what it was measured against has delays of its own
+  if (late.velocity) text += fmt::format(", velocity_delay: {:.2g} s", std::max(kLoose * *late.velocity, kLeastLate));
+  if (late.attitude) text += fmt::format(", attitude_delay: {:.2g} s", std::max(kLoose * *late.attitude, kLeastLate));
+  return "{" + text + "}";
 }
 
 // What the motions say beyond the clock that the receiver's log tells.
@@ -93,6 +103,12 @@ std::string rest_of_clock(const LogMatch* match) {
   return fmt::format(
       "  # The motions fit best with an offset {:+.3f} s from this, +- {:.3f} s, or with velocities so late.\n",
       match->clock->offset, match->clock->sigma);
+}
+
+std::string as_likely(const MotionMatch& motion) {
+  if (motion.as_likely.empty()) return "as the motion has them";
+  return fmt::format("the IMU sits askew: as likely are {}; the angles are told by these axes",
+                     fmt::join(motion.as_likely, ", "));
 }
 
 }  // namespace
@@ -114,6 +130,13 @@ const LogMatch* Inspection::first_match() const {
   const auto imu = first(LogKind::kImu), gnss = first(LogKind::kGnss);
   for (const InspectedMatch& m : matches) {
     if (imu == m.imu && gnss == m.gnss) return &m.match;
+  }
+  return nullptr;
+}
+
+const AttitudeMatch* Inspection::attitude_match(const InspectedLog& attitude) const {
+  for (const InspectedAttitude& a : attitudes) {
+    if (&logs[a.attitude] == &attitude) return &a.match;
   }
   return nullptr;
 }
@@ -214,7 +237,7 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
       "# Made by inspect from the logs alone. Measure what is marked so, and give the sensor file your data sheet.\n"
       "imu:\n  {}  sensor: {}\n  axes: {}                # {}\n  sampling: mean                # or instant\n",
       file_keys(inspection.logs[*first], folder, "  "), sensor_file, axes_text(imu.R_bs),
-      from_motion ? "as the motion has them" : "down as gravity has it; forward and right are to be checked");
+      from_motion ? as_likely(*match->motion) : "down as gravity has it; forward and right are to be checked");
   const Calibration* found = inspection.calibration();
   if (const ReceiverClock* clock = inspection.imu_clock()) {
     text += fmt::format(
@@ -230,8 +253,13 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
   }
   text += "gnss:\n";
   bool reference = false;
+  LateSources late_sources;
   for (const InspectedLog& log : inspection.logs) {
     if (!log.is(LogKind::kGnss) || !log.gnss_health) continue;
+    if (!log.left_out.empty()) {
+      text += fmt::format("  # {} is left out: {}\n", log.log.file, log.left_out);
+      continue;
+    }
     text += fmt::format("  - {}", file_keys(log, folder, "    "));
     if (log.calibration && log.calibration->fits()) {
       const Vector3d &arm = log.calibration->lever_arm, &sigma = log.calibration->lever_arm_sigma;
@@ -254,6 +282,7 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
     if (const auto late = velocity ? velocity->known_delay() : std::nullopt) {
       text += fmt::format("    velocity_delay: {:.3f} s       # measured against the positions, +- {:.3f}\n", *late,
                           velocity->sigma_delay);
+      late_sources.velocity = velocity->sigma_delay;
     }
     text += fmt::format("    use: {}\n", log.gnss_health->velocities > 0 ? "position velocity" : "position");
   }
@@ -261,6 +290,11 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
     if (!log.is(LogKind::kAttitude) || !log.attitude_sampling) continue;
     text += fmt::format("{}  - {}    correlation_time: 60 s        # of its errors\n", reference ? "" : "attitude:\n",
                         file_keys(log, folder, "    "));
+    if (const AttitudeMatch* beside = inspection.attitude_match(log); beside != nullptr && beside->is_late()) {
+      text += fmt::format("    {}             # as the motion has it, +- {}\n",
+                          attitude_delay_text(*beside->fit, imu.clock_offset), time_text(beside->fit->sigma_offset));
+      late_sources.attitude = beside->fit->sigma_offset;
+    }
     if (log.log.sigma) {
       const Vector3d deg = kDegreesPerRadian * *log.log.sigma;
       text += fmt::format("    sigma: {:g} {:g} {:g} deg              # the log has none: roll pitch heading\n",
@@ -270,8 +304,9 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
   }
   text += fmt::format(
       "initial: {{heading: auto}}\nestimate: [gyro_bias, accel_bias, gyro_drift, accel_drift, gyro_scale, "
-      "accel_scale, lever_arm, gnss_delay{}]\npriors: {}\nsmoother: rts\n",
-      reference ? ", boresight" : "", priors_text(inspection.calibration()));
+      "accel_scale, lever_arm, gnss_delay{}{}{}]\npriors: {}\nsmoother: rts\n",
+      late_sources.velocity ? ", velocity_delay" : "", late_sources.attitude ? ", attitude_delay" : "",
+      reference ? ", boresight" : "", priors_text(inspection.calibration(), late_sources));
   return text;
 }
 

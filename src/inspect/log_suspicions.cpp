@@ -74,8 +74,8 @@ void suspect_clock(const LogMatch& m, const std::string& imu_file, const std::st
   if (std::abs(c.offset) < std::max(kClockError, 5 * c.sigma)) return;
   const Meaning meaning = meaning_of(c.offset);
   const std::string by =
-      fmt::format("the motions fit with the IMU's clock {:.2f} ± {:.2f} s {} of the receiver's (correlation {:.2f})",
-                  std::abs(c.offset), c.sigma, c.offset > 0 ? "ahead" : "behind", c.correlation);
+      fmt::format("the motions fit with the IMU's clock {:.2f} ± {:.2f} s {} the receiver's (correlation {:.2f})",
+                  std::abs(c.offset), c.sigma, c.offset > 0 ? "ahead of" : "behind", c.correlation);
   if (apart && !meaning.known) {
     add(LogFault::kNoOverlap, fmt::format("the logs have no time in common: {}; {}", spans, by), meaning.remedy);
   } else {

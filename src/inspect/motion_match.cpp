@@ -167,6 +167,9 @@ void name_axes(const std::vector<MotionWindow>& windows, const Reading& reading,
   match.tilt = off[own ? 1 : 0].first;
   match.margin = off[own ? 0 : 1].first - match.tilt;
   match.axes = axes_text(match.R_bs);
+  for (const auto& [angle, R_bs] : off) {
+    if (R_bs != match.R_bs && angle - match.tilt < kHalfWay) match.as_likely.push_back(axes_text(R_bs));
+  }
 }
 
 }  // namespace

@@ -46,10 +46,21 @@ std::vector<std::array<double, 3>> rows_of(const GnssRecording& gnss) {
   return rows;
 }
 
+bool far_apart(const PairMatch& m) {
+  constexpr double kFarApart = 5;  // m, on one body
+  return m.distance - 3 * m.scatter > kFarApart;
+}
+
+// No two antennas of one body are above one another by that much; the geoid is up to 107 m from the ellipsoid.
+bool other_heights(const PairMatch& m) {
+  constexpr double kMostAbove = 5, kBeside = 0.5;  // m; horizontal distance in parts of the vertical
+  return far_apart(m) && std::abs(m.above) > kMostAbove && m.horizontal < kBeside * std::abs(m.above);
+}
+
 }  // namespace
 
 PairMatch match(const ImuRecording& one, const ImuRecording& other) {
-  PairMatch m{.distance = kNaN, .scatter = kNaN};
+  PairMatch m{.distance = kNaN, .scatter = kNaN, .horizontal = kNaN, .above = kNaN};
   if (one.time.empty() || other.time.empty()) return m;
   m.overlap = overlap({one.time.front(), one.time.back()}, {other.time.front(), other.time.back()});
   m.same = same_rows(rows_of(one), rows_of(other));
@@ -58,13 +69,13 @@ PairMatch match(const ImuRecording& one, const ImuRecording& other) {
 
 PairMatch match(const GnssRecording& one, const GnssRecording& other) {
   constexpr double kLongestStep = 2.5;  // s
-  PairMatch m{.distance = kNaN, .scatter = kNaN};
+  PairMatch m{.distance = kNaN, .scatter = kNaN, .horizontal = kNaN, .above = kNaN};
   if (one.fixes.empty() || other.fixes.empty()) return m;
   m.overlap =
       overlap({one.fixes.front().time, one.fixes.back().time}, {other.fixes.front().time, other.fixes.back().time});
   m.same = same_rows(rows_of(one), rows_of(other));
   const World world(one.fixes.front().position);
-  std::vector<double> distances;
+  std::vector<double> distances, horizontal, above;
   std::size_t j = 1;
   for (const GeodeticFix& f : one.fixes) {
     while (j + 1 < other.fixes.size() && other.fixes[j].time < f.time) ++j;
@@ -73,17 +84,27 @@ PairMatch match(const GnssRecording& one, const GnssRecording& other) {
     if (f.time < a.time || f.time > b.time || b.time - a.time > kLongestStep) continue;
     const Vector3d pa = world.from_geodetic(a.position), pb = world.from_geodetic(b.position);
     const double part = (f.time - a.time) / (b.time - a.time);
-    distances.push_back((world.from_geodetic(f.position) - pa - part * (pb - pa)).norm());
+    const Vector3d apart = pa + part * (pb - pa) - world.from_geodetic(f.position);
+    distances.push_back(apart.norm());
+    horizontal.push_back(apart.head<2>().norm());
+    above.push_back(a.position.height + part * (b.position.height - a.position.height) - f.position.height);
   }
   if (distances.empty()) return m;
   m.distance = median(distances);
+  m.horizontal = median(std::move(horizontal));
+  m.above = median(std::move(above));
   for (double& d : distances) d = std::abs(d - m.distance);
   m.scatter = kSigmaOverMedian * median(std::move(distances));
   return m;
 }
 
+std::string PairMatch::why_left_out(const std::string& first_file) const {
+  if (same) return "the same recording as " + first_file;
+  if (other_heights(*this)) return fmt::format("its heights are {:.1f} m from those of {}", above, first_file);
+  return {};
+}
+
 std::vector<Suspicion> suspicions(const PairMatch& m, const std::string& one, const std::string& other) {
-  constexpr double kFarApart = 5;  // m, on one body
   if (m.same) {
     return {{LogFault::kSameLog, other, "holds the same recording as " + one,
              "leave one of them out: the same errors twice are not two measurements"}};
@@ -91,7 +112,14 @@ std::vector<Suspicion> suspicions(const PairMatch& m, const std::string& one, co
   if (!(m.overlap > 0)) {
     return {{LogFault::kNoOverlap, other, "has no time in common with " + one, "are they of the same run?"}};
   }
-  if (m.distance - 3 * m.scatter > kFarApart) {
+  if (other_heights(m)) {
+    return {{LogFault::kLeverArm, other,
+             fmt::format("its heights are {:.1f} m {} those of {}, at the same place: one log's are above the "
+                         "ellipsoid, it seems, and the other's above sea level",
+                         std::abs(m.above), m.above > 0 ? "above" : "below", one),
+             "replay wants heights above the ellipsoid: add the geoid's height to the others"}};
+  }
+  if (far_apart(m)) {
     return {{LogFault::kLeverArm, other,
              fmt::format("its antenna is {:.3g} ± {:.2g} m away from that of {}", m.distance, m.scatter, one),
              "are both receivers on the same body, and their clocks the same?"}};

@@ -147,10 +147,11 @@ std::vector<Suspicion> suspicions(const Sampling& s, const RowFaults& faults, co
     });
     const double length = longest->end - longest->start;
     if (length > kLongGap || static_cast<double>(s.missing) > kManyMissing * static_cast<double>(s.rows)) {
-      found.push_back({LogFault::kGaps, file,
-                       fmt::format("{} gaps, some {} rows missing; the longest of {:.3f} s at t = {:.3f} s",
-                                   s.gaps.size(), s.missing, length, longest->start),
-                       "was the logger too slow? What moves in a gap is not known, and sigmas grow there"});
+      found.push_back(
+          {LogFault::kGaps, file,
+           fmt::format("{} gaps, some {} rows missing; the longest of {:.3f} s at t = {:.3f} s", s.gaps.size(),
+                       s.missing, length, longest->start),
+           "rows were lost, or there was nothing to log; what moves in a gap is not known, and sigmas grow there"});
     }
   }
   if (s.jitter > kJittery * s.interval) {

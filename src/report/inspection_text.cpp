@@ -142,8 +142,9 @@ void describe(SheetWriter& sheet, const GnssHealth& h) {
 void describe(SheetWriter& sheet, const LogMatch& m) {
   sheet.add("overlap", fmt::format("{:.1f} s as the clocks stand", m.overlap));
   if (m.clock) {
-    sheet.add("clock", fmt::format("the IMU's is ahead by {:.3f} s +- {:.3f}; correlation of the turn rates {:.2f}",
-                                   m.clock->offset, m.clock->sigma, m.clock->correlation));
+    sheet.add("clock", fmt::format("the IMU's is {} {} the receiver's, +- {}; correlation of the turn rates {:.2f}",
+                                   time_text(std::abs(m.clock->offset)), m.clock->offset < 0 ? "behind" : "ahead of",
+                                   time_text(m.clock->sigma), m.clock->correlation));
   } else {
     sheet.add("clock", "the motion does not tell the offset");
   }
@@ -154,7 +155,8 @@ void describe(SheetWriter& sheet, const LogMatch& m) {
   sheet.add(
       "axes",
       fmt::format("{} point forward, right, down; {:.1f} deg off on average, the next best choice {:.0f} deg more",
-                  m.motion->axes, m.motion->tilt / kDegree, m.motion->margin / kDegree));
+                  m.motion->axes, m.motion->tilt / kDegree, m.motion->margin / kDegree) +
+          (m.motion->as_likely.empty() ? "" : fmt::format("; as likely: {}", fmt::join(m.motion->as_likely, ", "))));
   sheet.add("units", fmt::format("by the motion, gyroscopes are to be multiplied by {:.4g}, forces by {:.4g}",
                                  m.motion->gyro_factor, m.motion->accel_factor));
 }

@@ -54,6 +54,7 @@ struct InspectedLog {
   std::optional<Calibration> calibration;  ///< of the first IMU beside a receiver, if the filter could run
   /// Of a receiver whose log has two times: the clock of what logged it.
   std::optional<ReceiverClock> clock = {};
+  std::string left_out = {};  ///< why a configuration does not use it; empty: it does
 
   bool is(LogKind kind) const { return guess && guess->kind == kind; }
   /// What `repair` did, in words.
@@ -84,6 +85,8 @@ struct Inspection {
   const ReceiverClock* imu_clock() const;
   /// The match of the first IMU with the first receiver, or null.
   const LogMatch* first_match() const;
+  /// The comparison of the first IMU with this attitude log, or null.
+  const AttitudeMatch* attitude_match(const InspectedLog& attitude) const;
   /// The calibration of the first IMU with the first receiver, or null if there is none or it does not fit.
   const Calibration* calibration() const;
 };
@@ -102,7 +105,8 @@ ImuSensor guess_sensor(const Inspection& inspection);
 /// Guesses axes and clock of the first IMU from the motion; without motion, the axes from gravity.
 ImuConditioning guess_conditioning(const Inspection& inspection);
 
-/// The text of a configuration of `replay` for the first IMU and all receivers and attitudes. Its paths are relative to
+/// The text of a configuration of `replay` for the first IMU and all receivers and attitudes that are not
+/// left out. Its paths are relative to
 /// `folder`, where it and the sensor file `sensor_file` will be. Nothing if there is no IMU or no receiver.
 std::optional<std::string> ready_config(const Inspection& inspection, const std::string& folder,
                                         const std::string& sensor_file);

@@ -59,8 +59,9 @@ struct MotionMatch {
   Vector3d lever_arm = Vector3d::Zero();  ///< from the IMU to the antenna in the accelerometers' axes, roughly [m]
   /// Correction that these windows give to the offset of the clocks [s]. A sigma of 0 means that there is none.
   double clock_rest = 0, sigma_clock = 0;
-  double tilt = 0;    ///< mean rotation between those axes and the rotations of the windows [rad]
-  double margin = 0;  ///< by how much more the second best axes are rotated [rad]
+  double tilt = 0;                     ///< mean rotation between those axes and the rotations of the windows [rad]
+  double margin = 0;                   ///< by how much more the second best axes are rotated [rad]
+  std::vector<std::string> as_likely;  ///< other axes that are hardly more rotated: the IMU sits between them
 
   bool as_given() const { return gyro_factor == 1 && gyro_axes.isIdentity() && !mirrored && gravity; }
 };
@@ -89,6 +90,11 @@ struct PairMatch {
   bool same = false;   ///< whether they are the same recording
   /// Median distance of two antennas, and its scatter [m]. NaN for IMUs, and without common time.
   double distance = 0, scatter = 0;
+  double horizontal = 0;  ///< median horizontal distance, likewise
+  double above = 0;       ///< median height of the second antenna over the first, likewise
+
+  /// Why a run should not use the second one, in words; nothing if it may.
+  std::string why_left_out(const std::string& first_file) const;
 };
 
 PairMatch match(const ImuRecording& one, const ImuRecording& other);

@@ -59,7 +59,6 @@ enum class LogFault {
   kNoMotion,
   kNoVelocity,
   kNoFix,
-  kAxesUnclear,  ///< several choices of the axes fit the motion
   kLeverArm,
 };
 
