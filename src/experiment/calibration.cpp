@@ -26,6 +26,9 @@ constexpr double kFarthest = 0.5, kStep = 0.1;  // s: offsets of the clock that 
 constexpr double kMostGates = 2;
 constexpr int kRounds = 2;
 constexpr double kSignificant = 3;  // of the log-likelihood: by chance a value gains half of one
+// The drift of a clock: s between two stretches of motion that tell it, and what a crystal may have.
+constexpr double kApart = 120, kMostDrift = 3e-4;
+constexpr double kSureDrift = 4, kLeastChange = 0.005;  // sigmas, and s over the log
 
 /// One filtered run and how likely its innovations are.
 struct Attempt {
@@ -36,11 +39,30 @@ struct Attempt {
   Sigmas sigmas;
   std::size_t used = 0, rejected = 0;
   double rows = 0;
+
+  double clock_offset() const { return offset - last.gnss_delay; }
+  double clock_sigma() const { return sigmas.blocks(full_offset(Block::kGnssDelay)); }
 };
+
+// Where a receiver says that the body moves.
+Interval motion_of(const std::vector<GeodeticFix>& fixes) {
+  if (fixes.empty()) return {};
+  const auto away_from = [&](const GeodeticFix& end) {
+    const World world(end.position);
+    return [world](const GeodeticFix& fix) {
+      return world.from_geodetic(fix.position).head<2>().norm() > 2 + 6 * fix.sigma_position.head<2>().maxCoeff();
+    };
+  };
+  const auto first = std::find_if(fixes.begin(), fixes.end(), away_from(fixes.front()));
+  const auto last = std::find_if(fixes.rbegin(), fixes.rend(), away_from(fixes.back()));
+  if (first == fixes.end() || last == fixes.rend()) return {fixes.front().time, fixes.back().time};
+  return {first->time, last->time};
+}
 
 class Calibrator {
  public:
-  Calibrator(const Recording& recording, ConditioningOptions conditioning, FilterOptions options)
+  Calibrator(const Recording& recording, ConditioningOptions conditioning, FilterOptions options,
+             const Interval& stretch)
       : recording_(recording),
         conditioning_(std::move(conditioning)),
         options_(std::move(options)),
@@ -54,10 +76,11 @@ class Calibrator {
     options_.distrust = 1;
     options_.priors.lever_arm = kArmPrior;
     options_.priors.gnss_delay = kDelayPrior;
-    conditioning_.span = stretch();
+    conditioning_.span = stretch;
   }
 
-  std::optional<Calibration> run(bool search_clock) {
+  // The likeliest clock and lever arm with the sensor as it is told; nothing if no candidate starts.
+  std::optional<Attempt> locate(bool search_clock) {
     const double told = conditioning_.imu.clock_offset;
     take_fixes(kFloors.front());
     const int steps = search_clock ? static_cast<int>(std::lround(kFarthest / kStep)) : 0;
@@ -69,34 +92,25 @@ class Calibrator {
       if (!std::isfinite(best_.likelihood)) return std::nullopt;
     }
     refine();
+    return best_;
+  }
+
+  std::optional<Calibration> run(bool search_clock) {
+    if (!locate(search_clock)) return std::nullopt;
     search_noise();
     refine();
     options_.sensor.name = "likeliest in motion";
     return Calibration{.lever_arm = best_.last.lever_arm,
                        .lever_arm_sigma = best_.sigmas.blocks.segment<3>(full_offset(Block::kLeverArm)),
-                       .clock_offset = best_.offset - best_.last.gnss_delay,
-                       .clock_sigma = best_.sigmas.blocks(full_offset(Block::kGnssDelay)),
+                       .clock_offset = best_.clock_offset(),
+                       .clock_sigma = best_.clock_sigma(),
+                       .clock_drift = conditioning_.imu.clock_drift,
                        .sensor = options_.sensor,
                        .used = best_.used,
                        .rejected = best_.rejected};
   }
 
  private:
-  // The first minutes of motion, by the receiver.
-  Interval stretch() const {
-    const auto& fixes = recording_.gnss.front().fixes;
-    if (fixes.empty()) return {};
-    const World world(fixes.front().position);
-    double from = fixes.front().time;
-    for (const GeodeticFix& fix : fixes) {
-      if (world.from_geodetic(fix.position).head<2>().norm() < 2 + 6 * fix.sigma_position.head<2>().maxCoeff())
-        continue;
-      from = std::max(from, fix.time - kBefore);
-      break;
-    }
-    return {from, from + kBefore + kLongest};
-  }
-
   Attempt attempt(double offset, const ImuSensor& sensor, const Start* start) const {
     Attempt a;
     a.offset = offset;
@@ -135,11 +149,10 @@ class Calibrator {
     options_.priors.lever_arm =
         std::clamp(kLoose * told.sigmas.blocks.segment<3>(full_offset(Block::kLeverArm)).maxCoeff(), kLeastArm,
                    options_.priors.lever_arm);
-    options_.priors.gnss_delay = std::clamp(kLoose * told.sigmas.blocks(full_offset(Block::kGnssDelay)), kLeastDelay,
-                                            options_.priors.gnss_delay);
+    options_.priors.gnss_delay = std::clamp(kLoose * told.clock_sigma(), kLeastDelay, options_.priors.gnss_delay);
     take_fixes(floor);
     best_ = {};
-    keep(attempt(told.offset - told.last.gnss_delay, options_.sensor, nullptr));
+    keep(attempt(told.clock_offset(), options_.sensor, nullptr));
   }
 
   void take_fixes(double floor) {
@@ -153,7 +166,7 @@ class Calibrator {
   // Again from what was found, so that it is linearised there.
   void refine() {
     options_.gnss.front().lever_arm = best_.last.lever_arm;
-    keep(attempt(best_.offset - best_.last.gnss_delay, options_.sensor, nullptr));
+    keep(attempt(best_.clock_offset(), options_.sensor, nullptr));
   }
 
   bool keep(Attempt a) {
@@ -201,11 +214,40 @@ class Calibrator {
   Attempt best_;
 };
 
+// By how much the clock drifts more than `first` was told, from the last minutes of motion; 0 where that is not sure.
+double drift_beside(const Recording& recording, const Calibration& first, ConditioningOptions conditioning,
+                    FilterOptions options, const Interval& early, const Interval& late) {
+  const double between = (late.start + late.end - early.start - early.end) / 2;
+  if (between < kApart) return 0;
+  conditioning.imu.clock_offset = first.clock_offset;
+  options.sensor = first.sensor;
+  options.gnss.front().lever_arm = first.lever_arm;
+  const auto there = Calibrator(recording, std::move(conditioning), std::move(options), late)
+                         .locate(between * kMostDrift > kDelayPrior);
+  if (!there || there->rejected > (there->used + there->rejected) / 10) return 0;
+  const double change = there->clock_offset() - first.clock_offset;
+  const double least = std::max(kLeastChange, kSureDrift * std::hypot(first.clock_sigma, there->clock_sigma()));
+  return std::abs(change) > least && std::abs(change) < kMostDrift * between ? change / between : 0;
+}
+
 }  // namespace
 
 std::optional<Calibration> calibrate(const Recording& recording, ConditioningOptions conditioning,
                                      FilterOptions options, bool search_clock) {
-  return Calibrator(recording, std::move(conditioning), std::move(options)).run(search_clock);
+  const Interval motion = motion_of(recording.gnss.front().fixes);
+  const Interval early{motion.start - kBefore, std::min(motion.start + kLongest, motion.end + kBefore)};
+  const Interval late{std::max(motion.start, motion.end - kLongest), motion.end};
+  const auto first = Calibrator(recording, conditioning, options, early).run(search_clock);
+  if (!first || !first->fits()) return first;
+  const double drift = drift_beside(recording, *first, conditioning, options, early, late);
+  if (drift == 0) return first;
+  // The offset is that of the first row.
+  conditioning.imu.clock_drift += drift;
+  conditioning.imu.clock_offset = first->clock_offset - drift * ((early.start + early.end) / 2 -
+                                                                 (recording.imu.time.front() - first->clock_offset));
+  options.sensor = first->sensor;
+  const auto again = Calibrator(recording, std::move(conditioning), std::move(options), early).run(false);
+  return again && again->fits() ? again : first;
 }
 
 }  // namespace piste

@@ -12,6 +12,8 @@ namespace piste {
 /// Replays the first minutes of motion with lever arm and delay as states, for several clock offsets and noises, and
 /// keeps those for which the innovations are likeliest: maximum of −½ Σ (nis + ln det S) (Schweppe 1965). Innovations
 /// beyond a few gates count as those at the gate, so that outliers do not decide.
+/// Where the last minutes of motion are far from the first, the same filter tells the offset there too, and so the
+/// drift of the clock if it is significant.
 /// `search_clock`: whether offsets up to half a second beside that of `conditioning` are tried too.
 /// Nothing if no candidate starts. @pre `options` has one receiver, `recording` too.
 std::optional<Calibration> calibrate(const Recording& recording, ConditioningOptions conditioning,

@@ -128,6 +128,24 @@ Vector3d scatter_at_rest(const std::vector<GeodeticFix>& fixes, const Positions&
   return scatter_of(at_rest);
 }
 
+// The fixes with velocities of their own times, where those of the log come late by `delay`: on the line between two.
+std::vector<GeodeticFix> with_velocities_of(const std::vector<GeodeticFix>& fixes, double delay) {
+  std::vector<GeodeticFix> in_time = fixes;
+  std::size_t j = 1;
+  for (GeodeticFix& fix : in_time) {
+    const double time = fix.time + delay;
+    while (j + 1 < fixes.size() && fixes[j].time < time) ++j;
+    const GeodeticFix &a = fixes[j - 1], &b = fixes[j];
+    if (time < a.time || time > b.time || !a.velocity || !b.velocity) {
+      fix.velocity.reset();
+    } else if (fix.velocity) {
+      fix.velocity->value =
+          a.velocity->value + (time - a.time) / (b.time - a.time) * (b.velocity->value - a.velocity->value);
+    }
+  }
+  return in_time;
+}
+
 Vector3d fix_noise(const std::vector<GeodeticFix>& fixes, const Positions& p, const GnssHealth& h) {
   constexpr double kShort = 0.3;  // s within which a body moves evenly
   const auto still = [&](std::size_t first, std::size_t last) {
@@ -276,9 +294,11 @@ GnssHealth gnss_health(const GnssRecording& gnss) {
   h.speed = speeds.empty() ? 0 : median(std::move(speeds));
   h.rest_scatter = scatter_at_rest(fixes, p, h.rest);
   h.velocity = fit_velocity(fixes, p, h);
-  h.noise = fix_noise(fixes, p, h);
+  const auto delay = h.velocity ? h.velocity->known_delay() : std::nullopt;
+  const std::vector<GeodeticFix> in_time = delay ? with_velocities_of(fixes, *delay) : fixes;
+  h.noise = fix_noise(in_time, p, h);
   h.repeated = find_repeated(fixes, p, h);
-  h.jumps = h.velocities > fixes.size() / 2 ? jumps_against_velocity(fixes, p, h) : jumps_off_the_line(fixes, p, h);
+  h.jumps = h.velocities > fixes.size() / 2 ? jumps_against_velocity(in_time, p, h) : jumps_off_the_line(fixes, p, h);
   return h;
 }
 

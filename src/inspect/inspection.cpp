@@ -203,8 +203,10 @@ ImuConditioning guess_conditioning(const Inspection& inspection) {
   if (const Calibration* found = inspection.calibration()) {
     const bool known = inspection.imu_clock() != nullptr;
     const double apart = std::abs(found->clock_offset - imu.clock_offset);
-    if (known ? apart > 3 * found->clock_sigma : found->clock_sigma < kSureClock)
+    if (known ? apart > 3 * found->clock_sigma : found->clock_sigma < kSureClock) {
       imu.clock_offset = found->clock_offset;
+      imu.clock_drift = found->clock_drift;
+    }
   }
   if (match != nullptr && match->motion && !match->motion->mirrored) {
     imu.R_bs = match->motion->R_bs;
@@ -248,7 +250,8 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
                          : "; its latency, of some ms to hundreds of ms, is in it",
         found != nullptr ? "" : rest_of_clock(match), imu.clock_offset, 1e6 * imu.clock_drift);
   } else if (imu.clock_offset != 0) {
-    text += fmt::format("  clock: {{offset: {:.4f} s}}    # as the motion has it, +- {:.4f} s\n", imu.clock_offset,
+    text += fmt::format("  clock: {{offset: {:.4f} s{}}}    # as the motion has it, +- {:.4f} s\n", imu.clock_offset,
+                        imu.clock_drift != 0 ? fmt::format(", drift: {:.2f} ppm", 1e6 * imu.clock_drift) : "",
                         found != nullptr ? found->clock_sigma : match->clock->sigma);
   }
   text += "gnss:\n";

@@ -224,9 +224,11 @@ std::vector<InspectionSheet> inspection_sheets(const Inspection& inspection) {
                 fmt::format("{} +- {} (forward right down), from a filter that took {} and rejected {} measurements",
                             three(found.lever_arm, 1, "{:.2f}", "m"), three(found.lever_arm_sigma, 1, "{:.2f}", "m"),
                             found.used, found.rejected));
-      sheet.add("in motion", fmt::format("clock {:.4f} s +- {:.4f} s; noise {:.2g} deg/s/sqrt(Hz), {:.2g} ug/sqrt(Hz)",
-                                         found.clock_offset, found.clock_sigma, found.sensor.gyro.noise / kDegree,
-                                         found.sensor.accel.noise / kStandardGravity * 1e6));
+      sheet.add("in motion",
+                fmt::format("clock {:.4f} s +- {:.4f} s, drift {:.1f} ppm; noise {} deg/s/sqrt(Hz), {} ug/sqrt(Hz)",
+                            found.clock_offset, found.clock_sigma, 1e6 * found.clock_drift,
+                            plain(found.sensor.gyro.noise / kDegree, 2),
+                            plain(found.sensor.accel.noise / kStandardGravity * 1e6, 2)));
     }
     sheets.push_back(sheet.take());
   }

@@ -167,7 +167,7 @@ Worst worst_of(const Solution& solution, const Stranger& s, const Matrix3d& R_bs
   constexpr std::array<const char*, 9> kNames{"north",  "east", "down",  "v north", "v east",
                                               "v down", "roll", "pitch", "heading"};
   const Truth& body = s.simulation.bodies[0];
-  // Rows are in the time of the receiver as the delay has it.
+  // Rows are in the time of the receiver as the delay has it, which is known so well.
   const Estimate end = solution.estimate(solution.size() - 1);
   const double delay = end.gnss_delay,
                sigma_delay = solution.sigmas(solution.size() - 1).blocks(full_offset(Block::kGnssDelay));
@@ -181,7 +181,8 @@ Worst worst_of(const Solution& solution, const Stranger& s, const Matrix3d& R_bs
     const TruthState truth = body.at(t + delay);
     const World& world = body.world();
     const Matrix3d R_nw = world.rotation_wn(truth.p_wb).transpose();
-    const Vector3d moved = R_nw * truth.v_wb * sigma_delay;
+    const Vector3d moved = R_nw * truth.v_wb * sigma_delay, sped = R_nw * truth.acceleration * sigma_delay;
+    const double turned = truth.w_ib_b.norm() * sigma_delay;
     const auto nav = solution.navigation(i);
     const Sigmas sigma = solution.sigmas(i);
     const Vector3d position = World(world.to_geodetic(truth.p_wb)).from_geodetic(nav.position);
@@ -191,7 +192,7 @@ Worst worst_of(const Solution& solution, const Stranger& s, const Matrix3d& R_bs
       const int axis = k % 3;
       const double error = k < 3 ? position(axis) : k < 6 ? velocity(axis) : std::remainder(euler(axis), 2 * M_PI);
       const double own = k < 3 ? sigma.position(axis) : k < 6 ? sigma.velocity(axis) : sigma.euler(axis);
-      const double all = k < 3 ? std::hypot(own, moved(axis)) : own;
+      const double all = std::hypot(own, k < 3 ? moved(axis) : k < 6 ? sped(axis) : turned);
       if (std::abs(error) > worst.sigmas * all) {
         worst = {std::abs(error) / all, t - body.start_time(),
                  fmt::format("{} {:.3g} +- {:.3g}", kNames[static_cast<std::size_t>(k)], error, all)};
