@@ -123,9 +123,7 @@ Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const An
   const Vector3d turned = swing + earth_rate.cross(a.arm);
   const Vector3d carried = still ? Vector3d::Zero().eval() : (x.v_wb + turned).eval();
   const Matrix3d E = skew(earth_rate);
-  // At rest the measured rate is noise, which the lever arm takes into the residual too: it must not look like an
-  // effect of the scale.
-  const Vector3d rate = still ? Vector3d::Zero().eval() : motion.now.rate;
+  const Vector3d& rate = motion.told_rate;
   const Matrix3d attitude = -skew(carried) + E * skew(a.arm);
   if (tau == 0) {
     lin.add(Block::kAttitude, attitude);
@@ -141,7 +139,7 @@ Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const An
     const Vector3d jerk = a.R_wb * motion.force_change;
     lin.covariance += 0.25 * tau * tau * tau * tau * jerk * jerk.transpose();
   }
-  lin.add(Block::kLeverArm, RC * skew(motion.now.rate) - E * a.R_wb);
+  lin.add(Block::kLeverArm, RC * skew(rate) - E * a.R_wb);
   if (still) return lin;
   const Vector3d acceleration = beyond_noise(a.acceleration, motion.force_variance);
   add_delay(lin, lag, -acceleration - a.R_wb * motion.mean.rate.cross(swing_b));
@@ -176,8 +174,8 @@ std::optional<Linearization> GnssReceivers::linearize(const GnssFix& fix, int se
   if (position ? !receiver.use_position : !(receiver.use_velocity && fix.velocity)) return std::nullopt;
   Estimate with_arm = x;
   if (!context.layout.has(Block::kLeverArm)) with_arm.lever_arm = receiver.lever_arm;
-  const AntennaMotion motion{context.motion(x), context.mean_motion(x), context.recent.force_change,
-                             context.recent.force_variance};
+  const AntennaMotion motion{context.motion(x), context.rate_without_noise(x), context.mean_motion(x),
+                             context.recent.force_change, context.recent.force_variance};
   const Lag lag = context.lag(delay(context.options, context.layout, sensor, channel, x));
   if (position) {
     return linearize_position(fix, receiver.drift, with_arm, motion, context.earth_rate, context.gravity, lag,

@@ -29,6 +29,11 @@ BodyMotion MeasurementContext::motion(const Estimate& x) const {
   return {s.mean_rate() + from_middle * s.rate_slope, s.mean_force() + from_middle * s.force_slope, rate_variance};
 }
 
+Vector3d MeasurementContext::rate_without_noise(const Estimate& x) const {
+  const ImuStep second{1, rate_before, Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()};
+  return beyond_noise(correct(second, x).dtheta, rate_variance.mean());
+}
+
 BodyMotion MeasurementContext::mean_motion(const Estimate& x) const {
   const ImuStep second{1, recent.rate, recent.force, Vector3d::Zero(), Vector3d::Zero()};
   const ImuStep s = correct(second, x);

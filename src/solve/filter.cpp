@@ -174,17 +174,19 @@ void Filter::measure(const typename Type::Fix& fix, const QueuedFix& place, cons
   }
   const FixDelay delay = Type::delay(setup_->options, setup_->layout, sensor, channel, state_.x);
   const int row = delay.block ? setup_->layout.offset(*delay.block) : -1;
-  const MeasurementContext context{.options = setup_->options,
-                                   .layout = setup_->layout,
-                                   .earth_rate = setup_->world.earth_rate(),
-                                   .gravity = propagation_.gravity(),
-                                   .step = step,
-                                   .into_step = into_step,
-                                   .rate_variance = rate_variance_,
-                                   .still = resting(),
-                                   .moved = delay.value - lag,
-                                   .recent = propagation_.recent(state_.x.q_wb, setup_->options.sensor),
-                                   .delay_variance = row < 0 ? 0 : state_.P(row, row)};
+  const MeasurementContext context{
+      .options = setup_->options,
+      .layout = setup_->layout,
+      .earth_rate = setup_->world.earth_rate(),
+      .gravity = propagation_.gravity(),
+      .step = step,
+      .into_step = into_step,
+      .rate_variance = rate_variance_,
+      .still = resting(),
+      .moved = delay.value - lag,
+      .recent = propagation_.recent(state_.x.q_wb, setup_->options.sensor),
+      .delay_variance = row < 0 ? 0 : state_.P(row, row),
+      .rate_before = before_ ? Vector3d(before_->dtheta / before_->interval) : Vector3d(Vector3d::Zero())};
   const std::optional<Linearization> lin = Type::linearize(fix, sensor, channel, context, state_.x);
   if (!lin) return;
   const double late = place.time - state_.time;

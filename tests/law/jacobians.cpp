@@ -36,7 +36,8 @@ RecentMotion recent_motion(Random& random) {
 
 AntennaMotion antenna_motion(const ImuStep& raw, const RecentMotion& recent, const Estimate& x) {
   const ImuStep mean = correct({1, recent.rate, recent.force, Vector3d::Zero(), Vector3d::Zero()}, x);
-  return {motion_of(raw, x), {.rate = mean.dtheta, .force = mean.dvel}, recent.force_change};
+  const BodyMotion now = motion_of(raw, x);
+  return {now, now.rate, {.rate = mean.dtheta, .force = mean.dvel}, recent.force_change};
 }
 
 GnssFix fix_near(const Estimate& x, Random& random) {
@@ -264,8 +265,12 @@ TEST(Jacobians, EveryTypeOfTheList) {
       if (rest) at.v_wb.setZero();  // where it is linearised, by design
       for (int sensor = 0; sensor < Type::sensors(options); ++sensor) {
         const Fix fix = some_fix<Fix>(at, random);
-        const MeasurementContext context{options,      layout,           earth_rate, gravity, raw,
-                                         0.3 * raw.dt, Vector3d::Zero(), rest,       0.01,    recent};
+        const double into = 0.3 * raw.dt;  // where the instrument has the same rate
+        const MeasurementContext context{
+            options,          layout, earth_rate,
+            gravity,          raw,    into,
+            Vector3d::Zero(), rest,   0.01,
+            recent,           0,      raw.mean_rate() + (into - 0.5 * raw.dt) * raw.rate_slope};
         for (int channel = 0; channel < static_cast<int>(Type::kChannels.size()); ++channel) {
           const auto model = [&](const Estimate& y) { return *Type::linearize(fix, sensor, channel, context, y); };
           check_jacobians(model, at);

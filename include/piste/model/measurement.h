@@ -96,12 +96,18 @@ struct MeasurementContext {
   bool still = false;      ///< the body is at rest
   double moved = 0;        ///< s by which the fix was taken to be late when it was given its place among the samples
   RecentMotion recent = {};
-  double delay_variance = 0;  ///< of the estimated delay [s²]; 0 if it is known
+  double delay_variance = 0;                ///< of the estimated delay [s²]; 0 if it is known
+  Vector3d rate_before = Vector3d::Zero();  ///< mean over the sample before, as measured
 
   /// The motion at the time of the fix. Rate and force change linearly within a step.
   BodyMotion motion(const Estimate& x) const;
   /// The mean motion before the time of the fix, corrected likewise.
   BodyMotion mean_motion(const Estimate& x) const;
+  /// The rate without the noise of the sample that the fix is within, and as far as it is beyond noise
+  /// (beyond_noise()): that of the sample before. A Jacobian with the sample's own rate would correlate with the
+  /// residual, which holds the same noise: the mean of the product passes for an effect of lever arm and scale (errors
+  /// in variables; Fuller 1987, section 1.4: the rate before is an instrument).
+  Vector3d rate_without_noise(const Estimate& x) const;
   /// How far a fix that comes late by `delay` belongs before the estimate.
   Lag lag(const FixDelay& delay) const { return {delay.value - moved, delay.block, delay_variance}; }
 };
