@@ -50,13 +50,13 @@ struct Estimate {
   Vector3d accel_drift = Vector3d::Zero();
   Vector3d gyro_scale = Vector3d::Zero();
   Vector3d accel_scale = Vector3d::Zero();
-  Quaterniond q_rb = Quaterniond::Identity();       ///< boresight: b components into r
-  Vector3d lever_arm = Vector3d::Zero();            ///< p_ba_b
-  Vector3d gnss_position_drift = Vector3d::Zero();  ///< along north, east, down
-  double gnss_delay = 0;                            ///< the position of a fix with time t is that of t − gnss_delay
-  double velocity_delay = 0;                        ///< and its velocity that of t − velocity_delay
+  Quaterniond q_rb = Quaterniond::Identity();  ///< boresight: b components into r
+  Vector3d lever_arm = Vector3d::Zero();       ///< p_ba_b
+  Vector3d gnss_position_drift = Vector3d::Zero();
+  double gnss_delay = 0;                        ///< the position of a fix with time t is that of t − gnss_delay
+  double velocity_delay = 0;                    ///< and its velocity that of t − velocity_delay
   double attitude_delay = 0;                    ///< a reference attitude with time t is that of t − attitude_delay
-  Vector3d attitude_drift = Vector3d::Zero();   ///< of the reference attitude: rotation vector in local n
+  Vector3d attitude_drift = Vector3d::Zero();   ///< of the reference attitude: rotation vector in n
   Vector3d boresight_drift = Vector3d::Zero();  ///< of a flexible mount: Exp(drift) R_rb, in r
 
   Matrix3d R_wb() const { return q_wb.toRotationMatrix(); }
