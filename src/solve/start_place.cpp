@@ -83,7 +83,7 @@ Quaterniond local_level(const World& world, const Receiver& receiver, double tim
 
 void place_at_rest(const World& world, Start& start, const Receiver& receiver) {
   constexpr double kSwaying = 1;  // m/s
-  const FixPlace fix = fix_from(receiver, start.time, kSwaying);
+  const auto fix = fix_from(receiver, start.time, kSwaying);
   start.x.lever_arm = receiver.options.lever_arm;
   start.x.p_wb = fix->position - start.x.q_wb * receiver.options.lever_arm;
   start.x.v_wb.setZero();
