@@ -11,7 +11,7 @@
 ///     i  inertial                            b  body: the MEMS-IMU, forward-right-down
 ///     e  Earth-centred, Earth-fixed          r  reference IMU
 ///     w  world: north-east-down axes at the  a  GNSS antenna
-///        run's origin, fixed to the Earth    n  north-east-down at the body; only in files and pictures
+///        run's origin, fixed to the Earth    n  local level: north-east-down axes at the body
 ///
 /// ## Symbols
 ///
@@ -39,8 +39,9 @@
 ///
 ///     p_wb = p̂_wb + ρ    v_wb = Exp(θ) v̂_wb + J_l(θ) ν    R_wb = Exp(θ) R̂_wb    R_rb = Exp(β) R̂_rb
 ///
-/// and value + error for every other block. Sigmas in files and pictures are of the ordinary errors: north, east,
-/// down, roll, pitch, heading.
+/// and value + error for every other block. Sigmas in files and pictures are of the ordinary errors in n: north, east,
+/// down, roll, pitch, heading, as the values are. Fixes state their sigmas in n too, and their coloured errors are in
+/// n. World::rotation_wn is the one rotation between w and n: a run does not depend on where the origin of w lies.
 ///
 /// ## IMU error model
 ///

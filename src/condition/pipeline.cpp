@@ -52,22 +52,9 @@ std::vector<GeodeticFix> used_fixes(const GnssRecording& receiver, const Interva
   return used;
 }
 
-// Sigmas along the axes of w of independent errors along those of n.
-Vector3d turned_sigma(const Matrix3d& R_wn, const Vector3d& sigma_n) {
-  return (R_wn.cwiseAbs2() * sigma_n.cwiseAbs2()).cwiseSqrt();
-}
-
 GnssFix in_world(const World& world, const GeodeticFix& fix) {
-  GnssFix result{.time = fix.time, .position = world.from_geodetic(fix.position), .sigma_position = {}, .velocity = {}};
-  const Matrix3d R_wn = world.rotation_wn(result.position);
-  result.sigma_position = turned_sigma(R_wn, fix.sigma_position);
-  if (!fix.velocity) return result;
-  // If down was not measured, the local horizontal plane is taken for that of w. This is wrong by 1.6 mm/s for each
-  // m/s, 10 km from the origin.
-  Vector3d sigma = fix.velocity->sigma;
-  if (!fix.velocity->has_down()) sigma.z() = 0;
-  result.velocity = {R_wn * fix.velocity->value, turned_sigma(R_wn, sigma)};
-  if (!fix.velocity->has_down()) result.velocity->sigma.z() = fix.velocity->sigma.z();
+  GnssFix result{fix.time, world.from_geodetic(fix.position), fix.sigma_position, fix.velocity};
+  if (result.velocity) result.velocity->value = world.rotation_wn(result.position) * fix.velocity->value;
   return result;
 }
 

@@ -101,14 +101,25 @@ Speed from_velocities(std::span<const GnssFix> fixes) {
   return {(mean / n).norm(), std::sqrt(variance.sum()) / n};
 }
 
+// The horizontal distance of two positions, and its noise [m].
+struct Horizontal {
+  double distance, noise;
+};
+
+Horizontal horizontal(const World& world, const GnssFix& first, const GnssFix& last) {
+  const Matrix3d R_nw = world.rotation_wn(first.position).transpose();
+  return {(R_nw * (last.position - first.position)).head<2>().norm(),
+          std::sqrt((first.sigma_position.cwiseAbs2() + last.sigma_position.cwiseAbs2()).head<2>().sum())};
+}
+
 // From the first to the last position. Errors of a receiver last, so that those between them do not lower the noise.
-Speed from_positions(std::span<const GnssFix> fixes, double least_time) {
+Speed from_positions(const World& world, std::span<const GnssFix> fixes, double least_time) {
   if (fixes.size() < 2) return {};
   const GnssFix &first = fixes.front(), &last = fixes.back();
   const double dt = last.time - first.time;
   if (dt < least_time) return {};
-  return {(last.position - first.position).head<2>().norm() / dt,
-          std::sqrt((first.sigma_position.cwiseAbs2() + last.sigma_position.cwiseAbs2()).head<2>().sum()) / dt};
+  const Horizontal apart = horizontal(world, first, last);
+  return {apart.distance / dt, apart.noise / dt};
 }
 
 Verdict verdict(const Speed& speed) {
@@ -119,13 +130,13 @@ Verdict verdict(const Speed& speed) {
 
 // Whether one receiver shows rest or motion in [begin, end]: by its velocities and, where these do not tell, by
 // positions that may lie further apart the coarser they are.
-Verdict verdict(const std::vector<GnssFix>& fixes, double begin, double end) {
+Verdict verdict(const World& world, const std::vector<GnssFix>& fixes, double begin, double end) {
   const auto within = [&](double reach) { return range(fixes, begin - reach, end + reach + 1e-9); };
   const Verdict by_velocity = verdict(from_velocities(within(0)));
   if (by_velocity != Verdict::kUnknown) return by_velocity;
   Verdict by_position = Verdict::kUnknown;
   for (double reach = 0; reach <= kFarthest && by_position == Verdict::kUnknown; reach = std::max(0.5, 2 * reach)) {
-    by_position = verdict(from_positions(within(reach), 0.5 * (end - begin) + reach));
+    by_position = verdict(from_positions(world, within(reach), 0.5 * (end - begin) + reach));
   }
   return by_position;
 }
@@ -190,11 +201,8 @@ bool leaves_its_place(const Log& log, const Interval& rest) {
   return std::any_of(log.gnss.begin(), log.gnss.end(), [&](const std::vector<GnssFix>& receiver) {
     const auto fixes = range(receiver, rest.start, rest.end);
     if (fixes.size() < 2) return false;
-    const GnssFix &first = fixes.front(), &last = fixes.back();
-    const double apart = (last.position - first.position).head<2>().norm();
-    const double noise =
-        std::sqrt((first.sigma_position.cwiseAbs2() + last.sigma_position.cwiseAbs2()).head<2>().sum());
-    return apart > kSwayDistance + 3 * noise;
+    const Horizontal apart = horizontal(log.world, fixes.front(), fixes.back());
+    return apart.distance > kSwayDistance + 3 * apart.noise;
   });
 }
 
@@ -245,7 +253,7 @@ std::vector<Interval> detect_rest(const Log& log) {
   for (std::size_t i = 0; i < windows; ++i) {
     quiet[i] = quietness(cells, i);
     for (const auto& fixes : log.gnss) {
-      verdicts[i] = std::max(verdicts[i], verdict(fixes, cells.time(i), cells.time(i + kWindow)));
+      verdicts[i] = std::max(verdicts[i], verdict(log.world, fixes, cells.time(i), cells.time(i + kWindow)));
     }
   }
   const Bounds bounds = learn(quiet, verdicts);

@@ -105,6 +105,12 @@ Eigen::Matrix<double, 9, 9> ordinary_from_invariant(const Estimate& x) {
   return T;
 }
 
+Eigen::Matrix<double, 9, 9> level_from_invariant(const Matrix3d& R_wn, const Estimate& x) {
+  Eigen::Matrix<double, 9, 9> T = ordinary_from_invariant(x);
+  for (int row = 0; row < 9; row += 3) T.middleRows<3>(row) = (R_wn.transpose() * T.middleRows<3>(row)).eval();
+  return T;
+}
+
 FullError expand(const StateLayout& layout, const ErrorVector& error) {
   FullError full = FullError::Zero();
   for (const Block b : layout.blocks()) segment(full, b) = error.segment(layout.offset(b), info(b).size);

@@ -77,15 +77,19 @@ std::string_view outcome_name(Outcome outcome) {
   return "repeated";
 }
 
-Sigmas sigmas_of(const Estimate& x, const StateLayout& layout, const Covariance& P) {
+Navigation navigation_of(const World& world, const Estimate& x) {
+  const Matrix3d R_nw = world.rotation_wn(x.p_wb).transpose();
+  return {world.to_geodetic(x.p_wb), R_nw * x.v_wb, to_euler(Quaterniond(R_nw) * x.q_wb)};
+}
+
+Sigmas sigmas_of(const World& world, const Estimate& x, const StateLayout& layout, const Covariance& P) {
+  const Matrix3d R_wn = world.rotation_wn(x.p_wb);
+  const Eigen::Matrix<double, 9, 9> T = level_from_invariant(R_wn, x);
+  const Eigen::Matrix<double, 9, 9> level = T * P.topLeftCorner<9, 9>() * T.transpose();
   Sigmas s;
-  s.position = root(P.diagonal().segment<3>(layout.offset(Block::kPosition)));
-  const int v = layout.offset(Block::kVelocity), a = layout.offset(Block::kAttitude);
-  const Matrix3d attitude = P.block<3, 3>(a, a);
-  const Matrix3d lift = -skew(x.v_wb);  // δv = ν + lift θ
-  const Matrix3d cross = P.block<3, 3>(v, a) * lift.transpose();
-  s.velocity = root((P.block<3, 3>(v, v) + cross + cross.transpose() + lift * attitude * lift.transpose()).diagonal());
-  s.euler = euler_sigma(x.q_wb, attitude);
+  s.position = root(level.diagonal().head<3>());
+  s.velocity = root(level.diagonal().segment<3>(3));
+  s.euler = euler_sigma(Quaterniond(R_wn).conjugate() * x.q_wb, level.bottomRightCorner<3, 3>());
   for (const Block b : layout.blocks()) {
     if (is_navigation(b)) continue;
     const int o = layout.offset(b);
@@ -118,12 +122,6 @@ Sigmas Solution::sigmas(std::size_t i) const {
   const double* p = rows_.data() + i * stride_ + 1;
   visit(layout_, x, s, [&p](double& v) { v = *p++; });
   return s;
-}
-
-Solution::Navigation Solution::navigation(std::size_t i) const {
-  const Estimate x = estimate(i);
-  const Matrix3d R_nw = world_.rotation_wn(x.p_wb).transpose();
-  return {world_.to_geodetic(x.p_wb), R_nw * x.v_wb, to_euler(Quaterniond(R_nw) * x.q_wb)};
 }
 
 void Solution::append(double time, const Estimate& x, const Sigmas& s) {

@@ -171,15 +171,15 @@ FilterCase filter_case(const RunConfig& config, const RunReference& reference, c
 }
 
 // The filter's estimates for an IMU, and the course on which all methods are ranked.
-struct Navigation {
+struct Navigated {
   std::vector<MethodEstimate> estimates;
   std::optional<Course> course;
   std::vector<std::string> warnings;
 };
 
-Navigation navigate(const RunConfig& run, const RunReference& reference, const ImuBeside& imu, const Interval& phase,
-                    const OutagePlan& outages) {
-  Navigation out;
+Navigated navigate(const RunConfig& run, const RunReference& reference, const ImuBeside& imu, const Interval& phase,
+                   const OutagePlan& outages) {
+  Navigated out;
   const auto filter = if_possible("neither filters nor navigation", out.warnings,
                                   [&] { return filter_case(run, reference, imu, phase); });
   if (!filter) return out;
@@ -232,7 +232,7 @@ StudiedImu study_imu(const RunConfig& run, const RunReference& reference, const 
     result.estimates = signal_estimates(*result.findings);
     if (own.phases.run) result.timing = timing_effects(imu, reference, *own.phases.run, plan);
     if (own.phases.run && reference.solution) {
-      Navigation found = navigate(run, reference, imu, *own.phases.run, plan.outages);
+      Navigated found = navigate(run, reference, imu, *own.phases.run, plan.outages);
       append(result.warnings, std::move(found.warnings));
       append(result.estimates, std::move(found.estimates));
       out.contest.course = std::move(found.course);

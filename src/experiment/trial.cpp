@@ -170,10 +170,10 @@ Covariance nothing_known() {
   return sigma.cwiseAbs2().asDiagonal();
 }
 
-// The matrix from the filter's error to the ordinary one, for all blocks of the layout.
-Covariance ordinary(const StateLayout& layout, const Estimate& x) {
+// The matrix from the filter's error to the ordinary one along the local level, for all blocks of the layout.
+Covariance ordinary(const World& world, const StateLayout& layout, const Estimate& x) {
   Covariance T = Covariance::Identity(layout.size(), layout.size());
-  T.topLeftCorner<9, 9>() = ordinary_from_invariant(x);
+  T.topLeftCorner<9, 9>() = level_from_invariant(world.rotation_wn(x.p_wb), x);
   return T;
 }
 
@@ -230,7 +230,7 @@ std::map<int, Bound> bound_of(const Scenario& scenario, const Simulation& real, 
   const StateLayout& layout = perfect_run.solution.layout();
   visit_grid(log, perfect_run, grid, departure,
              [&](int epoch, const Tape::Epoch& filtered, const SmoothedState& smoothed) {
-               const Covariance T = ordinary(layout, filtered.x);
+               const Covariance T = ordinary(log.world, layout, filtered.x);
                out[epoch] = {(T * filtered.P * T.transpose()).diagonal(), (T * smoothed.P * T.transpose()).diagonal()};
              });
   return out;
@@ -275,7 +275,7 @@ ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed) {
     for (const Block b : out.layout.blocks()) {
       error.segment(out.layout.offset(b), info(b).size) = full.segment(full_offset(b), info(b).size);
     }
-    const Covariance T = ordinary(out.layout, x);
+    const Covariance T = ordinary(run.log.world, out.layout, x);
     return ErrorSample{epoch, T * error, T * P * T.transpose(), variance};
   };
   visit_grid(run.log, run.filtered, grid, departure,

@@ -64,7 +64,10 @@ Estimate TrueEstimate::at(double time) const {
   x.accel_drift = imu.accel_drift[row];
   const auto time_of = [](const Sample& s) { return s.time; };
   if (!position_drift_.empty()) x.gnss_position_drift = position_drift_[nearest(position_drift_, time, time_of)].value;
-  if (!attitude_drift_.empty()) x.attitude_drift = attitude_drift_[nearest(attitude_drift_, time, time_of)].value;
+  if (!attitude_drift_.empty()) {
+    const Vector3d& drift = attitude_drift_[nearest(attitude_drift_, time, time_of)].value;  // in the simulated w
+    x.attitude_drift = simulated.rotation_wn(truth.p_wb).transpose() * drift;
+  }
   return x;
 }
 

@@ -62,7 +62,7 @@ std::string navigation_csv(const Solution& solution) {
                  {"sigma_heading_deg", kDegrees}});
   csv.reserve(solution.size());
   for (std::size_t i = 0; i < solution.size(); ++i) {
-    const Solution::Navigation n = solution.navigation(i);
+    const Navigation n = solution.navigation(i);
     const Sigmas s = solution.sigmas(i);
     const Vector3d euler = kDegreesPerRadian * n.euler, sigma_euler = kDegreesPerRadian * s.euler;
     csv.row(std::array{solution.time(i), kDegreesPerRadian * n.position.latitude,

@@ -8,10 +8,11 @@ namespace {
 
 Quaterniond boresight_of(const Estimate& x) { return so3_exp(x.boresight_drift) * x.q_rb; }
 
-Quaterniond reference_of(const Estimate& x, const Turning& turning) {
+// The measured reference axes without their white error; `drift`: the coloured error, in w.
+Quaterniond reference_of(const Estimate& x, const Vector3d& drift, const Turning& turning) {
   const double tau = turning.lag.time;
   const Quaterniond q_wb = so3_exp(tau * turning.earth_rate) * x.q_wb * so3_exp(-tau * turning.rate);
-  return so3_exp(x.attitude_drift) * q_wb * boresight_of(x).conjugate();
+  return so3_exp(drift) * q_wb * boresight_of(x).conjugate();
 }
 
 // The terms of the lag: of the delay, and of the gyroscopes' errors, which turn the attitude back by the wrong angle.
@@ -41,25 +42,27 @@ void add_lag(Linearization& lin, const Matrix3d& A, const Estimate& x, const Tur
 
 }  // namespace
 
-Linearization linearize_attitude(const AttitudeFix& fix, const Vector3d& white, const Estimate& x,
+Linearization linearize_attitude(const AttitudeFix& fix, const Vector3d& white, const Estimate& x, const Matrix3d& R_wn,
                                  const Estimate* after, const Turning& turning, const Turning& turning_after) {
-  const Quaterniond predicted = reference_of(x, turning);
+  const Vector3d drift_w = R_wn * x.attitude_drift;
+  const Quaterniond predicted = reference_of(x, drift_w, turning);
   Linearization lin;
   lin.observes = Block::kAttitude;
   lin.residual = so3_log(fix.q_wr * predicted.conjugate());
-  const Matrix3d noise = so3_left_jacobian_inverse(lin.residual) * white.asDiagonal();
+  const Matrix3d noise = so3_left_jacobian_inverse(lin.residual) * R_wn * white.asDiagonal() * R_wn.transpose();
   lin.covariance = noise * fix.covariance * noise.transpose();
 
   Matrix3d J = so3_left_jacobian_inverse(-lin.residual), R_wr = J * predicted.toRotationMatrix();
   if (after != nullptr) {
-    const Vector3d turn = so3_log(reference_of(*after, turning_after) * predicted.conjugate());
+    const Vector3d turn =
+        so3_log(reference_of(*after, R_wn * after->attitude_drift, turning_after) * predicted.conjugate());
     J.setIdentity();
     R_wr = (so3_exp(0.5 * turn) * predicted).toRotationMatrix();
   }
-  const Matrix3d drift = so3_exp(x.attitude_drift).toRotationMatrix();
+  const Matrix3d drift = so3_exp(drift_w).toRotationMatrix();
   lin.add(Block::kAttitude, J * drift * so3_exp(turning.lag.time * turning.earth_rate).toRotationMatrix());
   lin.add(Block::kBoresight, -R_wr * so3_exp(x.boresight_drift).toRotationMatrix());
-  lin.add(Block::kAttitudeDrift, J * so3_left_jacobian(x.attitude_drift));
+  lin.add(Block::kAttitudeDrift, J * so3_left_jacobian(drift_w) * R_wn);
   lin.add(Block::kBoresightDrift, -R_wr * so3_left_jacobian(x.boresight_drift));
   add_lag(lin, J * drift, x, turning);
   return lin;
@@ -89,8 +92,8 @@ std::optional<Linearization> ReferenceAttitudes::linearize(const AttitudeFix& fi
     if (context.still) t.lag.block.reset();
     return t;
   };
-  return linearize_attitude(fix, reference.drift ? reference.white : Vector3d::Ones(), x, after, turning(x),
-                            after ? turning(*after) : Turning{});
+  return linearize_attitude(fix, reference.drift ? reference.white : Vector3d::Ones(), x, context.gravity.R_wn, after,
+                            turning(x), after ? turning(*after) : Turning{});
 }
 
 }  // namespace piste

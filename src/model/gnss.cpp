@@ -57,6 +57,12 @@ void add_gyro(Linearization& lin, const Matrix3d& by_rate, const Vector3d& rate,
 // The derivative of C u by ω̄: C u turns by J_l(−ω̄ τ) (−τ δω̄).
 Matrix3d turning_back(const Vector3d& then, const Antenna& a, double tau) { return tau * skew(then) * a.back_jacobian; }
 
+// Turns the rows from w to the local level, and leaves out down.
+void keep_horizontal(Linearization& lin, const Matrix3d& R_wn) {
+  lin.turn(R_wn.transpose());
+  lin.rows = 2;
+}
+
 void add_delay(Linearization& lin, const Lag& lag, const Vector3d& derivative) {
   if (!lag.block) return;
   Matrix3d column = Matrix3d::Zero();
@@ -76,10 +82,10 @@ Linearization linearize_position(const GnssFix& fix, const std::optional<GaussMa
   const Vector3d arm = ER * arm_b;
   Linearization lin;
   lin.residual = fix.position - (x.p_wb + arm - tau * x.v_wb + half * a.acceleration);
-  if (drift) lin.residual -= x.gnss_position_drift;
+  if (drift) lin.residual -= gravity.R_wn * x.gnss_position_drift;
   Vector3d variance = fix.sigma_position.cwiseAbs2();
   if (drift) variance = (variance - drift->sigma.cwiseAbs2()).cwiseMax(0.01 * variance);
-  lin.covariance = variance.asDiagonal();
+  lin.covariance = gravity.R_wn * variance.asDiagonal() * gravity.R_wn.transpose();
   if (still) lin.covariance += kSway * kSway * Matrix3d::Identity();
 
   if (tau == 0) {
@@ -95,7 +101,7 @@ Linearization linearize_position(const GnssFix& fix, const std::optional<GaussMa
     add_gyro(lin, Matrix3d::Zero(), motion.now.rate, ER * turning_back(arm_b, a, tau), motion.mean.rate, a.gyro_scale);
   }
   lin.add(Block::kLeverArm, ER * a.back.toRotationMatrix());
-  if (drift) lin.add(Block::kGnssPositionDrift, Matrix3d::Identity());
+  if (drift) lin.add(Block::kGnssPositionDrift, gravity.R_wn);
   if (still) return lin;
   add_delay(lin, lag, tau * a.acceleration - x.v_wb + earth_rate.cross(arm) - ER * motion.mean.rate.cross(arm_b));
   add_curvature(lin, lag, a.acceleration);
@@ -113,10 +119,11 @@ Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const An
   Linearization lin;
   lin.observes = Block::kVelocity;
   lin.residual = fix.velocity->value - (x.v_wb + swing - tau * a.acceleration);
-  if (!fix.velocity->has_down()) lin.rows = 2;
-  lin.covariance.diagonal().head(lin.rows) = fix.velocity->sigma.head(lin.rows).cwiseAbs2();
+  Vector3d variance = fix.velocity->sigma.cwiseAbs2();
+  if (!fix.velocity->has_down()) variance.z() = 0;  // the row is left out in the end
+  lin.covariance = gravity.R_wn * variance.asDiagonal() * gravity.R_wn.transpose();
   lin.covariance += by_rate * motion.now.rate_variance.asDiagonal() * by_rate.transpose();
-  if (still) lin.covariance.topLeftCorner(lin.rows, lin.rows).diagonal().array() += kSwaySpeed * kSwaySpeed;
+  if (still) lin.covariance += kSwaySpeed * kSwaySpeed * Matrix3d::Identity();
 
   // Where the attitude turns, v turns with it, and the part of the swing that is not the Earth's. At rest both are
   // noise, which must not tell a heading.
@@ -140,10 +147,12 @@ Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const An
     lin.covariance += 0.25 * tau * tau * tau * tau * jerk * jerk.transpose();
   }
   lin.add(Block::kLeverArm, RC * skew(rate) - E * a.R_wb);
-  if (still) return lin;
-  const Vector3d acceleration = beyond_noise(a.acceleration, motion.force_variance);
-  add_delay(lin, lag, -acceleration - a.R_wb * motion.mean.rate.cross(swing_b));
-  add_curvature(lin, lag, a.R_wb * motion.force_change);
+  if (!still) {
+    const Vector3d acceleration = beyond_noise(a.acceleration, motion.force_variance);
+    add_delay(lin, lag, -acceleration - a.R_wb * motion.mean.rate.cross(swing_b));
+    add_curvature(lin, lag, a.R_wb * motion.force_change);
+  }
+  if (!fix.velocity->has_down()) keep_horizontal(lin, gravity.R_wn);
   return lin;
 }
 

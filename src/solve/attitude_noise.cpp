@@ -89,7 +89,19 @@ double agreeing_delay(const Log& log, const std::vector<AttitudeFix>& fixes, Att
   return best;
 }
 
-// Variance of the white error along w; nothing if there are too few steps.
+// Turns each difference from w to the local level, that at the first fix of a receiver at or after it.
+void turn_to_level(std::vector<std::optional<Vector3d>>& steps, const Log& log, const std::vector<AttitudeFix>& fixes) {
+  const auto receiver = std::find_if(log.gnss.begin(), log.gnss.end(), [](const auto& g) { return !g.empty(); });
+  if (receiver == log.gnss.end()) return;
+  for (std::size_t k = 0; k < steps.size(); ++k) {
+    if (!steps[k]) continue;
+    const auto after = first_at_or_after(*receiver, fixes[k].time);
+    const GnssFix& place = after == receiver->end() ? receiver->back() : *after;
+    *steps[k] = (log.world.rotation_wn(place.position).transpose() * *steps[k]).eval();
+  }
+}
+
+// Variance of the white error along the local level; nothing if there are too few steps.
 std::optional<Vector3d> white_variance(const std::vector<std::optional<Vector3d>>& steps) {
   Vector3d sum = Vector3d::Zero();
   std::size_t count = 0;
@@ -137,8 +149,10 @@ FilterOptions with_white_part(FilterOptions options, const Log& log) {
   for (std::size_t i = 0; i < options.attitude.size(); ++i) {
     AttitudeOptions& source = options.attitude[i];
     if (!source.drift || !mounting) continue;
-    auto steps = differences(log, at_own_times(log.attitude[i], on_time[i]), *mounting);
+    const std::vector<AttitudeFix> fixes = at_own_times(log.attitude[i], on_time[i]);
+    auto steps = differences(log, fixes, *mounting);
     drop_outliers(steps);
+    turn_to_level(steps, log, fixes);
     const std::optional<Vector3d> variance = white_variance(steps);
     if (!variance) continue;
     const Vector3d total = source.drift->sigma.cwiseAbs2();

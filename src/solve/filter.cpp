@@ -217,7 +217,8 @@ void Filter::propagate_by(const Transition& transition) {
 
 // Whether the body certainly moves.
 bool Filter::moves() const {
-  return !resting() && state_.x.v_wb.norm() > 3 * sigmas_of(state_.x, setup_->layout, state_.P).velocity.norm();
+  return !resting() &&
+         state_.x.v_wb.norm() > 3 * sigmas_of(setup_->world, state_.x, setup_->layout, state_.P).velocity.norm();
 }
 
 void Filter::apply(int source, double late, const Linearization& lin) {
@@ -229,11 +230,12 @@ void Filter::apply(int source, double late, const Linearization& lin) {
   }
   const double bound = setup_->gate[static_cast<std::size_t>(lin.rows)];
   const auto [outcome, lapse, parted] = trust_.rule(source, state_.time, lin, u, bound, state_.x, state_.P);
+  const Matrix3d shown = along_world(lin) ? propagation_.gravity().R_wn.transpose() : Matrix3d::Identity().eval();
   innovations_.push_back({.time = state_.time,
                           .source = source,
                           .dof = lin.rows,
-                          .residual = u.residual,
-                          .sigma = u.S.diagonal().cwiseSqrt(),
+                          .residual = shown * u.residual,
+                          .sigma = (shown * u.S * shown.transpose()).diagonal().cwiseSqrt(),
                           .nis = u.nis,
                           .gate = bound,
                           .outcome = outcome,

@@ -46,25 +46,29 @@ FixPlace past_outliers(const std::vector<GnssFix>& fixes, FixPlace first, double
   return first;
 }
 
-FirstMotion first_motion(const std::vector<GnssFix>& fixes, const GnssOptions& options, double time) {
+FirstMotion first_motion(const World& world, const std::vector<GnssFix>& fixes, const GnssOptions& options,
+                         double time) {
   auto first = first_at_or_after(fixes, time);
   if (fixes.end() - first < kFewest) first = fixes.end() - std::min(std::ssize(fixes), kFewest);
   constexpr double kFastestFix = 100;  // m/s
   first = past_outliers(fixes, first, kFastestFix);
   std::array<Normal, 3> normals;
   const Vector3d origin = first->position;
+  const Matrix3d R_wn = world.rotation_wn(origin), R_nw = R_wn.transpose();
   for (auto fix = first; fix != fixes.end() && (fix - first < kFewest || fix->time <= time + kReach); ++fix) {
     const double t = fix->time - time, apart = std::abs(t);
     const double later_position = kWander * std::pow(apart, 5) / 20, later_velocity = kWander * std::pow(apart, 3) / 3;
+    const Vector3d position = R_nw * (fix->position - origin);
+    const Vector3d velocity = fix->velocity ? Vector3d(R_nw * fix->velocity->value) : Vector3d::Zero();
     for (int axis = 0; axis < 3; ++axis) {
       Normal& n = normals[static_cast<std::size_t>(axis)];
-      n.add({1, t, t * t / 2}, fix->position(axis) - origin(axis), square(fix->sigma_position(axis)) + later_position);
+      n.add({1, t, t * t / 2}, position(axis), square(fix->sigma_position(axis)) + later_position);
       if (fix->velocity && options.use_velocity && std::isfinite(fix->velocity->sigma(axis))) {
-        n.add({0, 1, t}, fix->velocity->value(axis), square(fix->velocity->sigma(axis)) + later_velocity);
+        n.add({0, 1, t}, velocity(axis), square(fix->velocity->sigma(axis)) + later_velocity);
       }
     }
   }
-  FirstMotion motion;
+  FirstMotion motion{.R_wn = R_wn, .position = {}, .velocity = {}, .acceleration = {}, .covariance = {}};
   for (int axis = 0; axis < 3; ++axis) {
     Normal& n = normals[static_cast<std::size_t>(axis)];
     n.information.diagonal() += Vector3d(0, 1 / square(kAnySpeed), 1 / square(kAcceleration));
@@ -72,10 +76,13 @@ FirstMotion first_motion(const std::vector<GnssFix>& fixes, const GnssOptions& o
     covariance = n.information.inverse();
     const Vector3d found = covariance * n.right;
     covariance *= std::max(1.0, (n.squares - found.dot(n.right)) / n.count);
-    motion.position(axis) = origin(axis) + found(0);
+    motion.position(axis) = found(0);
     motion.velocity(axis) = found(1);
     motion.acceleration(axis) = found(2);
   }
+  motion.position = origin + R_wn * motion.position;
+  motion.velocity = R_wn * motion.velocity;
+  motion.acceleration = R_wn * motion.acceleration;
   return motion;
 }
 

@@ -9,13 +9,14 @@
 
 namespace piste {
 
-/// Motion of the antenna at a time, in w. The axes of w are independent: `covariance[i]` is that of (position,
-/// velocity, acceleration) along axis i.
+/// Motion of the antenna at a time, in w. The axes of the local level are independent: `covariance[i]` is that of
+/// (position, velocity, acceleration) along its axis i.
 struct FirstMotion {
+  Matrix3d R_wn;  ///< the local level at the first of the fixes
   Vector3d position, velocity, acceleration;
   std::array<Matrix3d, 3> covariance;
 
-  Vector3d sigma(int quantity) const;  ///< 0: of the position, 1: of the velocity, 2: of the acceleration
+  Vector3d sigma(int quantity) const;  ///< along n; 0: of the position, 1: of the velocity, 2: of the acceleration
 };
 
 using FixPlace = std::vector<GnssFix>::const_iterator;
@@ -29,6 +30,7 @@ FixPlace past_outliers(const std::vector<GnssFix>& fixes, FixPlace first, double
 /// to the fix's variance. Residuals beyond the sigmas of the fixes widen the covariance by their mean square. A first
 /// fix that contradicts the next two is passed over.
 /// @pre there is a fix
-FirstMotion first_motion(const std::vector<GnssFix>& fixes, const GnssOptions& options, double time);
+FirstMotion first_motion(const World& world, const std::vector<GnssFix>& fixes, const GnssOptions& options,
+                         double time);
 
 }  // namespace piste

@@ -21,11 +21,16 @@ constexpr double kAgree = 0.5;                // of that sigma: hypotheses that 
 constexpr double kMostGates = 4;
 constexpr double kNothingKnown = std::numbers::pi / std::numbers::sqrt3;
 
-double heading_sigma(const Filter& filter) { return std::sqrt(filter.covariance()(8, 8)); }
+// 1-sigma about down, for the local level `q_wn`.
+double heading_sigma(const Filter& filter, const Quaterniond& q_wn) {
+  const Vector3d down = q_wn * Vector3d::UnitZ();
+  return std::sqrt(down.dot(filter.covariance().block<3, 3>(6, 6) * down));
+}
 
 }  // namespace
 
-HeadingBank::HeadingBank(const FilterOptions& options, const World& world, std::span<const Start> starts) {
+HeadingBank::HeadingBank(const FilterOptions& options, const World& world, std::span<const Start> starts)
+    : world_(world) {
   all_.reserve(starts.size());
   for (const Start& start : starts) all_.push_back({.filter = Filter(options, world, start), .start = all_.size()});
 }
@@ -77,31 +82,37 @@ void HeadingBank::weigh() {
   best_ = static_cast<std::size_t>(heaviest - all_.begin());
 }
 
+Quaterniond HeadingBank::local_level() const { return Quaterniond(world_.rotation_wn(best().estimate().p_wb)); }
+
 // The turn about down from the best hypothesis to this one.
-double HeadingBank::apart(const Hypothesis& h) const {
+double HeadingBank::apart(const Hypothesis& h, const Quaterniond& q_wn) const {
   const Quaterniond turn = h.filter.estimate().q_wb * best().estimate().q_wb.conjugate();
-  return 2 * std::remainder(std::atan2(turn.z(), turn.w()), std::numbers::pi);
+  const double down = turn.vec().dot(q_wn * Vector3d::UnitZ());
+  return 2 * std::remainder(std::atan2(down, turn.w()), std::numbers::pi);
 }
 
 HeadingBelief HeadingBank::heading() const {
+  const Quaterniond q_wn = local_level();
   double total = 0, within = 0;
   std::complex<double> mean = 0;
   for (const Hypothesis& h : all_) {
     total += h.weight;
-    within += h.weight * square(heading_sigma(h.filter));
-    mean += h.weight * std::polar(1.0, apart(h));
+    within += h.weight * square(heading_sigma(h.filter, q_wn));
+    mean += h.weight * std::polar(1.0, apart(h, q_wn));
   }
   const double length = std::clamp(std::abs(mean) / total, 1e-6, 1.0);
   const double between = -2 * std::log(length);  // of a wrapped normal distribution (Mardia and Jupp 2000, 3.5.10)
-  return {std::remainder(to_euler(best().estimate().q_wb).z() + std::arg(mean), 2 * std::numbers::pi),
-          std::min(std::sqrt(within / total + between), kNothingKnown)};
+  return {
+      std::remainder(to_euler(q_wn.conjugate() * best().estimate().q_wb).z() + std::arg(mean), 2 * std::numbers::pi),
+      std::min(std::sqrt(within / total + between), kNothingKnown)};
 }
 
 bool HeadingBank::resolved() const {
-  const double sigma = heading_sigma(best());
+  const Quaterniond q_wn = local_level();
+  const double sigma = heading_sigma(best(), q_wn);
   if (sigma > kSureEnough) return false;
   return std::all_of(all_.begin(), all_.end(), [&](const Hypothesis& h) {
-    return std::abs(apart(h)) <= kAgree * sigma + kDegree || h.weight < 1e-3;
+    return std::abs(apart(h, q_wn)) <= kAgree * sigma + kDegree || h.weight < 1e-3;
   });
 }
 

@@ -172,12 +172,12 @@ class Live::Session {
 
   LiveState of(const Filter& filter, const std::optional<HeadingBelief>& heading) const {
     const Estimate& x = filter.estimate();
-    const Matrix3d R_nw = log_.world.rotation_wn(x.p_wb).transpose();
+    const Navigation here = navigation_of(log_.world, x);
     LiveState s{.time = filter.time(),
-                .position = log_.world.to_geodetic(x.p_wb),
-                .velocity = R_nw * x.v_wb,
-                .euler = to_euler(Quaterniond(R_nw) * x.q_wb),
-                .sigmas = sigmas_of(x, filter.layout(), filter.covariance()),
+                .position = here.position,
+                .velocity = here.velocity,
+                .euler = here.euler,
+                .sigmas = sigmas_of(log_.world, x, filter.layout(), filter.covariance()),
                 .heading_known = !heading};
     if (heading) s.sigmas.euler.z() = heading->sigma;
     return s;

@@ -74,25 +74,29 @@ class Backward {
 // Collects covariances of the attitude's errors at pairs of epochs: a few later epochs with many earlier ones.
 class LagCollector {
  public:
-  LagCollector(std::size_t rows, std::vector<AttitudeLag>& lags)
-      : trace_every_(std::max<std::size_t>(1, rows / kTraced)),
+  LagCollector(const World& world, std::size_t rows, std::vector<AttitudeLag>& lags)
+      : world_(world),
+        trace_every_(std::max<std::size_t>(1, rows / kTraced)),
         look_every_(std::max<std::size_t>(1, rows / kLooked)),
         last_(rows - 1),
         lags_(lags) {}
 
   /// To be called for every epoch, backwards, after it was smoothed.
   void visit(Backward& backward, std::size_t row, const Tape::Epoch& epoch, const SmoothedState& smoothed) {
-    if ((last_ - row) % trace_every_ == 0) {
+    const bool traced = (last_ - row) % trace_every_ == 0;
+    if (!traced && (last_ - row) % look_every_ != 0) return;
+    const Matrix3d R_nw = world_.rotation_wn(smoothed.x.p_wb).transpose();
+    const Matrix3d here = R_nw * attitude_of(smoothed) * R_nw.transpose();
+    if (traced) {
       backward.trace(epoch.P);
-      late_.push_back({row, epoch.time, attitude_of(smoothed)});
-    } else if ((last_ - row) % look_every_ != 0) {
-      return;
+      late_.push_back({row, epoch.time, R_nw, here});
     }
-    const Eigen::Matrix3Xd covariance = backward.lagged(epoch.P);
+    const Eigen::Matrix3Xd covariance = R_nw * backward.lagged(epoch.P);
     for (std::size_t i = 0; i < late_.size(); ++i) {
-      lags_.push_back({row, late_[i].row, late_[i].time - epoch.time,
-                       covariance.middleCols<3>(3 * static_cast<Eigen::Index>(i)), attitude_of(smoothed),
-                       late_[i].covariance});
+      const Late& l = late_[i];
+      lags_.push_back({row, l.row, l.time - epoch.time,
+                       covariance.middleCols<3>(3 * static_cast<Eigen::Index>(i)) * l.R_nw.transpose(), here,
+                       l.covariance});
     }
   }
 
@@ -101,13 +105,14 @@ class LagCollector {
   struct Late {
     std::size_t row;
     double time;
-    Matrix3d covariance;
+    Matrix3d R_nw, covariance;
   };
   static Matrix3d attitude_of(const SmoothedState& s) {
     constexpr int kAttitude = full_offset(Block::kAttitude);
     return s.P.block<3, 3>(kAttitude, kAttitude);
   }
 
+  const World& world_;
   std::size_t trace_every_, look_every_, last_;
   std::vector<Late> late_;
   std::vector<AttitudeLag>& lags_;
@@ -147,10 +152,10 @@ Solution smooth_rts(const Log& log, const FilterRun& run, const ProgressCallback
   out.resize(filtered.size());
   Backward backward(filtered.layout());
   std::optional<LagCollector> collector;
-  if (lags) collector.emplace(filtered.size(), *lags);
+  if (lags) collector.emplace(filtered.world(), filtered.size(), *lags);
   run_backwards(backward, log, run, 0, progress, [&](std::size_t row, const Tape::Epoch& epoch) {
     const SmoothedState s = backward.smooth(epoch.x, epoch.P);
-    out.set(row, epoch.time, s.x, sigmas_of(s.x, out.layout(), s.P));
+    out.set(row, epoch.time, s.x, sigmas_of(out.world(), s.x, out.layout(), s.P));
     if (collector) collector->visit(backward, row, epoch, s);
   });
   if (at_start) *at_start = smoothed_start(backward, run);

@@ -20,7 +20,7 @@ FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& 
   const auto take_epoch = [&] {
     Solution& s = run.solution;
     s.append(c.filter.time(), c.filter.estimate(),
-             sigmas_of(c.filter.estimate(), c.filter.layout(), c.filter.covariance()));
+             sigmas_of(log.world, c.filter.estimate(), c.filter.layout(), c.filter.covariance()));
     s.innovations.insert(s.innovations.end(), c.filter.innovations().begin(), c.filter.innovations().end());
     c.filter.clear_innovations();
     ++c.row;

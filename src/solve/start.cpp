@@ -19,17 +19,18 @@ FoundStart find_start(const Log& log, const FilterOptions& options, const Initia
   if (heading.source == Source::kAuto) return start_from_motion(log, options, receiver, start.time);
 
   const Pointing pointing = heading.source == Source::kAttitude
-                                ? point_by_reference(log, options, start, rest)
+                                ? point_by_reference(log, options, receiver, start, rest)
                                 : point_by_heading(log, options, receiver, start, heading, rest);
   if (rest) {
     start.x.q_wb = pointing.q_wb;
-    place_at_rest(start, receiver);
+    place_at_rest(log.world, start, receiver);
   } else {
-    start = start_on_the_move(log, options, receiver, start.time, to_euler(pointing.q_wb).z(), pointing.sigma);
+    const Quaterniond level = local_level(log.world, receiver, start.time).conjugate();
+    start = start_on_the_move(log, options, receiver, start.time, to_euler(level * pointing.q_wb).z(), pointing.sigma);
     start.x.q_wb = pointing.q_wb;
   }
   const double tilt = rest ? kTiltSigma : 5 * kTiltSigma;
-  set_attitude_sigma(start, {tilt, tilt, pointing.sigma});
+  set_attitude_sigma(log.world, start, {tilt, tilt, pointing.sigma});
   set_boresight(start, log, options);
   return {start, pointing.how};
 }

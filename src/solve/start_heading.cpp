@@ -19,9 +19,9 @@ namespace {
 constexpr double kReferenceSigma =
     5 * kDegree;  // of a heading from the reference attitude: loose, as the filter uses it again
 
-// Throws if gravity contradicts the attitude `q_wb`.
-void check_small_boresight(const Quaterniond& q_wb, const Rest& rest, const Priors& priors) {
-  const Vector3d down = q_wb * -rest.mean_force;
+// Throws if gravity contradicts the attitude `q_nb`.
+void check_small_boresight(const Quaterniond& q_nb, const Rest& rest, const Priors& priors) {
+  const Vector3d down = q_nb * -rest.mean_force;
   const double tilt = std::atan2(down.head<2>().norm(), down.z());
   if (tilt <= 3 * std::numbers::sqrt2 * priors.boresight) return;
   throw DataError("start",
@@ -33,8 +33,9 @@ void check_small_boresight(const Quaterniond& q_wb, const Rest& rest, const Prio
 
 }  // namespace
 
-Pointing point_by_reference(const Log& log, const FilterOptions& options, const Start& start,
+Pointing point_by_reference(const Log& log, const FilterOptions& options, const Receiver& receiver, const Start& start,
                             const std::optional<Rest>& rest) {
+  const Quaterniond q_wn = local_level(log.world, receiver, start.time);
   const auto source = std::find_if(log.attitude.begin(), log.attitude.end(), [](const auto& a) { return !a.empty(); });
   if (source == log.attitude.end())
     throw DataError("start", "from_attitude needs an attitude log that overlaps the IMU");
@@ -46,7 +47,7 @@ Pointing point_by_reference(const Log& log, const FilterOptions& options, const 
   Pointing p{Quaterniond::Identity(), kReferenceSigma, "heading from the reference attitude"};
   if (estimates(options, Block::kBoresight)) {
     if (const auto mounting = find_mounting(log, options.attitude)) {
-      const Vector3d down_r = fix.q_wr.conjugate() * Vector3d::UnitZ();
+      const Vector3d down_r = fix.q_wr.conjugate() * (q_wn * Vector3d::UnitZ());
       p.q_wb = mounting->q_rb;
       p.sigma = std::hypot(p.sigma, 2 * std::sqrt(down_r.dot(mounting->covariance * down_r)));
       p.how += ", through the boresight that the rates of both tell";
@@ -61,15 +62,17 @@ Pointing point_by_reference(const Log& log, const FilterOptions& options, const 
   p.q_wb = carry_back(log, fix.q_wr * p.q_wb, fix.time - lapse, fix.time, bias.value);
   p.sigma = std::hypot(p.sigma, lapse * bias.sigma);
   if (!rest) return p;
-  if (p.sigma >= 3 * options.priors.boresight) check_small_boresight(p.q_wb, *rest, options.priors);
-  p.q_wb = levelled(p.q_wb, -rest->mean_force);
+  const Quaterniond q_nb = q_wn.conjugate() * p.q_wb;
+  if (p.sigma >= 3 * options.priors.boresight) check_small_boresight(q_nb, *rest, options.priors);
+  p.q_wb = q_wn * levelled(q_nb, -rest->mean_force);
   return p;
 }
 
 Pointing point_by_heading(const Log& log, const FilterOptions& options, const Receiver& receiver, const Start& start,
                           const InitialHeading& heading, const std::optional<Rest>& rest) {
+  const Quaterniond q_wn = local_level(log.world, receiver, start.time);
   const auto levelled_to = [&](double value) {
-    return rest ? level(rest->mean_force, value)
+    return rest ? (q_wn * level(rest->mean_force, value)).normalized()
                 : start_on_the_move(log, options, receiver, start.time, value, heading.sigma).x.q_wb;
   };
   if (heading.source == InitialHeading::Source::kValue)
@@ -79,7 +82,7 @@ Pointing point_by_heading(const Log& log, const FilterOptions& options, const Re
   const auto field = first_at_or_after(log.magnetic, start.time);
   const Vector3d& magnetic = field == log.magnetic.end() ? log.magnetic.back().field : field->field;
   // At a dip of 60 deg a tilt turns the azimuth by twice as much.
-  return {levelled_to(options.declination - magnetic_azimuth(levelled_to(0), magnetic)),
+  return {levelled_to(options.declination - magnetic_azimuth(q_wn.conjugate() * levelled_to(0), magnetic)),
           std::hypot(heading.sigma, 2 * kTiltSigma), "heading from the magnetometer"};
 }
 

@@ -20,7 +20,7 @@ struct Pointing {
 /// found from the rates of both IMUs; if these do not determine it, it is taken to be small, as its prior says. If the
 /// run starts at rest, roll and pitch come from the rest.
 /// Throws DataError if there is no reference attitude, or if gravity contradicts a boresight that is taken to be small.
-Pointing point_by_reference(const Log& log, const FilterOptions& options, const Start& start,
+Pointing point_by_reference(const Log& log, const FilterOptions& options, const Receiver& receiver, const Start& start,
                             const std::optional<Rest>& rest);
 
 /// The attitude with a given heading, or with that of the magnetometer. Roll and pitch come from the rest, or from an

@@ -56,9 +56,9 @@ Start still_start(const Log& log, const FilterOptions& options, const Receiver& 
   Start start;
   set_delays(start.x, options);
   start.time = rest.interval.start;
-  start.x.q_wb = level(rest.mean_force, heading);
-  place_at_rest(start, receiver);
-  set_attitude_sigma(start, {kTiltSigma, kTiltSigma, kHypothesisSigma});
+  start.x.q_wb = (local_level(log.world, receiver, start.time) * level(rest.mean_force, heading)).normalized();
+  place_at_rest(log.world, start, receiver);
+  set_attitude_sigma(log.world, start, {kTiltSigma, kTiltSigma, kHypothesisSigma});
   set_boresight(start, log, options);
   return start;
 }
@@ -76,7 +76,7 @@ FoundHeading ask_the_bank(const Log& log, const FilterOptions& options, const st
   Feeder feeder(log, place, bank);
   while (!feeder.done() && !bank.resolved()) feeder.step();
   FoundHeading found{.start = hypotheses[bank.best_start()], .until = bank.best().time(), .resolved = bank.resolved()};
-  if (!found.resolved) set_attitude_sigma(found.start, {kTiltSigma, kTiltSigma, bank.heading().sigma});
+  if (!found.resolved) set_attitude_sigma(log.world, found.start, {kTiltSigma, kTiltSigma, bank.heading().sigma});
   return found;
 }
 
@@ -86,10 +86,10 @@ FoundHeading refined(const Log& log, const FilterOptions& options, FoundHeading 
   SmoothedState smoothed;
   smooth_rows(
       log, run, {}, [](std::size_t, const Tape::Epoch&, const SmoothedState&) {}, &smoothed);
-  const Vector3d before = found.start.covariance.diagonal().tail<3>().cwiseSqrt();
-  const Vector3d after = kLoose * smoothed.P.diagonal().segment<3>(6).cwiseSqrt();
+  const Vector3d before = attitude_sigma(log.world, found.start);
+  const Vector3d after = kLoose * attitude_sigma(log.world, {found.start.time, smoothed.x, smoothed.P});
   found.start.x.q_wb = smoothed.x.q_wb;
-  set_attitude_sigma(found.start, after.cwiseMax(kLeastSigma).cwiseMin(before));
+  set_attitude_sigma(log.world, found.start, after.cwiseMax(kLeastSigma).cwiseMin(before));
   set_boresight(found.start, log, options);
   return found;
 }
@@ -101,16 +101,20 @@ Start carried_back(const Log& log, const FilterOptions& options, const Receiver&
   const double lapse = found.start.time - begin;
   const GyroBias bias = bias_before(log, options, found.start.time);
   const double turned = std::hypot(options.sensor.gyro.noise * std::sqrt(lapse), bias.sigma * lapse);
-  const double heading = std::sqrt(found.start.covariance(8, 8));
+  const double heading = attitude_sigma(log.world, found.start).z();
   const std::optional<Rest> rest = rest_at(log, begin, kLongestRest);
   Start start;
   set_delays(start.x, options);
   start.time = begin;
   start.x.q_wb = carry_back(log, found.start.x.q_wb, begin, found.start.time, bias.value);
-  if (rest) start.x.q_wb = levelled(start.x.q_wb, -rest->mean_force);
-  place_at_rest(start, receiver);
+  if (rest) {
+    const Quaterniond q_wn = local_level(log.world, receiver, begin);
+    start.x.q_wb = q_wn * levelled(q_wn.conjugate() * start.x.q_wb, -rest->mean_force);
+  }
+  place_at_rest(log.world, start, receiver);
   const double tilt = rest ? kTiltSigma : 5 * kTiltSigma;
-  set_attitude_sigma(start, {tilt, tilt, std::min(std::hypot(heading, turned), kHypothesisSigma * kHypotheses)});
+  set_attitude_sigma(log.world, start,
+                     {tilt, tilt, std::min(std::hypot(heading, turned), kHypothesisSigma * kHypotheses)});
   set_boresight(start, log, options);
   return start;
 }
@@ -139,16 +143,19 @@ FoundStart start_from_motion(const Log& log, const FilterOptions& options, const
   }
   if (found.resolved) found = refined(log, options, std::move(found));
   if (departing) found.start = carried_back(log, options, receiver, found, begin);
-  const double sigma = euler_sigma(found.start.x.q_wb, found.start.covariance.block<3, 3>(6, 6)).z();
+  const Matrix3d R_nw = log.world.rotation_wn(found.start.x.p_wb).transpose();
+  const Quaterniond q_nb = Quaterniond(R_nw) * found.start.x.q_wb;
+  const Matrix3d attitude = R_nw * found.start.covariance.block<3, 3>(6, 6) * R_nw.transpose();
+  const double heading = to_euler(q_nb).z(), sigma = euler_sigma(q_nb, attitude).z();
   if (!found.resolved) {
     return {found.start,
             fmt::format("the heading is not known: the motion does not tell it; {:.0f} deg ± {:.0f} is the "
                         "likeliest, and `initial: {{heading: … deg}}` gives it",
-                        to_euler(found.start.x.q_wb).z() / kDegree, sigma / kDegree)};
+                        heading / kDegree, sigma / kDegree)};
   }
   return {found.start,
-          fmt::format("heading {:.1f} deg ± {:.2f}, found from the motion until t = {:.1f} s",
-                      to_euler(found.start.x.q_wb).z() / kDegree, sigma / kDegree, found.until),
+          fmt::format("heading {:.1f} deg ± {:.2f}, found from the motion until t = {:.1f} s", heading / kDegree,
+                      sigma / kDegree, found.until),
           found.until + kFurther};
 }
 

@@ -36,8 +36,8 @@ Quaterniond carry_back(const Log& log, const Quaterniond& q_end, double begin, d
   return (earth * q_end * turned(log, begin, end, bias).conjugate()).normalized();
 }
 
-Quaterniond levelled(const Quaterniond& q_wb, const Vector3d& down_b) {
-  return (rotation_between(q_wb * down_b, Vector3d::UnitZ()) * q_wb).normalized();
+Quaterniond levelled(const Quaterniond& q_nb, const Vector3d& down_b) {
+  return (rotation_between(q_nb * down_b, Vector3d::UnitZ()) * q_nb).normalized();
 }
 
 namespace {
@@ -45,6 +45,19 @@ namespace {
 constexpr double kLeastPosition = 1, kLeastVelocity = 0.5;  // m, m/s
 constexpr double kMostTilt = 30 * kDegree;
 constexpr double kForceTime = 1;  // s over which the specific force is averaged
+
+// The first fix at or after `time` that the next two do not contradict, or the last fix.
+FixPlace fix_from(const Receiver& receiver, double time, double fastest) {
+  const auto& fixes = receiver.fixes;
+  auto fix = first_at_or_after(fixes, time);
+  if (fix == fixes.end()) fix = std::prev(fix);
+  return past_outliers(fixes, fix, fastest);
+}
+
+// The covariance in w of independent errors along the local level.
+Matrix3d in_w(const Matrix3d& R_wn, const Vector3d& sigma) {
+  return R_wn * sigma.cwiseAbs2().asDiagonal() * R_wn.transpose();
+}
 
 // The mean specific force from `time` on, in the body axes at that time.
 Vector3d first_force(const Log& log, double time, const Vector3d& bias) {
@@ -63,23 +76,26 @@ Vector3d first_force(const Log& log, double time, const Vector3d& bias) {
 
 }  // namespace
 
-void place_at_rest(Start& start, const Receiver& receiver) {
-  const auto& fixes = receiver.fixes;
-  auto fix = first_at_or_after(fixes, start.time);
-  if (fix == fixes.end()) fix = std::prev(fix);
+Quaterniond local_level(const World& world, const Receiver& receiver, double time) {
+  constexpr double kAnyBody = 1000;  // m/s
+  return Quaterniond(world.rotation_wn(fix_from(receiver, time, kAnyBody)->position));
+}
+
+void place_at_rest(const World& world, Start& start, const Receiver& receiver) {
   constexpr double kSwaying = 1;  // m/s
-  fix = past_outliers(fixes, fix, kSwaying);
+  const auto fix = fix_from(receiver, start.time, kSwaying);
   start.x.lever_arm = receiver.options.lever_arm;
   start.x.p_wb = fix->position - start.x.q_wb * receiver.options.lever_arm;
   start.x.v_wb.setZero();
   const Vector3d sigma = (3 * fix->sigma_position).cwiseMax(kLeastPosition);
   start.covariance.topLeftCorner<6, 6>().setZero();
-  start.covariance.diagonal().head<6>() << sigma.cwiseAbs2(), Vector3d::Constant(0.01);
+  start.covariance.topLeftCorner<3, 3>() = in_w(world.rotation_wn(fix->position), sigma);
+  start.covariance.diagonal().segment<3>(3).setConstant(0.01);
 }
 
 Start start_on_the_move(const Log& log, const FilterOptions& options, const Receiver& receiver, double time,
                         double heading, double sigma) {
-  const FirstMotion antenna = first_motion(receiver.fixes, receiver.options, time);
+  const FirstMotion antenna = first_motion(log.world, receiver.fixes, receiver.options, time);
   const GyroBias bias = bias_before(log, options, time);
   const auto now = range(log.imu, time + kSameInstant, time + kForceTime);
   Start start;
@@ -88,7 +104,7 @@ Start start_on_the_move(const Log& log, const FilterOptions& options, const Rece
   if (now.empty()) throw DataError("start", "no IMU sample follows the first fix");
   const Vector3d force = first_force(log, time, bias.value);
   const Vector3d pushed = antenna.acceleration - log.world.gravity(antenna.position).value;
-  start.x.q_wb = level(force, heading);
+  start.x.q_wb = Quaterniond(antenna.R_wn) * level(force, heading);
   start.x.q_wb = (rotation_between(start.x.q_wb * force, pushed) * start.x.q_wb).normalized();
   const Vector3d rate = now.front().dtheta / now.front().interval - bias.value;
   const Vector3d& lever_arm = receiver.options.lever_arm;
@@ -101,21 +117,27 @@ Start start_on_the_move(const Log& log, const FilterOptions& options, const Rece
   const Vector3d velocity = (kLoose * antenna.sigma(1)).cwiseMax(kLeastVelocity);
   const double tilt =
       std::min(std::hypot(kTiltSigma, 2 * antenna.sigma(2).head<2>().maxCoeff() / kStandardGravity), kMostTilt);
-  start.covariance.diagonal().head<6>() << position.cwiseAbs2(), velocity.cwiseAbs2();
-  set_attitude_sigma(start, {tilt, tilt, sigma});
+  start.covariance.topLeftCorner<3, 3>() = in_w(antenna.R_wn, position);
+  start.covariance.block<3, 3>(3, 3) = in_w(antenna.R_wn, velocity);
+  set_attitude_sigma(log.world, start, {tilt, tilt, sigma});
   set_boresight(start, log, options);
   return start;
 }
 
-void set_attitude_sigma(Start& start, const Vector3d& sigma) {
+void set_attitude_sigma(const World& world, Start& start, const Vector3d& sigma) {
   const Eigen::Matrix<double, 9, 9> ordinary = ordinary_from_invariant(start.x);
   Eigen::Matrix<double, 9, 9> P = ordinary * start.covariance * ordinary.transpose();
   P.bottomRows<3>().setZero();
   P.rightCols<3>().setZero();
-  P.bottomRightCorner<3, 3>() = sigma.cwiseAbs2().asDiagonal();
+  P.bottomRightCorner<3, 3>() = in_w(world.rotation_wn(start.x.p_wb), sigma);
   Eigen::Matrix<double, 9, 9> invariant = Eigen::Matrix<double, 9, 9>::Identity();
   invariant.block<3, 3>(3, 6) = skew(start.x.v_wb);  // ν = δv + v × θ
   start.covariance = invariant * P * invariant.transpose();
+}
+
+Vector3d attitude_sigma(const World& world, const Start& start) {
+  const Matrix3d R_nw = world.rotation_wn(start.x.p_wb).transpose();
+  return (R_nw * start.covariance.block<3, 3>(6, 6) * R_nw.transpose()).diagonal().cwiseSqrt();
 }
 
 bool estimates(const FilterOptions& options, Block block) {

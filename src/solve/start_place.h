@@ -40,24 +40,32 @@ Receiver first_receiver(const Log& log, const FilterOptions& options);
 /// Earth.
 Quaterniond carry_back(const Log& log, const Quaterniond& q_end, double begin, double end, const Vector3d& bias);
 
-/// The attitude nearest to q_wb for which `down_b` (body axes, any length) points down. Unlike with Euler angles, there
+/// The attitude nearest to q_nb for which `down_b` (body axes, any length) points down. Unlike with Euler angles, there
 /// is no singularity where a body axis stands upright.
-Quaterniond levelled(const Quaterniond& q_wb, const Vector3d& down_b);
+Quaterniond levelled(const Quaterniond& q_nb, const Vector3d& down_b);
+
+/// R_wn at the place of a receiver at a time: that of the first fix at or after it that does not contradict the next
+/// two, or of the last fix. @pre there is a fix
+Quaterniond local_level(const World& world, const Receiver& receiver, double time);
 
 /// Sets position, velocity and their covariance from the first fix at or after the start of a body at rest, with the
 /// attitude that the start has. A fix that disagrees with the two after it is skipped. The sigmas are loose, as the
 /// filter uses the same fix again.
-void place_at_rest(Start& start, const Receiver& receiver);
+void place_at_rest(const World& world, Start& start, const Receiver& receiver);
 
-/// The start of a body that moves, with the given heading and its 1-sigma [rad]: position and velocity are those of
-/// first_motion(), and roll and pitch those with which the specific force makes its acceleration. The sigmas are loose,
-/// as the filter uses the same fixes again; a velocity that the receiver told does not turn with the heading.
+/// The start of a body that moves, with the given heading (in the local level) and its 1-sigma [rad]: position and
+/// velocity are those of first_motion(), and roll and pitch those with which the specific force makes its acceleration.
+/// The sigmas are loose, as the filter uses the same fixes again; a velocity that the receiver told does not turn with
+/// the heading.
 Start start_on_the_move(const Log& log, const FilterOptions& options, const Receiver& receiver, double time,
                         double heading, double sigma);
 
-/// Sets the covariance of the attitude from its 1-sigma about the axes of w [rad]. Position and velocity are taken to
-/// be known by themselves: their errors do not turn with that of the attitude.
-void set_attitude_sigma(Start& start, const Vector3d& sigma);
+/// Sets the covariance of the attitude from its 1-sigma about the axes of the local level [rad]. Position and velocity
+/// are taken to be known by themselves: their errors do not turn with that of the attitude.
+void set_attitude_sigma(const World& world, Start& start, const Vector3d& sigma);
+
+/// 1-sigma of the attitude of a start about the axes of the local level [rad].
+Vector3d attitude_sigma(const World& world, const Start& start);
 
 /// Sets the boresight from the first reference attitude at or after the start, R_rb = R_wrᵀ R_wb. Does nothing if the
 /// boresight is not estimated or there is no reference attitude.

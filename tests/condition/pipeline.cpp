@@ -182,6 +182,21 @@ TEST(Condition, FixesInWorld) {
   EXPECT_GT((last.velocity->value - Vector3d(3, 4, 0.5)).norm(), 1e-6);
 }
 
+// A thousand kilometres from the origin, sigmas and what "horizontal" means are still those of the place.
+TEST(Condition, FixesFarFromTheOrigin) {
+  Recording r = recording(200);
+  r.gnss[0].fixes[0].velocity = {Vector3d(3, 4, 0), Vector3d(0.1, 0.2, std::numeric_limits<double>::infinity())};
+  const Geodetic place = r.gnss[0].fixes[0].position;
+  const World world({place.latitude + 0.15, place.longitude - 0.1, 0});
+  const Log log = condition(r, {}, world);
+  const GnssFix& fix = log.gnss.at(0).at(0);
+  EXPECT_GT(fix.position.norm(), 9e5);
+  EXPECT_EQ(fix.sigma_position, Vector3d(1, 2, 3));
+  EXPECT_EQ(fix.velocity->sigma.head<2>(), Eigen::Vector2d(0.1, 0.2));
+  EXPECT_FALSE(fix.velocity->has_down());
+  EXPECT_LT((world.rotation_wn(fix.position).transpose() * fix.velocity->value - Vector3d(3, 4, 0)).norm(), 1e-12);
+}
+
 TEST(Condition, AVelocityWithoutDownStaysWithout) {
   Recording r = recording(200);
   for (GeodeticFix& fix : r.gnss[0].fixes) {

@@ -76,15 +76,18 @@ TEST(Solution, RowsComeBackWhole) {
 TEST(Solution, SigmasAreTheOrdinaryOnes) {
   Random random(2);
   const StateLayout layout(all_blocks());
-  const Estimate x = random.estimate();
+  Estimate x = random.estimate();
   const Covariance P = 1e-4 * random.covariance(layout.size());
-  const Sigmas s = sigmas_of(x, layout, P);
+  const World world({0.8, 0.1, 500});
+  x.p_wb = world.from_geodetic({0.9, 0.2, 100});  // a thousand kilometres away
+  const Sigmas s = sigmas_of(world, x, layout, P);
   const Eigen::Matrix<double, 9, 9> T = ordinary_from_invariant(x);
   const Eigen::Matrix<double, 9, 9> ordinary = T * P.topLeftCorner<9, 9>() * T.transpose();
-  EXPECT_LT((s.position - ordinary.diagonal().head<3>().cwiseSqrt()).norm(), 1e-15);
-  EXPECT_LT((s.velocity - ordinary.diagonal().segment<3>(3).cwiseSqrt()).norm(), 1e-13);
-  const Matrix3d attitude = P.block<3, 3>(6, 6);
-  EXPECT_LT((s.euler - euler_sigma(x.q_wb, attitude)).norm(), 1e-15);
+  const Matrix3d R_nw = world.rotation_wn(x.p_wb).transpose();
+  const auto level = [&](const Matrix3d& covariance) -> Matrix3d { return R_nw * covariance * R_nw.transpose(); };
+  EXPECT_LT((s.position - level(ordinary.topLeftCorner<3, 3>()).diagonal().cwiseSqrt()).norm(), 1e-15);
+  EXPECT_LT((s.velocity - level(ordinary.block<3, 3>(3, 3)).diagonal().cwiseSqrt()).norm(), 1e-13);
+  EXPECT_LT((s.euler - euler_sigma(Quaterniond(R_nw) * x.q_wb, level(P.block<3, 3>(6, 6)))).norm(), 1e-14);
   // Of the sum of two correlated errors.
   const int b = layout.offset(Block::kAccelBias), d = layout.offset(Block::kAccelDrift);
   for (int i = 0; i < 3; ++i) {
@@ -98,14 +101,14 @@ TEST(Solution, TotalBiasOfWhatIsEstimated) {
   Random random(3);
   const StateLayout layout(std::vector<Block>{Block::kGyroBias, Block::kAccelDrift});
   const Covariance P = random.covariance(layout.size());
-  const Sigmas s = sigmas_of(random.estimate(), layout, P);
+  const Sigmas s = sigmas_of(World(), random.estimate(), layout, P);
   const int gyro = layout.offset(Block::kGyroBias), accel = layout.offset(Block::kAccelDrift);
   for (int i = 0; i < 3; ++i) {
     EXPECT_DOUBLE_EQ(s.gyro_total_bias(i), std::sqrt(P(gyro + i, gyro + i)));
     EXPECT_DOUBLE_EQ(s.accel_total_bias(i), std::sqrt(P(accel + i, accel + i)));
   }
   const StateLayout none;
-  EXPECT_EQ(sigmas_of({}, none, P.topLeftCorner(9, 9)).gyro_total_bias, Vector3d::Zero());
+  EXPECT_EQ(sigmas_of(World(), {}, none, P.topLeftCorner(9, 9)).gyro_total_bias, Vector3d::Zero());
 }
 
 TEST(Solution, EveryOutcomeHasItsName) {

@@ -133,7 +133,7 @@ TEST_P(Smoother, IsTheDenseBatchSolution) {
         moved = std::max(moved, std::abs(correction(full_offset(b) + k)) / scale);
       }
     }
-    const Sigmas is = smoothed.sigmas(row), wanted = sigmas_of(expected, layout, P);
+    const Sigmas is = smoothed.sigmas(row), wanted = sigmas_of(smoothed.world(), expected, layout, P);
     expect_near(is.position, wanted.position, "position", row);
     expect_near(is.velocity, wanted.velocity, "velocity", row);
     expect_near(is.euler, wanted.euler, "euler", row);
@@ -232,7 +232,8 @@ TEST(Rts, RowsThatAreAskedForAreThoseOfTheWhole) {
       seen.push_back(row);
       EXPECT_EQ(filtered.time, run.solution.time(row));
       EXPECT_TRUE(boxminus(smoothed.x, whole.estimate(row)).isZero(0)) << row;
-      EXPECT_TRUE(sigmas_of(smoothed.x, whole.layout(), smoothed.P).blocks == whole.sigmas(row).blocks) << row;
+      EXPECT_TRUE(sigmas_of(whole.world(), smoothed.x, whole.layout(), smoothed.P).blocks == whole.sigmas(row).blocks)
+          << row;
     };
     smooth_rows(s.log, run, rows, observe, at_start);
     EXPECT_EQ(seen, std::vector<std::size_t>(rows.rbegin(), rows.rend()));

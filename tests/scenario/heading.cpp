@@ -27,7 +27,8 @@ struct HeadingError {
 
 HeadingError heading_error(const Case& c, const FoundStart& found) {
   const StateLayout layout(c.options.estimate);
-  const Sigmas sigmas = sigmas_of(found.start.x, layout, initial_covariance(layout, c.options, found.start));
+  const Sigmas sigmas =
+      sigmas_of(c.simulation.plate.world(), found.start.x, layout, initial_covariance(layout, c.options, found.start));
   // The world frames of simulation and log have their origins some metres apart: far below what matters here.
   const double truth = to_euler(c.simulation.bodies[0].at(found.start.time).q_wb).z();
   const double error = std::remainder(to_euler(found.start.x.q_wb).z() - truth, 360 * kDegree);

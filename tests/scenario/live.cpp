@@ -99,7 +99,8 @@ TEST_P(LiveRun, SaysWhatReplaySays) {
       return std::remainder(angle, 2 * std::numbers::pi);
     });
     const double attitude = turn.cwiseQuotient(sigmas.euler).cwiseAbs().maxCoeff();
-    const double ratio = sigmas_of(a, live->layout(), live->covariance()).euler.cwiseQuotient(sigmas.euler).maxCoeff();
+    const double ratio =
+        sigmas_of(live->world(), a, live->layout(), live->covariance()).euler.cwiseQuotient(sigmas.euler).maxCoeff();
     fmt::print("{} seed {}: position {:.3f} velocity {:.3f} attitude {:.3f} sigma apart, sigmas {:.3f} to one\n",
                GetParam().name, seed, position, velocity, attitude, ratio);
     EXPECT_LT(position, 0.2);

@@ -65,7 +65,7 @@ void expect_batch(const SyntheticRun& s, std::vector<Arrival> arrivals) {
     EXPECT_EQ(filter.time(), batch.solution.time(row));
     const Estimate x = batch.solution.estimate(row);
     expect_same(filter.estimate(), x);
-    const Sigmas is = sigmas_of(filter.estimate(), filter.layout(), filter.covariance()),
+    const Sigmas is = sigmas_of(s.log.world, filter.estimate(), filter.layout(), filter.covariance()),
                  was = batch.solution.sigmas(row);
     EXPECT_TRUE(is.position == was.position && is.velocity == was.velocity && is.euler == was.euler);
     ++row;

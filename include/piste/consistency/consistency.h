@@ -22,8 +22,8 @@
 namespace piste {
 
 /// The error truth − estimate of the estimated blocks at one epoch, the covariance P that the estimate states, and the
-/// variances of the bound. The velocity is the ordinary difference (ordinary_from_invariant), the attitude a rotation
-/// vector in w.
+/// variances of the bound. Position, velocity and attitude are along the local level at the estimate
+/// (level_from_invariant): the velocity is the ordinary difference, the attitude a rotation vector.
 struct ErrorSample {
   int epoch = 0;  ///< @pre first ≤ epoch ≤ last of the grid
   ErrorVector error;

@@ -48,6 +48,11 @@ ResetJacobian reset_jacobian(const FullError& correction);
 /// The matrix that turns the navigation error (ρ, ν, θ) into the ordinary error (δp, δv, θ), with δv = ν + θ × v̂.
 Eigen::Matrix<double, 9, 9> ordinary_from_invariant(const Estimate& x);
 
+/// The matrix that turns the navigation error (ρ, ν, θ) into the ordinary error (δp, δv, θ) along the local level,
+/// where `R_wn` is that at the position (World::rotation_wn). Sigmas in files and pictures, and NEES, are of this
+/// error.
+Eigen::Matrix<double, 9, 9> level_from_invariant(const Matrix3d& R_wn, const Estimate& x);
+
 /// The error of every block from the error of the layout's blocks; zero for the others.
 FullError expand(const StateLayout& layout, const ErrorVector& error);
 

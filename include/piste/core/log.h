@@ -35,7 +35,8 @@ struct ImuRecording {
 /// Which kind of solution a fix is. kPrecise is a carrier-phase solution that is neither float nor fixed, such as PPP.
 enum class FixQuality : std::uint8_t { kUnknown, kSingle, kDifferential, kPrecise, kFloat, kFixed, kDeadReckoned };
 
-/// Velocity of a fix. If only the horizontal velocity was measured, the down sigma is infinite and the down value is 0.
+/// Velocity of a fix. If only the horizontal velocity was measured, the down sigma is infinite and the value along down
+/// is 0.
 struct FixVelocity {
   Vector3d value, sigma;
   bool has_down() const { return std::isfinite(sigma.z()); }
@@ -97,7 +98,8 @@ struct ImuSample {
   bool at_rest = false;                 ///< set where the rest detector finds the body standing still
 };
 
-/// One GNSS fix: position and velocity of the receiver's antenna, in w, with sigmas along the axes of w.
+/// One GNSS fix: position and velocity of the receiver's antenna, in w, with sigmas along the local level there: north,
+/// east, down. A velocity without down is that of its north and east.
 struct GnssFix {
   double time = 0;
   Vector3d position, sigma_position;

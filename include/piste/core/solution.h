@@ -34,22 +34,32 @@ struct Innovation {
   double time = 0;
   int source = 0;            ///< index into Solution::sources
   int dof = 3;               ///< rows of the measurement
-  Vector3d residual, sigma;  ///< measured − predicted, and its 1-sigma; SI
+  Vector3d residual, sigma;  ///< measured − predicted, and its 1-sigma; SI; north, east, down where it has these
   double nis = 0, gate = 0;  ///< zᵀ S⁻¹ z of the residual z, and its largest allowed value (0: none)
   Outcome outcome = Outcome::kUsed;
   double late = 0;             ///< time of the fix, as its source states it, less `time` [s]: its delay
   double log_determinant = 0;  ///< ln det S
 };
 
-/// 1-sigma of one epoch, of the ordinary (not the invariant) errors. Those of `euler` are of roll, pitch and heading.
+/// Position, velocity and attitude in the local level n at the position, as files and pictures show them.
+struct Navigation {
+  Geodetic position;
+  Vector3d velocity, euler;  ///< along north, east, down; (roll, pitch, heading) of R_nb
+};
+
+/// The navigation part of an estimate in `world`. No heap.
+Navigation navigation_of(const World& world, const Estimate& x);
+
+/// 1-sigma of one epoch, of the ordinary (not the invariant) errors. As in Navigation, `position` and `velocity` are
+/// along north, east, down at the position, and `euler` is of roll, pitch and heading there.
 struct Sigmas {
   Vector3d position, velocity, euler;
   FullError blocks = FullError::Zero();  ///< other blocks; boresight: Euler angles of R_rb; 0: not estimated
   Vector3d gyro_total_bias = Vector3d::Zero(), accel_total_bias = Vector3d::Zero();  ///< of bias + drift
 };
 
-/// Sigmas of an estimate from the covariance of its error. No heap.
-Sigmas sigmas_of(const Estimate& x, const StateLayout& layout, const Covariance& P);
+/// Sigmas of an estimate in `world` from the covariance of its error. No heap.
+Sigmas sigmas_of(const World& world, const Estimate& x, const StateLayout& layout, const Covariance& P);
 
 /// Estimates and sigmas of a run, stored compactly, one row for each epoch.
 class Solution {
@@ -66,12 +76,7 @@ class Solution {
   Estimate estimate(std::size_t i) const;
   Sigmas sigmas(std::size_t i) const;
 
-  /// Position, velocity and attitude of one epoch in local north-east-down, as files and pictures show them.
-  struct Navigation {
-    Geodetic position;
-    Vector3d velocity, euler;  ///< velocity in local n; (roll, pitch, heading) of R_nb
-  };
-  Navigation navigation(std::size_t i) const;
+  Navigation navigation(std::size_t i) const { return navigation_of(world_, estimate(i)); }
 
   void reserve(std::size_t epochs) { rows_.reserve(epochs * stride_); }
   void resize(std::size_t epochs) { rows_.resize(epochs * stride_); }

@@ -56,7 +56,7 @@ struct Estimate {
   double gnss_delay = 0;                        ///< the position of a fix with time t is that of t − gnss_delay
   double velocity_delay = 0;                    ///< and its velocity that of t − velocity_delay
   double attitude_delay = 0;                    ///< a reference attitude with time t is that of t − attitude_delay
-  Vector3d attitude_drift = Vector3d::Zero();   ///< of the reference attitude: rotation vector in w
+  Vector3d attitude_drift = Vector3d::Zero();   ///< of the reference attitude: rotation vector in n
   Vector3d boresight_drift = Vector3d::Zero();  ///< of a flexible mount: Exp(drift) R_rb, in r
 
   Matrix3d R_wb() const { return q_wb.toRotationMatrix(); }

@@ -19,10 +19,12 @@ struct Geodetic {
   double latitude = 0, longitude = 0, height = 0;
 };
 
-/// Gravity near a point: g(p) ≈ value + gradient (p − point). All in w.
+/// Gravity near a point: g(p) ≈ value + gradient (p − point). All in w. And the local level at the point, which is that
+/// of a body a hundred metres away to 2e-5 rad.
 struct Gravity {
   Vector3d point, value;
   Matrix3d gradient;
+  Matrix3d R_wn = Matrix3d::Identity();  ///< World::rotation_wn
   Vector3d at(const Vector3d& p_wb) const { return value + gradient * (p_wb - point); }
 };
 
@@ -39,9 +41,10 @@ class World {
   /// Position in w of a geodetic position, and the other way round.
   Vector3d from_geodetic(const Geodetic& place) const;
   Geodetic to_geodetic(const Vector3d& p_w) const;
-  /// R_wn: turns components along the local north-east-down axes at p_w into components in w.
+  /// R_wn: turns components along the local level n, the north-east-down axes at p_w, into components in w. What is
+  /// given or shown as north, east, down, roll, pitch or heading goes through this rotation, and it alone. No heap.
   Matrix3d rotation_wn(const Vector3d& p_w) const;
-  /// Normal gravity (gravitation and centrifugal acceleration) at p_w, in w, with its gradient.
+  /// Normal gravity (gravitation and centrifugal acceleration) at p_w, in w, with its gradient and the local level.
   Gravity gravity(const Vector3d& p_w) const;
 
  private:

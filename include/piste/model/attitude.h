@@ -1,16 +1,17 @@
 #pragma once
 /// The attitude of a reference IMU as a measurement of the body's attitude and of the boresight.
 ///
-///     R_wr = Exp(n) Exp(a) B (Exp(d) R_rb)ᵀ        residual z = Log(R_wr,measured (Exp(â) B̂ (Exp(d̂) R̂_rb)ᵀ)ᵀ)
+///     R_wr = Exp(R_wn e) Exp(R_wn a) B (Exp(d) R_rb)ᵀ
+///     residual z = Log(R_wr,measured (Exp(R_wn â) B̂ (Exp(d̂) R̂_rb)ᵀ)ᵀ)
 ///     B = Exp(ω_ie τ) R_wb Exp(−ω τ)
 ///
 /// where B is the body's attitude τ before the estimate, with τ as in gnss.h: 0 unless the fix is late by another time
 /// than was taken when it was given its place. ω is the rate at the time of the estimate, less what its noise explains
 /// where it says something of the delay. A mean over samples would lose the vibration, by which a delay shows first. a
-/// is the coloured error of the reference and n its white error, both rotation vectors in w, and d is the change of the
-/// boresight on a flexible mount, a rotation vector in r. The boresight stands on the right of R_wb, on the body's side
-/// (the article prints it on the other side). Jacobians: a rotation of the prediction by Exp(η) from the left changes z
-/// by −J_r⁻¹(z) η.
+/// is the coloured error of the reference and e its white error, both rotation vectors along the local level n, and d
+/// is the change of the boresight on a flexible mount, a rotation vector in r. The boresight stands on the right of
+/// R_wb, on the body's side (the article prints it on the other side). Jacobians: a rotation of the prediction by
+/// Exp(η) from the left changes z by −J_r⁻¹(z) η.
 
 #include "piste/core/options.h"
 #include "piste/model/measurement.h"
@@ -28,7 +29,8 @@ struct Turning {
 
 /// Linearises an attitude fix at the estimate `x`.
 ///
-/// `white`: the fraction of the fix's sigma that is white noise, along w. The block attitude_drift carries the rest.
+/// `white`: the fraction of the fix's sigma that is white noise, along the local level, of which `R_wn` is the
+/// rotation. The block attitude_drift carries the rest.
 ///
 /// `after`: the estimate after this fix, to first order. If it is given, the Jacobians are taken half-way between `x`
 /// and `after`, for which `turning_after` is as `turning` for `x`. The reason: one fix determines only the sum of
@@ -37,8 +39,8 @@ struct Turning {
 /// known even at rest. With those half-way, what the fix leaves unknown stays unknown through correction and reset, to
 /// second order.
 Linearization linearize_attitude(const AttitudeFix& fix, const Vector3d& white, const Estimate& x,
-                                 const Estimate* after = nullptr, const Turning& turning = {},
-                                 const Turning& turning_after = {});
+                                 const Matrix3d& R_wn = Matrix3d::Identity(), const Estimate* after = nullptr,
+                                 const Turning& turning = {}, const Turning& turning_after = {});
 
 /// The reference attitudes of a run.
 struct ReferenceAttitudes : MeasurementType<AttitudeFix> {

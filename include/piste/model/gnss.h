@@ -2,15 +2,18 @@
 /// GNSS position and velocity as measurements. The antenna is on a lever arm, the fix may be late, and the position may
 /// have a coloured error.
 ///
-///     y_p = p − v τ + a τ²/2 + E R C l + d          y_v = v − a τ + R C (ω × l) − ω_ie × R l
+///     y_p = p − v τ + a τ²/2 + E R C l + R_wn d     y_v = v − a τ + R C (ω × l) − ω_ie × R l
 ///     E = Exp(ω_ie τ)   C = Exp(−ω̄ τ)   ω = ω_ib   a = R f̄ + g(p) − 2 ω_ie × v
 ///
-/// where l is the lever arm, d the coloured error, and τ the time by which position or velocity belong before the
-/// estimate. The filter compares a fix that comes late with the estimate at the time where the fix belongs, by the
-/// delay that is known or estimated; τ is then 0, and only its derivative counts. It is not 0 while the estimated delay
-/// still changes, and in real time, where that estimate has gone by. ω̄ and f̄ are means over the last samples
-/// (RecentMotion). The velocity has no term of second order, for which the jerk would have to be known: it counts as
-/// noise instead. Jacobians are with respect to the error of estimate.h.
+/// where l is the lever arm, d the coloured error along the local level n, and τ the time by which position or velocity
+/// belong before the estimate. The filter compares a fix that comes late with the estimate at the time where the fix
+/// belongs, by the delay that is known or estimated; τ is then 0, and only its derivative counts. It is not 0 while the
+/// estimated delay still changes, and in real time, where that estimate has gone by. ω̄ and f̄ are means over the last
+/// samples (RecentMotion). The velocity has no term of second order, for which the jerk would have to be known: it
+/// counts as noise instead. Jacobians are with respect to the error of estimate.h.
+///
+/// The sigmas of a fix are along n, and R_wn is that of `gravity`. Rows are along w, but for a velocity without down:
+/// it has two, along north and east of n.
 
 #include "piste/core/options.h"
 #include "piste/model/measurement.h"
@@ -32,9 +35,10 @@ Linearization linearize_position(const GnssFix& fix, const std::optional<GaussMa
                                  const AntennaMotion& motion, const Vector3d& earth_rate, const Gravity& gravity,
                                  const Lag& lag = {}, bool still = false);
 
-/// Linearises the velocity of a fix. It has two rows if down was not measured. Its noise is that of the fix and that of
-/// the gyroscopes, which turns the lever arm. `still`: the body is at rest; velocity, rate and acceleration are then
-/// taken as zero in the Jacobians, so that their noise gives no false information on heading, scale and delay.
+/// Linearises the velocity of a fix. It has two rows, north and east, if down was not measured. Its noise is that of
+/// the fix and that of the gyroscopes, which turns the lever arm. `still`: the body is at rest; velocity, rate and
+/// acceleration are then taken as zero in the Jacobians, so that their noise gives no false information on heading,
+/// scale and delay.
 /// @pre `fix.velocity` is there.
 Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const AntennaMotion& motion,
                                  const Vector3d& earth_rate, const Gravity& gravity, bool still, const Lag& lag = {});

@@ -32,6 +32,15 @@ struct Linearization {
   Matrix3d covariance = Matrix3d::Zero();
 
   void add(Block block, const Matrix3d& jacobian) { terms_[static_cast<std::size_t>(count_++)] = {block, jacobian}; }
+  /// Turns its three rows: residual, covariance and Jacobians.
+  void turn(const Matrix3d& R) {
+    residual = (R * residual).eval();
+    covariance = (R * covariance * R.transpose()).eval();
+    for (int i = 0; i < count_; ++i) {
+      Matrix3d& jacobian = terms_[static_cast<std::size_t>(i)].jacobian;
+      jacobian = (R * jacobian).eval();
+    }
+  }
   int count() const { return count_; }
   const Term& term(int i) const { return terms_[static_cast<std::size_t>(i)]; }
 
@@ -39,6 +48,9 @@ struct Linearization {
   std::array<Term, 12> terms_;
   int count_ = 0;
 };
+
+/// Whether the rows are along the axes of w, as those of a position, a velocity or an attitude with all three rows are.
+inline bool along_world(const Linearization& lin) { return lin.rows == 3 && is_navigation(lin.observes); }
 
 /// The Jacobian (3 × layout size) for the blocks that this run estimates. Blocks that it does not estimate are taken as
 /// known, and left out; nowhere else is this decided. Rows beyond `rows` are zero.
@@ -89,7 +101,7 @@ struct MeasurementContext {
   const FilterOptions& options;
   const StateLayout& layout;
   const Vector3d& earth_rate;
-  const Gravity& gravity;
+  const Gravity& gravity;  ///< and the local level at the body
   const ImuStep& step;     ///< as measured; the time of the fix is within it
   double into_step = 0;    ///< time of the fix after the start of the step [s]
   Vector3d rate_variance;  ///< of the gyroscopes' white noise, as a mean over one sample

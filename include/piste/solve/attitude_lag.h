@@ -9,7 +9,8 @@
 
 namespace piste {
 
-/// Covariance of the smoothed attitude's errors at two epochs, given all data. Errors are rotation vectors in w.
+/// Covariance of the smoothed attitude's errors at two epochs, given all data. Errors are rotation vectors along the
+/// local level.
 struct AttitudeLag {
   std::size_t early = 0, late = 0;  ///< rows of the solution
   double lag = 0;                   ///< s between them

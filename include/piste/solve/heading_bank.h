@@ -35,7 +35,7 @@ class HeadingBank {
 
   /// Whether one heading is left: those of all hypotheses agree, and the best is sure of its own within 10 deg.
   bool resolved() const;
-  /// The heading in w of all hypotheses together, with what lies between them.
+  /// The heading, in the local level, of all hypotheses together, with what lies between them.
   HeadingBelief heading() const;
   /// The filter of the likeliest hypothesis, and which of the starts it came from.
   const Filter& best() const { return all_[best_].filter; }
@@ -52,7 +52,10 @@ class HeadingBank {
   };
 
   void weigh();
-  double apart(const Hypothesis& h) const;
+  double apart(const Hypothesis& h, const Quaterniond& q_wn) const;
+  Quaterniond local_level() const;
+
+  World world_;
 
   std::vector<Hypothesis> all_;
   std::size_t best_ = 0;
