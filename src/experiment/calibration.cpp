@@ -42,6 +42,8 @@ struct Attempt {
 
   double clock_offset() const { return offset - last.gnss_delay; }
   double clock_sigma() const { return sigmas.blocks(full_offset(Block::kGnssDelay)); }
+  double velocity_delay() const { return last.velocity_delay - last.gnss_delay; }
+  double velocity_delay_sigma() const { return sigmas.blocks(full_offset(Block::kVelocityDelay)); }
 };
 
 // Where a receiver says that the body moves.
@@ -105,12 +107,20 @@ class Calibrator {
                        .clock_offset = best_.clock_offset(),
                        .clock_sigma = best_.clock_sigma(),
                        .clock_drift = conditioning_.imu.clock_drift,
+                       .velocity_delay = late_velocities() ? best_.velocity_delay() : 0,
+                       .velocity_delay_sigma = late_velocities() ? best_.velocity_delay_sigma() : 0,
                        .sensor = options_.sensor,
                        .used = best_.used,
                        .rejected = best_.rejected};
   }
 
  private:
+  // Whether their delay is estimated.
+  bool late_velocities() const {
+    return std::find(options_.estimate.begin(), options_.estimate.end(), Block::kVelocityDelay) !=
+           options_.estimate.end();
+  }
+
   Attempt attempt(double offset, const ImuSensor& sensor, const Start* start) const {
     Attempt a;
     a.offset = offset;
@@ -150,6 +160,11 @@ class Calibrator {
         std::clamp(kLoose * told.sigmas.blocks.segment<3>(full_offset(Block::kLeverArm)).maxCoeff(), kLeastArm,
                    options_.priors.lever_arm);
     options_.priors.gnss_delay = std::clamp(kLoose * told.clock_sigma(), kLeastDelay, options_.priors.gnss_delay);
+    if (late_velocities()) {
+      options_.gnss.front().velocity_delay = told.velocity_delay();
+      options_.priors.velocity_delay =
+          std::clamp(kLoose * told.velocity_delay_sigma(), kLeastDelay, options_.priors.velocity_delay);
+    }
     take_fixes(floor);
     best_ = {};
     keep(attempt(told.clock_offset(), options_.sensor, nullptr));
@@ -166,6 +181,7 @@ class Calibrator {
   // Again from what was found, so that it is linearised there.
   void refine() {
     options_.gnss.front().lever_arm = best_.last.lever_arm;
+    if (late_velocities()) options_.gnss.front().velocity_delay = best_.velocity_delay();
     keep(attempt(best_.clock_offset(), options_.sensor, nullptr));
   }
 

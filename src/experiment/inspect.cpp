@@ -224,6 +224,18 @@ void compare_attitudes(Inspection& inspection, std::vector<Suspicion>& found) {
   }
 }
 
+// Velocities that come late against the positions, or for which coarse positions do not tell.
+void estimate_late_velocities(const InspectedLog& receiver, FilterOptions& options) {
+  constexpr double kTold = 0.02, kSigmas = 5, kLatest = 0.3;  // s, sigmas, s
+  const auto& fit = receiver.gnss_health->velocity;
+  if (!fit) return;
+  const auto known = fit->known_delay();
+  if (!known && fit->sigma_delay < kTold) return;
+  options.gnss.front().velocity_delay = known.value_or(0);
+  options.estimate.push_back(Block::kVelocityDelay);
+  options.priors.velocity_delay = std::clamp(kSigmas * fit->sigma_delay, kTold, kLatest);
+}
+
 std::optional<Calibration> try_calibration(const Inspection& inspection, const InspectedLog& receiver,
                                            std::vector<Suspicion>& found) {
   constexpr double kFar = 3, kSure = 0.3;  // m
@@ -235,14 +247,12 @@ std::optional<Calibration> try_calibration(const Inspection& inspection, const I
   options.sensor = guess_sensor(*body.imu_health, "guess");
   options.estimate = imu_error_blocks(options.sensor);
   options.gnss = {{.name = std::filesystem::path(receiver.log.file).stem().string()}};
-  if (const auto& fit = receiver.gnss_health->velocity) options.gnss.front().velocity_delay = fit->known_delay();
+  estimate_late_velocities(receiver, options);
   ConditioningOptions conditioning;
   conditioning.imu = guess_conditioning(inspection);
   conditioning.gyro_range = options.sensor.gyro.range;
   conditioning.accel_range = options.sensor.accel.range;
   try {
-    if (const auto& velocity = receiver.gnss_health->velocity)
-      options.gnss.front().velocity_delay = velocity->known_delay();
     const LogMatch* match = inspection.first_match();
     const bool search_clock = match == nullptr || !match->clock || match->clock->sigma > kSureClock;
     auto found_here = calibrate({body.imu, {receiver.gnss}, {}}, conditioning, options, search_clock);

@@ -101,8 +101,28 @@ double white_noise(const Positions& p) {
   return std::sqrt(3.0 / 6.0) / kMedianNorm * median(std::move(differences));
 }
 
-std::vector<Interval> find_rest(const std::vector<GeodeticFix>& fixes, const std::vector<Vector3d>& velocity,
-                                double noise, double interval) {
+// Fixes [first, last) if they stay within their own noise of one place, else those halves of them that do.
+void add_standing(const std::vector<GeodeticFix>& fixes, const Positions& p, std::size_t first, std::size_t last,
+                  double white, std::vector<Interval>& rest) {
+  constexpr double kWander = 3, kSway = 0.3;  // white sigmas, m
+  if (last <= first + 1 || fixes[last - 1].time - fixes[first].time < kShortestStand) return;
+  Vector3d mean = Vector3d::Zero();
+  for (std::size_t i = first; i < last; ++i) mean += p[i] / static_cast<double>(last - first);
+  double squares = 0;
+  for (std::size_t i = first; i < last; ++i) squares += (p[i] - mean).squaredNorm();
+  if (std::sqrt(squares / static_cast<double>(last - first)) < kWander * white + kSway) {
+    rest.push_back({fixes[first].time, fixes[last - 1].time});
+    return;
+  }
+  const std::size_t middle = first + (last - first) / 2;
+  add_standing(fixes, p, first, middle, white, rest);
+  add_standing(fixes, p, middle, last, white, rest);
+}
+
+// `noise`: of the velocities. Where it hides a walk, the positions must stay where they are too.
+std::vector<Interval> find_rest(const std::vector<GeodeticFix>& fixes, const Positions& p,
+                                const std::vector<Vector3d>& velocity, double noise, double interval) {
+  const double white = white_noise(p);
   std::vector<Interval> rest;
   for (std::size_t i = 0; i < fixes.size();) {
     std::size_t j = i;
@@ -110,8 +130,11 @@ std::vector<Interval> find_rest(const std::vector<GeodeticFix>& fixes, const std
            (j == i || fixes[j].time - fixes[j - 1].time < 2.5 * interval)) {
       ++j;
     }
-    if (j > i && fixes[j - 1].time - fixes[i].time >= kShortestStand)
+    if (3 * noise > kStanding) {
+      add_standing(fixes, p, i, j, white, rest);
+    } else if (j > i && fixes[j - 1].time - fixes[i].time >= kShortestStand) {
       rest.push_back({fixes[i].time, fixes[j - 1].time});
+    }
     i = std::max(j, i + 1);
   }
   return rest;
@@ -285,7 +308,7 @@ GnssHealth gnss_health(const GnssRecording& gnss) {
   const bool stated = measured && median(sigma_velocity) < kNotKnown;
   const double noise =
       stated ? median(sigma_velocity) / in_a_second : 2 * std::min(h.median_sigma.norm(), white_noise(p));
-  h.rest = find_rest(fixes, velocity, noise, h.sampling.interval);
+  h.rest = find_rest(fixes, p, velocity, noise, h.sampling.interval);
   std::vector<double> speeds;
   speeds.reserve(velocity.size());
   for (const Vector3d& v : velocity) speeds.push_back(v.norm());

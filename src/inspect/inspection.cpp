@@ -79,6 +79,21 @@ std::string file_keys(const InspectedLog& log, const std::string& folder, std::s
   return text;
 }
 
+// The delay of a receiver's velocities, by the filter or else by its positions, if they come late or may.
+struct LateVelocities {
+  double delay, sigma;
+};
+
+std::optional<LateVelocities> late_velocities(const InspectedLog& log) {
+  if (log.gnss_health->velocities == 0) return std::nullopt;
+  if (log.calibration && log.calibration->fits() && log.calibration->velocity_delay_sigma > 0)
+    return LateVelocities{log.calibration->velocity_delay, log.calibration->velocity_delay_sigma};
+  const auto& velocity = log.gnss_health->velocity;
+  if (const auto delay = velocity ? velocity->known_delay() : std::nullopt)
+    return LateVelocities{*delay, velocity->sigma_delay};
+  return std::nullopt;
+}
+
 // The sigmas of the delays of those sources that are surely late [s].
 struct LateSources {
   std::optional<double> velocity, attitude;
@@ -281,11 +296,10 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
       text += fmt::format("    sigma_velocity: {:g} m/s         # measured: the log does not tell it\n",
                           log.log.sigma_velocity->x());
     }
-    const auto& velocity = log.gnss_health->velocity;
-    if (const auto late = velocity ? velocity->known_delay() : std::nullopt) {
-      text += fmt::format("    velocity_delay: {:.3f} s       # measured against the positions, +- {:.3f}\n", *late,
-                          velocity->sigma_delay);
-      late_sources.velocity = velocity->sigma_delay;
+    if (const auto late = late_velocities(log)) {
+      text += fmt::format("    velocity_delay: {:.3f} s       # as the motion has it, +- {:.3f}\n", late->delay,
+                          late->sigma);
+      late_sources.velocity = late->sigma;
     }
     text += fmt::format("    use: {}\n", log.gnss_health->velocities > 0 ? "position velocity" : "position");
   }

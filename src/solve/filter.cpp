@@ -40,6 +40,7 @@ Filter::Filter(const FilterOptions& options, const World& world, const Start& st
   setup->look_ahead = longest_delay(options) + (setup->delays_change ? kRoomToGrow : 0);
   delays_.assign(setup->names.size(), 0);
   trust_ = Trust(setup->sources.all(), {options.readmit_after, options.distrust});
+  setup->begin = start.time;
   state_ = {start.time, start.x, initial_covariance(setup->layout, options, start)};
   propagation_ = Propagation(world, start.x.p_wb);
   innovations_.reserve(256);
@@ -173,6 +174,8 @@ void Filter::measure(const typename Type::Fix& fix, const QueuedFix& place, cons
     return;
   }
   const FixDelay delay = Type::delay(setup_->options, setup_->layout, sensor, channel, state_.x);
+  // What belongs before the start has told the start already, and the motion back to it is not known.
+  if (lag > 0 && place.time - delay.value < setup_->begin - kSameInstant) return;
   const int row = delay.block ? setup_->layout.offset(*delay.block) : -1;
   const MeasurementContext context{
       .options = setup_->options,

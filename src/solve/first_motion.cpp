@@ -55,16 +55,19 @@ FirstMotion first_motion(const World& world, const std::vector<GnssFix>& fixes, 
   std::array<Normal, 3> normals;
   const Vector3d origin = first->position;
   const Matrix3d R_wn = world.rotation_wn(origin), R_nw = R_wn.transpose();
-  for (auto fix = first; fix != fixes.end() && (fix - first < kFewest || fix->time <= time + kReach); ++fix) {
-    const double t = fix->time - time, apart = std::abs(t);
-    const double later_position = kWander * std::pow(apart, 5) / 20, later_velocity = kWander * std::pow(apart, 3) / 3;
+  const double latest = time + kReach + std::max({0.0, options.delay, options.delay_of_velocity()});
+  for (auto fix = first; fix != fixes.end() && (fix - first < kFewest || fix->time <= latest); ++fix) {
+    // Each at the time to which it belongs.
+    const double t = fix->time - options.delay - time, v = fix->time - options.delay_of_velocity() - time;
+    const double later_position = kWander * std::pow(std::abs(t), 5) / 20;
+    const double later_velocity = kWander * std::pow(std::abs(v), 3) / 3;
     const Vector3d position = R_nw * (fix->position - origin);
     const Vector3d velocity = fix->velocity ? Vector3d(R_nw * fix->velocity->value) : Vector3d::Zero();
     for (int axis = 0; axis < 3; ++axis) {
       Normal& n = normals[static_cast<std::size_t>(axis)];
       n.add({1, t, t * t / 2}, position(axis), square(fix->sigma_position(axis)) + later_position);
       if (fix->velocity && options.use_velocity && std::isfinite(fix->velocity->sigma(axis))) {
-        n.add({0, 1, t}, velocity(axis), square(fix->velocity->sigma(axis)) + later_velocity);
+        n.add({0, 1, v}, velocity(axis), square(fix->velocity->sigma(axis)) + later_velocity);
       }
     }
   }

@@ -21,8 +21,10 @@ struct Calibration {
   Vector3d lever_arm, lever_arm_sigma;       ///< p_ba_b [m]
   double clock_offset = 0, clock_sigma = 0;  ///< of the IMU (ImuConditioning) [s]
   double clock_drift = 0;                    ///< likewise, from the first and the last minutes of motion; a ratio
-  ImuSensor sensor;                          ///< with the noise that is likeliest in motion
-  std::size_t used = 0, rejected = 0;        ///< GNSS innovations of the filter that told it
+  /// Of the receiver's velocities beside its positions [s]; a sigma of 0: they are taken as the log has them.
+  double velocity_delay = 0, velocity_delay_sigma = 0;
+  ImuSensor sensor;                    ///< with the noise that is likeliest in motion
+  std::size_t used = 0, rejected = 0;  ///< GNSS innovations of the filter that told it
 
   /// Whether the filter fits the logs: it rejected less than a tenth.
   bool fits() const { return rejected < (used + rejected) / 10; }

@@ -83,6 +83,7 @@ class Filter {
     std::vector<std::string> names;
     bool delays_change = false;  // one of them is estimated
     double look_ahead = 0;
+    double begin = 0;  // time of the start
   };
 
   void process(const ImuSample* after);
