@@ -20,6 +20,7 @@ constexpr double kArmPrior = 2, kDelayPrior = 0.1, kLeastArm = 0.05, kLeastDelay
 // Where nothing is known of the lever arm, fixes of centimetres are first taken for coarser ones: the filter would
 // otherwise reject what its own first guess makes of them.
 constexpr std::array kFloors{0.2, 0.05, 0.0};  // m and m/s
+constexpr double kSureClock = 0.02;            // s
 constexpr double kLoose = 5;                   // times the sigma that a stage found
 constexpr double kWideGate = 1 - 1e-9;
 constexpr double kFarthest = 0.5, kStep = 0.1;  // s: offsets of the clock that are tried
@@ -64,11 +65,12 @@ Interval motion_of(const std::vector<GeodeticFix>& fixes) {
 class Calibrator {
  public:
   Calibrator(const Recording& recording, ConditioningOptions conditioning, FilterOptions options,
-             const Interval& stretch)
+             const Interval& stretch, double clock_sigma)
       : recording_(recording),
         conditioning_(std::move(conditioning)),
         options_(std::move(options)),
-        gate_(options_.gate) {
+        gate_(options_.gate),
+        search_clock_(clock_sigma > kSureClock) {
     for (const Block b : {Block::kLeverArm, Block::kGnssDelay}) {
       if (std::find(options_.estimate.begin(), options_.estimate.end(), b) == options_.estimate.end())
         options_.estimate.push_back(b);
@@ -77,15 +79,16 @@ class Calibrator {
     options_.gate = kWideGate;
     options_.distrust = 1;
     options_.priors.lever_arm = kArmPrior;
-    options_.priors.gnss_delay = kDelayPrior;
+    options_.priors.gnss_delay = std::clamp(kLoose * clock_sigma, kSureClock, kDelayPrior);
     conditioning_.span = stretch;
   }
 
   // The likeliest clock and lever arm with the sensor as it is told; nothing if no candidate starts.
-  std::optional<Attempt> locate(bool search_clock) {
+  std::optional<Attempt> locate() {
     const double told = conditioning_.imu.clock_offset;
+    const FilterOptions at_first = options_;
     take_fixes(kFloors.front());
-    const int steps = search_clock ? static_cast<int>(std::lround(kFarthest / kStep)) : 0;
+    const int steps = search_clock_ ? static_cast<int>(std::lround(kFarthest / kStep)) : 0;
     for (int k = -steps; k <= steps; ++k) keep(attempt(told + k * kStep, options_.sensor, nullptr));
     if (!std::isfinite(best_.likelihood)) return std::nullopt;
     for (const double floor : kFloors) {
@@ -94,11 +97,21 @@ class Calibrator {
       if (!std::isfinite(best_.likelihood)) return std::nullopt;
     }
     refine();
+    // Coarse fixes may have led to another heading, from where no finer ones lead back.
+    FilterOptions straight = at_first;
+    straight.gate = gate_;
+    straight.priors.gnss_delay = kSureClock;
+    std::swap(options_, straight);
+    if (keep(attempt(told, options_.sensor, nullptr))) {
+      refine();
+    } else {
+      std::swap(options_, straight);
+    }
     return best_;
   }
 
-  std::optional<Calibration> run(bool search_clock) {
-    if (!locate(search_clock)) return std::nullopt;
+  std::optional<Calibration> run() {
+    if (!locate()) return std::nullopt;
     search_noise();
     refine();
     options_.sensor.name = "likeliest in motion";
@@ -227,6 +240,7 @@ class Calibrator {
   ConditioningOptions conditioning_;
   FilterOptions options_;
   double gate_;  // as told
+  bool search_clock_;
   Attempt best_;
 };
 
@@ -238,8 +252,8 @@ double drift_beside(const Recording& recording, const Calibration& first, Condit
   conditioning.imu.clock_offset = first.clock_offset;
   options.sensor = first.sensor;
   options.gnss.front().lever_arm = first.lever_arm;
-  const auto there = Calibrator(recording, std::move(conditioning), std::move(options), late)
-                         .locate(between * kMostDrift > kDelayPrior);
+  const double unsure = between * kMostDrift > kDelayPrior ? kDelayPrior : kSureClock;
+  const auto there = Calibrator(recording, std::move(conditioning), std::move(options), late, unsure).locate();
   if (!there || there->rejected > (there->used + there->rejected) / 10) return 0;
   const double change = there->clock_offset() - first.clock_offset;
   const double least = std::max(kLeastChange, kSureDrift * std::hypot(first.clock_sigma, there->clock_sigma()));
@@ -249,11 +263,11 @@ double drift_beside(const Recording& recording, const Calibration& first, Condit
 }  // namespace
 
 std::optional<Calibration> calibrate(const Recording& recording, ConditioningOptions conditioning,
-                                     FilterOptions options, bool search_clock) {
+                                     FilterOptions options, double clock_sigma) {
   const Interval motion = motion_of(recording.gnss.front().fixes);
   const Interval early{motion.start - kBefore, std::min(motion.start + kLongest, motion.end + kBefore)};
   const Interval late{std::max(motion.start, motion.end - kLongest), motion.end};
-  const auto first = Calibrator(recording, conditioning, options, early).run(search_clock);
+  const auto first = Calibrator(recording, conditioning, options, early, clock_sigma).run();
   if (!first || !first->fits()) return first;
   const double drift = drift_beside(recording, *first, conditioning, options, early, late);
   if (drift == 0) return first;
@@ -262,7 +276,8 @@ std::optional<Calibration> calibrate(const Recording& recording, ConditioningOpt
   conditioning.imu.clock_offset = first->clock_offset - drift * ((early.start + early.end) / 2 -
                                                                  (recording.imu.time.front() - first->clock_offset));
   options.sensor = first->sensor;
-  const auto again = Calibrator(recording, std::move(conditioning), std::move(options), early).run(false);
+  const auto again =
+      Calibrator(recording, std::move(conditioning), std::move(options), early, first->clock_sigma).run();
   return again && again->fits() ? again : first;
 }
 

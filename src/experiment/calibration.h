@@ -14,9 +14,10 @@ namespace piste {
 /// beyond a few gates count as those at the gate, so that outliers do not decide.
 /// Where the last minutes of motion are far from the first, the same filter tells the offset there too, and so the
 /// drift of the clock if it is significant.
-/// `search_clock`: whether offsets up to half a second beside that of `conditioning` are tried too.
+/// `clock_sigma`: how well the offset in `conditioning` is known [s]. Where that is more than 20 ms, offsets up to half
+/// a second beside it are tried too.
 /// Nothing if no candidate starts. @pre `options` has one receiver, `recording` too.
 std::optional<Calibration> calibrate(const Recording& recording, ConditioningOptions conditioning,
-                                     FilterOptions options, bool search_clock);
+                                     FilterOptions options, double clock_sigma);
 
 }  // namespace piste

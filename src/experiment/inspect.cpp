@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <iterator>
+#include <limits>
 #include <utility>
 
 #include "experiment/calibration.h"
@@ -239,7 +240,6 @@ void estimate_late_velocities(const InspectedLog& receiver, FilterOptions& optio
 std::optional<Calibration> try_calibration(const Inspection& inspection, const InspectedLog& receiver,
                                            std::vector<Suspicion>& found) {
   constexpr double kFar = 3, kSure = 0.3;  // m
-  constexpr double kSureClock = 0.02;      // s
   const auto imu = inspection.first(LogKind::kImu);
   if (!imu || !receiver.gnss_health || !may_run(inspection)) return std::nullopt;
   const InspectedLog& body = inspection.logs[*imu];
@@ -254,8 +254,9 @@ std::optional<Calibration> try_calibration(const Inspection& inspection, const I
   conditioning.accel_range = options.sensor.accel.range;
   try {
     const LogMatch* match = inspection.first_match();
-    const bool search_clock = match == nullptr || !match->clock || match->clock->sigma > kSureClock;
-    auto found_here = calibrate({body.imu, {receiver.gnss}, {}}, conditioning, options, search_clock);
+    const bool told = match != nullptr && match->clock && !match->velocities_may_be_late;
+    auto found_here = calibrate({body.imu, {receiver.gnss}, {}}, conditioning, options,
+                                told ? match->clock->sigma : std::numeric_limits<double>::infinity());
     if (!found_here) return std::nullopt;
     const Calibration& calibration = *found_here;
     const Vector3d& arm = calibration.lever_arm;

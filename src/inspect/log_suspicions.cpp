@@ -17,6 +17,7 @@ namespace piste {
 namespace {
 
 constexpr double kClockError = 0.3;      // s beyond which a clock is said to be wrong
+constexpr double kLatest = 1;            // s: that velocities come late at most
 constexpr double kNearly = 0.3;          // s within which an offset is a known one
 constexpr double kUnitTolerance = 1.35;  // of a factor
 
@@ -72,6 +73,14 @@ void suspect_clock(const LogMatch& m, const std::string& imu_file, const std::st
   }
   const ClockMatch& c = *m.clock;
   if (std::abs(c.offset) < std::max(kClockError, 5 * c.sigma)) return;
+  if (m.velocities_may_be_late && std::abs(c.offset) < kLatest) {
+    add(LogFault::kVelocityDelay,
+        fmt::format("its clock is {:.2f} ± {:.2f} s {} the receiver's velocities: the positions are too coarse to tell "
+                    "whether the clock is wrong or the velocities come {}",
+                    std::abs(c.offset), c.sigma, c.offset > 0 ? "ahead of" : "behind", c.offset > 0 ? "early" : "late"),
+        "replay estimates both: `velocity_delay` and `gnss_delay`");
+    return;
+  }
   const Meaning meaning = meaning_of(c.offset);
   const std::string by =
       fmt::format("the motions fit with the IMU's clock {:.2f} ± {:.2f} s {} the receiver's (correlation {:.2f})",

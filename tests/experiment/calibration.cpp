@@ -23,7 +23,7 @@ TEST(Calibration, FindsTheLeverArmFromTheMotion) {
       Case c = make_case(motion, 40, static_cast<std::uint64_t>(seed));
       const Vector3d truth = c.options.gnss[0].lever_arm;
       c.options.gnss[0].lever_arm.setZero();
-      const auto found = calibrate(c.simulation.recording(0), c.conditioning, c.options, false);
+      const auto found = calibrate(c.simulation.recording(0), c.conditioning, c.options, 0.01);
       ASSERT_TRUE(found) << "seed " << seed;
       const Calibration& guess = *found;
       const Vector3d error = guess.lever_arm - truth;
@@ -49,7 +49,7 @@ TEST(Calibration, OfAnAntennaFourMetresAwayShows) {
     Case c = make_case("easy_ski", 40, seed, [](Scenario& s) { s.gnss[0].p_ra_r += Vector3d(4, 0, 0); });
     const Vector3d truth = c.options.gnss[0].lever_arm;
     c.options.gnss[0].lever_arm.setZero();
-    const auto found = calibrate(c.simulation.recording(0), c.conditioning, c.options, false);
+    const auto found = calibrate(c.simulation.recording(0), c.conditioning, c.options, 0.01);
     ASSERT_TRUE(found) << "seed " << seed;
     const Calibration& guess = *found;
     fmt::print("off {:.2f} m, sigma {:.3f} m, value {:.2f} m, {} used {} rejected\n", (guess.lever_arm - truth).norm(),
