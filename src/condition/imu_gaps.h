@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "piste/core/behaviour.h"
 #include "piste/core/log.h"
 
 namespace piste {
@@ -16,6 +17,6 @@ namespace piste {
 /// in the gap may differ from that around it. If less than four times the gap's length was measured nearby, the noise
 /// is 1 rad/s/sqrt(Hz) and 3 m/s²/sqrt(Hz).
 /// @pre some sample is not a gap
-void fill_gaps(std::vector<ImuSample>& imu);
+void fill_gaps(std::vector<ImuSample>& imu, const GapOptions& options = {});
 
 }  // namespace piste

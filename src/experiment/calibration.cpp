@@ -44,14 +44,14 @@ class Calibrator {
       : recording_(recording),
         conditioning_(std::move(conditioning)),
         options_(std::move(options)),
-        gate_(options_.gate) {
+        gate_(options_.behaviour.trust.gate) {
     for (const Block b : {Block::kLeverArm, Block::kGnssDelay}) {
       if (std::find(options_.estimate.begin(), options_.estimate.end(), b) == options_.estimate.end())
         options_.estimate.push_back(b);
     }
     // What is wrong here is the set-up, and not a receiver: none is left out for long.
-    options_.gate = kWideGate;
-    options_.distrust = 1;
+    options_.behaviour.trust.gate = kWideGate;
+    options_.behaviour.trust.distrust = 1;
     options_.priors.lever_arm = kArmPrior;
     options_.priors.gnss_delay = kDelayPrior;
     conditioning_.span = stretch();
@@ -130,7 +130,7 @@ class Calibrator {
   // Goes on from what coarser fixes told, with fixes no finer than `floor` [m, m/s].
   void go_finer(double floor) {
     const Attempt told = best_;
-    options_.gate = gate_;
+    options_.behaviour.trust.gate = gate_;
     options_.gnss.front().lever_arm = told.last.lever_arm;
     options_.priors.lever_arm =
         std::clamp(kLoose * told.sigmas.blocks.segment<3>(full_offset(Block::kLeverArm)).maxCoeff(), kLeastArm,
