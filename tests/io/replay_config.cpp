@@ -113,6 +113,17 @@ TEST_F(ReplayConfigTest, DefaultsOfTheShortestOne) {
   EXPECT_EQ(config.conditioning.span.end, 0);
 }
 
+TEST_F(ReplayConfigTest, BehaviourIsThatOfConditioningAndFilter) {
+  const ReplayConfig config = read(kImu + kGnss +
+                                   "gaps: {longest: 60 s}\nspikes: {mend: false}\nrest: {shortest: 2 s}\n"
+                                   "initial: {hypotheses: 24}\ntrust: {distrust: 20 s}\n");
+  EXPECT_EQ(config.conditioning.behaviour.gaps.longest, 60);
+  EXPECT_FALSE(config.conditioning.behaviour.spikes.mend);
+  EXPECT_EQ(config.conditioning.behaviour.rest.shortest, 2);
+  EXPECT_EQ(config.filter.behaviour.start.hypotheses, 24);
+  EXPECT_EQ(config.filter.behaviour.trust.distrust, 20);
+}
+
 TEST_F(ReplayConfigTest, ReadsTheRecording) {
   const ReplayConfig config = read(kImu + kGnss + "attitude: {file: attitude.csv, correlation_time: 60 s}\n");
   const Recording recording = read_recording(config);

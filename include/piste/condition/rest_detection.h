@@ -14,7 +14,8 @@
 
 namespace piste {
 
-/// Rests of at least one second. Each interval is shortened by a quarter of a second at both ends.
+/// Rests of at least `shortest`, one second. Each interval is shortened by `drawn_in`, a quarter of a second, at both
+/// ends.
 std::vector<Interval> detect_rest(const Log& log, const RestOptions& options = {});
 
 /// The same for two aligned IMUs, without GNSS. It uses the reference, whose bias is negligible: a window is at rest if
