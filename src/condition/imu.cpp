@@ -13,7 +13,7 @@
 namespace piste {
 namespace {
 
-constexpr double kLongestGap = 300, kAtRange = 0.999, kBeyond = 2;
+constexpr double kAtRange = 0.999, kBeyond = 2;
 constexpr double kShortestInterval = 1e-5, kLongestInterval = 1;
 
 /// The rows within the span, in GPS time and body axes.
@@ -52,8 +52,8 @@ Rows rows_in_span(const ImuRecording& recording, const ConditioningOptions& opti
   return rows;
 }
 
-RowGaps gaps_of(const Rows& rows, const std::string& file) {
-  RowGaps gaps = find_gaps(rows.time);
+RowGaps gaps_of(const Rows& rows, const std::string& file, const GapOptions& options) {
+  RowGaps gaps = find_gaps(rows.time, options);
   if (gaps.period < kShortestInterval || gaps.period > kLongestInterval) {
     throw DataError(file,
                     fmt::format("the IMU's rows are {:.3g} s apart; times in seconds, and intervals of {} to {} s are "
@@ -61,10 +61,10 @@ RowGaps gaps_of(const Rows& rows, const std::string& file) {
                                 gaps.period, kShortestInterval, kLongestInterval));
   }
   for (const std::size_t i : gaps.after) {
-    if (rows.time[i] - rows.time[i - 1] <= kLongestGap) continue;
+    if (rows.time[i] - rows.time[i - 1] <= options.longest) continue;
     throw DataError(file, fmt::format("the IMU is silent from {:.3f} to {:.3f} s, longer than {} s; replay the parts "
                                       "one by one with `span`",
-                                      rows.time[i - 1], rows.time[i], kLongestGap));
+                                      rows.time[i - 1], rows.time[i], options.longest));
   }
   return gaps;
 }
@@ -113,13 +113,14 @@ void mend_spikes(Rows& rows, std::vector<Vector3d>& values, std::vector<std::uin
   mend(values, spikes);
 }
 
-void mend_spikes(Rows& rows, const RowGaps& gaps, bool increments, LogCounts& counts) {
+void mend_spikes(Rows& rows, const RowGaps& gaps, bool increments, const SpikeOptions& options, LogCounts& counts) {
   const double period = increments ? gaps.period : 1;
   rows.mended.resize(rows.time.size());
-  mend_spikes(rows, rows.gyro, rows.clipped_gyro, find_spikes(rows.time, gaps, rows.gyro, period, kAbruptGyro),
-              gaps.period, &GapNoise::gyro);
-  mend_spikes(rows, rows.accel, rows.clipped_accel, find_spikes(rows.time, gaps, rows.accel, period, kAbruptAccel),
-              gaps.period, &GapNoise::accel);
+  if (!options.mend) return;
+  mend_spikes(rows, rows.gyro, rows.clipped_gyro,
+              find_spikes(rows.time, gaps, rows.gyro, period, options.gyro, options), gaps.period, &GapNoise::gyro);
+  mend_spikes(rows, rows.accel, rows.clipped_accel,
+              find_spikes(rows.time, gaps, rows.accel, period, options.accel, options), gaps.period, &GapNoise::accel);
   counts.imu_spikes = static_cast<std::size_t>(
       std::ranges::count_if(rows.mended, [](const std::optional<GapNoise>& noise) { return noise.has_value(); }));
 }
@@ -138,7 +139,7 @@ class Incrementer {
     } else {
       pass_intervals();
     }
-    fill_gaps(log_.imu);
+    fill_gaps(log_.imu, options_.behaviour.gaps);
     for (const ImuSample& sample : log_.imu) {
       if (sample.clipped_gyro != 0 || sample.clipped_accel != 0) ++log_.counts.imu_clipped;
     }
@@ -227,9 +228,9 @@ Log condition_imu(const ImuRecording& recording, const ConditioningOptions& opti
   log.counts.imu_unpaired = recording.unpaired;
   log.counts.imu_repaired = recording.repaired;
   Rows rows = rows_in_span(recording, options, log);
-  const RowGaps gaps = gaps_of(rows, recording.file);
+  const RowGaps gaps = gaps_of(rows, recording.file, options.behaviour.gaps);
   mark_clipped(rows, gaps, options, recording.increments);
-  mend_spikes(rows, gaps, recording.increments, log.counts);
+  mend_spikes(rows, gaps, recording.increments, options.behaviour.spikes, log.counts);
   Incrementer(rows, gaps, recording, options, log).run();
   return log;
 }

@@ -7,12 +7,6 @@
 namespace piste {
 namespace {
 
-constexpr double kEdge = 0.2;  // s: with less, the line follows vibration; with more, it misses motion
-constexpr double kReach = 10, kReachInLengths = 5;  // s, and lengths of the gap, on each side
-constexpr std::size_t kFewestLengths = 4;
-constexpr double kCaution = 2;
-constexpr GapNoise kUnknownNoise{1, 3};
-
 /// Sums over the samples before each, so that those over any stretch are differences.
 class RunningSums {
  public:
@@ -70,9 +64,10 @@ void fill(std::vector<ImuSample>& imu, const RunningSums& sums, const Gap& gap) 
   }
 }
 
-GapNoise noise(const std::vector<ImuSample>& imu, const RunningSums& sums, const Gap& gap) {
+GapNoise noise(const std::vector<ImuSample>& imu, const RunningSums& sums, const Gap& gap, const GapOptions& options) {
   const std::size_t count = gap.end - gap.begin;
-  const double length = sums.time(gap.begin, gap.end), reach = std::max(kReach, kReachInLengths * length);
+  const double length = sums.time(gap.begin, gap.end),
+               reach = std::max(options.reach, options.reach_in_lengths * length);
   const auto place = [&](double time) {
     const auto later = [](double t, const ImuSample& s) { return t < s.time; };
     return static_cast<std::size_t>(std::upper_bound(imu.begin(), imu.end(), time, later) - imu.begin());
@@ -90,16 +85,16 @@ GapNoise noise(const std::vector<ImuSample>& imu, const RunningSums& sums, const
     push += (sums.push(first, last) - middle.accel * time).cwiseAbs2();
     ++stretches;
   }
-  if (stretches < kFewestLengths * count) return kUnknownNoise;
+  if (stretches < options.fewest_lengths * count) return options.unknown;
   const auto density = [&](const Vector3d& squares) {
-    return kCaution * std::sqrt(squares.maxCoeff() / (static_cast<double>(stretches) * length));
+    return options.caution * std::sqrt(squares.maxCoeff() / (static_cast<double>(stretches) * length));
   };
   return {density(turn), density(push)};
 }
 
 }  // namespace
 
-void fill_gaps(std::vector<ImuSample>& imu) {
+void fill_gaps(std::vector<ImuSample>& imu, const GapOptions& options) {
   const auto is_gap = [](const ImuSample& s) { return s.gap.has_value(); };
   auto end = imu.begin();
   auto begin = std::find_if(end, imu.end(), is_gap);
@@ -107,10 +102,10 @@ void fill_gaps(std::vector<ImuSample>& imu) {
   const RunningSums sums(imu);
   for (; begin != imu.end(); begin = std::find_if(end, imu.end(), is_gap)) {
     end = std::find_if_not(begin, imu.end(), is_gap);
-    const auto edge = static_cast<std::size_t>(std::max(1L, std::lround(kEdge / begin->interval)));
+    const auto edge = static_cast<std::size_t>(std::max(1L, std::lround(options.edge / begin->interval)));
     const Gap gap{static_cast<std::size_t>(begin - imu.begin()), static_cast<std::size_t>(end - imu.begin()), edge};
     fill(imu, sums, gap);
-    for (const GapNoise found = noise(imu, sums, gap); begin != end; ++begin) begin->gap = found;
+    for (const GapNoise found = noise(imu, sums, gap, options); begin != end; ++begin) begin->gap = found;
   }
 }
 

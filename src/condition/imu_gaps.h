@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "piste/core/behaviour.h"
 #include "piste/core/log.h"
 
 namespace piste {
@@ -14,8 +15,8 @@ namespace piste {
 /// 10 s of it (or five times its length, if that is more), and compared with what was measured there. The noise is
 /// twice the rms of the difference, as a random walk, on the worst axis; the factor of two is there because the motion
 /// in the gap may differ from that around it. If less than four times the gap's length was measured nearby, the noise
-/// is 1 rad/s/sqrt(Hz) and 3 m/s²/sqrt(Hz).
+/// is 1 rad/s/sqrt(Hz) and 3 m/s²/sqrt(Hz). These numbers are the defaults of the options.
 /// @pre some sample is not a gap
-void fill_gaps(std::vector<ImuSample>& imu);
+void fill_gaps(std::vector<ImuSample>& imu, const GapOptions& options = {});
 
 }  // namespace piste

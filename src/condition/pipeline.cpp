@@ -130,8 +130,8 @@ Log conditioned(const Recording& recording, const ConditioningOptions& options, 
   const Interval imu{log.imu.front().time - log.imu.front().interval, log.imu.back().time};
   condition_gnss(recording, imu, options, world, log);
   condition_attitude(recording, imu, log);
-  if (!options.rest.detect) return log;
-  std::vector<Interval> rest = detect_rest(log);
+  if (!options.behaviour.rest.detect) return log;
+  std::vector<Interval> rest = detect_rest(log, options.behaviour.rest);
   return with_rest(std::move(log), std::move(rest));
 }
 

@@ -9,22 +9,9 @@
 
 #include "piste/core/time_search.h"
 #include "piste/math/statistics.h"
-#include "piste/math/units.h"
 
 namespace piste {
 namespace {
-
-constexpr double kCell = 0.25;        // s
-constexpr std::size_t kWindow = 4;    // cells
-constexpr double kSway = 0.06;        // m/s: largest mean speed of a standing body, beyond the noise of GNSS
-constexpr double kWalking = 0.5;      // m/s: certainly moving
-constexpr double kResolved = 0.15;    // m/s: a receiver whose noise is larger cannot tell rest from a slow motion
-constexpr double kFarthest = 16;      // s before and after a window in which positions may resolve its speed
-constexpr double kShortest = 1.0;     // s
-constexpr double kDrawnIn = 0.25;     // s
-constexpr double kGyroQuiet = 0.03;   // rad/s, and
-constexpr double kForceQuiet = 0.15;  // m/s²: bounds of rest if GNSS never shows the body at rest
-constexpr double kTurning = 0.02;     // rad/s: mean rate of a reference IMU beyond which it is not sway
 
 // Root-mean-square deviations of rate and force from their means over a window, and the means.
 struct Quietness {
@@ -39,17 +26,18 @@ struct CellSums {
 };
 
 struct Cells {
-  double begin = 0;
+  double begin = 0, length = 0;
   std::vector<CellSums> sums;
-  double time(std::size_t i) const { return begin + kCell * static_cast<double>(i); }
+  double time(std::size_t i) const { return begin + length * static_cast<double>(i); }
 };
 
-Cells cells_of(const std::vector<ImuSample>& imu) {
+Cells cells_of(const std::vector<ImuSample>& imu, double length) {
   Cells cells;
+  cells.length = length;
   cells.begin = imu.front().time - imu.front().interval;
-  cells.sums.resize(static_cast<std::size_t>((imu.back().time - cells.begin) / kCell) + 1);
+  cells.sums.resize(static_cast<std::size_t>((imu.back().time - cells.begin) / length) + 1);
   for (const ImuSample& s : imu) {
-    CellSums& c = cells.sums[static_cast<std::size_t>((s.time - 0.5 * s.interval - cells.begin) / kCell)];
+    CellSums& c = cells.sums[static_cast<std::size_t>((s.time - 0.5 * s.interval - cells.begin) / length)];
     const Vector3d w = s.dtheta / s.interval, f = s.dvel / s.interval;
     c.n += 1;
     c.gyro += w;
@@ -61,9 +49,10 @@ Cells cells_of(const std::vector<ImuSample>& imu) {
   return cells;
 }
 
-std::optional<Quietness> quietness(const Cells& cells, std::size_t first) {
+// Of the window [first, last) of cells.
+std::optional<Quietness> quietness(const Cells& cells, std::size_t first, std::size_t last) {
   CellSums total;
-  for (std::size_t i = first; i < first + kWindow; ++i) {
+  for (std::size_t i = first; i < last; ++i) {
     const CellSums& c = cells.sums[i];
     if (c.gap || c.n < 1) return std::nullopt;
     total.n += c.n;
@@ -122,32 +111,35 @@ Speed from_positions(const World& world, std::span<const GnssFix> fixes, double 
   return {apart.distance / dt, apart.noise / dt};
 }
 
-Verdict verdict(const Speed& speed) {
-  if (speed.value > kWalking + 3 * speed.noise) return Verdict::kMoving;
-  if (speed.noise > kResolved) return Verdict::kUnknown;
-  return speed.value < kSway + 2 * speed.noise ? Verdict::kRest : Verdict::kBetween;
+Verdict verdict(const Speed& speed, const RestOptions& options) {
+  if (speed.value > options.moving + options.moving_sigmas * speed.noise) return Verdict::kMoving;
+  if (speed.noise > options.resolved) return Verdict::kUnknown;
+  return speed.value < options.sway + options.rest_sigmas * speed.noise ? Verdict::kRest : Verdict::kBetween;
 }
 
 // Whether one receiver shows rest or motion in [begin, end]: by its velocities and, where these do not tell, by
 // positions that may lie further apart the coarser they are.
-Verdict verdict(const World& world, const std::vector<GnssFix>& fixes, double begin, double end) {
+Verdict verdict(const World& world, const std::vector<GnssFix>& fixes, double begin, double end,
+                const RestOptions& options) {
   const auto within = [&](double reach) { return range(fixes, begin - reach, end + reach + 1e-9); };
-  const Verdict by_velocity = verdict(from_velocities(within(0)));
+  const Verdict by_velocity = verdict(from_velocities(within(0)), options);
   if (by_velocity != Verdict::kUnknown) return by_velocity;
   Verdict by_position = Verdict::kUnknown;
-  for (double reach = 0; reach <= kFarthest && by_position == Verdict::kUnknown; reach = std::max(0.5, 2 * reach)) {
-    by_position = verdict(from_positions(world, within(reach), 0.5 * (end - begin) + reach));
+  for (double reach = 0; reach <= options.farthest && by_position == Verdict::kUnknown;
+       reach = std::max(0.5, 2 * reach)) {
+    by_position = verdict(from_positions(world, within(reach), 0.5 * (end - begin) + reach), options);
   }
   return by_position;
 }
 
 // Bounds below which rate and force count as at rest: where GNSS says so too, and where there is no GNSS.
 struct Bounds {
-  double gyro = kGyroQuiet, force = kForceQuiet;
+  double gyro = 0, force = 0;
   double gyro_alone = 0, force_alone = 0;
 };
 
-Bounds learn(const std::vector<std::optional<Quietness>>& quiet, const std::vector<Verdict>& verdicts) {
+Bounds learn(const std::vector<std::optional<Quietness>>& quiet, const std::vector<Verdict>& verdicts,
+             const RestOptions& options) {
   std::vector<double> rest_gyro, rest_force, moving_gyro, moving_force;
   for (std::size_t i = 0; i < quiet.size(); ++i) {
     if (!quiet[i]) continue;
@@ -159,56 +151,55 @@ Bounds learn(const std::vector<std::optional<Quietness>>& quiet, const std::vect
       moving_force.push_back(quiet[i]->force);
     }
   }
-  Bounds b;
-  if (rest_gyro.size() < 2 * kWindow) {
+  Bounds b{.gyro = options.gyro_quiet, .force = options.force_quiet};
+  if (rest_gyro.size() < 2 * options.window) {
     return b;  // nothing shows what rest is like: without GNSS there is none
   }
-  b.gyro = 3 * quantile(rest_gyro, 0.5);
-  b.force = 3 * quantile(rest_force, 0.5);
-  b.gyro_alone = 1.5 * quantile(rest_gyro, 0.9);
-  b.force_alone = 1.5 * quantile(rest_force, 0.9);
-  if (moving_gyro.size() >= 2 * kWindow) {
-    b.gyro_alone = std::min(b.gyro_alone, quantile(moving_gyro, 0.01));
-    b.force_alone = std::min(b.force_alone, quantile(moving_force, 0.01));
+  b.gyro = options.as_quiet * quantile(rest_gyro, 0.5);
+  b.force = options.as_quiet * quantile(rest_force, 0.5);
+  b.gyro_alone = options.alone_factor * quantile(rest_gyro, options.alone_quantile);
+  b.force_alone = options.alone_factor * quantile(rest_force, options.alone_quantile);
+  if (moving_gyro.size() >= 2 * options.window) {
+    b.gyro_alone = std::min(b.gyro_alone, quantile(moving_gyro, options.moving_quantile));
+    b.force_alone = std::min(b.force_alone, quantile(moving_force, options.moving_quantile));
   }
   return b;
 }
 
 // The intervals of consecutive cells at rest, in a log that ends at `end`.
-std::vector<Interval> intervals_of(const std::vector<bool>& rest, const Cells& cells, double end) {
+std::vector<Interval> intervals_of(const std::vector<bool>& rest, const Cells& cells, double end,
+                                   const RestOptions& options) {
   std::vector<Interval> intervals;
   for (std::size_t i = 0; i < rest.size();) {
     std::size_t j = i;
     while (j < rest.size() && rest[j]) ++j;
     if (j > i) {
-      const Interval drawn{cells.time(i) + (i ? kDrawnIn : 0),
-                           std::min(cells.time(j) - (j < rest.size() ? kDrawnIn : 0), end)};
-      if (drawn.end - drawn.start >= kShortest) intervals.push_back(drawn);
+      const Interval drawn{cells.time(i) + (i ? options.drawn_in : 0),
+                           std::min(cells.time(j) - (j < rest.size() ? options.drawn_in : 0), end)};
+      if (drawn.end - drawn.start >= options.shortest) intervals.push_back(drawn);
     }
     i = std::max(j, i + 1);
   }
   return intervals;
 }
 
-void mark(std::vector<bool>& rest, std::size_t window) {
-  std::fill_n(rest.begin() + static_cast<std::ptrdiff_t>(window), kWindow, true);
+void mark(std::vector<bool>& rest, std::size_t first, std::size_t count) {
+  std::fill_n(rest.begin() + static_cast<std::ptrdiff_t>(first), count, true);
 }
 
 // Whether a receiver shows that the body left its place within a claimed rest: its last positions there are further
 // from the first than their sigmas and a sway allow.
-bool leaves_its_place(const Log& log, const Interval& rest) {
-  constexpr double kSwayDistance = 0.3;  // m
+bool leaves_its_place(const Log& log, const Interval& rest, const RestOptions& options) {
   return std::any_of(log.gnss.begin(), log.gnss.end(), [&](const std::vector<GnssFix>& receiver) {
     const auto fixes = range(receiver, rest.start, rest.end);
     if (fixes.size() < 2) return false;
     const Horizontal apart = horizontal(log.world, fixes.front(), fixes.back());
-    return apart.distance > kSwayDistance + 3 * apart.noise;
+    return apart.distance > options.sway_distance + 3 * apart.noise;
   });
 }
 
 // Whether the body turns within a claimed rest: the rate leaves its own mean, which is the bias, by some degrees.
-bool turns(const Log& log, const Interval& rest) {
-  constexpr double kTurn = 5 * kDegree;
+bool turns(const Log& log, const Interval& rest, const RestOptions& options) {
   const auto samples = range(log.imu, rest.start, rest.end);
   Vector3d all = Vector3d::Zero(), turn = Vector3d::Zero();
   double time = 0, largest = 0;
@@ -221,17 +212,16 @@ bool turns(const Log& log, const Interval& rest) {
     turn += s.dtheta - s.interval / time * all;
     largest = std::max(largest, turn.norm());
   }
-  return largest > kTurn;
+  return largest > options.turn;
 }
 
 // The claimed rests, tested over their whole length. One that fails is halved, and its halves are tested.
-std::vector<Interval> confirmed(const Log& log, const std::vector<Interval>& claimed) {
-  constexpr double kHalved = 4;  // s: in a shorter part a slow motion would not show
+std::vector<Interval> confirmed(const Log& log, const std::vector<Interval>& claimed, const RestOptions& options) {
   std::vector<Interval> rests;
   const auto test = [&](const auto& self, const Interval& rest, bool part) -> void {
-    if (!leaves_its_place(log, rest) && !turns(log, rest)) {
-      if (!part || rest.end - rest.start >= kHalved) rests.push_back(rest);
-    } else if (rest.end - rest.start >= 2 * kHalved) {
+    if (!leaves_its_place(log, rest, options) && !turns(log, rest, options)) {
+      if (!part || rest.end - rest.start >= options.halved) rests.push_back(rest);
+    } else if (rest.end - rest.start >= 2 * options.halved) {
       const double middle = 0.5 * (rest.start + rest.end);
       self(self, {rest.start, middle}, true);
       self(self, {middle, rest.end}, true);
@@ -243,20 +233,21 @@ std::vector<Interval> confirmed(const Log& log, const std::vector<Interval>& cla
 
 }  // namespace
 
-std::vector<Interval> detect_rest(const Log& log) {
-  if (log.imu.size() < 2 * kWindow) return {};
-  const Cells cells = cells_of(log.imu);
-  if (cells.sums.size() < kWindow) return {};
-  const std::size_t windows = cells.sums.size() - kWindow + 1;
+std::vector<Interval> detect_rest(const Log& log, const RestOptions& options) {
+  const std::size_t window = options.window;
+  if (log.imu.size() < 2 * window) return {};
+  const Cells cells = cells_of(log.imu, options.cell);
+  if (cells.sums.size() < window) return {};
+  const std::size_t windows = cells.sums.size() - window + 1;
   std::vector<std::optional<Quietness>> quiet(windows);
   std::vector<Verdict> verdicts(windows, Verdict::kUnknown);
   for (std::size_t i = 0; i < windows; ++i) {
-    quiet[i] = quietness(cells, i);
+    quiet[i] = quietness(cells, i, i + window);
     for (const auto& fixes : log.gnss) {
-      verdicts[i] = std::max(verdicts[i], verdict(log.world, fixes, cells.time(i), cells.time(i + kWindow)));
+      verdicts[i] = std::max(verdicts[i], verdict(log.world, fixes, cells.time(i), cells.time(i + window), options));
     }
   }
-  const Bounds bounds = learn(quiet, verdicts);
+  const Bounds bounds = learn(quiet, verdicts, options);
   std::vector<bool> rest(cells.sums.size(), false);
   for (std::size_t i = 0; i < windows; ++i) {
     if (!quiet[i]) continue;
@@ -265,13 +256,14 @@ std::vector<Interval> detect_rest(const Log& log) {
     if (!still) continue;
     if (quiet[i]->gyro > (alone ? bounds.gyro_alone : bounds.gyro)) continue;
     if (quiet[i]->force > (alone ? bounds.force_alone : bounds.force)) continue;
-    mark(rest, i);
+    mark(rest, i, window);
   }
-  return confirmed(log, intervals_of(rest, cells, log.imu.back().time));
+  return confirmed(log, intervals_of(rest, cells, log.imu.back().time, options), options);
 }
 
-std::vector<Interval> detect_rest(const AlignedImus& imus) {
-  if (imus.time.size() < 2 * kWindow) return {};
+std::vector<Interval> detect_rest(const AlignedImus& imus, const RestOptions& options) {
+  const std::size_t window = options.window;
+  if (imus.time.size() < 2 * window) return {};
   std::vector<ImuSample> reference(imus.time.size());
   for (std::size_t i = 0; i < reference.size(); ++i) {
     ImuSample& s = reference[i];
@@ -281,14 +273,14 @@ std::vector<Interval> detect_rest(const AlignedImus& imus) {
     s.dvel = imus.interval * imus.reference_accel[i];
     if (!imus.usable[i]) s.gap = GapNoise{};
   }
-  const Cells cells = cells_of(reference);
+  const Cells cells = cells_of(reference, options.cell);
   std::vector<bool> rest(cells.sums.size(), false);
-  for (std::size_t i = 0; i + kWindow <= cells.sums.size(); ++i) {
-    const auto quiet = quietness(cells, i);
-    if (!quiet || quiet->mean_gyro.norm() > kTurning) continue;
-    if (quiet->gyro <= kGyroQuiet && quiet->force <= kForceQuiet) mark(rest, i);
+  for (std::size_t i = 0; i + window <= cells.sums.size(); ++i) {
+    const auto quiet = quietness(cells, i, i + window);
+    if (!quiet || quiet->mean_gyro.norm() > options.turning) continue;
+    if (quiet->gyro <= options.gyro_quiet && quiet->force <= options.force_quiet) mark(rest, i, window);
   }
-  return intervals_of(rest, cells, imus.time.back());
+  return intervals_of(rest, cells, imus.time.back(), options);
 }
 
 Log with_rest(Log log, std::vector<Interval> rest) {

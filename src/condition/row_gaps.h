@@ -5,6 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "piste/core/behaviour.h"
+
 namespace piste {
 
 /// The clock of the rows, and where it says that some are missing.
@@ -18,11 +20,12 @@ struct RowGaps {
 
 /// Rows are missing in an interval if it is longer than 1.5 periods, and if the clock is still behind by half a period
 /// however many of the eight intervals on either side are added to it. So stamps that are late, rounded (6, 7, 8 and
-/// 9 ms of a clock that counts milliseconds) or given to a whole packet of rows at its arrival are no gaps.
+/// 9 ms of a clock that counts milliseconds) or given to a whole packet of rows at its arrival are no gaps. These
+/// numbers are the defaults of the options.
 ///
-/// The period is first the median of the means over sixteen intervals, which neither rounding nor a few gaps disturb,
-/// and then the mean of all intervals in which nothing is missing by it.
+/// The period is first a low quantile of the means over sixteen intervals, which neither rounding nor gaps disturb, and
+/// then the mean of all intervals in which nothing is missing by it.
 /// @pre times increase
-RowGaps find_gaps(std::span<const double> time);
+RowGaps find_gaps(std::span<const double> time, const GapOptions& options = {});
 
 }  // namespace piste

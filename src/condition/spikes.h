@@ -2,37 +2,14 @@
 /// Finds and mends isolated samples of an IMU that no motion of a body explains.
 
 #include <cstddef>
-#include <limits>
 #include <span>
 #include <vector>
 
 #include "condition/row_gaps.h"
+#include "piste/core/behaviour.h"
 #include "piste/math/so3.h"
 
 namespace piste {
-
-/// What makes a sample a spike. All conditions must hold.
-struct SpikeOptions {
-  /// s on either side with which a spike is compared: an impact rings that long, and steps return within it.
-  double around = 2;
-  /// Rows that must be on either side without a gap: with fewer, the motion around is not known.
-  std::size_t fewest = 8;
-  /// Least departure from the line, in robust sigmas of such lines around: white noise has one beyond 8 in 1e15.
-  double sigmas = 20;
-  /// Least departure in parts of the furthest one around: a knock has neighbours of a tenth to a half of its peak.
-  double furthest = 6;
-  /// Other departures of the same size that may be around: what comes back again and again is motion.
-  std::size_t most_others = 2;
-};
-
-/// What a body at most does in one sample: a rate of change, and what is not worth mending however fast the log is.
-struct Abruptness {
-  double per_second, least;
-};
-/// rad/s² and rad/s. A skier's landing turns the body with some 100 rad/s².
-inline constexpr Abruptness kAbruptGyro{250, 1};
-/// m/s³ and m/s². The force of a landing grows within 20 ms or more to some 10 g.
-inline constexpr Abruptness kAbruptAccel{5000, 20};
 
 /// One or two rows of one axis that depart from the line between the rows beside them.
 struct Spike {

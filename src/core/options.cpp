@@ -1,7 +1,5 @@
 #include "piste/core/options.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
 #include "piste/core/error.h"
@@ -12,15 +10,13 @@ void FilterOptions::validate() const {
   const auto require = [](bool good, const std::string& what) {
     if (!good) throw ConfigError("", what);
   };
-  require(gate > 0 && gate < 1, fmt::format("gate {}: a probability between 0 and 1, such as 0.999", gate));
+  behaviour.validate();
   require(sensor.gyro.noise > 0 && sensor.accel.noise > 0, "noise of the IMU must be above zero");
   const auto drifting = std::count_if(gnss.begin(), gnss.end(), [](const auto& g) { return g.drift.has_value(); });
   require(drifting <= 1, "gnss drift: one receiver at most may have a coloured error");
   const auto giving =
       std::count_if(attitude.begin(), attitude.end(), [](const auto& a) { return a.boresight_drift.has_value(); });
   require(giving <= 1, "attitude boresight: one source at most may say how the boresight changes");
-  require(rest.sigma_velocity > 0 && rest.sigma_rate > 0 && rest.interval > 0 && rest.correlation_time >= 0,
-          "rest: sigmas and interval must be above zero, and correlation_time not below");
 }
 
 }  // namespace piste

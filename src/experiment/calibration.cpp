@@ -69,15 +69,15 @@ class Calibrator {
       : recording_(recording),
         conditioning_(std::move(conditioning)),
         options_(std::move(options)),
-        gate_(options_.gate),
+        gate_(options_.behaviour.trust.gate),
         search_clock_(clock_sigma > kSureClock) {
     for (const Block b : {Block::kLeverArm, Block::kGnssDelay}) {
       if (std::find(options_.estimate.begin(), options_.estimate.end(), b) == options_.estimate.end())
         options_.estimate.push_back(b);
     }
     // What is wrong here is the set-up, and not a receiver: none is left out for long.
-    options_.gate = kWideGate;
-    options_.distrust = 1;
+    options_.behaviour.trust.gate = kWideGate;
+    options_.behaviour.trust.distrust = 1;
     options_.priors.lever_arm = kArmPrior;
     options_.priors.gnss_delay = std::clamp(kLoose * clock_sigma, kSureClock, kDelayPrior);
     conditioning_.span = stretch;
@@ -99,7 +99,7 @@ class Calibrator {
     refine();
     // Coarse fixes may have led to another heading, from where no finer ones lead back.
     FilterOptions straight = at_first;
-    straight.gate = gate_;
+    straight.behaviour.trust.gate = gate_;
     straight.priors.gnss_delay = kSureClock;
     std::swap(options_, straight);
     if (keep(attempt(told, options_.sensor, nullptr))) {
@@ -167,7 +167,7 @@ class Calibrator {
   // Goes on from what coarser fixes told, with fixes no finer than `floor` [m, m/s].
   void go_finer(double floor) {
     const Attempt told = best_;
-    options_.gate = gate_;
+    options_.behaviour.trust.gate = gate_;
     options_.gnss.front().lever_arm = told.last.lever_arm;
     options_.priors.lever_arm =
         std::clamp(kLoose * told.sigmas.blocks.segment<3>(full_offset(Block::kLeverArm)).maxCoeff(), kLeastArm,

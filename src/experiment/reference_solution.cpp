@@ -15,7 +15,7 @@ ReferenceSolution solve_reference(const RunConfig& run, const ImuRecording& imu,
   filter.estimate = imu_error_blocks(filter.sensor);
   if (filter.gnss.front().drift) filter.estimate.push_back(Block::kGnssPositionDrift);
   ConditioningOptions conditioning = run.reference.conditioning;
-  conditioning.rest = filter.rest;
+  conditioning.behaviour = filter.behaviour;
   const Replay solved = replay(Recording{imu, {gnss}, {}}, {.conditioning = conditioning, .filter = filter});
 
   const Solution& solution = solved.solution();

@@ -165,7 +165,7 @@ FilterCase filter_case(const RunConfig& config, const RunReference& reference, c
   ConditioningOptions conditioning = imu.mounted->conditioning;
   conditioning.imu.clock_offset = imu.alignment.clock_offset;
   conditioning.imu.clock_drift = imu.alignment.clock_drift;
-  conditioning.rest = options.rest;
+  conditioning.behaviour = options.behaviour;
   out.log = condition({imu.recording, {reference.gnss}, {solution.attitude}}, conditioning);
   return out;
 }

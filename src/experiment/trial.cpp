@@ -218,7 +218,7 @@ std::map<int, Bound> bound_of(const Scenario& scenario, const Simulation& real, 
   tell_delays(scenario, {}, options);
   const double departure = simulation.plate.under_way().start;
   ConditioningOptions conditioning = conditioning_options(scenario, options.sensor, departure);
-  conditioning.rest.detect = false;
+  conditioning.behaviour.rest.detect = false;
   const Log log = with_rest(condition(simulation.recording(0), conditioning), run.log.rest);
 
   const TrueEstimate truth(ideal, simulation, log.world, seed);

@@ -236,9 +236,10 @@ ImuHealth imu_health(const ImuRecording& imu) {
   h.force = at_rest.empty() ? force : median(norms_of(at_rest));
   if (h.has_gravity) h.force_unit = wrong_unit(h.force, h.sampling.interval, imu.increments);
   const double unit = h.force_unit ? h.force_unit->factor : 1;
-  h.gyro = triad(imu, imu.gyro, gyro, {kFastestTurn, kAbruptGyro}, quiet, h.sampling.interval);
+  const SpikeOptions known;
+  h.gyro = triad(imu, imu.gyro, gyro, {kFastestTurn, known.gyro}, quiet, h.sampling.interval);
   h.accel =
-      triad(imu, imu.accel, accel, {kHardestKnock * unit, {kAbruptAccel.per_second * unit, kAbruptAccel.least * unit}},
+      triad(imu, imu.accel, accel, {kHardestKnock * unit, {known.accel.per_second * unit, known.accel.least * unit}},
             quiet, h.sampling.interval);
   h.fast_rates = turns_too_fast(gyro);
   h.frozen = frozen(imu);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "io/behaviour_keys.h"
 #include "io/replay_keys.h"
 #include "piste/core/error.h"
 #include "piste/io/config.h"
@@ -51,6 +52,7 @@ InitialHeading read_initial(const Config& config, FilterOptions& filter) {
     heading.source = Source::kValue;
     heading.value = initial->quantity("heading", dimension::kAngle);
   }
+  read_heading_search(*initial, heading.source == Source::kAuto, filter.behaviour.start);
   const bool has_sigma = heading.source == Source::kValue || heading.source == Source::kMagnetometer;
   if (has_sigma) heading.sigma = initial->magnitude("sigma", dimension::kAngle, heading.sigma);
   if (has_sigma && !(heading.sigma > 0)) initial->fail("sigma", "must be above zero, such as `2 deg`");
@@ -66,21 +68,6 @@ void read_magnetometer(const Config& config, FilterOptions& filter) {
   filter.magnetic_sigma = magnetometer->quantity("sigma", dimension::kAngle);
   if (!(filter.magnetic_sigma > 0)) magnetometer->fail("sigma", "must be above zero, such as `5 deg`");
   filter.declination = magnetometer->quantity("declination", dimension::kAngle, 0);
-}
-
-RestOptions read_rest(const Config& config) {
-  RestOptions options;
-  const auto rest = config.find_map("rest");
-  if (!rest) return options;
-  options.detect = rest->flag("detect", options.detect);
-  options.sigma_velocity = rest->quantity("sigma_velocity", dimension::kVelocity, options.sigma_velocity);
-  options.sigma_rate = rest->quantity("sigma_rate", dimension::kAngularRate, options.sigma_rate);
-  options.correlation_time = rest->magnitude("correlation_time", dimension::kTime, options.correlation_time);
-  options.interval = rest->quantity("interval", dimension::kTime, options.interval);
-  if (!(options.sigma_velocity > 0 && options.sigma_rate > 0 && options.interval > 0)) {
-    config.fail("rest", "sigmas and interval must be above zero");
-  }
-  return options;
 }
 
 Priors read_priors(const Config& config) {
@@ -152,14 +139,11 @@ ReplayConfig read_replay_config(const Config& config) {
     replay.attitude.push_back(log);
     filter.attitude.push_back(read_attitude_options(source, replay.attitude.back()));
   }
+  filter.behaviour = read_behaviour(config);
   read_magnetometer(config, filter);
   replay.initial = read_initial(config, filter);
   filter.estimate = read_estimate(config, filter);
-  filter.rest = read_rest(config);
   filter.priors = read_priors(config);
-  filter.gate = config.number("gate", filter.gate);
-  if (!(filter.gate > 0 && filter.gate < 1))
-    config.fail("gate", "a probability between 0 and 1 is expected, such as 0.999");
   replay.smoother = read_smoother(config);
   replay.attitude_rate = read_attitude_rate(config, replay.attitude_rate);
   replay.conditioning = {.imu = replay.imu.conditioning,
@@ -167,7 +151,7 @@ ReplayConfig read_replay_config(const Config& config) {
                          .accel_range = filter.sensor.accel.range,
                          .span = read_span(config),
                          .outages = read_outages(config),
-                         .rest = filter.rest};
+                         .behaviour = filter.behaviour};
   config.finish();
   if (replay.gnss.empty()) {
     throw ConfigError(config.where(),

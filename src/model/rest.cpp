@@ -35,8 +35,8 @@ Linearization linearize_zero_rate(const RestOptions& rest, const Vector3d& mean_
 std::optional<Linearization> ZeroUpdates::linearize(const RestFix& fix, int, int channel,
                                                     const MeasurementContext& context, const Estimate& x) {
   const FilterOptions& o = context.options;
-  if (channel == 0) return linearize_zero_velocity(o.rest, x);
-  return linearize_zero_rate(o.rest, fix.mean_gyro, fix.duration, o.sensor.gyro.noise, x, context.earth_rate);
+  if (channel == 0) return linearize_zero_velocity(o.behaviour.rest, x);
+  return linearize_zero_rate(o.behaviour.rest, fix.mean_gyro, fix.duration, o.sensor.gyro.noise, x, context.earth_rate);
 }
 
 }  // namespace piste

@@ -31,7 +31,8 @@ Filter::Filter(const FilterOptions& options, const World& world, const Start& st
   setup->options = options;
   setup->layout = StateLayout(options.estimate);
   setup->world = world;
-  for (int n = 1; n <= 3; ++n) setup->gate[static_cast<std::size_t>(n)] = chi_squared_quantile(options.gate, n);
+  for (int n = 1; n <= 3; ++n)
+    setup->gate[static_cast<std::size_t>(n)] = chi_squared_quantile(options.behaviour.trust.gate, n);
   setup->sources = MeasurementSources(options);
   setup->names = setup->sources.names();
   const StateLayout& layout = setup->layout;
@@ -39,7 +40,7 @@ Filter::Filter(const FilterOptions& options, const World& world, const Start& st
       layout.has(Block::kGnssDelay) || layout.has(Block::kVelocityDelay) || layout.has(Block::kAttitudeDelay);
   setup->look_ahead = longest_delay(options) + (setup->delays_change ? kRoomToGrow : 0);
   delays_.assign(setup->names.size(), 0);
-  trust_ = Trust(setup->sources.all(), {options.readmit_after, options.distrust});
+  trust_ = Trust(setup->sources.all(), options.behaviour.trust);
   setup->begin = start.time;
   state_ = {start.time, start.x, initial_covariance(setup->layout, options, start)};
   propagation_ = Propagation(world, start.x.p_wb);
@@ -120,14 +121,15 @@ void Filter::process(const ImuSample* after) {
   }
   if (!at_end) advance(step, noise);
   state_.time = sample.time;  // not the sum of the steps, so that rounding errors do not add up
-  if (const std::optional<RestFix> fix = rest_.add(sample, setup_->options.rest)) {
+  if (const std::optional<RestFix> fix = rest_.add(sample, setup_->options.behaviour.rest)) {
     const int first = setup_->sources.first<ZeroUpdates>(0);
     const std::size_t before = innovations_.size();
     for (int channel = 0; channel < static_cast<int>(ZeroUpdates::kChannels.size()); ++channel) {
       measure<ZeroUpdates>(*fix, {sample.time, first + channel, 0, channel, {}}, step, step.dt, 0);
     }
     rest_.judge(std::all_of(innovations_.begin() + static_cast<std::ptrdiff_t>(before), innovations_.end(),
-                            [](const Innovation& i) { return was_used(i.outcome); }));
+                            [](const Innovation& i) { return was_used(i.outcome); }),
+                setup_->options.behaviour.rest);
   }
   if (tape_) tape_->events.emplace_back(state_);
 }
@@ -248,14 +250,15 @@ void Filter::apply(int source, double late, const Linearization& lin) {
   if (parted) {
     // The disagreement came at once, and no error of the past explains it. The covariance grows first: the fix then
     // moves the navigation states, and the other states do not follow a residual of many sigmas.
-    admit_error(state_.P, setup_->layout, lin, lapse);
+    admit_error(state_.P, setup_->layout, lin, lapse, setup_->options.behaviour.trust);
     correct_by(innovate(state_.P, setup_->layout, lin), lin);
     return;
   }
   correct_by(u, lin);
   // The filter was wrong. The fix was used with the covariance as it was, so that filter and smoother attribute the
   // residual to the errors that led to it. The covariance grows afterwards.
-  if (outcome == Outcome::kReadmitted) admit_error(state_.P, setup_->layout, lin, lapse);
+  if (outcome == Outcome::kReadmitted)
+    admit_error(state_.P, setup_->layout, lin, lapse, setup_->options.behaviour.trust);
 }
 
 void Filter::correct_by(const Update& u, const Linearization& lin) {

@@ -9,12 +9,6 @@
 namespace piste {
 namespace {
 
-constexpr double kReach = 3;                           // s of fixes that are used
-constexpr std::ptrdiff_t kFewest = 3;                  // fixes, even if they are further away
-constexpr double kAnySpeed = 300;                      // m/s: 1-sigma of a velocity of which nothing is known
-constexpr double kAcceleration = 3;                    // m/s²
-constexpr double kWander = 2 * square(kAcceleration);  // m²/s⁵: a Gauss-Markov acceleration of one second
-
 // Normal equations of one axis for (position, velocity, acceleration).
 struct Normal {
   Matrix3d information = Matrix3d::Zero();
@@ -46,21 +40,22 @@ FixPlace past_outliers(const std::vector<GnssFix>& fixes, FixPlace first, double
   return first;
 }
 
-FirstMotion first_motion(const World& world, const std::vector<GnssFix>& fixes, const GnssOptions& options,
-                         double time) {
+FirstMotion first_motion(const World& world, const std::vector<GnssFix>& fixes, const GnssOptions& options, double time,
+                         const StartOptions& start) {
+  const std::ptrdiff_t fewest = start.fewest;
+  const double wander = 2 * square(start.acceleration);  // m²/s⁵: a Gauss-Markov acceleration of one second
   auto first = first_at_or_after(fixes, time);
-  if (fixes.end() - first < kFewest) first = fixes.end() - std::min(std::ssize(fixes), kFewest);
-  constexpr double kFastestFix = 100;  // m/s
-  first = past_outliers(fixes, first, kFastestFix);
+  if (fixes.end() - first < fewest) first = fixes.end() - std::min(std::ssize(fixes), fewest);
+  first = past_outliers(fixes, first, start.fastest);
   std::array<Normal, 3> normals;
   const Vector3d origin = first->position;
   const Matrix3d R_wn = world.rotation_wn(origin), R_nw = R_wn.transpose();
-  const double latest = time + kReach + std::max({0.0, options.delay, options.delay_of_velocity()});
-  for (auto fix = first; fix != fixes.end() && (fix - first < kFewest || fix->time <= latest); ++fix) {
+  const double latest = time + start.reach + std::max({0.0, options.delay, options.delay_of_velocity()});
+  for (auto fix = first; fix != fixes.end() && (fix - first < fewest || fix->time <= latest); ++fix) {
     // Each at the time to which it belongs.
     const double t = fix->time - options.delay - time, v = fix->time - options.delay_of_velocity() - time;
-    const double later_position = kWander * std::pow(std::abs(t), 5) / 20;
-    const double later_velocity = kWander * std::pow(std::abs(v), 3) / 3;
+    const double later_position = wander * std::pow(std::abs(t), 5) / 20;
+    const double later_velocity = wander * std::pow(std::abs(v), 3) / 3;
     const Vector3d position = R_nw * (fix->position - origin);
     const Vector3d velocity = fix->velocity ? Vector3d(R_nw * fix->velocity->value) : Vector3d::Zero();
     for (int axis = 0; axis < 3; ++axis) {
@@ -74,7 +69,7 @@ FirstMotion first_motion(const World& world, const std::vector<GnssFix>& fixes, 
   FirstMotion motion{.R_wn = R_wn, .position = {}, .velocity = {}, .acceleration = {}, .covariance = {}};
   for (int axis = 0; axis < 3; ++axis) {
     Normal& n = normals[static_cast<std::size_t>(axis)];
-    n.information.diagonal() += Vector3d(0, 1 / square(kAnySpeed), 1 / square(kAcceleration));
+    n.information.diagonal() += Vector3d(0, 1 / square(start.any_speed), 1 / square(start.acceleration));
     Matrix3d& covariance = motion.covariance[static_cast<std::size_t>(axis)];
     covariance = n.information.inverse();
     const Vector3d found = covariance * n.right;

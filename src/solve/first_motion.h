@@ -26,11 +26,11 @@ using FixPlace = std::vector<GnssFix>::const_iterator;
 FixPlace past_outliers(const std::vector<GnssFix>& fixes, FixPlace first, double fastest);
 
 /// The motion at `time` from the fixes of the next seconds, by least squares. The acceleration is that of a body in a
-/// vehicle or on skis, 3 m/s² (1-sigma), and wanders within a second; what it makes of a fix that lies later is added
-/// to the fix's variance. Residuals beyond the sigmas of the fixes widen the covariance by their mean square. A first
-/// fix that contradicts the next two is passed over.
+/// vehicle or on skis (`start.acceleration`), and wanders within a second; what it makes of a fix that lies later is
+/// added to the fix's variance. Residuals beyond the sigmas of the fixes widen the covariance by their mean square. A
+/// first fix that contradicts the next two is passed over.
 /// @pre there is a fix
-FirstMotion first_motion(const World& world, const std::vector<GnssFix>& fixes, const GnssOptions& options,
-                         double time);
+FirstMotion first_motion(const World& world, const std::vector<GnssFix>& fixes, const GnssOptions& options, double time,
+                         const StartOptions& start);
 
 }  // namespace piste

@@ -8,17 +8,10 @@
 
 #include "piste/core/error.h"
 #include "piste/math/statistics.h"
-#include "piste/math/units.h"
 
 namespace piste {
 namespace {
 
-constexpr double kUnlikely = 1e-6;            // weight beside the best at which a hypothesis is dropped
-constexpr double kSureEnough = 10 * kDegree;  // 1-sigma of the best that a single filter can go on from
-constexpr double kAgree = 0.5;                // of that sigma: hypotheses that are no further apart tell the same
-// A fix that all hypotheses miss, such as an outlier, must not decide between them: no innovation counts for more than
-// a few times its gate.
-constexpr double kMostGates = 4;
 constexpr double kNothingKnown = std::numbers::pi / std::numbers::sqrt3;
 
 // 1-sigma about down, for the local level `q_wn`.
@@ -30,7 +23,7 @@ double heading_sigma(const Filter& filter, const Quaterniond& q_wn) {
 }  // namespace
 
 HeadingBank::HeadingBank(const FilterOptions& options, const World& world, std::span<const Start> starts)
-    : world_(world) {
+    : world_(world), options_(options.behaviour.start) {
   all_.reserve(starts.size());
   for (const Start& start : starts) all_.push_back({.filter = Filter(options, world, start), .start = all_.size()});
 }
@@ -49,7 +42,7 @@ bool HeadingBank::add(const ImuSample& sample) {
     }
     for (const Innovation& i : h.filter.innovations()) {
       if (sample.at_rest) break;  // a sway tells no heading
-      h.nis += std::min(i.nis, i.gate > 0 ? kMostGates * i.gate : i.nis);
+      h.nis += std::min(i.nis, i.gate > 0 ? options_.most_gates * i.gate : i.nis);
       h.log_determinant += i.log_determinant;
       h.rows += i.dof;
       measured = true;
@@ -76,7 +69,7 @@ void HeadingBank::weigh() {
                                      [&](const Hypothesis& a, const Hypothesis& b) { return cost(a, 1) < cost(b, 1); });
   const double scale = std::max(1.0, best->nis / std::max(1.0, best->rows)), least = cost(*best, scale);
   for (Hypothesis& h : all_) h.weight = std::exp(-0.5 * (cost(h, scale) - least));
-  std::erase_if(all_, [](const Hypothesis& h) { return h.weight < kUnlikely; });
+  std::erase_if(all_, [this](const Hypothesis& h) { return h.weight < options_.least_weight; });
   const auto heaviest = std::max_element(all_.begin(), all_.end(),
                                          [](const Hypothesis& a, const Hypothesis& b) { return a.weight < b.weight; });
   best_ = static_cast<std::size_t>(heaviest - all_.begin());
@@ -110,9 +103,9 @@ HeadingBelief HeadingBank::heading() const {
 bool HeadingBank::resolved() const {
   const Quaterniond q_wn = local_level();
   const double sigma = heading_sigma(best(), q_wn);
-  if (sigma > kSureEnough) return false;
+  if (sigma > options_.sure) return false;
   return std::all_of(all_.begin(), all_.end(), [&](const Hypothesis& h) {
-    return std::abs(apart(h, q_wn)) <= kAgree * sigma + kDegree || h.weight < 1e-3;
+    return std::abs(apart(h, q_wn)) <= options_.agree * sigma + options_.agree_apart || h.weight < options_.outvoted;
   });
 }
 

@@ -14,10 +14,6 @@
 namespace piste {
 namespace {
 
-constexpr double kBlock = 0.25;  // s between two passes of the conditioning
-constexpr double kMemory = 60;   // s of rows and fixes that are kept: a rest of half a minute must fit in
-constexpr double kFirst = 3;     // s of fixes from which a start is made
-
 template <class Timed>
 void forget(std::vector<Timed>& fixes, double before) {
   fixes.erase(fixes.begin(), first_at_or_after(fixes, before));
@@ -51,7 +47,7 @@ class Live::Session {
     recent_.imu.gyro.push_back(row.gyro);
     recent_.imu.accel.push_back(row.accel);
     if (row.time < next_pass_) return;
-    next_pass_ = row.time + kBlock;
+    next_pass_ = row.time + options_.pass_interval;
     pass();
   }
 
@@ -107,7 +103,7 @@ class Live::Session {
   // A start, as soon as some seconds of fixes are there.
   void begin(double until) {
     const auto fixes = std::find_if(log_.gnss.begin(), log_.gnss.end(), [](const auto& f) { return !f.empty(); });
-    if (fixes == log_.gnss.end() || until - fixes->front().time < kFirst) return;
+    if (fixes == log_.gnss.end() || until - fixes->front().time < options_.filter.behaviour.start.reach) return;
     if (options_.heading.source != InitialHeading::Source::kAuto) {
       const Start start = find_start(log_, options_.filter, options_.heading).start;
       filter_.emplace(options_.filter, log_.world, start);
@@ -115,8 +111,8 @@ class Live::Session {
       return;
     }
     const Receiver receiver = first_receiver(log_, options_.filter);
-    const std::vector<Start> starts =
-        heading_hypotheses(log_, options_.filter, receiver, beginning(log_, receiver).time);
+    const std::vector<Start> starts = heading_hypotheses(
+        log_, options_.filter, receiver, beginning(log_, receiver, options_.filter.behaviour.start).time);
     bank_.emplace(options_.filter, log_.world, starts);
     begin_at(starts.front().time);
   }
@@ -161,8 +157,9 @@ class Live::Session {
 
   void forget_what_is_old() {
     ImuRecording& imu = recent_.imu;
-    const double before = imu.time.back() - kMemory;
-    if (imu.time.front() > before - kMemory / 4) return;  // in larger parts, so that a row is not moved at each pass
+    const double before = imu.time.back() - options_.memory;
+    // In larger parts, so that a row is not moved at each pass.
+    if (imu.time.front() > before - options_.memory / 4) return;
     const auto rows = std::lower_bound(imu.time.begin(), imu.time.end(), before) - imu.time.begin();
     imu.time.erase(imu.time.begin(), imu.time.begin() + rows);
     imu.gyro.erase(imu.gyro.begin(), imu.gyro.begin() + rows);

@@ -3,13 +3,8 @@
 #include <algorithm>
 
 namespace piste {
-namespace {
-
-constexpr double kLargestTilt = 0.2;  // rad: the largest tilt that a readmission adds
-
-}  // namespace
-
-void admit_error(Covariance& P, const StateLayout& layout, const Linearization& lin, double lapse) {
+void admit_error(Covariance& P, const StateLayout& layout, const Linearization& lin, double lapse,
+                 const TrustOptions& options) {
   const double size = lin.residual.head(lin.rows).norm();
   double position = 0, velocity = 0, attitude = 0;
   switch (lin.observes) {
@@ -25,7 +20,7 @@ void admit_error(Covariance& P, const StateLayout& layout, const Linearization& 
     default:
       attitude = size;
   }
-  attitude = std::min(attitude, kLargestTilt);
+  attitude = std::min(attitude, options.largest_tilt);
   const auto add = [&](Block b, double sigma) { P.diagonal().segment<3>(layout.offset(b)).array() += sigma * sigma; };
   add(Block::kPosition, position);
   add(Block::kVelocity, velocity);

@@ -18,10 +18,9 @@ std::optional<RestFix> RestUpdates::add(const ImuSample& sample, const RestOptio
   return RestFix{sample.time, time, turn / time};
 }
 
-void RestUpdates::judge(bool used) {
-  constexpr int kPatience = 3;
+void RestUpdates::judge(bool used, const RestOptions& options) {
   refused_ = used ? 0 : refused_ + 1;
-  if (refused_ >= kPatience) withdrawn_ = true;
+  if (refused_ >= options.patience) withdrawn_ = true;
 }
 
 }  // namespace piste

@@ -10,8 +10,9 @@ namespace piste {
 
 FoundStart find_start(const Log& log, const FilterOptions& options, const InitialHeading& heading) {
   if (log.imu.empty()) throw DataError("start", "the log holds no IMU sample");
+  const StartOptions& o = options.behaviour.start;
   const Receiver receiver = first_receiver(log, options);
-  const auto [begin, rest] = beginning(log, receiver);
+  const auto [begin, rest] = beginning(log, receiver, o);
   Start start;
   set_delays(start.x, options);
   start.time = begin;
@@ -23,13 +24,13 @@ FoundStart find_start(const Log& log, const FilterOptions& options, const Initia
                                 : point_by_heading(log, options, receiver, start, heading, rest);
   if (rest) {
     start.x.q_wb = pointing.q_wb;
-    place_at_rest(log.world, start, receiver);
+    place_at_rest(log.world, start, receiver, o);
   } else {
     const Quaterniond level = local_level(log.world, receiver, start.time).conjugate();
     start = start_on_the_move(log, options, receiver, start.time, to_euler(level * pointing.q_wb).z(), pointing.sigma);
     start.x.q_wb = pointing.q_wb;
   }
-  const double tilt = rest ? kTiltSigma : 5 * kTiltSigma;
+  const double tilt = rest ? o.tilt_sigma : o.unlevelled * o.tilt_sigma;
   set_attitude_sigma(log.world, start, {tilt, tilt, pointing.sigma});
   set_boresight(start, log, options);
   return {start, pointing.how};

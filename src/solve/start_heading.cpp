@@ -16,9 +16,6 @@
 namespace piste {
 namespace {
 
-constexpr double kReferenceSigma =
-    5 * kDegree;  // of a heading from the reference attitude: loose, as the filter uses it again
-
 // Throws if gravity contradicts the attitude `q_nb`.
 void check_small_boresight(const Quaterniond& q_nb, const Rest& rest, const Priors& priors) {
   const Vector3d down = q_nb * -rest.mean_force;
@@ -44,7 +41,7 @@ Pointing point_by_reference(const Log& log, const FilterOptions& options, const 
   const auto next = std::find_if(fixes.begin(), fixes.end(), [&](const auto& f) { return f.time >= start.time; });
   const AttitudeFix& fix = next == fixes.end() ? fixes.back() : *next;
   GyroBias bias = bias_before(log, options, fix.time);
-  Pointing p{Quaterniond::Identity(), kReferenceSigma, "heading from the reference attitude"};
+  Pointing p{Quaterniond::Identity(), options.behaviour.start.reference_sigma, "heading from the reference attitude"};
   if (estimates(options, Block::kBoresight)) {
     if (const auto mounting = find_mounting(log, options.attitude)) {
       const Vector3d down_r = fix.q_wr.conjugate() * (q_wn * Vector3d::UnitZ());
@@ -83,7 +80,7 @@ Pointing point_by_heading(const Log& log, const FilterOptions& options, const Re
   const Vector3d& magnetic = field == log.magnetic.end() ? log.magnetic.back().field : field->field;
   // At a dip of 60 deg a tilt turns the azimuth by twice as much.
   return {levelled_to(options.declination - magnetic_azimuth(q_wn.conjugate() * levelled_to(0), magnetic)),
-          std::hypot(heading.sigma, 2 * kTiltSigma), "heading from the magnetometer"};
+          std::hypot(heading.sigma, 2 * options.behaviour.start.tilt_sigma), "heading from the magnetometer"};
 }
 
 }  // namespace piste

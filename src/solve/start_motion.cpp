@@ -17,13 +17,10 @@
 namespace piste {
 namespace {
 
-constexpr int kHypotheses = 12;
-// 1-sigma of each. The truth is at most half of it away from the middle of the nearest.
-constexpr double kSpacing = 2 * std::numbers::pi / kHypotheses, kHypothesisSigma = kSpacing / 2;
-constexpr double kListened = 30;  // s of the rest before the departure that the bank filters
-constexpr double kFurther = 40;   // s of motion after which attitude and biases are sure
-constexpr double kLeastSigma = 1 * kDegree;
-constexpr double kStill = 3;  // sigmas
+double spacing(const StartOptions& options) { return 2 * std::numbers::pi / options.hypotheses; }
+
+// 1-sigma of each hypothesis. The truth is at most that far from the nearest.
+double hypothesis_sigma(const StartOptions& options) { return spacing(options) / 2; }
 
 // Where a receiver shows that the body has left its place.
 struct Departure {
@@ -31,13 +28,14 @@ struct Departure {
   std::optional<Rest> before;  // the end of the last rest before it; none if the body moves from the beginning
 };
 
-Departure departure_from(const Log& log, const Receiver& receiver, double from) {
+Departure departure_from(const Log& log, const Receiver& receiver, double from, const StartOptions& options) {
   const auto& fixes = receiver.fixes;
   const auto first = first_at_or_after(fixes, from);
   Departure found;
   double departure = log.imu.back().time;
   for (auto fix = first; fix != fixes.end(); ++fix) {
-    const double far = 2 + 2 * kStill * (first->sigma_position + fix->sigma_position).norm();
+    const double far =
+        options.departed + options.departed_sigmas * (first->sigma_position + fix->sigma_position).norm();
     if ((fix->position - first->position).norm() < far) continue;
     departure = fix->time;
     found.seen = true;
@@ -45,7 +43,7 @@ Departure departure_from(const Log& log, const Receiver& receiver, double from) 
   }
   for (const Interval& rest : log.rest) {
     if (rest.start < departure && rest.end > from)
-      found.before = average(log, {std::max({rest.start, from, rest.end - kListened}), rest.end});
+      found.before = average(log, {std::max({rest.start, from, rest.end - options.listened}), rest.end});
   }
   return found;
 }
@@ -53,12 +51,13 @@ Departure departure_from(const Log& log, const Receiver& receiver, double from) 
 // A start at rest with the given heading.
 Start still_start(const Log& log, const FilterOptions& options, const Receiver& receiver, const Rest& rest,
                   double heading) {
+  const StartOptions& o = options.behaviour.start;
   Start start;
   set_delays(start.x, options);
   start.time = rest.interval.start;
   start.x.q_wb = (local_level(log.world, receiver, start.time) * level(rest.mean_force, heading)).normalized();
-  place_at_rest(log.world, start, receiver);
-  set_attitude_sigma(log.world, start, {kTiltSigma, kTiltSigma, kHypothesisSigma});
+  place_at_rest(log.world, start, receiver, o);
+  set_attitude_sigma(log.world, start, {o.tilt_sigma, o.tilt_sigma, hypothesis_sigma(o)});
   set_boresight(start, log, options);
   return start;
 }
@@ -76,20 +75,22 @@ FoundHeading ask_the_bank(const Log& log, const FilterOptions& options, const st
   Feeder feeder(log, place, bank);
   while (!feeder.done() && !bank.resolved()) feeder.step();
   FoundHeading found{.start = hypotheses[bank.best_start()], .until = bank.best().time(), .resolved = bank.resolved()};
-  if (!found.resolved) set_attitude_sigma(log.world, found.start, {kTiltSigma, kTiltSigma, bank.heading().sigma});
+  const double tilt = options.behaviour.start.tilt_sigma;
+  if (!found.resolved) set_attitude_sigma(log.world, found.start, {tilt, tilt, bank.heading().sigma});
   return found;
 }
 
 // The same start with the smoothed attitude. Its sigmas stay those of the hypothesis where these are smaller.
 FoundHeading refined(const Log& log, const FilterOptions& options, FoundHeading found) {
-  const FilterRun run = run_filter(log, options, found.start, kCheckpointEvery, {}, found.until + kFurther);
+  const StartOptions& o = options.behaviour.start;
+  const FilterRun run = run_filter(log, options, found.start, kCheckpointEvery, {}, found.until + o.look_back);
   SmoothedState smoothed;
   smooth_rows(
       log, run, {}, [](std::size_t, const Tape::Epoch&, const SmoothedState&) {}, &smoothed);
   const Vector3d before = attitude_sigma(log.world, found.start);
-  const Vector3d after = kLoose * attitude_sigma(log.world, {found.start.time, smoothed.x, smoothed.P});
+  const Vector3d after = o.loose * attitude_sigma(log.world, {found.start.time, smoothed.x, smoothed.P});
   found.start.x.q_wb = smoothed.x.q_wb;
-  set_attitude_sigma(log.world, found.start, after.cwiseMax(kLeastSigma).cwiseMin(before));
+  set_attitude_sigma(log.world, found.start, after.cwiseMax(o.least_sigma).cwiseMin(before));
   set_boresight(found.start, log, options);
   return found;
 }
@@ -97,12 +98,12 @@ FoundHeading refined(const Log& log, const FilterOptions& options, FoundHeading 
 // The start at the time `begin` of a body that stands until after the time of `found`.
 Start carried_back(const Log& log, const FilterOptions& options, const Receiver& receiver, const FoundHeading& found,
                    double begin) {
-  constexpr double kLongestRest = 10;  // s of rest that level the body
+  const StartOptions& o = options.behaviour.start;
   const double lapse = found.start.time - begin;
   const GyroBias bias = bias_before(log, options, found.start.time);
   const double turned = std::hypot(options.sensor.gyro.noise * std::sqrt(lapse), bias.sigma * lapse);
   const double heading = attitude_sigma(log.world, found.start).z();
-  const std::optional<Rest> rest = rest_at(log, begin, kLongestRest);
+  const std::optional<Rest> rest = rest_at(log, begin, o);
   Start start;
   set_delays(start.x, options);
   start.time = begin;
@@ -111,10 +112,10 @@ Start carried_back(const Log& log, const FilterOptions& options, const Receiver&
     const Quaterniond q_wn = local_level(log.world, receiver, begin);
     start.x.q_wb = q_wn * levelled(q_wn.conjugate() * start.x.q_wb, -rest->mean_force);
   }
-  place_at_rest(log.world, start, receiver);
-  const double tilt = rest ? kTiltSigma : 5 * kTiltSigma;
+  place_at_rest(log.world, start, receiver, o);
+  const double tilt = rest ? o.tilt_sigma : o.unlevelled * o.tilt_sigma;
   set_attitude_sigma(log.world, start,
-                     {tilt, tilt, std::min(std::hypot(heading, turned), kHypothesisSigma * kHypotheses)});
+                     {tilt, tilt, std::min(std::hypot(heading, turned), hypothesis_sigma(o) * o.hypotheses)});
   set_boresight(start, log, options);
   return start;
 }
@@ -123,18 +124,19 @@ Start carried_back(const Log& log, const FilterOptions& options, const Receiver&
 
 std::vector<Start> heading_hypotheses(const Log& log, const FilterOptions& options, const Receiver& receiver,
                                       double begin) {
-  const std::optional<Rest> departing = departure_from(log, receiver, begin).before;
+  const StartOptions& o = options.behaviour.start;
+  const std::optional<Rest> departing = departure_from(log, receiver, begin, o).before;
   std::vector<Start> hypotheses;
-  for (int k = 0; k < kHypotheses; ++k) {
-    const double heading = k * kSpacing;
+  for (int k = 0; k < o.hypotheses; ++k) {
+    const double heading = k * spacing(o);
     hypotheses.push_back(departing ? still_start(log, options, receiver, *departing, heading)
-                                   : start_on_the_move(log, options, receiver, begin, heading, kHypothesisSigma));
+                                   : start_on_the_move(log, options, receiver, begin, heading, hypothesis_sigma(o)));
   }
   return hypotheses;
 }
 
 FoundStart start_from_motion(const Log& log, const FilterOptions& options, const Receiver& receiver, double begin) {
-  const auto [leaves, departing] = departure_from(log, receiver, begin);
+  const auto [leaves, departing] = departure_from(log, receiver, begin, options.behaviour.start);
   FoundHeading found = ask_the_bank(log, options, heading_hypotheses(log, options, receiver, begin));
   if (!found.resolved && !leaves) {
     throw DataError("start",
@@ -156,7 +158,7 @@ FoundStart start_from_motion(const Log& log, const FilterOptions& options, const
   return {found.start,
           fmt::format("heading {:.1f} deg ± {:.2f}, found from the motion until t = {:.1f} s", heading / kDegree,
                       sigma / kDegree, found.until),
-          found.until + kFurther};
+          found.until + options.behaviour.start.look_back};
 }
 
 }  // namespace piste

@@ -10,11 +10,11 @@
 
 namespace piste {
 
-/// Starts with twelve headings, of a body that stands (until it departs) or moves at the time `begin`.
+/// Starts with headings around the circle, of a body that stands (until it departs) or moves at the time `begin`.
 std::vector<Start> heading_hypotheses(const Log& log, const FilterOptions& options, const Receiver& receiver,
                                       double begin);
 
-/// Filters from twelve headings side by side until the motion has left one (heading_bank.h), and smooths that stretch,
+/// Filters from these headings side by side until the motion has left one (heading_bank.h), and smooths that stretch,
 /// which centres the attitude of the start. Before the departure a body at rest tells nothing of its heading: then only
 /// the last seconds of the rest are filtered, and the heading is carried back to `begin` by the gyroscopes.
 /// Where the motion leaves several headings, the start claims what lies between them.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <span>
 
 #include "first_motion.h"
 #include "own_times.h"
@@ -13,13 +14,12 @@
 
 namespace piste {
 
-Beginning beginning(const Log& log, const Receiver& receiver) {
-  constexpr double kLongestRest = 10;  // s of rest that are used
+Beginning beginning(const Log& log, const Receiver& receiver, const StartOptions& options) {
   double time = log.imu.front().time - log.imu.front().interval;
-  std::optional<Rest> rest = rest_at(log, time, kLongestRest);
+  std::optional<Rest> rest = rest_at(log, time, options);
   if (!rest && receiver.fixes.front().time > time) {
     time = receiver.fixes.front().time;  // the body already moves: the run begins at the first fix
-    rest = rest_at(log, time, kLongestRest);
+    rest = rest_at(log, time, options);
   }
   return {time, rest};
 }
@@ -42,10 +42,6 @@ Quaterniond levelled(const Quaterniond& q_nb, const Vector3d& down_b) {
 
 namespace {
 
-constexpr double kLeastPosition = 1, kLeastVelocity = 0.5;  // m, m/s
-constexpr double kMostTilt = 30 * kDegree;
-constexpr double kForceTime = 1;  // s over which the specific force is averaged
-
 // The first fix at or after `time` that the next two do not contradict, or the last fix.
 FixPlace fix_from(const Receiver& receiver, double time, double fastest) {
   const auto& fixes = receiver.fixes;
@@ -59,12 +55,12 @@ Matrix3d in_w(const Matrix3d& R_wn, const Vector3d& sigma) {
   return R_wn * sigma.cwiseAbs2().asDiagonal() * R_wn.transpose();
 }
 
-// The mean specific force from `time` on, in the body axes at that time.
-Vector3d first_force(const Log& log, double time, const Vector3d& bias) {
+// The mean specific force of the samples, in the body axes at the beginning of the first.
+Vector3d first_force(std::span<const ImuSample> samples, const Vector3d& bias) {
   Quaterniond C = Quaterniond::Identity();
   Vector3d sum = Vector3d::Zero();
   double length = 0;
-  for (const ImuSample& s : range(log.imu, time + kSameInstant, time + kForceTime)) {
+  for (const ImuSample& s : samples) {
     const Quaterniond turn = so3_exp(0.5 * (s.dtheta - s.interval * bias));
     C = C * turn;
     sum += C * s.dvel;
@@ -81,13 +77,12 @@ Quaterniond local_level(const World& world, const Receiver& receiver, double tim
   return Quaterniond(world.rotation_wn(fix_from(receiver, time, kAnyBody)->position));
 }
 
-void place_at_rest(const World& world, Start& start, const Receiver& receiver) {
-  constexpr double kSwaying = 1;  // m/s
-  const auto fix = fix_from(receiver, start.time, kSwaying);
+void place_at_rest(const World& world, Start& start, const Receiver& receiver, const StartOptions& options) {
+  const auto fix = fix_from(receiver, start.time, options.swaying);
   start.x.lever_arm = receiver.options.lever_arm;
   start.x.p_wb = fix->position - start.x.q_wb * receiver.options.lever_arm;
   start.x.v_wb.setZero();
-  const Vector3d sigma = (3 * fix->sigma_position).cwiseMax(kLeastPosition);
+  const Vector3d sigma = (3 * fix->sigma_position).cwiseMax(options.least_position);
   start.covariance.topLeftCorner<6, 6>().setZero();
   start.covariance.topLeftCorner<3, 3>() = in_w(world.rotation_wn(fix->position), sigma);
   start.covariance.diagonal().segment<3>(3).setConstant(0.01);
@@ -95,14 +90,15 @@ void place_at_rest(const World& world, Start& start, const Receiver& receiver) {
 
 Start start_on_the_move(const Log& log, const FilterOptions& options, const Receiver& receiver, double time,
                         double heading, double sigma) {
-  const FirstMotion antenna = first_motion(log.world, receiver.fixes, receiver.options, time);
+  const StartOptions& o = options.behaviour.start;
+  const FirstMotion antenna = first_motion(log.world, receiver.fixes, receiver.options, time, o);
   const GyroBias bias = bias_before(log, options, time);
-  const auto now = range(log.imu, time + kSameInstant, time + kForceTime);
+  const auto now = range(log.imu, time + kSameInstant, time + o.force_time);
   Start start;
   set_delays(start.x, options);
   start.time = time;
   if (now.empty()) throw DataError("start", "no IMU sample follows the first fix");
-  const Vector3d force = first_force(log, time, bias.value);
+  const Vector3d force = first_force(now, bias.value);
   const Vector3d pushed = antenna.acceleration - log.world.gravity(antenna.position).value;
   start.x.q_wb = Quaterniond(antenna.R_wn) * level(force, heading);
   start.x.q_wb = (rotation_between(start.x.q_wb * force, pushed) * start.x.q_wb).normalized();
@@ -113,10 +109,10 @@ Start start_on_the_move(const Log& log, const FilterOptions& options, const Rece
   start.x.v_wb = antenna.velocity - start.x.q_wb * rate.cross(lever_arm);
 
   start.covariance.setZero();
-  const Vector3d position = (kLoose * antenna.sigma(0)).cwiseMax(kLeastPosition);
-  const Vector3d velocity = (kLoose * antenna.sigma(1)).cwiseMax(kLeastVelocity);
+  const Vector3d position = (o.loose * antenna.sigma(0)).cwiseMax(o.least_position);
+  const Vector3d velocity = (o.loose * antenna.sigma(1)).cwiseMax(o.least_velocity);
   const double tilt =
-      std::min(std::hypot(kTiltSigma, 2 * antenna.sigma(2).head<2>().maxCoeff() / kStandardGravity), kMostTilt);
+      std::min(std::hypot(o.tilt_sigma, 2 * antenna.sigma(2).head<2>().maxCoeff() / kStandardGravity), o.most_tilt);
   start.covariance.topLeftCorner<3, 3>() = in_w(antenna.R_wn, position);
   start.covariance.block<3, 3>(3, 3) = in_w(antenna.R_wn, velocity);
   set_attitude_sigma(log.world, start, {tilt, tilt, sigma});

@@ -11,12 +11,6 @@
 
 namespace piste {
 
-/// 1-sigma [rad] of roll and pitch at a start. It is loose, as the filter uses the same samples again.
-inline constexpr double kTiltSigma = 2 * kDegree;
-/// How much wider the sigmas of a start are than those of the fixes that it comes from. The filter uses these again, so
-/// that they count twice by a twenty-fifth.
-inline constexpr double kLoose = 5;
-
 /// The receiver that starts the run, with its fixes at the times where they belong.
 struct Receiver {
   std::vector<GnssFix> fixes;
@@ -30,7 +24,7 @@ struct Beginning {
 };
 
 /// A run begins with the log, or with the first fix if the body moves before it.
-Beginning beginning(const Log& log, const Receiver& receiver);
+Beginning beginning(const Log& log, const Receiver& receiver, const StartOptions& options);
 
 /// The first receiver that has fixes. Throws DataError if none has.
 Receiver first_receiver(const Log& log, const FilterOptions& options);
@@ -51,7 +45,7 @@ Quaterniond local_level(const World& world, const Receiver& receiver, double tim
 /// Sets position, velocity and their covariance from the first fix at or after the start of a body at rest, with the
 /// attitude that the start has. A fix that disagrees with the two after it is skipped. The sigmas are loose, as the
 /// filter uses the same fix again.
-void place_at_rest(const World& world, Start& start, const Receiver& receiver);
+void place_at_rest(const World& world, Start& start, const Receiver& receiver, const StartOptions& options);
 
 /// The start of a body that moves, with the given heading (in the local level) and its 1-sigma [rad]: position and
 /// velocity are those of first_motion(), and roll and pitch those with which the specific force makes its acceleration.

@@ -22,16 +22,17 @@ Rest average(const Log& log, const Interval& interval) {
 
 GyroBias bias_before(const Log& log, const FilterOptions& options, double t) {
   for (auto rest = log.rest.rbegin(); rest != log.rest.rend(); ++rest) {
-    if (rest->start > t - 2) continue;
+    if (rest->start > t - options.behaviour.start.bias_rest) continue;
     const Interval known{rest->start, std::min(rest->end, t)};
-    return {average(log, known).mean_rate, options.rest.sigma_rate / std::sqrt(known.end - known.start)};
+    return {average(log, known).mean_rate, options.behaviour.rest.sigma_rate / std::sqrt(known.end - known.start)};
   }
   return {Vector3d::Zero(), options.sensor.gyro.bias};
 }
 
-std::optional<Rest> rest_at(const Log& log, double t, double longest) {
+std::optional<Rest> rest_at(const Log& log, double t, const StartOptions& options) {
   for (const Interval& r : log.rest) {
-    if (r.start <= t + 0.5 && r.end > t + 1) return average(log, {r.start, std::min(r.end, r.start + longest)});
+    if (r.start > t + options.rest_begins || r.end <= t + options.rest_lasts) continue;
+    return average(log, {r.start, std::min(r.end, r.start + options.longest_rest)});
   }
   return std::nullopt;
 }

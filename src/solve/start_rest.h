@@ -17,9 +17,8 @@ struct Rest {
 /// The means of the samples of an interval. @pre it holds a sample
 Rest average(const Log& log, const Interval& interval);
 
-/// The rest at the time `t`: it begins at most 0.5 s after `t` and lasts until at least 1 s after it. Only its first
-/// `longest` seconds are taken.
-std::optional<Rest> rest_at(const Log& log, double t, double longest);
+/// The rest at the time `t`: it begins and lasts as the options say. Only its first `longest_rest` seconds are taken.
+std::optional<Rest> rest_at(const Log& log, double t, const StartOptions& options);
 
 /// What is known of the gyroscopes' bias before the filter runs: value and 1-sigma [rad/s].
 struct GyroBias {
@@ -27,8 +26,8 @@ struct GyroBias {
   double sigma = 0;
 };
 
-/// The gyroscopes' bias at the time `t`: the mean rate of the last rest that began at least 2 s before `t`. Without
-/// such a rest, zero with the sensor's turn-on sigma. The Earth's rate is not subtracted.
+/// The gyroscopes' bias at the time `t`: the mean rate of the last rest that began `bias_rest` before `t` or earlier.
+/// Without such a rest, zero with the sensor's turn-on sigma. The Earth's rate is not subtracted.
 GyroBias bias_before(const Log& log, const FilterOptions& options, double t);
 
 }  // namespace piste

@@ -6,24 +6,15 @@
 namespace piste {
 namespace {
 
-constexpr double kRecent = 2;          // s between fixes over which a jump can be seen
-constexpr double kSlight = 1;          // m or m/s: a smaller jump is not worth an outage
-constexpr double kSlightPatience = 3;  // s in which a slight jump may grow
-// How fast an error that the covariance does not know may grow: of a position [m/s], of a velocity [m/s²].
-constexpr double kMissedVelocity = 0.5;
-constexpr double kMissedForce = 1;
-constexpr double kSuspicion =
-    10;  // s after a gap or a readmission in which the filter is taken to be wrong, and no receiver
-constexpr double kShortestLapse = 0.5;  // s: such an error has grown for at least that long
-
 double normalized(const Vector3d& z, const Matrix3d& S) { return z.dot(S.llt().solve(z)); }
 
 bool of_position(const Linearization& lin) { return lin.observes == Block::kPosition; }
 
 // Whether a residual is larger than an error that grew in the filter since it last used the source, `lapse` s before.
-bool leaps(const Linearization& lin, const Vector3d& residual, const Matrix3d& S, double lapse, double bound) {
-  const double missed = lapse * (of_position(lin) ? kMissedVelocity : kMissedForce);
-  return lapse <= kRecent && normalized(residual, S + missed * missed * Matrix3d::Identity()) > bound;
+bool leaps(const Linearization& lin, const Vector3d& residual, const Matrix3d& S, double lapse, double bound,
+           const TrustOptions& options) {
+  const double missed = lapse * (of_position(lin) ? options.missed_velocity : options.missed_force);
+  return lapse <= options.recent && normalized(residual, S + missed * missed * Matrix3d::Identity()) > bound;
 }
 
 // Covariance of the change in one second of a residual that errors of the filter make: by an error in velocity for a
@@ -38,14 +29,15 @@ Matrix3d own_change(const Linearization& lin, const Estimate& x, const Covarianc
 
 }  // namespace
 
-Trust::Trust(const std::vector<MeasurementSource>& sources, Limits limits) : limits_(limits), sources_(sources.size()) {
+Trust::Trust(const std::vector<MeasurementSource>& sources, const TrustOptions& options)
+    : options_(options), sources_(sources.size()) {
   for (std::size_t i = 0; i < sources.size(); ++i) {
     sources_[i].partner = sources[i].partner;
     sources_[i].readmitted = sources[i].readmitted;
   }
 }
 
-void Trust::suspect_filter(double time) { accuses_from_ = std::max(accuses_from_, time + kSuspicion); }
+void Trust::suspect_filter(double time) { accuses_from_ = std::max(accuses_from_, time + options_.suspicion); }
 
 // The velocity of a receiver for its position and the other way round; null for other sources.
 const Trust::Source* Trust::partner_of(const Source& s) const {
@@ -58,10 +50,10 @@ bool Trust::receiver_jumped(const Source& s, double time, const Linearization& l
                             double bound) const {
   const Source* const partner = partner_of(s);
   const double lapse = time - s.believed;
-  if (!partner || lapse > kRecent || time < accuses_from_) return false;
-  if (leaps(lin, u.residual, u.S, lapse, bound)) return true;
+  if (!partner || lapse > options_.recent || time < accuses_from_) return false;
+  if (leaps(lin, u.residual, u.S, lapse, bound, options_)) return true;
   if (partner->dispute != Dispute::kNone) return partner->jumped();
-  return of_position(lin) && time - partner->believed < kRecent;
+  return of_position(lin) && time - partner->believed < options_.recent;
 }
 
 void Trust::begin_dispute(Source& s, double time, const Linearization& lin, const Update& u, double bound) {
@@ -76,7 +68,7 @@ void Trust::begin_dispute(Source& s, double time, const Linearization& lin, cons
 // So after the first moments it is required that the receiver's jumps, which are changes too sudden for an error of the
 // filter, add up to zero.
 bool Trust::jumps_add_up_to_none(Source& s, double time, const Linearization& lin, const Update& u, double bound,
-                                 const Estimate& x, const Covariance& P) {
+                                 const Estimate& x, const Covariance& P) const {
   const double dt = time - s.time;
   const Vector3d change = u.residual - s.residual;
   const Matrix3d spread = u.R + s.R + dt * dt * own_change(lin, x, P);
@@ -87,20 +79,20 @@ bool Trust::jumps_add_up_to_none(Source& s, double time, const Linearization& li
   s.residual = u.residual;
   s.R = u.R;
   return normalized(s.offset, s.spread) <= bound ||
-         (time - s.since < kRecent && normalized(u.residual, s.first_S) <= bound);
+         (time - s.since < options_.recent && normalized(u.residual, s.first_S) <= bound);
 }
 
 bool Trust::is_patient(const Source& s, double time) const {
   if (!s.readmitted) return true;
-  if (!s.jumped()) return s.rejected <= limits_.readmit_after;
-  return time - s.since < (s.dispute == Dispute::kSlightJump ? kSlightPatience : limits_.distrust);
+  if (!s.jumped()) return s.rejected <= options_.readmit_after;
+  return time - s.since < (s.dispute == Dispute::kSlightJump ? options_.slight_patience : options_.distrust);
 }
 
 Trust::Ruling Trust::rule(int source, double time, const Linearization& lin, const Update& u, double bound,
                           const Estimate& x, const Covariance& P) {
   Source& s = sources_[static_cast<std::size_t>(source)];
   const bool inside = u.nis <= bound;
-  if (s.jumped() && time - s.time > kRecent) {  // jumps during an outage were not seen
+  if (s.jumped() && time - s.time > options_.recent) {  // jumps during an outage were not seen
     s.dispute = Dispute::kFilter;
     s.rejected = 1;
   }
@@ -112,7 +104,7 @@ Trust::Ruling Trust::rule(int source, double time, const Linearization& lin, con
   }
   if (s.dispute == Dispute::kSlightJump) {
     const Source* const partner = partner_of(s);
-    if (u.residual.norm() >= kSlight || (partner && partner->dispute == Dispute::kJump)) {
+    if (u.residual.norm() >= options_.slight || (partner && partner->dispute == Dispute::kJump)) {
       s.dispute = Dispute::kJump;
     } else {
       believed = inside;
@@ -120,7 +112,7 @@ Trust::Ruling Trust::rule(int source, double time, const Linearization& lin, con
   }
   s.time = time;
 
-  Ruling ruling{.lapse = std::max(time - s.believed, kShortestLapse)};
+  Ruling ruling{.lapse = std::max(time - s.believed, options_.shortest_lapse)};
   if (!believed) {
     ++s.rejected;
     if (is_patient(s, time)) {
@@ -130,7 +122,7 @@ Trust::Ruling Trust::rule(int source, double time, const Linearization& lin, con
     if (s.dispute == Dispute::kSlightJump) s.dispute = Dispute::kFilter;
     if (!inside) {
       ruling.outcome = Outcome::kReadmitted;
-      ruling.parted = s.jumped() || leaps(lin, s.offset, s.first_S, s.since - s.believed, bound);
+      ruling.parted = s.jumped() || leaps(lin, s.offset, s.first_S, s.since - s.believed, bound, options_);
       // If the start was wrong, this says nothing about what follows.
       if (!s.jumped() && s.partner >= 0 && std::isfinite(ruling.lapse)) suspect_filter(time);
     }

@@ -48,6 +48,16 @@ std::vector<ImuSample> ramp(double length) {
   return samples(length, [](double t) { return Vector3d(t * t, -2 * t * t + t, 3); });
 }
 
+TEST(ImuGaps, CautionScalesTheNoise) {
+  const std::vector<ImuSample> imu =
+      samples(60, [](double t) { return Vector3d(std::cos(5 * t), std::sin(7 * t), t); });
+  std::vector<ImuSample> usual = with_gap(imu, 3000, 50), bold = usual;
+  fill_gaps(usual);
+  fill_gaps(bold, {.caution = 1});
+  EXPECT_GT(usual[3000].gap->gyro, 0);
+  EXPECT_DOUBLE_EQ(usual[3000].gap->gyro, 2 * bold[3000].gap->gyro);
+}
+
 TEST(ImuGaps, ARampIsFoundAgain) {
   const std::vector<ImuSample> imu = ramp(60);
   const std::vector<ImuSample> out = filled(imu, 3000, 50);

@@ -162,6 +162,18 @@ TEST(Condition, ASilentIMUIsRefused) {
   EXPECT_TRUE(contains(message_of<DataError>([&] { condition(r, {}); }), "imu.csv: the IMU is silent from 1000.490"));
 }
 
+TEST(Condition, TheLongestGapIsAnOption) {
+  Recording r = recording(100);
+  for (std::size_t i = 50; i < 100; ++i) r.imu.time[i] += 400;
+  ConditioningOptions options;
+  options.behaviour.gaps.longest = 500;
+  EXPECT_EQ(condition(r, options).counts.imu_gaps, 1u);
+  Recording short_gap = recording(100);
+  drop_rows(short_gap.imu, 40, 20);
+  options.behaviour.gaps.longest = 0.1;
+  EXPECT_TRUE(contains(message_of<DataError>([&] { condition(short_gap, options); }), "longer than 0.1 s"));
+}
+
 TEST(Condition, TimesInMillisecondsAreRefused) {
   Recording r = recording(100);
   for (double& t : r.imu.time) t *= 1000;
@@ -220,6 +232,23 @@ TEST(Condition, AVelocityWithoutDownTellsRestFromMotion) {
   EXPECT_TRUE(detect_rest(condition(r, {})).empty()) << "the positions leave their place";
   for (GeodeticFix& fix : r.gnss[0].fixes) fix.position = r.gnss[0].fixes.front().position;
   EXPECT_EQ(detect_rest(condition(r, {})).size(), 1u);
+}
+
+TEST(Condition, WhatCountsAsRestIsAnOption) {
+  Recording r = recording(1000);
+  for (auto& rate : r.imu.gyro) rate.setZero();
+  for (GeodeticFix& fix : r.gnss[0].fixes) fix.velocity->value.setZero();
+  ConditioningOptions options;
+  EXPECT_TRUE(condition(r, options).rest.empty()) << "440 m away";
+  options.behaviour.rest.sway_distance = 1000;
+  EXPECT_EQ(condition(r, options).rest.size(), 1u);
+  options.behaviour.rest.shortest = 30;
+  EXPECT_TRUE(condition(r, options).rest.empty()) << "10 s long";
+  options.behaviour.rest.shortest = 1;
+  for (GeodeticFix& fix : r.gnss[0].fixes) fix.velocity->value.x() = 0.3;
+  EXPECT_TRUE(condition(r, options).rest.empty()) << "faster than a sway";
+  options.behaviour.rest.sway = 0.4;
+  EXPECT_EQ(condition(r, options).rest.size(), 1u);
 }
 
 TEST(Condition, OutagesAndFixesOutsideAreCounted) {

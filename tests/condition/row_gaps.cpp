@@ -31,6 +31,12 @@ Times rounded(Times time, double resolution) {
   return time;
 }
 
+TEST(RowGaps, HowLongAGapIsIsAnOption) {
+  const Times time = without(even(0.01, 5000), 1200, 1);
+  EXPECT_EQ(find_gaps(time).after.size(), 1u);
+  EXPECT_EQ(find_gaps(time, {.long_interval = 2.5}).after.size(), 0u);
+}
+
 TEST(RowGaps, OneMissingRowIsFound) {
   const RowGaps gaps = find_gaps(without(even(0.01, 5000), 1200, 1));
   EXPECT_EQ(gaps.after, std::vector<std::size_t>{1200});

@@ -73,6 +73,21 @@ TEST(Spikes, OneAndTwoRowsAreMendedMarkedAndCounted) {
   }
 }
 
+TEST(Spikes, AreLeftAloneIfTheOptionsSaySo) {
+  ImuRecording spoilt = turns();
+  spoilt.gyro[700].y() += 20;
+  ConditioningOptions options;
+  options.behaviour.spikes.mend = false;
+  const Log left = condition_imu(spoilt, options);
+  EXPECT_EQ(left.counts.imu_spikes, 0u);
+  EXPECT_FALSE(left.imu[700].mended);
+  EXPECT_DOUBLE_EQ(left.imu[700].dtheta.y(), left.imu[700].interval * spoilt.gyro[700].y());
+  options.behaviour.spikes.mend = true;
+  EXPECT_EQ(condition_imu(spoilt, options).counts.imu_spikes, 1u);
+  options.behaviour.spikes.gyro = {.per_second = 5000, .least = 1};
+  EXPECT_EQ(condition_imu(spoilt, options).counts.imu_spikes, 0u) << "no more than this body does";
+}
+
 TEST(Spikes, OfInstantaneousSamplesMarkBothIntervals) {
   ImuRecording spoilt = turns();
   spoilt.gyro[700].y() += 20;

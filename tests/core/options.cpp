@@ -28,18 +28,22 @@ TEST(FilterOptions, RefuseWhatNoFilterCanRunOn) {
   };
   const GaussMarkov drift{Vector3d::Ones(), 60};
   const Wrong all[] = {
-      {"gate 0", [](FilterOptions& o) { o.gate = 0; }},
-      {"gate 1", [](FilterOptions& o) { o.gate = 1; }},
-      {"gate nan", [](FilterOptions& o) { o.gate = std::numeric_limits<double>::quiet_NaN(); }},
+      {"gate 0", [](FilterOptions& o) { o.behaviour.trust.gate = 0; }},
+      {"gate 1", [](FilterOptions& o) { o.behaviour.trust.gate = 1; }},
+      {"gate nan", [](FilterOptions& o) { o.behaviour.trust.gate = std::numeric_limits<double>::quiet_NaN(); }},
       {"noise of the IMU", [](FilterOptions& o) { o.sensor.gyro.noise = 0; }},
       {"noise of the IMU", [](FilterOptions& o) { o.sensor.accel.noise = -1; }},
       {"one receiver at most", [&](FilterOptions& o) { o.gnss.assign(2, {.name = "", .drift = drift}); }},
       {"one source at most",
        [&](FilterOptions& o) { o.attitude.assign(2, {.name = "", .drift = {}, .boresight_drift = drift}); }},
-      {"rest", [](FilterOptions& o) { o.rest.sigma_velocity = 0; }},
-      {"rest", [](FilterOptions& o) { o.rest.sigma_rate = 0; }},
-      {"rest", [](FilterOptions& o) { o.rest.interval = 0; }},
-      {"rest", [](FilterOptions& o) { o.rest.correlation_time = -1; }},
+      {"rest", [](FilterOptions& o) { o.behaviour.rest.sigma_velocity = 0; }},
+      {"rest", [](FilterOptions& o) { o.behaviour.rest.sigma_rate = 0; }},
+      {"rest", [](FilterOptions& o) { o.behaviour.rest.interval = 0; }},
+      {"rest", [](FilterOptions& o) { o.behaviour.rest.correlation_time = -1; }},
+      {"cell", [](FilterOptions& o) { o.behaviour.rest.cell = 0; }},
+      {"hypotheses", [](FilterOptions& o) { o.behaviour.start.hypotheses = 0; }},
+      {"distrust", [](FilterOptions& o) { o.behaviour.trust.distrust = -1; }},
+      {"longest", [](FilterOptions& o) { o.behaviour.gaps.longest = 0; }},
   };
   for (const Wrong& wrong : all) {
     FilterOptions options = good();

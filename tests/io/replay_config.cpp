@@ -90,9 +90,9 @@ TEST_F(ReplayConfigTest, TheWholeContract) {
   EXPECT_EQ(config.initial.source, InitialHeading::Source::kValue);
   EXPECT_DOUBLE_EQ(config.initial.value, 123.4 * kDegree);
   EXPECT_DOUBLE_EQ(config.initial.sigma, 3 * kDegree);
-  EXPECT_FALSE(config.filter.rest.detect);
-  EXPECT_EQ(config.filter.rest.sigma_velocity, 0.02);
-  EXPECT_EQ(config.filter.gate, 0.99);
+  EXPECT_FALSE(config.filter.behaviour.rest.detect);
+  EXPECT_EQ(config.filter.behaviour.rest.sigma_velocity, 0.02);
+  EXPECT_EQ(config.filter.behaviour.trust.gate, 0.99);
   EXPECT_EQ(config.smoother, SmootherKind::kNone);
   // The sensor has no gyro scale and no accelerometer drift; the sources add their coloured errors.
   for (const Block b : {Block::kGyroBias, Block::kAccelBias, Block::kGyroDrift, Block::kAccelScale, Block::kBoresight,
@@ -107,10 +107,21 @@ TEST_F(ReplayConfigTest, DefaultsOfTheShortestOne) {
   const ReplayConfig config = read(kImu + kGnss);
   EXPECT_EQ(config.initial.source, InitialHeading::Source::kAuto);
   EXPECT_EQ(config.smoother, SmootherKind::kRts);
-  EXPECT_TRUE(config.filter.rest.detect);
+  EXPECT_TRUE(config.filter.behaviour.rest.detect);
   EXPECT_TRUE(config.filter.estimate.empty());
   EXPECT_TRUE(config.attitude.empty());
   EXPECT_EQ(config.conditioning.span.end, 0);
+}
+
+TEST_F(ReplayConfigTest, BehaviourIsThatOfConditioningAndFilter) {
+  const ReplayConfig config = read(kImu + kGnss +
+                                   "gaps: {longest: 60 s}\nspikes: {mend: false}\nrest: {shortest: 2 s}\n"
+                                   "initial: {hypotheses: 24}\ntrust: {distrust: 20 s}\n");
+  EXPECT_EQ(config.conditioning.behaviour.gaps.longest, 60);
+  EXPECT_FALSE(config.conditioning.behaviour.spikes.mend);
+  EXPECT_EQ(config.conditioning.behaviour.rest.shortest, 2);
+  EXPECT_EQ(config.filter.behaviour.start.hypotheses, 24);
+  EXPECT_EQ(config.filter.behaviour.trust.distrust, 20);
 }
 
 TEST_F(ReplayConfigTest, ReadsTheRecording) {

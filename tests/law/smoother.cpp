@@ -103,7 +103,7 @@ INSTANTIATE_TEST_SUITE_P(Rts, Smoother,
 
 TEST_P(Smoother, IsTheDenseBatchSolution) {
   SyntheticRun s = test::synthetic_run(0.5, GetParam());
-  s.options.rest.interval = 0.1;
+  s.options.behaviour.rest.interval = 0.1;
   const FilterRun run = run_filter(s.log, s.options, s.start, 16);  // several checkpoints
   const Solution smoothed = smooth_rts(s.log, run);
   Tape tape;
@@ -150,7 +150,7 @@ TEST_P(Smoother, IsTheDenseBatchSolution) {
 
 TEST_P(Smoother, AttitudeErrorsGoTogetherAsInTheDenseBatchSolution) {
   SyntheticRun s = test::synthetic_run(0.5, GetParam());
-  s.options.rest.interval = 0.1;
+  s.options.behaviour.rest.interval = 0.1;
   const FilterRun run = run_filter(s.log, s.options, s.start, 16);
   std::vector<AttitudeLag> lags;
   smooth_rts(s.log, run, {}, nullptr, &lags);

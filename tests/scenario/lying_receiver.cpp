@@ -223,10 +223,10 @@ TEST_P(LyingReceiver, RepeatsItsLastFixInATurn) {
   EXPECT_EQ(count(r.solution, Outcome::kRepeated), repeated);
 }
 
-// Nobody can know for ever: after FilterOptions::distrust the receiver is believed, and what was known until then
+// Nobody can know for ever: after TrustOptions::distrust the receiver is believed, and what was known until then
 // stays.
 TEST_P(LyingReceiver, IsBelievedInTheEnd) {
-  const double distrust = case_.options.distrust;
+  const double distrust = case_.options.behaviour.trust.distrust;
   const Log log = lie(20, 0, false, 1e3);
   const Result r = run(log, "step for good");
   EXPECT_NEAR(r.filtered.last, 20, 2);

@@ -80,28 +80,39 @@ TEST(RestUpdates, GiveTheMeanRateOfAnIntervalWithoutMotionOrGap) {
 
 // Whatever is admitted explains the residual: over the lapse, the position's own part, the velocity's and the tilt's
 // are each as large as it.
+TEST(RestUpdates, AreWithdrawnAfterAsManyRefusalsAsTheOptionsSay) {
+  for (const int patience : {1, 3}) {
+    RestUpdates rest;
+    for (int i = 0; i < patience; ++i) {
+      EXPECT_FALSE(rest.withdrawn());
+      rest.judge(false, {.patience = patience});
+    }
+    EXPECT_TRUE(rest.withdrawn());
+  }
+}
+
 TEST(Readmission, AdmitsWhatExplainsTheResidual) {
   const StateLayout layout;
   Linearization lin;
   lin.residual = {3, 0, 4};
   Covariance P = Covariance::Zero(9, 9);
-  admit_error(P, layout, lin, 10);
+  admit_error(P, layout, lin, 10, {});
   EXPECT_NEAR(P(0, 0), 25, 1e-12);
   EXPECT_NEAR(P(3, 3) * 10 * 10, 25, 1e-12);
   EXPECT_NEAR(P(6, 6) * std::pow(kStandardGravity * 10 * 10 / 2, 2), 25, 1e-9);
 
   lin.observes = Block::kVelocity;
   P.setZero();
-  admit_error(P, layout, lin, 10);
+  admit_error(P, layout, lin, 10, {});
   EXPECT_EQ(P(0, 0), 0);
   EXPECT_NEAR(P(3, 3), 25, 1e-12);
   EXPECT_NEAR(P(6, 6) * std::pow(kStandardGravity * 10, 2), 25, 1e-9);
 
   P.setZero();
-  admit_error(P, layout, lin, 0.5);
+  admit_error(P, layout, lin, 0.5, {});
   EXPECT_NEAR(P(6, 6), 0.2 * 0.2, 1e-12) << "no more than a tilt of 0.2 rad";
   P.setZero();
-  admit_error(P, layout, lin, std::numeric_limits<double>::infinity());
+  admit_error(P, layout, lin, std::numeric_limits<double>::infinity(), {});
   EXPECT_EQ(P(6, 6), 0) << "the start's own error is no tilt";
 }
 

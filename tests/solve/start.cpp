@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "piste/core/error.h"
+#include "solve/start_motion.h"
 #include "support/synthetic_log.h"
 #include "support/text_file.h"
 
@@ -76,6 +77,19 @@ TEST(Start, SaysWhatIsMissing) {
   EXPECT_TRUE(
       contains(message_of<DataError>([&] { find_start(none.log, none.options, {.source = Source::kMagnetometer}); }),
                "from_magnetometer needs the columns"));
+}
+
+TEST(Start, TriesAsManyHeadingsAsTheOptionsSay) {
+  SyntheticRun s = run_of(false);
+  const auto headings = [&] {
+    const Receiver receiver = first_receiver(s.log, s.options);
+    return heading_hypotheses(s.log, s.options, receiver, beginning(s.log, receiver, s.options.behaviour.start).time);
+  };
+  EXPECT_EQ(headings().size(), 12u);
+  s.options.behaviour.start.hypotheses = 8;
+  const std::vector<Start> eight = headings();
+  ASSERT_EQ(eight.size(), 8u);
+  EXPECT_NEAR(std::sqrt(eight[3].covariance(8, 8)), 22.5 * kDegree, 1e-9);
 }
 
 TEST(Start, IsThatOfTheFirstReceiverWithFixes) {

@@ -44,11 +44,11 @@ TEST(StartPlace, AFirstFixThatContradictsTheNextTwoIsPassedOver) {
   start.time = 9.5;
   start.x.q_wb = random.rotation();
   start.covariance = Covariance::Identity(9, 9);
-  place_at_rest(World(), start, {fixes, options});
+  place_at_rest(World(), start, {fixes, options}, {});
   const Vector3d expected = start.x.p_wb;
   EXPECT_LT((expected + start.x.q_wb * options.lever_arm - Vector3d(3, 4, 5)).norm(), 1e-12);
   fixes.front().position += Vector3d(500, 0, 0);
-  place_at_rest(World(), start, {fixes, options});
+  place_at_rest(World(), start, {fixes, options}, {});
   EXPECT_LT((start.x.p_wb - expected).norm(), 1e-12);
 }
 

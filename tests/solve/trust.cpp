@@ -69,6 +69,21 @@ TEST(Trust, AFilterThatWasNeverRightGivesWayAfterFive) {
   }
 }
 
+TEST(Trust, HowLongNobodyIsBelievedIsAnOption) {
+  Fixes f;
+  f.trust = Trust(sources(1, 1), {.readmit_after = 2});
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(f.outcome(kAttitude, i, 100), Outcome::kRejected) << i;
+  EXPECT_EQ(f.outcome(kAttitude, 2, 100), Outcome::kReadmitted);
+  f.trust = Trust(sources(1, 1), {.distrust = 10});
+  f.fix(kPosition, 0, 0);
+  for (int t = 1; t <= 10; ++t) EXPECT_EQ(f.outcome(kPosition, t, 50), Outcome::kRejected) << t;
+  EXPECT_EQ(f.outcome(kPosition, 11, 50), Outcome::kReadmitted);
+  f.trust = Trust(sources(1, 1), {.slight = 100});
+  f.fix(kPosition, 0, 0);
+  for (int t = 1; t <= 3; ++t) EXPECT_EQ(f.outcome(kPosition, t, 50), Outcome::kRejected) << t;
+  EXPECT_EQ(f.outcome(kPosition, 4, 50), Outcome::kReadmitted) << "50 m are slight where a slight jump is 100 m";
+}
+
 TEST(Trust, ALeapIsTheReceiversUntilItComesBack) {
   Fixes f;
   f.fix(kPosition, 0, 0);

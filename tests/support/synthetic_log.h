@@ -36,8 +36,8 @@ inline SyntheticRun synthetic_run(double duration, const std::vector<Block>& est
   o.gnss = {{"", lever_arm, true, true, GaussMarkov{{0.01, 0.01, 0.015}, 60}}, {"", lever_arm, true, true, {}}};
   o.attitude = {{"", GaussMarkov{{1e-3, 1e-3, 3e-3}, 30}, GaussMarkov{{1e-3, 1e-3, 1e-3}, 40}}};
   o.estimate = estimate;
-  o.rest.sigma_velocity = 0.01;
-  o.gate = 0.999999;
+  o.behaviour.rest.sigma_velocity = 0.01;
+  o.behaviour.trust.gate = 0.999999;
   o.magnetic_sigma = 0.05;
 
   const Vector3d gyro_bias = random.vector(0.002), accel_bias = random.vector(0.02);

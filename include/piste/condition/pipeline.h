@@ -14,6 +14,8 @@ namespace piste {
 /// a mean, or the integral of a cubic spline if rows are instantaneous samples. The first row covers one
 /// period; with instantaneous samples it only begins the first interval.
 ///
+/// Numbers below are the defaults of `options.behaviour`.
+///
 /// **Gaps.** A gap is an interval above 1.5 periods after which the rows are late by half a period or more, however
 /// many of the eight intervals on either side are counted with it; so late, rounded and bunched time stamps are no
 /// gaps. The period is the mean interval where no row is missing. A gap is filled by samples marked `gap`, one about

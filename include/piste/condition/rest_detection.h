@@ -14,13 +14,14 @@
 
 namespace piste {
 
-/// Rests of at least one second. Each interval is shortened by a quarter of a second at both ends.
-std::vector<Interval> detect_rest(const Log& log);
+/// Rests of at least `shortest`, one second. Each interval is shortened by `drawn_in`, a quarter of a second, at both
+/// ends.
+std::vector<Interval> detect_rest(const Log& log, const RestOptions& options = {});
 
 /// The same for two aligned IMUs, without GNSS. It uses the reference, whose bias is negligible: a window is at rest if
 /// its mean rate is no more than sway and its rates and forces are quiet. @pre Signals are low-passed, because the
 /// forces of a tactical IMU are quantised.
-std::vector<Interval> detect_rest(const AlignedImus& imus);
+std::vector<Interval> detect_rest(const AlignedImus& imus, const RestOptions& options = {});
 
 /// The log with the rests `rest`, and with `at_rest` set in the samples that lie entirely within one of them. @pre
 /// `rest` is in order.

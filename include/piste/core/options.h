@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "piste/core/behaviour.h"
 #include "piste/core/log.h"
 #include "piste/core/sensor.h"
 
@@ -20,21 +21,12 @@ struct ImuConditioning {
   double clock_drift = 0;                ///< a ratio: 1e-6 is 1 ppm
 };
 
-/// Detection of rest, and the zero-velocity and zero-rate updates that the filter makes at rest.
-struct RestOptions {
-  bool detect = true;
-  double sigma_velocity = 0.01;   ///< of the velocity of a standing body: a person sways
-  double sigma_rate = 0.0034907;  ///< of its angular rate, 0.2 deg/s: sway and slow turning
-  double correlation_time = 8;    ///< of that rate [s]: zero-rate updates within it count together as one
-  double interval = 0.5;          ///< between the updates [s]
-};
-
 struct ConditioningOptions {
   ImuConditioning imu;
   double gyro_range = 0, accel_range = 0;  ///< 0 = unlimited
   Interval span;                           ///< GPS time; {0, 0} = all
   std::vector<Interval> outages;           ///< GNSS fixes in them are withheld
-  RestOptions rest;
+  BehaviourOptions behaviour;
 };
 
 /// A first-order Gauss-Markov process on three axes.
@@ -86,11 +78,8 @@ struct FilterOptions {
   std::vector<GnssOptions> gnss;          ///< one per Log::gnss
   std::vector<AttitudeOptions> attitude;  ///< one per Log::attitude
   std::vector<Block> estimate;            ///< blocks beyond position, velocity and attitude
-  RestOptions rest;
+  BehaviourOptions behaviour;
   Priors priors;
-  double gate = 0.999;        ///< probability with which a good fix passes the gate
-  int readmit_after = 5;      ///< rejections in a row after which the filter takes itself to be wrong (solve/trust.h)
-  double distrust = 40;       ///< longest time for which a receiver that jumped is not used [s]
   double magnetic_sigma = 0;  ///< 1-sigma of a magnetic heading [rad]; 0 = the magnetometer is not used
   double declination = 0;     ///< magnetic declination [rad], east positive
 

@@ -33,7 +33,7 @@ class HeadingBank {
   /// As Filter::look_ahead().
   double look_ahead() const { return best().look_ahead(); }
 
-  /// Whether one heading is left: those of all hypotheses agree, and the best is sure of its own within 10 deg.
+  /// Whether one heading is left: those of all hypotheses agree, and the best is sure enough of its own.
   bool resolved() const;
   /// The heading, in the local level, of all hypotheses together, with what lies between them.
   HeadingBelief heading() const;
@@ -57,6 +57,7 @@ class HeadingBank {
 
   World world_;
 
+  StartOptions options_;
   std::vector<Hypothesis> all_;
   std::size_t best_ = 0;
 };

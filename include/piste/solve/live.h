@@ -32,6 +32,8 @@ struct LiveOptions {
   /// s by which the filter stays behind the newest row. A rest is seen a second after it began, and a fix may come this
   /// late; `now()` advances to the newest row.
   double lag = 1.5;
+  double pass_interval = 0.25;  ///< s between two passes of the conditioning: each costs as much as `memory` is long
+  double memory = 60;           ///< s of rows and fixes that are kept: a rest of half a minute must fit in
 };
 
 /// Takes rows and fixes as they come, and conditions them by the code of replay: over the last minute, four times a

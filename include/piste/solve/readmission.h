@@ -2,6 +2,7 @@
 /// What happens to the covariance when the filter uses a fix from outside its gate: the filter was wrong by more than
 /// its covariance said.
 
+#include "piste/core/behaviour.h"
 #include "piste/model/measurement.h"
 
 namespace piste {
@@ -9,6 +10,7 @@ namespace piste {
 /// Adds to the navigation part of P the errors that explain the residual. `lapse` [s] is the time since a fix of the
 /// source was last used. Within it an error in velocity grows into one in position, and a tilt into one in velocity. It
 /// is infinite if no fix of the source was used before: the error is then that of the start.
-void admit_error(Covariance& P, const StateLayout& layout, const Linearization& lin, double lapse);
+void admit_error(Covariance& P, const StateLayout& layout, const Linearization& lin, double lapse,
+                 const TrustOptions& options);
 
 }  // namespace piste

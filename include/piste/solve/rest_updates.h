@@ -15,9 +15,9 @@ class RestUpdates {
   /// Adds the next sample. Returns a fix when an interval of rest without a gap is complete.
   std::optional<RestFix> add(const ImuSample& sample, const RestOptions& options);
 
-  /// Tells whether measurements of the last sample were used. Where three samples in a row had one that was refused,
-  /// the rest is withdrawn until it ends: it was none.
-  void judge(bool used);
+  /// Tells whether measurements of the last sample were used. Where `patience` samples in a row had one that was
+  /// refused, the rest is withdrawn until it ends: it was none.
+  void judge(bool used, const RestOptions& options);
   bool withdrawn() const { return withdrawn_; }
 
  private:

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "piste/core/behaviour.h"
 #include "piste/core/solution.h"
 #include "piste/model/measurement_list.h"
 #include "piste/solve/update.h"
@@ -34,11 +35,6 @@ namespace piste {
 /// of the receiver.
 class Trust {
  public:
-  struct Limits {
-    int readmit_after = 0;  ///< rejections in a row
-    double distrust = 0;    ///< [s]
-  };
-
   /// The decision on one fix.
   struct Ruling {
     Outcome outcome = Outcome::kUsed;
@@ -47,7 +43,7 @@ class Trust {
   };
 
   Trust() = default;
-  Trust(const std::vector<MeasurementSource>& sources, Limits limits);
+  Trust(const std::vector<MeasurementSource>& sources, const TrustOptions& options);
 
   /// Rules on a fix at `time`. `bound`: the largest NIS within the gate. The estimate `x` and its covariance `P` say
   /// how fast the filter's own error may change. No heap.
@@ -95,12 +91,12 @@ class Trust {
 
   void begin_dispute(Source& s, double time, const Linearization& lin, const Update& u, double bound);
   bool receiver_jumped(const Source& s, double time, const Linearization& lin, const Update& u, double bound) const;
-  static bool jumps_add_up_to_none(Source& s, double time, const Linearization& lin, const Update& u, double bound,
-                                   const Estimate& x, const Covariance& P);
+  bool jumps_add_up_to_none(Source& s, double time, const Linearization& lin, const Update& u, double bound,
+                            const Estimate& x, const Covariance& P) const;
   bool is_patient(const Source& s, double time) const;
   const Source* partner_of(const Source& s) const;
 
-  Limits limits_;
+  TrustOptions options_;
   std::vector<Source> sources_;
   double accuses_from_ = -std::numeric_limits<double>::infinity();  // before it no receiver is taken to have jumped
 };

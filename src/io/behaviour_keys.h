@@ -1,0 +1,17 @@
+#pragma once
+/// Reads the keys that change how gaps, spikes, rest, the start and distrust are treated.
+
+#include "piste/core/behaviour.h"
+#include "piste/io/config.h"
+
+namespace piste {
+
+/// Reads `gate`, `rest`, `trust`, `gaps` and `spikes`; a key that is missing has its default. Throws ConfigError with
+/// the line and the range if a value is out of it.
+BehaviourOptions read_behaviour(const Config& config);
+
+/// Reads the keys of the map `initial` that say how an unknown heading is found: hypotheses, listened and look_back. If
+/// the heading is known (`searched` is false), they are an error. Throws ConfigError.
+void read_heading_search(const Config& initial, bool searched, StartOptions& start);
+
+}  // namespace piste
