@@ -50,8 +50,8 @@ LogMatch match(const ImuRecording& imu, const GnssRecording& gnss, const GnssHea
     m.interval = 0;
     return m;
   }
-  constexpr double kTold = 0.05;  // s
-  m.velocities_may_be_late = health.velocities > 0 && !(health.velocity && health.velocity->sigma_delay < kTold);
+  constexpr double kWellTold = 0.05;  // s
+  m.velocities_may_be_late = health.velocities > 0 && !(health.velocity && health.velocity->sigma_delay < kWellTold);
   const Track track(gnss, health);
   m.clock = match_clocks(integral, track);
   const double offset = m.clock ? m.clock->offset : 0;
