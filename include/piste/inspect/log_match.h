@@ -75,8 +75,8 @@ struct LogMatch {
   std::optional<ClockMatch> clock;  ///< nothing if the motion does not determine it
   std::optional<MotionMatch> motion;
   bool velocities_may_be_late = false;  ///< positions do not tell; an offset below a second may be theirs
-  double turn_ratio = 0;  ///< the turn rate of the gyroscopes over that of the track; 0 if unknown
-  double force = 0;       ///< median magnitude of the specific force [m/s²], by its label
+  double turn_ratio = 0;                ///< the turn rate of the gyroscopes over that of the track; 0 if unknown
+  double force = 0;                     ///< median magnitude of the specific force [m/s²], by its label
 };
 
 /// Compares an IMU's log with a receiver's. @pre rows are in the order of time, as read_imu and read_gnss give them
