@@ -267,7 +267,7 @@ std::optional<Calibration> calibrate(const Recording& recording, ConditioningOpt
   const Interval motion = motion_of(recording.gnss.front().fixes);
   const Interval early{motion.start - kBefore, std::min(motion.start + kLongest, motion.end + kBefore)};
   const Interval late{std::max(motion.start, motion.end - kLongest), motion.end};
-  const auto first = Calibrator(recording, conditioning, options, early, clock_sigma).run();
+  auto first = Calibrator(recording, conditioning, options, early, clock_sigma).run();
   if (!first || !first->fits()) return first;
   const double drift = drift_beside(recording, *first, conditioning, options, early, late);
   if (drift == 0) return first;

@@ -100,6 +100,7 @@ struct FitStep {
 
 FitStep step_of(const std::vector<TurnPair>& pairs, const RateFit& x) {
   std::vector<double> sizes;
+  sizes.reserve(pairs.size());
   for (const TurnPair& p : pairs) sizes.push_back((p.reference - turned_by(p, x)).norm() / p.interval);
   const double most = kOutlier * std::max(median(sizes), 1e-9);
   Matrix10 N = Matrix10::Zero();

@@ -21,7 +21,7 @@ namespace {
 std::string turn_text(const Matrix3d& R) {
   static constexpr std::array<std::string_view, 3> kNames{"forward", "right", "down"};
   const Eigen::AngleAxisd turn(R);
-  const Vector3d axis = turn.axis();
+  const Vector3d& axis = turn.axis();
   Eigen::Index main = 0;
   if (axis.cwiseAbs().maxCoeff(&main) < 0.99) {
     return fmt::format("about more than one axis, {:.0f} deg in all", turn.angle() / kDegree);
