@@ -43,17 +43,19 @@ struct Attempt {
 
   double clock_offset() const { return offset - last.gnss_delay; }
   double clock_sigma() const { return sigmas.blocks(full_offset(Block::kGnssDelay)); }
+  bool fits() const { return rejected < (used + rejected) / 10; }  // as Calibration::fits()
   double velocity_delay() const { return last.velocity_delay - last.gnss_delay; }
   double velocity_delay_sigma() const { return sigmas.blocks(full_offset(Block::kVelocityDelay)); }
 };
 
-// Where a receiver says that the body moves.
-Interval motion_of(const std::vector<GeodeticFix>& fixes) {
+// Where a receiver says that the body moves: between departure and arrival, as the start judges a departure.
+Interval motion_of(const std::vector<GeodeticFix>& fixes, const StartOptions& options) {
   if (fixes.empty()) return {};
   const auto away_from = [&](const GeodeticFix& end) {
     const World world(end.position);
-    return [world](const GeodeticFix& fix) {
-      return world.from_geodetic(fix.position).head<2>().norm() > 2 + 6 * fix.sigma_position.head<2>().maxCoeff();
+    return [world, &options](const GeodeticFix& fix) {
+      return world.from_geodetic(fix.position).head<2>().norm() >
+             options.departed + options.departed_sigmas * fix.sigma_position.head<2>().maxCoeff();
     };
   };
   const auto first = std::find_if(fixes.begin(), fixes.end(), away_from(fixes.front()));
@@ -98,14 +100,13 @@ class Calibrator {
     }
     refine();
     // Coarse fixes may have led to another heading, from where no finer ones lead back.
-    FilterOptions straight = at_first;
-    straight.behaviour.trust.gate = gate_;
-    straight.priors.gnss_delay = kSureClock;
-    std::swap(options_, straight);
+    FilterOptions led = std::exchange(options_, at_first);
+    options_.behaviour.trust.gate = gate_;
+    options_.priors.gnss_delay = kSureClock;
     if (keep(attempt(told, options_.sensor, nullptr))) {
       refine();
     } else {
-      std::swap(options_, straight);
+      options_ = std::move(led);
     }
     return best_;
   }
@@ -254,7 +255,7 @@ double drift_beside(const Recording& recording, const Calibration& first, Condit
   options.gnss.front().lever_arm = first.lever_arm;
   const double unsure = between * kMostDrift > kDelayPrior ? kDelayPrior : kSureClock;
   const auto there = Calibrator(recording, std::move(conditioning), std::move(options), late, unsure).locate();
-  if (!there || there->rejected > (there->used + there->rejected) / 10) return 0;
+  if (!there || !there->fits()) return 0;
   const double change = there->clock_offset() - first.clock_offset;
   const double least = std::max(kLeastChange, kSureDrift * std::hypot(first.clock_sigma, there->clock_sigma()));
   return std::abs(change) > least && std::abs(change) < kMostDrift * between ? change / between : 0;
@@ -264,7 +265,7 @@ double drift_beside(const Recording& recording, const Calibration& first, Condit
 
 std::optional<Calibration> calibrate(const Recording& recording, ConditioningOptions conditioning,
                                      FilterOptions options, double clock_sigma) {
-  const Interval motion = motion_of(recording.gnss.front().fixes);
+  const Interval motion = motion_of(recording.gnss.front().fixes, options.behaviour.start);
   const Interval early{motion.start - kBefore, std::min(motion.start + kLongest, motion.end + kBefore)};
   const Interval late{std::max(motion.start, motion.end - kLongest), motion.end};
   auto first = Calibrator(recording, conditioning, options, early, clock_sigma).run();

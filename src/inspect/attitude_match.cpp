@@ -21,8 +21,8 @@ namespace {
 using Vector10 = Eigen::Matrix<double, 10, 1>;
 using Matrix10 = Eigen::Matrix<double, 10, 10>;
 
-constexpr double kRateCell = 0.05,
-                 kMostNorms = 400000;     // s: of the magnitudes of the rates, and how many of them at most
+constexpr double kRateCell = 0.05;        // s: of the magnitudes of the rates
+constexpr double kMostNorms = 400000;     // of these magnitudes: two logs of hours are correlated in a second
 constexpr double kShortestCommon = 10;    // s
 constexpr std::size_t kFewestTurns = 50;  // attitudes
 constexpr double kUnitFar = 3;            // factor between the rates beyond which a unit is wrong
@@ -30,12 +30,6 @@ constexpr double kLeastExplained = 0.8;   // part of the rates' variance
 constexpr double kStill = 0.3 * kDegree;  // rad/s: rms of rates that tell nothing
 constexpr double kOutlier = 5;            // sigmas
 constexpr double kLargestScale = 0.3;     // of gyroscopes in the right unit
-
-double root_mean_square(const std::vector<double>& values) {
-  double squares = 0;
-  for (const double v : values) squares += v * v;
-  return std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, values.size())));
-}
 
 // The parameters: offset, rotation vector, bias, scale.
 struct RateFit {
@@ -199,9 +193,10 @@ std::optional<AttitudeFit> fit_rates(const std::vector<ImuSample>& reference, co
 
 }  // namespace
 
-bool AttitudeMatch::is_late() const {
+bool AttitudeMatch::is_late(double imu_offset) const {
   constexpr double kLeast = 0.005, kSure = 3, kOfRow = 0.6;  // s; sigmas; a half, and what the fit adds
-  return fit && std::abs(fit->offset) > std::max({kLeast, kSure * fit->sigma_offset, kOfRow * interval});
+  return fit &&
+         std::abs(attitude_delay(*fit, imu_offset)) > std::max({kLeast, kSure * fit->sigma_offset, kOfRow * interval});
 }
 
 AttitudeMatch match(const ImuRecording& imu, const AttitudeRecording& attitude) {

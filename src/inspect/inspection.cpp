@@ -94,7 +94,7 @@ std::optional<LateVelocities> late_velocities(const InspectedLog& log) {
   return std::nullopt;
 }
 
-// The sigmas of the delays of those sources that are surely late [s].
+// The largest sigmas of the delays of those sources that are surely late, or may be [s].
 struct LateSources {
   std::optional<double> velocity, attitude;
 };
@@ -299,7 +299,7 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
     if (const auto late = late_velocities(log)) {
       text += fmt::format("    velocity_delay: {:.3f} s       # as the motion has it, +- {:.3f}\n", late->delay,
                           late->sigma);
-      late_sources.velocity = late->sigma;
+      late_sources.velocity = std::max(late->sigma, late_sources.velocity.value_or(0));
     }
     text += fmt::format("    use: {}\n", log.gnss_health->velocities > 0 ? "position velocity" : "position");
   }
@@ -307,10 +307,14 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
     if (!log.is(LogKind::kAttitude) || !log.attitude_sampling) continue;
     text += fmt::format("{}  - {}    correlation_time: 60 s        # of its errors\n", reference ? "" : "attitude:\n",
                         file_keys(log, folder, "    "));
-    if (const AttitudeMatch* beside = inspection.attitude_match(log); beside != nullptr && beside->is_late()) {
-      text += fmt::format("    {}             # as the motion has it, +- {}\n",
-                          attitude_delay_text(*beside->fit, imu.clock_offset), time_text(beside->fit->sigma_offset));
-      late_sources.attitude = beside->fit->sigma_offset;
+    if (const AttitudeMatch* beside = inspection.attitude_match(log)) {
+      // The rates tell the offset of the whole run: the IMU's clock is taken at its middle.
+      const double offset = imu.clock_offset + imu.clock_drift * (beside->imu.end - beside->imu.start) / 2;
+      if (beside->is_late(offset)) {
+        text += fmt::format("    {}             # as the motion has it, +- {}\n",
+                            attitude_delay_text(*beside->fit, offset), time_text(beside->fit->sigma_offset));
+        late_sources.attitude = beside->fit->sigma_offset;
+      }
     }
     if (log.log.sigma) {
       const Vector3d deg = kDegreesPerRadian * *log.log.sigma;

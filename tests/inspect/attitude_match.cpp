@@ -70,6 +70,21 @@ TEST(AttitudeMatch, NamesADelay) {
   EXPECT_TRUE(contains(attitude_delay_text(*m.fit, 0), "delay: 0.01"));
 }
 
+// An attitude on the IMU's own clock, which is ahead of GPS time, is as late as that clock is ahead; one in GPS time is
+// not.
+TEST(AttitudeMatch, ADelayIsAgainstGpsTime) {
+  constexpr double kAhead = 12.3;  // s
+  const AttitudeMatch own = match(carried_imu(), carried_attitude());
+  ASSERT_TRUE(own.fit);
+  EXPECT_FALSE(own.is_late());
+  EXPECT_TRUE(own.is_late(kAhead));
+  EXPECT_NEAR(attitude_delay(*own.fit, kAhead), kAhead, 1e-3);
+  const AttitudeMatch gps = match(carried_imu(), later(-kAhead));
+  ASSERT_TRUE(gps.fit);
+  EXPECT_TRUE(gps.is_late());
+  EXPECT_FALSE(gps.is_late(kAhead));
+}
+
 TEST(AttitudeMatch, ClocksNeedNotOverlap) {
   const double by = -2.3 * 86400;
   const AttitudeMatch m = match(carried_imu(), later(by));

@@ -88,7 +88,7 @@ TEST(BehaviourKeys, OutOfRangeAreRefusedWithTheRange) {
       {"trust: {readmit_after: 0}", "run.yaml:2: readmit_after: must be", "1 to 1000"},
       {"trust: {distrust: -1 s}", "run.yaml:2: distrust: must be", "0 to 3600 s"},
       {"trust: {distrust: 40}", "run.yaml:2: distrust: `40` has no unit", "s"},
-      {"trust: {patience: 3 s}", "run.yaml:2: unknown key `patience`", ""},
+      {"trust: {patience: 3 s}", "run.yaml:2: unknown key `patience`", "known here are: "},
       {"gaps: {longest: 0 s}", "run.yaml:2: longest: must be", "0.01 to 3600 s"},
       {"spikes: {mend: maybe}", "run.yaml:2: mend: `maybe` is none of", "true, false"},
   };

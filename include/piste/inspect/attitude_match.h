@@ -30,9 +30,10 @@ struct AttitudeMatch {
   std::optional<AttitudeFit> fit;
   std::string why_not;  ///< without a fit: why
 
-  /// Whether the offset of the clocks is surely not zero: beyond three sigmas, 5 ms, and what is not known because a
-  /// row of the IMU may be a mean over its interval or a sample at its end.
-  bool is_late() const;
+  /// Whether the attitude's delay is surely not zero, if the IMU's clock is ahead of GPS time by `imu_offset` [s]:
+  /// beyond three sigmas, 5 ms, and what is not known because a row of the IMU may be a mean over its interval or a
+  /// sample at its end.
+  bool is_late(double imu_offset = 0) const;
 };
 
 /// Compares an attitude log with an IMU. The differences of consecutive attitudes are mean rates of the reference axes.

@@ -108,9 +108,9 @@ ImuSensor guess_sensor(const Inspection& inspection);
 /// Guesses axes and clock of the first IMU from the motion; without motion, the axes from gravity.
 ImuConditioning guess_conditioning(const Inspection& inspection);
 
-/// The text of a configuration of `replay` for the first IMU and all receivers and attitudes that are not
-/// left out. Its paths are relative to
-/// `folder`, where it and the sensor file `sensor_file` will be. Nothing if there is no IMU or no receiver.
+/// The text of a configuration of `replay` for the first IMU and all receivers and attitudes that are not left out. Its
+/// paths are relative to `folder`, where it and the sensor file `sensor_file` will be. Nothing if there is no IMU or no
+/// receiver.
 std::optional<std::string> ready_config(const Inspection& inspection, const std::string& folder,
                                         const std::string& sensor_file);
 

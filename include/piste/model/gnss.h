@@ -36,9 +36,9 @@ Linearization linearize_position(const GnssFix& fix, const std::optional<GaussMa
                                  const Lag& lag = {}, bool still = false);
 
 /// Linearises the velocity of a fix. It has two rows, north and east, if down was not measured. Its noise is that of
-/// the fix and that of the gyroscopes, which turns the lever arm. `still`: the body is at rest; velocity, rate and
-/// acceleration are then taken as zero in the Jacobians, so that their noise gives no false information on heading,
-/// scale and delay.
+/// the fix and that of the gyroscopes, which turns the lever arm. Jacobians by the lever arm and the gyroscopes have
+/// `told_rate`. `still`: the body is at rest; velocity and acceleration are then taken as zero in the Jacobians, so
+/// that their noise gives no false information on heading and delay.
 /// @pre `fix.velocity` is there.
 Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const AntennaMotion& motion,
                                  const Vector3d& earth_rate, const Gravity& gravity, bool still, const Lag& lag = {});

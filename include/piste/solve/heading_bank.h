@@ -56,7 +56,6 @@ class HeadingBank {
   Quaterniond local_level() const;
 
   World world_;
-
   StartOptions options_;
   std::vector<Hypothesis> all_;
   std::size_t best_ = 0;
