@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "condition/row_gaps.h"
 #include "condition/spikes.h"
 #include "condition/spline.h"
+#include "core/row_gaps.h"
 #include "imu_gaps.h"
 #include "piste/condition/pipeline.h"
 #include "piste/core/error.h"
@@ -226,6 +226,7 @@ Log condition_imu(const ImuRecording& recording, const ConditioningOptions& opti
   }
   Log log;
   log.counts.imu_unpaired = recording.unpaired;
+  log.counts.stamp_jitter = recording.stamp_jitter;
   log.counts.imu_repaired = recording.repaired;
   Rows rows = rows_in_span(recording, options, log);
   const RowGaps gaps = gaps_of(rows, recording.file, options.behaviour.gaps);

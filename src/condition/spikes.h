@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "condition/row_gaps.h"
+#include "core/row_gaps.h"
 #include "piste/core/behaviour.h"
 #include "piste/math/so3.h"
 

@@ -12,6 +12,7 @@
 #include "experiment/calibration.h"
 #include "io/text_reader.h"
 #include "piste/core/error.h"
+#include "piste/core/recording.h"
 #include "piste/math/units.h"
 
 namespace piste {
@@ -147,6 +148,21 @@ void read_receiver(InspectedLog& l) {
   state_velocity_sigma(l);
 }
 
+// Stamps are judged as they were logged, and everything else with those that replay will use.
+void read_body(InspectedLog& l) {
+  l.log.even_stamps = false;
+  l.imu = read_imu(l.log, &l.faults);
+  read_repaired(l, l.imu, read_imu);
+  if (l.imu.time.size() >= 3) l.imu_health = imu_health(l.imu);
+  l.log.even_stamps = true;
+  if (l.log.accel_file.empty()) {
+    even_stamps(l.imu);
+  } else {
+    RowFaults again;
+    l.imu = read_imu(l.log, &again);
+  }
+}
+
 void read_reference(InspectedLog& l) {
   const Vector3d kUsualAngle = Vector3d(1, 1, 2) / kDegreesPerRadian;  // of roll, pitch, heading
   l.attitude = read_attitude(l.log, &l.faults);
@@ -166,9 +182,7 @@ void examine(InspectedLog& l, std::vector<Suspicion>& found) {
   try {
     switch (l.guess->kind) {
       case LogKind::kImu:
-        l.imu = read_imu(l.log, &l.faults);
-        read_repaired(l, l.imu, read_imu);
-        if (l.imu.time.size() >= 3) l.imu_health = imu_health(l.imu);
+        read_body(l);
         break;
       case LogKind::kGnss:
         read_receiver(l);

@@ -128,8 +128,8 @@ std::string summary_json(const Log& log, const Solution& filtered, const Solutio
   std::string text = "{\n";
   text += fmt::format(
       "  \"imu\": {{\"epochs\": {}, \"gaps\": {}, \"rejected\": {}, \"clipped\": {}, \"spikes\": {}, \"unpaired\": {}, "
-      "\"repaired\": {}}},\n",
-      filtered.size(), c.imu_gaps, c.imu_rejected, c.imu_clipped, c.imu_spikes, c.imu_unpaired,
+      "\"stamp_jitter_s\": {:.6g}, \"repaired\": {}}},\n",
+      filtered.size(), c.imu_gaps, c.imu_rejected, c.imu_clipped, c.imu_spikes, c.imu_unpaired, c.stamp_jitter,
       repaired(c.imu_repaired));
   text += fmt::format(
       "  \"gnss\": {{{}, \"withheld\": {}, \"outside\": {}, \"late\": {}, \"without_fix\": {}, "

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "condition/row_gaps.h"
+#include "core/row_gaps.h"
 #include "piste/core/time_search.h"
 
 namespace piste {

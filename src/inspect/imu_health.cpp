@@ -7,8 +7,8 @@
 #include <tuple>
 #include <utility>
 
-#include "condition/row_gaps.h"
 #include "condition/spikes.h"
+#include "core/row_gaps.h"
 #include "imu_bounds.h"
 #include "piste/math/earth.h"
 #include "piste/math/statistics.h"

@@ -8,7 +8,7 @@
 #include <numeric>
 #include <string_view>
 
-#include "condition/row_gaps.h"
+#include "core/row_gaps.h"
 #include "math/time.h"
 
 namespace piste {
@@ -157,7 +157,7 @@ std::vector<Suspicion> suspicions(const Sampling& s, const RowFaults& faults, co
   if (s.jitter > kJittery * s.interval) {
     found.push_back({LogFault::kJitter, file,
                      fmt::format("intervals scatter by {:.2g} s (rms) about {:.6g} s", s.jitter, s.interval),
-                     "are these times of arrival? Give the sensor's own, or count samples"});
+                     "times of arrival, it seems; `replay` lays the rows on the even clock of the samples"});
   }
   return found;
 }

@@ -83,6 +83,7 @@ ImuSource read_imu_source(const Config& imu, DataFile data) {
   source.sensor = read_sensor(imu.existing_file("sensor"));
   source.conditioning.R_bs = imu.axes("axes");
   source.conditioning.instantaneous = imu.choice<bool>("sampling", {{"mean", false}, {"instant", true}}, false);
+  source.log.even_stamps = imu.choice<bool>("stamps", {{"even", true}, {"as_logged", false}}, true);
   source.log.instant = source.conditioning.instantaneous;
   if (source.conditioning.instantaneous) source.where = imu.where("sampling");
   if (const auto clock = imu.find_map("clock")) {

@@ -234,6 +234,10 @@ ImuRecording read_imu_columns(const LogFile& log, RowFaults* faults) {
     repair_rows(gyro);
     repair_rows(accel);
   }
+  if (log.even_stamps) {
+    even_stamps(gyro);
+    even_stamps(accel);
+  }
   return paired(gyro, accel, log.instant);
 }
 

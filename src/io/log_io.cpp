@@ -115,6 +115,7 @@ ImuRecording read_imu(const LogFile& log, RowFaults* faults) {
       wrong_format(log, "an IMU", "csv, kf_gins, xsens_ascii, imr or columns");
   }
   if (log.repair) repair_rows(imu);
+  if (log.even_stamps && log.accel_file.empty()) even_stamps(imu);
   if (faults == nullptr) check_gravity(imu);
   return imu;
 }

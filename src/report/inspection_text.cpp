@@ -189,6 +189,10 @@ InspectionSheet sheet_of(const InspectedLog& log) {
   sheet.add("format", fmt::format("{} ({})", name_of(log.guess->format), log.guess->why));
   for (const std::string& doubt : log.guess->doubts) sheet.add("to be checked", doubt);
   if (log.log.repair) sheet.add("repaired", log.repaired());
+  if (log.imu.stamp_jitter > 0) {
+    sheet.add("stamps", fmt::format("scatter by {} (rms) about the even clock of the samples, on which they are laid",
+                                    time_text(log.imu.stamp_jitter)));
+  }
   if (log.imu.unpaired > 0)
     sheet.add("unpaired", fmt::format("{} rows without those of the other file", log.imu.unpaired));
   if (log.clock) {

@@ -36,7 +36,6 @@ struct Degradation {
   std::function<void(Scenario&, RandomStream&)> before;  ///< the simulation
   std::function<void(Stranger&, RandomStream&)> after;
   std::vector<LogFault> named;  ///< suspicions that are true of it
-  double stamps = 0;            ///< 1-sigma of the times of rows [s]
 };
 
 Vector3d drawn_axis(RandomStream& random) {
@@ -93,8 +92,7 @@ const std::vector<Degradation>& degradations() {
        [](Stranger& s, RandomStream& random) {
          for (double& t : s.imu.time) t = 1e-3 * std::round(1e3 * (t + 0.004 * (random.uniform() - 0.5)));
        },
-       {},
-       0.0012},
+       {}},
       {"RowsDropped",
        {},
        [](Stranger& s, RandomStream& random) {
@@ -165,7 +163,7 @@ struct Worst {
 };
 
 Worst worst_of(const Solution& solution, const Stranger& s, const Matrix3d& R_bs, const Interval& span,
-               bool found_clock, double stamps) {
+               bool found_clock) {
   constexpr double kEvery = 0.25;  // s
   constexpr std::array<const char*, 9> kNames{"north",  "east", "down",  "v north", "v east",
                                               "v down", "roll", "pitch", "heading"};
@@ -174,8 +172,7 @@ Worst worst_of(const Solution& solution, const Stranger& s, const Matrix3d& R_bs
   // well. Else the clock is that of the log.
   const std::size_t last = solution.size() - 1;
   const double delay = found_clock ? solution.estimate(last).gnss_delay : 0;
-  const double sigma_delay =
-      std::hypot(stamps, found_clock ? solution.sigmas(last).blocks(full_offset(Block::kGnssDelay)) : 0);
+  const double sigma_delay = found_clock ? solution.sigmas(last).blocks(full_offset(Block::kGnssDelay)) : 0;
   const Quaterniond q_sb(Matrix3d(R_bs * s.R_sb));
   Worst worst;
   double next = 0;
@@ -227,11 +224,9 @@ void expect_right(const Stranger& s, const std::vector<const Degradation*>& how,
   ASSERT_TRUE(done.smoothed);
   Interval span = s.simulation.plate.under_way();
   span.start = std::max(span.start, done.log.imu.front().time);
-  double stamps = 0;
-  for (const Degradation* d : how) stamps = std::max(stamps, d->stamps);
   const bool found_clock = config.conditioning.imu.clock_offset != 0;
-  const Worst filtered = worst_of(done.filtered.solution, s, config.conditioning.imu.R_bs, span, found_clock, stamps);
-  const Worst smoothed = worst_of(*done.smoothed, s, config.conditioning.imu.R_bs, span, found_clock, stamps);
+  const Worst filtered = worst_of(done.filtered.solution, s, config.conditioning.imu.R_bs, span, found_clock);
+  const Worst smoothed = worst_of(*done.smoothed, s, config.conditioning.imu.R_bs, span, found_clock);
   EXPECT_LT(filtered.sigmas, 5) << fmt::format("filtered at {:.1f} s: {}\n{}", filtered.time, filtered.what, *text);
   EXPECT_LT(smoothed.sigmas, 5) << fmt::format("smoothed at {:.1f} s: {}\n{}", smoothed.time, smoothed.what, *text);
   if (std::getenv("PISTE_TELL") != nullptr) {

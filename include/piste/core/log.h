@@ -29,6 +29,7 @@ struct ImuRecording {
   std::vector<Vector3d> magnetic;   ///< [µT]; empty, or one for each row
   std::vector<double> temperature;  ///< [°C]; empty, or one for each row
   RepairedRows repaired = {};       ///< of both files, where gyroscopes and accelerometers stand apart
+  double stamp_jitter = 0;          ///< rms by which stamps were moved to the even clock of the samples [s]
   std::size_t unpaired = 0;         ///< rows left out, as the other of the two files has none beside them
 };
 
@@ -131,6 +132,7 @@ struct LogCounts {
   std::vector<std::size_t> attitude_outside;
   std::vector<std::size_t> gnss_without_fix, attitude_not_valid;  ///< per source, over the whole file
   std::size_t imu_unpaired = 0;                                   ///< over the whole file, and so are these:
+  double stamp_jitter = 0;                                        ///< of the IMU, rms [s]
   RepairedRows imu_repaired = {};
   std::vector<RepairedRows> gnss_repaired = {}, attitude_repaired = {};  ///< per source
 };

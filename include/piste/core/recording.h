@@ -11,6 +11,13 @@ void repair_rows(ImuRecording& imu);
 void repair_rows(GnssRecording& gnss);
 void repair_rows(AttitudeRecording& attitude);
 
+/// Lays the rows on the even clock by which a sensor samples, where the logger's stamps scatter about it: stamps that
+/// are rounded, or taken at arrival, would otherwise turn with the body. The clock is a straight line over the second
+/// on either side. Stamps stay as they are if they scatter by less than a hundredth of the interval, if the rows are
+/// increments, or if the samples themselves were taken when the stamps say: then a sample that is late has moved on as
+/// far as its neighbours tell. `stamp_jitter` then stays 0.
+void even_stamps(ImuRecording& imu);
+
 /// Gives the rows of `gyro`, which has no forces, those of `accel`, which has nothing else: at `instant`s the specific
 /// force on the straight line between its neighbours; of means over intervals, the mean over the gyroscopes' interval.
 ///

@@ -21,8 +21,8 @@ struct ImuSource {
 /// the file is read.
 enum class DataFile { kMustExist, kMayBeMissing };
 
-/// Reads an IMU's keys: file, format, ignore_columns, repair, sensor, axes, sampling and clock; for columns also
-/// columns and accel_file. Throws ConfigError.
+/// Reads an IMU's keys: file, format, ignore_columns, repair, stamps, sensor, axes, sampling and clock; for columns
+/// also columns and accel_file. Throws ConfigError.
 ImuSource read_imu_source(const Config& imu, DataFile data = DataFile::kMustExist);
 
 /// Reads the rows of the file. Throws ConfigError if the configuration says `sampling: instant` and the file has

@@ -60,6 +60,8 @@ struct LogFile {
   /// Whether rows are put in the order of time, and those of a repeated time dropped and counted. Else they are
   /// refused.
   bool repair = false;
+  /// Of an IMU: whether its rows are laid on the even clock of its samples (even_stamps).
+  bool even_stamps = true;
   /// For columns: where the values stand.
   std::optional<ColumnMap> columns = std::nullopt;
   /// For columns: the file of the accelerometers, if they are logged apart from the gyroscopes.

@@ -1,6 +1,6 @@
 // Where rows are missing, by the clock of the whole log: real gaps, and stamps that only look like gaps.
 
-#include "condition/row_gaps.h"
+#include "core/row_gaps.h"
 
 #include <gtest/gtest.h>
 

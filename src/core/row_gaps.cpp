@@ -1,4 +1,4 @@
-#include "condition/row_gaps.h"
+#include "core/row_gaps.h"
 
 #include <algorithm>
 
