@@ -117,4 +117,11 @@ FullError expand(const StateLayout& layout, const ErrorVector& error) {
   return full;
 }
 
+ErrorVector select(const StateLayout& layout, const FullError& error) {
+  ErrorVector selected(layout.size());
+  for (const Block b : layout.blocks())
+    selected.segment(layout.offset(b), info(b).size) = error.segment(full_offset(b), info(b).size);
+  return selected;
+}
+
 }  // namespace piste

@@ -9,6 +9,7 @@
 #include "piste/core/error.h"
 #include "piste/solve/attitude_noise.h"
 #include "piste/solve/look_back.h"
+#include "piste/solve/relinearise.h"
 #include "piste/solve/rts.h"
 
 namespace piste {
@@ -68,7 +69,12 @@ Replay replay(Log log, const ReplayOptions& options, const ReplayProgress& progr
   look_back(run.log, run.options, run.found, run.filtered.solution);
   if (smooth) {
     std::vector<AttitudeLag> lags;
-    run.smoothed = smooth_rts(run.log, run.filtered, stage("smoother"), nullptr, &lags);
+    for (int pass = 0; pass < options.relinearisations; ++pass) {
+      run.relinearised = relinearised(run.log, run.options, run.found,
+                                      run.relinearised ? *run.relinearised : run.filtered, stage("relinearising"));
+    }
+    run.smoothed =
+        smooth_rts(run.log, run.relinearised ? *run.relinearised : run.filtered, stage("smoother"), nullptr, &lags);
     run.smoothed->attitude_correlation_time = correlation_time(lags);
   }
   return run;

@@ -12,6 +12,7 @@
 #include "piste/experiment/replay.h"
 #include "piste/sim/random.h"
 #include "piste/solve/attitude_noise.h"
+#include "piste/solve/relinearise.h"
 #include "piste/solve/rts.h"
 
 namespace piste {
@@ -161,15 +162,6 @@ Start drawn_start(const Scenario& s, const FilterOptions& options, const Estimat
   return {time, boxplus(x, error), sigma.cwiseAbs2().asDiagonal()};
 }
 
-// The prior if the heading must be found: only position and velocity are roughly known.
-Covariance nothing_known() {
-  constexpr double kPosition = 10, kVelocity = 10, kTilt = 0.2;
-  const double heading = std::numbers::pi / std::sqrt(3.0);  // sigma of a uniform distribution
-  Eigen::Matrix<double, 9, 1> sigma;
-  sigma << Vector3d::Constant(kPosition), Vector3d::Constant(kVelocity), kTilt, kTilt, heading;
-  return sigma.cwiseAbs2().asDiagonal();
-}
-
 // The matrix from the filter's error to the ordinary one along the local level, for all blocks of the layout.
 Covariance ordinary(const World& world, const StateLayout& layout, const Estimate& x) {
   Covariance T = Covariance::Identity(layout.size(), layout.size());
@@ -270,20 +262,17 @@ ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed) {
   ComparedRun out{filtered.layout(), {}, {}, filtered.sources, filtered.innovations};
   for (Innovation& v : out.innovations) v.time -= departure;
   const auto sample = [&](int epoch, double time, const Estimate& x, const Covariance& P, const ErrorVector& variance) {
-    const FullError full = boxminus(truth.at(time), x);
-    ErrorVector error(out.layout.size());
-    for (const Block b : out.layout.blocks()) {
-      error.segment(out.layout.offset(b), info(b).size) = full.segment(full_offset(b), info(b).size);
-    }
+    const ErrorVector error = select(out.layout, boxminus(truth.at(time), x));
     const Covariance T = ordinary(run.log.world, out.layout, x);
     return ErrorSample{epoch, T * error, T * P * T.transpose(), variance};
   };
-  visit_grid(run.log, run.filtered, grid, departure,
-             [&](int epoch, const Tape::Epoch& before, const SmoothedState& smoothed) {
-               const Bound& b = bound.at(epoch);
-               out.filtered.push_back(sample(epoch, before.time, before.x, before.P, b.filtered));
-               out.smoothed.push_back(sample(epoch, before.time, smoothed.x, smoothed.P, b.smoothed));
-             });
+  visit_grid(run.log, run.filtered, grid, departure, [&](int epoch, const Tape::Epoch& before, const SmoothedState&) {
+    out.filtered.push_back(sample(epoch, before.time, before.x, before.P, bound.at(epoch).filtered));
+  });
+  const FilterRun again = relinearised(run.log, run.options, run.found, run.filtered);
+  visit_grid(run.log, again, grid, departure, [&](int epoch, const Tape::Epoch& before, const SmoothedState& smoothed) {
+    out.smoothed.push_back(sample(epoch, before.time, smoothed.x, smoothed.P, bound.at(epoch).smoothed));
+  });
   return out;
 }
 

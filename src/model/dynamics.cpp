@@ -206,6 +206,17 @@ void propagate(Covariance& P, const StateLayout& layout, const Transition& t) {
   }
 }
 
+void propagate(ErrorVector& m, const StateLayout& layout, const Transition& t) {
+  const Structure s(layout, t);
+  Eigen::Matrix<double, kInputs, 1> inputs = Eigen::Matrix<double, kInputs, 1>::Zero();
+  inputs.head<kNavigation>() = m.head<kNavigation>();
+  for (int k = kNavigation; k < layout.size(); ++k) {
+    if (s.input[at(k)] >= 0) inputs(s.input[at(k)]) += s.factor[at(k)] * m(k);
+    m(k) *= s.decay[at(k)];
+  }
+  m.head<kNavigation>() = s.mixer * inputs;
+}
+
 void propagate_adjoint(ErrorVector& lambda, Covariance& Lambda, const StateLayout& layout, const Transition& t) {
   const int n = layout.size();
   const Structure s(layout, t);

@@ -25,7 +25,9 @@ double longest_delay(const FilterOptions& options) {
 
 }  // namespace
 
-Filter::Filter(const FilterOptions& options, const World& world, const Start& start) {
+Filter::Filter(const FilterOptions& options, const World& world, const Start& start,
+               std::shared_ptr<const Reference> reference)
+    : reference_(std::move(reference)) {
   options.validate();
   auto setup = std::make_shared<Setup>();
   setup->options = options;
@@ -43,6 +45,12 @@ Filter::Filter(const FilterOptions& options, const World& world, const Start& st
   trust_ = Trust(setup->sources.all(), options.behaviour.trust);
   setup->begin = start.time;
   state_ = {start.time, start.x, initial_covariance(setup->layout, options, start)};
+  state_.mean.setZero(setup->layout.size());
+  noise_score_ = NoiseScore(options, setup->layout);
+  if (reference_) {
+    state_.x = reference_->start();
+    state_.mean = select(setup->layout, boxminus(start.x, state_.x));
+  }
   propagation_ = Propagation(world, start.x.p_wb);
   innovations_.reserve(256);
   setup_ = std::move(setup);
@@ -100,6 +108,7 @@ void Filter::process(const ImuSample* after) {
     if (state_.time >= sample.time - kSameInstant) return;
     step = split(step, state_.time - begin).second;
   }
+  if (reference_) follow_reference(step.dt);
   bool at_end = false;
   while (const std::optional<QueuedFix> fix = queue_.take(sample.time, delays_)) {
     const double into_step = fix->time - delays_[static_cast<std::size_t>(fix->source)] - state_.time;
@@ -110,6 +119,7 @@ void Filter::process(const ImuSample* after) {
       measure(*fix, step, 0, lag);
     } else if (into_step >= step.dt - kSameInstant) {
       advance(step, noise);
+      arrive();
       at_end = true;
       measure(*fix, step, step.dt, 0);
     } else {
@@ -119,7 +129,10 @@ void Filter::process(const ImuSample* after) {
       measure(*fix, step, 0, 0);
     }
   }
-  if (!at_end) advance(step, noise);
+  if (!at_end) {
+    advance(step, noise);
+    arrive();
+  }
   state_.time = sample.time;  // not the sum of the steps, so that rounding errors do not add up
   if (const std::optional<RestFix> fix = rest_.add(sample, setup_->options.behaviour.rest)) {
     const int first = setup_->sources.first<ZeroUpdates>(0);
@@ -135,10 +148,28 @@ void Filter::process(const ImuSample* after) {
 }
 
 void Filter::advance(const ImuStep& step, const StepNoise& noise) {
-  const Transition t =
-      propagation_.advance(state_, step, noise, resting(), setup_->world, setup_->layout, setup_->options);
+  take_back_noise();
+  const Transition t = propagation_.advance(state_, step, noise, resting(), setup_->world, setup_->layout,
+                                            setup_->options, reference_ ? &known_ : nullptr);
   mending_.add(t, resting());
+  if (!resting()) noise_score_.add(step.dt);
   if (tape_) tape_->events.emplace_back(Tape::Propagation{t});
+}
+
+// Finds where the reference is at the end of the sample, and the motion to it.
+void Filter::follow_reference(double dt) {
+  while (reference_row_ + 1 < reference_->size() && reference_->time(reference_row_) < now_->time - kSameInstant)
+    ++reference_row_;
+  target_ = reference_->estimate(reference_row_);
+  known_ = motion_between(state_.x, target_, dt, setup_->world.earth_rate(), propagation_.gravity());
+}
+
+// At the end of a sample: the estimate becomes that of the reference, and what the sample tells beside it is in the
+// mean.
+void Filter::arrive() {
+  if (!reference_) return;
+  state_.mean += select(setup_->layout, boxminus(state_.x, target_));
+  state_.x = target_;
 }
 
 // The delays of all sources by the estimate.
@@ -178,7 +209,8 @@ void Filter::measure(const typename Type::Fix& fix, const QueuedFix& place, cons
   const FixDelay delay = Type::delay(setup_->options, setup_->layout, sensor, channel, state_.x);
   // What belongs before the start has told the start already, and the motion back to it is not known.
   if (lag > 0 && place.time - delay.value < setup_->begin - kSameInstant) return;
-  const int row = delay.block ? setup_->layout.offset(*delay.block) : -1;
+  // About a reference the delay's uncertainty is part of the linear problem.
+  const int row = delay.block && !reference_ ? setup_->layout.offset(*delay.block) : -1;
   const MeasurementContext context{
       .options = setup_->options,
       .layout = setup_->layout,
@@ -195,6 +227,12 @@ void Filter::measure(const typename Type::Fix& fix, const QueuedFix& place, cons
   const std::optional<Linearization> lin = Type::linearize(fix, sensor, channel, context, state_.x);
   if (!lin) return;
   const double late = place.time - state_.time;
+  if (reference_) {
+    Linearization beside = *lin;
+    beside.residual -= assemble(setup_->layout, beside) * state_.mean;
+    apply(source, late, beside);
+    return;
+  }
   if constexpr (requires { Type::linearize(fix, sensor, channel, context, state_.x, &state_.x); }) {
     apply(source, late, half_way<Type>(fix, sensor, channel, context, *lin));
   } else {
@@ -262,13 +300,28 @@ void Filter::apply(int source, double late, const Linearization& lin) {
 }
 
 void Filter::correct_by(const Update& u, const Linearization& lin) {
-  const FullError correction = expand(setup_->layout, gain(u) * u.residual);
-  const ResetJacobian G = reset_jacobian(correction);
+  if (!reference_) noise_score_.before_fix(state_.x, state_.P);
+  const ErrorVector correction = gain(u) * u.residual;
   joseph(state_.P, u, lin.covariance);
-  reset(state_.P, setup_->layout, G);
-  state_.x = boxplus(state_.x, correction);
+  ResetJacobian G = reset_jacobian(FullError::Zero());
+  if (reference_) {
+    state_.mean += correction;
+  } else {
+    const FullError error = expand(setup_->layout, correction);
+    G = reset_jacobian(error);
+    reset(state_.P, setup_->layout, G);
+    state_.x = boxplus(state_.x, error);
+  }
   if (!(state_.P.diagonal().minCoeff() >= 0)) fail("its covariance has a negative variance");
   if (tape_) tape_->events.emplace_back(Tape::Correction{u, G});
+}
+
+// Takes back what the IMU's noise has told of the scales in the fixes of this instant.
+void Filter::take_back_noise() {
+  const std::optional<ScaleScore> score = noise_score_.after_fixes(state_.x, state_.P);
+  if (!score) return;
+  state_.x = boxplus(state_.x, setup_->layout, -pull_of(*score, setup_->layout, state_.P));
+  if (tape_) tape_->events.emplace_back(Tape::TakenBack{*score});
 }
 
 void Filter::fail(const std::string& why) const {

@@ -8,7 +8,8 @@ constexpr double kGravityReach = 100;  // m: gravity is linear to 4e-9 m/s² ove
 }  // namespace
 
 Transition Propagation::advance(FilterState& state, const ImuStep& step, const StepNoise& noise, bool still,
-                                const World& world, const StateLayout& layout, const FilterOptions& options) {
+                                const World& world, const StateLayout& layout, const FilterOptions& options,
+                                const BodyMotion* known) {
   if ((state.x.p_wb - gravity_.point).squaredNorm() > kGravityReach * kGravityReach) {
     gravity_ = world.gravity(state.x.p_wb);
   }
@@ -23,9 +24,14 @@ Transition Propagation::advance(FilterState& state, const ImuStep& step, const S
   }
   Transition t =
       linearize(before, state.x, corrected, world.earth_rate(), gravity_, noise, still ? &standing_force_ : nullptr);
+  if (known != nullptr && !still) {
+    t.rate = known->rate;
+    t.force = known->force;
+  }
   add_processes(t, layout, options, step.dt);
   decay(state.x, layout, t);
   propagate(state.P, layout, t);
+  if (known != nullptr) propagate(state.mean, layout, t);
   state.time += step.dt;
   return t;
 }

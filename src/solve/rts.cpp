@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "piste/solve/noise_score.h"
+
 namespace piste {
 namespace {
 
@@ -28,15 +30,17 @@ class Backward {
         if (!traces()) continue;
         reset_adjoint(traced_, layout_, correction->reset);
         update_adjoint(traced_, correction->update);
+      } else if (const auto* taken = std::get_if<Tape::TakenBack>(&*event)) {
+        add_score(lambda_, layout_, taken->score);
       } else if (const auto* epoch = std::get_if<Tape::Epoch>(&*event)) {
         at_epoch(--row, *epoch);
       }
     }
   }
 
-  /// x̂ ⊞ (−P λ) and P − P Λ P, about the corrected estimate.
-  SmoothedState smooth(const Estimate& x, const Covariance& P) {
-    const FullError correction = expand(layout_, -(P.lazyProduct(lambda_)));
+  /// x̂ ⊞ (mean − P λ) and P − P Λ P, about the corrected estimate.
+  SmoothedState smooth(const Estimate& x, const ErrorVector& mean, const Covariance& P) {
+    const FullError correction = expand(layout_, mean - P.lazyProduct(lambda_));
     work_.noalias() = Lambda_ * P;
     SmoothedState s{boxplus(x, correction), P};
     s.P.noalias() -= P * work_;
@@ -138,7 +142,7 @@ void run_backwards(Backward& backward, const Log& log, const FilterRun& run, std
 // Once the whole run has gone by.
 SmoothedState smoothed_start(Backward& backward, const FilterRun& run) {
   const Filter& first = run.checkpoints.front().filter;
-  return backward.smooth(first.estimate(), first.covariance());
+  return backward.smooth(first.estimate(), first.mean(), first.covariance());
 }
 
 }  // namespace
@@ -154,7 +158,7 @@ Solution smooth_rts(const Log& log, const FilterRun& run, const ProgressCallback
   std::optional<LagCollector> collector;
   if (lags) collector.emplace(filtered.world(), filtered.size(), *lags);
   run_backwards(backward, log, run, 0, progress, [&](std::size_t row, const Tape::Epoch& epoch) {
-    const SmoothedState s = backward.smooth(epoch.x, epoch.P);
+    const SmoothedState s = backward.smooth(epoch.x, epoch.mean, epoch.P);
     out.set(row, epoch.time, s.x, sigmas_of(out.world(), s.x, out.layout(), s.P));
     if (collector) collector->visit(backward, row, epoch, s);
   });
@@ -170,7 +174,7 @@ void smooth_rows(const Log& log, const FilterRun& run, const std::vector<std::si
   run_backwards(backward, log, run, first, {}, [&](std::size_t row, const Tape::Epoch& epoch) {
     if (next == rows.rend() || *next != row) return;
     ++next;
-    observer(row, epoch, backward.smooth(epoch.x, epoch.P));
+    observer(row, epoch, backward.smooth(epoch.x, epoch.mean, epoch.P));
   });
   if (at_start) *at_start = smoothed_start(backward, run);
 }

@@ -8,8 +8,8 @@
 namespace piste {
 
 FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& start, int checkpoint_every,
-                     const ProgressCallback& progress, double end_time) {
-  Checkpoint c{Filter(options, log.world, start), place_at(log, start.time, end_time)};
+                     const ProgressCallback& progress, double end_time, std::shared_ptr<const Reference> reference) {
+  Checkpoint c{Filter(options, log.world, start, std::move(reference)), place_at(log, start.time, end_time)};
   const std::size_t begin = c.place.imu, end = c.place.imu_end;
   FilterRun run;
   run.solution = Solution(c.filter.layout(), log.world);

@@ -238,6 +238,18 @@ TEST_P(Layouts, PropagationIsTheDenseProduct) {
   }
 }
 
+TEST_P(Layouts, AnErrorIsPropagatedByTheDenseTransition) {
+  Random random(5);
+  const StateLayout layout(GetParam());
+  for (int i = 0; i < 10; ++i) {
+    const Transition t = some_step(layout, random);
+    ErrorVector m = random.matrix(layout.size(), 1);
+    const MatrixXd expected = dense_transition(layout, t) * m;
+    propagate(m, layout, t);
+    EXPECT_LT(relative(m, expected), 1e-14);
+  }
+}
+
 TEST_P(Layouts, AdjointIsTheDenseTranspose) {
   Random random(4);
   const StateLayout layout(GetParam());

@@ -35,6 +35,7 @@ class Batch {
     Eigen::Index used = n;
     MatrixXd normal = MatrixXd::Identity(unknowns, unknowns);
     VectorXd right = VectorXd::Zero(unknowns);
+    MatrixXd known = MatrixXd::Identity(unknowns, unknowns);  // inverse of `normal` so far
     for (const auto& event : tape.events) {
       if (const auto* step = std::get_if<Tape::Propagation>(&event)) {
         const MatrixXd Phi = dense_transition(layout, step->transition);
@@ -54,6 +55,8 @@ class Batch {
         const MatrixXd R = u.S.topLeftCorner(u.rows, u.rows) - H * u.PHt.leftCols(u.rows);
         const MatrixXd HA = H * A, weighted = solve_symmetric(R, HA);
         normal += HA.transpose() * weighted;
+        const MatrixXd seen = known * HA.transpose();
+        known -= seen * solve_symmetric(MatrixXd(HA * seen + R), MatrixXd(seen.transpose()));
         right += weighted.transpose() * (u.residual.head(u.rows) - H * offset);
         // The estimate was moved by `moved`: the error about it now.
         const VectorXd moved = gain(u) * u.residual;
@@ -63,6 +66,15 @@ class Batch {
         if (b >= 0) G.block<3, 3>(b, b) = correction->reset.mountings[0];
         A = (G * A).eval();
         offset = G * (offset - moved);
+      } else if (const auto* taken = std::get_if<Tape::TakenBack>(&event)) {
+        // A score that the data gave wrongly: the equations lose it, and the estimate moved by P times it.
+        VectorXd score = VectorXd::Zero(n);
+        for (const auto& [block, at] : {std::pair{Block::kGyroScale, 0}, std::pair{Block::kAccelScale, 3}}) {
+          if (layout.has(block)) score.segment<3>(layout.offset(block)) = taken->score.segment<3>(at);
+        }
+        const VectorXd told = A.transpose() * score;
+        right -= told;
+        offset += A * (known * told);
       } else {
         epochs_.push_back({A, offset});
       }

@@ -65,6 +65,17 @@ TEST(Inconsistent, WorseSensorLeavesTheBand) {
   }
 }
 
+// A calm ride, in which motion tells little of the scales: what they follow then is noise, unless it is taken out.
+TEST(CalmRide, ScalesAreWithinTheirSigmas) {
+  Scenario s = suite_scenario("calm_30min");
+  s.motion.rest_before = 20;
+  s.motion.run = 900;
+  s.motion.rest_after = 5;
+  s.replay.end = 905;
+  const ConsistencyReport report = report_of(s, "calm", seeds(4, 32));
+  EXPECT_TRUE(report.consistent());
+}
+
 // Of 5 s of motion alone, from any heading: found every time, and never wrong with a small sigma.
 TEST(UnknownHeading, IsFoundWithinFiveSeconds) {
   for (const char* name : {"ski_heading_5s", "bicycle_heading_5s", "ski_heading_l1_5s"}) {

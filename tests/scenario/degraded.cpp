@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -162,17 +163,12 @@ struct Worst {
   std::string what;
 };
 
-Worst worst_of(const Solution& solution, const Stranger& s, const Matrix3d& R_bs, const Interval& span,
-               bool found_clock) {
+/// With rows `late` against the truth [s].
+Worst worst_of(const Solution& solution, const Stranger& s, const Matrix3d& R_bs, const Interval& span, double late) {
   constexpr double kEvery = 0.25;  // s
   constexpr std::array<const char*, 9> kNames{"north",  "east", "down",  "v north", "v east",
                                               "v down", "roll", "pitch", "heading"};
   const Truth& body = s.simulation.bodies[0];
-  // Where the clock was found from the motion, rows are in the receiver's time as the delay has it, which is known so
-  // well. Else the clock is that of the log.
-  const std::size_t last = solution.size() - 1;
-  const double delay = found_clock ? solution.estimate(last).gnss_delay : 0;
-  const double sigma_delay = found_clock ? solution.sigmas(last).blocks(full_offset(Block::kGnssDelay)) : 0;
   const Quaterniond q_sb(Matrix3d(R_bs * s.R_sb));
   Worst worst;
   double next = 0;
@@ -180,11 +176,9 @@ Worst worst_of(const Solution& solution, const Stranger& s, const Matrix3d& R_bs
     const double t = solution.time(i);
     if (t < next || !span.contains(t)) continue;
     next = t + kEvery;
-    const TruthState truth = body.at(t + delay);
+    const TruthState truth = body.at(t + late);
     const World& world = body.world();
     const Matrix3d R_nw = world.rotation_wn(truth.p_wb).transpose();
-    const Vector3d moved = R_nw * truth.v_wb * sigma_delay, sped = R_nw * truth.acceleration * sigma_delay;
-    const double turned = truth.w_ib_b.norm() * sigma_delay;
     const auto nav = solution.navigation(i);
     const Sigmas sigma = solution.sigmas(i);
     const Vector3d position = World(world.to_geodetic(truth.p_wb)).from_geodetic(nav.position);
@@ -194,14 +188,39 @@ Worst worst_of(const Solution& solution, const Stranger& s, const Matrix3d& R_bs
       const int axis = k % 3;
       const double error = k < 3 ? position(axis) : k < 6 ? velocity(axis) : std::remainder(euler(axis), 2 * M_PI);
       const double own = k < 3 ? sigma.position(axis) : k < 6 ? sigma.velocity(axis) : sigma.euler(axis);
-      const double all = std::hypot(own, k < 3 ? moved(axis) : k < 6 ? sped(axis) : turned);
-      if (std::abs(error) > worst.sigmas * all) {
-        worst = {std::abs(error) / all, t - body.start_time(),
-                 fmt::format("{} {:.3g} +- {:.3g}", kNames[static_cast<std::size_t>(k)], error, all)};
+      if (std::abs(error) > worst.sigmas * own) {
+        worst = {std::abs(error) / own, t - body.start_time(),
+                 fmt::format("{} {:.3g} +- {:.3g}", kNames[static_cast<std::size_t>(k)], error, own)};
       }
     }
   }
   return worst;
+}
+
+// Where the clock was found from the motion, rows are in the receiver's time as the delay has it, which is off as well.
+// So the delay's error, which is one number for the run, is looked for within its own sigma. Else the clock is that of
+// the log.
+Worst worst_of(const Solution& solution, const Stranger& s, const Matrix3d& R_bs, const Interval& span,
+               bool found_clock) {
+  if (!found_clock) return worst_of(solution, s, R_bs, span, 0.0);
+  const std::size_t last = solution.size() - 1;
+  const double delay = solution.estimate(last).gnss_delay,
+               sigma = solution.sigmas(last).blocks(full_offset(Block::kGnssDelay));
+  double best_error = 0;
+  Worst best{std::numeric_limits<double>::infinity(), 0, ""};
+  for (double step = sigma / 2; step > sigma / 500; step /= 4) {
+    const double about = best_error;
+    for (int k = -10; k <= 10; ++k) {
+      const double error = about + k * step;
+      Worst worst = worst_of(solution, s, R_bs, span, delay + error);
+      if (std::abs(error) > worst.sigmas * sigma)
+        worst = {std::abs(error) / sigma, 0, fmt::format("delay {:.3g} +- {:.3g} s", error, sigma)};
+      if (worst.sigmas >= best.sigmas) continue;
+      best = worst;
+      best_error = error;
+    }
+  }
+  return best;
 }
 
 /// Inspects and replays a run as a user would, from an empty folder.

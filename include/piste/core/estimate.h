@@ -56,4 +56,7 @@ Eigen::Matrix<double, 9, 9> level_from_invariant(const Matrix3d& R_wn, const Est
 /// The error of every block from the error of the layout's blocks; zero for the others.
 FullError expand(const StateLayout& layout, const ErrorVector& error);
 
+/// The error of the layout's blocks from that of every block.
+ErrorVector select(const StateLayout& layout, const FullError& error);
+
 }  // namespace piste

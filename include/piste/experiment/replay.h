@@ -30,15 +30,20 @@ struct ReplayOptions {
   std::optional<Start> start = std::nullopt;                 ///< a known start; without it the start is found
   double longest = std::numeric_limits<double>::infinity();  ///< s after the start at which the replay ends
   SmootherKind smoother = SmootherKind::kRts;
+  /// How often a smoothed run is linearised anew about itself. Once is as good as the true rates for scales, and brings
+  /// an outage of a minute into its sigmas.
+  int relinearisations = 1;
   /// Whether checkpoints are kept without a smoother too, for smooth_rows(). They cost some hundred bytes an epoch.
   bool checkpoints = true;
 };
 
 /// The result of a replay: the input of the filter and its output.
 struct Replay {
-  Log log;                           ///< conditioned, with its rests
-  FilterOptions options;             ///< of the filter, with the measured errors of the reference attitudes
-  FoundStart found;                  ///< the start, and how it was found
+  Log log;                ///< conditioned, with its rests
+  FilterOptions options;  ///< of the filter, with the measured errors of the reference attitudes
+  FoundStart found;       ///< the start, and how it was found
+  /// What the smoother goes back over, if there is one: the run filtered about its own smoothed trajectory.
+  std::optional<FilterRun> relinearised = std::nullopt;
   FilterRun filtered;                ///< with its checkpoints smooth_rows() can give the whole covariance of any row
   std::optional<Solution> smoothed;  ///< if asked for, with the correlation time of its attitude's errors
 

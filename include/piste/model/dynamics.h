@@ -57,6 +57,9 @@ void add_processes(Transition& t, const StateLayout& layout, const FilterOptions
 /// P ← Φ P Φᵀ + Q. Uses that only the navigation rows depend on other blocks. No heap.
 void propagate(Covariance& P, const StateLayout& layout, const Transition& t);
 
+/// m ← Φ m for an error. No heap.
+void propagate(ErrorVector& m, const StateLayout& layout, const Transition& t);
+
 /// The adjoint of the same step, for a smoother: λ ← Φᵀ λ and Λ ← Φᵀ Λ Φ. No heap.
 void propagate_adjoint(ErrorVector& lambda, Covariance& Lambda, const StateLayout& layout, const Transition& t);
 

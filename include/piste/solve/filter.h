@@ -19,8 +19,10 @@
 #include "piste/core/solution.h"
 #include "piste/solve/fix_queue.h"
 #include "piste/solve/initial_state.h"
+#include "piste/solve/noise_score.h"
 #include "piste/solve/propagation.h"
 #include "piste/solve/rate_mending.h"
+#include "piste/solve/reference.h"
 #include "piste/solve/rest_updates.h"
 #include "piste/solve/sample_noise.h"
 #include "piste/solve/trust.h"
@@ -32,8 +34,10 @@ namespace piste {
 /// the same bytes.
 class Filter {
  public:
-  /// Throws ConfigError if the options are not valid.
-  Filter(const FilterOptions& options, const World& world, const Start& start);
+  /// With a `reference` of the same log the filter is linearised about it: estimate() is then the reference, and mean()
+  /// how far the best estimate is from it. Throws ConfigError if the options are not valid.
+  Filter(const FilterOptions& options, const World& world, const Start& start,
+         std::shared_ptr<const Reference> reference = nullptr);
 
   /// Adds the next IMU sample, and processes the sample before it. Returns true if there was one: time(), estimate()
   /// and covariance() are then those of its end. All fixes up to that time must have been added before. No heap.
@@ -57,6 +61,8 @@ class Filter {
   double time() const { return state_.time; }
   const Estimate& estimate() const { return state_.x; }
   const Covariance& covariance() const { return state_.P; }
+  /// The best estimate is estimate() ⊞ mean(). Zero without a reference.
+  const ErrorVector& mean() const { return state_.mean; }
   const StateLayout& layout() const { return setup_->layout; }
   const World& world() const { return setup_->world; }
   /// Names of the sources, by Innovation::source.
@@ -88,6 +94,9 @@ class Filter {
 
   void process(const ImuSample* after);
   void advance(const ImuStep& step, const StepNoise& noise);
+  void follow_reference(double dt);
+  void arrive();
+  void take_back_noise();
   void find_delays();
   void measure(const QueuedFix& fix, const ImuStep& step, double into_step, double lag);
   template <class Type>
@@ -105,6 +114,10 @@ class Filter {
   [[noreturn]] void fail(const std::string& why) const;
 
   std::shared_ptr<const Setup> setup_;
+  std::shared_ptr<const Reference> reference_;
+  std::size_t reference_row_ = 0;  // that of the sample that is processed
+  Estimate target_;                // its estimate
+  BodyMotion known_;               // the motion to it
   FilterState state_;
   std::optional<ImuSample> before_, now_;
   FixQueue queue_;
@@ -112,6 +125,7 @@ class Filter {
   SampleNoise sample_noise_;
   Propagation propagation_;
   RateMending mending_;
+  NoiseScore noise_score_;
   RestUpdates rest_;
   Trust trust_;
   Vector3d rate_variance_ = Vector3d::Zero();  // of the gyro's white noise in the sample that is processed

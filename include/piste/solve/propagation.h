@@ -19,10 +19,11 @@ class Propagation {
   /// Rate and force as means over the last samples, in the axes of `q_wb`.
   RecentMotion recent(const Quaterniond& q_wb, const ImuSensor& sensor) const { return motion_.at(q_wb, sensor); }
 
-  /// Advances `state` over `step`, whose increments are as measured. `still`: the body is at rest. Returns the
-  /// transition of the error. No heap.
+  /// Advances `state` over `step`, whose increments are as measured. `still`: the body is at rest. `known`: rate and
+  /// force that the scales multiply, where a reference tells them; without it those of the step. Returns the transition
+  /// of the error. No heap.
   Transition advance(FilterState& state, const ImuStep& step, const StepNoise& noise, bool still, const World& world,
-                     const StateLayout& layout, const FilterOptions& options);
+                     const StateLayout& layout, const FilterOptions& options, const BodyMotion* known = nullptr);
 
  private:
   void stand(const Estimate& x, double dt);

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include "piste/solve/filter.h"
@@ -38,9 +39,12 @@ using ProgressCallback = std::function<void(double)>;
 /// Filters a log, from the time of `start` on. The result has the same bytes as that of a Filter that is fed sample by
 /// sample.
 /// `checkpoint_every`: epochs between checkpoints, 0 for none. `end_time`: samples from this time on are left out.
+/// `reference`: a smoothed run of the same log about which this one is linearised (solve/reference.h); its rows then
+/// are those of the reference, and only a smoother tells what is better.
 /// Throws ConfigError if the options are not valid, DataError if the filter diverges.
 FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& start, int checkpoint_every = 0,
-                     const ProgressCallback& progress = {}, double end_time = 1e300);
+                     const ProgressCallback& progress = {}, double end_time = 1e300,
+                     std::shared_ptr<const Reference> reference = nullptr);
 
 /// Filters a stretch again from a checkpoint, and records it on `tape`. Its last epoch is that of row `end_row` − 1.
 void rerun(const Log& log, const Checkpoint& from, std::size_t end_row, Tape& tape);

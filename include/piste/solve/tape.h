@@ -14,6 +14,9 @@ struct FilterState {
   double time = 0;
   Estimate x;
   Covariance P;
+  /// The error of `x` as the measurements so far have it: the best estimate is x ⊞ mean. Zero in a filter that corrects
+  /// `x` itself; in one that is linearised about a reference, `x` is the reference.
+  ErrorVector mean = {};
 };
 
 /// All that a filter did, in order. A smoother goes through it backwards.
@@ -25,9 +28,13 @@ struct Tape {
     Update update;
     ResetJacobian reset;
   };
+  /// What noise told the scales, taken back (solve/noise_score.h): the estimate moved by −P times the score.
+  struct TakenBack {
+    Eigen::Matrix<double, 6, 1> score;
+  };
   /// The end of an IMU epoch, for which the smoother gives its estimate.
   using Epoch = FilterState;
-  std::vector<std::variant<Propagation, Correction, Epoch>> events;
+  std::vector<std::variant<Propagation, Correction, TakenBack, Epoch>> events;
 };
 
 }  // namespace piste

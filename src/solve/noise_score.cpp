@@ -1,0 +1,61 @@
+#include "piste/solve/noise_score.h"
+
+namespace piste {
+namespace {
+
+constexpr Block kScales[] = {Block::kGyroScale, Block::kAccelScale};
+
+}  // namespace
+
+NoiseScore::NoiseScore(const FilterOptions& options, const StateLayout& layout) {
+  const double gyro = options.sensor.gyro.noise, accel = options.sensor.accel.noise;
+  if (layout.has(Block::kGyroScale) && options.attitude.empty()) gyro_ = gyro * gyro;
+  if (layout.has(Block::kAccelScale)) accel_ = accel * accel;
+}
+
+// Covariances along the body's axes of attitude and velocity, for given errors of everything else: what a bias hides
+// of the tilt is not what the noise turns. It is the ordinary velocity that fixes show.
+NoiseScore::Known NoiseScore::known(const Estimate& x, const Covariance& P) {
+  constexpr int kNavigation = 9, kAttitude = full_offset(Block::kAttitude);
+  const Eigen::Index others = P.rows() - kNavigation;
+  using Beside = Eigen::Matrix<double, Eigen::Dynamic, kNavigation, 0, kFullSize, kNavigation>;
+  const Covariance slow = P.bottomRightCorner(others, others);
+  const Beside beside = P.bottomLeftCorner(others, kNavigation);
+  const Beside told = slow.ldlt().solve(beside);
+  const Matrix9d fast = P.topLeftCorner<kNavigation, kNavigation>() - beside.transpose() * told;
+  const Matrix3d R = x.R_wb();
+  const Eigen::Matrix<double, 3, kNavigation> velocity =
+      R.transpose() * ordinary_from_invariant(x).middleRows<3>(full_offset(Block::kVelocity));
+  return {R.transpose() * fast.block<3, 3>(kAttitude, kAttitude) * R, velocity * fast * velocity.transpose()};
+}
+
+void NoiseScore::before_fix(const Estimate& x, const Covariance& P) {
+  if (!before_ && time_ > 0 && gyro_ + accel_ > 0) before_ = known(x, P);
+}
+
+std::optional<ScaleScore> NoiseScore::after_fixes(const Estimate& x, const Covariance& P) {
+  if (!before_) return std::nullopt;
+  const Known after = known(x, P);
+  ScaleScore score;
+  score << gyro_ * time_ * (before_->attitude + after.attitude).inverse().diagonal(),
+      accel_ * time_ * (before_->velocity + after.velocity).inverse().diagonal();
+  before_.reset();
+  time_ = 0;
+  return score;
+}
+
+ErrorVector pull_of(const ScaleScore& score, const StateLayout& layout, const Covariance& P) {
+  ErrorVector pull = ErrorVector::Zero(layout.size());
+  for (int k = 0; k < 2; ++k) {
+    if (layout.has(kScales[k])) pull += P.middleCols<3>(layout.offset(kScales[k])) * score.segment<3>(3 * k);
+  }
+  return pull;
+}
+
+void add_score(ErrorVector& lambda, const StateLayout& layout, const ScaleScore& score) {
+  for (int k = 0; k < 2; ++k) {
+    if (layout.has(kScales[k])) lambda.segment<3>(layout.offset(kScales[k])) += score.segment<3>(3 * k);
+  }
+}
+
+}  // namespace piste
