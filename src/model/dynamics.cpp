@@ -90,6 +90,16 @@ PISTE_WIDE void onto_inputs(const Mixer& mixer, const Columns<kNavigation>& in, 
   combine<kInputs, kNavigation>(mixer.transpose(), in, n, out);
 }
 
+// λ ← Φᵀ λ of the first n rows.
+void adjoint(ErrorVector& lambda, int n, const Structure& s) {
+  const Eigen::Matrix<double, kInputs, 1> seen = s.mixer.transpose() * lambda.head<kNavigation>();
+  lambda.head<kNavigation>() = seen.head<kNavigation>();
+  for (int k = kNavigation; k < n; ++k) {
+    lambda(k) *= s.decay[at(k)];
+    if (s.input[at(k)] >= 0) lambda(k) += s.factor[at(k)] * seen(s.input[at(k)]);
+  }
+}
+
 }  // namespace
 
 Transition linearize(const Estimate& x, const Estimate& end, const ImuStep& s, const Vector3d& earth_rate,
@@ -250,13 +260,11 @@ void propagate_adjoint(ErrorVector& lambda, Covariance& Lambda, const StateLayou
       Lambda(i, j) = Lambda(j, i) = value;
     }
   }
+  adjoint(lambda, n, s);
+}
 
-  const Eigen::Matrix<double, kInputs, 1> seen = s.mixer.transpose() * lambda.head<kNavigation>();
-  lambda.head<kNavigation>() = seen.head<kNavigation>();
-  for (int k = kNavigation; k < n; ++k) {
-    lambda(k) *= s.decay[at(k)];
-    if (s.input[at(k)] >= 0) lambda(k) += s.factor[at(k)] * seen(s.input[at(k)]);
-  }
+void propagate_adjoint(ErrorVector& lambda, const StateLayout& layout, const Transition& t) {
+  adjoint(lambda, layout.size(), Structure(layout, t));
 }
 
 Covariance dense_transition(const StateLayout& layout, const Transition& t) {

@@ -48,7 +48,7 @@ Filter::Filter(const FilterOptions& options, const World& world, const Start& st
   state_.mean.setZero(setup->layout.size());
   noise_score_ = NoiseScore(options, setup->layout);
   if (reference_) {
-    state_.x = reference_->start();
+    state_.x = reference_->start;
     state_.mean = select(setup->layout, boxminus(start.x, state_.x));
   }
   propagation_ = Propagation(world, start.x.p_wb);
@@ -158,9 +158,9 @@ void Filter::advance(const ImuStep& step, const StepNoise& noise) {
 
 // Finds where the reference is at the end of the sample, and the motion to it.
 void Filter::follow_reference(double dt) {
-  while (reference_row_ + 1 < reference_->size() && reference_->time(reference_row_) < now_->time - kSameInstant)
-    ++reference_row_;
-  target_ = reference_->estimate(reference_row_);
+  const auto& rows = reference_->rows;
+  while (reference_row_ + 1 < rows.size() && rows[reference_row_].time < now_->time - kSameInstant) ++reference_row_;
+  target_ = rows[reference_row_].x;
   known_ = motion_between(state_.x, target_, dt, setup_->world.earth_rate(), propagation_.gravity());
 }
 

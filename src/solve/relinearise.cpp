@@ -10,18 +10,17 @@ namespace piste {
 
 FilterRun relinearised(const Log& log, const FilterOptions& options, const FoundStart& found, const FilterRun& run,
                        const ProgressCallback& progress) {
-  constexpr double kSmoothing = 0.7;  // part of the work
+  constexpr double kSmoothing = 0.6;  // part of the work
   const auto part = [&](double from, double to) -> ProgressCallback {
     if (!progress) return {};
     return [&progress, from, to](double done) { progress(from + done * (to - from)); };
   };
   Start start = found.start;
   if (found.aligned) start.covariance = nothing_known();
-  SmoothedState at_start;
-  Solution smoothed = smooth_rts(log, run, part(0, kSmoothing), &at_start);
-  const double end = smoothed.empty() ? start.time : smoothed.time(smoothed.size() - 1) + kSameInstant;
+  Reference smoothed = smoothed_trajectory(log, run, part(0, kSmoothing));
+  const double end = (smoothed.rows.empty() ? start.time : smoothed.rows.back().time) + kSameInstant;
   return run_filter(log, options, start, kCheckpointEvery, part(kSmoothing, 1), end,
-                    std::make_shared<const Reference>(std::move(smoothed), at_start.x));
+                    std::make_shared<const Reference>(std::move(smoothed)));
 }
 
 }  // namespace piste

@@ -11,7 +11,7 @@ namespace {
 // The backward pass. run() takes λ and Λ from after the last event of a tape to before its first.
 class Backward {
  public:
-  explicit Backward(const StateLayout& layout) : layout_(layout) {
+  explicit Backward(const StateLayout& layout, bool covariance = true) : layout_(layout), covariance_(covariance) {
     lambda_.setZero(layout.size());
     Lambda_.setZero(layout.size(), layout.size());
   }
@@ -22,11 +22,20 @@ class Backward {
     std::size_t row = end_row;
     for (auto event = tape.events.rbegin(); event != tape.events.rend(); ++event) {
       if (const auto* step = std::get_if<Tape::Propagation>(&*event)) {
-        propagate_adjoint(lambda_, Lambda_, layout_, step->transition);
+        if (covariance_) {
+          propagate_adjoint(lambda_, Lambda_, layout_, step->transition);
+        } else {
+          propagate_adjoint(lambda_, layout_, step->transition);
+        }
         if (traces()) traced_ = (dense_transition(layout_, step->transition).transpose() * traced_).eval();
       } else if (const auto* correction = std::get_if<Tape::Correction>(&*event)) {
-        reset_adjoint(lambda_, Lambda_, layout_, correction->reset);
-        update_adjoint(lambda_, Lambda_, correction->update);
+        if (covariance_) {
+          reset_adjoint(lambda_, Lambda_, layout_, correction->reset);
+          update_adjoint(lambda_, Lambda_, correction->update);
+        } else {
+          reset_adjoint(lambda_, layout_, correction->reset);
+          update_adjoint(lambda_, correction->update);
+        }
         if (!traces()) continue;
         reset_adjoint(traced_, layout_, correction->reset);
         update_adjoint(traced_, correction->update);
@@ -38,9 +47,14 @@ class Backward {
     }
   }
 
-  /// x̂ ⊞ (mean − P λ) and P − P Λ P, about the corrected estimate.
+  /// x̂ ⊞ (mean − P λ).
+  Estimate estimate(const Estimate& x, const ErrorVector& mean, const Covariance& P) const {
+    return boxplus(x, correction(mean, P));
+  }
+
+  /// The same, and P − P Λ P about it. Only where Λ is carried along.
   SmoothedState smooth(const Estimate& x, const ErrorVector& mean, const Covariance& P) {
-    const FullError correction = expand(layout_, mean - P.lazyProduct(lambda_));
+    const FullError correction = this->correction(mean, P);
     work_.noalias() = Lambda_ * P;
     SmoothedState s{boxplus(x, correction), P};
     s.P.noalias() -= P * work_;
@@ -67,8 +81,12 @@ class Backward {
  private:
   static constexpr int kAttitude = full_offset(Block::kAttitude);
   bool traces() const { return traced_.cols() > 0; }
+  FullError correction(const ErrorVector& mean, const Covariance& P) const {
+    return expand(layout_, mean - P.lazyProduct(lambda_));
+  }
 
   const StateLayout& layout_;
+  bool covariance_;
   ErrorVector lambda_;
   Covariance Lambda_, work_;
   Eigen::MatrixXd traced_;  // three columns each
@@ -164,6 +182,16 @@ Solution smooth_rts(const Log& log, const FilterRun& run, const ProgressCallback
   });
   if (at_start) *at_start = smoothed_start(backward, run);
   return out;
+}
+
+Reference smoothed_trajectory(const Log& log, const FilterRun& run, const ProgressCallback& progress) {
+  Backward backward(run.solution.layout(), false);
+  std::vector<Reference::Row> rows(run.solution.size());
+  run_backwards(backward, log, run, 0, progress, [&](std::size_t row, const Tape::Epoch& epoch) {
+    rows[row] = {epoch.time, backward.estimate(epoch.x, epoch.mean, epoch.P)};
+  });
+  const Filter& first = run.checkpoints.front().filter;
+  return {std::move(rows), backward.estimate(first.estimate(), first.mean(), first.covariance())};
 }
 
 void smooth_rows(const Log& log, const FilterRun& run, const std::vector<std::size_t>& rows,

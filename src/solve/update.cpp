@@ -113,8 +113,12 @@ void reset_adjoint(Eigen::MatrixXd& columns, const StateLayout& layout, const Re
   apply_rows(columns, layout, G, true);
 }
 
-void reset_adjoint(ErrorVector& lambda, Covariance& Lambda, const StateLayout& layout, const ResetJacobian& G) {
+void reset_adjoint(ErrorVector& lambda, const StateLayout& layout, const ResetJacobian& G) {
   apply_rows(lambda, layout, G, true);
+}
+
+void reset_adjoint(ErrorVector& lambda, Covariance& Lambda, const StateLayout& layout, const ResetJacobian& G) {
+  reset_adjoint(lambda, layout, G);
   apply_rows(Lambda, layout, G, true);
   Lambda.transposeInPlace();
   apply_rows(Lambda, layout, G, true);
@@ -140,19 +144,27 @@ void update_adjoint(Eigen::MatrixXd& columns, const Update& u) {
   }
 }
 
-void update_adjoint(ErrorVector& lambda, Covariance& Lambda, const Update& u) {
+void update_adjoint(ErrorVector& lambda, const Update& u) {
   const Tall K = gain(u);
   const Vector3d weighted = u.S_inverse * u.residual;
-  const Vector3d seen = K.transpose() * lambda;
+  if (overrules(u)) {
+    lambda = (exact_remainder(u, K).transpose() * lambda - u.H.transpose() * weighted).eval();
+  } else {
+    const Vector3d seen = K.transpose() * lambda;
+    lambda -= u.H.transpose() * (seen + weighted);
+  }
+}
+
+void update_adjoint(ErrorVector& lambda, Covariance& Lambda, const Update& u) {
+  update_adjoint(lambda, u);
+  const Tall K = gain(u);
   if (overrules(u)) {
     const Covariance A = exact_remainder(u, K);
-    lambda = (A.transpose() * lambda - u.H.transpose() * weighted).eval();
     Lambda = (A.transpose() * Lambda * A).eval();
     Lambda += u.H.transpose() * u.S_inverse * u.H;
     symmetrize(Lambda);
     return;
   }
-  lambda -= u.H.transpose() * (seen + weighted);
   Tall LK(Lambda.rows(), 3);
   LK.noalias() = Lambda.lazyProduct(K);
   // Aᵀ Λ A = Λ − (ΛK) H − Hᵀ (ΛK)ᵀ + Hᵀ (Kᵀ Λ K) H

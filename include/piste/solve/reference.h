@@ -7,28 +7,21 @@
 /// 1987). A smoothed trajectory has neither fault. Filtering and smoothing about it is one Gauss-Newton step for the
 /// whole run (the iterated Kalman smoother; Bell 1994).
 
-#include <cstddef>
-#include <utility>
+#include <vector>
 
-#include "piste/core/solution.h"
+#include "piste/core/estimate.h"
 #include "piste/model/measurement.h"
 
 namespace piste {
 
-/// The rows of a smoothed run, and the estimate at its start.
-class Reference {
- public:
-  Reference(Solution smoothed, Estimate start) : rows_(std::move(smoothed)), start_(std::move(start)) {}
-
-  const Estimate& start() const { return start_; }
-  std::size_t size() const { return rows_.size(); }
-  double time(std::size_t row) const { return rows_.time(row); }
-  Estimate estimate(std::size_t row) const { return rows_.estimate(row); }
-  const Solution& rows() const { return rows_; }
-
- private:
-  Solution rows_;
-  Estimate start_;
+/// A smoothed run: the estimate at its start, and at the end of each epoch.
+struct Reference {
+  struct Row {
+    double time = 0;
+    Estimate x;
+  };
+  std::vector<Row> rows;  ///< in the order of time
+  Estimate start;
 };
 
 /// Angular rate and specific force, as means over `dt`, that lead from one estimate to the next, in the body axes half

@@ -37,6 +37,9 @@ using EpochObserver = std::function<void(std::size_t row, const Tape::Epoch& fil
 Solution smooth_rts(const Log& log, const FilterRun& run, const ProgressCallback& progress = {},
                     SmoothedState* at_start = nullptr, std::vector<AttitudeLag>* lags = nullptr);
 
+/// The smoothed estimates of a run without their covariances, at a third of the cost. Throws as smooth_rts.
+Reference smoothed_trajectory(const Log& log, const FilterRun& run, const ProgressCallback& progress = {});
+
 /// Smooths only some rows, and gives them to `observer`, the last row first. The rows before the first of them are not
 /// processed, unless `at_start` is given. @pre `rows` ascend. Throws as smooth_rts.
 void smooth_rows(const Log& log, const FilterRun& run, const std::vector<std::size_t>& rows,

@@ -31,11 +31,15 @@ void reset(Covariance& P, const StateLayout& layout, const ResetJacobian& G);
 
 /// Its adjoint: λ ← Gᵀ λ, Λ ← Gᵀ Λ G.
 void reset_adjoint(ErrorVector& lambda, Covariance& Lambda, const StateLayout& layout, const ResetJacobian& G);
+/// λ alone.
+void reset_adjoint(ErrorVector& lambda, const StateLayout& layout, const ResetJacobian& G);
 
 /// The adjoint of the update, from after it to before it: λ ← (I − K H)ᵀ λ − Hᵀ S⁻¹ z and Λ ← (I − K H)ᵀ Λ (I − K H) +
 /// Hᵀ S⁻¹ H (Bryson and Frazier; Bierman 1977). If the measurement is far better than the prediction, as after an
 /// outage, I − K H is computed without cancellation; otherwise P − P Λ P would lose all its digits.
 void update_adjoint(ErrorVector& lambda, Covariance& Lambda, const Update& u);
+/// λ alone.
+void update_adjoint(ErrorVector& lambda, const Update& u);
 
 /// The homogeneous part of both adjoints, for a matrix M with any number of columns: M ← Gᵀ M and M ← (I − K H)ᵀ M.
 void reset_adjoint(Eigen::MatrixXd& columns, const StateLayout& layout, const ResetJacobian& G);
