@@ -2,7 +2,7 @@
 /// The chain from logs to a trajectory, which every program, study and ensemble runs:
 ///
 ///     condition() → with_attitude_sigmas(), with_white_part() → find_start() → run_filter() →
-///     look_back() → smooth_rts()
+///     look_back() → relinearised() → smooth_rts()
 ///
 /// Each step is a pure function with its own header, so that a program can also call them one by one.
 
