@@ -8,6 +8,7 @@
 
 #include "piste/core/error.h"
 #include "piste/experiment/replay.h"
+#include "piste/solve/relinearise.h"
 #include "piste/solve/rts.h"
 
 namespace piste {
@@ -148,11 +149,12 @@ std::vector<MethodEstimate> filter_estimates(const FilterCase& of, std::vector<s
                                   .smoother = SmootherKind::kNone});
       const Solution& solution = run.filtered.solution;
       Mean filtered(solution.layout()), smoothed(solution.layout());
-      smooth_rows(run.log, run.filtered, rows_of(solution, of.run),
-                  [&](std::size_t, const Tape::Epoch& before, const SmoothedState& after) {
-                    filtered.add(before.x, before.P);
-                    smoothed.add(after.x, after.P);
-                  });
+      const std::vector<std::size_t> rows = rows_of(solution, of.run);
+      smooth_rows(run.log, run.filtered, rows, [&](std::size_t, const Tape::Epoch& before, const SmoothedState&) {
+        filtered.add(before.x, before.P);
+      });
+      smooth_rows(run.log, relinearised(run.log, run.options, run.found, run.filtered), rows,
+                  [&](std::size_t, const Tape::Epoch&, const SmoothedState& after) { smoothed.add(after.x, after.P); });
       out.push_back(filtered.of(model.filtered));
       out.push_back(smoothed.of(model.smoothed));
     } catch (const DataError& e) {

@@ -70,11 +70,9 @@ Replay replay(Log log, const ReplayOptions& options, const ReplayProgress& progr
   if (smooth) {
     std::vector<AttitudeLag> lags;
     for (int pass = 0; pass < options.relinearisations; ++pass) {
-      run.relinearised = relinearised(run.log, run.options, run.found,
-                                      run.relinearised ? *run.relinearised : run.filtered, stage("relinearising"));
+      run.relinearised = relinearised(run.log, run.options, run.found, run.smoothable(), stage("relinearising"));
     }
-    run.smoothed =
-        smooth_rts(run.log, run.relinearised ? *run.relinearised : run.filtered, stage("smoother"), nullptr, &lags);
+    run.smoothed = smooth_rts(run.log, run.smoothable(), stage("smoother"), nullptr, &lags);
     run.smoothed->attitude_correlation_time = correlation_time(lags);
   }
   return run;

@@ -169,11 +169,9 @@ Covariance ordinary(const World& world, const StateLayout& layout, const Estimat
   return T;
 }
 
-// Calls `visit(epoch, filtered, smoothed)` for every epoch of the grid, last one first, with the row nearest to it.
-template <class Visit>
-void visit_grid(const Log& log, const FilterRun& run, const EpochGrid& grid, double departure, Visit&& visit) {
-  std::map<std::size_t, int> epochs;  // by row
-  const Solution& solution = run.solution;
+// The epochs of the grid by the row that is nearest to each.
+std::map<std::size_t, int> rows_on(const Solution& solution, const EpochGrid& grid, double departure) {
+  std::map<std::size_t, int> epochs;
   for (std::size_t row = 0; row < solution.size(); ++row) {
     const double time = solution.time(row) - departure;
     const int epoch = static_cast<int>(std::lround(time / grid.step));
@@ -187,6 +185,12 @@ void visit_grid(const Log& log, const FilterRun& run, const EpochGrid& grid, dou
       epochs.emplace(row, epoch);
     }
   }
+  return epochs;
+}
+
+// Calls `visit(epoch, filtered, smoothed)` for these epochs, last one first.
+template <class Visit>
+void visit_rows(const Log& log, const FilterRun& run, const std::map<std::size_t, int>& epochs, Visit&& visit) {
   std::vector<std::size_t> rows;
   rows.reserve(epochs.size());
   for (const auto& [row, epoch] : epochs) rows.push_back(row);
@@ -220,7 +224,7 @@ std::map<int, Bound> bound_of(const Scenario& scenario, const Simulation& real, 
   const FilterRun perfect_run = run_filter(log, options, from, kCheckpointEvery);
   std::map<int, Bound> out;
   const StateLayout& layout = perfect_run.solution.layout();
-  visit_grid(log, perfect_run, grid, departure,
+  visit_rows(log, perfect_run, rows_on(perfect_run.solution, grid, departure),
              [&](int epoch, const Tape::Epoch& filtered, const SmoothedState& smoothed) {
                const Covariance T = ordinary(log.world, layout, filtered.x);
                out[epoch] = {(T * filtered.P * T.transpose()).diagonal(), (T * smoothed.P * T.transpose()).diagonal()};
@@ -266,11 +270,12 @@ ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed) {
     const Covariance T = ordinary(run.log.world, out.layout, x);
     return ErrorSample{epoch, T * error, T * P * T.transpose(), variance};
   };
-  visit_grid(run.log, run.filtered, grid, departure, [&](int epoch, const Tape::Epoch& before, const SmoothedState&) {
+  const std::map<std::size_t, int> rows = rows_on(filtered, grid, departure);
+  visit_rows(run.log, run.filtered, rows, [&](int epoch, const Tape::Epoch& before, const SmoothedState&) {
     out.filtered.push_back(sample(epoch, before.time, before.x, before.P, bound.at(epoch).filtered));
   });
   const FilterRun again = relinearised(run.log, run.options, run.found, run.filtered);
-  visit_grid(run.log, again, grid, departure, [&](int epoch, const Tape::Epoch& before, const SmoothedState& smoothed) {
+  visit_rows(run.log, again, rows, [&](int epoch, const Tape::Epoch& before, const SmoothedState& smoothed) {
     out.smoothed.push_back(sample(epoch, before.time, smoothed.x, smoothed.P, bound.at(epoch).smoothed));
   });
   return out;

@@ -145,7 +145,7 @@ template <class AtEpoch>
 void run_backwards(Backward& backward, const Log& log, const FilterRun& run, std::size_t first_row,
                    const ProgressCallback& progress, AtEpoch&& at_epoch) {
   if (run.checkpoints.empty()) throw std::logic_error("a smoother needs a run with checkpoints");
-  const std::size_t rows = run.solution.size();
+  const std::size_t rows = run.epochs;
   std::size_t end_row = rows;
   Tape tape;
   for (auto from = run.checkpoints.rbegin(); from != run.checkpoints.rend() && end_row > first_row; ++from) {
@@ -171,10 +171,10 @@ Solution smooth_rts(const Log& log, const FilterRun& run, const ProgressCallback
   Solution out(filtered.layout(), filtered.world());
   out.sources = filtered.sources;
   out.fixed = filtered.fixed;
-  out.resize(filtered.size());
+  out.resize(run.epochs);
   Backward backward(filtered.layout());
   std::optional<LagCollector> collector;
-  if (lags) collector.emplace(filtered.world(), filtered.size(), *lags);
+  if (lags) collector.emplace(filtered.world(), run.epochs, *lags);
   run_backwards(backward, log, run, 0, progress, [&](std::size_t row, const Tape::Epoch& epoch) {
     const SmoothedState s = backward.smooth(epoch.x, epoch.mean, epoch.P);
     out.set(row, epoch.time, s.x, sigmas_of(out.world(), s.x, out.layout(), s.P));
@@ -186,7 +186,7 @@ Solution smooth_rts(const Log& log, const FilterRun& run, const ProgressCallback
 
 Reference smoothed_trajectory(const Log& log, const FilterRun& run, const ProgressCallback& progress) {
   Backward backward(run.solution.layout(), false);
-  std::vector<Reference::Row> rows(run.solution.size());
+  std::vector<Reference::Row> rows(run.epochs);
   run_backwards(backward, log, run, 0, progress, [&](std::size_t row, const Tape::Epoch& epoch) {
     rows[row] = {epoch.time, backward.estimate(epoch.x, epoch.mean, epoch.P)};
   });
@@ -198,7 +198,7 @@ void smooth_rows(const Log& log, const FilterRun& run, const std::vector<std::si
                  const EpochObserver& observer, SmoothedState* at_start) {
   Backward backward(run.solution.layout());
   auto next = rows.rbegin();
-  const std::size_t first = at_start ? 0 : rows.empty() ? run.solution.size() : rows.front();
+  const std::size_t first = at_start ? 0 : rows.empty() ? run.epochs : rows.front();
   run_backwards(backward, log, run, first, {}, [&](std::size_t row, const Tape::Epoch& epoch) {
     if (next == rows.rend() || *next != row) return;
     ++next;

@@ -11,16 +11,19 @@ FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& 
                      const ProgressCallback& progress, double end_time, std::shared_ptr<const Reference> reference) {
   Checkpoint c{Filter(options, log.world, start, std::move(reference)), place_at(log, start.time, end_time)};
   const std::size_t begin = c.place.imu, end = c.place.imu_end;
+  const bool has_rows = !c.filter.has_reference();
   FilterRun run;
   run.solution = Solution(c.filter.layout(), log.world);
   run.solution.sources = c.filter.sources();
   run.solution.fixed = start.x;
-  run.solution.reserve(end - std::min(begin, end));
+  if (has_rows) run.solution.reserve(end - std::min(begin, end));
   Feeder feeder(log, c.place, c.filter);
   const auto take_epoch = [&] {
     Solution& s = run.solution;
-    s.append(c.filter.time(), c.filter.estimate(),
-             sigmas_of(log.world, c.filter.estimate(), c.filter.layout(), c.filter.covariance()));
+    if (has_rows) {
+      s.append(c.filter.time(), c.filter.estimate(),
+               sigmas_of(log.world, c.filter.estimate(), c.filter.layout(), c.filter.covariance()));
+    }
     s.innovations.insert(s.innovations.end(), c.filter.innovations().begin(), c.filter.innovations().end());
     c.filter.clear_innovations();
     ++c.row;
@@ -33,6 +36,7 @@ FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& 
     if (progress && c.row % 1000 == 0) progress(static_cast<double>(c.place.imu) / static_cast<double>(end));
   }
   if (c.filter.finish()) take_epoch();
+  run.epochs = c.row;
   run.solution.gnss_late = c.filter.late();
   return run;
 }

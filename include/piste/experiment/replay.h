@@ -47,6 +47,8 @@ struct Replay {
   FilterRun filtered;                ///< with its checkpoints smooth_rows() can give the whole covariance of any row
   std::optional<Solution> smoothed;  ///< if asked for, with the correlation time of its attitude's errors
 
+  /// The run that a smoother goes back over.
+  const FilterRun& smoothable() const { return relinearised ? *relinearised : filtered; }
   /// The smoothed solution, or the filtered one if there is none.
   const Solution& solution() const { return smoothed ? *smoothed : filtered.solution; }
 };

@@ -61,6 +61,7 @@ class Filter {
   double time() const { return state_.time; }
   const Estimate& estimate() const { return state_.x; }
   const Covariance& covariance() const { return state_.P; }
+  bool has_reference() const { return reference_ != nullptr; }
   /// The best estimate is estimate() ⊞ mean(). Zero without a reference.
   const ErrorVector& mean() const { return state_.mean; }
   const StateLayout& layout() const { return setup_->layout; }

@@ -27,6 +27,7 @@ struct Checkpoint {
 struct FilterRun {
   Solution solution;
   std::vector<Checkpoint> checkpoints;
+  std::size_t epochs = 0;
 };
 
 /// Epochs between checkpoints. The tape of a stretch of this length fits into the processor's cache, and the
@@ -39,8 +40,8 @@ using ProgressCallback = std::function<void(double)>;
 /// Filters a log, from the time of `start` on. The result has the same bytes as that of a Filter that is fed sample by
 /// sample.
 /// `checkpoint_every`: epochs between checkpoints, 0 for none. `end_time`: samples from this time on are left out.
-/// `reference`: a smoothed run of the same log about which this one is linearised (solve/reference.h); its rows then
-/// are those of the reference, and only a smoother tells what is better.
+/// `reference`: a smoothed run of the same log about which this one is linearised (solve/reference.h). The solution
+/// then has no rows, as only a smoother tells what is better than the reference.
 /// Throws ConfigError if the options are not valid, DataError if the filter diverges.
 FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& start, int checkpoint_every = 0,
                      const ProgressCallback& progress = {}, double end_time = 1e300,
