@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 
 #include "piste/core/state_table.h"
 #include "piste/math/statistics.h"
@@ -18,34 +19,40 @@ constexpr double kLooser = 10;                                              // t
 constexpr double kGyroScale = 0.05, kAccelScale = 0.05, kGyroBias = 0.05, kAccelBias = 0.5;  // at least; SI
 // A value that was searched for, and not integrated over as a state is, pays for it.
 constexpr double kSearched = 3;
-constexpr double kStep = 3, kMost = 1e4;
+constexpr double kStep = 3;
+constexpr int kMostSteps = 8;
 
 double gained(const Evidence& granted, const Evidence& base) { return granted.likelihood - base.likelihood; }
 
-/// The factor with which a value is likeliest, by steps of 3 and then of its root, and what it gains.
+/// The factor with which a value is likeliest, and what it gains: by steps of 3 up and down, as far as these gain, then of
+/// their root, then at the top of the parabola through the best three over the logarithm of the factor.
 struct Factor {
   double value = 1, gain = 0;
 };
 template <class Gain>
-Factor likeliest_factor(Gain&& gain, bool only_up = false) {
-  Factor best;
-  const auto keep = [&](double factor) {
-    const double g = gain(factor);
-    if (!(g > best.gain)) return false;
-    best = {factor, g};
-    return true;
+Factor likeliest_factor(Gain&& gain) {
+  std::map<double, double> tried{{0, 0}};  // gain by the number of steps
+  const auto best = [&] {
+    return std::max_element(tried.begin(), tried.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
   };
-  for (const double step : {kStep, 1 / kStep}) {
-    if (step < 1 && only_up) break;
-    double factor = step;
-    while (factor < kMost && factor > 1 / kMost && keep(factor)) factor *= step;
-    if (best.gain > 0) break;
+  const auto attempt = [&](double steps) { return tried.try_emplace(steps, gain(std::pow(kStep, steps))).first->second; };
+  for (const int direction : {1, -1}) {
+    // One step that gains nothing may lead to one that does, where all fixes are rejected.
+    for (int steps = 1, missed = 0; steps <= kMostSteps && missed < 2; ++steps) {
+      const double top = best()->second;
+      missed = attempt(direction * steps) > top ? 0 : missed + 1;
+    }
+    if (best()->second > 0) break;
   }
-  if (best.gain > 0) {
-    const double root = std::sqrt(kStep), middle = best.value;
-    if (!keep(middle * root)) keep(middle / root);
-  }
-  return best;
+  if (best()->second <= 0) return {};
+  const double middle = best()->first;
+  attempt(middle + 0.5);
+  attempt(middle - 0.5);
+  const auto top = best();
+  const double x = top->first, low = tried.contains(x - 0.5) ? tried[x - 0.5] : kNaN,
+               high = tried.contains(x + 0.5) ? tried[x + 0.5] : kNaN, curvature = low + high - 2 * top->second;
+  if (curvature < 0) attempt(x + std::clamp(0.25 * (low - high) / curvature, -0.5, 0.5));
+  return {std::pow(kStep, best()->first), best()->second};
 }
 
 std::string direction(double factor) {
@@ -149,10 +156,18 @@ Cause coloured(std::size_t receiver) {
       colour(changed, receiver, factor, time);
       return gained(filter_again(changed.log, changed.options, told.start, end), base);
     };
-    Factor f = likeliest_factor([&](double factor) { return gain(factor, kUsual); }, true);
-    if (const double part = gain(kPart, kUsual); part > f.gain) f = {kPart, part};
+    Factor f;
+    const auto keep = [&](double factor) {
+      if (const double g = gain(factor, kUsual); g > f.gain) f = {factor, g};
+    };
+    for (const double factor : {kPart, 3., 10., 30., 100., 300.}) keep(factor);
+    if (f.value > kStep) {
+      const double found = f.value, root = std::sqrt(kStep);
+      keep(found * root);
+      keep(found / root);
+    }
     double time = kUsual;
-    for (const double other : {3., 10., 100., 300.}) {
+    for (const double other : {3., 10., 100.}) {
       if (f.gain <= 0) break;
       if (const double g = gain(f.value, other); g > f.gain) {
         f.gain = g;
@@ -234,7 +249,8 @@ Cause clock_drift(Interval span) {
       changed.options.priors.gnss_delay = kClock;
       return filter_again(changed.log, changed.options, told.start, end).likelihood;
     };
-    double rate = 0, step = kFirst / length, top = attempt(0);
+    const double steady = attempt(0);
+    double rate = 0, step = kFirst / length, top = steady;
     for (int round = 0; round < kRounds; ++round, step /= 4) {
       const double low = attempt(rate - step), high = attempt(rate + step), curvature = low + high - 2 * top;
       double move = high > low ? step : -step;
@@ -247,9 +263,11 @@ Cause clock_drift(Interval span) {
         break;
       }
     }
-    constexpr double kPerMillion = 1e6;
-    return entry(top - base.likelihood,
-                 fmt::format("clock drift of the IMU ({:.0f} ppm beside what the file says)", -rate * kPerMillion));
+    // A drift holds an offset in it: it must explain more than that.
+    constexpr double kMore = 15, kPartMore = 0.03, kPerMillion = 1e6;
+    const double all = top - base.likelihood;
+    if (top - steady < std::max(kMore, kPartMore * all)) return Granted{};
+    return entry(all, fmt::format("clock drift of the IMU ({:+.0f} ppm more than the file's)", rate * kPerMillion));
   };
 }
 

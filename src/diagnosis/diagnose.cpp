@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "diagnosis/causes.h"
 #include "piste/solve/initial_state.h"
@@ -17,9 +18,12 @@ constexpr double kBesides = 0.2;      // of the best gain, for a further one to 
 constexpr std::size_t kNamed = 4;
 constexpr double kWrong = 3, kUnused = 0.3;  // factor of the sigmas, share rejected: it may be the axes
 
+// Less than it takes to doubt the sigmas: the likelihood of a cause decides then.
 bool suspicious(const Verdict& verdict) {
-  return !verdict.consistent || std::any_of(verdict.sources.begin(), verdict.sources.end(), [](const SourceVerdict& s) {
-    return s.rejected > kSuspicious;
+  constexpr double kUnlikely = 3, kLittle = 0.05, kPartOfBand = 0.8;
+  return !verdict.consistent || std::any_of(verdict.sources.begin(), verdict.sources.end(), [=](const SourceVerdict& s) {
+    return s.rejected > kSuspicious || std::abs(s.nis - 1) > std::max(kLittle, kUnlikely * s.nis_error) ||
+           std::abs(s.whiteness) > kPartOfBand * s.band;
   });
 }
 

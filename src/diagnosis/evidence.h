@@ -16,7 +16,8 @@ struct Evidence {
 };
 
 /// Filters the log from `start` until `end` [s]. The likelihood is −½ Σ (nis + ln det S) over the innovations under way
-/// (Schweppe 1965), where an innovation beyond three gates counts as one at three gates: outliers do not decide.
+/// (Schweppe 1965), where no innovation counts as less likely than an outlier that may be anywhere: outliers do not
+/// decide.
 Evidence filter_again(const Log& log, const FilterOptions& options, const Start& start, double end);
 
 }  // namespace piste

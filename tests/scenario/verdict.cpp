@@ -42,6 +42,8 @@ std::vector<Seeded> seeded() {
   const auto gyro_noise = [](double by) {
     return [by](Case& c, Recording&) { c.options.sensor.gyro.noise /= by; };
   };
+  // 8 mg/sqrt(Hz), as of engines and roads.
+  const auto shaken = [](Scenario& s) { s.imus[0].sensor.accel.noise *= 40; };
   const auto accel_noise = [](double by) {
     return [by](Case& c, Recording&) { c.options.sensor.accel.noise /= by; };
   };
@@ -80,8 +82,8 @@ std::vector<Seeded> seeded() {
   return {
       {"ski", "gyroscope noise", none, gyro_noise(10)},
       {"bicycle", "gyroscope noise", none, gyro_noise(10)},
-      {"ski", "accelerometer noise", none, accel_noise(10)},
-      {"giant_slalom", "accelerometer noise", none, accel_noise(10)},
+      {"ski", "accelerometer noise", shaken, accel_noise(40)},
+      {"giant_slalom", "accelerometer noise", shaken, accel_noise(10)},
       {"ski", "noise of gnss[0].position", none, sigmas(1. / 3, 1)},
       {"bicycle", "noise of gnss[0].position", none, sigmas(4, 1)},
       {"giant_slalom", "noise of gnss[0].velocity", none, sigmas(1, 1. / 3)},
