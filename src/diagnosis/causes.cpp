@@ -310,7 +310,8 @@ std::vector<Cause> causes_of(const Told& told) {
     causes.push_back(
         loose(Block::kAttitudeDelay, "delay of the attitude", &Priors::attitude_delay, kAttitudeLate));
   if (options.gnss.size() == 1)
-    causes.push_back(loose(Block::kLeverArm, "lever arm", &Priors::lever_arm, kArm));
+    causes.push_back(loose(Block::kLeverArm, "lever arm", &Priors::lever_arm,
+                           std::max(kArm, options.gnss.front().lever_arm.norm())));
   causes.push_back(loose_imu(Block::kGyroBias, "gyroscope bias", &ImuSensor::gyro, &TriadErrors::bias, kGyroBias));
   causes.push_back(loose_imu(Block::kAccelBias, "accelerometer bias", &ImuSensor::accel, &TriadErrors::bias, kAccelBias));
   causes.push_back(loose_imu(Block::kGyroScale, "gyroscope scale", &ImuSensor::gyro, &TriadErrors::scale, kGyroScale));

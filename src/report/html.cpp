@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cmath>
 #include <span>
 #include <utility>
 
@@ -78,6 +79,26 @@ std::string source_table(const Solution& solution) {
   Row head{"source"};
   for (const Outcome outcome : kOutcomes) head.emplace_back(outcome_name(outcome));
   return table("Measurements", head, rows);
+}
+
+std::string verdict_section(const Verdict& verdict) {
+  std::vector<Row> rows;
+  const auto shown = [](double value) { return std::isnan(value) ? "too few" : fmt::format("{:.2f}", value); };
+  for (const SourceVerdict& s : verdict.sources) {
+    rows.push_back({s.name, shown(s.nis), shown(s.whiteness), fmt::format("{:.1f} %", 100 * s.rejected),
+                    std::isnan(s.smoothed) ? "" : shown(s.smoothed), s.holds ? "yes" : "no"});
+  }
+  std::string out = page::list("Causes, the likeliest first:", verdict.findings);
+  if (!rows.empty())
+    out += table("Do the sigmas hold? Under way",
+                 {"source", "NIS (1)", "correlation (0)", "rejected (0.1 %)", "smoothed residual in sigmas (1)", "holds"}, rows);
+  std::vector<Row> jumps;
+  constexpr std::size_t kShown = 5;
+  for (const PriorJump& jump : verdict.jumps) {
+    if (jumps.size() < kShown) jumps.push_back({jump.name, fmt::format("{:+.1f}", jump.sigmas)});
+  }
+  if (!jumps.empty()) out += table("Furthest from their priors", {"constant", "sigmas"}, jumps);
+  return "<div class=\"tables\">\n" + out + "</div>\n";
 }
 
 std::string rest_table(const Log& log, double start) {
@@ -200,8 +221,10 @@ std::string html_report(const ReplayReport& report) {
   const double start = start_of(*report.filtered);
   const Solution& best = report.smoothed ? *report.smoothed : *report.filtered;
   const double length = best.empty() ? 0 : best.time(best.size() - 1) - start;
-  const std::string subtitle = fmt::format("piste {} · {:.1f} s from time_s {:.3f}; times below count from there",
+  std::string subtitle = fmt::format("piste {} · {:.1f} s from time_s {:.3f}; times below count from there",
                                            escape_markup(report.version), length, start);
+  if (report.verdict != nullptr)
+    subtitle += fmt::format("<br><strong>{}</strong>", escape_markup(verdict_line(*report.verdict)));
   std::string over_time = "<p class=\"soft\">Bands are ± 1 sigma. Rest is shaded";
   if (!report.outages.empty()) over_time += ", withheld GNSS is shaded red";
   over_time +=
@@ -215,7 +238,7 @@ std::string html_report(const ReplayReport& report) {
   return page::render(
       report.title, subtitle,
       {{"summary", "Summary",
-        "<div class=\"tables\">\n" + log_table(report) + source_table(*report.filtered) +
+        (report.verdict != nullptr ? verdict_section(*report.verdict) : "") + "<div class=\"tables\">\n" + log_table(report) + source_table(*report.filtered) +
             rest_table(*report.log, start) + "</div>\n" + estimate_table(best)},
        {"plan", "Plan view", "<figure>\n" + plan_view(report) + "</figure>\n"},
        {"over-time", "Over time", over_time},
