@@ -142,8 +142,12 @@ class Track {
 
 // Rms over the axes and over those fixes whose positions were used.
 double smoothed_residual(const Solution& smoothed, const Solution& filtered, int source, const GnssOptions& receiver,
-                         const std::vector<GnssFix>& fixes, const UnderWay& under_way) {
+                         const GnssOptions& first, const std::vector<GnssFix>& fixes, const UnderWay& under_way) {
   Track track(smoothed, receiver.lever_arm);
+  // By the delay as it is known in the end.
+  double delay = receiver.delay;
+  if (smoothed.layout().has(Block::kGnssDelay))
+    delay += smoothed.estimate(smoothed.size() - 1).gnss_delay - first.delay;
   double sum = 0, count = 0;
   auto fix = fixes.begin();
   for (const Innovation& v : filtered.innovations) {
@@ -151,7 +155,7 @@ double smoothed_residual(const Solution& smoothed, const Solution& filtered, int
     constexpr double kSameTime = 1e-6;  // s
     while (fix != fixes.end() && fix->time < v.time + v.late - kSameTime) ++fix;
     if (fix == fixes.end()) break;
-    const std::optional<Vector3d> antenna = track.at(v.time);
+    const std::optional<Vector3d> antenna = track.at(fix->time - delay);
     if (!antenna) continue;
     const Vector3d residual = smoothed.world().rotation_wn(*antenna).transpose() * (fix->position - *antenna);
     sum += residual.cwiseQuotient(fix->sigma_position).squaredNorm() / 3;
@@ -189,7 +193,7 @@ Verdict judge(const Log& log, const FilterOptions& options, const Solution& filt
     for (std::size_t k = 0; smoothed != nullptr && k < log.gnss.size(); ++k) {
       if (s.name != fmt::format("gnss[{}].position", k)) continue;
       s.smoothed =
-          smoothed_residual(*smoothed, filtered, static_cast<int>(i), options.gnss[k], log.gnss[k], under_way);
+          smoothed_residual(*smoothed, filtered, static_cast<int>(i), options.gnss[k], options.gnss[0], log.gnss[k], under_way);
     }
     verdict.consistent = verdict.consistent && s.holds;
     if (!s.holds) {

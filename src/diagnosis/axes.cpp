@@ -5,7 +5,6 @@
 #include "diagnosis/causes.h"
 #include "piste/core/error.h"
 #include "piste/inspect/log_match.h"
-#include "piste/solve/start.h"
 
 namespace piste {
 namespace {
@@ -45,6 +44,7 @@ Cause turned(const Matrix3d& gyro, const Matrix3d& accel, const std::string& tex
     } catch (const Error&) {
       return Granted{};
     }
+    changed.start.covariance = changed.start.covariance.topLeftCorner(9, 9).eval();
     return Granted{filter_again(changed.log, changed.options, changed.start, end).likelihood - base.likelihood, text};
   };
 }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 
+#include "piste/core/error.h"
 #include "piste/core/state_table.h"
 #include "piste/math/statistics.h"
 
@@ -228,6 +229,23 @@ Cause loose_imu(Block block, std::string name, TriadErrors ImuSensor::*triad, do
   });
 }
 
+Cause free_arm() { return loose(Block::kLeverArm, "lever arm", &Priors::lever_arm, kArm); }
+
+// An arm beyond anything that is carried, as with a wrong unit: the run as if nothing were told of it.
+Cause no_arm(const InitialHeading& heading) {
+  return [heading](const Told& told, const Evidence& base, double end) {
+    Told changed = told;
+    changed.options.gnss.front().lever_arm.setZero();
+    try {
+      changed.start = find_start(changed.log, changed.options, heading).start;
+    } catch (const Error&) {
+      return Granted{};
+    }
+    changed.start.covariance = changed.start.covariance.topLeftCorner(9, 9).eval();
+    return free_arm()(changed, base, end);
+  };
+}
+
 // ---- A clock that drifts ----
 
 // Every drift is a mean in a linear model, for which the likelihood is a parabola: three values tell its top.
@@ -273,7 +291,7 @@ Cause clock_drift(Interval span) {
 
 }  // namespace
 
-std::vector<Cause> causes_of(const Told& told) {
+std::vector<Cause> causes_of(const Told& told, const InitialHeading& heading) {
   std::vector<Cause> causes;
   const FilterOptions& options = told.options;
   const auto has = [&](Block block) {
@@ -310,8 +328,7 @@ std::vector<Cause> causes_of(const Told& told) {
     causes.push_back(
         loose(Block::kAttitudeDelay, "delay of the attitude", &Priors::attitude_delay, kAttitudeLate));
   if (options.gnss.size() == 1)
-    causes.push_back(loose(Block::kLeverArm, "lever arm", &Priors::lever_arm,
-                           std::max(kArm, options.gnss.front().lever_arm.norm())));
+    causes.push_back(options.gnss.front().lever_arm.norm() > kArm ? no_arm(heading) : free_arm());
   causes.push_back(loose_imu(Block::kGyroBias, "gyroscope bias", &ImuSensor::gyro, &TriadErrors::bias, kGyroBias));
   causes.push_back(loose_imu(Block::kAccelBias, "accelerometer bias", &ImuSensor::accel, &TriadErrors::bias, kAccelBias));
   causes.push_back(loose_imu(Block::kGyroScale, "gyroscope scale", &ImuSensor::gyro, &TriadErrors::scale, kGyroScale));

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "diagnosis/evidence.h"
+#include "piste/solve/start.h"
 
 namespace piste {
 
@@ -25,8 +26,9 @@ struct Granted {
 /// A cause: filters what the filter was told, changed, and says how much that gains over `base`.
 using Cause = std::function<Granted(const Told& told, const Evidence& base, double end)>;
 
-/// Noise, sigmas, delays, lever arm, biases, scales, clock and coloured errors, as far as the run has them.
-std::vector<Cause> causes_of(const Told& told);
+/// Noise, sigmas, delays, lever arm, biases, scales, clock and coloured errors, as far as the run has them. Where the
+/// lever arm is told so large that no start can be right, the start is found anew with `heading`.
+std::vector<Cause> causes_of(const Told& told, const InitialHeading& heading);
 
 /// The axes: another assignment of gyroscopes or of the whole IMU, which the motion itself tells (inspect/log_match.h).
 /// The start is found anew with `heading`.

@@ -11,7 +11,7 @@
 namespace piste {
 namespace {
 
-constexpr double kLongest = 150;      // s of motion that are filtered again
+constexpr double kLongest = 300;      // s of motion that are filtered again
 constexpr double kSuspicious = 0.02;  // share of rejected fixes beyond which a cause is looked for
 constexpr double kLikelier = 15;      // of the log-likelihood, for a cause to be one: by chance it gains a few
 constexpr double kBesides = 0.2;      // of the best gain, for a further one to be named
@@ -65,7 +65,7 @@ Verdict diagnose(const Log& log, const FilterOptions& options, const InitialHead
   cut(told.log.magnetic);
 
   const Evidence base = filter_again(told.log, told.options, told.start, end);
-  std::vector<Cause> causes = causes_of(told);
+  std::vector<Cause> causes = causes_of(told, heading);
   if (far_off(verdict)) {
     for (Cause& cause : axes_causes(told, heading)) causes.push_back(std::move(cause));
   }
