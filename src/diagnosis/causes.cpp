@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 
+#include "math/words.h"
 #include "piste/core/error.h"
 #include "piste/core/state_table.h"
 #include "piste/math/statistics.h"
@@ -191,13 +192,10 @@ void want(FilterOptions& options, Block block) {
 std::string with_sigma(const Evidence& found, Block block) {
   const BlockInfo& row = info(block);
   const Vector3d value = row.factor * shown_value(found.last, block);
+  const double sigma = row.factor * found.sigmas.segment(full_offset(block), row.size).maxCoeff();
   std::string text;
-  double largest = 0;
-  for (int axis = 0; axis < row.size; ++axis) {
-    text += fmt::format("{}{:.3g}", axis > 0 ? " " : "", value(axis));
-    largest = std::max(largest, row.factor * found.sigmas(full_offset(block) + axis));
-  }
-  return fmt::format("{} {} ± {:.1g}", text, row.unit, largest);
+  for (int axis = 0; axis < row.size; ++axis) text += rounded(value(axis), sigma) + " ";
+  return fmt::format("{}± {} {}", text, rounded(sigma, sigma), row.unit);
 }
 
 template <class Widen>

@@ -7,6 +7,7 @@
 #include <span>
 #include <utility>
 
+#include "math/words.h"
 #include "plot/markup.h"
 #include "plot/svg.h"
 #include "plot/thin.h"
@@ -123,15 +124,16 @@ std::string estimate_table(const Solution& solution) {
     Row cells{fmt::format("{} [{}]", row.name, row.unit)};
     const Vector3d value = shown_value(x, block);
     for (int i = 0; i < 3; ++i) {
-      cells.push_back(i < row.size ? fmt::format("{:.4g} ± {:.2g}", value[i] * row.factor,
-                                                 s.blocks[full_offset(block) + i] * row.factor)
+      cells.push_back(i < row.size ? fmt::format("{}: {}", row.axes[static_cast<std::size_t>(i)],
+                                                 measured(value[i] * row.factor,
+                                                          s.blocks[full_offset(block) + i] * row.factor))
                                    : "");
     }
     rows.push_back(std::move(cells));
   }
   if (rows.empty()) return {};
   return table("Estimates at the end, ± 1 sigma (boresight: roll, pitch, heading)",
-               {"block", "1st axis", "2nd axis", "3rd axis"}, rows);
+               {"block", "", "", ""}, rows);
 }
 
 /// East and north, thinned.
@@ -228,8 +230,8 @@ std::string html_report(const ReplayReport& report) {
   std::string over_time = "<p class=\"soft\">Bands are ± 1 sigma. Rest is shaded";
   if (!report.outages.empty()) over_time += ", withheld GNSS is shaded red";
   over_time +=
-      ". Drag to zoom every chart, double-click to see all again. Angles run on beyond ± 180°. "
-      "Long series are thinned, extremes kept.</p>\n"
+      ". Drag to zoom every chart, double-click to see all again. "
+      "Long series are thinned: lines keep their extremes, dots are a fair sample.</p>\n"
       "<noscript><p>The charts need JavaScript; the tables and the plan view do not.</p></noscript>\n";
   if (report.smoothed) over_time += kSwitch;
   over_time += "<section id=\"solution-charts\"></section>\n";
