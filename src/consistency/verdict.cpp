@@ -12,7 +12,7 @@
 namespace piste {
 namespace {
 
-constexpr double kSettling = 5;     // s after the start whose innovations tell of the start
+constexpr double kSettling = 5;      // s after the start whose innovations tell of the start
 constexpr std::size_t kFewest = 30;  // measurements: with fewer there is no verdict on a source
 // Beyond chance, and beyond what linearisation and a start from the same data do to true sigmas.
 constexpr double kSure = 5;  // standard errors
@@ -107,9 +107,8 @@ std::vector<PriorJump> prior_jumps(const FilterOptions& options, const Solution&
                        change(axis) / std::sqrt(square(prior(axis)) - square(sigma))});
     }
   }
-  std::stable_sort(jumps.begin(), jumps.end(), [](const PriorJump& a, const PriorJump& b) {
-    return std::abs(a.sigmas) > std::abs(b.sigmas);
-  });
+  std::stable_sort(jumps.begin(), jumps.end(),
+                   [](const PriorJump& a, const PriorJump& b) { return std::abs(a.sigmas) > std::abs(b.sigmas); });
   return jumps;
 }
 
@@ -131,7 +130,8 @@ class Track {
     const Estimate x = solution_.estimate(row);
     const Vector3d& arm = solution_.layout().has(Block::kLeverArm) ? x.lever_arm : told_arm_;
     Vector3d p = x.p_wb + x.q_wb * arm;
-    if (solution_.layout().has(Block::kGnssPositionDrift)) p += solution_.world().rotation_wn(p) * x.gnss_position_drift;
+    if (solution_.layout().has(Block::kGnssPositionDrift))
+      p += solution_.world().rotation_wn(p) * x.gnss_position_drift;
     return p;
   }
 
@@ -168,15 +168,14 @@ double smoothed_residual(const Solution& smoothed, const Solution& filtered, int
 
 UnderWay::UnderWay(const Log& log, const std::vector<std::string>& sources, double start)
     : log_(log), start_(start + kSettling) {
-  for (const std::string& name : sources)
-    of_fixes_.push_back(name.starts_with("gnss") || name.starts_with("attitude"));
+  for (const std::string& name : sources) of_fixes_.push_back(name.starts_with("gnss") || name.starts_with("attitude"));
 }
 
 bool UnderWay::contains(const Innovation& v) const {
   if (!of_fixes_[static_cast<std::size_t>(v.source)] || v.outcome == Outcome::kRepeated) return false;
   const double time = v.time + v.late;
-  return time >= start_ && std::none_of(log_.rest.begin(), log_.rest.end(),
-                                        [&](const Interval& rest) { return rest.contains(time); });
+  return time >= start_ &&
+         std::none_of(log_.rest.begin(), log_.rest.end(), [&](const Interval& rest) { return rest.contains(time); });
 }
 
 Verdict judge(const Log& log, const FilterOptions& options, const Solution& filtered, const Solution* smoothed) {
@@ -192,8 +191,8 @@ Verdict judge(const Log& log, const FilterOptions& options, const Solution& filt
     SourceVerdict s = series[i].verdict(filtered.sources[i]);
     for (std::size_t k = 0; smoothed != nullptr && k < log.gnss.size(); ++k) {
       if (s.name != fmt::format("gnss[{}].position", k)) continue;
-      s.smoothed =
-          smoothed_residual(*smoothed, filtered, static_cast<int>(i), options.gnss[k], options.gnss[0], log.gnss[k], under_way);
+      s.smoothed = smoothed_residual(*smoothed, filtered, static_cast<int>(i), options.gnss[k], options.gnss[0],
+                                     log.gnss[k], under_way);
     }
     verdict.consistent = verdict.consistent && s.holds;
     if (!s.holds) {

@@ -24,8 +24,10 @@ ImuRecording recorded_imu(const Log& log) {
 GnssRecording recorded_gnss(const Log& log) {
   GnssRecording gnss;
   for (const GnssFix& f : log.gnss.front()) {
-    GeodeticFix fix{
-        .time = f.time, .position = log.world.to_geodetic(f.position), .sigma_position = f.sigma_position, .velocity = f.velocity};
+    GeodeticFix fix{.time = f.time,
+                    .position = log.world.to_geodetic(f.position),
+                    .sigma_position = f.sigma_position,
+                    .velocity = f.velocity};
     if (fix.velocity) fix.velocity->value = log.world.rotation_wn(f.position).transpose() * fix.velocity->value;
     gnss.fixes.push_back(fix);
   }
@@ -59,10 +61,10 @@ std::vector<Cause> axes_causes(const Told& told, const InitialHeading& heading) 
   if (!found.motion) return causes;
   const MotionMatch& motion = *found.motion;
   if (!motion.gyro_axes.isIdentity()) {
-    causes.push_back(turned(motion.gyro_axes, Matrix3d::Identity(),
-                            fmt::format("axes of the gyroscopes ({} in those of the accelerometers)",
-                                        axes_text(motion.gyro_axes)),
-                            heading));
+    causes.push_back(
+        turned(motion.gyro_axes, Matrix3d::Identity(),
+               fmt::format("axes of the gyroscopes ({} in those of the accelerometers)", axes_text(motion.gyro_axes)),
+               heading));
   }
   if (!motion.mirrored && !motion.R_bs.isIdentity()) {
     causes.push_back(turned(motion.R_bs * motion.gyro_axes, motion.R_bs,

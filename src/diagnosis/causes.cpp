@@ -26,21 +26,24 @@ constexpr int kMostSteps = 8;
 
 double gained(const Evidence& granted, const Evidence& base) { return granted.likelihood - base.likelihood; }
 
-/// The factor with which a value is likeliest, and what it gains: by steps of 3 up and down, as far as these gain, then of
-/// their root, then at the top of the parabola through the best three over the logarithm of the factor.
+/// The factor with which a value is likeliest, and what it gains: by steps of 3 up and down, as far as these gain, then
+/// of their root, then at the top of the parabola through the best three over the logarithm of the factor.
 struct Factor {
   double value = 1, gain = 0;
 };
+/// `misses`: steps in a row without a gain that end a direction.
 template <class Gain>
-Factor likeliest_factor(Gain&& gain) {
+Factor likeliest_factor(Gain&& gain, int misses = 1) {
   std::map<double, double> tried{{0, 0}};  // gain by the number of steps
   const auto best = [&] {
-    return std::max_element(tried.begin(), tried.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+    return std::max_element(tried.begin(), tried.end(),
+                            [](const auto& a, const auto& b) { return a.second < b.second; });
   };
-  const auto attempt = [&](double steps) { return tried.try_emplace(steps, gain(std::pow(kStep, steps))).first->second; };
+  const auto attempt = [&](double steps) {
+    return tried.try_emplace(steps, gain(std::pow(kStep, steps))).first->second;
+  };
   for (const int direction : {1, -1}) {
-    // One step that gains nothing may lead to one that does, where all fixes are rejected.
-    for (int steps = 1, missed = 0; steps <= kMostSteps && missed < 2; ++steps) {
+    for (int steps = 1, missed = 0; steps <= kMostSteps && missed < misses; ++steps) {
       const double top = best()->second;
       missed = attempt(direction * steps) > top ? 0 : missed + 1;
     }
@@ -84,8 +87,9 @@ Cause white_noise(const Noise& noise) {
       return gained(filter_again(told.log, options, told.start, end), base);
     });
     const double file = (told.options.sensor.*noise.triad).noise * noise.factor;
-    return entry(f.gain, fmt::format("{} noise ({:.2g} {}/sqrt(Hz) is likelier than the file's {:.2g}; `tune` finds it)",
-                                     noise.name, file * f.value, noise.unit, file));
+    return entry(f.gain,
+                 fmt::format("{} noise ({:.2g} {}/sqrt(Hz) is likelier than the file's {:.2g}; `tune` finds it)",
+                             noise.name, file * f.value, noise.unit, file));
   };
 }
 
@@ -120,11 +124,13 @@ void scale_attitudes(Told& told, std::size_t source, double factor) {
 
 Cause sigmas(const std::string& source, void (*scale)(Told&, std::size_t, double), std::size_t index) {
   return [=](const Told& told, const Evidence& base, double end) {
-    const Factor f = likeliest_factor([&](double factor) {
-      Told changed = told;
-      scale(changed, index, factor);
-      return gained(filter_again(changed.log, changed.options, told.start, end), base);
-    });
+    const Factor f = likeliest_factor(
+        [&](double factor) {
+          Told changed = told;
+          scale(changed, index, factor);
+          return gained(filter_again(changed.log, changed.options, told.start, end), base);
+        },
+        2);  // one step that gains nothing may lead to one that does, where all fixes are rejected
     return entry(f.gain, fmt::format("noise of {} (its sigmas are {})", source, direction(f.value)));
   };
 }
@@ -267,20 +273,25 @@ Cause clock_drift(Interval span) {
     };
     const double steady = attempt(0);
     double rate = 0, step = kFirst / length, top = steady;
-    for (int round = 0; round < kRounds; ++round, step /= 4) {
-      const double low = attempt(rate - step), high = attempt(rate + step), curvature = low + high - 2 * top;
-      double move = high > low ? step : -step;
-      if (curvature < 0) move = std::clamp(0.5 * step * (low - high) / curvature, -2 * step, 2 * step);
-      for (const double by : {move, high > low ? step : -step}) {
-        const double there = by == move ? attempt(rate + by) : std::max(low, high);
-        if (there <= top) continue;
-        top = there;
-        rate += by;
-        break;
-      }
-    }
     // A drift holds an offset in it: it must explain more than that.
     constexpr double kMore = 15, kPartMore = 0.03, kPerMillion = 1e6;
+    for (int round = 0; round < kRounds; ++round, step /= 4) {
+      const double low = attempt(rate - step), high = attempt(rate + step), curvature = low + high - 2 * top;
+      const double slope = high - low, nearer = slope > 0 ? step : -step;
+      if (curvature < 0) {
+        if (top - slope * slope / (8 * curvature) - steady < kMore) return Granted{};
+        const double move = std::clamp(-0.5 * step * slope / curvature, -2 * step, 2 * step);
+        if (const double there = attempt(rate + move); there > std::max({top, low, high})) {
+          top = there;
+          rate += move;
+          continue;
+        }
+      }
+      if (std::max(low, high) > top) {
+        top = std::max(low, high);
+        rate += nearer;
+      }
+    }
     const double all = top - base.likelihood;
     if (top - steady < std::max(kMore, kPartMore * all)) return Granted{};
     return entry(all, fmt::format("clock drift of the IMU ({:+.0f} ppm more than the file's)", rate * kPerMillion));
@@ -316,19 +327,20 @@ std::vector<Cause> causes_of(const Told& told, const InitialHeading& heading) {
     for (std::size_t i = 0; i < options.gnss.size(); ++i) causes.push_back(coloured(i));
   }
   if (positions) {
-    causes.push_back(loose(Block::kGnssDelay, "delay of the fixes, or offset of the clock", &Priors::gnss_delay, kClock));
+    causes.push_back(
+        loose(Block::kGnssDelay, "delay of the fixes, or offset of the clock", &Priors::gnss_delay, kClock));
     if (velocities)
       causes.push_back(loose(Block::kVelocityDelay, "delay of the velocities", &Priors::velocity_delay, kLate));
     const std::vector<GnssFix>& fixes = told.log.gnss.front();
     if (!fixes.empty()) causes.push_back(clock_drift({fixes.front().time, fixes.back().time}));
   }
   if (!options.attitude.empty())
-    causes.push_back(
-        loose(Block::kAttitudeDelay, "delay of the attitude", &Priors::attitude_delay, kAttitudeLate));
+    causes.push_back(loose(Block::kAttitudeDelay, "delay of the attitude", &Priors::attitude_delay, kAttitudeLate));
   if (options.gnss.size() == 1)
     causes.push_back(options.gnss.front().lever_arm.norm() > kArm ? no_arm(heading) : free_arm());
   causes.push_back(loose_imu(Block::kGyroBias, "gyroscope bias", &ImuSensor::gyro, &TriadErrors::bias, kGyroBias));
-  causes.push_back(loose_imu(Block::kAccelBias, "accelerometer bias", &ImuSensor::accel, &TriadErrors::bias, kAccelBias));
+  causes.push_back(
+      loose_imu(Block::kAccelBias, "accelerometer bias", &ImuSensor::accel, &TriadErrors::bias, kAccelBias));
   causes.push_back(loose_imu(Block::kGyroScale, "gyroscope scale", &ImuSensor::gyro, &TriadErrors::scale, kGyroScale));
   causes.push_back(
       loose_imu(Block::kAccelScale, "accelerometer scale", &ImuSensor::accel, &TriadErrors::scale, kAccelScale));

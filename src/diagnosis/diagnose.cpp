@@ -11,7 +11,7 @@
 namespace piste {
 namespace {
 
-constexpr double kLongest = 300;      // s of motion that are filtered again
+constexpr double kLongest = 150;      // s of motion that are filtered again
 constexpr double kSuspicious = 0.02;  // share of rejected fixes beyond which a cause is looked for
 constexpr double kLikelier = 15;      // of the log-likelihood, for a cause to be one: by chance it gains a few
 constexpr double kBesides = 0.2;      // of the best gain, for a further one to be named
@@ -21,10 +21,11 @@ constexpr double kWrong = 3, kUnused = 0.3;  // factor of the sigmas, share reje
 // Less than it takes to doubt the sigmas: the likelihood of a cause decides then.
 bool suspicious(const Verdict& verdict) {
   constexpr double kUnlikely = 3, kLittle = 0.05, kPartOfBand = 0.8;
-  return !verdict.consistent || std::any_of(verdict.sources.begin(), verdict.sources.end(), [=](const SourceVerdict& s) {
-    return s.rejected > kSuspicious || std::abs(s.nis - 1) > std::max(kLittle, kUnlikely * s.nis_error) ||
-           std::abs(s.whiteness) > kPartOfBand * s.band;
-  });
+  return !verdict.consistent ||
+         std::any_of(verdict.sources.begin(), verdict.sources.end(), [=](const SourceVerdict& s) {
+           return s.rejected > kSuspicious || std::abs(s.nis - 1) > std::max(kLittle, kUnlikely * s.nis_error) ||
+                  std::abs(s.whiteness) > kPartOfBand * s.band;
+         });
 }
 
 bool far_off(const Verdict& verdict) {
@@ -75,7 +76,8 @@ Verdict diagnose(const Log& log, const FilterOptions& options, const InitialHead
     Granted granted = causes[i](told, base, end);
     if (granted.gain > kLikelier) likelier.push_back(std::move(granted));
   }
-  std::stable_sort(likelier.begin(), likelier.end(), [](const Granted& a, const Granted& b) { return a.gain > b.gain; });
+  std::stable_sort(likelier.begin(), likelier.end(),
+                   [](const Granted& a, const Granted& b) { return a.gain > b.gain; });
   for (const Granted& granted : likelier) {
     if (verdict.findings.size() == kNamed || granted.gain < kBesides * likelier.front().gain) break;
     verdict.findings.push_back(granted.text);

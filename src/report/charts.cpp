@@ -185,7 +185,8 @@ std::vector<Chart> of_solution(const Solution& solution, double start) {
   for (Builder& angle : attitude) break_turns(angle.chart());
 
   std::vector<Chart> out;
-  for (Builder* b : {&speed, &height, attitude.data(), &attitude[1], &attitude[2], &velocity}) out.push_back(std::move(b->chart()));
+  for (Builder* b : {&speed, &height, attitude.data(), &attitude[1], &attitude[2], &velocity})
+    out.push_back(std::move(b->chart()));
   if (has_total(layout, Block::kGyroBias, Block::kGyroDrift)) out.push_back(std::move(gyro_total.chart()));
   if (has_total(layout, Block::kAccelBias, Block::kAccelDrift)) out.push_back(std::move(accel_total.chart()));
   for (Builder& b : block_charts) out.push_back(std::move(b.chart()));

@@ -91,8 +91,9 @@ std::string verdict_section(const Verdict& verdict) {
   }
   std::string out = page::list("Causes, the likeliest first:", verdict.findings);
   if (!rows.empty())
-    out += table("Do the sigmas hold? Under way",
-                 {"source", "NIS (1)", "correlation (0)", "rejected (0.1 %)", "smoothed residual in sigmas (1)", "holds"}, rows);
+    out += table(
+        "Do the sigmas hold? Under way",
+        {"source", "NIS (1)", "correlation (0)", "rejected (0.1 %)", "smoothed residual in sigmas (1)", "holds"}, rows);
   std::vector<Row> jumps;
   constexpr std::size_t kShown = 5;
   for (const PriorJump& jump : verdict.jumps) {
@@ -124,16 +125,15 @@ std::string estimate_table(const Solution& solution) {
     Row cells{fmt::format("{} [{}]", row.name, row.unit)};
     const Vector3d value = shown_value(x, block);
     for (int i = 0; i < 3; ++i) {
-      cells.push_back(i < row.size ? fmt::format("{}: {}", row.axes[static_cast<std::size_t>(i)],
-                                                 measured(value[i] * row.factor,
-                                                          s.blocks[full_offset(block) + i] * row.factor))
-                                   : "");
+      cells.push_back(i < row.size
+                          ? fmt::format("{}: {}", row.axes[static_cast<std::size_t>(i)],
+                                        measured(value[i] * row.factor, s.blocks[full_offset(block) + i] * row.factor))
+                          : "");
     }
     rows.push_back(std::move(cells));
   }
   if (rows.empty()) return {};
-  return table("Estimates at the end, ± 1 sigma (boresight: roll, pitch, heading)",
-               {"block", "", "", ""}, rows);
+  return table("Estimates at the end, ± 1 sigma (boresight: roll, pitch, heading)", {"block", "", "", ""}, rows);
 }
 
 /// East and north, thinned.
@@ -224,7 +224,7 @@ std::string html_report(const ReplayReport& report) {
   const Solution& best = report.smoothed ? *report.smoothed : *report.filtered;
   const double length = best.empty() ? 0 : best.time(best.size() - 1) - start;
   std::string subtitle = fmt::format("piste {} · {:.1f} s from time_s {:.3f}; times below count from there",
-                                           escape_markup(report.version), length, start);
+                                     escape_markup(report.version), length, start);
   if (report.verdict != nullptr)
     subtitle += fmt::format("<br><strong>{}</strong>", escape_markup(verdict_line(*report.verdict)));
   std::string over_time = "<p class=\"soft\">Bands are ± 1 sigma. Rest is shaded";
@@ -240,8 +240,9 @@ std::string html_report(const ReplayReport& report) {
   return page::render(
       report.title, subtitle,
       {{"summary", "Summary",
-        (report.verdict != nullptr ? verdict_section(*report.verdict) : "") + "<div class=\"tables\">\n" + log_table(report) + source_table(*report.filtered) +
-            rest_table(*report.log, start) + "</div>\n" + estimate_table(best)},
+        (report.verdict != nullptr ? verdict_section(*report.verdict) : "") + "<div class=\"tables\">\n" +
+            log_table(report) + source_table(*report.filtered) + rest_table(*report.log, start) + "</div>\n" +
+            estimate_table(best)},
        {"plan", "Plan view", "<figure>\n" + plan_view(report) + "</figure>\n"},
        {"over-time", "Over time", over_time},
        {"innovations", "Innovations",

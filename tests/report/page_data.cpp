@@ -1,4 +1,5 @@
-// What a page shows is what the data are: spread, shares and extremes of residuals, steps of heights, turns of headings.
+// What a page shows is what the data are: spread, shares and extremes of residuals, steps of heights, turns of
+// headings.
 
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
@@ -110,7 +111,8 @@ TEST(PageData, ResidualsOfAnHourHaveTheSpreadAndTheSharesOfTheData) {
   }
   const Shown nis = shown(page, "innovations: ", "gnss[0].position: NIS");
   ASSERT_EQ(nis.labels, (std::vector<std::string>{"used", "rejected", "gate"}));
-  const auto dots = std::count_if(nis.curves[1].begin(), nis.curves[1].end(), [](double v) { return std::isfinite(v); });
+  const auto dots =
+      std::count_if(nis.curves[1].begin(), nis.curves[1].end(), [](double v) { return std::isfinite(v); });
   EXPECT_NEAR(static_cast<double>(dots) / static_cast<double>(nis.time.size()), rejected / kFixes,
               0.02 * rejected / kFixes + 1e-3);
   EXPECT_EQ(shown(page, "innovations: ", "rest.rate: residual over its sigma").labels,

@@ -42,34 +42,22 @@ void scale_sigmas(Recording& recording, double position, double velocity) {
 }
 
 std::vector<Seeded> seeded() {
-  const auto gyro_noise = [](double by) {
-    return [by](Case& c, Recording&) { c.options.sensor.gyro.noise /= by; };
-  };
+  const auto gyro_noise = [](double by) { return [by](Case& c, Recording&) { c.options.sensor.gyro.noise /= by; }; };
   // 8 mg/sqrt(Hz), as of engines and roads.
   const auto shaken = [](Scenario& s) { s.imus[0].sensor.accel.noise *= 40; };
-  const auto accel_noise = [](double by) {
-    return [by](Case& c, Recording&) { c.options.sensor.accel.noise /= by; };
-  };
+  const auto accel_noise = [](double by) { return [by](Case& c, Recording&) { c.options.sensor.accel.noise /= by; }; };
   const auto sigmas = [](double position, double velocity) {
     return [=](Case&, Recording& r) { scale_sigmas(r, position, velocity); };
   };
-  const auto delay = [](double by) {
-    return [by](Scenario& s) { s.gnss[0].delay = by; };
-  };
-  const auto velocity_delay = [](double by) {
-    return [by](Scenario& s) { s.gnss[0].velocity_delay = by; };
-  };
-  const auto arm = [](const Vector3d& by) {
-    return [by](Case& c, Recording&) { c.options.gnss[0].lever_arm += by; };
-  };
+  const auto delay = [](double by) { return [by](Scenario& s) { s.gnss[0].delay = by; }; };
+  const auto velocity_delay = [](double by) { return [by](Scenario& s) { s.gnss[0].velocity_delay = by; }; };
+  const auto arm = [](const Vector3d& by) { return [by](Case& c, Recording&) { c.options.gnss[0].lever_arm += by; }; };
   const auto gyro_axes = [](const Matrix3d& axes) {
     return [axes](Case&, Recording& r) {
       for (Vector3d& w : r.imu.gyro) w = (axes * w).eval();
     };
   };
-  const auto clock = [](double by) {
-    return [by](Case& c, Recording&) { c.conditioning.imu.clock_drift += by; };
-  };
+  const auto clock = [](double by) { return [by](Case& c, Recording&) { c.conditioning.imu.clock_drift += by; }; };
   const auto coloured = [](double sigma, double time) {
     return [=](Scenario& s) { s.gnss[0].position_drift = GaussMarkov{sigma * Vector3d(1, 1, 1.5), time}; };
   };
@@ -113,8 +101,9 @@ std::string described(const Verdict& v) {
   std::string text = verdict_line(v) + '\n';
   for (const std::string& finding : v.findings) text += "    " + finding + '\n';
   for (const SourceVerdict& s : v.sources) {
-    text += fmt::format("    {}: nis {:.2f} ± {:.2f}, ratio {:.2f}, whiteness {:.2f}, rejected {:.3f}, smoothed {:.2f}\n",
-                        s.name, s.nis, s.nis_error, s.ratio, s.whiteness, s.rejected, s.smoothed);
+    text +=
+        fmt::format("    {}: nis {:.2f} ± {:.2f}, ratio {:.2f}, whiteness {:.2f}, rejected {:.3f}, smoothed {:.2f}\n",
+                    s.name, s.nis, s.nis_error, s.ratio, s.whiteness, s.rejected, s.smoothed);
   }
   for (const PriorJump& jump : v.jumps) {
     if (std::abs(jump.sigmas) > 3) text += fmt::format("    {}: {:.1f} sigmas\n", jump.name, jump.sigmas);

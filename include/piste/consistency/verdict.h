@@ -16,15 +16,15 @@ namespace piste {
 /// 1, `whiteness` 0, `rejected` 1 − gate. NaN where there are too few.
 struct SourceVerdict {
   std::string name;
-  std::size_t fixes = 0;     ///< measurements under way, whether they were used or not
-  double nis = kNaN;         ///< mean over the used ones, per row
-  double nis_error = kNaN;   ///< standard error of that mean, by as many independent values as the series has
-  double ratio = kNaN;       ///< median of all NIS over the median of χ²: outliers do not count
-  double whiteness = kNaN;   ///< correlation of successive normalised innovations, of the axis where it is largest
-  double band = kNaN;        ///< ±, in which it is if they are white
-  double rejected = 0;       ///< share that was left out
-  double smoothed = kNaN;    ///< rms of the residuals of the smoothed track, in sigmas of the fix; of positions
-  bool holds = true;         ///< whether all of this is as expected
+  std::size_t fixes = 0;    ///< measurements under way, whether they were used or not
+  double nis = kNaN;        ///< mean over the used ones, per row
+  double nis_error = kNaN;  ///< standard error of that mean, by as many independent values as the series has
+  double ratio = kNaN;      ///< median of all NIS over the median of χ²: outliers do not count
+  double whiteness = kNaN;  ///< correlation of successive normalised innovations, of the axis where it is largest
+  double band = kNaN;       ///< ±, in which it is if they are white
+  double rejected = 0;      ///< share that was left out
+  double smoothed = kNaN;   ///< rms of the residuals of the smoothed track, in sigmas of the fix; of positions
+  bool holds = true;        ///< whether all of this is as expected
 };
 
 /// How far a constant of the run went from its prior.

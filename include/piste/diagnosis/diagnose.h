@@ -13,8 +13,8 @@ namespace piste {
 /// sigmas do not hold or more fixes are rejected than chance rejects, and in the first minutes of motion.
 ///
 /// `options`, `heading` and `found` are those with which `filtered` was made of `log`; `smoothed` may be null.
-/// `progress`, if given, is called with the part of the causes that was tried. Causes with which the filter diverges are
-/// passed over; nothing is thrown.
+/// `progress`, if given, is called with the part of the causes that was tried. Causes with which the filter diverges
+/// are passed over; nothing is thrown.
 Verdict diagnose(const Log& log, const FilterOptions& options, const InitialHeading& heading, const FoundStart& found,
                  const Solution& filtered, const Solution* smoothed, const std::function<void(double)>& progress = {});
 

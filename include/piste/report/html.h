@@ -22,9 +22,9 @@ struct ReplayReport {
   std::vector<Interval> outages = {};  ///< shown as shaded
 };
 
-/// A self-contained HTML file without network: the verdict, all counts, plan view, speed, height, attitude, the other estimated
-/// blocks and all sigmas, innovations with their gates, and the configuration. Series are thinned (thin.h). Times are
-/// seconds after the first epoch.
+/// A self-contained HTML file without network: the verdict, all counts, plan view, speed, height, attitude, the other
+/// estimated blocks and all sigmas, innovations with their gates, and the configuration. Series are thinned (thin.h).
+/// Times are seconds after the first epoch.
 std::string html_report(const ReplayReport& report);
 
 }  // namespace piste
