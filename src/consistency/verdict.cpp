@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <span>
+#include <utility>
 
 #include "piste/core/time_search.h"
 
@@ -115,7 +116,7 @@ std::vector<PriorJump> prior_jumps(const FilterOptions& options, const Solution&
 // The position of the antenna on the track at a time, on the line between two rows; nothing outside of it.
 class Track {
  public:
-  Track(const Solution& solution, const Vector3d& told_arm) : solution_(solution), told_arm_(told_arm) {}
+  Track(const Solution& solution, Vector3d told_arm) : solution_(solution), told_arm_(std::move(told_arm)) {}
 
   /// Times must ascend.
   std::optional<Vector3d> at(double time) {

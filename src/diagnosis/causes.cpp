@@ -139,6 +139,7 @@ Cause sigmas(const std::string& source, void (*scale)(Told&, std::size_t, double
 
 double median_sigma(const std::vector<GnssFix>& fixes) {
   std::vector<double> all;
+  all.reserve(fixes.size());
   for (const GnssFix& fix : fixes) all.push_back(fix.sigma_position.head<2>().mean());
   return all.empty() ? 0 : median(std::move(all));
 }
@@ -205,7 +206,7 @@ std::string with_sigma(const Evidence& found, Block block) {
 }
 
 template <class Widen>
-Cause constant(Block block, std::string name, Widen&& widen) {
+Cause constant(Block block, const std::string& name, Widen&& widen) {
   return [=](const Told& told, const Evidence& base, double end) {
     FilterOptions options = told.options;
     want(options, block);
@@ -216,8 +217,8 @@ Cause constant(Block block, std::string name, Widen&& widen) {
 }
 
 // A prior of the options, widened.
-Cause loose(Block block, std::string name, double Priors::*prior, double least) {
-  return constant(block, std::move(name), [=](FilterOptions& options) {
+Cause loose(Block block, const std::string& name, double Priors::*prior, double least) {
+  return constant(block, name, [=](FilterOptions& options) {
     const auto& was = options.estimate;
     const bool estimated = std::find(was.begin(), was.end() - 1, block) != was.end() - 1;
     double& sigma = options.priors.*prior;
@@ -225,9 +226,9 @@ Cause loose(Block block, std::string name, double Priors::*prior, double least) 
   });
 }
 
-Cause loose_imu(Block block, std::string name, TriadErrors ImuSensor::*triad, double TriadErrors::*error,
+Cause loose_imu(Block block, const std::string& name, TriadErrors ImuSensor::*triad, double TriadErrors::*error,
                 double least) {
-  return constant(block, std::move(name), [=](FilterOptions& options) {
+  return constant(block, name, [=](FilterOptions& options) {
     double& sigma = (options.sensor.*triad).*error;
     sigma = std::max(least, kLooser * sigma);
   });

@@ -115,10 +115,11 @@ std::string verdict_entry(const Verdict& verdict) {
   std::vector<std::string> sources, jumps;
   for (const SourceVerdict& s : verdict.sources) {
     const auto n = [](double value) { return json::number(value, kDigits); };
-    sources.push_back(fmt::format(
-        "\n      {}: {{\"nis\": {}, \"rejected\": {}, \"whiteness\": {}, \"smoothed_residual\": {}, \"fixes\": {}, "
-        "\"consistent\": {}}}",
-        json::string(s.name), n(s.nis), n(s.rejected), n(s.whiteness), n(s.smoothed), s.fixes, s.holds));
+    std::string known;
+    if (!std::isnan(s.whiteness)) known += fmt::format("\"whiteness\": {}, ", n(s.whiteness));
+    if (!std::isnan(s.smoothed)) known += fmt::format("\"smoothed_residual\": {}, ", n(s.smoothed));
+    sources.push_back(fmt::format("\n      {}: {{\"nis\": {}, \"rejected\": {}, {}\"fixes\": {}, \"consistent\": {}}}",
+                                  json::string(s.name), n(s.nis), n(s.rejected), known, s.fixes, s.holds));
   }
   for (const PriorJump& jump : verdict.jumps) {
     if (jumps.size() == kJumps) break;

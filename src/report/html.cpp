@@ -90,10 +90,11 @@ std::string verdict_section(const Verdict& verdict) {
                     std::isnan(s.smoothed) ? "" : shown(s.smoothed), s.holds ? "yes" : "no"});
   }
   std::string out = page::list("Causes, the likeliest first:", verdict.findings);
-  if (!rows.empty())
+  if (!rows.empty()) {
     out += table(
         "Do the sigmas hold? Under way",
         {"source", "NIS (1)", "correlation (0)", "rejected (0.1 %)", "smoothed residual in sigmas (1)", "holds"}, rows);
+  }
   std::vector<Row> jumps;
   constexpr std::size_t kShown = 5;
   for (const PriorJump& jump : verdict.jumps) {
