@@ -10,6 +10,7 @@
 #include "app.h"
 #include "piste/consistency/warnings.h"
 #include "piste/core/version.h"
+#include "piste/diagnosis/diagnose.h"
 #include "piste/files/replay.h"
 #include "piste/files/summary.h"
 #include "piste/report/html.h"
@@ -17,6 +18,8 @@
 
 namespace piste {
 namespace {
+
+constexpr std::size_t kPerCent = 100;
 
 void run_replay(const AppArguments& arguments, Progress& progress) {
   const auto wall = std::chrono::steady_clock::now();
@@ -32,6 +35,11 @@ void run_replay(const AppArguments& arguments, Progress& progress) {
 
   const Solution& filtered = run.filtered.solution;
   const Solution* smoothed = run.smoothed ? &*run.smoothed : nullptr;
+  progress.start("verdict", kPerCent, "%");
+  const Verdict verdict =
+      diagnose(run.log, run.options, config.initial, run.found, filtered, smoothed,
+               [&](double part) { progress.update(static_cast<std::size_t>(part * static_cast<double>(kPerCent))); });
+  progress.clear();
   const std::string title = config.file.stem().string();
   write_solutions(output, run, config.attitude_rate);
   output.write("trajectory.kml", kml(run.solution(), title));
@@ -41,16 +49,19 @@ void run_replay(const AppArguments& arguments, Progress& progress) {
                                            .log = &run.log,
                                            .filtered = &filtered,
                                            .smoothed = smoothed,
+                                           .verdict = &verdict,
                                            .outages = config.conditioning.outages}));
   const std::chrono::duration<double> wall_s = std::chrono::steady_clock::now() - wall;
   const RunTimes times{static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC, wall_s.count()};
-  output.write("summary.json", summary_json(run.log, filtered, smoothed, times));
+  output.write("summary.json", summary_json(run.log, filtered, smoothed, verdict, times));
   output.commit();
 
   for (const std::string& warning : warnings_of(filtered)) fmt::print(stderr, "warning: {}\n", warning);
   say(arguments, run.found.how);
   if (smoothed) say(arguments, attitude_entry(output.folder() / "attitude.csv", *smoothed));
   say(arguments, "written to " + output.folder().string());
+  if (arguments.quiet && !verdict.consistent) fmt::print(stderr, "warning: {}\n", verdict_line(verdict));
+  say(arguments, verdict_line(verdict));
 }
 
 }  // namespace

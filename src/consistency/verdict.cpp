@@ -1,44 +1,221 @@
-// The verdict on an ensemble, in one sentence.
+#include "piste/consistency/verdict.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cstddef>
-#include <string>
+#include <array>
+#include <cmath>
+#include <span>
 #include <utility>
-#include <vector>
 
-#include "consistency/report_numbers.h"
-#include "piste/consistency/consistency.h"
+#include "piste/core/time_search.h"
 
 namespace piste {
+namespace {
 
-std::string consistency_verdict(const ConsistencyReport& report) {
-  const std::string band = fmt::format("{} band", percent(report.probability));
-  if (report.consistent()) {
-    return fmt::format("Consistent: over {} runs, under way, the NEES of every group lies within its {}.", report.runs,
-                       band);
+constexpr double kSettling = 5;      // s after the start whose innovations tell of the start
+constexpr std::size_t kFewest = 30;  // measurements: with fewer there is no verdict on a source
+// Beyond chance, and beyond what linearisation and a start from the same data do to true sigmas.
+constexpr double kSure = 5;  // standard errors
+constexpr Band kNis{0.7, 1.3}, kMedian{0.6, 1.6};
+constexpr double kWhite = 0.25, kTooMany = 0.2, kFarFromPrior = 4.5;
+constexpr double kWellKnown = 0.7;  // of the prior sigma: what is known no better says nothing of its prior
+constexpr std::size_t kLongestLag = 50;
+
+// Autocovariance at a lag, about a mean of `centre`.
+double lagged(std::span<const double> x, std::size_t lag, double centre) {
+  double sum = 0;
+  for (std::size_t i = lag; i < x.size(); ++i) sum += (x[i] - centre) * (x[i - lag] - centre);
+  return sum / static_cast<double>(x.size());
+}
+
+// Of the mean of a stationary series: its variance times 1 + 2 Σ ρ, up to the first lag without correlation.
+double error_of_mean(std::span<const double> x) {
+  const double centre = mean(x), variance = lagged(x, 0, centre);
+  double inflation = 1;
+  for (std::size_t lag = 1; lag < std::min(kLongestLag, x.size()) && variance > 0; ++lag) {
+    const double rho = lagged(x, lag, centre) / variance;
+    if (rho < 0.05) break;
+    inflation += 2 * rho;
   }
-  std::vector<std::string> reasons;
-  constexpr auto kSeen = static_cast<std::size_t>(Phase::kUnderWay);
-  for (const auto& [name, estimator] : {std::pair{"filter", &report.filter}, {"smoother", &report.smoother}}) {
-    if (estimator->groups[kSeen].empty()) reasons.push_back(fmt::format("the {} was not seen under way", name));
+  return std::sqrt(variance * inflation / static_cast<double>(x.size()));
+}
+
+// The series of one source.
+struct Series {
+  std::vector<double> used, all;            // NIS per row; NIS over the median of χ² of as many rows
+  std::array<std::vector<double>, 3> axes;  // normalised innovations that were used
+  std::size_t rejected = 0;
+
+  void add(const Innovation& v) {
+    const double rows = v.dof;
+    all.push_back(v.nis / chi_squared_quantile(0.5, rows));
+    if (!was_used(v.outcome)) {
+      ++rejected;
+      return;
+    }
+    used.push_back(v.nis / rows);
+    for (int a = 0; a < v.dof; ++a) axes[static_cast<std::size_t>(a)].push_back(v.residual(a) / v.sigma(a));
   }
-  constexpr std::size_t kNamed = 6;
-  auto outside = report.outside();
-  if (!outside.empty()) {
-    const std::size_t more = outside.size() - std::min(outside.size(), kNamed);
-    outside.resize(outside.size() - more);
-    if (more > 0) outside.back() += fmt::format(" and {} more", more);
-    reasons.push_back(fmt::format("over {} runs, under way, the NEES of {} lies outside its {}", report.runs,
-                                  fmt::join(outside, ", "), band));
+
+  SourceVerdict verdict(const std::string& name) const {
+    SourceVerdict s{.name = name, .fixes = all.size()};
+    if (all.size() < kFewest) return s;
+    const auto count = static_cast<double>(all.size());
+    s.rejected = static_cast<double>(rejected) / count;
+    s.ratio = median(all);
+    s.holds = s.rejected <= kTooMany && kMedian.contains(s.ratio);
+    if (used.size() < kFewest) return s;
+    s.nis = mean(used);
+    s.nis_error = error_of_mean(used);
+    s.band = kSure / std::sqrt(static_cast<double>(used.size()));
+    s.whiteness = 0;
+    for (const std::vector<double>& x : axes) {
+      const double power = x.size() < kFewest ? 0 : lagged(x, 0, 0);
+      const double rho = power > 0 ? lagged(x, 1, 0) / power : 0;
+      if (std::abs(rho) > std::abs(s.whiteness)) s.whiteness = rho;
+    }
+    const bool mean_holds = kNis.contains(s.nis) || std::abs(s.nis - 1) < kSure * s.nis_error;
+    s.holds = s.holds && mean_holds && std::abs(s.whiteness) < std::max(kWhite, s.band);
+    return s;
   }
-  if (!report.failures.empty()) {
-    reasons.push_back(fmt::format("{} of {} runs failed", report.failures.size(),
-                                  report.failures.size() + static_cast<std::size_t>(report.runs)));
+};
+
+// What is taken for the value of a constant before the run.
+Vector3d told_value(const FilterOptions& options, Block block) {
+  Estimate x;
+  if (!options.gnss.empty()) {
+    x.lever_arm = options.gnss.front().lever_arm;
+    x.gnss_delay = options.gnss.front().delay;
+    x.velocity_delay = options.gnss.front().delay_of_velocity();
   }
-  return fmt::format("Not consistent: {}.", fmt::join(reasons, "; "));
+  if (!options.attitude.empty()) x.attitude_delay = options.attitude.front().delay;
+  return shown_value(x, block);
+}
+
+std::vector<PriorJump> prior_jumps(const FilterOptions& options, const Solution& solution) {
+  std::vector<PriorJump> jumps;
+  if (solution.empty()) return jumps;
+  const Estimate x = solution.estimate(solution.size() - 1);
+  const FullError sigmas = solution.sigmas(solution.size() - 1).blocks;
+  for (const BlockInfo& row : kBlocks) {
+    if (row.prior == nullptr || is_rotation(row.block) || !solution.layout().has(row.block)) continue;
+    const Vector3d change = shown_value(x, row.block) - told_value(options, row.block), prior = row.prior(options);
+    for (int axis = 0; axis < row.size; ++axis) {
+      const double sigma = sigmas(full_offset(row.block) + axis);
+      if (sigma > kWellKnown * prior(axis)) continue;
+      jumps.push_back({fmt::format("{} {}", row.name, row.axes[static_cast<std::size_t>(axis)]),
+                       change(axis) / std::sqrt(square(prior(axis)) - square(sigma))});
+    }
+  }
+  std::stable_sort(jumps.begin(), jumps.end(),
+                   [](const PriorJump& a, const PriorJump& b) { return std::abs(a.sigmas) > std::abs(b.sigmas); });
+  return jumps;
+}
+
+// The position of the antenna on the track at a time, on the line between two rows; nothing outside of it.
+class Track {
+ public:
+  Track(const Solution& solution, Vector3d told_arm) : solution_(solution), told_arm_(std::move(told_arm)) {}
+
+  /// Times must ascend.
+  std::optional<Vector3d> at(double time) {
+    while (next_ < solution_.size() && solution_.time(next_) < time) ++next_;
+    if (next_ == 0 || next_ >= solution_.size()) return std::nullopt;
+    const double before = solution_.time(next_ - 1), part = (time - before) / (solution_.time(next_) - before);
+    return (1 - part) * antenna(next_ - 1) + part * antenna(next_);
+  }
+
+ private:
+  Vector3d antenna(std::size_t row) const {
+    const Estimate x = solution_.estimate(row);
+    const Vector3d& arm = solution_.layout().has(Block::kLeverArm) ? x.lever_arm : told_arm_;
+    Vector3d p = x.p_wb + x.q_wb * arm;
+    if (solution_.layout().has(Block::kGnssPositionDrift))
+      p += solution_.world().rotation_wn(p) * x.gnss_position_drift;
+    return p;
+  }
+
+  const Solution& solution_;
+  Vector3d told_arm_;
+  std::size_t next_ = 0;
+};
+
+// Rms over the axes and over those fixes whose positions were used.
+double smoothed_residual(const Solution& smoothed, const Solution& filtered, int source, const GnssOptions& receiver,
+                         const GnssOptions& first, const std::vector<GnssFix>& fixes, const UnderWay& under_way) {
+  Track track(smoothed, receiver.lever_arm);
+  // By the delay as it is known in the end.
+  double delay = receiver.delay;
+  if (smoothed.layout().has(Block::kGnssDelay))
+    delay += smoothed.estimate(smoothed.size() - 1).gnss_delay - first.delay;
+  double sum = 0, count = 0;
+  auto fix = fixes.begin();
+  for (const Innovation& v : filtered.innovations) {
+    if (v.source != source || !was_used(v.outcome) || !under_way.contains(v)) continue;
+    constexpr double kSameTime = 1e-6;  // s
+    while (fix != fixes.end() && fix->time < v.time + v.late - kSameTime) ++fix;
+    if (fix == fixes.end()) break;
+    const std::optional<Vector3d> antenna = track.at(fix->time - delay);
+    if (!antenna) continue;
+    const Vector3d residual = smoothed.world().rotation_wn(*antenna).transpose() * (fix->position - *antenna);
+    sum += residual.cwiseQuotient(fix->sigma_position).squaredNorm() / 3;
+    ++count;
+  }
+  return count > 0 ? std::sqrt(sum / count) : kNaN;
+}
+
+}  // namespace
+
+UnderWay::UnderWay(const Log& log, const std::vector<std::string>& sources, double start)
+    : log_(log), start_(start + kSettling) {
+  for (const std::string& name : sources) of_fixes_.push_back(name.starts_with("gnss") || name.starts_with("attitude"));
+}
+
+bool UnderWay::contains(const Innovation& v) const {
+  if (!of_fixes_[static_cast<std::size_t>(v.source)] || v.outcome == Outcome::kRepeated) return false;
+  const double time = v.time + v.late;
+  return time >= start_ &&
+         std::none_of(log_.rest.begin(), log_.rest.end(), [&](const Interval& rest) { return rest.contains(time); });
+}
+
+Verdict judge(const Log& log, const FilterOptions& options, const Solution& filtered, const Solution* smoothed) {
+  Verdict verdict;
+  if (filtered.empty()) return verdict;
+  const UnderWay under_way(log, filtered.sources, filtered.time(0));
+  std::vector<Series> series(filtered.sources.size());
+  for (const Innovation& v : filtered.innovations) {
+    if (under_way.contains(v)) series[static_cast<std::size_t>(v.source)].add(v);
+  }
+  for (std::size_t i = 0; i < series.size(); ++i) {
+    if (series[i].all.empty()) continue;
+    SourceVerdict s = series[i].verdict(filtered.sources[i]);
+    for (std::size_t k = 0; smoothed != nullptr && k < log.gnss.size(); ++k) {
+      if (s.name != fmt::format("gnss[{}].position", k)) continue;
+      s.smoothed = smoothed_residual(*smoothed, filtered, static_cast<int>(i), options.gnss[k], options.gnss[0],
+                                     log.gnss[k], under_way);
+    }
+    verdict.consistent = verdict.consistent && s.holds;
+    if (!s.holds) {
+      const double nis = std::isnan(s.nis) ? s.ratio : s.nis;
+      // Beyond the gate only the median tells how far; within it the mean tells better.
+      const double factor = std::sqrt(nis > 1 ? std::max(nis, s.ratio) : nis);
+      if (std::abs(std::log(factor)) > std::abs(std::log(verdict.factor))) verdict.factor = factor;
+    }
+    verdict.sources.push_back(std::move(s));
+  }
+  verdict.jumps = prior_jumps(options, smoothed != nullptr && !smoothed->empty() ? *smoothed : filtered);
+  if (!verdict.jumps.empty() && std::abs(verdict.jumps.front().sigmas) > kFarFromPrior) verdict.consistent = false;
+  return verdict;
+}
+
+std::string verdict_line(const Verdict& verdict) {
+  if (verdict.consistent) return "sigmas hold";
+  constexpr double kWorthTelling = 1.15;
+  std::string line = "sigmas do not hold";
+  if (verdict.factor > kWorthTelling) line = fmt::format("sigmas are too small by {:.2g}", verdict.factor);
+  if (verdict.factor < 1 / kWorthTelling) line = fmt::format("sigmas are too large by {:.2g}", 1 / verdict.factor);
+  return verdict.findings.empty() ? line : line + ": " + verdict.findings.front();
 }
 
 }  // namespace piste

@@ -108,9 +108,34 @@ std::string repaired(const RepairedRows& rows) {
   return fmt::format(R"({{"sorted": {}, "dropped": {}}})", rows.sorted, rows.dropped);
 }
 
+constexpr std::size_t kJumps = 5;  // that are told
+
+std::string verdict_entry(const Verdict& verdict) {
+  constexpr int kDigits = 4;
+  std::vector<std::string> sources, jumps;
+  for (const SourceVerdict& s : verdict.sources) {
+    const auto n = [](double value) { return json::number(value, kDigits); };
+    std::string known;
+    if (!std::isnan(s.whiteness)) known += fmt::format("\"whiteness\": {}, ", n(s.whiteness));
+    if (!std::isnan(s.smoothed)) known += fmt::format("\"smoothed_residual\": {}, ", n(s.smoothed));
+    sources.push_back(fmt::format("\n      {}: {{\"nis\": {}, \"rejected\": {}, {}\"fixes\": {}, \"consistent\": {}}}",
+                                  json::string(s.name), n(s.nis), n(s.rejected), known, s.fixes, s.holds));
+  }
+  for (const PriorJump& jump : verdict.jumps) {
+    if (jumps.size() == kJumps) break;
+    jumps.push_back(fmt::format("{}: {}", json::string(jump.name), json::number(jump.sigmas, kDigits)));
+  }
+  return fmt::format(
+      "{{\n    \"consistent\": {}, \"factor\": {},\n    \"sources\": {{{}\n    }},\n    \"jumps\": {{{}}},\n    "
+      "\"findings\": {}\n  }}",
+      verdict.consistent, json::number(verdict.factor, kDigits), fmt::join(sources, ","), fmt::join(jumps, ", "),
+      json::strings(verdict.findings));
+}
+
 }  // namespace
 
-std::string summary_json(const Log& log, const Solution& filtered, const Solution* smoothed, const RunTimes& times) {
+std::string summary_json(const Log& log, const Solution& filtered, const Solution* smoothed, const Verdict& verdict,
+                         const RunTimes& times) {
   const Solution& best = smoothed != nullptr && !smoothed->empty() ? *smoothed : filtered;
   std::vector<std::string> estimates, totals, rests;
   for (const Quantity& q : quantities_of(best.layout())) {
@@ -140,6 +165,7 @@ std::string summary_json(const Log& log, const Solution& filtered, const Solutio
                       count_fixes(filtered, "attitude[").text(), sum(c.attitude_outside), sum(c.attitude_not_valid),
                       repaired(sum(c.attitude_repaired)));
   text += fmt::format("  \"sources\": {},\n", source_counts(filtered));
+  text += fmt::format("  \"verdict\": {},\n", verdict_entry(verdict));
   text += fmt::format("  \"rest_intervals\": [{}],\n", fmt::join(rests, ", "));
   text += fmt::format("  \"estimates\": {{{}\n  }},\n{}", fmt::join(estimates, ","), fmt::join(totals, ""));
   text += fmt::format("  \"attitude_error\": {},\n", attitude_error(best));

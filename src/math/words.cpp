@@ -20,6 +20,18 @@ std::string plain(double value, int digits) {
   return text;
 }
 
+std::string rounded(double value, double sigma) {
+  if (!(sigma > 0) || !std::isfinite(sigma) || !std::isfinite(value)) return plain(value, 4);
+  const int second = static_cast<int>(std::floor(std::log10(sigma))) - 1;  // power of ten of the sigma's second digit
+  const double unit = std::pow(10.0, second);
+  const double near = std::round(value / unit) * unit;
+  return fmt::format("{:.{}f}", near == 0 ? 0 : near, std::max(0, -second));
+}
+
+std::string measured(double value, double sigma) {
+  return fmt::format("{} ± {}", rounded(value, sigma), rounded(sigma, sigma));
+}
+
 std::string time_text(double seconds) {
   const double size = std::abs(seconds);
   if (size < 0.1) return fmt::format("{} ms", plain(1e3 * seconds));

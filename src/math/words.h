@@ -14,4 +14,10 @@ std::string delay_text(double delay);
 /// A number with so many significant digits, without an exponent and without zeros at its end: 0.00042, 200, 4900.
 std::string plain(double value, int digits = 3);
 
+/// A value to the second digit of its sigma, without an exponent: -22620 for a sigma of 530.
+std::string rounded(double value, double sigma);
+
+/// A value and its sigma, both to the second digit of the sigma: `-22620 ± 530`, `0.0123 ± 0.0021`.
+std::string measured(double value, double sigma);
+
 }  // namespace piste

@@ -18,6 +18,7 @@ namespace {
 
 constexpr std::array<const char*, 3> kLocalAxes{"north", "east", "down"};
 constexpr std::array<const char*, 3> kEulerAxes{"roll", "pitch", "heading"};
+constexpr std::size_t kAngles = kEulerAxes.size();
 
 /// A chart that takes one row at a time, with sigmas or without.
 class Builder {
@@ -57,14 +58,66 @@ std::string words(std::string_view name) {
   return text;
 }
 
-/// Adds whole turns so that no step is longer than half a turn [deg].
-void unwrap(std::vector<double>& degrees) {
+/// Lets an angle run on beyond ± 180 deg, but not beyond ± 200: there its curve breaks and goes on a turn nearer to 0.
+/// The margin keeps a curve near 180 deg in one piece. Where it breaks, the chart gets a row without a value.
+void break_turns(Chart& chart) {
+  constexpr double kFurthest = 200, kTurn = 360;
+  Curve& angle = chart.curves.front();
+  Chart out = chart;
+  out.time.clear();
+  Curve& shown = out.curves.front();
+  shown.value.clear();
+  shown.sigma.clear();
   double turns = 0;
-  for (std::size_t i = 1; i < degrees.size(); ++i) {
-    const double step = degrees[i] + turns - degrees[i - 1];
-    turns -= 360 * std::round(step / 360);
-    degrees[i] += turns;
+  for (std::size_t i = 0; i < chart.time.size(); ++i) {
+    if (i > 0) turns += kTurn * std::round((angle.value[i - 1] - angle.value[i]) / kTurn);
+    if (std::abs(angle.value[i] + turns) > kFurthest) {
+      turns -= kTurn * std::round((angle.value[i] + turns) / kTurn);
+      if (i > 0) {
+        out.time.push_back((chart.time[i - 1] + chart.time[i]) / 2);
+        shown.value.push_back(kNaN);
+        shown.sigma.push_back(kNaN);
+      }
+    }
+    out.time.push_back(chart.time[i]);
+    shown.value.push_back(angle.value[i] + turns);
+    shown.sigma.push_back(angle.sigma[i]);
   }
+  chart = std::move(out);
+}
+
+/// Whether there is anything to see: on a logarithmic scale values above zero.
+bool shows_nothing(const Chart& chart) {
+  return std::all_of(chart.curves.begin(), chart.curves.end(), [&](const Curve& c) {
+    return std::none_of(c.value.begin(), c.value.end(),
+                        [&](double v) { return std::isfinite(v) && (v > 0 || !chart.log_scale); });
+  });
+}
+
+/// What the rows of a source's innovations are along: as Innovation has them.
+std::vector<std::string> axes_of(std::string_view source) {
+  if (source == "rest.rate") return {"x", "y", "z"};
+  if (source == "magnetic") return {"heading", "2nd axis", "3rd axis"};
+  return {kLocalAxes.begin(), kLocalAxes.end()};
+}
+
+/// Digits of the largest value that make steps smaller than what can be seen: a tenth of the least sigma, or a
+/// hundred-thousandth of what the curve covers.
+int digits_of(const Curve& curve) {
+  constexpr int kFewest = 5, kMost = 12;
+  double largest = 0, low = kNaN, high = kNaN, sigma = kNaN;
+  for (const double v : curve.value) {
+    if (!std::isfinite(v)) continue;
+    largest = std::max(largest, std::abs(v));
+    low = std::fmin(low, v);
+    high = std::fmax(high, v);
+  }
+  for (const double s : curve.sigma) {
+    if (s > 0) sigma = std::fmin(sigma, s);
+  }
+  const double step = std::fmin(1e-5 * (high - low), 0.1 * sigma);
+  if (!(step > 0) || largest == 0) return kFewest;
+  return std::clamp(static_cast<int>(std::ceil(std::log10(largest / step))), kFewest, kMost);
 }
 
 Builder block_builder(Block block) {
@@ -88,7 +141,10 @@ std::vector<Chart> of_solution(const Solution& solution, double start) {
   const StateLayout& layout = solution.layout();
   Builder speed("Speed", "m/s", {"speed"});
   Builder height("Height above the ellipsoid", "m", {"height"});
-  Builder attitude = three("Attitude", "deg", kEulerAxes);
+  // Each by itself: a heading that turns would flatten the others.
+  std::vector<Builder> attitude{{"Attitude: roll", "deg", {"roll"}},
+                                {"Attitude: pitch", "deg", {"pitch"}},
+                                {"Attitude: heading", "deg", {"heading"}}};
   Builder velocity = three("Velocity", "m/s", kLocalAxes);
   Builder sigma_position = three("Sigma of position", "m", kLocalAxes);
   Builder sigma_velocity = three("Sigma of velocity", "m/s", kLocalAxes);
@@ -109,7 +165,11 @@ std::vector<Chart> of_solution(const Solution& solution, double start) {
     const auto navigation = solution.navigation(i);
     speed.add(t, Eigen::Matrix<double, 1, 1>(navigation.velocity.norm()));
     height.add(t, Eigen::Matrix<double, 1, 1>(navigation.position.height), s.position.tail<1>());
-    attitude.add(t, kDegreesPerRadian * navigation.euler, kDegreesPerRadian * s.euler);
+    for (std::size_t k = 0; k < kAngles; ++k) {
+      const auto axis = static_cast<Eigen::Index>(k);
+      attitude[k].add(t, kDegreesPerRadian * navigation.euler.segment<1>(axis),
+                      kDegreesPerRadian * s.euler.segment<1>(axis));
+    }
     velocity.add(t, navigation.velocity, s.velocity);
     sigma_position.add(t, s.position);
     sigma_velocity.add(t, s.velocity);
@@ -122,11 +182,11 @@ std::vector<Chart> of_solution(const Solution& solution, double start) {
                           row.factor * s.blocks.segment(full_offset(blocks[k]), row.size));
     }
   }
-  unwrap(attitude.chart().curves[0].value);
-  unwrap(attitude.chart().curves[2].value);
+  for (Builder& angle : attitude) break_turns(angle.chart());
 
   std::vector<Chart> out;
-  for (Builder* b : {&speed, &height, &attitude, &velocity}) out.push_back(std::move(b->chart()));
+  for (Builder* b : {&speed, &height, attitude.data(), &attitude[1], &attitude[2], &velocity})
+    out.push_back(std::move(b->chart()));
   if (has_total(layout, Block::kGyroBias, Block::kGyroDrift)) out.push_back(std::move(gyro_total.chart()));
   if (has_total(layout, Block::kAccelBias, Block::kAccelDrift)) out.push_back(std::move(accel_total.chart()));
   for (Builder& b : block_charts) out.push_back(std::move(b.chart()));
@@ -134,6 +194,7 @@ std::vector<Chart> of_solution(const Solution& solution, double start) {
     b->chart().log_scale = true;
     out.push_back(std::move(b->chart()));
   }
+  std::erase_if(out, shows_nothing);
   return out;
 }
 
@@ -141,7 +202,7 @@ std::vector<Chart> of_innovations(const Solution& solution, double start) {
   std::vector<Chart> out;
   for (std::size_t source = 0; source < solution.sources.size(); ++source) {
     const std::string& name = solution.sources[source];
-    Builder residual(name + ": residual over its sigma", "", {"1st axis", "2nd axis", "3rd axis"});
+    Builder residual(name + ": residual over its sigma", "", axes_of(name));
     Builder nis(name + ": NIS", "", {"used", "rejected", "readmitted", "disputed", "gate"});
     for (const Innovation& z : solution.innovations) {
       if (z.source != static_cast<int>(source) || z.outcome == Outcome::kRepeated) continue;
@@ -162,7 +223,7 @@ std::vector<Chart> of_innovations(const Solution& solution, double start) {
       std::erase_if(chart.curves, [](const Curve& c) {
         return std::none_of(c.value.begin(), c.value.end(), [](double v) { return std::isfinite(v); });
       });
-      if (!chart.curves.empty()) out.push_back(std::move(chart));
+      if (!chart.curves.empty() && !shows_nothing(chart)) out.push_back(std::move(chart));
     }
   }
   return out;
@@ -171,7 +232,7 @@ std::vector<Chart> of_innovations(const Solution& solution, double start) {
 std::string json(const Chart& chart, std::size_t limit) {
   std::vector<std::vector<double>> columns;
   for (const Curve& c : chart.curves) columns.push_back(c.value);
-  const std::vector<std::size_t> rows = thin(columns, limit);
+  const std::vector<std::size_t> rows = chart.points ? sample(columns, limit) : thin(columns, limit);
   const auto array = [&rows](const std::vector<double>& values, int digits) {
     std::string out = "[";
     for (const std::size_t i : rows) {
@@ -185,7 +246,7 @@ std::string json(const Chart& chart, std::size_t limit) {
                   json::string(chart.unit), chart.points, chart.log_scale, array(chart.time, 8));
   for (const Curve& c : chart.curves) {
     if (&c != chart.curves.data()) out += ',';
-    out += fmt::format(R"({{"label":{},"value":{})", json::string(c.label), array(c.value, 6));
+    out += fmt::format(R"({{"label":{},"value":{})", json::string(c.label), array(c.value, digits_of(c)));
     if (!c.sigma.empty()) out += fmt::format(R"(,"sigma":{})", array(c.sigma, 4));
     out += '}';
   }

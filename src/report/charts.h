@@ -25,13 +25,14 @@ struct Chart {
   bool log_scale = false;  ///< of the values
 };
 
-/// The charts of a solution over time: speed, height, attitude, estimated blocks, sigmas.
+/// The charts of a solution over time: speed, height, roll, pitch, heading, estimated blocks, sigmas.
 std::vector<Chart> of_solution(const Solution& solution, double start);
 
-/// Two charts for each source: residuals divided by their sigmas, and NIS with its gate.
+/// Two charts for each source: residuals divided by their sigmas, and NIS with its gate. As above, a chart that would
+/// show nothing is left out.
 std::vector<Chart> of_innovations(const Solution& solution, double start);
 
-/// JSON of a chart with at most about `limit` rows.
+/// JSON of a chart with about `limit` rows: of lines the extremes, of dots a fair sample (plot/thin.h).
 std::string json(const Chart& chart, std::size_t limit);
 
 }  // namespace piste::charts

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cmath>
 #include <span>
 #include <utility>
 
+#include "math/words.h"
 #include "plot/markup.h"
 #include "plot/svg.h"
 #include "plot/thin.h"
@@ -80,6 +82,28 @@ std::string source_table(const Solution& solution) {
   return table("Measurements", head, rows);
 }
 
+std::string verdict_section(const Verdict& verdict) {
+  std::vector<Row> rows;
+  const auto shown = [](double value) { return std::isnan(value) ? "too few" : fmt::format("{:.2f}", value); };
+  for (const SourceVerdict& s : verdict.sources) {
+    rows.push_back({s.name, shown(s.nis), shown(s.whiteness), fmt::format("{:.1f} %", 100 * s.rejected),
+                    std::isnan(s.smoothed) ? "" : shown(s.smoothed), s.holds ? "yes" : "no"});
+  }
+  std::string out = page::list("Causes, the likeliest first:", verdict.findings);
+  if (!rows.empty()) {
+    out += table(
+        "Do the sigmas hold? Under way",
+        {"source", "NIS (1)", "correlation (0)", "rejected (0.1 %)", "smoothed residual in sigmas (1)", "holds"}, rows);
+  }
+  std::vector<Row> jumps;
+  constexpr std::size_t kShown = 5;
+  for (const PriorJump& jump : verdict.jumps) {
+    if (jumps.size() < kShown) jumps.push_back({jump.name, fmt::format("{:+.1f}", jump.sigmas)});
+  }
+  if (!jumps.empty()) out += table("Furthest from their priors", {"constant", "sigmas"}, jumps);
+  return "<div class=\"tables\">\n" + out + "</div>\n";
+}
+
 std::string rest_table(const Log& log, double start) {
   if (log.rest.empty()) return {};
   std::vector<Row> rows;
@@ -102,15 +126,15 @@ std::string estimate_table(const Solution& solution) {
     Row cells{fmt::format("{} [{}]", row.name, row.unit)};
     const Vector3d value = shown_value(x, block);
     for (int i = 0; i < 3; ++i) {
-      cells.push_back(i < row.size ? fmt::format("{:.4g} ± {:.2g}", value[i] * row.factor,
-                                                 s.blocks[full_offset(block) + i] * row.factor)
-                                   : "");
+      cells.push_back(i < row.size
+                          ? fmt::format("{}: {}", row.axes[static_cast<std::size_t>(i)],
+                                        measured(value[i] * row.factor, s.blocks[full_offset(block) + i] * row.factor))
+                          : "");
     }
     rows.push_back(std::move(cells));
   }
   if (rows.empty()) return {};
-  return table("Estimates at the end, ± 1 sigma (boresight: roll, pitch, heading)",
-               {"block", "1st axis", "2nd axis", "3rd axis"}, rows);
+  return table("Estimates at the end, ± 1 sigma (boresight: roll, pitch, heading)", {"block", "", "", ""}, rows);
 }
 
 /// East and north, thinned.
@@ -200,13 +224,15 @@ std::string html_report(const ReplayReport& report) {
   const double start = start_of(*report.filtered);
   const Solution& best = report.smoothed ? *report.smoothed : *report.filtered;
   const double length = best.empty() ? 0 : best.time(best.size() - 1) - start;
-  const std::string subtitle = fmt::format("piste {} · {:.1f} s from time_s {:.3f}; times below count from there",
-                                           escape_markup(report.version), length, start);
+  std::string subtitle = fmt::format("piste {} · {:.1f} s from time_s {:.3f}; times below count from there",
+                                     escape_markup(report.version), length, start);
+  if (report.verdict != nullptr)
+    subtitle += fmt::format("<br><strong>{}</strong>", escape_markup(verdict_line(*report.verdict)));
   std::string over_time = "<p class=\"soft\">Bands are ± 1 sigma. Rest is shaded";
   if (!report.outages.empty()) over_time += ", withheld GNSS is shaded red";
   over_time +=
-      ". Drag to zoom every chart, double-click to see all again. Angles run on beyond ± 180°. "
-      "Long series are thinned, extremes kept.</p>\n"
+      ". Drag to zoom every chart, double-click to see all again. "
+      "Long series are thinned: lines keep their extremes, dots are a fair sample.</p>\n"
       "<noscript><p>The charts need JavaScript; the tables and the plan view do not.</p></noscript>\n";
   if (report.smoothed) over_time += kSwitch;
   over_time += "<section id=\"solution-charts\"></section>\n";
@@ -215,8 +241,9 @@ std::string html_report(const ReplayReport& report) {
   return page::render(
       report.title, subtitle,
       {{"summary", "Summary",
-        "<div class=\"tables\">\n" + log_table(report) + source_table(*report.filtered) +
-            rest_table(*report.log, start) + "</div>\n" + estimate_table(best)},
+        (report.verdict != nullptr ? verdict_section(*report.verdict) : "") + "<div class=\"tables\">\n" +
+            log_table(report) + source_table(*report.filtered) + rest_table(*report.log, start) + "</div>\n" +
+            estimate_table(best)},
        {"plan", "Plan view", "<figure>\n" + plan_view(report) + "</figure>\n"},
        {"over-time", "Over time", over_time},
        {"innovations", "Innovations",

@@ -136,6 +136,13 @@ TEST(Replay, SummaryHasTheContractedKeys) {
   for (const auto& [block, unit] : blocks) expect_estimate(summary["estimates"][block], unit, block);
   expect_estimate(summary["gyro_total_bias"], "deg/s", "gyro_total_bias");
   expect_estimate(summary["accel_total_bias"], "m/s^2", "accel_total_bias");
+  EXPECT_TRUE(summary["verdict"]["consistent"].as<bool>());
+  EXPECT_EQ(summary["verdict"]["findings"].size(), 0U);
+  for (const char* source : {"gnss[0].position", "attitude[0]"}) {
+    const YAML::Node verdict = summary["verdict"]["sources"][source];
+    EXPECT_NEAR(verdict["nis"].as<double>(), 1, 0.3) << source;
+    EXPECT_LT(verdict["rejected"].as<double>(), 0.02) << source;
+  }
   EXPECT_GT(summary["cpu_s"].as<double>(), 0);
   EXPECT_GT(summary["wall_s"].as<double>(), 0);
 }
@@ -239,14 +246,24 @@ TEST(Replay, QuietSaysNothing) {
   EXPECT_EQ(said.out + said.err, "");
 }
 
-TEST(Replay, WarnsWhereMostFixesAreRejected) {
+TEST(Replay, TheVerdictNamesALeverArmThatIsWrong) {
   const SkiRun run;
   run.replace(SkiRun::kConfig, "-0.06 0.03 -0.42 m", "-60 30 -420 m");
   const Said said = run.replay();
   EXPECT_EQ(said.code, 0);
-  EXPECT_TRUE(contains(said.err, "warning: "));
-  EXPECT_TRUE(contains(said.err, "gnss[0].position were rejected"));
-  EXPECT_TRUE(contains(said.err, "lever arm"));
+  EXPECT_TRUE(contains(said.err, "warning: sigmas are too small by ")) << said.err;
+  const YAML::Node verdict = YAML::Load(run.text("result/summary.json"))["verdict"];
+  EXPECT_FALSE(verdict["consistent"].as<bool>());
+  EXPECT_GT(verdict["sources"]["gnss[0].position"]["rejected"].as<double>(), 0.2);
+  EXPECT_TRUE(verdict["findings"][0].as<std::string>().starts_with("lever arm (-0.0")) << verdict["findings"][0];
+  EXPECT_TRUE(contains(run.text("result/report.html"), "sigmas are too small by "));
+}
+
+TEST(Replay, TheLastLineIsTheVerdict) {
+  const SkiRun run;
+  const Said said = run.replay({SkiRun::kConfig, "--output", "result"});
+  EXPECT_TRUE(said.out.ends_with("sigmas hold\n")) << said.out;
+  EXPECT_TRUE(contains(run.text("result/report.html"), "<strong>sigmas hold</strong>"));
 }
 
 TEST(Replay, HelpAndVersion) {

@@ -195,17 +195,13 @@ TEST(Replay, StartsFromEverySourceOfTheHeading) {
 
 TEST(Replay, TakesAStartThatIsKnown) {
   ReplayOptions options = usual_options();
+  options.relinearisations = 0;  // in which a start that was found counts less than one that is known
+  const Replay found = replay_with(options);
   options.start = usual_replay().found.start;
   options.heading = {.source = Source::kMagnetometer};  // not asked
   const Replay given = replay_with(options);
   EXPECT_EQ(given.found.how, "the start was given");
-  // A start that is given is known from elsewhere; one that was found is told by the run itself, and counts once. So
-  // only the filters are the same, from where the heading is known.
-  const Solution &here = given.filtered.solution, &there = usual_replay().filtered.solution;
-  const std::size_t last = here.size() - 1;
-  ASSERT_EQ(here.size(), there.size());
-  EXPECT_TRUE(here.estimate(last).p_wb == there.estimate(last).p_wb);
-  EXPECT_EQ(here.sigmas(last).euler, there.sigmas(last).euler);
+  EXPECT_TRUE(numbers(given.solution()) == numbers(found.solution()));
 }
 
 TEST(Replay, WithoutSmootherCanStillBeSmoothed) {

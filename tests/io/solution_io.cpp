@@ -98,7 +98,7 @@ TEST(SolutionIo, AttitudeReadsBackAsAnAttitudeLog) {
 
 TEST(SolutionIo, SummarySaysHowLongTheAttitudesErrorLasts) {
   Solution s = solution(2, {});
-  const auto entry = [&] { return YAML::Load(summary_json({}, s, nullptr, {}))["attitude_error"]; };
+  const auto entry = [&] { return YAML::Load(summary_json({}, s, nullptr, {}, {}))["attitude_error"]; };
   EXPECT_TRUE(entry()["correlation_time_s"].IsNull());
   EXPECT_NEAR(entry()["sigma_deg"][1].as<double>(), 0.6, 1e-9);
   s.attitude_correlation_time = 157.26;
@@ -147,7 +147,14 @@ TEST(SolutionIo, InnovationsAndSummary) {
                 .gnss_without_fix = {8, 1},
                 .attitude_not_valid = {5}};
   log.rest = {{1000, 1010.5}};
-  const std::string text = summary_json(log, s, nullptr, {1.5, 2});
+  const Verdict verdict{
+      .consistent = false,
+      .factor = 1.5,
+      .sources = {{.name = "gnss[0].position", .fixes = 40, .nis = 2.25, .rejected = 0.125, .holds = false},
+                  {.name = "attitude[0]", .fixes = 3}},
+      .jumps = {{"gyro_scale z", -5.5}},
+      .findings = {"lever arm (\"1\" m)", "noise"}};
+  const std::string text = summary_json(log, s, nullptr, verdict, {1.5, 2});
   const YAML::Node json = YAML::Load(text);  // JSON is YAML
   EXPECT_EQ(json["imu"]["epochs"].as<int>(), 3);
   EXPECT_EQ(json["imu"]["gaps"].as<int>(), 2);
@@ -158,6 +165,12 @@ TEST(SolutionIo, InnovationsAndSummary) {
   EXPECT_EQ(json["attitude"]["used"].as<int>(), 1);
   EXPECT_EQ(json["attitude"]["not_valid"].as<int>(), 5);
   EXPECT_EQ(json["sources"]["gnss[0].velocity"]["rejected"].as<int>(), 1);
+  EXPECT_FALSE(json["verdict"]["consistent"].as<bool>());
+  EXPECT_EQ(json["verdict"]["sources"]["gnss[0].position"]["nis"].as<double>(), 2.25);
+  EXPECT_EQ(json["verdict"]["sources"]["gnss[0].position"]["rejected"].as<double>(), 0.125);
+  EXPECT_TRUE(json["verdict"]["sources"]["attitude[0]"]["nis"].IsNull()) << "too few";
+  EXPECT_EQ(json["verdict"]["jumps"]["gyro_scale z"].as<double>(), -5.5);
+  EXPECT_EQ(json["verdict"]["findings"].as<std::vector<std::string>>(), verdict.findings);
   EXPECT_EQ(json["rest_intervals"][0][1].as<double>(), 1010.5);
   EXPECT_EQ(json["estimates"]["gyro_bias"]["unit"].as<std::string>(), "deg/s");
   EXPECT_NEAR(json["estimates"]["gyro_drift"]["value"][0].as<double>(), 0.02, 1e-9);
@@ -171,7 +184,7 @@ TEST(SolutionIo, InnovationsAndSummary) {
 
 TEST(SolutionIo, NothingEstimatedIsStillJson) {
   const Solution s = solution(1, {});
-  const YAML::Node json = YAML::Load(summary_json({}, s, &s, {}));
+  const YAML::Node json = YAML::Load(summary_json({}, s, &s, {}, {}));
   EXPECT_EQ(json["estimates"].size(), 0u);
   EXPECT_EQ(biases_csv(s).substr(0, 7), "time_s\n");
 }

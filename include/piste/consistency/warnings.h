@@ -8,8 +8,7 @@
 
 namespace piste {
 
-/// One sentence for each source of which the gate rejected more than a fifth, which is too many to be outliers; then
-/// one for each dispute (disputes.h).
+/// One sentence for each dispute of a GNSS receiver (disputes.h). Whether the sigmas hold is told by verdict.h.
 std::vector<std::string> warnings_of(const Solution& filtered);
 
 }  // namespace piste

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "piste/consistency/verdict.h"
 #include "piste/core/log.h"
 #include "piste/core/solution.h"
 
@@ -17,12 +18,13 @@ struct ReplayReport {
   const Log* log = nullptr;            ///< @pre not null
   const Solution* filtered = nullptr;  ///< @pre not null
   const Solution* smoothed = nullptr;  ///< null if there is none
+  const Verdict* verdict = nullptr;    ///< null if there is none
   std::vector<Interval> outages = {};  ///< shown as shaded
 };
 
-/// A self-contained HTML file without network: all counts, plan view, speed, height, attitude, the other estimated
-/// blocks and all sigmas, innovations with their gates, and the configuration. Series are thinned (thin.h). Times are
-/// seconds after the first epoch.
+/// A self-contained HTML file without network: the verdict, all counts, plan view, speed, height, attitude, the other
+/// estimated blocks and all sigmas, innovations with their gates, and the configuration. Series are thinned (thin.h).
+/// Times are seconds after the first epoch.
 std::string html_report(const ReplayReport& report);
 
 }  // namespace piste

@@ -11,7 +11,7 @@
   function rows(chart) {
     const banded = chart.curves.some(c => c.sigma);
     return chart.time.map((t, i) =>
-      [t].concat(chart.curves.map(c => banded ? [c.value[i], c.sigma ? c.sigma[i] : 0] : c.value[i])));
+      [t].concat(chart.curves.map(c => banded ? (c.value[i] === null ? [null, null] : [c.value[i], c.sigma ? c.sigma[i] : 0]) : c.value[i])));
   }
 
   function shade(context, area, graph) {
@@ -63,10 +63,14 @@
 
   const names = Object.keys(report.solutions);
   const place = document.getElementById('solution-charts');
-  const shown = report.solutions[names[names.length - 1]].map(chart => add(place, chart));
+  // By title, as a solution has no chart where it has nothing to show.
+  const shown = {};
+  for (const chart of report.solutions[names[names.length - 1]]) shown[chart.title] = add(place, chart);
   for (const input of document.querySelectorAll('.switch input')) {
     input.addEventListener('change', () => {
-      report.solutions[input.value].forEach((chart, i) => shown[i].updateOptions({file: rows(chart)}));
+      for (const chart of report.solutions[input.value]) {
+        if (shown[chart.title]) shown[chart.title].updateOptions({file: rows(chart)});
+      }
     });
   }
   for (const chart of report.innovations) add(document.getElementById('innovation-charts'), chart);

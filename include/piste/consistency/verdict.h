@@ -1,0 +1,65 @@
+#pragma once
+/// The verdict on one run without known truth: whether its sigmas hold, judged by its innovations, by its estimates
+/// against their priors, and by the residuals of its smoothed track. docs/verdict.md has the equations.
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "piste/core/options.h"
+#include "piste/core/solution.h"
+#include "piste/math/statistics.h"
+
+namespace piste {
+
+/// What the innovations of one source say, those under way alone. Expected where the sigmas are true: `nis` 1, `ratio`
+/// 1, `whiteness` 0, `rejected` 1 − gate. NaN where there are too few.
+struct SourceVerdict {
+  std::string name;
+  std::size_t fixes = 0;    ///< measurements under way, whether they were used or not
+  double nis = kNaN;        ///< mean over the used ones, per row
+  double nis_error = kNaN;  ///< standard error of that mean, by as many independent values as the series has
+  double ratio = kNaN;      ///< median of all NIS over the median of χ²: outliers do not count
+  double whiteness = kNaN;  ///< correlation of successive normalised innovations, of the axis where it is largest
+  double band = kNaN;       ///< ±, in which it is if they are white
+  double rejected = 0;      ///< share that was left out
+  double smoothed = kNaN;   ///< rms of the residuals of the smoothed track, in sigmas of the fix; of positions
+  bool holds = true;        ///< whether all of this is as expected
+};
+
+/// How far a constant of the run went from its prior.
+struct PriorJump {
+  std::string name;   ///< of the block and its axis, such as "gyro_scale z"
+  double sigmas = 0;  ///< (x̂ − x₀) / sqrt(σ₀² − σ̂²), which is normal if the prior is true
+};
+
+/// The verdict. `findings` has the causes as sentences, the likeliest first; diagnosis/diagnose.h finds them.
+struct Verdict {
+  bool consistent = true;
+  double factor = 1;  ///< by which the sigmas are too small (above 1) or too large, of the worst source
+  std::vector<SourceVerdict> sources;
+  std::vector<PriorJump> jumps;  ///< of the estimated constants that the run knows well, the largest first
+  std::vector<std::string> findings;
+};
+
+/// Whether an innovation tells of the run under way: it was made in a comparison, of a source of the log (`gnss` or
+/// `attitude`), at least 5 s after the start, and not at rest, where fixes are taken for coarser than they are.
+class UnderWay {
+ public:
+  /// `start`: time of the start. `filtered` has the names of the sources.
+  UnderWay(const Log& log, const std::vector<std::string>& sources, double start);
+  bool contains(const Innovation& innovation) const;
+
+ private:
+  const Log& log_;
+  std::vector<bool> of_fixes_;
+  double start_;
+};
+
+/// The verdict without findings. `smoothed` may be null.
+Verdict judge(const Log& log, const FilterOptions& options, const Solution& filtered, const Solution* smoothed);
+
+/// The verdict in one line: `sigmas hold`, or what is wrong and the first finding.
+std::string verdict_line(const Verdict& verdict);
+
+}  // namespace piste

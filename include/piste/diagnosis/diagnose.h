@@ -1,0 +1,21 @@
+#pragma once
+/// Why the sigmas of a run do not hold. One mechanism: each cause is granted in turn, the log is filtered again, and
+/// the causes are ranked by how much likelier that makes the innovations. docs/verdict.md explains it.
+
+#include <functional>
+
+#include "piste/consistency/verdict.h"
+#include "piste/solve/start.h"
+
+namespace piste {
+
+/// The verdict on a filtered run with its findings, the likeliest cause first. The causes are looked for only if the
+/// sigmas do not hold or more fixes are rejected than chance rejects, and in the first minutes of motion.
+///
+/// `options`, `heading` and `found` are those with which `filtered` was made of `log`; `smoothed` may be null.
+/// `progress`, if given, is called with the part of the causes that was tried. Causes with which the filter diverges
+/// are passed over; nothing is thrown.
+Verdict diagnose(const Log& log, const FilterOptions& options, const InitialHeading& heading, const FoundStart& found,
+                 const Solution& filtered, const Solution* smoothed, const std::function<void(double)>& progress = {});
+
+}  // namespace piste

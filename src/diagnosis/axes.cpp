@@ -1,0 +1,76 @@
+// Axes as the cause: the motion of the log says how gyroscopes and accelerometers point.
+
+#include <fmt/format.h>
+
+#include "diagnosis/causes.h"
+#include "piste/core/error.h"
+#include "piste/inspect/log_match.h"
+
+namespace piste {
+namespace {
+
+// The log in the form of files, as the matching of logs takes it.
+ImuRecording recorded_imu(const Log& log) {
+  ImuRecording imu;
+  imu.increments = true;
+  for (const ImuSample& s : log.imu) {
+    imu.time.push_back(s.time);
+    imu.gyro.push_back(s.dtheta);
+    imu.accel.push_back(s.dvel);
+  }
+  return imu;
+}
+
+GnssRecording recorded_gnss(const Log& log) {
+  GnssRecording gnss;
+  for (const GnssFix& f : log.gnss.front()) {
+    GeodeticFix fix{.time = f.time,
+                    .position = log.world.to_geodetic(f.position),
+                    .sigma_position = f.sigma_position,
+                    .velocity = f.velocity};
+    if (fix.velocity) fix.velocity->value = log.world.rotation_wn(f.position).transpose() * fix.velocity->value;
+    gnss.fixes.push_back(fix);
+  }
+  return gnss;
+}
+
+Cause turned(const Matrix3d& gyro, const Matrix3d& accel, const std::string& text, const InitialHeading& heading) {
+  return [=](const Told& told, const Evidence& base, double end) {
+    Told changed = told;
+    for (ImuSample& s : changed.log.imu) {
+      s.dtheta = (gyro * s.dtheta).eval();
+      s.dvel = (accel * s.dvel).eval();
+    }
+    try {
+      changed.start = find_start(changed.log, changed.options, heading).start;
+    } catch (const Error&) {
+      return Granted{};
+    }
+    changed.start.covariance = changed.start.covariance.topLeftCorner(9, 9).eval();
+    return Granted{filter_again(changed.log, changed.options, changed.start, end).likelihood - base.likelihood, text};
+  };
+}
+
+}  // namespace
+
+std::vector<Cause> axes_causes(const Told& told, const InitialHeading& heading) {
+  std::vector<Cause> causes;
+  if (told.log.gnss.empty()) return causes;
+  const GnssRecording gnss = recorded_gnss(told.log);
+  const LogMatch found = match(recorded_imu(told.log), gnss, gnss_health(gnss));
+  if (!found.motion) return causes;
+  const MotionMatch& motion = *found.motion;
+  if (!motion.gyro_axes.isIdentity()) {
+    causes.push_back(
+        turned(motion.gyro_axes, Matrix3d::Identity(),
+               fmt::format("axes of the gyroscopes ({} in those of the accelerometers)", axes_text(motion.gyro_axes)),
+               heading));
+  }
+  if (!motion.mirrored && !motion.R_bs.isIdentity()) {
+    causes.push_back(turned(motion.R_bs * motion.gyro_axes, motion.R_bs,
+                            fmt::format("axes of the IMU (`{}` of the present ones)", motion.axes), heading));
+  }
+  return causes;
+}
+
+}  // namespace piste

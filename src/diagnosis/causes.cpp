@@ -1,0 +1,351 @@
+#include "diagnosis/causes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "math/words.h"
+#include "piste/core/error.h"
+#include "piste/core/state_table.h"
+#include "piste/math/statistics.h"
+
+namespace piste {
+namespace {
+
+// What is granted: 1-sigma of a constant that the run may find, however wrong the file was.
+constexpr double kArm = 3, kClock = 0.3, kLate = 0.5, kAttitudeLate = 0.3;  // m, s
+constexpr double kLooser = 10;                                              // times what the run was told
+constexpr double kGyroScale = 0.05, kAccelScale = 0.05, kGyroBias = 0.05, kAccelBias = 0.5;  // at least; SI
+// A value that was searched for, and not integrated over as a state is, pays for it.
+constexpr double kSearched = 3;
+constexpr double kStep = 3;
+constexpr int kMostSteps = 8;
+
+double gained(const Evidence& granted, const Evidence& base) { return granted.likelihood - base.likelihood; }
+
+/// The factor with which a value is likeliest, and what it gains: by steps of 3 up and down, as far as these gain, then
+/// of their root, then at the top of the parabola through the best three over the logarithm of the factor.
+struct Factor {
+  double value = 1, gain = 0;
+};
+/// `misses`: steps in a row without a gain that end a direction.
+template <class Gain>
+Factor likeliest_factor(Gain&& gain, int misses = 1) {
+  std::map<double, double> tried{{0, 0}};  // gain by the number of steps
+  const auto best = [&] {
+    return std::max_element(tried.begin(), tried.end(),
+                            [](const auto& a, const auto& b) { return a.second < b.second; });
+  };
+  const auto attempt = [&](double steps) {
+    return tried.try_emplace(steps, gain(std::pow(kStep, steps))).first->second;
+  };
+  for (const int direction : {1, -1}) {
+    for (int steps = 1, missed = 0; steps <= kMostSteps && missed < misses; ++steps) {
+      const double top = best()->second;
+      missed = attempt(direction * steps) > top ? 0 : missed + 1;
+    }
+    if (best()->second > 0) break;
+  }
+  if (best()->second <= 0) return {};
+  const double middle = best()->first;
+  attempt(middle + 0.5);
+  attempt(middle - 0.5);
+  const auto top = best();
+  const double x = top->first, low = tried.contains(x - 0.5) ? tried[x - 0.5] : kNaN,
+               high = tried.contains(x + 0.5) ? tried[x + 0.5] : kNaN, curvature = low + high - 2 * top->second;
+  if (curvature < 0) attempt(x + std::clamp(0.25 * (low - high) / curvature, -0.5, 0.5));
+  return {std::pow(kStep, best()->first), best()->second};
+}
+
+std::string direction(double factor) {
+  return factor > 1 ? fmt::format("too small by {:.2g}", factor) : fmt::format("too large by {:.2g}", 1 / factor);
+}
+
+Granted entry(double gain, std::string text) { return {gain - kSearched, std::move(text)}; }
+
+// ---- Noise of the IMU ----
+
+struct Noise {
+  std::string_view name, unit;
+  double factor;  // from SI to that unit
+  TriadErrors ImuSensor::*triad;
+};
+constexpr double kMicroG = 1e6 / 9.80665;
+constexpr std::array kNoises{
+    Noise{"gyroscope", "deg/s", kDegreesPerRadian, &ImuSensor::gyro},
+    Noise{"accelerometer", "ug", kMicroG, &ImuSensor::accel},
+};
+
+Cause white_noise(const Noise& noise) {
+  return [noise](const Told& told, const Evidence& base, double end) {
+    const Factor f = likeliest_factor([&](double factor) {
+      FilterOptions options = told.options;
+      (options.sensor.*noise.triad).noise *= factor;
+      return gained(filter_again(told.log, options, told.start, end), base);
+    });
+    const double file = (told.options.sensor.*noise.triad).noise * noise.factor;
+    return entry(f.gain,
+                 fmt::format("{} noise ({:.2g} {}/sqrt(Hz) is likelier than the file's {:.2g}; `tune` finds it)",
+                             noise.name, file * f.value, noise.unit, file));
+  };
+}
+
+Cause drift(const Noise& noise) {
+  return [noise](const Told& told, const Evidence& base, double end) {
+    const Factor f = likeliest_factor([&](double factor) {
+      FilterOptions options = told.options;
+      DriftProcess& process = (options.sensor.*noise.triad).drift;
+      process.sigma *= factor;
+      process.density *= factor;
+      return gained(filter_again(told.log, options, told.start, end), base);
+    });
+    return entry(f.gain, fmt::format("{} drift (the file's is {}; `tune` finds it)", noise.name, direction(f.value)));
+  };
+}
+
+// ---- Sigmas of the fixes ----
+
+void scale_positions(Told& told, std::size_t receiver, double factor) {
+  for (GnssFix& fix : told.log.gnss[receiver]) fix.sigma_position *= factor;
+  if (auto& coloured = told.options.gnss[receiver].drift) coloured->sigma *= factor;
+}
+void scale_velocities(Told& told, std::size_t receiver, double factor) {
+  for (GnssFix& fix : told.log.gnss[receiver]) {
+    if (fix.velocity) fix.velocity->sigma *= factor;
+  }
+}
+void scale_attitudes(Told& told, std::size_t source, double factor) {
+  for (AttitudeFix& fix : told.log.attitude[source]) fix.covariance *= factor * factor;
+  if (auto& coloured = told.options.attitude[source].drift) coloured->sigma *= factor;
+}
+
+Cause sigmas(const std::string& source, void (*scale)(Told&, std::size_t, double), std::size_t index) {
+  return [=](const Told& told, const Evidence& base, double end) {
+    const Factor f = likeliest_factor(
+        [&](double factor) {
+          Told changed = told;
+          scale(changed, index, factor);
+          return gained(filter_again(changed.log, changed.options, told.start, end), base);
+        },
+        2);  // one step that gains nothing may lead to one that does, where all fixes are rejected
+    return entry(f.gain, fmt::format("noise of {} (its sigmas are {})", source, direction(f.value)));
+  };
+}
+
+// ---- Coloured errors ----
+
+double median_sigma(const std::vector<GnssFix>& fixes) {
+  std::vector<double> all;
+  all.reserve(fixes.size());
+  for (const GnssFix& fix : fixes) all.push_back(fix.sigma_position.head<2>().mean());
+  return all.empty() ? 0 : median(std::move(all));
+}
+
+// A Gauss-Markov error of `factor` sigmas: beside the white one that the fixes state, or, of less than one sigma, as a
+// part of it.
+void colour(Told& told, std::size_t receiver, double factor, double correlation_time) {
+  Vector3d sigma = Vector3d::Zero();
+  for (const GnssFix& fix : told.log.gnss[receiver]) sigma += fix.sigma_position;
+  sigma *= factor / static_cast<double>(std::max<std::size_t>(1, told.log.gnss[receiver].size()));
+  told.options.gnss[receiver].drift = GaussMarkov{sigma, correlation_time};
+  told.options.estimate.push_back(Block::kGnssPositionDrift);
+  if (factor < 1) return;
+  for (GnssFix& fix : told.log.gnss[receiver])
+    fix.sigma_position = (fix.sigma_position.cwiseAbs2() + sigma.cwiseAbs2()).cwiseSqrt();
+}
+
+Cause coloured(std::size_t receiver) {
+  return [receiver](const Told& told, const Evidence& base, double end) {
+    constexpr double kUsual = 30, kPart = 0.95;  // s; of the sigmas
+    const auto gain = [&](double factor, double time) {
+      Told changed = told;
+      colour(changed, receiver, factor, time);
+      return gained(filter_again(changed.log, changed.options, told.start, end), base);
+    };
+    Factor f;
+    const auto keep = [&](double factor) {
+      if (const double g = gain(factor, kUsual); g > f.gain) f = {factor, g};
+    };
+    for (const double factor : {kPart, 3., 10., 30., 100., 300.}) keep(factor);
+    if (f.value > kStep) {
+      const double found = f.value, root = std::sqrt(kStep);
+      keep(found * root);
+      keep(found / root);
+    }
+    double time = kUsual;
+    for (const double other : {3., 10., 100.}) {
+      if (f.gain <= 0) break;
+      if (const double g = gain(f.value, other); g > f.gain) {
+        f.gain = g;
+        time = other;
+      }
+    }
+    return entry(f.gain - kSearched,
+                 fmt::format("coloured error of gnss[{}].position (some {:.2g} m over some {:.0f} s; key `drift`)",
+                             receiver, f.value * median_sigma(told.log.gnss[receiver]), time));
+  };
+}
+
+// ---- Constants, which the filter itself finds once they are states with a wide prior ----
+
+void want(FilterOptions& options, Block block) {
+  if (std::find(options.estimate.begin(), options.estimate.end(), block) == options.estimate.end())
+    options.estimate.push_back(block);
+}
+
+std::string with_sigma(const Evidence& found, Block block) {
+  const BlockInfo& row = info(block);
+  const Vector3d value = row.factor * shown_value(found.last, block);
+  const double sigma = row.factor * found.sigmas.segment(full_offset(block), row.size).maxCoeff();
+  std::string text;
+  for (int axis = 0; axis < row.size; ++axis) text += rounded(value(axis), sigma) + " ";
+  return fmt::format("{}± {} {}", text, rounded(sigma, sigma), row.unit);
+}
+
+template <class Widen>
+Cause constant(Block block, const std::string& name, Widen&& widen) {
+  return [=](const Told& told, const Evidence& base, double end) {
+    FilterOptions options = told.options;
+    want(options, block);
+    widen(options);
+    const Evidence found = filter_again(told.log, options, told.start, end);
+    return Granted{gained(found, base), fmt::format("{} ({} is likelier)", name, with_sigma(found, block))};
+  };
+}
+
+// A prior of the options, widened.
+Cause loose(Block block, const std::string& name, double Priors::*prior, double least) {
+  return constant(block, name, [=](FilterOptions& options) {
+    const auto& was = options.estimate;
+    const bool estimated = std::find(was.begin(), was.end() - 1, block) != was.end() - 1;
+    double& sigma = options.priors.*prior;
+    sigma = std::max(least, estimated ? kLooser * sigma : 0);
+  });
+}
+
+Cause loose_imu(Block block, const std::string& name, TriadErrors ImuSensor::*triad, double TriadErrors::*error,
+                double least) {
+  return constant(block, name, [=](FilterOptions& options) {
+    double& sigma = (options.sensor.*triad).*error;
+    sigma = std::max(least, kLooser * sigma);
+  });
+}
+
+Cause free_arm() { return loose(Block::kLeverArm, "lever arm", &Priors::lever_arm, kArm); }
+
+// An arm beyond anything that is carried, as with a wrong unit: the run as if nothing were told of it.
+Cause no_arm(const InitialHeading& heading) {
+  return [heading](const Told& told, const Evidence& base, double end) {
+    Told changed = told;
+    changed.options.gnss.front().lever_arm.setZero();
+    try {
+      changed.start = find_start(changed.log, changed.options, heading).start;
+    } catch (const Error&) {
+      return Granted{};
+    }
+    changed.start.covariance = changed.start.covariance.topLeftCorner(9, 9).eval();
+    return free_arm()(changed, base, end);
+  };
+}
+
+// ---- A clock that drifts ----
+
+// Every drift is a mean in a linear model, for which the likelihood is a parabola: three values tell its top.
+Cause clock_drift(Interval span) {
+  return [span](const Told& told, const Evidence& base, double end) {
+    constexpr double kFirst = 0.1;  // s over the span
+    constexpr int kRounds = 3;
+    const double length = span.end - span.start;
+    const auto attempt = [&](double rate) {
+      Told changed = told;
+      const auto shift = [&](auto& sources) {
+        for (auto& fixes : sources) {
+          for (auto& fix : fixes) fix.time += rate * (fix.time - span.start);
+        }
+      };
+      shift(changed.log.gnss);
+      shift(changed.log.attitude);
+      want(changed.options, Block::kGnssDelay);
+      changed.options.priors.gnss_delay = kClock;
+      return filter_again(changed.log, changed.options, told.start, end).likelihood;
+    };
+    const double steady = attempt(0);
+    double rate = 0, step = kFirst / length, top = steady;
+    // A drift holds an offset in it: it must explain more than that.
+    constexpr double kMore = 15, kPartMore = 0.03, kPerMillion = 1e6;
+    for (int round = 0; round < kRounds; ++round, step /= 4) {
+      const double low = attempt(rate - step), high = attempt(rate + step), curvature = low + high - 2 * top;
+      const double slope = high - low, nearer = slope > 0 ? step : -step;
+      if (curvature < 0) {
+        if (top - slope * slope / (8 * curvature) - steady < kMore) return Granted{};
+        const double move = std::clamp(-0.5 * step * slope / curvature, -2 * step, 2 * step);
+        if (const double there = attempt(rate + move); there > std::max({top, low, high})) {
+          top = there;
+          rate += move;
+          continue;
+        }
+      }
+      if (std::max(low, high) > top) {
+        top = std::max(low, high);
+        rate += nearer;
+      }
+    }
+    const double all = top - base.likelihood;
+    if (top - steady < std::max(kMore, kPartMore * all)) return Granted{};
+    return entry(all, fmt::format("clock drift of the IMU ({:+.0f} ppm more than the file's)", rate * kPerMillion));
+  };
+}
+
+}  // namespace
+
+std::vector<Cause> causes_of(const Told& told, const InitialHeading& heading) {
+  std::vector<Cause> causes;
+  const FilterOptions& options = told.options;
+  const auto has = [&](Block block) {
+    return std::find(options.estimate.begin(), options.estimate.end(), block) != options.estimate.end();
+  };
+  for (const Noise& noise : kNoises) {
+    causes.push_back(white_noise(noise));
+    if (has(noise.triad == &ImuSensor::gyro ? Block::kGyroDrift : Block::kAccelDrift)) causes.push_back(drift(noise));
+  }
+  bool positions = false, velocities = false;
+  for (std::size_t i = 0; i < options.gnss.size(); ++i) {
+    const GnssOptions& receiver = options.gnss[i];
+    const auto& fixes = told.log.gnss[i];
+    const bool moves = std::any_of(fixes.begin(), fixes.end(), [](const GnssFix& f) { return f.velocity.has_value(); });
+    if (receiver.use_position) causes.push_back(sigmas(fmt::format("gnss[{}].position", i), scale_positions, i));
+    if (receiver.use_velocity && moves)
+      causes.push_back(sigmas(fmt::format("gnss[{}].velocity", i), scale_velocities, i));
+    positions = positions || receiver.use_position;
+    velocities = velocities || (receiver.use_velocity && moves);
+  }
+  for (std::size_t i = 0; i < options.attitude.size(); ++i)
+    causes.push_back(sigmas(fmt::format("attitude[{}]", i), scale_attitudes, i));
+  if (!has(Block::kGnssPositionDrift) && positions) {
+    for (std::size_t i = 0; i < options.gnss.size(); ++i) causes.push_back(coloured(i));
+  }
+  if (positions) {
+    causes.push_back(
+        loose(Block::kGnssDelay, "delay of the fixes, or offset of the clock", &Priors::gnss_delay, kClock));
+    if (velocities)
+      causes.push_back(loose(Block::kVelocityDelay, "delay of the velocities", &Priors::velocity_delay, kLate));
+    const std::vector<GnssFix>& fixes = told.log.gnss.front();
+    if (!fixes.empty()) causes.push_back(clock_drift({fixes.front().time, fixes.back().time}));
+  }
+  if (!options.attitude.empty())
+    causes.push_back(loose(Block::kAttitudeDelay, "delay of the attitude", &Priors::attitude_delay, kAttitudeLate));
+  if (options.gnss.size() == 1)
+    causes.push_back(options.gnss.front().lever_arm.norm() > kArm ? no_arm(heading) : free_arm());
+  causes.push_back(loose_imu(Block::kGyroBias, "gyroscope bias", &ImuSensor::gyro, &TriadErrors::bias, kGyroBias));
+  causes.push_back(
+      loose_imu(Block::kAccelBias, "accelerometer bias", &ImuSensor::accel, &TriadErrors::bias, kAccelBias));
+  causes.push_back(loose_imu(Block::kGyroScale, "gyroscope scale", &ImuSensor::gyro, &TriadErrors::scale, kGyroScale));
+  causes.push_back(
+      loose_imu(Block::kAccelScale, "accelerometer scale", &ImuSensor::accel, &TriadErrors::scale, kAccelScale));
+  return causes;
+}
+
+}  // namespace piste

@@ -1,0 +1,37 @@
+#pragma once
+/// The causes that are tried, each a change of what the filter is told.
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "diagnosis/evidence.h"
+#include "piste/solve/start.h"
+
+namespace piste {
+
+/// What the filter is given.
+struct Told {
+  Log log;
+  FilterOptions options;
+  Start start;
+};
+
+/// A cause that was granted: by how much the log-likelihood of the innovations grew, and the sentence about it.
+struct Granted {
+  double gain = 0;
+  std::string text;
+};
+
+/// A cause: filters what the filter was told, changed, and says how much that gains over `base`.
+using Cause = std::function<Granted(const Told& told, const Evidence& base, double end)>;
+
+/// Noise, sigmas, delays, lever arm, biases, scales, clock and coloured errors, as far as the run has them. Where the
+/// lever arm is told so large that no start can be right, the start is found anew with `heading`.
+std::vector<Cause> causes_of(const Told& told, const InitialHeading& heading);
+
+/// The axes: another assignment of gyroscopes or of the whole IMU, which the motion itself tells (inspect/log_match.h).
+/// The start is found anew with `heading`.
+std::vector<Cause> axes_causes(const Told& told, const InitialHeading& heading);
+
+}  // namespace piste

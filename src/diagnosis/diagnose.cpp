@@ -1,0 +1,93 @@
+#include "piste/diagnosis/diagnose.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/causes.h"
+#include "piste/solve/initial_state.h"
+
+namespace piste {
+namespace {
+
+constexpr double kLongest = 150;      // s of motion that are filtered again
+constexpr double kSuspicious = 0.02;  // share of rejected fixes beyond which a cause is looked for
+constexpr double kLikelier = 15;      // of the log-likelihood, for a cause to be one: by chance it gains a few
+constexpr double kBesides = 0.2;      // of the best gain, for a further one to be named
+constexpr std::size_t kNamed = 4;
+constexpr double kWrong = 3, kUnused = 0.3;  // factor of the sigmas, share rejected: it may be the axes
+
+// Less than it takes to doubt the sigmas: the likelihood of a cause decides then.
+bool suspicious(const Verdict& verdict) {
+  constexpr double kUnlikely = 3, kLittle = 0.05, kPartOfBand = 0.8;
+  return !verdict.consistent ||
+         std::any_of(verdict.sources.begin(), verdict.sources.end(), [=](const SourceVerdict& s) {
+           return s.rejected > kSuspicious || std::abs(s.nis - 1) > std::max(kLittle, kUnlikely * s.nis_error) ||
+                  std::abs(s.whiteness) > kPartOfBand * s.band;
+         });
+}
+
+bool far_off(const Verdict& verdict) {
+  return verdict.factor > kWrong || std::any_of(verdict.sources.begin(), verdict.sources.end(),
+                                                [](const SourceVerdict& s) { return s.rejected > kUnused; });
+}
+
+// Where the first rest ends.
+double departure(const Log& log, double start) {
+  return !log.rest.empty() && log.rest.front().contains(start + 1) ? log.rest.front().end : start;
+}
+
+// What is wrong, in words, where no cause is known for it.
+std::string symptoms(const Verdict& verdict) {
+  for (const SourceVerdict& s : verdict.sources) {
+    if (s.holds) continue;
+    return fmt::format("no single cause explains {} (NIS {:.2g}, correlation {:.2g}, {:.0f} % rejected)", s.name, s.nis,
+                       s.whiteness, 100 * s.rejected);
+  }
+  const PriorJump& jump = verdict.jumps.front();
+  return fmt::format("{} is {:.1f} sigmas from its prior", jump.name, jump.sigmas);
+}
+
+}  // namespace
+
+Verdict diagnose(const Log& log, const FilterOptions& options, const InitialHeading& heading, const FoundStart& found,
+                 const Solution& filtered, const Solution* smoothed, const std::function<void(double)>& progress) {
+  Verdict verdict = judge(log, options, filtered, smoothed);
+  if (!suspicious(verdict) || filtered.empty()) return verdict;
+  // Of the start the navigation alone: every cause has its own blocks beside.
+  Told told{log, options, found.start};
+  told.start.covariance = told.start.covariance.topLeftCorner(9, 9).eval();
+  const double end = departure(log, told.start.time) + kLongest;
+  const auto cut = [&](auto& items) { std::erase_if(items, [&](const auto& item) { return item.time > end + 2; }); };
+  cut(told.log.imu);
+  for (auto& fixes : told.log.gnss) cut(fixes);
+  for (auto& fixes : told.log.attitude) cut(fixes);
+  cut(told.log.magnetic);
+
+  const Evidence base = filter_again(told.log, told.options, told.start, end);
+  std::vector<Cause> causes = causes_of(told, heading);
+  if (far_off(verdict)) {
+    for (Cause& cause : axes_causes(told, heading)) causes.push_back(std::move(cause));
+  }
+  std::vector<Granted> likelier;
+  for (std::size_t i = 0; i < causes.size(); ++i) {
+    if (progress) progress(static_cast<double>(i) / static_cast<double>(causes.size()));
+    Granted granted = causes[i](told, base, end);
+    if (granted.gain > kLikelier) likelier.push_back(std::move(granted));
+  }
+  std::stable_sort(likelier.begin(), likelier.end(),
+                   [](const Granted& a, const Granted& b) { return a.gain > b.gain; });
+  for (const Granted& granted : likelier) {
+    if (verdict.findings.size() == kNamed || granted.gain < kBesides * likelier.front().gain) break;
+    verdict.findings.push_back(granted.text);
+  }
+  if (!verdict.findings.empty()) {
+    verdict.consistent = false;
+  } else if (!verdict.consistent) {
+    verdict.findings.push_back(symptoms(verdict));
+  }
+  return verdict;
+}
+
+}  // namespace piste

@@ -1,0 +1,23 @@
+#pragma once
+/// How likely the innovations of a filtered log are.
+
+#include <limits>
+
+#include "piste/solve/initial_state.h"
+
+namespace piste {
+
+/// A log filtered with some options: the log-likelihood of its innovations, and what it knew in the end.
+struct Evidence {
+  double likelihood = -std::numeric_limits<double>::infinity();  ///< −∞ if the filter diverged
+  double rows = 0;                                               ///< of the measurements that count
+  Estimate last;
+  FullError sigmas = FullError::Zero();  ///< of the blocks of `last`
+};
+
+/// Filters the log from `start` until `end` [s]. The likelihood is −½ Σ (nis + ln det S) over the innovations under way
+/// (Schweppe 1965), where no innovation counts as less likely than an outlier that may be anywhere: outliers do not
+/// decide.
+Evidence filter_again(const Log& log, const FilterOptions& options, const Start& start, double end);
+
+}  // namespace piste
