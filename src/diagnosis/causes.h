@@ -26,9 +26,12 @@ struct Granted {
 /// A cause: filters what the filter was told, changed, and says how much that gains over `base`.
 using Cause = std::function<Granted(const Told& told, const Evidence& base, double end)>;
 
-/// Noise, sigmas, delays, lever arm, biases, scales, clock and coloured errors, as far as the run has them. Where the
-/// lever arm is told so large that no start can be right, the start is found anew with `heading`.
-std::vector<Cause> causes_of(const Told& told, const InitialHeading& heading);
+/// Noise of the IMU, sigmas of the fixes, coloured errors and a clock that drifts, as far as the run has them.
+std::vector<Cause> searched_causes(const Told& told);
+
+/// Delays, lever arm, biases and scales, likewise. Where the lever arm is told so large that no start can be right, the
+/// start is found anew with `heading`.
+std::vector<Cause> constant_causes(const Told& told, const InitialHeading& heading);
 
 /// The axes: another assignment of gyroscopes or of the whole IMU, which the motion itself tells (inspect/log_match.h).
 /// The start is found anew with `heading`.

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <utility>
 
 #include "diagnosis/causes.h"
 #include "piste/solve/initial_state.h"
@@ -66,10 +68,10 @@ Verdict diagnose(const Log& log, const FilterOptions& options, const InitialHead
   cut(told.log.magnetic);
 
   const Evidence base = filter_again(told.log, told.options, told.start, end);
-  std::vector<Cause> causes = causes_of(told, heading);
-  if (far_off(verdict)) {
-    for (Cause& cause : axes_causes(told, heading)) causes.push_back(std::move(cause));
-  }
+  std::vector<Cause> causes = searched_causes(told);
+  const auto add = [&](std::vector<Cause> more) { std::move(more.begin(), more.end(), std::back_inserter(causes)); };
+  add(constant_causes(told, heading));
+  if (far_off(verdict)) add(axes_causes(told, heading));
   std::vector<Granted> likelier;
   for (std::size_t i = 0; i < causes.size(); ++i) {
     if (progress) progress(static_cast<double>(i) / static_cast<double>(causes.size()));

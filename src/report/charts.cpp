@@ -102,7 +102,7 @@ std::vector<std::string> axes_of(std::string_view source) {
 }
 
 /// Digits of the largest value that make steps smaller than what can be seen: a tenth of the least sigma, or a
-/// hundred-thousandth of what the curve covers.
+/// hundred-thousandth of what the curve covers if that is less, but no less than a thousandth of the sigma.
 int digits_of(const Curve& curve) {
   constexpr int kFewest = 5, kMost = 12;
   double largest = 0, low = kNaN, high = kNaN, sigma = kNaN;
@@ -115,7 +115,7 @@ int digits_of(const Curve& curve) {
   for (const double s : curve.sigma) {
     if (s > 0) sigma = std::fmin(sigma, s);
   }
-  const double step = std::fmin(1e-5 * (high - low), 0.1 * sigma);
+  const double step = std::fmax(std::fmin(1e-5 * (high - low), 0.1 * sigma), 1e-3 * sigma);
   if (!(step > 0) || largest == 0) return kFewest;
   return std::clamp(static_cast<int>(std::ceil(std::log10(largest / step))), kFewest, kMost);
 }

@@ -1,4 +1,4 @@
-#include "diagnosis/causes.h"
+// Causes whose value is searched for: noise of the IMU, sigmas of the fixes, coloured errors, a clock that drifts.
 
 #include <fmt/format.h>
 
@@ -7,33 +7,24 @@
 #include <cmath>
 #include <map>
 
-#include "math/words.h"
-#include "piste/core/error.h"
-#include "piste/core/state_table.h"
+#include "diagnosis/granting.h"
 #include "piste/math/statistics.h"
 
 namespace piste {
 namespace {
 
-// What is granted: 1-sigma of a constant that the run may find, however wrong the file was.
-constexpr double kArm = 3, kClock = 0.3, kLate = 0.5, kAttitudeLate = 0.3;  // m, s
-constexpr double kLooser = 10;                                              // times what the run was told
-constexpr double kGyroScale = 0.05, kAccelScale = 0.05, kGyroBias = 0.05, kAccelBias = 0.5;  // at least; SI
 // A value that was searched for, and not integrated over as a state is, pays for it.
 constexpr double kSearched = 3;
 constexpr double kStep = 3;
 constexpr int kMostSteps = 8;
-
-double gained(const Evidence& granted, const Evidence& base) { return granted.likelihood - base.likelihood; }
 
 /// The factor with which a value is likeliest, and what it gains: by steps of 3 up and down, as far as these gain, then
 /// of their root, then at the top of the parabola through the best three over the logarithm of the factor.
 struct Factor {
   double value = 1, gain = 0;
 };
-/// `misses`: steps in a row without a gain that end a direction.
 template <class Gain>
-Factor likeliest_factor(Gain&& gain, int misses = 1) {
+Factor likeliest_factor(Gain&& gain) {
   std::map<double, double> tried{{0, 0}};  // gain by the number of steps
   const auto best = [&] {
     return std::max_element(tried.begin(), tried.end(),
@@ -43,7 +34,8 @@ Factor likeliest_factor(Gain&& gain, int misses = 1) {
     return tried.try_emplace(steps, gain(std::pow(kStep, steps))).first->second;
   };
   for (const int direction : {1, -1}) {
-    for (int steps = 1, missed = 0; steps <= kMostSteps && missed < misses; ++steps) {
+    // One step that gains nothing may lead to one that does, as where all fixes are rejected.
+    for (int steps = 1, missed = 0; steps <= kMostSteps && missed < 2; ++steps) {
       const double top = best()->second;
       missed = attempt(direction * steps) > top ? 0 : missed + 1;
     }
@@ -124,13 +116,11 @@ void scale_attitudes(Told& told, std::size_t source, double factor) {
 
 Cause sigmas(const std::string& source, void (*scale)(Told&, std::size_t, double), std::size_t index) {
   return [=](const Told& told, const Evidence& base, double end) {
-    const Factor f = likeliest_factor(
-        [&](double factor) {
-          Told changed = told;
-          scale(changed, index, factor);
-          return gained(filter_again(changed.log, changed.options, told.start, end), base);
-        },
-        2);  // one step that gains nothing may lead to one that does, where all fixes are rejected
+    const Factor f = likeliest_factor([&](double factor) {
+      Told changed = told;
+      scale(changed, index, factor);
+      return gained(filter_again(changed.log, changed.options, told.start, end), base);
+    });
     return entry(f.gain, fmt::format("noise of {} (its sigmas are {})", source, direction(f.value)));
   };
 }
@@ -189,68 +179,6 @@ Cause coloured(std::size_t receiver) {
   };
 }
 
-// ---- Constants, which the filter itself finds once they are states with a wide prior ----
-
-void want(FilterOptions& options, Block block) {
-  if (std::find(options.estimate.begin(), options.estimate.end(), block) == options.estimate.end())
-    options.estimate.push_back(block);
-}
-
-std::string with_sigma(const Evidence& found, Block block) {
-  const BlockInfo& row = info(block);
-  const Vector3d value = row.factor * shown_value(found.last, block);
-  const double sigma = row.factor * found.sigmas.segment(full_offset(block), row.size).maxCoeff();
-  std::string text;
-  for (int axis = 0; axis < row.size; ++axis) text += rounded(value(axis), sigma) + " ";
-  return fmt::format("{}± {} {}", text, rounded(sigma, sigma), row.unit);
-}
-
-template <class Widen>
-Cause constant(Block block, const std::string& name, Widen&& widen) {
-  return [=](const Told& told, const Evidence& base, double end) {
-    FilterOptions options = told.options;
-    want(options, block);
-    widen(options);
-    const Evidence found = filter_again(told.log, options, told.start, end);
-    return Granted{gained(found, base), fmt::format("{} ({} is likelier)", name, with_sigma(found, block))};
-  };
-}
-
-// A prior of the options, widened.
-Cause loose(Block block, const std::string& name, double Priors::*prior, double least) {
-  return constant(block, name, [=](FilterOptions& options) {
-    const auto& was = options.estimate;
-    const bool estimated = std::find(was.begin(), was.end() - 1, block) != was.end() - 1;
-    double& sigma = options.priors.*prior;
-    sigma = std::max(least, estimated ? kLooser * sigma : 0);
-  });
-}
-
-Cause loose_imu(Block block, const std::string& name, TriadErrors ImuSensor::*triad, double TriadErrors::*error,
-                double least) {
-  return constant(block, name, [=](FilterOptions& options) {
-    double& sigma = (options.sensor.*triad).*error;
-    sigma = std::max(least, kLooser * sigma);
-  });
-}
-
-Cause free_arm() { return loose(Block::kLeverArm, "lever arm", &Priors::lever_arm, kArm); }
-
-// An arm beyond anything that is carried, as with a wrong unit: the run as if nothing were told of it.
-Cause no_arm(const InitialHeading& heading) {
-  return [heading](const Told& told, const Evidence& base, double end) {
-    Told changed = told;
-    changed.options.gnss.front().lever_arm.setZero();
-    try {
-      changed.start = find_start(changed.log, changed.options, heading).start;
-    } catch (const Error&) {
-      return Granted{};
-    }
-    changed.start.covariance = changed.start.covariance.topLeftCorner(9, 9).eval();
-    return free_arm()(changed, base, end);
-  };
-}
-
 // ---- A clock that drifts ----
 
 // Every drift is a mean in a linear model, for which the likelihood is a parabola: three values tell its top.
@@ -269,7 +197,7 @@ Cause clock_drift(Interval span) {
       shift(changed.log.gnss);
       shift(changed.log.attitude);
       want(changed.options, Block::kGnssDelay);
-      changed.options.priors.gnss_delay = kClock;
+      changed.options.priors.gnss_delay = kWideClock;
       return filter_again(changed.log, changed.options, told.start, end).likelihood;
     };
     const double steady = attempt(0);
@@ -301,50 +229,25 @@ Cause clock_drift(Interval span) {
 
 }  // namespace
 
-std::vector<Cause> causes_of(const Told& told, const InitialHeading& heading) {
+std::vector<Cause> searched_causes(const Told& told) {
   std::vector<Cause> causes;
   const FilterOptions& options = told.options;
-  const auto has = [&](Block block) {
-    return std::find(options.estimate.begin(), options.estimate.end(), block) != options.estimate.end();
-  };
   for (const Noise& noise : kNoises) {
     causes.push_back(white_noise(noise));
-    if (has(noise.triad == &ImuSensor::gyro ? Block::kGyroDrift : Block::kAccelDrift)) causes.push_back(drift(noise));
+    if (estimates(options, noise.triad == &ImuSensor::gyro ? Block::kGyroDrift : Block::kAccelDrift))
+      causes.push_back(drift(noise));
   }
-  bool positions = false, velocities = false;
   for (std::size_t i = 0; i < options.gnss.size(); ++i) {
-    const GnssOptions& receiver = options.gnss[i];
-    const auto& fixes = told.log.gnss[i];
-    const bool moves = std::any_of(fixes.begin(), fixes.end(), [](const GnssFix& f) { return f.velocity.has_value(); });
-    if (receiver.use_position) causes.push_back(sigmas(fmt::format("gnss[{}].position", i), scale_positions, i));
-    if (receiver.use_velocity && moves)
-      causes.push_back(sigmas(fmt::format("gnss[{}].velocity", i), scale_velocities, i));
-    positions = positions || receiver.use_position;
-    velocities = velocities || (receiver.use_velocity && moves);
+    if (options.gnss[i].use_position) causes.push_back(sigmas(fmt::format("gnss[{}].position", i), scale_positions, i));
+    if (has_velocities(told, i)) causes.push_back(sigmas(fmt::format("gnss[{}].velocity", i), scale_velocities, i));
   }
   for (std::size_t i = 0; i < options.attitude.size(); ++i)
     causes.push_back(sigmas(fmt::format("attitude[{}]", i), scale_attitudes, i));
-  if (!has(Block::kGnssPositionDrift) && positions) {
-    for (std::size_t i = 0; i < options.gnss.size(); ++i) causes.push_back(coloured(i));
+  for (std::size_t i = 0; i < options.gnss.size(); ++i) {
+    if (options.gnss[i].use_position && !estimates(options, Block::kGnssPositionDrift)) causes.push_back(coloured(i));
   }
-  if (positions) {
-    causes.push_back(
-        loose(Block::kGnssDelay, "delay of the fixes, or offset of the clock", &Priors::gnss_delay, kClock));
-    if (velocities)
-      causes.push_back(loose(Block::kVelocityDelay, "delay of the velocities", &Priors::velocity_delay, kLate));
-    const std::vector<GnssFix>& fixes = told.log.gnss.front();
-    if (!fixes.empty()) causes.push_back(clock_drift({fixes.front().time, fixes.back().time}));
-  }
-  if (!options.attitude.empty())
-    causes.push_back(loose(Block::kAttitudeDelay, "delay of the attitude", &Priors::attitude_delay, kAttitudeLate));
-  if (options.gnss.size() == 1)
-    causes.push_back(options.gnss.front().lever_arm.norm() > kArm ? no_arm(heading) : free_arm());
-  causes.push_back(loose_imu(Block::kGyroBias, "gyroscope bias", &ImuSensor::gyro, &TriadErrors::bias, kGyroBias));
-  causes.push_back(
-      loose_imu(Block::kAccelBias, "accelerometer bias", &ImuSensor::accel, &TriadErrors::bias, kAccelBias));
-  causes.push_back(loose_imu(Block::kGyroScale, "gyroscope scale", &ImuSensor::gyro, &TriadErrors::scale, kGyroScale));
-  causes.push_back(
-      loose_imu(Block::kAccelScale, "accelerometer scale", &ImuSensor::accel, &TriadErrors::scale, kAccelScale));
+  if (some_positions(options) && told.log.gnss.front().size() > 1)
+    causes.push_back(clock_drift({told.log.gnss.front().front().time, told.log.gnss.front().back().time}));
   return causes;
 }
 

@@ -1,0 +1,98 @@
+// Causes that are constants: the filter itself finds them once they are states with a wide prior.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "diagnosis/granting.h"
+#include "math/words.h"
+#include "piste/core/error.h"
+
+namespace piste {
+namespace {
+
+// What is granted: 1-sigma of a constant that the run may find, however wrong the file was.
+constexpr double kArm = 3, kLate = 0.5, kAttitudeLate = 0.3;  // m, s
+constexpr double kLooser = 10;                                // times what the run was told
+constexpr double kGyroScale = 0.05, kAccelScale = 0.05, kGyroBias = 0.05, kAccelBias = 0.5;  // at least; SI
+
+std::string with_sigma(const Evidence& found, Block block) {
+  const BlockInfo& row = info(block);
+  const Vector3d value = row.factor * shown_value(found.last, block);
+  const double sigma = row.factor * found.sigmas.segment(full_offset(block), row.size).maxCoeff();
+  std::string text;
+  for (int axis = 0; axis < row.size; ++axis) text += rounded(value(axis), sigma) + " ";
+  return fmt::format("{}± {} {}", text, rounded(sigma, sigma), row.unit);
+}
+
+template <class Widen>
+Cause constant(Block block, const std::string& name, Widen&& widen) {
+  return [=](const Told& told, const Evidence& base, double end) {
+    FilterOptions options = told.options;
+    want(options, block);
+    widen(options);
+    const Evidence found = filter_again(told.log, options, told.start, end);
+    return Granted{gained(found, base), fmt::format("{} ({} is likelier)", name, with_sigma(found, block))};
+  };
+}
+
+// A prior of the options, widened.
+Cause loose(Block block, const std::string& name, double Priors::*prior, double least) {
+  return constant(block, name, [=](FilterOptions& options) {
+    const auto& was = options.estimate;
+    const bool estimated = std::find(was.begin(), was.end() - 1, block) != was.end() - 1;
+    double& sigma = options.priors.*prior;
+    sigma = std::max(least, estimated ? kLooser * sigma : 0);
+  });
+}
+
+Cause loose_imu(Block block, const std::string& name, TriadErrors ImuSensor::*triad, double TriadErrors::*error,
+                double least) {
+  return constant(block, name, [=](FilterOptions& options) {
+    double& sigma = (options.sensor.*triad).*error;
+    sigma = std::max(least, kLooser * sigma);
+  });
+}
+
+Cause free_arm() { return loose(Block::kLeverArm, "lever arm", &Priors::lever_arm, kArm); }
+
+// An arm beyond anything that is carried, as with a wrong unit: the run as if nothing were told of it.
+Cause no_arm(const InitialHeading& heading) {
+  return [heading](const Told& told, const Evidence& base, double end) {
+    Told changed = told;
+    changed.options.gnss.front().lever_arm.setZero();
+    try {
+      changed.start = find_start(changed.log, changed.options, heading).start;
+    } catch (const Error&) {
+      return Granted{};
+    }
+    changed.start.covariance = changed.start.covariance.topLeftCorner(9, 9).eval();
+    return free_arm()(changed, base, end);
+  };
+}
+
+}  // namespace
+
+std::vector<Cause> constant_causes(const Told& told, const InitialHeading& heading) {
+  std::vector<Cause> causes;
+  const FilterOptions& options = told.options;
+  if (some_positions(options)) {
+    causes.push_back(
+        loose(Block::kGnssDelay, "delay of the fixes, or offset of the clock", &Priors::gnss_delay, kWideClock));
+    if (has_velocities(told, 0))
+      causes.push_back(loose(Block::kVelocityDelay, "delay of the velocities", &Priors::velocity_delay, kLate));
+  }
+  if (!options.attitude.empty())
+    causes.push_back(loose(Block::kAttitudeDelay, "delay of the attitude", &Priors::attitude_delay, kAttitudeLate));
+  if (options.gnss.size() == 1)
+    causes.push_back(options.gnss.front().lever_arm.norm() > kArm ? no_arm(heading) : free_arm());
+  causes.push_back(loose_imu(Block::kGyroBias, "gyroscope bias", &ImuSensor::gyro, &TriadErrors::bias, kGyroBias));
+  causes.push_back(
+      loose_imu(Block::kAccelBias, "accelerometer bias", &ImuSensor::accel, &TriadErrors::bias, kAccelBias));
+  causes.push_back(loose_imu(Block::kGyroScale, "gyroscope scale", &ImuSensor::gyro, &TriadErrors::scale, kGyroScale));
+  causes.push_back(
+      loose_imu(Block::kAccelScale, "accelerometer scale", &ImuSensor::accel, &TriadErrors::scale, kAccelScale));
+  return causes;
+}
+
+}  // namespace piste

@@ -1,0 +1,36 @@
+#pragma once
+/// What the kinds of causes have in common.
+
+#include <algorithm>
+
+#include "diagnosis/causes.h"
+#include "piste/core/state_table.h"
+
+namespace piste {
+
+constexpr double kWideClock = 0.3;  ///< s: 1-sigma of a clock's offset that is granted
+
+/// By how much likelier the innovations have become.
+inline double gained(const Evidence& granted, const Evidence& base) { return granted.likelihood - base.likelihood; }
+
+/// Whether the run estimates the block.
+inline bool estimates(const FilterOptions& options, Block block) {
+  return std::find(options.estimate.begin(), options.estimate.end(), block) != options.estimate.end();
+}
+
+/// Lets the run estimate the block.
+inline void want(FilterOptions& options, Block block) {
+  if (!estimates(options, block)) options.estimate.push_back(block);
+}
+
+/// Whether some receiver has positions, and whether receiver i has velocities, that are used.
+inline bool some_positions(const FilterOptions& options) {
+  return std::any_of(options.gnss.begin(), options.gnss.end(), [](const GnssOptions& g) { return g.use_position; });
+}
+inline bool has_velocities(const Told& told, std::size_t i) {
+  const auto& fixes = told.log.gnss[i];
+  return told.options.gnss[i].use_velocity &&
+         std::any_of(fixes.begin(), fixes.end(), [](const GnssFix& f) { return f.velocity.has_value(); });
+}
+
+}  // namespace piste
