@@ -162,6 +162,15 @@ Start drawn_start(const Scenario& s, const FilterOptions& options, const Estimat
   return {time, boxplus(x, error), sigma.cwiseAbs2().asDiagonal()};
 }
 
+// The prior if the heading must be found: only position and velocity are roughly known.
+Covariance nothing_known() {
+  constexpr double kPosition = 10, kVelocity = 10, kTilt = 0.2;
+  const double heading = std::numbers::pi / std::numbers::sqrt3;  // sigma of a uniform distribution
+  Eigen::Matrix<double, 9, 1> sigma;
+  sigma << Vector3d::Constant(kPosition), Vector3d::Constant(kVelocity), kTilt, kTilt, heading;
+  return sigma.cwiseAbs2().asDiagonal();
+}
+
 // The matrix from the filter's error to the ordinary one along the local level, for all blocks of the layout.
 Covariance ordinary(const World& world, const StateLayout& layout, const Estimate& x) {
   Covariance T = Covariance::Identity(layout.size(), layout.size());

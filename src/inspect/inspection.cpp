@@ -179,7 +179,7 @@ void rank(std::vector<Suspicion>& suspicions) {
 ImuSensor guess_sensor(const ImuHealth& health, const std::string& name) {
   constexpr double kUsualGyro = 0.05 * kDegree, kUsualAccel = 300e-6 * kStandardGravity;
   constexpr double kGyroBias = 10, kAccelBias = 25;  // times the noise of a mean over a second
-  constexpr double kScale = 0.01;
+  constexpr double kScale = 0.03;  // the tolerance of the sensitivity that data sheets of cheap sensors state
   const auto seen = [](double value) { return std::isfinite(value) ? value : 0; };
   const double interval = health.sampling.interval;
   ImuSensor sensor;

@@ -1,8 +1,5 @@
 #include "piste/solve/initial_state.h"
 
-#include <cmath>
-#include <numbers>
-
 #include "piste/model/imu_errors.h"
 
 namespace piste {
@@ -17,14 +14,6 @@ Vector3d initial_variance(const BlockInfo& row, const FilterOptions& options) {
 }
 
 }  // namespace
-
-Covariance nothing_known() {
-  constexpr double kPosition = 100, kVelocity = 30, kTilt = 0.5;
-  const double heading = std::numbers::pi / std::sqrt(3.0);  // sigma of a uniform distribution
-  Eigen::Matrix<double, 9, 1> sigma;
-  sigma << Vector3d::Constant(kPosition), Vector3d::Constant(kVelocity), kTilt, kTilt, heading;
-  return sigma.cwiseAbs2().asDiagonal();
-}
 
 void set_delays(Estimate& x, const FilterOptions& options) {
   if (!options.gnss.empty()) {

@@ -16,10 +16,6 @@ struct Start {
   Covariance covariance = Covariance::Identity(9, 9);
 };
 
-/// The covariance of position, velocity and attitude of which nothing is known beyond the place of the run and which
-/// way is down: 100 m, 30 m/s, half a radian of tilt, any heading. It is for a filter that is linearised elsewhere.
-Covariance nothing_known();
-
 /// Sets the delays of an estimate to those that the options state of the first sources. Every start needs this: an
 /// estimated delay is a whole delay, not what remains beside the known one.
 void set_delays(Estimate& x, const FilterOptions& options);
