@@ -46,14 +46,14 @@ std::optional<ScaleScore> NoiseScore::after_fixes(const Estimate& x, const Covar
 
 ErrorVector pull_of(const ScaleScore& score, const StateLayout& layout, const Covariance& P) {
   ErrorVector pull = ErrorVector::Zero(layout.size());
-  for (int k = 0; k < 2; ++k) {
+  for (Eigen::Index k = 0; k < 2; ++k) {
     if (layout.has(kScales[k])) pull += P.middleCols<3>(layout.offset(kScales[k])) * score.segment<3>(3 * k);
   }
   return pull;
 }
 
 void add_score(ErrorVector& lambda, const StateLayout& layout, const ScaleScore& score) {
-  for (int k = 0; k < 2; ++k) {
+  for (Eigen::Index k = 0; k < 2; ++k) {
     if (layout.has(kScales[k])) lambda.segment<3>(layout.offset(kScales[k])) += score.segment<3>(3 * k);
   }
 }
