@@ -23,7 +23,8 @@ struct RunTimes {
 ///  - `used` and `rejected`: numbers of fixes. A fix of which any part was rejected counts as rejected. `sources`
 ///   counts each part.
 ///  - `verdict`: consistency/verdict.h. Of each source `nis`, `rejected` (a share), and what else is known; `nis` is
-///   null where there were too few fixes. `jumps` of the constants that went furthest from their priors, in prior sigmas.
+///   null where there were too few fixes. `jumps` of the constants that went furthest from their priors, in prior
+///   sigmas.
 ///
 /// Everything except `cpu_s` and `wall_s` is the same at every replay.
 std::string summary_json(const Log& log, const Solution& filtered, const Solution* smoothed, const Verdict& verdict,
