@@ -6,6 +6,8 @@
 
 namespace piste {
 
+bool FilterOptions::estimates(Block block) const { return std::ranges::find(estimate, block) != estimate.end(); }
+
 void FilterOptions::validate() const {
   const auto require = [](bool good, const std::string& what) {
     if (!good) throw ConfigError("", what);

@@ -30,7 +30,7 @@ Cause constant(Block block, const std::string& name, Widen&& widen) {
   return [=](const Told& told, const Evidence& base, double end) {
     FilterOptions options = told.options;
     want(options, block);
-    widen(options);
+    widen(options, told.options.estimates(block));
     const Evidence found = filter_again(told.log, options, told.start, end);
     return Granted{gained(found, base), fmt::format("{} ({} is likelier)", name, with_sigma(found, block))};
   };
@@ -38,9 +38,7 @@ Cause constant(Block block, const std::string& name, Widen&& widen) {
 
 // A prior of the options, widened.
 Cause loose(Block block, const std::string& name, double Priors::*prior, double least) {
-  return constant(block, name, [=](FilterOptions& options) {
-    const auto& was = options.estimate;
-    const bool estimated = std::find(was.begin(), was.end() - 1, block) != was.end() - 1;
+  return constant(block, name, [=](FilterOptions& options, bool estimated) {
     double& sigma = options.priors.*prior;
     sigma = std::max(least, estimated ? kLooser * sigma : 0);
   });
@@ -48,7 +46,7 @@ Cause loose(Block block, const std::string& name, double Priors::*prior, double 
 
 Cause loose_imu(Block block, const std::string& name, TriadErrors ImuSensor::*triad, double TriadErrors::*error,
                 double least) {
-  return constant(block, name, [=](FilterOptions& options) {
+  return constant(block, name, [=](FilterOptions& options, bool) {
     double& sigma = (options.sensor.*triad).*error;
     sigma = std::max(least, kLooser * sigma);
   });

@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <type_traits>
 #include <utility>
 
 #include "diagnosis/causes.h"
+#include "piste/core/time_search.h"
 #include "piste/solve/initial_state.h"
 
 namespace piste {
@@ -40,6 +42,21 @@ double departure(const Log& log, double start) {
   return !log.rest.empty() && log.rest.front().contains(start + 1) ? log.rest.front().end : start;
 }
 
+// The log until `end`: hours are not copied to filter minutes.
+Log first_part(const Log& log, double end) {
+  const auto cut = [end](const auto& items) {
+    return std::decay_t<decltype(items)>(items.begin(), first_at_or_after(items, end));
+  };
+  Log part;
+  part.world = log.world;
+  part.imu = cut(log.imu);
+  part.magnetic = cut(log.magnetic);
+  part.rest = log.rest;
+  for (const auto& fixes : log.gnss) part.gnss.push_back(cut(fixes));
+  for (const auto& fixes : log.attitude) part.attitude.push_back(cut(fixes));
+  return part;
+}
+
 // What is wrong, in words, where no cause is known for it.
 std::string symptoms(const Verdict& verdict) {
   for (const SourceVerdict& s : verdict.sources) {
@@ -57,15 +74,11 @@ Verdict diagnose(const Log& log, const FilterOptions& options, const InitialHead
                  const Solution& filtered, const Solution* smoothed, const std::function<void(double)>& progress) {
   Verdict verdict = judge(log, options, filtered, smoothed);
   if (!suspicious(verdict) || filtered.empty()) return verdict;
+  constexpr double kBeyond = 2;  // s: fixes that come late, and the neighbour of the last step
+  const double end = departure(log, found.start.time) + kLongest;
   // Of the start the navigation alone: every cause has its own blocks beside.
-  Told told{log, options, found.start};
+  Told told{first_part(log, end + kBeyond), options, found.start};
   told.start.covariance = told.start.covariance.topLeftCorner(9, 9).eval();
-  const double end = departure(log, told.start.time) + kLongest;
-  const auto cut = [&](auto& items) { std::erase_if(items, [&](const auto& item) { return item.time > end + 2; }); };
-  cut(told.log.imu);
-  for (auto& fixes : told.log.gnss) cut(fixes);
-  for (auto& fixes : told.log.attitude) cut(fixes);
-  cut(told.log.magnetic);
 
   const Evidence base = filter_again(told.log, told.options, told.start, end);
   std::vector<Cause> causes = searched_causes(told);

@@ -13,14 +13,9 @@ constexpr double kWideClock = 0.3;  ///< s: 1-sigma of a clock's offset that is 
 /// By how much likelier the innovations have become.
 inline double gained(const Evidence& granted, const Evidence& base) { return granted.likelihood - base.likelihood; }
 
-/// Whether the run estimates the block.
-inline bool estimates(const FilterOptions& options, Block block) {
-  return std::find(options.estimate.begin(), options.estimate.end(), block) != options.estimate.end();
-}
-
 /// Lets the run estimate the block.
 inline void want(FilterOptions& options, Block block) {
-  if (!estimates(options, block)) options.estimate.push_back(block);
+  if (!options.estimates(block)) options.estimate.push_back(block);
 }
 
 /// Whether some receiver has positions, and whether receiver i has velocities, that are used.

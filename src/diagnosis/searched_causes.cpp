@@ -65,10 +65,9 @@ struct Noise {
   double factor;  // from SI to that unit
   TriadErrors ImuSensor::*triad;
 };
-constexpr double kMicroG = 1e6 / 9.80665;
 constexpr std::array kNoises{
     Noise{"gyroscope", "deg/s", kDegreesPerRadian, &ImuSensor::gyro},
-    Noise{"accelerometer", "ug", kMicroG, &ImuSensor::accel},
+    Noise{"accelerometer", "ug", 1e6 / kStandardGravity, &ImuSensor::accel},
 };
 
 Cause white_noise(const Noise& noise) {
@@ -234,7 +233,7 @@ std::vector<Cause> searched_causes(const Told& told) {
   const FilterOptions& options = told.options;
   for (const Noise& noise : kNoises) {
     causes.push_back(white_noise(noise));
-    if (estimates(options, noise.triad == &ImuSensor::gyro ? Block::kGyroDrift : Block::kAccelDrift))
+    if (options.estimates(noise.triad == &ImuSensor::gyro ? Block::kGyroDrift : Block::kAccelDrift))
       causes.push_back(drift(noise));
   }
   for (std::size_t i = 0; i < options.gnss.size(); ++i) {
@@ -244,7 +243,7 @@ std::vector<Cause> searched_causes(const Told& told) {
   for (std::size_t i = 0; i < options.attitude.size(); ++i)
     causes.push_back(sigmas(fmt::format("attitude[{}]", i), scale_attitudes, i));
   for (std::size_t i = 0; i < options.gnss.size(); ++i) {
-    if (options.gnss[i].use_position && !estimates(options, Block::kGnssPositionDrift)) causes.push_back(coloured(i));
+    if (options.gnss[i].use_position && !options.estimates(Block::kGnssPositionDrift)) causes.push_back(coloured(i));
   }
   if (some_positions(options) && told.log.gnss.front().size() > 1)
     causes.push_back(clock_drift({told.log.gnss.front().front().time, told.log.gnss.front().back().time}));

@@ -74,8 +74,7 @@ class Calibrator {
         gate_(options_.behaviour.trust.gate),
         search_clock_(clock_sigma > kSureClock) {
     for (const Block b : {Block::kLeverArm, Block::kGnssDelay}) {
-      if (std::find(options_.estimate.begin(), options_.estimate.end(), b) == options_.estimate.end())
-        options_.estimate.push_back(b);
+      if (!options_.estimates(b)) options_.estimate.push_back(b);
     }
     // What is wrong here is the set-up, and not a receiver: none is left out for long.
     options_.behaviour.trust.gate = kWideGate;
@@ -130,10 +129,7 @@ class Calibrator {
 
  private:
   // Whether their delay is estimated.
-  bool late_velocities() const {
-    return std::find(options_.estimate.begin(), options_.estimate.end(), Block::kVelocityDelay) !=
-           options_.estimate.end();
-  }
+  bool late_velocities() const { return options_.estimates(Block::kVelocityDelay); }
 
   Attempt attempt(double offset, const ImuSensor& sensor, const Start* start) const {
     Attempt a;

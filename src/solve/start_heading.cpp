@@ -42,7 +42,7 @@ Pointing point_by_reference(const Log& log, const FilterOptions& options, const 
   const AttitudeFix& fix = next == fixes.end() ? fixes.back() : *next;
   GyroBias bias = bias_before(log, options, fix.time);
   Pointing p{Quaterniond::Identity(), options.behaviour.start.reference_sigma, "heading from the reference attitude"};
-  if (estimates(options, Block::kBoresight)) {
+  if (options.estimates(Block::kBoresight)) {
     if (const auto mounting = find_mounting(log, options.attitude)) {
       const Vector3d down_r = fix.q_wr.conjugate() * (q_wn * Vector3d::UnitZ());
       p.q_wb = mounting->q_rb;

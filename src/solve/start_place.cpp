@@ -136,12 +136,8 @@ Vector3d attitude_sigma(const World& world, const Start& start) {
   return (R_nw * start.covariance.block<3, 3>(6, 6) * R_nw.transpose()).diagonal().cwiseSqrt();
 }
 
-bool estimates(const FilterOptions& options, Block block) {
-  return std::find(options.estimate.begin(), options.estimate.end(), block) != options.estimate.end();
-}
-
 void set_boresight(Start& start, const Log& log, const FilterOptions& options) {
-  if (!estimates(options, Block::kBoresight)) return;
+  if (!options.estimates(Block::kBoresight)) return;
   for (std::size_t i = 0; i < log.attitude.size(); ++i) {
     const std::vector<AttitudeFix> fixes = at_own_times(log.attitude[i], options.attitude[i]);
     const auto fix = first_at_or_after(fixes, start.time);

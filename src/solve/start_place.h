@@ -65,7 +65,4 @@ Vector3d attitude_sigma(const World& world, const Start& start);
 /// boresight is not estimated or there is no reference attitude.
 void set_boresight(Start& start, const Log& log, const FilterOptions& options);
 
-/// Whether the options name the block among those to be estimated.
-bool estimates(const FilterOptions& options, Block block);
-
 }  // namespace piste

@@ -83,6 +83,8 @@ struct FilterOptions {
   double magnetic_sigma = 0;  ///< 1-sigma of a magnetic heading [rad]; 0 = the magnetometer is not used
   double declination = 0;     ///< magnetic declination [rad], east positive
 
+  /// Whether the run estimates the block.
+  bool estimates(Block block) const;
   /// Throws ConfigError on values that no filter can run with.
   void validate() const;
 };

@@ -4,7 +4,7 @@
 ///
 ///     fixes → FixQueue ┐
 ///     IMU samples ─────┴→ Propagation (with SampleNoise) → measurement models → Trust → update → estimate
-///                         RestUpdates, RateMending, admit_error
+///                         RestUpdates, RateMending, NoiseScore, admit_error
 ///
 /// The filter is always one IMU sample behind the newest. It waits for the sample after a step because both neighbours
 /// give the slope of rate and force within the step. So a step can be split at the time of a fix without extrapolation.

@@ -37,7 +37,7 @@ using EpochObserver = std::function<void(std::size_t row, const Tape::Epoch& fil
 Solution smooth_rts(const Log& log, const FilterRun& run, const ProgressCallback& progress = {},
                     SmoothedState* at_start = nullptr, std::vector<AttitudeLag>* lags = nullptr);
 
-/// The smoothed estimates of a run without their covariances, at a third of the cost. Throws as smooth_rts.
+/// The smoothed estimates of a run without their covariances, which cost the most. Throws as smooth_rts.
 Reference smoothed_trajectory(const Log& log, const FilterRun& run, const ProgressCallback& progress = {});
 
 /// Smooths only some rows, and gives them to `observer`, the last row first. The rows before the first of them are not

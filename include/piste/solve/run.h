@@ -27,7 +27,7 @@ struct Checkpoint {
 struct FilterRun {
   Solution solution;
   std::vector<Checkpoint> checkpoints;
-  std::size_t epochs = 0;
+  std::size_t epochs = 0;  ///< IMU epochs that were filtered: the rows of the solution, unless there is a reference
 };
 
 /// Epochs between checkpoints. The tape of a stretch of this length fits into the processor's cache, and the
