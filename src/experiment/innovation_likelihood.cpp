@@ -15,13 +15,13 @@ double log_likelihood(const Innovation& innovation) {
   return larger + std::log1p(std::exp(std::min(good, spoilt) - larger)) - 0.5 * innovation.log_determinant;
 }
 
-std::vector<Innovation> telling(const Solution& solution, const std::vector<Interval>& rest) {
+std::vector<Innovation> telling(const Solution& solution, double start, const std::vector<Interval>& rest) {
   constexpr double kSettled = 15;  // s
   std::vector<Innovation> kept;
   for (const Innovation& i : solution.innovations) {
     const std::string& source = solution.sources[static_cast<std::size_t>(i.source)];
     if (!source.starts_with("gnss") && !source.starts_with("attitude")) continue;
-    if (i.outcome == Outcome::kRepeated || i.time < solution.time(0) + kSettled) continue;
+    if (i.outcome == Outcome::kRepeated || i.time < start + kSettled) continue;
     const bool still = std::any_of(rest.begin(), rest.end(), [&](const Interval& r) { return r.contains(i.time); });
     if (!still) kept.push_back(i);
   }

@@ -14,9 +14,9 @@ namespace piste {
 double log_likelihood(const Innovation& innovation);
 
 /// The innovations of a run that tell its noise: those of receivers and reference attitudes, without repeated fixes,
-/// without the first 15 s, which tell of the start alone, and without those at rest, which the filter takes to be as
+/// without the first 15 s after `start`, which tell of the start alone, and without those at rest, which the filter takes to be as
 /// coarse as a body sways.
-std::vector<Innovation> telling(const Solution& solution, const std::vector<Interval>& rest);
+std::vector<Innovation> telling(const Solution& solution, double start, const std::vector<Interval>& rest);
 
 /// Their sum; −∞ of a run without any.
 double log_likelihood(const std::vector<Innovation>& innovations);

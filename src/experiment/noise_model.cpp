@@ -7,6 +7,7 @@
 
 #include "piste/core/state_table.h"
 #include "piste/math/earth.h"
+#include "piste/math/statistics.h"
 #include "piste/math/units.h"
 
 namespace piste {
@@ -54,11 +55,15 @@ class KnobList {
   }
 };
 
-// Root mean square of the sigmas of positions, north, east, down.
-Vector3d rms_sigma(const std::vector<GnssFix>& fixes) {
-  Vector3d sum = Vector3d::Zero();
-  for (const GnssFix& fix : fixes) sum += fix.sigma_position.cwiseAbs2();
-  return fixes.empty() ? Vector3d::Ones().eval() : (sum / static_cast<double>(fixes.size())).cwiseSqrt().eval();
+// Median of the sigmas of positions, north, east, down.
+Vector3d median_sigma(const std::vector<GnssFix>& fixes) {
+  Vector3d result = Vector3d::Ones();
+  for (int axis = 0; axis < 3 && !fixes.empty(); ++axis) {
+    std::vector<double> sigmas;
+    for (const GnssFix& fix : fixes) sigmas.push_back(fix.sigma_position(axis));
+    result(axis) = median(std::move(sigmas));
+  }
+  return result;
 }
 
 bool any_velocity(const std::vector<GnssFix>& fixes) {
@@ -78,7 +83,7 @@ NoiseModel noise_model(const FilterOptions& options, const Log& log) {
   NoiseModel model{.sensor = options.sensor, .gnss = {}, .attitude_time = {}};
   for (std::size_t i = 0; i < options.gnss.size(); ++i) {
     ReceiverNoise& receiver = model.gnss.emplace_back();
-    receiver.stated = receiver.drift_shape = rms_sigma(log.gnss[i]);
+    receiver.stated = receiver.drift_shape = median_sigma(log.gnss[i]);
     if (const auto& drift = options.gnss[i].drift) {
       receiver.drift = 1;
       receiver.drift_shape = drift->sigma;

@@ -14,22 +14,46 @@
 #include "experiment/parallel.h"
 #include "piste/core/error.h"
 #include "piste/math/linear_algebra.h"
-#include "piste/solve/run.h"
+#include "solve/feeder.h"
 
 namespace piste {
 namespace {
 
 constexpr double kMinusInfinity = -std::numeric_limits<double>::infinity();
 constexpr int kMostSteps = 12, kInVain = 3;
-constexpr double kCoarse = 0.5, kFine = 0.1;  // of logarithms, between the runs of a difference
+constexpr double kCoarse = 0.3, kFine = 0.05;  // of logarithms, between the runs of a difference
 constexpr double kLongestStep = 1.2;               // of a logarithm
-constexpr double kEnough = 0.05;                   // of the log-likelihood: by chance a value gains half of one
-constexpr std::array kDamping{0.0, 0.3, 3.0};
+constexpr double kEnough = 0.05, kArrived = 0.3;   // of the log-likelihood: by chance a value gains half of one
+// Steps that are tried: how much they are damped, and how far they reach. Sigmas that are far too large come down by a
+// half of their logarithm only at a reach of 1.
+constexpr std::array<std::pair<double, double>, 4> kTrials{{{0, 1}, {0, 2}, {0, 4}, {1, 1}}};
 constexpr double kNoGate = 1 - 1e-12;
 
-// Makes the sigmas of a fix those of a spoilt one. `source` is its name in a solution.
-void spoil(Log& log, std::string_view source, double time) {
+// The measurements of a run that count as spoilt: those that it rejects, of each source one in fifty at most, the worst.
+// Where it rejects more, its sigmas are too small.
+std::vector<Innovation> spoilt(const Solution& solution) {
+  constexpr double kMost = 0.02;
+  std::vector<Innovation> all;
+  for (std::size_t source = 0; source < solution.sources.size(); ++source) {
+    std::vector<Innovation> rejected;
+    double count = 0;
+    for (const Innovation& i : solution.innovations) {
+      if (i.source != static_cast<int>(source) || i.outcome == Outcome::kRepeated) continue;
+      ++count;
+      if (!was_used(i.outcome)) rejected.push_back(i);
+    }
+    std::stable_sort(rejected.begin(), rejected.end(),
+                     [](const Innovation& a, const Innovation& b) { return a.nis > b.nis; });
+    rejected.resize(std::min(rejected.size(), static_cast<std::size_t>(kMost * count)));
+    all.insert(all.end(), rejected.begin(), rejected.end());
+  }
+  return all;
+}
+
+// Makes the sigmas of what was measured those of a spoilt measurement. `source` is its name in a solution.
+void spoil(Log& log, std::string_view source, const Innovation& innovation) {
   constexpr double kWider = 5, kSame = 1e-6;  // s
+  const double time = innovation.time + innovation.late;
   const auto find = [&](auto& fixes) {
     const auto fix = std::find_if(fixes.begin(), fixes.end(), [&](const auto& f) { return f.time >= time - kSame; });
     return fix != fixes.end() && fix->time <= time + kSame ? &*fix : nullptr;
@@ -72,34 +96,22 @@ NoiseModel moved(const std::vector<NoiseKnob>& knobs, NoiseModel model, const Ei
   return model;
 }
 
-// How residuals and sigmas of one run differ from those of another, a column each: rows are dz/σ and √2 d ln σ.
-struct Change {
-  Eigen::VectorXd rows;
-  double likelihood = 0;
-};
-
-Change change(const NoisePoint& here, const NoisePoint& low, const NoisePoint& high, double apart) {
-  // A run that diverged is replaced by the one in the middle.
-  const bool no_low = !std::isfinite(low.likelihood), no_high = !std::isfinite(high.likelihood);
-  const NoisePoint &from = no_low ? here : low, &to = no_high ? here : high;
-  const double between = apart * ((no_low ? 0 : 1) + (no_high ? 0 : 1));
-  Change c{Eigen::VectorXd::Zero(static_cast<Eigen::Index>(6 * here.innovations.size())), 0};
-  if (between == 0) return c;
-  c.likelihood = (to.likelihood - from.likelihood) / between;
-  auto a = from.innovations.begin(), b = to.innovations.begin();
+// By how much residuals and sigmas of a run, `apart` from another in one knob, differ from those of that other, for a
+// unit of the knob: dz/σ and √2 d ln σ.
+Eigen::VectorXd change(const NoisePoint& here, const NoisePoint& there, double apart) {
+  Eigen::VectorXd rows = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(6 * here.innovations.size()));
+  auto other = there.innovations.begin();
   for (std::size_t k = 0; k < here.innovations.size(); ++k) {
     const Innovation& i = here.innovations[k];
-    while (a != from.innovations.end() && before(*a, i)) ++a;
-    while (b != to.innovations.end() && before(*b, i)) ++b;
-    if (a == from.innovations.end() || b == to.innovations.end() || before(i, *a) || before(i, *b)) continue;
-    const bool counts = was_used(i.outcome) && was_used(a->outcome) && was_used(b->outcome);
-    for (int axis = 0; counts && axis < i.dof; ++axis) {
+    while (other != there.innovations.end() && before(*other, i)) ++other;
+    if (other == there.innovations.end() || before(i, *other)) continue;
+    for (int axis = 0; axis < i.dof; ++axis) {
       const auto row = static_cast<Eigen::Index>(6 * k) + 2 * axis;
-      c.rows(row) = (b->residual(axis) - a->residual(axis)) / (between * i.sigma(axis));
-      c.rows(row + 1) = std::sqrt(2) * std::log(b->sigma(axis) / a->sigma(axis)) / between;
+      rows(row) = (other->residual(axis) - i.residual(axis)) / (apart * i.sigma(axis));
+      rows(row + 1) = std::sqrt(2) * std::log(other->sigma(axis) / i.sigma(axis)) / apart;
     }
   }
-  return c;
+  return rows;
 }
 
 }  // namespace
@@ -111,35 +123,44 @@ NoiseSearch::NoiseSearch(const Log& log, const FilterOptions& options, const Sta
   options_.behaviour.trust.distrust = std::min(options_.behaviour.trust.distrust, 1.0);
 }
 
+// A run of which only the innovations are kept.
+Solution NoiseSearch::run(const Log& log, const NoiseModel& model, bool gated) const {
+  ++runs_;
+  FilterOptions options = with_noise(options_, model);
+  if (!gated) options.behaviour.trust.gate = kNoGate;
+  const Log noisy = with_noise(log, model);
+  Filter filter(options, noisy.world, start_);
+  LogPlace place = place_at(noisy, start_.time, 1e300);
+  Feeder feeder(noisy, place, filter);
+  while (!feeder.done()) feeder.step();
+  filter.finish();
+  Solution solution;
+  solution.sources = filter.sources();
+  solution.innovations.assign(filter.innovations().begin(), filter.innovations().end());
+  return solution;
+}
+
 Log NoiseSearch::judged(const NoiseModel& model) const {
   Log log = log_;
-  ++runs_;
   try {
-    const Solution solution = run_filter(with_noise(log_, model), with_noise(options_, model), start_).solution;
-    for (const Innovation& i : solution.innovations) {
-      if (!was_used(i.outcome) && i.outcome != Outcome::kRepeated)
-        spoil(log, solution.sources[static_cast<std::size_t>(i.source)], i.time + i.late);
-    }
+    const Solution solution = run(log_, model, true);
+    for (const Innovation& i : spoilt(solution)) spoil(log, solution.sources[static_cast<std::size_t>(i.source)], i);
   } catch (const DataError&) {
-    return log;
+    return log;  // it diverged: nothing is known
   }
   return log;
 }
 
 NoisePoint NoiseSearch::filtered(const Log& log, const NoiseModel& model) const {
-  ++runs_;
   NoisePoint point;
   point.model = model;
   point.likelihood = point.value = kMinusInfinity;
   try {
-    FilterOptions options = with_noise(options_, model);
-    options.behaviour.trust.gate = kNoGate;
-    Solution solution = run_filter(with_noise(log, model), options, start_).solution;
-    if (solution.empty()) return point;
-    point.innovations = in_order(telling(solution, log.rest));
-    point.sources = std::move(solution.sources);
+    const Solution solution = run(log, model, false);
+    point.innovations = in_order(telling(solution, start_.time, log.rest));
+    point.sources = solution.sources;
   } catch (const DataError&) {
-    return point;  // the filter diverged: not likely at all
+    return point;  // it diverged: not likely at all
   }
   point.likelihood = log_likelihood(point.innovations);
   point.value = point.likelihood + prior(model);
@@ -173,9 +194,7 @@ NoiseFound NoiseSearch::climb(const NoiseModel& from, const std::function<void(d
       return points;
     };
     std::vector<Eigen::VectorXd> steps{Eigen::VectorXd::Zero(n)};
-    for (Eigen::Index i = 0; i < n; ++i) {
-      for (const double by : {-apart, apart}) steps.push_back(by * Eigen::VectorXd::Unit(n, i));
-    }
+    for (Eigen::Index i = 0; i < n; ++i) steps.push_back(apart * Eigen::VectorXd::Unit(n, i));
     const std::vector<NoisePoint> around = all(steps);
     const Ascent ascent = this->ascent(found.knobs, around, apart);
     if (step == 0) found.likelihood_at_start = around.front().likelihood;
@@ -187,10 +206,10 @@ NoiseFound NoiseSearch::climb(const NoiseModel& from, const std::function<void(d
     }
 
     steps.clear();
-    for (const double damping : kDamping) {
+    for (const auto& [damping, reach] : kTrials) {
       Eigen::MatrixXd damped = ascent.information;
       damped.diagonal() *= 1 + damping;
-      const Eigen::VectorXd by = solve_symmetric(damped, ascent.slope);
+      const Eigen::VectorXd by = reach * solve_symmetric(damped, ascent.slope);
       steps.push_back(by * std::min(1.0, kLongestStep / by.cwiseAbs().maxCoeff()));
     }
     const std::vector<NoisePoint> ahead = all(steps);
@@ -200,11 +219,14 @@ NoiseFound NoiseSearch::climb(const NoiseModel& from, const std::function<void(d
         if (point.value > next->value) next = &point;
       }
     }
-    const bool arrived = apart == kFine && next->value - around.front().value < kEnough;
+    const bool arrived = apart == kFine && next->value - around.front().value < kArrived;
     model = next->model;
     apart = kFine;
     if (progress) progress(static_cast<double>(step + 1) / kMostSteps);
-    if (arrived) break;
+    if (arrived) {
+      found.best = *next;
+      break;
+    }
   }
   if (!std::isfinite(found.best.likelihood)) {
     throw DataError("", "no innovation tells the noise: the body has to move for more than 15 s after the start");
@@ -212,22 +234,23 @@ NoiseFound NoiseSearch::climb(const NoiseModel& from, const std::function<void(d
   return found;
 }
 
-// Gradient and curvature at the first of the points; then come, for each knob, the one below and the one above.
-NoiseSearch::Ascent NoiseSearch::ascent(const std::vector<NoiseKnob>& knobs, const std::vector<NoisePoint>& around,
+// Gradient and curvature at the first of the points; then comes for each knob the one above. The likelihood is taken to
+// be a parabola of that curvature between them.
+NoiseSearch::Ascent NoiseSearch::ascent(const std::vector<NoiseKnob>& knobs, const std::vector<NoisePoint>& points,
                                         double apart) const {
-  const NoisePoint& here = around.front();
+  const NoisePoint& here = points.front();
   const auto n = static_cast<Eigen::Index>(knobs.size());
-  Eigen::MatrixXd rows(static_cast<Eigen::Index>(6 * here.innovations.size()), n);
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(6 * here.innovations.size()), n);
   Ascent ascent;
-  ascent.slope.resize(n);
+  ascent.slope = Eigen::VectorXd::Zero(n);
+  const Eigen::VectorXd at = logarithms(knobs, here.model), centre = logarithms(knobs, centre_);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const auto k = static_cast<std::size_t>(2 * i + 1);
-    const Change c = change(here, around[k], around[k + 1], apart);
-    rows.col(i) = c.rows;
-    ascent.slope(i) = c.likelihood;
+    const NoisePoint& there = points[static_cast<std::size_t>(i + 1)];
+    if (!std::isfinite(there.likelihood) || !std::isfinite(here.likelihood)) continue;
+    rows.col(i) = change(here, there, apart);
+    ascent.slope(i) = (there.likelihood - here.likelihood) / apart + 0.5 * apart * rows.col(i).squaredNorm();
   }
   ascent.information = rows.transpose() * rows;
-  const Eigen::VectorXd at = logarithms(knobs, here.model), centre = logarithms(knobs, centre_);
   for (Eigen::Index i = 0; i < n; ++i) {
     const double width = knobs[static_cast<std::size_t>(i)].width;
     ascent.information(i, i) += 1 / (width * width);

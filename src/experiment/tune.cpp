@@ -59,13 +59,13 @@ void add_whole_scales(const NoiseFound& found, const NoiseModel& start, std::vec
 }
 
 // Of the measurements in motion that a replay with this noise uses.
-std::vector<SourceNis> nis_of(const Solution& solution, const std::vector<Interval>& rest) {
+std::vector<SourceNis> nis_of(const Solution& solution, double start, const std::vector<Interval>& rest) {
   struct Sum {
     double nis = 0, rows = 0;
     std::size_t count = 0;
   };
   std::map<int, Sum> sums;
-  for (const Innovation& i : telling(solution, rest)) {
+  for (const Innovation& i : telling(solution, start, rest)) {
     if (!was_used(i.outcome)) continue;
     Sum& sum = sums[i.source];
     sum.nis += i.nis;
@@ -81,9 +81,9 @@ std::vector<SourceNis> nis_of(const Solution& solution, const std::vector<Interv
 // The same noise with a coloured error of the first receiver, of several sizes and times.
 std::vector<NoiseModel> with_drifts(const NoiseModel& model) {
   std::vector<NoiseModel> models;
-  for (const double time : {3.0, 15.0, 60.0}) {
+  for (const double time : {5.0, 20.0, 100.0}) {
     for (const double white : {1.0, 0.5}) {
-      for (const double drift : {0.3, 1.0}) {
+      for (const double drift : {0.3, 1.0, 3.0, 10.0}) {
         NoiseModel& m = models.emplace_back(model);
         m.gnss.front().white *= white;
         m.gnss.front().drift = drift * model.gnss.front().white;
@@ -133,7 +133,7 @@ Tuning likeliest_noise(const Log& log, const FilterOptions& options, const Start
   add_whole_scales(found, centre, tuning.numbers);
   for (const Innovation& i : found.best.innovations) tuning.rows += static_cast<std::size_t>(i.dof);
   tuning.filter_runs = search.runs();
-  tuning.nis = nis_of(run_filter(with_noise(log, tuning.noise), with_noise(options, tuning.noise), start).solution, log.rest);
+  tuning.nis = nis_of(search.run(log, tuning.noise, true), start.time, log.rest);
   return tuning;
 }
 

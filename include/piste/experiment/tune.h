@@ -23,7 +23,7 @@ namespace piste {
 struct ReceiverNoise {
   double white = 1, velocity = 1;      ///< factors of its sigmas: of the white error of positions, and of velocities
   double drift = 0, drift_time = 0;    ///< coloured error of positions: factor of `drift_shape` (0: none), and time [s]
-  Vector3d drift_shape, stated;        ///< rms of the sigmas of positions that it states, and of a drift of factor 1
+  Vector3d drift_shape, stated;        ///< of a drift of factor 1; median of the sigmas of positions that it states
 
   /// Factor of the sigmas of positions by which they are those of white and coloured error together.
   double position() const;

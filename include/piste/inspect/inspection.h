@@ -24,6 +24,8 @@ struct Calibration {
   /// Of the receiver's velocities beside its positions [s]; a sigma of 0: they are taken as the log has them.
   double velocity_delay = 0, velocity_delay_sigma = 0;
   ImuSensor sensor;                    ///< with the noise that is likeliest in motion
+  double sigma_scale = 1, sigma_velocity_scale = 1;  ///< of the receiver's sigmas, likewise
+  std::optional<GaussMarkov> drift = std::nullopt;    ///< the coloured error of its positions, if there is one
   std::size_t used = 0, rejected = 0;  ///< GNSS innovations of the filter that told it
 
   /// Whether the filter fits the logs: it rejected less than a tenth.
