@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "diagnosis/evidence.h"
+#include "tune/evidence.h"
 #include "piste/solve/start.h"
 
 namespace piste {

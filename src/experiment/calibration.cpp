@@ -8,14 +8,16 @@
 
 #include "piste/condition/pipeline.h"
 #include "piste/core/error.h"
-#include "piste/solve/run.h"
+#include "piste/core/recording.h"
+#include "piste/core/state_table.h"
 #include "piste/solve/start.h"
+#include "piste/tune/likeliest_noise.h"
+#include "tune/evidence.h"
 
 namespace piste {
 namespace {
 
 constexpr double kLongest = 150, kBefore = 30;  // s of motion, and of what comes before it
-constexpr double kSettled = 15;                 // s after the start whose innovations tell of the start alone
 constexpr double kArmPrior = 2, kDelayPrior = 0.1, kLeastArm = 0.05, kLeastDelay = 0.003;  // m, s
 // Where nothing is known of the lever arm, fixes of centimetres are first taken for coarser ones: the filter would
 // otherwise reject what its own first guess makes of them.
@@ -24,11 +26,8 @@ constexpr double kSureClock = 0.02;            // s
 constexpr double kLoose = 5;                   // times the sigma that a stage found
 constexpr double kWideGate = 1 - 1e-9;
 constexpr double kFarthest = 0.5, kStep = 0.1;  // s: offsets of the clock that are tried
-constexpr double kMostGates = 2;
-constexpr int kRounds = 2;
-constexpr double kSignificant = 3;  // of the log-likelihood: by chance a value gains half of one
-// The drift of a clock: s between two stretches of motion that tell it, and what a crystal may have.
-constexpr double kApart = 120, kMostDrift = 3e-4;
+// The drift of a clock: s between two stretches of motion that tell it, and the most that an oscillator may have.
+constexpr double kApart = 120, kMostDrift = 1e-3;
 constexpr double kSureDrift = 4, kLeastChange = 0.005;  // sigmas, and s over the log
 
 /// One filtered run and how likely its innovations are.
@@ -37,15 +36,14 @@ struct Attempt {
   double offset = 0;
   FoundStart found;
   Estimate last;
-  Sigmas sigmas;
+  FullError sigmas = FullError::Zero();  // of its blocks
   std::size_t used = 0, rejected = 0;
-  double rows = 0;
 
   double clock_offset() const { return offset - last.gnss_delay; }
-  double clock_sigma() const { return sigmas.blocks(full_offset(Block::kGnssDelay)); }
+  double clock_sigma() const { return sigmas(full_offset(Block::kGnssDelay)); }
   bool fits() const { return rejected < (used + rejected) / 10; }  // as Calibration::fits()
   double velocity_delay() const { return last.velocity_delay - last.gnss_delay; }
-  double velocity_delay_sigma() const { return sigmas.blocks(full_offset(Block::kVelocityDelay)); }
+  double velocity_delay_sigma() const { return sigmas(full_offset(Block::kVelocityDelay)); }
 };
 
 // Where a receiver says that the body moves: between departure and arrival, as the start judges a departure.
@@ -67,11 +65,12 @@ Interval motion_of(const std::vector<GeodeticFix>& fixes, const StartOptions& op
 class Calibrator {
  public:
   Calibrator(const Recording& recording, ConditioningOptions conditioning, FilterOptions options,
-             const Interval& stretch, double clock_sigma)
+             const Interval& stretch, double clock_sigma, std::size_t jobs)
       : recording_(recording),
         conditioning_(std::move(conditioning)),
         options_(std::move(options)),
         gate_(options_.behaviour.trust.gate),
+        jobs_(jobs),
         search_clock_(clock_sigma > kSureClock) {
     for (const Block b : {Block::kLeverArm, Block::kGnssDelay}) {
       if (!options_.estimates(b)) options_.estimate.push_back(b);
@@ -110,19 +109,23 @@ class Calibrator {
     return best_;
   }
 
-  std::optional<Calibration> run() {
+  // `known`: whether the noise is that of the options already.
+  std::optional<Calibration> run(bool known = false) {
     if (!locate()) return std::nullopt;
-    search_noise();
+    if (!known) search_noise();
     refine();
     options_.sensor.name = "likeliest in motion";
     return Calibration{.lever_arm = best_.last.lever_arm,
-                       .lever_arm_sigma = best_.sigmas.blocks.segment<3>(full_offset(Block::kLeverArm)),
+                       .lever_arm_sigma = best_.sigmas.segment<3>(full_offset(Block::kLeverArm)),
                        .clock_offset = best_.clock_offset(),
                        .clock_sigma = best_.clock_sigma(),
                        .clock_drift = conditioning_.imu.clock_drift,
                        .velocity_delay = late_velocities() ? best_.velocity_delay() : 0,
                        .velocity_delay_sigma = late_velocities() ? best_.velocity_delay_sigma() : 0,
                        .sensor = options_.sensor,
+                       .sigma_scale = noise_ ? noise_->position() : 1,
+                       .sigma_velocity_scale = noise_ ? noise_->velocity : 1,
+                       .drift = options_.gnss.front().drift,
                        .used = best_.used,
                        .rejected = best_.rejected};
   }
@@ -141,20 +144,11 @@ class Calibrator {
     try {
       const Log log = condition(fixes_, conditioning);
       a.found = start != nullptr ? FoundStart{*start, ""} : find_start(log, options, {});
-      const Solution solution = run_filter(log, options, a.found.start).solution;
-      if (solution.empty()) return a;
-      a.last = solution.estimate(solution.size() - 1);
-      a.sigmas = solution.sigmas(solution.size() - 1);
-      double sum = 0, rows = 0;
-      for (const Innovation& i : solution.innovations) {
-        if (!solution.sources[static_cast<std::size_t>(i.source)].starts_with("gnss")) continue;
-        ++(was_used(i.outcome) ? a.used : a.rejected);
-        if (i.time < solution.time(0) + kSettled || i.outcome == Outcome::kRepeated) continue;
-        sum -= 0.5 * (std::min(i.nis, kMostGates * i.gate) + i.log_determinant);
-        rows += i.dof;
-      }
-      a.rows = rows;
-      if (rows > 0) a.likelihood = sum / rows;
+      const Evidence run = filter_again(log, options, a.found.start);
+      a.last = run.last;
+      a.sigmas = run.sigmas;
+      for (const Innovation& i : run.innovations) ++(was_used(i.outcome) ? a.used : a.rejected);
+      if (run.rows > 0) a.likelihood = run.likelihood / run.rows;
     } catch (const Error&) {
       return a;  // no start, or the filter diverged: not likely at all
     }
@@ -166,9 +160,8 @@ class Calibrator {
     const Attempt told = best_;
     options_.behaviour.trust.gate = gate_;
     options_.gnss.front().lever_arm = told.last.lever_arm;
-    options_.priors.lever_arm =
-        std::clamp(kLoose * told.sigmas.blocks.segment<3>(full_offset(Block::kLeverArm)).maxCoeff(), kLeastArm,
-                   options_.priors.lever_arm);
+    options_.priors.lever_arm = std::clamp(kLoose * told.sigmas.segment<3>(full_offset(Block::kLeverArm)).maxCoeff(),
+                                           kLeastArm, options_.priors.lever_arm);
     options_.priors.gnss_delay = std::clamp(kLoose * told.clock_sigma(), kLeastDelay, options_.priors.gnss_delay);
     if (late_velocities()) {
       options_.gnss.front().velocity_delay = told.velocity_delay();
@@ -182,6 +175,7 @@ class Calibrator {
 
   void take_fixes(double floor) {
     fixes_ = recording_;
+    if (noise_) scale_sigmas(fixes_.gnss.front(), noise_->position(), noise_->velocity);
     for (GeodeticFix& fix : fixes_.gnss.front().fixes) {
       fix.sigma_position = fix.sigma_position.cwiseMax(floor);
       if (fix.velocity) fix.velocity->sigma = fix.velocity->sigma.cwiseMax(floor);
@@ -201,35 +195,28 @@ class Calibrator {
     return true;
   }
 
-  // White noise and drift of both triads, one after the other, by factors that become smaller.
+  // The likeliest noise with the set-up that was found. Nothing changes where the filter does not run with it.
   void search_noise() {
-    double factor = 3;
-    for (int round = 0; round < kRounds; ++round) {
-      bool better = false;
-      for (const int which : {1, 0, 3, 2}) {  // vibration shows in the forces first
-        for (const double by : {factor, 1 / factor}) {
-          bool moved = false;
-          while (try_noise(which, by)) moved = true;
-          better = better || moved;
-          if (moved) break;
-        }
-      }
-      if (!better) factor = std::sqrt(factor);
+    const FilterOptions options_before = options_;
+    const Attempt before = best_;
+    ConditioningOptions conditioning = conditioning_;
+    conditioning.imu.clock_offset = best_.offset;
+    try {
+      const Tuning found = likeliest_noise(condition(fixes_, conditioning), options_, best_.found.start,
+                                           {.jobs = jobs_, .thorough = false});
+      options_.sensor = found.noise.sensor;
+      noise_ = found.noise.gnss.front();
+      options_.gnss.front().drift = noise_->process();
+      options_.estimate = with_implied_blocks(options_, options_.estimate);
+      take_fixes(0);
+      best_ = {};
+      if (keep(attempt(before.offset, options_.sensor, nullptr))) return;
+    } catch (const DataError&) {  // the innovations tell nothing
     }
-  }
-
-  bool try_noise(int which, double by) {
-    ImuSensor sensor = options_.sensor;
-    TriadErrors& triad = which % 2 == 0 ? sensor.gyro : sensor.accel;
-    double& value = which < 2 ? triad.noise : triad.drift.sigma;
-    value *= by;
-    const double least = which % 2 == 0 ? 1e-6 : 1e-5, most = which % 2 == 0 ? 0.1 : 3;
-    if (value < least || value > most) return false;
-    const Attempt a = attempt(best_.offset, sensor, &best_.found.start);
-    if (a.rows * (a.likelihood - best_.likelihood) < kSignificant) return false;
-    keep(a);
-    options_.sensor = sensor;
-    return true;
+    noise_.reset();
+    options_ = options_before;
+    best_ = before;
+    take_fixes(0);
   }
 
   const Recording& recording_;
@@ -237,6 +224,8 @@ class Calibrator {
   ConditioningOptions conditioning_;
   FilterOptions options_;
   double gate_;  // as told
+  std::optional<ReceiverNoise> noise_;
+  std::size_t jobs_;
   bool search_clock_;
   Attempt best_;
 };
@@ -247,10 +236,13 @@ double drift_beside(const Recording& recording, const Calibration& first, Condit
   const double between = (late.start + late.end - early.start - early.end) / 2;
   if (between < kApart) return 0;
   conditioning.imu.clock_offset = first.clock_offset;
-  options.sensor = first.sensor;
   options.gnss.front().lever_arm = first.lever_arm;
+  if (first.velocity_delay_sigma > 0) {  // it is the receiver's, and does not change
+    options.gnss.front().velocity_delay = first.velocity_delay;
+    options.priors.velocity_delay = std::max(first.velocity_delay_sigma, kLeastDelay);
+  }
   const double unsure = between * kMostDrift > kDelayPrior ? kDelayPrior : kSureClock;
-  const auto there = Calibrator(recording, std::move(conditioning), std::move(options), late, unsure).locate();
+  const auto there = Calibrator(recording, std::move(conditioning), std::move(options), late, unsure, 1).locate();
   if (!there || !there->fits()) return 0;
   const double change = there->clock_offset() - first.clock_offset;
   const double least = std::max(kLeastChange, kSureDrift * std::hypot(first.clock_sigma, there->clock_sigma()));
@@ -260,22 +252,30 @@ double drift_beside(const Recording& recording, const Calibration& first, Condit
 }  // namespace
 
 std::optional<Calibration> calibrate(const Recording& recording, ConditioningOptions conditioning,
-                                     FilterOptions options, double clock_sigma) {
+                                     FilterOptions options, double clock_sigma, std::size_t jobs) {
   const Interval motion = motion_of(recording.gnss.front().fixes, options.behaviour.start);
   const Interval early{motion.start - kBefore, std::min(motion.start + kLongest, motion.end + kBefore)};
   const Interval late{std::max(motion.start, motion.end - kLongest), motion.end};
-  auto first = Calibrator(recording, conditioning, options, early, clock_sigma).run();
+  auto first = Calibrator(recording, conditioning, options, early, clock_sigma, jobs).run();
   if (!first || !first->fits()) return first;
-  const double drift = drift_beside(recording, *first, conditioning, options, early, late);
+  // From here on with the noise that was found.
+  options.sensor = first->sensor;
+  options.gnss.front().drift = first->drift;
+  options.estimate = with_implied_blocks(options, options.estimate);
+  Recording scaled = recording;
+  scale_sigmas(scaled.gnss.front(), first->sigma_scale, first->sigma_velocity_scale);
+  const double drift = drift_beside(scaled, *first, conditioning, options, early, late);
   if (drift == 0) return first;
   // The offset is that of the first row.
   conditioning.imu.clock_drift += drift;
   conditioning.imu.clock_offset = first->clock_offset - drift * ((early.start + early.end) / 2 -
                                                                  (recording.imu.time.front() - first->clock_offset));
-  options.sensor = first->sensor;
-  const auto again =
-      Calibrator(recording, std::move(conditioning), std::move(options), early, first->clock_sigma).run();
-  return again && again->fits() ? again : first;
+  auto again =
+      Calibrator(scaled, std::move(conditioning), std::move(options), early, first->clock_sigma, jobs).run(true);
+  if (!again || !again->fits()) return first;
+  again->sigma_scale = first->sigma_scale;
+  again->sigma_velocity_scale = first->sigma_velocity_scale;
+  return again;
 }
 
 }  // namespace piste

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <iterator>
 #include <limits>
+#include <thread>
 #include <utility>
 
 #include "experiment/calibration.h"
@@ -270,7 +271,8 @@ std::optional<Calibration> try_calibration(const Inspection& inspection, const I
     const LogMatch* match = inspection.first_match();
     const bool told = match != nullptr && match->clock && !match->velocities_may_be_late;
     auto found_here = calibrate({body.imu, {receiver.gnss}, {}}, conditioning, options,
-                                told ? match->clock->sigma : std::numeric_limits<double>::infinity());
+                                told ? match->clock->sigma : std::numeric_limits<double>::infinity(),
+                                std::max(1U, std::thread::hardware_concurrency()));
     if (!found_here) return std::nullopt;
     const Calibration& calibration = *found_here;
     const Vector3d& arm = calibration.lever_arm;

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "experiment/parallel.h"
+#include "math/parallel.h"
 #include "experiment/study_estimates.h"
 #include "experiment/study_imu.h"
 #include "piste/core/error.h"

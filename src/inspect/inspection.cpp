@@ -79,6 +79,24 @@ std::string file_keys(const InspectedLog& log, const std::string& folder, std::s
   return text;
 }
 
+// The factors of a receiver's sigmas where the motion says that these are wrong, and its coloured error.
+std::string receiver_noise(const Calibration& found) {
+  constexpr double kRight = 0.1;
+  const auto wrong = [](double scale) { return std::abs(scale - 1) > kRight; };
+  std::string text;
+  if (wrong(found.sigma_scale) || found.drift)
+    text += fmt::format("    sigma_scale: {:.2g}              # of the sigmas of positions, as likely in motion\n",
+                        found.sigma_scale);
+  if (wrong(found.sigma_velocity_scale))
+    text += fmt::format("    sigma_velocity_scale: {:.2g}     # of velocities\n", found.sigma_velocity_scale);
+  if (const auto& drift = found.drift) {
+    text +=
+        fmt::format("    drift: {{sigma: {:.2g} {:.2g} {:.2g} m, correlation_time: {:.2g} s}}   # the coloured part\n",
+                    drift->sigma.x(), drift->sigma.y(), drift->sigma.z(), drift->correlation_time);
+  }
+  return text;
+}
+
 // The delay of a receiver's velocities, by the filter or else by its positions, if they come late or may.
 struct LateVelocities {
   double delay, sigma;
@@ -301,6 +319,7 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
                           late->sigma);
       late_sources.velocity = std::max(late->sigma, late_sources.velocity.value_or(0));
     }
+    if (log.calibration && log.calibration->fits()) text += receiver_noise(*log.calibration);
     text += fmt::format("    use: {}\n", log.gnss_health->velocities > 0 ? "position velocity" : "position");
   }
   for (const InspectedLog& log : inspection.logs) {

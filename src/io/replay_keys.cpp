@@ -55,6 +55,13 @@ void read_sigma_velocity(const Config& source, LogFile& log) {
   if (!(log.sigma_velocity->minCoeff() > 0)) source.fail("sigma_velocity", "must be above zero, such as `0.1 m/s`");
 }
 
+// Reads a factor of sigmas, a plain number.
+double read_scale(const Config& source, std::string_view key) {
+  const double scale = source.number(key, 1);
+  if (!(scale > 0)) source.fail(key, "must be above zero, such as 1.5");
+  return scale;
+}
+
 // Throws if a receiver's columns name no sigmas, and none are stated.
 void require_sigmas(const Config& source, const LogFile& log) {
   const ColumnMap& map = *log.columns;
@@ -96,6 +103,8 @@ LogFile read_gnss_file(const Config& source, DataFile data) {
                               data);
   read_stated_sigma(source, dimension::kLength, "2 2 4 m", log);
   read_sigma_velocity(source, log);
+  log.sigma_scale = read_scale(source, "sigma_scale");
+  log.sigma_velocity_scale = read_scale(source, "sigma_velocity_scale");
   if (log.format == LogFormat::kColumns) {
     log.columns = read_column_map(source, gnss_quantities());
     require_sigmas(source, log);

@@ -17,9 +17,10 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::map<std::string, int> kFloors = {
-    {"math", 1},      {"core", 2},  {"model", 3},   {"io", 3},      {"condition", 3},   {"plot", 3},
-    {"sim", 4},       {"solve", 4}, {"inspect", 4}, {"fit", 4},     {"consistency", 4}, {"experiment", 5},
-    {"diagnosis", 5}, {"files", 6}, {"report", 6},  {"piste.h", 7}, {"batch.h", 7},     {"apps", 8},
+    {"math", 1},       {"core", 2},   {"model", 3},   {"io", 3},      {"condition", 3},   {"plot", 3},
+    {"sim", 4},        {"solve", 4},  {"inspect", 4}, {"fit", 4},     {"consistency", 4}, {"tune", 5},
+    {"experiment", 6}, {"diagnosis", 6}, {"files", 7}, {"report", 7}, {"piste.h", 8},     {"batch.h", 8},
+    {"apps", 9},
 };
 
 /// First part of `model/imu_errors.h`.

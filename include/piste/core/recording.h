@@ -11,6 +11,9 @@ void repair_rows(ImuRecording& imu);
 void repair_rows(GnssRecording& gnss);
 void repair_rows(AttitudeRecording& attitude);
 
+/// Multiplies the sigmas of all positions and of all velocities by a factor each.
+void scale_sigmas(GnssRecording& gnss, double position, double velocity);
+
 /// Lays the rows on the even clock by which a sensor samples, where the logger's stamps scatter about it: stamps that
 /// are rounded, or taken at arrival, would otherwise turn with the body. The clock is a straight line over the second
 /// on either side. Stamps stay as they are if they scatter by less than a hundredth of the interval, if the rows are

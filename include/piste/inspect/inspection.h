@@ -23,8 +23,10 @@ struct Calibration {
   double clock_drift = 0;                    ///< likewise, from the first and the last minutes of motion; a ratio
   /// Of the receiver's velocities beside its positions [s]; a sigma of 0: they are taken as the log has them.
   double velocity_delay = 0, velocity_delay_sigma = 0;
-  ImuSensor sensor;                    ///< with the noise that is likeliest in motion
-  std::size_t used = 0, rejected = 0;  ///< GNSS innovations of the filter that told it
+  ImuSensor sensor;                                  ///< with the noise that is likeliest in motion
+  double sigma_scale = 1, sigma_velocity_scale = 1;  ///< of the receiver's sigmas, likewise
+  std::optional<GaussMarkov> drift = std::nullopt;   ///< the coloured error of its positions, if there is one
+  std::size_t used = 0, rejected = 0;                ///< GNSS innovations of the filter that told it
 
   /// Whether the filter fits the logs: it rejected less than a tenth.
   bool fits() const { return rejected < (used + rejected) / 10; }

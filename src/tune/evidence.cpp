@@ -1,4 +1,4 @@
-#include "diagnosis/evidence.h"
+#include "tune/evidence.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,17 +6,22 @@
 #include "piste/consistency/verdict.h"
 #include "piste/core/error.h"
 #include "piste/solve/run.h"
+#include "solve/feeder.h"
 
 namespace piste {
+
 namespace {
 
 // What −2 ln p of an outlier is: one fix in a hundred, anywhere within some 100 m, 10 m/s, or a radian. It does not
 // depend on what is granted, so that nothing is gained by smaller sigmas of what is rejected anyway.
-double cost_of_outlier(const std::vector<std::string>& sources, const Innovation& v) {
+double cost_of_outlier(const std::string& source, int dof) {
   constexpr double kPart = 0.01, kFar = 100, kFast = 10, kTurned = 1;
-  const std::string& source = sources[static_cast<std::size_t>(v.source)];
   const double spread = source.ends_with("position") ? kFar : source.ends_with("velocity") ? kFast : kTurned;
-  return 2 * v.dof * std::log(spread) - 2 * std::log(kPart);
+  return 2 * dof * std::log(spread) - 2 * std::log(kPart);
+}
+
+double log_likelihood(const Innovation& v, const std::string& source) {
+  return -0.5 * std::min(v.nis + v.log_determinant, cost_of_outlier(source, v.dof));
 }
 
 }  // namespace
@@ -24,18 +29,23 @@ double cost_of_outlier(const std::vector<std::string>& sources, const Innovation
 Evidence filter_again(const Log& log, const FilterOptions& options, const Start& start, double end) {
   Evidence found;
   try {
-    const Solution solution = run_filter(log, options, start, 0, {}, end).solution;
-    if (solution.empty()) return found;
-    const UnderWay under_way(log, solution.sources, start.time);
+    Filter filter(options, log.world, start);
+    LogPlace place = place_at(log, start.time, end);
+    Feeder feeder(log, place, filter);
+    while (!feeder.done()) feeder.step();
+    filter.finish();
+    found.sources = filter.sources();
+    const UnderWay under_way(log, found.sources, start.time);
     double sum = 0;
-    for (const Innovation& v : solution.innovations) {
+    for (const Innovation& v : filter.innovations()) {
       if (!under_way.contains(v)) continue;
-      sum -= 0.5 * std::min(v.nis + v.log_determinant, cost_of_outlier(solution.sources, v));
+      sum += log_likelihood(v, found.sources[static_cast<std::size_t>(v.source)]);
       found.rows += v.dof;
+      found.innovations.push_back(v);
     }
     found.likelihood = sum;
-    found.last = solution.estimate(solution.size() - 1);
-    found.sigmas = solution.sigmas(solution.size() - 1).blocks;
+    found.last = filter.estimate();
+    found.sigmas = sigmas_of(log.world, filter.estimate(), filter.layout(), filter.covariance()).blocks;
   } catch (const Error&) {  // a filter that diverges says that this is not the cause
   }
   return found;

@@ -1,8 +1,12 @@
 #pragma once
 /// How likely the innovations of a filtered log are.
 
+#include <cstddef>
 #include <limits>
+#include <string>
+#include <vector>
 
+#include "piste/core/solution.h"
 #include "piste/solve/initial_state.h"
 
 namespace piste {
@@ -11,6 +15,8 @@ namespace piste {
 struct Evidence {
   double likelihood = -std::numeric_limits<double>::infinity();  ///< −∞ if the filter diverged
   double rows = 0;                                               ///< of the measurements that count
+  std::vector<Innovation> innovations;                           ///< those that count: under way
+  std::vector<std::string> sources;                              ///< their names, by Innovation::source
   Estimate last;
   FullError sigmas = FullError::Zero();  ///< of the blocks of `last`
 };
@@ -18,6 +24,6 @@ struct Evidence {
 /// Filters the log from `start` until `end` [s]. The likelihood is −½ Σ (nis + ln det S) over the innovations under way
 /// (Schweppe 1965), where no innovation counts as less likely than an outlier that may be anywhere: outliers do not
 /// decide.
-Evidence filter_again(const Log& log, const FilterOptions& options, const Start& start, double end);
+Evidence filter_again(const Log& log, const FilterOptions& options, const Start& start, double end = 1e300);
 
 }  // namespace piste

@@ -1,0 +1,41 @@
+/// tune CONFIG: finds the noise of the sensors for which the innovations of a replay are likeliest.
+
+#include "piste/experiment/tune.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <thread>
+
+#include "app.h"
+#include "piste/files/tuning.h"
+#include "piste/io/replay_config.h"
+
+namespace piste {
+namespace {
+
+void run(const AppArguments& arguments, Progress& progress) {
+  constexpr double kSteps = 100;
+  const ReplayConfig config = read_replay_config(arguments.input);
+  OutputFolder output(arguments.output);
+  progress.start("tuning", static_cast<std::size_t>(kSteps), "%");
+  const TuneOptions how{.jobs = static_cast<std::size_t>(arguments.integers.at("jobs"))};
+  const Tuning found = tune(read_recording(config), replay_options(config), how,
+                            [&](double part) { progress.update(static_cast<std::size_t>(kSteps * part)); });
+  progress.clear();
+  write_tuning(output, config, found);
+  output.commit();
+  say(arguments, fmt::format("{}written to {}", tuning_text(found), output.folder().string()));
+}
+
+}  // namespace
+}  // namespace piste
+
+int main(int argc, char** argv) {
+  const auto cores = static_cast<long>(std::max(1U, std::thread::hardware_concurrency()));
+  return piste::run_app(
+      {.name = "tune",
+       .summary = "White noise, drift and GNSS errors for which the innovations of a replay are likeliest.",
+       .integers = {{"jobs", "filter runs at a time; the results do not depend on it", cores, 1}}},
+      argc, argv, piste::run);
+}

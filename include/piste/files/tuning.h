@@ -1,0 +1,25 @@
+#pragma once
+/// The files of `tune`: tune.json, and the configuration and sensor file with the noise that was found.
+
+#include <string>
+
+#include "piste/files/output.h"
+#include "piste/tune/likeliest_noise.h"
+
+namespace piste {
+
+/// `tune.json`: under `noises`, each number by its name with `unit`, `value`, `interval` (95 %: [low, high]), `start`
+/// and `determined`; `log_likelihood` (`start`, `found`, `rows`, `filter_runs`); `coloured_gnss_error` (`gain`,
+/// `penalty`, `kept`) where it was tried; `at_rest` (noise as the samples at rest have it, and how many times as much
+/// there is in motion); and `nis`, the mean normalised innovation squared of each source in motion. What does not exist
+/// is null. Equal tunings give equal bytes.
+std::string tune_json(const Tuning& tuning);
+
+/// The same as a table of text.
+std::string tuning_text(const Tuning& tuning);
+
+/// Writes `sensor.yaml`, `replay.yaml` and `tune.json`. `replay.yaml` builds on `config`'s file (`base:`), from which
+/// it takes all but sensor file, sigmas and correlation times.
+void write_tuning(OutputFolder& output, const ReplayConfig& config, const Tuning& tuning);
+
+}  // namespace piste

@@ -1,0 +1,97 @@
+#pragma once
+/// Noise by likelihood: how noisy the sensors of a run are, by the innovations of the filter that navigates with them.
+/// docs/tune.md is an introduction.
+///
+/// Sought is the maximum of −½ Σ (zᵀ S⁻¹ z + ln det S) over the innovations z of receivers and reference attitudes, S
+/// their covariance by the filter (Schweppe 1965), plus a weak prior about the values at the start: each number is
+/// log-normal, with a 1-sigma of a factor of 10 (sizes) or of 3 (correlation times). It keeps what the data do not tell
+/// where it was, and weighs as much as a single observation, or less, of what they tell.
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "piste/core/log.h"
+#include "piste/core/options.h"
+#include "piste/solve/initial_state.h"
+
+namespace piste {
+
+/// The errors of one receiver beside the sigmas that it states.
+struct ReceiverNoise {
+  double white = 1, velocity = 1;    ///< factors of its sigmas: of the white error of positions, and of velocities
+  double drift = 0, drift_time = 0;  ///< coloured error of positions: factor of `drift_shape` (0: none), and time [s]
+  Vector3d drift_shape, stated;      ///< of a drift of factor 1; median of the sigmas of positions that it states
+
+  /// Factor of the sigmas of positions by which they are those of white and coloured error together.
+  double position() const;
+  /// The coloured error, if there is one.
+  std::optional<GaussMarkov> process() const;
+};
+
+/// The noise of a run's sensors.
+struct NoiseModel {
+  ImuSensor sensor;
+  std::vector<ReceiverNoise> gnss;    ///< one per receiver
+  std::vector<double> attitude_time;  ///< correlation time of each reference attitude's errors; 0: white
+};
+
+/// One number that was sought.
+struct TunedNoise {
+  std::string name;  ///< such as `gyro.noise` or `gnss[0].sigma_scale`
+  std::string unit;  ///< of the values here; empty: a factor
+  double start = 0, value = 0;
+  double low = 0, high = 0;  ///< its 95 % interval, by the curvature of the likelihood and the prior
+  /// Whether the data tell it: they halved the prior's 1-sigma at least, and the interval is within a factor of 3.
+  bool determined = false;
+};
+
+/// Mean normalised innovation squared of a source, over its rows: 1 where the sigmas are right.
+struct SourceNis {
+  std::string source;
+  std::size_t innovations = 0;
+  double mean = 0;
+};
+
+/// White noise at rest, as the samples have it, beside the noise in motion: [rad/s/√Hz], [m/s²/√Hz].
+struct NoiseAtRest {
+  double gyro = 0, accel = 0;  ///< largest axis; NaN without a rest of two seconds
+};
+
+/// The result.
+struct Tuning {
+  NoiseModel noise;
+  std::vector<TunedNoise> numbers;
+  double likelihood_at_start = 0, likelihood = 0;  ///< without the prior
+  std::size_t rows = 0, filter_runs = 0;           ///< rows of innovations in a run; runs of the filter
+  /// By how much the likelihood rose with a coloured error of the first receiver, and how much it had to rise (Schwarz
+  /// 1978: half the number of its parameters times ln rows). Nothing if it was stated, or could not be tried.
+  std::optional<double> drift_gain = std::nullopt;
+  double drift_penalty = 0;
+  std::vector<SourceNis> nis;
+  NoiseAtRest at_rest;
+};
+
+struct TuneOptions {
+  std::size_t jobs = 1;  ///< filter runs at a time; the result does not depend on it
+  /// Whether a coloured error of the first receiver is tried where none is stated. It is kept if the likelihood rises
+  /// by more than its penalty.
+  bool try_drift = true;
+  /// Whether the search goes on until nothing is gained, and intervals are by second differences of the likelihood
+  /// (some n² runs for n numbers). Else it is rougher, at a quarter of the cost.
+  bool thorough = true;
+};
+
+/// Called with the fraction of the work that is done; it may end before 1.
+using TuneProgress = std::function<void(double)>;
+
+/// Finds the likeliest noise of a log with a known start. Sought is what the options have: of a drift without a process
+/// nothing, of a receiver without velocities no scale of them. `at_rest` is not filled in.
+/// Throws DataError if no innovation is later than 5 s after the start.
+/// @pre `options` is what with_white_part() returns.
+Tuning likeliest_noise(const Log& log, const FilterOptions& options, const Start& start, const TuneOptions& how = {},
+                       const TuneProgress& progress = {});
+
+}  // namespace piste

@@ -1,0 +1,23 @@
+#include "piste/experiment/tune.h"
+
+#include "piste/condition/pipeline.h"
+#include "piste/inspect/imu_health.h"
+#include "piste/solve/attitude_noise.h"
+#include "piste/solve/start.h"
+
+namespace piste {
+
+Tuning tune(const Recording& recording, const ReplayOptions& options, const TuneOptions& how,
+            const TuneProgress& progress) {
+  const Log log = condition(recording, options.conditioning);
+  const FilterOptions filter = with_white_part(with_attitude_sigmas(options.filter, recording.attitude), log);
+  const Start start = options.start ? *options.start : find_start(log, filter, options.heading).start;
+  Tuning tuning = likeliest_noise(log, filter, start, how, progress);
+  if (recording.imu.time.size() >= 3) {
+    const ImuHealth health = imu_health(recording.imu);
+    tuning.at_rest = {health.gyro.noise.maxCoeff(), health.accel.noise.maxCoeff()};
+  }
+  return tuning;
+}
+
+}  // namespace piste

@@ -1,0 +1,173 @@
+#include "piste/files/tuning.h"
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+
+#include "io/json.h"
+#include "piste/core/version.h"
+#include "piste/io/sensor_file.h"
+#include "piste/math/earth.h"
+#include "piste/math/units.h"
+
+namespace piste {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kMicroG = 1e-6 * kStandardGravity;
+
+std::string path_from(const fs::path& folder, const fs::path& file) {
+  const auto whole = [](const fs::path& path) { return fs::absolute(path).lexically_normal(); };
+  return whole(file).lexically_proximate(whole(folder)).generic_string();
+}
+
+// Three digits of a value in a unit.
+double rounded(double value, double unit) {
+  return value == 0 ? 0 : std::stod(fmt::format("{:.3g}", value / unit)) * unit;
+}
+
+ImuSensor rounded(ImuSensor sensor) {
+  for (const auto& [triad, noise, unit] :
+       {std::tuple{&sensor.gyro, kDegree, kDegree}, std::tuple{&sensor.accel, kMicroG, 1.0}}) {
+    triad->noise = rounded(triad->noise, noise);
+    triad->drift.sigma = rounded(triad->drift.sigma, unit);
+    triad->drift.density = rounded(triad->drift.density, unit);
+    triad->drift.correlation_time = rounded(triad->drift.correlation_time, 1);
+  }
+  return sensor;
+}
+
+/// A section of a configuration, and the folder from which its paths start.
+struct Section {
+  YAML::Node node;
+  fs::path folder;
+};
+
+// The section `key` of a configuration, of its base if it has none itself.
+Section section(const fs::path& file, const std::string& key) {
+  const YAML::Node root = YAML::LoadFile(file.string());
+  if (root[key] || !root["base"]) return {root[key], file.parent_path()};
+  return section(file.parent_path() / root["base"].as<std::string>(), key);
+}
+
+// The sources of the section, as `replay.yaml` is to have them: `change(node, i)` states the noise of the i-th. A
+// single map is completed from the base; of a list the base gives nothing.
+template <class Change>
+void add_sources(YAML::Node& out, const ReplayConfig& config, const fs::path& folder, const std::string& key,
+                 const Change& change) {
+  Section old = section(config.file, key);
+  if (!old.node) return;
+  if (old.node.IsMap()) {
+    YAML::Node node;
+    change(node, 0);
+    if (node.size() > 0) out[key] = node;
+    return;
+  }
+  std::size_t i = 0;
+  for (YAML::Node node : old.node) {
+    for (const char* path : {"file"}) {
+      if (node[path]) node[path] = path_from(folder, old.folder / node[path].as<std::string>());
+    }
+    change(node, i++);
+  }
+  out[key] = old.node;
+}
+
+std::string replay_yaml(const ReplayConfig& config, const Tuning& tuning, const fs::path& folder) {
+  YAML::Node out;
+  out["base"] = path_from(folder, config.file);
+  out["imu"]["sensor"] = "sensor.yaml";
+  add_sources(out, config, folder, "gnss", [&](YAML::Node node, std::size_t i) {
+    const ReceiverNoise& noise = tuning.noise.gnss[i];
+    const LogFile& log = config.gnss[i];
+    if (noise.position() != 1) node["sigma_scale"] = fmt::format("{:.3g}", log.sigma_scale * noise.position());
+    if (noise.velocity != 1) {
+      node["sigma_velocity_scale"] = fmt::format("{:.3g}", log.sigma_velocity_scale * noise.velocity);
+    }
+    if (const auto drift = noise.process()) {
+      node["drift"]["sigma"] =
+          fmt::format("{:.3g} {:.3g} {:.3g} m", drift->sigma.x(), drift->sigma.y(), drift->sigma.z());
+      node["drift"]["correlation_time"] = fmt::format("{:.3g} s", drift->correlation_time);
+    }
+  });
+  add_sources(out, config, folder, "attitude", [&](YAML::Node node, std::size_t i) {
+    if (tuning.noise.attitude_time[i] > 0)
+      node["correlation_time"] = fmt::format("{:.3g} s", tuning.noise.attitude_time[i]);
+  });
+  YAML::Emitter text;
+  text << out;
+  return fmt::format("# Made by tune: what is likeliest in motion. All else is as in the base.\n{}\n", text.c_str());
+}
+
+std::string at_rest_json(const Tuning& tuning) {
+  const auto triad = [](double rest, double motion, double unit, const char* name) {
+    return json::object({{"unit", json::string(name)},
+                         {"noise", json::number(rest / unit)},
+                         {"motion_over_rest", json::number(motion / rest, 4)}});
+  };
+  return json::object({{"gyro", triad(tuning.at_rest.gyro, tuning.noise.sensor.gyro.noise, kDegree, "deg/s/sqrt(Hz)")},
+                       {"accel", triad(tuning.at_rest.accel, tuning.noise.sensor.accel.noise, kMicroG, "ug/sqrt(Hz)")}},
+                      1);
+}
+
+}  // namespace
+
+std::string tune_json(const Tuning& tuning) {
+  json::Members noises, nis;
+  for (const TunedNoise& n : tuning.numbers) {
+    noises.emplace_back(n.name, json::object({{"unit", json::string(n.unit)},
+                                              {"value", json::number(n.value, 6)},
+                                              {"interval", json::numbers(std::array{n.low, n.high}, 6)},
+                                              {"start", json::number(n.start, 6)},
+                                              {"determined", json::boolean(n.determined)}}));
+  }
+  for (const SourceNis& s : tuning.nis) {
+    nis.emplace_back(
+        s.source, json::object({{"mean", json::number(s.mean, 4)}, {"innovations", fmt::format("{}", s.innovations)}}));
+  }
+  const bool kept = tuning.drift_gain && *tuning.drift_gain > tuning.drift_penalty;
+  return json::object({{"piste", json::string(version())},
+                       {"noises", json::object(noises, 1)},
+                       {"at_rest", at_rest_json(tuning)},
+                       {"log_likelihood", json::object({{"start", json::number(tuning.likelihood_at_start)},
+                                                        {"found", json::number(tuning.likelihood)},
+                                                        {"rows", fmt::format("{}", tuning.rows)},
+                                                        {"filter_runs", fmt::format("{}", tuning.filter_runs)}})},
+                       {"coloured_gnss_error", tuning.drift_gain
+                                                   ? json::object({{"gain", json::number(*tuning.drift_gain, 6)},
+                                                                   {"penalty", json::number(tuning.drift_penalty, 6)},
+                                                                   {"kept", json::boolean(kept)}})
+                                                   : "null"},
+                       {"nis", json::object(nis, 1)}},
+                      0) +
+         '\n';
+}
+
+std::string tuning_text(const Tuning& tuning) {
+  std::string text;
+  for (const TunedNoise& n : tuning.numbers) {
+    text += fmt::format("{:<29} {:>9.3g} {:<17} 95 % {:.3g} to {:.3g}, before {:.3g}{}\n", n.name, n.value, n.unit,
+                        n.low, n.high, n.start, n.determined ? "" : "; the data do not tell it");
+  }
+  const auto beside = [&](const char* name, double rest, double motion, double unit, const char* unit_name) {
+    if (!std::isfinite(rest)) return;
+    text += fmt::format("{} at rest: {:.3g} {}; in motion there is {:.2g} times as much, by vibration\n", name,
+                        rest / unit, unit_name, motion / rest);
+  };
+  beside("gyroscopes", tuning.at_rest.gyro, tuning.noise.sensor.gyro.noise, kDegree, "deg/s/sqrt(Hz)");
+  beside("accelerometers", tuning.at_rest.accel, tuning.noise.sensor.accel.noise, kMicroG, "ug/sqrt(Hz)");
+  for (const SourceNis& s : tuning.nis) text += fmt::format("mean NIS of {}: {:.2f}\n", s.source, s.mean);
+  return text;
+}
+
+void write_tuning(OutputFolder& output, const ReplayConfig& config, const Tuning& tuning) {
+  output.write("sensor.yaml", sensor_text(rounded(tuning.noise.sensor)));
+  output.write("replay.yaml", replay_yaml(config, tuning, output.folder()));
+  output.write("tune.json", tune_json(tuning));
+}
+
+}  // namespace piste

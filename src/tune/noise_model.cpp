@@ -1,0 +1,199 @@
+#include "tune/noise_model.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "piste/core/state_table.h"
+#include "piste/math/earth.h"
+#include "piste/math/statistics.h"
+#include "piste/math/units.h"
+
+namespace piste {
+namespace {
+
+constexpr double kLeastWhite = 0.1;  // of the whole error, as model/gnss.h has it
+
+// How far a number may be from the value at the start, as the 1-sigma of its logarithm.
+const double kSizeWidth = std::log(10), kTimeWidth = std::log(3);
+
+constexpr double kDriftTime = 30;  // s, of a coloured error that nobody stated
+
+constexpr double kUnlimited = std::numeric_limits<double>::infinity();
+
+// Units of a triad in files, and the factors from SI to them.
+struct TriadUnits {
+  std::string_view noise, value, density;
+  double noise_factor, value_factor;
+};
+constexpr TriadUnits kGyroUnits{"deg/s/sqrt(Hz)", "deg/s", "deg/s^2/sqrt(Hz)", kDegreesPerRadian, kDegreesPerRadian};
+constexpr TriadUnits kAccelUnits{"ug/sqrt(Hz)", "m/s^2", "m/s^3/sqrt(Hz)", 1e6 / kStandardGravity, 1};
+
+class KnobList {
+ public:
+  std::vector<NoiseKnob> knobs;
+
+  void add(std::string name, std::string_view unit, double factor, double width, std::function<double&(NoiseModel&)> at,
+           double most = kUnlimited) {
+    knobs.push_back({std::move(name), std::string(unit), factor, width, most, std::move(at)});
+  }
+
+  // White noise and drift of the triad `of`; the drift if it is estimated.
+  void add_triad(const std::string& name, TriadErrors ImuSensor::*of, const DriftProcess& drift, bool estimated,
+                 const TriadUnits& units, double most) {
+    using Kind = DriftProcess::Kind;
+    const auto process = [of](NoiseModel& m) -> DriftProcess& { return (m.sensor.*of).drift; };
+    add(
+        name + ".noise", units.noise, units.noise_factor, kSizeWidth,
+        [of](NoiseModel& m) -> double& { return (m.sensor.*of).noise; }, most);
+    if (!estimated) return;
+    if (drift.kind == Kind::kRandomWalk) {
+      add(name + ".drift.density", units.density, units.value_factor, kSizeWidth,
+          [process](NoiseModel& m) -> double& { return process(m).density; });
+    } else if (drift.kind == Kind::kGaussMarkov) {
+      add(name + ".drift.sigma", units.value, units.value_factor, kSizeWidth,
+          [process](NoiseModel& m) -> double& { return process(m).sigma; });
+      add(name + ".drift.correlation_time", "s", 1, kTimeWidth,
+          [process](NoiseModel& m) -> double& { return process(m).correlation_time; });
+    }
+  }
+};
+
+// Median of the sigmas of positions, north, east, down.
+Vector3d median_sigma(const std::vector<GnssFix>& fixes) {
+  Vector3d result = Vector3d::Ones();
+  for (int axis = 0; axis < 3 && !fixes.empty(); ++axis) {
+    std::vector<double> sigmas;
+    for (const GnssFix& fix : fixes) sigmas.push_back(fix.sigma_position(axis));
+    result(axis) = median(std::move(sigmas));
+  }
+  return result;
+}
+
+bool any_velocity(const std::vector<GnssFix>& fixes) {
+  return std::any_of(fixes.begin(), fixes.end(), [](const GnssFix& fix) { return fix.velocity.has_value(); });
+}
+
+}  // namespace
+
+double ReceiverNoise::position() const { return std::hypot(white, drift * drift_shape.norm() / stated.norm()); }
+
+std::optional<GaussMarkov> ReceiverNoise::process() const {
+  if (!(drift > 0)) return std::nullopt;
+  return GaussMarkov{drift * drift_shape, drift_time};
+}
+
+NoiseModel noise_model(const FilterOptions& options, const Log& log) {
+  NoiseModel model{.sensor = options.sensor, .gnss = {}, .attitude_time = {}};
+  for (std::size_t i = 0; i < options.gnss.size(); ++i) {
+    ReceiverNoise& receiver = model.gnss.emplace_back();
+    receiver.stated = receiver.drift_shape = median_sigma(log.gnss[i]);
+    receiver.drift_time = kDriftTime;
+    if (const auto& drift = options.gnss[i].drift) {
+      receiver.drift = 1;
+      receiver.drift_shape = drift->sigma;
+      receiver.drift_time = drift->correlation_time;
+      const double part = drift->sigma.norm() / receiver.stated.norm();
+      receiver.white = std::sqrt(std::max(1 - part * part, kLeastWhite * kLeastWhite));
+    }
+  }
+  for (const AttitudeOptions& source : options.attitude)
+    model.attitude_time.push_back(source.drift ? source.drift->correlation_time : 0);
+  return model;
+}
+
+WhiteNoise largest_white_noise(const Log& log) {
+  constexpr double kMean = 0.1;  // s
+  constexpr int kFewest = 30;
+  struct Mean {
+    Vector3d rate, force;
+    double duration;
+  };
+  std::optional<Mean> before;
+  Vector3d turned = Vector3d::Zero(), pushed = Vector3d::Zero();
+  double duration = 0, gyro = 0, accel = 0;
+  int pairs = 0;
+  for (const ImuSample& sample : log.imu) {
+    if (sample.at_rest || sample.gap) {
+      before.reset();
+      turned = pushed = Vector3d::Zero();
+      duration = 0;
+      continue;
+    }
+    turned += sample.dtheta;
+    pushed += sample.dvel;
+    duration += sample.interval;
+    if (duration < kMean * (1 - 1e-6)) continue;
+    const Mean now{turned / duration, pushed / duration, duration};
+    if (before) {
+      gyro += (now.rate - before->rate).squaredNorm() * duration / 6;
+      accel += (now.force - before->force).squaredNorm() * duration / 6;
+      ++pairs;
+    }
+    before = now;
+    turned = pushed = Vector3d::Zero();
+    duration = 0;
+  }
+  if (pairs < kFewest) return {kUnlimited, kUnlimited};
+  return {std::sqrt(gyro / pairs), std::sqrt(accel / pairs)};
+}
+
+std::vector<NoiseKnob> knobs_of(const NoiseModel& model, const FilterOptions& options, const Log& log,
+                                const WhiteNoise& most) {
+  const StateLayout layout(options.estimate);
+  KnobList list;
+  list.add_triad("gyro", &ImuSensor::gyro, model.sensor.gyro.drift, layout.has(Block::kGyroDrift), kGyroUnits,
+                 most.gyro);
+  list.add_triad("accel", &ImuSensor::accel, model.sensor.accel.drift, layout.has(Block::kAccelDrift), kAccelUnits,
+                 most.accel);
+  for (std::size_t i = 0; i < model.gnss.size(); ++i) {
+    if (log.gnss[i].empty()) continue;
+    const std::string name = fmt::format("gnss[{}].", i);
+    const GnssOptions& receiver = options.gnss[i];
+    const bool coloured = model.gnss[i].drift > 0;
+    if (receiver.use_position) {
+      list.add(name + (coloured ? "white_scale" : "sigma_scale"), "", 1, kSizeWidth,
+               [i](NoiseModel& m) -> double& { return m.gnss[i].white; });
+    }
+    if (receiver.use_velocity && any_velocity(log.gnss[i])) {
+      list.add(name + "sigma_velocity_scale", "", 1, kSizeWidth,
+               [i](NoiseModel& m) -> double& { return m.gnss[i].velocity; });
+    }
+    if (!coloured || !receiver.use_position) continue;
+    list.add(name + "drift.sigma", "m", model.gnss[i].drift_shape.x(), kSizeWidth,
+             [i](NoiseModel& m) -> double& { return m.gnss[i].drift; });
+    list.add(name + "drift.correlation_time", "s", 1, kTimeWidth,
+             [i](NoiseModel& m) -> double& { return m.gnss[i].drift_time; });
+  }
+  for (std::size_t i = 0; i < model.attitude_time.size(); ++i) {
+    if (model.attitude_time[i] == 0) continue;
+    list.add(fmt::format("attitude[{}].correlation_time", i), "s", 1, kTimeWidth,
+             [i](NoiseModel& m) -> double& { return m.attitude_time[i]; });
+  }
+  return std::move(list.knobs);
+}
+
+FilterOptions with_noise(FilterOptions options, const NoiseModel& model) {
+  options.sensor = model.sensor;
+  for (std::size_t i = 0; i < model.gnss.size(); ++i) options.gnss[i].drift = model.gnss[i].process();
+  for (std::size_t i = 0; i < model.attitude_time.size(); ++i) {
+    if (options.attitude[i].drift) options.attitude[i].drift->correlation_time = model.attitude_time[i];
+  }
+  options.estimate = with_implied_blocks(options, options.estimate);
+  return options;
+}
+
+Log with_noise(Log log, const NoiseModel& model) {
+  for (std::size_t i = 0; i < model.gnss.size(); ++i) {
+    const double position = model.gnss[i].position(), velocity = model.gnss[i].velocity;
+    for (GnssFix& fix : log.gnss[i]) {
+      fix.sigma_position *= position;
+      if (fix.velocity) fix.velocity->sigma *= velocity;
+    }
+  }
+  return log;
+}
+
+}  // namespace piste

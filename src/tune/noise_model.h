@@ -1,0 +1,46 @@
+#pragma once
+/// The noise of a run's sensors as numbers that a search may change: white noise and drift of both triads, how large
+/// the errors of each receiver are beside the sigmas it states, and how long those of reference attitudes last.
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "piste/core/log.h"
+#include "piste/core/options.h"
+#include "piste/tune/likeliest_noise.h"
+
+namespace piste {
+
+/// One number of a noise model. The search sees its logarithm.
+struct NoiseKnob {
+  std::string name, unit;
+  double factor;  ///< from SI to `unit`
+  double width;   ///< 1-sigma of the logarithm about the value at the start, before any data
+  double most;    ///< largest value that is possible, in SI
+  std::function<double&(NoiseModel&)> at;
+};
+
+/// What `options` state: the model at the start of a search. `log` has the sigmas that the receivers state.
+NoiseModel noise_model(const FilterOptions& options, const Log& log);
+
+/// White noise of gyroscopes and accelerometers, as densities in SI.
+struct WhiteNoise {
+  double gyro, accel;
+};
+
+/// The largest white noise that the samples under way leave room for: their Allan deviation at 0.1 s times √(0.1 s),
+/// over the three axes together. White noise of that density would make it alone; motion comes on top. A shorter time
+/// could be that of the sensor's own low-pass. Infinite where there are too few samples.
+WhiteNoise largest_white_noise(const Log& log);
+
+/// The numbers of `model` on which the run depends, by the blocks that it estimates and its sources.
+std::vector<NoiseKnob> knobs_of(const NoiseModel& model, const FilterOptions& options, const Log& log,
+                                const WhiteNoise& most);
+
+/// The options, and the log's sigmas, as the model has them.
+FilterOptions with_noise(FilterOptions options, const NoiseModel& model);
+Log with_noise(Log log, const NoiseModel& model);
+
+}  // namespace piste

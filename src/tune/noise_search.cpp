@@ -1,0 +1,262 @@
+#include "tune/noise_search.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "math/parallel.h"
+#include "piste/core/error.h"
+#include "piste/math/linear_algebra.h"
+
+namespace piste {
+namespace {
+
+constexpr int kMostRounds = 3, kMostSteps = 8;
+constexpr double kCoarse = 0.3, kFine = 0.05;  // of logarithms, between the runs of a difference
+constexpr double kLongestStep = 1.2;           // of a logarithm
+constexpr double kArrived = 0.3;               // of the log-likelihood: by chance a value gains half of one
+constexpr double kNear = 2;                    // the same, where a rough answer will do
+// Steps that are tried: how much they are damped, and how far they reach. Sigmas that are far too large come down by a
+// half of their logarithm only at a reach of 1.
+constexpr std::array<std::pair<double, double>, 4> kTrials{{{0, 1}, {0, 2}, {0, 4}, {1, 1}}};
+constexpr double kNoGate = 1 - 1e-12;
+
+// The measurements that a run rejects: of each source one in fifty at most, the worst.
+std::vector<Innovation> outliers(const Evidence& run) {
+  constexpr double kMost = 0.02;
+  std::vector<Innovation> all;
+  for (std::size_t source = 0; source < run.sources.size(); ++source) {
+    std::vector<Innovation> rejected;
+    double count = 0;
+    for (const Innovation& i : run.innovations) {
+      if (i.source != static_cast<int>(source)) continue;
+      ++count;
+      if (!was_used(i.outcome)) rejected.push_back(i);
+    }
+    std::stable_sort(rejected.begin(), rejected.end(),
+                     [](const Innovation& a, const Innovation& b) { return a.nis > b.nis; });
+    rejected.resize(std::min(rejected.size(), static_cast<std::size_t>(kMost * count)));
+    all.insert(all.end(), rejected.begin(), rejected.end());
+  }
+  return all;
+}
+
+// Makes the sigmas of what was measured those of a spoilt measurement. `source` is its name in a run.
+void spoil(Log& log, std::string_view source, const Innovation& innovation) {
+  constexpr double kWider = 5, kSame = 1e-6;  // s
+  const double time = innovation.time + innovation.late;
+  const auto find = [&](auto& fixes) {
+    const auto fix = std::find_if(fixes.begin(), fixes.end(), [&](const auto& f) { return f.time >= time - kSame; });
+    return fix != fixes.end() && fix->time <= time + kSame ? &*fix : nullptr;
+  };
+  for (std::size_t i = 0; i < log.gnss.size(); ++i) {
+    if (!source.starts_with(fmt::format("gnss[{}].", i))) continue;
+    GnssFix* fix = find(log.gnss[i]);
+    if (fix == nullptr) continue;
+    if (source.ends_with("position")) fix->sigma_position *= kWider;
+    if (source.ends_with("velocity") && fix->velocity) fix->velocity->sigma *= kWider;
+  }
+  for (std::size_t i = 0; i < log.attitude.size(); ++i) {
+    if (source != fmt::format("attitude[{}]", i)) continue;
+    if (AttitudeFix* fix = find(log.attitude[i])) fix->covariance *= kWider * kWider;
+  }
+}
+
+bool same_sigmas(const Log& a, const Log& b) {
+  const auto same_fix = [](const GnssFix& x, const GnssFix& y) {
+    return x.sigma_position == y.sigma_position && (!x.velocity || x.velocity->sigma == y.velocity->sigma);
+  };
+  const auto same_attitude = [](const AttitudeFix& x, const AttitudeFix& y) { return x.covariance == y.covariance; };
+  const auto same = [](const auto& x, const auto& y, const auto& equal) {
+    return std::equal(x.begin(), x.end(), y.begin(), y.end(), [&](const auto& p, const auto& q) {
+      return std::equal(p.begin(), p.end(), q.begin(), q.end(), equal);
+    });
+  };
+  return same(a.gnss, b.gnss, same_fix) && same(a.attitude, b.attitude, same_attitude);
+}
+
+// The innovation of the same measurement in another run.
+bool before(const Innovation& a, const Innovation& b) {
+  constexpr double kSameFix = 1e-6;  // s
+  if (a.source != b.source) return a.source < b.source;
+  return a.time + a.late < b.time + b.late - kSameFix;
+}
+
+std::vector<Innovation> in_order(std::vector<Innovation> innovations) {
+  std::stable_sort(innovations.begin(), innovations.end(), before);
+  return innovations;
+}
+
+// The values of the knobs, as logarithms.
+Eigen::VectorXd logarithms(const std::vector<NoiseKnob>& knobs, NoiseModel model) {
+  Eigen::VectorXd at(static_cast<Eigen::Index>(knobs.size()));
+  for (Eigen::Index i = 0; i < at.size(); ++i) at(i) = std::log(knobs[static_cast<std::size_t>(i)].at(model));
+  return at;
+}
+
+// By how much residuals and sigmas of a run, `apart` from another in one knob, differ from those of that other, for a
+// unit of the knob: dz/σ and √2 d ln σ.
+Eigen::VectorXd change(const Evidence& here, const Evidence& there, double apart) {
+  Eigen::VectorXd rows = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(6 * here.innovations.size()));
+  const std::vector<Innovation> innovations = in_order(here.innovations), others = in_order(there.innovations);
+  auto other = others.begin();
+  for (std::size_t k = 0; k < innovations.size(); ++k) {
+    const Innovation& i = innovations[k];
+    while (other != others.end() && before(*other, i)) ++other;
+    if (other == others.end() || before(i, *other)) continue;
+    for (int axis = 0; axis < i.dof; ++axis) {
+      const auto row = static_cast<Eigen::Index>(6 * k) + 2 * axis;
+      rows(row) = (other->residual(axis) - i.residual(axis)) / (apart * i.sigma(axis));
+      rows(row + 1) = std::sqrt(2) * std::log(other->sigma(axis) / i.sigma(axis)) / apart;
+    }
+  }
+  return rows;
+}
+
+}  // namespace
+
+NoiseModel moved(const std::vector<NoiseKnob>& knobs, NoiseModel model, const Eigen::VectorXd& by) {
+  for (Eigen::Index i = 0; i < by.size(); ++i) {
+    const NoiseKnob& knob = knobs[static_cast<std::size_t>(i)];
+    double& value = knob.at(model);
+    value = std::min(value * std::exp(by(i)), knob.most);
+  }
+  return model;
+}
+
+NoiseSearch::NoiseSearch(const Log& log, const FilterOptions& options, const Start& start, const NoiseModel& centre,
+                         bool thorough, std::size_t jobs)
+    : log_(log),
+      options_(options),
+      start_(start),
+      centre_(centre),
+      most_(largest_white_noise(log)),
+      thorough_(thorough),
+      jobs_(jobs) {
+  // What may be wrong here is the noise, and not a receiver: none is left out for long.
+  options_.behaviour.trust.distrust = std::min(options_.behaviour.trust.distrust, 1.0);
+}
+
+Evidence NoiseSearch::gated(const NoiseModel& model) const {
+  ++runs_;
+  return filter_again(with_noise(log_, model), with_noise(options_, model), start_);
+}
+
+Log NoiseSearch::judged(const NoiseModel& model) const {
+  Log log = log_;
+  const Evidence run = gated(model);
+  for (const Innovation& i : outliers(run)) spoil(log, run.sources[static_cast<std::size_t>(i.source)], i);
+  return log;
+}
+
+NoisePoint NoiseSearch::filtered(const Log& log, const NoiseModel& model) const {
+  ++runs_;
+  FilterOptions options = with_noise(options_, model);
+  options.behaviour.trust.gate = kNoGate;
+  NoisePoint point;
+  point.model = model;
+  point.evidence = filter_again(with_noise(log, model), options, start_);
+  point.value = point.evidence.likelihood + prior(model);
+  return point;
+}
+
+std::vector<NoisePoint> NoiseSearch::filtered(const Log& log, const std::vector<NoiseModel>& models) const {
+  std::vector<NoisePoint> points(models.size());
+  for_each_parallel(models.size(), jobs_, [&](std::size_t i) { points[i] = filtered(log, models[i]); });
+  return points;
+}
+
+double NoiseSearch::prior(const NoiseModel& model) const {
+  double sum = 0;
+  NoiseModel here = model, centre = centre_;
+  for (const NoiseKnob& knob : knobs_of(model, options_, log_, most_)) {
+    const double start = knob.at(centre);
+    if (start > 0) sum -= 0.5 * std::pow(std::log(knob.at(here) / start) / knob.width, 2);
+  }
+  return sum;
+}
+
+NoiseFound NoiseSearch::climb(const NoiseModel& from, const std::function<void(double)>& progress) const {
+  NoiseFound found;
+  found.knobs = knobs_of(from, options_, log_, most_);
+  found.best.model = moved(found.knobs, from, Eigen::VectorXd::Zero(static_cast<Eigen::Index>(found.knobs.size())));
+  std::optional<Log> before;
+  for (int round = 0; round < (thorough_ ? kMostRounds : 1); ++round) {
+    Log log = judged(found.best.model);
+    if (before && same_sigmas(*before, log)) break;
+    found.best = filtered(log, found.best.model);
+    double apart = round == 0 ? kCoarse : kFine;
+    for (int step = 0; step < kMostSteps && climb_once(log, found, apart); ++step) {
+      apart = kFine;
+      if (progress) progress((round + static_cast<double>(step + 1) / kMostSteps) / kMostRounds);
+    }
+    before = std::move(log);
+  }
+  if (found.best.evidence.rows == 0) {
+    throw DataError("", "no innovation tells the noise: the body has to move for more than 5 s after the start");
+  }
+  return found;
+}
+
+// One step; whether another one is worth its while.
+bool NoiseSearch::climb_once(const Log& log, NoiseFound& found, double apart) const {
+  const auto n = static_cast<Eigen::Index>(found.knobs.size());
+  const auto tried = [&](const std::vector<Eigen::VectorXd>& steps) {
+    std::vector<NoiseModel> models;
+    models.reserve(steps.size());
+    for (const Eigen::VectorXd& by : steps) models.push_back(moved(found.knobs, found.best.model, by));
+    return filtered(log, models);
+  };
+  std::vector<Eigen::VectorXd> steps;
+  for (Eigen::Index i = 0; i < n; ++i) steps.emplace_back(apart * Eigen::VectorXd::Unit(n, i));
+  std::vector<NoisePoint> points = tried(steps);
+  const Ascent ascent = this->ascent(found.knobs, found.best, points, apart);
+  found.information = ascent.information;
+
+  steps.clear();
+  for (const auto& [damping, reach] : kTrials) {
+    Eigen::MatrixXd damped = ascent.information;
+    damped.diagonal() *= 1 + damping;
+    const Eigen::VectorXd by = reach * solve_symmetric(damped, ascent.slope);
+    steps.emplace_back(by * std::min(1.0, kLongestStep / by.cwiseAbs().maxCoeff()));
+  }
+  for (NoisePoint& point : tried(steps)) points.push_back(std::move(point));
+  const auto best = std::max_element(points.begin(), points.end(),
+                                     [](const NoisePoint& a, const NoisePoint& b) { return a.value < b.value; });
+  const double gain = best->value - found.best.value;
+  if (gain > 0) found.best = std::move(*best);
+  return gain > (thorough_ ? kArrived : kNear) || apart > kFine;
+}
+
+// Gradient and curvature `here`; of the points, each has one knob higher. The likelihood is taken to be a parabola of
+// that curvature between them.
+NoiseSearch::Ascent NoiseSearch::ascent(const std::vector<NoiseKnob>& knobs, const NoisePoint& here,
+                                        const std::vector<NoisePoint>& around, double apart) const {
+  const auto n = static_cast<Eigen::Index>(knobs.size());
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(6 * here.evidence.innovations.size()), n);
+  Ascent ascent;
+  ascent.slope = Eigen::VectorXd::Zero(n);
+  const Eigen::VectorXd at = logarithms(knobs, here.model), centre = logarithms(knobs, centre_);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const NoisePoint& there = around[static_cast<std::size_t>(i)];
+    if (!std::isfinite(there.value) || !std::isfinite(here.value)) continue;
+    rows.col(i) = change(here.evidence, there.evidence, apart);
+    ascent.slope(i) =
+        (there.evidence.likelihood - here.evidence.likelihood) / apart + 0.5 * apart * rows.col(i).squaredNorm();
+  }
+  ascent.information = rows.transpose() * rows;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double width = knobs[static_cast<std::size_t>(i)].width;
+    ascent.information(i, i) += 1 / (width * width);
+    if (std::isfinite(centre(i))) ascent.slope(i) -= (at(i) - centre(i)) / (width * width);
+  }
+  return ascent;
+}
+
+}  // namespace piste

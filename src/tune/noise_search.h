@@ -1,0 +1,89 @@
+#pragma once
+/// The search for the likeliest noise of a conditioned log with a known start.
+
+#include <Eigen/Core>
+#include <atomic>
+#include <cstddef>
+#include <functional>
+#include <vector>
+
+#include "tune/evidence.h"
+#include "tune/noise_model.h"
+
+namespace piste {
+
+/// A noise, and the run with it.
+struct NoisePoint {
+  NoiseModel model;
+  Evidence evidence;
+  double value = 0;  ///< log-likelihood of the run and of the prior; −∞ where the filter diverges
+};
+
+/// What a search found.
+struct NoiseFound {
+  NoisePoint best;
+  std::vector<NoiseKnob> knobs;
+  Eigen::MatrixXd information;  ///< about the logarithms of their values, by the run and the prior
+};
+
+/// Filters a log again and again with other noise. The log and its start stay as they are.
+class NoiseSearch {
+ public:
+  /// The values of `centre` are those about which the prior is. `jobs` runs at a time; the result does not depend on
+  /// it.
+  NoiseSearch(const Log& log, const FilterOptions& options, const Start& start, const NoiseModel& centre, bool thorough,
+              std::size_t jobs);
+
+  /// The run of the whole log, with the gate of the options.
+  Evidence gated(const NoiseModel& model) const;
+
+  /// The log as a run with this noise judges it: fixes that it rejects have sigmas five times as large, as those of a
+  /// spoilt fix; of each source one in fifty at most, the worst. Where it rejects more, its sigmas are too
+  /// small.
+  Log judged(const NoiseModel& model) const;
+
+  /// A run that uses all fixes of `log`, which judged() returned: what a run rejects changes by leaps, and the
+  /// likelihood with it.
+  NoisePoint filtered(const Log& log, const NoiseModel& model) const;
+  /// The same for several models.
+  std::vector<NoisePoint> filtered(const Log& log, const std::vector<NoiseModel>& models) const;
+
+  /// The likeliest noise near `from`, by Gauss and Newton in the logarithms: the gradient is a difference of the
+  /// likelihood, and the curvature the information of Gaussian innovations z with sigmas σ,
+  /// Σ (∂z ∂zᵀ/σ² + 2 ∂ln σ ∂ln σᵀ) over their rows, from the same runs (the method of scoring; Gupta and Mehra 1974).
+  /// S counts in it as if it were diagonal. Outliers are sought anew when it has arrived, until they stay the same.
+  /// Throws DataError if no noise that is tried lets the filter run.
+  NoiseFound climb(const NoiseModel& from, const std::function<void(double)>& progress = {}) const;
+
+  /// Number of filter runs so far.
+  std::size_t runs() const { return runs_; }
+  const FilterOptions& options() const { return options_; }
+
+ private:
+  struct Ascent {
+    Eigen::VectorXd slope;
+    Eigen::MatrixXd information;
+  };
+  Ascent ascent(const std::vector<NoiseKnob>& knobs, const NoisePoint& here, const std::vector<NoisePoint>& around,
+                double apart) const;
+  bool climb_once(const Log& log, NoiseFound& found, double apart) const;
+  double prior(const NoiseModel& model) const;
+
+  const Log& log_;
+  FilterOptions options_;
+  Start start_;
+  NoiseModel centre_;
+  WhiteNoise most_;
+  bool thorough_;
+  std::size_t jobs_;
+  mutable std::atomic<std::size_t> runs_{0};
+};
+
+/// `model` with the logarithms of its knobs changed by `by`, none beyond its largest value.
+NoiseModel moved(const std::vector<NoiseKnob>& knobs, NoiseModel model, const Eigen::VectorXd& by);
+
+/// The observed information about the logarithms of the knobs at `found.best`: minus the second differences of the
+/// likelihood of `log` and the prior. That of the search, where they are not positive definite.
+Eigen::MatrixXd observed_information(const NoiseSearch& search, const Log& log, const NoiseFound& found);
+
+}  // namespace piste

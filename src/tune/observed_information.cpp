@@ -1,0 +1,48 @@
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <utility>
+
+#include "tune/noise_search.h"
+
+namespace piste {
+
+Eigen::MatrixXd observed_information(const NoiseSearch& search, const Log& log, const NoiseFound& found) {
+  constexpr double kApart = 0.15;  // of logarithms: a run changes smoothly, but rounds
+  const auto n = static_cast<Eigen::Index>(found.knobs.size());
+  std::vector<NoiseModel> models;
+  const auto add = [&](const Eigen::VectorXd& by) {
+    models.push_back(moved(found.knobs, found.best.model, kApart * by));
+  };
+  add(Eigen::VectorXd::Zero(n));
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Eigen::VectorXd up = Eigen::VectorXd::Unit(n, i);
+    add(up);
+    add(-up);
+    for (Eigen::Index j = 0; j < i; ++j) {
+      add(up + Eigen::VectorXd::Unit(n, j));
+      add(-up - Eigen::VectorXd::Unit(n, j));
+    }
+  }
+  const std::vector<NoisePoint> points = search.filtered(log, models);
+  std::size_t next = 1;
+  const auto bend = [&] {  // of the parabola through the middle and two points on either side of it
+    const double sum = points[next].value + points[next + 1].value;
+    next += 2;
+    return (2 * points.front().value - sum) / (kApart * kApart);
+  };
+  Eigen::MatrixXd information(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    information(i, i) = bend();
+    for (Eigen::Index j = 0; j < i; ++j) information(i, j) = information(j, i) = bend();
+  }
+  for (Eigen::Index i = 0; i < n; ++i) {  // along both knobs at once it is that of each and twice the mixed one
+    for (Eigen::Index j = 0; j < i; ++j) {
+      const double mixed = (information(i, j) - information(i, i) - information(j, j)) / 2;
+      information(i, j) = information(j, i) = mixed;
+    }
+  }
+  const Eigen::LLT<Eigen::MatrixXd> root(information);
+  return information.allFinite() && root.info() == Eigen::Success ? information : found.information;
+}
+
+}  // namespace piste
