@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "io/json.h"
+#include "io/path_from.h"
 #include "piste/core/version.h"
 #include "piste/io/sensor_file.h"
 #include "piste/math/earth.h"
@@ -19,27 +20,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kMicroG = 1e-6 * kStandardGravity;
-
-std::string path_from(const fs::path& folder, const fs::path& file) {
-  const auto whole = [](const fs::path& path) { return fs::absolute(path).lexically_normal(); };
-  return whole(file).lexically_proximate(whole(folder)).generic_string();
-}
-
-// Three digits of a value in a unit.
-double rounded(double value, double unit) {
-  return value == 0 ? 0 : std::stod(fmt::format("{:.3g}", value / unit)) * unit;
-}
-
-ImuSensor rounded(ImuSensor sensor) {
-  for (const auto& [triad, noise, unit] :
-       {std::tuple{&sensor.gyro, kDegree, kDegree}, std::tuple{&sensor.accel, kMicroG, 1.0}}) {
-    triad->noise = rounded(triad->noise, noise);
-    triad->drift.sigma = rounded(triad->drift.sigma, unit);
-    triad->drift.density = rounded(triad->drift.density, unit);
-    triad->drift.correlation_time = rounded(triad->drift.correlation_time, 1);
-  }
-  return sensor;
-}
+constexpr int kDigits = 3;
+constexpr double kVibrates = 1.5;  // times the noise at rest
 
 /// A section of a configuration, and the folder from which its paths start.
 struct Section {
@@ -69,9 +51,7 @@ void add_sources(YAML::Node& out, const ReplayConfig& config, const fs::path& fo
   }
   std::size_t i = 0;
   for (YAML::Node node : old.node) {
-    for (const char* path : {"file"}) {
-      if (node[path]) node[path] = path_from(folder, old.folder / node[path].as<std::string>());
-    }
+    node["file"] = path_from(folder, old.folder / node["file"].as<std::string>());
     change(node, i++);
   }
   out[key] = old.node;
@@ -155,8 +135,9 @@ std::string tuning_text(const Tuning& tuning) {
   }
   const auto beside = [&](const char* name, double rest, double motion, double unit, const char* unit_name) {
     if (!std::isfinite(rest)) return;
-    text += fmt::format("{} at rest: {:.3g} {}; in motion there is {:.2g} times as much, by vibration\n", name,
-                        rest / unit, unit_name, motion / rest);
+    const char* const why = motion > kVibrates * rest ? " as much: vibration" : " as much";
+    text += fmt::format("{} at rest: {:.3g} {}; in motion {:.2g} times{}\n", name, rest / unit, unit_name,
+                        motion / rest, why);
   };
   beside("gyroscopes", tuning.at_rest.gyro, tuning.noise.sensor.gyro.noise, kDegree, "deg/s/sqrt(Hz)");
   beside("accelerometers", tuning.at_rest.accel, tuning.noise.sensor.accel.noise, kMicroG, "ug/sqrt(Hz)");
@@ -165,7 +146,7 @@ std::string tuning_text(const Tuning& tuning) {
 }
 
 void write_tuning(OutputFolder& output, const ReplayConfig& config, const Tuning& tuning) {
-  output.write("sensor.yaml", sensor_text(rounded(tuning.noise.sensor)));
+  output.write("sensor.yaml", sensor_text(rounded(tuning.noise.sensor, kDigits)));
   output.write("replay.yaml", replay_yaml(config, tuning, output.folder()));
   output.write("tune.json", tune_json(tuning));
 }

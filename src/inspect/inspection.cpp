@@ -5,12 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <string_view>
 #include <utility>
 
+#include "io/path_from.h"
 #include "math/words.h"
 #include "piste/io/config.h"
+#include "piste/io/sensor_file.h"
 #include "piste/math/earth.h"
 #include "piste/math/units.h"
 
@@ -36,19 +37,7 @@ TriadErrors guess_triad(const TriadHealth& health, double interval, double usual
   return e;
 }
 
-double rounded(double value, int digits) {
-  if (value == 0 || !std::isfinite(value)) return value;
-  const double unit = std::pow(10.0, digits - 1 - std::floor(std::log10(std::abs(value))));
-  return std::round(value * unit) / unit;
-}
-
-// Two digits in the units in which they are written.
-TriadErrors rounded(TriadErrors e, double noise_unit, double unit) {
-  e.noise = rounded(e.noise / noise_unit, 2) * noise_unit;
-  for (double* value : {&e.bias, &e.drift.sigma}) *value = rounded(*value / unit, 2) * unit;
-  e.range = rounded(e.range / unit, 4) * unit;
-  return e;
-}
+constexpr int kDigits = 2;  // of a sensor that nobody described
 
 Vector3d mean_of(const std::vector<Vector3d>& values) {
   Vector3d sum = Vector3d::Zero();
@@ -56,15 +45,10 @@ Vector3d mean_of(const std::vector<Vector3d>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-std::string path_from(const std::string& folder, const std::string& file) {
-  const auto whole = [](const std::string& path) { return std::filesystem::absolute(path).lexically_normal(); };
-  return yaml_text(whole(file).lexically_proximate(whole(folder)).generic_string());
-}
-
 std::string file_keys(const InspectedLog& log, const std::string& folder, std::string_view indent) {
-  std::string text = fmt::format("file: {}\n", path_from(folder, log.log.file));
+  std::string text = fmt::format("file: {}\n", yaml_text(path_from(folder, log.log.file)));
   if (!log.log.accel_file.empty()) {
-    text += fmt::format("{}accel_file: {}\n", indent, path_from(folder, log.log.accel_file));
+    text += fmt::format("{}accel_file: {}\n", indent, yaml_text(path_from(folder, log.log.accel_file)));
   }
   text += fmt::format("{}format: {}\n", indent, name_of(log.log.format));
   if (log.log.columns) {
@@ -202,21 +186,16 @@ ImuSensor guess_sensor(const ImuHealth& health, const std::string& name) {
   const double interval = health.sampling.interval;
   ImuSensor sensor;
   sensor.name = name;
-  sensor.gyro = rounded(
-      guess_triad(health.gyro, interval, kUsualGyro, kGyroBias, seen(health.gyro.mean.cwiseAbs().maxCoeff()), kScale),
-      kDegree, kDegree);
-  sensor.accel = rounded(
-      guess_triad(health.accel, interval, kUsualAccel, kAccelBias, std::abs(health.force - kStandardGravity), kScale),
-      kMicroG, 1);
-  return sensor;
+  sensor.gyro =
+      guess_triad(health.gyro, interval, kUsualGyro, kGyroBias, seen(health.gyro.mean.cwiseAbs().maxCoeff()), kScale);
+  sensor.accel =
+      guess_triad(health.accel, interval, kUsualAccel, kAccelBias, std::abs(health.force - kStandardGravity), kScale);
+  return rounded(sensor, kDigits);
 }
 
 ImuSensor guess_sensor(const Inspection& inspection) {
   if (const Calibration* found = inspection.calibration()) {
-    ImuSensor sensor = found->sensor;
-    sensor.gyro = rounded(sensor.gyro, kDegree, kDegree);
-    sensor.accel = rounded(sensor.accel, kMicroG, 1);
-    return sensor;
+    return rounded(found->sensor, kDigits);
   }
   return guess_sensor(*inspection.logs[*inspection.first(LogKind::kImu)].imu_health, "measured at rest");
 }

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <utility>
+
 #include "piste/math/units.h"
 
 namespace piste {
@@ -86,6 +89,23 @@ ImuSensor read_sensor(const Config& config) {
   sensor.gyro = read_triad(config.map("gyro"), kGyro);
   sensor.accel = read_triad(config.map("accel"), kAccel);
   config.finish();
+  return sensor;
+}
+
+ImuSensor rounded(ImuSensor sensor, int digits) {
+  const auto round = [](double& value, std::string_view unit, const Dimension& dimension, int to) {
+    if (value == 0 || !std::isfinite(value)) return;
+    const double factor = unit_factor(unit, dimension), shown = value / factor;
+    const double last = std::pow(10.0, to - 1 - std::floor(std::log10(std::abs(shown))));
+    value = std::round(shown * last) / last * factor;
+  };
+  for (const auto& [triad, units] : {std::pair{&sensor.gyro, &kGyro}, std::pair{&sensor.accel, &kAccel}}) {
+    round(triad->noise, units->noise_unit, units->noise, digits);
+    for (double* value : {&triad->bias, &triad->drift.sigma}) round(*value, units->value_unit, units->value, digits);
+    round(triad->drift.density, units->drift_unit, units->drift, digits);
+    round(triad->drift.correlation_time, "s", dimension::kTime, digits);
+    round(triad->range, units->value_unit, units->value, 4);
+  }
   return sensor;
 }
 

@@ -37,9 +37,7 @@ class NoiseSearch {
   /// The run of the whole log, with the gate of the options.
   Evidence gated(const NoiseModel& model) const;
 
-  /// The log as a run with this noise judges it: fixes that it rejects have sigmas five times as large, as those of a
-  /// spoilt fix; of each source one in fifty at most, the worst. Where it rejects more, its sigmas are too
-  /// small.
+  /// The log as a run with this noise judges it (spoilt_fixes.h).
   Log judged(const NoiseModel& model) const;
 
   /// A run that uses all fixes of `log`, which judged() returned: what a run rejects changes by leaps, and the

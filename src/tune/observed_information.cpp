@@ -7,11 +7,14 @@
 namespace piste {
 
 Eigen::MatrixXd observed_information(const NoiseSearch& search, const Log& log, const NoiseFound& found) {
-  constexpr double kApart = 0.15;  // of logarithms: a run changes smoothly, but rounds
+  constexpr double kNearest = 0.05, kFarthest = 1;  // of logarithms
   const auto n = static_cast<Eigen::Index>(found.knobs.size());
+  // As far as each number is unsure: a parabola is to fit there.
+  const Eigen::VectorXd apart =
+      found.information.diagonal().cwiseSqrt().cwiseInverse().cwiseMax(kNearest).cwiseMin(kFarthest);
   std::vector<NoiseModel> models;
   const auto add = [&](const Eigen::VectorXd& by) {
-    models.push_back(moved(found.knobs, found.best.model, kApart * by));
+    models.push_back(moved(found.knobs, found.best.model, apart.cwiseProduct(by)));
   };
   add(Eigen::VectorXd::Zero(n));
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -28,7 +31,7 @@ Eigen::MatrixXd observed_information(const NoiseSearch& search, const Log& log, 
   const auto bend = [&] {  // of the parabola through the middle and two points on either side of it
     const double sum = points[next].value + points[next + 1].value;
     next += 2;
-    return (2 * points.front().value - sum) / (kApart * kApart);
+    return 2 * points.front().value - sum;
   };
   Eigen::MatrixXd information(n, n);
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -41,6 +44,7 @@ Eigen::MatrixXd observed_information(const NoiseSearch& search, const Log& log, 
       information(i, j) = information(j, i) = mixed;
     }
   }
+  information = apart.cwiseInverse().asDiagonal() * information * apart.cwiseInverse().asDiagonal();
   const Eigen::LLT<Eigen::MatrixXd> root(information);
   return information.allFinite() && root.info() == Eigen::Success ? information : found.information;
 }

@@ -13,6 +13,10 @@ namespace piste {
 ImuSensor read_sensor(const std::filesystem::path& file);
 ImuSensor read_sensor(const Config& config);
 
+/// The sensor with its noise, biases and drifts as `digits` digits of the units that its file is written in. The range
+/// has four.
+ImuSensor rounded(ImuSensor sensor, int digits);
+
 /// The text of a sensor file. It reads back as the same sensor.
 std::string sensor_text(const ImuSensor& sensor);
 

@@ -1,0 +1,163 @@
+// The noise that was simulated is found from a start that is wrong.
+
+#include "piste/tune/likeliest_noise.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <random>
+
+#include "piste/core/error.h"
+#include "piste/core/recording.h"
+#include "piste/math/statistics.h"
+#include "support/simulated_case.h"
+#include "support/thorough.h"
+#include "tune/noise_model.h"
+#include "tune/noise_search.h"
+
+namespace piste::test {
+namespace {
+
+// A run whose sensor file and receiver state other noises than were simulated.
+struct WronglyTold {
+  static constexpr double kGyro = 0.4, kAccel = 3, kPosition = 2, kVelocity = 0.5;  // times the true ones
+  Case c;
+  Log log;
+  Start start;
+
+  explicit WronglyTold(std::uint64_t seed, const std::function<void(Scenario&)>& change = {})
+      : c(make_case("ski", 40, seed, change)), log(c.log()), start(c.find().start) {
+    c.options.sensor.gyro.noise *= kGyro;
+    c.options.sensor.accel.noise *= kAccel;
+    for (GnssFix& fix : log.gnss[0]) {
+      fix.sigma_position *= kPosition;
+      fix.velocity->sigma *= kVelocity;
+    }
+  }
+  std::map<std::string, double> truth() const {  // in the units of a tuning
+    return {{"gyro.noise", c.options.sensor.gyro.noise / kGyro / kDegree},
+            {"accel.noise", c.options.sensor.accel.noise / kAccel * 1e6 / kStandardGravity},
+            {"gnss[0].sigma_scale", 1 / kPosition},
+            {"gnss[0].sigma_velocity_scale", 1 / kVelocity}};
+  }
+};
+
+TEST(LikeliestNoise, IsTheOneThatWasSimulated) {
+  const int runs = seeds(2, 20);
+  std::map<std::string, double> squares;
+  for (int seed = 1; seed <= runs; ++seed) {
+    const WronglyTold told(static_cast<std::uint64_t>(seed));
+    const Tuning found = likeliest_noise(told.log, told.c.options, told.start, {.jobs = 2, .try_drift = false});
+    EXPECT_GT(found.likelihood, found.likelihood_at_start + 100);
+    const auto truth = told.truth();
+    for (const TunedNoise& n : found.numbers) {
+      if (!truth.contains(n.name)) {
+        EXPECT_FALSE(n.determined) << n.name << ": a minute does not tell a drift";
+        continue;
+      }
+      const double sigma = std::log(n.high / n.low) / (2 * normal_quantile(0.975));
+      const double error = std::log(n.value / truth.at(n.name));
+      squares[n.name] += error * error / (sigma * sigma);
+      EXPECT_LT(std::abs(error), 4.5 * sigma) << n.name << " " << n.value << ", seed " << seed;
+      EXPECT_EQ(n.determined, n.name != "accel.noise") << n.name;  // velocities of centimetres cover it
+      EXPECT_LT(std::abs(error), n.name.ends_with("scale") ? 0.1 : n.name == "gyro.noise" ? 0.5 : 2) << n.name;
+    }
+    for (const SourceNis& source : found.nis) {
+      EXPECT_GT(source.innovations, 100U);
+      EXPECT_NEAR(source.mean, 1, 0.1) << source.source;
+    }
+  }
+  for (const auto& [name, sum] : squares) fmt::print("{}: errors of {:.2f} sigma rms\n", name, std::sqrt(sum / runs));
+}
+
+TEST(LikeliestNoise, HasTheSameBytesWithAnyNumberOfJobs) {
+  const WronglyTold told(3, [](Scenario& s) { s.motion.run = 20; });
+  const auto values = [&](std::size_t jobs) {
+    std::vector<double> all;
+    for (const TunedNoise& n :
+         likeliest_noise(told.log, told.c.options, told.start, {.jobs = jobs, .try_drift = false, .thorough = false})
+             .numbers)
+      all.push_back(n.value);
+    return all;
+  };
+  EXPECT_EQ(values(1), values(2));
+}
+
+TEST(LikeliestNoise, FindsAColouredErrorOfPositions) {
+  const auto coloured = [](double sigma) {
+    return [sigma](Scenario& s) {
+      s.gnss[0].position_drift = GaussMarkov{Vector3d::Constant(sigma), 20};
+      s.motion.run = 120;
+    };
+  };
+  const WronglyTold white(4, [](Scenario& s) { s.motion.run = 60; });
+  const WronglyTold both(4, coloured(0.1));
+  const TuneOptions how{.jobs = 2, .try_drift = true, .thorough = false};
+  const Tuning none = likeliest_noise(white.log, white.c.options, white.start, how);
+  EXPECT_FALSE(none.noise.gnss[0].process());
+  ASSERT_TRUE(none.drift_gain);
+  EXPECT_LT(*none.drift_gain, none.drift_penalty);
+  const Tuning found = likeliest_noise(both.log, both.c.options, both.start, how);
+  ASSERT_TRUE(found.noise.gnss[0].process());
+  EXPECT_GT(*found.drift_gain, found.drift_penalty);
+  EXPECT_NEAR(std::log(found.noise.gnss[0].process()->sigma.x() / 0.1), 0, 0.7);
+}
+
+TEST(LikeliestNoise, NeedsMotion) {
+  WronglyTold told(5, [](Scenario& s) { s.motion.run = 20; });
+  for (auto& fixes : told.log.gnss) fixes.clear();
+  EXPECT_THROW(likeliest_noise(told.log, told.c.options, told.start), DataError);
+}
+
+// Fixes that are far off change little of what is found.
+TEST(LikeliestNoise, IsNotThatOfOutliers) {
+  WronglyTold told(6);
+  const auto found = [&] {
+    return likeliest_noise(told.log, told.c.options, told.start, {.jobs = 2, .try_drift = false, .thorough = false});
+  };
+  const Tuning clean = found();
+  for (std::size_t i = 250; i < told.log.gnss[0].size(); i += 80) told.log.gnss[0][i].position.x() += 20;
+  const Tuning spoilt = found();
+  EXPECT_NEAR(spoilt.noise.gnss[0].white / clean.noise.gnss[0].white, 1, 0.1);
+  EXPECT_NEAR(spoilt.noise.sensor.gyro.noise / clean.noise.sensor.gyro.noise, 1, 0.3);
+}
+
+// ---- What the samples themselves leave room for ----
+
+TEST(LargestWhiteNoise, IsThatOfNoiseAlone) {
+  constexpr double kInterval = 0.01, kGyro = 2e-3, kAccel = 0.03;
+  Log log;
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> normal;
+  const auto noise = [&](double density) -> Vector3d {
+    return density * std::sqrt(kInterval) * Vector3d(normal(random), normal(random), normal(random));
+  };
+  for (int i = 0; i < 40000; ++i) {
+    ImuSample& sample = log.imu.emplace_back();
+    sample.time = i * kInterval;
+    sample.interval = kInterval;
+    sample.dtheta = noise(kGyro);
+    sample.dvel = noise(kAccel) + kInterval * Vector3d(0, 0, -9.8);
+  }
+  const WhiteNoise most = largest_white_noise(log);
+  EXPECT_NEAR(most.gyro / kGyro, 1, 0.03);
+  EXPECT_NEAR(most.accel / kAccel, 1, 0.03);
+  for (ImuSample& sample : log.imu) sample.at_rest = true;
+  EXPECT_TRUE(std::isinf(largest_white_noise(log).gyro));  // rest says nothing of what is under way
+}
+
+TEST(LargestWhiteNoise, BoundsWhatIsTried) {
+  const WronglyTold told(8, [](Scenario& s) { s.motion.run = 20; });
+  const NoiseModel model = noise_model(told.c.options, told.log);
+  const WhiteNoise most = largest_white_noise(told.log);
+  const auto knobs = knobs_of(model, told.c.options, told.log, most);
+  ASSERT_EQ(knobs.front().name, "gyro.noise");
+  const auto n = static_cast<Eigen::Index>(knobs.size());
+  EXPECT_DOUBLE_EQ(moved(knobs, model, 20 * Eigen::VectorXd::Unit(n, 0)).sensor.gyro.noise, most.gyro);
+  EXPECT_GT(most.gyro, model.sensor.gyro.noise / WronglyTold::kGyro);
+}
+
+}  // namespace
+}  // namespace piste::test
