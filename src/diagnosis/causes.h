@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "tune/evidence.h"
 #include "piste/solve/start.h"
+#include "tune/evidence.h"
 
 namespace piste {
 

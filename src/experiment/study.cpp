@@ -11,9 +11,9 @@
 #include <utility>
 #include <vector>
 
-#include "math/parallel.h"
 #include "experiment/study_estimates.h"
 #include "experiment/study_imu.h"
+#include "math/parallel.h"
 #include "piste/core/error.h"
 
 namespace piste {
