@@ -18,7 +18,6 @@
 namespace piste {
 namespace {
 
-constexpr double kMicroG = 1e-6 * kStandardGravity;
 constexpr double kSureClock = 0.02;    // s: 1-sigma with which the motion tells the clock
 constexpr double kKnownClock = 0.005;  // s: a larger offset is written down
 
@@ -68,9 +67,10 @@ std::string receiver_noise(const Calibration& found) {
   constexpr double kRight = 0.1;
   const auto wrong = [](double scale) { return std::abs(scale - 1) > kRight; };
   std::string text;
-  if (wrong(found.sigma_scale) || found.drift)
+  if (wrong(found.sigma_scale) || found.drift) {
     text += fmt::format("    sigma_scale: {:.2g}              # of the sigmas of positions, as likely in motion\n",
                         found.sigma_scale);
+  }
   if (wrong(found.sigma_velocity_scale))
     text += fmt::format("    sigma_velocity_scale: {:.2g}     # of velocities\n", found.sigma_velocity_scale);
   if (const auto& drift = found.drift) {

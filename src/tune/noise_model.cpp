@@ -66,6 +66,7 @@ Vector3d median_sigma(const std::vector<GnssFix>& fixes) {
   Vector3d result = Vector3d::Ones();
   for (int axis = 0; axis < 3 && !fixes.empty(); ++axis) {
     std::vector<double> sigmas;
+    sigmas.reserve(fixes.size());
     for (const GnssFix& fix : fixes) sigmas.push_back(fix.sigma_position(axis));
     result(axis) = median(std::move(sigmas));
   }

@@ -55,7 +55,7 @@ Eigen::VectorXd change(const Evidence& here, const Evidence& there, double apart
     while (other != others.end() && before(*other, i)) ++other;
     if (other == others.end() || before(i, *other)) continue;
     for (int axis = 0; axis < i.dof; ++axis) {
-      const auto row = static_cast<Eigen::Index>(6 * k) + 2 * axis;
+      const auto row = static_cast<Eigen::Index>(6 * k + 2 * static_cast<std::size_t>(axis));
       rows(row) = (other->residual(axis) - i.residual(axis)) / (apart * i.sigma(axis));
       rows(row + 1) = std::sqrt(2) * std::log(other->sigma(axis) / i.sigma(axis)) / apart;
     }
@@ -74,12 +74,12 @@ NoiseModel moved(const std::vector<NoiseKnob>& knobs, NoiseModel model, const Ei
   return model;
 }
 
-NoiseSearch::NoiseSearch(const Log& log, const FilterOptions& options, const Start& start, const NoiseModel& centre,
-                         bool thorough, std::size_t jobs)
+NoiseSearch::NoiseSearch(const Log& log, FilterOptions options, Start start, NoiseModel centre, bool thorough,
+                         std::size_t jobs)
     : log_(log),
-      options_(options),
-      start_(start),
-      centre_(centre),
+      options_(std::move(options)),
+      start_(std::move(start)),
+      centre_(std::move(centre)),
       most_(largest_white_noise(log)),
       thorough_(thorough),
       jobs_(jobs) {

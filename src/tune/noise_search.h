@@ -31,8 +31,7 @@ class NoiseSearch {
  public:
   /// The values of `centre` are those about which the prior is. `jobs` runs at a time; the result does not depend on
   /// it.
-  NoiseSearch(const Log& log, const FilterOptions& options, const Start& start, const NoiseModel& centre, bool thorough,
-              std::size_t jobs);
+  NoiseSearch(const Log& log, FilterOptions options, Start start, NoiseModel centre, bool thorough, std::size_t jobs);
 
   /// The run of the whole log, with the gate of the options.
   Evidence gated(const NoiseModel& model) const;

@@ -17,7 +17,7 @@ TEST(Calibration, FindsTheLeverArmFromTheMotion) {
     double largest_sigma;  // m
   };
   for (const auto& [motion, largest_sigma] : {Motion{"easy_ski", 0.006}, {"ski", 0.015}}) {
-    const int runs = seeds(3, 20);
+    const int runs = seeds(2, 20);
     double nees = 0;
     for (int seed = 1; seed <= runs; ++seed) {
       Case c = make_case(motion, 40, static_cast<std::uint64_t>(seed));

@@ -18,7 +18,7 @@
 namespace piste::test {
 namespace {
 
-const int kRuns = seeds(32, 200);
+const int kRuns = seeds(24, 200);
 // Of a band: one alarm in a thousand of these tests, which look at some 300 groups.
 constexpr double kProbability = 1 - 1e-3 / 300;
 
@@ -72,7 +72,7 @@ TEST(CalmRide, ScalesAreWithinTheirSigmas) {
   s.motion.run = 900;
   s.motion.rest_after = 5;
   s.replay.end = 905;
-  const ConsistencyReport report = report_of(s, "calm", seeds(4, 32));
+  const ConsistencyReport report = report_of(s, "calm", seeds(3, 32));
   EXPECT_TRUE(report.consistent());
 }
 

@@ -133,7 +133,7 @@ TEST_P(Reference, HasTrueSigmas) {
                                     "montecarlo: {{imu: ln200, gnss: gnss_l1l2}}\n",
                                     kSource.string(), GetParam().name)));
   Ensemble ensemble(scenario);
-  ensemble.run(static_cast<std::size_t>(seeds(12, 60)), std::max(1U, std::thread::hardware_concurrency()));
+  ensemble.run(static_cast<std::size_t>(seeds(8, 60)), std::max(1U, std::thread::hardware_concurrency()));
   const ConsistencyReport report = ensemble.sums().report(0.999);
   EXPECT_TRUE(report.failures.empty());
   const auto group =

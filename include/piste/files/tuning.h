@@ -4,6 +4,7 @@
 #include <string>
 
 #include "piste/files/output.h"
+#include "piste/io/replay_config.h"
 #include "piste/tune/likeliest_noise.h"
 
 namespace piste {
