@@ -41,7 +41,7 @@ TEST_P(Boresight, AndTheErrorsOfTheImuAreFound) {
     Vector3d squares = Vector3d::Zero(), variance = Vector3d::Zero(), normalised = Vector3d::Zero();
   };
   std::array<Sums, kQuantities> sums;
-  const int runs = seeds(2, 20);
+  const int runs = seeds(4, 20);
   for (int seed = 1; seed <= runs; ++seed) {
     const Mt9aRun run(GetParam().name, seed);
     run.replay("gnss_l1l2", "", "attitude: {file: run/ln200_attitude.csv, correlation_time: 60 s}\n", ", boresight");

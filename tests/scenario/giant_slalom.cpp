@@ -39,7 +39,7 @@ void expect_within(const std::vector<Accuracy>& runs, const Bounds& bounds, cons
 void expect_within(const std::string& receiver, const std::string& more, const Bounds& filtered,
                    const Bounds& smoothed) {
   std::vector<Accuracy> of_filter, of_smoother;
-  for (int seed = 1; seed <= seeds(2, 20); ++seed) {
+  for (int seed = 1; seed <= seeds(4, 20); ++seed) {
     const Mt9aRun run("giant_slalom", seed);
     run.replay(receiver, more);
     of_filter.push_back(run.accuracy_of("filtered"));
