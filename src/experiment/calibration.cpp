@@ -34,7 +34,7 @@ constexpr double kSureDrift = 4, kLeastChange = 0.005;  // sigmas, and s over th
 struct Attempt {
   double likelihood = -std::numeric_limits<double>::infinity();  // a row
   double offset = 0;
-  FoundStart found;
+  Start start;
   Estimate last;
   FullError sigmas = FullError::Zero();  // of its blocks
   std::size_t used = 0, rejected = 0;
@@ -89,7 +89,7 @@ class Calibrator {
     const FilterOptions at_first = options_;
     take_fixes(kFloors.front());
     const int steps = search_clock_ ? static_cast<int>(std::lround(kFarthest / kStep)) : 0;
-    for (int k = -steps; k <= steps; ++k) keep(attempt(told + k * kStep, options_.sensor, nullptr));
+    for (int k = -steps; k <= steps; ++k) keep(attempt(told + k * kStep));
     if (!std::isfinite(best_.likelihood)) return std::nullopt;
     for (const double floor : kFloors) {
       if (floor == kFloors.front()) continue;
@@ -101,7 +101,7 @@ class Calibrator {
     FilterOptions led = std::exchange(options_, at_first);
     options_.behaviour.trust.gate = gate_;
     options_.priors.gnss_delay = kSureClock;
-    if (keep(attempt(told, options_.sensor, nullptr))) {
+    if (keep(attempt(told))) {
       refine();
     } else {
       options_ = std::move(led);
@@ -109,10 +109,33 @@ class Calibrator {
     return best_;
   }
 
-  // `known`: whether the noise is that of the options already.
-  std::optional<Calibration> run(bool known = false) {
-    if (!locate()) return std::nullopt;
-    if (!known) search_noise();
+  // The likeliest noise with the set-up that was found. Nothing changes where the filter does not run with it.
+  // @pre locate()
+  void search_noise() {
+    const FilterOptions options_before = options_;
+    const Attempt before = best_;
+    ConditioningOptions conditioning = conditioning_;
+    conditioning.imu.clock_offset = best_.offset;
+    try {
+      const Tuning found =
+          likeliest_noise(condition(fixes_, conditioning), options_, best_.start, {.jobs = jobs_, .thorough = false});
+      options_.sensor = found.noise.sensor;
+      noise_ = found.noise.gnss.front();
+      options_.gnss.front().drift = noise_->process();
+      options_.estimate = with_implied_blocks(options_, options_.estimate);
+      take_fixes(0);
+      best_ = {};
+      if (keep(attempt(before.offset))) return;
+    } catch (const DataError&) {  // the innovations tell nothing
+    }
+    noise_.reset();
+    options_ = options_before;
+    best_ = before;
+    take_fixes(0);
+  }
+
+  // What has been found. @pre locate()
+  Calibration calibration() {
     refine();
     options_.sensor.name = "likeliest in motion";
     return Calibration{.lever_arm = best_.last.lever_arm,
@@ -134,23 +157,20 @@ class Calibrator {
   // Whether their delay is estimated.
   bool late_velocities() const { return options_.estimates(Block::kVelocityDelay); }
 
-  Attempt attempt(double offset, const ImuSensor& sensor, const Start* start) const {
+  Attempt attempt(double offset) const {
     Attempt a;
     a.offset = offset;
     ConditioningOptions conditioning = conditioning_;
     conditioning.imu.clock_offset = offset;
-    FilterOptions options = options_;
-    options.sensor = sensor;
     try {
       const Log log = condition(fixes_, conditioning);
-      a.found = start != nullptr ? FoundStart{*start, ""} : find_start(log, options, {});
-      const Evidence run = filter_again(log, options, a.found.start);
+      a.start = find_start(log, options_, {}).start;
+      const Evidence run = filter_again(log, options_, a.start);
       a.last = run.last;
       a.sigmas = run.sigmas;
       for (const Innovation& i : run.innovations) ++(was_used(i.outcome) ? a.used : a.rejected);
       if (run.rows > 0) a.likelihood = run.likelihood / run.rows;
-    } catch (const Error&) {
-      return a;  // no start, or the filter diverged: not likely at all
+    } catch (const Error&) {  // no start: not likely at all
     }
     return a;
   }
@@ -170,7 +190,7 @@ class Calibrator {
     }
     take_fixes(floor);
     best_ = {};
-    keep(attempt(told.clock_offset(), options_.sensor, nullptr));
+    keep(attempt(told.clock_offset()));
   }
 
   void take_fixes(double floor) {
@@ -186,37 +206,13 @@ class Calibrator {
   void refine() {
     options_.gnss.front().lever_arm = best_.last.lever_arm;
     if (late_velocities()) options_.gnss.front().velocity_delay = best_.velocity_delay();
-    keep(attempt(best_.clock_offset(), options_.sensor, nullptr));
+    keep(attempt(best_.clock_offset()));
   }
 
   bool keep(Attempt a) {
     if (a.likelihood <= best_.likelihood) return false;
     best_ = std::move(a);
     return true;
-  }
-
-  // The likeliest noise with the set-up that was found. Nothing changes where the filter does not run with it.
-  void search_noise() {
-    const FilterOptions options_before = options_;
-    const Attempt before = best_;
-    ConditioningOptions conditioning = conditioning_;
-    conditioning.imu.clock_offset = best_.offset;
-    try {
-      const Tuning found = likeliest_noise(condition(fixes_, conditioning), options_, best_.found.start,
-                                           {.jobs = jobs_, .thorough = false});
-      options_.sensor = found.noise.sensor;
-      noise_ = found.noise.gnss.front();
-      options_.gnss.front().drift = noise_->process();
-      options_.estimate = with_implied_blocks(options_, options_.estimate);
-      take_fixes(0);
-      best_ = {};
-      if (keep(attempt(before.offset, options_.sensor, nullptr))) return;
-    } catch (const DataError&) {  // the innovations tell nothing
-    }
-    noise_.reset();
-    options_ = options_before;
-    best_ = before;
-    take_fixes(0);
   }
 
   const Recording& recording_;
@@ -256,25 +252,29 @@ std::optional<Calibration> calibrate(const Recording& recording, ConditioningOpt
   const Interval motion = motion_of(recording.gnss.front().fixes, options.behaviour.start);
   const Interval early{motion.start - kBefore, std::min(motion.start + kLongest, motion.end + kBefore)};
   const Interval late{std::max(motion.start, motion.end - kLongest), motion.end};
-  auto first = Calibrator(recording, conditioning, options, early, clock_sigma, jobs).run();
-  if (!first || !first->fits()) return first;
+  Calibrator beginning(recording, conditioning, options, early, clock_sigma, jobs);
+  if (!beginning.locate()) return std::nullopt;
+  beginning.search_noise();
+  const Calibration first = beginning.calibration();
+  if (!first.fits()) return first;
   // From here on with the noise that was found.
-  options.sensor = first->sensor;
-  options.gnss.front().drift = first->drift;
+  options.sensor = first.sensor;
+  options.gnss.front().drift = first.drift;
   options.estimate = with_implied_blocks(options, options.estimate);
   Recording scaled = recording;
-  scale_sigmas(scaled.gnss.front(), first->sigma_scale, first->sigma_velocity_scale);
-  const double drift = drift_beside(scaled, *first, conditioning, options, early, late);
+  scale_sigmas(scaled.gnss.front(), first.sigma_scale, first.sigma_velocity_scale);
+  const double drift = drift_beside(scaled, first, conditioning, options, early, late);
   if (drift == 0) return first;
   // The offset is that of the first row.
   conditioning.imu.clock_drift += drift;
-  conditioning.imu.clock_offset = first->clock_offset - drift * ((early.start + early.end) / 2 -
-                                                                 (recording.imu.time.front() - first->clock_offset));
-  auto again =
-      Calibrator(scaled, std::move(conditioning), std::move(options), early, first->clock_sigma, jobs).run(true);
-  if (!again || !again->fits()) return first;
-  again->sigma_scale = first->sigma_scale;
-  again->sigma_velocity_scale = first->sigma_velocity_scale;
+  conditioning.imu.clock_offset =
+      first.clock_offset - drift * ((early.start + early.end) / 2 - (recording.imu.time.front() - first.clock_offset));
+  Calibrator drifting(scaled, std::move(conditioning), std::move(options), early, first.clock_sigma, jobs);
+  if (!drifting.locate()) return first;
+  Calibration again = drifting.calibration();
+  if (!again.fits()) return first;
+  again.sigma_scale = first.sigma_scale;
+  again.sigma_velocity_scale = first.sigma_velocity_scale;
   return again;
 }
 

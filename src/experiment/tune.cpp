@@ -8,7 +8,7 @@
 namespace piste {
 
 Tuning tune(const Recording& recording, const ReplayOptions& options, const TuneOptions& how,
-            const TuneProgress& progress) {
+            const ProgressCallback& progress) {
   const Log log = condition(recording, options.conditioning);
   const FilterOptions filter = with_white_part(with_attitude_sigmas(options.filter, recording.attitude), log);
   const Start start = options.start ? *options.start : find_start(log, filter, options.heading).start;

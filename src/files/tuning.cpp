@@ -9,17 +9,15 @@
 
 #include "io/json.h"
 #include "io/path_from.h"
+#include "io/triad_units.h"
 #include "piste/core/version.h"
 #include "piste/io/sensor_file.h"
-#include "piste/math/earth.h"
-#include "piste/math/units.h"
 
 namespace piste {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kMicroG = 1e-6 * kStandardGravity;
 constexpr int kDigits = 3;
 constexpr double kVibrates = 1.5;  // times the noise at rest
 
@@ -44,7 +42,7 @@ void add_sources(YAML::Node& out, const ReplayConfig& config, const fs::path& fo
   Section old = section(config.file, key);
   if (!old.node) return;
   if (old.node.IsMap()) {
-    YAML::Node node;
+    YAML::Node node(YAML::NodeType::Map);  // one without a type would not be shared with `change`
     change(node, 0);
     if (node.size() > 0) out[key] = node;
     return;
@@ -83,14 +81,16 @@ std::string replay_yaml(const ReplayConfig& config, const Tuning& tuning, const 
   return fmt::format("# Made by tune: what is likeliest in motion. All else is as in the base.\n{}\n", text.c_str());
 }
 
+double shown(double noise, const TriadUnits& units) { return noise / unit_factor(units.noise_unit, units.noise); }
+
 std::string at_rest_json(const Tuning& tuning) {
-  const auto triad = [](double rest, double motion, double unit, const char* name) {
-    return json::object({{"unit", json::string(name)},
-                         {"noise", json::number(rest / unit)},
+  const auto triad = [](double rest, double motion, const TriadUnits& units) {
+    return json::object({{"unit", json::string(units.noise_unit)},
+                         {"noise", json::number(shown(rest, units))},
                          {"motion_over_rest", json::number(motion / rest, 4)}});
   };
-  return json::object({{"gyro", triad(tuning.at_rest.gyro, tuning.noise.sensor.gyro.noise, kDegree, "deg/s/sqrt(Hz)")},
-                       {"accel", triad(tuning.at_rest.accel, tuning.noise.sensor.accel.noise, kMicroG, "ug/sqrt(Hz)")}},
+  return json::object({{"gyro", triad(tuning.at_rest.gyro, tuning.noise.sensor.gyro.noise, kGyroUnits)},
+                       {"accel", triad(tuning.at_rest.accel, tuning.noise.sensor.accel.noise, kAccelUnits)}},
                       1);
 }
 
@@ -133,14 +133,14 @@ std::string tuning_text(const Tuning& tuning) {
     text += fmt::format("{:<29} {:>9.3g} {:<17} 95 % {:.3g} to {:.3g}, before {:.3g}{}\n", n.name, n.value, n.unit,
                         n.low, n.high, n.start, n.determined ? "" : "; the data do not tell it");
   }
-  const auto beside = [&](const char* name, double rest, double motion, double unit, const char* unit_name) {
+  const auto beside = [&](const char* name, double rest, double motion, const TriadUnits& units) {
     if (!std::isfinite(rest)) return;
     const char* const why = motion > kVibrates * rest ? " as much: vibration" : " as much";
-    text += fmt::format("{} at rest: {:.3g} {}; in motion {:.2g} times{}\n", name, rest / unit, unit_name,
+    text += fmt::format("{} at rest: {:.3g} {}; in motion {:.2g} times{}\n", name, shown(rest, units), units.noise_unit,
                         motion / rest, why);
   };
-  beside("gyroscopes", tuning.at_rest.gyro, tuning.noise.sensor.gyro.noise, kDegree, "deg/s/sqrt(Hz)");
-  beside("accelerometers", tuning.at_rest.accel, tuning.noise.sensor.accel.noise, kMicroG, "ug/sqrt(Hz)");
+  beside("gyroscopes", tuning.at_rest.gyro, tuning.noise.sensor.gyro.noise, kGyroUnits);
+  beside("accelerometers", tuning.at_rest.accel, tuning.noise.sensor.accel.noise, kAccelUnits);
   for (const SourceNis& s : tuning.nis) text += fmt::format("mean NIS of {}: {:.2f}\n", s.source, s.mean);
   return text;
 }

@@ -5,21 +5,11 @@
 #include <cmath>
 #include <utility>
 
+#include "io/triad_units.h"
 #include "piste/math/units.h"
 
 namespace piste {
 namespace {
-
-/// Dimensions of one triad, and the units that a written file shows them in.
-struct TriadUnits {
-  Dimension value, noise, drift;
-  std::string_view value_unit, noise_unit, drift_unit;
-};
-
-constexpr TriadUnits kGyro{dimension::kAngularRate, dimension::kGyroNoise, dimension::kGyroDrift, "deg/s",
-                           "deg/s/sqrt(Hz)",        "deg/s^2/sqrt(Hz)"};
-constexpr TriadUnits kAccel{
-    dimension::kAcceleration, dimension::kAccelNoise, dimension::kAccelDrift, "m/s^2", "ug/sqrt(Hz)", "m/s^3/sqrt(Hz)"};
 
 using Kind = DriftProcess::Kind;
 
@@ -86,8 +76,8 @@ ImuSensor read_sensor(const std::filesystem::path& file) { return read_sensor(Co
 ImuSensor read_sensor(const Config& config) {
   ImuSensor sensor;
   sensor.name = config.text("name");
-  sensor.gyro = read_triad(config.map("gyro"), kGyro);
-  sensor.accel = read_triad(config.map("accel"), kAccel);
+  sensor.gyro = read_triad(config.map("gyro"), kGyroUnits);
+  sensor.accel = read_triad(config.map("accel"), kAccelUnits);
   config.finish();
   return sensor;
 }
@@ -99,7 +89,7 @@ ImuSensor rounded(ImuSensor sensor, int digits) {
     const double last = std::pow(10.0, to - 1 - std::floor(std::log10(std::abs(shown))));
     value = std::round(shown * last) / last * factor;
   };
-  for (const auto& [triad, units] : {std::pair{&sensor.gyro, &kGyro}, std::pair{&sensor.accel, &kAccel}}) {
+  for (const auto& [triad, units] : {std::pair{&sensor.gyro, &kGyroUnits}, std::pair{&sensor.accel, &kAccelUnits}}) {
     round(triad->noise, units->noise_unit, units->noise, digits);
     for (double* value : {&triad->bias, &triad->drift.sigma}) round(*value, units->value_unit, units->value, digits);
     round(triad->drift.density, units->drift_unit, units->drift, digits);
@@ -110,8 +100,8 @@ ImuSensor rounded(ImuSensor sensor, int digits) {
 }
 
 std::string sensor_text(const ImuSensor& sensor) {
-  return fmt::format("name: {}\n", yaml_text(sensor.name)) + triad_text("gyro", sensor.gyro, kGyro) +
-         triad_text("accel", sensor.accel, kAccel);
+  return fmt::format("name: {}\n", yaml_text(sensor.name)) + triad_text("gyro", sensor.gyro, kGyroUnits) +
+         triad_text("accel", sensor.accel, kAccelUnits);
 }
 
 }  // namespace piste

@@ -9,7 +9,6 @@
 #include "solve/feeder.h"
 
 namespace piste {
-
 namespace {
 
 // What −2 ln p of an outlier is: one fix in a hundred, anywhere within some 100 m, 10 m/s, or a radian. It does not

@@ -1,55 +1,58 @@
 #include "piste/tune/likeliest_noise.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <utility>
 
 #include "piste/math/linear_algebra.h"
+#include "piste/math/statistics.h"
 #include "tune/noise_search.h"
 
 namespace piste {
 namespace {
 
-constexpr double kNormal95 = 1.959963984540054;
 constexpr double kToldMore = 0.5, kWidest = 3;  // of the prior's 1-sigma; of a value, either way
 
-bool is_told(double sigma, double width) { return sigma < kToldMore * width && kNormal95 * sigma < std::log(kWidest); }
-
-TunedNoise number(const NoiseKnob& knob, const NoiseModel& found, const NoiseModel& start, double sigma) {
-  NoiseModel there = found, before = start;
-  const double value = knob.factor * knob.at(there);
-  return {.name = knob.name,
-          .unit = knob.unit,
-          .start = knob.factor * knob.at(before),
+// `sigma` and `width`: 1-sigma of the logarithm, with the data and before them.
+TunedNoise number(std::string name, std::string unit, double start, double value, double sigma, double width) {
+  const double reach = normal_quantile(0.975) * sigma;
+  return {.name = std::move(name),
+          .unit = std::move(unit),
+          .start = start,
           .value = value,
-          .low = value * std::exp(-kNormal95 * sigma),
-          .high = value * std::exp(kNormal95 * sigma),
-          .determined = is_told(sigma, knob.width)};
+          .low = value * std::exp(-reach),
+          .high = value * std::exp(reach),
+          .determined = sigma < kToldMore * width && reach < std::log(kWidest)};
 }
 
-// The factors of whole sigmas of receivers with a coloured error, from those of their white and their coloured part.
-void add_whole_scales(const NoiseFound& found, const Eigen::MatrixXd& covariance, const NoiseModel& start,
-                      std::vector<TunedNoise>& numbers) {
-  for (std::size_t i = 0; i < found.best.model.gnss.size(); ++i) {
-    const ReceiverNoise& receiver = found.best.model.gnss[i];
-    if (!(receiver.drift > 0)) continue;
-    Eigen::VectorXd slope = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(found.knobs.size()));
-    for (std::size_t k = 0; k < found.knobs.size(); ++k) {
-      NoiseModel more = found.best.model;
-      found.knobs[k].at(more) *= 1 + 1e-6;
-      slope(static_cast<Eigen::Index>(k)) = 1e6 * std::log(more.gnss[i].position() / receiver.position());
-    }
-    const double sigma = std::sqrt(slope.dot(covariance * slope)), value = receiver.position();
-    numbers.push_back({.name = "gnss[" + std::to_string(i) + "].sigma_scale",
-                       .unit = "",
-                       .start = start.gnss[i].position(),
-                       .value = value,
-                       .low = value * std::exp(-kNormal95 * sigma),
-                       .high = value * std::exp(kNormal95 * sigma),
-                       .determined = is_told(sigma, std::log(10))});
+std::vector<TunedNoise> numbers_of(const NoiseFound& found, const Eigen::MatrixXd& covariance,
+                                   const NoiseModel& start) {
+  std::vector<TunedNoise> numbers;
+  NoiseModel best = found.best.model, before = start;
+  for (std::size_t k = 0; k < found.knobs.size(); ++k) {
+    const NoiseKnob& knob = found.knobs[k];
+    const auto i = static_cast<Eigen::Index>(k);
+    numbers.push_back(number(knob.name, knob.unit, knob.factor * knob.at(before), knob.factor * knob.at(best),
+                             std::sqrt(covariance(i, i)), knob.width));
   }
+  // The factors of whole sigmas, from those of their white and their coloured part.
+  for (std::size_t i = 0; i < best.gnss.size(); ++i) {
+    if (!(best.gnss[i].drift > 0)) continue;
+    constexpr double kLittle = 1e-6;
+    const double scale = best.gnss[i].position();
+    Eigen::VectorXd slope(static_cast<Eigen::Index>(found.knobs.size()));
+    for (std::size_t k = 0; k < found.knobs.size(); ++k) {
+      NoiseModel more = best;
+      found.knobs[k].at(more) *= 1 + kLittle;
+      slope(static_cast<Eigen::Index>(k)) = std::log(more.gnss[i].position() / scale) / kLittle;
+    }
+    numbers.push_back(number(fmt::format("gnss[{}].sigma_scale", i), "", start.gnss[i].position(), scale,
+                             std::sqrt(slope.dot(covariance * slope)), kSizeWidth));
+  }
+  return numbers;
 }
 
 // Of the measurements that a run uses.
@@ -97,7 +100,7 @@ const NoisePoint& likeliest(const std::vector<NoisePoint>& points) {
 }  // namespace
 
 Tuning likeliest_noise(const Log& log, const FilterOptions& options, const Start& start, const TuneOptions& how,
-                       const TuneProgress& progress) {
+                       const ProgressCallback& progress) {
   const NoiseModel centre = noise_model(options, log);
   const NoiseSearch search(log, options, start, centre, how.thorough, how.jobs);
   const auto show = [&](double from, double to) {
@@ -133,11 +136,7 @@ Tuning likeliest_noise(const Log& log, const FilterOptions& options, const Start
   tuning.likelihood = search.filtered(log_judged, found.best.model).evidence.likelihood;
   const Eigen::MatrixXd covariance =
       inverse(how.thorough ? observed_information(search, log_judged, found) : found.information);
-  for (std::size_t k = 0; k < found.knobs.size(); ++k) {
-    const auto i = static_cast<Eigen::Index>(k);
-    tuning.numbers.push_back(number(found.knobs[k], found.best.model, centre, std::sqrt(covariance(i, i))));
-  }
-  add_whole_scales(found, covariance, centre, tuning.numbers);
+  tuning.numbers = numbers_of(found, covariance, centre);
   tuning.rows = static_cast<std::size_t>(found.best.evidence.rows);
   tuning.nis = nis_of(search.gated(found.best.model));
   tuning.filter_runs = search.runs();

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "io/triad_units.h"
 #include "piste/core/state_table.h"
-#include "piste/math/earth.h"
 #include "piste/math/statistics.h"
 #include "piste/math/units.h"
 
@@ -16,20 +16,9 @@ namespace {
 
 constexpr double kLeastWhite = 0.1;  // of the whole error, as model/gnss.h has it
 
-// How far a number may be from the value at the start, as the 1-sigma of its logarithm.
-const double kSizeWidth = std::log(10), kTimeWidth = std::log(3);
-
 constexpr double kDriftTime = 30;  // s, of a coloured error that nobody stated
 
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
-
-// Units of a triad in files, and the factors from SI to them.
-struct TriadUnits {
-  std::string_view noise, value, density;
-  double noise_factor, value_factor;
-};
-constexpr TriadUnits kGyroUnits{"deg/s/sqrt(Hz)", "deg/s", "deg/s^2/sqrt(Hz)", kDegreesPerRadian, kDegreesPerRadian};
-constexpr TriadUnits kAccelUnits{"ug/sqrt(Hz)", "m/s^2", "m/s^3/sqrt(Hz)", 1e6 / kStandardGravity, 1};
 
 class KnobList {
  public:
@@ -46,14 +35,14 @@ class KnobList {
     using Kind = DriftProcess::Kind;
     const auto process = [of](NoiseModel& m) -> DriftProcess& { return (m.sensor.*of).drift; };
     add(
-        name + ".noise", units.noise, units.noise_factor, kSizeWidth,
+        name + ".noise", units.noise_unit, 1 / unit_factor(units.noise_unit, units.noise), kSizeWidth,
         [of](NoiseModel& m) -> double& { return (m.sensor.*of).noise; }, most);
     if (!estimated) return;
     if (drift.kind == Kind::kRandomWalk) {
-      add(name + ".drift.density", units.density, units.value_factor, kSizeWidth,
+      add(name + ".drift.density", units.drift_unit, 1 / unit_factor(units.drift_unit, units.drift), kSizeWidth,
           [process](NoiseModel& m) -> double& { return process(m).density; });
     } else if (drift.kind == Kind::kGaussMarkov) {
-      add(name + ".drift.sigma", units.value, units.value_factor, kSizeWidth,
+      add(name + ".drift.sigma", units.value_unit, 1 / unit_factor(units.value_unit, units.value), kSizeWidth,
           [process](NoiseModel& m) -> double& { return process(m).sigma; });
       add(name + ".drift.correlation_time", "s", 1, kTimeWidth,
           [process](NoiseModel& m) -> double& { return process(m).correlation_time; });

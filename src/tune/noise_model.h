@@ -2,6 +2,7 @@
 /// The noise of a run's sensors as numbers that a search may change: white noise and drift of both triads, how large
 /// the errors of each receiver are beside the sigmas it states, and how long those of reference attitudes last.
 
+#include <cmath>
 #include <functional>
 #include <optional>
 #include <string>
@@ -12,6 +13,9 @@
 #include "piste/tune/likeliest_noise.h"
 
 namespace piste {
+
+/// How far a size and a time may be from the value at the start, as the 1-sigma of its logarithm.
+inline const double kSizeWidth = std::log(10), kTimeWidth = std::log(3);
 
 /// One number of a noise model. The search sees its logarithm.
 struct NoiseKnob {

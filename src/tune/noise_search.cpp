@@ -121,7 +121,7 @@ double NoiseSearch::prior(const NoiseModel& model) const {
   return sum;
 }
 
-NoiseFound NoiseSearch::climb(const NoiseModel& from, const std::function<void(double)>& progress) const {
+NoiseFound NoiseSearch::climb(const NoiseModel& from, const ProgressCallback& progress) const {
   NoiseFound found;
   found.knobs = knobs_of(from, options_, log_, most_);
   found.best.model = moved(found.knobs, from, Eigen::VectorXd::Zero(static_cast<Eigen::Index>(found.knobs.size())));

@@ -4,7 +4,6 @@
 #include <Eigen/Core>
 #include <atomic>
 #include <cstddef>
-#include <functional>
 #include <vector>
 
 #include "tune/evidence.h"
@@ -29,8 +28,8 @@ struct NoiseFound {
 /// Filters a log again and again with other noise. The log and its start stay as they are.
 class NoiseSearch {
  public:
-  /// The values of `centre` are those about which the prior is. `jobs` runs at a time; the result does not depend on
-  /// it.
+  /// The values of `centre` are those about which the prior is. `thorough`: whether climb() goes on until nothing is
+  /// gained. `jobs` runs at a time; the result does not depend on it.
   NoiseSearch(const Log& log, FilterOptions options, Start start, NoiseModel centre, bool thorough, std::size_t jobs);
 
   /// The run of the whole log, with the gate of the options.
@@ -50,11 +49,10 @@ class NoiseSearch {
   /// Σ (∂z ∂zᵀ/σ² + 2 ∂ln σ ∂ln σᵀ) over their rows, from the same runs (the method of scoring; Gupta and Mehra 1974).
   /// S counts in it as if it were diagonal. Outliers are sought anew when it has arrived, until they stay the same.
   /// Throws DataError if no noise that is tried lets the filter run.
-  NoiseFound climb(const NoiseModel& from, const std::function<void(double)>& progress = {}) const;
+  NoiseFound climb(const NoiseModel& from, const ProgressCallback& progress = {}) const;
 
   /// Number of filter runs so far.
   std::size_t runs() const { return runs_; }
-  const FilterOptions& options() const { return options_; }
 
  private:
   struct Ascent {

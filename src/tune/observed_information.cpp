@@ -1,6 +1,5 @@
 #include <Eigen/Cholesky>
-#include <cmath>
-#include <utility>
+#include <vector>
 
 #include "tune/noise_search.h"
 

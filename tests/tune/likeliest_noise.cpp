@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <random>
@@ -45,23 +46,30 @@ struct WronglyTold {
 };
 
 TEST(LikeliestNoise, IsTheOneThatWasSimulated) {
-  const int runs = seeds(2, 20);
-  std::map<std::string, double> squares;
+  const int runs = seeds(2, 40);
+  struct Errors {
+    double sum = 0, squares = 0, least = 0, most = 0;  // of ln(found / true); the squares in sigmas
+    int inside = 0;
+  };
+  std::map<std::string, Errors> errors;
   for (int seed = 1; seed <= runs; ++seed) {
     const WronglyTold told(static_cast<std::uint64_t>(seed));
     const Tuning found = likeliest_noise(told.log, told.c.options, told.start, {.jobs = 2, .try_drift = false});
     EXPECT_GT(found.likelihood, found.likelihood_at_start + 100);
     const auto truth = told.truth();
     for (const TunedNoise& n : found.numbers) {
-      if (!truth.contains(n.name)) {
-        EXPECT_FALSE(n.determined) << n.name << ": a minute does not tell a drift";
-        continue;
-      }
+      EXPECT_TRUE(!n.determined || n.high < 9 * n.low) << n.name;
+      if (!truth.contains(n.name)) continue;  // drifts, which a minute hardly tells
       const double sigma = std::log(n.high / n.low) / (2 * normal_quantile(0.975));
       const double error = std::log(n.value / truth.at(n.name));
-      squares[n.name] += error * error / (sigma * sigma);
+      Errors& all = errors[n.name];
+      all.sum += error;
+      all.squares += error * error / (sigma * sigma);
+      all.least = std::min(all.least, error);
+      all.most = std::max(all.most, error);
+      all.inside += n.low <= truth.at(n.name) && truth.at(n.name) <= n.high ? 1 : 0;
       EXPECT_LT(std::abs(error), 4.5 * sigma) << n.name << " " << n.value << ", seed " << seed;
-      EXPECT_EQ(n.determined, n.name != "accel.noise") << n.name;  // velocities of centimetres cover it
+      EXPECT_TRUE(n.determined || n.name == "accel.noise") << n.name;  // velocities of centimetres cover that
       EXPECT_LT(std::abs(error), n.name.ends_with("scale") ? 0.1 : n.name == "gyro.noise" ? 0.5 : 2) << n.name;
     }
     for (const SourceNis& source : found.nis) {
@@ -69,7 +77,11 @@ TEST(LikeliestNoise, IsTheOneThatWasSimulated) {
       EXPECT_NEAR(source.mean, 1, 0.1) << source.source;
     }
   }
-  for (const auto& [name, sum] : squares) fmt::print("{}: errors of {:.2f} sigma rms\n", name, std::sqrt(sum / runs));
+  for (const auto& [name, all] : errors) {
+    fmt::print("{}: {:.3f} times the true one on average, {:.2f} to {:.2f}; {} of {} inside 95 %, {:.2f} sigma rms\n",
+               name, std::exp(all.sum / runs), std::exp(all.least), std::exp(all.most), all.inside, runs,
+               std::sqrt(all.squares / runs));
+  }
 }
 
 TEST(LikeliestNoise, HasTheSameBytesWithAnyNumberOfJobs) {

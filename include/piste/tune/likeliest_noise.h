@@ -8,14 +8,13 @@
 /// where it was, and weighs as much as a single observation, or less, of what they tell.
 
 #include <cstddef>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "piste/core/log.h"
 #include "piste/core/options.h"
-#include "piste/solve/initial_state.h"
+#include "piste/solve/run.h"
 
 namespace piste {
 
@@ -84,14 +83,11 @@ struct TuneOptions {
   bool thorough = true;
 };
 
-/// Called with the fraction of the work that is done; it may end before 1.
-using TuneProgress = std::function<void(double)>;
-
 /// Finds the likeliest noise of a log with a known start. Sought is what the options have: of a drift without a process
 /// nothing, of a receiver without velocities no scale of them. `at_rest` is not filled in.
 /// Throws DataError if no innovation is later than 5 s after the start.
 /// @pre `options` is what with_white_part() returns.
 Tuning likeliest_noise(const Log& log, const FilterOptions& options, const Start& start, const TuneOptions& how = {},
-                       const TuneProgress& progress = {});
+                       const ProgressCallback& progress = {});
 
 }  // namespace piste
