@@ -1,5 +1,8 @@
 #include "piste/consistency/warnings.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include "piste/consistency/disputes.h"
 
 namespace piste {
@@ -11,6 +14,16 @@ std::vector<std::string> warnings_of(const Solution& filtered) {
       warnings.push_back(text_of(dispute, filtered));
   }
   return warnings;
+}
+
+std::string adapted_line(const AdaptedNoise& adapted) {
+  std::vector<std::string> parts;
+  for (std::size_t k = 0; k < adapted.names.size(); ++k) {
+    const AdaptedNoise::Range range = adapted.range(k);
+    parts.push_back(
+        fmt::format("{} times {:.2g} ({:.2g} to {:.2g})", adapted.names[k], range.mean, range.least, range.most));
+  }
+  return fmt::format("adapted sigmas: {}", fmt::join(parts, ", "));
 }
 
 }  // namespace piste

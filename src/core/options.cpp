@@ -14,6 +14,8 @@ void FilterOptions::validate() const {
   };
   behaviour.validate();
   require(sensor.gyro.noise > 0 && sensor.accel.noise > 0, "noise of the IMU must be above zero");
+  require(!adapt || (adapt->within > 1 && adapt->time > 0 && adapt->imu_time > 0),
+          "adapt: `within` must be above 1, `time` and `imu_time` above zero");
   const auto drifting = std::count_if(gnss.begin(), gnss.end(), [](const auto& g) { return g.drift.has_value(); });
   require(drifting <= 1, "gnss drift: one receiver at most may have a coloured error");
   const auto giving =

@@ -135,4 +135,18 @@ void Solution::set(std::size_t i, double time, const Estimate& x, const Sigmas& 
   visit(layout_, x, s, [&p](const double& v) { *p++ = v; });
 }
 
+AdaptedNoise::Range AdaptedNoise::range(std::size_t name) const {
+  if (time.empty()) return {};
+  const double first = factor(0, name);
+  Range range{0, first, first, factor(time.size() - 1, name)};
+  for (std::size_t row = 0; row < time.size(); ++row) {
+    const double value = factor(row, name);
+    range.mean += std::log(value);
+    range.least = std::min(range.least, value);
+    range.most = std::max(range.most, value);
+  }
+  range.mean = std::exp(range.mean / static_cast<double>(time.size()));
+  return range;
+}
+
 }  // namespace piste

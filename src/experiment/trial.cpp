@@ -110,6 +110,7 @@ FilterOptions filter_options(const Scenario& s, std::uint64_t seed) {
   FilterOptions options;
   options.sensor = s.replay.sensor;
   options.estimate = s.replay.estimate;
+  options.adapt = s.replay.adapt;
   for (const GnssSetup& receiver : s.gnss) {
     options.gnss.push_back({.name = receiver.name,
                             .lever_arm = lever_arm(s.imus.front(), receiver),
@@ -220,6 +221,7 @@ std::map<int, Bound> bound_of(const Scenario& scenario, const Simulation& real, 
   const Simulation simulation = perfect(ideal, real, seed);
   FilterOptions options = run.options;
   options.sensor = scenario.imus.front().sensor;  // the true sensor, which the filter may not know
+  options.adapt.reset();                          // there is no noise of which it could learn
   tell_delays(scenario, {}, options);
   const double departure = simulation.plate.under_way().start;
   ConditioningOptions conditioning = conditioning_options(scenario, options.sensor, departure);

@@ -10,7 +10,8 @@ namespace piste {
 Tuning tune(const Recording& recording, const ReplayOptions& options, const TuneOptions& how,
             const ProgressCallback& progress) {
   const Log log = condition(recording, options.conditioning);
-  const FilterOptions filter = with_white_part(with_attitude_sigmas(options.filter, recording.attitude), log);
+  FilterOptions filter = with_white_part(with_attitude_sigmas(options.filter, recording.attitude), log);
+  filter.adapt.reset();  // it is the stated noise whose likelihood is asked for
   const Start start = options.start ? *options.start : find_start(log, filter, options.heading).start;
   Tuning tuning = likeliest_noise(log, filter, start, how, progress);
   if (recording.imu.time.size() >= 3) {

@@ -10,6 +10,12 @@ void write_solutions(OutputFolder& output, const Replay& run, double attitude_ra
   output.write("filtered.csv", navigation_csv(run.filtered.solution));
   output.write("biases.csv", biases_csv(run.filtered.solution));
   output.write("innovations.csv", innovations_csv(run.filtered.solution));
+  const AdaptedNoise& adapted = run.filtered.solution.adapted;
+  if (adapted.names.empty()) {
+    output.withdraw("adapted.csv");
+  } else {
+    output.write("adapted.csv", adapted_csv(adapted));
+  }
   if (run.smoothed) {
     output.write("smoothed.csv", navigation_csv(*run.smoothed));
     output.write("biases_smoothed.csv", biases_csv(*run.smoothed));

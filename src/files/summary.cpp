@@ -132,6 +132,18 @@ std::string verdict_entry(const Verdict& verdict) {
       json::strings(verdict.findings));
 }
 
+// What an adapting filter took the noise to be, as factors of the stated sigmas; nothing if it did not adapt.
+std::string adapted_entry(const AdaptedNoise& adapted) {
+  if (adapted.names.empty()) return {};
+  std::vector<std::string> lines;
+  for (std::size_t k = 0; k < adapted.names.size(); ++k) {
+    const AdaptedNoise::Range range = adapted.range(k);
+    lines.push_back(fmt::format("\n    {}: {{\"mean\": {:.4g}, \"least\": {:.4g}, \"most\": {:.4g}, \"last\": {:.4g}}}",
+                                json::string(adapted.names[k]), range.mean, range.least, range.most, range.last));
+  }
+  return fmt::format("  \"adapted\": {{{}\n  }},\n", fmt::join(lines, ","));
+}
+
 }  // namespace
 
 std::string summary_json(const Log& log, const Solution& filtered, const Solution* smoothed, const Verdict& verdict,
@@ -166,6 +178,7 @@ std::string summary_json(const Log& log, const Solution& filtered, const Solutio
                       repaired(sum(c.attitude_repaired)));
   text += fmt::format("  \"sources\": {},\n", source_counts(filtered));
   text += fmt::format("  \"verdict\": {},\n", verdict_entry(verdict));
+  text += adapted_entry(filtered.adapted);
   text += fmt::format("  \"rest_intervals\": [{}],\n", fmt::join(rests, ", "));
   text += fmt::format("  \"estimates\": {{{}\n  }},\n{}", fmt::join(estimates, ","), fmt::join(totals, ""));
   text += fmt::format("  \"attitude_error\": {},\n", attitude_error(best));

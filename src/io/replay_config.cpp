@@ -144,6 +144,7 @@ ReplayConfig read_replay_config(const Config& config) {
   replay.initial = read_initial(config, filter);
   filter.estimate = read_estimate(config, filter);
   filter.priors = read_priors(config);
+  filter.adapt = read_adaptation(config);
   replay.smoother = read_smoother(config);
   replay.attitude_rate = read_attitude_rate(config, replay.attitude_rate);
   replay.conditioning = {.imu = replay.imu.conditioning,

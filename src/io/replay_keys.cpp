@@ -96,6 +96,22 @@ std::vector<Block> read_estimate(const Config& config, const FilterOptions& filt
   return named;
 }
 
+std::optional<AdaptationOptions> read_adaptation(const Config& config) {
+  AdaptationOptions options;
+  if (!config.has("adapt")) return std::nullopt;
+  if (config.is_scalar("adapt")) return config.flag("adapt") ? std::optional(options) : std::nullopt;
+  const Config map = config.map("adapt");
+  options.within = map.number("within", options.within);
+  if (!(options.within > 1 && options.within <= 1000)) {
+    map.fail("within", "a factor of sigmas is expected, above 1 and up to 1000, such as 10");
+  }
+  options.time = map.quantity("time", dimension::kTime, options.time);
+  options.imu_time = map.quantity("imu_time", dimension::kTime, options.imu_time);
+  if (!(options.time > 0)) map.fail("time", "must be above zero, such as `3600 s`");
+  if (!(options.imu_time > 0)) map.fail("imu_time", "must be above zero, such as `36000 s`");
+  return options;
+}
+
 LogFile read_gnss_file(const Config& source, DataFile data) {
   LogFile log = read_log_file(source,
                               {LogFormat::kCsv, LogFormat::kKfGins, LogFormat::kRtklibPos, LogFormat::kNmea,

@@ -17,6 +17,9 @@ namespace piste {
 /// drift without a process. Throws ConfigError if a block is unknown, stands twice, or has no source that observes it.
 std::vector<Block> read_estimate(const Config& config, const FilterOptions& filter, std::vector<Block> fallback = {});
 
+/// Reads the key `adapt`: true, false, or a map with `within`, `time` and `imu_time`. Throws ConfigError.
+std::optional<AdaptationOptions> read_adaptation(const Config& config);
+
 /// Reads the log of a receiver: the keys file, format, ignore_columns, repair and columns; `sigma` (north, east, down)
 /// and `sigma_velocity` (one value, or three) replace the sigmas of the log. Throws ConfigError.
 LogFile read_gnss_file(const Config& source, DataFile data = DataFile::kMustExist);

@@ -138,4 +138,18 @@ std::string innovations_csv(const Solution& solution) {
   return text;
 }
 
+std::string adapted_csv(const AdaptedNoise& adapted) {
+  std::string text = "time_s";
+  for (const std::string& name : adapted.names) text += "," + name;
+  text += '\n';
+  for (std::size_t row = 0; row < adapted.time.size(); ++row) {
+    append_fixed(text, adapted.time[row], kTimeDecimals);
+    for (std::size_t k = 0; k < adapted.names.size(); ++k) {
+      fmt::format_to(std::back_inserter(text), ",{:.5g}", adapted.factor(row, k));
+    }
+    text += '\n';
+  }
+  return text;
+}
+
 }  // namespace piste

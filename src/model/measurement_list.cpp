@@ -13,7 +13,8 @@ MeasurementSources::MeasurementSources(const FilterOptions& options) {
       for (const MeasurementChannel& channel : Type::kChannels) {
         all_.push_back({.name = channel.name.empty() ? name : fmt::format("{}.{}", name, channel.name),
                         .partner = channel.partner < 0 ? -1 : first + channel.partner,
-                        .readmitted = channel.readmitted});
+                        .readmitted = channel.readmitted,
+                        .adapted = Type::kAdapted && Type::in_use(options)});
       }
     }
   });

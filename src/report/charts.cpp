@@ -135,6 +135,18 @@ Eigen::VectorXd block_value(const Estimate& x, Block block) {
 /// Whether bias and drift are both estimated. Only then is their sum shown.
 bool has_total(const StateLayout& layout, Block bias, Block drift) { return layout.has(bias) && layout.has(drift); }
 
+/// What an adapting filter took the noise to be.
+Chart of_adapted(const AdaptedNoise& adapted, double start) {
+  Builder factors("Learned noise, over the stated", "", adapted.names);
+  const auto count = static_cast<Eigen::Index>(adapted.names.size());
+  for (std::size_t row = 0; row < adapted.time.size(); ++row) {
+    factors.add(adapted.time[row] - start,
+                Eigen::Map<const Eigen::VectorXd>(adapted.factors.data() + row * adapted.names.size(), count));
+  }
+  factors.chart().log_scale = true;
+  return std::move(factors.chart());
+}
+
 }  // namespace
 
 std::vector<Chart> of_solution(const Solution& solution, double start) {
@@ -200,6 +212,7 @@ std::vector<Chart> of_solution(const Solution& solution, double start) {
 
 std::vector<Chart> of_innovations(const Solution& solution, double start) {
   std::vector<Chart> out;
+  if (!solution.adapted.names.empty()) out.push_back(of_adapted(solution.adapted, start));
   for (std::size_t source = 0; source < solution.sources.size(); ++source) {
     const std::string& name = solution.sources[source];
     Builder residual(name + ": residual over its sigma", "", axes_of(name));

@@ -29,7 +29,7 @@ struct Chart {
 std::vector<Chart> of_solution(const Solution& solution, double start);
 
 /// Two charts for each source: residuals divided by their sigmas, and NIS with its gate. As above, a chart that would
-/// show nothing is left out.
+/// show nothing is left out. Before them stands what an adapting filter learned of the noise.
 std::vector<Chart> of_innovations(const Solution& solution, double start);
 
 /// JSON of a chart with about `limit` rows: of lines the extremes, of dots a fair sample (plot/thin.h).

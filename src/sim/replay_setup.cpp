@@ -101,6 +101,7 @@ ReplaySetup read_replay_setup(const Config& file, const Scenario& scenario) {
   s.attitude = read_sensors(config, "attitude", scenario.attitude);
   s.sensor = config.has("sensor") ? read_sensor(config.existing_file("sensor")) : scenario.imus[s.imu].sensor;
   s.estimate = read_blocks(config, scenario, s);
+  s.adapt = read_adaptation(config);
 
   using Heading = ReplaySetup::Heading;
   s.heading = config.choice<Heading>("heading", {{"known", Heading::kKnown}, {"auto", Heading::kAuto}}, s.heading);

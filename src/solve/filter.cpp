@@ -47,6 +47,7 @@ Filter::Filter(const FilterOptions& options, const World& world, const Start& st
   state_ = {start.time, start.x, initial_covariance(setup->layout, options, start)};
   state_.mean.setZero(setup->layout.size());
   noise_score_ = NoiseScore(options, setup->layout);
+  adaptation_ = Adaptation(options, setup->layout, setup->sources);
   if (reference_) {
     state_.x = reference_->start;
     state_.mean = select(setup->layout, boxminus(start.x, state_.x));
@@ -99,7 +100,7 @@ Estimate Filter::predicted() const {
 
 void Filter::process(const ImuSample* after) {
   const ImuSample& sample = *now_;
-  const StepNoise noise = sample_noise_.of(sample, setup_->options.sensor);
+  const StepNoise noise = adaptation_.of(sample_noise_.of(sample, setup_->options.sensor));
   rate_variance_ = noise.gyro / sample.interval;
   if (sample.gap) trust_.suspect_filter(sample.time);
   ImuStep step = make_step(before_ ? &*before_ : nullptr, sample, after);
@@ -152,7 +153,11 @@ void Filter::advance(const ImuStep& step, const StepNoise& noise) {
   const Transition t = propagation_.advance(state_, step, noise, resting(), setup_->world, setup_->layout,
                                             setup_->options, reference_ ? &known_ : nullptr);
   mending_.add(t, resting());
-  if (!resting()) noise_score_.add(step.dt);
+  adaptation_.propagate(setup_->layout, t, noise, step.dt);
+  if (!resting()) {
+    const auto [gyro, accel] = adaptation_.imu_variances();
+    noise_score_.add(step.dt, gyro, accel);
+  }
   if (tape_) tape_->events.emplace_back(Tape::Propagation{t});
 }
 
@@ -224,8 +229,11 @@ void Filter::measure(const typename Type::Fix& fix, const QueuedFix& place, cons
       .recent = propagation_.recent(state_.x.q_wb, setup_->options.sensor),
       .delay_variance = row < 0 ? 0 : state_.P(row, row),
       .rate_before = before_ ? Vector3d(before_->dtheta / before_->interval) : Vector3d(Vector3d::Zero())};
-  const std::optional<Linearization> lin = Type::linearize(fix, sensor, channel, context, state_.x);
+  std::optional<Linearization> lin = Type::linearize(fix, sensor, channel, context, state_.x);
   if (!lin) return;
+  // At rest the covariance is that of the body's sway, of which what was learned under way says nothing.
+  const double factor = adaptation_.variance_of(source), learned = resting() ? std::max(1.0, factor) : factor;
+  lin->covariance *= learned;
   const double late = place.time - state_.time;
   if (reference_) {
     Linearization beside = *lin;
@@ -234,7 +242,7 @@ void Filter::measure(const typename Type::Fix& fix, const QueuedFix& place, cons
     return;
   }
   if constexpr (requires { Type::linearize(fix, sensor, channel, context, state_.x, &state_.x); }) {
-    apply(source, late, half_way<Type>(fix, sensor, channel, context, *lin));
+    apply(source, late, half_way<Type>(fix, sensor, channel, context, *lin, learned));
   } else {
     apply(source, late, *lin);
   }
@@ -244,17 +252,20 @@ void Filter::measure(const typename Type::Fix& fix, const QueuedFix& place, cons
 // it.
 template <class Type>
 Linearization Filter::half_way(const typename Type::Fix& fix, int sensor, int channel,
-                               const MeasurementContext& context, const Linearization& at_estimate) {
+                               const MeasurementContext& context, const Linearization& at_estimate, double learned) {
   const double bound = setup_->gate[static_cast<std::size_t>(at_estimate.rows)];
   if (const auto mending = mending_.before(at_estimate, state_, setup_->layout, bound)) propagate_by(*mending);
   const Update u = innovate(state_.P, setup_->layout, at_estimate);
   if (!(u.nis <= bound)) return at_estimate;
   const Estimate after = boxplus(state_.x, setup_->layout, gain(u) * u.residual);
-  return *Type::linearize(fix, sensor, channel, context, state_.x, &after);
+  Linearization between = *Type::linearize(fix, sensor, channel, context, state_.x, &after);
+  between.covariance *= learned;
+  return between;
 }
 
 void Filter::propagate_by(const Transition& transition) {
   propagate(state_.P, setup_->layout, transition);
+  adaptation_.propagate(setup_->layout, transition, {Vector3d::Zero(), Vector3d::Zero()}, 0);
   if (tape_) tape_->events.emplace_back(Tape::Propagation{transition});
 }
 
@@ -284,6 +295,7 @@ void Filter::apply(int source, double late, const Linearization& lin) {
                           .outcome = outcome,
                           .late = late,
                           .log_determinant = std::log(u.S.determinant())});
+  if (!resting()) adaptation_.learn(source, state_.time, u, bound);
   if (!was_used(outcome)) return;
   if (parted) {
     // The disagreement came at once, and no error of the past explains it. The covariance grows first: the fix then
@@ -312,6 +324,7 @@ void Filter::correct_by(const Update& u, const Linearization& lin) {
     reset(state_.P, setup_->layout, G);
     state_.x = boxplus(state_.x, error);
   }
+  adaptation_.correct(setup_->layout, u, G);
   if (!(state_.P.diagonal().minCoeff() >= 0)) fail("its covariance has a negative variance");
   if (tape_) tape_->events.emplace_back(Tape::Correction{u, G});
 }

@@ -30,17 +30,17 @@ NoiseScore::Known NoiseScore::known(const Estimate& x, const Covariance& P) {
 }
 
 void NoiseScore::before_fix(const Estimate& x, const Covariance& P) {
-  if (!before_ && time_ > 0 && gyro_ + accel_ > 0) before_ = known(x, P);
+  if (!before_ && gyro_time_ > 0 && gyro_ + accel_ > 0) before_ = known(x, P);
 }
 
 std::optional<ScaleScore> NoiseScore::after_fixes(const Estimate& x, const Covariance& P) {
   if (!before_) return std::nullopt;
   const Known after = known(x, P);
   ScaleScore score;
-  score << gyro_ * time_ * (before_->attitude + after.attitude).inverse().diagonal(),
-      accel_ * time_ * (before_->velocity + after.velocity).inverse().diagonal();
+  score << gyro_ * gyro_time_ * (before_->attitude + after.attitude).inverse().diagonal(),
+      accel_ * accel_time_ * (before_->velocity + after.velocity).inverse().diagonal();
   before_.reset();
-  time_ = 0;
+  gyro_time_ = accel_time_ = 0;
   return score;
 }
 

@@ -6,6 +6,17 @@
 #include "feeder.h"
 
 namespace piste {
+namespace {
+
+// A row of what the filter has learned of the noise, if it adapts and a second has passed since the last one.
+void note_adapted(const Filter& filter, AdaptedNoise& adapted) {
+  constexpr double kEvery = 1;  // s
+  if (adapted.names.empty() || (!adapted.time.empty() && filter.time() < adapted.time.back() + kEvery)) return;
+  adapted.time.push_back(filter.time());
+  filter.adaptation().append_to(adapted.factors);
+}
+
+}  // namespace
 
 FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& start, int checkpoint_every,
                      const ProgressCallback& progress, double end_time, std::shared_ptr<const Reference> reference) {
@@ -16,6 +27,7 @@ FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& 
   run.solution = Solution(c.filter.layout(), log.world);
   run.solution.sources = c.filter.sources();
   run.solution.fixed = start.x;
+  run.solution.adapted.names = c.filter.adaptation().names();
   if (has_rows) run.solution.reserve(end - std::min(begin, end));
   Feeder feeder(log, c.place, c.filter);
   const auto take_epoch = [&] {
@@ -24,6 +36,7 @@ FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& 
       s.append(c.filter.time(), c.filter.estimate(),
                sigmas_of(log.world, c.filter.estimate(), c.filter.layout(), c.filter.covariance()));
     }
+    note_adapted(c.filter, s.adapted);
     s.innovations.insert(s.innovations.end(), c.filter.innovations().begin(), c.filter.innovations().end());
     c.filter.clear_innovations();
     ++c.row;

@@ -229,6 +229,33 @@ TEST(Replay, WithoutSmoother) {
                                    "summary.json", "trajectory.kml"}));
 }
 
+TEST(Replay, SaysWhatItAdapted) {
+  const SkiRun run;
+  run.write(SkiRun::kConfig, run.text(SkiRun::kConfig) + "adapt: {within: 5}\n");
+  const Said said = run.replay({SkiRun::kConfig, "--output", "result"});
+  ASSERT_EQ(said.code, 0) << said.err;
+  EXPECT_TRUE(contains(said.out, "adapted sigmas: gnss[0].position times")) << said.out;
+  const YAML::Node adapted = YAML::Load(run.text("result/summary.json"))["adapted"];
+  const Table rows = read_table(run.folder / "result/adapted.csv");
+  EXPECT_EQ(rows.header, "time_s,gnss[0].position,gnss[0].velocity,attitude[0],gyro_noise,accel_noise");
+  EXPECT_NEAR(static_cast<double>(rows.rows), 60, 2);
+  for (const auto& entry : adapted) {
+    const auto name = entry.first.as<std::string>();
+    const YAML::Node range = entry.second;
+    EXPECT_NEAR(range["last"].as<double>(), rows[name].back(), 1e-3) << name;
+    EXPECT_LE(range["least"].as<double>(), range["mean"].as<double>()) << name;
+    EXPECT_LE(range["mean"].as<double>(), range["most"].as<double>()) << name;
+    EXPECT_LE(range["most"].as<double>(), 5) << name;
+  }
+  EXPECT_EQ(adapted.size(), 5U);
+  EXPECT_TRUE(contains(run.text("result/report.html"), "Learned noise, over the stated"));
+
+  run.replace(SkiRun::kConfig, "adapt: {within: 5}", "adapt: false");
+  ASSERT_EQ(run.replay().code, 0);
+  EXPECT_FALSE(fs::exists(run.folder / "result/adapted.csv"));
+  EXPECT_FALSE(YAML::Load(run.text("result/summary.json"))["adapted"]);
+}
+
 // What an earlier replay with a smoother left would be taken for this one's.
 TEST(Replay, LeavesNoOutputsOfAnEarlierRunThatAreNotIts) {
   const SkiRun run;

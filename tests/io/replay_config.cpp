@@ -107,10 +107,20 @@ TEST_F(ReplayConfigTest, DefaultsOfTheShortestOne) {
   const ReplayConfig config = read(kImu + kGnss);
   EXPECT_EQ(config.initial.source, InitialHeading::Source::kAuto);
   EXPECT_EQ(config.smoother, SmootherKind::kRts);
+  EXPECT_FALSE(config.filter.adapt);
   EXPECT_TRUE(config.filter.behaviour.rest.detect);
   EXPECT_TRUE(config.filter.estimate.empty());
   EXPECT_TRUE(config.attitude.empty());
   EXPECT_EQ(config.conditioning.span.end, 0);
+}
+
+TEST_F(ReplayConfigTest, Adaptation) {
+  EXPECT_FALSE(read(kImu + kGnss + "adapt: false\n").filter.adapt);
+  EXPECT_EQ(read(kImu + kGnss + "adapt: true\n").filter.adapt->within, 10);
+  const ReplayConfig config = read(kImu + kGnss + "adapt: {within: 4, time: 60 s, imu_time: 2 h}\n");
+  EXPECT_EQ(config.filter.adapt->within, 4);
+  EXPECT_EQ(config.filter.adapt->time, 60);
+  EXPECT_EQ(config.filter.adapt->imu_time, 7200);
 }
 
 TEST_F(ReplayConfigTest, BehaviourIsThatOfConditioningAndFilter) {
@@ -187,6 +197,10 @@ TEST_F(ReplayConfigTest, RefusesWithTheLineAndTheRemedy) {
       {"smoother: batch\n", "run.yaml:7: smoother: batch is not available", "choose rts"},
       {"smother: rts\n", "run.yaml:7: unknown key `smother`", "perhaps `smoother`"},
       {"gate: 0.99\ngate: 0.9\n", "run.yaml:8: key `gate`", "line 7"},
+      {"adapt: perhaps\n", "run.yaml:7: adapt", "true"},
+      {"adapt: {within: 1}\n", "run.yaml:7: within", "such as 10"},
+      {"adapt: {time: 60}\n", "run.yaml:7: time", "no unit"},
+      {"adapt: {tim: 60 s}\n", "run.yaml:7: unknown key `tim`", "perhaps `time`"},
       {"gate: 2\n", "run.yaml:7: gate", "0.999"},
       {"estimate: [gyro_biass]\n", "run.yaml:7: estimate: there is no state block `gyro_biass`", "perhaps `gyro_bias`"},
       {"estimate: [boresight]\n", "run.yaml:7: estimate: boresight needs", "`attitude:` source"},

@@ -54,6 +54,7 @@ INSTANTIATE_TEST_SUITE_P(Allocations, PerEpoch,
 
 TEST_P(PerEpoch, PathAllocatesNothing) {
   test::SyntheticRun s = test::synthetic_run(20, GetParam());
+  s.options.adapt = AdaptationOptions{};
   Filter filter(s.options, s.log.world, s.start);
   std::size_t fix = 0, second = 0, attitude = 0, magnetic = 0, counted = 0, updates = 0;
   for (std::size_t i = 0; i < s.log.imu.size(); ++i) {

@@ -90,6 +90,12 @@ TEST(Filter, StreamingIsBatchToTheByte) {
   expect_batch(s, arrivals_of(s.log));
 }
 
+TEST(Filter, AdaptingIsTheSameStreamed) {
+  SyntheticRun s = test::synthetic_run(6, test::all_blocks());
+  s.options.adapt = AdaptationOptions{};
+  expect_batch(s, arrivals_of(s.log));
+}
+
 TEST(Filter, ADisputeIsTheSameStreamed) {
   SyntheticRun s = test::synthetic_run(6, {Block::kGyroBias, Block::kAccelBias});
   for (GnssFix& fix : s.log.gnss[0]) {

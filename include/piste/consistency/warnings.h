@@ -11,4 +11,7 @@ namespace piste {
 /// One sentence for each dispute of a GNSS receiver (disputes.h). Whether the sigmas hold is told by verdict.h.
 std::vector<std::string> warnings_of(const Solution& filtered);
 
+/// What an adapting filter took the noise to be, in one line. @pre it adapted
+std::string adapted_line(const AdaptedNoise& adapted);
+
 }  // namespace piste

@@ -72,6 +72,17 @@ struct Priors {
   double attitude_delay = 0.02;  ///< s, likewise
 };
 
+/// How far, and how fast, a filter may find noise to be other than stated (solve/adaptation.h). The logarithm of the
+/// factor of a variance is a Gauss-Markov process about zero, whose 1-sigma is ln `within`.
+struct AdaptationOptions {
+  double within = 10;  ///< a sigma may be this many times larger or smaller; sensor files were 3 to 50 times off
+  /// Correlation time of a source's factor [s]. A receiver with one fix a second is then followed within some 20 s, to
+  /// 20 % of its sigma; one with ten within 5 s, to 10 %.
+  double time = 3600;
+  /// Of the factors of the IMU's noise [s]. Fixes tell far less of it: ten a second show it to 15 % in some 3 minutes.
+  double imu_time = 36000;
+};
+
 /// Options of the filter.
 struct FilterOptions {
   ImuSensor sensor;
@@ -80,8 +91,9 @@ struct FilterOptions {
   std::vector<Block> estimate;            ///< blocks beyond position, velocity and attitude
   BehaviourOptions behaviour;
   Priors priors;
-  double magnetic_sigma = 0;  ///< 1-sigma of a magnetic heading [rad]; 0 = the magnetometer is not used
-  double declination = 0;     ///< magnetic declination [rad], east positive
+  double magnetic_sigma = 0;               ///< 1-sigma of a magnetic heading [rad]; 0 = the magnetometer is not used
+  double declination = 0;                  ///< magnetic declination [rad], east positive
+  std::optional<AdaptationOptions> adapt;  ///< nothing: all noise is as stated
 
   /// Whether the run estimates the block.
   bool estimates(Block block) const;

@@ -61,6 +61,20 @@ struct Sigmas {
 /// Sigmas of an estimate in `world` from the covariance of its error. No heap.
 Sigmas sigmas_of(const World& world, const Estimate& x, const StateLayout& layout, const Covariance& P);
 
+/// What an adapting filter took the noise to be, one row a second (solve/adaptation.h).
+struct AdaptedNoise {
+  std::vector<std::string> names;  ///< sources, "gyro_noise" and "accel_noise"; empty: the filter did not adapt
+  std::vector<double> time;
+  std::vector<double> factors;  ///< of the stated sigmas, row by row
+
+  double factor(std::size_t row, std::size_t name) const { return factors[row * names.size() + name]; }
+  /// The factors of one name over all rows: geometric mean, least, most, and the last.
+  struct Range {
+    double mean = 1, least = 1, most = 1, last = 1;
+  };
+  Range range(std::size_t name) const;
+};
+
 /// Estimates and sigmas of a run, stored compactly, one row for each epoch.
 class Solution {
  public:
@@ -86,6 +100,7 @@ class Solution {
 
   std::vector<std::string> sources;      ///< names, by Innovation::source
   std::vector<Innovation> innovations;   ///< in the order in which they were processed
+  AdaptedNoise adapted;                  ///< what the filter learned of the noise
   std::size_t gnss_late = 0;             ///< fixes that came too late for the filter
   double attitude_correlation_time = 0;  ///< of the attitude's errors [s]; 0: not known
   Estimate fixed;                        ///< values of the blocks that are not estimated

@@ -24,6 +24,9 @@ std::string attitude_csv(const Solution& solution, double rate);
 /// and heading of R_rb. Last come the sums of bias and drift, `gyro_total_bias_*` and `accel_total_bias_*`.
 std::string biases_csv(const Solution& solution);
 
+/// `adapted.csv`: the factors of the stated sigmas that the filter learned, one row a second.
+std::string adapted_csv(const AdaptedNoise& adapted);
+
 /// `innovations.csv`: for every measurement its residual, sigma, NIS and outcome, in SI.
 std::string innovations_csv(const Solution& solution);
 

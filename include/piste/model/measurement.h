@@ -151,6 +151,8 @@ struct MeasurementType {
 
   /// Whether files number the sensors of this type, as in "gnss[0]".
   static constexpr bool kNumbered = false;
+  /// Whether a filter that adapts learns the noise of this type (solve/adaptation.h).
+  static constexpr bool kAdapted = true;
   /// Number of sensors of this type in a run. Each has its own fixes and its own place in the list of sources.
   static int sensors(const FilterOptions&) { return 1; }
   /// Whether the filter uses fixes of this type.

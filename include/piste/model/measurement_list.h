@@ -54,6 +54,7 @@ struct MeasurementSource {
   std::string name;  ///< such as "gnss[0].position", "attitude[1]", "rest.rate"
   int partner = -1;  ///< index of another source, or −1; see MeasurementChannel
   bool readmitted = true;
+  bool adapted = true;
 };
 
 /// The sources of a run: type by type in the order of the list, sensor by sensor, channel by channel.

@@ -29,6 +29,7 @@ struct RestFix {
 /// the gate is never used, because it would stop a body that moves.
 struct ZeroUpdates : MeasurementType<RestFix> {
   static constexpr std::string_view kName = "rest";
+  static constexpr bool kAdapted = false;  // its noise is the sway of a body, which is coloured and stated as such
   static constexpr std::array kChannels{MeasurementChannel{.name = "velocity", .readmitted = false},
                                         MeasurementChannel{.name = "rate", .readmitted = false}};
   static std::optional<Linearization> linearize(const RestFix& fix, int sensor, int channel,

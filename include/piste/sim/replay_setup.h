@@ -21,9 +21,11 @@
 /// ```
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "piste/core/log.h"
+#include "piste/core/options.h"
 #include "piste/core/sensor.h"
 #include "piste/core/state_table.h"
 #include "piste/math/units.h"
@@ -46,6 +48,7 @@ struct ReplaySetup {
   std::vector<std::size_t> gnss, attitude;  ///< of the lists of Scenario; gnss is empty only where it has no receiver
   ImuSensor sensor;                         ///< what the filter is told of the IMU
   std::vector<Block> estimate;              ///< blocks beyond position, velocity and attitude
+  std::optional<AdaptationOptions> adapt;   ///< whether the filter learns the noise
   enum class Heading { kKnown, kAuto } heading = Heading::kKnown;
   bool random_headings = false;   ///< of the trunk at the start, drawn anew each run; else as the motion says
   StartSigmas start;              ///< of a known heading

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "piste/core/solution.h"
+#include "piste/solve/adaptation.h"
 #include "piste/solve/fix_queue.h"
 #include "piste/solve/initial_state.h"
 #include "piste/solve/noise_score.h"
@@ -73,6 +74,8 @@ class Filter {
   /// Innovations since the last call to clear_innovations().
   std::span<const Innovation> innovations() const { return innovations_; }
   void clear_innovations() { innovations_.clear(); }
+  /// What it has learned of the noise so far.
+  const Adaptation& adaptation() const { return adaptation_; }
   /// Number of fixes that came too late.
   std::size_t late() const { return late_; }
 
@@ -105,7 +108,7 @@ class Filter {
                double lag);
   template <class Type>
   Linearization half_way(const typename Type::Fix& fix, int sensor, int channel, const MeasurementContext& context,
-                         const Linearization& at_estimate);
+                         const Linearization& at_estimate, double learned);
   void apply(int source, double late, const Linearization& lin);
   void correct_by(const Update& update, const Linearization& lin);
   void propagate_by(const Transition& transition);
@@ -127,6 +130,7 @@ class Filter {
   Propagation propagation_;
   RateMending mending_;
   NoiseScore noise_score_;
+  Adaptation adaptation_;
   RestUpdates rest_;
   Trust trust_;
   Vector3d rate_variance_ = Vector3d::Zero();  // of the gyro's white noise in the sample that is processed

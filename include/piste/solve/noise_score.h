@@ -31,8 +31,12 @@ class NoiseScore {
   /// Where a reference attitude is measured, its fixes mend the gyroscopes' rate (rate_mending.h).
   NoiseScore(const FilterOptions& options, const StateLayout& layout);
 
-  /// A step of `dt` seconds with the measured rate and force as factors of the scales.
-  void add(double dt) { time_ += dt; }
+  /// A step of `dt` seconds with the measured rate and force as factors of the scales. `gyro` and `accel`: factors of
+  /// the variances of the stated noise.
+  void add(double dt, double gyro = 1, double accel = 1) {
+    gyro_time_ += gyro * dt;
+    accel_time_ += accel * dt;
+  }
   /// Call it before a fix is used.
   void before_fix(const Estimate& x, const Covariance& P);
   /// Call it after all fixes of one instant, before the next step. Returns the score that they added; nothing if there
@@ -45,8 +49,8 @@ class NoiseScore {
   };
   static Known known(const Estimate& x, const Covariance& P);
 
-  double gyro_ = 0, accel_ = 0;  // densities of the white noise, squared; 0 where the scale is not estimated
-  double time_ = 0;
+  double gyro_ = 0, accel_ = 0;            // densities of the white noise, squared; 0 where the scale is not estimated
+  double gyro_time_ = 0, accel_time_ = 0;  // since the last fix, as the factors weigh it
   std::optional<Known> before_;
 };
 
