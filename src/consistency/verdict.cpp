@@ -41,6 +41,13 @@ double error_of_mean(std::span<const double> x) {
   return std::sqrt(variance * inflation / static_cast<double>(x.size()));
 }
 
+// Of as many rows as a measurement has.
+double median_of_chi_squared(int rows) {
+  static const std::array<double, 3> kMedians{chi_squared_quantile(0.5, 1), chi_squared_quantile(0.5, 2),
+                                              chi_squared_quantile(0.5, 3)};
+  return kMedians.at(static_cast<std::size_t>(rows - 1));
+}
+
 // The series of one source.
 struct Series {
   std::vector<double> used, all;            // NIS per row; NIS over the median of χ² of as many rows
@@ -49,7 +56,7 @@ struct Series {
 
   void add(const Innovation& v) {
     const double rows = v.dof;
-    all.push_back(v.nis / chi_squared_quantile(0.5, rows));
+    all.push_back(v.nis / median_of_chi_squared(v.dof));
     if (!was_used(v.outcome)) {
       ++rejected;
       return;

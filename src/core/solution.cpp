@@ -78,8 +78,9 @@ std::string_view outcome_name(Outcome outcome) {
 }
 
 Navigation navigation_of(const World& world, const Estimate& x) {
-  const Matrix3d R_nw = world.rotation_wn(x.p_wb).transpose();
-  return {world.to_geodetic(x.p_wb), R_nw * x.v_wb, to_euler(Quaterniond(R_nw) * x.q_wb)};
+  const Geodetic place = world.to_geodetic(x.p_wb);
+  const Matrix3d R_nw = world.rotation_wn(place).transpose();
+  return {place, R_nw * x.v_wb, to_euler(Quaterniond(R_nw) * x.q_wb)};
 }
 
 Sigmas sigmas_of(const World& world, const Estimate& x, const StateLayout& layout, const Covariance& P) {

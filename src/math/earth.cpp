@@ -12,11 +12,21 @@ namespace {
 // GeographicLib's local axes are east, north, up.
 Vector3d swap_enu_ned(const Vector3d& a) { return {a.y(), a.x(), -a.z()}; }
 
+// R_en. Columns: north, east, down in ECEF.
+Matrix3d level_axes(const Geodetic& place) {
+  const double sp = std::sin(place.latitude), cp = std::cos(place.latitude), sl = std::sin(place.longitude),
+               cl = std::cos(place.longitude);
+  Matrix3d R_en;
+  R_en << -sp * cl, -sl, -cp * cl, -sp * sl, cl, -cp * sl, cp, 0, -sp;
+  return R_en;
+}
+
 }  // namespace
 
 World::World(const Geodetic& origin)
     : origin_(origin),
       local_(origin.latitude / kDegree, origin.longitude / kDegree, origin.height),
+      R_we_(level_axes(origin).transpose()),
       earth_rate_(kEarthRate * std::cos(origin.latitude), 0, -kEarthRate * std::sin(origin.latitude)) {}
 
 Vector3d World::from_geodetic(const Geodetic& place) const {
@@ -34,23 +44,13 @@ Geodetic World::to_geodetic(const Vector3d& p_w) const {
   return place;
 }
 
-Matrix3d World::rotation_wn(const Vector3d& p_w) const {
-  const auto axes = [](double latitude, double longitude) {
-    // Columns: north, east, down in ECEF.
-    const double sp = std::sin(latitude), cp = std::cos(latitude), sl = std::sin(longitude), cl = std::cos(longitude);
-    Matrix3d R_en;
-    R_en << -sp * cl, -sl, -cp * cl, -sp * sl, cl, -cp * sl, cp, 0, -sp;
-    return R_en;
-  };
-  const Geodetic here = to_geodetic(p_w);
-  return axes(origin_.latitude, origin_.longitude).transpose() * axes(here.latitude, here.longitude);
-}
+Matrix3d World::rotation_wn(const Geodetic& place) const { return R_we_ * level_axes(place); }
 
 Vector3d World::gravity_value(const Vector3d& p_w) const {
   const Geodetic here = to_geodetic(p_w);
   double north = 0, up = 0;
   GeographicLib::NormalGravity::WGS84().Gravity(here.latitude / kDegree, here.height, north, up);
-  return rotation_wn(p_w) * Vector3d(north, 0, -up);
+  return rotation_wn(here) * Vector3d(north, 0, -up);
 }
 
 Gravity World::gravity(const Vector3d& p_w) const {

@@ -1,5 +1,7 @@
 #include "piste/model/dynamics.h"
 
+#include "math/wide.h"
+
 namespace piste {
 namespace {
 
@@ -55,6 +57,9 @@ struct Structure {
   }
 };
 
+constexpr int kPadded = (kFullSize + 3) / 4 * 4;
+static_assert(kFullSize * kFullSize >= kNavigation * kFullSize + 4);  // what loops over padded columns may read
+
 template <int N>
 using Columns = Eigen::Matrix<double, kFullSize, N>;
 
@@ -76,14 +81,92 @@ template <int Out, int In>
   }
 }
 
-#if defined(__x86_64__) && defined(__gnu_linux__)
-#define PISTE_WIDE __attribute__((target_clones("avx2", "default")))
-#else
-#define PISTE_WIDE
-#endif
+// What the navigation rows depend on among the inputs: position on all but the gyroscopes, velocity on all, attitude on
+// itself and the gyroscopes.
+constexpr std::array<int, 12> kOfPosition{0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14};
+constexpr std::array<int, 15> kOfVelocity{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14};
+constexpr std::array<int, 6> kOfAttitude{6, 7, 8, 9, 10, 11};
 
-PISTE_WIDE void onto_navigation(const Mixer& mixer, const Columns<kInputs>& in, int n, Columns<kNavigation>& out) {
-  combine(mixer, in, n, out);
+// Three rows of mixer × inputs, over the first n errors.
+template <std::size_t N>
+[[gnu::always_inline]] inline void three_rows(const Mixer& mixer, int row, const std::array<int, N>& depends,
+                                              const double* const* in, int n, double (*out)[kPadded]) {
+  double w[3][N];
+  for (int i = 0; i < 3; ++i) {
+    for (std::size_t k = 0; k < N; ++k) w[i][k] = mixer(row + i, depends[k]);
+  }
+  // The compiler need not fear that the rows written are among those read.
+  const double* x[N];
+  for (std::size_t k = 0; k < N; ++k) x[k] = in[depends[k]];
+  double* __restrict first = out[row], * __restrict second = out[row + 1], * __restrict third = out[row + 2];
+  for (int r = 0; r < n; ++r) {
+    double a = w[0][0] * x[0][r], b = w[1][0] * x[0][r], c = w[2][0] * x[0][r];
+    for (std::size_t k = 1; k < N; ++k) {
+      a += w[0][k] * x[k][r];
+      b += w[1][k] * x[k][r];
+      c += w[2][k] * x[k][r];
+    }
+    first[r] = a;
+    second[r] = b;
+    third[r] = c;
+  }
+}
+
+[[gnu::always_inline]] inline void nine_rows(const Mixer& mixer, const double* const* in, int n,
+                                             double (*out)[kPadded]) {
+  three_rows(mixer, kRho, kOfPosition, in, n, out);
+  three_rows(mixer, kNu, kOfVelocity, in, n, out);
+  three_rows(mixer, kTheta, kOfAttitude, in, n, out);
+}
+
+// P ← Φ P Φᵀ, and `noise` added to the navigation rows. P has n rows, and room beyond its last column, so that loops
+// may go on to a multiple of four.
+PISTE_WIDE void sandwich(double* P, int n, const Structure& s, const Matrix9d& noise) {
+  const int padded = (n + 3) / 4 * 4;
+  // Covariance of every error before the step with the inputs, then with the navigation rows after it.
+  alignas(32) double imu[kInputs - kNavigation][kPadded];
+  for (auto& column : imu) {
+    for (int r = 0; r < padded; ++r) column[r] = 0;
+  }
+  for (int k = kNavigation; k < n; ++k) {
+    if (s.input[at(k)] < 0) continue;
+    double* to = imu[s.input[at(k)] - kNavigation];
+    const double f = s.factor[at(k)], *column = P + k * n;
+    for (int r = 0; r < n; ++r) to[r] += f * column[r];
+  }
+  const double* in[kInputs];
+  for (int k = 0; k < kNavigation; ++k) in[k] = P + k * n;
+  for (int k = kNavigation; k < kInputs; ++k) in[k] = imu[k - kNavigation];
+  alignas(32) double after[kNavigation][kPadded];
+  nine_rows(s.mixer, in, padded, after);
+
+  // The same for the navigation rows themselves.
+  constexpr int kRows = 12;  // nine, and up to a multiple of four
+  alignas(32) double turned[kInputs][kRows];
+  for (auto& column : turned) {
+    for (double& value : column) value = 0;
+  }
+  for (int k = 0; k < kNavigation; ++k) {
+    for (int i = 0; i < kNavigation; ++i) turned[k][i] = after[i][k];
+  }
+  for (int k = kNavigation; k < n; ++k) {
+    if (s.input[at(k)] < 0) continue;
+    for (int i = 0; i < kNavigation; ++i) turned[s.input[at(k)]][i] += s.factor[at(k)] * after[i][k];
+  }
+  for (int k = 0; k < kInputs; ++k) in[k] = turned[k];
+  alignas(32) double corner[kNavigation][kPadded];
+  nine_rows(s.mixer, in, kRows, corner);
+
+  for (int j = 0; j < kNavigation; ++j) {
+    for (int i = 0; i <= j; ++i) P[j * n + i] = P[i * n + j] = 0.5 * (corner[j][i] + corner[i][j]) + noise(i, j);
+    for (int i = kNavigation; i < n; ++i) {
+      P[j * n + i] = P[i * n + j] = s.decay[at(i)] * after[j][i];
+    }
+  }
+  for (int j = kNavigation; j < n; ++j) {
+    const double d = s.decay[at(j)];
+    for (int i = kNavigation; i < n; ++i) P[j * n + i] *= s.decay[at(i)] * d;
+  }
 }
 
 PISTE_WIDE void onto_inputs(const Mixer& mixer, const Columns<kNavigation>& in, int n, Columns<kInputs>& out) {
@@ -91,9 +174,10 @@ PISTE_WIDE void onto_inputs(const Mixer& mixer, const Columns<kNavigation>& in, 
 }
 
 // λ ← Φᵀ λ of the first n rows.
-void adjoint(ErrorVector& lambda, int n, const Structure& s) {
-  const Eigen::Matrix<double, kInputs, 1> seen = s.mixer.transpose() * lambda.head<kNavigation>();
-  lambda.head<kNavigation>() = seen.head<kNavigation>();
+template <class Vector>
+void adjoint(Vector&& lambda, int n, const Structure& s) {
+  const Eigen::Matrix<double, kInputs, 1> seen = s.mixer.transpose() * lambda.template head<kNavigation>();
+  lambda.template head<kNavigation>() = seen.template head<kNavigation>();
   for (int k = kNavigation; k < n; ++k) {
     lambda(k) *= s.decay[at(k)];
     if (s.input[at(k)] >= 0) lambda(k) += s.factor[at(k)] * seen(s.input[at(k)]);
@@ -115,30 +199,48 @@ Transition linearize(const Estimate& x, const Estimate& end, const ImuStep& s, c
   const Matrix3d R_mid = (x.q_wb * so3_exp(0.5 * s.dtheta)).toRotationMatrix();
   const Vector3d v_mid = standing ? Vector3d::Zero().eval() : (0.5 * (x.v_wb + end.v_wb)).eval();
   const Matrix3d V = skew(v_mid), E = skew(earth_rate);
+  const Matrix3d& Gamma = gravity.gradient;
+  const Matrix3d C = skew(gravity.value) + V * E;  // of ν' by θ
 
-  Matrix9d A = Matrix9d::Zero();
-  A.block<3, 3>(kRho, kNu).setIdentity();
-  A.block<3, 3>(kRho, kTheta) = -V;
-  A.block<3, 3>(kNu, kRho) = gravity.gradient;
-  A.block<3, 3>(kNu, kNu) = -2 * E;
-  A.block<3, 3>(kNu, kTheta) = skew(gravity.value) + V * E;
-  A.block<3, 3>(kTheta, kTheta) = -E;
-  const Matrix9d integral = dt * (Matrix9d::Identity() + 0.5 * dt * A);  // ∫Φ
-  t.navigation.noalias() = A * integral;
-  t.navigation.diagonal().array() += 1;
+  // Φ = 1 + A dt + ½ A² dt² for A = (0 1 −V; Γ −2E C; 0 0 −E), block by block.
+  const double h = 0.5 * dt * dt;
+  const Matrix3d I = Matrix3d::Identity();
+  t.navigation.block<3, 3>(kRho, kRho) = I + h * Gamma;
+  t.navigation.block<3, 3>(kRho, kNu) = dt * I - 2 * h * E;
+  t.navigation.block<3, 3>(kRho, kTheta) = -dt * V + h * (C + V * E);
+  t.navigation.block<3, 3>(kNu, kRho) = dt * Gamma - 2 * h * (E * Gamma);
+  t.navigation.block<3, 3>(kNu, kNu) = I - 2 * dt * E + h * (Gamma + 4 * (E * E));
+  t.navigation.block<3, 3>(kNu, kTheta) = dt * C - h * (Gamma * V + 2 * (E * C) + C * E);
+  t.navigation.block<3, 3>(kTheta, kRho).setZero();
+  t.navigation.block<3, 3>(kTheta, kNu).setZero();
+  t.navigation.block<3, 3>(kTheta, kTheta) = I - dt * E + h * (E * E);
 
-  Matrix96d B = Matrix96d::Zero();
+  // ∫Φ B = (dt + ½ A dt²) B for B = (0 0; V G A; G 0). A rate does not move the position: there V G and −V G cancel.
   const Matrix3d gyro = -R_mid * (1 + x.gyro_scale.array()).inverse().matrix().asDiagonal();
-  B.block<3, 3>(kTheta, 0) = gyro;
-  B.block<3, 3>(kNu, 0) = V * gyro;
-  B.block<3, 3>(kNu, 3) = -R_mid * (1 + x.accel_scale.array()).inverse().matrix().asDiagonal();
-  t.imu.noalias() = integral * B;
+  const Matrix3d accel = -R_mid * (1 + x.accel_scale.array()).inverse().matrix().asDiagonal();
+  const Matrix3d VG = V * gyro;
+  const Matrix3d turn = dt * gyro - h * (E * gyro), swing = dt * VG + h * (C * gyro - 2 * (E * VG));
+  const Matrix3d push = dt * accel - 2 * h * (E * accel), shift = h * accel;
+  t.imu.block<3, 3>(kRho, 0).setZero();
+  t.imu.block<3, 3>(kRho, 3) = shift;
+  t.imu.block<3, 3>(kNu, 0) = swing;
+  t.imu.block<3, 3>(kNu, 3) = push;
+  t.imu.block<3, 3>(kTheta, 0) = turn;
+  t.imu.block<3, 3>(kTheta, 3).setZero();
 
   // ∫ Φ B N Bᵀ Φᵀ over the step, by its value in the middle of the step, where Φ B is nearly ∫Φ B / dt.
-  Eigen::Matrix<double, 6, 1> density;
-  density << noise.gyro, noise.accel;
-  const Matrix96d middle = t.imu / dt;
-  t.noise.noalias() = middle * (dt * density).asDiagonal() * middle.transpose();
+  const Matrix3d turn_noise = turn * (noise.gyro / dt).asDiagonal(),
+                 swing_noise = swing * (noise.gyro / dt).asDiagonal();
+  const Matrix3d push_noise = push * (noise.accel / dt).asDiagonal();
+  t.noise.block<3, 3>(kRho, kRho) = shift * (noise.accel / dt).asDiagonal() * shift.transpose();
+  t.noise.block<3, 3>(kRho, kNu) = shift * push_noise.transpose();
+  t.noise.block<3, 3>(kRho, kTheta).setZero();
+  t.noise.block<3, 3>(kNu, kNu) = swing_noise * swing.transpose() + push_noise * push.transpose();
+  t.noise.block<3, 3>(kNu, kTheta) = swing_noise * turn.transpose();
+  t.noise.block<3, 3>(kTheta, kTheta) = turn_noise * turn.transpose();
+  t.noise.block<3, 3>(kNu, kRho) = t.noise.block<3, 3>(kRho, kNu).transpose();
+  t.noise.block<3, 3>(kTheta, kRho).setZero();
+  t.noise.block<3, 3>(kTheta, kNu) = t.noise.block<3, 3>(kNu, kTheta).transpose();
   return t;
 }
 
@@ -171,45 +273,8 @@ void add_processes(Transition& t, const StateLayout& layout, const FilterOptions
 }
 
 void propagate(Covariance& P, const StateLayout& layout, const Transition& t) {
-  const int n = layout.size();
   const Structure s(layout, t);
-  // Covariance of every error before the step (rows) with the inputs of the navigation rows, then with the navigation
-  // rows after the step.
-  Columns<kInputs> inputs;
-  inputs.leftCols<kNavigation>().topRows(n) = P.leftCols<kNavigation>();
-  inputs.rightCols<6>().topRows(n).setZero();
-  for (int k = kNavigation; k < n; ++k) {
-    if (s.input[at(k)] >= 0) inputs.col(s.input[at(k)]).head(n) += s.factor[at(k)] * P.col(k);
-  }
-  Columns<kNavigation> after;
-  onto_navigation(s.mixer, inputs, n, after);
-
-  // The same for the navigation rows themselves.
-  inputs.leftCols<kNavigation>().topRows<kNavigation>() = after.topRows<kNavigation>().transpose();
-  inputs.rightCols<6>().topRows<kNavigation>().setZero();
-  for (int k = kNavigation; k < n; ++k) {
-    if (s.input[at(k)] < 0) continue;
-    inputs.col(s.input[at(k)]).head<kNavigation>() += s.factor[at(k)] * after.row(k).transpose();
-  }
-  Columns<kNavigation> corner;
-  onto_navigation(s.mixer, inputs, kNavigation, corner);
-  for (int j = 0; j < kNavigation; ++j) {
-    for (int i = 0; i <= j; ++i) P(i, j) = P(j, i) = 0.5 * (corner(i, j) + corner(j, i)) + t.noise(i, j);
-  }
-
-  const int others = n - kNavigation;
-  for (const Block b : layout.blocks()) {
-    const double f = t.decay[slot(b)];
-    if (f == 1) continue;
-    const int o = layout.offset(b), size = info(b).size;
-    after.middleRows(o, size) *= f;
-    P.block(kNavigation, o, others, size) *= f;
-    P.block(o, kNavigation, size, others) *= f;
-  }
-  for (int j = 0; j < kNavigation; ++j) {
-    P.col(j).tail(others) = after.col(j).segment(kNavigation, others);
-    P.row(j).tail(others) = P.col(j).tail(others).transpose();
-  }
+  sandwich(P.data(), layout.size(), s, t.noise);
   for (const Block b : layout.blocks()) {
     const int size = info(b).size;
     P.diagonal().segment(layout.offset(b), size) += t.variance[slot(b)].head(size);
@@ -265,6 +330,11 @@ void propagate_adjoint(ErrorVector& lambda, Covariance& Lambda, const StateLayou
 
 void propagate_adjoint(ErrorVector& lambda, const StateLayout& layout, const Transition& t) {
   adjoint(lambda, layout.size(), Structure(layout, t));
+}
+
+void propagate_adjoint(Eigen::MatrixXd& columns, const StateLayout& layout, const Transition& t) {
+  const Structure s(layout, t);
+  for (auto column : columns.colwise()) adjoint(column, layout.size(), s);
 }
 
 Covariance dense_transition(const StateLayout& layout, const Transition& t) {

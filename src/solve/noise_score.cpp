@@ -16,17 +16,28 @@ NoiseScore::NoiseScore(const FilterOptions& options, const StateLayout& layout) 
 // Covariances along the body's axes of attitude and velocity, for given errors of everything else: what a bias hides
 // of the tilt is not what the noise turns. It is the ordinary velocity that fixes show.
 NoiseScore::Known NoiseScore::known(const Estimate& x, const Covariance& P) {
-  constexpr int kNavigation = 9, kAttitude = full_offset(Block::kAttitude);
-  const Eigen::Index others = P.rows() - kNavigation;
-  using Beside = Eigen::Matrix<double, Eigen::Dynamic, kNavigation, 0, kFullSize, kNavigation>;
-  const Covariance slow = P.bottomRightCorner(others, others);
-  const Beside beside = P.bottomLeftCorner(others, kNavigation);
-  const Beside told = slow.ldlt().solve(beside);
-  const Matrix9d fast = P.topLeftCorner<kNavigation, kNavigation>() - beside.transpose() * told;
+  constexpr int kVelocity = full_offset(Block::kVelocity), kNavigation = 9, kFast = 6;
+  const Eigen::Index others = P.rows() - kNavigation, size = others + kFast;
+  // The slow states first; eliminating them leaves the covariance of velocity and attitude for given values of them
+  // (Schur's complement). Only the lower half is there.
+  Covariance C(size, size);
+  C.topLeftCorner(others, others) = P.bottomRightCorner(others, others);
+  C.bottomLeftCorner(kFast, others) = P.block(kVelocity, kNavigation, kFast, others);
+  C.bottomRightCorner<kFast, kFast>() = P.block<kFast, kFast>(kVelocity, kVelocity);
+  for (Eigen::Index k = 0; k < others; ++k) {
+    const double pivot = C(k, k);
+    if (!(pivot > 0)) continue;  // known exactly
+    for (Eigen::Index j = k + 1; j < size; ++j) {
+      const double factor = C(j, k) / pivot;
+      C.col(j).tail(size - j) -= factor * C.col(k).tail(size - j);
+    }
+  }
+  using Matrix6d = Eigen::Matrix<double, kFast, kFast>;
+  const Matrix6d lower = C.bottomRightCorner<kFast, kFast>(), fast = lower.selfadjointView<Eigen::Lower>();
   const Matrix3d R = x.R_wb();
-  const Eigen::Matrix<double, 3, kNavigation> velocity =
-      R.transpose() * ordinary_from_invariant(x).middleRows<3>(full_offset(Block::kVelocity));
-  return {R.transpose() * fast.block<3, 3>(kAttitude, kAttitude) * R, velocity * fast * velocity.transpose()};
+  const Eigen::Matrix<double, 3, kFast> velocity =
+      R.transpose() * ordinary_from_invariant(x).block<3, kFast>(kVelocity, kVelocity);
+  return {R.transpose() * fast.bottomRightCorner<3, 3>() * R, velocity * fast * velocity.transpose()};
 }
 
 void NoiseScore::before_fix(const Estimate& x, const Covariance& P) {

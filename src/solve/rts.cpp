@@ -1,17 +1,56 @@
 #include "piste/solve/rts.h"
 
 #include <algorithm>
+#include <array>
+#include <span>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
+#include "math/wide.h"
 #include "piste/solve/noise_score.h"
 
 namespace piste {
 namespace {
 
+// A part of a matrix.
+struct Part {
+  int row, column, rows, columns;
+};
+
+// N rows of one column of A B, from `row` on, for an A of n rows.
+template <int N>
+[[gnu::always_inline]] inline void rows_of_product(const double* A, const double* b, int row, int n, double* out) {
+  double sum[N] = {};
+  for (int k = 0; k < n; ++k) {
+    const double* a = A + k * n + row;
+    for (int i = 0; i < N; ++i) sum[i] += a[i] * b[k];
+  }
+  for (int i = 0; i < N; ++i) out[row + i] = sum[i];
+}
+
+// `part` of `out` becomes that of A B, all of them with n rows and columns. An element has the same bits in every part.
+PISTE_WIDE void multiply(const double* A, const double* B, int n, const Part& part, double* out) {
+  constexpr int kWide = 8;
+  for (int j = part.column; j < part.column + part.columns; ++j) {
+    const double* b = B + j * n;
+    int row = part.row;
+    const int end = part.row + part.rows;
+    for (; row + kWide <= end; row += kWide) rows_of_product<kWide>(A, b, row, n, out + j * n);
+    for (; row + 3 <= end; row += 3) rows_of_product<3>(A, b, row, n, out + j * n);
+    for (; row < end; ++row) rows_of_product<1>(A, b, row, n, out + j * n);
+  }
+}
+
+void multiply(const Covariance& A, const Covariance& B, const Part& part, Covariance& out) {
+  multiply(A.data(), B.data(), static_cast<int>(A.rows()), part, out.data());
+}
+
 // The backward pass. run() takes λ and Λ from after the last event of a tape to before its first.
 class Backward {
  public:
-  explicit Backward(const StateLayout& layout, bool covariance = true) : layout_(layout), covariance_(covariance) {
+  explicit Backward(const StateLayout& layout, bool covariance = true)
+      : layout_(layout), covariance_(covariance), for_sigmas_(parts_for_sigmas(layout)) {
     lambda_.setZero(layout.size());
     Lambda_.setZero(layout.size(), layout.size());
   }
@@ -27,7 +66,7 @@ class Backward {
         } else {
           propagate_adjoint(lambda_, layout_, step->transition);
         }
-        if (traces()) traced_ = (dense_transition(layout_, step->transition).transpose() * traced_).eval();
+        if (traces()) propagate_adjoint(traced_, layout_, step->transition);
       } else if (const auto* correction = std::get_if<Tape::Correction>(&*event)) {
         if (covariance_) {
           reset_adjoint(lambda_, Lambda_, layout_, correction->reset);
@@ -54,14 +93,12 @@ class Backward {
 
   /// The same, and P − P Λ P about it. Only where Λ is carried along.
   SmoothedState smooth(const Estimate& x, const ErrorVector& mean, const Covariance& P) {
-    const FullError correction = this->correction(mean, P);
-    work_.noalias() = Lambda_ * P;
-    SmoothedState s{boxplus(x, correction), P};
-    s.P.noalias() -= P * work_;
-    const ResetJacobian G = reset_jacobian(correction);
-    reset(s.P, layout_, G);
-    turn_ = G.velocity_attitude.bottomRightCorner<3, 3>();
-    return s;
+    return smooth(x, mean, P, std::array{Part{0, 0, layout_.size(), layout_.size()}});
+  }
+  /// The same with those covariances alone of which sigmas are made, and zeros beside: of navigation, of each block
+  /// with itself, and of biases with their drifts.
+  SmoothedState smooth_for_sigmas(const Estimate& x, const ErrorVector& mean, const Covariance& P) {
+    return smooth(x, mean, P, for_sigmas_);
   }
 
   /// Keeps the attitude's error at the epoch j of the last smooth(), to correlate it with the errors at earlier epochs
@@ -80,6 +117,42 @@ class Backward {
 
  private:
   static constexpr int kAttitude = full_offset(Block::kAttitude);
+  static constexpr int kNavigation = 9;
+
+  static std::vector<Part> parts_for_sigmas(const StateLayout& layout) {
+    std::vector<Part> parts{{0, 0, kNavigation, kNavigation}};
+    const auto add = [&](Block a, Block b) {
+      if (layout.has(a) && layout.has(b))
+        parts.push_back({layout.offset(a), layout.offset(b), info(a).size, info(b).size});
+    };
+    for (const Block b : layout.blocks()) {
+      if (!is_navigation(b)) add(b, b);
+    }
+    for (const auto& [bias, drift] :
+         {std::pair{Block::kGyroBias, Block::kGyroDrift}, {Block::kAccelBias, Block::kAccelDrift}}) {
+      add(bias, drift);
+      add(drift, bias);
+    }
+    return parts;
+  }
+
+  SmoothedState smooth(const Estimate& x, const ErrorVector& mean, const Covariance& P, std::span<const Part> parts) {
+    const FullError correction = this->correction(mean, P);
+    const int n = layout_.size();
+    work_.resize(n, n);
+    multiply(Lambda_, P, {0, 0, n, n}, work_);
+    SmoothedState s{boxplus(x, correction), Covariance::Zero(n, n)};
+    for (const Part& part : parts) {
+      multiply(P, work_, part, s.P);
+      auto here = s.P.block(part.row, part.column, part.rows, part.columns);
+      here = P.block(part.row, part.column, part.rows, part.columns) - here;
+    }
+    const ResetJacobian G = reset_jacobian(correction);
+    reset(s.P, layout_, G);
+    turn_ = G.velocity_attitude.bottomRightCorner<3, 3>();
+    return s;
+  }
+
   bool traces() const { return traced_.cols() > 0; }
   FullError correction(const ErrorVector& mean, const Covariance& P) const {
     return expand(layout_, mean - P.lazyProduct(lambda_));
@@ -87,6 +160,7 @@ class Backward {
 
   const StateLayout& layout_;
   bool covariance_;
+  std::vector<Part> for_sigmas_;
   ErrorVector lambda_;
   Covariance Lambda_, work_;
   Eigen::MatrixXd traced_;  // three columns each
@@ -176,7 +250,7 @@ Solution smooth_rts(const Log& log, const FilterRun& run, const ProgressCallback
   std::optional<LagCollector> collector;
   if (lags) collector.emplace(filtered.world(), run.epochs, *lags);
   run_backwards(backward, log, run, 0, progress, [&](std::size_t row, const Tape::Epoch& epoch) {
-    const SmoothedState s = backward.smooth(epoch.x, epoch.mean, epoch.P);
+    const SmoothedState s = backward.smooth_for_sigmas(epoch.x, epoch.mean, epoch.P);
     out.set(row, epoch.time, s.x, sigmas_of(out.world(), s.x, out.layout(), s.P));
     if (collector) collector->visit(backward, row, epoch, s);
   });

@@ -87,7 +87,29 @@ Covariance exact_remainder(const Update& u, const Tall& K) {
 
 Tall gain(const Update& u) { return u.PHt.lazyProduct(u.S_inverse); }
 
+namespace {
+
+// Whether P − K S Kᵀ keeps all but a few digits: the variance of no combination falls below this part of itself.
+bool loses_little(const Update& u) {
+  constexpr double kLeast = 1e-4;
+  return (u.R.inverse() * u.S).trace() * kLeast < 1;
+}
+
+}  // namespace
+
 void joseph(Covariance& P, const Update& u, const Matrix3d& R) {
+  if (loses_little(u)) {
+    // P − W Wᵀ with W = P Hᵀ L⁻ᵀ, S = L Lᵀ: symmetric by itself.
+    Tall W = u.PHt;
+    u.S.llt().matrixU().solveInPlace<Eigen::OnTheRight>(W);
+    const Eigen::Index n = P.rows();
+    const double *a = W.col(0).data(), *b = W.col(1).data(), *c = W.col(2).data();
+    for (Eigen::Index j = 0; j < n; ++j) {
+      double* column = P.col(j).data();
+      for (Eigen::Index i = 0; i < n; ++i) column[i] -= a[i] * a[j] + b[i] * b[j] + c[i] * c[j];
+    }
+    return;
+  }
   const Tall K = gain(u);
   Matrix3d noise = Matrix3d::Zero();
   noise.topLeftCorner(u.rows, u.rows) = R.topLeftCorner(u.rows, u.rows);
@@ -102,11 +124,26 @@ void joseph(Covariance& P, const Update& u, const Matrix3d& R) {
   symmetrize(P);
 }
 
+namespace {
+
+// P ← G P Gᵀ for a G that turns N rows from `first` on, and no others.
+template <int N>
+void turn_rows(Covariance& P, Eigen::Index first, const Eigen::Matrix<double, N, N>& G) {
+  Eigen::Matrix<double, Eigen::Dynamic, N, 0, kFullSize, N> columns(P.rows(), N);
+  columns.noalias() = P.middleCols<N>(first).lazyProduct(G.transpose());
+  const Eigen::Matrix<double, N, N> corner = G * columns.template middleRows<N>(first);
+  P.middleCols<N>(first) = columns;
+  P.middleRows<N>(first) = columns.transpose();
+  P.block<N, N>(first, first) = 0.5 * (corner + corner.transpose());
+}
+
+}  // namespace
+
 void reset(Covariance& P, const StateLayout& layout, const ResetJacobian& G) {
-  apply_rows(P, layout, G, false);
-  P.transposeInPlace();
-  apply_rows(P, layout, G, false);
-  symmetrize(P);
+  turn_rows<6>(P, full_offset(Block::kVelocity), G.velocity_attitude);
+  for (std::size_t i = 0; i < kMountingBlocks.size(); ++i) {
+    if (layout.has(kMountingBlocks[i])) turn_rows<3>(P, layout.offset(kMountingBlocks[i]), G.mountings[i]);
+  }
 }
 
 void reset_adjoint(Eigen::MatrixXd& columns, const StateLayout& layout, const ResetJacobian& G) {

@@ -43,7 +43,9 @@ class World {
   Geodetic to_geodetic(const Vector3d& p_w) const;
   /// R_wn: turns components along the local level n, the north-east-down axes at p_w, into components in w. What is
   /// given or shown as north, east, down, roll, pitch or heading goes through this rotation, and it alone. No heap.
-  Matrix3d rotation_wn(const Vector3d& p_w) const;
+  Matrix3d rotation_wn(const Vector3d& p_w) const { return rotation_wn(to_geodetic(p_w)); }
+  /// The same at a place whose geodetic position is known already, which is what costs.
+  Matrix3d rotation_wn(const Geodetic& place) const;
   /// Normal gravity (gravitation and centrifugal acceleration) at p_w, in w, with its gradient and the local level.
   Gravity gravity(const Vector3d& p_w) const;
 
@@ -51,6 +53,7 @@ class World {
   Vector3d gravity_value(const Vector3d& p_w) const;
   Geodetic origin_;
   GeographicLib::LocalCartesian local_;
+  Matrix3d R_we_;  // from ECEF
   Vector3d earth_rate_;
 };
 
