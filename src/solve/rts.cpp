@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <span>
 #include <stdexcept>
 #include <utility>
@@ -18,28 +19,45 @@ struct Part {
   int row, column, rows, columns;
 };
 
-// N rows of one column of A B, from `row` on, for an A of n rows.
-template <int N>
-[[gnu::always_inline]] inline void rows_of_product(const double* A, const double* b, int row, int n, double* out) {
-  double sum[N] = {};
+using Four = double __attribute__((vector_size(4 * sizeof(double))));
+
+// 4 R rows and C columns of A B, from `row` and `column` on, for matrices of n rows; the first of them from `keep` on
+// go to `out`, up to row `end`.
+template <int R, int C>
+[[gnu::always_inline]] inline void tile_of_product(const double* A, const double* B, int row, int column, int n,
+                                                   int keep, int end, double* out) {
+  Four sum[C][R] = {};
   for (int k = 0; k < n; ++k) {
     const double* a = A + k * n + row;
-    for (int i = 0; i < N; ++i) sum[i] += a[i] * b[k];
+    for (int i = 0; i < R; ++i) {
+      Four four;
+      std::memcpy(&four, a + 4 * i, sizeof four);
+      for (int j = 0; j < C; ++j) sum[j][i] += four * B[(column + j) * n + k];
+    }
   }
-  for (int i = 0; i < N; ++i) out[row + i] = sum[i];
+  for (int j = 0; j < C; ++j) {
+    double tile[4 * R];
+    std::memcpy(tile, sum[j], sizeof tile);
+    for (int i = keep; i < end; ++i) out[(column + j) * n + i] = tile[i - row];
+  }
+}
+
+// @pre n ≥ 4
+template <int C>
+[[gnu::always_inline]] inline void columns_of_product(const double* A, const double* B, int column, int n, int row,
+                                                      int end, double* out) {
+  for (; row + 8 <= end; row += 8) tile_of_product<2, C>(A, B, row, column, n, row, row + 8, out);
+  for (; row < end; row += 4) {
+    tile_of_product<1, C>(A, B, std::min(row, n - 4), column, n, row, std::min(end, row + 4), out);
+  }
 }
 
 // `part` of `out` becomes that of A B, all of them with n rows and columns. An element has the same bits in every part.
 PISTE_WIDE void multiply(const double* A, const double* B, int n, const Part& part, double* out) {
-  constexpr int kWide = 8;
-  for (int j = part.column; j < part.column + part.columns; ++j) {
-    const double* b = B + j * n;
-    int row = part.row;
-    const int end = part.row + part.rows;
-    for (; row + kWide <= end; row += kWide) rows_of_product<kWide>(A, b, row, n, out + j * n);
-    for (; row + 3 <= end; row += 3) rows_of_product<3>(A, b, row, n, out + j * n);
-    for (; row < end; ++row) rows_of_product<1>(A, b, row, n, out + j * n);
-  }
+  const int end = part.row + part.rows, last = part.column + part.columns;
+  int column = part.column;
+  for (; column + 3 <= last; column += 3) columns_of_product<3>(A, B, column, n, part.row, end, out);
+  for (; column < last; ++column) columns_of_product<1>(A, B, column, n, part.row, end, out);
 }
 
 void multiply(const Covariance& A, const Covariance& B, const Part& part, Covariance& out) {
