@@ -41,7 +41,10 @@ void run_replay(const AppArguments& arguments, Progress& progress) {
                [&](double part) { progress.update(static_cast<std::size_t>(part * static_cast<double>(kPerCent))); });
   progress.clear();
   const std::string title = config.file.stem().string();
-  write_solutions(output, run, config.attitude_rate);
+  progress.start("writing", kPerCent, "%");
+  write_solutions(output, run, config.rates, [&](double part) {
+    progress.update(static_cast<std::size_t>(part * static_cast<double>(kPerCent)));
+  });
   output.write("trajectory.kml", kml(run.solution(), title));
   output.write("report.html", html_report({.title = title,
                                            .version = version(),
@@ -55,6 +58,7 @@ void run_replay(const AppArguments& arguments, Progress& progress) {
   const RunTimes times{static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC, wall_s.count()};
   output.write("summary.json", summary_json(run.log, filtered, smoothed, verdict, times));
   output.commit();
+  progress.clear();
 
   for (const std::string& warning : warnings_of(filtered)) fmt::print(stderr, "warning: {}\n", warning);
   say(arguments, run.found.how);

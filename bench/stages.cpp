@@ -73,7 +73,7 @@ void run(const char* file, const char* folder) {
       diagnose(run.log, run.options, config.initial, run.found, run.filtered.solution, smoothed, [](double) {});
   watch.lap("verdict");
   OutputFolder output(folder);
-  write_solutions(output, run, config.attitude_rate);
+  write_solutions(output, run, config.rates);
   watch.lap("rows to files");
   output.write("trajectory.kml", kml(run.solution(), "stages"));
   output.write("report.html", html_report({.title = "stages",

@@ -81,7 +81,6 @@ std::string aligned_csv(const AlignedImus& imus) {
   }
   columns.push_back({"usable", 0});
   CsvWriter csv(columns);
-  csv.reserve(imus.time.size());
   std::vector<double> row;
   const auto append = [&row](const Vector3d& v, double factor) {
     row.insert(row.end(), {factor * v.x(), factor * v.y(), factor * v.z()});

@@ -49,14 +49,18 @@ void OutputFolder::make(const std::filesystem::path& folder) {
 }
 
 void OutputFolder::write(const std::string& name, std::string_view content) {
+  stream(name, [content](const TextSink& sink) { sink(content); });
+}
+
+void OutputFolder::stream(const std::string& name, const std::function<void(const TextSink&)>& pieces) {
   const std::filesystem::path place = folder_ / name;
   make(place.parent_path());
   const std::filesystem::path beside = place.parent_path() / fmt::format(".{}{}", place.filename().string(), kPartial);
   pending_.push_back({beside, place});
-  std::ofstream stream(beside, std::ios::binary | std::ios::trunc);
-  stream.write(content.data(), static_cast<std::streamsize>(content.size()));
-  stream.close();
-  if (!stream) throw Error(place.string(), "cannot be written; is the disk full, or the folder read-only?");
+  std::ofstream file(beside, std::ios::binary | std::ios::trunc);
+  pieces([&file](std::string_view piece) { file.write(piece.data(), static_cast<std::streamsize>(piece.size())); });
+  file.close();
+  if (!file) throw Error(place.string(), "cannot be written; is the disk full, or the folder read-only?");
 }
 
 void OutputFolder::withdraw(const std::string& name) { withdrawn_.push_back(folder_ / name); }

@@ -6,24 +6,31 @@
 
 namespace piste {
 
-void write_solutions(OutputFolder& output, const Replay& run, double attitude_rate) {
-  output.write("filtered.csv", navigation_csv(run.filtered.solution));
-  output.write("biases.csv", biases_csv(run.filtered.solution));
-  output.write("innovations.csv", innovations_csv(run.filtered.solution));
-  const AdaptedNoise& adapted = run.filtered.solution.adapted;
-  if (adapted.names.empty()) {
+void write_solutions(OutputFolder& output, const Replay& run, const OutputRates& rates,
+                     const std::function<void(double)>& progress) {
+  const Solution& filtered = run.filtered.solution;
+  const int files = run.smoothed ? 6 : 4;
+  int done = 0;
+  const auto stream = [&](const std::string& name, const std::function<void(const TextSink&)>& pieces) {
+    if (progress) progress(static_cast<double>(done++) / files);
+    output.stream(name, pieces);
+  };
+  stream("filtered.csv", [&](const TextSink& sink) { navigation_csv(filtered, rates.navigation, sink); });
+  stream("biases.csv", [&](const TextSink& sink) { biases_csv(filtered, rates.biases, sink); });
+  stream("innovations.csv", [&](const TextSink& sink) { innovations_csv(filtered, sink); });
+  if (filtered.adapted.names.empty()) {
     output.withdraw("adapted.csv");
   } else {
-    output.write("adapted.csv", adapted_csv(adapted));
+    output.write("adapted.csv", adapted_csv(filtered.adapted));
   }
   if (run.smoothed) {
-    output.write("smoothed.csv", navigation_csv(*run.smoothed));
-    output.write("biases_smoothed.csv", biases_csv(*run.smoothed));
+    stream("smoothed.csv", [&](const TextSink& sink) { navigation_csv(*run.smoothed, rates.navigation, sink); });
+    stream("biases_smoothed.csv", [&](const TextSink& sink) { biases_csv(*run.smoothed, rates.biases, sink); });
   } else {
     output.withdraw("smoothed.csv");
     output.withdraw("biases_smoothed.csv");
   }
-  output.write("attitude.csv", attitude_csv(run.solution(), attitude_rate));
+  stream("attitude.csv", [&](const TextSink& sink) { sink(attitude_csv(run.solution(), rates.attitude)); });
 }
 
 std::string attitude_entry(const std::filesystem::path& file, const Solution& smoothed) {

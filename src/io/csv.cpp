@@ -8,10 +8,26 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 
 #include "piste/core/error.h"
 
 namespace piste {
+namespace {
+
+constexpr std::size_t kPiece = std::size_t{1} << 18;  // bytes that go to a sink at once
+
+// "00" to "99".
+constexpr auto kPairs = [] {
+  std::array<char, 200> pairs{};
+  for (std::size_t i = 0; i < 100; ++i) {
+    pairs[2 * i] = static_cast<char>('0' + i / 10);
+    pairs[2 * i + 1] = static_cast<char>('0' + i % 10);
+  }
+  return pairs;
+}();
+
+}  // namespace
 
 CsvReader::CsvReader(const std::string& file, std::span<const std::string> ignore_columns,
                      std::optional<std::string_view> content)
@@ -80,7 +96,8 @@ bool CsvReader::next() {
   return true;
 }
 
-CsvWriter::CsvWriter(std::vector<CsvColumn> columns) : columns_(std::move(columns)) {
+CsvWriter::CsvWriter(std::vector<CsvColumn> columns, TextSink sink)
+    : columns_(std::move(columns)), sink_(std::move(sink)) {
   for (const CsvColumn& c : columns_) text_ += (&c == columns_.data() ? "" : ",") + c.name;
   text_ += '\n';
 }
@@ -91,6 +108,13 @@ void CsvWriter::row(std::span<const double> values) {
     append_fixed(text_, values[i], columns_[i].decimals);
   }
   text_ += '\n';
+  if (sink_ && text_.size() > kPiece) finish();
+}
+
+void CsvWriter::finish() {
+  if (!sink_) return;
+  sink_(text_);
+  text_.clear();
 }
 
 void append_fixed(std::string& text, double value, int decimals) {
@@ -100,16 +124,29 @@ void append_fixed(std::string& text, double value, int decimals) {
     fmt::format_to(std::back_inserter(text), "{:.{}f}", value, decimals);
     return;
   }
-  auto digits = static_cast<std::uint64_t>(std::llround(scaled));
-  if (value < 0 && digits != 0) text += '-';
+  auto digits = static_cast<std::uint64_t>(scaled);
+  if (scaled - static_cast<double>(digits) >= 0.5) ++digits;
+  const bool negative = value < 0 && digits != 0;
   std::array<char, 24> buffer;
   char* p = buffer.data() + buffer.size();
-  for (int i = 0; i < decimals; ++i, digits /= 10) *--p = static_cast<char>('0' + digits % 10);
-  if (decimals > 0) *--p = '.';
-  do {
+  const auto pair = [&p, &digits] {
+    p -= 2;
+    std::memcpy(p, kPairs.data() + 2 * (digits % 100), 2);
+    digits /= 100;
+  };
+  const auto single = [&p, &digits] {
     *--p = static_cast<char>('0' + digits % 10);
     digits /= 10;
+  };
+  int left = decimals;
+  for (; left >= 2; left -= 2) pair();
+  if (left > 0) single();
+  if (decimals > 0) *--p = '.';
+  while (digits >= 100) pair();
+  do {
+    single();
   } while (digits != 0);
+  if (negative) *--p = '-';
   text.append(p, static_cast<std::size_t>(buffer.data() + buffer.size() - p));
 }
 

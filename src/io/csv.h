@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "io/text_reader.h"
+#include "piste/io/text_sink.h"
 
 namespace piste {
 
@@ -52,18 +53,21 @@ struct CsvColumn {
   int decimals;
 };
 
-/// Builds the text of a CSV file. Equal numbers give equal bytes.
+/// Writes a CSV file to a sink, or keeps its text where there is none. Equal numbers give equal bytes.
 class CsvWriter {
  public:
-  explicit CsvWriter(std::vector<CsvColumn> columns);
-  void reserve(std::size_t rows) { text_.reserve(text_.size() + rows * columns_.size() * 12); }
+  explicit CsvWriter(std::vector<CsvColumn> columns, TextSink sink = {});
   /// Adds a row. @pre as many values as columns
   void row(std::span<const double> values);
+  /// Gives what is left to the sink.
+  void finish();
+  /// The whole text. Only without a sink.
   const std::string& text() const& { return text_; }
   std::string text() && { return std::move(text_); }
 
  private:
   std::vector<CsvColumn> columns_;
+  TextSink sink_;
   std::string text_;
 };
 

@@ -90,12 +90,29 @@ SmootherKind read_smoother(const Config& config) {
                                      SmootherKind::kRts);
 }
 
-double read_attitude_rate(const Config& config, double fallback) {
-  const auto map = config.find_map("attitude_output");
-  if (!map) return fallback;
-  const double rate = map->quantity("rate", dimension::kFrequency, fallback);
-  if (!(rate > 0)) map->fail("rate", "must be above zero, such as `10 Hz`");
+// A rate under `output`: a frequency, or the word `imu` for every epoch.
+double read_rate(const Config& output, std::string_view key, double fallback) {
+  if (!output.has(key)) return fallback;
+  if (output.text(key) == "imu") return 0;
+  const double rate = output.quantity(key, dimension::kFrequency);
+  if (!(rate > 0)) output.fail(key, "must be above zero, such as `10 Hz`, or `imu` for every epoch");
   return rate;
+}
+
+OutputRates read_output(const Config& config) {
+  OutputRates rates;
+  if (const auto output = config.find_map("output")) {
+    rates.navigation = read_rate(*output, "rate", rates.navigation);
+    rates.biases = read_rate(*output, "biases", rates.biases);
+    if (output->text("covariance", "none") != "none") {
+      output->fail("covariance", "whole covariances are not written in this version; choose none");
+    }
+  }
+  if (const auto attitude = config.find_map("attitude_output")) {
+    rates.attitude = attitude->quantity("rate", dimension::kFrequency, rates.attitude);
+    if (!(rates.attitude > 0)) attitude->fail("rate", "must be above zero, such as `10 Hz`");
+  }
+  return rates;
 }
 
 bool has_velocities(const GnssRecording& receiver) {
@@ -146,7 +163,7 @@ ReplayConfig read_replay_config(const Config& config) {
   filter.priors = read_priors(config);
   filter.adapt = read_adaptation(config);
   replay.smoother = read_smoother(config);
-  replay.attitude_rate = read_attitude_rate(config, replay.attitude_rate);
+  replay.rates = read_output(config);
   replay.conditioning = {.imu = replay.imu.conditioning,
                          .gyro_range = filter.sensor.gyro.range,
                          .accel_range = filter.sensor.accel.range,

@@ -37,9 +37,43 @@ void add_columns(std::vector<CsvColumn>& columns, const Quantity& q, std::string
   }
 }
 
+// The rows that are written at a rate [Hz], 0 being that of the IMU. An epoch is taken if neither of its neighbours is
+// nearer to the same multiple of 1 / rate.
+std::vector<std::size_t> rows_at(const Solution& solution, double rate) {
+  std::vector<std::size_t> rows;
+  const auto place = [&](std::size_t i) { return std::round(solution.time(i) * rate); };
+  const auto off = [&](std::size_t i) { return std::abs(solution.time(i) * rate - place(i)); };
+  for (std::size_t i = 0; i < solution.size(); ++i) {
+    if (rate > 0 && i > 0 && place(i - 1) == place(i) && off(i - 1) <= off(i)) continue;
+    if (rate > 0 && i + 1 < solution.size() && place(i + 1) == place(i) && off(i + 1) < off(i)) continue;
+    rows.push_back(i);
+  }
+  return rows;
+}
+
+// What a writer gives to its sink, as one text.
+template <class Write>
+std::string text_of(Write&& write) {
+  std::string text;
+  write([&text](std::string_view piece) { text += piece; });
+  return text;
+}
+
 }  // namespace
 
 std::string navigation_csv(const Solution& solution) {
+  return text_of([&](const TextSink& sink) { navigation_csv(solution, 0, sink); });
+}
+
+std::string biases_csv(const Solution& solution) {
+  return text_of([&](const TextSink& sink) { biases_csv(solution, 0, sink); });
+}
+
+std::string innovations_csv(const Solution& solution) {
+  return text_of([&](const TextSink& sink) { innovations_csv(solution, sink); });
+}
+
+void navigation_csv(const Solution& solution, double rate, const TextSink& sink) {
   constexpr int kMetres = 5, kDegrees = kDegreeDecimals, kPlace = 10;
   CsvWriter csv({{"time_s", kTimeDecimals},
                  {"latitude_deg", kPlace},
@@ -59,9 +93,9 @@ std::string navigation_csv(const Solution& solution) {
                  {"sigma_velocity_down_m_s", kMetres},
                  {"sigma_roll_deg", kDegrees},
                  {"sigma_pitch_deg", kDegrees},
-                 {"sigma_heading_deg", kDegrees}});
-  csv.reserve(solution.size());
-  for (std::size_t i = 0; i < solution.size(); ++i) {
+                 {"sigma_heading_deg", kDegrees}},
+                sink);
+  for (const std::size_t i : rows_at(solution, rate)) {
     const Navigation n = solution.navigation(i);
     const Sigmas s = solution.sigmas(i);
     const Vector3d euler = kDegreesPerRadian * n.euler, sigma_euler = kDegreesPerRadian * s.euler;
@@ -71,17 +105,12 @@ std::string navigation_csv(const Solution& solution) {
                        s.velocity.x(), s.velocity.y(), s.velocity.z(), sigma_euler.x(), sigma_euler.y(),
                        sigma_euler.z()});
   }
-  return std::move(csv).text();
+  csv.finish();
 }
 
 AttitudeRecording attitude_recording(const Solution& solution, double rate) {
   AttitudeRecording out;
-  // An epoch is taken if neither of its neighbours is nearer to the same multiple of 1 / rate.
-  const auto place = [&](std::size_t i) { return std::round(solution.time(i) * rate); };
-  const auto off = [&](std::size_t i) { return std::abs(solution.time(i) * rate - place(i)); };
-  for (std::size_t i = 0; i < solution.size(); ++i) {
-    if (i > 0 && place(i - 1) == place(i) && off(i - 1) <= off(i)) continue;
-    if (i + 1 < solution.size() && place(i + 1) == place(i) && off(i + 1) < off(i)) continue;
+  for (const std::size_t i : rows_at(solution, rate)) {
     out.fixes.push_back({solution.time(i), solution.navigation(i).euler, solution.sigmas(i).euler});
   }
   return out;
@@ -102,7 +131,7 @@ std::string attitude_csv(const Solution& solution, double rate) {
   return std::move(csv).text();
 }
 
-std::string biases_csv(const Solution& solution) {
+void biases_csv(const Solution& solution, double rate, const TextSink& sink) {
   const std::vector<Quantity> quantities = quantities_of(solution.layout());
   std::vector<CsvColumn> columns{{"time_s", kTimeDecimals}};
   for (const Quantity& q : quantities) {
@@ -110,9 +139,8 @@ std::string biases_csv(const Solution& solution) {
     add_columns(columns, q, "sigma_");
   }
   std::vector<double> row(columns.size());
-  CsvWriter csv(std::move(columns));
-  csv.reserve(solution.size());
-  for (std::size_t i = 0; i < solution.size(); ++i) {
+  CsvWriter csv(std::move(columns), sink);
+  for (const std::size_t i : rows_at(solution, rate)) {
     const Estimate x = solution.estimate(i);
     const Sigmas s = solution.sigmas(i);
     auto out = row.begin();
@@ -124,18 +152,23 @@ std::string biases_csv(const Solution& solution) {
     }
     csv.row(row);
   }
-  return std::move(csv).text();
+  csv.finish();
 }
 
-std::string innovations_csv(const Solution& solution) {
+void innovations_csv(const Solution& solution, const TextSink& sink) {
+  constexpr std::size_t kPieceOfInnovations = 1000;  // rows that go to the sink at once
   std::string text = "time_s,source,residual_1,residual_2,residual_3,sigma_1,sigma_2,sigma_3,nis,gate,outcome\n";
+  std::size_t row = 0;
   for (const Innovation& v : solution.innovations) {
     append_fixed(text, v.time, kTimeDecimals);
     fmt::format_to(std::back_inserter(text), ",{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{}\n",
                    solution.sources[static_cast<std::size_t>(v.source)], v.residual.x(), v.residual.y(), v.residual.z(),
                    v.sigma.x(), v.sigma.y(), v.sigma.z(), v.nis, v.gate, outcome_name(v.outcome));
+    if (++row % kPieceOfInnovations > 0) continue;
+    sink(text);
+    text.clear();
   }
-  return text;
+  sink(text);
 }
 
 std::string adapted_csv(const AdaptedNoise& adapted) {

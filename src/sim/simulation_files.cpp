@@ -119,7 +119,6 @@ std::string imu_csv(const ImuRecording& recording) {
   if (magnetic) add_triad(columns, "mag_", kBody, "_uT", 3);
 
   CsvWriter csv(columns);
-  csv.reserve(recording.time.size());
   std::vector<double> row;
   for (std::size_t k = 0; k < recording.time.size(); ++k) {
     row = {recording.time[k]};
@@ -176,7 +175,6 @@ std::string truth_csv(const Truth& body, const std::vector<double>& gps_time, st
   add_triad(columns, "velocity_", kLocal, "_m_s", kVelocityDecimals + 1);
   add_triad(columns, "", kEuler, "_deg", kAngleDecimals);
   CsvWriter csv(columns);
-  csv.reserve(gps_time.size() / every + 1);
   std::vector<double> row;
   for (std::size_t k = 0; k < gps_time.size(); k += every) {
     const TruthState state = body.at(gps_time[k]);

@@ -40,7 +40,7 @@ const Exported kExported[] = {
     {"piste/files/summary.h", address(piste::summary_json)},
     {"piste/io/log_io.h", address(piste::read_gnss)},
     {"piste/io/replay_config.h", address(piste::read_recording)},
-    {"piste/io/solution_io.h", address(piste::navigation_csv)},
+    {"piste/io/solution_io.h", address<std::string(const piste::Solution&)>(piste::navigation_csv)},
     {"piste/report/consistency_page.h", address(piste::consistency_html)},
     {"piste/report/consistency_text.h", address(piste::consistency_text)},
     {"piste/report/html.h", address(piste::html_report)},

@@ -55,10 +55,22 @@ bool has(const ReplayConfig& config, Block block) {
 }
 
 TEST_F(ReplayConfigTest, RateOfTheAttitudeThatIsWritten) {
-  EXPECT_EQ(read(kImu + kGnss).attitude_rate, 10);
-  EXPECT_EQ(read(kImu + kGnss + "attitude_output: {rate: 25 Hz}\n").attitude_rate, 25);
+  EXPECT_EQ(read(kImu + kGnss).rates.attitude, 10);
+  EXPECT_EQ(read(kImu + kGnss + "attitude_output: {rate: 25 Hz}\n").rates.attitude, 25);
   EXPECT_TRUE(contains(refused(kImu + kGnss + "attitude_output: {rate: 0 Hz}\n"), "run.yaml:7"));
   EXPECT_TRUE(contains(refused(kImu + kGnss + "attitude_output: {rate: 10 s}\n"), "frequency"));
+}
+
+TEST_F(ReplayConfigTest, RatesOfTheFiles) {
+  const OutputRates usual = read(kImu + kGnss).rates;
+  EXPECT_EQ(usual.navigation, 0);  // that of the IMU
+  EXPECT_EQ(usual.biases, 10);
+  const OutputRates rates = read(kImu + kGnss + "output: {rate: 5 Hz, biases: imu, covariance: none}\n").rates;
+  EXPECT_EQ(rates.navigation, 5);
+  EXPECT_EQ(rates.biases, 0);
+  EXPECT_TRUE(contains(refused(kImu + kGnss + "output: {rate: 5}\n"), "run.yaml:7: rate"));
+  EXPECT_TRUE(contains(refused(kImu + kGnss + "output: {biases: 0 Hz}\n"), "or `imu` for every epoch"));
+  EXPECT_TRUE(contains(refused(kImu + kGnss + "output: {covariance: full}\n"), "choose none"));
 }
 
 TEST_F(ReplayConfigTest, TheWholeContract) {

@@ -2,9 +2,12 @@
 /// Writes output files so that each appears whole or not at all.
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "piste/io/text_sink.h"
 
 namespace piste {
 
@@ -26,6 +29,8 @@ class OutputFolder {
   /// Writes a partial file. `name` is relative to the folder and may be in a subfolder. Throws Error if the file cannot
   /// be written.
   void write(const std::string& name, std::string_view content);
+  /// The same for a file whose text comes piece by piece from `pieces`.
+  void stream(const std::string& name, const std::function<void(const TextSink&)>& pieces);
   /// Names a file that an earlier run may have left and that this run does not write: `commit()` removes it.
   void withdraw(const std::string& name);
   /// Renames all partial files in the order in which they were written, and removes those that killed runs left.

@@ -10,6 +10,13 @@
 
 namespace piste {
 
+/// Rows a second of the files that a replay writes [Hz]; 0: one at every epoch of the IMU.
+struct OutputRates {
+  double navigation = 0;  ///< of filtered.csv and smoothed.csv
+  double biases = 10;     ///< of biases.csv and biases_smoothed.csv
+  double attitude = 10;   ///< of attitude.csv
+};
+
 /// The configuration.
 struct ReplayConfig {
   std::filesystem::path file;
@@ -23,7 +30,7 @@ struct ReplayConfig {
   FilterOptions filter;
   InitialHeading initial;
   SmootherKind smoother = SmootherKind::kRts;
-  double attitude_rate = 10;  ///< Hz of attitude.csv
+  OutputRates rates;
 };
 
 /// Reads and checks the configuration. Of the data files it only checks that they are there. Beyond the keys in

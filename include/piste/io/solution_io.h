@@ -5,11 +5,14 @@
 
 #include "piste/core/log.h"
 #include "piste/core/solution.h"
+#include "piste/io/text_sink.h"
 
 namespace piste {
 
 /// `filtered.csv`, `smoothed.csv`: geodetic position, velocity in local north-east-down, angles, and their sigmas.
 std::string navigation_csv(const Solution& solution);
+/// The same at a rate [Hz], 0 being that of the IMU, piece by piece.
+void navigation_csv(const Solution& solution, double rate, const TextSink& sink);
 
 /// Roll, pitch and heading in local north-east-down with their sigmas, as a reference attitude for another replay. It
 /// has the epochs nearest to the multiples of 1 / rate [Hz], or all epochs if there are fewer. The name of its file is
@@ -23,11 +26,13 @@ std::string attitude_csv(const Solution& solution, double rate);
 /// such as `gyro_bias_x_deg_s`, and its sigmas, such as `sigma_gyro_bias_x_deg_s`. The boresight stands as roll, pitch
 /// and heading of R_rb. Last come the sums of bias and drift, `gyro_total_bias_*` and `accel_total_bias_*`.
 std::string biases_csv(const Solution& solution);
+void biases_csv(const Solution& solution, double rate, const TextSink& sink);
 
 /// `adapted.csv`: the factors of the stated sigmas that the filter learned, one row a second.
 std::string adapted_csv(const AdaptedNoise& adapted);
 
 /// `innovations.csv`: for every measurement its residual, sigma, NIS and outcome, in SI.
 std::string innovations_csv(const Solution& solution);
+void innovations_csv(const Solution& solution, const TextSink& sink);
 
 }  // namespace piste
