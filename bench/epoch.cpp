@@ -2,6 +2,10 @@
 
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
+#include <chrono>
+#include <vector>
+
 #include "piste/model/gnss.h"
 #include "piste/solve/rts.h"
 #include "support/synthetic_log.h"
@@ -150,5 +154,28 @@ void epochs(benchmark::State& state, bool smooth) {
 }
 BENCHMARK_CAPTURE(epochs, filter, false)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(epochs, filter_and_smoother, true)->Unit(benchmark::kMillisecond);
+
+// What a live program waits for: one sample, with the fixes up to its time. Median and worst over the run, in ns.
+void live_add(benchmark::State& state) {
+  test::SyntheticRun s = test::synthetic_run(60, ski_blocks());
+  std::vector<double> times;
+  for (auto _ : state) {
+    Filter filter(s.options, s.log.world, s.start);
+    std::size_t fix = 0;
+    const auto& fixes = s.log.gnss[0];
+    for (const ImuSample& sample : s.log.imu) {
+      const auto begin = std::chrono::steady_clock::now();
+      for (; fix < fixes.size() && fixes[fix].time <= sample.time; ++fix) filter.add(0, fixes[fix]);
+      filter.add(sample);
+      times.push_back(std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - begin).count());
+      filter.clear_innovations();
+    }
+  }
+  std::sort(times.begin(), times.end());
+  state.counters["median_ns"] = times[times.size() / 2];
+  state.counters["p999_ns"] = times[times.size() * 999 / 1000];
+  state.counters["worst_ns"] = times.back();
+}
+BENCHMARK(live_add)->Unit(benchmark::kMillisecond);
 
 }  // namespace

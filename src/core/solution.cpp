@@ -85,12 +85,19 @@ Navigation navigation_of(const World& world, const Estimate& x) {
 
 Sigmas sigmas_of(const World& world, const Estimate& x, const StateLayout& layout, const Covariance& P) {
   const Matrix3d R_wn = world.rotation_wn(x.p_wb);
-  const Eigen::Matrix<double, 9, 9> T = level_from_invariant(R_wn, x);
-  const Eigen::Matrix<double, 9, 9> level = T * P.topLeftCorner<9, 9>() * T.transpose();
+  const Matrix3d R_nw = R_wn.transpose();
+  // Of level_from_invariant() what the diagonal blocks need: ordinary velocity depends on ν and θ, the others on
+  // themselves.
+  constexpr int kVelocity = full_offset(Block::kVelocity), kAttitude = full_offset(Block::kAttitude);
+  const auto along_level = [&](const Matrix3d& covariance) -> Matrix3d { return R_nw * covariance * R_wn; };
+  const Matrix3d V = ordinary_from_invariant(x).block<3, 3>(kVelocity, kAttitude);
+  const Matrix3d turned = V * P.block<3, 3>(kAttitude, kVelocity);
+  const Matrix3d velocity = P.block<3, 3>(kVelocity, kVelocity) + turned + turned.transpose() +
+                            V * P.block<3, 3>(kAttitude, kAttitude) * V.transpose();
   Sigmas s;
-  s.position = root(level.diagonal().head<3>());
-  s.velocity = root(level.diagonal().segment<3>(3));
-  s.euler = euler_sigma(Quaterniond(R_wn).conjugate() * x.q_wb, level.bottomRightCorner<3, 3>());
+  s.position = root(along_level(P.topLeftCorner<3, 3>()).diagonal());
+  s.velocity = root(along_level(velocity).diagonal());
+  s.euler = euler_sigma(Quaterniond(R_nw) * x.q_wb, along_level(P.block<3, 3>(kAttitude, kAttitude)));
   for (const Block b : layout.blocks()) {
     if (is_navigation(b)) continue;
     const int o = layout.offset(b);

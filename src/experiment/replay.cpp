@@ -26,6 +26,13 @@ void check_sources(const Sources& sources, const FilterOptions& options) {
   check("attitude", sources.attitude.size(), options.attitude.size());
 }
 
+// The log of a recording; the sigmas of its attitudes become known to the options.
+Log conditioned(const Recording& recording, ReplayOptions& options) {
+  check_sources(recording, options.filter);
+  options.filter = with_attitude_sigmas(std::move(options.filter), recording.attitude);
+  return condition(recording, options.conditioning);
+}
+
 }  // namespace
 
 ReplayOptions replay_options(const ReplayConfig& config) {
@@ -37,14 +44,19 @@ ReplayOptions replay_options(const ReplayConfig& config) {
 }
 
 Replay replay(const ReplayConfig& config, const ReplayProgress& progress) {
-  return replay(read_recording(config), replay_options(config), progress);
+  ReplayOptions options = replay_options(config);
+  Log log;
+  {
+    const Recording recording = read_recording(config);  // its rows are not needed once the log is made
+    log = conditioned(recording, options);
+  }
+  return replay(std::move(log), options, progress);
 }
 
 Replay replay(const Recording& recording, const ReplayOptions& options, const ReplayProgress& progress) {
-  check_sources(recording, options.filter);
   ReplayOptions known = options;
-  known.filter = with_attitude_sigmas(std::move(known.filter), recording.attitude);
-  return replay(condition(recording, options.conditioning), known, progress);
+  Log log = conditioned(recording, known);
+  return replay(std::move(log), known, progress);
 }
 
 Replay replay(Log log, const ReplayOptions& options, const ReplayProgress& progress) {
