@@ -176,7 +176,7 @@ PISTE_WIDE void onto_inputs(const Mixer& mixer, const Columns<kNavigation>& in, 
 // λ ← Φᵀ λ of the first n rows.
 template <class Vector>
 void adjoint(Vector&& lambda, int n, const Structure& s) {
-  const Eigen::Matrix<double, kInputs, 1> seen = s.mixer.transpose() * lambda.template head<kNavigation>();
+  const Eigen::Matrix<double, kInputs, 1> seen = s.mixer.transpose().lazyProduct(lambda.template head<kNavigation>());
   lambda.template head<kNavigation>() = seen.template head<kNavigation>();
   for (int k = kNavigation; k < n; ++k) {
     lambda(k) *= s.decay[at(k)];
@@ -289,7 +289,7 @@ void propagate(ErrorVector& m, const StateLayout& layout, const Transition& t) {
     if (s.input[at(k)] >= 0) inputs(s.input[at(k)]) += s.factor[at(k)] * m(k);
     m(k) *= s.decay[at(k)];
   }
-  m.head<kNavigation>() = s.mixer * inputs;
+  m.head<kNavigation>() = s.mixer.lazyProduct(inputs);
 }
 
 void propagate_adjoint(ErrorVector& lambda, Covariance& Lambda, const StateLayout& layout, const Transition& t) {
