@@ -89,17 +89,17 @@ void update_innovate(benchmark::State& state) {
 }
 BENCHMARK(update_innovate);
 
-void update_joseph(benchmark::State& state) {
+void update_covariance(benchmark::State& state) {
   const Scene s;
   const Update u = innovate(s.P, s.layout, s.fix);
   Covariance P = s.P;
   for (auto _ : state) {
-    joseph(P, u, s.fix.covariance);
+    update(P, u);
     benchmark::DoNotOptimize(P.data());
     benchmark::ClobberMemory();
   }
 }
-BENCHMARK(update_joseph);
+BENCHMARK(update_covariance);
 
 void update_reset(benchmark::State& state) {
   const Scene s;

@@ -301,20 +301,20 @@ void Filter::apply(int source, double late, const Linearization& lin) {
     // The disagreement came at once, and no error of the past explains it. The covariance grows first: the fix then
     // moves the navigation states, and the other states do not follow a residual of many sigmas.
     admit_error(state_.P, setup_->layout, lin, lapse, setup_->options.behaviour.trust);
-    correct_by(innovate(state_.P, setup_->layout, lin), lin);
+    correct_by(innovate(state_.P, setup_->layout, lin));
     return;
   }
-  correct_by(u, lin);
+  correct_by(u);
   // The filter was wrong. The fix was used with the covariance as it was, so that filter and smoother attribute the
   // residual to the errors that led to it. The covariance grows afterwards.
   if (outcome == Outcome::kReadmitted)
     admit_error(state_.P, setup_->layout, lin, lapse, setup_->options.behaviour.trust);
 }
 
-void Filter::correct_by(const Update& u, const Linearization& lin) {
+void Filter::correct_by(const Update& u) {
   if (!reference_) noise_score_.before_fix(state_.x, state_.P);
   const ErrorVector correction = gain(u) * u.residual;
-  joseph(state_.P, u, lin.covariance);
+  update(state_.P, u);
   ResetJacobian G = reset_jacobian(FullError::Zero());
   if (reference_) {
     state_.mean += correction;

@@ -97,7 +97,7 @@ bool loses_little(const Update& u) {
 
 }  // namespace
 
-void joseph(Covariance& P, const Update& u, const Matrix3d& R) {
+void update(Covariance& P, const Update& u) {
   if (loses_little(u)) {
     // P − W Wᵀ with W = P Hᵀ L⁻ᵀ, S = L Lᵀ: symmetric by itself.
     Tall W = u.PHt;
@@ -110,9 +110,10 @@ void joseph(Covariance& P, const Update& u, const Matrix3d& R) {
     }
     return;
   }
+  // Joseph's form, with rank-three products only.
   const Tall K = gain(u);
   Matrix3d noise = Matrix3d::Zero();
-  noise.topLeftCorner(u.rows, u.rows) = R.topLeftCorner(u.rows, u.rows);
+  noise.topLeftCorner(u.rows, u.rows) = u.R.topLeftCorner(u.rows, u.rows);
   P -= K.lazyProduct(u.PHt.transpose());
   // The contribution of the second factor and of the noise: (A P Hᵀ) Kᵀ with A = I − K H, computed from the new rows of
   // P.

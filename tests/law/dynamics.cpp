@@ -263,6 +263,10 @@ TEST_P(Layouts, AdjointIsTheDenseTranspose) {
     EXPECT_LT(relative(Lambda, expected_Lambda), 1e-14);
     EXPECT_LT(relative(lambda, expected_lambda), 1e-14);
     EXPECT_TRUE(Lambda == Lambda.transpose());
+    MatrixXd columns = random.matrix(layout.size(), 5);
+    const MatrixXd expected_columns = Phi.transpose() * columns;
+    propagate_adjoint(columns, layout, t);
+    EXPECT_LT(relative(columns, expected_columns), 1e-14);
   }
 }
 

@@ -68,7 +68,7 @@ TEST_P(Rows, UpdateIsTheDenseFormula) {
     EXPECT_TRUE(u.residual.tail(3 - m).isZero(0));
 
     Covariance joined = P;
-    joseph(joined, u, lin.covariance);
+    update(joined, u);
     EXPECT_LT(relative(joined, A * P * A.transpose() + K * R * K.transpose()), 1e-13);
     EXPECT_TRUE(joined == joined.transpose());
   }
@@ -84,7 +84,7 @@ TEST(Kalman, JosephStaysPositiveWithAnAlmostPerfectMeasurement) {
   lin.add(Block::kPosition, Matrix3d::Identity());
   for (int i = 0; i < 20; ++i) {
     const Update u = innovate(P, layout, lin);
-    joseph(P, u, lin.covariance);
+    update(P, u);
     EXPECT_GT(P.diagonal().minCoeff(), 0);
   }
   EXPECT_NEAR(P(0, 0), 1e-8 / 20, 1e-11);
@@ -172,7 +172,7 @@ TEST(Kalman, SmoothedCovarianceSurvivesAnOutage) {
     lin.add(Block::kAttitude, 0.4 * random.matrix(3, 3));
     const Update u = innovate(before, l, lin);
     Covariance after = before;
-    joseph(after, u, lin.covariance);
+    update(after, u);
     // What later fixes tell: Λ = (P + N)⁻¹, where they leave N of the errors.
     const MatrixXd later = inverse(after + 1e-4 * random.covariance(n));
     Covariance Lambda = 0.5 * (later + later.transpose());

@@ -110,7 +110,7 @@ class Filter {
   Linearization half_way(const typename Type::Fix& fix, int sensor, int channel, const MeasurementContext& context,
                          const Linearization& at_estimate, double learned);
   void apply(int source, double late, const Linearization& lin);
-  void correct_by(const Update& update, const Linearization& lin);
+  void correct_by(const Update& update);
   void propagate_by(const Transition& transition);
   bool moves() const;
   /// Whether the body is at rest, as far as the measurements have not contradicted it.
