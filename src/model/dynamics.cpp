@@ -90,7 +90,7 @@ constexpr std::array<int, 6> kOfAttitude{6, 7, 8, 9, 10, 11};
 // Three rows of mixer × inputs, over the first n errors.
 template <std::size_t N>
 [[gnu::always_inline]] inline void three_rows(const Mixer& mixer, int row, const std::array<int, N>& depends,
-                                              const double* const* in, int n, double (*out)[kPadded]) {
+                                              const double* const* in, std::ptrdiff_t n, double (*out)[kPadded]) {
   double w[3][N];
   for (int i = 0; i < 3; ++i) {
     for (std::size_t k = 0; k < N; ++k) w[i][k] = mixer(row + i, depends[k]);
@@ -99,7 +99,7 @@ template <std::size_t N>
   const double* x[N];
   for (std::size_t k = 0; k < N; ++k) x[k] = in[depends[k]];
   double* __restrict first = out[row], * __restrict second = out[row + 1], * __restrict third = out[row + 2];
-  for (int r = 0; r < n; ++r) {
+  for (std::ptrdiff_t r = 0; r < n; ++r) {
     double a = w[0][0] * x[0][r], b = w[1][0] * x[0][r], c = w[2][0] * x[0][r];
     for (std::size_t k = 1; k < N; ++k) {
       a += w[0][k] * x[k][r];
@@ -112,7 +112,7 @@ template <std::size_t N>
   }
 }
 
-[[gnu::always_inline]] inline void nine_rows(const Mixer& mixer, const double* const* in, int n,
+[[gnu::always_inline]] inline void nine_rows(const Mixer& mixer, const double* const* in, std::ptrdiff_t n,
                                              double (*out)[kPadded]) {
   three_rows(mixer, kRho, kOfPosition, in, n, out);
   three_rows(mixer, kNu, kOfVelocity, in, n, out);
@@ -121,8 +121,8 @@ template <std::size_t N>
 
 // P ← Φ P Φᵀ, and `noise` added to the navigation rows. P has n rows, and room beyond its last column, so that loops
 // may go on to a multiple of four.
-PISTE_WIDE void sandwich(double* P, int n, const Structure& s, const Matrix9d& noise) {
-  const int padded = (n + 3) / 4 * 4;
+PISTE_WIDE void sandwich(double* P, std::ptrdiff_t n, const Structure& s, const Matrix9d& noise) {
+  const std::ptrdiff_t padded = (n + 3) / 4 * 4;
   // Covariance of every error before the step with the inputs, then with the navigation rows after it.
   alignas(32) double imu[kInputs - kNavigation][kPadded];
   for (auto& column : imu) {
@@ -199,18 +199,18 @@ Transition linearize(const Estimate& x, const Estimate& end, const ImuStep& s, c
   const Matrix3d R_mid = (x.q_wb * so3_exp(0.5 * s.dtheta)).toRotationMatrix();
   const Vector3d v_mid = standing ? Vector3d::Zero().eval() : (0.5 * (x.v_wb + end.v_wb)).eval();
   const Matrix3d V = skew(v_mid), E = skew(earth_rate);
-  const Matrix3d& Gamma = gravity.gradient;
+  const Matrix3d& gradient = gravity.gradient;
   const Matrix3d C = skew(gravity.value) + V * E;  // of ν' by θ
 
   // Φ = 1 + A dt + ½ A² dt² for A = (0 1 −V; Γ −2E C; 0 0 −E), block by block.
   const double h = 0.5 * dt * dt;
   const Matrix3d I = Matrix3d::Identity();
-  t.navigation.block<3, 3>(kRho, kRho) = I + h * Gamma;
+  t.navigation.block<3, 3>(kRho, kRho) = I + h * gradient;
   t.navigation.block<3, 3>(kRho, kNu) = dt * I - 2 * h * E;
   t.navigation.block<3, 3>(kRho, kTheta) = -dt * V + h * (C + V * E);
-  t.navigation.block<3, 3>(kNu, kRho) = dt * Gamma - 2 * h * (E * Gamma);
-  t.navigation.block<3, 3>(kNu, kNu) = I - 2 * dt * E + h * (Gamma + 4 * (E * E));
-  t.navigation.block<3, 3>(kNu, kTheta) = dt * C - h * (Gamma * V + 2 * (E * C) + C * E);
+  t.navigation.block<3, 3>(kNu, kRho) = dt * gradient - 2 * h * (E * gradient);
+  t.navigation.block<3, 3>(kNu, kNu) = I - 2 * dt * E + h * (gradient + 4 * (E * E));
+  t.navigation.block<3, 3>(kNu, kTheta) = dt * C - h * (gradient * V + 2 * (E * C) + C * E);
   t.navigation.block<3, 3>(kTheta, kRho).setZero();
   t.navigation.block<3, 3>(kTheta, kNu).setZero();
   t.navigation.block<3, 3>(kTheta, kTheta) = I - dt * E + h * (E * E);

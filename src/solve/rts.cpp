@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstring>
 #include <span>
 #include <stdexcept>
@@ -24,14 +25,14 @@ using Four = double __attribute__((vector_size(4 * sizeof(double))));
 // 4 R rows and C columns of A B, from `row` and `column` on, for matrices of n rows; the first of them from `keep` on
 // go to `out`, up to row `end`.
 template <int R, int C>
-[[gnu::always_inline]] inline void tile_of_product(const double* A, const double* B, int row, int column, int n,
-                                                   int keep, int end, double* out) {
+[[gnu::always_inline]] inline void tile_of_product(const double* A, const double* B, int row, int column,
+                                                   std::ptrdiff_t n, int keep, int end, double* out) {
   Four sum[C][R] = {};
-  for (int k = 0; k < n; ++k) {
+  for (std::ptrdiff_t k = 0; k < n; ++k) {
     const double* a = A + k * n + row;
     for (int i = 0; i < R; ++i) {
       Four four;
-      std::memcpy(&four, a + 4 * i, sizeof four);
+      std::memcpy(&four, a + std::ptrdiff_t{4} * i, sizeof four);
       for (int j = 0; j < C; ++j) sum[j][i] += four * B[(column + j) * n + k];
     }
   }
@@ -44,16 +45,16 @@ template <int R, int C>
 
 // @pre n ≥ 4
 template <int C>
-[[gnu::always_inline]] inline void columns_of_product(const double* A, const double* B, int column, int n, int row,
-                                                      int end, double* out) {
+[[gnu::always_inline]] inline void columns_of_product(const double* A, const double* B, int column, std::ptrdiff_t n,
+                                                      int row, int end, double* out) {
   for (; row + 8 <= end; row += 8) tile_of_product<2, C>(A, B, row, column, n, row, row + 8, out);
   for (; row < end; row += 4) {
-    tile_of_product<1, C>(A, B, std::min(row, n - 4), column, n, row, std::min(end, row + 4), out);
+    tile_of_product<1, C>(A, B, std::min(row, static_cast<int>(n) - 4), column, n, row, std::min(end, row + 4), out);
   }
 }
 
 // `part` of `out` becomes that of A B, all of them with n rows and columns. An element has the same bits in every part.
-PISTE_WIDE void multiply(const double* A, const double* B, int n, const Part& part, double* out) {
+PISTE_WIDE void multiply(const double* A, const double* B, std::ptrdiff_t n, const Part& part, double* out) {
   const int end = part.row + part.rows, last = part.column + part.columns;
   int column = part.column;
   for (; column + 3 <= last; column += 3) columns_of_product<3>(A, B, column, n, part.row, end, out);
@@ -61,7 +62,7 @@ PISTE_WIDE void multiply(const double* A, const double* B, int n, const Part& pa
 }
 
 void multiply(const Covariance& A, const Covariance& B, const Part& part, Covariance& out) {
-  multiply(A.data(), B.data(), static_cast<int>(A.rows()), part, out.data());
+  multiply(A.data(), B.data(), A.rows(), part, out.data());
 }
 
 // The backward pass. run() takes λ and Λ from after the last event of a tape to before its first.
