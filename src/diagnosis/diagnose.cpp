@@ -11,6 +11,7 @@
 #include "diagnosis/causes.h"
 #include "piste/core/time_search.h"
 #include "piste/solve/initial_state.h"
+#include "piste/solve/run.h"
 
 namespace piste {
 namespace {
@@ -57,6 +58,21 @@ Log first_part(const Log& log, double end) {
   return part;
 }
 
+// Where the causes are tried from: the start, or the last minute of a long first rest, which each of them would filter
+// anew. Of the start the navigation alone: every cause has its own blocks beside.
+Start tried_from(const Log& log, const FilterOptions& options, const Start& start, double departs) {
+  constexpr double kRest = 60;            // s
+  constexpr int kCheckpointsApart = 100;  // epochs
+  Start from = start;
+  if (departs - start.time > 2 * kRest) {
+    const FilterRun run = run_filter(log, options, start, kCheckpointsApart, {}, departs - kRest);
+    const Filter& filter = run.checkpoints.back().filter;
+    from = {filter.time(), filter.estimate(), filter.covariance()};
+  }
+  from.covariance = from.covariance.topLeftCorner(9, 9).eval();
+  return from;
+}
+
 // What is wrong, in words, where no cause is known for it.
 std::string symptoms(const Verdict& verdict) {
   for (const SourceVerdict& s : verdict.sources) {
@@ -75,10 +91,8 @@ Verdict diagnose(const Log& log, const FilterOptions& options, const InitialHead
   Verdict verdict = judge(log, options, filtered, smoothed);
   if (!suspicious(verdict) || filtered.empty()) return verdict;
   constexpr double kBeyond = 2;  // s: fixes that come late, and the neighbour of the last step
-  const double end = departure(log, found.start.time) + kLongest;
-  // Of the start the navigation alone: every cause has its own blocks beside.
-  Told told{first_part(log, end + kBeyond), options, found.start};
-  told.start.covariance = told.start.covariance.topLeftCorner(9, 9).eval();
+  const double departs = departure(log, found.start.time), end = departs + kLongest;
+  const Told told{first_part(log, end + kBeyond), options, tried_from(log, options, found.start, departs)};
 
   const Evidence base = filter_again(told.log, told.options, told.start, end);
   std::vector<Cause> causes = searched_causes(told);

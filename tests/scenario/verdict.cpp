@@ -73,6 +73,7 @@ std::vector<Seeded> seeded() {
   return {
       {"ski", "gyroscope noise", none, gyro_noise(10)},
       {"bicycle", "gyroscope noise", none, gyro_noise(10)},
+      {"ski", "gyroscope noise", [](Scenario& s) { s.motion.rest_before = 300; }, gyro_noise(10)},  // of which a minute
       {"ski", "accelerometer noise", shaken, accel_noise(40)},
       {"giant_slalom", "accelerometer noise", shaken, accel_noise(10)},
       {"ski", "noise of gnss[0].position", none, sigmas(1. / 3, 1)},
