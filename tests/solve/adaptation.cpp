@@ -109,8 +109,7 @@ double settled(const AdaptedNoise& adapted, std::string_view name) {
 constexpr std::string_view kPosition = "gnss[0].position", kVelocity = "gnss[0].velocity", kGyro = "gyro_noise";
 
 TEST(Adaptation, FindsWhatItWasToldWrongly) {
-  for (const Told& told :
-       {Told{1, 1, 1}, Told{0.5, 1, 1}, Told{2, 1, 1}, Told{1, 1.0 / 3, 1}, Told{1, 3, 0.5}, Told{0.5, 0.5, 2}}) {
+  for (const Told& told : {Told{0.5, 1, 1}, Told{2, 1.0 / 3, 1}, Told{1, 3, 0.5}}) {
     const Case c = ride(3, told);
     const AdaptedNoise adapted = filtered(c, log_of(c, told)).solution.adapted;
     const std::string what =
@@ -172,7 +171,7 @@ double nees_of_velocity(const Case& c, const Log& log, std::uint64_t seed) {
 TEST(Adaptation, SigmasAreFarNearerTheTruth) {
   const Told told{1, 0.25, 0.25};
   double adapted = 0, stated = 0;
-  constexpr int kRuns = 4;
+  constexpr int kRuns = 2;
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
     Case c = ride(seed, told);
     const Log log = log_of(c, told);
