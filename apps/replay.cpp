@@ -35,16 +35,15 @@ void run_replay(const AppArguments& arguments, Progress& progress) {
 
   const Solution& filtered = run.filtered.solution;
   const Solution* smoothed = run.smoothed ? &*run.smoothed : nullptr;
+  const auto per_cent = [&](double part) {
+    progress.update(static_cast<std::size_t>(part * static_cast<double>(kPerCent)));
+  };
   progress.start("verdict", kPerCent, "%");
-  const Verdict verdict =
-      diagnose(run.log, run.options, config.initial, run.found, filtered, smoothed,
-               [&](double part) { progress.update(static_cast<std::size_t>(part * static_cast<double>(kPerCent))); });
+  const Verdict verdict = diagnose(run.log, run.options, config.initial, run.found, filtered, smoothed, per_cent);
   progress.clear();
   const std::string title = config.file.stem().string();
   progress.start("writing", kPerCent, "%");
-  write_solutions(output, run, config.rates, [&](double part) {
-    progress.update(static_cast<std::size_t>(part * static_cast<double>(kPerCent)));
-  });
+  write_solutions(output, run, config.rates, per_cent);
   output.write("trajectory.kml", kml(run.solution(), title));
   output.write("report.html", html_report({.title = title,
                                            .version = version(),

@@ -4,19 +4,15 @@
 
 #include <ctime>
 #include <exception>
+#include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
-#include "piste/condition/pipeline.h"
 #include "piste/diagnosis/diagnose.h"
 #include "piste/files/replay.h"
 #include "piste/report/html.h"
 #include "piste/report/kml.h"
-#include "piste/solve/attitude_noise.h"
-#include "piste/solve/look_back.h"
-#include "piste/solve/relinearise.h"
-#include "piste/solve/rts.h"
-#include "piste/solve/start.h"
 
 namespace {
 
@@ -24,7 +20,7 @@ using namespace piste;
 
 class Stopwatch {
  public:
-  void lap(std::string_view stage) {
+  void lap(const std::string& stage) {
     const std::clock_t now = std::clock();
     laps_.emplace_back(stage, static_cast<double>(now - last_) / CLOCKS_PER_SEC);
     last_ = std::clock();
@@ -41,33 +37,22 @@ class Stopwatch {
 
  private:
   std::clock_t last_ = std::clock();
-  std::vector<std::pair<std::string_view, double>> laps_;
+  std::vector<std::pair<std::string, double>> laps_;
 };
 
 void run(const char* file, const char* folder) {
   Stopwatch watch;
   const ReplayConfig config = read_replay_config(file);
   const Recording recording = read_recording(config);
+  std::string stage = "conditioning, start";
   watch.lap("reading");
-  Replay run;
-  run.log = condition(recording, config.conditioning);
-  run.options = with_white_part(with_attitude_sigmas(config.filter, recording.attitude), run.log);
-  watch.lap("conditioning");
-  run.found = find_start(run.log, run.options, config.initial);
-  watch.lap("start");
-  const bool smooth = config.smoother == SmootherKind::kRts;
-  run.filtered = run_filter(run.log, run.options, run.found.start, smooth ? kCheckpointEvery : 0);
-  watch.lap("filter");
-  look_back(run.log, run.options, run.found, run.filtered.solution);
-  watch.lap("looking back before the start");
-  if (smooth) {
-    run.relinearised = relinearised(run.log, run.options, run.found, run.filtered);
-    watch.lap("smoother: first pass, filtered again");
-    std::vector<AttitudeLag> lags;
-    run.smoothed = smooth_rts(run.log, run.smoothable(), {}, nullptr, &lags);
-    run.smoothed->attitude_correlation_time = correlation_time(lags);
-    watch.lap("smoother: second pass");
-  }
+  const Replay run =
+      replay(recording, replay_options(config), [&](std::string_view next, std::size_t done, std::size_t) {
+        if (done > 0) return;
+        watch.lap(stage);
+        stage = next;
+      });
+  watch.lap(stage);
   const Solution* smoothed = run.smoothed ? &*run.smoothed : nullptr;
   const Verdict verdict =
       diagnose(run.log, run.options, config.initial, run.found, run.filtered.solution, smoothed, [](double) {});

@@ -12,6 +12,7 @@
 #include "piste/core/time_search.h"
 #include "piste/solve/initial_state.h"
 #include "piste/solve/run.h"
+#include "solve/feeder.h"
 
 namespace piste {
 namespace {
@@ -61,12 +62,12 @@ Log first_part(const Log& log, double end) {
 // Where the causes are tried from: the start, or the last minute of a long first rest, which each of them would filter
 // anew. Of the start the navigation alone: every cause has its own blocks beside.
 Start tried_from(const Log& log, const FilterOptions& options, const Start& start, double departs) {
-  constexpr double kRest = 60;            // s
-  constexpr int kCheckpointsApart = 100;  // epochs
+  constexpr double kRest = 60;  // s
   Start from = start;
   if (departs - start.time > 2 * kRest) {
-    const FilterRun run = run_filter(log, options, start, kCheckpointsApart, {}, departs - kRest);
-    const Filter& filter = run.checkpoints.back().filter;
+    Filter filter(options, log.world, start);
+    LogPlace place = place_at(log, start.time, departs - kRest);
+    for (Feeder feeder(log, place, filter); !feeder.done(); filter.clear_innovations()) feeder.step();
     from = {filter.time(), filter.estimate(), filter.covariance()};
   }
   from.covariance = from.covariance.topLeftCorner(9, 9).eval();

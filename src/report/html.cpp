@@ -232,7 +232,7 @@ std::string html_report(const ReplayReport& report) {
   if (!report.outages.empty()) over_time += ", withheld GNSS is shaded red";
   over_time +=
       ". Drag to zoom every chart, double-click to see all again. "
-      "Long series are thinned: lines keep their extremes, dots are a fair sample.</p>\n"
+      "Long series are thinned: lines keep the extremes among 40 000 epochs of the run, dots are a fair sample.</p>\n"
       "<noscript><p>The charts need JavaScript; the tables and the plan view do not.</p></noscript>\n";
   if (report.smoothed) over_time += kSwitch;
   over_time += "<section id=\"solution-charts\"></section>\n";

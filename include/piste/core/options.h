@@ -76,10 +76,10 @@ struct Priors {
 /// factor of a variance is a Gauss-Markov process about zero, whose 1-sigma is ln `within`.
 struct AdaptationOptions {
   double within = 10;  ///< a sigma may be this many times larger or smaller; sensor files were 3 to 50 times off
-  /// Correlation time of a source's factor [s]. A receiver with one fix a second is then followed within some 20 s, to
-  /// 20 % of its sigma; one with ten within 5 s, to 10 %.
+  /// Correlation time of a source's factor [s]. By the steady state of its Kalman filter a receiver with one fix a
+  /// second is then followed within some 20 s, to 10 % of its sigma; one with ten within 5 s, to 6 %.
   double time = 3600;
-  /// Of the factors of the IMU's noise [s]. Fixes tell far less of it: ten a second show it to 15 % in some 3 minutes.
+  /// Of the factors of the IMU's noise [s]. Fixes tell far less of it: likewise, ten a second show it in minutes.
   double imu_time = 36000;
 };
 
