@@ -15,6 +15,7 @@
 #include "piste/files/summary.h"
 #include "piste/report/html.h"
 #include "piste/report/kml.h"
+#include "piste/solve/batch.h"
 
 namespace piste {
 namespace {
@@ -27,10 +28,13 @@ void run_replay(const AppArguments& arguments, Progress& progress) {
   const ReplayConfig config = read_replay_config(arguments.input);
   OutputFolder output(arguments.output);
 
-  const Replay run = replay(config, [&](std::string_view stage, std::size_t done, std::size_t all) {
-    if (done == 0) progress.start(std::string(stage), all);
-    progress.update(done);
-  });
+  const Replay run = replay(
+      config,
+      [&](std::string_view stage, std::size_t done, std::size_t all) {
+        if (done == 0) progress.start(std::string(stage), all);
+        progress.update(done);
+      },
+      batch_smoother());
   progress.clear();
 
   const Solution& filtered = run.filtered.solution;
@@ -61,6 +65,7 @@ void run_replay(const AppArguments& arguments, Progress& progress) {
 
   for (const std::string& warning : warnings_of(filtered)) fmt::print(stderr, "warning: {}\n", warning);
   say(arguments, run.found.how);
+  if (smoothed && smoothed->batch) say(arguments, batch_line(*smoothed->batch));
   if (!filtered.adapted.names.empty()) say(arguments, adapted_line(filtered.adapted));
   if (smoothed) say(arguments, attitude_entry(output.folder() / "attitude.csv", *smoothed));
   say(arguments, "written to " + output.folder().string());

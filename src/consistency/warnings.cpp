@@ -26,4 +26,12 @@ std::string adapted_line(const AdaptedNoise& adapted) {
   return fmt::format("adapted sigmas: {}", fmt::join(parts, ", "));
 }
 
+std::string batch_line(const BatchSummary& batch) {
+  return fmt::format(
+      "batch: {} nodes, {} fixes, of which {} were left out and {} that the filter had refused were used; "
+      "{} in {} rounds, {} steps",
+      batch.nodes, batch.fixes, batch.left_out, batch.taken_back, batch.converged ? "converged" : "NOT CONVERGED",
+      batch.rounds, batch.iterations);
+}
+
 }  // namespace piste

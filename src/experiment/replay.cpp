@@ -43,8 +43,9 @@ ReplayOptions replay_options(const ReplayConfig& config) {
           .checkpoints = false};
 }
 
-Replay replay(const ReplayConfig& config, const ReplayProgress& progress) {
+Replay replay(const ReplayConfig& config, const ReplayProgress& progress, const BatchSmoother& batch) {
   ReplayOptions options = replay_options(config);
+  options.batch = batch;
   Log log;
   {
     const Recording recording = read_recording(config);  // its rows are not needed once the log is made
@@ -61,6 +62,11 @@ Replay replay(const Recording& recording, const ReplayOptions& options, const Re
 
 Replay replay(Log log, const ReplayOptions& options, const ReplayProgress& progress) {
   check_sources(log, options.filter);
+  const bool by_batch = options.smoother == SmootherKind::kBatch;
+  if (by_batch && !options.batch) {
+    throw ConfigError("smoother",
+                      "batch needs piste::batch, with which this program was not linked; choose rts, or none");
+  }
   const std::size_t all = log.imu.size();
   const auto stage = [&](std::string_view name) -> ProgressCallback {
     if (!progress) return {};
@@ -86,6 +92,9 @@ Replay replay(Log log, const ReplayOptions& options, const ReplayProgress& progr
     }
     run.smoothed = smooth_rts(run.log, run.smoothable(), stage("smoother"), nullptr, &lags);
     run.smoothed->attitude_correlation_time = correlation_time(lags);
+  }
+  if (by_batch) {
+    run.smoothed = options.batch(run.log, run.options, run.found, run.filtered, stage("batch"));
   }
   return run;
 }

@@ -144,6 +144,16 @@ std::string adapted_entry(const AdaptedNoise& adapted) {
   return fmt::format("  \"adapted\": {{{}\n  }},\n", fmt::join(lines, ","));
 }
 
+// How the batch went; nothing if there was none.
+std::string batch_entry(const std::optional<BatchSummary>& batch) {
+  if (!batch) return {};
+  return fmt::format(
+      "  \"batch\": {{\"converged\": {}, \"nodes\": {}, \"fixes\": {}, \"left_out\": {}, \"taken_back\": {}, "
+      "\"rounds\": {}, \"iterations\": {}, \"cost\": {:.6g}}},\n",
+      batch->converged, batch->nodes, batch->fixes, batch->left_out, batch->taken_back, batch->rounds,
+      batch->iterations, batch->cost);
+}
+
 }  // namespace
 
 std::string summary_json(const Log& log, const Solution& filtered, const Solution* smoothed, const Verdict& verdict,
@@ -179,6 +189,7 @@ std::string summary_json(const Log& log, const Solution& filtered, const Solutio
   text += fmt::format("  \"sources\": {},\n", source_counts(filtered));
   text += fmt::format("  \"verdict\": {},\n", verdict_entry(verdict));
   text += adapted_entry(filtered.adapted);
+  text += batch_entry(best.batch);
   text += fmt::format("  \"rest_intervals\": [{}],\n", fmt::join(rests, ", "));
   text += fmt::format("  \"estimates\": {{{}\n  }},\n{}", fmt::join(estimates, ","), fmt::join(totals, ""));
   text += fmt::format("  \"attitude_error\": {},\n", attitude_error(best));

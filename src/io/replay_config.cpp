@@ -83,11 +83,9 @@ Priors read_priors(const Config& config) {
 }
 
 SmootherKind read_smoother(const Config& config) {
-  if (config.text("smoother", "rts") == "batch") {
-    config.fail("smoother", "batch is not available in this version; choose rts, or none");
-  }
-  return config.choice<SmootherKind>("smoother", {{"none", SmootherKind::kNone}, {"rts", SmootherKind::kRts}},
-                                     SmootherKind::kRts);
+  return config.choice<SmootherKind>(
+      "smoother", {{"none", SmootherKind::kNone}, {"rts", SmootherKind::kRts}, {"batch", SmootherKind::kBatch}},
+      SmootherKind::kRts);
 }
 
 // A rate under `output`: a frequency, or the word `imu` for every epoch.

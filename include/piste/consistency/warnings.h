@@ -14,4 +14,7 @@ std::vector<std::string> warnings_of(const Solution& filtered);
 /// What an adapting filter took the noise to be, in one line. @pre it adapted
 std::string adapted_line(const AdaptedNoise& adapted);
 
+/// How a batch went, in a line.
+std::string batch_line(const BatchSummary& batch);
+
 }  // namespace piste

@@ -109,6 +109,6 @@ struct InitialHeading {
   double sigma = 0.0349065850;  ///< rad, for kValue: 2 deg
 };
 
-enum class SmootherKind { kNone, kRts };
+enum class SmootherKind { kNone, kRts, kBatch };
 
 }  // namespace piste

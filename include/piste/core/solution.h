@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -75,6 +76,17 @@ struct AdaptedNoise {
   Range range(std::size_t name) const;
 };
 
+/// How a batch went that smoothed a run (solve/batch.h).
+struct BatchSummary {
+  std::size_t nodes = 0, fixes = 0;
+  std::size_t left_out = 0;    ///< fixes with weight 0
+  std::size_t taken_back = 0;  ///< of the fixes that the filter refused, those that now count
+  int rounds = 0;              ///< how often the run was laid out
+  int iterations = 0;          ///< steps of all solves
+  double cost = 0;             ///< half the sum of squares
+  bool converged = false;
+};
+
 /// Estimates and sigmas of a run, stored compactly, one row for each epoch.
 class Solution {
  public:
@@ -101,6 +113,7 @@ class Solution {
   std::vector<std::string> sources;      ///< names, by Innovation::source
   std::vector<Innovation> innovations;   ///< in the order in which they were processed
   AdaptedNoise adapted;                  ///< what the filter learned of the noise
+  std::optional<BatchSummary> batch;     ///< where a batch found it
   std::size_t gnss_late = 0;             ///< fixes that came too late for the filter
   double attitude_correlation_time = 0;  ///< of the attitude's errors [s]; 0: not known
   Estimate fixed;                        ///< values of the blocks that are not estimated

@@ -2,7 +2,7 @@
 /// The chain from logs to a trajectory, which every program, study and ensemble runs:
 ///
 ///     condition() → with_attitude_sigmas(), with_white_part() → find_start() → run_filter() →
-///     look_back() → relinearised() → smooth_rts()
+///     look_back() → relinearised() → smooth_rts(), or run_batch()
 ///
 /// Each step is a pure function with its own header, so that a program can also call them one by one.
 
@@ -15,6 +15,7 @@
 #include "piste/core/log.h"
 #include "piste/core/options.h"
 #include "piste/io/replay_config.h"
+#include "piste/solve/batch.h"
 #include "piste/solve/start.h"
 
 namespace piste {
@@ -30,6 +31,7 @@ struct ReplayOptions {
   std::optional<Start> start = std::nullopt;                 ///< a known start; without it the start is found
   double longest = std::numeric_limits<double>::infinity();  ///< s after the start at which the replay ends
   SmootherKind smoother = SmootherKind::kRts;
+  BatchSmoother batch = {};  ///< what smooths with SmootherKind::kBatch: batch_smoother() of piste::batch
   /// How often a smoothed run is linearised anew about itself. Once is as good as the true rates for scales, and brings
   /// an outage of a minute into its sigmas.
   int relinearisations = 1;
@@ -45,7 +47,7 @@ struct Replay {
   /// What the smoother goes back over, if there is one: the run filtered about its own smoothed trajectory.
   std::optional<FilterRun> relinearised = std::nullopt;
   FilterRun filtered;                ///< with its checkpoints smooth_rows() can give the whole covariance of any row
-  std::optional<Solution> smoothed;  ///< if asked for, with the correlation time of its attitude's errors
+  std::optional<Solution> smoothed;  ///< if asked for; of RTS with the correlation time of its attitude's errors
 
   /// The run that a smoother goes back over.
   const FilterRun& smoothable() const { return relinearised ? *relinearised : filtered; }
@@ -53,18 +55,20 @@ struct Replay {
   const Solution& solution() const { return smoothed ? *smoothed : filtered.solution; }
 };
 
-/// Called now and then with the stage, "filter" or "smoother", the number of epochs that are done, and that of all;
+/// Called now and then with the stage, "filter", "relinearising", "smoother" or "batch", the number of epochs that are done, and that of all;
 /// first with 0 epochs done.
 using ReplayProgress = std::function<void(std::string_view stage, std::size_t done, std::size_t all)>;
 
 /// The options in a configuration.
 ReplayOptions replay_options(const ReplayConfig& config);
 
-/// Reads the logs of the configuration and replays them. Throws as read_recording() and the functions below.
-Replay replay(const ReplayConfig& config, const ReplayProgress& progress = {});
+/// Reads the logs of the configuration and replays them. `batch`: what smooths a run whose configuration asks for a
+/// batch. Throws as read_recording() and the functions below.
+Replay replay(const ReplayConfig& config, const ReplayProgress& progress = {}, const BatchSmoother& batch = {});
 
 /// Conditions the recording and replays it. Throws DataError if the data do not suffice, for example for a start.
-/// Throws ConfigError if the options are not valid, or have other sources than the recording.
+/// Throws ConfigError if the options are not valid, have other sources than the recording, or ask for a batch without
+/// `batch`.
 Replay replay(const Recording& recording, const ReplayOptions& options, const ReplayProgress& progress = {});
 
 /// Replays a log that is conditioned already. @pre `options.filter` is what with_attitude_sigmas() returns.

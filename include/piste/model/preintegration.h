@@ -1,0 +1,89 @@
+#pragma once
+/// The samples of an IMU between two nodes of a batch, summed once.
+///
+/// In w, with v̄ = v + ω_ie × p and a gravitation that is constant over the interval, attitude, velocity and position
+/// are one group, and what the samples say is a factor of it that knows nothing of where the body was (Brossard,
+/// Barrau, Chauchat and Bonnabel 2021, "Associating uncertainty to extended poses for on Lie group IMU
+/// preintegration with rotating Earth"):
+///
+///     R_j = Eᵀ R_i ΔR      E v̄_j = v̄_i + T J_l(T ω_ie) G_v + R_i ΔV      E p_j = p_i + T v̄_i + T² Γ G_p + R_i ΔP
+///
+/// with E = Exp(T ω_ie), Γ = Σ [T ω_ie]ⁿ / (n+2)! and G = g + ω_ie × (ω_ie × p). No term of the rotating Earth is left
+/// out. Gravity is taken at the places where the body is on average, as far as the velocity tells.
+///
+/// ΔR, ΔV, ΔP come from the steps of strapdown.h, with coning and sculling. Their noise is that of the sensors, jointly
+/// with that of the drifts, which change within the interval too.
+
+#include "piste/model/dynamics.h"
+#include "piste/model/measurement.h"
+
+namespace piste {
+
+/// What the samples of an interval say, and how sure that is. Errors of (ΔP, ΔV, ΔR) have that order; ΔP and ΔV are in
+/// the body axes at the start of the interval, and ΔR's is a rotation vector on its right: truth = ΔR Exp(error).
+struct ImuSum {
+  /// The errors of the IMU, three axes each, in the order of the columns of `by_imu`.
+  static constexpr std::array kImuErrors{Block::kGyroBias,   Block::kAccelBias, Block::kGyroDrift,
+                                         Block::kAccelDrift, Block::kGyroScale, Block::kAccelScale};
+  using ByImu = Eigen::Matrix<double, 9, 18>;
+  using Noise = Eigen::Matrix<double, 15, 15>;
+
+  double time = 0;                             ///< length T
+  Quaterniond turn = Quaterniond::Identity();  ///< ΔR
+  Vector3d velocity = Vector3d::Zero(), position = Vector3d::Zero();
+  ByImu by_imu = ByImu::Zero();  ///< derivative by the estimated errors of the IMU, drifts as at the start
+  Noise noise = Noise::Zero();   ///< covariance of (ΔP, ΔV, ΔR, gyro_drift, accel_drift) that the interval adds
+};
+
+/// Changes of the drifts over one step.
+struct DriftStep {
+  double decay = 1;                      ///< of the value
+  Vector3d variance = Vector3d::Zero();  ///< that is added
+};
+
+/// How the error of a sum changes over one step: by itself, and by errors of rate and specific force (rad/s, m/s²) that
+/// are constant over the step and were in the estimate: a greater bias makes a smaller sum.
+struct SumStep {
+  Matrix9d by_sum;
+  Matrix96d by_reading;
+};
+
+/// Sums the steps of an interval.
+class Preintegration {
+ public:
+  /// `x`: the estimate at the start of the interval. Its errors of the IMU are taken out of every step.
+  explicit Preintegration(const Estimate& x) : x_(x) {}
+
+  /// Adds a step, as measured. `told`: the motion that the scales multiply. That of the step itself has the noise that
+  /// the residual has, so it would pass for a scale (reference.h); a smoothed trajectory's has not.
+  SumStep add(const ImuStep& measured, const StepNoise& noise, const BodyMotion& told, const DriftStep& gyro,
+              const DriftStep& accel);
+
+  const ImuSum& sum() const { return sum_; }
+
+ private:
+  Estimate x_;                             // with its drifts as they decay
+  double gyro_left_ = 1, accel_left_ = 1;  // what is left of the drifts at the start
+  ImuSum sum_;
+};
+
+/// Two ends of an interval compared with what the samples say, for the errors of estimate.h: residual = X_i⁻¹ X_j ⊟
+/// sum, in the order of ImuSum, and its derivatives by (ρ, ν, θ) at both ends. The derivatives are exact at any
+/// residual, but for the curvature of gravity.
+struct SumResidual {
+  Eigen::Matrix<double, 9, 1> value;
+  Matrix9d by_start, by_end;
+  ImuSum::ByImu by_imu;  ///< by the errors of the IMU
+};
+
+/// `change`: by how much the errors of the IMU differ from those with which the sum was made, in the order of its
+/// columns. `gravity`: near the start.
+SumResidual compare(const ImuSum& sum, const Eigen::Matrix<double, 18, 1>& change, const Estimate& start,
+                    const Estimate& end, const Vector3d& earth_rate, const Gravity& gravity);
+
+/// Attitude, velocity and position at the end for which compare() gives `residual`, without a change of the errors of
+/// the IMU. The other blocks are those of `start`.
+Estimate carry(const ImuSum& sum, const Eigen::Matrix<double, 9, 1>& residual, const Estimate& start,
+               const Vector3d& earth_rate, const Gravity& gravity);
+
+}  // namespace piste

@@ -1,0 +1,78 @@
+#pragma once
+/// The batch: the whole run as one least-squares problem, solved by Ceres with SuiteSparse.
+///
+/// Unknown are position, velocity, attitude and all processes at the times where measurements belong, and once for the
+/// run the constants: biases, scales, boresight, lever arm, delays. Between two times stand the samples of the IMU,
+/// preintegrated on the rotating Earth, jointly with the drifts (model/preintegration.h); the measurements are those of
+/// the filter, and so is the prior. The solution is the most likely trajectory (maximum a posteriori) given all of
+/// them:
+///
+///     Σ |W_k (X_k⁻¹ X_{k+1} ⊟ IMU_k)|² + Σ w_i |z_i|² + |x_0 ⊟ start|²
+///
+/// Fixes may be wrong. Their weights w_i follow graduated non-convexity with truncated squares (Yang, Antonante,
+/// Tzoumas and Carlone 2020): a fix beyond its bound counts as the bound does, and so does not pull. Where the filter
+/// starts from good fixes, they are graduated only as far as these disagree.
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "piste/solve/rts.h"
+#include "piste/solve/start.h"
+
+namespace piste {
+
+/// What wrong fixes cost.
+enum class BatchLoss {
+  kTruncated,  ///< no more than a fix at the bound: graduated non-convexity
+  kBarron,     ///< ever less with its size: Barron 2019 with α = −2 (Geman and McClure), scaled by the bound
+  kSquared     ///< in full: every fix that the filter used is taken to be right
+};
+
+struct BatchOptions {
+  BatchLoss loss = BatchLoss::kTruncated;
+  /// Probability of a right fix within the bound, by its number of rows: chi-squared.
+  double bound = 0.999;
+  /// Longest time between nodes [s]: over more, the errors of the IMU would not act linearly on what it says.
+  double longest_interval = 1;
+  /// How often the run is laid out anew about its solution at most. Two are enough from a filter that was not lost.
+  int most_rounds = 10;
+  /// It is found when a round moves the solution by less, in sigmas of all unknowns together.
+  double tolerance = 1e-3;
+};
+
+/// A solved batch, from which the estimate and covariance of any epoch of the filter can be taken.
+class BatchRun {
+ public:
+  BatchRun();
+  BatchRun(BatchRun&&) noexcept;
+  BatchRun& operator=(BatchRun&&) noexcept;
+  ~BatchRun();
+
+  const BatchSummary& summary() const;
+  /// All epochs of the filter, with sigmas.
+  Solution solution(const ProgressCallback& progress = {}) const;
+  /// Estimate and whole covariance of some of them. @pre `rows` ascend
+  std::vector<SmoothedState> states(const std::vector<std::size_t>& rows) const;
+
+  struct Solved;
+  explicit BatchRun(std::unique_ptr<Solved> solved);
+
+ private:
+  std::unique_ptr<Solved> solved_;
+};
+
+/// Smooths a filtered run of a replay by something other than smooth_rts(). The arguments are those of run_batch(). A
+/// function, so that a program without Ceres can replay.
+using BatchSmoother = std::function<Solution(const Log&, const FilterOptions&, const FoundStart&, const FilterRun&,
+                                             const ProgressCallback&)>;
+
+/// run_batch() for a replay.
+BatchSmoother batch_smoother(const BatchOptions& batch = {});
+
+/// Solves the run that `filtered` is of. It gives the first trajectory, and what it did with each fix. `found` and
+/// `options` are those of the filter. Throws DataError if the problem has no solution.
+BatchRun run_batch(const Log& log, const FilterOptions& options, const FoundStart& found, const FilterRun& filtered,
+                   const BatchOptions& batch = {}, const ProgressCallback& progress = {});
+
+}  // namespace piste

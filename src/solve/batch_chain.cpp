@@ -1,0 +1,230 @@
+#include "batch_chain.h"
+
+#include <cmath>
+#include <optional>
+
+#include "feeder.h"
+#include "piste/model/imu_errors.h"
+#include "piste/solve/recent_motion.h"
+#include "piste/solve/rest_updates.h"
+#include "piste/solve/sample_noise.h"
+
+namespace piste {
+namespace {
+
+constexpr double kGravityPatch = 100;  // m: gravity is linear to 4e-9 m/s² over it
+
+// Takes a log as a filter does, and lays it out as a chain.
+class ChainLayer {
+ public:
+  ChainLayer(const Log& log, const FilterOptions& options, const BatchLayout& layout, double start,
+             const Reference& reference, const FixWeights& weights, double longest)
+      : world_(log.world),
+        options_(options),
+        layout_(layout),
+        reference_(reference),
+        weights_(weights),
+        longest_(longest),
+        sources_(options),
+        begin_(start),
+        time_(start),
+        x_(reference.start),
+        gravity_(log.world.gravity(reference.start.p_wb)) {
+    delays_.assign(sources_.all().size(), 0);
+    MeasurementList::for_each([&]<class Type>() {
+      for (int sensor = 0; sensor < Type::sensors(options); ++sensor) {
+        for (int channel = 0; channel < static_cast<int>(Type::kChannels.size()); ++channel) {
+          const double delay = Type::delay(options, layout.whole, sensor, channel, x_).value;
+          delays_[static_cast<std::size_t>(sources_.first<Type>(sensor) + channel)] = delay;
+          look_ahead_ = std::max(look_ahead_, delay + kSameInstant);
+        }
+      }
+    });
+    chain_.nodes.push_back({start, x_, gravity_});
+  }
+
+  double look_ahead() const { return look_ahead_; }
+
+  void add(int sensor, AnyFix fix) {
+    MeasurementList::visit(
+        [&]<class Type>(const typename Type::Fix& known) {
+          if (!Type::in_use(options_)) return;
+          const int first = sources_.first<Type>(sensor);
+          for (int channel = 0; channel < static_cast<int>(Type::kChannels.size()); ++channel) {
+            if (weights_.contains({first + channel, known.time})) {
+              queue_.add({known.time, first + channel, sensor, channel, fix});
+            }
+          }
+        },
+        fix);
+  }
+
+  bool add(const ImuSample& sample) {
+    const bool epoch = now_.has_value();
+    if (epoch) process(&sample);
+    before_ = now_;
+    now_ = sample;
+    return epoch;
+  }
+
+  Chain finish() {
+    if (now_) process(nullptr);
+    if (chain_.intervals.size() + 1 > chain_.nodes.size() || pending_ < chain_.steps.size()) node_here();
+    return std::move(chain_);
+  }
+
+ private:
+  void process(const ImuSample* after) {
+    const ImuSample& sample = *now_;
+    noise_ = sample_noise_.of(sample, options_.sensor);
+    rate_variance_ = noise_.gyro / sample.interval;
+    still_ = sample.at_rest && !sample.gap;
+    ImuStep step = make_step(before_ ? &*before_ : nullptr, sample, after);
+    const double begin = sample.time - sample.interval;
+    if (time_ > begin + kSameInstant) {  // the start is within this sample
+      if (time_ >= sample.time - kSameInstant) {
+        note_epoch(sample.time);
+        return;
+      }
+      step = split(step, time_ - begin).second;
+    }
+    const Estimate target = next_of_reference();
+    told_ = motion_between(x_, target, step.dt, world_.earth_rate(), gravity_);
+    bool at_end = false;
+    while (const std::optional<QueuedFix> fix = queue_.take(sample.time, delays_)) {
+      const double delay = delays_[static_cast<std::size_t>(fix->source)];
+      const double into_step = fix->time - delay - time_;
+      if (into_step < -kSameInstant) continue;  // it belongs before the start
+      if (at_end || into_step >= step.dt - kSameInstant) {
+        if (!at_end) advance(step);
+        at_end = true;
+        arrive(sample, target);
+        measure(*fix, step, step.dt, delay);
+      } else if (into_step <= kSameInstant) {
+        measure(*fix, step, 0, delay);
+      } else {
+        const auto [first, second] = split(step, into_step);
+        advance(first);
+        step = second;
+        measure(*fix, step, 0, delay);
+      }
+    }
+    if (!at_end) advance(step);
+    arrive(sample, target);
+    if (const std::optional<RestFix> fix = rest_.add(sample, options_.behaviour.rest)) {
+      const int first = sources_.first<ZeroUpdates>(0);
+      for (int channel = 0; channel < static_cast<int>(ZeroUpdates::kChannels.size()); ++channel) {
+        if (!weights_.contains({first + channel, sample.time})) continue;
+        measure({sample.time, first + channel, 0, channel, *fix}, step, step.dt, 0);
+      }
+    }
+    if (time_ - chain_.nodes.back().time > longest_ - 0.5 * sample.interval) node_here();
+    note_epoch(sample.time);
+  }
+
+  // That of the epoch that is processed.
+  const Estimate& next_of_reference() {
+    const auto& rows = reference_.rows;
+    while (row_ + 1 < rows.size() && rows[row_].time < now_->time - kSameInstant) ++row_;
+    return rows[row_].x;
+  }
+
+  void advance(const ImuStep& step) {
+    if ((x_.p_wb - gravity_.point).squaredNorm() > kGravityPatch * kGravityPatch) gravity_ = world_.gravity(x_.p_wb);
+    mechanize(x_, correct(step, x_), world_.earth_rate(), gravity_);
+    motion_.add(step, x_.q_wb);
+    chain_.steps.push_back({step, noise_, told_});
+    time_ += step.dt;
+  }
+
+  void arrive(const ImuSample& sample, const Estimate& target) {
+    x_ = target;
+    time_ = sample.time;
+  }
+
+  void node_here() {
+    if (pending_ == chain_.steps.size()) return;  // there is one
+    chain_.intervals.push_back({pending_, chain_.steps.size(), {}});
+    chain_.nodes.push_back({time_, x_, gravity_});
+    pending_ = chain_.steps.size();
+  }
+
+  void measure(const QueuedFix& fix, const ImuStep& step, double into_step, double delay) {
+    node_here();
+    ChainFix out{.place = fix,
+                 .node = chain_.nodes.size() - 1,
+                 .step = step,
+                 .into_step = into_step,
+                 .moved = delay,
+                 .rate_variance = rate_variance_,
+                 .rate_before = Vector3d::Zero(),
+                 .still = still_,
+                 .recent = motion_.at(x_.q_wb, options_.sensor)};
+    if (before_) out.rate_before = before_->dtheta / before_->interval;
+    chain_.fixes.push_back(std::move(out));
+  }
+
+  void note_epoch(double time) {
+    const std::size_t interval = chain_.nodes.size() - 1, steps = chain_.steps.size() - pending_;
+    chain_.epochs.push_back({time, interval, steps});
+  }
+
+  const World& world_;
+  const FilterOptions& options_;
+  const BatchLayout& layout_;
+  const Reference& reference_;
+  const FixWeights& weights_;
+  double longest_;
+  MeasurementSources sources_;
+  double begin_, time_, look_ahead_ = 0;
+  Estimate x_;
+  Gravity gravity_;
+  std::size_t row_ = 0, pending_ = 0;  // row of the reference; first step since the last node
+  std::vector<double> delays_;
+  std::optional<ImuSample> before_, now_;
+  StepNoise noise_;
+  Vector3d rate_variance_ = Vector3d::Zero();
+  bool still_ = false;
+  BodyMotion told_;
+  FixQueue queue_;
+  SampleNoise sample_noise_;
+  RestUpdates rest_;
+  MotionMean motion_;
+  Chain chain_;
+};
+
+}  // namespace
+
+DriftStep process_step(const FilterOptions& options, Block block, double dt) {
+  const std::optional<BlockProcess> process = info(block).process(options);
+  if (!process) return {};
+  const DiscreteProcess d = discretise(process->law, dt);
+  return {d.transition, d.variance * process->weight};
+}
+
+DriftStep drift_step(const FilterOptions& options, const BatchLayout& layout, Block drift, double dt) {
+  return layout.whole.has(drift) ? process_step(options, drift, dt) : DriftStep{};
+}
+
+Chain lay_chain(const Log& log, const FilterOptions& options, const BatchLayout& layout, double start,
+                const Reference& reference, const FixWeights& weights, double longest) {
+  ChainLayer layer(log, options, layout, start, reference, weights, longest);
+  const double end = (reference.rows.empty() ? start : reference.rows.back().time) + kSameInstant;
+  LogPlace place = place_at(log, start, end);
+  Feeder feeder(log, place, layer);
+  while (!feeder.done()) feeder.step();
+  Chain chain = layer.finish();
+  for (std::size_t i = 0; i < chain.intervals.size(); ++i) {
+    ChainInterval& interval = chain.intervals[i];
+    Preintegration sum(chain.nodes[i].x);
+    for (std::size_t k = interval.first; k < interval.last; ++k) {
+      const ChainStep& s = chain.steps[k];
+      sum.add(s.step, s.noise, s.told, drift_step(options, layout, Block::kGyroDrift, s.step.dt),
+              drift_step(options, layout, Block::kAccelDrift, s.step.dt));
+    }
+    interval.sum = sum.sum();
+  }
+  return chain;
+}
+
+}  // namespace piste

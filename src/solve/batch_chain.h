@@ -1,0 +1,83 @@
+#pragma once
+// A run as a chain: nodes at the times where measurements belong, what the IMU says between them, and the measurements.
+
+#include <cstddef>
+#include <limits>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "batch_layout.h"
+#include "piste/model/measurement_list.h"
+#include "piste/model/preintegration.h"
+#include "piste/solve/fix_queue.h"
+#include "piste/solve/initial_state.h"
+#include "piste/solve/reference.h"
+
+namespace piste {
+
+/// A time at which the state is an unknown.
+struct ChainNode {
+  double time = 0;
+  Estimate x;       ///< constants too
+  Gravity gravity;  ///< near it
+};
+
+/// A part of an IMU sample that lies between two nodes, as measured.
+struct ChainStep {
+  ImuStep step;
+  StepNoise noise;
+  BodyMotion told;  ///< the motion of the reference
+};
+
+/// What lies between node i and node i + 1: steps [first, last) of the chain.
+struct ChainInterval {
+  std::size_t first = 0, last = 0;
+  ImuSum sum;
+};
+
+/// One channel of a fix, at a node.
+struct ChainFix {
+  QueuedFix place;
+  std::size_t node = 0;
+  ImuStep step;  ///< within which it is, as measured
+  double into_step = 0, moved = 0;
+  Vector3d rate_variance, rate_before;
+  bool still = false;
+  RecentMotion recent;
+};
+
+/// Where an epoch of the filter is: at the end of a step in an interval, counted within it, or at its start.
+struct ChainEpoch {
+  double time = 0;
+  std::size_t interval = 0;
+  std::size_t steps = 0;  ///< of the interval that lie before it; 0: it is the node at its start
+};
+
+/// A fix of which the filter had a choice: its source, and the time that it states.
+using FixKey = std::pair<int, double>;
+
+/// Which measurements a batch has. Each fix that the filter compared is one; those that it used have the weight 1.
+using FixWeights = std::map<FixKey, double>;
+
+struct Chain {
+  std::vector<ChainNode> nodes;
+  std::vector<ChainStep> steps;
+  std::vector<ChainInterval> intervals;  ///< one fewer than nodes
+  std::vector<ChainFix> fixes;
+  std::vector<ChainEpoch> epochs;  ///< in the order of the filter's rows
+};
+
+/// Lays the chain of a run about a trajectory, which gives the nodes their first values, the motion that scales
+/// multiply, and the delays by which fixes get their places. `longest`: seconds between nodes at most. Fixes without a
+/// weight are left out. @pre `reference` has the epochs of the filter, and begins with `start`
+Chain lay_chain(const Log& log, const FilterOptions& options, const BatchLayout& layout, double start,
+                const Reference& reference, const FixWeights& weights, double longest);
+
+/// Change of a drift over a step, by the process that the run has for it.
+DriftStep drift_step(const FilterOptions& options, const BatchLayout& layout, Block drift, double dt);
+
+/// How a process of a node changes over `dt`.
+DriftStep process_step(const FilterOptions& options, Block block, double dt);
+
+}  // namespace piste

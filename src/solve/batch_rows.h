@@ -1,0 +1,26 @@
+#pragma once
+// From the nodes of a solved batch to the epochs of the IMU between them.
+
+#include <functional>
+
+#include "arrow_matrix.h"
+#include "batch_solver.h"
+#include "piste/solve/rts.h"
+
+namespace piste {
+
+/// The estimates of all epochs, given those of the nodes: the mean of what the samples and both nodes say (a bridge).
+Reference epochs_between(const BatchTerms& terms, const FilterOptions& options, const World& world,
+                         const BatchStates& states);
+
+/// Selected blocks of the covariance of the errors of all nodes and the constants: the inverse of the normal equations.
+/// Throws std::domain_error if they are not positive definite.
+ArrowMatrix covariance_of(const BatchTerms& terms, const std::vector<double>& weights, const BatchStates& states);
+
+/// Calls `visit(row, time, state)` for these rows of the filter, in order. @pre `rows` ascend; `covariance` is
+/// covariance_of()
+void visit_epochs(const BatchTerms& terms, const FilterOptions& options, const World& world, const BatchStates& states,
+                  const ArrowMatrix& covariance, const std::vector<std::size_t>& rows,
+                  const std::function<void(std::size_t, double, const SmoothedState&)>& visit);
+
+}  // namespace piste

@@ -1,0 +1,59 @@
+#pragma once
+// The terms of which the objective of a batch is the sum of squares: residuals, whitened, and their derivatives.
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "batch_chain.h"
+
+namespace piste {
+
+/// A residual, and its derivatives by the errors of one or two nodes and of the constants.
+struct BatchTerm {
+  Eigen::VectorXd residual;
+  Eigen::MatrixXd by_first, by_second, by_constant;
+};
+
+/// What an interval says, not whitened, with rows as the errors of a node: (place, speed, turn) of the sum, then d_j −
+/// e^{−βT} d_i of every process. `start` and `end` have the constants, which may differ from those of the chain.
+BatchTerm compare_ends(const BatchLayout& layout, const FilterOptions& options, const ImuSum& sum,
+                       const Estimate& linearised_at, const Estimate& start, const Estimate& end,
+                       const Vector3d& earth_rate, const Gravity& gravity);
+
+/// Covariance of that residual: of what the IMU's noise and the processes add in the interval.
+Eigen::MatrixXd interval_noise(const BatchLayout& layout, const FilterOptions& options, const ImuSum& sum);
+
+/// W with Wᵀ W = P⁻¹, lower triangular. Throws std::domain_error if P is not positive definite.
+Eigen::MatrixXd whitening(const Eigen::MatrixXd& P);
+
+/// The objective: the prior at the first node, intervals and fixes of a chain. Whitening is that of the estimates of
+/// the chain, so that it does not change while the objective is minimised.
+class BatchTerms {
+ public:
+  BatchTerms(const World& world, const FilterOptions& options, const BatchLayout& layout, const Start& start,
+             const Chain& chain);
+
+  /// Of these two, nodes as they are now with the constants in them.
+  BatchTerm prior(const Estimate& first) const;
+  BatchTerm interval(std::size_t i, const Estimate& start, const Estimate& end) const;
+  BatchTerm fix(std::size_t i, const Estimate& x) const;
+
+  const Chain& chain() const { return chain_; }
+  const BatchLayout& layout() const { return layout_; }
+  int rows_of_fix(std::size_t i) const { return static_cast<int>(fixes_[i].rows()); }
+  int source_of_fix(std::size_t i) const { return chain_.fixes[i].place.source; }
+
+ private:
+  Linearization linearize(const ChainFix& fix, const Estimate& x) const;
+
+  const World& world_;
+  const FilterOptions& options_;
+  const BatchLayout& layout_;
+  const Chain& chain_;
+  Estimate start_;
+  Eigen::MatrixXd prior_;                           // whitening, in the order of the run's error vector
+  std::vector<Eigen::MatrixXd> intervals_, fixes_;  // likewise
+};
+
+}  // namespace piste
