@@ -6,6 +6,7 @@
 
 #include "io/behaviour_keys.h"
 #include "io/replay_keys.h"
+#include "io/vehicle_keys.h"
 #include "piste/core/error.h"
 #include "piste/io/config.h"
 
@@ -159,6 +160,7 @@ ReplayConfig read_replay_config(const Config& config) {
   filter.behaviour = read_behaviour(config);
   read_magnetometer(config, filter);
   replay.initial = read_initial(config, filter);
+  filter.vehicle = read_vehicle(config);
   filter.estimate = read_estimate(config, filter);
   filter.priors = read_priors(config);
   filter.adapt = read_adaptation(config);

@@ -114,6 +114,21 @@ struct AttitudeFix {
   Matrix3d covariance;
 };
 
+/// Speed by a wheel.
+struct SpeedFix {
+  double time = 0, speed = 0, sigma = 0;
+};
+
+/// Height over the ellipsoid, but for an offset, by a barometer.
+struct HeightFix {
+  double time = 0, height = 0, sigma = 0;
+};
+
+/// Azimuth of a baseline on the body in the local level [rad].
+struct HeadingFix {
+  double time = 0, heading = 0, sigma = 0;
+};
+
 /// Magnetic field, body axes, any unit.
 struct MagneticSample {
   double time = 0;
@@ -145,6 +160,9 @@ struct Log {
   std::vector<std::vector<GnssFix>> gnss;
   std::vector<std::vector<AttitudeFix>> attitude;
   std::vector<MagneticSample> magnetic;
+  std::vector<SpeedFix> speed;
+  std::vector<HeightFix> height;
+  std::vector<HeadingFix> heading;
   std::vector<Interval> rest;
   LogCounts counts;
 };

@@ -1,0 +1,52 @@
+#include "io/vehicle_keys.h"
+
+namespace piste {
+namespace {
+
+// 1-sigma of a contact point that somebody has measured [m].
+constexpr double kMeasured = 0.3;
+
+void require_positive(const Config& map, std::string_view key, const Vector3d& sigma, std::string_view example) {
+  if (!(sigma.minCoeff() > 0)) map.fail(key, "must be above zero, such as `" + std::string(example) + "`");
+}
+
+}  // namespace
+
+std::optional<VehicleOptions> read_vehicle(const Config& config) {
+  if (!config.has("vehicle")) return std::nullopt;
+  if (config.is_scalar("vehicle")) {
+    if (config.text("vehicle") != "off") {
+      config.fail("vehicle", "a map is expected, such as `{kind: car, mounting: auto}`, or `off`");
+    }
+    return std::nullopt;
+  }
+  const Config map = config.map("vehicle");
+  using Kind = VehicleOptions::Kind;
+  VehicleOptions vehicle;
+  vehicle.kind = map.choice<Kind>("kind", {{"car", Kind::kCar}, {"bicycle", Kind::kBicycle}});
+  if (vehicle.kind == Kind::kBicycle) vehicle.pitch_centre_sigma = 0;
+  if (map.has("contact")) {
+    vehicle.contact = map.vector("contact", dimension::kLength);
+    vehicle.contact_sigma = Vector3d::Constant(kMeasured);
+  } else if (vehicle.kind == Kind::kBicycle) {
+    map.fail({},
+             "`contact` is missing: from the IMU to where the rear wheel touches the ground, forward, right, down, "
+             "such as `contact: -0.5 0 0.9 m`; a bicycle leans, and its sway there is not that of the IMU");
+  }
+  if (map.has("sigma_contact")) {
+    vehicle.contact_sigma = map.vector("sigma_contact", dimension::kLength);
+    require_positive(map, "sigma_contact", vehicle.contact_sigma, "0.3 0.3 0.3 m");
+  }
+  if (map.text("mounting", "auto") != "auto") {
+    const Vector3d angles = map.vector("mounting", dimension::kAngle);
+    vehicle.mounting = from_euler(angles);
+  }
+  if (map.has("sigma_mounting")) {
+    if (!vehicle.mounting) map.fail("sigma_mounting", "`mounting: auto` finds its own sigmas; leave the key out");
+    vehicle.mounting_sigma = map.vector("sigma_mounting", dimension::kAngle);
+    require_positive(map, "sigma_mounting", vehicle.mounting_sigma, "2 2 2 deg");
+  }
+  return vehicle;
+}
+
+}  // namespace piste
