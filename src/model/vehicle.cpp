@@ -12,9 +12,14 @@ void add_row(Linearization& lin, Block block, const Row& row) {
 }
 
 WheelMotion motion_of(const MeasurementContext& context, const Estimate& x) {
-  const Vector3d rate = context.mean_motion(x).rate;
-  const double variance = context.recent.rate_variance;
-  return {rate, beyond_noise(rate, variance), Vector3d::Constant(variance), context.earth_rate};
+  const BodyMotion mean = context.mean_motion(x);
+  const RecentMotion& recent = context.recent;
+  return {mean.rate,
+          beyond_noise(mean.rate, recent.rate_variance),
+          mean.force,
+          recent.rate_variance,
+          recent.force_variance,
+          context.earth_rate};
 }
 
 }  // namespace
@@ -24,7 +29,7 @@ Linearization linearize_wheel(VehicleAxis axis, const Estimate& x, const WheelMo
   const Matrix3d R_bw = x.R_wb().transpose(), R_vb = x.q_vb.toRotationMatrix();
   const Vector3d& l = x.vehicle_contact;
   const Vector3d earth_b = R_bw * motion.earth_rate, rate = motion.rate - earth_b, told = motion.told_rate - earth_b;
-  const Vector3d u = R_vb * (R_bw * x.v_wb + rate.cross(l)), turn = R_vb * rate;
+  const Vector3d u = R_vb * (R_bw * x.v_wb + rate.cross(l)), turn = R_vb * rate, force = R_vb * motion.force;
 
   // The velocity changes by `by_u` with u, and by `by_turn` with the rate in v.
   Row by_u = Row::Unit(k), by_turn = Row::Zero();
@@ -35,9 +40,13 @@ Linearization linearize_wheel(VehicleAxis axis, const Estimate& x, const WheelMo
     by_u.x() += 2 * x.cornering * u.x() * turn.z();
     by_turn.z() = x.cornering * square;
   }
+  Row by_force = Row::Zero();
   if (axis == VehicleAxis::kDown) {
-    velocity -= turn.y() * x.pitch_centre;
+    const double pitch = x.dive * force.x() + x.spring_pitch;
+    velocity -= turn.y() * x.pitch_centre + pitch * u.x();
+    by_u.x() = -pitch;
     by_turn.y() = -x.pitch_centre;
+    by_force.x() = -x.dive * u.x();
   }
   const Row by_rate = by_turn * R_vb - by_u * R_vb * skew(l);
   const Matrix3d scale = (1 + x.gyro_scale.array()).inverse().matrix().asDiagonal();
@@ -46,19 +55,27 @@ Linearization linearize_wheel(VehicleAxis axis, const Estimate& x, const WheelMo
   lin.rows = 1;
   lin.observes = Block::kVelocity;
   lin.residual.x() = -velocity;
-  lin.covariance(0, 0) = by_rate * motion.rate_variance.asDiagonal() * by_rate.transpose();
+  lin.covariance(0, 0) = by_rate.squaredNorm() * motion.rate_variance + by_force.squaredNorm() * motion.force_variance;
   add_row(lin, Block::kVelocity, by_u * R_vb * R_bw);
   add_row(lin, Block::kAttitude, -by_rate * R_bw * skew(motion.earth_rate));
   add_row(lin, Block::kGyroBias, -by_rate * scale);
   add_row(lin, Block::kGyroDrift, -by_rate * scale);
   add_row(lin, Block::kGyroScale, -by_rate * scale * motion.told_rate.asDiagonal());
-  add_row(lin, Block::kVehicleMounting, -by_u * skew(u) - by_turn * skew(turn));
+  add_row(lin, Block::kVehicleMounting, -by_u * skew(u) - by_turn * skew(turn) - by_force * skew(force));
   add_row(lin, Block::kVehicleContact, by_u * R_vb * skew(told));
   add_row(lin, Block::kSideSlip, Row::Unit(k));
   if (axis == VehicleAxis::kRight) {
     add_row(lin, Block::kCornering, Row(u.x() * u.x() * (R_vb * told).z(), 0, 0));
   }
-  if (axis == VehicleAxis::kDown) add_row(lin, Block::kPitchCentre, Row(-(R_vb * told).y(), 0, 0));
+  if (axis == VehicleAxis::kDown) {
+    const Row by_accel = -by_force * R_vb * (1 + x.accel_scale.array()).inverse().matrix().asDiagonal();
+    add_row(lin, Block::kAccelBias, by_accel);
+    add_row(lin, Block::kAccelDrift, by_accel);
+    add_row(lin, Block::kAccelScale, by_accel * motion.force.asDiagonal());
+    add_row(lin, Block::kPitchCentre, Row(-(R_vb * told).y(), 0, 0));
+    add_row(lin, Block::kDive, Row(-force.x() * u.x(), 0, 0));
+    add_row(lin, Block::kSpringPitch, Row(-u.x(), 0, 0));
+  }
   return lin;
 }
 

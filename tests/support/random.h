@@ -64,6 +64,8 @@ class Random {
     x.q_vb = x.q_rb.conjugate() * x.q_wb;
     x.vehicle_contact = 2 * x.gnss_position_drift;
     x.pitch_centre = x.lever_arm.x();
+    x.dive = x.gyro_drift.y();
+    x.spring_pitch = x.boresight_drift.z();
     x.side_slip = 3 * x.accel_drift;
     x.cornering = x.gyro_drift.x();
     x.odometer_scale = x.gyro_scale.y();

@@ -77,12 +77,17 @@ struct VehicleOptions {
   std::optional<Quaterniond> mounting =
       std::nullopt;  ///< q_vb; nothing: the motion tells it (solve/vehicle_mounting.h)
   Vector3d mounting_sigma = Vector3d::Constant(2 * kDegree);  ///< rad, about the axes of v: what an eye can level
-  double interval = 0.2;  ///< s between two updates: a side-slip lasts for longer, and more would tell nothing new
-  /// What the wheels allow all the same, in v: slip, suspension and camber are coloured. On a recorded drive with RTK
-  /// the velocity across was 0.05 m/s and that along down 0.06 m/s from 2 to 16 m/s, alike for 1 to 5 s.
-  GaussMarkov slip{{0, 0.05, 0.06}, 3};
-  Vector3d white = Vector3d(0, 0.04, 0.06);           ///< m/s: vibration between IMU and wheels
-  Vector3d white_by_speed = Vector3d(0, 2e-3, 5e-3);  ///< rad: its part that grows with the speed
+  double interval =
+      1;  ///< s between two updates: what springs and slip do lasts as long; oftener is too sure of itself
+  /// Velocity that the wheels allow all the same, in v: slip, camber, and vibration between IMU and wheels. On a drive
+  /// with RTK that across was 0.05 m/s from 2 to 16 m/s, and in another car 0.03 m/s to 33 m/s; alike for 1 to 5 s.
+  GaussMarkov slip{{0, 0.04, 0.03}, 3};
+  Vector3d white = Vector3d(0, 0.02, 0.03);             ///< m/s: its white part
+  Vector3d white_by_speed = Vector3d(0, 0.001, 0.007);  ///< rad: and what of that grows with the speed
+  /// Pitch of a car on its springs, about the way that its wheels go: by load, humps and dips. On the same drives the
+  /// velocity along down was 0.3 deg of the speed, alike for 1 to 2 s.
+  GaussMarkov spring_pitch{{0.4 * kDegree, 0, 0}, 2};
+  double dive_sigma = 0.006;  ///< rad/(m/s²): of that pitch by forward force: a car that brakes at 5 m/s² dives 1.5 deg
   /// rad/(m/s²): of the slip angle of tyres, by lateral acceleration. That of a car at its limit of some 8 m/s² is 4
   /// deg.
   double cornering_sigma = 0.005;

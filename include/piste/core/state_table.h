@@ -40,6 +40,8 @@ enum class Block : int {
   kVehicleMounting,
   kVehicleContact,
   kPitchCentre,
+  kDive,
+  kSpringPitch,
   kSideSlip,
   kCornering,
   kOdometerScale,
@@ -68,6 +70,8 @@ struct Estimate {
   Quaterniond q_vb = Quaterniond::Identity();   ///< mounting in a vehicle: b components into v (model/vehicle.h)
   Vector3d vehicle_contact = Vector3d::Zero();  ///< p_bc_b: where the wheels allow no sideways motion
   double pitch_centre = 0;                      ///< where a pitching body does not move up and down, before c
+  double dive = 0;                              ///< pitch on the springs by forward force [rad/(m/s²)]
+  double spring_pitch = 0;                      ///< what is left of that pitch [rad]
   Vector3d side_slip = Vector3d::Zero();        ///< velocity that they allow all the same, in v
   double cornering = 0;                         ///< slip angle by lateral acceleration [rad/(m/s²)]
   double odometer_scale = 0;                    ///< odometer = (1 + scale) speed
@@ -321,6 +325,31 @@ inline constexpr auto kBlocks = std::to_array<BlockInfo>({
      .member = &Estimate::pitch_centre,
      .prior = [](const FilterOptions& o) { return blocks::alike(o.vehicle ? o.vehicle->pitch_centre_sigma : 0); },
      .observed = blocks::in_vehicle,
+     .needs = "the key `vehicle:`",
+     .implied = true},
+    {.block = Block::kDive,
+     .name = "dive",
+     .size = 1,
+     .unit = "deg/(m/s^2)",
+     .factor = kDegreesPerRadian,
+     .axes = {"pitch", "", ""},
+     .member = &Estimate::dive,
+     .prior = [](const FilterOptions& o) { return blocks::alike(o.vehicle ? o.vehicle->dive_sigma : 0); },
+     .observed = blocks::in_vehicle,
+     .needs = "the key `vehicle:`",
+     .implied = true},
+    {.block = Block::kSpringPitch,
+     .name = "spring_pitch",
+     .size = 1,
+     .unit = "deg",
+     .factor = kDegreesPerRadian,
+     .axes = {"pitch", "", ""},
+     .member = &Estimate::spring_pitch,
+     .process = [](const FilterOptions& o) -> std::optional<BlockProcess> {
+       if (!o.vehicle) return std::nullopt;
+       const GaussMarkov& pitch = o.vehicle->spring_pitch;
+       return BlockProcess{{DriftProcess::Kind::kGaussMarkov, 1, pitch.correlation_time, 0}, pitch.sigma.cwiseAbs2()};
+     },
      .needs = "the key `vehicle:`",
      .implied = true},
     {.block = Block::kSideSlip,

@@ -45,7 +45,7 @@ struct Linearization {
   const Term& term(int i) const { return terms_[static_cast<std::size_t>(i)]; }
 
  private:
-  std::array<Term, 12> terms_;
+  std::array<Term, 16> terms_;
   int count_ = 0;
 };
 
