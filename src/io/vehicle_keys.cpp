@@ -1,6 +1,4 @@
 #include "io/vehicle_keys.h"
-#include <cstdio>
-#include <cstdlib>
 
 namespace piste {
 namespace {
@@ -47,11 +45,6 @@ std::optional<VehicleOptions> read_vehicle(const Config& config) {
     if (!vehicle.mounting) map.fail("sigma_mounting", "`mounting: auto` finds its own sigmas; leave the key out");
     vehicle.mounting_sigma = map.vector("sigma_mounting", dimension::kAngle);
     require_positive(map, "sigma_mounting", vehicle.mounting_sigma, "2 2 2 deg");
-  }
-  if (const char* e = std::getenv("VEH")) {
-    double a[12]; std::sscanf(e, "%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf", a,a+1,a+2,a+3,a+4,a+5,a+6,a+7,a+8,a+9,a+10,a+11);
-    vehicle.slip.sigma = Vector3d(0,a[0],a[1]); vehicle.slip.correlation_time=a[2]; vehicle.white=Vector3d(0,a[3],a[4]); vehicle.white_by_speed=Vector3d(0,a[5],a[6]); vehicle.interval=a[7]; vehicle.cornering_sigma=a[8];
-    vehicle.spring_pitch = {Vector3d(a[9]*kDegree,0,0), a[10]}; vehicle.dive_sigma=a[11];
   }
   return vehicle;
 }
