@@ -161,6 +161,9 @@ ReplayConfig read_replay_config(const Config& config) {
   read_magnetometer(config, filter);
   replay.initial = read_initial(config, filter);
   filter.vehicle = read_vehicle(config);
+  replay.odometer = read_odometer(config, filter);
+  replay.barometer = read_barometer(config, filter);
+  replay.heading = read_dual_heading(config, filter);
   filter.estimate = read_estimate(config, filter);
   filter.priors = read_priors(config);
   filter.adapt = read_adaptation(config);
@@ -192,6 +195,12 @@ Recording read_recording(const ReplayConfig& config) {
   for (const LogFile& log : config.gnss) recording.gnss.push_back(read_gnss(log));
   check_velocities(recording.gnss, config.filter);
   for (const LogFile& log : config.attitude) recording.attitude.push_back(read_attitude(log));
+  const FilterOptions& filter = config.filter;
+  if (config.odometer) {
+    recording.speed = read_speed(*config.odometer, filter.odometer->sigma);
+  }
+  if (config.barometer) recording.height = read_height(*config.barometer, filter.barometer->sigma);
+  if (config.heading) recording.heading = read_heading(*config.heading, filter.heading->sigma);
   return recording;
 }
 

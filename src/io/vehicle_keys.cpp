@@ -10,6 +10,15 @@ void require_positive(const Config& map, std::string_view key, const Vector3d& s
   if (!(sigma.minCoeff() > 0)) map.fail(key, "must be above zero, such as `" + std::string(example) + "`");
 }
 
+// The file of a sensor of one number a row, and its `sigma` if it is stated.
+LogFile read_aid(const Config& map, const Dimension& dimension, std::string_view example) {
+  LogFile log = read_log_file(map, {LogFormat::kCsv});
+  if (!map.has("sigma")) return log;
+  log.sigma = Vector3d::Constant(map.quantity("sigma", dimension));
+  require_positive(map, "sigma", *log.sigma, example);
+  return log;
+}
+
 }  // namespace
 
 std::optional<VehicleOptions> read_vehicle(const Config& config) {
@@ -47,6 +56,47 @@ std::optional<VehicleOptions> read_vehicle(const Config& config) {
     require_positive(map, "sigma_mounting", vehicle.mounting_sigma, "2 2 2 deg");
   }
   return vehicle;
+}
+
+std::optional<LogFile> read_odometer(const Config& config, FilterOptions& filter) {
+  const auto map = config.find_map("odometer");
+  if (!map) return std::nullopt;
+  if (!filter.vehicle) {
+    config.fail("odometer", "a wheel measures along a vehicle; add `vehicle: {kind: car}`, or leave `odometer` out");
+  }
+  LogFile log = read_aid(*map, dimension::kVelocity, "0.1 m/s");
+  OdometerOptions odometer;
+  odometer.scale_sigma = map->magnitude("scale", dimension::kRatio, odometer.scale_sigma);
+  odometer.is_signed = map->flag("signed", odometer.is_signed);
+  filter.odometer = odometer;
+  return log;
+}
+
+std::optional<LogFile> read_barometer(const Config& config, FilterOptions& filter) {
+  const auto map = config.find_map("barometer");
+  if (!map) return std::nullopt;
+  LogFile log = read_aid(*map, dimension::kLength, "0.5 m");
+  BarometerOptions barometer;
+  if (const auto drift = map->find_map("drift")) {
+    barometer.offset.sigma.x() = drift->quantity("sigma", dimension::kLength);
+    barometer.offset.correlation_time = drift->quantity("correlation_time", dimension::kTime);
+    if (!(barometer.offset.sigma.x() > 0)) drift->fail("sigma", "must be above zero, such as `100 m`");
+    if (!(barometer.offset.correlation_time > 0))
+      drift->fail("correlation_time", "must be above zero, such as `36000 s`");
+  }
+  filter.barometer = barometer;
+  return log;
+}
+
+std::optional<LogFile> read_dual_heading(const Config& config, FilterOptions& filter) {
+  const auto map = config.find_map("heading");
+  if (!map) return std::nullopt;
+  LogFile log = read_aid(*map, dimension::kAngle, "0.5 deg");
+  DualHeadingOptions heading;
+  heading.baseline = map->vector("baseline", dimension::kLength, heading.baseline);
+  if (!(heading.baseline.norm() > 0)) map->fail("baseline", "two antennas stand apart, such as `1 0 0 m`");
+  filter.heading = heading;
+  return log;
 }
 
 }  // namespace piste

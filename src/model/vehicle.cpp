@@ -33,13 +33,14 @@ Linearization linearize_wheel(VehicleAxis axis, const Estimate& x, const WheelMo
 
   // The velocity changes by `by_u` with u, and by `by_turn` with the rate in v.
   Row by_u = Row::Unit(k), by_turn = Row::Zero();
-  double velocity = u(k) + x.side_slip(k);
+  double velocity = u(k);
   if (axis == VehicleAxis::kRight) {
     const double square = u.x() * u.x();
-    velocity += x.cornering * square * turn.z();
+    velocity += x.cornering * square * turn.z() + x.side_slip;
     by_u.x() += 2 * x.cornering * u.x() * turn.z();
     by_turn.z() = x.cornering * square;
   }
+  if (axis == VehicleAxis::kForward) velocity += x.wheel_slip;
   Row by_force = Row::Zero();
   if (axis == VehicleAxis::kDown) {
     const double pitch = x.dive * force.x() + x.spring_pitch;
@@ -63,8 +64,9 @@ Linearization linearize_wheel(VehicleAxis axis, const Estimate& x, const WheelMo
   add_row(lin, Block::kGyroScale, -by_rate * scale * motion.told_rate.asDiagonal());
   add_row(lin, Block::kVehicleMounting, -by_u * skew(u) - by_turn * skew(turn) - by_force * skew(force));
   add_row(lin, Block::kVehicleContact, by_u * R_vb * skew(told));
-  add_row(lin, Block::kSideSlip, Row::Unit(k));
+  if (axis == VehicleAxis::kForward) add_row(lin, Block::kWheelSlip, Row::UnitX());
   if (axis == VehicleAxis::kRight) {
+    add_row(lin, Block::kSideSlip, Row::UnitX());
     add_row(lin, Block::kCornering, Row(u.x() * u.x() * (R_vb * told).z(), 0, 0));
   }
   if (axis == VehicleAxis::kDown) {

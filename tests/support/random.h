@@ -66,7 +66,8 @@ class Random {
     x.pitch_centre = x.lever_arm.x();
     x.dive = x.gyro_drift.y();
     x.spring_pitch = x.boresight_drift.z();
-    x.side_slip = 3 * x.accel_drift;
+    x.side_slip = 3 * x.accel_drift.x();
+    x.wheel_slip = 3 * x.accel_drift.y();
     x.cornering = x.gyro_drift.x();
     x.odometer_scale = x.gyro_scale.y();
     x.barometer_offset = 3 * x.lever_arm.z();

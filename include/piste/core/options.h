@@ -74,20 +74,19 @@ struct VehicleOptions {
   Vector3d contact = Vector3d::Zero();
   Vector3d contact_sigma = Vector3d(1.5, 0.7, 0.7);  ///< m: an IMU somewhere between dashboard and boot
   double pitch_centre_sigma = 1.5;  ///< m: springs let a car pitch about a point between its axles; 0 for a bicycle
-  std::optional<Quaterniond> mounting =
-      std::nullopt;  ///< q_vb; nothing: the motion tells it (solve/vehicle_mounting.h)
+  std::optional<Quaterniond> mounting = std::nullopt;  ///< q_vb; nothing: the motion tells it (vehicle_mounting.h)
   Vector3d mounting_sigma = Vector3d::Constant(2 * kDegree);  ///< rad, about the axes of v: what an eye can level
   double interval =
-      1;  ///< s between two updates: what springs and slip do lasts as long; oftener is too sure of itself
-  /// Velocity that the wheels allow all the same, in v: slip, camber, and vibration between IMU and wheels. On a drive
-  /// with RTK that across was 0.05 m/s from 2 to 16 m/s, and in another car 0.03 m/s to 33 m/s; alike for 1 to 5 s.
-  GaussMarkov slip{{0, 0.04, 0.03}, 3};
+      1;  ///< s between two updates: springs and slip are alike for as long, and oftener tells nothing new
+  /// Velocity across that the wheels allow all the same: slip and camber. On a drive with RTK it was 0.05
+  /// m/s from 2 to 16 m/s, and in another car 0.03 m/s to 33 m/s; alike for 1 to 5 s.
+  GaussMarkov slip{{0.04, 0, 0}, 3};
   Vector3d white = Vector3d(0, 0.02, 0.03);             ///< m/s: its white part
   Vector3d white_by_speed = Vector3d(0, 0.001, 0.007);  ///< rad: and what of that grows with the speed
   /// Pitch of a car on its springs, about the way that its wheels go: by load, humps and dips. On the same drives the
   /// velocity along down was 0.3 deg of the speed, alike for 1 to 2 s.
   GaussMarkov spring_pitch{{0.4 * kDegree, 0, 0}, 2};
-  double dive_sigma = 0.006;  ///< rad/(m/s²): of that pitch by forward force: a car that brakes at 5 m/s² dives 1.5 deg
+  double dive_sigma = 0.006;  ///< rad/(m/s²): of that pitch by forward force: at 5 m/s² a car dives 1.5 deg
   /// rad/(m/s²): of the slip angle of tyres, by lateral acceleration. That of a car at its limit of some 8 m/s² is 4
   /// deg.
   double cornering_sigma = 0.005;
@@ -95,10 +94,10 @@ struct VehicleOptions {
 
 /// Wheel speed: the speed of the contact point of `vehicle` along its forward axis.
 struct OdometerOptions {
-  double sigma = 0.1;         ///< m/s, where the log tells none: the last digit of 1 km/h is 0.08 m/s
-  double scale_sigma = 0.03;  ///< a tyre's radius, by wear, load and pressure
-  bool is_signed = false;     ///< backwards is negative
-  double delay = 0;           ///< s by which a speed is late
+  double sigma = 0.1;                 ///< m/s, where the log tells none: the last digit of 1 km/h is 0.08 m/s
+  double scale_sigma = 0.03;          ///< a tyre's radius, by wear, load and pressure
+  GaussMarkov slip{{0.02, 0, 0}, 5};  ///< m/s: of the rim against the road, under drive and brake
+  bool is_signed = false;             ///< backwards is negative
 };
 
 /// Barometer: height with an offset that the weather changes.

@@ -44,6 +44,7 @@ enum class Block : int {
   kSpringPitch,
   kSideSlip,
   kCornering,
+  kWheelSlip,
   kOdometerScale,
   kBarometerOffset,
 };
@@ -72,7 +73,8 @@ struct Estimate {
   double pitch_centre = 0;                      ///< where a pitching body does not move up and down, before c
   double dive = 0;                              ///< pitch on the springs by forward force [rad/(m/s²)]
   double spring_pitch = 0;                      ///< what is left of that pitch [rad]
-  Vector3d side_slip = Vector3d::Zero();        ///< velocity that they allow all the same, in v
+  double side_slip = 0;                         ///< velocity to the right that wheels allow all the same
+  double wheel_slip = 0;                        ///< and of a wheel's rim against the road
   double cornering = 0;                         ///< slip angle by lateral acceleration [rad/(m/s²)]
   double odometer_scale = 0;                    ///< odometer = (1 + scale) speed
   double barometer_offset = 0;                  ///< barometer = height + offset
@@ -126,6 +128,14 @@ inline std::optional<BlockProcess> drift(const TriadErrors& triad) {
 
 inline bool some_velocity(const FilterOptions& o) {
   return std::any_of(o.gnss.begin(), o.gnss.end(), [](const GnssOptions& g) { return g.use_velocity; });
+}
+
+/// The process of the one coloured error `member` of a source, if the run has the source.
+template <class Source>
+std::optional<BlockProcess> scalar(const std::optional<Source>& source, GaussMarkov Source::*member) {
+  if (!source) return std::nullopt;
+  const GaussMarkov& error = *source.*member;
+  return BlockProcess{{DriftProcess::Kind::kGaussMarkov, 1, error.correlation_time, 0}, error.sigma.cwiseAbs2()};
 }
 
 inline bool in_vehicle(const FilterOptions& o) { return o.vehicle.has_value(); }
@@ -345,25 +355,17 @@ inline constexpr auto kBlocks = std::to_array<BlockInfo>({
      .factor = kDegreesPerRadian,
      .axes = {"pitch", "", ""},
      .member = &Estimate::spring_pitch,
-     .process = [](const FilterOptions& o) -> std::optional<BlockProcess> {
-       if (!o.vehicle) return std::nullopt;
-       const GaussMarkov& pitch = o.vehicle->spring_pitch;
-       return BlockProcess{{DriftProcess::Kind::kGaussMarkov, 1, pitch.correlation_time, 0}, pitch.sigma.cwiseAbs2()};
-     },
+     .process = [](const FilterOptions& o) { return blocks::scalar(o.vehicle, &VehicleOptions::spring_pitch); },
      .needs = "the key `vehicle:`",
      .implied = true},
     {.block = Block::kSideSlip,
      .name = "side_slip",
-     .size = 3,
+     .size = 1,
      .unit = "m/s",
      .factor = 1,
-     .axes = {"forward", "right", "down"},
+     .axes = {"right", "", ""},
      .member = &Estimate::side_slip,
-     .process = [](const FilterOptions& o) -> std::optional<BlockProcess> {
-       if (!o.vehicle) return std::nullopt;
-       const GaussMarkov& slip = o.vehicle->slip;
-       return BlockProcess{{DriftProcess::Kind::kGaussMarkov, 1, slip.correlation_time, 0}, slip.sigma.cwiseAbs2()};
-     },
+     .process = [](const FilterOptions& o) { return blocks::scalar(o.vehicle, &VehicleOptions::slip); },
      .needs = "the key `vehicle:`",
      .implied = true},
     {.block = Block::kCornering,
@@ -376,6 +378,16 @@ inline constexpr auto kBlocks = std::to_array<BlockInfo>({
      .prior = [](const FilterOptions& o) { return blocks::alike(o.vehicle ? o.vehicle->cornering_sigma : 0); },
      .observed = blocks::in_vehicle,
      .needs = "the key `vehicle:`",
+     .implied = true},
+    {.block = Block::kWheelSlip,
+     .name = "wheel_slip",
+     .size = 1,
+     .unit = "m/s",
+     .factor = 1,
+     .axes = {"forward", "", ""},
+     .member = &Estimate::wheel_slip,
+     .process = [](const FilterOptions& o) { return blocks::scalar(o.odometer, &OdometerOptions::slip); },
+     .needs = "the key `odometer:`",
      .implied = true},
     {.block = Block::kOdometerScale,
      .name = "odometer_scale",
@@ -395,11 +407,7 @@ inline constexpr auto kBlocks = std::to_array<BlockInfo>({
      .factor = 1,
      .axes = {"up", "", ""},
      .member = &Estimate::barometer_offset,
-     .process = [](const FilterOptions& o) -> std::optional<BlockProcess> {
-       if (!o.barometer) return std::nullopt;
-       const GaussMarkov& offset = o.barometer->offset;
-       return BlockProcess{{DriftProcess::Kind::kGaussMarkov, 1, offset.correlation_time, 0}, offset.sigma.cwiseAbs2()};
-     },
+     .process = [](const FilterOptions& o) { return blocks::scalar(o.barometer, &BarometerOptions::offset); },
      .needs = "the key `barometer:`",
      .implied = true},
 });

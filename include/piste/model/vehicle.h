@@ -3,14 +3,14 @@
 /// its rear wheel if it is a bicycle, at any lean. An odometer measures the speed there.
 ///
 ///     u = R_vb (R_wbᵀ v + ω_eb × l)       0 = u_right + κ u_fwd² ω_down + s_right
-///     0 = u_down − d ω_right − (δ f_fwd + φ) u_fwd + s_down       odometer = (1 + scale) (u_fwd + s_fwd)
+///     0 = u_down − d ω_right − (δ f_fwd + φ) u_fwd                odometer = (1 + scale) (u_fwd + s_fwd)
 ///
-/// where R_vb is the mounting, l the contact point in b, ω_eb = ω_ib − R_wbᵀ ω_ie, s the side-slip (a coloured error)
-/// and κ the slip angle of the tyres by lateral acceleration u_fwd ω_down. A car stands on springs: d is how far before
-/// the contact point it pitches about, δ its dive by the forward specific force f, and φ the rest of that pitch (a
-/// coloured error). ω and f with an axis are in v. Source: Groves 2013, section 15.4; Dissanayake et al. 2001. White
-/// noise alone would be too sure of itself, as a side-slip lasts for seconds. Without the springs their pitch would
-/// pass for a scale of the gyroscopes.
+/// where R_vb is the mounting, l the contact point in b, ω_eb = ω_ib − R_wbᵀ ω_ie, s the slip (coloured errors) and κ
+/// the slip angle of the tyres by lateral acceleration u_fwd ω_down. A car stands on springs: d is how far before the
+/// contact point it pitches about, δ its dive by the forward specific force f, and φ the rest of that pitch (a coloured
+/// error). ω and f with an axis are in v. Source: Groves 2013, section 15.4; Dissanayake et al. 2001. White noise alone
+/// would be too sure of itself, as a side-slip lasts for seconds. Without the springs their pitch would pass for a
+/// scale of the gyroscopes.
 ///
 /// With the error of estimate.h, R_wbᵀ v changes by R_wbᵀ ν and not with the attitude: a heading that nobody has told
 /// stays unknown. Rate and force are means over the last samples (RecentMotion), without the vibration of an engine,
@@ -66,9 +66,6 @@ struct Odometer : MeasurementType<SpeedFix> {
   static int sensors(const FilterOptions& options) { return options.odometer ? 1 : 0; }
   static bool in_use(const FilterOptions& options) { return options.odometer.has_value(); }
   static std::span<const std::vector<SpeedFix>> logged(const Log& log) { return {&log.speed, 1}; }
-  static FixDelay delay(const FilterOptions& options, const StateLayout&, int, int, const Estimate&) {
-    return {.value = options.odometer ? options.odometer->delay : 0};
-  }
   static std::optional<Linearization> linearize(const SpeedFix& fix, int sensor, int channel,
                                                 const MeasurementContext& context, const Estimate& x);
 };
