@@ -34,6 +34,7 @@ Drive drive(double lean, double swing_deg, double cycle, double skid, std::uint6
   Drive d{make_case("bicycle", 20, seed,
                     [&](Scenario& s) {
                       s.imus[0].sensor = industrial();
+                      s.imus[0].gyro = s.imus[0].accel = {};  // drawn from that alone
                       MotionOptions& m = s.motion;
                       m.run = 240;
                       m.rest_after = 20;

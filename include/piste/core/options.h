@@ -96,7 +96,7 @@ struct VehicleOptions {
 struct OdometerOptions {
   double sigma = 0.1;                 ///< m/s, where the log tells none: the last digit of 1 km/h is 0.08 m/s
   double scale_sigma = 0.03;          ///< a tyre's radius, by wear, load and pressure
-  GaussMarkov slip{{0.02, 0, 0}, 5};  ///< m/s: of the rim against the road, under drive and brake
+  GaussMarkov slip{{0.01, 0, 0}, 5};  ///< m/s: of the rim against the road, under drive and brake
   bool is_signed = false;             ///< backwards is negative
 };
 
