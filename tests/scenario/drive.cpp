@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "piste/io/log_io.h"
+#include "piste/io/replay_config.h"
 #include "piste/math/units.h"
 #include "support/datasets.h"
 #include "support/navigation.h"
@@ -227,6 +228,49 @@ TEST(Drive, SurvivesLateVelocities) {
   ASSERT_EQ(e.filtered_end.size(), 10u);
   EXPECT_LE(e.mean_end(), 25);
   EXPECT_LE(e.worst_inside(), 2);
+}
+
+// Another car, at up to 33 m/s, with the raw logs of a phone. Its windows of 60 s cost 248 m without the vehicle.
+TEST(Drive, APhoneInACar) {
+  PISTE_REQUIRE_DATASETS();
+  const TemporaryFolder folder;
+  const std::string phone = (std::filesystem::absolute(datasets()) / "phone/20201104_091730_").string();
+  const std::string imu = fmt::format(
+      "imu: {{file: {0}Gyro.csv, accel_file: {0}Acc.csv, format: columns, axes: -z +x -y,\n"
+      "  sensor: {1}/config/sensors/mems_car.yaml, clock: {{offset: 184927.77 s}},\n"
+      "  columns: {{time: {{name: TimestampGyro, of: boot}}, gyro: {{names: [GyroX, GyroY, GyroZ]}},\n"
+      "    accel: {{names: [AccX, AccY, AccZ], time: {{name: TimestampAcc, of: boot}}}}}}}}\n",
+      phone, kSource.string());
+  const std::string gnss = fmt::format(
+      "gnss: {{file: {0}GNSS.csv, format: columns, sigma_velocity: 0.5 m/s, velocity_delay: 0.25 s,\n"
+      "  columns: {{time: {{name: UTC time, of: utc}}, latitude: {{name: Lat}}, longitude: {{name: Lon}},\n"
+      "    height: {{name: Height}}, horizontal_accuracy: {{name: Hor Acc}}, vertical_accuracy: {{name: Vert Acc}},\n"
+      "    speed: {{name: Speed}}, course: {{name: Heading}}, speed_accuracy: {{name: Speed Acc}},\n"
+      "    course_accuracy: {{name: Heading Acc}}}}}}\n",
+      phone);
+  folder.write("phone.yaml", imu + gnss +
+                                 "estimate: [gyro_bias, accel_bias, gyro_drift, accel_drift, gyro_scale, accel_scale]\n"
+                                 "outages: [[289201, 60], [289588, 60], [289976, 60]]\nsmoother: none\n"
+                                 "vehicle: {kind: car}\n");
+  const Said said = run_program(program("replay"), {"phone.yaml", "--output", "result"}, folder);
+  ASSERT_EQ(said.code, 0) << said.err;
+  const Table filtered = read_table(folder / "result/filtered.csv");
+  const Recording logs = read_recording(read_replay_config(folder / "phone.yaml"));
+  double sum = 0;
+  SigmaCount count;
+  for (const double start : {289201, 289588, 289976}) {
+    double end = 0;
+    for (const GeodeticFix& fix : logs.gnss[0].fixes) {
+      if (!(fix.time >= start && fix.time < start + 59.9)) continue;
+      end = horizontal_error(filtered, fix);
+      count.add(filtered, fix);
+    }
+    std::printf("window at %.0f s: filtered end %.1f m\n", start, end);
+    sum += end;
+  }
+  EXPECT_LT(sum / 3, 80);
+  EXPECT_GE(count.within(), 0.95);
+  EXPECT_GE(count.along_within(), 0.95);
 }
 
 }  // namespace
