@@ -26,7 +26,8 @@ class Live::Session {
   explicit Session(LiveOptions options) : options_(std::move(options)) {
     options_.filter.validate();
     if (options_.filter.vehicle && !options_.filter.vehicle->mounting) {
-      throw ConfigError("vehicle", "`mounting: auto` looks ahead in a log; state it for a session, such as `0 0 0 deg`");
+      throw ConfigError("vehicle",
+                        "`mounting: auto` looks ahead in a log; state it for a session, such as `0 0 0 deg`");
     }
     options_.conditioning.span = {};
     options_.conditioning.outages.clear();
