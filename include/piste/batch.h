@@ -1,7 +1,8 @@
 #pragma once
 /// The front door of piste::batch: the functions that need least squares over whole logs. Conventions stand in piste.h.
 ///
-/// Two IMUs on one plate are aligned, and one is fitted to the other; a campaign of several is studied.
+/// Two IMUs on one plate are aligned, and one is fitted to the other; a campaign of several is studied; a run is solved
+/// as a batch.
 
 // One IMU beside a better one.
 #include "piste/condition/aligned_signals.h"
@@ -26,3 +27,6 @@
 #include "piste/report/study_figures.h"
 #include "piste/report/study_page.h"
 #include "piste/report/study_text.h"
+
+// The whole run as one least-squares problem.
+#include "piste/solve/batch.h"

@@ -16,6 +16,9 @@ void FilterOptions::validate() const {
   require(sensor.gyro.noise > 0 && sensor.accel.noise > 0, "noise of the IMU must be above zero");
   require(!adapt || (adapt->within > 1 && adapt->time > 0 && adapt->imu_time > 0),
           "adapt: `within` must be above 1, `time` and `imu_time` above zero");
+  require(!vehicle || (vehicle->interval > 0 && vehicle->slip.correlation_time > 0),
+          "vehicle: the interval of its updates and the correlation time of its slip must be above zero");
+  require(!odometer || vehicle, "odometer: it measures along a vehicle; add `vehicle: {kind: car}`");
   const auto drifting = std::count_if(gnss.begin(), gnss.end(), [](const auto& g) { return g.drift.has_value(); });
   require(drifting <= 1, "gnss drift: one receiver at most may have a coloured error");
   const auto giving =

@@ -31,7 +31,8 @@ std::vector<Block> imu_error_blocks(const ImuSensor& sensor) {
 
 std::vector<Block> with_implied_blocks(const FilterOptions& options, std::vector<Block> wanted) {
   for (const BlockInfo& row : kBlocks) {
-    if (!row.implied || !row.process(options)) continue;
+    const bool there = row.observed ? row.observed(options) : has_error(options, row.block);
+    if (!row.implied || !there) continue;
     if (std::find(wanted.begin(), wanted.end(), row.block) == wanted.end()) wanted.push_back(row.block);
   }
   return wanted;

@@ -11,6 +11,7 @@
 #include "piste/solve/look_back.h"
 #include "piste/solve/relinearise.h"
 #include "piste/solve/rts.h"
+#include "piste/solve/vehicle_mounting.h"
 
 namespace piste {
 namespace {
@@ -79,6 +80,7 @@ Replay replay(Log log, const ReplayOptions& options, const ReplayProgress& progr
   run.options = with_white_part(options.filter, run.log);
   run.found = options.start ? FoundStart{*options.start, "the start was given"}
                             : find_start(run.log, run.options, options.heading);
+  run.options = with_mounting(std::move(run.options), run.log, run.found.start);
   const Start& start = run.found.start;
   const bool smooth = options.smoother == SmootherKind::kRts;
   const int checkpoint_every = smooth || options.checkpoints ? kCheckpointEvery : 0;

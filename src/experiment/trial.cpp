@@ -159,7 +159,7 @@ Start drawn_start(const Scenario& s, const FilterOptions& options, const Estimat
   x.v_wb = truth.v_wb;
   x.p_wb = truth.p_wb;
   x.lever_arm = options.gnss.front().lever_arm;
-  set_delays(x, options);
+  set_known(x, options);
   return {time, boxplus(x, error), sigma.cwiseAbs2().asDiagonal()};
 }
 

@@ -1,9 +1,12 @@
 #include "piste/experiment/tune.h"
 
+#include <utility>
+
 #include "piste/condition/pipeline.h"
 #include "piste/inspect/imu_health.h"
 #include "piste/solve/attitude_noise.h"
 #include "piste/solve/start.h"
+#include "piste/solve/vehicle_mounting.h"
 
 namespace piste {
 
@@ -12,7 +15,8 @@ Tuning tune(const Recording& recording, const ReplayOptions& options, const Tune
   const Log log = condition(recording, options.conditioning);
   FilterOptions filter = with_white_part(with_attitude_sigmas(options.filter, recording.attitude), log);
   filter.adapt.reset();  // it is the stated noise whose likelihood is asked for
-  const Start start = options.start ? *options.start : find_start(log, filter, options.heading).start;
+  Start start = options.start ? *options.start : find_start(log, filter, options.heading).start;
+  filter = with_mounting(std::move(filter), log, start);
   Tuning tuning = likeliest_noise(log, filter, start, how, progress);
   if (recording.imu.time.size() >= 3) {
     const ImuHealth health = imu_health(recording.imu);

@@ -6,6 +6,7 @@
 
 #include "io/behaviour_keys.h"
 #include "io/replay_keys.h"
+#include "io/vehicle_keys.h"
 #include "piste/core/error.h"
 #include "piste/io/config.h"
 
@@ -157,6 +158,10 @@ ReplayConfig read_replay_config(const Config& config) {
   filter.behaviour = read_behaviour(config);
   read_magnetometer(config, filter);
   replay.initial = read_initial(config, filter);
+  filter.vehicle = read_vehicle(config);
+  replay.odometer = read_odometer(config, filter);
+  replay.barometer = read_barometer(config, filter);
+  replay.heading = read_dual_heading(config, filter);
   filter.estimate = read_estimate(config, filter);
   filter.priors = read_priors(config);
   filter.adapt = read_adaptation(config);
@@ -188,6 +193,12 @@ Recording read_recording(const ReplayConfig& config) {
   for (const LogFile& log : config.gnss) recording.gnss.push_back(read_gnss(log));
   check_velocities(recording.gnss, config.filter);
   for (const LogFile& log : config.attitude) recording.attitude.push_back(read_attitude(log));
+  const FilterOptions& filter = config.filter;
+  if (config.odometer) {
+    recording.speed = read_speed(*config.odometer, filter.odometer->sigma);
+  }
+  if (config.barometer) recording.height = read_height(*config.barometer, filter.barometer->sigma);
+  if (config.heading) recording.heading = read_heading(*config.heading, filter.heading->sigma);
   return recording;
 }
 

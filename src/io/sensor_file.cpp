@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <sstream>
 #include <utility>
 
 #include "io/triad_units.h"
@@ -32,9 +33,32 @@ DriftProcess read_drift(const Config& config, const TriadUnits& units) {
   return drift;
 }
 
+// One value, or one for each axis.
+void read_noise(const Config& config, const TriadUnits& units, TriadErrors& errors) {
+  std::istringstream words(config.text("noise"));
+  double first = 0, second = 0;
+  if (!(words >> first >> second)) {
+    errors.noise = positive(config, "noise", units.noise);
+    return;
+  }
+  const Vector3d axes = config.vector("noise", units.noise);
+  if (!(axes.minCoeff() > 0))
+    config.fail("noise", fmt::format("must be above zero on each axis, such as `{}`", units.noise.example));
+  errors.noise = std::sqrt(axes.squaredNorm() / 3);
+  errors.axes = axes / errors.noise;
+}
+
+std::string noise_text(const TriadErrors& errors, const TriadUnits& units) {
+  const auto text = [&](double value) { return format_quantity(value, units.noise_unit, units.noise); };
+  if (errors.axes == Vector3d::Ones()) return text(errors.noise);
+  const double factor = unit_factor(units.noise_unit, units.noise);
+  const Vector3d axes = errors.noise / factor * errors.axes;
+  return fmt::format("{:.10g} {:.10g} {:.10g} {}", axes.x(), axes.y(), axes.z(), units.noise_unit);
+}
+
 TriadErrors read_triad(const Config& config, const TriadUnits& units) {
   TriadErrors errors;
-  errors.noise = positive(config, "noise", units.noise);
+  read_noise(config, units, errors);
   errors.bias = config.magnitude("bias", units.value, 0);
   if (const auto drift = config.find_map("drift")) errors.drift = read_drift(*drift, units);
   errors.scale = config.magnitude("scale", dimension::kRatio, 0);
@@ -59,8 +83,7 @@ std::string drift_text(const DriftProcess& drift, const TriadUnits& units) {
 
 std::string triad_text(std::string_view name, const TriadErrors& errors, const TriadUnits& units) {
   std::string text =
-      fmt::format("{}:\n  noise: {}\n  bias: {}\n  drift: {}\n  scale: {}\n", name,
-                  format_quantity(errors.noise, units.noise_unit, units.noise),
+      fmt::format("{}:\n  noise: {}\n  bias: {}\n  drift: {}\n  scale: {}\n", name, noise_text(errors, units),
                   format_quantity(errors.bias, units.value_unit, units.value), drift_text(errors.drift, units),
                   format_quantity(errors.scale, "ppm", dimension::kRatio));
   if (errors.range > 0) {

@@ -55,7 +55,8 @@ Vector3d World::gravity_value(const Vector3d& p_w) const {
 
 Gravity World::gravity(const Vector3d& p_w) const {
   constexpr double kStep = 50;  // gravity is linear to 1e-10 m/s² over it
-  Gravity g{p_w, gravity_value(p_w), Matrix3d(), rotation_wn(p_w)};
+  const Geodetic place = to_geodetic(p_w);
+  Gravity g{p_w, gravity_value(p_w), Matrix3d(), rotation_wn(place), place.height};
   for (int i = 0; i < 3; ++i) {
     const Vector3d d = kStep * Vector3d::Unit(i);
     g.gradient.col(i) = (gravity_value(p_w + d) - gravity_value(p_w - d)) / (2 * kStep);

@@ -14,6 +14,7 @@ MeasurementSources::MeasurementSources(const FilterOptions& options) {
         all_.push_back({.name = channel.name.empty() ? name : fmt::format("{}.{}", name, channel.name),
                         .partner = channel.partner < 0 ? -1 : first + channel.partner,
                         .readmitted = channel.readmitted,
+                        .hold = channel.hold,
                         .adapted = Type::kAdapted && Type::in_use(options)});
       }
     }

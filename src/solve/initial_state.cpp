@@ -15,7 +15,11 @@ Vector3d initial_variance(const BlockInfo& row, const FilterOptions& options) {
 
 }  // namespace
 
-void set_delays(Estimate& x, const FilterOptions& options) {
+void set_known(Estimate& x, const FilterOptions& options) {
+  if (options.vehicle) {
+    x.q_vb = options.vehicle->mounting.value_or(Quaterniond::Identity());
+    x.vehicle_contact = options.vehicle->contact;
+  }
   if (!options.gnss.empty()) {
     x.gnss_delay = options.gnss.front().delay;
     x.velocity_delay = options.gnss.front().delay_of_velocity();

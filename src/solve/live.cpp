@@ -25,6 +25,10 @@ class Live::Session {
  public:
   explicit Session(LiveOptions options) : options_(std::move(options)) {
     options_.filter.validate();
+    if (options_.filter.vehicle && !options_.filter.vehicle->mounting) {
+      throw ConfigError("vehicle",
+                        "`mounting: auto` looks ahead in a log; state it for a session, such as `0 0 0 deg`");
+    }
     options_.conditioning.span = {};
     options_.conditioning.outages.clear();
     clock_ = std::exchange(options_.conditioning.imu, {});

@@ -25,11 +25,12 @@ RecentMotion MotionMean::at(const Quaterniond& q_wb, const ImuSensor& sensor) co
   const auto in_b = [&](const Vector3d& w) { return Vector3d(q_wb.conjugate() * w); };
   const auto now = [&](const Smoothed& s) { return in_b(2 * s.once - s.twice); };
   const auto change = [&](const Smoothed& s) { return in_b((s.once - s.twice) / kSmoothing); };
-  const double accel = sensor.accel.noise;
+  const double accel = sensor.accel.noise, gyro = sensor.gyro.noise;
   return {.rate = now(rate_),
           .force = now(force_),
           .force_change = change(force_),
-          .force_variance = kNoiseLeft * accel * accel};
+          .force_variance = kNoiseLeft * accel * accel,
+          .rate_variance = kNoiseLeft * gyro * gyro};
 }
 
 }  // namespace piste

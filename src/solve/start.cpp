@@ -1,6 +1,7 @@
 #include "piste/solve/start.h"
 
 #include "piste/core/error.h"
+#include "piste/solve/vehicle_mounting.h"
 #include "start_heading.h"
 #include "start_motion.h"
 #include "start_place.h"
@@ -8,13 +9,16 @@
 
 namespace piste {
 
-FoundStart find_start(const Log& log, const FilterOptions& options, const InitialHeading& heading) {
+namespace {
+
+// The vehicle has nothing to say before its mounting is known.
+FoundStart find_start_of_body(const Log& log, const FilterOptions& options, const InitialHeading& heading) {
   if (log.imu.empty()) throw DataError("start", "the log holds no IMU sample");
   const StartOptions& o = options.behaviour.start;
   const Receiver receiver = first_receiver(log, options);
   const auto [begin, rest] = beginning(log, receiver, o);
   Start start;
-  set_delays(start.x, options);
+  set_known(start.x, options);
   start.time = begin;
   using Source = InitialHeading::Source;
   if (heading.source == Source::kAuto) return start_from_motion(log, options, receiver, start.time);
@@ -34,6 +38,15 @@ FoundStart find_start(const Log& log, const FilterOptions& options, const Initia
   set_attitude_sigma(log.world, start, {tilt, tilt, pointing.sigma});
   set_boresight(start, log, options);
   return {start, pointing.how};
+}
+
+}  // namespace
+
+FoundStart find_start(const Log& log, const FilterOptions& options, const InitialHeading& heading) {
+  if (!options.vehicle) return find_start_of_body(log, options, heading);
+  FoundStart found = find_start_of_body(log, without_vehicle(options), heading);
+  set_known(found.start.x, options);
+  return found;
 }
 
 }  // namespace piste

@@ -53,7 +53,7 @@ Start still_start(const Log& log, const FilterOptions& options, const Receiver& 
                   double heading) {
   const StartOptions& o = options.behaviour.start;
   Start start;
-  set_delays(start.x, options);
+  set_known(start.x, options);
   start.time = rest.interval.start;
   start.x.q_wb = (local_level(log.world, receiver, start.time) * level(rest.mean_force, heading)).normalized();
   place_at_rest(log.world, start, receiver, o);
@@ -105,7 +105,7 @@ Start carried_back(const Log& log, const FilterOptions& options, const Receiver&
   const double heading = attitude_sigma(log.world, found.start).z();
   const std::optional<Rest> rest = rest_at(log, begin, o);
   Start start;
-  set_delays(start.x, options);
+  set_known(start.x, options);
   start.time = begin;
   start.x.q_wb = carry_back(log, found.start.x.q_wb, begin, found.start.time, bias.value);
   if (rest) {

@@ -95,7 +95,7 @@ Start start_on_the_move(const Log& log, const FilterOptions& options, const Rece
   const GyroBias bias = bias_before(log, options, time);
   const auto now = range(log.imu, time + kSameInstant, time + o.force_time);
   Start start;
-  set_delays(start.x, options);
+  set_known(start.x, options);
   start.time = time;
   if (now.empty()) throw DataError("start", "no IMU sample follows the first fix");
   const Vector3d force = first_force(now, bias.value);

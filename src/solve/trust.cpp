@@ -34,6 +34,7 @@ Trust::Trust(const std::vector<MeasurementSource>& sources, const TrustOptions& 
   for (std::size_t i = 0; i < sources.size(); ++i) {
     sources_[i].partner = sources[i].partner;
     sources_[i].readmitted = sources[i].readmitted;
+    sources_[i].hold = sources[i].hold;
   }
 }
 
@@ -92,6 +93,16 @@ Trust::Ruling Trust::rule(int source, double time, const Linearization& lin, con
                           const Estimate& x, const Covariance& P) {
   Source& s = sources_[static_cast<std::size_t>(source)];
   const bool inside = u.nis <= bound;
+  if (s.hold > 0) {
+    if (!inside) s.held_until = time + s.hold;
+    Ruling ruling{.lapse = std::max(time - s.believed, options_.shortest_lapse)};
+    if (time < s.held_until) {
+      ruling.outcome = inside ? Outcome::kDisputed : Outcome::kRejected;
+    } else {
+      s.believed = time;
+    }
+    return ruling;
+  }
   if (s.jumped() && time - s.time > options_.recent) {  // jumps during an outage were not seen
     s.dispute = Dispute::kFilter;
     s.rejected = 1;

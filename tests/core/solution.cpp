@@ -44,9 +44,9 @@ TEST(Solution, RowsComeBackWhole) {
       x.v_wb = other.v_wb;
       x.p_wb = other.p_wb;
       for (const Block b : solution.layout().blocks()) {
-        if (b == Block::kBoresight) {
-          x.q_rb = other.q_rb;
-        } else if (b != Block::kAttitude) {
+        if (is_rotation(b)) {
+          rotation(x, b) = rotation(other, b);
+        } else {
           additive(x, b) = additive(other, b);
         }
       }
@@ -62,7 +62,10 @@ TEST(Solution, RowsComeBackWhole) {
       EXPECT_TRUE(x.q_wb.coeffs() == estimates[i].q_wb.coeffs());
       EXPECT_TRUE(x.q_rb.coeffs() == estimates[i].q_rb.coeffs());
       for (const BlockInfo& row : kBlocks) {
-        if (row.block == Block::kAttitude || row.block == Block::kBoresight) continue;
+        if (is_rotation(row.block)) {
+          EXPECT_TRUE(rotation(x, row.block).coeffs() == rotation(estimates[i], row.block).coeffs()) << row.name;
+          continue;
+        }
         EXPECT_TRUE(additive(x, row.block) == additive(estimates[i], row.block)) << row.name;
       }
       const Sigmas s = solution.sigmas(i);

@@ -203,6 +203,55 @@ TEST_F(ReplayConfigTest, ABoresightIsConstantUnlessItIsSaidToChange) {
   EXPECT_TRUE(has(changing, Block::kBoresightDrift));
 }
 
+TEST_F(ReplayConfigTest, VehicleAndItsSensors) {
+  folder.write("speed.csv", "time_s,speed_m_s\n1,5\n2,-6\n");
+  folder.write("baro.csv", "time_s,pressure_hPa,sigma_pressure_hPa\n1,1013.25,0.1\n2,900,0.1\n");
+  folder.write("dual.csv", "time_s,heading_deg,sigma_heading_deg,pitch_deg\n1,90,0.5,1\n");
+  const ReplayConfig config = read(kImu + kGnss +
+                                   "vehicle: {kind: car, contact: -1 0 0.5 m, mounting: 1 2 3 deg}\n"
+                                   "odometer: {file: speed.csv, signed: true}\n"
+                                   "barometer: {file: baro.csv}\n"
+                                   "heading: {file: dual.csv, baseline: 0 1 0 m}\n");
+  ASSERT_TRUE(config.filter.vehicle && config.filter.odometer && config.filter.barometer && config.filter.heading);
+  EXPECT_EQ(config.filter.vehicle->contact, Vector3d(-1, 0, 0.5));
+  EXPECT_TRUE(config.filter.vehicle->mounting->isApprox(from_euler(kDegree * Vector3d(1, 2, 3))));
+  EXPECT_TRUE(config.filter.odometer->is_signed);
+  EXPECT_EQ(config.filter.heading->baseline, Vector3d(0, 1, 0));
+  for (const Block b :
+       {Block::kVehicleMounting, Block::kVehicleContact, Block::kPitchCentre, Block::kDive, Block::kSpringPitch,
+        Block::kSideSlip, Block::kCornering, Block::kWheelSlip, Block::kOdometerScale, Block::kBarometerOffset}) {
+    EXPECT_TRUE(has(config, b)) << info(b).name;
+  }
+  const Recording logs = read_recording(config);
+  ASSERT_EQ(logs.speed.fixes.size(), 2U);
+  EXPECT_EQ(logs.speed.fixes[1].speed, -6);
+  EXPECT_EQ(logs.speed.fixes[1].sigma, 0.1);
+  ASSERT_EQ(logs.height.fixes.size(), 2U);
+  EXPECT_NEAR(logs.height.fixes[0].height, 0, 1e-9);
+  EXPECT_NEAR(logs.height.fixes[1].height, 988.5, 0.5);  // of the standard atmosphere's tables
+  EXPECT_NEAR(logs.height.fixes[0].sigma, 0.83, 0.01);
+  ASSERT_EQ(logs.heading.fixes.size(), 1U);
+  EXPECT_NEAR(logs.heading.fixes[0].heading, 90 * kDegree, 1e-12);
+
+  const ReplayConfig none = read(kImu + kGnss + "vehicle: off\n");
+  EXPECT_FALSE(none.filter.vehicle);
+  EXPECT_FALSE(has(none, Block::kVehicleMounting));
+  const ReplayConfig bicycle = read(kImu + kGnss + "vehicle: {kind: bicycle, contact: -0.5 0 0.9 m}\n");
+  EXPECT_FALSE(bicycle.filter.vehicle->mounting);
+  EXPECT_FALSE(has(bicycle, Block::kDive));  // it has no springs
+
+  const auto refused_log = [&](const std::string& text, const std::string& line) {
+    folder.write("bad.csv", text);
+    const ReplayConfig bad = read(kImu + kGnss + "vehicle: {kind: car}\n" + line);
+    return message_of<DataError>([&] { read_recording(bad); });
+  };
+  EXPECT_TRUE(contains(refused_log("time_s,speed_km_h\n1,5\n", "odometer: {file: bad.csv}\n"), "speed_m_s"));
+  EXPECT_TRUE(contains(refused_log("time_s,pressure_hPa\n1,101325\n", "barometer: {file: bad.csv}\n"), "in Pa?"));
+  EXPECT_TRUE(contains(refused_log("time_s,height_ft\n1,5\n", "barometer: {file: bad.csv}\n"), "height_m"));
+  EXPECT_TRUE(contains(refused_log("time_s,heading_deg,sigma_heading_deg\n1,5,0\n", "heading: {file: bad.csv}\n"),
+                       "above zero"));
+}
+
 TEST_F(ReplayConfigTest, RefusesWithTheLineAndTheRemedy) {
   const std::string base = kImu + kGnss;  // six lines
   const std::tuple<std::string, std::string, std::string> cases[] = {
@@ -243,6 +292,13 @@ TEST_F(ReplayConfigTest, RefusesWithTheLineAndTheRemedy) {
        "attitude boresight", "one source at most"},
       {"attitude: {file: attitude.csv}\nestimate: [boresight_drift]\n", "run.yaml:8: estimate: boresight_drift needs",
        "boresight: {sigma, correlation_time}"},
+      {"vehicle: {kind: ski}\n", "run.yaml:7: kind: `ski` is none of", "car, bicycle"},
+      {"vehicle: on\n", "run.yaml:7: vehicle: a map is expected", "`off`"},
+      {"vehicle: {kind: car, contact: 0 0 1}\n", "run.yaml:7: contact", "no unit"},
+      {"vehicle: {kind: car, contakt: 0 0 1 m}\n", "run.yaml:7: unknown key `contakt`", "perhaps `contact`"},
+      {"vehicle: {kind: car, sigma_mounting: 1 1 1 deg}\n", "run.yaml:7: sigma_mounting", "leave the key out"},
+      {"vehicle: {kind: bicycle}\n", "run.yaml:7: `contact` is missing", "rear wheel"},
+      {"estimate: [dive]\n", "run.yaml:7: estimate: dive needs", "`vehicle:`"},
       {"attitude: {file: missing.csv}\n", "run.yaml:7: file: there is no file", "relative to the folder"},
   };
   for (const auto& [line, problem, remedy] : cases) {

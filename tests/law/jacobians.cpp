@@ -254,6 +254,23 @@ RestFix some_fix(const Estimate&, Random& random) {
   return {0, 0.5, random.vector(0.01)};
 }
 
+template <>
+VehicleFix some_fix(const Estimate&, Random&) {
+  return {};
+}
+template <>
+SpeedFix some_fix(const Estimate&, Random& random) {
+  return {0, random.gaussian(10), 0.1};
+}
+template <>
+HeightFix some_fix(const Estimate& x, Random& random) {
+  return {0, -x.p_wb.z() + random.uniform(), 0.5};
+}
+template <>
+HeadingFix some_fix(const Estimate&, Random& random) {
+  return {0, random.uniform(), 0.01};
+}
+
 // What the filter calls, channel by channel, with every block estimated, and fixes that belong 60 to 120 ms or, of the
 // attitude, 30 ms before the estimate.
 TEST(Jacobians, EveryTypeOfTheList) {
@@ -264,6 +281,10 @@ TEST(Jacobians, EveryTypeOfTheList) {
   options.gnss[1].drift = GaussMarkov{{0.4, 0.4, 0.7}, 60};
   options.attitude.resize(1);
   options.magnetic_sigma = 0.1;
+  options.vehicle.emplace();
+  options.odometer.emplace();
+  options.barometer.emplace();
+  options.heading.emplace();
   const Vector3d earth_rate(0.03, 0.02, -0.04);  // a faster Earth, so that its terms stand out of rounding
   const StateLayout layout(test::all_blocks());
   int checked = 0;
@@ -293,7 +314,7 @@ TEST(Jacobians, EveryTypeOfTheList) {
       }
     });
   }
-  EXPECT_GE(checked, kStates * 8);
+  EXPECT_GE(checked, kStates * 13);
 }
 
 }  // namespace

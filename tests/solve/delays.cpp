@@ -110,7 +110,7 @@ TEST(Delays, AreFoundFromFarAway) {
   o.gnss[0].delay = 0;
   o.gnss[0].velocity_delay = kVelocityLate - 0.3;
   o.attitude[0].delay = 0;
-  set_delays(t.late.start.x, o);
+  set_known(t.late.start.x, o);
   EXPECT_EQ(t.late.start.x.velocity_delay, kVelocityLate - 0.3);
   const FilterRun run = run_filter(t.late.log, o, t.late.start);
   const Estimate x = run.solution.estimate(run.solution.size() - 1);

@@ -42,7 +42,10 @@ void expect_same(const Estimate& a, const Estimate& b) {
   EXPECT_TRUE(a.q_rb.coeffs() == b.q_rb.coeffs());
   EXPECT_TRUE(a.v_wb == b.v_wb);
   for (const BlockInfo& row : kBlocks) {
-    if (row.block == Block::kAttitude || row.block == Block::kBoresight) continue;
+    if (is_rotation(row.block)) {
+      EXPECT_TRUE(rotation(a, row.block).coeffs() == rotation(b, row.block).coeffs()) << row.name;
+      continue;
+    }
     EXPECT_TRUE(additive(a, row.block) == additive(b, row.block)) << row.name;
   }
 }

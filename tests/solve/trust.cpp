@@ -215,5 +215,19 @@ TEST(Trust, AFixRepeatsInEveryDigit) {
   EXPECT_FALSE(trust.repeats<GnssReceivers>(0, fix));
 }
 
+// What a vehicle presumes is let go once it is seen not to hold, until it has held for a while, and never forced.
+TEST(Trust, AChannelWithAHoldIsLetGo) {
+  FilterOptions options;
+  options.vehicle.emplace();
+  const MeasurementSources all(options);
+  const int source = all.first<VehicleConstraint>(0);
+  Fixes fixes;
+  fixes.trust = Trust(all.all(), {.readmit_after = 5, .distrust = 40});
+  EXPECT_EQ(fixes.outcome(source, 0, 0.5), Outcome::kUsed);
+  for (int k = 1; k < 20; ++k) EXPECT_EQ(fixes.outcome(source, k, 9), Outcome::kRejected) << k;
+  EXPECT_EQ(fixes.outcome(source, 20, 0.5), Outcome::kDisputed);
+  EXPECT_EQ(fixes.outcome(source, 19 + VehicleConstraint::kLetGo, 0.5), Outcome::kUsed);
+}
+
 }  // namespace
 }  // namespace piste::test

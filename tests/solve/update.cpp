@@ -101,9 +101,9 @@ ResetJacobian some_reset(Random& random) {
 MatrixXd dense(const ResetJacobian& G, const StateLayout& layout) {
   MatrixXd full = MatrixXd::Identity(layout.size(), layout.size());
   full.block<6, 6>(layout.offset(Block::kVelocity), layout.offset(Block::kVelocity)) = G.velocity_attitude;
-  if (layout.has(Block::kBoresight)) {
-    const int o = layout.offset(Block::kBoresight);
-    full.block<3, 3>(o, o) = G.mountings[0];
+  for (std::size_t i = 0; i < kMountingBlocks.size(); ++i) {
+    const int o = layout.offset(kMountingBlocks[i]);
+    if (o >= 0) full.block<3, 3>(o, o) = G.mountings[i];
   }
   return full;
 }

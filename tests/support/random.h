@@ -60,6 +60,17 @@ class Random {
     x.boresight_drift = vector(0.05);
     x.velocity_delay = 0.1 + 0.02 * uniform();
     x.attitude_delay = 0.02 + 0.01 * uniform();
+    // Of the values above, so that what follows in a test stays as it was.
+    x.q_vb = x.q_rb.conjugate() * x.q_wb;
+    x.vehicle_contact = 2 * x.gnss_position_drift;
+    x.pitch_centre = x.lever_arm.x();
+    x.dive = x.gyro_drift.y();
+    x.spring_pitch = x.boresight_drift.z();
+    x.side_slip = 3 * x.accel_drift.x();
+    x.wheel_slip = 3 * x.accel_drift.y();
+    x.cornering = x.gyro_drift.x();
+    x.odometer_scale = x.gyro_scale.y();
+    x.barometer_offset = 3 * x.lever_arm.z();
     return x;
   }
 

@@ -74,11 +74,37 @@ struct AttitudeRecording {
   RepairedRows repaired = {};
 };
 
+/// Speed by a wheel.
+struct SpeedFix {
+  double time = 0, speed = 0, sigma = 0;
+};
+
+/// Height over the ellipsoid, but for an offset, by a barometer.
+struct HeightFix {
+  double time = 0, height = 0, sigma = 0;
+};
+
+/// Azimuth of a baseline on the body in the local level [rad].
+struct HeadingFix {
+  double time = 0, heading = 0, sigma = 0;
+};
+
+/// A file of a sensor whose fixes are one number with its sigma: SpeedFix, HeightFix or HeadingFix.
+template <class Fix>
+struct FixRecording {
+  std::string file;
+  std::vector<Fix> fixes;
+  RepairedRows repaired = {};
+};
+
 /// All files of a run.
 struct Recording {
   ImuRecording imu;
   std::vector<GnssRecording> gnss;
   std::vector<AttitudeRecording> attitude;
+  FixRecording<SpeedFix> speed = {};
+  FixRecording<HeightFix> height = {};
+  FixRecording<HeadingFix> heading = {};
 };
 
 // ---- As the filter takes it: GPS time, body axes, world frame. ----
@@ -135,6 +161,7 @@ struct LogCounts {
   double stamp_jitter = 0;                                        ///< of the IMU, rms [s]
   RepairedRows imu_repaired = {};
   std::vector<RepairedRows> gnss_repaired = {}, attitude_repaired = {};  ///< per source
+  std::size_t aids_outside = 0;  ///< fixes of odometer, barometer and dual antenna outside the IMU's span
 };
 
 /// All measurements of a run as the filter takes them: in the order of time, on one clock. `gnss[i]` and `attitude[i]`
@@ -145,6 +172,9 @@ struct Log {
   std::vector<std::vector<GnssFix>> gnss;
   std::vector<std::vector<AttitudeFix>> attitude;
   std::vector<MagneticSample> magnetic;
+  std::vector<SpeedFix> speed;
+  std::vector<HeightFix> height;
+  std::vector<HeadingFix> heading;
   std::vector<Interval> rest;
   LogCounts counts;
 };

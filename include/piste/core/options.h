@@ -8,6 +8,8 @@
 #include "piste/core/behaviour.h"
 #include "piste/core/log.h"
 #include "piste/core/sensor.h"
+#include "piste/math/so3.h"
+#include "piste/math/units.h"
 
 namespace piste {
 
@@ -63,6 +65,53 @@ struct AttitudeOptions {
   double delay = 0;  ///< a fix with time t is that of t − delay [s]; the start value if it is estimated
 };
 
+/// What carries the IMU, if its wheels let it move along its own axis only (model/vehicle.h). The axes v of a vehicle
+/// point forward, right and down; those of a bicycle lean with it.
+struct VehicleOptions {
+  enum class Kind { kCar, kBicycle };
+  Kind kind = Kind::kCar;
+  /// p_bc_b: the middle between the rear wheels' contact points, or the rear wheel's; the start value of a block.
+  Vector3d contact = Vector3d::Zero();
+  Vector3d contact_sigma = Vector3d(1.5, 0.7, 0.7);  ///< m: an IMU somewhere between dashboard and boot
+  double pitch_centre_sigma = 1.5;  ///< m: springs let a car pitch about a point between its axles; 0 for a bicycle
+  std::optional<Quaterniond> mounting = std::nullopt;  ///< q_vb; nothing: the motion tells it (vehicle_mounting.h)
+  Vector3d mounting_sigma = Vector3d::Constant(2 * kDegree);  ///< rad, about the axes of v: what an eye can level
+  double interval =
+      1;  ///< s between two updates: springs and slip are alike for as long, and oftener tells nothing new
+  /// Velocity across that the wheels allow all the same: slip and camber. On a drive with RTK it was 0.05
+  /// m/s from 2 to 16 m/s, and in another car 0.03 m/s to 33 m/s; alike for 1 to 5 s.
+  GaussMarkov slip{{0.04, 0, 0}, 3};
+  Vector3d white = Vector3d(0, 0.02, 0.03);             ///< m/s: its white part
+  Vector3d white_by_speed = Vector3d(0, 0.001, 0.007);  ///< rad: and what of that grows with the speed
+  /// Pitch of a car on its springs, about the way that its wheels go: by load, humps and dips. On the same drives the
+  /// velocity along down was 0.3 deg of the speed, alike for 1 to 2 s.
+  GaussMarkov spring_pitch{{0.4 * kDegree, 0, 0}, 2};
+  double dive_sigma = 0.006;  ///< rad/(m/s²): of that pitch by forward force: at 5 m/s² a car dives 1.5 deg
+  /// rad/(m/s²): of the slip angle of tyres, by lateral acceleration. That of a car at its limit of some 8 m/s² is 4
+  /// deg.
+  double cornering_sigma = 0.005;
+};
+
+/// Wheel speed: the speed of the contact point of `vehicle` along its forward axis.
+struct OdometerOptions {
+  double sigma = 0.1;                 ///< m/s, where the log tells none: the last digit of 1 km/h is 0.08 m/s
+  double scale_sigma = 0.03;          ///< a tyre's radius, by wear, load and pressure
+  GaussMarkov slip{{0.01, 0, 0}, 5};  ///< m/s: of the rim against the road, under drive and brake
+  bool is_signed = false;             ///< backwards is negative
+};
+
+/// Barometer: height with an offset that the weather changes.
+struct BarometerOptions {
+  double sigma = 0.5;                      ///< m, where the log tells none
+  GaussMarkov offset{{100, 0, 0}, 36000};  ///< m: the weather's 12 hPa, over some 10 h
+};
+
+/// Heading of a baseline of two antennas.
+struct DualHeadingOptions {
+  Vector3d baseline = Vector3d::UnitX();  ///< in b: its azimuth is the heading
+  double sigma = 0.5 * kDegree;           ///< rad, where the log tells none
+};
+
 /// 1-sigma priors of the blocks that do not depend on the IMU's sensor file.
 struct Priors {
   double boresight = 0.17;       ///< rad: 10 deg about the start value
@@ -91,6 +140,10 @@ struct FilterOptions {
   std::vector<Block> estimate;            ///< blocks beyond position, velocity and attitude
   BehaviourOptions behaviour;
   Priors priors;
+  std::optional<VehicleOptions> vehicle = std::nullopt;      ///< nothing: the body moves as it likes
+  std::optional<OdometerOptions> odometer = std::nullopt;    ///< of Log::speed; needs a vehicle
+  std::optional<BarometerOptions> barometer = std::nullopt;  ///< of Log::height
+  std::optional<DualHeadingOptions> heading = std::nullopt;  ///< of Log::heading
   double magnetic_sigma = 0;               ///< 1-sigma of a magnetic heading [rad]; 0 = the magnetometer is not used
   double declination = 0;                  ///< magnetic declination [rad], east positive
   std::optional<AdaptationOptions> adapt;  ///< nothing: all noise is as stated

@@ -5,6 +5,8 @@
 
 #include <string>
 
+#include "piste/math/so3.h"
+
 namespace piste {
 
 /// How a bias changes in a run: not at all, as a random walk, or as a first-order Gauss-Markov process.
@@ -16,13 +18,16 @@ struct DriftProcess {
   double density = 0;           ///< random walk: unit/s/sqrt(Hz)
 };
 
-/// Errors of three axes of the same kind. One number holds for all three.
+/// Errors of three axes of the same kind. One number holds for all three; the noise may differ between them.
 struct TriadErrors {
-  double noise = 0;    ///< density of the white noise: unit/sqrt(Hz)
+  double noise = 0;    ///< density of the white noise: unit/sqrt(Hz); of axes that differ, their root mean square
   double bias = 0;     ///< 1-sigma of the turn-on bias
   DriftProcess drift;  ///< of the bias, in the run
   double scale = 0;    ///< 1-sigma, as a ratio
   double range = 0;    ///< a sample at ± range is clipped; 0 = unlimited
+  Vector3d axes = Vector3d::Ones();  ///< noise of each axis, as a part of `noise`
+
+  Vector3d noise_variance() const { return (noise * axes).cwiseAbs2(); }  ///< of each axis
 };
 
 struct ImuSensor {

@@ -37,6 +37,16 @@ enum class Block : int {
   kAttitudeDelay,
   kAttitudeDrift,
   kBoresightDrift,
+  kVehicleMounting,
+  kVehicleContact,
+  kPitchCentre,
+  kDive,
+  kSpringPitch,
+  kSideSlip,
+  kCornering,
+  kWheelSlip,
+  kOdometerScale,
+  kBarometerOffset,
 };
 
 /// The estimated state at one instant: a value for every block. Its error is defined in estimate.h.
@@ -58,6 +68,16 @@ struct Estimate {
   double attitude_delay = 0;                    ///< a reference attitude with time t is that of t − attitude_delay
   Vector3d attitude_drift = Vector3d::Zero();   ///< of the reference attitude: rotation vector in n
   Vector3d boresight_drift = Vector3d::Zero();  ///< of a flexible mount: Exp(drift) R_rb, in r
+  Quaterniond q_vb = Quaterniond::Identity();   ///< mounting in a vehicle: b components into v (model/vehicle.h)
+  Vector3d vehicle_contact = Vector3d::Zero();  ///< p_bc_b: where the wheels allow no sideways motion
+  double pitch_centre = 0;                      ///< where a pitching body does not move up and down, before c
+  double dive = 0;                              ///< pitch on the springs by forward force [rad/(m/s²)]
+  double spring_pitch = 0;                      ///< what is left of that pitch [rad]
+  double side_slip = 0;                         ///< velocity to the right that wheels allow all the same
+  double wheel_slip = 0;                        ///< and of a wheel's rim against the road
+  double cornering = 0;                         ///< slip angle by lateral acceleration [rad/(m/s²)]
+  double odometer_scale = 0;                    ///< odometer = (1 + scale) speed
+  double barometer_offset = 0;                  ///< barometer = height + offset
 
   Matrix3d R_wb() const { return q_wb.toRotationMatrix(); }
   Matrix3d R_rb() const { return q_rb.toRotationMatrix(); }
@@ -89,8 +109,8 @@ struct BlockInfo {
   /// Whether the run has a source that observes the block. Null if every run has one.
   bool (*observed)(const FilterOptions&) = nullptr;
   std::string_view needs = {};  ///< that source, in words for the user
-  /// Whether the block is estimated without being named in `estimate`, wherever the run has its process. This is so for
-  /// errors that the options of a source state.
+  /// Whether the block is estimated without being named in `estimate`, wherever the run has its process, or what
+  /// observes it. This is so for errors that the options of a source state.
   bool implied = false;
 };
 
@@ -109,6 +129,16 @@ inline std::optional<BlockProcess> drift(const TriadErrors& triad) {
 inline bool some_velocity(const FilterOptions& o) {
   return std::any_of(o.gnss.begin(), o.gnss.end(), [](const GnssOptions& g) { return g.use_velocity; });
 }
+
+/// The process of the one coloured error `member` of a source, if the run has the source.
+template <class Source>
+std::optional<BlockProcess> scalar(const std::optional<Source>& source, GaussMarkov Source::*member) {
+  if (!source) return std::nullopt;
+  const GaussMarkov& error = *source.*member;
+  return BlockProcess{{DriftProcess::Kind::kGaussMarkov, 1, error.correlation_time, 0}, error.sigma.cwiseAbs2()};
+}
+
+inline bool in_vehicle(const FilterOptions& o) { return o.vehicle.has_value(); }
 
 /// The process of the coloured error `member`, of the last of `sources` that has one.
 template <class Source>
@@ -273,6 +303,112 @@ inline constexpr auto kBlocks = std::to_array<BlockInfo>({
      .member = &Estimate::boresight_drift,
      .process = [](const FilterOptions& o) { return blocks::coloured(o.attitude, &AttitudeOptions::boresight_drift); },
      .needs = "an `attitude:` source with `boresight: {sigma, correlation_time}`",
+     .implied = true},
+    {.block = Block::kVehicleMounting,
+     .name = "vehicle_mounting",
+     .size = 3,
+     .unit = "deg",
+     .factor = kDegreesPerRadian,
+     .axes = {"roll", "pitch", "heading"},
+     .member = &Estimate::q_vb,
+     .prior = [](const FilterOptions& o) { return o.vehicle ? o.vehicle->mounting_sigma : blocks::alike(0); },
+     .observed = blocks::in_vehicle,
+     .needs = "the key `vehicle:`",
+     .implied = true},
+    {.block = Block::kVehicleContact,
+     .name = "vehicle_contact",
+     .size = 3,
+     .unit = "m",
+     .factor = 1,
+     .axes = blocks::kBody,
+     .member = &Estimate::vehicle_contact,
+     .prior = [](const FilterOptions& o) { return o.vehicle ? o.vehicle->contact_sigma : blocks::alike(0); },
+     .observed = blocks::in_vehicle,
+     .needs = "the key `vehicle:`",
+     .implied = true},
+    {.block = Block::kPitchCentre,
+     .name = "pitch_centre",
+     .size = 1,
+     .unit = "m",
+     .factor = 1,
+     .axes = {"forward", "", ""},
+     .member = &Estimate::pitch_centre,
+     .prior = [](const FilterOptions& o) { return blocks::alike(o.vehicle ? o.vehicle->pitch_centre_sigma : 0); },
+     .observed = blocks::in_vehicle,
+     .needs = "the key `vehicle:`",
+     .implied = true},
+    {.block = Block::kDive,
+     .name = "dive",
+     .size = 1,
+     .unit = "deg/(m/s^2)",
+     .factor = kDegreesPerRadian,
+     .axes = {"pitch", "", ""},
+     .member = &Estimate::dive,
+     .prior = [](const FilterOptions& o) { return blocks::alike(o.vehicle ? o.vehicle->dive_sigma : 0); },
+     .observed = blocks::in_vehicle,
+     .needs = "the key `vehicle:`",
+     .implied = true},
+    {.block = Block::kSpringPitch,
+     .name = "spring_pitch",
+     .size = 1,
+     .unit = "deg",
+     .factor = kDegreesPerRadian,
+     .axes = {"pitch", "", ""},
+     .member = &Estimate::spring_pitch,
+     .process = [](const FilterOptions& o) { return blocks::scalar(o.vehicle, &VehicleOptions::spring_pitch); },
+     .needs = "the key `vehicle:`",
+     .implied = true},
+    {.block = Block::kSideSlip,
+     .name = "side_slip",
+     .size = 1,
+     .unit = "m/s",
+     .factor = 1,
+     .axes = {"right", "", ""},
+     .member = &Estimate::side_slip,
+     .process = [](const FilterOptions& o) { return blocks::scalar(o.vehicle, &VehicleOptions::slip); },
+     .needs = "the key `vehicle:`",
+     .implied = true},
+    {.block = Block::kCornering,
+     .name = "cornering",
+     .size = 1,
+     .unit = "deg/(m/s^2)",
+     .factor = kDegreesPerRadian,
+     .axes = {"right", "", ""},
+     .member = &Estimate::cornering,
+     .prior = [](const FilterOptions& o) { return blocks::alike(o.vehicle ? o.vehicle->cornering_sigma : 0); },
+     .observed = blocks::in_vehicle,
+     .needs = "the key `vehicle:`",
+     .implied = true},
+    {.block = Block::kWheelSlip,
+     .name = "wheel_slip",
+     .size = 1,
+     .unit = "m/s",
+     .factor = 1,
+     .axes = {"forward", "", ""},
+     .member = &Estimate::wheel_slip,
+     .process = [](const FilterOptions& o) { return blocks::scalar(o.odometer, &OdometerOptions::slip); },
+     .needs = "the key `odometer:`",
+     .implied = true},
+    {.block = Block::kOdometerScale,
+     .name = "odometer_scale",
+     .size = 1,
+     .unit = "ppm",
+     .factor = 1e6,
+     .axes = {"forward", "", ""},
+     .member = &Estimate::odometer_scale,
+     .prior = [](const FilterOptions& o) { return blocks::alike(o.odometer ? o.odometer->scale_sigma : 0); },
+     .observed = [](const FilterOptions& o) { return o.odometer.has_value(); },
+     .needs = "the key `odometer:`",
+     .implied = true},
+    {.block = Block::kBarometerOffset,
+     .name = "barometer_offset",
+     .size = 1,
+     .unit = "m",
+     .factor = 1,
+     .axes = {"up", "", ""},
+     .member = &Estimate::barometer_offset,
+     .process = [](const FilterOptions& o) { return blocks::scalar(o.barometer, &BarometerOptions::offset); },
+     .needs = "the key `barometer:`",
      .implied = true},
 });
 

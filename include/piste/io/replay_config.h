@@ -2,6 +2,7 @@
 /// Reads the configuration of `replay`, and the logs that it names.
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,7 @@ struct ReplayConfig {
   std::string echo;  ///< the file's text
   ImuSource imu;
   std::vector<LogFile> gnss, attitude;
+  std::optional<LogFile> odometer = std::nullopt, barometer = std::nullopt, heading = std::nullopt;
   ConditioningOptions conditioning;
   /// The filter's options as far as the configuration determines them; `replay()` adds what the logs determine.
   /// `estimate` has only blocks that can be estimated: a bias or scale whose sigma is 0 is left out, and a drift

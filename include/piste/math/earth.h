@@ -25,6 +25,7 @@ struct Gravity {
   Vector3d point, value;
   Matrix3d gradient;
   Matrix3d R_wn = Matrix3d::Identity();  ///< World::rotation_wn
+  double height = 0;                     ///< of the point over the ellipsoid
   Vector3d at(const Vector3d& p_wb) const { return value + gradient * (p_wb - point); }
 };
 

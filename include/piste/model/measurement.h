@@ -45,7 +45,7 @@ struct Linearization {
   const Term& term(int i) const { return terms_[static_cast<std::size_t>(i)]; }
 
  private:
-  std::array<Term, 12> terms_;
+  std::array<Term, 16> terms_;
   int count_ = 0;
 };
 
@@ -71,6 +71,7 @@ struct RecentMotion {
   Vector3d rate = Vector3d::Zero(), force = Vector3d::Zero();
   Vector3d force_change = Vector3d::Zero();  ///< how fast R f changes in w, in b [m/s³]
   double force_variance = 0;                 ///< of the white noise that is left in an axis of the force
+  double rate_variance = 0;                  ///< and of the rate
 };
 
 /// By how much a channel of a sensor comes late, and the block that estimates it. `value` is the known delay if this
@@ -133,6 +134,9 @@ struct MeasurementChannel {
   /// Whether the filter takes itself to be wrong after several fixes in a row outside the gate, and then uses the next
   /// one.
   bool readmitted = true;
+  /// s after a fix outside the gate in which the channel is not used: what it presumes does not hold. 0: fixes stand
+  /// each by itself.
+  double hold = 0;
 };
 
 /// Base of every type in measurement_list.h, with defaults that a type may hide by its own. A type must also have
@@ -159,6 +163,9 @@ struct MeasurementType {
   static bool in_use(const FilterOptions&) { return true; }
   /// The fixes of each sensor in a log. Empty if such fixes are not logged.
   static std::span<const std::vector<Fix>> logged(const Log&) { return {}; }
+  /// Nothing if fixes come from a log or from a detector. Else the filter makes a fix of nothing but its time wherever
+  /// there are samples, so many seconds apart: what is measured is known beforehand.
+  static std::optional<double> interval(const FilterOptions&) { return std::nullopt; }
   /// By how much a channel of a sensor comes late.
   static FixDelay delay(const FilterOptions&, const StateLayout&, int /*sensor*/, int /*channel*/, const Estimate&) {
     return {};

@@ -9,9 +9,12 @@
 #include <vector>
 
 #include "piste/model/attitude.h"
+#include "piste/model/dual_heading.h"
 #include "piste/model/gnss.h"
+#include "piste/model/height.h"
 #include "piste/model/magnetometer.h"
 #include "piste/model/rest.h"
+#include "piste/model/vehicle.h"
 
 namespace piste {
 
@@ -44,7 +47,8 @@ struct TypeList {
 };
 
 /// All types, in the order in which fixes with the same time are used.
-using MeasurementList = TypeList<GnssReceivers, ReferenceAttitudes, Magnetometer, ZeroUpdates>;
+using MeasurementList = TypeList<GnssReceivers, ReferenceAttitudes, Magnetometer, ZeroUpdates, VehicleConstraint,
+                                 Odometer, Barometer, DualHeading>;
 
 /// A fix of any type.
 using AnyFix = MeasurementList::Fix;
@@ -54,6 +58,7 @@ struct MeasurementSource {
   std::string name;  ///< such as "gnss[0].position", "attitude[1]", "rest.rate"
   int partner = -1;  ///< index of another source, or −1; see MeasurementChannel
   bool readmitted = true;
+  double hold = 0;
   bool adapted = true;
 };
 

@@ -16,9 +16,9 @@ struct Start {
   Covariance covariance = Covariance::Identity(9, 9);
 };
 
-/// Sets the delays of an estimate to those that the options state of the first sources. Every start needs this: an
-/// estimated delay is a whole delay, not what remains beside the known one.
-void set_delays(Estimate& x, const FilterOptions& options);
+/// Sets what the options state of an estimate: the delays of the first sources, and mounting and contact of a vehicle.
+/// Every start needs this: an estimated delay is a whole delay, not what remains beside the known one.
+void set_known(Estimate& x, const FilterOptions& options);
 
 /// The covariance of a start for all blocks of the layout. A constant block has its prior, a process its variance at
 /// the start.

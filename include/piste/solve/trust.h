@@ -29,6 +29,9 @@ namespace piste {
 ///   where the disagreement grew slowly. After `readmit_after` rejected fixes in a row the filter uses the next one.
 ///   For some seconds after that, no receiver is taken to have jumped.
 ///
+/// A channel with a `hold` (MeasurementChannel) is not used after a fix outside the gate, until none has been for so
+/// long. It is never readmitted: a wheel that slips must not turn the filter.
+///
 /// Limits: a false fix is used if the receiver is wrong for longer than `distrust`, if its error begins when the filter
 /// may be wrong, or if it grows slowly enough to stay within the gate. A slow ramp is such an error for a receiver
 /// without velocities or with coarse ones. A fault of the IMU that appears as a jump between two fixes is taken for one
@@ -73,6 +76,8 @@ class Trust {
   struct Source {
     int partner = -1;
     bool readmitted = true;
+    double hold = 0;
+    double held_until = -std::numeric_limits<double>::infinity();
     std::optional<AnyFix> last;  // fix
     Dispute dispute = Dispute::kNone;
     int rejected = 0;                                            // fixes in a row since the dispute began

@@ -1,0 +1,27 @@
+#pragma once
+/// Heading of a baseline on the body, as two antennas measure it: its azimuth in the local level.
+
+#include "piste/core/options.h"
+#include "piste/model/measurement.h"
+
+namespace piste {
+
+/// Linearises the azimuth of a baseline (in b, any length, not upright): one row, wrapped to ±π. `R_wn`: the local
+/// level at the body.
+Linearization linearize_heading(const HeadingFix& fix, const Vector3d& baseline, const Estimate& x,
+                                const Matrix3d& R_wn);
+
+/// The two antennas of a run.
+struct DualHeading : MeasurementType<HeadingFix> {
+  static constexpr std::string_view kName = "heading";
+  static constexpr std::array kChannels{MeasurementChannel{}};
+  static int sensors(const FilterOptions& options) { return options.heading ? 1 : 0; }
+  static bool in_use(const FilterOptions& options) { return options.heading.has_value(); }
+  static std::span<const std::vector<HeadingFix>> logged(const Log& log) { return {&log.heading, 1}; }
+  static std::optional<Linearization> linearize(const HeadingFix& fix, int, int, const MeasurementContext& context,
+                                                const Estimate& x) {
+    return linearize_heading(fix, context.options.heading->baseline, x, context.gravity.R_wn);
+  }
+};
+
+}  // namespace piste

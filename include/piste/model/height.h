@@ -1,0 +1,26 @@
+#pragma once
+/// Height over the ellipsoid as a barometer tells it, with an offset that the weather changes: y = h(p) + offset, where
+/// h is linear about the place of `gravity`: to a millimetre within 100 m.
+
+#include "piste/core/options.h"
+#include "piste/model/measurement.h"
+
+namespace piste {
+
+/// Linearises a height: one row.
+Linearization linearize_height(const HeightFix& fix, const Estimate& x, const Gravity& gravity);
+
+/// The barometer of a run. A draught or a door is a fix that jumps: it is left out, and others after it.
+struct Barometer : MeasurementType<HeightFix> {
+  static constexpr std::string_view kName = "barometer";
+  static constexpr std::array kChannels{MeasurementChannel{}};
+  static int sensors(const FilterOptions& options) { return options.barometer ? 1 : 0; }
+  static bool in_use(const FilterOptions& options) { return options.barometer.has_value(); }
+  static std::span<const std::vector<HeightFix>> logged(const Log& log) { return {&log.height, 1}; }
+  static std::optional<Linearization> linearize(const HeightFix& fix, int, int, const MeasurementContext& context,
+                                                const Estimate& x) {
+    return linearize_height(fix, x, context.gravity);
+  }
+};
+
+}  // namespace piste

@@ -1,0 +1,102 @@
+#include "io/vehicle_keys.h"
+
+namespace piste {
+namespace {
+
+// 1-sigma of a contact point that somebody has measured [m].
+constexpr double kMeasured = 0.3;
+
+void require_positive(const Config& map, std::string_view key, const Vector3d& sigma, std::string_view example) {
+  if (!(sigma.minCoeff() > 0)) map.fail(key, "must be above zero, such as `" + std::string(example) + "`");
+}
+
+// The file of a sensor of one number a row, and its `sigma` if it is stated.
+LogFile read_aid(const Config& map, const Dimension& dimension, std::string_view example) {
+  LogFile log = read_log_file(map, {LogFormat::kCsv});
+  if (!map.has("sigma")) return log;
+  log.sigma = Vector3d::Constant(map.quantity("sigma", dimension));
+  require_positive(map, "sigma", *log.sigma, example);
+  return log;
+}
+
+}  // namespace
+
+std::optional<VehicleOptions> read_vehicle(const Config& config) {
+  if (!config.has("vehicle")) return std::nullopt;
+  if (config.is_scalar("vehicle")) {
+    if (config.text("vehicle") != "off") {
+      config.fail("vehicle", "a map is expected, such as `{kind: car, mounting: auto}`, or `off`");
+    }
+    return std::nullopt;
+  }
+  const Config map = config.map("vehicle");
+  using Kind = VehicleOptions::Kind;
+  VehicleOptions vehicle;
+  vehicle.kind = map.choice<Kind>("kind", {{"car", Kind::kCar}, {"bicycle", Kind::kBicycle}});
+  if (vehicle.kind == Kind::kBicycle) vehicle.pitch_centre_sigma = vehicle.dive_sigma = 0;
+  if (map.has("contact")) {
+    vehicle.contact = map.vector("contact", dimension::kLength);
+    vehicle.contact_sigma = Vector3d::Constant(kMeasured);
+  } else if (vehicle.kind == Kind::kBicycle) {
+    map.fail({},
+             "`contact` is missing: from the IMU to where the rear wheel touches the ground, forward, right, down, "
+             "such as `contact: -0.5 0 0.9 m`; a bicycle leans, and its sway there is not that of the IMU");
+  }
+  if (map.has("sigma_contact")) {
+    vehicle.contact_sigma = map.vector("sigma_contact", dimension::kLength);
+    require_positive(map, "sigma_contact", vehicle.contact_sigma, "0.3 0.3 0.3 m");
+  }
+  if (map.text("mounting", "auto") != "auto") {
+    const Vector3d angles = map.vector("mounting", dimension::kAngle);
+    vehicle.mounting = from_euler(angles);
+  }
+  if (map.has("sigma_mounting")) {
+    if (!vehicle.mounting) map.fail("sigma_mounting", "`mounting: auto` finds its own sigmas; leave the key out");
+    vehicle.mounting_sigma = map.vector("sigma_mounting", dimension::kAngle);
+    require_positive(map, "sigma_mounting", vehicle.mounting_sigma, "2 2 2 deg");
+  }
+  return vehicle;
+}
+
+std::optional<LogFile> read_odometer(const Config& config, FilterOptions& filter) {
+  const auto map = config.find_map("odometer");
+  if (!map) return std::nullopt;
+  if (!filter.vehicle) {
+    config.fail("odometer", "a wheel measures along a vehicle; add `vehicle: {kind: car}`, or leave `odometer` out");
+  }
+  LogFile log = read_aid(*map, dimension::kVelocity, "0.1 m/s");
+  OdometerOptions odometer;
+  odometer.scale_sigma = map->magnitude("scale", dimension::kRatio, odometer.scale_sigma);
+  odometer.is_signed = map->flag("signed", odometer.is_signed);
+  filter.odometer = odometer;
+  return log;
+}
+
+std::optional<LogFile> read_barometer(const Config& config, FilterOptions& filter) {
+  const auto map = config.find_map("barometer");
+  if (!map) return std::nullopt;
+  LogFile log = read_aid(*map, dimension::kLength, "0.5 m");
+  BarometerOptions barometer;
+  if (const auto drift = map->find_map("drift")) {
+    barometer.offset.sigma.x() = drift->quantity("sigma", dimension::kLength);
+    barometer.offset.correlation_time = drift->quantity("correlation_time", dimension::kTime);
+    if (!(barometer.offset.sigma.x() > 0)) drift->fail("sigma", "must be above zero, such as `100 m`");
+    if (!(barometer.offset.correlation_time > 0))
+      drift->fail("correlation_time", "must be above zero, such as `36000 s`");
+  }
+  filter.barometer = barometer;
+  return log;
+}
+
+std::optional<LogFile> read_dual_heading(const Config& config, FilterOptions& filter) {
+  const auto map = config.find_map("heading");
+  if (!map) return std::nullopt;
+  LogFile log = read_aid(*map, dimension::kAngle, "0.5 deg");
+  DualHeadingOptions heading;
+  heading.baseline = map->vector("baseline", dimension::kLength, heading.baseline);
+  if (!(heading.baseline.norm() > 0)) map->fail("baseline", "two antennas stand apart, such as `1 0 0 m`");
+  filter.heading = heading;
+  return log;
+}
+
+}  // namespace piste

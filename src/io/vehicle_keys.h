@@ -1,0 +1,21 @@
+#pragma once
+/// Reads the keys of what carries the IMU, and of the sensors that go with it.
+
+#include "piste/core/options.h"
+#include "piste/io/config.h"
+#include "piste/io/imu_source.h"
+
+namespace piste {
+
+/// Reads the map `vehicle: {kind, contact, mounting, sigma_contact, sigma_mounting}`. Nothing if the key is missing or
+/// `off`. Throws ConfigError.
+std::optional<VehicleOptions> read_vehicle(const Config& config);
+
+/// Read the maps `odometer: {file, sigma, scale, signed}`, `barometer: {file, sigma, drift: {sigma, correlation_time}}`
+/// and `heading: {file, sigma, baseline}`, whose options they set in `filter`. Nothing if the key is missing. Throw
+/// ConfigError.
+std::optional<LogFile> read_odometer(const Config& config, FilterOptions& filter);
+std::optional<LogFile> read_barometer(const Config& config, FilterOptions& filter);
+std::optional<LogFile> read_dual_heading(const Config& config, FilterOptions& filter);
+
+}  // namespace piste
