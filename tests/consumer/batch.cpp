@@ -30,6 +30,7 @@ const Exported kExported[] = {
     {"piste/experiment/ranking.h", address(piste::leaders)},
     {"piste/experiment/study.h", address(piste::run_study)},
     {"piste/experiment/study_tables.h", address(piste::before_after)},
+    {"piste/solve/batch.h", address(piste::run_batch)},
     {"piste/files/study.h", address(piste::study_csv)},
     {"piste/report/study_figures.h", address(piste::study_figures)},
     {"piste/report/study_page.h", address(piste::study_html)},

@@ -1,0 +1,127 @@
+// Preintegration against the strapdown mechanization, and its derivatives against differences.
+
+#include "piste/model/preintegration.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+namespace piste {
+namespace {
+
+constexpr double kStep = 0.01;
+
+struct Case {
+  World world{Geodetic{0.8, 0.1, 2000}};
+  Estimate x;
+  std::vector<ImuStep> steps;
+};
+
+Case some_case(int count) {
+  Case c;
+  c.x.q_wb = from_euler(Vector3d(0.3, -0.5, 2));
+  c.x.v_wb = {12, -7, 3};
+  c.x.p_wb = {900, -400, 100};
+  c.x.gyro_bias = {0.01, -0.004, 0.006};
+  c.x.accel_bias = {0.05, -0.02, 0.1};
+  c.x.gyro_drift = {0.001, 0.002, -0.001};
+  c.x.accel_drift = {0.02, 0.01, -0.03};
+  c.x.gyro_scale = {0.01, -0.02, 0.005};
+  c.x.accel_scale = {-0.01, 0.004, 0.02};
+  for (int k = 0; k < count; ++k) {
+    const double t = k * kStep;
+    const Vector3d rate(std::sin(3 * t), 0.8 * std::cos(2 * t), 1.2), force(3 * std::cos(t), 2, -9.5 + std::sin(5 * t));
+    c.steps.push_back({kStep, kStep * rate, kStep * force, Vector3d::Zero(), Vector3d::Zero()});
+  }
+  return c;
+}
+
+const StepNoise kNoise{Vector3d::Constant(1e-6), Vector3d::Constant(4e-6)};
+const DriftStep kDrift{0.999, Vector3d::Constant(1e-9)};
+
+ImuSum summed(const Case& c, const Estimate& x) {
+  Preintegration sum(x);
+  for (const ImuStep& s : c.steps) {
+    const ImuStep corrected = correct(s, c.x);
+    sum.add(s, kNoise, {.rate = corrected.mean_rate(), .force = corrected.mean_force()}, kDrift, kDrift);
+  }
+  return sum.sum();
+}
+
+TEST(Preintegration, GoesWhereTheMechanizationGoes) {
+  const Case c = some_case(100);
+  const Gravity gravity = c.world.gravity(c.x.p_wb);
+  Estimate end = c.x;
+  for (const ImuStep& s : c.steps) {
+    mechanize(end, correct(s, end), c.world.earth_rate(), gravity);
+    end.gyro_drift *= kDrift.decay;
+    end.accel_drift *= kDrift.decay;
+  }
+  const Estimate sum = carry(summed(c, c.x), Eigen::Matrix<double, 9, 1>::Zero(), c.x, c.world.earth_rate(), gravity);
+  EXPECT_LT((sum.p_wb - end.p_wb).norm(), 1e-7);
+  EXPECT_LT((sum.v_wb - end.v_wb).norm(), 1e-7);
+  EXPECT_LT(so3_log(sum.q_wb * end.q_wb.conjugate()).norm(), 1e-12);
+}
+
+TEST(Preintegration, CompareUndoesCarry) {
+  const Case c = some_case(50);
+  const Gravity gravity = c.world.gravity(c.x.p_wb);
+  const ImuSum sum = summed(c, c.x);
+  Eigen::Matrix<double, 9, 1> residual;
+  residual << 0.3, -0.2, 0.1, 0.05, 0.2, -0.1, 0.02, -0.4, 0.3;
+  const Estimate end = carry(sum, residual, c.x, c.world.earth_rate(), gravity);
+  const SumResidual r = compare(sum, Eigen::Matrix<double, 18, 1>::Zero(), c.x, end, c.world.earth_rate(), gravity);
+  EXPECT_LT((r.value - residual).cwiseAbs().maxCoeff(), 1e-10);
+}
+
+TEST(Preintegration, DerivativesAreThoseOfDifferences) {
+  const Case c = some_case(50);
+  const Gravity gravity = c.world.gravity(c.x.p_wb);
+  const ImuSum sum = summed(c, c.x);
+  Eigen::Matrix<double, 9, 1> residual;
+  residual << 0.3, -0.2, 0.1, 0.05, 0.2, -0.1, 0.02, -0.4, 0.3;
+  const Estimate end = carry(sum, residual, c.x, c.world.earth_rate(), gravity);
+  Eigen::Matrix<double, 18, 1> change;
+  for (int k = 0; k < 18; ++k) change(k) = 1e-3 * (k % 5 - 2);
+  const auto at = [&](const Estimate& a, const Estimate& b, const Eigen::Matrix<double, 18, 1>& d) {
+    return compare(sum, d, a, b, c.world.earth_rate(), gravity).value;
+  };
+  const SumResidual r = compare(sum, change, c.x, end, c.world.earth_rate(), gravity);
+  constexpr double kH = 1e-5;
+  for (int k = 0; k < 9; ++k) {
+    const FullError e = kH * FullError::Unit(k);
+    const auto start = ((at(boxplus(c.x, e), end, change) - at(boxplus(c.x, -e), end, change)) / (2 * kH)).eval();
+    const auto finish = ((at(c.x, boxplus(end, e), change) - at(c.x, boxplus(end, -e), change)) / (2 * kH)).eval();
+    EXPECT_LT((start - r.by_start.col(k)).cwiseAbs().maxCoeff(), 2e-7) << k;
+    EXPECT_LT((finish - r.by_end.col(k)).cwiseAbs().maxCoeff(), 2e-7) << k;
+  }
+  for (int k = 0; k < 18; ++k) {
+    const Eigen::Matrix<double, 18, 1> d = kH * Eigen::Matrix<double, 18, 1>::Unit(k);
+    const auto by = ((at(c.x, end, change + d) - at(c.x, end, change - d)) / (2 * kH)).eval();
+    EXPECT_LT((by - r.by_imu.col(k)).cwiseAbs().maxCoeff(), 2e-7) << k;
+  }
+}
+
+// The sum made anew with other errors of the IMU, against its derivative.
+TEST(Preintegration, SumFollowsTheErrorsOfTheImu) {
+  const Case c = some_case(50);
+  const ImuSum sum = summed(c, c.x);
+  constexpr double kH = 1e-5;
+  for (int k = 0; k < 18; ++k) {
+    Estimate more = c.x, less = c.x;
+    const Block block = ImuSum::kImuErrors[static_cast<std::size_t>(k / 3)];
+    additive(more, block)(k % 3) += kH;
+    additive(less, block)(k % 3) -= kH;
+    const ImuSum a = summed(c, more), b = summed(c, less);
+    Eigen::Matrix<double, 9, 1> difference;
+    difference << (a.position - b.position), (a.velocity - b.velocity),
+        so3_log(sum.turn.conjugate() * a.turn) - so3_log(sum.turn.conjugate() * b.turn);
+    difference /= 2 * kH;
+    EXPECT_LT((difference - sum.by_imu.col(k)).cwiseAbs().maxCoeff(), 2e-3 * sum.by_imu.col(k).cwiseAbs().maxCoeff())
+        << k << ": " << difference.transpose() << "\n   " << sum.by_imu.col(k).transpose();
+  }
+}
+
+}  // namespace
+}  // namespace piste

@@ -1,0 +1,101 @@
+// The batch against the smoother of Rauch, Tung and Striebel: two ways to the same solution, and how it weighs fixes.
+
+#include "piste/solve/batch.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "piste/solve/relinearise.h"
+#include "support/synthetic_log.h"
+
+namespace piste {
+namespace {
+
+using test::SyntheticRun;
+
+struct Both {
+  Solution smoothed, batch;
+};
+
+Both both(const SyntheticRun& s, const BatchOptions& options = {}) {
+  const FilterRun run = run_filter(s.log, s.options, s.start, kCheckpointEvery);
+  const FoundStart found{s.start, "given"};
+  const FilterRun again = relinearised(s.log, s.options, found, run);
+  return {smooth_rts(s.log, again), run_batch(s.log, s.options, found, run, options).solution()};
+}
+
+// Largest difference of estimates, in sigmas, and of sigmas, as a part.
+struct Apart {
+  double values = 0, sigmas = 0;
+};
+
+Apart apart(const Solution& a, const Solution& b) {
+  Apart out;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const FullError e = boxminus(a.estimate(i), b.estimate(i));
+    const Sigmas sa = a.sigmas(i), sb = b.sigmas(i);
+    for (const Block block : a.layout().blocks()) {
+      if (is_navigation(block)) continue;
+      for (int k = 0; k < info(block).size; ++k) {
+        const int row = full_offset(block) + k;
+        out.values = std::max(out.values, std::abs(e(row)) / sb.blocks(row));
+        out.sigmas = std::max(out.sigmas, std::abs(sa.blocks(row) / sb.blocks(row) - 1));
+      }
+    }
+    out.values = std::max(out.values, (e.head<3>().cwiseQuotient(sb.position)).cwiseAbs().maxCoeff());
+    out.sigmas = std::max(out.sigmas, (sa.position.cwiseQuotient(sb.position).array() - 1).abs().maxCoeff());
+    out.sigmas = std::max(out.sigmas, (sa.velocity.cwiseQuotient(sb.velocity).array() - 1).abs().maxCoeff());
+  }
+  return out;
+}
+
+TEST(Batch, IsTheSmootherWhereTheRunIsNearlyLinear) {
+  const SyntheticRun s = test::synthetic_run(
+      20, {Block::kGyroBias, Block::kAccelBias, Block::kGyroDrift, Block::kAccelDrift, Block::kLeverArm});
+  const Both b = both(s);
+  ASSERT_EQ(b.batch.size(), b.smoothed.size());
+  ASSERT_TRUE(b.batch.batch);
+  EXPECT_TRUE(b.batch.batch->converged);
+  const Apart a = apart(b.batch, b.smoothed);
+  EXPECT_LT(a.values, 0.02);
+  EXPECT_LT(a.sigmas, 0.01);
+}
+
+TEST(Batch, FixesFarOffDoNotPull) {
+  SyntheticRun s = test::synthetic_run(20, {Block::kGyroBias, Block::kAccelBias});
+  const Solution clean = both(s).batch;
+  for (auto& receiver : s.log.gnss) {
+    for (std::size_t i = 3; i < receiver.size(); i += 5) receiver[i].position += Vector3d(20, -5, 10);
+  }
+  const Solution robust = both(s).batch, trusting = both(s, {.loss = BatchLoss::kSquared}).batch;
+  ASSERT_TRUE(robust.batch);
+  EXPECT_GT(robust.batch->left_out, 10U);
+  double moved = 0;
+  for (std::size_t i = 0; i < clean.size(); ++i) {
+    const Vector3d e = boxminus(robust.estimate(i), clean.estimate(i)).head<3>();
+    moved = std::max(moved, e.cwiseQuotient(clean.sigmas(i).position).cwiseAbs().maxCoeff());
+  }
+  EXPECT_LT(moved, 3);
+  EXPECT_EQ(trusting.batch->left_out, robust.batch->left_out) << "the filter refused the same fixes";
+}
+
+TEST(Batch, RowsThatAreAskedForAreThoseOfTheWhole) {
+  const SyntheticRun s = test::synthetic_run(4, {Block::kGyroBias, Block::kAccelBias, Block::kGyroDrift});
+  const FilterRun run = run_filter(s.log, s.options, s.start, kCheckpointEvery);
+  const BatchRun batch = run_batch(s.log, s.options, {s.start, "given"}, run);
+  const Solution whole = batch.solution();
+  const std::vector<std::size_t> rows{0, 17, 18, whole.size() - 1};
+  const std::vector<SmoothedState> states = batch.states(rows);
+  ASSERT_EQ(states.size(), rows.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    EXPECT_TRUE(boxminus(states[i].x, whole.estimate(rows[i])).isZero(0));
+    EXPECT_TRUE(sigmas_of(whole.world(), states[i].x, whole.layout(), states[i].P).position ==
+                whole.sigmas(rows[i]).position);
+  }
+}
+
+}  // namespace
+}  // namespace piste
