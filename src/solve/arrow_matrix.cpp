@@ -1,7 +1,8 @@
 #include "arrow_matrix.h"
 
 #include <Eigen/Cholesky>
-#include <stdexcept>
+
+#include "piste/core/error.h"
 
 namespace piste {
 namespace {
@@ -9,7 +10,7 @@ namespace {
 Eigen::MatrixXd inverse_of_definite(const Eigen::MatrixXd& D) {
   const Eigen::LLT<Eigen::MatrixXd> root(D);
   if (root.info() != Eigen::Success) {
-    throw std::domain_error("the normal equations of the batch are not positive definite");
+    throw DataError("batch", "its normal equations are not positive definite");
   }
   return root.solve(Eigen::MatrixXd::Identity(D.rows(), D.cols()));
 }

@@ -20,7 +20,7 @@ struct ArrowMatrix {
 };
 
 /// Replaces `A` by the same blocks of A⁻¹: block elimination along the chain, then the recursion of Takahashi, Fagan
-/// and Chen (1973) back along it. The cost is linear in the number of nodes. Throws std::domain_error if A is not
+/// and Chen (1973) back along it. The cost is linear in the number of nodes. Throws DataError if A is not
 /// positive definite.
 void invert_selected(ArrowMatrix& A);
 

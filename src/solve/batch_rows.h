@@ -14,7 +14,7 @@ Reference epochs_between(const BatchTerms& terms, const FilterOptions& options, 
                          const BatchStates& states);
 
 /// Selected blocks of the covariance of the errors of all nodes and the constants: the inverse of the normal equations.
-/// Throws std::domain_error if they are not positive definite.
+/// Throws DataError if they are not positive definite.
 ArrowMatrix covariance_of(const BatchTerms& terms, const std::vector<double>& weights, const BatchStates& states);
 
 /// Calls `visit(row, time, state)` for these rows of the filter, in order. @pre `rows` ascend; `covariance` is

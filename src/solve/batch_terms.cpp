@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "piste/core/error.h"
+
 namespace piste {
 namespace {
 
@@ -40,6 +42,22 @@ Eigen::MatrixXd by_error(const StateLayout& layout, const FullError& e) {
     out.block<3, 3>(row, row) = G.mountings[i].inverse();
   }
   return out;
+}
+
+// That of the filter. A random walk begins at exactly zero, which no weight can say: a millionth of the variance that
+// it gains in a second stands for it.
+Eigen::MatrixXd prior_of(const BatchLayout& layout, const FilterOptions& options, const Start& start) {
+  constexpr double kAsGoodAsZero = 1e-6;
+  Eigen::MatrixXd P = initial_covariance(layout.whole, options, start);
+  for (const Block b : layout.node.blocks) {
+    if (is_navigation(b)) continue;
+    const Vector3d gained = process_step(options, b, 1).variance;
+    for (int k = 0; k < info(b).size; ++k) {
+      double& variance = P(layout.whole.offset(b) + k, layout.whole.offset(b) + k);
+      if (variance == 0) variance = kAsGoodAsZero * gained(k);
+    }
+  }
+  return P;
 }
 
 }  // namespace
@@ -97,7 +115,8 @@ Eigen::MatrixXd interval_noise(const BatchLayout& layout, const FilterOptions& o
 
 Eigen::MatrixXd whitening(const Eigen::MatrixXd& P) {
   const Eigen::LLT<Eigen::MatrixXd> root(P);
-  if (root.info() != Eigen::Success) throw std::domain_error("a covariance of the batch is not positive definite");
+  if (root.info() != Eigen::Success)
+    throw DataError("batch", "a covariance is not positive definite: is a block estimated that has no error?");
   return root.matrixL().solve(Eigen::MatrixXd::Identity(P.rows(), P.cols()));
 }
 
@@ -108,7 +127,7 @@ BatchTerms::BatchTerms(const World& world, const FilterOptions& options, const B
       layout_(layout),
       chain_(chain),
       start_(start.x),
-      prior_(whitening(initial_covariance(layout.whole, options, start))) {
+      prior_(whitening(prior_of(layout, options, start))) {
   intervals_.reserve(chain.intervals.size());
   for (const ChainInterval& i : chain.intervals) {
     intervals_.push_back(whitening(interval_noise(layout, options, i.sum)));

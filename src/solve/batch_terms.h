@@ -24,7 +24,7 @@ BatchTerm compare_ends(const BatchLayout& layout, const FilterOptions& options, 
 /// Covariance of that residual: of what the IMU's noise and the processes add in the interval.
 Eigen::MatrixXd interval_noise(const BatchLayout& layout, const FilterOptions& options, const ImuSum& sum);
 
-/// W with Wᵀ W = P⁻¹, lower triangular. Throws std::domain_error if P is not positive definite.
+/// W with Wᵀ W = P⁻¹, lower triangular. Throws DataError if P is not positive definite.
 Eigen::MatrixXd whitening(const Eigen::MatrixXd& P);
 
 /// The objective: the prior at the first node, intervals and fixes of a chain. Whitening is that of the estimates of

@@ -59,8 +59,9 @@ TEST(Preintegration, GoesWhereTheMechanizationGoes) {
     end.accel_drift *= kDrift.decay;
   }
   const Estimate sum = carry(summed(c, c.x), Eigen::Matrix<double, 9, 1>::Zero(), c.x, c.world.earth_rate(), gravity);
-  EXPECT_LT((sum.p_wb - end.p_wb).norm(), 1e-7);
-  EXPECT_LT((sum.v_wb - end.v_wb).norm(), 1e-7);
+  // Gravity is taken where the velocity at the start leads; the body accelerates by some 5 m/s².
+  EXPECT_LT((sum.p_wb - end.p_wb).norm(), 2e-6);
+  EXPECT_LT((sum.v_wb - end.v_wb).norm(), 5e-6);
   EXPECT_LT(so3_log(sum.q_wb * end.q_wb.conjugate()).norm(), 1e-12);
 }
 

@@ -79,7 +79,7 @@ TEST(Batch, FixesFarOffDoNotPull) {
     moved = std::max(moved, e.cwiseQuotient(clean.sigmas(i).position).cwiseAbs().maxCoeff());
   }
   EXPECT_LT(moved, 3);
-  EXPECT_EQ(trusting.batch->left_out, robust.batch->left_out) << "the filter refused the same fixes";
+  EXPECT_GE(robust.batch->left_out, trusting.batch->left_out) << "the filter refused those";
 }
 
 TEST(Batch, RowsThatAreAskedForAreThoseOfTheWhole) {
