@@ -121,7 +121,6 @@ BatchRun run_batch(const Log& log, const FilterOptions& options, const FoundStar
     BatchWeights weights(batch.loss, bounds_of(*s.terms, batch.bound), at_first);
     BatchStep step = minimise(*s.terms, weights.values(), s.states);
     sum.iterations += step.iterations;
-    const double gained = step.before - step.after;
     constexpr int kMostWeighings = 50;
     bool changed = false;
     for (int k = 0; k < kMostWeighings && weights.update(squares_of(*s.terms, s.states)); ++k) {
@@ -131,9 +130,11 @@ BatchRun run_batch(const Log& log, const FilterOptions& options, const FoundStar
     }
     s.weights = weights.values();
     for (std::size_t i = 0; i < s.chain.fixes.size(); ++i) known[key_of(s.chain.fixes[i])] = s.weights[i];
+    // Near the minimum the cost falls by half the square of what the solution moves, in sigmas.
+    const double fell = std::abs(sum.cost - step.after);
     sum.cost = step.after;
     ++sum.rounds;
-    sum.converged = sum.rounds > 1 && !changed && 2 * gained < batch.tolerance * batch.tolerance;
+    sum.converged = sum.rounds > 1 && !changed && fell < batch.tolerance;
     if (!sum.converged) reference = epochs_between(*s.terms, options, s.world, s.states);
     if (progress) progress(static_cast<double>(sum.rounds) / (sum.rounds + 1));
   }

@@ -55,13 +55,13 @@ Apart apart(const Solution& a, const Solution& b) {
 TEST(Batch, IsTheSmootherWhereTheRunIsNearlyLinear) {
   const SyntheticRun s = test::synthetic_run(
       20, {Block::kGyroBias, Block::kAccelBias, Block::kGyroDrift, Block::kAccelDrift, Block::kLeverArm});
-  const Both b = both(s);
+  const Both b = both(s, {.loss = BatchLoss::kSquared});  // with the fixes that the filter used
   ASSERT_EQ(b.batch.size(), b.smoothed.size());
   ASSERT_TRUE(b.batch.batch);
   EXPECT_TRUE(b.batch.batch->converged);
   const Apart a = apart(b.batch, b.smoothed);
-  EXPECT_LT(a.values, 0.02);
-  EXPECT_LT(a.sigmas, 0.01);
+  EXPECT_LT(a.values, 0.005);
+  EXPECT_LT(a.sigmas, 0.005);
 }
 
 TEST(Batch, FixesFarOffDoNotPull) {
