@@ -255,7 +255,6 @@ TEST_F(ReplayConfigTest, VehicleAndItsSensors) {
 TEST_F(ReplayConfigTest, RefusesWithTheLineAndTheRemedy) {
   const std::string base = kImu + kGnss;  // six lines
   const std::tuple<std::string, std::string, std::string> cases[] = {
-      {"smoother: batch\n", "run.yaml:7: smoother: batch is not available", "choose rts"},
       {"smother: rts\n", "run.yaml:7: unknown key `smother`", "perhaps `smoother`"},
       {"gate: 0.99\ngate: 0.9\n", "run.yaml:8: key `gate`", "line 7"},
       {"adapt: perhaps\n", "run.yaml:7: adapt", "true"},

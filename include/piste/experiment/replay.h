@@ -55,8 +55,8 @@ struct Replay {
   const Solution& solution() const { return smoothed ? *smoothed : filtered.solution; }
 };
 
-/// Called now and then with the stage, "filter", "relinearising", "smoother" or "batch", the number of epochs that are done, and that of all;
-/// first with 0 epochs done.
+/// Called now and then with the stage, "filter", "relinearising", "smoother" or "batch", the number of epochs that are
+/// done, and that of all; first with 0 epochs done.
 using ReplayProgress = std::function<void(std::string_view stage, std::size_t done, std::size_t all)>;
 
 /// The options in a configuration.
