@@ -53,6 +53,11 @@ Vector3d World::gravity_value(const Vector3d& p_w) const {
   return rotation_wn(here) * Vector3d(north, 0, -up);
 }
 
+void World::follow(Gravity& gravity, const Vector3d& p_w) const {
+  constexpr double kReach = 100;  // m
+  if ((p_w - gravity.point).squaredNorm() > kReach * kReach) gravity = this->gravity(p_w);
+}
+
 Gravity World::gravity(const Vector3d& p_w) const {
   constexpr double kStep = 50;  // gravity is linear to 1e-10 m/s² over it
   const Geodetic place = to_geodetic(p_w);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 #include <utility>
 
@@ -10,7 +9,6 @@
 #include "batch_weights.h"
 #include "piste/core/error.h"
 #include "piste/math/statistics.h"
-#include "start_place.h"
 
 namespace piste {
 
@@ -33,18 +31,19 @@ struct BatchRun::Solved {
 
 namespace {
 
-using Key = std::pair<int, double>;
-
 // What the filter did with each fix that it compared: 1 if it used it, 0 if it refused it. What a receiver repeated is
-// no measurement.
+// no measurement. A source that is never readmitted presumes something, such as rest or a wheel that rolls; where the
+// filter refused it, that did not hold, and it stays out.
 FixWeights weights_of_filter(const Solution& filtered, const FilterOptions& options) {
+  const MeasurementSources sources(options);
   FixWeights out;
   for (const Innovation& i : filtered.innovations) {
-    if (i.outcome != Outcome::kRepeated) out[{i.source, i.time + i.late}] = was_used(i.outcome) ? 1 : 0;
+    if (i.outcome == Outcome::kRepeated) continue;
+    const bool used = was_used(i.outcome);
+    if (used || sources.all()[static_cast<std::size_t>(i.source)].readmitted) {
+      out[{i.source, i.time + i.late}] = used ? 1 : 0;
+    }
   }
-  // A rest that it refused was none.
-  const int rest = MeasurementSources(options).first<ZeroUpdates>(0);
-  std::erase_if(out, [rest](const auto& fix) { return fix.first.first >= rest && fix.second == 0; });
   return out;
 }
 
@@ -54,14 +53,6 @@ Reference reference_of(const Solution& filtered, const Start& start) {
   out.rows.reserve(filtered.size());
   for (std::size_t i = 0; i < filtered.size(); ++i) out.rows.push_back({filtered.time(i), filtered.estimate(i)});
   return out;
-}
-
-// The start with what its motion told of the attitude left out: the batch uses that motion itself.
-Start without_alignment(const World& world, const FoundStart& found) {
-  constexpr double kTilt = 0.5, kAnyHeading = std::numbers::pi / std::numbers::sqrt3;  // rad: nothing is known
-  Start start = found.start;
-  if (found.aligned) set_attitude_sigma(world, start, {kTilt, kTilt, kAnyHeading});
-  return start;
 }
 
 std::vector<double> squares_of(const BatchTerms& terms, const BatchStates& states) {
@@ -79,7 +70,7 @@ std::vector<double> bounds_of(const BatchTerms& terms, double probability) {
   return out;
 }
 
-Key key_of(const ChainFix& fix) { return {fix.place.source, fix.place.time}; }
+FixKey key_of(const ChainFix& fix) { return {fix.place.source, fix.place.time}; }
 
 }  // namespace
 
@@ -180,12 +171,8 @@ BatchSmoother batch_smoother(const BatchOptions& batch) {
   return [batch](const Log& log, const FilterOptions& options, const FoundStart& found, const FilterRun& filtered,
                  const ProgressCallback& progress) {
     constexpr double kSolving = 0.5;  // part of the work
-    const auto part = [&](double from, double to) -> ProgressCallback {
-      if (!progress) return {};
-      return [&progress, from, to](double done) { progress(from + done * (to - from)); };
-    };
-    const BatchRun run = run_batch(log, options, found, filtered, batch, part(0, kSolving));
-    return run.solution(part(kSolving, 1));
+    const BatchRun run = run_batch(log, options, found, filtered, batch, part_of(progress, 0, kSolving));
+    return run.solution(part_of(progress, kSolving, 1));
   };
 }
 

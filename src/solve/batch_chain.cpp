@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "feeder.h"
+#include "made_fixes.h"
 #include "piste/model/imu_errors.h"
 #include "piste/solve/recent_motion.h"
 #include "piste/solve/rest_updates.h"
@@ -12,8 +13,6 @@
 namespace piste {
 namespace {
 
-constexpr double kGravityPatch = 100;  // m: gravity is linear to 4e-9 m/s² over it
-
 // Takes a log as a filter does, and lays it out as a chain.
 class ChainLayer {
  public:
@@ -21,12 +20,10 @@ class ChainLayer {
              const Reference& reference, const FixWeights& weights, double longest)
       : world_(log.world),
         options_(options),
-        layout_(layout),
         reference_(reference),
         weights_(weights),
         longest_(longest),
         sources_(options),
-        begin_(start),
         time_(start),
         x_(reference.start),
         gravity_(log.world.gravity(reference.start.p_wb)) {
@@ -69,7 +66,7 @@ class ChainLayer {
 
   Chain finish() {
     if (now_) process(nullptr);
-    if (chain_.intervals.size() + 1 > chain_.nodes.size() || pending_ < chain_.steps.size()) node_here();
+    node_here();
     return std::move(chain_);
   }
 
@@ -112,12 +109,9 @@ class ChainLayer {
     if (!at_end) advance(step);
     arrive(sample, target);
     if (const std::optional<RestFix> fix = rest_.add(sample, options_.behaviour.rest)) {
-      const int first = sources_.first<ZeroUpdates>(0);
-      for (int channel = 0; channel < static_cast<int>(ZeroUpdates::kChannels.size()); ++channel) {
-        if (!weights_.contains({first + channel, sample.time})) continue;
-        measure({sample.time, first + channel, 0, channel, *fix}, step, step.dt, 0);
-      }
+      measure_if_known<ZeroUpdates>(*fix, step);
     }
+    make_fixes(sample, options_, [&]<class Type>(const typename Type::Fix& fix) { measure_if_known<Type>(fix, step); });
     if (time_ - chain_.nodes.back().time > longest_ - 0.5 * sample.interval) node_here();
     note_epoch(sample.time);
   }
@@ -130,7 +124,7 @@ class ChainLayer {
   }
 
   void advance(const ImuStep& step) {
-    if ((x_.p_wb - gravity_.point).squaredNorm() > kGravityPatch * kGravityPatch) gravity_ = world_.gravity(x_.p_wb);
+    world_.follow(gravity_, x_.p_wb);
     mechanize(x_, correct(step, x_), world_.earth_rate(), gravity_);
     motion_.add(step, x_.q_wb);
     chain_.steps.push_back({step, noise_, told_});
@@ -147,6 +141,16 @@ class ChainLayer {
     chain_.intervals.push_back({pending_, chain_.steps.size(), {}});
     chain_.nodes.push_back({time_, x_, gravity_});
     pending_ = chain_.steps.size();
+  }
+
+  // A fix that no log has, at the end of the step.
+  template <class Type>
+  void measure_if_known(const typename Type::Fix& fix, const ImuStep& step) {
+    const int first = sources_.first<Type>(0);
+    for (int channel = 0; channel < static_cast<int>(Type::kChannels.size()); ++channel) {
+      if (!weights_.contains({first + channel, fix.time})) continue;
+      measure({fix.time, first + channel, 0, channel, fix}, step, step.dt, 0);
+    }
   }
 
   void measure(const QueuedFix& fix, const ImuStep& step, double into_step, double delay) {
@@ -171,12 +175,11 @@ class ChainLayer {
 
   const World& world_;
   const FilterOptions& options_;
-  const BatchLayout& layout_;
   const Reference& reference_;
   const FixWeights& weights_;
   double longest_;
   MeasurementSources sources_;
-  double begin_, time_, look_ahead_ = 0;
+  double time_, look_ahead_ = 0;
   Estimate x_;
   Gravity gravity_;
   std::size_t row_ = 0, pending_ = 0;  // row of the reference; first step since the last node

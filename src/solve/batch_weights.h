@@ -15,20 +15,16 @@ class BatchWeights {
   BatchWeights(BatchLoss loss, std::vector<double> bound, std::vector<double> weights);
 
   const std::vector<double>& values() const { return weights_; }
-  /// Whether every fix counts in full or not at all, so that nothing is left to graduate.
-  bool settled() const { return settled_; }
-
   /// Sets the weights by the residuals of a solution, one step further towards truncation. Returns whether any has
   /// changed by more than `enough`.
   bool update(const std::vector<double>& squares);
-  /// What the objective adds for fixes with these residuals, as half sums of squares.
-  double cost(const std::vector<double>& squares) const;
 
  private:
+  void truncate(const std::vector<double>& squares);
+
   BatchLoss loss_;
   std::vector<double> bound_, weights_;
   double mu_ = 0;  // how near to truncation: 0, not begun
-  bool settled_ = false;
 };
 
 }  // namespace piste

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "made_fixes.h"
 #include "piste/core/error.h"
 #include "piste/math/statistics.h"
 #include "piste/solve/readmission.h"
@@ -145,22 +146,12 @@ void Filter::process(const ImuSample* after) {
                             [](const Innovation& i) { return was_used(i.outcome); }),
                 setup_->options.behaviour.rest);
   }
-  if (!sample.gap) make_fixes(step);
-  if (tape_) tape_->events.emplace_back(state_);
-}
-
-// At the end of a sample: the fixes that need no log, where a multiple of their interval has gone by.
-void Filter::make_fixes(const ImuStep& step) {
-  const double begin = now_->time - now_->interval;
-  MeasurementList::for_each([&]<class Type>() {
-    const std::optional<double> every = Type::interval(setup_->options);
-    if (!every || std::floor(now_->time / *every) == std::floor(begin / *every)) return;
-    typename Type::Fix fix{};
-    fix.time = now_->time;
+  make_fixes(sample, setup_->options, [&]<class Type>(const typename Type::Fix& fix) {
     for (int channel = 0; channel < static_cast<int>(Type::kChannels.size()); ++channel) {
       measure<Type>(fix, {fix.time, setup_->sources.first<Type>(0) + channel, 0, channel, {}}, step, step.dt, 0);
     }
   });
+  if (tape_) tape_->end_epoch(state_);
 }
 
 void Filter::advance(const ImuStep& step, const StepNoise& noise) {

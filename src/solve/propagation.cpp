@@ -1,18 +1,11 @@
 #include "piste/solve/propagation.h"
 
 namespace piste {
-namespace {
-
-constexpr double kGravityReach = 100;  // m: gravity is linear to 4e-9 m/s² over it
-
-}  // namespace
 
 Transition Propagation::advance(FilterState& state, const ImuStep& step, const StepNoise& noise, bool still,
                                 const World& world, const StateLayout& layout, const FilterOptions& options,
                                 const BodyMotion* known) {
-  if ((state.x.p_wb - gravity_.point).squaredNorm() > kGravityReach * kGravityReach) {
-    gravity_ = world.gravity(state.x.p_wb);
-  }
+  world.follow(gravity_, state.x.p_wb);
   const ImuStep corrected = correct(step, state.x);
   const Estimate before = state.x;
   mechanize(state.x, corrected, world.earth_rate(), gravity_);

@@ -99,8 +99,8 @@ class Backward {
         update_adjoint(traced_, correction->update);
       } else if (const auto* taken = std::get_if<Tape::TakenBack>(&*event)) {
         add_score(lambda_, layout_, taken->score);
-      } else if (const auto* epoch = std::get_if<Tape::Epoch>(&*event)) {
-        at_epoch(--row, *epoch);
+      } else if (const auto* end = std::get_if<Tape::EpochEnd>(&*event)) {
+        at_epoch(--row, tape.epochs[end->index]);
       }
     }
   }
@@ -242,7 +242,7 @@ void run_backwards(Backward& backward, const Log& log, const FilterRun& run, std
   std::size_t end_row = rows;
   Tape tape;
   for (auto from = run.checkpoints.rbegin(); from != run.checkpoints.rend() && end_row > first_row; ++from) {
-    tape.events.clear();
+    tape.clear();
     rerun(log, *from, end_row, tape);
     backward.run(tape, end_row, at_epoch);
     end_row = from->row;

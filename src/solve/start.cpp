@@ -1,5 +1,7 @@
 #include "piste/solve/start.h"
 
+#include <numbers>
+
 #include "piste/core/error.h"
 #include "piste/solve/vehicle_mounting.h"
 #include "start_heading.h"
@@ -8,7 +10,6 @@
 #include "start_rest.h"
 
 namespace piste {
-
 namespace {
 
 // The vehicle has nothing to say before its mounting is known.
@@ -41,6 +42,13 @@ FoundStart find_start_of_body(const Log& log, const FilterOptions& options, cons
 }
 
 }  // namespace
+
+Start without_alignment(const World& world, const FoundStart& found) {
+  constexpr double kTilt = 0.5, kAnyHeading = std::numbers::pi / std::numbers::sqrt3;  // rad: nothing is known
+  Start start = found.start;
+  if (found.aligned) set_attitude_sigma(world, start, {kTilt, kTilt, kAnyHeading});
+  return start;
+}
 
 FoundStart find_start(const Log& log, const FilterOptions& options, const InitialHeading& heading) {
   if (!options.vehicle) return find_start_of_body(log, options, heading);

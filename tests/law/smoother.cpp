@@ -132,8 +132,9 @@ TEST_P(Smoother, IsTheDenseBatchSolution) {
   std::size_t row = 0;
   double moved = 0;
   for (const auto& event : tape.events) {
-    const auto* epoch = std::get_if<Tape::Epoch>(&event);
-    if (!epoch) continue;
+    const auto* end = std::get_if<Tape::EpochEnd>(&event);
+    if (!end) continue;
+    const Tape::Epoch* epoch = &tape.epochs[end->index];
     const FullError correction = expand(layout, batch.mean(row));
     const Estimate expected = boxplus(epoch->x, correction);
     Covariance P = batch.covariance(row);

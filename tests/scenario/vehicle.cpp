@@ -125,6 +125,38 @@ TEST(SimulatedCar, MountingAndOdometerAreFoundAndHoldThePosition) {
   }
 }
 
+// The batch has the wheels too: without GNSS it knows the position as well as the smoother, and they are of one mind.
+TEST(SimulatedCar, TheBatchIsInTheCar) {
+  const Drive d = drive(0, 30, 25, 0, 1);
+  ReplayOptions options{.conditioning = {}, .filter = d.simulated.options, .heading = {}};
+  options.batch = batch_smoother();
+  options.filter.vehicle.emplace();
+  options.filter.vehicle->contact = d.contact;
+  options.filter.vehicle->contact_sigma = Vector3d::Constant(0.3);
+  options.filter.odometer.emplace();
+  options.filter.estimate = with_implied_blocks(options.filter, options.filter.estimate);
+  Log log = d.log;
+  const Interval outage{d.simulated.under_way() + 120, d.simulated.under_way() + 180};
+  std::erase_if(log.gnss[0], [&](const GnssFix& fix) { return outage.contains(fix.time); });
+  const Replay rts = replay(log, options);
+  options.smoother = SmootherKind::kBatch;
+  const Replay batch = replay(log, options);
+  const Solution &a = *batch.smoothed, &b = *rts.smoothed;
+  ASSERT_EQ(a.size(), b.size());
+  EXPECT_TRUE(a.batch->converged);
+  double apart = 0, ratio = 1;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (!outage.contains(a.time(i))) continue;
+    const Vector3d sigma = b.sigmas(i).position, e = a.estimate(i).p_wb - b.estimate(i).p_wb;
+    apart = std::max(apart, e.cwiseQuotient(sigma).cwiseAbs().maxCoeff());
+    const double r = a.sigmas(i).position.norm() / sigma.norm();
+    ratio = std::max({ratio, r, 1 / r});
+  }
+  fmt::print("batch and smoother {:.3f} sigma apart, sigmas by {:.3f}\n", apart, ratio);
+  EXPECT_LT(apart, 0.5);
+  EXPECT_LT(ratio, 1.05);
+}
+
 // A bicycle leans to 40 deg and more: the constraint is true at its contact point all the same.
 TEST(SimulatedBicycle, TheConstraintIsTrueAtAnyLean) {
   const Drive d = drive(1, 38, 5, 0, 1);

@@ -49,6 +49,9 @@ class World {
   Matrix3d rotation_wn(const Geodetic& place) const;
   /// Normal gravity (gravitation and centrifugal acceleration) at p_w, in w, with its gradient and the local level.
   Gravity gravity(const Vector3d& p_w) const;
+  /// Replaces `gravity` by that at p_w if its point is more than 100 m away: within, it is linear to 4e-9 m/s². No
+  /// heap.
+  void follow(Gravity& gravity, const Vector3d& p_w) const;
 
  private:
   Vector3d gravity_value(const Vector3d& p_w) const;

@@ -10,8 +10,8 @@
 ///     Σ |W_k (X_k⁻¹ X_{k+1} ⊟ IMU_k)|² + Σ w_i |z_i|² + |x_0 ⊟ start|²
 ///
 /// Fixes may be wrong. Their weights w_i follow graduated non-convexity with truncated squares (Yang, Antonante,
-/// Tzoumas and Carlone 2020): a fix beyond its bound counts as the bound does, and so does not pull. Where the filter
-/// starts from good fixes, they are graduated only as far as these disagree.
+/// Tzoumas and Carlone 2020): a fix beyond its bound counts as the bound does, and so does not pull. The first weights
+/// are what the filter did: 1 for a fix that it used, 0 for one that it refused. A fix that it refused may count again.
 
 #include <functional>
 #include <memory>

@@ -97,7 +97,6 @@ class Filter {
   };
 
   void process(const ImuSample* after);
-  void make_fixes(const ImuStep& step);
   void advance(const ImuStep& step, const StepNoise& noise);
   void follow_reference(double dt);
   void arrive();

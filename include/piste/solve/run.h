@@ -37,6 +37,13 @@ inline constexpr int kCheckpointEvery = 128;
 /// Called now and then with the fraction of the work that is done. May be empty.
 using ProgressCallback = std::function<void(double)>;
 
+/// A callback for a part of the work, from one fraction of the whole to another. Empty if `whole` is, which must
+/// outlive it.
+inline ProgressCallback part_of(const ProgressCallback& whole, double from, double to) {
+  if (!whole) return {};
+  return [&whole, from, to](double done) { whole(from + done * (to - from)); };
+}
+
 /// Filters a log, from the time of `start` on. The result has the same bytes as that of a Filter that is fed sample by
 /// sample.
 /// `checkpoint_every`: epochs between checkpoints, 0 for none. `end_time`: samples from this time on are left out.

@@ -21,6 +21,10 @@ struct FoundStart {
   std::optional<double> aligned = std::nullopt;
 };
 
+/// The start without what the motion told of its attitude: for a solver of the whole run, which uses that motion
+/// itself.
+Start without_alignment(const World& world, const FoundStart& found);
+
 /// Finds the start of a log, with the heading from the source that `heading` names. Throws DataError that says what is
 /// missing: IMU samples, fixes, motion, a reference attitude, or a magnetic field.
 FoundStart find_start(const Log& log, const FilterOptions& options, const InitialHeading& heading);

@@ -1,6 +1,7 @@
 #pragma once
 /// The state of a filter at one instant, and the record of all that it did.
 
+#include <cstddef>
 #include <variant>
 #include <vector>
 
@@ -32,9 +33,22 @@ struct Tape {
   struct TakenBack {
     Eigen::Matrix<double, 6, 1> score;
   };
-  /// The end of an IMU epoch, for which the smoother gives its estimate.
+  /// The end of an IMU epoch, for which the smoother gives its estimate: an index into `epochs`.
+  struct EpochEnd {
+    std::size_t index;
+  };
   using Epoch = FilterState;
-  std::vector<std::variant<Propagation, Correction, TakenBack, Epoch>> events;
+  std::vector<std::variant<Propagation, Correction, TakenBack, EpochEnd>> events;
+  std::vector<Epoch> epochs;  ///< beside the events, as each is as large as several of these
+
+  void end_epoch(const Epoch& epoch) {
+    events.emplace_back(EpochEnd{epochs.size()});
+    epochs.push_back(epoch);
+  }
+  void clear() {
+    events.clear();
+    epochs.clear();
+  }
 };
 
 }  // namespace piste
