@@ -7,12 +7,16 @@
 namespace piste {
 namespace {
 
-Eigen::MatrixXd inverse_of_definite(const Eigen::MatrixXd& D) {
-  const Eigen::LLT<Eigen::MatrixXd> root(D);
-  if (root.info() != Eigen::Success) {
+// By a Cholesky factor of the matrix with unit diagonal, so that units do not matter.
+Eigen::MatrixXd inverse_of_definite(const Eigen::MatrixXd& A) {
+  const Eigen::VectorXd scale = A.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::LLT<Eigen::MatrixXd> root(scale.asDiagonal() * A * scale.asDiagonal());
+  if (!scale.allFinite() || root.info() != Eigen::Success) {
     throw DataError("batch", "its normal equations are not positive definite");
   }
-  return root.solve(Eigen::MatrixXd::Identity(D.rows(), D.cols()));
+  const Eigen::MatrixXd unit = root.solve(Eigen::MatrixXd::Identity(A.rows(), A.cols()));
+  const Eigen::MatrixXd inverse = scale.asDiagonal() * unit * scale.asDiagonal();
+  return 0.5 * (inverse + inverse.transpose());
 }
 
 }  // namespace
@@ -23,25 +27,33 @@ ArrowMatrix::ArrowMatrix(std::size_t count, Eigen::Index node, Eigen::Index bord
       sides(count, Eigen::MatrixXd::Zero(node, border)),
       corner(Eigen::MatrixXd::Zero(border, border)) {}
 
-void invert_selected(ArrowMatrix& A) {
+void invert_selected(ArrowMatrix& A, const std::vector<ChainLink>& chain) {
   const std::size_t count = A.nodes.size();
-  // Elimination from the first node to the last. Afterwards a node's block holds the inverse of what is left of it,
-  // and link and side that inverse times what is left of them.
+  // Elimination from the first node to the last. Given the next node z and the border g, x = −link z − side g + e;
+  // afterwards a node's block holds the covariance of e.
   for (std::size_t i = 0; i < count; ++i) {
-    const Eigen::MatrixXd D = inverse_of_definite(A.nodes[i]);
-    const Eigen::MatrixXd side = D * A.sides[i];
+    const Eigen::MatrixXd P = inverse_of_definite(A.nodes[i]), side = P * A.sides[i];
     A.corner.noalias() -= A.sides[i].transpose() * side;
-    if (i + 1 < count) {
-      const Eigen::MatrixXd link = D * A.links[i];
-      A.nodes[i + 1].noalias() -= A.links[i].transpose() * link;
-      A.sides[i + 1].noalias() -= A.links[i].transpose() * side;
-      A.links[i] = link;
+    A.nodes[i] = P;
+    if (i + 1 == count) {
+      A.sides[i] = side;
+      break;
     }
-    A.nodes[i] = D;
-    A.sides[i] = side;
+    const ChainLink& link = chain[i];
+    const Eigen::MatrixXd FP = link.F * P;
+    const Eigen::MatrixXd told = inverse_of_definite(FP * link.F.transpose() + link.noise);  // of z by the past
+    const Eigen::MatrixXd gain = FP.transpose() * told, B = link.B - link.F * side;
+    A.nodes[i + 1] += told;
+    A.sides[i + 1].noalias() -= told * B;
+    A.corner.noalias() += B.transpose() * told * B;
+    // Joseph's form: what is left stays positive.
+    const Eigen::MatrixXd rest = Eigen::MatrixXd::Identity(P.rows(), P.cols()) - gain * link.F;
+    A.nodes[i] = rest * P * rest.transpose() + gain * link.noise * gain.transpose();
+    A.sides[i] = side + gain * B;
+    A.links[i] = -gain;
   }
   if (A.corner.size() > 0) A.corner = inverse_of_definite(A.corner);
-  // Back along the chain, with the blocks of the inverse among the next node and the border known.
+  // Back along the chain, with the covariances among the next node and the border known.
   for (std::size_t i = count; i-- > 0;) {
     const Eigen::MatrixXd side = A.sides[i];
     A.sides[i].noalias() = -side * A.corner;

@@ -1,27 +1,32 @@
 #pragma once
-// The normal equations of a batch: a chain of nodes, each of which shares equations with the next, and a border of
-// unknowns that all share.
+// The covariance of a chain of nodes, each tied to the next, with a border of unknowns that all share.
 
 #include <Eigen/Core>
 #include <vector>
 
 namespace piste {
 
-/// Blocks of a symmetric matrix. All others are zero in the normal equations; in their inverse they are not, but are
-/// not computed either.
+/// What ties node i to node i + 1: z = F x + B g + w, where w has the covariance `noise`, and g is the border.
+struct ChainLink {
+  Eigen::MatrixXd F, B, noise;
+};
+
+/// Blocks of a symmetric matrix over all nodes and the border. In normal equations the others are zero; in their
+/// inverse they are not, but are not needed.
 struct ArrowMatrix {
   std::vector<Eigen::MatrixXd> nodes;  ///< of each node with itself
   std::vector<Eigen::MatrixXd> links;  ///< of node i with node i + 1
   std::vector<Eigen::MatrixXd> sides;  ///< of node i with the border
   Eigen::MatrixXd corner;              ///< of the border with itself
 
-  ArrowMatrix() = default;
   ArrowMatrix(std::size_t count, Eigen::Index node, Eigen::Index border);
 };
 
-/// Replaces `A` by the same blocks of A⁻¹: block elimination along the chain, then the recursion of Takahashi, Fagan
-/// and Chen (1973) back along it. The cost is linear in the number of nodes. Throws DataError if A is not
-/// positive definite.
-void invert_selected(ArrowMatrix& A);
+/// Replaces `A` by the same blocks of the covariance. On entry it is the information of priors and measurements alone,
+/// without that of `chain`. Forwards the nodes are eliminated, backwards their covariances follow from those of the
+/// next node and the border (Takahashi, Fagan and Chen 1973). The information of a link is never formed: over
+/// milliseconds it is 1e16 times that of a measurement, and would take all digits of it. The cost is linear in the
+/// number of nodes. Throws DataError if the first node, or the border, is not determined.
+void invert_selected(ArrowMatrix& A, const std::vector<ChainLink>& chain);
 
 }  // namespace piste

@@ -109,7 +109,7 @@ BatchRun run_batch(const Log& log, const FilterOptions& options, const FoundStar
     std::vector<double> at_first;
     at_first.reserve(s.chain.fixes.size());
     for (const ChainFix& fix : s.chain.fixes) at_first.push_back(known.at(key_of(fix)));
-    BatchWeights weights(batch.loss, bounds_of(*s.terms, batch.bound), at_first);
+    BatchWeights weights(batch.loss, bounds_of(*s.terms, batch.bound), at_first, sum.rounds == 0);
     BatchStep step = minimise(*s.terms, weights.values(), s.states);
     sum.iterations += step.iterations;
     constexpr int kMostWeighings = 50;

@@ -13,6 +13,10 @@
 namespace piste {
 namespace {
 
+// s between nodes at least. What the IMU tells over less is 1e16 times what a fix tells, and normal equations in double
+// precision cannot hold both. A body at 5 m/s² changes its velocity by a centimetre a second.
+constexpr double kMoment = 2e-3;
+
 // Takes a log as a filter does, and lays it out as a chain.
 class ChainLayer {
  public:
@@ -154,12 +158,17 @@ class ChainLayer {
   }
 
   void measure(const QueuedFix& fix, const ImuStep& step, double into_step, double delay) {
-    node_here();
+    // What belongs a moment after a node is compared with it, as a fix that comes late is (MeasurementContext::moved).
+    double after = time_ - chain_.nodes.back().time;
+    if (after > kMoment) {
+      node_here();
+      after = 0;
+    }
     ChainFix out{.place = fix,
                  .node = chain_.nodes.size() - 1,
                  .step = step,
                  .into_step = into_step,
-                 .moved = delay,
+                 .moved = delay + after,
                  .rate_variance = rate_variance_,
                  .rate_before = Vector3d::Zero(),
                  .still = still_,

@@ -49,6 +49,26 @@ void BatchLayout::Part::load(const double* values, Estimate& x) const {
   }
 }
 
+void BatchLayout::Part::copy(const Estimate& from, Estimate& to) const {
+  for (const Block b : blocks) {
+    if (is_rotation(b)) {
+      rotation(to, b) = rotation(from, b);
+    } else {
+      additive(to, b) = additive(from, b);
+    }
+  }
+}
+
+Eigen::VectorXd BatchLayout::Part::select(const FullError& error) const {
+  Eigen::VectorXd out(size());
+  int row = 0;
+  for (const Block b : blocks) {
+    out.segment(row, info(b).size) = error.segment(full_offset(b), info(b).size);
+    row += info(b).size;
+  }
+  return out;
+}
+
 FullError BatchLayout::Part::expand(const double* error) const {
   FullError full = FullError::Zero();
   for (const Block b : blocks) {

@@ -23,6 +23,10 @@ struct BatchLayout {
     /// Writes the values of the blocks to `values`, or reads them from there.
     void store(const Estimate& x, double* values) const;
     void load(const double* values, Estimate& x) const;
+    /// Copies the values of the blocks.
+    void copy(const Estimate& from, Estimate& to) const;
+    /// Errors of the part from those of all blocks.
+    Eigen::VectorXd select(const FullError& error) const;
     /// Errors of all blocks from those of the part; zero for the others.
     FullError expand(const double* error) const;
   };

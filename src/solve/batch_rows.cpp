@@ -170,17 +170,13 @@ ArrowMatrix covariance_of(const BatchTerms& terms, const std::vector<double>& we
     A.corner.noalias() += weight * t.by_constant.transpose() * t.by_constant;
   };
   add(0, terms.prior(states.front()), 1);
-  for (std::size_t i = 0; i < chain.intervals.size(); ++i) {
-    const BatchTerm t = terms.interval(i, states[i], states[i + 1]);
-    add(i, t, 1);
-    A.links[i].noalias() += t.by_first.transpose() * t.by_second;
-    A.nodes[i + 1].noalias() += t.by_second.transpose() * t.by_second;
-    A.sides[i + 1].noalias() += t.by_second.transpose() * t.by_constant;
-  }
+  std::vector<ChainLink> links;
+  links.reserve(chain.intervals.size());
+  for (std::size_t i = 0; i < chain.intervals.size(); ++i) links.push_back(terms.link(i, states[i], states[i + 1]));
   for (std::size_t i = 0; i < chain.fixes.size(); ++i) {
     if (weights[i] > 0) add(chain.fixes[i].node, terms.fix(i, states[chain.fixes[i].node]), weights[i]);
   }
-  invert_selected(A);
+  invert_selected(A, links);
   return A;
 }
 

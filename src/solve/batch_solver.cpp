@@ -35,11 +35,7 @@ class PartManifold final : public ceres::Manifold {
     Estimate to, from;
     part_.load(y, to);
     part_.load(x, from);
-    const FullError e = boxminus(to, from);
-    int row = 0;
-    for (const Block b : part_.blocks) {
-      for (int k = 0; k < info(b).size; ++k) difference[row++] = e(full_offset(b) + k);
-    }
+    Eigen::Map<Eigen::VectorXd>(difference, part_.size()) = part_.select(boxminus(to, from));
     return true;
   }
   bool MinusJacobian(const double*, double* jacobian) const override {

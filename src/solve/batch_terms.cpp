@@ -135,7 +135,8 @@ BatchTerms::BatchTerms(const World& world, const FilterOptions& options, const B
   fixes_.reserve(chain.fixes.size());
   for (const ChainFix& f : chain.fixes) {
     const Linearization lin = linearize(f, chain.nodes[f.node].x);
-    fixes_.push_back(whitening(lin.covariance.topLeftCorner(lin.rows, lin.rows)));
+    const Eigen::MatrixXd W = whitening(lin.covariance.topLeftCorner(lin.rows, lin.rows));
+    fixes_.push_back({W, columns_of(layout.constant, -W * assemble(layout.whole, lin).topRows(lin.rows))});
   }
 }
 
@@ -179,11 +180,25 @@ BatchTerm BatchTerms::interval(std::size_t i, const Estimate& start, const Estim
   return term;
 }
 
+ChainLink BatchTerms::link(std::size_t i, const Estimate& start, const Estimate& end) const {
+  const ChainNode& node = chain_.nodes[i];
+  const ImuSum& sum = chain_.intervals[i].sum;
+  const BatchTerm t = compare_ends(layout_, options_, sum, node.x, start, end, world_.earth_rate(), node.gravity);
+  const Eigen::PartialPivLU<Eigen::MatrixXd> by_end(t.by_second);
+  const Eigen::MatrixXd half = by_end.solve(interval_noise(layout_, options_, sum));
+  return {-by_end.solve(t.by_first), -by_end.solve(t.by_constant), by_end.solve(half.transpose())};
+}
+
 BatchTerm BatchTerms::fix(std::size_t i, const Estimate& x) const {
-  const Linearization lin = linearize(chain_.fixes[i], x);
-  const Eigen::MatrixXd& W = fixes_[i];
+  const ChainFix& fix = chain_.fixes[i];
+  const Estimate& laid = chain_.nodes[fix.node].x;
+  Estimate at = x;
+  layout_.constant.copy(laid, at);
+  const Linearization lin = linearize(fix, at);
+  const auto& [W, by_constant] = fixes_[i];
   const Eigen::MatrixXd J = -W * assemble(layout_.whole, lin).topRows(lin.rows);
-  return {W * lin.residual.head(lin.rows), columns_of(layout_.node, J), {}, columns_of(layout_.constant, J)};
+  const Eigen::VectorXd change = layout_.constant.select(boxminus(x, laid));
+  return {W * lin.residual.head(lin.rows) + by_constant * change, columns_of(layout_.node, J), {}, by_constant};
 }
 
 }  // namespace piste

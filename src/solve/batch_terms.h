@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "arrow_matrix.h"
 #include "batch_chain.h"
 
 namespace piste {
@@ -28,7 +29,9 @@ Eigen::MatrixXd interval_noise(const BatchLayout& layout, const FilterOptions& o
 Eigen::MatrixXd whitening(const Eigen::MatrixXd& P);
 
 /// The objective: the prior at the first node, intervals and fixes of a chain. Whitening is that of the estimates of
-/// the chain, so that it does not change while the objective is minimised.
+/// the chain, so that it does not change while the objective is minimised. For the same reason a fix is linear in the
+/// constants, with the derivatives at the chain: those of the models are not of the residual itself where that holds
+/// the noise of the rate (MeasurementContext::rate_without_noise), and a minimum of squares would follow that noise.
 class BatchTerms {
  public:
   BatchTerms(const World& world, const FilterOptions& options, const BatchLayout& layout, const Start& start,
@@ -38,10 +41,12 @@ class BatchTerms {
   BatchTerm prior(const Estimate& first) const;
   BatchTerm interval(std::size_t i, const Estimate& start, const Estimate& end) const;
   BatchTerm fix(std::size_t i, const Estimate& x) const;
+  /// The interval as what ties the errors of its ends, for their covariance.
+  ChainLink link(std::size_t i, const Estimate& start, const Estimate& end) const;
 
   const Chain& chain() const { return chain_; }
   const BatchLayout& layout() const { return layout_; }
-  int rows_of_fix(std::size_t i) const { return static_cast<int>(fixes_[i].rows()); }
+  int rows_of_fix(std::size_t i) const { return static_cast<int>(fixes_[i].whitening.rows()); }
   int source_of_fix(std::size_t i) const { return chain_.fixes[i].place.source; }
 
  private:
@@ -52,8 +57,12 @@ class BatchTerms {
   const BatchLayout& layout_;
   const Chain& chain_;
   Estimate start_;
-  Eigen::MatrixXd prior_;                           // whitening, in the order of the run's error vector
-  std::vector<Eigen::MatrixXd> intervals_, fixes_;  // likewise
+  Eigen::MatrixXd prior_;                   // whitening, in the order of the run's error vector
+  std::vector<Eigen::MatrixXd> intervals_;  // likewise
+  struct Fix {
+    Eigen::MatrixXd whitening, by_constant;
+  };
+  std::vector<Fix> fixes_;
 };
 
 }  // namespace piste

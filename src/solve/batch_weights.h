@@ -11,20 +11,20 @@ namespace piste {
 /// Weights of fixes by the squares of their whitened residuals.
 class BatchWeights {
  public:
-  /// `bound`: chi-squared bound of each fix.
-  BatchWeights(BatchLoss loss, std::vector<double> bound, std::vector<double> weights);
+  /// `bound`: chi-squared bound of each fix. `graduate`: the solution may still be far from where wrong fixes show;
+  /// else only what lies beyond its bound is left out.
+  BatchWeights(BatchLoss loss, std::vector<double> bound, std::vector<double> weights, bool graduate);
 
   const std::vector<double>& values() const { return weights_; }
-  /// Sets the weights by the residuals of a solution, one step further towards truncation. Returns whether any has
-  /// changed by more than `enough`.
+  /// Sets the weights by the squares of the whitened residuals of a solution, one step further towards the loss that
+  /// was asked for. Returns whether the problem must be solved again.
   bool update(const std::vector<double>& squares);
 
  private:
-  void truncate(const std::vector<double>& squares);
-
   BatchLoss loss_;
   std::vector<double> bound_, weights_;
-  double mu_ = 0;  // how near to truncation: 0, not begun
+  double mu_ = 0;  // by how much the bound is widened; 1 and less: it is not
+  bool begun_;
 };
 
 }  // namespace piste

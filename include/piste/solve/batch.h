@@ -9,7 +9,7 @@
 ///
 ///     Σ |W_k (X_k⁻¹ X_{k+1} ⊟ IMU_k)|² + Σ w_i |z_i|² + |x_0 ⊟ start|²
 ///
-/// Fixes may be wrong. Their weights w_i follow graduated non-convexity with truncated squares (Yang, Antonante,
+/// Fixes may be wrong. Their weights w_i follow graduated non-convexity (Yang, Antonante,
 /// Tzoumas and Carlone 2020): a fix beyond its bound counts as the bound does, and so does not pull. The first weights
 /// are what the filter did: 1 for a fix that it used, 0 for one that it refused. A fix that it refused may count again.
 
@@ -24,7 +24,7 @@ namespace piste {
 
 /// What wrong fixes cost.
 enum class BatchLoss {
-  kTruncated,  ///< no more than a fix at the bound: graduated non-convexity
+  kTruncated,  ///< no more than a fix at the bound
   kBarron,     ///< ever less with its size: Barron 2019 with α = −2 (Geman and McClure), scaled by the bound
   kSquared     ///< in full: every fix that the filter used is taken to be right
 };
