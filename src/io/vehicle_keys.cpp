@@ -30,14 +30,14 @@ std::optional<VehicleOptions> read_vehicle(const Config& config) {
     return std::nullopt;
   }
   const Config map = config.map("vehicle");
-  using Kind = VehicleOptions::Kind;
+  using Carrier = VehicleOptions::Kind;
   VehicleOptions vehicle;
-  vehicle.kind = map.choice<Kind>("kind", {{"car", Kind::kCar}, {"bicycle", Kind::kBicycle}});
-  if (vehicle.kind == Kind::kBicycle) vehicle.pitch_centre_sigma = vehicle.dive_sigma = 0;
+  vehicle.kind = map.choice<Carrier>("kind", {{"car", Carrier::kCar}, {"bicycle", Carrier::kBicycle}});
+  if (vehicle.kind == Carrier::kBicycle) vehicle.pitch_centre_sigma = vehicle.dive_sigma = 0;
   if (map.has("contact")) {
     vehicle.contact = map.vector("contact", dimension::kLength);
     vehicle.contact_sigma = Vector3d::Constant(kMeasured);
-  } else if (vehicle.kind == Kind::kBicycle) {
+  } else if (vehicle.kind == Carrier::kBicycle) {
     map.fail({},
              "`contact` is missing: from the IMU to where the rear wheel touches the ground, forward, right, down, "
              "such as `contact: -0.5 0 0.9 m`; a bicycle leans, and its sway there is not that of the IMU");

@@ -27,41 +27,51 @@ ArrowMatrix::ArrowMatrix(std::size_t count, Eigen::Index node, Eigen::Index bord
       sides(count, Eigen::MatrixXd::Zero(node, border)),
       corner(Eigen::MatrixXd::Zero(border, border)) {}
 
-void invert_selected(ArrowMatrix& A, const std::vector<ChainLink>& chain) {
+void invert_selected(ArrowMatrix& A, ArrowVector& b, const std::vector<ChainLink>& chain) {
   const std::size_t count = A.nodes.size();
-  // Elimination from the first node to the last. Given the next node z and the border g, x = −link z − side g + e;
-  // afterwards a node's block holds the covariance of e.
+  // Elimination from the first node to the last. Given the next node z and the border g, x = m − link z − side g + e;
+  // afterwards a node's block holds the covariance of e, and `b` has m.
   for (std::size_t i = 0; i < count; ++i) {
     const Eigen::MatrixXd P = inverse_of_definite(A.nodes[i]), side = P * A.sides[i];
+    const Eigen::VectorXd mean = P * b.nodes[i];
     A.corner.noalias() -= A.sides[i].transpose() * side;
+    b.border.noalias() -= A.sides[i].transpose() * mean;
     A.nodes[i] = P;
-    if (i + 1 == count) {
-      A.sides[i] = side;
-      break;
-    }
+    A.sides[i] = side;
+    b.nodes[i] = mean;
+    if (i + 1 == count) break;
     const ChainLink& link = chain[i];
     const Eigen::MatrixXd FP = link.F * P;
     const Eigen::MatrixXd told = inverse_of_definite(FP * link.F.transpose() + link.noise);  // of z by the past
     const Eigen::MatrixXd gain = FP.transpose() * told, B = link.B - link.F * side;
+    const Eigen::VectorXd ahead = link.F * mean + link.c;
     A.nodes[i + 1] += told;
     A.sides[i + 1].noalias() -= told * B;
     A.corner.noalias() += B.transpose() * told * B;
+    b.nodes[i + 1].noalias() += told * ahead;
+    b.border.noalias() -= B.transpose() * told * ahead;
     // Joseph's form: what is left stays positive.
     const Eigen::MatrixXd rest = Eigen::MatrixXd::Identity(P.rows(), P.cols()) - gain * link.F;
     A.nodes[i] = rest * P * rest.transpose() + gain * link.noise * gain.transpose();
-    A.sides[i] = side + gain * B;
+    A.sides[i].noalias() += gain * B;
     A.links[i] = -gain;
+    b.nodes[i].noalias() -= gain * ahead;
   }
-  if (A.corner.size() > 0) A.corner = inverse_of_definite(A.corner);
+  if (A.corner.size() > 0) {
+    A.corner = inverse_of_definite(A.corner);
+    b.border = (A.corner * b.border).eval();
+  }
   // Back along the chain, with the covariances among the next node and the border known.
   for (std::size_t i = count; i-- > 0;) {
     const Eigen::MatrixXd side = A.sides[i];
     A.sides[i].noalias() = -side * A.corner;
+    b.nodes[i].noalias() -= side * b.border;
     if (i + 1 < count) {
       const Eigen::MatrixXd link = A.links[i];
       A.sides[i].noalias() -= link * A.sides[i + 1];
       A.links[i].noalias() = -link * A.nodes[i + 1] - side * A.sides[i + 1].transpose();
       A.nodes[i].noalias() -= A.links[i] * link.transpose();
+      b.nodes[i].noalias() -= link * b.nodes[i + 1];
     }
     A.nodes[i].noalias() -= A.sides[i] * side.transpose();
     A.nodes[i] = (0.5 * (A.nodes[i] + A.nodes[i].transpose())).eval();

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <utility>
 
+#include "batch_normal.h"
 #include "batch_rows.h"
 #include "batch_weights.h"
 #include "piste/core/error.h"
@@ -110,20 +111,22 @@ BatchRun run_batch(const Log& log, const FilterOptions& options, const FoundStar
     at_first.reserve(s.chain.fixes.size());
     for (const ChainFix& fix : s.chain.fixes) at_first.push_back(known.at(key_of(fix)));
     BatchWeights weights(batch.loss, bounds_of(*s.terms, batch.bound), at_first, sum.rounds == 0);
-    BatchStep step = minimise(*s.terms, weights.values(), s.states);
-    sum.iterations += step.iterations;
+    const auto solve = [&] {
+      sum.iterations += minimise(*s.terms, weights.values(), s.states).iterations;
+      return refine(*s.terms, weights.values(), s.states);
+    };
+    double cost = solve();
     constexpr int kMostWeighings = 50;
     bool changed = false;
     for (int k = 0; k < kMostWeighings && weights.update(squares_of(*s.terms, s.states)); ++k) {
       changed = true;
-      step = minimise(*s.terms, weights.values(), s.states);
-      sum.iterations += step.iterations;
+      cost = solve();
     }
     s.weights = weights.values();
     for (std::size_t i = 0; i < s.chain.fixes.size(); ++i) known[key_of(s.chain.fixes[i])] = s.weights[i];
     // Near the minimum the cost falls by half the square of what the solution moves, in sigmas.
-    const double fell = std::abs(sum.cost - step.after);
-    sum.cost = step.after;
+    const double fell = std::abs(sum.cost - cost);
+    sum.cost = cost;
     ++sum.rounds;
     sum.converged = sum.rounds > 1 && !changed && fell < batch.tolerance;
     if (!sum.converged) reference = epochs_between(*s.terms, options, s.world, s.states);

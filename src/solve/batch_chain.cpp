@@ -36,7 +36,8 @@ class ChainLayer {
       for (int sensor = 0; sensor < Type::sensors(options); ++sensor) {
         for (int channel = 0; channel < static_cast<int>(Type::kChannels.size()); ++channel) {
           const double delay = Type::delay(options, layout.whole, sensor, channel, x_).value;
-          delays_[static_cast<std::size_t>(sources_.first<Type>(sensor) + channel)] = delay;
+          const int source = sources_.first<Type>(sensor) + channel;
+          delays_[static_cast<std::size_t>(source)] = delay;
           look_ahead_ = std::max(look_ahead_, delay + kSameInstant);
         }
       }

@@ -1,10 +1,11 @@
 #include "batch_layout.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace piste {
 
-BatchLayout::BatchLayout(const StateLayout& layout) : whole(layout) {
+BatchLayout::BatchLayout(StateLayout layout) : whole(std::move(layout)) {
   for (const Block b : whole.blocks()) {
     Part& part = info(b).prior ? constant : node;
     part.blocks.push_back(b);

@@ -9,7 +9,7 @@ namespace piste {
 
 /// The blocks of a run in two parts: what changes, and stands in every node, and what is constant.
 struct BatchLayout {
-  explicit BatchLayout(const StateLayout& whole);
+  explicit BatchLayout(StateLayout whole);
 
   /// A part: its blocks, and the rows of the run's error vector that its errors have.
   struct Part {

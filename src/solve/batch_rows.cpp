@@ -160,26 +160,6 @@ Reference epochs_between(const BatchTerms& terms, const FilterOptions& options, 
   return out;
 }
 
-ArrowMatrix covariance_of(const BatchTerms& terms, const std::vector<double>& weights, const BatchStates& states) {
-  const BatchLayout& layout = terms.layout();
-  const Chain& chain = terms.chain();
-  ArrowMatrix A(states.size(), layout.node.size(), layout.constant.size());
-  const auto add = [&](std::size_t node, const BatchTerm& t, double weight) {
-    A.nodes[node].noalias() += weight * t.by_first.transpose() * t.by_first;
-    A.sides[node].noalias() += weight * t.by_first.transpose() * t.by_constant;
-    A.corner.noalias() += weight * t.by_constant.transpose() * t.by_constant;
-  };
-  add(0, terms.prior(states.front()), 1);
-  std::vector<ChainLink> links;
-  links.reserve(chain.intervals.size());
-  for (std::size_t i = 0; i < chain.intervals.size(); ++i) links.push_back(terms.link(i, states[i], states[i + 1]));
-  for (std::size_t i = 0; i < chain.fixes.size(); ++i) {
-    if (weights[i] > 0) add(chain.fixes[i].node, terms.fix(i, states[chain.fixes[i].node]), weights[i]);
-  }
-  invert_selected(A, links);
-  return A;
-}
-
 void visit_epochs(const BatchTerms& terms, const FilterOptions& options, const World& world, const BatchStates& states,
                   const ArrowMatrix& covariance, const std::vector<std::size_t>& rows,
                   const std::function<void(std::size_t, double, const SmoothedState&)>& visit) {

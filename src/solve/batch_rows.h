@@ -13,12 +13,8 @@ namespace piste {
 Reference epochs_between(const BatchTerms& terms, const FilterOptions& options, const World& world,
                          const BatchStates& states);
 
-/// Selected blocks of the covariance of the errors of all nodes and the constants: the inverse of the normal equations.
-/// Throws DataError if they are not positive definite.
-ArrowMatrix covariance_of(const BatchTerms& terms, const std::vector<double>& weights, const BatchStates& states);
-
 /// Calls `visit(row, time, state)` for these rows of the filter, in order. @pre `rows` ascend; `covariance` is
-/// covariance_of()
+/// covariance_of() of batch_normal.h
 void visit_epochs(const BatchTerms& terms, const FilterOptions& options, const World& world, const BatchStates& states,
                   const ArrowMatrix& covariance, const std::vector<std::size_t>& rows,
                   const std::function<void(std::size_t, double, const SmoothedState&)>& visit);

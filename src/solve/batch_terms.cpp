@@ -186,7 +186,8 @@ ChainLink BatchTerms::link(std::size_t i, const Estimate& start, const Estimate&
   const BatchTerm t = compare_ends(layout_, options_, sum, node.x, start, end, world_.earth_rate(), node.gravity);
   const Eigen::PartialPivLU<Eigen::MatrixXd> by_end(t.by_second);
   const Eigen::MatrixXd half = by_end.solve(interval_noise(layout_, options_, sum));
-  return {-by_end.solve(t.by_first), -by_end.solve(t.by_constant), by_end.solve(half.transpose())};
+  return {-by_end.solve(t.by_first), -by_end.solve(t.by_constant), by_end.solve(half.transpose()),
+          -by_end.solve(t.residual)};
 }
 
 BatchTerm BatchTerms::fix(std::size_t i, const Estimate& x) const {

@@ -14,6 +14,9 @@
 /// ΔR, ΔV, ΔP come from the steps of strapdown.h, with coning and sculling. Their noise is that of the sensors, jointly
 /// with that of the drifts, which change within the interval too.
 
+#include <array>
+#include <utility>
+
 #include "piste/model/dynamics.h"
 #include "piste/model/measurement.h"
 
@@ -52,7 +55,7 @@ struct SumStep {
 class Preintegration {
  public:
   /// `x`: the estimate at the start of the interval. Its errors of the IMU are taken out of every step.
-  explicit Preintegration(const Estimate& x) : x_(x) {}
+  explicit Preintegration(Estimate x) : x_(std::move(x)) {}
 
   /// Adds a step, as measured. `told`: the motion that the scales multiply. That of the step itself has the noise that
   /// the residual has, so it would pass for a scale (reference.h); a smoothed trajectory's has not.
