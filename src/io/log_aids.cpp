@@ -28,7 +28,8 @@ template <class Fix, class Value, class Sigma>
 FixRecording<Fix> read_rows(CsvReader& csv, const LogFile& log, std::string_view column, std::string_view sigma_column,
                             const Value& value, const Sigma& sigma, double fallback) {
   const auto time = csv.column("time_s"), number = csv.column(column);
-  const auto spread = csv.find(sigma_column);
+  auto spread = csv.find(sigma_column);
+  if (!spread) spread = csv.find("sigma");  // in the unit of the value
   csv.finish_header();
   FixRecording<Fix> recording{log.file, {}};
   IncreasingTime increasing(log.repair);

@@ -102,7 +102,7 @@ BatchRun run_batch(const Log& log, const FilterOptions& options, const FoundStar
   Reference reference = reference_of(filtered.solution, s.start);
   BatchSummary& sum = s.summary;
   while (sum.rounds < batch.most_rounds && !sum.converged) {
-    s.chain = lay_chain(log, options, s.layout, s.start.time, reference, known, batch.longest_interval);
+    s.chain = lay_chain(log, options, s.layout, s.start.time, reference, known, batch.longest_interval, s.chain.nodes);
     s.terms = std::make_unique<BatchTerms>(s.world, s.options, s.layout, s.start, s.chain);
     s.states.clear();
     s.states.reserve(s.chain.nodes.size());
@@ -129,7 +129,10 @@ BatchRun run_batch(const Log& log, const FilterOptions& options, const FoundStar
     sum.cost = cost;
     ++sum.rounds;
     sum.converged = sum.rounds > 1 && !changed && fell < batch.tolerance;
-    if (!sum.converged) reference = epochs_between(*s.terms, options, s.world, s.states);
+    if (!sum.converged) {
+      reference = epochs_between(*s.terms, options, s.world, s.states);
+      for (std::size_t i = 0; i < s.states.size(); ++i) s.chain.nodes[i].x = s.states[i];
+    }
     if (progress) progress(static_cast<double>(sum.rounds) / (sum.rounds + 1));
   }
   sum.nodes = s.chain.nodes.size();

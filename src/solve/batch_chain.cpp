@@ -5,6 +5,7 @@
 
 #include "feeder.h"
 #include "made_fixes.h"
+#include "piste/core/time_search.h"
 #include "piste/model/imu_errors.h"
 #include "piste/solve/recent_motion.h"
 #include "piste/solve/rest_updates.h"
@@ -220,13 +221,18 @@ DriftStep drift_step(const FilterOptions& options, const BatchLayout& layout, Bl
 }
 
 Chain lay_chain(const Log& log, const FilterOptions& options, const BatchLayout& layout, double start,
-                const Reference& reference, const FixWeights& weights, double longest) {
+                const Reference& reference, const FixWeights& weights, double longest,
+                const std::vector<ChainNode>& solved) {
   ChainLayer layer(log, options, layout, start, reference, weights, longest);
   const double end = (reference.rows.empty() ? start : reference.rows.back().time) + kSameInstant;
   LogPlace place = place_at(log, start, end);
   Feeder feeder(log, place, layer);
   while (!feeder.done()) feeder.step();
   Chain chain = layer.finish();
+  for (ChainNode& node : chain.nodes) {
+    const auto same = first_at_or_after(solved, node.time - kSameInstant);
+    if (same != solved.end() && same->time < node.time + kSameInstant) node.x = same->x;
+  }
   for (std::size_t i = 0; i < chain.intervals.size(); ++i) {
     ChainInterval& interval = chain.intervals[i];
     Preintegration sum(chain.nodes[i].x);

@@ -70,9 +70,12 @@ struct Chain {
 
 /// Lays the chain of a run about a trajectory, which gives the nodes their first values, the motion that scales
 /// multiply, and the delays by which fixes get their places. `longest`: seconds between nodes at most. Fixes without a
-/// weight are left out. @pre `reference` has the epochs of the filter, and begins with `start`
+/// weight are left out. `solved`: nodes of a chain that was laid before, with their solution, which are nearer to the
+/// new one than a trajectory that has epochs alone. @pre `reference` has the epochs of the filter, and begins with
+/// `start`
 Chain lay_chain(const Log& log, const FilterOptions& options, const BatchLayout& layout, double start,
-                const Reference& reference, const FixWeights& weights, double longest);
+                const Reference& reference, const FixWeights& weights, double longest,
+                const std::vector<ChainNode>& solved = {});
 
 /// Change of a drift over a step, by the process that the run has for it.
 DriftStep drift_step(const FilterOptions& options, const BatchLayout& layout, Block drift, double dt);

@@ -1,5 +1,6 @@
 #include "batch_normal.h"
 
+#include <cmath>
 #include <utility>
 
 namespace piste {
@@ -53,25 +54,27 @@ ArrowMatrix covariance_of(const BatchTerms& terms, const std::vector<double>& we
 }
 
 double refine(const BatchTerms& terms, const std::vector<double>& weights, BatchStates& states) {
-  // A step that gains less does not move the solution by a hundredth of a sigma of all unknowns together.
+  // A step that changes it by less does not move the solution by a hundredth of a sigma of all unknowns together.
   constexpr double kNothing = 1e-5;
-  constexpr int kMost = 20;
+  constexpr int kMost = 20, kMostRises = 3;
   const BatchLayout& layout = terms.layout();
-  double cost = objective(terms, weights, states);
-  for (int k = 0; k < kMost; ++k) {
-    const ArrowVector step = solved(terms, weights, states).step;
-    BatchStates moved = states;
+  BatchStates x = states;
+  double cost = objective(terms, weights, x), least = cost;
+  for (int k = 0, rises = 0; k < kMost && rises < kMostRises; ++k) {
+    const ArrowVector step = solved(terms, weights, x).step;
     const FullError constants = layout.constant.expand(step.border.data());
-    for (std::size_t i = 0; i < states.size(); ++i) {
-      moved[i] = boxplus(states[i], layout.node.expand(step.nodes[i].data()) + constants);
-    }
-    const double now = objective(terms, weights, moved);
-    if (!(now < cost)) break;
-    states = std::move(moved);
-    if (cost - now < kNothing) return now;
+    for (std::size_t i = 0; i < x.size(); ++i)
+      x[i] = boxplus(x[i], layout.node.expand(step.nodes[i].data()) + constants);
+    const double now = objective(terms, weights, x), change = now - cost;
+    rises += now < cost ? 0 : 1;
     cost = now;
+    if (cost < least) {
+      least = cost;
+      states = x;
+    }
+    if (!(std::abs(change) > kNothing)) break;
   }
-  return cost;
+  return least;
 }
 
 }  // namespace piste

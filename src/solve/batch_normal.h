@@ -10,9 +10,10 @@ namespace piste {
 /// determine them.
 ArrowMatrix covariance_of(const BatchTerms& terms, const std::vector<double>& weights, const BatchStates& states);
 
-/// Brings `states` from near the minimum to it, by steps of Gauss and Newton, as long as they make the objective
-/// smaller. Normal equations with the information of short intervals in them, as Ceres forms, have too few digits for
-/// that. Returns the objective. Throws as covariance_of().
+/// Brings `states` from near the minimum to it, by steps of Gauss and Newton; what is smallest on the way counts. Over
+/// milliseconds the IMU is so sure that normal equations with its information, as Ceres forms them, have too few digits
+/// left for the fixes, and that a step may first raise the objective by its second order, which the next step takes
+/// away. Returns the objective. Throws as covariance_of().
 double refine(const BatchTerms& terms, const std::vector<double>& weights, BatchStates& states);
 
 }  // namespace piste

@@ -143,7 +143,6 @@ TEST(SimulatedCar, TheBatchIsInTheCar) {
   const Replay batch = replay(log, options);
   const Solution &a = *batch.smoothed, &b = *rts.smoothed;
   ASSERT_EQ(a.size(), b.size());
-  fmt::print("DEBUG rounds {} it {} left {} back {} of {} cost {}\n", a.batch->rounds, a.batch->iterations, a.batch->left_out, a.batch->taken_back, a.batch->fixes, a.batch->cost);
   EXPECT_TRUE(a.batch->converged);
   double apart = 0, ratio = 1;
   for (std::size_t i = 0; i < a.size(); ++i) {
