@@ -127,14 +127,14 @@ void condition_attitude(const Recording& recording, const Interval& imu, Log& lo
 
 // The fixes of a file within the IMU's time; the others are counted.
 template <class Fix>
-std::vector<Fix> within(const FixRecording<Fix>& recording, const Interval& imu, LogCounts& counts) {
+std::vector<Fix> within(const FixRecording<Fix>& recording, const Interval& imu, std::size_t& outside) {
   const double shift = week_shift(recording.fixes, imu.start);
   std::vector<Fix> out;
   for (Fix fix : recording.fixes) {
     fix.time += shift;
     if (imu.contains(fix.time)) out.push_back(fix);
   }
-  counts.aids_outside += recording.fixes.size() - out.size();
+  outside = recording.fixes.size() - out.size();
   if (!recording.fixes.empty() && out.empty()) {
     throw DataError(recording.file + ":1",
                     fmt::format("no time in common with the IMU, which covers {:.3f} to {:.3f} s: {}", imu.start,
@@ -148,9 +148,9 @@ Log conditioned(const Recording& recording, const ConditioningOptions& options, 
   const Interval imu{log.imu.front().time - log.imu.front().interval, log.imu.back().time};
   condition_gnss(recording, imu, options, world, log);
   condition_attitude(recording, imu, log);
-  log.speed = within(recording.speed, imu, log.counts);
-  log.height = within(recording.height, imu, log.counts);
-  log.heading = within(recording.heading, imu, log.counts);
+  log.speed = within(recording.speed, imu, log.counts.speed_outside);
+  log.height = within(recording.height, imu, log.counts.height_outside);
+  log.heading = within(recording.heading, imu, log.counts.heading_outside);
   if (!options.behaviour.rest.detect) return log;
   std::vector<Interval> rest = detect_rest(log, options.behaviour.rest);
   return with_rest(std::move(log), std::move(rest));

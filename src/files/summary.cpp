@@ -89,6 +89,12 @@ std::string source_counts(const Solution& solution) {
   return fmt::format("{{{}\n  }}", fmt::join(lines, ","));
 }
 
+// The fixes of a sensor that not every run has; nothing if this one has not.
+std::string sensor_entry(std::string_view name, const Solution& solution, std::size_t inside, std::size_t outside) {
+  if (inside + outside == 0) return {};
+  return fmt::format("  \"{}\": {{{}, \"outside\": {}}},\n", name, count_fixes(solution, name).text(), outside);
+}
+
 std::size_t sum(const std::vector<std::size_t>& counts) {
   std::size_t total = 0;
   for (const std::size_t n : counts) total += n;
@@ -176,6 +182,9 @@ std::string summary_json(const Log& log, const Solution& filtered, const Solutio
   text += fmt::format("  \"attitude\": {{{}, \"outside\": {}, \"not_valid\": {}, \"repaired\": {}}},\n",
                       count_fixes(filtered, "attitude[").text(), sum(c.attitude_outside), sum(c.attitude_not_valid),
                       repaired(sum(c.attitude_repaired)));
+  text += sensor_entry("odometer", filtered, log.speed.size(), c.speed_outside);
+  text += sensor_entry("barometer", filtered, log.height.size(), c.height_outside);
+  text += sensor_entry("heading", filtered, log.heading.size(), c.heading_outside);
   text += fmt::format("  \"sources\": {},\n", source_counts(filtered));
   text += fmt::format("  \"verdict\": {},\n", verdict_entry(verdict));
   text += adapted_entry(filtered.adapted);

@@ -321,6 +321,7 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
     }
     reference = true;
   }
+  text += fmt::format("# vehicle: {}\n", inspection.vehicle.why());
   text += fmt::format(
       "initial: {{heading: auto}}\nestimate: [gyro_bias, accel_bias, gyro_drift, accel_drift, gyro_scale, "
       "accel_scale, lever_arm, gnss_delay{}{}{}]\npriors: {}\nsmoother: rts\n",

@@ -266,6 +266,21 @@ TEST(Condition, OutagesAndFixesOutsideAreCounted) {
   EXPECT_NEAR(log.imu.back().time, 1001.50, 1e-9);
 }
 
+TEST(Condition, FixesOfOtherSensorsOutsideAreCounted) {
+  Recording r = recording(200);
+  const double end = r.imu.time.back();
+  r.speed = {"speed.csv", {{1000.5, 1, 0.1}, {end + 1, 1, 0.1}}};
+  r.height = {"height.csv", {{990, 1, 0.1}, {1000.5, 1, 0.1}, {end + 1, 1, 0.1}}};
+  r.heading = {"heading.csv", {{1000.5, 1, 0.1}, {1000.6, 1, 0.1}}};
+  const Log log = condition(r, {});
+  EXPECT_EQ(log.counts.speed_outside, 1u);
+  EXPECT_EQ(log.counts.height_outside, 2u);
+  EXPECT_EQ(log.counts.heading_outside, 0u);
+  EXPECT_EQ(log.height.size(), 1u);
+  r.speed.fixes.erase(r.speed.fixes.begin());
+  EXPECT_THROW(condition(r, {}), DataError);
+}
+
 TEST(Condition, AttitudeInWorld) {
   Recording r = recording(200);
   const Vector3d angles = Vector3d(5, -10, 200) * kDegree, sigma = Vector3d(0.1, 0.2, 0.5) * kDegree;

@@ -161,7 +161,8 @@ struct LogCounts {
   double stamp_jitter = 0;                                        ///< of the IMU, rms [s]
   RepairedRows imu_repaired = {};
   std::vector<RepairedRows> gnss_repaired = {}, attitude_repaired = {};  ///< per source
-  std::size_t aids_outside = 0;  ///< fixes of odometer, barometer and dual antenna outside the IMU's span
+  /// Fixes of odometer, barometer and dual antenna outside the IMU's span.
+  std::size_t speed_outside = 0, height_outside = 0, heading_outside = 0;
 };
 
 /// All measurements of a run as the filter takes them: in the order of time, on one clock. `gnss[i]` and `attitude[i]`
