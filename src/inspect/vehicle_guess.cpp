@@ -16,7 +16,8 @@ namespace {
 
 constexpr double kFast = 5;               // m/s: as find_vehicle_mounting() needs it
 constexpr double kMean = 2;               // s over which forces are averaged: an engine and the road shake
-constexpr double kLeastDriving = 60;      // s, likewise
+constexpr double kLeastDriving = 120;     // s: it needs 60 s, and an outage shall leave that much
+constexpr double kTold = 20;              // s, for the fit to tell anything
 constexpr double kTurning = 5 * kDegree;  // rad/s: the course of a receiver tells such turns
 
 // The means over a window of motion in which the body is fast.
@@ -48,18 +49,26 @@ std::vector<DrivenWindow> driven(const ImuIntegral& imu, const Track& track, dou
   return windows;
 }
 
-// Bounds of a car. TODO
-constexpr double kLeastTurned = 90 * kDegree;
-
 }  // namespace
 
 bool VehicleGuess::is_car() const {
-  return driving >= kLeastDriving && std::min(turned_left, turned_right) > kLeastTurned;
+  // A body rolls outwards on its springs, by up to a tenth of the force; velocities that a receiver smooths show too
+  // little of a turn or come late, and then a third of it is missing. Who leans feels less than half.
+  constexpr double kLeast = 0.6, kMost = 1.3, kUnlike = 0.55;
+  constexpr double kUpright = 0.95;          // the axes found are right-handed and upright to 18 deg
+  constexpr double kPointing = 3 * kDegree;  // a receiver's course is that sure
+  constexpr double kTurned = 90 * kDegree;   // each way: a bend of a runway or a slope is none
+  const auto felt = [&](double part) { return part > kLeast && part < kMost; };
+  return driving >= kLeastDriving && std::min(turned_left, turned_right) > kTurned && felt(force_along) &&
+         felt(force_across) && handed > kUpright && unlike < kUnlike && slip < kPointing;
 }
 
 std::string VehicleGuess::why() const {
-  return fmt::format("driving {:.0f} left {:.0f} right {:.0f} along {:.2f} across {:.2f} handed {:.2f} unlike {:.2f} slip {:.2f}",
-    driving, turned_left/kDegree, turned_right/kDegree, force_along, force_across, handed, unlike, slip/kDegree);
+  return fmt::format(
+      "in {:.0f} s faster than 5 m/s it turned {:.0f} deg left and {:.0f} deg right without leaning: the IMU felt "
+      "{:.2f} of "
+      "the acceleration along the track and {:.2f} of that across it; in turns it points along the track to {:.1f} deg",
+      driving, turned_left / kDegree, turned_right / kDegree, force_along, force_across, slip / kDegree);
 }
 
 VehicleGuess guess_vehicle(const ImuRecording& imu, const GnssRecording& gnss, const GnssHealth& health,
@@ -70,7 +79,7 @@ VehicleGuess guess_vehicle(const ImuRecording& imu, const GnssRecording& gnss, c
   const Track track(gnss, health);
   const std::vector<DrivenWindow> windows = driven(integral, track, match.clock->offset);
   g.driving = kMean * static_cast<double>(windows.size());
-  if (g.driving < kLeastDriving) return g;
+  if (g.driving < kTold) return g;
   // force = forward · along + right · across + up, by least squares.
   Matrix3d normal = Matrix3d::Zero(), right_side = Matrix3d::Zero();
   for (const DrivenWindow& w : windows) {
@@ -91,7 +100,8 @@ VehicleGuess guess_vehicle(const ImuRecording& imu, const GnssRecording& gnss, c
     unlike += (felt - w.across) * (felt - w.across);
     turns += w.across * w.across;
     (w.course_rate > 0 ? g.turned_right : g.turned_left) += std::abs(w.course_rate) * kMean;
-    if (std::abs(w.course_rate) > kTurning) course_less_body.push_back(std::abs(w.course_rate + up.dot(w.rate)) * kMean);
+    if (std::abs(w.course_rate) > kTurning)
+      course_less_body.push_back(std::abs(w.course_rate + up.dot(w.rate)) * kMean);
   }
   g.unlike = std::sqrt(unlike / turns);
   if (!course_less_body.empty()) g.slip = median(std::move(course_less_body));
