@@ -146,6 +146,9 @@ TEST(SolutionIo, InnovationsAndSummary) {
                 .attitude_outside = {6},
                 .gnss_without_fix = {8, 1},
                 .attitude_not_valid = {5}};
+  log.speed = {{1000, 1, 0.1}};
+  log.counts.speed_outside = 2;
+  log.counts.height_outside = 3;
   log.rest = {{1000, 1010.5}};
   const Verdict verdict{
       .consistent = false,
@@ -164,6 +167,10 @@ TEST(SolutionIo, InnovationsAndSummary) {
   EXPECT_EQ(json["gnss"]["without_fix"].as<int>(), 9);
   EXPECT_EQ(json["attitude"]["used"].as<int>(), 1);
   EXPECT_EQ(json["attitude"]["not_valid"].as<int>(), 5);
+  EXPECT_EQ(json["odometer"]["outside"].as<int>(), 2);
+  EXPECT_EQ(json["odometer"]["used"].as<int>(), 0);
+  EXPECT_EQ(json["barometer"]["outside"].as<int>(), 3);
+  EXPECT_FALSE(json["heading"]) << "it has none";
   EXPECT_EQ(json["sources"]["gnss[0].velocity"]["rejected"].as<int>(), 1);
   EXPECT_FALSE(json["verdict"]["consistent"].as<bool>());
   EXPECT_EQ(json["verdict"]["sources"]["gnss[0].position"]["nis"].as<double>(), 2.25);
