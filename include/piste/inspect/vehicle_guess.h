@@ -17,9 +17,9 @@ namespace piste {
 
 /// What tells a car from other bodies. Without enough fast motion only `driving` is filled.
 struct VehicleGuess {
-  double driving = 0;                         ///< s faster than 5 m/s
-  double turned_left = 0, turned_right = 0;   ///< sums of the turns meanwhile [rad]
-  double force_along = 0, force_across = 0;   ///< parts of the accelerations of the track that the body feels
+  double driving = 0;                        ///< s faster than 5 m/s
+  double turned_left = 0, turned_right = 0;  ///< sums of the turns meanwhile [rad]
+  double force_along = 0, force_across = 0;  ///< parts of the accelerations of the track that the body feels
   double handed = 0;  ///< triple product of the axes forward, right and down that were found: 1 for those of a body
   double unlike = 0;  ///< rms of the force across less the acceleration across, relative to that
   double slip = 0;    ///< median difference in turns of body and track over 2 s [rad]
