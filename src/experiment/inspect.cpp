@@ -323,6 +323,10 @@ Inspection inspect(const std::vector<std::string>& files, const ProgressCallback
       }
     }
   }
+  if (const LogMatch* m = inspection.first_match()) {
+    inspection.vehicle =
+        guess_vehicle(on_known_clock(inspection, *imu), logs[*gnss].gnss, *logs[*gnss].gnss_health, *m);
+  }
   compare_attitudes(inspection, found);
   rank(found);
   show(kMatched);

@@ -321,6 +321,13 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
     }
     reference = true;
   }
+  if (found != nullptr && inspection.vehicle.is_car()) {
+    text += fmt::format(
+        "# It moves as a car: {}.\n# Not a car? Take this key out. `contact: x y z m`, from the IMU to the middle "
+        "between "
+        "the rear wheels, makes it better.\nvehicle: {{kind: car, mounting: auto}}\n",
+        inspection.vehicle.why());
+  }
   text += fmt::format(
       "initial: {{heading: auto}}\nestimate: [gyro_bias, accel_bias, gyro_drift, accel_drift, gyro_scale, "
       "accel_scale, lever_arm, gnss_delay{}{}{}]\npriors: {}\nsmoother: rts\n",

@@ -222,6 +222,8 @@ std::vector<InspectionSheet> inspection_sheets(const Inspection& inspection) {
   for (const InspectedMatch& m : inspection.matches) {
     SheetWriter sheet(fmt::format("{} beside {}", inspection.logs[m.imu].log.file, inspection.logs[m.gnss].log.file));
     describe(sheet, m.match);
+    if (&m.match == inspection.first_match() && inspection.vehicle.is_car())
+      sheet.add("a car", inspection.vehicle.why());
     if (m.imu == inspection.first(LogKind::kImu) && inspection.logs[m.gnss].calibration) {
       const Calibration& found = *inspection.logs[m.gnss].calibration;
       sheet.add("lever arm",

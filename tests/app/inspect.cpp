@@ -31,6 +31,7 @@ TEST_F(InspectApp, EndsWithAConfigurationThatReplays) {
   EXPECT_TRUE(contains(said.out, "100 Hz"));
   EXPECT_TRUE(contains(said.out, "A configuration for replay"));
   EXPECT_TRUE(contains(said.out, read_text(folder / "found/replay.yaml")));
+  EXPECT_FALSE(contains(said.out, "vehicle:"));  // a skier is none
   const Said replayed =
       run_program(program("replay"), {"found/replay.yaml", "--output", "replayed", "--quiet"}, folder);
   ASSERT_EQ(replayed.code, 0) << replayed.err;
@@ -123,6 +124,7 @@ TEST_F(InspectApp, ADrivesRawLogReplays) {
   ASSERT_EQ(replayed.code, 0) << replayed.err;
   const YAML::Node summary = YAML::LoadFile(folder / "replayed/summary.json");
   EXPECT_EQ(summary["imu"]["epochs"].as<int>(), 54860);
+  EXPECT_TRUE(summary["sources"]["vehicle.right"]);  // proposed, as it is a car
   EXPECT_GT(summary["gnss"]["used"].as<int>(), 2100);
 }
 

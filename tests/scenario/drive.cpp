@@ -230,6 +230,45 @@ TEST(Drive, SurvivesLateVelocities) {
   EXPECT_LE(e.worst_inside(), 2);
 }
 
+// As `inspect` configures it, which proposes the vehicle: never worse than the same without it.
+TEST(Drive, WindowsOf60SecondsAsInspected) {
+  PISTE_REQUIRE_DATASETS();
+  const TemporaryFolder folder;
+  const std::string drive = (std::filesystem::absolute(datasets()) / "drive/").string();
+  const Said found =
+      run_program(program("inspect"), {drive + "imu.txt", drive + "gnss.txt", "--output", "found", "--quiet"}, folder);
+  ASSERT_EQ(found.code, 0) << found.err;
+  std::string outages;
+  for (const Interval& w : minutes()) {
+    outages += fmt::format("{}[{}, {}]", outages.empty() ? "" : ", ", w.start, w.end - w.start);
+  }
+  const std::string with = read_text(folder / "found/replay.yaml") + "outages: [" + outages + "]\n";
+  std::string without = with;
+  const std::string key = "vehicle: {kind: car, mounting: auto}\n";
+  ASSERT_TRUE(contains(with, key));
+  without.erase(without.find(key), key.size());
+  const GnssRecording fixes = read_gnss({drive + "gnss.txt", LogFormat::kKfGins});
+  const auto mean_end = [&](const std::string& text) {
+    folder.write("found/outages.yaml", text);
+    const Said said = run_program(program("replay"), {"found/outages.yaml", "--output", "result", "--quiet"}, folder);
+    EXPECT_EQ(said.code, 0) << said.err;
+    const Table filtered = read_table(folder / "result/filtered.csv");
+    double sum = 0;
+    for (const Interval& w : minutes()) {
+      double end = 0;
+      for (const GeodeticFix& fix : fixes.fixes) {
+        if (w.contains(fix.time)) end = horizontal_error(filtered, fix);
+      }
+      sum += end / static_cast<double>(minutes().size());
+    }
+    return sum;
+  };
+  const double car = mean_end(with), body = mean_end(without);
+  std::printf("as inspected: %.1f m, without the vehicle %.1f m\n", car, body);
+  EXPECT_LT(car, 12);
+  EXPECT_LT(car, body);
+}
+
 // Another car, at up to 33 m/s, with the raw logs of a phone. Its windows of 60 s cost 248 m without the vehicle.
 TEST(Drive, APhoneInACar) {
   PISTE_REQUIRE_DATASETS();

@@ -13,6 +13,7 @@
 #include "piste/inspect/log_guess.h"
 #include "piste/inspect/log_match.h"
 #include "piste/inspect/suspicion.h"
+#include "piste/inspect/vehicle_guess.h"
 
 namespace piste {
 
@@ -83,6 +84,7 @@ struct Inspection {
   std::vector<InspectedMatch> matches;
   std::vector<InspectedAttitude> attitudes;
   std::vector<Suspicion> suspicions;  ///< the worst first
+  VehicleGuess vehicle = {};          ///< of the first IMU with the first receiver
 
   /// Index of the first log of a kind, or nothing.
   std::optional<std::size_t> first(LogKind kind) const;
