@@ -15,6 +15,7 @@
 #include "piste/files/output.h"
 #include "piste/report/consistency_page.h"
 #include "piste/report/consistency_text.h"
+#include "piste/solve/batch.h"
 
 namespace piste {
 namespace {
@@ -25,16 +26,16 @@ constexpr const char* kState = "ensemble.state";
 // empty one.
 Ensemble begin(const AppArguments& arguments, const Scenario& scenario, std::size_t runs) {
   std::ifstream file(arguments.output / kState, std::ios::binary);
-  if (!file) return Ensemble(scenario);
+  if (!file) return Ensemble(scenario, batch_solver());
   const std::string bytes{std::istreambuf_iterator<char>(file), {}};
-  Ensemble ensemble(scenario);
+  Ensemble ensemble(scenario, batch_solver());
   if (ensemble.resume(bytes) && ensemble.size() <= runs) {
     say(arguments, fmt::format("going on after {} runs", ensemble.size()));
     return ensemble;
   }
   say(arguments,
       fmt::format("the runs in {} are more, or of something else; starting anew", arguments.output.string()));
-  return Ensemble(scenario);
+  return Ensemble(scenario, batch_solver());
 }
 
 void run(const AppArguments& arguments, Progress& progress) {

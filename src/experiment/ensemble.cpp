@@ -18,9 +18,9 @@ namespace {
 
 using Result = std::variant<ComparedRun, FailedRun>;
 
-Result run_one(const Scenario& scenario, std::uint64_t seed) {
+Result run_one(const Scenario& scenario, std::uint64_t seed, const BatchSolver& batch) {
   try {
-    return run_trial(scenario, seed);
+    return run_trial(scenario, seed, batch);
   } catch (const DataError& e) {
     return FailedRun{seed, e.what()};
   }
@@ -38,7 +38,8 @@ std::uint64_t hash(std::string_view bytes) { return std::hash<std::string_view>{
 
 }  // namespace
 
-Ensemble::Ensemble(Scenario scenario) : scenario_(std::move(scenario)), sums_(epoch_grid(scenario_)) {}
+Ensemble::Ensemble(Scenario scenario, BatchSolver batch)
+    : scenario_(std::move(scenario)), batch_(std::move(batch)), sums_(epoch_grid(scenario_)) {}
 
 void Ensemble::run(std::size_t runs, std::size_t jobs, const Observer& observer) {
   jobs = std::min(jobs, runs - std::min(runs, size()));
@@ -56,7 +57,7 @@ void Ensemble::run(std::size_t runs, std::size_t jobs, const Observer& observer)
       const std::size_t mine = next++;
       try {
         lock.unlock();
-        Result result = run_one(scenario_, scenario_.seed + mine);
+        Result result = run_one(scenario_, scenario_.seed + mine, batch_);
         lock.lock();
         waiting.emplace(mine, std::move(result));
         for (auto it = waiting.begin(); !stopped && it != waiting.end() && it->first == size();) {
@@ -91,7 +92,7 @@ bool Ensemble::resume(std::string_view bytes) {
   if (bytes.size() < sizeof first) return false;
   std::memcpy(&first, bytes.data(), sizeof first);
   Consistency one(epoch_grid(scenario_));
-  add(one, run_one(scenario_, scenario_.seed));
+  add(one, run_one(scenario_, scenario_.seed, batch_));
   if (hash(one.save()) != first) return false;
   try {
     sums_ = Consistency::restore(bytes.substr(sizeof first));

@@ -44,7 +44,7 @@ ReplayOptions replay_options(const ReplayConfig& config) {
           .checkpoints = false};
 }
 
-Replay replay(const ReplayConfig& config, const ReplayProgress& progress, const BatchSmoother& batch) {
+Replay replay(const ReplayConfig& config, const ReplayProgress& progress, const BatchSolver& batch) {
   ReplayOptions options = replay_options(config);
   options.batch = batch;
   Log log;
@@ -96,7 +96,10 @@ Replay replay(Log log, const ReplayOptions& options, const ReplayProgress& progr
     run.smoothed->attitude_correlation_time = correlation_time(lags);
   }
   if (by_batch) {
-    run.smoothed = options.batch(run.log, run.options, run.found, run.filtered, stage("batch"));
+    constexpr double kSolving = 0.5;  // part of the work
+    const ProgressCallback told = stage("batch");
+    const auto solved = options.batch(run.log, run.options, run.found, run.filtered, part_of(told, 0, kSolving));
+    run.smoothed = solved->solution(part_of(told, kSolving, 1));
   }
   return run;
 }

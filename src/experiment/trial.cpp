@@ -9,6 +9,7 @@
 #include "experiment/true_estimate.h"
 #include "piste/condition/pipeline.h"
 #include "piste/condition/rest_detection.h"
+#include "piste/core/error.h"
 #include "piste/experiment/replay.h"
 #include "piste/sim/random.h"
 #include "piste/solve/attitude_noise.h"
@@ -255,7 +256,11 @@ EpochGrid epoch_grid(const Scenario& s) {
           .arrival = m.run};
 }
 
-ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed) {
+ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed, const BatchSolver& batch) {
+  const bool by_batch = scenario.replay.smoother == SmootherKind::kBatch;
+  if (by_batch && !batch) {
+    throw ConfigError("smoother", "batch needs piste::batch, with which this program was not linked; choose rts");
+  }
   const Scenario s = carried(scenario, seed);
   const Simulation simulation = simulate(s, seed);
   const double departure = simulation.plate.under_way().start;
@@ -285,6 +290,18 @@ ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed) {
   visit_rows(run.log, run.filtered, rows, [&](int epoch, const Tape::Epoch& before, const SmoothedState&) {
     out.filtered.push_back(sample(epoch, before.time, before.x, before.P, bound.at(epoch).filtered));
   });
+  if (by_batch) {
+    std::vector<std::size_t> asked;
+    asked.reserve(rows.size());
+    for (const auto& [row, epoch] : rows) asked.push_back(row);
+    const auto states = batch(run.log, run.options, run.found, run.filtered, {})->states(asked);
+    for (std::size_t i = asked.size(); i-- > 0;) {
+      const int epoch = rows.at(asked[i]);
+      out.smoothed.push_back(
+          sample(epoch, filtered.time(asked[i]), states[i].x, states[i].P, bound.at(epoch).smoothed));
+    }
+    return out;
+  }
   const FilterRun again = relinearised(run.log, run.options, run.found, run.filtered);
   visit_rows(run.log, again, rows, [&](int epoch, const Tape::Epoch& before, const SmoothedState& smoothed) {
     out.smoothed.push_back(sample(epoch, before.time, smoothed.x, smoothed.P, bound.at(epoch).smoothed));

@@ -106,6 +106,8 @@ ReplaySetup read_replay_setup(const Config& file, const Scenario& scenario) {
   using Heading = ReplaySetup::Heading;
   s.heading = config.choice<Heading>("heading", {{"known", Heading::kKnown}, {"auto", Heading::kAuto}}, s.heading);
   s.random_headings = config.choice<bool>("headings", {{"as_given", false}, {"random", true}}, s.random_headings);
+  s.smoother = config.choice<SmootherKind>("smoother", {{"rts", SmootherKind::kRts}, {"batch", SmootherKind::kBatch}},
+                                           s.smoother);
   // With an unknown heading, `start` is not read, so that finish() reports it as a key without use.
   if (config.has("start") && s.heading == Heading::kKnown) s.start = read_start(config.map("start"));
   s.outages = read_outages(config, scenario.motion);

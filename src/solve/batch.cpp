@@ -13,23 +13,6 @@
 
 namespace piste {
 
-// Addresses in it stay the same when the run that owns it is moved.
-struct BatchRun::Solved {
-  World world;
-  FilterOptions options;
-  BatchLayout layout;
-  Start start;
-  Estimate fixed;  // values of the blocks that are not estimated
-  std::vector<std::string> sources;
-  Chain chain;
-  std::unique_ptr<BatchTerms> terms;
-  std::vector<double> weights;
-  BatchStates states;
-  BatchSummary summary;
-
-  ArrowMatrix covariance() const { return covariance_of(*terms, weights, states); }
-};
-
 namespace {
 
 // What the filter did with each fix that it compared: 1 if it used it, 0 if it refused it. What a receiver repeated is
@@ -73,52 +56,90 @@ std::vector<double> bounds_of(const BatchTerms& terms, double probability) {
 
 FixKey key_of(const ChainFix& fix) { return {fix.place.source, fix.place.time}; }
 
+// The terms hold addresses of the other members, so that it stays where it is made.
+struct SolvedBatch final : BatchRun {
+  SolvedBatch(const Log& log, const FilterOptions& of_filter, const FoundStart& found, const FilterRun& filtered)
+      : world(log.world),
+        options(of_filter),
+        layout(filtered.solution.layout()),
+        start(without_alignment(log.world, found)),
+        fixed(found.start.x),
+        sources(filtered.solution.sources) {}
+
+  World world;
+  FilterOptions options;
+  BatchLayout layout;
+  Start start;
+  Estimate fixed;  // values of the blocks that are not estimated
+  std::vector<std::string> sources;
+  Chain chain;
+  std::unique_ptr<BatchTerms> terms;
+  std::vector<double> weights;
+  BatchStates at_nodes;
+  BatchSummary sum;
+
+  ArrowMatrix covariance() const { return covariance_of(*terms, weights, at_nodes); }
+  const BatchSummary& summary() const override { return sum; }
+  Solution solution(const ProgressCallback& progress) const override;
+  std::vector<SmoothedState> states(const std::vector<std::size_t>& rows) const override;
+};
+
+Solution SolvedBatch::solution(const ProgressCallback& progress) const {
+  Solution out(layout.whole, world);
+  out.sources = sources;
+  out.fixed = fixed;
+  out.batch = sum;
+  std::vector<std::size_t> rows(chain.epochs.size());
+  std::iota(rows.begin(), rows.end(), std::size_t{0});
+  out.reserve(rows.size());
+  constexpr std::size_t kTold = 1000;
+  visit_epochs(*terms, options, world, at_nodes, covariance(), rows,
+               [&](std::size_t row, double time, const SmoothedState& state) {
+                 out.append(time, state.x, sigmas_of(world, state.x, layout.whole, state.P));
+                 if (progress && row % kTold == 0) {
+                   progress(static_cast<double>(row) / static_cast<double>(rows.size()));
+                 }
+               });
+  return out;
+}
+
+std::vector<SmoothedState> SolvedBatch::states(const std::vector<std::size_t>& rows) const {
+  std::vector<SmoothedState> out;
+  out.reserve(rows.size());
+  visit_epochs(*terms, options, world, at_nodes, covariance(), rows,
+               [&](std::size_t, double, const SmoothedState& state) { out.push_back(state); });
+  return out;
+}
+
 }  // namespace
 
-BatchRun::BatchRun() = default;
-BatchRun::BatchRun(BatchRun&&) noexcept = default;
-BatchRun& BatchRun::operator=(BatchRun&&) noexcept = default;
-BatchRun::~BatchRun() = default;
-BatchRun::BatchRun(std::unique_ptr<Solved> solved) : solved_(std::move(solved)) {}
-
-const BatchSummary& BatchRun::summary() const { return solved_->summary; }
-
-BatchRun run_batch(const Log& log, const FilterOptions& options, const FoundStart& found, const FilterRun& filtered,
-                   const BatchOptions& batch, const ProgressCallback& progress) {
-  auto solved = std::make_unique<BatchRun::Solved>(BatchRun::Solved{log.world,
-                                                                    options,
-                                                                    BatchLayout(filtered.solution.layout()),
-                                                                    without_alignment(log.world, found),
-                                                                    found.start.x,
-                                                                    filtered.solution.sources,
-                                                                    {},
-                                                                    nullptr,
-                                                                    {},
-                                                                    {},
-                                                                    {}});
-  BatchRun::Solved& s = *solved;
+std::unique_ptr<BatchRun> run_batch(const Log& log, const FilterOptions& options, const FoundStart& found,
+                                    const FilterRun& filtered, const BatchOptions& batch,
+                                    const ProgressCallback& progress) {
+  auto solved = std::make_unique<SolvedBatch>(log, options, found, filtered);
+  SolvedBatch& s = *solved;
   const FixWeights first_weights = weights_of_filter(filtered.solution, options);
   FixWeights known = first_weights;
   Reference reference = reference_of(filtered.solution, s.start);
-  BatchSummary& sum = s.summary;
+  BatchSummary& sum = s.sum;
   while (sum.rounds < batch.most_rounds && !sum.converged) {
     s.chain = lay_chain(log, options, s.layout, s.start.time, reference, known, batch.longest_interval, s.chain.nodes);
     s.terms = std::make_unique<BatchTerms>(s.world, s.options, s.layout, s.start, s.chain);
-    s.states.clear();
-    s.states.reserve(s.chain.nodes.size());
-    for (const ChainNode& node : s.chain.nodes) s.states.push_back(node.x);
+    s.at_nodes.clear();
+    s.at_nodes.reserve(s.chain.nodes.size());
+    for (const ChainNode& node : s.chain.nodes) s.at_nodes.push_back(node.x);
     std::vector<double> at_first;
     at_first.reserve(s.chain.fixes.size());
     for (const ChainFix& fix : s.chain.fixes) at_first.push_back(known.at(key_of(fix)));
     BatchWeights weights(batch.loss, bounds_of(*s.terms, batch.bound), at_first, sum.rounds == 0);
     const auto solve = [&] {
-      sum.iterations += minimise(*s.terms, weights.values(), s.states).iterations;
-      return refine(*s.terms, weights.values(), s.states);
+      sum.iterations += minimise(*s.terms, weights.values(), s.at_nodes).iterations;
+      return refine(*s.terms, weights.values(), s.at_nodes);
     };
     double cost = solve();
     constexpr int kMostWeighings = 50;
     bool changed = false;
-    for (int k = 0; k < kMostWeighings && weights.update(squares_of(*s.terms, s.states)); ++k) {
+    for (int k = 0; k < kMostWeighings && weights.update(squares_of(*s.terms, s.at_nodes)); ++k) {
       changed = true;
       cost = solve();
     }
@@ -130,8 +151,8 @@ BatchRun run_batch(const Log& log, const FilterOptions& options, const FoundStar
     ++sum.rounds;
     sum.converged = sum.rounds > 1 && !changed && fell < batch.tolerance;
     if (!sum.converged) {
-      reference = epochs_between(*s.terms, options, s.world, s.states);
-      for (std::size_t i = 0; i < s.states.size(); ++i) s.chain.nodes[i].x = s.states[i];
+      reference = epochs_between(*s.terms, options, s.world, s.at_nodes);
+      for (std::size_t i = 0; i < s.at_nodes.size(); ++i) s.chain.nodes[i].x = s.at_nodes[i];
     }
     if (progress) progress(static_cast<double>(sum.rounds) / (sum.rounds + 1));
   }
@@ -141,45 +162,13 @@ BatchRun run_batch(const Log& log, const FilterOptions& options, const FoundStar
     if (s.weights[i] < 0.5) ++sum.left_out;
     if (s.weights[i] >= 0.5 && first_weights.at(key_of(s.chain.fixes[i])) == 0) ++sum.taken_back;
   }
-  return BatchRun(std::move(solved));
+  return solved;
 }
 
-Solution BatchRun::solution(const ProgressCallback& progress) const {
-  const Solved& s = *solved_;
-  Solution out(s.layout.whole, s.world);
-  out.sources = s.sources;
-  out.fixed = s.fixed;
-  out.batch = s.summary;
-  std::vector<std::size_t> rows(s.chain.epochs.size());
-  std::iota(rows.begin(), rows.end(), std::size_t{0});
-  out.reserve(rows.size());
-  constexpr std::size_t kTold = 1000;
-  visit_epochs(*s.terms, s.options, s.world, s.states, s.covariance(), rows,
-               [&](std::size_t row, double time, const SmoothedState& state) {
-                 out.append(time, state.x, sigmas_of(s.world, state.x, s.layout.whole, state.P));
-                 if (progress && row % kTold == 0) {
-                   progress(static_cast<double>(row) / static_cast<double>(rows.size()));
-                 }
-               });
-  return out;
-}
-
-std::vector<SmoothedState> BatchRun::states(const std::vector<std::size_t>& rows) const {
-  const Solved& s = *solved_;
-  std::vector<SmoothedState> out;
-  out.reserve(rows.size());
-  visit_epochs(*s.terms, s.options, s.world, s.states, s.covariance(), rows,
-               [&](std::size_t, double, const SmoothedState& state) { out.push_back(state); });
-  return out;
-}
-
-BatchSmoother batch_smoother(const BatchOptions& batch) {
-  return [batch](const Log& log, const FilterOptions& options, const FoundStart& found, const FilterRun& filtered,
-                 const ProgressCallback& progress) {
-    constexpr double kSolving = 0.5;  // part of the work
-    const BatchRun run = run_batch(log, options, found, filtered, batch, part_of(progress, 0, kSolving));
-    return run.solution(part_of(progress, kSolving, 1));
-  };
+BatchSolver batch_solver(const BatchOptions& batch) {
+  return
+      [batch](const Log& log, const FilterOptions& options, const FoundStart& found, const FilterRun& filtered,
+              const ProgressCallback& progress) { return run_batch(log, options, found, filtered, batch, progress); };
 }
 
 }  // namespace piste

@@ -129,7 +129,7 @@ TEST(SimulatedCar, MountingAndOdometerAreFoundAndHoldThePosition) {
 TEST(SimulatedCar, TheBatchIsInTheCar) {
   const Drive d = drive(0, 30, 25, 0, 1);
   ReplayOptions options{.conditioning = {}, .filter = d.simulated.options, .heading = {}};
-  options.batch = batch_smoother();
+  options.batch = batch_solver();
   options.filter.vehicle.emplace();
   options.filter.vehicle->contact = d.contact;
   options.filter.vehicle->contact_sigma = Vector3d::Constant(0.3);

@@ -24,7 +24,7 @@ Both both(const SyntheticRun& s, const BatchOptions& options = {}) {
   const FilterRun run = run_filter(s.log, s.options, s.start, kCheckpointEvery);
   const FoundStart found{s.start, "given"};
   const FilterRun again = relinearised(s.log, s.options, found, run);
-  return {smooth_rts(s.log, again), run_batch(s.log, s.options, found, run, options).solution()};
+  return {smooth_rts(s.log, again), run_batch(s.log, s.options, found, run, options)->solution()};
 }
 
 // Largest difference of estimates, in sigmas, and of sigmas, as a part.
@@ -70,7 +70,7 @@ TEST(Batch, FixesFarOffDoNotPull) {
   SyntheticRun s = test::synthetic_run(20, {Block::kGyroBias, Block::kAccelBias});
   const FoundStart found{s.start, "given"};
   const auto solved = [&](const FilterRun& run, BatchLoss loss) {
-    return run_batch(s.log, s.options, found, run, {.loss = loss}).solution();
+    return run_batch(s.log, s.options, found, run, {.loss = loss})->solution();
   };
   std::size_t wrong = 0;
   const auto spoil = [&](auto&& fix) {
@@ -108,10 +108,10 @@ TEST(Batch, FixesFarOffDoNotPull) {
 TEST(Batch, RowsThatAreAskedForAreThoseOfTheWhole) {
   const SyntheticRun s = test::synthetic_run(4, {Block::kGyroBias, Block::kAccelBias, Block::kGyroDrift});
   const FilterRun run = run_filter(s.log, s.options, s.start, kCheckpointEvery);
-  const BatchRun batch = run_batch(s.log, s.options, {s.start, "given"}, run);
-  const Solution whole = batch.solution();
+  const std::unique_ptr<BatchRun> batch = run_batch(s.log, s.options, {s.start, "given"}, run);
+  const Solution whole = batch->solution();
   const std::vector<std::size_t> rows{0, 17, 18, whole.size() - 1};
-  const std::vector<SmoothedState> states = batch.states(rows);
+  const std::vector<SmoothedState> states = batch->states(rows);
   ASSERT_EQ(states.size(), rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
     EXPECT_TRUE(boxminus(states[i].x, whole.estimate(rows[i])).isZero(0));

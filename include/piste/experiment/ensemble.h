@@ -10,10 +10,10 @@
 namespace piste {
 
 /// The trials of one scenario with its seed and the following ones. The sums do not depend on the number of parallel
-/// trials, nor on whether the ensemble was stopped and continued.
+/// trials, nor on whether the ensemble was stopped and continued. `batch`: as for run_trial().
 class Ensemble {
  public:
-  explicit Ensemble(Scenario scenario);
+  explicit Ensemble(Scenario scenario, BatchSolver batch = {});
 
   /// Called after each trial, by one thread at a time.
   using Observer = std::function<void(const Ensemble&)>;
@@ -32,6 +32,7 @@ class Ensemble {
 
  private:
   Scenario scenario_;
+  BatchSolver batch_;
   Consistency sums_;
   std::uint64_t first_ = 0;  // hash of the first trial's sums
 };

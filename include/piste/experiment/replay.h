@@ -31,7 +31,7 @@ struct ReplayOptions {
   std::optional<Start> start = std::nullopt;                 ///< a known start; without it the start is found
   double longest = std::numeric_limits<double>::infinity();  ///< s after the start at which the replay ends
   SmootherKind smoother = SmootherKind::kRts;
-  BatchSmoother batch = {};  ///< what smooths with SmootherKind::kBatch: batch_smoother() of piste::batch
+  BatchSolver batch = {};  ///< what smooths with SmootherKind::kBatch: batch_solver() of piste::batch
   /// How often a smoothed run is linearised anew about itself. Once is as good as the true rates for scales, and brings
   /// an outage of a minute into its sigmas.
   int relinearisations = 1;
@@ -64,7 +64,7 @@ ReplayOptions replay_options(const ReplayConfig& config);
 
 /// Reads the logs of the configuration and replays them. `batch`: what smooths a run whose configuration asks for a
 /// batch. Throws as read_recording() and the functions below.
-Replay replay(const ReplayConfig& config, const ReplayProgress& progress = {}, const BatchSmoother& batch = {});
+Replay replay(const ReplayConfig& config, const ReplayProgress& progress = {}, const BatchSolver& batch = {});
 
 /// Conditions the recording and replays it. Throws DataError if the data do not suffice, for example for a start.
 /// Throws ConfigError if the options are not valid, have other sources than the recording, or ask for a batch without

@@ -3,6 +3,7 @@
 
 #include "piste/consistency/consistency.h"
 #include "piste/sim/scenario.h"
+#include "piste/solve/batch.h"
 
 namespace piste {
 
@@ -13,7 +14,8 @@ EpochGrid epoch_grid(const Scenario& scenario);
 /// drawn about the truth, or found. The bound is the covariance of the same filter and smoother with perfect sensors
 /// and the true start: they are then linearised at the truth, and all else is the same (times of the fixes, rests,
 /// clipped samples, noise of the sensors, white part of the reference attitudes). If the heading is unknown, it is
-/// unknown to the bound too. Throws DataError if the start is not found.
-ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed);
+/// unknown to the bound too. `batch`: what solves the run of a scenario that asks for a batch. Throws DataError if the
+/// start is not found, ConfigError if there must be a `batch` and is none.
+ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed, const BatchSolver& batch = {});
 
 }  // namespace piste

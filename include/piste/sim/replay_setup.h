@@ -14,6 +14,7 @@
 ///                                 # that is estimated, a value that is drawn about it with the prior
 ///   heading: known                # known: the start is drawn about the truth; auto: the filter knows nothing of it
 ///   headings: as_given            # of the trunk at the start: as_given | random, drawn anew each run
+///   smoother: rts                 # rts | batch
 ///   start: {position: 0.5 m, velocity: 5 cm/s, tilt: 0.33 deg, heading: 1 deg}   # 1-sigma of a known start
 ///   outages: [[20 s, 10 s]]       # GNSS withheld: [start, length] since the departure, the end of the first rest
 ///   end: 5 s                      # since the departure: the replay sees nothing later; default: the whole run
@@ -50,6 +51,7 @@ struct ReplaySetup {
   std::vector<Block> estimate;              ///< blocks beyond position, velocity and attitude
   std::optional<AdaptationOptions> adapt;   ///< whether the filter learns the noise
   enum class Heading { kKnown, kAuto } heading = Heading::kKnown;
+  SmootherKind smoother = SmootherKind::kRts;  ///< kRts or kBatch
   bool random_headings = false;   ///< of the trunk at the start, drawn anew each run; else as the motion says
   StartSigmas start;              ///< of a known heading
   std::vector<Interval> outages;  ///< s since the departure

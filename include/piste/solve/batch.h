@@ -45,35 +45,27 @@ struct BatchOptions {
 /// A solved batch, from which the estimate and covariance of any epoch of the filter can be taken.
 class BatchRun {
  public:
-  BatchRun();
-  BatchRun(BatchRun&&) noexcept;
-  BatchRun& operator=(BatchRun&&) noexcept;
-  ~BatchRun();
+  virtual ~BatchRun() = default;
 
-  const BatchSummary& summary() const;
+  virtual const BatchSummary& summary() const = 0;
   /// All epochs of the filter, with sigmas.
-  Solution solution(const ProgressCallback& progress = {}) const;
+  virtual Solution solution(const ProgressCallback& progress = {}) const = 0;
   /// Estimate and whole covariance of some of them. @pre `rows` ascend
-  std::vector<SmoothedState> states(const std::vector<std::size_t>& rows) const;
-
-  struct Solved;
-  explicit BatchRun(std::unique_ptr<Solved> solved);
-
- private:
-  std::unique_ptr<Solved> solved_;
+  virtual std::vector<SmoothedState> states(const std::vector<std::size_t>& rows) const = 0;
 };
 
-/// Smooths a filtered run of a replay by something other than smooth_rts(). The arguments are those of run_batch(). A
-/// function, so that a program without Ceres can replay.
-using BatchSmoother = std::function<Solution(const Log&, const FilterOptions&, const FoundStart&, const FilterRun&,
-                                             const ProgressCallback&)>;
+/// Solves a filtered run as a batch, as run_batch() does with its options. A function, so that a program without Ceres
+/// can replay.
+using BatchSolver = std::function<std::unique_ptr<BatchRun>(const Log&, const FilterOptions&, const FoundStart&,
+                                                            const FilterRun&, const ProgressCallback&)>;
 
-/// run_batch() for a replay.
-BatchSmoother batch_smoother(const BatchOptions& batch = {});
+/// run_batch() for a replay, or for the trials of an ensemble.
+BatchSolver batch_solver(const BatchOptions& batch = {});
 
 /// Solves the run that `filtered` is of. It gives the first trajectory, and what it did with each fix. `found` and
 /// `options` are those of the filter. Throws DataError if the problem has no solution.
-BatchRun run_batch(const Log& log, const FilterOptions& options, const FoundStart& found, const FilterRun& filtered,
-                   const BatchOptions& batch = {}, const ProgressCallback& progress = {});
+std::unique_ptr<BatchRun> run_batch(const Log& log, const FilterOptions& options, const FoundStart& found,
+                                    const FilterRun& filtered, const BatchOptions& batch = {},
+                                    const ProgressCallback& progress = {});
 
 }  // namespace piste
