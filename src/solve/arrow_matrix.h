@@ -29,12 +29,27 @@ struct ArrowMatrix {
   ArrowMatrix(std::size_t count, Eigen::Index node, Eigen::Index border);
 };
 
-/// Replaces `A` by the same blocks of the covariance. On entry it is the information of priors and measurements alone,
-/// without that of `chain`. Forwards the nodes are eliminated, backwards their covariances follow from those of the
-/// next node and the border (Takahashi, Fagan and Chen 1973). The information of a link is never formed: over
-/// milliseconds it is 1e16 times that of a measurement, and would take all digits of it. The cost is linear in the
-/// number of nodes. `b`, on entry the right-hand side of priors and measurements, becomes the solution. Throws
-/// DataError if the first node, or the border, is not determined.
-void invert_selected(ArrowMatrix& A, ArrowVector& b, const std::vector<ChainLink>& chain);
+/// The nodes eliminated from the first to the last (Takahashi, Fagan and Chen 1973): from it the solution follows, and
+/// the covariance. The information of a link is never formed: over milliseconds it is 1e16 times that of a measurement,
+/// and would take all digits of it. The cost is linear in the number of nodes.
+class ArrowElimination {
+ public:
+  /// `A` and `b`: the normal equations of priors and measurements alone, without those of `chain`. Throws DataError if
+  /// the first node, or the border, is not determined.
+  ArrowElimination(ArrowMatrix A, ArrowVector b, std::vector<ChainLink> chain);
+
+  ArrowVector solution() const;
+  /// Selected blocks of the inverse, back from those of the border and the next node.
+  ArrowMatrix covariance() const;
+  /// How far the minimum of xᵀ A x / 2 − bᵀ x with all links lies below zero.
+  double depth() const { return depth_; }
+
+ private:
+  // With the next node z and the border g, x = b − link z − side g; `node` is its covariance by what stands before z.
+  ArrowMatrix A_;
+  ArrowVector b_;
+  std::vector<ChainLink> chain_;
+  double depth_ = 0;
+};
 
 }  // namespace piste

@@ -127,29 +127,44 @@ std::unique_ptr<BatchRun> run_batch(const Log& log, const FilterOptions& options
     s.terms = std::make_unique<BatchTerms>(s.world, s.options, s.layout, s.start, s.chain);
     s.at_nodes.clear();
     s.at_nodes.reserve(s.chain.nodes.size());
-    for (const ChainNode& node : s.chain.nodes) s.at_nodes.push_back(node.x);
+    // All share the constants: of what a filter found of them, the last.
+    for (const ChainNode& node : s.chain.nodes) {
+      s.at_nodes.push_back(node.x);
+      s.layout.constant.copy(s.chain.nodes.back().x, s.at_nodes.back());
+    }
     std::vector<double> at_first;
     at_first.reserve(s.chain.fixes.size());
     for (const ChainFix& fix : s.chain.fixes) at_first.push_back(known.at(key_of(fix)));
     BatchWeights weights(batch.loss, bounds_of(*s.terms, batch.bound), at_first, sum.rounds == 0);
+    // Steps of Gauss and Newton where they come to an end; from far off, by a trust region.
     const auto solve = [&] {
-      sum.iterations += minimise(*s.terms, weights.values(), s.at_nodes).iterations;
-      return refine(*s.terms, weights.values(), s.at_nodes);
+      BatchStates near = s.at_nodes;
+      std::optional<Refined> refined = refine(*s.terms, weights.values(), near);
+      double fell = 0;
+      if (!refined) {
+        near = s.at_nodes;
+        const BatchStep far = minimise(*s.terms, weights.values(), near);
+        s.at_nodes = near;
+        fell = far.before - far.after;
+        sum.iterations += far.iterations;
+        refined = refine(*s.terms, weights.values(), near).value_or(Refined{.cost = far.after});
+      }
+      s.at_nodes = std::move(near);
+      sum.cost = refined->cost;
+      sum.iterations += refined->steps;
+      return fell + refined->fall;
     };
-    double cost = solve();
+    const double moved = solve();
     constexpr int kMostWeighings = 50;
     bool changed = false;
     for (int k = 0; k < kMostWeighings && weights.update(squares_of(*s.terms, s.at_nodes)); ++k) {
       changed = true;
-      cost = solve();
+      solve();
     }
     s.weights = weights.values();
     for (std::size_t i = 0; i < s.chain.fixes.size(); ++i) known[key_of(s.chain.fixes[i])] = s.weights[i];
-    // Near the minimum the cost falls by half the square of what the solution moves, in sigmas.
-    const double fell = std::abs(sum.cost - cost);
-    sum.cost = cost;
     ++sum.rounds;
-    sum.converged = sum.rounds > 1 && !changed && fell < batch.tolerance;
+    sum.converged = sum.rounds > 1 && !changed && moved < batch.tolerance;
     if (!sum.converged) {
       reference = epochs_between(*s.terms, options, s.world, s.at_nodes);
       for (std::size_t i = 0; i < s.at_nodes.size(); ++i) s.chain.nodes[i].x = s.at_nodes[i];

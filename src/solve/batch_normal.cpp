@@ -6,75 +6,78 @@
 namespace piste {
 namespace {
 
-struct Solved {
-  ArrowMatrix covariance;
-  ArrowVector step;
+// The objective about the states, to second order.
+struct Quadratic {
+  double cost = 0, of_links = 0;  // `of_links`: the part of the cost that is theirs
+  ArrowMatrix A;
+  ArrowVector b;
+  std::vector<ChainLink> links;
 };
 
-Solved solved(const BatchTerms& terms, const std::vector<double>& weights, const BatchStates& states) {
+Quadratic quadratic(const BatchTerms& terms, const std::vector<double>& weights, const BatchStates& states) {
   const BatchLayout& layout = terms.layout();
   const Chain& chain = terms.chain();
-  ArrowMatrix A(states.size(), layout.node.size(), layout.constant.size());
-  ArrowVector b{{states.size(), Eigen::VectorXd::Zero(layout.node.size())},
-                Eigen::VectorXd::Zero(layout.constant.size())};
+  Quadratic out{
+      .A = ArrowMatrix(states.size(), layout.node.size(), layout.constant.size()),
+      .b = {{states.size(), Eigen::VectorXd::Zero(layout.node.size())}, Eigen::VectorXd::Zero(layout.constant.size())},
+      .links = {}};
+  double squares = 0, of_links = 0;
   const auto add = [&](std::size_t node, const BatchTerm& t, double weight) {
-    A.nodes[node].noalias() += weight * t.by_first.transpose() * t.by_first;
-    A.sides[node].noalias() += weight * t.by_first.transpose() * t.by_constant;
-    A.corner.noalias() += weight * t.by_constant.transpose() * t.by_constant;
-    b.nodes[node].noalias() -= weight * t.by_first.transpose() * t.residual;
-    b.border.noalias() -= weight * t.by_constant.transpose() * t.residual;
+    squares += weight * t.residual.squaredNorm();
+    // A few rows: coefficient by coefficient is faster than by blocks.
+    out.A.nodes[node] += weight * t.by_first.transpose().lazyProduct(t.by_first);
+    out.A.sides[node] += weight * t.by_first.transpose().lazyProduct(t.by_constant);
+    out.A.corner += weight * t.by_constant.transpose().lazyProduct(t.by_constant);
+    out.b.nodes[node].noalias() -= weight * t.by_first.transpose() * t.residual;
+    out.b.border.noalias() -= weight * t.by_constant.transpose() * t.residual;
   };
   add(0, terms.prior(states.front()), 1);
-  std::vector<ChainLink> links;
-  links.reserve(chain.intervals.size());
-  for (std::size_t i = 0; i < chain.intervals.size(); ++i) links.push_back(terms.link(i, states[i], states[i + 1]));
+  out.links.reserve(chain.intervals.size());
+  for (std::size_t i = 0; i < chain.intervals.size(); ++i) {
+    double square = 0;
+    out.links.push_back(terms.link(i, states[i], states[i + 1], &square));
+    of_links += square;
+  }
   for (std::size_t i = 0; i < chain.fixes.size(); ++i) {
     if (weights[i] > 0) add(chain.fixes[i].node, terms.fix(i, states[chain.fixes[i].node]), weights[i]);
   }
-  invert_selected(A, b, links);
-  return {std::move(A), std::move(b)};
+  out.of_links = 0.5 * of_links;
+  out.cost = 0.5 * squares + out.of_links;
+  return out;
 }
 
-double objective(const BatchTerms& terms, const std::vector<double>& weights, const BatchStates& states) {
-  const Chain& chain = terms.chain();
-  double sum = terms.prior(states.front()).residual.squaredNorm();
-  for (std::size_t i = 0; i < chain.intervals.size(); ++i) {
-    sum += terms.interval(i, states[i], states[i + 1]).residual.squaredNorm();
-  }
-  for (std::size_t i = 0; i < chain.fixes.size(); ++i) {
-    if (weights[i] > 0) sum += weights[i] * terms.fix(i, states[chain.fixes[i].node]).residual.squaredNorm();
-  }
-  return 0.5 * sum;
-}
+ArrowElimination eliminated(Quadratic&& q) { return {std::move(q.A), std::move(q.b), std::move(q.links)}; }
 
 }  // namespace
 
 ArrowMatrix covariance_of(const BatchTerms& terms, const std::vector<double>& weights, const BatchStates& states) {
-  return solved(terms, weights, states).covariance;
+  return eliminated(quadratic(terms, weights, states)).covariance();
 }
 
-double refine(const BatchTerms& terms, const std::vector<double>& weights, BatchStates& states) {
-  // A step that changes it by less does not move the solution by a hundredth of a sigma of all unknowns together.
-  constexpr double kNothing = 1e-5;
+std::optional<Refined> refine(const BatchTerms& terms, const std::vector<double>& weights, BatchStates& states) {
+  // The last step moves the solution by less than a twentieth of a sigma of all unknowns together, and what is left is
+  // of its second order.
+  constexpr double kLast = 1e-3;
   constexpr int kMost = 20, kMostRises = 3;
   const BatchLayout& layout = terms.layout();
-  BatchStates x = states;
-  double cost = objective(terms, weights, x), least = cost;
-  for (int k = 0, rises = 0; k < kMost && rises < kMostRises; ++k) {
-    const ArrowVector step = solved(terms, weights, x).step;
+  double first = 0, before = 0;
+  for (int k = 0, rises = 0; k < kMost; ++k) {
+    Quadratic here = quadratic(terms, weights, states);
+    const double cost = here.cost, of_links = here.of_links;
+    if (!std::isfinite(cost)) return std::nullopt;
+    if (k > 0 && cost > before && ++rises == kMostRises) return std::nullopt;
+    if (k == 0) first = cost;
+    before = cost;
+    const ArrowElimination equations = eliminated(std::move(here));
+    const double fall = of_links + equations.depth();
+    const ArrowVector step = equations.solution();
     const FullError constants = layout.constant.expand(step.border.data());
-    for (std::size_t i = 0; i < x.size(); ++i)
-      x[i] = boxplus(x[i], layout.node.expand(step.nodes[i].data()) + constants);
-    const double now = objective(terms, weights, x), change = now - cost;
-    rises += now < cost ? 0 : 1;
-    cost = now;
-    if (cost < least) {
-      least = cost;
-      states = x;
+    for (std::size_t i = 0; i < states.size(); ++i) {
+      states[i] = boxplus(states[i], layout.node.expand(step.nodes[i].data()) + constants);
     }
-    if (!(std::abs(change) > kNothing)) break;
+    if (fall < kLast) return Refined{cost - fall, first - cost + fall, k + 1};
   }
-  return least;
+  return std::nullopt;
 }
 
 }  // namespace piste

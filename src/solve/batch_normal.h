@@ -1,6 +1,8 @@
 #pragma once
 // The normal equations of a batch: the covariance of its errors, and the step of Gauss and Newton.
 
+#include <optional>
+
 #include "arrow_matrix.h"
 #include "batch_solver.h"
 
@@ -10,10 +12,17 @@ namespace piste {
 /// determine them.
 ArrowMatrix covariance_of(const BatchTerms& terms, const std::vector<double>& weights, const BatchStates& states);
 
-/// Brings `states` from near the minimum to it, by steps of Gauss and Newton; what is smallest on the way counts. Over
-/// milliseconds the IMU is so sure that normal equations with its information, as Ceres forms them, have too few digits
-/// left for the fixes, and that a step may first raise the objective by its second order, which the next step takes
-/// away. Returns the objective. Throws as covariance_of().
-double refine(const BatchTerms& terms, const std::vector<double>& weights, BatchStates& states);
+/// The objective after refine(), and by how much it fell: half the square of what the solution moved, in sigmas of all
+/// unknowns together, where it was near.
+struct Refined {
+  double cost = 0, fall = 0;
+  int steps = 0;
+};
+
+/// Brings `states` to the minimum by steps of Gauss and Newton. Over milliseconds the IMU is so sure that normal
+/// equations with its information, as Ceres forms them, have too few digits left for the fixes, and that a step may
+/// first raise the objective by its second order, which the next step takes away. Returns the objective, or nothing if
+/// the steps do not come to an end. Throws as covariance_of().
+std::optional<Refined> refine(const BatchTerms& terms, const std::vector<double>& weights, BatchStates& states);
 
 }  // namespace piste

@@ -184,14 +184,19 @@ BatchTerm BatchTerms::interval(std::size_t i, const Estimate& start, const Estim
   return term;
 }
 
-ChainLink BatchTerms::link(std::size_t i, const Estimate& start, const Estimate& end) const {
+ChainLink BatchTerms::link(std::size_t i, const Estimate& start, const Estimate& end, double* square) const {
   const ChainNode& node = chain_.nodes[i];
   const ImuSum& sum = chain_.intervals[i].sum;
   const BatchTerm t = compare_ends(layout_, options_, sum, node.x, start, end, world_.earth_rate(), node.gravity);
-  const Eigen::PartialPivLU<Eigen::MatrixXd> by_end(t.by_second);
-  const Eigen::MatrixXd half = by_end.solve(interval_noise(layout_, options_, sum));
-  return {-by_end.solve(t.by_first), -by_end.solve(t.by_constant), by_end.solve(half.transpose()),
-          -by_end.solve(t.residual)};
+  *square = (intervals_[i].triangularView<Eigen::Lower>() * t.residual).squaredNorm();
+  // By the end of processes the residual is the identity.
+  const Matrix9d by_end = t.by_second.topLeftCorner<9, 9>().inverse();
+  const auto solved = [&by_end](Eigen::MatrixXd rows) {
+    rows.topRows<9>() = (by_end * rows.topRows<9>()).eval();
+    return rows;
+  };
+  const Eigen::MatrixXd half = solved(interval_noise(layout_, options_, sum));
+  return {-solved(t.by_first), -solved(t.by_constant), solved(half.transpose()), -solved(t.residual)};
 }
 
 BatchTerm BatchTerms::fix(std::size_t i, const Estimate& x) const {

@@ -41,8 +41,8 @@ class BatchTerms {
   BatchTerm prior(const Estimate& first) const;
   BatchTerm interval(std::size_t i, const Estimate& start, const Estimate& end) const;
   BatchTerm fix(std::size_t i, const Estimate& x) const;
-  /// The interval as what ties the errors of its ends, for their covariance.
-  ChainLink link(std::size_t i, const Estimate& start, const Estimate& end) const;
+  /// The interval as what ties the errors of its ends, and the square of its whitened residual.
+  ChainLink link(std::size_t i, const Estimate& start, const Estimate& end, double* square) const;
 
   const Chain& chain() const { return chain_; }
   const BatchLayout& layout() const { return layout_; }

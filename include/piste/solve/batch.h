@@ -37,8 +37,8 @@ struct BatchOptions {
   double longest_interval = 1;
   /// How often the run is laid out anew about its solution at most. Two are enough from a filter that was not lost.
   int most_rounds = 10;
-  /// It is found when laying the run out anew changes the cost by less: half the square of what the solution moves, in
-  /// sigmas of all unknowns together.
+  /// It is found when laying the run out anew moves the solution by less: half the square of that, in sigmas of all
+  /// unknowns together.
   double tolerance = 1e-3;
 };
 
