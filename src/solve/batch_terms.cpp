@@ -94,8 +94,8 @@ BatchTerm compare_ends(const BatchLayout& layout, const FilterOptions& options, 
 
 Eigen::MatrixXd interval_noise(const BatchLayout& layout, const FilterOptions& options, const ImuSum& sum) {
   // m: over milliseconds the samples tell the way to nanometres, of which the difference of two places has no digits
-  // left. A micrometre at each node comes to some 0.03 mm in a minute.
-  constexpr double kFinest = 1e-6;
+  // left. Ten nanometres at each node come to a third of a micrometre in a minute.
+  constexpr double kFinest = 1e-8;
   const int n = layout.node.size();
   Eigen::MatrixXd P = Eigen::MatrixXd::Zero(n, n);
   P.topLeftCorner<9, 9>() = sum.noise.topLeftCorner<9, 9>();

@@ -4,8 +4,12 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <vector>
+
+#include "piste/math/statistics.h"
+#include "support/random.h"
 
 namespace piste {
 namespace {
@@ -143,6 +147,67 @@ TEST(Preintegration, SumFollowsTheErrorsOfTheImu) {
     difference /= 2 * kH;
     EXPECT_LT((difference - sum.by_imu.col(k)).cwiseAbs().maxCoeff(), 2e-3 * sum.by_imu.col(k).cwiseAbs().maxCoeff())
         << k << ": " << difference.transpose() << "\n   " << sum.by_imu.col(k).transpose();
+  }
+}
+
+// Mean square, over its size, of the whitened residual of an interval T and of the drifts' change in it, where the
+// drifts are a Gauss-Markov process of correlation time τ and the sum is told `gyro` and `accel` of a step. Noise and
+// drift are simulated, the residual is taken at the true ends.
+double mean_square(double T_over_tau, const DriftStep& told, double decay, int draws) {
+  constexpr double kDrift0 = 3e-3, kForce = 10, kWhite = 2e-4;  // rad/s; m/s² per rad/s; rad/s of a step
+  constexpr int kCount = 100;
+  test::Random random(3);
+  const Case clean = some_case(kCount);
+  const double step_decay = std::exp(-T_over_tau / kCount), driven = kDrift0 * std::sqrt(1 - step_decay * step_decay);
+  const StepNoise noise{Vector3d::Constant(kWhite * kWhite * kStep),
+                        Vector3d::Constant(kForce * kForce * kWhite * kWhite * kStep)};
+  const DriftStep accel{told.decay, kForce * kForce * told.variance};
+  double sum = 0;
+  for (int k = 0; k < draws; ++k) {
+    Estimate x = clean.x;
+    x.gyro_bias = x.accel_bias = x.gyro_scale = x.accel_scale = Vector3d::Zero();
+    x.gyro_drift = random.vector(kDrift0);
+    x.accel_drift = random.vector(kForce * kDrift0);
+    Estimate end = x;
+    const Gravity gravity = clean.world.gravity(x.p_wb);
+    Preintegration preintegration(x);
+    for (const ImuStep& s : clean.steps) {
+      mechanize(end, s, clean.world.earth_rate(), gravity);
+      ImuStep measured = s;
+      const Vector3d gyro = step_decay * end.gyro_drift + random.vector(driven),
+                     force = step_decay * end.accel_drift + random.vector(kForce * driven);
+      measured.dtheta += 0.5 * kStep * (end.gyro_drift + gyro) + random.vector(kWhite * kStep);
+      measured.dvel += 0.5 * kStep * (end.accel_drift + force) + random.vector(kForce * kWhite * kStep);
+      end.gyro_drift = gyro;
+      end.accel_drift = force;
+      preintegration.add(measured, noise, {.rate = s.mean_rate(), .force = s.mean_force()}, told, accel);
+    }
+    const SumResidual r =
+        compare(preintegration.sum(), Eigen::Matrix<double, 18, 1>::Zero(), x, end, clean.world.earth_rate(), gravity);
+    Eigen::Matrix<double, 15, 1> residual;
+    residual << r.value, end.gyro_drift - decay * x.gyro_drift, end.accel_drift - decay * x.accel_drift;
+    sum += residual.dot(preintegration.sum().noise.llt().solve(residual)) / 15;
+  }
+  return sum / draws;
+}
+
+// Intervals from a hundredth of the correlation time to ten of them.
+TEST(Preintegration, HoldsGaussMarkovDriftsOverAnyInterval) {
+  constexpr int kDraws = 400;
+  constexpr double kDrift0 = 3e-3;
+  const Band band = chi_squared_band(0.999, 15, kDraws);
+  for (const double ratio : {0.01, 0.1, 1.0, 10.0}) {
+    const double step = std::exp(-ratio / 100);
+    const DriftStep gauss_markov{step, Vector3d::Constant(kDrift0 * kDrift0 * (1 - step * step))};
+    const double found = mean_square(ratio, gauss_markov, std::exp(-ratio), kDraws);
+    EXPECT_GT(found, band.low) << ratio;
+    EXPECT_LT(found, band.high) << ratio;
+    // A random walk of the same density is the same process in the beginning alone.
+    const DriftStep random_walk{1, Vector3d::Constant(2 * kDrift0 * kDrift0 * ratio / 100)};
+    const double walk = mean_square(ratio, random_walk, 1, kDraws);
+    if (ratio >= 1) {
+      EXPECT_LT(walk, band.low) << ratio;
+    }
   }
 }
 
