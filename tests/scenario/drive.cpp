@@ -189,6 +189,17 @@ TEST(Drive, WindowsOf60SecondsInACar) {
   EXPECT_GE(e.along_within, 0.95);
 }
 
+// By the batch: no worse than the smoother.
+TEST(Drive, WindowsOf60SecondsByTheBatch) {
+  PISTE_REQUIRE_DATASETS();
+  const WindowErrors rts = replay_drive(minutes(), kWithVelocities, kCar);
+  Sensor sensor = kCar;
+  sensor.more += "smoother: batch\n";
+  const WindowErrors batch = replay_drive(minutes(), kWithVelocities, sensor);
+  ASSERT_EQ(batch.smoothed_worst.size(), 3u);
+  EXPECT_LE(batch.worst_inside(), 1.2 * rts.worst_inside());
+}
+
 // With the sensor file as shipped, whose noise is the same on all axes: a twentieth of what it is without the vehicle.
 TEST(Drive, WindowsOf60SecondsInACarAsShipped) {
   PISTE_REQUIRE_DATASETS();
