@@ -70,7 +70,7 @@ void run_replay(const AppArguments& arguments, Progress& progress) {
     fmt::print(stderr, "warning: the batch has not converged; compare with `smoother: rts`\n");
   }
   if (!filtered.adapted.names.empty()) say(arguments, adapted_line(filtered.adapted));
-  if (smoothed && !smoothed->batch) say(arguments, attitude_entry(output.folder() / "attitude.csv", *smoothed));
+  if (smoothed) say(arguments, attitude_entry(output.folder() / "attitude.csv", *smoothed));
   say(arguments, "written to " + output.folder().string());
   if (arguments.quiet && !verdict.consistent) fmt::print(stderr, "warning: {}\n", verdict_line(verdict));
   say(arguments, verdict_line(verdict));

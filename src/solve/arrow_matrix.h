@@ -41,6 +41,18 @@ class ArrowElimination {
   ArrowVector solution() const;
   /// Selected blocks of the inverse, back from those of the border and the next node.
   ArrowMatrix covariance() const;
+  /// Covariances of node `late` with each node before it, the last one first: of all their rows with the columns of
+  /// `late` that begin at `column`. `P`: covariance().
+  template <int kColumns, class Visit>
+  void visit_earlier(const ArrowMatrix& P, std::size_t late, Eigen::Index column, Visit&& visit) const {
+    const Eigen::Matrix<double, Eigen::Dynamic, kColumns> border =
+        P.sides[late].template middleRows<kColumns>(column).transpose();
+    Eigen::Matrix<double, Eigen::Dynamic, kColumns> C = P.nodes[late].template middleCols<kColumns>(column);
+    for (std::size_t i = late; i-- > 0;) {
+      C = (-A_.links[i] * C - A_.sides[i] * border).eval();
+      visit(i, C);
+    }
+  }
   /// How far the minimum of xᵀ A x / 2 − bᵀ x with all links lies below zero.
   double depth() const { return depth_; }
 

@@ -5,7 +5,7 @@
 #include <numeric>
 #include <utility>
 
-#include "batch_normal.h"
+#include "batch_lags.h"
 #include "batch_rows.h"
 #include "batch_weights.h"
 #include "piste/core/error.h"
@@ -78,7 +78,6 @@ struct SolvedBatch final : BatchRun {
   BatchStates at_nodes;
   BatchSummary sum;
 
-  ArrowMatrix covariance() const { return covariance_of(*terms, weights, at_nodes); }
   const BatchSummary& summary() const override { return sum; }
   Solution solution(const ProgressCallback& progress) const override;
   std::vector<SmoothedState> states(const std::vector<std::size_t>& rows) const override;
@@ -93,7 +92,10 @@ Solution SolvedBatch::solution(const ProgressCallback& progress) const {
   std::iota(rows.begin(), rows.end(), std::size_t{0});
   out.reserve(rows.size());
   constexpr std::size_t kTold = 1000;
-  visit_epochs(*terms, options, world, at_nodes, covariance(), rows,
+  const ArrowElimination solved = eliminated(*terms, weights, at_nodes);
+  const ArrowMatrix P = solved.covariance();
+  out.attitude_correlation_time = correlation_time(attitude_lags(world, layout, chain, at_nodes, solved, P));
+  visit_epochs(*terms, options, world, at_nodes, P, rows,
                [&](std::size_t row, double time, const SmoothedState& state) {
                  out.append(time, state.x, sigmas_of(world, state.x, layout.whole, state.P));
                  if (progress && row % kTold == 0) {
@@ -106,7 +108,7 @@ Solution SolvedBatch::solution(const ProgressCallback& progress) const {
 std::vector<SmoothedState> SolvedBatch::states(const std::vector<std::size_t>& rows) const {
   std::vector<SmoothedState> out;
   out.reserve(rows.size());
-  visit_epochs(*terms, options, world, at_nodes, covariance(), rows,
+  visit_epochs(*terms, options, world, at_nodes, eliminated(*terms, weights, at_nodes).covariance(), rows,
                [&](std::size_t, double, const SmoothedState& state) { out.push_back(state); });
   return out;
 }

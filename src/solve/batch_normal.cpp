@@ -50,8 +50,8 @@ ArrowElimination eliminated(Quadratic&& q) { return {std::move(q.A), std::move(q
 
 }  // namespace
 
-ArrowMatrix covariance_of(const BatchTerms& terms, const std::vector<double>& weights, const BatchStates& states) {
-  return eliminated(quadratic(terms, weights, states)).covariance();
+ArrowElimination eliminated(const BatchTerms& terms, const std::vector<double>& weights, const BatchStates& states) {
+  return eliminated(quadratic(terms, weights, states));
 }
 
 std::optional<Refined> refine(const BatchTerms& terms, const std::vector<double>& weights, BatchStates& states) {

@@ -8,9 +8,9 @@
 
 namespace piste {
 
-/// Selected blocks of the covariance of the errors of all nodes and the constants. Throws DataError if the run does not
-/// determine them.
-ArrowMatrix covariance_of(const BatchTerms& terms, const std::vector<double>& weights, const BatchStates& states);
+/// The normal equations about the states, eliminated: what it has as covariance is that of the errors of all nodes and
+/// the constants. Throws DataError if the run does not determine them.
+ArrowElimination eliminated(const BatchTerms& terms, const std::vector<double>& weights, const BatchStates& states);
 
 /// The objective after refine(), and by how much it fell: half the square of what the solution moved, in sigmas of all
 /// unknowns together, where it was near.
@@ -22,7 +22,7 @@ struct Refined {
 /// Brings `states` to the minimum by steps of Gauss and Newton. Over milliseconds the IMU is so sure that normal
 /// equations with its information, as Ceres forms them, have too few digits left for the fixes, and that a step may
 /// first raise the objective by its second order, which the next step takes away. Returns the objective, or nothing if
-/// the steps do not come to an end. Throws as covariance_of().
+/// the steps do not come to an end. Throws as eliminated().
 std::optional<Refined> refine(const BatchTerms& terms, const std::vector<double>& weights, BatchStates& states);
 
 }  // namespace piste

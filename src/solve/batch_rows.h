@@ -14,7 +14,7 @@ Reference epochs_between(const BatchTerms& terms, const FilterOptions& options, 
                          const BatchStates& states);
 
 /// Calls `visit(row, time, state)` for these rows of the filter, in order. @pre `rows` ascend; `covariance` is
-/// covariance_of() of batch_normal.h
+/// the covariance of eliminated() of batch_normal.h
 void visit_epochs(const BatchTerms& terms, const FilterOptions& options, const World& world, const BatchStates& states,
                   const ArrowMatrix& covariance, const std::vector<std::size_t>& rows,
                   const std::function<void(std::size_t, double, const SmoothedState&)>& visit);

@@ -24,7 +24,10 @@ Both both(const SyntheticRun& s, const BatchOptions& options = {}) {
   const FilterRun run = run_filter(s.log, s.options, s.start, kCheckpointEvery);
   const FoundStart found{s.start, "given"};
   const FilterRun again = relinearised(s.log, s.options, found, run);
-  return {smooth_rts(s.log, again), run_batch(s.log, s.options, found, run, options)->solution()};
+  std::vector<AttitudeLag> lags;
+  Both out{smooth_rts(s.log, again, {}, nullptr, &lags), run_batch(s.log, s.options, found, run, options)->solution()};
+  out.smoothed.attitude_correlation_time = correlation_time(lags);
+  return out;
 }
 
 // Largest difference of estimates, in sigmas, and of sigmas, as a part.
@@ -62,6 +65,10 @@ TEST(Batch, IsTheSmootherWhereTheRunIsNearlyLinear) {
   const Apart a = apart(b.batch, b.smoothed);
   EXPECT_LT(a.values, 0.005);
   EXPECT_LT(a.sigmas, 0.005);
+  // Of other pairs of epochs.
+  const double tau = b.smoothed.attitude_correlation_time;
+  EXPECT_NEAR(b.batch.attitude_correlation_time, tau, 0.2 * tau);
+  EXPECT_GT(tau, 0);
 }
 
 // Every fifth position is 23 m off, and a filter that was fooled says that it used all of them. The batch is then as it

@@ -47,7 +47,7 @@ struct Replay {
   /// What the smoother goes back over, if there is one: the run filtered about its own smoothed trajectory.
   std::optional<FilterRun> relinearised = std::nullopt;
   FilterRun filtered;                ///< with its checkpoints smooth_rows() can give the whole covariance of any row
-  std::optional<Solution> smoothed;  ///< if asked for; of RTS with the correlation time of its attitude's errors
+  std::optional<Solution> smoothed;  ///< if asked for; with the correlation time of its attitude's errors
 
   /// The run that a smoother goes back over.
   const FilterRun& smoothable() const { return relinearised ? *relinearised : filtered; }
