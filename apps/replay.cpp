@@ -34,7 +34,7 @@ void run_replay(const AppArguments& arguments, Progress& progress) {
         if (done == 0) progress.start(std::string(stage), all);
         progress.update(done);
       },
-      batch_solver());
+      batch_solver(config.batch));
   progress.clear();
 
   const Solution& filtered = run.filtered.solution;

@@ -89,6 +89,24 @@ SmootherKind read_smoother(const Config& config) {
       SmootherKind::kRts);
 }
 
+BatchOptions read_batch(const Config& config, SmootherKind smoother) {
+  BatchOptions options;
+  const auto batch = config.find_map("batch");
+  if (!batch) return options;
+  if (smoother != SmootherKind::kBatch) config.fail("batch", "is of use with `smoother: batch` alone");
+  options.loss = batch->choice<BatchLoss>(
+      "loss",
+      {{"truncated", BatchLoss::kTruncated}, {"barron", BatchLoss::kBarron}, {"squared", BatchLoss::kSquared}},
+      options.loss);
+  options.bound = batch->number("bound", options.bound);
+  if (!(options.bound > 0.5 && options.bound < 1)) batch->fail("bound", "must be a probability such as 0.999");
+  options.longest_interval = batch->quantity("spacing", dimension::kTime, options.longest_interval);
+  if (!(options.longest_interval > 0 && options.longest_interval <= 10)) {
+    batch->fail("spacing", "must be above zero and at most 10 s");
+  }
+  return options;
+}
+
 // A rate under `output`: a frequency, or the word `imu` for every epoch.
 double read_rate(const Config& output, std::string_view key, double fallback) {
   if (!output.has(key)) return fallback;
@@ -166,6 +184,7 @@ ReplayConfig read_replay_config(const Config& config) {
   filter.priors = read_priors(config);
   filter.adapt = read_adaptation(config);
   replay.smoother = read_smoother(config);
+  replay.batch = read_batch(config, replay.smoother);
   replay.rates = read_output(config);
   replay.conditioning = {.imu = replay.imu.conditioning,
                          .gyro_range = filter.sensor.gyro.range,

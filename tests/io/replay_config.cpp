@@ -252,11 +252,24 @@ TEST_F(ReplayConfigTest, VehicleAndItsSensors) {
                        "above zero"));
 }
 
+TEST_F(ReplayConfigTest, ReadsTheBatch) {
+  const ReplayConfig config =
+      read(kImu + kGnss + "smoother: batch\nbatch: {loss: barron, bound: 0.99, spacing: 500 ms}\n");
+  EXPECT_EQ(config.smoother, SmootherKind::kBatch);
+  EXPECT_EQ(config.batch.loss, BatchLoss::kBarron);
+  EXPECT_EQ(config.batch.bound, 0.99);
+  EXPECT_DOUBLE_EQ(config.batch.longest_interval, 0.5);
+}
+
 TEST_F(ReplayConfigTest, RefusesWithTheLineAndTheRemedy) {
   const std::string base = kImu + kGnss;  // six lines
   const std::tuple<std::string, std::string, std::string> cases[] = {
       {"smother: rts\n", "run.yaml:7: unknown key `smother`", "perhaps `smoother`"},
       {"gate: 0.99\ngate: 0.9\n", "run.yaml:8: key `gate`", "line 7"},
+      {"batch: {loss: barron}\n", "run.yaml:7: batch", "smoother: batch"},
+      {"smoother: batch\nbatch: {loss: huber}\n", "run.yaml:8: loss", "truncated"},
+      {"smoother: batch\nbatch: {spacing: 1}\n", "run.yaml:8: spacing", "no unit"},
+      {"smoother: batch\nbatch: {bound: 99.9}\n", "run.yaml:8: bound", "0.999"},
       {"adapt: perhaps\n", "run.yaml:7: adapt", "true"},
       {"adapt: {within: 1}\n", "run.yaml:7: within", "such as 10"},
       {"adapt: {time: 60}\n", "run.yaml:7: time", "no unit"},

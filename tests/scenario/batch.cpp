@@ -67,7 +67,7 @@ TEST(BatchRobust, AFifthOfWrongPositionsCostsLittle) {
     squared += std::pow(error_of(c, all_count->solution(), all).rms, 2);
   }
   const auto rms = [&](double sum) { return std::sqrt(sum / runs); };
-  fmt::print("clean {:.3f} m, a fifth wrong {:.3f} m, what the filter used {:.3f} m\n", rms(clean), rms(spoiled),
+  fmt::print("clean {:.5f} m, a fifth wrong {:.5f} m, what the filter used {:.3f} m\n", rms(clean), rms(spoiled),
              rms(squared));
   EXPECT_LT(rms(spoiled), 1.1 * rms(clean));
 }

@@ -164,4 +164,25 @@ struct InitialHeading {
 
 enum class SmootherKind { kNone, kRts, kBatch };
 
+/// What wrong fixes cost.
+enum class BatchLoss {
+  kTruncated,  ///< no more than a fix at the bound
+  kBarron,     ///< ever less with its size: Barron 2019 with α = −2 (Geman and McClure), scaled by the bound
+  kSquared     ///< in full: every fix that the filter used is taken to be right
+};
+
+/// How a batch is solved (solve/batch.h).
+struct BatchOptions {
+  BatchLoss loss = BatchLoss::kTruncated;
+  /// Probability of a right fix within the bound, by its number of rows: chi-squared.
+  double bound = 0.999;
+  /// Longest time between nodes [s]: over more, the errors of the IMU would not act linearly on what it says.
+  double longest_interval = 1;
+  /// How often the run is laid out anew about its solution at most. Two are enough from a filter that was not lost.
+  int most_rounds = 10;
+  /// It is found when laying the run out anew moves the solution by less: half the square of that, in sigmas of all
+  /// unknowns together.
+  double tolerance = 1e-3;
+};
+
 }  // namespace piste

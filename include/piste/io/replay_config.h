@@ -32,6 +32,7 @@ struct ReplayConfig {
   FilterOptions filter;
   InitialHeading initial;
   SmootherKind smoother = SmootherKind::kRts;
+  BatchOptions batch;
   OutputRates rates;
 };
 
