@@ -212,6 +212,26 @@ AllanCurve AllanSums::curve(double interval) {
   return curve;
 }
 
+AllanCurve pooled(std::span<const AllanCurve> curves) {
+  AllanCurve all;
+  all.interval = curves.front().interval;
+  for (const AllanCurve& c : curves) {
+    all.lengths.insert(all.lengths.end(), c.lengths.begin(), c.lengths.end());
+    for (std::size_t i = 0; i < c.scales.size(); ++i) {
+      if (i == all.scales.size()) all.scales.push_back({c.scales[i].samples, 0, 0, 0});
+      AllanScale& scale = all.scales[i];
+      scale.variance += static_cast<double>(c.scales[i].terms) * c.scales[i].variance;
+      scale.robust += static_cast<double>(c.scales[i].terms) * c.scales[i].robust;
+      scale.terms += c.scales[i].terms;
+    }
+  }
+  for (AllanScale& scale : all.scales) {
+    scale.variance /= static_cast<double>(scale.terms);
+    scale.robust /= static_cast<double>(scale.terms);
+  }
+  return all;
+}
+
 AllanCurve allan_curve(std::span<const double> samples, double interval, bool with_robust) {
   AllanSums sums(with_robust);
   sums.add(samples);

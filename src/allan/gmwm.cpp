@@ -250,20 +250,11 @@ class GmwmCost : public ceres::CostFunction {
   const Model& model_;
 };
 
-// The minimum near a start.
+// The minimum near a start; the start where the way leads to correlation times that the curve cannot tell.
 Model polished(const Moments& moments, const Model& start) {
   std::vector<double> logs = logs_of(start);
   ceres::Problem problem;
   problem.AddResidualBlock(new GmwmCost(moments, start), nullptr, logs.data());
-  const AllanCurve& curve = *moments.curve;
-  int at = 0;
-  for (const NoiseProcess& p : start) {
-    ++at;
-    if (p.kind != ProcessKind::kGaussMarkov) continue;
-    problem.SetParameterLowerBound(logs.data(), at, std::log(kShortestTime * curve.interval));
-    problem.SetParameterUpperBound(logs.data(), at, std::log(kLongestPart * curve.longest_stretch()));
-    ++at;
-  }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
   options.max_num_iterations = 60;
@@ -272,6 +263,13 @@ Model polished(const Moments& moments, const Model& start) {
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
   Model model = with_logs(start, logs.data());
+  const double longest = kLongestPart * moments.curve->longest_stretch();
+  const bool kept = std::all_of(model.begin(), model.end(), [&](const NoiseProcess& p) {
+    return std::isfinite(p.size) && p.size > 0 &&
+           (p.kind != ProcessKind::kGaussMarkov ||
+            (p.correlation_time > kShortestTime * moments.curve->interval && p.correlation_time < longest));
+  });
+  if (!kept || !(moments.objective(model) <= moments.objective(start))) model = start;
   std::stable_sort(model.begin(), model.end(), [](const NoiseProcess& a, const NoiseProcess& b) {
     return a.kind == b.kind ? a.correlation_time < b.correlation_time : a.kind < b.kind;
   });
@@ -386,6 +384,13 @@ double most_unseen(const Moments& moments, const Model& model, ProcessKind kind)
   return std::sqrt(high);
 }
 
+// Without the scales at which so few independent clusters are averaged that χ² is far from normal.
+AllanCurve told_scales(AllanCurve curve) {
+  constexpr std::size_t kClusters = 4;  // beyond the first two: some five degrees of freedom
+  std::erase_if(curve.scales, [](const AllanScale& s) { return s.terms < kClusters * s.samples; });
+  return curve;
+}
+
 MatrixXd with_error(MatrixXd V, const VectorXd& variance, double error) {
   V.diagonal() += (error * variance).cwiseAbs2();
   return V;
@@ -409,8 +414,9 @@ const FittedProcess* GmwmFit::find(ProcessKind kind) const {
   return nullptr;
 }
 
-GmwmFit fit_gmwm(const AllanCurve& curve, const GmwmOptions& options) {
+GmwmFit fit_gmwm(const AllanCurve& whole, const GmwmOptions& options) {
   constexpr std::size_t kFewest = 4;
+  const AllanCurve curve = told_scales(whole);
   constexpr int kRounds = 4;
   constexpr double kRefused = 0.05, kMostError = 1;
   const std::size_t scales = curve.scales.size();
@@ -423,7 +429,7 @@ GmwmFit fit_gmwm(const AllanCurve& curve, const GmwmOptions& options) {
     moments.variance(static_cast<Index>(i)) = v;
   }
   const double inflation = options.robust ? 1 / robust::efficiency() : 1;
-  const double penalty = std::log(static_cast<double>(scales));
+  constexpr double penalty = kPenalty;
 
   // V by the model, the model by V. At first each scale as if it were alone.
   VectorXd alone(moments.variance.size());
@@ -493,6 +499,7 @@ GmwmFit fit_gmwm(const AllanCurve& curve, const GmwmOptions& options) {
   // Covariance of the logarithms: (Dᵀ Ω D)⁻¹, as Ω is the inverse of the covariance.
   const MatrixXd WD = moments.whitening * slopes(moments, model);
   const MatrixXd P = inverse(MatrixXd(WD.transpose() * WD));
+  fit.logs = P;
   constexpr double kFactor = 3;
   Index at = 0;
   for (const NoiseProcess& p : model) {

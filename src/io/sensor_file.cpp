@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <sstream>
+#include <string>
 #include <utility>
 
 #include "io/triad_units.h"
@@ -32,9 +34,39 @@ DriftProcess read_drift(const Config& config, const TriadUnits& units) {
   return drift;
 }
 
+// One value, or one for each axis.
+void read_noise(const Config& config, const TriadUnits& units, TriadErrors& errors) {
+  const auto numbers = [&] {
+    std::istringstream words(config.text("noise"));
+    int count = 0;
+    for (std::string word; words >> word; ++count) {
+      if (word.find_first_of("0123456789") > word.find_first_not_of("+-.")) break;
+    }
+    return count;
+  };
+  if (!config.is_scalar("noise") || numbers() < 2) {
+    errors.noise = positive(config, "noise", units.noise);
+    return;
+  }
+  const Vector3d densities = config.vector("noise", units.noise);
+  if (!(densities.minCoeff() > 0)) config.fail("noise", fmt::format("must be above zero, such as `{}`", units.noise.example));
+  errors.set_densities(densities);
+}
+
+std::string noise_text(const TriadErrors& errors, const TriadUnits& units) {
+  if (!errors.axes_differ()) return format_quantity(errors.noise, units.noise_unit, units.noise);
+  const Vector3d densities = errors.densities();
+  std::string text;
+  for (const double density : densities) {
+    const std::string one = format_quantity(density, units.noise_unit, units.noise);
+    text += one.substr(0, one.find(' ')) + ' ';
+  }
+  return text + std::string(units.noise_unit);
+}
+
 TriadErrors read_triad(const Config& config, const TriadUnits& units) {
   TriadErrors errors;
-  errors.noise = positive(config, "noise", units.noise);
+  read_noise(config, units, errors);
   errors.bias = config.magnitude("bias", units.value, 0);
   if (const auto drift = config.find_map("drift")) errors.drift = read_drift(*drift, units);
   errors.scale = config.magnitude("scale", dimension::kRatio, 0);
@@ -60,7 +92,7 @@ std::string drift_text(const DriftProcess& drift, const TriadUnits& units) {
 std::string triad_text(std::string_view name, const TriadErrors& errors, const TriadUnits& units) {
   std::string text =
       fmt::format("{}:\n  noise: {}\n  bias: {}\n  drift: {}\n  scale: {}\n", name,
-                  format_quantity(errors.noise, units.noise_unit, units.noise),
+                  noise_text(errors, units),
                   format_quantity(errors.bias, units.value_unit, units.value), drift_text(errors.drift, units),
                   format_quantity(errors.scale, "ppm", dimension::kRatio));
   if (errors.range > 0) {
@@ -90,7 +122,13 @@ ImuSensor rounded(ImuSensor sensor, int digits) {
     value = std::round(shown * last) / last * factor;
   };
   for (const auto& [triad, units] : {std::pair{&sensor.gyro, &kGyroUnits}, std::pair{&sensor.accel, &kAccelUnits}}) {
-    round(triad->noise, units->noise_unit, units->noise, digits);
+    if (triad->axes_differ()) {
+      Eigen::Vector3d densities = triad->densities();
+      for (double& density : densities) round(density, units->noise_unit, units->noise, digits);
+      triad->set_densities(densities);
+    } else {
+      round(triad->noise, units->noise_unit, units->noise, digits);
+    }
     for (double* value : {&triad->bias, &triad->drift.sigma}) round(*value, units->value_unit, units->value, digits);
     round(triad->drift.density, units->drift_unit, units->drift, digits);
     round(triad->drift.correlation_time, "s", dimension::kTime, digits);

@@ -8,8 +8,7 @@ constexpr double kClippedSpread = 0.2;  // 1-sigma of what a clipped sample hide
 }  // namespace
 
 StepNoise SampleNoise::of(const ImuSample& sample, const ImuSensor& sensor) {
-  const double gyro = sensor.gyro.noise, accel = sensor.accel.noise;
-  StepNoise noise{Vector3d::Constant(gyro * gyro), Vector3d::Constant(accel * accel)};
+  StepNoise noise{sensor.gyro.densities().cwiseAbs2(), sensor.accel.densities().cwiseAbs2()};
   const auto clip = [&](int axis, bool clipped, double range, double& density) {
     int& run = clipped_in_a_row_[static_cast<std::size_t>(axis)];
     run = clipped ? run + 1 : 0;

@@ -87,6 +87,9 @@ class AllanSums {
   double sum_ = 0, offset_ = 0;
 };
 
+/// The curve of several recordings together, each term counting once. @pre equal intervals, at least one curve
+AllanCurve pooled(std::span<const AllanCurve> curves);
+
 /// The curve of one stretch of samples.
 AllanCurve allan_curve(std::span<const double> samples, double interval, bool with_robust = false);
 

@@ -52,6 +52,7 @@ struct GmwmFit {
   std::vector<double> variance;   ///< of the model, at the scales of the curve
   std::vector<double> low, high;  ///< interval of the true variance at each scale, about the estimated one
   Eigen::MatrixXd covariance;     ///< V
+  Eigen::MatrixXd logs;           ///< covariance of the logarithms of the numbers, in the order of parts: size, time
   double objective = 0;           ///< of the fit with the covariance V alone: χ² with `freedom` if the model is true
   double freedom = 0, p_value = 1;
   double model_error = 0;  ///< e, of variances
@@ -64,8 +65,13 @@ struct GmwmFit {
   const FittedProcess* find(ProcessKind kind) const;
 };
 
-/// Fits. The criterion of the choice is that of Guerrier and others (WVIC) with the penalty of Schwarz: the objective,
-/// and ln(number of scales) for each number of the model. Throws DataError where the curve has fewer than four scales,
+/// The penalty of each number of a model in the choice: twice that of Akaike, as many models are tried. A process that is
+/// not there is then taken up in one of fifty fits, each kind by itself.
+inline constexpr double kPenalty = 4;
+
+/// Fits. A model is chosen by the wavelet information criterion (WVIC: Guerrier and others 2013): the objective, and
+/// kPenalty for each number of the model. Only scales of which at least four clusters beyond the first two are averaged
+/// take part. Throws DataError where the curve has fewer than four scales,
 /// or does not vary.
 GmwmFit fit_gmwm(const AllanCurve& curve, const GmwmOptions& options = {});
 
