@@ -289,6 +289,14 @@ std::optional<Calibration> try_calibration(const Inspection& inspection, const I
 
 }  // namespace
 
+std::vector<InspectedLog> recognise(const std::vector<std::string>& files, std::vector<Suspicion>& found) {
+  std::vector<InspectedLog> logs;
+  logs.reserve(files.size());
+  for (const std::string& file : files) logs.push_back(guessed(file, found));
+  pair_up(logs, found);
+  return logs;
+}
+
 Inspection inspect(const std::vector<std::string>& files, const ProgressCallback& progress) {
   Inspection inspection;
   std::vector<Suspicion>& found = inspection.suspicions;
@@ -297,10 +305,7 @@ Inspection inspect(const std::vector<std::string>& files, const ProgressCallback
   const auto show = [&](double part) {
     if (progress) progress(part);
   };
-  for (const std::string& file : files) {
-    logs.push_back(guessed(file, found));
-  }
-  pair_up(logs, found);
+  logs = recognise(files, found);
   for (std::size_t i = 0; i < logs.size(); ++i) {
     examine(logs[i], found);
     show(kRead * static_cast<double>(i + 1) / static_cast<double>(logs.size()));

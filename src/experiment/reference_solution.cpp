@@ -10,7 +10,7 @@ namespace piste {
 ReferenceSolution solve_reference(const RunConfig& run, const ImuRecording& imu, const GnssRecording& gnss) {
   constexpr double kAttitudeRate = 10;
   FilterOptions filter;
-  filter.sensor = run.reference.source.sensor;
+  filter.sensor = turned(run.reference.source.sensor, run.reference.source.conditioning.R_bs);
   filter.gnss = {run.gnss->options};
   filter.estimate = imu_error_blocks(filter.sensor);
   if (filter.gnss.front().drift) filter.estimate.push_back(Block::kGnssPositionDrift);

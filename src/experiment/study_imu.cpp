@@ -155,7 +155,7 @@ FilterCase filter_case(const RunConfig& config, const RunReference& reference, c
   const BodyMounting body = mounting_of(imu.alignment);
   FilterCase out{{}, {}, run};
   FilterOptions& options = out.options;
-  options.sensor = imu.mounted->source.sensor;
+  options.sensor = turned(imu.mounted->source.sensor, imu.mounted->source.conditioning.R_bs);
   options.gnss = {config.gnss->options};
   Vector3d& arm = options.gnss.front().lever_arm;
   arm = body.q_rb.conjugate() * (arm - body.p_rb_r);

@@ -146,7 +146,9 @@ std::string tuning_text(const Tuning& tuning) {
 }
 
 void write_tuning(OutputFolder& output, const ReplayConfig& config, const Tuning& tuning) {
-  output.write("sensor.yaml", sensor_text(rounded(tuning.noise.sensor, kDigits)));
+  // The filter knows the sensor along the body's axes; its file has it along its own.
+  const ImuSensor sensor = turned(tuning.noise.sensor, config.imu.conditioning.R_bs.transpose());
+  output.write("sensor.yaml", sensor_text(rounded(sensor, kDigits)));
   output.write("replay.yaml", replay_yaml(config, tuning, output.folder()));
   output.write("tune.json", tune_json(tuning));
 }

@@ -160,7 +160,7 @@ ReplayConfig read_replay_config(const Config& config) {
   replay.echo = config.source();
   replay.imu = read_imu_source(config.map("imu"));
   FilterOptions& filter = replay.filter;
-  filter.sensor = replay.imu.sensor;
+  filter.sensor = turned(replay.imu.sensor, replay.imu.conditioning.R_bs);
   for (const Config& source : config.maps("gnss")) {
     const LogFile log = read_gnss_file(source);
     for (const LogFile& other : replay.gnss) refuse_repeated(source, log, other);

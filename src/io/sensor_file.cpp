@@ -44,8 +44,7 @@ void read_noise(const Config& config, const TriadUnits& units, TriadErrors& erro
   const Vector3d axes = config.vector("noise", units.noise);
   if (!(axes.minCoeff() > 0))
     config.fail("noise", fmt::format("must be above zero on each axis, such as `{}`", units.noise.example));
-  errors.noise = std::sqrt(axes.squaredNorm() / 3);
-  errors.axes = axes / errors.noise;
+  errors.set_densities(axes);
 }
 
 std::string noise_text(const TriadErrors& errors, const TriadUnits& units) {

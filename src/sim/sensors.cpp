@@ -62,7 +62,7 @@ class TriadErrorSource {
     row += draw.scale.cwiseProduct(row) + draw.bias + drift_.advance(dt);
     const Vector3d warm_up = std::exp(-since_start / given_.warm_up_time) * given_.warm_up;
     row += warm_up;
-    row += errors_.noise / std::sqrt(dt) * noise_.normal3();
+    row += (errors_.densities() / std::sqrt(dt)).cwiseProduct(noise_.normal3());
     if (given_.quantization > 0) {
       const Vector3d now = given_.quantization * quantization_.normal3();
       row += (now - rounding_) / dt;

@@ -27,12 +27,18 @@ struct TriadErrors {
   double range = 0;    ///< a sample at ± range is clipped; 0 = unlimited
   Vector3d axes = Vector3d::Ones();  ///< noise of each axis, as a part of `noise`
 
-  Vector3d noise_variance() const { return (noise * axes).cwiseAbs2(); }  ///< of each axis
+  Vector3d densities() const { return noise * axes; }  ///< of the white noise of each axis
+  Vector3d noise_variance() const { return densities().cwiseAbs2(); }
+  void set_densities(const Vector3d& densities);  ///< sets `noise` and `axes`
 };
 
 struct ImuSensor {
   std::string name;
   TriadErrors gyro, accel;
 };
+
+/// The sensor as it is along other axes: R turns a vector of the sensor's axes into them. White noise of axes that differ
+/// is taken to be independent after the turn too.
+ImuSensor turned(ImuSensor sensor, const Matrix3d& R);
 
 }  // namespace piste
