@@ -40,7 +40,16 @@ AppArguments parse(int argc, char** argv, const AppDescription& description, CLI
     o->check(CLI::Range(option.minimum, std::numeric_limits<long>::max()));
     if (option.fallback) o->description(fmt::format("{} (default {})", option.help, *option.fallback));
   }
+  for (const FlagOption& option : description.flags) {
+    command.add_flag("--" + option.name, arguments.flags[option.name], option.help);
+  }
+  std::map<std::string, std::string> files;
+  for (const FileOption& option : description.files) {
+    command.add_option("--" + option.name, files[option.name], option.help)->type_name("FILE");
+  }
   command.parse(argc, argv);
+  std::erase_if(files, [](const auto& file) { return file.second.empty(); });
+  arguments.files = std::move(files);
   for (const IntegerOption& option : description.integers) {
     if (command.count("--" + option.name) > 0) {
       arguments.integers[option.name] = values[option.name];

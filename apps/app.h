@@ -18,6 +18,16 @@ struct IntegerOption {
   long minimum = 0;
 };
 
+/// An option that is there or not, such as `--robust`.
+struct FlagOption {
+  std::string name, help;
+};
+
+/// An option that names a file, such as `--sensor FILE`.
+struct FileOption {
+  std::string name, help;
+};
+
 /// Name, summary and options of a program, for its command line and its help.
 struct AppDescription {
   std::string name, summary;
@@ -26,6 +36,8 @@ struct AppDescription {
   bool many_inputs = false;  ///< whether there may be several
   bool has_output = true;    ///< whether it has --output DIR
   std::vector<IntegerOption> integers = {};
+  std::vector<FlagOption> flags = {};
+  std::vector<FileOption> files = {};
 };
 
 /// The arguments on the command line.
@@ -35,6 +47,8 @@ struct AppArguments {
   std::filesystem::path output;  ///< --output, else out/<stem of the input>
   bool quiet = false;
   std::map<std::string, long> integers;  ///< those that are given or have a fallback
+  std::map<std::string, bool> flags;
+  std::map<std::string, std::string> files;  ///< those that are given
 };
 
 /// A progress bar with rate and time left. It is on standard error, and only if that is a terminal.
