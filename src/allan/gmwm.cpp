@@ -354,14 +354,6 @@ double upper_chi_squared(double x, double freedom) {
   return boost::math::cdf(boost::math::complement(boost::math::chi_squared(freedom), std::max(x, 0.0)));
 }
 
-// Interval of a variance's root whose estimate has a relative variance: χ² with the degrees of freedom that give it.
-std::pair<double, double> size_interval(double size, double variance_log_square, double probability) {
-  const double freedom = 2 / variance_log_square;
-  if (!(freedom > 0.05)) return {0, std::numeric_limits<double>::infinity()};
-  return {size * std::sqrt(freedom / chi_squared_quantile((1 + probability) / 2, freedom)),
-          size * std::sqrt(freedom / chi_squared_quantile((1 - probability) / 2, freedom))};
-}
-
 // How large a process may be beside the fitted ones: where the objective has risen by χ² of one side.
 double most_unseen(const Moments& moments, const Model& model, ProcessKind kind) {
   constexpr double kRise = 2.706;  // χ²₁ of 90 %: one-sided 95 %
@@ -494,7 +486,7 @@ GmwmFit fit_gmwm(const AllanCurve& whole, const GmwmOptions& options) {
   fit.variance.assign(nu.data(), nu.data() + nu.size());
   for (Index i = 0; i < nu.size(); ++i) {
     const double relative = V(i, i) / square(nu(i));
-    const auto [low, high] = size_interval(std::sqrt(moments.variance(i)), relative, options.probability);
+    const auto [low, high] = size_interval(std::sqrt(moments.variance(i)), std::sqrt(relative) / 2, options.probability);
     fit.low.push_back(square(low));
     fit.high.push_back(square(high));
     const double off = std::abs(std::sqrt(nu(i) / moments.variance(i)) - 1) - std::sqrt(relative);  // 2 sigmas of √
@@ -514,7 +506,7 @@ GmwmFit fit_gmwm(const AllanCurve& whole, const GmwmOptions& options) {
     part.process = p;
     const double variance_log = std::max(P(at, at), 0.0);
     part.sigma_log = std::sqrt(variance_log);
-    std::tie(part.low, part.high) = size_interval(p.size, 4 * variance_log, options.probability);
+    std::tie(part.low, part.high) = size_interval(p.size, part.sigma_log, options.probability);
     part.determined = part.high < kFactor * kFactor * part.low;
     ++at;
     if (p.kind == ProcessKind::kGaussMarkov) {

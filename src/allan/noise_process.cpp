@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -228,6 +229,18 @@ double allan_variance(std::span<const NoiseProcess> processes, std::size_t m, do
   double sum = 0;
   for (const NoiseProcess& p : processes) sum += allan_variance(p, m, interval);
   return sum;
+}
+
+std::pair<double, double> size_interval(double size, double sigma_log, double probability) {
+  constexpr double kLeastFreedom = 0.05, kNormal = 1e6;  // of χ², which is normal beyond
+  const double freedom = 1 / (2 * square(sigma_log));
+  if (!(sigma_log > 0) || !(freedom > kLeastFreedom)) return {0, std::numeric_limits<double>::infinity()};
+  if (freedom > kNormal) {
+    const double reach = std::exp(normal_quantile((1 + probability) / 2) * sigma_log);
+    return {size / reach, size * reach};
+  }
+  return {size * std::sqrt(freedom / chi_squared_quantile((1 + probability) / 2, freedom)),
+          size * std::sqrt(freedom / chi_squared_quantile((1 - probability) / 2, freedom))};
 }
 
 Eigen::MatrixXd allan_covariance(std::span<const NoiseProcess> processes, const AllanCurve& curve) {

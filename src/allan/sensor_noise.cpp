@@ -8,6 +8,7 @@
 #include <functional>
 #include <limits>
 #include <numbers>
+#include <tuple>
 
 #include "piste/math/statistics.h"
 
@@ -57,18 +58,7 @@ Measured derived(const GmwmFit& fit, double probability,
     if (model[i].kind == Kind::kGaussMarkov) differentiate(i, &NoiseProcess::correlation_time);
   }
   m.sigma_log = std::sqrt(std::max(0.0, slope.dot(fit.logs * slope)));
-  const double freedom = 1 / (2 * square(m.sigma_log));  // of a χ² whose root has this spread
-  constexpr double kLeastFreedom = 0.05;
-  if (!(freedom > kLeastFreedom)) {
-    m.high = std::numeric_limits<double>::infinity();
-  } else if (freedom > 1e6) {
-    const double reach = normal_quantile((1 + probability) / 2) * m.sigma_log;
-    m.low = m.value * std::exp(-reach);
-    m.high = m.value * std::exp(reach);
-  } else {
-    m.low = m.value * std::sqrt(freedom / chi_squared_quantile((1 + probability) / 2, freedom));
-    m.high = m.value * std::sqrt(freedom / chi_squared_quantile((1 - probability) / 2, freedom));
-  }
+  std::tie(m.low, m.high) = size_interval(m.value, m.sigma_log, probability);
   return m;
 }
 

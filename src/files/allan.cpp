@@ -14,8 +14,7 @@ namespace {
 bool has_curve(const AllanAxis& axis) { return !axis.curve.scales.empty(); }
 
 std::string measured_json(const Measured& m) {
-  return json::object({{"value", json::number(m.value, 6)},
-                       {"interval", json::numbers(std::array{m.low, m.high}, 6)}});
+  return json::object({{"value", json::number(m.value, 6)}, {"interval", json::numbers(std::array{m.low, m.high}, 6)}});
 }
 
 std::string process_json(const FittedProcess& p, bool gyro) {
@@ -64,9 +63,10 @@ std::string axis_json(const AllanAxis& axis) {
   }
   members.emplace_back("noise", measured_json(axis.noise.noise));
   members.emplace_back("bias_instability", measured_json(axis.noise.instability));
-  members.emplace_back("bias_instability_is", json::string(axis.noise.flicker         ? "flicker noise of the model"
-                                                           : axis.noise.lowest_inside ? "the lowest deviation over 0.664"
-                                                                                      : "an upper bound"));
+  members.emplace_back("bias_instability_is",
+                       json::string(axis.noise.flicker         ? "flicker noise of the model"
+                                    : axis.noise.lowest_inside ? "the lowest deviation over 0.664"
+                                                               : "an upper bound"));
   members.emplace_back("value_step", json::number(axis.step, 6));
   if (axis.units.size() > 1) {
     std::vector<std::string> units;

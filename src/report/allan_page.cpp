@@ -79,13 +79,14 @@ std::string numbers_table(const AllanFindings& f) {
                       value = unit_of(ProcessKind::kBiasInstability, axis.is_gyro);
     rows.push_back({axis.name, interval_text(axis.noise.noise, noise.factor, noise.name),
                     interval_text(axis.noise.instability, value.factor, value.name),
-                    axis.noise.flicker         ? "flicker noise"
-                    : axis.noise.lowest_inside ? fmt::format("lowest deviation, at {:.3g} s", axis.noise.instability_tau)
-                                               : "an upper bound",
+                    axis.noise.flicker ? "flicker noise"
+                    : axis.noise.lowest_inside
+                        ? fmt::format("lowest deviation, at {:.3g} s", axis.noise.instability_tau)
+                        : "an upper bound",
                     axis.fit->name()});
   }
-  return page::wide(page::table("", {"axis", "white noise that a filter meets", "bias instability", "which is", "model"},
-                                rows));
+  return page::wide(
+      page::table("", {"axis", "white noise that a filter meets", "bias instability", "which is", "model"}, rows));
 }
 
 std::string processes_table(const AllanFindings& f) {
@@ -102,8 +103,8 @@ std::string processes_table(const AllanFindings& f) {
     }
     for (const UnseenProcess& u : axis.fit->unseen) {
       const ProcessUnit unit = unit_of(u.kind, axis.is_gyro);
-      rows.push_back({axis.name, std::string(name_of(u.kind)), fmt::format("below {:.3g} {}", u.below / unit.factor, unit.name),
-                      "", "not seen"});
+      rows.push_back({axis.name, std::string(name_of(u.kind)),
+                      fmt::format("below {:.3g} {}", u.below / unit.factor, unit.name), "", "not seen"});
     }
   }
   return page::wide(page::table("", {"axis", "process", "size", "correlation time", "determined"}, rows));
@@ -116,8 +117,8 @@ std::string models_table(const AllanFindings& f) {
     if (!axis.fit) continue;
     for (std::size_t i = 0; i < std::min(kShown, axis.fit->tried.size()); ++i) {
       const TriedModel& m = axis.fit->tried[i];
-      rows.push_back({i == 0 ? axis.name : "", m.name, fmt::format("{:.2f}", m.objective), fmt::format("{:.0f}", m.penalty),
-                      fmt::format("{:.2f}", m.criterion())});
+      rows.push_back({i == 0 ? axis.name : "", m.name, fmt::format("{:.2f}", m.objective),
+                      fmt::format("{:.0f}", m.penalty), fmt::format("{:.2f}", m.criterion())});
     }
   }
   return page::wide(page::table("", {"axis", "model", "misfit", "penalty", "sum"}, rows));
@@ -166,13 +167,14 @@ std::string allan_page(const AllanFindings& f, const std::string& sensor_file, c
   std::vector<page::Section> sections{
       {"numbers", "What a data sheet would say", numbers_table(f) + page::list("Warnings", f.warnings)},
       {"curves", "Curves", curves},
-      {"processes", "Processes", processes_table(f) + page::list("What recordings of this length do not tell", f.undetermined)},
+      {"processes", "Processes",
+       processes_table(f) + page::list("What recordings of this length do not tell", f.undetermined)},
       {"models", "Models that were tried", models_table(f)}};
   if (f.recordings.size() > 1) sections.push_back({"units", "Unit by unit", units_table(f)});
   sections.push_back({"recordings", "Recordings", recordings_table(f)});
-  sections.push_back({"sensor", "Sensor file",
-                      fmt::format("<pre>{}</pre>\n", escape_markup(sensor_file)) +
-                          page::list("How it came about", f.sensor_remarks)});
+  sections.push_back(
+      {"sensor", "Sensor file",
+       fmt::format("<pre>{}</pre>\n", escape_markup(sensor_file)) + page::list("How it came about", f.sensor_remarks)});
   sections.push_back({"reading", "How to read it", std::string(kHowToReadAllan)});
   return page::render(f.options.name,
                       fmt::format("piste {} · noise of an IMU at rest · bands and intervals of {:g} %",

@@ -44,7 +44,8 @@ std::string allan_text(const AllanFindings& f) {
     text += fmt::format("{}: {} at rest, {:.4g} Hz ({})\n", r.source.log.file, time_text(r.used()), 1 / r.interval,
                         r.source.why);
   }
-  text += fmt::format("\n{:8} {:42} {:38} {}\n", "axis", "white noise that a filter meets", "bias instability", "model");
+  text +=
+      fmt::format("\n{:8} {:42} {:38} {}\n", "axis", "white noise that a filter meets", "bias instability", "model");
   for (const AllanAxis& axis : f.axes) {
     if (!axis.fit) {
       text += fmt::format("{:8} not fitted: {}\n", axis.name, axis.why_not.empty() ? "not recorded" : axis.why_not);

@@ -13,6 +13,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "piste/allan/allan_variance.h"
 
@@ -41,6 +42,10 @@ std::string key_of(ProcessKind kind);
 /// Allan variance at clusters of m samples, `interval` seconds apart.
 double allan_variance(const NoiseProcess& process, std::size_t m, double interval);
 double allan_variance(std::span<const NoiseProcess> processes, std::size_t m, double interval);
+
+/// Interval of a size of which the logarithm has this standard deviation: that of a root of χ² which has it too. Nothing
+/// is known, {0, ∞}, of one that is not above zero or hardly told.
+std::pair<double, double> size_interval(double size, double sigma_log, double probability);
 
 /// Covariance of the estimated Allan variances of all scales of a curve if its samples are the sum of these independent
 /// normal processes. From the lag covariances c(d) of Y (Percival 1995, Biometrika 82, for wavelets):
