@@ -2,7 +2,7 @@
 /// The front door of piste::batch: the functions that need least squares over whole logs. Conventions stand in piste.h.
 ///
 /// Two IMUs on one plate are aligned, and one is fitted to the other; a campaign of several is studied; a run is solved
-/// as a batch.
+/// as a batch; the noise of an IMU is found from recordings at rest.
 
 // One IMU beside a better one.
 #include "piste/condition/aligned_signals.h"
@@ -30,3 +30,13 @@
 
 // The whole run as one least-squares problem.
 #include "piste/solve/batch.h"
+
+// The noise of an IMU at rest.
+#include "piste/allan/allan_variance.h"
+#include "piste/allan/gmwm.h"
+#include "piste/allan/noise_process.h"
+#include "piste/allan/sensor_noise.h"
+#include "piste/experiment/allan.h"
+#include "piste/files/allan.h"
+#include "piste/report/allan_page.h"
+#include "piste/report/allan_text.h"

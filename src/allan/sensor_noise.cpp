@@ -10,6 +10,7 @@
 #include <numbers>
 #include <tuple>
 
+#include "io/triad_units.h"
 #include "piste/math/statistics.h"
 
 namespace piste {
@@ -108,6 +109,26 @@ double variance_at(std::span<const NoiseProcess> processes, double tau) {
 }
 
 }  // namespace
+
+ProcessUnit unit_of(ProcessKind kind, bool gyro) {
+  const TriadUnits& units = gyro ? kGyroUnits : kAccelUnits;
+  const double value = unit_factor(units.value_unit, units.value);
+  const std::string name(units.value_unit);
+  switch (kind) {
+    case ProcessKind::kQuantisation:
+      return {gyro ? "deg" : "m/s", value};
+    case ProcessKind::kWhite:
+      return {std::string(units.noise_unit), unit_factor(units.noise_unit, units.noise)};
+    case ProcessKind::kRandomWalk:
+      return {std::string(units.drift_unit), unit_factor(units.drift_unit, units.drift)};
+    case ProcessKind::kRamp:
+      return {gyro ? "deg/s^2" : "m/s^3", value};
+    case ProcessKind::kBiasInstability:
+    case ProcessKind::kGaussMarkov:
+      break;
+  }
+  return {name, value};
+}
 
 AxisNoise axis_noise(const GmwmFit& fit, const AllanCurve& curve, double probability) {
   AxisNoise axis;

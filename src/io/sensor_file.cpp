@@ -112,7 +112,13 @@ ImuSensor rounded(ImuSensor sensor, int digits) {
     value = std::round(shown * last) / last * factor;
   };
   for (const auto& [triad, units] : {std::pair{&sensor.gyro, &kGyroUnits}, std::pair{&sensor.accel, &kAccelUnits}}) {
-    round(triad->noise, units->noise_unit, units->noise, digits);
+    if (triad->axes == Vector3d::Ones()) {
+      round(triad->noise, units->noise_unit, units->noise, digits);
+    } else {
+      Vector3d densities = triad->densities();
+      for (double& density : densities) round(density, units->noise_unit, units->noise, digits);
+      triad->set_densities(densities);
+    }
     for (double* value : {&triad->bias, &triad->drift.sigma}) round(*value, units->value_unit, units->value, digits);
     round(triad->drift.density, units->drift_unit, units->drift, digits);
     round(triad->drift.correlation_time, "s", dimension::kTime, digits);

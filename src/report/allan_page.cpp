@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "math/words.h"
-#include "piste/files/allan.h"
 #include "piste/report/allan_text.h"
 #include "plot/markup.h"
 #include "plot/svg.h"

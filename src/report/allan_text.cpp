@@ -3,10 +3,22 @@
 #include <fmt/format.h>
 
 #include "math/words.h"
-#include "piste/files/allan.h"
 
 namespace piste {
 namespace {
+
+// The steps in which values come, and what their rounding adds.
+std::string steps(const AllanFindings& f) {
+  std::string text;
+  for (const AllanAxis& axis : f.axes) {
+    if (!axis.fit || !(axis.step > 0)) continue;
+    const ProcessUnit value = unit_of(ProcessKind::kBiasInstability, axis.is_gyro),
+                      noise = unit_of(ProcessKind::kWhite, axis.is_gyro);
+    text += fmt::format("{:8} comes in steps of {:.4g} {}, of which rounding makes {:.3g} {} of the white noise\n",
+                        axis.name, axis.step / value.factor, value.name, axis.rounding / noise.factor, noise.name);
+  }
+  return text.empty() ? text : '\n' + text;
+}
 
 std::string noise_in_motion(const AllanFindings& f) {
   if (!f.options.tuned) return {};
@@ -56,6 +68,7 @@ std::string allan_text(const AllanFindings& f) {
     text += fmt::format("{:8} {:42} {:38} {}\n", axis.name, interval_text(axis.noise.noise, noise.factor, noise.name),
                         interval_text(axis.noise.instability, value.factor, value.name), axis.fit->name());
   }
+  text += steps(f);
   const std::string motion = noise_in_motion(f);
   if (!motion.empty()) text += '\n' + motion;
   const auto list = [&](const char* heading, const std::vector<std::string>& items) {

@@ -15,6 +15,13 @@ namespace piste {
 /// What is correlated over less than this counts as white noise: between two fixes of a receiver nobody tells it apart.
 inline constexpr double kFastTime = 1;  // s
 
+/// Such as `deg/s/sqrt(Hz)`: the unit in which the size of a process is shown, and how many SI units it is.
+struct ProcessUnit {
+  std::string name;
+  double factor = 1;
+};
+ProcessUnit unit_of(ProcessKind kind, bool gyro);
+
 /// A number with its interval.
 struct Measured {
   double value = 0, low = 0, high = 0;

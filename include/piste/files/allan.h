@@ -16,11 +16,4 @@ std::string allan_csv(const AllanFindings& findings);
 /// warnings, and what the length does not tell. SI.
 std::string allan_json(const AllanFindings& findings);
 
-/// Such as `deg/s/sqrt(Hz)`: the unit in which the size of a process is shown, and how many SI units it is.
-struct ProcessUnit {
-  std::string name;
-  double factor = 1;
-};
-ProcessUnit unit_of(ProcessKind kind, bool gyro);
-
 }  // namespace piste
