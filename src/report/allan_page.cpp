@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "math/words.h"
@@ -14,7 +15,8 @@
 namespace piste {
 namespace {
 
-enum CurveColour { kCurveColour, kModelColour = 4, kUnitColour = 6 };
+enum CurveColour { kCurveColour, kModelColour = 4 };
+constexpr std::array kPartColours{1, 2, 3, 5, 6};
 constexpr int kCurveHeight = 380;  // px
 
 constexpr std::string_view kHowToReadAllan =
@@ -57,13 +59,16 @@ std::string picture(const AllanAxis& axis) {
   constexpr double kRoom = 2;
   plot.limit_y(*least / kRoom, *most * kRoom);
   plot.band(told, low, high, kCurveColour, "band");
-  for (const FittedProcess& p : axis.fit->parts) {
-    if (axis.fit->parts.size() < 2) break;
+  const auto& parts = axis.fit->parts;
+  for (std::size_t k = 0; k < parts.size() && parts.size() > 1; ++k) {
+    const FittedProcess& p = parts[k];
     std::vector<double> part;
+    part.reserve(v.size());
     for (std::size_t i = 0; i < v.size(); ++i) {
       part.push_back(std::sqrt(allan_variance(p.process, curve.scales[i].samples, curve.interval)) / unit);
     }
-    plot.line(told, part, kUnitColour, std::string(name_of(p.process.kind)), Plot::Stroke::kDotted);
+    plot.line(told, part, kPartColours[k % kPartColours.size()], std::string(name_of(p.process.kind)),
+              Plot::Stroke::kDotted);
   }
   plot.line(told, model, kModelColour, "model");
   plot.points(tau, deviation, kCurveColour, "measured");
