@@ -67,7 +67,7 @@ double AllanCurve::longest_stretch() const {
 
 AllanSums::AllanSums(bool with_robust, int octaves) : robust_(with_robust), octaves_(octaves) {}
 
-void AllanSums::push(Level& level, double sum) {
+void AllanSums::push(Level& level, double sum) const {
   const std::size_t most = (std::size_t{2} << octaves_) + 2 * kChunk;
   // A ring of a power of two; until it is full it grows, and no index changes.
   const std::size_t full = std::bit_ceil(most);
@@ -77,7 +77,7 @@ void AllanSums::push(Level& level, double sum) {
 }
 
 // Adds what the sums since the last call tell. `stride`: samples between two sums of the level.
-void AllanSums::use(Level& level, std::size_t stride) {
+void AllanSums::use(Level& level, std::size_t stride) const {
   const std::size_t mask = level.ring.size() - 1;
   const bool first = stride == 1;
   const auto most = static_cast<std::size_t>(octaves_);

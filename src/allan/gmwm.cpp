@@ -81,23 +81,23 @@ MatrixXd whitening_of(const MatrixXd& V) {
 }
 
 // x ≥ 0 for which |A x − b| is least, from AᵀA and Aᵀb (Lawson and Hanson 1974, chapter 23).
-VectorXd nonnegative(const MatrixXd& AtA, const VectorXd& Atb) {
-  const Index n = Atb.size();
+VectorXd nonnegative(const MatrixXd& gram, const VectorXd& right) {
+  const Index n = right.size();
   VectorXd x = VectorXd::Zero(n);
   std::vector<bool> in(static_cast<std::size_t>(n), false);
-  const double tiny = 1e-10 * Atb.cwiseAbs().maxCoeff();
+  const double tiny = 1e-10 * right.cwiseAbs().maxCoeff();
   const auto solve = [&] {
     std::vector<Index> at;
     for (Index i = 0; i < n; ++i) {
       if (in[static_cast<std::size_t>(i)]) at.push_back(i);
     }
-    const VectorXd part = solve_symmetric(MatrixXd(AtA(at, at)), VectorXd(Atb(at)));
+    const VectorXd part = solve_symmetric(MatrixXd(gram(at, at)), VectorXd(right(at)));
     VectorXd z = VectorXd::Zero(n);
     for (std::size_t i = 0; i < at.size(); ++i) z(at[i]) = part(static_cast<Index>(i));
     return z;
   };
   for (int round = 0; round < 3 * n + 3; ++round) {
-    const VectorXd slope = Atb - AtA * x;
+    const VectorXd slope = right - gram * x;
     Index best = -1;
     for (Index i = 0; i < n; ++i) {
       if (!in[static_cast<std::size_t>(i)] && slope(i) > tiny && (best < 0 || slope(i) > slope(best))) best = i;
@@ -320,10 +320,11 @@ std::vector<Candidate> candidates(const Moments& moments, const GmwmOptions& opt
     std::vector<std::size_t> columns;
     int times = 0;
     for (const ProcessKind kind : options.model) {
-      if (kind == ProcessKind::kGaussMarkov)
+      if (kind == ProcessKind::kGaussMarkov) {
         ++times;
-      else
+      } else {
         columns.push_back(dictionary.column_of(kind));
+      }
     }
     add_times(dictionary, columns, times, true, starts);
     starts.erase(starts.begin(), starts.end() - 1);
@@ -342,6 +343,7 @@ std::vector<Candidate> candidates(const Moments& moments, const GmwmOptions& opt
     if (!is_new && c.objective < place->second.objective) place->second = c;
   }
   std::vector<Candidate> found;
+  found.reserve(best.size());
   for (auto& [name, c] : best) found.push_back(std::move(c));
   std::stable_sort(found.begin(), found.end(), [&](const Candidate& a, const Candidate& b) {
     return a.objective + penalty * numbers_of(a.model) < b.objective + penalty * numbers_of(b.model);
@@ -358,7 +360,7 @@ double upper_chi_squared(double x, double freedom) {
 double most_unseen(const Moments& moments, const Model& model, ProcessKind kind) {
   constexpr double kRise = 2.706;  // χ²₁ of 90 %: one-sided 95 %
   std::vector<VectorXd> columns;
-  for (const NoiseProcess& p : model) columns.push_back(moments.whitening * moments.of({p}));
+  for (const NoiseProcess& p : model) columns.emplace_back(moments.whitening * moments.of({p}));
   const VectorXd b = moments.whitening * moments.variance, shape = moments.whitening * moments.shape(kind, 0);
   MatrixXd A(b.size(), static_cast<Index>(columns.size()));
   for (std::size_t i = 0; i < columns.size(); ++i) A.col(static_cast<Index>(i)) = columns[i];
@@ -414,9 +416,10 @@ GmwmFit fit_gmwm(const AllanCurve& whole, const GmwmOptions& options) {
   constexpr int kRounds = 4;
   constexpr double kRefused = 0.05, kMostError = 1;
   const std::size_t scales = curve.scales.size();
-  if (scales < kFewest)
+  if (scales < kFewest) {
     throw DataError(
         "", fmt::format("the curve has {} scales; a fit needs {}, which is {} samples", scales, kFewest, 1 << kFewest));
+  }
   Moments moments{&curve, VectorXd(static_cast<Index>(scales)), {}};
   for (std::size_t i = 0; i < scales; ++i) {
     const double v = options.robust ? curve.scales[i].robust : curve.scales[i].variance;
@@ -486,7 +489,8 @@ GmwmFit fit_gmwm(const AllanCurve& whole, const GmwmOptions& options) {
   fit.variance.assign(nu.data(), nu.data() + nu.size());
   for (Index i = 0; i < nu.size(); ++i) {
     const double relative = V(i, i) / square(nu(i));
-    const auto [low, high] = size_interval(std::sqrt(moments.variance(i)), std::sqrt(relative) / 2, options.probability);
+    const auto [low, high] =
+        size_interval(std::sqrt(moments.variance(i)), std::sqrt(relative) / 2, options.probability);
     fit.low.push_back(square(low));
     fit.high.push_back(square(high));
     const double off = std::abs(std::sqrt(nu(i) / moments.variance(i)) - 1) - std::sqrt(relative);  // 2 sigmas of √

@@ -270,9 +270,10 @@ AllanFindings find_noise(const AllanRequest& request, const ProgressCallback& pr
     f.axes[i].is_gyro = i < 3;
   }
   for_each_parallel(f.axes.size(), f.options.jobs, [&](std::size_t i) { fit_axis(f.axes[i], f, i); });
-  if (std::none_of(f.axes.begin(), f.axes.end(), [](const AllanAxis& a) { return a.fit.has_value(); }))
+  if (std::none_of(f.axes.begin(), f.axes.end(), [](const AllanAxis& a) { return a.fit.has_value(); })) {
     throw DataError(f.recordings.front().source.log.file,
                     fmt::format("no axis can be fitted: {}", f.axes.front().why_not));
+  }
   for (const AllanRecording& r : f.recordings) add_recording_warnings(f, r);
   for (const AllanAxis& axis : f.axes) {
     if (!axis.fit) {

@@ -58,9 +58,9 @@ FixKey key_of(const ChainFix& fix) { return {fix.place.source, fix.place.time}; 
 
 // The terms hold addresses of the other members, so that it stays where it is made.
 struct SolvedBatch final : BatchRun {
-  SolvedBatch(const Log& log, const FilterOptions& of_filter, const FoundStart& found, const FilterRun& filtered)
+  SolvedBatch(const Log& log, FilterOptions of_filter, const FoundStart& found, const FilterRun& filtered)
       : world(log.world),
-        options(of_filter),
+        options(std::move(of_filter)),
         layout(filtered.solution.layout()),
         start(without_alignment(log.world, found)),
         fixed(found.start.x),
@@ -76,6 +76,7 @@ struct SolvedBatch final : BatchRun {
   std::unique_ptr<BatchTerms> terms;
   std::vector<double> weights;
   BatchStates at_nodes;
+  std::optional<ArrowElimination> equations;  // near them
   BatchSummary sum;
 
   const BatchSummary& summary() const override { return sum; }
@@ -92,9 +93,8 @@ Solution SolvedBatch::solution(const ProgressCallback& progress) const {
   std::iota(rows.begin(), rows.end(), std::size_t{0});
   out.reserve(rows.size());
   constexpr std::size_t kTold = 1000;
-  const ArrowElimination solved = eliminated(*terms, weights, at_nodes);
-  const ArrowMatrix P = solved.covariance();
-  out.attitude_correlation_time = correlation_time(attitude_lags(world, layout, chain, at_nodes, solved, P));
+  const ArrowMatrix P = equations->covariance();
+  out.attitude_correlation_time = correlation_time(attitude_lags(world, layout, chain, at_nodes, *equations, P));
   visit_epochs(*terms, options, world, at_nodes, P, rows,
                [&](std::size_t row, double time, const SmoothedState& state) {
                  out.append(time, state.x, sigmas_of(world, state.x, layout.whole, state.P));
@@ -108,7 +108,7 @@ Solution SolvedBatch::solution(const ProgressCallback& progress) const {
 std::vector<SmoothedState> SolvedBatch::states(const std::vector<std::size_t>& rows) const {
   std::vector<SmoothedState> out;
   out.reserve(rows.size());
-  visit_epochs(*terms, options, world, at_nodes, eliminated(*terms, weights, at_nodes).covariance(), rows,
+  visit_epochs(*terms, options, world, at_nodes, equations->covariance(), rows,
                [&](std::size_t, double, const SmoothedState& state) { out.push_back(state); });
   return out;
 }
@@ -149,9 +149,11 @@ std::unique_ptr<BatchRun> run_batch(const Log& log, const FilterOptions& options
         s.at_nodes = near;
         fell = far.before - far.after;
         sum.iterations += far.iterations;
-        refined = refine(*s.terms, weights.values(), near).value_or(Refined{.cost = far.after});
+        refined = refine(*s.terms, weights.values(), near);
+        if (!refined) refined = Refined{far.after, 0, 0, eliminated(*s.terms, weights.values(), near)};
       }
       s.at_nodes = std::move(near);
+      s.equations = std::move(refined->equations);
       sum.cost = refined->cost;
       sum.iterations += refined->steps;
       return fell + refined->fall;

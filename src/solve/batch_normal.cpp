@@ -68,14 +68,14 @@ std::optional<Refined> refine(const BatchTerms& terms, const std::vector<double>
     if (k > 0 && cost > before && ++rises == kMostRises) return std::nullopt;
     if (k == 0) first = cost;
     before = cost;
-    const ArrowElimination equations = eliminated(std::move(here));
+    ArrowElimination equations = eliminated(std::move(here));
     const double fall = of_links + equations.depth();
     const ArrowVector step = equations.solution();
     const FullError constants = layout.constant.expand(step.border.data());
     for (std::size_t i = 0; i < states.size(); ++i) {
       states[i] = boxplus(states[i], layout.node.expand(step.nodes[i].data()) + constants);
     }
-    if (fall < kLast) return Refined{cost - fall, first - cost + fall, k + 1};
+    if (fall < kLast) return Refined{cost - fall, first - cost + fall, k + 1, std::move(equations)};
   }
   return std::nullopt;
 }

@@ -8,21 +8,23 @@
 
 namespace piste {
 
-/// The normal equations about the states, eliminated: what it has as covariance is that of the errors of all nodes and
-/// the constants. Throws DataError if the run does not determine them.
-ArrowElimination eliminated(const BatchTerms& terms, const std::vector<double>& weights, const BatchStates& states);
-
 /// The objective after refine(), and by how much it fell: half the square of what the solution moved, in sigmas of all
 /// unknowns together, where it was near.
 struct Refined {
   double cost = 0, fall = 0;
   int steps = 0;
+  ArrowElimination equations;  ///< of the last step, which hardly moved the solution
 };
 
 /// Brings `states` to the minimum by steps of Gauss and Newton. Over milliseconds the IMU is so sure that normal
 /// equations with its information, as Ceres forms them, have too few digits left for the fixes, and that a step may
 /// first raise the objective by its second order, which the next step takes away. Returns the objective, or nothing if
-/// the steps do not come to an end. Throws as eliminated().
+/// the steps do not come to an end. Throws
+/// DataError if the run does not determine the unknowns.
 std::optional<Refined> refine(const BatchTerms& terms, const std::vector<double>& weights, BatchStates& states);
+
+/// The normal equations about the states, eliminated: what it has as covariance is that of the errors of all nodes and
+/// the constants. Throws DataError if the run does not determine them.
+ArrowElimination eliminated(const BatchTerms& terms, const std::vector<double>& weights, const BatchStates& states);
 
 }  // namespace piste

@@ -17,10 +17,9 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::map<std::string, int> kFloors = {
-    {"math", 1},        {"core", 2},    {"model", 3},      {"io", 3},        {"condition", 3},
-    {"plot", 3},        {"sim", 4},     {"solve", 4},      {"inspect", 4},   {"fit", 4},
-    {"consistency", 4}, {"tune", 5},    {"experiment", 6}, {"diagnosis", 6}, {"files", 7},
-    {"report", 7},      {"piste.h", 8}, {"batch.h", 8},    {"apps", 9},
+    {"math", 1},      {"core", 2},    {"model", 3},  {"io", 3},      {"condition", 3},   {"plot", 3}, {"sim", 4},
+    {"solve", 4},     {"inspect", 4}, {"fit", 4},    {"allan", 4},   {"consistency", 4}, {"tune", 5}, {"experiment", 6},
+    {"diagnosis", 6}, {"files", 7},   {"report", 7}, {"piste.h", 8}, {"batch.h", 8},     {"apps", 9},
 };
 
 /// First part of `model/imu_errors.h`.

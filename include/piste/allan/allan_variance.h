@@ -74,8 +74,8 @@ class AllanSums {
     std::size_t count = 0, used = 0;
     std::vector<Scale> scales;
   };
-  void push(Level& level, double sum);
-  void use(Level& level, std::size_t stride);
+  void push(Level& level, double sum) const;
+  void use(Level& level, std::size_t stride) const;
   void use_all();
   double robust_variance(const Scale& scale) const;
 
