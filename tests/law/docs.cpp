@@ -1,4 +1,4 @@
-// What README.md and docs/*.md, CONTRIBUTING.md and CHANGELOG.md name is there: programs, scripts, configurations,
+// What the pages name is there: programs, scripts, configurations, files and tests.
 // files and tests.
 
 #include <gtest/gtest.h>
