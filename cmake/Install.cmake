@@ -21,6 +21,7 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/pisteConfig.cmake ${CMAKE_CURRENT_BINA
   cmake/FindGeographicLib.cmake DESTINATION ${_package_dir} COMPONENT development)
 
 # A shared library brings what it links with; whoever links with a static one has to.
+file(RELATIVE_PATH PISTE_PC_TO_PREFIX /prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig /prefix)
 set(_own "geographiclib fmt yaml-cpp")
 set(_solver "-lceres -lglog")
 if(BUILD_SHARED_LIBS)
