@@ -16,14 +16,26 @@ namespace piste {
 namespace {
 
 constexpr int kBadData = 1, kBadUsage = 2;
+constexpr const char* kExitCodes =
+    "Exit status:\n"
+    "  0  done\n"
+    "  1  the data could not be processed; standard error says what is wrong, and where\n"
+    "  2  wrong usage or configuration";
+
+// The name by which a program knows itself: the one that it was called by, as it is built as `replay` and installed as
+// `piste-replay`.
+std::string called_as(int argc, char** argv, const AppDescription& description) {
+  const std::string name = argc > 0 ? std::filesystem::path(argv[0]).filename().string() : "";
+  return name.empty() ? description.name : name;
+}
 
 AppArguments parse(int argc, char** argv, const AppDescription& description, CLI::App& command) {
   AppArguments arguments;
   std::string output;
   if (description.many_inputs) {
-    command.add_option(description.input, arguments.inputs, description.input_help)->required();
+    command.add_option(description.input, arguments.inputs, description.input_help)->required()->type_name("");
   } else {
-    command.add_option(description.input, arguments.input, description.input_help)->required();
+    command.add_option(description.input, arguments.input, description.input_help)->required()->type_name("");
   }
   if (description.has_output) {
     command
@@ -33,12 +45,15 @@ AppArguments parse(int argc, char** argv, const AppDescription& description, CLI
         ->type_name("DIR");
   }
   command.add_flag("--quiet", arguments.quiet, "no progress bar, no summary on standard output");
-  command.set_version_flag("--version", "piste " + version());
+  command.set_version_flag("--version", "piste " + version(), "print the version and exit");
   std::map<std::string, long> values;
   for (const IntegerOption& option : description.integers) {
     auto* o = command.add_option("--" + option.name, values[option.name], option.help)->type_name("N");
-    o->check(CLI::Range(option.minimum, std::numeric_limits<long>::max()));
-    if (option.fallback) o->description(fmt::format("{} (default {})", option.help, *option.fallback));
+    o->check(CLI::Range(option.minimum, std::numeric_limits<long>::max()).description(""));
+    if (option.fallback) {
+      const std::string said = option.fallback_said.empty() ? fmt::to_string(*option.fallback) : option.fallback_said;
+      o->description(fmt::format("{} (default: {})", option.help, said));
+    }
   }
   for (const FlagOption& option : description.flags) {
     command.add_flag("--" + option.name, arguments.flags[option.name], option.help);
@@ -103,7 +118,11 @@ void Progress::clear() {
 
 int run_app(const AppDescription& description, int argc, char** argv,
             const std::function<void(const AppArguments&, Progress&)>& body) {
-  CLI::App command{description.summary, description.name};
+  CLI::App command{description.summary, called_as(argc, argv, description)};
+  command.footer(kExitCodes);
+  command.get_formatter()->label("REQUIRED", "");
+  command.get_formatter()->label("Positionals", "Arguments");
+  command.set_help_flag("-h,--help", "print this help and exit");
   AppArguments arguments;
   try {
     arguments = parse(argc, argv, description, command);

@@ -16,6 +16,7 @@ struct IntegerOption {
   std::string name, help;  ///< name without the dashes
   std::optional<long> fallback = std::nullopt;
   long minimum = 0;
+  std::string fallback_said = {};  ///< how the help says the fallback, where it depends on the machine
 };
 
 /// An option that is there or not, such as `--robust`.
@@ -28,7 +29,8 @@ struct FileOption {
   std::string name, help;
 };
 
-/// Name, summary and options of a program, for its command line and its help.
+/// Name, summary and options of a program, for its command line and its help. The help calls a program as the user has
+/// called it: an installed one is `piste-NAME`.
 struct AppDescription {
   std::string name, summary;
   std::string input = "CONFIG";  ///< name of the positional argument

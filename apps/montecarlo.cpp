@@ -82,7 +82,7 @@ int main(int argc, char** argv) {
       .input = "SCENARIO",
       .input_help = "scenario file (YAML), such as config/scenarios/montecarlo/ski_l1l2.yaml",
       .integers = {{"runs", "in all; those that stand in the folder already count", 100, 1},
-                   {"jobs", "runs at a time", cores, 1}},
+                   {"jobs", "runs at a time", cores, 1, "one for each core"}},
   };
   return piste::run_app(description, argc, argv, piste::run);
 }

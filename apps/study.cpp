@@ -58,7 +58,7 @@ int main(int argc, char** argv) {
           "whose errors lead to the best navigation.",
       .input = "CAMPAIGN",
       .input_help = "campaign file (YAML), such as `simulate config/scenarios/campaign.yaml` writes",
-      .integers = {{"jobs", "runs at a time; the results do not depend on it", cores, 1}},
+      .integers = {{"jobs", "runs at a time; the results do not depend on it", cores, 1, "one for each core"}},
   };
   return piste::run_app(description, argc, argv, piste::run);
 }

@@ -36,6 +36,6 @@ int main(int argc, char** argv) {
   return piste::run_app(
       {.name = "tune",
        .summary = "White noise, drift and GNSS errors for which the innovations of a replay are likeliest.",
-       .integers = {{"jobs", "filter runs at a time; the results do not depend on it", cores, 1}}},
+       .integers = {{"jobs", "filter runs at a time; the results do not depend on it", cores, 1, "one for each core"}}},
       argc, argv, piste::run);
 }

@@ -80,7 +80,7 @@ ImuSource read_imu_source(const Config& imu, DataFile data) {
       imu.fail("accel_file", "increments stand in one file; rates, gyro and accel, may stand in two");
     }
   }
-  source.sensor = read_sensor(imu.existing_file("sensor"));
+  source.sensor = read_sensor(sensor_file(imu, "sensor"));
   source.conditioning.R_bs = imu.axes("axes");
   source.conditioning.instantaneous = imu.choice<bool>("sampling", {{"mean", false}, {"instant", true}}, false);
   source.log.even_stamps = imu.choice<bool>("stamps", {{"even", true}, {"as_logged", false}}, true);

@@ -1,12 +1,17 @@
 #include "piste/io/sensor_file.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <system_error>
 #include <utility>
+#include <vector>
 
 #include "io/triad_units.h"
+#include "piste/core/installed.h"
 #include "piste/math/units.h"
 
 namespace piste {
@@ -92,6 +97,24 @@ std::string triad_text(std::string_view name, const TriadErrors& errors, const T
 }
 
 }  // namespace
+
+std::filesystem::path sensor_file(const Config& config, std::string_view key) {
+  namespace fs = std::filesystem;
+  std::error_code unreachable;
+  const std::string name = config.text(key);
+  if (name.find_first_of("/.") != std::string::npos || fs::is_regular_file(config.path(key), unreachable)) {
+    return config.existing_file(key);
+  }
+  const fs::path folder = shared_folder() / "sensors";
+  fs::path shared = folder / (name + ".yaml");
+  if (fs::is_regular_file(shared, unreachable)) return shared;
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder, unreachable)) names.push_back(entry.path().stem().string());
+  std::sort(names.begin(), names.end());
+  config.fail(
+      key, fmt::format("there is no file `{}`, and no sensor of that name in {}{}", config.path(key).string(),
+                       folder.string(), names.empty() ? "" : fmt::format("; there are: {}", fmt::join(names, ", "))));
+}
 
 ImuSensor read_sensor(const std::filesystem::path& file) { return read_sensor(Config::load(file)); }
 

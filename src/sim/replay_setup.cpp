@@ -99,7 +99,7 @@ ReplaySetup read_replay_setup(const Config& file, const Scenario& scenario) {
   if (section && scenario.gnss.empty()) file.fail("montecarlo", "needs a receiver; add `gnss:` to the scenario");
   if (s.gnss.empty() && !scenario.gnss.empty()) s.gnss = {0};
   s.attitude = read_sensors(config, "attitude", scenario.attitude);
-  s.sensor = config.has("sensor") ? read_sensor(config.existing_file("sensor")) : scenario.imus[s.imu].sensor;
+  s.sensor = config.has("sensor") ? read_sensor(sensor_file(config, "sensor")) : scenario.imus[s.imu].sensor;
   s.estimate = read_blocks(config, scenario, s);
   s.adapt = read_adaptation(config);
 

@@ -67,7 +67,7 @@ ImuSetup read_imu(const Config& config, std::set<std::string>& names) {
   using Sampling = ImuSetup::Sampling;
   ImuSetup s;
   s.name = claim_name(names, config);
-  s.sensor_file = config.existing_file("sensor");
+  s.sensor_file = sensor_file(config, "sensor");
   s.sensor = read_sensor(s.sensor_file);
   s.q_rb = from_euler(config.vector("boresight", kAngle, Vector3d::Zero()));
   s.p_rb_r = config.vector("position", kLength, s.p_rb_r);

@@ -2,7 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+
+#include "piste/core/error.h"
 #include "piste/math/units.h"
+#include "support/places.h"
 #include "support/text_file.h"
 
 namespace piste {
@@ -55,6 +59,23 @@ TEST(SensorFile, RefusesWhatDoesNotFitTheProcess) {
   EXPECT_TRUE(contains(refusal("process: none, sigma: 1 deg/s"), "s.yaml:4: unknown key `sigma`"));
   EXPECT_TRUE(contains(refusal("process: random_walk, density: 1 deg/s"), "a random walk of angular rate"));
   EXPECT_TRUE(contains(refusal("process: gauss_markov, sigma: 1 deg/s, correlation_time: 0 s"), "above zero"));
+}
+
+// What is installed is found by name; a file beside the configuration goes before it.
+TEST(SensorFile, IsFoundByName) {
+  ASSERT_EQ(setenv("PISTE_SHARE", (test::kSource / "config").c_str(), 1), 0);
+  const TemporaryFolder folder;
+  const auto found = [&](const std::string& text) {
+    return sensor_file(Config::parse("sensor: " + text + "\n", folder.path() / "run.yaml"), "sensor");
+  };
+  EXPECT_EQ(found("ln200"), test::kSource / "config/sensors/ln200.yaml");
+  const std::string message = message_of<ConfigError>([&] { found("ln2000"); });
+  EXPECT_TRUE(contains(message, "run.yaml:1: sensor: there is no file")) << message;
+  EXPECT_TRUE(contains(message, "there are: ln200, ")) << message;
+  folder.write("ln200", kWholeSensor);
+  EXPECT_EQ(found("ln200"), folder.path() / "ln200");
+  EXPECT_TRUE(contains(message_of<ConfigError>([&] { found("sensors/ln200.yaml"); }), "relative to the folder of"));
+  unsetenv("PISTE_SHARE");
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// What README.md and docs/*.md name is there: programs, scripts, configurations, files and tests.
+// What the pages name is there: programs, scripts, configurations, files and tests.
+// files and tests.
 
 #include <gtest/gtest.h>
 
@@ -27,7 +28,7 @@ struct Named {
 };
 
 std::vector<fs::path> pages() {
-  std::vector<fs::path> all{kSource / "README.md"};
+  std::vector<fs::path> all{kSource / "README.md", kSource / "CONTRIBUTING.md", kSource / "CHANGELOG.md"};
   for (const auto& entry : fs::directory_iterator(kSource / "docs")) {
     if (entry.path().extension() == ".md") all.push_back(entry.path());
   }
