@@ -64,7 +64,7 @@ int main(int argc, char** argv) {
        .input = "LOG",
        .input_help = "logs of an IMU at rest, of any format that piste reads, or one configuration (YAML)",
        .many_inputs = true,
-       .integers = {{"jobs", "fits at a time", cores, 1}},
+       .integers = {{"jobs", "fits at a time", cores, 1, "one for each core"}},
        .flags = {{"robust", "bound what outliers and knocks do"}, {"at-rest", "take all rows as at rest"}},
        .files = {{"sensor", "sensor file from which bias, scale and range are taken"},
                  {"tuned", "tune.json of `tune`: its noise in motion is shown beside"}}},
