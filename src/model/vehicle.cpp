@@ -97,7 +97,11 @@ std::optional<Linearization> Odometer::linearize(const SpeedFix& fix, int, int, 
                                                  const Estimate& x) {
   Linearization lin = linearize_wheel(VehicleAxis::kForward, x, motion_of(context, x));
   const double forward = -lin.residual.x();
-  const double sign = !context.options.odometer->is_signed && forward < 0 ? -1 : 1;
+  const auto direction = [&] {
+    if (!context.laid) return forward;
+    return -linearize_wheel(VehicleAxis::kForward, *context.laid, motion_of(context, *context.laid)).residual.x();
+  };
+  const double sign = !context.options.odometer->is_signed && direction() < 0 ? -1 : 1;
   const double factor = sign * (1 + x.odometer_scale);
   Matrix3d scaled = Matrix3d::Zero();
   scaled(0, 0) = factor;

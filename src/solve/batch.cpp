@@ -124,6 +124,7 @@ std::unique_ptr<BatchRun> run_batch(const Log& log, const FilterOptions& options
   FixWeights known = first_weights;
   Reference reference = reference_of(filtered.solution, s.start);
   BatchSummary& sum = s.sum;
+  bool smooth = true;
   while (sum.rounds < batch.most_rounds && !sum.converged) {
     s.chain = lay_chain(log, options, s.layout, s.start.time, reference, known, batch.longest_interval, s.chain.nodes);
     s.terms = std::make_unique<BatchTerms>(s.world, s.options, s.layout, s.start, s.chain);
@@ -138,25 +139,29 @@ std::unique_ptr<BatchRun> run_batch(const Log& log, const FilterOptions& options
     at_first.reserve(s.chain.fixes.size());
     for (const ChainFix& fix : s.chain.fixes) at_first.push_back(known.at(key_of(fix)));
     BatchWeights weights(batch.loss, bounds_of(*s.terms, batch.bound), at_first, sum.rounds == 0);
-    // Steps of Gauss and Newton where they come to an end; from far off, by a trust region.
-    const auto solve = [&] {
-      BatchStates near = s.at_nodes;
-      std::optional<Refined> refined = refine(*s.terms, weights.values(), near);
-      double fell = 0;
-      if (!refined) {
-        near = s.at_nodes;
-        const BatchStep far = minimise(*s.terms, weights.values(), near);
-        s.at_nodes = near;
-        fell = far.before - far.after;
-        sum.iterations += far.iterations;
-        refined = refine(*s.terms, weights.values(), near);
-        if (!refined) refined = Refined{far.after, 0, 0, eliminated(*s.terms, weights.values(), near)};
+    // By how much the objective fell. Steps of Gauss and Newton where they settle; from far off by a trust region
+    // first, and always so where the objective has kinks, as an odometer without a sign has at a stand.
+    const auto take = [&](Refined refined) {
+      s.equations = std::move(refined.equations);
+      sum.cost = refined.cost;
+      sum.iterations += refined.steps;
+      return refined.fall;
+    };
+    const auto solve = [&]() -> double {
+      if (smooth) {
+        BatchStates near = s.at_nodes;
+        Refined refined = refine(*s.terms, weights.values(), near);
+        if (refined.settled()) {
+          s.at_nodes = std::move(near);
+          return take(std::move(refined));
+        }
       }
-      s.at_nodes = std::move(near);
-      s.equations = std::move(refined->equations);
-      sum.cost = refined->cost;
-      sum.iterations += refined->steps;
-      return fell + refined->fall;
+      const double before = sum.cost;
+      const BatchStep far = minimise(*s.terms, weights.values(), s.at_nodes);
+      sum.iterations += far.iterations;
+      const double fell = take(refine(*s.terms, weights.values(), s.at_nodes));
+      smooth = s.equations.has_value();
+      return smooth ? far.before - far.after + fell : std::abs(before - sum.cost);
     };
     const double moved = solve();
     constexpr int kMostWeighings = 50;
@@ -175,6 +180,7 @@ std::unique_ptr<BatchRun> run_batch(const Log& log, const FilterOptions& options
     }
     if (progress) progress(static_cast<double>(sum.rounds) / (sum.rounds + 1));
   }
+  if (!s.equations) s.equations = eliminated(*s.terms, s.weights, s.at_nodes);
   sum.nodes = s.chain.nodes.size();
   sum.fixes = s.chain.fixes.size();
   for (std::size_t i = 0; i < s.weights.size(); ++i) {

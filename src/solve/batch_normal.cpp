@@ -1,6 +1,7 @@
 #include "batch_normal.h"
 
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace piste {
@@ -54,30 +55,38 @@ ArrowElimination eliminated(const BatchTerms& terms, const std::vector<double>& 
   return eliminated(quadratic(terms, weights, states));
 }
 
-std::optional<Refined> refine(const BatchTerms& terms, const std::vector<double>& weights, BatchStates& states) {
+Refined refine(const BatchTerms& terms, const std::vector<double>& weights, BatchStates& states) {
   // The last step moves the solution by less than a twentieth of a sigma of all unknowns together, and what is left is
   // of its second order.
   constexpr double kLast = 1e-3;
   constexpr int kMost = 20, kMostRises = 3;
   const BatchLayout& layout = terms.layout();
-  double first = 0, before = 0;
-  for (int k = 0, rises = 0; k < kMost; ++k) {
-    Quadratic here = quadratic(terms, weights, states);
+  BatchStates x = states;
+  double first = 0, before = 0, least = std::numeric_limits<double>::infinity();
+  int k = 0;
+  for (int rises = 0; k < kMost; ++k) {
+    Quadratic here = quadratic(terms, weights, x);
     const double cost = here.cost, of_links = here.of_links;
-    if (!std::isfinite(cost)) return std::nullopt;
-    if (k > 0 && cost > before && ++rises == kMostRises) return std::nullopt;
     if (k == 0) first = cost;
+    if (cost < least) {
+      least = cost;
+      states = x;
+    }
+    if (!std::isfinite(cost) || (k > 0 && cost > before && ++rises == kMostRises)) break;
     before = cost;
     ArrowElimination equations = eliminated(std::move(here));
     const double fall = of_links + equations.depth();
     const ArrowVector step = equations.solution();
     const FullError constants = layout.constant.expand(step.border.data());
-    for (std::size_t i = 0; i < states.size(); ++i) {
-      states[i] = boxplus(states[i], layout.node.expand(step.nodes[i].data()) + constants);
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      x[i] = boxplus(x[i], layout.node.expand(step.nodes[i].data()) + constants);
     }
-    if (fall < kLast) return Refined{cost - fall, first - cost + fall, k + 1, std::move(equations)};
+    if (fall < kLast) {
+      states = std::move(x);
+      return {cost - fall, first - cost + fall, k + 1, std::move(equations)};
+    }
   }
-  return std::nullopt;
+  return {least, first - least, k, {}};
 }
 
 }  // namespace piste

@@ -13,15 +13,16 @@ namespace piste {
 struct Refined {
   double cost = 0, fall = 0;
   int steps = 0;
-  ArrowElimination equations;  ///< of the last step, which hardly moved the solution
+  std::optional<ArrowElimination> equations = {};  ///< of the last step if it hardly moved the solution, else none
+
+  bool settled() const { return equations.has_value(); }
 };
 
-/// Brings `states` to the minimum by steps of Gauss and Newton. Over milliseconds the IMU is so sure that normal
-/// equations with its information, as Ceres forms them, have too few digits left for the fixes, and that a step may
-/// first raise the objective by its second order, which the next step takes away. Returns the objective, or nothing if
-/// the steps do not come to an end. Throws
-/// DataError if the run does not determine the unknowns.
-std::optional<Refined> refine(const BatchTerms& terms, const std::vector<double>& weights, BatchStates& states);
+/// Brings `states` to the minimum by steps of Gauss and Newton; where these do not settle, to the lowest place on their
+/// way. Over milliseconds the IMU is so sure that normal equations with its information, as Ceres forms them, have too
+/// few digits left for the fixes, and that a step may first raise the objective by its second order, which the next
+/// step takes away. Throws DataError if the run does not determine the unknowns.
+Refined refine(const BatchTerms& terms, const std::vector<double>& weights, BatchStates& states);
 
 /// The normal equations about the states, eliminated: what it has as covariance is that of the errors of all nodes and
 /// the constants. Throws DataError if the run does not determine them.

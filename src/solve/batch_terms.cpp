@@ -155,7 +155,8 @@ Linearization BatchTerms::linearize(const ChainFix& fix, const Estimate& x) cons
                                    .still = fix.still,
                                    .moved = fix.moved,
                                    .recent = fix.recent,
-                                   .rate_before = fix.rate_before};
+                                   .rate_before = fix.rate_before,
+                                   .laid = &chain_.nodes[fix.node].x};
   std::optional<Linearization> lin;
   MeasurementList::visit(
       [&]<class Type>(const typename Type::Fix& known) {
