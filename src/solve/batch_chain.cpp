@@ -43,7 +43,7 @@ class ChainLayer {
         }
       }
     });
-    chain_.nodes.push_back({start, x_, gravity_});
+    chain_.nodes.push_back({start, x_, gravity_, {}});
   }
 
   double look_ahead() const { return look_ahead_; }
@@ -145,7 +145,7 @@ class ChainLayer {
   void node_here() {
     if (pending_ == chain_.steps.size()) return;  // there is one
     chain_.intervals.push_back({pending_, chain_.steps.size(), {}});
-    chain_.nodes.push_back({time_, x_, gravity_});
+    chain_.nodes.push_back({time_, x_, gravity_, {}});
     pending_ = chain_.steps.size();
   }
 
@@ -230,8 +230,11 @@ Chain lay_chain(const Log& log, const FilterOptions& options, const BatchLayout&
   while (!feeder.done()) feeder.step();
   Chain chain = layer.finish();
   for (ChainNode& node : chain.nodes) {
+    node.side = node.x;
     const auto same = first_at_or_after(solved, node.time - kSameInstant);
-    if (same != solved.end() && same->time < node.time + kSameInstant) node.x = same->x;
+    if (same == solved.end() || same->time > node.time + kSameInstant) continue;
+    node.x = same->x;
+    node.side = same->side;
   }
   for (std::size_t i = 0; i < chain.intervals.size(); ++i) {
     ChainInterval& interval = chain.intervals[i];

@@ -21,6 +21,7 @@ struct ChainNode {
   double time = 0;
   Estimate x;       ///< constants too
   Gravity gravity;  ///< near it
+  Estimate side;    ///< that of the first laying: it stays on the side of a kink on which the filter was
 };
 
 /// A part of an IMU sample that lies between two nodes, as measured.

@@ -156,7 +156,7 @@ Linearization BatchTerms::linearize(const ChainFix& fix, const Estimate& x) cons
                                    .moved = fix.moved,
                                    .recent = fix.recent,
                                    .rate_before = fix.rate_before,
-                                   .laid = &chain_.nodes[fix.node].x};
+                                   .laid = &chain_.nodes[fix.node].side};
   std::optional<Linearization> lin;
   MeasurementList::visit(
       [&]<class Type>(const typename Type::Fix& known) {
