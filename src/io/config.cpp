@@ -4,8 +4,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
+#include <iterator>
 #include <sstream>
 #include <stdexcept>
 #include <system_error>
@@ -23,14 +25,14 @@ std::string_view unit_of(const Dimension& dimension) {
   return dimension.example.substr(dimension.example.find(' ') + 1);
 }
 
-// Values in the unit of the example, as a reader of the manual wants them: with four digits.
+// Values in the unit of the example, as a reader of the manual wants them: with five digits.
 std::string shown(std::span<const double> values, const Dimension& dimension) {
   const std::string_view unit = unit_of(dimension);
   const double factor = unit_factor(unit, dimension);
   std::string text;
   for (const double value : values) {
     if (!std::isfinite(value)) return {};
-    text += fmt::format("{:.4g} ", value / factor);
+    text += fmt::format("{:.5g} ", value / factor);
   }
   text += unit;
   if (unit.empty()) text.pop_back();
@@ -39,6 +41,7 @@ std::string shown(std::span<const double> values, const Dimension& dimension) {
 
 std::string example_of_three(const Dimension& dimension) {
   const std::string_view number = dimension.example.substr(0, dimension.example.find(' '));
+  if (dimension == dimension::kRatio) return "0.01 0.01 0.01";
   return fmt::format("{0} {0} {0} {1}", number, unit_of(dimension));
 }
 
@@ -69,7 +72,10 @@ void Config::know(std::string_view key, std::string_view takes, std::string_view
 
 void Config::know_choice(std::string_view key, const std::vector<std::string_view>& names,
                          std::string_view fallback) const {
-  know(key, fmt::format("`{}`", fmt::join(names, "`, `")), fallback);
+  std::vector<std::string_view> words;  // without signs that stand for them, such as `,` for comma
+  std::copy_if(names.begin(), names.end(), std::back_inserter(words),
+               [](std::string_view name) { return std::isalpha(static_cast<unsigned char>(name.front())) != 0; });
+  know(key, fmt::format("`{}`", fmt::join(words, "`, `")), fallback);
 }
 
 std::vector<KeyUse> Config::asked() const {
@@ -140,7 +146,7 @@ std::vector<Config> Config::maps(std::string_view key) const {
   node_->know(key).optional = true;
   const Node* node = find(key);
   if (node == nullptr) return {};
-  if (node->kind == Node::Kind::kMap) return {map(key)};
+  if (node->kind == Node::Kind::kMap) return {Config(document_, const_cast<Node*>(node))};
   if (node->kind != Node::Kind::kList) fail(key, "must be a map of `key: value`, or a list of such maps");
   std::vector<Config> result;
   for (const Node& item : node->list) {

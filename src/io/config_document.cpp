@@ -176,6 +176,7 @@ Config Config::over_base(const std::string& text, const std::filesystem::path& f
                       fmt::format("no YAML: {}; write `key: value` lines, indented by spaces", e.msg));
   }
   Config config(document, &root);
+  config.know("base", "a file");
   if (!config.has("base")) return config;
 
   const std::filesystem::path base = config.existing_file("base");

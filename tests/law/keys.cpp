@@ -39,6 +39,25 @@ std::vector<Kind> kinds() {
           {"simulate: campaigns", "campaign", [](const Config& c) { read_campaign(c); }}};
 }
 
+/// Maps that one reader reads wherever they stand: on the page their keys stand once.
+struct Same {
+  std::string title, path, as;
+};
+
+std::vector<Same> same_maps() {
+  return {{"align, compare", "imu.", "imu."},
+          {"align, compare", "reference.", "imu."},
+          {"study", "runs.reference.", "imu."},
+          {"study", "runs.mems.", "imu."},
+          {"study", "runs.gnss.", "gnss."},
+          {"study", "runs.phases.", "phases."},
+          {"simulate: campaigns", "runs.motion.", "motion."}};
+}
+
+/// Keys whose fallback is no value of its own: a file's name, or the length of a run.
+const std::set<std::string> kDerived{"imu.name", "reference.name", "runs.reference.name", "runs.mems.name",
+                                     "montecarlo.end"};
+
 /// The keys that the readers of a kind ask for. What is below `columns` is in docs/formats.md.
 std::vector<KeyUse> keys_of(const Kind& kind) {
   std::vector<std::filesystem::path> files;
@@ -75,6 +94,21 @@ std::vector<KeyUse> keys_of(const Kind& kind) {
   return ordered;
 }
 
+/// Without those that stand on the page already, `before` this kind.
+std::vector<KeyUse> rows_of(const Kind& kind, const std::set<std::string>& before) {
+  std::vector<KeyUse> rows;
+  for (KeyUse& use : keys_of(kind)) {
+    bool stands = false;
+    for (const Same& same : same_maps()) {
+      if (kind.title != same.title || !use.key.starts_with(same.path)) continue;
+      stands = stands || before.contains(same.as + use.key.substr(same.path.size()));
+    }
+    if (kDerived.contains(use.key)) use.fallback.clear(), use.optional = true;
+    if (!stands) rows.push_back(use);
+  }
+  return rows;
+}
+
 std::string row_of(const KeyUse& use, const std::string& meaning) {
   const std::string fallback = !use.fallback.empty() ? "`" + use.fallback + "`" : use.optional ? "–" : "required";
   return fmt::format("| `{}` | {} | {} | {} |\n", use.key, use.takes, fallback, meaning);
@@ -98,10 +132,13 @@ std::string page_of(const std::string& old) {
   const std::map<std::string, std::string> known = meanings(old);
   const std::size_t head = old.find("\n## ");
   std::string page = head == std::string::npos ? old + "\n" : old.substr(0, head + 1);
+  std::set<std::string> before;
   for (const Kind& kind : kinds()) {
     page += fmt::format("## {}\n\n| key | what stands there | if it is missing | what it is |\n|---|---|---|---|\n",
                         kind.title);
-    for (const KeyUse& use : keys_of(kind)) {
+    const std::vector<KeyUse> rows = rows_of(kind, before);
+    for (const KeyUse& use : rows) {
+      before.insert(use.key);
       const auto meaning = known.find(kind.title + ":" + use.key);
       page += row_of(use, meaning == known.end() ? "" : meaning->second);
     }
