@@ -19,7 +19,7 @@ END {
   printf "  esac\n"
   printf "  if [[ \"$word\" == -* ]]; then\n"
   printf "    mapfile -t COMPREPLY < <(compgen -W \"%s\" -- \"$word\")\n  else\n", options
-  printf "    mapfile -t COMPREPLY < <(%scompgen -f %s-- \"$word\")\n", many ? "" : "compgen -d -- \"$word\"; ",
+  printf "    mapfile -t COMPREPLY < <(%scompgen -f %s-- \"$word\")\n", many ? "" : "compgen -d -- \"$word\" || :; ",
     many ? "" : "-X '!*.yaml' "
   printf "  fi\n}\ncomplete -o filenames -F _%s %s\n", body, name
 }

@@ -4,8 +4,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
+#include <iterator>
 #include <sstream>
 #include <stdexcept>
 #include <system_error>
@@ -15,8 +17,38 @@
 
 namespace piste {
 
+namespace {
+
+// The unit of an example such as `0.5 deg/s`. A ratio is written without.
+std::string_view unit_of(const Dimension& dimension) {
+  if (dimension == dimension::kRatio) return {};
+  return dimension.example.substr(dimension.example.find(' ') + 1);
+}
+
+// Values in the unit of the example, as a reader of the manual wants them: with five digits.
+std::string shown(std::span<const double> values, const Dimension& dimension) {
+  const std::string_view unit = unit_of(dimension);
+  const double factor = unit_factor(unit, dimension);
+  std::string text;
+  for (const double value : values) {
+    if (!std::isfinite(value)) return {};
+    text += fmt::format("{:.5g} ", value / factor);
+  }
+  text += unit;
+  if (unit.empty()) text.pop_back();
+  return text;
+}
+
+std::string example_of_three(const Dimension& dimension) {
+  const std::string_view number = dimension.example.substr(0, dimension.example.find(' '));
+  if (dimension == dimension::kRatio) return "0.01 0.01 0.01";
+  return fmt::format("{0} {0} {0} {1}", number, unit_of(dimension));
+}
+
+}  // namespace
+
 const Config::Node* Config::find(std::string_view key) const {
-  if (std::find(node_->known.begin(), node_->known.end(), key) == node_->known.end()) node_->known.emplace_back(key);
+  node_->know(key);
   for (const Node::Entry& e : node_->entries) {
     if (e.key == key) {
       e.read = true;
@@ -28,11 +60,32 @@ const Config::Node* Config::find(std::string_view key) const {
 }
 
 bool Config::has(std::string_view key) const {
-  if (std::find(node_->known.begin(), node_->known.end(), key) == node_->known.end()) node_->known.emplace_back(key);
+  node_->know(key).optional = true;
   return std::any_of(node_->entries.begin(), node_->entries.end(), [&](const auto& e) { return e.key == key; });
 }
 
+void Config::know(std::string_view key, std::string_view takes, std::string_view fallback) const {
+  Node::Known& known = node_->know(key);
+  if (std::find(known.takes.begin(), known.takes.end(), takes) == known.takes.end()) known.takes.emplace_back(takes);
+  if (known.fallback.empty()) known.fallback = fallback;
+}
+
+void Config::know_choice(std::string_view key, const std::vector<std::string_view>& names,
+                         std::string_view fallback) const {
+  std::vector<std::string_view> words;  // without signs that stand for them, such as `,` for comma
+  std::copy_if(names.begin(), names.end(), std::back_inserter(words),
+               [](std::string_view name) { return std::isalpha(static_cast<unsigned char>(name.front())) != 0; });
+  know(key, fmt::format("`{}`", fmt::join(words, "`, `")), fallback);
+}
+
+std::vector<KeyUse> Config::asked() const {
+  std::vector<KeyUse> asked;
+  node_->append_asked("", asked);
+  return asked;
+}
+
 bool Config::is_scalar(std::string_view key) const {
+  node_->know(key).optional = true;
   const Node* node = find(key);
   return node != nullptr && node->kind == Node::Kind::kScalar;
 }
@@ -76,20 +129,24 @@ auto Config::checked(std::string_view key, F&& parse) const {
 // ---- Maps ----
 
 Config Config::map(std::string_view key) const {
+  know(key, "a map");
   const Node& node = require(key);
   if (node.kind != Node::Kind::kMap) fail(key, "must be a map of `key: value`");
   return {document_, const_cast<Node*>(&node)};
 }
 
 std::optional<Config> Config::find_map(std::string_view key) const {
+  know(key, "a map");
   if (!has(key)) return std::nullopt;
   return map(key);
 }
 
 std::vector<Config> Config::maps(std::string_view key) const {
+  know(key, "a map, or a list of maps");
+  node_->know(key).optional = true;
   const Node* node = find(key);
   if (node == nullptr) return {};
-  if (node->kind == Node::Kind::kMap) return {map(key)};
+  if (node->kind == Node::Kind::kMap) return {Config(document_, const_cast<Node*>(node))};
   if (node->kind != Node::Kind::kList) fail(key, "must be a map of `key: value`, or a list of such maps");
   std::vector<Config> result;
   for (const Node& item : node->list) {
@@ -102,6 +159,8 @@ std::vector<Config> Config::maps(std::string_view key) const {
 // ---- Values ----
 
 double Config::quantity(std::string_view key, const Dimension& expected, std::optional<double> fallback) const {
+  know(key, fmt::format("{}, such as `{}`", expected.name, expected.example),
+       fallback ? shown({&*fallback, 1}, expected) : "");
   if (fallback && !has(key)) return *fallback;
   return checked(key, [&](const std::string& text) { return parse_quantity(text, expected); });
 }
@@ -114,15 +173,20 @@ double Config::magnitude(std::string_view key, const Dimension& expected, std::o
 
 Vector3d Config::vector(std::string_view key, const Dimension& expected,
                         const std::optional<Vector3d>& fallback) const {
+  know(key, fmt::format("{} along each axis, such as `{}`", expected.name, example_of_three(expected)),
+       fallback ? shown({fallback->data(), 3}, expected) : "");
   if (fallback && !has(key)) return *fallback;
   return checked(key, [&](const std::string& text) { return parse_vector(text, expected); });
 }
 
 double Config::number(std::string_view key, std::optional<double> fallback) const {
-  return quantity(key, dimension::kRatio, fallback);
+  know(key, "a number", fallback ? shown({&*fallback, 1}, dimension::kRatio) : "");
+  if (fallback && !has(key)) return *fallback;
+  return checked(key, [&](const std::string& text) { return parse_quantity(text, dimension::kRatio); });
 }
 
 long Config::integer(std::string_view key, std::optional<long> fallback) const {
+  know(key, "a whole number", fallback ? fmt::to_string(*fallback) : "");
   if (fallback && !has(key)) return *fallback;
   const std::string& text = scalar(key);
   long value = 0;
@@ -138,11 +202,14 @@ bool Config::flag(std::string_view key, std::optional<bool> fallback) const {
 }
 
 std::string Config::text(std::string_view key, const std::optional<std::string>& fallback) const {
+  know(key, kText, fallback.value_or(""));
   if (fallback && !has(key)) return *fallback;
   return scalar(key);
 }
 
 std::vector<std::string> Config::words(std::string_view key) const {
+  know(key, "words, or a list of them");
+  node_->know(key).optional = true;
   const Node* node = find(key);
   std::vector<std::string> result;
   if (node == nullptr) return result;
@@ -176,6 +243,8 @@ std::pair<double, double> Config::pair_of(std::string_view key, const Node& node
 }
 
 std::vector<std::pair<double, double>> Config::pairs(std::string_view key, const Dimension& expected) const {
+  know(key, fmt::format("a list of pairs, each {0}, such as `[[{1}, {1}]]`", expected.name, expected.example));
+  node_->know(key).optional = true;
   const Node* node = find(key);
   std::vector<std::pair<double, double>> result;
   if (node == nullptr) return result;
@@ -185,6 +254,7 @@ std::vector<std::pair<double, double>> Config::pairs(std::string_view key, const
 }
 
 std::pair<double, double> Config::pair(std::string_view key, const Dimension& expected) const {
+  know(key, fmt::format("a pair, each {0}, such as `[{1}, {1}]`", expected.name, expected.example));
   return pair_of(key, require(key), expected);
 }
 
@@ -196,6 +266,7 @@ std::size_t Config::index_of_choice(std::string_view key, const std::vector<std:
 }
 
 Matrix3d Config::axes(std::string_view key) const {
+  know(key, "three sensor axes, such as `+y -x +z`", "+x +y +z");
   if (!has(key)) return Matrix3d::Identity();
   const std::vector<std::string> names = words(key);
   Matrix3d R_bs = Matrix3d::Zero();
@@ -215,6 +286,7 @@ Matrix3d Config::axes(std::string_view key) const {
 }
 
 std::filesystem::path Config::path(std::string_view key) const {
+  know(key, "a file");
   return (require(key).file->parent_path() / scalar(key)).lexically_normal();
 }
 
@@ -234,12 +306,12 @@ void Config::finish() const { finish(*node_); }
 
 void Config::finish(const Node& node) const {  // NOLINT(misc-no-recursion)
   for (const Node::Entry& e : node.entries) {
-    const bool known = std::find(node.known.begin(), node.known.end(), e.key) != node.known.end();
-    if (!known) {
-      const auto near = nearest_spelling(e.key, node.known);
+    const std::vector<std::string> known = node.known_keys();
+    if (std::find(known.begin(), known.end(), e.key) == known.end()) {
+      const auto near = nearest_spelling(e.key, known);
       throw ConfigError(e.where(),
                         fmt::format("unknown key `{}`{}; known here are: {}", e.key,
-                                    near ? fmt::format(", perhaps `{}`", *near) : "", fmt::join(node.known, ", ")));
+                                    near ? fmt::format(", perhaps `{}`", *near) : "", fmt::join(known, ", ")));
     }
     if (!e.read) throw ConfigError(e.where(), fmt::format("key `{}` has no use here; remove it", e.key));
     if (e.value.kind == Node::Kind::kMap) finish(e.value);

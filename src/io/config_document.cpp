@@ -1,6 +1,7 @@
 #include "config_document.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <yaml-cpp/eventhandler.h>
 
 #include <algorithm>
@@ -69,6 +70,39 @@ void Config::Node::complete(Node base) {  // NOLINT(misc-no-recursion)
     } else if (ours->value.kind == Kind::kMap) {
       ours->value.complete(std::move(e.value));  // of another kind it has no entries
     }
+  }
+}
+
+Config::Node::Known& Config::Node::know(std::string_view key) const {
+  const auto found = std::find_if(known.begin(), known.end(), [&](const Known& k) { return k.key == key; });
+  return found != known.end() ? *found : known.emplace_back(Known{std::string(key)});
+}
+
+std::vector<std::string> Config::Node::known_keys() const {
+  std::vector<std::string> keys;
+  keys.reserve(known.size());
+  for (const Known& k : known) keys.push_back(k.key);
+  return keys;
+}
+
+void Config::Node::append_asked(const std::string& path,  // NOLINT(misc-no-recursion)
+                                std::vector<KeyUse>& asked) const {
+  for (const Known& k : known) {
+    std::vector<std::string> takes = k.takes;
+    if (takes.size() > 1) std::erase(takes, std::string(kText));  // it was looked at before it was read
+    KeyUse use{path + k.key, fmt::format("{}", fmt::join(takes, "; or ")), k.fallback, k.optional};
+    const auto same =
+        std::find_if(asked.begin(), asked.end(), [&](const KeyUse& other) { return other.key == use.key; });
+    if (same == asked.end()) {
+      asked.push_back(std::move(use));
+    } else {  // another map of the same list
+      if (same->takes.empty()) same->takes = use.takes;
+      if (same->fallback.empty()) same->fallback = use.fallback;
+    }
+    const auto entry = std::find_if(entries.begin(), entries.end(), [&](const Entry& e) { return e.key == k.key; });
+    if (entry == entries.end()) continue;
+    entry->value.append_asked(path + k.key + ".", asked);
+    for (const Node& item : entry->value.list) item.append_asked(path + k.key + ".", asked);
   }
 }
 
@@ -142,6 +176,7 @@ Config Config::over_base(const std::string& text, const std::filesystem::path& f
                       fmt::format("no YAML: {}; write `key: value` lines, indented by spaces", e.msg));
   }
   Config config(document, &root);
+  config.know("base", "a file");
   if (!config.has("base")) return config;
 
   const std::filesystem::path base = config.existing_file("base");

@@ -6,15 +6,26 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "piste/io/config.h"
 
 namespace piste {
 
+/// What stands at a key that was read as it is.
+inline constexpr std::string_view kText = "text";
+
 /// A value, a list or a map.
 struct Config::Node {
   struct Entry;
+  /// A key that somebody asked for, and what was expected at it.
+  struct Known {
+    std::string key;
+    std::vector<std::string> takes = {};
+    std::string fallback = {};
+    bool optional = false;  ///< it may be missing
+  };
   enum class Kind { kEmpty, kScalar, kList, kMap };
   Kind kind = Kind::kEmpty;
   std::shared_ptr<const std::filesystem::path> file;  ///< in which it stands; it may be that of a base
@@ -22,10 +33,15 @@ struct Config::Node {
   std::string scalar;
   std::vector<Node> list;
   std::vector<Entry> entries;
-  mutable std::vector<std::string> known;  ///< keys that somebody asked for
+  mutable std::vector<Known> known;  ///< keys that somebody asked for
 
   std::string where() const { return where(line); }
   std::string where(int at) const;
+  /// What is known of a key; it is from now on.
+  Known& know(std::string_view key) const;
+  std::vector<std::string> known_keys() const;
+  /// Appends what was asked of this map and of those below it, with `path` before each key.
+  void append_asked(const std::string& path, std::vector<KeyUse>& asked) const;
   /// Adds the keys of `base` that this map does not have, and does the same in the maps that both have.
   void complete(Node base);
 };

@@ -130,8 +130,9 @@ std::string article_lines(const CampaignArticle& article) {
 
 bool is_campaign(const std::filesystem::path& file) { return Config::load(file).has("runs"); }
 
-Campaign read_campaign(const std::filesystem::path& file) {
-  const Config config = Config::load(file);
+Campaign read_campaign(const std::filesystem::path& file) { return read_campaign(Config::load(file)); }
+
+Campaign read_campaign(const Config& config) {
   Campaign c;
   const long seed = config.integer("seed", 1);
   if (seed < 0) config.fail("seed", "must not be negative");

@@ -152,10 +152,11 @@ MotionOptions read_motion(const Config& config, MotionOptions m) {
   return m;
 }
 
-Scenario read_scenario(const std::filesystem::path& file) {
-  const Config config = Config::load(file);
+Scenario read_scenario(const std::filesystem::path& file) { return read_scenario(Config::load(file)); }
+
+Scenario read_scenario(const Config& config) {
   Scenario s;
-  s.file = file.string();
+  s.file = config.file().string();
   s.text = config.source();
   const Config origin = config.map("origin");
   s.origin = {origin.quantity("latitude", kAngle), origin.quantity("longitude", kAngle),

@@ -34,6 +34,21 @@ TEST(App, TakesItsArguments) {
   EXPECT_EQ(seen.integers.at("seed"), 7);
 }
 
+// It is built as `replay` and installed as `piste-replay`: its help says what the user has typed.
+TEST(App, KnowsTheNameItIsCalledBy) {
+  const auto help_of = [](std::string called) {
+    std::string flag = "--help";
+    std::vector<char*> argv{called.data(), flag.data()};
+    testing::internal::CaptureStdout();
+    run_app({.name = "demo", .summary = "A demo."}, 2, argv.data(), [](const AppArguments&, Progress&) {});
+    return testing::internal::GetCapturedStdout();
+  };
+  EXPECT_NE(help_of("/usr/bin/piste-demo").find("Usage: piste-demo [OPTIONS] CONFIG"), std::string::npos);
+  EXPECT_NE(help_of("demo").find("Usage: demo "), std::string::npos);
+  EXPECT_NE(help_of("").find("Usage: demo "), std::string::npos);
+  EXPECT_NE(help_of("demo").find("Exit status:"), std::string::npos);
+}
+
 TEST(App, ExitCodes) {
   AppArguments seen;
   EXPECT_EQ(run({"--help"}, seen), 0);

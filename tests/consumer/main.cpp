@@ -2,6 +2,7 @@
 // run.cmake fails where one is missing.
 
 #include <cmath>
+#include <filesystem>
 #include <iterator>
 #include <vector>
 
@@ -47,7 +48,7 @@ const Exported kExported[] = {
     {"piste/report/inspection_page.h", address(piste::inspection_page)},
     {"piste/report/inspection_text.h", address(piste::inspection_text)},
     {"piste/report/kml.h", address(piste::kml)},
-    {"piste/sim/campaign.h", address(piste::read_campaign)},
+    {"piste/sim/campaign.h", address<piste::Campaign(const std::filesystem::path&)>(piste::read_campaign)},
     {"piste/sim/simulation.h", address(piste::simulate)},
     {"piste/solve/attitude_noise.h", address(piste::with_white_part)},
     {"piste/solve/filter.h", address(+[](piste::Filter& filter) { return filter.finish(); })},

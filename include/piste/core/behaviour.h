@@ -1,7 +1,7 @@
 #pragma once
 /// What decides how gaps, spikes, rest, the start and distrust are treated: every threshold, window and factor, with
 /// the reason for its value. SI and radians. The values that a user may need are keys of the configuration
-/// (docs/formats.md); the others are here to be read, and for tests.
+/// (docs/keys.md); the others are here to be read, and for tests.
 
 #include <cstddef>
 

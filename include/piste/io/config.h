@@ -22,6 +22,14 @@
 
 namespace piste {
 
+/// What a reader asked a configuration for.
+struct KeyUse {
+  std::string key;       ///< with the maps that it is in, such as `imu.clock.offset`; those of a list count as one
+  std::string takes;     ///< what may stand there, such as "a time, such as `60 s`"
+  std::string fallback;  ///< the value if the key is missing; empty where the reader knows none
+  bool optional = false;
+};
+
 /// One map of a configuration file. A copy refers to the same map. Read all keys, and then call `finish()` on the
 /// outermost map: it throws if there is a key that was not read.
 class Config {
@@ -69,9 +77,14 @@ class Config {
   template <class E>
   E choice(std::string_view key, std::span<const std::pair<std::string_view, E>> choices,
            std::optional<E> fallback = {}) const {
-    if (fallback && !has(key)) return *fallback;
     std::vector<std::string_view> names;
-    for (const auto& c : choices) names.push_back(c.first);
+    std::string_view otherwise;
+    for (const auto& c : choices) {
+      names.push_back(c.first);
+      if (fallback && otherwise.empty() && c.second == *fallback) otherwise = c.first;
+    }
+    know_choice(key, names, otherwise);
+    if (fallback && !has(key)) return *fallback;
     return (choices.begin() + static_cast<std::ptrdiff_t>(index_of_choice(key, names)))->second;
   }
 
@@ -91,6 +104,10 @@ class Config {
   /// Throws ConfigError if a key in this map, or in a map below it, was not read.
   void finish() const;
 
+  /// Every key that was asked for so far, here and in the maps below that are there: map by map, in the order in which
+  /// they were asked for. The page of all keys is made of it (tests/law/keys.cpp).
+  std::vector<KeyUse> asked() const;
+
   /// The text of the file, without its base.
   const std::string& source() const;
   const std::filesystem::path& file() const;
@@ -104,6 +121,9 @@ class Config {
   static Config over_base(const std::string& text, const std::filesystem::path& file,
                           std::vector<std::filesystem::path> above);
   const Node* find(std::string_view key) const;
+  // Remember what is expected at a key.
+  void know(std::string_view key, std::string_view takes, std::string_view fallback = {}) const;
+  void know_choice(std::string_view key, const std::vector<std::string_view>& names, std::string_view fallback) const;
   const Node& require(std::string_view key) const;
   const std::string& scalar(std::string_view key) const;
   std::size_t index_of_choice(std::string_view key, const std::vector<std::string_view>& names) const;

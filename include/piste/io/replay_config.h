@@ -36,11 +36,8 @@ struct ReplayConfig {
   OutputRates rates;
 };
 
-/// Reads and checks the configuration. Of the data files it only checks that they are there. Beyond the keys in
-/// docs/formats.md there are: `initial: {sigma, declination}`, `magnetometer: {sigma, declination}` (updates by its
-/// heading), the start sigmas `priors: {boresight, lever_arm, gnss_delay, velocity_delay, attitude_delay}`,
-/// `attitude_output: {rate}` of attitude.csv, and in an attitude source `boresight: {sigma, correlation_time}` for a
-/// flexible mount: the boresight is then a constant plus a first-order Gauss-Markov process. Throws ConfigError
+/// Reads and checks the configuration. Of the data files it only checks that they are there. The keys are
+/// in docs/keys.md. Throws ConfigError
 /// `FILE:LINE: …`.
 ReplayConfig read_replay_config(const std::filesystem::path& file);
 ReplayConfig read_replay_config(const Config& config);

@@ -58,6 +58,7 @@ bool is_campaign(const std::filesystem::path& file);
 
 /// Reads a campaign and the scenarios of its runs. Every error is a ConfigError `FILE:LINE: …`.
 Campaign read_campaign(const std::filesystem::path& file);
+Campaign read_campaign(const Config& config);
 
 /// The seed of a run, from the seed of the campaign and the run's name. It is below 2³², so that every JSON reader can
 /// represent it.

@@ -33,6 +33,7 @@ struct Scenario {
 
 /// Reads a scenario. Every error is a ConfigError `FILE:LINE: …`.
 Scenario read_scenario(const std::filesystem::path& file);
+Scenario read_scenario(const Config& config);
 
 /// Reads the section `motion:` of a scenario. Keys that are missing have the values of `fallback`. Throws ConfigError.
 MotionOptions read_motion(const Config& section, MotionOptions fallback);

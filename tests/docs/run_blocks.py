@@ -1,0 +1,63 @@
+#!/usr/bin/env python3
+"""Runs the shell blocks of README.md, CONTRIBUTING.md and docs/*.md as a reader would: those of a page one after the other, in a
+folder in which the sources and the build stand as they do in a checkout.
+
+usage: run_blocks.py SOURCE BUILD WORK
+
+A block that is not run says why, in an HTML comment on the line before: <!-- not run: it takes an hour -->. Any other language
+than those known here is an error: a block is run (sh), compiled (cpp, by tests/consumer/docs.cmake), or data (yaml, json, cmake,
+text). Exit 1: a block failed.
+"""
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+FENCE = re.compile(r"(?:<!-- (?P<mark>.*?) -->\n+)?^```(?P<language>[a-z]*)\n(?P<text>.*?)^```$", re.S | re.M)
+DATA = {"cpp", "yaml", "json", "cmake", ""}
+
+
+def prepare(source, build, work):
+    shutil.rmtree(work, ignore_errors=True)
+    work.mkdir(parents=True)
+    for name in ("config", "data", "docs", "scripts", "examples"):
+        (work / name).symlink_to(source / name)
+    (work / "build").mkdir()
+    (work / "build" / "release").symlink_to(build)
+
+
+def main():
+    source, build, work = (Path(a).resolve() for a in sys.argv[1:4])
+    pages = [source / "README.md", source / "CONTRIBUTING.md", *sorted((source / "docs").glob("*.md"))]
+    run = left = failed = 0
+    for page in pages:
+        place, text = work / page.stem, page.read_text(encoding="utf-8")
+        for block in FENCE.finditer(text):
+            where = f"{page.relative_to(source)}:{text.count(chr(10), 0, block.start('language')) + 1}"
+            if block["language"] in DATA:
+                continue
+            if block["language"] != "sh":
+                print(f"{where}: a block of `{block['language']}`; right would be sh, cpp, yaml, json or cmake")
+                failed += 1
+                continue
+            if (block["mark"] or "").startswith("not run: "):
+                left += 1
+                continue
+            if not place.exists():
+                prepare(source, build, place)
+            done = subprocess.run(["bash", "-euo", "pipefail", "-c", block["text"]], cwd=place, stdin=subprocess.DEVNULL,
+                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            run += 1
+            print(f"{where}: {'run' if done.returncode == 0 else 'FAILED'}")
+            if done.returncode != 0:
+                failed += 1
+                print(done.stdout)
+    shutil.rmtree(work, ignore_errors=True)
+    print(f"{run} blocks run, {left} said why they are not, {failed} failed")
+    return 1 if failed or not run else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
