@@ -95,8 +95,7 @@ BatchOptions read_batch(const Config& config, SmootherKind smoother) {
   if (!batch) return options;
   if (smoother != SmootherKind::kBatch) config.fail("batch", "is of use with `smoother: batch` alone");
   options.loss = batch->choice<BatchLoss>(
-      "loss",
-      {{"truncated", BatchLoss::kTruncated}, {"barron", BatchLoss::kBarron}, {"squared", BatchLoss::kSquared}},
+      "loss", {{"truncated", BatchLoss::kTruncated}, {"barron", BatchLoss::kBarron}, {"squared", BatchLoss::kSquared}},
       options.loss);
   options.bound = batch->number("bound", options.bound);
   if (!(options.bound > 0.5 && options.bound < 1)) batch->fail("bound", "must be a probability such as 0.999");

@@ -43,8 +43,8 @@ std::string key_of(ProcessKind kind);
 double allan_variance(const NoiseProcess& process, std::size_t m, double interval);
 double allan_variance(std::span<const NoiseProcess> processes, std::size_t m, double interval);
 
-/// Interval of a size of which the logarithm has this standard deviation: that of a root of χ² which has it too. Nothing
-/// is known, {0, ∞}, of one that is not above zero or hardly told.
+/// Interval of a size of which the logarithm has this standard deviation: that of a root of χ² which has it too.
+/// Nothing is known, {0, ∞}, of one that is not above zero or hardly told.
 std::pair<double, double> size_interval(double size, double sigma_log, double probability);
 
 /// Covariance of the estimated Allan variances of all scales of a curve if its samples are the sum of these independent

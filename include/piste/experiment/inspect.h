@@ -15,8 +15,8 @@ namespace piste {
 /// suspicion, not an error.
 Inspection inspect(const std::vector<std::string>& files, const ProgressCallback& progress = {});
 
-/// Guesses what each file is, without reading its rows, and makes one log of gyroscopes and accelerometers that stand in
-/// two files. What is no log, or half of one, has no guess and is listed in `found`.
+/// Guesses what each file is, without reading its rows, and makes one log of gyroscopes and accelerometers that stand
+/// in two files. What is no log, or half of one, has no guess and is listed in `found`.
 std::vector<InspectedLog> recognise(const std::vector<std::string>& files, std::vector<Suspicion>& found);
 
 }  // namespace piste

@@ -111,8 +111,9 @@ struct MeasurementContext {
   RecentMotion recent = {};
   double delay_variance = 0;                ///< of the estimated delay [s²]; 0 if it is known
   Vector3d rate_before = Vector3d::Zero();  ///< mean over the sample before, as measured
-  /// Where a measurement has a kink, as the amount of a speed has at zero: the estimate that decides on which side of it
-  /// the measurement is. Null: the one that it is linearised at. A solver that iterates would not end between two sides.
+  /// Where a measurement has a kink, as the amount of a speed has at zero: the estimate that decides on which side of
+  /// it the measurement is. Null: the one that it is linearised at. A solver that iterates would not end between two
+  /// sides.
   const Estimate* laid = nullptr;
 
   /// The motion at the time of the fix. Rate and force change linearly within a step.
