@@ -54,11 +54,11 @@ std::vector<DrivenWindow> driven(const ImuIntegral& imu, const Track& track, dou
 bool VehicleGuess::is_car() const {
   // A body rolls outwards on its springs, by up to a tenth of the force; velocities that a receiver smooths show too
   // little of a turn or come late, and then a third of it is missing. Who leans feels less than half.
-  constexpr double kLeast = 0.6, kMost = 1.3, kUnlike = 0.55;
+  constexpr double kLeastGain = 0.6, kMostGain = 1.3, kUnlike = 0.55;
   constexpr double kUpright = 0.95;          // the axes found are right-handed and upright to 18 deg
   constexpr double kPointing = 3 * kDegree;  // a receiver's course is that sure
   constexpr double kTurned = 90 * kDegree;   // each way: a bend of a runway or a slope is none
-  const auto felt = [&](double part) { return part > kLeast && part < kMost; };
+  const auto felt = [&](double part) { return part > kLeastGain && part < kMostGain; };
   return driving >= kLeastDriving && std::min(turned_left, turned_right) > kTurned && felt(force_along) &&
          felt(force_across) && handed > kUpright && unlike < kUnlike && slip < kPointing;
 }
