@@ -27,7 +27,7 @@ if(PKG_CONFIG)
   execute_process(COMMAND ${CMAKE_COMMAND} -E env PKG_CONFIG_PATH=${packages} ${PKG_CONFIG} --cflags --libs piste-batch
     OUTPUT_VARIABLE flags COMMAND_ERROR_IS_FATAL ANY)
   separate_arguments(flags UNIX_COMMAND "${flags}")
-  file(WRITE ${WORK_DIR}/by_pkg_config.cpp "#include <piste/batch.h>\nint main() { return piste::batch_smoother() ? 0 : 1; }\n")
+  file(WRITE ${WORK_DIR}/by_pkg_config.cpp "#include <piste/batch.h>\nint main() { return piste::batch_solver() ? 0 : 1; }\n")
   step(${COMPILER} ${WORK_DIR}/by_pkg_config.cpp ${flags} -o ${WORK_DIR}/by_pkg_config)
   cmake_path(GET packages PARENT_PATH libraries)
   step(${CMAKE_COMMAND} -E env LD_LIBRARY_PATH=${libraries} ${WORK_DIR}/by_pkg_config)
