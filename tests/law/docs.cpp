@@ -2,6 +2,7 @@
 // files and tests.
 
 #include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <array>
@@ -94,6 +95,47 @@ TEST(Docs, LinkToFilesThatExist) {
   for (const auto& [page, link] : links) {
     EXPECT_TRUE(fs::exists(page.parent_path() / link)) << page << " links to " << link;
   }
+}
+
+/// The paths of all keys below a node, such as `imu.clock.offset`; those of a list count as one. What is below
+/// `columns` has a page of its own.
+void append_keys(const YAML::Node& node, const std::string& path, std::vector<std::string>& keys) {
+  for (const auto& item : node) {
+    if (node.IsSequence()) {
+      if (item.IsMap()) append_keys(item, path, keys);
+      continue;
+    }
+    const auto key = path + item.first.as<std::string>();
+    keys.push_back(key);
+    const bool named_by_others = key.ends_with("columns") || key.ends_with("article_sensors");
+    if (!named_by_others && (item.second.IsMap() || item.second.IsSequence())) {
+      append_keys(item.second, key + ".", keys);
+    }
+  }
+}
+
+/// A block may show a part of a configuration: its keys then are the ends of whole ones.
+TEST(Docs, ShowKeysThatAreRead) {
+  std::vector<std::string> known;
+  for (const Named& row : named("\\n\\| `([a-z_.]+)` \\|")) {
+    if (row.page.filename() == "keys.md") known.push_back("." + row.what);
+  }
+  EXPECT_GE(known.size(), 200U);
+  std::size_t shown = 0;
+  for (const auto& [page, block] : named("```yaml\n([^`]*(?:`[^`]+`[^`]*)*)```")) {
+    YAML::Node yaml;
+    EXPECT_NO_THROW(yaml = YAML::Load(block)) << page << ":\n" << block;
+    std::vector<std::string> keys;
+    append_keys(yaml, ".", keys);
+    for (std::string key : keys) {
+      ++shown;
+      key = std::regex_replace(key, std::regex("^\\.(runs\\.)?(mems|reference)\\."), ".imu.");  // the same keys
+      key = std::regex_replace(key, std::regex("^\\.runs\\.gnss\\."), ".gnss.");
+      EXPECT_TRUE(std::any_of(known.begin(), known.end(), [&](const std::string& k) { return k.ends_with(key); }))
+          << page << " shows the key " << key.substr(1);
+    }
+  }
+  EXPECT_GE(shown, 100U);
 }
 
 TEST(Docs, NameTestsThatExist) {
