@@ -2,7 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "aligned_pair.h"
+#include "app.h"
+#include "piste/outputs/batch_folders.h"
 #include "piste/report/alignment_text.h"
 
 namespace piste {
@@ -12,10 +13,17 @@ void run(const AppArguments& arguments, Progress& progress) {
   const AlignConfig config = read_align_config(arguments.input);
   OutputFolder output(arguments.output);
   std::string text;
-  for_each_pair(config, progress, [&](const AlignedPair& pair) {
-    write_alignment(output, config, pair);
-    text += fmt::format("{}\n{}\n", pair.imu.name, alignment_text(pair.alignment));
-  });
+  for_each_pair(
+      config,
+      [&](std::size_t done, std::size_t all) {
+        if (done == 0) progress.start("align", all, "IMUs");
+        progress.update(done);
+      },
+      [&](const AlignedPair& pair) {
+        write_alignment(output, config, pair);
+        text += fmt::format("{}\n{}\n", pair.imu.name, alignment_text(pair.alignment));
+      });
+  progress.clear();
   output.commit();
   say(arguments, fmt::format("{}written to {}", text, output.folder().string()));
 }

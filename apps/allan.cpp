@@ -8,11 +8,8 @@
 #include <thread>
 
 #include "app.h"
-#include "piste/core/version.h"
-#include "piste/files/allan.h"
-#include "piste/files/output.h"
 #include "piste/io/sensor_file.h"
-#include "piste/report/allan_page.h"
+#include "piste/outputs/batch_folders.h"
 #include "piste/report/allan_text.h"
 
 namespace piste {
@@ -42,11 +39,7 @@ void run(const AppArguments& arguments, Progress& progress) {
   const AllanFindings found =
       find_noise(request, [&](double part) { progress.update(static_cast<std::size_t>(kSteps * part)); });
   progress.clear();
-  const std::string sensor = sensor_text(found.sensor);
-  output.write("sensor.yaml", sensor);
-  output.write("allan.csv", allan_csv(found));
-  output.write("allan.json", allan_json(found));
-  output.write("allan.html", allan_page(found, sensor, version()));
+  write_allan(output, found);
   output.commit();
   say(arguments, fmt::format("{}\nwritten to {}", allan_text(found), output.folder().string()));
 }

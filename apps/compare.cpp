@@ -2,9 +2,10 @@
 
 #include <fmt/format.h>
 
-#include "aligned_pair.h"
+#include "app.h"
 #include "piste/condition/aligned_signals.h"
 #include "piste/files/findings.h"
+#include "piste/outputs/batch_folders.h"
 #include "piste/report/alignment_text.h"
 #include "piste/report/findings_text.h"
 
@@ -15,17 +16,24 @@ void run(const AppArguments& arguments, Progress& progress) {
   const AlignConfig config = read_align_config(arguments.input);
   OutputFolder output(arguments.output);
   std::string text;
-  for_each_pair(config, progress, [&](const AlignedPair& pair) {
-    write_alignment(output, config, pair);
-    const AlignedImus smooth = low_passed(pair.aligned, pair.alignment.low_pass);
-    const Phases stated = config.phases ? *config.phases : phases(smooth);
-    const Findings found = findings(smooth, stated,
-                                    {.alignment = &pair.alignment,
-                                     .reference = &config.reference.source.sensor,
-                                     .sensor = &pair.imu.source.sensor});
-    output.write(pair.folder + "findings.json", findings_json(found, pair.alignment));
-    text += fmt::format("{}\n{}\n{}\n", pair.imu.name, alignment_text(pair.alignment), findings_text(found));
-  });
+  for_each_pair(
+      config,
+      [&](std::size_t done, std::size_t all) {
+        if (done == 0) progress.start("align", all, "IMUs");
+        progress.update(done);
+      },
+      [&](const AlignedPair& pair) {
+        write_alignment(output, config, pair);
+        const AlignedImus smooth = low_passed(pair.aligned, pair.alignment.low_pass);
+        const Phases stated = config.phases ? *config.phases : phases(smooth);
+        const Findings found = findings(smooth, stated,
+                                        {.alignment = &pair.alignment,
+                                         .reference = &config.reference.source.sensor,
+                                         .sensor = &pair.imu.source.sensor});
+        output.write(pair.folder + "findings.json", findings_json(found, pair.alignment));
+        text += fmt::format("{}\n{}\n{}\n", pair.imu.name, alignment_text(pair.alignment), findings_text(found));
+      });
+  progress.clear();
   output.commit();
   say(arguments, fmt::format("{}written to {}", text, output.folder().string()));
 }

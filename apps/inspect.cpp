@@ -8,17 +8,12 @@
 
 #include "app.h"
 #include "piste/core/error.h"
-#include "piste/core/version.h"
-#include "piste/files/output.h"
-#include "piste/io/sensor_file.h"
-#include "piste/report/inspection_page.h"
-#include "piste/report/inspection_text.h"
+#include "piste/outputs/folders.h"
 
 namespace piste {
 namespace {
 
 void run(const AppArguments& arguments, Progress& progress) {
-  constexpr const char* kSensorFile = "sensor.yaml";
   for (const std::string& file : arguments.inputs) {
     if (!std::filesystem::exists(file)) throw ConfigError(file, "there is no such file");
   }
@@ -28,17 +23,7 @@ void run(const AppArguments& arguments, Progress& progress) {
   const Inspection found =
       inspect(arguments.inputs, [&](double part) { progress.update(static_cast<std::size_t>(kSteps * part)); });
   progress.clear();
-  const auto config = ready_config(found, output.folder().string(), kSensorFile);
-  const std::string text = inspection_text(found, config);
-  output.write("inspection.txt", text);
-  output.write("inspection.html", inspection_page(found, config, version()));
-  if (config) {
-    output.write("replay.yaml", *config);
-    output.write(kSensorFile, sensor_text(guess_sensor(found)));
-  } else {
-    output.withdraw("replay.yaml");
-    output.withdraw(kSensorFile);
-  }
+  const std::string text = write_inspection(output, found);
   output.commit();
   say(arguments, fmt::format("{}\nwritten to {}", text, output.folder().string()));
   const auto unreadable = std::find_if(found.suspicions.begin(), found.suspicions.end(),

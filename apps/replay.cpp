@@ -9,12 +9,9 @@
 
 #include "app.h"
 #include "piste/consistency/warnings.h"
-#include "piste/core/version.h"
 #include "piste/diagnosis/diagnose.h"
 #include "piste/files/replay.h"
-#include "piste/files/summary.h"
-#include "piste/report/html.h"
-#include "piste/report/kml.h"
+#include "piste/outputs/folders.h"
 #include "piste/solve/batch.h"
 
 namespace piste {
@@ -45,21 +42,12 @@ void run_replay(const AppArguments& arguments, Progress& progress) {
   progress.start("verdict", kPerCent, "%");
   const Verdict verdict = diagnose(run.log, run.options, config.initial, run.found, filtered, smoothed, per_cent);
   progress.clear();
-  const std::string title = config.file.stem().string();
   progress.start("writing", kPerCent, "%");
-  write_solutions(output, run, config.rates, per_cent);
-  output.write("trajectory.kml", kml(run.solution(), title));
-  output.write("report.html", html_report({.title = title,
-                                           .version = version(),
-                                           .config_text = config.echo,
-                                           .log = &run.log,
-                                           .filtered = &filtered,
-                                           .smoothed = smoothed,
-                                           .verdict = &verdict,
-                                           .outages = config.conditioning.outages}));
-  const std::chrono::duration<double> wall_s = std::chrono::steady_clock::now() - wall;
-  const RunTimes times{static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC, wall_s.count()};
-  output.write("summary.json", summary_json(run.log, filtered, smoothed, verdict, times));
+  const auto times = [&] {
+    const std::chrono::duration<double> wall_s = std::chrono::steady_clock::now() - wall;
+    return RunTimes{static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC, wall_s.count()};
+  };
+  write_replay(output, config, run, verdict, times, per_cent);
   output.commit();
   progress.clear();
 

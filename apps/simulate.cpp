@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "app.h"
-#include "piste/files/output.h"
+#include "piste/outputs/folders.h"
 #include "piste/sim/campaign.h"
 #include "piste/sim/simulation.h"
 
@@ -20,18 +20,7 @@ std::uint64_t seed_of(const AppArguments& arguments, std::uint64_t fallback) {
 // Simulates one run, and writes its files with `folder` before their names.
 void write_run(OutputFolder& out, const std::string& folder, const Scenario& scenario, std::uint64_t seed,
                const SimulationProgress& progress) {
-  const Simulation simulation = simulate(scenario, seed, progress);
-  for (std::size_t i = 0; i < simulation.imus.size(); ++i) {
-    const SimulatedImu& imu = simulation.imus[i];
-    out.write(folder + imu.recording.file, imu_csv(imu.recording));
-    const std::string name = i == 0 ? "truth.csv" : "truth_" + imu.recording.file;
-    out.write(folder + name, truth_csv(simulation.bodies[i], imu.gps_time, scenario.truth_every));
-  }
-  for (const GnssRecording& gnss : simulation.gnss) out.write(folder + gnss.file, gnss_csv(gnss));
-  for (const AttitudeRecording& attitude : simulation.attitude) {
-    out.write(folder + attitude.file, attitude_csv(attitude));
-  }
-  out.write(folder + "truth.json", truth_json(scenario, simulation, seed));
+  write_simulation(out, folder, scenario, simulate(scenario, seed, progress), seed);
 }
 
 void run_scenario(const AppArguments& arguments, Progress& progress) {

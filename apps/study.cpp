@@ -9,12 +9,8 @@
 
 #include "app.h"
 #include "piste/core/error.h"
-#include "piste/core/version.h"
 #include "piste/experiment/missing.h"
-#include "piste/files/output.h"
-#include "piste/files/study.h"
-#include "piste/report/study_figures.h"
-#include "piste/report/study_page.h"
+#include "piste/outputs/batch_folders.h"
 #include "piste/report/study_text.h"
 
 namespace piste {
@@ -34,12 +30,7 @@ void run(const AppArguments& arguments, Progress& progress) {
                                [](const SensorRun& result) { return result.failure.empty(); });
   if (!any) throw DataError(arguments.input, "no IMU of any run could be studied; " + missing(study).front());
 
-  for (const StudyFile& file : study_csv(study)) output.write(file.name, file.content);
-  output.write("summary.json", study_json(study));
-  for (const Figure& figure : study_figures(study)) {
-    output.write(fmt::format("figures/{}.svg", figure.name), figure.svg);
-  }
-  output.write("study.html", study_html(study, version(), config.echo));
+  write_study(output, config, study);
   output.commit();
   say(arguments, study_text(study));
   say(arguments, "written to " + output.folder().string());

@@ -9,6 +9,7 @@
 #include "piste/condition/alignment.h"
 #include "piste/condition/time_sync.h"
 #include "piste/experiment/align_config.h"
+#include "piste/experiment/aligned_pair.h"
 #include "piste/files/alignment.h"
 #include "piste/files/findings.h"
 #include "piste/fit/imu_fit.h"
@@ -40,3 +41,6 @@
 #include "piste/files/allan.h"
 #include "piste/report/allan_page.h"
 #include "piste/report/allan_text.h"
+
+// What the programs write of all this.
+#include "piste/outputs/batch_folders.h"

@@ -1,7 +1,9 @@
 #include "piste/consistency/consistency.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "piste/core/error.h"
@@ -74,15 +76,47 @@ void Consistency::allot(const StateLayout& layout, std::vector<std::string> sour
   }
 }
 
-void Consistency::prepare(const ComparedRun& run) {
-  if (groups_.empty()) allot(run.layout, run.sources);
-  if (run.layout.blocks() != layout_.blocks() || run.sources != sources_) {
+void Consistency::prepare(const StateLayout& layout, const std::vector<std::string>& sources) {
+  if (groups_.empty()) allot(layout, sources);
+  if (layout.blocks() != layout_.blocks() || sources != sources_) {
     throw DataError("ensemble", "all runs must estimate the same blocks from the same sources");
   }
 }
 
+void Consistency::append(const Consistency& other) {
+  const auto times = [](const EpochGrid& g) {
+    return std::array{g.step, g.time(g.first), g.time(g.last), g.cruise.start, g.cruise.end, g.arrival};
+  };
+  if (times(grid_) != times(other.grid_)) throw DataError("ensemble", "all runs must be looked at at the same times");
+  failures_.insert(failures_.end(), other.failures_.begin(), other.failures_.end());
+  if (other.runs_ == 0) return;
+  prepare(other.layout_, other.sources_);
+  runs_ += other.runs_;
+  const auto plus = [](std::vector<double>& sum, const std::vector<double>& more) {
+    std::transform(sum.begin(), sum.end(), more.begin(), sum.begin(), std::plus<>());
+  };
+  const auto most = [](double& largest, double more) { largest = std::max(largest, more); };
+  for (const auto& [sums, more] : {std::pair{&filter_, &other.filter_}, std::pair{&smoother_, &other.smoother_}}) {
+    for (const auto table :
+         {&Sums::runs, &Sums::nees, &Sums::square, &Sums::bound, &Sums::claimed, &Sums::phase_runs, &Sums::mean,
+          &Sums::mean_square, &Sums::errors, &Sums::within, &Sums::ratio, &Sums::ratio_square}) {
+      plus(sums->*table, more->*table);
+    }
+    for (std::size_t i = 0; i < sums->largest.size(); ++i) most(sums->largest[i], more->largest[i]);
+  }
+  for (std::size_t i = 0; i < source_sums_.size(); ++i) {
+    if (i % kSourceTerms == kDof) {
+      most(source_sums_[i], other.source_sums_[i]);
+    } else {
+      source_sums_[i] += other.source_sums_[i];
+    }
+  }
+  for (const HeadingTerm term : {kRuns, kSquare}) heading_[term] += other.heading_[term];
+  for (const HeadingTerm term : {kLargest, kLargestSigma, kLargestRatio}) most(heading_[term], other.heading_[term]);
+}
+
 void Consistency::add(const ComparedRun& run) {
-  prepare(run);
+  prepare(run.layout, run.sources);
   ++runs_;
   add(filter_, run.filtered);
   add(smoother_, run.smoothed);

@@ -6,44 +6,39 @@
 namespace piste {
 namespace {
 
-constexpr std::size_t kNavigationValues = 1 + 4 + 3 + 3;  // time, q_wb, v_wb, p_wb
-constexpr std::size_t kNavigationSigmas = 9;
-constexpr std::size_t kTotalSigmas = 6;
+constexpr std::string_view kSigma = "sigma_";
 
-// Goes through the values of a row in the order of their storage. F is called with every double, to read or to write
-// it.
+// Goes through the parts of a row in the order of their storage. F is called with the name of every part and its
+// values, to read or to write them.
 template <class EstimateRef, class SigmasRef, class F>
 void visit(const StateLayout& layout, EstimateRef& x, SigmasRef& s, F&& f) {
-  const auto vector = [&](auto&& v) {
-    for (Eigen::Index i = 0; i < v.size(); ++i) f(v(i));
-  };
-  vector(x.q_wb.coeffs());
-  vector(x.v_wb);
-  vector(x.p_wb);
-  vector(s.position);
-  vector(s.velocity);
-  vector(s.euler);
-  vector(s.gyro_total_bias);
-  vector(s.accel_total_bias);
+  f("", "q_wb", x.q_wb.coeffs());
+  f("", "v_wb", x.v_wb);
+  f("", "p_wb", x.p_wb);
+  f(kSigma, "position", s.position);
+  f(kSigma, "velocity", s.velocity);
+  f(kSigma, "euler", s.euler);
+  f(kSigma, "gyro_total_bias", s.gyro_total_bias);
+  f(kSigma, "accel_total_bias", s.accel_total_bias);
   for (const Block b : layout.blocks()) {
     if (is_navigation(b)) continue;
     if (is_rotation(b)) {
-      vector(rotation(x, b).coeffs());
+      f("", info(b).name, rotation(x, b).coeffs());
     } else {
-      vector(additive(x, b));
+      f("", info(b).name, additive(x, b));
     }
-    vector(s.blocks.segment(full_offset(b), info(b).size));
+    f(kSigma, info(b).name, s.blocks.segment(full_offset(b), info(b).size));
   }
 }
 
-std::size_t stride_of(const StateLayout& layout) {
-  std::size_t n = kNavigationValues + kNavigationSigmas + kTotalSigmas;
-  for (const Block b : layout.blocks()) {
-    if (is_navigation(b)) continue;
-    n += 2 * static_cast<std::size_t>(info(b).size) + (is_rotation(b) ? 1 : 0);
+/// Takes the parts of a row from where it is stored.
+struct ReadRow {
+  const double* p;
+  template <class Values>
+  void operator()(std::string_view, std::string_view, Values&& values) {
+    for (Eigen::Index k = 0; k < values.size(); ++k) values(k) = *p++;
   }
-  return n;
-}
+};
 
 Vector3d root(const Vector3d& variance) { return variance.cwiseMax(0).cwiseSqrt(); }
 
@@ -113,22 +108,34 @@ Sigmas sigmas_of(const World& world, const Estimate& x, const StateLayout& layou
   return s;
 }
 
-Solution::Solution(StateLayout layout, World world)
-    : layout_(std::move(layout)), world_(std::move(world)), stride_(stride_of(layout_)) {}
+Solution::Solution(StateLayout layout, World world) : layout_(std::move(layout)), world_(std::move(world)) {
+  for (const StoredColumn& column : columns()) stride_ += column.size;
+}
+
+std::vector<StoredColumn> Solution::columns() const {
+  std::vector<StoredColumn> all{{"time", 0, 1}};
+  const Estimate x;
+  const Sigmas s;
+  visit(layout_, x, s, [&all](std::string_view prefix, std::string_view name, const auto& values) {
+    const std::size_t offset = all.back().offset + all.back().size;
+    all.push_back({std::string(prefix).append(name), offset, static_cast<std::size_t>(values.size())});
+  });
+  return all;
+}
 
 Estimate Solution::estimate(std::size_t i) const {
   Estimate x = fixed;
   Sigmas s;
-  const double* p = rows_.data() + i * stride_ + 1;
-  visit(layout_, x, s, [&p](double& v) { v = *p++; });
+  ReadRow read{rows_.data() + i * stride_ + 1};
+  visit(layout_, x, s, read);
   return x;
 }
 
 Sigmas Solution::sigmas(std::size_t i) const {
   Estimate x;
   Sigmas s;
-  const double* p = rows_.data() + i * stride_ + 1;
-  visit(layout_, x, s, [&p](double& v) { v = *p++; });
+  ReadRow read{rows_.data() + i * stride_ + 1};
+  visit(layout_, x, s, read);
   return s;
 }
 
@@ -140,7 +147,9 @@ void Solution::append(double time, const Estimate& x, const Sigmas& s) {
 void Solution::set(std::size_t i, double time, const Estimate& x, const Sigmas& s) {
   double* p = rows_.data() + i * stride_;
   *p++ = time;
-  visit(layout_, x, s, [&p](const double& v) { *p++ = v; });
+  visit(layout_, x, s, [&p](std::string_view, std::string_view, const auto& values) {
+    for (Eigen::Index k = 0; k < values.size(); ++k) *p++ = values(k);
+  });
 }
 
 AdaptedNoise::Range AdaptedNoise::range(std::size_t name) const {

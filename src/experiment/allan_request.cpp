@@ -90,8 +90,9 @@ AllanSource read_source(const Config& entry) {
   return source;
 }
 
-AllanRequest read_config(const std::string& file) {
-  const Config config = Config::load(file);
+}  // namespace
+
+AllanRequest read_allan_config(const Config& config) {
   AllanRequest request;
   AllanOptions& options = request.options;
   for (const Config& entry : config.maps("recordings")) request.sources.push_back(read_source(entry));
@@ -128,14 +129,12 @@ AllanRequest read_config(const std::string& file) {
   return request;
 }
 
-}  // namespace
-
 AllanRequest read_allan_request(const std::vector<std::string>& files) {
   for (const std::string& file : files) require_file(file);
   const std::string extension = fs::path(files.front()).extension().string();
   if (extension == ".yaml" || extension == ".yml") {
     if (files.size() > 1) throw ConfigError(files.front(), "a configuration stands alone; name the logs in it");
-    return read_config(files.front());
+    return read_allan_config(Config::load(files.front()));
   }
   AllanRequest request;
   request.sources = guessed_sources(files);

@@ -1,51 +1,51 @@
 #include "piste/experiment/ensemble.h"
 
 #include <algorithm>
+#include <array>
 #include <condition_variable>
 #include <cstring>
 #include <exception>
-#include <functional>
 #include <map>
 #include <mutex>
 #include <thread>
 #include <utility>
-#include <variant>
 
 #include "piste/core/error.h"
+#include "piste/core/version.h"
 
 namespace piste {
 namespace {
 
-using Result = std::variant<ComparedRun, FailedRun>;
-
-Result run_one(const Scenario& scenario, std::uint64_t seed, const BatchSolver& batch) {
+// One trial's sums, or why there are none.
+Consistency run_one(const Scenario& scenario, std::uint64_t seed, const BatchSolver& batch) {
+  Consistency one(epoch_grid(scenario));
   try {
-    return run_trial(scenario, seed, batch);
+    one.add(run_trial(scenario, seed, batch));
   } catch (const DataError& e) {
-    return FailedRun{seed, e.what()};
+    one.add_failure({seed, e.what()});
   }
+  return one;
 }
 
-void add(Consistency& sums, Result&& result) {
-  if (const auto* run = std::get_if<ComparedRun>(&result)) {
-    sums.add(*run);
-  } else {
-    sums.add_failure(std::get<FailedRun>(std::move(result)));
-  }
+// FNV-1a: the same on every machine.
+std::uint64_t hash(std::string_view bytes) {
+  std::uint64_t sum = 14695981039346656037U;
+  for (const char c : bytes) sum = (sum ^ static_cast<unsigned char>(c)) * 1099511628211U;
+  return sum;
 }
-
-std::uint64_t hash(std::string_view bytes) { return std::hash<std::string_view>{}(bytes); }
 
 }  // namespace
 
-Ensemble::Ensemble(Scenario scenario, BatchSolver batch)
-    : scenario_(std::move(scenario)), batch_(std::move(batch)), sums_(epoch_grid(scenario_)) {}
+Ensemble::Ensemble(Scenario scenario, BatchSolver batch, std::size_t first)
+    : scenario_(std::move(scenario)), batch_(std::move(batch)), sums_(epoch_grid(scenario_), first) {}
+
+std::uint64_t Ensemble::scenario_hash() const { return hash(std::string(version()) + '\n' + scenario_.text); }
 
 void Ensemble::run(std::size_t runs, std::size_t jobs, const Observer& observer) {
   jobs = std::min(jobs, runs - std::min(runs, size()));
   std::mutex mutex;
   std::condition_variable moved;
-  std::map<std::size_t, Result> waiting;  // until those before them are done
+  std::map<std::size_t, Consistency> waiting;  // until those before them are done
   std::exception_ptr stopped;
   std::size_t next = size();
   const std::size_t most = 2 * jobs;  // trials that run or wait: memory does not grow with the number of runs
@@ -57,13 +57,13 @@ void Ensemble::run(std::size_t runs, std::size_t jobs, const Observer& observer)
       const std::size_t mine = next++;
       try {
         lock.unlock();
-        Result result = run_one(scenario_, scenario_.seed + mine, batch_);
+        Consistency one = run_one(scenario_, scenario_.seed + first() + mine, batch_);
         lock.lock();
-        waiting.emplace(mine, std::move(result));
+        waiting.emplace(mine, std::move(one));
         for (auto it = waiting.begin(); !stopped && it != waiting.end() && it->first == size();) {
-          add(sums_, std::move(it->second));
+          if (size() == 0) first_trial_ = hash(it->second.save());
+          sums_.add(std::move(it->second));
           it = waiting.erase(it);
-          if (size() == 1) first_ = hash(sums_.save());
           if (observer) observer(*this);
         }
       } catch (...) {  // of the trial or of the observer: out of a thread it would end the program
@@ -82,25 +82,40 @@ void Ensemble::run(std::size_t runs, std::size_t jobs, const Observer& observer)
 }
 
 std::string Ensemble::save() const {
-  std::string bytes(sizeof first_, '\0');
-  std::memcpy(bytes.data(), &first_, sizeof first_);
+  std::string bytes;
+  for (const std::uint64_t number : {scenario_hash(), first_trial_}) {
+    bytes.append(reinterpret_cast<const char*>(&number), sizeof number);
+  }
   return bytes + sums_.save();
 }
 
+Ensemble::Saved Ensemble::read(std::string_view bytes) {
+  std::array<std::uint64_t, 2> hashes{};
+  if (bytes.size() < sizeof hashes) throw DataError("ensemble", "these are no saved runs");
+  std::memcpy(hashes.data(), bytes.data(), sizeof hashes);
+  return {hashes[0], hashes[1], RangeSums::restore(bytes.substr(sizeof hashes))};
+}
+
 bool Ensemble::resume(std::string_view bytes) {
-  std::uint64_t first = 0;
-  if (bytes.size() < sizeof first) return false;
-  std::memcpy(&first, bytes.data(), sizeof first);
-  Consistency one(epoch_grid(scenario_));
-  add(one, run_one(scenario_, scenario_.seed, batch_));
-  if (hash(one.save()) != first) return false;
   try {
-    sums_ = Consistency::restore(bytes.substr(sizeof first));
+    Saved saved = read(bytes);
+    if (saved.scenario != scenario_hash() || saved.sums.first() != first() || saved.sums.size() == 0) return false;
+    if (hash(run_one(scenario_, scenario_.seed + first(), batch_).save()) != saved.first_trial) return false;
+    sums_ = std::move(saved.sums);
+    first_trial_ = saved.first_trial;
+    return true;
   } catch (const DataError&) {
     return false;
   }
-  first_ = first;
-  return true;
+}
+
+void Ensemble::append(std::string_view bytes) {
+  const Saved saved = read(bytes);
+  if (saved.scenario != scenario_hash()) {
+    throw DataError("ensemble", "the runs are of another scenario file, or were made by another version");
+  }
+  if (size() == 0) first_trial_ = saved.first_trial;
+  sums_.append(saved.sums);
 }
 
 }  // namespace piste

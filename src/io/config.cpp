@@ -84,6 +84,11 @@ std::vector<KeyUse> Config::asked() const {
   return asked;
 }
 
+bool Config::is_map(std::string_view key) const {
+  return std::any_of(node_->entries.begin(), node_->entries.end(),
+                     [&](const auto& e) { return e.key == key && e.value.kind == Node::Kind::kMap; });
+}
+
 bool Config::is_scalar(std::string_view key) const {
   node_->know(key).optional = true;
   const Node* node = find(key);
@@ -298,6 +303,11 @@ std::filesystem::path Config::existing_file(std::string_view key) const {
                           require(key).file->string()));
   }
   return result;
+}
+
+const NumberColumns* Config::table(std::string_view key) const {
+  const auto place = document_->tables.find(scalar(key));
+  return place == document_->tables.end() ? nullptr : &place->second;
 }
 
 // ---- The end ----

@@ -151,11 +151,14 @@ void Config::Document::add_entry(Node& node, const YAML::Node& key,
 
 Config Config::load(const std::filesystem::path& file) { return parse(text_of(file), file); }
 
-Config Config::parse(const std::string& text, const std::filesystem::path& file) { return over_base(text, file, {}); }
+Config Config::parse(const std::string& text, const std::filesystem::path& file, NamedColumns tables) {
+  return over_base(text, file, {}, std::move(tables));
+}
 
 Config Config::over_base(const std::string& text, const std::filesystem::path& file,  // NOLINT(misc-no-recursion)
-                         std::vector<std::filesystem::path> above) {
+                         std::vector<std::filesystem::path> above, NamedColumns tables) {
   auto document = std::make_shared<Document>();
+  document->tables = std::move(tables);
   document->file = std::make_shared<const std::filesystem::path>(file);
   document->source = text;
   Node& root = document->root;

@@ -60,6 +60,7 @@ struct Config::Node::Entry {
 struct Config::Document {
   std::shared_ptr<const std::filesystem::path> file;
   std::string source;
+  NamedColumns tables = {};
   Node root;
 
   /// The tree of `yaml`. `line` is its line if it does not know its own. Throws ConfigError.

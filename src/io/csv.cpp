@@ -29,16 +29,42 @@ constexpr auto kPairs = [] {
 
 }  // namespace
 
-CsvReader::CsvReader(const std::string& file, std::span<const std::string> ignore_columns,
-                     std::optional<std::string_view> content)
-    : text_(file, TextReader::Separator::kComma, content) {
-  if (!text_.next())
-    throw DataError(file + ":1", "the file is empty; a header line that names the columns is expected");
-  for (const std::string_view name : text_.fields()) {
-    if (std::find(names_.begin(), names_.end(), name) != names_.end()) {
-      fail(fmt::format("column `{}` stands twice in the header", name));
+bool TableRows::next() {
+  place = following_++;
+  return place < table_.rows;
+}
+
+double TableRows::number(std::size_t column) const {
+  const double value = table_.columns[column].at(place);
+  if (!std::isfinite(value)) {
+    fail(fmt::format("column `{}`, {}, must be finite; leave out rows without a value", table_.columns[column].name,
+                     value),
+         RowFault::Kind::kNotFinite);
+  }
+  return value;
+}
+
+CsvReader::CsvReader(const std::string& file, std::span<const std::string> ignore_columns)
+    : CsvReader(LogFile{.file = file, .ignore_columns = {ignore_columns.begin(), ignore_columns.end()}}) {}
+
+CsvReader::CsvReader(const LogFile& log) {
+  if (log.table) {
+    table_.emplace(log.file, *log.table);
+    for (const NumberColumn& column : table_->columns()) names_.push_back(column.name);
+  } else {
+    text_.emplace(log.file, TextReader::Separator::kComma, log.content);
+    if (!text_->next())
+      throw DataError(log.file + ":1", "the file is empty; a header line that names the columns is expected");
+    names_.assign(text_->fields().begin(), text_->fields().end());
+  }
+  take_header(log.ignore_columns);
+}
+
+void CsvReader::take_header(std::span<const std::string> ignore_columns) {
+  for (auto name = names_.begin(); name != names_.end(); ++name) {
+    if (std::find(names_.begin(), name, *name) != name) {
+      fail(fmt::format("column `{}` stands twice in the header", *name));
     }
-    names_.emplace_back(name);
   }
   use_.assign(names_.size(), Use::kNone);
   values_.assign(names_.size(), 0);
@@ -52,8 +78,8 @@ CsvReader::CsvReader(const std::string& file, std::span<const std::string> ignor
 }
 
 void CsvReader::fail(const std::string& what) const {
-  if (!in_rows_) throw DataError(text_.where(), what);
-  text_.fail(what);
+  if (!in_rows_) throw DataError(table_ ? table_->file() : text_->where(), what);
+  text().fail(what);
 }
 
 std::optional<std::size_t> CsvReader::find(std::string_view name) {
@@ -84,16 +110,20 @@ void CsvReader::finish_header(RowFaults* faults) {
 
 bool CsvReader::next() {
   in_rows_ = true;
-  if (!text_.next()) return false;
-  const std::size_t found = text_.fields().size();
+  const auto take = [this](const auto& rows) {
+    for (std::size_t i = 0; i < names_.size(); ++i) {
+      if (use_[i] == Use::kClaimed) values_[i] = rows.number(i);
+    }
+    return true;
+  };
+  if (table_) return table_->next() && take(*table_);
+  if (!text_->next()) return false;
+  const std::size_t found = text_->fields().size();
   if (found != names_.size()) {
-    text_.fail(fmt::format("{} fields, but the header names {} columns; is the line cut?", found, names_.size()),
-               RowFault::Kind::kFields);
+    text_->fail(fmt::format("{} fields, but the header names {} columns; is the line cut?", found, names_.size()),
+                RowFault::Kind::kFields);
   }
-  for (std::size_t i = 0; i < found; ++i) {
-    if (use_[i] == Use::kClaimed) values_[i] = text_.number(i);
-  }
-  return true;
+  return take(*text_);
 }
 
 CsvWriter::CsvWriter(std::vector<CsvColumn> columns, TextSink sink)

@@ -8,18 +8,34 @@
 #include <vector>
 
 #include "io/text_reader.h"
+#include "piste/io/log_io.h"
 #include "piste/io/text_sink.h"
 
 namespace piste {
 
-/// Reads rows of finite numbers. First ask for each column by `column()` or `find()`, then call `finish_header()`, then
-/// `next()` row by row. Every error is a DataError `FILE:LINE: …`.
+/// The rows of a table in memory, one after the other.
+class TableRows : public RowSource {
+ public:
+  TableRows(const std::string& name, NumberColumns table) : RowSource(name, Counts::kRows), table_(std::move(table)) {}
+  const std::vector<NumberColumn>& columns() const { return table_.columns; }
+  /// Goes to the next row; false behind the last.
+  bool next();
+  /// The number in a column. Throws if it is not finite.
+  double number(std::size_t column) const;
+
+ private:
+  NumberColumns table_;
+  std::size_t following_ = 0;
+};
+
+/// Reads rows of finite numbers, of a file or of a table in memory. First ask for each column by `column()` or
+/// `find()`, then call `finish_header()`, then `next()` row by row. Every error is a DataError `FILE:LINE: …`.
 class CsvReader {
  public:
-  /// Reads the header. Columns in `ignore_columns` are not parsed; to name one that is not there is an error. If
-  /// `content` is given, it is read instead of the file, and `file` is only its name in errors.
-  CsvReader(const std::string& file, std::span<const std::string> ignore_columns = {},
-            std::optional<std::string_view> content = {});
+  /// Reads the header of the log: of its table, its bytes or its file, whichever it has. Columns in `ignore_columns`
+  /// are not parsed; to name one that is not there is an error.
+  explicit CsvReader(const LogFile& log);
+  explicit CsvReader(const std::string& file, std::span<const std::string> ignore_columns = {});
 
   /// Asks for a column, and returns its index for `value()`. `column` throws if there is no such column; `find` returns
   /// nothing.
@@ -33,14 +49,19 @@ class CsvReader {
   double value(std::size_t column) const { return values_[column]; }
   double operator[](std::size_t column) const { return values_[column]; }
 
-  const TextReader& text() const { return text_; }
+  /// The names of all columns.
+  const std::vector<std::string>& names() const { return names_; }
+  /// The place of the row.
+  const RowSource& text() const { return table_ ? static_cast<const RowSource&>(*table_) : *text_; }
   /// Throws an error of this row, or of the header before the first row. A header that cannot be read always ends the
   /// reading.
   [[noreturn]] void fail(const std::string& what) const;
 
  private:
   enum class Use : char { kNone, kIgnored, kClaimed };
-  TextReader text_;
+  void take_header(std::span<const std::string> ignore_columns);
+  std::optional<TextReader> text_;
+  std::optional<TableRows> table_;
   std::vector<std::string> names_, asked_;
   std::vector<Use> use_;
   std::vector<double> values_;

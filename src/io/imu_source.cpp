@@ -58,10 +58,18 @@ void refuse_repeated(const Config& source, const LogFile& log, const LogFile& ot
 
 LogFile read_log_file(const Config& source, std::initializer_list<LogFormat> formats, DataFile data) {
   LogFile log;
-  log.file = path_at(source, "file", data);
+  if (const NumberColumns* table = source.table("file")) {
+    log.table = *table;
+    log.file = source.text("file");
+  } else {
+    log.file = path_at(source, "file", data);
+  }
   std::vector<std::pair<std::string_view, LogFormat>> named;
   for (const LogFormat format : formats) named.emplace_back(name_of(format), format);
   log.format = source.choice<LogFormat>("format", named, LogFormat::kCsv);
+  if (log.table && log.format != LogFormat::kCsv) {
+    source.fail("format", "a table in memory has columns named as those of csv; leave `format` out");
+  }
   log.repair = source.flag("repair", false);
   const bool names_columns = log.format == LogFormat::kCsv || log.format == LogFormat::kXsensAscii;
   if (names_columns) log.ignore_columns = source.words("ignore_columns");
@@ -80,7 +88,7 @@ ImuSource read_imu_source(const Config& imu, DataFile data) {
       imu.fail("accel_file", "increments stand in one file; rates, gyro and accel, may stand in two");
     }
   }
-  source.sensor = read_sensor(sensor_file(imu, "sensor"));
+  source.sensor = imu.is_map("sensor") ? read_sensor(imu.map("sensor")) : read_sensor(sensor_file(imu, "sensor"));
   source.conditioning.R_bs = imu.axes("axes");
   source.conditioning.instantaneous = imu.choice<bool>("sampling", {{"mean", false}, {"instant", true}}, false);
   source.log.even_stamps = imu.choice<bool>("stamps", {{"even", true}, {"as_logged", false}}, true);

@@ -44,18 +44,16 @@ FixRecording<Fix> read_rows(CsvReader& csv, const LogFile& log, std::string_view
   return recording;
 }
 
-CsvReader reader(const LogFile& log) { return {log.file, log.ignore_columns, log.content}; }
-
 }  // namespace
 
 FixRecording<SpeedFix> read_speed(const LogFile& log, double sigma) {
-  CsvReader csv = reader(log);
+  CsvReader csv(log);
   const auto same = [](double x, double = 0) { return x; };
   return read_rows<SpeedFix>(csv, log, "speed_m_s", "sigma_speed_m_s", same, same, sigma);
 }
 
 FixRecording<HeightFix> read_height(const LogFile& log, double sigma) {
-  CsvReader csv = reader(log);
+  CsvReader csv(log);
   const auto same = [](double x, double = 0) { return x; };
   if (csv.find("height_m")) return read_rows<HeightFix>(csv, log, "height_m", "sigma_height_m", same, same, sigma);
   if (!csv.find("pressure_hPa")) csv.fail("no height: a column height_m or pressure_hPa is expected");
@@ -70,7 +68,7 @@ FixRecording<HeightFix> read_height(const LogFile& log, double sigma) {
 }
 
 FixRecording<HeadingFix> read_heading(const LogFile& log, double sigma) {
-  CsvReader csv = reader(log);
+  CsvReader csv(log);
   csv.find("pitch_deg");
   const auto radians = [](double x, double = 0) { return kDegree * x; };
   return read_rows<HeadingFix>(csv, log, "heading_deg", "sigma_heading_deg", radians, radians, sigma);

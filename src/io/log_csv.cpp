@@ -68,7 +68,7 @@ std::optional<Triad> sigma_triad(CsvReader& csv, const std::array<std::string_vi
 }  // namespace
 
 ImuRecording read_imu_csv(const LogFile& log, RowFaults* faults) {
-  CsvReader csv(log.file, log.ignore_columns, log.content);
+  CsvReader csv(log);
   ImuRecording imu;
   imu.file = log.file;
   const auto time = csv.column("time_s");
@@ -107,7 +107,7 @@ ImuRecording read_imu_csv(const LogFile& log, RowFaults* faults) {
 }
 
 GnssRecording read_gnss_csv(const LogFile& log, RowFaults* faults) {
-  CsvReader csv(log.file, log.ignore_columns, log.content);
+  CsvReader csv(log);
   const auto time = csv.column("time_s"), latitude = csv.column("latitude_deg"),
              longitude = csv.column("longitude_deg"), height = csv.column("height_m");
   const auto sigma = sigma_triad(csv, kNed, {"m", 1}, log.sigma || faults != nullptr);
@@ -137,7 +137,7 @@ GnssRecording read_gnss_csv(const LogFile& log, RowFaults* faults) {
 }
 
 AttitudeRecording read_attitude_csv(const LogFile& log, RowFaults* faults) {
-  CsvReader csv(log.file, log.ignore_columns, log.content);
+  CsvReader csv(log);
   const auto time = csv.column("time_s");
   const Triad angles = require_triad(csv, "", kEuler, {{"deg", kDegree}});
   const auto sigma = sigma_triad(csv, kEuler, {"deg", kDegree}, log.sigma || faults != nullptr);

@@ -51,6 +51,95 @@ std::vector<std::size_t> rows_at(const Solution& solution, double rate) {
   return rows;
 }
 
+std::vector<CsvColumn> navigation_columns() {
+  constexpr int kMetres = 5, kDegrees = kDegreeDecimals, kPlace = 10;
+  return {{"time_s", kTimeDecimals},
+          {"latitude_deg", kPlace},
+          {"longitude_deg", kPlace},
+          {"height_m", kMetres},
+          {"velocity_north_m_s", kMetres},
+          {"velocity_east_m_s", kMetres},
+          {"velocity_down_m_s", kMetres},
+          {"roll_deg", kDegrees},
+          {"pitch_deg", kDegrees},
+          {"heading_deg", kDegrees},
+          {"sigma_north_m", kMetres},
+          {"sigma_east_m", kMetres},
+          {"sigma_down_m", kMetres},
+          {"sigma_velocity_north_m_s", kMetres},
+          {"sigma_velocity_east_m_s", kMetres},
+          {"sigma_velocity_down_m_s", kMetres},
+          {"sigma_roll_deg", kDegrees},
+          {"sigma_pitch_deg", kDegrees},
+          {"sigma_heading_deg", kDegrees}};
+}
+
+void navigation_row(const Solution& solution, std::size_t i, std::span<double> row) {
+  const Navigation n = solution.navigation(i);
+  const Sigmas s = solution.sigmas(i);
+  double* out = row.data();
+  *out++ = solution.time(i);
+  *out++ = kDegreesPerRadian * n.position.latitude;
+  *out++ = kDegreesPerRadian * n.position.longitude;
+  *out++ = n.position.height;
+  for (const Vector3d& v : {n.velocity, Vector3d(kDegreesPerRadian * n.euler), s.position, s.velocity,
+                            Vector3d(kDegreesPerRadian * s.euler)}) {
+    out = std::copy_n(v.data(), 3, out);
+  }
+}
+
+std::vector<CsvColumn> bias_columns(const std::vector<Quantity>& quantities) {
+  std::vector<CsvColumn> columns{{"time_s", kTimeDecimals}};
+  for (const Quantity& q : quantities) {
+    add_columns(columns, q, "");
+    add_columns(columns, q, "sigma_");
+  }
+  return columns;
+}
+
+struct BiasRow {
+  const std::vector<Quantity>& quantities;
+  void operator()(const Solution& solution, std::size_t i, std::span<double> row) const {
+    const Estimate x = solution.estimate(i);
+    const Sigmas s = solution.sigmas(i);
+    double* out = row.data();
+    *out++ = solution.time(i);
+    for (const Quantity& q : quantities) {
+      const auto [value, sigma] = shown(q, x, s);
+      out = std::copy_n(value.data(), q.size(), out);
+      out = std::copy_n(sigma.data(), q.size(), out);
+    }
+  }
+};
+
+// The rows of a solution at a rate, as text.
+template <class Row>
+void write_rows(std::vector<CsvColumn> columns, const Solution& solution, double rate, const Row& fill,
+                const TextSink& sink) {
+  std::vector<double> row(columns.size());
+  CsvWriter csv(std::move(columns), sink);
+  for (const std::size_t i : rows_at(solution, rate)) {
+    fill(solution, i, row);
+    csv.row(row);
+  }
+  csv.finish();
+}
+
+// The same as numbers.
+template <class Row>
+NumberTable table_of(const std::vector<CsvColumn>& columns, const Solution& solution, double rate, const Row& fill) {
+  NumberTable table;
+  for (const CsvColumn& column : columns) table.names.push_back(column.name);
+  const std::vector<std::size_t> rows = rows_at(solution, rate);
+  table.values.resize(rows.size() * columns.size());
+  std::span<double> left(table.values);
+  for (const std::size_t i : rows) {
+    fill(solution, i, left.first(columns.size()));
+    left = left.subspan(columns.size());
+  }
+  return table;
+}
+
 // What a writer gives to its sink, as one text.
 template <class Write>
 std::string text_of(Write&& write) {
@@ -74,38 +163,11 @@ std::string innovations_csv(const Solution& solution) {
 }
 
 void navigation_csv(const Solution& solution, double rate, const TextSink& sink) {
-  constexpr int kMetres = 5, kDegrees = kDegreeDecimals, kPlace = 10;
-  CsvWriter csv({{"time_s", kTimeDecimals},
-                 {"latitude_deg", kPlace},
-                 {"longitude_deg", kPlace},
-                 {"height_m", kMetres},
-                 {"velocity_north_m_s", kMetres},
-                 {"velocity_east_m_s", kMetres},
-                 {"velocity_down_m_s", kMetres},
-                 {"roll_deg", kDegrees},
-                 {"pitch_deg", kDegrees},
-                 {"heading_deg", kDegrees},
-                 {"sigma_north_m", kMetres},
-                 {"sigma_east_m", kMetres},
-                 {"sigma_down_m", kMetres},
-                 {"sigma_velocity_north_m_s", kMetres},
-                 {"sigma_velocity_east_m_s", kMetres},
-                 {"sigma_velocity_down_m_s", kMetres},
-                 {"sigma_roll_deg", kDegrees},
-                 {"sigma_pitch_deg", kDegrees},
-                 {"sigma_heading_deg", kDegrees}},
-                sink);
-  for (const std::size_t i : rows_at(solution, rate)) {
-    const Navigation n = solution.navigation(i);
-    const Sigmas s = solution.sigmas(i);
-    const Vector3d euler = kDegreesPerRadian * n.euler, sigma_euler = kDegreesPerRadian * s.euler;
-    csv.row(std::array{solution.time(i), kDegreesPerRadian * n.position.latitude,
-                       kDegreesPerRadian * n.position.longitude, n.position.height, n.velocity.x(), n.velocity.y(),
-                       n.velocity.z(), euler.x(), euler.y(), euler.z(), s.position.x(), s.position.y(), s.position.z(),
-                       s.velocity.x(), s.velocity.y(), s.velocity.z(), sigma_euler.x(), sigma_euler.y(),
-                       sigma_euler.z()});
-  }
-  csv.finish();
+  write_rows(navigation_columns(), solution, rate, navigation_row, sink);
+}
+
+NumberTable navigation_table(const Solution& solution, double rate) {
+  return table_of(navigation_columns(), solution, rate, navigation_row);
 }
 
 AttitudeRecording attitude_recording(const Solution& solution, double rate) {
@@ -133,26 +195,12 @@ std::string attitude_csv(const Solution& solution, double rate) {
 
 void biases_csv(const Solution& solution, double rate, const TextSink& sink) {
   const std::vector<Quantity> quantities = quantities_of(solution.layout());
-  std::vector<CsvColumn> columns{{"time_s", kTimeDecimals}};
-  for (const Quantity& q : quantities) {
-    add_columns(columns, q, "");
-    add_columns(columns, q, "sigma_");
-  }
-  std::vector<double> row(columns.size());
-  CsvWriter csv(std::move(columns), sink);
-  for (const std::size_t i : rows_at(solution, rate)) {
-    const Estimate x = solution.estimate(i);
-    const Sigmas s = solution.sigmas(i);
-    auto out = row.begin();
-    *out++ = solution.time(i);
-    for (const Quantity& q : quantities) {
-      const auto [value, sigma] = shown(q, x, s);
-      out = std::copy_n(value.data(), q.size(), out);
-      out = std::copy_n(sigma.data(), q.size(), out);
-    }
-    csv.row(row);
-  }
-  csv.finish();
+  write_rows(bias_columns(quantities), solution, rate, BiasRow{quantities}, sink);
+}
+
+NumberTable biases_table(const Solution& solution, double rate) {
+  const std::vector<Quantity> quantities = quantities_of(solution.layout());
+  return table_of(bias_columns(quantities), solution, rate, BiasRow{quantities});
 }
 
 void innovations_csv(const Solution& solution, const TextSink& sink) {

@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
@@ -29,7 +30,8 @@ std::string_view trimmed(std::string_view text) {
 }  // namespace
 
 std::string RowSource::where() const {
-  return fmt::format("{}{}{}", file_, counts_ == Counts::kLines ? ":" : ": byte ", place);
+  static constexpr std::array<std::string_view, 3> kBetween{":", ": byte ", ": row "};
+  return fmt::format("{}{}{}", file_, kBetween[static_cast<std::size_t>(counts_)], place);
 }
 
 void RowSource::fail(const std::string& what, RowFault::Kind kind) const {

@@ -23,6 +23,8 @@ const Exported kExported[] = {
     {"piste/fit/phases.h", address<piste::Phases(const piste::AlignedImus&)>(piste::phases)},
     {"piste/experiment/align_config.h",
      address<piste::AlignConfig(const std::filesystem::path&)>(piste::read_align_config)},
+    {"piste/experiment/aligned_pair.h", address(piste::for_each_pair)},
+    {"piste/outputs/batch_folders.h", address(piste::write_allan)},
     {"piste/report/alignment_page.h", address(piste::alignment_html)},
     {"piste/report/alignment_text.h", address(piste::alignment_text)},
     {"piste/report/findings_text.h", address(piste::findings_text)},

@@ -26,6 +26,8 @@ const Exported kExported[] = {
     {"piste/condition/signal.h", address(piste::zero_phase)},
     {"piste/consistency/consistency.h", address(piste::consistency_verdict)},
     {"piste/consistency/disputes.h", address(piste::disputes_of)},
+    {"piste/consistency/range_sums.h", address(piste::RangeSums::restore)},
+    {"piste/outputs/folders.h", address(piste::write_consistency)},
     {"piste/experiment/ensemble.h",
      address(+[](const piste::Scenario& scenario) { return piste::Ensemble(scenario).size(); })},
     {"piste/experiment/inspect.h", address(piste::inspect)},

@@ -5,7 +5,8 @@ folder in which the sources and the build stand as they do in a checkout.
 usage: run_blocks.py SOURCE BUILD WORK
 
 A block that is not run says why, in an HTML comment on the line before: <!-- not run: it takes an hour -->. Any other language
-than those known here is an error: a block is run (sh), compiled (cpp, by tests/consumer/docs.cmake), or data (yaml, json, cmake,
+than those known here is an error: a block is run (sh; python, by python/tests/test_docs.py), compiled (cpp, by
+tests/consumer/docs.cmake), or data (yaml, json, cmake,
 text). Exit 1: a block failed.
 """
 
@@ -16,7 +17,7 @@ import sys
 from pathlib import Path
 
 FENCE = re.compile(r"(?:<!-- (?P<mark>.*?) -->\n+)?^```(?P<language>[a-z]*)\n(?P<text>.*?)^```$", re.S | re.M)
-DATA = {"cpp", "yaml", "json", "cmake", ""}
+DATA = {"cpp", "python", "yaml", "json", "cmake", ""}
 
 
 def prepare(source, build, work):

@@ -46,6 +46,22 @@ TEST(Ensemble, GoesOnWhereItWasStopped) {
   EXPECT_EQ(ensemble.save(), ran(s, 5, 1));
 }
 
+TEST(Ensemble, PartsMergeToTheBytesOfTheWhole) {
+  const Scenario s = tiny();
+  const auto part = [&](std::size_t first, std::size_t runs) {
+    Ensemble ensemble(s, {}, first);
+    ensemble.run(runs, 2);
+    return ensemble.save();
+  };
+  Ensemble merged(s);
+  for (const std::string& bytes : {part(0, 1), part(1, 3), part(4, 1)}) merged.append(bytes);
+  EXPECT_EQ(merged.save(), ran(s, 5, 1));
+  EXPECT_THROW(merged.append(part(4, 1)), DataError);
+  Scenario other = s;
+  other.text += "\n";
+  EXPECT_THROW(Ensemble(other).append(part(0, 1)), DataError);
+}
+
 TEST(Ensemble, GoesOnWithNothingElse) {
   const Scenario s = tiny();
   const std::string saved = ran(s, 1, 1);

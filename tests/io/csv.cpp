@@ -137,5 +137,32 @@ TEST(Output, RefusesAFolderThatCannotBe) {
   EXPECT_TRUE(contains(message_of<ConfigError>([&] { OutputFolder output(file); }), "--output"));
 }
 
+// ---- Tables in memory ----
+
+/// Two columns, row by row in one block, as numpy has them.
+LogFile table_in(const std::vector<double>& block) {
+  NumberColumns table{.columns = {{"time_s", block.data(), 2}, {"x_m", block.data() + 1, 2}}, .rows = block.size() / 2};
+  return {.file = "imu", .table = std::move(table)};
+}
+
+TEST(Csv, ReadsATableInMemoryWhereItStands) {
+  const std::vector<double> block{1, 1.5, 2, -3, 4, 0.25};
+  CsvReader reader(table_in(block));
+  const auto x = reader.column("x_m"), time = reader.column("time_s");
+  reader.finish_header();
+  std::vector<double> read;
+  while (reader.next()) read.insert(read.end(), {reader[time], reader[x]});
+  EXPECT_EQ(read, block);
+}
+
+TEST(Csv, NamesTheRowOfATableThatIsWrong) {
+  const std::vector<double> block{1, 1.5, 2, std::nan("")};
+  CsvReader reader(table_in(block));
+  reader.column("x_m");
+  EXPECT_TRUE(contains(message_of<DataError>([&] { reader.finish_header(); }), "imu: unknown column `time_s`"));
+  ASSERT_TRUE(reader.next());
+  EXPECT_TRUE(contains(message_of<RowError>([&] { reader.next(); }), "imu: row 1: column `x_m`, nan, must be finite"));
+}
+
 }  // namespace
 }  // namespace piste

@@ -346,5 +346,38 @@ TEST_F(ReplayConfigTest, IncrementsAreNoInstantaneousSamples) {
   EXPECT_TRUE(contains(message_of<ConfigError>([&] { read_recording(config); }), "run.yaml:4: sampling"));
 }
 
+// A table in memory under the name that the configuration gives gives the recording of a file with the same numbers.
+TEST(ReplayConfig, TakesTablesInPlaceOfFiles) {
+  const std::vector<double> imu{100, 0.1, 0, 0, 0, 0, -9.8, 100.5, 0.2, 0, 0, 0, 0, -9.8, 101, 0.3, 0, 0, 0, 0, -9.8};
+  const std::vector<double> gnss{100.5, 46, 7, 1000, 1, 1, 2};
+  const auto columns = [](const std::vector<double>& block, const std::vector<std::string>& names) {
+    NumberColumns table{.columns = {}, .rows = block.size() / names.size()};
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      table.columns.push_back({names[i], block.data() + i, static_cast<std::ptrdiff_t>(names.size())});
+    }
+    return table;
+  };
+  const NamedColumns tables{{"imu", columns(imu, {"time_s", "gyro_x_rad_s", "gyro_y_rad_s", "gyro_z_rad_s",
+                                                  "accel_x_m_s2", "accel_y_m_s2", "accel_z_m_s2"})},
+                            {"gnss", columns(gnss, {"time_s", "latitude_deg", "longitude_deg", "height_m",
+                                                    "sigma_north_m", "sigma_east_m", "sigma_down_m"})}};
+  const std::string sensor =
+      "{name: own, gyro: {noise: 0.05 deg/s/sqrt(Hz), bias: 1 deg/s, drift: {process: none}, scale: 0 ppm}, accel: "
+      "{noise: 1 mg/sqrt(Hz), bias: 10 mg, drift: {process: none}, scale: 0 ppm}}";
+  const std::string text = "imu: {file: imu, sensor: " + sensor + "}\ngnss: {file: gnss}\n";
+  const ReplayConfig config = read_replay_config(Config::parse(text, "keywords", tables));
+  EXPECT_EQ(config.filter.sensor.name, "own");
+  const Recording recording = read_recording(config);
+  EXPECT_EQ(recording.imu.time, (std::vector<double>{100, 100.5, 101}));
+  EXPECT_EQ(recording.imu.gyro[2], Vector3d(0.3, 0, 0));
+  ASSERT_EQ(recording.gnss.front().fixes.size(), 1U);
+  EXPECT_EQ(recording.gnss.front().fixes.front().sigma_position, Vector3d(1, 1, 2));
+  EXPECT_THROW(
+      read_replay_config(Config::parse("imu: {file: imu, format: imr, sensor: " + sensor + "}\n", "k", tables)),
+      ConfigError);
+  EXPECT_THROW(read_replay_config(Config::parse("imu: {file: other, sensor: " + sensor + "}\n", "k", tables)),
+               ConfigError);
+}
+
 }  // namespace
 }  // namespace piste

@@ -1,5 +1,6 @@
 #include "piste/io/solution_io.h"
 
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
@@ -47,7 +48,7 @@ TEST(SolutionIo, NavigationReadsBack) {
   const Solution s = solution(3, kAll);
   CsvReader csv(folder.write("filtered.csv", navigation_csv(s)));
   EXPECT_EQ(
-      csv.text().line(),
+      fmt::format("{}", fmt::join(csv.names(), ",")),
       "time_s,latitude_deg,longitude_deg,height_m,velocity_north_m_s,velocity_east_m_s,velocity_down_m_s,roll_deg,"
       "pitch_deg,heading_deg,sigma_north_m,sigma_east_m,sigma_down_m,sigma_velocity_north_m_s,"
       "sigma_velocity_east_m_s,sigma_velocity_down_m_s,sigma_roll_deg,sigma_pitch_deg,sigma_heading_deg");
@@ -64,7 +65,7 @@ TEST(SolutionIo, AttitudeOfTheEpochsNearestToTheGrid) {
   const TemporaryFolder folder;
   const auto times = [&](const Solution& s, double rate) {
     CsvReader csv(folder.write("attitude.csv", attitude_csv(s, rate)));
-    EXPECT_EQ(csv.text().line(),
+    EXPECT_EQ(fmt::format("{}", fmt::join(csv.names(), ",")),
               "time_s,roll_deg,pitch_deg,heading_deg,sigma_roll_deg,sigma_pitch_deg,sigma_heading_deg");
     std::vector<double> read;
     for (const auto time = csv.column("time_s"); csv.next();) read.push_back(csv[time]);

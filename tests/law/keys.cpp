@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "piste/experiment/align_config.h"
+#include "piste/experiment/allan.h"
 #include "piste/experiment/study_config.h"
 #include "piste/io/replay_config.h"
 #include "piste/io/sensor_file.h"
@@ -37,6 +38,7 @@ struct Kind {
 
 std::vector<Kind> kinds() {
   return {{"replay, tune", "replay_", [](const Config& c) { read_replay_config(c); }},
+          {"allan", "allan", [](const Config& c) { read_allan_config(c); }},
           {"sensor files", "sensor", [](const Config& c) { read_sensor(c); }},
           {"align, compare", "align", [](const Config& c) { read_align_config(c); }},
           {"study", "study", [](const Config& c) { read_study_config(c); }},
@@ -60,8 +62,8 @@ std::vector<Same> same_maps() {
 }
 
 /// Keys whose fallback is no value of its own: a file's name, or the length of a run.
-const std::set<std::string> kDerived{"imu.name", "reference.name", "runs.reference.name", "runs.mems.name",
-                                     "montecarlo.end"};
+const std::set<std::string> kDerived{"name",           "imu.name",      "reference.name", "runs.reference.name",
+                                     "runs.mems.name", "montecarlo.end"};
 
 /// The keys that the readers of a kind ask for. What is below `columns` is in docs/formats.md.
 std::vector<KeyUse> keys_of(const Kind& kind) {
@@ -108,7 +110,7 @@ std::vector<KeyUse> rows_of(const Kind& kind, const std::set<std::string>& befor
       if (kind.title != same.title || !use.key.starts_with(same.path)) continue;
       stands = stands || before.contains(same.as + use.key.substr(same.path.size()));
     }
-    if (kDerived.contains(use.key)) use.fallback.clear(), use.optional = true;
+    if (kDerived.contains(use.key) && !use.fallback.empty()) use.fallback.clear(), use.optional = true;
     if (!stands) rows.push_back(use);
   }
   return rows;

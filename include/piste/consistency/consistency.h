@@ -138,13 +138,16 @@ struct ConsistencyReport {
 /// One sentence that says whether filter and smoother are consistent, and if not, what is outside its band.
 std::string consistency_verdict(const ConsistencyReport& report);
 
-/// Sums over the runs. The order in which runs are added affects the last bits.
+/// Sums over the runs. The order in which runs are added affects the last bits; RangeSums fixes it.
 class Consistency {
  public:
   explicit Consistency(const EpochGrid& grid) : grid_(grid) {}
+  const EpochGrid& grid() const { return grid_; }
 
   void add(const ComparedRun& run);
   void add_failure(FailedRun failure) { failures_.push_back(std::move(failure)); }
+  /// Adds the sums of other runs. Throws DataError if these are of other epochs, blocks or sources.
+  void append(const Consistency& other);
   /// Runs added, failed ones included.
   std::size_t size() const { return static_cast<std::size_t>(runs_) + failures_.size(); }
 
@@ -168,7 +171,7 @@ class Consistency {
     std::vector<double> errors, within, largest;  // by (phase, group); `within` with 1, 2, 3 sigma as last index
     std::vector<double> ratio, ratio_square;      // by (phase, block): of the runs' mean square over the bound's
   };
-  void prepare(const ComparedRun& run);
+  void prepare(const StateLayout& layout, const std::vector<std::string>& sources);
   void allot(const StateLayout& layout, std::vector<std::string> sources);
   void add(Sums& sums, const std::vector<ErrorSample>& samples) const;
   void add_innovations(const ComparedRun& run);

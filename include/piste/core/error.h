@@ -11,6 +11,11 @@ namespace piste {
 class Error : public std::runtime_error {
  public:
   Error(const std::string& where, const std::string& what);
+  /// WHERE; empty if it is not known.
+  const std::string& where() const { return where_; }
+
+ private:
+  std::string where_;
 };
 
 /// The configuration or the command line is wrong (exit code 2 of the apps).

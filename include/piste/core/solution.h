@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -87,6 +88,12 @@ struct BatchSummary {
   bool converged = false;
 };
 
+/// Where a part of an estimate or its sigma stands in the rows of a solution.
+struct StoredColumn {
+  std::string name;          ///< such as `v_wb`, `sigma_euler`, `gyro_bias`; of a quaternion the order is x, y, z, w
+  std::size_t offset, size;  ///< of its values in a row
+};
+
 /// Estimates and sigmas of a run, stored compactly, one row for each epoch.
 class Solution {
  public:
@@ -97,6 +104,12 @@ class Solution {
   bool empty() const { return rows_.empty(); }
   const StateLayout& layout() const { return layout_; }
   const World& world() const { return world_; }
+
+  /// All rows as they are stored, `stride()` values each, for those who share the memory. SI and radians, `v_wb` and
+  /// `p_wb` along w, sigmas as in Sigmas.
+  std::span<const double> rows() const { return rows_; }
+  std::size_t stride() const { return stride_; }
+  std::vector<StoredColumn> columns() const;
 
   double time(std::size_t i) const { return rows_[i * stride_]; }
   Estimate estimate(std::size_t i) const;

@@ -8,6 +8,7 @@
 
 #include "piste/allan/sensor_noise.h"
 #include "piste/core/log.h"
+#include "piste/io/config.h"
 #include "piste/io/log_io.h"
 #include "piste/math/statistics.h"
 #include "piste/solve/run.h"
@@ -105,6 +106,9 @@ struct AllanRequest {
 /// Throws ConfigError where the configuration is wrong or a file is missing, DataError where a file is no log of an
 /// IMU.
 AllanRequest read_allan_request(const std::vector<std::string>& files);
+
+/// Reads the configuration alone. Throws ConfigError `FILE:LINE: …`, DataError as above.
+AllanRequest read_allan_config(const Config& config);
 
 /// Reads `tune.json`. Throws ConfigError if it is none.
 NoiseInMotion read_tuned(const std::string& file);

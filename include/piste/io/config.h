@@ -17,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "piste/io/number_columns.h"
 #include "piste/math/so3.h"
 #include "piste/math/units.h"
 
@@ -37,11 +38,14 @@ class Config {
   /// Reads a file. Throws ConfigError if the file or its base is missing, is not YAML, repeats a key, or builds on
   /// itself.
   static Config load(const std::filesystem::path& file);
-  /// The same from text. Errors name `file`, and relative paths start from its folder.
-  static Config parse(const std::string& text, const std::filesystem::path& file);
+  /// The same from text. Errors name `file`, and relative paths start from its folder. A log's `file` may be the name
+  /// of one of `tables`.
+  static Config parse(const std::string& text, const std::filesystem::path& file, NamedColumns tables = {});
 
   /// Whether the key is there. This does not count as reading it.
   bool has(std::string_view key) const;
+  /// Whether the key is there and has a map. This does not count as reading it.
+  bool is_map(std::string_view key) const;
   /// Whether the key is there and has a single value, not a map or a list.
   bool is_scalar(std::string_view key) const;
 
@@ -96,6 +100,9 @@ class Config {
   std::filesystem::path path(std::string_view key) const;
   std::filesystem::path existing_file(std::string_view key) const;
 
+  /// The table in memory whose name stands at the key; null if it is none.
+  const NumberColumns* table(std::string_view key) const;
+
   /// `FILE:LINE` of the key, or of this map if there is no key.
   std::string where(std::string_view key = {}) const;
   /// Throws ConfigError with that place.
@@ -119,7 +126,7 @@ class Config {
 
   // `above` are the files that build on this one.
   static Config over_base(const std::string& text, const std::filesystem::path& file,
-                          std::vector<std::filesystem::path> above);
+                          std::vector<std::filesystem::path> above, NamedColumns tables = {});
   const Node* find(std::string_view key) const;
   // Remember what is expected at a key.
   void know(std::string_view key, std::string_view takes, std::string_view fallback = {}) const;

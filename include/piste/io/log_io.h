@@ -36,6 +36,7 @@
 
 #include "piste/core/log.h"
 #include "piste/io/columns.h"
+#include "piste/io/number_columns.h"
 #include "piste/io/row_fault.h"
 
 namespace piste {
@@ -52,6 +53,8 @@ struct LogFile {
   std::vector<std::string> ignore_columns = {};  ///< of csv and xsens_ascii
   /// The bytes, if they are in memory already. `file` is then only their name in errors.
   std::optional<std::string_view> content = std::nullopt;
+  /// Or the rows as numbers in memory, for csv. Errors then name the row, from 0.
+  std::optional<NumberColumns> table = std::nullopt;
   /// Sigmas that the user states: north, east, down [m] of a receiver; roll, pitch, heading [rad] of an attitude. They
   /// replace those of the log.
   std::optional<Vector3d> sigma = std::nullopt;

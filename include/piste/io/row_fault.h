@@ -25,7 +25,7 @@ struct RowFault {
   };
   static constexpr std::size_t kKinds = 7;
   Kind kind;
-  std::size_t place;  ///< line, from 1; of binary files the byte offset of the record, from 0
+  std::size_t place;  ///< line, from 1; byte offset of a binary record, or row of a table, from 0
   std::string what;
 };
 
@@ -42,11 +42,11 @@ class RowError : public DataError {
 /// The place of a reader in its file, for errors.
 class RowSource {
  public:
-  enum class Counts { kLines, kBytes };
+  enum class Counts { kLines, kBytes, kRows };
   RowSource(std::string file, Counts counts, std::size_t at = 0) : place(at), file_(std::move(file)), counts_(counts) {}
 
   const std::string& file() const { return file_; }
-  /// `FILE:LINE`, or `FILE: byte OFFSET`.
+  /// `FILE:LINE`, `FILE: byte OFFSET`, or `NAME: row ROW`.
   std::string where() const;
   /// Throws a RowError with this place.
   [[noreturn]] void fail(const std::string& what, RowFault::Kind kind = RowFault::Kind::kValue) const;

@@ -1,7 +1,8 @@
 #pragma once
-/// The output files of a replay, as text. Equal solutions give equal bytes.
+/// The output files of a replay, as text or as numbers. Equal solutions give equal bytes.
 
 #include <string>
+#include <vector>
 
 #include "piste/core/log.h"
 #include "piste/core/solution.h"
@@ -9,10 +10,17 @@
 
 namespace piste {
 
+/// The numbers of such a file in full, row by row, under the names of its columns.
+struct NumberTable {
+  std::vector<std::string> names;
+  std::vector<double> values;
+};
+
 /// `filtered.csv`, `smoothed.csv`: geodetic position, velocity in local north-east-down, angles, and their sigmas.
 std::string navigation_csv(const Solution& solution);
 /// The same at a rate [Hz], 0 being that of the IMU, piece by piece.
 void navigation_csv(const Solution& solution, double rate, const TextSink& sink);
+NumberTable navigation_table(const Solution& solution, double rate = 0);
 
 /// Roll, pitch and heading in local north-east-down with their sigmas, as a reference attitude for another replay. It
 /// has the epochs nearest to the multiples of 1 / rate [Hz], or all epochs if there are fewer. The name of its file is
@@ -27,6 +35,7 @@ std::string attitude_csv(const Solution& solution, double rate);
 /// and heading of R_rb. Last come the sums of bias and drift, `gyro_total_bias_*` and `accel_total_bias_*`.
 std::string biases_csv(const Solution& solution);
 void biases_csv(const Solution& solution, double rate, const TextSink& sink);
+NumberTable biases_table(const Solution& solution, double rate = 0);
 
 /// `adapted.csv`: the factors of the stated sigmas that the filter learned, one row a second.
 std::string adapted_csv(const AdaptedNoise& adapted);

@@ -1,0 +1,21 @@
+#pragma once
+/// What align, study and allan write: the files and pages of each in its folder. The caller commits.
+
+#include "piste/experiment/aligned_pair.h"
+#include "piste/experiment/allan.h"
+#include "piste/experiment/study_config.h"
+#include "piste/experiment/study_findings.h"
+#include "piste/files/output.h"
+
+namespace piste {
+
+/// `alignment.json`, `aligned.csv`, `alignment.html` and `figures/*.svg`, in the folder of the pair.
+void write_alignment(OutputFolder& output, const AlignConfig& config, const AlignedPair& pair);
+
+/// The tables of a study, `summary.json`, `figures/*.svg` and `study.html`.
+void write_study(OutputFolder& output, const StudyConfig& config, const Study& study);
+
+/// `sensor.yaml`, `allan.csv`, `allan.json` and `allan.html`.
+void write_allan(OutputFolder& output, const AllanFindings& found);
+
+}  // namespace piste

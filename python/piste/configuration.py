@@ -1,0 +1,83 @@
+"""Configurations from files, or from the keywords of a call."""
+
+import json
+import os
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from . import _piste
+from .errors import ConfigError
+from .tables import columns_of, is_table
+
+# Keywords that belong to a sensor are taken beside it: replay(imu=frame, sensor="xsens_mt9a").
+SHORT = {"sensor": "imu", "lever_arm": "gnss"}
+
+
+def configuration(
+    source: str | os.PathLike | None, keywords: Mapping[str, Any]
+) -> tuple[_piste.Configuration, int | None]:
+    """A configuration, and the GPS week of its tables if it is known. `source`: a file, or None for keywords alone."""
+    if source is not None and not keywords:
+        return _piste.Configuration.load(os.fspath(source)), None
+    keys = dict(keywords)
+    for short, owner in SHORT.items():
+        if short not in keys:
+            continue
+        value = keys.pop(short)
+        entry = keys.get(owner)
+        if entry is None:
+            raise ConfigError(f"`{short}` belongs to `{owner}`, which is missing", short)
+        entry = dict(entry) if isinstance(entry, Mapping) and not is_table(entry) else {"file": entry}
+        keys[owner] = {**entry, short: value}
+    if source is not None:
+        keys = {"base": os.path.abspath(os.fspath(source)), **keys}
+    tables: dict[str, dict[str, np.ndarray]] = {}
+    weeks: list[int] = []
+    text = "".join(_lines(_plain(keys, "", tables, weeks), 0))
+    return _piste.Configuration.parse(text, "keywords", tables), min(weeks, default=None)
+
+
+def _plain(value: Any, path: str, tables: dict, weeks: list[int]) -> Any:
+    """The value with the names of its tables in place of them."""
+    if is_table(value):
+        name = path.removesuffix(".file")
+        tables[name], week = columns_of(value)
+        weeks += [week] if week is not None else []
+        return name if path.endswith(".file") else {"file": name}
+    if isinstance(value, Mapping):
+        return {str(k): _plain(v, f"{path}.{k}" if path else str(k), tables, weeks) for k, v in value.items()}
+    if isinstance(value, os.PathLike):
+        return os.path.abspath(value)
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, Sequence | np.ndarray) and not isinstance(value, str):
+        return [_plain(v, f"{path}[{i}]", tables, weeks) for i, v in enumerate(value)]
+    return value
+
+
+def _lines(keys: Mapping[str, Any], depth: int) -> list[str]:
+    """YAML, a key a line."""
+    lines = []
+    for key, value in keys.items():
+        if isinstance(value, Mapping) and value:
+            lines += [f"{'  ' * depth}{key}:\n", *_lines(value, depth + 1)]
+        elif isinstance(value, list) and any(isinstance(v, Mapping) for v in value):
+            lines.append(f"{'  ' * depth}{key}:\n")
+            for entry in value:
+                inner = "".join(_lines(entry, depth + 2))
+                lines.append("  " * (depth + 1) + "- " + inner.lstrip())
+        else:
+            lines.append(f"{'  ' * depth}{key}: {_scalar(value)}\n")
+    return lines
+
+
+def _scalar(value: Any) -> str:
+    if isinstance(value, list):
+        return "[" + ", ".join(_scalar(v) for v in value) + "]"
+    plain = isinstance(value, str) and re.fullmatch(r"[\w./+-][\w./+ ()^*-]*", value) and value == value.strip()
+    if plain and value.lower() not in ("true", "false", "null", "yes", "no", "on", "off"):
+        return value
+    return json.dumps(value)

@@ -1,0 +1,30 @@
+"""What piste raises where the input is wrong: each says where, what, and what would be right."""
+
+import re
+
+
+class Error(Exception):
+    """Base of all errors of piste. `where` is a file with its line, a table with its row, or a time of the run."""
+
+    def __init__(self, message: str, where: str = ""):
+        super().__init__(message)
+        self.where = where
+
+    @property
+    def file(self) -> str | None:
+        """The file, or the name of the table, that is wrong."""
+        return re.sub(r"(: (row|byte) |:)\d+$", "", self.where) or None
+
+    @property
+    def line(self) -> int | None:
+        """Its line, from 1; of a table its row, from 0."""
+        place = re.search(r"(: row |:)(\d+)$", self.where)
+        return int(place[2]) if place else None
+
+
+class ConfigError(Error, ValueError):
+    """A configuration, or a keyword, is wrong."""
+
+
+class DataError(Error):
+    """The data cannot be processed."""

@@ -1,0 +1,198 @@
+"""The other programs of piste as functions. `output`: a folder in which each writes what the program writes."""
+
+import io
+import json
+import os
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from . import _piste
+from .configuration import configuration
+from .errors import ConfigError
+from .runs import Page, Progress
+from .tables import Table
+
+Path = str | os.PathLike
+
+
+def _folder(output: Path | None) -> str | None:
+    return None if output is None else os.fspath(output)
+
+
+def _files(files: Sequence[Path]) -> list[str]:
+    return [os.fspath(file) for file in files]
+
+
+def read(*files: Path) -> Table:
+    """Reads a log of any format that piste knows; the format is guessed. Two files: gyroscopes and accelerometers.
+
+    The columns are named as those of csv, so that replay() takes the table in place of a file. `kind` is imu, gnss or
+    attitude.
+    """
+    kind, columns = _piste.read(_files(files))
+    return Table(columns, kind)
+
+
+class Inspection:
+    """What logs contain, and what is wrong with them."""
+
+    def __init__(self, inspected: _piste.Inspected):
+        self._inspected = inspected
+
+    def __str__(self) -> str:
+        return self._inspected.text()
+
+    @property
+    def suspicions(self) -> list[str]:
+        """What looks wrong, the worst first."""
+        return self._inspected.suspicions()
+
+    def report(self) -> Page:
+        return Page(self._inspected.page())
+
+    def write(self, folder: Path) -> None:
+        """Writes inspection.txt and .html, and where the logs suffice replay.yaml and sensor.yaml, for replay()."""
+        self._inspected.write(os.fspath(folder))
+
+
+def inspect(*files: Path, output: Path | None = None, progress: Progress | None = None) -> Inspection:
+    """Looks at logs before anything else runs."""
+    inspection = Inspection(_piste.inspect(_files(files), progress))
+    if output is not None:
+        inspection.write(output)
+    return inspection
+
+
+def align(
+    config: Path | None = None, /, *, output: Path | None = None, progress: Progress | None = None, **keys: Any
+) -> dict[str, dict]:
+    """Clock, boresight and lever arm between two IMUs on one plate: alignment.json of each IMU by its name."""
+    parsed, _ = configuration(config, keys)
+    return {name: json.loads(found) for name, found, _ in _piste.align(parsed, False, _folder(output), progress)}
+
+
+def compare(
+    config: Path | None = None, /, *, output: Path | None = None, progress: Progress | None = None, **keys: Any
+) -> dict[str, dict]:
+    """Biases and scales of IMUs beside a better one: `alignment` and `findings` of each by its name."""
+    parsed, _ = configuration(config, keys)
+    return {
+        name: {"alignment": json.loads(alignment), "findings": json.loads(findings)}
+        for name, alignment, findings in _piste.align(parsed, True, _folder(output), progress)
+    }
+
+
+class Simulation:
+    """Simulated logs with their truth. `imus`, `gnss` and `attitude` are tables by the names of their files."""
+
+    def __init__(self, simulated: _piste.Simulated):
+        self._simulated = simulated
+        self.seed: int = simulated.seed
+        self.imus = {name: Table(columns, "imu") for name, columns in simulated.imus().items()}
+        self.gnss = {name: Table(columns, "gnss") for name, columns in simulated.gnss().items()}
+        self.attitude = {name: Table(columns, "attitude") for name, columns in simulated.attitude().items()}
+
+    def truth(self, imu: int = 0) -> Table:
+        """truth.csv of the IMU with that number."""
+        text = self._simulated.truth(imu)
+        names = text.split("\n", 1)[0].split(",")
+        rows = np.loadtxt(io.StringIO(text), delimiter=",", skiprows=1, ndmin=2)
+        return Table(dict(zip(names, rows.T, strict=True)), "truth")
+
+    @property
+    def errors(self) -> dict[str, Any]:
+        """truth.json: every error that was added."""
+        return json.loads(self._simulated.errors())
+
+    def write(self, folder: Path) -> None:
+        self._simulated.write(os.fspath(folder))
+
+
+def simulate(
+    scenario: Path | None = None,
+    /,
+    *,
+    seed: int | None = None,
+    output: Path | None = None,
+    progress: Progress | None = None,
+    **keys: Any,
+) -> Simulation:
+    """Simulates all sensors of a scenario. The same seed gives the same numbers to the last bit."""
+    parsed, _ = configuration(scenario, keys)
+    simulation = Simulation(_piste.simulate(parsed, seed, progress))
+    if output is not None:
+        simulation.write(output)
+    return simulation
+
+
+def tune(
+    config: Path | None = None,
+    /,
+    *,
+    jobs: int = _piste.cores,
+    output: Path | None = None,
+    progress: Progress | None = None,
+    **keys: Any,
+) -> dict[str, Any]:
+    """The noise for which the innovations of a replay are likeliest: tune.json, and `text`.
+
+    `output` needs a configuration file, on which the replay.yaml there builds.
+    """
+    if keys and output is not None:
+        raise ConfigError("the replay.yaml in `output` builds on a file; leave the keywords out, or `output`", "output")
+    parsed, _ = configuration(config, keys)
+    found, text = _piste.tune(parsed, jobs, _folder(output), progress)
+    return {**json.loads(found), "text": text}
+
+
+def study(
+    config: Path, /, *, jobs: int = _piste.cores, output: Path | None = None, progress: Progress | None = None
+) -> dict[str, Any]:
+    """A campaign of IMUs beside a reference: summary.json, and `report`, its page."""
+    parsed, _ = configuration(config, {})
+    found, page = _piste.study(parsed, jobs, _folder(output), progress)
+    return {**json.loads(found), "report": Page(page)}
+
+
+def allan(
+    *logs: Path,
+    robust: bool = False,
+    at_rest: bool = False,
+    jobs: int = _piste.cores,
+    output: Path | None = None,
+    progress: Progress | None = None,
+) -> dict[str, Any]:
+    """The noise of an IMU from logs at rest: allan.json, and `text`, `sensor` (a sensor file) and `report`."""
+    found = dict(_piste.allan(_files(logs), robust, at_rest, jobs, _folder(output), progress))
+    return {
+        **json.loads(found["json"]),
+        "text": found["text"],
+        "sensor": found["sensor"],
+        "report": Page(found["page"]),
+    }
+
+
+def montecarlo(
+    scenario: Path,
+    /,
+    runs: int = 100,
+    *,
+    jobs: int = _piste.cores,
+    output: Path | None = None,
+    progress: Progress | None = None,
+) -> dict[str, Any]:
+    """Simulates and replays a scenario many times: consistency.json. On several machines: piste.distributed."""
+    parsed, _ = configuration(scenario, {})
+    ensemble = _piste.Ensemble.begin(parsed)
+    ensemble.run(runs, jobs, progress)
+    return finished(ensemble, scenario, output)
+
+
+def finished(ensemble: _piste.Ensemble, scenario: Path, output: Path | None) -> dict[str, Any]:
+    """consistency.json of an ensemble, which is written into `output`."""
+    title = os.path.splitext(os.path.basename(os.fspath(scenario)))[0]
+    if output is not None:
+        ensemble.write(_piste.Configuration.load(os.fspath(scenario)), os.fspath(output), title)
+    return json.loads(ensemble.report(title))

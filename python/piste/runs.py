@@ -1,0 +1,218 @@
+"""Replays: from logs to a trajectory with its errors."""
+
+import json
+import os
+from collections.abc import Callable
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import _piste
+from .configuration import configuration
+from .tables import Table, rows_of
+
+if TYPE_CHECKING:
+    import pandas
+
+Progress = Callable[[str, float], object]
+
+OUTCOMES = np.array(["used", "rejected", "readmitted", "disputed", "repeated"])
+
+
+class Solution:
+    """The estimates of a filter or a smoother with their sigmas, a row for each epoch of the IMU.
+
+    `solution["v_wb"]` is a column as the library stores it, without a copy: SI and radians, the frames and symbols of
+    piste.h. `navigation` and `biases` are tables in the units of the files.
+    """
+
+    def __init__(self, solution: _piste.Solution, week: int | None):
+        self._solution = solution
+        self._stored = solution.stored()
+        self.week = week
+
+    def __len__(self) -> int:
+        return len(self._solution)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self._stored[name]
+
+    @property
+    def names(self) -> list[str]:
+        """The names of the stored columns."""
+        return list(self._stored)
+
+    @property
+    def time(self) -> np.ndarray:
+        """GPS seconds of week."""
+        return self._stored["time"]
+
+    @cached_property
+    def navigation(self) -> Table:
+        """Position, velocity, attitude and their sigmas: the columns of smoothed.csv."""
+        return rows_of(*self._solution.navigation(), week=self.week)
+
+    @cached_property
+    def biases(self) -> Table:
+        """All other estimates and their sigmas: the columns of biases.csv, at the rate of the IMU."""
+        return rows_of(*self._solution.biases(), week=self.week)
+
+    @cached_property
+    def innovations(self) -> Table:
+        """Every measurement against its prediction: the columns of innovations.csv, SI."""
+        raw = self._solution.innovations()
+        table: dict[str, np.ndarray] = {
+            "time_s": raw["time_s"],
+            "source": np.asarray(self._solution.sources)[raw["source"]],
+        }
+        for name in ("residual", "sigma"):
+            table |= {f"{name}_{i + 1}": raw[name][:, i] for i in range(3)}
+        table |= {"nis": raw["nis"], "gate": raw["gate"], "outcome": OUTCOMES[raw["outcome"]]}
+        return Table(table, week=self.week)
+
+    def to_pandas(self, week: int | None = None) -> "pandas.DataFrame":
+        """`navigation` as a pandas.DataFrame, indexed by UTC where the GPS week is known, else by GPS seconds of week."""
+        return self.navigation.to_pandas(week)
+
+
+class Run:
+    """A replay. `filtered` and `smoothed` are solutions; `summary` and `verdict` are those of summary.json."""
+
+    def __init__(self, run: _piste.Run, week: int | None):
+        self._run = run
+        self.week = week
+
+    @cached_property
+    def filtered(self) -> Solution:
+        return Solution(self._run.filtered, self.week)
+
+    @cached_property
+    def smoothed(self) -> Solution | None:
+        """None with `smoother: none`."""
+        smoothed = self._run.smoothed
+        return None if smoothed is None else Solution(smoothed, self.week)
+
+    @property
+    def solution(self) -> Solution:
+        """The smoothed solution, or the filtered one if there is none."""
+        return self.smoothed or self.filtered
+
+    @property
+    def biases(self) -> Table:
+        return self.solution.biases
+
+    @property
+    def innovations(self) -> Table:
+        return self.filtered.innovations
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        return json.loads(self._run.summary())
+
+    @property
+    def verdict(self) -> dict[str, Any]:
+        return self.summary["verdict"]
+
+    @property
+    def how(self) -> str:
+        """How the start was found."""
+        return self._run.how
+
+    @property
+    def warnings(self) -> list[str]:
+        return self._run.warnings()
+
+    @cached_property
+    def samples(self) -> Table:
+        """What the filter got of the IMU: `time`, `interval`, `dtheta` and `dvel`, body axes, shared memory."""
+        return Table(self._run.samples())
+
+    def report(self) -> "Page":
+        """The page report.html; a notebook shows it."""
+        return Page(self._run.page())
+
+    def write(self, folder: str | os.PathLike, progress: Progress | None = None) -> None:
+        """Writes what the program `replay` writes."""
+        self._run.write(os.fspath(folder), progress)
+
+    def plot(self, names: list[str] | None = None, sigmas: float = 1):
+        """Plots columns of `solution` with bands of some sigmas (matplotlib). Returns the figure."""
+        from .plot import plot_run
+
+        return plot_run(self, names, sigmas)
+
+    def __repr__(self) -> str:
+        return f"<piste.Run of {len(self.filtered)} epochs: {self._run.verdict_line}>"
+
+
+class Page(str):
+    """An HTML page without network, which a notebook shows."""
+
+    def _repr_html_(self) -> str:
+        import html
+
+        return f'<iframe srcdoc="{html.escape(self)}" width="100%" height="700" style="border:0"></iframe>'
+
+
+def replay(
+    config: str | os.PathLike | None = None,
+    /,
+    *,
+    judged: bool = True,
+    progress: Progress | None = None,
+    **keys: Any,
+) -> Run:
+    """Computes trajectory and errors of the IMU from logs.
+
+    `config`: a configuration file of the program `replay`; or none, and its keys as keywords. Where a file is expected
+    a pandas.DataFrame, or a mapping of arrays, may stand, with columns named as those of csv logs (docs/formats.md):
+
+        replay(imu=imu, gnss=gnss, sensor="xsens_mt9a", lever_arm="-0.06 0.03 -0.42 m", estimate=["gyro_bias"])
+
+    With both, the keywords replace keys of the file. `judged`: whether the causes of sigmas that do not hold are looked
+    for, which filters the run several times. `progress(stage, part)` is called some times a second.
+    Raises ConfigError and DataError.
+    """
+    parsed, week = configuration(config, keys)
+    return Run(_piste.replay(parsed, judged, progress), week)
+
+
+class Filter(_piste.Filter):
+    """The navigation filter, sample by sample or in batches (C++: piste/solve/filter.h).
+
+    `config` and `keys`: as of replay(); the logs named there are not read. The start: GPS seconds of week, degrees and
+    metres (latitude, longitude, height), m/s (north, east, down), degrees (roll, pitch, heading), and their sigmas.
+    """
+
+    def __init__(
+        self,
+        config: str | os.PathLike | None = None,
+        *,
+        time: float,
+        position,
+        velocity,
+        euler,
+        sigma_position,
+        sigma_velocity,
+        sigma_euler,
+        **keys: Any,
+    ):
+        parsed, _ = configuration(config, keys)
+        super().__init__(parsed, time, position, velocity, euler, sigma_position, sigma_velocity, sigma_euler)
+
+
+class Live(_piste.Live):
+    """Navigation in real time: raw rows and fixes in; rest, start and filter inside (C++: piste/solve/live.h).
+
+    `config` and `keys`: as of replay(); the logs named there are not read.
+    """
+
+    def __init__(self, config: str | os.PathLike | None = None, **keys: Any):
+        parsed, _ = configuration(config, keys)
+        super().__init__(parsed)
+
+
+def filter_of(run: Run) -> _piste.Filter:
+    """A filter at the start of a run, with its options."""
+    return _piste.Filter.of(run._run)

@@ -1,0 +1,188 @@
+/// The filter and the live session, sample by sample or in batches.
+
+#include <nanobind/eigen/dense.h>
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/vector.h>
+
+#include <array>
+#include <memory>
+#include <optional>
+
+#include "bindings.h"
+#include "piste/core/error.h"
+#include "piste/experiment/replay.h"
+#include "piste/model/measurement_list.h"
+#include "piste/solve/live.h"
+#include "run.h"
+
+namespace piste::python {
+namespace {
+
+using Times = nb::ndarray<const double, nb::ndim<1>, nb::device::cpu>;
+using Three = std::array<double, 3>;
+using Triples = nb::ndarray<const double, nb::shape<-1, 3>, nb::device::cpu>;
+
+Vector3d row(const Triples& of, std::size_t i) { return {of(i, 0), of(i, 1), of(i, 2)}; }
+
+void require_rows(std::size_t rows, std::initializer_list<std::size_t> others) {
+  for (const std::size_t other : others) {
+    if (other != rows) throw nb::value_error("all arrays need as many rows");
+  }
+}
+
+Vector3d three(const Three& values) { return {values[0], values[1], values[2]}; }
+
+// degrees and metres
+Geodetic place(const Three& degrees) { return {kDegree * degrees[0], kDegree * degrees[1], degrees[2]}; }
+
+nb::dict state(double time, const Navigation& n, const Sigmas& s) {
+  nb::dict out;
+  out["time_s"] = time;
+  out["latitude_deg"] = kDegreesPerRadian * n.position.latitude;
+  out["longitude_deg"] = kDegreesPerRadian * n.position.longitude;
+  out["height_m"] = n.position.height;
+  out["velocity_m_s"] = n.velocity;
+  out["euler_deg"] = Vector3d(kDegreesPerRadian * n.euler);
+  out["sigma_position_m"] = s.position;
+  out["sigma_velocity_m_s"] = s.velocity;
+  out["sigma_euler_deg"] = Vector3d(kDegreesPerRadian * s.euler);
+  return out;
+}
+
+// A start in the frame w whose origin it is.
+Start start_at(double time, const Three& velocity, const Three& euler, const Three& sigma_position,
+               const Three& sigma_velocity, const Three& sigma_euler) {
+  Start start;
+  start.time = time;
+  start.x.v_wb = three(velocity);
+  start.x.q_wb = from_euler(kDegree * three(euler));
+  // Of small changes of roll, pitch and heading, the rotation vector along the local level is their sum about their
+  // axes.
+  const Matrix3d axes = euler_axes(kDegree * three(euler));
+  const Vector3d angles = (kDegree * three(sigma_euler)).cwiseAbs2();
+  start.covariance = Covariance::Zero(9, 9);
+  start.covariance.block<3, 3>(0, 0) = three(sigma_position).cwiseAbs2().asDiagonal();
+  start.covariance.block<3, 3>(3, 3) = three(sigma_velocity).cwiseAbs2().asDiagonal();
+  start.covariance.block<3, 3>(6, 6) = axes * angles.asDiagonal() * axes.transpose();
+  return start;
+}
+
+void add_samples(Filter& filter, const Times& time, const Times& interval, const Triples& dtheta, const Triples& dvel) {
+  const std::size_t rows = time.shape(0);
+  require_rows(rows, {interval.shape(0), dtheta.shape(0), dvel.shape(0)});
+  const nb::gil_scoped_release release;
+  for (std::size_t i = 0; i < rows; ++i) {
+    ImuSample sample;
+    sample.time = time(i);
+    sample.interval = interval(i);
+    sample.dtheta = row(dtheta, i);
+    sample.dvel = row(dvel, i);
+    filter.add(sample);
+    filter.clear_innovations();
+  }
+}
+
+std::optional<FixVelocity> velocity_of(const std::optional<Three>& value, const std::optional<Three>& sigma) {
+  if (!value) return std::nullopt;
+  if (!sigma) throw nb::value_error("a velocity needs its sigma");
+  return FixVelocity{three(*value), three(*sigma)};
+}
+
+FilterOptions filter_options(const Configuration& configuration) {
+  return read_replay_config(configuration.config).filter;
+}
+
+LiveOptions live_options(const Configuration& configuration) {
+  const ReplayConfig config = read_replay_config(configuration.config);
+  LiveOptions options;
+  options.conditioning = config.conditioning;
+  options.filter = config.filter;
+  options.heading = config.initial;
+  return options;
+}
+
+std::optional<nb::dict> live_state(const std::optional<LiveState>& s) {
+  if (!s) return std::nullopt;
+  nb::dict out = state(s->time, {s->position, s->velocity, s->euler}, s->sigmas);
+  out["heading_known"] = s->heading_known;
+  return out;
+}
+
+}  // namespace
+
+void bind_filtering(nb::module_& m) {
+  nb::class_<Filter>(m, "Filter")
+      .def(
+          "__init__",
+          [](Filter* self, const Configuration& configuration, double time, const Three& position,
+             const Three& velocity, const Three& euler, const Three& sigma_position, const Three& sigma_velocity,
+             const Three& sigma_euler) {
+            const FilterOptions options = filter_options(configuration);
+            Start start = start_at(time, velocity, euler, sigma_position, sigma_velocity, sigma_euler);
+            set_known(start.x, options);
+            new (self) Filter(options, World(place(position)), start);
+          },
+          nb::arg("configuration"), nb::arg("time"), nb::arg("position"), nb::arg("velocity"), nb::arg("euler"),
+          nb::arg("sigma_position"), nb::arg("sigma_velocity"), nb::arg("sigma_euler"))
+      .def_static(
+          "of", [](const Run& run) { return Filter(run.replay.options, run.replay.log.world, run.replay.found.start); },
+          nb::arg("run"), "A filter at the start of a run, with its options.")
+      .def("add", &add_samples, nb::arg("time"), nb::arg("interval"), nb::arg("dtheta"), nb::arg("dvel"))
+      .def(
+          "add_gnss",
+          [](Filter& filter, double time, const Three& position, const Three& sigma,
+             const std::optional<Three>& velocity, const std::optional<Three>& sigma_velocity, int receiver) {
+            filter.add(receiver, GnssFix{time, filter.world().from_geodetic(place(position)), three(sigma),
+                                         velocity_of(velocity, sigma_velocity)});
+          },
+          nb::arg("time"), nb::arg("position"), nb::arg("sigma"), nb::arg("velocity").none() = nb::none(),
+          nb::arg("sigma_velocity").none() = nb::none(), nb::arg("receiver") = 0)
+      .def("finish", &Filter::finish)
+      .def_prop_ro("time", &Filter::time)
+      .def_prop_ro("late", &Filter::late)
+      .def_prop_ro("covariance", [](const Filter& f) { return Eigen::MatrixXd(f.covariance()); })
+      .def_prop_ro("blocks",
+                   [](const Filter& f) {
+                     std::vector<std::string> names;
+                     for (const Block b : f.layout().blocks()) names.emplace_back(info(b).name);
+                     return names;
+                   })
+      .def("state", [](const Filter& f) {
+        return state(f.time(), navigation_of(f.world(), f.estimate()),
+                     sigmas_of(f.world(), f.estimate(), f.layout(), f.covariance()));
+      });
+
+  nb::class_<Live>(m, "Live")
+      .def(
+          "__init__",
+          [](Live* self, const Configuration& configuration) { new (self) Live(live_options(configuration)); },
+          nb::arg("configuration"))
+      .def(
+          "add",
+          [](Live& live, const Times& time, const Triples& gyro, const Triples& accel) {
+            const std::size_t rows = time.shape(0);
+            require_rows(rows, {gyro.shape(0), accel.shape(0)});
+            const nb::gil_scoped_release release;
+            for (std::size_t i = 0; i < rows; ++i) live.add(ImuRow{time(i), row(gyro, i), row(accel, i)});
+          },
+          nb::arg("time"), nb::arg("gyro"), nb::arg("accel"))
+      .def(
+          "add_gnss",
+          [](Live& live, double time, const Three& position, const Three& sigma, const std::optional<Three>& velocity,
+             const std::optional<Three>& sigma_velocity, int receiver) {
+            GeodeticFix fix;
+            fix.time = time;
+            fix.position = place(position);
+            fix.sigma_position = three(sigma);
+            fix.velocity = velocity_of(velocity, sigma_velocity);
+            live.add(receiver, fix);
+          },
+          nb::arg("time"), nb::arg("position"), nb::arg("sigma"), nb::arg("velocity").none() = nb::none(),
+          nb::arg("sigma_velocity").none() = nb::none(), nb::arg("receiver") = 0)
+      .def_prop_ro("late", &Live::late)
+      .def("state", [](const Live& live) { return live_state(live.state()); })
+      .def("now", [](const Live& live) { return live_state(live.now()); });
+}
+
+}  // namespace piste::python

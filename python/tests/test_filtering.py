@@ -1,0 +1,74 @@
+"""The filter and the live session from Python."""
+
+import numpy as np
+import piste
+
+
+def triple(table, pattern, axes, i):
+    return [table[pattern.format(axis)][i] for axis in axes]
+
+
+NED = ("north", "east", "down")
+
+
+def add_fix(target, gnss, i):
+    target.add_gnss(
+        gnss["time_s"][i],
+        [gnss["latitude_deg"][i], gnss["longitude_deg"][i], gnss["height_m"][i]],
+        triple(gnss, "sigma_{}_m", NED, i),
+        triple(gnss, "velocity_{}_m_s", NED, i),
+        triple(gnss, "sigma_velocity_{}_m_s", NED, i),
+    )
+
+
+def test_filter_in_batches_is_the_filter_one_by_one(run, gnss):
+    samples = run.samples
+    start = run._run.filtered.stored()["time"][0]
+    rows = np.flatnonzero(samples["time"] > start)[:2000]
+    filters = [piste.filter_of(run) for _ in range(2)]
+    for f in filters:
+        for i in np.flatnonzero(gnss["time_s"] < samples["time"][rows[-1]]):
+            add_fix(f, gnss, i)
+    columns = [samples[name] for name in ("time", "interval", "dtheta", "dvel")]
+    filters[0].add(*(c[rows[0] : rows[-1] + 1] for c in columns))
+    for i in rows:
+        filters[1].add(*(c[i : i + 1] for c in columns))
+    a, b = (f.state() for f in filters)
+    for name in a:
+        np.testing.assert_array_equal(a[name], b[name])
+    np.testing.assert_array_equal(filters[0].covariance, filters[1].covariance)
+    n = sum(3 if name not in ("gnss_delay",) else 1 for name in filters[0].blocks)
+    assert filters[0].covariance.shape == (n, n)
+    assert filters[0].late == 0
+
+
+def test_filter_from_a_start(config, run):
+    at = {name: column[0] for name, column in run.filtered.navigation.items()}
+    f = piste.Filter(
+        config,
+        time=at["time_s"],
+        position=[at["latitude_deg"], at["longitude_deg"], at["height_m"]],
+        velocity=[0, 0, 0],
+        euler=[at["roll_deg"], at["pitch_deg"], at["heading_deg"]],
+        sigma_position=[1, 1, 2],
+        sigma_velocity=[0.1, 0.1, 0.1],
+        sigma_euler=[1, 1, 3],
+    )
+    state = f.state()
+    assert abs(state["latitude_deg"] - at["latitude_deg"]) < 1e-9
+    np.testing.assert_allclose(state["sigma_euler_deg"], [1, 1, 3], rtol=0.1)
+
+
+def test_live(config, imu, gnss):
+    live = piste.Live(config)
+    gyro = np.column_stack([imu[f"gyro_{a}_rad_s"] for a in "xyz"])
+    accel = np.column_stack([imu[f"accel_{a}_m_s2"] for a in "xyz"])
+    edges = np.searchsorted(imu["time_s"], gnss["time_s"])
+    last = 0
+    for i, edge in enumerate(edges[:400]):
+        live.add(imu["time_s"][last:edge], gyro[last:edge], accel[last:edge])
+        last = max(last, edge)
+        add_fix(live, gnss, i)
+    state = live.now()
+    assert state is not None
+    assert abs(state["latitude_deg"] - gnss["latitude_deg"][min(399, len(edges) - 1)]) < 1e-3

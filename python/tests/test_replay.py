@@ -1,0 +1,167 @@
+"""A replay from Python is that of the program, and its arrays are the library's memory."""
+
+import csv
+import json
+import threading
+import time
+
+import numpy as np
+import pandas
+import piste
+import pytest
+
+
+def columns(file) -> dict[str, list[str]]:
+    with open(file) as text:
+        rows = list(csv.reader(text))
+    return {name: [row[i] for row in rows[1:]] for i, name in enumerate(rows[0])}
+
+
+def test_tables_are_the_files(run, tmp_path):
+    run.write(tmp_path)
+    for name, frame in {"smoothed.csv": run.smoothed.to_pandas(), "filtered.csv": run.filtered.to_pandas()}.items():
+        written = columns(tmp_path / name)
+        assert list(frame.columns) == list(written)
+        assert len(frame) == len(written["time_s"])
+        for column, texts in written.items():
+            decimals = len(texts[0].partition(".")[2])
+            np.testing.assert_allclose(frame[column], np.array(texts, float), rtol=0, atol=0.51 * 10.0**-decimals)
+    assert list(run.biases) == list(columns(tmp_path / "biases_smoothed.csv"))
+    innovations = columns(tmp_path / "innovations.csv")
+    assert list(run.innovations) == list(innovations)
+    assert list(run.innovations["source"]) == innovations["source"]
+    assert list(run.innovations["outcome"]) == innovations["outcome"]
+    assert json.loads((tmp_path / "summary.json").read_text()) == run.summary
+    assert (tmp_path / "report.html").read_text() == run.report()
+
+
+def test_index_is_time(run):
+    frame = run.smoothed.to_pandas()
+    assert frame.index.name == "gps_time"
+    assert (frame.index == frame["time_s"]).all()
+    dated = run.smoothed.to_pandas(week=2086)  # from 2019-12-29 on, when GPS was 18 s before UTC
+    expected = pandas.Timestamp("2019-12-29", tz="UTC") + pandas.Timedelta(seconds=frame["time_s"].iloc[0] - 18)
+    assert abs(dated.index[0] - expected) < pandas.Timedelta(microseconds=1)
+
+
+def test_arrays_are_shared(run):
+    solution = run.smoothed
+    first = {name: solution[name].__array_interface__["data"][0] for name in solution.names}
+    # One row after the other in one block: the columns lie within the first row of it.
+    assert 0 < max(first.values()) - min(first.values()) < solution["time"].strides[0]
+    again = run._run.smoothed.stored()
+    assert all(again[name].__array_interface__["data"][0] == first[name] for name in first)
+    assert not solution["v_wb"].flags.owndata
+    with pytest.raises(ValueError):
+        solution["v_wb"][0] = 0
+
+
+def test_arrays_outlive_the_run(config):
+    velocity = piste.replay(config, judged=False, smoother="none").filtered["v_wb"]
+    assert np.isfinite(velocity).all()
+
+
+def test_tables_in_place_of_files(run, imu, gnss):
+    keys = {"estimate": ["gyro_bias", "accel_bias"], "smoother": "none"}
+    lever_arm = "-0.06 0.03 -0.42 m"
+    by_frames = piste.replay(
+        imu=imu.to_pandas(), gnss=gnss.to_pandas(), sensor="xsens_mt9a", lever_arm=lever_arm, judged=False, **keys
+    )
+    arrays = {"imu": {"file": dict(imu), "sensor": "xsens_mt9a"}, "gnss": {"file": gnss, "lever_arm": lever_arm}}
+    by_arrays = piste.replay(**arrays, judged=False, **keys)
+    for name in by_frames.filtered.names:
+        np.testing.assert_array_equal(by_frames.filtered[name], by_arrays.filtered[name])
+    assert len(by_frames.filtered) == len(run.filtered)
+
+
+def test_index_of_utc_tells_the_week(imu, gnss):
+    def dated(table):
+        frame = table.to_pandas(week=2086)
+        return frame.drop(columns="time_s")
+
+    keys = {"sensor": "xsens_mt9a", "lever_arm": "-0.06 0.03 -0.42 m", "smoother": "none", "judged": False}
+    run = piste.replay(imu=dated(imu), gnss=dated(gnss), **keys)
+    assert run.week == 2086
+    assert str(run.filtered.to_pandas().index.tz) == "UTC"
+    np.testing.assert_allclose(run.filtered.time[0], imu["time_s"][0], atol=0.1)
+
+
+def test_columns_are_not_copied(monkeypatch, imu):
+    taken = {}
+    real = piste._piste.Configuration.parse
+
+    def parse(text, name, tables):
+        taken.update(tables)
+        return real(text, name, tables)
+
+    monkeypatch.setattr(piste.configuration._piste.Configuration, "parse", staticmethod(parse))
+    with pytest.raises(piste.ConfigError):
+        piste.replay(imu=imu, sensor="xsens_mt9a")
+    for name, column in imu.items():
+        assert taken["imu"][name].__array_interface__["data"] == column.__array_interface__["data"]
+
+
+def test_errors_say_where(tmp_path, config):
+    wrong = tmp_path / "wrong.yaml"
+    wrong.write_text(f"base: {config}\nsmother: rts\n")
+    with pytest.raises(piste.ConfigError, match="smoother") as raised:
+        piste.replay(wrong)
+    assert isinstance(raised.value, ValueError)
+    assert (raised.value.file, raised.value.line) == (str(wrong), 2)
+
+    table = {"time_s": np.array([0.0, np.nan])} | {
+        f"{kind}_{axis}_{unit}": np.zeros(2) for kind, unit in (("gyro", "rad_s"), ("accel", "m_s2")) for axis in "xyz"
+    }
+    with pytest.raises(piste.DataError, match="time_s") as row:
+        piste.replay(config, imu={"file": table, "sensor": "xsens_mt9a"})
+    assert (row.value.file, row.value.line) == ("imu", 1)
+    with pytest.raises(piste.ConfigError, match="belongs to `imu`"):
+        piste.replay(sensor="xsens_mt9a")
+    with pytest.raises(piste.ConfigError, match="perhaps `lever_arm`"):
+        piste.replay(config, gnss={"file": config.parent / "../data/ski_run/gnss.csv", "leverarm": "0 0 0 m"})
+
+
+def test_progress_and_what_it_raises(config):
+    stages = []
+    piste.replay(config, progress=lambda stage, part: stages.append((stage, part)))
+    assert all(0 <= part <= 1 for _, part in stages)
+    assert len({stage for stage, _ in stages}) >= 2
+
+    class Enough(Exception):
+        pass
+
+    def stop(stage, part):
+        raise Enough
+
+    started = time.perf_counter()
+    with pytest.raises(Enough):
+        piste.montecarlo(piste.share + "/scenarios/montecarlo/ski_l1l2.yaml", 1000, jobs=1, progress=stop)
+    assert time.perf_counter() - started < 60
+
+
+def test_other_threads_run_meanwhile(config):
+    ticks = 0
+    done = threading.Event()
+
+    def count():
+        nonlocal ticks
+        while not done.wait(0.01):
+            ticks += 1
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    started = time.perf_counter()
+    piste.replay(config, judged=False)
+    elapsed = time.perf_counter() - started
+    done.set()
+    thread.join()
+    assert ticks > 0.3 * elapsed / 0.01
+
+
+def test_plot(run):
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    figure = run.plot(["height_m", "gyro_bias_x_deg_s"], sigmas=3)
+    assert len(figure.axes) == 3
+    assert all(axes.has_data() for axes in figure.axes)
+    assert figure.axes[2].collections  # the band
