@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -351,11 +350,6 @@ std::vector<Candidate> candidates(const Moments& moments, const GmwmOptions& opt
   return found;
 }
 
-double upper_chi_squared(double x, double freedom) {
-  if (!(freedom > 0)) return 1;
-  return boost::math::cdf(boost::math::complement(boost::math::chi_squared(freedom), std::max(x, 0.0)));
-}
-
 // How large a process may be beside the fitted ones: where the objective has risen by χ² of one side.
 double most_unseen(const Moments& moments, const Model& model, ProcessKind kind) {
   constexpr double kRise = 2.706;  // χ²₁ of 90 %: one-sided 95 %
@@ -446,7 +440,7 @@ GmwmFit fit_gmwm(const AllanCurve& whole, const GmwmOptions& options) {
     };
     const auto refused = [&] {
       const double freedom = static_cast<double>(scales) - numbers_of(found.front().model);
-      return upper_chi_squared(found.front().objective, freedom) < kRefused;
+      return chi_squared_above(found.front().objective, freedom) < kRefused;
     };
     error = 0;
     found = with(0);
@@ -482,7 +476,7 @@ GmwmFit fit_gmwm(const AllanCurve& whole, const GmwmOptions& options) {
     strict.whitening = whitening_of(V);
     const Model best = error > 0 ? polished(strict, model) : model;
     fit.objective = strict.objective(best);
-    fit.p_value = upper_chi_squared(fit.objective, fit.freedom);
+    fit.p_value = chi_squared_above(fit.objective, fit.freedom);
   }
   for (const Candidate& c : found) fit.tried.push_back({name_of(c.model), c.objective, penalty * numbers_of(c.model)});
   const VectorXd nu = moments.of(model);
@@ -522,8 +516,7 @@ GmwmFit fit_gmwm(const AllanCurve& whole, const GmwmOptions& options) {
     }
     fit.parts.push_back(part);
   }
-  for (const ProcessKind kind :
-       {ProcessKind::kQuantisation, ProcessKind::kBiasInstability, ProcessKind::kRandomWalk, ProcessKind::kRamp}) {
+  for (const ProcessKind kind : kSimpleKinds) {
     if (fit.find(kind) == nullptr) fit.unseen.push_back({kind, most_unseen(moments, model, kind)});
   }
   return fit;

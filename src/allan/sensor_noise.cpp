@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -271,11 +270,10 @@ double equal_p_value(std::span<const Measured> values) {
     weights += w;
     sum += w * std::log(m.value);
   }
-  double chi_squared = 0;
-  for (const Measured& m : values) chi_squared += square((std::log(m.value) - sum / weights) / m.sigma_log);
-  if (values.size() < 2 || !std::isfinite(chi_squared)) return 1;
-  const boost::math::chi_squared distribution(static_cast<double>(values.size() - 1));
-  return boost::math::cdf(boost::math::complement(distribution, chi_squared));
+  double squares = 0;
+  for (const Measured& m : values) squares += square((std::log(m.value) - sum / weights) / m.sigma_log);
+  if (values.size() < 2 || !std::isfinite(squares)) return 1;
+  return chi_squared_above(squares, static_cast<double>(values.size() - 1));
 }
 
 double spread_between(std::span<const Measured> values) {

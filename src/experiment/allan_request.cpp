@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
@@ -21,14 +22,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array kModelKinds{
-    std::pair{std::string_view("quantisation"), ProcessKind::kQuantisation},
-    std::pair{std::string_view("white_noise"), ProcessKind::kWhite},
-    std::pair{std::string_view("bias_instability"), ProcessKind::kBiasInstability},
-    std::pair{std::string_view("gauss_markov"), ProcessKind::kGaussMarkov},
-    std::pair{std::string_view("random_walk"), ProcessKind::kRandomWalk},
-    std::pair{std::string_view("ramp"), ProcessKind::kRamp},
-};
+ProcessKind kind_of(const Config& config, const std::string& word) {
+  std::vector<std::string> keys;
+  for (const ProcessKind kind : kProcessKinds) {
+    keys.push_back(key_of(kind));
+    if (keys.back() == word) return kind;
+  }
+  config.fail("model", fmt::format("`{}` is none of: {}", word, fmt::join(keys, ", ")));
+}
 
 bool has_both_triads(std::string_view header) {
   const auto has = [&](std::string_view name) { return header.find(name) != std::string_view::npos; };
@@ -116,14 +117,7 @@ AllanRequest read_allan_config(const Config& config) {
   options.shortest_rest = config.quantity("shortest_rest", dimension::kTime, options.shortest_rest);
   options.longest_disturbance = config.quantity("longest_disturbance", dimension::kTime, options.longest_disturbance);
   for (const std::string& word : config.words("model")) {
-    const auto kind =
-        std::find_if(kModelKinds.begin(), kModelKinds.end(), [&](const auto& k) { return k.first == word; });
-    if (kind == kModelKinds.end()) {
-      config.fail("model", fmt::format("`{}` is none of: quantisation, white_noise, bias_instability, gauss_markov, "
-                                       "random_walk, ramp",
-                                       word));
-    }
-    options.fit.model.push_back(kind->second);
+    options.fit.model.push_back(kind_of(config, word));
   }
   config.finish();
   return request;

@@ -66,6 +66,11 @@ double chi_squared_quantile(double probability, double dof) {
   return boost::math::quantile(boost::math::chi_squared(dof), probability);
 }
 
+double chi_squared_above(double x, double dof) {
+  if (!(dof > 0 && x > 0)) return 1;
+  return boost::math::cdf(boost::math::complement(boost::math::chi_squared(dof), x));
+}
+
 double normal_quantile(double probability) { return boost::math::quantile(boost::math::normal(), probability); }
 
 double student_quantile(double probability, double dof) {

@@ -98,8 +98,8 @@ std::optional<Linearization> Odometer::linearize(const SpeedFix& fix, int, int, 
   Linearization lin = linearize_wheel(VehicleAxis::kForward, x, motion_of(context, x));
   const double forward = -lin.residual.x();
   const auto direction = [&] {
-    if (!context.laid) return forward;
-    return -linearize_wheel(VehicleAxis::kForward, *context.laid, motion_of(context, *context.laid)).residual.x();
+    if (!context.side) return forward;
+    return -linearize_wheel(VehicleAxis::kForward, *context.side, motion_of(context, *context.side)).residual.x();
   };
   const double sign = !context.options.odometer->is_signed && direction() < 0 ? -1 : 1;
   const double factor = sign * (1 + x.odometer_scale);

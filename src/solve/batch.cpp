@@ -74,7 +74,6 @@ struct SolvedBatch final : BatchRun {
   std::vector<std::string> sources;
   Chain chain;
   std::unique_ptr<BatchTerms> terms;
-  std::vector<double> weights;
   BatchStates at_nodes;
   std::optional<ArrowElimination> equations;  // near them
   BatchSummary sum;
@@ -125,6 +124,7 @@ std::unique_ptr<BatchRun> run_batch(const Log& log, const FilterOptions& options
   Reference reference = reference_of(filtered.solution, s.start);
   BatchSummary& sum = s.sum;
   bool smooth = true;
+  std::vector<double> weighed;  // of the fixes, in the last round
   while (sum.rounds < batch.most_rounds && !sum.converged) {
     s.chain = lay_chain(log, options, s.layout, s.start.time, reference, known, batch.longest_interval, s.chain.nodes);
     s.terms = std::make_unique<BatchTerms>(s.world, s.options, s.layout, s.start, s.chain);
@@ -170,8 +170,8 @@ std::unique_ptr<BatchRun> run_batch(const Log& log, const FilterOptions& options
       changed = true;
       solve();
     }
-    s.weights = weights.values();
-    for (std::size_t i = 0; i < s.chain.fixes.size(); ++i) known[key_of(s.chain.fixes[i])] = s.weights[i];
+    weighed = weights.values();
+    for (std::size_t i = 0; i < s.chain.fixes.size(); ++i) known[key_of(s.chain.fixes[i])] = weighed[i];
     ++sum.rounds;
     sum.converged = sum.rounds > 1 && !changed && moved < batch.tolerance;
     if (!sum.converged) {
@@ -180,12 +180,12 @@ std::unique_ptr<BatchRun> run_batch(const Log& log, const FilterOptions& options
     }
     if (progress) progress(static_cast<double>(sum.rounds) / (sum.rounds + 1));
   }
-  if (!s.equations) s.equations = eliminated(*s.terms, s.weights, s.at_nodes);
+  if (!s.equations) s.equations = eliminated(*s.terms, weighed, s.at_nodes);
   sum.nodes = s.chain.nodes.size();
   sum.fixes = s.chain.fixes.size();
-  for (std::size_t i = 0; i < s.weights.size(); ++i) {
-    if (s.weights[i] < 0.5) ++sum.left_out;
-    if (s.weights[i] >= 0.5 && first_weights.at(key_of(s.chain.fixes[i])) == 0) ++sum.taken_back;
+  for (std::size_t i = 0; i < weighed.size(); ++i) {
+    if (weighed[i] < 0.5) ++sum.left_out;
+    if (weighed[i] >= 0.5 && first_weights.at(key_of(s.chain.fixes[i])) == 0) ++sum.taken_back;
   }
   return solved;
 }

@@ -7,16 +7,15 @@ namespace piste {
 std::vector<AttitudeLag> attitude_lags(const World& world, const BatchLayout& layout, const Chain& chain,
                                        const BatchStates& states, const ArrowElimination& solved,
                                        const ArrowMatrix& P) {
-  constexpr std::size_t kLate = 16, kEarly = 256;  // some 2000 pairs
   const Eigen::Index attitude = layout.node.offset(Block::kAttitude);
-  const std::size_t count = states.size(), late_every = std::max<std::size_t>(1, count / kLate),
-                    early_every = std::max<std::size_t>(1, count / kEarly);
+  const std::size_t count = states.size(), late_every = std::max<std::size_t>(1, count / kLateEpochs),
+                    early_every = std::max<std::size_t>(1, count / kEarlyEpochs);
   const auto level = [&](std::size_t i) -> Matrix3d { return world.rotation_wn(states[i].p_wb).transpose(); };
   const auto of = [&](std::size_t i, const Matrix3d& R_nw) -> Matrix3d {
     return R_nw * P.nodes[i].block<3, 3>(attitude, attitude) * R_nw.transpose();
   };
   std::vector<AttitudeLag> out;
-  out.reserve(kLate * kEarly);
+  out.reserve(kLateEpochs * kEarlyEpochs);
   for (std::size_t j = count - 1; j > 0; j -= std::min(j, late_every)) {
     const Matrix3d R_late = level(j), of_late = of(j, R_late);
     solved.visit_earlier<3>(P, j, attitude, [&](std::size_t i, const auto& C) {

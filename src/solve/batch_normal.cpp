@@ -35,9 +35,9 @@ Quadratic quadratic(const BatchTerms& terms, const std::vector<double>& weights,
   add(0, terms.prior(states.front()), 1);
   out.links.reserve(chain.intervals.size());
   for (std::size_t i = 0; i < chain.intervals.size(); ++i) {
-    double square = 0;
-    out.links.push_back(terms.link(i, states[i], states[i + 1], &square));
-    of_links += square;
+    BatchTerms::Tie tie = terms.tie(i, states[i], states[i + 1]);
+    out.links.push_back(std::move(tie.link));
+    of_links += tie.square;
   }
   for (std::size_t i = 0; i < chain.fixes.size(); ++i) {
     if (weights[i] > 0) add(chain.fixes[i].node, terms.fix(i, states[chain.fixes[i].node]), weights[i]);

@@ -156,7 +156,7 @@ Linearization BatchTerms::linearize(const ChainFix& fix, const Estimate& x) cons
                                    .moved = fix.moved,
                                    .recent = fix.recent,
                                    .rate_before = fix.rate_before,
-                                   .laid = &chain_.nodes[fix.node].side};
+                                   .side = &chain_.nodes[fix.node].side};
   std::optional<Linearization> lin;
   MeasurementList::visit(
       [&]<class Type>(const typename Type::Fix& known) {
@@ -185,11 +185,11 @@ BatchTerm BatchTerms::interval(std::size_t i, const Estimate& start, const Estim
   return term;
 }
 
-ChainLink BatchTerms::link(std::size_t i, const Estimate& start, const Estimate& end, double* square) const {
+BatchTerms::Tie BatchTerms::tie(std::size_t i, const Estimate& start, const Estimate& end) const {
   const ChainNode& node = chain_.nodes[i];
   const ImuSum& sum = chain_.intervals[i].sum;
   const BatchTerm t = compare_ends(layout_, options_, sum, node.x, start, end, world_.earth_rate(), node.gravity);
-  *square = (intervals_[i].triangularView<Eigen::Lower>() * t.residual).squaredNorm();
+  const double square = (intervals_[i].triangularView<Eigen::Lower>() * t.residual).squaredNorm();
   // By the end of processes the residual is the identity.
   const Matrix9d by_end = t.by_second.topLeftCorner<9, 9>().inverse();
   const auto solved = [&by_end](Eigen::MatrixXd rows) {
@@ -197,7 +197,7 @@ ChainLink BatchTerms::link(std::size_t i, const Estimate& start, const Estimate&
     return rows;
   };
   const Eigen::MatrixXd half = solved(interval_noise(layout_, options_, sum));
-  return {-solved(t.by_first), -solved(t.by_constant), solved(half.transpose()), -solved(t.residual)};
+  return {{-solved(t.by_first), -solved(t.by_constant), solved(half.transpose()), -solved(t.residual)}, square};
 }
 
 BatchTerm BatchTerms::fix(std::size_t i, const Estimate& x) const {

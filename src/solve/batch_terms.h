@@ -42,7 +42,11 @@ class BatchTerms {
   BatchTerm interval(std::size_t i, const Estimate& start, const Estimate& end) const;
   BatchTerm fix(std::size_t i, const Estimate& x) const;
   /// The interval as what ties the errors of its ends, and the square of its whitened residual.
-  ChainLink link(std::size_t i, const Estimate& start, const Estimate& end, double* square) const;
+  struct Tie {
+    ChainLink link;
+    double square;
+  };
+  Tie tie(std::size_t i, const Estimate& start, const Estimate& end) const;
 
   const Chain& chain() const { return chain_; }
   const BatchLayout& layout() const { return layout_; }

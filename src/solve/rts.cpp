@@ -191,8 +191,8 @@ class LagCollector {
  public:
   LagCollector(const World& world, std::size_t rows, std::vector<AttitudeLag>& lags)
       : world_(world),
-        trace_every_(std::max<std::size_t>(1, rows / kTraced)),
-        look_every_(std::max<std::size_t>(1, rows / kLooked)),
+        trace_every_(std::max<std::size_t>(1, rows / kLateEpochs)),
+        look_every_(std::max<std::size_t>(1, rows / kEarlyEpochs)),
         last_(rows - 1),
         lags_(lags) {}
 
@@ -216,7 +216,6 @@ class LagCollector {
   }
 
  private:
-  static constexpr std::size_t kTraced = 16, kLooked = 256;  // some 2000 pairs
   struct Late {
     std::size_t row;
     double time;

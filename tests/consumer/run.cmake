@@ -1,12 +1,6 @@
 # Installs piste from BUILD_DIR into a prefix of its own below WORK_DIR, then configures, builds and runs the consumers:
 # one links with piste::piste, the other with piste::batch.
-function(step)
-  execute_process(COMMAND ${ARGV} RESULT_VARIABLE result)
-  if(result)
-    list(JOIN ARGV " " command)
-    message(FATAL_ERROR "failed: ${command}")
-  endif()
-endfunction()
+include(${CMAKE_CURRENT_LIST_DIR}/../step.cmake)
 
 # Every header that a front door exports must stand in the program that links with it.
 function(covered door program)

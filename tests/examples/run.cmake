@@ -1,12 +1,6 @@
 # Builds every project of examples/ against piste as it is installed from BUILD_DIR, and runs it on the ski run that comes
 # with piste. PREFIX: use what is installed there already.
-function(step)
-  execute_process(COMMAND ${ARGV} RESULT_VARIABLE result)
-  if(result)
-    list(JOIN ARGV " " command)
-    message(FATAL_ERROR "failed: ${command}")
-  endif()
-endfunction()
+include(${CMAKE_CURRENT_LIST_DIR}/../step.cmake)
 
 file(REMOVE_RECURSE ${WORK_DIR})
 if(NOT PREFIX)

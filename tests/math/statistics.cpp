@@ -88,6 +88,15 @@ TEST(Statistics, HolmIsMonotoneAndKeepsWhatIsNoNumber) {
   EXPECT_TRUE(holm({}).empty());
 }
 
+TEST(Statistics, ChiSquaredAbove) {
+  EXPECT_NEAR(chi_squared_above(7.814728, 3), 0.05, 1e-8);
+  for (const double dof : {1.0, 4.0, 200.0}) {
+    EXPECT_NEAR(chi_squared_above(chi_squared_quantile(0.999, dof), dof), 0.001, 1e-12);
+  }
+  EXPECT_EQ(chi_squared_above(0, 3), 1);
+  EXPECT_EQ(chi_squared_above(2, 0), 1);
+}
+
 TEST(Statistics, ChiSquaredBand) {
   EXPECT_NEAR(chi_squared_quantile(0.95, 3), 7.814728, 1e-6);
   const Band band = chi_squared_band(0.95, 3, 50);

@@ -35,6 +35,11 @@ struct NoiseProcess {
   double correlation_time = 0;  ///< of kGaussMarkov [s]
 };
 
+/// All kinds, in the order in which models name them.
+inline constexpr std::array kProcessKinds{ProcessKind::kQuantisation,    ProcessKind::kWhite,
+                                          ProcessKind::kBiasInstability, ProcessKind::kGaussMarkov,
+                                          ProcessKind::kRandomWalk,      ProcessKind::kRamp};
+
 /// Such as `bias instability`, and for keys `bias_instability`.
 std::string_view name_of(ProcessKind kind);
 std::string key_of(ProcessKind kind);

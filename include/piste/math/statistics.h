@@ -43,6 +43,8 @@ inline constexpr double kSigmaOverMedian = 1.4826;
 
 /// x with P(χ²_dof ≤ x) = probability, 0 < probability < 1, dof > 0.
 double chi_squared_quantile(double probability, double dof);
+/// P(χ²_dof > x), the p-value of a sum of squares; 1 where there is no freedom, or x is not above 0.
+double chi_squared_above(double x, double dof);
 
 /// x with P(z ≤ x) = probability for a standard normal z.
 double normal_quantile(double probability);

@@ -114,7 +114,7 @@ struct MeasurementContext {
   /// Where a measurement has a kink, as the amount of a speed has at zero: the estimate that decides on which side of
   /// it the measurement is. Null: the one that it is linearised at. A solver that iterates would not end between two
   /// sides.
-  const Estimate* laid = nullptr;
+  const Estimate* side = nullptr;
 
   /// The motion at the time of the fix. Rate and force change linearly within a step.
   BodyMotion motion(const Estimate& x) const;

@@ -18,6 +18,10 @@ struct AttitudeLag {
   Matrix3d of_early, of_late;       ///< E[θ θᵀ] of each
 };
 
+/// Of a run so many late epochs are each compared with so many earlier ones, evenly spread: some 2000 pairs, which tell
+/// the correlation time to a few per cent and cost little beside the smoother.
+inline constexpr std::size_t kLateEpochs = 16, kEarlyEpochs = 256;
+
 /// The correlation time τ of a Gauss-Markov process that is the same on all axes of w and that fits the errors of the
 /// attitude best. Its correlations exp(−lag / τ) are fitted to those of the errors by least squares over all pairs, in
 /// which the level axes count twice and the heading once.

@@ -1,0 +1,8 @@
+# Runs a command; where it fails the script ends with its words.
+function(step)
+  execute_process(COMMAND ${ARGV} RESULT_VARIABLE result)
+  if(result)
+    list(JOIN ARGV " " command)
+    message(FATAL_ERROR "failed: ${command}")
+  endif()
+endfunction()
