@@ -36,5 +36,5 @@ def scenario(tmp_path_factory) -> Path:
     """A scenario that takes a fraction of a second."""
     file = tmp_path_factory.mktemp("scenario") / "tiny.yaml"
     base = SOURCE / "config/scenarios/montecarlo/bicycle_l1l2.yaml"
-    file.write_text(f"base: {base}\nmotion: {{rest_before: 3 s, rest_after: 1 s}}\nmontecarlo: {{end: 10 s}}\n")
+    file.write_text(f"base: {base}\nmotion: {{rest_before: 2 s, run: 13 s, rest_after: 1 s}}\n")
     return file

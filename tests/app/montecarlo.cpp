@@ -59,6 +59,33 @@ TEST(Montecarlo, SameBytesWhateverTheJobsAndTheStops) {
   }
 }
 
+TEST(Montecarlo, PartsMergeToTheBytesOfTheWhole) {
+  const TemporaryFolder folder;
+  tiny_scenario(folder);
+  ASSERT_EQ(montecarlo(folder, {"--runs", "5", "--output", "whole"}).code, 0);
+  const Said part = montecarlo(folder, {"--runs", "3", "--sums", "0.sums"});
+  ASSERT_EQ(part.code, 0) << part.err;
+  EXPECT_TRUE(contains(part.out, "runs 0 to 2 in "));
+  ASSERT_EQ(montecarlo(folder, {"--first", "3", "--runs", "1", "--sums", "3.sums"}).code, 0);
+  ASSERT_EQ(montecarlo(folder, {"--first", "3", "--runs", "2", "--sums", "3.sums"}).code, 0);  // goes on
+  const Said merged = montecarlo(folder, {"0.sums", "3.sums", "--output", "merged"});
+  ASSERT_EQ(merged.code, 0) << merged.err;
+  for (const char* name : {"consistency.json", "consistency.html", "consistency.md", "ensemble.state"}) {
+    EXPECT_EQ(read_text(folder.path() / "whole" / name), read_text(folder.path() / "merged" / name)) << name;
+  }
+  EXPECT_FALSE(fs::exists(folder / "out"));
+
+  const Said other_order = montecarlo(folder, {"3.sums", "0.sums", "--output", "b"});
+  EXPECT_EQ(other_order.code, 1);
+  EXPECT_TRUE(contains(other_order.err, "3.sums: ")) << other_order.err;
+  EXPECT_TRUE(contains(other_order.err, "must begin with run 0, and not 3")) << other_order.err;
+  EXPECT_EQ(montecarlo(folder, {"0.sums", "--sums", "c.sums"}).code, 2);
+  EXPECT_EQ(montecarlo(folder, {"missing.sums", "--output", "b"}).code, 2);
+  EXPECT_EQ(montecarlo(folder, {"--first", "3", "--output", "b"}).code, 2);
+  folder.write("cut.sums", read_text(folder / "0.sums").substr(0, 1000));
+  EXPECT_EQ(montecarlo(folder, {"cut.sums", "--output", "b"}).code, 1);
+}
+
 TEST(Montecarlo, GoesOnAfterItWasKilled) {
   const TemporaryFolder folder;
   tiny_scenario(folder);
