@@ -13,6 +13,7 @@ from .errors import ConfigError
 from .tables import columns_of, is_table
 
 # Keywords that belong to a sensor are taken beside it: replay(imu=frame, sensor="xsens_mt9a").
+LOGS = ("imu", "gnss", "attitude")
 SHORT = {"sensor": "imu", "lever_arm": "gnss"}
 
 
@@ -22,7 +23,12 @@ def configuration(
     """A configuration, and the GPS week of its tables if it is known. `source`: a file, or None for keywords alone."""
     if source is not None and not keywords:
         return _piste.Configuration.load(os.fspath(source)), None
-    keys = dict(keywords)
+    if not keywords:
+        raise ConfigError("give a configuration file, or its keys as keywords", "keywords")
+    keys = {key: value for key, value in keywords.items() if value is not None}
+    for owner in LOGS:
+        if isinstance(keys.get(owner), str | os.PathLike):
+            keys[owner] = {"file": keys[owner]}
     for short, owner in SHORT.items():
         if short not in keys:
             continue

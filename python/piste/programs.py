@@ -22,6 +22,11 @@ def _folder(output: Path | None) -> str | None:
 
 
 def _files(files: Sequence[Path]) -> list[str]:
+    if not files:
+        raise ConfigError("no log is named", "files")
+    for file in files:
+        if not os.path.exists(file):
+            raise ConfigError(f"{os.fspath(file)}: there is no such file", os.fspath(file))
     return [os.fspath(file) for file in files]
 
 

@@ -102,7 +102,8 @@ void bind_recordings(nb::module_& m) {
           const std::vector<InspectedLog> logs = recognise(files, found);
           if (logs.size() != 1) throw ConfigError(files.front(), "these are several logs; read one at a time");
           if (!logs.front().guess) {
-            throw DataError(files.front(), found.empty() ? "is no log of a known format" : found.front().what);
+            throw DataError(found.empty() ? files.front() : "",
+                            found.empty() ? "is no log of a known format" : found.front().what);
           }
           const LogFile& log = logs.front().log;
           Read out{.imu = {}, .gnss = {}, .attitude = {}, .kind = logs.front().guess->kind};

@@ -38,6 +38,11 @@ def test_read_says_what_a_log_is(imu):
     assert "gyro_x_rad_s" in imu
     with pytest.raises(piste.DataError):
         piste.read(__file__)
+    for files in ((), ("nowhere.csv",)):
+        with pytest.raises(piste.ConfigError):
+            piste.read(*files)
+        with pytest.raises(piste.ConfigError):
+            piste.inspect(*files)
 
 
 def test_tune(config, tmp_path):

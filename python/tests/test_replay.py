@@ -115,6 +115,10 @@ def test_errors_say_where(tmp_path, config):
     with pytest.raises(piste.DataError, match="time_s") as row:
         piste.replay(config, imu={"file": table, "sensor": "xsens_mt9a"})
     assert (row.value.file, row.value.line) == ("imu", 1)
+    with pytest.raises(piste.ConfigError, match="give a configuration file"):
+        piste.replay()
+    with pytest.raises(piste.ConfigError, match="there is no file `nowhere.csv`"):
+        piste.replay(imu="nowhere.csv", sensor="xsens_mt9a", span=None)
     with pytest.raises(piste.ConfigError, match="belongs to `imu`"):
         piste.replay(sensor="xsens_mt9a")
     with pytest.raises(piste.ConfigError, match="perhaps `lever_arm`"):
