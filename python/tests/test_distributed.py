@@ -22,9 +22,8 @@ def expected(scenario, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def client():
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
-        with distributed.Client(cluster) as client:
-            yield client
+    with piste.distributed.local_cluster(2) as cluster, cluster.get_client() as client:
+        yield client
 
 
 def same(folder, expected):
