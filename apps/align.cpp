@@ -13,16 +13,10 @@ void run(const AppArguments& arguments, Progress& progress) {
   const AlignConfig config = read_align_config(arguments.input);
   OutputFolder output(arguments.output);
   std::string text;
-  for_each_pair(
-      config,
-      [&](std::size_t done, std::size_t all) {
-        if (done == 0) progress.start("align", all, "IMUs");
-        progress.update(done);
-      },
-      [&](const AlignedPair& pair) {
-        write_alignment(output, config, pair);
-        text += fmt::format("{}\n{}\n", pair.imu.name, alignment_text(pair.alignment));
-      });
+  for_each_pair(config, progress.counted("align", "IMUs"), [&](const AlignedPair& pair) {
+    write_alignment(output, config, pair);
+    text += fmt::format("{}\n{}\n", pair.imu.name, alignment_text(pair.alignment));
+  });
   progress.clear();
   output.commit();
   say(arguments, fmt::format("{}written to {}", text, output.folder().string()));

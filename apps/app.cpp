@@ -94,6 +94,13 @@ void Progress::start(std::string stage, std::size_t total, std::string unit, std
   started_ = last_ = Clock::now();
 }
 
+std::function<void(std::size_t, std::size_t)> Progress::counted(std::string stage, std::string unit) {
+  return [this, stage = std::move(stage), unit = std::move(unit)](std::size_t done, std::size_t all) {
+    if (done == 0) start(stage, all, unit);
+    update(done);
+  };
+}
+
 void Progress::update(std::size_t done) {
   constexpr auto kRefresh = std::chrono::milliseconds(100);
   constexpr std::size_t kWidth = 30;

@@ -64,6 +64,8 @@ class Progress {
   /// rate.
   void start(std::string stage, std::size_t total, std::string unit = "epochs", std::size_t done = 0);
   void update(std::size_t done);
+  /// A callback that is told how many of all steps are done, first 0, and shows that as one stage.
+  std::function<void(std::size_t, std::size_t)> counted(std::string stage, std::string unit);
   /// Removes the bar from the terminal.
   void clear();
 

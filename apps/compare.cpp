@@ -16,23 +16,17 @@ void run(const AppArguments& arguments, Progress& progress) {
   const AlignConfig config = read_align_config(arguments.input);
   OutputFolder output(arguments.output);
   std::string text;
-  for_each_pair(
-      config,
-      [&](std::size_t done, std::size_t all) {
-        if (done == 0) progress.start("align", all, "IMUs");
-        progress.update(done);
-      },
-      [&](const AlignedPair& pair) {
-        write_alignment(output, config, pair);
-        const AlignedImus smooth = low_passed(pair.aligned, pair.alignment.low_pass);
-        const Phases stated = config.phases ? *config.phases : phases(smooth);
-        const Findings found = findings(smooth, stated,
-                                        {.alignment = &pair.alignment,
-                                         .reference = &config.reference.source.sensor,
-                                         .sensor = &pair.imu.source.sensor});
-        output.write(pair.folder + "findings.json", findings_json(found, pair.alignment));
-        text += fmt::format("{}\n{}\n{}\n", pair.imu.name, alignment_text(pair.alignment), findings_text(found));
-      });
+  for_each_pair(config, progress.counted("align", "IMUs"), [&](const AlignedPair& pair) {
+    write_alignment(output, config, pair);
+    const AlignedImus smooth = low_passed(pair.aligned, pair.alignment.low_pass);
+    const Phases stated = config.phases ? *config.phases : phases(smooth);
+    const Findings found = findings(smooth, stated,
+                                    {.alignment = &pair.alignment,
+                                     .reference = &config.reference.source.sensor,
+                                     .sensor = &pair.imu.source.sensor});
+    output.write(pair.folder + "findings.json", findings_json(found, pair.alignment));
+    text += fmt::format("{}\n{}\n{}\n", pair.imu.name, alignment_text(pair.alignment), findings_text(found));
+  });
   progress.clear();
   output.commit();
   say(arguments, fmt::format("{}written to {}", text, output.folder().string()));

@@ -21,10 +21,7 @@ void run(const AppArguments& arguments, Progress& progress) {
   OutputFolder output(arguments.output);
   StudyOptions options;
   options.jobs = static_cast<std::size_t>(arguments.integers.at("jobs"));
-  const Study study = run_study(config, options, [&](std::size_t done, std::size_t total) {
-    if (done == 0) progress.start("study", total, "steps");
-    progress.update(done);
-  });
+  const Study study = run_study(config, options, progress.counted("study", "steps"));
   progress.clear();
   const bool any = std::any_of(study.results.begin(), study.results.end(),
                                [](const SensorRun& result) { return result.failure.empty(); });
