@@ -70,7 +70,8 @@ void Consistency::allot(const StateLayout& layout, std::vector<std::string> sour
     s->nees.assign(epochs * groups, 0);
     for (auto* table : {&s->square, &s->bound, &s->claimed}) table->assign(epochs * states, 0);
     s->phase_runs.assign(kPhases, 0);
-    for (auto* table : {&s->mean, &s->mean_square, &s->errors, &s->largest}) table->assign(kPhases * groups, 0);
+    for (auto* table : {&s->mean, &s->mean_square, &s->errors, &s->largest, &s->largest_seed})
+      table->assign(kPhases * groups, 0);
     s->within.assign(kPhases * groups * 3, 0);
     for (auto* table : {&s->ratio, &s->ratio_square}) table->assign(kPhases * layout_.blocks().size(), 0);
   }
@@ -102,7 +103,10 @@ void Consistency::append(const Consistency& other) {
           &Sums::mean_square, &Sums::errors, &Sums::within, &Sums::ratio, &Sums::ratio_square}) {
       plus(sums->*table, more->*table);
     }
-    for (std::size_t i = 0; i < sums->largest.size(); ++i) most(sums->largest[i], more->largest[i]);
+    for (std::size_t i = 0; i < sums->largest.size(); ++i) {
+      if (more->largest[i] > sums->largest[i]) sums->largest_seed[i] = more->largest_seed[i];
+      most(sums->largest[i], more->largest[i]);
+    }
   }
   for (std::size_t i = 0; i < source_sums_.size(); ++i) {
     if (i % kSourceTerms == kDof) {
@@ -118,13 +122,13 @@ void Consistency::append(const Consistency& other) {
 void Consistency::add(const ComparedRun& run) {
   prepare(run.layout, run.sources);
   ++runs_;
-  add(filter_, run.filtered);
-  add(smoother_, run.smoothed);
+  add(filter_, run.filtered, run.seed);
+  add(smoother_, run.smoothed, run.seed);
   add_innovations(run);
   add_heading(run.filtered);
 }
 
-void Consistency::add(Sums& sums, const std::vector<ErrorSample>& samples) const {
+void Consistency::add(Sums& sums, const std::vector<ErrorSample>& samples, std::uint64_t seed) const {
   const std::size_t groups = groups_.size(), states = index(layout_.size()), blocks = layout_.blocks().size();
   // Of this run, by phase.
   std::array<double, kPhases> epochs{};
@@ -145,6 +149,7 @@ void Consistency::add(Sums& sums, const std::vector<ErrorSample>& samples) const
       for (const int row : rows) {
         ++sums.errors[at];
         for (std::size_t k = 0; k < 3; ++k) sums.within[3 * at + k] += z(row) < static_cast<double>(k + 1) ? 1 : 0;
+        if (z(row) > sums.largest[at]) sums.largest_seed[at] = static_cast<double>(seed);
         sums.largest[at] = std::max(sums.largest[at], z(row));
       }
     }

@@ -101,6 +101,7 @@ EstimatorConsistency Consistency::summarise(const Sums& sums, double probability
       found.outside = outside[p][g] / phase_epochs[p];
       for (std::size_t k = 0; k < 3; ++k) found.coverage[k] = sums.within[3 * at + k] / sums.errors[at];
       found.largest = sums.largest[at];
+      found.largest_seed = static_cast<std::uint64_t>(sums.largest_seed[at]);
       out.groups[p].push_back(found);
     }
     for (std::size_t b = 0; b < blocks; ++b) {

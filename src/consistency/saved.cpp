@@ -11,7 +11,7 @@
 namespace piste {
 namespace {
 
-constexpr std::string_view kMagic = "piste consistency 1\n";
+constexpr std::string_view kMagic = "piste consistency 2\n";
 
 template <class T>
 void put(std::string& bytes, const T& value) {
@@ -47,8 +47,9 @@ void Consistency::visit(Self& self, Visitor&& visit) {
   visit(self.grid_.cruise.start), visit(self.grid_.cruise.end), visit(self.grid_.arrival);
   visit(self.runs_);
   for (auto* s : {&self.filter_, &self.smoother_}) {
-    for (auto* table : {&s->runs, &s->nees, &s->square, &s->bound, &s->claimed, &s->phase_runs, &s->mean,
-                        &s->mean_square, &s->errors, &s->within, &s->largest, &s->ratio, &s->ratio_square}) {
+    for (auto* table :
+         {&s->runs, &s->nees, &s->square, &s->bound, &s->claimed, &s->phase_runs, &s->mean, &s->mean_square, &s->errors,
+          &s->within, &s->largest, &s->largest_seed, &s->ratio, &s->ratio_square}) {
       visit(*table);
     }
   }

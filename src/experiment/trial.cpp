@@ -279,7 +279,12 @@ ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed, const BatchS
   const EpochGrid grid = epoch_grid(s);
   const std::map<int, Bound> bound = bound_of(s, simulation, run, seed, grid);
   const Solution& filtered = run.filtered.solution;
-  ComparedRun out{filtered.layout(), {}, {}, filtered.sources, filtered.innovations};
+  ComparedRun out{.seed = seed,
+                  .layout = filtered.layout(),
+                  .filtered = {},
+                  .smoothed = {},
+                  .sources = filtered.sources,
+                  .innovations = filtered.innovations};
   for (Innovation& v : out.innovations) v.time -= departure;
   const auto sample = [&](int epoch, double time, const Estimate& x, const Covariance& P, const ErrorVector& variance) {
     const ErrorVector error = select(out.layout, boxminus(truth.at(time), x));

@@ -25,7 +25,8 @@ std::string group_json(const StateGroup& group, const GroupConsistency& found, c
                        {"inside", json::boolean(band.contains(found.nees))},
                        {"outside_epochs", json::number(found.outside)},
                        {"coverage", json::numbers(found.coverage)},
-                       {"largest_sigmas", json::number(found.largest)}});
+                       {"largest_sigmas", json::number(found.largest)},
+                       {"largest_seed", fmt::format("{}", found.largest_seed)}});
 }
 
 std::string block_json(const BlockInfo& block, const BlockAccuracy& found) {

@@ -215,7 +215,7 @@ std::string coverage_table(const ConsistencyReport& report) {
       }
       const GroupConsistency& found = e->groups[kSeen][g];
       for (const double share : found.coverage) row.push_back(fmt::format("{:.3f}", share));
-      row.push_back(fmt::format("{:.1f} σ", found.largest));
+      row.push_back(fmt::format("{:.1f} σ, seed {}", found.largest, found.largest_seed));
     }
     rows.push_back(std::move(row));
   }

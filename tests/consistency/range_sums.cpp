@@ -63,10 +63,31 @@ TEST(RangeSums, TotalIsTheSum) {
   for (std::size_t g = 0; g < a.size(); ++g) {
     EXPECT_NEAR(a[g].nees, b[g].nees, 1e-13 * b[g].nees);
     EXPECT_EQ(a[g].largest, b[g].largest);
+    EXPECT_EQ(a[g].largest_seed, b[g].largest_seed);
   }
   ASSERT_FALSE(found.sources.empty());
   EXPECT_EQ(found.sources.front().dof, expected.sources.front().dof);
   EXPECT_EQ(found.sources.front().count, expected.sources.front().count);
+}
+
+// The run with the largest error can be simulated again by itself.
+TEST(RangeSums, KnowTheSeedOfTheWorstRun) {
+  const Ensemble ensemble;
+  RangeSums sums(ensemble.grid);
+  for (std::uint64_t seed = 1; seed <= 9; ++seed) {
+    ComparedRun run = drawn_run(ensemble, seed);
+    if (seed == 6) run.filtered[30].error *= 100;
+    Consistency one(ensemble.grid);
+    one.add(run);
+    sums.add(std::move(one));
+  }
+  constexpr auto kUnderWay = static_cast<std::size_t>(Phase::kUnderWay);
+  const ConsistencyReport report = sums.total().report();
+  for (const GroupConsistency& group : report.filter.groups[kUnderWay]) {
+    EXPECT_GT(group.largest, 10);
+    EXPECT_EQ(group.largest_seed, 6U);
+  }
+  EXPECT_LT(report.smoother.groups[kUnderWay].front().largest, 6);
 }
 
 TEST(RangeSums, RefusesWhatDoesNotFollow) {

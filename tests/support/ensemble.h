@@ -25,6 +25,7 @@ struct Ensemble {
 inline ComparedRun drawn_run(const Ensemble& ensemble, std::uint64_t seed) {
   constexpr std::array kBlocksEstimated{Block::kGyroBias, Block::kAccelBias, Block::kGyroScale, Block::kAccelScale};
   ComparedRun run;
+  run.seed = seed;
   run.layout = StateLayout(kBlocksEstimated);
   const Eigen::Index n = run.layout.size();
   Eigen::VectorXd sigma(n);

@@ -52,6 +52,7 @@ struct EpochGrid {
 
 /// One run compared with its truth.
 struct ComparedRun {
+  std::uint64_t seed = 0;
   StateLayout layout;
   std::vector<ErrorSample> filtered, smoothed;  ///< some epochs of the grid may be missing
   std::vector<std::string> sources;             ///< of the innovations
@@ -73,6 +74,7 @@ struct GroupConsistency {
   double outside = 0;                ///< share of epochs whose mean over the runs is outside its band
   std::array<double, 3> coverage{};  ///< share of errors within 1, 2, 3 sigma: .6827 .9545 .9973 if normal
   double largest = 0;                ///< largest single error, in sigmas
+  std::uint64_t largest_seed = 0;    ///< of the run that has it, to be looked at
 };
 
 /// RMSE of a block over the epochs of a phase; SI and radians.
@@ -169,11 +171,12 @@ class Consistency {
     std::vector<double> phase_runs;               // by phase
     std::vector<double> mean, mean_square;        // by (phase, group): of the runs' mean NEES per degree of freedom
     std::vector<double> errors, within, largest;  // by (phase, group); `within` with 1, 2, 3 sigma as last index
+    std::vector<double> largest_seed;             // likewise; as numbers, which are exact up to 2⁵³
     std::vector<double> ratio, ratio_square;      // by (phase, block): of the runs' mean square over the bound's
   };
   void prepare(const StateLayout& layout, const std::vector<std::string>& sources);
   void allot(const StateLayout& layout, std::vector<std::string> sources);
-  void add(Sums& sums, const std::vector<ErrorSample>& samples) const;
+  void add(Sums& sums, const std::vector<ErrorSample>& samples, std::uint64_t seed) const;
   void add_innovations(const ComparedRun& run);
   void add_heading(const std::vector<ErrorSample>& filtered);
   EstimatorConsistency summarise(const Sums& sums, double probability) const;
