@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "experiment/calibration.h"
+#include "experiment/settling.h"
 #include "io/text_reader.h"
 #include "piste/core/error.h"
 #include "piste/core/recording.h"
@@ -252,7 +253,22 @@ void estimate_late_velocities(const InspectedLog& receiver, FilterOptions& optio
   options.priors.velocity_delay = std::clamp(kSigmas * fit->sigma_delay, kTold, kLatest);
 }
 
-std::optional<Calibration> try_calibration(const Inspection& inspection, const InspectedLog& receiver,
+// What holds over the whole log, with the vehicle if one carries the IMU; without it where no filter runs with it.
+void settle(Inspection& inspection, const InspectedLog& receiver, const Recording& recording,
+            const ConditioningOptions& conditioning, const FilterOptions& options, Calibration& found) {
+  const auto over_all = [&](const std::optional<VehicleOptions>& vehicle) {
+    return settled(recording, conditioning, options, vehicle, *receiver.gnss_health, found);
+  };
+  std::optional<Calibration> there;
+  if (inspection.vehicle.is_car()) {
+    there = over_all(VehicleOptions{});
+    if (!there) inspection.vehicle = {};
+  }
+  if (!there) there = over_all(std::nullopt);
+  if (there) found = std::move(*there);
+}
+
+std::optional<Calibration> try_calibration(Inspection& inspection, const InspectedLog& receiver,
                                            std::vector<Suspicion>& found) {
   constexpr double kFar = 3, kSure = 0.3;  // m
   const auto imu = inspection.first(LogKind::kImu);
@@ -270,10 +286,12 @@ std::optional<Calibration> try_calibration(const Inspection& inspection, const I
   try {
     const LogMatch* match = inspection.first_match();
     const bool told = match != nullptr && match->clock && !match->velocities_may_be_late;
-    auto found_here = calibrate({body.imu, {receiver.gnss}, {}}, conditioning, options,
+    const Recording recording{body.imu, {receiver.gnss}, {}};
+    auto found_here = calibrate(recording, conditioning, options,
                                 told ? match->clock->sigma : std::numeric_limits<double>::infinity(),
                                 std::max(1U, std::thread::hardware_concurrency()));
     if (!found_here) return std::nullopt;
+    if (found_here->fits()) settle(inspection, receiver, recording, conditioning, options, *found_here);
     const Calibration& calibration = *found_here;
     const Vector3d& arm = calibration.lever_arm;
     if (calibration.fits() && arm.norm() > kFar && calibration.lever_arm_sigma.norm() < kSure * arm.norm()) {

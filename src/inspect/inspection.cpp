@@ -96,21 +96,27 @@ std::optional<LateVelocities> late_velocities(const InspectedLog& log) {
   return std::nullopt;
 }
 
+constexpr double kLoose = 5;  // times a sigma that the motion told, as the replay sees the same motion again
+
+double late_prior(double sigma) {
+  constexpr double kLeast = 0.02;  // s: what it was measured against has delays of its own
+  return std::max(kLoose * sigma, kLeast);
+}
+
 // The largest sigmas of the delays of those sources that are surely late, or may be [s].
 struct LateSources {
   std::optional<double> velocity, attitude;
 };
 
-// The sigmas of what the motion told are loose, as the replay sees the same motion again.
-std::string priors_text(const Calibration* found, const LateSources& late) {
-  constexpr double kLoose = 5, kLeastArm = 0.1, kMostArm = 1, kLeastDelay = 0.005, kMostDelay = 0.05;
-  std::string text = fmt::format(
-      "lever_arm: {:.2g} m, gnss_delay: {:.2g} s",
-      found == nullptr ? kMostArm : std::clamp(kLoose * found->lever_arm_sigma.maxCoeff(), kLeastArm, kMostArm),
-      found == nullptr ? kMostDelay : std::clamp(kLoose * found->clock_sigma, kLeastDelay, kMostDelay));
-  constexpr double kLeastLate = 0.02;  // what it was measured against has delays of its own
-  if (late.velocity) text += fmt::format(", velocity_delay: {:.2g} s", std::max(kLoose * *late.velocity, kLeastLate));
-  if (late.attitude) text += fmt::format(", attitude_delay: {:.2g} s", std::max(kLoose * *late.attitude, kLeastLate));
+// The priors of a configuration. `delayed`: whether the delay of the fixes is estimated.
+std::string priors_text(const Calibration* found, const LateSources& late, bool delayed) {
+  constexpr double kMostArm = 1;  // m, where nothing told it
+  Priors priors{.lever_arm = kMostArm};
+  if (found != nullptr) priors = priors_after(*found);
+  std::string text = fmt::format("lever_arm: {:.2g} m", priors.lever_arm);
+  if (delayed) text += fmt::format(", gnss_delay: {:.2g} s", priors.gnss_delay);
+  if (late.velocity) text += fmt::format(", velocity_delay: {:.2g} s", late_prior(*late.velocity));
+  if (late.attitude) text += fmt::format(", attitude_delay: {:.2g} s", late_prior(*late.attitude));
   return "{" + text + "}";
 }
 
@@ -240,6 +246,22 @@ ImuConditioning guess_conditioning(const Inspection& inspection) {
   return imu;
 }
 
+Priors priors_after(const Calibration& found, Priors priors) {
+  constexpr double kLeastArm = 0.1, kMostArm = 1, kLeastDelay = 0.005, kMostDelay = 0.05;  // m, s
+  priors.lever_arm = std::clamp(kLoose * found.lever_arm_sigma.maxCoeff(), kLeastArm, kMostArm);
+  priors.gnss_delay = std::clamp(kLoose * found.clock_sigma, kLeastDelay, kMostDelay);
+  if (found.velocity_delay_sigma > 0) priors.velocity_delay = late_prior(found.velocity_delay_sigma);
+  return priors;
+}
+
+bool clock_matters(const Calibration& found, const GnssHealth& receiver) {
+  constexpr double kShows = 0.5, kTurn = 3;  // of the receiver's sigma; m/s^2
+  const double position = found.sigma_scale * receiver.median_sigma.head<2>().maxCoeff();
+  const bool shown = found.clock_sigma * receiver.top_speed > kShows * position;
+  if (!receiver.velocity) return shown;
+  return shown || found.clock_sigma * kTurn > kShows * receiver.velocity->residual;
+}
+
 std::optional<std::string> ready_config(const Inspection& inspection, const std::string& folder,
                                         const std::string& sensor_file) {
   const auto first = inspection.first(LogKind::kImu);
@@ -328,11 +350,14 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
         "the rear wheels, makes it better.\nvehicle: {{kind: car, mounting: auto}}\n",
         inspection.vehicle.why());
   }
+  const bool delayed =
+      found == nullptr || clock_matters(*found, *inspection.logs[*inspection.first(LogKind::kGnss)].gnss_health);
   text += fmt::format(
       "initial: {{heading: auto}}\nestimate: [gyro_bias, accel_bias, gyro_drift, accel_drift, gyro_scale, "
-      "accel_scale, lever_arm, gnss_delay{}{}{}]\npriors: {}\nsmoother: rts\n",
-      late_sources.velocity ? ", velocity_delay" : "", late_sources.attitude ? ", attitude_delay" : "",
-      reference ? ", boresight" : "", priors_text(inspection.calibration(), late_sources));
+      "accel_scale, lever_arm{}{}{}{}]\npriors: {}\nsmoother: rts\n",
+      delayed ? ", gnss_delay" : "", late_sources.velocity ? ", velocity_delay" : "",
+      late_sources.attitude ? ", attitude_delay" : "", reference ? ", boresight" : "",
+      priors_text(found, late_sources, delayed));
   return text;
 }
 

@@ -112,6 +112,13 @@ ImuSensor guess_sensor(const Inspection& inspection);
 /// Guesses axes and clock of the first IMU from the motion; without motion, the axes from gravity.
 ImuConditioning guess_conditioning(const Inspection& inspection);
 
+/// The priors that a replay of the same logs is told after a calibration: loose, as it sees the same motion again.
+Priors priors_after(const Calibration& found, Priors priors = {});
+
+/// Whether a clock that is off by its sigma shows beside the receiver's noise: at its top speed in positions, or in a
+/// turn in velocities. If not, a replay need not estimate the delay of the fixes, and its rows are in their time.
+bool clock_matters(const Calibration& found, const GnssHealth& receiver);
+
 /// The text of a configuration of `replay` for the first IMU and all receivers and attitudes that are not left out. Its
 /// paths are relative to `folder`, where it and the sensor file `sensor_file` will be. Nothing if there is no IMU or no
 /// receiver.

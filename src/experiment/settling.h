@@ -1,0 +1,23 @@
+#pragma once
+/// Whether what the first minutes of motion told holds over the whole log.
+
+#include <optional>
+
+#include "piste/core/options.h"
+#include "piste/core/recording.h"
+#include "piste/inspect/inspection.h"
+
+namespace piste {
+
+/// Replays the first hour as `replay` will with the configuration of an inspection, and mends what does not hold there:
+///  - Where more than a hundredth of the positions or velocities is refused, their sigmas grow until that many are
+///    within the gate: the first minutes saw a better sky.
+///  - The clock takes the delay of the fixes that the whole log tells, so that the rows of a replay are in the
+///    receiver's time.
+/// `options` is what calibrate() was given, with one receiver; `vehicle`: what carries the IMU, if it does.
+/// Nothing if no filter runs over the whole log with it.
+std::optional<Calibration> settled(const Recording& recording, const ConditioningOptions& conditioning,
+                                   const FilterOptions& options, const std::optional<VehicleOptions>& vehicle,
+                                   const GnssHealth& receiver, Calibration found);
+
+}  // namespace piste
