@@ -13,12 +13,12 @@
 namespace piste {
 namespace {
 
-constexpr double kWhole = 3600;  // s of the log: an hour has seen what there is to see
-constexpr int kMostRounds = 8;     // each makes sigmas 1.2 to 2 times larger, or moves the clock
+constexpr double kWhole = 3600;    // s of the log: an hour has seen what there is to see
+constexpr int kMostRounds = 6;
 constexpr double kRefused = 0.01;  // of the fixes: ten times what the gate refuses where the sigmas are right
-constexpr double kLeastStep = 1.2, kMostStep = 2;
-constexpr double kStill = 0.25;   // sigmas: a clock that moves by less stays
-constexpr std::size_t kFew = 20;  // of fewer fixes no share is told
+constexpr double kLeastStep = 1.2, kMostStep = 2;  // times the sigmas in a round
+constexpr double kStill = 0.25;                    // sigmas: a clock that moves by less stays
+constexpr std::size_t kFew = 20;                   // of fewer fixes no share is told
 
 // By what factor the sigmas of a source have to grow so that all but a hundredth of its fixes are within the gate; 1 if
 // they are.
@@ -81,12 +81,9 @@ std::optional<Calibration> settled(const Recording& recording, const Conditionin
     if (run.empty()) return std::nullopt;
     if (round == kMostRounds) return found;
     const double position = growth(run, "gnss[0].position"), velocity = growth(run, "gnss[0].velocity");
-    if (position > 1 || velocity > 1) {
-      found.sigma_scale *= position;
-      if (found.drift) found.drift->sigma *= position;
-      found.sigma_velocity_scale *= velocity;
-      continue;
-    }
+    found.sigma_scale *= position;
+    if (found.drift) found.drift->sigma *= position;
+    found.sigma_velocity_scale *= velocity;
     const std::size_t last = run.size() - 1;
     const Estimate x = run.estimate(last);
     const FullError sigmas = run.sigmas(last).blocks;
@@ -96,10 +93,11 @@ std::optional<Calibration> settled(const Recording& recording, const Conditionin
       found.velocity_delay = x.velocity_delay - x.gnss_delay;
       found.velocity_delay_sigma = sigmas(full_offset(Block::kVelocityDelay));
     }
-    if (!replayed.filter.estimates(Block::kGnssDelay)) return found;
-    found.clock_offset -= x.gnss_delay;
-    found.clock_sigma = sigmas(full_offset(Block::kGnssDelay));
-    if (std::abs(x.gnss_delay) < kStill * found.clock_sigma) return found;
+    if (replayed.filter.estimates(Block::kGnssDelay)) {
+      found.clock_offset -= x.gnss_delay;
+      found.clock_sigma = sigmas(full_offset(Block::kGnssDelay));
+    }
+    if (position == 1 && velocity == 1 && std::abs(x.gnss_delay) < kStill * found.clock_sigma) return found;
   }
 }
 

@@ -303,6 +303,7 @@ GnssHealth gnss_health(const GnssRecording& gnss) {
   h.quantum = quantum_of(fixes);
   const bool measured = 2 * h.velocities > fixes.size();
   const std::vector<Vector3d> velocity = mean_velocities(fixes, p, measured);
+  if (!sigma_velocity.empty()) h.sigma_velocity = median(sigma_velocity) / std::sqrt(3);
   const double in_a_second = std::sqrt(std::max(1.0, h.sampling.rate()));
   constexpr double kNotKnown = 5;  // m/s: phones state 20 m/s where they do not know, which is no noise
   const bool stated = measured && median(sigma_velocity) < kNotKnown;

@@ -258,8 +258,8 @@ bool clock_matters(const Calibration& found, const GnssHealth& receiver) {
   constexpr double kShows = 0.5, kTurn = 3;  // of the receiver's sigma; m/s^2
   const double position = found.sigma_scale * receiver.median_sigma.head<2>().maxCoeff();
   const bool shown = found.clock_sigma * receiver.top_speed > kShows * position;
-  if (!receiver.velocity) return shown;
-  return shown || found.clock_sigma * kTurn > kShows * receiver.velocity->residual;
+  if (receiver.velocities == 0) return shown;
+  return shown || found.clock_sigma * kTurn > kShows * found.sigma_velocity_scale * receiver.sigma_velocity;
 }
 
 std::optional<std::string> ready_config(const Inspection& inspection, const std::string& folder,

@@ -50,6 +50,7 @@ struct GnssHealth {
   std::size_t without_sigma = 0;           ///< fixes with a sigma that is not positive
   Vector3d smallest_sigma = Vector3d::Zero(), median_sigma = Vector3d::Zero(), largest_sigma = Vector3d::Zero();
   std::size_t velocities = 0;           ///< fixes that have a velocity
+  double sigma_velocity = 0;            ///< median of their sigmas, of one axis [m/s]; 0: there are none
   std::vector<Interval> rest;           ///< times of at least 5 s in which the antenna does not move
   Vector3d rest_scatter, noise;         ///< 1-sigma at rest, and from fix to fix (the white part) [m]; NaN: unknown
   double speed = 0, top_speed = 0;      ///< median in motion, and largest without outliers [m/s]
