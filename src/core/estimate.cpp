@@ -1,5 +1,7 @@
 #include "piste/core/estimate.h"
 
+#include <algorithm>
+
 namespace piste {
 namespace {
 
@@ -37,25 +39,42 @@ Vector3d shown_value(const Estimate& x, Block block) {
   return value;
 }
 
-Estimate boxplus(const Estimate& x, const FullError& error) {
+namespace {
+
+// Adds its error to every block of `blocks`; `part` gives the error of one.
+template <class Blocks, class Part>
+Estimate added(const Estimate& x, const Blocks& blocks, Part&& part) {
   Estimate y = x;
-  const Vector3d theta = three(error, Block::kAttitude);
-  const Quaterniond turn = so3_exp(theta);
-  y.q_wb = (turn * x.q_wb).normalized();
-  y.v_wb = turn * x.v_wb + so3_left_jacobian(theta) * three(error, Block::kVelocity);
-  for (const BlockInfo& row : kBlocks) {
-    if (is_motion(row.block)) continue;
-    if (is_rotation(row.block)) {
-      rotation(y, row.block) = (so3_exp(three(error, row.block)) * rotation(x, row.block)).normalized();
+  for (const Block block : blocks) {
+    if (is_motion(block)) continue;
+    if (is_rotation(block)) {
+      const Vector3d turn = part(block);
+      rotation(y, block) = (so3_exp(turn) * rotation(x, block)).normalized();
     } else {
-      additive(y, row.block) += error.segment(full_offset(row.block), row.size);
+      additive(y, block) += part(block);
     }
   }
+  const Vector3d theta = part(Block::kAttitude), nu = part(Block::kVelocity);
+  const Quaterniond turn = so3_exp(theta);
+  y.q_wb = (turn * x.q_wb).normalized();
+  y.v_wb = turn * x.v_wb + so3_left_jacobian(theta) * nu;
   return y;
 }
 
+constexpr auto kAllBlocks = [] {
+  std::array<Block, kBlocks.size()> all{};
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = kBlocks[i].block;
+  return all;
+}();
+
+}  // namespace
+
+Estimate boxplus(const Estimate& x, const FullError& error) {
+  return added(x, kAllBlocks, [&](Block block) { return error.segment(full_offset(block), info(block).size); });
+}
+
 Estimate boxplus(const Estimate& x, const StateLayout& layout, const ErrorVector& error) {
-  return boxplus(x, expand(layout, error));
+  return added(x, layout.blocks(), [&](Block block) { return error.segment(layout.offset(block), info(block).size); });
 }
 
 FullError boxminus(const Estimate& truth, const Estimate& estimate) {
@@ -76,23 +95,23 @@ FullError boxminus(const Estimate& truth, const Estimate& estimate) {
 }
 
 ResetJacobian reset_jacobian(const FullError& correction) {
-  using Matrix6d = Eigen::Matrix<double, 6, 6>;
-  Matrix6d ad = Matrix6d::Zero();
-  const Matrix3d theta = skew(three(correction, Block::kAttitude));
-  ad.block<3, 3>(0, 0) = theta;
-  ad.block<3, 3>(0, 3) = skew(three(correction, Block::kVelocity));
-  ad.block<3, 3>(3, 3) = theta;
+  // ad = (Θ N; 0 Θ), and so every power of it, (A B; 0 A).
+  const Matrix3d Theta = skew(three(correction, Block::kAttitude)), N = skew(three(correction, Block::kVelocity));
   // J_l = Σ ad^n / (n+1)!, summed until terms no longer count: a few for most corrections, some thirty for a
   // turn by π. The bound ends the sum of a correction that is not finite.
   constexpr int kMost = 100;
   constexpr double kNothing = 1e-18;
-  Matrix6d term = Matrix6d::Identity(), sum = term;
+  Matrix3d A = Matrix3d::Identity(), B = Matrix3d::Zero(), turn = A, shift = B;
   for (int n = 1; n <= kMost; ++n) {
-    term = (term * ad / (n + 1)).eval();
-    sum += term;
-    if (term.cwiseAbs().maxCoeff() < kNothing) break;
+    const double part = 1.0 / (n + 1);
+    B = (part * (A * N + B * Theta)).eval();
+    A = (part * (A * Theta)).eval();
+    turn += A;
+    shift += B;
+    if (std::max(A.cwiseAbs().maxCoeff(), B.cwiseAbs().maxCoeff()) < kNothing) break;
   }
-  ResetJacobian G{sum, {}};
+  ResetJacobian G;
+  G.velocity_attitude << turn, shift, Matrix3d::Zero(), turn;
   for (std::size_t i = 0; i < kMountingBlocks.size(); ++i) {
     G.mountings[i] = so3_left_jacobian(three(correction, kMountingBlocks[i]));
   }

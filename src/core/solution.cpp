@@ -8,6 +8,9 @@ namespace {
 
 constexpr std::string_view kSigma = "sigma_";
 
+// Where the first parts of a row stand, behind the time and the attitude.
+constexpr std::size_t kVelocity = 5, kPosition = 8, kNavigationSigmas = 11;
+
 // Goes through the parts of a row in the order of their storage. F is called with the name of every part and its
 // values, to read or to write them.
 template <class EstimateRef, class SigmasRef, class F>
@@ -72,27 +75,37 @@ std::string_view outcome_name(Outcome outcome) {
   return "repeated";
 }
 
-Navigation navigation_of(const World& world, const Estimate& x) {
-  const Geodetic place = world.to_geodetic(x.p_wb);
-  const Matrix3d R_nw = world.rotation_wn(place).transpose();
-  return {place, R_nw * x.v_wb, to_euler(Quaterniond(R_nw) * x.q_wb)};
+namespace {
+
+Navigation navigation_of(const World& world, const Quaterniond& q_wb, const Vector3d& v_wb, const Vector3d& p_wb) {
+  const auto [place, R_wn] = world.local_level(p_wb);
+  const Matrix3d R_nw = R_wn.transpose();
+  return {place, R_nw * v_wb, to_euler(R_nw * q_wb.toRotationMatrix())};
 }
 
+// Sigmas of what `turn` makes of an error.
+Vector3d sigmas_along(const Matrix3d& turn, const Matrix3d& covariance) {
+  return root((turn * covariance).cwiseProduct(turn).rowwise().sum());
+}
+
+}  // namespace
+
+Navigation navigation_of(const World& world, const Estimate& x) { return navigation_of(world, x.q_wb, x.v_wb, x.p_wb); }
+
 Sigmas sigmas_of(const World& world, const Estimate& x, const StateLayout& layout, const Covariance& P) {
-  const Matrix3d R_wn = world.rotation_wn(x.p_wb);
-  const Matrix3d R_nw = R_wn.transpose();
+  const Matrix3d R_nw = world.rotation_wn(x.p_wb).transpose();
   // Of level_from_invariant() what the diagonal blocks need: ordinary velocity depends on ν and θ, the others on
   // themselves.
   constexpr int kVelocity = full_offset(Block::kVelocity), kAttitude = full_offset(Block::kAttitude);
-  const auto along_level = [&](const Matrix3d& covariance) -> Matrix3d { return R_nw * covariance * R_wn; };
-  const Matrix3d V = ordinary_from_invariant(x).block<3, 3>(kVelocity, kAttitude);
+  const Matrix3d attitude = P.block<3, 3>(kAttitude, kAttitude);
+  const Matrix3d V = -skew(x.v_wb);
   const Matrix3d turned = V * P.block<3, 3>(kAttitude, kVelocity);
-  const Matrix3d velocity = P.block<3, 3>(kVelocity, kVelocity) + turned + turned.transpose() +
-                            V * P.block<3, 3>(kAttitude, kAttitude) * V.transpose();
+  const Matrix3d velocity =
+      P.block<3, 3>(kVelocity, kVelocity) + turned + turned.transpose() + V * attitude * V.transpose();
   Sigmas s;
-  s.position = root(along_level(P.topLeftCorner<3, 3>()).diagonal());
-  s.velocity = root(along_level(velocity).diagonal());
-  s.euler = euler_sigma(Quaterniond(R_nw) * x.q_wb, along_level(P.block<3, 3>(kAttitude, kAttitude)));
+  s.position = sigmas_along(R_nw, P.topLeftCorner<3, 3>());
+  s.velocity = sigmas_along(R_nw, velocity);
+  s.euler = euler_sigma(R_nw * x.R_wb(), R_nw, attitude);
   for (const Block b : layout.blocks()) {
     if (is_navigation(b)) continue;
     const int o = layout.offset(b);
@@ -107,6 +120,18 @@ Sigmas sigmas_of(const World& world, const Estimate& x, const StateLayout& layou
   s.accel_total_bias = total_bias_sigma(layout, P, Block::kAccelBias, Block::kAccelDrift);
   return s;
 }
+
+Navigation Solution::navigation(std::size_t i) const {
+  const double* p = rows_.data() + i * stride_;
+  return navigation_of(world_, Quaterniond(p + 1), Vector3d(p + kVelocity), Vector3d(p + kPosition));
+}
+
+NavigationSigmas Solution::navigation_sigmas(std::size_t i) const {
+  const double* p = rows_.data() + i * stride_ + kNavigationSigmas;
+  return {Vector3d(p), Vector3d(p + 3), Vector3d(p + 6)};
+}
+
+Vector3d Solution::position(std::size_t i) const { return Vector3d(rows_.data() + i * stride_ + kPosition); }
 
 Solution::Solution(StateLayout layout, World world) : layout_(std::move(layout)), world_(std::move(world)) {
   for (const StoredColumn& column : columns()) stride_ += column.size;

@@ -76,7 +76,7 @@ std::vector<CsvColumn> navigation_columns() {
 
 void navigation_row(const Solution& solution, std::size_t i, std::span<double> row) {
   const Navigation n = solution.navigation(i);
-  const Sigmas s = solution.sigmas(i);
+  const NavigationSigmas s = solution.navigation_sigmas(i);
   double* out = row.data();
   *out++ = solution.time(i);
   *out++ = kDegreesPerRadian * n.position.latitude;
@@ -173,7 +173,7 @@ NumberTable navigation_table(const Solution& solution, double rate) {
 AttitudeRecording attitude_recording(const Solution& solution, double rate) {
   AttitudeRecording out;
   for (const std::size_t i : rows_at(solution, rate)) {
-    out.fixes.push_back({solution.time(i), solution.navigation(i).euler, solution.sigmas(i).euler});
+    out.fixes.push_back({solution.time(i), solution.navigation(i).euler, solution.navigation_sigmas(i).euler});
   }
   return out;
 }

@@ -76,11 +76,20 @@ Quaterniond from_euler(const Vector3d& e) {
                      Eigen::AngleAxisd(e.x(), Vector3d::UnitX()));
 }
 
-Vector3d to_euler(const Quaterniond& q) {
-  const Matrix3d R = q.toRotationMatrix();
-  const double cos_pitch = std::hypot(R(0, 0), R(1, 0));
-  const double pitch = std::atan2(-R(2, 0), cos_pitch);
-  if (cos_pitch < 1e-12) return {0, pitch, std::atan2(-R(0, 1), R(1, 1))};
+namespace {
+
+constexpr double kUpright = 1e-12;  // cosine of the pitch below which roll and heading cannot be told apart
+
+// The entries are at most 1: no need for hypot's care.
+double cos_pitch(const Matrix3d& R) { return std::sqrt(R(0, 0) * R(0, 0) + R(1, 0) * R(1, 0)); }
+
+}  // namespace
+
+Vector3d to_euler(const Quaterniond& q) { return to_euler(q.toRotationMatrix()); }
+
+Vector3d to_euler(const Matrix3d& R) {
+  const double cosine = cos_pitch(R), pitch = std::atan2(-R(2, 0), cosine);
+  if (cosine < kUpright) return {0, pitch, std::atan2(-R(0, 1), R(1, 1))};
   return {std::atan2(R(2, 1), R(2, 2)), pitch, std::atan2(R(1, 0), R(0, 0))};
 }
 
@@ -92,12 +101,17 @@ Matrix3d euler_axes(const Vector3d& e) {
 }
 
 Vector3d euler_sigma(const Quaterniond& q, const Matrix3d& covariance) {
-  const Vector3d e = to_euler(q);
-  const double sp = std::sin(e.y()), sh = std::sin(e.z()), ch = std::cos(e.z());
-  const double cp = std::max(std::cos(e.y()), 1e-9);
+  return euler_sigma(q.toRotationMatrix(), Matrix3d::Identity(), covariance);
+}
+
+Vector3d euler_sigma(const Matrix3d& R, const Matrix3d& turn, const Matrix3d& covariance) {
+  const double cosine = cos_pitch(R), sp = -R(2, 0), cp = std::max(cosine, 1e-9);
+  const double sh = cosine < kUpright ? -R(0, 1) : R(1, 0) / cosine;
+  const double ch = cosine < kUpright ? R(1, 1) : R(0, 0) / cosine;
   Matrix3d D;  // inverse of euler_axes
   D << ch / cp, sh / cp, 0, -sh, ch, 0, sp * ch / cp, sp * sh / cp, 1;
-  const Vector3d variance = (D * covariance * D.transpose()).diagonal();
+  const Matrix3d J = D * turn;
+  const Vector3d variance = (J * covariance).cwiseProduct(J).rowwise().sum();
   return variance.cwiseMax(0).cwiseSqrt().cwiseMin(std::numbers::pi);
 }
 

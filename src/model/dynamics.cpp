@@ -1,5 +1,8 @@
 #include "piste/model/dynamics.h"
 
+#include <algorithm>
+#include <iterator>
+
 #include "math/wide.h"
 
 namespace piste {
@@ -58,7 +61,8 @@ struct Structure {
 };
 
 constexpr int kPadded = (kFullSize + 3) / 4 * 4;
-static_assert(kFullSize * kFullSize >= kNavigation * kFullSize + 4);  // what loops over padded columns may read
+constexpr std::ptrdiff_t kStorage = kFullSize * kFullSize;  // values in a Covariance
+static_assert(kStorage >= kNavigation * kFullSize + 4);     // what loops over padded columns may read
 
 template <int N>
 using Columns = Eigen::Matrix<double, kFullSize, N>;
@@ -87,13 +91,39 @@ constexpr std::array<int, 12> kOfPosition{0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14}
 constexpr std::array<int, 15> kOfVelocity{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14};
 constexpr std::array<int, 6> kOfAttitude{6, 7, 8, 9, 10, 11};
 
-// Three rows of mixer × inputs, over the first n errors.
+// What Φ P Φᵀ needs beyond the navigation states: the decay of each state, and how some act on the inputs.
+struct Action {
+  int state, input;
+  double factor;
+};
+struct Slow {
+  std::array<Action, 3 * std::size(kImuBlocks)> actions;
+  std::size_t count = 0;
+  std::array<double, kFullSize> decay;
+  std::array<const double*, kInputs> column;  // of Φ's navigation rows, input by input
+
+  Slow(const StateLayout& layout, const Transition& t) {
+    for (const Block b : layout.blocks()) {
+      const double f = t.decay[slot(b)];
+      for (int k = layout.offset(b); k < layout.offset(b) + info(b).size; ++k) decay[at(k)] = f;
+    }
+    for (const ImuBlock& b : kImuBlocks) {
+      if (!layout.has(b.block)) continue;
+      const Vector3d factors = factor_of(b, t);
+      for (int k = 0; k < 3; ++k) actions[count++] = {layout.offset(b.block) + k, b.half + k, factors(k)};
+    }
+    for (int k = 0; k < kNavigation; ++k) column[at(k)] = t.navigation.data() + k * kNavigation;
+    for (int k = kNavigation; k < kInputs; ++k) column[at(k)] = t.imu.data() + (k - kNavigation) * kNavigation;
+  }
+};
+
+// Three rows of (navigation | imu) × inputs, over the first n errors.
 template <std::size_t N>
-[[gnu::always_inline]] inline void three_rows(const Mixer& mixer, int row, const std::array<int, N>& depends,
+[[gnu::always_inline]] inline void three_rows(const Slow& s, int row, const std::array<int, N>& depends,
                                               const double* const* in, std::ptrdiff_t n, double (*out)[kPadded]) {
   double w[3][N];
   for (int i = 0; i < 3; ++i) {
-    for (std::size_t k = 0; k < N; ++k) w[i][k] = mixer(row + i, depends[k]);
+    for (std::size_t k = 0; k < N; ++k) w[i][k] = s.column[at(depends[k])][row + i];
   }
   // The compiler need not fear that the rows written are among those read.
   const double* x[N];
@@ -112,60 +142,64 @@ template <std::size_t N>
   }
 }
 
-[[gnu::always_inline]] inline void nine_rows(const Mixer& mixer, const double* const* in, std::ptrdiff_t n,
+[[gnu::always_inline]] inline void nine_rows(const Slow& s, const double* const* in, std::ptrdiff_t n,
                                              double (*out)[kPadded]) {
-  three_rows(mixer, kRho, kOfPosition, in, n, out);
-  three_rows(mixer, kNu, kOfVelocity, in, n, out);
-  three_rows(mixer, kTheta, kOfAttitude, in, n, out);
+  three_rows(s, kRho, kOfPosition, in, n, out);
+  three_rows(s, kNu, kOfVelocity, in, n, out);
+  three_rows(s, kTheta, kOfAttitude, in, n, out);
 }
 
 // P ← Φ P Φᵀ, and `noise` added to the navigation rows. P has n rows, and room beyond its last column, so that loops
 // may go on to a multiple of four.
-PISTE_WIDE void sandwich(double* P, std::ptrdiff_t n, const Structure& s, const Matrix9d& noise) {
+PISTE_WIDE void sandwich(double* __restrict P, std::ptrdiff_t n, const Slow& s, const Matrix9d& noise) {
   const std::ptrdiff_t padded = (n + 3) / 4 * 4;
   // Covariance of every error before the step with the inputs, then with the navigation rows after it.
   alignas(32) double imu[kInputs - kNavigation][kPadded];
   for (auto& column : imu) {
-    for (int r = 0; r < padded; ++r) column[r] = 0;
+    for (std::ptrdiff_t r = 0; r < padded; ++r) column[r] = 0;
   }
-  for (int k = kNavigation; k < n; ++k) {
-    if (s.input[at(k)] < 0) continue;
-    double* to = imu[s.input[at(k)] - kNavigation];
-    const double f = s.factor[at(k)], *column = P + k * n;
-    for (int r = 0; r < n; ++r) to[r] += f * column[r];
+  for (std::size_t i = 0; i < s.count; ++i) {
+    const auto [state, input, f] = s.actions[i];
+    double* __restrict to = imu[input];
+    const double* column = P + state * n;
+    const std::ptrdiff_t rows = std::min(padded, kStorage - state * n);
+    for (std::ptrdiff_t r = 0; r < rows; ++r) to[r] += f * column[r];
   }
   const double* in[kInputs];
   for (int k = 0; k < kNavigation; ++k) in[k] = P + k * n;
   for (int k = kNavigation; k < kInputs; ++k) in[k] = imu[k - kNavigation];
   alignas(32) double after[kNavigation][kPadded];
-  nine_rows(s.mixer, in, padded, after);
+  nine_rows(s, in, padded, after);
 
   // The same for the navigation rows themselves.
   constexpr int kRows = 12;  // nine, and up to a multiple of four
-  alignas(32) double turned[kInputs][kRows];
-  for (auto& column : turned) {
-    for (double& value : column) value = 0;
-  }
+  alignas(32) double turned[kInputs][kRows] = {};
   for (int k = 0; k < kNavigation; ++k) {
     for (int i = 0; i < kNavigation; ++i) turned[k][i] = after[i][k];
   }
-  for (int k = kNavigation; k < n; ++k) {
-    if (s.input[at(k)] < 0) continue;
-    for (int i = 0; i < kNavigation; ++i) turned[s.input[at(k)]][i] += s.factor[at(k)] * after[i][k];
+  for (std::size_t i = 0; i < s.count; ++i) {
+    const auto [state, input, f] = s.actions[i];
+    double* __restrict to = turned[kNavigation + input];
+    for (int r = 0; r < kNavigation; ++r) to[r] += f * after[r][state];
   }
   for (int k = 0; k < kInputs; ++k) in[k] = turned[k];
   alignas(32) double corner[kNavigation][kPadded];
-  nine_rows(s.mixer, in, kRows, corner);
+  nine_rows(s, in, kRows, corner);
 
+  // The covariance of two navigation errors comes out twice, equal but for rounding: one is kept.
+  const double* added = noise.data();
   for (int j = 0; j < kNavigation; ++j) {
-    for (int i = 0; i <= j; ++i) P[j * n + i] = P[i * n + j] = 0.5 * (corner[j][i] + corner[i][j]) + noise(i, j);
-    for (int i = kNavigation; i < n; ++i) {
-      P[j * n + i] = P[i * n + j] = s.decay[at(i)] * after[j][i];
-    }
+    double column[kNavigation];
+    for (int i = 0; i < kNavigation; ++i) column[i] = corner[j][i] + added[j * kNavigation + i];
+    for (int i = 0; i <= j; ++i) P[j * n + i] = column[i];
+    for (int i = 0; i < j; ++i) P[i * n + j] = column[i];
+    for (int i = kNavigation; i < n; ++i) P[j * n + i] = s.decay[at(i)] * after[j][i];
   }
   for (int j = kNavigation; j < n; ++j) {
     const double d = s.decay[at(j)];
-    for (int i = kNavigation; i < n; ++i) P[j * n + i] *= s.decay[at(i)] * d;
+    double* column = P + j * n;
+    for (int i = 0; i < kNavigation; ++i) column[i] = d * after[i][j];
+    for (int i = kNavigation; i < n; ++i) column[i] *= d * s.decay[at(i)];
   }
 }
 
@@ -273,7 +307,7 @@ void add_processes(Transition& t, const StateLayout& layout, const FilterOptions
 }
 
 void propagate(Covariance& P, const StateLayout& layout, const Transition& t) {
-  const Structure s(layout, t);
+  const Slow s(layout, t);
   sandwich(P.data(), layout.size(), s, t.noise);
   for (const Block b : layout.blocks()) {
     const int size = info(b).size;

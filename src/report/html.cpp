@@ -151,7 +151,7 @@ Plan thinned(const Plan& all) {
 Plan plan_of(const Solution& solution) {
   Plan plan;
   for (std::size_t i = 0; i < solution.size(); ++i) {
-    const Vector3d p = solution.estimate(i).p_wb;
+    const Vector3d p = solution.position(i);
     plan[0].push_back(p.y());
     plan[1].push_back(p.x());
   }

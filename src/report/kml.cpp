@@ -14,7 +14,7 @@ namespace piste {
 namespace {
 
 std::string coordinates(const Solution& solution, std::size_t i) {
-  const Geodetic place = solution.world().to_geodetic(solution.estimate(i).p_wb);
+  const Geodetic place = solution.world().to_geodetic(solution.position(i));
   return fmt::format("{:.9f},{:.9f},{:.3f}", place.longitude * kDegreesPerRadian, place.latitude * kDegreesPerRadian,
                      place.height);
 }
@@ -43,7 +43,7 @@ std::string kml(const Solution& solution, const std::string& name, std::size_t l
   if (!solution.empty()) {
     std::array<std::vector<double>, 3> columns;
     for (std::size_t i = 0; i < solution.size(); ++i) {
-      const Vector3d p = solution.estimate(i).p_wb;
+      const Vector3d p = solution.position(i);
       for (std::size_t axis = 0; axis < 3; ++axis) columns[axis].push_back(p[static_cast<Eigen::Index>(axis)]);
     }
     out += fmt::format(

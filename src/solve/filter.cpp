@@ -325,10 +325,9 @@ void Filter::correct_by(const Update& u) {
   if (reference_) {
     state_.mean += correction;
   } else {
-    const FullError error = expand(setup_->layout, correction);
-    G = reset_jacobian(error);
+    G = reset_jacobian(expand(setup_->layout, correction));
     reset(state_.P, setup_->layout, G);
-    state_.x = boxplus(state_.x, error);
+    state_.x = boxplus(state_.x, setup_->layout, correction);
   }
   adaptation_.correct(setup_->layout, u, G);
   if (!(state_.P.diagonal().minCoeff() >= 0)) fail("its covariance has a negative variance");

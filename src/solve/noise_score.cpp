@@ -1,9 +1,25 @@
 #include "piste/solve/noise_score.h"
 
+#include "math/wide.h"
+
 namespace piste {
 namespace {
 
 constexpr Block kScales[] = {Block::kGyroScale, Block::kAccelScale};
+
+// Eliminates the first `count` rows of a symmetric matrix, of which the lower half is there.
+PISTE_WIDE void eliminate(double* C, std::ptrdiff_t size, std::ptrdiff_t count) {
+  for (std::ptrdiff_t k = 0; k < count; ++k) {
+    const double* __restrict pivot = C + k * size;
+    if (!(pivot[k] > 0)) continue;  // known exactly
+    const double inverse = 1 / pivot[k];
+    for (std::ptrdiff_t j = k + 1; j < size; ++j) {
+      double* __restrict column = C + j * size;
+      const double factor = pivot[j] * inverse;
+      for (std::ptrdiff_t i = j; i < size; ++i) column[i] -= factor * pivot[i];
+    }
+  }
+}
 
 }  // namespace
 
@@ -24,14 +40,7 @@ NoiseScore::Known NoiseScore::known(const Estimate& x, const Covariance& P) {
   C.topLeftCorner(others, others) = P.bottomRightCorner(others, others);
   C.bottomLeftCorner(kFast, others) = P.block(kVelocity, kNavigation, kFast, others);
   C.bottomRightCorner<kFast, kFast>() = P.block<kFast, kFast>(kVelocity, kVelocity);
-  for (Eigen::Index k = 0; k < others; ++k) {
-    const double pivot = C(k, k);
-    if (!(pivot > 0)) continue;  // known exactly
-    for (Eigen::Index j = k + 1; j < size; ++j) {
-      const double factor = C(j, k) / pivot;
-      C.col(j).tail(size - j) -= factor * C.col(k).tail(size - j);
-    }
-  }
+  eliminate(C.data(), size, others);
   using Matrix6d = Eigen::Matrix<double, kFast, kFast>;
   const Matrix6d lower = C.bottomRightCorner<kFast, kFast>(), fast = lower.selfadjointView<Eigen::Lower>();
   const Matrix3d R = x.R_wb();

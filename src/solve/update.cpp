@@ -2,6 +2,10 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
+#include <span>
+
+#include "math/wide.h"
 
 namespace piste {
 namespace {
@@ -40,22 +44,58 @@ void apply_rows(M& m, const StateLayout& layout, const ResetJacobian& G, bool tr
 
 }  // namespace
 
+namespace {
+
+// A column of P, and what the three rows of H multiply it by.
+struct Seen {
+  const double* column;
+  double weight[3];
+};
+
+// P Hᵀ of the columns that a measurement depends on.
+PISTE_WIDE void add_seen(std::span<const Seen> seen, std::ptrdiff_t n, double* __restrict a, double* __restrict b,
+                         double* __restrict c) {
+  for (const Seen& s : seen) {
+    const double* x = s.column;
+    const double u = s.weight[0], v = s.weight[1], w = s.weight[2];
+    for (std::ptrdiff_t r = 0; r < n; ++r) {
+      a[r] += u * x[r];
+      b[r] += v * x[r];
+      c[r] += w * x[r];
+    }
+  }
+}
+
+// P − W Wᵀ for the three columns of W.
+PISTE_WIDE void take_away(double* __restrict P, std::ptrdiff_t n, const double* __restrict a,
+                          const double* __restrict b, const double* __restrict c) {
+  for (std::ptrdiff_t j = 0; j < n; ++j) {
+    double* column = P + j * n;
+    for (std::ptrdiff_t i = 0; i < n; ++i) column[i] -= a[i] * a[j] + b[i] * b[j] + c[i] * c[j];
+  }
+}
+
+}  // namespace
+
 Update innovate(const Covariance& P, const StateLayout& layout, const Linearization& lin) {
   Update u;
   u.rows = lin.rows;
   u.H = assemble(layout, lin);
   u.PHt.setZero(layout.size(), 3);
-  for (int i = 0; i < lin.count(); ++i) {
-    const auto& term = lin.term(i);
-    if (!layout.has(term.block)) continue;
-    const int o = layout.offset(term.block);
-    for (int k = 0; k < info(term.block).size; ++k) {
-      for (int r = 0; r < lin.rows; ++r) u.PHt.col(r) += term.jacobian(r, k) * P.col(o + k);
-    }
+  std::array<Seen, kFullSize> seen;
+  std::size_t count = 0;
+  for (int i = 0; i < layout.size(); ++i) {
+    const auto h = u.H.col(i);
+    if (h.isZero(0)) continue;
+    seen[count++] = {P.col(i).data(), {h.x(), h.y(), h.z()}};
   }
+  add_seen(std::span(seen).first(count), layout.size(), u.PHt.col(0).data(), u.PHt.col(1).data(), u.PHt.col(2).data());
   u.S.setIdentity();
   u.residual.setZero();
-  const Matrix3d HPHt = u.H.lazyProduct(u.PHt);
+  Matrix3d HPHt = Matrix3d::Zero();
+  for (int i = 0; i < layout.size(); ++i) {
+    if (!u.H.col(i).isZero(0)) HPHt += u.H.col(i) * u.PHt.row(i);
+  }
   u.S.topLeftCorner(lin.rows, lin.rows) = 0.5 * (HPHt + HPHt.transpose()).topLeftCorner(lin.rows, lin.rows) +
                                           lin.covariance.topLeftCorner(lin.rows, lin.rows);
   u.R.setIdentity();
@@ -100,14 +140,12 @@ bool loses_little(const Update& u) {
 void update(Covariance& P, const Update& u) {
   if (loses_little(u)) {
     // P − W Wᵀ with W = P Hᵀ L⁻ᵀ, S = L Lᵀ: symmetric by itself.
+    const Matrix3d L = u.S.llt().matrixL();
     Tall W = u.PHt;
-    u.S.llt().matrixU().solveInPlace<Eigen::OnTheRight>(W);
-    const Eigen::Index n = P.rows();
-    const double *a = W.col(0).data(), *b = W.col(1).data(), *c = W.col(2).data();
-    for (Eigen::Index j = 0; j < n; ++j) {
-      double* column = P.col(j).data();
-      for (Eigen::Index i = 0; i < n; ++i) column[i] -= a[i] * a[j] + b[i] * b[j] + c[i] * c[j];
-    }
+    W.col(0) *= 1 / L(0, 0);
+    W.col(1) = (W.col(1) - L(1, 0) * W.col(0)) * (1 / L(1, 1));
+    W.col(2) = (W.col(2) - L(2, 0) * W.col(0) - L(2, 1) * W.col(1)) * (1 / L(2, 2));
+    take_away(P.data(), P.rows(), W.col(0).data(), W.col(1).data(), W.col(2).data());
     return;
   }
   // Joseph's form, with rank-three products only.
@@ -127,11 +165,23 @@ void update(Covariance& P, const Update& u) {
 
 namespace {
 
-// P ← G P Gᵀ for a G that turns N rows from `first` on, and no others.
-template <int N>
-void turn_rows(Covariance& P, Eigen::Index first, const Eigen::Matrix<double, N, N>& G) {
-  Eigen::Matrix<double, Eigen::Dynamic, N, 0, kFullSize, N> columns(P.rows(), N);
-  columns.noalias() = P.middleCols<N>(first).lazyProduct(G.transpose());
+// The columns of velocity and attitude of P Gᵀ, one after the other, for G = (J Q; 0 J).
+PISTE_WIDE void turn_columns(const double* from, std::ptrdiff_t n, const Eigen::Matrix<double, 6, 6>& G,
+                             double* __restrict out) {
+  const double* g = G.data();
+  for (int i = 0; i < 6; ++i) {
+    double* to = out + i * n;
+    for (std::ptrdiff_t r = 0; r < n; ++r) to[r] = 0;
+    for (int k = i < 3 ? 0 : 3; k < 6; ++k) {
+      const double w = g[6 * k + i], *x = from + k * n;
+      for (std::ptrdiff_t r = 0; r < n; ++r) to[r] += w * x[r];
+    }
+  }
+}
+
+// P ← G P Gᵀ from the N columns of P Gᵀ that G turns.
+template <int N, class Columns>
+void take_turned(Covariance& P, Eigen::Index first, const Eigen::Matrix<double, N, N>& G, const Columns& columns) {
   const Eigen::Matrix<double, N, N> corner = G * columns.template middleRows<N>(first);
   P.middleCols<N>(first) = columns;
   P.middleRows<N>(first) = columns.transpose();
@@ -141,9 +191,15 @@ void turn_rows(Covariance& P, Eigen::Index first, const Eigen::Matrix<double, N,
 }  // namespace
 
 void reset(Covariance& P, const StateLayout& layout, const ResetJacobian& G) {
-  turn_rows<6>(P, full_offset(Block::kVelocity), G.velocity_attitude);
+  constexpr int kMotion = full_offset(Block::kVelocity);
+  Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kFullSize, 6> columns(P.rows(), 6);
+  turn_columns(P.col(kMotion).data(), P.rows(), G.velocity_attitude, columns.data());
+  take_turned<6>(P, kMotion, G.velocity_attitude, columns);
   for (std::size_t i = 0; i < kMountingBlocks.size(); ++i) {
-    if (layout.has(kMountingBlocks[i])) turn_rows<3>(P, layout.offset(kMountingBlocks[i]), G.mountings[i]);
+    if (!layout.has(kMountingBlocks[i])) continue;
+    const int first = layout.offset(kMountingBlocks[i]);
+    const Tall turned = P.middleCols<3>(first).lazyProduct(G.mountings[i].transpose());
+    take_turned<3>(P, first, G.mountings[i], turned);
   }
 }
 

@@ -20,7 +20,7 @@ std::vector<Block> all_blocks() {
 }
 
 Sigmas random_sigmas(Random& random, const StateLayout& layout) {
-  Sigmas s{random.vector(), random.vector(), random.vector(), FullError::Zero(), random.vector(), random.vector()};
+  Sigmas s{{random.vector(), random.vector(), random.vector()}, FullError::Zero(), random.vector(), random.vector()};
   for (const Block b : layout.blocks()) {
     if (index_of(b) > index_of(Block::kAttitude))
       s.blocks.segment(full_offset(b), info(b).size) = random.matrix(info(b).size, 1);

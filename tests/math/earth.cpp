@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <GeographicLib/LocalCartesian.hpp>
 #include <numbers>
 
+#include "piste/math/units.h"
 #include "support/random.h"
 
 namespace piste {
@@ -19,6 +21,27 @@ TEST(World, PlacesComeBack) {
     for (int i = 0; i < 20; ++i) {
       const Vector3d p = random.vector(20000);
       EXPECT_LT((world.from_geodetic(world.to_geodetic(p)) - p).norm(), 1e-8);
+    }
+  }
+}
+
+// From the deepest mine to a satellite, near the poles and far from the origin, as GeographicLib has it.
+TEST(World, PlacesAreThoseOfGeographicLib) {
+  Random random(3);
+  for (const double latitude : {-89.9999, -40.0, 0.0, 0.001, 46.0, 89.0}) {
+    const GeographicLib::LocalCartesian local(latitude, 170, 300);
+    const World world({latitude * kDegree, 170 * kDegree, 300});
+    for (const double size : {10.0, 1e4, 3e5}) {
+      for (const double up : {-1e4, 0.0, 1e4, 2e7}) {
+        const Vector3d p = random.vector(size) - Vector3d(0, 0, up);
+        Geodetic expected;
+        local.Reverse(p.y(), p.x(), -p.z(), expected.latitude, expected.longitude, expected.height);
+        const auto [place, R_wn] = world.local_level(p);
+        EXPECT_NEAR(place.latitude, expected.latitude * kDegree, 2e-15);
+        EXPECT_NEAR(place.longitude, expected.longitude * kDegree, 2e-15 / std::cos(place.latitude));
+        EXPECT_NEAR(place.height, expected.height, 1e-8);
+        EXPECT_EQ(R_wn, world.rotation_wn(p));
+      }
     }
   }
 }

@@ -54,8 +54,12 @@ Navigation navigation_of(const World& world, const Estimate& x);
 
 /// 1-sigma of one epoch, of the ordinary (not the invariant) errors. As in Navigation, `position` and `velocity` are
 /// along north, east, down at the position, and `euler` is of roll, pitch and heading there.
-struct Sigmas {
+struct NavigationSigmas {
   Vector3d position, velocity, euler;
+};
+
+/// The same of every block.
+struct Sigmas : NavigationSigmas {
   FullError blocks = FullError::Zero();  ///< other blocks; boresight: Euler angles of R_rb; 0: not estimated
   Vector3d gyro_total_bias = Vector3d::Zero(), accel_total_bias = Vector3d::Zero();  ///< of bias + drift
 };
@@ -115,7 +119,10 @@ class Solution {
   Estimate estimate(std::size_t i) const;
   Sigmas sigmas(std::size_t i) const;
 
-  Navigation navigation(std::size_t i) const { return navigation_of(world_, estimate(i)); }
+  /// Parts of these, without what it costs to gather the blocks.
+  Vector3d position(std::size_t i) const;  ///< p_wb
+  Navigation navigation(std::size_t i) const;
+  NavigationSigmas navigation_sigmas(std::size_t i) const;
 
   void reserve(std::size_t epochs) { rows_.reserve(epochs * stride_); }
   void resize(std::size_t epochs) { rows_.resize(epochs * stride_); }

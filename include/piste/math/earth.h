@@ -3,9 +3,11 @@
 ///
 /// `w` has north-east-down axes at the origin of the run and is fixed to the Earth. In it the Earth's rotation is
 /// constant and gravity is a smooth function of position, so that mechanization needs no transport rate. The ellipsoid
-/// is WGS84, computed by GeographicLib.
+/// is WGS84. Positions, gravity and the ellipsoid's numbers come from GeographicLib; the way back to latitude and
+/// longitude, which every epoch needs, is written out here and agrees with GeographicLib to rounding.
 
 #include <GeographicLib/LocalCartesian.hpp>
+#include <utility>
 
 #include "piste/math/so3.h"
 
@@ -44,9 +46,9 @@ class World {
   Geodetic to_geodetic(const Vector3d& p_w) const;
   /// R_wn: turns components along the local level n, the north-east-down axes at p_w, into components in w. What is
   /// given or shown as north, east, down, roll, pitch or heading goes through this rotation, and it alone. No heap.
-  Matrix3d rotation_wn(const Vector3d& p_w) const { return rotation_wn(to_geodetic(p_w)); }
-  /// The same at a place whose geodetic position is known already, which is what costs.
-  Matrix3d rotation_wn(const Geodetic& place) const;
+  Matrix3d rotation_wn(const Vector3d& p_w) const;
+  /// Both of a position at once: they share what costs.
+  std::pair<Geodetic, Matrix3d> local_level(const Vector3d& p_w) const;
   /// Normal gravity (gravitation and centrifugal acceleration) at p_w, in w, with its gradient and the local level.
   Gravity gravity(const Vector3d& p_w) const;
   /// Replaces `gravity` by that at p_w if its point is more than 100 m away: within, it is linear to 4e-9 m/s². No
@@ -58,6 +60,7 @@ class World {
   Geodetic origin_;
   GeographicLib::LocalCartesian local_;
   Matrix3d R_we_;  // from ECEF
+  Vector3d p_e_;   // the origin there
   Vector3d earth_rate_;
 };
 

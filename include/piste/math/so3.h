@@ -43,6 +43,7 @@ Quaterniond from_euler(const Vector3d& roll_pitch_heading);
 /// (roll, pitch, heading) [rad]: roll and heading in (−π, π], pitch in [−π/2, π/2]. At |pitch| = π/2
 /// only roll ∓ heading is defined; roll is then 0.
 Vector3d to_euler(const Quaterniond& q);
+Vector3d to_euler(const Matrix3d& R);
 
 /// E of d(rotation vector in the outer frame) = E d(roll, pitch, heading): columns are the three axes about
 /// which the angles turn. Regular everywhere; singular at |pitch| = π/2.
@@ -51,5 +52,8 @@ Matrix3d euler_axes(const Vector3d& roll_pitch_heading);
 /// Standard deviations of (roll, pitch, heading) [rad] from the covariance of the rotation vector in the outer frame.
 /// Near |pitch| = π/2 they would grow without bound; they are limited to π.
 Vector3d euler_sigma(const Quaterniond& q, const Matrix3d& covariance);
+/// The same of the rotation R, where the covariance is along other axes: `turn` turns components along them into those
+/// along the outer frame of R.
+Vector3d euler_sigma(const Matrix3d& R, const Matrix3d& turn, const Matrix3d& covariance);
 
 }  // namespace piste
