@@ -30,7 +30,7 @@ Solution solution(std::size_t epochs, std::span<const Block> blocks) {
     x.accel_scale = {0.01, 0, 0};
     x.q_rb = from_euler(Vector3d(3, -4, 5) * kDegree);
     x.gnss_delay = 0.02;
-    Sigmas sigmas{.position = {1, 2, 3}, .velocity = {.1, .2, .3}, .euler = Vector3d(.5, .6, .7) * kDegree};
+    Sigmas sigmas{{.position = {1, 2, 3}, .velocity = {.1, .2, .3}, .euler = Vector3d(.5, .6, .7) * kDegree}};
     sigmas.blocks.segment<3>(full_offset(Block::kGyroBias)) = Vector3d(1, 2, 3) * kDegree;
     sigmas.blocks.segment<3>(full_offset(Block::kBoresight)) = Vector3d(.1, .2, .3) * kDegree;
     sigmas.blocks(full_offset(Block::kGnssDelay)) = 0.001;
@@ -87,7 +87,7 @@ TEST(SolutionIo, AttitudeReadsBackAsAnAttitudeLog) {
   const Vector3d euler = Vector3d(1.2345678, -42.0000004, -179.9999) * kDegree, sigma = {7e-5, 5e-5, 4e-4};
   Estimate x;
   x.q_wb = from_euler(euler);
-  s.append(302400.1, x, {.position = {1, 2, 3}, .velocity = {.1, .2, .3}, .euler = sigma});
+  s.append(302400.1, x, {{.position = {1, 2, 3}, .velocity = {.1, .2, .3}, .euler = sigma}});
   LogFile file;
   file.file = folder.write("attitude.csv", attitude_csv(s, 10));
   const AttitudeRecording read = read_attitude(file);
@@ -104,7 +104,7 @@ TEST(SolutionIo, SummarySaysHowLongTheAttitudesErrorLasts) {
   EXPECT_NEAR(entry()["sigma_deg"][1].as<double>(), 0.6, 1e-9);
   s.attitude_correlation_time = 157.26;
   EXPECT_EQ(entry()["correlation_time_s"].as<double>(), 157.3);
-  s.append(1001, {}, {.position = {1, 2, 3}, .velocity = {.1, .2, .3}, .euler = Vector3d::Zero()});
+  s.append(1001, {}, {{.position = {1, 2, 3}, .velocity = {.1, .2, .3}, .euler = Vector3d::Zero()}});
   EXPECT_NEAR(entry()["sigma_deg"][1].as<double>(), 0.6 * std::sqrt(2 / 3.0), 1e-9);  // rms
 }
 
