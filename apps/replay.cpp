@@ -25,13 +25,14 @@ void run_replay(const AppArguments& arguments, Progress& progress) {
   const ReplayConfig config = read_replay_config(arguments.input);
   OutputFolder output(arguments.output);
 
+  RowFiles rows(output, config.rates);
   const Replay run = replay(
       config,
       [&](std::string_view stage, std::size_t done, std::size_t all) {
         if (done == 0) progress.start(std::string(stage), all);
         progress.update(done);
       },
-      batch_solver(config.batch));
+      batch_solver(config.batch), [&](const Solution& next, std::size_t) { rows.add(next); });
   progress.clear();
 
   const Solution& filtered = run.filtered.solution;
@@ -47,7 +48,7 @@ void run_replay(const AppArguments& arguments, Progress& progress) {
     const std::chrono::duration<double> wall_s = std::chrono::steady_clock::now() - wall;
     return RunTimes{static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC, wall_s.count()};
   };
-  write_replay(output, config, run, verdict, times, per_cent);
+  write_replay(output, config, run, verdict, times, per_cent, &rows);
   output.commit();
   progress.clear();
 

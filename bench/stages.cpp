@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <ctime>
 #include <exception>
 #include <string>
@@ -21,9 +22,15 @@ using namespace piste;
 class Stopwatch {
  public:
   void lap(const std::string& stage) {
-    const std::clock_t now = std::clock();
-    laps_.emplace_back(stage, static_cast<double>(now - last_) / CLOCKS_PER_SEC);
+    count(stage, std::clock() - last_);
     last_ = std::clock();
+  }
+  /// What lies between these counts for another stage.
+  void pause() { paused_ = std::clock(); }
+  void go_on(const std::string& stage) {
+    const std::clock_t taken = std::clock() - paused_;
+    count(stage, taken);
+    last_ += taken;
   }
   void print(std::size_t epochs) const {
     double total = 0;
@@ -36,7 +43,12 @@ class Stopwatch {
   }
 
  private:
-  std::clock_t last_ = std::clock();
+  void count(const std::string& stage, std::clock_t taken) {
+    auto lap = std::find_if(laps_.begin(), laps_.end(), [&](const auto& l) { return l.first == stage; });
+    if (lap == laps_.end()) lap = laps_.insert(lap, {stage, 0});
+    lap->second += static_cast<double>(taken) / CLOCKS_PER_SEC;
+  }
+  std::clock_t last_ = std::clock(), paused_ = 0;
   std::vector<std::pair<std::string, double>> laps_;
 };
 
@@ -46,19 +58,25 @@ void run(const char* file, const char* folder) {
   const Recording recording = read_recording(config);
   std::string stage = "conditioning, start";
   watch.lap("reading");
-  const Replay run =
-      replay(recording, replay_options(config), [&](std::string_view next, std::size_t done, std::size_t) {
-        if (done > 0) return;
-        watch.lap(stage);
-        stage = next;
-      });
+  OutputFolder output(folder);
+  RowFiles rows(output, config.rates);
+  ReplayOptions options = replay_options(config);
+  options.rows = [&](const Solution& next, std::size_t) {
+    watch.pause();
+    rows.add(next);
+    watch.go_on("rows to files");
+  };
+  const Replay run = replay(recording, options, [&](std::string_view next, std::size_t done, std::size_t) {
+    if (done > 0) return;
+    watch.lap(stage);
+    stage = next;
+  });
   watch.lap(stage);
   const Solution* smoothed = run.smoothed ? &*run.smoothed : nullptr;
   const Verdict verdict =
       diagnose(run.log, run.options, config.initial, run.found, run.filtered.solution, smoothed, [](double) {});
   watch.lap("verdict");
-  OutputFolder output(folder);
-  write_solutions(output, run, config.rates);
+  write_solutions(output, run, config.rates, {}, &rows);
   watch.lap("rows to files");
   output.write("trajectory.kml", kml(run.solution(), "stages"));
   output.write("report.html", html_report({.title = "stages",
@@ -69,9 +87,11 @@ void run(const char* file, const char* folder) {
                                            .smoothed = smoothed,
                                            .verdict = &verdict,
                                            .outages = config.conditioning.outages}));
-  watch.lap("page and KML");
+  output.write("summary.json", summary_json(run.log, run.filtered.solution, smoothed, verdict, {},
+                                            rows.begun() ? &rows.means() : nullptr));
+  watch.lap("page, KML, summary");
   output.commit();
-  watch.print(run.filtered.solution.size());
+  watch.print(run.filtered.epochs);
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "condition/spikes.h"
 #include "condition/spline.h"
@@ -21,33 +23,50 @@ struct Rows {
   std::vector<double> time;
   std::vector<Vector3d> gyro, accel;
   std::vector<std::uint8_t> clipped_gyro, clipped_accel;  // bit i: axis i stood at the range or beyond
-  std::vector<std::optional<GapNoise>> mended;            // of the rows that held a spike
+  std::map<std::size_t, GapNoise> mended;                 // by row, of those that held a spike
+
+  std::optional<GapNoise> mended_at(std::size_t i) const {
+    if (mended.empty()) return std::nullopt;
+    const auto found = mended.find(i);
+    return found == mended.end() ? std::nullopt : std::optional(found->second);
+  }
 };
 
 double gps_time(const ImuConditioning& options, double first, double t) {
   return t - options.clock_offset - options.clock_drift * (t - first);
 }
 
-Rows rows_in_span(const ImuRecording& recording, const ConditioningOptions& options, Log& log) {
-  Rows rows;
+// Takes the rows out of the recording.
+Rows rows_in_span(ImuRecording& recording, const ConditioningOptions& options, Log& log) {
   if (recording.time.empty()) throw DataError(recording.file, "the IMU has no rows");
   const auto& [start, end] = options.span;
   const Matrix3d& R_bs = options.imu.R_bs;
-  const double first = recording.time.front();
-  for (std::size_t i = 0; i < recording.time.size(); ++i) {
-    const double t = gps_time(options.imu, first, recording.time[i]);
+  const double first = recording.time.front(), last = recording.time.back();
+  Rows rows{.time = std::move(recording.time),
+            .gyro = std::move(recording.gyro),
+            .accel = std::move(recording.accel),
+            .clipped_gyro = {},
+            .clipped_accel = {},
+            .mended = {}};
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < rows.time.size(); ++i) {
+    const double t = gps_time(options.imu, first, rows.time[i]);
     if (t < start || (end != 0 && t > end)) continue;
-    rows.time.push_back(t);
-    rows.gyro.emplace_back(R_bs * recording.gyro[i]);
-    rows.accel.emplace_back(R_bs * recording.accel[i]);
+    rows.time[count] = t;
+    rows.gyro[count] = (R_bs * rows.gyro[i]).eval();
+    rows.accel[count] = (R_bs * rows.accel[i]).eval();
     if (!recording.magnetic.empty()) log.magnetic.push_back({t, R_bs * recording.magnetic[i]});
+    ++count;
   }
+  rows.time.resize(count);
+  rows.gyro.resize(count);
+  rows.accel.resize(count);
   if (rows.time.size() < 3) {
     throw DataError(
         recording.file,
         fmt::format("{} IMU rows lie within the span {} to {} s; the file covers {:.3f} to {:.3f} s of GPS time",
                     rows.time.size(), start, end, gps_time(options.imu, first, first),
-                    gps_time(options.imu, first, recording.time.back())));
+                    gps_time(options.imu, first, last)));
   }
   return rows;
 }
@@ -104,8 +123,7 @@ void mend_spikes(Rows& rows, std::vector<Vector3d>& values, std::vector<std::uin
                  const std::vector<Spike>& spikes, double period, double GapNoise::*density) {
   for (const Spike& s : spikes) {
     for (std::size_t i = s.row; i < s.row + s.count; ++i) {
-      if (!rows.mended[i]) rows.mended[i].emplace();
-      double& noise = (*rows.mended[i]).*density;
+      double& noise = rows.mended[i].*density;
       noise = std::max(noise, s.spread * std::sqrt(period));
       clipped[i] = static_cast<std::uint8_t>(clipped[i] & ~(1U << static_cast<unsigned>(s.axis)));
     }
@@ -115,14 +133,12 @@ void mend_spikes(Rows& rows, std::vector<Vector3d>& values, std::vector<std::uin
 
 void mend_spikes(Rows& rows, const RowGaps& gaps, bool increments, const SpikeOptions& options, LogCounts& counts) {
   const double period = increments ? gaps.period : 1;
-  rows.mended.resize(rows.time.size());
   if (!options.mend) return;
   mend_spikes(rows, rows.gyro, rows.clipped_gyro,
               find_spikes(rows.time, gaps, rows.gyro, period, options.gyro, options), gaps.period, &GapNoise::gyro);
   mend_spikes(rows, rows.accel, rows.clipped_accel,
               find_spikes(rows.time, gaps, rows.accel, period, options.accel, options), gaps.period, &GapNoise::accel);
-  counts.imu_spikes = static_cast<std::size_t>(
-      std::ranges::count_if(rows.mended, [](const std::optional<GapNoise>& noise) { return noise.has_value(); }));
+  counts.imu_spikes = rows.mended.size();
 }
 
 /// Turns rows into increments.
@@ -173,7 +189,7 @@ class Incrementer {
                           .dvel = unit * rows_.accel[i],
                           .clipped_gyro = rows_.clipped_gyro[i],
                           .clipped_accel = rows_.clipped_accel[i],
-                          .mended = rows_.mended[i]});
+                          .mended = rows_.mended_at(i)});
     }
   }
 
@@ -198,14 +214,14 @@ class Incrementer {
     for (std::size_t k = 0; k + 1 < size; ++k) {
       const std::uint8_t gyro_next = rows_.clipped_gyro[begin + k + 1];
       const std::uint8_t accel_next = rows_.clipped_accel[begin + k + 1];
-      log_.imu.push_back(
-          {.time = time[k + 1],
-           .interval = time[k + 1] - time[k],
-           .dtheta = gyro.integral(k),
-           .dvel = accel.integral(k),
-           .clipped_gyro = either(gyro_flags, gyro_next),
-           .clipped_accel = either(accel_flags, accel_next),
-           .mended = rows_.mended[begin + k + 1] ? rows_.mended[begin + k + 1] : rows_.mended[begin + k]});
+      const std::optional<GapNoise> next = rows_.mended_at(begin + k + 1);
+      log_.imu.push_back({.time = time[k + 1],
+                          .interval = time[k + 1] - time[k],
+                          .dtheta = gyro.integral(k),
+                          .dvel = accel.integral(k),
+                          .clipped_gyro = either(gyro_flags, gyro_next),
+                          .clipped_accel = either(accel_flags, accel_next),
+                          .mended = next ? next : rows_.mended_at(begin + k)});
       gyro_flags = gyro_next;
       accel_flags = accel_next;
     }
@@ -220,7 +236,7 @@ class Incrementer {
 
 }  // namespace
 
-Log condition_imu(const ImuRecording& recording, const ConditioningOptions& options) {
+Log condition_imu(ImuRecording recording, const ConditioningOptions& options) {
   if (recording.increments && options.imu.instantaneous) {
     throw DataError(recording.file, "holds increments, which are no instantaneous samples");
   }

@@ -143,8 +143,8 @@ std::vector<Fix> within(const FixRecording<Fix>& recording, const Interval& imu,
   return out;
 }
 
-Log conditioned(const Recording& recording, const ConditioningOptions& options, const World* world) {
-  Log log = condition_imu(recording.imu, options);
+// `log` is that of the IMU of the recording.
+Log conditioned(Log log, const Recording& recording, const ConditioningOptions& options, const World* world) {
   const Interval imu{log.imu.front().time - log.imu.front().interval, log.imu.back().time};
   condition_gnss(recording, imu, options, world, log);
   condition_attitude(recording, imu, log);
@@ -159,11 +159,19 @@ Log conditioned(const Recording& recording, const ConditioningOptions& options, 
 }  // namespace
 
 Log condition(const Recording& recording, const ConditioningOptions& options) {
-  return conditioned(recording, options, nullptr);
+  return conditioned(condition_imu(recording.imu, options), recording, options, nullptr);
+}
+
+Log condition(Recording&& recording, const ConditioningOptions& options) {
+  const std::string file = recording.imu.file;
+  Log log = condition_imu(std::move(recording.imu), options);
+  recording.imu = {};
+  recording.imu.file = file;
+  return conditioned(std::move(log), recording, options, nullptr);
 }
 
 Log condition(const Recording& recording, const ConditioningOptions& options, const World& world) {
-  return conditioned(recording, options, &world);
+  return conditioned(condition_imu(recording.imu, options), recording, options, &world);
 }
 
 }  // namespace piste

@@ -28,10 +28,51 @@ void check_sources(const Sources& sources, const FilterOptions& options) {
 }
 
 // The log of a recording; the sigmas of its attitudes become known to the options.
-Log conditioned(const Recording& recording, ReplayOptions& options) {
+template <class AnyRecording>
+Log conditioned(AnyRecording&& recording, ReplayOptions& options) {
   check_sources(recording, options.filter);
   options.filter = with_attitude_sigmas(std::move(options.filter), recording.attitude);
-  return condition(recording, options.conditioning);
+  return condition(std::forward<AnyRecording>(recording), options.conditioning);
+}
+
+// The rows of a run that are left where others took them.
+class Thinned {
+ public:
+  Thinned(const StateLayout& layout, const World& world, std::size_t all)
+      : kept_(layout, world), last_(layout, world), every_(1 + all / (kKeptRows - 1)) {}
+  void add(const Solution& rows, std::size_t first) {
+    for (std::size_t i = (every_ - first % every_) % every_; i < rows.size(); i += every_) copy(rows, i, kept_);
+    last_.resize(0);
+    if ((first + rows.size() - 1) % every_ != 0) copy(rows, rows.size() - 1, last_);
+  }
+  void give(Solution& to) {
+    if (!last_.empty()) copy(last_, 0, kept_);
+    to.reserve(kept_.size());
+    for (std::size_t i = 0; i < kept_.size(); ++i) copy(kept_, i, to);
+  }
+
+ private:
+  static void copy(const Solution& from, std::size_t i, Solution& to) {
+    to.append(from.time(i), from.estimate(i), from.sigmas(i));
+  }
+  Solution kept_, last_;
+  std::size_t every_;
+};
+
+// Filters the run of `run.found`. Its rows go to `options.rows`, and a part of them is left.
+FilterRun filtered_in_pieces(const Replay& run, const ReplayOptions& options, int checkpoint_every,
+                             const ProgressCallback& progress) {
+  const Start& start = run.found.start;
+  const Solution known = looked_back(run.log, run.options, run.found);
+  Thinned thinned(StateLayout(run.options.estimate), run.log.world, run.log.imu.size());
+  FilterRun filtered = run_filter(run.log, run.options, start, checkpoint_every, progress, start.time + options.longest,
+                                  nullptr, [&](Solution& rows, std::size_t first) {
+                                    put_rows(known, first, rows);
+                                    thinned.add(rows, first);
+                                    options.rows(rows, first);
+                                  });
+  thinned.give(filtered.solution);
+  return filtered;
 }
 
 }  // namespace
@@ -44,14 +85,12 @@ ReplayOptions replay_options(const ReplayConfig& config) {
           .checkpoints = false};
 }
 
-Replay replay(const ReplayConfig& config, const ReplayProgress& progress, const BatchSolver& batch) {
+Replay replay(const ReplayConfig& config, const ReplayProgress& progress, const BatchSolver& batch,
+              const RowTaker& rows) {
   ReplayOptions options = replay_options(config);
   options.batch = batch;
-  Log log;
-  {
-    const Recording recording = read_recording(config);  // its rows are not needed once the log is made
-    log = conditioned(recording, options);
-  }
+  options.rows = rows;
+  Log log = conditioned(read_recording(config), options);
   return replay(std::move(log), options, progress);
 }
 
@@ -84,6 +123,10 @@ Replay replay(Log log, const ReplayOptions& options, const ReplayProgress& progr
   const Start& start = run.found.start;
   const bool smooth = options.smoother == SmootherKind::kRts;
   const int checkpoint_every = smooth || options.checkpoints ? kCheckpointEvery : 0;
+  if (options.rows && options.smoother == SmootherKind::kNone) {
+    run.filtered = filtered_in_pieces(run, options, checkpoint_every, stage("filter"));
+    return run;
+  }
   run.filtered =
       run_filter(run.log, run.options, start, checkpoint_every, stage("filter"), start.time + options.longest);
   look_back(run.log, run.options, run.found, run.filtered.solution);

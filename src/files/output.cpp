@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
 #include <set>
 #include <system_error>
+#include <utility>
 
 #include "piste/core/error.h"
 
@@ -52,15 +52,30 @@ void OutputFolder::write(const std::string& name, std::string_view content) {
   stream(name, [content](const TextSink& sink) { sink(content); });
 }
 
-void OutputFolder::stream(const std::string& name, const std::function<void(const TextSink&)>& pieces) {
+OutputFile::OutputFile(std::filesystem::path place, const std::filesystem::path& beside)
+    : place_(std::move(place)), file_(beside, std::ios::binary | std::ios::trunc) {}
+
+void OutputFile::write(std::string_view piece) {
+  file_.write(piece.data(), static_cast<std::streamsize>(piece.size()));
+}
+
+void OutputFile::close() {
+  file_.close();
+  if (!file_) throw Error(place_.string(), "cannot be written; is the disk full, or the folder read-only?");
+}
+
+OutputFile OutputFolder::open(const std::string& name) {
   const std::filesystem::path place = folder_ / name;
   make(place.parent_path());
   const std::filesystem::path beside = place.parent_path() / fmt::format(".{}{}", place.filename().string(), kPartial);
   pending_.push_back({beside, place});
-  std::ofstream file(beside, std::ios::binary | std::ios::trunc);
-  pieces([&file](std::string_view piece) { file.write(piece.data(), static_cast<std::streamsize>(piece.size())); });
+  return {place, beside};
+}
+
+void OutputFolder::stream(const std::string& name, const std::function<void(const TextSink&)>& pieces) {
+  OutputFile file = open(name);
+  pieces([&file](std::string_view piece) { file.write(piece); });
   file.close();
-  if (!file) throw Error(place.string(), "cannot be written; is the disk full, or the folder read-only?");
 }
 
 void OutputFolder::withdraw(const std::string& name) { withdrawn_.push_back(folder_ / name); }

@@ -2,12 +2,37 @@
 
 #include <fmt/format.h>
 
-#include "piste/io/solution_io.h"
+#include <array>
+#include <string_view>
+#include <tuple>
 
 namespace piste {
 
+void RowFiles::begin(const StateLayout& layout) {
+  const std::array files{std::tuple("filtered.csv", RowFile::kNavigation, rates_.navigation),
+                         std::tuple("biases.csv", RowFile::kBiases, rates_.biases),
+                         std::tuple("attitude.csv", RowFile::kAttitude, rates_.attitude)};
+  files_.reserve(files.size());  // the writers keep their addresses
+  for (const auto& [name, kind, rate] : files) {
+    OutputFile& file = files_.emplace_back(output_.open(name));
+    writers_.emplace_back(kind, layout, rate, [&file](std::string_view piece) { file.write(piece); });
+  }
+}
+
+void RowFiles::add(const Solution& rows) {
+  if (files_.empty()) begin(rows.layout());
+  for (RowCsv& writer : writers_) writer.add(rows);
+  means_.add(rows);
+}
+
+void RowFiles::finish() {
+  for (RowCsv& writer : writers_) writer.finish();
+  for (OutputFile& file : files_) file.close();
+  writers_.clear();
+}
+
 void write_solutions(OutputFolder& output, const Replay& run, const OutputRates& rates,
-                     const std::function<void(double)>& progress) {
+                     const std::function<void(double)>& progress, RowFiles* rows) {
   const Solution& filtered = run.filtered.solution;
   const int files = run.smoothed ? 6 : 4;
   int done = 0;
@@ -15,8 +40,10 @@ void write_solutions(OutputFolder& output, const Replay& run, const OutputRates&
     if (progress) progress(static_cast<double>(done++) / files);
     output.stream(name, pieces);
   };
-  stream("filtered.csv", [&](const TextSink& sink) { navigation_csv(filtered, rates.navigation, sink); });
-  stream("biases.csv", [&](const TextSink& sink) { biases_csv(filtered, rates.biases, sink); });
+  const bool written = rows != nullptr && rows->begun();
+  if (written) rows->finish();
+  if (!written) stream("filtered.csv", [&](const TextSink& sink) { navigation_csv(filtered, rates.navigation, sink); });
+  if (!written) stream("biases.csv", [&](const TextSink& sink) { biases_csv(filtered, rates.biases, sink); });
   stream("innovations.csv", [&](const TextSink& sink) { innovations_csv(filtered, sink); });
   if (filtered.adapted.names.empty()) {
     output.withdraw("adapted.csv");
@@ -30,7 +57,8 @@ void write_solutions(OutputFolder& output, const Replay& run, const OutputRates&
     output.withdraw("smoothed.csv");
     output.withdraw("biases_smoothed.csv");
   }
-  stream("attitude.csv", [&](const TextSink& sink) { sink(attitude_csv(run.solution(), rates.attitude)); });
+  if (!written)
+    stream("attitude.csv", [&](const TextSink& sink) { sink(attitude_csv(run.solution(), rates.attitude)); });
 }
 
 std::string attitude_entry(const std::filesystem::path& file, const Solution& smoothed) {

@@ -22,25 +22,16 @@ std::string entry(const Quantity& q, const Vector3d& value, const Vector3d& sigm
                      list(sigma, q.size()));
 }
 
-std::string mean_entry(const Quantity& q, const Solution& solution) {
-  Vector3d value = Vector3d::Zero(), sigma = Vector3d::Zero();
-  for (std::size_t i = 0; i < solution.size(); ++i) {
-    const auto [v, s] = shown(q, solution.estimate(i), solution.sigmas(i));
-    value += v;
-    sigma += s;
-  }
-  const auto count = static_cast<double>(solution.size());
-  return entry(q, value / count, sigma / count);
+std::string mean_entry(const Quantity& q, const RowMeans& means) {
+  const bool gyro = q.block == Block::kGyroBias;
+  const double factor = info(q.block).factor;
+  return entry(q, factor * means.total_bias(gyro), factor * means.total_bias_sigma(gyro));
 }
 
 // Root mean square of the angles' sigmas, and the correlation time of their errors.
-std::string attitude_error(const Solution& solution) {
-  Vector3d variance = Vector3d::Zero();
-  for (std::size_t i = 0; i < solution.size(); ++i) variance += solution.sigmas(i).euler.cwiseAbs2();
-  const double tau = solution.attitude_correlation_time;
-  const Vector3d rms = (variance / std::max(1.0, static_cast<double>(solution.size()))).cwiseSqrt();
+std::string attitude_error(double tau, const RowMeans& means) {
   return fmt::format(R"({{"correlation_time_s": {}, "sigma_deg": {}}})", tau > 0 ? fmt::format("{:.1f}", tau) : "null",
-                     list(kDegreesPerRadian * rms, 3));
+                     list(kDegreesPerRadian * means.euler_sigma(), 3));
 }
 
 // Number of measurements with each outcome. "rejected" counts all that were not used.
@@ -162,14 +153,49 @@ std::string batch_entry(const std::optional<BatchSummary>& batch) {
 
 }  // namespace
 
+void RowMeans::add(const Solution& rows) {
+  // Where the values stand in a row. A block that is not estimated keeps its value.
+  std::array<std::vector<std::size_t>, 2> values;
+  std::array<std::size_t, 2> sigmas{};
+  std::array<Vector3d, 2> kept{rows.fixed.gyro_bias + rows.fixed.gyro_drift,
+                               rows.fixed.accel_bias + rows.fixed.accel_drift};
+  for (const StoredColumn& column : rows.columns()) {
+    if (column.name == "sigma_gyro_total_bias") sigmas[0] = column.offset;
+    if (column.name == "sigma_accel_total_bias") sigmas[1] = column.offset;
+    for (const Block block : {Block::kGyroBias, Block::kGyroDrift, Block::kAccelBias, Block::kAccelDrift}) {
+      if (column.name != info(block).name) continue;
+      const std::size_t triad = block == Block::kGyroBias || block == Block::kGyroDrift ? 0 : 1;
+      values[triad].push_back(column.offset);
+      kept[triad] -= additive(rows.fixed, block);
+    }
+  }
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const double* row = rows.rows().data() + i * rows.stride();
+    for (std::size_t triad = 0; triad < 2; ++triad) {
+      Vector3d value = kept[triad];
+      for (const std::size_t offset : values[triad]) value += Vector3d(row + offset);
+      total_[triad] += value;
+      total_sigma_[triad] += Vector3d(row + sigmas[triad]);
+    }
+    euler_variance_ += rows.navigation_sigmas(i).euler.cwiseAbs2();
+  }
+  count_ += rows.size();
+}
+
 std::string summary_json(const Log& log, const Solution& filtered, const Solution* smoothed, const Verdict& verdict,
-                         const RunTimes& times) {
+                         const RunTimes& times, const RowMeans* all) {
   const Solution& best = smoothed != nullptr && !smoothed->empty() ? *smoothed : filtered;
+  RowMeans means;
+  if (all != nullptr) {
+    means = *all;
+  } else {
+    means.add(best);
+  }
   std::vector<std::string> estimates, totals, rests;
   for (const Quantity& q : quantities_of(best.layout())) {
     if (best.empty()) break;
     if (q.total) {
-      totals.push_back(fmt::format("  \"{}\": {},\n", q.name, mean_entry(q, best)));
+      totals.push_back(fmt::format("  \"{}\": {},\n", q.name, mean_entry(q, means)));
     } else {
       const auto [value, sigma] = shown(q, best.estimate(best.size() - 1), best.sigmas(best.size() - 1));
       estimates.push_back(fmt::format("\n    \"{}\": {}", q.name, entry(q, value, sigma)));
@@ -182,8 +208,8 @@ std::string summary_json(const Log& log, const Solution& filtered, const Solutio
   text += fmt::format(
       "  \"imu\": {{\"epochs\": {}, \"gaps\": {}, \"rejected\": {}, \"clipped\": {}, \"spikes\": {}, \"unpaired\": {}, "
       "\"stamp_jitter_s\": {:.6g}, \"repaired\": {}}},\n",
-      filtered.size(), c.imu_gaps, c.imu_rejected, c.imu_clipped, c.imu_spikes, c.imu_unpaired, c.stamp_jitter,
-      repaired(c.imu_repaired));
+      all != nullptr ? all->count() : filtered.size(), c.imu_gaps, c.imu_rejected, c.imu_clipped, c.imu_spikes,
+      c.imu_unpaired, c.stamp_jitter, repaired(c.imu_repaired));
   text += fmt::format(
       "  \"gnss\": {{{}, \"withheld\": {}, \"outside\": {}, \"late\": {}, \"without_fix\": {}, "
       "\"repaired\": {}}},\n",
@@ -201,7 +227,7 @@ std::string summary_json(const Log& log, const Solution& filtered, const Solutio
   text += batch_entry(best.batch);
   text += fmt::format("  \"rest_intervals\": [{}],\n", fmt::join(rests, ", "));
   text += fmt::format("  \"estimates\": {{{}\n  }},\n{}", fmt::join(estimates, ","), fmt::join(totals, ""));
-  text += fmt::format("  \"attitude_error\": {},\n", attitude_error(best));
+  text += fmt::format("  \"attitude_error\": {},\n", attitude_error(best.attitude_correlation_time, means));
   text += fmt::format("  \"cpu_s\": {:.3f},\n  \"wall_s\": {:.3f}\n}}\n", times.cpu, times.wall);
   return text;
 }

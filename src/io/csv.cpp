@@ -132,33 +132,21 @@ CsvWriter::CsvWriter(std::vector<CsvColumn> columns, TextSink sink)
   text_ += '\n';
 }
 
-void CsvWriter::row(std::span<const double> values) {
-  for (std::size_t i = 0; i < columns_.size(); ++i) {
-    if (i > 0) text_ += ',';
-    append_fixed(text_, values[i], columns_[i].decimals);
-  }
-  text_ += '\n';
-  if (sink_ && text_.size() > kPiece) finish();
-}
+namespace {
 
-void CsvWriter::finish() {
-  if (!sink_) return;
-  sink_(text_);
-  text_.clear();
-}
+// Room for a number of append_fixed(), and for its comma.
+constexpr std::size_t kLongest = 25;
 
-void append_fixed(std::string& text, double value, int decimals) {
+// Writes a number so that it ends before `end`, and returns where it begins; null if it is beyond exact integers, or no
+// number.
+char* put_fixed(char* end, double value, int decimals) {
   static constexpr std::array<double, 13> kPowers{1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12};
   const double scaled = std::abs(value) * kPowers[static_cast<std::size_t>(decimals)];
-  if (!(scaled < 9e15)) {  // beyond exact integers, or no number
-    fmt::format_to(std::back_inserter(text), "{:.{}f}", value, decimals);
-    return;
-  }
+  if (!(scaled < 9e15)) return nullptr;
   auto digits = static_cast<std::uint64_t>(scaled);
   if (scaled - static_cast<double>(digits) >= 0.5) ++digits;
   const bool negative = value < 0 && digits != 0;
-  std::array<char, 24> buffer;
-  char* p = buffer.data() + buffer.size();
+  char* p = end;
   const auto pair = [&p, &digits] {
     p -= 2;
     std::memcpy(p, kPairs.data() + 2 * (digits % 100), 2);
@@ -177,7 +165,49 @@ void append_fixed(std::string& text, double value, int decimals) {
     single();
   } while (digits != 0);
   if (negative) *--p = '-';
-  text.append(p, static_cast<std::size_t>(buffer.data() + buffer.size() - p));
+  return p;
+}
+
+}  // namespace
+
+// A row is written from its end to its beginning, as numbers are.
+void CsvWriter::row(std::span<const double> values) {
+  row_.resize(kLongest * columns_.size() + 1);
+  char* const end = row_.data() + row_.size();
+  char* p = end;
+  *--p = '\n';
+  for (std::size_t i = columns_.size(); i-- > 0;) {
+    p = put_fixed(p, values[i], columns_[i].decimals);
+    if (p == nullptr) break;
+    if (i > 0) *--p = ',';
+  }
+  if (p != nullptr) {
+    text_.append(p, static_cast<std::size_t>(end - p));
+  } else {
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      if (i > 0) text_ += ',';
+      append_fixed(text_, values[i], columns_[i].decimals);
+    }
+    text_ += '\n';
+  }
+  if (sink_ && text_.size() > kPiece) finish();
+}
+
+void CsvWriter::finish() {
+  if (!sink_) return;
+  sink_(text_);
+  text_.clear();
+}
+
+void append_fixed(std::string& text, double value, int decimals) {
+  std::array<char, kLongest> buffer;
+  char* const end = buffer.data() + buffer.size();
+  const char* const p = put_fixed(end, value, decimals);
+  if (p == nullptr) {
+    fmt::format_to(std::back_inserter(text), "{:.{}f}", value, decimals);
+  } else {
+    text.append(p, static_cast<std::size_t>(end - p));
+  }
 }
 
 }  // namespace piste

@@ -89,7 +89,7 @@ class CsvWriter {
  private:
   std::vector<CsvColumn> columns_;
   TextSink sink_;
-  std::string text_;
+  std::string text_, row_;
 };
 
 /// Appends `value` with `decimals` digits (0 to 12) after the decimal point, rounded to nearest.

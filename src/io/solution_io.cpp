@@ -11,7 +11,54 @@
 #include "quantity.h"
 
 namespace piste {
+
+// What RowCsv holds.
+namespace row_csv {
+
+// Which rows are written at a rate [Hz], 0 being that of the IMU. An epoch is taken if neither of its neighbours is
+// nearer to the same multiple of 1 / rate.
+class AtRate {
+ public:
+  explicit AtRate(double rate) : rate_(rate) {}
+  bool all() const { return rate_ == 0; }
+  /// The next row's time. Returns whether the row before it is written.
+  bool next(double time) {
+    const double at = time * rate_, place = std::round(at), off = std::abs(at - place);
+    const bool rival = place == place_, taken = waits_ && !beaten_ && !(rival && off < off_);
+    beaten_ = waits_ && rival && off_ <= off;
+    waits_ = true;
+    place_ = place;
+    off_ = off;
+    return taken;
+  }
+  /// Whether the last row is written.
+  bool last() const { return waits_ && !beaten_; }
+
+ private:
+  double rate_, place_ = 0, off_ = 0;
+  bool waits_ = false, beaten_ = false;
+};
+
+struct BiasRow {
+  std::vector<Quantity> quantities;
+  void operator()(const Solution& solution, std::size_t i, std::span<double> row) const {
+    const Estimate x = solution.estimate(i);
+    const Sigmas s = solution.sigmas(i);
+    double* out = row.data();
+    *out++ = solution.time(i);
+    for (const Quantity& q : quantities) {
+      const auto [value, sigma] = shown(q, x, s);
+      out = std::copy_n(value.data(), q.size(), out);
+      out = std::copy_n(sigma.data(), q.size(), out);
+    }
+  }
+};
+
+}  // namespace row_csv
+
 namespace {
+
+using row_csv::AtRate, row_csv::BiasRow;
 
 constexpr int kTimeDecimals = 6, kDegreeDecimals = 7;
 
@@ -37,17 +84,17 @@ void add_columns(std::vector<CsvColumn>& columns, const Quantity& q, std::string
   }
 }
 
-// The rows that are written at a rate [Hz], 0 being that of the IMU. An epoch is taken if neither of its neighbours is
-// nearer to the same multiple of 1 / rate.
 std::vector<std::size_t> rows_at(const Solution& solution, double rate) {
   std::vector<std::size_t> rows;
-  const auto place = [&](std::size_t i) { return std::round(solution.time(i) * rate); };
-  const auto off = [&](std::size_t i) { return std::abs(solution.time(i) * rate - place(i)); };
+  AtRate at(rate);
   for (std::size_t i = 0; i < solution.size(); ++i) {
-    if (rate > 0 && i > 0 && place(i - 1) == place(i) && off(i - 1) <= off(i)) continue;
-    if (rate > 0 && i + 1 < solution.size() && place(i + 1) == place(i) && off(i + 1) < off(i)) continue;
-    rows.push_back(i);
+    if (at.all()) {
+      rows.push_back(i);
+    } else if (at.next(solution.time(i))) {
+      rows.push_back(i - 1);
+    }
   }
+  if (!at.all() && at.last()) rows.push_back(solution.size() - 1);
   return rows;
 }
 
@@ -97,32 +144,21 @@ std::vector<CsvColumn> bias_columns(const std::vector<Quantity>& quantities) {
   return columns;
 }
 
-struct BiasRow {
-  const std::vector<Quantity>& quantities;
-  void operator()(const Solution& solution, std::size_t i, std::span<double> row) const {
-    const Estimate x = solution.estimate(i);
-    const Sigmas s = solution.sigmas(i);
-    double* out = row.data();
-    *out++ = solution.time(i);
-    for (const Quantity& q : quantities) {
-      const auto [value, sigma] = shown(q, x, s);
-      out = std::copy_n(value.data(), q.size(), out);
-      out = std::copy_n(sigma.data(), q.size(), out);
-    }
-  }
-};
+std::vector<CsvColumn> attitude_columns() {
+  return {{"time_s", kTimeDecimals},
+          {"roll_deg", kDegreeDecimals},
+          {"pitch_deg", kDegreeDecimals},
+          {"heading_deg", kDegreeDecimals},
+          {"sigma_roll_deg", kDegreeDecimals},
+          {"sigma_pitch_deg", kDegreeDecimals},
+          {"sigma_heading_deg", kDegreeDecimals}};
+}
 
-// The rows of a solution at a rate, as text.
-template <class Row>
-void write_rows(std::vector<CsvColumn> columns, const Solution& solution, double rate, const Row& fill,
-                const TextSink& sink) {
-  std::vector<double> row(columns.size());
-  CsvWriter csv(std::move(columns), sink);
-  for (const std::size_t i : rows_at(solution, rate)) {
-    fill(solution, i, row);
-    csv.row(row);
-  }
-  csv.finish();
+void attitude_row(const Solution& solution, std::size_t i, std::span<double> row) {
+  const Vector3d euler = kDegreesPerRadian * solution.navigation(i).euler,
+                 sigma = kDegreesPerRadian * solution.navigation_sigmas(i).euler;
+  row[0] = solution.time(i);
+  std::copy_n(sigma.data(), 3, std::copy_n(euler.data(), 3, row.data() + 1));
 }
 
 // The same as numbers.
@@ -150,6 +186,80 @@ std::string text_of(Write&& write) {
 
 }  // namespace
 
+struct RowCsv::Writer {
+  Writer(RowFile file, const StateLayout& layout, double rate, TextSink sink)
+      : kind(file),
+        biases{quantities_of(layout)},
+        columns(file == RowFile::kNavigation ? navigation_columns()
+                : file == RowFile::kBiases   ? bias_columns(biases.quantities)
+                                             : attitude_columns()),
+        at(rate),
+        row(columns.size()),
+        waiting(columns.size()),
+        csv(columns, std::move(sink)) {}
+
+  void fill(const Solution& rows, std::size_t i, std::span<double> to) const {
+    switch (kind) {
+      case RowFile::kNavigation:
+        return navigation_row(rows, i, to);
+      case RowFile::kBiases:
+        return biases(rows, i, to);
+      case RowFile::kAttitude:
+        return attitude_row(rows, i, to);
+    }
+  }
+  void write(const Solution& rows, std::size_t i) {
+    fill(rows, i, row);
+    csv.row(row);
+  }
+
+  void add(const Solution& rows) {
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      if (at.all()) {
+        write(rows, i);
+      } else if (at.next(rows.time(i))) {
+        if (i > 0) {
+          write(rows, i - 1);
+        } else {
+          csv.row(waiting);
+        }
+      }
+    }
+    // Whether its last row is written, the next piece tells.
+    if (!at.all() && !rows.empty()) fill(rows, rows.size() - 1, waiting);
+  }
+
+  void finish() {
+    if (!at.all() && at.last()) csv.row(waiting);
+    csv.finish();
+  }
+
+  RowFile kind;
+  BiasRow biases;
+  std::vector<CsvColumn> columns;
+  AtRate at;
+  std::vector<double> row, waiting;  // `waiting`: the last row so far
+  CsvWriter csv;
+};
+
+RowCsv::RowCsv(RowFile kind, const StateLayout& layout, double rate, TextSink sink)
+    : writer_(std::make_unique<Writer>(kind, layout, rate, std::move(sink))) {}
+RowCsv::~RowCsv() = default;
+RowCsv::RowCsv(RowCsv&&) noexcept = default;
+RowCsv& RowCsv::operator=(RowCsv&&) noexcept = default;
+void RowCsv::add(const Solution& rows) { writer_->add(rows); }
+void RowCsv::finish() { writer_->finish(); }
+
+namespace {
+
+void write_rows(RowFile kind, const Solution& solution, double rate, const TextSink& sink) {
+  RowCsv csv(kind, solution.layout(), rate, sink);
+  csv.add(solution);
+  csv.finish();
+}
+
+}  // namespace
+
 std::string navigation_csv(const Solution& solution) {
   return text_of([&](const TextSink& sink) { navigation_csv(solution, 0, sink); });
 }
@@ -163,7 +273,7 @@ std::string innovations_csv(const Solution& solution) {
 }
 
 void navigation_csv(const Solution& solution, double rate, const TextSink& sink) {
-  write_rows(navigation_columns(), solution, rate, navigation_row, sink);
+  write_rows(RowFile::kNavigation, solution, rate, sink);
 }
 
 NumberTable navigation_table(const Solution& solution, double rate) {
@@ -179,23 +289,11 @@ AttitudeRecording attitude_recording(const Solution& solution, double rate) {
 }
 
 std::string attitude_csv(const Solution& solution, double rate) {
-  CsvWriter csv({{"time_s", kTimeDecimals},
-                 {"roll_deg", kDegreeDecimals},
-                 {"pitch_deg", kDegreeDecimals},
-                 {"heading_deg", kDegreeDecimals},
-                 {"sigma_roll_deg", kDegreeDecimals},
-                 {"sigma_pitch_deg", kDegreeDecimals},
-                 {"sigma_heading_deg", kDegreeDecimals}});
-  for (const EulerFix& fix : attitude_recording(solution, rate).fixes) {
-    const Vector3d euler = kDegreesPerRadian * fix.angles, sigma = kDegreesPerRadian * fix.sigma;
-    csv.row(std::array{fix.time, euler.x(), euler.y(), euler.z(), sigma.x(), sigma.y(), sigma.z()});
-  }
-  return std::move(csv).text();
+  return text_of([&](const TextSink& sink) { write_rows(RowFile::kAttitude, solution, rate, sink); });
 }
 
 void biases_csv(const Solution& solution, double rate, const TextSink& sink) {
-  const std::vector<Quantity> quantities = quantities_of(solution.layout());
-  write_rows(bias_columns(quantities), solution, rate, BiasRow{quantities}, sink);
+  write_rows(RowFile::kBiases, solution, rate, sink);
 }
 
 NumberTable biases_table(const Solution& solution, double rate) {

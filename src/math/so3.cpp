@@ -26,11 +26,19 @@ Coefficients coefficients(double x2) {
 }  // namespace
 
 Quaterniond so3_exp(const Vector3d& rotation_vector) {
-  const double x2 = rotation_vector.squaredNorm() / 4;
-  const double x = std::sqrt(x2);
-  const double sinc = coefficients(x2).a;
+  const double x2 = rotation_vector.squaredNorm() / 4;  // of half the angle
+  double sinc, cosine;
+  if (x2 < 1e-2) {
+    sinc = 1 - x2 * (1.0 / 6) * (1 - x2 * (1.0 / 20) * (1 - x2 * (1.0 / 42) * (1 - x2 * (1.0 / 72))));
+    cosine = 1 - x2 * (1.0 / 2) *
+                     (1 - x2 * (1.0 / 12) * (1 - x2 * (1.0 / 30) * (1 - x2 * (1.0 / 56) * (1 - x2 * (1.0 / 90)))));
+  } else {
+    const double x = std::sqrt(x2);
+    sinc = std::sin(x) / x;
+    cosine = std::cos(x);
+  }
   const Vector3d v = 0.5 * sinc * rotation_vector;
-  return {std::cos(x), v.x(), v.y(), v.z()};
+  return {cosine, v.x(), v.y(), v.z()};
 }
 
 Vector3d so3_log(const Quaterniond& q) {

@@ -31,11 +31,12 @@ std::string replay_page(const ReplayConfig& config, const Replay& run, const Ver
 }
 
 void write_replay(OutputFolder& output, const ReplayConfig& config, const Replay& run, const Verdict& verdict,
-                  const std::function<RunTimes()>& times, const std::function<void(double)>& progress) {
-  write_solutions(output, run, config.rates, progress);
+                  const std::function<RunTimes()>& times, const std::function<void(double)>& progress, RowFiles* rows) {
+  write_solutions(output, run, config.rates, progress, rows);
   output.write("trajectory.kml", kml(run.solution(), title_of(config)));
   output.write("report.html", replay_page(config, run, verdict));
-  output.write("summary.json", summary_json(run.log, run.filtered.solution, smoothed_of(run), verdict, times()));
+  output.write("summary.json", summary_json(run.log, run.filtered.solution, smoothed_of(run), verdict, times(),
+                                            rows != nullptr && rows->begun() ? &rows->means() : nullptr));
 }
 
 std::string write_inspection(OutputFolder& output, const Inspection& found) {

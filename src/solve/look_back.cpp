@@ -7,13 +7,20 @@
 
 namespace piste {
 
-void look_back(const Log& log, const FilterOptions& options, const FoundStart& found, Solution& filtered) {
-  if (!found.aligned) return;
+Solution looked_back(const Log& log, const FilterOptions& options, const FoundStart& found) {
+  if (!found.aligned) return {};
   const FilterRun run = run_filter(log, options, found.start, kCheckpointEvery, {}, *found.aligned + kSameInstant);
-  const Solution known = smooth_rts(log, relinearised(log, options, found, run));
-  for (std::size_t i = 0; i < std::min(known.size(), filtered.size()); ++i) {
-    filtered.set(i, known.time(i), known.estimate(i), known.sigmas(i));
+  return smooth_rts(log, relinearised(log, options, found, run));
+}
+
+void put_rows(const Solution& known, std::size_t first, Solution& filtered) {
+  for (std::size_t i = first; i < std::min(known.size(), first + filtered.size()); ++i) {
+    filtered.set(i - first, known.time(i), known.estimate(i), known.sigmas(i));
   }
+}
+
+void look_back(const Log& log, const FilterOptions& options, const FoundStart& found, Solution& filtered) {
+  put_rows(looked_back(log, options, found), 0, filtered);
 }
 
 }  // namespace piste

@@ -19,7 +19,8 @@ void note_adapted(const Filter& filter, AdaptedNoise& adapted) {
 }  // namespace
 
 FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& start, int checkpoint_every,
-                     const ProgressCallback& progress, double end_time, std::shared_ptr<const Reference> reference) {
+                     const ProgressCallback& progress, double end_time, std::shared_ptr<const Reference> reference,
+                     const RowTaker& rows) {
   Checkpoint c{Filter(options, log.world, start, std::move(reference)), place_at(log, start.time, end_time)};
   const std::size_t begin = c.place.imu, end = c.place.imu_end;
   const bool has_rows = !c.filter.has_reference();
@@ -28,7 +29,14 @@ FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& 
   run.solution.sources = c.filter.sources();
   run.solution.fixed = start.x;
   run.solution.adapted.names = c.filter.adaptation().names();
-  if (has_rows) run.solution.reserve(end - std::min(begin, end));
+  const std::size_t all = end - std::min(begin, end);
+  if (has_rows) run.solution.reserve(rows ? std::min(all, kRowsAtOnce) : all);
+  const auto give_rows = [&](std::size_t least) {
+    const std::size_t count = run.solution.size();
+    if (!rows || count < std::max<std::size_t>(least, 1)) return;
+    rows(run.solution, c.row - count);
+    run.solution.resize(0);
+  };
   Feeder feeder(log, c.place, c.filter);
   const auto take_epoch = [&] {
     Solution& s = run.solution;
@@ -40,6 +48,7 @@ FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& 
     s.innovations.insert(s.innovations.end(), c.filter.innovations().begin(), c.filter.innovations().end());
     c.filter.clear_innovations();
     ++c.row;
+    give_rows(kRowsAtOnce);
   };
   if (checkpoint_every > 0) run.checkpoints.push_back(c);
   while (!feeder.done()) {
@@ -49,6 +58,7 @@ FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& 
     if (progress && c.row % 1000 == 0) progress(static_cast<double>(c.place.imu) / static_cast<double>(end));
   }
   if (c.filter.finish()) take_epoch();
+  give_rows(1);
   run.epochs = c.row;
   run.solution.gnss_late = c.filter.late();
   return run;

@@ -38,11 +38,13 @@ namespace piste {
 ///
 /// Throws DataError if a needed source is missing, or if the sources have no time in common.
 Log condition(const Recording& recording, const ConditioningOptions& options);
+/// The same of a recording that is not needed afterwards: the rows of its IMU are gone then.
+Log condition(Recording&& recording, const ConditioningOptions& options);
 
 /// The same in a world that is known, such as that of the stretch before. Then no fix is needed.
 Log condition(const Recording& recording, const ConditioningOptions& options, const World& world);
 
 /// The same for the IMU alone: its samples, magnetic field and counts. Throws as above.
-Log condition_imu(const ImuRecording& recording, const ConditioningOptions& options);
+Log condition_imu(ImuRecording recording, const ConditioningOptions& options);
 
 }  // namespace piste

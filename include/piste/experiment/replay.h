@@ -16,6 +16,7 @@
 #include "piste/core/options.h"
 #include "piste/io/replay_config.h"
 #include "piste/solve/batch.h"
+#include "piste/solve/run.h"
 #include "piste/solve/start.h"
 
 namespace piste {
@@ -37,7 +38,11 @@ struct ReplayOptions {
   int relinearisations = 1;
   /// Whether checkpoints are kept without a smoother too, for smooth_rows(). They cost some hundred bytes an epoch.
   bool checkpoints = true;
+  /// Takes the rows of a run without smoother as the filter goes, so that they need not stand in memory. Of the
+  /// filtered solution are then left the last row and every n-th, `kKeptRows` at most. Not used with a smoother.
+  RowTaker rows = {};
 };
+inline constexpr std::size_t kKeptRows = 40000;  // as many as a page can show, and some
 
 /// The result of a replay: the input of the filter and its output.
 struct Replay {
@@ -63,8 +68,9 @@ using ReplayProgress = std::function<void(std::string_view stage, std::size_t do
 ReplayOptions replay_options(const ReplayConfig& config);
 
 /// Reads the logs of the configuration and replays them. `batch`: what smooths a run whose configuration asks for a
-/// batch. Throws as read_recording() and the functions below.
-Replay replay(const ReplayConfig& config, const ReplayProgress& progress = {}, const BatchSolver& batch = {});
+/// batch. `rows`: ReplayOptions::rows. Throws as read_recording() and the functions below.
+Replay replay(const ReplayConfig& config, const ReplayProgress& progress = {}, const BatchSolver& batch = {},
+              const RowTaker& rows = {});
 
 /// Conditions the recording and replays it. Throws DataError if the data do not suffice, for example for a start.
 /// Throws ConfigError if the options are not valid, have other sources than the recording, or ask for a batch without

@@ -2,6 +2,7 @@
 /// Writes output files so that each appears whole or not at all.
 
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <string>
 #include <string_view>
@@ -10,6 +11,20 @@
 #include "piste/io/text_sink.h"
 
 namespace piste {
+
+/// A file of an OutputFolder that is being written.
+class OutputFile {
+ public:
+  void write(std::string_view piece);
+  /// Throws Error if something could not be written.
+  void close();
+
+ private:
+  friend class OutputFolder;
+  OutputFile(std::filesystem::path place, const std::filesystem::path& beside);
+  std::filesystem::path place_;
+  std::ofstream file_;
+};
 
 /// The output folder of one run. Each file is first written as `.NAME.piste.partial`; `commit()` gives all of them
 /// their names. Without `commit()` nothing remains, not even the folder if this object made it.
@@ -31,6 +46,8 @@ class OutputFolder {
   void write(const std::string& name, std::string_view content);
   /// The same for a file whose text comes piece by piece from `pieces`.
   void stream(const std::string& name, const std::function<void(const TextSink&)>& pieces);
+  /// Opens a partial file that is written as a run goes; it is whole after close(). Throws as write().
+  OutputFile open(const std::string& name);
   /// Names a file that an earlier run may have left and that this run does not write: `commit()` removes it.
   void withdraw(const std::string& name);
   /// Renames all partial files in the order in which they were written, and removes those that killed runs left.

@@ -1,6 +1,8 @@
 #pragma once
 /// The file `summary.json` of a replay.
 
+#include <array>
+#include <cstddef>
 #include <string>
 
 #include "piste/consistency/verdict.h"
@@ -12,6 +14,23 @@ namespace piste {
 /// Times that the replay took [s].
 struct RunTimes {
   double cpu = 0, wall = 0;
+};
+
+/// What a summary says of all rows of a solution together. The rows may come in pieces.
+class RowMeans {
+ public:
+  void add(const Solution& rows);
+  std::size_t count() const { return count_; }
+  /// Mean of the total bias and of its sigma, and the rms of the sigmas of roll, pitch and heading. SI and radians.
+  Vector3d total_bias(bool gyro) const { return mean(total_[gyro ? 0 : 1]); }
+  Vector3d total_bias_sigma(bool gyro) const { return mean(total_sigma_[gyro ? 0 : 1]); }
+  Vector3d euler_sigma() const { return mean(euler_variance_).cwiseSqrt(); }
+
+ private:
+  Vector3d mean(const Vector3d& sum) const { return sum / (count_ > 0 ? static_cast<double>(count_) : 1.0); }
+  std::size_t count_ = 0;
+  std::array<Vector3d, 2> total_{Vector3d::Zero(), Vector3d::Zero()}, total_sigma_ = total_;  // gyroscopes first
+  Vector3d euler_variance_ = Vector3d::Zero();
 };
 
 /// `summary.json`. Its members mean:
@@ -27,7 +46,9 @@ struct RunTimes {
 ///   sigmas.
 ///
 /// Everything except `cpu_s` and `wall_s` is the same at every replay.
+///
+/// `means`: of all rows, where `filtered` has a part of them only; null: it has them all.
 std::string summary_json(const Log& log, const Solution& filtered, const Solution* smoothed, const Verdict& verdict,
-                         const RunTimes& times);
+                         const RunTimes& times, const RowMeans* means = nullptr);
 
 }  // namespace piste

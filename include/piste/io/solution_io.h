@@ -1,6 +1,7 @@
 #pragma once
 /// The output files of a replay, as text or as numbers. Equal solutions give equal bytes.
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,27 @@ namespace piste {
 struct NumberTable {
   std::vector<std::string> names;
   std::vector<double> values;
+};
+
+/// The files of rows that a replay writes.
+enum class RowFile { kNavigation, kBiases, kAttitude };
+
+/// Writes one of them from rows that come in pieces, in their order: all pieces together give the bytes that one would.
+class RowCsv {
+ public:
+  /// `rate` [Hz]: rows that are nearest to the multiples of 1 / rate; 0: all.
+  RowCsv(RowFile kind, const StateLayout& layout, double rate, TextSink sink);
+  ~RowCsv();
+  RowCsv(RowCsv&&) noexcept;
+  RowCsv& operator=(RowCsv&&) noexcept;
+  /// @pre of the same run as the rows before, and after them
+  void add(const Solution& rows);
+  /// Writes what waits for a row after it. Nothing may be added after it.
+  void finish();
+
+ private:
+  struct Writer;
+  std::unique_ptr<Writer> writer_;
 };
 
 /// `filtered.csv`, `smoothed.csv`: geodetic position, velocity in local north-east-down, angles, and their sigmas.

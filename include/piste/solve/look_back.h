@@ -12,4 +12,10 @@ namespace piste {
 /// @pre `filtered` is of the same log and start. Throws as run_filter().
 void look_back(const Log& log, const FilterOptions& options, const FoundStart& found, Solution& filtered);
 
+/// These rows alone: row i takes the place of row i. Empty if the heading did not come from the motion.
+Solution looked_back(const Log& log, const FilterOptions& options, const FoundStart& found);
+
+/// Puts the rows of `known` in the place of those of `filtered`, of which the first is row `first` of the run.
+void put_rows(const Solution& known, std::size_t first, Solution& filtered);
+
 }  // namespace piste

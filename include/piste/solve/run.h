@@ -44,15 +44,21 @@ inline ProgressCallback part_of(const ProgressCallback& whole, double from, doub
   return [&whole, from, to](double done) { whole(from + done * (to - from)); };
 }
 
+/// Takes the rows of a run as it goes, `kRowsAtOnce` at a time and fewer at the end. `first`: which row of the run the
+/// first of them is. They may be changed, and are gone afterwards.
+using RowTaker = std::function<void(Solution& rows, std::size_t first)>;
+inline constexpr std::size_t kRowsAtOnce = 1024;  // some hundred kilobytes
+
 /// Filters a log, from the time of `start` on. The result has the same bytes as that of a Filter that is fed sample by
 /// sample.
 /// `checkpoint_every`: epochs between checkpoints, 0 for none. `end_time`: samples from this time on are left out.
 /// `reference`: a smoothed run of the same log about which this one is linearised (solve/reference.h). The solution
 /// then has no rows, as only a smoother tells what is better than the reference.
+/// `rows`: takes the rows of the solution, which then has none in the end.
 /// Throws ConfigError if the options are not valid, DataError if the filter diverges.
 FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& start, int checkpoint_every = 0,
                      const ProgressCallback& progress = {}, double end_time = 1e300,
-                     std::shared_ptr<const Reference> reference = nullptr);
+                     std::shared_ptr<const Reference> reference = nullptr, const RowTaker& rows = {});
 
 /// Filters a stretch again from a checkpoint, and records it on `tape`. Its last epoch is that of row `end_row` − 1.
 void rerun(const Log& log, const Checkpoint& from, std::size_t end_row, Tape& tape);
