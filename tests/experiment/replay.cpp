@@ -140,6 +140,35 @@ TEST(Replay, IsItsStepsInTheirOrder) {
   expect_same(run, replay(config));
 }
 
+// Without a smoother the rows can be taken as the filter goes: they are those of the whole solution, of which a part
+// stays, and the log is the same where the recording is taken apart.
+TEST(Replay, GivesItsRowsAway) {
+  const TemporaryFolder folder;
+  const ReplayConfig config = read_replay_config(write_files(folder));
+  ReplayOptions options = replay_options(config);
+  options.smoother = SmootherKind::kNone;
+  const Recording recording = read_recording(config);
+  const Replay whole = replay(recording, options);
+  Solution rows(whole.solution().layout(), whole.log.world);
+  options.rows = [&](const Solution& next, std::size_t first) {
+    EXPECT_EQ(first, rows.size());
+    for (std::size_t i = 0; i < next.size(); ++i) rows.append(next.time(i), next.estimate(i), next.sigmas(i));
+  };
+  const Replay run = replay(recording, options);
+  rows.innovations = run.solution().innovations;
+  EXPECT_TRUE(numbers(rows) == numbers(whole.solution()));
+  EXPECT_EQ(run.filtered.epochs, whole.solution().size());
+  const Solution& kept = run.solution();
+  ASSERT_GT(kept.size(), 2U);
+  EXPECT_LE(kept.size(), kKeptRows);
+  EXPECT_EQ(kept.time(0), rows.time(0));
+  EXPECT_EQ(kept.time(kept.size() - 1), rows.time(rows.size() - 1));
+
+  const Log apart = condition(Recording(recording), config.conditioning);
+  ASSERT_EQ(apart.imu.size(), whole.log.imu.size());
+  for (std::size_t i = 0; i < apart.imu.size(); ++i) ASSERT_EQ(apart.imu[i].dvel, whole.log.imu[i].dvel);
+}
+
 // Once the heading is known, and until the filter's last sample comes, a live one sees what the replay does.
 TEST(Replay, IsWhatAFilterSaysThatIsFedSampleBySample) {
   const Replay& run = usual_replay();

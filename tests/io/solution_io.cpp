@@ -81,6 +81,39 @@ TEST(SolutionIo, AttitudeOfTheEpochsNearestToTheGrid) {
   EXPECT_EQ(times(off, 0.1), (Times{9.98, 15.16}));
 }
 
+// Whether a row is the nearest to a multiple of the rate may depend on the first row of the next piece.
+TEST(SolutionIo, RowsInPiecesGiveTheSameFile) {
+  Solution all = solution(997, kAll);
+  Estimate x;
+  const Sigmas sigmas = all.sigmas(0);
+  for (int i = 0; i < 300; ++i) {
+    x.gyro_bias = Vector3d::Constant(1e-5 * i);
+    all.append(1010 + 0.0137 * i, x, sigmas);
+  }
+  for (const RowFile kind : {RowFile::kNavigation, RowFile::kBiases, RowFile::kAttitude}) {
+    for (const double rate : {0.0, 10.0, 47.0, 100.0, 500.0}) {
+      const auto written = [&](std::size_t at_once) {
+        std::string text;
+        RowCsv csv(kind, all.layout(), rate, [&](std::string_view piece) { text += piece; });
+        Solution piece(all.layout(), all.world());
+        for (std::size_t i = 0; i < all.size(); ++i) {
+          piece.append(all.time(i), all.estimate(i), all.sigmas(i));
+          if (piece.size() < at_once && i + 1 < all.size()) continue;
+          csv.add(piece);
+          piece.resize(0);
+        }
+        csv.finish();
+        return text;
+      };
+      const std::string whole = written(all.size());
+      EXPECT_EQ(written(1), whole) << rate;
+      EXPECT_EQ(written(7), whole) << rate;
+      if (kind != RowFile::kAttitude) continue;
+      EXPECT_EQ(attitude_csv(all, rate), whole);
+    }
+  }
+}
+
 TEST(SolutionIo, AttitudeReadsBackAsAnAttitudeLog) {
   const TemporaryFolder folder;
   Solution s(StateLayout{}, World({46 * kDegree, 7 * kDegree, 1600}));
