@@ -61,8 +61,8 @@ struct Structure {
 };
 
 constexpr int kPadded = (kFullSize + 3) / 4 * 4;
-constexpr std::ptrdiff_t kStorage = kFullSize * kFullSize;  // values in a Covariance
-static_assert(kStorage >= kNavigation * kFullSize + 4);     // what loops over padded columns may read
+constexpr std::ptrdiff_t kStorage = std::ptrdiff_t{kFullSize} * kFullSize;  // values in a Covariance
+static_assert(kStorage >= kNavigation * kFullSize + 4);                     // what loops over padded columns may read
 
 template <int N>
 using Columns = Eigen::Matrix<double, kFullSize, N>;
@@ -112,8 +112,8 @@ struct Slow {
       const Vector3d factors = factor_of(b, t);
       for (int k = 0; k < 3; ++k) actions[count++] = {layout.offset(b.block) + k, b.half + k, factors(k)};
     }
-    for (int k = 0; k < kNavigation; ++k) column[at(k)] = t.navigation.data() + k * kNavigation;
-    for (int k = kNavigation; k < kInputs; ++k) column[at(k)] = t.imu.data() + (k - kNavigation) * kNavigation;
+    for (int k = 0; k < kNavigation; ++k) column[at(k)] = t.navigation.col(k).data();
+    for (int k = kNavigation; k < kInputs; ++k) column[at(k)] = t.imu.col(k - kNavigation).data();
   }
 };
 

@@ -92,11 +92,11 @@ Update innovate(const Covariance& P, const StateLayout& layout, const Linearizat
   add_seen(std::span(seen).first(count), layout.size(), u.PHt.col(0).data(), u.PHt.col(1).data(), u.PHt.col(2).data());
   u.S.setIdentity();
   u.residual.setZero();
-  Matrix3d HPHt = Matrix3d::Zero();
+  Matrix3d spread = Matrix3d::Zero();  // H P Hᵀ
   for (int i = 0; i < layout.size(); ++i) {
-    if (!u.H.col(i).isZero(0)) HPHt += u.H.col(i) * u.PHt.row(i);
+    if (!u.H.col(i).isZero(0)) spread += u.H.col(i) * u.PHt.row(i);
   }
-  u.S.topLeftCorner(lin.rows, lin.rows) = 0.5 * (HPHt + HPHt.transpose()).topLeftCorner(lin.rows, lin.rows) +
+  u.S.topLeftCorner(lin.rows, lin.rows) = 0.5 * (spread + spread.transpose()).topLeftCorner(lin.rows, lin.rows) +
                                           lin.covariance.topLeftCorner(lin.rows, lin.rows);
   u.R.setIdentity();
   u.R.topLeftCorner(lin.rows, lin.rows) = lin.covariance.topLeftCorner(lin.rows, lin.rows);
