@@ -85,6 +85,13 @@ class LagCovariance {
     return factor_ * sum;
   }
 
+  // Variance of Y for clusters of m samples: as covariances with themselves, with equal distances taken together.
+  double variance(double m) const {
+    if (process_.kind == ProcessKind::kRamp) return 0;
+    const bool cubic = decay_ * 4 * m < 1;
+    return factor_ * (6 * generalised(0, cubic) - 8 * generalised(m, cubic) + 2 * generalised(2 * m, cubic));
+  }
+
   // Mean of Y.
   double mean(double m) const { return process_.kind == ProcessKind::kRamp ? process_.size * interval_ * m * m : 0; }
 
@@ -222,7 +229,7 @@ std::string key_of(ProcessKind kind) {
 double allan_variance(const NoiseProcess& process, std::size_t samples, double interval) {
   const LagCovariance covariance(process, interval);
   const auto m = static_cast<double>(samples);
-  return (covariance(m, m, 0) + square(covariance.mean(m))) / (2 * m * m);
+  return (covariance.variance(m) + square(covariance.mean(m))) / (2 * m * m);
 }
 
 double allan_variance(std::span<const NoiseProcess> processes, std::size_t m, double interval) {
