@@ -82,11 +82,7 @@ struct Moments {
 
  private:
   VectorXd computed(const NoiseProcess& p) const {
-    VectorXd nu(variance.size());
-    for (Index i = 0; i < nu.size(); ++i) {
-      nu(i) = allan_variance(p, curve->scales[static_cast<std::size_t>(i)].samples, curve->interval);
-    }
-    return nu;
+    return allan_variances(p, *curve, static_cast<std::size_t>(variance.size()));
   }
 
   std::array<VectorXd, kProcessKinds.size()> unit;  // of each kind, with the size one

@@ -63,8 +63,8 @@ Measured derived(const GmwmFit& fit, double probability,
 }
 
 // By which factor the deviation of a curve differs from that of its model at the scales of kFastTime and more that fast
-// noise makes. A sum of processes cannot fall faster than white noise and then with it, as the curve of a dithered gyroscope
-// does: its misfit at short scales is paid at these.
+// noise makes. A sum of processes cannot fall faster than white noise and then with it, as the curve of a dithered
+// gyroscope does: its misfit at short scales is paid at these.
 double off_where_fast(const GmwmFit& fit, const AllanCurve& curve) {
   constexpr double kShare = 0.9;
   std::vector<NoiseProcess> fast;

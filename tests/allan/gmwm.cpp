@@ -141,8 +141,8 @@ TEST(Gmwm, AngleRandomWalkOfAnLn200) {
       curves[axis].scales.push_back({m, kSamples - 2 * m + 1, deviation * deviation, deviation * deviation});
     }
   }
-  // Without a model: the mean of the deviation times √τ from 1 to 100 s, over which it falls as that of white noise. Of the
-  // first axis it is 1.198e-5, of the others 1.116e-5 and 1.104e-5.
+  // Without a model: the mean of the deviation times √τ from 1 to 100 s, over which it falls as that of white noise. Of
+  // the first axis it is 1.198e-5, of the others 1.116e-5 and 1.104e-5.
   const double lowest[] = {1.19e-5, 1.05e-5, 1.05e-5}, highest[] = {1.205e-5, 1.15e-5, 1.15e-5};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const AllanCurve& curve = curves[axis];
