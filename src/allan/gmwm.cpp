@@ -60,7 +60,7 @@ struct Moments {
 
   Moments(const AllanCurve& c, VectorXd v) : curve(&c), variance(std::move(v)) {
     for (std::size_t i = 0; i < kProcessKinds.size(); ++i) {
-      if (kProcessKinds[i] != ProcessKind::kGaussMarkov) unit[i] = computed({kProcessKinds[i], 1, 0});
+      if (kProcessKinds[i] != ProcessKind::kGaussMarkov) unit_[i] = computed({kProcessKinds[i], 1, 0});
     }
   }
 
@@ -71,7 +71,7 @@ struct Moments {
         nu += computed(p);
       } else {
         const auto kind = std::find(kProcessKinds.begin(), kProcessKinds.end(), p.kind) - kProcessKinds.begin();
-        nu += square(p.size) * unit[static_cast<std::size_t>(kind)];
+        nu += square(p.size) * unit_[static_cast<std::size_t>(kind)];
       }
     }
     return nu;
@@ -85,7 +85,7 @@ struct Moments {
     return allan_variances(p, *curve, static_cast<std::size_t>(variance.size()));
   }
 
-  std::array<VectorXd, kProcessKinds.size()> unit;  // of each kind, with the size one
+  std::array<VectorXd, kProcessKinds.size()> unit_;  // of each kind, with the size one
 };
 
 // W of a covariance whose scales differ by powers of ten.

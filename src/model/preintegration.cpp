@@ -112,13 +112,13 @@ SumStep Preintegration::move(const ImuStep& measured, const DriftStep& gyro, con
 SumStep Preintegration::add(const ImuStep& measured, const StepNoise& noise, const BodyMotion& told,
                             const DriftStep& gyro, const DriftStep& accel) {
   const double dt = measured.dt;
-  const SumStep step = move(measured, gyro, accel);
+  SumStep step = move(measured, gyro, accel);
   // What drives the step: rows of the drifts' covariance, and how the drift of now follows from each error of the IMU.
   // A drift at the start has become less by now: x_ has its value, and `left` its part.
   for (int k = 0; k < 3; ++k) {
-    auto& rate = carried_[static_cast<std::size_t>(kGyroDrift + k)];
-    auto& force = carried_[static_cast<std::size_t>(kAccelDrift + k)];
-    const auto row = static_cast<std::size_t>(kDerivatives + k);
+    auto& rate = carried_[static_cast<std::size_t>(kGyroDrift) + static_cast<std::size_t>(k)];
+    auto& force = carried_[static_cast<std::size_t>(kAccelDrift) + static_cast<std::size_t>(k)];
+    const auto row = static_cast<std::size_t>(kDerivatives) + static_cast<std::size_t>(k);
     rate[row] = force[row + 3] = 1;
     rate[row + 6] = gyro_left_;
     force[row + 9] = accel_left_;
@@ -138,7 +138,7 @@ SumStep Preintegration::add(const ImuStep& measured, const StepNoise& noise, con
   }
   // The drifts themselves.
   for (int k = 0; k < 6; ++k) {
-    const auto column = static_cast<std::size_t>(kGyroDrift + k);
+    const auto column = static_cast<std::size_t>(kGyroDrift) + static_cast<std::size_t>(k);
     const DriftStep& of = k < 3 ? gyro : accel;
     for (std::size_t i = 0; i < 9; ++i) carried_[column][i] = carried_[i][column] *= of.decay;
     for (std::size_t l = 9; l < 15; ++l) carried_[column][l] *= of.decay * (l < 12 ? gyro : accel).decay;
@@ -157,7 +157,7 @@ ImuSum Preintegration::sum() const {
     for (Eigen::Index i = 0; i < 15; ++i) out.noise(i, column) = carried_[j][static_cast<std::size_t>(i)];
     if (j >= 9) continue;
     for (Eigen::Index i = 0; i < 18; ++i) {
-      out.by_imu(column, i) = carried_[j][static_cast<std::size_t>(kDerivatives + i)];
+      out.by_imu(column, i) = carried_[j][static_cast<std::size_t>(kDerivatives) + static_cast<std::size_t>(i)];
     }
   }
   return out;

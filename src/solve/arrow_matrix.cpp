@@ -8,7 +8,7 @@
 namespace piste {
 namespace {
 
-void invert(Blocks::View A) {
+void invert(const Blocks::View& A) {
   if (!invert_definite(A)) throw DataError("batch", "its normal equations are not positive definite");
 }
 
