@@ -1,5 +1,7 @@
 #include "piste/model/preintegration.h"
 
+#include <cstddef>
+
 #include "math/wide.h"
 #include "model/three_rows.h"
 
@@ -13,13 +15,12 @@ constexpr std::array<int, 15> kOfPlace{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12,
 constexpr std::array<int, 12> kOfSpeed{3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14};
 constexpr std::array<int, 6> kOfTurn{6, 7, 8, 9, 10, 11};
 
-using SumMixer = Eigen::Matrix<double, 9, 15>;
-
 template <std::size_t Rows>
-[[gnu::always_inline]] inline void rows_of_sum(const SumMixer& mixer, const double* const* in, double (*out)[Rows]) {
-  three_rows(mixer, kPlace, kOfPlace, in, Rows, out);
-  three_rows(mixer, kSpeed, kOfSpeed, in, Rows, out);
-  three_rows(mixer, kTurn, kOfTurn, in, Rows, out);
+[[gnu::always_inline]] inline void rows_of_sum(const double* const* columns, const double* const* in,
+                                               double (*out)[Rows]) {
+  three_rows(columns, kPlace, kOfPlace, in, Rows, out);
+  three_rows(columns, kSpeed, kOfSpeed, in, Rows, out);
+  three_rows(columns, kTurn, kOfTurn, in, Rows, out);
 }
 
 // The covariance of a sum after a step, that of the drifts before it, and the derivatives of the sum; `white`:
@@ -27,12 +28,13 @@ template <std::size_t Rows>
 PISTE_WIDE void spread_sum(const SumStep& step, const Eigen::Matrix<double, 6, 1>& white,
                            std::array<std::array<double, 36>, 15>& carried) {
   constexpr std::size_t kRows = 36;
-  SumMixer mixer;
-  mixer << step.by_sum, step.by_reading;
+  const double* columns[15];
+  for (int k = 0; k < 9; ++k) columns[k] = step.by_sum.data() + std::ptrdiff_t{9} * k;
+  for (int k = 0; k < 6; ++k) columns[9 + k] = step.by_reading.data() + std::ptrdiff_t{9} * k;
   const double* in[15];
   for (std::size_t k = 0; k < 15; ++k) in[k] = carried[k].data();
   alignas(32) double after[9][kRows];
-  rows_of_sum(mixer, in, after);
+  rows_of_sum(columns, in, after);
   // The same for the rows of the sum itself, of which twelve are a multiple of four.
   alignas(32) double turned[15][12] = {};
   for (std::size_t k = 0; k < 15; ++k) {
@@ -43,7 +45,7 @@ PISTE_WIDE void spread_sum(const SumStep& step, const Eigen::Matrix<double, 6, 1
   }
   for (std::size_t k = 0; k < 15; ++k) in[k] = turned[k];
   alignas(32) double corner[9][12];
-  rows_of_sum(mixer, in, corner);
+  rows_of_sum(columns, in, corner);
   for (std::size_t j = 0; j < 9; ++j) {
     for (std::size_t i = 9; i < kRows; ++i) carried[j][i] = after[j][i];
     for (std::size_t i = 0; i < 9; ++i) carried[j][i] = 0.5 * (corner[j][i] + corner[i][j]);
