@@ -1,16 +1,19 @@
-"""Monte Carlo campaigns on a Dask cluster.
+"""Monte Carlo campaigns and studies on a Dask cluster.
 
-The runs are cut into parts of at least a second. Parts come back in any order and are merged in the order of their
+The runs of a Monte Carlo are cut into parts of at least a second. Parts come back in any order and are merged in the order of their
 seeds, by sums that do not depend on how the runs were cut (C++: piste/consistency/range_sums.h). So the files have the
 bytes that the program `montecarlo` writes, whatever the workers, their order, and how often a part was tried again.
 """
 
+import json
 import os
 import tempfile
 import time
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from . import _piste
+from . import _piste, programs
+from .errors import ConfigError
 from .programs import Path, finished
 from .runs import Progress
 
@@ -78,6 +81,53 @@ def montecarlo(
         runs = max(len(ensemble), min(runs, ensemble.runs_within(until)))
     _run_parts(ensemble, path, runs, chunk, client, state, progress)
     return finished(ensemble, path, output)
+
+
+def study(
+    campaigns: Sequence[Path],
+    output: Path | None = None,
+    client: "Client | None" = None,
+    *,
+    progress: Progress | None = None,
+) -> list[dict[str, Any]]:
+    """Studies several campaigns on a cluster, each in a task of its own: summary.json of each, in their order.
+
+    With `output` each writes what the program `study` writes, into a folder there with the name of its file; a campaign
+    whose summary is there already is not studied again. `client` as for montecarlo(): its workers see the campaigns, and
+    `output`, at the same paths. A killed worker costs the campaigns that it was at, which others do again. One campaign
+    is not cut, as its tables need all of its runs: piste.study() takes several cores for it.
+    """
+    names = [os.path.splitext(os.path.basename(os.fspath(campaign)))[0] for campaign in campaigns]
+    if len(set(names)) < len(names):
+        raise ConfigError("two campaigns have the same name, and would have the same folder", "campaigns")
+    if client is None:
+        with local_cluster() as cluster, cluster.get_client() as local:
+            return study(campaigns, output, local, progress=progress)
+
+    from distributed import as_completed
+
+    found: dict[int, dict[str, Any]] = {}
+    places: dict[Future, int] = {}
+    for place, (campaign, name) in enumerate(zip(campaigns, names, strict=True)):
+        folder = None if output is None else os.path.abspath(os.path.join(os.fspath(output), name))
+        if folder is not None and os.path.exists(os.path.join(folder, "summary.json")):
+            with open(os.path.join(folder, "summary.json"), encoding="utf-8") as file:
+                found[place] = json.load(file)
+            continue
+        path = os.path.abspath(os.fspath(campaign))
+        places[client.submit(_studied, path, folder, pure=False, retries=5)] = place
+    for future, summary in as_completed(list(places), with_results=True):
+        found[places[future]] = summary
+        if progress is not None:
+            progress("study", len(found) / len(names))
+    return [found[place] for place in range(len(names))]
+
+
+def _studied(campaign: str, folder: str | None) -> dict[str, Any]:
+    """summary.json of a campaign, on one core."""
+    summary = programs.study(campaign, jobs=1, output=folder)
+    del summary["report"]
+    return summary
 
 
 def _run_parts(

@@ -58,16 +58,34 @@ struct Moments {
   VectorXd variance;
   MatrixXd whitening;  // W with Wᵀ W = Ω
 
+  Moments(const AllanCurve& c, VectorXd v) : curve(&c), variance(std::move(v)) {
+    for (std::size_t i = 0; i < kProcessKinds.size(); ++i) {
+      if (kProcessKinds[i] != ProcessKind::kGaussMarkov) unit_[i] = computed({kProcessKinds[i], 1, 0});
+    }
+  }
+
   VectorXd of(const Model& model) const {
-    VectorXd nu(variance.size());
-    for (Index i = 0; i < nu.size(); ++i) {
-      nu(i) = allan_variance(model, curve->scales[static_cast<std::size_t>(i)].samples, curve->interval);
+    VectorXd nu = VectorXd::Zero(variance.size());
+    for (const NoiseProcess& p : model) {
+      if (p.kind == ProcessKind::kGaussMarkov) {
+        nu += computed(p);
+      } else {
+        const auto kind = std::find(kProcessKinds.begin(), kProcessKinds.end(), p.kind) - kProcessKinds.begin();
+        nu += square(p.size) * unit_[static_cast<std::size_t>(kind)];
+      }
     }
     return nu;
   }
   VectorXd shape(ProcessKind kind, double time) const { return of({{kind, 1, time}}); }
   VectorXd residual(const Model& model) const { return whitening * (variance - of(model)); }
   double objective(const Model& model) const { return residual(model).squaredNorm(); }
+
+ private:
+  VectorXd computed(const NoiseProcess& p) const {
+    return allan_variances(p, *curve, static_cast<std::size_t>(variance.size()));
+  }
+
+  std::array<VectorXd, kProcessKinds.size()> unit_;  // of each kind, with the size one
 };
 
 // W of a covariance whose scales differ by powers of ten.
@@ -414,12 +432,13 @@ GmwmFit fit_gmwm(const AllanCurve& whole, const GmwmOptions& options) {
     throw DataError(
         "", fmt::format("the curve has {} scales; a fit needs {}, which is {} samples", scales, kFewest, 1 << kFewest));
   }
-  Moments moments{&curve, VectorXd(static_cast<Index>(scales)), {}};
+  VectorXd measured(static_cast<Index>(scales));
   for (std::size_t i = 0; i < scales; ++i) {
     const double v = options.robust ? curve.scales[i].robust : curve.scales[i].variance;
     if (!(v > 0) || !std::isfinite(v)) throw DataError("", "the samples do not vary");
-    moments.variance(static_cast<Index>(i)) = v;
+    measured(static_cast<Index>(i)) = v;
   }
+  Moments moments(curve, measured);
   const double inflation = options.robust ? 1 / robust::efficiency() : 1;
   constexpr double penalty = kPenalty;
 
@@ -481,6 +500,7 @@ GmwmFit fit_gmwm(const AllanCurve& whole, const GmwmOptions& options) {
   for (const Candidate& c : found) fit.tried.push_back({name_of(c.model), c.objective, penalty * numbers_of(c.model)});
   const VectorXd nu = moments.of(model);
   fit.variance.assign(nu.data(), nu.data() + nu.size());
+  fit.measured.assign(moments.variance.data(), moments.variance.data() + moments.variance.size());
   for (Index i = 0; i < nu.size(); ++i) {
     const double relative = V(i, i) / square(nu(i));
     const auto [low, high] =

@@ -85,6 +85,15 @@ class LagCovariance {
     return factor_ * sum;
   }
 
+  // Variance of Y for clusters of m samples: as covariances with themselves, with equal distances taken together.
+  double variance(double m) const {
+    if (process_.kind == ProcessKind::kRamp) return 0;
+    const bool cubic = decay_ * 4 * m < 1;
+    return factor_ * (6 * generalised(0, cubic) - 8 * generalised(m, cubic) + 2 * generalised(2 * m, cubic));
+  }
+
+  double allan_variance(double m) const { return (variance(m) + square(mean(m))) / (2 * m * m); }
+
   // Mean of Y.
   double mean(double m) const { return process_.kind == ProcessKind::kRamp ? process_.size * interval_ * m * m : 0; }
 
@@ -220,9 +229,16 @@ std::string key_of(ProcessKind kind) {
 }
 
 double allan_variance(const NoiseProcess& process, std::size_t samples, double interval) {
-  const LagCovariance covariance(process, interval);
-  const auto m = static_cast<double>(samples);
-  return (covariance(m, m, 0) + square(covariance.mean(m))) / (2 * m * m);
+  return LagCovariance(process, interval).allan_variance(static_cast<double>(samples));
+}
+
+Eigen::VectorXd allan_variances(const NoiseProcess& process, const AllanCurve& curve, std::size_t count) {
+  const LagCovariance covariance(process, curve.interval);
+  Eigen::VectorXd out(static_cast<Eigen::Index>(count));
+  for (std::size_t i = 0; i < count; ++i) {
+    out(static_cast<Eigen::Index>(i)) = covariance.allan_variance(static_cast<double>(curve.scales[i].samples));
+  }
+  return out;
 }
 
 double allan_variance(std::span<const NoiseProcess> processes, std::size_t m, double interval) {

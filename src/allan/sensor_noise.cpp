@@ -62,6 +62,27 @@ Measured derived(const GmwmFit& fit, double probability,
   return m;
 }
 
+// By which factor the deviation of a curve differs from that of its model at the scales of kFastTime and more that fast
+// noise makes. A sum of processes cannot fall faster than white noise and then with it, as the curve of a dithered
+// gyroscope does: its misfit at short scales is paid at these.
+double off_where_fast(const GmwmFit& fit, const AllanCurve& curve) {
+  constexpr double kShare = 0.9;
+  std::vector<NoiseProcess> fast;
+  for (const NoiseProcess& p : fit.processes()) {
+    if (is_fast(p)) fast.push_back(p);
+  }
+  double sum = 0, weights = 0;
+  for (std::size_t i = 0; i < fit.variance.size(); ++i) {
+    if (curve.tau(i) < kFastTime) continue;
+    if (allan_variance(fast, curve.scales[i].samples, curve.interval) < kShare * fit.variance[i]) continue;
+    const auto row = static_cast<Eigen::Index>(i);
+    const double weight = square(fit.variance[i]) / fit.covariance(row, row);
+    sum += weight * std::log(fit.measured[i] / fit.variance[i]);
+    weights += weight;
+  }
+  return weights > 0 ? std::exp(sum / weights / 2) : 1;
+}
+
 constexpr std::size_t kAround = 64;  // samples about which an outlier is judged
 
 // Calls act(place, median) for each outlying value.
@@ -132,6 +153,10 @@ ProcessUnit unit_of(ProcessKind kind, bool gyro) {
 AxisNoise axis_noise(const GmwmFit& fit, const AllanCurve& curve, double probability) {
   AxisNoise axis;
   axis.noise = derived(fit, probability, fast_density);
+  if (fit.model_error > 0) {
+    const double off = off_where_fast(fit, curve);
+    for (double* const value : {&axis.noise.value, &axis.noise.low, &axis.noise.high}) *value *= off;
+  }
   const std::vector<NoiseProcess> model = fit.processes();
   std::size_t lowest = 0;
   for (std::size_t i = 0; i < fit.variance.size(); ++i) {

@@ -4,6 +4,7 @@
 #include <iterator>
 
 #include "math/wide.h"
+#include "model/three_rows.h"
 
 namespace piste {
 namespace {
@@ -117,36 +118,11 @@ struct Slow {
   }
 };
 
-// Three rows of (navigation | imu) × inputs, over the first n errors.
-template <std::size_t N>
-[[gnu::always_inline]] inline void three_rows(const Slow& s, int row, const std::array<int, N>& depends,
-                                              const double* const* in, std::ptrdiff_t n, double (*out)[kPadded]) {
-  double w[3][N];
-  for (int i = 0; i < 3; ++i) {
-    for (std::size_t k = 0; k < N; ++k) w[i][k] = s.column[at(depends[k])][row + i];
-  }
-  // The compiler need not fear that the rows written are among those read.
-  const double* x[N];
-  for (std::size_t k = 0; k < N; ++k) x[k] = in[depends[k]];
-  double* __restrict first = out[row], * __restrict second = out[row + 1], * __restrict third = out[row + 2];
-  for (std::ptrdiff_t r = 0; r < n; ++r) {
-    double a = w[0][0] * x[0][r], b = w[1][0] * x[0][r], c = w[2][0] * x[0][r];
-    for (std::size_t k = 1; k < N; ++k) {
-      a += w[0][k] * x[k][r];
-      b += w[1][k] * x[k][r];
-      c += w[2][k] * x[k][r];
-    }
-    first[r] = a;
-    second[r] = b;
-    third[r] = c;
-  }
-}
-
 [[gnu::always_inline]] inline void nine_rows(const Slow& s, const double* const* in, std::ptrdiff_t n,
                                              double (*out)[kPadded]) {
-  three_rows(s, kRho, kOfPosition, in, n, out);
-  three_rows(s, kNu, kOfVelocity, in, n, out);
-  three_rows(s, kTheta, kOfAttitude, in, n, out);
+  three_rows(s.column.data(), kRho, kOfPosition, in, n, out);
+  three_rows(s.column.data(), kNu, kOfVelocity, in, n, out);
+  three_rows(s.column.data(), kTheta, kOfAttitude, in, n, out);
 }
 
 // P ← Φ P Φᵀ, and `noise` added to the navigation rows. P has n rows, and room beyond its last column, so that loops

@@ -1,9 +1,56 @@
 #include "piste/model/preintegration.h"
 
+#include <cstddef>
+
+#include "math/wide.h"
+#include "model/three_rows.h"
+
 namespace piste {
 namespace {
 
 constexpr int kPlace = 0, kSpeed = 3, kTurn = 6, kGyroDrift = 9, kAccelDrift = 12;
+
+// What the rows of (ΔP, ΔV, ΔR) depend on among (ΔP, ΔV, ΔR, rate, force).
+constexpr std::array<int, 15> kOfPlace{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14};
+constexpr std::array<int, 12> kOfSpeed{3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14};
+constexpr std::array<int, 6> kOfTurn{6, 7, 8, 9, 10, 11};
+
+template <std::size_t Rows>
+[[gnu::always_inline]] inline void rows_of_sum(const double* const* columns, const double* const* in,
+                                               double (*out)[Rows]) {
+  three_rows(columns, kPlace, kOfPlace, in, Rows, out);
+  three_rows(columns, kSpeed, kOfSpeed, in, Rows, out);
+  three_rows(columns, kTurn, kOfTurn, in, Rows, out);
+}
+
+// The covariance of a sum after a step, that of the drifts before it, and the derivatives of the sum; `white`:
+// variances of the readings.
+PISTE_WIDE void spread_sum(const SumStep& step, const Eigen::Matrix<double, 6, 1>& white,
+                           std::array<std::array<double, 36>, 15>& carried) {
+  constexpr std::size_t kRows = 36;
+  const double* columns[15];
+  for (int k = 0; k < 9; ++k) columns[k] = step.by_sum.data() + std::ptrdiff_t{9} * k;
+  for (int k = 0; k < 6; ++k) columns[9 + k] = step.by_reading.data() + std::ptrdiff_t{9} * k;
+  const double* in[15];
+  for (std::size_t k = 0; k < 15; ++k) in[k] = carried[k].data();
+  alignas(32) double after[9][kRows];
+  rows_of_sum(columns, in, after);
+  // The same for the rows of the sum itself, of which twelve are a multiple of four.
+  alignas(32) double turned[15][12] = {};
+  for (std::size_t k = 0; k < 15; ++k) {
+    for (std::size_t i = 0; i < 9; ++i) turned[k][i] = after[i][k];
+  }
+  for (int k = 0; k < 6; ++k) {
+    for (int i = 0; i < 9; ++i) turned[9 + k][i] += white(k) * step.by_reading(i, k);
+  }
+  for (std::size_t k = 0; k < 15; ++k) in[k] = turned[k];
+  alignas(32) double corner[9][12];
+  rows_of_sum(columns, in, corner);
+  for (std::size_t j = 0; j < 9; ++j) {
+    for (std::size_t i = 9; i < kRows; ++i) carried[j][i] = after[j][i];
+    for (std::size_t i = 0; i < 9; ++i) carried[j][i] = 0.5 * (corner[j][i] + corner[i][j]);
+  }
+}
 
 // Γ of the position: Σ [φ]ⁿ / (n+2)!. The angle is that of the Earth in seconds: two terms beyond the first are exact.
 Matrix3d double_integral(const Vector3d& angle) {
@@ -29,13 +76,12 @@ Fall fall_of(double T, const Estimate& start, const Vector3d& earth_rate, const 
 
 }  // namespace
 
-SumStep Preintegration::add(const ImuStep& measured, const StepNoise& noise, const BodyMotion& told,
-                            const DriftStep& gyro, const DriftStep& accel) {
+SumStep Preintegration::move(const ImuStep& measured, const DriftStep& gyro, const DriftStep& accel) {
   const ImuStep s = correct(measured, x_);
   const double dt = s.dt;
   const Vector3d turn = coned_rotation(s), du = sculled_velocity(s);
   const Quaterniond step_turn = so3_exp(turn);
-  const Matrix3d R = sum_.turn.toRotationMatrix(), R_half = (sum_.turn * so3_exp(0.5 * turn)).toRotationMatrix();
+  const Matrix3d R = motion_.turn.toRotationMatrix(), R_half = (motion_.turn * so3_exp(0.5 * turn)).toRotationMatrix();
   const Vector3d moved = 0.5 * dt * du - dt * dt * dt / 12 * (s.force_slope + s.dtheta.cross(s.dvel) / (dt * dt));
 
   SumStep step;
@@ -46,59 +92,97 @@ SumStep Preintegration::add(const ImuStep& measured, const StepNoise& noise, con
   A.block<3, 3>(kSpeed, kTurn) = -R * skew(du);
   A.block<3, 3>(kTurn, kTurn) = step_turn.toRotationMatrix().transpose();
   // true = (measured − bias − drift) / (1 + scale)
-  const Matrix3d gyro_gain = (1 + x_.gyro_scale.array()).inverse().matrix().asDiagonal();
-  const Matrix3d accel_gain = (1 + x_.accel_scale.array()).inverse().matrix().asDiagonal();
-  const Matrix3d swing = 0.5 * dt * (R * skew(du)) * gyro_gain;
+  const Vector3d gyro_gain = (1 + x_.gyro_scale.array()).inverse(), accel_gain = (1 + x_.accel_scale.array()).inverse();
+  const Matrix3d swing = -0.5 * dt * (A.block<3, 3>(kSpeed, kTurn) * gyro_gain.asDiagonal());
   Matrix96d& B = step.by_reading;
   B.setZero();
   B.block<3, 3>(kPlace, 0) = dt / 3 * swing;
   B.block<3, 3>(kSpeed, 0) = swing;
-  B.block<3, 3>(kTurn, 0) = -dt * (so3_left_jacobian(-turn) * gyro_gain);
-  B.block<3, 3>(kSpeed, 3) = -dt * (R_half * accel_gain);
+  B.block<3, 3>(kTurn, 0) = -dt * (so3_left_jacobian(-turn) * gyro_gain.asDiagonal());
+  B.block<3, 3>(kSpeed, 3) = -dt * (R_half * accel_gain.asDiagonal());
   B.block<3, 3>(kPlace, 3) = 0.5 * dt * B.block<3, 3>(kSpeed, 3);
 
-  // Covariance: of (sum, drifts) on itself, then the noise of the step.
-  using Mixed = Eigen::Matrix<double, 9, 15>;
-  ImuSum::Noise& P = sum_.noise;
-  const Mixed after = A.lazyProduct(P.topRows<9>()) + B.lazyProduct(P.bottomRows<6>());
-  P.topLeftCorner<9, 9>() =
-      after.leftCols<9>().lazyProduct(A.transpose()) + after.rightCols<6>().lazyProduct(B.transpose());
-  Eigen::Matrix<double, 6, 1> decay;
-  decay << Vector3d::Constant(gyro.decay), Vector3d::Constant(accel.decay);
-  P.topRightCorner<9, 6>() = after.rightCols<6>() * decay.asDiagonal();
-  P.bottomLeftCorner<6, 9>() = P.topRightCorner<9, 6>().transpose();
-  P.bottomRightCorner<6, 6>() = (decay.asDiagonal() * P.bottomRightCorner<6, 6>() * decay.asDiagonal()).eval();
-  P.diagonal().segment<3>(kGyroDrift) += gyro.variance;
-  P.diagonal().segment<3>(kAccelDrift) += accel.variance;
-  Eigen::Matrix<double, 6, 1> white;
-  white << noise.gyro / dt, noise.accel / dt;
-  P.topLeftCorner<9, 9>() += (B * white.asDiagonal()).lazyProduct(B.transpose());
-  // White noise within the step moves the place by dt³/3 of its density, of which the mean of the step tells dt³/4.
-  const auto push = B.block<3, 3>(kSpeed, 3);
-  P.topLeftCorner<3, 3>() += dt * dt / 12 * (push * white.tail<3>().asDiagonal() * push.transpose());
-  P.topLeftCorner<9, 9>() = (0.5 * (P.topLeftCorner<9, 9>() + P.topLeftCorner<9, 9>().transpose())).eval();
-
-  ImuSum::ByImu& J = sum_.by_imu;
-  J = A.lazyProduct(J).eval();
-  J.middleCols<6>(0) += B;
-  // A drift at the start has become less by now: x_ has its value, and this its part.
-  const auto add_decayed = [&](int column, int input, double left) {
-    J.middleCols<3>(column) += left * B.middleCols<3>(input);
-  };
-  add_decayed(6, 0, gyro_left_);
-  add_decayed(9, 3, accel_left_);
-  J.middleCols<3>(12) += B.leftCols<3>() * told.rate.asDiagonal();
-  J.middleCols<3>(15) += B.rightCols<3>() * told.force.asDiagonal();
-
-  sum_.position += dt * sum_.velocity + R * moved;
-  sum_.velocity += R * du;
-  sum_.turn = (sum_.turn * step_turn).normalized();
-  sum_.time += dt;
+  motion_.position += dt * motion_.velocity + R * moved;
+  motion_.velocity += R * du;
+  motion_.turn = (motion_.turn * step_turn).normalized();
+  motion_.time += dt;
   x_.gyro_drift *= gyro.decay;
   x_.accel_drift *= accel.decay;
+  return step;
+}
+
+SumStep Preintegration::add(const ImuStep& measured, const StepNoise& noise, const BodyMotion& told,
+                            const DriftStep& gyro, const DriftStep& accel) {
+  const double dt = measured.dt;
+  SumStep step = move(measured, gyro, accel);
+  // What drives the step: rows of the drifts' covariance, and how the drift of now follows from each error of the IMU.
+  // A drift at the start has become less by now: x_ has its value, and `left` its part.
+  for (int k = 0; k < 3; ++k) {
+    auto& rate = carried_[static_cast<std::size_t>(kGyroDrift) + static_cast<std::size_t>(k)];
+    auto& force = carried_[static_cast<std::size_t>(kAccelDrift) + static_cast<std::size_t>(k)];
+    const auto row = static_cast<std::size_t>(kDerivatives) + static_cast<std::size_t>(k);
+    rate[row] = force[row + 3] = 1;
+    rate[row + 6] = gyro_left_;
+    force[row + 9] = accel_left_;
+    rate[row + 12] = told.rate(k);
+    force[row + 15] = told.force(k);
+  }
+  Eigen::Matrix<double, 6, 1> white;
+  white << noise.gyro / dt, noise.accel / dt;
+  spread_sum(step, white, carried_);
+  // White noise within the step moves the place by dt³/3 of its density, of which the mean of the step tells dt³/4.
+  const auto push = step.by_reading.block<3, 3>(kSpeed, 3);
+  const Matrix3d beside = dt * dt / 12 * (push * white.tail<3>().asDiagonal() * push.transpose());
+  for (std::size_t j = 0; j < 3; ++j) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      carried_[j][i] += beside(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+    }
+  }
+  // The drifts themselves.
+  for (int k = 0; k < 6; ++k) {
+    const auto column = static_cast<std::size_t>(kGyroDrift) + static_cast<std::size_t>(k);
+    const DriftStep& of = k < 3 ? gyro : accel;
+    for (std::size_t i = 0; i < 9; ++i) carried_[column][i] = carried_[i][column] *= of.decay;
+    for (std::size_t l = 9; l < 15; ++l) carried_[column][l] *= of.decay * (l < 12 ? gyro : accel).decay;
+    carried_[column][column] += of.variance(k % 3);
+  }
   gyro_left_ *= gyro.decay;
   accel_left_ *= accel.decay;
   return step;
+}
+
+ImuSum Preintegration::sum() const {
+  ImuSum out;
+  static_cast<SummedMotion&>(out) = motion_;
+  for (std::size_t j = 0; j < 15; ++j) {
+    const auto column = static_cast<Eigen::Index>(j);
+    for (Eigen::Index i = 0; i < 15; ++i) out.noise(i, column) = carried_[j][static_cast<std::size_t>(i)];
+    if (j >= 9) continue;
+    for (Eigen::Index i = 0; i < 18; ++i) {
+      out.by_imu(column, i) = carried_[j][static_cast<std::size_t>(kDerivatives) + static_cast<std::size_t>(i)];
+    }
+  }
+  return out;
+}
+
+void add_to_scales(ImuSum::ByImu& by_imu, const SumStep& step, const BodyMotion& told) {
+  constexpr int kScales = 12;
+  auto scales = by_imu.middleCols<6>(kScales);
+  scales = step.by_sum.lazyProduct(scales).eval();
+  scales.leftCols<3>() += step.by_reading.leftCols<3>() * told.rate.asDiagonal();
+  scales.rightCols<3>() += step.by_reading.rightCols<3>() * told.force.asDiagonal();
+}
+
+Eigen::Matrix<double, 9, 1> white_noise_of(const SumStep& step, const StepNoise& noise, double dt,
+                                           const Eigen::Matrix<double, 9, 1>& vector) {
+  Eigen::Matrix<double, 6, 1> pulled = step.by_reading.transpose().lazyProduct(vector);
+  pulled.head<3>().array() *= noise.gyro.array() / dt;
+  pulled.tail<3>().array() *= noise.accel.array() / dt;
+  Eigen::Matrix<double, 9, 1> out = step.by_reading.lazyProduct(pulled);
+  const auto push = step.by_reading.block<3, 3>(kSpeed, 3);
+  const Vector3d beside = (push.transpose() * vector.head<3>()).cwiseProduct(noise.accel) / dt;
+  out.head<3>() += dt * dt / 12 * (push * beside);
+  return out;
 }
 
 SumResidual compare(const ImuSum& sum, const Eigen::Matrix<double, 18, 1>& change, const Estimate& start,
@@ -141,12 +225,20 @@ SumResidual compare(const ImuSum& sum, const Eigen::Matrix<double, 18, 1>& chang
   r.by_end.block<3, 3>(kSpeed, 6) = -CE * V_j;
   r.by_end.block<3, 3>(kTurn, 6) = right * R_j.transpose();
 
+  const Matrix3d EC = CE.transpose(), turn_back = R_j * so3_left_jacobian(-turned);
+  r.end_inverse.setZero();
+  r.end_inverse.block<3, 3>(kPlace, kPlace) = EC;
+  r.end_inverse.block<3, 3>(kSpeed, kPlace) = -omega * EC;
+  r.end_inverse.block<3, 3>(kSpeed, kSpeed) = EC;
+  r.end_inverse.block<3, 3>(kSpeed, kTurn) = V_j * turn_back;
+  r.end_inverse.block<3, 3>(kTurn, kTurn) = turn_back;
+
   r.by_imu = -sum.by_imu;
   r.by_imu.middleRows<3>(kTurn) = (-left * so3_left_jacobian(-turn_change) * sum.by_imu.middleRows<3>(kTurn)).eval();
   return r;
 }
 
-Estimate carry(const ImuSum& sum, const Eigen::Matrix<double, 9, 1>& residual, const Estimate& start,
+Estimate carry(const SummedMotion& sum, const Eigen::Matrix<double, 9, 1>& residual, const Estimate& start,
                const Vector3d& earth_rate, const Gravity& gravity) {
   const double T = sum.time;
   const Fall fall = fall_of(T, start, earth_rate, gravity);

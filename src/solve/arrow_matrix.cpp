@@ -1,6 +1,6 @@
 #include "arrow_matrix.h"
 
-#include <Eigen/Cholesky>
+#include <algorithm>
 #include <utility>
 
 #include "piste/core/error.h"
@@ -8,90 +8,128 @@
 namespace piste {
 namespace {
 
-// By a Cholesky factor of the matrix with unit diagonal, so that units do not matter.
-Eigen::MatrixXd inverse_of_definite(const Eigen::MatrixXd& A) {
-  const Eigen::VectorXd scale = A.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::LLT<Eigen::MatrixXd> root(scale.asDiagonal() * A * scale.asDiagonal());
-  if (!scale.allFinite() || root.info() != Eigen::Success) {
-    throw DataError("batch", "its normal equations are not positive definite");
-  }
-  const Eigen::MatrixXd unit = root.solve(Eigen::MatrixXd::Identity(A.rows(), A.cols()));
-  const Eigen::MatrixXd inverse = scale.asDiagonal() * unit * scale.asDiagonal();
-  return 0.5 * (inverse + inverse.transpose());
+void invert(const Blocks::View& A) {
+  if (!invert_definite(A)) throw DataError("batch", "its normal equations are not positive definite");
 }
 
 }  // namespace
 
-ArrowMatrix::ArrowMatrix(std::size_t count, Eigen::Index node, Eigen::Index border)
-    : nodes(count, Eigen::MatrixXd::Zero(node, node)),
-      links(count > 0 ? count - 1 : 0, Eigen::MatrixXd::Zero(node, node)),
-      sides(count, Eigen::MatrixXd::Zero(node, border)),
-      corner(Eigen::MatrixXd::Zero(border, border)) {}
+ArrowEquations::ArrowEquations(std::size_t count, Eigen::Index node, Eigen::Index border)
+    : nodes_(count, node, node), sides_(count, node, border + 1), corner_(1, border + 1, border + 1) {}
 
-ArrowElimination::ArrowElimination(ArrowMatrix equations, ArrowVector right, std::vector<ChainLink> chain)
-    : A_(std::move(equations)), b_(std::move(right)), chain_(std::move(chain)) {
-  ArrowMatrix& A = A_;
-  ArrowVector& b = b_;
-  double squares = 0;
-  for (std::size_t i = 0; i < A.nodes.size(); ++i) {
-    const Eigen::MatrixXd P = inverse_of_definite(A.nodes[i]), side = P * A.sides[i];
-    const Eigen::VectorXd mean = P * b.nodes[i];
-    squares += mean.dot(b.nodes[i]);
-    A.corner.noalias() -= A.sides[i].transpose() * side;
-    b.border.noalias() -= A.sides[i].transpose() * mean;
-    A.nodes[i] = P;
-    A.sides[i] = side;
-    b.nodes[i] = mean;
+void ArrowEquations::add(std::size_t node, const ArrowRows& rows) {
+  add_product_transposed(1, rows.J[0], rows.J[0], nodes_[node]);
+  add_product_transposed(1, rows.J[0], rows.K[0], sides_[node]);
+  add_product_transposed(1, rows.K[0], rows.K[0], corner_[0]);
+}
+
+void ArrowEquations::add(std::size_t node, const Eigen::MatrixXd& J, const Eigen::MatrixXd& K,
+                         const Eigen::VectorXd& residual) {
+  ArrowRows rows(J.cols(), K.cols());
+  for (Eigen::Index first = 0; first < J.rows(); first += 3) {
+    const Eigen::Index n = std::min<Eigen::Index>(3, J.rows() - first);
+    rows.J[0].setZero();
+    rows.K[0].setZero();
+    rows.J[0].leftCols(n) = J.middleRows(first, n).transpose();
+    rows.K[0].topLeftCorner(K.cols(), n) = K.middleRows(first, n).transpose();
+    rows.K[0].bottomLeftCorner(1, n) = residual.segment(first, n).transpose();
+    add(node, rows);
+  }
+}
+
+double ArrowEquations::squares() const { return corner_[0](corner_.rows() - 1, corner_.rows() - 1); }
+
+ArrowElimination::ArrowElimination(ArrowEquations equations, ChainLinks chain)
+    : nodes_(std::move(equations.nodes_)),
+      sides_(std::move(equations.sides_)),
+      gains_(chain.size(), nodes_.rows(), nodes_.rows()),
+      chain_(std::move(chain)) {
+  const Eigen::Index n = nodes_.rows(), with_one = sides_.columns(), g = with_one - 1;
+  Blocks corner = std::move(equations.corner_);
+  Blocks squares(2, n, n), tall(2, n, with_one), wide(1, with_one, n);
+  auto FP = squares[0], told = squares[1];  // `told`: of the next node, by what stands before it
+  auto side = tall[0], told_B = tall[1];
+  auto transposed = wide[0];
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    auto P = nodes_[i];
+    invert(P);
+    side.setZero();
+    add_product(1, P, sides_[i], side);
+    transposed = sides_[i].transpose();
+    add_product(-1, transposed, side, corner[0]);
+    sides_[i] = side;
     if (i == chain_.size()) break;
-    const ChainLink& link = chain_[i];
-    const Eigen::MatrixXd FP = link.F * P;
-    const Eigen::MatrixXd told = inverse_of_definite(FP * link.F.transpose() + link.noise);  // of z by the past
-    const Eigen::MatrixXd gain = FP.transpose() * told, B = link.B - link.F * side;
-    const Eigen::VectorXd ahead = link.F * mean + link.c, pull = told * ahead;
-    squares -= ahead.dot(pull);
-    A.nodes[i + 1] += told;
-    const Eigen::MatrixXd told_B = told * B;
-    A.sides[i + 1] -= told_B;
-    A.corner.noalias() += B.transpose() * told_B;
-    b.nodes[i + 1] += pull;
-    b.border.noalias() -= B.transpose() * pull;
-    A.sides[i].noalias() += gain * B;
-    A.links[i] = -gain;
-    b.nodes[i].noalias() -= gain * ahead;
+    const auto F = chain_.F[i];
+    FP.setZero();
+    add_product(1, F, P, FP);
+    told = chain_.noise[i];
+    add_product_transposed(1, FP, F, told);
+    invert(told);
+    auto& B = side;  // in terms of the border alone
+    B = chain_.B[i];
+    add_product(-1, F, sides_[i], B);
+    told_B.setZero();
+    add_product(1, told, B, told_B);
+    nodes_[i + 1] += told;
+    sides_[i + 1] -= told_B;
+    transposed = B.transpose();
+    add_product(1, transposed, told_B, corner[0]);
+    auto gain = gains_[i];  // P Fᵀ told
+    add_product(1, told, FP, gain);
+    gain.transposeInPlace();
+    add_product(1, gain, B, sides_[i]);
   }
-  if (A.corner.size() > 0) {
-    A.corner = inverse_of_definite(A.corner);
-    const Eigen::VectorXd border = A.corner * b.border;
-    squares += border.dot(b.border);
-    b.border = border;
-  }
-  depth_ = 0.5 * squares;
+  least_ = corner[0](g, g);
+  corner_ = Blocks(1, g, g);
+  border_ = Eigen::VectorXd::Zero(g);
+  if (g == 0) return;
+  corner_[0] = corner[0].topLeftCorner(g, g);
+  invert(corner_[0]);
+  const Eigen::VectorXd right = -corner[0].topRightCorner(g, 1);
+  border_ = corner_[0] * right;
+  least_ -= border_.dot(right);
 }
 
 ArrowVector ArrowElimination::solution() const {
-  ArrowVector x = b_;
-  for (std::size_t i = x.nodes.size(); i-- > 0;) {
-    x.nodes[i].noalias() -= A_.sides[i] * x.border;
-    if (i < chain_.size()) x.nodes[i].noalias() -= A_.links[i] * x.nodes[i + 1];
+  ArrowVector x{Blocks(nodes_.size(), nodes_.rows(), 1), border_};
+  Eigen::VectorXd of_all(border_.size() + 1);
+  of_all << border_, 1;
+  for (std::size_t i = nodes_.size(); i-- > 0;) {
+    x.nodes[i].noalias() = -sides_[i].lazyProduct(of_all);
+    if (i < gains_.size()) x.nodes[i].noalias() += gains_[i].lazyProduct(x.nodes[i + 1]);
   }
   return x;
 }
 
 ArrowMatrix ArrowElimination::covariance() const {
-  ArrowMatrix P = A_;
-  for (std::size_t i = P.nodes.size(); i-- > 0;) {
-    P.sides[i].noalias() = -A_.sides[i] * P.corner;
-    if (i < chain_.size()) {
-      const Eigen::MatrixXd& gain = A_.links[i];  // its negative
+  const Eigen::Index n = nodes_.rows(), g = border_.size();
+  ArrowMatrix P{nodes_, Blocks(gains_.size(), n, n), Blocks(nodes_.size(), n, g), corner_[0]};
+  Blocks squares(2, n, n);
+  auto rest = squares[0], half = squares[1];
+  for (std::size_t i = nodes_.size(); i-- > 0;) {
+    const auto side = sides_.left(i, g);
+    auto of_node = P.nodes[i], of_side = P.sides[i];
+    add_product(-1, side, corner_[0], of_side);
+    if (i < gains_.size()) {
+      const auto gain = gains_[i];
+      auto link = P.links[i];
       // Joseph's form of the covariance with the next node known: what is left stays positive.
-      const Eigen::MatrixXd rest = Eigen::MatrixXd::Identity(gain.rows(), gain.rows()) + gain * chain_[i].F;
-      P.nodes[i] = rest * A_.nodes[i] * rest.transpose() + gain * chain_[i].noise * gain.transpose();
-      P.sides[i].noalias() -= gain * P.sides[i + 1];
-      P.links[i].noalias() = -gain * P.nodes[i + 1] - A_.sides[i] * P.sides[i + 1].transpose();
-      P.nodes[i].noalias() -= P.links[i] * gain.transpose();
+      rest.setIdentity();
+      add_product(-1, gain, chain_.F[i], rest);
+      half.setZero();
+      add_product(1, rest, nodes_[i], half);
+      of_node.setZero();
+      add_product_transposed(1, half, rest, of_node);
+      half.setZero();
+      add_product(1, gain, chain_.noise[i], half);
+      add_product_transposed(1, half, gain, of_node);
+      add_product(1, gain, P.sides[i + 1], of_side);
+      add_product(1, gain, P.nodes[i + 1], link);
+      add_product_transposed(-1, side, P.sides[i + 1], link);
+      add_product_transposed(1, link, gain, of_node);
     }
-    P.nodes[i].noalias() -= P.sides[i] * A_.sides[i].transpose();
-    P.nodes[i] = (0.5 * (P.nodes[i] + P.nodes[i].transpose())).eval();
+    add_product_transposed(-1, of_side, side, of_node);
+    of_node = (0.5 * (of_node + of_node.transpose())).eval();
   }
   return P;
 }

@@ -4,29 +4,56 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "math/blocks.h"
+
 namespace piste {
 
-/// What ties node i to node i + 1: z = F x + B g + c + w, where w has the covariance `noise`, and g is the border.
-struct ChainLink {
-  Eigen::MatrixXd F, B, noise;
-  Eigen::VectorXd c;
+/// What ties node i to node i + 1: z = F x + B (g, 1) + w, where w has the covariance `noise`, and g is the border. The
+/// last column of B is what does not depend on any of them.
+struct ChainLinks {
+  Blocks F, B, noise;
+
+  ChainLinks(std::size_t count, Eigen::Index node, Eigen::Index border)
+      : F(count, node, node), B(count, node, border + 1), noise(count, node, node) {}
+  std::size_t size() const { return F.size(); }
 };
 
 /// A vector of all unknowns.
 struct ArrowVector {
-  std::vector<Eigen::VectorXd> nodes;
+  Blocks nodes;  ///< a column each
   Eigen::VectorXd border;
 };
 
-/// Blocks of a symmetric matrix over all nodes and the border. In normal equations the others are zero; in their
-/// inverse they are not, but are not needed.
-struct ArrowMatrix {
-  std::vector<Eigen::MatrixXd> nodes;  ///< of each node with itself
-  std::vector<Eigen::MatrixXd> links;  ///< of node i with node i + 1
-  std::vector<Eigen::MatrixXd> sides;  ///< of node i with the border
-  Eigen::MatrixXd corner;              ///< of the border with itself
+/// Residuals of one node and the border, J x + K (g, 1): a column of each matrix is a row of J or K, and the last
+/// element of K's is what does not depend on the unknowns. At most three of them are used.
+struct ArrowRows {
+  Blocks J, K;
 
-  ArrowMatrix(std::size_t count, Eigen::Index node, Eigen::Index border);
+  ArrowRows(Eigen::Index node, Eigen::Index border) : J(1, node, 3), K(1, border + 1, 3) {}
+  Eigen::Vector3d residual() const { return K[0].bottomRows<1>().transpose(); }
+};
+
+/// The sum of squares of residuals of nodes and the border, as normal equations.
+class ArrowEquations {
+ public:
+  ArrowEquations(std::size_t count, Eigen::Index node, Eigen::Index border);
+  void add(std::size_t node, const ArrowRows& rows);
+  /// Any number of rows.
+  void add(std::size_t node, const Eigen::MatrixXd& J, const Eigen::MatrixXd& K, const Eigen::VectorXd& residual);
+  /// Sum of the squares with all unknowns zero.
+  double squares() const;
+
+ private:
+  friend class ArrowElimination;
+  Blocks nodes_, sides_, corner_;  // of a node with itself, and with (g, 1); of (g, 1) with itself
+};
+
+/// Blocks of the covariance of all nodes and the border. The others are not zero, but are not needed.
+struct ArrowMatrix {
+  Blocks nodes;            ///< of each node with itself
+  Blocks links;            ///< of node i with node i + 1
+  Blocks sides;            ///< of node i with the border
+  Eigen::MatrixXd corner;  ///< of the border with itself
 };
 
 /// The nodes eliminated from the first to the last (Takahashi, Fagan and Chen 1973): from it the solution follows, and
@@ -34,9 +61,9 @@ struct ArrowMatrix {
 /// and would take all digits of it. The cost is linear in the number of nodes.
 class ArrowElimination {
  public:
-  /// `A` and `b`: the normal equations of priors and measurements alone, without those of `chain`. Throws DataError if
-  /// the first node, or the border, is not determined.
-  ArrowElimination(ArrowMatrix A, ArrowVector b, std::vector<ChainLink> chain);
+  /// `equations`: of priors and measurements alone, without those of `chain`. Throws DataError if the first node, or
+  /// the border, is not determined.
+  ArrowElimination(ArrowEquations equations, ChainLinks chain);
 
   ArrowVector solution() const;
   /// Selected blocks of the inverse, back from those of the border and the next node.
@@ -49,19 +76,20 @@ class ArrowElimination {
         P.sides[late].template middleRows<kColumns>(column).transpose();
     Eigen::Matrix<double, Eigen::Dynamic, kColumns> C = P.nodes[late].template middleCols<kColumns>(column);
     for (std::size_t i = late; i-- > 0;) {
-      C = (-A_.links[i] * C - A_.sides[i] * border).eval();
+      C = (gains_[i] * C - sides_[i].leftCols(border.rows()) * border).eval();
       visit(i, C);
     }
   }
-  /// How far the minimum of xᵀ A x / 2 − bᵀ x with all links lies below zero.
-  double depth() const { return depth_; }
+  /// What all squares, of the equations and of the chain, come to at the solution.
+  double least() const { return least_; }
 
  private:
-  // With the next node z and the border g, x = b − link z − side g; `node` is its covariance by what stands before z.
-  ArrowMatrix A_;
-  ArrowVector b_;
-  std::vector<ChainLink> chain_;
-  double depth_ = 0;
+  // With the next node z and the border g, x = gain z − side (g, 1); `node` is its covariance by what stands before z.
+  Blocks nodes_, sides_, gains_;
+  Blocks corner_;  // covariance of the border
+  Eigen::VectorXd border_;
+  ChainLinks chain_;
+  double least_ = 0;
 };
 
 }  // namespace piste

@@ -42,7 +42,11 @@ Reference reference_of(const Solution& filtered, const Start& start) {
 std::vector<double> squares_of(const BatchTerms& terms, const BatchStates& states) {
   const auto& fixes = terms.chain().fixes;
   std::vector<double> out(fixes.size());
-  for (std::size_t i = 0; i < fixes.size(); ++i) out[i] = terms.fix(i, states[fixes[i].node]).residual.squaredNorm();
+  ArrowRows rows(terms.layout().node.size(), terms.layout().constant.size());
+  for (std::size_t i = 0; i < fixes.size(); ++i) {
+    terms.fix(i, states[fixes[i].node], 1, rows);
+    out[i] = rows.residual().squaredNorm();
+  }
   return out;
 }
 
@@ -126,7 +130,8 @@ std::unique_ptr<BatchRun> run_batch(const Log& log, const FilterOptions& options
   bool smooth = true;
   std::vector<double> weighed;  // of the fixes, in the last round
   while (sum.rounds < batch.most_rounds && !sum.converged) {
-    s.chain = lay_chain(log, options, s.layout, s.start.time, reference, known, batch.longest_interval, s.chain.nodes);
+    s.chain = lay_chain(log, options, s.layout, s.start.time, reference, known, batch.longest_interval,
+                        sum.rounds > 0 ? &s.chain : nullptr);
     s.terms = std::make_unique<BatchTerms>(s.world, s.options, s.layout, s.start, s.chain);
     s.at_nodes.clear();
     s.at_nodes.reserve(s.chain.nodes.size());

@@ -144,7 +144,7 @@ class ChainLayer {
 
   void node_here() {
     if (pending_ == chain_.steps.size()) return;  // there is one
-    chain_.intervals.push_back({pending_, chain_.steps.size(), {}});
+    chain_.intervals.push_back({pending_, chain_.steps.size(), {}, {}});
     chain_.nodes.push_back({time_, x_, gravity_, {}});
     pending_ = chain_.steps.size();
   }
@@ -207,6 +207,41 @@ class ChainLayer {
   Chain chain_;
 };
 
+// Whether the noise of an interval and its derivatives are the same with the errors of the IMU of two estimates, but
+// for a thousandth of themselves: so much a rotation, a scale or a force that differs by this part changes them. A
+// solution moves by that part of what it moves at all.
+bool hardly_differ(const Estimate& a, const Estimate& b, double time) {
+  constexpr double kPart = 1e-3;
+  const Vector3d rate = a.gyro_bias + a.gyro_drift - b.gyro_bias - b.gyro_drift;
+  const Vector3d force = a.accel_bias + a.accel_drift - b.accel_bias - b.accel_drift;
+  return rate.norm() * time < kPart && force.norm() < kPart * kStandardGravity &&
+         (a.gyro_scale - b.gyro_scale).norm() < kPart && (a.accel_scale - b.accel_scale).norm() < kPart;
+}
+
+// The samples of an interval, which may have noise and derivatives already.
+void sum_up(Chain& chain, std::size_t i, ProcessSteps& processes) {
+  ChainInterval& interval = chain.intervals[i];
+  const bool known = interval.sum.time > 0;
+  Preintegration sum(chain.nodes[i].x);
+  if (known) interval.sum.by_imu.rightCols<6>().setZero();
+  for (std::size_t k = interval.first; k < interval.last; ++k) {
+    const ChainStep& s = chain.steps[k];
+    processes.over(s.step.dt);
+    const DriftStep &gyro = processes.of(Block::kGyroDrift), &accel = processes.of(Block::kAccelDrift);
+    if (known) {
+      add_to_scales(interval.sum.by_imu, sum.move(s.step, gyro, accel), s.told);
+    } else {
+      sum.add(s.step, s.noise, s.told, gyro, accel);
+    }
+  }
+  if (known) {
+    static_cast<SummedMotion&>(interval.sum) = sum.motion();
+  } else {
+    interval.sum = sum.sum();
+    interval.summed = chain.nodes[i].x;
+  }
+}
+
 }  // namespace
 
 DriftStep process_step(const FilterOptions& options, Block block, double dt) {
@@ -216,36 +251,43 @@ DriftStep process_step(const FilterOptions& options, Block block, double dt) {
   return {d.transition, d.variance * process->weight};
 }
 
-DriftStep drift_step(const FilterOptions& options, const BatchLayout& layout, Block drift, double dt) {
-  return layout.whole.has(drift) ? process_step(options, drift, dt) : DriftStep{};
+void ProcessSteps::over(double dt) {
+  if (dt == dt_) return;
+  dt_ = dt;
+  for (const Block b : layout_.node.blocks) {
+    if (!is_navigation(b)) steps_[static_cast<std::size_t>(b)] = process_step(options_, b, dt);
+  }
 }
 
 Chain lay_chain(const Log& log, const FilterOptions& options, const BatchLayout& layout, double start,
-                const Reference& reference, const FixWeights& weights, double longest,
-                const std::vector<ChainNode>& solved) {
+                const Reference& reference, const FixWeights& weights, double longest, const Chain* solved) {
   ChainLayer layer(log, options, layout, start, reference, weights, longest);
   const double end = (reference.rows.empty() ? start : reference.rows.back().time) + kSameInstant;
   LogPlace place = place_at(log, start, end);
   Feeder feeder(log, place, layer);
   while (!feeder.done()) feeder.step();
   Chain chain = layer.finish();
-  for (ChainNode& node : chain.nodes) {
+  std::size_t before = 0;
+  for (std::size_t i = 0; i < chain.nodes.size(); ++i) {
+    ChainNode& node = chain.nodes[i];
     node.side = node.x;
-    const auto same = first_at_or_after(solved, node.time - kSameInstant);
-    if (same == solved.end() || same->time > node.time + kSameInstant) continue;
-    node.x = same->x;
-    node.side = same->side;
-  }
-  for (std::size_t i = 0; i < chain.intervals.size(); ++i) {
-    ChainInterval& interval = chain.intervals[i];
-    Preintegration sum(chain.nodes[i].x);
-    for (std::size_t k = interval.first; k < interval.last; ++k) {
-      const ChainStep& s = chain.steps[k];
-      sum.add(s.step, s.noise, s.told, drift_step(options, layout, Block::kGyroDrift, s.step.dt),
-              drift_step(options, layout, Block::kAccelDrift, s.step.dt));
+    if (!solved) continue;
+    while (before < solved->nodes.size() && solved->nodes[before].time < node.time - kSameInstant) ++before;
+    if (before == solved->nodes.size() || solved->nodes[before].time > node.time + kSameInstant) continue;
+    node.x = solved->nodes[before].x;
+    node.side = solved->nodes[before].side;
+    // The same samples in the interval, unless a delay has changed.
+    if (i == chain.intervals.size() || before == solved->intervals.size()) continue;
+    if (const ChainInterval& now = chain.intervals[i], &then = solved->intervals[before];
+        now.last - now.first == then.last - then.first &&
+        std::abs(chain.nodes[i + 1].time - solved->nodes[before + 1].time) <= kSameInstant &&
+        hardly_differ(node.x, then.summed, then.sum.time)) {
+      chain.intervals[i].sum = then.sum;
+      chain.intervals[i].summed = then.summed;
     }
-    interval.sum = sum.sum();
   }
+  ProcessSteps processes(options, layout);
+  for (std::size_t i = 0; i < chain.intervals.size(); ++i) sum_up(chain, i, processes);
   return chain;
 }
 

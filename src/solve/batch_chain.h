@@ -1,6 +1,7 @@
 #pragma once
 // A run as a chain: nodes at the times where measurements belong, what the IMU says between them, and the measurements.
 
+#include <array>
 #include <cstddef>
 #include <limits>
 #include <map>
@@ -34,7 +35,8 @@ struct ChainStep {
 /// What lies between node i and node i + 1: steps [first, last) of the chain.
 struct ChainInterval {
   std::size_t first = 0, last = 0;
-  ImuSum sum;
+  ImuSum sum;       ///< its motion is that with the errors of the IMU of the node before it
+  Estimate summed;  ///< and its noise and derivatives that with these
 };
 
 /// One channel of a fix, at a node.
@@ -69,17 +71,29 @@ struct Chain {
   std::vector<ChainEpoch> epochs;  ///< in the order of the filter's rows
 };
 
+/// How the processes of a node change over a time, kept while that stays the same.
+class ProcessSteps {
+ public:
+  ProcessSteps(const FilterOptions& options, const BatchLayout& layout) : options_(options), layout_(layout) {}
+  void over(double dt);
+  /// No change of a block that no node has.
+  const DriftStep& of(Block block) const { return steps_[static_cast<std::size_t>(block)]; }
+
+ private:
+  const FilterOptions& options_;
+  const BatchLayout& layout_;
+  double dt_ = 0;
+  std::array<DriftStep, kBlocks.size()> steps_;
+};
+
 /// Lays the chain of a run about a trajectory, which gives the nodes their first values, the motion that scales
 /// multiply, and the delays by which fixes get their places. `longest`: seconds between nodes at most. Fixes without a
-/// weight are left out. `solved`: nodes of a chain that was laid before, with their solution, which are nearer to the
-/// new one than a trajectory that has epochs alone. @pre `reference` has the epochs of the filter, and begins with
+/// weight are left out. `solved`: the chain that was laid before, with the solution in its nodes, which are nearer to
+/// the new one than a trajectory that has epochs alone; where they have hardly moved, the noise of an interval and its
+/// derivatives stay what they were. @pre `reference` has the epochs of the filter, and begins with
 /// `start`
 Chain lay_chain(const Log& log, const FilterOptions& options, const BatchLayout& layout, double start,
-                const Reference& reference, const FixWeights& weights, double longest,
-                const std::vector<ChainNode>& solved = {});
-
-/// Change of a drift over a step, by the process that the run has for it.
-DriftStep drift_step(const FilterOptions& options, const BatchLayout& layout, Block drift, double dt);
+                const Reference& reference, const FixWeights& weights, double longest, const Chain* solved = nullptr);
 
 /// How a process of a node changes over `dt`.
 DriftStep process_step(const FilterOptions& options, Block block, double dt);

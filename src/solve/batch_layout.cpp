@@ -60,6 +60,18 @@ void BatchLayout::Part::copy(const Estimate& from, Estimate& to) const {
   }
 }
 
+void BatchLayout::Part::difference(const Estimate& x, const Estimate& from, double* error) const {
+  for (const Block b : blocks) {
+    const int size = info(b).size;
+    if (is_rotation(b)) {
+      Eigen::Map<Vector3d>{error} = so3_log(rotation(x, b) * rotation(from, b).conjugate());
+    } else {
+      for (int k = 0; k < size; ++k) error[k] = additive(x, b)(k) - additive(from, b)(k);
+    }
+    error += size;
+  }
+}
+
 Eigen::VectorXd BatchLayout::Part::select(const FullError& error) const {
   Eigen::VectorXd out(size());
   int row = 0;

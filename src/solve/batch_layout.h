@@ -25,6 +25,8 @@ struct BatchLayout {
     void load(const double* values, Estimate& x) const;
     /// Copies the values of the blocks.
     void copy(const Estimate& from, Estimate& to) const;
+    /// x ⊟ from of the part's blocks, which are not those of navigation. No heap.
+    void difference(const Estimate& x, const Estimate& from, double* error) const;
     /// Errors of the part from those of all blocks.
     Eigen::VectorXd select(const FullError& error) const;
     /// Errors of all blocks from those of the part; zero for the others.

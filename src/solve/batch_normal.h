@@ -13,7 +13,7 @@ namespace piste {
 struct Refined {
   double cost = 0, fall = 0;
   int steps = 0;
-  std::optional<ArrowElimination> equations = {};  ///< of the last step if it hardly moved the solution, else none
+  std::optional<ArrowElimination> equations = {};  ///< of the last step if what it left is small, else none
 
   bool settled() const { return equations.has_value(); }
 };

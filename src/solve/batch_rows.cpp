@@ -17,6 +17,118 @@ void put(Covariance& P, const BatchLayout::Part& rows, const BatchLayout::Part& 
   }
 }
 
+using NodeError = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kFullSize, 1>;
+
+// The estimate after some steps, with what the interval's noise has come to there.
+Estimate estimate_after(const BatchLayout& layout, const FilterOptions& options, const SummedMotion& sum,
+                        const NodeError& noise, const Estimate& start, const Vector3d& earth_rate,
+                        const Gravity& gravity) {
+  Estimate x = carry(sum, noise.head<9>(), start, earth_rate, gravity);
+  for (const Block b : layout.node.blocks) {
+    if (is_navigation(b)) continue;
+    const double decay = process_step(options, b, sum.time).decay;
+    const int row = layout.node.offset(b);
+    for (int k = 0; k < info(b).size; ++k) additive(x, b)(k) = decay * additive(start, b)(k) + noise(row + k);
+  }
+  return x;
+}
+
+// Estimates after each step of one interval, given both nodes. The noise w_k of a step is Q_k times the adjoint there,
+// which is Fᵀ times that of the next step, and at the end the information of the interval times its residual: what
+// smoothing gives where nothing is measured between (Bryson and Frazier 1963).
+class MeanBridge {
+ public:
+  MeanBridge(const BatchTerms& terms, const FilterOptions& options, const World& world)
+      : terms_(terms), layout_(terms.layout()), options_(options), world_(world), processes_(options, layout_) {}
+
+  const std::vector<Estimate>& estimates(const BatchStates& states, std::size_t interval) {
+    const Chain& chain = terms_.chain();
+    const ChainInterval& i = chain.intervals[interval];
+    const Gravity& gravity = chain.nodes[interval].gravity;
+    const Estimate& start = states[interval];
+    Preintegration sum(start);
+    steps_.clear();
+    for (std::size_t k = i.first; k < i.last; ++k) {
+      const ChainStep& s = chain.steps[k];
+      processes_.over(s.step.dt);
+      const SumStep step = sum.move(s.step, processes_.of(Block::kGyroDrift), processes_.of(Block::kAccelDrift));
+      steps_.push_back({step, sum.motion(), {}});
+    }
+    ImuSum whole;
+    static_cast<SummedMotion&>(whole) = sum.motion();
+    NodeError pull = terms_.information(interval).lazyProduct(
+        compare_ends(layout_, options_, whole, start, start, states[interval + 1], world_.earth_rate(), gravity)
+            .residual);
+    for (std::size_t k = steps_.size(); k-- > 0;) {
+      steps_[k].pull = pull;
+      processes_.over(chain.steps[i.first + k].step.dt);
+      pull = adjoint(steps_[k].step, pull);
+    }
+    NodeError noise = NodeError::Zero(layout_.node.size());
+    estimates_.clear();
+    for (std::size_t k = 0; k < steps_.size(); ++k) {
+      const ChainStep& s = chain.steps[i.first + k];
+      processes_.over(s.step.dt);
+      noise = onward(steps_[k], s, noise);
+      estimates_.push_back(
+          estimate_after(layout_, options_, steps_[k].sum, noise, start, world_.earth_rate(), gravity));
+    }
+    return estimates_;
+  }
+
+ private:
+  struct Step {
+    SumStep step;
+    SummedMotion sum;  // until its end
+    NodeError pull;    // the adjoint there
+  };
+
+  // Fᵀ `pull`.
+  NodeError adjoint(const SumStep& step, const NodeError& pull) const {
+    NodeError out(pull.size());
+    const Eigen::Matrix<double, 9, 1> of_sum = pull.head<9>();
+    out.head<9>() = step.by_sum.transpose().lazyProduct(of_sum);
+    const Eigen::Matrix<double, 6, 1> of_reading = step.by_reading.transpose().lazyProduct(of_sum);
+    for_each_process([&](Block b, int row, int size) {
+      out.segment(row, size) = processes_.of(b).decay * pull.segment(row, size);
+      if (b == Block::kGyroDrift) out.segment<3>(row) += of_reading.head<3>();
+      if (b == Block::kAccelDrift) out.segment<3>(row) += of_reading.tail<3>();
+    });
+    return out;
+  }
+
+  // F `noise` + Q pull.
+  NodeError onward(const Step& at, const ChainStep& sample, const NodeError& noise) const {
+    NodeError out(noise.size());
+    Eigen::Matrix<double, 6, 1> drift = Eigen::Matrix<double, 6, 1>::Zero();
+    for_each_process([&](Block b, int row, int size) {
+      if (b == Block::kGyroDrift) drift.head<3>() = noise.segment<3>(row);
+      if (b == Block::kAccelDrift) drift.tail<3>() = noise.segment<3>(row);
+      const DriftStep& process = processes_.of(b);
+      out.segment(row, size) = process.decay * noise.segment(row, size) +
+                               process.variance.head(size).cwiseProduct(at.pull.segment(row, size));
+    });
+    out.head<9>() = at.step.by_sum.lazyProduct(noise.head<9>()) + at.step.by_reading.lazyProduct(drift) +
+                    white_noise_of(at.step, sample.noise, sample.step.dt, at.pull.head<9>());
+    return out;
+  }
+
+  template <class Visit>
+  void for_each_process(const Visit& visit) const {
+    for (const Block b : layout_.node.blocks) {
+      if (!is_navigation(b)) visit(b, layout_.node.offset(b), info(b).size);
+    }
+  }
+
+  const BatchTerms& terms_;
+  const BatchLayout& layout_;
+  const FilterOptions& options_;
+  const World& world_;
+  ProcessSteps processes_;
+  std::vector<Step> steps_;
+  std::vector<Estimate> estimates_;
+};
+
 // The way through one interval: what is summed until each of its steps, and how an error in it goes on to the end.
 class Bridge {
  public:
@@ -31,12 +143,14 @@ class Bridge {
     const Chain& chain = terms.chain();
     const ChainInterval& i = chain.intervals[interval];
     Preintegration sum(start_);
+    ProcessSteps processes(options, layout_);
     for (std::size_t k = i.first; k < i.last; ++k) {
       const ChainStep& s = chain.steps[k];
-      const SumStep step = sum.add(s.step, s.noise, s.told, drift_step(options, layout_, Block::kGyroDrift, s.step.dt),
-                                   drift_step(options, layout_, Block::kAccelDrift, s.step.dt));
+      processes.over(s.step.dt);
+      const SumStep step =
+          sum.add(s.step, s.noise, s.told, processes.of(Block::kGyroDrift), processes.of(Block::kAccelDrift));
       sums_.push_back(sum.sum());
-      transitions_.push_back(transition(step, s.step.dt));
+      transitions_.push_back(transition(step, processes));
     }
     const MatrixXd W = whitening(interval_noise(layout_, options_, sums_.back()));
     information_ = W.transpose() * W;
@@ -45,17 +159,6 @@ class Bridge {
 
   std::size_t steps() const { return sums_.size(); }
 
-  // Estimates after each step.
-  std::vector<Estimate> estimates() const {
-    std::vector<Estimate> out(steps());
-    VectorXd pull = information_ * at_end_.residual;
-    for (std::size_t k = steps(); k-- > 0;) {
-      out[k] = estimate(k, interval_noise(layout_, options_, sums_[k]) * pull);
-      pull = (transitions_[k].transpose() * pull).eval();
-    }
-    return out;
-  }
-
   // Estimate and covariance after step `k`, by the joint covariance of the errors of both nodes and the constants.
   SmoothedState state(std::size_t k, const MatrixXd& joint) const {
     const int n = layout_.node.size(), g = layout_.constant.size();
@@ -63,7 +166,9 @@ class Bridge {
     for (std::size_t i = k + 1; i < steps(); ++i) F = (transitions_[i] * F).eval();
     const MatrixXd noise = interval_noise(layout_, options_, sums_[k]);
     const MatrixXd M = F.transpose() * information_, K = noise * M;
-    SmoothedState out{estimate(k, K * at_end_.residual), Covariance(layout_.whole.size(), layout_.whole.size())};
+    SmoothedState out{
+        estimate_after(layout_, options_, sums_[k], K * at_end_.residual, start_, earth_rate_, node_.gravity),
+        Covariance(layout_.whole.size(), layout_.whole.size())};
     const BatchTerm here = compare_ends(layout_, options_, sums_[k], start_, start_, out.x, earth_rate_, node_.gravity);
     const MatrixXd left = noise - noise * (M * F) * noise;  // of the noise until k, given that until the end
     const Eigen::PartialPivLU<MatrixXd> by_here(here.by_second);
@@ -80,28 +185,17 @@ class Bridge {
   }
 
  private:
-  MatrixXd transition(const SumStep& step, double dt) const {
+  MatrixXd transition(const SumStep& step, const ProcessSteps& processes) const {
     MatrixXd F = MatrixXd::Zero(layout_.node.size(), layout_.node.size());
     F.topLeftCorner<9, 9>() = step.by_sum;
     for (const Block b : layout_.node.blocks) {
       if (is_navigation(b)) continue;
       const int row = layout_.node.offset(b), size = info(b).size;
-      F.block(row, row, size, size).diagonal().setConstant(process_step(options_, b, dt).decay);
+      F.block(row, row, size, size).diagonal().setConstant(processes.of(b).decay);
       if (b == Block::kGyroDrift) F.block<9, 3>(0, row) = step.by_reading.leftCols<3>();
       if (b == Block::kAccelDrift) F.block<9, 3>(0, row) = step.by_reading.rightCols<3>();
     }
     return F;
-  }
-
-  // The estimate after step k, with what the interval's noise has come to there.
-  Estimate estimate(std::size_t k, const VectorXd& noise) const {
-    Estimate x = carry(sums_[k], noise.head<9>(), start_, earth_rate_, node_.gravity);
-    for (const Block b : layout_.node.blocks) {
-      if (is_navigation(b)) continue;
-      additive(x, b) = process_step(options_, b, sums_[k].time).decay * additive(start_, b) +
-                       noise.segment(layout_.node.offset(b), info(b).size);
-    }
-    return x;
   }
 
   const BatchLayout& layout_;
@@ -142,6 +236,7 @@ Reference epochs_between(const BatchTerms& terms, const FilterOptions& options, 
   Reference out;
   out.start = states.front();
   out.rows.reserve(chain.epochs.size());
+  MeanBridge bridge(terms, options, world);
   auto epoch = chain.epochs.begin();
   const auto at_node = [&](std::size_t i) {
     for (; epoch != chain.epochs.end() && epoch->interval == i && epoch->steps == 0; ++epoch) {
@@ -151,7 +246,7 @@ Reference epochs_between(const BatchTerms& terms, const FilterOptions& options, 
   for (std::size_t i = 0; i < chain.intervals.size(); ++i) {
     at_node(i);
     if (epoch == chain.epochs.end() || epoch->interval != i) continue;
-    const std::vector<Estimate> between = Bridge(terms, options, world, states, i).estimates();
+    const std::vector<Estimate>& between = bridge.estimates(states, i);
     for (; epoch != chain.epochs.end() && epoch->interval == i; ++epoch) {
       out.rows.push_back({epoch->time, between[epoch->steps - 1]});
     }

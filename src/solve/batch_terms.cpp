@@ -10,6 +10,10 @@
 namespace piste {
 namespace {
 
+[[noreturn]] void not_definite() {
+  throw DataError("batch", "a covariance is not positive definite: is a block estimated that has no error?");
+}
+
 using ImuChange = Eigen::Matrix<double, 18, 1>;
 
 // By how much the errors of the IMU differ, in the order of the columns of a sum.
@@ -44,6 +48,24 @@ Eigen::MatrixXd by_error(const StateLayout& layout, const FullError& e) {
   return out;
 }
 
+// The derivatives of a linearised fix by the blocks that have a place in `offsets`, whitened: a column for each row.
+template <class Offsets>
+void put_whitened(const Linearization& lin, const Matrix3d& W, const Offsets& offsets, Blocks::View out) {
+  out.setZero();
+  for (int i = 0; i < lin.count(); ++i) {
+    const Linearization::Term& term = lin.term(i);
+    const int offset = offsets[static_cast<std::size_t>(term.block)];
+    if (offset < 0) continue;
+    for (int k = 0; k < info(term.block).size; ++k) {
+      for (int row = 0; row < lin.rows; ++row) {
+        double sum = 0;
+        for (int j = 0; j <= row; ++j) sum -= W(row, j) * term.jacobian(j, k);
+        out(offset + k, row) = sum;
+      }
+    }
+  }
+}
+
 // That of the filter. A random walk begins at exactly zero, which no weight can say: a millionth of the variance that
 // it gains in a second stands for it.
 Eigen::MatrixXd prior_of(const BatchLayout& layout, const FilterOptions& options, const Start& start) {
@@ -74,10 +96,11 @@ BatchTerm compare_ends(const BatchLayout& layout, const FilterOptions& options, 
   out.by_second.topLeftCorner<9, 9>() = r.by_end;
   int column = 0;
   for (const Block b : ImuSum::kImuErrors) {
-    const bool constant = info(b).prior != nullptr;
-    const int offset = (constant ? layout.constant : layout.node).offset(b);
-    if (offset >= 0) {
-      (constant ? out.by_constant : out.by_first).block<9, 3>(0, offset) += r.by_imu.middleCols<3>(column);
+    if (const int offset = layout.constant.offset(b); offset >= 0) {
+      out.by_constant.block<9, 3>(0, offset) = r.by_imu.middleCols<3>(column);
+    }
+    if (const int offset = layout.node.offset(b); offset >= 0) {
+      out.by_first.block<9, 3>(0, offset) = r.by_imu.middleCols<3>(column);
     }
     column += 3;
   }
@@ -92,12 +115,11 @@ BatchTerm compare_ends(const BatchLayout& layout, const FilterOptions& options, 
   return out;
 }
 
-Eigen::MatrixXd interval_noise(const BatchLayout& layout, const FilterOptions& options, const ImuSum& sum) {
+void interval_noise(const BatchLayout& layout, const FilterOptions& options, const ImuSum& sum, Blocks::View P) {
   // m: over milliseconds the samples tell the way to nanometres, of which the difference of two places has no digits
   // left. Ten nanometres at each node come to a third of a micrometre in a minute.
   constexpr double kFinest = 1e-8;
-  const int n = layout.node.size();
-  Eigen::MatrixXd P = Eigen::MatrixXd::Zero(n, n);
+  P.setZero();
   P.topLeftCorner<9, 9>() = sum.noise.topLeftCorner<9, 9>();
   P.diagonal().head<3>().array() += kFinest * kFinest;
   int from = 9;
@@ -114,14 +136,24 @@ Eigen::MatrixXd interval_noise(const BatchLayout& layout, const FilterOptions& o
     P.diagonal().segment(layout.node.offset(b), info(b).size) =
         process_step(options, b, sum.time).variance.head(info(b).size);
   }
-  return P;
+}
+
+Eigen::MatrixXd interval_noise(const BatchLayout& layout, const FilterOptions& options, const ImuSum& sum) {
+  Blocks P(1, layout.node.size(), layout.node.size());
+  interval_noise(layout, options, sum, P[0]);
+  return P[0];
 }
 
 Eigen::MatrixXd whitening(const Eigen::MatrixXd& P) {
   const Eigen::LLT<Eigen::MatrixXd> root(P);
-  if (root.info() != Eigen::Success)
-    throw DataError("batch", "a covariance is not positive definite: is a block estimated that has no error?");
+  if (root.info() != Eigen::Success) not_definite();
   return root.matrixL().solve(Eigen::MatrixXd::Identity(P.rows(), P.cols()));
+}
+
+BatchTerms::Offsets BatchTerms::offsets_of(const BatchLayout::Part& part) {
+  Offsets out;
+  for (const BlockInfo& row : kBlocks) out[static_cast<std::size_t>(row.block)] = part.offset(row.block);
+  return out;
 }
 
 BatchTerms::BatchTerms(const World& world, const FilterOptions& options, const BatchLayout& layout, const Start& start,
@@ -130,17 +162,28 @@ BatchTerms::BatchTerms(const World& world, const FilterOptions& options, const B
       options_(options),
       layout_(layout),
       chain_(chain),
+      of_node_(offsets_of(layout.node)),
+      of_constant_(offsets_of(layout.constant)),
       start_(start.x),
-      prior_(whitening(prior_of(layout, options, start))) {
-  intervals_.reserve(chain.intervals.size());
-  for (const ChainInterval& i : chain.intervals) {
-    intervals_.push_back(whitening(interval_noise(layout, options, i.sum)));
+      prior_(whitening(prior_of(layout, options, start))),
+      intervals_(chain.intervals.size(), layout.node.size(), layout.node.size()),
+      by_constant_(chain.fixes.size(), layout.constant.size(), 3) {
+  for (std::size_t i = 0; i < chain.intervals.size(); ++i) {
+    interval_noise(layout, options, chain.intervals[i].sum, intervals_[i]);
+    if (!invert_definite(intervals_[i])) not_definite();
   }
   fixes_.reserve(chain.fixes.size());
-  for (const ChainFix& f : chain.fixes) {
-    const Linearization lin = linearize(f, chain.nodes[f.node].x);
-    const Eigen::MatrixXd W = whitening(lin.covariance.topLeftCorner(lin.rows, lin.rows));
-    fixes_.push_back({W, columns_of(layout.constant, -W * assemble(layout.whole, lin).topRows(lin.rows))});
+  for (std::size_t i = 0; i < chain.fixes.size(); ++i) {
+    const ChainFix& fix = chain.fixes[i];
+    const Linearization lin = linearize(fix, chain.nodes[fix.node].x);
+    Matrix3d R = Matrix3d::Identity();
+    R.topLeftCorner(lin.rows, lin.rows) = lin.covariance.topLeftCorner(lin.rows, lin.rows);
+    const Eigen::LLT<Matrix3d> root(R);
+    if (root.info() != Eigen::Success) not_definite();
+    Matrix3d W = root.matrixL().solve(Matrix3d::Identity());
+    W.bottomRows(3 - lin.rows).setZero();
+    fixes_.push_back({lin.rows, W});
+    put_whitened(lin, W, of_constant_, by_constant_[i]);
   }
 }
 
@@ -177,7 +220,8 @@ BatchTerm BatchTerms::interval(std::size_t i, const Estimate& start, const Estim
   const ChainNode& node = chain_.nodes[i];
   BatchTerm term =
       compare_ends(layout_, options_, chain_.intervals[i].sum, node.x, start, end, world_.earth_rate(), node.gravity);
-  const auto W = intervals_[i].triangularView<Eigen::Lower>();
+  const Eigen::MatrixXd root = whitening(interval_noise(layout_, options_, chain_.intervals[i].sum));
+  const auto W = root.triangularView<Eigen::Lower>();
   term.residual = W * term.residual;
   term.by_first = W * term.by_first;
   term.by_second = W * term.by_second;
@@ -185,31 +229,84 @@ BatchTerm BatchTerms::interval(std::size_t i, const Estimate& start, const Estim
   return term;
 }
 
-BatchTerms::Tie BatchTerms::tie(std::size_t i, const Estimate& start, const Estimate& end) const {
+double BatchTerms::tie(std::size_t i, const Estimate& start, const Estimate& end, ChainLinks& links) const {
   const ChainNode& node = chain_.nodes[i];
   const ImuSum& sum = chain_.intervals[i].sum;
-  const BatchTerm t = compare_ends(layout_, options_, sum, node.x, start, end, world_.earth_rate(), node.gravity);
-  const double square = (intervals_[i].triangularView<Eigen::Lower>() * t.residual).squaredNorm();
+  const SumResidual r = compare(sum, imu_change(start, node.x), start, end, world_.earth_rate(), node.gravity);
+  const int n = layout_.node.size(), g = layout_.constant.size();
   // By the end of processes the residual is the identity.
-  const Matrix9d by_end = t.by_second.topLeftCorner<9, 9>().inverse();
-  const auto solved = [&by_end](Eigen::MatrixXd rows) {
-    rows.topRows<9>() = (by_end * rows.topRows<9>()).eval();
-    return rows;
-  };
-  const Eigen::MatrixXd half = solved(interval_noise(layout_, options_, sum));
-  return {{-solved(t.by_first), -solved(t.by_constant), solved(half.transpose()), -solved(t.residual)}, square};
+  const Matrix9d& by_end = r.end_inverse;
+  auto F = links.F[i], B = links.B[i], noise = links.noise[i];
+  F.setZero();
+  B.setZero();
+  Eigen::Matrix<double, kFullSize, 1> residual;
+  residual.head<9>() = r.value;
+  F.topLeftCorner<9, 9>() = -by_end.lazyProduct(r.by_start);
+  B.col(g).head<9>() = -by_end.lazyProduct(r.value);
+  const ImuSum::ByImu by_imu = -by_end.lazyProduct(r.by_imu);
+  int column = 0;
+  for (const Block b : ImuSum::kImuErrors) {
+    if (const int at = of_constant_[static_cast<std::size_t>(b)]; at >= 0) {
+      B.block<9, 3>(0, at) = by_imu.middleCols<3>(column);
+    }
+    if (const int at = of_node_[static_cast<std::size_t>(b)]; at >= 0) {
+      F.block<9, 3>(0, at) = by_imu.middleCols<3>(column);
+    }
+    column += 3;
+  }
+  for (const Block b : layout_.node.blocks) {
+    if (is_navigation(b)) continue;
+    const int row = of_node_[static_cast<std::size_t>(b)], size = info(b).size;
+    const double decay = process_step(options_, b, sum.time).decay;
+    for (int k = 0; k < size; ++k) {
+      F(row + k, row + k) = decay;
+      residual(row + k) = additive(end, b)(k) - decay * additive(start, b)(k);
+      B(row + k, g) = -residual(row + k);
+    }
+  }
+  interval_noise(layout_, options_, sum, noise);
+  noise.topLeftCorner<9, 9>() =
+      by_end.lazyProduct(noise.topLeftCorner<9, 9>().lazyProduct(by_end.transpose()).eval()).eval();
+  for (const Block drift : {Block::kGyroDrift, Block::kAccelDrift}) {
+    if (const int at = of_node_[static_cast<std::size_t>(drift)]; at >= 0) {
+      noise.block<9, 3>(0, at) = by_end.lazyProduct(noise.block<9, 3>(0, at)).eval();
+      noise.block<3, 9>(at, 0) = noise.block<9, 3>(0, at).transpose();
+    }
+  }
+  return residual.head(n).dot(intervals_[i].lazyProduct(residual.head(n)));
 }
 
-BatchTerm BatchTerms::fix(std::size_t i, const Estimate& x) const {
+void BatchTerms::fix(std::size_t i, const Estimate& x, double factor, ArrowRows& rows) const {
   const ChainFix& fix = chain_.fixes[i];
   const Estimate& laid = chain_.nodes[fix.node].x;
   Estimate at = x;
   layout_.constant.copy(laid, at);
   const Linearization lin = linearize(fix, at);
-  const auto& [W, by_constant] = fixes_[i];
-  const Eigen::MatrixXd J = -W * assemble(layout_.whole, lin).topRows(lin.rows);
-  const Eigen::VectorXd change = layout_.constant.select(boxminus(x, laid));
-  return {W * lin.residual.head(lin.rows) + by_constant * change, columns_of(layout_.node, J), {}, by_constant};
+  const Matrix3d W = factor * fixes_[i].whitening;
+  put_whitened(lin, W, of_node_, rows.J[0]);
+  const int g = layout_.constant.size();
+  std::array<double, kFullSize> change;
+  layout_.constant.difference(x, laid, change.data());
+  auto K = rows.K[0];
+  for (int row = 0; row < 3; ++row) {
+    double sum = 0;
+    for (int k = 0; k < g; ++k) {
+      K(k, row) = factor * by_constant_[i](k, row);
+      sum += K(k, row) * change[static_cast<std::size_t>(k)];
+    }
+    for (int j = 0; j < lin.rows; ++j) sum += W(row, j) * lin.residual(j);
+    K(g, row) = sum;
+  }
+}
+
+BatchTerm BatchTerms::fix(std::size_t i, const Estimate& x) const {
+  const int g = layout_.constant.size(), n = rows_of_fix(i);
+  ArrowRows rows(layout_.node.size(), g);
+  fix(i, x, 1, rows);
+  return {rows.K[0].row(g).head(n).transpose(),
+          rows.J[0].leftCols(n).transpose(),
+          {},
+          rows.K[0].topLeftCorner(g, n).transpose()};
 }
 
 }  // namespace piste

@@ -2,6 +2,7 @@
 // The terms of which the objective of a batch is the sum of squares: residuals, whitened, and their derivatives.
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -22,7 +23,9 @@ BatchTerm compare_ends(const BatchLayout& layout, const FilterOptions& options, 
                        const Estimate& linearised_at, const Estimate& start, const Estimate& end,
                        const Vector3d& earth_rate, const Gravity& gravity);
 
-/// Covariance of that residual: of what the IMU's noise and the processes add in the interval.
+/// Covariance of that residual: of what the IMU's noise and the processes add in the interval. `P` has as many rows and
+/// columns as the errors of a node, and is written.
+void interval_noise(const BatchLayout& layout, const FilterOptions& options, const ImuSum& sum, Blocks::View P);
 Eigen::MatrixXd interval_noise(const BatchLayout& layout, const FilterOptions& options, const ImuSum& sum);
 
 /// W with Wᵀ W = P⁻¹, lower triangular. Throws DataError if P is not positive definite.
@@ -41,32 +44,39 @@ class BatchTerms {
   BatchTerm prior(const Estimate& first) const;
   BatchTerm interval(std::size_t i, const Estimate& start, const Estimate& end) const;
   BatchTerm fix(std::size_t i, const Estimate& x) const;
-  /// The interval as what ties the errors of its ends, and the square of its whitened residual.
-  struct Tie {
-    ChainLink link;
-    double square;
-  };
-  Tie tie(std::size_t i, const Estimate& start, const Estimate& end) const;
+  /// A fix as rows, each times `factor`. No heap.
+  void fix(std::size_t i, const Estimate& x, double factor, ArrowRows& rows) const;
+  /// The interval as what ties the errors of its ends, into `links`. Returns the square of its whitened residual. No
+  /// heap.
+  double tie(std::size_t i, const Estimate& start, const Estimate& end, ChainLinks& links) const;
+  /// The inverse of interval_noise().
+  Blocks::ConstView information(std::size_t i) const { return intervals_[i]; }
 
   const Chain& chain() const { return chain_; }
   const BatchLayout& layout() const { return layout_; }
-  int rows_of_fix(std::size_t i) const { return static_cast<int>(fixes_[i].whitening.rows()); }
+  int rows_of_fix(std::size_t i) const { return fixes_[i].rows; }
   int source_of_fix(std::size_t i) const { return chain_.fixes[i].place.source; }
 
  private:
+  /// First row of each block among the errors of a part, −1 if it is not in it.
+  using Offsets = std::array<int, kBlocks.size()>;
+  static Offsets offsets_of(const BatchLayout::Part& part);
+  struct Fix {
+    int rows;
+    Matrix3d whitening;  // zero beyond its rows
+  };
   Linearization linearize(const ChainFix& fix, const Estimate& x) const;
 
   const World& world_;
   const FilterOptions& options_;
   const BatchLayout& layout_;
   const Chain& chain_;
+  Offsets of_node_, of_constant_;
   Estimate start_;
-  Eigen::MatrixXd prior_;                   // whitening, in the order of the run's error vector
-  std::vector<Eigen::MatrixXd> intervals_;  // likewise
-  struct Fix {
-    Eigen::MatrixXd whitening, by_constant;
-  };
+  Eigen::MatrixXd prior_;  // whitening, in the order of the run's error vector
+  Blocks intervals_;
   std::vector<Fix> fixes_;
+  Blocks by_constant_;  // of each fix, a column for each of its rows
 };
 
 }  // namespace piste

@@ -123,6 +123,7 @@ TEST(Preintegration, DerivativesAreThoseOfDifferences) {
     EXPECT_LT((start - r.by_start.col(k)).cwiseAbs().maxCoeff(), 2e-7) << k;
     EXPECT_LT((finish - r.by_end.col(k)).cwiseAbs().maxCoeff(), 2e-7) << k;
   }
+  EXPECT_LT((r.end_inverse * r.by_end - Matrix9d::Identity()).cwiseAbs().maxCoeff(), 1e-12);
   for (int k = 0; k < 18; ++k) {
     const Eigen::Matrix<double, 18, 1> d = kH * Eigen::Matrix<double, 18, 1>::Unit(k);
     const auto by = ((at(c.x, end, change + d) - at(c.x, end, change - d)) / (2 * kH)).eval();

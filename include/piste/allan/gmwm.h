@@ -50,6 +50,7 @@ struct GmwmFit {
   std::vector<FittedProcess> parts;
   std::vector<UnseenProcess> unseen;
   std::vector<double> variance;   ///< of the model, at the scales of the curve
+  std::vector<double> measured;   ///< and those that it was fitted to
   std::vector<double> low, high;  ///< interval of the true variance at each scale, about the estimated one
   Eigen::MatrixXd covariance;     ///< V
   Eigen::MatrixXd logs;           ///< covariance of the logarithms of the numbers, in the order of parts: size, time

@@ -47,6 +47,8 @@ std::string key_of(ProcessKind kind);
 /// Allan variance at clusters of m samples, `interval` seconds apart.
 double allan_variance(const NoiseProcess& process, std::size_t m, double interval);
 double allan_variance(std::span<const NoiseProcess> processes, std::size_t m, double interval);
+/// Of one process, at the first `count` scales of a curve.
+Eigen::VectorXd allan_variances(const NoiseProcess& process, const AllanCurve& curve, std::size_t count);
 
 /// Interval of a size of which the logarithm has this standard deviation: that of a root of χ² which has it too.
 /// Nothing is known, {0, ∞}, of one that is not above zero or hardly told.

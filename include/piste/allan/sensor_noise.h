@@ -31,7 +31,8 @@ struct Measured {
 /// The numbers of one axis, in SI.
 struct AxisNoise {
   /// Density of the white noise [unit/√Hz] that a filter meets: that of the model's white noise, of Gauss-Markov
-  /// processes shorter than kFastTime (2 σ² T), and of quantisation over kFastTime (3 Q² / kFastTime).
+  /// processes shorter than kFastTime (2 σ² T), and of quantisation over kFastTime (3 Q² / kFastTime). Where no model
+  /// describes the curve, it is brought to what was measured from kFastTime on, as far as this noise makes the curve.
   Measured noise;
   /// Bias instability [unit]: the flicker noise of the model; without one, the lowest deviation over 0.664, which is
   /// flicker noise or less (IEEE Std 952).

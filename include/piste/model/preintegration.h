@@ -22,18 +22,22 @@
 
 namespace piste {
 
-/// What the samples of an interval say, and how sure that is. Errors of (ΔP, ΔV, ΔR) have that order; ΔP and ΔV are in
-/// the body axes at the start of the interval, and ΔR's is a rotation vector on its right: truth = ΔR Exp(error).
-struct ImuSum {
+/// What the samples of an interval say of the motion. ΔP and ΔV are in the body axes at the start of the interval.
+struct SummedMotion {
+  double time = 0;                             ///< length T
+  Quaterniond turn = Quaterniond::Identity();  ///< ΔR
+  Vector3d velocity = Vector3d::Zero(), position = Vector3d::Zero();
+};
+
+/// The same, and how sure that is. Errors of (ΔP, ΔV, ΔR) have that order; ΔR's is a rotation vector on its right:
+/// truth = ΔR Exp(error).
+struct ImuSum : SummedMotion {
   /// The errors of the IMU, three axes each, in the order of the columns of `by_imu`.
   static constexpr std::array kImuErrors{Block::kGyroBias,   Block::kAccelBias, Block::kGyroDrift,
                                          Block::kAccelDrift, Block::kGyroScale, Block::kAccelScale};
   using ByImu = Eigen::Matrix<double, 9, 18>;
   using Noise = Eigen::Matrix<double, 15, 15>;
 
-  double time = 0;                             ///< length T
-  Quaterniond turn = Quaterniond::Identity();  ///< ΔR
-  Vector3d velocity = Vector3d::Zero(), position = Vector3d::Zero();
   ByImu by_imu = ByImu::Zero();  ///< derivative by the estimated errors of the IMU, drifts as at the start
   Noise noise = Noise::Zero();   ///< covariance of (ΔP, ΔV, ΔR, gyro_drift, accel_drift) that the interval adds
 };
@@ -58,17 +62,33 @@ class Preintegration {
   explicit Preintegration(Estimate x) : x_(std::move(x)) {}
 
   /// Adds a step, as measured. `told`: the motion that the scales multiply. That of the step itself has the noise that
-  /// the residual has, so it would pass for a scale (reference.h); a smoothed trajectory's has not.
+  /// the residual has, so it would pass for a scale (reference.h); a smoothed trajectory's has not. No heap.
   SumStep add(const ImuStep& measured, const StepNoise& noise, const BodyMotion& told, const DriftStep& gyro,
               const DriftStep& accel);
+  /// Adds a step to the motion alone. No heap.
+  SumStep move(const ImuStep& measured, const DriftStep& gyro, const DriftStep& accel);
 
-  const ImuSum& sum() const { return sum_; }
+  const SummedMotion& motion() const { return motion_; }
+  ImuSum sum() const;
 
  private:
+  // Columns: (ΔP, ΔV, ΔR, gyro_drift, accel_drift), the latter also as what drives the step. Rows, up to a multiple of
+  // four: the same fifteen for the covariance; from kDerivatives on the errors of the IMU, for the derivatives.
+  static constexpr int kDerivatives = 16, kRows = 36;
+  using Carried = std::array<std::array<double, kRows>, 15>;
+
   Estimate x_;                             // with its drifts as they decay
   double gyro_left_ = 1, accel_left_ = 1;  // what is left of the drifts at the start
-  ImuSum sum_;
+  SummedMotion motion_;
+  alignas(32) Carried carried_{};
 };
+
+/// Carries the derivatives by the scales over a step, as Preintegration::add does.
+void add_to_scales(ImuSum::ByImu& by_imu, const SumStep& step, const BodyMotion& told);
+
+/// What the white noise of a step adds to the covariance of (ΔP, ΔV, ΔR), times a vector.
+Eigen::Matrix<double, 9, 1> white_noise_of(const SumStep& step, const StepNoise& noise, double dt,
+                                           const Eigen::Matrix<double, 9, 1>& vector);
 
 /// Two ends of an interval compared with what the samples say, for the errors of estimate.h: residual = X_i⁻¹ X_j ⊟
 /// sum, in the order of ImuSum, and its derivatives by (ρ, ν, θ) at both ends. The derivatives are exact at any
@@ -76,6 +96,7 @@ class Preintegration {
 struct SumResidual {
   Eigen::Matrix<double, 9, 1> value;
   Matrix9d by_start, by_end;
+  Matrix9d end_inverse;  ///< that of by_end
   ImuSum::ByImu by_imu;  ///< by the errors of the IMU
 };
 
@@ -86,7 +107,7 @@ SumResidual compare(const ImuSum& sum, const Eigen::Matrix<double, 18, 1>& chang
 
 /// Attitude, velocity and position at the end for which compare() gives `residual`, without a change of the errors of
 /// the IMU. The other blocks are those of `start`.
-Estimate carry(const ImuSum& sum, const Eigen::Matrix<double, 9, 1>& residual, const Estimate& start,
+Estimate carry(const SummedMotion& sum, const Eigen::Matrix<double, 9, 1>& residual, const Estimate& start,
                const Vector3d& earth_rate, const Gravity& gravity);
 
 }  // namespace piste

@@ -1,0 +1,68 @@
+#pragma once
+// Many small dense matrices of one size, and the products that a long chain of them takes.
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+namespace piste {
+
+/// Matrices of one size, one after the other in memory. Each column goes on to a whole group of four doubles with
+/// zeros, so that products read and write whole groups, and allocate nothing.
+class Blocks {
+ public:
+  using Stride = Eigen::OuterStride<>;
+  using View = Eigen::Map<Eigen::MatrixXd, 0, Stride>;
+  using ConstView = Eigen::Map<const Eigen::MatrixXd, 0, Stride>;
+
+  Blocks() = default;
+  /// All zero.
+  Blocks(std::size_t count, Eigen::Index rows, Eigen::Index columns)
+      : count_(count),
+        rows_(rows),
+        columns_(columns),
+        stride_((rows + 3) / 4 * 4),
+        values_(count * static_cast<std::size_t>(stride_ * columns), 0.0) {}
+
+  std::size_t size() const { return count_; }
+  Eigen::Index rows() const { return rows_; }
+  Eigen::Index columns() const { return columns_; }
+  View operator[](std::size_t i) { return {values_.data() + place(i), rows_, columns_, Stride(stride_)}; }
+  ConstView operator[](std::size_t i) const { return {values_.data() + place(i), rows_, columns_, Stride(stride_)}; }
+  /// Its first columns.
+  ConstView left(std::size_t i, Eigen::Index columns) const {
+    return {values_.data() + place(i), rows_, columns, Stride(stride_)};
+  }
+
+ private:
+  std::size_t place(std::size_t i) const { return i * static_cast<std::size_t>(stride_ * columns_); }
+
+  std::size_t count_ = 0;
+  Eigen::Index rows_ = 0, columns_ = 0, stride_ = 0;
+  std::vector<double> values_;
+};
+
+/// Where the factors of a product are: the element (i, j) of B is B[i * row + j * column], and A has whole groups.
+struct Factors {
+  const double *A, *B;
+  Eigen::Index inner, stride, row, column;
+};
+void add_product(double sign, const Factors& of, Blocks::View C);
+
+/// C ← C + sign A B, or with Bᵀ in place of B. @pre A, B and C are views of Blocks, of which C is another than A and B;
+/// A and C have as many rows
+template <class ViewA, class ViewB>
+void add_product(double sign, const ViewA& A, const ViewB& B, Blocks::View C) {
+  add_product(sign, {A.data(), B.data(), A.cols(), A.outerStride(), 1, B.outerStride()}, C);
+}
+template <class ViewA, class ViewB>
+void add_product_transposed(double sign, const ViewA& A, const ViewB& B, Blocks::View C) {
+  add_product(sign, {A.data(), B.data(), A.cols(), A.outerStride(), B.outerStride(), 1}, C);
+}
+
+/// A ← A⁻¹ of a symmetric positive definite A, by Gauss and Jordan's elimination of the matrix with unit diagonal, so
+/// that units do not matter (Higham 2002, Accuracy and Stability of Numerical Algorithms, section 14.4). Returns
+/// whether A is positive definite; if it is not, A is spoilt. @pre A is of Blocks
+bool invert_definite(Blocks::View A);
+
+}  // namespace piste
