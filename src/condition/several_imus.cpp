@@ -58,17 +58,17 @@ void move_to_first(UnitTriad& accel, const std::vector<Matrix3d>& effects, const
 Vector3d found_place(const UnitTriad& first, const UnitTriad& unit, const std::vector<Matrix3d>& effects,
                      const std::vector<double>& intervals, const std::vector<UnitWindow>& windows,
                      const UnitConditioning& options) {
-  constexpr double kPrior = 0.5;      // m: one body
-  constexpr double kMounting = 0.02;  // rad, and a ratio of scales
+  constexpr double kPrior = 0.5;        // m: one body
+  constexpr double kMisaligned = 0.02;  // rad, and a ratio of scales
   constexpr int kUnknowns = 15;
   using Row = Eigen::Matrix<double, 3, kUnknowns>;
   const double bias = std::max(options.sensor.accel.bias, 0.1);
   Eigen::Matrix<double, kUnknowns, kUnknowns> N = Eigen::Matrix<double, kUnknowns, kUnknowns>::Zero();
   Eigen::Matrix<double, kUnknowns, 1> n = Eigen::Matrix<double, kUnknowns, 1>::Zero();
   N.diagonal() << Vector3d::Constant(1 / (kPrior * kPrior)), Vector3d::Constant(1 / (bias * bias)),
-      Eigen::Matrix<double, 9, 1>::Constant(1 / (kMounting * kMounting));
+      Eigen::Matrix<double, 9, 1>::Constant(1 / (kMisaligned * kMisaligned));
   std::vector<std::pair<Row, Vector3d>> rows;
-  std::vector<Vector3d> differences;
+  std::vector<Vector3d> differences, forces;
   for (const UnitWindow& window : windows) {
     Matrix3d effect = Matrix3d::Zero();
     std::uint8_t bad = 0;
@@ -84,9 +84,10 @@ Vector3d found_place(const UnitTriad& first, const UnitTriad& unit, const std::v
         force.z() * Matrix3d::Identity();
     rows.emplace_back(row, difference);
     differences.push_back(difference);
+    forces.push_back(force);
   }
   const double density = options.sensor.accel.noise;
-  const double noise = std::max(noise_of(differences).squaredNorm() / 3, 2 * density * density / kWindow);
+  const double noise = std::max(noise_of(differences, forces).squaredNorm() / 3, 2 * density * density / kWindow);
   for (const auto& [row, difference] : rows) {
     N += row.transpose() * row / noise;
     n += row.transpose() * difference / noise;
@@ -102,7 +103,7 @@ std::vector<std::vector<std::optional<Parity>>> parities_of(const std::vector<co
   const UnitMatrix L = parity_rows(noise);
   std::vector<std::vector<std::optional<Parity>>> out(units.size() - 1);
   for (std::size_t p = 0; p < out.size(); ++p) {
-    std::vector<Vector3d> series;
+    std::vector<Vector3d> series, signal;
     for (std::size_t w = 0; w < windows.size(); ++w) {
       auto& parity = out[p].emplace_back();
       if (!combined.whole[w]) continue;
@@ -112,8 +113,9 @@ std::vector<std::vector<std::optional<Parity>>> parities_of(const std::vector<co
             L(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(p)) * mean_over(*units[i], windows[w], intervals);
       }
       series.push_back(parity->value);
+      signal.push_back(mean_over(*units.front(), windows[w], intervals));
     }
-    const Vector3d sigma = noise_of(series);
+    const Vector3d sigma = noise_of(series, signal);
     for (auto& parity : out[p]) {
       if (parity) parity->sigma = sigma;
     }

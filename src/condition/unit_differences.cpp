@@ -1,5 +1,6 @@
 #include "condition/unit_differences.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -11,9 +12,9 @@
 namespace piste {
 namespace {
 
-// Of a normal distribution one value in 5e8 is beyond: with three axes of two triads and four units, below 1e-6 an
+// Of a normal distribution one value in 2.6e7 is beyond: with three axes of two triads and four units below 1e-6 an
 // epoch even where windows are single epochs.
-constexpr double kWrong = 6;
+constexpr double kWrong = 5.5;
 constexpr double kRight = 3;
 constexpr int kPatience = 10;          // windows
 constexpr double kMounting = kDegree;  // 1-sigma by which axes of units may be out of line
@@ -85,6 +86,7 @@ class Combiner {
     means_.resize(count_);
     bad_.resize(count_);
     std::vector<std::vector<Vector3d>> differences(count_);
+    std::vector<Vector3d> signal;
     for (const UnitWindow& window : windows_) {
       Vector3d mean = Vector3d::Zero();
       std::uint8_t bad = 0;
@@ -98,12 +100,13 @@ class Combiner {
       }
       whole_.push_back(bad == 0);
       for (std::size_t i = 0; bad == 0 && i < count_; ++i) differences[i].push_back(means_[i].back() - mean);
+      if (bad == 0) signal.push_back(mean);
     }
     const double of_mean = weights_.cwiseProduct(noise_).squaredNorm();
     for (std::size_t i = 0; i < count_; ++i) {
       const double own = noise(i) * noise(i);
       density_.push_back(own * (1 - 2 * weight(i)) + of_mean);
-      shown_.push_back(noise_of(differences[i]).cwiseAbs2());
+      shown_.push_back(noise_of(differences[i], signal).cwiseAbs2());
     }
   }
 
@@ -191,23 +194,40 @@ class Combiner {
     return out;
   }
 
-  // The unit that is wrong in the window, or their number.
+  // The unit that is wrong in the window, or their number: that without which the others agree best, if that takes more
+  // than kWrong² off the sum of their squared sigmas (a likelihood ratio: chi-squared with one degree of freedom).
   std::size_t wrong_unit(std::size_t w) {
     signal_ = signal_in(w);
     std::size_t worst = count_;
     double largest = kWrong * kWrong;
     for (int axis = 0; axis < 3; ++axis) {
       if (telling(w, axis) < 3) continue;
-      const std::vector<double> r = residuals(w, axis);
+      const double all = disagreement(w, axis, count_);
       for (std::size_t i = 0; i < count_; ++i) {
         if (!tells(i, w, axis)) continue;
-        const double variance = difference(i, axis).variance(signal_) + noise_variance(i, axis, windows_[w]);
-        if (r[i] * r[i] <= largest * variance) continue;
-        largest = r[i] * r[i] / variance;
+        const double less = all - disagreement(w, axis, i);
+        if (less <= largest) continue;
+        largest = less;
         worst = i;
       }
     }
     return worst;
+  }
+
+  // The sum of squares by which the units, but for one, differ from their mean, each by its own sigma.
+  double disagreement(std::size_t w, int axis, std::size_t without) const {
+    double weights = 0, first = 0, second = 0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (i == without || !tells(i, w, axis)) continue;
+      const Difference& d = difference(i, axis);
+      const double of_own = noise(i) * noise(i) / density_[i];  // of the noise of a difference, that of the unit
+      const double part = 1 / (d.variance(signal_) + of_own * noise_variance(i, axis, windows_[w]));
+      const double value = means_[i][w](axis) - means_[0][w](axis) - d.at(signal_);  // digits are kept
+      weights += part;
+      first += part * value;
+      second += part * value * value;
+    }
+    return second - first * first / weights;
   }
 
   // Differences are from the mean of all: their own mean is none.
@@ -307,14 +327,22 @@ Vector3d mean_over(const UnitTriad& unit, const UnitWindow& window, const std::v
   return sum / window.duration;
 }
 
-Vector3d noise_of(std::span<const Vector3d> series) {
+Vector3d noise_of(std::span<const Vector3d> series, std::span<const Vector3d> signal) {
   constexpr std::size_t kEnough = 30;
   if (series.size() < kEnough) return Vector3d::Zero();
+  // The part of the steps that the signal's make.
+  Matrix3d squares = Matrix3d::Identity() * 1e-12, products = Matrix3d::Zero();
+  const auto step = [](std::span<const Vector3d> values, std::size_t i) { return Vector3d(values[i + 1] - values[i]); };
+  for (std::size_t i = 0; i + 1 < series.size(); ++i) {
+    squares += step(signal, i) * step(signal, i).transpose();
+    products += step(series, i) * step(signal, i).transpose();
+  }
+  const Matrix3d gain = products * squares.inverse();
   Vector3d out;
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> steps;
     for (std::size_t i = 0; i + 1 < series.size(); ++i) {
-      steps.push_back(std::abs(series[i + 1](axis) - series[i](axis)));
+      steps.push_back(std::abs(step(series, i)(axis) - gain.row(axis).dot(step(signal, i))));
     }
     out(axis) = kSigmaOverMedian * median(std::move(steps)) / std::sqrt(2.0);
   }

@@ -48,7 +48,8 @@ CombinedTriad combine(std::span<const UnitTriad* const> units, std::span<const I
 /// Mean of a unit over a window.
 Vector3d mean_over(const UnitTriad& unit, const UnitWindow& window, const std::vector<double>& intervals);
 
-/// 1-sigma of the white noise in a series, by the median of its steps, axis by axis: a step is seldom the signal's.
-Vector3d noise_of(std::span<const Vector3d> series);
+/// 1-sigma of the white noise in a series, by the median of its steps less what the steps of `signal` explain, axis by
+/// axis. Zero if the series is too short to tell.
+Vector3d noise_of(std::span<const Vector3d> series, std::span<const Vector3d> signal);
 
 }  // namespace piste
