@@ -7,7 +7,6 @@
 
 #include "piste/math/statistics.h"
 #include "piste/math/units.h"
-#include "piste/model/imu_errors.h"
 
 namespace piste {
 namespace {
@@ -55,8 +54,12 @@ class Combiner {
         missing_for_(3, 0) {
     for (std::size_t i = 0; i < count_; ++i) {
       const TriadErrors& errors = sensors[i].*triad;
-      drifts_.push_back(errors.drift);
-      const double offset = std::hypot(errors.bias, initial_sigma(errors.drift));
+      const DriftProcess& drift = errors.drift;
+      const bool returns = drift.kind == DriftProcess::Kind::kGaussMarkov;
+      // Squared density of the random walk as which a drift begins.
+      growth_.push_back(returns ? 2 * drift.sigma * drift.sigma / drift.correlation_time
+                                : drift.density * drift.density);
+      const double offset = std::hypot(errors.bias, returns ? drift.sigma : 0);
       for (int axis = 0; axis < 3; ++axis) {
         Eigen::Vector4d sigma(offset, kMounting, kMounting, kMounting);
         sigma(1 + axis) = std::max(errors.scale, kMounting * kMounting);
@@ -152,8 +155,7 @@ class Combiner {
   void look_at(std::size_t w) {
     const UnitWindow& window = windows_[w];
     for (std::size_t i = 0; i < count_; ++i) {
-      const double grown = discretise(walk(drifts_[i]), window.duration).variance;
-      for (Difference& d : known_[i]) d.P(0, 0) += grown;
+      for (Difference& d : known_[i]) d.P(0, 0) += growth_[i] * window.duration;
     }
     for (std::size_t wrong = count_; (wrong = wrong_unit(w)) < count_;) {
       excluded_[wrong] = true;
@@ -174,12 +176,6 @@ class Combiner {
       if (told == count_) centre(axis);
     }
     judge_returns(w);
-  }
-
-  // A drift as a random walk that grows alike at first.
-  static DriftProcess walk(const DriftProcess& drift) {
-    if (drift.kind != DriftProcess::Kind::kGaussMarkov) return drift;
-    return {DriftProcess::Kind::kRandomWalk, 0, 0, drift.sigma * std::sqrt(2 / drift.correlation_time)};
   }
 
   Difference& difference(std::size_t i, int axis) { return known_[i][static_cast<std::size_t>(axis)]; }
@@ -307,7 +303,7 @@ class Combiner {
   const std::vector<UnitWindow>& windows_;
   std::size_t count_;
   UnitVector weights_, noise_;
-  std::vector<DriftProcess> drifts_;
+  std::vector<double> growth_;                    // of each unit
   std::vector<std::vector<Vector3d>> means_;      // of each unit and window
   std::vector<std::vector<std::uint8_t>> bad_;    // likewise
   std::vector<bool> whole_;                       // of each window
