@@ -53,6 +53,7 @@ void run_replay(const AppArguments& arguments, Progress& progress) {
   progress.clear();
 
   for (const std::string& warning : warnings_of(filtered)) fmt::print(stderr, "warning: {}\n", warning);
+  for (const std::string& line : absence_lines(run.log.counts.units)) say(arguments, line);
   say(arguments, run.found.how);
   if (smoothed && smoothed->batch) say(arguments, batch_line(*smoothed->batch));
   if (smoothed && smoothed->batch && !smoothed->batch->converged) {

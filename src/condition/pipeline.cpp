@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "condition/several_imus.h"
 #include "math/time.h"
 #include "piste/condition/rest_detection.h"
 #include "piste/core/error.h"
@@ -143,6 +144,11 @@ std::vector<Fix> within(const FixRecording<Fix>& recording, const Interval& imu,
   return out;
 }
 
+// The log of the IMU, or of several as one, alone.
+Log imus_alone(const Recording& recording, const ConditioningOptions& options) {
+  return options.units.empty() ? condition_imu(recording.imu, options) : condition_units(recording, options);
+}
+
 // `log` is that of the IMU of the recording.
 Log conditioned(Log log, const Recording& recording, const ConditioningOptions& options, const World* world) {
   const Interval imu{log.imu.front().time - log.imu.front().interval, log.imu.back().time};
@@ -159,19 +165,21 @@ Log conditioned(Log log, const Recording& recording, const ConditioningOptions& 
 }  // namespace
 
 Log condition(const Recording& recording, const ConditioningOptions& options) {
-  return conditioned(condition_imu(recording.imu, options), recording, options, nullptr);
+  return conditioned(imus_alone(recording, options), recording, options, nullptr);
 }
 
 Log condition(Recording&& recording, const ConditioningOptions& options) {
   const std::string file = recording.imu.file;
-  Log log = condition_imu(std::move(recording.imu), options);
+  Log log =
+      options.units.empty() ? condition_imu(std::move(recording.imu), options) : condition_units(recording, options);
+  recording.further.clear();
   recording.imu = {};
   recording.imu.file = file;
   return conditioned(std::move(log), recording, options, nullptr);
 }
 
 Log condition(const Recording& recording, const ConditioningOptions& options, const World& world) {
-  return conditioned(condition_imu(recording.imu, options), recording, options, &world);
+  return conditioned(imus_alone(recording, options), recording, options, &world);
 }
 
 }  // namespace piste

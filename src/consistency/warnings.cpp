@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+
 #include "piste/consistency/disputes.h"
 
 namespace piste {
@@ -14,6 +16,42 @@ std::vector<std::string> warnings_of(const Solution& filtered) {
       warnings.push_back(text_of(dispute, filtered));
   }
   return warnings;
+}
+
+std::string_view name_of(UnitFault fault) {
+  switch (fault) {
+    case UnitFault::kClipped:
+      return "clipped";
+    case UnitFault::kStuck:
+      return "stuck";
+    case UnitFault::kSpike:
+      return "spike";
+    case UnitFault::kSilent:
+      return "silent";
+    case UnitFault::kBiased:
+      return "biased";
+  }
+  return "";
+}
+
+std::vector<std::string> absence_lines(const std::vector<UnitReport>& units) {
+  std::vector<std::string> lines;
+  for (const UnitReport& unit : units) {
+    if (unit.absences.empty()) continue;
+    std::vector<std::string> parts;
+    for (const UnitFault fault :
+         {UnitFault::kClipped, UnitFault::kStuck, UnitFault::kSpike, UnitFault::kSilent, UnitFault::kBiased}) {
+      const auto is_it = [&](const UnitAbsence& a) { return a.fault == fault; };
+      const auto times = std::ranges::count_if(unit.absences, is_it);
+      if (times == 0) continue;
+      const Interval& first = std::ranges::find_if(unit.absences, is_it)->time;
+      parts.push_back(fmt::format("{} {}, first from {:.3f} to {:.3f} s", name_of(fault),
+                                  times == 1 ? "once" : fmt::format("{} times", times), first.start, first.end));
+    }
+    lines.push_back(
+        fmt::format("IMU {} was left out in {} epochs: {}", unit.name, unit.left_out, fmt::join(parts, "; ")));
+  }
+  return lines;
 }
 
 std::string adapted_line(const AdaptedNoise& adapted) {

@@ -15,6 +15,7 @@ template <class E>
 auto* additive_data(E& x, Block block) {
   const BlockMember& member = info(block).member;
   if (const auto* vector = std::get_if<Vector3d Estimate::*>(&member)) return (x.*(*vector)).data();
+  if (const auto* parity = std::get_if<ParityMember>(&member)) return x.parity[parity->place].data();
   return &(x.*std::get<double Estimate::*>(member));
 }
 

@@ -24,6 +24,7 @@ Scenario carried(const Scenario& scenario, std::uint64_t seed) {
   Scenario s = scenario;
   const ReplaySetup& replay = scenario.replay;
   s.imus = {scenario.imus[replay.imu]};
+  for (const std::size_t i : replay.further) s.imus.push_back(scenario.imus[i]);
   s.gnss.clear();
   for (const std::size_t i : replay.gnss) s.gnss.push_back(scenario.gnss[i]);
   s.attitude.clear();
@@ -49,17 +50,19 @@ Scenario perfect(Scenario s) {
 // The same motion and times with sensors without errors. They still clip, and state the same sigmas.
 Simulation perfect(const Scenario& ideal, const Simulation& real, std::uint64_t seed) {
   Simulation out = real;
-  const ImuSetup& setup = ideal.imus.front();
-  SimulatedImu& imu = out.imus.front();
   const auto clipped = [](const Vector3d& value, double range) {
     return range > 0 ? Vector3d(value.cwiseMax(-range).cwiseMin(range)) : value;
   };
-  imu.gyro.bias = imu.gyro.scale = imu.accel.bias = imu.accel.scale = Vector3d::Zero();
-  for (std::size_t k = 0; k < imu.signal.size(); ++k) {
-    const double unit = imu.recording.increments ? (1 - setup.clock_drift) / setup.rate : 1;
-    imu.recording.gyro[k] = unit * clipped(imu.signal[k].gyro, setup.sensor.gyro.range);
-    imu.recording.accel[k] = unit * clipped(imu.signal[k].accel, setup.sensor.accel.range);
-    imu.gyro_drift[k] = imu.accel_drift[k] = Vector3d::Zero();
+  for (std::size_t i = 0; i < out.imus.size(); ++i) {
+    const ImuSetup& setup = ideal.imus[i];
+    SimulatedImu& imu = out.imus[i];
+    imu.gyro.bias = imu.gyro.scale = imu.accel.bias = imu.accel.scale = Vector3d::Zero();
+    for (std::size_t k = 0; k < imu.signal.size(); ++k) {
+      const double unit = imu.recording.increments ? (1 - setup.clock_drift) / setup.rate : 1;
+      imu.recording.gyro[k] = unit * clipped(imu.signal[k].gyro, setup.sensor.gyro.range);
+      imu.recording.accel[k] = unit * clipped(imu.signal[k].accel, setup.sensor.accel.range);
+      imu.gyro_drift[k] = imu.accel_drift[k] = Vector3d::Zero();
+    }
   }
   for (std::size_t r = 0; r < out.gnss.size(); ++r) {
     out.gnss[r] = simulate_gnss(real.plate, ideal.gnss[r], seed);
@@ -110,6 +113,7 @@ DelayErrors drawn_delays(const FilterOptions& options, std::uint64_t seed) {
 FilterOptions filter_options(const Scenario& s, std::uint64_t seed) {
   FilterOptions options;
   options.sensor = s.replay.sensor;
+  options.units = s.replay.units;
   options.estimate = s.replay.estimate;
   options.adapt = s.replay.adapt;
   for (const GnssSetup& receiver : s.gnss) {
@@ -130,12 +134,27 @@ FilterOptions filter_options(const Scenario& s, std::uint64_t seed) {
   return options;
 }
 
-ConditioningOptions conditioning_options(const Scenario& s, const ImuSensor& sensor, double departure) {
-  const ImuSetup& imu = s.imus.front();
+ImuConditioning conditioning_of(const ImuSetup& imu, const ImuSetup& first) {
+  return {.R_bs = (first.q_rb.conjugate() * imu.q_rb).toRotationMatrix(),
+          .instantaneous = imu.sampling == ImuSetup::Sampling::kInstant,
+          .clock_offset = imu.clock_offset,
+          .clock_drift = imu.clock_drift};
+}
+
+// `units`: what is told of each of several IMUs.
+ConditioningOptions conditioning_options(const Scenario& s, const ImuSensor& sensor,
+                                         const std::vector<ImuSensor>& units, double departure) {
+  const ImuSetup& first = s.imus.front();
   ConditioningOptions options;
-  options.imu.clock_offset = imu.clock_offset;
-  options.imu.clock_drift = imu.clock_drift;
-  options.imu.instantaneous = imu.sampling == ImuSetup::Sampling::kInstant;
+  options.imu = conditioning_of(first, first);
+  options.imu.R_bs.setIdentity();
+  for (std::size_t i = 0; i < units.size(); ++i) {
+    const ImuSetup& imu = s.imus[i];
+    options.units.push_back({.name = imu.name,
+                             .imu = conditioning_of(imu, first),
+                             .sensor = units[i],
+                             .place = first.q_rb.conjugate() * (imu.p_rb_r - first.p_rb_r)});
+  }
   options.gyro_range = sensor.gyro.range;
   options.accel_range = sensor.accel.range;
   options.span = {departure - s.motion.rest_before, departure + s.replay.end};
@@ -143,6 +162,13 @@ ConditioningOptions conditioning_options(const Scenario& s, const ImuSensor& sen
     options.outages.push_back({departure + outage.start, departure + outage.end});
   }
   return options;
+}
+
+// Of all IMUs.
+Recording recording_of(const Simulation& simulation) {
+  Recording out = simulation.recording(0);
+  for (std::size_t i = 1; i < simulation.imus.size(); ++i) out.further.push_back(simulation.imus[i].recording);
+  return out;
 }
 
 // truth = start ⊞ error with error of N(0, P): the errors of the sensors are drawn by the simulator already.
@@ -222,14 +248,19 @@ std::map<int, Bound> bound_of(const Scenario& scenario, const Simulation& real, 
   const Simulation simulation = perfect(ideal, real, seed);
   FilterOptions options = run.options;
   options.sensor = scenario.imus.front().sensor;  // the true sensor, which the filter may not know
-  options.adapt.reset();                          // there is no noise of which it could learn
+  if (!options.units.empty()) {
+    options.units.clear();
+    for (const ImuSetup& imu : scenario.imus) options.units.push_back(imu.sensor);
+    options.sensor = mean_sensor(options.units);
+  }
+  options.adapt.reset();  // there is no noise of which it could learn
   tell_delays(scenario, {}, options);
   const double departure = simulation.plate.under_way().start;
-  ConditioningOptions conditioning = conditioning_options(scenario, options.sensor, departure);
+  ConditioningOptions conditioning = conditioning_options(scenario, options.sensor, options.units, departure);
   conditioning.behaviour.rest.detect = false;
-  const Log log = with_rest(condition(simulation.recording(0), conditioning), run.log.rest);
+  const Log log = with_rest(condition(recording_of(simulation), conditioning), run.log.rest);
 
-  const TrueEstimate truth(ideal, simulation, log.world, seed);
+  const TrueEstimate truth(ideal, simulation, log.world, seed, options.units);
   const Start& start = run.found.start;
   Start from{start.time, truth.at(start.time), start.covariance};
   if (scenario.replay.heading == ReplaySetup::Heading::kAuto) from.covariance = nothing_known();
@@ -264,12 +295,12 @@ ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed, const BatchS
   const Scenario s = carried(scenario, seed);
   const Simulation simulation = simulate(s, seed);
   const double departure = simulation.plate.under_way().start;
-  const Recording recording = simulation.recording(0);
+  const Recording recording = recording_of(simulation);
   ReplayOptions options{.filter = with_attitude_sigmas(filter_options(s, seed), recording.attitude),
                         .smoother = SmootherKind::kNone};
-  Log log = condition(recording, conditioning_options(s, options.filter.sensor, departure));
+  Log log = condition(recording, conditioning_options(s, options.filter.sensor, options.filter.units, departure));
 
-  const TrueEstimate truth(s, simulation, log.world, seed);
+  const TrueEstimate truth(s, simulation, log.world, seed, options.filter.units);
   if (s.replay.heading == ReplaySetup::Heading::kKnown) {
     const double begin = log.imu.front().time - log.imu.front().interval;
     options.start = drawn_start(s, options.filter, truth.at(begin), begin, seed);

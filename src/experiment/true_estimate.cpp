@@ -1,5 +1,6 @@
 #include "experiment/true_estimate.h"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <utility>
 
@@ -16,10 +17,14 @@ std::size_t nearest(const Samples& samples, double time, Time&& of) {
 
 }  // namespace
 
-TrueEstimate::TrueEstimate(const Scenario& scenario, const Simulation& simulation, World world, std::uint64_t seed)
-    : simulation_(simulation), world_(std::move(world)) {
+TrueEstimate::TrueEstimate(const Scenario& scenario, const Simulation& simulation, World world, std::uint64_t seed,
+                           std::vector<ImuSensor> units)
+    : simulation_(simulation), units_(std::move(units)), world_(std::move(world)) {
   const ImuSetup& setup = scenario.imus.front();
   const SimulatedImu& imu = simulation.imus.front();
+  for (const ImuSetup& other : scenario.imus) {
+    axes_.push_back((setup.q_rb.conjugate() * other.q_rb).toRotationMatrix());
+  }
   constant_.gyro_bias = imu.gyro.bias;
   constant_.accel_bias = imu.accel.bias;
   constant_.gyro_scale = imu.gyro.scale;
@@ -49,6 +54,40 @@ std::vector<TrueEstimate::Sample> TrueEstimate::timed(const Recording& recording
   return samples;
 }
 
+// An error along the axes of an IMU, along those of the first.
+Vector3d TrueEstimate::in_first(std::size_t imu, const Vector3d& value) const { return axes_[imu] * value; }
+
+// The errors of several IMUs as those of their mean and of the parities. Scales are along the axes of the first.
+void TrueEstimate::split(Estimate& x, double time) const {
+  const auto count = static_cast<Eigen::Index>(units_.size());
+  const auto put = [&](Block block, TriadMember triad, UnitError kind, auto&& of) {
+    const UnitVector weights = unit_weights(units_, triad);
+    const UnitSplit s = split_errors(weights, unit_sigmas(units_, triad, kind));
+    Eigen::Matrix<double, Eigen::Dynamic, 3> errors(count, 3);
+    for (Eigen::Index i = 0; i < count; ++i) errors.row(i) = of(static_cast<std::size_t>(i)).transpose();
+    const Eigen::RowVector3d mean = weights.transpose() * errors;
+    additive(x, block) = mean.transpose();
+    if (s.split.isZero(0)) return;
+    const Eigen::MatrixXd parities = Eigen::MatrixXd(s.split).colPivHouseholderQr().solve(
+        Eigen::MatrixXd(errors - Eigen::MatrixXd(s.common) * mean));
+    for (int p = 0; p + 1 < count; ++p) additive(x, parity_block(block, p)) = parities.row(p).transpose();
+  };
+  const auto& imus = simulation_.imus;
+  const auto now = [&](std::size_t i) { return nearest(imus[i].gps_time, time, [](double t) { return t; }); };
+  const TriadMember gyro = &ImuSensor::gyro, accel = &ImuSensor::accel;
+  put(Block::kGyroBias, gyro, UnitError::kBias, [&](std::size_t i) { return in_first(i, imus[i].gyro.bias); });
+  put(Block::kAccelBias, accel, UnitError::kBias, [&](std::size_t i) { return in_first(i, imus[i].accel.bias); });
+  put(Block::kGyroDrift, gyro, UnitError::kDrift,
+      [&](std::size_t i) { return in_first(i, imus[i].gyro_drift[now(i)]); });
+  put(Block::kAccelDrift, accel, UnitError::kDrift,
+      [&](std::size_t i) { return in_first(i, imus[i].accel_drift[now(i)]); });
+  const auto scale = [&](std::size_t i, const Vector3d& own) {
+    return Vector3d((axes_[i] * own.asDiagonal() * axes_[i].transpose()).diagonal());
+  };
+  put(Block::kGyroScale, gyro, UnitError::kScale, [&](std::size_t i) { return scale(i, imus[i].gyro.scale); });
+  put(Block::kAccelScale, accel, UnitError::kScale, [&](std::size_t i) { return scale(i, imus[i].accel.scale); });
+}
+
 Estimate TrueEstimate::at(double time) const {
   const Truth& body = simulation_.bodies.front();
   const SimulatedImu& imu = simulation_.imus.front();
@@ -62,6 +101,7 @@ Estimate TrueEstimate::at(double time) const {
   const auto row = nearest(imu.gps_time, time, [](double t) { return t; });
   x.gyro_drift = imu.gyro_drift[row];
   x.accel_drift = imu.accel_drift[row];
+  if (!units_.empty()) split(x, time);
   const auto time_of = [](const Sample& s) { return s.time; };
   if (!position_drift_.empty()) x.gnss_position_drift = position_drift_[nearest(position_drift_, time, time_of)].value;
   if (!attitude_drift_.empty()) {

@@ -1,6 +1,8 @@
 #pragma once
 /// The truth of a simulated run in the form of an estimate.
 
+#include <vector>
+
 #include "piste/core/estimate.h"
 #include "piste/sim/simulation.h"
 
@@ -10,9 +12,12 @@ namespace piste {
 /// has its origin at that of the scenario, that of a log at the first fix.)
 class TrueEstimate {
  public:
-  /// The truth of the first IMU. Lever arm and delay are those of the first receiver; drifts are those of the first
-  /// receiver and of the first reference that have one. The simulation must outlive this object.
-  TrueEstimate(const Scenario& scenario, const Simulation& simulation, World world, std::uint64_t seed);
+  /// The truth of the first IMU. With the sensors of several `units`, which all IMUs of the scenario then are, their
+  /// errors are those of the mean and of the parities (core/imu_array.h). Lever arm and delay are those of the first
+  /// receiver; drifts are those of the first receiver and of the first reference that have one. The simulation must
+  /// outlive this object.
+  TrueEstimate(const Scenario& scenario, const Simulation& simulation, World world, std::uint64_t seed,
+               std::vector<ImuSensor> units = {});
 
   /// The true values at `time`. Drifts are those of the nearest row or fix.
   Estimate at(double time) const;
@@ -25,7 +30,12 @@ class TrueEstimate {
   template <class Recording>
   static std::vector<Sample> timed(const Recording& recording, const std::vector<Vector3d>& values);
 
+  Vector3d in_first(std::size_t imu, const Vector3d& value) const;
+  void split(Estimate& x, double time) const;
+
   const Simulation& simulation_;
+  std::vector<ImuSensor> units_;
+  std::vector<Matrix3d> axes_;  // of the IMUs, in those of the first
   World world_;
   Estimate constant_;
   std::vector<Sample> position_drift_, attitude_drift_;

@@ -10,6 +10,7 @@
 
 #include "io/json.h"
 #include "io/quantity.h"
+#include "piste/consistency/warnings.h"
 #include "piste/math/units.h"
 
 namespace piste {
@@ -141,6 +142,23 @@ std::string adapted_entry(const AdaptedNoise& adapted) {
   return fmt::format("  \"adapted\": {{{}\n  }},\n", fmt::join(lines, ","));
 }
 
+// What was left out of each of several IMUs; nothing if there is one.
+std::string units_entry(const std::vector<UnitReport>& units) {
+  if (units.empty()) return {};
+  std::vector<std::string> lines;
+  for (const UnitReport& unit : units) {
+    std::vector<std::string> absences;
+    for (const UnitAbsence& a : unit.absences) {
+      absences.push_back(fmt::format(R"({{"fault": "{}", "triad": "{}", "start": {:.3f}, "end": {:.3f}}})",
+                                     name_of(a.fault), a.gyro ? "gyro" : "accel", a.time.start, a.time.end));
+    }
+    lines.push_back(fmt::format("\n    {{\"name\": {}, \"lever_arm_m\": {}, \"left_out\": {}, \"absences\": [{}]}}",
+                                json::string(unit.name), list(unit.place, 3), unit.left_out,
+                                fmt::join(absences, ", ")));
+  }
+  return fmt::format("  \"imus\": [{}\n  ],\n", fmt::join(lines, ","));
+}
+
 // How the batch went; nothing if there was none.
 std::string batch_entry(const std::optional<BatchSummary>& batch) {
   if (!batch) return {};
@@ -210,6 +228,7 @@ std::string summary_json(const Log& log, const Solution& filtered, const Solutio
       "\"stamp_jitter_s\": {:.6g}, \"repaired\": {}}},\n",
       all != nullptr ? all->count() : filtered.size(), c.imu_gaps, c.imu_rejected, c.imu_clipped, c.imu_spikes,
       c.imu_unpaired, c.stamp_jitter, repaired(c.imu_repaired));
+  text += units_entry(c.units);
   text += fmt::format(
       "  \"gnss\": {{{}, \"withheld\": {}, \"outside\": {}, \"late\": {}, \"without_fix\": {}, "
       "\"repaired\": {}}},\n",

@@ -106,6 +106,55 @@ BatchOptions read_batch(const Config& config, SmootherKind smoother) {
   return options;
 }
 
+// One of several IMUs: how it is mounted against the first.
+UnitConditioning read_unit(const Config& config, ImuSource& source) {
+  UnitConditioning unit;
+  if (config.has("boresight")) {
+    const Vector3d angles = config.vector("boresight", dimension::kAngle);
+    source.conditioning.R_bs = (from_euler(angles).toRotationMatrix() * source.conditioning.R_bs).eval();
+  }
+  if (config.is_scalar("lever_arm") && config.text("lever_arm") == "auto") {
+    unit.find_place = true;
+  } else {
+    unit.place = config.vector("lever_arm", dimension::kLength, Vector3d::Zero());
+  }
+  return unit;
+}
+
+// The IMU, or several of them on one body, of which the first is the body.
+void read_imus(const Config& config, ReplayConfig& replay) {
+  const std::vector<Config> imus = config.maps("imu");
+  FilterOptions& filter = replay.filter;
+  if (imus.size() <= 1) {
+    replay.imu = read_imu_source(imus.empty() ? config.map("imu") : imus.front());
+    filter.sensor = turned(replay.imu.sensor, replay.imu.conditioning.R_bs);
+    return;
+  }
+  if (imus.size() > kMostUnits) config.fail("imu", fmt::format("at most {} IMUs are taken as one", kMostUnits));
+  for (const Config& imu : imus) {
+    ImuSource source = read_imu_source(imu);
+    UnitConditioning unit;
+    if (&imu == &imus.front()) {
+      replay.imu = source;
+    } else {
+      refuse_repeated(imu, source.log, replay.imu.log);
+      for (const ImuSource& other : replay.further) refuse_repeated(imu, source.log, other.log);
+      unit = read_unit(imu, source);
+      replay.further.push_back(source);
+    }
+    unit.name = std::filesystem::path(source.log.file).stem().string();
+    unit.imu = source.conditioning;
+    unit.sensor = turned(source.sensor, source.conditioning.R_bs);
+    filter.units.push_back(unit.sensor);
+    replay.conditioning.units.push_back(unit);
+  }
+  try {
+    filter.sensor = mean_sensor(filter.units);
+  } catch (const ConfigError& e) {
+    config.fail("imu", e.what());
+  }
+}
+
 // A rate under `output`: a frequency, or the word `imu` for every epoch.
 double read_rate(const Config& output, std::string_view key, double fallback) {
   if (!output.has(key)) return fallback;
@@ -157,9 +206,8 @@ ReplayConfig read_replay_config(const Config& config) {
   ReplayConfig replay;
   replay.file = config.file();
   replay.echo = config.source();
-  replay.imu = read_imu_source(config.map("imu"));
   FilterOptions& filter = replay.filter;
-  filter.sensor = turned(replay.imu.sensor, replay.imu.conditioning.R_bs);
+  read_imus(config, replay);
   for (const Config& source : config.maps("gnss")) {
     const LogFile log = read_gnss_file(source);
     for (const LogFile& other : replay.gnss) refuse_repeated(source, log, other);
@@ -186,8 +234,9 @@ ReplayConfig read_replay_config(const Config& config) {
   replay.batch = read_batch(config, replay.smoother);
   replay.rates = read_output(config);
   replay.conditioning = {.imu = replay.imu.conditioning,
-                         .gyro_range = filter.sensor.gyro.range,
-                         .accel_range = filter.sensor.accel.range,
+                         .units = std::move(replay.conditioning.units),
+                         .gyro_range = replay.imu.sensor.gyro.range,
+                         .accel_range = replay.imu.sensor.accel.range,
                          .span = read_span(config),
                          .outages = read_outages(config),
                          .behaviour = filter.behaviour};
@@ -208,6 +257,7 @@ ReplayConfig read_replay_config(const Config& config) {
 Recording read_recording(const ReplayConfig& config) {
   Recording recording;
   recording.imu = read_imu(config.imu);
+  for (const ImuSource& imu : config.further) recording.further.push_back(read_imu(imu));
   for (const LogFile& log : config.gnss) recording.gnss.push_back(read_gnss(log));
   check_velocities(recording.gnss, config.filter);
   for (const LogFile& log : config.attitude) recording.attitude.push_back(read_attitude(log));

@@ -48,9 +48,29 @@ StartSigmas read_start(const Config& config) {
   return s;
 }
 
+// What the filter is told of the IMU, or of several and their mean.
+void read_told_sensors(const Config& config, const Scenario& scenario, ReplaySetup& setup) {
+  std::optional<ImuSensor> told;
+  if (config.has("sensor")) told = read_sensor(sensor_file(config, "sensor"));
+  setup.sensor = told.value_or(scenario.imus[setup.imu].sensor);
+  if (setup.further.empty()) return;
+  const ImuSetup& first = scenario.imus[setup.imu];
+  const auto add = [&](const ImuSetup& imu) {
+    setup.units.push_back(turned(told.value_or(imu.sensor), (first.q_rb.conjugate() * imu.q_rb).toRotationMatrix()));
+  };
+  add(first);
+  for (const std::size_t i : setup.further) add(scenario.imus[i]);
+  try {
+    setup.sensor = mean_sensor(setup.units);
+  } catch (const ConfigError& e) {
+    config.fail("imu", e.what());
+  }
+}
+
 std::vector<Block> read_blocks(const Config& config, const Scenario& scenario, const ReplaySetup& setup) {
   FilterOptions filter;
   filter.sensor = setup.sensor;
+  filter.units = setup.units;
   for (const std::size_t i : setup.gnss) {
     filter.gnss.push_back({.name = scenario.gnss[i].name,
                            .use_velocity = scenario.gnss[i].velocity_noise.maxCoeff() > 0,
@@ -91,15 +111,18 @@ ReplaySetup read_replay_setup(const Config& file, const Scenario& scenario) {
   ReplaySetup s;
   if (config.has("imu")) {
     const auto imus = read_sensors(config, "imu", scenario.imus);
-    if (imus.size() != 1) config.fail("imu", "one IMU is expected");
+    if (imus.empty() || imus.size() > kMostUnits) {
+      config.fail("imu", fmt::format("one IMU is expected, or a list of up to {} that are taken as one", kMostUnits));
+    }
     s.imu = imus.front();
+    s.further.assign(imus.begin() + 1, imus.end());
   }
   s.gnss = read_sensors(config, "gnss", scenario.gnss);
   if (config.has("gnss") && s.gnss.empty()) config.fail("gnss", "name at least one receiver");
   if (section && scenario.gnss.empty()) file.fail("montecarlo", "needs a receiver; add `gnss:` to the scenario");
   if (s.gnss.empty() && !scenario.gnss.empty()) s.gnss = {0};
   s.attitude = read_sensors(config, "attitude", scenario.attitude);
-  s.sensor = config.has("sensor") ? read_sensor(sensor_file(config, "sensor")) : scenario.imus[s.imu].sensor;
+  read_told_sensors(config, scenario, s);
   s.estimate = read_blocks(config, scenario, s);
   s.adapt = read_adaptation(config);
 

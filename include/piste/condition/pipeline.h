@@ -30,6 +30,10 @@ namespace piste {
 /// those, marked `mended`, and counted (condition/spikes.h says what a spike is). The noise of such a sample is that by
 /// which such lines miss the rows around it.
 ///
+/// **Several IMUs.** If the options name units, each is conditioned as above by itself. The samples are then those of
+/// their weighted mean at the place, in the axes and at the epochs of the first, without what single units cannot tell
+/// or tell wrongly; `parity` has what they differ by, and `counts.units` what was left out (docs/several_imus.md).
+///
 /// **GNSS and attitude.** Fixes outside the time of the IMU are left out and counted, and so are GNSS fixes in an
 /// outage. The others are turned into w, whose origin is the first of them. Times of all sources are brought to the
 /// same GPS week.

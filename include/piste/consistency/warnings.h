@@ -2,14 +2,22 @@
 /// Warnings about a filtered run that a user must know before relying on it.
 
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "piste/core/log.h"
 #include "piste/core/solution.h"
 
 namespace piste {
 
 /// One sentence for each dispute of a GNSS receiver (disputes.h). Whether the sigmas hold is told by verdict.h.
 std::vector<std::string> warnings_of(const Solution& filtered);
+
+/// One line for each of several IMUs that was left out at times: how often, why, and when first.
+std::vector<std::string> absence_lines(const std::vector<UnitReport>& units);
+
+/// A fault of an IMU in a word, such as "stuck".
+std::string_view name_of(UnitFault fault);
 
 /// What an adapting filter took the noise to be, in one line. @pre it adapted
 std::string adapted_line(const AdaptedNoise& adapted);

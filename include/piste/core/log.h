@@ -105,6 +105,7 @@ struct Recording {
   FixRecording<SpeedFix> speed = {};
   FixRecording<HeightFix> height = {};
   FixRecording<HeadingFix> heading = {};
+  std::vector<ImuRecording> further = {};  ///< of several IMUs on one body: those beside `imu`
 };
 
 // ---- As the filter takes it: GPS time, body axes, world frame. ----
@@ -140,6 +141,20 @@ struct AttitudeFix {
   Matrix3d covariance;
 };
 
+/// A parity of the rates or of the specific forces of several IMUs (core/imu_array.h): its mean over the fix, and the
+/// 1-sigma of its white noise as it was measured; 0: it was not.
+struct Parity {
+  Vector3d value = Vector3d::Zero(), sigma = Vector3d::Zero();
+};
+
+/// By what several IMUs differ, in b, moved to the place of the first, over `duration`. Its time is the start of the
+/// last sample: that is where its drifts belong. What some unit did not measure is missing.
+struct ParityFix {
+  double time = 0, duration = 0;
+  std::optional<Parity> gyro = {}, accel = {};
+  Vector3d rate = Vector3d::Zero(), force = Vector3d::Zero();  ///< of the mean IMU, as measured
+};
+
 /// Magnetic field, body axes, any unit.
 struct MagneticSample {
   double time = 0;
@@ -149,6 +164,24 @@ struct MagneticSample {
 struct Interval {
   double start = 0, end = 0;
   bool contains(double t) const { return t >= start && t <= end; }
+};
+
+/// Why an IMU was left out of the mean of several.
+enum class UnitFault : std::uint8_t { kClipped, kStuck, kSpike, kSilent, kBiased };
+
+/// A stretch in which one of several IMUs was left out.
+struct UnitAbsence {
+  UnitFault fault = UnitFault::kClipped;
+  bool gyro = false, accel = false;  ///< which of its triads
+  Interval time;
+};
+
+/// One of several IMUs in a run.
+struct UnitReport {
+  std::string name;
+  Vector3d place = Vector3d::Zero();  ///< p_bu_b: from the first to it, as it was taken to be
+  std::size_t left_out = 0;           ///< epochs without it on one axis or more
+  std::vector<UnitAbsence> absences = {};  ///< in the order of their starts
 };
 
 /// Counts of what conditioning left out or changed. Nothing is left out without a count.
@@ -161,6 +194,7 @@ struct LogCounts {
   double stamp_jitter = 0;                                        ///< of the IMU, rms [s]
   RepairedRows imu_repaired = {};
   std::vector<RepairedRows> gnss_repaired = {}, attitude_repaired = {};  ///< per source
+  std::vector<UnitReport> units = {};                                    ///< of several IMUs
   /// Fixes of odometer, barometer and dual antenna outside the IMU's span.
   std::size_t speed_outside = 0, height_outside = 0, heading_outside = 0;
 };
@@ -176,6 +210,7 @@ struct Log {
   std::vector<SpeedFix> speed;
   std::vector<HeightFix> height;
   std::vector<HeadingFix> heading;
+  std::vector<std::vector<ParityFix>> parity = {};  ///< of several IMUs, one fewer than there are
   std::vector<Interval> rest;
   LogCounts counts;
 };

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "piste/core/behaviour.h"
+#include "piste/core/imu_array.h"
 #include "piste/core/log.h"
 #include "piste/core/sensor.h"
 #include "piste/math/so3.h"
@@ -23,11 +24,21 @@ struct ImuConditioning {
   double clock_drift = 0;                ///< a ratio: 1e-6 is 1 ppm
 };
 
+/// One of several IMUs on a body, whose axes b are those of the first.
+struct UnitConditioning {
+  std::string name;
+  ImuConditioning imu;                ///< R_bs is any rotation
+  ImuSensor sensor;                   ///< in b
+  Vector3d place = Vector3d::Zero();  ///< p_bu_b: from the first to this one
+  bool find_place = false;            ///< it is not known: the motion tells it
+};
+
 struct ConditioningOptions {
   ImuConditioning imu;
-  double gyro_range = 0, accel_range = 0;  ///< 0 = unlimited
-  Interval span;                           ///< GPS time; {0, 0} = all
-  std::vector<Interval> outages;           ///< GNSS fixes in them are withheld
+  std::vector<UnitConditioning> units = {};  ///< of several IMUs, the first as well; empty for one
+  double gyro_range = 0, accel_range = 0;    ///< 0 = unlimited
+  Interval span;                             ///< GPS time; {0, 0} = all
+  std::vector<Interval> outages;             ///< GNSS fixes in them are withheld
   BehaviourOptions behaviour;
 };
 
@@ -134,7 +145,8 @@ struct AdaptationOptions {
 
 /// Options of the filter.
 struct FilterOptions {
-  ImuSensor sensor;
+  ImuSensor sensor;                       ///< of several IMUs that of their mean (mean_sensor())
+  std::vector<ImuSensor> units = {};      ///< of several IMUs; empty for one
   std::vector<GnssOptions> gnss;          ///< one per Log::gnss
   std::vector<AttitudeOptions> attitude;  ///< one per Log::attitude
   std::vector<Block> estimate;            ///< blocks beyond position, velocity and attitude

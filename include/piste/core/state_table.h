@@ -10,6 +10,7 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -47,7 +48,11 @@ enum class Block : int {
   kWheelSlip,
   kOdometerScale,
   kBarometerOffset,
+  kFirstParity,  ///< of several IMUs: for each parity the kinds from kGyroBias to kAccelScale, see parity_block()
 };
+
+/// Kinds of errors of an IMU: bias, drift and scale of gyroscopes and accelerometers.
+inline constexpr int kImuErrors = 6, kParityBlocks = kImuErrors * kMostParities;
 
 /// The estimated state at one instant: a value for every block. Its error is defined in estimate.h.
 struct Estimate {
@@ -78,6 +83,12 @@ struct Estimate {
   double cornering = 0;                         ///< slip angle by lateral acceleration [rad/(m/s²)]
   double odometer_scale = 0;                    ///< odometer = (1 + scale) speed
   double barometer_offset = 0;                  ///< barometer = height + offset
+  /// What the errors of several IMUs differ by, parity by parity (core/imu_array.h).
+  std::array<Vector3d, kParityBlocks> parity = [] {
+    std::array<Vector3d, kParityBlocks> none;
+    none.fill(Vector3d::Zero());
+    return none;
+  }();
 
   Matrix3d R_wb() const { return q_wb.toRotationMatrix(); }
   Matrix3d R_rb() const { return q_rb.toRotationMatrix(); }
@@ -89,8 +100,13 @@ struct BlockProcess {
   Vector3d weight = Vector3d::Ones();
 };
 
+/// An element of Estimate::parity.
+struct ParityMember {
+  std::size_t place;
+};
+
 /// The member of Estimate that holds a block: three values, one value, or a rotation.
-using BlockMember = std::variant<Vector3d Estimate::*, double Estimate::*, Quaterniond Estimate::*>;
+using BlockMember = std::variant<Vector3d Estimate::*, double Estimate::*, Quaterniond Estimate::*, ParityMember>;
 
 /// One row of the table. What depends on a run's sensors and sources is a function of its options.
 struct BlockInfo {
@@ -154,7 +170,8 @@ std::optional<BlockProcess> coloured(const std::vector<Source>& sources, std::op
 
 }  // namespace blocks
 
-inline constexpr auto kBlocks = std::to_array<BlockInfo>({
+/// The rows that are written by hand.
+inline constexpr auto kWrittenBlocks = std::to_array<BlockInfo>({
     {.block = Block::kPosition,
      .name = "position",
      .size = 3,
@@ -412,6 +429,67 @@ inline constexpr auto kBlocks = std::to_array<BlockInfo>({
      .implied = true},
 });
 
+namespace blocks {
+
+/// "gyro_bias_parity_1" and so on.
+struct ParityName {
+  std::array<char, 32> text{};
+  std::size_t size = 0;
+  constexpr std::string_view view() const { return {text.data(), size}; }
+};
+inline constexpr auto kParityNames = [] {
+  std::array<ParityName, kParityBlocks> names{};
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    ParityName& name = names[i];
+    const auto add = [&](std::string_view part) {
+      for (const char c : part) name.text[name.size++] = c;
+    };
+    add(kWrittenBlocks[static_cast<std::size_t>(Block::kGyroBias) + i % kImuErrors].name);
+    add("_parity_");
+    name.text[name.size++] = static_cast<char>('1' + i / kImuErrors);
+  }
+  return names;
+}();
+
+/// The row of parity block `I`: that of its kind, with the prior or the process that the units' own errors give it.
+template <std::size_t I>
+constexpr BlockInfo parity_row() {
+  constexpr std::size_t kind = I % kImuErrors, parity = I / kImuErrors;
+  constexpr TriadMember triad = kind % 2 == 0 ? &ImuSensor::gyro : &ImuSensor::accel;
+  const auto there = [](const FilterOptions& o) { return o.units.size() > parity + 1; };
+  BlockInfo row = kWrittenBlocks[static_cast<std::size_t>(Block::kGyroBias) + kind];
+  row.block = static_cast<Block>(static_cast<std::size_t>(Block::kFirstParity) + I);
+  row.name = kParityNames[I].view();
+  row.member = ParityMember{I};
+  row.observed = there;
+  row.needs = "a list of as many IMUs under `imu:`";
+  row.implied = true;
+  if constexpr (kind / 2 == 1) {
+    row.process = [](const FilterOptions& o) {
+      if (o.units.size() <= parity + 1) return std::optional<BlockProcess>();
+      const DriftProcess law = parity_drift(o.units, triad);
+      return law.kind == DriftProcess::Kind::kNone ? std::nullopt : std::optional(BlockProcess{law});
+    };
+  } else {
+    constexpr UnitError error = kind / 2 == 0 ? UnitError::kBias : UnitError::kScale;
+    row.prior = [](const FilterOptions& o) {
+      return alike(o.units.size() > parity + 1 ? parity_sigma(unit_sigmas(o.units, triad, error)) : 0);
+    };
+  }
+  return row;
+}
+
+}  // namespace blocks
+
+/// All rows.
+inline constexpr auto kBlocks = []<std::size_t... I>(std::index_sequence<I...>) {
+  std::array<BlockInfo, kWrittenBlocks.size() + sizeof...(I)> all{};
+  std::copy(kWrittenBlocks.begin(), kWrittenBlocks.end(), all.begin());
+  ((all[kWrittenBlocks.size() + I] = blocks::parity_row<I>()), ...);
+  return all;
+}
+(std::make_index_sequence<kParityBlocks>());
+
 inline constexpr int kBlockCount = static_cast<int>(kBlocks.size());
 
 constexpr int index_of(Block block) { return static_cast<int>(block); }
@@ -419,6 +497,12 @@ constexpr const BlockInfo& info(Block block) { return kBlocks[static_cast<std::s
 
 /// Whether the block is position, velocity or attitude, which every run estimates.
 constexpr bool is_navigation(Block block) { return index_of(block) <= index_of(Block::kAttitude); }
+
+/// The block of a kind of error, such as kGyroBias, in a parity, from 0.
+constexpr Block parity_block(Block kind, int parity) {
+  return static_cast<Block>(index_of(Block::kFirstParity) + kImuErrors * parity + index_of(kind) -
+                            index_of(Block::kGyroBias));
+}
 
 /// Whether the block is a rotation. Its error is then a rotation vector, on the left.
 constexpr bool is_rotation(Block block) { return std::holds_alternative<Quaterniond Estimate::*>(info(block).member); }

@@ -23,6 +23,7 @@ struct ReplayConfig {
   std::filesystem::path file;
   std::string echo;  ///< the file's text
   ImuSource imu;
+  std::vector<ImuSource> further = {};  ///< of several IMUs: those beside the first
   std::vector<LogFile> gnss, attitude;
   std::optional<LogFile> odometer = std::nullopt, barometer = std::nullopt, heading = std::nullopt;
   ConditioningOptions conditioning;

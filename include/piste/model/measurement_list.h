@@ -12,6 +12,7 @@
 #include "piste/model/dual_heading.h"
 #include "piste/model/gnss.h"
 #include "piste/model/height.h"
+#include "piste/model/imu_parity.h"
 #include "piste/model/magnetometer.h"
 #include "piste/model/rest.h"
 #include "piste/model/vehicle.h"
@@ -48,7 +49,7 @@ struct TypeList {
 
 /// All types, in the order in which fixes with the same time are used.
 using MeasurementList = TypeList<GnssReceivers, ReferenceAttitudes, Magnetometer, ZeroUpdates, VehicleConstraint,
-                                 Odometer, Barometer, DualHeading>;
+                                 Odometer, Barometer, DualHeading, ImuParity>;
 
 /// A fix of any type.
 using AnyFix = MeasurementList::Fix;

@@ -3,10 +3,10 @@
 /// each of its keys are optional.
 /// ```yaml
 /// montecarlo:
-///   imu: mt9a_1                   # default: the first one
+///   imu: mt9a_1                   # default: the first one; a list of up to four is taken as one IMU
 ///   gnss: gnss_l1l2               # a word or a list; default: the first one
 ///   attitude: ln200_attitude      # a word or a list; default: none
-///   sensor: ../sensors/x.yaml     # what the filter is told of the IMU; default: what the simulator uses
+///   sensor: ../sensors/x.yaml     # what the filter is told of the IMUs; default: what the simulator uses
 ///   estimate: [gyro_bias]         # default: bias, drift and scale of gyro and accel, and boresight where there is an
 ///                                 # attitude. As in `replay`, drifts of receivers and attitudes are added, and what
 ///                                 # the sensor has no error of is left out
@@ -46,8 +46,10 @@ struct StartSigmas {
 /// The section, read.
 struct ReplaySetup {
   std::size_t imu = 0;                      ///< of Scenario::imus
+  std::vector<std::size_t> further;         ///< likewise, of several IMUs that are taken as one: those beside the first
   std::vector<std::size_t> gnss, attitude;  ///< of the lists of Scenario; gnss is empty only where it has no receiver
-  ImuSensor sensor;                         ///< what the filter is told of the IMU
+  ImuSensor sensor;                         ///< what the filter is told of the IMU; of several, of their mean
+  std::vector<ImuSensor> units;             ///< of each of several
   std::vector<Block> estimate;              ///< blocks beyond position, velocity and attitude
   std::optional<AdaptationOptions> adapt;   ///< whether the filter learns the noise
   enum class Heading { kKnown, kAuto } heading = Heading::kKnown;

@@ -1,0 +1,353 @@
+#include "condition/unit_differences.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "piste/math/statistics.h"
+#include "piste/math/units.h"
+
+namespace piste {
+namespace {
+
+// Of a normal distribution one value in 2.6e7 is beyond: with three axes of two triads and four units below 1e-6 an
+// epoch even where windows are single epochs.
+constexpr double kWrong = 5.5;
+constexpr double kRight = 3;
+constexpr int kPatience = 10;          // windows
+constexpr double kMounting = kDegree;  // 1-sigma by which axes of units may be out of line
+constexpr std::uint8_t kAllAxes = 7;
+
+bool says(std::uint8_t bits, int axis) { return ((bits >> axis) & 1) == 0; }
+
+// What is known of one axis of a unit: β, and g for the three axes of the signal.
+struct Difference {
+  Eigen::Vector4d x = Eigen::Vector4d::Zero();
+  Eigen::Matrix4d P = Eigen::Matrix4d::Zero();
+
+  static Eigen::Vector4d row(const Vector3d& signal) { return {1, signal.x(), signal.y(), signal.z()}; }
+  double at(const Vector3d& signal) const { return row(signal).dot(x); }
+  double variance(const Vector3d& signal) const { return row(signal).dot(P * row(signal)); }
+  void update(const Vector3d& signal, double residual, double noise) {
+    const Eigen::Vector4d h = row(signal), Ph = P * h;
+    const Eigen::Vector4d K = Ph / (h.dot(Ph) + noise);
+    x += K * residual;
+    P -= K * Ph.transpose();
+    P = (0.5 * (P + P.transpose())).eval();
+  }
+};
+
+class Combiner {
+ public:
+  Combiner(std::span<const UnitTriad* const> units, std::span<const ImuSensor> sensors, TriadMember triad,
+           const std::vector<double>& intervals, const std::vector<UnitWindow>& windows)
+      : units_(units),
+        intervals_(intervals),
+        windows_(windows),
+        count_(units.size()),
+        weights_(unit_weights(sensors, triad)),
+        noise_(unit_noise(sensors, triad)),
+        known_(units.size()),
+        excluded_(units.size(), false),
+        calm_(units.size(), 0),
+        missing_for_(3, 0) {
+    for (std::size_t i = 0; i < count_; ++i) {
+      const TriadErrors& errors = sensors[i].*triad;
+      const DriftProcess& drift = errors.drift;
+      const bool returns = drift.kind == DriftProcess::Kind::kGaussMarkov;
+      // Squared density of the random walk as which a drift begins.
+      growth_.push_back(returns ? 2 * drift.sigma * drift.sigma / drift.correlation_time
+                                : drift.density * drift.density);
+      const double offset = std::hypot(errors.bias, returns ? drift.sigma : 0);
+      for (int axis = 0; axis < 3; ++axis) {
+        Eigen::Vector4d sigma(offset, kMounting, kMounting, kMounting);
+        sigma(1 + axis) = std::max(errors.scale, kMounting * kMounting);
+        known_[i][static_cast<std::size_t>(axis)].P = sigma.cwiseAbs2().asDiagonal();
+      }
+    }
+  }
+
+  CombinedTriad run() {
+    CombinedTriad out;
+    out.mean.resize(intervals_.size());
+    out.out.assign(count_, std::vector<std::uint8_t>(intervals_.size(), 0));
+    out.why.assign(count_, std::vector<UnitFault>(intervals_.size(), UnitFault::kBiased));
+    measure_noise();
+    for (std::size_t w = 0; w < windows_.size(); ++w) {
+      look_at(w);
+      emit(windows_[w], out);
+      out.whole.push_back(whole_[w] && std::ranges::none_of(excluded_, [](bool left) { return left; }));
+      take_back();
+    }
+    return out;
+  }
+
+ private:
+  // The means over all windows, whether all units told all of them, and the noise of each unit's difference.
+  void measure_noise() {
+    means_.resize(count_);
+    bad_.resize(count_);
+    std::vector<std::vector<Vector3d>> differences(count_);
+    std::vector<Vector3d> signal;
+    for (const UnitWindow& window : windows_) {
+      Vector3d mean = Vector3d::Zero();
+      std::uint8_t bad = 0;
+      for (std::size_t i = 0; i < count_; ++i) {
+        means_[i].push_back(mean_over(*units_[i], window, intervals_));
+        std::uint8_t bits = 0;
+        for (std::size_t k = window.begin; k < window.end; ++k) bits = bits | units_[i]->bad[k];
+        bad_[i].push_back(bits);
+        bad = bad | bits;
+        mean += weight(i) * means_[i].back();
+      }
+      whole_.push_back(bad == 0);
+      for (std::size_t i = 0; bad == 0 && i < count_; ++i) differences[i].push_back(means_[i].back() - mean);
+      if (bad == 0) signal.push_back(mean);
+    }
+    const double of_mean = weights_.cwiseProduct(noise_).squaredNorm();
+    for (std::size_t i = 0; i < count_; ++i) {
+      const double own = noise(i) * noise(i);
+      density_.push_back(own * (1 - 2 * weight(i)) + of_mean);
+      shown_.push_back(noise_of(differences[i], signal).cwiseAbs2());
+    }
+  }
+
+  double weight(std::size_t i) const { return weights_(static_cast<Eigen::Index>(i)); }
+  double noise(std::size_t i) const { return noise_(static_cast<Eigen::Index>(i)); }
+  double noise_variance(std::size_t i, int axis, const UnitWindow& window) const {
+    return std::max(density_[i] / window.duration, shown_[i](axis));
+  }
+  bool tells(std::size_t i, std::size_t w, int axis) const { return !excluded_[i] && says(bad_[i][w], axis); }
+
+  std::size_t telling(std::size_t w, int axis) const {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < count_; ++i) count += tells(i, w, axis) ? 1 : 0;
+    return count;
+  }
+
+  // The mean of the units that `use`, by their weights, and the sum of these. `value(i)` is what a unit tells.
+  template <class Use, class Value>
+  std::pair<double, double> weighted(Use&& use, Value&& value) const {
+    double sum = 0, all = 0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (!use(i)) continue;
+      sum += weight(i) * value(i);
+      all += weight(i);
+    }
+    return {all > 0 ? sum / all : 0, all};
+  }
+
+  // What is known of the signal in a window, without a unit that is left out.
+  Vector3d signal_in(std::size_t w) const {
+    Vector3d out;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto [mean, all] =
+          weighted([&](std::size_t i) { return tells(i, w, axis); }, [&](std::size_t i) { return means_[i][w](axis); });
+      out(axis) =
+          all > 0 ? mean
+                  : weighted([](std::size_t) { return true; }, [&](std::size_t i) { return means_[i][w](axis); }).first;
+    }
+    return out;
+  }
+
+  // Compares the units in a window, leaves out those that are wrong, and learns what the others differ by.
+  void look_at(std::size_t w) {
+    const UnitWindow& window = windows_[w];
+    for (std::size_t i = 0; i < count_; ++i) {
+      for (Difference& d : known_[i]) d.P(0, 0) += growth_[i] * window.duration;
+    }
+    for (std::size_t wrong = count_; (wrong = wrong_unit(w)) < count_;) {
+      excluded_[wrong] = true;
+      calm_[wrong] = 0;
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::size_t told = telling(w, axis);
+      if (told < 2) continue;
+      const std::vector<double> r = residuals(w, axis);
+      for (std::size_t i = 0; i < count_; ++i) {
+        if (!tells(i, w, axis)) continue;
+        Difference& d = difference(i, axis);
+        const double variance = noise_variance(i, axis, window);
+        const double predicted = d.variance(signal_) + variance;
+        if (r[i] * r[i] > kWrong * kWrong * predicted) d.P(0, 0) += r[i] * r[i];  // two parted
+        d.update(signal_, r[i], variance);
+      }
+      if (told == count_) centre(axis);
+    }
+    judge_returns(w);
+  }
+
+  Difference& difference(std::size_t i, int axis) { return known_[i][static_cast<std::size_t>(axis)]; }
+  const Difference& difference(std::size_t i, int axis) const { return known_[i][static_cast<std::size_t>(axis)]; }
+
+  // What each unit tells beyond the prediction from the others.
+  std::vector<double> residuals(std::size_t w, int axis) const {
+    const auto corrected = [&](std::size_t i) { return means_[i][w](axis) - difference(i, axis).at(signal_); };
+    const double mean = weighted([&](std::size_t i) { return tells(i, w, axis); }, corrected).first;
+    std::vector<double> out;
+    for (std::size_t i = 0; i < count_; ++i) out.push_back(corrected(i) - mean);
+    return out;
+  }
+
+  // The unit that is wrong in the window, or their number: that without which the others agree best, if that takes more
+  // than kWrong² off the sum of their squared sigmas (a likelihood ratio: chi-squared with one degree of freedom).
+  std::size_t wrong_unit(std::size_t w) {
+    signal_ = signal_in(w);
+    std::size_t worst = count_;
+    double largest = kWrong * kWrong;
+    for (int axis = 0; axis < 3; ++axis) {
+      if (telling(w, axis) < 3) continue;
+      const double all = disagreement(w, axis, count_);
+      for (std::size_t i = 0; i < count_; ++i) {
+        if (!tells(i, w, axis)) continue;
+        const double less = all - disagreement(w, axis, i);
+        if (less <= largest) continue;
+        largest = less;
+        worst = i;
+      }
+    }
+    return worst;
+  }
+
+  // The sum of squares by which the units, but for one, differ from their mean, each by its own sigma.
+  double disagreement(std::size_t w, int axis, std::size_t without) const {
+    double weights = 0, first = 0, second = 0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (i == without || !tells(i, w, axis)) continue;
+      const Difference& d = difference(i, axis);
+      const double of_own = noise(i) * noise(i) / density_[i];  // of the noise of a difference, that of the unit
+      const double part = 1 / (d.variance(signal_) + of_own * noise_variance(i, axis, windows_[w]));
+      const double value = means_[i][w](axis) - means_[0][w](axis) - d.at(signal_);  // digits are kept
+      weights += part;
+      first += part * value;
+      second += part * value * value;
+    }
+    return second - first * first / weights;
+  }
+
+  // Differences are from the mean of all: their own mean is none.
+  void centre(int axis) {
+    Eigen::Vector4d mean = Eigen::Vector4d::Zero();
+    for (std::size_t i = 0; i < count_; ++i) mean += weight(i) * difference(i, axis).x;
+    for (std::size_t i = 0; i < count_; ++i) difference(i, axis).x -= mean;
+  }
+
+  // Counts the windows in which a unit that is left out agrees with the others.
+  void judge_returns(std::size_t w) {
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (!excluded_[i]) continue;
+      bool agrees = bad_[i][w] == 0;
+      for (int axis = 0; agrees && axis < 3; ++axis) {
+        const double r = residuals(w, axis)[i];
+        const double variance = difference(i, axis).variance(signal_) + noise_variance(i, axis, windows_[w]);
+        agrees = r * r <= kRight * kRight * variance;
+      }
+      calm_[i] = agrees ? calm_[i] + 1 : 0;
+    }
+  }
+
+  void take_back() {
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (excluded_[i] && calm_[i] >= kPatience) excluded_[i] = false;
+    }
+  }
+
+  void emit(const UnitWindow& window, CombinedTriad& out) {
+    for (std::size_t k = window.begin; k < window.end; ++k) {
+      for (std::size_t i = 0; i < count_; ++i) {
+        out.out[i][k] = excluded_[i] ? kAllAxes : units_[i]->bad[k];
+        if (units_[i]->bad[k] != 0) out.why[i][k] = units_[i]->why[k];
+      }
+      TriadMean& mean = out.mean[k];
+      for (int axis = 0; axis < 3; ++axis) emit(k, axis, out, mean);
+    }
+  }
+
+  void emit(std::size_t k, int axis, const CombinedTriad& out, TriadMean& mean) {
+    int& missing_for = missing_for_[static_cast<std::size_t>(axis)];
+    const auto used = [&](std::size_t i) { return says(out.out[i][k], axis); };
+    const auto measured = [&](std::size_t i) { return units_[i]->value[k](axis); };
+    const auto [value, all] = weighted(used, measured);
+    std::size_t told = 0;
+    for (std::size_t i = 0; i < count_; ++i) told += used(i) ? 1 : 0;
+    if (told == count_) {
+      missing_for = 0;
+      mean.value(axis) = value;
+      return;
+    }
+    if (told == 0) {  // the best there is: those that do not fail for silence
+      mean.missing = static_cast<std::uint8_t>(mean.missing | 1U << static_cast<unsigned>(axis));
+      const auto spoke = [&](std::size_t i) { return out.why[i][k] == UnitFault::kClipped; };
+      mean.value(axis) = weighted(spoke, measured).first;
+      return;
+    }
+    ++missing_for;
+    double variance = 0, unsure = 0, offset = 0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (!used(i)) continue;
+      const double part = weight(i) / all;
+      const Difference& d = difference(i, axis);
+      offset += part * d.at(signal_);
+      variance += part * part * noise(i) * noise(i);
+      unsure += part * part * d.variance(signal_);
+    }
+    mean.value(axis) = value - offset;
+    // What is not known of the offset is the same for as long as the units are missing: the n-th sample adds 2n − 1.
+    mean.added(axis) = std::max(0.0, variance - weights_.cwiseProduct(noise_).squaredNorm()) +
+                       unsure * intervals_[k] * (2 * missing_for - 1);
+  }
+
+  std::span<const UnitTriad* const> units_;
+  const std::vector<double>& intervals_;
+  const std::vector<UnitWindow>& windows_;
+  std::size_t count_;
+  UnitVector weights_, noise_;
+  std::vector<double> growth_;                    // of each unit
+  std::vector<std::vector<Vector3d>> means_;      // of each unit and window
+  std::vector<std::vector<std::uint8_t>> bad_;    // likewise
+  std::vector<bool> whole_;                       // of each window
+  std::vector<double> density_;                   // of each unit: squared, of its difference from the mean
+  std::vector<Vector3d> shown_;                   // and the variance that the windows show
+  std::vector<std::array<Difference, 3>> known_;  // of each unit and axis
+  std::vector<bool> excluded_;
+  std::vector<int> calm_, missing_for_;
+  Vector3d signal_ = Vector3d::Zero();  // of the window that is looked at
+};
+
+}  // namespace
+
+Vector3d mean_over(const UnitTriad& unit, const UnitWindow& window, const std::vector<double>& intervals) {
+  Vector3d sum = Vector3d::Zero();
+  for (std::size_t k = window.begin; k < window.end; ++k) sum += intervals[k] * unit.value[k];
+  return sum / window.duration;
+}
+
+Vector3d noise_of(std::span<const Vector3d> series, std::span<const Vector3d> signal) {
+  constexpr std::size_t kEnough = 30;
+  if (series.size() < kEnough) return Vector3d::Zero();
+  // The part of the steps that the signal's make.
+  Matrix3d squares = Matrix3d::Identity() * 1e-12, products = Matrix3d::Zero();
+  const auto step = [](std::span<const Vector3d> values, std::size_t i) { return Vector3d(values[i + 1] - values[i]); };
+  for (std::size_t i = 0; i + 1 < series.size(); ++i) {
+    squares += step(signal, i) * step(signal, i).transpose();
+    products += step(series, i) * step(signal, i).transpose();
+  }
+  const Matrix3d gain = products * squares.inverse();
+  Vector3d out;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> steps;
+    for (std::size_t i = 0; i + 1 < series.size(); ++i) {
+      steps.push_back(std::abs(step(series, i)(axis) - gain.row(axis).dot(step(signal, i))));
+    }
+    out(axis) = kSigmaOverMedian * median(std::move(steps)) / std::sqrt(2.0);
+  }
+  return out;
+}
+
+CombinedTriad combine(std::span<const UnitTriad* const> units, std::span<const ImuSensor> sensors, TriadMember triad,
+                      const std::vector<double>& intervals, const std::vector<UnitWindow>& windows) {
+  return Combiner(units, sensors, triad, intervals, windows).run();
+}
+
+}  // namespace piste

@@ -1,0 +1,156 @@
+// Several IMUs as one before the filter: what single units do wrong does not reach the mean, and is told.
+
+#include "condition/several_imus.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "piste/math/units.h"
+#include "support/random.h"
+
+namespace piste {
+namespace {
+
+using test::Random;
+
+constexpr double kPeriod = 0.01, kStart = 1000;
+
+ImuSensor mt9a() {
+  ImuSensor sensor;
+  sensor.gyro = {.noise = 0.05 * kDegree, .bias = 0.5 * kDegree, .drift = {}, .scale = 0.01, .range = 300 * kDegree};
+  sensor.gyro.drift = {DriftProcess::Kind::kGaussMarkov, 0.01 * kDegree, 200, 0};
+  sensor.accel = {.noise = 200e-6 * kStandardGravity, .bias = 0.05, .drift = {}, .scale = 0.02};
+  sensor.accel.drift = {DriftProcess::Kind::kGaussMarkov, 0.01, 200, 0};
+  sensor.accel.range = 2 * kStandardGravity;
+  return sensor;
+}
+
+Vector3d true_rate(double t) { return {std::sin(2 * t), 0.7 * std::cos(1.3 * t), 1.2 * std::sin(0.9 * t + 1)}; }
+Vector3d true_force(double t) { return {3 * std::sin(2.3 * t), 2 * std::cos(1.1 * t), -9.8 + 4 * std::sin(1.7 * t)}; }
+
+// Units that stand in one place, each with errors of its own.
+Recording record(std::size_t units, double duration, Random& random) {
+  Recording out;
+  const ImuSensor sensor = mt9a();
+  for (std::size_t u = 0; u < units; ++u) {
+    ImuRecording imu;
+    imu.file = "imu.csv";
+    const Vector3d gyro_bias = random.vector(sensor.gyro.bias), accel_bias = random.vector(sensor.accel.bias);
+    const Vector3d gyro_scale = Vector3d::Ones() + random.vector(sensor.gyro.scale);
+    const Vector3d accel_scale = Vector3d::Ones() + random.vector(sensor.accel.scale);
+    for (int k = 1; k * kPeriod <= duration; ++k) {
+      const double t = k * kPeriod;
+      imu.time.push_back(kStart + t);
+      imu.gyro.emplace_back(gyro_scale.cwiseProduct(true_rate(t)) + gyro_bias +
+                            random.vector(sensor.gyro.noise / std::sqrt(kPeriod)));
+      imu.accel.emplace_back(accel_scale.cwiseProduct(true_force(t)) + accel_bias +
+                             random.vector(sensor.accel.noise / std::sqrt(kPeriod)));
+    }
+    (u == 0 ? out.imu : out.further.emplace_back()) = imu;
+  }
+  return out;
+}
+
+ConditioningOptions options_for(std::size_t units) {
+  ConditioningOptions options;
+  const ImuSensor sensor = mt9a();
+  options.gyro_range = sensor.gyro.range;
+  options.accel_range = sensor.accel.range;
+  for (std::size_t u = 0; u < units; ++u) options.units.push_back({.name = "unit", .imu = {}, .sensor = sensor});
+  return options;
+}
+
+// Of the mean with a fault less that without it, over an interval: the largest, in rate and in force.
+std::pair<double, double> difference(const Log& a, const Log& b, double from, double to) {
+  double rate = 0, force = 0;
+  for (std::size_t k = 0; k < std::min(a.imu.size(), b.imu.size()); ++k) {
+    if (a.imu[k].time < kStart + from || a.imu[k].time > kStart + to) continue;
+    rate = std::max(rate, (a.imu[k].dtheta - b.imu[k].dtheta).norm() / kPeriod);
+    force = std::max(force, (a.imu[k].dvel - b.imu[k].dvel).norm() / kPeriod);
+  }
+  return {rate, force};
+}
+
+bool is_told(const UnitReport& unit, UnitFault fault, double from, double to) {
+  constexpr double kLate = 0.5;  // s
+  return std::ranges::any_of(unit.absences, [&](const UnitAbsence& a) {
+    return a.fault == fault && std::abs(a.time.start - kStart - from) < kLate &&
+           std::abs(a.time.end - kStart - to) < kLate + (fault == UnitFault::kBiased ? 1.5 : 0);
+  });
+}
+
+TEST(SeveralImus, FaultsDoNotReachTheMeanAndAreTold) {
+  Random random(3);
+  const Recording healthy = record(3, 60, random);
+  const ConditioningOptions options = options_for(3);
+  const Log clean = condition_units(healthy, options);
+  for (const UnitReport& unit : clean.counts.units) EXPECT_TRUE(unit.absences.empty());
+  const auto rows = [](double t) { return static_cast<std::size_t>(std::lround(t / kPeriod)); };
+
+  Recording faulty = healthy;
+  ImuRecording& second = faulty.further[0];
+  for (std::size_t k = rows(20); k < rows(22); ++k) second.gyro[k] = second.gyro[rows(20)];  // stuck
+  for (std::size_t k = rows(30); k < rows(31); ++k) second.accel[k].x() = 1e3;               // clipped
+  for (std::size_t k = rows(40); k < rows(43); ++k) second.gyro[k].y() += 5 * kDegree;       // biased
+  for (auto* values : {&second.gyro, &second.accel}) {                                       // silent
+    values->erase(values->begin() + static_cast<std::ptrdiff_t>(rows(50)),
+                  values->begin() + static_cast<std::ptrdiff_t>(rows(52)));
+  }
+  second.time.erase(second.time.begin() + static_cast<std::ptrdiff_t>(rows(50)),
+                    second.time.begin() + static_cast<std::ptrdiff_t>(rows(52)));
+  const Log log = condition_units(faulty, options);
+  const UnitReport& unit = log.counts.units[1];
+  EXPECT_TRUE(is_told(unit, UnitFault::kStuck, 20, 22));
+  EXPECT_TRUE(is_told(unit, UnitFault::kClipped, 30, 31));
+  EXPECT_TRUE(is_told(unit, UnitFault::kBiased, 40, 43));
+  EXPECT_TRUE(is_told(unit, UnitFault::kSilent, 50, 52));
+  EXPECT_TRUE(log.counts.units[0].absences.empty());
+  EXPECT_TRUE(log.counts.units[2].absences.empty());
+  ASSERT_EQ(log.imu.size(), clean.imu.size());
+  // What is left is noise of two units instead of three: some sigmas of a sample.
+  const double rate_noise = 5 * mt9a().gyro.noise / std::sqrt(kPeriod);
+  const double force_noise = 5 * mt9a().accel.noise / std::sqrt(kPeriod);
+  const auto [rate, force] = difference(log, clean, 15, 60);
+  EXPECT_LT(rate, rate_noise);
+  EXPECT_LT(force, force_noise + 0.02);
+  const auto [rate_after, force_after] = difference(log, clean, 55, 60);  // back
+  EXPECT_LT(rate_after, 1e-12);
+  EXPECT_LT(force_after, 1e-12);
+}
+
+TEST(SeveralImus, ABiasedUnitOfThreeIsFoundAndNoOther) {
+  constexpr int kRuns = 1000;
+  constexpr double kLength = 16, kFault = 12;
+  const ConditioningOptions options = options_for(3);
+  int found = 0, false_alarms = 0;
+  for (int run = 0; run < kRuns; ++run) {
+    Random random(100 + static_cast<std::uint64_t>(run));
+    Recording recording = record(3, kLength, random);
+    ImuRecording& second = recording.further[0];
+    const bool gyro = run % 2 == 0;
+    const int axis = run % 3;
+    for (std::size_t k = 0; k < second.time.size(); ++k) {  // by three sigmas of its turn-on bias
+      if (second.time[k] - kStart <= kFault) continue;
+      (gyro ? second.gyro : second.accel)[k](axis) += gyro ? 1.5 * kDegree : 0.15;
+    }
+    const Log log = condition_units(recording, options);
+    bool seen = false;
+    for (std::size_t u = 0; u < 3; ++u) {
+      for (const UnitAbsence& a : log.counts.units[u].absences) {
+        if (a.fault != UnitFault::kBiased) continue;
+        if (u == 1 && a.gyro == gyro && a.time.end > kStart + kFault) {
+          seen = true;
+        } else {
+          ++false_alarms;
+        }
+      }
+    }
+    found += seen ? 1 : 0;
+  }
+  EXPECT_GE(found, 999);
+  EXPECT_LE(false_alarms, 1);  // in 1.6e6 epochs
+}
+
+}  // namespace
+}  // namespace piste
