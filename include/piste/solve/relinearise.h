@@ -8,7 +8,7 @@ namespace piste {
 /// Filters the log of `run` about what a smoother makes of `run`. What is smoothed from the result has neither the
 /// linearisation errors of a filter that drifted through an outage, nor scales that follow the noise. What the motion
 /// told of the attitude at the start counts once here, in the filter, as nothing else is known of it. `options` and
-/// `found` are those of `run`. @pre `run` has checkpoints. Throws as run_filter.
+/// `found` are those of `run`. @pre `run` has its history. Throws as run_filter.
 FilterRun relinearised(const Log& log, const FilterOptions& options, const FoundStart& found, const FilterRun& run,
                        const ProgressCallback& progress = {});
 
