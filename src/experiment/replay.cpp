@@ -131,8 +131,12 @@ Replay replay(Log log, const ReplayOptions& options, const ReplayProgress& progr
   if (smooth) {
     std::vector<AttitudeLag> lags;
     for (int pass = 0; pass < options.relinearisations; ++pass) {
-      run.relinearised = relinearised(run.log, run.options, run.found, run.smoothable(), stage("relinearising"));
+      const ProgressCallback told = stage("relinearising");
+      Reference smoothed = smoothed_trajectory(run.smoothable(), part_of(told, 0, kSmoothingFirst));
       if (!options.history) run.filtered.history.clear();
+      run.relinearised.reset();  // what is not needed while the run is filtered again
+      run.relinearised =
+          filtered_about(std::move(smoothed), run.log, run.options, run.found, part_of(told, kSmoothingFirst, 1));
     }
     run.smoothed = smooth_rts(run.smoothable(), stage("smoother"), nullptr, &lags, SigmaRows::kLinear);
     if (!options.history) run.relinearised.reset();

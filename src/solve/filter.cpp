@@ -342,7 +342,7 @@ void Filter::correct_by(const Update& u) {
   adaptation_.correct(setup_->layout, u, G);
   if (!(state_.P.diagonal().minCoeff() >= 0)) fail("its covariance has a negative variance");
   if (tape_) tape_->events.emplace_back(Tape::Correction{u, G});
-  if (history_) history_->add_correction(u, reference_ ? nullptr : &correction);
+  if (history_) history_->add_correction(u, !reference_);
 }
 
 // Takes back what the IMU's noise has told of the scales in the fixes of this instant.

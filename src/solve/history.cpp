@@ -1,12 +1,14 @@
 #include "piste/solve/history.h"
 
-#include <utility>
+#include <Eigen/Cholesky>
+#include <algorithm>
+
+#include "piste/solve/fix_queue.h"
 
 namespace piste {
 namespace {
 
-constexpr double kChunk = 0.1;       // s: smoothed sigmas between two such epochs are as on a line, to some 1e-4
-constexpr double kAfterFix = 0.045;  // s after which a fix ends a chunk, as sigmas have a kink there
+constexpr double kChunk = 1;  // s: covariances are filtered again over it, and are a tenth of what is kept
 
 template <class Values>
 void put(std::vector<double>& out, const Values& values) {
@@ -48,7 +50,6 @@ void History::open(const FilterState& state) {
   now_.time = state.time;
   now_.events.clear();
   now_.values.clear();
-  fixed_ = false;
   for (int j = 0; j < size_; ++j) put(now_.values, state.P.col(j).head(j + 1));
   if (reference_) put(now_.values, state.mean);
 }
@@ -60,29 +61,44 @@ void History::add(Kind kind, std::uint32_t other) {
   now_.events.push_back({kind, static_cast<std::uint32_t>(now_.values.size()), other});
 }
 
+// A step's scales are where the step before it has them, unless they have changed.
 void History::add_step(const Transition& t) {
   const ErrorStep& s = t.step;
   if (around_.empty() || !(around_.back() == s.around)) around_.push_back(s.around);
+  auto scales = static_cast<double>(now_.values.size());
+  const auto before = std::find_if(now_.events.rbegin(), now_.events.rend(),
+                                   [](const Event& event) { return event.kind == Kind::kStep; });
+  if (before != now_.events.rend()) {
+    const ErrorStep last = step(now_, *before);
+    if (last.gyro_scale == s.gyro_scale && last.accel_scale == s.accel_scale) scales = now_.values[before->at];
+  }
+  if (scales == static_cast<double>(now_.values.size())) {
+    put(now_.values, s.gyro_scale);
+    put(now_.values, s.accel_scale);
+  }
   add(Kind::kStep, static_cast<std::uint32_t>(around_.size() - 1));
+  now_.values.push_back(scales);
   now_.values.push_back(s.dt);
   put(now_.values, s.q_wb.coeffs());
-  for (const Vector3d* v : {&s.v_wb, &s.rate, &s.force, &s.gyro_scale, &s.accel_scale}) put(now_.values, *v);
+  for (const Vector3d* v : {&s.v_wb, &s.rate, &s.force}) put(now_.values, *v);
 }
 
 ErrorStep History::step(const Chunk& chunk, const Event& event) const {
   Reader r(chunk, event.at);
+  Reader scales(chunk, static_cast<std::size_t>(r.number()));
   ErrorStep s;
+  scales.take(s.gyro_scale);
+  scales.take(s.accel_scale);
   s.dt = r.number();
   r.take(s.q_wb.coeffs());
-  for (Vector3d* v : {&s.v_wb, &s.rate, &s.force, &s.gyro_scale, &s.accel_scale}) r.take(*v);
+  for (Vector3d* v : {&s.v_wb, &s.rate, &s.force}) r.take(*v);
   s.around = around_[event.other];
   return s;
 }
 
 // Of H only the columns that are not zero: a fix depends on few blocks.
-void History::add_correction(const Update& u, const ErrorVector* moved) {
-  fixed_ = true;
-  add(Kind::kCorrection, moved != nullptr);
+void History::add_correction(const Update& u, bool moved) {
+  add(Kind::kCorrection, moved);
   std::vector<double>& out = now_.values;
   out.push_back(u.rows);
   out.push_back(u.observed);
@@ -95,9 +111,10 @@ void History::add_correction(const Update& u, const ErrorVector* moved) {
     put(out, u.H.col(k));
   }
   put(out, u.PHt);
-  for (const Matrix3d* m : {&u.S, &u.S_inverse, &u.R}) put(out, *m);
+  for (const Matrix3d* m : {&u.S, &u.R}) {
+    for (int j = 0; j < 3; ++j) put(out, m->col(j).head(j + 1));
+  }
   put(out, u.residual);
-  if (moved != nullptr) put(out, *moved);
 }
 
 History::Correction History::correction(const Chunk& chunk, const Event& event) const {
@@ -113,9 +130,14 @@ History::Correction History::correction(const Chunk& chunk, const Event& event) 
   }
   u.PHt.resize(size_, 3);
   r.take(u.PHt);
-  for (Matrix3d* m : {&u.S, &u.S_inverse, &u.R}) r.take(*m);
+  for (Matrix3d* m : {&u.S, &u.R}) {
+    for (int j = 0; j < 3; ++j) {
+      for (int i = 0; i <= j; ++i) (*m)(i, j) = (*m)(j, i) = r.number();
+    }
+  }
   r.take(u.residual);
-  if (event.other != 0) c.moved = r.vector(size_);
+  u.S_inverse = u.S.llt().solve(Matrix3d::Identity());
+  if (event.other != 0) c.moved = gain(u) * u.residual;
   return c;
 }
 
@@ -156,8 +178,7 @@ ErrorVector History::moved(const Chunk& chunk, const Event& event) const {
 void History::end_row(const FilterState& state) {
   add(Kind::kRow);
   ++rows_;
-  const double lasted = state.time - now_.time + kSameInstant;
-  if (lasted < (fixed_ ? kAfterFix : kChunk)) return;
+  if (state.time - now_.time < kChunk - kSameInstant) return;
   close();
   open(state);
 }

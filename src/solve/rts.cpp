@@ -120,18 +120,17 @@ class Backward {
     begin_steps();
   }
 
-  /// Goes back to the row `first`. Of `visit`: `wants(row)` says whether the whole covariance of a row is wanted;
-  /// `exact(row, state)` is called for these rows, and for those at which a chunk begins, the last row first, when λ
-  /// and Λ are those of that row; `start(state)` likewise for the start. If it has `between(row, part, time, x)`, this
-  /// is called for all other rows of a chunk, after that: `part` is how far the row is into the chunk, from 0 to 1.
+  /// Goes back to the row `first`. Of `visit`: `wants(row, node)` says whether the whole covariance of a row is wanted;
+  /// nodes are some ten rows a second. `exact(row, state)` is called for these rows, and for those at which a chunk
+  /// begins, the last row first, when λ and Λ are those of that row; `start(state)` likewise for the start. If it has
+  /// `between(row, time, x)`, this is called for all other rows of a chunk after that, the first row first.
   template <class Visit>
   void run(std::size_t first, const ProgressCallback& progress, Visit&& visit) {
     const auto& chunks = run_.history.chunks();
     for (std::size_t c = chunks.size(); c-- > 0;) {
       const std::size_t end = c + 1 < chunks.size() ? chunks[c + 1].first : chunks[c].first;
       if (end <= first && first > 0) return;
-      const double end_time = c + 1 < chunks.size() ? chunks[c + 1].time : chunks[c].time;
-      sweep(chunks[c], end, end_time, visit);
+      sweep(chunks[c], end, visit);
       if (progress && chunks[c].first < run_.epochs)
         progress(1 - static_cast<double>(chunks[c].first) / static_cast<double>(std::max<std::size_t>(1, run_.epochs)));
     }
@@ -294,17 +293,37 @@ class Backward {
   using Chunk = History::Chunk;
   using Kind = History::Kind;
 
-  // The filter's states at the wanted rows of a chunk, filtered again from its beginning; the others stay empty.
+  // The rows before `last` that are wanted. A node comes every tenth of a second, and soon after each fix, where sigmas
+  // have a kink.
   template <class Visit>
-  void filter_again(const Chunk& chunk, std::size_t last, const FilterState& begin, Visit& visit) {
+  void find_wanted(const Chunk& chunk, std::size_t last, const Visit& visit) {
+    constexpr double kEvery = 0.1, kAfterFix = 0.045;  // s
+    wanted_.clear();
+    double node = chunk.time;
+    bool fixed = false;
+    std::size_t row = chunk.first;
+    for (const History::Event& event : chunk.events) {
+      fixed = fixed || event.kind == Kind::kCorrection;
+      if (event.kind != Kind::kRow || row >= last) continue;
+      const double time = run_.time(row);
+      const bool is_node = time - node + kSameInstant >= (fixed ? kAfterFix : kEvery);
+      if (visit.wants(row, is_node)) wanted_.push_back(row);
+      ++row;
+      if (!is_node) continue;
+      node = time;
+      fixed = false;
+    }
+  }
+
+  // The filter's states at the wanted rows of a chunk, filtered again from its beginning.
+  void filter_again(const Chunk& chunk, const FilterState& begin) {
     states_.clear();
-    states_.resize(last - chunk.first);
     const History& history = run_.history;
     Covariance P = begin.P;
     ErrorVector mean = begin.mean;
     std::size_t row = chunk.first;
     for (const History::Event& event : chunk.events) {
-      if (row == last) break;
+      if (states_.size() == wanted_.size()) break;
       switch (event.kind) {
         case Kind::kStep: {
           const Transition t = steps_.transition(history.step(chunk, event));
@@ -328,7 +347,7 @@ class Backward {
         case Kind::kTakenBack:
           break;
         case Kind::kRow:
-          if (visit.wants(row)) states_[row - chunk.first] = {run_.time(row), run_.estimate(row), P, mean};
+          if (wanted_[states_.size()] == row) states_.push_back({run_.time(row), run_.estimate(row), P, mean});
           ++row;
           break;
       }
@@ -337,14 +356,13 @@ class Backward {
 
   // From the end of a chunk, where the row end − 1 ends, to its beginning.
   template <class Visit>
-  void sweep(const Chunk& chunk, std::size_t end, double end_time, Visit& visit) {
+  void sweep(const Chunk& chunk, std::size_t end, Visit& visit) {
     const History& history = run_.history;
     const std::size_t last = std::max(chunk.first + 1, end) - 1;  // the row that begins the next chunk
     FilterState begin{chunk.time, {}, history.covariance(chunk), history.mean(chunk)};
     begin.x = chunk.first > 0 ? run_.estimate(chunk.first - 1) : run_.begin->filter.estimate();
-    bool wanted = false;
-    for (std::size_t row = chunk.first; row < last; ++row) wanted = wanted || visit.wants(row);
-    if (wanted) filter_again(chunk, last, begin, visit);
+    find_wanted(chunk, last, visit);
+    filter_again(chunk, begin);
 
     const auto steps = static_cast<std::size_t>(std::count_if(
         chunk.events.begin(), chunk.events.end(), [](const History::Event& e) { return e.kind == Kind::kStep; }));
@@ -352,7 +370,7 @@ class Backward {
       factors_.resize(steps);
       pulls_.resize(steps);
     }
-    std::size_t step = steps, row = end;
+    std::size_t step = steps, row = end, left = wanted_.size();
     added_.clear();
     for (auto event = chunk.events.rbegin(); event != chunk.events.rend(); ++event) {
       switch (event->kind) {
@@ -375,9 +393,10 @@ class Backward {
           break;
         case Kind::kRow:
           --row;
-          if (row == last || !visit.wants(row)) break;
+          if (left == 0 || wanted_[left - 1] != row) break;
+          --left;
           look_at_lanes();
-          visit.exact(row, states_[row - chunk.first]);
+          visit.exact(row, states_[left]);
           break;
       }
     }
@@ -387,17 +406,17 @@ class Backward {
     } else {
       visit.start(begin);
     }
-    if constexpr (requires { visit.between(row, 0.0, 0.0, begin.x); }) {
-      if (last > chunk.first) forward(chunk, last, end_time, begin, visit);
+    if constexpr (requires { visit.between(row, 0.0, begin.x); }) {
+      if (last > chunk.first + wanted_.size()) forward(chunk, last, begin, visit);
     }
   }
 
   // The smoothed error from the beginning of a chunk on.
   template <class Visit>
-  void forward(const Chunk& chunk, std::size_t last, double end_time, const FilterState& begin, Visit& visit) {
+  void forward(const Chunk& chunk, std::size_t last, const FilterState& begin, Visit& visit) {
     const History& history = run_.history;
     ErrorVector e = begin.mean - begin.P.lazyProduct(lambda_);
-    std::size_t step = 0, row = chunk.first;
+    std::size_t step = 0, row = chunk.first, seen = 0;
     for (const History::Event& event : chunk.events) {
       if (row == last) return;
       switch (event.kind) {
@@ -423,10 +442,10 @@ class Backward {
           e += history.moved(chunk, event);
           break;
         case Kind::kRow:
-          if (!visit.wants(row)) {
-            const double time = run_.time(row);
-            visit.between(row, (time - chunk.time) / (end_time - chunk.time), time,
-                          boxplus(run_.estimate(row), layout_, e));
+          if (seen < wanted_.size() && wanted_[seen] == row) {
+            ++seen;
+          } else {
+            visit.between(row, run_.time(row), boxplus(run_.estimate(row), layout_, e));
           }
           ++row;
           break;
@@ -450,7 +469,8 @@ class Backward {
   // Of one chunk:
   std::vector<StepOperator::Factors> factors_;
   std::vector<StepOperator::Pull> pulls_;
-  std::vector<FilterState> states_;
+  std::vector<std::size_t> wanted_;
+  std::vector<FilterState> states_;        // at the wanted rows
   std::vector<History::Variances> added_;  // times λ, the last first
 };
 
@@ -515,33 +535,40 @@ class ToSolution {
   ToSolution(Backward& backward, Solution& out, bool exact, LagCollector* collector, SmoothedState* at_start)
       : backward_(backward), out_(out), all_(exact), collector_(collector), at_start_(at_start) {}
 
-  bool wants(std::size_t) const { return all_; }
+  bool wants(std::size_t, bool node) const { return all_ || node; }
   void exact(std::size_t row, const FilterState& state) {
     const SmoothedState s = backward_.smooth_for_sigmas(state);
-    note(s);
-    out_.set(row, state.time, s.x, begin_.sigmas);
+    note(state.time, s);
+    out_.set(row, state.time, s.x, nodes_.back().sigmas);
     if (collector_) collector_->visit(backward_, row, state, s);
   }
   void start(const FilterState& state) {
     const SmoothedState s = backward_.smooth(state);
     if (at_start_) *at_start_ = s;
-    note(s);
+    note(state.time, s);
   }
-  void between(std::size_t row, double part, double time, const Estimate& x) {
+  void between(std::size_t row, double time, const Estimate& x) {
+    if (!forwards_) {
+      forwards_ = true;
+      later_ = nodes_.size() - 2;
+    }
+    while (later_ > 0 && nodes_[later_].time < time) --later_;
+    const Node &begin = nodes_[later_ + 1], &end = nodes_[later_];
+    const double part = (time - begin.time) / (end.time - begin.time);
     const auto line = [part](const auto& a, const auto& b) { return a + part * (b - a); };
     Sigmas s;
-    const Matrix9d P = line(begin_.navigation, end_.navigation);
-    Matrix9d T = level_from_invariant(begin_.R_wn, x);
-    T.block<3, 3>(kPosition, kAttitude) = -begin_.R_wn.transpose() * skew(x.p_wb - line(begin_.p_wb, end_.p_wb));
+    const Matrix9d P = line(begin.navigation, end.navigation);
+    Matrix9d T = level_from_invariant(begin.R_wn, x);
+    T.block<3, 3>(kPosition, kAttitude) = -begin.R_wn.transpose() * skew(x.p_wb - line(begin.p_wb, end.p_wb));
     const Matrix9d half = T * P;
     const Eigen::Matrix<double, 9, 1> variance = half.cwiseProduct(T).rowwise().sum();
     s.position = variance.segment<3>(kPosition).cwiseMax(0).cwiseSqrt();
     s.velocity = variance.segment<3>(kVelocity).cwiseMax(0).cwiseSqrt();
-    s.euler = euler_sigma(Quaterniond(begin_.R_wn.transpose()) * x.q_wb,
+    s.euler = euler_sigma(Quaterniond(begin.R_wn.transpose()) * x.q_wb,
                           half.middleRows<3>(kAttitude) * T.middleRows<3>(kAttitude).transpose());
-    s.blocks = line(begin_.sigmas.blocks, end_.sigmas.blocks);
-    s.gyro_total_bias = line(begin_.sigmas.gyro_total_bias, end_.sigmas.gyro_total_bias);
-    s.accel_total_bias = line(begin_.sigmas.accel_total_bias, end_.sigmas.accel_total_bias);
+    s.blocks = line(begin.sigmas.blocks, end.sigmas.blocks);
+    s.gyro_total_bias = line(begin.sigmas.gyro_total_bias, end.sigmas.gyro_total_bias);
+    s.accel_total_bias = line(begin.sigmas.accel_total_bias, end.sigmas.accel_total_bias);
     out_.set(row, time, x, s);
   }
 
@@ -549,15 +576,18 @@ class ToSolution {
   static constexpr int kPosition = full_offset(Block::kPosition), kVelocity = full_offset(Block::kVelocity),
                        kAttitude = full_offset(Block::kAttitude);
   struct Node {
+    double time;
     Sigmas sigmas;
     Vector3d p_wb;
     Matrix3d R_wn;
     Matrix9d navigation;  // covariance of (ρ, ν, θ)
   };
-  void note(const SmoothedState& s) {
-    end_ = begin_;
-    begin_ = {sigmas_of(out_.world(), s.x, out_.layout(), s.P), s.x.p_wb, out_.world().rotation_wn(s.x.p_wb),
-              s.P.topLeftCorner<9, 9>()};
+  // Of the nodes that a chunk went by, the next one needs the first, which is the last one noted.
+  void note(double time, const SmoothedState& s) {
+    if (forwards_ || all_) nodes_.erase(nodes_.begin(), nodes_.end() - std::min<std::ptrdiff_t>(1, std::ssize(nodes_)));
+    forwards_ = false;
+    nodes_.push_back({time, sigmas_of(out_.world(), s.x, out_.layout(), s.P), s.x.p_wb,
+                      out_.world().rotation_wn(s.x.p_wb), s.P.topLeftCorner<9, 9>()});
   }
 
   Backward& backward_;
@@ -565,7 +595,9 @@ class ToSolution {
   bool all_;
   LagCollector* collector_;
   SmoothedState* at_start_;
-  Node begin_, end_;
+  std::vector<Node> nodes_;  // of one chunk, and of the beginning of the next one, the last first
+  bool forwards_ = false;    // between() goes through them
+  std::size_t later_ = 0;    // the first node after the last row of between()
 };
 
 }  // namespace
@@ -593,10 +625,10 @@ Reference smoothed_trajectory(const FilterRun& run, const ProgressCallback& prog
     const Backward& backward;
     const FilterRun& run;
     Reference out;
-    static bool wants(std::size_t) { return false; }
+    static bool wants(std::size_t, bool) { return false; }
     void exact(std::size_t row, const FilterState& state) { out.rows[row] = {state.time, backward.estimate(state)}; }
     void start(const FilterState& state) { out.start = backward.estimate(state); }
-    void between(std::size_t row, double, double time, const Estimate& x) { out.rows[row] = {time, x}; }
+    void between(std::size_t row, double time, const Estimate& x) { out.rows[row] = {time, x}; }
   } visit{backward, run, {}};
   visit.out.rows.resize(run.epochs);
   backward.run(0, progress, visit);
@@ -612,9 +644,9 @@ void smooth_rows(const FilterRun& run, const std::vector<std::size_t>& rows, con
     const std::vector<std::size_t>& rows;
     const EpochObserver& observer;
     SmoothedState* at_start;
-    bool wants(std::size_t row) const { return std::binary_search(rows.begin(), rows.end(), row); }
+    bool wants(std::size_t row, bool) const { return std::binary_search(rows.begin(), rows.end(), row); }
     void exact(std::size_t row, const FilterState& state) {
-      if (wants(row)) observer(row, state, backward.smooth(state));
+      if (wants(row, false)) observer(row, state, backward.smooth(state));
     }
     void start(const FilterState& state) {
       if (at_start) *at_start = backward.smooth(state);

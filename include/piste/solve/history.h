@@ -1,7 +1,7 @@
 #pragma once
 /// All that a filter did in a run, small enough to be kept whole, so that a smoother filters nothing again.
 ///
-/// A run is cut into chunks of a tenth of a second. Each begins with the covariance, at the end of an epoch, and has
+/// A run is cut into chunks of a second. Each begins with the covariance, at the end of an epoch, and has
 /// the events after it: steps, of which the transition follows (ErrorStep), corrections, and what moved the estimate
 /// otherwise.
 
@@ -50,11 +50,12 @@ class History {
   /// Begins with the state of a filter. `reference`: whether it is linearised about one, and has a mean.
   void begin(const FilterState& state, bool reference);
   void add_step(const Transition& t);
-  void add_correction(const Update& u, const ErrorVector* moved);
+  /// `moved`: whether it moved the estimate.
+  void add_correction(const Update& u, bool moved);
   void add_taken_back(const ScaleScore& score, const ErrorVector& moved);
   void add_admitted(const Variances& variances);
   void add_moved(const ErrorVector& moved);
-  /// The end of an epoch. A chunk ends here if it has lasted, or if a fix has come since it began.
+  /// The end of an epoch. A chunk ends here if it has lasted a second.
   void end_row(const FilterState& state);
   /// Ends with the state of the last row: a chunk without events, unless one has just begun.
   void finish(const FilterState& state);
@@ -81,7 +82,7 @@ class History {
   std::vector<ErrorStep::Around> around_;
   Chunk now_;  // the last one, as it grows
   int size_ = 0;
-  bool reference_ = false, fixed_ = false;
+  bool reference_ = false;
   std::size_t rows_ = 0;
 };
 
