@@ -145,8 +145,8 @@ void epochs(benchmark::State& state, bool smooth) {
   s.log.attitude[0].clear();
   s.log.magnetic.clear();
   for (auto _ : state) {
-    const FilterRun run = run_filter(s.log, s.options, s.start, smooth ? kCheckpointEvery : 0);
-    if (smooth) benchmark::DoNotOptimize(smooth_rts(s.log, run));
+    const FilterRun run = run_filter(s.log, s.options, s.start, smooth ? Keep::kHistory : Keep::kNothing);
+    if (smooth) benchmark::DoNotOptimize(smooth_rts(run));
   }
   const auto count = state.iterations() * static_cast<benchmark::IterationCount>(s.log.imu.size());
   state.counters["epoch"] =

@@ -60,12 +60,11 @@ class Thinned {
 };
 
 // Filters the run of `run.found`. Its rows go to `options.rows`, and a part of them is left.
-FilterRun filtered_in_pieces(const Replay& run, const ReplayOptions& options, int checkpoint_every,
-                             const ProgressCallback& progress) {
+FilterRun filtered_in_pieces(const Replay& run, const ReplayOptions& options, const ProgressCallback& progress) {
   const Start& start = run.found.start;
   const Solution known = looked_back(run.log, run.options, run.found);
   Thinned thinned(StateLayout(run.options.estimate), run.log.world, run.log.imu.size());
-  FilterRun filtered = run_filter(run.log, run.options, start, checkpoint_every, progress, start.time + options.longest,
+  FilterRun filtered = run_filter(run.log, run.options, start, Keep::kNothing, progress, start.time + options.longest,
                                   nullptr, [&](Solution& rows, std::size_t first) {
                                     put_rows(known, first, rows);
                                     thinned.add(rows, first);
@@ -82,7 +81,7 @@ ReplayOptions replay_options(const ReplayConfig& config) {
           .filter = config.filter,
           .heading = config.initial,
           .smoother = config.smoother,
-          .checkpoints = false};
+          .history = false};
 }
 
 Replay replay(const ReplayConfig& config, const ReplayProgress& progress, const BatchSolver& batch,
@@ -122,20 +121,25 @@ Replay replay(Log log, const ReplayOptions& options, const ReplayProgress& progr
   run.options = with_mounting(std::move(run.options), run.log, run.found.start);
   const Start& start = run.found.start;
   const bool smooth = options.smoother == SmootherKind::kRts;
-  const int checkpoint_every = smooth || options.checkpoints ? kCheckpointEvery : 0;
   if (options.rows && options.smoother == SmootherKind::kNone) {
-    run.filtered = filtered_in_pieces(run, options, checkpoint_every, stage("filter"));
+    run.filtered = filtered_in_pieces(run, options, stage("filter"));
     return run;
   }
-  run.filtered =
-      run_filter(run.log, run.options, start, checkpoint_every, stage("filter"), start.time + options.longest);
-  look_back(run.log, run.options, run.found, run.filtered.solution);
+  const Keep keep = smooth || options.history ? Keep::kHistory : Keep::kNothing;
+  run.filtered = run_filter(run.log, run.options, start, keep, stage("filter"), start.time + options.longest);
+  look_back(run.log, run.options, run.found, run.filtered);
   if (smooth) {
     std::vector<AttitudeLag> lags;
     for (int pass = 0; pass < options.relinearisations; ++pass) {
-      run.relinearised = relinearised(run.log, run.options, run.found, run.smoothable(), stage("relinearising"));
+      const ProgressCallback told = stage("relinearising");
+      Reference smoothed = smoothed_trajectory(run.smoothable(), part_of(told, 0, kSmoothingFirst));
+      if (!options.history) run.filtered.history.clear();
+      run.relinearised.reset();  // what is not needed while the run is filtered again
+      run.relinearised =
+          filtered_about(std::move(smoothed), run.log, run.options, run.found, part_of(told, kSmoothingFirst, 1));
     }
-    run.smoothed = smooth_rts(run.log, run.smoothable(), stage("smoother"), nullptr, &lags);
+    run.smoothed = smooth_rts(run.smoothable(), stage("smoother"), nullptr, &lags, SigmaRows::kLinear);
+    if (!options.history) run.relinearised.reset();
     run.smoothed->attitude_correlation_time = correlation_time(lags);
   }
   if (by_batch) {

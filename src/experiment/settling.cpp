@@ -65,7 +65,7 @@ std::optional<Calibration> settled(const Recording& recording, const Conditionin
                            .filter = told(options, found, receiver),
                            .longest = kWhole,
                            .smoother = SmootherKind::kNone,
-                           .checkpoints = false};
+                           .history = false};
     replayed.conditioning.imu.clock_offset = found.clock_offset;
     replayed.conditioning.imu.clock_drift = found.clock_drift;
     replayed.filter.vehicle = vehicle;

@@ -227,11 +227,11 @@ std::map<std::size_t, int> rows_on(const Solution& solution, const EpochGrid& gr
 
 // Calls `visit(epoch, filtered, smoothed)` for these epochs, last one first.
 template <class Visit>
-void visit_rows(const Log& log, const FilterRun& run, const std::map<std::size_t, int>& epochs, Visit&& visit) {
+void visit_rows(const FilterRun& run, const std::map<std::size_t, int>& epochs, Visit&& visit) {
   std::vector<std::size_t> rows;
   rows.reserve(epochs.size());
   for (const auto& [row, epoch] : epochs) rows.push_back(row);
-  smooth_rows(log, run, rows, [&](std::size_t row, const Tape::Epoch& filtered, const SmoothedState& smoothed) {
+  smooth_rows(run, rows, [&](std::size_t row, const Tape::Epoch& filtered, const SmoothedState& smoothed) {
     visit(epochs.at(row), filtered, smoothed);
   });
 }
@@ -264,10 +264,10 @@ std::map<int, Bound> bound_of(const Scenario& scenario, const Simulation& real, 
   const Start& start = run.found.start;
   Start from{start.time, truth.at(start.time), start.covariance};
   if (scenario.replay.heading == ReplaySetup::Heading::kAuto) from.covariance = nothing_known();
-  const FilterRun perfect_run = run_filter(log, options, from, kCheckpointEvery);
+  const FilterRun perfect_run = run_filter(log, options, from, Keep::kHistory);
   std::map<int, Bound> out;
   const StateLayout& layout = perfect_run.solution.layout();
-  visit_rows(log, perfect_run, rows_on(perfect_run.solution, grid, departure),
+  visit_rows(perfect_run, rows_on(perfect_run.solution, grid, departure),
              [&](int epoch, const Tape::Epoch& filtered, const SmoothedState& smoothed) {
                const Covariance T = ordinary(log.world, layout, filtered.x);
                out[epoch] = {(T * filtered.P * T.transpose()).diagonal(), (T * smoothed.P * T.transpose()).diagonal()};
@@ -323,7 +323,7 @@ ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed, const BatchS
     return ErrorSample{epoch, T * error, T * P * T.transpose(), variance};
   };
   const std::map<std::size_t, int> rows = rows_on(filtered, grid, departure);
-  visit_rows(run.log, run.filtered, rows, [&](int epoch, const Tape::Epoch& before, const SmoothedState&) {
+  visit_rows(run.filtered, rows, [&](int epoch, const Tape::Epoch& before, const SmoothedState&) {
     out.filtered.push_back(sample(epoch, before.time, before.x, before.P, bound.at(epoch).filtered));
   });
   if (by_batch) {
@@ -339,7 +339,7 @@ ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed, const BatchS
     return out;
   }
   const FilterRun again = relinearised(run.log, run.options, run.found, run.filtered);
-  visit_rows(run.log, again, rows, [&](int epoch, const Tape::Epoch& before, const SmoothedState& smoothed) {
+  visit_rows(again, rows, [&](int epoch, const Tape::Epoch& before, const SmoothedState& smoothed) {
     out.smoothed.push_back(sample(epoch, before.time, smoothed.x, smoothed.P, bound.at(epoch).smoothed));
   });
   return out;

@@ -198,19 +198,60 @@ void adjoint(Vector&& lambda, int n, const Structure& s) {
 
 Transition linearize(const Estimate& x, const Estimate& end, const ImuStep& s, const Vector3d& earth_rate,
                      const Gravity& gravity, const StepNoise& noise, const Vector3d* standing) {
-  Transition t;
   // At rest the measured rate is noise alone, and would give false information on the scale.
-  t.rate = standing ? Vector3d::Zero().eval() : s.mean_rate();
-  t.force = standing ? *standing : s.mean_force();
+  return linearize({.dt = s.dt,
+                    .q_wb = x.q_wb * so3_exp(0.5 * s.dtheta),
+                    .v_wb = standing ? Vector3d::Zero().eval() : (0.5 * (x.v_wb + end.v_wb)).eval(),
+                    .rate = standing ? Vector3d::Zero().eval() : s.mean_rate(),
+                    .force = standing ? *standing : s.mean_force(),
+                    .gyro_scale = x.gyro_scale,
+                    .accel_scale = x.accel_scale,
+                    .around = {gravity.value, gravity.gradient, noise}},
+                   earth_rate);
+}
+
+namespace {
+
+// −R (1 + s)⁻¹: how an error of the IMU turns the attitude, or changes the velocity.
+Matrix3d effect_of(const Matrix3d& R, const Vector3d& scale) {
+  return -R * (1 + scale.array()).inverse().matrix().asDiagonal();
+}
+
+// What mend_rate() changes.
+Transition mended(const ErrorStep& step) {
+  Transition t;
+  t.navigation.setIdentity();
+  t.imu.setZero();
+  const Matrix3d gyro = effect_of(step.q_wb.toRotationMatrix(), step.gyro_scale);
+  t.imu.block<3, 3>(kTheta, 0) = gyro;
+  t.imu.block<3, 3>(kNu, 0) = skew(step.v_wb) * gyro;
+  t.rate = step.rate;
+  t.force = step.force;
+  t.bias = 0;
+  t.noise.setZero();
+  t.decay.fill(1);
+  t.variance.fill(Vector3d::Zero());
+  t.step = step;
+  return t;
+}
+
+}  // namespace
+
+Transition linearize(const ErrorStep& step, const Vector3d& earth_rate) {
+  if (step.dt == 0) return mended(step);
+  Transition t;
+  t.step = step;
+  t.rate = step.rate;
+  t.force = step.force;
   t.decay.fill(1);
   t.variance.fill(Vector3d::Zero());
 
-  const double dt = s.dt;
-  const Matrix3d R_mid = (x.q_wb * so3_exp(0.5 * s.dtheta)).toRotationMatrix();
-  const Vector3d v_mid = standing ? Vector3d::Zero().eval() : (0.5 * (x.v_wb + end.v_wb)).eval();
-  const Matrix3d V = skew(v_mid), E = skew(earth_rate);
-  const Matrix3d& gradient = gravity.gradient;
-  const Matrix3d C = skew(gravity.value) + V * E;  // of ν' by θ
+  const double dt = step.dt;
+  const StepNoise& noise = step.around.noise;
+  const Matrix3d R_mid = step.q_wb.toRotationMatrix();
+  const Matrix3d V = skew(step.v_wb), E = skew(earth_rate);
+  const Matrix3d& gradient = step.around.gradient;
+  const Matrix3d C = skew(step.around.gravity) + V * E;  // of ν' by θ
 
   // Φ = 1 + A dt + ½ A² dt² for A = (0 1 −V; Γ −2E C; 0 0 −E), block by block.
   const double h = 0.5 * dt * dt;
@@ -226,8 +267,7 @@ Transition linearize(const Estimate& x, const Estimate& end, const ImuStep& s, c
   t.navigation.block<3, 3>(kTheta, kTheta) = I - dt * E + h * (E * E);
 
   // ∫Φ B = (dt + ½ A dt²) B for B = (0 0; V G A; G 0). A rate does not move the position: there V G and −V G cancel.
-  const Matrix3d gyro = -R_mid * (1 + x.gyro_scale.array()).inverse().matrix().asDiagonal();
-  const Matrix3d accel = -R_mid * (1 + x.accel_scale.array()).inverse().matrix().asDiagonal();
+  const Matrix3d gyro = effect_of(R_mid, step.gyro_scale), accel = effect_of(R_mid, step.accel_scale);
   const Matrix3d VG = V * gyro;
   const Matrix3d turn = dt * gyro - h * (E * gyro), swing = dt * VG + h * (C * gyro - 2 * (E * VG));
   const Matrix3d push = dt * accel - 2 * h * (E * accel), shift = h * accel;
@@ -255,20 +295,14 @@ Transition linearize(const Estimate& x, const Estimate& end, const ImuStep& s, c
 }
 
 Transition mend_rate(const Estimate& x, const Vector3d& noise_angle) {
-  Transition t;
-  t.navigation.setIdentity();
-  t.imu.setZero();
-  const Matrix3d R = x.R_wb();
-  const Matrix3d gyro = -R * (1 + x.gyro_scale.array()).inverse().matrix().asDiagonal();
-  t.imu.block<3, 3>(kTheta, 0) = gyro;
-  t.imu.block<3, 3>(kNu, 0) = skew(x.v_wb) * gyro;
-  t.rate = R.transpose() * noise_angle;
-  t.force.setZero();
-  t.bias = 0;
-  t.noise.setZero();
-  t.decay.fill(1);
-  t.variance.fill(Vector3d::Zero());
-  return t;
+  return mended({.dt = 0,
+                 .q_wb = x.q_wb,
+                 .v_wb = x.v_wb,
+                 .rate = x.R_wb().transpose() * noise_angle,
+                 .force = Vector3d::Zero(),
+                 .gyro_scale = x.gyro_scale,
+                 .accel_scale = x.accel_scale,
+                 .around = {Vector3d::Zero(), Matrix3d::Zero(), {Vector3d::Zero(), Vector3d::Zero()}}});
 }
 
 void add_processes(Transition& t, const StateLayout& layout, const FilterOptions& options, double dt) {

@@ -152,6 +152,7 @@ void Filter::process(const ImuSample* after) {
     }
   });
   if (tape_) tape_->end_epoch(state_);
+  if (history_) history_->end_row(state_);
 }
 
 void Filter::advance(const ImuStep& step, const StepNoise& noise) {
@@ -165,6 +166,7 @@ void Filter::advance(const ImuStep& step, const StepNoise& noise) {
     noise_score_.add(step.dt, gyro, accel);
   }
   if (tape_) tape_->events.emplace_back(Tape::Propagation{t});
+  if (history_) history_->add_step(t);
 }
 
 // Finds where the reference is at the end of the sample, and the motion to it.
@@ -179,7 +181,9 @@ void Filter::follow_reference(double dt) {
 // mean.
 void Filter::arrive() {
   if (!reference_) return;
-  state_.mean += select(setup_->layout, boxminus(state_.x, target_));
+  const ErrorVector moved = select(setup_->layout, boxminus(state_.x, target_));
+  state_.mean += moved;
+  if (history_) history_->add_moved(moved);
   state_.x = target_;
 }
 
@@ -273,6 +277,7 @@ void Filter::propagate_by(const Transition& transition) {
   propagate(state_.P, setup_->layout, transition);
   adaptation_.propagate(setup_->layout, transition, {Vector3d::Zero(), Vector3d::Zero()}, 0);
   if (tape_) tape_->events.emplace_back(Tape::Propagation{transition});
+  if (history_) history_->add_step(transition);
 }
 
 // Whether the body certainly moves.
@@ -306,15 +311,20 @@ void Filter::apply(int source, double late, const Linearization& lin) {
   if (parted) {
     // The disagreement came at once, and no error of the past explains it. The covariance grows first: the fix then
     // moves the navigation states, and the other states do not follow a residual of many sigmas.
-    admit_error(state_.P, setup_->layout, lin, lapse, setup_->options.behaviour.trust);
+    admit(lin, lapse);
     correct_by(innovate(state_.P, setup_->layout, lin));
     return;
   }
   correct_by(u);
   // The filter was wrong. The fix was used with the covariance as it was, so that filter and smoother attribute the
   // residual to the errors that led to it. The covariance grows afterwards.
-  if (outcome == Outcome::kReadmitted)
-    admit_error(state_.P, setup_->layout, lin, lapse, setup_->options.behaviour.trust);
+  if (outcome == Outcome::kReadmitted) admit(lin, lapse);
+}
+
+void Filter::admit(const Linearization& lin, double lapse) {
+  const History::Variances before = state_.P.diagonal().head<9>();
+  admit_error(state_.P, setup_->layout, lin, lapse, setup_->options.behaviour.trust);
+  if (history_) history_->add_admitted(state_.P.diagonal().head<9>() - before);
 }
 
 void Filter::correct_by(const Update& u) {
@@ -332,14 +342,17 @@ void Filter::correct_by(const Update& u) {
   adaptation_.correct(setup_->layout, u, G);
   if (!(state_.P.diagonal().minCoeff() >= 0)) fail("its covariance has a negative variance");
   if (tape_) tape_->events.emplace_back(Tape::Correction{u, G});
+  if (history_) history_->add_correction(u, !reference_);
 }
 
 // Takes back what the IMU's noise has told of the scales in the fixes of this instant.
 void Filter::take_back_noise() {
   const std::optional<ScaleScore> score = noise_score_.after_fixes(state_.x, state_.P);
   if (!score) return;
-  state_.x = boxplus(state_.x, setup_->layout, -pull_of(*score, setup_->layout, state_.P));
+  const ErrorVector moved = -pull_of(*score, setup_->layout, state_.P);
+  state_.x = boxplus(state_.x, setup_->layout, moved);
   if (tape_) tape_->events.emplace_back(Tape::TakenBack{*score});
+  if (history_) history_->add_taken_back(*score, moved);
 }
 
 void Filter::fail(const std::string& why) const {

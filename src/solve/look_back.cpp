@@ -9,8 +9,8 @@ namespace piste {
 
 Solution looked_back(const Log& log, const FilterOptions& options, const FoundStart& found) {
   if (!found.aligned) return {};
-  const FilterRun run = run_filter(log, options, found.start, kCheckpointEvery, {}, *found.aligned + kSameInstant);
-  return smooth_rts(log, relinearised(log, options, found, run));
+  const FilterRun run = run_filter(log, options, found.start, Keep::kHistory, {}, *found.aligned + kSameInstant);
+  return smooth_rts(relinearised(log, options, found, run));
 }
 
 void put_rows(const Solution& known, std::size_t first, Solution& filtered) {
@@ -19,8 +19,15 @@ void put_rows(const Solution& known, std::size_t first, Solution& filtered) {
   }
 }
 
-void look_back(const Log& log, const FilterOptions& options, const FoundStart& found, Solution& filtered) {
-  put_rows(looked_back(log, options, found), 0, filtered);
+void look_back(const Log& log, const FilterOptions& options, const FoundStart& found, FilterRun& filtered) {
+  const Solution known = looked_back(log, options, found);
+  Solution& rows = filtered.solution;
+  filtered.replaced = Solution(rows.layout(), rows.world());
+  filtered.replaced.fixed = rows.fixed;
+  for (std::size_t i = 0; i < std::min(known.size(), rows.size()); ++i) {
+    filtered.replaced.append(rows.time(i), rows.estimate(i), rows.sigmas(i));
+  }
+  put_rows(known, 0, rows);
 }
 
 }  // namespace piste

@@ -18,8 +18,8 @@ Transition Propagation::advance(FilterState& state, const ImuStep& step, const S
   Transition t =
       linearize(before, state.x, corrected, world.earth_rate(), gravity_, noise, still ? &standing_force_ : nullptr);
   if (known != nullptr && !still) {
-    t.rate = known->rate;
-    t.force = known->force;
+    t.rate = t.step.rate = known->rate;
+    t.force = t.step.force = known->force;
   }
   add_processes(t, layout, options, step.dt);
   decay(state.x, layout, t);

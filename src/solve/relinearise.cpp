@@ -8,14 +8,18 @@
 
 namespace piste {
 
+FilterRun filtered_about(Reference smoothed, const Log& log, const FilterOptions& options, const FoundStart& found,
+                         const ProgressCallback& progress) {
+  const Start start = without_alignment(log.world, found);
+  const double end = (smoothed.rows.empty() ? start.time : smoothed.rows.back().time) + kSameInstant;
+  return run_filter(log, options, start, Keep::kHistory, progress, end,
+                    std::make_shared<const Reference>(std::move(smoothed)));
+}
+
 FilterRun relinearised(const Log& log, const FilterOptions& options, const FoundStart& found, const FilterRun& run,
                        const ProgressCallback& progress) {
-  constexpr double kFirstPass = 0.6;  // part of the work
-  const Start start = without_alignment(log.world, found);
-  Reference smoothed = smoothed_trajectory(log, run, part_of(progress, 0, kFirstPass));
-  const double end = (smoothed.rows.empty() ? start.time : smoothed.rows.back().time) + kSameInstant;
-  return run_filter(log, options, start, kCheckpointEvery, part_of(progress, kFirstPass, 1), end,
-                    std::make_shared<const Reference>(std::move(smoothed)));
+  return filtered_about(smoothed_trajectory(run, part_of(progress, 0, kSmoothingFirst)), log, options, found,
+                        part_of(progress, kSmoothingFirst, 1));
 }
 
 }  // namespace piste

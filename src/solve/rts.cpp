@@ -11,6 +11,7 @@
 
 #include "math/wide.h"
 #include "piste/solve/noise_score.h"
+#include "step_operator.h"
 
 namespace piste {
 namespace {
@@ -65,65 +66,94 @@ void multiply(const Covariance& A, const Covariance& B, const Part& part, Covari
   multiply(A.data(), B.data(), A.rows(), part, out.data());
 }
 
-// The backward pass. run() takes λ and Λ from after the last event of a tape to before its first.
+// The transition Φ over some steps: rows of (ρ, ν, θ), and what every other error is multiplied by. Its adjoint, taken
+// of the unit vectors of (ρ, ν, θ) through the steps one after the other, is these rows.
+struct ManySteps {
+  std::size_t count = 0;
+  alignas(32) double rows[9][kFullSize];  // Φ of (ρ, ν, θ), by what it is applied to
+  alignas(32) double decay[kFullSize];    // 0 for (ρ, ν, θ)
+};
+
+constexpr int kNavigation = StepOperator::kNavigation;
+
+// out = Φᵀ in, for n rows and some columns.
+PISTE_WIDE void apply_transposed(const ManySteps& Phi, const double* in, std::ptrdiff_t n, std::ptrdiff_t columns,
+                                 double* out) {
+  for (std::ptrdiff_t c = 0; c < columns; ++c, in += n, out += n) {
+    double sum[kFullSize];
+    for (std::ptrdiff_t r = 0; r < n; ++r) sum[r] = Phi.decay[r] * in[r];
+    for (int i = 0; i < kNavigation; ++i) {
+      for (std::ptrdiff_t r = 0; r < n; ++r) sum[r] += Phi.rows[i][r] * in[i];
+    }
+    for (std::ptrdiff_t r = 0; r < n; ++r) out[r] = sum[r];
+  }
+}
+
+// out = Φᵀ Λ Φ for a symmetric Λ.
+Covariance carried(const ManySteps& Phi, const Covariance& Lambda) {
+  const Eigen::Index n = Lambda.rows();
+  Covariance half(n, n), out(n, n);
+  apply_transposed(Phi, Lambda.data(), n, n, half.data());  // Φᵀ Λ
+  half.transposeInPlace();
+  apply_transposed(Phi, half.data(), n, n, out.data());
+  for (Eigen::Index j = 1; j < n; ++j) {
+    for (Eigen::Index i = 0; i < j; ++i) out(i, j) = out(j, i) = 0.5 * (out(i, j) + out(j, i));
+  }
+  return out;
+}
+
+// The backward pass, chunk by chunk of a run's history.
+//
+// In a chunk λ goes back through every step, and so does the transition from each epoch to the next fix, so that Λ
+// needs to be carried only where it is used. The smoothed error of the other epochs follows forwards from the chunk's
+// beginning, e ← Φ e − Q λ, which is −P λ without P.
 class Backward {
  public:
-  explicit Backward(const StateLayout& layout, bool covariance = true)
-      : layout_(layout), covariance_(covariance), for_sigmas_(parts_for_sigmas(layout)) {
-    lambda_.setZero(layout.size());
-    Lambda_.setZero(layout.size(), layout.size());
+  explicit Backward(const FilterRun& run, bool covariance = true)
+      : run_(run),
+        layout_(run.begin->filter.layout()),
+        covariance_(covariance),
+        steps_(layout_, run.begin->filter.options(), run.begin->filter.world().earth_rate()),
+        for_sigmas_(parts_for_sigmas(layout_)) {
+    lambda_.setZero(layout_.size());
+    Lambda_.setZero(layout_.size(), layout_.size());
+    begin_steps();
   }
 
-  /// `at_epoch(row, epoch)` is called when λ and Λ are those at the end of that row.
-  template <class AtEpoch>
-  void run(const Tape& tape, std::size_t end_row, AtEpoch&& at_epoch) {
-    std::size_t row = end_row;
-    for (auto event = tape.events.rbegin(); event != tape.events.rend(); ++event) {
-      if (const auto* step = std::get_if<Tape::Propagation>(&*event)) {
-        if (covariance_) {
-          propagate_adjoint(lambda_, Lambda_, layout_, step->transition);
-        } else {
-          propagate_adjoint(lambda_, layout_, step->transition);
-        }
-        if (traces()) propagate_adjoint(traced_, layout_, step->transition);
-      } else if (const auto* correction = std::get_if<Tape::Correction>(&*event)) {
-        if (covariance_) {
-          reset_adjoint(lambda_, Lambda_, layout_, correction->reset);
-          update_adjoint(lambda_, Lambda_, correction->update);
-        } else {
-          reset_adjoint(lambda_, layout_, correction->reset);
-          update_adjoint(lambda_, correction->update);
-        }
-        if (!traces()) continue;
-        reset_adjoint(traced_, layout_, correction->reset);
-        update_adjoint(traced_, correction->update);
-      } else if (const auto* taken = std::get_if<Tape::TakenBack>(&*event)) {
-        add_score(lambda_, layout_, taken->score);
-      } else if (const auto* end = std::get_if<Tape::EpochEnd>(&*event)) {
-        at_epoch(--row, tape.epochs[end->index]);
-      }
+  /// Goes back to the row `first`. Of `visit`: `wants(row, node)` says whether the whole covariance of a row is wanted;
+  /// nodes are some ten rows a second. `exact(row, state)` is called for these rows, and for those at which a chunk
+  /// begins, the last row first, when λ and Λ are those of that row; `start(state)` likewise for the start. If it has
+  /// `between(row, time, x)`, this is called for all other rows of a chunk after that, the first row first.
+  template <class Visit>
+  void run(std::size_t first, const ProgressCallback& progress, Visit&& visit) {
+    const auto& chunks = run_.history.chunks();
+    for (std::size_t c = chunks.size(); c-- > 0;) {
+      const std::size_t end = c + 1 < chunks.size() ? chunks[c + 1].first : chunks[c].first;
+      if (end <= first && first > 0) return;
+      sweep(chunks[c], end, visit);
+      if (progress && chunks[c].first < run_.epochs)
+        progress(1 - static_cast<double>(chunks[c].first) / static_cast<double>(std::max<std::size_t>(1, run_.epochs)));
     }
   }
 
   /// x̂ ⊞ (mean − P λ).
-  Estimate estimate(const Estimate& x, const ErrorVector& mean, const Covariance& P) const {
-    return boxplus(x, correction(mean, P));
+  Estimate estimate(const FilterState& state) const {
+    return boxplus(state.x, layout_, state.mean - state.P.lazyProduct(lambda_));
   }
 
   /// The same, and P − P Λ P about it. Only where Λ is carried along.
-  SmoothedState smooth(const Estimate& x, const ErrorVector& mean, const Covariance& P) {
-    return smooth(x, mean, P, std::array{Part{0, 0, layout_.size(), layout_.size()}});
+  SmoothedState smooth(const FilterState& state) {
+    return smooth(state, std::array{Part{0, 0, layout_.size(), layout_.size()}});
   }
   /// The same with those covariances alone of which sigmas are made, and zeros beside: of navigation, of each block
   /// with itself, and of biases with their drifts.
-  SmoothedState smooth_for_sigmas(const Estimate& x, const ErrorVector& mean, const Covariance& P) {
-    return smooth(x, mean, P, for_sigmas_);
-  }
+  SmoothedState smooth_for_sigmas(const FilterState& state) { return smooth(state, for_sigmas_); }
 
   /// Keeps the attitude's error at the epoch j of the last smooth(), to correlate it with the errors at earlier epochs
   /// k: E[e_k e_jᵀ] = P_k M_k, where M_j = I − Λ_j P_j goes backwards as λ does, but without the residuals (de Jong and
   /// MacKinnon 1988).
   void trace(const Covariance& P) {
+    arrive();
     const Eigen::Index columns = traced_.cols();
     traced_.conservativeResize(layout_.size(), columns + 3);
     Eigen::Matrix<double, Eigen::Dynamic, 3> M = -Lambda_ * P.middleCols<3>(kAttitude);
@@ -132,11 +162,13 @@ class Backward {
   }
   /// E[θ θ_jᵀ] of the attitude's errors at the epoch of the last smooth() and at those of trace(), in the order of
   /// trace().
-  Eigen::Matrix3Xd lagged(const Covariance& P) const { return turn_ * P.middleRows<3>(kAttitude) * traced_; }
+  Eigen::Matrix3Xd lagged(const Covariance& P) const {
+    const Eigen::Matrix<double, 3, Eigen::Dynamic> rows = turn_ * P.middleRows<3>(kAttitude);
+    return rows * traced_here();
+  }
 
  private:
   static constexpr int kAttitude = full_offset(Block::kAttitude);
-  static constexpr int kNavigation = 9;
 
   static std::vector<Part> parts_for_sigmas(const StateLayout& layout) {
     std::vector<Part> parts{{0, 0, kNavigation, kNavigation}};
@@ -155,12 +187,17 @@ class Backward {
     return parts;
   }
 
-  SmoothedState smooth(const Estimate& x, const ErrorVector& mean, const Covariance& P, std::span<const Part> parts) {
-    const FullError correction = this->correction(mean, P);
+  SmoothedState smooth(const FilterState& state, std::span<const Part> parts) {
+    const Covariance& P = state.P;
+    const FullError correction = expand(layout_, state.mean - P.lazyProduct(lambda_));
     const int n = layout_.size();
     work_.resize(n, n);
-    multiply(Lambda_, P, {0, 0, n, n}, work_);
-    SmoothedState s{boxplus(x, correction), Covariance::Zero(n, n)};
+    if (many_.count > 0) {
+      multiply(carried(many_, Lambda_), P, {0, 0, n, n}, work_);
+    } else {
+      multiply(Lambda_, P, {0, 0, n, n}, work_);
+    }
+    SmoothedState s{boxplus(state.x, correction), Covariance::Zero(n, n)};
     for (const Part& part : parts) {
       multiply(P, work_, part, s.P);
       auto here = s.P.block(part.row, part.column, part.rows, part.columns);
@@ -172,18 +209,269 @@ class Backward {
     return s;
   }
 
-  bool traces() const { return traced_.cols() > 0; }
-  FullError correction(const ErrorVector& mean, const Covariance& P) const {
-    return expand(layout_, mean - P.lazyProduct(lambda_));
+  // Unit vectors in the lanes of (ρ, ν, θ), and λ beside them.
+  void begin_steps() {
+    const int n = layout_.size();
+    many_.count = 0;
+    if (covariance_) {
+      std::fill(lanes_.begin(), lanes_.begin() + std::ptrdiff_t{n} * kLanes, 0.0);
+      for (int k = 0; k < kNavigation; ++k) lanes_[static_cast<std::size_t>(k * kLanes + k)] = 1;
+      for (int k = 0; k < n; ++k) many_.decay[k] = k < kNavigation ? 0 : 1;
+    }
+    for (int k = 0; k < n; ++k) {
+      for (int lane = 0; lane < (covariance_ ? 0 : 4); ++lane) lanes_[static_cast<std::size_t>(k * 4 + lane)] = 0;
+      lanes_[lambda_at(k)] = lambda_(k);
+    }
+  }
+  static constexpr int kLanes = StepOperator::kLanes;
+  std::size_t lambda_at(int k) const {
+    return static_cast<std::size_t>(covariance_ ? k * kLanes + StepOperator::kLambda : k * 4);
   }
 
+  void step_back(const StepOperator::Factors& f, StepOperator::Pull& pull) {
+    ++many_.count;
+    if (!covariance_) {
+      steps_.adjoint_lambda(f, lanes_, pull);
+      return;
+    }
+    steps_.adjoint(f, lanes_, pull);
+    for (int k = kNavigation; k < layout_.size(); ++k) many_.decay[k] *= steps_.decay(f, k);
+  }
+
+  // λ, and the transition over the steps since Λ was carried, from the lanes.
+  void look_at_lanes() {
+    if (many_.count == 0) return;
+    for (int k = 0; k < layout_.size(); ++k) {
+      lambda_(k) = lanes_[lambda_at(k)];
+      if (!covariance_) continue;
+      for (int i = 0; i < kNavigation; ++i) many_.rows[i][k] = lanes_[static_cast<std::size_t>(k * kLanes + i)];
+    }
+  }
+
+  // Carries Λ and what is traced to where λ is.
+  void arrive() {
+    if (many_.count == 0) return;
+    look_at_lanes();
+    if (covariance_) {
+      Lambda_ = carried(many_, Lambda_);
+      if (traces()) traced_ = traced_here();
+    }
+    begin_steps();
+  }
+  Eigen::MatrixXd traced_here() const {
+    if (many_.count == 0) return traced_;
+    Eigen::MatrixXd here(traced_.rows(), traced_.cols());
+    apply_transposed(many_, traced_.data(), traced_.rows(), traced_.cols(), here.data());
+    return here;
+  }
+
+  void undo(const History::Correction& c) {
+    arrive();
+    const bool moved = c.moved.size() > 0;
+    const ResetJacobian G = moved ? reset_jacobian(expand(layout_, c.moved)) : ResetJacobian{};
+    if (covariance_) {
+      if (moved) reset_adjoint(lambda_, Lambda_, layout_, G);
+      update_adjoint(lambda_, Lambda_, c.update);
+    } else {
+      if (moved) reset_adjoint(lambda_, layout_, G);
+      update_adjoint(lambda_, c.update);
+    }
+    if (traces()) {
+      if (moved) reset_adjoint(traced_, layout_, G);
+      update_adjoint(traced_, c.update);
+    }
+    begin_steps();
+  }
+
+  // λ before what noise told the scales was taken back.
+  void undo(const History::TakenBack& taken) {
+    arrive();
+    add_score(lambda_, layout_, taken.score);
+    begin_steps();
+  }
+
+  using Chunk = History::Chunk;
+  using Kind = History::Kind;
+
+  // The rows before `last` that are wanted. A node comes every tenth of a second, and soon after each fix, where sigmas
+  // have a kink.
+  template <class Visit>
+  void find_wanted(const Chunk& chunk, std::size_t last, const Visit& visit) {
+    constexpr double kEvery = 0.1, kAfterFix = 0.045;  // s
+    wanted_.clear();
+    double node = chunk.time;
+    bool fixed = false;
+    std::size_t row = chunk.first;
+    for (const History::Event& event : chunk.events) {
+      fixed = fixed || event.kind == Kind::kCorrection;
+      if (event.kind != Kind::kRow || row >= last) continue;
+      const double time = run_.time(row);
+      const bool is_node = time - node + kSameInstant >= (fixed ? kAfterFix : kEvery);
+      if (visit.wants(row, is_node)) wanted_.push_back(row);
+      ++row;
+      if (!is_node) continue;
+      node = time;
+      fixed = false;
+    }
+  }
+
+  // The filter's states at the wanted rows of a chunk, filtered again from its beginning.
+  void filter_again(const Chunk& chunk, const FilterState& begin) {
+    states_.clear();
+    const History& history = run_.history;
+    Covariance P = begin.P;
+    ErrorVector mean = begin.mean;
+    std::size_t row = chunk.first;
+    for (const History::Event& event : chunk.events) {
+      if (states_.size() == wanted_.size()) break;
+      switch (event.kind) {
+        case Kind::kStep: {
+          const Transition t = steps_.transition(history.step(chunk, event));
+          propagate(P, layout_, t);
+          if (run_.reference) propagate(mean, layout_, t);
+          break;
+        }
+        case Kind::kCorrection: {
+          const History::Correction c = history.correction(chunk, event);
+          update(P, c.update);
+          if (run_.reference) mean += gain(c.update) * c.update.residual;
+          if (c.moved.size() > 0) reset(P, layout_, reset_jacobian(expand(layout_, c.moved)));
+          break;
+        }
+        case Kind::kAdmitted:
+          P.diagonal().head<kNavigation>() += history.admitted(chunk, event);
+          break;
+        case Kind::kMoved:
+          mean += history.moved(chunk, event);
+          break;
+        case Kind::kTakenBack:
+          break;
+        case Kind::kRow:
+          if (wanted_[states_.size()] == row) states_.push_back({run_.time(row), run_.estimate(row), P, mean});
+          ++row;
+          break;
+      }
+    }
+  }
+
+  // From the end of a chunk, where the row end − 1 ends, to its beginning.
+  template <class Visit>
+  void sweep(const Chunk& chunk, std::size_t end, Visit& visit) {
+    const History& history = run_.history;
+    const std::size_t last = std::max(chunk.first + 1, end) - 1;  // the row that begins the next chunk
+    FilterState begin{chunk.time, {}, history.covariance(chunk), history.mean(chunk)};
+    begin.x = chunk.first > 0 ? run_.estimate(chunk.first - 1) : run_.begin->filter.estimate();
+    find_wanted(chunk, last, visit);
+    filter_again(chunk, begin);
+
+    const auto steps = static_cast<std::size_t>(std::count_if(
+        chunk.events.begin(), chunk.events.end(), [](const History::Event& e) { return e.kind == Kind::kStep; }));
+    if (factors_.size() < steps) {
+      factors_.resize(steps);
+      pulls_.resize(steps);
+    }
+    std::size_t step = steps, row = end, left = wanted_.size();
+    added_.clear();
+    for (auto event = chunk.events.rbegin(); event != chunk.events.rend(); ++event) {
+      switch (event->kind) {
+        case Kind::kStep:
+          --step;
+          steps_.load(history.step(chunk, *event), factors_[step]);
+          step_back(factors_[step], pulls_[step]);
+          break;
+        case Kind::kCorrection:
+          undo(history.correction(chunk, *event));
+          break;
+        case Kind::kTakenBack:
+          undo(history.taken_back(chunk, *event));
+          break;
+        case Kind::kAdmitted:
+          arrive();
+          added_.emplace_back(history.admitted(chunk, *event).cwiseProduct(lambda_.head<kNavigation>()));
+          break;
+        case Kind::kMoved:
+          break;
+        case Kind::kRow:
+          --row;
+          if (left == 0 || wanted_[left - 1] != row) break;
+          --left;
+          look_at_lanes();
+          visit.exact(row, states_[left]);
+          break;
+      }
+    }
+    arrive();
+    if (chunk.first > 0) {
+      visit.exact(chunk.first - 1, begin);
+    } else {
+      visit.start(begin);
+    }
+    if constexpr (requires { visit.between(row, 0.0, begin.x); }) {
+      if (last > chunk.first + wanted_.size()) forward(chunk, last, begin, visit);
+    }
+  }
+
+  // The smoothed error from the beginning of a chunk on.
+  template <class Visit>
+  void forward(const Chunk& chunk, std::size_t last, const FilterState& begin, Visit& visit) {
+    const History& history = run_.history;
+    ErrorVector e = begin.mean - begin.P.lazyProduct(lambda_);
+    std::size_t step = 0, row = chunk.first, seen = 0;
+    for (const History::Event& event : chunk.events) {
+      if (row == last) return;
+      switch (event.kind) {
+        case Kind::kStep:
+          steps_.forward(factors_[step], e, &pulls_[step]);
+          ++step;
+          break;
+        case Kind::kCorrection: {
+          const History::Correction c = history.correction(chunk, event);
+          if (c.moved.size() == 0) break;
+          e -= c.moved;
+          reset_error(e, layout_, reset_jacobian(expand(layout_, c.moved)));
+          break;
+        }
+        case Kind::kTakenBack:
+          e -= history.taken_back(chunk, event).moved;
+          break;
+        case Kind::kAdmitted:
+          e.head<kNavigation>() -= added_.back();
+          added_.pop_back();
+          break;
+        case Kind::kMoved:
+          e += history.moved(chunk, event);
+          break;
+        case Kind::kRow:
+          if (seen < wanted_.size() && wanted_[seen] == row) {
+            ++seen;
+          } else {
+            visit.between(row, run_.time(row), boxplus(run_.estimate(row), layout_, e));
+          }
+          ++row;
+          break;
+      }
+    }
+  }
+
+  bool traces() const { return traced_.cols() > 0; }
+
+  const FilterRun& run_;
   const StateLayout& layout_;
   bool covariance_;
+  StepOperator steps_;
   std::vector<Part> for_sigmas_;
   ErrorVector lambda_;
-  Covariance Lambda_, work_;
-  Eigen::MatrixXd traced_;  // three columns each
+  Covariance Lambda_, work_;   // Λ where the steps in `many_` end
+  StepOperator::Lanes lanes_;  // what has gone back through these steps
+  ManySteps many_;
+  Eigen::MatrixXd traced_;  // three columns each; where Λ is
   Matrix3d turn_ = Matrix3d::Identity();
+  // Of one chunk:
+  std::vector<StepOperator::Factors> factors_;
+  std::vector<StepOperator::Pull> pulls_;
+  std::vector<std::size_t> wanted_;
+  std::vector<FilterState> states_;        // at the wanted rows
+  std::vector<History::Variances> added_;  // times λ, the last first
 };
 
 // Collects covariances of the attitude's errors at pairs of epochs: a few later epochs with many earlier ones.
@@ -193,23 +481,26 @@ class LagCollector {
       : world_(world),
         trace_every_(std::max<std::size_t>(1, rows / kLateEpochs)),
         look_every_(std::max<std::size_t>(1, rows / kEarlyEpochs)),
-        last_(rows - 1),
+        next_trace_(rows),
+        next_look_(rows),
         lags_(lags) {}
 
-  /// To be called for every epoch, backwards, after it was smoothed.
-  void visit(Backward& backward, std::size_t row, const Tape::Epoch& epoch, const SmoothedState& smoothed) {
-    const bool traced = (last_ - row) % trace_every_ == 0;
-    if (!traced && (last_ - row) % look_every_ != 0) return;
+  /// To be called for epochs backwards, after each was smoothed.
+  void visit(Backward& backward, std::size_t row, const FilterState& state, const SmoothedState& smoothed) {
+    const bool traced = row < next_trace_;
+    if (!traced && row >= next_look_) return;
+    next_look_ = row - std::min(row, look_every_) + 1;
     const Matrix3d R_nw = world_.rotation_wn(smoothed.x.p_wb).transpose();
     const Matrix3d here = R_nw * attitude_of(smoothed) * R_nw.transpose();
     if (traced) {
-      backward.trace(epoch.P);
-      late_.push_back({row, epoch.time, R_nw, here});
+      next_trace_ = row - std::min(row, trace_every_) + 1;
+      backward.trace(state.P);
+      late_.push_back({row, state.time, R_nw, here});
     }
-    const Eigen::Matrix3Xd covariance = R_nw * backward.lagged(epoch.P);
+    const Eigen::Matrix3Xd covariance = R_nw * backward.lagged(state.P);
     for (std::size_t i = 0; i < late_.size(); ++i) {
       const Late& l = late_[i];
-      lags_.push_back({row, l.row, l.time - epoch.time,
+      lags_.push_back({row, l.row, l.time - state.time,
                        covariance.middleCols<3>(3 * static_cast<Eigen::Index>(i)) * l.R_nw.transpose(), here,
                        l.covariance});
     }
@@ -227,76 +518,142 @@ class LagCollector {
   }
 
   const World& world_;
-  std::size_t trace_every_, look_every_, last_;
+  std::size_t trace_every_, look_every_, next_trace_, next_look_;
   std::vector<Late> late_;
   std::vector<AttitudeLag>& lags_;
 };
 
-// Runs the stretches of a filtered run again, last one first, and each of them backwards.
-template <class AtEpoch>
-void run_backwards(Backward& backward, const Log& log, const FilterRun& run, std::size_t first_row,
-                   const ProgressCallback& progress, AtEpoch&& at_epoch) {
-  if (run.checkpoints.empty()) throw std::logic_error("a smoother needs a run with checkpoints");
-  const std::size_t rows = run.epochs;
-  std::size_t end_row = rows;
-  Tape tape;
-  for (auto from = run.checkpoints.rbegin(); from != run.checkpoints.rend() && end_row > first_row; ++from) {
-    tape.clear();
-    rerun(log, *from, end_row, tape);
-    backward.run(tape, end_row, at_epoch);
-    end_row = from->row;
-    if (progress) progress(1 - static_cast<double>(end_row) / static_cast<double>(rows));
-  }
+void check(const FilterRun& run) {
+  if (run.history.empty() || !run.begin) throw std::logic_error("a smoother needs a run with its history");
 }
 
-// Once the whole run has gone by.
-SmoothedState smoothed_start(Backward& backward, const FilterRun& run) {
-  const Filter& first = run.checkpoints.front().filter;
-  return backward.smooth(first.estimate(), first.mean(), first.covariance());
-}
+// All rows of a solution. For the sigmas of the rows within a chunk, unless all are exact, the covariance is on a line
+// between its ends. It is that of the invariant error, which does not depend on how the body shakes: a shake by q off
+// the line moves the error of the position by θ × q, and the ordinary velocity's comes with the velocity itself.
+class ToSolution {
+ public:
+  ToSolution(Backward& backward, Solution& out, bool exact, LagCollector* collector, SmoothedState* at_start)
+      : backward_(backward), out_(out), all_(exact), collector_(collector), at_start_(at_start) {}
+
+  bool wants(std::size_t, bool node) const { return all_ || node; }
+  void exact(std::size_t row, const FilterState& state) {
+    const SmoothedState s = backward_.smooth_for_sigmas(state);
+    note(state.time, s);
+    out_.set(row, state.time, s.x, nodes_.back().sigmas);
+    if (collector_) collector_->visit(backward_, row, state, s);
+  }
+  void start(const FilterState& state) {
+    const SmoothedState s = backward_.smooth(state);
+    if (at_start_) *at_start_ = s;
+    note(state.time, s);
+  }
+  void between(std::size_t row, double time, const Estimate& x) {
+    if (!forwards_) {
+      forwards_ = true;
+      later_ = nodes_.size() - 2;
+    }
+    while (later_ > 0 && nodes_[later_].time < time) --later_;
+    const Node &begin = nodes_[later_ + 1], &end = nodes_[later_];
+    const double part = (time - begin.time) / (end.time - begin.time);
+    const auto line = [part](const auto& a, const auto& b) { return a + part * (b - a); };
+    Sigmas s;
+    const Matrix9d P = line(begin.navigation, end.navigation);
+    Matrix9d T = level_from_invariant(begin.R_wn, x);
+    T.block<3, 3>(kPosition, kAttitude) = -begin.R_wn.transpose() * skew(x.p_wb - line(begin.p_wb, end.p_wb));
+    const Matrix9d half = T * P;
+    const Eigen::Matrix<double, 9, 1> variance = half.cwiseProduct(T).rowwise().sum();
+    s.position = variance.segment<3>(kPosition).cwiseMax(0).cwiseSqrt();
+    s.velocity = variance.segment<3>(kVelocity).cwiseMax(0).cwiseSqrt();
+    s.euler = euler_sigma(Quaterniond(begin.R_wn.transpose()) * x.q_wb,
+                          half.middleRows<3>(kAttitude) * T.middleRows<3>(kAttitude).transpose());
+    s.blocks = line(begin.sigmas.blocks, end.sigmas.blocks);
+    s.gyro_total_bias = line(begin.sigmas.gyro_total_bias, end.sigmas.gyro_total_bias);
+    s.accel_total_bias = line(begin.sigmas.accel_total_bias, end.sigmas.accel_total_bias);
+    out_.set(row, time, x, s);
+  }
+
+ private:
+  static constexpr int kPosition = full_offset(Block::kPosition), kVelocity = full_offset(Block::kVelocity),
+                       kAttitude = full_offset(Block::kAttitude);
+  struct Node {
+    double time;
+    Sigmas sigmas;
+    Vector3d p_wb;
+    Matrix3d R_wn;
+    Matrix9d navigation;  // covariance of (ρ, ν, θ)
+  };
+  // Of the nodes that a chunk went by, the next one needs the first, which is the last one noted.
+  void note(double time, const SmoothedState& s) {
+    if (forwards_ || all_) nodes_.erase(nodes_.begin(), nodes_.end() - std::min<std::ptrdiff_t>(1, std::ssize(nodes_)));
+    forwards_ = false;
+    nodes_.push_back({time, sigmas_of(out_.world(), s.x, out_.layout(), s.P), s.x.p_wb,
+                      out_.world().rotation_wn(s.x.p_wb), s.P.topLeftCorner<9, 9>()});
+  }
+
+  Backward& backward_;
+  Solution& out_;
+  bool all_;
+  LagCollector* collector_;
+  SmoothedState* at_start_;
+  std::vector<Node> nodes_;  // of one chunk, and of the beginning of the next one, the last first
+  bool forwards_ = false;    // between() goes through them
+  std::size_t later_ = 0;    // the first node after the last row of between()
+};
 
 }  // namespace
 
-Solution smooth_rts(const Log& log, const FilterRun& run, const ProgressCallback& progress, SmoothedState* at_start,
-                    std::vector<AttitudeLag>* lags) {
+Solution smooth_rts(const FilterRun& run, const ProgressCallback& progress, SmoothedState* at_start,
+                    std::vector<AttitudeLag>* lags, SigmaRows sigmas) {
+  check(run);
   const Solution& filtered = run.solution;
   Solution out(filtered.layout(), filtered.world());
   out.sources = filtered.sources;
   out.fixed = filtered.fixed;
   out.resize(run.epochs);
-  Backward backward(filtered.layout());
+  Backward backward(run);
   std::optional<LagCollector> collector;
   if (lags) collector.emplace(filtered.world(), run.epochs, *lags);
-  run_backwards(backward, log, run, 0, progress, [&](std::size_t row, const Tape::Epoch& epoch) {
-    const SmoothedState s = backward.smooth_for_sigmas(epoch.x, epoch.mean, epoch.P);
-    out.set(row, epoch.time, s.x, sigmas_of(out.world(), s.x, out.layout(), s.P));
-    if (collector) collector->visit(backward, row, epoch, s);
-  });
-  if (at_start) *at_start = smoothed_start(backward, run);
+  backward.run(0, progress,
+               ToSolution(backward, out, sigmas == SigmaRows::kExact, collector ? &*collector : nullptr, at_start));
   return out;
 }
 
-Reference smoothed_trajectory(const Log& log, const FilterRun& run, const ProgressCallback& progress) {
-  Backward backward(run.solution.layout(), false);
-  std::vector<Reference::Row> rows(run.epochs);
-  run_backwards(backward, log, run, 0, progress, [&](std::size_t row, const Tape::Epoch& epoch) {
-    rows[row] = {epoch.time, backward.estimate(epoch.x, epoch.mean, epoch.P)};
-  });
-  const Filter& first = run.checkpoints.front().filter;
-  return {std::move(rows), backward.estimate(first.estimate(), first.mean(), first.covariance())};
+Reference smoothed_trajectory(const FilterRun& run, const ProgressCallback& progress) {
+  check(run);
+  Backward backward(run, false);
+  struct Visit {
+    const Backward& backward;
+    const FilterRun& run;
+    Reference out;
+    static bool wants(std::size_t, bool) { return false; }
+    void exact(std::size_t row, const FilterState& state) { out.rows[row] = {state.time, backward.estimate(state)}; }
+    void start(const FilterState& state) { out.start = backward.estimate(state); }
+    void between(std::size_t row, double time, const Estimate& x) { out.rows[row] = {time, x}; }
+  } visit{backward, run, {}};
+  visit.out.rows.resize(run.epochs);
+  backward.run(0, progress, visit);
+  return std::move(visit.out);
 }
 
-void smooth_rows(const Log& log, const FilterRun& run, const std::vector<std::size_t>& rows,
-                 const EpochObserver& observer, SmoothedState* at_start) {
-  Backward backward(run.solution.layout());
-  auto next = rows.rbegin();
+void smooth_rows(const FilterRun& run, const std::vector<std::size_t>& rows, const EpochObserver& observer,
+                 SmoothedState* at_start) {
+  check(run);
+  Backward backward(run);
+  struct Visit {
+    Backward& backward;
+    const std::vector<std::size_t>& rows;
+    const EpochObserver& observer;
+    SmoothedState* at_start;
+    bool wants(std::size_t row, bool) const { return std::binary_search(rows.begin(), rows.end(), row); }
+    void exact(std::size_t row, const FilterState& state) {
+      if (wants(row, false)) observer(row, state, backward.smooth(state));
+    }
+    void start(const FilterState& state) {
+      if (at_start) *at_start = backward.smooth(state);
+    }
+  };
   const std::size_t first = at_start ? 0 : rows.empty() ? run.epochs : rows.front();
-  run_backwards(backward, log, run, first, {}, [&](std::size_t row, const Tape::Epoch& epoch) {
-    if (next == rows.rend() || *next != row) return;
-    ++next;
-    observer(row, epoch, backward.smooth(epoch.x, epoch.mean, epoch.P));
-  });
-  if (at_start) *at_start = smoothed_start(backward, run);
+  backward.run(first, {}, Visit{backward, rows, observer, at_start});
 }
 
 }  // namespace piste

@@ -18,13 +18,14 @@ void note_adapted(const Filter& filter, AdaptedNoise& adapted) {
 
 }  // namespace
 
-FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& start, int checkpoint_every,
+FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& start, Keep keep,
                      const ProgressCallback& progress, double end_time, std::shared_ptr<const Reference> reference,
                      const RowTaker& rows) {
+  FilterRun run;
+  run.reference = reference;
   Checkpoint c{Filter(options, log.world, start, std::move(reference)), place_at(log, start.time, end_time)};
   const std::size_t begin = c.place.imu, end = c.place.imu_end;
   const bool has_rows = !c.filter.has_reference();
-  FilterRun run;
   run.solution = Solution(c.filter.layout(), log.world);
   run.solution.sources = c.filter.sources();
   run.solution.fixed = start.x;
@@ -50,19 +51,29 @@ FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& 
     ++c.row;
     give_rows(kRowsAtOnce);
   };
-  if (checkpoint_every > 0) run.checkpoints.push_back(c);
+  if (keep == Keep::kHistory) {
+    run.begin = c;
+    c.filter.record(&run.history);
+  }
   while (!feeder.done()) {
     if (!feeder.step()) continue;
     take_epoch();
-    if (checkpoint_every > 0 && c.row % static_cast<std::size_t>(checkpoint_every) == 0) run.checkpoints.push_back(c);
     if (progress && c.row % 1000 == 0) progress(static_cast<double>(c.place.imu) / static_cast<double>(end));
   }
   if (c.filter.finish()) take_epoch();
   give_rows(1);
+  if (keep == Keep::kHistory) run.history.finish(c.filter.state());
   run.epochs = c.row;
   run.solution.gnss_late = c.filter.late();
   return run;
 }
+
+Estimate FilterRun::estimate(std::size_t row) const {
+  if (reference) return reference->rows[row].x;
+  return row < replaced.size() ? replaced.estimate(row) : solution.estimate(row);
+}
+
+double FilterRun::time(std::size_t row) const { return reference ? reference->rows[row].time : solution.time(row); }
 
 void rerun(const Log& log, const Checkpoint& from, std::size_t end_row, Tape& tape) {
   Checkpoint c = from;

@@ -83,10 +83,10 @@ FoundHeading ask_the_bank(const Log& log, const FilterOptions& options, const st
 // The same start with the smoothed attitude. Its sigmas stay those of the hypothesis where these are smaller.
 FoundHeading refined(const Log& log, const FilterOptions& options, FoundHeading found) {
   const StartOptions& o = options.behaviour.start;
-  const FilterRun run = run_filter(log, options, found.start, kCheckpointEvery, {}, found.until + o.look_back);
+  const FilterRun run = run_filter(log, options, found.start, Keep::kHistory, {}, found.until + o.look_back);
   SmoothedState smoothed;
   smooth_rows(
-      log, run, {}, [](std::size_t, const Tape::Epoch&, const SmoothedState&) {}, &smoothed);
+      run, {}, [](std::size_t, const Tape::Epoch&, const SmoothedState&) {}, &smoothed);
   const Vector3d before = attitude_sigma(log.world, found.start);
   const Vector3d after = o.loose * attitude_sigma(log.world, {found.start.time, smoothed.x, smoothed.P});
   found.start.x.q_wb = smoothed.x.q_wb;

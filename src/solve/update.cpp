@@ -207,6 +207,8 @@ void reset_adjoint(Eigen::MatrixXd& columns, const StateLayout& layout, const Re
   apply_rows(columns, layout, G, true);
 }
 
+void reset_error(ErrorVector& e, const StateLayout& layout, const ResetJacobian& G) { apply_rows(e, layout, G, false); }
+
 void reset_adjoint(ErrorVector& lambda, const StateLayout& layout, const ResetJacobian& G) {
   apply_rows(lambda, layout, G, true);
 }

@@ -62,8 +62,8 @@ test::SyntheticRun quiet_run() {
 TEST(BatchLaw, IsFilterAndSmootherOfALinearRun) {
   const test::SyntheticRun s = quiet_run();
   const FoundStart found{s.start, "given"};
-  const FilterRun run = run_filter(s.log, s.options, s.start, kCheckpointEvery);
-  const Solution smoothed = smooth_rts(s.log, relinearised(s.log, s.options, found, run));
+  const FilterRun run = run_filter(s.log, s.options, s.start, Keep::kHistory);
+  const Solution smoothed = smooth_rts(relinearised(s.log, s.options, found, run));
   const Solution batch = run_batch(s.log, s.options, found, run, {.loss = BatchLoss::kSquared})->solution();
   ASSERT_EQ(batch.size(), smoothed.size());
   for (std::size_t i = 0; i < batch.size(); ++i) {

@@ -118,16 +118,16 @@ INSTANTIATE_TEST_SUITE_P(Rts, Smoother,
 TEST_P(Smoother, IsTheDenseBatchSolution) {
   SyntheticRun s = test::synthetic_run(0.5, GetParam());
   s.options.behaviour.rest.interval = 0.1;
-  const FilterRun run = run_filter(s.log, s.options, s.start, 16);  // several checkpoints
-  const Solution smoothed = smooth_rts(s.log, run);
+  const FilterRun run = run_filter(s.log, s.options, s.start, Keep::kHistory);
+  const Solution smoothed = smooth_rts(run);
   Tape tape;
-  rerun(s.log, run.checkpoints.front(), run.solution.size(), tape);
+  rerun(s.log, *run.begin, run.solution.size(), tape);
   ASSERT_EQ(smoothed.size(), s.log.imu.size());
   for (const Innovation& i : run.solution.innovations) ASSERT_EQ(i.outcome, Outcome::kUsed);
   ASSERT_GT(run.solution.innovations.size(), 20U);
 
   const StateLayout& layout = run.solution.layout();
-  const Batch batch(layout, run.checkpoints.front().filter.covariance(), tape);
+  const Batch batch(layout, run.begin->filter.covariance(), tape);
   ASSERT_EQ(batch.size(), smoothed.size());
   std::size_t row = 0;
   double moved = 0;
@@ -166,13 +166,13 @@ TEST_P(Smoother, IsTheDenseBatchSolution) {
 TEST_P(Smoother, AttitudeErrorsGoTogetherAsInTheDenseBatchSolution) {
   SyntheticRun s = test::synthetic_run(0.5, GetParam());
   s.options.behaviour.rest.interval = 0.1;
-  const FilterRun run = run_filter(s.log, s.options, s.start, 16);
+  const FilterRun run = run_filter(s.log, s.options, s.start, Keep::kHistory);
   std::vector<AttitudeLag> lags;
-  smooth_rts(s.log, run, {}, nullptr, &lags);
+  smooth_rts(run, {}, nullptr, &lags);
   Tape tape;
-  rerun(s.log, run.checkpoints.front(), run.solution.size(), tape);
+  rerun(s.log, *run.begin, run.solution.size(), tape);
   const StateLayout& layout = run.solution.layout();
-  const Batch batch(layout, run.checkpoints.front().filter.covariance(), tape);
+  const Batch batch(layout, run.begin->filter.covariance(), tape);
   const auto turn = [&](std::size_t i) {
     return Matrix3d(reset_jacobian(expand(layout, batch.mean(i))).velocity_attitude.bottomRightCorner<3, 3>());
   };
@@ -203,8 +203,8 @@ TEST_P(Smoother, AttitudeErrorsGoTogetherAsInTheDenseBatchSolution) {
 
 TEST_P(Smoother, IsNeverLessSureThanTheFilterAndEndsWithIt) {
   const SyntheticRun s = test::synthetic_run(4, GetParam());
-  const FilterRun run = run_filter(s.log, s.options, s.start, kCheckpointEvery);
-  const Solution smoothed = smooth_rts(s.log, run);
+  const FilterRun run = run_filter(s.log, s.options, s.start, Keep::kHistory);
+  const Solution smoothed = smooth_rts(run);
   const StateLayout& layout = smoothed.layout();
   double gained = 0;
   for (std::size_t i = 0; i < smoothed.size(); ++i) {
@@ -224,22 +224,29 @@ TEST_P(Smoother, IsNeverLessSureThanTheFilterAndEndsWithIt) {
   EXPECT_LT(difference.cwiseAbs().maxCoeff(), 1e-14);
 }
 
-TEST(Rts, CheckpointsDoNotShow) {
+TEST(Rts, SigmasOnALineBetweenSomeRowsAreThoseOfAllRows) {
   const SyntheticRun s = test::synthetic_run(4, test::all_blocks());
-  const Solution a = smooth_rts(s.log, run_filter(s.log, s.options, s.start, 1000));
-  const Solution b = smooth_rts(s.log, run_filter(s.log, s.options, s.start, 7));
-  ASSERT_EQ(a.size(), b.size());
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    EXPECT_TRUE(boxminus(a.estimate(i), b.estimate(i)).isZero(0)) << i;
-    EXPECT_TRUE(a.sigmas(i).blocks == b.sigmas(i).blocks) << i;
+  const FilterRun run = run_filter(s.log, s.options, s.start, Keep::kHistory);
+  const Solution exact = smooth_rts(run), line = smooth_rts(run, {}, nullptr, nullptr, SigmaRows::kLinear);
+  ASSERT_EQ(exact.size(), line.size());
+  double most = 0, moved = 0;
+  for (std::size_t i = 0; i < exact.size(); ++i) {
+    const Sigmas a = exact.sigmas(i), b = line.sigmas(i);
+    moved = std::max(moved, boxminus(exact.estimate(i), line.estimate(i)).cwiseAbs().maxCoeff());
+    most = std::max(most, ((b.position - a.position).cwiseQuotient(a.position)).cwiseAbs().maxCoeff());
+    most = std::max(most, ((b.velocity - a.velocity).cwiseQuotient(a.velocity)).cwiseAbs().maxCoeff());
+    most = std::max(most, ((b.euler - a.euler).cwiseQuotient(a.euler)).cwiseAbs().maxCoeff());
   }
+  EXPECT_LT(moved, 1e-8);
+  EXPECT_LT(most, 2e-3);
+  EXPECT_GT(most, 0) << "no row was on a line";
 }
 
 TEST(Rts, RowsThatAreAskedForAreThoseOfTheWhole) {
   const SyntheticRun s = test::synthetic_run(4, test::all_blocks());
-  const FilterRun run = run_filter(s.log, s.options, s.start, 50);
+  const FilterRun run = run_filter(s.log, s.options, s.start, Keep::kHistory);
   SmoothedState whole_start, start;
-  const Solution whole = smooth_rts(s.log, run, {}, &whole_start);
+  const Solution whole = smooth_rts(run, {}, &whole_start);
   const std::vector<std::size_t> rows{120, 121, 300};
   for (SmoothedState* at_start : {&start, static_cast<SmoothedState*>(nullptr)}) {
     std::vector<std::size_t> seen;
@@ -250,7 +257,7 @@ TEST(Rts, RowsThatAreAskedForAreThoseOfTheWhole) {
       EXPECT_TRUE(sigmas_of(whole.world(), smoothed.x, whole.layout(), smoothed.P).blocks == whole.sigmas(row).blocks)
           << row;
     };
-    smooth_rows(s.log, run, rows, observe, at_start);
+    smooth_rows(run, rows, observe, at_start);
     EXPECT_EQ(seen, std::vector<std::size_t>(rows.rbegin(), rows.rend()));
   }
   EXPECT_TRUE(boxminus(start.x, whole_start.x).isZero(0));

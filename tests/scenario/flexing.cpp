@@ -75,7 +75,7 @@ Nees mean_nees(bool told) {
     const Log log = c.log();
     const double heading = to_euler(c.simulation.bodies[0].at(c.simulation.plate.start_time()).q_wb).z();
     const Start start = find_start(log, c.options, {InitialHeading::Source::kValue, heading, 2 * kDegree}).start;
-    const FilterRun run = run_filter(log, c.options, start, kCheckpointEvery);
+    const FilterRun run = run_filter(log, c.options, start, Keep::kHistory);
     const auto row_at = [&](double since) {
       std::size_t row = 0;
       while (row + 1 < run.solution.size() && run.solution.time(row) < c.under_way() + since) ++row;
@@ -86,13 +86,12 @@ Nees mean_nees(bool told) {
       const auto next = std::lower_bound(flexing.time.begin(), flexing.time.end(), t - 1e-6);
       return flexing.q_rb[static_cast<std::size_t>(next - flexing.time.begin())];
     };
-    smooth_rows(log, run, {middle, end},
-                [&](std::size_t row, const Tape::Epoch& filtered, const SmoothedState& smoothed) {
-                  const StateLayout& layout = run.solution.layout();
-                  const Quaterniond q_rb = truth(filtered.time);
-                  if (row == end) mean.filter += nees(layout, filtered.x, filtered.P, q_rb) / (3 * kDraws);
-                  if (row == middle) mean.smoother += nees(layout, smoothed.x, smoothed.P, q_rb) / (3 * kDraws);
-                });
+    smooth_rows(run, {middle, end}, [&](std::size_t row, const Tape::Epoch& filtered, const SmoothedState& smoothed) {
+      const StateLayout& layout = run.solution.layout();
+      const Quaterniond q_rb = truth(filtered.time);
+      if (row == end) mean.filter += nees(layout, filtered.x, filtered.P, q_rb) / (3 * kDraws);
+      if (row == middle) mean.smoother += nees(layout, smoothed.x, smoothed.P, q_rb) / (3 * kDraws);
+    });
   }
   fmt::print("{}: NEES per state, filter {:.2f}, smoother {:.2f}\n", told ? "told that it gives" : "told a constant",
              mean.filter, mean.smoother);

@@ -59,9 +59,9 @@ struct FoundMounting {
 
 FoundMounting replay(const Case& c, const Log& log, const InitialHeading& heading) {
   const FoundStart start = find_start(log, c.options, heading);
-  const FilterRun run = run_filter(log, c.options, start.start, kCheckpointEvery);
+  const FilterRun run = run_filter(log, c.options, start.start, Keep::kHistory);
   SmoothedState first;
-  const Solution smoothed = smooth_rts(log, run, {}, &first);
+  const Solution smoothed = smooth_rts(run, {}, &first);
   const auto sigma = [&](Block b) {
     return Vector3d(first.P.diagonal().segment<3>(smoothed.layout().offset(b)).cwiseSqrt());
   };

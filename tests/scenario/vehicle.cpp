@@ -77,7 +77,7 @@ Outcomes replay_without_gnss(const Drive& d, double length, bool vehicle, bool o
                         .filter = d.simulated.options,
                         .heading = {},
                         .smoother = SmootherKind::kNone,
-                        .checkpoints = false};
+                        .history = false};
   if (vehicle) {
     options.filter.vehicle.emplace();
     options.filter.vehicle->contact = d.contact;

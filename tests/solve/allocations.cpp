@@ -92,8 +92,8 @@ double peak_bytes(double duration, std::size_t& epochs) {
   s.log.magnetic.clear();
   const std::ptrdiff_t before = g_live;
   g_peak = before;
-  const FilterRun run = run_filter(s.log, s.options, s.start, kCheckpointEvery);
-  const Solution smoothed = smooth_rts(s.log, run);
+  const FilterRun run = run_filter(s.log, s.options, s.start, Keep::kHistory);
+  const Solution smoothed = smooth_rts(run);
   EXPECT_EQ(smoothed.layout().size(), 27);
   epochs = smoothed.size();
   return static_cast<double>(g_peak - before);

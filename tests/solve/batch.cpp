@@ -21,11 +21,11 @@ struct Both {
 };
 
 Both both(const SyntheticRun& s, const BatchOptions& options = {}) {
-  const FilterRun run = run_filter(s.log, s.options, s.start, kCheckpointEvery);
+  const FilterRun run = run_filter(s.log, s.options, s.start, Keep::kHistory);
   const FoundStart found{s.start, "given"};
   const FilterRun again = relinearised(s.log, s.options, found, run);
   std::vector<AttitudeLag> lags;
-  Both out{smooth_rts(s.log, again, {}, nullptr, &lags), run_batch(s.log, s.options, found, run, options)->solution()};
+  Both out{smooth_rts(again, {}, nullptr, &lags), run_batch(s.log, s.options, found, run, options)->solution()};
   out.smoothed.attitude_correlation_time = correlation_time(lags);
   return out;
 }
@@ -114,7 +114,7 @@ TEST(Batch, FixesFarOffDoNotPull) {
 
 TEST(Batch, RowsThatAreAskedForAreThoseOfTheWhole) {
   const SyntheticRun s = test::synthetic_run(4, {Block::kGyroBias, Block::kAccelBias, Block::kGyroDrift});
-  const FilterRun run = run_filter(s.log, s.options, s.start, kCheckpointEvery);
+  const FilterRun run = run_filter(s.log, s.options, s.start, Keep::kHistory);
   const std::unique_ptr<BatchRun> batch = run_batch(s.log, s.options, {s.start, "given"}, run);
   const Solution whole = batch->solution();
   const std::vector<std::size_t> rows{0, 17, 18, whole.size() - 1};

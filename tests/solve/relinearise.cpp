@@ -53,11 +53,11 @@ TEST(Relinearise, StandsStillAfterFewSteps) {
   test::SyntheticRun s = test::synthetic_run(30, estimate);
   s.options.attitude.clear();
   s.log.attitude.clear();
-  const FilterRun first = run_filter(s.log, s.options, s.start, kCheckpointEvery);
+  const FilterRun first = run_filter(s.log, s.options, s.start, Keep::kHistory);
   const FoundStart found{s.start, "told"};
   const FilterRun second = relinearised(s.log, s.options, found, first);
   const FilterRun third = relinearised(s.log, s.options, found, second);
-  const Solution once = smooth_rts(s.log, first), twice = smooth_rts(s.log, second), again = smooth_rts(s.log, third);
+  const Solution once = smooth_rts(first), twice = smooth_rts(second), again = smooth_rts(third);
   ASSERT_EQ(once.size(), twice.size());
   EXPECT_GT(furthest_apart(twice, once), 0.01) << "there was nothing to do";
   EXPECT_LT(furthest_apart(again, twice), 0.1 * furthest_apart(twice, once) + 0.01);
@@ -72,13 +72,13 @@ TEST(Relinearise, WhatTheStartTellsIsKept) {
   s.log.magnetic.clear();
   s.log.rest.clear();
   for (ImuSample& sample : s.log.imu) sample.at_rest = false;
-  const FilterRun first = run_filter(s.log, s.options, s.start, kCheckpointEvery);
+  const FilterRun first = run_filter(s.log, s.options, s.start, Keep::kHistory);
   // A reference that is elsewhere; nothing is measured, so the result is the start carried on.
   Start elsewhere = s.start;
   elsewhere.x.p_wb += Vector3d(3, -2, 1);
-  const FilterRun other = run_filter(s.log, s.options, elsewhere, kCheckpointEvery);
+  const FilterRun other = run_filter(s.log, s.options, elsewhere, Keep::kHistory);
   const FilterRun about = relinearised(s.log, s.options, {s.start, "told"}, other);
-  const Solution expected = smooth_rts(s.log, first), found = smooth_rts(s.log, about);
+  const Solution expected = smooth_rts(first), found = smooth_rts(about);
   const std::size_t last = expected.size() - 1;
   EXPECT_LT((found.estimate(last).p_wb - expected.estimate(last).p_wb).norm(), 1e-3);
   EXPECT_LT((found.estimate(last).v_wb - expected.estimate(last).v_wb).norm(), 1e-4);

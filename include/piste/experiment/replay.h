@@ -36,10 +36,11 @@ struct ReplayOptions {
   /// How often a smoothed run is linearised anew about itself. Once is as good as the true rates for scales, and brings
   /// an outage of a minute into its sigmas.
   int relinearisations = 1;
-  /// Whether checkpoints are kept without a smoother too, for smooth_rows(). They cost some hundred bytes an epoch.
-  bool checkpoints = true;
+  /// Whether the histories of the filtered runs are kept, for smooth_rows().
+  bool history = true;
   /// Takes the rows of a run without smoother as the filter goes, so that they need not stand in memory. Of the
-  /// filtered solution are then left the last row and every n-th, `kKeptRows` at most. Not used with a smoother.
+  /// filtered solution are then left the last row and every n-th, `kKeptRows` at most. Not used with a smoother. What is left has no
+  /// history.
   RowTaker rows = {};
 };
 inline constexpr std::size_t kKeptRows = 40000;  // as many as a page can show, and some
@@ -51,7 +52,7 @@ struct Replay {
   FoundStart found;       ///< the start, and how it was found
   /// What the smoother goes back over, if there is one: the run filtered about its own smoothed trajectory.
   std::optional<FilterRun> relinearised = std::nullopt;
-  FilterRun filtered;                ///< with its checkpoints smooth_rows() can give the whole covariance of any row
+  FilterRun filtered;                ///< with its history smooth_rows() can give the whole covariance of any row
   std::optional<Solution> smoothed;  ///< if asked for; with the correlation time of its attitude's errors
 
   /// The run that a smoother goes back over.

@@ -20,6 +20,28 @@ namespace piste {
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
 using Matrix96d = Eigen::Matrix<double, 9, 6>;
 
+/// White noise of one step: its densities squared [unit²/Hz], per body axis.
+struct StepNoise {
+  Vector3d gyro, accel;
+};
+
+/// What the equations above take over one step: values in its middle, from which its transition follows.
+struct ErrorStep {
+  double dt = 0;  ///< 0: no step, but mend_rate()
+  Quaterniond q_wb = Quaterniond::Identity();
+  Vector3d v_wb, rate, force;        ///< v̂; ω and f as the scale errors multiply them
+  Vector3d gyro_scale, accel_scale;  ///< s
+  struct Around {
+    Vector3d gravity;   ///< g
+    Matrix3d gradient;  ///< Γ
+    StepNoise noise;
+    bool operator==(const Around& other) const {
+      return gravity == other.gravity && gradient == other.gradient && noise.gyro == other.noise.gyro &&
+             noise.accel == other.noise.accel;
+    }
+  } around;  ///< what changes seldom
+};
+
 /// The transition Φ of one step, and the noise that the step adds. The navigation error (ρ, ν, θ) depends on itself and
 /// on the errors of the IMU; every other block depends on itself alone.
 struct Transition {
@@ -30,11 +52,7 @@ struct Transition {
   Matrix9d noise;                                 ///< covariance that white sensor noise adds to the navigation rows
   std::array<double, kBlocks.size()> decay;       ///< per block: factor of its error; 1 where nothing evolves
   std::array<Vector3d, kBlocks.size()> variance;  ///< per block: what its process adds, per axis
-};
-
-/// White noise of one step: its densities squared [unit²/Hz], per body axis.
-struct StepNoise {
-  Vector3d gyro, accel;
+  ErrorStep step;                                 ///< that of which all but decay and variance are made
 };
 
 /// Linearises one step that starts at `x` (before mechanize) and ends at `end`. `standing` is for a body at rest: the
@@ -42,6 +60,10 @@ struct StepNoise {
 /// their noise gives no false information on heading and scales. It is null while the body moves.
 Transition linearize(const Estimate& x, const Estimate& end, const ImuStep& corrected, const Vector3d& earth_rate,
                      const Gravity& gravity, const StepNoise& noise, const Vector3d* standing = nullptr);
+
+/// The transition of `step`, without processes. The Earth's rotation is in w. Where no time passes, that of
+/// mend_rate().
+Transition linearize(const ErrorStep& step, const Vector3d& earth_rate);
 
 /// A transition that takes no time and corrects the rate with which the error of the gyroscope's scale was propagated.
 /// That rate was measured and so contains the gyroscope's noise. An attitude fix then removes the rotation that this

@@ -19,6 +19,7 @@
 #include "piste/core/solution.h"
 #include "piste/solve/adaptation.h"
 #include "piste/solve/fix_queue.h"
+#include "piste/solve/history.h"
 #include "piste/solve/initial_state.h"
 #include "piste/solve/noise_score.h"
 #include "piste/solve/propagation.h"
@@ -82,6 +83,14 @@ class Filter {
   /// Records everything that the filter does on `tape`, for a smoother; nullptr ends the recording. The filter does not
   /// own the tape.
   void record(Tape* tape) { tape_ = tape; }
+  /// The same, on a history that begins here; nullptr ends it.
+  void record(History* history) {
+    history_ = history;
+    if (history_) history_->begin(state_, has_reference());
+  }
+  /// What it is, for a history that ends here.
+  const FilterState& state() const { return state_; }
+  const FilterOptions& options() const { return setup_->options; }
 
  private:
   struct Setup {  // what does not change; shared between copies
@@ -112,6 +121,7 @@ class Filter {
   void apply(int source, double late, const Linearization& lin);
   void correct_by(const Update& update);
   void propagate_by(const Transition& transition);
+  void admit(const Linearization& lin, double lapse);
   bool moves() const;
   /// Whether the body is at rest, as far as the measurements have not contradicted it.
   bool resting() const { return now_->at_rest && !rest_.withdrawn(); }
@@ -137,6 +147,7 @@ class Filter {
   std::vector<Innovation> innovations_;
   std::size_t late_ = 0;
   Tape* tape_ = nullptr;
+  History* history_ = nullptr;
 };
 
 }  // namespace piste

@@ -5,11 +5,18 @@
 
 namespace piste {
 
+/// Of the work of relinearised(), the part that smoothing takes before the run is filtered again.
+inline constexpr double kSmoothingFirst = 0.2;
+
 /// Filters the log of `run` about what a smoother makes of `run`. What is smoothed from the result has neither the
 /// linearisation errors of a filter that drifted through an outage, nor scales that follow the noise. What the motion
 /// told of the attitude at the start counts once here, in the filter, as nothing else is known of it. `options` and
-/// `found` are those of `run`. @pre `run` has checkpoints. Throws as run_filter.
+/// `found` are those of `run`. @pre `run` has its history. Throws as run_filter.
 FilterRun relinearised(const Log& log, const FilterOptions& options, const FoundStart& found, const FilterRun& run,
                        const ProgressCallback& progress = {});
+
+/// Its second half: `smoothed` is what smoothed_trajectory() makes of a run, which need not be there any more.
+FilterRun filtered_about(Reference smoothed, const Log& log, const FilterOptions& options, const FoundStart& found,
+                         const ProgressCallback& progress = {});
 
 }  // namespace piste

@@ -1,9 +1,10 @@
 #pragma once
-/// Runs the filter over a whole log, and again over stretches of it from checkpoints.
+/// Runs the filter over a whole log, and again over a stretch of it.
 
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "piste/solve/filter.h"
@@ -23,16 +24,25 @@ struct Checkpoint {
   std::size_t row = 0;  ///< next row of the solution
 };
 
-/// A filtered run, and the checkpoints from which a smoother filters it again, stretch by stretch.
-struct FilterRun {
-  Solution solution;
-  std::vector<Checkpoint> checkpoints;
-  std::size_t epochs = 0;  ///< IMU epochs that were filtered: the rows of the solution, unless there is a reference
+/// What a run keeps beside its solution.
+enum class Keep {
+  kNothing,
+  kHistory  ///< what a smoother needs: some 600 bytes an epoch
 };
 
-/// Epochs between checkpoints. The tape of a stretch of this length fits into the processor's cache, and the
-/// checkpoints cost some hundred bytes an epoch.
-inline constexpr int kCheckpointEvery = 128;
+/// A filtered run, and what a smoother needs of it.
+struct FilterRun {
+  Solution solution;
+  std::size_t epochs = 0;  ///< IMU epochs that were filtered: the rows of the solution, unless about a reference
+  std::optional<Checkpoint> begin;             ///< at the start
+  History history;                             ///< from there on
+  std::shared_ptr<const Reference> reference;  ///< what it is linearised about; null: its own estimate
+  Solution replaced;                           ///< the filter's own first rows, if others replaced them in the solution
+
+  /// The estimate at the end of an epoch that the filter had, and its time.
+  Estimate estimate(std::size_t row) const;
+  double time(std::size_t row) const;
+};
 
 /// Called now and then with the fraction of the work that is done. May be empty.
 using ProgressCallback = std::function<void(double)>;
@@ -51,12 +61,12 @@ inline constexpr std::size_t kRowsAtOnce = 1024;  // some hundred kilobytes
 
 /// Filters a log, from the time of `start` on. The result has the same bytes as that of a Filter that is fed sample by
 /// sample.
-/// `checkpoint_every`: epochs between checkpoints, 0 for none. `end_time`: samples from this time on are left out.
+/// `end_time`: samples from this time on are left out.
 /// `reference`: a smoothed run of the same log about which this one is linearised (solve/reference.h). The solution
 /// then has no rows, as only a smoother tells what is better than the reference.
 /// `rows`: takes the rows of the solution, which then has none in the end.
 /// Throws ConfigError if the options are not valid, DataError if the filter diverges.
-FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& start, int checkpoint_every = 0,
+FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& start, Keep keep = Keep::kNothing,
                      const ProgressCallback& progress = {}, double end_time = 1e300,
                      std::shared_ptr<const Reference> reference = nullptr, const RowTaker& rows = {});
 

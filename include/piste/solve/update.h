@@ -31,6 +31,9 @@ void update(Covariance& P, const Update& u);
 /// P ← G P Gᵀ after a correction (estimate.h).
 void reset(Covariance& P, const StateLayout& layout, const ResetJacobian& G);
 
+/// e ← G e for an error.
+void reset_error(ErrorVector& e, const StateLayout& layout, const ResetJacobian& G);
+
 /// Its adjoint: λ ← Gᵀ λ, Λ ← Gᵀ Λ G.
 void reset_adjoint(ErrorVector& lambda, Covariance& Lambda, const StateLayout& layout, const ResetJacobian& G);
 /// λ alone.

@@ -1,0 +1,203 @@
+#include "step_operator.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "math/wide.h"
+
+namespace piste {
+namespace {
+
+using Four = double __attribute__((vector_size(4 * sizeof(double))));
+using State = StepOperator::State;
+
+std::size_t at(int k) { return static_cast<std::size_t>(k); }
+
+struct Triple {
+  Four x, y, z;
+};
+
+[[gnu::always_inline]] inline Triple operator+(const Triple& a, const Triple& b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+[[gnu::always_inline]] inline Triple operator*(double f, const Triple& a) { return {f * a.x, f * a.y, f * a.z}; }
+// v × a
+[[gnu::always_inline]] inline Triple cross(const Vector3d& v, const Triple& a) {
+  return {v.y() * a.z - v.z() * a.y, v.z() * a.x - v.x() * a.z, v.x() * a.y - v.y() * a.x};
+}
+// Mᵀ a
+[[gnu::always_inline]] inline Triple transposed(const Matrix3d& M, const Triple& a) {
+  const double* m = M.data();
+  return {m[0] * a.x + m[1] * a.y + m[2] * a.z, m[3] * a.x + m[4] * a.y + m[5] * a.z,
+          m[6] * a.x + m[7] * a.y + m[8] * a.z};
+}
+
+[[gnu::always_inline]] inline void load(const double* p, Four& four) { std::memcpy(&four, p, sizeof four); }
+[[gnu::always_inline]] inline void store(const Four& four, double* p) { std::memcpy(p, &four, sizeof four); }
+
+// Aᵀ (ρ, ν, θ)
+struct Navigation9 {
+  Triple rho, nu, theta;
+};
+[[gnu::always_inline]] inline Navigation9 transposed_rate(const StepOperator::Factors& f, const Vector3d& earth_rate,
+                                                          const Navigation9& x) {
+  return {transposed(f.gradient, x.nu), x.rho + 2 * cross(earth_rate, x.nu),
+          cross(f.v, x.rho) + transposed(f.C, x.nu) + cross(earth_rate, x.theta)};
+}
+
+// N times four lanes; λ is in lane `lambda`.
+template <int N>
+[[gnu::always_inline]] inline void adjoint_of(const StepOperator::Factors& f, const Vector3d& earth_rate, int n,
+                                              const State* states, int lambda, double* M, StepOperator::Pull& pull) {
+  constexpr int kStride = 4 * N;
+  Four seen[6][N];
+  for (int i = 0; i < N; ++i) {
+    const auto triple = [&](int k) -> Triple {
+      double* p = M + std::ptrdiff_t{k} * kStride + 4 * i;
+      Triple three;
+      load(p, three.x);
+      load(p + kStride, three.y);
+      load(p + 2 * kStride, three.z);
+      return three;
+    };
+    const Navigation9 x{triple(0), triple(3), triple(6)};
+    const Navigation9 once = transposed_rate(f, earth_rate, x), twice = transposed_rate(f, earth_rate, once);
+    const auto put = [&](int k, const Triple& a, const Triple& b, const Triple& c) {
+      const Triple sum = a + f.first * b + f.second * c;
+      double* p = M + std::ptrdiff_t{k} * kStride + 4 * i;
+      store(sum.x, p);
+      store(sum.y, p + kStride);
+      store(sum.z, p + 2 * kStride);
+    };
+    put(0, x.rho, once.rho, twice.rho);
+    put(3, x.nu, once.nu, twice.nu);
+    put(6, x.theta, once.theta, twice.theta);
+    // Bᵀ (dt + ½ Aᵀ dt²)
+    const Triple nu = f.input * x.nu + f.second * once.nu, theta = f.input * x.theta + f.second * once.theta;
+    const Triple gyro = transposed(f.R, theta + cross(-f.v, nu)), accel = transposed(f.R, nu);
+    const Four* parts[] = {&gyro.x, &gyro.y, &gyro.z, &accel.x, &accel.y, &accel.z};
+    for (int k = 0; k < 6; ++k) seen[k][i] = f.of_imu[k / 3](k % 3) * *parts[k];
+  }
+  for (int k = 0; k < 6; ++k) pull[at(k)] = f.noise[k / 3](k % 3) * seen[k][lambda / 4][lambda % 4];
+  for (int k = StepOperator::kNavigation; k < n; ++k) {
+    const State& s = states[k];
+    double* row = M + std::ptrdiff_t{k} * kStride;
+    if (s.process >= 0) pull[at(6 + k)] = f.variance[at(s.process)] * s.weight * row[lambda];
+    const double decay = s.process < 0 ? 1 : f.decay[at(s.process)];
+    const double acts = s.input < 0 ? 0 : f.acts[at(s.acts)];
+    const Four* through = seen[std::max(0, s.input)];
+    for (int i = 0; i < N; ++i) {
+      Four four;
+      load(row + 4 * i, four);
+      store(decay * four + acts * through[i], row + 4 * i);
+    }
+  }
+}
+
+PISTE_WIDE void adjoint_all(const StepOperator::Factors& f, const Vector3d& earth_rate, int n, const State* states,
+                            double* M, StepOperator::Pull& pull) {
+  adjoint_of<StepOperator::kLanes / 4>(f, earth_rate, n, states, StepOperator::kLambda, M, pull);
+}
+PISTE_WIDE void adjoint_one(const StepOperator::Factors& f, const Vector3d& earth_rate, int n, const State* states,
+                            double* M, StepOperator::Pull& pull) {
+  adjoint_of<1>(f, earth_rate, n, states, 0, M, pull);
+}
+
+constexpr int kUnit = 6;  // of Factors::acts
+
+}  // namespace
+
+StepOperator::StepOperator(const StateLayout& layout, const FilterOptions& options, const Vector3d& earth_rate)
+    : layout_(layout), options_(options), earth_rate_(earth_rate), n_(layout.size()) {
+  const auto set = [&](Block b, int input, int acts) {
+    if (!layout.has(b)) return;
+    for (int k = 0; k < 3; ++k) {
+      State& s = states_[at(layout.offset(b) + k)];
+      s.input = input + k;
+      s.acts = acts == kUnit ? kUnit : acts + k;
+    }
+  };
+  for (const Block b : {Block::kGyroBias, Block::kGyroDrift}) set(b, 0, kUnit);
+  for (const Block b : {Block::kAccelBias, Block::kAccelDrift}) set(b, 3, kUnit);
+  set(Block::kGyroScale, 0, 0);
+  set(Block::kAccelScale, 3, 3);
+  for (const Block b : layout.blocks()) {
+    const std::optional<BlockProcess> process = info(b).process ? info(b).process(options) : std::nullopt;
+    if (!process) continue;
+    for (int k = 0; k < info(b).size; ++k) {
+      State& s = states_[at(layout.offset(b) + k)];
+      s.process = static_cast<int>(processes_.size());
+      s.weight = process->weight(k);
+    }
+    processes_.push_back(process->law);
+  }
+}
+
+void StepOperator::load(const ErrorStep& step, Factors& f) const {
+  const bool mends = step.dt == 0;
+  f.first = step.dt;
+  f.second = 0.5 * step.dt * step.dt;
+  f.input = mends ? 1 : step.dt;
+  f.R = step.q_wb.toRotationMatrix();
+  f.v = step.v_wb;
+  f.gradient = step.around.gradient;
+  f.C = skew(step.around.gravity) + skew(step.v_wb) * skew(earth_rate_);
+  f.of_imu[0] = -(1 + step.gyro_scale.array()).inverse();
+  f.of_imu[1] = -(1 + step.accel_scale.array()).inverse();
+  f.noise[0] = mends ? Vector3d::Zero().eval() : (step.around.noise.gyro / step.dt).eval();
+  f.noise[1] = mends ? Vector3d::Zero().eval() : (step.around.noise.accel / step.dt).eval();
+  for (int k = 0; k < 3; ++k) {
+    f.acts[at(k)] = step.rate(k);
+    f.acts[at(3 + k)] = step.force(k);
+  }
+  f.acts[at(kUnit)] = mends ? 0 : 1;
+  for (std::size_t i = 0; i < processes_.size(); ++i) {
+    const DiscreteProcess d = mends ? DiscreteProcess{1, 0} : discretise(processes_[i], step.dt);
+    f.decay[i] = d.transition;
+    f.variance[i] = d.variance;
+  }
+}
+
+Transition StepOperator::transition(const ErrorStep& step) const {
+  Transition t = linearize(step, earth_rate_);
+  if (step.dt > 0) add_processes(t, layout_, options_, step.dt);
+  return t;
+}
+
+void StepOperator::adjoint(const Factors& f, Lanes& M, Pull& pull) const {
+  adjoint_all(f, earth_rate_, n_, states_.data(), M.data(), pull);
+}
+
+void StepOperator::adjoint_lambda(const Factors& f, Lanes& M, Pull& pull) const {
+  adjoint_one(f, earth_rate_, n_, states_.data(), M.data(), pull);
+}
+
+void StepOperator::forward(const Factors& f, ErrorVector& e, const Pull* pull) const {
+  Vector3d imu[2] = {Vector3d::Zero(), Vector3d::Zero()};
+  for (int k = kNavigation; k < n_; ++k) {
+    const State& s = states_[at(k)];
+    if (s.input >= 0) imu[s.input / 3](s.input % 3) += f.acts[at(s.acts)] * e(k);
+    if (s.process < 0) continue;
+    e(k) *= f.decay[at(s.process)];
+    if (pull != nullptr) e(k) -= (*pull)[at(6 + k)];
+  }
+  if (pull != nullptr) {
+    for (int k = 0; k < 6; ++k) imu[k / 3](k % 3) -= (*pull)[at(k)];
+  }
+  struct Three {
+    Vector3d rho, nu, theta;
+  };
+  const auto rate_of = [&](const Three& x) -> Three {  // A x
+    return {x.nu - f.v.cross(x.theta), f.gradient * x.rho - 2 * earth_rate_.cross(x.nu) + f.C * x.theta,
+            -earth_rate_.cross(x.theta)};
+  };
+  const Three x{e.segment<3>(0), e.segment<3>(3), e.segment<3>(6)};
+  const Vector3d turned = f.R * f.of_imu[0].cwiseProduct(imu[0]);  // B of the IMU's errors
+  const Vector3d pushed = f.R * f.of_imu[1].cwiseProduct(imu[1]) + f.v.cross(turned);
+  const Three once = rate_of(x), twice = rate_of({once.rho, once.nu + pushed, once.theta + turned});
+  e.segment<3>(0) = x.rho + f.first * once.rho + f.second * twice.rho;
+  e.segment<3>(3) = x.nu + f.first * once.nu + f.input * pushed + f.second * twice.nu;
+  e.segment<3>(6) = x.theta + f.first * once.theta + f.input * turned + f.second * twice.theta;
+}
+
+}  // namespace piste
