@@ -60,7 +60,12 @@ Simulation perfect(const Scenario& ideal, const Simulation& real, std::uint64_t 
     imu.recording.gyro[k] = unit * clipped(imu.signal[k].gyro, setup.sensor.gyro.range);
     imu.recording.accel[k] = unit * clipped(imu.signal[k].accel, setup.sensor.accel.range);
     imu.gyro_drift[k] = imu.accel_drift[k] = Vector3d::Zero();
+    if (!setup.magnetic_field) continue;
+    imu.recording.magnetic[k] = field_in_body(real.bodies.front(), imu.gps_time[k], *setup.magnetic_field);
+    imu.magnetic_disturbance[k].setZero();
   }
+  imu.hard_iron.setZero();
+  imu.soft_iron.setZero();
   for (std::size_t r = 0; r < out.gnss.size(); ++r) {
     out.gnss[r] = simulate_gnss(real.plate, ideal.gnss[r], seed);
     for (std::size_t k = 0; k < out.gnss[r].fixes.size(); ++k) {
@@ -112,6 +117,7 @@ FilterOptions filter_options(const Scenario& s, std::uint64_t seed) {
   options.sensor = s.replay.sensor;
   options.estimate = s.replay.estimate;
   options.adapt = s.replay.adapt;
+  if (s.imus.front().magnetic_field) options.magnetometer = s.imus.front().magnetometer;
   for (const GnssSetup& receiver : s.gnss) {
     options.gnss.push_back({.name = receiver.name,
                             .lever_arm = lever_arm(s.imus.front(), receiver),
@@ -136,6 +142,7 @@ ConditioningOptions conditioning_options(const Scenario& s, const ImuSensor& sen
   options.imu.clock_offset = imu.clock_offset;
   options.imu.clock_drift = imu.clock_drift;
   options.imu.instantaneous = imu.sampling == ImuSetup::Sampling::kInstant;
+  options.magnetic = {.field = imu.magnetic_field, .interval = kMagneticInterval};
   options.gyro_range = sensor.gyro.range;
   options.accel_range = sensor.accel.range;
   options.span = {departure - s.motion.rest_before, departure + s.replay.end};

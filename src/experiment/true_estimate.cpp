@@ -25,6 +25,10 @@ TrueEstimate::TrueEstimate(const Scenario& scenario, const Simulation& simulatio
   constant_.gyro_scale = imu.gyro.scale;
   constant_.accel_scale = imu.accel.scale;
   constant_.q_rb = setup.q_rb;
+  constant_.hard_iron = imu.hard_iron;
+  constant_.soft_iron_x = imu.soft_iron.row(0);
+  constant_.soft_iron_y = imu.soft_iron.row(1);
+  constant_.soft_iron_z = imu.soft_iron.row(2);
   for (std::size_t r = scenario.gnss.size(); r-- > 0;) {
     const GnssSetup& receiver = scenario.gnss[r];
     constant_.lever_arm = lever_arm(setup, receiver);  // of the first one
@@ -62,6 +66,7 @@ Estimate TrueEstimate::at(double time) const {
   const auto row = nearest(imu.gps_time, time, [](double t) { return t; });
   x.gyro_drift = imu.gyro_drift[row];
   x.accel_drift = imu.accel_drift[row];
+  if (!imu.magnetic_disturbance.empty()) x.magnetic_disturbance = imu.magnetic_disturbance[row];
   const auto time_of = [](const Sample& s) { return s.time; };
   if (!position_drift_.empty()) x.gnss_position_drift = position_drift_[nearest(position_drift_, time, time_of)].value;
   if (!attitude_drift_.empty()) {

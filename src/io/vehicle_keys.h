@@ -18,4 +18,9 @@ std::optional<LogFile> read_odometer(const Config& config, FilterOptions& filter
 std::optional<LogFile> read_barometer(const Config& config, FilterOptions& filter);
 std::optional<LogFile> read_dual_heading(const Config& config, FilterOptions& filter);
 
+/// Reads the map `magnetometer: {sigma, hard_iron, soft_iron, disturbance: {sigma, correlation_time}, year, field,
+/// declination, unit, interval}`: its options are set in `filter`, and what its log is held against is returned. Throws
+/// ConfigError.
+MagneticConditioning read_magnetometer(const Config& config, FilterOptions& filter);
+
 }  // namespace piste

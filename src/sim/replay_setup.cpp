@@ -51,6 +51,8 @@ StartSigmas read_start(const Config& config) {
 std::vector<Block> read_blocks(const Config& config, const Scenario& scenario, const ReplaySetup& setup) {
   FilterOptions filter;
   filter.sensor = setup.sensor;
+  const ImuSetup& imu = scenario.imus[setup.imu];
+  if (imu.magnetic_field) filter.magnetometer = imu.magnetometer;
   for (const std::size_t i : setup.gnss) {
     filter.gnss.push_back({.name = scenario.gnss[i].name,
                            .use_velocity = scenario.gnss[i].velocity_noise.maxCoeff() > 0,

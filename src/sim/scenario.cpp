@@ -7,6 +7,7 @@
 #include "piste/core/error.h"
 #include "piste/io/config.h"
 #include "piste/io/sensor_file.h"
+#include "piste/math/magnetic_field.h"
 #include "piste/math/units.h"
 #include "sim/names.h"
 
@@ -63,7 +64,22 @@ double read_rate(const Config& config, double fallback) {
   return rate;
 }
 
-ImuSetup read_imu(const Config& config, std::set<std::string>& names) {
+void read_magnetometer(const Config& config, const Geodetic& origin, ImuSetup& s) {
+  constexpr double kMicro = 1e6;
+  if (config.has("field")) {
+    s.magnetic_field = kMicro * config.vector("field", kMagneticField);
+  } else {
+    s.magnetic_field = magnetic_field(origin, config.number("year", MagneticConditioning().year));
+  }
+  s.magnetometer.sigma = kMicro * config.magnitude("noise", kMagneticField, 0);
+  s.magnetometer.hard_iron = kMicro * config.magnitude("hard_iron", kMagneticField, 0);
+  s.magnetometer.soft_iron = config.magnitude("soft_iron", kRatio, 0);
+  if (const auto disturbance = read_drift(config, "disturbance", kMagneticField)) {
+    s.magnetometer.disturbance = {kMicro * disturbance->sigma, disturbance->correlation_time};
+  }
+}
+
+ImuSetup read_imu(const Config& config, const Geodetic& origin, std::set<std::string>& names) {
   using Sampling = ImuSetup::Sampling;
   ImuSetup s;
   s.name = claim_name(names, config);
@@ -84,9 +100,7 @@ ImuSetup read_imu(const Config& config, std::set<std::string>& names) {
     if (const auto accel = errors->find_map("accel")) s.accel = read_triad(*accel, kAcceleration, kVelocity);
   }
   if (const auto magnetometer = config.find_map("magnetometer")) {
-    constexpr double kMicro = 1e6;
-    s.magnetic_field = kMicro * magnetometer->vector("field", kMagneticField);
-    s.magnetic_noise = kMicro * magnetometer->magnitude("noise", kMagneticField, 0);
+    read_magnetometer(*magnetometer, origin, s);
   }
   return s;
 }
@@ -174,7 +188,7 @@ Scenario read_scenario(const Config& config) {
 
   std::set<std::string> names{"truth"};
   for (const Config& imu : config.maps("imus")) {
-    s.imus.push_back(read_imu(imu, names));
+    s.imus.push_back(read_imu(imu, s.origin, names));
   }
   if (s.imus.empty()) config.fail("imus", "name at least one IMU");
   for (const Config& gnss : config.maps("gnss")) {

@@ -136,6 +136,11 @@ Vector3d total_sigma(const Vector3d& white, const std::optional<GaussMarkov>& co
 
 }  // namespace
 
+Vector3d field_in_body(const Truth& body, double time, const Vector3d& field) {
+  const TruthState state = body.at(time);
+  return state.q_wb.conjugate() * (body.world().rotation_wn(state.p_wb) * field);
+}
+
 SimulatedImu simulate_imu(const Truth& plate, const ImuSetup& setup, std::uint64_t seed) {
   const Truth truth = plate.attached(setup.q_rb, setup.p_rb_r);
   const double start = truth.start_time(), step = 1 / setup.rate;
@@ -145,11 +150,14 @@ SimulatedImu simulate_imu(const Truth& plate, const ImuSetup& setup, std::uint64
   };
   TriadErrorSource gyro(setup.sensor.gyro, setup.gyro, seed, setup.name + "/gyro");
   TriadErrorSource accel(setup.sensor.accel, setup.accel, seed, setup.name + "/accel");
-  RandomStream magnetic_noise(seed, setup.name + "/magnetic");
+  RandomStream magnetic_noise(seed, setup.name + "/magnetic"), iron(seed, setup.name + "/iron");
+  DriftPath disturbance(setup.magnetometer.disturbance, {seed, setup.name + "/disturbance"});
 
   const Interval run = truth.under_way();
 
   SimulatedImu out;
+  out.hard_iron = setup.magnetometer.hard_iron * iron.normal3();
+  for (int i = 0; i < 3; ++i) out.soft_iron.row(i) = setup.magnetometer.soft_iron * iron.normal3().transpose();
   out.recording.file = setup.name + ".csv";
   out.recording.increments = setup.sampling == ImuSetup::Sampling::kIncrements;
   const double dt = step * (1 - setup.clock_drift);
@@ -169,8 +177,10 @@ SimulatedImu simulate_imu(const Truth& plate, const ImuSetup& setup, std::uint64
     out.recording.gyro.emplace_back(unit * rate);
     out.recording.accel.emplace_back(unit * force);
     if (setup.magnetic_field) {
-      out.recording.magnetic.emplace_back(truth.at(gps).q_wb.conjugate() * *setup.magnetic_field +
-                                          setup.magnetic_noise * magnetic_noise.normal3());
+      out.magnetic_disturbance.push_back(disturbance.advance(dt));
+      const Vector3d field = field_in_body(truth, gps, *setup.magnetic_field + disturbance.value());
+      out.recording.magnetic.emplace_back(field + out.soft_iron * field + out.hard_iron +
+                                          setup.magnetometer.sigma * magnetic_noise.normal3());
     }
     out.signal.push_back(signal);
     out.gps_time.push_back(gps);

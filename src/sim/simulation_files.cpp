@@ -41,6 +41,10 @@ std::string vector_json(const Vector3d& v, double factor = 1) {
   return json::numbers(u, 9);
 }
 
+std::string matrix_json(const Matrix3d& m) {
+  return fmt::format("[{}, {}, {}]", vector_json(m.row(0)), vector_json(m.row(1)), vector_json(m.row(2)));
+}
+
 // A mean over the rows of a phase, or null if it has none.
 std::string phase_json(const PhaseDraw& phase, const Vector3d& mean, double factor) {
   return phase.rows > 0 ? vector_json(mean, factor) : "null";
@@ -53,11 +57,9 @@ std::string drift_json(const std::optional<GaussMarkov>& drift, double factor) {
 }
 
 std::string triad_json(const TriadDraw& draw, const TriadTruth& given, const std::string& unit, double factor) {
-  const Matrix3d& m = draw.misalignment;
   return json::object({{"bias_" + unit, vector_json(draw.bias, factor)},
                        {"scale_ppm", vector_json(draw.scale, 1e6)},
-                       {"misalignment", fmt::format("[{}, {}, {}]", vector_json(m.row(0)), vector_json(m.row(1)),
-                                                    vector_json(m.row(2)))},
+                       {"misalignment", matrix_json(draw.misalignment)},
                        {"drift_first_" + unit, vector_json(draw.drift_first, factor)},
                        {"drift_last_" + unit, vector_json(draw.drift_last, factor)},
                        {"drift_mean_" + unit, vector_json(draw.drift_mean, factor)},
@@ -79,15 +81,24 @@ std::string triad_json(const TriadDraw& draw, const TriadTruth& given, const std
 std::string imu_json(const Scenario& scenario, const ImuSetup& setup, const SimulatedImu& imu) {
   json::Members arms;
   for (const GnssSetup& gnss : scenario.gnss) arms.emplace_back(gnss.name, vector_json(lever_arm(setup, gnss)));
-  return json::object({{"sensor", json::string(setup.sensor.name)},
-                       {"boresight_deg", vector_json(to_euler(setup.q_rb), kDegreesPerRadian)},
-                       {"position_m", vector_json(setup.p_rb_r)},
-                       {"lever_arm_m", json::object(arms, 3)},
-                       {"clock_offset_s", json::number(setup.clock_offset, 9)},
-                       {"clock_drift_ppm", json::number(1e6 * setup.clock_drift, 9)},
-                       {"gyro", triad_json(imu.gyro, setup.gyro, "deg_s", kDegreesPerRadian)},
-                       {"accel", triad_json(imu.accel, setup.accel, "m_s2", 1)}},
-                      2);
+  json::Members members{{"sensor", json::string(setup.sensor.name)},
+                        {"boresight_deg", vector_json(to_euler(setup.q_rb), kDegreesPerRadian)},
+                        {"position_m", vector_json(setup.p_rb_r)},
+                        {"lever_arm_m", json::object(arms, 3)},
+                        {"clock_offset_s", json::number(setup.clock_offset, 9)},
+                        {"clock_drift_ppm", json::number(1e6 * setup.clock_drift, 9)},
+                        {"gyro", triad_json(imu.gyro, setup.gyro, "deg_s", kDegreesPerRadian)},
+                        {"accel", triad_json(imu.accel, setup.accel, "m_s2", 1)}};
+  if (setup.magnetic_field) {
+    members.emplace_back(
+        "magnetometer", json::object({{"field_uT", vector_json(*setup.magnetic_field)},
+                                      {"hard_iron_uT", vector_json(imu.hard_iron)},
+                                      {"soft_iron", matrix_json(imu.soft_iron)},
+                                      {"noise_uT", json::number(setup.magnetometer.sigma, 9)},
+                                      {"disturbance_uT", drift_json(setup.magnetometer.disturbance, 1)}},
+                                     3));
+  }
+  return json::object(members, 2);
 }
 
 std::string gnss_json(const GnssSetup& setup) {

@@ -71,6 +71,11 @@ class Random {
     x.cornering = x.gyro_drift.x();
     x.odometer_scale = x.gyro_scale.y();
     x.barometer_offset = 3 * x.lever_arm.z();
+    x.hard_iron = 10 * x.lever_arm;
+    x.soft_iron_x = x.gyro_scale;
+    x.soft_iron_y = x.accel_scale;
+    x.soft_iron_z = x.gyro_scale.cross(x.accel_scale) + x.gyro_scale;
+    x.magnetic_disturbance = 20 * x.attitude_drift;
     return x;
   }
 
