@@ -75,6 +75,7 @@ Simulation perfect(const Scenario& ideal, const Simulation& real, std::uint64_t 
       if (fix.velocity) fix.velocity->sigma = seen.velocity->sigma;
     }
   }
+  out.aids = simulate_aids(real.trunk, real.plate, ideal.aids, seed, true);
   for (std::size_t r = 0; r < out.attitude.size(); ++r) {
     out.attitude[r] = simulate_attitude(real.plate, ideal.attitude[r], seed);
     for (std::size_t k = 0; k < out.attitude[r].fixes.size(); ++k) {
@@ -111,13 +112,21 @@ DelayErrors drawn_delays(const FilterOptions& options, std::uint64_t seed) {
   return errors;
 }
 
+// What is told of the vehicle's mounting and contact point is drawn about the truth with the sigmas of the priors.
+void draw_mounting(VehicleOptions& vehicle, std::uint64_t seed) {
+  RandomStream random(seed, "vehicle");
+  vehicle.mounting = so3_exp(vehicle.mounting_sigma.cwiseProduct(random.normal3())) * *vehicle.mounting;
+  vehicle.contact += vehicle.contact_sigma.cwiseProduct(random.normal3());
+}
+
 // If lever arms are estimated, their start values are drawn about the truth with the sigma of the prior.
 FilterOptions filter_options(const Scenario& s, std::uint64_t seed) {
   FilterOptions options;
   options.sensor = s.replay.sensor;
   options.estimate = s.replay.estimate;
   options.adapt = s.replay.adapt;
-  if (s.imus.front().magnetic_field) options.magnetometer = s.imus.front().magnetometer;
+  set_aids(options, s, s.imus.front());
+  if (options.vehicle) draw_mounting(*options.vehicle, seed);
   for (const GnssSetup& receiver : s.gnss) {
     options.gnss.push_back({.name = receiver.name,
                             .lever_arm = lever_arm(s.imus.front(), receiver),

@@ -25,6 +25,13 @@ LogFile read_aid(const Config& map, const Dimension& dimension, std::string_view
 
 }  // namespace
 
+VehicleOptions vehicle_of(VehicleOptions::Kind kind) {
+  VehicleOptions vehicle;
+  vehicle.kind = kind;
+  if (kind == VehicleOptions::Kind::kBicycle) vehicle.pitch_centre_sigma = vehicle.dive_sigma = 0;
+  return vehicle;
+}
+
 std::optional<VehicleOptions> read_vehicle(const Config& config) {
   if (!config.has("vehicle")) return std::nullopt;
   if (config.is_scalar("vehicle")) {
@@ -35,9 +42,8 @@ std::optional<VehicleOptions> read_vehicle(const Config& config) {
   }
   const Config map = config.map("vehicle");
   using Carrier = VehicleOptions::Kind;
-  VehicleOptions vehicle;
-  vehicle.kind = map.choice<Carrier>("kind", {{"car", Carrier::kCar}, {"bicycle", Carrier::kBicycle}});
-  if (vehicle.kind == Carrier::kBicycle) vehicle.pitch_centre_sigma = vehicle.dive_sigma = 0;
+  VehicleOptions vehicle =
+      vehicle_of(map.choice<Carrier>("kind", {{"car", Carrier::kCar}, {"bicycle", Carrier::kBicycle}}));
   if (map.has("contact")) {
     vehicle.contact = map.vector("contact", dimension::kLength);
     vehicle.contact_sigma = Vector3d::Constant(kMeasured);

@@ -7,6 +7,9 @@
 
 namespace piste {
 
+/// The options of a kind of vehicle. A bicycle has no springs.
+VehicleOptions vehicle_of(VehicleOptions::Kind kind);
+
 /// Reads the map `vehicle: {kind, contact, mounting, sigma_contact, sigma_mounting}`. Nothing if the key is missing or
 /// `off`. Throws ConfigError.
 std::optional<VehicleOptions> read_vehicle(const Config& config);

@@ -4,11 +4,10 @@
 #include <cmath>
 
 #include "piste/sim/random.h"
+#include "sim/epochs.h"
 
 namespace piste {
 namespace {
-
-std::size_t count_of(double duration, double rate) { return static_cast<std::size_t>(duration * rate + 1e-6); }
 
 // Mean and root mean square. 0 if there are no values.
 class Moments {
@@ -109,13 +108,6 @@ class TriadErrorSource {
   } phases_[3];
 };
 
-// Times at which a source of this rate reports, from the start of the run to its end.
-std::vector<double> epochs(const Truth& plate, double rate) {
-  std::vector<double> times(count_of(plate.end_time() - plate.start_time(), rate) + 1);
-  for (std::size_t k = 0; k < times.size(); ++k) times[k] = plate.start_time() + static_cast<double>(k) / rate;
-  return times;
-}
-
 // Coloured error at each of these times. Empty if there is none.
 std::vector<Vector3d> coloured(const Truth& plate, double rate, const std::optional<GaussMarkov>& process,
                                RandomStream stream) {
@@ -178,8 +170,9 @@ SimulatedImu simulate_imu(const Truth& plate, const ImuSetup& setup, std::uint64
     out.recording.accel.emplace_back(unit * force);
     if (setup.magnetic_field) {
       out.magnetic_disturbance.push_back(disturbance.advance(dt));
-      const Vector3d field = field_in_body(truth, gps, *setup.magnetic_field + disturbance.value());
+      const Vector3d field = field_in_body(truth, gps, *setup.magnetic_field);
       out.recording.magnetic.emplace_back(field + out.soft_iron * field + out.hard_iron +
+                                          field_in_body(truth, gps, disturbance.value()) +
                                           setup.magnetometer.sigma * magnetic_noise.normal3());
     }
     out.signal.push_back(signal);

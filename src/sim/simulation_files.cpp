@@ -180,6 +180,32 @@ std::string attitude_csv(const AttitudeRecording& recording) {
   return std::move(csv).text();
 }
 
+std::string speed_csv(const FixRecording<SpeedFix>& recording) {
+  CsvWriter csv({{"time_s", kTimeDecimals}, {"speed_m_s", kVelocityDecimals}, {"sigma_speed_m_s", kVelocityDecimals}});
+  for (const SpeedFix& fix : recording.fixes) csv.row(std::vector{fix.time, fix.speed, fix.sigma});
+  return std::move(csv).text();
+}
+
+std::string height_csv(const FixRecording<HeightFix>& recording) {
+  CsvWriter csv({{"time_s", kTimeDecimals}, {"height_m", kMetreDecimals}, {"sigma_height_m", kMetreDecimals}});
+  for (const HeightFix& fix : recording.fixes) csv.row(std::vector{fix.time, fix.height, fix.sigma});
+  return std::move(csv).text();
+}
+
+std::string heading_csv(const FixRecording<HeadingFix>& recording) {
+  const bool pitch = !recording.fixes.empty() && recording.fixes.front().pitch.has_value();
+  std::vector<CsvColumn> columns{
+      {"time_s", kTimeDecimals}, {"heading_deg", kAngleDecimals}, {"sigma_heading_deg", kAngleDecimals}};
+  if (pitch) columns.insert(columns.end(), {{"pitch_deg", kAngleDecimals}, {"sigma_pitch_deg", kAngleDecimals}});
+  CsvWriter csv(columns);
+  for (const HeadingFix& fix : recording.fixes) {
+    std::vector<double> row{fix.time, kDegreesPerRadian * fix.heading, kDegreesPerRadian * fix.sigma};
+    if (pitch) row.insert(row.end(), {kDegreesPerRadian * *fix.pitch, kDegreesPerRadian * fix.sigma_pitch});
+    csv.row(row);
+  }
+  return std::move(csv).text();
+}
+
 std::string truth_csv(const Truth& body, const std::vector<double>& gps_time, std::size_t every) {
   std::vector<CsvColumn> columns{{"time_s", kTimeDecimals}};
   add_place(columns);
@@ -200,12 +226,36 @@ std::string truth_csv(const Truth& body, const std::vector<double>& gps_time, st
 }
 
 std::string truth_json(const Scenario& scenario, const Simulation& simulation, std::uint64_t seed) {
-  json::Members imus, gnss, attitude;
+  json::Members imus, gnss, attitude, aids;
   for (std::size_t i = 0; i < scenario.imus.size(); ++i) {
     imus.emplace_back(scenario.imus[i].name, imu_json(scenario, scenario.imus[i], simulation.imus[i]));
   }
   for (const GnssSetup& setup : scenario.gnss) gnss.emplace_back(setup.name, gnss_json(setup));
   for (const AttitudeSetup& setup : scenario.attitude) attitude.emplace_back(setup.name, attitude_json(setup));
+  const AidSetups& others = scenario.aids;
+  if (others.odometer) {
+    aids.emplace_back("odometer", json::object({{"scale_ppm", json::number(1e6 * simulation.aids.odometer_scale, 9)},
+                                                {"noise_m_s", json::number(others.odometer->errors.sigma, 9)}},
+                                               2));
+  }
+  if (others.barometer) {
+    aids.emplace_back("barometer",
+                      json::object({{"offset_first_m", json::number(simulation.aids.barometer_offset.front(), 9)},
+                                    {"offset_last_m", json::number(simulation.aids.barometer_offset.back(), 9)},
+                                    {"noise_m", json::number(others.barometer->errors.sigma, 9)}},
+                                   2));
+  }
+  if (others.heading) {
+    aids.emplace_back(
+        "heading", json::object({{"noise_deg", json::number(kDegreesPerRadian * others.heading->errors.sigma, 9)}}, 2));
+  }
+  if (others.vehicle) {
+    const ImuSetup& body = scenario.imus.front();
+    const TrueMounting mounting = true_mounting(scenario.q_tr, body.q_rb, body.p_rb_r);
+    aids.emplace_back("vehicle", json::object({{"mounting_deg", vector_json(to_euler(mounting.q_vb), kDegreesPerRadian)},
+                                               {"contact_m", vector_json(mounting.contact)}},
+                                              2));
+  }
   const Interval run = simulation.plate.under_way();
   const Geodetic& origin = scenario.origin;
   return json::object(
@@ -220,7 +270,8 @@ std::string truth_json(const Scenario& scenario, const Simulation& simulation, s
               {"run_s", json::numbers(std::array{run.start, run.end}, 9)},
               {"imus", json::object(imus, 1)},
               {"gnss", json::object(gnss, 1)},
-              {"attitude", json::object(attitude, 1)}},
+              {"attitude", json::object(attitude, 1)},
+              {"others", json::object(aids, 1)}},
              0) +
          "\n";
 }
