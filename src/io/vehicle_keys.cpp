@@ -126,16 +126,18 @@ MagneticConditioning read_magnetometer(const Config& config, FilterOptions& filt
   options.hard_iron = kMicro * map->magnitude("hard_iron", kMagneticField, options.hard_iron / kMicro);
   options.soft_iron = map->magnitude("soft_iron", kRatio, options.soft_iron);
   if (const auto disturbance = map->find_map("disturbance")) {
-    options.disturbance.sigma =
-        Vector3d::Constant(kMicro * disturbance->magnitude("sigma", kMagneticField));
+    options.disturbance.sigma = Vector3d::Constant(kMicro * disturbance->quantity("sigma", kMagneticField));
+    if (!(options.disturbance.sigma.x() > 0)) disturbance->fail("sigma", "must be above zero, such as `1 uT`");
     options.disturbance.correlation_time = disturbance->quantity("correlation_time", kTime);
-    if (!(options.disturbance.correlation_time > 0)) disturbance->fail("correlation_time", "must be above zero, such as `10 s`");
+    if (!(options.disturbance.correlation_time > 0))
+      disturbance->fail("correlation_time", "must be above zero, such as `10 s`");
   }
   conditioning.unit = field(*map, "unit", conditioning.unit, "1 uT");
   conditioning.year = map->number("year", conditioning.year);
   if (!(conditioning.year >= kMagneticFirstYear - kOlder && conditioning.year <= kMagneticLastYear)) {
-    map->fail("year", "the World Magnetic Model is that of 2025 to 2030; a year such as 2026.5 is expected, or state "
-                      "the `field`");
+    map->fail("year",
+              "the World Magnetic Model is that of 2025 to 2030; a year such as 2026.5 is expected, or state "
+              "the `field`");
   }
   if (map->has("field")) conditioning.field = kMicro * map->vector("field", kMagneticField);
   if (map->has("declination")) conditioning.declination = map->quantity("declination", kAngle);

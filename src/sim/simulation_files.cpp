@@ -90,13 +90,13 @@ std::string imu_json(const Scenario& scenario, const ImuSetup& setup, const Simu
                         {"gyro", triad_json(imu.gyro, setup.gyro, "deg_s", kDegreesPerRadian)},
                         {"accel", triad_json(imu.accel, setup.accel, "m_s2", 1)}};
   if (setup.magnetic_field) {
-    members.emplace_back(
-        "magnetometer", json::object({{"field_uT", vector_json(*setup.magnetic_field)},
-                                      {"hard_iron_uT", vector_json(imu.hard_iron)},
-                                      {"soft_iron", matrix_json(imu.soft_iron)},
-                                      {"noise_uT", json::number(setup.magnetometer.sigma, 9)},
-                                      {"disturbance_uT", drift_json(setup.magnetometer.disturbance, 1)}},
-                                     3));
+    members.emplace_back("magnetometer",
+                         json::object({{"field_uT", vector_json(*setup.magnetic_field)},
+                                       {"hard_iron_uT", vector_json(imu.hard_iron)},
+                                       {"soft_iron", matrix_json(imu.soft_iron)},
+                                       {"noise_uT", json::number(setup.magnetometer.sigma, 9)},
+                                       {"disturbance_uT", drift_json(setup.magnetometer.disturbance, 1)}},
+                                      3));
   }
   return json::object(members, 2);
 }
@@ -252,28 +252,26 @@ std::string truth_json(const Scenario& scenario, const Simulation& simulation, s
   if (others.vehicle) {
     const ImuSetup& body = scenario.imus.front();
     const TrueMounting mounting = true_mounting(scenario.q_tr, body.q_rb, body.p_rb_r);
-    aids.emplace_back("vehicle", json::object({{"mounting_deg", vector_json(to_euler(mounting.q_vb), kDegreesPerRadian)},
-                                               {"contact_m", vector_json(mounting.contact)}},
-                                              2));
+    aids.emplace_back("vehicle",
+                      json::object({{"mounting_deg", vector_json(to_euler(mounting.q_vb), kDegreesPerRadian)},
+                                    {"contact_m", vector_json(mounting.contact)}},
+                                   2));
   }
   const Interval run = simulation.plate.under_way();
   const Geodetic& origin = scenario.origin;
-  return json::object(
-             {{"simulated", "true"},
-              {"seed", fmt::format("{}", seed)},
-              {"convention",
-               json::string("measured = (1 + scale) M true + bias + drift + noise; boresight is R_rb, b into r")},
-              {"body", json::string(scenario.imus.front().name)},
-              {"origin",
-               fmt::format(R"({{"latitude_deg": {:.10g}, "longitude_deg": {:.10g}, "height_m": {:.6g}}})",
-                           kDegreesPerRadian * origin.latitude, kDegreesPerRadian * origin.longitude, origin.height)},
-              {"run_s", json::numbers(std::array{run.start, run.end}, 9)},
-              {"imus", json::object(imus, 1)},
-              {"gnss", json::object(gnss, 1)},
-              {"attitude", json::object(attitude, 1)},
-              {"others", json::object(aids, 1)}},
-             0) +
-         "\n";
+  json::Members members{
+      {"simulated", "true"},
+      {"seed", fmt::format("{}", seed)},
+      {"convention", json::string("measured = (1 + scale) M true + bias + drift + noise; boresight is R_rb, b into r")},
+      {"body", json::string(scenario.imus.front().name)},
+      {"origin", fmt::format(R"({{"latitude_deg": {:.10g}, "longitude_deg": {:.10g}, "height_m": {:.6g}}})",
+                             kDegreesPerRadian * origin.latitude, kDegreesPerRadian * origin.longitude, origin.height)},
+      {"run_s", json::numbers(std::array{run.start, run.end}, 9)},
+      {"imus", json::object(imus, 1)},
+      {"gnss", json::object(gnss, 1)},
+      {"attitude", json::object(attitude, 1)}};
+  if (!aids.empty()) members.emplace_back("others", json::object(aids, 1));
+  return json::object(members, 0) + "\n";
 }
 
 }  // namespace piste

@@ -220,16 +220,13 @@ TEST_F(ReplayConfigTest, Magnetometer) {
   EXPECT_NEAR(magnetic.declination.value(), 3 * kDegree, 1e-12);
   EXPECT_NEAR(magnetic.unit, 48, 1e-9);
   EXPECT_EQ(magnetic.interval, 0.2);
-  for (const Block b : {Block::kHardIron, Block::kSoftIronX, Block::kSoftIronY, Block::kSoftIronZ,
-                        Block::kMagneticDisturbance}) {
+  for (const Block b :
+       {Block::kHardIron, Block::kSoftIronX, Block::kSoftIronY, Block::kSoftIronZ, Block::kMagneticDisturbance}) {
     EXPECT_TRUE(has(config, b)) << info(b).name;
   }
   // What has no error is no state.
-  const ReplayConfig calibrated = read(kImu + kGnss +
-                                       "magnetometer: {hard_iron: 0 uT, soft_iron: 0, disturbance: {sigma: 0 uT, "
-                                       "correlation_time: 5 s}}\n");
+  const ReplayConfig calibrated = read(kImu + kGnss + "magnetometer: {hard_iron: 0 uT, soft_iron: 0}\n");
   EXPECT_FALSE(has(calibrated, Block::kHardIron) || has(calibrated, Block::kSoftIronX));
-  EXPECT_FALSE(has(calibrated, Block::kMagneticDisturbance));
 }
 
 TEST_F(ReplayConfigTest, VehicleAndItsSensors) {

@@ -37,7 +37,8 @@ TEST(MagneticField, IsThatOfThePublishedTestValues) {
 
 // At the poles north is along the meridian of the longitude that is asked for.
 TEST(MagneticField, IsFiniteAtThePoles) {
-  const Vector3d pole = magnetic_field({90 * kDegree, 0, 0}, 2026), beside = magnetic_field({89.999 * kDegree, 0, 0}, 2026);
+  const Vector3d pole = magnetic_field({90 * kDegree, 0, 0}, 2026),
+                 beside = magnetic_field({89.999 * kDegree, 0, 0}, 2026);
   EXPECT_LT((pole - beside).norm(), 0.01);
 }
 

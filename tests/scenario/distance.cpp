@@ -140,10 +140,12 @@ INSTANTIATE_TEST_SUITE_P(All, Distance,
                                            DistanceCase{.name = "Magnetometer",
                                                         .heading = {Source::kMagnetometer},
                                                         .scenario = with_magnetometer,
-                                                        .options = [](Case& c) {
-                                                          c.options.magnetometer.emplace();
-                                                          c.options.estimate = with_implied_blocks(c.options, c.options.estimate);
-                                                        }}),
+                                                        .options =
+                                                            [](Case& c) {
+                                                              c.options.magnetometer.emplace();
+                                                              c.options.estimate =
+                                                                  with_implied_blocks(c.options, c.options.estimate);
+                                                            }}),
                          [](const auto& each) { return std::string(each.param.name); });
 
 }  // namespace

@@ -28,10 +28,10 @@ struct MagneticConditioning {
   /// Of the World Magnetic Model. The middle of its years: in most places the azimuth of the field changes by less than
   /// 0.2 deg a year.
   double year = 2027.5;
-  std::optional<Vector3d> field = std::nullopt;        ///< along north, east, down [µT]; nothing: that of the model
-  std::optional<double> declination = std::nullopt;    ///< rad, east positive: the field is turned to this azimuth
-  double unit = 1;                                     ///< µT that a 1 in the log stands for
-  double interval = 0;                                 ///< s between the samples that are used; 0: every row
+  std::optional<Vector3d> field = std::nullopt;      ///< along north, east, down [µT]; nothing: that of the model
+  std::optional<double> declination = std::nullopt;  ///< rad, east positive: the field is turned to this azimuth
+  double unit = 1;                                   ///< µT that a 1 in the log stands for
+  double interval = 0;                               ///< s between the samples that are used; 0: every row
 };
 
 /// s between the samples that a filter uses: what surrounds a magnetometer changes over a second and more.
@@ -129,9 +129,9 @@ struct DualHeadingOptions {
 
 /// Magnetometer of the IMU (model/magnetometer.h) [µT].
 struct MagnetometerOptions {
-  double sigma = 0.5;      ///< white noise of an axis: 0.1 to 0.5 µT by the data sheets of MEMS
-  double hard_iron = 30;   ///< prior of what the carrier adds: phones, helmets and cars have 10 to 50
-  double soft_iron = 0.05; ///< prior of each element of what it bends, with scale and misalignment of the sensor
+  double sigma = 0.5;       ///< white noise of an axis: 0.1 to 0.5 µT by the data sheets of MEMS
+  double hard_iron = 30;    ///< prior of what the carrier adds: phones, helmets and cars have 10 to 50
+  double soft_iron = 0.05;  ///< prior of each element of what it bends, with scale and misalignment of the sensor
   /// What steel, cables and rock near the way add: 1 µT is some 3 deg of heading in Central Europe.
   GaussMarkov disturbance{{1, 1, 1}, 10};
 };
@@ -164,12 +164,12 @@ struct FilterOptions {
   std::vector<Block> estimate;            ///< blocks beyond position, velocity and attitude
   BehaviourOptions behaviour;
   Priors priors;
-  std::optional<VehicleOptions> vehicle = std::nullopt;      ///< nothing: the body moves as it likes
-  std::optional<OdometerOptions> odometer = std::nullopt;    ///< of Log::speed; needs a vehicle
-  std::optional<BarometerOptions> barometer = std::nullopt;  ///< of Log::height
-  std::optional<DualHeadingOptions> heading = std::nullopt;  ///< of Log::heading
+  std::optional<VehicleOptions> vehicle = std::nullopt;            ///< nothing: the body moves as it likes
+  std::optional<OdometerOptions> odometer = std::nullopt;          ///< of Log::speed; needs a vehicle
+  std::optional<BarometerOptions> barometer = std::nullopt;        ///< of Log::height
+  std::optional<DualHeadingOptions> heading = std::nullopt;        ///< of Log::heading
   std::optional<MagnetometerOptions> magnetometer = std::nullopt;  ///< of Log::magnetic; nothing: it is not used
-  std::optional<AdaptationOptions> adapt;  ///< nothing: all noise is as stated
+  std::optional<AdaptationOptions> adapt;                          ///< nothing: all noise is as stated
 
   /// Whether the run estimates the block.
   bool estimates(Block block) const;

@@ -473,7 +473,8 @@ inline constexpr auto kBlocks = std::to_array<BlockInfo>({
      .factor = 1,
      .axes = blocks::kLocal,
      .member = &Estimate::magnetic_disturbance,
-     .process = [](const FilterOptions& o) { return blocks::of_source(o.magnetometer, &MagnetometerOptions::disturbance); },
+     .process =
+         [](const FilterOptions& o) { return blocks::of_source(o.magnetometer, &MagnetometerOptions::disturbance); },
      .needs = "the key `magnetometer:`",
      .implied = true},
 });

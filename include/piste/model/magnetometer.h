@@ -4,9 +4,9 @@
 ///     m = (1 + S) R_bn (B + d) + h
 ///
 /// where B is the Earth's field along north, east, down, h the hard iron, S the soft iron (with the scales and the
-/// misalignment of the sensor: any matrix), and d the disturbance by the surroundings (a coloured error). Source: Groves
-/// 2013, section 6.1.1 and equation 6.9. Under an iron that is not known the field tells no heading: motion tells the
-/// iron first, wherever something else tells the attitude. All in µT.
+/// misalignment of the sensor: any matrix), and d the disturbance by the surroundings (a coloured error). Source:
+/// Groves 2013, section 6.1.1 and equation 6.9. Under an iron that is not known the field tells no heading: motion
+/// tells the iron first, wherever something else tells the attitude. All in µT.
 
 #include "piste/core/options.h"
 #include "piste/model/measurement.h"
@@ -20,8 +20,8 @@ double azimuth(const Vector3d& field_n);
 Linearization linearize_magnetic_field(const MagneticSample& sample, double sigma, const Estimate& x,
                                        const Matrix3d& R_wn);
 
-/// The magnetometer of the IMU. Beside a car or a girder the field is not the Earth's: such samples are outside the gate
-/// and left out, and so are those of the two seconds after. The filter never gives in to them.
+/// The magnetometer of the IMU. Beside a car or a girder the field is not the Earth's: such samples are outside the
+/// gate and left out, and so are those of the two seconds after. The filter never gives in to them.
 struct Magnetometer : MeasurementType<MagneticSample> {
   static constexpr std::string_view kName = "magnetometer";
   static constexpr double kLetGo = 2;  // s

@@ -12,8 +12,8 @@
 
 namespace piste {
 
-/// A wheel at the origin of the trunk, which moves along its path: `errors.sigma` is the white noise, `scale_sigma` that
-/// of which the scale is drawn.
+/// A wheel at the origin of the trunk, which moves along its path: `errors.sigma` is the white noise, `scale_sigma`
+/// that of which the scale is drawn.
 struct OdometerSetup {
   double rate = 10;  ///< Hz
   OdometerOptions errors;
@@ -49,8 +49,8 @@ struct SimulatedAids {
   std::vector<double> wheel_slip, barometer_offset;
 };
 
-/// The mounting q_vb and the contact point p_bc_b of an IMU, where the trunk is a vehicle. `q_tr`: the plate against the
-/// trunk; `q_rb` and `p_rb_r`: the IMU on the plate.
+/// The mounting q_vb and the contact point p_bc_b of an IMU, where the trunk is a vehicle. `q_tr`: the plate against
+/// the trunk; `q_rb` and `p_rb_r`: the IMU on the plate.
 struct TrueMounting {
   Quaterniond q_vb = Quaterniond::Identity();
   Vector3d contact = Vector3d::Zero();

@@ -60,8 +60,8 @@ struct ReplaySetup {
   double every = 1;               ///< s between the epochs that are looked at
 };
 
-/// Sets in `filter` what it is told of vehicle, odometer, barometer, two antennas and magnetometer: the truth, where they
-/// do not say how uncertain it is.
+/// Sets in `filter` what it is told of vehicle, odometer, barometer, two antennas and magnetometer: the truth, where
+/// they do not say how uncertain it is.
 void set_aids(FilterOptions& filter, const Scenario& scenario, const ImuSetup& imu);
 
 /// Reads the section `montecarlo:` of a scenario file, whose sensors and motion are in `scenario` already. Throws
