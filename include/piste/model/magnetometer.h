@@ -1,12 +1,13 @@
 #pragma once
 /// A magnetometer on the body measures the Earth's field, as the iron of its carrier leaves it:
 ///
-///     m = (1 + S) R_bn (B + d) + h
+///     m = (1 + S) R_bn B + R_bn d + h
 ///
 /// where B is the Earth's field along north, east, down, h the hard iron, S the soft iron (with the scales and the
 /// misalignment of the sensor: any matrix), and d the disturbance by the surroundings (a coloured error). Source:
-/// Groves 2013, section 6.1.1 and equation 6.9. Under an iron that is not known the field tells no heading: motion
-/// tells the iron first, wherever something else tells the attitude. All in µT.
+/// Groves 2013, section 6.1.1 and equation 6.9. S d is left out: as a factor of S, what is estimated of d, noise for
+/// the greater part, would pass for knowledge of S (errors in variables). Under an iron that is not known the field
+/// tells no heading: motion tells the iron first, wherever something else tells the attitude. All in µT.
 
 #include "piste/core/options.h"
 #include "piste/model/measurement.h"
