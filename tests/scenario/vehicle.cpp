@@ -4,8 +4,6 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <functional>
-
 #include "piste/experiment/replay.h"
 #include "piste/solve/vehicle_mounting.h"
 #include "support/random.h"
@@ -32,8 +30,7 @@ struct Drive {
 };
 
 // The trunk of the simulation is the vehicle: it looks along its path.
-Drive drive(double lean, double swing_deg, double cycle, double skid, std::uint64_t seed,
-            const std::function<void(MotionOptions&)>& change = {}) {
+Drive drive(double lean, double swing_deg, double cycle, double skid, std::uint64_t seed) {
   Drive d{make_case("bicycle", 20, seed,
                     [&](Scenario& s) {
                       s.imus[0].sensor = industrial();
@@ -52,7 +49,6 @@ Drive drive(double lean, double swing_deg, double cycle, double skid, std::uint6
                       m.balance_rate = Vector3d(0, 0, skid);
                       m.vibration = Vector3d::Constant(0.3);
                       m.vibration_rate.setZero();
-                      if (change) change(m);
                     }),
           {},
           {},
@@ -76,8 +72,7 @@ struct Outcomes {
 };
 
 // GNSS is withheld for `length` from 120 s under way.
-Outcomes replay_without_gnss(const Drive& d, double length, bool vehicle, bool odometer,
-                             const std::optional<Quaterniond>& mounting = {}) {
+Outcomes replay_without_gnss(const Drive& d, double length, bool vehicle, bool odometer) {
   ReplayOptions options{.conditioning = {},
                         .filter = d.simulated.options,
                         .heading = {},
@@ -87,7 +82,6 @@ Outcomes replay_without_gnss(const Drive& d, double length, bool vehicle, bool o
     options.filter.vehicle.emplace();
     options.filter.vehicle->contact = d.contact;
     options.filter.vehicle->contact_sigma = Vector3d::Constant(0.3);
-    options.filter.vehicle->mounting = mounting;
   }
   if (odometer) options.filter.odometer.emplace();
   options.filter.estimate = with_implied_blocks(options.filter, options.filter.estimate);
@@ -205,54 +199,6 @@ TEST(SimulatedCar, ASlideIsLetGo) {
     EXPECT_LT(with.end, std::max(2 * without.end, 1.0));
   }
 }
-
-// Whatever a car does on its wheels, nothing is worse than without them. The simulated car only rolls forward: in a
-// vehicle whose axes are turned about, its way is one in reverse.
-struct Manoeuvre {
-  const char* name;
-  std::function<void(MotionOptions&)> motion;
-  bool reverse = false;
-};
-
-void PrintTo(const Manoeuvre& manoeuvre, std::ostream* out) { *out << manoeuvre.name; }
-
-class Manoeuvres : public ::testing::TestWithParam<Manoeuvre> {};
-
-TEST_P(Manoeuvres, AreNeverWorseWithTheVehicle) {
-  const Manoeuvre& manoeuvre = GetParam();
-  for (const std::uint64_t seed : {1, 2}) {
-    const Drive d = drive(0, 30, 25, 0, seed, manoeuvre.motion);
-    std::optional<Quaterniond> mounting = d.q_vb;
-    if (manoeuvre.reverse) mounting = Quaterniond(0, 0, 0, 1) * d.q_vb;
-    const Outcomes wheels = replay_without_gnss(d, 30, true, false, mounting),
-                   odometer = replay_without_gnss(d, 30, true, true, mounting),
-                   without = replay_without_gnss(d, 30, false, false);
-    fmt::print("{}: 30 s, {:.0f} m: vehicle {:.2f} m, and odometer {:.2f} m, free {:.2f} m\n", manoeuvre.name,
-               without.way, wheels.end, odometer.end, without.end);
-    EXPECT_LT(wheels.end, without.end + 0.1);
-    EXPECT_LT(odometer.end, without.end + 0.1);
-    const Solution& s = odometer.run.filtered.solution;
-    EXPECT_NEAR(s.estimate(s.size() - 1).odometer_scale, 0.013, 0.004);
-  }
-}
-
-INSTANTIATE_TEST_SUITE_P(SimulatedCar, Manoeuvres,
-                         ::testing::Values(Manoeuvre{"Reverse", [](MotionOptions& m) { m.speed = 4; }, true},
-                                           Manoeuvre{"UTurns",
-                                                     [](MotionOptions& m) {
-                                                       m.speed = 4;
-                                                       m.net_turn = 3600 * kDegree;
-                                                     }},
-                                           // In and out of a space, halting between: 0.2 to 2.8 m/s.
-                                           Manoeuvre{"Parking",
-                                                     [](MotionOptions& m) {
-                                                       m.speed = 1.5;
-                                                       m.speed_swing = 1.3;
-                                                       m.speed_period = 15;
-                                                       m.turn = 60 * kDegree;
-                                                       m.cycle = 20;
-                                                     }}),
-                         [](const auto& each) { return std::string(each.param.name); });
 
 // The way of most of the motion is forward, whatever the axes of the IMU.
 TEST(SimulatedCar, AnyMountingIsFoundFromTheMotion) {
