@@ -1,5 +1,5 @@
-# Embeds text files: piste_embed(TARGET NAME FILE) defines `std::string_view piste::assets::NAME()`, declared in
-# src/report/assets.h. Raw string pieces of at most 8 kB, because compilers limit the length of one literal.
+# Embeds text files: piste_embed(TARGET NAME FILE) defines `std::string_view piste::assets::NAME()`, which the room that
+# uses it declares, as src/report/assets.h does. Raw string pieces of at most 8 kB, because compilers limit the length of one literal.
 function(piste_embed target name file)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
   file(READ ${file} text)
@@ -13,9 +13,10 @@ function(piste_embed target name file)
   set(unit ${PROJECT_BINARY_DIR}/generated/${name}.cpp)
   file(CONFIGURE OUTPUT ${unit} @ONLY CONTENT
 "// Generated from ${file} by cmake/EmbedText.cmake.
-#include \"report/assets.h\"
+#include <string_view>
 #pragma GCC diagnostic ignored \"-Woverlength-strings\"  // the standard promises 64 kB; GCC and clang take any length
 namespace piste::assets {
+std::string_view @name@();
 std::string_view @name@() {
   static constexpr std::string_view kText =
 @pieces@;

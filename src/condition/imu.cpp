@@ -36,6 +36,12 @@ double gps_time(const ImuConditioning& options, double first, double t) {
   return t - options.clock_offset - options.clock_drift * (t - first);
 }
 
+// Whether the next sample of the magnetometer is used.
+bool is_due(const MagneticConditioning& options, const std::vector<MagneticSample>& samples, double time) {
+  constexpr double kSame = 1e-6;  // s: stamps that are even but for their last digit
+  return samples.empty() || time - samples.back().time > options.interval - kSame;
+}
+
 // Takes the rows out of the recording.
 Rows rows_in_span(ImuRecording& recording, const ConditioningOptions& options, Log& log) {
   if (recording.time.empty()) throw DataError(recording.file, "the IMU has no rows");
@@ -55,7 +61,9 @@ Rows rows_in_span(ImuRecording& recording, const ConditioningOptions& options, L
     rows.time[count] = t;
     rows.gyro[count] = (R_bs * rows.gyro[i]).eval();
     rows.accel[count] = (R_bs * rows.accel[i]).eval();
-    if (!recording.magnetic.empty()) log.magnetic.push_back({t, R_bs * recording.magnetic[i]});
+    if (!recording.magnetic.empty() && is_due(options.magnetic, log.magnetic, t)) {
+      log.magnetic.push_back({t, options.magnetic.unit * (R_bs * recording.magnetic[i])});
+    }
     ++count;
   }
   rows.time.resize(count);

@@ -11,6 +11,7 @@
 #include "piste/condition/rest_detection.h"
 #include "piste/core/error.h"
 #include "piste/core/time_search.h"
+#include "piste/math/magnetic_field.h"
 
 namespace piste {
 namespace {
@@ -149,10 +150,33 @@ Log imus_alone(const Recording& recording, const ConditioningOptions& options) {
   return options.units.empty() ? condition_imu(recording.imu, options) : condition_units(recording, options);
 }
 
+// The Earth's field at each magnetic sample: at the last fix before it.
+void add_earth_field(const MagneticConditioning& options, Log& log) {
+  constexpr double kReach = 1000;  // m: the field turns by 0.01 deg over it
+  const std::vector<GnssFix>* track = log.gnss.empty() ? nullptr : &log.gnss.front();
+  const auto field_at = [&](const Vector3d& p_w) {
+    Vector3d field = options.field ? *options.field : magnetic_field(log.world.to_geodetic(p_w), options.year);
+    if (!options.declination) return field;
+    const double level = field.head<2>().norm();
+    return Vector3d(level * std::cos(*options.declination), level * std::sin(*options.declination), field.z());
+  };
+  Vector3d place = Vector3d::Zero(), field = field_at(place);
+  std::size_t next = 0;
+  for (MagneticSample& sample : log.magnetic) {
+    while (track != nullptr && next < track->size() && (*track)[next].time <= sample.time) ++next;
+    if (next > 0 && ((*track)[next - 1].position - place).norm() > kReach) {
+      place = (*track)[next - 1].position;
+      field = field_at(place);
+    }
+    sample.earth = field;
+  }
+}
+
 // `log` is that of the IMU of the recording.
 Log conditioned(Log log, const Recording& recording, const ConditioningOptions& options, const World* world) {
   const Interval imu{log.imu.front().time - log.imu.front().interval, log.imu.back().time};
   condition_gnss(recording, imu, options, world, log);
+  add_earth_field(options.magnetic, log);
   condition_attitude(recording, imu, log);
   log.speed = within(recording.speed, imu, log.counts.speed_outside);
   log.height = within(recording.height, imu, log.counts.height_outside);

@@ -18,6 +18,7 @@ void FilterOptions::validate() const {
           "adapt: `within` must be above 1, `time` and `imu_time` above zero");
   require(!vehicle || (vehicle->interval > 0 && vehicle->slip.correlation_time > 0),
           "vehicle: the interval of its updates and the correlation time of its slip must be above zero");
+  require(!magnetometer || magnetometer->sigma > 0, "magnetometer: its noise must be above zero");
   require(!odometer || vehicle, "odometer: it measures along a vehicle; add `vehicle: {kind: car}`");
   const auto drifting = std::count_if(gnss.begin(), gnss.end(), [](const auto& g) { return g.drift.has_value(); });
   require(drifting <= 1, "gnss drift: one receiver at most may have a coloured error");

@@ -62,7 +62,12 @@ Simulation perfect(const Scenario& ideal, const Simulation& real, std::uint64_t 
       imu.recording.gyro[k] = unit * clipped(imu.signal[k].gyro, setup.sensor.gyro.range);
       imu.recording.accel[k] = unit * clipped(imu.signal[k].accel, setup.sensor.accel.range);
       imu.gyro_drift[k] = imu.accel_drift[k] = Vector3d::Zero();
+      if (!setup.magnetic_field) continue;
+      imu.recording.magnetic[k] = field_in_body(real.bodies[i], imu.gps_time[k], *setup.magnetic_field);
+      imu.magnetic_disturbance[k].setZero();
     }
+    imu.hard_iron.setZero();
+    imu.soft_iron.setZero();
   }
   for (std::size_t r = 0; r < out.gnss.size(); ++r) {
     out.gnss[r] = simulate_gnss(real.plate, ideal.gnss[r], seed);
@@ -73,6 +78,7 @@ Simulation perfect(const Scenario& ideal, const Simulation& real, std::uint64_t 
       if (fix.velocity) fix.velocity->sigma = seen.velocity->sigma;
     }
   }
+  out.aids = simulate_aids(real.trunk, real.plate, ideal.aids, seed, true);
   for (std::size_t r = 0; r < out.attitude.size(); ++r) {
     out.attitude[r] = simulate_attitude(real.plate, ideal.attitude[r], seed);
     for (std::size_t k = 0; k < out.attitude[r].fixes.size(); ++k) {
@@ -109,6 +115,13 @@ DelayErrors drawn_delays(const FilterOptions& options, std::uint64_t seed) {
   return errors;
 }
 
+// What is told of the vehicle's mounting and contact point is drawn about the truth with the sigmas of the priors.
+void draw_mounting(VehicleOptions& vehicle, std::uint64_t seed) {
+  RandomStream random(seed, "vehicle");
+  vehicle.mounting = so3_exp(vehicle.mounting_sigma.cwiseProduct(random.normal3())) * *vehicle.mounting;
+  vehicle.contact += vehicle.contact_sigma.cwiseProduct(random.normal3());
+}
+
 // If lever arms are estimated, their start values are drawn about the truth with the sigma of the prior.
 FilterOptions filter_options(const Scenario& s, std::uint64_t seed) {
   FilterOptions options;
@@ -116,6 +129,8 @@ FilterOptions filter_options(const Scenario& s, std::uint64_t seed) {
   options.units = s.replay.units;
   options.estimate = s.replay.estimate;
   options.adapt = s.replay.adapt;
+  set_aids(options, s, s.imus.front());
+  if (options.vehicle) draw_mounting(*options.vehicle, seed);
   for (const GnssSetup& receiver : s.gnss) {
     options.gnss.push_back({.name = receiver.name,
                             .lever_arm = lever_arm(s.imus.front(), receiver),
@@ -155,6 +170,7 @@ ConditioningOptions conditioning_options(const Scenario& s, const ImuSensor& sen
                              .sensor = units[i],
                              .place = first.q_rb.conjugate() * (imu.p_rb_r - first.p_rb_r)});
   }
+  options.magnetic = {.field = first.magnetic_field, .interval = kMagneticInterval};
   options.gyro_range = sensor.gyro.range;
   options.accel_range = sensor.accel.range;
   options.span = {departure - s.motion.rest_before, departure + s.replay.end};

@@ -30,6 +30,24 @@ TrueEstimate::TrueEstimate(const Scenario& scenario, const Simulation& simulatio
   constant_.gyro_scale = imu.gyro.scale;
   constant_.accel_scale = imu.accel.scale;
   constant_.q_rb = setup.q_rb;
+  constant_.hard_iron = imu.hard_iron;
+  constant_.soft_iron_x = imu.soft_iron.row(0);
+  constant_.soft_iron_y = imu.soft_iron.row(1);
+  constant_.soft_iron_z = imu.soft_iron.row(2);
+  if (scenario.aids.vehicle) {
+    const TrueMounting mounting = true_mounting(scenario.q_tr, setup.q_rb, setup.p_rb_r);
+    constant_.q_vb = mounting.q_vb;
+    constant_.vehicle_contact = mounting.contact;
+  }
+  const SimulatedAids& aids = simulation.aids;
+  constant_.odometer_scale = aids.odometer_scale;
+  const auto along_x = [](const std::vector<double>& values) {
+    std::vector<Vector3d> out;
+    for (const double value : values) out.emplace_back(value, 0, 0);
+    return out;
+  };
+  wheel_slip_ = timed(aids.speed, along_x(aids.wheel_slip));
+  barometer_offset_ = timed(aids.height, along_x(aids.barometer_offset));
   for (std::size_t r = scenario.gnss.size(); r-- > 0;) {
     const GnssSetup& receiver = scenario.gnss[r];
     constant_.lever_arm = lever_arm(setup, receiver);  // of the first one
@@ -102,8 +120,13 @@ Estimate TrueEstimate::at(double time) const {
   x.gyro_drift = imu.gyro_drift[row];
   x.accel_drift = imu.accel_drift[row];
   if (!units_.empty()) split(x, time);
+  if (!imu.magnetic_disturbance.empty()) x.magnetic_disturbance = imu.magnetic_disturbance[row];
   const auto time_of = [](const Sample& s) { return s.time; };
   if (!position_drift_.empty()) x.gnss_position_drift = position_drift_[nearest(position_drift_, time, time_of)].value;
+  if (!wheel_slip_.empty()) x.wheel_slip = wheel_slip_[nearest(wheel_slip_, time, time_of)].value.x();
+  if (!barometer_offset_.empty()) {
+    x.barometer_offset = barometer_offset_[nearest(barometer_offset_, time, time_of)].value.x();
+  }
   if (!attitude_drift_.empty()) {
     const Vector3d& drift = attitude_drift_[nearest(attitude_drift_, time, time_of)].value;  // in the simulated w
     x.attitude_drift = simulated.rotation_wn(truth.p_wb).transpose() * drift;

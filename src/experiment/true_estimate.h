@@ -39,6 +39,7 @@ class TrueEstimate {
   World world_;
   Estimate constant_;
   std::vector<Sample> position_drift_, attitude_drift_;
+  std::vector<Sample> wheel_slip_, barometer_offset_;  // along x
 };
 
 }  // namespace piste

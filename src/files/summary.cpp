@@ -240,6 +240,7 @@ std::string summary_json(const Log& log, const Solution& filtered, const Solutio
   text += sensor_entry("odometer", filtered, log.speed.size(), c.speed_outside);
   text += sensor_entry("barometer", filtered, log.height.size(), c.height_outside);
   text += sensor_entry("heading", filtered, log.heading.size(), c.heading_outside);
+  text += sensor_entry("magnetometer", filtered, log.magnetic.size(), 0);
   text += fmt::format("  \"sources\": {},\n", source_counts(filtered));
   text += fmt::format("  \"verdict\": {},\n", verdict_entry(verdict));
   text += adapted_entry(filtered.adapted);

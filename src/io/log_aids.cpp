@@ -22,11 +22,18 @@ double height_by_pressure(double pressure) {
   return kLayer * kPower / kStandardPressure * std::pow(pressure / kStandardPressure, kPower - 1);
 }
 
+// Of the pitch of a baseline against its heading, where no sigma is told: satellites are all above.
+constexpr double kUpright = 2;
+
+struct NoMore {
+  void operator()(auto&) const {}
+};
+
 // The rows of a file: `value` and `sigma` turn what stands in the two columns into the numbers of the fix; the second
-// is given the value as well.
-template <class Fix, class Value, class Sigma>
+// is given the value as well. `more(fix)` reads what else stands in the row.
+template <class Fix, class Value, class Sigma, class More = NoMore>
 FixRecording<Fix> read_rows(CsvReader& csv, const LogFile& log, std::string_view column, std::string_view sigma_column,
-                            const Value& value, const Sigma& sigma, double fallback) {
+                            const Value& value, const Sigma& sigma, double fallback, const More& more = {}) {
   const auto time = csv.column("time_s"), number = csv.column(column);
   auto spread = csv.find(sigma_column);
   if (!spread) spread = csv.find("sigma");  // in the unit of the value
@@ -36,7 +43,8 @@ FixRecording<Fix> read_rows(CsvReader& csv, const LogFile& log, std::string_view
   while (csv.next()) {
     const double t = increasing.next(csv[time], csv.text());
     const double told = spread ? sigma(csv[*spread], csv[number]) : fallback;
-    const Fix fix{t, value(csv[number]), log.sigma ? log.sigma->x() : told};
+    Fix fix{t, value(csv[number]), log.sigma ? log.sigma->x() : told};
+    more(fix);
     if (!(fix.sigma > 0)) csv.fail(fmt::format("{} must be above zero", sigma_column));
     recording.fixes.push_back(fix);
   }
@@ -69,9 +77,15 @@ FixRecording<HeightFix> read_height(const LogFile& log, double sigma) {
 
 FixRecording<HeadingFix> read_heading(const LogFile& log, double sigma) {
   CsvReader csv(log);
-  csv.find("pitch_deg");
+  const auto pitch = csv.find("pitch_deg"), sigma_pitch = csv.find("sigma_pitch_deg");
   const auto radians = [](double x, double = 0) { return kDegree * x; };
-  return read_rows<HeadingFix>(csv, log, "heading_deg", "sigma_heading_deg", radians, radians, sigma);
+  return read_rows<HeadingFix>(csv, log, "heading_deg", "sigma_heading_deg", radians, radians, sigma,
+                               [&](HeadingFix& fix) {
+                                 if (!pitch) return;
+                                 fix.pitch = kDegree * csv[*pitch];
+                                 fix.sigma_pitch = sigma_pitch ? kDegree * csv[*sigma_pitch] : kUpright * fix.sigma;
+                                 if (!(fix.sigma_pitch > 0)) csv.fail("sigma_pitch_deg must be above zero");
+                               });
 }
 
 }  // namespace piste

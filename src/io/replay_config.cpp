@@ -32,7 +32,7 @@ AttitudeOptions read_attitude_options(const Config& source, const LogFile& log) 
   return options;
 }
 
-InitialHeading read_initial(const Config& config, FilterOptions& filter) {
+InitialHeading read_initial(const Config& config, FilterOptions& filter, MagneticConditioning& magnetic) {
   using Source = InitialHeading::Source;
   InitialHeading heading;
   const auto initial = config.find_map("initial");
@@ -57,18 +57,10 @@ InitialHeading read_initial(const Config& config, FilterOptions& filter) {
   const bool has_sigma = heading.source == Source::kValue || heading.source == Source::kMagnetometer;
   if (has_sigma) heading.sigma = initial->magnitude("sigma", dimension::kAngle, heading.sigma);
   if (has_sigma && !(heading.sigma > 0)) initial->fail("sigma", "must be above zero, such as `2 deg`");
-  if (heading.source == Source::kMagnetometer) {
-    filter.declination = initial->quantity("declination", dimension::kAngle, filter.declination);
+  if (heading.source == Source::kMagnetometer && initial->has("declination")) {
+    magnetic.declination = initial->quantity("declination", dimension::kAngle);
   }
   return heading;
-}
-
-void read_magnetometer(const Config& config, FilterOptions& filter) {
-  const auto magnetometer = config.find_map("magnetometer");
-  if (!magnetometer) return;
-  filter.magnetic_sigma = magnetometer->quantity("sigma", dimension::kAngle);
-  if (!(filter.magnetic_sigma > 0)) magnetometer->fail("sigma", "must be above zero, such as `5 deg`");
-  filter.declination = magnetometer->quantity("declination", dimension::kAngle, 0);
 }
 
 Priors read_priors(const Config& config) {
@@ -221,8 +213,8 @@ ReplayConfig read_replay_config(const Config& config) {
     filter.attitude.push_back(read_attitude_options(source, replay.attitude.back()));
   }
   filter.behaviour = read_behaviour(config);
-  read_magnetometer(config, filter);
-  replay.initial = read_initial(config, filter);
+  MagneticConditioning magnetic = read_magnetometer(config, filter);
+  replay.initial = read_initial(config, filter, magnetic);
   filter.vehicle = read_vehicle(config);
   replay.odometer = read_odometer(config, filter);
   replay.barometer = read_barometer(config, filter);
@@ -235,6 +227,7 @@ ReplayConfig read_replay_config(const Config& config) {
   replay.rates = read_output(config);
   replay.conditioning = {.imu = replay.imu.conditioning,
                          .units = std::move(replay.conditioning.units),
+                         .magnetic = magnetic,
                          .gyro_range = replay.imu.sensor.gyro.range,
                          .accel_range = replay.imu.sensor.accel.range,
                          .span = read_span(config),

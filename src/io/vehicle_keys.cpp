@@ -1,10 +1,14 @@
 #include "io/vehicle_keys.h"
 
+#include "piste/math/magnetic_field.h"
+
 namespace piste {
 namespace {
 
 // 1-sigma of a contact point that somebody has measured [m].
 constexpr double kMeasured = 0.3;
+// Years before the model's first one for which it may be asked: it is then wrong by 0.3 deg and less in most places.
+constexpr double kOlder = 10;
 
 void require_positive(const Config& map, std::string_view key, const Vector3d& sigma, std::string_view example) {
   if (!(sigma.minCoeff() > 0)) map.fail(key, "must be above zero, such as `" + std::string(example) + "`");
@@ -21,6 +25,13 @@ LogFile read_aid(const Config& map, const Dimension& dimension, std::string_view
 
 }  // namespace
 
+VehicleOptions vehicle_of(VehicleOptions::Kind kind) {
+  VehicleOptions vehicle;
+  vehicle.kind = kind;
+  if (kind == VehicleOptions::Kind::kBicycle) vehicle.pitch_centre_sigma = vehicle.dive_sigma = 0;
+  return vehicle;
+}
+
 std::optional<VehicleOptions> read_vehicle(const Config& config) {
   if (!config.has("vehicle")) return std::nullopt;
   if (config.is_scalar("vehicle")) {
@@ -31,9 +42,8 @@ std::optional<VehicleOptions> read_vehicle(const Config& config) {
   }
   const Config map = config.map("vehicle");
   using Carrier = VehicleOptions::Kind;
-  VehicleOptions vehicle;
-  vehicle.kind = map.choice<Carrier>("kind", {{"car", Carrier::kCar}, {"bicycle", Carrier::kBicycle}});
-  if (vehicle.kind == Carrier::kBicycle) vehicle.pitch_centre_sigma = vehicle.dive_sigma = 0;
+  VehicleOptions vehicle =
+      vehicle_of(map.choice<Carrier>("kind", {{"car", Carrier::kCar}, {"bicycle", Carrier::kBicycle}}));
   if (map.has("contact")) {
     vehicle.contact = map.vector("contact", dimension::kLength);
     vehicle.contact_sigma = Vector3d::Constant(kMeasured);
@@ -97,6 +107,43 @@ std::optional<LogFile> read_dual_heading(const Config& config, FilterOptions& fi
   if (!(heading.baseline.norm() > 0)) map->fail("baseline", "two antennas stand apart, such as `1 0 0 m`");
   filter.heading = heading;
   return log;
+}
+
+MagneticConditioning read_magnetometer(const Config& config, FilterOptions& filter) {
+  using namespace dimension;
+  constexpr double kMicro = 1e6;
+  MagneticConditioning conditioning;
+  const auto map = config.find_map("magnetometer");
+  if (!map) return conditioning;
+  MagnetometerOptions options;
+  const auto field = [&](const Config& section, std::string_view key, double fallback, std::string_view example) {
+    if (!section.has(key)) return fallback;
+    const double value = kMicro * section.quantity(key, kMagneticField);
+    if (!(value > 0)) section.fail(key, "must be above zero, such as `" + std::string(example) + "`");
+    return value;
+  };
+  options.sigma = field(*map, "sigma", options.sigma, "0.5 uT");
+  options.hard_iron = kMicro * map->magnitude("hard_iron", kMagneticField, options.hard_iron / kMicro);
+  options.soft_iron = map->magnitude("soft_iron", kRatio, options.soft_iron);
+  if (const auto disturbance = map->find_map("disturbance")) {
+    options.disturbance.sigma = Vector3d::Constant(kMicro * disturbance->quantity("sigma", kMagneticField));
+    if (!(options.disturbance.sigma.x() > 0)) disturbance->fail("sigma", "must be above zero, such as `1 uT`");
+    options.disturbance.correlation_time = disturbance->quantity("correlation_time", kTime);
+    if (!(options.disturbance.correlation_time > 0))
+      disturbance->fail("correlation_time", "must be above zero, such as `10 s`");
+  }
+  conditioning.unit = field(*map, "unit", conditioning.unit, "1 uT");
+  conditioning.year = map->number("year", conditioning.year);
+  if (!(conditioning.year >= kMagneticFirstYear - kOlder && conditioning.year <= kMagneticLastYear)) {
+    map->fail("year",
+              "the World Magnetic Model is that of 2025 to 2030; a year such as 2026.5 is expected, or state "
+              "the `field`");
+  }
+  if (map->has("field")) conditioning.field = kMicro * map->vector("field", kMagneticField);
+  if (map->has("declination")) conditioning.declination = map->quantity("declination", kAngle);
+  conditioning.interval = map->magnitude("interval", kTime, kMagneticInterval);
+  filter.magnetometer = options;
+  return conditioning;
 }
 
 }  // namespace piste

@@ -7,6 +7,9 @@
 
 namespace piste {
 
+/// The options of a kind of vehicle. A bicycle has no springs.
+VehicleOptions vehicle_of(VehicleOptions::Kind kind);
+
 /// Reads the map `vehicle: {kind, contact, mounting, sigma_contact, sigma_mounting}`. Nothing if the key is missing or
 /// `off`. Throws ConfigError.
 std::optional<VehicleOptions> read_vehicle(const Config& config);
@@ -17,5 +20,10 @@ std::optional<VehicleOptions> read_vehicle(const Config& config);
 std::optional<LogFile> read_odometer(const Config& config, FilterOptions& filter);
 std::optional<LogFile> read_barometer(const Config& config, FilterOptions& filter);
 std::optional<LogFile> read_dual_heading(const Config& config, FilterOptions& filter);
+
+/// Reads the map `magnetometer: {sigma, hard_iron, soft_iron, disturbance: {sigma, correlation_time}, year, field,
+/// declination, unit, interval}`: its options are set in `filter`, and what its log is held against is returned. Throws
+/// ConfigError.
+MagneticConditioning read_magnetometer(const Config& config, FilterOptions& filter);
 
 }  // namespace piste

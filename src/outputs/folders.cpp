@@ -67,6 +67,10 @@ void write_simulation(OutputFolder& output, const std::string& prefix, const Sce
   for (const AttitudeRecording& attitude : simulation.attitude) {
     output.write(prefix + attitude.file, attitude_csv(attitude));
   }
+  const SimulatedAids& aids = simulation.aids;
+  if (!aids.speed.fixes.empty()) output.write(prefix + aids.speed.file, speed_csv(aids.speed));
+  if (!aids.height.fixes.empty()) output.write(prefix + aids.height.file, height_csv(aids.height));
+  if (!aids.heading.fixes.empty()) output.write(prefix + aids.heading.file, heading_csv(aids.heading));
   output.write(prefix + "truth.json", truth_json(scenario, simulation, seed));
 }
 

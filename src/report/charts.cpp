@@ -96,8 +96,8 @@ bool shows_nothing(const Chart& chart) {
 
 /// What the rows of a source's innovations are along: as Innovation has them.
 std::vector<std::string> axes_of(std::string_view source) {
-  if (source == "rest.rate") return {"x", "y", "z"};
-  if (source == "magnetic") return {"heading", "2nd axis", "3rd axis"};
+  if (source == "rest.rate" || source == "magnetometer") return {"x", "y", "z"};
+  if (source == "heading") return {"heading", "pitch", "3rd axis"};
   return {kLocalAxes.begin(), kLocalAxes.end()};
 }
 

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "io/replay_keys.h"
+#include "io/vehicle_keys.h"
 #include "piste/core/error.h"
 #include "piste/core/options.h"
 #include "piste/io/config.h"
@@ -71,6 +72,8 @@ std::vector<Block> read_blocks(const Config& config, const Scenario& scenario, c
   FilterOptions filter;
   filter.sensor = setup.sensor;
   filter.units = setup.units;
+  const ImuSetup& imu = scenario.imus[setup.imu];
+  set_aids(filter, scenario, imu);
   for (const std::size_t i : setup.gnss) {
     filter.gnss.push_back({.name = scenario.gnss[i].name,
                            .use_velocity = scenario.gnss[i].velocity_noise.maxCoeff() > 0,
@@ -104,6 +107,24 @@ std::vector<Interval> read_outages(const Config& config, const MotionOptions& mo
 }
 
 }  // namespace
+
+void set_aids(FilterOptions& filter, const Scenario& scenario, const ImuSetup& imu) {
+  const AidSetups& aids = scenario.aids;
+  if (aids.vehicle) {
+    VehicleOptions vehicle = vehicle_of(*aids.vehicle);
+    const TrueMounting mounting = true_mounting(scenario.q_tr, imu.q_rb, imu.p_rb_r);
+    vehicle.mounting = mounting.q_vb;
+    vehicle.contact = mounting.contact;
+    filter.vehicle = vehicle;
+  }
+  if (aids.odometer) filter.odometer = aids.odometer->errors;
+  if (aids.barometer) filter.barometer = aids.barometer->errors;
+  if (aids.heading) {
+    filter.heading = aids.heading->errors;
+    filter.heading->baseline = imu.q_rb.conjugate() * filter.heading->baseline;
+  }
+  if (imu.magnetic_field) filter.magnetometer = imu.magnetometer;
+}
 
 ReplaySetup read_replay_setup(const Config& file, const Scenario& scenario) {
   const auto section = file.find_map("montecarlo");

@@ -7,6 +7,7 @@
 #include "piste/core/error.h"
 #include "piste/io/config.h"
 #include "piste/io/sensor_file.h"
+#include "piste/math/magnetic_field.h"
 #include "piste/math/units.h"
 #include "sim/names.h"
 
@@ -63,7 +64,22 @@ double read_rate(const Config& config, double fallback) {
   return rate;
 }
 
-ImuSetup read_imu(const Config& config, std::set<std::string>& names) {
+void read_magnetometer(const Config& config, const Geodetic& origin, ImuSetup& s) {
+  constexpr double kMicro = 1e6;
+  if (config.has("field")) {
+    s.magnetic_field = kMicro * config.vector("field", kMagneticField);
+  } else {
+    s.magnetic_field = magnetic_field(origin, config.number("year", MagneticConditioning().year));
+  }
+  s.magnetometer.sigma = kMicro * config.magnitude("noise", kMagneticField, 0);
+  s.magnetometer.hard_iron = kMicro * config.magnitude("hard_iron", kMagneticField, 0);
+  s.magnetometer.soft_iron = config.magnitude("soft_iron", kRatio, 0);
+  if (const auto disturbance = read_drift(config, "disturbance", kMagneticField)) {
+    s.magnetometer.disturbance = {kMicro * disturbance->sigma, disturbance->correlation_time};
+  }
+}
+
+ImuSetup read_imu(const Config& config, const Geodetic& origin, std::set<std::string>& names) {
   using Sampling = ImuSetup::Sampling;
   ImuSetup s;
   s.name = claim_name(names, config);
@@ -84,9 +100,7 @@ ImuSetup read_imu(const Config& config, std::set<std::string>& names) {
     if (const auto accel = errors->find_map("accel")) s.accel = read_triad(*accel, kAcceleration, kVelocity);
   }
   if (const auto magnetometer = config.find_map("magnetometer")) {
-    constexpr double kMicro = 1e6;
-    s.magnetic_field = kMicro * magnetometer->vector("field", kMagneticField);
-    s.magnetic_noise = kMicro * magnetometer->magnitude("noise", kMagneticField, 0);
+    read_magnetometer(*magnetometer, origin, s);
   }
   return s;
 }
@@ -117,6 +131,59 @@ AttitudeSetup read_attitude(const Config& config, std::set<std::string>& names) 
   s.drift = read_drift(config, "drift", kAngle);
   s.delay = config.quantity("delay", kTime, s.delay);
   return s;
+}
+
+GaussMarkov read_process(const Config& config, std::string_view key, const Dimension& value, GaussMarkov process) {
+  const auto map = config.find_map(key);
+  if (!map) return process;
+  process.sigma.x() = map->magnitude("sigma", value);
+  process.correlation_time = map->quantity("correlation_time", kTime);
+  if (!(process.correlation_time > 0)) map->fail("correlation_time", "must be above zero, such as `60 s`");
+  return process;
+}
+
+// White noise of a fix, which the fix states as its sigma.
+double read_noise(const Config& config, const Dimension& expected, double fallback) {
+  const double noise = config.quantity("noise", expected, fallback);
+  if (!(noise > 0)) config.fail("noise", fmt::format("must be above zero, such as `{}`", expected.example));
+  return noise;
+}
+
+AidSetups read_aids(const Config& config, std::set<std::string>& names) {
+  AidSetups aids;
+  const auto find = [&](const char* key) {
+    auto map = config.find_map(key);
+    if (map && !names.insert(key).second) config.fail(key, fmt::format("`{}` is taken; rename the other sensor", key));
+    return map;
+  };
+  using Carrier = VehicleOptions::Kind;
+  if (const auto map = config.find_map("vehicle")) {
+    aids.vehicle = map->choice<Carrier>("kind", {{"car", Carrier::kCar}, {"bicycle", Carrier::kBicycle}});
+  }
+  if (const auto map = find("odometer")) {
+    OdometerSetup& s = aids.odometer.emplace();
+    if (!aids.vehicle) config.fail("odometer", "a wheel is that of a vehicle; add `vehicle: {kind: car}`");
+    s.rate = read_rate(*map, s.rate);
+    s.errors.sigma = read_noise(*map, kVelocity, s.errors.sigma);
+    s.errors.scale_sigma = map->magnitude("scale", kRatio, s.errors.scale_sigma);
+    s.errors.slip = read_process(*map, "slip", kVelocity, s.errors.slip);
+    s.errors.is_signed = map->flag("signed", s.errors.is_signed);
+  }
+  if (const auto map = find("barometer")) {
+    BarometerSetup& s = aids.barometer.emplace();
+    s.rate = read_rate(*map, s.rate);
+    s.errors.sigma = read_noise(*map, kLength, s.errors.sigma);
+    s.errors.offset = read_process(*map, "drift", kLength, s.errors.offset);
+  }
+  if (const auto map = find("heading")) {
+    DualHeadingSetup& s = aids.heading.emplace();
+    s.rate = read_rate(*map, s.rate);
+    s.errors.sigma = read_noise(*map, kAngle, s.errors.sigma);
+    s.pitch_noise = map->magnitude("pitch_noise", kAngle, s.pitch_noise);
+    s.errors.baseline = map->vector("baseline", kLength, s.errors.baseline);
+    if (!(s.errors.baseline.norm() > 0)) map->fail("baseline", "two antennas stand apart, such as `1 0 0 m`");
+  }
+  return aids;
 }
 
 }  // namespace
@@ -174,7 +241,7 @@ Scenario read_scenario(const Config& config) {
 
   std::set<std::string> names{"truth"};
   for (const Config& imu : config.maps("imus")) {
-    s.imus.push_back(read_imu(imu, names));
+    s.imus.push_back(read_imu(imu, s.origin, names));
   }
   if (s.imus.empty()) config.fail("imus", "name at least one IMU");
   for (const Config& gnss : config.maps("gnss")) {
@@ -183,6 +250,7 @@ Scenario read_scenario(const Config& config) {
   for (const Config& attitude : config.maps("attitude")) {
     s.attitude.push_back(read_attitude(attitude, names));
   }
+  s.aids = read_aids(config, names);
   s.replay = read_replay_setup(config, s);
   config.finish();
   return s;

@@ -4,11 +4,10 @@
 #include <cmath>
 
 #include "piste/sim/random.h"
+#include "sim/epochs.h"
 
 namespace piste {
 namespace {
-
-std::size_t count_of(double duration, double rate) { return static_cast<std::size_t>(duration * rate + 1e-6); }
 
 // Mean and root mean square. 0 if there are no values.
 class Moments {
@@ -109,13 +108,6 @@ class TriadErrorSource {
   } phases_[3];
 };
 
-// Times at which a source of this rate reports, from the start of the run to its end.
-std::vector<double> epochs(const Truth& plate, double rate) {
-  std::vector<double> times(count_of(plate.end_time() - plate.start_time(), rate) + 1);
-  for (std::size_t k = 0; k < times.size(); ++k) times[k] = plate.start_time() + static_cast<double>(k) / rate;
-  return times;
-}
-
 // Coloured error at each of these times. Empty if there is none.
 std::vector<Vector3d> coloured(const Truth& plate, double rate, const std::optional<GaussMarkov>& process,
                                RandomStream stream) {
@@ -136,6 +128,11 @@ Vector3d total_sigma(const Vector3d& white, const std::optional<GaussMarkov>& co
 
 }  // namespace
 
+Vector3d field_in_body(const Truth& body, double time, const Vector3d& field) {
+  const TruthState state = body.at(time);
+  return state.q_wb.conjugate() * (body.world().rotation_wn(state.p_wb) * field);
+}
+
 SimulatedImu simulate_imu(const Truth& plate, const ImuSetup& setup, std::uint64_t seed) {
   const Truth truth = plate.attached(setup.q_rb, setup.p_rb_r);
   const double start = truth.start_time(), step = 1 / setup.rate;
@@ -145,11 +142,14 @@ SimulatedImu simulate_imu(const Truth& plate, const ImuSetup& setup, std::uint64
   };
   TriadErrorSource gyro(setup.sensor.gyro, setup.gyro, seed, setup.name + "/gyro");
   TriadErrorSource accel(setup.sensor.accel, setup.accel, seed, setup.name + "/accel");
-  RandomStream magnetic_noise(seed, setup.name + "/magnetic");
+  RandomStream magnetic_noise(seed, setup.name + "/magnetic"), iron(seed, setup.name + "/iron");
+  DriftPath disturbance(setup.magnetometer.disturbance, {seed, setup.name + "/disturbance"});
 
   const Interval run = truth.under_way();
 
   SimulatedImu out;
+  out.hard_iron = setup.magnetometer.hard_iron * iron.normal3();
+  for (int i = 0; i < 3; ++i) out.soft_iron.row(i) = setup.magnetometer.soft_iron * iron.normal3().transpose();
   out.recording.file = setup.name + ".csv";
   out.recording.increments = setup.sampling == ImuSetup::Sampling::kIncrements;
   const double dt = step * (1 - setup.clock_drift);
@@ -169,8 +169,11 @@ SimulatedImu simulate_imu(const Truth& plate, const ImuSetup& setup, std::uint64
     out.recording.gyro.emplace_back(unit * rate);
     out.recording.accel.emplace_back(unit * force);
     if (setup.magnetic_field) {
-      out.recording.magnetic.emplace_back(truth.at(gps).q_wb.conjugate() * *setup.magnetic_field +
-                                          setup.magnetic_noise * magnetic_noise.normal3());
+      out.magnetic_disturbance.push_back(disturbance.advance(dt));
+      const Vector3d field = field_in_body(truth, gps, *setup.magnetic_field);
+      out.recording.magnetic.emplace_back(field + out.soft_iron * field + out.hard_iron +
+                                          field_in_body(truth, gps, disturbance.value()) +
+                                          setup.magnetometer.sigma * magnetic_noise.normal3());
     }
     out.signal.push_back(signal);
     out.gps_time.push_back(gps);

@@ -2,12 +2,14 @@
 
 namespace piste {
 
-Recording Simulation::recording(std::size_t imu) const { return {imus[imu].recording, gnss, attitude}; }
+Recording Simulation::recording(std::size_t imu) const {
+  return {imus[imu].recording, gnss, attitude, aids.speed, aids.height, aids.heading};
+}
 
 Simulation simulate(const Scenario& scenario, std::uint64_t seed, const SimulationProgress& progress) {
   const World world(scenario.origin);
   const Truth trunk(world, scenario.motion, seed, scenario.start_time);
-  Simulation run{trunk.attached(scenario.q_tr, Vector3d::Zero()), {}, {}, {}, {}};
+  Simulation run{trunk, trunk.attached(scenario.q_tr, Vector3d::Zero()), {}, {}, {}, {}};
   const std::size_t total = scenario.imus.size() + scenario.gnss.size() + scenario.attitude.size();
   const auto tell = [&] {
     if (progress) progress(run.imus.size() + run.gnss.size() + run.attitude.size(), total);
@@ -25,6 +27,7 @@ Simulation simulate(const Scenario& scenario, std::uint64_t seed, const Simulati
     run.attitude.push_back(simulate_attitude(run.plate, attitude, seed));
     tell();
   }
+  run.aids = simulate_aids(run.trunk, run.plate, scenario.aids, seed);
   return run;
 }
 

@@ -41,6 +41,10 @@ std::string vector_json(const Vector3d& v, double factor = 1) {
   return json::numbers(u, 9);
 }
 
+std::string matrix_json(const Matrix3d& m) {
+  return fmt::format("[{}, {}, {}]", vector_json(m.row(0)), vector_json(m.row(1)), vector_json(m.row(2)));
+}
+
 // A mean over the rows of a phase, or null if it has none.
 std::string phase_json(const PhaseDraw& phase, const Vector3d& mean, double factor) {
   return phase.rows > 0 ? vector_json(mean, factor) : "null";
@@ -53,11 +57,9 @@ std::string drift_json(const std::optional<GaussMarkov>& drift, double factor) {
 }
 
 std::string triad_json(const TriadDraw& draw, const TriadTruth& given, const std::string& unit, double factor) {
-  const Matrix3d& m = draw.misalignment;
   return json::object({{"bias_" + unit, vector_json(draw.bias, factor)},
                        {"scale_ppm", vector_json(draw.scale, 1e6)},
-                       {"misalignment", fmt::format("[{}, {}, {}]", vector_json(m.row(0)), vector_json(m.row(1)),
-                                                    vector_json(m.row(2)))},
+                       {"misalignment", matrix_json(draw.misalignment)},
                        {"drift_first_" + unit, vector_json(draw.drift_first, factor)},
                        {"drift_last_" + unit, vector_json(draw.drift_last, factor)},
                        {"drift_mean_" + unit, vector_json(draw.drift_mean, factor)},
@@ -79,15 +81,24 @@ std::string triad_json(const TriadDraw& draw, const TriadTruth& given, const std
 std::string imu_json(const Scenario& scenario, const ImuSetup& setup, const SimulatedImu& imu) {
   json::Members arms;
   for (const GnssSetup& gnss : scenario.gnss) arms.emplace_back(gnss.name, vector_json(lever_arm(setup, gnss)));
-  return json::object({{"sensor", json::string(setup.sensor.name)},
-                       {"boresight_deg", vector_json(to_euler(setup.q_rb), kDegreesPerRadian)},
-                       {"position_m", vector_json(setup.p_rb_r)},
-                       {"lever_arm_m", json::object(arms, 3)},
-                       {"clock_offset_s", json::number(setup.clock_offset, 9)},
-                       {"clock_drift_ppm", json::number(1e6 * setup.clock_drift, 9)},
-                       {"gyro", triad_json(imu.gyro, setup.gyro, "deg_s", kDegreesPerRadian)},
-                       {"accel", triad_json(imu.accel, setup.accel, "m_s2", 1)}},
-                      2);
+  json::Members members{{"sensor", json::string(setup.sensor.name)},
+                        {"boresight_deg", vector_json(to_euler(setup.q_rb), kDegreesPerRadian)},
+                        {"position_m", vector_json(setup.p_rb_r)},
+                        {"lever_arm_m", json::object(arms, 3)},
+                        {"clock_offset_s", json::number(setup.clock_offset, 9)},
+                        {"clock_drift_ppm", json::number(1e6 * setup.clock_drift, 9)},
+                        {"gyro", triad_json(imu.gyro, setup.gyro, "deg_s", kDegreesPerRadian)},
+                        {"accel", triad_json(imu.accel, setup.accel, "m_s2", 1)}};
+  if (setup.magnetic_field) {
+    members.emplace_back("magnetometer",
+                         json::object({{"field_uT", vector_json(*setup.magnetic_field)},
+                                       {"hard_iron_uT", vector_json(imu.hard_iron)},
+                                       {"soft_iron", matrix_json(imu.soft_iron)},
+                                       {"noise_uT", json::number(setup.magnetometer.sigma, 9)},
+                                       {"disturbance_uT", drift_json(setup.magnetometer.disturbance, 1)}},
+                                      3));
+  }
+  return json::object(members, 2);
 }
 
 std::string gnss_json(const GnssSetup& setup) {
@@ -169,6 +180,32 @@ std::string attitude_csv(const AttitudeRecording& recording) {
   return std::move(csv).text();
 }
 
+std::string speed_csv(const FixRecording<SpeedFix>& recording) {
+  CsvWriter csv({{"time_s", kTimeDecimals}, {"speed_m_s", kVelocityDecimals}, {"sigma_speed_m_s", kVelocityDecimals}});
+  for (const SpeedFix& fix : recording.fixes) csv.row(std::vector{fix.time, fix.speed, fix.sigma});
+  return std::move(csv).text();
+}
+
+std::string height_csv(const FixRecording<HeightFix>& recording) {
+  CsvWriter csv({{"time_s", kTimeDecimals}, {"height_m", kMetreDecimals}, {"sigma_height_m", kMetreDecimals}});
+  for (const HeightFix& fix : recording.fixes) csv.row(std::vector{fix.time, fix.height, fix.sigma});
+  return std::move(csv).text();
+}
+
+std::string heading_csv(const FixRecording<HeadingFix>& recording) {
+  const bool pitch = !recording.fixes.empty() && recording.fixes.front().pitch.has_value();
+  std::vector<CsvColumn> columns{
+      {"time_s", kTimeDecimals}, {"heading_deg", kAngleDecimals}, {"sigma_heading_deg", kAngleDecimals}};
+  if (pitch) columns.insert(columns.end(), {{"pitch_deg", kAngleDecimals}, {"sigma_pitch_deg", kAngleDecimals}});
+  CsvWriter csv(columns);
+  for (const HeadingFix& fix : recording.fixes) {
+    std::vector<double> row{fix.time, kDegreesPerRadian * fix.heading, kDegreesPerRadian * fix.sigma};
+    if (pitch) row.insert(row.end(), {kDegreesPerRadian * *fix.pitch, kDegreesPerRadian * fix.sigma_pitch});
+    csv.row(row);
+  }
+  return std::move(csv).text();
+}
+
 std::string truth_csv(const Truth& body, const std::vector<double>& gps_time, std::size_t every) {
   std::vector<CsvColumn> columns{{"time_s", kTimeDecimals}};
   add_place(columns);
@@ -189,29 +226,52 @@ std::string truth_csv(const Truth& body, const std::vector<double>& gps_time, st
 }
 
 std::string truth_json(const Scenario& scenario, const Simulation& simulation, std::uint64_t seed) {
-  json::Members imus, gnss, attitude;
+  json::Members imus, gnss, attitude, aids;
   for (std::size_t i = 0; i < scenario.imus.size(); ++i) {
     imus.emplace_back(scenario.imus[i].name, imu_json(scenario, scenario.imus[i], simulation.imus[i]));
   }
   for (const GnssSetup& setup : scenario.gnss) gnss.emplace_back(setup.name, gnss_json(setup));
   for (const AttitudeSetup& setup : scenario.attitude) attitude.emplace_back(setup.name, attitude_json(setup));
+  const AidSetups& others = scenario.aids;
+  if (others.odometer) {
+    aids.emplace_back("odometer", json::object({{"scale_ppm", json::number(1e6 * simulation.aids.odometer_scale, 9)},
+                                                {"noise_m_s", json::number(others.odometer->errors.sigma, 9)}},
+                                               2));
+  }
+  if (others.barometer) {
+    aids.emplace_back("barometer",
+                      json::object({{"offset_first_m", json::number(simulation.aids.barometer_offset.front(), 9)},
+                                    {"offset_last_m", json::number(simulation.aids.barometer_offset.back(), 9)},
+                                    {"noise_m", json::number(others.barometer->errors.sigma, 9)}},
+                                   2));
+  }
+  if (others.heading) {
+    aids.emplace_back(
+        "heading", json::object({{"noise_deg", json::number(kDegreesPerRadian * others.heading->errors.sigma, 9)}}, 2));
+  }
+  if (others.vehicle) {
+    const ImuSetup& body = scenario.imus.front();
+    const TrueMounting mounting = true_mounting(scenario.q_tr, body.q_rb, body.p_rb_r);
+    aids.emplace_back("vehicle",
+                      json::object({{"mounting_deg", vector_json(to_euler(mounting.q_vb), kDegreesPerRadian)},
+                                    {"contact_m", vector_json(mounting.contact)}},
+                                   2));
+  }
   const Interval run = simulation.plate.under_way();
   const Geodetic& origin = scenario.origin;
-  return json::object(
-             {{"simulated", "true"},
-              {"seed", fmt::format("{}", seed)},
-              {"convention",
-               json::string("measured = (1 + scale) M true + bias + drift + noise; boresight is R_rb, b into r")},
-              {"body", json::string(scenario.imus.front().name)},
-              {"origin",
-               fmt::format(R"({{"latitude_deg": {:.10g}, "longitude_deg": {:.10g}, "height_m": {:.6g}}})",
-                           kDegreesPerRadian * origin.latitude, kDegreesPerRadian * origin.longitude, origin.height)},
-              {"run_s", json::numbers(std::array{run.start, run.end}, 9)},
-              {"imus", json::object(imus, 1)},
-              {"gnss", json::object(gnss, 1)},
-              {"attitude", json::object(attitude, 1)}},
-             0) +
-         "\n";
+  json::Members members{
+      {"simulated", "true"},
+      {"seed", fmt::format("{}", seed)},
+      {"convention", json::string("measured = (1 + scale) M true + bias + drift + noise; boresight is R_rb, b into r")},
+      {"body", json::string(scenario.imus.front().name)},
+      {"origin", fmt::format(R"({{"latitude_deg": {:.10g}, "longitude_deg": {:.10g}, "height_m": {:.6g}}})",
+                             kDegreesPerRadian * origin.latitude, kDegreesPerRadian * origin.longitude, origin.height)},
+      {"run_s", json::numbers(std::array{run.start, run.end}, 9)},
+      {"imus", json::object(imus, 1)},
+      {"gnss", json::object(gnss, 1)},
+      {"attitude", json::object(attitude, 1)}};
+  if (!aids.empty()) members.emplace_back("others", json::object(aids, 1));
+  return json::object(members, 0) + "\n";
 }
 
 }  // namespace piste

@@ -77,9 +77,9 @@ Pointing point_by_heading(const Log& log, const FilterOptions& options, const Re
   if (log.magnetic.empty())
     throw DataError("start", "from_magnetometer needs the columns mag_x_uT, mag_y_uT, mag_z_uT in the IMU log");
   const auto field = first_at_or_after(log.magnetic, start.time);
-  const Vector3d& magnetic = field == log.magnetic.end() ? log.magnetic.back().field : field->field;
+  const MagneticSample& magnetic = field == log.magnetic.end() ? log.magnetic.back() : *field;
   // At a dip of 60 deg a tilt turns the azimuth by twice as much.
-  return {levelled_to(options.declination - magnetic_azimuth(q_wn.conjugate() * levelled_to(0), magnetic)),
+  return {levelled_to(azimuth(magnetic.earth) - azimuth(q_wn.conjugate() * (levelled_to(0) * magnetic.field))),
           std::hypot(heading.sigma, 2 * options.behaviour.start.tilt_sigma), "heading from the magnetometer"};
 }
 

@@ -9,6 +9,7 @@
 #include "piste/condition/rest_detection.h"
 #include "piste/core/error.h"
 #include "piste/io/log_io.h"
+#include "piste/math/magnetic_field.h"
 #include "piste/math/units.h"
 #include "support/datasets.h"
 #include "support/text_file.h"
@@ -84,6 +85,32 @@ TEST(Condition, InstantaneousRowsAreIntegrated) {
   ASSERT_EQ(log.imu.size(), 99u);
   EXPECT_NEAR(log.imu[6].dtheta.z(), 0.01 * 0.065, 1e-12);  // from row 6 to row 7
   expect_contiguous(log);
+}
+
+// The field of the model at the place, as far as nothing else is stated, and samples no closer than asked.
+TEST(Condition, MagneticSamplesComeWithTheFieldOfTheEarth) {
+  Recording r = recording(100);
+  r.imu.magnetic.assign(100, Vector3d(0.5, 0, 0.9));
+  ConditioningOptions options;
+  options.magnetic = {.year = 2026, .unit = 48, .interval = 0.1};
+  const Log log = condition(r, options);
+  ASSERT_EQ(log.magnetic.size(), 10U);
+  EXPECT_NEAR(log.magnetic[1].time - log.magnetic[0].time, 0.1, 1e-9);
+  EXPECT_LT((log.magnetic[0].field - Vector3d(24, 0, 43.2)).norm(), 1e-12);
+  const Vector3d model = magnetic_field({46 * kDegree, 7 * kDegree, 1600}, 2026);
+  EXPECT_LT((log.magnetic[0].earth - model).norm(), 1e-3);
+  options.magnetic.declination = 10 * kDegree;
+  const Vector3d turned = condition(r, options).magnetic[0].earth;
+  EXPECT_NEAR(std::atan2(turned.y(), turned.x()), 10 * kDegree, 1e-12);
+  EXPECT_NEAR(turned.norm(), model.norm(), 1e-3);
+  // A hundred kilometres on, the field is the one there.
+  for (std::size_t i = 1; i < r.gnss[0].fixes.size(); ++i) r.gnss[0].fixes[i].position.longitude += 1.3 * kDegree;
+  options.magnetic.declination.reset();
+  const Vector3d far = condition(r, options).magnetic.back().earth;
+  EXPECT_LT((far - magnetic_field({46 * kDegree, 8.3 * kDegree, 1600}, 2026)).norm(), 1e-3);
+  EXPECT_GT((far - model).norm(), 0.05);
+  options.magnetic.field = Vector3d(21, 1, 42);
+  EXPECT_EQ(condition(r, options).magnetic.back().earth, Vector3d(21, 1, 42));
 }
 
 TEST(Condition, AxesTurnEverything) {

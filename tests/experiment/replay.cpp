@@ -66,7 +66,7 @@ Case short_case() {
     make_half_white(s.attitude[0]);
     s.gnss = whole.gnss;
     s.imus[0].magnetic_field = {22, 0, 42};
-    s.imus[0].magnetic_noise = 0.3;
+    s.imus[0].magnetometer.sigma = 0.3;
     s.motion.rest_before = 25;  // enough to measure the white part
     s.motion.run = 20;
     s.motion.rest_after = 2;

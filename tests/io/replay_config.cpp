@@ -203,6 +203,32 @@ TEST_F(ReplayConfigTest, ABoresightIsConstantUnlessItIsSaidToChange) {
   EXPECT_TRUE(has(changing, Block::kBoresightDrift));
 }
 
+TEST_F(ReplayConfigTest, Magnetometer) {
+  const ReplayConfig config = read(kImu + kGnss +
+                                   "magnetometer: {sigma: 0.4 uT, hard_iron: 20 uT, soft_iron: 0.1, year: 2026.5,\n"
+                                   "  declination: 3 deg, unit: 48 uT, interval: 0.2 s,\n"
+                                   "  disturbance: {sigma: 2 uT, correlation_time: 5 s}}\n");
+  ASSERT_TRUE(config.filter.magnetometer);
+  const MagnetometerOptions& options = *config.filter.magnetometer;
+  EXPECT_NEAR(options.sigma, 0.4, 1e-12);
+  EXPECT_NEAR(options.hard_iron, 20, 1e-12);
+  EXPECT_EQ(options.soft_iron, 0.1);
+  EXPECT_TRUE(options.disturbance.sigma.isApprox(Vector3d::Constant(2)));
+  EXPECT_EQ(options.disturbance.correlation_time, 5);
+  const MagneticConditioning& magnetic = config.conditioning.magnetic;
+  EXPECT_EQ(magnetic.year, 2026.5);
+  EXPECT_NEAR(magnetic.declination.value(), 3 * kDegree, 1e-12);
+  EXPECT_NEAR(magnetic.unit, 48, 1e-9);
+  EXPECT_EQ(magnetic.interval, 0.2);
+  for (const Block b :
+       {Block::kHardIron, Block::kSoftIronX, Block::kSoftIronY, Block::kSoftIronZ, Block::kMagneticDisturbance}) {
+    EXPECT_TRUE(has(config, b)) << info(b).name;
+  }
+  // What has no error is no state.
+  const ReplayConfig calibrated = read(kImu + kGnss + "magnetometer: {hard_iron: 0 uT, soft_iron: 0}\n");
+  EXPECT_FALSE(has(calibrated, Block::kHardIron) || has(calibrated, Block::kSoftIronX));
+}
+
 TEST_F(ReplayConfigTest, VehicleAndItsSensors) {
   folder.write("speed.csv", "time_s,speed_m_s\n1,5\n2,-6\n");
   folder.write("baro.csv", "time_s,pressure_hPa,sigma_pressure_hPa\n1,1013.25,0.1\n2,900,0.1\n");
@@ -232,6 +258,8 @@ TEST_F(ReplayConfigTest, VehicleAndItsSensors) {
   EXPECT_NEAR(logs.height.fixes[0].sigma, 0.83, 0.01);
   ASSERT_EQ(logs.heading.fixes.size(), 1U);
   EXPECT_NEAR(logs.heading.fixes[0].heading, 90 * kDegree, 1e-12);
+  EXPECT_NEAR(logs.heading.fixes[0].pitch.value(), 1 * kDegree, 1e-12);
+  EXPECT_NEAR(logs.heading.fixes[0].sigma_pitch, 1 * kDegree, 1e-12);  // twice that of the heading
 
   const ReplayConfig none = read(kImu + kGnss + "vehicle: off\n");
   EXPECT_FALSE(none.filter.vehicle);

@@ -222,13 +222,28 @@ TEST(Jacobians, ZeroRate) {
   }
 }
 
-TEST(Jacobians, MagneticHeading) {
+TEST(Jacobians, Magnetometer) {
   Random random(7);
   for (int i = 0; i < kStates; ++i) {
     const Estimate x = random.estimate();
     const Matrix3d R_wn = random.rotation().toRotationMatrix();
-    const Vector3d field = x.q_wb.conjugate() * (R_wn * (Vector3d(0.2, 0.05, 0.4) + random.vector(0.03)));
-    check_jacobians([&](const Estimate& y) { return linearize_magnetic_heading(field, 0.04, 0.1, y, R_wn); }, x);
+    const MagneticSample sample{0, random.vector(40), Vector3d(20, 5, 40) + random.vector(3)};
+    check_jacobians([&](const Estimate& y) { return linearize_magnetic_field(sample, 0.5, y, R_wn); }, x);
+  }
+}
+
+// With two antennas at any lean, near the upright too, and with a local level that is turned.
+TEST(Jacobians, HeadingAndPitchOfABaseline) {
+  Random random(8);
+  for (int i = 0; i < kStates; ++i) {
+    const Estimate x = random.estimate();
+    const Matrix3d R_wn = random.rotation().toRotationMatrix();
+    const Vector3d baseline = random.vector(2);
+    HeadingFix fix{0, random.uniform(), 0.01, 0.1, 0.02};
+    check_jacobians([&](const Estimate& y) { return linearize_heading(fix, baseline, y, R_wn); }, x);
+    EXPECT_EQ(linearize_heading(fix, baseline, x, R_wn).rows, 2);
+    fix.pitch.reset();
+    EXPECT_EQ(linearize_heading(fix, baseline, x, R_wn).rows, 1);
   }
 }
 
@@ -247,7 +262,8 @@ AttitudeFix some_fix(const Estimate& x, Random& random) {
 }
 template <>
 MagneticSample some_fix(const Estimate& x, Random& random) {
-  return {0, x.q_wb.conjugate() * (Vector3d(0.2, 0.05, 0.4) + random.vector(0.03))};
+  const Vector3d earth = Vector3d(20, 5, 40) + random.vector(3);
+  return {0, x.q_wb.conjugate() * earth, earth};
 }
 template <>
 RestFix some_fix(const Estimate&, Random& random) {
@@ -303,7 +319,7 @@ TEST(Jacobians, EveryTypeOfTheList) {
   options.gnss.resize(2);
   options.gnss[1].drift = GaussMarkov{{0.4, 0.4, 0.7}, 60};
   options.attitude.resize(1);
-  options.magnetic_sigma = 0.1;
+  options.magnetometer.emplace();
   options.vehicle.emplace();
   options.odometer.emplace();
   options.barometer.emplace();

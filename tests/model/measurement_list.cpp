@@ -18,8 +18,8 @@ FilterOptions options(std::size_t receivers, std::size_t references) {
 
 TEST(MeasurementSources, StandInTheOrderOfTheList) {
   const std::vector<std::string> expected{"gnss[0].position", "gnss[0].velocity", "gnss[1].position",
-                                          "gnss[1].velocity", "attitude[0]",      "magnetic",
-                                          "rest.velocity",    "rest.rate"};
+                                          "gnss[1].velocity", "attitude[0]",      "rest.velocity",
+                                          "rest.rate"};
   EXPECT_EQ(MeasurementSources(options(2, 1)).names(), expected);
 }
 

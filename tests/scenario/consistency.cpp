@@ -52,7 +52,8 @@ TEST_P(Consistent, EveryGroupIsWithinItsBandAndNearTheBound) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Suite, Consistent,
-                         ::testing::Values("ski_l1l2", "ski_l1", "bicycle_l1l2", "bicycle_l1l2_attitude"),
+                         ::testing::Values("ski_l1l2", "ski_l1", "bicycle_l1l2", "bicycle_l1l2_attitude",
+                                           "bicycle_aids"),
                          [](const auto& name) { return std::string(name.param); });
 
 // The test can fail: the same run with half of the noise in the filter's sensor file.

@@ -126,7 +126,7 @@ void with_boresight(Case& c) {
 
 void with_magnetometer(Scenario& s) {
   s.imus[0].magnetic_field = Vector3d(22, 0, 42);
-  s.imus[0].magnetic_noise = 0.5;
+  s.imus[0].magnetometer.sigma = 0.5;
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Distance,
@@ -140,7 +140,12 @@ INSTANTIATE_TEST_SUITE_P(All, Distance,
                                            DistanceCase{.name = "Magnetometer",
                                                         .heading = {Source::kMagnetometer},
                                                         .scenario = with_magnetometer,
-                                                        .options = [](Case& c) { c.options.magnetic_sigma = 0.05; }}),
+                                                        .options =
+                                                            [](Case& c) {
+                                                              c.options.magnetometer.emplace();
+                                                              c.options.estimate =
+                                                                  with_implied_blocks(c.options, c.options.estimate);
+                                                            }}),
                          [](const auto& each) { return std::string(each.param.name); });
 
 }  // namespace

@@ -189,9 +189,8 @@ TEST(Heading, FromTheMagnetometer) {
                      Case c = make_case("ski", heading, seed, [&](Scenario& s) {
                        s.imus[0].magnetic_field =
                            Vector3d(22 * std::cos(kDeclination), 22 * std::sin(kDeclination), 42);
-                       s.imus[0].magnetic_noise = 0.3;
+                       s.imus[0].magnetometer.sigma = 0.3;
                      });
-                     c.options.declination = kDeclination;
                      return c;
                    },
                    {.source = Source::kMagnetometer, .sigma = 3 * kDegree});

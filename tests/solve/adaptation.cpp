@@ -42,7 +42,7 @@ Filter filtered(const SyntheticRun& run, double gyro, double accel) {
 TEST(Adaptation, SensitivityIsTheDifferenceOfTwoFilters) {
   SyntheticRun run = test::synthetic_run(6, {Block::kGyroBias, Block::kAccelBias, Block::kGyroDrift});
   run.options.attitude.clear();
-  run.options.magnetic_sigma = 0;
+  run.options.magnetometer.reset();
   for (GnssOptions& receiver : run.options.gnss) {
     receiver.drift.reset();
     receiver.use_velocity = false;  // what a lever arm makes of the rate's noise is no sensitivity of P

@@ -77,6 +77,11 @@ class Random {
       const double part = 0.5 + 0.1 * static_cast<double>(i);
       x.parity[i] = part * Vector3d(kinds[i % kImuErrors]->y(), kinds[i % kImuErrors]->z(), kinds[i % kImuErrors]->x());
     }
+    x.hard_iron = 10 * x.lever_arm;
+    x.soft_iron_x = x.gyro_scale;
+    x.soft_iron_y = x.accel_scale;
+    x.soft_iron_z = x.gyro_scale.cross(x.accel_scale) + x.gyro_scale;
+    x.magnetic_disturbance = 20 * x.attitude_drift;
     return x;
   }
 

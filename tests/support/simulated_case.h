@@ -45,6 +45,7 @@ inline Case make_case(const std::string& motion, double heading_deg, std::uint64
                         Block::kAccelDrift, Block::kGyroScale, Block::kAccelScale};
   c.conditioning.imu.clock_offset = s.imus[0].clock_offset;
   c.conditioning.imu.clock_drift = s.imus[0].clock_drift;
+  c.conditioning.magnetic.field = s.imus[0].magnetic_field;
   c.conditioning.gyro_range = c.options.sensor.gyro.range;
   c.conditioning.accel_range = c.options.sensor.accel.range;
   return c;

@@ -27,6 +27,7 @@ inline SyntheticRun synthetic_run(double duration, const std::vector<Block>& est
   motion.begin = start + rest;
   const Vector3d lever_arm(-0.1, 0.05, -0.4);
   SyntheticRun run;
+  const Vector3d kField(20, 0, 40);
   Log& log = run.log;
   log.world = motion.world;
 
@@ -38,7 +39,7 @@ inline SyntheticRun synthetic_run(double duration, const std::vector<Block>& est
   o.estimate = estimate;
   o.behaviour.rest.sigma_velocity = 0.01;
   o.behaviour.trust.gate = 0.999999;
-  o.magnetic_sigma = 0.05;
+  o.magnetometer = MagnetometerOptions{.sigma = 0.5};
 
   const Vector3d gyro_bias = random.vector(0.002), accel_bias = random.vector(0.02);
   for (ImuSample s : motion.samples(start, start + duration, dt)) {
@@ -60,7 +61,7 @@ inline SyntheticRun synthetic_run(double duration, const std::vector<Block>& est
     if (i % 3 == 0) {
       const auto x = motion.at(t);
       log.attitude[0].push_back({t, so3_exp(random.vector(1e-3)) * x.q_wb, 1e-6 * Matrix3d::Identity()});
-      log.magnetic.push_back({t, x.q_wb.conjugate() * Vector3d(0.2, 0, 0.4) + random.vector(0.005)});
+      log.magnetic.push_back({t, x.q_wb.conjugate() * kField + random.vector(0.5), kField});
     }
   }
   if (rest > 0) log.rest.push_back({start, start + rest});

@@ -84,9 +84,11 @@ struct HeightFix {
   double time = 0, height = 0, sigma = 0;
 };
 
-/// Azimuth of a baseline on the body in the local level [rad].
+/// Azimuth of a baseline on the body in the local level, and its pitch above the level, if it was measured [rad].
 struct HeadingFix {
   double time = 0, heading = 0, sigma = 0;
+  std::optional<double> pitch = std::nullopt;
+  double sigma_pitch = 0;
 };
 
 /// A file of a sensor whose fixes are one number with its sigma: SpeedFix, HeightFix or HeadingFix.
@@ -155,10 +157,11 @@ struct ParityFix {
   Vector3d rate = Vector3d::Zero(), force = Vector3d::Zero();  ///< of the mean IMU, as measured
 };
 
-/// Magnetic field, body axes, any unit.
+/// Magnetic field in body axes, and that of the Earth at the place, along the local level: north, east, down [µT].
 struct MagneticSample {
   double time = 0;
   Vector3d field;
+  Vector3d earth = Vector3d::Zero();
 };
 
 struct Interval {

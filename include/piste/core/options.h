@@ -33,9 +33,24 @@ struct UnitConditioning {
   bool find_place = false;            ///< it is not known: the motion tells it
 };
 
+/// What a magnetometer in the IMU is held against, and how much of its log is used.
+struct MagneticConditioning {
+  /// Of the World Magnetic Model. The middle of its years: in most places the azimuth of the field changes by less than
+  /// 0.2 deg a year.
+  double year = 2027.5;
+  std::optional<Vector3d> field = std::nullopt;      ///< along north, east, down [µT]; nothing: that of the model
+  std::optional<double> declination = std::nullopt;  ///< rad, east positive: the field is turned to this azimuth
+  double unit = 1;                                   ///< µT that a 1 in the log stands for
+  double interval = 0;                               ///< s between the samples that are used; 0: every row
+};
+
+/// s between the samples that a filter uses: what surrounds a magnetometer changes over a second and more.
+inline constexpr double kMagneticInterval = 0.1;
+
 struct ConditioningOptions {
   ImuConditioning imu;
   std::vector<UnitConditioning> units = {};  ///< of several IMUs, the first as well; empty for one
+  MagneticConditioning magnetic = {};
   double gyro_range = 0, accel_range = 0;    ///< 0 = unlimited
   Interval span;                             ///< GPS time; {0, 0} = all
   std::vector<Interval> outages;             ///< GNSS fixes in them are withheld
@@ -123,6 +138,15 @@ struct DualHeadingOptions {
   double sigma = 0.5 * kDegree;           ///< rad, where the log tells none
 };
 
+/// Magnetometer of the IMU (model/magnetometer.h) [µT].
+struct MagnetometerOptions {
+  double sigma = 0.5;       ///< white noise of an axis: 0.1 to 0.5 µT by the data sheets of MEMS
+  double hard_iron = 30;    ///< prior of what the carrier adds: phones, helmets and cars have 10 to 50
+  double soft_iron = 0.05;  ///< prior of each element of what it bends, with scale and misalignment of the sensor
+  /// What steel, cables and rock near the way add: 1 µT is some 3 deg of heading in Central Europe.
+  GaussMarkov disturbance{{1, 1, 1}, 10};
+};
+
 /// 1-sigma priors of the blocks that do not depend on the IMU's sensor file.
 struct Priors {
   double boresight = 0.17;       ///< rad: 10 deg about the start value
@@ -152,13 +176,12 @@ struct FilterOptions {
   std::vector<Block> estimate;            ///< blocks beyond position, velocity and attitude
   BehaviourOptions behaviour;
   Priors priors;
-  std::optional<VehicleOptions> vehicle = std::nullopt;      ///< nothing: the body moves as it likes
-  std::optional<OdometerOptions> odometer = std::nullopt;    ///< of Log::speed; needs a vehicle
-  std::optional<BarometerOptions> barometer = std::nullopt;  ///< of Log::height
-  std::optional<DualHeadingOptions> heading = std::nullopt;  ///< of Log::heading
-  double magnetic_sigma = 0;               ///< 1-sigma of a magnetic heading [rad]; 0 = the magnetometer is not used
-  double declination = 0;                  ///< magnetic declination [rad], east positive
-  std::optional<AdaptationOptions> adapt;  ///< nothing: all noise is as stated
+  std::optional<VehicleOptions> vehicle = std::nullopt;            ///< nothing: the body moves as it likes
+  std::optional<OdometerOptions> odometer = std::nullopt;          ///< of Log::speed; needs a vehicle
+  std::optional<BarometerOptions> barometer = std::nullopt;        ///< of Log::height
+  std::optional<DualHeadingOptions> heading = std::nullopt;        ///< of Log::heading
+  std::optional<MagnetometerOptions> magnetometer = std::nullopt;  ///< of Log::magnetic; nothing: it is not used
+  std::optional<AdaptationOptions> adapt;                          ///< nothing: all noise is as stated
 
   /// Whether the run estimates the block.
   bool estimates(Block block) const;

@@ -48,6 +48,11 @@ enum class Block : int {
   kWheelSlip,
   kOdometerScale,
   kBarometerOffset,
+  kHardIron,
+  kSoftIronX,
+  kSoftIronY,
+  kSoftIronZ,
+  kMagneticDisturbance,
   kFirstParity,  ///< of several IMUs: for each parity the kinds from kGyroBias to kAccelScale, see parity_block()
 };
 
@@ -83,6 +88,11 @@ struct Estimate {
   double cornering = 0;                         ///< slip angle by lateral acceleration [rad/(m/s²)]
   double odometer_scale = 0;                    ///< odometer = (1 + scale) speed
   double barometer_offset = 0;                  ///< barometer = height + offset
+  /// Of a magnetometer [µT] (model/magnetometer.h): what the carrier adds; a row for each of its axes of what it bends;
+  /// and what the surroundings add to the Earth's field, along n.
+  Vector3d hard_iron = Vector3d::Zero();
+  Vector3d soft_iron_x = Vector3d::Zero(), soft_iron_y = Vector3d::Zero(), soft_iron_z = Vector3d::Zero();
+  Vector3d magnetic_disturbance = Vector3d::Zero();
   /// What the errors of several IMUs differ by, parity by parity (core/imu_array.h).
   std::array<Vector3d, kParityBlocks> parity = [] {
     std::array<Vector3d, kParityBlocks> none;
@@ -146,15 +156,17 @@ inline bool some_velocity(const FilterOptions& o) {
   return std::any_of(o.gnss.begin(), o.gnss.end(), [](const GnssOptions& g) { return g.use_velocity; });
 }
 
-/// The process of the one coloured error `member` of a source, if the run has the source.
+/// The process of the coloured error `member` of a source, if the run has the source.
 template <class Source>
-std::optional<BlockProcess> scalar(const std::optional<Source>& source, GaussMarkov Source::*member) {
+std::optional<BlockProcess> of_source(const std::optional<Source>& source, GaussMarkov Source::*member) {
   if (!source) return std::nullopt;
   const GaussMarkov& error = *source.*member;
   return BlockProcess{{DriftProcess::Kind::kGaussMarkov, 1, error.correlation_time, 0}, error.sigma.cwiseAbs2()};
 }
 
 inline bool in_vehicle(const FilterOptions& o) { return o.vehicle.has_value(); }
+inline bool with_magnetometer(const FilterOptions& o) { return o.magnetometer.has_value(); }
+inline Vector3d soft_iron(const FilterOptions& o) { return alike(o.magnetometer ? o.magnetometer->soft_iron : 0); }
 
 /// The process of the coloured error `member`, of the last of `sources` that has one.
 template <class Source>
@@ -372,7 +384,7 @@ inline constexpr auto kWrittenBlocks = std::to_array<BlockInfo>({
      .factor = kDegreesPerRadian,
      .axes = {"pitch", "", ""},
      .member = &Estimate::spring_pitch,
-     .process = [](const FilterOptions& o) { return blocks::scalar(o.vehicle, &VehicleOptions::spring_pitch); },
+     .process = [](const FilterOptions& o) { return blocks::of_source(o.vehicle, &VehicleOptions::spring_pitch); },
      .needs = "the key `vehicle:`",
      .implied = true},
     {.block = Block::kSideSlip,
@@ -382,7 +394,7 @@ inline constexpr auto kWrittenBlocks = std::to_array<BlockInfo>({
      .factor = 1,
      .axes = {"right", "", ""},
      .member = &Estimate::side_slip,
-     .process = [](const FilterOptions& o) { return blocks::scalar(o.vehicle, &VehicleOptions::slip); },
+     .process = [](const FilterOptions& o) { return blocks::of_source(o.vehicle, &VehicleOptions::slip); },
      .needs = "the key `vehicle:`",
      .implied = true},
     {.block = Block::kCornering,
@@ -403,7 +415,7 @@ inline constexpr auto kWrittenBlocks = std::to_array<BlockInfo>({
      .factor = 1,
      .axes = {"forward", "", ""},
      .member = &Estimate::wheel_slip,
-     .process = [](const FilterOptions& o) { return blocks::scalar(o.odometer, &OdometerOptions::slip); },
+     .process = [](const FilterOptions& o) { return blocks::of_source(o.odometer, &OdometerOptions::slip); },
      .needs = "the key `odometer:`",
      .implied = true},
     {.block = Block::kOdometerScale,
@@ -424,8 +436,63 @@ inline constexpr auto kWrittenBlocks = std::to_array<BlockInfo>({
      .factor = 1,
      .axes = {"up", "", ""},
      .member = &Estimate::barometer_offset,
-     .process = [](const FilterOptions& o) { return blocks::scalar(o.barometer, &BarometerOptions::offset); },
+     .process = [](const FilterOptions& o) { return blocks::of_source(o.barometer, &BarometerOptions::offset); },
      .needs = "the key `barometer:`",
+     .implied = true},
+    {.block = Block::kHardIron,
+     .name = "hard_iron",
+     .size = 3,
+     .unit = "uT",
+     .factor = 1,
+     .axes = blocks::kBody,
+     .member = &Estimate::hard_iron,
+     .prior = [](const FilterOptions& o) { return blocks::alike(o.magnetometer ? o.magnetometer->hard_iron : 0); },
+     .observed = blocks::with_magnetometer,
+     .needs = "the key `magnetometer:`",
+     .implied = true},
+    {.block = Block::kSoftIronX,
+     .name = "soft_iron_x",
+     .size = 3,
+     .unit = "ppm",
+     .factor = 1e6,
+     .axes = blocks::kBody,
+     .member = &Estimate::soft_iron_x,
+     .prior = blocks::soft_iron,
+     .observed = blocks::with_magnetometer,
+     .needs = "the key `magnetometer:`",
+     .implied = true},
+    {.block = Block::kSoftIronY,
+     .name = "soft_iron_y",
+     .size = 3,
+     .unit = "ppm",
+     .factor = 1e6,
+     .axes = blocks::kBody,
+     .member = &Estimate::soft_iron_y,
+     .prior = blocks::soft_iron,
+     .observed = blocks::with_magnetometer,
+     .needs = "the key `magnetometer:`",
+     .implied = true},
+    {.block = Block::kSoftIronZ,
+     .name = "soft_iron_z",
+     .size = 3,
+     .unit = "ppm",
+     .factor = 1e6,
+     .axes = blocks::kBody,
+     .member = &Estimate::soft_iron_z,
+     .prior = blocks::soft_iron,
+     .observed = blocks::with_magnetometer,
+     .needs = "the key `magnetometer:`",
+     .implied = true},
+    {.block = Block::kMagneticDisturbance,
+     .name = "magnetic_disturbance",
+     .size = 3,
+     .unit = "uT",
+     .factor = 1,
+     .axes = blocks::kLocal,
+     .member = &Estimate::magnetic_disturbance,
+     .process =
+         [](const FilterOptions& o) { return blocks::of_source(o.magnetometer, &MagnetometerOptions::disturbance); },
+     .needs = "the key `magnetometer:`",
      .implied = true},
 });
 

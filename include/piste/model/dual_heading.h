@@ -1,13 +1,14 @@
 #pragma once
-/// Heading of a baseline on the body, as two antennas measure it: its azimuth in the local level.
+/// Heading of a baseline on the body, as two antennas measure it: its azimuth in the local level, and how far it points
+/// above it.
 
 #include "piste/core/options.h"
 #include "piste/model/measurement.h"
 
 namespace piste {
 
-/// Linearises the azimuth of a baseline (in b, any length, not upright): one row, wrapped to ±π. `R_wn`: the local
-/// level at the body.
+/// Linearises the azimuth of a baseline (in b, any length, not upright), wrapped to ±π, and its pitch, if the fix has
+/// one: one or two rows. `R_wn`: the local level at the body.
 Linearization linearize_heading(const HeadingFix& fix, const Vector3d& baseline, const Estimate& x,
                                 const Matrix3d& R_wn);
 

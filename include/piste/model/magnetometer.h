@@ -1,29 +1,38 @@
 #pragma once
-/// Heading from a magnetometer: with the right attitude, the azimuth of the measured field in the local level is the
-/// declination.
+/// A magnetometer on the body measures the Earth's field, as the iron of its carrier leaves it:
+///
+///     m = (1 + S) R_bn B + R_bn d + h
+///
+/// where B is the Earth's field along north, east, down, h the hard iron, S the soft iron (with the scales and the
+/// misalignment of the sensor: any matrix), and d the disturbance by the surroundings (a coloured error). Source:
+/// Groves 2013, section 6.1.1 and equation 6.9. S d is left out: as a factor of S, what is estimated of d, noise for
+/// the greater part, would pass for knowledge of S (errors in variables). Under an iron that is not known the field
+/// tells no heading: motion tells the iron first, wherever something else tells the attitude. All in µT.
 
+#include "piste/core/options.h"
 #include "piste/model/measurement.h"
 
 namespace piste {
 
-/// Azimuth [rad], from north towards east, of a field in body axes.
-double magnetic_azimuth(const Quaterniond& q_nb, const Vector3d& field_b);
+/// Azimuth [rad], from north towards east, of a vector along the local level.
+double azimuth(const Vector3d& field_n);
 
-/// Linearises a magnetic heading. One row: declination − azimuth, wrapped to ±π. `sigma` [rad]. `R_wn`: the
-/// local level at the body.
-Linearization linearize_magnetic_heading(const Vector3d& field_b, double declination, double sigma, const Estimate& x,
-                                         const Matrix3d& R_wn = Matrix3d::Identity());
+/// Linearises a magnetometer: three rows, along the axes of the body. `R_wn`: the local level at the body.
+Linearization linearize_magnetic_field(const MagneticSample& sample, double sigma, const Estimate& x,
+                                       const Matrix3d& R_wn);
 
-/// The magnetometer of the IMU.
+/// The magnetometer of the IMU. Beside a car or a girder the field is not the Earth's: such samples are outside the
+/// gate and left out, and so are those of the two seconds after. The filter never gives in to them.
 struct Magnetometer : MeasurementType<MagneticSample> {
-  static constexpr std::string_view kName = "magnetic";
-  static constexpr std::array kChannels{MeasurementChannel{}};
-  static bool in_use(const FilterOptions& options) { return options.magnetic_sigma > 0; }
+  static constexpr std::string_view kName = "magnetometer";
+  static constexpr double kLetGo = 2;  // s
+  static constexpr std::array kChannels{MeasurementChannel{.name = "", .readmitted = false, .hold = kLetGo}};
+  static int sensors(const FilterOptions& options) { return options.magnetometer ? 1 : 0; }
+  static bool in_use(const FilterOptions& options) { return options.magnetometer.has_value(); }
   static std::span<const std::vector<MagneticSample>> logged(const Log& log) { return {&log.magnetic, 1}; }
   static std::optional<Linearization> linearize(const MagneticSample& sample, int, int,
                                                 const MeasurementContext& context, const Estimate& x) {
-    return linearize_magnetic_heading(sample.field, context.options.declination, context.options.magnetic_sigma, x,
-                                      context.gravity.R_wn);
+    return linearize_magnetic_field(sample, context.options.magnetometer->sigma, x, context.gravity.R_wn);
   }
 };
 

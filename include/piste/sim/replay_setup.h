@@ -35,6 +35,7 @@ namespace piste {
 
 class Config;
 struct Scenario;
+struct ImuSetup;
 
 /// 1-sigma of a start that is drawn about the truth: of each axis of position and of velocity, of roll and pitch, and
 /// of the heading.
@@ -60,6 +61,10 @@ struct ReplaySetup {
   double end = 0;                 ///< s since the departure: nothing later is seen
   double every = 1;               ///< s between the epochs that are looked at
 };
+
+/// Sets in `filter` what it is told of vehicle, odometer, barometer, two antennas and magnetometer: the truth, where
+/// they do not say how uncertain it is.
+void set_aids(FilterOptions& filter, const Scenario& scenario, const ImuSetup& imu);
 
 /// Reads the section `montecarlo:` of a scenario file, whose sensors and motion are in `scenario` already. Throws
 /// ConfigError `FILE:LINE: …`.

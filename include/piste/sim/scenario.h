@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "piste/sim/aids.h"
 #include "piste/sim/motion.h"
 #include "piste/sim/replay_setup.h"
 #include "piste/sim/sensors.h"
@@ -27,6 +28,7 @@ struct Scenario {
   std::vector<ImuSetup> imus;  ///< the first one is the body of truth.csv
   std::vector<GnssSetup> gnss;
   std::vector<AttitudeSetup> attitude;
+  AidSetups aids;
   std::size_t truth_every = 1;  ///< truth.csv has every n-th IMU epoch
   ReplaySetup replay;           ///< of a Monte Carlo
 };

@@ -38,8 +38,9 @@ struct ImuSetup {
   double rate = 100;  ///< Hz of its own clock
   enum class Sampling { kMean, kInstant, kIncrements } sampling = Sampling::kMean;
   double clock_offset = 0, clock_drift = 0;  ///< gps time = t − offset − drift (t − first t)
-  std::optional<Vector3d> magnetic_field;    ///< in w [µT]; if given, the rows have it
-  double magnetic_noise = 0;                 ///< of each row [µT]
+  std::optional<Vector3d> magnetic_field;    ///< along north, east, down [µT]; if given, the rows have it
+  /// What is added to it: iron is drawn with its priors, noise and disturbance as they say.
+  MagnetometerOptions magnetometer{.sigma = 0, .hard_iron = 0, .soft_iron = 0, .disturbance = {Vector3d::Zero(), 1}};
 };
 
 /// Statistics over the rows of one phase: the mean of in-run drift and warm-up; mean and root mean square of the true
@@ -66,7 +67,13 @@ struct SimulatedImu {
   std::vector<Vector3d> gyro_drift, accel_drift;  ///< of each row
   std::vector<MeanInertial> signal;               ///< rate and force of a perfect IMU, of each row
   TriadDraw gyro, accel;
+  Vector3d hard_iron = Vector3d::Zero();  ///< [µT]
+  Matrix3d soft_iron = Matrix3d::Zero();
+  std::vector<Vector3d> magnetic_disturbance;  ///< of each row, north, east, down; empty without a magnetometer
 };
+
+/// What a magnetometer without errors measures: `field` (north, east, down) in the axes of the body.
+Vector3d field_in_body(const Truth& body, double time, const Vector3d& field);
 
 /// Simulates an IMU over the whole run: measured = (1 + scale) · M true + bias + drift + warm-up + noise, limited to ±
 /// range. The white noise of a row has the sigma density / sqrt(dt). `plate` is the truth of r. The first row ends one

@@ -14,13 +14,14 @@ namespace piste {
 
 /// All recordings of one run of a scenario, in the order of its lists.
 struct Simulation {
-  Truth plate;
+  Truth trunk, plate;
   std::vector<Truth> bodies;  ///< of the IMUs
   std::vector<SimulatedImu> imus;
   std::vector<GnssRecording> gnss;
   std::vector<AttitudeRecording> attitude;
+  SimulatedAids aids = {};
 
-  /// The recording for a replay of one IMU: with all receivers and reference attitudes.
+  /// The recording for a replay of one IMU: with all other sensors.
   Recording recording(std::size_t imu) const;
 };
 
@@ -43,6 +44,9 @@ Vector3d bias_scale_correlation(const TriadDraw& draw);
 std::string imu_csv(const ImuRecording& recording);
 std::string gnss_csv(const GnssRecording& recording);
 std::string attitude_csv(const AttitudeRecording& recording);
+std::string speed_csv(const FixRecording<SpeedFix>& recording);
+std::string height_csv(const FixRecording<HeightFix>& recording);
+std::string heading_csv(const FixRecording<HeadingFix>& recording);
 /// Position, velocity and attitude of the body at every `every`-th of the times, in the columns of `filtered.csv`
 /// without sigmas.
 std::string truth_csv(const Truth& body, const std::vector<double>& gps_time, std::size_t every);
