@@ -100,7 +100,7 @@ double peak_bytes(double duration, std::size_t& epochs) {
 }
 
 TEST(Allocations, SmoothingNeedsLessThan1500BytesAnEpoch) {
-  // What one stretch between checkpoints holds does not grow with the run.
+  // What the smoother holds of one chunk does not grow with the run.
   std::size_t few = 0, many = 0;
   const double small = peak_bytes(20, few), large = peak_bytes(120, many);
   const double per_epoch = (large - small) / static_cast<double>(many - few);
