@@ -293,8 +293,8 @@ class Backward {
   using Chunk = History::Chunk;
   using Kind = History::Kind;
 
-  // The rows before `last` that are wanted. A node comes every tenth of a second, and soon after each fix, where sigmas
-  // have a kink.
+  // The rows before `last` that are wanted. Nodes are every tenth of a second, the last row before each fix, where
+  // sigmas have a kink, and one soon after it, where those between two fixes are largest.
   template <class Visit>
   void find_wanted(const Chunk& chunk, std::size_t last, const Visit& visit) {
     constexpr double kEvery = 0.1, kAfterFix = 0.045;  // s
@@ -303,7 +303,12 @@ class Backward {
     bool fixed = false;
     std::size_t row = chunk.first;
     for (const History::Event& event : chunk.events) {
-      fixed = fixed || event.kind == Kind::kCorrection;
+      if (event.kind == Kind::kCorrection) {
+        fixed = true;
+        if (row == chunk.first || row > last) continue;
+        node = run_.time(row - 1);
+        if ((wanted_.empty() || wanted_.back() != row - 1) && visit.wants(row - 1, true)) wanted_.push_back(row - 1);
+      }
       if (event.kind != Kind::kRow || row >= last) continue;
       const double time = run_.time(row);
       const bool is_node = time - node + kSameInstant >= (fixed ? kAfterFix : kEvery);

@@ -4,86 +4,36 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <numeric>
-
 #include "piste/io/log_io.h"
 #include "piste/io/replay_config.h"
 #include "piste/math/units.h"
 #include "support/datasets.h"
-#include "support/navigation.h"
 #include "support/places.h"
 #include "support/program.h"
+#include "support/withheld_fixes.h"
 
 namespace piste::test {
 namespace {
 
 const Vector3d kLeverArm(0, -0.05, 0);
 
-std::vector<Interval> coast_windows() {
-  std::vector<Interval> windows;
-  std::ifstream file(datasets() / "drive" / "coast_windows.txt");
-  for (std::string word; file >> word;) {
-    const auto comma = word.find(',');
-    const double start = std::stod(word.substr(0, comma));
-    windows.push_back({start, start + std::stod(word.substr(comma + 1))});
-  }
-  windows.erase(windows.begin());  // the first one holds the start, before anything is known
-  return windows;
-}
-
 struct Sensor {
   std::string gyro_noise = "0.1 deg/s/sqrt(Hz)", accel_noise = "5 mg/sqrt(Hz)";  // as shipped
   std::string more = {};                                                         // keys of the configuration
 };
 
-/// Horizontal errors of the antenna [m], a window each.
-struct WindowErrors {
-  std::vector<double> filtered_end, smoothed_worst;
-  double within = 0, along_within = 0;  // part of the filter's errors, north, east and along track, inside 3 sigma
-  double mean_end() const {
-    return std::accumulate(filtered_end.begin(), filtered_end.end(), 0.0) / static_cast<double>(filtered_end.size());
-  }
-  double worst_inside() const { return *std::max_element(smoothed_worst.begin(), smoothed_worst.end()); }
+/// What filter and smoother made of the windows.
+struct DriveErrors {
+  WindowErrors filtered, smoothed;
+
+  std::size_t windows() const { return filtered.end.size(); }
+  double mean_end() const { return filtered.mean_end(); }
+  double worst_inside() const { return smoothed.worst_inside(); }
+  double within() const { return filtered.count.within(); }
+  double along_within() const { return filtered.count.along_within(); }
 };
 
-/// Where the solution has the antenna, against a fix: north, east, down.
-Vector3d antenna_error(const Table& solution, const GeodeticFix& fix) {
-  const auto value = [&](std::string_view column) { return at(solution, column, fix.time); };
-  const World world(fix.position);
-  const Vector3d imu =
-      world.from_geodetic({kDegree * value("latitude_deg"), kDegree * value("longitude_deg"), value("height_m")});
-  const Vector3d angles = kDegree * Vector3d(value("roll_deg"), value("pitch_deg"), value("heading_deg"));
-  return imu + from_euler(angles) * kLeverArm;
-}
-
-double horizontal_error(const Table& solution, const GeodeticFix& fix) {
-  return antenna_error(solution, fix).head<2>().norm();
-}
-
-/// How many errors are inside 3 sigma of solution and fix.
-class SigmaCount {
- public:
-  void add(const Table& solution, const GeodeticFix& fix) {
-    const auto value = [&](std::string_view column) { return at(solution, column, fix.time); };
-    const Vector3d error = antenna_error(solution, fix);
-    const double north = std::hypot(value("sigma_north_m"), fix.sigma_position.x()),
-                 east = std::hypot(value("sigma_east_m"), fix.sigma_position.y());
-    within_ += (std::abs(error.x()) < 3 * north) + (std::abs(error.y()) < 3 * east);
-    const Vector3d v(value("velocity_north_m_s"), value("velocity_east_m_s"), 0);
-    const Vector3d track = v.norm() > 0 ? Vector3d(v.normalized()) : Vector3d::UnitX();
-    // Without the covariance of both axes: exact along an axis, and the drive's roads are.
-    along_within_ += std::abs(track.dot(error)) < 3 * std::hypot(track.x() * north, track.y() * east);
-    ++fixes_;
-  }
-  double within() const { return within_ / (2.0 * fixes_); }
-  double along_within() const { return along_within_ / static_cast<double>(fixes_); }
-
- private:
-  int within_ = 0, along_within_ = 0, fixes_ = 0;
-};
-
-WindowErrors replay_drive(const std::vector<Interval>& windows, const std::string& gnss, const Sensor& sensor = {}) {
+DriveErrors replay_drive(const std::vector<Interval>& windows, const std::string& gnss, const Sensor& sensor = {}) {
   const TemporaryFolder folder;
   const std::string drive = (std::filesystem::absolute(datasets()) / "drive").string();
   std::string text = read_text(kSource / "config" / "sensors" / "mems_car.yaml");
@@ -106,28 +56,18 @@ WindowErrors replay_drive(const std::vector<Interval>& windows, const std::strin
                            drive, gnss, outages, sensor.more));
   const Said said = run_program(program("replay"), {"drive.yaml", "--output", "result"}, folder);
   EXPECT_EQ(said.code, 0) << said.err;
-  WindowErrors errors;
-  if (said.code != 0) return errors;
-  const Table filtered = read_table(folder / "result/filtered.csv");
-  const Table smoothed = read_table(folder / "result/smoothed.csv");
+  if (said.code != 0) return {};
   const GnssRecording fixes = read_gnss({drive + "/gnss.txt", LogFormat::kKfGins});
-  SigmaCount count;
-  for (const Interval& w : windows) {
-    double end = 0, worst = 0;
-    for (const GeodeticFix& fix : fixes.fixes) {
-      if (!w.contains(fix.time)) continue;
-      end = horizontal_error(filtered, fix);
-      count.add(filtered, fix);
-      worst = std::max(worst, horizontal_error(smoothed, fix));
-    }
-    errors.filtered_end.push_back(end);
-    errors.smoothed_worst.push_back(worst);
-    std::printf("window at %.1f s: filtered end %.2f m, smoothed worst %.2f m\n", w.start, end, worst);
+  const auto errors_of = [&](const char* solution) {
+    return window_errors(read_table(folder / (std::string("result/") + solution)), fixes.fixes, windows, kLeverArm);
+  };
+  const DriveErrors errors{errors_of("filtered.csv"), errors_of("smoothed.csv")};
+  for (std::size_t i = 0; i < windows.size(); ++i) {
+    std::printf("window at %.1f s: filtered end %.2f m, smoothed worst %.2f m\n", windows[i].start,
+                errors.filtered.end[i], errors.smoothed.worst[i]);
   }
-  errors.within = count.within();
-  errors.along_within = count.along_within();
   std::printf("mean end %.2f m, worst inside %.2f m; inside 3 sigma %.3f, along track %.3f\n", errors.mean_end(),
-              errors.worst_inside(), errors.within, errors.along_within);
+              errors.worst_inside(), errors.within(), errors.along_within());
   return errors;
 }
 
@@ -135,16 +75,16 @@ const std::string kPositions = "gnss.txt, format: kf_gins, use: position";
 
 TEST(Drive, WindowsOf15Seconds) {
   PISTE_REQUIRE_DATASETS();
-  const WindowErrors e = replay_drive(coast_windows(), kPositions);
-  ASSERT_EQ(e.filtered_end.size(), 10u);
+  const DriveErrors e = replay_drive(coast_windows(), kPositions);
+  ASSERT_EQ(e.windows(), 10u);
   EXPECT_LE(e.mean_end(), 6.0);
   EXPECT_LE(e.worst_inside(), 0.6);
 }
 
 TEST(Drive, WindowsOf15SecondsWithOtherNoise) {
   PISTE_REQUIRE_DATASETS();
-  const WindowErrors e = replay_drive(coast_windows(), kPositions, {"0.05 deg/s/sqrt(Hz)", "3 mg/sqrt(Hz)"});
-  ASSERT_EQ(e.filtered_end.size(), 10u);
+  const DriveErrors e = replay_drive(coast_windows(), kPositions, {"0.05 deg/s/sqrt(Hz)", "3 mg/sqrt(Hz)"});
+  ASSERT_EQ(e.windows(), 10u);
   EXPECT_LE(e.mean_end(), 6.0);
   EXPECT_LE(e.worst_inside(), 0.6);
 }
@@ -155,8 +95,8 @@ TEST(Drive, WindowsOf60Seconds) {
   PISTE_REQUIRE_DATASETS();
   std::vector<Interval> windows;
   for (const double start : {60, 200, 400}) windows.push_back({243261.729 + start, 243261.729 + start + 60});
-  const WindowErrors e = replay_drive(windows, kPositions);
-  ASSERT_EQ(e.filtered_end.size(), 3u);
+  const DriveErrors e = replay_drive(windows, kPositions);
+  ASSERT_EQ(e.windows(), 3u);
   EXPECT_LE(e.mean_end(), 300);
   EXPECT_LE(e.worst_inside(), 15);
 }
@@ -169,55 +109,55 @@ const std::string kWithVelocities =
 
 TEST(Drive, WindowsOf15SecondsInACar) {
   PISTE_REQUIRE_DATASETS();
-  const WindowErrors e = replay_drive(coast_windows(), kWithVelocities, kCar);
-  ASSERT_EQ(e.filtered_end.size(), 10u);
+  const DriveErrors e = replay_drive(coast_windows(), kWithVelocities, kCar);
+  ASSERT_EQ(e.windows(), 10u);
   EXPECT_LE(e.mean_end(), 3.0);
   EXPECT_LE(e.worst_inside(), 0.6);
-  EXPECT_GE(e.within, 0.95);
-  EXPECT_GE(e.along_within, 0.95);
+  EXPECT_GE(e.within(), 0.95);
+  EXPECT_GE(e.along_within(), 0.95);
 }
 
 std::vector<Interval> minutes() { return {{243400, 243460}, {243530, 243590}, {243660, 243720}}; }
 
 TEST(Drive, WindowsOf60SecondsInACar) {
   PISTE_REQUIRE_DATASETS();
-  const WindowErrors e = replay_drive(minutes(), kWithVelocities, kCar);
-  ASSERT_EQ(e.filtered_end.size(), 3u);
+  const DriveErrors e = replay_drive(minutes(), kWithVelocities, kCar);
+  ASSERT_EQ(e.windows(), 3u);
   EXPECT_LE(e.mean_end(), 12.0);
   EXPECT_LE(e.worst_inside(), 5.0);
-  EXPECT_GE(e.within, 0.95);
-  EXPECT_GE(e.along_within, 0.95);
+  EXPECT_GE(e.within(), 0.95);
+  EXPECT_GE(e.along_within(), 0.95);
 }
 
 // By the batch: no worse than the smoother.
 TEST(Drive, WindowsOf60SecondsByTheBatch) {
   PISTE_REQUIRE_DATASETS();
-  const WindowErrors rts = replay_drive(minutes(), kWithVelocities, kCar);
+  const DriveErrors rts = replay_drive(minutes(), kWithVelocities, kCar);
   Sensor sensor = kCar;
   sensor.more += "smoother: batch\n";
-  const WindowErrors batch = replay_drive(minutes(), kWithVelocities, sensor);
-  ASSERT_EQ(batch.smoothed_worst.size(), 3u);
+  const DriveErrors batch = replay_drive(minutes(), kWithVelocities, sensor);
+  ASSERT_EQ(batch.windows(), 3u);
   EXPECT_LE(batch.worst_inside(), 1.2 * rts.worst_inside());
 }
 
 // With the sensor file as shipped, whose noise is the same on all axes: a twentieth of what it is without the vehicle.
 TEST(Drive, WindowsOf60SecondsInACarAsShipped) {
   PISTE_REQUIRE_DATASETS();
-  const WindowErrors e = replay_drive(minutes(), kWithVelocities,
-                                      {.gyro_noise = Sensor().gyro_noise,
-                                       .accel_noise = Sensor().accel_noise,
-                                       .more = "vehicle: {kind: car, mounting: auto}\n"});
-  ASSERT_EQ(e.filtered_end.size(), 3u);
+  const DriveErrors e = replay_drive(minutes(), kWithVelocities,
+                                     {.gyro_noise = Sensor().gyro_noise,
+                                      .accel_noise = Sensor().accel_noise,
+                                      .more = "vehicle: {kind: car, mounting: auto}\n"});
+  ASSERT_EQ(e.windows(), 3u);
   EXPECT_LE(e.mean_end(), 16.0);
   EXPECT_LE(e.worst_inside(), 10.0);
-  EXPECT_GE(e.within, 0.95);
-  EXPECT_GE(e.along_within, 0.95);
+  EXPECT_GE(e.within(), 0.95);
+  EXPECT_GE(e.along_within(), 0.95);
 }
 
 TEST(Drive, RtklibPositionsAreThoseOfKfGins) {
   PISTE_REQUIRE_DATASETS();
-  const WindowErrors e = replay_drive(coast_windows(), "gnss_1934_sf.pos, format: rtklib_pos, use: position");
-  ASSERT_EQ(e.filtered_end.size(), 10u);
+  const DriveErrors e = replay_drive(coast_windows(), "gnss_1934_sf.pos, format: rtklib_pos, use: position");
+  ASSERT_EQ(e.windows(), 10u);
   EXPECT_LE(e.mean_end(), 6.0);
   EXPECT_LE(e.worst_inside(), 0.6);
 }
@@ -225,9 +165,9 @@ TEST(Drive, RtklibPositionsAreThoseOfKfGins) {
 // Its velocities come some 0.13 s late against its positions. Told so, a replay is no worse off with them than without.
 TEST(Drive, LateVelocitiesAtTheirOwnTime) {
   PISTE_REQUIRE_DATASETS();
-  const WindowErrors e = replay_drive(
+  const DriveErrors e = replay_drive(
       coast_windows(), "gnss_1934_sf.pos, format: rtklib_pos, use: position velocity, velocity_delay: 0.128 s");
-  ASSERT_EQ(e.filtered_end.size(), 10u);
+  ASSERT_EQ(e.windows(), 10u);
   EXPECT_LE(e.mean_end(), 6.0);
   EXPECT_LE(e.worst_inside(), 0.7);
 }
@@ -235,8 +175,8 @@ TEST(Drive, LateVelocitiesAtTheirOwnTime) {
 // Not told, they are not to be believed, and to be survived.
 TEST(Drive, SurvivesLateVelocities) {
   PISTE_REQUIRE_DATASETS();
-  const WindowErrors e = replay_drive(coast_windows(), "gnss_1934_sf.pos, format: rtklib_pos, use: position velocity");
-  ASSERT_EQ(e.filtered_end.size(), 10u);
+  const DriveErrors e = replay_drive(coast_windows(), "gnss_1934_sf.pos, format: rtklib_pos, use: position velocity");
+  ASSERT_EQ(e.windows(), 10u);
   EXPECT_LE(e.mean_end(), 25);
   EXPECT_LE(e.worst_inside(), 2);
 }
@@ -268,7 +208,7 @@ TEST(Drive, WindowsOf60SecondsAsInspected) {
     for (const Interval& w : minutes()) {
       double end = 0;
       for (const GeodeticFix& fix : fixes.fixes) {
-        if (w.contains(fix.time)) end = horizontal_error(filtered, fix);
+        if (w.contains(fix.time)) end = horizontal_error(filtered, fix, kLeverArm);
       }
       sum += end / static_cast<double>(minutes().size());
     }
@@ -312,8 +252,8 @@ TEST(Drive, APhoneInACar) {
     double end = 0;
     for (const GeodeticFix& fix : logs.gnss[0].fixes) {
       if (!(fix.time >= start && fix.time < start + 59.9)) continue;
-      end = horizontal_error(filtered, fix);
-      count.add(filtered, fix);
+      end = horizontal_error(filtered, fix, kLeverArm);
+      count.add(filtered, fix, kLeverArm);
     }
     std::printf("window at %.0f s: filtered end %.1f m\n", start, end);
     sum += end;

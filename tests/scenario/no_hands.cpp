@@ -79,11 +79,11 @@ TEST_P(NoHands, IsRightOrWide) {
   const Said replayed = run_program(program("replay"), {"found/windows.yaml", "--output", "result", "--quiet"}, folder);
   ASSERT_EQ(replayed.code, 0) << replayed.err;
   const Vector3d lever_arm =
-      vector_of(YAML::LoadFile((folder / "result/summary.json").string())["estimates"]["lever_arm"]["value"]);
+      vector_of(YAML::LoadFile(folder / "result/summary.json")["estimates"]["lever_arm"]["value"]);
   const Recording logs = read_recording(read_replay_config(folder / "found/windows.yaml"));
   const auto errors = [&](const char* solution) {
-    const WindowErrors e =
-        window_errors(read_table(folder / "result" / solution), logs.gnss[0].fixes, s.windows, lever_arm);
+    const WindowErrors e = window_errors(read_table(folder / (std::string("result/") + solution)), logs.gnss[0].fixes,
+                                         s.windows, lever_arm);
     fmt::print("{} {}: mean end {:.2f} m, worst inside {:.2f} m; inside 3 sigma {:.3f}\n", s.name, solution,
                e.mean_end(), e.worst_inside(), e.count.within());
     EXPECT_GE(e.count.within(), 0.95);
