@@ -326,7 +326,9 @@ TEST(Jacobians, EveryTypeOfTheList) {
   options.heading.emplace();
   options.units = some_units();
   const Vector3d earth_rate(0.03, 0.02, -0.04);  // a faster Earth, so that its terms stand out of rounding
-  const StateLayout layout(test::all_blocks());
+  std::vector<Block> blocks;
+  for (const BlockInfo& row : kBlocks) blocks.push_back(row.block);
+  const StateLayout layout(blocks);
   int checked = 0;
   for (int i = 0; i < kStates; ++i) {
     Estimate x = random.estimate();

@@ -75,6 +75,7 @@ TEST(Batch, IsTheSmootherWhereTheRunIsNearlyLinear) {
 // would be if those positions told nothing.
 TEST(Batch, FixesFarOffDoNotPull) {
   SyntheticRun s = test::synthetic_run(20, {Block::kGyroBias, Block::kAccelBias});
+  s.log.magnetic.clear();
   const FoundStart found{s.start, "given"};
   const auto solved = [&](const FilterRun& run, BatchLoss loss) {
     return run_batch(s.log, s.options, found, run, {.loss = loss})->solution();

@@ -10,7 +10,7 @@
 namespace piste::test {
 namespace {
 
-constexpr int kPosition = 0, kVelocity = 1, kAttitude = 2, kRest = 4;  // of one receiver, one reference, and rest
+constexpr int kPosition = 0, kVelocity = 1, kAttitude = 2, kRest = 3;  // of one receiver, one reference, and rest
 constexpr double kBound = 16.27;                                       // chi-squared, 3 rows, 0.999
 
 std::vector<MeasurementSource> sources(std::size_t receivers, std::size_t references) {
