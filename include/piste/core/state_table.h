@@ -522,40 +522,40 @@ inline constexpr auto kParityNames = [] {
 template <std::size_t I>
 constexpr BlockInfo parity_row() {
   constexpr std::size_t kind = I % kImuErrors, parity = I / kImuErrors;
+  constexpr bool is_drift = kind / 2 == 1;
   constexpr TriadMember triad = kind % 2 == 0 ? &ImuSensor::gyro : &ImuSensor::accel;
-  const auto there = [](const FilterOptions& o) { return o.units.size() > parity + 1; };
-  BlockInfo row = kWrittenBlocks[static_cast<std::size_t>(Block::kGyroBias) + kind];
-  row.block = static_cast<Block>(static_cast<std::size_t>(Block::kFirstParity) + I);
-  row.name = kParityNames[I].view();
-  row.member = ParityMember{I};
-  row.observed = there;
-  row.needs = "a list of as many IMUs under `imu:`";
-  row.implied = true;
-  if constexpr (kind / 2 == 1) {
-    row.process = [](const FilterOptions& o) {
-      if (o.units.size() <= parity + 1) return std::optional<BlockProcess>();
-      const DriftProcess law = parity_drift(o.units, triad);
-      return law.kind == DriftProcess::Kind::kNone ? std::nullopt : std::optional(BlockProcess{law});
-    };
-  } else {
-    constexpr UnitError error = kind / 2 == 0 ? UnitError::kBias : UnitError::kScale;
-    row.prior = [](const FilterOptions& o) {
-      return alike(o.units.size() > parity + 1 ? parity_sigma(unit_sigmas(o.units, triad, error)) : 0);
-    };
-  }
-  return row;
+  constexpr UnitError error = kind / 2 == 0 ? UnitError::kBias : UnitError::kScale;
+  constexpr BlockInfo like = kWrittenBlocks[static_cast<std::size_t>(Block::kGyroBias) + kind];
+  const auto prior = [](const FilterOptions& o) {
+    return alike(o.units.size() > parity + 1 ? parity_sigma(unit_sigmas(o.units, triad, error)) : 0);
+  };
+  const auto process = [](const FilterOptions& o) {
+    if (o.units.size() <= parity + 1) return std::optional<BlockProcess>();
+    const DriftProcess law = parity_drift(o.units, triad);
+    return law.kind == DriftProcess::Kind::kNone ? std::nullopt : std::optional(BlockProcess{law});
+  };
+  return {.block = static_cast<Block>(static_cast<std::size_t>(Block::kFirstParity) + I),
+          .name = kParityNames[I].view(),
+          .size = like.size,
+          .unit = like.unit,
+          .factor = like.factor,
+          .axes = like.axes,
+          .member = ParityMember{I},
+          .prior = is_drift ? nullptr : +prior,
+          .process = is_drift ? +process : nullptr,
+          .observed = [](const FilterOptions& o) { return o.units.size() > parity + 1; },
+          .needs = "a list of as many IMUs under `imu:`",
+          .implied = true};
 }
 
 }  // namespace blocks
 
 /// All rows.
-inline constexpr auto kBlocks = []<std::size_t... I>(std::index_sequence<I...>) {
-  std::array<BlockInfo, kWrittenBlocks.size() + sizeof...(I)> all{};
-  std::copy(kWrittenBlocks.begin(), kWrittenBlocks.end(), all.begin());
-  ((all[kWrittenBlocks.size() + I] = blocks::parity_row<I>()), ...);
-  return all;
+inline constexpr auto kBlocks =
+    []<std::size_t... I, std::size_t... J>(std::index_sequence<I...>, std::index_sequence<J...>) {
+  return std::array<BlockInfo, sizeof...(I) + sizeof...(J)>{kWrittenBlocks[I]..., blocks::parity_row<J>()...};
 }
-(std::make_index_sequence<kParityBlocks>());
+(std::make_index_sequence<kWrittenBlocks.size()>(), std::make_index_sequence<kParityBlocks>());
 
 inline constexpr int kBlockCount = static_cast<int>(kBlocks.size());
 
