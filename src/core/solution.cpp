@@ -9,7 +9,7 @@ namespace {
 constexpr std::string_view kSigma = "sigma_";
 
 // Where the first parts of a row stand, behind the time and the attitude.
-constexpr std::size_t kVelocity = 5, kPosition = 8, kNavigationSigmas = 11;
+constexpr std::size_t kVelocityAt = 5, kPositionAt = 8, kNavigationSigmasAt = 11;
 
 // Goes through the parts of a row in the order of their storage. F is called with the name of every part and its
 // values, to read or to write them.
@@ -123,15 +123,15 @@ Sigmas sigmas_of(const World& world, const Estimate& x, const StateLayout& layou
 
 Navigation Solution::navigation(std::size_t i) const {
   const double* p = rows_.data() + i * stride_;
-  return navigation_of(world_, Quaterniond(p + 1), Vector3d(p + kVelocity), Vector3d(p + kPosition));
+  return navigation_of(world_, Quaterniond(p + 1), Vector3d(p + kVelocityAt), Vector3d(p + kPositionAt));
 }
 
 NavigationSigmas Solution::navigation_sigmas(std::size_t i) const {
-  const double* p = rows_.data() + i * stride_ + kNavigationSigmas;
+  const double* p = rows_.data() + i * stride_ + kNavigationSigmasAt;
   return {Vector3d(p), Vector3d(p + 3), Vector3d(p + 6)};
 }
 
-Vector3d Solution::position(std::size_t i) const { return Vector3d(rows_.data() + i * stride_ + kPosition); }
+Vector3d Solution::position(std::size_t i) const { return Vector3d(rows_.data() + i * stride_ + kPositionAt); }
 
 Solution::Solution(StateLayout layout, World world) : layout_(std::move(layout)), world_(std::move(world)) {
   for (const StoredColumn& column : columns()) stride_ += column.size;

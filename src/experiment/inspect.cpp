@@ -257,7 +257,8 @@ void estimate_late_velocities(const InspectedLog& receiver, FilterOptions& optio
 void settle(Inspection& inspection, const InspectedLog& receiver, const Recording& recording,
             const ConditioningOptions& conditioning, const FilterOptions& options, Calibration& found) {
   const auto over_all = [&](const std::optional<VehicleOptions>& vehicle) {
-    return settled(recording, conditioning, options, vehicle, *receiver.gnss_health, found);
+    return settled(recording, conditioning, options, vehicle, *receiver.gnss_health, inspection.imu_clock() == nullptr,
+                   found);
   };
   std::optional<Calibration> there;
   if (inspection.vehicle.is_car()) {

@@ -13,7 +13,7 @@
 namespace piste {
 namespace {
 
-constexpr double kWhole = 3600;    // s of the log: an hour has seen what there is to see
+constexpr double kWhole = 3600;  // s of the log: an hour has seen what there is to see
 constexpr int kMostRounds = 6;
 constexpr double kRefused = 0.01;  // of the fixes: ten times what the gate refuses where the sigmas are right
 constexpr double kLeastStep = 1.2, kMostStep = 2;  // times the sigmas in a round
@@ -38,14 +38,14 @@ double growth(const Solution& run, const std::string& source) {
 }
 
 // What `replay` is told by the configuration of this calibration.
-FilterOptions told(FilterOptions options, const Calibration& found, const GnssHealth& receiver) {
+FilterOptions told(FilterOptions options, const Calibration& found, bool delayed) {
   options.sensor = found.sensor;
   GnssOptions& gnss = options.gnss.front();
   gnss.lever_arm = found.lever_arm;
   gnss.drift = found.drift;
   options.estimate = imu_error_blocks(found.sensor);
   options.estimate.push_back(Block::kLeverArm);
-  if (clock_matters(found, receiver)) options.estimate.push_back(Block::kGnssDelay);
+  if (delayed) options.estimate.push_back(Block::kGnssDelay);
   if (found.velocity_delay_sigma > 0) {
     gnss.velocity_delay = found.velocity_delay;
     options.estimate.push_back(Block::kVelocityDelay);
@@ -59,10 +59,10 @@ FilterOptions told(FilterOptions options, const Calibration& found, const GnssHe
 
 std::optional<Calibration> settled(const Recording& recording, const ConditioningOptions& conditioning,
                                    const FilterOptions& options, const std::optional<VehicleOptions>& vehicle,
-                                   const GnssHealth& receiver, Calibration found) {
+                                   const GnssHealth& receiver, bool find_clock, Calibration found) {
   for (int round = 0;; ++round) {
     ReplayOptions replayed{.conditioning = conditioning,
-                           .filter = told(options, found, receiver),
+                           .filter = told(options, found, find_clock && clock_matters(found, receiver)),
                            .longest = kWhole,
                            .smoother = SmootherKind::kNone,
                            .history = false};
@@ -87,12 +87,6 @@ std::optional<Calibration> settled(const Recording& recording, const Conditionin
     const std::size_t last = run.size() - 1;
     const Estimate x = run.estimate(last);
     const FullError sigmas = run.sigmas(last).blocks;
-    found.lever_arm = x.lever_arm;
-    found.lever_arm_sigma = sigmas.segment<3>(full_offset(Block::kLeverArm));
-    if (found.velocity_delay_sigma > 0) {
-      found.velocity_delay = x.velocity_delay - x.gnss_delay;
-      found.velocity_delay_sigma = sigmas(full_offset(Block::kVelocityDelay));
-    }
     if (replayed.filter.estimates(Block::kGnssDelay)) {
       found.clock_offset -= x.gnss_delay;
       found.clock_sigma = sigmas(full_offset(Block::kGnssDelay));

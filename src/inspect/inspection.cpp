@@ -350,8 +350,10 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
         "the rear wheels, makes it better.\nvehicle: {{kind: car, mounting: auto}}\n",
         inspection.vehicle.why());
   }
+  // A clock that the receiver's log tells is not sought in the delay of fixes: a phone's come late by their own filter.
   const bool delayed =
-      found == nullptr || clock_matters(*found, *inspection.logs[*inspection.first(LogKind::kGnss)].gnss_health);
+      found == nullptr || (inspection.imu_clock() == nullptr &&
+                           clock_matters(*found, *inspection.logs[*inspection.first(LogKind::kGnss)].gnss_health));
   text += fmt::format(
       "initial: {{heading: auto}}\nestimate: [gyro_bias, accel_bias, gyro_drift, accel_drift, gyro_scale, "
       "accel_scale, lever_arm{}{}{}{}]\npriors: {}\nsmoother: rts\n",

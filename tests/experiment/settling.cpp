@@ -12,6 +12,7 @@ namespace {
 struct Told {
   Case run = make_case("easy_ski", 40, 1);
   Recording recording = run.simulation.recording(0);
+  bool find_clock = true;
   GnssHealth receiver = gnss_health(recording.gnss.front());
   Calibration calibration{.lever_arm = run.options.gnss[0].lever_arm,
                           .lever_arm_sigma = Vector3d::Constant(0.01),
@@ -21,7 +22,7 @@ struct Told {
                           .sensor = run.options.sensor};
 
   std::optional<Calibration> settle() const {
-    return settled(recording, run.conditioning, run.options, std::nullopt, receiver, calibration);
+    return settled(recording, run.conditioning, run.options, std::nullopt, receiver, find_clock, calibration);
   }
 };
 
@@ -53,6 +54,15 @@ TEST(Settling, TheClockTakesTheDelayOfTheFixes) {
   const auto found = told.settle();
   ASSERT_TRUE(found);
   EXPECT_NEAR(found->clock_offset, told.run.conditioning.imu.clock_offset, 1e-3);
+}
+
+TEST(Settling, AClockThatIsKnownStays) {
+  Told told;
+  told.calibration.clock_offset += 0.015;
+  told.find_clock = false;
+  const auto found = told.settle();
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->clock_offset, told.calibration.clock_offset);
 }
 
 TEST(Settling, SaysWhereNoFilterRuns) {
