@@ -182,10 +182,12 @@ Log condition_units(const Recording& recording, const ConditioningOptions& optio
   }
   const auto triads = [&](UnitTriad UnitSamples::*triad) {
     std::vector<const UnitTriad*> out;
+    out.reserve(units.size());
     for (const UnitSamples& unit : units) out.push_back(&(unit.*triad));
     return out;
   };
   std::vector<double> intervals;
+  intervals.reserve(log.imu.size());
   for (const ImuSample& s : log.imu) intervals.push_back(s.interval);
   const std::vector<UnitWindow> windows = windows_over(log.imu);
 

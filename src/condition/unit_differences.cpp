@@ -109,7 +109,7 @@ class Combiner {
     for (std::size_t i = 0; i < count_; ++i) {
       const double own = noise(i) * noise(i);
       density_.push_back(own * (1 - 2 * weight(i)) + of_mean);
-      shown_.push_back(noise_of(differences[i], signal).cwiseAbs2());
+      shown_.emplace_back(noise_of(differences[i], signal).cwiseAbs2());
     }
   }
 

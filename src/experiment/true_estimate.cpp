@@ -43,6 +43,7 @@ TrueEstimate::TrueEstimate(const Scenario& scenario, const Simulation& simulatio
   constant_.odometer_scale = aids.odometer_scale;
   const auto along_x = [](const std::vector<double>& values) {
     std::vector<Vector3d> out;
+    out.reserve(values.size());
     for (const double value : values) out.emplace_back(value, 0, 0);
     return out;
   };

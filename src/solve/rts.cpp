@@ -214,18 +214,22 @@ class Backward {
     const int n = layout_.size();
     many_.count = 0;
     if (covariance_) {
-      std::fill(lanes_.begin(), lanes_.begin() + std::ptrdiff_t{n} * kLanes, 0.0);
-      for (int k = 0; k < kNavigation; ++k) lanes_[static_cast<std::size_t>(k * kLanes + k)] = 1;
+      std::fill(lanes_.begin(), lanes_.begin() + static_cast<std::ptrdiff_t>(lane_at(n, 0)), 0.0);
+      for (int k = 0; k < kNavigation; ++k) lanes_[lane_at(k, k)] = 1;
       for (int k = 0; k < n; ++k) many_.decay[k] = k < kNavigation ? 0 : 1;
     }
     for (int k = 0; k < n; ++k) {
-      for (int lane = 0; lane < (covariance_ ? 0 : 4); ++lane) lanes_[static_cast<std::size_t>(k * 4 + lane)] = 0;
+      if (!covariance_) std::fill_n(lanes_.begin() + static_cast<std::ptrdiff_t>(lambda_at(k)), kFewLanes, 0.0);
       lanes_[lambda_at(k)] = lambda_(k);
     }
   }
-  static constexpr int kLanes = StepOperator::kLanes;
+  static constexpr std::size_t kLanes = StepOperator::kLanes, kFewLanes = 4;
+  // Where a lane of a row stands.
+  static std::size_t lane_at(int k, int lane) {
+    return static_cast<std::size_t>(k) * kLanes + static_cast<std::size_t>(lane);
+  }
   std::size_t lambda_at(int k) const {
-    return static_cast<std::size_t>(covariance_ ? k * kLanes + StepOperator::kLambda : k * 4);
+    return covariance_ ? lane_at(k, StepOperator::kLambda) : static_cast<std::size_t>(k) * kFewLanes;
   }
 
   void step_back(const StepOperator::Factors& f, StepOperator::Pull& pull) {
@@ -244,7 +248,7 @@ class Backward {
     for (int k = 0; k < layout_.size(); ++k) {
       lambda_(k) = lanes_[lambda_at(k)];
       if (!covariance_) continue;
-      for (int i = 0; i < kNavigation; ++i) many_.rows[i][k] = lanes_[static_cast<std::size_t>(k * kLanes + i)];
+      for (int i = 0; i < kNavigation; ++i) many_.rows[i][k] = lanes_[lane_at(k, i)];
     }
   }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 #include "math/wide.h"
 
@@ -49,11 +50,11 @@ struct Navigation9 {
 template <int N>
 [[gnu::always_inline]] inline void adjoint_of(const StepOperator::Factors& f, const Vector3d& earth_rate, int n,
                                               const State* states, int lambda, double* M, StepOperator::Pull& pull) {
-  constexpr int kStride = 4 * N;
+  constexpr std::ptrdiff_t kFour = 4, kStride = kFour * N;
   Four seen[6][N];
   for (int i = 0; i < N; ++i) {
     const auto triple = [&](int k) -> Triple {
-      double* p = M + std::ptrdiff_t{k} * kStride + 4 * i;
+      double* p = M + k * kStride + kFour * i;
       Triple three;
       load(p, three.x);
       load(p + kStride, three.y);
@@ -64,7 +65,7 @@ template <int N>
     const Navigation9 once = transposed_rate(f, earth_rate, x), twice = transposed_rate(f, earth_rate, once);
     const auto put = [&](int k, const Triple& a, const Triple& b, const Triple& c) {
       const Triple sum = a + f.first * b + f.second * c;
-      double* p = M + std::ptrdiff_t{k} * kStride + 4 * i;
+      double* p = M + k * kStride + kFour * i;
       store(sum.x, p);
       store(sum.y, p + kStride);
       store(sum.z, p + 2 * kStride);
@@ -81,15 +82,15 @@ template <int N>
   for (int k = 0; k < 6; ++k) pull[at(k)] = f.noise[k / 3](k % 3) * seen[k][lambda / 4][lambda % 4];
   for (int k = StepOperator::kNavigation; k < n; ++k) {
     const State& s = states[k];
-    double* row = M + std::ptrdiff_t{k} * kStride;
+    double* row = M + k * kStride;
     if (s.process >= 0) pull[at(6 + k)] = f.variance[at(s.process)] * s.weight * row[lambda];
     const double decay = s.process < 0 ? 1 : f.decay[at(s.process)];
     const double acts = s.input < 0 ? 0 : f.acts[at(s.acts)];
     const Four* through = seen[std::max(0, s.input)];
     for (int i = 0; i < N; ++i) {
       Four four;
-      load(row + 4 * i, four);
-      store(decay * four + acts * through[i], row + 4 * i);
+      load(row + kFour * i, four);
+      store(decay * four + acts * through[i], row + kFour * i);
     }
   }
 }
@@ -107,8 +108,8 @@ constexpr int kUnit = 6;  // of Factors::acts
 
 }  // namespace
 
-StepOperator::StepOperator(const StateLayout& layout, const FilterOptions& options, const Vector3d& earth_rate)
-    : layout_(layout), options_(options), earth_rate_(earth_rate), n_(layout.size()) {
+StepOperator::StepOperator(const StateLayout& layout, const FilterOptions& options, Vector3d earth_rate)
+    : layout_(layout), options_(options), earth_rate_(std::move(earth_rate)), n_(layout.size()) {
   const auto set = [&](Block b, int input, int acts) {
     if (!layout.has(b)) return;
     for (int k = 0; k < 3; ++k) {

@@ -32,7 +32,7 @@ class StepOperator {
   /// What the noise of a step does to a smoothed error: Q λ, through the inputs and for each process.
   using Pull = std::array<double, static_cast<std::size_t>(6 + kFullSize)>;
 
-  StepOperator(const StateLayout& layout, const FilterOptions& options, const Vector3d& earth_rate);
+  StepOperator(const StateLayout& layout, const FilterOptions& options, Vector3d earth_rate);
 
   int size() const { return n_; }
   void load(const ErrorStep& step, Factors& factors) const;

@@ -72,7 +72,7 @@ class Random {
     x.odometer_scale = x.gyro_scale.y();
     x.barometer_offset = 3 * x.lever_arm.z();
     for (std::size_t i = 0; i < x.parity.size(); ++i) {
-      const Vector3d* const kinds[] = {&x.gyro_bias,  &x.accel_bias, &x.gyro_drift,
+      const Vector3d* const kinds[] = {&x.gyro_bias,   &x.accel_bias, &x.gyro_drift,
                                        &x.accel_drift, &x.gyro_scale, &x.accel_scale};
       const double part = 0.5 + 0.1 * static_cast<double>(i);
       x.parity[i] = part * Vector3d(kinds[i % kImuErrors]->y(), kinds[i % kImuErrors]->z(), kinds[i % kImuErrors]->x());

@@ -182,8 +182,8 @@ struct UnitAbsence {
 /// One of several IMUs in a run.
 struct UnitReport {
   std::string name;
-  Vector3d place = Vector3d::Zero();  ///< p_bu_b: from the first to it, as it was taken to be
-  std::size_t left_out = 0;           ///< epochs without it on one axis or more
+  Vector3d place = Vector3d::Zero();       ///< p_bu_b: from the first to it, as it was taken to be
+  std::size_t left_out = 0;                ///< epochs without it on one axis or more
   std::vector<UnitAbsence> absences = {};  ///< in the order of their starts
 };
 

@@ -51,9 +51,9 @@ struct ConditioningOptions {
   ImuConditioning imu;
   std::vector<UnitConditioning> units = {};  ///< of several IMUs, the first as well; empty for one
   MagneticConditioning magnetic = {};
-  double gyro_range = 0, accel_range = 0;    ///< 0 = unlimited
-  Interval span;                             ///< GPS time; {0, 0} = all
-  std::vector<Interval> outages;             ///< GNSS fixes in them are withheld
+  double gyro_range = 0, accel_range = 0;  ///< 0 = unlimited
+  Interval span;                           ///< GPS time; {0, 0} = all
+  std::vector<Interval> outages;           ///< GNSS fixes in them are withheld
   BehaviourOptions behaviour;
 };
 

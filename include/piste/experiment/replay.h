@@ -39,8 +39,8 @@ struct ReplayOptions {
   /// Whether the histories of the filtered runs are kept, for smooth_rows().
   bool history = true;
   /// Takes the rows of a run without smoother as the filter goes, so that they need not stand in memory. Of the
-  /// filtered solution are then left the last row and every n-th, `kKeptRows` at most. Not used with a smoother. What is left has no
-  /// history.
+  /// filtered solution are then left the last row and every n-th, `kKeptRows` at most. Not used with a smoother. What
+  /// is left has no history.
   RowTaker rows = {};
 };
 inline constexpr std::size_t kKeptRows = 40000;  // as many as a page can show, and some

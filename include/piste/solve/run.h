@@ -70,7 +70,8 @@ FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& 
                      const ProgressCallback& progress = {}, double end_time = 1e300,
                      std::shared_ptr<const Reference> reference = nullptr, const RowTaker& rows = {});
 
-/// Filters a run again from a copy of its filter, and records it on `tape`. Its last epoch is that of row `end_row` − 1.
+/// Filters a run again from a copy of its filter, and records it on `tape`. Its last epoch is that of row `end_row`
+/// − 1.
 void rerun(const Log& log, const Checkpoint& from, std::size_t end_row, Tape& tape);
 
 }  // namespace piste
