@@ -138,7 +138,7 @@ Replay replay(Log log, const ReplayOptions& options, const ReplayProgress& progr
       run.relinearised =
           filtered_about(std::move(smoothed), run.log, run.options, run.found, part_of(told, kSmoothingFirst, 1));
     }
-    run.smoothed = smooth_rts(run.smoothable(), stage("smoother"), nullptr, &lags, SigmaRows::kLinear);
+    run.smoothed = smooth_rts(run.smoothable(), stage("smoother"), nullptr, &lags);
     if (!options.history) run.relinearised.reset();
     run.smoothed->attitude_correlation_time = correlation_time(lags);
   }

@@ -120,8 +120,8 @@ class Backward {
     begin_steps();
   }
 
-  /// Goes back to the row `first`. Of `visit`: `wants(row, node)` says whether the whole covariance of a row is wanted;
-  /// nodes are some ten rows a second. `exact(row, state)` is called for these rows, and for those at which a chunk
+  /// Goes back to the row `first`. Of `visit`: `wants(row)` says whether the whole covariance of a row is wanted.
+  /// `exact(row, state)` is called for these rows, and for those at which a chunk
   /// begins, the last row first, when λ and Λ are those of that row; `start(state)` likewise for the start. If it has
   /// `between(row, time, x)`, this is called for all other rows of a chunk after that, the first row first.
   template <class Visit>
@@ -297,42 +297,26 @@ class Backward {
   using Chunk = History::Chunk;
   using Kind = History::Kind;
 
-  // The rows before `last` that are wanted. Nodes are every tenth of a second, the last row before each fix, where
-  // sigmas have a kink, and one soon after it, where those between two fixes are largest.
+  // The rows before `last` that are wanted.
   template <class Visit>
   void find_wanted(const Chunk& chunk, std::size_t last, const Visit& visit) {
-    constexpr double kEvery = 0.1, kAfterFix = 0.045;  // s
     wanted_.clear();
-    double node = chunk.time;
-    bool fixed = false;
-    std::size_t row = chunk.first;
-    for (const History::Event& event : chunk.events) {
-      if (event.kind == Kind::kCorrection) {
-        fixed = true;
-        if (row == chunk.first || row > last) continue;
-        node = run_.time(row - 1);
-        if ((wanted_.empty() || wanted_.back() != row - 1) && visit.wants(row - 1, true)) wanted_.push_back(row - 1);
-      }
-      if (event.kind != Kind::kRow || row >= last) continue;
-      const double time = run_.time(row);
-      const bool is_node = time - node + kSameInstant >= (fixed ? kAfterFix : kEvery);
-      if (visit.wants(row, is_node)) wanted_.push_back(row);
-      ++row;
-      if (!is_node) continue;
-      node = time;
-      fixed = false;
+    for (std::size_t row = chunk.first; row < last; ++row) {
+      if (visit.wants(row)) wanted_.push_back(row);
     }
   }
 
   // The filter's states at the wanted rows of a chunk, filtered again from its beginning.
   void filter_again(const Chunk& chunk, const FilterState& begin) {
-    states_.clear();
     const History& history = run_.history;
+    kept_.clear();
+    kept_.reserve(wanted_.size() * kept_size());
+    std::size_t next = 0;
     Covariance P = begin.P;
     ErrorVector mean = begin.mean;
     std::size_t row = chunk.first;
     for (const History::Event& event : chunk.events) {
-      if (states_.size() == wanted_.size()) break;
+      if (next == wanted_.size()) break;
       switch (event.kind) {
         case Kind::kStep: {
           const Transition t = steps_.transition(history.step(chunk, event));
@@ -356,11 +340,28 @@ class Backward {
         case Kind::kTakenBack:
           break;
         case Kind::kRow:
-          if (wanted_[states_.size()] == row) states_.push_back({run_.time(row), run_.estimate(row), P, mean});
+          if (wanted_[next] == row) {
+            kept_.insert(kept_.end(), P.data(), P.data() + P.size());
+            kept_.insert(kept_.end(), mean.data(), mean.data() + mean.size());
+            ++next;
+          }
           ++row;
           break;
       }
     }
+  }
+
+  // Values that are kept of a row: a covariance is stored in its own size, as its type has room for the largest.
+  std::size_t kept_size() const {
+    const auto n = static_cast<std::size_t>(layout_.size());
+    return n * n + n;
+  }
+  // That of the wanted row number `number`.
+  FilterState state_at(std::size_t row, std::size_t number) const {
+    const double* P = kept_.data() + number * kept_size();
+    const int n = layout_.size();
+    return {run_.time(row), run_.estimate(row), Eigen::Map<const Eigen::MatrixXd>(P, n, n),
+            Eigen::Map<const Eigen::VectorXd>(P + Eigen::Index{n} * n, n)};
   }
 
   // From the end of a chunk, where the row end − 1 ends, to its beginning.
@@ -405,7 +406,7 @@ class Backward {
           if (left == 0 || wanted_[left - 1] != row) break;
           --left;
           look_at_lanes();
-          visit.exact(row, states_[left]);
+          visit.exact(row, state_at(row, left));
           break;
       }
     }
@@ -479,7 +480,7 @@ class Backward {
   std::vector<StepOperator::Factors> factors_;
   std::vector<StepOperator::Pull> pulls_;
   std::vector<std::size_t> wanted_;
-  std::vector<FilterState> states_;        // at the wanted rows
+  std::vector<double> kept_;               // covariance and mean at each of them, as the filter had them
   std::vector<History::Variances> added_;  // times λ, the last first
 };
 
@@ -536,83 +537,33 @@ void check(const FilterRun& run) {
   if (run.history.empty() || !run.begin) throw std::logic_error("a smoother needs a run with its history");
 }
 
-// All rows of a solution. For the sigmas of the rows within a chunk, unless all are exact, the covariance is on a line
-// between its ends. It is that of the invariant error, which does not depend on how the body shakes: a shake by q off
-// the line moves the error of the position by θ × q, and the ordinary velocity's comes with the velocity itself.
+// All rows of a solution.
 class ToSolution {
  public:
-  ToSolution(Backward& backward, Solution& out, bool exact, LagCollector* collector, SmoothedState* at_start)
-      : backward_(backward), out_(out), all_(exact), collector_(collector), at_start_(at_start) {}
+  ToSolution(Backward& backward, Solution& out, LagCollector* collector, SmoothedState* at_start)
+      : backward_(backward), out_(out), collector_(collector), at_start_(at_start) {}
 
-  bool wants(std::size_t, bool node) const { return all_ || node; }
+  static bool wants(std::size_t) { return true; }
   void exact(std::size_t row, const FilterState& state) {
     const SmoothedState s = backward_.smooth_for_sigmas(state);
-    note(state.time, s);
-    out_.set(row, state.time, s.x, nodes_.back().sigmas);
+    out_.set(row, state.time, s.x, sigmas_of(out_.world(), s.x, out_.layout(), s.P));
     if (collector_) collector_->visit(backward_, row, state, s);
   }
   void start(const FilterState& state) {
-    const SmoothedState s = backward_.smooth(state);
-    if (at_start_) *at_start_ = s;
-    note(state.time, s);
-  }
-  void between(std::size_t row, double time, const Estimate& x) {
-    if (!forwards_) {
-      forwards_ = true;
-      later_ = nodes_.size() - 2;
-    }
-    while (later_ > 0 && nodes_[later_].time < time) --later_;
-    const Node &begin = nodes_[later_ + 1], &end = nodes_[later_];
-    const double part = (time - begin.time) / (end.time - begin.time);
-    const auto line = [part](const auto& a, const auto& b) { return a + part * (b - a); };
-    Sigmas s;
-    const Matrix9d P = line(begin.navigation, end.navigation);
-    Matrix9d T = level_from_invariant(begin.R_wn, x);
-    T.block<3, 3>(kPosition, kAttitude) = -begin.R_wn.transpose() * skew(x.p_wb - line(begin.p_wb, end.p_wb));
-    const Matrix9d half = T * P;
-    const Eigen::Matrix<double, 9, 1> variance = half.cwiseProduct(T).rowwise().sum();
-    s.position = variance.segment<3>(kPosition).cwiseMax(0).cwiseSqrt();
-    s.velocity = variance.segment<3>(kVelocity).cwiseMax(0).cwiseSqrt();
-    s.euler = euler_sigma(Quaterniond(begin.R_wn.transpose()) * x.q_wb,
-                          half.middleRows<3>(kAttitude) * T.middleRows<3>(kAttitude).transpose());
-    s.blocks = line(begin.sigmas.blocks, end.sigmas.blocks);
-    s.gyro_total_bias = line(begin.sigmas.gyro_total_bias, end.sigmas.gyro_total_bias);
-    s.accel_total_bias = line(begin.sigmas.accel_total_bias, end.sigmas.accel_total_bias);
-    out_.set(row, time, x, s);
+    if (at_start_) *at_start_ = backward_.smooth(state);
   }
 
  private:
-  static constexpr int kPosition = full_offset(Block::kPosition), kVelocity = full_offset(Block::kVelocity),
-                       kAttitude = full_offset(Block::kAttitude);
-  struct Node {
-    double time;
-    Sigmas sigmas;
-    Vector3d p_wb;
-    Matrix3d R_wn;
-    Matrix9d navigation;  // covariance of (ρ, ν, θ)
-  };
-  // Of the nodes that a chunk went by, the next one needs the first, which is the last one noted.
-  void note(double time, const SmoothedState& s) {
-    if (forwards_ || all_) nodes_.erase(nodes_.begin(), nodes_.end() - std::min<std::ptrdiff_t>(1, std::ssize(nodes_)));
-    forwards_ = false;
-    nodes_.push_back({time, sigmas_of(out_.world(), s.x, out_.layout(), s.P), s.x.p_wb,
-                      out_.world().rotation_wn(s.x.p_wb), s.P.topLeftCorner<9, 9>()});
-  }
-
   Backward& backward_;
   Solution& out_;
-  bool all_;
   LagCollector* collector_;
   SmoothedState* at_start_;
-  std::vector<Node> nodes_;  // of one chunk, and of the beginning of the next one, the last first
-  bool forwards_ = false;    // between() goes through them
-  std::size_t later_ = 0;    // the first node after the last row of between()
 };
 
 }  // namespace
 
 Solution smooth_rts(const FilterRun& run, const ProgressCallback& progress, SmoothedState* at_start,
-                    std::vector<AttitudeLag>* lags, SigmaRows sigmas) {
+                    std::vector<AttitudeLag>* lags) {
   check(run);
   const Solution& filtered = run.solution;
   Solution out(filtered.layout(), filtered.world());
@@ -622,8 +573,7 @@ Solution smooth_rts(const FilterRun& run, const ProgressCallback& progress, Smoo
   Backward backward(run);
   std::optional<LagCollector> collector;
   if (lags) collector.emplace(filtered.world(), run.epochs, *lags);
-  backward.run(0, progress,
-               ToSolution(backward, out, sigmas == SigmaRows::kExact, collector ? &*collector : nullptr, at_start));
+  backward.run(0, progress, ToSolution(backward, out, collector ? &*collector : nullptr, at_start));
   return out;
 }
 
@@ -634,7 +584,7 @@ Reference smoothed_trajectory(const FilterRun& run, const ProgressCallback& prog
     const Backward& backward;
     const FilterRun& run;
     Reference out;
-    static bool wants(std::size_t, bool) { return false; }
+    static bool wants(std::size_t) { return false; }
     void exact(std::size_t row, const FilterState& state) { out.rows[row] = {state.time, backward.estimate(state)}; }
     void start(const FilterState& state) { out.start = backward.estimate(state); }
     void between(std::size_t row, double time, const Estimate& x) { out.rows[row] = {time, x}; }
@@ -653,9 +603,9 @@ void smooth_rows(const FilterRun& run, const std::vector<std::size_t>& rows, con
     const std::vector<std::size_t>& rows;
     const EpochObserver& observer;
     SmoothedState* at_start;
-    bool wants(std::size_t row, bool) const { return std::binary_search(rows.begin(), rows.end(), row); }
+    bool wants(std::size_t row) const { return std::binary_search(rows.begin(), rows.end(), row); }
     void exact(std::size_t row, const FilterState& state) {
-      if (wants(row, false)) observer(row, state, backward.smooth(state));
+      if (wants(row)) observer(row, state, backward.smooth(state));
     }
     void start(const FilterState& state) {
       if (at_start) *at_start = backward.smooth(state);

@@ -9,8 +9,8 @@
 ///
 /// No predicted covariance is inverted, an epoch may have any number of updates, and the reset of each correction
 /// enters with its transpose. The filter's steps and corrections are in the run's history (history.h), from which λ and
-/// the transition between two epochs follow. Within a tenth of a second the smoothed error is carried from epoch to
-/// epoch, e ← Φ e − Q λ, which is −P λ without a covariance.
+/// the transition between two epochs follow. Where no covariance is asked for, the smoothed error is carried from epoch
+/// to epoch, e ← Φ e − Q λ, which is −P λ without it.
 
 #include <cstddef>
 #include <functional>
@@ -31,19 +31,12 @@ struct SmoothedState {
 /// covariances; a Solution keeps only the sigmas.
 using EpochObserver = std::function<void(std::size_t row, const Tape::Epoch& filtered, const SmoothedState& smoothed)>;
 
-/// Which rows have the sigmas of their own covariance.
-enum class SigmaRows {
-  kExact,  ///< all of them
-  kLinear  ///< one in a tenth of a second, and one soon after each fix; those between are on a line between these
-};
-
 /// Smooths a filtered run. @pre `run` has its history.
 /// `at_start`, if given, is set to the smoothed state at the start, before the first step. `lags`, if given, is set to
-/// the covariances of the attitude's errors at some 2000 pairs of epochs, spread over the run. Estimates do not depend
-/// on `sigmas` but by rounding.
+/// the covariances of the attitude's errors at some 2000 pairs of epochs, spread over the run.
 /// Throws std::logic_error if `run` has no history.
 Solution smooth_rts(const FilterRun& run, const ProgressCallback& progress = {}, SmoothedState* at_start = nullptr,
-                    std::vector<AttitudeLag>* lags = nullptr, SigmaRows sigmas = SigmaRows::kExact);
+                    std::vector<AttitudeLag>* lags = nullptr);
 
 /// The smoothed estimates of a run without their covariances, which cost the most. Throws as smooth_rts.
 Reference smoothed_trajectory(const FilterRun& run, const ProgressCallback& progress = {});
