@@ -81,7 +81,8 @@ def test_montecarlo_is_the_program(scenario, tmp_path):
 
 def test_interrupt_ends_the_work(scenario):
     tell = "progress=lambda *_: print('on', flush=True)"
-    code = f"import piste; piste.montecarlo({str(scenario)!r}, 100000, jobs=2, {tell})"
+    heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"  # a job of the background is deaf
+    code = f"{heard}; import piste; piste.montecarlo({str(scenario)!r}, 100000, jobs=2, {tell})"
     with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         process.stdout.readline()
         process.send_signal(signal.SIGINT)
