@@ -18,9 +18,14 @@ SHORT = {"sensor": "imu", "lever_arm": "gnss"}
 
 
 def configuration(
-    source: str | os.PathLike | None, keywords: Mapping[str, Any]
+    source: str | os.PathLike[str] | None, keywords: Mapping[str, Any]
 ) -> tuple[_piste.Configuration, int | None]:
     """A configuration, and the GPS week of its tables if it is known. `source`: a file, or None for keywords alone."""
+    if source is not None and not isinstance(source, str | os.PathLike):
+        raise ConfigError(
+            f"a configuration file is expected first, not a {type(source).__name__}; tables go by keyword, such as `imu=`",
+            "config",
+        )
     if source is not None and not keywords:
         return _piste.Configuration.load(os.fspath(source)), None
     if not keywords:
@@ -46,11 +51,11 @@ def configuration(
     return _piste.Configuration.parse(text, "keywords", tables), min(weeks, default=None)
 
 
-def _plain(value: Any, path: str, tables: dict, weeks: list[int]) -> Any:
+def _plain(value: Any, path: str, tables: dict[str, dict[str, np.ndarray]], weeks: list[int]) -> Any:
     """The value with the names of its tables in place of them."""
     if is_table(value):
         name = path.removesuffix(".file")
-        tables[name], week = columns_of(value)
+        tables[name], week = columns_of(value, name)
         weeks += [week] if week is not None else []
         return name if path.endswith(".file") else {"file": name}
     if isinstance(value, Mapping):

@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Any
 
 from . import _piste, programs
 from .errors import ConfigError
-from .programs import Path, finished
-from .runs import Progress
+from .programs import finished
+from .progress import Progress, told
+from .runs import Path
 
 if TYPE_CHECKING:
     from distributed import Client, Future, LocalCluster
@@ -49,7 +50,7 @@ def montecarlo(
     client: "Client | None" = None,
     *,
     until: float | None = None,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
 ) -> dict[str, Any]:
     """Simulates and replays a scenario `runs` times on a cluster, and writes the files of the program into `output`.
 
@@ -79,7 +80,7 @@ def montecarlo(
     chunk = max(1, round(SHORTEST / max(time.perf_counter() - started, 1e-3)))
     if until is not None:
         runs = max(len(ensemble), min(runs, ensemble.runs_within(until)))
-    _run_parts(ensemble, path, runs, chunk, client, state, progress)
+    _run_parts(ensemble, path, runs, chunk, client, state, told(progress))
     return finished(ensemble, path, output)
 
 
@@ -88,7 +89,7 @@ def study(
     output: Path | None = None,
     client: "Client | None" = None,
     *,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
 ) -> list[dict[str, Any]]:
     """Studies several campaigns on a cluster, each in a task of its own: summary.json of each, in their order.
 
@@ -106,6 +107,7 @@ def study(
 
     from distributed import as_completed
 
+    tell = told(progress)
     found: dict[int, dict[str, Any]] = {}
     places: dict[Future, int] = {}
     for place, (campaign, name) in enumerate(zip(campaigns, names, strict=True)):
@@ -118,8 +120,8 @@ def study(
         places[client.submit(_studied, path, folder, pure=False, retries=5)] = place
     for future, summary in as_completed(list(places), with_results=True):
         found[places[future]] = summary
-        if progress is not None:
-            progress("study", len(found) / len(names))
+        if tell is not None:
+            tell("study", len(found) / len(names))
     return [found[place] for place in range(len(names))]
 
 

@@ -11,10 +11,9 @@ import numpy as np
 from . import _piste
 from .configuration import configuration
 from .errors import ConfigError
-from .runs import Page, Progress
+from .progress import Progress, told
+from .runs import Page, Path
 from .tables import Table
-
-Path = str | os.PathLike
 
 
 def _folder(output: Path | None) -> str | None:
@@ -62,30 +61,30 @@ class Inspection:
         self._inspected.write(os.fspath(folder))
 
 
-def inspect(*files: Path, output: Path | None = None, progress: Progress | None = None) -> Inspection:
+def inspect(*files: Path, output: Path | None = None, progress: Progress | bool | None = None) -> Inspection:
     """Looks at logs before anything else runs."""
-    inspection = Inspection(_piste.inspect(_files(files), progress))
+    inspection = Inspection(_piste.inspect(_files(files), told(progress)))
     if output is not None:
         inspection.write(output)
     return inspection
 
 
 def align(
-    config: Path | None = None, /, *, output: Path | None = None, progress: Progress | None = None, **keys: Any
-) -> dict[str, dict]:
+    config: Path | None = None, /, *, output: Path | None = None, progress: Progress | bool | None = None, **keys: Any
+) -> dict[str, dict[str, Any]]:
     """Clock, boresight and lever arm between two IMUs on one plate: alignment.json of each IMU by its name."""
     parsed, _ = configuration(config, keys)
-    return {name: json.loads(found) for name, found, _ in _piste.align(parsed, False, _folder(output), progress)}
+    return {name: json.loads(found) for name, found, _ in _piste.align(parsed, False, _folder(output), told(progress))}
 
 
 def compare(
-    config: Path | None = None, /, *, output: Path | None = None, progress: Progress | None = None, **keys: Any
-) -> dict[str, dict]:
+    config: Path | None = None, /, *, output: Path | None = None, progress: Progress | bool | None = None, **keys: Any
+) -> dict[str, dict[str, Any]]:
     """Biases and scales of IMUs beside a better one: `alignment` and `findings` of each by its name."""
     parsed, _ = configuration(config, keys)
     return {
         name: {"alignment": json.loads(alignment), "findings": json.loads(findings)}
-        for name, alignment, findings in _piste.align(parsed, True, _folder(output), progress)
+        for name, alignment, findings in _piste.align(parsed, True, _folder(output), told(progress))
     }
 
 
@@ -121,12 +120,12 @@ def simulate(
     *,
     seed: int | None = None,
     output: Path | None = None,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
     **keys: Any,
 ) -> Simulation:
     """Simulates all sensors of a scenario. The same seed gives the same numbers to the last bit."""
     parsed, _ = configuration(scenario, keys)
-    simulation = Simulation(_piste.simulate(parsed, seed, progress))
+    simulation = Simulation(_piste.simulate(parsed, seed, told(progress)))
     if output is not None:
         simulation.write(output)
     return simulation
@@ -138,7 +137,7 @@ def tune(
     *,
     jobs: int = _piste.cores,
     output: Path | None = None,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
     **keys: Any,
 ) -> dict[str, Any]:
     """The noise for which the innovations of a replay are likeliest: tune.json, and `text`.
@@ -148,16 +147,16 @@ def tune(
     if keys and output is not None:
         raise ConfigError("the replay.yaml in `output` builds on a file; leave the keywords out, or `output`", "output")
     parsed, _ = configuration(config, keys)
-    found, text = _piste.tune(parsed, jobs, _folder(output), progress)
+    found, text = _piste.tune(parsed, jobs, _folder(output), told(progress))
     return {**json.loads(found), "text": text}
 
 
 def study(
-    config: Path, /, *, jobs: int = _piste.cores, output: Path | None = None, progress: Progress | None = None
+    config: Path, /, *, jobs: int = _piste.cores, output: Path | None = None, progress: Progress | bool | None = None
 ) -> dict[str, Any]:
     """A campaign of IMUs beside a reference: summary.json, and `report`, its page."""
     parsed, _ = configuration(config, {})
-    found, page = _piste.study(parsed, jobs, _folder(output), progress)
+    found, page = _piste.study(parsed, jobs, _folder(output), told(progress))
     return {**json.loads(found), "report": Page(page)}
 
 
@@ -167,10 +166,10 @@ def allan(
     at_rest: bool = False,
     jobs: int = _piste.cores,
     output: Path | None = None,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
 ) -> dict[str, Any]:
     """The noise of an IMU from logs at rest: allan.json, and `text`, `sensor` (a sensor file) and `report`."""
-    found = dict(_piste.allan(_files(logs), robust, at_rest, jobs, _folder(output), progress))
+    found = dict(_piste.allan(_files(logs), robust, at_rest, jobs, _folder(output), told(progress)))
     return {
         **json.loads(found["json"]),
         "text": found["text"],
@@ -186,12 +185,12 @@ def montecarlo(
     *,
     jobs: int = _piste.cores,
     output: Path | None = None,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
 ) -> dict[str, Any]:
     """Simulates and replays a scenario many times: consistency.json. On several machines: piste.distributed."""
     parsed, _ = configuration(scenario, {})
     ensemble = _piste.Ensemble.begin(parsed)
-    ensemble.run(runs, jobs, progress)
+    ensemble.run(runs, jobs, told(progress))
     return finished(ensemble, scenario, output)
 
 

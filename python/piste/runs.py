@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Callable
+from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -10,12 +10,15 @@ import numpy as np
 
 from . import _piste
 from .configuration import configuration
-from .tables import Table, rows_of
+from .progress import Progress, told
+from .tables import Table, column_of, rows_of
 
 if TYPE_CHECKING:
     import pandas
+    from matplotlib.figure import Figure
 
-Progress = Callable[[str, float], object]
+Path = str | os.PathLike[str]
+Three = Sequence[float] | np.ndarray
 
 OUTCOMES = np.array(["used", "rejected", "readmitted", "disputed", "repeated"])
 
@@ -36,7 +39,11 @@ class Solution:
         return len(self._solution)
 
     def __getitem__(self, name: str) -> np.ndarray:
-        return self._stored[name]
+        return column_of(self._stored, name)
+
+    def __repr__(self) -> str:
+        span = f", {self.time[0]:.2f} to {self.time[-1]:.2f} s" if len(self) else ""
+        return f"<piste.Solution of {len(self)} epochs{span}: {', '.join(self.names)}>"
 
     @property
     def names(self) -> list[str]:
@@ -132,11 +139,11 @@ class Run:
         """The page report.html; a notebook shows it."""
         return Page(self._run.page())
 
-    def write(self, folder: str | os.PathLike, progress: Progress | None = None) -> None:
+    def write(self, folder: Path, progress: Progress | bool | None = None) -> None:
         """Writes what the program `replay` writes."""
-        self._run.write(os.fspath(folder), progress)
+        self._run.write(os.fspath(folder), told(progress))
 
-    def plot(self, names: list[str] | None = None, sigmas: float = 1):
+    def plot(self, names: list[str] | None = None, sigmas: float = 1) -> "Figure":
         """Plots columns of `solution` with bands of some sigmas (matplotlib). Returns the figure."""
         from .plot import plot_run
 
@@ -156,11 +163,11 @@ class Page(str):
 
 
 def replay(
-    config: str | os.PathLike | None = None,
+    config: Path | None = None,
     /,
     *,
     judged: bool = True,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
     **keys: Any,
 ) -> Run:
     """Computes trajectory and errors of the IMU from logs.
@@ -171,11 +178,12 @@ def replay(
         replay(imu=imu, gnss=gnss, sensor="xsens_mt9a", lever_arm="-0.06 0.03 -0.42 m", estimate=["gyro_bias"])
 
     With both, the keywords replace keys of the file. `judged`: whether the causes of sigmas that do not hold are looked
-    for, which filters the run several times. `progress(stage, part)` is called some times a second.
+    for, which filters the run several times. `progress`: True draws a bar on standard error; or a function, which is called
+    with the stage and the part that is done some times a second.
     Raises ConfigError and DataError.
     """
     parsed, week = configuration(config, keys)
-    return Run(_piste.replay(parsed, judged, progress), week)
+    return Run(_piste.replay(parsed, judged, told(progress)), week)
 
 
 class Filter(_piste.Filter):
@@ -187,19 +195,20 @@ class Filter(_piste.Filter):
 
     def __init__(
         self,
-        config: str | os.PathLike | None = None,
+        config: Path | None = None,
         *,
         time: float,
-        position,
-        velocity,
-        euler,
-        sigma_position,
-        sigma_velocity,
-        sigma_euler,
+        position: Three,
+        velocity: Three,
+        euler: Three,
+        sigma_position: Three,
+        sigma_velocity: Three,
+        sigma_euler: Three,
         **keys: Any,
     ):
         parsed, _ = configuration(config, keys)
-        super().__init__(parsed, time, position, velocity, euler, sigma_position, sigma_velocity, sigma_euler)
+        start = (position, velocity, euler, sigma_position, sigma_velocity, sigma_euler)
+        super().__init__(parsed, time, *(list(map(float, values)) for values in start))
 
 
 class Live(_piste.Live):
@@ -208,7 +217,7 @@ class Live(_piste.Live):
     `config` and `keys`: as of replay(); the logs named there are not read.
     """
 
-    def __init__(self, config: str | os.PathLike | None = None, **keys: Any):
+    def __init__(self, config: Path | None = None, **keys: Any):
         parsed, _ = configuration(config, keys)
         super().__init__(parsed)
 

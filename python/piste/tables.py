@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import _piste
+from .errors import DataError
 
 if TYPE_CHECKING:
     import pandas
@@ -23,7 +24,7 @@ class Table(Mapping[str, np.ndarray]):
         self.week = week
 
     def __getitem__(self, name: str) -> np.ndarray:
-        return self._columns[name]
+        return column_of(self._columns, name)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._columns)
@@ -37,7 +38,8 @@ class Table(Mapping[str, np.ndarray]):
         return len(next(iter(self._columns.values()), ()))
 
     def __repr__(self) -> str:
-        return f"<piste.Table {self.kind} of {self.rows} rows: {', '.join(self)}>"
+        kind = f" {self.kind}" if self.kind else ""
+        return f"<piste.Table{kind} of {self.rows} rows: {', '.join(self)}>"
 
     def to_pandas(self, week: int | None = None) -> "pandas.DataFrame":
         """A pandas.DataFrame, whose index is time: UTC where the GPS `week` is known, else GPS seconds of the week."""
@@ -45,11 +47,20 @@ class Table(Mapping[str, np.ndarray]):
 
         frame = pandas.DataFrame(self._columns)
         week = self.week if week is None else week
-        if "time_s" in frame and week is None:
-            frame.index = pandas.Index(frame["time_s"].to_numpy(), name="gps_time")
-        elif "time_s" in frame:
-            frame.index = pandas.DatetimeIndex(utc(self["time_s"], week), tz="UTC", name="time")
+        if "time_s" in frame:
+            if week is None:
+                frame.index = pandas.Index(frame["time_s"].to_numpy(), name="gps_time")
+            else:
+                frame.index = pandas.DatetimeIndex(utc(self["time_s"], week), tz="UTC", name="time")
         return frame
+
+
+def column_of(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
+    """A column, or a KeyError that names those that are there."""
+    try:
+        return columns[name]
+    except KeyError:
+        raise KeyError(f"there is no column `{name}`; there are {', '.join(columns)}") from None
 
 
 def rows_of(names: list[str], rows: np.ndarray, week: int | None = None) -> Table:
@@ -81,13 +92,26 @@ def is_table(value: Any) -> bool:
     return isinstance(value, Table) or (isinstance(value, Mapping) and "time_s" in value)
 
 
-def columns_of(value: Any) -> tuple[dict[str, np.ndarray], int | None]:
+def numbers_of(table: str, name: str, values: Any) -> np.ndarray:
+    """A column as float64, without a copy where it is."""
+    column = np.asarray(values)
+    if name == "time_s" and column.dtype == np.float32:
+        raise DataError(f"{table}: `time_s` is float32, which tells times of a week to 0.03 s; make it float64", table)
+    try:
+        return np.asarray(column, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise DataError(
+            f"{table}: column `{name}` holds other things than numbers; convert it, or drop it", table
+        ) from None
+
+
+def columns_of(value: Any, table: str) -> tuple[dict[str, np.ndarray], int | None]:
     """The columns of a table as arrays, without a copy where they are float64, and its GPS week if it is known."""
     week = getattr(value, "week", None)
     names = list(value.columns) if hasattr(value, "columns") else list(value)
-    columns = {str(name): np.asarray(value[name], dtype=np.float64) for name in names}
+    columns = {str(name): numbers_of(table, str(name), value[name]) for name in names}
     index = getattr(value, "index", None)
-    if "time_s" not in columns and str(getattr(index, "dtype", "")).startswith("datetime64"):
+    if index is not None and "time_s" not in columns and str(getattr(index, "dtype", "")).startswith("datetime64"):
         stamps = index.tz_convert("UTC").tz_localize(None) if getattr(index, "tz", None) else index
         week, columns["time_s"] = gps_seconds(stamps.to_numpy())
     return columns, week if isinstance(week, int) else None

@@ -124,11 +124,15 @@ void bind_filtering(nb::module_& m) {
             new (self) Filter(options, World(place(position)), start);
           },
           nb::arg("configuration"), nb::arg("time"), nb::arg("position"), nb::arg("velocity"), nb::arg("euler"),
-          nb::arg("sigma_position"), nb::arg("sigma_velocity"), nb::arg("sigma_euler"))
+          nb::arg("sigma_position"), nb::arg("sigma_velocity"), nb::arg("sigma_euler"),
+          "A filter with its start: GPS seconds of week; degrees and m; m/s north, east, down; degrees; and sigmas.")
       .def_static(
           "of", [](const Run& run) { return Filter(run.replay.options, run.replay.log.world, run.replay.found.start); },
           nb::arg("run"), "A filter at the start of a run, with its options.")
-      .def("add", &add_samples, nb::arg("time"), nb::arg("interval"), nb::arg("dtheta"), nb::arg("dvel"))
+      .def("add", &add_samples, nb::arg("time"), nb::arg("interval"), nb::arg("dtheta"), nb::arg("dvel"),
+           "Samples one after the other: the time at the end of each (GPS seconds of week), the interval before it "
+           "(s), and "
+           "over it the rotation (rad) and the change of velocity (m/s), body axes, forward, right, down.")
       .def(
           "add_gnss",
           [](Filter& filter, double time, const Three& position, const Three& sigma,
@@ -137,21 +141,31 @@ void bind_filtering(nb::module_& m) {
                                          velocity_of(velocity, sigma_velocity)});
           },
           nb::arg("time"), nb::arg("position"), nb::arg("sigma"), nb::arg("velocity").none() = nb::none(),
-          nb::arg("sigma_velocity").none() = nb::none(), nb::arg("receiver") = 0)
-      .def("finish", &Filter::finish)
-      .def_prop_ro("time", &Filter::time)
-      .def_prop_ro("late", &Filter::late)
-      .def_prop_ro("covariance", [](const Filter& f) { return Eigen::MatrixXd(f.covariance()); })
-      .def_prop_ro("blocks",
-                   [](const Filter& f) {
-                     std::vector<std::string> names;
-                     for (const Block b : f.layout().blocks()) names.emplace_back(info(b).name);
-                     return names;
-                   })
-      .def("state", [](const Filter& f) {
-        return state(f.time(), navigation_of(f.world(), f.estimate()),
-                     sigmas_of(f.world(), f.estimate(), f.layout(), f.covariance()));
-      });
+          nb::arg("sigma_velocity").none() = nb::none(), nb::arg("receiver") = 0,
+          "A fix: GPS seconds of week; latitude and longitude in degrees, height in m; m/s; sigmas north, east, down. "
+          "Those of a "
+          "receiver come in the order of their times.")
+      .def("finish", &Filter::finish, "Processes the last sample, after which nothing may be added. False if there was none.")
+      .def_prop_ro("time", &Filter::time, "GPS seconds of week of the last sample.")
+      .def_prop_ro("late", &Filter::late, "The number of fixes that came too late to be used.")
+      .def_prop_ro(
+          "covariance", [](const Filter& f) { return Eigen::MatrixXd(f.covariance()); },
+          "Covariance of the errors of `blocks`, SI and radians, in the frame w (piste.h).")
+      .def_prop_ro(
+          "blocks",
+          [](const Filter& f) {
+            std::vector<std::string> names;
+            for (const Block b : f.layout().blocks()) names.emplace_back(info(b).name);
+            return names;
+          },
+          "The blocks of the state, in the order of the covariance.")
+      .def(
+          "state",
+          [](const Filter& f) {
+            return state(f.time(), navigation_of(f.world(), f.estimate()),
+                         sigmas_of(f.world(), f.estimate(), f.layout(), f.covariance()));
+          },
+          "Time, position, velocity, attitude and their sigmas, with the units in the names.");
 
   nb::class_<Live>(m, "Live")
       .def(
@@ -166,7 +180,8 @@ void bind_filtering(nb::module_& m) {
             const nb::gil_scoped_release release;
             for (std::size_t i = 0; i < rows; ++i) live.add(ImuRow{time(i), row(gyro, i), row(accel, i)});
           },
-          nb::arg("time"), nb::arg("gyro"), nb::arg("accel"))
+          nb::arg("time"), nb::arg("gyro"), nb::arg("accel"),
+          "Raw rows at the sensor's own clock and along its own axes: s, rad/s and m/s^2.")
       .def(
           "add_gnss",
           [](Live& live, double time, const Three& position, const Three& sigma, const std::optional<Three>& velocity,
@@ -179,10 +194,17 @@ void bind_filtering(nb::module_& m) {
             live.add(receiver, fix);
           },
           nb::arg("time"), nb::arg("position"), nb::arg("sigma"), nb::arg("velocity").none() = nb::none(),
-          nb::arg("sigma_velocity").none() = nb::none(), nb::arg("receiver") = 0)
-      .def_prop_ro("late", &Live::late)
-      .def("state", [](const Live& live) { return live_state(live.state()); })
-      .def("now", [](const Live& live) { return live_state(live.now()); });
+          nb::arg("sigma_velocity").none() = nb::none(), nb::arg("receiver") = 0,
+          "A fix: GPS seconds of week; latitude and longitude in degrees, height in m; m/s; sigmas north, east, down. "
+          "Those of a "
+          "receiver come in the order of their times.")
+      .def_prop_ro("late", &Live::late, "The number of fixes that came too late to be used.")
+      .def(
+          "state", [](const Live& live) { return live_state(live.state()); },
+          "The state as far as samples are conditioned, 1.5 s behind the newest row; None before the start.")
+      .def(
+          "now", [](const Live& live) { return live_state(live.now()); },
+          "The state at the newest row; None before the start.");
 }
 
 }  // namespace piste::python

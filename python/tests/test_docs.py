@@ -14,7 +14,8 @@ def test_blocks_of_the_page(monkeypatch, tmp_path):
     for name in ("config", "data"):
         (tmp_path / name).symlink_to(SOURCE / name)
     monkeypatch.chdir(tmp_path)
-    pages = "".join((SOURCE / page).read_text() for page in ("README.md", "docs/python.md"))
+    others = sorted(page for page in (SOURCE / "docs").glob("*.md") if page.name != "python.md")
+    pages = "".join(page.read_text() for page in (SOURCE / "README.md", SOURCE / "docs/python.md", *others))
     blocks = re.findall(r"```python\n(.*?)```", pages, re.DOTALL)
     assert len(blocks) >= 8
     names = {"__name__": "__main__"}

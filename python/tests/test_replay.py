@@ -119,10 +119,42 @@ def test_errors_say_where(tmp_path, config):
         piste.replay()
     with pytest.raises(piste.ConfigError, match="there is no file `nowhere.csv`"):
         piste.replay(imu="nowhere.csv", sensor="xsens_mt9a", span=None)
+    with pytest.raises(piste.ConfigError, match="tables go by keyword"):
+        piste.replay(pandas.DataFrame({"time_s": [0.0]}))
     with pytest.raises(piste.ConfigError, match="belongs to `imu`"):
         piste.replay(sensor="xsens_mt9a")
     with pytest.raises(piste.ConfigError, match="perhaps `lever_arm`"):
         piste.replay(config, gnss={"file": config.parent / "../data/ski_run/gnss.csv", "leverarm": "0 0 0 m"})
+
+
+def test_frames_that_cannot_be_read_say_why(imu, gnss):
+    frame = imu.to_pandas()
+    keys = {"gnss": gnss, "sensor": "xsens_mt9a"}
+    with pytest.raises(piste.DataError, match="imu: column `note` holds other things than numbers"):
+        piste.replay(imu=frame.assign(note="x"), **keys)
+    with pytest.raises(piste.DataError, match="imu: `time_s` is float32"):
+        piste.replay(imu=frame.astype("float32"), **keys)
+    with pytest.raises(piste.DataError, match="imu: no gyroscope"):
+        piste.replay(imu=frame.rename(columns={"gyro_x_rad_s": "GyroX"}), **keys)
+
+
+def test_names_that_are_not_there_say_which_are(run):
+    for table, there in (
+        (run.smoothed, "v_wb"),
+        (run.biases, "gyro_bias_x_deg_s"),
+        (run.smoothed.navigation, "height_m"),
+    ):
+        with pytest.raises(KeyError, match=there):
+            table["heigth"]
+        assert there in repr(table)
+    with pytest.raises(piste.ConfigError, match="height_m"):
+        run.plot(["heigth"])
+
+
+def test_bar(config, capsys):
+    piste.replay(config, judged=False, progress=True)
+    said = capsys.readouterr().err
+    assert "[==" in said and "%" in said and said.endswith("\n")
 
 
 def test_progress_and_what_it_raises(config):
@@ -169,3 +201,7 @@ def test_plot(run):
     assert len(figure.axes) == 3
     assert all(axes.has_data() for axes in figure.axes)
     assert figure.axes[2].collections  # the band
+    assert [axes.get_ylabel() for axes in figure.axes[1:]] == ["height [m]", "gyro bias x [deg/s]"]
+    heading = run.plot(["heading_deg"]).axes[1].lines[0].get_ydata()
+    steps = np.abs(np.diff(heading))
+    assert np.isnan(heading).any() and np.nanmax(steps) < 180  # no stroke from 180° to -180°

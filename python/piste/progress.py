@@ -1,0 +1,40 @@
+"""How far the work is: a function of one's own, or a bar."""
+
+import sys
+import time
+from collections.abc import Callable
+from typing import TextIO
+
+Progress = Callable[[str, float], object]
+"""Called some times a second with the stage and the part of it that is done, 0 to 1. What it raises ends the work."""
+
+
+class Bar:
+    """A bar with the time left, on standard error."""
+
+    WIDTH = 30
+
+    def __init__(self, out: TextIO | None = None):
+        self._out = out or sys.stderr
+        self._stage = ""
+        self._started = 0.0
+
+    def __call__(self, stage: str, part: float) -> None:
+        now = time.monotonic()
+        if stage != self._stage:
+            if self._stage:
+                self._out.write("\n")
+            self._stage, self._started = stage, now
+        left = (now - self._started) * (1 / part - 1) if part > 0 else 0
+        filled = round(self.WIDTH * part)
+        self._out.write(f"\r{stage:<10} [{'=' * filled:<{self.WIDTH}}] {part:4.0%}  {left:.0f} s left ")
+        self._out.flush()
+
+    def __del__(self) -> None:
+        if self._stage:
+            self._out.write("\n")
+
+
+def told(progress: Progress | bool | None) -> Progress | None:
+    """What the bindings call: of True a bar, of False and None nothing."""
+    return Bar() if progress is True else progress or None
