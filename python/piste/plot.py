@@ -68,7 +68,8 @@ def plot_run(run: "Run", names: list[str] | None = None, sigmas: float = 1) -> "
             known = ", ".join(n for n in (*navigation, *run.biases) if n != "time_s" and not n.startswith("sigma_"))
             raise ConfigError(f"there is no column `{name}`; there are {known}", "names")
         value = without_wraps(name, table[name])
-        sigma = table.get(SIGMAS.get(name, f"sigma_{name}"))
+        of_name = SIGMAS.get(name, f"sigma_{name}")
+        sigma = None if of_name is None else table.get(of_name)
         axes.plot(time, value, linewidth=0.8)
         if sigma is not None:
             axes.fill_between(time, value - sigmas * sigma, value + sigmas * sigma, alpha=0.3, linewidth=0)

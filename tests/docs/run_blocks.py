@@ -37,6 +37,9 @@ def main():
         place, text = work / page.stem, page.read_text(encoding="utf-8")
         for block in FENCE.finditer(text):
             where = f"{page.relative_to(source)}:{text.count(chr(10), 0, block.start('language')) + 1}"
+            if not block["language"] and re.search(r"^(build/release|scripts|pip|python3?) ?/?", block["text"], re.M):
+                print(f"{where}: a command in a block without a language; right would be sh")
+                failed += 1
             if block["language"] in DATA:
                 continue
             if block["language"] != "sh":
