@@ -1,5 +1,5 @@
-// python_costs CONFIG: the CPU time of a replay with its verdict and without its outputs, and of a sample in Filter::add. For
-// bench/python_costs.py, which measures the same through Python.
+// python_costs CONFIG: the CPU time of a replay with its verdict and without its outputs, and of a sample in
+// Filter::add. For bench/python_costs.py, which measures the same through Python.
 
 #include <fmt/format.h>
 

@@ -145,7 +145,8 @@ void bind_filtering(nb::module_& m) {
           "A fix: GPS seconds of week; latitude and longitude in degrees, height in m; m/s; sigmas north, east, down. "
           "Those of a "
           "receiver come in the order of their times.")
-      .def("finish", &Filter::finish, "Processes the last sample, after which nothing may be added. False if there was none.")
+      .def("finish", &Filter::finish,
+           "Processes the last sample, after which nothing may be added. False if there was none.")
       .def_prop_ro("time", &Filter::time, "GPS seconds of week of the last sample.")
       .def_prop_ro("late", &Filter::late, "The number of fixes that came too late to be used.")
       .def_prop_ro(
