@@ -21,7 +21,10 @@ from .runs import Path
 if TYPE_CHECKING:
     from distributed import Client, Future, LocalCluster
 
-SHORTEST = 1.0  # s of work that a part should be worth
+SHORTEST = 1.0  # s of work that a part should be worth,
+FOR_EACH_WORKER = (
+    0.01  # or this for each worker if that is more: a part costs client and scheduler half of it (docs/python.md)
+)
 SAVE_EVERY = 5.0  # s
 STATE = "ensemble.state"
 
@@ -75,9 +78,10 @@ def montecarlo(
             ensemble = _piste.Ensemble.begin(configuration)
 
     started = time.perf_counter()
-    if len(ensemble) == 0:  # one here tells how long a run is
-        ensemble.append(part(path, 0, 1))
-    chunk = max(1, round(SHORTEST / max(time.perf_counter() - started, 1e-3)))
+    if len(ensemble) < runs:  # one here tells how long a run is
+        ensemble.append(part(path, len(ensemble), 1))
+    worth = max(SHORTEST, FOR_EACH_WORKER * sum(client.nthreads().values()))
+    chunk = max(1, round(worth / max(time.perf_counter() - started, 1e-3)))
     if until is not None:
         runs = max(len(ensemble), min(runs, ensemble.runs_within(until)))
     _run_parts(ensemble, path, runs, chunk, client, state, told(progress))

@@ -27,7 +27,7 @@ class Bar:
             self._stage, self._started = stage, now
         left = (now - self._started) * (1 / part - 1) if part > 0 else 0
         filled = round(self.WIDTH * part)
-        self._out.write(f"\r{stage:<10} [{'=' * filled:<{self.WIDTH}}] {part:4.0%}  {left:.0f} s left ")
+        self._out.write(f"\r{stage:<13} [{'=' * filled:<{self.WIDTH}}] {part:4.0%}  {left:.0f} s left ")
         self._out.flush()
 
     def __del__(self) -> None:

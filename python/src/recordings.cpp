@@ -46,6 +46,13 @@ void put(nb::dict& table, std::string_view pattern, const std::array<std::string
   }
 }
 
+// What was found in a log as an error, with its place apart.
+DataError error_of(const Suspicion& found) {
+  const std::size_t place = found.what.starts_with(found.file) ? found.what.find(": ") : std::string::npos;
+  if (place == std::string::npos) return DataError(found.file, found.what);
+  return DataError(found.what.substr(0, place), found.what.substr(place + 2));
+}
+
 }  // namespace
 
 nb::dict table_of(const ImuRecording& imu) {
@@ -102,8 +109,8 @@ void bind_recordings(nb::module_& m) {
           const std::vector<InspectedLog> logs = recognise(files, found);
           if (logs.size() != 1) throw ConfigError(files.front(), "these are several logs; read one at a time");
           if (!logs.front().guess) {
-            throw DataError(found.empty() ? files.front() : "",
-                            found.empty() ? "is no log of a known format" : found.front().what);
+            if (found.empty()) throw DataError(files.front(), "is no log of a known format");
+            throw error_of(found.front());
           }
           const LogFile& log = logs.front().log;
           Read out{.imu = {}, .gnss = {}, .attitude = {}, .kind = logs.front().guess->kind};

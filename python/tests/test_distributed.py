@@ -52,10 +52,18 @@ def test_same_bytes_with_a_worker_killed(scenario, tmp_path, client, expected, m
     assert same(tmp_path, expected)
 
 
-def test_goes_on_where_it_was_stopped(scenario, tmp_path, client, expected):
+def test_goes_on_where_it_was_stopped(scenario, tmp_path, client, expected, monkeypatch):
     piste.distributed.montecarlo(scenario, 23, tmp_path, client)
+    monkeypatch.setattr(piste.distributed, "SHORTEST", 0.2)
+    sizes = []
+    submit = client.submit
+    monkeypatch.setattr(client, "submit", lambda *args, **keys: [sizes.append(args[3]), submit(*args, **keys)][1])
     piste.distributed.montecarlo(scenario, RUNS, tmp_path, client)
     assert same(tmp_path, expected)
+    assert sum(sizes) == RUNS - 24  # one was made here, to see how long a run takes
+    assert len(sizes) > 1
+    piste.distributed.montecarlo(scenario, RUNS, tmp_path, client)
+    assert same(tmp_path, expected) and sum(sizes) == RUNS - 24
 
 
 def test_stops_when_the_band_is_narrow(scenario, client):

@@ -36,8 +36,10 @@ def test_simulate_inspect_replay(tmp_path):
 def test_read_says_what_a_log_is(imu):
     assert imu.kind == "imu"
     assert "gyro_x_rad_s" in imu
-    with pytest.raises(piste.DataError):
+    with pytest.raises(piste.DataError) as raised:
         piste.read(__file__)
+    assert (raised.value.file, raised.value.line) == (__file__, 1)
+    assert str(raised.value).count(__file__) == 1
     for files in ((), ("nowhere.csv",)):
         with pytest.raises(piste.ConfigError):
             piste.read(*files)
