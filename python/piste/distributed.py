@@ -21,10 +21,9 @@ from .runs import Path
 if TYPE_CHECKING:
     from distributed import Client, Future, LocalCluster
 
-SHORTEST = 1.0  # s of work that a part should be worth,
-FOR_EACH_WORKER = (
-    0.01  # or this for each worker if that is more: a part costs client and scheduler half of it (docs/python.md)
-)
+# s of work that a part should be worth, or if that is more, the second for each worker: a part costs client and scheduler half of
+# it (docs/python.md).
+SHORTEST, FOR_EACH_WORKER = 1.0, 0.01
 SAVE_EVERY = 5.0  # s
 STATE = "ensemble.state"
 
@@ -37,11 +36,22 @@ def part(scenario: str, first: int, runs: int) -> bytes:
 
 
 def local_cluster(workers: int = _piste.cores) -> "LocalCluster":
-    """A cluster of this machine's cores. Its workers keep freed memory and are not profiled, which would cost a run 5 %."""
+    """A cluster of this machine's cores, whose processes leave the cores to the runs.
+
+    Workers keep freed memory and are not profiled, which would cost a run 5 %. All look around once a second or so: as
+    Dask is set up they do so every 20 to 500 ms, which takes 9 % of a core.
+    """
     import dask
     from distributed import LocalCluster
 
-    lean = {"distributed.nanny.pre-spawn-environ": {"OMP_NUM_THREADS": 1}, "distributed.worker.profile.enabled": False}
+    lean = {
+        "distributed.nanny.pre-spawn-environ": {"OMP_NUM_THREADS": 1},
+        "distributed.worker.profile.enabled": False,
+        "distributed.worker.memory.monitor-interval": "1s",
+        "distributed.admin.tick.interval": "1s",
+        "distributed.admin.system-monitor.interval": "5s",
+        "distributed.scheduler.work-stealing-interval": "1s",
+    }
     with dask.config.set(lean):
         return LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None)
 
@@ -77,11 +87,11 @@ def montecarlo(
         if len(ensemble) > runs:
             ensemble = _piste.Ensemble.begin(configuration)
 
-    started = time.perf_counter()
+    started = time.process_time()  # of a busy machine, too, it tells the work
     if len(ensemble) < runs:  # one here tells how long a run is
         ensemble.append(part(path, len(ensemble), 1))
     worth = max(SHORTEST, FOR_EACH_WORKER * sum(client.nthreads().values()))
-    chunk = max(1, round(worth / max(time.perf_counter() - started, 1e-3)))
+    chunk = max(1, round(worth / max(time.process_time() - started, 1e-3)))
     if until is not None:
         runs = max(len(ensemble), min(runs, ensemble.runs_within(until)))
     _run_parts(ensemble, path, runs, chunk, client, state, told(progress))

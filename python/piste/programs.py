@@ -48,6 +48,11 @@ class Inspection:
     def __str__(self) -> str:
         return self._inspected.text()
 
+    def __repr__(self) -> str:
+        """The worst that looks wrong; print() shows all."""
+        found = self.suspicions
+        return f"<piste.Inspection: {len(found)} things look wrong{f', the worst: {found[0]}' if found else ''}>"
+
     @property
     def suspicions(self) -> list[str]:
         """What looks wrong, the worst first."""
@@ -97,6 +102,9 @@ class Simulation:
         self.imus = {name: Table(columns, "imu") for name, columns in simulated.imus().items()}
         self.gnss = {name: Table(columns, "gnss") for name, columns in simulated.gnss().items()}
         self.attitude = {name: Table(columns, "attitude") for name, columns in simulated.attitude().items()}
+
+    def __repr__(self) -> str:
+        return f"<piste.Simulation with seed {self.seed}: {', '.join((*self.imus, *self.gnss, *self.attitude))}>"
 
     def truth(self, imu: int = 0) -> Table:
         """truth.csv of the IMU with that number."""
@@ -188,6 +196,8 @@ def montecarlo(
     progress: Progress | bool | None = None,
 ) -> dict[str, Any]:
     """Simulates and replays a scenario many times: consistency.json. On several machines: piste.distributed."""
+    if runs < 1:
+        raise ConfigError(f"runs: {runs} is none; at least 1 is expected", "runs")
     parsed, _ = configuration(scenario, {})
     ensemble = _piste.Ensemble.begin(parsed)
     ensemble.run(runs, jobs, told(progress))

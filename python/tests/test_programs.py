@@ -21,11 +21,13 @@ def test_simulate_inspect_replay(tmp_path):
     truth = simulation.truth()
     assert truth.rows > 1000
     assert simulation.errors["seed"] == 7
+    assert name in repr(simulation) and "seed 7" in repr(simulation)
 
     logs = [tmp_path / "logs" / name, tmp_path / "logs" / next(iter(simulation.gnss))]
     inspection = piste.inspect(*logs, output=tmp_path / "inspection")
     assert "looks wrong" in str(inspection) or inspection.suspicions is not None
     assert inspection.report().startswith("<!")
+    assert f"{len(inspection.suspicions)} things look wrong" in repr(inspection)
     run = piste.replay(tmp_path / "inspection/replay.yaml", judged=False)
     found = run.smoothed.navigation
     last = np.searchsorted(truth["time_s"], found["time_s"][-1]) - 1
@@ -68,6 +70,8 @@ def test_allan(tmp_path):
 
 
 def test_montecarlo_is_the_program(scenario, tmp_path):
+    with pytest.raises(piste.ConfigError, match="at least 1"):
+        piste.montecarlo(scenario, 0)
     report = piste.montecarlo(scenario, 3, jobs=2, output=tmp_path)
     assert json.loads((tmp_path / "consistency.json").read_text()) == report
     assert {"ensemble.state", "consistency.md", "consistency.html"} <= set(os.listdir(tmp_path))
