@@ -43,7 +43,8 @@ struct Attempt {
   double clock_sigma() const { return sigmas(full_offset(Block::kGnssDelay)); }
   bool fits() const { return rejected < (used + rejected) / 10; }  // as Calibration::fits()
   double velocity_delay() const { return last.velocity_delay - last.gnss_delay; }
-  double velocity_delay_sigma() const { return sigmas(full_offset(Block::kVelocityDelay)); }
+  // Beside that of the positions, of which the clock is told.
+  double velocity_delay_sigma() const { return std::hypot(sigmas(full_offset(Block::kVelocityDelay)), clock_sigma()); }
 };
 
 // Where a receiver says that the body moves: between departure and arrival, as the start judges a departure.
@@ -71,7 +72,7 @@ class Calibrator {
         options_(std::move(options)),
         gate_(options_.behaviour.trust.gate),
         jobs_(jobs),
-        search_clock_(clock_sigma > kSureClock) {
+        unsure_(std::min(kFarthest, kLoose * clock_sigma)) {
     for (const Block b : {Block::kLeverArm, Block::kGnssDelay}) {
       if (!options_.estimates(b)) options_.estimate.push_back(b);
     }
@@ -88,7 +89,7 @@ class Calibrator {
     const double told = conditioning_.imu.clock_offset;
     const FilterOptions at_first = options_;
     take_fixes(kFloors.front());
-    const int steps = search_clock_ ? static_cast<int>(std::lround(kFarthest / kStep)) : 0;
+    const int steps = unsure_ > kStep ? static_cast<int>(std::ceil(unsure_ / kStep)) : 0;
     for (int k = -steps; k <= steps; ++k) keep(attempt(told + k * kStep));
     if (!std::isfinite(best_.likelihood)) return std::nullopt;
     for (const double floor : kFloors) {
@@ -222,7 +223,7 @@ class Calibrator {
   double gate_;  // as told
   std::optional<ReceiverNoise> noise_;
   std::size_t jobs_;
-  bool search_clock_;
+  double unsure_;  // s: the clock is that far from what is told at most
   Attempt best_;
 };
 

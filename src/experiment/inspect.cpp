@@ -254,11 +254,10 @@ void estimate_late_velocities(const InspectedLog& receiver, FilterOptions& optio
 }
 
 // What holds over the whole log, with the vehicle if one carries the IMU; without it where no filter runs with it.
-void settle(Inspection& inspection, const InspectedLog& receiver, const Recording& recording,
+void settle(Inspection& inspection, const Recording& recording,
             const ConditioningOptions& conditioning, const FilterOptions& options, Calibration& found) {
   const auto over_all = [&](const std::optional<VehicleOptions>& vehicle) {
-    return settled(recording, conditioning, options, vehicle, *receiver.gnss_health, inspection.imu_clock() == nullptr,
-                   found);
+    return settled(recording, conditioning, options, vehicle, inspection.imu_clock() == nullptr, found);
   };
   std::optional<Calibration> there;
   if (inspection.vehicle.is_car()) {
@@ -292,7 +291,7 @@ std::optional<Calibration> try_calibration(Inspection& inspection, const Inspect
                                 told ? match->clock->sigma : std::numeric_limits<double>::infinity(),
                                 std::max(1U, std::thread::hardware_concurrency()));
     if (!found_here) return std::nullopt;
-    if (found_here->fits()) settle(inspection, receiver, recording, conditioning, options, *found_here);
+    if (found_here->fits()) settle(inspection, recording, conditioning, options, *found_here);
     const Calibration& calibration = *found_here;
     const Vector3d& arm = calibration.lever_arm;
     if (calibration.fits() && arm.norm() > kFar && calibration.lever_arm_sigma.norm() < kSure * arm.norm()) {

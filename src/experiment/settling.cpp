@@ -9,12 +9,13 @@
 #include "piste/core/error.h"
 #include "piste/core/state_table.h"
 #include "piste/experiment/replay.h"
+#include "tune/evidence.h"
 
 namespace piste {
 namespace {
 
 constexpr double kWhole = 3600;  // s of the log: an hour has seen what there is to see
-constexpr int kMostRounds = 6;
+constexpr int kMostRounds = 10;
 constexpr double kRefused = 0.01;  // of the fixes: ten times what the gate refuses where the sigmas are right
 constexpr double kLeastStep = 1.2, kMostStep = 2;  // times the sigmas in a round
 constexpr double kStill = 0.25;                    // sigmas: a clock that moves by less stays
@@ -41,7 +42,7 @@ double growth(const Solution& run, const std::string& source) {
 FilterOptions told(FilterOptions options, const Calibration& found, bool delayed) {
   options.sensor = found.sensor;
   GnssOptions& gnss = options.gnss.front();
-  gnss.lever_arm = found.lever_arm;
+  if (found.tells_arm()) gnss.lever_arm = found.lever_arm;
   gnss.drift = found.drift;
   options.estimate = imu_error_blocks(found.sensor);
   options.estimate.push_back(Block::kLeverArm);
@@ -59,10 +60,11 @@ FilterOptions told(FilterOptions options, const Calibration& found, bool delayed
 
 std::optional<Calibration> settled(const Recording& recording, const ConditioningOptions& conditioning,
                                    const FilterOptions& options, const std::optional<VehicleOptions>& vehicle,
-                                   const GnssHealth& receiver, bool find_clock, Calibration found) {
-  for (int round = 0;; ++round) {
+                                   bool find_clock, Calibration found) {
+  const bool delayed = find_clock;
+  const auto filtered = [&]() -> std::optional<Solution> {
     ReplayOptions replayed{.conditioning = conditioning,
-                           .filter = told(options, found, find_clock && clock_matters(found, receiver)),
+                           .filter = told(options, found, delayed),
                            .longest = kWhole,
                            .smoother = SmootherKind::kNone,
                            .history = false};
@@ -72,27 +74,46 @@ std::optional<Calibration> settled(const Recording& recording, const Conditionin
     replayed.filter.estimate = with_implied_blocks(replayed.filter, replayed.filter.estimate);
     Recording scaled = recording;
     scale_sigmas(scaled.gnss.front(), found.sigma_scale, found.sigma_velocity_scale);
-    Solution run;
     try {
-      run = replay(scaled, replayed).filtered.solution;
-    } catch (const Error&) {
-      return std::nullopt;
+      Solution run = replay(scaled, replayed).filtered.solution;
+      if (!run.empty()) return run;
+    } catch (const Error&) {  // no start, or a filter that diverges
     }
-    if (run.empty()) return std::nullopt;
-    if (round == kMostRounds) return found;
-    const double position = growth(run, "gnss[0].position"), velocity = growth(run, "gnss[0].velocity");
+    return std::nullopt;
+  };
+  std::optional<Calibration> before;  // the clock moved, if that is what the last round did
+  double likelihood = 0;              // of the fixes, in the last round
+  for (int round = 0; round < kMostRounds; ++round) {
+    const auto run = filtered();
+    if (!run && before) return before;
+    if (!run) return std::nullopt;
+    const double now = log_likelihood(run->innovations, run->sources);
+    if (before && now < likelihood) {
+      found = *std::exchange(before, std::nullopt);
+      find_clock = false;
+      continue;
+    }
+    before.reset();
+    likelihood = now;
+    const std::size_t last = run->size() - 1;
+    const double delay = run->estimate(last).gnss_delay;
+    if (run->layout().has(Block::kGnssDelay)) {
+      const double sigma = run->sigmas(last).blocks(full_offset(Block::kGnssDelay));
+      const Calibration here = found;
+      if (find_clock) found.clock_sigma = sigma;
+      if (find_clock && std::abs(delay) > kStill * sigma) {
+        before = here;
+        found.clock_offset -= delay;
+        continue;
+      }
+    }
+    const double position = growth(*run, "gnss[0].position"), velocity = growth(*run, "gnss[0].velocity");
+    if (position == 1 && velocity == 1) return found;
     found.sigma_scale *= position;
     if (found.drift) found.drift->sigma *= position;
     found.sigma_velocity_scale *= velocity;
-    const std::size_t last = run.size() - 1;
-    const Estimate x = run.estimate(last);
-    const FullError sigmas = run.sigmas(last).blocks;
-    if (replayed.filter.estimates(Block::kGnssDelay)) {
-      found.clock_offset -= x.gnss_delay;
-      found.clock_sigma = sigmas(full_offset(Block::kGnssDelay));
-    }
-    if (position == 1 && velocity == 1 && std::abs(x.gnss_delay) < kStill * found.clock_sigma) return found;
   }
+  return found;
 }
 
 }  // namespace piste

@@ -13,12 +13,13 @@ namespace piste {
 ///  - Where more than a hundredth of the positions or velocities is refused, their sigmas grow until that many are
 ///    within the gate: the first minutes saw a better sky.
 ///  - The clock takes the delay of the fixes that the whole log tells, so that the rows of a replay are in the
-///    receiver's time; unless the receiver's log tells the clock (`find_clock` is false).
+///    receiver's time, as long as the fixes are likelier with it; unless the receiver's log tells the clock
+///    (`find_clock` is false).
 /// Lever arm and delay of velocities stay as they were found: each round sees the same motion again.
 /// `options` is what calibrate() was given, with one receiver; `vehicle`: what carries the IMU, if it does.
 /// Nothing if no filter runs over the whole log with it.
 std::optional<Calibration> settled(const Recording& recording, const ConditioningOptions& conditioning,
                                    const FilterOptions& options, const std::optional<VehicleOptions>& vehicle,
-                                   const GnssHealth& receiver, bool find_clock, Calibration found);
+                                   bool find_clock, Calibration found);
 
 }  // namespace piste

@@ -96,7 +96,8 @@ std::optional<LateVelocities> late_velocities(const InspectedLog& log) {
   return std::nullopt;
 }
 
-constexpr double kLoose = 5;  // times a sigma that the motion told, as the replay sees the same motion again
+constexpr double kLoose = 5;    // times a sigma that the motion told, as the replay sees the same motion again
+constexpr double kMostArm = 1;  // m: the prior of a lever arm that nothing told
 
 double late_prior(double sigma) {
   constexpr double kLeast = 0.02;  // s: what it was measured against has delays of its own
@@ -110,7 +111,6 @@ struct LateSources {
 
 // The priors of a configuration. `delayed`: whether the delay of the fixes is estimated.
 std::string priors_text(const Calibration* found, const LateSources& late, bool delayed) {
-  constexpr double kMostArm = 1;  // m, where nothing told it
   Priors priors{.lever_arm = kMostArm};
   if (found != nullptr) priors = priors_after(*found);
   std::string text = fmt::format("lever_arm: {:.2g} m", priors.lever_arm);
@@ -247,19 +247,12 @@ ImuConditioning guess_conditioning(const Inspection& inspection) {
 }
 
 Priors priors_after(const Calibration& found, Priors priors) {
-  constexpr double kLeastArm = 0.1, kMostArm = 1, kLeastDelay = 0.005, kMostDelay = 0.05;  // m, s
-  priors.lever_arm = std::clamp(kLoose * found.lever_arm_sigma.maxCoeff(), kLeastArm, kMostArm);
+  constexpr double kLeastArm = 0.1, kLeastDelay = 0.005, kMostDelay = 0.05;  // m, s
+  priors.lever_arm =
+      found.tells_arm() ? std::clamp(kLoose * found.lever_arm_sigma.maxCoeff(), kLeastArm, kMostArm) : kMostArm;
   priors.gnss_delay = std::clamp(kLoose * found.clock_sigma, kLeastDelay, kMostDelay);
   if (found.velocity_delay_sigma > 0) priors.velocity_delay = late_prior(found.velocity_delay_sigma);
   return priors;
-}
-
-bool clock_matters(const Calibration& found, const GnssHealth& receiver) {
-  constexpr double kShows = 0.5, kTurn = 3;  // of the receiver's sigma; m/s^2
-  const double position = found.sigma_scale * receiver.median_sigma.head<2>().maxCoeff();
-  const bool shown = found.clock_sigma * receiver.top_speed > kShows * position;
-  if (receiver.velocities == 0) return shown;
-  return shown || found.clock_sigma * kTurn > kShows * found.sigma_velocity_scale * receiver.sigma_velocity;
 }
 
 std::optional<std::string> ready_config(const Inspection& inspection, const std::string& folder,
@@ -298,7 +291,7 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
       continue;
     }
     text += fmt::format("  - {}", file_keys(log, folder, "    "));
-    if (log.calibration && log.calibration->fits()) {
+    if (log.calibration && log.calibration->tells_arm()) {
       const Vector3d &arm = log.calibration->lever_arm, &sigma = log.calibration->lever_arm_sigma;
       text += fmt::format(
           "    lever_arm: {:.2f} {:.2f} {:.2f} m   # as the motion has it, +- {:.2f} {:.2f} {:.2f}; "
@@ -351,9 +344,7 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
         inspection.vehicle.why());
   }
   // A clock that the receiver's log tells is not sought in the delay of fixes: a phone's come late by their own filter.
-  const bool delayed =
-      found == nullptr || (inspection.imu_clock() == nullptr &&
-                           clock_matters(*found, *inspection.logs[*inspection.first(LogKind::kGnss)].gnss_health));
+  const bool delayed = found == nullptr || inspection.imu_clock() == nullptr;
   text += fmt::format(
       "initial: {{heading: auto}}\nestimate: [gyro_bias, accel_bias, gyro_drift, accel_drift, gyro_scale, "
       "accel_scale, lever_arm{}{}{}{}]\npriors: {}\nsmoother: rts\n",

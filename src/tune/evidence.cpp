@@ -19,11 +19,15 @@ double cost_of_outlier(const std::string& source, int dof) {
   return 2 * dof * std::log(spread) - 2 * std::log(kPart);
 }
 
-double log_likelihood(const Innovation& v, const std::string& source) {
-  return -0.5 * std::min(v.nis + v.log_determinant, cost_of_outlier(source, v.dof));
-}
-
 }  // namespace
+
+double log_likelihood(const std::vector<Innovation>& innovations, const std::vector<std::string>& sources) {
+  double sum = 0;
+  for (const Innovation& v : innovations) {
+    sum += std::min(v.nis + v.log_determinant, cost_of_outlier(sources[static_cast<std::size_t>(v.source)], v.dof));
+  }
+  return -0.5 * sum;
+}
 
 Evidence filter_again(const Log& log, const FilterOptions& options, const Start& start, double end) {
   Evidence found;
@@ -35,14 +39,12 @@ Evidence filter_again(const Log& log, const FilterOptions& options, const Start&
     filter.finish();
     found.sources = filter.sources();
     const UnderWay under_way(log, found.sources, start.time);
-    double sum = 0;
     for (const Innovation& v : filter.innovations()) {
       if (!under_way.contains(v)) continue;
-      sum += log_likelihood(v, found.sources[static_cast<std::size_t>(v.source)]);
       found.rows += v.dof;
       found.innovations.push_back(v);
     }
-    found.likelihood = sum;
+    found.likelihood = log_likelihood(found.innovations, found.sources);
     found.last = filter.estimate();
     found.sigmas = sigmas_of(log.world, filter.estimate(), filter.layout(), filter.covariance()).blocks;
   } catch (const Error&) {  // a filter that diverges says that this is not the cause

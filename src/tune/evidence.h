@@ -21,9 +21,11 @@ struct Evidence {
   FullError sigmas = FullError::Zero();  ///< of the blocks of `last`
 };
 
-/// Filters the log from `start` until `end` [s]. The likelihood is −½ Σ (nis + ln det S) over the innovations under way
-/// (Schweppe 1965), where no innovation counts as less likely than an outlier that may be anywhere: outliers do not
-/// decide.
+/// −½ Σ (nis + ln det S), where no innovation counts as less likely than an outlier that may be anywhere.
+double log_likelihood(const std::vector<Innovation>& innovations, const std::vector<std::string>& sources);
+
+/// Filters the log from `start` until `end` [s]. The likelihood is that of the innovations under way (Schweppe 1965):
+/// outliers do not decide.
 Evidence filter_again(const Log& log, const FilterOptions& options, const Start& start, double end = 1e300);
 
 }  // namespace piste

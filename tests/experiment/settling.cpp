@@ -13,7 +13,6 @@ struct Told {
   Case run = make_case("easy_ski", 40, 1);
   Recording recording = run.simulation.recording(0);
   bool find_clock = true;
-  GnssHealth receiver = gnss_health(recording.gnss.front());
   Calibration calibration{.lever_arm = run.options.gnss[0].lever_arm,
                           .lever_arm_sigma = Vector3d::Constant(0.01),
                           .clock_offset = run.conditioning.imu.clock_offset,
@@ -22,7 +21,7 @@ struct Told {
                           .sensor = run.options.sensor};
 
   std::optional<Calibration> settle() const {
-    return settled(recording, run.conditioning, run.options, std::nullopt, receiver, find_clock, calibration);
+    return settled(recording, run.conditioning, run.options, std::nullopt, find_clock, calibration);
   }
 };
 

@@ -31,6 +31,11 @@ struct Calibration {
 
   /// Whether the filter fits the logs: it rejected less than a tenth.
   bool fits() const { return rejected < (used + rejected) / 10; }
+  /// Whether the motion tells the lever arm, so that it is better known than that an antenna is near by.
+  bool tells_arm() const {
+    constexpr double kTold = 0.5;  // m
+    return fits() && lever_arm_sigma.maxCoeff() < kTold;
+  }
 };
 
 /// The clock of a phone or logger against GPS time, from the two times that its receiver's log gives for each fix: GPS
@@ -114,10 +119,6 @@ ImuConditioning guess_conditioning(const Inspection& inspection);
 
 /// The priors that a replay of the same logs is told after a calibration: loose, as it sees the same motion again.
 Priors priors_after(const Calibration& found, Priors priors = {});
-
-/// Whether a clock that is off by its sigma shows beside the receiver's noise: at its top speed in positions, or in a
-/// turn in velocities. If not, a replay need not estimate the delay of the fixes, and its rows are in their time.
-bool clock_matters(const Calibration& found, const GnssHealth& receiver);
 
 /// The text of a configuration of `replay` for the first IMU and all receivers and attitudes that are not left out. Its
 /// paths are relative to `folder`, where it and the sensor file `sensor_file` will be. Nothing if there is no IMU or no
