@@ -20,6 +20,7 @@ constexpr double kRefused = 0.01;  // of the fixes: ten times what the gate refu
 constexpr double kLeastStep = 1.2, kMostStep = 2;  // times the sigmas in a round
 constexpr double kStill = 0.25;                    // sigmas: a clock that moves by less stays
 constexpr std::size_t kFew = 20;                   // of fewer fixes no share is told
+constexpr double kAlike = 0.03;  // of the logarithm of a fix's likelihood: as the delay is estimated, more is no chance
 
 // By what factor the sigmas of a source have to grow so that all but a hundredth of its fixes are within the gate; 1 if
 // they are.
@@ -82,13 +83,13 @@ std::optional<Calibration> settled(const Recording& recording, const Conditionin
     return std::nullopt;
   };
   std::optional<Calibration> before;  // the clock moved, if that is what the last round did
-  double likelihood = 0;              // of the fixes, in the last round
+  double likelihood = 0;              // the logarithm of a fix's, in the last round
   for (int round = 0; round < kMostRounds; ++round) {
     const auto run = filtered();
     if (!run && before) return before;
     if (!run) return std::nullopt;
-    const double now = log_likelihood(run->innovations, run->sources);
-    if (before && now < likelihood) {
+    const double now = log_likelihood(run->innovations, run->sources) / static_cast<double>(run->innovations.size());
+    if (before && now < likelihood - kAlike) {
       found = *std::exchange(before, std::nullopt);
       find_clock = false;
       continue;

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <vector>
+
 #include "piste/math/linear_algebra.h"
 #include "piste/solve/rts.h"
 #include "support/synthetic_log.h"
@@ -13,12 +16,30 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using test::SyntheticRun;
 
-// Any root of a covariance that may be singular.
+// A root of a covariance that may be singular, with as many columns as it has directions.
 MatrixXd root(const MatrixXd& P) {
+  constexpr double kNone = 1e-14;  // of a variance: rounding
   const VectorXd sigma = P.diagonal().cwiseSqrt();
   const VectorXd inverse = (sigma.array() > 0).select(sigma.cwiseInverse(), 0);
   const Eigensystem eigen = eigensystem(inverse.asDiagonal() * P * inverse.asDiagonal());
-  return sigma.asDiagonal() * eigen.vectors * eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal();
+  MatrixXd out(P.rows(), (eigen.values.array() > kNone).count());
+  Eigen::Index column = 0;
+  for (Eigen::Index k = 0; k < eigen.values.size(); ++k) {
+    if (eigen.values(k) > kNone)
+      out.col(column++) = std::sqrt(eigen.values(k)) * sigma.cwiseProduct(eigen.vectors.col(k));
+  }
+  return out;
+}
+
+// Of what a step adds.
+MatrixXd root_of_noise(const StateLayout& layout, const Transition& t) {
+  MatrixXd Q = MatrixXd::Zero(layout.size(), layout.size());
+  Q.topLeftCorner<9, 9>() = t.noise;
+  for (const Block b : layout.blocks()) {
+    const auto& variance = t.variance[static_cast<std::size_t>(index_of(b))];
+    Q.diagonal().segment(layout.offset(b), info(b).size) += variance.head(info(b).size);
+  }
+  return root(Q);
 }
 
 // Error of every event as an affine function of whitened unknowns: the start's error and the noise of every step. What
@@ -27,28 +48,31 @@ class Batch {
  public:
   Batch(const StateLayout& layout, const Covariance& start, const Tape& tape) : layout_(layout) {
     const int n = layout.size();
-    Eigen::Index unknowns = n;
-    for (const auto& event : tape.events) unknowns += std::holds_alternative<Tape::Propagation>(event) ? n : 0;
+    const MatrixXd begin = root(start);
+    std::vector<MatrixXd> noise;
+    Eigen::Index unknowns = begin.cols();
+    for (const auto& event : tape.events) {
+      const auto* step = std::get_if<Tape::Propagation>(&event);
+      if (step == nullptr) continue;
+      noise.push_back(root_of_noise(layout, step->transition));
+      unknowns += noise.back().cols();
+    }
     MatrixXd A = MatrixXd::Zero(n, unknowns);
-    A.leftCols(n) = root(start);
+    A.leftCols(begin.cols()) = begin;
     VectorXd offset = VectorXd::Zero(n);
-    Eigen::Index used = n;
+    Eigen::Index used = begin.cols();
+    auto next = noise.begin();
     MatrixXd normal = MatrixXd::Identity(unknowns, unknowns);
     VectorXd right = VectorXd::Zero(unknowns);
     MatrixXd known = MatrixXd::Identity(unknowns, unknowns);  // inverse of `normal` so far
     for (const auto& event : tape.events) {
       if (const auto* step = std::get_if<Tape::Propagation>(&event)) {
         const MatrixXd Phi = dense_transition(layout, step->transition);
-        MatrixXd Q = MatrixXd::Zero(n, n);
-        Q.topLeftCorner<9, 9>() = step->transition.noise;
-        for (const Block b : layout.blocks()) {
-          const auto& variance = step->transition.variance[static_cast<std::size_t>(index_of(b))];
-          Q.diagonal().segment(layout.offset(b), info(b).size) += variance.head(info(b).size);
-        }
         A = (Phi * A).eval();
         offset = (Phi * offset).eval();
-        A.middleCols(used, n) += root(Q);
-        used += n;
+        A.middleCols(used, next->cols()) += *next;
+        used += next->cols();
+        ++next;
       } else if (const auto* correction = std::get_if<Tape::Correction>(&event)) {
         const Update& u = correction->update;
         const MatrixXd H = u.H.topRows(u.rows);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -235,6 +236,12 @@ void PrintTo(const Seeded& s, std::ostream* out) { *out << s.name; }
 class SeededFault : public ::testing::TestWithParam<Seeded> {
  protected:
   TemporaryFolder folder;
+  // On each change every second fault is tried on either run.
+  static bool on_simulated_alone() {
+    const std::vector<Seeded> all = seeded();
+    const auto same = [](const Seeded& s) { return s.name == GetParam().name; };
+    return !thorough() && (std::find_if(all.begin(), all.end(), same) - all.begin()) % 2 == 1;
+  }
   void expect_named_first(Logs logs, std::uint64_t seed) {
     RandomStream random(seed, "fault");
     GetParam().spoil(logs, random);
@@ -244,8 +251,15 @@ class SeededFault : public ::testing::TestWithParam<Seeded> {
   }
 };
 
-TEST_P(SeededFault, OfTheShippedRunIsNamedFirst) { expect_named_first(shipped(), 1); }
-TEST_P(SeededFault, OfASimulatedRunIsNamedFirst) { expect_named_first(simulated("ski", 7), 2); }
+TEST_P(SeededFault, OfTheShippedRunIsNamedFirst) {
+  if (on_simulated_alone()) GTEST_SKIP() << "with PISTE_THOROUGH=1";
+  expect_named_first(shipped(), 1);
+}
+
+TEST_P(SeededFault, OfASimulatedRunIsNamedFirst) {
+  if (!thorough() && !on_simulated_alone()) GTEST_SKIP() << "with PISTE_THOROUGH=1";
+  expect_named_first(simulated("ski", 7), 2);
+}
 
 INSTANTIATE_TEST_SUITE_P(Inspection, SeededFault, ::testing::ValuesIn(seeded()),
                          [](const auto& each) { return each.param.name; });
