@@ -254,8 +254,8 @@ void estimate_late_velocities(const InspectedLog& receiver, FilterOptions& optio
 }
 
 // What holds over the whole log, with the vehicle if one carries the IMU; without it where no filter runs with it.
-void settle(Inspection& inspection, const Recording& recording,
-            const ConditioningOptions& conditioning, const FilterOptions& options, Calibration& found) {
+void settle(Inspection& inspection, const Recording& recording, const ConditioningOptions& conditioning,
+            const FilterOptions& options, Calibration& found) {
   const auto over_all = [&](const std::optional<VehicleOptions>& vehicle) {
     return settled(recording, conditioning, options, vehicle, inspection.imu_clock() == nullptr, found);
   };
