@@ -25,14 +25,14 @@ void run_replay(const AppArguments& arguments, Progress& progress) {
   const ReplayConfig config = read_replay_config(arguments.input);
   OutputFolder output(arguments.output);
 
-  RowFiles rows(output, config.rates);
+  RowFiles rows(output, config.rates, config.smoother);
   const Replay run = replay(
       config,
       [&](std::string_view stage, std::size_t done, std::size_t all) {
         if (done == 0) progress.start(std::string(stage), all);
         progress.update(done);
       },
-      batch_solver(config.batch), [&](const Solution& next, std::size_t) { rows.add(next); });
+      batch_solver(config.batch), rows.streams());
   progress.clear();
 
   const Solution& filtered = run.filtered.solution;
@@ -41,7 +41,8 @@ void run_replay(const AppArguments& arguments, Progress& progress) {
     progress.update(static_cast<std::size_t>(part * static_cast<double>(kPerCent)));
   };
   progress.start("verdict", kPerCent, "%");
-  const Verdict verdict = diagnose(run.log, run.options, config.initial, run.found, filtered, smoothed, per_cent);
+  const Verdict verdict =
+      diagnose(run.log, run.options, config.initial, run.found, filtered, smoothed, per_cent, run.residuals);
   progress.clear();
   progress.start("writing", kPerCent, "%");
   const auto times = [&] {

@@ -113,18 +113,6 @@ void update_reset(benchmark::State& state) {
 }
 BENCHMARK(update_reset);
 
-void adjoint_propagate(benchmark::State& state) {
-  const Scene s;
-  Covariance Lambda = s.P;
-  ErrorVector lambda = Lambda.col(0);
-  for (auto _ : state) {
-    propagate_adjoint(lambda, Lambda, s.layout, s.transition);
-    benchmark::DoNotOptimize(Lambda.data());
-    benchmark::ClobberMemory();
-  }
-}
-BENCHMARK(adjoint_propagate);
-
 void adjoint_update(benchmark::State& state) {
   const Scene s;
   const Update u = innovate(s.P, s.layout, s.fix);

@@ -59,13 +59,18 @@ void run(const char* file, const char* folder) {
   std::string stage = "conditioning, start";
   watch.lap("reading");
   OutputFolder output(folder);
-  RowFiles rows(output, config.rates);
+  RowFiles rows(output, config.rates, config.smoother);
   ReplayOptions options = replay_options(config);
-  options.rows = [&](const Solution& next, std::size_t) {
-    watch.pause();
-    rows.add(next);
-    watch.go_on("rows to files");
+  const auto timed = [&watch](const RowTaker& taker) {
+    return [&watch, taker](Solution& next, std::size_t first) {
+      watch.pause();
+      taker(next, first);
+      watch.go_on("rows to files");
+    };
   };
+  options.streams = rows.streams();
+  options.streams.filtered = timed(options.streams.filtered);
+  options.streams.smoothed = timed(options.streams.smoothed);
   const Replay run = replay(recording, options, [&](std::string_view next, std::size_t done, std::size_t) {
     if (done > 0) return;
     watch.lap(stage);
@@ -74,7 +79,8 @@ void run(const char* file, const char* folder) {
   watch.lap(stage);
   const Solution* smoothed = run.smoothed ? &*run.smoothed : nullptr;
   const Verdict verdict =
-      diagnose(run.log, run.options, config.initial, run.found, run.filtered.solution, smoothed, [](double) {});
+      diagnose(run.log, run.options, config.initial, run.found, run.filtered.solution, smoothed, [](double) {},
+               run.residuals);
   watch.lap("verdict");
   write_solutions(output, run, config.rates, {}, &rows);
   watch.lap("rows to files");

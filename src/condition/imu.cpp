@@ -128,11 +128,11 @@ void mark_clipped(Rows& rows, const RowGaps& gaps, const ConditioningOptions& op
 /// Mends the spikes of one triad. The noise of a row, `density`, is that by which lines miss the rows around it; an
 /// axis that was mended no longer stands at the range.
 void mend_spikes(Rows& rows, std::vector<Vector3d>& values, std::vector<std::uint8_t>& clipped,
-                 const std::vector<Spike>& spikes, double period, double GapNoise::*density) {
+                 const std::vector<Spike>& spikes, double period, float GapNoise::*density) {
   for (const Spike& s : spikes) {
     for (std::size_t i = s.row; i < s.row + s.count; ++i) {
-      double& noise = rows.mended[i].*density;
-      noise = std::max(noise, s.spread * std::sqrt(period));
+      float& noise = rows.mended[i].*density;
+      noise = std::max(noise, static_cast<float>(s.spread * std::sqrt(period)));
       clipped[i] = static_cast<std::uint8_t>(clipped[i] & ~(1U << static_cast<unsigned>(s.axis)));
     }
   }

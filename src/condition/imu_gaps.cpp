@@ -87,7 +87,8 @@ GapNoise noise(const std::vector<ImuSample>& imu, const RunningSums& sums, const
   }
   if (stretches < options.fewest_lengths * count) return options.unknown;
   const auto density = [&](const Vector3d& squares) {
-    return options.caution * std::sqrt(squares.maxCoeff() / (static_cast<double>(stretches) * length));
+    return static_cast<float>(options.caution *
+                              std::sqrt(squares.maxCoeff() / (static_cast<double>(stretches) * length)));
   };
   return {density(turn), density(push)};
 }

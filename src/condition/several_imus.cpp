@@ -159,7 +159,7 @@ void take_means(const CombinedTriad& gyro, const CombinedTriad& accel, Log& log)
     s.clipped_accel = force.missing;
     s.dtheta = s.interval * rate.value;
     s.dvel = s.interval * force.value;
-    const GapNoise added{largest_density(rate), largest_density(force)};
+    const GapNoise added{static_cast<float>(largest_density(rate)), static_cast<float>(largest_density(force))};
     if (added.gyro > 0 || added.accel > 0) s.mended = added;
   }
 }

@@ -120,56 +120,11 @@ std::vector<PriorJump> prior_jumps(const FilterOptions& options, const Solution&
   return jumps;
 }
 
-// The position of the antenna on the track at a time, on the line between two rows; nothing outside of it.
-class Track {
- public:
-  Track(const Solution& solution, Vector3d told_arm) : solution_(solution), told_arm_(std::move(told_arm)) {}
-
-  /// Times must ascend.
-  std::optional<Vector3d> at(double time) {
-    while (next_ < solution_.size() && solution_.time(next_) < time) ++next_;
-    if (next_ == 0 || next_ >= solution_.size()) return std::nullopt;
-    const double before = solution_.time(next_ - 1), part = (time - before) / (solution_.time(next_) - before);
-    return (1 - part) * antenna(next_ - 1) + part * antenna(next_);
-  }
-
- private:
-  Vector3d antenna(std::size_t row) const {
-    const Estimate x = solution_.estimate(row);
-    const Vector3d& arm = solution_.layout().has(Block::kLeverArm) ? x.lever_arm : told_arm_;
-    Vector3d p = x.p_wb + x.q_wb * arm;
-    if (solution_.layout().has(Block::kGnssPositionDrift))
-      p += solution_.world().rotation_wn(p) * x.gnss_position_drift;
-    return p;
-  }
-
-  const Solution& solution_;
-  Vector3d told_arm_;
-  std::size_t next_ = 0;
-};
-
-// Rms over the axes and over those fixes whose positions were used.
-double smoothed_residual(const Solution& smoothed, const Solution& filtered, int source, const GnssOptions& receiver,
-                         const GnssOptions& first, const std::vector<GnssFix>& fixes, const UnderWay& under_way) {
-  Track track(smoothed, receiver.lever_arm);
-  // By the delay as it is known in the end.
-  double delay = receiver.delay;
-  if (smoothed.layout().has(Block::kGnssDelay))
-    delay += smoothed.estimate(smoothed.size() - 1).gnss_delay - first.delay;
-  double sum = 0, count = 0;
-  auto fix = fixes.begin();
-  for (const Innovation& v : filtered.innovations) {
-    if (v.source != source || !was_used(v.outcome) || !under_way.contains(v)) continue;
-    constexpr double kSameTime = 1e-6;  // s
-    while (fix != fixes.end() && fix->time < v.time + v.late - kSameTime) ++fix;
-    if (fix == fixes.end()) break;
-    const std::optional<Vector3d> antenna = track.at(fix->time - delay);
-    if (!antenna) continue;
-    const Vector3d residual = smoothed.world().rotation_wn(*antenna).transpose() * (fix->position - *antenna);
-    sum += residual.cwiseQuotient(fix->sigma_position).squaredNorm() / 3;
-    ++count;
-  }
-  return count > 0 ? std::sqrt(sum / count) : kNaN;
+// The position of the antenna, in w.
+Vector3d antenna_of(const World& world, const StateLayout& layout, const Estimate& x, const Vector3d& told_arm) {
+  Vector3d p = x.p_wb + x.q_wb * (layout.has(Block::kLeverArm) ? x.lever_arm : told_arm);
+  if (layout.has(Block::kGnssPositionDrift)) p += world.rotation_wn(p) * x.gnss_position_drift;
+  return p;
 }
 
 }  // namespace
@@ -186,9 +141,82 @@ bool UnderWay::contains(const Innovation& v) const {
          std::none_of(log_.rest.begin(), log_.rest.end(), [&](const Interval& rest) { return rest.contains(time); });
 }
 
-Verdict judge(const Log& log, const FilterOptions& options, const Solution& filtered, const Solution* smoothed) {
+SmoothedResiduals::SmoothedResiduals(const Log& log, const FilterOptions& options, const Solution& filtered)
+    : log_(log), options_(options), filtered_(filtered), receivers_(log.gnss.size()) {
+  for (std::size_t k = 0; k < receivers_.size(); ++k) {
+    const auto source = std::find(filtered.sources.begin(), filtered.sources.end(), fmt::format("gnss[{}].position", k));
+    if (source != filtered.sources.end()) receivers_[k].source = static_cast<int>(source - filtered.sources.begin());
+  }
+}
+
+void SmoothedResiduals::find_next(std::size_t k) {
+  constexpr double kSameTime = 1e-6;  // s
+  Receiver& r = receivers_[k];
+  const std::vector<GnssFix>& fixes = log_.gnss[k];
+  const std::vector<Innovation>& innovations = filtered_.innovations;
+  for (r.waits = false; !r.waits && r.innovation < innovations.size(); ++r.innovation) {
+    const Innovation& v = innovations[r.innovation];
+    if (v.source != r.source || !was_used(v.outcome) || !under_way_->contains(v)) continue;
+    while (r.fix < fixes.size() && fixes[r.fix].time < v.time + v.late - kSameTime) ++r.fix;
+    if (r.fix == fixes.size()) break;
+    r.waits = true;
+  }
+}
+
+void SmoothedResiduals::begin(const Solution& rows) {
+  under_way_.emplace(log_, filtered_.sources, rows.time(0));
+  for (std::size_t k = 0; k < receivers_.size(); ++k) {
+    Receiver& r = receivers_[k];
+    // As it is now known; it is the same in each row.
+    r.delay = options_.gnss[k].delay;
+    if (rows.layout().has(Block::kGnssDelay)) r.delay += rows.estimate(0).gnss_delay - options_.gnss[0].delay;
+    if (r.source >= 0) find_next(k);
+  }
+}
+
+void SmoothedResiduals::add(const Solution& rows) {
+  if (rows.empty()) return;
+  const bool first = !under_way_;
+  if (first) begin(rows);
+  for (std::size_t k = 0; k < receivers_.size(); ++k) {
+    Receiver& r = receivers_[k];
+    for (std::size_t i = 0; i < rows.size() && r.waits; ++i) {
+      for (; r.waits && log_.gnss[k][r.fix].time - r.delay <= rows.time(i); find_next(k)) {
+        if (i == 0 && first) continue;
+        compare(r, log_.gnss[k][r.fix], options_.gnss[k].lever_arm, i > 0 ? rows.time(i - 1) : time_,
+                i > 0 ? rows.estimate(i - 1) : before_, rows, i);
+      }
+    }
+  }
+  time_ = rows.time(rows.size() - 1);
+  before_ = rows.estimate(rows.size() - 1);
+}
+
+void SmoothedResiduals::compare(Receiver& r, const GnssFix& fix, const Vector3d& told_arm, double before,
+                                const Estimate& x_before, const Solution& rows, std::size_t after) {
+  const double part = (fix.time - r.delay - before) / (rows.time(after) - before);
+  const auto place = [&](const Estimate& x) { return antenna_of(rows.world(), rows.layout(), x, told_arm); };
+  const Vector3d antenna = (1 - part) * place(x_before) + part * place(rows.estimate(after));
+  const Vector3d residual = rows.world().rotation_wn(antenna).transpose() * (fix.position - antenna);
+  r.sum += residual.cwiseQuotient(fix.sigma_position).squaredNorm() / 3;
+  ++r.count;
+}
+
+std::vector<double> SmoothedResiduals::rms() const {
+  std::vector<double> all;
+  for (const Receiver& r : receivers_) all.push_back(r.count > 0 ? std::sqrt(r.sum / static_cast<double>(r.count)) : kNaN);
+  return all;
+}
+
+Verdict judge(const Log& log, const FilterOptions& options, const Solution& filtered, const Solution* smoothed,
+              const std::vector<double>& residuals) {
   Verdict verdict;
   if (filtered.empty()) return verdict;
+  if (smoothed != nullptr && residuals.empty() && !log.gnss.empty()) {
+    SmoothedResiduals of_all(log, options, filtered);
+    of_all.add(*smoothed);
+    return judge(log, options, filtered, smoothed, of_all.rms());
+  }
   const UnderWay under_way(log, filtered.sources, filtered.time(0));
   std::vector<Series> series(filtered.sources.size());
   for (const Innovation& v : filtered.innovations) {
@@ -197,10 +225,8 @@ Verdict judge(const Log& log, const FilterOptions& options, const Solution& filt
   for (std::size_t i = 0; i < series.size(); ++i) {
     if (series[i].all.empty()) continue;
     SourceVerdict s = series[i].verdict(filtered.sources[i]);
-    for (std::size_t k = 0; smoothed != nullptr && k < log.gnss.size(); ++k) {
-      if (s.name != fmt::format("gnss[{}].position", k)) continue;
-      s.smoothed = smoothed_residual(*smoothed, filtered, static_cast<int>(i), options.gnss[k], options.gnss[0],
-                                     log.gnss[k], under_way);
+    for (std::size_t k = 0; k < residuals.size(); ++k) {
+      if (s.name == fmt::format("gnss[{}].position", k)) s.smoothed = residuals[k];
     }
     verdict.consistent = verdict.consistent && s.holds;
     if (!s.holds) {

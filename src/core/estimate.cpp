@@ -78,26 +78,29 @@ Estimate boxplus(const Estimate& x, const StateLayout& layout, const ErrorVector
   return added(x, layout.blocks(), [&](Block block) { return error.segment(layout.offset(block), info(block).size); });
 }
 
-FullError boxminus(const Estimate& truth, const Estimate& estimate) {
-  FullError e = FullError::Zero();
+namespace {
+
+// Takes the difference of every block of `blocks`; `part` is where that of one goes.
+template <class Blocks, class Part>
+void subtract(const Estimate& truth, const Estimate& estimate, const Blocks& blocks, Part&& part) {
   const Quaterniond turn = truth.q_wb * estimate.q_wb.conjugate();
   const Vector3d theta = so3_log(turn);
-  segment(e, Block::kAttitude) = theta;
-  segment(e, Block::kVelocity) = so3_left_jacobian_inverse(theta) * (truth.v_wb - turn * estimate.v_wb);
-  for (const BlockInfo& row : kBlocks) {
-    if (is_motion(row.block)) continue;
-    if (is_rotation(row.block)) {
-      segment(e, row.block) = so3_log(rotation(truth, row.block) * rotation(estimate, row.block).conjugate());
+  part(Block::kAttitude) = theta;
+  part(Block::kVelocity) = so3_left_jacobian_inverse(theta) * (truth.v_wb - turn * estimate.v_wb);
+  for (const Block block : blocks) {
+    if (is_motion(block)) continue;
+    if (is_rotation(block)) {
+      part(block) = so3_log(rotation(truth, block) * rotation(estimate, block).conjugate());
     } else {
-      segment(e, row.block) = additive(truth, row.block) - additive(estimate, row.block);
+      part(block) = additive(truth, block) - additive(estimate, block);
     }
   }
-  return e;
 }
 
-ResetJacobian reset_jacobian(const FullError& correction) {
+// That of (ν, θ).
+Eigen::Matrix<double, 6, 6> motion_jacobian(const Vector3d& nu, const Vector3d& theta) {
   // ad = (Θ N; 0 Θ), and so every power of it, (A B; 0 A).
-  const Matrix3d Theta = skew(three(correction, Block::kAttitude)), N = skew(three(correction, Block::kVelocity));
+  const Matrix3d Theta = skew(theta), N = skew(nu);
   // J_l = Σ ad^n / (n+1)!, summed until terms no longer count: a few for most corrections, some thirty for a
   // turn by π. The bound ends the sum of a correction that is not finite.
   constexpr int kMost = 100;
@@ -111,10 +114,42 @@ ResetJacobian reset_jacobian(const FullError& correction) {
     shift += B;
     if (std::max(A.cwiseAbs().maxCoeff(), B.cwiseAbs().maxCoeff()) < kNothing) break;
   }
+  Eigen::Matrix<double, 6, 6> J;
+  J << turn, shift, Matrix3d::Zero(), turn;
+  return J;
+}
+
+}  // namespace
+
+FullError boxminus(const Estimate& truth, const Estimate& estimate) {
+  FullError e = FullError::Zero();
+  subtract(truth, estimate, kAllBlocks, [&](Block block) { return segment(e, block); });
+  return e;
+}
+
+ErrorVector boxminus(const Estimate& truth, const Estimate& estimate, const StateLayout& layout) {
+  ErrorVector e(layout.size());
+  subtract(truth, estimate, layout.blocks(),
+           [&](Block block) { return e.segment(layout.offset(block), info(block).size); });
+  return e;
+}
+
+ResetJacobian reset_jacobian(const FullError& correction) {
   ResetJacobian G;
-  G.velocity_attitude << turn, shift, Matrix3d::Zero(), turn;
+  G.velocity_attitude = motion_jacobian(three(correction, Block::kVelocity), three(correction, Block::kAttitude));
   for (std::size_t i = 0; i < kMountingBlocks.size(); ++i) {
     G.mountings[i] = so3_left_jacobian(three(correction, kMountingBlocks[i]));
+  }
+  return G;
+}
+
+ResetJacobian reset_jacobian(const StateLayout& layout, const ErrorVector& correction) {
+  const auto of = [&](Block block) -> Vector3d { return correction.segment<3>(layout.offset(block)); };
+  ResetJacobian G;
+  G.velocity_attitude = motion_jacobian(of(Block::kVelocity), of(Block::kAttitude));
+  for (std::size_t i = 0; i < kMountingBlocks.size(); ++i) {
+    G.mountings[i] =
+        layout.has(kMountingBlocks[i]) ? so3_left_jacobian(of(kMountingBlocks[i])) : Matrix3d::Identity().eval();
   }
   return G;
 }

@@ -88,8 +88,9 @@ std::string symptoms(const Verdict& verdict) {
 }  // namespace
 
 Verdict diagnose(const Log& log, const FilterOptions& options, const InitialHeading& heading, const FoundStart& found,
-                 const Solution& filtered, const Solution* smoothed, const std::function<void(double)>& progress) {
-  Verdict verdict = judge(log, options, filtered, smoothed);
+                 const Solution& filtered, const Solution* smoothed, const std::function<void(double)>& progress,
+                 const std::vector<double>& residuals) {
+  Verdict verdict = judge(log, options, filtered, smoothed, residuals);
   if (!suspicious(verdict) || filtered.empty()) return verdict;
   constexpr double kBeyond = 2;  // s: fixes that come late, and the neighbour of the last step
   const double departs = departure(log, found.start.time), end = departs + kLongest;

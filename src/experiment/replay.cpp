@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "piste/condition/pipeline.h"
+#include "piste/consistency/verdict.h"
 #include "piste/core/error.h"
 #include "piste/solve/attitude_noise.h"
 #include "piste/solve/look_back.h"
@@ -41,37 +42,52 @@ class Thinned {
   Thinned(const StateLayout& layout, const World& world, std::size_t all)
       : kept_(layout, world), last_(layout, world), every_(1 + all / (kKeptRows - 1)) {}
   void add(const Solution& rows, std::size_t first) {
-    for (std::size_t i = (every_ - first % every_) % every_; i < rows.size(); i += every_) copy(rows, i, kept_);
+    for (std::size_t i = (every_ - first % every_) % every_; i < rows.size(); i += every_) kept_.append(rows.row(i));
     last_.resize(0);
-    if ((first + rows.size() - 1) % every_ != 0) copy(rows, rows.size() - 1, last_);
+    if ((first + rows.size() - 1) % every_ != 0) last_.append(rows.row(rows.size() - 1));
   }
   void give(Solution& to) {
-    if (!last_.empty()) copy(last_, 0, kept_);
-    to.reserve(kept_.size());
-    for (std::size_t i = 0; i < kept_.size(); ++i) copy(kept_, i, to);
+    if (!last_.empty()) kept_.append(last_.row(0));
+    to.append(kept_.rows());
   }
 
  private:
-  static void copy(const Solution& from, std::size_t i, Solution& to) {
-    to.append(from.time(i), from.estimate(i), from.sigmas(i));
-  }
   Solution kept_, last_;
   std::size_t every_;
 };
 
-// Filters the run of `run.found`. Its rows go to `options.rows`, and a part of them is left.
-FilterRun filtered_in_pieces(const Replay& run, const ReplayOptions& options, const ProgressCallback& progress) {
+// Filters the run of `run.found`. Its rows go to `options.streams`, and a part of them is left.
+FilterRun filtered_in_pieces(const Replay& run, const ReplayOptions& options, Keep keep,
+                             const ProgressCallback& progress) {
   const Start& start = run.found.start;
   const Solution known = looked_back(run.log, run.options, run.found);
   Thinned thinned(StateLayout(run.options.estimate), run.log.world, run.log.imu.size());
-  FilterRun filtered = run_filter(run.log, run.options, start, Keep::kNothing, progress, start.time + options.longest,
-                                  nullptr, [&](Solution& rows, std::size_t first) {
-                                    put_rows(known, first, rows);
-                                    thinned.add(rows, first);
-                                    options.rows(rows, first);
-                                  });
+  FilterRun filtered = run_filter(
+      run.log, run.options, start, keep, progress, start.time + options.longest, nullptr,
+      [&](Solution& rows, std::size_t first) {
+        put_rows(known, first, rows);
+        thinned.add(rows, first);
+        options.streams.filtered(rows, first);
+      },
+      options.streams.scratch);
   thinned.give(filtered.solution);
   return filtered;
+}
+
+// Smooths a run. Its rows go to `options.streams`, and a part of them is left.
+Solution smoothed_in_pieces(Replay& run, const ReplayOptions& options, const ProgressCallback& progress,
+                            std::vector<AttitudeLag>& lags) {
+  const FilterRun& filtered = run.smoothable();
+  Thinned thinned(filtered.solution.layout(), run.log.world, filtered.epochs);
+  SmoothedResiduals residuals(run.log, run.options, run.filtered.solution);
+  Solution smoothed = smooth_rts(filtered, progress, nullptr, &lags, [&](Solution& rows, std::size_t first) {
+    thinned.add(rows, first);
+    residuals.add(rows);
+    if (options.streams.smoothed) options.streams.smoothed(rows, first);
+  });
+  thinned.give(smoothed);
+  run.residuals = residuals.rms();
+  return smoothed;
 }
 
 }  // namespace
@@ -85,10 +101,10 @@ ReplayOptions replay_options(const ReplayConfig& config) {
 }
 
 Replay replay(const ReplayConfig& config, const ReplayProgress& progress, const BatchSolver& batch,
-              const RowTaker& rows) {
+              const RowStreams& streams) {
   ReplayOptions options = replay_options(config);
   options.batch = batch;
-  options.rows = rows;
+  options.streams = streams;
   Log log = conditioned(read_recording(config), options);
   return replay(std::move(log), options, progress);
 }
@@ -121,25 +137,28 @@ Replay replay(Log log, const ReplayOptions& options, const ReplayProgress& progr
   run.options = with_mounting(std::move(run.options), run.log, run.found.start);
   const Start& start = run.found.start;
   const bool smooth = options.smoother == SmootherKind::kRts;
-  if (options.rows && options.smoother == SmootherKind::kNone) {
-    run.filtered = filtered_in_pieces(run, options, stage("filter"));
-    return run;
+  const bool streams = options.streams.filtered && !by_batch, history = options.history && !streams;
+  const Keep keep = smooth || history ? Keep::kHistory : Keep::kNothing;
+  if (streams) {
+    run.filtered = filtered_in_pieces(run, options, keep, stage("filter"));
+  } else {
+    run.filtered = run_filter(run.log, run.options, start, keep, stage("filter"), start.time + options.longest);
+    look_back(run.log, run.options, run.found, run.filtered);
   }
-  const Keep keep = smooth || options.history ? Keep::kHistory : Keep::kNothing;
-  run.filtered = run_filter(run.log, run.options, start, keep, stage("filter"), start.time + options.longest);
-  look_back(run.log, run.options, run.found, run.filtered);
   if (smooth) {
     std::vector<AttitudeLag> lags;
     for (int pass = 0; pass < options.relinearisations; ++pass) {
       const ProgressCallback told = stage("relinearising");
       Reference smoothed = smoothed_trajectory(run.smoothable(), part_of(told, 0, kSmoothingFirst));
-      if (!options.history) run.filtered.history.clear();
+      if (!history) run.filtered.history.clear();
       run.relinearised.reset();  // what is not needed while the run is filtered again
       run.relinearised =
           filtered_about(std::move(smoothed), run.log, run.options, run.found, part_of(told, kSmoothingFirst, 1));
     }
-    run.smoothed = smooth_rts(run.smoothable(), stage("smoother"), nullptr, &lags);
-    if (!options.history) run.relinearised.reset();
+    run.smoothed = streams ? smoothed_in_pieces(run, options, stage("smoother"), lags)
+                           : smooth_rts(run.smoothable(), stage("smoother"), nullptr, &lags);
+    if (!history) run.relinearised.reset();
+    if (!history) run.filtered.history.clear();
     run.smoothed->attitude_correlation_time = correlation_time(lags);
   }
   if (by_batch) {

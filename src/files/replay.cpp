@@ -2,33 +2,42 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <string_view>
-#include <tuple>
 
 namespace piste {
 
-void RowFiles::begin(const StateLayout& layout) {
-  const std::array files{std::tuple("filtered.csv", RowFile::kNavigation, rates_.navigation),
-                         std::tuple("biases.csv", RowFile::kBiases, rates_.biases),
-                         std::tuple("attitude.csv", RowFile::kAttitude, rates_.attitude)};
-  files_.reserve(files.size());  // the writers keep their addresses
-  for (const auto& [name, kind, rate] : files) {
-    OutputFile& file = files_.emplace_back(output_.open(name));
-    writers_.emplace_back(kind, layout, rate, [&file](std::string_view piece) { file.write(piece); });
-  }
+RowStreams RowFiles::streams() {
+  return {.filtered = [this](const Solution& rows, std::size_t) { add(rows, false); },
+          .smoothed = [this](const Solution& rows, std::size_t) { add(rows, true); },
+          .scratch = smoothed_ ? output_.folder() : std::filesystem::path()};
 }
 
-void RowFiles::add(const Solution& rows) {
-  if (files_.empty()) begin(rows.layout());
-  for (RowCsv& writer : writers_) writer.add(rows);
-  means_.add(rows);
+void RowFiles::begin(const StateLayout& layout, bool smoothed) {
+  Rows& to = solutions_[smoothed ? 1 : 0];
+  constexpr std::size_t kMost = 3;
+  to.files.reserve(kMost);  // the writers keep their addresses
+  const auto open = [&](const std::string& name, RowFile kind, double rate) {
+    OutputFile& file = to.files.emplace_back(output_.open(name));
+    to.writers.emplace_back(kind, layout, rate, [&file](std::string_view piece) { file.write(piece); });
+  };
+  open(smoothed ? "smoothed.csv" : "filtered.csv", RowFile::kNavigation, rates_.navigation);
+  open(smoothed ? "biases_smoothed.csv" : "biases.csv", RowFile::kBiases, rates_.biases);
+  if (smoothed == smoothed_) open("attitude.csv", RowFile::kAttitude, rates_.attitude);
+}
+
+void RowFiles::add(const Solution& rows, bool smoothed) {
+  Rows& to = solutions_[smoothed ? 1 : 0];
+  if (to.files.empty()) begin(rows.layout(), smoothed);
+  for (RowCsv& writer : to.writers) writer.add(rows);
+  if (smoothed == smoothed_) means_.add(rows);
 }
 
 void RowFiles::finish() {
-  for (RowCsv& writer : writers_) writer.finish();
-  for (OutputFile& file : files_) file.close();
-  writers_.clear();
+  for (Rows& rows : solutions_) {
+    for (RowCsv& writer : rows.writers) writer.finish();
+    for (OutputFile& file : rows.files) file.close();
+    rows.writers.clear();
+  }
 }
 
 void write_solutions(OutputFolder& output, const Replay& run, const OutputRates& rates,
@@ -50,10 +59,11 @@ void write_solutions(OutputFolder& output, const Replay& run, const OutputRates&
   } else {
     output.write("adapted.csv", adapted_csv(filtered.adapted));
   }
-  if (run.smoothed) {
+  if (run.smoothed && !written) {
     stream("smoothed.csv", [&](const TextSink& sink) { navigation_csv(*run.smoothed, rates.navigation, sink); });
     stream("biases_smoothed.csv", [&](const TextSink& sink) { biases_csv(*run.smoothed, rates.biases, sink); });
-  } else {
+  }
+  if (!run.smoothed) {
     output.withdraw("smoothed.csv");
     output.withdraw("biases_smoothed.csv");
   }

@@ -65,27 +65,6 @@ constexpr int kPadded = (kFullSize + 3) / 4 * 4;
 constexpr std::ptrdiff_t kStorage = std::ptrdiff_t{kFullSize} * kFullSize;  // values in a Covariance
 static_assert(kStorage >= kNavigation * kFullSize + 4);                     // what loops over padded columns may read
 
-template <int N>
-using Columns = Eigen::Matrix<double, kFullSize, N>;
-
-// out = in Wᵀ over the first n rows. Plain loops: the compiler vectorises along the rows, and every sum keeps its
-// order, so that wider registers give the same bits.
-template <int Out, int In>
-[[gnu::always_inline]] inline void combine(const Eigen::Matrix<double, Out, In>& W, const Columns<In>& in, int n,
-                                           Columns<Out>& out) {
-  for (int i = 0; i < Out; ++i) {
-    double w[In];
-    for (int k = 0; k < In; ++k) w[k] = W(i, k);
-    const double* x = in.data();
-    double* y = out.data() + i * kFullSize;
-    for (int r = 0; r < n; ++r) {
-      double sum = w[0] * x[r];
-      for (int k = 1; k < In; ++k) sum += w[k] * x[k * kFullSize + r];
-      y[r] = sum;
-    }
-  }
-}
-
 // What the navigation rows depend on among the inputs: position on all but the gyroscopes, velocity on all, attitude on
 // itself and the gyroscopes.
 constexpr std::array<int, 12> kOfPosition{0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14};
@@ -176,21 +155,6 @@ PISTE_WIDE void sandwich(double* __restrict P, std::ptrdiff_t n, const Slow& s, 
     double* column = P + j * n;
     for (int i = 0; i < kNavigation; ++i) column[i] = d * after[i][j];
     for (int i = kNavigation; i < n; ++i) column[i] *= d * s.decay[at(i)];
-  }
-}
-
-PISTE_WIDE void onto_inputs(const Mixer& mixer, const Columns<kNavigation>& in, int n, Columns<kInputs>& out) {
-  combine<kInputs, kNavigation>(mixer.transpose(), in, n, out);
-}
-
-// λ ← Φᵀ λ of the first n rows.
-template <class Vector>
-void adjoint(Vector&& lambda, int n, const Structure& s) {
-  const Eigen::Matrix<double, kInputs, 1> seen = s.mixer.transpose().lazyProduct(lambda.template head<kNavigation>());
-  lambda.template head<kNavigation>() = seen.template head<kNavigation>();
-  for (int k = kNavigation; k < n; ++k) {
-    lambda(k) *= s.decay[at(k)];
-    if (s.input[at(k)] >= 0) lambda(k) += s.factor[at(k)] * seen(s.input[at(k)]);
   }
 }
 
@@ -334,51 +298,6 @@ void propagate(ErrorVector& m, const StateLayout& layout, const Transition& t) {
     m(k) *= s.decay[at(k)];
   }
   m.head<kNavigation>() = s.mixer.lazyProduct(inputs);
-}
-
-void propagate_adjoint(ErrorVector& lambda, Covariance& Lambda, const StateLayout& layout, const Transition& t) {
-  const int n = layout.size();
-  const Structure s(layout, t);
-  // Λ Φ by columns: first those of the inputs; the column of each state is then made of them.
-  Columns<kNavigation> navigation;
-  navigation.topRows(n) = Lambda.leftCols<kNavigation>();
-  Columns<kInputs> through;
-  onto_inputs(s.mixer, navigation, n, through);
-  // The navigation rows of Λ Φ, stored as columns, and Φᵀ times them.
-  navigation.topRows<kNavigation>() = through.topLeftCorner<kNavigation, kNavigation>().transpose();
-  for (int k = kNavigation; k < n; ++k) {
-    navigation.row(k) = s.decay[at(k)] * navigation.row(k);
-    if (s.input[at(k)] < 0) continue;
-    navigation.row(k) += s.factor[at(k)] * through.col(s.input[at(k)]).head<kNavigation>().transpose();
-  }
-  Columns<kInputs> both;
-  onto_inputs(s.mixer, navigation, n, both);
-
-  for (int j = 0; j < kNavigation; ++j) {
-    for (int i = 0; i <= j; ++i) Lambda(i, j) = Lambda(j, i) = 0.5 * (both(i, j) + both(j, i));
-    Lambda.col(j).tail(n - kNavigation) = both.col(j).segment(kNavigation, n - kNavigation);
-    Lambda.row(j).tail(n - kNavigation) = Lambda.col(j).tail(n - kNavigation).transpose();
-  }
-  for (int j = kNavigation; j < n; ++j) {
-    const int input_j = s.input[at(j)];
-    for (int i = kNavigation; i <= j; ++i) {
-      const int input_i = s.input[at(i)];
-      double value = s.decay[at(i)] * s.decay[at(j)] * Lambda(i, j);
-      if (input_j >= 0) value += s.decay[at(i)] * s.factor[at(j)] * through(i, input_j);
-      if (input_i >= 0) value += s.factor[at(i)] * both(j, input_i);
-      Lambda(i, j) = Lambda(j, i) = value;
-    }
-  }
-  adjoint(lambda, n, s);
-}
-
-void propagate_adjoint(ErrorVector& lambda, const StateLayout& layout, const Transition& t) {
-  adjoint(lambda, layout.size(), Structure(layout, t));
-}
-
-void propagate_adjoint(Eigen::MatrixXd& columns, const StateLayout& layout, const Transition& t) {
-  const Structure s(layout, t);
-  for (auto column : columns.colwise()) adjoint(column, layout.size(), s);
 }
 
 Covariance dense_transition(const StateLayout& layout, const Transition& t) {

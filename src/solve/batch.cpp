@@ -31,8 +31,8 @@ FixWeights weights_of_filter(const Solution& filtered, const FilterOptions& opti
   return out;
 }
 
-Reference reference_of(const Solution& filtered, const Start& start) {
-  Reference out;
+BatchTrack reference_of(const Solution& filtered, const Start& start) {
+  BatchTrack out;
   out.start = start.x;
   out.rows.reserve(filtered.size());
   for (std::size_t i = 0; i < filtered.size(); ++i) out.rows.push_back({filtered.time(i), filtered.estimate(i)});
@@ -125,7 +125,7 @@ std::unique_ptr<BatchRun> run_batch(const Log& log, const FilterOptions& options
   SolvedBatch& s = *solved;
   const FixWeights first_weights = weights_of_filter(filtered.solution, options);
   FixWeights known = first_weights;
-  Reference reference = reference_of(filtered.solution, s.start);
+  BatchTrack reference = reference_of(filtered.solution, s.start);
   BatchSummary& sum = s.sum;
   bool smooth = true;
   std::vector<double> weighed;  // of the fixes, in the last round

@@ -22,7 +22,7 @@ constexpr double kMoment = 2e-3;
 class ChainLayer {
  public:
   ChainLayer(const Log& log, const FilterOptions& options, const BatchLayout& layout, double start,
-             const Reference& reference, const FixWeights& weights, double longest)
+             const BatchTrack& reference, const FixWeights& weights, double longest)
       : world_(log.world),
         options_(options),
         reference_(reference),
@@ -186,7 +186,7 @@ class ChainLayer {
 
   const World& world_;
   const FilterOptions& options_;
-  const Reference& reference_;
+  const BatchTrack& reference_;
   const FixWeights& weights_;
   double longest_;
   MeasurementSources sources_;
@@ -260,7 +260,7 @@ void ProcessSteps::over(double dt) {
 }
 
 Chain lay_chain(const Log& log, const FilterOptions& options, const BatchLayout& layout, double start,
-                const Reference& reference, const FixWeights& weights, double longest, const Chain* solved) {
+                const BatchTrack& reference, const FixWeights& weights, double longest, const Chain* solved) {
   ChainLayer layer(log, options, layout, start, reference, weights, longest);
   const double end = (reference.rows.empty() ? start : reference.rows.back().time) + kSameInstant;
   LogPlace place = place_at(log, start, end);

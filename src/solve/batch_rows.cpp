@@ -230,10 +230,10 @@ MatrixXd joint_of(const ArrowMatrix& P, std::size_t i) {
 
 }  // namespace
 
-Reference epochs_between(const BatchTerms& terms, const FilterOptions& options, const World& world,
+BatchTrack epochs_between(const BatchTerms& terms, const FilterOptions& options, const World& world,
                          const BatchStates& states) {
   const Chain& chain = terms.chain();
-  Reference out;
+  BatchTrack out;
   out.start = states.front();
   out.rows.reserve(chain.epochs.size());
   MeanBridge bridge(terms, options, world);

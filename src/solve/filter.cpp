@@ -27,8 +27,7 @@ double longest_delay(const FilterOptions& options) {
 }  // namespace
 
 Filter::Filter(const FilterOptions& options, const World& world, const Start& start,
-               std::shared_ptr<const Reference> reference)
-    : reference_(std::move(reference)) {
+               std::shared_ptr<const Reference> reference) {
   options.validate();
   auto setup = std::make_shared<Setup>();
   setup->options = options;
@@ -49,9 +48,10 @@ Filter::Filter(const FilterOptions& options, const World& world, const Start& st
   state_.mean.setZero(setup->layout.size());
   noise_score_ = NoiseScore(options, setup->layout);
   adaptation_ = Adaptation(options, setup->layout, setup->sources);
-  if (reference_) {
-    state_.x = reference_->start;
-    state_.mean = select(setup->layout, boxminus(start.x, state_.x));
+  if (reference) {
+    state_.x = reference->start;
+    state_.mean = boxminus(start.x, state_.x, setup->layout);
+    reference_.emplace(std::move(reference));
   }
   propagation_ = Propagation(world, start.x.p_wb);
   innovations_.reserve(256);
@@ -171,9 +171,7 @@ void Filter::advance(const ImuStep& step, const StepNoise& noise) {
 
 // Finds where the reference is at the end of the sample, and the motion to it.
 void Filter::follow_reference(double dt) {
-  const auto& rows = reference_->rows;
-  while (reference_row_ + 1 < rows.size() && rows[reference_row_].time < now_->time - kSameInstant) ++reference_row_;
-  target_ = rows[reference_row_].x;
+  target_ = reference_->at(now_->time).x;
   known_ = motion_between(state_.x, target_, dt, setup_->world.earth_rate(), propagation_.gravity());
 }
 
@@ -181,7 +179,7 @@ void Filter::follow_reference(double dt) {
 // mean.
 void Filter::arrive() {
   if (!reference_) return;
-  const ErrorVector moved = select(setup_->layout, boxminus(state_.x, target_));
+  const ErrorVector moved = boxminus(state_.x, target_, setup_->layout);
   state_.mean += moved;
   if (history_) history_->add_moved(moved);
   state_.x = target_;
@@ -335,7 +333,7 @@ void Filter::correct_by(const Update& u) {
   if (reference_) {
     state_.mean += correction;
   } else {
-    G = reset_jacobian(expand(setup_->layout, correction));
+    G = reset_jacobian(setup_->layout, correction);
     reset(state_.P, setup_->layout, G);
     state_.x = boxplus(state_.x, setup_->layout, correction);
   }

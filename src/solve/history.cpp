@@ -2,8 +2,10 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <span>
 
 #include "piste/solve/fix_queue.h"
+#include "stored_estimate.h"
 
 namespace piste {
 namespace {
@@ -34,28 +36,69 @@ class Reader {
   const double* p_;
 };
 
-std::size_t packed(int n) { return static_cast<std::size_t>(n) * static_cast<std::size_t>(n + 1) / 2; }
+// Whether an error of the block can change between fixes.
+bool changes(Block b) { return is_navigation(b) || info(b).process != nullptr; }
 
 }  // namespace
 
-void History::begin(const FilterState& state, bool reference) {
-  *this = {};
-  size_ = static_cast<int>(state.P.rows());
+void History::begin(const FilterState& state, const StateLayout& layout, bool reference) {
+  clear();
+  layout_ = layout;
+  fixed_ = state.x;
   reference_ = reference;
   open(state);
 }
 
 void History::open(const FilterState& state) {
   now_.first = rows_;
-  now_.time = state.time;
   now_.events.clear();
   now_.values.clear();
-  for (int j = 0; j < size_; ++j) put(now_.values, state.P.col(j).head(j + 1));
+  opened_ = state.time;
+  constants_ = 0;
+  StoredEstimate(layout_).put_constants(state.x, now_.values);
+  put_row(state);
+  for (int j = 0; j < layout_.size(); ++j) put(now_.values, state.P.col(j).head(j + 1));
   if (reference_) put(now_.values, state.mean);
 }
 
-// What is kept has no room to grow.
-void History::close() { chunks_.push_back(now_); }
+void History::close() {
+  const std::size_t events = scratch_.add(std::span<const Event>(now_.events));
+  places_.push_back({now_.first, events, scratch_.add(std::span<const double>(now_.values))});
+}
+
+void History::load(std::size_t number, Chunk& chunk) const {
+  const Place& place = places_[number];
+  chunk.first = place.first;
+  scratch_.read(place.events, chunk.events);
+  scratch_.read(place.values, chunk.values);
+}
+
+// Its constants are where the row before it has them.
+void History::put_row(const FilterState& state) {
+  now_.values.push_back(static_cast<double>(constants_));
+  now_.values.push_back(state.time);
+  StoredEstimate(layout_).put_row(state.x, now_.values);
+}
+
+double History::take_row(const Chunk& chunk, const double*& p, Estimate& x) const {
+  const StoredEstimate stored(layout_);
+  stored.take_constants(chunk.values.data() + static_cast<std::size_t>(*p++), x);
+  const double time = *p++;
+  p = stored.take_row(p, x);
+  return time;
+}
+
+FilterState History::start(const Chunk& chunk) const {
+  const int n = layout_.size();
+  FilterState state{0, fixed_, Covariance(n, n), ErrorVector::Zero(n)};
+  const double* p = StoredEstimate(layout_).take_constants(chunk.values.data(), state.x);
+  state.time = take_row(chunk, p, state.x);
+  for (int j = 0; j < n; ++j) {
+    for (int i = 0; i <= j; ++i) state.P(i, j) = state.P(j, i) = *p++;
+  }
+  if (reference_) state.mean = Eigen::Map<const Eigen::VectorXd>(p, n);
+  return state;
+}
 
 void History::add(Kind kind, std::uint32_t other) {
   now_.events.push_back({kind, static_cast<std::uint32_t>(now_.values.size()), other});
@@ -104,7 +147,7 @@ void History::add_correction(const Update& u, bool moved) {
   out.push_back(u.observed);
   const std::size_t count = out.size();
   out.push_back(0);
-  for (int k = 0; k < size_; ++k) {
+  for (int k = 0; k < layout_.size(); ++k) {
     if (u.H.col(k).isZero(0)) continue;
     out[count] += 1;
     out.push_back(k);
@@ -123,12 +166,12 @@ History::Correction History::correction(const Chunk& chunk, const Event& event) 
   Update& u = c.update;
   u.rows = static_cast<int>(r.number());
   u.observed = static_cast<int>(r.number());
-  u.H.setZero(3, size_);
+  u.H.setZero(3, layout_.size());
   for (auto count = static_cast<int>(r.number()); count > 0; --count) {
     const auto k = static_cast<Eigen::Index>(r.number());
     r.take(u.H.col(k));
   }
-  u.PHt.resize(size_, 3);
+  u.PHt.resize(layout_.size(), 3);
   r.take(u.PHt);
   for (Matrix3d* m : {&u.S, &u.R}) {
     for (int j = 0; j < 3; ++j) {
@@ -151,7 +194,7 @@ History::TakenBack History::taken_back(const Chunk& chunk, const Event& event) c
   Reader r(chunk, event.at);
   TakenBack t;
   r.take(t.score);
-  t.moved = r.vector(size_);
+  t.moved = r.vector(layout_.size());
   return t;
 }
 
@@ -166,19 +209,41 @@ History::Variances History::admitted(const Chunk& chunk, const Event& event) con
   return v;
 }
 
+// About a reference constants do not move, and are left out.
 void History::add_moved(const ErrorVector& moved) {
-  add(Kind::kMoved);
-  put(now_.values, moved);
+  const auto still = [&](Block b) {
+    return changes(b) || moved.segment(layout_.offset(b), info(b).size).isZero(0);
+  };
+  const bool all = !std::all_of(layout_.blocks().begin(), layout_.blocks().end(), still);
+  add(Kind::kMoved, all);
+  for (const Block b : layout_.blocks()) {
+    if (all || changes(b)) put(now_.values, moved.segment(layout_.offset(b), info(b).size));
+  }
 }
 
 ErrorVector History::moved(const Chunk& chunk, const Event& event) const {
-  return Reader(chunk, event.at).vector(size_);
+  Reader r(chunk, event.at);
+  ErrorVector moved = ErrorVector::Zero(layout_.size());
+  for (const Block b : layout_.blocks()) {
+    if (event.other != 0 || changes(b)) r.take(moved.segment(layout_.offset(b), info(b).size));
+  }
+  return moved;
 }
 
+// What is constant is kept where it has changed.
 void History::end_row(const FilterState& state) {
+  const std::size_t before = now_.values.size();
+  StoredEstimate(layout_).put_constants(state.x, now_.values);
+  const auto at = [&](std::size_t place) { return now_.values.begin() + static_cast<std::ptrdiff_t>(place); };
+  if (std::equal(at(before), now_.values.end(), at(constants_))) {
+    now_.values.resize(before);
+  } else {
+    constants_ = before;
+  }
   add(Kind::kRow);
+  put_row(state);
   ++rows_;
-  if (state.time - now_.time < kChunk - kSameInstant) return;
+  if (state.time - opened_ < kChunk - kSameInstant) return;
   close();
   open(state);
 }
@@ -189,20 +254,6 @@ void History::finish(const FilterState& state) {
     open(state);
   }
   close();
-}
-
-Covariance History::covariance(const Chunk& chunk) const {
-  Covariance P(size_, size_);
-  const double* p = chunk.values.data();
-  for (int j = 0; j < size_; ++j) {
-    for (int i = 0; i <= j; ++i) P(i, j) = P(j, i) = *p++;
-  }
-  return P;
-}
-
-ErrorVector History::mean(const Chunk& chunk) const {
-  if (!reference_) return ErrorVector::Zero(size_);
-  return Reader(chunk, packed(size_)).vector(size_);
 }
 
 }  // namespace piste

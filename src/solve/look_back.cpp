@@ -20,14 +20,7 @@ void put_rows(const Solution& known, std::size_t first, Solution& filtered) {
 }
 
 void look_back(const Log& log, const FilterOptions& options, const FoundStart& found, FilterRun& filtered) {
-  const Solution known = looked_back(log, options, found);
-  Solution& rows = filtered.solution;
-  filtered.replaced = Solution(rows.layout(), rows.world());
-  filtered.replaced.fixed = rows.fixed;
-  for (std::size_t i = 0; i < std::min(known.size(), rows.size()); ++i) {
-    filtered.replaced.append(rows.time(i), rows.estimate(i), rows.sigmas(i));
-  }
-  put_rows(known, 0, rows);
+  put_rows(looked_back(log, options, found), 0, filtered.solution);
 }
 
 }  // namespace piste

@@ -1,8 +1,50 @@
 #include "piste/solve/reference.h"
 
+#include <algorithm>
+#include <span>
+#include <utility>
+
 #include "piste/math/so3.h"
+#include "piste/solve/fix_queue.h"
+#include "stored_estimate.h"
 
 namespace piste {
+
+Reference::Reference(StateLayout layout, std::filesystem::path scratch)
+    : layout_(std::move(layout)), folder_(std::move(scratch)), scratch_(folder_) {}
+
+void Reference::add(double time, const Estimate& x) {
+  last_time_ = std::max(last_time_, time);
+  rows_.push_back(time);
+  StoredEstimate(layout_).put_row(x, rows_);
+  ++size_;
+}
+
+void Reference::close() {
+  if (rows_.empty()) return;
+  pieces_.push_back(scratch_.add(std::span<const double>(rows_)));
+  rows_.clear();
+}
+
+Reference::Reader::Reader(std::shared_ptr<const Reference> of)
+    : of_(std::move(of)), next_piece_(of_->pieces_.size()), left_(of_->size_), row_{-1e300, of_->start} {}
+
+const Reference::Row& Reference::Reader::at(double time) {
+  while (left_ > 0 && row_.time < time - kSameInstant) next();
+  return row_;
+}
+
+void Reference::Reader::next() {
+  if (next_ == rows_.size()) {
+    of_->scratch_.read(of_->pieces_[--next_piece_], rows_);
+    next_ = 0;
+  }
+  const double* p = rows_.data() + next_;
+  row_.time = *p++;
+  p = StoredEstimate(of_->layout_).take_row(p, row_.x);
+  next_ = static_cast<std::size_t>(p - rows_.data());
+  --left_;
+}
 
 BodyMotion motion_between(const Estimate& from, const Estimate& to, double dt, const Vector3d& earth_rate,
                           const Gravity& gravity) {

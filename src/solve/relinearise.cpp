@@ -11,9 +11,10 @@ namespace piste {
 FilterRun filtered_about(Reference smoothed, const Log& log, const FilterOptions& options, const FoundStart& found,
                          const ProgressCallback& progress) {
   const Start start = without_alignment(log.world, found);
-  const double end = (smoothed.rows.empty() ? start.time : smoothed.rows.back().time) + kSameInstant;
+  const double end = (smoothed.size() == 0 ? start.time : smoothed.last_time()) + kSameInstant;
+  const std::filesystem::path scratch = smoothed.scratch();
   return run_filter(log, options, start, Keep::kHistory, progress, end,
-                    std::make_shared<const Reference>(std::move(smoothed)));
+                    std::make_shared<const Reference>(std::move(smoothed)), {}, scratch);
 }
 
 FilterRun relinearised(const Log& log, const FilterOptions& options, const FoundStart& found, const FilterRun& run,

@@ -4,6 +4,8 @@
 #include <array>
 #include <cstddef>
 #include <cstring>
+#include <filesystem>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <utility>
@@ -114,6 +116,7 @@ class Backward {
         layout_(run.begin->filter.layout()),
         covariance_(covariance),
         steps_(layout_, run.begin->filter.options(), run.begin->filter.world().earth_rate()),
+        about_reference_(run.begin->filter.has_reference()),
         for_sigmas_(parts_for_sigmas(layout_)) {
     lambda_.setZero(layout_.size());
     Lambda_.setZero(layout_.size(), layout_.size());
@@ -126,13 +129,14 @@ class Backward {
   /// `between(row, time, x)`, this is called for all other rows of a chunk after that, the first row first.
   template <class Visit>
   void run(std::size_t first, const ProgressCallback& progress, Visit&& visit) {
-    const auto& chunks = run_.history.chunks();
-    for (std::size_t c = chunks.size(); c-- > 0;) {
-      const std::size_t end = c + 1 < chunks.size() ? chunks[c + 1].first : chunks[c].first;
+    const History& history = run_.history;
+    for (std::size_t c = history.size(); c-- > 0;) {
+      const std::size_t begin = history.first(c), end = c + 1 < history.size() ? history.first(c + 1) : begin;
       if (end <= first && first > 0) return;
-      sweep(chunks[c], end, visit);
-      if (progress && chunks[c].first < run_.epochs)
-        progress(1 - static_cast<double>(chunks[c].first) / static_cast<double>(std::max<std::size_t>(1, run_.epochs)));
+      history.load(c, chunk_);
+      sweep(chunk_, end, visit);
+      if (progress && begin < run_.epochs)
+        progress(1 - static_cast<double>(begin) / static_cast<double>(std::max<std::size_t>(1, run_.epochs)));
     }
   }
 
@@ -321,13 +325,13 @@ class Backward {
         case Kind::kStep: {
           const Transition t = steps_.transition(history.step(chunk, event));
           propagate(P, layout_, t);
-          if (run_.reference) propagate(mean, layout_, t);
+          if (about_reference_) propagate(mean, layout_, t);
           break;
         }
         case Kind::kCorrection: {
           const History::Correction c = history.correction(chunk, event);
           update(P, c.update);
-          if (run_.reference) mean += gain(c.update) * c.update.residual;
+          if (about_reference_) mean += gain(c.update) * c.update.residual;
           if (c.moved.size() > 0) reset(P, layout_, reset_jacobian(expand(layout_, c.moved)));
           break;
         }
@@ -356,11 +360,12 @@ class Backward {
     const auto n = static_cast<std::size_t>(layout_.size());
     return n * n + n;
   }
-  // That of the wanted row number `number`.
-  FilterState state_at(std::size_t row, std::size_t number) const {
+  // That of the wanted row number `number`, which `event` ends.
+  FilterState state_at(const Chunk& chunk, const History::Event& event, std::size_t number) {
     const double* P = kept_.data() + number * kept_size();
     const int n = layout_.size();
-    return {run_.time(row), run_.estimate(row), Eigen::Map<const Eigen::MatrixXd>(P, n, n),
+    const double time = run_.history.row(chunk, event, x_);
+    return {time, x_, Eigen::Map<const Eigen::MatrixXd>(P, n, n),
             Eigen::Map<const Eigen::VectorXd>(P + Eigen::Index{n} * n, n)};
   }
 
@@ -369,8 +374,8 @@ class Backward {
   void sweep(const Chunk& chunk, std::size_t end, Visit& visit) {
     const History& history = run_.history;
     const std::size_t last = std::max(chunk.first + 1, end) - 1;  // the row that begins the next chunk
-    FilterState begin{chunk.time, {}, history.covariance(chunk), history.mean(chunk)};
-    begin.x = chunk.first > 0 ? run_.estimate(chunk.first - 1) : run_.begin->filter.estimate();
+    const FilterState begin = history.start(chunk);
+    x_ = begin.x;
     find_wanted(chunk, last, visit);
     filter_again(chunk, begin);
 
@@ -406,7 +411,7 @@ class Backward {
           if (left == 0 || wanted_[left - 1] != row) break;
           --left;
           look_at_lanes();
-          visit.exact(row, state_at(row, left));
+          visit.exact(row, state_at(chunk, *event, left));
           break;
       }
     }
@@ -455,7 +460,8 @@ class Backward {
           if (seen < wanted_.size() && wanted_[seen] == row) {
             ++seen;
           } else {
-            visit.between(row, run_.time(row), boxplus(run_.estimate(row), layout_, e));
+            const double time = history.row(chunk, event, x_);
+            visit.between(row, time, boxplus(x_, layout_, e));
           }
           ++row;
           break;
@@ -469,6 +475,7 @@ class Backward {
   const StateLayout& layout_;
   bool covariance_;
   StepOperator steps_;
+  bool about_reference_;
   std::vector<Part> for_sigmas_;
   ErrorVector lambda_;
   Covariance Lambda_, work_;   // Λ where the steps in `many_` end
@@ -477,6 +484,8 @@ class Backward {
   Eigen::MatrixXd traced_;  // three columns each; where Λ is
   Matrix3d turn_ = Matrix3d::Identity();
   // Of one chunk:
+  Chunk chunk_;
+  Estimate x_;  // that of the row which is looked at
   std::vector<StepOperator::Factors> factors_;
   std::vector<StepOperator::Pull> pulls_;
   std::vector<std::size_t> wanted_;
@@ -537,16 +546,59 @@ void check(const FilterRun& run) {
   if (run.history.empty() || !run.begin) throw std::logic_error("a smoother needs a run with its history");
 }
 
+// The rows of a run that come last first, for one who takes them first first.
+class TurnedRows {
+ public:
+  TurnedRows(const Solution& like, const std::filesystem::path& scratch)
+      : last_(like.layout(), like.world()), fixed_(like.fixed), scratch_(scratch) {
+    last_.reserve(kRowsAtOnce);
+  }
+  void add(double time, const Estimate& x, const Sigmas& sigmas) {
+    last_.append(time, x, sigmas);
+    if (last_.size() == kRowsAtOnce) close();
+  }
+  void give(const RowTaker& rows) {
+    close();
+    std::vector<double> values;
+    std::size_t first = 0;
+    for (auto piece = pieces_.rbegin(); piece != pieces_.rend(); ++piece) {
+      scratch_.read(*piece, values);
+      Solution turned(last_.layout(), last_.world());
+      turned.fixed = fixed_;
+      const std::size_t stride = turned.stride(), count = values.size() / stride;
+      turned.reserve(count);
+      for (std::size_t i = count; i-- > 0;) turned.append(std::span<const double>(values).subspan(i * stride, stride));
+      rows(turned, first);
+      first += count;
+    }
+  }
+
+ private:
+  void close() {
+    if (!last_.empty()) pieces_.push_back(scratch_.add(last_.rows()));
+    last_.resize(0);
+  }
+  Solution last_;
+  Estimate fixed_;
+  Scratch scratch_;
+  std::vector<std::size_t> pieces_;
+};
+
 // All rows of a solution.
 class ToSolution {
  public:
-  ToSolution(Backward& backward, Solution& out, LagCollector* collector, SmoothedState* at_start)
-      : backward_(backward), out_(out), collector_(collector), at_start_(at_start) {}
+  ToSolution(Backward& backward, Solution& out, TurnedRows* turned, LagCollector* collector, SmoothedState* at_start)
+      : backward_(backward), out_(out), turned_(turned), collector_(collector), at_start_(at_start) {}
 
   static bool wants(std::size_t) { return true; }
   void exact(std::size_t row, const FilterState& state) {
     const SmoothedState s = backward_.smooth_for_sigmas(state);
-    out_.set(row, state.time, s.x, sigmas_of(out_.world(), s.x, out_.layout(), s.P));
+    const Sigmas sigmas = sigmas_of(out_.world(), s.x, out_.layout(), s.P);
+    if (turned_ != nullptr) {
+      turned_->add(state.time, s.x, sigmas);
+    } else {
+      out_.set(row, state.time, s.x, sigmas);
+    }
     if (collector_) collector_->visit(backward_, row, state, s);
   }
   void start(const FilterState& state) {
@@ -556,6 +608,7 @@ class ToSolution {
  private:
   Backward& backward_;
   Solution& out_;
+  TurnedRows* turned_;
   LagCollector* collector_;
   SmoothedState* at_start_;
 };
@@ -563,17 +616,24 @@ class ToSolution {
 }  // namespace
 
 Solution smooth_rts(const FilterRun& run, const ProgressCallback& progress, SmoothedState* at_start,
-                    std::vector<AttitudeLag>* lags) {
+                    std::vector<AttitudeLag>* lags, const RowTaker& rows) {
   check(run);
   const Solution& filtered = run.solution;
   Solution out(filtered.layout(), filtered.world());
   out.sources = filtered.sources;
   out.fixed = filtered.fixed;
-  out.resize(run.epochs);
+  std::optional<TurnedRows> turned;
+  if (rows) {
+    turned.emplace(out, run.history.scratch());
+  } else {
+    out.resize(run.epochs);
+  }
   Backward backward(run);
   std::optional<LagCollector> collector;
   if (lags) collector.emplace(filtered.world(), run.epochs, *lags);
-  backward.run(0, progress, ToSolution(backward, out, collector ? &*collector : nullptr, at_start));
+  backward.run(0, progress,
+               ToSolution(backward, out, turned ? &*turned : nullptr, collector ? &*collector : nullptr, at_start));
+  if (turned) turned->give(rows);
   return out;
 }
 
@@ -582,15 +642,21 @@ Reference smoothed_trajectory(const FilterRun& run, const ProgressCallback& prog
   Backward backward(run, false);
   struct Visit {
     const Backward& backward;
-    const FilterRun& run;
     Reference out;
+    // The row that begins a chunk comes before those in it, and they after the rows of the chunk behind it.
     static bool wants(std::size_t) { return false; }
-    void exact(std::size_t row, const FilterState& state) { out.rows[row] = {state.time, backward.estimate(state)}; }
-    void start(const FilterState& state) { out.start = backward.estimate(state); }
-    void between(std::size_t row, double time, const Estimate& x) { out.rows[row] = {time, x}; }
-  } visit{backward, run, {}};
-  visit.out.rows.resize(run.epochs);
+    void exact(std::size_t, const FilterState& state) {
+      out.close();
+      out.add(state.time, backward.estimate(state));
+    }
+    void start(const FilterState& state) {
+      out.close();
+      out.start = backward.estimate(state);
+    }
+    void between(std::size_t, double time, const Estimate& x) { out.add(time, x); }
+  } visit{backward, Reference(run.solution.layout(), run.history.scratch())};
   backward.run(0, progress, visit);
+  visit.out.close();
   return std::move(visit.out);
 }
 

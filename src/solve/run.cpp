@@ -20,9 +20,9 @@ void note_adapted(const Filter& filter, AdaptedNoise& adapted) {
 
 FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& start, Keep keep,
                      const ProgressCallback& progress, double end_time, std::shared_ptr<const Reference> reference,
-                     const RowTaker& rows) {
+                     const RowTaker& rows, const std::filesystem::path& scratch) {
   FilterRun run;
-  run.reference = reference;
+  run.history = History(scratch);
   Checkpoint c{Filter(options, log.world, start, std::move(reference)), place_at(log, start.time, end_time)};
   const std::size_t begin = c.place.imu, end = c.place.imu_end;
   const bool has_rows = !c.filter.has_reference();
@@ -67,13 +67,6 @@ FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& 
   run.solution.gnss_late = c.filter.late();
   return run;
 }
-
-Estimate FilterRun::estimate(std::size_t row) const {
-  if (reference) return reference->rows[row].x;
-  return row < replaced.size() ? replaced.estimate(row) : solution.estimate(row);
-}
-
-double FilterRun::time(std::size_t row) const { return reference ? reference->rows[row].time : solution.time(row); }
 
 void rerun(const Log& log, const Checkpoint& from, std::size_t end_row, Tape& tape) {
   Checkpoint c = from;

@@ -1,5 +1,7 @@
 #include "piste/solve/sample_noise.h"
 
+#include "piste/math/statistics.h"
+
 namespace piste {
 namespace {
 
@@ -21,8 +23,8 @@ StepNoise SampleNoise::of(const ImuSample& sample, const ImuSensor& sensor) {
   }
   for (const std::optional<GapNoise>& added : {sample.gap, sample.mended}) {
     if (!added) continue;
-    noise.accel.array() += added->accel * added->accel;
-    noise.gyro.array() += added->gyro * added->gyro;
+    noise.accel.array() += square(added->accel);
+    noise.gyro.array() += square(added->gyro);
   }
   return noise;
 }

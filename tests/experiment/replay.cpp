@@ -140,30 +140,52 @@ TEST(Replay, IsItsStepsInTheirOrder) {
   expect_same(run, replay(config));
 }
 
-// Without a smoother the rows can be taken as the filter goes: they are those of the whole solution, of which a part
-// stays, and the log is the same where the recording is taken apart.
-TEST(Replay, GivesItsRowsAway) {
+// Appends what is streamed, and counts that nothing is missing.
+RowTaker into(Solution& rows) {
+  return [&rows](Solution& next, std::size_t first) {
+    EXPECT_EQ(first, rows.size());
+    rows.append(next.rows());
+  };
+}
+
+// Rows can be streamed, and a smoother's history can be in a file: they are those of the whole solutions, of which a
+// part stays, and the log is the same where the recording is taken apart.
+TEST(Replay, StreamsItsRows) {
   const TemporaryFolder folder;
   const ReplayConfig config = read_replay_config(write_files(folder));
-  ReplayOptions options = replay_options(config);
-  options.smoother = SmootherKind::kNone;
   const Recording recording = read_recording(config);
-  const Replay whole = replay(recording, options);
-  Solution rows(whole.solution().layout(), whole.log.world);
-  options.rows = [&](const Solution& next, std::size_t first) {
-    EXPECT_EQ(first, rows.size());
-    for (std::size_t i = 0; i < next.size(); ++i) rows.append(next.time(i), next.estimate(i), next.sigmas(i));
-  };
-  const Replay run = replay(recording, options);
-  rows.innovations = run.solution().innovations;
-  EXPECT_TRUE(numbers(rows) == numbers(whole.solution()));
-  EXPECT_EQ(run.filtered.epochs, whole.solution().size());
-  const Solution& kept = run.solution();
-  ASSERT_GT(kept.size(), 2U);
-  EXPECT_LE(kept.size(), kKeptRows);
-  EXPECT_EQ(kept.time(0), rows.time(0));
-  EXPECT_EQ(kept.time(kept.size() - 1), rows.time(rows.size() - 1));
+  for (const SmootherKind smoother : {SmootherKind::kNone, SmootherKind::kRts}) {
+    ReplayOptions options = replay_options(config);
+    options.smoother = smoother;
+    const Replay whole = replay(recording, options);
+    const StateLayout& layout = whole.filtered.solution.layout();
+    Solution filtered(layout, whole.log.world), smoothed(layout, whole.log.world);
+    options.streams = {.filtered = into(filtered), .smoothed = into(smoothed), .scratch = folder.path()};
+    const Replay run = replay(recording, options);
+    filtered.innovations = run.filtered.solution.innovations;
+    EXPECT_TRUE(numbers(filtered) == numbers(whole.filtered.solution));
+    EXPECT_EQ(run.filtered.epochs, whole.filtered.solution.size());
+    const Solution& kept = run.solution();
+    ASSERT_GT(kept.size(), 2U);
+    EXPECT_LE(kept.size(), kKeptRows);
+    EXPECT_EQ(kept.time(0), filtered.time(0));
+    EXPECT_EQ(kept.time(kept.size() - 1), filtered.time(filtered.size() - 1));
+    if (whole.smoothed) {
+      smoothed.innovations = run.smoothed->innovations;
+      EXPECT_TRUE(numbers(smoothed) == numbers(*whole.smoothed));
+      EXPECT_EQ(run.smoothed->attitude_correlation_time, whole.smoothed->attitude_correlation_time);
+      const auto residual = [](const Replay& r) {
+        return judge(r.log, r.options, r.filtered.solution, &*r.smoothed, r.residuals).sources[0].smoothed;
+      };
+      EXPECT_GT(residual(run), 0);
+      EXPECT_EQ(residual(run), residual(whole));
+    }
+    for (const auto& entry : std::filesystem::directory_iterator(folder.path())) {
+      EXPECT_FALSE(entry.path().filename().string().ends_with(".partial")) << entry.path();
+    }
+  }
 
+  const Replay whole = replay(recording, replay_options(config));
   const Log apart = condition(Recording(recording), config.conditioning);
   ASSERT_EQ(apart.imu.size(), whole.log.imu.size());
   for (std::size_t i = 0; i < apart.imu.size(); ++i) ASSERT_EQ(apart.imu[i].dvel, whole.log.imu[i].dvel);

@@ -250,26 +250,6 @@ TEST_P(Layouts, AnErrorIsPropagatedByTheDenseTransition) {
   }
 }
 
-TEST_P(Layouts, AdjointIsTheDenseTranspose) {
-  Random random(4);
-  const StateLayout layout(GetParam());
-  for (int i = 0; i < 10; ++i) {
-    const Transition t = some_step(layout, random);
-    const MatrixXd Phi = dense_transition(layout, t);
-    Covariance Lambda = random.covariance(layout.size());
-    ErrorVector lambda = random.matrix(layout.size(), 1);
-    const MatrixXd expected_Lambda = Phi.transpose() * Lambda * Phi, expected_lambda = Phi.transpose() * lambda;
-    propagate_adjoint(lambda, Lambda, layout, t);
-    EXPECT_LT(relative(Lambda, expected_Lambda), 1e-14);
-    EXPECT_LT(relative(lambda, expected_lambda), 1e-14);
-    EXPECT_TRUE(Lambda == Lambda.transpose());
-    MatrixXd columns = random.matrix(layout.size(), 5);
-    const MatrixXd expected_columns = Phi.transpose() * columns;
-    propagate_adjoint(columns, layout, t);
-    EXPECT_LT(relative(columns, expected_columns), 1e-14);
-  }
-}
-
 // exp(M), by its series for M / 2^k and k squarings.
 MatrixXd exponential(const MatrixXd& M) {
   const int k = std::max(0, std::ilogb(M.norm()) + 4);

@@ -253,11 +253,13 @@ TEST(Rts, TheTrajectoryWithoutCovariancesIsThatOfTheWhole) {
   const SyntheticRun s = test::synthetic_run(4, test::all_blocks());
   const FilterRun run = run_filter(s.log, s.options, s.start, Keep::kHistory);
   const Solution whole = smooth_rts(run);
-  const Reference trajectory = smoothed_trajectory(run);
-  ASSERT_EQ(trajectory.rows.size(), whole.size());
+  const auto trajectory = std::make_shared<const Reference>(smoothed_trajectory(run));
+  ASSERT_EQ(trajectory->size(), whole.size());
+  Reference::Reader rows(trajectory);
   for (std::size_t i = 0; i < whole.size(); ++i) {
-    EXPECT_EQ(trajectory.rows[i].time, whole.time(i));
-    EXPECT_LT(boxminus(trajectory.rows[i].x, whole.estimate(i)).cwiseAbs().maxCoeff(), 1e-8) << i;
+    const Reference::Row& row = rows.at(whole.time(i));
+    EXPECT_EQ(row.time, whole.time(i));
+    EXPECT_LT(boxminus(row.x, whole.estimate(i)).cwiseAbs().maxCoeff(), 1e-8) << i;
   }
 }
 

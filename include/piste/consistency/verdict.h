@@ -3,6 +3,7 @@
 /// against their priors, and by the residuals of its smoothed track. docs/verdict.md has the equations.
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -56,8 +57,43 @@ class UnderWay {
   double start_;
 };
 
-/// The verdict without findings. `smoothed` may be null.
-Verdict judge(const Log& log, const FilterOptions& options, const Solution& filtered, const Solution* smoothed);
+/// The residuals of a smoothed track at those fixes under way whose positions the filter used, from rows that come in
+/// pieces.
+class SmoothedResiduals {
+ public:
+  /// `filtered` has the innovations. All must outlive this.
+  SmoothedResiduals(const Log& log, const FilterOptions& options, const Solution& filtered);
+  /// @pre the next rows of the run
+  void add(const Solution& rows);
+  /// Of each receiver: the rms over the axes and the fixes, in sigmas of the fix; NaN where there was none.
+  std::vector<double> rms() const;
+
+ private:
+  struct Receiver {
+    int source = -1;
+    std::size_t innovation = 0, fix = 0;  // the next to look at; the fix that waits for its rows
+    bool waits = false;
+    double delay = 0, sum = 0;
+    std::size_t count = 0;
+  };
+  void begin(const Solution& rows);
+  void find_next(std::size_t k);
+  static void compare(Receiver& r, const GnssFix& fix, const Vector3d& told_arm, double before,
+                      const Estimate& x_before, const Solution& rows, std::size_t after);
+
+  const Log& log_;
+  const FilterOptions& options_;
+  const Solution& filtered_;
+  std::optional<UnderWay> under_way_;
+  std::vector<Receiver> receivers_;
+  double time_ = 0;  // of the last row so far
+  Estimate before_;
+};
+
+/// The verdict without findings. `smoothed` may be null. `residuals`: what SmoothedResiduals found, where `smoothed` has a
+/// part of its rows only.
+Verdict judge(const Log& log, const FilterOptions& options, const Solution& filtered, const Solution* smoothed,
+              const std::vector<double>& residuals = {});
 
 /// The verdict in one line: `sigmas hold`, or what is wrong and the first finding.
 std::string verdict_line(const Verdict& verdict);

@@ -35,6 +35,9 @@ Estimate boxplus(const Estimate& x, const StateLayout& layout, const ErrorVector
 /// The error for which truth = estimate ⊞ error. @pre attitudes and boresights differ by less than π.
 FullError boxminus(const Estimate& truth, const Estimate& estimate);
 
+/// The same for the blocks of a layout. No heap.
+ErrorVector boxminus(const Estimate& truth, const Estimate& estimate, const StateLayout& layout);
+
 /// The matrix G that resets the covariance after a correction: an error e about the estimate x is G e about x ⊞
 /// `correction`, to first order in e and to all orders in the correction. G is the left Jacobian of the group. It is
 /// the identity except for the 6×6 part of (velocity, attitude), with rows and columns in the order ν, θ, and the 3×3
@@ -44,6 +47,9 @@ struct ResetJacobian {
   std::array<Matrix3d, kMountings> mountings;  ///< in the order of kMountingBlocks
 };
 ResetJacobian reset_jacobian(const FullError& correction);
+
+/// The same of a correction to the blocks of a layout. No heap.
+ResetJacobian reset_jacobian(const StateLayout& layout, const ErrorVector& correction);
 
 /// The matrix that turns the navigation error (ρ, ν, θ) into the ordinary error (δp, δv, θ), with δv = ν + θ × v̂.
 Eigen::Matrix<double, 9, 9> ordinary_from_invariant(const Estimate& x);

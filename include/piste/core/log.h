@@ -113,9 +113,10 @@ struct Recording {
 // ---- As the filter takes it: GPS time, body axes, world frame. ----
 
 /// Densities of the white noise that is added in a gap, for the motion that the straight line through the gap may miss.
+/// Each sample has room for it, and seven digits are enough.
 struct GapNoise {
-  double gyro = 0;   ///< rad/s/sqrt(Hz)
-  double accel = 0;  ///< m/s²/sqrt(Hz)
+  float gyro = 0;   ///< rad/s/sqrt(Hz)
+  float accel = 0;  ///< m/s²/sqrt(Hz)
 };
 
 /// One IMU sample: rotation and velocity increments over (time − interval, time], in body axes.

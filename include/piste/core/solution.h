@@ -129,6 +129,10 @@ class Solution {
   /// Appends a row, or overwrites row i. Blocks that the layout does not have are not stored: `fixed` has their values.
   void append(double time, const Estimate& x, const Sigmas& s);
   void set(std::size_t i, double time, const Estimate& x, const Sigmas& s);
+  /// Appends rows as rows() has them. @pre They are of the same layout.
+  void append(std::span<const double> rows) { rows_.insert(rows_.end(), rows.begin(), rows.end()); }
+  /// Row i as it is stored.
+  std::span<const double> row(std::size_t i) const { return rows().subspan(i * stride_, stride_); }
 
   std::vector<std::string> sources;      ///< names, by Innovation::source
   std::vector<Innovation> innovations;   ///< in the order in which they were processed

@@ -12,10 +12,12 @@ namespace piste {
 /// The verdict on a filtered run with its findings, the likeliest cause first. The causes are looked for only if the
 /// sigmas do not hold or more fixes are rejected than chance rejects, and in the first minutes of motion.
 ///
-/// `options`, `heading` and `found` are those with which `filtered` was made of `log`; `smoothed` may be null.
+/// `options`, `heading` and `found` are those with which `filtered` was made of `log`; `smoothed` may be null, and
+/// `residuals` are as for judge().
 /// `progress`, if given, is called with the part of the causes that was tried. Causes with which the filter diverges
 /// are passed over; nothing is thrown.
 Verdict diagnose(const Log& log, const FilterOptions& options, const InitialHeading& heading, const FoundStart& found,
-                 const Solution& filtered, const Solution* smoothed, const std::function<void(double)>& progress = {});
+                 const Solution& filtered, const Solution* smoothed, const std::function<void(double)>& progress = {},
+                 const std::vector<double>& residuals = {});
 
 }  // namespace piste

@@ -7,10 +7,12 @@
 /// Each step is a pure function with its own header, so that a program can also call them one by one.
 
 #include <cstddef>
+#include <filesystem>
 #include <functional>
 #include <limits>
 #include <optional>
 #include <string_view>
+#include <vector>
 
 #include "piste/core/log.h"
 #include "piste/core/options.h"
@@ -20,6 +22,14 @@
 #include "piste/solve/start.h"
 
 namespace piste {
+
+/// Where the rows of a replay go as it runs, instead of into memory.
+struct RowStreams {
+  RowTaker filtered;  ///< takes those of the filter; without it no row is streamed
+  RowTaker smoothed;  ///< takes those of the smoother
+  /// The folder of files without a name, for what the smoother needs again: some kilobytes an epoch. Empty: memory.
+  std::filesystem::path scratch;
+};
 
 /// Options of a replay.
 struct ReplayOptions {
@@ -38,12 +48,12 @@ struct ReplayOptions {
   int relinearisations = 1;
   /// Whether the histories of the filtered runs are kept, for smooth_rows().
   bool history = true;
-  /// Takes the rows of a run without smoother as the filter goes, so that they need not stand in memory. Of the
-  /// filtered solution are then left the last row and every n-th, `kKeptRows` at most. Not used with a smoother. What
-  /// is left has no history.
-  RowTaker rows = {};
+  /// Where rows go that need not stand in memory. Not used with a batch.
+  RowStreams streams = {};
 };
-inline constexpr std::size_t kKeptRows = 40000;  // as many as a page can show, and some
+/// Of a solution whose rows were streamed are left the last row and every n-th, so many at most: as many as a page can
+/// show, and some. What is left has no history.
+inline constexpr std::size_t kKeptRows = 40000;
 
 /// The result of a replay: the input of the filter and its output.
 struct Replay {
@@ -54,6 +64,8 @@ struct Replay {
   std::optional<FilterRun> relinearised = std::nullopt;
   FilterRun filtered;                ///< with its history smooth_rows() can give the whole covariance of any row
   std::optional<Solution> smoothed;  ///< if asked for; with the correlation time of its attitude's errors
+  /// Of the smoothed track where its rows were streamed, for judge(); otherwise empty.
+  std::vector<double> residuals = {};
 
   /// The run that a smoother goes back over.
   const FilterRun& smoothable() const { return relinearised ? *relinearised : filtered; }
@@ -69,9 +81,9 @@ using ReplayProgress = std::function<void(std::string_view stage, std::size_t do
 ReplayOptions replay_options(const ReplayConfig& config);
 
 /// Reads the logs of the configuration and replays them. `batch`: what smooths a run whose configuration asks for a
-/// batch. `rows`: ReplayOptions::rows. Throws as read_recording() and the functions below.
+/// batch. Throws as read_recording() and the functions below.
 Replay replay(const ReplayConfig& config, const ReplayProgress& progress = {}, const BatchSolver& batch = {},
-              const RowTaker& rows = {});
+              const RowStreams& streams = {});
 
 /// Conditions the recording and replays it. Throws DataError if the data do not suffice, for example for a start.
 /// Throws ConfigError if the options are not valid, have other sources than the recording, or ask for a batch without

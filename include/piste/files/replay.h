@@ -1,6 +1,7 @@
 #pragma once
 /// Writes the files of a replay.
 
+#include <array>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -13,27 +14,34 @@
 
 namespace piste {
 
-/// Writes `filtered.csv`, `biases.csv` and `attitude.csv` as the rows of a run without smoother leave the filter
-/// (ReplayOptions::rows), with the bytes of write_solutions().
+/// Writes the files of rows as a replay streams them (ReplayOptions::streams), with the bytes of write_solutions(): of
+/// the filter `filtered.csv` and `biases.csv`, of the smoother `smoothed.csv` and `biases_smoothed.csv`, and
+/// `attitude.csv` of the better of both.
 class RowFiles {
  public:
-  RowFiles(OutputFolder& output, const OutputRates& rates) : output_(output), rates_(rates) {}
-  /// Takes the next rows.
-  void add(const Solution& rows);
+  RowFiles(OutputFolder& output, const OutputRates& rates, SmootherKind smoother)
+      : output_(output), rates_(rates), smoothed_(smoother == SmootherKind::kRts) {}
+  /// What streams a replay into these files, which must outlive it, and its scratch into the output folder.
+  RowStreams streams();
   /// Whether rows have come.
   bool begun() const { return means_.count() > 0; }
-  /// Of all rows.
+  /// Of all rows of the better solution.
   const RowMeans& means() const { return means_; }
   /// Closes the files. Throws Error if one could not be written.
   void finish();
 
  private:
-  void begin(const StateLayout& layout);
+  struct Rows {
+    std::vector<OutputFile> files;
+    std::vector<RowCsv> writers;
+  };
+  void add(const Solution& rows, bool smoothed);
+  void begin(const StateLayout& layout, bool smoothed);
   OutputFolder& output_;
   OutputRates rates_;
+  bool smoothed_;
   RowMeans means_;
-  std::vector<OutputFile> files_;
-  std::vector<RowCsv> writers_;
+  std::array<Rows, 2> solutions_;  // filtered and smoothed
 };
 
 /// Writes `filtered.csv`, `biases.csv`, `innovations.csv`, `smoothed.csv`, `biases_smoothed.csv`, and `attitude.csv`

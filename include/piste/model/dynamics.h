@@ -82,13 +82,6 @@ void propagate(Covariance& P, const StateLayout& layout, const Transition& t);
 /// m ← Φ m for an error. No heap.
 void propagate(ErrorVector& m, const StateLayout& layout, const Transition& t);
 
-/// The adjoint of the same step, for a smoother: λ ← Φᵀ λ and Λ ← Φᵀ Λ Φ. No heap.
-void propagate_adjoint(ErrorVector& lambda, Covariance& Lambda, const StateLayout& layout, const Transition& t);
-/// λ alone.
-void propagate_adjoint(ErrorVector& lambda, const StateLayout& layout, const Transition& t);
-/// The same for a matrix with any number of columns.
-void propagate_adjoint(Eigen::MatrixXd& columns, const StateLayout& layout, const Transition& t);
-
 /// Φ as a dense matrix of the layout's size, for tests and for small problems.
 Covariance dense_transition(const StateLayout& layout, const Transition& t);
 

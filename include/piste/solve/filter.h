@@ -63,7 +63,7 @@ class Filter {
   double time() const { return state_.time; }
   const Estimate& estimate() const { return state_.x; }
   const Covariance& covariance() const { return state_.P; }
-  bool has_reference() const { return reference_ != nullptr; }
+  bool has_reference() const { return reference_.has_value(); }
   /// The best estimate is estimate() ⊞ mean(). Zero without a reference.
   const ErrorVector& mean() const { return state_.mean; }
   const StateLayout& layout() const { return setup_->layout; }
@@ -86,7 +86,7 @@ class Filter {
   /// The same, on a history that begins here; nullptr ends it.
   void record(History* history) {
     history_ = history;
-    if (history_) history_->begin(state_, has_reference());
+    if (history_) history_->begin(state_, setup_->layout, has_reference());
   }
   /// What it is, for a history that ends here.
   const FilterState& state() const { return state_; }
@@ -128,10 +128,9 @@ class Filter {
   [[noreturn]] void fail(const std::string& why) const;
 
   std::shared_ptr<const Setup> setup_;
-  std::shared_ptr<const Reference> reference_;
-  std::size_t reference_row_ = 0;  // that of the sample that is processed
-  Estimate target_;                // its estimate
-  BodyMotion known_;               // the motion to it
+  std::optional<Reference::Reader> reference_;  // at the row of the sample that is processed
+  Estimate target_;                             // its estimate
+  BodyMotion known_;                            // the motion to it
   FilterState state_;
   std::optional<ImuSample> before_, now_;
   FixQueue queue_;

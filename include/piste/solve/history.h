@@ -1,14 +1,17 @@
 #pragma once
 /// All that a filter did in a run, small enough to be kept whole, so that a smoother filters nothing again.
 ///
-/// A run is cut into chunks of a second. Each begins with the covariance, at the end of an epoch, and has
-/// the events after it: steps, of which the transition follows (ErrorStep), corrections, and what moved the estimate
-/// otherwise.
+/// A run is cut into chunks of a second. Each begins with estimate and covariance, at the end of an epoch, and has
+/// the events after it: steps, of which the transition follows (ErrorStep), corrections, what moved the estimate
+/// otherwise, and the estimates at the ends of its epochs. The chunks stand in memory, or in a file.
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
+#include <utility>
 #include <vector>
 
+#include "piste/io/scratch.h"
 #include "piste/solve/noise_score.h"
 #include "piste/solve/tape.h"
 
@@ -32,7 +35,6 @@ class History {
   };
   struct Chunk {
     std::size_t first = 0;  ///< the first row that ends in it
-    double time = 0;        ///< of its beginning, which is the end of the row before, or the start
     std::vector<Event> events;
     std::vector<double> values;
   };
@@ -47,8 +49,12 @@ class History {
   };
   using Variances = Eigen::Matrix<double, 9, 1>;
 
+  /// `scratch`: the folder of the file that has the chunks; empty: they are in memory.
+  explicit History(std::filesystem::path scratch) : folder_(std::move(scratch)), scratch_(folder_) {}
+  History() : History(std::filesystem::path()) {}
+
   /// Begins with the state of a filter. `reference`: whether it is linearised about one, and has a mean.
-  void begin(const FilterState& state, bool reference);
+  void begin(const FilterState& state, const StateLayout& layout, bool reference);
   void add_step(const Transition& t);
   /// `moved`: whether it moved the estimate.
   void add_correction(const Update& u, bool moved);
@@ -60,28 +66,49 @@ class History {
   /// Ends with the state of the last row: a chunk without events, unless one has just begun.
   void finish(const FilterState& state);
 
-  /// The last one begins at the end of the last row, and has no events.
-  const std::vector<Chunk>& chunks() const { return chunks_; }
-  bool empty() const { return chunks_.empty(); }
-  void clear() { *this = {}; }
+  /// Number of chunks. The last one begins at the end of the last row, and has no events.
+  std::size_t size() const { return places_.size(); }
+  bool empty() const { return places_.empty(); }
+  /// The first row that ends in a chunk.
+  std::size_t first(std::size_t chunk) const { return places_[chunk].first; }
+  /// Reads a chunk. Throws Error if its file cannot be read.
+  void load(std::size_t number, Chunk& chunk) const;
+  void clear() { *this = History(folder_); }
+  const std::filesystem::path& scratch() const { return folder_; }
 
-  Covariance covariance(const Chunk& chunk) const;  ///< at the beginning
-  ErrorVector mean(const Chunk& chunk) const;       ///< likewise; zero without a reference
+  FilterState start(const Chunk& chunk) const;  ///< at the beginning; without a reference its mean is zero
   ErrorStep step(const Chunk& chunk, const Event& event) const;
   Correction correction(const Chunk& chunk, const Event& event) const;
   TakenBack taken_back(const Chunk& chunk, const Event& event) const;
   Variances admitted(const Chunk& chunk, const Event& event) const;
   ErrorVector moved(const Chunk& chunk, const Event& event) const;
+  /// Sets `x` to the estimate at the end of an epoch, and returns its time. @pre Of what is not estimated, `x` is that of
+  /// start().
+  double row(const Chunk& chunk, const Event& event, Estimate& x) const {
+    const double* p = chunk.values.data() + event.at;
+    return take_row(chunk, p, x);
+  }
 
  private:
+  struct Place {
+    std::size_t first;
+    std::size_t events, values;  // blocks of the scratch
+  };
   void open(const FilterState& state);
   void close();
   void add(Kind kind, std::uint32_t other = 0);
+  void put_row(const FilterState& state);
+  double take_row(const Chunk& chunk, const double*& p, Estimate& x) const;
 
-  std::vector<Chunk> chunks_;
+  std::filesystem::path folder_;
+  Scratch scratch_;
+  std::vector<Place> places_;
   std::vector<ErrorStep::Around> around_;
-  Chunk now_;  // the last one, as it grows
-  int size_ = 0;
+  Chunk now_;          // the last one, as it grows
+  double opened_ = 0;  // its beginning
+  std::size_t constants_ = 0;  // where in it the last constants of an estimate stand
+  StateLayout layout_;
+  Estimate fixed_;  // what is not estimated
   bool reference_ = false;
   std::size_t rows_ = 0;
 };

@@ -7,21 +7,60 @@
 /// 1987). A smoothed trajectory has neither fault. Filtering and smoothing about it is one Gauss-Newton step for the
 /// whole run (the iterated Kalman smoother; Bell 1994).
 
+#include <cstddef>
+#include <filesystem>
+#include <memory>
 #include <vector>
 
 #include "piste/core/estimate.h"
+#include "piste/io/scratch.h"
 #include "piste/model/measurement.h"
 
 namespace piste {
 
-/// A smoothed run: the estimate at its start, and at the end of each epoch.
-struct Reference {
+/// A smoothed run: the estimate at its start, and at the end of each epoch, where what is constant is that of the start.
+class Reference {
+ public:
   struct Row {
     double time = 0;
     Estimate x;
   };
-  std::vector<Row> rows;  ///< in the order of time
+  /// Without rows, for estimates of `layout`. `scratch`: the folder of the file that has them; empty: memory.
+  explicit Reference(StateLayout layout, std::filesystem::path scratch = {});
+
+  /// Adds a row behind those that were added since the last close().
+  void add(double time, const Estimate& x);
+  /// Puts the rows that were added since the last close() before all others, as a smoother finds the last ones first.
+  void close();
   Estimate start;
+
+  std::size_t size() const { return size_; }
+  double last_time() const { return last_time_; }
+  const std::filesystem::path& scratch() const { return folder_; }
+
+  /// Reads the rows in their order. A copy reads on by itself.
+  class Reader {
+   public:
+    explicit Reader(std::shared_ptr<const Reference> of);
+    /// The first row that is not before `time`, or the last row. @pre Times ascend, and there is a row.
+    const Row& at(double time);
+
+   private:
+    void next();
+    std::shared_ptr<const Reference> of_;
+    std::vector<double> rows_;  // of a piece
+    std::size_t next_piece_, next_ = 0, left_;
+    Row row_;
+  };
+
+ private:
+  StateLayout layout_;
+  std::filesystem::path folder_;
+  Scratch scratch_;
+  std::vector<std::size_t> pieces_;  // the last rows first
+  std::vector<double> rows_;         // since the last close()
+  std::size_t size_ = 0;
+  double last_time_ = -1e300;
 };
 
 /// Angular rate and specific force, as means over `dt`, that lead from one estimate to the next, in the body axes half

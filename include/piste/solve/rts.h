@@ -34,11 +34,13 @@ using EpochObserver = std::function<void(std::size_t row, const Tape::Epoch& fil
 /// Smooths a filtered run. @pre `run` has its history.
 /// `at_start`, if given, is set to the smoothed state at the start, before the first step. `lags`, if given, is set to
 /// the covariances of the attitude's errors at some 2000 pairs of epochs, spread over the run.
-/// Throws std::logic_error if `run` has no history.
+/// `rows`, if given, takes the rows of the solution in the end, the first row first; the solution then has none.
+/// Throws std::logic_error if `run` has no history, Error if a file of its scratch folder cannot be written or read.
 Solution smooth_rts(const FilterRun& run, const ProgressCallback& progress = {}, SmoothedState* at_start = nullptr,
-                    std::vector<AttitudeLag>* lags = nullptr);
+                    std::vector<AttitudeLag>* lags = nullptr, const RowTaker& rows = {});
 
-/// The smoothed estimates of a run without their covariances, which cost the most. Throws as smooth_rts.
+/// The smoothed estimates of a run without their covariances, which cost the most, where its history is: in memory or in
+/// its scratch folder. Throws as smooth_rts.
 Reference smoothed_trajectory(const FilterRun& run, const ProgressCallback& progress = {});
 
 /// Smooths only some rows, and gives them to `observer`, the last row first. The rows before the first of them are not

@@ -2,6 +2,7 @@
 /// Runs the filter over a whole log, and again over a stretch of it.
 
 #include <cstddef>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -27,7 +28,7 @@ struct Checkpoint {
 /// What a run keeps beside its solution.
 enum class Keep {
   kNothing,
-  kHistory  ///< what a smoother needs: some 600 bytes an epoch
+  kHistory  ///< what a smoother needs: some 400 bytes an epoch, and a kilobyte a fix
 };
 
 /// A filtered run, and what a smoother needs of it.
@@ -36,12 +37,6 @@ struct FilterRun {
   std::size_t epochs = 0;  ///< IMU epochs that were filtered: the rows of the solution, unless about a reference
   std::optional<Checkpoint> begin;             ///< at the start
   History history;                             ///< from there on
-  std::shared_ptr<const Reference> reference;  ///< what it is linearised about; null: its own estimate
-  Solution replaced;                           ///< the filter's own first rows, if others replaced them in the solution
-
-  /// The estimate at the end of an epoch that the filter had, and its time.
-  Estimate estimate(std::size_t row) const;
-  double time(std::size_t row) const;
 };
 
 /// Called now and then with the fraction of the work that is done. May be empty.
@@ -64,11 +59,13 @@ inline constexpr std::size_t kRowsAtOnce = 1024;  // some hundred kilobytes
 /// `end_time`: samples from this time on are left out.
 /// `reference`: a smoothed run of the same log about which this one is linearised (solve/reference.h). The solution
 /// then has no rows, as only a smoother tells what is better than the reference.
-/// `rows`: takes the rows of the solution, which then has none in the end.
+/// `rows`: takes the rows of the solution, which then has none in the end. `scratch`: the folder of a file that has the
+/// history, which otherwise is in memory.
 /// Throws ConfigError if the options are not valid, DataError if the filter diverges.
 FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& start, Keep keep = Keep::kNothing,
                      const ProgressCallback& progress = {}, double end_time = 1e300,
-                     std::shared_ptr<const Reference> reference = nullptr, const RowTaker& rows = {});
+                     std::shared_ptr<const Reference> reference = nullptr, const RowTaker& rows = {},
+                     const std::filesystem::path& scratch = {});
 
 /// Filters a run again from a copy of its filter, and records it on `tape`. Its last epoch is that of row `end_row`
 /// − 1.

@@ -1,0 +1,41 @@
+#pragma once
+/// Where a run puts what it needs again later and has no room for: blocks of values, each written once and read as often
+/// as needed.
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <type_traits>
+#include <vector>
+
+namespace piste {
+
+/// Blocks in memory, or in a file. A copy shares what is there. One thread at a time.
+class Scratch {
+ public:
+  /// In memory; or, with a `folder`, in a file in it that is gone with the last copy, or when the program ends.
+  explicit Scratch(std::filesystem::path folder);
+
+  /// Adds a block and returns its number, counted from 0. Throws Error if the file cannot be made or written.
+  template <class T>
+  std::size_t add(std::span<const T> values) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    return add_bytes(std::as_bytes(values));
+  }
+  /// Reads a block into `values`, which gets its size. Throws Error if the file cannot be read.
+  template <class T>
+  void read(std::size_t block, std::vector<T>& values) const {
+    values.resize(bytes(block) / sizeof(T));
+    read_bytes(block, std::as_writable_bytes(std::span(values)));
+  }
+
+ private:
+  struct Store;
+  std::size_t add_bytes(std::span<const std::byte> bytes);
+  std::size_t bytes(std::size_t block) const;
+  void read_bytes(std::size_t block, std::span<std::byte> out) const;
+  std::shared_ptr<Store> store_;
+};
+
+}  // namespace piste

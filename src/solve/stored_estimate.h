@@ -1,0 +1,64 @@
+#pragma once
+// How estimates are stored, row by row: what changes from row to row in each, and the constants apart.
+
+#include <vector>
+
+#include "piste/core/estimate.h"
+
+namespace piste {
+
+/// Of one layout, which must outlive it. Blocks that it does not have are not stored.
+class StoredEstimate {
+ public:
+  explicit StoredEstimate(const StateLayout& layout) : layout_(layout) {}
+
+  /// Appends attitude, velocity, position and the blocks that may be processes, or the other ones.
+  void put_row(const Estimate& x, std::vector<double>& out) const {
+    put(x.q_wb.coeffs(), out);
+    put(x.v_wb, out);
+    put(x.p_wb, out);
+    put_blocks(x, true, out);
+  }
+  void put_constants(const Estimate& x, std::vector<double>& out) const { put_blocks(x, false, out); }
+
+  /// Reads them into `x`, and returns where the next values stand.
+  const double* take_row(const double* p, Estimate& x) const {
+    p = take(p, x.q_wb.coeffs());
+    p = take(p, x.v_wb);
+    p = take(p, x.p_wb);
+    return take_blocks(p, true, x);
+  }
+  const double* take_constants(const double* p, Estimate& x) const { return take_blocks(p, false, x); }
+
+ private:
+  template <class Values>
+  static void put(const Values& values, std::vector<double>& out) {
+    out.insert(out.end(), values.data(), values.data() + values.size());
+  }
+  template <class Values>
+  static const double* take(const double* p, Values&& values) {
+    for (Eigen::Index k = 0; k < values.size(); ++k) values.data()[k] = *p++;
+    return p;
+  }
+  static bool belongs(Block b, bool changing) { return !is_navigation(b) && (info(b).process != nullptr) == changing; }
+  void put_blocks(const Estimate& x, bool changing, std::vector<double>& out) const {
+    for (const Block b : layout_.blocks()) {
+      if (!belongs(b, changing)) continue;
+      if (is_rotation(b)) {
+        put(rotation(x, b).coeffs(), out);
+      } else {
+        put(additive(x, b), out);
+      }
+    }
+  }
+  const double* take_blocks(const double* p, bool changing, Estimate& x) const {
+    for (const Block b : layout_.blocks()) {
+      if (belongs(b, changing)) p = is_rotation(b) ? take(p, rotation(x, b).coeffs()) : take(p, additive(x, b));
+    }
+    return p;
+  }
+
+  const StateLayout& layout_;
+};
+
+}  // namespace piste
