@@ -78,9 +78,8 @@ void run(const char* file, const char* folder) {
   });
   watch.lap(stage);
   const Solution* smoothed = run.smoothed ? &*run.smoothed : nullptr;
-  const Verdict verdict =
-      diagnose(run.log, run.options, config.initial, run.found, run.filtered.solution, smoothed, [](double) {},
-               run.residuals);
+  const Verdict verdict = diagnose(
+      run.log, run.options, config.initial, run.found, run.filtered.solution, smoothed, [](double) {}, run.residuals);
   watch.lap("verdict");
   write_solutions(output, run, config.rates, {}, &rows);
   watch.lap("rows to files");

@@ -149,10 +149,33 @@ void mend_spikes(Rows& rows, const RowGaps& gaps, bool increments, const SpikeOp
   counts.imu_spikes = rows.mended.size();
 }
 
-/// Turns rows into increments.
+// The items of a vector in pieces, each of which is given back when it is done with.
+template <class T>
+class Pieces {
+ public:
+  explicit Pieces(std::vector<T> all) : size_(all.size()) {
+    for (std::size_t i = 0; i < size_; i += kPiece) {
+      const auto begin = all.begin() + static_cast<std::ptrdiff_t>(i);
+      pieces_.emplace_back(begin, begin + static_cast<std::ptrdiff_t>(std::min(kPiece, size_ - i)));
+    }
+  }
+  std::size_t size() const { return size_; }
+  const T& operator[](std::size_t i) const { return pieces_[i / kPiece][i % kPiece]; }
+  void done_before(std::size_t i) {
+    for (; done_ < i / kPiece; ++done_) pieces_[done_] = {};
+  }
+
+ private:
+  // Blocks beyond 32 MB go back to the system as soon as they are free.
+  static constexpr std::size_t kPiece = 33'600'000 / sizeof(T);
+  std::size_t size_, done_ = 0;
+  std::vector<std::vector<T>> pieces_;
+};
+
+/// Turns rows into increments, and leaves nothing of them.
 class Incrementer {
  public:
-  Incrementer(const Rows& rows, const RowGaps& gaps, const ImuRecording& recording, const ConditioningOptions& options,
+  Incrementer(Rows& rows, const RowGaps& gaps, const ImuRecording& recording, const ConditioningOptions& options,
               Log& log)
       : rows_(rows), gaps_(gaps), recording_(recording), options_(options), log_(log) {}
 
@@ -170,8 +193,6 @@ class Incrementer {
   }
 
  private:
-  double step(std::size_t i) const { return rows_.time[i] - rows_.time[i - 1]; }
-
   // Adds samples for a gap; they are filled later.
   void leave_open(double start, double end) {
     ++log_.counts.imu_gaps;
@@ -186,15 +207,20 @@ class Incrementer {
 
   // For rows that are of the interval before them.
   void pass_intervals() {
-    for (std::size_t i = 0; i < rows_.time.size(); ++i) {
+    Pieces<double> time(std::move(rows_.time));
+    Pieces<Vector3d> gyro(std::move(rows_.gyro)), accel(std::move(rows_.accel));
+    for (std::size_t i = 0; i < time.size(); ++i) {
+      if (i > 0) time.done_before(i - 1);
+      gyro.done_before(i);
+      accel.done_before(i);
       const bool after_gap = i > 0 && gaps_.before(i);
-      const double interval = i == 0 || after_gap ? gaps_.period : step(i);
-      if (after_gap) leave_open(rows_.time[i - 1], rows_.time[i] - gaps_.period);
+      const double interval = i == 0 || after_gap ? gaps_.period : time[i] - time[i - 1];
+      if (after_gap) leave_open(time[i - 1], time[i] - gaps_.period);
       const double unit = recording_.increments ? 1 : interval;
-      log_.imu.push_back({.time = rows_.time[i],
+      log_.imu.push_back({.time = time[i],
                           .interval = interval,
-                          .dtheta = unit * rows_.gyro[i],
-                          .dvel = unit * rows_.accel[i],
+                          .dtheta = unit * gyro[i],
+                          .dvel = unit * accel[i],
                           .clipped_gyro = rows_.clipped_gyro[i],
                           .clipped_accel = rows_.clipped_accel[i],
                           .mended = rows_.mended_at(i)});
@@ -235,7 +261,7 @@ class Incrementer {
     }
   }
 
-  const Rows& rows_;
+  Rows& rows_;
   const RowGaps& gaps_;
   const ImuRecording& recording_;
   const ConditioningOptions& options_;

@@ -144,7 +144,8 @@ bool UnderWay::contains(const Innovation& v) const {
 SmoothedResiduals::SmoothedResiduals(const Log& log, const FilterOptions& options, const Solution& filtered)
     : log_(log), options_(options), filtered_(filtered), receivers_(log.gnss.size()) {
   for (std::size_t k = 0; k < receivers_.size(); ++k) {
-    const auto source = std::find(filtered.sources.begin(), filtered.sources.end(), fmt::format("gnss[{}].position", k));
+    const auto source =
+        std::find(filtered.sources.begin(), filtered.sources.end(), fmt::format("gnss[{}].position", k));
     if (source != filtered.sources.end()) receivers_[k].source = static_cast<int>(source - filtered.sources.begin());
   }
 }
@@ -204,7 +205,8 @@ void SmoothedResiduals::compare(Receiver& r, const GnssFix& fix, const Vector3d&
 
 std::vector<double> SmoothedResiduals::rms() const {
   std::vector<double> all;
-  for (const Receiver& r : receivers_) all.push_back(r.count > 0 ? std::sqrt(r.sum / static_cast<double>(r.count)) : kNaN);
+  for (const Receiver& r : receivers_)
+    all.push_back(r.count > 0 ? std::sqrt(r.sum / static_cast<double>(r.count)) : kNaN);
   return all;
 }
 

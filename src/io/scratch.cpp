@@ -15,8 +15,8 @@
 namespace piste {
 namespace {
 
-// A name that no other object has, here or in another program. Its end is that of the partial files of an output folder,
-// which the next run removes where a program was killed.
+// A name that no other object has, here or in another program. Its end is that of the partial files of an output
+// folder, which the next run removes where a program was killed.
 std::filesystem::path new_place(const std::filesystem::path& folder) {
   static std::atomic<unsigned> count = 0;
   const auto now = std::chrono::high_resolution_clock::now().time_since_epoch().count();
@@ -30,10 +30,10 @@ struct Scratch::Store {
     std::streamoff begin;
     std::size_t size;
   };
-  std::filesystem::path place;                  // empty: in memory
-  std::optional<std::fstream> file;             // opened with the first block
-  std::vector<Extent> extents;                  // in the file
-  std::vector<std::vector<std::byte>> blocks;   // in memory
+  std::filesystem::path place;                 // empty: in memory
+  std::optional<std::fstream> file;            // opened with the first block
+  std::vector<Extent> extents;                 // in the file
+  std::vector<std::vector<std::byte>> blocks;  // in memory
   std::streamoff end = 0;
 
   explicit Store(std::filesystem::path folder) : place(std::move(folder)) {}

@@ -36,16 +36,14 @@ class Reader {
   const double* p_;
 };
 
-// Whether an error of the block can change between fixes.
-bool changes(Block b) { return is_navigation(b) || info(b).process != nullptr; }
-
 }  // namespace
 
-void History::begin(const FilterState& state, const StateLayout& layout, bool reference) {
+void History::begin(const FilterState& state, const StateLayout& layout, bool reference, bool rows) {
   clear();
   layout_ = layout;
   fixed_ = state.x;
   reference_ = reference;
+  has_rows_ = rows;
   open(state);
 }
 
@@ -211,9 +209,7 @@ History::Variances History::admitted(const Chunk& chunk, const Event& event) con
 
 // About a reference constants do not move, and are left out.
 void History::add_moved(const ErrorVector& moved) {
-  const auto still = [&](Block b) {
-    return changes(b) || moved.segment(layout_.offset(b), info(b).size).isZero(0);
-  };
+  const auto still = [&](Block b) { return changes(b) || moved.segment(layout_.offset(b), info(b).size).isZero(0); };
   const bool all = !std::all_of(layout_.blocks().begin(), layout_.blocks().end(), still);
   add(Kind::kMoved, all);
   for (const Block b : layout_.blocks()) {
@@ -230,8 +226,21 @@ ErrorVector History::moved(const Chunk& chunk, const Event& event) const {
   return moved;
 }
 
-// What is constant is kept where it has changed.
 void History::end_row(const FilterState& state) {
+  add(Kind::kRow);
+  if (has_rows_) {
+    note_constants(state);
+    now_.events.back().at = static_cast<std::uint32_t>(now_.values.size());
+    put_row(state);
+  }
+  ++rows_;
+  if (state.time - opened_ < kChunk - kSameInstant) return;
+  close();
+  open(state);
+}
+
+// What is constant is kept where it has changed.
+void History::note_constants(const FilterState& state) {
   const std::size_t before = now_.values.size();
   StoredEstimate(layout_).put_constants(state.x, now_.values);
   const auto at = [&](std::size_t place) { return now_.values.begin() + static_cast<std::ptrdiff_t>(place); };
@@ -240,12 +249,6 @@ void History::end_row(const FilterState& state) {
   } else {
     constants_ = before;
   }
-  add(Kind::kRow);
-  put_row(state);
-  ++rows_;
-  if (state.time - opened_ < kChunk - kSameInstant) return;
-  close();
-  open(state);
 }
 
 void History::finish(const FilterState& state) {

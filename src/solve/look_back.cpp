@@ -20,7 +20,12 @@ void put_rows(const Solution& known, std::size_t first, Solution& filtered) {
 }
 
 void look_back(const Log& log, const FilterOptions& options, const FoundStart& found, FilterRun& filtered) {
-  put_rows(looked_back(log, options, found), 0, filtered.solution);
+  const Solution known = looked_back(log, options, found);
+  Solution& rows = filtered.solution;
+  filtered.replaced = Solution(rows.layout(), rows.world());
+  filtered.replaced.fixed = rows.fixed;
+  filtered.replaced.append(rows.rows().first(std::min(known.size(), rows.size()) * rows.stride()));
+  put_rows(known, 0, rows);
 }
 
 }  // namespace piste

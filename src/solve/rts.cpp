@@ -13,6 +13,7 @@
 
 #include "math/wide.h"
 #include "piste/solve/noise_score.h"
+#include "smoothed_parts.h"
 #include "step_operator.h"
 
 namespace piste {
@@ -111,22 +112,25 @@ Covariance carried(const ManySteps& Phi, const Covariance& Lambda) {
 // beginning, e ← Φ e − Q λ, which is −P λ without P.
 class Backward {
  public:
+  enum class Want { kNothing, kParts, kWhole };  // of a row; the parts are those of which sigmas are made
+
   explicit Backward(const FilterRun& run, bool covariance = true)
       : run_(run),
         layout_(run.begin->filter.layout()),
         covariance_(covariance),
         steps_(layout_, run.begin->filter.options(), run.begin->filter.world().earth_rate()),
         about_reference_(run.begin->filter.has_reference()),
-        for_sigmas_(parts_for_sigmas(layout_)) {
+        parts_(layout_) {
     lambda_.setZero(layout_.size());
     Lambda_.setZero(layout_.size(), layout_.size());
     begin_steps();
   }
 
-  /// Goes back to the row `first`. Of `visit`: `wants(row)` says whether the whole covariance of a row is wanted.
-  /// `exact(row, state)` is called for these rows, and for those at which a chunk
-  /// begins, the last row first, when λ and Λ are those of that row; `start(state)` likewise for the start. If it has
-  /// `between(row, time, x)`, this is called for all other rows of a chunk after that, the first row first.
+  /// Goes back to the row `first`. Of `visit`: `wants(row)` says what is wanted of a row.
+  /// `seen(row, time, parts, whole)` is called for these rows, and for those at which a chunk begins, the last row
+  /// first, when λ is that of the row; `whole`, the filter's state, is null where parts were enough. `start(state)` is
+  /// called likewise for the start. Without covariance, `exact(row, state)` is called where a chunk begins, and
+  /// `between(row, time, x)` for all other rows of the chunk after that, the first row first.
   template <class Visit>
   void run(std::size_t first, const ProgressCallback& progress, Visit&& visit) {
     const History& history = run_.history;
@@ -145,73 +149,45 @@ class Backward {
     return boxplus(state.x, layout_, state.mean - state.P.lazyProduct(lambda_));
   }
 
-  /// The same, and P − P Λ P about it. Only where Λ is carried along.
+  /// The same, and P − P Λ P about it, at the row of the last seen() or start().
   SmoothedState smooth(const FilterState& state) {
-    return smooth(state, std::array{Part{0, 0, layout_.size(), layout_.size()}});
+    const SmoothedParts& parts = *at_row_;
+    const Covariance& P = state.P;
+    const int n = layout_.size();
+    const Part all{0, 0, n, n};
+    work_.resize(n, n);
+    multiply(many_.count > 0 ? carried(many_, Lambda_) : Lambda_, P, all, work_);
+    SmoothedState s{parts.x, Covariance(n, n)};
+    multiply(P, work_, all, s.P);
+    s.P = P - s.P;
+    reset(s.P, layout_, reset_jacobian(layout_, state.mean - P.lazyProduct(lambda_)));
+    // The parts have the same bits, whether they are wanted alone or with the rest.
+    s.P = (parts.P.array() != 0).select(parts.P, s.P);
+    return s;
   }
-  /// The same with those covariances alone of which sigmas are made, and zeros beside: of navigation, of each block
-  /// with itself, and of biases with their drifts.
-  SmoothedState smooth_for_sigmas(const FilterState& state) { return smooth(state, for_sigmas_); }
 
-  /// Keeps the attitude's error at the epoch j of the last smooth(), to correlate it with the errors at earlier epochs
+  /// Keeps the attitude's error at the epoch j of the last seen(), to correlate it with the errors at earlier epochs
   /// k: E[e_k e_jᵀ] = P_k M_k, where M_j = I − Λ_j P_j goes backwards as λ does, but without the residuals (de Jong and
   /// MacKinnon 1988).
-  void trace(const Covariance& P) {
+  void trace(const FilterState& state) {
     arrive();
+    const Covariance& P = state.P;
+    parts_.find_constants(P, state.mean, lambda_, Lambda_);
     const Eigen::Index columns = traced_.cols();
     traced_.conservativeResize(layout_.size(), columns + 3);
     Eigen::Matrix<double, Eigen::Dynamic, 3> M = -Lambda_ * P.middleCols<3>(kAttitude);
     M.middleRows<3>(kAttitude).diagonal().array() += 1;
-    traced_.rightCols<3>() = M * turn_.transpose();
+    traced_.rightCols<3>() = M * at_row_->turn.transpose();
   }
-  /// E[θ θ_jᵀ] of the attitude's errors at the epoch of the last smooth() and at those of trace(), in the order of
+  /// E[θ θ_jᵀ] of the attitude's errors at the epoch of the last seen() and at those of trace(), in the order of
   /// trace().
   Eigen::Matrix3Xd lagged(const Covariance& P) const {
-    const Eigen::Matrix<double, 3, Eigen::Dynamic> rows = turn_ * P.middleRows<3>(kAttitude);
+    const Eigen::Matrix<double, 3, Eigen::Dynamic> rows = at_row_->turn * P.middleRows<3>(kAttitude);
     return rows * traced_here();
   }
 
  private:
   static constexpr int kAttitude = full_offset(Block::kAttitude);
-
-  static std::vector<Part> parts_for_sigmas(const StateLayout& layout) {
-    std::vector<Part> parts{{0, 0, kNavigation, kNavigation}};
-    const auto add = [&](Block a, Block b) {
-      if (layout.has(a) && layout.has(b))
-        parts.push_back({layout.offset(a), layout.offset(b), info(a).size, info(b).size});
-    };
-    for (const Block b : layout.blocks()) {
-      if (!is_navigation(b)) add(b, b);
-    }
-    for (const auto& [bias, drift] :
-         {std::pair{Block::kGyroBias, Block::kGyroDrift}, {Block::kAccelBias, Block::kAccelDrift}}) {
-      add(bias, drift);
-      add(drift, bias);
-    }
-    return parts;
-  }
-
-  SmoothedState smooth(const FilterState& state, std::span<const Part> parts) {
-    const Covariance& P = state.P;
-    const FullError correction = expand(layout_, state.mean - P.lazyProduct(lambda_));
-    const int n = layout_.size();
-    work_.resize(n, n);
-    if (many_.count > 0) {
-      multiply(carried(many_, Lambda_), P, {0, 0, n, n}, work_);
-    } else {
-      multiply(Lambda_, P, {0, 0, n, n}, work_);
-    }
-    SmoothedState s{boxplus(state.x, correction), Covariance::Zero(n, n)};
-    for (const Part& part : parts) {
-      multiply(P, work_, part, s.P);
-      auto here = s.P.block(part.row, part.column, part.rows, part.columns);
-      here = P.block(part.row, part.column, part.rows, part.columns) - here;
-    }
-    const ResetJacobian G = reset_jacobian(correction);
-    reset(s.P, layout_, G);
-    turn_ = G.velocity_attitude.bottomRightCorner<3, 3>();
-    return s;
-  }
 
   // Unit vectors in the lanes of (ρ, ν, θ), and λ beside them.
   void begin_steps() {
@@ -226,6 +202,7 @@ class Backward {
       if (!covariance_) std::fill_n(lanes_.begin() + static_cast<std::ptrdiff_t>(lambda_at(k)), kFewLanes, 0.0);
       lanes_[lambda_at(k)] = lambda_(k);
     }
+    end_lambda_ = lambda_;
   }
   static constexpr std::size_t kLanes = StepOperator::kLanes, kFewLanes = 4;
   // Where a lane of a row stands.
@@ -276,7 +253,7 @@ class Backward {
   void undo(const History::Correction& c) {
     arrive();
     const bool moved = c.moved.size() > 0;
-    const ResetJacobian G = moved ? reset_jacobian(expand(layout_, c.moved)) : ResetJacobian{};
+    const ResetJacobian G = moved ? reset_jacobian(layout_, c.moved) : ResetJacobian{};
     if (covariance_) {
       if (moved) reset_adjoint(lambda_, Lambda_, layout_, G);
       update_adjoint(lambda_, Lambda_, c.update);
@@ -300,73 +277,107 @@ class Backward {
 
   using Chunk = History::Chunk;
   using Kind = History::Kind;
+  struct Wanted {
+    std::size_t row;
+    bool whole;
+  };
+  struct Moments {  // of a filter's error; in their own size, as their types have room for the largest
+    Eigen::MatrixXd P;
+    Eigen::VectorXd mean;
+  };
 
   // The rows before `last` that are wanted.
   template <class Visit>
   void find_wanted(const Chunk& chunk, std::size_t last, const Visit& visit) {
     wanted_.clear();
     for (std::size_t row = chunk.first; row < last; ++row) {
-      if (visit.wants(row)) wanted_.push_back(row);
+      if (const Want want = visit.wants(row); want != Want::kNothing) wanted_.push_back({row, want == Want::kWhole});
     }
   }
 
-  // The filter's states at the wanted rows of a chunk, filtered again from its beginning.
+  // What the wanted rows of a chunk need of the filter, filtered again from its beginning. Where a stretch without
+  // fixes ends that has wanted rows, the filter's state is kept, too.
   void filter_again(const Chunk& chunk, const FilterState& begin) {
     const History& history = run_.history;
     kept_.clear();
-    kept_.reserve(wanted_.size() * kept_size());
-    std::size_t next = 0;
-    Covariance P = begin.P;
-    ErrorVector mean = begin.mean;
-    std::size_t row = chunk.first;
+    states_.clear();
+    ends_.clear();
+    std::size_t next = 0, row = chunk.first;
+    bool wanted = false;  // in this stretch
+    FilterState s = begin;
+    Covariance& P = s.P;
+    const auto end_stretch = [&] {
+      if (wanted) ends_.push_back({s.P, s.mean});
+      wanted = false;
+    };
     for (const History::Event& event : chunk.events) {
-      if (next == wanted_.size()) break;
+      if (next == wanted_.size() && !wanted) return;
       switch (event.kind) {
         case Kind::kStep: {
           const Transition t = steps_.transition(history.step(chunk, event));
           propagate(P, layout_, t);
-          if (about_reference_) propagate(mean, layout_, t);
+          if (about_reference_) propagate(s.mean, layout_, t);
           break;
         }
         case Kind::kCorrection: {
+          end_stretch();
           const History::Correction c = history.correction(chunk, event);
           update(P, c.update);
-          if (about_reference_) mean += gain(c.update) * c.update.residual;
-          if (c.moved.size() > 0) reset(P, layout_, reset_jacobian(expand(layout_, c.moved)));
+          if (about_reference_) s.mean += gain(c.update) * c.update.residual;
+          if (c.moved.size() > 0) reset(P, layout_, reset_jacobian(layout_, c.moved));
           break;
         }
         case Kind::kAdmitted:
+          end_stretch();
           P.diagonal().head<kNavigation>() += history.admitted(chunk, event);
           break;
         case Kind::kMoved:
-          mean += history.moved(chunk, event);
+          s.mean += history.moved(chunk, event);
           break;
         case Kind::kTakenBack:
+          end_stretch();
           break;
         case Kind::kRow:
-          if (wanted_[next] == row) {
-            kept_.insert(kept_.end(), P.data(), P.data() + P.size());
-            kept_.insert(kept_.end(), mean.data(), mean.data() + mean.size());
+          if (next < wanted_.size() && wanted_[next].row == row) {
+            parts_.keep(P, s.mean, kept_);
+            if (wanted_[next].whole) states_.push_back({P, s.mean});
+            wanted = true;
             ++next;
           }
           ++row;
           break;
       }
     }
+    end_stretch();
   }
 
-  // Values that are kept of a row: a covariance is stored in its own size, as its type has room for the largest.
-  std::size_t kept_size() const {
-    const auto n = static_cast<std::size_t>(layout_.size());
-    return n * n + n;
+  // Sets x_ to the filter's estimate at a row, and returns its time.
+  double look_at_row(const Chunk& chunk, const History::Event& event, std::size_t row) {
+    if (run_.history.has_rows()) return run_.history.row(chunk, event, x_);
+    x_ = run_.estimate(row);
+    return run_.solution.time(row);
   }
-  // That of the wanted row number `number`, which `event` ends.
-  FilterState state_at(const Chunk& chunk, const History::Event& event, std::size_t number) {
-    const double* P = kept_.data() + number * kept_size();
-    const int n = layout_.size();
-    const double time = run_.history.row(chunk, event, x_);
-    return {time, x_, Eigen::Map<const Eigen::MatrixXd>(P, n, n),
-            Eigen::Map<const Eigen::VectorXd>(P + Eigen::Index{n} * n, n)};
+
+  // The wanted row number `number` of a chunk, which `event` ends.
+  template <class Visit>
+  void see(const Chunk& chunk, const History::Event& event, const Wanted& wanted, std::size_t number, Visit& visit) {
+    if constexpr (requires { visit.seen(number, 0.0, *at_row_, static_cast<const FilterState*>(nullptr)); }) {
+      look_at_lanes();
+      if (!has_constants_) parts_.find_constants(ends_.back().P, ends_.back().mean, end_lambda_, Lambda_);
+      has_constants_ = true;
+      const double time = look_at_row(chunk, event, wanted.row);
+      at_row_ = &parts_.row(kept_.data() + number * parts_.kept_size(), x_, lanes_.data(), many_.decay, Lambda_);
+      if (!wanted.whole) return visit.seen(wanted.row, time, *at_row_, nullptr);
+      const FilterState state{time, x_, states_.back().P, states_.back().mean};
+      states_.pop_back();
+      visit.seen(wanted.row, time, *at_row_, &state);
+    }
+  }
+
+  // Behind it other constants are known.
+  void leave_stretch() {
+    if (has_constants_) ends_.pop_back();
+    has_constants_ = false;
   }
 
   // From the end of a chunk, where the row end − 1 ends, to its beginning.
@@ -378,6 +389,7 @@ class Backward {
     x_ = begin.x;
     find_wanted(chunk, last, visit);
     filter_again(chunk, begin);
+    has_constants_ = false;
 
     const auto steps = static_cast<std::size_t>(std::count_if(
         chunk.events.begin(), chunk.events.end(), [](const History::Event& e) { return e.kind == Kind::kStep; }));
@@ -396,33 +408,44 @@ class Backward {
           break;
         case Kind::kCorrection:
           undo(history.correction(chunk, *event));
+          leave_stretch();
           break;
         case Kind::kTakenBack:
           undo(history.taken_back(chunk, *event));
+          leave_stretch();
           break;
         case Kind::kAdmitted:
           arrive();
+          leave_stretch();
           added_.emplace_back(history.admitted(chunk, *event).cwiseProduct(lambda_.head<kNavigation>()));
           break;
         case Kind::kMoved:
           break;
         case Kind::kRow:
           --row;
-          if (left == 0 || wanted_[left - 1] != row) break;
+          if (left == 0 || wanted_[left - 1].row != row) break;
           --left;
-          look_at_lanes();
-          visit.exact(row, state_at(chunk, *event, left));
+          see(chunk, *event, wanted_[left], left, visit);
           break;
       }
     }
     arrive();
-    if (chunk.first > 0) {
+    if (covariance_) {
+      leave_stretch();
+      parts_.find_constants(begin.P, begin.mean, lambda_, Lambda_);
+      kept_.clear();
+      parts_.keep(begin.P, begin.mean, kept_);
+      at_row_ = &parts_.row(kept_.data(), begin.x, lanes_.data(), many_.decay, Lambda_);
+    }
+    if (chunk.first == 0) {
+      visit.start(begin);
+    } else if constexpr (requires { visit.exact(row, begin); }) {
       visit.exact(chunk.first - 1, begin);
     } else {
-      visit.start(begin);
+      visit.seen(chunk.first - 1, begin.time, *at_row_, &begin);
     }
     if constexpr (requires { visit.between(row, 0.0, begin.x); }) {
-      if (last > chunk.first + wanted_.size()) forward(chunk, last, begin, visit);
+      if (last > chunk.first) forward(chunk, last, begin, visit);
     }
   }
 
@@ -431,7 +454,7 @@ class Backward {
   void forward(const Chunk& chunk, std::size_t last, const FilterState& begin, Visit& visit) {
     const History& history = run_.history;
     ErrorVector e = begin.mean - begin.P.lazyProduct(lambda_);
-    std::size_t step = 0, row = chunk.first, seen = 0;
+    std::size_t step = 0, row = chunk.first;
     for (const History::Event& event : chunk.events) {
       if (row == last) return;
       switch (event.kind) {
@@ -443,7 +466,7 @@ class Backward {
           const History::Correction c = history.correction(chunk, event);
           if (c.moved.size() == 0) break;
           e -= c.moved;
-          reset_error(e, layout_, reset_jacobian(expand(layout_, c.moved)));
+          reset_error(e, layout_, reset_jacobian(layout_, c.moved));
           break;
         }
         case Kind::kTakenBack:
@@ -456,15 +479,12 @@ class Backward {
         case Kind::kMoved:
           e += history.moved(chunk, event);
           break;
-        case Kind::kRow:
-          if (seen < wanted_.size() && wanted_[seen] == row) {
-            ++seen;
-          } else {
-            const double time = history.row(chunk, event, x_);
-            visit.between(row, time, boxplus(x_, layout_, e));
-          }
+        case Kind::kRow: {
+          const double time = look_at_row(chunk, event, row);
+          visit.between(row, time, boxplus(x_, layout_, e));
           ++row;
           break;
+        }
       }
     }
   }
@@ -476,20 +496,23 @@ class Backward {
   bool covariance_;
   StepOperator steps_;
   bool about_reference_;
-  std::vector<Part> for_sigmas_;
-  ErrorVector lambda_;
-  Covariance Lambda_, work_;   // Λ where the steps in `many_` end
-  StepOperator::Lanes lanes_;  // what has gone back through these steps
+  PartsSmoother parts_;
+  const SmoothedParts* at_row_ = nullptr;
+  ErrorVector lambda_, end_lambda_;  // here, and where Λ is
+  Covariance Lambda_, work_;         // Λ where the steps in `many_` end
+  StepOperator::Lanes lanes_;        // what has gone back through these steps
   ManySteps many_;
   Eigen::MatrixXd traced_;  // three columns each; where Λ is
-  Matrix3d turn_ = Matrix3d::Identity();
   // Of one chunk:
   Chunk chunk_;
   Estimate x_;  // that of the row which is looked at
   std::vector<StepOperator::Factors> factors_;
   std::vector<StepOperator::Pull> pulls_;
-  std::vector<std::size_t> wanted_;
-  std::vector<double> kept_;               // covariance and mean at each of them, as the filter had them
+  std::vector<Wanted> wanted_;
+  std::vector<double> kept_;               // of each of them, as PartsSmoother has it
+  std::vector<Moments> states_;            // of those that are wanted whole
+  std::vector<Moments> ends_;              // of the stretches with wanted rows
+  bool has_constants_ = false;             // of the stretch here
   std::vector<History::Variances> added_;  // times λ, the last first
 };
 
@@ -500,20 +523,19 @@ class LagCollector {
       : world_(world),
         trace_every_(std::max<std::size_t>(1, rows / kLateEpochs)),
         look_every_(std::max<std::size_t>(1, rows / kEarlyEpochs)),
-        next_trace_(rows),
-        next_look_(rows),
+        last_(rows - 1),
         lags_(lags) {}
 
+  bool wants(std::size_t row) const { return (last_ - row) % trace_every_ == 0 || (last_ - row) % look_every_ == 0; }
+
   /// To be called for epochs backwards, after each was smoothed.
-  void visit(Backward& backward, std::size_t row, const FilterState& state, const SmoothedState& smoothed) {
-    const bool traced = row < next_trace_;
-    if (!traced && row >= next_look_) return;
-    next_look_ = row - std::min(row, look_every_) + 1;
+  void visit(Backward& backward, std::size_t row, const FilterState& state, const SmoothedParts& smoothed) {
+    if (!wants(row)) return;
+    const bool traced = (last_ - row) % trace_every_ == 0;
     const Matrix3d R_nw = world_.rotation_wn(smoothed.x.p_wb).transpose();
     const Matrix3d here = R_nw * attitude_of(smoothed) * R_nw.transpose();
     if (traced) {
-      next_trace_ = row - std::min(row, trace_every_) + 1;
-      backward.trace(state.P);
+      backward.trace(state);
       late_.push_back({row, state.time, R_nw, here});
     }
     const Eigen::Matrix3Xd covariance = R_nw * backward.lagged(state.P);
@@ -531,13 +553,13 @@ class LagCollector {
     double time;
     Matrix3d R_nw, covariance;
   };
-  static Matrix3d attitude_of(const SmoothedState& s) {
+  static Matrix3d attitude_of(const SmoothedParts& s) {
     constexpr int kAttitude = full_offset(Block::kAttitude);
     return s.P.block<3, 3>(kAttitude, kAttitude);
   }
 
   const World& world_;
-  std::size_t trace_every_, look_every_, next_trace_, next_look_;
+  std::size_t trace_every_, look_every_, last_;
   std::vector<Late> late_;
   std::vector<AttitudeLag>& lags_;
 };
@@ -590,16 +612,17 @@ class ToSolution {
   ToSolution(Backward& backward, Solution& out, TurnedRows* turned, LagCollector* collector, SmoothedState* at_start)
       : backward_(backward), out_(out), turned_(turned), collector_(collector), at_start_(at_start) {}
 
-  static bool wants(std::size_t) { return true; }
-  void exact(std::size_t row, const FilterState& state) {
-    const SmoothedState s = backward_.smooth_for_sigmas(state);
+  Backward::Want wants(std::size_t row) const {
+    return collector_ != nullptr && collector_->wants(row) ? Backward::Want::kWhole : Backward::Want::kParts;
+  }
+  void seen(std::size_t row, double time, const SmoothedParts& s, const FilterState* whole) {
     const Sigmas sigmas = sigmas_of(out_.world(), s.x, out_.layout(), s.P);
     if (turned_ != nullptr) {
-      turned_->add(state.time, s.x, sigmas);
+      turned_->add(time, s.x, sigmas);
     } else {
-      out_.set(row, state.time, s.x, sigmas);
+      out_.set(row, time, s.x, sigmas);
     }
-    if (collector_) collector_->visit(backward_, row, state, s);
+    if (collector_ != nullptr && whole != nullptr) collector_->visit(backward_, row, *whole, s);
   }
   void start(const FilterState& state) {
     if (at_start_) *at_start_ = backward_.smooth(state);
@@ -644,7 +667,7 @@ Reference smoothed_trajectory(const FilterRun& run, const ProgressCallback& prog
     const Backward& backward;
     Reference out;
     // The row that begins a chunk comes before those in it, and they after the rows of the chunk behind it.
-    static bool wants(std::size_t) { return false; }
+    static Backward::Want wants(std::size_t) { return Backward::Want::kNothing; }
     void exact(std::size_t, const FilterState& state) {
       out.close();
       out.add(state.time, backward.estimate(state));
@@ -669,9 +692,12 @@ void smooth_rows(const FilterRun& run, const std::vector<std::size_t>& rows, con
     const std::vector<std::size_t>& rows;
     const EpochObserver& observer;
     SmoothedState* at_start;
-    bool wants(std::size_t row) const { return std::binary_search(rows.begin(), rows.end(), row); }
-    void exact(std::size_t row, const FilterState& state) {
-      if (wants(row)) observer(row, state, backward.smooth(state));
+    bool asked(std::size_t row) const { return std::binary_search(rows.begin(), rows.end(), row); }
+    Backward::Want wants(std::size_t row) const {
+      return asked(row) ? Backward::Want::kWhole : Backward::Want::kNothing;
+    }
+    void seen(std::size_t row, double, const SmoothedParts&, const FilterState* whole) {
+      if (asked(row)) observer(row, *whole, backward.smooth(*whole));
     }
     void start(const FilterState& state) {
       if (at_start) *at_start = backward.smooth(state);

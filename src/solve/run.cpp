@@ -53,7 +53,7 @@ FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& 
   };
   if (keep == Keep::kHistory) {
     run.begin = c;
-    c.filter.record(&run.history);
+    c.filter.record(&run.history, rows || !has_rows);
   }
   while (!feeder.done()) {
     if (!feeder.step()) continue;

@@ -7,12 +7,16 @@
 
 namespace piste {
 
+/// Whether a block changes from row to row: navigation, what may be a process, and rotations, which are smoothed to
+/// first order in their corrections.
+inline bool changes(Block b) { return is_navigation(b) || info(b).process != nullptr || is_rotation(b); }
+
 /// Of one layout, which must outlive it. Blocks that it does not have are not stored.
 class StoredEstimate {
  public:
   explicit StoredEstimate(const StateLayout& layout) : layout_(layout) {}
 
-  /// Appends attitude, velocity, position and the blocks that may be processes, or the other ones.
+  /// Appends attitude, velocity, position and the other blocks that change, or those that do not.
   void put_row(const Estimate& x, std::vector<double>& out) const {
     put(x.q_wb.coeffs(), out);
     put(x.v_wb, out);
@@ -40,7 +44,7 @@ class StoredEstimate {
     for (Eigen::Index k = 0; k < values.size(); ++k) values.data()[k] = *p++;
     return p;
   }
-  static bool belongs(Block b, bool changing) { return !is_navigation(b) && (info(b).process != nullptr) == changing; }
+  static bool belongs(Block b, bool changing) { return !is_navigation(b) && changes(b) == changing; }
   void put_blocks(const Estimate& x, bool changing, std::vector<double>& out) const {
     for (const Block b : layout_.blocks()) {
       if (!belongs(b, changing)) continue;

@@ -7,8 +7,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <map>
 
+#include "piste/consistency/verdict.h"
 #include "piste/experiment/trial.h"
 #include "piste/io/solution_io.h"
 #include "piste/solve/attitude_noise.h"

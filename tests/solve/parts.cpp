@@ -48,10 +48,10 @@ TEST(SampleNoise, ClippedSamplesInARowAreOneError) {
 
 TEST(SampleNoise, AGapAddsItsOwn) {
   ImuSample filled{.time = 0, .interval = 0.01};
-  filled.gap = GapNoise{.gyro = 0.3, .accel = 0.4};
+  filled.gap = GapNoise{.gyro = 0.25, .accel = 0.5};
   const StepNoise noise = SampleNoise().of(filled, sensor());
-  EXPECT_TRUE(noise.gyro.isApproxToConstant(0.01 * 0.01 + 0.3 * 0.3));
-  EXPECT_TRUE(noise.accel.isApproxToConstant(0.02 * 0.02 + 0.4 * 0.4));
+  EXPECT_TRUE(noise.gyro.isApproxToConstant(0.01 * 0.01 + 0.25 * 0.25));
+  EXPECT_TRUE(noise.accel.isApproxToConstant(0.02 * 0.02 + 0.5 * 0.5));
 }
 
 TEST(RestUpdates, GiveTheMeanRateOfAnIntervalWithoutMotionOrGap) {

@@ -90,8 +90,8 @@ class SmoothedResiduals {
   Estimate before_;
 };
 
-/// The verdict without findings. `smoothed` may be null. `residuals`: what SmoothedResiduals found, where `smoothed` has a
-/// part of its rows only.
+/// The verdict without findings. `smoothed` may be null. `residuals`: what SmoothedResiduals found, where `smoothed`
+/// has a part of its rows only.
 Verdict judge(const Log& log, const FilterOptions& options, const Solution& filtered, const Solution* smoothed,
               const std::vector<double>& residuals = {});
 

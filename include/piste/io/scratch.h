@@ -1,6 +1,6 @@
 #pragma once
-/// Where a run puts what it needs again later and has no room for: blocks of values, each written once and read as often
-/// as needed.
+/// Where a run puts what it needs again later and has no room for: blocks of values, each written once and read as
+/// often as needed.
 
 #include <cstddef>
 #include <filesystem>

@@ -83,10 +83,11 @@ class Filter {
   /// Records everything that the filter does on `tape`, for a smoother; nullptr ends the recording. The filter does not
   /// own the tape.
   void record(Tape* tape) { tape_ = tape; }
-  /// The same, on a history that begins here; nullptr ends it.
-  void record(History* history) {
+  /// The same, on a history that begins here, with the estimates at the ends of epochs unless these are kept elsewhere;
+  /// nullptr ends it.
+  void record(History* history, bool rows = true) {
     history_ = history;
-    if (history_) history_->begin(state_, setup_->layout, has_reference());
+    if (history_) history_->begin(state_, setup_->layout, has_reference(), rows);
   }
   /// What it is, for a history that ends here.
   const FilterState& state() const { return state_; }

@@ -53,8 +53,9 @@ class History {
   explicit History(std::filesystem::path scratch) : folder_(std::move(scratch)), scratch_(folder_) {}
   History() : History(std::filesystem::path()) {}
 
-  /// Begins with the state of a filter. `reference`: whether it is linearised about one, and has a mean.
-  void begin(const FilterState& state, const StateLayout& layout, bool reference);
+  /// Begins with the state of a filter. `reference`: whether it is linearised about one, and has a mean. `rows`:
+  /// whether the estimates at the ends of epochs are kept, too.
+  void begin(const FilterState& state, const StateLayout& layout, bool reference, bool rows);
   void add_step(const Transition& t);
   /// `moved`: whether it moved the estimate.
   void add_correction(const Update& u, bool moved);
@@ -82,8 +83,9 @@ class History {
   TakenBack taken_back(const Chunk& chunk, const Event& event) const;
   Variances admitted(const Chunk& chunk, const Event& event) const;
   ErrorVector moved(const Chunk& chunk, const Event& event) const;
-  /// Sets `x` to the estimate at the end of an epoch, and returns its time. @pre Of what is not estimated, `x` is that of
-  /// start().
+  bool has_rows() const { return has_rows_; }
+  /// Sets `x` to the estimate at the end of an epoch, and returns its time. @pre It has rows. Of what is not estimated,
+  /// `x` is that of start().
   double row(const Chunk& chunk, const Event& event, Estimate& x) const {
     const double* p = chunk.values.data() + event.at;
     return take_row(chunk, p, x);
@@ -97,6 +99,7 @@ class History {
   void open(const FilterState& state);
   void close();
   void add(Kind kind, std::uint32_t other = 0);
+  void note_constants(const FilterState& state);
   void put_row(const FilterState& state);
   double take_row(const Chunk& chunk, const double*& p, Estimate& x) const;
 
@@ -104,12 +107,12 @@ class History {
   Scratch scratch_;
   std::vector<Place> places_;
   std::vector<ErrorStep::Around> around_;
-  Chunk now_;          // the last one, as it grows
-  double opened_ = 0;  // its beginning
+  Chunk now_;                  // the last one, as it grows
+  double opened_ = 0;          // its beginning
   std::size_t constants_ = 0;  // where in it the last constants of an estimate stand
   StateLayout layout_;
   Estimate fixed_;  // what is not estimated
-  bool reference_ = false;
+  bool reference_ = false, has_rows_ = true;
   std::size_t rows_ = 0;
 };
 

@@ -18,7 +18,8 @@
 
 namespace piste {
 
-/// A smoothed run: the estimate at its start, and at the end of each epoch, where what is constant is that of the start.
+/// A smoothed run: the estimate at its start, and at the end of each epoch, where what is constant, rotations apart, is
+/// that of the start.
 class Reference {
  public:
   struct Row {

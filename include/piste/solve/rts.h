@@ -39,8 +39,8 @@ using EpochObserver = std::function<void(std::size_t row, const Tape::Epoch& fil
 Solution smooth_rts(const FilterRun& run, const ProgressCallback& progress = {}, SmoothedState* at_start = nullptr,
                     std::vector<AttitudeLag>* lags = nullptr, const RowTaker& rows = {});
 
-/// The smoothed estimates of a run without their covariances, which cost the most, where its history is: in memory or in
-/// its scratch folder. Throws as smooth_rts.
+/// The smoothed estimates of a run without their covariances, which cost the most, where its history is: in memory or
+/// in its scratch folder. Throws as smooth_rts.
 Reference smoothed_trajectory(const FilterRun& run, const ProgressCallback& progress = {});
 
 /// Smooths only some rows, and gives them to `observer`, the last row first. The rows before the first of them are not

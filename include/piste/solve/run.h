@@ -35,8 +35,14 @@ enum class Keep {
 struct FilterRun {
   Solution solution;
   std::size_t epochs = 0;  ///< IMU epochs that were filtered: the rows of the solution, unless about a reference
-  std::optional<Checkpoint> begin;             ///< at the start
-  History history;                             ///< from there on
+  std::optional<Checkpoint> begin;  ///< at the start
+  History history;                  ///< from there on; without the rows that the solution has
+  Solution replaced;                ///< the filter's own first rows, if others replaced them in the solution
+
+  /// The estimate at the end of an epoch that the filter had, and its time. @pre The solution has its rows.
+  Estimate estimate(std::size_t row) const {
+    return row < replaced.size() ? replaced.estimate(row) : solution.estimate(row);
+  }
 };
 
 /// Called now and then with the fraction of the work that is done. May be empty.
