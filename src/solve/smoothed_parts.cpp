@@ -15,33 +15,33 @@ namespace {
 
 using Four = double __attribute__((vector_size(4 * sizeof(double))));
 constexpr std::ptrdiff_t kTile = 16, kFours = kTile / 4;  // columns that are worked at together
-constexpr std::ptrdiff_t kLanes = StepOperator::kLanes;
-constexpr int kNavigation = StepOperator::kNavigation;
+constexpr std::ptrdiff_t kLaneStride = StepOperator::kLanes;
+constexpr int kTopRows = StepOperator::kNavigation;
 // Columns of a tile: position, one more, velocity and attitude, others.
 constexpr std::size_t kOther = 3, kMotion = 4, kAfter = 10;
 
 // Vectors go by reference: as values they would have another interface where a processor is not wide.
-struct Read {
+struct FourAt {
   Four four;
-  [[gnu::always_inline]] explicit Read(const double* p) { std::memcpy(&four, p, sizeof four); }
+  [[gnu::always_inline]] explicit FourAt(const double* p) { std::memcpy(&four, p, sizeof four); }
 };
-[[gnu::always_inline]] inline void store(const Four& four, double* p) { std::memcpy(p, &four, sizeof four); }
+[[gnu::always_inline]] inline void put_four(const Four& four, double* p) { std::memcpy(p, &four, sizeof four); }
 
 // Two rows of a tile of C: `lanes` times what was kept. Ten rows: navigation, and λᵀ P in the last.
 PISTE_WIDE void rows_through(const double* lanes, const double* kept, std::ptrdiff_t n, double* out) {
-  for (std::ptrdiff_t i = 0; i <= kNavigation; i += 2) {
+  for (std::ptrdiff_t i = 0; i <= kTopRows; i += 2) {
     Four a[kFours] = {}, b[kFours] = {};
     for (std::ptrdiff_t k = 0; k < n; ++k) {
-      const double wa = lanes[k * kLanes + i], wb = lanes[k * kLanes + i + 1];
+      const double wa = lanes[k * kLaneStride + i], wb = lanes[k * kLaneStride + i + 1];
       for (std::ptrdiff_t j = 0; j < kFours; ++j) {
-        const Four x = Read(kept + k * kTile + 4 * j).four;
+        const Four x = FourAt(kept + k * kTile + 4 * j).four;
         a[j] += wa * x;
         b[j] += wb * x;
       }
     }
     for (std::ptrdiff_t j = 0; j < kFours; ++j) {
-      store(a[j], out + i * kTile + 4 * j);
-      store(b[j], out + (i + 1) * kTile + 4 * j);
+      put_four(a[j], out + i * kTile + 4 * j);
+      put_four(b[j], out + (i + 1) * kTile + 4 * j);
     }
   }
 }
@@ -51,25 +51,25 @@ PISTE_WIDE void times_upper_half(const double* Lambda, const double* C, std::ptr
   for (std::ptrdiff_t i = 0; i < n; i += 2) {
     const double* la = Lambda + i * n;
     Four a[kFours], b[kFours] = {};
-    for (std::ptrdiff_t j = 0; j < kFours; ++j) a[j] = 0.5 * la[i] * Read(C + i * kTile + 4 * j).four;
+    for (std::ptrdiff_t j = 0; j < kFours; ++j) a[j] = 0.5 * la[i] * FourAt(C + i * kTile + 4 * j).four;
     if (i + 1 < n) {
       const double* lb = la + n;
       for (std::ptrdiff_t j = 0; j < kFours; ++j) {
-        const Four x = Read(C + (i + 1) * kTile + 4 * j).four;
+        const Four x = FourAt(C + (i + 1) * kTile + 4 * j).four;
         a[j] += la[i + 1] * x;
         b[j] = 0.5 * lb[i + 1] * x;
       }
       for (std::ptrdiff_t k = i + 2; k < n; ++k) {
         const double wa = la[k], wb = lb[k];
         for (std::ptrdiff_t j = 0; j < kFours; ++j) {
-          const Four x = Read(C + k * kTile + 4 * j).four;
+          const Four x = FourAt(C + k * kTile + 4 * j).four;
           a[j] += wa * x;
           b[j] += wb * x;
         }
       }
-      for (std::ptrdiff_t j = 0; j < kFours; ++j) store(b[j], out + (i + 1) * kTile + 4 * j);
+      for (std::ptrdiff_t j = 0; j < kFours; ++j) put_four(b[j], out + (i + 1) * kTile + 4 * j);
     }
-    for (std::ptrdiff_t j = 0; j < kFours; ++j) store(a[j], out + i * kTile + 4 * j);
+    for (std::ptrdiff_t j = 0; j < kFours; ++j) put_four(a[j], out + i * kTile + 4 * j);
   }
 }
 
@@ -82,17 +82,17 @@ PISTE_WIDE void multiply_corners(const double* C, const double* UC, std::ptrdiff
   Four p[3] = {}, m[6][2] = {};
   for (std::ptrdiff_t k = 0; k < n; ++k) {
     const double *c = C + k * kTile, *u = UC + k * kTile;
-    const Four u0 = Read(u).four, u1 = Read(u + kMotion).four, u2 = Read(u + kMotion + 4).four;
+    const Four u0 = FourAt(u).four, u1 = FourAt(u + kMotion).four, u2 = FourAt(u + kMotion + 4).four;
     for (int a = 0; a < 3; ++a) p[a] += c[a] * u0;
     for (int a = 0; a < 6; ++a) {
       m[a][0] += c[kMotion + static_cast<std::size_t>(a)] * u1;
       m[a][1] += c[kMotion + static_cast<std::size_t>(a)] * u2;
     }
   }
-  for (int a = 0; a < 3; ++a) store(p[a], out.position[a]);
+  for (int a = 0; a < 3; ++a) put_four(p[a], out.position[a]);
   for (int a = 0; a < 6; ++a) {
-    store(m[a][0], out.motion[a]);
-    store(m[a][1], out.motion[a] + 4);
+    put_four(m[a][0], out.motion[a]);
+    put_four(m[a][1], out.motion[a] + 4);
   }
 }
 
@@ -101,9 +101,9 @@ PISTE_WIDE void multiply_columns(const double* A, const double* B, std::ptrdiff_
   Four sum[kFours] = {};
   for (std::ptrdiff_t k = 0; k < n; ++k) {
     for (std::ptrdiff_t j = 0; j < kFours; ++j)
-      sum[j] += Read(A + k * kTile + 4 * j).four * Read(B + k * kTile + 4 * j).four;
+      sum[j] += FourAt(A + k * kTile + 4 * j).four * FourAt(B + k * kTile + 4 * j).four;
   }
-  for (std::ptrdiff_t j = 0; j < kFours; ++j) store(sum[j], out + 4 * j);
+  for (std::ptrdiff_t j = 0; j < kFours; ++j) put_four(sum[j], out + 4 * j);
 }
 
 bool is_fixed(Block b) { return info(b).process == nullptr; }
@@ -200,14 +200,14 @@ const SmoothedParts& PartsSmoother::row(const double* kept, const Estimate& x, c
   for (std::size_t first = 0; first < width_; first += kWide) {
     const double* tile = kept + first * n();
     double *C = through_.data() + first * n(), *UC = half_.data() + first * n();
-    double top[(kNavigation + 1) * kTile];
+    double top[(kTopRows + 1) * kTile];
     rows_through(lanes, tile, size, top);
-    std::copy(top, top + kNavigation * kTile, C);
+    std::copy(top, top + kTopRows * kTile, C);
     for (std::size_t c = 0; c < kWide; ++c) {
       const int state = state_[first + c];
-      if (state >= 0) correction_(state) = mean[state] - top[kNavigation * kTile + c];
+      if (state >= 0) correction_(state) = mean[state] - top[kTopRows * kTile + c];
     }
-    for (std::ptrdiff_t k = kNavigation; k < size; ++k) {
+    for (std::ptrdiff_t k = kTopRows; k < size; ++k) {
       for (std::ptrdiff_t c = 0; c < kTile; ++c) C[k * kTile + c] = decay[k] * tile[k * kTile + c];
     }
     times_upper_half(Lambda.data(), C, size, UC);
