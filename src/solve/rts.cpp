@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "math/wide.h"
+#include "model/step_operator.h"
 #include "piste/solve/noise_score.h"
 #include "smoothed_parts.h"
-#include "step_operator.h"
 
 namespace piste {
 namespace {

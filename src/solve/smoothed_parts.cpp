@@ -7,8 +7,7 @@
 #include <utility>
 
 #include "math/wide.h"
-#include "piste/solve/update.h"
-#include "step_operator.h"
+#include "model/step_operator.h"
 
 namespace piste {
 namespace {

@@ -20,7 +20,7 @@ TEST(Scratch, GivesBackWhatWasPut) {
   const TemporaryFolder folder;
   for (const std::filesystem::path& place : {std::filesystem::path(), folder.path()}) {
     Scratch scratch(place);
-    std::vector<double> values(100000);
+    std::vector<double> values(3000000);  // more than stays in memory
     std::iota(values.begin(), values.end(), 0.5);
     const std::vector<std::uint8_t> few{1, 2, 3};
     EXPECT_EQ(scratch.add(std::span<const double>(values)), 0U);
@@ -48,7 +48,7 @@ TEST(Scratch, GivesBackWhatWasPut) {
 TEST(Scratch, SaysWhereItCannotWrite) {
   const TemporaryFolder folder;
   Scratch scratch(folder.path() / "not_there");
-  const std::vector<double> values{1};
+  const std::vector<double> values(3000000);
   EXPECT_THROW(scratch.add(std::span<const double>(values)), Error);
 }
 

@@ -14,7 +14,8 @@ namespace piste {
 /// Blocks in memory, or in a file. A copy shares what is there. One thread at a time.
 class Scratch {
  public:
-  /// In memory; or, with a `folder`, in a file in it that is gone with the last copy, or when the program ends.
+  /// In memory; or, with a `folder`, beyond 16 MB in a file in it that is gone with the last copy, or when the program
+  /// ends.
   explicit Scratch(std::filesystem::path folder);
 
   /// Adds a block and returns its number, counted from 0. Throws Error if the file cannot be made or written.

@@ -1,4 +1,4 @@
-#include "step_operator.h"
+#include "model/step_operator.h"
 
 #include <algorithm>
 #include <cstring>
@@ -12,7 +12,7 @@ namespace {
 using Four = double __attribute__((vector_size(4 * sizeof(double))));
 using State = StepOperator::State;
 
-std::size_t at(int k) { return static_cast<std::size_t>(k); }
+std::size_t place(int k) { return static_cast<std::size_t>(k); }
 
 struct Triple {
   Four x, y, z;
@@ -79,13 +79,13 @@ template <int N>
     const Four* parts[] = {&gyro.x, &gyro.y, &gyro.z, &accel.x, &accel.y, &accel.z};
     for (int k = 0; k < 6; ++k) seen[k][i] = f.of_imu[k / 3](k % 3) * *parts[k];
   }
-  for (int k = 0; k < 6; ++k) pull[at(k)] = f.noise[k / 3](k % 3) * seen[k][lambda / 4][lambda % 4];
+  for (int k = 0; k < 6; ++k) pull[place(k)] = f.noise[k / 3](k % 3) * seen[k][lambda / 4][lambda % 4];
   for (int k = StepOperator::kNavigation; k < n; ++k) {
     const State& s = states[k];
     double* row = M + k * kStride;
-    if (s.process >= 0) pull[at(6 + k)] = f.variance[at(s.process)] * s.weight * row[lambda];
-    const double decay = s.process < 0 ? 1 : f.decay[at(s.process)];
-    const double acts = s.input < 0 ? 0 : f.acts[at(s.acts)];
+    if (s.process >= 0) pull[place(6 + k)] = f.variance[place(s.process)] * s.weight * row[lambda];
+    const double decay = s.process < 0 ? 1 : f.decay[place(s.process)];
+    const double acts = s.input < 0 ? 0 : f.acts[place(s.acts)];
     const Four* through = seen[std::max(0, s.input)];
     for (int i = 0; i < N; ++i) {
       Four four;
@@ -113,7 +113,7 @@ StepOperator::StepOperator(const StateLayout& layout, const FilterOptions& optio
   const auto set = [&](Block b, int input, int acts) {
     if (!layout.has(b)) return;
     for (int k = 0; k < 3; ++k) {
-      State& s = states_[at(layout.offset(b) + k)];
+      State& s = states_[place(layout.offset(b) + k)];
       s.input = input + k;
       s.acts = acts == kUnit ? kUnit : acts + k;
     }
@@ -126,7 +126,7 @@ StepOperator::StepOperator(const StateLayout& layout, const FilterOptions& optio
     const std::optional<BlockProcess> process = info(b).process ? info(b).process(options) : std::nullopt;
     if (!process) continue;
     for (int k = 0; k < info(b).size; ++k) {
-      State& s = states_[at(layout.offset(b) + k)];
+      State& s = states_[place(layout.offset(b) + k)];
       s.process = static_cast<int>(processes_.size());
       s.weight = process->weight(k);
     }
@@ -148,10 +148,10 @@ void StepOperator::load(const ErrorStep& step, Factors& f) const {
   f.noise[0] = mends ? Vector3d::Zero().eval() : (step.around.noise.gyro / step.dt).eval();
   f.noise[1] = mends ? Vector3d::Zero().eval() : (step.around.noise.accel / step.dt).eval();
   for (int k = 0; k < 3; ++k) {
-    f.acts[at(k)] = step.rate(k);
-    f.acts[at(3 + k)] = step.force(k);
+    f.acts[place(k)] = step.rate(k);
+    f.acts[place(3 + k)] = step.force(k);
   }
-  f.acts[at(kUnit)] = mends ? 0 : 1;
+  f.acts[place(kUnit)] = mends ? 0 : 1;
   for (std::size_t i = 0; i < processes_.size(); ++i) {
     const DiscreteProcess d = mends ? DiscreteProcess{1, 0} : discretise(processes_[i], step.dt);
     f.decay[i] = d.transition;
@@ -176,14 +176,14 @@ void StepOperator::adjoint_lambda(const Factors& f, Lanes& M, Pull& pull) const 
 void StepOperator::forward(const Factors& f, ErrorVector& e, const Pull* pull) const {
   Vector3d imu[2] = {Vector3d::Zero(), Vector3d::Zero()};
   for (int k = kNavigation; k < n_; ++k) {
-    const State& s = states_[at(k)];
-    if (s.input >= 0) imu[s.input / 3](s.input % 3) += f.acts[at(s.acts)] * e(k);
+    const State& s = states_[place(k)];
+    if (s.input >= 0) imu[s.input / 3](s.input % 3) += f.acts[place(s.acts)] * e(k);
     if (s.process < 0) continue;
-    e(k) *= f.decay[at(s.process)];
-    if (pull != nullptr) e(k) -= (*pull)[at(6 + k)];
+    e(k) *= f.decay[place(s.process)];
+    if (pull != nullptr) e(k) -= (*pull)[place(6 + k)];
   }
   if (pull != nullptr) {
-    for (int k = 0; k < 6; ++k) imu[k / 3](k % 3) -= (*pull)[at(k)];
+    for (int k = 0; k < 6; ++k) imu[k / 3](k % 3) -= (*pull)[place(k)];
   }
   struct Three {
     Vector3d rho, nu, theta;
