@@ -181,8 +181,7 @@ void PartsSmoother::find_constants(const Covariance& P, const ErrorVector& mean,
     for (const Pair& pair : pairs_) {
       if (pair.bias != b) continue;
       for (int i = 0; i < size; ++i) {
-        double* to = weights_.data() +
-                     at(static_cast<std::size_t>(column_[static_cast<std::size_t>(layout_.offset(pair.drift) + i)]));
+        double* to = weights_.data() + at(column_of(layout_.offset(pair.drift) + i));
         for (Eigen::Index k = 0; k < weighted.rows(); ++k) to[k * kTile] = weighted(k, i);
       }
     }
@@ -233,10 +232,10 @@ const SmoothedParts& PartsSmoother::row(const double* kept, const Estimate& x, c
   for (const Block block : changing_) {
     const int o = layout_.offset(block), count = info(block).size;
     for (int i = 0; i < count; ++i) {
-      const auto c = static_cast<std::size_t>(column_[static_cast<std::size_t>(o + i)]);
+      const std::size_t c = column_of(o + i);
       P(o + i, o + i) = of_filter(o + i, c) - 2 * sums[c];
       for (int j = 0; j < i && is_rotation(block); ++j) {
-        const auto d = static_cast<std::size_t>(column_[static_cast<std::size_t>(o + j)]);
+        const std::size_t d = column_of(o + j);
         P(o + i, o + j) = P(o + j, o + i) =
             of_filter(o + i, d) - (dot(through_, c, half_, d) + dot(through_, d, half_, c));
       }
@@ -249,7 +248,7 @@ const SmoothedParts& PartsSmoother::row(const double* kept, const Estimate& x, c
   for (const auto& [bias, drift] : pairs_) {
     for (int i = 0; i < info(bias).size; ++i) {
       const int b = layout_.offset(bias) + i, d = layout_.offset(drift) + i;
-      const auto c = static_cast<std::size_t>(column_[static_cast<std::size_t>(d)]);
+      const std::size_t c = column_of(d);
       P(b, d) = P(d, b) = of_filter(b, c) - crosses[c];
     }
   }

@@ -39,13 +39,10 @@ class PartsSmoother {
                            const Covariance& Lambda);
 
  private:
-  struct Column {
-    int state;       // −1: none
-    std::size_t at;  // in a row of width_, in tiles
-  };
   std::size_t n() const { return static_cast<std::size_t>(layout_.size()); }
   // Where column `column` of row 0 stands; the next rows stand kTile further on.
   std::size_t at(std::size_t column) const;
+  std::size_t column_of(int state) const { return static_cast<std::size_t>(column_[static_cast<std::size_t>(state)]); }
   double dot(const std::vector<double>& a, std::size_t column_a, const std::vector<double>& b,
              std::size_t column_b) const;
 
