@@ -110,7 +110,8 @@ class Calibrator {
     return best_;
   }
 
-  // The likeliest noise with the set-up that was found. Nothing changes where the filter does not run with it.
+  // The likeliest noise with the set-up that was found. Nothing changes where a run that finds its own start with it is
+  // less likely.
   // @pre locate()
   void search_noise() {
     const FilterOptions options_before = options_;
@@ -126,7 +127,7 @@ class Calibrator {
       options_.estimate = with_implied_blocks(options_, options_.estimate);
       take_fixes(0);
       best_ = {};
-      if (keep(attempt(before.offset))) return;
+      if (keep(attempt(before.offset)) && best_.likelihood > before.likelihood) return;
     } catch (const DataError&) {  // the innovations tell nothing
     }
     noise_.reset();
