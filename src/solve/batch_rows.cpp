@@ -231,7 +231,7 @@ MatrixXd joint_of(const ArrowMatrix& P, std::size_t i) {
 }  // namespace
 
 BatchTrack epochs_between(const BatchTerms& terms, const FilterOptions& options, const World& world,
-                         const BatchStates& states) {
+                          const BatchStates& states) {
   const Chain& chain = terms.chain();
   BatchTrack out;
   out.start = states.front();
