@@ -96,13 +96,12 @@ std::optional<Calibration> settled(const Recording& recording, const Conditionin
     }
     before.reset();
     likelihood = now;
-    const std::size_t last = run->size() - 1;
-    const double delay = run->estimate(last).gnss_delay;
-    if (run->layout().has(Block::kGnssDelay)) {
-      const double sigma = run->sigmas(last).blocks(full_offset(Block::kGnssDelay));
+    if (find_clock) {
+      const std::size_t last = run->size() - 1;
+      const double delay = run->estimate(last).gnss_delay;
       const Calibration here = found;
-      if (find_clock) found.clock_sigma = sigma;
-      if (find_clock && std::abs(delay) > kStill * sigma) {
+      found.clock_sigma = run->sigmas(last).blocks(full_offset(Block::kGnssDelay));
+      if (std::abs(delay) > kStill * found.clock_sigma) {
         before = here;
         found.clock_offset -= delay;
         continue;

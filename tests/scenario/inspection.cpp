@@ -20,6 +20,7 @@
 #include "support/places.h"
 #include "support/receiver_logs.h"
 #include "support/simulated_case.h"
+#include "support/thorough.h"
 
 namespace piste::test {
 namespace {

@@ -107,9 +107,6 @@ TEST(Batch, FixesFarOffDoNotPull) {
   };
   const Solution truncated = solved(fooled(), BatchLoss::kTruncated), barron = solved(fooled(), BatchLoss::kBarron);
   EXPECT_GE(truncated.batch->left_out, wrong);
-  std::printf("wrong %zu left out: clean %zu truncated %zu barron %zu, fixes %zu conv %d %d off %g\n", wrong,
-              clean.batch->left_out, truncated.batch->left_out, barron.batch->left_out, truncated.batch->fixes,
-              clean.batch->converged, truncated.batch->converged, off(truncated));
   const double sigma = clean.sigmas(clean.size() / 2).position.norm();
   EXPECT_LT(off(truncated), 0.5 * sigma);
   EXPECT_LT(off(barron), 3 * sigma);
