@@ -12,11 +12,6 @@ namespace {
 
 constexpr double kChunk = 1;  // s: covariances are filtered again over it, and are a tenth of what is kept
 
-template <class Values>
-void put(std::vector<double>& out, const Values& values) {
-  out.insert(out.end(), values.data(), values.data() + values.size());
-}
-
 // Reads values in the order in which they were put.
 class Reader {
  public:
@@ -24,7 +19,7 @@ class Reader {
   double number() { return *p_++; }
   template <class Values>
   void take(Values&& values) {
-    for (Eigen::Index k = 0; k < values.size(); ++k) values.data()[k] = *p_++;
+    p_ = take_values(p_, values);
   }
   ErrorVector vector(int size) {
     ErrorVector v(size);
@@ -55,8 +50,8 @@ void History::open(const FilterState& state) {
   constants_ = 0;
   StoredEstimate(layout_).put_constants(state.x, now_.values);
   put_row(state);
-  for (int j = 0; j < layout_.size(); ++j) put(now_.values, state.P.col(j).head(j + 1));
-  if (reference_) put(now_.values, state.mean);
+  for (int j = 0; j < layout_.size(); ++j) put_values(now_.values, state.P.col(j).head(j + 1));
+  if (reference_) put_values(now_.values, state.mean);
 }
 
 void History::close() {
@@ -114,14 +109,14 @@ void History::add_step(const Transition& t) {
     if (last.gyro_scale == s.gyro_scale && last.accel_scale == s.accel_scale) scales = now_.values[before->at];
   }
   if (scales == static_cast<double>(now_.values.size())) {
-    put(now_.values, s.gyro_scale);
-    put(now_.values, s.accel_scale);
+    put_values(now_.values, s.gyro_scale);
+    put_values(now_.values, s.accel_scale);
   }
   add(Kind::kStep, static_cast<std::uint32_t>(around_.size() - 1));
   now_.values.push_back(scales);
   now_.values.push_back(s.dt);
-  put(now_.values, s.q_wb.coeffs());
-  for (const Vector3d* v : {&s.v_wb, &s.rate, &s.force}) put(now_.values, *v);
+  put_values(now_.values, s.q_wb.coeffs());
+  for (const Vector3d* v : {&s.v_wb, &s.rate, &s.force}) put_values(now_.values, *v);
 }
 
 ErrorStep History::step(const Chunk& chunk, const Event& event) const {
@@ -149,13 +144,13 @@ void History::add_correction(const Update& u, bool moved) {
     if (u.H.col(k).isZero(0)) continue;
     out[count] += 1;
     out.push_back(k);
-    put(out, u.H.col(k));
+    put_values(out, u.H.col(k));
   }
-  put(out, u.PHt);
+  put_values(out, u.PHt);
   for (const Matrix3d* m : {&u.S, &u.R}) {
-    for (int j = 0; j < 3; ++j) put(out, m->col(j).head(j + 1));
+    for (int j = 0; j < 3; ++j) put_values(out, m->col(j).head(j + 1));
   }
-  put(out, u.residual);
+  put_values(out, u.residual);
 }
 
 History::Correction History::correction(const Chunk& chunk, const Event& event) const {
@@ -184,8 +179,8 @@ History::Correction History::correction(const Chunk& chunk, const Event& event) 
 
 void History::add_taken_back(const ScaleScore& score, const ErrorVector& moved) {
   add(Kind::kTakenBack);
-  put(now_.values, score);
-  put(now_.values, moved);
+  put_values(now_.values, score);
+  put_values(now_.values, moved);
 }
 
 History::TakenBack History::taken_back(const Chunk& chunk, const Event& event) const {
@@ -198,7 +193,7 @@ History::TakenBack History::taken_back(const Chunk& chunk, const Event& event) c
 
 void History::add_admitted(const Variances& variances) {
   add(Kind::kAdmitted);
-  put(now_.values, variances);
+  put_values(now_.values, variances);
 }
 
 History::Variances History::admitted(const Chunk& chunk, const Event& event) const {
@@ -213,7 +208,7 @@ void History::add_moved(const ErrorVector& moved) {
   const bool all = !std::all_of(layout_.blocks().begin(), layout_.blocks().end(), still);
   add(Kind::kMoved, all);
   for (const Block b : layout_.blocks()) {
-    if (all || changes(b)) put(now_.values, moved.segment(layout_.offset(b), info(b).size));
+    if (all || changes(b)) put_values(now_.values, moved.segment(layout_.offset(b), info(b).size));
   }
 }
 

@@ -7,6 +7,17 @@
 
 namespace piste {
 
+/// Appends the numbers of a vector or matrix, and reads as many; returns where the next values stand.
+template <class Values>
+void put_values(std::vector<double>& out, const Values& values) {
+  out.insert(out.end(), values.data(), values.data() + values.size());
+}
+template <class Values>
+const double* take_values(const double* p, Values&& values) {
+  for (Eigen::Index k = 0; k < values.size(); ++k) values.data()[k] = *p++;
+  return p;
+}
+
 /// Whether a block changes from row to row: navigation, what may be a process, and rotations, which are smoothed to
 /// first order in their corrections.
 inline bool changes(Block b) { return is_navigation(b) || info(b).process != nullptr || is_rotation(b); }
@@ -18,46 +29,38 @@ class StoredEstimate {
 
   /// Appends attitude, velocity, position and the other blocks that change, or those that do not.
   void put_row(const Estimate& x, std::vector<double>& out) const {
-    put(x.q_wb.coeffs(), out);
-    put(x.v_wb, out);
-    put(x.p_wb, out);
+    put_values(out, x.q_wb.coeffs());
+    put_values(out, x.v_wb);
+    put_values(out, x.p_wb);
     put_blocks(x, true, out);
   }
   void put_constants(const Estimate& x, std::vector<double>& out) const { put_blocks(x, false, out); }
 
   /// Reads them into `x`, and returns where the next values stand.
   const double* take_row(const double* p, Estimate& x) const {
-    p = take(p, x.q_wb.coeffs());
-    p = take(p, x.v_wb);
-    p = take(p, x.p_wb);
+    p = take_values(p, x.q_wb.coeffs());
+    p = take_values(p, x.v_wb);
+    p = take_values(p, x.p_wb);
     return take_blocks(p, true, x);
   }
   const double* take_constants(const double* p, Estimate& x) const { return take_blocks(p, false, x); }
 
  private:
-  template <class Values>
-  static void put(const Values& values, std::vector<double>& out) {
-    out.insert(out.end(), values.data(), values.data() + values.size());
-  }
-  template <class Values>
-  static const double* take(const double* p, Values&& values) {
-    for (Eigen::Index k = 0; k < values.size(); ++k) values.data()[k] = *p++;
-    return p;
-  }
   static bool belongs(Block b, bool changing) { return !is_navigation(b) && changes(b) == changing; }
   void put_blocks(const Estimate& x, bool changing, std::vector<double>& out) const {
     for (const Block b : layout_.blocks()) {
       if (!belongs(b, changing)) continue;
       if (is_rotation(b)) {
-        put(rotation(x, b).coeffs(), out);
+        put_values(out, rotation(x, b).coeffs());
       } else {
-        put(additive(x, b), out);
+        put_values(out, additive(x, b));
       }
     }
   }
   const double* take_blocks(const double* p, bool changing, Estimate& x) const {
     for (const Block b : layout_.blocks()) {
-      if (belongs(b, changing)) p = is_rotation(b) ? take(p, rotation(x, b).coeffs()) : take(p, additive(x, b));
+      if (belongs(b, changing))
+        p = is_rotation(b) ? take_values(p, rotation(x, b).coeffs()) : take_values(p, additive(x, b));
     }
     return p;
   }
