@@ -162,7 +162,7 @@ class Pieces {
   std::size_t size() const { return size_; }
   const T& operator[](std::size_t i) const { return pieces_[i / kPiece][i % kPiece]; }
   void done_before(std::size_t i) {
-    for (; done_ < i / kPiece; ++done_) pieces_[done_] = {};
+    for (; done_ < i / kPiece; ++done_) std::vector<T>().swap(pieces_[done_]);  // "= {}" would keep its room
   }
 
  private:
