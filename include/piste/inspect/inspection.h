@@ -33,8 +33,8 @@ struct Calibration {
   bool fits() const { return rejected < (used + rejected) / 10; }
   /// Whether the motion tells the lever arm, so that it is better known than that an antenna is near by.
   bool tells_arm() const {
-    constexpr double kTold = 0.5;  // m
-    return fits() && lever_arm_sigma.maxCoeff() < kTold;
+    constexpr double kTellingSigma = 0.5;  // m
+    return fits() && lever_arm_sigma.maxCoeff() < kTellingSigma;
   }
 };
 
