@@ -19,8 +19,9 @@ constexpr double kHasDirection = 1.5;     // m/s from which a track has a direct
 constexpr double kShortestOverlap = 10;   // s that two signals must have in common
 constexpr double kCertain = 30, kOverRival = 15;
 // A bicycle that leans turns about other axes than the vertical: its correlation was 0.93 to 0.97, with evidence 236 to
-// 317 above any other offset. That of skis beside the track of a bicycle came to 0.92 and 107.
-constexpr double kLeastCorrelation = 0.95, kLeastBeyondDoubt = 0.85, kBeyondDoubt = 150;
+// 317 above any other offset; 0.86 and 80 where no rest is in the logs. That of skis beside the track of a bicycle came
+// to 0.92 and 115, but then no window of their motion was that of the track.
+constexpr double kCertainCorrelation = 0.95, kLeastCorrelation = 0.85, kBeyondDoubt = 150;
 constexpr double kTold = 0.5;  // R² of a turn rate from which the gyroscopes' unit is clear
 
 using Series = std::vector<double>;
@@ -248,8 +249,8 @@ std::optional<ClockMatch> match_clocks(const ImuIntegral& imu, const Track& trac
   match.correlation = std::sqrt(correlation[best]);
   match.evidence = evidence[best];
   match.over_rival = evidence[best] - rival;
-  if (match.correlation < (match.over_rival > kBeyondDoubt ? kLeastBeyondDoubt : kLeastCorrelation))
-    return std::nullopt;
+  match.certain = match.correlation >= kCertainCorrelation || match.over_rival > kBeyondDoubt;
+  if (match.correlation < kLeastCorrelation) return std::nullopt;
   if (match.evidence < kCertain || match.over_rival < kOverRival || best == 0 || best + 1 == lags) return std::nullopt;
   const double before = evidence[best - 1], after = evidence[best + 1], bend = before - 2 * evidence[best] + after;
   if (!(bend < 0)) return std::nullopt;

@@ -8,7 +8,7 @@
 
 namespace piste {
 
-/// The offset, or nullopt if the motion does not determine it, or fits several.
+/// The offset, or nullopt if the motion does not determine it, or fits several. It may be less than certain.
 std::optional<ClockMatch> match_clocks(const ImuIntegral& imu, const Track& track);
 
 /// Turn rate of the gyroscopes divided by that of the track, with the IMU's clock `offset` ahead. 0 if the turns do not

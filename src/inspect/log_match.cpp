@@ -58,9 +58,16 @@ LogMatch match(const ImuRecording& imu, const GnssRecording& gnss, const GnssHea
   m.velocities_may_be_late = health.velocities > 0 && !(health.velocity && health.velocity->sigma_delay < kWellTold);
   const Track track(gnss, health);
   m.clock = match_clocks(integral, track);
-  const double offset = m.clock ? m.clock->offset : 0;
-  m.turn_ratio = turn_ratio(integral, track, offset);
-  m.motion = match_motion(integral, imu.increments, track, health.rest, offset, m.turn_ratio);
+  const auto compare_motion = [&] {
+    const double offset = m.clock ? m.clock->offset : 0;
+    m.turn_ratio = turn_ratio(integral, track, offset);
+    m.motion = match_motion(integral, imu.increments, track, health.rest, offset, m.turn_ratio);
+  };
+  compare_motion();
+  if (m.clock && !m.clock->certain && !m.motion) {
+    m.clock.reset();
+    compare_motion();
+  }
   m.force = median_force(imu, m.interval);
   if (m.clock && m.motion && m.motion->sigma_clock > 0) {
     m.clock->offset += m.motion->clock_rest;

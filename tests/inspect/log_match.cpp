@@ -252,6 +252,21 @@ TEST(LogMatch, ClaimsNothingOfStrangers) {
   EXPECT_FALSE(m.clock);
 }
 
+// A bicycle that leans in its turns, in a log that begins and ends under way: its correlation alone would not do.
+TEST(LogMatch, ClockOfALeaningBicycleIsConfirmedByItsMotion) {
+  for (std::uint64_t seed = 103; seed < 106; ++seed) {
+    Logs logs = logs_of("bicycle without rest", simulated("bicycle", seed, 0, 0, 0));
+    const double under_way = logs.gnss.fixes.front().time + 10, stops = logs.gnss.fixes.back().time - 10;
+    std::erase_if(logs.gnss.fixes, [&](const GeodeticFix& f) { return f.time < under_way || f.time > stops; });
+    for (double& t : logs.imu.time) t -= 4321;
+    const LogMatch m = match(logs.imu, logs.gnss, gnss_health(logs.gnss));
+    ASSERT_TRUE(m.clock) << seed;
+    EXPECT_FALSE(m.clock->certain) << seed << ' ' << m.clock->correlation << ' ' << m.clock->over_rival;
+    EXPECT_TRUE(m.motion) << seed;
+    EXPECT_NEAR(m.clock->offset, -4321, 5 * m.clock->sigma) << seed;
+  }
+}
+
 TEST(LogMatch, KnowsTheSameLogTwice) {
   const Logs logs = shipped("gnss.csv");
   const GnssRecording l1 = shipped("gnss_l1.csv").gnss;
