@@ -21,9 +21,11 @@ constexpr double kLongest = 150, kBefore = 30;  // s of motion, and of what come
 constexpr double kArmPrior = 2, kDelayPrior = 0.1, kLeastArm = 0.05, kLeastDelay = 0.003;  // m, s
 // Where nothing is known of the lever arm, fixes of centimetres are first taken for coarser ones: the filter would
 // otherwise reject what its own first guess makes of them.
-constexpr std::array kFloors{0.2, 0.05, 0.0};  // m and m/s
-constexpr double kSureClock = 0.02;            // s
-constexpr double kLoose = 5;                   // times the sigma that a stage found
+constexpr std::array kFloors{0.2, 0.05, 0.0};      // m and m/s
+constexpr double kSureClock = 0.02;                // s
+constexpr double kLoose = 5;                       // times the sigma that a stage found
+constexpr double kHeld = 0.005, kHeldStep = 0.02;  // s: 1-sigma of a delay that is held, and how far these are apart
+constexpr double kAstray = 0.1;  // of the logarithm of a row's likelihood: filters that went astray lost 0.4 and more
 constexpr double kWideGate = 1 - 1e-9;
 constexpr double kFarthest = 0.5, kStep = 0.1;  // s: offsets of the clock that are tried
 // The drift of a clock: s between two stretches of motion that tell it, and the most that an oscillator may have.
@@ -43,8 +45,7 @@ struct Attempt {
   double clock_sigma() const { return sigmas(full_offset(Block::kGnssDelay)); }
   bool fits() const { return rejected < (used + rejected) / 10; }  // as Calibration::fits()
   double velocity_delay() const { return last.velocity_delay - last.gnss_delay; }
-  // Beside that of the positions, of which the clock is told.
-  double velocity_delay_sigma() const { return std::hypot(sigmas(full_offset(Block::kVelocityDelay)), clock_sigma()); }
+  double velocity_delay_sigma() const { return sigmas(full_offset(Block::kVelocityDelay)); }
 };
 
 // Where a receiver says that the body moves: between departure and arrival, as the start judges a departure.
@@ -102,7 +103,8 @@ class Calibrator {
     FilterOptions led = std::exchange(options_, at_first);
     options_.behaviour.trust.gate = gate_;
     options_.priors.gnss_delay = kSureClock;
-    if (keep(attempt(told))) {
+    const bool again = keep(attempt(told)), held = keep_closely_held(told);
+    if (again || held) {
       refine();
     } else {
       options_ = std::move(led);
@@ -177,6 +179,21 @@ class Calibrator {
     return a;
   }
 
+  // A delay, a heading and biases that are all unknown may lead a filter astray together, where no rest tells the
+  // biases. So delays are held at values near the one that is told. Whether one of these is far likelier than what
+  // there is.
+  bool keep_closely_held(double told) {
+    const Priors loose = options_.priors;
+    const Attempt before = best_;
+    (late_velocities() ? options_.priors.velocity_delay : options_.priors.gnss_delay) = kHeld;
+    const int steps = static_cast<int>(std::ceil(std::min(unsure_, kDelayPrior) / kHeldStep));
+    for (int k = -steps; k <= steps; ++k) keep(attempt(told + k * kHeldStep));
+    if (best_.likelihood > before.likelihood + kAstray) return true;
+    best_ = before;
+    options_.priors = loose;
+    return false;
+  }
+
   // Goes on from what coarser fixes told, with fixes no finer than `floor` [m, m/s].
   void go_finer(double floor) {
     const Attempt told = best_;
@@ -235,11 +252,11 @@ double drift_beside(const Recording& recording, const Calibration& first, Condit
   if (between < kApart) return 0;
   conditioning.imu.clock_offset = first.clock_offset;
   options.gnss.front().lever_arm = first.lever_arm;
-  if (first.velocity_delay_sigma > 0) {  // it is the receiver's, and does not change
-    options.gnss.front().velocity_delay = first.velocity_delay;
-    options.priors.velocity_delay = std::max(first.velocity_delay_sigma, kLeastDelay);
-  }
   const double unsure = between * kMostDrift > kDelayPrior ? kDelayPrior : kSureClock;
+  if (first.velocity_delay_sigma > 0) {  // by the IMU's clock, which is what drifts
+    options.gnss.front().velocity_delay = first.velocity_delay;
+    options.priors.velocity_delay = std::hypot(first.velocity_delay_sigma, unsure);
+  }
   const auto there = Calibrator(recording, std::move(conditioning), std::move(options), late, unsure, 1).locate();
   if (!there || !there->fits()) return 0;
   const double change = there->clock_offset() - first.clock_offset;

@@ -104,6 +104,7 @@ std::optional<Calibration> settled(const Recording& recording, const Conditionin
       if (std::abs(delay) > kStill * found.clock_sigma) {
         before = here;
         found.clock_offset -= delay;
+        if (found.velocity_delay_sigma > 0) found.velocity_delay -= delay;  // they are where they were
         continue;
       }
     }

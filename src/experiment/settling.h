@@ -15,7 +15,8 @@ namespace piste {
 ///  - The clock takes the delay of the fixes that the whole log tells, so that the rows of a replay are in the
 ///    receiver's time, as long as the fixes are likelier with it; unless the receiver's log tells the clock
 ///    (`find_clock` is false).
-/// Lever arm and delay of velocities stay as they were found: each round sees the same motion again.
+/// The lever arm stays as it was found, and so does where the velocities are in the IMU's log: each round sees the same
+/// motion again.
 /// `options` is what calibrate() was given, with one receiver; `vehicle`: what carries the IMU, if it does.
 /// Nothing if no filter runs over the whole log with it.
 std::optional<Calibration> settled(const Recording& recording, const ConditioningOptions& conditioning,

@@ -81,30 +81,35 @@ std::string receiver_noise(const Calibration& found) {
   return text;
 }
 
-// The delay of a receiver's velocities, by the filter or else by its positions, if they come late or may.
-struct LateVelocities {
-  double delay, sigma;
-};
-
-std::optional<LateVelocities> late_velocities(const InspectedLog& log) {
-  if (log.gnss_health->velocities == 0) return std::nullopt;
-  if (log.calibration && log.calibration->fits() && log.calibration->velocity_delay_sigma > 0)
-    return LateVelocities{log.calibration->velocity_delay, log.calibration->velocity_delay_sigma};
-  const auto& velocity = log.gnss_health->velocity;
-  if (const auto delay = velocity ? velocity->known_delay() : std::nullopt)
-    return LateVelocities{*delay, velocity->sigma_delay};
-  return std::nullopt;
-}
-
-constexpr double kLoose = 5;    // times a sigma that the motion told, as the replay sees the same motion again
-constexpr double kMostArm = 1;  // m: the prior of a lever arm that nothing told
+constexpr double kLoose = 5;           // times a sigma that the motion told, as the replay sees the same motion again
+constexpr double kMostArm = 1;         // m: the prior of a lever arm that nothing told
+constexpr double kLeastDelay = 0.005;  // s: the least prior of a delay
 
 double late_prior(double sigma) {
   constexpr double kLeast = 0.02;  // s: what it was measured against has delays of its own
   return std::max(kLoose * sigma, kLeast);
 }
 
-// The largest sigmas of the delays of those sources that are surely late, or may be [s].
+// The delay of a receiver's velocities, by the filter or else by its positions, if they come late or may; and the prior
+// of what a replay finds of it.
+struct LateVelocities {
+  double delay, sigma, prior;
+};
+
+// By the IMU's clock with the offset that is written.
+std::optional<LateVelocities> late_velocities(const InspectedLog& log, double written_offset) {
+  if (log.gnss_health->velocities == 0) return std::nullopt;
+  if (const auto& found = log.calibration; found && found->fits() && found->velocity_delay_sigma > 0)
+    return LateVelocities{.delay = found->velocity_delay + written_offset - found->clock_offset,
+                          .sigma = std::hypot(found->velocity_delay_sigma, found->clock_sigma),
+                          .prior = priors_after(*found).velocity_delay};
+  const auto& velocity = log.gnss_health->velocity;
+  if (const auto delay = velocity ? velocity->known_delay() : std::nullopt)
+    return LateVelocities{.delay = *delay, .sigma = velocity->sigma_delay, .prior = late_prior(velocity->sigma_delay)};
+  return std::nullopt;
+}
+
+// The largest priors of the delays of those sources that are surely late, or may be [s].
 struct LateSources {
   std::optional<double> velocity, attitude;
 };
@@ -115,8 +120,8 @@ std::string priors_text(const Calibration* found, const LateSources& late, bool 
   if (found != nullptr) priors = priors_after(*found);
   std::string text = fmt::format("lever_arm: {:.2g} m", priors.lever_arm);
   if (delayed) text += fmt::format(", gnss_delay: {:.2g} s", priors.gnss_delay);
-  if (late.velocity) text += fmt::format(", velocity_delay: {:.2g} s", late_prior(*late.velocity));
-  if (late.attitude) text += fmt::format(", attitude_delay: {:.2g} s", late_prior(*late.attitude));
+  if (late.velocity) text += fmt::format(", velocity_delay: {:.2g} s", *late.velocity);
+  if (late.attitude) text += fmt::format(", attitude_delay: {:.2g} s", *late.attitude);
   return "{" + text + "}";
 }
 
@@ -188,14 +193,17 @@ ImuSensor guess_sensor(const ImuHealth& health, const std::string& name) {
   constexpr double kUsualGyro = 0.05 * kDegree, kUsualAccel = 300e-6 * kStandardGravity;
   constexpr double kGyroBias = 10, kAccelBias = 25;  // times the noise of a mean over a second
   constexpr double kScale = 0.03;  // the tolerance of the sensitivity that data sheets of cheap sensors state
+  // What is seen of a bias, at rest. In motion the median force is that of turns as well, 0.8 m/s² above gravity on
+  // skis: then it is the zero offset that data sheets of cheap sensors state.
+  constexpr double kUsualOffset = 0.2;  // m/s²
   const auto seen = [](double value) { return std::isfinite(value) ? value : 0; };
+  const double seen_offset = health.rest.empty() ? kUsualOffset : std::abs(health.force - kStandardGravity);
   const double interval = health.sampling.interval;
   ImuSensor sensor;
   sensor.name = name;
   sensor.gyro =
       guess_triad(health.gyro, interval, kUsualGyro, kGyroBias, seen(health.gyro.mean.cwiseAbs().maxCoeff()), kScale);
-  sensor.accel =
-      guess_triad(health.accel, interval, kUsualAccel, kAccelBias, std::abs(health.force - kStandardGravity), kScale);
+  sensor.accel = guess_triad(health.accel, interval, kUsualAccel, kAccelBias, seen_offset, kScale);
   return rounded(sensor, kDigits);
 }
 
@@ -247,11 +255,12 @@ ImuConditioning guess_conditioning(const Inspection& inspection) {
 }
 
 Priors priors_after(const Calibration& found, Priors priors) {
-  constexpr double kLeastArm = 0.1, kLeastDelay = 0.005, kMostDelay = 0.05;  // m, s
+  constexpr double kLeastArm = 0.1, kMostDelay = 0.05;  // m, s
   priors.lever_arm =
       found.tells_arm() ? std::clamp(kLoose * found.lever_arm_sigma.maxCoeff(), kLeastArm, kMostArm) : kMostArm;
   priors.gnss_delay = std::clamp(kLoose * found.clock_sigma, kLeastDelay, kMostDelay);
-  if (found.velocity_delay_sigma > 0) priors.velocity_delay = late_prior(found.velocity_delay_sigma);
+  if (found.velocity_delay_sigma > 0)
+    priors.velocity_delay = std::max(kLoose * found.velocity_delay_sigma, kLeastDelay);
   return priors;
 }
 
@@ -308,10 +317,10 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
       text += fmt::format("    sigma_velocity: {:g} m/s         # measured: the log does not tell it\n",
                           log.log.sigma_velocity->x());
     }
-    if (const auto late = late_velocities(log)) {
+    if (const auto late = late_velocities(log, imu.clock_offset)) {
       text += fmt::format("    velocity_delay: {:.3f} s       # as the motion has it, +- {:.3f}\n", late->delay,
                           late->sigma);
-      late_sources.velocity = std::max(late->sigma, late_sources.velocity.value_or(0));
+      late_sources.velocity = std::max(late->prior, late_sources.velocity.value_or(0));
     }
     if (log.calibration && log.calibration->fits()) text += receiver_noise(*log.calibration);
     text += fmt::format("    use: {}\n", log.gnss_health->velocities > 0 ? "position velocity" : "position");
@@ -326,7 +335,7 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
       if (beside->is_late(offset)) {
         text += fmt::format("    {}             # as the motion has it, +- {}\n",
                             attitude_delay_text(*beside->fit, offset), time_text(beside->fit->sigma_offset));
-        late_sources.attitude = beside->fit->sigma_offset;
+        late_sources.attitude = late_prior(beside->fit->sigma_offset);
       }
     }
     if (log.log.sigma) {

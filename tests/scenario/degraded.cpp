@@ -257,24 +257,27 @@ void expect_right(const Stranger& s, const std::vector<const Degradation*>& how,
   }
 }
 
-class Degraded : public ::testing::TestWithParam<std::size_t> {
- protected:
-  // Seed s goes skiing, cycling, and so on.
-  static void run(const std::vector<const Degradation*>& how, std::uint64_t first, std::uint64_t last) {
-    constexpr std::array kMotions{"ski", "bicycle", "easy_ski"};
-    std::string names;
-    for (const Degradation* d : how) names += d->name + ' ';
-    for (std::uint64_t seed = first; seed <= last; ++seed) {
-      const std::string motion = kMotions[seed % kMotions.size()];
-      const std::string said = fmt::format("{}{} {}", names, motion, seed);
-      try {
-        expect_right(stranger(motion, seed, how), how, said);
-      } catch (const std::exception& e) {
-        ADD_FAILURE() << said << ": " << e.what();
-      }
+// Seed s goes skiing, cycling, and so on.
+void run(const std::vector<const Degradation*>& how, std::uint64_t first, std::uint64_t last) {
+  constexpr std::array kMotions{"ski", "bicycle", "easy_ski"};
+  std::string names;
+  for (const Degradation* d : how) names += d->name + ' ';
+  for (std::uint64_t seed = first; seed <= last; ++seed) {
+    const std::string motion = kMotions[seed % kMotions.size()];
+    const std::string said = fmt::format("{}{} {}", names, motion, seed);
+    try {
+      expect_right(stranger(motion, seed, how), how, said);
+    } catch (const std::exception& e) {
+      ADD_FAILURE() << said << ": " << e.what();
     }
   }
-};
+}
+
+const Degradation* named(const std::string& name) {
+  return &*std::ranges::find(degradations(), name, &Degradation::name);
+}
+
+class Degraded : public ::testing::TestWithParam<std::size_t> {};
 
 TEST_P(Degraded, InOneWay) {
   const auto usual = static_cast<std::uint64_t>(GetParam());
@@ -285,6 +288,12 @@ TEST_P(Degraded, InTwoWays) {
   if (!thorough()) GTEST_SKIP() << "with PISTE_THOROUGH=1";
   for (std::size_t other = GetParam() + 1; other < degradations().size(); ++other)
     run({&degradations()[GetParam()], &degradations()[other]}, 101, 118);
+}
+
+// Nothing at rest tells the biases, and the delay is not known: filters went astray by 10 to 28 degrees here.
+TEST(DegradedWithoutRest, NoUnknownDelayLeadsAstray) {
+  run({named("NoRest"), named("RowsDropped")}, 108, 108);
+  run({named("NoRest"), named("MetresOff")}, 115, 115);
 }
 
 INSTANTIATE_TEST_SUITE_P(Strangers, Degraded, ::testing::Range<std::size_t>(0, degradations().size()),

@@ -22,7 +22,8 @@ struct Calibration {
   Vector3d lever_arm, lever_arm_sigma;       ///< p_ba_b [m]
   double clock_offset = 0, clock_sigma = 0;  ///< of the IMU (ImuConditioning) [s]
   double clock_drift = 0;                    ///< likewise, from the first and the last minutes of motion; a ratio
-  /// Of the receiver's velocities beside its positions [s]; a sigma of 0: they are taken as the log has them.
+  /// Of the receiver's velocities by the IMU's clock as this offset corrects it [s]. The sigma is that of where they
+  /// are in the IMU's log, whatever the clock is; 0: they are taken as the log has them.
   double velocity_delay = 0, velocity_delay_sigma = 0;
   ImuSensor sensor;                                  ///< with the noise that is likeliest in motion
   double sigma_scale = 1, sigma_velocity_scale = 1;  ///< of the receiver's sigmas, likewise

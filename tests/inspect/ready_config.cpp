@@ -1,0 +1,82 @@
+// What a configuration is told of a calibration: as much as the motion told, and no more.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "piste/inspect/inspection.h"
+
+namespace piste::test {
+namespace {
+
+InspectedLog log_of(LogKind kind, const std::string& file) {
+  InspectedLog log;
+  log.log.file = file;
+  log.guess.emplace();
+  log.guess->kind = kind;
+  return log;
+}
+
+// An IMU that counts some 10 m/s² and a receiver with velocities, which the filter took.
+Inspection calibrated(const Calibration& found) {
+  Inspection inspection;
+  InspectedLog imu = log_of(LogKind::kImu, "imu.csv"), gnss = log_of(LogKind::kGnss, "gnss.csv");
+  imu.imu_health.emplace();
+  imu.imu_health->sampling.interval = 0.01;
+  imu.imu_health->force = 10.6;
+  gnss.gnss_health.emplace();
+  gnss.gnss_health->velocities = 100;
+  gnss.calibration = found;
+  inspection.logs = {imu, gnss};
+  return inspection;
+}
+
+Calibration calibration() {
+  Calibration found;
+  found.lever_arm = {1, 2, 3};
+  found.lever_arm_sigma.setConstant(0.1);
+  found.used = 1000;
+  return found;
+}
+
+std::string config_of(const Calibration& found) {
+  return ready_config(calibrated(found), ".", "sensor.yaml").value_or("none");
+}
+
+bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+TEST(ReadyConfig, LeverArmAsTheMotionHasIt) {
+  Calibration found = calibration();
+  EXPECT_TRUE(contains(config_of(found), "lever_arm: 1.00 2.00 3.00 m ")) << config_of(found);
+  EXPECT_TRUE(contains(config_of(found), "priors: {lever_arm: 0.5 m")) << config_of(found);
+  found.lever_arm_sigma.y() = 0.6;
+  EXPECT_TRUE(contains(config_of(found), "lever_arm: 0 0 0 m ")) << "it is hardly told\n" << config_of(found);
+  EXPECT_TRUE(contains(config_of(found), "priors: {lever_arm: 1 m")) << config_of(found);
+}
+
+// The same velocities at the same rows of the IMU, whatever clock is written.
+TEST(ReadyConfig, VelocitiesAreWhereTheyAreInTheImusLog) {
+  Calibration found = calibration();
+  found.clock_offset = 0.03;
+  found.clock_sigma = 0.01;
+  found.velocity_delay = 0.1;
+  found.velocity_delay_sigma = 0.002;
+  EXPECT_TRUE(contains(config_of(found), "clock: {offset: 0.0300 s}")) << config_of(found);
+  EXPECT_TRUE(contains(config_of(found), "velocity_delay: 0.100 s ")) << config_of(found);
+  EXPECT_TRUE(contains(config_of(found), "gnss_delay: 0.05 s, velocity_delay: 0.01 s}")) << config_of(found);
+  found.clock_sigma = 0.05;
+  EXPECT_FALSE(contains(config_of(found), "clock:")) << "too little is told of it\n" << config_of(found);
+  EXPECT_TRUE(contains(config_of(found), "velocity_delay: 0.070 s ")) << config_of(found);
+}
+
+// The force of turns is no bias of the accelerometers.
+TEST(GuessedSensor, BiasIsSeenAtRestAlone) {
+  ImuHealth health = *calibrated({}).logs.front().imu_health;
+  EXPECT_EQ(guess_sensor(health, "in motion").accel.bias, 0.2);
+  health.rest = {{0, 30}};
+  EXPECT_NEAR(guess_sensor(health, "at rest").accel.bias, 10.6 - 9.80665, 0.01);
+}
+
+}  // namespace
+}  // namespace piste::test
