@@ -99,10 +99,11 @@ struct LateVelocities {
 // By the IMU's clock with the offset that is written.
 std::optional<LateVelocities> late_velocities(const InspectedLog& log, double written_offset) {
   if (log.gnss_health->velocities == 0) return std::nullopt;
-  if (const auto& found = log.calibration; found && found->fits() && found->velocity_delay_sigma > 0)
+  if (const auto& found = log.calibration; found && found->fits() && found->velocity_delay_sigma > 0) {
     return LateVelocities{.delay = found->velocity_delay + written_offset - found->clock_offset,
                           .sigma = std::hypot(found->velocity_delay_sigma, found->clock_sigma),
                           .prior = priors_after(*found).velocity_delay};
+  }
   const auto& velocity = log.gnss_health->velocity;
   if (const auto delay = velocity ? velocity->known_delay() : std::nullopt)
     return LateVelocities{.delay = *delay, .sigma = velocity->sigma_delay, .prior = late_prior(velocity->sigma_delay)};
