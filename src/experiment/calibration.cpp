@@ -112,8 +112,8 @@ class Calibrator {
     return best_;
   }
 
-  // The likeliest noise with the set-up that was found. Nothing changes where a run that finds its own start with it is
-  // less likely.
+  // The noise that is to be expected with the set-up that was found. Nothing changes where a run that finds its own
+  // start with it is less likely.
   // @pre locate()
   void search_noise() {
     const FilterOptions options_before = options_;
@@ -123,8 +123,8 @@ class Calibrator {
     try {
       const Tuning found =
           likeliest_noise(condition(fixes_, conditioning), options_, best_.start, {.jobs = jobs_, .thorough = false});
-      options_.sensor = found.noise.sensor;
-      noise_ = found.noise.gnss.front();
+      options_.sensor = found.expected.sensor;
+      noise_ = found.expected.gnss.front();
       options_.gnss.front().drift = noise_->process();
       options_.estimate = with_implied_blocks(options_, options_.estimate);
       take_fixes(0);

@@ -55,6 +55,16 @@ std::vector<TunedNoise> numbers_of(const NoiseFound& found, const Eigen::MatrixX
   return numbers;
 }
 
+NoiseModel expected(const NoiseFound& found, const Eigen::MatrixXd& covariance) {
+  constexpr double kMost = 2;
+  NoiseModel model = found.best.model;
+  for (std::size_t k = 0; k < found.knobs.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    if (found.knobs[k].width == kSizeWidth) found.knobs[k].at(model) *= std::min(std::exp(covariance(i, i)), kMost);
+  }
+  return model;
+}
+
 // Of the measurements that a run uses.
 std::vector<SourceNis> nis_of(const Evidence& run) {
   struct Sum {
@@ -136,6 +146,7 @@ Tuning likeliest_noise(const Log& log, const FilterOptions& options, const Start
   tuning.likelihood = search.filtered(log_judged, found.best.model).evidence.likelihood;
   const Eigen::MatrixXd covariance =
       inverse(how.thorough ? observed_information(search, log_judged, found) : found.information);
+  tuning.expected = expected(found, covariance);
   tuning.numbers = numbers_of(found, covariance, centre);
   tuning.rows = static_cast<std::size_t>(found.best.evidence.rows);
   tuning.nis = nis_of(search.gated(found.best.model));
