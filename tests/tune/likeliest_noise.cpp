@@ -72,6 +72,15 @@ TEST(LikeliestNoise, IsTheOneThatWasSimulated) {
       EXPECT_TRUE(n.determined || n.name == "accel.noise") << n.name;  // velocities of centimetres cover that
       EXPECT_LT(std::abs(error), n.name.ends_with("scale") ? 0.1 : n.name == "gyro.noise" ? 0.5 : 2) << n.name;
     }
+    // The mean of a log-normal variance, and twice the likeliest sigma at most.
+    const auto by = [&](const char* name) {
+      const auto n = std::ranges::find(found.numbers, name, &TunedNoise::name);
+      const double sigma = std::log(n->high / n->low) / (2 * normal_quantile(0.975));
+      return std::min(std::exp(sigma * sigma), 2.0);
+    };
+    EXPECT_NEAR(found.expected.sensor.gyro.noise / found.noise.sensor.gyro.noise, by("gyro.noise"), 1e-9);
+    EXPECT_NEAR(found.expected.sensor.accel.noise / found.noise.sensor.accel.noise, by("accel.noise"), 1e-9);
+    EXPECT_GT(by("accel.noise"), by("gyro.noise")) << "less is told of it";
     for (const SourceNis& source : found.nis) {
       EXPECT_GT(source.innovations, 100U);
       EXPECT_NEAR(source.mean, 1, 0.1) << source.source;
