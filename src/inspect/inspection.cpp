@@ -194,17 +194,14 @@ ImuSensor guess_sensor(const ImuHealth& health, const std::string& name) {
   constexpr double kUsualGyro = 0.05 * kDegree, kUsualAccel = 300e-6 * kStandardGravity;
   constexpr double kGyroBias = 10, kAccelBias = 25;  // times the noise of a mean over a second
   constexpr double kScale = 0.03;  // the tolerance of the sensitivity that data sheets of cheap sensors state
-  // What is seen of a bias, at rest. In motion the median force is that of turns as well, 0.8 m/s² above gravity on
-  // skis: then it is the zero offset that data sheets of cheap sensors state.
-  constexpr double kUsualOffset = 0.2;  // m/s²
   const auto seen = [](double value) { return std::isfinite(value) ? value : 0; };
-  const double seen_offset = health.rest.empty() ? kUsualOffset : std::abs(health.force - kStandardGravity);
   const double interval = health.sampling.interval;
   ImuSensor sensor;
   sensor.name = name;
   sensor.gyro =
       guess_triad(health.gyro, interval, kUsualGyro, kGyroBias, seen(health.gyro.mean.cwiseAbs().maxCoeff()), kScale);
-  sensor.accel = guess_triad(health.accel, interval, kUsualAccel, kAccelBias, seen_offset, kScale);
+  sensor.accel =
+      guess_triad(health.accel, interval, kUsualAccel, kAccelBias, std::abs(health.force - kStandardGravity), kScale);
   return rounded(sensor, kDigits);
 }
 

@@ -60,7 +60,8 @@ NoiseModel expected(const NoiseFound& found, const Eigen::MatrixXd& covariance) 
   NoiseModel model = found.best.model;
   for (std::size_t k = 0; k < found.knobs.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
-    if (found.knobs[k].width == kSizeWidth) found.knobs[k].at(model) *= std::min(std::exp(covariance(i, i)), kMost);
+    if (found.knobs[k].name.ends_with(".noise"))
+      found.knobs[k].at(model) *= std::min(std::exp(covariance(i, i)), kMost);
   }
   return model;
 }

@@ -70,13 +70,5 @@ TEST(ReadyConfig, VelocitiesAreWhereTheyAreInTheImusLog) {
   EXPECT_TRUE(contains(config_of(found), "velocity_delay: 0.070 s ")) << config_of(found);
 }
 
-// The force of turns is no bias of the accelerometers.
-TEST(GuessedSensor, BiasIsSeenAtRestAlone) {
-  ImuHealth health = *calibrated({}).logs.front().imu_health;
-  EXPECT_EQ(guess_sensor(health, "in motion").accel.bias, 0.2);
-  health.rest = {{0, 30}};
-  EXPECT_NEAR(guess_sensor(health, "at rest").accel.bias, 10.6 - 9.80665, 0.01);
-}
-
 }  // namespace
 }  // namespace piste::test
