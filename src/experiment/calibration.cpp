@@ -179,9 +179,9 @@ class Calibrator {
     return a;
   }
 
-  // A delay, a heading and biases that are all unknown may lead a filter astray together, where no rest tells the
-  // biases. So delays are held at values near the one that is told. Whether one of these is far likelier than what
-  // there is.
+  // Where no rest tells the biases, a filter may go astray with delay, heading and biases all unknown. So it is tried
+  // with the delay held at several values about the one that is told. Returns whether one of them is far likelier than
+  // what was found before, and keeps it then.
   bool keep_closely_held(double told) {
     const Priors loose = options_.priors;
     const Attempt before = best_;

@@ -55,6 +55,7 @@ std::vector<TunedNoise> numbers_of(const NoiseFound& found, const Eigen::MatrixX
   return numbers;
 }
 
+// What Tuning::expected says.
 NoiseModel expected(const NoiseFound& found, const Eigen::MatrixXd& covariance) {
   constexpr double kMost = 2;
   NoiseModel model = found.best.model;

@@ -34,7 +34,7 @@ struct ClockMatch {
   double correlation = 0;  ///< multiple correlation at that offset: the larger of turn rates and accelerations
   double evidence = 0;     ///< log-likelihood of that offset over that of no relation
   double over_rival = 0;   ///< log-likelihood of that offset over that of the best one elsewhere
-  bool certain = true;     ///< whether this is enough; else axes with which the motion is that of the track confirm it
+  bool certain = true;     ///< whether these numbers are enough; if not, a MotionMatch confirmed the offset
 };
 
 /// The rows of a signed permutation as the text of the key `axes`, such as `-y +x +z`.
