@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "piste/core/time_search.h"
+#include "piste/model/gnss.h"
 
 namespace piste {
 namespace {
@@ -167,12 +168,15 @@ void SmoothedResiduals::find_next(std::size_t k) {
 void SmoothedResiduals::begin(const Solution& rows) {
   under_way_.emplace(log_, filtered_.sources, rows.time(0));
   for (std::size_t k = 0; k < receivers_.size(); ++k) {
-    Receiver& r = receivers_[k];
-    // As it is now known; it is the same in each row.
-    r.delay = options_.gnss[k].delay;
-    if (rows.layout().has(Block::kGnssDelay)) r.delay += rows.estimate(0).gnss_delay - options_.gnss[0].delay;
-    if (r.source >= 0) find_next(k);
+    receivers_[k].delay = delay_of(k, rows, 0);
+    if (receivers_[k].source >= 0) find_next(k);
   }
+}
+
+// By how much the positions of a receiver come late, as a row knows it.
+double SmoothedResiduals::delay_of(std::size_t k, const Solution& rows, std::size_t i) const {
+  const double elapsed = rows.time(i) - options_.clock_from.value_or(filtered_.time(0));
+  return GnssReceivers::delay(options_, rows.layout(), static_cast<int>(k), 0, rows.estimate(i), elapsed).value;
 }
 
 void SmoothedResiduals::add(const Solution& rows) {
@@ -182,6 +186,7 @@ void SmoothedResiduals::add(const Solution& rows) {
   for (std::size_t k = 0; k < receivers_.size(); ++k) {
     Receiver& r = receivers_[k];
     for (std::size_t i = 0; i < rows.size() && r.waits; ++i) {
+      if (rows.layout().has(Block::kClockDrift)) r.delay = delay_of(k, rows, i);
       for (; r.waits && log_.gnss[k][r.fix].time - r.delay <= rows.time(i); find_next(k)) {
         if (i == 0 && first) continue;
         compare(r, log_.gnss[k][r.fix], options_.gnss[k].lever_arm, i > 0 ? rows.time(i - 1) : time_,

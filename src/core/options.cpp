@@ -1,8 +1,11 @@
 #include "piste/core/options.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "piste/core/error.h"
+#include "piste/core/state_table.h"
 
 namespace piste {
 
@@ -13,6 +16,8 @@ void FilterOptions::validate() const {
     if (!good) throw ConfigError("", what);
   };
   behaviour.validate();
+  require(StateLayout(estimate).size() <= kMostStates,
+          fmt::format("estimate: a run has {} states at most", kMostStates));
   require(sensor.gyro.noise > 0 && sensor.accel.noise > 0, "noise of the IMU must be above zero");
   require(!adapt || (adapt->within > 1 && adapt->time > 0 && adapt->imu_time > 0),
           "adapt: `within` must be above 1, `time` and `imu_time` above zero");

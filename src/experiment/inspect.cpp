@@ -256,16 +256,29 @@ void estimate_late_velocities(const InspectedLog& receiver, FilterOptions& optio
 // What holds over the whole log, with the vehicle if one carries the IMU; without it where no filter runs with it.
 void settle(Inspection& inspection, const Recording& recording, const ConditioningOptions& conditioning,
             const FilterOptions& options, Calibration& found) {
-  const auto over_all = [&](const std::optional<VehicleOptions>& vehicle) {
-    return settled(recording, conditioning, options, vehicle, inspection.imu_clock() == nullptr, found);
-  };
+  const bool find_clock = inspection.imu_clock() == nullptr;
+  std::optional<VehicleOptions> vehicle;
   std::optional<Calibration> there;
   if (inspection.vehicle.is_car()) {
-    there = over_all(VehicleOptions{});
+    vehicle.emplace();
+    there = settled(recording, conditioning, options, vehicle, find_clock, found);
     if (!there) inspection.vehicle = {};
   }
-  if (!there) there = over_all(std::nullopt);
+  if (!there) {
+    vehicle.reset();
+    there = settled(recording, conditioning, options, vehicle, find_clock, found);
+  }
   if (there) found = std::move(*there);
+  found.velocities_contradict =
+      options.gnss.front().use_velocity && !recording.gnss.front().fixes.empty() &&
+      recording.gnss.front().fixes.front().velocity &&
+      velocities_contradict(recording, conditioning, options, vehicle, find_clock, found);
+}
+
+void leave_velocities_out(FilterOptions& options) {
+  options.gnss.front().use_velocity = false;
+  options.gnss.front().velocity_delay.reset();
+  std::erase(options.estimate, Block::kVelocityDelay);
 }
 
 std::optional<Calibration> try_calibration(Inspection& inspection, const InspectedLog& receiver,
@@ -287,11 +300,28 @@ std::optional<Calibration> try_calibration(Inspection& inspection, const Inspect
     const LogMatch* match = inspection.first_match();
     const bool told = match != nullptr && match->clock && !match->velocities_may_be_late;
     const Recording recording{body.imu, {receiver.gnss}, {}};
-    auto found_here = calibrate(recording, conditioning, options,
-                                told ? match->clock->sigma : std::numeric_limits<double>::infinity(),
-                                std::max(1U, std::thread::hardware_concurrency()));
+    const auto found_with = [&](const FilterOptions& used) {
+      auto all = calibrate(recording, conditioning, used,
+                           told ? match->clock->sigma : std::numeric_limits<double>::infinity(),
+                           std::max(1U, std::thread::hardware_concurrency()));
+      if (all && all->fits()) settle(inspection, recording, conditioning, used, *all);
+      return all;
+    };
+    auto found_here = found_with(options);
     if (!found_here) return std::nullopt;
-    if (found_here->fits()) settle(inspection, recording, conditioning, options, *found_here);
+    if (found_here->velocities_contradict) {
+      leave_velocities_out(options);
+      auto of_positions = found_with(options);
+      if (of_positions && of_positions->fits()) {
+        found_here = std::move(of_positions);
+        found_here->velocities_contradict = true;
+        found.push_back({LogFault::kVelocityContradicts, receiver.log.file,
+                         "its velocities put the antenna or the clock elsewhere than its positions do",
+                         "`use: position`, as the configuration does, unless you know better"});
+      } else {
+        found_here->velocities_contradict = false;
+      }
+    }
     const Calibration& calibration = *found_here;
     const Vector3d& arm = calibration.lever_arm;
     if (calibration.fits() && arm.norm() > kFar && calibration.lever_arm_sigma.norm() < kSure * arm.norm()) {

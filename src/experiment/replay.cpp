@@ -132,6 +132,7 @@ Replay replay(Log log, const ReplayOptions& options, const ReplayProgress& progr
   };
   Replay run{.log = std::move(log), .options = {}, .found = {}, .filtered = {}, .smoothed = {}};
   run.options = with_white_part(options.filter, run.log);
+  if (!run.options.clock_from) run.options.clock_from = run.log.imu.front().time;
   run.found = options.start ? FoundStart{*options.start, "the start was given"}
                             : find_start(run.log, run.options, options.heading);
   run.options = with_mounting(std::move(run.options), run.log, run.found.start);

@@ -19,6 +19,8 @@ constexpr int kMostRounds = 10;
 constexpr double kRefused = 0.01;  // of the fixes: ten times what the gate refuses where the sigmas are right
 constexpr double kLeastStep = 1.2, kMostStep = 2;  // times the sigmas in a round
 constexpr double kStill = 0.25;                    // sigmas: a clock that moves by less stays
+constexpr double kTold = 0.5;                      // of its prior: a drift that is no better known is not told
+constexpr double kElsewhere = 5;                   // sigmas of the positions alone: no chance in a thousand logs
 constexpr std::size_t kFew = 20;                   // of fewer fixes no share is told
 constexpr double kAlike = 0.03;  // of the logarithm of a fix's likelihood: as the delay is estimated, more is no chance
 
@@ -39,40 +41,66 @@ double growth(const Solution& run, const std::string& source) {
   return std::clamp(std::sqrt(*last), kLeastStep, kMostStep);
 }
 
-// What `replay` is told by the configuration of this calibration.
-FilterOptions told(FilterOptions options, const Calibration& found, bool delayed) {
-  options.sensor = found.sensor;
-  GnssOptions& gnss = options.gnss.front();
-  if (found.tells_arm()) gnss.lever_arm = found.lever_arm;
-  gnss.drift = found.drift;
-  options.estimate = imu_error_blocks(found.sensor);
-  options.estimate.push_back(Block::kLeverArm);
-  if (delayed) options.estimate.push_back(Block::kGnssDelay);
-  if (found.velocity_delay_sigma > 0) {
-    gnss.velocity_delay = found.velocity_delay;
-    options.estimate.push_back(Block::kVelocityDelay);
-  }
-  options.priors = priors_after(found, options.priors);
-  options.estimate = with_implied_blocks(options, options.estimate);
-  return options;
+// Whether a run knows the drift of the clock better than before it.
+bool tells_drift(const Solution& run, const Priors& before) {
+  return run.sigmas(run.size() - 1).blocks(full_offset(Block::kClockDrift)) < kTold * before.clock_drift;
 }
 
-}  // namespace
+// Takes the clock from a run that estimates its offset, and its drift if it `drifts`. Returns whether it has moved.
+bool take_clock(const Solution& run, bool drifts, Calibration& found) {
+  const Estimate x = run.estimate(run.size() - 1);
+  const FullError sigmas = run.sigmas(run.size() - 1).blocks;
+  found.clock_sigma = sigmas(full_offset(Block::kGnssDelay));
+  found.clock_drift_sigma = drifts ? sigmas(full_offset(Block::kClockDrift)) : 0;
+  if (std::abs(x.gnss_delay) <= kStill * found.clock_sigma &&
+      std::abs(x.clock_drift) <= kStill * found.clock_drift_sigma) {
+    return false;
+  }
+  found.clock_offset -= x.gnss_delay;
+  found.clock_drift += x.clock_drift;
+  if (found.velocity_delay_sigma > 0) found.velocity_delay = x.velocity_delay - x.gnss_delay;
+  return true;
+}
 
-std::optional<Calibration> settled(const Recording& recording, const ConditioningOptions& conditioning,
-                                   const FilterOptions& options, const std::optional<VehicleOptions>& vehicle,
-                                   bool find_clock, Calibration found) {
-  const bool delayed = find_clock;
-  const auto filtered = [&]() -> std::optional<Solution> {
+// A log and how it is replayed.
+struct WholeLog {
+  const Recording& recording;
+  const ConditioningOptions& conditioning;
+  const FilterOptions& options;
+  const std::optional<VehicleOptions>& vehicle;
+  bool delayed, drifts = delayed, velocities = true;  // what is estimated, and used
+
+  // What `replay` is told by the configuration of a calibration.
+  FilterOptions told(const Calibration& found) const {
+    FilterOptions filter = options;
+    filter.sensor = found.sensor;
+    filter.vehicle = vehicle;
+    GnssOptions& gnss = filter.gnss.front();
+    if (found.tells_arm()) gnss.lever_arm = found.lever_arm;
+    gnss.drift = found.drift;
+    gnss.use_velocity = gnss.use_velocity && velocities;
+    filter.estimate = imu_error_blocks(found.sensor);
+    filter.estimate.push_back(Block::kLeverArm);
+    if (delayed) filter.estimate.push_back(Block::kGnssDelay);
+    if (drifts) filter.estimate.push_back(Block::kClockDrift);
+    if (found.velocity_delay_sigma > 0 && gnss.use_velocity) {
+      gnss.velocity_delay = found.velocity_delay;
+      filter.estimate.push_back(Block::kVelocityDelay);
+    }
+    filter.priors = priors_after(found, filter.priors);
+    filter.estimate = with_implied_blocks(filter, filter.estimate);
+    return filter;
+  }
+
+  // Nothing where no filter runs.
+  std::optional<Solution> filtered(const Calibration& found) const {
     ReplayOptions replayed{.conditioning = conditioning,
-                           .filter = told(options, found, delayed),
+                           .filter = told(found),
                            .longest = kWhole,
                            .smoother = SmootherKind::kNone,
                            .history = false};
     replayed.conditioning.imu.clock_offset = found.clock_offset;
     replayed.conditioning.imu.clock_drift = found.clock_drift;
-    replayed.filter.vehicle = vehicle;
-    replayed.filter.estimate = with_implied_blocks(replayed.filter, replayed.filter.estimate);
     Recording scaled = recording;
     scale_sigmas(scaled.gnss.front(), found.sigma_scale, found.sigma_velocity_scale);
     try {
@@ -81,13 +109,25 @@ std::optional<Calibration> settled(const Recording& recording, const Conditionin
     } catch (const Error&) {  // no start, or a filter that diverges
     }
     return std::nullopt;
-  };
+  }
+};
+
+}  // namespace
+
+std::optional<Calibration> settled(const Recording& recording, const ConditioningOptions& conditioning,
+                                   const FilterOptions& options, const std::optional<VehicleOptions>& vehicle,
+                                   bool find_clock, Calibration found) {
+  WholeLog log{recording, conditioning, options, vehicle, find_clock};
   std::optional<Calibration> before;  // the clock moved, if that is what the last round did
   double likelihood = 0;              // the logarithm of a fix's, in the last round
   for (int round = 0; round < kMostRounds; ++round) {
-    const auto run = filtered();
+    const auto run = log.filtered(found);
     if (!run && before) return before;
     if (!run) return std::nullopt;
+    if (log.drifts && !tells_drift(*run, log.options.priors)) {
+      log.drifts = false;
+      continue;
+    }
     const double now = log_likelihood(run->innovations, run->sources) / static_cast<double>(run->innovations.size());
     if (before && now < likelihood - kAlike) {
       found = *std::exchange(before, std::nullopt);
@@ -97,14 +137,9 @@ std::optional<Calibration> settled(const Recording& recording, const Conditionin
     before.reset();
     likelihood = now;
     if (find_clock) {
-      const std::size_t last = run->size() - 1;
-      const double delay = run->estimate(last).gnss_delay;
       const Calibration here = found;
-      found.clock_sigma = run->sigmas(last).blocks(full_offset(Block::kGnssDelay));
-      if (std::abs(delay) > kStill * found.clock_sigma) {
+      if (take_clock(*run, log.drifts, found)) {
         before = here;
-        found.clock_offset -= delay;
-        if (found.velocity_delay_sigma > 0) found.velocity_delay -= delay;  // they are where they were
         continue;
       }
     }
@@ -115,6 +150,26 @@ std::optional<Calibration> settled(const Recording& recording, const Conditionin
     found.sigma_velocity_scale *= velocity;
   }
   return found;
+}
+
+bool velocities_contradict(const Recording& recording, const ConditioningOptions& conditioning,
+                           const FilterOptions& options, const std::optional<VehicleOptions>& vehicle, bool find_clock,
+                           const Calibration& found) {
+  WholeLog log{recording, conditioning, options, vehicle, find_clock, found.clock_drift_sigma > 0};
+  const auto with = log.filtered(found);
+  log.velocities = false;
+  const auto without = log.filtered(found);
+  if (!with || !without) return false;
+  const auto elsewhere = [&](Block block) {
+    const auto at = [&](const Solution& run) { return shown_value(run.estimate(run.size() - 1), block); };
+    const Vector3d apart = at(*with) - at(*without);
+    const FullError sigmas = without->sigmas(without->size() - 1).blocks;
+    for (int axis = 0; axis < info(block).size; ++axis) {
+      if (std::abs(apart(axis)) > kElsewhere * sigmas(full_offset(block) + axis)) return true;
+    }
+    return false;
+  };
+  return elsewhere(Block::kLeverArm) || (find_clock && elsewhere(Block::kGnssDelay));
 }
 
 }  // namespace piste

@@ -12,15 +12,22 @@ namespace piste {
 /// Replays the first hour as `replay` will with the configuration of an inspection, and mends what does not hold there:
 ///  - Where more than a hundredth of the positions or velocities is refused, their sigmas grow until that many are
 ///    within the gate: the first minutes saw a better sky.
-///  - The clock takes the delay of the fixes that the whole log tells, so that the rows of a replay are in the
-///    receiver's time, as long as the fixes are likelier with it; unless the receiver's log tells the clock
-///    (`find_clock` is false).
-/// The lever arm stays as it was found, and so does where the velocities are in the IMU's log: each round sees the same
-/// motion again.
+///  - The clock takes the delay of the fixes, and the drift, that the whole log tells, so that the rows of a replay are
+///    in the receiver's time, as long as the fixes are likelier with it; unless the receiver's log tells the clock
+///    (`find_clock` is false). What the velocities are late by moves with it.
+/// The lever arm stays as it was found: each round sees the same motion again.
 /// `options` is what calibrate() was given, with one receiver; `vehicle`: what carries the IMU, if it does.
 /// Nothing if no filter runs over the whole log with it.
 std::optional<Calibration> settled(const Recording& recording, const ConditioningOptions& conditioning,
                                    const FilterOptions& options, const std::optional<VehicleOptions>& vehicle,
                                    bool find_clock, Calibration found);
+
+/// Whether the receiver's velocities contradict its positions over the whole log: without them the filter would have the
+/// antenna, or the clock, elsewhere by many of its sigmas. Velocities that a receiver smooths by a model of its own do
+/// so, and no delay mends them. Where positions alone tell little, nothing contradicts. (Of two estimates the one that
+/// presumes less is trusted: Hausman, "Specification tests in econometrics", 1978.) Arguments are as those of settled().
+bool velocities_contradict(const Recording& recording, const ConditioningOptions& conditioning,
+                           const FilterOptions& options, const std::optional<VehicleOptions>& vehicle, bool find_clock,
+                           const Calibration& found);
 
 }  // namespace piste

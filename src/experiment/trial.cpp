@@ -115,6 +115,13 @@ DelayErrors drawn_delays(const FilterOptions& options, std::uint64_t seed) {
   return errors;
 }
 
+// Of the drift of the IMU's clock, if it is estimated, drawn likewise: what is told of the clock, less the truth.
+double drawn_clock_drift(const FilterOptions& options, std::uint64_t seed) {
+  const Block drift = Block::kClockDrift;
+  if (!StateLayout(options.estimate).has(drift)) return 0;
+  return options.priors.clock_drift * RandomStream(seed, info(drift).name).normal();
+}
+
 // What is told of the vehicle's mounting and contact point is drawn about the truth with the sigmas of the priors.
 void draw_mounting(VehicleOptions& vehicle, std::uint64_t seed) {
   RandomStream random(seed, "vehicle");
@@ -314,9 +321,15 @@ ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed, const BatchS
   const Recording recording = recording_of(simulation);
   ReplayOptions options{.filter = with_attitude_sigmas(filter_options(s, seed), recording.attitude),
                         .smoother = SmootherKind::kNone};
-  Log log = condition(recording, conditioning_options(s, options.filter.sensor, options.filter.units, departure));
+  ConditioningOptions conditioning = conditioning_options(s, options.filter.sensor, options.filter.units, departure);
+  const double clock_error = drawn_clock_drift(options.filter, seed);
+  conditioning.imu.clock_drift += clock_error;
+  for (UnitConditioning& unit : conditioning.units) unit.imu.clock_drift += clock_error;
+  options.filter.clock_from = recording.imu.time.front() - conditioning.imu.clock_offset;
+  Log log = condition(recording, conditioning);
 
-  const TrueEstimate truth(s, simulation, log.world, seed, options.filter.units);
+  TrueEstimate truth(s, simulation, log.world, seed, options.filter.units);
+  truth.set_clock(-clock_error, *options.filter.clock_from);
   if (s.replay.heading == ReplaySetup::Heading::kKnown) {
     const double begin = log.imu.front().time - log.imu.front().interval;
     options.start = drawn_start(s, options.filter, truth.at(begin), begin, seed);

@@ -107,7 +107,13 @@ void TrueEstimate::split(Estimate& x, double time) const {
   put(Block::kAccelScale, accel, UnitError::kScale, [&](std::size_t i) { return scale(i, imus[i].accel.scale); });
 }
 
-Estimate TrueEstimate::at(double time) const {
+void TrueEstimate::set_clock(double drift, double from) {
+  constant_.clock_drift = drift;
+  clock_from_ = from;
+}
+
+Estimate TrueEstimate::at(double stamp) const {
+  const double time = stamp - constant_.clock_drift * (stamp - clock_from_);
   const Truth& body = simulation_.bodies.front();
   const SimulatedImu& imu = simulation_.imus.front();
   const TruthState truth = body.at(time);

@@ -19,8 +19,11 @@ class TrueEstimate {
   TrueEstimate(const Scenario& scenario, const Simulation& simulation, World world, std::uint64_t seed,
                std::vector<ImuSensor> units = {});
 
-  /// The true values at `time`. Drifts are those of the nearest row or fix.
-  Estimate at(double time) const;
+  /// The times that at() is asked for are by a clock of the IMU that drifts, and is right at the time `from` [s].
+  void set_clock(double drift, double from);
+
+  /// The true values at the time `stamp`. Drifts are those of the nearest row or fix.
+  Estimate at(double stamp) const;
 
  private:
   struct Sample {
@@ -38,6 +41,7 @@ class TrueEstimate {
   std::vector<Matrix3d> axes_;  // of the IMUs, in those of the first
   World world_;
   Estimate constant_;
+  double clock_from_ = 0;
   std::vector<Sample> position_drift_, attitude_drift_;
   std::vector<Sample> wheel_slip_, barometer_offset_;  // along x
 };

@@ -14,6 +14,7 @@ Tuning tune(const Recording& recording, const ReplayOptions& options, const Tune
             const ProgressCallback& progress) {
   const Log log = condition(recording, options.conditioning);
   FilterOptions filter = with_white_part(with_attitude_sigmas(options.filter, recording.attitude), log);
+  filter.clock_from = log.imu.front().time;
   filter.adapt.reset();  // it is the stated noise whose likelihood is asked for
   Start start = options.start ? *options.start : find_start(log, filter, options.heading).start;
   filter = with_mounting(std::move(filter), log, start);

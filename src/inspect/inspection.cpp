@@ -96,9 +96,13 @@ struct LateVelocities {
   double delay, sigma, prior;
 };
 
+bool uses_velocities(const InspectedLog& log) {
+  return log.gnss_health->velocities > 0 && !(log.calibration && log.calibration->velocities_contradict);
+}
+
 // By the IMU's clock with the offset that is written.
 std::optional<LateVelocities> late_velocities(const InspectedLog& log, double written_offset) {
-  if (log.gnss_health->velocities == 0) return std::nullopt;
+  if (!uses_velocities(log)) return std::nullopt;
   if (const auto& found = log.calibration; found && found->fits() && found->velocity_delay_sigma > 0) {
     return LateVelocities{.delay = found->velocity_delay + written_offset - found->clock_offset,
                           .sigma = std::hypot(found->velocity_delay_sigma, found->clock_sigma),
@@ -116,11 +120,12 @@ struct LateSources {
 };
 
 // The priors of a configuration. `delayed`: whether the delay of the fixes is estimated.
-std::string priors_text(const Calibration* found, const LateSources& late, bool delayed) {
+std::string priors_text(const Calibration* found, const LateSources& late, bool delayed, bool drifts) {
   Priors priors{.lever_arm = kMostArm};
   if (found != nullptr) priors = priors_after(*found);
   std::string text = fmt::format("lever_arm: {:.2g} m", priors.lever_arm);
   if (delayed) text += fmt::format(", gnss_delay: {:.2g} s", priors.gnss_delay);
+  if (drifts) text += fmt::format(", clock_drift: {:.2g} ppm", 1e6 * priors.clock_drift);
   if (late.velocity) text += fmt::format(", velocity_delay: {:.2g} s", *late.velocity);
   if (late.attitude) text += fmt::format(", attitude_delay: {:.2g} s", *late.attitude);
   return "{" + text + "}";
@@ -257,6 +262,7 @@ Priors priors_after(const Calibration& found, Priors priors) {
   priors.lever_arm =
       found.tells_arm() ? std::clamp(kLoose * found.lever_arm_sigma.maxCoeff(), kLeastArm, kMostArm) : kMostArm;
   priors.gnss_delay = std::clamp(kLoose * found.clock_sigma, kLeastDelay, kMostDelay);
+  if (found.clock_drift_sigma > 0) priors.clock_drift = kLoose * found.clock_drift_sigma;
   if (found.velocity_delay_sigma > 0)
     priors.velocity_delay = std::max(kLoose * found.velocity_delay_sigma, kLeastDelay);
   return priors;
@@ -321,7 +327,10 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
       late_sources.velocity = std::max(late->prior, late_sources.velocity.value_or(0));
     }
     if (log.calibration && log.calibration->fits()) text += receiver_noise(*log.calibration);
-    text += fmt::format("    use: {}\n", log.gnss_health->velocities > 0 ? "position velocity" : "position");
+    text += fmt::format("    use: position{}\n", uses_velocities(log) ? " velocity"
+                                                 : log.gnss_health->velocities > 0
+                                                     ? "                 # its velocities contradict them"
+                                                     : "");
   }
   for (const InspectedLog& log : inspection.logs) {
     if (!log.is(LogKind::kAttitude) || !log.attitude_sampling) continue;
@@ -352,12 +361,13 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
   }
   // A clock that the receiver's log tells is not sought in the delay of fixes: a phone's come late by their own filter.
   const bool delayed = found == nullptr || inspection.imu_clock() == nullptr;
+  const bool drifts = delayed && found != nullptr && found->clock_drift_sigma > 0;
   text += fmt::format(
       "initial: {{heading: auto}}\nestimate: [gyro_bias, accel_bias, gyro_drift, accel_drift, gyro_scale, "
-      "accel_scale, lever_arm{}{}{}{}]\npriors: {}\nsmoother: rts\n",
-      delayed ? ", gnss_delay" : "", late_sources.velocity ? ", velocity_delay" : "",
+      "accel_scale, lever_arm{}{}{}{}{}]\npriors: {}\nsmoother: rts\n",
+      delayed ? ", gnss_delay" : "", drifts ? ", clock_drift" : "", late_sources.velocity ? ", velocity_delay" : "",
       late_sources.attitude ? ", attitude_delay" : "", reference ? ", boresight" : "",
-      priors_text(found, late_sources, delayed));
+      priors_text(found, late_sources, delayed, drifts));
   return text;
 }
 

@@ -72,6 +72,7 @@ Priors read_priors(const Config& config) {
   priors.gnss_delay = map->magnitude("gnss_delay", dimension::kTime, priors.gnss_delay);
   priors.velocity_delay = map->magnitude("velocity_delay", dimension::kTime, priors.velocity_delay);
   priors.attitude_delay = map->magnitude("attitude_delay", dimension::kTime, priors.attitude_delay);
+  priors.clock_drift = map->magnitude("clock_drift", dimension::kRatio, priors.clock_drift);
   return priors;
 }
 

@@ -28,10 +28,8 @@ void add_lag(Linearization& lin, const Matrix3d& A, const Estimate& x, const Tur
     lin.add(Block::kGyroDrift, gyro);
     lin.add(Block::kGyroScale, gyro * turning.rate.asDiagonal());
   }
-  if (!turning.lag.block) return;
-  Matrix3d column = Matrix3d::Zero();
-  column.col(0) = A * (turning.earth_rate - R_wb * beyond_noise(turning.rate, turning.rate_variance));
-  lin.add(*turning.lag.block, column);
+  if (!turning.lag.is_uncertain()) return;
+  add_delay(lin, turning.lag, A * (turning.earth_rate - R_wb * beyond_noise(turning.rate, turning.rate_variance)));
   add_curvature(lin, turning.lag, A * R_wb * turning.rate_change);
   // The term of third order, of unknown direction and size: vibration at the frequency |ω'| / |ω| has |ω'|² / |ω|. By
   // Monte Carlo its variance is three times that of such a term.
@@ -69,13 +67,13 @@ Linearization linearize_attitude(const AttitudeFix& fix, const Vector3d& white, 
 }
 
 FixDelay ReferenceAttitudes::delay(const FilterOptions& options, const StateLayout& layout, int sensor, int,
-                                   const Estimate& x) {
+                                   const Estimate& x, double elapsed) {
   FixDelay delay{.value = options.attitude[static_cast<std::size_t>(sensor)].delay};
   if (layout.has(Block::kAttitudeDelay)) {
     delay.value += x.attitude_delay - options.attitude.front().delay;
     delay.block = Block::kAttitudeDelay;
   }
-  return delay;
+  return with_clock_drift(delay, layout, x, elapsed);
 }
 
 std::optional<Linearization> ReferenceAttitudes::linearize(const AttitudeFix& fix, int sensor, int channel,
@@ -86,10 +84,10 @@ std::optional<Linearization> ReferenceAttitudes::linearize(const AttitudeFix& fi
     const BodyMotion motion = context.motion(y);
     Turning t{.earth_rate = context.earth_rate,
               .rate = motion.rate,
-              .lag = context.lag(delay(context.options, context.layout, sensor, channel, y)),
+              .lag = context.lag(delay(context.options, context.layout, sensor, channel, y, context.elapsed)),
               .rate_change = context.step.rate_slope,
               .rate_variance = motion.rate_variance.mean()};
-    if (context.still) t.lag.block.reset();
+    if (context.still) t.lag = {.time = t.lag.time};
     return t;
   };
   return linearize_attitude(fix, reference.drift ? reference.white : Vector3d::Ones(), x, context.gravity.R_wn, after,

@@ -38,8 +38,8 @@ constexpr int kInputs = 15;  // navigation, e_g and e_a
 using Mixer = Eigen::Matrix<double, kNavigation, kInputs>;
 struct Structure {
   Mixer mixer;
-  std::array<double, kFullSize> decay, factor;
-  std::array<int, kFullSize> input;  // column of the mixer, −1: none
+  std::array<double, kMostStates> decay, factor;
+  std::array<int, kMostStates> input;  // column of the mixer, −1: none
 
   Structure(const StateLayout& layout, const Transition& t) {
     mixer << t.navigation, t.imu;
@@ -61,9 +61,9 @@ struct Structure {
   }
 };
 
-constexpr int kPadded = (kFullSize + 3) / 4 * 4;
-constexpr std::ptrdiff_t kStorage = std::ptrdiff_t{kFullSize} * kFullSize;  // values in a Covariance
-static_assert(kStorage >= kNavigation * kFullSize + 4);                     // what loops over padded columns may read
+constexpr int kPadded = (kMostStates + 3) / 4 * 4;
+constexpr std::ptrdiff_t kStorage = std::ptrdiff_t{kMostStates} * kMostStates;  // values in a Covariance
+static_assert(kStorage >= kNavigation * kMostStates + 4);                     // what loops over padded columns may read
 
 // What the navigation rows depend on among the inputs: position on all but the gyroscopes, velocity on all, attitude on
 // itself and the gyroscopes.
@@ -79,7 +79,7 @@ struct Action {
 struct Slow {
   std::array<Action, 3 * std::size(kImuBlocks)> actions;
   std::size_t count = 0;
-  std::array<double, kFullSize> decay;
+  std::array<double, kMostStates> decay;
   std::array<const double*, kInputs> column;  // of Φ's navigation rows, input by input
 
   Slow(const StateLayout& layout, const Transition& t) {

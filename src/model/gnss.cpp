@@ -63,13 +63,6 @@ void keep_horizontal(Linearization& lin, const Matrix3d& R_wn) {
   lin.rows = 2;
 }
 
-void add_delay(Linearization& lin, const Lag& lag, const Vector3d& derivative) {
-  if (!lag.block) return;
-  Matrix3d column = Matrix3d::Zero();
-  column.col(0) = derivative;
-  lin.add(*lag.block, column);
-}
-
 }  // namespace
 
 Linearization linearize_position(const GnssFix& fix, const std::optional<GaussMarkov>& drift, const Estimate& x,
@@ -162,7 +155,7 @@ bool GnssReceivers::repeats(const GnssFix& fix, const GnssFix& before) {
 }
 
 FixDelay GnssReceivers::delay(const FilterOptions& options, const StateLayout& layout, int sensor, int channel,
-                              const Estimate& x) {
+                              const Estimate& x, double elapsed) {
   const GnssOptions &receiver = options.gnss[static_cast<std::size_t>(sensor)], &first = options.gnss.front();
   const bool position = channel == 0;
   FixDelay delay{.value = position ? receiver.delay : receiver.delay_of_velocity()};
@@ -173,7 +166,7 @@ FixDelay GnssReceivers::delay(const FilterOptions& options, const StateLayout& l
     delay.value += x.gnss_delay - first.delay;
     delay.block = Block::kGnssDelay;
   }
-  return delay;
+  return with_clock_drift(delay, layout, x, elapsed);
 }
 
 std::optional<Linearization> GnssReceivers::linearize(const GnssFix& fix, int sensor, int channel,
@@ -185,7 +178,7 @@ std::optional<Linearization> GnssReceivers::linearize(const GnssFix& fix, int se
   if (!context.layout.has(Block::kLeverArm)) with_arm.lever_arm = receiver.lever_arm;
   const AntennaMotion motion{context.motion(x), context.rate_without_noise(x), context.mean_motion(x),
                              context.recent.force_change, context.recent.force_variance};
-  const Lag lag = context.lag(delay(context.options, context.layout, sensor, channel, x));
+  const Lag lag = context.lag(delay(context.options, context.layout, sensor, channel, x, context.elapsed));
   if (position) {
     return linearize_position(fix, receiver.drift, with_arm, motion, context.earth_rate, context.gravity, lag,
                               context.still);

@@ -13,6 +13,20 @@ Jacobian assemble(const StateLayout& layout, const Linearization& lin) {
   return H;
 }
 
+FixDelay with_clock_drift(FixDelay delay, const StateLayout& layout, const Estimate& x, double elapsed) {
+  if (!layout.has(Block::kClockDrift)) return delay;
+  delay.value -= x.clock_drift * elapsed;
+  delay.by_clock_drift = -elapsed;
+  return delay;
+}
+
+void add_delay(Linearization& lin, const Lag& lag, const Vector3d& derivative) {
+  Matrix3d column = Matrix3d::Zero();
+  column.col(0) = derivative;
+  if (lag.block) lin.add(*lag.block, column);
+  if (lag.by_clock_drift != 0) lin.add(Block::kClockDrift, lag.by_clock_drift * column);
+}
+
 void add_curvature(Linearization& lin, const Lag& lag, const Vector3d& curvature) {
   lin.residual -= 0.5 * lag.variance * curvature;
   lin.covariance += 0.5 * lag.variance * lag.variance * curvature * curvature.transpose();

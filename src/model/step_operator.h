@@ -11,14 +11,14 @@
 
 namespace piste {
 
-/// Applies steps for one layout. All vectors have the layout's size, and room for kFullSize values.
+/// Applies steps for one layout. All vectors have the layout's size, and room for kMostStates values.
 class StepOperator {
  public:
   static constexpr int kNavigation = 9;
   static constexpr int kLanes = 12;  ///< columns that go through a step together: the navigation errors, and λ
   static constexpr int kLambda = kNavigation;  ///< the lane of λ
   /// Errors side by side: value of the error k in lane l at [k * lanes + l].
-  using Lanes = std::array<double, static_cast<std::size_t>(kFullSize* kLanes)>;
+  using Lanes = std::array<double, static_cast<std::size_t>(kMostStates* kLanes)>;
 
   /// What one step multiplies by.
   struct Factors {
@@ -30,7 +30,7 @@ class StepOperator {
     std::array<double, kBlocks.size()> decay, variance;  ///< of the blocks that are processes, in their order
   };
   /// What the noise of a step does to a smoothed error: Q λ, through the inputs and for each process.
-  using Pull = std::array<double, static_cast<std::size_t>(6 + kFullSize)>;
+  using Pull = std::array<double, static_cast<std::size_t>(6 + kMostStates)>;
 
   StepOperator(const StateLayout& layout, const FilterOptions& options, Vector3d earth_rate);
 
@@ -64,7 +64,7 @@ class StepOperator {
   const FilterOptions& options_;
   Vector3d earth_rate_;
   int n_;
-  std::array<State, static_cast<std::size_t>(kFullSize)> states_;
+  std::array<State, static_cast<std::size_t>(kMostStates)> states_;
   std::vector<DriftProcess> processes_;
 };
 

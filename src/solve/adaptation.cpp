@@ -75,7 +75,7 @@ void Adaptation::correct(const StateLayout& layout, const Update& u, const Reset
   // M ← A M Aᵀ with A = I − K H: dP⁺ = A dP⁻ Aᵀ, as the gain is where P⁺ is least.
   const auto K = gain(u);
   for (Covariance& M : imu_) {
-    Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kFullSize, 3> MHt(M.rows(), 3);
+    Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMostStates, 3> MHt(M.rows(), 3);
     MHt.noalias() = M.lazyProduct(u.H.transpose());
     const Matrix3d HMHt = u.H.lazyProduct(MHt);
     MHt -= 0.5 * K.lazyProduct(HMHt);

@@ -17,6 +17,8 @@ namespace {
 // s between nodes at least. What the IMU tells over less is 1e16 times what a fix tells, and normal equations in double
 // precision cannot hold both. A body at 5 m/s² changes its velocity by a centimetre a second.
 constexpr double kMoment = 2e-3;
+// s by which delays may grow over a run as a clock drifts: 100 ppm of some hours.
+constexpr double kRoomToDrift = 1;
 
 // Takes a log as a filter does, and lays it out as a chain.
 class ChainLayer {
@@ -29,20 +31,15 @@ class ChainLayer {
         weights_(weights),
         longest_(longest),
         sources_(options),
+        layout_(layout),
+        clock_from_(options.clock_from.value_or(start)),
         time_(start),
         x_(reference.start),
         gravity_(log.world.gravity(reference.start.p_wb)) {
     delays_.assign(sources_.all().size(), 0);
-    MeasurementList::for_each([&]<class Type>() {
-      for (int sensor = 0; sensor < Type::sensors(options); ++sensor) {
-        for (int channel = 0; channel < static_cast<int>(Type::kChannels.size()); ++channel) {
-          const double delay = Type::delay(options, layout.whole, sensor, channel, x_).value;
-          const int source = sources_.first<Type>(sensor) + channel;
-          delays_[static_cast<std::size_t>(source)] = delay;
-          look_ahead_ = std::max(look_ahead_, delay + kSameInstant);
-        }
-      }
-    });
+    find_delays();
+    look_ahead_ = std::max(0.0, *std::max_element(delays_.begin(), delays_.end()) + kSameInstant);
+    if (layout.whole.has(Block::kClockDrift)) look_ahead_ += kRoomToDrift;
     chain_.nodes.push_back({start, x_, gravity_, {}});
   }
 
@@ -77,8 +74,23 @@ class ChainLayer {
   }
 
  private:
+  double elapsed() const { return time_ - clock_from_; }
+
+  void find_delays() {
+    MeasurementList::for_each([&]<class Type>() {
+      for (int sensor = 0; sensor < Type::sensors(options_); ++sensor) {
+        for (int channel = 0; channel < static_cast<int>(Type::kChannels.size()); ++channel) {
+          const int source = sources_.first<Type>(sensor) + channel;
+          delays_[static_cast<std::size_t>(source)] =
+              Type::delay(options_, layout_.whole, sensor, channel, x_, elapsed()).value;
+        }
+      }
+    });
+  }
+
   void process(const ImuSample* after) {
     const ImuSample& sample = *now_;
+    if (layout_.whole.has(Block::kClockDrift)) find_delays();
     noise_ = sample_noise_.of(sample, options_.sensor);
     rate_variance_ = noise_.gyro / sample.interval;
     still_ = sample.at_rest && !sample.gap;
@@ -170,6 +182,7 @@ class ChainLayer {
                  .node = chain_.nodes.size() - 1,
                  .step = step,
                  .into_step = into_step,
+                 .elapsed = elapsed(),
                  .moved = delay + after,
                  .rate_variance = rate_variance_,
                  .rate_before = Vector3d::Zero(),
@@ -190,6 +203,8 @@ class ChainLayer {
   const FixWeights& weights_;
   double longest_;
   MeasurementSources sources_;
+  const BatchLayout& layout_;
+  double clock_from_;
   double time_, look_ahead_ = 0;
   Estimate x_;
   Gravity gravity_;

@@ -54,7 +54,7 @@ struct ChainFix {
   QueuedFix place;
   std::size_t node = 0;
   ImuStep step;  ///< within which it is, as measured
-  double into_step = 0, moved = 0;
+  double into_step = 0, elapsed = 0, moved = 0;  ///< as MeasurementContext has them
   Vector3d rate_variance, rate_before;
   bool still = false;
   RecentMotion recent;

@@ -17,7 +17,7 @@ void put(Covariance& P, const BatchLayout::Part& rows, const BatchLayout::Part& 
   }
 }
 
-using NodeError = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kFullSize, 1>;
+using NodeError = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostStates, 1>;
 
 // The estimate after some steps, with what the interval's noise has come to there.
 Estimate estimate_after(const BatchLayout& layout, const FilterOptions& options, const SummedMotion& sum,

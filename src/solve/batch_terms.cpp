@@ -196,6 +196,7 @@ Linearization BatchTerms::linearize(const ChainFix& fix, const Estimate& x) cons
                                    .into_step = fix.into_step,
                                    .rate_variance = fix.rate_variance,
                                    .still = fix.still,
+                                   .elapsed = fix.elapsed,
                                    .moved = fix.moved,
                                    .recent = fix.recent,
                                    .rate_before = fix.rate_before,
@@ -239,7 +240,7 @@ double BatchTerms::tie(std::size_t i, const Estimate& start, const Estimate& end
   auto F = links.F[i], B = links.B[i], noise = links.noise[i];
   F.setZero();
   B.setZero();
-  Eigen::Matrix<double, kFullSize, 1> residual;
+  Eigen::Matrix<double, kMostStates, 1> residual;
   residual.head<9>() = r.value;
   F.topLeftCorner<9, 9>() = -by_end.lazyProduct(r.by_start);
   B.col(g).head<9>() = -by_end.lazyProduct(r.value);
@@ -285,7 +286,7 @@ void BatchTerms::fix(std::size_t i, const Estimate& x, double factor, ArrowRows&
   const Matrix3d W = factor * fixes_[i].whitening;
   put_whitened(lin, W, of_node_, rows.J[0]);
   const int g = layout_.constant.size();
-  std::array<double, kFullSize> change;
+  std::array<double, kMostStates> change;
   layout_.constant.difference(x, laid, change.data());
   auto K = rows.K[0];
   for (int row = 0; row < 3; ++row) {

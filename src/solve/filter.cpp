@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -13,6 +14,9 @@
 
 namespace piste {
 namespace {
+
+// What delays hang on.
+constexpr std::array kDelayBlocks{Block::kGnssDelay, Block::kVelocityDelay, Block::kAttitudeDelay, Block::kClockDrift};
 
 // s by which an estimated delay may grow beyond the known one before its fixes come after the samples.
 constexpr double kRoomToGrow = 1;
@@ -39,11 +43,12 @@ Filter::Filter(const FilterOptions& options, const World& world, const Start& st
   setup->names = setup->sources.names();
   const StateLayout& layout = setup->layout;
   setup->delays_change =
-      layout.has(Block::kGnssDelay) || layout.has(Block::kVelocityDelay) || layout.has(Block::kAttitudeDelay);
+      std::any_of(kDelayBlocks.begin(), kDelayBlocks.end(), [&](Block delay) { return layout.has(delay); });
   setup->look_ahead = longest_delay(options) + (setup->delays_change ? kRoomToGrow : 0);
   delays_.assign(setup->names.size(), 0);
   trust_ = Trust(setup->sources.all(), options.behaviour.trust);
   setup->begin = start.time;
+  setup->clock_from = options.clock_from.value_or(start.time);
   state_ = {start.time, start.x, initial_covariance(setup->layout, options, start)};
   state_.mean.setZero(setup->layout.size());
   noise_score_ = NoiseScore(options, setup->layout);
@@ -111,6 +116,7 @@ void Filter::process(const ImuSample* after) {
     step = split(step, state_.time - begin).second;
   }
   if (reference_) follow_reference(step.dt);
+  if (setup_->layout.has(Block::kClockDrift)) find_delays();
   bool at_end = false;
   while (const std::optional<QueuedFix> fix = queue_.take(sample.time, delays_)) {
     const double into_step = fix->time - delays_[static_cast<std::size_t>(fix->source)] - state_.time;
@@ -192,10 +198,22 @@ void Filter::find_delays() {
       for (int channel = 0; channel < static_cast<int>(Type::kChannels.size()); ++channel) {
         const int source = setup_->sources.first<Type>(sensor) + channel;
         delays_[static_cast<std::size_t>(source)] =
-            Type::delay(setup_->options, setup_->layout, sensor, channel, state_.x).value;
+            Type::delay(setup_->options, setup_->layout, sensor, channel, state_.x, elapsed()).value;
       }
     }
   });
+}
+
+// Of its error.
+double Filter::variance_of(const FixDelay& delay) const {
+  const StateLayout& layout = setup_->layout;
+  const int own = delay.block ? layout.offset(*delay.block) : -1;
+  double variance = own < 0 ? 0 : state_.P(own, own);
+  if (const double slope = delay.by_clock_drift; slope != 0) {
+    const int drift = layout.offset(Block::kClockDrift);
+    variance += slope * slope * state_.P(drift, drift) + (own < 0 ? 0 : 2 * slope * state_.P(own, drift));
+  }
+  return variance;
 }
 
 void Filter::measure(const QueuedFix& fix, const ImuStep& step, double into_step, double lag) {
@@ -219,11 +237,9 @@ void Filter::measure(const typename Type::Fix& fix, const QueuedFix& place, cons
                             .late = place.time - state_.time});
     return;
   }
-  const FixDelay delay = Type::delay(setup_->options, setup_->layout, sensor, channel, state_.x);
+  const FixDelay delay = Type::delay(setup_->options, setup_->layout, sensor, channel, state_.x, elapsed());
   // What belongs before the start has told the start already, and the motion back to it is not known.
   if (lag > 0 && place.time - delay.value < setup_->begin - kSameInstant) return;
-  // About a reference the delay's uncertainty is part of the linear problem.
-  const int row = delay.block && !reference_ ? setup_->layout.offset(*delay.block) : -1;
   const MeasurementContext context{
       .options = setup_->options,
       .layout = setup_->layout,
@@ -233,9 +249,11 @@ void Filter::measure(const typename Type::Fix& fix, const QueuedFix& place, cons
       .into_step = into_step,
       .rate_variance = rate_variance_,
       .still = resting(),
+      .elapsed = elapsed(),
       .moved = delay.value - lag,
       .recent = propagation_.recent(state_.x.q_wb, setup_->options.sensor),
-      .delay_variance = row < 0 ? 0 : state_.P(row, row),
+      // About a reference the delay's uncertainty is part of the linear problem.
+      .delay_variance = reference_ ? 0 : variance_of(delay),
       .rate_before = before_ ? Vector3d(before_->dtheta / before_->interval) : Vector3d(Vector3d::Zero())};
   std::optional<Linearization> lin = Type::linearize(fix, sensor, channel, context, state_.x);
   if (!lin) return;

@@ -45,7 +45,10 @@ class Live::Session {
       throw DataError("imu",
                       fmt::format("time {:.6f} s does not increase, the row before is at {:.6f} s", row.time, last_));
     }
-    if (recent_.imu.time.empty()) first_ = row.time;
+    if (recent_.imu.time.empty()) {
+      first_ = row.time;
+      options_.filter.clock_from = first_ - clock_.clock_offset;
+    }
     last_ = row.time;
     recent_.imu.time.push_back(row.time - clock_.clock_offset - clock_.clock_drift * (row.time - first_));
     recent_.imu.gyro.push_back(row.gyro);

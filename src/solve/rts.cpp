@@ -73,8 +73,8 @@ void multiply(const Covariance& A, const Covariance& B, const Part& part, Covari
 // of the unit vectors of (ρ, ν, θ) through the steps one after the other, is these rows.
 struct ManySteps {
   std::size_t count = 0;
-  alignas(32) double rows[9][kFullSize];  // Φ of (ρ, ν, θ), by what it is applied to
-  alignas(32) double decay[kFullSize];    // 0 for (ρ, ν, θ)
+  alignas(32) double rows[9][kMostStates];  // Φ of (ρ, ν, θ), by what it is applied to
+  alignas(32) double decay[kMostStates];    // 0 for (ρ, ν, θ)
 };
 
 constexpr int kNavigation = StepOperator::kNavigation;
@@ -83,7 +83,7 @@ constexpr int kNavigation = StepOperator::kNavigation;
 PISTE_WIDE void apply_transposed(const ManySteps& Phi, const double* in, std::ptrdiff_t n, std::ptrdiff_t columns,
                                  double* out) {
   for (std::ptrdiff_t c = 0; c < columns; ++c, in += n, out += n) {
-    double sum[kFullSize];
+    double sum[kMostStates];
     for (std::ptrdiff_t r = 0; r < n; ++r) sum[r] = Phi.decay[r] * in[r];
     for (int i = 0; i < kNavigation; ++i) {
       for (std::ptrdiff_t r = 0; r < n; ++r) sum[r] += Phi.rows[i][r] * in[i];

@@ -175,7 +175,7 @@ void PartsSmoother::find_constants(const Covariance& P, const ErrorVector& mean,
   for (const Block b : constants_) {
     const int o = layout_.offset(b), size = info(b).size;
     const auto columns = P.middleCols(o, size);
-    const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kFullSize, 3> weighted = Lambda.lazyProduct(columns);
+    const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostStates, 3> weighted = Lambda.lazyProduct(columns);
     of_constants_.block(o, o, size, size) = P.block(o, o, size, size) - columns.transpose().lazyProduct(weighted);
     correction_.segment(o, size) = mean.segment(o, size) - columns.transpose().lazyProduct(lambda);
     for (const Pair& pair : pairs_) {
@@ -193,7 +193,7 @@ const SmoothedParts& PartsSmoother::row(const double* kept, const Estimate& x, c
   constexpr std::size_t kWide = kTile;
   const auto size = static_cast<std::ptrdiff_t>(n());
   const double* mean = kept + width_ * n();
-  double sums[kFullSize + kTile], crosses[kFullSize + kTile];
+  double sums[kMostStates + kTile], crosses[kMostStates + kTile];
   Corners corners;
   for (std::size_t first = 0; first < width_; first += kWide) {
     const double* tile = kept + first * n();

@@ -10,7 +10,7 @@
 namespace piste {
 namespace {
 
-using Tall = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kFullSize, 3>;
+using Tall = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMostStates, 3>;
 
 void symmetrize(Covariance& P) {
   for (int j = 1; j < P.cols(); ++j) {
@@ -82,7 +82,7 @@ Update innovate(const Covariance& P, const StateLayout& layout, const Linearizat
   u.rows = lin.rows;
   u.H = assemble(layout, lin);
   u.PHt.setZero(layout.size(), 3);
-  std::array<Seen, kFullSize> seen;
+  std::array<Seen, kMostStates> seen;
   std::size_t count = 0;
   for (int i = 0; i < layout.size(); ++i) {
     const auto h = u.H.col(i);
@@ -192,7 +192,7 @@ void take_turned(Covariance& P, Eigen::Index first, const Eigen::Matrix<double, 
 
 void reset(Covariance& P, const StateLayout& layout, const ResetJacobian& G) {
   constexpr int kMotion = full_offset(Block::kVelocity);
-  Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kFullSize, 6> columns(P.rows(), 6);
+  Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kMostStates, 6> columns(P.rows(), 6);
   turn_columns(P.col(kMotion).data(), P.rows(), G.velocity_attitude, columns.data());
   take_turned<6>(P, kMotion, G.velocity_attitude, columns);
   for (std::size_t i = 0; i < kMountingBlocks.size(); ++i) {

@@ -137,7 +137,7 @@ TEST(Delays, OfOneReceiverAreThoseOfAll) {
   x.gnss_delay = 0.11;
   x.velocity_delay = 0.5;
   const auto delay = [&](const std::vector<Block>& blocks, int sensor, int channel) {
-    return GnssReceivers::delay(o, StateLayout(blocks), sensor, channel, x).value;
+    return GnssReceivers::delay(o, StateLayout(blocks), sensor, channel, x, 0).value;
   };
   EXPECT_EQ(delay({}, 0, 0), 0.1);
   EXPECT_EQ(delay({}, 0, 1), 0.3);

@@ -78,6 +78,7 @@ class SmoothedResiduals {
   };
   void begin(const Solution& rows);
   void find_next(std::size_t k);
+  double delay_of(std::size_t k, const Solution& rows, std::size_t i) const;
   static void compare(Receiver& r, const GnssFix& fix, const Vector3d& told_arm, double before,
                       const Estimate& x_before, const Solution& rows, std::size_t after);
 

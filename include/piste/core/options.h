@@ -154,6 +154,7 @@ struct Priors {
   double gnss_delay = 0.05;      ///< s, about the configured one
   double velocity_delay = 0.2;   ///< s, likewise: velocities of phones and receivers were 0.13 to 0.68 s late
   double attitude_delay = 0.02;  ///< s, likewise
+  double clock_drift = 1e-4;     ///< a ratio, about the configured one: loggers were 14 to 310 ppm off
 };
 
 /// How far, and how fast, a filter may find noise to be other than stated (solve/adaptation.h). The logarithm of the
@@ -176,6 +177,8 @@ struct FilterOptions {
   std::vector<Block> estimate;            ///< blocks beyond position, velocity and attitude
   BehaviourOptions behaviour;
   Priors priors;
+  /// Time from which a drift of the IMU's clock counts [s]; nothing: from the filter's start.
+  std::optional<double> clock_from = std::nullopt;
   std::optional<VehicleOptions> vehicle = std::nullopt;            ///< nothing: the body moves as it likes
   std::optional<OdometerOptions> odometer = std::nullopt;          ///< of Log::speed; needs a vehicle
   std::optional<BarometerOptions> barometer = std::nullopt;        ///< of Log::height

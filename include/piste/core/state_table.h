@@ -36,6 +36,7 @@ enum class Block : int {
   kGnssDelay,
   kVelocityDelay,
   kAttitudeDelay,
+  kClockDrift,
   kAttitudeDrift,
   kBoresightDrift,
   kVehicleMounting,
@@ -76,6 +77,7 @@ struct Estimate {
   double gnss_delay = 0;                        ///< the position of a fix with time t is that of t − gnss_delay
   double velocity_delay = 0;                    ///< and its velocity that of t − velocity_delay
   double attitude_delay = 0;                    ///< a reference attitude with time t is that of t − attitude_delay
+  double clock_drift = 0;                       ///< of the IMU: each delay less clock_drift (t − `clock_from`); a ratio
   Vector3d attitude_drift = Vector3d::Zero();   ///< of the reference attitude: rotation vector in n
   Vector3d boresight_drift = Vector3d::Zero();  ///< of a flexible mount: Exp(drift) R_rb, in r
   Quaterniond q_vb = Quaterniond::Identity();   ///< mounting in a vehicle: b components into v (model/vehicle.h)
@@ -313,6 +315,16 @@ inline constexpr auto kWrittenBlocks = std::to_array<BlockInfo>({
      .prior = [](const FilterOptions& o) { return blocks::alike(o.priors.attitude_delay); },
      .observed = [](const FilterOptions& o) { return !o.attitude.empty(); },
      .needs = "an `attitude:` source"},
+    {.block = Block::kClockDrift,
+     .name = "clock_drift",
+     .size = 1,
+     .unit = "ppm",
+     .factor = 1e6,
+     .axes = {"t", "", ""},
+     .member = &Estimate::clock_drift,
+     .prior = [](const FilterOptions& o) { return blocks::alike(o.priors.clock_drift); },
+     .observed = [](const FilterOptions& o) { return !o.gnss.empty() || !o.attitude.empty(); },
+     .needs = "a `gnss:` or an `attitude:` source"},
     {.block = Block::kAttitudeDrift,
      .name = "attitude_drift",
      .size = 3,
@@ -627,11 +639,14 @@ static_assert(blocks::every_row_is_whole(), "a block beyond navigation has eithe
 static_assert(blocks::sizes_match_members(), "a block has the size of what holds it");
 static_assert(full_offset(Block::kAttitude) == 6, "position, velocity and attitude come first");
 
+/// States that one run may have: Eigen keeps no larger matrix off the heap. All blocks at once are one more.
+inline constexpr int kMostStates = 128;
+
 /// Error of every block, in the order of the table, SI and radians.
 using FullError = Eigen::Matrix<double, kFullSize, 1>;
 /// Error of the estimated blocks, and its covariance. Their size is known at run time; they need no heap.
-using ErrorVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kFullSize, 1>;
-using Covariance = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kFullSize, kFullSize>;
+using ErrorVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostStates, 1>;
+using Covariance = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostStates, kMostStates>;
 
 /// Which blocks a run estimates, and where each stands in its error vector. Position, velocity and attitude come first.
 class StateLayout {

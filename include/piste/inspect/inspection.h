@@ -21,10 +21,12 @@ namespace piste {
 struct Calibration {
   Vector3d lever_arm, lever_arm_sigma;       ///< p_ba_b [m]
   double clock_offset = 0, clock_sigma = 0;  ///< of the IMU (ImuConditioning) [s]
-  double clock_drift = 0;                    ///< likewise, from the first and the last minutes of motion; a ratio
+  double clock_drift = 0;                    ///< likewise, from its first row on; a ratio
+  double clock_drift_sigma = 0;              ///< 0: the log does not tell it
   /// By how much the receiver's velocities come late against the IMU's clock with `clock_offset` [s]. The sigma does
   /// not contain that of the clock; 0: they are taken as the log has them.
   double velocity_delay = 0, velocity_delay_sigma = 0;
+  bool velocities_contradict = false;                ///< the positions, and are not used
   ImuSensor sensor;                                  ///< with the noise to be expected from the motion
   double sigma_scale = 1, sigma_velocity_scale = 1;  ///< of the receiver's sigmas, likewise
   std::optional<GaussMarkov> drift = std::nullopt;   ///< the coloured error of its positions, if there is one

@@ -50,7 +50,7 @@ struct ReferenceAttitudes : MeasurementType<AttitudeFix> {
   static int sensors(const FilterOptions& options) { return static_cast<int>(options.attitude.size()); }
   static std::span<const std::vector<AttitudeFix>> logged(const Log& log) { return log.attitude; }
   static FixDelay delay(const FilterOptions& options, const StateLayout& layout, int sensor, int channel,
-                        const Estimate& x);
+                        const Estimate& x, double elapsed);
   static std::optional<Linearization> linearize(const AttitudeFix& fix, int sensor, int channel,
                                                 const MeasurementContext& context, const Estimate& x,
                                                 const Estimate* after = nullptr);

@@ -53,7 +53,7 @@ struct GnssReceivers : MeasurementType<GnssFix> {
   static int sensors(const FilterOptions& options) { return static_cast<int>(options.gnss.size()); }
   static std::span<const std::vector<GnssFix>> logged(const Log& log) { return log.gnss; }
   static FixDelay delay(const FilterOptions& options, const StateLayout& layout, int sensor, int channel,
-                        const Estimate& x);
+                        const Estimate& x, double elapsed);
   static bool repeats(const GnssFix& fix, const GnssFix& before);
   static std::optional<Linearization> linearize(const GnssFix& fix, int sensor, int channel,
                                                 const MeasurementContext& context, const Estimate& x);

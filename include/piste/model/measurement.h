@@ -54,7 +54,7 @@ inline bool along_world(const Linearization& lin) { return lin.rows == 3 && is_n
 
 /// The Jacobian (3 × layout size) for the blocks that this run estimates. Blocks that it does not estimate are taken as
 /// known, and left out; nowhere else is this decided. Rows beyond `rows` are zero.
-using Jacobian = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kFullSize>;
+using Jacobian = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMostStates>;
 Jacobian assemble(const StateLayout& layout, const Linearization& lin);
 
 /// Angular rate and specific force of the body at the time of a measurement, in body axes, corrected for the estimated
@@ -79,6 +79,7 @@ struct RecentMotion {
 struct FixDelay {
   double value = 0;  ///< s
   std::optional<Block> block = std::nullopt;
+  double by_clock_drift = 0;  ///< its derivative by the estimated drift of the IMU's clock [s]
 };
 
 /// A fix that belongs to an earlier time than that of the estimate with which it is compared.
@@ -86,7 +87,17 @@ struct Lag {
   double time = 0;                            ///< s by which it belongs earlier; negative: later
   std::optional<Block> block = std::nullopt;  ///< the block whose error is an error of `time`
   double variance = 0;                        ///< of that error [s²]
+  double by_clock_drift = 0;                  ///< as FixDelay has it
+
+  bool is_uncertain() const { return block || by_clock_drift != 0; }
 };
+
+/// Adds to a delay what the clock of the IMU has gained since `clock_from`, `elapsed` [s] before: a fix with time t is
+/// that of t − delay by a clock that is ahead by clock_drift (t − clock_from).
+FixDelay with_clock_drift(FixDelay delay, const StateLayout& layout, const Estimate& x, double elapsed);
+
+/// Adds the terms of a delay: `derivative` of the residual's prediction by the lag.
+void add_delay(Linearization& lin, const Lag& lag, const Vector3d& derivative);
 
 /// Adds what a first-order term of a delay leaves out while the delay is uncertain: the second-order term ½ c δ², whose
 /// mean goes into the residual and whose variance into the covariance (the Gaussian second-order filter; Jazwinski
@@ -107,6 +118,7 @@ struct MeasurementContext {
   double into_step = 0;    ///< time of the fix after the start of the step [s]
   Vector3d rate_variance;  ///< of the gyroscopes' white noise, as a mean over one sample
   bool still = false;      ///< the body is at rest
+  double elapsed = 0;      ///< s since the drift of the IMU's clock counts
   double moved = 0;        ///< s by which the fix was taken to be late when it was given its place among the samples
   RecentMotion recent = {};
   double delay_variance = 0;                ///< of the estimated delay [s²]; 0 if it is known
@@ -126,7 +138,9 @@ struct MeasurementContext {
   /// in variables; Fuller 1987, section 1.4: the rate before is an instrument).
   Vector3d rate_without_noise(const Estimate& x) const;
   /// How far a fix that comes late by `delay` belongs before the estimate.
-  Lag lag(const FixDelay& delay) const { return {delay.value - moved, delay.block, delay_variance}; }
+  Lag lag(const FixDelay& delay) const {
+    return {delay.value - moved, delay.block, delay_variance, delay.by_clock_drift};
+  }
 };
 
 /// One of the quantities that a fix measures, such as the velocity of a receiver.
@@ -171,7 +185,8 @@ struct MeasurementType {
   /// there are samples, so many seconds apart: what is measured is known beforehand.
   static std::optional<double> interval(const FilterOptions&) { return std::nullopt; }
   /// By how much a channel of a sensor comes late.
-  static FixDelay delay(const FilterOptions&, const StateLayout&, int /*sensor*/, int /*channel*/, const Estimate&) {
+  static FixDelay delay(const FilterOptions&, const StateLayout&, int /*sensor*/, int /*channel*/, const Estimate&,
+                        double /*elapsed*/) {
     return {};
   }
   /// Whether a fix repeats the one before in every digit.

@@ -103,7 +103,8 @@ class Filter {
     std::vector<std::string> names;
     bool delays_change = false;  // one of them is estimated
     double look_ahead = 0;
-    double begin = 0;  // time of the start
+    double begin = 0;       // time of the start
+    double clock_from = 0;  // from when the drift of the IMU's clock counts
   };
 
   void process(const ImuSample* after);
@@ -111,7 +112,9 @@ class Filter {
   void follow_reference(double dt);
   void arrive();
   void take_back_noise();
+  double elapsed() const { return state_.time - setup_->clock_from; }
   void find_delays();
+  double variance_of(const FixDelay& delay) const;
   void measure(const QueuedFix& fix, const ImuStep& step, double into_step, double lag);
   template <class Type>
   void measure(const typename Type::Fix& fix, const QueuedFix& place, const ImuStep& step, double into_step,

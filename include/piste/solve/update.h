@@ -8,7 +8,7 @@ namespace piste {
 /// All that filter and smoother need of one update.
 struct Update {
   Jacobian H;                                                     ///< 3 × n, rows beyond Linearization::rows zero
-  Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kFullSize, 3> PHt;  ///< n × 3
+  Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMostStates, 3> PHt;  ///< n × 3
   Matrix3d S, S_inverse;  ///< innovation covariance; unused rows are those of the identity
   Vector3d residual;
   Matrix3d R;  ///< noise covariance; unused rows likewise
@@ -21,7 +21,7 @@ struct Update {
 Update innovate(const Covariance& P, const StateLayout& layout, const Linearization& lin);
 
 /// Gain K = P Hᵀ S⁻¹.
-Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kFullSize, 3> gain(const Update& u);
+Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMostStates, 3> gain(const Update& u);
 
 /// P ← (I − K H) P. Where this takes nearly all of a variance away, as after an outage, by Joseph's form, (I − K H) P
 /// (I − K H)ᵀ + K R Kᵀ, which stays positive; else by P − W Wᵀ with W = P Hᵀ L⁻ᵀ and S = L Lᵀ, which is several times
