@@ -18,6 +18,9 @@ constexpr double kLeastWhite = 0.1;  // of the whole error, as model/gnss.h has 
 
 constexpr double kDriftTime = 30;  // s, of a coloured error that nobody stated
 
+// Intervals between fixes that the correlation time of their errors has at least: what is shorter and white noise are
+// told apart by how the body moves between two fixes alone, so that a vibrating IMU would get the blame.
+constexpr double kFixesCorrelated = 5;
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
 class KnobList {
@@ -25,8 +28,8 @@ class KnobList {
   std::vector<NoiseKnob> knobs;
 
   void add(std::string name, std::string_view unit, double factor, double width, std::function<double&(NoiseModel&)> at,
-           double most = kUnlimited) {
-    knobs.push_back({std::move(name), std::string(unit), factor, width, most, std::move(at)});
+           double most = kUnlimited, double least = 0) {
+    knobs.push_back({std::move(name), std::string(unit), factor, width, most, std::move(at), least});
   }
 
   // White noise and drift of the triad `of`; the drift if it is estimated.
@@ -49,6 +52,14 @@ class KnobList {
     }
   }
 };
+
+// Median of the times between fixes [s].
+double median_interval(const std::vector<GnssFix>& fixes) {
+  std::vector<double> intervals;
+  intervals.reserve(fixes.size());
+  for (std::size_t k = 1; k < fixes.size(); ++k) intervals.push_back(fixes[k].time - fixes[k - 1].time);
+  return intervals.empty() ? 0 : median(std::move(intervals));
+}
 
 // Median of the sigmas of positions, north, east, down.
 Vector3d median_sigma(const std::vector<GnssFix>& fixes) {
@@ -154,8 +165,10 @@ std::vector<NoiseKnob> knobs_of(const NoiseModel& model, const FilterOptions& op
     if (!coloured || !receiver.use_position) continue;
     list.add(name + "drift.sigma", "m", model.gnss[i].drift_shape.x(), kSizeWidth,
              [i](NoiseModel& m) -> double& { return m.gnss[i].drift; });
-    list.add(name + "drift.correlation_time", "s", 1, kTimeWidth,
-             [i](NoiseModel& m) -> double& { return m.gnss[i].drift_time; });
+    list.add(
+        name + "drift.correlation_time", "s", 1, kTimeWidth,
+        [i](NoiseModel& m) -> double& { return m.gnss[i].drift_time; }, kUnlimited,
+        kFixesCorrelated * median_interval(log.gnss[i]));
   }
   for (std::size_t i = 0; i < model.attitude_time.size(); ++i) {
     if (model.attitude_time[i] == 0) continue;

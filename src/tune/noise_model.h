@@ -24,6 +24,7 @@ struct NoiseKnob {
   double width;   ///< 1-sigma of the logarithm about the value at the start, before any data
   double most;    ///< largest value that is possible, in SI
   std::function<double&(NoiseModel&)> at;
+  double least = 0;  ///< likewise the smallest
 };
 
 /// What `options` state: the model at the start of a search. `log` has the sigmas that the receivers state.

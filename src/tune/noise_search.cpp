@@ -69,7 +69,7 @@ NoiseModel moved(const std::vector<NoiseKnob>& knobs, NoiseModel model, const Ei
   for (Eigen::Index i = 0; i < by.size(); ++i) {
     const NoiseKnob& knob = knobs[static_cast<std::size_t>(i)];
     double& value = knob.at(model);
-    value = std::min(value * std::exp(by(i)), knob.most);
+    value = std::clamp(value * std::exp(by(i)), knob.least, knob.most);
   }
   return model;
 }
