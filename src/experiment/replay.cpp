@@ -59,13 +59,12 @@ class Thinned {
 // Filters the run of `run.found`. Its rows go to `options.streams`, and a part of them is left.
 FilterRun filtered_in_pieces(const Replay& run, const ReplayOptions& options, Keep keep,
                              const ProgressCallback& progress) {
-  const Start& start = run.found.start;
-  const Solution known = looked_back(run.log, run.options, run.found);
+  const LookedBack back = looked_back(run.log, run.options, run.found);
   Thinned thinned(StateLayout(run.options.estimate), run.log.world, run.log.imu.size());
-  FilterRun filtered = run_filter(
-      run.log, run.options, start, keep, progress, start.time + options.longest, nullptr,
+  FilterRun filtered = filter_from(
+      back, run.log, run.options, run.found, keep, progress, run.found.start.time + options.longest,
       [&](Solution& rows, std::size_t first) {
-        put_rows(known, first, rows);
+        put_rows(back.rows, first, rows);
         thinned.add(rows, first);
         options.streams.filtered(rows, first);
       },
@@ -143,8 +142,10 @@ Replay replay(Log log, const ReplayOptions& options, const ReplayProgress& progr
   if (streams) {
     run.filtered = filtered_in_pieces(run, options, keep, stage("filter"));
   } else {
-    run.filtered = run_filter(run.log, run.options, start, keep, stage("filter"), start.time + options.longest);
-    look_back(run.log, run.options, run.found, run.filtered);
+    const LookedBack back = looked_back(run.log, run.options, run.found);
+    run.filtered = filter_from(back, run.log, run.options, run.found, keep, stage("filter"),
+                               start.time + options.longest);
+    put_rows(back.rows, run.filtered);
   }
   if (smooth) {
     std::vector<AttitudeLag> lags;

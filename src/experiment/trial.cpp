@@ -353,7 +353,8 @@ ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed, const BatchS
   };
   const std::map<std::size_t, int> rows = rows_on(filtered, grid, departure);
   visit_rows(run.filtered, rows, [&](int epoch, const Tape::Epoch& before, const SmoothedState&) {
-    out.filtered.push_back(sample(epoch, before.time, before.x, before.P, bound.at(epoch).filtered));
+    const Estimate x = boxplus(before.x, out.layout, before.mean);
+    out.filtered.push_back(sample(epoch, before.time, x, before.P, bound.at(epoch).filtered));
   });
   if (by_batch) {
     std::vector<std::size_t> asked;

@@ -115,6 +115,7 @@ void Filter::process(const ImuSample* after) {
     if (state_.time >= sample.time - kSameInstant) return;
     step = split(step, state_.time - begin).second;
   }
+  if (reference_ && reference_->ends_before(sample.time - kSameInstant)) leave_reference();
   if (reference_) follow_reference(step.dt);
   if (setup_->layout.has(Block::kClockDrift)) find_delays();
   bool at_end = false;
@@ -167,7 +168,7 @@ void Filter::advance(const ImuStep& step, const StepNoise& noise) {
                                             setup_->options, reference_ ? &known_ : nullptr);
   mending_.add(t, resting());
   adaptation_.propagate(setup_->layout, t, noise, step.dt);
-  if (!resting()) {
+  if (!resting() && !reference_) {
     const auto [gyro, accel] = adaptation_.imu_variances();
     noise_score_.add(step.dt, gyro, accel);
   }
@@ -189,6 +190,17 @@ void Filter::arrive() {
   state_.mean += moved;
   if (history_) history_->add_moved(moved);
   state_.x = target_;
+}
+
+// Where the reference ends: the estimate becomes what is known beside it, and the filter goes on about its own. The
+// covariance stays, as the reference is a smoothed one and near.
+void Filter::leave_reference() {
+  const Estimate there = boxplus(state_.x, setup_->layout, state_.mean);
+  if (history_) history_->add_moved(boxminus(state_.x, there, setup_->layout));
+  state_.x = there;
+  state_.mean.setZero();
+  reference_.reset();
+  if (setup_->delays_change) find_delays();
 }
 
 // The delays of all sources by the estimate.

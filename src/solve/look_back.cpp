@@ -2,15 +2,30 @@
 
 #include <algorithm>
 
-#include "piste/solve/relinearise.h"
+#include "piste/solve/fix_queue.h"
 #include "piste/solve/rts.h"
 
 namespace piste {
 
-Solution looked_back(const Log& log, const FilterOptions& options, const FoundStart& found) {
+LookedBack looked_back(const Log& log, const FilterOptions& options, const FoundStart& found) {
   if (!found.aligned) return {};
-  const FilterRun run = run_filter(log, options, found.start, Keep::kHistory, {}, *found.aligned + kSameInstant);
-  return smooth_rts(relinearised(log, options, found, run));
+  const double end = *found.aligned + kSameInstant;
+  const FilterRun run = run_filter(log, options, found.start, Keep::kHistory, {}, end);
+  LookedBack back;
+  back.about = std::make_shared<const Reference>(smoothed_trajectory(run));
+  back.rows = smooth_rts(
+      run_filter(log, options, without_alignment(log.world, found), Keep::kHistory, {}, end, back.about));
+  return back;
+}
+
+FilterRun filter_from(const LookedBack& back, const Log& log, const FilterOptions& options, const FoundStart& found,
+                      Keep keep, const ProgressCallback& progress, double end_time, const RowTaker& rows,
+                      const std::filesystem::path& scratch) {
+  const double end = std::min(end_time, log.imu.empty() ? 0 : log.imu.back().time);
+  const bool goes_on = back.about && back.about->size() > 0 && back.about->last_time() < end - kSameInstant;
+  return goes_on ? run_filter(log, options, without_alignment(log.world, found), keep, progress, end_time, back.about,
+                              rows, scratch)
+                 : run_filter(log, options, found.start, keep, progress, end_time, nullptr, rows, scratch);
 }
 
 void put_rows(const Solution& known, std::size_t first, Solution& filtered) {
@@ -19,8 +34,7 @@ void put_rows(const Solution& known, std::size_t first, Solution& filtered) {
   }
 }
 
-void look_back(const Log& log, const FilterOptions& options, const FoundStart& found, FilterRun& filtered) {
-  const Solution known = looked_back(log, options, found);
+void put_rows(const Solution& known, FilterRun& filtered) {
   Solution& rows = filtered.solution;
   filtered.replaced = Solution(rows.layout(), rows.world());
   filtered.replaced.fixed = rows.fixed;

@@ -323,8 +323,11 @@ class Backward {
           end_stretch();
           const History::Correction c = history.correction(chunk, event);
           update(P, c.update);
-          if (about_reference_) s.mean += gain(c.update) * c.update.residual;
-          if (c.moved.size() > 0) reset(P, layout_, reset_jacobian(layout_, c.moved));
+          if (c.moved.size() > 0) {
+            reset(P, layout_, reset_jacobian(layout_, c.moved));
+          } else if (about_reference_) {
+            s.mean += gain(c.update) * c.update.residual;
+          }
           break;
         }
         case Kind::kAdmitted:
@@ -332,6 +335,7 @@ class Backward {
           P.diagonal().head<kNavigation>() += history.admitted(chunk, event);
           break;
         case Kind::kMoved:
+          if (event.other != 0) end_stretch();  // other constants
           s.mean += history.moved(chunk, event);
           break;
         case Kind::kTakenBack:
@@ -420,6 +424,9 @@ class Backward {
           added_.emplace_back(history.admitted(chunk, *event).cwiseProduct(lambda_.head<kNavigation>()));
           break;
         case Kind::kMoved:
+          if (event->other == 0) break;
+          arrive();
+          leave_stretch();
           break;
         case Kind::kRow:
           --row;

@@ -19,13 +19,14 @@ void note_adapted(const Filter& filter, AdaptedNoise& adapted) {
 }  // namespace
 
 FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& start, Keep keep,
-                     const ProgressCallback& progress, double end_time, std::shared_ptr<const Reference> reference,
+                     const ProgressCallback& progress, double end_time, const std::shared_ptr<const Reference>& reference,
                      const RowTaker& rows, const std::filesystem::path& scratch) {
   FilterRun run;
   run.history = History(scratch);
-  Checkpoint c{Filter(options, log.world, start, std::move(reference)), place_at(log, start.time, end_time)};
+  Checkpoint c{Filter(options, log.world, start, reference), place_at(log, start.time, end_time)};
   const std::size_t begin = c.place.imu, end = c.place.imu_end;
-  const bool has_rows = !c.filter.has_reference();
+  const bool goes_on = reference && end > begin && reference->last_time() < log.imu[end - 1].time - kSameInstant,
+             has_rows = !reference || goes_on;
   run.solution = Solution(c.filter.layout(), log.world);
   run.solution.sources = c.filter.sources();
   run.solution.fixed = start.x;

@@ -126,8 +126,9 @@ TEST(Replay, IsItsStepsInTheirOrder) {
   by_hand.log = condition(recording, config.conditioning);
   by_hand.options = with_white_part(with_attitude_sigmas(config.filter, recording.attitude), by_hand.log);
   by_hand.found = find_start(by_hand.log, by_hand.options, config.initial);
-  by_hand.filtered = run_filter(by_hand.log, by_hand.options, by_hand.found.start, Keep::kHistory);
-  look_back(by_hand.log, by_hand.options, by_hand.found, by_hand.filtered);
+  const LookedBack back = looked_back(by_hand.log, by_hand.options, by_hand.found);
+  by_hand.filtered = filter_from(back, by_hand.log, by_hand.options, by_hand.found, Keep::kHistory);
+  put_rows(back.rows, by_hand.filtered);
   std::vector<AttitudeLag> lags;
   by_hand.relinearised = relinearised(by_hand.log, by_hand.options, by_hand.found, by_hand.filtered);
   by_hand.smoothed = smooth_rts(*by_hand.relinearised, {}, nullptr, &lags);

@@ -54,8 +54,9 @@ struct Result {
 
 Result solve(const Case& c, const Log& log, const FoundStart& found, const std::string& what,
              Interval during = {0, 1e300}) {
-  FilterRun run = run_filter(log, c.options, found.start, Keep::kHistory);
-  look_back(log, c.options, found, run);
+  const LookedBack back = looked_back(log, c.options, found);
+  FilterRun run = filter_from(back, log, c.options, found, Keep::kHistory);
+  put_rows(back.rows, run);
   Result r{errors_of(c, run.solution, during), errors_of(c, smooth_rts(run), during), run.solution};
   fmt::print(
       "{:32s} filtered {:7.2f} m {:5.1f} sigma of {:6.3f} m, smoothed {:6.2f} m {:5.1f} sigma of {:6.3f} m, at the end "

@@ -1,8 +1,8 @@
 #pragma once
 /// The chain from logs to a trajectory, which every program, study and ensemble runs:
 ///
-///     condition() → with_attitude_sigmas(), with_white_part() → find_start() → run_filter() →
-///     look_back() → relinearised() → smooth_rts(), or run_batch()
+///     condition() → with_attitude_sigmas(), with_white_part() → find_start() → looked_back() →
+///     filter_from() → relinearised() → smooth_rts(), or run_batch()
 ///
 /// Each step is a pure function with its own header, so that a program can also call them one by one.
 

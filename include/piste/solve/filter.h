@@ -111,6 +111,7 @@ class Filter {
   void advance(const ImuStep& step, const StepNoise& noise);
   void follow_reference(double dt);
   void arrive();
+  void leave_reference();
   void take_back_noise();
   double elapsed() const { return state_.time - setup_->clock_from; }
   void find_delays();

@@ -1,22 +1,39 @@
 #pragma once
-/// What a filtered run says of the time before its heading was known.
+/// How a run begins whose heading came from its motion.
 
+#include <memory>
+
+#include "piste/solve/reference.h"
 #include "piste/solve/run.h"
 #include "piste/solve/start.h"
 
 namespace piste {
 
-/// Until the motion has told the heading, a filter knows it as roughly as its start. The rows until `found.aligned` are
-/// replaced in its solution by those of a smoother that looks back from there: they use the measurements up to that
-/// time, and each of them once. The rows after it stay those of the filter. Does nothing if the heading did not come
-/// from the motion.
-/// @pre `filtered` is of the same log and start. Throws as run_filter().
-void look_back(const Log& log, const FilterOptions& options, const FoundStart& found, FilterRun& filtered);
+/// What is known of the time until `FoundStart::aligned`, when the motion had told the heading.
+struct LookedBack {
+  /// Its rows, of a smoother that looks back from there: they use the measurements up to that time, and each of them
+  /// once. Row i is row i of the run. Empty if the heading did not come from the motion.
+  Solution rows;
+  /// The trajectory about which they are linearised. Null if the heading did not come from the motion.
+  std::shared_ptr<const Reference> about = nullptr;
+};
 
-/// These rows alone: row i takes the place of row i. Empty if the heading did not come from the motion.
-Solution looked_back(const Log& log, const FilterOptions& options, const FoundStart& found);
+/// Until the motion has told the heading, a filter knows it as roughly as its start, and a filter that is linearised
+/// where it believes to be learns something wrong of lever arm and biases. So the time until then is filtered, smoothed,
+/// and filtered and smoothed again about what that told. Throws as run_filter().
+LookedBack looked_back(const Log& log, const FilterOptions& options, const FoundStart& found);
+
+/// Filters a run from the start that was found: about that trajectory, with nothing known of the attitude, until it
+/// ends, and freely from there. Where there is none, or the run ends with it, freely from the start. The rows until
+/// then have the estimate about which they are linearised, and are to be replaced. Arguments and errors as run_filter().
+FilterRun filter_from(const LookedBack& back, const Log& log, const FilterOptions& options, const FoundStart& found,
+                      Keep keep, const ProgressCallback& progress = {}, double end_time = 1e300,
+                      const RowTaker& rows = {}, const std::filesystem::path& scratch = {});
 
 /// Puts the rows of `known` in the place of those of `filtered`, of which the first is row `first` of the run.
 void put_rows(const Solution& known, std::size_t first, Solution& filtered);
+
+/// Puts the rows of `known` into the solution of a run, which keeps its own as `replaced`.
+void put_rows(const Solution& known, FilterRun& filtered);
 
 }  // namespace piste

@@ -45,6 +45,7 @@ class Reference {
     explicit Reader(std::shared_ptr<const Reference> of);
     /// The first row that is not before `time`, or the last row. @pre Times ascend, and there is a row.
     const Row& at(double time);
+    bool ends_before(double time) const { return of_->last_time() < time; }
 
    private:
     void next();

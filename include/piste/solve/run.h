@@ -63,14 +63,14 @@ inline constexpr std::size_t kRowsAtOnce = 1024;  // some hundred kilobytes
 /// Filters a log, from the time of `start` on. The result has the same bytes as that of a Filter that is fed sample by
 /// sample.
 /// `end_time`: samples from this time on are left out.
-/// `reference`: a smoothed run of the same log about which this one is linearised (solve/reference.h). The solution
-/// then has no rows, as only a smoother tells what is better than the reference.
+/// `reference`: a smoothed run of the same log about which this one is linearised (solve/reference.h), as far as it
+/// goes. If it goes to the end, the solution has no rows, as only a smoother tells what is better than the reference.
 /// `rows`: takes the rows of the solution, which then has none in the end. `scratch`: the folder of a file that has the
 /// history, which otherwise is in memory.
 /// Throws ConfigError if the options are not valid, DataError if the filter diverges.
 FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& start, Keep keep = Keep::kNothing,
                      const ProgressCallback& progress = {}, double end_time = 1e300,
-                     std::shared_ptr<const Reference> reference = nullptr, const RowTaker& rows = {},
+                     const std::shared_ptr<const Reference>& reference = nullptr, const RowTaker& rows = {},
                      const std::filesystem::path& scratch = {});
 
 /// Filters a run again from a copy of its filter, and records it on `tape`. Its last epoch is that of row `end_row`
