@@ -6,18 +6,13 @@
 #include <set>
 #include <string_view>
 
+#include "support/blocks.h"
 #include "support/random.h"
 
 namespace piste {
 namespace {
 
 using test::Random;
-
-std::vector<Block> all_blocks() {
-  std::vector<Block> blocks;
-  for (const BlockInfo& row : kBlocks) blocks.push_back(row.block);
-  return blocks;
-}
 
 Sigmas random_sigmas(Random& random, const StateLayout& layout) {
   Sigmas s{{random.vector(), random.vector(), random.vector()}, FullError::Zero(), random.vector(), random.vector()};
@@ -31,7 +26,7 @@ Sigmas random_sigmas(Random& random, const StateLayout& layout) {
 TEST(Solution, RowsComeBackWhole) {
   Random random(1);
   for (const auto& blocks :
-       {std::vector<Block>{}, std::vector<Block>{Block::kGyroBias, Block::kBoresight}, all_blocks()}) {
+       {std::vector<Block>{}, std::vector<Block>{Block::kGyroBias, Block::kBoresight}, test::most_blocks()}) {
     Solution solution(StateLayout(blocks), World({0.8, 0.1, 500}));
     std::vector<Estimate> estimates;
     std::vector<Sigmas> sigmas;
@@ -78,7 +73,7 @@ TEST(Solution, RowsComeBackWhole) {
 
 TEST(Solution, SigmasAreTheOrdinaryOnes) {
   Random random(2);
-  const StateLayout layout(all_blocks());
+  const StateLayout layout(test::most_blocks());
   Estimate x = random.estimate();
   const Covariance P = 1e-4 * random.covariance(layout.size());
   const World world({0.8, 0.1, 500});

@@ -10,7 +10,9 @@ namespace piste::test {
 namespace {
 
 struct Told {
-  Case run = make_case("easy_ski", 40, 1);
+  explicit Told(Case of = make_case("easy_ski", 40, 1)) : run(std::move(of)) {}
+
+  Case run;
   Recording recording = run.simulation.recording(0);
   bool find_clock = true;
   Calibration calibration{.lever_arm = run.options.gnss[0].lever_arm,
@@ -62,6 +64,34 @@ TEST(Settling, AClockThatIsKnownStays) {
   const auto found = told.settle();
   ASSERT_TRUE(found);
   EXPECT_EQ(found->clock_offset, told.calibration.clock_offset);
+}
+
+// A clock that gains 300 ppm over 240 s is off by 36 ms at either end, and its drift is told to some 10 ppm.
+TEST(Settling, TheClockTakesTheDriftThatTheWholeLogTells) {
+  Told told(make_case("easy_ski", 40, 1, [](Scenario& s) { s.motion.run = 240; }));
+  told.calibration.clock_drift += 3e-4;
+  const auto found = told.settle();
+  ASSERT_TRUE(found);
+  EXPECT_GT(found->clock_drift_sigma, 0);
+  EXPECT_LT(found->clock_drift_sigma, 2e-5);
+  EXPECT_NEAR(found->clock_drift, told.run.conditioning.imu.clock_drift, 4 * found->clock_drift_sigma);
+}
+
+// Velocities as of a place half a metre ahead of where the positions are, as a receiver makes them that smooths.
+TEST(Settling, VelocitiesThatContradictThePositionsShow) {
+  Told told;
+  const auto contradict = [&] {
+    return velocities_contradict(told.recording, told.run.conditioning, told.run.options, std::nullopt, true,
+                                 told.calibration);
+  };
+  EXPECT_FALSE(contradict());
+  const Truth& body = told.run.simulation.bodies[0];
+  for (GeodeticFix& fix : told.recording.gnss.front().fixes) {
+    constexpr double kStep = 0.01;  // s
+    const auto ahead = [&](double t) -> Vector3d { return body.at(t).q_wb * Vector3d(0.5, 0, 0); };
+    if (fix.velocity) fix.velocity->value += (ahead(fix.time + kStep) - ahead(fix.time - kStep)) / (2 * kStep);
+  }
+  EXPECT_TRUE(contradict());
 }
 
 TEST(Settling, SaysWhereNoFilterRuns) {

@@ -352,7 +352,7 @@ TEST(Jacobians, EveryTypeOfTheList) {
             .into_step = into,
             .rate_variance = Vector3d::Zero(),
             .still = rest,
-            .elapsed = 100,
+            .elapsed = 1,
             .moved = 0.01,
             .recent = recent,
             .rate_before = raw.mean_rate() + (into - 0.5 * raw.dt) * raw.rate_slope};

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -163,8 +164,15 @@ struct Worst {
   std::string what;
 };
 
-/// With rows `late` against the truth [s].
-Worst worst_of(const Solution& solution, const Stranger& s, const Matrix3d& R_bs, const Interval& span, double late) {
+/// By how much a row comes late against the truth: what a run says of it, and errors of that about the middle of the run.
+struct Lateness {
+  double delay = 0, drift = 0, from = 0, middle = 0;
+  double delay_error = 0, drift_error = 0;
+  double at(double t) const { return delay - drift * (t - from) + delay_error - drift_error * (t - middle); }
+};
+
+Worst worst_of(const Solution& solution, const Stranger& s, const Matrix3d& R_bs, const Interval& span,
+               const Lateness& late) {
   constexpr double kEvery = 0.25;  // s
   constexpr std::array<const char*, 9> kNames{"north",  "east", "down",  "v north", "v east",
                                               "v down", "roll", "pitch", "heading"};
@@ -176,7 +184,7 @@ Worst worst_of(const Solution& solution, const Stranger& s, const Matrix3d& R_bs
     const double t = solution.time(i);
     if (t < next || !span.contains(t)) continue;
     next = t + kEvery;
-    const TruthState truth = body.at(t + late);
+    const TruthState truth = body.at(t + late.at(t));
     const World& world = body.world();
     const Matrix3d R_nw = world.rotation_wn(truth.p_wb).transpose();
     const auto nav = solution.navigation(i);
@@ -197,28 +205,37 @@ Worst worst_of(const Solution& solution, const Stranger& s, const Matrix3d& R_bs
   return worst;
 }
 
-// Where the clock was found from the motion, rows are in the receiver's time as the delay has it, which is off as well.
-// So the delay's error, which is one number for the run, is looked for within its own sigma. Else the clock is that of
-// the log.
+// Where the clock was found from the motion, rows are in the receiver's time as delay and drift have it, which are off
+// as well. So their errors, which are two numbers for the run, are looked for within their own sigmas, by turns. Else
+// the clock is that of the log.
 Worst worst_of(const Solution& solution, const Stranger& s, const Matrix3d& R_bs, const Interval& span,
-               bool found_clock) {
-  if (!found_clock) return worst_of(solution, s, R_bs, span, 0.0);
+               std::optional<double> clock_from) {
+  if (!clock_from) return worst_of(solution, s, R_bs, span, Lateness{});
   const std::size_t last = solution.size() - 1;
-  const double delay = solution.estimate(last).gnss_delay,
-               sigma = solution.sigmas(last).blocks(full_offset(Block::kGnssDelay));
-  double best_error = 0;
+  const Estimate x = solution.estimate(last);
+  const FullError sigmas = solution.sigmas(last).blocks;
+  Lateness late{x.gnss_delay, x.clock_drift, *clock_from, (span.start + span.end) / 2};
   Worst best{std::numeric_limits<double>::infinity(), 0, ""};
-  for (double step = sigma / 2; step > sigma / 500; step /= 4) {
-    const double about = best_error;
-    for (int k = -10; k <= 10; ++k) {
-      const double error = about + k * step;
-      Worst worst = worst_of(solution, s, R_bs, span, delay + error);
-      if (std::abs(error) > worst.sigmas * sigma)
-        worst = {std::abs(error) / sigma, 0, fmt::format("delay {:.3g} +- {:.3g} s", error, sigma)};
-      if (worst.sigmas >= best.sigmas) continue;
-      best = worst;
-      best_error = error;
+  const auto look = [&](double Lateness::*error, double sigma, const char* name) {
+    for (double step = sigma / 2; step > sigma / 500; step /= 4) {
+      const double about = late.*error;
+      for (int k = -5; k <= 5; ++k) {
+        Lateness other = late;
+        other.*error = about + k * step;
+        Worst worst = worst_of(solution, s, R_bs, span, other);
+        if (std::abs(other.*error) > worst.sigmas * sigma)
+          worst = {std::abs(other.*error) / sigma, 0, fmt::format("{} {:.3g} +- {:.3g}", name, other.*error, sigma)};
+        if (worst.sigmas >= best.sigmas) continue;
+        best = worst;
+        late = other;
+      }
     }
+  };
+  constexpr int kTurns = 3;
+  for (int turn = 0; turn < kTurns; ++turn) {
+    look(&Lateness::delay_error, sigmas(full_offset(Block::kGnssDelay)), "delay");
+    if (!solution.layout().has(Block::kClockDrift)) break;
+    look(&Lateness::drift_error, sigmas(full_offset(Block::kClockDrift)), "clock drift");
   }
   return best;
 }
@@ -243,7 +260,8 @@ void expect_right(const Stranger& s, const std::vector<const Degradation*>& how,
   ASSERT_TRUE(done.smoothed);
   Interval span = s.simulation.plate.under_way();
   span.start = std::max(span.start, done.log.imu.front().time);
-  const bool found_clock = config.conditioning.imu.clock_offset != 0;
+  const auto found_clock =
+      config.conditioning.imu.clock_offset != 0 ? done.options.clock_from : std::optional<double>();
   const Worst filtered = worst_of(done.filtered.solution, s, config.conditioning.imu.R_bs, span, found_clock);
   const Worst smoothed = worst_of(*done.smoothed, s, config.conditioning.imu.R_bs, span, found_clock);
   EXPECT_LT(filtered.sigmas, 5) << fmt::format("filtered at {:.1f} s: {}\n{}", filtered.time, filtered.what, *text);

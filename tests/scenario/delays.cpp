@@ -27,13 +27,37 @@ Scenario late_scenario() {
   return s;
 }
 
-TEST(LateSources, AreFoundAndEveryGroupIsWithinItsBand) {
-  Ensemble ensemble(late_scenario());
+// One alarm in a thousand of these tests, which look at some 50 groups.
+void expect_consistent(const Scenario& s) {
+  Ensemble ensemble(s);
   ensemble.run(static_cast<std::size_t>(seeds(12, 200)), std::max(1U, std::thread::hardware_concurrency()));
-  // One alarm in a thousand of these tests, which look at some 50 groups.
   const ConsistencyReport report = ensemble.sums().report(1 - 1e-3 / 50);
   fmt::print("{}\n", consistency_text(report));
   EXPECT_TRUE(report.consistent());
+}
+
+TEST(LateSources, AreFoundAndEveryGroupIsWithinItsBand) { expect_consistent(late_scenario()); }
+
+// Of the IMU's clock neither offset nor drift are known: the filter is told both wrong by a draw of their priors.
+Scenario drifting_clock_scenario() {
+  Scenario s = suite_scenario("bicycle_l1l2_attitude");
+  shorten(s, 10, 80, 2);
+  s.replay.estimate.push_back(Block::kGnssDelay);
+  s.replay.estimate.push_back(Block::kClockDrift);
+  return s;
+}
+
+TEST(DriftingClock, IsFoundAndEveryGroupIsWithinItsBand) { expect_consistent(drifting_clock_scenario()); }
+
+TEST(DriftingClock, IsKnownBetterInTheEnd) {
+  const ComparedRun run = run_trial(drifting_clock_scenario(), 4);
+  const auto last = std::max_element(run.smoothed.begin(), run.smoothed.end(),
+                                     [](const auto& a, const auto& b) { return a.epoch < b.epoch; });
+  const int row = run.layout.offset(Block::kClockDrift);
+  const double error = last->error(row), sigma = std::sqrt(last->P(row, row));
+  fmt::print("clock drift: error {:.1f} ppm, sigma {:.1f} ppm\n", 1e6 * error, 1e6 * sigma);
+  EXPECT_LT(std::abs(error), 4 * sigma);
+  EXPECT_LT(sigma, 0.5 * Priors{}.clock_drift);
 }
 
 TEST(LateSources, AreKnownToMillisecondsInTheEnd) {

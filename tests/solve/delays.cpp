@@ -146,6 +146,10 @@ TEST(Delays, OfOneReceiverAreThoseOfAll) {
   EXPECT_NEAR(delay({Block::kGnssDelay}, 1, 0), 0.06, 1e-12);
   EXPECT_NEAR(delay({Block::kGnssDelay, Block::kVelocityDelay}, 1, 1), 0.25, 1e-12);
   EXPECT_NEAR(delay({Block::kVelocityDelay}, 0, 0), 0.1, 1e-12);
+  x.clock_drift = 1e-4;
+  const FixDelay drifted = GnssReceivers::delay(o, StateLayout(std::vector<Block>{Block::kClockDrift}), 0, 0, x, 200);
+  EXPECT_NEAR(drifted.value, 0.08, 1e-12) << "a clock that gains has the fix later";
+  EXPECT_EQ(drifted.by_clock_drift, -200);
 }
 
 // A body with 2 g and 1 rad/s, carried back over 80 ms.

@@ -7,6 +7,7 @@
 #include "piste/solve/readmission.h"
 #include "piste/solve/rest_updates.h"
 #include "piste/solve/sample_noise.h"
+#include "support/blocks.h"
 #include "support/synthetic_log.h"
 
 namespace piste {
@@ -125,9 +126,7 @@ TEST(InitialCovariance, IsTheTables) {
   options.attitude.resize(1);
   options.attitude[0].drift = GaussMarkov{{0.1, 0.2, 0.3}, 60};
   options.attitude[0].boresight_drift = GaussMarkov{{0.4, 0.5, 0.6}, 9};
-  std::vector<Block> all;
-  for (const BlockInfo& row : kBlocks) all.push_back(row.block);
-  const StateLayout layout(all);
+  const StateLayout layout(test::most_blocks());
   const Covariance P = initial_covariance(layout, options, {0, {}, 7 * Covariance::Identity(9, 9)});
   const auto sigma = [&](Block b, int axis) { return std::sqrt(P(layout.offset(b) + axis, layout.offset(b) + axis)); };
   EXPECT_EQ((P.topLeftCorner<9, 9>()), (7 * Eigen::Matrix<double, 9, 9>::Identity()));
@@ -138,6 +137,7 @@ TEST(InitialCovariance, IsTheTables) {
   EXPECT_DOUBLE_EQ(sigma(Block::kAccelScale, 0), 0.02);
   EXPECT_DOUBLE_EQ(sigma(Block::kBoresight, 0), options.priors.boresight);
   EXPECT_DOUBLE_EQ(sigma(Block::kGnssDelay, 0), options.priors.gnss_delay);
+  EXPECT_DOUBLE_EQ(sigma(Block::kClockDrift, 0), options.priors.clock_drift);
   EXPECT_DOUBLE_EQ(sigma(Block::kGnssPositionDrift, 2), 3);
   EXPECT_DOUBLE_EQ(sigma(Block::kAttitudeDrift, 1), 0.2);
   EXPECT_DOUBLE_EQ(sigma(Block::kBoresightDrift, 0), 0.4);

@@ -180,5 +180,20 @@ TEST(LargestWhiteNoise, BoundsWhatIsTried) {
   EXPECT_GT(most.gyro, model.sensor.gyro.noise / WronglyTold::kGyro);
 }
 
+// Errors of positions that last two fixes and white ones differ by what the body does between two fixes alone: the
+// noise of a vibrating IMU would be told by a receiver's smoothing.
+TEST(LikeliestNoise, ErrorsOfPositionsLastFiveFixesAtLeast) {
+  WronglyTold told(1);
+  told.c.options.gnss[0].drift = GaussMarkov{{0.01, 0.01, 0.01}, 0.7};
+  const NoiseModel model = noise_model(told.c.options, told.log);
+  const auto knobs = knobs_of(model, told.c.options, told.log, largest_white_noise(told.log));
+  const auto time = std::ranges::find(knobs, "gnss[0].drift.correlation_time", &NoiseKnob::name);
+  ASSERT_NE(time, knobs.end());
+  const double interval = told.log.gnss[0][1].time - told.log.gnss[0][0].time;
+  EXPECT_NEAR(time->least, 5 * interval, 1e-6);
+  const auto k = static_cast<Eigen::Index>(time - knobs.begin()), n = static_cast<Eigen::Index>(knobs.size());
+  EXPECT_EQ(moved(knobs, model, -9 * Eigen::VectorXd::Unit(n, k)).gnss[0].drift_time, time->least);
+}
+
 }  // namespace
 }  // namespace piste::test
