@@ -269,10 +269,9 @@ void settle(Inspection& inspection, const Recording& recording, const Conditioni
     there = settled(recording, conditioning, options, vehicle, find_clock, found);
   }
   if (there) found = std::move(*there);
-  found.velocities_contradict =
-      options.gnss.front().use_velocity && !recording.gnss.front().fixes.empty() &&
-      recording.gnss.front().fixes.front().velocity &&
-      velocities_contradict(recording, conditioning, options, vehicle, find_clock, found);
+  found.velocities_contradict = options.gnss.front().use_velocity && !recording.gnss.front().fixes.empty() &&
+                                recording.gnss.front().fixes.front().velocity &&
+                                velocities_contradict(recording, conditioning, options, vehicle, find_clock, found);
 }
 
 void leave_velocities_out(FilterOptions& options) {
@@ -301,9 +300,9 @@ std::optional<Calibration> try_calibration(Inspection& inspection, const Inspect
     const bool told = match != nullptr && match->clock && !match->velocities_may_be_late;
     const Recording recording{body.imu, {receiver.gnss}, {}};
     const auto found_with = [&](const FilterOptions& used) {
-      auto all = calibrate(recording, conditioning, used,
-                           told ? match->clock->sigma : std::numeric_limits<double>::infinity(),
-                           std::max(1U, std::thread::hardware_concurrency()));
+      auto all =
+          calibrate(recording, conditioning, used, told ? match->clock->sigma : std::numeric_limits<double>::infinity(),
+                    std::max(1U, std::thread::hardware_concurrency()));
       if (all && all->fits()) settle(inspection, recording, conditioning, used, *all);
       return all;
     };

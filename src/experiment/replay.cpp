@@ -143,8 +143,8 @@ Replay replay(Log log, const ReplayOptions& options, const ReplayProgress& progr
     run.filtered = filtered_in_pieces(run, options, keep, stage("filter"));
   } else {
     const LookedBack back = looked_back(run.log, run.options, run.found);
-    run.filtered = filter_from(back, run.log, run.options, run.found, keep, stage("filter"),
-                               start.time + options.longest);
+    run.filtered =
+        filter_from(back, run.log, run.options, run.found, keep, stage("filter"), start.time + options.longest);
     put_rows(back.rows, run.filtered);
   }
   if (smooth) {

@@ -63,7 +63,7 @@ struct Structure {
 
 constexpr int kPadded = (kMostStates + 3) / 4 * 4;
 constexpr std::ptrdiff_t kStorage = std::ptrdiff_t{kMostStates} * kMostStates;  // values in a Covariance
-static_assert(kStorage >= kNavigation * kMostStates + 4);                     // what loops over padded columns may read
+static_assert(kStorage >= kNavigation * kMostStates + 4);  // what loops over padded columns may read
 
 // What the navigation rows depend on among the inputs: position on all but the gyroscopes, velocity on all, attitude on
 // itself and the gyroscopes.

@@ -53,7 +53,7 @@ struct ChainInterval {
 struct ChainFix {
   QueuedFix place;
   std::size_t node = 0;
-  ImuStep step;  ///< within which it is, as measured
+  ImuStep step;                                  ///< within which it is, as measured
   double into_step = 0, elapsed = 0, moved = 0;  ///< as MeasurementContext has them
   Vector3d rate_variance, rate_before;
   bool still = false;

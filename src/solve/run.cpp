@@ -19,8 +19,9 @@ void note_adapted(const Filter& filter, AdaptedNoise& adapted) {
 }  // namespace
 
 FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& start, Keep keep,
-                     const ProgressCallback& progress, double end_time, const std::shared_ptr<const Reference>& reference,
-                     const RowTaker& rows, const std::filesystem::path& scratch) {
+                     const ProgressCallback& progress, double end_time,
+                     const std::shared_ptr<const Reference>& reference, const RowTaker& rows,
+                     const std::filesystem::path& scratch) {
   FilterRun run;
   run.history = History(scratch);
   Checkpoint c{Filter(options, log.world, start, reference), place_at(log, start.time, end_time)};

@@ -168,7 +168,7 @@ std::vector<NoiseKnob> knobs_of(const NoiseModel& model, const FilterOptions& op
     list.add(
         name + "drift.correlation_time", "s", 1, kTimeWidth,
         [i](NoiseModel& m) -> double& { return m.gnss[i].drift_time; }, kUnlimited,
-        kFixesCorrelated * median_interval(log.gnss[i]));
+        kFixesCorrelated* median_interval(log.gnss[i]));
   }
   for (std::size_t i = 0; i < model.attitude_time.size(); ++i) {
     if (model.attitude_time[i] == 0) continue;

@@ -343,19 +343,18 @@ TEST(Jacobians, EveryTypeOfTheList) {
       for (int sensor = 0; sensor < Type::sensors(options); ++sensor) {
         const Fix fix = some_fix<Fix>(at, random);
         const double into = 0.3 * raw.dt;  // where the instrument has the same rate
-        const MeasurementContext context{
-            .options = options,
-            .layout = layout,
-            .earth_rate = earth_rate,
-            .gravity = gravity,
-            .step = raw,
-            .into_step = into,
-            .rate_variance = Vector3d::Zero(),
-            .still = rest,
-            .elapsed = 1,
-            .moved = 0.01,
-            .recent = recent,
-            .rate_before = raw.mean_rate() + (into - 0.5 * raw.dt) * raw.rate_slope};
+        const MeasurementContext context{.options = options,
+                                         .layout = layout,
+                                         .earth_rate = earth_rate,
+                                         .gravity = gravity,
+                                         .step = raw,
+                                         .into_step = into,
+                                         .rate_variance = Vector3d::Zero(),
+                                         .still = rest,
+                                         .elapsed = 1,
+                                         .moved = 0.01,
+                                         .recent = recent,
+                                         .rate_before = raw.mean_rate() + (into - 0.5 * raw.dt) * raw.rate_slope};
         for (int channel = 0; channel < static_cast<int>(Type::kChannels.size()); ++channel) {
           const auto model = [&](const Estimate& y) { return *Type::linearize(fix, sensor, channel, context, y); };
           check_jacobians(model, at);

@@ -164,7 +164,8 @@ struct Worst {
   std::string what;
 };
 
-/// By how much a row comes late against the truth: what a run says of it, and errors of that about the middle of the run.
+/// By how much a row comes late against the truth: what a run says of it, and errors of that about the middle of the
+/// run.
 struct Lateness {
   double delay = 0, drift = 0, from = 0, middle = 0;
   double delay_error = 0, drift_error = 0;

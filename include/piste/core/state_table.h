@@ -74,10 +74,10 @@ struct Estimate {
   Quaterniond q_rb = Quaterniond::Identity();  ///< boresight: b components into r
   Vector3d lever_arm = Vector3d::Zero();       ///< p_ba_b
   Vector3d gnss_position_drift = Vector3d::Zero();
-  double gnss_delay = 0;                        ///< the position of a fix with time t is that of t − gnss_delay
-  double velocity_delay = 0;                    ///< and its velocity that of t − velocity_delay
-  double attitude_delay = 0;                    ///< a reference attitude with time t is that of t − attitude_delay
-  double clock_drift = 0;                       ///< of the IMU: each delay less clock_drift (t − `clock_from`); a ratio
+  double gnss_delay = 0;      ///< the position of a fix with time t is that of t − gnss_delay
+  double velocity_delay = 0;  ///< and its velocity that of t − velocity_delay
+  double attitude_delay = 0;  ///< a reference attitude with time t is that of t − attitude_delay
+  double clock_drift = 0;     ///< of the IMU: each delay less clock_drift (t − `clock_from`); a ratio
   Vector3d attitude_drift = Vector3d::Zero();   ///< of the reference attitude: rotation vector in n
   Vector3d boresight_drift = Vector3d::Zero();  ///< of a flexible mount: Exp(drift) R_rb, in r
   Quaterniond q_vb = Quaterniond::Identity();   ///< mounting in a vehicle: b components into v (model/vehicle.h)

@@ -52,8 +52,8 @@ enum class LogFault {
   kSigmaTooLarge,
   kLowRate,
   kJitter,
-  kVelocityDelay,          ///< of the velocities relative to the positions
-  kVelocityContradicts,    ///< velocities put antenna or clock elsewhere than the positions do
+  kVelocityDelay,        ///< of the velocities relative to the positions
+  kVelocityContradicts,  ///< velocities put antenna or clock elsewhere than the positions do
   kQuantised,
   // To know.
   kNoRest,

@@ -19,13 +19,14 @@ struct LookedBack {
 };
 
 /// Until the motion has told the heading, a filter knows it as roughly as its start, and a filter that is linearised
-/// where it believes to be learns something wrong of lever arm and biases. So the time until then is filtered, smoothed,
-/// and filtered and smoothed again about what that told. Throws as run_filter().
+/// where it believes to be learns something wrong of lever arm and biases. So the time until then is filtered,
+/// smoothed, and filtered and smoothed again about what that told. Throws as run_filter().
 LookedBack looked_back(const Log& log, const FilterOptions& options, const FoundStart& found);
 
 /// Filters a run from the start that was found: about that trajectory, with nothing known of the attitude, until it
 /// ends, and freely from there. Where there is none, or the run ends with it, freely from the start. The rows until
-/// then have the estimate about which they are linearised, and are to be replaced. Arguments and errors as run_filter().
+/// then have the estimate about which they are linearised, and are to be replaced. Arguments and errors as
+/// run_filter().
 FilterRun filter_from(const LookedBack& back, const Log& log, const FilterOptions& options, const FoundStart& found,
                       Keep keep, const ProgressCallback& progress = {}, double end_time = 1e300,
                       const RowTaker& rows = {}, const std::filesystem::path& scratch = {});

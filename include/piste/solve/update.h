@@ -7,7 +7,7 @@ namespace piste {
 
 /// All that filter and smoother need of one update.
 struct Update {
-  Jacobian H;                                                     ///< 3 × n, rows beyond Linearization::rows zero
+  Jacobian H;                                                       ///< 3 × n, rows beyond Linearization::rows zero
   Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMostStates, 3> PHt;  ///< n × 3
   Matrix3d S, S_inverse;  ///< innovation covariance; unused rows are those of the identity
   Vector3d residual;
