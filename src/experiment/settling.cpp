@@ -20,6 +20,7 @@ constexpr double kRefused = 0.01;  // of the fixes: ten times what the gate refu
 constexpr double kLeastStep = 1.2, kMostStep = 2;  // times the sigmas in a round
 constexpr double kStill = 0.25;                    // sigmas: a clock that moves by less stays
 constexpr double kTold = 0.5;                      // of its prior: a drift that is no better known is not told
+constexpr double kRight = 1.2;                     // mean NIS of positions that fit
 constexpr double kElsewhere = 5;                   // sigmas of the positions alone: no chance in a thousand logs
 constexpr std::size_t kFew = 20;                   // of fewer fixes no share is told
 constexpr double kAlike = 0.03;  // of the logarithm of a fix's likelihood: as the delay is estimated, more is no chance
@@ -60,6 +61,19 @@ bool take_clock(const Solution& run, bool drifts, Calibration& found) {
   found.clock_drift += x.clock_drift;
   if (found.velocity_delay_sigma > 0) found.velocity_delay = x.velocity_delay - x.gnss_delay;
   return true;
+}
+
+// Mean of NIS over rows, of the positions. A single one counts as an outlier at most.
+double nis_of_positions(const Solution& run) {
+  constexpr double kOutlier = 10;
+  double sum = 0, rows = 0;
+  for (const Innovation& i : run.innovations) {
+    if (run.sources[static_cast<std::size_t>(i.source)] != "gnss[0].position" || i.outcome == Outcome::kRepeated)
+      continue;
+    sum += std::min(i.nis, kOutlier * i.dof);
+    rows += i.dof;
+  }
+  return rows > 0 ? sum / rows : 0;
 }
 
 // A log and how it is replayed.
@@ -160,15 +174,15 @@ bool velocities_contradict(const Recording& recording, const ConditioningOptions
   log.velocities = false;
   const auto without = log.filtered(found);
   if (!with || !without) return false;
+  const auto last = [](const Solution& run) { return run.estimate(run.size() - 1); };
+  const FullError sigmas = without->sigmas(without->size() - 1).blocks;
+  const FullError apart = boxminus(last(*with), last(*without));
   const auto elsewhere = [&](Block block) {
-    const auto at = [&](const Solution& run) { return shown_value(run.estimate(run.size() - 1), block); };
-    const Vector3d apart = at(*with) - at(*without);
-    const FullError sigmas = without->sigmas(without->size() - 1).blocks;
-    for (int axis = 0; axis < info(block).size; ++axis) {
-      if (std::abs(apart(axis)) > kElsewhere * sigmas(full_offset(block) + axis)) return true;
-    }
-    return false;
+    const auto part = [&](const FullError& e) { return e.segment(full_offset(block), info(block).size).array(); };
+    return (part(apart).abs() > kElsewhere * part(sigmas)).any();
   };
+  // Few positions may lead a filter astray, which tells nothing.
+  if (nis_of_positions(*without) > std::max(kRight, nis_of_positions(*with))) return false;
   return elsewhere(Block::kLeverArm) || (find_clock && elsewhere(Block::kGnssDelay));
 }
 
