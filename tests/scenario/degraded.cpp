@@ -261,8 +261,9 @@ void expect_right(const Stranger& s, const std::vector<const Degradation*>& how,
   ASSERT_TRUE(done.smoothed);
   Interval span = s.simulation.plate.under_way();
   span.start = std::max(span.start, done.log.imu.front().time);
+  const ImuConditioning& clock = config.conditioning.imu;
   const auto found_clock =
-      config.conditioning.imu.clock_offset != 0 ? done.options.clock_from : std::optional<double>();
+      clock.clock_offset != 0 || clock.clock_drift != 0 ? done.options.clock_from : std::optional<double>();
   const Worst filtered = worst_of(done.filtered.solution, s, config.conditioning.imu.R_bs, span, found_clock);
   const Worst smoothed = worst_of(*done.smoothed, s, config.conditioning.imu.R_bs, span, found_clock);
   EXPECT_LT(filtered.sigmas, 5) << fmt::format("filtered at {:.1f} s: {}\n{}", filtered.time, filtered.what, *text);
