@@ -13,6 +13,8 @@
 #include "piste/experiment/replay.h"
 #include "piste/sim/random.h"
 #include "piste/solve/attitude_noise.h"
+#include "piste/solve/fix_queue.h"
+#include "piste/solve/look_back.h"
 #include "piste/solve/relinearise.h"
 #include "piste/solve/rts.h"
 
@@ -259,6 +261,11 @@ void visit_rows(const FilterRun& run, const std::map<std::size_t, int>& epochs, 
   });
 }
 
+// Those that are among the first `count` rows.
+std::map<std::size_t, int> first_rows(const std::map<std::size_t, int>& rows, std::size_t count) {
+  return {rows.begin(), rows.lower_bound(count)};
+}
+
 struct Bound {
   ErrorVector filtered, smoothed;
 };
@@ -290,10 +297,20 @@ std::map<int, Bound> bound_of(const Scenario& scenario, const Simulation& real, 
   const FilterRun perfect_run = run_filter(log, options, from, Keep::kHistory);
   std::map<int, Bound> out;
   const StateLayout& layout = perfect_run.solution.layout();
-  visit_rows(perfect_run, rows_on(perfect_run.solution, grid, departure),
+  const std::map<std::size_t, int> rows = rows_on(perfect_run.solution, grid, departure);
+  const auto variance = [&](const Estimate& x, const Covariance& P) -> ErrorVector {
+    const Covariance T = ordinary(log.world, layout, x);
+    return (T * P * T.transpose()).diagonal();
+  };
+  visit_rows(perfect_run, rows, [&](int epoch, const Tape::Epoch& filtered, const SmoothedState& smoothed) {
+    out[epoch] = {variance(filtered.x, filtered.P), variance(filtered.x, smoothed.P)};
+  });
+  if (!run.found.aligned) return out;
+  // Rows of the time before the heading was known look back from its end.
+  const FilterRun beginning = run_filter(log, options, from, Keep::kHistory, {}, *run.found.aligned + kSameInstant);
+  visit_rows(beginning, first_rows(rows, beginning.epochs),
              [&](int epoch, const Tape::Epoch& filtered, const SmoothedState& smoothed) {
-               const Covariance T = ordinary(log.world, layout, filtered.x);
-               out[epoch] = {(T * filtered.P * T.transpose()).diagonal(), (T * smoothed.P * T.transpose()).diagonal()};
+               out[epoch].filtered = variance(filtered.x, smoothed.P);
              });
   return out;
 }
@@ -352,10 +369,20 @@ ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed, const BatchS
     return ErrorSample{epoch, T * error, T * P * T.transpose(), variance};
   };
   const std::map<std::size_t, int> rows = rows_on(filtered, grid, departure);
-  visit_rows(run.filtered, rows, [&](int epoch, const Tape::Epoch& before, const SmoothedState&) {
-    const Estimate x = boxplus(before.x, out.layout, before.mean);
-    out.filtered.push_back(sample(epoch, before.time, x, before.P, bound.at(epoch).filtered));
-  });
+  // What replay writes: until the heading was known, rows of a smoother that looks back.
+  const LookedBack back = looked_back(run.log, run.options, run.found);
+  const std::map<std::size_t, int> first = first_rows(rows, back.rows.size()),
+                                   later(rows.lower_bound(back.rows.size()), rows.end());
+  if (!later.empty()) {
+    visit_rows(run.filtered, later, [&](int epoch, const Tape::Epoch& before, const SmoothedState&) {
+      out.filtered.push_back(sample(epoch, before.time, before.x, before.P, bound.at(epoch).filtered));
+    });
+  }
+  if (!first.empty()) {
+    visit_rows(back.run, first, [&](int epoch, const Tape::Epoch& before, const SmoothedState& smoothed) {
+      out.filtered.push_back(sample(epoch, before.time, smoothed.x, smoothed.P, bound.at(epoch).filtered));
+    });
+  }
   if (by_batch) {
     std::vector<std::size_t> asked;
     asked.reserve(rows.size());

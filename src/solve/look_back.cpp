@@ -13,8 +13,8 @@ LookedBack looked_back(const Log& log, const FilterOptions& options, const Found
   const FilterRun run = run_filter(log, options, found.start, Keep::kHistory, {}, end);
   LookedBack back;
   back.about = std::make_shared<const Reference>(smoothed_trajectory(run));
-  back.rows =
-      smooth_rts(run_filter(log, options, without_alignment(log.world, found), Keep::kHistory, {}, end, back.about));
+  back.run = run_filter(log, options, without_alignment(log.world, found), Keep::kHistory, {}, end, back.about);
+  back.rows = smooth_rts(back.run);
   return back;
 }
 

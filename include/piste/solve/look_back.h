@@ -11,6 +11,7 @@ namespace piste {
 
 /// What is known of the time until `FoundStart::aligned`, when the motion had told the heading.
 struct LookedBack {
+  FilterRun run;  ///< from which the rows are smoothed
   /// Its rows, of a smoother that looks back from there: they use the measurements up to that time, and each of them
   /// once. Row i is row i of the run. Empty if the heading did not come from the motion.
   Solution rows;
