@@ -21,7 +21,8 @@ struct LookedBack {
 
 /// Until the motion has told the heading, a filter knows it as roughly as its start, and a filter that is linearised
 /// where it believes to be learns something wrong of lever arm and biases. So the time until then is filtered,
-/// smoothed, and filtered and smoothed again about what that told. Throws as run_filter().
+/// smoothed, and filtered and smoothed again about what that told, until nothing moves (the iterated Kalman smoother;
+/// Bell 1994). Throws as run_filter().
 LookedBack looked_back(const Log& log, const FilterOptions& options, const FoundStart& found);
 
 /// Filters a run from the start that was found: about that trajectory, with nothing known of the attitude, until it
