@@ -195,9 +195,8 @@ void Filter::arrive() {
 // Where the reference ends: the estimate becomes what is known beside it, and the filter goes on about its own. The
 // covariance stays, as the reference is a smoothed one and near.
 void Filter::leave_reference() {
-  const Estimate there = boxplus(state_.x, setup_->layout, state_.mean);
-  if (history_) history_->add_moved(boxminus(state_.x, there, setup_->layout));
-  state_.x = there;
+  if (history_) history_->add_moved(-state_.mean);
+  state_.x = boxplus(state_.x, setup_->layout, state_.mean);
   state_.mean.setZero();
   reference_.reset();
   if (setup_->delays_change) find_delays();

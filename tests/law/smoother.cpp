@@ -263,6 +263,56 @@ TEST(Rts, TheTrajectoryWithoutCovariancesIsThatOfTheWhole) {
   }
 }
 
+// Runs that begin about a smoothed trajectory and go on by themselves.
+struct LeavesItsReference {
+  SyntheticRun s;
+  FilterRun plain, run;
+  Solution whole;
+
+  explicit LeavesItsReference(const std::vector<Block>& blocks)
+      : s(test::synthetic_run(4, blocks)), plain(run_filter(s.log, s.options, s.start, Keep::kHistory)) {
+    const double middle = plain.solution.time(plain.solution.size() / 2);
+    const FilterRun half = run_filter(s.log, s.options, s.start, Keep::kHistory, {}, middle);
+    const auto about = std::make_shared<const Reference>(smoothed_trajectory(half));
+    run = run_filter(s.log, s.options, s.start, Keep::kHistory, {}, 1e300, about);
+    whole = smooth_rts(run);
+  }
+};
+
+TEST(Rts, ARunThatLeavesItsReferenceEndsWithTheFilter) {
+  const LeavesItsReference r(test::all_blocks());
+  ASSERT_EQ(r.run.solution.size(), r.plain.solution.size());
+  const std::size_t last = r.whole.size() - 1;
+  EXPECT_LT(boxminus(r.whole.estimate(last), r.run.solution.estimate(last)).cwiseAbs().maxCoeff(), 1e-14);
+  const auto trajectory = std::make_shared<const Reference>(smoothed_trajectory(r.run));
+  Reference::Reader rows(trajectory);
+  for (std::size_t i = 0; i < r.whole.size(); ++i) {
+    const FullError apart = boxminus(rows.at(r.whole.time(i)).x, r.whole.estimate(i)),
+                    sigmas = r.whole.sigmas(i).blocks;
+    for (const Block b : r.whole.layout().blocks()) {
+      if (is_rotation(b)) continue;  // whose sigmas are of Euler angles
+      const auto part = [&](const FullError& e) { return e.segment(full_offset(b), info(b).size).array(); };
+      EXPECT_TRUE((part(apart).abs() <= 1e-5 * part(sigmas) + 1e-9).all()) << info(b).name << " of row " << i;
+    }
+  }
+}
+
+// Where it matters little about what a run is linearised, it is smoothed as one without a reference.
+TEST(Rts, ARunThatLeavesItsReferenceIsSmoothedAsAWhole) {
+  const LeavesItsReference r({Block::kGyroBias, Block::kAccelBias, Block::kAccelDrift, Block::kLeverArm});
+  const Solution usual = smooth_rts(r.plain);
+  for (std::size_t i = 0; i < r.whole.size(); ++i) {
+    const FullError apart = boxminus(r.whole.estimate(i), usual.estimate(i));
+    const Sigmas is = r.whole.sigmas(i), wanted = usual.sigmas(i);
+    for (const Block b : r.whole.layout().blocks()) {
+      if (is_navigation(b)) continue;
+      const auto part = [&](const FullError& e) { return e.segment(full_offset(b), info(b).size).array(); };
+      EXPECT_TRUE((part(apart).abs() <= 0.1 * part(wanted.blocks)).all()) << info(b).name << " of row " << i;
+      EXPECT_TRUE(((part(is.blocks) / part(wanted.blocks)).log().abs() < 0.02).all()) << info(b).name << " " << i;
+    }
+  }
+}
+
 TEST(Rts, RowsThatAreAskedForAreThoseOfTheWhole) {
   const SyntheticRun s = test::synthetic_run(4, test::all_blocks());
   const FilterRun run = run_filter(s.log, s.options, s.start, Keep::kHistory);
