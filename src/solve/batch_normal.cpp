@@ -2,7 +2,10 @@
 
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 #include <utility>
+
+#include "piste/core/error.h"
 
 namespace piste {
 namespace {
@@ -34,7 +37,13 @@ Quadratic quadratic(const BatchTerms& terms, const std::vector<double>& weights,
   return out;
 }
 
-ArrowElimination eliminated(Quadratic&& q) { return {std::move(q.equations), std::move(q.links)}; }
+ArrowElimination eliminated(Quadratic&& q) {
+  try {
+    return {std::move(q.equations), std::move(q.links)};
+  } catch (const std::domain_error& e) {
+    throw DataError("batch", e.what());
+  }
+}
 
 }  // namespace
 

@@ -3,8 +3,8 @@
 
 #include <optional>
 
-#include "arrow_matrix.h"
 #include "batch_solver.h"
+#include "math/arrow_matrix.h"
 
 namespace piste {
 

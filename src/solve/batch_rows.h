@@ -3,8 +3,8 @@
 
 #include <functional>
 
-#include "arrow_matrix.h"
 #include "batch_solver.h"
+#include "math/arrow_matrix.h"
 #include "piste/solve/rts.h"
 
 namespace piste {

@@ -6,8 +6,8 @@
 #include <optional>
 #include <vector>
 
-#include "arrow_matrix.h"
 #include "batch_chain.h"
+#include "math/arrow_matrix.h"
 
 namespace piste {
 

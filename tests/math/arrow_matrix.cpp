@@ -1,6 +1,6 @@
 // The elimination of a chain with a border, against Ceres on the same problem.
 
-#include "solve/arrow_matrix.h"
+#include "math/arrow_matrix.h"
 
 #include <ceres/ceres.h>
 #include <gtest/gtest.h>

@@ -1,15 +1,14 @@
 #include "arrow_matrix.h"
 
 #include <algorithm>
+#include <stdexcept>
 #include <utility>
-
-#include "piste/core/error.h"
 
 namespace piste {
 namespace {
 
 void invert(const Blocks::View& A) {
-  if (!invert_definite(A)) throw DataError("batch", "its normal equations are not positive definite");
+  if (!invert_definite(A)) throw std::domain_error("normal equations are not positive definite");
 }
 
 }  // namespace

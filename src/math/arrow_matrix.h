@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "math/blocks.h"
+#include "blocks.h"
 
 namespace piste {
 
@@ -61,8 +61,8 @@ struct ArrowMatrix {
 /// and would take all digits of it. The cost is linear in the number of nodes.
 class ArrowElimination {
  public:
-  /// `equations`: of priors and measurements alone, without those of `chain`. Throws DataError if the first node, or
-  /// the border, is not determined.
+  /// `equations`: of priors and measurements alone, without those of `chain`. Throws std::domain_error if the first
+  /// node, or the border, is not determined.
   ArrowElimination(ArrowEquations equations, ChainLinks chain);
 
   ArrowVector solution() const;
