@@ -19,7 +19,7 @@ constexpr int kMostRounds = 10;
 constexpr double kRefused = 0.01;  // of the fixes: ten times what the gate refuses where the sigmas are right
 constexpr double kLeastStep = 1.2, kMostStep = 2;  // times the sigmas in a round
 constexpr double kStill = 0.25;                    // sigmas: a clock that moves by less stays
-constexpr double kTold = 0.5;                      // of its prior: a drift that is no better known is not told
+constexpr double kToldDrift = 0.5;                 // of its prior: a drift that is no better known is not told
 constexpr double kRight = 1.2;                     // mean NIS of positions that fit
 constexpr double kElsewhere = 5;                   // sigmas of the positions alone: no chance in a thousand logs
 constexpr std::size_t kFew = 20;                   // of fewer fixes no share is told
@@ -44,7 +44,7 @@ double growth(const Solution& run, const std::string& source) {
 
 // Whether a run knows the drift of the clock better than before it.
 bool tells_drift(const Solution& run, const Priors& before) {
-  return run.sigmas(run.size() - 1).blocks(full_offset(Block::kClockDrift)) < kTold * before.clock_drift;
+  return run.sigmas(run.size() - 1).blocks(full_offset(Block::kClockDrift)) < kToldDrift * before.clock_drift;
 }
 
 // Takes the clock from a run that estimates its offset, and its drift if it `drifts`. Returns whether it has moved.
