@@ -269,9 +269,7 @@ void settle(Inspection& inspection, const Recording& recording, const Conditioni
     there = settled(recording, conditioning, options, vehicle, find_clock, found);
   }
   if (there) found = std::move(*there);
-  found.velocities_contradict = options.gnss.front().use_velocity && !recording.gnss.front().fixes.empty() &&
-                                recording.gnss.front().fixes.front().velocity &&
-                                velocities_contradict(recording, conditioning, options, vehicle, find_clock, found);
+  found.velocities_contradict = velocities_contradict(recording, conditioning, options, vehicle, find_clock, found);
 }
 
 void leave_velocities_out(FilterOptions& options) {

@@ -63,7 +63,7 @@ bool take_clock(const Solution& run, bool drifts, Calibration& found) {
   return true;
 }
 
-// Mean of NIS over rows, of the positions. A single one counts as an outlier at most.
+// Mean of the NIS of positions, for each of their rows. None counts for more than an outlier.
 double nis_of_positions(const Solution& run) {
   constexpr double kOutlier = 10;
   double sum = 0, rows = 0;
@@ -169,6 +169,9 @@ std::optional<Calibration> settled(const Recording& recording, const Conditionin
 bool velocities_contradict(const Recording& recording, const ConditioningOptions& conditioning,
                            const FilterOptions& options, const std::optional<VehicleOptions>& vehicle, bool find_clock,
                            const Calibration& found) {
+  const std::vector<GeodeticFix>& fixes = recording.gnss.front().fixes;
+  const bool some = std::any_of(fixes.begin(), fixes.end(), [](const GeodeticFix& fix) { return fix.velocity; });
+  if (!some || !options.gnss.front().use_velocity) return false;
   WholeLog log{recording, conditioning, options, vehicle, find_clock, found.clock_drift_sigma > 0};
   const auto with = log.filtered(found);
   log.velocities = false;

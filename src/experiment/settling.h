@@ -24,9 +24,9 @@ std::optional<Calibration> settled(const Recording& recording, const Conditionin
 
 /// Whether the receiver's velocities contradict its positions over the whole log: without them the filter would have
 /// the antenna, or the clock, elsewhere by many of its sigmas. Velocities that a receiver smooths by a model of its own
-/// do so, and no delay mends them. Where positions alone tell little, nothing contradicts. (Of two estimates the one
-/// that presumes less is trusted: Hausman, "Specification tests in econometrics", 1978.) Arguments are as those of
-/// settled().
+/// do so, and no delay mends them. False without velocities, and where positions alone tell little. (Of two estimates
+/// the one that presumes less is trusted: Hausman, "Specification tests in econometrics", 1978.) Arguments are as those
+/// of settled().
 bool velocities_contradict(const Recording& recording, const ConditioningOptions& conditioning,
                            const FilterOptions& options, const std::optional<VehicleOptions>& vehicle, bool find_clock,
                            const Calibration& found);

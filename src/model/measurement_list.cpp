@@ -21,6 +21,18 @@ MeasurementSources::MeasurementSources(const FilterOptions& options) {
   });
 }
 
+void MeasurementSources::find_delays(const FilterOptions& options, const StateLayout& layout, const Estimate& x,
+                                     double elapsed, std::span<double> delays) const {
+  MeasurementList::for_each([&]<class Type>() {
+    for (int sensor = 0; sensor < Type::sensors(options); ++sensor) {
+      for (int channel = 0; channel < static_cast<int>(Type::kChannels.size()); ++channel) {
+        const int source = first<Type>(sensor) + channel;
+        delays[static_cast<std::size_t>(source)] = Type::delay(options, layout, sensor, channel, x, elapsed).value;
+      }
+    }
+  });
+}
+
 std::vector<std::string> MeasurementSources::names() const {
   std::vector<std::string> out;
   out.reserve(all_.size());

@@ -17,7 +17,7 @@ namespace {
 // s between nodes at least. What the IMU tells over less is 1e16 times what a fix tells, and normal equations in double
 // precision cannot hold both. A body at 5 m/s² changes its velocity by a centimetre a second.
 constexpr double kMoment = 2e-3;
-// s by which delays may grow over a run as a clock drifts: 100 ppm of some hours.
+// s by which delays may grow over a run as a clock drifts: 100 ppm of three hours.
 constexpr double kRoomToDrift = 1;
 
 // Takes a log as a filter does, and lays it out as a chain.
@@ -76,17 +76,7 @@ class ChainLayer {
  private:
   double elapsed() const { return time_ - clock_from_; }
 
-  void find_delays() {
-    MeasurementList::for_each([&]<class Type>() {
-      for (int sensor = 0; sensor < Type::sensors(options_); ++sensor) {
-        for (int channel = 0; channel < static_cast<int>(Type::kChannels.size()); ++channel) {
-          const int source = sources_.first<Type>(sensor) + channel;
-          delays_[static_cast<std::size_t>(source)] =
-              Type::delay(options_, layout_.whole, sensor, channel, x_, elapsed()).value;
-        }
-      }
-    });
-  }
+  void find_delays() { sources_.find_delays(options_, layout_.whole, x_, elapsed(), delays_); }
 
   void process(const ImuSample* after) {
     const ImuSample& sample = *now_;

@@ -204,15 +204,7 @@ void Filter::leave_reference() {
 
 // The delays of all sources by the estimate.
 void Filter::find_delays() {
-  MeasurementList::for_each([&]<class Type>() {
-    for (int sensor = 0; sensor < Type::sensors(setup_->options); ++sensor) {
-      for (int channel = 0; channel < static_cast<int>(Type::kChannels.size()); ++channel) {
-        const int source = setup_->sources.first<Type>(sensor) + channel;
-        delays_[static_cast<std::size_t>(source)] =
-            Type::delay(setup_->options, setup_->layout, sensor, channel, state_.x, elapsed()).value;
-      }
-    }
-  });
+  setup_->sources.find_delays(setup_->options, setup_->layout, state_.x, elapsed(), delays_);
 }
 
 // Of its error.

@@ -92,11 +92,11 @@ struct Lag {
   bool is_uncertain() const { return block || by_clock_drift != 0; }
 };
 
-/// Adds to a delay what the clock of the IMU has gained since `clock_from`, `elapsed` [s] before: a fix with time t is
-/// that of t − delay by a clock that is ahead by clock_drift (t − clock_from).
+/// A delay less what the IMU's clock has gained: d − c `elapsed`, with c the clock's drift, and `elapsed` the seconds
+/// since FilterOptions::clock_from. The same delay where the run does not estimate the drift.
 FixDelay with_clock_drift(FixDelay delay, const StateLayout& layout, const Estimate& x, double elapsed);
 
-/// Adds the terms of a delay: `derivative` of the residual's prediction by the lag.
+/// Adds the Jacobians by the delay and by the drift of the clock. `derivative`: of the prediction, by Lag::time.
 void add_delay(Linearization& lin, const Lag& lag, const Vector3d& derivative);
 
 /// Adds what a first-order term of a delay leaves out while the delay is uncertain: the second-order term ½ c δ², whose
@@ -184,7 +184,7 @@ struct MeasurementType {
   /// Nothing if fixes come from a log or from a detector. Else the filter makes a fix of nothing but its time wherever
   /// there are samples, so many seconds apart: what is measured is known beforehand.
   static std::optional<double> interval(const FilterOptions&) { return std::nullopt; }
-  /// By how much a channel of a sensor comes late.
+  /// By how much a channel of a sensor comes late, `elapsed` seconds after the drift of the IMU's clock counts.
   static FixDelay delay(const FilterOptions&, const StateLayout&, int /*sensor*/, int /*channel*/, const Estimate&,
                         double /*elapsed*/) {
     return {};

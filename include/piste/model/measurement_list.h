@@ -76,6 +76,11 @@ class MeasurementSources {
   int first(int sensor) const {
     return first_[MeasurementList::index_of<Type>()] + sensor * static_cast<int>(Type::kChannels.size());
   }
+  /// Sets by how much each source comes late, as `x` has it [s]. `elapsed`: s since the drift of the IMU's clock
+  /// counts.
+  /// @pre `delays` has a place for each source
+  void find_delays(const FilterOptions& options, const StateLayout& layout, const Estimate& x, double elapsed,
+                   std::span<double> delays) const;
 
  private:
   std::vector<MeasurementSource> all_;
