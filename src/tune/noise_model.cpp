@@ -34,12 +34,12 @@ class KnobList {
 
   // White noise and drift of the triad `of`; the drift if it is estimated.
   void add_triad(const std::string& name, TriadErrors ImuSensor::*of, const DriftProcess& drift, bool estimated,
-                 const TriadUnits& units, double most) {
+                 const TriadUnits& units, double least, double most) {
     using Kind = DriftProcess::Kind;
     const auto process = [of](NoiseModel& m) -> DriftProcess& { return (m.sensor.*of).drift; };
     add(
         name + ".noise", units.noise_unit, 1 / unit_factor(units.noise_unit, units.noise), kSizeWidth,
-        [of](NoiseModel& m) -> double& { return (m.sensor.*of).noise; }, most);
+        [of](NoiseModel& m) -> double& { return (m.sensor.*of).noise; }, most, least);
     if (!estimated) return;
     if (drift.kind == Kind::kRandomWalk) {
       add(name + ".drift.density", units.drift_unit, 1 / unit_factor(units.drift_unit, units.drift), kSizeWidth,
@@ -105,50 +105,14 @@ NoiseModel noise_model(const FilterOptions& options, const Log& log) {
   return model;
 }
 
-WhiteNoise largest_white_noise(const Log& log) {
-  constexpr double kMean = 0.1;  // s
-  constexpr int kFewest = 30;
-  struct Mean {
-    Vector3d rate, force;
-    double duration;
-  };
-  std::optional<Mean> before;
-  Vector3d turned = Vector3d::Zero(), pushed = Vector3d::Zero();
-  double duration = 0, gyro = 0, accel = 0;
-  int pairs = 0;
-  for (const ImuSample& sample : log.imu) {
-    if (sample.at_rest || sample.gap) {
-      before.reset();
-      turned = pushed = Vector3d::Zero();
-      duration = 0;
-      continue;
-    }
-    turned += sample.dtheta;
-    pushed += sample.dvel;
-    duration += sample.interval;
-    if (duration < kMean * (1 - 1e-6)) continue;
-    const Mean now{turned / duration, pushed / duration, duration};
-    if (before) {
-      gyro += (now.rate - before->rate).squaredNorm() * duration / 6;
-      accel += (now.force - before->force).squaredNorm() * duration / 6;
-      ++pairs;
-    }
-    before = now;
-    turned = pushed = Vector3d::Zero();
-    duration = 0;
-  }
-  if (pairs < kFewest) return {kUnlimited, kUnlimited};
-  return {std::sqrt(gyro / pairs), std::sqrt(accel / pairs)};
-}
-
 std::vector<NoiseKnob> knobs_of(const NoiseModel& model, const FilterOptions& options, const Log& log,
-                                const WhiteNoise& most) {
+                                const WhiteNoiseRange& white) {
   const StateLayout layout(options.estimate);
   KnobList list;
   list.add_triad("gyro", &ImuSensor::gyro, model.sensor.gyro.drift, layout.has(Block::kGyroDrift), kGyroUnits,
-                 most.gyro);
+                 white.least.gyro, white.most.gyro);
   list.add_triad("accel", &ImuSensor::accel, model.sensor.accel.drift, layout.has(Block::kAccelDrift), kAccelUnits,
-                 most.accel);
+                 white.least.accel, white.most.accel);
   for (std::size_t i = 0; i < model.gnss.size(); ++i) {
     if (log.gnss[i].empty()) continue;
     const std::string name = fmt::format("gnss[{}].", i);

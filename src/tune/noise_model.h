@@ -11,6 +11,7 @@
 #include "piste/core/log.h"
 #include "piste/core/options.h"
 #include "piste/tune/likeliest_noise.h"
+#include "tune/white_noise_range.h"
 
 namespace piste {
 
@@ -30,19 +31,10 @@ struct NoiseKnob {
 /// What `options` state: the model at the start of a search. `log` has the sigmas that the receivers state.
 NoiseModel noise_model(const FilterOptions& options, const Log& log);
 
-/// White noise of gyroscopes and accelerometers, as densities in SI.
-struct WhiteNoise {
-  double gyro, accel;
-};
-
-/// The largest white noise that the samples under way leave room for: their Allan deviation at 0.1 s times √(0.1 s),
-/// over the three axes together. White noise of that density would make it alone; motion comes on top. A shorter time
-/// could be that of the sensor's own low-pass. Infinite where there are too few samples.
-WhiteNoise largest_white_noise(const Log& log);
-
-/// The numbers of `model` on which the run depends, by the blocks that it estimates and its sources.
+/// The numbers of `model` on which the run depends, by the blocks that it estimates and its sources; `white`
+/// has the limits of the IMU's white noise.
 std::vector<NoiseKnob> knobs_of(const NoiseModel& model, const FilterOptions& options, const Log& log,
-                                const WhiteNoise& most);
+                                const WhiteNoiseRange& white);
 
 /// The options, and the log's sigmas, as the model has them.
 FilterOptions with_noise(FilterOptions options, const NoiseModel& model);

@@ -80,7 +80,7 @@ NoiseSearch::NoiseSearch(const Log& log, FilterOptions options, Start start, Noi
       options_(std::move(options)),
       start_(std::move(start)),
       centre_(std::move(centre)),
-      most_(largest_white_noise(log)),
+      white_(white_noise_range(log)),
       thorough_(thorough),
       jobs_(jobs) {
   // What may be wrong here is the noise, and not a receiver: none is left out for long.
@@ -114,7 +114,7 @@ std::vector<NoisePoint> NoiseSearch::filtered(const Log& log, const std::vector<
 double NoiseSearch::prior(const NoiseModel& model) const {
   double sum = 0;
   NoiseModel here = model, centre = centre_;
-  for (const NoiseKnob& knob : knobs_of(model, options_, log_, most_)) {
+  for (const NoiseKnob& knob : knobs_of(model, options_, log_, white_)) {
     const double start = knob.at(centre);
     if (start > 0) sum -= 0.5 * std::pow(std::log(knob.at(here) / start) / knob.width, 2);
   }
@@ -123,7 +123,7 @@ double NoiseSearch::prior(const NoiseModel& model) const {
 
 NoiseFound NoiseSearch::climb(const NoiseModel& from, const ProgressCallback& progress) const {
   NoiseFound found;
-  found.knobs = knobs_of(from, options_, log_, most_);
+  found.knobs = knobs_of(from, options_, log_, white_);
   found.best.model = moved(found.knobs, from, Eigen::VectorXd::Zero(static_cast<Eigen::Index>(found.knobs.size())));
   std::optional<Log> before;
   for (int round = 0; round < (thorough_ ? kMostRounds : 1); ++round) {

@@ -68,7 +68,7 @@ class NoiseSearch {
   FilterOptions options_;
   Start start_;
   NoiseModel centre_;
-  WhiteNoise most_;
+  WhiteNoiseRange white_;
   bool thorough_;
   std::size_t jobs_;
   mutable std::atomic<std::size_t> runs_{0};

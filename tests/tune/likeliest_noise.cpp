@@ -147,7 +147,7 @@ TEST(LikeliestNoise, IsNotThatOfOutliers) {
 
 // ---- What the samples themselves leave room for ----
 
-TEST(LargestWhiteNoise, IsThatOfNoiseAlone) {
+TEST(WhiteNoiseRange, HasItsMostFromNoiseAlone) {
   constexpr double kInterval = 0.01, kGyro = 2e-3, kAccel = 0.03;
   Log log;
   std::mt19937_64 random(7);
@@ -162,22 +162,51 @@ TEST(LargestWhiteNoise, IsThatOfNoiseAlone) {
     sample.dtheta = noise(kGyro);
     sample.dvel = noise(kAccel) + kInterval * Vector3d(0, 0, -9.8);
   }
-  const WhiteNoise most = largest_white_noise(log);
+  const WhiteNoise most = white_noise_range(log).most;
   EXPECT_NEAR(most.gyro / kGyro, 1, 0.03);
   EXPECT_NEAR(most.accel / kAccel, 1, 0.03);
+  EXPECT_EQ(white_noise_range(log).least.gyro, 0);
   for (ImuSample& sample : log.imu) sample.at_rest = true;
-  EXPECT_TRUE(std::isinf(largest_white_noise(log).gyro));  // rest says nothing of what is under way
+  EXPECT_TRUE(std::isinf(white_noise_range(log).most.gyro));  // rest says nothing of what is under way
 }
 
-TEST(LargestWhiteNoise, BoundsWhatIsTried) {
+// An engine that idles shakes the samples at rest, but not their means.
+TEST(WhiteNoiseRange, HasItsLeastFromRestWithoutIdling) {
+  constexpr double kInterval = 0.01, kGyro = 2e-3, kIdling = 0.2, kHertz = 23;
+  for (const double idling : {0.0, kIdling}) {
+    Log log;
+    std::mt19937_64 random(7);
+    std::normal_distribution<double> normal;
+    for (int i = 0; i < 20000; ++i) {
+      ImuSample& sample = log.imu.emplace_back();
+      sample.time = i * kInterval;
+      sample.interval = kInterval;
+      sample.at_rest = i % 4000 < 2000;
+      for (double& turned : sample.dtheta) {
+        turned = kGyro * std::sqrt(kInterval) * normal(random);
+        if (sample.at_rest) turned += idling * std::sin(2 * M_PI * kHertz * sample.time) * kInterval;
+      }
+      sample.dvel = sample.dtheta;
+    }
+    const WhiteNoise least = white_noise_range(log).least;
+    EXPECT_GT(least.gyro / kGyro, 0.8) << idling;
+    EXPECT_LT(least.gyro / kGyro, 1) << idling;
+    EXPECT_NEAR(least.accel, least.gyro, 1e-15);
+  }
+}
+
+TEST(WhiteNoiseRange, BoundsWhatIsTried) {
   const WronglyTold told(8, [](Scenario& s) { s.motion.run = 20; });
   const NoiseModel model = noise_model(told.c.options, told.log);
-  const WhiteNoise most = largest_white_noise(told.log);
-  const auto knobs = knobs_of(model, told.c.options, told.log, most);
+  const WhiteNoiseRange white = white_noise_range(told.log);
+  const auto knobs = knobs_of(model, told.c.options, told.log, white);
   ASSERT_EQ(knobs.front().name, "gyro.noise");
   const auto n = static_cast<Eigen::Index>(knobs.size());
-  EXPECT_DOUBLE_EQ(moved(knobs, model, 20 * Eigen::VectorXd::Unit(n, 0)).sensor.gyro.noise, most.gyro);
-  EXPECT_GT(most.gyro, model.sensor.gyro.noise / WronglyTold::kGyro);
+  EXPECT_DOUBLE_EQ(moved(knobs, model, 20 * Eigen::VectorXd::Unit(n, 0)).sensor.gyro.noise, white.most.gyro);
+  EXPECT_GT(white.most.gyro, model.sensor.gyro.noise / WronglyTold::kGyro);
+  EXPECT_DOUBLE_EQ(moved(knobs, model, -20 * Eigen::VectorXd::Unit(n, 0)).sensor.gyro.noise, white.least.gyro);
+  EXPECT_GT(white.least.gyro, 0.7 * model.sensor.gyro.noise / WronglyTold::kGyro);
+  EXPECT_LT(white.least.gyro, model.sensor.gyro.noise / WronglyTold::kGyro);
 }
 
 // Errors of positions that last two fixes and white ones differ by what the body does between two fixes alone: the
@@ -186,7 +215,7 @@ TEST(LikeliestNoise, ErrorsOfPositionsLastFiveFixesAtLeast) {
   WronglyTold told(1);
   told.c.options.gnss[0].drift = GaussMarkov{{0.01, 0.01, 0.01}, 0.7};
   const NoiseModel model = noise_model(told.c.options, told.log);
-  const auto knobs = knobs_of(model, told.c.options, told.log, largest_white_noise(told.log));
+  const auto knobs = knobs_of(model, told.c.options, told.log, white_noise_range(told.log));
   const auto time = std::ranges::find(knobs, "gnss[0].drift.correlation_time", &NoiseKnob::name);
   ASSERT_NE(time, knobs.end());
   const double interval = told.log.gnss[0][1].time - told.log.gnss[0][0].time;
