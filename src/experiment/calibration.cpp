@@ -67,7 +67,7 @@ Interval motion_of(const std::vector<GeodeticFix>& fixes, const StartOptions& op
 class Calibrator {
  public:
   Calibrator(const Recording& recording, ConditioningOptions conditioning, FilterOptions options,
-             const Interval& stretch, double clock_sigma, std::size_t jobs)
+             const Interval& stretch, double clock_sigma, double arm_prior, std::size_t jobs)
       : recording_(recording),
         conditioning_(std::move(conditioning)),
         options_(std::move(options)),
@@ -80,7 +80,7 @@ class Calibrator {
     // What is wrong here is the set-up, and not a receiver: none is left out for long.
     options_.behaviour.trust.gate = kWideGate;
     options_.behaviour.trust.distrust = 1;
-    options_.priors.lever_arm = kArmPrior;
+    options_.priors.lever_arm = arm_prior;
     options_.priors.gnss_delay = std::clamp(kLoose * clock_sigma, kSureClock, kDelayPrior);
     conditioning_.span = stretch;
   }
@@ -247,7 +247,7 @@ class Calibrator {
 
 // By how much the clock drifts more than `first` was told, from the last minutes of motion; 0 where that is not sure.
 double drift_beside(const Recording& recording, const Calibration& first, ConditioningOptions conditioning,
-                    FilterOptions options, const Interval& early, const Interval& late) {
+                    FilterOptions options, const Interval& early, const Interval& late, double arm_prior) {
   const double between = (late.start + late.end - early.start - early.end) / 2;
   if (between < kApart) return 0;
   conditioning.imu.clock_offset = first.clock_offset;
@@ -257,7 +257,8 @@ double drift_beside(const Recording& recording, const Calibration& first, Condit
     options.gnss.front().velocity_delay = first.velocity_delay;
     options.priors.velocity_delay = std::hypot(first.velocity_delay_sigma, unsure);
   }
-  const auto there = Calibrator(recording, std::move(conditioning), std::move(options), late, unsure, 1).locate();
+  const auto there =
+      Calibrator(recording, std::move(conditioning), std::move(options), late, unsure, arm_prior, 1).locate();
   if (!there || !there->fits()) return 0;
   const double change = there->clock_offset() - first.clock_offset;
   const double least = std::max(kLeastChange, kSureDrift * std::hypot(first.clock_sigma, there->clock_sigma()));
@@ -267,33 +268,36 @@ double drift_beside(const Recording& recording, const Calibration& first, Condit
 }  // namespace
 
 std::optional<Calibration> calibrate(const Recording& recording, ConditioningOptions conditioning,
-                                     FilterOptions options, double clock_sigma, std::size_t jobs) {
+                                     FilterOptions options, const ToldClock& clock, Antenna antenna, std::size_t jobs) {
+  const double arm_prior = antenna == Antenna::kInHousing ? kHousing : kArmPrior;
   const Interval motion = motion_of(recording.gnss.front().fixes, options.behaviour.start);
   const Interval early{motion.start - kBefore, std::min(motion.start + kLongest, motion.end + kBefore)};
   const Interval late{std::max(motion.start, motion.end - kLongest), motion.end};
-  Calibrator beginning(recording, conditioning, options, early, clock_sigma, jobs);
+  Calibrator beginning(recording, conditioning, options, early, clock.sigma, arm_prior, jobs);
   if (!beginning.locate()) return std::nullopt;
   beginning.search_noise();
-  const Calibration first = beginning.calibration();
-  if (!first.fits()) return first;
+  Calibration first = beginning.calibration();
+  first.in_housing = antenna == Antenna::kInHousing;
+  if (!first.fits() || clock.with_drift) return first;
   // From here on with the noise that was found.
   options.sensor = first.sensor;
   options.gnss.front().drift = first.drift;
   options.estimate = with_implied_blocks(options, options.estimate);
   Recording scaled = recording;
   scale_sigmas(scaled.gnss.front(), first.sigma_scale, first.sigma_velocity_scale);
-  const double drift = drift_beside(scaled, first, conditioning, options, early, late);
+  const double drift = drift_beside(scaled, first, conditioning, options, early, late, arm_prior);
   if (drift == 0) return first;
   // The offset is that of the first row.
   conditioning.imu.clock_drift += drift;
   conditioning.imu.clock_offset =
       first.clock_offset - drift * ((early.start + early.end) / 2 - (recording.imu.time.front() - first.clock_offset));
-  Calibrator drifting(scaled, std::move(conditioning), std::move(options), early, first.clock_sigma, jobs);
+  Calibrator drifting(scaled, std::move(conditioning), std::move(options), early, first.clock_sigma, arm_prior, jobs);
   if (!drifting.locate()) return first;
   Calibration again = drifting.calibration();
   if (!again.fits()) return first;
   again.sigma_scale = first.sigma_scale;
   again.sigma_velocity_scale = first.sigma_velocity_scale;
+  again.in_housing = first.in_housing;
   return again;
 }
 

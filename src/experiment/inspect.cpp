@@ -280,7 +280,7 @@ void leave_velocities_out(FilterOptions& options) {
 
 std::optional<Calibration> try_calibration(Inspection& inspection, const InspectedLog& receiver,
                                            std::vector<Suspicion>& found) {
-  constexpr double kFar = 3, kSure = 0.3;  // m
+  constexpr double kFar = 3, kSure = 0.3, kCoarse = 0.5;  // m
   const auto imu = inspection.first(LogKind::kImu);
   if (!imu || !receiver.gnss_health || !may_run(inspection)) return std::nullopt;
   const InspectedLog& body = inspection.logs[*imu];
@@ -297,12 +297,24 @@ std::optional<Calibration> try_calibration(Inspection& inspection, const Inspect
     const LogMatch* match = inspection.first_match();
     const bool told = match != nullptr && match->clock && !match->velocities_may_be_late;
     const Recording recording{body.imu, {receiver.gnss}, {}};
-    const auto found_with = [&](const FilterOptions& used) {
+    const auto calibrated = [&](const FilterOptions& used, Antenna antenna) {
+      // A receiver's latency stays what it is, so that its own two times tell the drift.
+      const ToldClock clock{told ? match->clock->sigma : std::numeric_limits<double>::infinity(),
+                            inspection.imu_clock() != nullptr};
       auto all =
-          calibrate(recording, conditioning, used, told ? match->clock->sigma : std::numeric_limits<double>::infinity(),
-                    std::max(1U, std::thread::hardware_concurrency()));
+          calibrate(recording, conditioning, used, clock, antenna, std::max(1U, std::thread::hardware_concurrency()));
       if (all && all->fits()) settle(inspection, recording, conditioning, used, *all);
       return all;
+    };
+    // Where the motion hardly tells the lever arm, what it says of it may be another error's. A receiver of
+    // centimetres is in no phone.
+    const bool coarse = receiver.gnss_health->median_sigma.head<2>().maxCoeff() > kCoarse;
+    const auto found_with = [&](const FilterOptions& used) {
+      auto all = calibrated(used, Antenna::kNearBy);
+      if (!coarse || (all && all->fits() && all->lever_arm_sigma.maxCoeff() < kHousing)) return all;
+      auto housed = calibrated(used, Antenna::kInHousing);
+      const bool likelier = housed && housed->fits() && (!all || !all->fits() || housed->likelihood > all->likelihood);
+      return likelier ? housed : all;
     };
     auto found_here = found_with(options);
     if (!found_here) return std::nullopt;

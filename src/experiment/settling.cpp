@@ -149,7 +149,7 @@ std::optional<Calibration> settled(const Recording& recording, const Conditionin
       continue;
     }
     before.reset();
-    likelihood = now;
+    likelihood = found.likelihood = now;
     if (find_clock) {
       const Calibration here = found;
       if (take_clock(*run, log.drifts, found)) {

@@ -259,8 +259,8 @@ ImuConditioning guess_conditioning(const Inspection& inspection) {
 
 Priors priors_after(const Calibration& found, Priors priors) {
   constexpr double kLeastArm = 0.1, kMostDelay = 0.05;  // m, s
-  priors.lever_arm =
-      found.tells_arm() ? std::clamp(kLoose * found.lever_arm_sigma.maxCoeff(), kLeastArm, kMostArm) : kMostArm;
+  const double most = found.in_housing ? kHousing : kMostArm;
+  priors.lever_arm = found.tells_arm() ? std::clamp(kLoose * found.lever_arm_sigma.maxCoeff(), kLeastArm, most) : most;
   priors.gnss_delay = std::clamp(kLoose * found.clock_sigma, kLeastDelay, kMostDelay);
   if (found.clock_drift_sigma > 0) priors.clock_drift = kLoose * found.clock_drift_sigma;
   if (found.velocity_delay_sigma > 0)
@@ -304,7 +304,13 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
       continue;
     }
     text += fmt::format("  - {}", file_keys(log, folder, "    "));
-    if (log.calibration && log.calibration->tells_arm()) {
+    if (log.calibration && log.calibration->fits() && log.calibration->in_housing) {
+      const Vector3d& arm = log.calibration->lever_arm;
+      text += fmt::format(
+          "    lever_arm: {:.2f} {:.2f} {:.2f} m   # likeliest with the antenna in the IMU's housing, as in a phone; "
+          "measure it otherwise\n",
+          arm.x(), arm.y(), arm.z());
+    } else if (log.calibration && log.calibration->tells_arm()) {
       const Vector3d &arm = log.calibration->lever_arm, &sigma = log.calibration->lever_arm_sigma;
       text += fmt::format(
           "    lever_arm: {:.2f} {:.2f} {:.2f} m   # as the motion has it, +- {:.2f} {:.2f} {:.2f}; "

@@ -61,8 +61,10 @@ NoiseModel expected(const NoiseFound& found, const Eigen::MatrixXd& covariance) 
   NoiseModel model = found.best.model;
   for (std::size_t k = 0; k < found.knobs.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
-    if (found.knobs[k].name.ends_with(".noise"))
-      found.knobs[k].at(model) *= std::min(std::exp(covariance(i, i)), kMost);
+    const NoiseKnob& knob = found.knobs[k];
+    if (!knob.name.ends_with(".noise")) continue;
+    double& value = knob.at(model);
+    value = std::clamp(value * std::min(std::exp(covariance(i, i)), kMost), knob.least, knob.most);
   }
   return model;
 }

@@ -9,8 +9,6 @@
 namespace piste {
 namespace {
 
-constexpr double kShortest = 0.1;  // s
-
 // Squares of the differences between adjacent means over some time, of samples at rest or under way.
 struct AdjacentMeans {
   double gyro = 0, accel = 0;  // times the time, halved: sums over three axes
@@ -55,15 +53,17 @@ AdjacentMeans adjacent_means(const Log& log, double time, bool at_rest) {
 }  // namespace
 
 WhiteNoiseRange white_noise_range(const Log& log) {
+  constexpr double kUnderWay = 0.1;  // s
+  constexpr std::array kStill{0.0, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0};
   constexpr int kFewest = 30;
   constexpr double kUnlimited = std::numeric_limits<double>::infinity();
   WhiteNoiseRange range{.most = {kUnlimited, kUnlimited}};
-  if (const AdjacentMeans moving = adjacent_means(log, kShortest, false); moving.pairs >= kFewest)
+  if (const AdjacentMeans moving = adjacent_means(log, kUnderWay, false); moving.pairs >= kFewest)
     range.most = moving.white_noise();
   WhiteNoise least = range.most;
   bool told = false;
-  for (const double factor : {1.0, 2.0, 5.0, 10.0}) {
-    const AdjacentMeans still = adjacent_means(log, factor * kShortest, true);
+  for (const double time : kStill) {
+    const AdjacentMeans still = adjacent_means(log, time, true);
     if (still.pairs < kFewest) break;
     // Two neighbours share a mean, so that some two thirds of the differences count; three axes; 1 % of a normal.
     const double chance = 2.33 / std::sqrt(2 * 3 * still.pairs * 2 / 3.0);

@@ -21,8 +21,9 @@ struct WhiteNoiseRange {
 /// `most` is by the samples under way at τ = 0.1 s: white noise of that density would make it alone. A shorter time
 /// could be that of the sensor's own low-pass. Infinite where there are too few samples.
 ///
-/// `least` is by those at rest, less what chance may add (1 %): the smallest at times from 0.1 s to 1 s that the rests
-/// tell, as an idling engine makes more of the short ones. Zero where there is too little rest.
+/// `least` is by those at rest, less what chance may add (1 %): the smallest at times from a sample to 1 s that the
+/// rests tell, as an idling engine adds to the short ones, and a person who sways to the long ones. Zero where there is
+/// too little rest.
 WhiteNoiseRange white_noise_range(const Log& log);
 
 }  // namespace piste

@@ -23,7 +23,7 @@ TEST(Calibration, FindsTheLeverArmFromTheMotion) {
       Case c = make_case(motion, 40, static_cast<std::uint64_t>(seed));
       const Vector3d truth = c.options.gnss[0].lever_arm;
       c.options.gnss[0].lever_arm.setZero();
-      const auto found = calibrate(c.simulation.recording(0), c.conditioning, c.options, 0.01);
+      const auto found = calibrate(c.simulation.recording(0), c.conditioning, c.options, {0.01});
       ASSERT_TRUE(found) << "seed " << seed;
       const Calibration& guess = *found;
       const Vector3d error = guess.lever_arm - truth;
@@ -49,13 +49,30 @@ TEST(Calibration, OfAnAntennaFourMetresAwayShows) {
     Case c = make_case("easy_ski", 40, seed, [](Scenario& s) { s.gnss[0].p_ra_r += Vector3d(4, 0, 0); });
     const Vector3d truth = c.options.gnss[0].lever_arm;
     c.options.gnss[0].lever_arm.setZero();
-    const auto found = calibrate(c.simulation.recording(0), c.conditioning, c.options, 0.01);
+    const auto found = calibrate(c.simulation.recording(0), c.conditioning, c.options, {0.01});
     ASSERT_TRUE(found) << "seed " << seed;
     const Calibration& guess = *found;
     fmt::print("off {:.2f} m, sigma {:.3f} m, value {:.2f} m, {} used {} rejected\n", (guess.lever_arm - truth).norm(),
                guess.lever_arm_sigma.maxCoeff(), guess.lever_arm.norm(), guess.used, guess.rejected);
     EXPECT_GT(guess.lever_arm.norm(), 1);
   }
+}
+
+// As in a phone: fixes of metres tell little of the lever arm, and it stays where the housing has it.
+TEST(Calibration, InOneHousingTheLeverArmStaysShort) {
+  Case c = make_case("bicycle", 40, 3, [](Scenario& s) {
+    s.gnss[0].position_noise = s.gnss[0].position_noise.normalized() * 3;
+    s.gnss[0].velocity_noise = s.gnss[0].velocity_noise.normalized() * 0.5;
+  });
+  c.options.gnss[0].lever_arm.setZero();
+  const auto near_by = calibrate(c.simulation.recording(0), c.conditioning, c.options, {0.01});
+  const auto housed = calibrate(c.simulation.recording(0), c.conditioning, c.options, {0.01}, Antenna::kInHousing);
+  ASSERT_TRUE(near_by && housed);
+  EXPECT_FALSE(near_by->in_housing);
+  EXPECT_TRUE(housed->in_housing);
+  EXPECT_GT(near_by->lever_arm_sigma.maxCoeff(), kHousing);
+  EXPECT_LE(housed->lever_arm_sigma.maxCoeff(), kHousing);
+  EXPECT_EQ(priors_after(*housed).lever_arm, kHousing);
 }
 
 }  // namespace

@@ -17,6 +17,9 @@
 
 namespace piste {
 
+/// 1-sigma of each axis of a lever arm where one housing has IMU and antenna, as in a phone or a logger. [m]
+constexpr double kHousing = 0.15;
+
 /// What the filter itself tells of an IMU beside a receiver (experiment/calibration.h).
 struct Calibration {
   Vector3d lever_arm, lever_arm_sigma;       ///< p_ba_b [m]
@@ -31,6 +34,8 @@ struct Calibration {
   double sigma_scale = 1, sigma_velocity_scale = 1;  ///< of the receiver's sigmas, likewise
   std::optional<GaussMarkov> drift = std::nullopt;   ///< the coloured error of its positions, if there is one
   std::size_t used = 0, rejected = 0;                ///< GNSS innovations of the filter that told it
+  double likelihood = 0;                             ///< over the whole log: logarithm of that of a fix
+  bool in_housing = false;                           ///< whether IMU and antenna are taken to be in one housing
 
   /// Whether the filter fits the logs: it rejected less than a tenth.
   bool fits() const { return rejected < (used + rejected) / 10; }

@@ -63,7 +63,8 @@ struct NoiseAtRest {
 struct Tuning {
   NoiseModel noise;
   /// The same with the mean of the variance of each white noise of the IMU where the likeliest one is its mode:
-  /// σ exp(s²), s the 1-sigma of ln σ, and twice as much at most. What is hardly told is not too quiet with it.
+  /// σ exp(s²), s the 1-sigma of ln σ, twice as much at most, and no more than the samples leave room for. What is
+  /// hardly told is not too quiet with it.
   NoiseModel expected;
   std::vector<TunedNoise> numbers;
   double likelihood_at_start = 0, likelihood = 0;  ///< without the prior
