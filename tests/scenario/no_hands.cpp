@@ -89,8 +89,9 @@ TEST_P(NoHands, IsRightOrWide) {
     EXPECT_GE(e.count.within(), 0.95);
     return e;
   };
-  // Its antenna is in its housing.
-  if (s.name == "Phone") EXPECT_LT(lever_arm.norm(), 0.5);
+  if (s.name == "Phone") {
+    EXPECT_LT(lever_arm.norm(), 0.5) << "the antenna is in the housing";
+  }
   EXPECT_LE(errors("filtered.csv").mean_end(), s.end);
   EXPECT_LE(errors("smoothed.csv").worst_inside(), s.smoothed);
 }
