@@ -276,8 +276,14 @@ std::optional<Calibration> calibrate(const Recording& recording, ConditioningOpt
   Calibrator beginning(recording, conditioning, options, early, clock.sigma, arm_prior, jobs);
   if (!beginning.locate()) return std::nullopt;
   beginning.search_noise();
-  Calibration first = beginning.calibration();
-  first.in_housing = antenna == Antenna::kInHousing;
+  // In a housing the prior tells where the antenna is: the replay, which has it too, is to start from it.
+  const auto calibration_of = [antenna](Calibrator& calibrator) {
+    Calibration all = calibrator.calibration();
+    all.in_housing = antenna == Antenna::kInHousing;
+    if (all.in_housing) all.lever_arm.setZero();
+    return all;
+  };
+  Calibration first = calibration_of(beginning);
   if (!first.fits() || clock.with_drift) return first;
   // From here on with the noise that was found.
   options.sensor = first.sensor;
@@ -293,11 +299,10 @@ std::optional<Calibration> calibrate(const Recording& recording, ConditioningOpt
       first.clock_offset - drift * ((early.start + early.end) / 2 - (recording.imu.time.front() - first.clock_offset));
   Calibrator drifting(scaled, std::move(conditioning), std::move(options), early, first.clock_sigma, arm_prior, jobs);
   if (!drifting.locate()) return first;
-  Calibration again = drifting.calibration();
+  Calibration again = calibration_of(drifting);
   if (!again.fits()) return first;
   again.sigma_scale = first.sigma_scale;
   again.sigma_velocity_scale = first.sigma_velocity_scale;
-  again.in_housing = first.in_housing;
   return again;
 }
 

@@ -305,11 +305,10 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
     }
     text += fmt::format("  - {}", file_keys(log, folder, "    "));
     if (log.calibration && log.calibration->fits() && log.calibration->in_housing) {
-      const Vector3d& arm = log.calibration->lever_arm;
-      text += fmt::format(
-          "    lever_arm: {:.2f} {:.2f} {:.2f} m   # likeliest with the antenna in the IMU's housing, as in a phone; "
-          "measure it otherwise\n",
-          arm.x(), arm.y(), arm.z());
+      text +=
+          "    lever_arm: 0 0 0 m            # likeliest with the antenna in the IMU's housing, as in a phone; measure "
+          "it "
+          "otherwise\n";
     } else if (log.calibration && log.calibration->tells_arm()) {
       const Vector3d &arm = log.calibration->lever_arm, &sigma = log.calibration->lever_arm_sigma;
       text += fmt::format(

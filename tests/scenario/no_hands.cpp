@@ -90,7 +90,7 @@ TEST_P(NoHands, IsRightOrWide) {
     return e;
   };
   if (s.name == "Phone") {
-    EXPECT_LT(lever_arm.norm(), 0.5) << "the antenna is in the housing";
+    EXPECT_LT(lever_arm.norm(), 1) << "the antenna is in the housing; taken to be near by, it comes out 3 m away";
   }
   EXPECT_LE(errors("filtered.csv").mean_end(), s.end);
   EXPECT_LE(errors("smoothed.csv").worst_inside(), s.smoothed);
