@@ -366,7 +366,7 @@ void Filter::correct_by(const Update& u) {
 
 // Takes back what the IMU's noise has told of the scales in the fixes of this instant.
 void Filter::take_back_noise() {
-  const std::optional<ScaleScore> score = noise_score_.after_fixes(state_.x, state_.P);
+  const std::optional<ScaleScore> score = noise_score_.after_fixes(state_.x, state_.P, propagation_.gravity().value);
   if (!score) return;
   const ErrorVector moved = -pull_of(*score, setup_->layout, state_.P);
   state_.x = boxplus(state_.x, setup_->layout, moved);

@@ -1,11 +1,25 @@
 #include "piste/solve/noise_score.h"
 
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <utility>
+
 #include "math/wide.h"
 
 namespace piste {
 namespace {
 
 constexpr Block kScales[] = {Block::kGyroScale, Block::kAccelScale};
+constexpr double kEvery = 0.5;  // s between two scores at least: several fixes of a fast receiver at a time
+
+// Of errors of position, velocity and attitude over a time with a mean specific force, both in the world frame.
+Eigen::Matrix<double, 9, 9> transition(double time, const Vector3d& force) {
+  Eigen::Matrix<double, 9, 9> Phi = Eigen::Matrix<double, 9, 9>::Identity();
+  Phi.block<3, 3>(0, 3).diagonal().setConstant(time);
+  Phi.block<3, 3>(3, 6) = -time * skew(force);
+  Phi.block<3, 3>(0, 6) = -0.5 * time * time * skew(force);
+  return Phi;
+}
 
 // Eliminates the first `count` rows of a symmetric matrix, of which the lower half is there.
 PISTE_WIDE void eliminate(double* C, std::ptrdiff_t size, std::ptrdiff_t count) {
@@ -29,38 +43,73 @@ NoiseScore::NoiseScore(const FilterOptions& options, const StateLayout& layout) 
   if (layout.has(Block::kAccelScale)) accel_ = accel * accel;
 }
 
-// Covariances along the body's axes of attitude and velocity, for given errors of everything else: what a bias hides
-// of the tilt is not what the noise turns. It is the ordinary velocity that fixes show.
-NoiseScore::Known NoiseScore::known(const Estimate& x, const Covariance& P) {
-  constexpr int kVelocity = full_offset(Block::kVelocity), kNavigation = 9, kFast = 6;
-  const Eigen::Index others = P.rows() - kNavigation, size = others + kFast;
-  // The slow states first; eliminating them leaves the covariance of velocity and attitude for given values of them
-  // (Schur's complement). Only the lower half is there.
+// For given errors of everything else: what a bias hides of the tilt is not what the noise turns.
+NoiseScore::Navigation NoiseScore::known(const Estimate& x, const Covariance& P) {
+  constexpr int kNavigation = 9;
+  const Eigen::Index others = P.rows() - kNavigation, size = P.rows();
+  // The slow states first; eliminating them leaves the covariance of the others for given values of them (Schur's
+  // complement). Only the lower half is there.
   Covariance C(size, size);
   C.topLeftCorner(others, others) = P.bottomRightCorner(others, others);
-  C.bottomLeftCorner(kFast, others) = P.block(kVelocity, kNavigation, kFast, others);
-  C.bottomRightCorner<kFast, kFast>() = P.block<kFast, kFast>(kVelocity, kVelocity);
+  C.bottomLeftCorner(kNavigation, others) = P.topRightCorner(kNavigation, others);
+  C.bottomRightCorner<kNavigation, kNavigation>() = P.topLeftCorner<kNavigation, kNavigation>();
   eliminate(C.data(), size, others);
-  using Matrix6d = Eigen::Matrix<double, kFast, kFast>;
-  const Matrix6d lower = C.bottomRightCorner<kFast, kFast>(), fast = lower.selfadjointView<Eigen::Lower>();
-  const Matrix3d R = x.R_wb();
-  const Eigen::Matrix<double, 3, kFast> velocity =
-      R.transpose() * ordinary_from_invariant(x).block<3, kFast>(kVelocity, kVelocity);
-  return {R.transpose() * fast.bottomRightCorner<3, 3>() * R, velocity * fast * velocity.transpose()};
+  const Navigation lower = C.bottomRightCorner<kNavigation, kNavigation>();
+  const Navigation T = ordinary_from_invariant(x);
+  return T * lower.selfadjointView<Eigen::Lower>() * T.transpose();
 }
 
 void NoiseScore::before_fix(const Estimate& x, const Covariance& P) {
-  if (!before_ && gyro_time_ > 0 && gyro_ + accel_ > 0) before_ = known(x, P);
+  if (gyro_ + accel_ == 0 || duration_ == 0) return;
+  if (!std::exchange(counted_, true)) ++fixes_;
+  if (!before_ && duration_ >= kEvery) before_ = known(x, P);
 }
 
-std::optional<ScaleScore> NoiseScore::after_fixes(const Estimate& x, const Covariance& P) {
+// Λ before this fix, from the one before the fixes since the last score. All of them count as this one, and `pushed` is
+// the mean specific force meanwhile.
+void NoiseScore::look_ahead(const Navigation& after, const Vector3d& pushed) {
+  const Eigen::LLT<Navigation> root(*before_);
+  if (root.info() != Eigen::Success) {
+    later_.setZero();
+    return;
+  }
+  const Navigation inverse = root.solve(Navigation::Identity());
+  const Navigation kept = after * inverse;
+  Navigation told = inverse - inverse * kept;
+  Navigation A = transition(duration_ / fixes_, pushed) * kept;
+  for (int n = fixes_;; told += A.transpose() * told * A, A = A * A) {
+    if (n % 2 == 1) later_ = A.transpose() * later_ * A + told;
+    if ((n /= 2) == 0) break;
+  }
+  later_ = (0.5 * (later_ + later_.transpose())).eval();
+  // No later fix tells more than all that is to be known, which P⁻¹ is. Where the fixes so far do not stand for those
+  // to come, such as after an outage, it is half of that, as for a random walk that is measured directly.
+  const bool possible = later_.allFinite() && later_.diagonal().minCoeff() >= 0 &&
+                        Eigen::LLT<Navigation>(inverse - later_).info() == Eigen::Success;
+  if (!possible) later_ = 0.5 * inverse;
+}
+
+std::optional<ScaleScore> NoiseScore::after_fixes(const Estimate& x, const Covariance& P, const Vector3d& gravity) {
+  counted_ = false;
   if (!before_) return std::nullopt;
-  const Known after = known(x, P);
-  ScaleScore score;
-  score << gyro_ * gyro_time_ * (before_->attitude + after.attitude).inverse().diagonal(),
-      accel_ * accel_time_ * (before_->velocity + after.velocity).inverse().diagonal();
+  const Vector3d pushed = (x.v_wb - velocity_) / duration_ - gravity;
+  look_ahead(known(x, P), pushed);
+  // The mean over the time between two fixes, by Simpson's rule.
+  const double interval = duration_ / fixes_;
+  const Matrix3d R = x.R_wb();
+  ScaleScore score = ScaleScore::Zero();
+  for (const auto& [part, weight] : {std::pair(0.0, 1.0), std::pair(0.5, 4.0), std::pair(1.0, 1.0)}) {
+    const Navigation until = transition(part * interval, pushed);
+    const Eigen::Matrix<double, 9, 3> turned = until.rightCols<3>() * R, moved = until.middleCols<3>(3) * R;
+    score.head<3>() += weight / 6 * (turned.transpose() * later_ * turned).diagonal();
+    score.tail<3>() += weight / 6 * (moved.transpose() * later_ * moved).diagonal();
+  }
+  score.head<3>().array() *= gyro_ * gyro_time_ * (1 + x.gyro_scale.array()).pow(-3);
+  score.tail<3>().array() *= accel_ * accel_time_ * (1 + x.accel_scale.array()).pow(-3);
   before_.reset();
-  gyro_time_ = accel_time_ = 0;
+  velocity_ = x.v_wb;
+  duration_ = gyro_time_ = accel_time_ = 0;
+  fixes_ = 0;
   return score;
 }
 

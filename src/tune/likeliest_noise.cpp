@@ -90,16 +90,21 @@ std::vector<SourceNis> nis_of(const Evidence& run) {
   return all;
 }
 
-// The same noise with a coloured error of the first receiver, of several sizes and times.
+// The same noise with a coloured error of the first receiver, of several sizes and times. What noise of the IMU was made
+// for this error without it may be too large beside it.
 std::vector<NoiseModel> with_drifts(const NoiseModel& model) {
   std::vector<NoiseModel> models;
-  for (const double time : {5.0, 30.0, 150.0}) {
+  for (const double time : {1.0, 5.0, 30.0, 150.0}) {
     for (const double white : {1.0, 0.5}) {
       for (const double drift : {1.0, 3.0}) {
-        NoiseModel& m = models.emplace_back(model);
-        m.gnss.front().white *= white;
-        m.gnss.front().drift = drift * model.gnss.front().white;
-        m.gnss.front().drift_time = time;
+        for (const double imu : {1.0, 0.4}) {
+          NoiseModel& m = models.emplace_back(model);
+          m.sensor.gyro.noise *= imu;
+          m.sensor.accel.noise *= imu;
+          m.gnss.front().white *= white;
+          m.gnss.front().drift = drift * model.gnss.front().white;
+          m.gnss.front().drift_time = time;
+        }
       }
     }
   }

@@ -4,15 +4,21 @@
 /// A scale multiplies the measured rate, and this rate holds the noise that turns the attitude. So the effect of the
 /// scale on the attitude and the error of the attitude have a common part, and every fix that shows the error pulls at
 /// the scale (errors in variables; Fuller 1987). In an hour of calm driving this is many sigmas. The mean of the pull
-/// is known: with white noise of density q, and the covariance P of the attitude about the body's axes before and after
-/// the fixes of one instant, which come T later than those before, the scores of the scales rise by the diagonal of
+/// is known: white noise of density q over a time T adds to the scores of the scales the diagonal of
 ///
-///     q T (P_before + P_after)⁻¹
+///     q T Gᵀ Λ G (1 + s)⁻³
 ///
-/// This is exact where fixes show the attitude itself or the velocity that follows from it; where positions alone show
-/// it, the true value is a third larger. Whatever the noise is, the pull is half the bandwidth with which fixes correct
-/// the attitude. Accelerometers likewise, with the velocity. A smoother that is linearised about a smoothed run
-/// (reference.h) needs none of this.
+/// G: what the noise along the body's axes does to position, velocity and attitude until the next fix. Λ: the
+/// information on these errors in all later fixes, as a smoother has it going backwards (Bierman 1973),
+///
+///     Λ = (I − K H)ᵀ Φᵀ Λ Φ (I − K H) + Hᵀ S⁻¹ H,   I − K H = P_after P_before⁻¹,
+///
+/// with the covariances for given errors of everything else. As a filter does not know later fixes, those so far stand
+/// for them. The filter divides the measured rate by 1 + s, and the derivative divides it once more. Where one state is
+/// measured directly, this is q T / (P_before + P_after): half the bandwidth with which fixes correct it.
+/// Accelerometers likewise.
+///
+/// A smoother that is linearised about a smoothed run (reference.h) needs none of this.
 
 #include <optional>
 
@@ -34,24 +40,29 @@ class NoiseScore {
   /// A step of `dt` seconds with the measured rate and force as factors of the scales. `gyro` and `accel`: factors of
   /// the variances of the stated noise.
   void add(double dt, double gyro = 1, double accel = 1) {
+    duration_ += dt;
     gyro_time_ += gyro * dt;
     accel_time_ += accel * dt;
   }
   /// Call it before a fix is used.
   void before_fix(const Estimate& x, const Covariance& P);
-  /// Call it after all fixes of one instant, before the next step. Returns the score that they added; nothing if there
-  /// was none.
-  std::optional<ScaleScore> after_fixes(const Estimate& x, const Covariance& P);
+  /// Call it after all fixes of one instant, before the next step. Returns the score that the fixes of the last half
+  /// second or more have added; nothing where it waits for more. `gravity`: in the world frame.
+  std::optional<ScaleScore> after_fixes(const Estimate& x, const Covariance& P, const Vector3d& gravity);
 
  private:
-  struct Known {
-    Matrix3d attitude, velocity;
-  };
-  static Known known(const Estimate& x, const Covariance& P);
+  /// A covariance, or information, of the errors of position, velocity (its own, not the invariant one) and attitude.
+  using Navigation = Eigen::Matrix<double, 9, 9>;
+  static Navigation known(const Estimate& x, const Covariance& P);
+  void look_ahead(const Navigation& after, const Vector3d& pushed);
 
-  double gyro_ = 0, accel_ = 0;            // densities of the white noise, squared; 0 where the scale is not estimated
-  double gyro_time_ = 0, accel_time_ = 0;  // since the last fix, as the factors weigh it
-  std::optional<Known> before_;
+  double gyro_ = 0, accel_ = 0;  // densities of the white noise, squared; 0 where the scale is not estimated
+  double duration_ = 0, gyro_time_ = 0, accel_time_ = 0;  // since the last score; the latter as the factors weigh it
+  int fixes_ = 0;                                         // instants of them, likewise
+  bool counted_ = false;                                  // whether the fixes of this instant are
+  std::optional<Navigation> before_;
+  Navigation later_ = Navigation::Zero();  // Λ
+  Vector3d velocity_ = Vector3d::Zero();   // at the last score
 };
 
 /// The mean error that this score has brought: P times the score, for all states.
