@@ -90,8 +90,8 @@ std::vector<SourceNis> nis_of(const Evidence& run) {
   return all;
 }
 
-// The same noise with a coloured error of the first receiver, of several sizes and times. What noise of the IMU was made
-// for this error without it may be too large beside it.
+// The same noise with a coloured error of the first receiver, of several sizes and times. What noise of the IMU was
+// made for this error without it may be too large beside it.
 std::vector<NoiseModel> with_drifts(const NoiseModel& model) {
   std::vector<NoiseModel> models;
   for (const double time : {1.0, 5.0, 30.0, 150.0}) {
