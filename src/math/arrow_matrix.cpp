@@ -13,8 +13,22 @@ void invert(const Blocks::View& A) {
 
 }  // namespace
 
-ArrowEquations::ArrowEquations(std::size_t count, Eigen::Index node, Eigen::Index border)
-    : nodes_(count, node, node), sides_(count, node, border + 1), corner_(1, border + 1, border + 1) {}
+void ChainLinks::reset(std::size_t count, Eigen::Index node, Eigen::Index border) {
+  F.reset(count, node, node);
+  B.reset(count, node, border + 1);
+  noise.reset(count, node, node);
+}
+
+void ArrowEquations::reset(std::size_t count, Eigen::Index node, Eigen::Index border) {
+  nodes_.reset(count, node, node);
+  sides_.reset(count, node, border + 1);
+  corner_.reset(1, border + 1, border + 1);
+}
+
+void ArrowSystem::reset(std::size_t count, Eigen::Index node, Eigen::Index border) {
+  equations.reset(count, node, border);
+  links.reset(count - 1, node, border);
+}
 
 void ArrowEquations::add(std::size_t node, const ArrowRows& rows) {
   add_product_transposed(1, rows.J[0], rows.J[0], nodes_[node]);
@@ -38,13 +52,14 @@ void ArrowEquations::add(std::size_t node, const Eigen::MatrixXd& J, const Eigen
 
 double ArrowEquations::squares() const { return corner_[0](corner_.rows() - 1, corner_.rows() - 1); }
 
-ArrowElimination::ArrowElimination(ArrowEquations equations, ChainLinks chain)
-    : nodes_(std::move(equations.nodes_)),
-      sides_(std::move(equations.sides_)),
-      gains_(chain.size(), nodes_.rows(), nodes_.rows()),
-      chain_(std::move(chain)) {
+ArrowElimination::ArrowElimination(ArrowSystem system)
+    : nodes_(std::move(system.equations.nodes_)),
+      sides_(std::move(system.equations.sides_)),
+      gains_(std::move(system.room)),
+      chain_(std::move(system.links)) {
+  gains_.reset(chain_.size(), nodes_.rows(), nodes_.rows());
   const Eigen::Index n = nodes_.rows(), with_one = sides_.columns(), g = with_one - 1;
-  Blocks corner = std::move(equations.corner_);
+  Blocks corner = std::move(system.equations.corner_);
   Blocks squares(2, n, n), tall(2, n, with_one), wide(1, with_one, n);
   auto FP = squares[0], told = squares[1];  // `told`: of the next node, by what stands before it
   auto side = tall[0], told_B = tall[1];
@@ -87,6 +102,15 @@ ArrowElimination::ArrowElimination(ArrowEquations equations, ChainLinks chain)
   const Eigen::VectorXd right = -corner[0].topRightCorner(g, 1);
   border_ = corner_[0] * right;
   least_ -= border_.dot(right);
+}
+
+ArrowSystem ArrowElimination::release() && {
+  ArrowSystem system;
+  system.equations.nodes_ = std::move(nodes_);
+  system.equations.sides_ = std::move(sides_);
+  system.links = std::move(chain_);
+  system.room = std::move(gains_);
+  return system;
 }
 
 ArrowVector ArrowElimination::solution() const {

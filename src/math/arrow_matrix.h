@@ -13,8 +13,10 @@ namespace piste {
 struct ChainLinks {
   Blocks F, B, noise;
 
-  ChainLinks(std::size_t count, Eigen::Index node, Eigen::Index border)
-      : F(count, node, node), B(count, node, border + 1), noise(count, node, node) {}
+  ChainLinks() = default;
+  /// All zero.
+  ChainLinks(std::size_t count, Eigen::Index node, Eigen::Index border) { reset(count, node, border); }
+  void reset(std::size_t count, Eigen::Index node, Eigen::Index border);
   std::size_t size() const { return F.size(); }
 };
 
@@ -36,7 +38,10 @@ struct ArrowRows {
 /// The sum of squares of residuals of nodes and the border, as normal equations.
 class ArrowEquations {
  public:
-  ArrowEquations(std::size_t count, Eigen::Index node, Eigen::Index border);
+  ArrowEquations() = default;
+  /// None yet.
+  ArrowEquations(std::size_t count, Eigen::Index node, Eigen::Index border) { reset(count, node, border); }
+  void reset(std::size_t count, Eigen::Index node, Eigen::Index border);
   void add(std::size_t node, const ArrowRows& rows);
   /// Any number of rows.
   void add(std::size_t node, const Eigen::MatrixXd& J, const Eigen::MatrixXd& K, const Eigen::VectorXd& residual);
@@ -46,6 +51,18 @@ class ArrowEquations {
  private:
   friend class ArrowElimination;
   Blocks nodes_, sides_, corner_;  // of a node with itself, and with (g, 1); of (g, 1) with itself
+};
+
+/// All that is known of a chain: the measurements of its nodes, its links, and room for what an elimination makes of
+/// them. It is large, and memory that the system clears anew costs as much as filling it, so that one system serves for
+/// many.
+struct ArrowSystem {
+  ArrowEquations equations;
+  ChainLinks links;
+  Blocks room = {};
+
+  /// A chain of `count` nodes of which nothing is known.
+  void reset(std::size_t count, Eigen::Index node, Eigen::Index border);
 };
 
 /// Blocks of the covariance of all nodes and the border. The others are not zero, but are not needed.
@@ -61,9 +78,11 @@ struct ArrowMatrix {
 /// and would take all digits of it. The cost is linear in the number of nodes.
 class ArrowElimination {
  public:
-  /// `equations`: of priors and measurements alone, without those of `chain`. Throws std::domain_error if the first
-  /// node, or the border, is not determined.
-  ArrowElimination(ArrowEquations equations, ChainLinks chain);
+  /// The equations are those of priors and measurements alone, without those of the links. Throws std::domain_error if
+  /// the first node, or the border, is not determined.
+  explicit ArrowElimination(ArrowSystem system);
+  /// The memory of a system, for another one.
+  ArrowSystem release() &&;
 
   ArrowVector solution() const;
   /// Selected blocks of the inverse, back from those of the border and the next node.

@@ -17,12 +17,16 @@ class Blocks {
 
   Blocks() = default;
   /// All zero.
-  Blocks(std::size_t count, Eigen::Index rows, Eigen::Index columns)
-      : count_(count),
-        rows_(rows),
-        columns_(columns),
-        stride_((rows + 3) / 4 * 4),
-        values_(count * static_cast<std::size_t>(stride_ * columns), 0.0) {}
+  Blocks(std::size_t count, Eigen::Index rows, Eigen::Index columns) { reset(count, rows, columns); }
+
+  /// The same, in the memory that it has.
+  void reset(std::size_t count, Eigen::Index rows, Eigen::Index columns) {
+    count_ = count;
+    rows_ = rows;
+    columns_ = columns;
+    stride_ = (rows + 3) / 4 * 4;
+    values_.assign(count * static_cast<std::size_t>(stride_ * columns), 0.0);
+  }
 
   std::size_t size() const { return count_; }
   Eigen::Index rows() const { return rows_; }

@@ -155,7 +155,7 @@ std::unique_ptr<BatchRun> run_batch(const Log& log, const FilterOptions& options
     const auto solve = [&]() -> double {
       if (smooth) {
         BatchStates near = s.at_nodes;
-        Refined refined = refine(*s.terms, weights.values(), near);
+        Refined refined = refine(*s.terms, weights.values(), near, std::exchange(s.equations, std::nullopt));
         if (refined.settled()) {
           s.at_nodes = std::move(near);
           return take(std::move(refined));
@@ -164,7 +164,8 @@ std::unique_ptr<BatchRun> run_batch(const Log& log, const FilterOptions& options
       const double before = sum.cost;
       const BatchStep far = minimise(*s.terms, weights.values(), s.at_nodes);
       sum.iterations += far.iterations;
-      const double fell = take(refine(*s.terms, weights.values(), s.at_nodes));
+      const double fell =
+          take(refine(*s.terms, weights.values(), s.at_nodes, std::exchange(s.equations, std::nullopt)));
       smooth = s.equations.has_value();
       return smooth ? far.before - far.after + fell : std::abs(before - sum.cost);
     };

@@ -40,6 +40,14 @@ class ChainLayer {
     find_delays();
     look_ahead_ = std::max(0.0, *std::max_element(delays_.begin(), delays_.end()) + kSameInstant);
     if (layout.whole.has(Block::kClockDrift)) look_ahead_ += kRoomToDrift;
+    const std::size_t samples = log.imu.size(), fixes = weights.size();
+    const double duration = samples > 0 ? std::max(0.0, log.imu.back().time - start) : 0;
+    const auto nodes = fixes + static_cast<std::size_t>(2 * duration / longest) + 2;
+    chain_.nodes.reserve(nodes);
+    chain_.intervals.reserve(nodes);
+    chain_.steps.reserve(samples + fixes);
+    chain_.fixes.reserve(fixes);
+    chain_.epochs.reserve(samples);
     chain_.nodes.push_back({start, x_, gravity_, {}});
   }
 

@@ -21,8 +21,10 @@ struct Refined {
 /// Brings `states` to the minimum by steps of Gauss and Newton; where these do not settle, to the lowest place on their
 /// way. Over milliseconds the IMU is so sure that normal equations with its information, as Ceres forms them, have too
 /// few digits left for the fixes, and that a step may first raise the objective by its second order, which the next
-/// step takes away. Throws DataError if the run does not determine the unknowns.
-Refined refine(const BatchTerms& terms, const std::vector<double>& weights, BatchStates& states);
+/// step takes away. `room`: an earlier elimination, the memory of which is used. Throws DataError if the run does not
+/// determine the unknowns.
+Refined refine(const BatchTerms& terms, const std::vector<double>& weights, BatchStates& states,
+               std::optional<ArrowElimination> room = {});
 
 /// The normal equations about the states, eliminated: what it has as covariance is that of the errors of all nodes and
 /// the constants. Throws DataError if the run does not determine them.

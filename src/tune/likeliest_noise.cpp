@@ -16,27 +16,32 @@ namespace {
 
 constexpr double kToldMore = 0.5, kWidest = 3;  // of the prior's 1-sigma; of a value, either way
 
-// `sigma` and `width`: 1-sigma of the logarithm, with the data and before them.
-TunedNoise number(std::string name, std::string unit, double start, double value, double sigma, double width) {
-  const double reach = normal_quantile(0.975) * sigma;
+// `about`: the interval of the logarithm. `width`: its 1-sigma before the data.
+TunedNoise number(std::string name, std::string unit, double start, double value, const LogInterval& about,
+                  double width) {
+  const double reach = about.reach();
   return {.name = std::move(name),
           .unit = std::move(unit),
           .start = start,
           .value = value,
-          .low = value * std::exp(-reach),
-          .high = value * std::exp(reach),
-          .determined = sigma < kToldMore * width && reach < std::log(kWidest)};
+          .low = value * std::exp(about.low),
+          .high = value * std::exp(about.high),
+          .determined = reach < kToldMore * width * normal_quantile(0.975) && reach < std::log(kWidest)};
+}
+
+LogInterval by_curvature(double variance) {
+  const double reach = normal_quantile(0.975) * std::sqrt(variance);
+  return {-reach, reach};
 }
 
 std::vector<TunedNoise> numbers_of(const NoiseFound& found, const Eigen::MatrixXd& covariance,
-                                   const NoiseModel& start) {
+                                   const std::vector<LogInterval>& intervals, const NoiseModel& start) {
   std::vector<TunedNoise> numbers;
   NoiseModel best = found.best.model, before = start;
   for (std::size_t k = 0; k < found.knobs.size(); ++k) {
     const NoiseKnob& knob = found.knobs[k];
-    const auto i = static_cast<Eigen::Index>(k);
     numbers.push_back(number(knob.name, knob.unit, knob.factor * knob.at(before), knob.factor * knob.at(best),
-                             std::sqrt(covariance(i, i)), knob.width));
+                             intervals[k], knob.width));
   }
   // The factors of whole sigmas, from those of their white and their coloured part.
   for (std::size_t i = 0; i < best.gnss.size(); ++i) {
@@ -50,21 +55,21 @@ std::vector<TunedNoise> numbers_of(const NoiseFound& found, const Eigen::MatrixX
       slope(static_cast<Eigen::Index>(k)) = std::log(more.gnss[i].position() / scale) / kLittle;
     }
     numbers.push_back(number(fmt::format("gnss[{}].sigma_scale", i), "", start.gnss[i].position(), scale,
-                             std::sqrt(slope.dot(covariance * slope)), kSizeWidth));
+                             by_curvature(slope.dot(covariance * slope)), kSizeWidth));
   }
   return numbers;
 }
 
 // What Tuning::expected says.
-NoiseModel expected(const NoiseFound& found, const Eigen::MatrixXd& covariance) {
+NoiseModel expected(const NoiseFound& found, const std::vector<LogInterval>& intervals) {
   constexpr double kMost = 2;
   NoiseModel model = found.best.model;
   for (std::size_t k = 0; k < found.knobs.size(); ++k) {
-    const auto i = static_cast<Eigen::Index>(k);
     const NoiseKnob& knob = found.knobs[k];
     if (!knob.name.ends_with(".noise")) continue;
+    const double sigma = intervals[k].reach() / normal_quantile(0.975);
     double& value = knob.at(model);
-    value = std::clamp(value * std::min(std::exp(covariance(i, i)), kMost), knob.least, knob.most);
+    value = std::clamp(value * std::min(std::exp(sigma * sigma), kMost), knob.least, knob.most);
   }
   return model;
 }
@@ -155,8 +160,14 @@ Tuning likeliest_noise(const Log& log, const FilterOptions& options, const Start
   tuning.likelihood = search.filtered(log_judged, found.best.model).evidence.likelihood;
   const Eigen::MatrixXd covariance =
       inverse(how.thorough ? observed_information(search, log_judged, found) : found.information);
-  tuning.expected = expected(found, covariance);
-  tuning.numbers = numbers_of(found, covariance, centre);
+  std::vector<LogInterval> intervals;
+  if (how.thorough) {
+    intervals = likelihood_intervals(search, log_judged, found, covariance);
+  } else {
+    for (const double variance : covariance.diagonal()) intervals.push_back(by_curvature(variance));
+  }
+  tuning.expected = expected(found, intervals);
+  tuning.numbers = numbers_of(found, covariance, intervals, centre);
   tuning.rows = static_cast<std::size_t>(found.best.evidence.rows);
   tuning.nis = nis_of(search.gated(found.best.model));
   tuning.filter_runs = search.runs();

@@ -81,4 +81,17 @@ NoiseModel moved(const std::vector<NoiseKnob>& knobs, NoiseModel model, const Ei
 /// likelihood of `log` and the prior. That of the search, where they are not positive definite.
 Eigen::MatrixXd observed_information(const NoiseSearch& search, const Log& log, const NoiseFound& found);
 
+/// Where the logarithm of a knob ends, from its value at the top.
+struct LogInterval {
+  double low, high;
+
+  double reach() const { return (high - low) / 2; }
+};
+
+/// The 95 % interval of each knob about `found.best`: where the likelihood of `log` and the prior is less than half of
+/// the χ² quantile below the top (Wilks 1938), or at the limit of what is possible. The other knobs go along as
+/// `covariance` has it, that of the logarithms by the curvature at the top.
+std::vector<LogInterval> likelihood_intervals(const NoiseSearch& search, const Log& log, const NoiseFound& found,
+                                              const Eigen::MatrixXd& covariance);
+
 }  // namespace piste

@@ -66,7 +66,7 @@ TEST(ArrowMatrix, SolutionAndCovarianceAreThoseOfCeres) {
     chain.B[i] << B, c;
     chain.noise[i] = noise;
   }
-  const ArrowElimination eliminated(equations, chain);
+  const ArrowElimination eliminated(ArrowSystem{equations, chain});
   ceres::Solver::Options options;
   options.logging_type = ceres::SILENT;
   options.max_num_iterations = 200;

@@ -12,6 +12,7 @@
 
 #include "piste/core/error.h"
 #include "piste/core/recording.h"
+#include "piste/math/linear_algebra.h"
 #include "piste/math/statistics.h"
 #include "support/simulated_case.h"
 #include "support/thorough.h"
@@ -92,6 +93,33 @@ TEST(LikeliestNoise, IsTheOneThatWasSimulated) {
     fmt::print("{}: {:.3f} times the true one on average, {:.2f} to {:.2f}; {} of {} inside 95 %, {:.2f} sigma rms\n",
                name, std::exp(all.sum / runs), std::exp(all.least), std::exp(all.most), all.inside, runs,
                std::sqrt(all.squares / runs));
+  }
+}
+
+// The ends of an interval: half of the χ² quantile below the top, or where the samples leave no more room.
+TEST(LikeliestNoise, IntervalsEndWhereTheLikelihoodHasFallen) {
+  const WronglyTold told(3);
+  const NoiseModel centre = noise_model(told.c.options, told.log);
+  const NoiseSearch search(told.log, told.c.options, told.start, centre, true, 2);
+  const NoiseFound found = search.climb(centre);
+  const Log log = search.judged(found.best.model);
+  const Eigen::MatrixXd covariance = inverse(observed_information(search, log, found));
+  const std::vector<LogInterval> intervals = likelihood_intervals(search, log, found, covariance);
+  const double top = search.filtered(log, found.best.model).value, fall = 0.5 * square(normal_quantile(0.975));
+  ASSERT_EQ(intervals.size(), found.knobs.size());
+  for (std::size_t k = 0; k < intervals.size(); ++k) {
+    const NoiseKnob& knob = found.knobs[k];
+    NoiseModel best = found.best.model;
+    const auto i = static_cast<Eigen::Index>(k);
+    for (const double end : {intervals[k].low, intervals[k].high}) {
+      NoiseModel there = moved(found.knobs, best, end / covariance(i, i) * covariance.col(i));
+      const double value = knob.at(there), fell = top - search.filtered(log, there).value;
+      const bool at_limit = value <= knob.least * (1 + 1e-9) || value >= knob.most * (1 - 1e-9);
+      EXPECT_TRUE(at_limit ? fell < fall + 0.1 : std::abs(fell - fall) < 0.1) << knob.name << " " << end << " " << fell;
+    }
+    if (knob.name == "accel.noise") {
+      EXPECT_GT(intervals[k].high, -5 * intervals[k].low) << "rest tells how quiet it can be";
+    }
   }
 }
 

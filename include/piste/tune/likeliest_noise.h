@@ -42,7 +42,7 @@ struct TunedNoise {
   std::string name;  ///< such as `gyro.noise` or `gnss[0].sigma_scale`
   std::string unit;  ///< of the values here; empty: a factor
   double start = 0, value = 0;
-  double low = 0, high = 0;  ///< its 95 % interval, by the curvature of the likelihood and the prior
+  double low = 0, high = 0;  ///< its 95 % interval, by the likelihood and the prior
   /// Whether the data tell it: they halved the prior's 1-sigma at least, and the interval is within a factor of 3.
   bool determined = false;
 };
