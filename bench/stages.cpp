@@ -59,7 +59,7 @@ void run(const char* file, const char* folder) {
   std::string stage = "conditioning, start";
   watch.lap("reading");
   OutputFolder output(folder);
-  RowFiles rows(output, config.rates, config.smoother);
+  RowFiles rows(output, config.rates, config.smoother, false);
   ReplayOptions options = replay_options(config);
   const auto timed = [&watch](const RowTaker& taker) {
     return [&watch, taker](Solution& next, std::size_t first) {

@@ -4,7 +4,19 @@
 
 #include <string_view>
 
+#include "math/task_queue.h"
+
 namespace piste {
+
+constexpr std::size_t kWaiting = 4;  // pieces of rows, some megabytes each
+
+RowFiles::RowFiles(OutputFolder& output, const OutputRates& rates, SmootherKind smoother, bool in_thread)
+    : output_(output),
+      rates_(rates),
+      smoothed_(smoother == SmootherKind::kRts),
+      behind_(in_thread ? std::make_unique<TaskQueue>(kWaiting) : nullptr) {}
+
+RowFiles::~RowFiles() = default;
 
 RowStreams RowFiles::streams() {
   return {.filtered = [this](const Solution& rows, std::size_t) { add(rows, false); },
@@ -28,11 +40,20 @@ void RowFiles::begin(const StateLayout& layout, bool smoothed) {
 void RowFiles::add(const Solution& rows, bool smoothed) {
   Rows& to = solutions_[smoothed ? 1 : 0];
   if (to.files.empty()) begin(rows.layout(), smoothed);
-  for (RowCsv& writer : to.writers) writer.add(rows);
+  if (!behind_) return write(rows, smoothed);
+  const auto copy = std::make_shared<Solution>(rows.layout(), rows.world());
+  copy->fixed = rows.fixed;
+  copy->append(rows.rows());
+  behind_->add([this, copy, smoothed] { write(*copy, smoothed); });
+}
+
+void RowFiles::write(const Solution& rows, bool smoothed) {
+  for (RowCsv& writer : solutions_[smoothed ? 1 : 0].writers) writer.add(rows);
   if (smoothed == smoothed_) means_.add(rows);
 }
 
 void RowFiles::finish() {
+  if (behind_) behind_->finish();
   for (Rows& rows : solutions_) {
     for (RowCsv& writer : rows.writers) writer.finish();
     for (OutputFile& file : rows.files) file.close();

@@ -1,5 +1,9 @@
 #include "piste/outputs/folders.h"
 
+#include <array>
+#include <functional>
+
+#include "math/parallel.h"
 #include "piste/core/version.h"
 #include "piste/files/consistency.h"
 #include "piste/files/replay.h"
@@ -32,9 +36,13 @@ std::string replay_page(const ReplayConfig& config, const Replay& run, const Ver
 
 void write_replay(OutputFolder& output, const ReplayConfig& config, const Replay& run, const Verdict& verdict,
                   const std::function<RunTimes()>& times, const std::function<void(double)>& progress, RowFiles* rows) {
-  write_solutions(output, run, config.rates, progress, rows);
-  output.write("trajectory.kml", kml(run.solution(), title_of(config)));
-  output.write("report.html", replay_page(config, run, verdict));
+  std::string map, page;
+  const std::array<std::function<void()>, 3> parts{[&] { write_solutions(output, run, config.rates, progress, rows); },
+                                                   [&] { page = replay_page(config, run, verdict); },
+                                                   [&] { map = kml(run.solution(), title_of(config)); }};
+  for_each_parallel(parts.size(), parts.size(), [&](std::size_t i) { parts[i](); });
+  output.write("trajectory.kml", map);
+  output.write("report.html", page);
   output.write("summary.json", summary_json(run.log, run.filtered.solution, smoothed_of(run), verdict, times(),
                                             rows != nullptr && rows->begun() ? &rows->means() : nullptr));
 }

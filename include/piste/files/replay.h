@@ -4,6 +4,7 @@
 #include <array>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -14,18 +15,20 @@
 
 namespace piste {
 
+class TaskQueue;
+
 /// Writes the files of rows as a replay streams them (ReplayOptions::streams), with the bytes of write_solutions(): of
 /// the filter `filtered.csv` and `biases.csv`, of the smoother `smoothed.csv` and `biases_smoothed.csv`, and
-/// `attitude.csv` of the better of both.
+/// `attitude.csv` of the better of both. Another thread makes their text, unless `in_thread` is false.
 class RowFiles {
  public:
-  RowFiles(OutputFolder& output, const OutputRates& rates, SmootherKind smoother)
-      : output_(output), rates_(rates), smoothed_(smoother == SmootherKind::kRts) {}
+  RowFiles(OutputFolder& output, const OutputRates& rates, SmootherKind smoother, bool in_thread = true);
+  ~RowFiles();
   /// What streams a replay into these files, which must outlive it, and its scratch into the output folder.
   RowStreams streams();
   /// Whether rows have come.
-  bool begun() const { return means_.count() > 0; }
-  /// Of all rows of the better solution.
+  bool begun() const { return !solutions_.front().files.empty(); }
+  /// Of all rows of the better solution, after finish().
   const RowMeans& means() const { return means_; }
   /// Closes the files. Throws Error if one could not be written.
   void finish();
@@ -36,12 +39,14 @@ class RowFiles {
     std::vector<RowCsv> writers;
   };
   void add(const Solution& rows, bool smoothed);
+  void write(const Solution& rows, bool smoothed);
   void begin(const StateLayout& layout, bool smoothed);
   OutputFolder& output_;
   OutputRates rates_;
   bool smoothed_;
   RowMeans means_;
   std::array<Rows, 2> solutions_;  // filtered and smoothed
+  std::unique_ptr<TaskQueue> behind_;
 };
 
 /// Writes `filtered.csv`, `biases.csv`, `innovations.csv`, `smoothed.csv`, `biases_smoothed.csv`, and `attitude.csv`

@@ -1,0 +1,77 @@
+#pragma once
+/// Tasks that another thread does one after the other, while this one goes on.
+
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
+#include <exception>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+namespace piste {
+
+/// A thread with a queue. Tasks run in the order in which they came. After the first exception no further task begins.
+class TaskQueue {
+ public:
+  /// `most`: tasks that may wait; add() waits for room.
+  explicit TaskQueue(std::size_t most) : most_(most), thread_([this](const std::stop_token& stop) { work(stop); }) {}
+  /// Leaves out the tasks that wait.
+  ~TaskQueue() {
+    thread_.request_stop();
+    thread_.join();
+  }
+  TaskQueue(const TaskQueue&) = delete;
+  TaskQueue& operator=(const TaskQueue&) = delete;
+
+  /// Throws the exception of an earlier task.
+  void add(std::function<void()> task) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return tasks_.size() < most_ || failed_; });
+    rethrow();
+    tasks_.push_back(std::move(task));
+    changed_.notify_all();
+  }
+  /// Waits until all tasks are done. Throws as add().
+  void finish() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return (tasks_.empty() && !busy_) || failed_; });
+    rethrow();
+  }
+
+ private:
+  void rethrow() {
+    if (failed_) std::rethrow_exception(failed_);
+  }
+
+  void work(const std::stop_token& stop) {
+    std::unique_lock lock(mutex_);
+    while (changed_.wait(lock, stop, [this] { return !tasks_.empty() && !failed_; }) && !stop.stop_requested()) {
+      const std::function<void()> task = std::move(tasks_.front());
+      tasks_.pop_front();
+      busy_ = true;
+      lock.unlock();
+      std::exception_ptr thrown;
+      try {
+        task();
+      } catch (...) {  // out of a thread it would end the program
+        thrown = std::current_exception();
+      }
+      lock.lock();
+      busy_ = false;
+      failed_ = thrown;
+      changed_.notify_all();
+    }
+  }
+
+  std::size_t most_;
+  std::mutex mutex_;
+  std::condition_variable_any changed_;
+  std::deque<std::function<void()>> tasks_;
+  bool busy_ = false;
+  std::exception_ptr failed_;
+  std::jthread thread_;  // last: it uses the others
+};
+
+}  // namespace piste
