@@ -47,7 +47,7 @@ struct WronglyTold {
 };
 
 TEST(LikeliestNoise, IsTheOneThatWasSimulated) {
-  const int runs = seeds(2, 40);
+  const int runs = seeds(2, 200);
   struct Errors {
     double sum = 0, squares = 0, least = 0, most = 0;  // of ln(found / true); the squares in sigmas
     int inside = 0;
