@@ -1,7 +1,7 @@
 #include "piste/solve/noise_score.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
+#include <Eigen/Eigenvalues>
 #include <utility>
 
 #include "math/wide.h"
@@ -81,12 +81,12 @@ void NoiseScore::look_ahead(const Navigation& after, const Vector3d& pushed) {
     if (n % 2 == 1) later_ = A.transpose() * later_ * A + told;
     if ((n /= 2) == 0) break;
   }
-  later_ = (0.5 * (later_ + later_.transpose())).eval();
-  // No later fix tells more than all that is to be known, which P⁻¹ is. Where the fixes so far do not stand for those
-  // to come, such as after an outage, it is half of that, as for a random walk that is measured directly.
-  const bool possible = later_.allFinite() && later_.diagonal().minCoeff() >= 0 &&
-                        Eigen::LLT<Navigation>(inverse - later_).info() == Eigen::Success;
-  if (!possible) later_ = 0.5 * inverse;
+  if (!later_.allFinite()) later_ = inverse;
+  // No later fix tells more than all that is to be known, which P⁻¹ is: after an outage the fixes before it would.
+  const Navigation L = root.matrixL(), part = L.transpose() * later_ * L;
+  const Eigen::SelfAdjointEigenSolver<Navigation> known_part(0.5 * (part + part.transpose()));
+  const Navigation W = root.matrixU().solve(known_part.eigenvectors());
+  later_ = W * known_part.eigenvalues().cwiseMax(0).cwiseMin(1).asDiagonal() * W.transpose();
 }
 
 std::optional<ScaleScore> NoiseScore::after_fixes(const Estimate& x, const Covariance& P, const Vector3d& gravity) {
