@@ -56,8 +56,8 @@ WhiteNoiseRange white_noise_range(const Log& log) {
   constexpr double kUnderWay = 0.1;  // s
   constexpr std::array kStill{0.0, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0};
   constexpr int kFewest = 30;
-  constexpr double kUnlimited = std::numeric_limits<double>::infinity();
-  WhiteNoiseRange range{.most = {kUnlimited, kUnlimited}};
+  constexpr double kBoundless = std::numeric_limits<double>::infinity();
+  WhiteNoiseRange range{.most = {kBoundless, kBoundless}};
   if (const AdjacentMeans moving = adjacent_means(log, kUnderWay, false); moving.pairs >= kFewest)
     range.most = moving.white_noise();
   WhiteNoise least = range.most;
