@@ -116,6 +116,8 @@ Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const An
   if (!fix.velocity->has_down()) variance.z() = 0;  // the row is left out in the end
   lin.covariance = gravity.R_wn * variance.asDiagonal() * gravity.R_wn.transpose();
   lin.covariance += by_rate * motion.now.rate_variance.asDiagonal() * by_rate.transpose();
+  lin.by_rate_noise = by_rate;
+  lin.told_noise = motion.told_noise;
   if (still) lin.covariance += kSwaySpeed * kSwaySpeed * Matrix3d::Identity();
 
   // Where the attitude turns, v turns with it, and the part of the swing that is not the Earth's. At rest both are
@@ -176,8 +178,8 @@ std::optional<Linearization> GnssReceivers::linearize(const GnssFix& fix, int se
   if (position ? !receiver.use_position : !(receiver.use_velocity && fix.velocity)) return std::nullopt;
   Estimate with_arm = x;
   if (!context.layout.has(Block::kLeverArm)) with_arm.lever_arm = receiver.lever_arm;
-  const AntennaMotion motion{context.motion(x), context.rate_without_noise(x), context.mean_motion(x),
-                             context.recent.force_change, context.recent.force_variance};
+  const AntennaMotion motion{context.motion(x),      context.rate_without_noise(x), context.noise_told(x),
+                             context.mean_motion(x), context.recent.force_change,   context.recent.force_variance};
   const Lag lag = context.lag(delay(context.options, context.layout, sensor, channel, x, context.elapsed));
   if (position) {
     return linearize_position(fix, receiver.drift, with_arm, motion, context.earth_rate, context.gravity, lag,

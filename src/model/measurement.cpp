@@ -2,6 +2,14 @@
 
 namespace piste {
 
+namespace {
+
+Vector3d corrected_rate(const Vector3d& measured, const Estimate& x) {
+  return correct({1, measured, Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()}, x).dtheta;
+}
+
+}  // namespace
+
 Jacobian assemble(const StateLayout& layout, const Linearization& lin) {
   Jacobian H = Jacobian::Zero(3, layout.size());
   for (int i = 0; i < lin.count(); ++i) {
@@ -37,6 +45,11 @@ Vector3d beyond_noise(const Vector3d& mean, double variance) {
   return square > 3 * variance ? Vector3d((1 - 3 * variance / square) * mean) : Vector3d::Zero();
 }
 
+double noise_beyond_noise(const Vector3d& mean, double variance) {
+  const double square = mean.squaredNorm();
+  return square > 3 * variance ? 1 - variance / square : 0;
+}
+
 BodyMotion MeasurementContext::motion(const Estimate& x) const {
   const ImuStep s = correct(step, x);
   const double from_middle = into_step - 0.5 * s.dt;
@@ -44,8 +57,11 @@ BodyMotion MeasurementContext::motion(const Estimate& x) const {
 }
 
 Vector3d MeasurementContext::rate_without_noise(const Estimate& x) const {
-  const ImuStep second{1, rate_before, Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()};
-  return beyond_noise(correct(second, x).dtheta, rate_variance.mean());
+  return beyond_noise(corrected_rate(rate_beside, x), 0.5 * rate_variance.mean());
+}
+
+double MeasurementContext::noise_told(const Estimate& x) const {
+  return noise_beyond_noise(corrected_rate(rate_beside, x), 0.5 * rate_variance.mean());
 }
 
 BodyMotion MeasurementContext::mean_motion(const Estimate& x) const {

@@ -34,6 +34,14 @@ ImuStep make_step(const ImuSample* before, const ImuSample& now, const ImuSample
   return step;
 }
 
+Vector3d rate_beside(const ImuSample* before, const ImuSample& now, const ImuSample* after) {
+  const bool left = before && touches(*before, now), right = after && touches(now, *after);
+  Vector3d sum = Vector3d::Zero();
+  if (left) sum += before->dtheta / before->interval;
+  if (right) sum += after->dtheta / after->interval;
+  return left && right ? Vector3d(0.5 * sum) : sum;
+}
+
 std::pair<ImuStep, ImuStep> split(const ImuStep& step, double tau) {
   const double lead = 0.5 * tau * (tau - step.dt);
   ImuStep a = step, b = step;

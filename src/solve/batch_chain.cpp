@@ -91,6 +91,7 @@ class ChainLayer {
     if (layout_.whole.has(Block::kClockDrift)) find_delays();
     noise_ = sample_noise_.of(sample, options_.sensor);
     rate_variance_ = noise_.gyro / sample.interval;
+    rate_beside_ = rate_beside(before_ ? &*before_ : nullptr, sample, after);
     still_ = sample.at_rest && !sample.gap;
     ImuStep step = make_step(before_ ? &*before_ : nullptr, sample, after);
     const double begin = sample.time - sample.interval;
@@ -183,10 +184,9 @@ class ChainLayer {
                  .elapsed = elapsed(),
                  .moved = delay + after,
                  .rate_variance = rate_variance_,
-                 .rate_before = Vector3d::Zero(),
+                 .rate_beside = rate_beside_,
                  .still = still_,
                  .recent = motion_.at(x_.q_wb, options_.sensor)};
-    if (before_) out.rate_before = before_->dtheta / before_->interval;
     chain_.fixes.push_back(std::move(out));
   }
 
@@ -210,7 +210,7 @@ class ChainLayer {
   std::vector<double> delays_;
   std::optional<ImuSample> before_, now_;
   StepNoise noise_;
-  Vector3d rate_variance_ = Vector3d::Zero();
+  Vector3d rate_variance_ = Vector3d::Zero(), rate_beside_ = Vector3d::Zero();
   bool still_ = false;
   BodyMotion told_;
   FixQueue queue_;

@@ -199,7 +199,7 @@ Linearization BatchTerms::linearize(const ChainFix& fix, const Estimate& x) cons
                                    .elapsed = fix.elapsed,
                                    .moved = fix.moved,
                                    .recent = fix.recent,
-                                   .rate_before = fix.rate_before,
+                                   .rate_beside = fix.rate_beside,
                                    .side = &chain_.nodes[fix.node].side};
   std::optional<Linearization> lin;
   MeasurementList::visit(

@@ -108,6 +108,7 @@ void Filter::process(const ImuSample* after) {
   const ImuSample& sample = *now_;
   const StepNoise noise = adaptation_.of(sample_noise_.of(sample, setup_->options.sensor));
   rate_variance_ = noise.gyro / sample.interval;
+  rate_beside_ = rate_beside(before_ ? &*before_ : nullptr, sample, after);
   if (sample.gap) trust_.suspect_filter(sample.time);
   ImuStep step = make_step(before_ ? &*before_ : nullptr, sample, after);
   const double begin = sample.time - sample.interval;
@@ -168,7 +169,9 @@ void Filter::advance(const ImuStep& step, const StepNoise& noise) {
                                             setup_->options, reference_ ? &known_ : nullptr);
   mending_.add(t, resting());
   adaptation_.propagate(setup_->layout, t, noise, step.dt);
-  if (!resting() && !reference_) {
+  if (!resting() && reference_) {
+    noise_score_.add_smoothed(step.dt);
+  } else if (!resting()) {
     const auto [gyro, accel] = adaptation_.imu_variances();
     noise_score_.add(step.dt, gyro, accel);
   }
@@ -243,21 +246,20 @@ void Filter::measure(const typename Type::Fix& fix, const QueuedFix& place, cons
   const FixDelay delay = Type::delay(setup_->options, setup_->layout, sensor, channel, state_.x, elapsed());
   // What belongs before the start has told the start already, and the motion back to it is not known.
   if (lag > 0 && place.time - delay.value < setup_->begin - kSameInstant) return;
-  const MeasurementContext context{
-      .options = setup_->options,
-      .layout = setup_->layout,
-      .earth_rate = setup_->world.earth_rate(),
-      .gravity = propagation_.gravity(),
-      .step = step,
-      .into_step = into_step,
-      .rate_variance = rate_variance_,
-      .still = resting(),
-      .elapsed = elapsed(),
-      .moved = delay.value - lag,
-      .recent = propagation_.recent(state_.x.q_wb, setup_->options.sensor),
-      // About a reference the delay's uncertainty is part of the linear problem.
-      .delay_variance = reference_ ? 0 : variance_of(delay),
-      .rate_before = before_ ? Vector3d(before_->dtheta / before_->interval) : Vector3d(Vector3d::Zero())};
+  const MeasurementContext context{.options = setup_->options,
+                                   .layout = setup_->layout,
+                                   .earth_rate = setup_->world.earth_rate(),
+                                   .gravity = propagation_.gravity(),
+                                   .step = step,
+                                   .into_step = into_step,
+                                   .rate_variance = rate_variance_,
+                                   .still = resting(),
+                                   .elapsed = elapsed(),
+                                   .moved = delay.value - lag,
+                                   .recent = propagation_.recent(state_.x.q_wb, setup_->options.sensor),
+                                   // About a reference the delay's uncertainty is part of the linear problem.
+                                   .delay_variance = reference_ ? 0 : variance_of(delay),
+                                   .rate_beside = rate_beside_};
   std::optional<Linearization> lin = Type::linearize(fix, sensor, channel, context, state_.x);
   if (!lin) return;
   // At rest the covariance is that of the body's sway, of which what was learned under way says nothing.
@@ -331,10 +333,10 @@ void Filter::apply(int source, double late, const Linearization& lin) {
     // The disagreement came at once, and no error of the past explains it. The covariance grows first: the fix then
     // moves the navigation states, and the other states do not follow a residual of many sigmas.
     admit(lin, lapse);
-    correct_by(innovate(state_.P, setup_->layout, lin));
+    correct_by(innovate(state_.P, setup_->layout, lin), lin);
     return;
   }
-  correct_by(u);
+  correct_by(u, lin);
   // The filter was wrong. The fix was used with the covariance as it was, so that filter and smoother attribute the
   // residual to the errors that led to it. The covariance grows afterwards.
   if (outcome == Outcome::kReadmitted) admit(lin, lapse);
@@ -346,8 +348,9 @@ void Filter::admit(const Linearization& lin, double lapse) {
   if (history_) history_->add_admitted(state_.P.diagonal().head<9>() - before);
 }
 
-void Filter::correct_by(const Update& u) {
-  if (!reference_) noise_score_.before_fix(state_.x, state_.P);
+void Filter::correct_by(const Update& u, const Linearization& lin) {
+  noise_score_.before_fix(state_.x, state_.P);
+  if (!resting()) noise_score_.swung(state_.x, u, lin, adaptation_.imu_variances()[0], reference_.has_value());
   const ErrorVector correction = gain(u) * u.residual;
   update(state_.P, u);
   ResetJacobian G = reset_jacobian(FullError::Zero());
@@ -369,9 +372,13 @@ void Filter::take_back_noise() {
   const std::optional<ScaleScore> score = noise_score_.after_fixes(state_.x, state_.P, propagation_.gravity().value);
   if (!score) return;
   const ErrorVector moved = -pull_of(*score, setup_->layout, state_.P);
-  state_.x = boxplus(state_.x, setup_->layout, moved);
+  if (reference_) {
+    state_.mean += moved;
+  } else {
+    state_.x = boxplus(state_.x, setup_->layout, moved);
+  }
   if (tape_) tape_->events.emplace_back(Tape::TakenBack{*score});
-  if (history_) history_->add_taken_back(*score, moved);
+  if (history_) history_->add_taken_back(*score, moved, !reference_);
 }
 
 void Filter::fail(const std::string& why) const {

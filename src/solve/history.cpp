@@ -177,8 +177,8 @@ History::Correction History::correction(const Chunk& chunk, const Event& event) 
   return c;
 }
 
-void History::add_taken_back(const ScaleScore& score, const ErrorVector& moved) {
-  add(Kind::kTakenBack);
+void History::add_taken_back(const ScaleScore& score, const ErrorVector& moved, bool estimate_moved) {
+  add(Kind::kTakenBack, estimate_moved);
   put_values(now_.values, score);
   put_values(now_.values, moved);
 }
@@ -188,6 +188,7 @@ History::TakenBack History::taken_back(const Chunk& chunk, const Event& event) c
   TakenBack t;
   r.take(t.score);
   t.moved = r.vector(layout_.size());
+  t.estimate_moved = event.other != 0;
   return t;
 }
 

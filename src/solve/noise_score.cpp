@@ -2,6 +2,8 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <array>
+#include <cmath>
 #include <utility>
 
 #include "math/wide.h"
@@ -35,6 +37,15 @@ PISTE_WIDE void eliminate(double* C, std::ptrdiff_t size, std::ptrdiff_t count) 
   }
 }
 
+// Divides a sum by how often it has what it has at most, if it has more.
+void bound(Eigen::Matrix<double, 9, 9>& sum, double part) {
+  if (!std::isfinite(part)) {
+    sum.setZero();
+  } else if (part > 1) {
+    sum /= part;
+  }
+}
+
 }  // namespace
 
 NoiseScore::NoiseScore(const FilterOptions& options, const StateLayout& layout) {
@@ -65,21 +76,46 @@ void NoiseScore::before_fix(const Estimate& x, const Covariance& P) {
   if (!before_ && duration_ >= kEvery) before_ = known(x, P);
 }
 
+void NoiseScore::swung(const Estimate& x, const Update& u, const Linearization& lin, double gyro, bool smoothed) {
+  if (gyro_ == 0 || duration_ == 0 || lin.by_rate_noise.isZero(0)) return;
+  const Navigation T = ordinary_from_invariant(x);
+  const Matrix3d noise = u.S_inverse * lin.by_rate_noise;
+  const Eigen::Matrix<double, 9, 3> corrected = T * u.PHt.topRows<9>() * noise;
+  // T's inverse changes the sign of its one block, of the velocity by the attitude.
+  Eigen::Matrix<double, 9, 3> seen = u.H.leftCols<9>().transpose() * noise;
+  seen.bottomRows<3>() -= T.block<3, 3>(3, 6).transpose() * seen.middleRows<3>(3);
+  const auto add_to = [&](Swing& swing, double part) {
+    swing.corrected += part * gyro * corrected;
+    swing.seen += part * gyro * seen;
+  };
+  add_to(noisy_, lin.told_noise);
+  add_to(smoothed ? smoothed_ : noisy_, 1);
+}
+
 // Λ before this fix, from the one before the fixes since the last score. All of them count as this one, and `pushed` is
-// the mean specific force meanwhile.
-void NoiseScore::look_ahead(const Navigation& after, const Vector3d& pushed) {
+// the mean specific force meanwhile. N likewise, of which `made` comes between two fixes.
+// Returns I − K H.
+NoiseScore::Navigation NoiseScore::look_ahead(const Navigation& after, const Vector3d& pushed, const Navigation& made) {
   const Eigen::LLT<Navigation> root(*before_);
   if (root.info() != Eigen::Success) {
     later_.setZero();
-    return;
+    made_.setZero();
+    found_.setZero();
+    return Navigation::Identity();
   }
   const Navigation inverse = root.solve(Navigation::Identity());
   const Navigation kept = after * inverse;
   Navigation told = inverse - inverse * kept;
-  Navigation A = transition(duration_ / fixes_, pushed) * kept;
-  for (int n = fixes_;; told += A.transpose() * told * A, A = A * A) {
-    if (n % 2 == 1) later_ = A.transpose() * later_ * A + told;
+  const Navigation step = transition(duration_ / fixes_, pushed) * kept;
+  Navigation A = step, added = made;
+  for (int n = fixes_;; A = A * A) {
+    if (n % 2 == 1) {
+      later_ = A.transpose() * later_ * A + told;
+      made_ = A * made_ * A.transpose() + added;
+    }
     if ((n /= 2) == 0) break;
+    told += A.transpose() * told * A;
+    added += A * added * A.transpose();
   }
   if (!later_.allFinite()) later_ = inverse;
   // No later fix tells more than all that is to be known, which P⁻¹ is: after an outage the fixes before it would.
@@ -87,26 +123,54 @@ void NoiseScore::look_ahead(const Navigation& after, const Vector3d& pushed) {
   const Eigen::SelfAdjointEigenSolver<Navigation> known_part(0.5 * (part + part.transpose()));
   const Navigation W = root.matrixU().solve(known_part.eigenvectors());
   later_ = W * known_part.eigenvalues().cwiseMax(0).cwiseMin(1).asDiagonal() * W.transpose();
+  Navigation found = later_ * made * later_;
+  A = step;
+  for (int n = fixes_;; A = A * A) {
+    if (n % 2 == 1) found_ = A.transpose() * found_ * A + found;
+    if ((n /= 2) == 0) break;
+    found += A.transpose() * found * A;
+  }
+  // Nor is more of the errors made by this noise than there is, nor more found of it than is told.
+  bound(made_, made_.cwiseProduct(inverse).sum() / static_cast<double>(inverse.rows()));
+  bound(found_, 2 * found_.cwiseProduct(*before_).sum() / later_.cwiseProduct(*before_).sum());
+  return kept;
 }
 
 std::optional<ScaleScore> NoiseScore::after_fixes(const Estimate& x, const Covariance& P, const Vector3d& gravity) {
   counted_ = false;
   if (!before_) return std::nullopt;
   const Vector3d pushed = (x.v_wb - velocity_) / duration_ - gravity;
-  look_ahead(known(x, P), pushed);
   // The mean over the time between two fixes, by Simpson's rule.
   const double interval = duration_ / fixes_;
+  const std::array weights{1.0 / 6, 4.0 / 6, 1.0 / 6};
+  const std::array untils{transition(0, pushed), transition(interval / 2, pushed), transition(interval, pushed)};
+  Navigation made = Navigation::Zero();
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Eigen::Matrix<double, 9, 3> turned = untils[i].rightCols<3>();
+    made += weights[i] * gyro_ * interval * turned * turned.transpose();
+  }
+  const Navigation kept = look_ahead(known(x, P), pushed, made);
+  // Where the filter admitted an error of its own, the covariance has grown, and this is no I − K H.
+  if (kept.trace() > static_cast<double>(kept.rows())) noisy_ = smoothed_ = {};
   const Matrix3d R = x.R_wb();
   ScaleScore score = ScaleScore::Zero();
-  for (const auto& [part, weight] : {std::pair(0.0, 1.0), std::pair(0.5, 4.0), std::pair(1.0, 1.0)}) {
-    const Navigation until = transition(part * interval, pushed);
-    const Eigen::Matrix<double, 9, 3> turned = until.rightCols<3>() * R, moved = until.middleCols<3>(3) * R;
-    score.head<3>() += weight / 6 * (turned.transpose() * later_ * turned).diagonal();
-    score.tail<3>() += weight / 6 * (moved.transpose() * later_ * moved).diagonal();
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Eigen::Matrix<double, 9, 3> turned = untils[i].rightCols<3>() * R, moved = untils[i].middleCols<3>(3) * R;
+    score.head<3>() += weights[i] * (turned.transpose() * later_ * turned).diagonal();
+    score.tail<3>() += weights[i] * (moved.transpose() * later_ * moved).diagonal();
   }
-  score.head<3>().array() *= gyro_ * gyro_time_ * (1 + x.gyro_scale.array()).pow(-3);
+  const Navigation& until = untils.back();
+  const auto told_by = [&](const Swing& swing, const Navigation& later) -> Eigen::Matrix<double, 9, 3> {
+    return swing.seen - kept.transpose() * until.transpose() * later * until * swing.corrected;
+  };
+  Eigen::Matrix<double, 9, 3> X = told_by(noisy_, later_);
+  const Eigen::Matrix<double, 9, 3> smoothed = told_by(smoothed_, later_);
+  X += told_by(smoothed_, later_ - 2 * found_) - 2 * later_ * made_ * smoothed;
+  score.head<3>() = gyro_time_ * score.head<3>() + (R.transpose() * X.bottomRows<3>()).diagonal();
+  score.head<3>().array() *= gyro_ * (1 + x.gyro_scale.array()).pow(-3);
   score.tail<3>().array() *= accel_ * accel_time_ * (1 + x.accel_scale.array()).pow(-3);
   before_.reset();
+  noisy_ = smoothed_ = {};
   velocity_ = x.v_wb;
   duration_ = gyro_time_ = accel_time_ = 0;
   fixes_ = 0;

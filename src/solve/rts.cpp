@@ -340,6 +340,7 @@ class Backward {
           break;
         case Kind::kTakenBack:
           end_stretch();
+          if (const History::TakenBack t = history.taken_back(chunk, event); !t.estimate_moved) s.mean += t.moved;
           break;
         case Kind::kRow:
           if (next < wanted_.size() && wanted_[next].row == row) {
@@ -477,7 +478,7 @@ class Backward {
           break;
         }
         case Kind::kTakenBack:
-          e -= history.taken_back(chunk, event).moved;
+          if (const History::TakenBack t = history.taken_back(chunk, event); t.estimate_moved) e -= t.moved;
           break;
         case Kind::kAdmitted:
           e.head<kNavigation>() -= added_.back();

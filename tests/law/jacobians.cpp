@@ -37,7 +37,7 @@ RecentMotion recent_motion(Random& random) {
 AntennaMotion antenna_motion(const ImuStep& raw, const RecentMotion& recent, const Estimate& x) {
   const ImuStep mean = correct({1, recent.rate, recent.force, Vector3d::Zero(), Vector3d::Zero()}, x);
   const BodyMotion now = motion_of(raw, x);
-  return {now, now.rate, {.rate = mean.dtheta, .force = mean.dvel}, recent.force_change};
+  return {now, now.rate, 0, {.rate = mean.dtheta, .force = mean.dvel}, recent.force_change};
 }
 
 // Gravity near the body, and a local level that is turned as it is some hundred kilometres from the origin.
@@ -354,7 +354,7 @@ TEST(Jacobians, EveryTypeOfTheList) {
                                          .elapsed = 1,
                                          .moved = 0.01,
                                          .recent = recent,
-                                         .rate_before = raw.mean_rate() + (into - 0.5 * raw.dt) * raw.rate_slope};
+                                         .rate_beside = raw.mean_rate() + (into - 0.5 * raw.dt) * raw.rate_slope};
         for (int channel = 0; channel < static_cast<int>(Type::kChannels.size()); ++channel) {
           const auto model = [&](const Estimate& y) { return *Type::linearize(fix, sensor, channel, context, y); };
           check_jacobians(model, at);

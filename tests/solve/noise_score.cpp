@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "piste/math/so3.h"
+#include "piste/math/statistics.h"
+#include "piste/solve/update.h"
 
 namespace piste {
 namespace {
@@ -147,6 +149,117 @@ TEST(NoiseScore, IsExactHoweverTheNoiseIsSeen) {
       }
     }
   }
+}
+
+// Fixes of an antenna above the body, which falls freely if it does not push: by every sample's noise of the gyroscope
+// to the right, what they are, what the measured rate makes their derivative by the scale, and what is told of both.
+// The first nine columns: errors at the start.
+struct Swinging {
+  static constexpr double kStep = 0.01, kOfPosition = 0.01, kOfVelocity = 0.03, kTold = 0.6;
+  static constexpr int kEvery = 10, kSteps = 1000, kCounted = 300, kAxis = 1;
+
+  // `swing`: whether the velocities hold the noise. They are taken to be as uncertain in any case.
+  explicit Swinging(bool swing) {
+    FilterOptions options = options_with({Block::kGyroScale});
+    const StateLayout layout(options.estimate);
+    NoiseScore score(options, layout), smoothed(options, layout);
+    const Vector3d gravity(0, 0, 9.8);
+    const Matrix3d M = skew(Vector3d(0, 0, 0.4));
+    const double noise = options.sensor.gyro.noise / std::sqrt(kStep);
+    Eigen::Matrix<double, 9, 9> Phi = Eigen::Matrix<double, 9, 9>::Identity();
+    Phi.block<3, 3>(0, 3).diagonal().setConstant(kStep);
+    Phi.block<3, 3>(3, 6) = kStep * skew(gravity);
+    Covariance P = Covariance::Identity(layout.size(), layout.size());
+    P.topLeftCorner<9, 9>() *= 1e-4;
+    Eigen::MatrixXd free = Eigen::MatrixXd::Zero(9, 9 + kSteps);  // the error without fixes
+    free.leftCols(9).diagonal().setConstant(0.01);
+    Eigen::MatrixXd error = free, derivative = free;  // beside what was corrected
+    for (int k = 0; k < kSteps; ++k) {
+      for (Eigen::MatrixXd* r : {&free, &error, &derivative}) {
+        *r = (Phi * *r).eval();
+        (*r)(6 + kAxis, 9 + k) -= noise * kStep;
+      }
+      P.topLeftCorner<9, 9>() = (Phi * P.topLeftCorner<9, 9>() * Phi.transpose()).eval();
+      P.diagonal().segment<3>(6).array() += noise * noise * kStep * kStep;
+      score.add(kStep);
+      smoothed.add_smoothed(kStep);
+      if (k % kEvery != kEvery - 1 || k + 1 == kSteps) continue;
+      const bool counts = k >= kCounted && k < kSteps - kCounted;
+      for (const bool velocity : {false, true}) {
+        Linearization lin;
+        lin.add(velocity ? Block::kVelocity : Block::kPosition, Matrix3d::Identity());
+        lin.covariance.diagonal().setConstant(square(velocity ? kOfVelocity : kOfPosition));
+        if (velocity) lin.covariance += noise * noise * M * M.transpose();
+        Eigen::MatrixXd held = Eigen::MatrixXd::Zero(3, 9 + kSteps), in_jacobian = held;
+        if (velocity && swing) {
+          lin.by_rate_noise = M;
+          lin.told_noise = kTold;
+          held.col(9 + k) = -noise * M.col(kAxis);
+          for (const int beside : {8 + k, 10 + k}) in_jacobian.col(beside) = -0.5 * kTold * noise * M.col(kAxis);
+        }
+        const Update u = innovate(P, layout, lin);
+        for (NoiseScore* s : {&score, &smoothed}) s->before_fix({}, P);
+        score.swung({}, u, lin);
+        smoothed.swung({}, u, lin, 1, true);
+        const Eigen::Matrix<double, 3, 9> H = u.H.leftCols<9>();
+        const Eigen::MatrixXd of_error = H * error + held, of_derivative = H * derivative + in_jacobian;
+        if (counts) exact += of_derivative.cwiseProduct(u.S_inverse * of_error).rightCols(kSteps).sum();
+        error -= gain(u).topRows<9>() * of_error;
+        derivative -= gain(u).topRows<9>() * of_derivative;
+        rows.push_back({H * free, held, in_jacobian, lin.covariance, counts});
+        update(P, u);
+      }
+      for (auto [of, sum] : {std::pair(&score, &told), std::pair(&smoothed, &told_smoothed)}) {
+        const auto now = of->after_fixes({}, P, gravity);
+        if (now && counts) *sum += (*now)(kAxis);
+      }
+    }
+  }
+
+  // The exact mean of the score about a smoothed run. Its rates are without the noise as the smoother finds it, which
+  // takes the noise of the fixes for independent; its residuals likewise.
+  double exact_smoothed() const {
+    const auto n = static_cast<Eigen::Index>(3 * rows.size());
+    Eigen::MatrixXd H(n, 9 + kSteps), held = H;
+    Eigen::MatrixXd R = Eigen::MatrixXd::Zero(n, n);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const auto at = static_cast<Eigen::Index>(3 * i);
+      H.middleRows<3>(at) = rows[i].free;
+      held.middleRows<3>(at) = rows[i].held;
+      R.block<3, 3>(at, at) = rows[i].covariance;
+    }
+    const Eigen::MatrixXd S = H * H.transpose() + R, K = S.ldlt().solve(H).transpose();
+    const Eigen::MatrixXd with = K * (H + held);  // E[û uᵀ]
+    const Eigen::MatrixXd added = H * held.transpose();
+    const Eigen::MatrixXd all = K * (S + added + added.transpose()) * K.transpose();  // E[û ûᵀ]; R has the rest
+    const Eigen::MatrixXd residual = (H + held) - H * with;                           // E[(z − H û) uᵀ]
+    double sum = 0;
+    for (int k = kCounted; k < kSteps - kCounted; ++k) sum += with(9 + k, 9 + k) - all(9 + k, 9 + k);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      if (!rows[i].counts) continue;
+      const auto at = static_cast<Eigen::Index>(3 * i);
+      const Matrix3d weight = rows[i].covariance.inverse();
+      sum += rows[i].in_jacobian.cwiseProduct(weight * residual.middleRows<3>(at)).sum();
+    }
+    return sum;
+  }
+
+  struct Row {
+    Eigen::MatrixXd free, held, in_jacobian;
+    Matrix3d covariance;
+    bool counts;
+  };
+  std::vector<Row> rows;
+  double exact = 0, told = 0, told_smoothed = 0;
+};
+
+TEST(NoiseScore, IsExactWhereAVelocityHoldsTheSameNoise) {
+  const Swinging with(true), without(false);
+  EXPECT_NEAR((with.told - without.told) / (with.exact - without.exact), 1, 0.05);
+  EXPECT_LT(with.exact, without.exact);
+  EXPECT_EQ(without.told_smoothed, 0);
+  EXPECT_NEAR(without.exact_smoothed(), 0, 1e-3 * without.exact);
+  EXPECT_NEAR(with.told_smoothed / with.exact_smoothed(), 1, 0.1);  // Λ and B as if fixes went on for ever
 }
 
 TEST(NoiseScore, WhatABiasHidesIsNotTheNoise) {

@@ -24,6 +24,7 @@ namespace piste {
 struct AntennaMotion {
   BodyMotion now;                            ///< at the time of the estimate
   Vector3d told_rate = now.rate;             ///< in Jacobians (MeasurementContext::rate_without_noise)
+  double told_noise = 0;                     ///< in that rate (MeasurementContext::noise_told)
   BodyMotion mean = {};                      ///< ω̄ and f̄
   Vector3d force_change = Vector3d::Zero();  ///< of R f in w, as a mean, in b [m/s³]
   double force_variance = 0;                 ///< of the white noise of f̄ in an axis

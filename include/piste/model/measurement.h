@@ -30,12 +30,18 @@ struct Linearization {
   Block observes = Block::kPosition;  ///< the block that it mainly measures
   Vector3d residual = Vector3d::Zero();
   Matrix3d covariance = Matrix3d::Zero();
+  /// Derivative of what its rows should be by the rate, of which they hold the noise: the residual has −M n, if the
+  /// rate was measured as ω + n. The rate in its Jacobians is `told_noise` times as noisy on average, for noise of the
+  /// samples beside (MeasurementContext::rate_without_noise).
+  Matrix3d by_rate_noise = Matrix3d::Zero();
+  double told_noise = 0;
 
   void add(Block block, const Matrix3d& jacobian) { terms_[static_cast<std::size_t>(count_++)] = {block, jacobian}; }
   /// Turns its three rows: residual, covariance and Jacobians.
   void turn(const Matrix3d& R) {
     residual = (R * residual).eval();
     covariance = (R * covariance * R.transpose()).eval();
+    by_rate_noise = (R * by_rate_noise).eval();
     for (int i = 0; i < count_; ++i) {
       Matrix3d& jacobian = terms_[static_cast<std::size_t>(i)].jacobian;
       jacobian = (R * jacobian).eval();
@@ -107,6 +113,8 @@ void add_curvature(Linearization& lin, const Lag& lag, const Vector3d& curvature
 /// The part of a mean that its white noise does not explain: `mean` times 1 − 3 `variance` / |mean|², or nothing (James
 /// and Stein 1961). A Jacobian that were noise alone would pass for knowledge.
 Vector3d beyond_noise(const Vector3d& mean, double variance);
+/// How much of its noise is left in that part: the mean derivative of the part by the mean, (∇ · part) / 3.
+double noise_beyond_noise(const Vector3d& mean, double variance);
 
 /// What linearize() is given beside the fix and the estimate.
 struct MeasurementContext {
@@ -122,7 +130,7 @@ struct MeasurementContext {
   double moved = 0;        ///< s by which the fix was taken to be late when it was given its place among the samples
   RecentMotion recent = {};
   double delay_variance = 0;                ///< of the estimated delay [s²]; 0 if it is known
-  Vector3d rate_before = Vector3d::Zero();  ///< mean over the sample before, as measured
+  Vector3d rate_beside = Vector3d::Zero();  ///< mean of the samples beside (model/strapdown.h), as measured
   /// Where a measurement has a kink, as the amount of a speed has at zero: the estimate that decides on which side of
   /// it the measurement is. Null: the one that it is linearised at. A solver that iterates would not end between two
   /// sides.
@@ -132,11 +140,13 @@ struct MeasurementContext {
   BodyMotion motion(const Estimate& x) const;
   /// The mean motion before the time of the fix, corrected likewise.
   BodyMotion mean_motion(const Estimate& x) const;
-  /// The rate without the noise of the sample that the fix is within, and as far as it is beyond noise
-  /// (beyond_noise()): that of the sample before. A Jacobian with the sample's own rate would correlate with the
-  /// residual, which holds the same noise: the mean of the product passes for an effect of lever arm and scale (errors
-  /// in variables; Fuller 1987, section 1.4: the rate before is an instrument).
+  /// The rate as far as it is beyond noise (beyond_noise()), and without the noise in the rate at the time of the fix:
+  /// that of the samples beside. A Jacobian with the same noise would correlate with the residual: the mean of the
+  /// product passes for an effect of lever arm and scale (errors in variables; Fuller 1987, section 1.4: the rate
+  /// beside is an instrument).
   Vector3d rate_without_noise(const Estimate& x) const;
+  /// How much of the noise of the samples beside is in it (noise_beyond_noise()).
+  double noise_told(const Estimate& x) const;
   /// How far a fix that comes late by `delay` belongs before the estimate.
   Lag lag(const FixDelay& delay) const {
     return {delay.value - moved, delay.block, delay_variance, delay.by_clock_drift};

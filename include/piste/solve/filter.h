@@ -124,7 +124,7 @@ class Filter {
   Linearization half_way(const typename Type::Fix& fix, int sensor, int channel, const MeasurementContext& context,
                          const Linearization& at_estimate, double learned);
   void apply(int source, double late, const Linearization& lin);
-  void correct_by(const Update& update);
+  void correct_by(const Update& update, const Linearization& lin);
   void propagate_by(const Transition& transition);
   void admit(const Linearization& lin, double lapse);
   bool moves() const;
@@ -148,6 +148,7 @@ class Filter {
   RestUpdates rest_;
   Trust trust_;
   Vector3d rate_variance_ = Vector3d::Zero();  // of the gyro's white noise in the sample that is processed
+  Vector3d rate_beside_ = Vector3d::Zero();    // of the samples beside it
   std::vector<Innovation> innovations_;
   std::size_t late_ = 0;
   Tape* tape_ = nullptr;

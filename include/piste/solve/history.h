@@ -45,7 +45,8 @@ class History {
   };
   struct TakenBack {
     ScaleScore score;
-    ErrorVector moved;  ///< the estimate, by −P times the score
+    ErrorVector moved;            ///< by −P times the score
+    bool estimate_moved = false;  ///< or what is known beside a reference
   };
   using Variances = Eigen::Matrix<double, 9, 1>;
 
@@ -59,7 +60,7 @@ class History {
   void add_step(const Transition& t);
   /// `moved`: whether it moved the estimate.
   void add_correction(const Update& u, bool moved);
-  void add_taken_back(const ScaleScore& score, const ErrorVector& moved);
+  void add_taken_back(const ScaleScore& score, const ErrorVector& moved, bool estimate_moved);
   void add_admitted(const Variances& variances);
   void add_moved(const ErrorVector& moved);
   /// The end of an epoch. A chunk ends here if it has lasted a second.

@@ -16,14 +16,26 @@
 /// with the covariances for given errors of everything else. As a filter does not know later fixes, those so far stand
 /// for them. The filter divides the measured rate by 1 + s, and the derivative divides it once more. Where one state is
 /// measured directly, this is q T / (P_before + P_after): half the bandwidth with which fixes correct it.
-/// Accelerometers likewise.
+/// Accelerometers likewise. A smoother that is linearised about a smoothed run (reference.h) needs none of this.
 ///
-/// A smoother that is linearised about a smoothed run (reference.h) needs none of this.
+/// The noise is in the velocity of an antenna, too, which the rate swings about the IMU: a velocity's residual holds
+/// −M n. What a fix so corrects is K M n, and with the attitude's error it adds to the scores
+///
+///     q diag(Gᵀ X) (1 + s)⁻³,   X = (1 + b) (Hᵀ S⁻¹ M − (I − K H)ᵀ Λ K M),
+///
+/// with Λ after the fix: once as the noise in the rotation meets what it corrects, and once as the noise of the rate in
+/// the Jacobian, of which b is left, meets the attitude. What a velocity tells of the noise is not taken out of a
+/// smoothed run, but what it did to the fixes since is, and to all that they tell of the noise before and after. There
+/// the former is (I − 2 Λ N) X, with Λ − 2 B for the Λ in X. N: what this noise has made of the errors before the fix.
+/// B: likewise of the adjoint after it,
+///
+///     N = Φ (I − K H) N (I − K H)ᵀ Φᵀ + q T G Gᵀ,   B = (I − K H)ᵀ Φᵀ B Φ (I − K H) + q T Λ G Gᵀ Λ.
 
 #include <optional>
 
 #include "piste/core/options.h"
 #include "piste/solve/tape.h"
+#include "piste/solve/update.h"
 
 namespace piste {
 
@@ -44,8 +56,13 @@ class NoiseScore {
     gyro_time_ += gyro * dt;
     accel_time_ += accel * dt;
   }
+  /// The same about a reference, whose rate and force are smoothed.
+  void add_smoothed(double dt) { duration_ += dt; }
   /// Call it before a fix is used.
   void before_fix(const Estimate& x, const Covariance& P);
+  /// Call it when a fix is used of which Linearization::by_rate_noise says that it holds this noise. `x`, `u`: before
+  /// the fix. `gyro`: factor of the noise's variance. `smoothed`: as for add_smoothed().
+  void swung(const Estimate& x, const Update& u, const Linearization& lin, double gyro = 1, bool smoothed = false);
   /// Call it after all fixes of one instant, before the next step. Returns the score that the fixes of the last half
   /// second or more have added; nothing where it waits for more. `gravity`: in the world frame.
   std::optional<ScaleScore> after_fixes(const Estimate& x, const Covariance& P, const Vector3d& gravity);
@@ -54,14 +71,21 @@ class NoiseScore {
   /// A covariance, or information, of the errors of position, velocity (its own, not the invariant one) and attitude.
   using Navigation = Eigen::Matrix<double, 9, 9>;
   static Navigation known(const Estimate& x, const Covariance& P);
-  void look_ahead(const Navigation& after, const Vector3d& pushed);
+  Navigation look_ahead(const Navigation& after, const Vector3d& pushed, const Navigation& made);
 
   double gyro_ = 0, accel_ = 0;  // densities of the white noise, squared; 0 where the scale is not estimated
   double duration_ = 0, gyro_time_ = 0, accel_time_ = 0;  // since the last score; the latter as the factors weigh it
   int fixes_ = 0;                                         // instants of them, likewise
   bool counted_ = false;                                  // whether the fixes of this instant are
   std::optional<Navigation> before_;
+  // Sums since the last score: of the noise in Jacobians or in rotations, and of that in smoothed ones.
+  struct Swing {
+    Eigen::Matrix<double, 9, 3> corrected = Eigen::Matrix<double, 9, 3>::Zero();  // K M
+    Eigen::Matrix<double, 9, 3> seen = Eigen::Matrix<double, 9, 3>::Zero();       // Hᵀ S⁻¹ M
+  } noisy_, smoothed_;
   Navigation later_ = Navigation::Zero();  // Λ
+  Navigation made_ = Navigation::Zero();   // N
+  Navigation found_ = Navigation::Zero();  // B
   Vector3d velocity_ = Vector3d::Zero();   // at the last score
 };
 
