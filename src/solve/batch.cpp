@@ -31,11 +31,13 @@ FixWeights weights_of_filter(const Solution& filtered, const FilterOptions& opti
   return out;
 }
 
-BatchTrack reference_of(const Solution& filtered, const Start& start) {
-  BatchTrack out;
-  out.start = start.x;
-  out.rows.reserve(filtered.size());
-  for (std::size_t i = 0; i < filtered.size(); ++i) out.rows.push_back({filtered.time(i), filtered.estimate(i)});
+// Its constants are what the filter has found in the end.
+std::shared_ptr<const Reference> reference_of(const Solution& filtered, const BatchLayout& layout, const Start& start) {
+  auto out = std::make_shared<Reference>(layout.whole);
+  out->start = start.x;
+  if (!filtered.empty()) layout.constant.copy(filtered.estimate(filtered.size() - 1), out->start);
+  for (std::size_t i = 0; i < filtered.size(); ++i) out->add(filtered.time(i), filtered.estimate(i));
+  out->close();
   return out;
 }
 
@@ -125,7 +127,7 @@ std::unique_ptr<BatchRun> run_batch(const Log& log, const FilterOptions& options
   SolvedBatch& s = *solved;
   const FixWeights first_weights = weights_of_filter(filtered.solution, options);
   FixWeights known = first_weights;
-  BatchTrack reference = reference_of(filtered.solution, s.start);
+  std::shared_ptr<const Reference> reference = reference_of(filtered.solution, s.layout, s.start);
   BatchSummary& sum = s.sum;
   bool smooth = true;
   std::vector<double> weighed;  // of the fixes, in the last round

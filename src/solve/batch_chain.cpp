@@ -24,7 +24,7 @@ constexpr double kRoomToDrift = 1;
 class ChainLayer {
  public:
   ChainLayer(const Log& log, const FilterOptions& options, const BatchLayout& layout, double start,
-             const BatchTrack& reference, const FixWeights& weights, double longest)
+             const std::shared_ptr<const Reference>& reference, const FixWeights& weights, double longest)
       : world_(log.world),
         options_(options),
         reference_(reference),
@@ -34,8 +34,8 @@ class ChainLayer {
         layout_(layout),
         clock_from_(options.clock_from.value_or(start)),
         time_(start),
-        x_(reference.start),
-        gravity_(log.world.gravity(reference.start.p_wb)) {
+        x_(reference->start),
+        gravity_(log.world.gravity(x_.p_wb)) {
     delays_.assign(sources_.all().size(), 0);
     find_delays();
     look_ahead_ = std::max(0.0, *std::max_element(delays_.begin(), delays_.end()) + kSameInstant);
@@ -134,11 +134,7 @@ class ChainLayer {
   }
 
   // That of the epoch that is processed.
-  const Estimate& next_of_reference() {
-    const auto& rows = reference_.rows;
-    while (row_ + 1 < rows.size() && rows[row_].time < now_->time - kSameInstant) ++row_;
-    return rows[row_].x;
-  }
+  const Estimate& next_of_reference() { return reference_.at(now_->time).x; }
 
   void advance(const ImuStep& step) {
     world_.follow(gravity_, x_.p_wb);
@@ -197,7 +193,7 @@ class ChainLayer {
 
   const World& world_;
   const FilterOptions& options_;
-  const BatchTrack& reference_;
+  Reference::Reader reference_;
   const FixWeights& weights_;
   double longest_;
   MeasurementSources sources_;
@@ -206,7 +202,7 @@ class ChainLayer {
   double time_, look_ahead_ = 0;
   Estimate x_;
   Gravity gravity_;
-  std::size_t row_ = 0, pending_ = 0;  // row of the reference; first step since the last node
+  std::size_t pending_ = 0;  // first step since the last node
   std::vector<double> delays_;
   std::optional<ImuSample> before_, now_;
   StepNoise noise_;
@@ -273,9 +269,10 @@ void ProcessSteps::over(double dt) {
 }
 
 Chain lay_chain(const Log& log, const FilterOptions& options, const BatchLayout& layout, double start,
-                const BatchTrack& reference, const FixWeights& weights, double longest, const Chain* solved) {
+                const std::shared_ptr<const Reference>& reference, const FixWeights& weights, double longest,
+                const Chain* solved) {
   ChainLayer layer(log, options, layout, start, reference, weights, longest);
-  const double end = (reference.rows.empty() ? start : reference.rows.back().time) + kSameInstant;
+  const double end = (reference->size() == 0 ? start : reference->last_time()) + kSameInstant;
   LogPlace place = place_at(log, start, end);
   Feeder feeder(log, place, layer);
   while (!feeder.done()) feeder.step();

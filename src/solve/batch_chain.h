@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <limits>
 #include <map>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -16,16 +17,6 @@
 #include "piste/solve/reference.h"
 
 namespace piste {
-
-/// The trajectory about which a chain is laid: the estimate at its start, and at the end of each epoch.
-struct BatchTrack {
-  struct Row {
-    double time = 0;
-    Estimate x;
-  };
-  std::vector<Row> rows;  ///< in the order of time
-  Estimate start;
-};
 
 /// A time at which the state is an unknown.
 struct ChainNode {
@@ -103,7 +94,8 @@ class ProcessSteps {
 /// derivatives stay what they were. @pre `reference` has the epochs of the filter, and begins with
 /// `start`
 Chain lay_chain(const Log& log, const FilterOptions& options, const BatchLayout& layout, double start,
-                const BatchTrack& reference, const FixWeights& weights, double longest, const Chain* solved = nullptr);
+                const std::shared_ptr<const Reference>& reference, const FixWeights& weights, double longest,
+                const Chain* solved = nullptr);
 
 /// How a process of a node changes over `dt`.
 DriftStep process_step(const FilterOptions& options, Block block, double dt);

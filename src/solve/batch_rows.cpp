@@ -230,17 +230,16 @@ MatrixXd joint_of(const ArrowMatrix& P, std::size_t i) {
 
 }  // namespace
 
-BatchTrack epochs_between(const BatchTerms& terms, const FilterOptions& options, const World& world,
-                          const BatchStates& states) {
+std::shared_ptr<const Reference> epochs_between(const BatchTerms& terms, const FilterOptions& options,
+                                                const World& world, const BatchStates& states) {
   const Chain& chain = terms.chain();
-  BatchTrack out;
-  out.start = states.front();
-  out.rows.reserve(chain.epochs.size());
+  auto out = std::make_shared<Reference>(terms.layout().whole);
+  out->start = states.front();
   MeanBridge bridge(terms, options, world);
   auto epoch = chain.epochs.begin();
   const auto at_node = [&](std::size_t i) {
     for (; epoch != chain.epochs.end() && epoch->interval == i && epoch->steps == 0; ++epoch) {
-      out.rows.push_back({epoch->time, states[i]});
+      out->add(epoch->time, states[i]);
     }
   };
   for (std::size_t i = 0; i < chain.intervals.size(); ++i) {
@@ -248,10 +247,11 @@ BatchTrack epochs_between(const BatchTerms& terms, const FilterOptions& options,
     if (epoch == chain.epochs.end() || epoch->interval != i) continue;
     const std::vector<Estimate>& between = bridge.estimates(states, i);
     for (; epoch != chain.epochs.end() && epoch->interval == i; ++epoch) {
-      out.rows.push_back({epoch->time, between[epoch->steps - 1]});
+      out->add(epoch->time, between[epoch->steps - 1]);
     }
   }
   at_node(chain.intervals.size());
+  out->close();
   return out;
 }
 

@@ -10,8 +10,8 @@
 namespace piste {
 
 /// The estimates of all epochs, given those of the nodes: the mean of what the samples and both nodes say (a bridge).
-BatchTrack epochs_between(const BatchTerms& terms, const FilterOptions& options, const World& world,
-                          const BatchStates& states);
+std::shared_ptr<const Reference> epochs_between(const BatchTerms& terms, const FilterOptions& options,
+                                                const World& world, const BatchStates& states);
 
 /// Calls `visit(row, time, state)` for these rows of the filter, in order. @pre `rows` ascend; `covariance` is
 /// the covariance of eliminated() of batch_normal.h
