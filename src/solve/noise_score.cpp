@@ -104,7 +104,7 @@ NoiseScore::Navigation NoiseScore::look_ahead(const Navigation& after, const Vec
     return Navigation::Identity();
   }
   const Navigation inverse = root.solve(Navigation::Identity());
-  const Navigation kept = after * inverse;
+  Navigation kept = after * inverse;
   Navigation told = inverse - inverse * kept;
   const Navigation step = transition(duration_ / fixes_, pushed) * kept;
   Navigation A = step, added = made;
