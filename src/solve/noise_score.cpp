@@ -37,14 +37,6 @@ PISTE_WIDE void eliminate(double* C, std::ptrdiff_t size, std::ptrdiff_t count) 
   }
 }
 
-// n times: sum ← Aᵀ sum A + added.
-void go_on(Eigen::Matrix<double, 9, 9> A, Eigen::Matrix<double, 9, 9> added, int n, Eigen::Matrix<double, 9, 9>& sum) {
-  for (;; added += A.transpose() * added * A, A = A * A) {
-    if (n % 2 == 1) sum = A.transpose() * sum * A + added;
-    if ((n /= 2) == 0) return;
-  }
-}
-
 // Divides a sum by how often it has what it has at most, if it has more.
 void bound(Eigen::Matrix<double, 9, 9>& sum, double part) {
   if (!std::isfinite(part)) {
@@ -79,8 +71,7 @@ NoiseScore::Navigation NoiseScore::known(const Estimate& x, const Covariance& P)
 }
 
 void NoiseScore::before_fix(const Estimate& x, const Covariance& P) {
-  // About a reference only the gyroscopes' noise has anything to say.
-  if (duration_ == 0 || (gyro_ == 0 && (accel_ == 0 || accel_time_ == 0))) return;
+  if (gyro_ + accel_ == 0 || duration_ == 0) return;
   if (!std::exchange(counted_, true)) ++fixes_;
   if (!before_ && duration_ >= kEvery) before_ = known(x, P);
 }
@@ -114,17 +105,31 @@ NoiseScore::Navigation NoiseScore::look_ahead(const Navigation& after, const Vec
   }
   const Navigation inverse = root.solve(Navigation::Identity());
   Navigation kept = after * inverse;
-  const Navigation told = inverse - inverse * kept;
+  Navigation told = inverse - inverse * kept;
   const Navigation step = transition(duration_ / fixes_, pushed) * kept;
-  go_on(step, told, fixes_, later_);
-  go_on(step.transpose(), made, fixes_, made_);
+  Navigation A = step, added = made;
+  for (int n = fixes_;; A = A * A) {
+    if (n % 2 == 1) {
+      later_ = A.transpose() * later_ * A + told;
+      made_ = A * made_ * A.transpose() + added;
+    }
+    if ((n /= 2) == 0) break;
+    told += A.transpose() * told * A;
+    added += A * added * A.transpose();
+  }
   if (!later_.allFinite()) later_ = inverse;
   // No later fix tells more than all that is to be known, which P⁻¹ is: after an outage the fixes before it would.
   const Navigation L = root.matrixL(), part = L.transpose() * later_ * L;
   const Eigen::SelfAdjointEigenSolver<Navigation> known_part(0.5 * (part + part.transpose()));
   const Navigation W = root.matrixU().solve(known_part.eigenvectors());
   later_ = W * known_part.eigenvalues().cwiseMax(0).cwiseMin(1).asDiagonal() * W.transpose();
-  go_on(step, later_ * made * later_, fixes_, found_);
+  Navigation found = later_ * made * later_;
+  A = step;
+  for (int n = fixes_;; A = A * A) {
+    if (n % 2 == 1) found_ = A.transpose() * found_ * A + found;
+    if ((n /= 2) == 0) break;
+    found += A.transpose() * found * A;
+  }
   // Nor is more of the errors made by this noise than there is, nor more found of it than is told.
   bound(made_, made_.cwiseProduct(inverse).sum() / static_cast<double>(inverse.rows()));
   bound(found_, 2 * found_.cwiseProduct(*before_).sum() / later_.cwiseProduct(*before_).sum());

@@ -151,9 +151,9 @@ TEST(NoiseScore, IsExactHoweverTheNoiseIsSeen) {
   }
 }
 
-// Fixes of an antenna above the body, which falls freely if it does not push: by every sample's noise of the gyroscope
-// to the right, what they are, what the measured rate makes their derivative by the scale, and what is told of both.
-// The first nine columns: errors at the start.
+// Fixes of an antenna above a body that is held up against gravity. Columns: errors at the start, then every sample's
+// noise of the gyroscope to the right. They say what it makes of the errors, and of their derivative by the scale as
+// the measured rate has it; `exact` sums what the fixes so tell, and `told` what the score says.
 struct Swinging {
   static constexpr double kStep = 0.01, kOfPosition = 0.01, kOfVelocity = 0.03, kTold = 0.6;
   static constexpr int kEvery = 10, kSteps = 1000, kCounted = 300, kAxis = 1;

@@ -31,8 +31,8 @@ struct ImuStep {
 ImuStep make_step(const ImuSample* before, const ImuSample& now, const ImuSample* after);
 
 /// The mean rate of the samples beside `now`, as measured: of both if both touch it, else of the one that does, else
-/// zero. Its white noise does not correlate with that of the rate at any time within `now`, in which the two neighbours
-/// have the same part with opposite signs.
+/// zero. The white noise of both together does not correlate with that of the rate at any time within `now`, in which
+/// the two have the same part with opposite signs.
 Vector3d rate_beside(const ImuSample* before, const ImuSample& now, const ImuSample* after);
 
 /// Splits a step in two at `tau` seconds after its start. @pre 0 < tau < dt

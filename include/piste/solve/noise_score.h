@@ -18,18 +18,22 @@
 /// measured directly, this is q T / (P_before + P_after): half the bandwidth with which fixes correct it.
 /// Accelerometers likewise. A smoother that is linearised about a smoothed run (reference.h) needs none of this.
 ///
-/// The noise is in the velocity of an antenna, too, which the rate swings about the IMU: a velocity's residual holds
-/// −M n. What a fix so corrects is K M n, and with the attitude's error it adds to the scores
+/// The velocity of an antenna holds the same noise, as the rate swings the antenna about the IMU: its residual has −M
+/// n, so that the fix moves the errors by K M n. This meets the noise in the rotation, and that in the rate of the
+/// fix's own Jacobian, of which the part b is left. The two add to the scores
 ///
-///     q diag(Gᵀ X) (1 + s)⁻³,   X = (1 + b) (Hᵀ S⁻¹ M − (I − K H)ᵀ Λ K M),
+///     q diag(Gᵀ X + b Gᵀ X) (1 + s)⁻³,   X = Hᵀ S⁻¹ M − (I − K H)ᵀ Λ K M,
 ///
-/// with Λ after the fix: once as the noise in the rotation meets what it corrects, and once as the noise of the rate in
-/// the Jacobian, of which b is left, meets the attitude. What a velocity tells of the noise is not taken out of a
-/// smoothed run, but what it did to the fixes since is, and to all that they tell of the noise before and after. There
-/// the former is (I − 2 Λ N) X, with Λ − 2 B for the Λ in X. N: what this noise has made of the errors before the fix.
-/// B: likewise of the adjoint after it,
+/// with Λ after the fix. A smoother takes the noise of rotation and velocity for independent. So its rates still hold
+/// what the velocity tells of this noise; but what the fix did to them before and after it changes what is found of
+/// their noise there. About a smoothed run the first term is
 ///
-///     N = Φ (I − K H) N (I − K H)ᵀ Φᵀ + q T G Gᵀ,   B = (I − K H)ᵀ Φᵀ B Φ (I − K H) + q T Λ G Gᵀ Λ.
+///     q diag(Gᵀ (I − 2 Λ N) X + 2 Gᵀ (I − K H)ᵀ B K M) (1 + s)⁻³
+///
+/// N: what the noise has made of the errors before the fix; its Λ is that before the fix. B: the same of the adjoint
+/// after the fix.
+///
+///     N = Φ (I − K H) N (I − K H)ᵀ Φᵀ + q T G Gᵀ,   B = (I − K H)ᵀ Φᵀ B Φ (I − K H) + q T Λ G Gᵀ Λ
 
 #include <optional>
 
