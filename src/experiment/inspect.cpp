@@ -321,8 +321,9 @@ std::optional<Calibration> try_calibration(Inspection& inspection, const Inspect
     if (found_here->velocities_contradict) {
       leave_velocities_out(options);
       auto of_positions = found_with(options);
-      // Where positions fit worse without them, it is not the velocities that are wrong.
-      if (of_positions && of_positions->fits() && of_positions->sigma_scale <= found_here->sigma_scale) {
+      // Where positions are told worse without them, it is not the velocities that are wrong.
+      if (of_positions && of_positions->fits() &&
+          of_positions->likelihood_of_positions > found_here->likelihood_of_positions) {
         found_here = std::move(of_positions);
         found_here->velocities_contradict = true;
         found.push_back({LogFault::kVelocityContradicts, receiver.log.file,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <string>
 #include <utility>
 #include <vector>
@@ -63,13 +64,24 @@ bool take_clock(const Solution& run, bool drifts, Calibration& found) {
   return true;
 }
 
+std::vector<Innovation> of_positions(const Solution& run) {
+  std::vector<Innovation> all;
+  std::copy_if(run.innovations.begin(), run.innovations.end(), std::back_inserter(all), [&](const Innovation& i) {
+    return run.sources[static_cast<std::size_t>(i.source)] == "gnss[0].position" && i.outcome != Outcome::kRepeated;
+  });
+  return all;
+}
+
+// The logarithm of the likelihood of one of the innovations, as a mean.
+double mean_likelihood(const std::vector<Innovation>& innovations, const Solution& run) {
+  return log_likelihood(innovations, run.sources) / static_cast<double>(std::max<std::size_t>(1, innovations.size()));
+}
+
 // Mean of the NIS of positions, for each of their rows. None counts for more than an outlier.
 double nis_of_positions(const Solution& run) {
   constexpr double kOutlier = 10;
   double sum = 0, rows = 0;
-  for (const Innovation& i : run.innovations) {
-    if (run.sources[static_cast<std::size_t>(i.source)] != "gnss[0].position" || i.outcome == Outcome::kRepeated)
-      continue;
+  for (const Innovation& i : of_positions(run)) {
     sum += std::min(i.nis, kOutlier * i.dof);
     rows += i.dof;
   }
@@ -142,7 +154,7 @@ std::optional<Calibration> settled(const Recording& recording, const Conditionin
       log.drifts = false;
       continue;
     }
-    const double now = log_likelihood(run->innovations, run->sources) / static_cast<double>(run->innovations.size());
+    const double now = mean_likelihood(run->innovations, *run);
     if (before && now < likelihood - kAlike) {
       found = *std::exchange(before, std::nullopt);
       find_clock = false;
@@ -150,6 +162,7 @@ std::optional<Calibration> settled(const Recording& recording, const Conditionin
     }
     before.reset();
     likelihood = found.likelihood = now;
+    found.likelihood_of_positions = mean_likelihood(of_positions(*run), *run);
     if (find_clock) {
       const Calibration here = found;
       if (take_clock(*run, log.drifts, found)) {

@@ -369,16 +369,28 @@ void Filter::correct_by(const Update& u, const Linearization& lin) {
 
 // Takes back what the IMU's noise has told of the scales in the fixes of this instant.
 void Filter::take_back_noise() {
-  const std::optional<ScaleScore> score = noise_score_.after_fixes(state_.x, state_.P, propagation_.gravity().value);
-  if (!score) return;
-  const ErrorVector moved = -pull_of(*score, setup_->layout, state_.P);
+  const auto told = noise_score_.after_fixes(state_.x, state_.P, propagation_.gravity().value);
+  if (!told) return;
+  take_information(told->information.head<3>(), Block::kGyroScale);
+  take_information(told->information.tail<3>(), Block::kAccelScale);
+  const ErrorVector moved = -pull_of(told->score, setup_->layout, state_.P);
   if (reference_) {
     state_.mean += moved;
   } else {
     state_.x = boxplus(state_.x, setup_->layout, moved);
   }
-  if (tape_) tape_->events.emplace_back(Tape::TakenBack{*score});
-  if (history_) history_->add_taken_back(*score, moved, !reference_);
+  if (tape_) tape_->events.emplace_back(Tape::TakenBack{told->score});
+  if (history_) history_->add_taken_back(told->score, moved, !reference_);
+}
+
+void Filter::take_information(const Vector3d& information, Block scales) {
+  const std::optional<Update> u = taking(information, setup_->layout, scales, state_.P);
+  if (!u) return;
+  update(state_.P, *u);
+  const ResetJacobian none = reset_jacobian(FullError::Zero());
+  adaptation_.correct(setup_->layout, *u, none);
+  if (tape_) tape_->events.emplace_back(Tape::Correction{*u, none});
+  if (history_) history_->add_correction(*u, false);
 }
 
 void Filter::fail(const std::string& why) const {

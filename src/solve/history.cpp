@@ -172,7 +172,7 @@ History::Correction History::correction(const Chunk& chunk, const Event& event) 
     }
   }
   r.take(u.residual);
-  u.S_inverse = u.S.llt().solve(Matrix3d::Identity());
+  u.S_inverse = inverse_of_definite(u.S);
   if (event.other != 0) c.moved = gain(u) * u.residual;
   return c;
 }

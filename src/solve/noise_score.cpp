@@ -11,7 +11,7 @@
 namespace piste {
 namespace {
 
-constexpr Block kScales[] = {Block::kGyroScale, Block::kAccelScale};
+constexpr std::array kScales{Block::kGyroScale, Block::kAccelScale};
 constexpr double kEvery = 0.5;  // s between two scores at least: several fixes of a fast receiver at a time
 
 // Of errors of position, velocity and attitude over a time with a mean specific force, both in the world frame.
@@ -136,7 +136,7 @@ NoiseScore::Navigation NoiseScore::look_ahead(const Navigation& after, const Vec
   return kept;
 }
 
-std::optional<ScaleScore> NoiseScore::after_fixes(const Estimate& x, const Covariance& P, const Vector3d& gravity) {
+std::optional<ToldByNoise> NoiseScore::after_fixes(const Estimate& x, const Covariance& P, const Vector3d& gravity) {
   counted_ = false;
   if (!before_) return std::nullopt;
   const Vector3d pushed = (x.v_wb - velocity_) / duration_ - gravity;
@@ -153,12 +153,15 @@ std::optional<ScaleScore> NoiseScore::after_fixes(const Estimate& x, const Covar
   // Where the filter admitted an error of its own, the covariance has grown, and this is no I − K H.
   if (kept.trace() > static_cast<double>(kept.rows())) noisy_ = smoothed_ = {};
   const Matrix3d R = x.R_wb();
-  ScaleScore score = ScaleScore::Zero();
+  ToldByNoise told{ScaleScore::Zero(), ScaleScore::Zero()};
+  ScaleScore& score = told.score;
   for (std::size_t i = 0; i < 3; ++i) {
     const Eigen::Matrix<double, 9, 3> turned = untils[i].rightCols<3>() * R, moved = untils[i].middleCols<3>(3) * R;
     score.head<3>() += weights[i] * (turned.transpose() * later_ * turned).diagonal();
     score.tail<3>() += weights[i] * (moved.transpose() * later_ * moved).diagonal();
   }
+  score.head<3>() *= gyro_ * gyro_time_;
+  score.tail<3>() *= accel_ * accel_time_;
   const Navigation& until = untils.back();
   const auto told_by = [&](const Swing& swing, const Navigation& later) -> Eigen::Matrix<double, 9, 3> {
     return swing.seen - kept.transpose() * until.transpose() * later * until * swing.corrected;
@@ -166,15 +169,38 @@ std::optional<ScaleScore> NoiseScore::after_fixes(const Estimate& x, const Covar
   Eigen::Matrix<double, 9, 3> X = told_by(noisy_, later_);
   const Eigen::Matrix<double, 9, 3> smoothed = told_by(smoothed_, later_);
   X += told_by(smoothed_, later_ - 2 * found_) - 2 * later_ * made_ * smoothed;
-  score.head<3>() = gyro_time_ * score.head<3>() + (R.transpose() * X.bottomRows<3>()).diagonal();
-  score.head<3>().array() *= gyro_ * (1 + x.gyro_scale.array()).pow(-3);
-  score.tail<3>().array() *= accel_ * accel_time_ * (1 + x.accel_scale.array()).pow(-3);
+  ScaleScore factor;
+  factor << 1 + x.gyro_scale.array(), 1 + x.accel_scale.array();
+  told.information = score.array() * factor.array().pow(-4);
+  score.head<3>() += gyro_ * (R.transpose() * X.bottomRows<3>()).diagonal();
+  score.array() *= factor.array().pow(-3);
   before_.reset();
   noisy_ = smoothed_ = {};
   velocity_ = x.v_wb;
   duration_ = gyro_time_ = accel_time_ = 0;
   fixes_ = 0;
-  return score;
+  return told;
+}
+
+std::optional<Update> taking(const Vector3d& information, const StateLayout& layout, Block scales,
+                             const Covariance& P) {
+  if (!layout.has(scales)) return std::nullopt;
+  constexpr double kMost = 0.25;   // of what is known: S is negative definite below a third
+  constexpr double kLeast = 1e-7;  // in ten hours of two a second less than a hundredth
+  const int at = layout.offset(scales);
+  const Vector3d variance = P.diagonal().segment<3>(at);
+  if (!(variance.minCoeff() > 0) || information.cwiseProduct(variance).maxCoeff() < kLeast) return std::nullopt;
+  const Vector3d part = information.cwiseProduct(variance).cwiseMin(kMost).cwiseMax(1e-3 * kLeast);
+  Update u;
+  u.H.setZero(3, layout.size());
+  u.H.middleCols<3>(at).setIdentity();
+  u.PHt = P.middleCols<3>(at);
+  u.R = (-variance.cwiseQuotient(part)).asDiagonal();
+  u.S = u.PHt.middleRows<3>(at) + u.R;
+  u.S_inverse = inverse_of_definite(u.S);
+  u.residual.setZero();
+  u.observed = at;
+  return u;
 }
 
 ErrorVector pull_of(const ScaleScore& score, const StateLayout& layout, const Covariance& P) {

@@ -46,6 +46,9 @@ void apply_rows(M& m, const StateLayout& layout, const ResetJacobian& G, bool tr
 
 namespace {
 
+// Of a matrix that is positive or negative definite.
+double sign_of(const Matrix3d& S) { return S(0, 0) < 0 ? -1 : 1; }
+
 // A column of P, and what the three rows of H multiply it by.
 struct Seen {
   const double* column;
@@ -66,12 +69,13 @@ PISTE_WIDE void add_seen(std::span<const Seen> seen, std::ptrdiff_t n, double* _
   }
 }
 
-// P − W Wᵀ for the three columns of W.
+// P − sign W Wᵀ for the three columns of W.
 PISTE_WIDE void take_away(double* __restrict P, std::ptrdiff_t n, const double* __restrict a,
-                          const double* __restrict b, const double* __restrict c) {
+                          const double* __restrict b, const double* __restrict c, double sign) {
   for (std::ptrdiff_t j = 0; j < n; ++j) {
     double* column = P + j * n;
-    for (std::ptrdiff_t i = 0; i < n; ++i) column[i] -= a[i] * a[j] + b[i] * b[j] + c[i] * c[j];
+    const double u = sign * a[j], v = sign * b[j], w = sign * c[j];
+    for (std::ptrdiff_t i = 0; i < n; ++i) column[i] -= a[i] * u + b[i] * v + c[i] * w;
   }
 }
 
@@ -102,8 +106,7 @@ Update innovate(const Covariance& P, const StateLayout& layout, const Linearizat
   u.R.topLeftCorner(lin.rows, lin.rows) = lin.covariance.topLeftCorner(lin.rows, lin.rows);
   u.observed = std::max(0, layout.offset(lin.observes));
   u.residual.head(lin.rows) = lin.residual.head(lin.rows);
-  const Eigen::LLT<Matrix3d> factor(u.S);
-  u.S_inverse = factor.solve(Matrix3d::Identity());
+  u.S_inverse = inverse_of_definite(u.S);
   u.nis = u.residual.dot(u.S_inverse * u.residual);
   return u;
 }
@@ -125,6 +128,11 @@ Covariance exact_remainder(const Update& u, const Tall& K) {
 
 }  // namespace
 
+Matrix3d inverse_of_definite(const Matrix3d& S) {
+  const double sign = sign_of(S);
+  return sign * (sign * S).llt().solve(Matrix3d::Identity());
+}
+
 Tall gain(const Update& u) { return u.PHt.lazyProduct(u.S_inverse); }
 
 namespace {
@@ -139,13 +147,14 @@ bool loses_little(const Update& u) {
 
 void update(Covariance& P, const Update& u) {
   if (loses_little(u)) {
-    // P − W Wᵀ with W = P Hᵀ L⁻ᵀ, S = L Lᵀ: symmetric by itself.
-    const Matrix3d L = u.S.llt().matrixL();
+    // P − W Wᵀ with W = P Hᵀ L⁻ᵀ, S = L Lᵀ: symmetric by itself. Likewise where S is negative.
+    const double sign = sign_of(u.S);
+    const Matrix3d L = (sign * u.S).llt().matrixL();
     Tall W = u.PHt;
     W.col(0) *= 1 / L(0, 0);
     W.col(1) = (W.col(1) - L(1, 0) * W.col(0)) * (1 / L(1, 1));
     W.col(2) = (W.col(2) - L(2, 0) * W.col(0) - L(2, 1) * W.col(1)) * (1 / L(2, 2));
-    take_away(P.data(), P.rows(), W.col(0).data(), W.col(1).data(), W.col(2).data());
+    take_away(P.data(), P.rows(), W.col(0).data(), W.col(1).data(), W.col(2).data(), sign);
     return;
   }
   // Joseph's form, with rank-three products only.

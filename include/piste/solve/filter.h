@@ -113,6 +113,7 @@ class Filter {
   void arrive();
   void leave_reference();
   void take_back_noise();
+  void take_information(const Vector3d& information, Block scales);
   double elapsed() const { return state_.time - setup_->clock_from; }
   void find_delays();
   double variance_of(const FixDelay& delay) const;

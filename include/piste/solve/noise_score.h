@@ -18,6 +18,14 @@
 /// measured directly, this is q T / (P_before + P_after): half the bandwidth with which fixes correct it.
 /// Accelerometers likewise. A smoother that is linearised about a smoothed run (reference.h) needs none of this.
 ///
+/// The effect of a scale seems larger than it is, too, by the noise in the rate, so that fixes seem to tell more of it.
+/// This information is
+///
+///     q T diag(Gᵀ Λ G) (1 + s)⁻⁴
+///
+/// and is taken from the covariance by an update whose noise has the negative variance −1/information. The rate in the
+/// Jacobian of a velocity does not count: it is shrunk by as much as its noise makes it larger (beyond_noise()).
+///
 /// The velocity of an antenna holds the same noise, as the rate swings the antenna about the IMU: its residual has −M
 /// n, so that the fix moves the errors by K M n. This meets the noise in the rotation, and that in the rate of the
 /// fix's own Jacobian, of which the part b is left. The two add to the scores
@@ -46,6 +54,12 @@ namespace piste {
 /// The score of the scales of gyroscopes and accelerometers, in this order.
 using ScaleScore = Eigen::Matrix<double, 6, 1>;
 
+/// What the noise has told of the scales.
+struct ToldByNoise {
+  ScaleScore score;        ///< by which its fixes have moved them, times their information
+  ScaleScore information;  ///< that its fixes have only seemed to have, of each of them
+};
+
 /// Keeps how long the body has moved since the last fix, and what was known before it.
 class NoiseScore {
  public:
@@ -67,9 +81,9 @@ class NoiseScore {
   /// Call it when a fix is used of which Linearization::by_rate_noise says that it holds this noise. `x`, `u`: before
   /// the fix. `gyro`: factor of the noise's variance. `smoothed`: as for add_smoothed().
   void swung(const Estimate& x, const Update& u, const Linearization& lin, double gyro = 1, bool smoothed = false);
-  /// Call it after all fixes of one instant, before the next step. Returns the score that the fixes of the last half
-  /// second or more have added; nothing where it waits for more. `gravity`: in the world frame.
-  std::optional<ScaleScore> after_fixes(const Estimate& x, const Covariance& P, const Vector3d& gravity);
+  /// Call it after all fixes of one instant, before the next step. Returns what the noise has told in the fixes of the
+  /// last half second or more; nothing where it waits for more. `gravity`: in the world frame.
+  std::optional<ToldByNoise> after_fixes(const Estimate& x, const Covariance& P, const Vector3d& gravity);
 
  private:
   /// A covariance, or information, of the errors of position, velocity (its own, not the invariant one) and attitude.
@@ -92,6 +106,11 @@ class NoiseScore {
   Navigation found_ = Navigation::Zero();  // B
   Vector3d velocity_ = Vector3d::Zero();   // at the last score
 };
+
+/// The update that takes information from the three scales of a block: a measurement of them with the negative variance
+/// −1/information and no residual. At most a quarter of what is known of each is taken, so that the covariance stays
+/// positive. Nothing where it is next to nothing.
+std::optional<Update> taking(const Vector3d& information, const StateLayout& layout, Block scales, const Covariance& P);
 
 /// The mean error that this score has brought: P times the score, for all states.
 ErrorVector pull_of(const ScaleScore& score, const StateLayout& layout, const Covariance& P);

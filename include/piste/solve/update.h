@@ -20,6 +20,10 @@ struct Update {
 /// Innovation of a linearised measurement: S = H P Hᵀ + R, nis = zᵀ S⁻¹ z. No heap.
 Update innovate(const Covariance& P, const StateLayout& layout, const Linearization& lin);
 
+/// Inverse of an innovation covariance: positive definite, or negative where an update takes information away
+/// (noise_score.h).
+Matrix3d inverse_of_definite(const Matrix3d& S);
+
 /// Gain K = P Hᵀ S⁻¹.
 Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMostStates, 3> gain(const Update& u);
 
