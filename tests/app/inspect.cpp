@@ -11,6 +11,7 @@
 #include "support/navigation.h"
 #include "support/places.h"
 #include "support/ski_run.h"
+#include "support/thorough.h"
 
 namespace piste::test {
 namespace {
@@ -120,6 +121,7 @@ TEST_F(InspectApp, APhonesThreeFiles) {
 // No header, and milliseconds since power-up in the last column.
 TEST_F(InspectApp, ADrivesRawLogReplays) {
   PISTE_REQUIRE_DATASETS();
+  if (!thorough()) GTEST_SKIP() << "with PISTE_THOROUGH=1";
   const std::string drive = (datasets() / "drive/").string();
   ASSERT_EQ(inspect({drive + "imu_1934.csv", drive + "gnss_1934_sf.pos", "--output", "found", "--quiet"}).code, 0);
   const Said replayed =

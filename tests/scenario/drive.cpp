@@ -10,6 +10,7 @@
 #include "support/datasets.h"
 #include "support/places.h"
 #include "support/program.h"
+#include "support/thorough.h"
 #include "support/withheld_fixes.h"
 
 namespace piste::test {
@@ -184,6 +185,7 @@ TEST(Drive, SurvivesLateVelocities) {
 // As `inspect` configures it, which proposes the vehicle: never worse than the same without it.
 TEST(Drive, WindowsOf60SecondsAsInspected) {
   PISTE_REQUIRE_DATASETS();
+  if (!thorough()) GTEST_SKIP() << "with PISTE_THOROUGH=1";
   const TemporaryFolder folder;
   const std::string drive = (std::filesystem::absolute(datasets()) / "drive/").string();
   const Said found =

@@ -292,9 +292,9 @@ TEST_F(Inspected, ShippedLogsAreClean) {
 
 TEST_F(Inspected, SimulatedLogsAreClean) {
   for (const char* motion : {"ski", "giant_slalom", "bicycle", "easy_ski"}) {
-    for (const std::uint64_t seed : {1, 2}) {
+    for (int seed = 1; seed <= seeds(1, 2); ++seed) {
       SCOPED_TRACE(fmt::format("{} {}", motion, seed));
-      expect_clean(simulated(motion, seed).inspect(folder));
+      expect_clean(simulated(motion, static_cast<std::uint64_t>(seed)).inspect(folder));
     }
   }
 }
@@ -328,6 +328,7 @@ TEST_F(Inspected, SentencesWithoutSigmasAreGivenSome) {
 
 TEST_F(Inspected, ARealDriveIsClean) {
   PISTE_REQUIRE_DATASETS();
+  if (!thorough()) GTEST_SKIP() << "with PISTE_THOROUGH=1";
   const std::string drive = (datasets() / "drive").string();
   const Inspection found = inspect({drive + "/imu.txt", drive + "/gnss_full.txt"});
   expect_clean(found);
