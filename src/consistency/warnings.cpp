@@ -10,10 +10,29 @@
 namespace piste {
 
 std::vector<std::string> warnings_of(const Solution& filtered) {
+  constexpr std::size_t kMost = 5;
+  struct Rest {
+    std::size_t disputes = 0, fixes = 0;
+    double end = 0;
+  };
   std::vector<std::string> warnings;
+  std::vector<Rest> of_source(filtered.sources.size());
   for (const Dispute& dispute : disputes_of(filtered)) {
-    if (filtered.sources[static_cast<std::size_t>(dispute.source)].starts_with("gnss"))
+    const auto source = static_cast<std::size_t>(dispute.source);
+    if (!filtered.sources[source].starts_with("gnss")) continue;
+    Rest& all = of_source[source];
+    if (++all.disputes <= kMost) {
       warnings.push_back(text_of(dispute, filtered));
+    } else {
+      all.fixes += dispute.fixes;
+      all.end = dispute.during.end;
+    }
+  }
+  for (std::size_t source = 0; source < of_source.size(); ++source) {
+    const Rest& all = of_source[source];
+    if (all.disputes <= kMost) continue;
+    warnings.push_back(fmt::format("{} did so {} more times until {:.3f} s: {} fixes were left out",
+                                   filtered.sources[source], all.disputes - kMost, all.end, all.fixes));
   }
   return warnings;
 }

@@ -54,10 +54,17 @@ MappedFile::MappedFile(const std::string& file) {
   }
   mapped_ = data != nullptr;
   if (mapped_) text_ = {static_cast<const char*>(data), static_cast<std::size_t>(status.st_size)};
+  passed_ = text_.data();
 }
 
 MappedFile::~MappedFile() {
   if (mapped_) ::munmap(const_cast<char*>(text_.data()), text_.size());
+}
+
+void MappedFile::give_back(const char* place) {
+  const std::ptrdiff_t page = ::sysconf(_SC_PAGESIZE), whole = (place - passed_) / page * page;
+  ::madvise(const_cast<char*>(passed_), static_cast<std::size_t>(whole), MADV_DONTNEED);
+  passed_ += whole;
 }
 
 TextReader::TextReader(const std::string& file, Separator separator, std::optional<std::string_view> content)
@@ -70,6 +77,7 @@ TextReader::TextReader(const std::string& file, Separator separator, std::option
 
 bool TextReader::next() {
   while (!rest_.empty()) {
+    mapped_.pass(rest_.data());
     const std::size_t end = rest_.find('\n');
     line_ = rest_.substr(0, end);
     rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);

@@ -1,6 +1,7 @@
 #pragma once
 /// Reads lines of numbers from a text file. Text where a number is expected is a RowError `FILE:LINE: …`.
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -23,9 +24,17 @@ class MappedFile {
   MappedFile(const MappedFile&) = delete;
   MappedFile& operator=(const MappedFile&) = delete;
   std::string_view text() const { return text_; }
+  /// What comes before `place` will hardly be read again: it no longer counts as memory of this program. It can be read
+  /// all the same.
+  void pass(const char* place) {
+    constexpr std::ptrdiff_t kPiece = std::ptrdiff_t{1} << 24;
+    if (mapped_ && place - passed_ > kPiece) give_back(place);
+  }
 
  private:
+  void give_back(const char* place);
   std::string_view text_;
+  const char* passed_ = nullptr;
   bool mapped_ = false;
 };
 

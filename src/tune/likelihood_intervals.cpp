@@ -10,6 +10,7 @@ namespace piste {
 namespace {
 
 constexpr int kRounds = 8;
+constexpr double kUntold = 1.2;                          // of the reach: hardly told, and not looked at closely
 constexpr double kClose = 0.03;                          // of a 1-sigma
 constexpr double kLeastStretch = 0.3, kMostStretch = 3;  // of the reach, in a round
 
@@ -51,26 +52,47 @@ std::vector<LogInterval> likelihood_intervals(const NoiseSearch& search, const L
   };
   for (std::size_t end = 0; end < ends.size(); ++end) ends[end].reach = std::min(ends[end].reach, room(end));
   const double top = search.filtered(log, found.best.model).value;
-  for (int round = 0; round < kRounds; ++round) {
-    std::vector<std::size_t> open;
-    std::vector<NoiseModel> models;
-    for (std::size_t end = 0; end < ends.size(); ++end) {
-      if (ends[end].found || !(ends[end].reach > 0)) continue;
-      open.push_back(end);
-      models.push_back(moved(found.knobs, found.best.model, ends[end].reach * ends[end].along));
+  const auto model_at = [&](const End& end) { return moved(found.knobs, found.best.model, end.reach * end.along); };
+  const auto seek = [&] {
+    for (int round = 0; round < kRounds; ++round) {
+      std::vector<std::size_t> open;
+      std::vector<NoiseModel> models;
+      for (std::size_t end = 0; end < ends.size(); ++end) {
+        if (ends[end].found || !(ends[end].reach > 0)) continue;
+        open.push_back(end);
+        models.push_back(model_at(ends[end]));
+      }
+      if (open.empty()) return;
+      const std::vector<NoisePoint> points = search.filtered(log, models);
+      for (std::size_t k = 0; k < open.size(); ++k) {
+        End& end = ends[open[k]];
+        const double most = room(open[k]);
+        const bool at_limit = end.reach >= most;
+        end.judge(top - points[k].value, wanted);
+        if (end.reach < most) continue;
+        end.reach = most;
+        end.found |= at_limit;
+      }
     }
-    if (open.empty()) break;
-    const std::vector<NoisePoint> points = search.filtered(log, models);
-    for (std::size_t k = 0; k < open.size(); ++k) {
-      End& end = ends[open[k]];
-      const double most = room(open[k]);
-      const bool at_limit = end.reach >= most;
-      end.judge(top - points[k].value, wanted);
-      if (end.reach < most) continue;
-      end.reach = most;
-      end.found |= at_limit;
-    }
+  };
+  seek();
+  // The end is farther where the other knobs are likeliest at it than where they went along.
+  const Eigen::VectorXd middle = logarithms(found.knobs, found.best.model);
+  std::vector<std::size_t> open, held;
+  std::vector<NoiseModel> models;
+  for (std::size_t end = 0; end < ends.size(); ++end) {
+    const double reach = ends[end].reach;
+    if (!(reach > 0) || reach >= room(end) || reach > kUntold) continue;
+    open.push_back(end);
+    held.push_back(end / 2);
+    models.push_back(model_at(ends[end]));
   }
+  const std::vector<NoisePoint> points = search.climbed(log, found.knobs, search.filtered(log, models), held);
+  for (std::size_t k = 0; k < open.size(); ++k) {
+    End& end = ends[open[k]];
+    end = {.along = (logarithms(found.knobs, points[k].model) - middle) / end.reach, .reach = end.reach};
+  }
+  seek();
   std::vector<LogInterval> intervals;
   for (std::size_t i = 0; i < found.knobs.size(); ++i) intervals.push_back({-ends[2 * i].reach, ends[2 * i + 1].reach});
   return intervals;

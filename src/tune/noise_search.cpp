@@ -37,13 +37,6 @@ std::vector<Innovation> in_order(std::vector<Innovation> innovations) {
   return innovations;
 }
 
-// The values of the knobs, as logarithms.
-Eigen::VectorXd logarithms(const std::vector<NoiseKnob>& knobs, NoiseModel model) {
-  Eigen::VectorXd at(static_cast<Eigen::Index>(knobs.size()));
-  for (Eigen::Index i = 0; i < at.size(); ++i) at(i) = std::log(knobs[static_cast<std::size_t>(i)].at(model));
-  return at;
-}
-
 // By how much residuals and sigmas of a run, `apart` from another in one knob, differ from those of that other, for a
 // unit of the knob: dz/σ and √2 d ln σ.
 Eigen::VectorXd change(const Evidence& here, const Evidence& there, double apart) {
@@ -64,6 +57,12 @@ Eigen::VectorXd change(const Evidence& here, const Evidence& there, double apart
 }
 
 }  // namespace
+
+Eigen::VectorXd logarithms(const std::vector<NoiseKnob>& knobs, NoiseModel model) {
+  Eigen::VectorXd at(static_cast<Eigen::Index>(knobs.size()));
+  for (Eigen::Index i = 0; i < at.size(); ++i) at(i) = std::log(knobs[static_cast<std::size_t>(i)].at(model));
+  return at;
+}
 
 NoiseModel moved(const std::vector<NoiseKnob>& knobs, NoiseModel model, const Eigen::VectorXd& by) {
   for (Eigen::Index i = 0; i < by.size(); ++i) {
@@ -171,6 +170,38 @@ bool NoiseSearch::climb_once(const Log& log, NoiseFound& found, double apart) co
   const double gain = best->value - found.best.value;
   if (gain > 0) found.best = std::move(*best);
   return gain > (thorough_ ? kArrived : kNear) || apart > kFine;
+}
+
+std::vector<NoisePoint> NoiseSearch::climbed(const Log& log, const std::vector<NoiseKnob>& knobs,
+                                             std::vector<NoisePoint> from, const std::vector<std::size_t>& held) const {
+  const std::size_t others = knobs.size() - 1;
+  if (others == 0) return from;
+  std::vector<std::vector<NoiseKnob>> free(from.size(), knobs);
+  std::vector<NoiseModel> models;
+  const auto add = [&](std::size_t k, const Eigen::VectorXd& by) {
+    models.push_back(moved(free[k], from[k].model, by));
+  };
+  for (std::size_t k = 0; k < from.size(); ++k) {
+    free[k].erase(free[k].begin() + static_cast<std::ptrdiff_t>(held[k]));
+    for (std::size_t i = 0; i < others; ++i) {
+      add(k, kFine * Eigen::VectorXd::Unit(static_cast<Eigen::Index>(others), static_cast<Eigen::Index>(i)));
+    }
+  }
+  const std::vector<NoisePoint> around = filtered(log, std::exchange(models, {}));
+  constexpr std::array kReaches{0.5, 1.0};
+  for (std::size_t k = 0; k < from.size(); ++k) {
+    const auto first = around.begin() + static_cast<std::ptrdiff_t>(k * others);
+    const Ascent here = ascent(free[k], from[k], {first, first + static_cast<std::ptrdiff_t>(others)}, kFine);
+    const Eigen::VectorXd by = solve_symmetric(here.information, here.slope);
+    const double shortened = std::min(1.0, kLongestStep / by.cwiseAbs().maxCoeff());
+    for (const double reach : kReaches) add(k, reach * shortened * by);
+  }
+  const std::vector<NoisePoint> tried = filtered(log, models);
+  for (std::size_t k = 0; k < tried.size(); ++k) {
+    NoisePoint& best = from[k / kReaches.size()];
+    if (tried[k].value > best.value) best = tried[k];
+  }
+  return from;
 }
 
 // Gradient and curvature `here`; of the points, each has one knob higher. The likelihood is taken to be a parabola of

@@ -51,6 +51,11 @@ class NoiseSearch {
   /// Throws DataError if no noise that is tried lets the filter run.
   NoiseFound climb(const NoiseModel& from, const ProgressCallback& progress = {}) const;
 
+  /// The same with one knob `held` for each of some runs of `log`, by one step: what is likelier than the run, or the
+  /// run itself.
+  std::vector<NoisePoint> climbed(const Log& log, const std::vector<NoiseKnob>& knobs, std::vector<NoisePoint> from,
+                                  const std::vector<std::size_t>& held) const;
+
   /// Number of filter runs so far.
   std::size_t runs() const { return runs_; }
 
@@ -74,6 +79,9 @@ class NoiseSearch {
   mutable std::atomic<std::size_t> runs_{0};
 };
 
+/// The logarithms of the values of the knobs.
+Eigen::VectorXd logarithms(const std::vector<NoiseKnob>& knobs, NoiseModel model);
+
 /// `model` with the logarithms of its knobs changed by `by`, none beyond its largest value.
 NoiseModel moved(const std::vector<NoiseKnob>& knobs, NoiseModel model, const Eigen::VectorXd& by);
 
@@ -89,8 +97,9 @@ struct LogInterval {
 };
 
 /// The 95 % interval of each knob about `found.best`: where the likelihood of `log` and the prior is less than half of
-/// the χ² quantile below the top (Wilks 1938), or at the limit of what is possible. The other knobs go along as
-/// `covariance` has it, that of the logarithms by the curvature at the top.
+/// the χ² quantile below the top (Wilks 1938), or at the limit of what is possible. The other knobs are where they
+/// are likeliest there; at first they go along as `covariance` has it, that of the logarithms by the curvature at the
+/// top.
 std::vector<LogInterval> likelihood_intervals(const NoiseSearch& search, const Log& log, const NoiseFound& found,
                                               const Eigen::MatrixXd& covariance);
 

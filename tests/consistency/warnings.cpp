@@ -29,6 +29,20 @@ TEST(Warnings, OfReceiversThatContradictedTheRest) {
   EXPECT_TRUE(contains(warnings[0], "gnss[1].position contradicted the rest, by 5 m at first")) << "over 5 s";
 }
 
+TEST(Warnings, ManyOfOneSourceAreToldTogether) {
+  Solution solution;
+  solution.sources = {"gnss[0].position", "gnss[0].velocity"};
+  for (int times = 0; times < 9; ++times) {
+    add(solution, 0, 20, 6);
+    for (Innovation& i : solution.innovations) i.time += i.source == 0 ? 20 : 0;
+  }
+  add(solution, 1, 100, 6);
+  const std::vector<std::string> warnings = warnings_of(solution);
+  ASSERT_EQ(warnings.size(), 7U);
+  EXPECT_TRUE(contains(warnings.back(), "gnss[0].position did so 4 more times until")) << warnings.back();
+  EXPECT_TRUE(contains(warnings.back(), ": 24 fixes were left out")) << warnings.back();
+}
+
 TEST(Warnings, NoneOfARunThatWentWell) {
   Solution solution;
   solution.sources = {"gnss[0].position"};

@@ -10,7 +10,8 @@
 
 namespace piste {
 
-/// One sentence for each dispute of a GNSS receiver (disputes.h). Whether the sigmas hold is told by verdict.h.
+/// One sentence for each of the first five disputes of a GNSS receiver's positions or velocities (disputes.h), and one
+/// for all later ones. Whether the sigmas hold is told by verdict.h.
 std::vector<std::string> warnings_of(const Solution& filtered);
 
 /// One line for each of several IMUs that was left out at times: how often, why, and when first.
