@@ -25,6 +25,16 @@ LogFile read_aid(const Config& map, const Dimension& dimension, std::string_view
 
 }  // namespace
 
+GaussMarkov read_process(const Config& config, std::string_view key, const Dimension& value, GaussMarkov otherwise) {
+  const auto map = config.find_map(key);
+  if (!map) return otherwise;
+  GaussMarkov process = otherwise;
+  process.sigma.x() = map->magnitude("sigma", value);
+  process.correlation_time = map->quantity("correlation_time", dimension::kTime);
+  if (!(process.correlation_time > 0)) map->fail("correlation_time", "must be above zero, such as `60 s`");
+  return process;
+}
+
 VehicleOptions vehicle_of(VehicleOptions::Kind kind) {
   VehicleOptions vehicle;
   vehicle.kind = kind;
@@ -65,6 +75,7 @@ std::optional<VehicleOptions> read_vehicle(const Config& config) {
     vehicle.mounting_sigma = map.vector("sigma_mounting", dimension::kAngle);
     require_positive(map, "sigma_mounting", vehicle.mounting_sigma, "2 2 2 deg");
   }
+  vehicle.slip = read_process(map, "slip", dimension::kVelocity, vehicle.slip);
   return vehicle;
 }
 
@@ -77,6 +88,7 @@ std::optional<LogFile> read_odometer(const Config& config, FilterOptions& filter
   LogFile log = read_aid(*map, dimension::kVelocity, "0.1 m/s");
   OdometerOptions odometer;
   odometer.scale_sigma = map->magnitude("scale", dimension::kRatio, odometer.scale_sigma);
+  odometer.slip = read_process(*map, "slip", dimension::kVelocity, odometer.slip);
   odometer.is_signed = map->flag("signed", odometer.is_signed);
   filter.odometer = odometer;
   return log;

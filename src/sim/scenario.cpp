@@ -133,15 +133,6 @@ AttitudeSetup read_attitude(const Config& config, std::set<std::string>& names) 
   return s;
 }
 
-GaussMarkov read_process(const Config& config, std::string_view key, const Dimension& value, GaussMarkov process) {
-  const auto map = config.find_map(key);
-  if (!map) return process;
-  process.sigma.x() = map->magnitude("sigma", value);
-  process.correlation_time = map->quantity("correlation_time", kTime);
-  if (!(process.correlation_time > 0)) map->fail("correlation_time", "must be above zero, such as `60 s`");
-  return process;
-}
-
 // White noise of a fix, which the fix states as its sigma.
 double read_noise(const Config& config, const Dimension& expected, double fallback) {
   const double noise = config.quantity("noise", expected, fallback);
