@@ -10,6 +10,7 @@
 #include "piste/solve/recent_motion.h"
 #include "piste/solve/rest_updates.h"
 #include "piste/solve/sample_noise.h"
+#include "piste/solve/standing_force.h"
 
 namespace piste {
 namespace {
@@ -104,6 +105,12 @@ class ChainLayer {
     }
     const Estimate target = next_of_reference();
     told_ = motion_between(x_, target, step.dt, world_.earth_rate(), gravity_);
+    if (sample.at_rest && !rest_.withdrawn()) {  // as in a filter
+      standing_.stand(target, gravity_.value, step.dt);
+      told_ = {.rate = Vector3d::Zero(), .force = standing_.value()};
+    } else {
+      standing_.move();
+    }
     bool at_end = false;
     while (const std::optional<QueuedFix> fix = queue_.take(sample.time, delays_)) {
       const double delay = delays_[static_cast<std::size_t>(fix->source)];
@@ -212,6 +219,7 @@ class ChainLayer {
   FixQueue queue_;
   SampleNoise sample_noise_;
   RestUpdates rest_;
+  StandingForce standing_;
   MotionMean motion_;
   Chain chain_;
 };

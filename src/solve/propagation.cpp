@@ -11,12 +11,12 @@ Transition Propagation::advance(FilterState& state, const ImuStep& step, const S
   mechanize(state.x, corrected, world.earth_rate(), gravity_);
   motion_.add(step, state.x.q_wb);
   if (still) {
-    stand(state.x, step.dt);
+    standing_.stand(state.x, gravity_.value, step.dt);
   } else {
-    standing_time_ = 0;
+    standing_.move();
   }
   Transition t =
-      linearize(before, state.x, corrected, world.earth_rate(), gravity_, noise, still ? &standing_force_ : nullptr);
+      linearize(before, state.x, corrected, world.earth_rate(), gravity_, noise, still ? &standing_.value() : nullptr);
   if (known != nullptr && !still) {
     t.rate = t.step.rate = known->rate;
     t.force = t.step.force = known->force;
@@ -27,14 +27,6 @@ Transition Propagation::advance(FilterState& state, const ImuStep& step, const S
   if (known != nullptr) propagate(state.mean, layout, t);
   state.time += step.dt;
   return t;
-}
-
-// Updates the mean over the rest so far of the specific force that gravity causes on the body's axes. The attitude of a
-// single epoch follows the accelerometers' noise through the zero-velocity updates, and over minutes the scale would
-// follow that noise.
-void Propagation::stand(const Estimate& x, double dt) {
-  standing_time_ += dt;
-  standing_force_ -= dt / standing_time_ * (x.q_wb.conjugate() * gravity_.value + standing_force_);
 }
 
 }  // namespace piste

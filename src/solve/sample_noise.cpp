@@ -21,7 +21,7 @@ StepNoise SampleNoise::of(const ImuSample& sample, const ImuSensor& sensor) {
     clip(i, (sample.clipped_gyro >> i) & 1, sensor.gyro.range, noise.gyro(i));
     clip(3 + i, (sample.clipped_accel >> i) & 1, sensor.accel.range, noise.accel(i));
   }
-  for (const std::optional<GapNoise>& added : {sample.gap, sample.mended}) {
+  for (const MaybeNoise& added : {sample.gap, sample.mended}) {
     if (!added) continue;
     noise.accel.array() += square(added->accel);
     noise.gyro.array() += square(added->gyro);

@@ -61,8 +61,9 @@ TEST(LikeliestNoise, IsTheOneThatWasSimulated) {
     for (const TunedNoise& n : found.numbers) {
       EXPECT_TRUE(!n.determined || n.high < 9 * n.low) << n.name;
       if (!truth.contains(n.name)) continue;  // drifts, which a minute hardly tells
-      const double sigma = std::log(n.high / n.low) / (2 * normal_quantile(0.975));
       const double error = std::log(n.value / truth.at(n.name));
+      // Of the side of the interval on which the true one is: it is longer where the likelihood falls slowly.
+      const double sigma = std::log(error > 0 ? n.value / n.low : n.high / n.value) / normal_quantile(0.975);
       Errors& all = errors[n.name];
       all.sum += error;
       all.squares += error * error / (sigma * sigma);

@@ -119,14 +119,32 @@ struct GapNoise {
   float accel = 0;  ///< m/s²/sqrt(Hz)
 };
 
+/// A GapNoise or none, in the room of a GapNoise: a log has millions of samples.
+class MaybeNoise {
+ public:
+  MaybeNoise() = default;
+  MaybeNoise(const GapNoise& noise) : noise_(noise) {}
+  MaybeNoise(const std::optional<GapNoise>& noise) : noise_(noise.value_or(kNone)) {}
+  bool has_value() const { return noise_.gyro >= 0; }
+  explicit operator bool() const { return has_value(); }
+  /// @pre has_value()
+  const GapNoise& operator*() const { return noise_; }
+  const GapNoise* operator->() const { return &noise_; }
+  void reset() { noise_ = kNone; }
+
+ private:
+  static constexpr GapNoise kNone{-1, -1};
+  GapNoise noise_ = kNone;
+};
+
 /// One IMU sample: rotation and velocity increments over (time − interval, time], in body axes.
 struct ImuSample {
   double time = 0, interval = 0;
   Vector3d dtheta = Vector3d::Zero(), dvel = Vector3d::Zero();
   std::uint8_t clipped_gyro = 0, clipped_accel = 0;  ///< bit i is set where axis i stands at the sensor's range
-  std::optional<GapNoise> gap = {};                  ///< set where the sample fills a gap: it was not measured
-  std::optional<GapNoise> mended = {};  ///< set where an isolated wrong row was replaced: noise that this adds
-  bool at_rest = false;                 ///< set where the rest detector finds the body standing still
+  MaybeNoise gap = {};                               ///< set where the sample fills a gap: it was not measured
+  MaybeNoise mended = {};  ///< set where an isolated wrong row was replaced: noise that this adds
+  bool at_rest = false;    ///< set where the rest detector finds the body standing still
 };
 
 /// One GNSS fix: position and velocity of the receiver's antenna, in w, with sigmas along the local level there: north,

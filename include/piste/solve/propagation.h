@@ -2,6 +2,7 @@
 /// Advances estimate and covariance over one IMU step.
 
 #include "piste/solve/recent_motion.h"
+#include "piste/solve/standing_force.h"
 #include "piste/solve/tape.h"
 
 namespace piste {
@@ -26,12 +27,9 @@ class Propagation {
                      const StateLayout& layout, const FilterOptions& options, const BodyMotion* known = nullptr);
 
  private:
-  void stand(const Estimate& x, double dt);
-
   Gravity gravity_;
   MotionMean motion_;
-  Vector3d standing_force_ = Vector3d::Zero();
-  double standing_time_ = 0;  // since the rest began
+  StandingForce standing_;
 };
 
 }  // namespace piste
