@@ -185,12 +185,12 @@ std::optional<ToldByNoise> NoiseScore::after_fixes(const Estimate& x, const Cova
 std::optional<Update> taking(const Vector3d& information, const StateLayout& layout, Block scales,
                              const Covariance& P) {
   if (!layout.has(scales)) return std::nullopt;
-  constexpr double kMost = 0.25;   // of what is known: S is negative definite below a third
-  constexpr double kLeast = 1e-7;  // in ten hours of two a second less than a hundredth
+  constexpr double kMost = 0.25;     // of what is known: S is negative definite below a third
+  constexpr double kNothing = 1e-7;  // in ten hours of two a second less than a hundredth
   const int at = layout.offset(scales);
   const Vector3d variance = P.diagonal().segment<3>(at);
-  if (!(variance.minCoeff() > 0) || information.cwiseProduct(variance).maxCoeff() < kLeast) return std::nullopt;
-  const Vector3d part = information.cwiseProduct(variance).cwiseMin(kMost).cwiseMax(1e-3 * kLeast);
+  if (!(variance.minCoeff() > 0) || information.cwiseProduct(variance).maxCoeff() < kNothing) return std::nullopt;
+  const Vector3d part = information.cwiseProduct(variance).cwiseMin(kMost).cwiseMax(1e-3 * kNothing);
   Update u;
   u.H.setZero(3, layout.size());
   u.H.middleCols<3>(at).setIdentity();
