@@ -31,7 +31,7 @@ std::vector<std::string> warnings_of(const Solution& filtered) {
   for (std::size_t source = 0; source < of_source.size(); ++source) {
     const Rest& all = of_source[source];
     if (all.disputes <= kMost) continue;
-    warnings.push_back(fmt::format("{} did so {} more times until {:.3f} s: {} fixes were left out",
+    warnings.push_back(fmt::format("{} was left out {} more times until {:.3f} s, {} fixes in all of them",
                                    filtered.sources[source], all.disputes - kMost, all.end, all.fixes));
   }
   return warnings;

@@ -190,6 +190,7 @@ std::optional<Update> taking(const Vector3d& information, const StateLayout& lay
   const int at = layout.offset(scales);
   const Vector3d variance = P.diagonal().segment<3>(at);
   if (!(variance.minCoeff() > 0) || information.cwiseProduct(variance).maxCoeff() < kNothing) return std::nullopt;
+  // An axis without any has a variance all the same.
   const Vector3d part = information.cwiseProduct(variance).cwiseMin(kMost).cwiseMax(1e-3 * kNothing);
   Update u;
   u.H.setZero(3, layout.size());

@@ -39,8 +39,8 @@ TEST(Warnings, ManyOfOneSourceAreToldTogether) {
   add(solution, 1, 100, 6);
   const std::vector<std::string> warnings = warnings_of(solution);
   ASSERT_EQ(warnings.size(), 7U);
-  EXPECT_TRUE(contains(warnings.back(), "gnss[0].position did so 4 more times until")) << warnings.back();
-  EXPECT_TRUE(contains(warnings.back(), ": 24 fixes were left out")) << warnings.back();
+  EXPECT_TRUE(contains(warnings.back(), "gnss[0].position was left out 4 more times until")) << warnings.back();
+  EXPECT_TRUE(contains(warnings.back(), ", 24 fixes in all of them")) << warnings.back();
 }
 
 TEST(Warnings, NoneOfARunThatWentWell) {

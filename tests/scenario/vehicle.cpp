@@ -121,13 +121,15 @@ TEST(SimulatedCar, MountingAndOdometerAreFoundAndHoldThePosition) {
   // This car does not slip, and is known for it.
   const GaussMarkov slip{{0.01, 0, 0}, 3};
   const int runs = seeds(3, 20);
-  double half_way = 0, as_any_car = 0;
+  double half_way = 0, as_any_car = 0, at_the_end = 0, without = 0;
   for (int seed = 1; seed <= runs; ++seed) {
     const Drive d = drive({}, static_cast<std::uint64_t>(seed));
     const Outcomes half = replay_without_gnss(d, 30, true, true, slip),
                    whole = replay_without_gnss(d, 60, true, true, slip),
                    free = replay_without_gnss(d, 60, false, false);
     half_way += half.end / runs;
+    at_the_end += whole.end / runs;
+    without += free.end / runs;
     as_any_car += replay_without_gnss(d, 30, true, true).end / runs;
     const Solution& s = half.run.filtered.solution;
     const Estimate x = s.estimate(s.size() - 1);
@@ -148,6 +150,7 @@ TEST(SimulatedCar, MountingAndOdometerAreFoundAndHoldThePosition) {
     EXPECT_LT(std::abs(x.odometer_scale - 0.013), 4 * sigmas.blocks(full_offset(Block::kOdometerScale)));
   }
   fmt::print("30 s: {:.3f} m on average, {:.3f} m with the slip of any car\n", half_way, as_any_car);
+  EXPECT_LT(at_the_end, 0.25 * without);  // of one run the IMU alone may be right by chance
   if (!thorough()) return;
   EXPECT_LT(half_way, 0.15);
   EXPECT_LT(as_any_car, 0.25);
@@ -239,7 +242,7 @@ TEST(SimulatedCar, IsNoWorseInUTurnsAtAWalkAndBackwards) {
     const Outcomes with = replay_without_gnss(d, 60, true, false, VehicleOptions().slip, mounting),
                    without = replay_without_gnss(d, 60, false, false);
     fmt::print("{}: 60 s {:.2f} m of {:.0f} m, free {:.2f} m\n", name, with.end, with.way, without.end);
-    EXPECT_LT(with.end, without.end + 0.5) << name;
+    EXPECT_LT(with.end, without.end) << name;
     EXPECT_LT(with.end, 3.5 * with.sigma) << name;
     EXPECT_LT(with.sigma, without.sigma) << name;
   }
