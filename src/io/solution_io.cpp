@@ -1,5 +1,6 @@
 #include "piste/io/solution_io.h"
 
+#include <fmt/compile.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -307,7 +308,8 @@ void innovations_csv(const Solution& solution, const TextSink& sink) {
   std::size_t row = 0;
   for (const Innovation& v : solution.innovations) {
     append_fixed(text, v.time, kTimeDecimals);
-    fmt::format_to(std::back_inserter(text), ",{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{}\n",
+    fmt::format_to(std::back_inserter(text),
+                   FMT_COMPILE(",{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{}\n"),
                    solution.sources[static_cast<std::size_t>(v.source)], v.residual.x(), v.residual.y(), v.residual.z(),
                    v.sigma.x(), v.sigma.y(), v.sigma.z(), v.nis, v.gate, outcome_name(v.outcome));
     if (++row % kPieceOfInnovations > 0) continue;

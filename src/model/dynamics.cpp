@@ -5,6 +5,7 @@
 
 #include "math/wide.h"
 #include "model/three_rows.h"
+#include "piste/math/statistics.h"
 
 namespace piste {
 namespace {
@@ -176,6 +177,25 @@ Transition linearize(const Estimate& x, const Estimate& end, const ImuStep& s, c
 
 namespace {
 
+// [a×] M, M [a×], [a×] [b×]: a third less to compute than products of matrices.
+Matrix3d skew_times(const Vector3d& a, const Matrix3d& M) {
+  Matrix3d out;
+  for (int k = 0; k < 3; ++k) out.col(k) = a.cross(M.col(k));
+  return out;
+}
+Matrix3d times_skew(const Matrix3d& M, const Vector3d& a) {
+  Matrix3d out;
+  out.col(0) = a.z() * M.col(1) - a.y() * M.col(2);
+  out.col(1) = a.x() * M.col(2) - a.z() * M.col(0);
+  out.col(2) = a.y() * M.col(0) - a.x() * M.col(1);
+  return out;
+}
+Matrix3d product_of_skews(const Vector3d& a, const Vector3d& b) {
+  Matrix3d out = b * a.transpose();
+  out.diagonal().array() -= a.dot(b);
+  return out;
+}
+
 // −R (1 + s)⁻¹: how an error of the IMU turns the attitude, or changes the velocity.
 Matrix3d effect_of(const Matrix3d& R, const Vector3d& scale) {
   return -R * (1 + scale.array()).inverse().matrix().asDiagonal();
@@ -211,50 +231,54 @@ Transition linearize(const ErrorStep& step, const Vector3d& earth_rate) {
   t.variance.fill(Vector3d::Zero());
 
   const double dt = step.dt;
-  const StepNoise& noise = step.around.noise;
   const Matrix3d R_mid = step.q_wb.toRotationMatrix();
-  const Matrix3d V = skew(step.v_wb), E = skew(earth_rate);
+  const Vector3d& e = earth_rate;
+  const Matrix3d V = skew(step.v_wb), E = skew(e);
+  const Matrix3d VE = product_of_skews(step.v_wb, e), EV = product_of_skews(e, step.v_wb), EE = product_of_skews(e, e);
   const Matrix3d& gradient = step.around.gradient;
-  const Matrix3d C = skew(step.around.gravity) + V * E;  // of ν' by θ
+  const Matrix3d C = skew(step.around.gravity) + VE;  // of ν' by θ
 
   // Φ = 1 + A dt + ½ A² dt² for A = (0 1 −V; Γ −2E C; 0 0 −E), block by block.
   const double h = 0.5 * dt * dt;
   const Matrix3d I = Matrix3d::Identity();
+  const Matrix3d of_velocity = dt * I - 2 * h * E;
   t.navigation.block<3, 3>(kRho, kRho) = I + h * gradient;
-  t.navigation.block<3, 3>(kRho, kNu) = dt * I - 2 * h * E;
-  t.navigation.block<3, 3>(kRho, kTheta) = -dt * V + h * (C + V * E);
-  t.navigation.block<3, 3>(kNu, kRho) = dt * gradient - 2 * h * (E * gradient);
-  t.navigation.block<3, 3>(kNu, kNu) = I - 2 * dt * E + h * (gradient + 4 * (E * E));
-  t.navigation.block<3, 3>(kNu, kTheta) = dt * C - h * (gradient * V + 2 * (E * C) + C * E);
+  t.navigation.block<3, 3>(kRho, kNu) = of_velocity;
+  t.navigation.block<3, 3>(kRho, kTheta) = -dt * V + h * (C + VE);
+  t.navigation.block<3, 3>(kNu, kRho) = dt * gradient - 2 * h * skew_times(e, gradient);
+  t.navigation.block<3, 3>(kNu, kNu) = I - 2 * dt * E + h * (gradient + 4 * EE);
+  t.navigation.block<3, 3>(kNu, kTheta) =
+      dt * C - h * (times_skew(gradient, step.v_wb) + 2 * skew_times(e, C) + times_skew(C, e));
   t.navigation.block<3, 3>(kTheta, kRho).setZero();
   t.navigation.block<3, 3>(kTheta, kNu).setZero();
-  t.navigation.block<3, 3>(kTheta, kTheta) = I - dt * E + h * (E * E);
+  t.navigation.block<3, 3>(kTheta, kTheta) = I - dt * E + h * EE;
 
   // ∫Φ B = (dt + ½ A dt²) B for B = (0 0; V G A; G 0). A rate does not move the position: there V G and −V G cancel.
   const Matrix3d gyro = effect_of(R_mid, step.gyro_scale), accel = effect_of(R_mid, step.accel_scale);
-  const Matrix3d VG = V * gyro;
-  const Matrix3d turn = dt * gyro - h * (E * gyro), swing = dt * VG + h * (C * gyro - 2 * (E * VG));
-  const Matrix3d push = dt * accel - 2 * h * (E * accel), shift = h * accel;
+  const Matrix3d turn = dt * gyro - h * skew_times(e, gyro);
+  const Matrix3d swing = (dt * V + h * (C - 2 * EV)).lazyProduct(gyro);
+  const Matrix3d push = dt * accel - 2 * h * skew_times(e, accel);
   t.imu.block<3, 3>(kRho, 0).setZero();
-  t.imu.block<3, 3>(kRho, 3) = shift;
+  t.imu.block<3, 3>(kRho, 3) = h * accel;
   t.imu.block<3, 3>(kNu, 0) = swing;
   t.imu.block<3, 3>(kNu, 3) = push;
   t.imu.block<3, 3>(kTheta, 0) = turn;
   t.imu.block<3, 3>(kTheta, 3).setZero();
 
   // ∫ Φ B N Bᵀ Φᵀ over the step, by its value in the middle of the step, where Φ B is nearly ∫Φ B / dt.
-  const Matrix3d turn_noise = turn * (noise.gyro / dt).asDiagonal(),
-                 swing_noise = swing * (noise.gyro / dt).asDiagonal();
-  const Matrix3d push_noise = push * (noise.accel / dt).asDiagonal();
-  t.noise.block<3, 3>(kRho, kRho) = shift * (noise.accel / dt).asDiagonal() * shift.transpose();
-  t.noise.block<3, 3>(kRho, kNu) = shift * push_noise.transpose();
+  const StepNoise& noise = step.around.noise;
+  const Matrix3d turned = turn * (noise.gyro / dt).asDiagonal(), swung = swing * (noise.gyro / dt).asDiagonal();
+  const Matrix3d pushed = push * (noise.accel / dt).asDiagonal();
+  const Matrix3d moved = pushed.lazyProduct(accel.transpose());
+  t.noise.block<3, 3>(kRho, kRho) = square(h) * accel * (noise.accel / dt).asDiagonal() * accel.transpose();
+  t.noise.block<3, 3>(kRho, kNu) = h * moved.transpose();
   t.noise.block<3, 3>(kRho, kTheta).setZero();
-  t.noise.block<3, 3>(kNu, kNu) = swing_noise * swing.transpose() + push_noise * push.transpose();
-  t.noise.block<3, 3>(kNu, kTheta) = swing_noise * turn.transpose();
-  t.noise.block<3, 3>(kTheta, kTheta) = turn_noise * turn.transpose();
-  t.noise.block<3, 3>(kNu, kRho) = t.noise.block<3, 3>(kRho, kNu).transpose();
+  t.noise.block<3, 3>(kNu, kRho) = h * moved;
+  t.noise.block<3, 3>(kNu, kNu) = swung.lazyProduct(swing.transpose()) + pushed.lazyProduct(push.transpose());
+  t.noise.block<3, 3>(kNu, kTheta) = swung.lazyProduct(turn.transpose());
   t.noise.block<3, 3>(kTheta, kRho).setZero();
   t.noise.block<3, 3>(kTheta, kNu) = t.noise.block<3, 3>(kNu, kTheta).transpose();
+  t.noise.block<3, 3>(kTheta, kTheta) = turned.lazyProduct(turn.transpose());
   return t;
 }
 

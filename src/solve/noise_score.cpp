@@ -2,25 +2,66 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
 
 #include "math/wide.h"
+#include "piste/model/imu_errors.h"
 
 namespace piste {
 namespace {
 
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+
 constexpr std::array kScales{Block::kGyroScale, Block::kAccelScale};
+constexpr int kVelocity = 3, kAttitude = 6;  // among the errors of navigation
 constexpr double kEvery = 0.5;  // s between two scores at least: several fixes of a fast receiver at a time
 
-// Of errors of position, velocity and attitude over a time with a mean specific force, both in the world frame.
-Eigen::Matrix<double, 9, 9> transition(double time, const Vector3d& force) {
-  Eigen::Matrix<double, 9, 9> Phi = Eigen::Matrix<double, 9, 9>::Identity();
-  Phi.block<3, 3>(0, 3).diagonal().setConstant(time);
-  Phi.block<3, 3>(3, 6) = -time * skew(force);
-  Phi.block<3, 3>(0, 6) = -0.5 * time * time * skew(force);
-  return Phi;
+using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 30, 30>;
+
+std::size_t place(int k) { return static_cast<std::size_t>(k); }
+
+// Eigen takes matrices of this size to be large, and packs them.
+PISTE_WIDE void multiply(const double* __restrict A, const double* __restrict B, std::ptrdiff_t n,
+                         double* __restrict out) {
+  for (std::ptrdiff_t j = 0; j < n; ++j) {
+    double* __restrict column = out + j * n;
+    for (std::ptrdiff_t i = 0; i < n; ++i) column[i] = 0;
+    for (std::ptrdiff_t k = 0; k < n; ++k) {
+      for (std::ptrdiff_t i = 0; i < n; ++i) column[i] += A[n * k + i] * B[n * j + k];
+    }
+  }
+}
+Square product(const Square& A, const Square& B) {
+  Square out(A.rows(), A.rows());
+  multiply(A.data(), B.data(), A.rows(), out.data());
+  return out;
+}
+
+// Aᵀ X A
+Square turned(const Square& A, const Square& X) { return product(A.transpose(), product(X, A)); }
+
+// Does X ← Aᵀ X A + added n times, by doubling.
+void recur(Square& X, Square A, Square added, int n) {
+  for (;; A = product(A, A)) {
+    if (n % 2 == 1) X = turned(A, X) + added;
+    if ((n /= 2) == 0) return;
+    added += turned(A, added);
+  }
+}
+
+// No later fix tells more than all that is to be known, which is the inverse of the covariance: after an outage the
+// fixes before it would. `root`: of this covariance.
+void bound_information(Square& information, const Eigen::LLT<Square>& root) {
+  const Square L = root.matrixL();
+  Square part = turned(L, information);
+  part = (0.5 * (part + part.transpose())).eval();
+  if ((Square::Identity(part.rows(), part.rows()) - part).llt().info() == Eigen::Success) return;
+  const Eigen::SelfAdjointEigenSolver<Square> known_part(part);
+  const Square W = root.matrixU().solve(known_part.eigenvectors());
+  information = W.lazyProduct(known_part.eigenvalues().cwiseMax(0).cwiseMin(1).asDiagonal() * W.transpose());
 }
 
 // Eliminates the first `count` rows of a symmetric matrix, of which the lower half is there.
@@ -38,7 +79,7 @@ PISTE_WIDE void eliminate(double* C, std::ptrdiff_t size, std::ptrdiff_t count) 
 }
 
 // Divides a sum by how often it has what it has at most, if it has more.
-void bound(Eigen::Matrix<double, 9, 9>& sum, double part) {
+void bound(Square& sum, double part) {
   if (!std::isfinite(part)) {
     sum.setZero();
   } else if (part > 1) {
@@ -52,22 +93,72 @@ NoiseScore::NoiseScore(const FilterOptions& options, const StateLayout& layout) 
   const double gyro = options.sensor.gyro.noise, accel = options.sensor.accel.noise;
   if (layout.has(Block::kGyroScale) && options.attitude.empty()) gyro_ = gyro * gyro;
   if (layout.has(Block::kAccelScale)) accel_ = accel * accel;
+  for (int k = 0; k < kNavigation; ++k) states_[place(k)] = k;
+  for (const Block b : layout.blocks()) {
+    // What several IMUs differ by has no part in the motion.
+    if (info(b).process == nullptr || index_of(b) >= index_of(Block::kFirstParity)) continue;
+    const std::optional<BlockProcess> process = info(b).process(options);
+    if (!process || size_ + info(b).size > kMost) continue;
+    if (b == Block::kGyroDrift) gyro_drift_ = size_;
+    if (b == Block::kAccelDrift) accel_drift_ = size_;
+    for (int k = 0; k < info(b).size; ++k) {
+      if (!(process->weight(k) > 0)) continue;
+      states_[place(size_)] = layout.offset(b) + k;
+      laws_[place(size_++)] = process->law;
+    }
+  }
+  for (Square* m : {&later_, &made_, &found_}) m->setZero(size_, size_);
+  forget_swings();
 }
 
-// For given errors of everything else: what a bias hides of the tilt is not what the noise turns.
-NoiseScore::Navigation NoiseScore::known(const Estimate& x, const Covariance& P) {
-  constexpr int kNavigation = 9;
-  const Eigen::Index others = P.rows() - kNavigation, size = P.rows();
-  // The slow states first; eliminating them leaves the covariance of the others for given values of them (Schur's
+void NoiseScore::forget_swings() {
+  for (Columns* m : {&noisy_.corrected, &noisy_.seen, &smoothed_.corrected, &smoothed_.seen}) m->setZero(size_, 3);
+}
+
+// For given constants: what a bias hides of the tilt is not what the noise turns.
+NoiseScore::Square NoiseScore::known(const Estimate& x, const Covariance& P) const {
+  // The constants first; eliminating them leaves the covariance of the others for given values of them (Schur's
   // complement). Only the lower half is there.
-  Covariance C(size, size);
-  C.topLeftCorner(others, others) = P.bottomRightCorner(others, others);
-  C.bottomLeftCorner(kNavigation, others) = P.topRightCorner(kNavigation, others);
-  C.bottomRightCorner<kNavigation, kNavigation>() = P.topLeftCorner<kNavigation, kNavigation>();
-  eliminate(C.data(), size, others);
-  const Navigation lower = C.bottomRightCorner<kNavigation, kNavigation>();
-  const Navigation T = ordinary_from_invariant(x);
-  return T * lower.selfadjointView<Eigen::Lower>() * T.transpose();
+  std::array<bool, kMostStates> changes{};
+  for (int k = 0; k < size_; ++k) changes[place(states_[place(k)])] = true;
+  std::array<int, kMostStates> order;
+  int count = 0;
+  for (int k = 0; k < static_cast<int>(P.rows()); ++k) {
+    if (!changes[place(k)]) order[place(count++)] = k;
+  }
+  std::copy_n(states_.begin(), size_, order.begin() + count);
+  Covariance C(P.rows(), P.rows());
+  for (int j = 0; j < static_cast<int>(P.rows()); ++j) {
+    for (int i = j; i < static_cast<int>(P.rows()); ++i) C(i, j) = P(order[place(i)], order[place(j)]);
+  }
+  eliminate(C.data(), P.rows(), count);
+  Square all = C.bottomRightCorner(size_, size_).selfadjointView<Eigen::Lower>();
+  const Matrix3d T = ordinary_from_invariant(x).block<3, 3>(kVelocity, kAttitude);
+  all.middleRows<3>(kVelocity) += T.lazyProduct(all.middleRows<3>(kAttitude)).eval();
+  all.middleCols<3>(kVelocity) += all.middleCols<3>(kAttitude).lazyProduct(T.transpose()).eval();
+  return all;
+}
+
+// Over a time with a mean specific force in the world frame.
+NoiseScore::Square NoiseScore::transition(double time, const Vector3d& force, const Estimate& x) const {
+  const Matrix3d swing = skew(force), R = x.R_wb();
+  Square Phi = Square::Identity(size_, size_);
+  Phi.block<3, 3>(0, kVelocity).diagonal().setConstant(time);
+  Phi.block<3, 3>(kVelocity, kAttitude) = -time * swing;
+  Phi.block<3, 3>(0, kAttitude) = -0.5 * time * time * swing;
+  for (int k = kNavigation; k < size_; ++k) Phi(k, k) = discretise(laws_[place(k)], time).transition;
+  if (gyro_drift_ > 0) {
+    const Matrix3d gyro = -R * (1 + x.gyro_scale.array()).inverse().matrix().asDiagonal();
+    Phi.block<3, 3>(kAttitude, gyro_drift_) = time * gyro;
+    Phi.block<3, 3>(kVelocity, gyro_drift_) = -0.5 * time * time * swing * gyro;
+    Phi.block<3, 3>(0, gyro_drift_) = -time * time * time / 6 * swing * gyro;
+  }
+  if (accel_drift_ > 0) {
+    const Matrix3d accel = -R * (1 + x.accel_scale.array()).inverse().matrix().asDiagonal();
+    Phi.block<3, 3>(kVelocity, accel_drift_) = time * accel;
+    Phi.block<3, 3>(0, accel_drift_) = 0.5 * time * time * accel;
+  }
+  return Phi;
 }
 
 void NoiseScore::before_fix(const Estimate& x, const Covariance& P) {
@@ -78,12 +169,15 @@ void NoiseScore::before_fix(const Estimate& x, const Covariance& P) {
 
 void NoiseScore::swung(const Estimate& x, const Update& u, const Linearization& lin, double gyro, bool smoothed) {
   if (gyro_ == 0 || duration_ == 0 || lin.by_rate_noise.isZero(0)) return;
-  const Navigation T = ordinary_from_invariant(x);
+  const Matrix3d T = ordinary_from_invariant(x).block<3, 3>(kVelocity, kAttitude);
   const Matrix3d noise = u.S_inverse * lin.by_rate_noise;
-  const Eigen::Matrix<double, 9, 3> corrected = T * u.PHt.topRows<9>() * noise;
-  // T's inverse changes the sign of its one block, of the velocity by the attitude.
-  Eigen::Matrix<double, 9, 3> seen = u.H.leftCols<9>().transpose() * noise;
-  seen.bottomRows<3>() -= T.block<3, 3>(3, 6).transpose() * seen.middleRows<3>(3);
+  Columns corrected(size_, 3), seen(size_, 3);
+  for (int k = 0; k < size_; ++k) {
+    corrected.row(k) = u.PHt.row(states_[place(k)]) * noise;
+    seen.row(k) = u.H.col(states_[place(k)]).transpose() * noise;
+  }
+  corrected.middleRows<3>(kVelocity) += T.lazyProduct(corrected.middleRows<3>(kAttitude));
+  seen.middleRows<3>(kAttitude) -= T.transpose().lazyProduct(seen.middleRows<3>(kVelocity));
   const auto add_to = [&](Swing& swing, double part) {
     swing.corrected += part * gyro * corrected;
     swing.seen += part * gyro * seen;
@@ -92,46 +186,24 @@ void NoiseScore::swung(const Estimate& x, const Update& u, const Linearization& 
   add_to(smoothed ? smoothed_ : noisy_, 1);
 }
 
-// Λ before this fix, from the one before the fixes since the last score. All of them count as this one, and `pushed` is
-// the mean specific force meanwhile. N likewise, of which `made` comes between two fixes.
+// Λ before this fix, from the one before the fixes since the last score. All of them count as this one, and `until` is
+// the transition between two. N likewise, of which `made` comes between two fixes.
 // Returns I − K H.
-NoiseScore::Navigation NoiseScore::look_ahead(const Navigation& after, const Vector3d& pushed, const Navigation& made) {
-  const Eigen::LLT<Navigation> root(*before_);
+NoiseScore::Square NoiseScore::look_ahead(const Square& after, const Square& until, const Square& made) {
+  const Eigen::LLT<Square> root(*before_);
   if (root.info() != Eigen::Success) {
-    later_.setZero();
-    made_.setZero();
-    found_.setZero();
-    return Navigation::Identity();
+    for (Square* m : {&later_, &made_, &found_}) m->setZero();
+    return Square::Identity(size_, size_);
   }
-  const Navigation inverse = root.solve(Navigation::Identity());
-  Navigation kept = after * inverse;
-  Navigation told = inverse - inverse * kept;
-  const Navigation step = transition(duration_ / fixes_, pushed) * kept;
-  Navigation A = step, added = made;
-  for (int n = fixes_;; A = A * A) {
-    if (n % 2 == 1) {
-      later_ = A.transpose() * later_ * A + told;
-      made_ = A * made_ * A.transpose() + added;
-    }
-    if ((n /= 2) == 0) break;
-    told += A.transpose() * told * A;
-    added += A * added * A.transpose();
-  }
+  const Square inverse = root.solve(Square::Identity(size_, size_));
+  const Square kept = product(after, inverse), step = product(until, kept);
+  recur(later_, step, inverse - product(inverse, kept), fixes_);
+  recur(made_, step.transpose(), made, fixes_);
   if (!later_.allFinite()) later_ = inverse;
-  // No later fix tells more than all that is to be known, which P⁻¹ is: after an outage the fixes before it would.
-  const Navigation L = root.matrixL(), part = L.transpose() * later_ * L;
-  const Eigen::SelfAdjointEigenSolver<Navigation> known_part(0.5 * (part + part.transpose()));
-  const Navigation W = root.matrixU().solve(known_part.eigenvectors());
-  later_ = W * known_part.eigenvalues().cwiseMax(0).cwiseMin(1).asDiagonal() * W.transpose();
-  Navigation found = later_ * made * later_;
-  A = step;
-  for (int n = fixes_;; A = A * A) {
-    if (n % 2 == 1) found_ = A.transpose() * found_ * A + found;
-    if ((n /= 2) == 0) break;
-    found += A.transpose() * found * A;
-  }
+  bound_information(later_, root);
+  recur(found_, step, turned(later_, made), fixes_);
   // Nor is more of the errors made by this noise than there is, nor more found of it than is told.
-  bound(made_, made_.cwiseProduct(inverse).sum() / static_cast<double>(inverse.rows()));
+  bound(made_, made_.cwiseProduct(inverse).sum() / size_);
   bound(found_, 2 * found_.cwiseProduct(*before_).sum() / later_.cwiseProduct(*before_).sum());
   return kept;
 }
@@ -143,41 +215,53 @@ std::optional<ToldByNoise> NoiseScore::after_fixes(const Estimate& x, const Cova
   // The mean over the time between two fixes, by Simpson's rule.
   const double interval = duration_ / fixes_;
   const std::array weights{1.0 / 6, 4.0 / 6, 1.0 / 6};
-  const std::array untils{transition(0, pushed), transition(interval / 2, pushed), transition(interval, pushed)};
-  Navigation made = Navigation::Zero();
+  const std::array untils{transition(0, pushed, x), transition(interval / 2, pushed, x),
+                          transition(interval, pushed, x)};
+  const Square& until = untils.back();
+  Square made = Square::Zero(size_, size_);
   for (std::size_t i = 0; i < 3; ++i) {
-    const Eigen::Matrix<double, 9, 3> turned = untils[i].rightCols<3>();
-    made += weights[i] * gyro_ * interval * turned * turned.transpose();
+    const Columns turning = untils[i].middleCols<3>(kAttitude);
+    made += weights[i] * gyro_ * interval * turning.lazyProduct(turning.transpose());
   }
-  const Navigation kept = look_ahead(known(x, P), pushed, made);
+  const Square after = known(x, P), kept = look_ahead(after, until, made);
   // Where the filter admitted an error of its own, the covariance has grown, and this is no I − K H.
-  if (kept.trace() > static_cast<double>(kept.rows())) noisy_ = smoothed_ = {};
+  if (kept.trace() > size_) forget_swings();
   const Matrix3d R = x.R_wb();
-  ToldByNoise told{ScaleScore::Zero(), ScaleScore::Zero()};
-  ScaleScore& score = told.score;
+  Vector6d noise = Vector6d::Zero(), drift = Vector6d::Zero();
+  const Square ahead = product(later_, product(until, after));
   for (std::size_t i = 0; i < 3; ++i) {
-    const Eigen::Matrix<double, 9, 3> turned = untils[i].rightCols<3>() * R, moved = untils[i].middleCols<3>(3) * R;
-    score.head<3>() += weights[i] * (turned.transpose() * later_ * turned).diagonal();
-    score.tail<3>() += weights[i] * (moved.transpose() * later_ * moved).diagonal();
+    const Columns turning = untils[i].middleCols<3>(kAttitude) * R, moving = untils[i].middleCols<3>(kVelocity) * R;
+    const auto add_to = [&](Vector6d& sum, int triad, const Columns& by, const Columns& seen) {
+      sum.segment<3>(3 * triad) += weights[i] * by.cwiseProduct(seen).colwise().sum().transpose();
+    };
+    add_to(noise, 0, turning, later_.lazyProduct(turning));
+    add_to(noise, 1, moving, later_.lazyProduct(moving));
+    if (gyro_drift_ > 0) add_to(drift, 0, turning, ahead.middleCols<3>(gyro_drift_));
+    if (accel_drift_ > 0) add_to(drift, 1, moving, ahead.middleCols<3>(accel_drift_));
   }
-  score.head<3>() *= gyro_ * gyro_time_;
-  score.tail<3>() *= accel_ * accel_time_;
-  const Navigation& until = untils.back();
-  const auto told_by = [&](const Swing& swing, const Navigation& later) -> Eigen::Matrix<double, 9, 3> {
-    return swing.seen - kept.transpose() * until.transpose() * later * until * swing.corrected;
+  noise.head<3>() *= gyro_ * gyro_time_;
+  noise.tail<3>() *= accel_ * accel_time_;
+  drift *= measured_;
+  if (gyro_ == 0) drift.head<3>().setZero();
+  if (accel_ == 0) drift.tail<3>().setZero();
+  const auto told_by = [&](const Swing& swing, const Square& later) -> Columns {
+    const Columns corrected = until.lazyProduct(swing.corrected), told = later.lazyProduct(corrected);
+    const Columns before = until.transpose().lazyProduct(told);
+    return swing.seen - kept.transpose().lazyProduct(before);
   };
-  Eigen::Matrix<double, 9, 3> X = told_by(noisy_, later_);
-  const Eigen::Matrix<double, 9, 3> smoothed = told_by(smoothed_, later_);
-  X += told_by(smoothed_, later_ - 2 * found_) - 2 * later_ * made_ * smoothed;
-  ScaleScore factor;
+  Columns X = told_by(noisy_, later_);
+  const Columns held = made_.lazyProduct(told_by(smoothed_, later_));
+  X += told_by(smoothed_, later_ - 2 * found_) - 2 * later_.lazyProduct(held);
+  Vector6d factor;
   factor << 1 + x.gyro_scale.array(), 1 + x.accel_scale.array();
-  told.information = score.array() * factor.array().pow(-4);
-  score.head<3>() += gyro_ * (R.transpose() * X.bottomRows<3>()).diagonal();
-  score.array() *= factor.array().pow(-3);
+  ToldByNoise told{noise, 2 * noise.array() * factor.array().pow(-4)};
+  told.score.head<3>() += gyro_ * (R.transpose() * X.middleRows<3>(kAttitude)).diagonal();
+  told.score.array() *= factor.array().pow(-3);
+  told.score.array() -= drift.array() * factor.array().pow(-2);
   before_.reset();
-  noisy_ = smoothed_ = {};
+  forget_swings();
   velocity_ = x.v_wb;
-  duration_ = gyro_time_ = accel_time_ = 0;
+  duration_ = measured_ = gyro_time_ = accel_time_ = 0;
   fixes_ = 0;
   return told;
 }

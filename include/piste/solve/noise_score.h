@@ -13,18 +13,32 @@
 ///
 ///     Λ = (I − K H)ᵀ Φᵀ Λ Φ (I − K H) + Hᵀ S⁻¹ H,   I − K H = P_after P_before⁻¹,
 ///
-/// with the covariances for given errors of everything else. As a filter does not know later fixes, those so far stand
-/// for them. The filter divides the measured rate by 1 + s, and the derivative divides it once more. Where one state is
-/// measured directly, this is q T / (P_before + P_after): half the bandwidth with which fixes correct it.
-/// Accelerometers likewise. A smoother that is linearised about a smoothed run (reference.h) needs none of this.
+/// with the covariances for given constants, of navigation and of all that changes as it does, such as drifts: what a
+/// drift hides the fixes do not tell. As a filter does not know later fixes, those so far stand for them. The filter
+/// divides the measured rate by 1 + s, and the derivative divides it once more. Where one state is measured directly,
+/// this is q T / (P_before + P_after): half the bandwidth with which fixes correct it. Accelerometers likewise. A
+/// smoother that is linearised about a smoothed run (reference.h) needs none of this.
 ///
-/// The effect of a scale seems larger than it is, too, by the noise in the rate, so that fixes seem to tell more of it.
-/// This information is
+/// What the filter does not know of the drift is in the rate as the noise is, and turns the attitude. It adds
 ///
-///     q T diag(Gᵀ Λ G) (1 + s)⁻⁴
+///     −T diag(Gᵀ Λ Φ P_d) (1 + s)⁻²
 ///
-/// and is taken from the covariance by an update whose noise has the negative variance −1/information. The rate in the
-/// Jacobian of a velocity does not count: it is shrunk by as much as its noise makes it larger (beyond_noise()).
+/// with the covariance P_d of all these errors with that of the drift. With an accelerometer's drift of minutes this
+/// is as much as the noise adds.
+///
+/// The effect of a scale seems larger than it is, too, by the noise in the rate: of the information J + F that fixes
+/// seem to have of it,
+///
+///     F = q T diag(Gᵀ Λ G) (1 + s)⁻⁴
+///
+/// is none. An error of variance V is pulled to zero by J alone, while what moves it at random has all of J + F:
+///
+///     dV/dt = −2 P J V + P² (J + F)
+///
+/// With 2 F taken from it, as an update with the negative noise −1 / (2 F) does, the covariance P follows the same
+/// equation and is that of the error. (Where F is more than J, fixes tell less than they seem to in any case, and P
+/// grows.) The rate in the Jacobian of a velocity does not count: it is shrunk by as much as its noise makes it larger
+/// (beyond_noise()).
 ///
 /// The velocity of an antenna holds the same noise, as the rate swings the antenna about the IMU: its residual has −M
 /// n, so that the fix moves the errors by K M n. This meets the noise in the rotation, and that in the rate of the
@@ -43,6 +57,7 @@
 ///
 ///     N = Φ (I − K H) N (I − K H)ᵀ Φᵀ + q T G Gᵀ,   B = (I − K H)ᵀ Φᵀ B Φ (I − K H) + q T Λ G Gᵀ Λ
 
+#include <array>
 #include <optional>
 
 #include "piste/core/options.h"
@@ -57,7 +72,7 @@ using ScaleScore = Eigen::Matrix<double, 6, 1>;
 /// What the noise has told of the scales.
 struct ToldByNoise {
   ScaleScore score;        ///< by which its fixes have moved them, times their information
-  ScaleScore information;  ///< that its fixes have only seemed to have, of each of them
+  ScaleScore information;  ///< that is to be taken from each of them: 2 F
 };
 
 /// Keeps how long the body has moved since the last fix, and what was known before it.
@@ -71,6 +86,7 @@ class NoiseScore {
   /// the variances of the stated noise.
   void add(double dt, double gyro = 1, double accel = 1) {
     duration_ += dt;
+    measured_ += dt;
     gyro_time_ += gyro * dt;
     accel_time_ += accel * dt;
   }
@@ -86,25 +102,34 @@ class NoiseScore {
   std::optional<ToldByNoise> after_fixes(const Estimate& x, const Covariance& P, const Vector3d& gravity);
 
  private:
-  /// A covariance, or information, of the errors of position, velocity (its own, not the invariant one) and attitude.
-  using Navigation = Eigen::Matrix<double, 9, 9>;
-  static Navigation known(const Estimate& x, const Covariance& P);
-  Navigation look_ahead(const Navigation& after, const Vector3d& pushed, const Navigation& made);
+  static constexpr int kNavigation = 9, kMost = 30;
+  /// A covariance, or information, of what changes: the errors of position, velocity (its own, not the invariant one)
+  /// and attitude, and those that are processes.
+  using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMost, kMost>;
+  using Columns = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMost, 3>;
+  Square known(const Estimate& x, const Covariance& P) const;
+  Square transition(double time, const Vector3d& force, const Estimate& x) const;
+  Square look_ahead(const Square& after, const Square& until, const Square& made);
+  void forget_swings();
 
   double gyro_ = 0, accel_ = 0;  // densities of the white noise, squared; 0 where the scale is not estimated
-  double duration_ = 0, gyro_time_ = 0, accel_time_ = 0;  // since the last score; the latter as the factors weigh it
-  int fixes_ = 0;                                         // instants of them, likewise
-  bool counted_ = false;                                  // whether the fixes of this instant are
-  std::optional<Navigation> before_;
+  // Of what changes: how much there is, its places in a StateLayout, and behind navigation the process of each.
+  int size_ = kNavigation;
+  std::array<int, kMost> states_{};
+  std::array<DriftProcess, kMost> laws_{};
+  int gyro_drift_ = -1, accel_drift_ = -1;  // first states, −1: none
+  double duration_ = 0;                     // since the last score
+  double measured_ = 0;                     // of it, about measured rates
+  double gyro_time_ = 0, accel_time_ = 0;   // the latter as the factors weigh it
+  int fixes_ = 0;                           // instants of them, likewise
+  bool counted_ = false;                    // whether the fixes of this instant are
+  std::optional<Square> before_;
   // Sums since the last score: of the noise in Jacobians or in rotations, and of that in smoothed ones.
   struct Swing {
-    Eigen::Matrix<double, 9, 3> corrected = Eigen::Matrix<double, 9, 3>::Zero();  // K M
-    Eigen::Matrix<double, 9, 3> seen = Eigen::Matrix<double, 9, 3>::Zero();       // Hᵀ S⁻¹ M
+    Columns corrected, seen;  // K M, Hᵀ S⁻¹ M
   } noisy_, smoothed_;
-  Navigation later_ = Navigation::Zero();  // Λ
-  Navigation made_ = Navigation::Zero();   // N
-  Navigation found_ = Navigation::Zero();  // B
-  Vector3d velocity_ = Vector3d::Zero();   // at the last score
+  Square later_, made_, found_;           // Λ, N, B
+  Vector3d velocity_ = Vector3d::Zero();  // at the last score
 };
 
 /// The update that takes information from the three scales of a block: a measurement of them with the negative variance
