@@ -4,8 +4,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <ctime>
+#include <thread>
 
 #include "app.h"
 #include "piste/consistency/warnings.h"
@@ -32,7 +34,7 @@ void run_replay(const AppArguments& arguments, Progress& progress) {
         if (done == 0) progress.start(std::string(stage), all);
         progress.update(done);
       },
-      batch_solver(config.batch), rows.streams());
+      batch_solver(config.batch, std::max(1U, std::thread::hardware_concurrency())), rows.streams());
   progress.clear();
 
   const Solution& filtered = run.filtered.solution;

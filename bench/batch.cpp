@@ -21,7 +21,9 @@ struct Filtered {
     run.options.attitude.clear();
     filtered = run_filter(run.log, run.options, run.start);
   }
-  std::unique_ptr<BatchRun> solved() const { return run_batch(run.log, run.options, {run.start, "given"}, filtered); }
+  std::unique_ptr<BatchRun> solved(std::size_t threads = 1) const {
+    return run_batch(run.log, run.options, {run.start, "given"}, filtered, {}, {}, threads);
+  }
 
   test::SyntheticRun run;
   FilterRun filtered;
@@ -34,8 +36,9 @@ void tell(benchmark::State& state, const BatchRun& batch) {
 
 void solve(benchmark::State& state) {
   const Filtered f(static_cast<double>(state.range(0)));
-  for (auto _ : state) benchmark::DoNotOptimize(f.solved());
-  tell(state, *f.solved());
+  std::unique_ptr<BatchRun> batch;
+  for (auto _ : state) batch = f.solved(static_cast<std::size_t>(state.range(1)));
+  tell(state, *batch);
 }
 
 // Of every node: epochs between nodes cost a product each.
@@ -46,7 +49,12 @@ void sigmas(benchmark::State& state) {
   tell(state, *batch);
 }
 
-BENCHMARK(solve)->Arg(270)->Arg(900)->Arg(3600)->Unit(benchmark::kMillisecond);
+// By seconds and threads; time on the clock, and CPU time of all threads.
+BENCHMARK(solve)
+    ->ArgsProduct({{270, 900, 3600}, {1, 2}})
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
 BENCHMARK(sigmas)->Arg(270)->Arg(900)->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -8,10 +8,10 @@
 
 namespace piste {
 
-/// What ties node i to node i + 1: z = F x + B (g, 1) + w, where w has the covariance `noise`, and g is the border. The
-/// last column of B is what does not depend on any of them.
+/// What ties node i to node i + 1: z = F x + B (g, 1) + w, where w has the covariance `noise`, and g is the border. Of
+/// Bᵀ the last row is what does not depend on any of them.
 struct ChainLinks {
-  Blocks F, B, noise;
+  Blocks F, B_transposed, noise;
 
   ChainLinks() = default;
   /// All zero.
@@ -50,19 +50,16 @@ class ArrowEquations {
 
  private:
   friend class ArrowElimination;
-  Blocks nodes_, sides_, corner_;  // of a node with itself, and with (g, 1); of (g, 1) with itself
+  Blocks nodes_, sides_, corner_;  // of a node with itself; of (g, 1) with a node, and with itself
 };
 
-/// All that is known of a chain: the measurements of its nodes, its links, and room for what an elimination makes of
-/// them. It is large, and memory that the system clears anew costs as much as filling it, so that one system serves for
-/// many.
-struct ArrowSystem {
+/// What is known of a stretch of a chain: the measurements of its nodes, and the links from them to the next.
+struct ArrowStretch {
   ArrowEquations equations;
   ChainLinks links;
-  Blocks room = {};
 
-  /// A chain of `count` nodes of which nothing is known.
-  void reset(std::size_t count, Eigen::Index node, Eigen::Index border);
+  /// Nothing is known of it. The last stretch of a chain has one link fewer than nodes.
+  void reset(std::size_t nodes, std::size_t links, Eigen::Index node, Eigen::Index border);
 };
 
 /// Blocks of the covariance of all nodes and the border. The others are not zero, but are not needed.
@@ -78,11 +75,18 @@ struct ArrowMatrix {
 /// and would take all digits of it. The cost is linear in the number of nodes.
 class ArrowElimination {
  public:
-  /// The equations are those of priors and measurements alone, without those of the links. Throws std::domain_error if
-  /// the first node, or the border, is not determined.
-  explicit ArrowElimination(ArrowSystem system);
-  /// The memory of a system, for another one.
-  ArrowSystem release() &&;
+  ArrowElimination() = default;
+  /// Of a whole chain.
+  explicit ArrowElimination(const ArrowStretch& chain);
+
+  /// Begins a chain of `count` nodes, in the memory of the one before: memory that the system clears anew costs as much
+  /// as filling it.
+  void begin(std::size_t count, Eigen::Index node, Eigen::Index border);
+  /// Eliminates the next nodes. The equations are those of priors and measurements alone, without those of the links.
+  /// Throws std::domain_error if the first node is not determined.
+  void append(const ArrowStretch& stretch);
+  /// After the last node. Throws std::domain_error if the border is not determined.
+  void finish();
 
   ArrowVector solution() const;
   /// Selected blocks of the inverse, back from those of the border and the next node.
@@ -95,7 +99,7 @@ class ArrowElimination {
         P.sides[late].template middleRows<kColumns>(column).transpose();
     Eigen::Matrix<double, Eigen::Dynamic, kColumns> C = P.nodes[late].template middleCols<kColumns>(column);
     for (std::size_t i = late; i-- > 0;) {
-      C = (gains_[i] * C - sides_[i].leftCols(border.rows()) * border).eval();
+      C = (gains_[i] * C - sides_[i].topRows(border.rows()).transpose() * border).eval();
       visit(i, C);
     }
   }
@@ -103,11 +107,14 @@ class ArrowElimination {
   double least() const { return least_; }
 
  private:
-  // With the next node z and the border g, x = gain z − side (g, 1); `node` is its covariance by what stands before z.
+  // With the next node z and the border g, x = gain z − sideᵀ (g, 1); `node` is its covariance by what stands before z.
   Blocks nodes_, sides_, gains_;
-  Blocks corner_;  // covariance of the border
+  Blocks F_, noise_;  // of the links
+  std::size_t next_ = 0;
+  Blocks told_, told_side_;  // of the next node, by what stands before it
+  Blocks squares_, wide_;    // room
+  Blocks corner_;            // normal equations of (g, 1), then covariance of the border
   Eigen::VectorXd border_;
-  ChainLinks chain_;
   double least_ = 0;
 };
 

@@ -43,10 +43,15 @@ template <int R>
     of.B += kTogether * of.column;
     C += kTogether * stride_C;
   }
-  for (; j < columns; ++j) {
-    add_tile<R, 1>(sign, of, C, stride_C);
-    of.B += of.column;
-    C += stride_C;
+  switch (columns - j) {
+    case 3:
+      return add_tile<R, 3>(sign, of, C, stride_C);
+    case 2:
+      return add_tile<R, 2>(sign, of, C, stride_C);
+    case 1:
+      return add_tile<R, 1>(sign, of, C, stride_C);
+    default:
+      return;
   }
 }
 

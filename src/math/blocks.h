@@ -2,6 +2,7 @@
 // Many small dense matrices of one size, and the products that a long chain of them takes.
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -21,11 +22,18 @@ class Blocks {
 
   /// The same, in the memory that it has.
   void reset(std::size_t count, Eigen::Index rows, Eigen::Index columns) {
+    resize(count, rows, columns);
+    std::fill(values_.begin(), values_.end(), 0.0);
+  }
+  /// Their values stay undefined where it had others. What goes on behind a column stays zero if rows and columns do
+  /// not change.
+  void resize(std::size_t count, Eigen::Index rows, Eigen::Index columns) {
+    if (rows != rows_ || columns != columns_) values_.clear();
     count_ = count;
     rows_ = rows;
     columns_ = columns;
     stride_ = (rows + 3) / 4 * 4;
-    values_.assign(count * static_cast<std::size_t>(stride_ * columns), 0.0);
+    values_.resize(count * static_cast<std::size_t>(stride_ * columns), 0.0);
   }
 
   std::size_t size() const { return count_; }
@@ -33,10 +41,6 @@ class Blocks {
   Eigen::Index columns() const { return columns_; }
   View operator[](std::size_t i) { return {values_.data() + place(i), rows_, columns_, Stride(stride_)}; }
   ConstView operator[](std::size_t i) const { return {values_.data() + place(i), rows_, columns_, Stride(stride_)}; }
-  /// Its first columns.
-  ConstView left(std::size_t i, Eigen::Index columns) const {
-    return {values_.data() + place(i), rows_, columns, Stride(stride_)};
-  }
 
  private:
   std::size_t place(std::size_t i) const { return i * static_cast<std::size_t>(stride_ * columns_); }

@@ -1,6 +1,7 @@
 #pragma once
 /// Runs independent tasks on several threads.
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <exception>
@@ -34,6 +35,15 @@ void for_each_parallel(std::size_t count, std::size_t jobs, Task&& task) {
     work();
   }
   if (stopped) std::rethrow_exception(stopped);
+}
+
+/// The same for stretches of `length` tasks: task(first, end). Their bounds do not depend on the number of threads.
+template <class Task>
+void for_each_stretch(std::size_t count, std::size_t length, std::size_t jobs, Task&& task) {
+  for_each_parallel((count + length - 1) / length, jobs, [&](std::size_t i) {
+    const std::size_t first = i * length;
+    task(first, std::min(first + length, count));
+  });
 }
 
 }  // namespace piste

@@ -74,6 +74,32 @@ Fall fall_of(double T, const Estimate& start, const Vector3d& earth_rate, const 
           twice * gravitation(start.p_wb + T / 3 * start.v_wb), once * by_place, twice * by_place};
 }
 
+// The ends of an interval, compared with what the samples say: `went` and `gained` in w, at the start.
+struct Ends {
+  Fall fall;
+  Matrix3d omega, R_j, C;
+  Vector3d gained, went, turn_change, turned;
+  Eigen::Matrix<double, 9, 1> value;
+
+  Ends(const ImuSum& sum, const Eigen::Matrix<double, 18, 1>& change, const Estimate& start, const Estimate& end,
+       const Vector3d& earth_rate, const Gravity& gravity)
+      : fall(fall_of(sum.time, start, earth_rate, gravity)),
+        omega(skew(earth_rate)),
+        R_j(end.R_wb()),
+        C(start.R_wb().transpose()) {
+    const double T = sum.time;
+    const Vector3d inertial_start = start.v_wb + omega * start.p_wb, inertial_end = end.v_wb + omega * end.p_wb;
+    gained = fall.E * inertial_end - inertial_start - fall.velocity;
+    went = fall.E * end.p_wb - start.p_wb - T * inertial_start - fall.position;
+    const Eigen::Matrix<double, 9, 1> corrected = sum.by_imu * change;
+    turn_change = corrected.segment<3>(kTurn);
+    turned = so3_log((sum.turn * so3_exp(turn_change)).conjugate() * start.q_wb.conjugate() * so3_exp(T * earth_rate) *
+                     end.q_wb);
+    value << C * went - sum.position - corrected.segment<3>(kPlace),
+        C * gained - sum.velocity - corrected.segment<3>(kSpeed), turned;
+  }
+};
+
 }  // namespace
 
 SumStep Preintegration::move(const ImuStep& measured, const DriftStep& gyro, const DriftStep& accel) {
@@ -168,7 +194,11 @@ ImuSum Preintegration::sum() const {
 void add_to_scales(ImuSum::ByImu& by_imu, const SumStep& step, const BodyMotion& told) {
   constexpr int kScales = 12;
   auto scales = by_imu.middleCols<6>(kScales);
-  scales = step.by_sum.lazyProduct(scales).eval();
+  const Eigen::Matrix<double, 3, 6> turns = scales.middleRows<3>(kTurn);
+  scales.middleRows<3>(kPlace) += step.by_sum(kPlace, kSpeed) * scales.middleRows<3>(kSpeed) +
+                                  step.by_sum.block<3, 3>(kPlace, kTurn).lazyProduct(turns);
+  scales.middleRows<3>(kSpeed) += step.by_sum.block<3, 3>(kSpeed, kTurn).lazyProduct(turns);
+  scales.middleRows<3>(kTurn) = step.by_sum.block<3, 3>(kTurn, kTurn).lazyProduct(turns);
   scales.leftCols<3>() += step.by_reading.leftCols<3>() * told.rate.asDiagonal();
   scales.rightCols<3>() += step.by_reading.rightCols<3>() * told.force.asDiagonal();
 }
@@ -187,55 +217,69 @@ Eigen::Matrix<double, 9, 1> white_noise_of(const SumStep& step, const StepNoise&
 
 SumResidual compare(const ImuSum& sum, const Eigen::Matrix<double, 18, 1>& change, const Estimate& start,
                     const Estimate& end, const Vector3d& earth_rate, const Gravity& gravity) {
-  const double T = sum.time;
-  const Fall fall = fall_of(T, start, earth_rate, gravity);
-  const Matrix3d omega = skew(earth_rate), I = Matrix3d::Identity();
-  const Matrix3d R_i = start.R_wb(), R_j = end.R_wb(), C = R_i.transpose();
-  const Vector3d inertial_start = start.v_wb + omega * start.p_wb, inertial_end = end.v_wb + omega * end.p_wb;
-  const Vector3d gained = fall.E * inertial_end - inertial_start - fall.velocity;
-  const Vector3d went = fall.E * end.p_wb - start.p_wb - T * inertial_start - fall.position;
-  const Eigen::Matrix<double, 9, 1> corrected = sum.by_imu * change;
-  const Vector3d turn_change = corrected.segment<3>(kTurn);
-  const Vector3d turned = so3_log((sum.turn * so3_exp(turn_change)).conjugate() * start.q_wb.conjugate() *
-                                  so3_exp(T * earth_rate) * end.q_wb);
+  const Ends e(sum, change, start, end, earth_rate, gravity);
+  const Matrix3d I = Matrix3d::Identity(), V_i = skew(start.v_wb), V_j = skew(end.v_wb);
+  const Matrix3d right = so3_left_jacobian_inverse(-e.turned), left = so3_left_jacobian_inverse(e.turned);
   SumResidual r;
-  r.value << C * went - sum.position - corrected.segment<3>(kPlace),
-      C * gained - sum.velocity - corrected.segment<3>(kSpeed), turned;
-
-  const Matrix3d V_i = skew(start.v_wb), V_j = skew(end.v_wb);
-  const Matrix3d right = so3_left_jacobian_inverse(-turned), left = so3_left_jacobian_inverse(turned);
+  r.value = e.value;
   // Rows of places and speeds: by (ρ, ν, θ), where v = v̂ + ν − [v] θ and C = Ĉ (1 − [θ]).
   const auto at_start = [&](int row, const Vector3d& seen, double time, const Matrix3d& by_place, double along) {
     // `time`: what multiplies v̄; `along`: T/2 or T/3, where gravity is taken.
     const Matrix3d by_v = time * I + along * by_place;
-    r.by_start.block<3, 3>(row, 0) = -C * ((row == kPlace ? I : Matrix3d::Zero().eval()) + time * omega + by_place);
-    r.by_start.block<3, 3>(row, 3) = -C * by_v;
-    r.by_start.block<3, 3>(row, 6) = C * (skew(seen) + by_v * V_i);
+    r.by_start.block<3, 3>(row, 0) = -e.C * ((row == kPlace ? I : Matrix3d::Zero().eval()) + time * e.omega + by_place);
+    r.by_start.block<3, 3>(row, 3) = -e.C * by_v;
+    r.by_start.block<3, 3>(row, 6) = e.C * (skew(seen) + by_v * V_i);
   };
-  at_start(kPlace, went, T, fall.position_by_place, T / 3);
-  at_start(kSpeed, gained, 1, fall.velocity_by_place, T / 2);
+  at_start(kPlace, e.went, sum.time, e.fall.position_by_place, sum.time / 3);
+  at_start(kSpeed, e.gained, 1, e.fall.velocity_by_place, sum.time / 2);
   r.by_start.block<3, 6>(kTurn, 0).setZero();
-  r.by_start.block<3, 3>(kTurn, 6) = -right * R_j.transpose() * fall.E.transpose();
+  r.by_start.block<3, 3>(kTurn, 6) = -right * e.R_j.transpose() * e.fall.E.transpose();
 
-  const Matrix3d CE = C * fall.E;
+  const Matrix3d CE = e.C * e.fall.E;
   r.by_end.setZero();
   r.by_end.block<3, 3>(kPlace, 0) = CE;
-  r.by_end.block<3, 3>(kSpeed, 0) = CE * omega;
+  r.by_end.block<3, 3>(kSpeed, 0) = CE * e.omega;
   r.by_end.block<3, 3>(kSpeed, 3) = CE;
   r.by_end.block<3, 3>(kSpeed, 6) = -CE * V_j;
-  r.by_end.block<3, 3>(kTurn, 6) = right * R_j.transpose();
-
-  const Matrix3d EC = CE.transpose(), turn_back = R_j * so3_left_jacobian(-turned);
-  r.end_inverse.setZero();
-  r.end_inverse.block<3, 3>(kPlace, kPlace) = EC;
-  r.end_inverse.block<3, 3>(kSpeed, kPlace) = -omega * EC;
-  r.end_inverse.block<3, 3>(kSpeed, kSpeed) = EC;
-  r.end_inverse.block<3, 3>(kSpeed, kTurn) = V_j * turn_back;
-  r.end_inverse.block<3, 3>(kTurn, kTurn) = turn_back;
+  r.by_end.block<3, 3>(kTurn, 6) = right * e.R_j.transpose();
 
   r.by_imu = -sum.by_imu;
-  r.by_imu.middleRows<3>(kTurn) = (-left * so3_left_jacobian(-turn_change) * sum.by_imu.middleRows<3>(kTurn)).eval();
+  r.by_imu.middleRows<3>(kTurn) = (-left * so3_left_jacobian(-e.turn_change) * sum.by_imu.middleRows<3>(kTurn)).eval();
   return r;
+}
+
+SumTie tie_ends(const ImuSum& sum, const Eigen::Matrix<double, 18, 1>& change, const Estimate& start,
+                const Estimate& end, const Vector3d& earth_rate, const Gravity& gravity) {
+  const Ends e(sum, change, start, end, earth_rate, gravity);
+  const double T = sum.time;
+  const Matrix3d I = Matrix3d::Identity(), V_i = skew(start.v_wb), back = e.fall.E.transpose();
+  SumTie t;
+  t.value = e.value;
+  t.place = back * e.C.transpose();
+  t.turn = e.R_j * so3_left_jacobian(-e.turned);
+  t.velocity = skew(end.v_wb);
+  t.rate = e.omega;
+  // −by_end⁻¹ by_start: the axes of the body cancel.
+  t.by_start.block<3, 6>(kTurn, 0).setZero();
+  t.by_start.block<3, 3>(kTurn, 6) = back;
+  const auto at_start = [&](int row, const Vector3d& seen, const Matrix3d& by_p, const Matrix3d& by_v) {
+    t.by_start.block<3, 3>(row, 0) = back * by_p;
+    t.by_start.block<3, 3>(row, 3) = back * by_v;
+    t.by_start.block<3, 3>(row, 6) = -back * (skew(seen) + by_v * V_i);
+  };
+  at_start(kPlace, e.went, I + T * e.omega + e.fall.position_by_place, T * I + T / 3 * e.fall.position_by_place);
+  at_start(kSpeed, e.gained, e.omega + e.fall.velocity_by_place, I + T / 2 * e.fall.velocity_by_place);
+  auto speeds = t.by_start.middleRows<3>(kSpeed);
+  speeds -= e.omega * t.by_start.middleRows<3>(kPlace);
+  speeds.rightCols<3>() += t.velocity * back;
+
+  t.by_imu.topRows<6>() = sum.by_imu.topRows<6>();
+  t.by_imu.bottomRows<3>() =
+      so3_left_jacobian_inverse(e.turned) * so3_left_jacobian(-e.turn_change) * sum.by_imu.bottomRows<3>();
+  for (Eigen::Index k = 0; k < t.by_imu.cols(); ++k) t.turn_to_end(t.by_imu.col(k).data());
+  t.shift = -t.value;
+  t.turn_to_end(t.shift.data());
+  return t;
 }
 
 Estimate carry(const SummedMotion& sum, const Eigen::Matrix<double, 9, 1>& residual, const Estimate& start,

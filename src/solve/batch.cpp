@@ -8,6 +8,7 @@
 #include "batch_lags.h"
 #include "batch_rows.h"
 #include "batch_weights.h"
+#include "math/parallel.h"
 #include "piste/core/error.h"
 #include "piste/math/statistics.h"
 
@@ -41,14 +42,16 @@ std::shared_ptr<const Reference> reference_of(const Solution& filtered, const Ba
   return out;
 }
 
-std::vector<double> squares_of(const BatchTerms& terms, const BatchStates& states) {
+std::vector<double> squares_of(const BatchTerms& terms, const BatchStates& states, std::size_t threads) {
   const auto& fixes = terms.chain().fixes;
   std::vector<double> out(fixes.size());
-  ArrowRows rows(terms.layout().node.size(), terms.layout().constant.size());
-  for (std::size_t i = 0; i < fixes.size(); ++i) {
-    terms.fix(i, states[fixes[i].node], 1, rows);
-    out[i] = rows.residual().squaredNorm();
-  }
+  for_each_stretch(fixes.size(), kPerTask, threads, [&](std::size_t first, std::size_t last) {
+    ArrowRows rows(terms.layout().node.size(), terms.layout().constant.size());
+    for (std::size_t i = first; i < last; ++i) {
+      terms.fix(i, states[fixes[i].node], 1, rows);
+      out[i] = rows.residual().squaredNorm();
+    }
+  });
   return out;
 }
 
@@ -81,7 +84,7 @@ struct SolvedBatch final : BatchRun {
   Chain chain;
   std::unique_ptr<BatchTerms> terms;
   BatchStates at_nodes;
-  std::optional<ArrowElimination> equations;  // near them
+  Newton newton;  // its equations are those near them
   BatchSummary sum;
 
   const BatchSummary& summary() const override { return sum; }
@@ -98,8 +101,8 @@ Solution SolvedBatch::solution(const ProgressCallback& progress) const {
   std::iota(rows.begin(), rows.end(), std::size_t{0});
   out.reserve(rows.size());
   constexpr std::size_t kTold = 1000;
-  const ArrowMatrix P = equations->covariance();
-  out.attitude_correlation_time = correlation_time(attitude_lags(world, layout, chain, at_nodes, *equations, P));
+  const ArrowMatrix P = newton.equations.covariance();
+  out.attitude_correlation_time = correlation_time(attitude_lags(world, layout, chain, at_nodes, newton.equations, P));
   visit_epochs(*terms, options, world, at_nodes, P, rows,
                [&](std::size_t row, double time, const SmoothedState& state) {
                  out.append(time, state.x, sigmas_of(world, state.x, layout.whole, state.P));
@@ -113,7 +116,7 @@ Solution SolvedBatch::solution(const ProgressCallback& progress) const {
 std::vector<SmoothedState> SolvedBatch::states(const std::vector<std::size_t>& rows) const {
   std::vector<SmoothedState> out;
   out.reserve(rows.size());
-  visit_epochs(*terms, options, world, at_nodes, equations->covariance(), rows,
+  visit_epochs(*terms, options, world, at_nodes, newton.equations.covariance(), rows,
                [&](std::size_t, double, const SmoothedState& state) { out.push_back(state); });
   return out;
 }
@@ -122,9 +125,10 @@ std::vector<SmoothedState> SolvedBatch::states(const std::vector<std::size_t>& r
 
 std::unique_ptr<BatchRun> run_batch(const Log& log, const FilterOptions& options, const FoundStart& found,
                                     const FilterRun& filtered, const BatchOptions& batch,
-                                    const ProgressCallback& progress) {
+                                    const ProgressCallback& progress, std::size_t threads) {
   auto solved = std::make_unique<SolvedBatch>(log, options, found, filtered);
   SolvedBatch& s = *solved;
+  s.terms = std::make_unique<BatchTerms>(s.world, s.options, s.layout, s.start, s.chain);
   const FixWeights first_weights = weights_of_filter(filtered.solution, options);
   FixWeights known = first_weights;
   std::shared_ptr<const Reference> reference = reference_of(filtered.solution, s.layout, s.start);
@@ -132,9 +136,8 @@ std::unique_ptr<BatchRun> run_batch(const Log& log, const FilterOptions& options
   bool smooth = true;
   std::vector<double> weighed;  // of the fixes, in the last round
   while (sum.rounds < batch.most_rounds && !sum.converged) {
-    s.chain = lay_chain(log, options, s.layout, s.start.time, reference, known, batch.longest_interval,
-                        sum.rounds > 0 ? &s.chain : nullptr);
-    s.terms = std::make_unique<BatchTerms>(s.world, s.options, s.layout, s.start, s.chain);
+    lay_chain(log, options, s.layout, s.start.time, reference, known, batch.longest_interval, threads, s.chain);
+    s.terms->follow_chain(threads);
     s.at_nodes.clear();
     s.at_nodes.reserve(s.chain.nodes.size());
     // All share the constants: of what a filter found of them, the last.
@@ -148,33 +151,28 @@ std::unique_ptr<BatchRun> run_batch(const Log& log, const FilterOptions& options
     BatchWeights weights(batch.loss, bounds_of(*s.terms, batch.bound), at_first, sum.rounds == 0);
     // By how much the objective fell. Steps of Gauss and Newton where they settle; from far off by a trust region
     // first, and always so where the objective has kinks, as an odometer without a sign has at a stand.
-    const auto take = [&](Refined refined) {
-      s.equations = std::move(refined.equations);
+    const auto take = [&](const Refined& refined) {
       sum.cost = refined.cost;
       sum.iterations += refined.steps;
       return refined.fall;
     };
     const auto solve = [&]() -> double {
       if (smooth) {
-        BatchStates near = s.at_nodes;
-        Refined refined = refine(*s.terms, weights.values(), near, std::exchange(s.equations, std::nullopt));
-        if (refined.settled()) {
-          s.at_nodes = std::move(near);
-          return take(std::move(refined));
-        }
+        const Refined refined = refine(*s.terms, weights.values(), s.at_nodes, s.newton, WhereNot::kStays, threads);
+        if (refined.settled) return take(refined);
       }
       const double before = sum.cost;
       const BatchStep far = minimise(*s.terms, weights.values(), s.at_nodes);
       sum.iterations += far.iterations;
-      const double fell =
-          take(refine(*s.terms, weights.values(), s.at_nodes, std::exchange(s.equations, std::nullopt)));
-      smooth = s.equations.has_value();
+      const Refined refined = refine(*s.terms, weights.values(), s.at_nodes, s.newton, WhereNot::kLowest, threads);
+      const double fell = take(refined);
+      smooth = refined.settled;
       return smooth ? far.before - far.after + fell : std::abs(before - sum.cost);
     };
     const double moved = solve();
     constexpr int kMostWeighings = 50;
     bool changed = false;
-    for (int k = 0; k < kMostWeighings && weights.update(squares_of(*s.terms, s.at_nodes)); ++k) {
+    for (int k = 0; k < kMostWeighings && weights.update(squares_of(*s.terms, s.at_nodes, threads)); ++k) {
       changed = true;
       solve();
     }
@@ -183,12 +181,12 @@ std::unique_ptr<BatchRun> run_batch(const Log& log, const FilterOptions& options
     ++sum.rounds;
     sum.converged = sum.rounds > 1 && !changed && moved < batch.tolerance;
     if (!sum.converged) {
-      reference = epochs_between(*s.terms, options, s.world, s.at_nodes);
+      reference = epochs_between(*s.terms, options, s.world, s.at_nodes, threads);
       for (std::size_t i = 0; i < s.at_nodes.size(); ++i) s.chain.nodes[i].x = s.at_nodes[i];
     }
     if (progress) progress(static_cast<double>(sum.rounds) / (sum.rounds + 1));
   }
-  if (!s.equations) s.equations = eliminated(*s.terms, weighed, s.at_nodes);
+  if (!smooth) eliminate(*s.terms, weighed, s.at_nodes, threads, s.newton.equations);
   sum.nodes = s.chain.nodes.size();
   sum.fixes = s.chain.fixes.size();
   for (std::size_t i = 0; i < weighed.size(); ++i) {
@@ -198,10 +196,11 @@ std::unique_ptr<BatchRun> run_batch(const Log& log, const FilterOptions& options
   return solved;
 }
 
-BatchSolver batch_solver(const BatchOptions& batch) {
-  return
-      [batch](const Log& log, const FilterOptions& options, const FoundStart& found, const FilterRun& filtered,
-              const ProgressCallback& progress) { return run_batch(log, options, found, filtered, batch, progress); };
+BatchSolver batch_solver(const BatchOptions& batch, std::size_t threads) {
+  return [batch, threads](const Log& log, const FilterOptions& options, const FoundStart& found,
+                          const FilterRun& filtered, const ProgressCallback& progress) {
+    return run_batch(log, options, found, filtered, batch, progress, threads);
+  };
 }
 
 }  // namespace piste

@@ -5,6 +5,7 @@
 
 #include "feeder.h"
 #include "made_fixes.h"
+#include "math/parallel.h"
 #include "piste/core/time_search.h"
 #include "piste/model/imu_errors.h"
 #include "piste/solve/recent_motion.h"
@@ -25,7 +26,7 @@ constexpr double kRoomToDrift = 1;
 class ChainLayer {
  public:
   ChainLayer(const Log& log, const FilterOptions& options, const BatchLayout& layout, double start,
-             const std::shared_ptr<const Reference>& reference, const FixWeights& weights, double longest)
+             const std::shared_ptr<const Reference>& reference, const FixWeights& weights, double longest, Chain& chain)
       : world_(log.world),
         options_(options),
         reference_(reference),
@@ -36,7 +37,8 @@ class ChainLayer {
         clock_from_(options.clock_from.value_or(start)),
         time_(start),
         x_(reference->start),
-        gravity_(log.world.gravity(x_.p_wb)) {
+        gravity_(log.world.gravity(x_.p_wb)),
+        chain_(chain) {
     delays_.assign(sources_.all().size(), 0);
     find_delays();
     look_ahead_ = std::max(0.0, *std::max_element(delays_.begin(), delays_.end()) + kSameInstant);
@@ -44,6 +46,11 @@ class ChainLayer {
     const std::size_t samples = log.imu.size(), fixes = weights.size();
     const double duration = samples > 0 ? std::max(0.0, log.imu.back().time - start) : 0;
     const auto nodes = fixes + static_cast<std::size_t>(2 * duration / longest) + 2;
+    std::swap(chain_.nodes, chain_.before);
+    chain_.nodes.clear();
+    chain_.steps.clear();
+    chain_.fixes.clear();
+    chain_.epochs.clear();
     chain_.nodes.reserve(nodes);
     chain_.intervals.reserve(nodes);
     chain_.steps.reserve(samples + fixes);
@@ -76,10 +83,10 @@ class ChainLayer {
     return epoch;
   }
 
-  Chain finish() {
+  void finish() {
     if (now_) process(nullptr);
     node_here();
-    return std::move(chain_);
+    chain_.intervals.resize(chain_.nodes.size() - 1);
   }
 
  private:
@@ -158,7 +165,10 @@ class ChainLayer {
 
   void node_here() {
     if (pending_ == chain_.steps.size()) return;  // there is one
-    chain_.intervals.push_back({pending_, chain_.steps.size(), {}, {}});
+    if (chain_.nodes.size() > chain_.intervals.size()) chain_.intervals.emplace_back();
+    ChainInterval& interval = chain_.intervals[chain_.nodes.size() - 1];
+    interval.first = pending_;
+    interval.last = chain_.steps.size();
     chain_.nodes.push_back({time_, x_, gravity_, {}});
     pending_ = chain_.steps.size();
   }
@@ -221,24 +231,25 @@ class ChainLayer {
   RestUpdates rest_;
   StandingForce standing_;
   MotionMean motion_;
-  Chain chain_;
+  Chain& chain_;
 };
+
+ImuErrors errors_of(const Estimate& x) {
+  return {x.gyro_bias + x.gyro_drift, x.accel_bias + x.accel_drift, x.gyro_scale, x.accel_scale};
+}
 
 // Whether the noise of an interval and its derivatives are the same with the errors of the IMU of two estimates, but
 // for a thousandth of themselves: so much a rotation, a scale or a force that differs by this part changes them. A
 // solution moves by that part of what it moves at all.
-bool hardly_differ(const Estimate& a, const Estimate& b, double time) {
+bool hardly_differ(const ImuErrors& a, const ImuErrors& b, double time) {
   constexpr double kPart = 1e-3;
-  const Vector3d rate = a.gyro_bias + a.gyro_drift - b.gyro_bias - b.gyro_drift;
-  const Vector3d force = a.accel_bias + a.accel_drift - b.accel_bias - b.accel_drift;
-  return rate.norm() * time < kPart && force.norm() < kPart * kStandardGravity &&
+  return (a.rate - b.rate).norm() * time < kPart && (a.force - b.force).norm() < kPart * kStandardGravity &&
          (a.gyro_scale - b.gyro_scale).norm() < kPart && (a.accel_scale - b.accel_scale).norm() < kPart;
 }
 
 // The samples of an interval, which may have noise and derivatives already.
-void sum_up(Chain& chain, std::size_t i, ProcessSteps& processes) {
+void sum_up(Chain& chain, std::size_t i, bool known, ProcessSteps& processes) {
   ChainInterval& interval = chain.intervals[i];
-  const bool known = interval.sum.time > 0;
   Preintegration sum(chain.nodes[i].x);
   if (known) interval.sum.by_imu.rightCols<6>().setZero();
   for (std::size_t k = interval.first; k < interval.last; ++k) {
@@ -255,7 +266,8 @@ void sum_up(Chain& chain, std::size_t i, ProcessSteps& processes) {
     static_cast<SummedMotion&>(interval.sum) = sum.motion();
   } else {
     interval.sum = sum.sum();
-    interval.summed = chain.nodes[i].x;
+    interval.summed = errors_of(chain.nodes[i].x);
+    interval.count = interval.last - interval.first;
   }
 }
 
@@ -276,37 +288,37 @@ void ProcessSteps::over(double dt) {
   }
 }
 
-Chain lay_chain(const Log& log, const FilterOptions& options, const BatchLayout& layout, double start,
-                const std::shared_ptr<const Reference>& reference, const FixWeights& weights, double longest,
-                const Chain* solved) {
-  ChainLayer layer(log, options, layout, start, reference, weights, longest);
+void lay_chain(const Log& log, const FilterOptions& options, const BatchLayout& layout, double start,
+               const std::shared_ptr<const Reference>& reference, const FixWeights& weights, double longest,
+               std::size_t threads, Chain& chain) {
+  ChainLayer layer(log, options, layout, start, reference, weights, longest, chain);
   const double end = (reference->size() == 0 ? start : reference->last_time()) + kSameInstant;
   LogPlace place = place_at(log, start, end);
   Feeder feeder(log, place, layer);
   while (!feeder.done()) feeder.step();
-  Chain chain = layer.finish();
-  std::size_t before = 0;
-  for (std::size_t i = 0; i < chain.nodes.size(); ++i) {
-    ChainNode& node = chain.nodes[i];
+  layer.finish();
+  const auto same_time = [](const ChainNode& a, const ChainNode& b) {
+    return std::abs(a.time - b.time) <= kSameInstant;
+  };
+  std::size_t k = 0;
+  for (ChainNode& node : chain.nodes) {
     node.side = node.x;
-    if (!solved) continue;
-    while (before < solved->nodes.size() && solved->nodes[before].time < node.time - kSameInstant) ++before;
-    if (before == solved->nodes.size() || solved->nodes[before].time > node.time + kSameInstant) continue;
-    node.x = solved->nodes[before].x;
-    node.side = solved->nodes[before].side;
-    // The same samples in the interval, unless a delay has changed.
-    if (i == chain.intervals.size() || before == solved->intervals.size()) continue;
-    if (const ChainInterval& now = chain.intervals[i], &then = solved->intervals[before];
-        now.last - now.first == then.last - then.first &&
-        std::abs(chain.nodes[i + 1].time - solved->nodes[before + 1].time) <= kSameInstant &&
-        hardly_differ(node.x, then.summed, then.sum.time)) {
-      chain.intervals[i].sum = then.sum;
-      chain.intervals[i].summed = then.summed;
-    }
+    while (k < chain.before.size() && chain.before[k].time < node.time - kSameInstant) ++k;
+    if (k == chain.before.size() || !same_time(chain.before[k], node)) continue;
+    node.x = chain.before[k].x;
+    node.side = chain.before[k].side;
   }
-  ProcessSteps processes(options, layout);
-  for (std::size_t i = 0; i < chain.intervals.size(); ++i) sum_up(chain, i, processes);
-  return chain;
+  // Whether the interval is the one that was summed before. A delay that has changed may have moved nodes.
+  const auto known = [&](std::size_t i) {
+    const ChainInterval& interval = chain.intervals[i];
+    return i + 1 < chain.before.size() && same_time(chain.before[i], chain.nodes[i]) &&
+           same_time(chain.before[i + 1], chain.nodes[i + 1]) && interval.count == interval.last - interval.first &&
+           hardly_differ(errors_of(chain.nodes[i].x), interval.summed, interval.sum.time);
+  };
+  for_each_stretch(chain.intervals.size(), kPerTask, threads, [&](std::size_t first, std::size_t last) {
+    ProcessSteps processes(options, layout);
+    for (std::size_t i = first; i < last; ++i) sum_up(chain, i, known(i), processes);
+  });
 }
 
 }  // namespace piste

@@ -26,6 +26,11 @@ struct ChainNode {
   Estimate side;    ///< that of the first laying: it stays on the side of a kink on which the filter was
 };
 
+/// What decides how an interval is summed.
+struct ImuErrors {
+  Vector3d rate, force, gyro_scale, accel_scale;  ///< the former two: bias and drift
+};
+
 /// A part of an IMU sample that lies between two nodes, as measured.
 struct ChainStep {
   ImuStep step;
@@ -36,8 +41,9 @@ struct ChainStep {
 /// What lies between node i and node i + 1: steps [first, last) of the chain.
 struct ChainInterval {
   std::size_t first = 0, last = 0;
-  ImuSum sum;       ///< its motion is that with the errors of the IMU of the node before it
-  Estimate summed;  ///< and its noise and derivatives that with these
+  ImuSum sum;             ///< its motion is that with the errors of the IMU of the node before it
+  ImuErrors summed;       ///< and its noise and derivatives that with these
+  std::size_t count = 0;  ///< of the steps of which they are
 };
 
 /// One channel of a fix, at a node.
@@ -66,6 +72,7 @@ using FixWeights = std::map<FixKey, double>;
 
 struct Chain {
   std::vector<ChainNode> nodes;
+  std::vector<ChainNode> before;  ///< those of the chain that was laid before
   std::vector<ChainStep> steps;
   std::vector<ChainInterval> intervals;  ///< one fewer than nodes
   std::vector<ChainFix> fixes;
@@ -89,13 +96,16 @@ class ProcessSteps {
 
 /// Lays the chain of a run about a trajectory, which gives the nodes their first values, the motion that scales
 /// multiply, and the delays by which fixes get their places. `longest`: seconds between nodes at most. Fixes without a
-/// weight are left out. `solved`: the chain that was laid before, with the solution in its nodes, which are nearer to
-/// the new one than a trajectory that has epochs alone; where they have hardly moved, the noise of an interval and its
-/// derivatives stay what they were. @pre `reference` has the epochs of the filter, and begins with
-/// `start`
-Chain lay_chain(const Log& log, const FilterOptions& options, const BatchLayout& layout, double start,
-                const std::shared_ptr<const Reference>& reference, const FixWeights& weights, double longest,
-                const Chain* solved = nullptr);
+/// weight are left out. `chain`: empty, or that which was laid before, with the solution in its nodes, which are nearer
+/// to the new one than a trajectory that has epochs alone; where they have hardly moved, the noise of an interval and
+/// its derivatives stay what they were. It is large, and its memory is used again. @pre `reference` has the epochs of
+/// the filter, and begins with `start`
+void lay_chain(const Log& log, const FilterOptions& options, const BatchLayout& layout, double start,
+               const std::shared_ptr<const Reference>& reference, const FixWeights& weights, double longest,
+               std::size_t threads, Chain& chain);
+
+/// Nodes, intervals or fixes that one thread takes at a time.
+inline constexpr std::size_t kPerTask = 256;
 
 /// How a process of a node changes over `dt`.
 DriftStep process_step(const FilterOptions& options, Block block, double dt);

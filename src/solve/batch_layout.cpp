@@ -82,6 +82,10 @@ Eigen::VectorXd BatchLayout::Part::select(const FullError& error) const {
   return out;
 }
 
+void BatchLayout::Part::put(const double* error, ErrorVector& whole) const {
+  for (const int row : rows) whole(row) = *error++;
+}
+
 FullError BatchLayout::Part::expand(const double* error) const {
   FullError full = FullError::Zero();
   for (const Block b : blocks) {

@@ -1,6 +1,9 @@
 #include "batch_rows.h"
 
 #include <Eigen/LU>
+#include <algorithm>
+
+#include "math/parallel.h"
 
 namespace piste {
 namespace {
@@ -41,7 +44,7 @@ class MeanBridge {
   MeanBridge(const BatchTerms& terms, const FilterOptions& options, const World& world)
       : terms_(terms), layout_(terms.layout()), options_(options), world_(world), processes_(options, layout_) {}
 
-  const std::vector<Estimate>& estimates(const BatchStates& states, std::size_t interval) {
+  void estimates(const BatchStates& states, std::size_t interval, std::vector<Estimate>& out) {
     const Chain& chain = terms_.chain();
     const ChainInterval& i = chain.intervals[interval];
     const Gravity& gravity = chain.nodes[interval].gravity;
@@ -65,15 +68,13 @@ class MeanBridge {
       pull = adjoint(steps_[k].step, pull);
     }
     NodeError noise = NodeError::Zero(layout_.node.size());
-    estimates_.clear();
+    out.clear();
     for (std::size_t k = 0; k < steps_.size(); ++k) {
       const ChainStep& s = chain.steps[i.first + k];
       processes_.over(s.step.dt);
       noise = onward(steps_[k], s, noise);
-      estimates_.push_back(
-          estimate_after(layout_, options_, steps_[k].sum, noise, start, world_.earth_rate(), gravity));
+      out.push_back(estimate_after(layout_, options_, steps_[k].sum, noise, start, world_.earth_rate(), gravity));
     }
-    return estimates_;
   }
 
  private:
@@ -126,7 +127,6 @@ class MeanBridge {
   const World& world_;
   ProcessSteps processes_;
   std::vector<Step> steps_;
-  std::vector<Estimate> estimates_;
 };
 
 // The way through one interval: what is summed until each of its steps, and how an error in it goes on to the end.
@@ -231,23 +231,30 @@ MatrixXd joint_of(const ArrowMatrix& P, std::size_t i) {
 }  // namespace
 
 std::shared_ptr<const Reference> epochs_between(const BatchTerms& terms, const FilterOptions& options,
-                                                const World& world, const BatchStates& states) {
+                                                const World& world, const BatchStates& states, std::size_t threads) {
   const Chain& chain = terms.chain();
   auto out = std::make_shared<Reference>(terms.layout().whole);
   out->start = states.front();
-  MeanBridge bridge(terms, options, world);
   auto epoch = chain.epochs.begin();
   const auto at_node = [&](std::size_t i) {
     for (; epoch != chain.epochs.end() && epoch->interval == i && epoch->steps == 0; ++epoch) {
       out->add(epoch->time, states[i]);
     }
   };
-  for (std::size_t i = 0; i < chain.intervals.size(); ++i) {
-    at_node(i);
-    if (epoch == chain.epochs.end() || epoch->interval != i) continue;
-    const std::vector<Estimate>& between = bridge.estimates(states, i);
-    for (; epoch != chain.epochs.end() && epoch->interval == i; ++epoch) {
-      out->add(epoch->time, between[epoch->steps - 1]);
+  // So many are kept at a time.
+  std::vector<std::vector<Estimate>> between(std::max<std::size_t>(threads, 1) * kPerTask);
+  const std::size_t intervals = chain.intervals.size();
+  for (std::size_t from = 0; from < intervals; from += between.size()) {
+    const std::size_t count = std::min(between.size(), intervals - from);
+    for_each_stretch(count, kPerTask, threads, [&](std::size_t first, std::size_t last) {
+      MeanBridge bridge(terms, options, world);
+      for (std::size_t k = first; k < last; ++k) bridge.estimates(states, from + k, between[k]);
+    });
+    for (std::size_t k = 0; k < count; ++k) {
+      at_node(from + k);
+      for (; epoch != chain.epochs.end() && epoch->interval == from + k; ++epoch) {
+        out->add(epoch->time, between[k][epoch->steps - 1]);
+      }
     }
   }
   at_node(chain.intervals.size());

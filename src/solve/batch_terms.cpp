@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "math/parallel.h"
 #include "piste/core/error.h"
 
 namespace piste {
@@ -66,6 +67,29 @@ void put_whitened(const Linearization& lin, const Matrix3d& W, const Offsets& of
   }
 }
 
+// `variance`: that of a process beside the IMU's, with its first row.
+template <class Variance>
+void fill_noise(const BatchLayout& layout, const ImuSum& sum, Blocks::View P, const Variance& variance) {
+  // m: over milliseconds the samples tell the way to nanometres, of which the difference of two places has no digits
+  // left. Ten nanometres at each node come to a third of a micrometre in a minute.
+  constexpr double kFinest = 1e-8;
+  P.setZero();
+  P.topLeftCorner<9, 9>() = sum.noise.topLeftCorner<9, 9>();
+  P.diagonal().head<3>().array() += kFinest * kFinest;
+  int row = 0;
+  for (const Block b : layout.node.blocks) {
+    if (b == Block::kGyroDrift || b == Block::kAccelDrift) {
+      const int from = b == Block::kGyroDrift ? 9 : 12;
+      P.block<9, 3>(0, row) = sum.noise.block<9, 3>(0, from);
+      P.block<3, 9>(row, 0) = sum.noise.block<3, 9>(from, 0);
+      P.block<3, 3>(row, row) = sum.noise.block<3, 3>(from, from);
+    } else if (!is_navigation(b)) {
+      P.diagonal().segment(row, info(b).size) = variance(row, b);
+    }
+    row += info(b).size;
+  }
+}
+
 // That of the filter. A random walk begins at exactly zero, which no weight can say: a millionth of the variance that
 // it gains in a second stands for it.
 Eigen::MatrixXd prior_of(const BatchLayout& layout, const FilterOptions& options, const Start& start) {
@@ -115,32 +139,11 @@ BatchTerm compare_ends(const BatchLayout& layout, const FilterOptions& options, 
   return out;
 }
 
-void interval_noise(const BatchLayout& layout, const FilterOptions& options, const ImuSum& sum, Blocks::View P) {
-  // m: over milliseconds the samples tell the way to nanometres, of which the difference of two places has no digits
-  // left. Ten nanometres at each node come to a third of a micrometre in a minute.
-  constexpr double kFinest = 1e-8;
-  P.setZero();
-  P.topLeftCorner<9, 9>() = sum.noise.topLeftCorner<9, 9>();
-  P.diagonal().head<3>().array() += kFinest * kFinest;
-  int from = 9;
-  for (const Block drift : {Block::kGyroDrift, Block::kAccelDrift}) {
-    if (const int to = layout.node.offset(drift); to >= 0) {
-      P.block<9, 3>(0, to) = sum.noise.block<9, 3>(0, from);
-      P.block<3, 9>(to, 0) = sum.noise.block<3, 9>(from, 0);
-      P.block<3, 3>(to, to) = sum.noise.block<3, 3>(from, from);
-    }
-    from += 3;
-  }
-  for (const Block b : layout.node.blocks) {
-    if (is_navigation(b) || b == Block::kGyroDrift || b == Block::kAccelDrift) continue;
-    P.diagonal().segment(layout.node.offset(b), info(b).size) =
-        process_step(options, b, sum.time).variance.head(info(b).size);
-  }
-}
-
 Eigen::MatrixXd interval_noise(const BatchLayout& layout, const FilterOptions& options, const ImuSum& sum) {
   Blocks P(1, layout.node.size(), layout.node.size());
-  interval_noise(layout, options, sum, P[0]);
+  fill_noise(layout, sum, P[0], [&](int, Block b) -> Eigen::VectorXd {
+    return process_step(options, b, sum.time).variance.head(info(b).size);
+  });
   return P[0];
 }
 
@@ -165,26 +168,52 @@ BatchTerms::BatchTerms(const World& world, const FilterOptions& options, const B
       of_node_(offsets_of(layout.node)),
       of_constant_(offsets_of(layout.constant)),
       start_(start.x),
-      prior_(whitening(prior_of(layout, options, start))),
-      intervals_(chain.intervals.size(), layout.node.size(), layout.node.size()),
-      by_constant_(chain.fixes.size(), layout.constant.size(), 3) {
-  for (std::size_t i = 0; i < chain.intervals.size(); ++i) {
-    interval_noise(layout, options, chain.intervals[i].sum, intervals_[i]);
-    if (!invert_definite(intervals_[i])) not_definite();
+      prior_(whitening(prior_of(layout, options, start))) {}
+
+void BatchTerms::follow_chain(std::size_t threads) {
+  const int n = layout_.node.size();
+  const std::size_t intervals = chain_.intervals.size(), fixes = chain_.fixes.size();
+  processes_.resize(intervals, n, 2);
+  information_.resize(intervals, n, n);
+  fixes_.resize(fixes);
+  by_constant_.resize(fixes, layout_.constant.size(), 3);
+  for_each_stretch(intervals, kPerTask, threads, [&](std::size_t first, std::size_t last) {
+    ProcessSteps processes(options_, layout_);
+    for (std::size_t i = first; i < last; ++i) weigh_interval(i, processes);
+  });
+  for_each_stretch(fixes, kPerTask, threads, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) weigh_fix(i);
+  });
+}
+
+void BatchTerms::weigh_interval(std::size_t i, ProcessSteps& processes) {
+  processes.over(chain_.intervals[i].sum.time);
+  for (const Block b : layout_.node.blocks) {
+    if (is_navigation(b)) continue;
+    auto to = processes_[i].middleRows(of_node_[static_cast<std::size_t>(b)], info(b).size);
+    to.col(0).setConstant(processes.of(b).decay);
+    to.col(1) = processes.of(b).variance.head(info(b).size);
   }
-  fixes_.reserve(chain.fixes.size());
-  for (std::size_t i = 0; i < chain.fixes.size(); ++i) {
-    const ChainFix& fix = chain.fixes[i];
-    const Linearization lin = linearize(fix, chain.nodes[fix.node].x);
-    Matrix3d R = Matrix3d::Identity();
-    R.topLeftCorner(lin.rows, lin.rows) = lin.covariance.topLeftCorner(lin.rows, lin.rows);
-    const Eigen::LLT<Matrix3d> root(R);
-    if (root.info() != Eigen::Success) not_definite();
-    Matrix3d W = root.matrixL().solve(Matrix3d::Identity());
-    W.bottomRows(3 - lin.rows).setZero();
-    fixes_.push_back({lin.rows, W});
-    put_whitened(lin, W, of_constant_, by_constant_[i]);
-  }
+  put_noise(i, information_[i]);
+  if (!invert_definite(information_[i])) not_definite();
+}
+
+void BatchTerms::weigh_fix(std::size_t i) {
+  const ChainFix& fix = chain_.fixes[i];
+  const Linearization lin = linearize(fix, chain_.nodes[fix.node].x);
+  Matrix3d R = Matrix3d::Identity();
+  R.topLeftCorner(lin.rows, lin.rows) = lin.covariance.topLeftCorner(lin.rows, lin.rows);
+  const Eigen::LLT<Matrix3d> root(R);
+  if (root.info() != Eigen::Success) not_definite();
+  Matrix3d W = root.matrixL().solve(Matrix3d::Identity());
+  W.bottomRows(3 - lin.rows).setZero();
+  fixes_[i] = {lin.rows, W};
+  put_whitened(lin, W, of_constant_, by_constant_[i]);
+}
+
+void BatchTerms::put_noise(std::size_t i, Blocks::View P) const {
+  fill_noise(layout_, chain_.intervals[i].sum, P,
+             [&](int row, Block b) { return processes_[i].col(1).segment(row, info(b).size); });
 }
 
 Linearization BatchTerms::linearize(const ChainFix& fix, const Estimate& x) const {
@@ -230,51 +259,46 @@ BatchTerm BatchTerms::interval(std::size_t i, const Estimate& start, const Estim
   return term;
 }
 
-double BatchTerms::tie(std::size_t i, const Estimate& start, const Estimate& end, ChainLinks& links) const {
+double BatchTerms::tie(std::size_t i, const Estimate& start, const Estimate& end, ChainLinks& links,
+                       std::size_t to) const {
   const ChainNode& node = chain_.nodes[i];
   const ImuSum& sum = chain_.intervals[i].sum;
-  const SumResidual r = compare(sum, imu_change(start, node.x), start, end, world_.earth_rate(), node.gravity);
+  const SumTie t = tie_ends(sum, imu_change(start, node.x), start, end, world_.earth_rate(), node.gravity);
   const int n = layout_.node.size(), g = layout_.constant.size();
-  // By the end of processes the residual is the identity.
-  const Matrix9d& by_end = r.end_inverse;
-  auto F = links.F[i], B = links.B[i], noise = links.noise[i];
-  F.setZero();
-  B.setZero();
+  auto F = links.F[to], B = links.B_transposed[to], noise = links.noise[to];
   Eigen::Matrix<double, kMostStates, 1> residual;
-  residual.head<9>() = r.value;
-  F.topLeftCorner<9, 9>() = -by_end.lazyProduct(r.by_start);
-  B.col(g).head<9>() = -by_end.lazyProduct(r.value);
-  const ImuSum::ByImu by_imu = -by_end.lazyProduct(r.by_imu);
+  residual.head<9>() = t.value;
+  F.topLeftCorner<9, 9>() = t.by_start;
+  B.row(g).head<9>() = t.shift.transpose();
   int column = 0;
   for (const Block b : ImuSum::kImuErrors) {
     if (const int at = of_constant_[static_cast<std::size_t>(b)]; at >= 0) {
-      B.block<9, 3>(0, at) = by_imu.middleCols<3>(column);
+      B.block<3, 9>(at, 0) = t.by_imu.middleCols<3>(column).transpose();
     }
     if (const int at = of_node_[static_cast<std::size_t>(b)]; at >= 0) {
-      F.block<9, 3>(0, at) = by_imu.middleCols<3>(column);
+      F.block<9, 3>(0, at) = t.by_imu.middleCols<3>(column);
     }
     column += 3;
   }
+  const auto process = processes_[i];
   for (const Block b : layout_.node.blocks) {
     if (is_navigation(b)) continue;
-    const int row = of_node_[static_cast<std::size_t>(b)], size = info(b).size;
-    const double decay = process_step(options_, b, sum.time).decay;
-    for (int k = 0; k < size; ++k) {
-      F(row + k, row + k) = decay;
-      residual(row + k) = additive(end, b)(k) - decay * additive(start, b)(k);
-      B(row + k, g) = -residual(row + k);
+    const int row = of_node_[static_cast<std::size_t>(b)];
+    const auto last = additive(end, b), first = additive(start, b);
+    for (int k = row; k < row + info(b).size; ++k) {
+      F(k, k) = process(k, 0);
+      residual(k) = last(k - row) - process(k, 0) * first(k - row);
+      B(g, k) = -residual(k);
     }
   }
-  interval_noise(layout_, options_, sum, noise);
-  noise.topLeftCorner<9, 9>() =
-      by_end.lazyProduct(noise.topLeftCorner<9, 9>().lazyProduct(by_end.transpose()).eval()).eval();
-  for (const Block drift : {Block::kGyroDrift, Block::kAccelDrift}) {
-    if (const int at = of_node_[static_cast<std::size_t>(drift)]; at >= 0) {
-      noise.block<9, 3>(0, at) = by_end.lazyProduct(noise.block<9, 3>(0, at)).eval();
-      noise.block<3, 9>(at, 0) = noise.block<9, 3>(0, at).transpose();
-    }
-  }
-  return residual.head(n).dot(intervals_[i].lazyProduct(residual.head(n)));
+  put_noise(i, noise);
+  // That of the sum seen from the end, as T N Tᵀ = T (T N)ᵀ.
+  for (int k = 0; k < n; ++k) t.turn_to_end(noise.col(k).data());
+  const Matrix9d turned = noise.topLeftCorner<9, 9>();
+  noise.topLeftCorner<9, 9>() = turned.transpose();
+  for (int k = 0; k < 9; ++k) t.turn_to_end(noise.col(k).data());
+  noise.bottomLeftCorner(n - 9, 9) = noise.topRightCorner(9, n - 9).transpose();
+  return residual.head(n).dot(information_[i].lazyProduct(residual.head(n)));
 }
 
 void BatchTerms::fix(std::size_t i, const Estimate& x, double factor, ArrowRows& rows) const {

@@ -23,9 +23,7 @@ BatchTerm compare_ends(const BatchLayout& layout, const FilterOptions& options, 
                        const Estimate& linearised_at, const Estimate& start, const Estimate& end,
                        const Vector3d& earth_rate, const Gravity& gravity);
 
-/// Covariance of that residual: of what the IMU's noise and the processes add in the interval. `P` has as many rows and
-/// columns as the errors of a node, and is written.
-void interval_noise(const BatchLayout& layout, const FilterOptions& options, const ImuSum& sum, Blocks::View P);
+/// Covariance of that residual: of what the IMU's noise and the processes add in the interval.
 Eigen::MatrixXd interval_noise(const BatchLayout& layout, const FilterOptions& options, const ImuSum& sum);
 
 /// W with Wᵀ W = P⁻¹, lower triangular. Throws DataError if P is not positive definite.
@@ -39,6 +37,8 @@ class BatchTerms {
  public:
   BatchTerms(const World& world, const FilterOptions& options, const BatchLayout& layout, const Start& start,
              const Chain& chain);
+  /// Takes whitening from the chain as it is now: before all else, and when it was laid anew.
+  void follow_chain(std::size_t threads);
 
   /// Of these two, nodes as they are now with the constants in them.
   BatchTerm prior(const Estimate& first) const;
@@ -46,11 +46,11 @@ class BatchTerms {
   BatchTerm fix(std::size_t i, const Estimate& x) const;
   /// A fix as rows, each times `factor`. No heap.
   void fix(std::size_t i, const Estimate& x, double factor, ArrowRows& rows) const;
-  /// The interval as what ties the errors of its ends, into `links`. Returns the square of its whitened residual. No
-  /// heap.
-  double tie(std::size_t i, const Estimate& start, const Estimate& end, ChainLinks& links) const;
+  /// The interval as what ties the errors of its ends, into `links` at `to`, which is zero. Returns the square of its
+  /// whitened residual. No heap.
+  double tie(std::size_t i, const Estimate& start, const Estimate& end, ChainLinks& links, std::size_t to) const;
   /// The inverse of interval_noise().
-  Blocks::ConstView information(std::size_t i) const { return intervals_[i]; }
+  Blocks::ConstView information(std::size_t i) const { return information_[i]; }
 
   const Chain& chain() const { return chain_; }
   const BatchLayout& layout() const { return layout_; }
@@ -65,6 +65,9 @@ class BatchTerms {
     int rows;
     Matrix3d whitening;  // zero beyond its rows
   };
+  void weigh_interval(std::size_t i, ProcessSteps& processes);
+  void weigh_fix(std::size_t i);
+  void put_noise(std::size_t i, Blocks::View P) const;
   Linearization linearize(const ChainFix& fix, const Estimate& x) const;
 
   const World& world_;
@@ -74,7 +77,8 @@ class BatchTerms {
   Offsets of_node_, of_constant_;
   Estimate start_;
   Eigen::MatrixXd prior_;  // whitening, in the order of the run's error vector
-  Blocks intervals_;
+  Blocks processes_;    // of each interval, by row of a node: what is left of a value, and the variance that is added
+  Blocks information_;  // of each interval
   std::vector<Fix> fixes_;
   Blocks by_constant_;  // of each fix, a column for each of its rows
 };

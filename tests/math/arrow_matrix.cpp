@@ -63,10 +63,10 @@ TEST(ArrowMatrix, SolutionAndCovarianceAreThoseOfCeres) {
     problem.AddResidualBlock(new Linear({W, -W * F, -W * B}, -W * c), nullptr, x[i + 1].data(), x[i].data(),
                              border.data());
     chain.F[i] = F;
-    chain.B[i] << B, c;
+    chain.B_transposed[i] << B.transpose(), c.transpose();
     chain.noise[i] = noise;
   }
-  const ArrowElimination eliminated(ArrowSystem{equations, chain});
+  const ArrowElimination eliminated(ArrowStretch{equations, chain});
   ceres::Solver::Options options;
   options.logging_type = ceres::SILENT;
   options.max_num_iterations = 200;

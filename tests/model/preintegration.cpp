@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <cmath>
 #include <vector>
 
@@ -123,7 +124,21 @@ TEST(Preintegration, DerivativesAreThoseOfDifferences) {
     EXPECT_LT((start - r.by_start.col(k)).cwiseAbs().maxCoeff(), 2e-7) << k;
     EXPECT_LT((finish - r.by_end.col(k)).cwiseAbs().maxCoeff(), 2e-7) << k;
   }
-  EXPECT_LT((r.end_inverse * r.by_end - Matrix9d::Identity()).cwiseAbs().maxCoeff(), 1e-12);
+
+  const SumTie t = tie_ends(sum, change, c.x, end, c.world.earth_rate(), gravity);
+  const Matrix9d to_end = r.by_end.inverse();
+  EXPECT_TRUE(t.value == r.value);
+  const auto same = [](const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
+    EXPECT_LT((a - b).cwiseAbs().maxCoeff(), 1e-12 * (1 + b.cwiseAbs().maxCoeff()));
+  };
+  same(t.by_start, -to_end * r.by_start);
+  same(t.by_imu, -to_end * r.by_imu);
+  same(t.shift, -to_end * r.value);
+  for (int k = 0; k < 9; ++k) {
+    Eigen::Matrix<double, 9, 1> column = Matrix9d::Identity().col(k);
+    t.turn_to_end(column.data());
+    same(column, to_end.col(k));
+  }
   for (int k = 0; k < 18; ++k) {
     const Eigen::Matrix<double, 18, 1> d = kH * Eigen::Matrix<double, 18, 1>::Unit(k);
     const auto by = ((at(c.x, end, change + d) - at(c.x, end, change - d)) / (2 * kH)).eval();

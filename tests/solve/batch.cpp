@@ -128,5 +128,28 @@ TEST(Batch, RowsThatAreAskedForAreThoseOfTheWhole) {
   }
 }
 
+// Long enough that every thread has several stretches of it.
+TEST(Batch, ThreadsDoNotChangeABit) {
+  const SyntheticRun s = test::synthetic_run(
+      70, {Block::kGyroBias, Block::kAccelBias, Block::kGyroDrift, Block::kAccelDrift, Block::kGyroScale});
+  const FilterRun run = run_filter(s.log, s.options, s.start);
+  const auto solved = [&](std::size_t threads) {
+    return run_batch(s.log, s.options, {s.start, "given"}, run, {}, {}, threads);
+  };
+  const std::unique_ptr<BatchRun> alone = solved(1);
+  const std::vector<std::size_t> rows{0, 2000, 3501, 6999};
+  const std::vector<SmoothedState> expected = alone->states(rows);
+  for (const std::size_t threads : {2U, 5U}) {
+    const std::unique_ptr<BatchRun> together = solved(threads);
+    EXPECT_EQ(together->summary().cost, alone->summary().cost) << threads;
+    EXPECT_EQ(together->summary().iterations, alone->summary().iterations) << threads;
+    const std::vector<SmoothedState> states = together->states(rows);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      EXPECT_TRUE(boxminus(states[i].x, expected[i].x).isZero(0)) << threads;
+      EXPECT_TRUE(states[i].P == expected[i].P) << threads;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace piste

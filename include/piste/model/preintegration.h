@@ -96,7 +96,6 @@ Eigen::Matrix<double, 9, 1> white_noise_of(const SumStep& step, const StepNoise&
 struct SumResidual {
   Eigen::Matrix<double, 9, 1> value;
   Matrix9d by_start, by_end;
-  Matrix9d end_inverse;  ///< that of by_end
   ImuSum::ByImu by_imu;  ///< by the errors of the IMU
 };
 
@@ -104,6 +103,28 @@ struct SumResidual {
 /// columns. `gravity`: near the start.
 SumResidual compare(const ImuSum& sum, const Eigen::Matrix<double, 18, 1>& change, const Estimate& start,
                     const Estimate& end, const Vector3d& earth_rate, const Gravity& gravity);
+
+/// The same comparison, solved for the error of the end: (ρ, ν, θ) there = by_start (ρ, ν, θ) at the start + by_imu
+/// times the errors of the IMU + shift + a noise that is that of the sum after turn_to_end().
+struct SumTie {
+  Eigen::Matrix<double, 9, 1> value;  ///< the residual of compare()
+  Matrix9d by_start;
+  ImuSum::ByImu by_imu;
+  Eigen::Matrix<double, 9, 1> shift;
+
+  Matrix3d place, turn, velocity, rate;  ///< of which SumResidual::by_end⁻¹ consists
+
+  /// Multiplies a column of nine by SumResidual::by_end⁻¹.
+  void turn_to_end(double* column) const {
+    Eigen::Map<Vector3d> p(column), v(column + 3), theta(column + 6);
+    p = (place * p).eval();
+    theta = (turn * theta).eval();
+    v = (place * v + velocity * theta - rate * p).eval();
+  }
+};
+
+SumTie tie_ends(const ImuSum& sum, const Eigen::Matrix<double, 18, 1>& change, const Estimate& start,
+                const Estimate& end, const Vector3d& earth_rate, const Gravity& gravity);
 
 /// Attitude, velocity and position at the end for which compare() gives `residual`, without a change of the errors of
 /// the IMU. The other blocks are those of `start`.

@@ -13,6 +13,7 @@
 /// Tzoumas and Carlone 2020): a fix beyond its bound counts as the bound does, and so does not pull. The first weights
 /// are what the filter did: 1 for a fix that it used, 0 for one that it refused. A fix that it refused may count again.
 
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <vector>
@@ -40,12 +41,13 @@ using BatchSolver = std::function<std::unique_ptr<BatchRun>(const Log&, const Fi
                                                             const FilterRun&, const ProgressCallback&)>;
 
 /// run_batch() for a replay, or for the trials of an ensemble.
-BatchSolver batch_solver(const BatchOptions& batch = {});
+BatchSolver batch_solver(const BatchOptions& batch = {}, std::size_t threads = 1);
 
 /// Solves the run that `filtered` is of. It gives the first trajectory, and what it did with each fix. `found` and
-/// `options` are those of the filter. Throws DataError if the problem has no solution.
+/// `options` are those of the filter. `threads` share the work; the result is the same to the byte. Throws DataError if
+/// the problem has no solution.
 std::unique_ptr<BatchRun> run_batch(const Log& log, const FilterOptions& options, const FoundStart& found,
                                     const FilterRun& filtered, const BatchOptions& batch = {},
-                                    const ProgressCallback& progress = {});
+                                    const ProgressCallback& progress = {}, std::size_t threads = 1);
 
 }  // namespace piste
