@@ -211,7 +211,7 @@ void BatchTerms::weigh_fix(std::size_t i) {
   put_whitened(lin, W, of_constant_, by_constant_[i]);
 }
 
-void BatchTerms::put_noise(std::size_t i, Blocks::View P) const {
+void BatchTerms::put_noise(std::size_t i, const Blocks::View& P) const {
   fill_noise(layout_, chain_.intervals[i].sum, P,
              [&](int row, Block b) { return processes_[i].col(1).segment(row, info(b).size); });
 }

@@ -67,7 +67,7 @@ class BatchTerms {
   };
   void weigh_interval(std::size_t i, ProcessSteps& processes);
   void weigh_fix(std::size_t i);
-  void put_noise(std::size_t i, Blocks::View P) const;
+  void put_noise(std::size_t i, const Blocks::View& P) const;
   Linearization linearize(const ChainFix& fix, const Estimate& x) const;
 
   const World& world_;
