@@ -47,8 +47,12 @@ FilterOptions options_of(const FilterCase& of, const Model& model) {
   FilterOptions options = of.options;
   ImuSensor& sensor = options.sensor;
   const double length = of.run.end - of.run.start;
-  sensor.gyro.drift = as(sensor.gyro.drift, model.drift, length);
-  sensor.accel.drift = as(sensor.accel.drift, model.drift, length);
+  const auto change = [&](ImuSensor& s) {
+    s.gyro.drift = as(s.gyro.drift, model.drift, length);
+    s.accel.drift = as(s.accel.drift, model.drift, length);
+  };
+  change(sensor);
+  for (ImuSensor& unit : options.units) change(unit);
   options.estimate = imu_error_blocks(sensor);
   const auto add = [&](Block block, bool wanted) {
     if (wanted) options.estimate.push_back(block);
@@ -60,6 +64,7 @@ FilterOptions options_of(const FilterCase& of, const Model& model) {
   } else {
     options.attitude.clear();
   }
+  if (!options.units.empty()) options.estimate = with_implied_blocks(options, std::move(options.estimate));
   return options;
 }
 

@@ -58,6 +58,14 @@ void add_failures(const Study& study, std::vector<std::string>& out) {
   }
 }
 
+// Of all as one.
+void add_apart(const Study& study, std::vector<std::string>& out) {
+  for (const SensorRun& r : study.as_one) {
+    if (r.failure.empty()) continue;
+    out.push_back(fmt::format("{} failed in {}: {}", kAsOne, study.runs[r.run].name, r.failure));
+  }
+}
+
 void add_silence(const Study& study, std::vector<std::string>& out) {
   for (const MethodInfo& m : kMethods) {
     if (m.estimates.empty() || m.method == Method::kTruth) continue;
@@ -101,6 +109,7 @@ void add_unranked(const Study& study, std::vector<std::string>& out) {
 std::vector<std::string> missing(const Study& study) {
   std::vector<std::string> out;
   add_failures(study, out);
+  add_apart(study, out);
   if (study.runs.size() == 1) out.emplace_back("One run: nothing can be said of the spread between runs.");
   add_silence(study, out);
   add_unranked(study, out);

@@ -47,6 +47,8 @@ Course::Course(const Log& log, FilterOptions options, const Interval& run, const
   for (ImuSample& sample : log_.imu) sample.at_rest = false;
   log_.gnss = log.gnss;
   for (auto& fixes : log_.gnss) keep(fixes, span);
+  log_.parity = log.parity;
+  for (auto& fixes : log_.parity) keep(fixes, span);
   options_.attitude.clear();
   options_.estimate.clear();
   for (const GnssOptions& receiver : options_.gnss) {
@@ -60,6 +62,7 @@ Solution Course::replay(const std::vector<ImuSample>& imu, const FilterOptions& 
   log.world = log_.world;
   log.imu = imu;
   log.gnss = log_.gnss;
+  if (!options.units.empty()) log.parity = log_.parity;
   if (with_outages) {
     for (auto& fixes : log.gnss) {
       std::erase_if(fixes, [&](const GnssFix& fix) { return inside_any(outages_, fix.time); });
@@ -83,9 +86,11 @@ NavigationScore Course::score(Method method, const std::optional<KnownErrors>& e
   std::vector<ImuSample> imu = log_.imu;
   if (errors) {
     for (ImuSample& sample : imu) sample = corrected(sample, *errors);
+    options.units.clear();  // what they differ by tells only of errors that are not estimated
   } else {
     const std::vector<Block> own = imu_error_blocks(options.sensor);
     options.estimate.insert(options.estimate.end(), own.begin(), own.end());
+    if (!options.units.empty()) options.estimate = with_implied_blocks(options, std::move(options.estimate));
   }
   const Solution whole = replay(imu, options, false);
   NavigationScore out{.method = method};

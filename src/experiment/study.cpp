@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "experiment/study_as_one.h"
 #include "experiment/study_estimates.h"
 #include "experiment/study_imu.h"
 #include "math/parallel.h"
@@ -23,9 +24,12 @@ namespace {
 struct StudiedRun {
   StudyRun run;
   std::vector<StudiedImu> imus;
+  std::optional<StudiedImu> as_one;  // all of them, if there are several
 };
 
-// Errors of the data are kept as messages. `step` is called after the reference and after each IMU.
+bool has_several(const RunConfig& run) { return run.mems.size() > 1; }
+
+// Errors of the data are kept as messages. `step` is called after the reference, after each IMU, and after all as one.
 template <class Step>
 StudiedRun study_run(const RunConfig& config, const StudyPlan& plan, Step&& step) {
   StudiedRun out;
@@ -55,6 +59,11 @@ StudiedRun study_run(const RunConfig& config, const StudyPlan& plan, Step&& step
     out.imus.push_back(std::move(imu));
     step();
   }
+  if (has_several(config)) {
+    if (reference) out.as_one = study_as_one(config, *reference, out.imus, out.run.phases, plan);
+    step();
+  }
+  for (StudiedImu& imu : out.imus) imu.beside.reset();  // they are not needed any more, and large
   return out;
 }
 
@@ -63,6 +72,18 @@ struct Scores {
   std::vector<NavigationScore> scores;
   std::vector<std::string> warnings;
 };
+
+// All as one are compared with the single IMUs only as what they are, a better IMU.
+Scores score_as_one(const Contest& contest) {
+  Scores out;
+  if (!contest.course) return out;
+  try {
+    out.scores.push_back(contest.course->score(Method::kInTheFilter, std::nullopt));
+  } catch (const Error& e) {
+    out.warnings.push_back(fmt::format("they cannot be replayed: {}", e.what()));
+  }
+  return out;
+}
 
 Scores score(const SensorRun& imu, const Contest& contest) {
   Scores out;
@@ -105,6 +126,10 @@ Study gather(const StudyConfig& config, const std::vector<StudiedRun>& studied) 
       result.run = run;
       result.sensor = place_of(study.sensors, config.runs[run].mems[i].name);
     }
+    if (studied[run].as_one) {
+      study.as_one.push_back(studied[run].as_one->result);
+      study.as_one.back().run = run;
+    }
   }
   return study;
 }
@@ -114,7 +139,7 @@ Study gather(const StudyConfig& config, const std::vector<StudiedRun>& studied) 
 Study run_study(const StudyConfig& config, const StudyOptions& options, const StudyProgress& progress) {
   const StudyPlan plan{config.low_pass, options.delays, options.outages};
   std::size_t total = config.runs.size(), done = 0;
-  for (const RunConfig& run : config.runs) total += 2 * run.mems.size();
+  for (const RunConfig& run : config.runs) total += 2 * (run.mems.size() + (has_several(run) ? 1 : 0));
   std::mutex mutex;
   const auto step = [&] {
     const std::lock_guard lock(mutex);
@@ -127,14 +152,22 @@ Study run_study(const StudyConfig& config, const StudyOptions& options, const St
 
   Study study = gather(config, studied);
   add_other_runs(study);
-  std::vector<const Contest*> contests;
+  struct Scored {
+    SensorRun* result;
+    const Contest* contest;
+    bool as_one;
+  };
+  std::vector<Scored> all;
+  std::size_t next = 0, next_as_one = 0;
   for (const StudiedRun& run : studied) {
-    for (const StudiedImu& imu : run.imus) contests.push_back(&imu.contest);
+    for (const StudiedImu& imu : run.imus) all.push_back({&study.results[next++], &imu.contest, false});
+    if (run.as_one) all.push_back({&study.as_one[next_as_one++], &run.as_one->contest, true});
   }
-  for_each_parallel(study.results.size(), options.jobs, [&](std::size_t i) {
-    Scores found = score(study.results[i], *contests[i]);
-    study.results[i].scores = std::move(found.scores);
-    std::move(found.warnings.begin(), found.warnings.end(), std::back_inserter(study.results[i].warnings));
+  for_each_parallel(all.size(), options.jobs, [&](std::size_t i) {
+    SensorRun& result = *all[i].result;
+    Scores found = all[i].as_one ? score_as_one(*all[i].contest) : score(result, *all[i].contest);
+    result.scores = std::move(found.scores);
+    std::move(found.warnings.begin(), found.warnings.end(), std::back_inserter(result.warnings));
     step();
   });
   return study;

@@ -28,10 +28,6 @@ void add(std::vector<MethodEstimate>& to, Method method, const Findings& finding
   if (any) to.push_back(std::move(out));
 }
 
-Matrix3d gain_of(const ImuTruth::Triad& truth) {
-  return (Matrix3d::Identity() + Matrix3d(truth.scale.asDiagonal())) * truth.misalignment - Matrix3d::Identity();
-}
-
 KnownTriadErrors triad_of(const ImuTruth::Triad& truth) {
   KnownTriadErrors out;
   const auto& phase = truth.run ? truth.run : truth.before;
@@ -65,10 +61,10 @@ Prediction predict(const std::vector<double>& values) {
 
 // The line through the mean point of the rest, with the slope of the IMU's other runs. Nothing without a rest, or if
 // there are too few other runs.
-AxisEstimate from_other_runs(const Study& study, const SensorRun& result, int axis) {
+AxisEstimate from_other_runs(const std::vector<SensorRun>& results, const SensorRun& result, int axis) {
   const AxisFindings& found = result.findings->axes[at(axis)];
   std::vector<double> scales;
-  for (const SensorRun& other : study.results) {
+  for (const SensorRun& other : results) {
     if (other.run == result.run || other.sensor != result.sensor) continue;
     const AxisEstimate* noisy = other.estimate(Method::kJointBothNoisy, axis);
     if (noisy && noisy->line) scales.push_back(noisy->line->value(1));
@@ -96,7 +92,24 @@ AxisEstimate from_other_runs(const Study& study, const SensorRun& result, int ax
   return out;
 }
 
+void add_other_runs(std::vector<SensorRun>& results) {
+  for (SensorRun& result : results) {
+    MethodEstimate out{Method::kOtherRuns, {}};
+    bool any = false;
+    for (int axis = 0; axis < kSignals; ++axis) {
+      AxisEstimate& to = out.axes[at(axis)];
+      if (result.findings) to = from_other_runs(results, result, axis);
+      any = any || !to.empty();
+    }
+    if (any) result.estimates.push_back(std::move(out));
+  }
+}
+
 }  // namespace
+
+Matrix3d gain_of(const ImuTruth::Triad& truth) {
+  return (Matrix3d::Identity() + Matrix3d(truth.scale.asDiagonal())) * truth.misalignment - Matrix3d::Identity();
+}
 
 std::vector<MethodEstimate> signal_estimates(const Findings& findings) {
   std::vector<MethodEstimate> out;
@@ -171,16 +184,8 @@ void hold_against(const ImuTruth& truth, MethodEstimate& estimate) {
 }
 
 void add_other_runs(Study& study) {
-  for (SensorRun& result : study.results) {
-    MethodEstimate out{Method::kOtherRuns, {}};
-    bool any = false;
-    for (int axis = 0; axis < kSignals; ++axis) {
-      AxisEstimate& to = out.axes[at(axis)];
-      if (result.findings) to = from_other_runs(study, result, axis);
-      any = any || !to.empty();
-    }
-    if (any) result.estimates.push_back(std::move(out));
-  }
+  add_other_runs(study.results);
+  add_other_runs(study.as_one);
 }
 
 }  // namespace piste

@@ -22,12 +22,15 @@ KnownErrors known_errors(const MethodEstimate& estimate, const std::optional<Fin
 /// drift of the rest before is used.
 KnownErrors known_errors(const ImuTruth& truth);
 
+/// Of what a triad adds to the true signal, the part that grows with it: (1 + scale) M − 1.
+Matrix3d gain_of(const ImuTruth::Triad& truth);
+
 /// Sets the true values that the method should find. For a bias alone this is bias + drift + (scale and misalignment) ·
 /// mean true signal of its phase. For a line it is bias + mean drift of the run (for kScaleOnly: of the rest through
 /// which the line passes), and scale.
 void hold_against(const ImuTruth& truth, MethodEstimate& estimate);
 
-/// Adds Method::kOtherRuns to every result that has a rest before, and whose IMU has at least two other runs with
+/// Adds Method::kOtherRuns to every result, of IMUs and of all as one, that has a rest before, and whose IMU has at least two other runs with
 /// kJointBothNoisy. The scale's sigma is that of a prediction, std · √(1 + 1/n) over these runs.
 void add_other_runs(Study& study);
 

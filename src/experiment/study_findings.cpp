@@ -18,6 +18,16 @@ Term in_unit(Term term, double factor) {
 
 }  // namespace
 
+Study of_all_as_one(const Study& study) {
+  return {.name = study.name,
+          .low_pass = study.low_pass,
+          .simulated = study.simulated,
+          .sensors = {std::string(kAsOne)},
+          .runs = study.runs,
+          .results = study.as_one,
+          .article = {}};
+}
+
 const AxisEstimate* SensorRun::estimate(Method method, int axis) const {
   const auto found = std::ranges::find(estimates, method, &MethodEstimate::method);
   if (found == estimates.end()) return nullptr;

@@ -22,14 +22,6 @@
 namespace piste {
 namespace {
 
-// An IMU aligned with the reference.
-struct ImuBeside {
-  const MountedImu* mounted;
-  ImuRecording recording;
-  Log log;
-  Alignment alignment;
-};
-
 // A part that a study can do without. If it fails, the result is nothing, and the reason becomes a warning.
 template <class Part>
 auto if_possible(std::string_view without, std::vector<std::string>& warnings, Part&& part)
@@ -43,13 +35,20 @@ auto if_possible(std::string_view without, std::vector<std::string>& warnings, P
 }
 
 ImuBeside lay_beside(const RunConfig& run, const RunReference& reference, const MountedImu& imu, double low_pass) {
-  ImuBeside out{&imu, read_imu(imu.source), {}, {}};
-  out.log = condition_imu(out.recording, imu.conditioning);
+  ImuBeside out{.sensor = turned(imu.source.sensor, imu.source.conditioning.R_bs),
+                .units = {},
+                .recording = {.imu = read_imu(imu.source), .gnss = {}, .attitude = {}},
+                .conditioning = imu.conditioning,
+                .log = {},
+                .alignment = {}};
+  out.log = condition_imu(out.recording.imu, imu.conditioning);
   out.alignment = align(out.log.imu, reference.imu,
                         {.sensor = imu.source.sensor,
                          .reference = run.reference.source.sensor,
                          .low_pass = low_pass,
                          .name = imu.source.log.file});
+  out.conditioning.imu.clock_offset = out.alignment.clock_offset;
+  out.conditioning.imu.clock_drift = out.alignment.clock_drift;
   return out;
 }
 
@@ -62,11 +61,11 @@ std::vector<std::string> warnings_of(const ImuBeside& imu) {
   if (counts.imu_gaps > 0) out.push_back(fmt::format("{} gaps in the log", counts.imu_gaps));
   if (counts.imu_clipped > 0) {
     out.push_back(fmt::format("{} of {} samples stand at the sensor's range, and are left out of the comparisons",
-                              counts.imu_clipped, imu.recording.time.size()));
+                              counts.imu_clipped, imu.recording.imu.time.size()));
   }
   if (counts.imu_spikes > 0) {
     out.push_back(fmt::format("{} of {} samples hold a spike, and are left out of the comparisons", counts.imu_spikes,
-                              imu.recording.time.size()));
+                              imu.recording.imu.time.size()));
   }
   return out;
 }
@@ -155,18 +154,20 @@ FilterCase filter_case(const RunConfig& config, const RunReference& reference, c
   const BodyMounting body = mounting_of(imu.alignment);
   FilterCase out{{}, {}, run};
   FilterOptions& options = out.options;
-  options.sensor = turned(imu.mounted->source.sensor, imu.mounted->source.conditioning.R_bs);
+  options.sensor = imu.sensor;
+  options.units = imu.units;
   options.gnss = {config.gnss->options};
   Vector3d& arm = options.gnss.front().lever_arm;
   arm = body.q_rb.conjugate() * (arm - body.p_rb_r);
   options.attitude = {{.name = "reference", .drift = GaussMarkov{Vector3d::Zero(), solution.correlation_time}}};
   if (!(solution.correlation_time > 0)) options.attitude.front().drift.reset();
   options = with_attitude_sigmas(std::move(options), {solution.attitude});
-  ConditioningOptions conditioning = imu.mounted->conditioning;
-  conditioning.imu.clock_offset = imu.alignment.clock_offset;
-  conditioning.imu.clock_drift = imu.alignment.clock_drift;
+  ConditioningOptions conditioning = imu.conditioning;
   conditioning.behaviour = options.behaviour;
-  out.log = condition({imu.recording, {reference.gnss}, {solution.attitude}}, conditioning);
+  Recording recording = imu.recording;
+  recording.gnss = {reference.gnss};
+  recording.attitude = {solution.attitude};
+  out.log = condition(std::move(recording), conditioning);
   return out;
 }
 
@@ -211,39 +212,48 @@ RunReference read_reference(const RunConfig& run) {
   return out;
 }
 
+void study_aligned(const RunConfig& run, const RunReference& reference, const ImuBeside& imu, const Phases& known,
+                   const StudyPlan& plan, StudiedImu& out) {
+  SensorRun& result = out.result;
+  const AlignedImus smooth = low_passed(bring_together(imu.log.imu, reference.imu, imu.alignment), plan.low_pass);
+  if (!any(known)) {
+    out.phases = run.phases ? *run.phases : phases(smooth);
+    result.picture = picture(smooth);
+  }
+  const Covered own = covered(out.phases, smooth);
+  append(result.warnings, own.warnings);
+  result.findings =
+      findings(smooth, own.phases,
+               {.alignment = &imu.alignment, .reference = &run.reference.source.sensor, .sensor = &imu.sensor});
+  result.estimates = signal_estimates(*result.findings);
+  if (own.phases.run && imu.units.empty()) result.timing = timing_effects(imu, reference, *own.phases.run, plan);
+  if (!own.phases.run || !reference.solution) return;
+  Navigated found = navigate(run, reference, imu, *own.phases.run, plan.outages);
+  append(result.warnings, std::move(found.warnings));
+  append(result.estimates, std::move(found.estimates));
+  out.contest.course = std::move(found.course);
+}
+
+void hold_against_truth(const ImuTruth& truth, StudiedImu& out) {
+  for (MethodEstimate& estimate : out.result.estimates) hold_against(truth, estimate);
+  out.contest.truth = known_errors(truth);
+  out.truth = truth;
+}
+
 StudiedImu study_imu(const RunConfig& run, const RunReference& reference, const MountedImu& mounted,
                      const Phases& known, const StudyPlan& plan) {
   StudiedImu out;
   SensorRun& result = out.result;
   out.phases = known;
   try {
-    const ImuBeside imu = lay_beside(run, reference, mounted, plan.low_pass);
-    result = placed(imu);
-    const AlignedImus smooth = low_passed(bring_together(imu.log.imu, reference.imu, imu.alignment), plan.low_pass);
-    if (!any(known)) {
-      out.phases = run.phases ? *run.phases : phases(smooth);
-      result.picture = picture(smooth);
-    }
-    const Covered own = covered(out.phases, smooth);
-    append(result.warnings, own.warnings);
-    result.findings = findings(
-        smooth, own.phases,
-        {.alignment = &imu.alignment, .reference = &run.reference.source.sensor, .sensor = &mounted.source.sensor});
-    result.estimates = signal_estimates(*result.findings);
-    if (own.phases.run) result.timing = timing_effects(imu, reference, *own.phases.run, plan);
-    if (own.phases.run && reference.solution) {
-      Navigated found = navigate(run, reference, imu, *own.phases.run, plan.outages);
-      append(result.warnings, std::move(found.warnings));
-      append(result.estimates, std::move(found.estimates));
-      out.contest.course = std::move(found.course);
-    }
+    out.beside = lay_beside(run, reference, mounted, plan.low_pass);
+    result = placed(*out.beside);
+    study_aligned(run, reference, *out.beside, known, plan, out);
     if (!run.truth) return out;
     const auto truth = if_possible("what was put in is not known", result.warnings, [&] {
       return read_truth(*run.truth, std::filesystem::path(mounted.source.log.file).stem().string());
     });
-    if (!truth) return out;
-    for (MethodEstimate& estimate : result.estimates) hold_against(*truth, estimate);
-    out.contest.truth = known_errors(*truth);
+    if (truth) hold_against_truth(*truth, out);
   } catch (const Error& e) {
     result.failure = e.what();
   }

@@ -6,8 +6,12 @@
 #include <vector>
 
 #include "experiment/reference_solution.h"
+#include "experiment/truth_file.h"
+#include "piste/condition/alignment.h"
 #include "piste/core/aligned.h"
 #include "piste/core/log.h"
+#include "piste/core/options.h"
+#include "piste/core/recording.h"
 #include "piste/experiment/navigation_score.h"
 #include "piste/experiment/study_config.h"
 #include "piste/experiment/study_findings.h"
@@ -32,11 +36,23 @@ struct Contest {
   std::optional<KnownErrors> truth;  ///< the true errors, if they are known
 };
 
+/// An IMU aligned with the reference, or several of them as one.
+struct ImuBeside {
+  ImuSensor sensor;                  ///< along b; of several, of their mean
+  std::vector<ImuSensor> units;      ///< of several, each
+  Recording recording;               ///< of IMUs alone
+  ConditioningOptions conditioning;  ///< to GPS time
+  Log log;                           ///< on the clock of `alignment`
+  Alignment alignment;
+};
+
 /// The result for one IMU.
 struct StudiedImu {
   SensorRun result;  ///< all that was possible; `failure` says what stopped it
   Phases phases;     ///< of the run: those that were given, else those found from the signals
   Contest contest;
+  std::optional<ImuBeside> beside;  ///< nothing if it could not be aligned
+  std::optional<ImuTruth> truth;    ///< if it is known
 };
 
 /// Settings that are the same for every IMU.
@@ -49,5 +65,13 @@ struct StudyPlan {
 /// Studies one IMU of a run. `known`: the phases of the run that are given. Faults of its data are part of the result.
 StudiedImu study_imu(const RunConfig& run, const RunReference& reference, const MountedImu& mounted,
                      const Phases& known, const StudyPlan& plan);
+
+/// The same of what is aligned already: adds to `out` what signals and filters tell of `imu`. Throws Error where that
+/// is not possible.
+void study_aligned(const RunConfig& run, const RunReference& reference, const ImuBeside& imu, const Phases& known,
+                   const StudyPlan& plan, StudiedImu& out);
+
+/// Holds the estimates of `out` against the true errors, and keeps those.
+void hold_against_truth(const ImuTruth& truth, StudiedImu& out);
 
 }  // namespace piste

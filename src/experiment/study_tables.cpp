@@ -111,7 +111,59 @@ std::optional<Term> difference_of(const SensorRun& run, Method a, Method b, Stud
   return minus(*left, *right);
 }
 
+const NavigationScore* own_score(const SensorRun& run) {
+  const auto found = std::ranges::find(run.scores, Method::kInTheFilter, &NavigationScore::method);
+  return found == run.scores.end() ? nullptr : &*found;
+}
+
+// Of these runs of an IMU, those in which it has a score.
+ImuRow imu_row(std::string name, const std::vector<const SensorRun*>& runs) {
+  std::vector<double> position, velocity, attitude, drift;
+  for (const SensorRun* run : runs) {
+    const NavigationScore* score = own_score(*run);
+    if (!score) continue;
+    position.push_back(score->position_rmse);
+    velocity.push_back(score->velocity_rmse);
+    attitude.push_back(score->attitude_rmse);
+    if (score->outage_drift > 0) drift.push_back(score->outage_drift);
+  }
+  return {.name = std::move(name),
+          .runs = position.size(),
+          .position_rmse = root_mean_square(position),
+          .velocity_rmse = root_mean_square(velocity),
+          .attitude_rmse = root_mean_square(attitude),
+          .outage_drift = drift.empty() ? kNaN : root_mean_square(drift),
+          .attitude_over_single = kNaN,
+          .drift_over_single = kNaN};
+}
+
 }  // namespace
+
+std::vector<ImuRow> imus_compared(const Study& study) {
+  std::vector<ImuRow> out;
+  std::vector<double> attitude, drift;  // of the single IMUs, in the runs of all as one
+  std::vector<const SensorRun*> together;
+  for (const SensorRun& run : study.as_one) {
+    if (own_score(run)) together.push_back(&run);
+  }
+  for (std::size_t sensor = 0; sensor < study.sensors.size(); ++sensor) {
+    auto runs = runs_of(study, sensor);
+    if (ImuRow row = imu_row(study.sensors[sensor], runs); row.runs > 0) out.push_back(std::move(row));
+    std::erase_if(runs, [&](const SensorRun* single) {
+      return std::ranges::none_of(together, [&](const SensorRun* run) { return run->run == single->run; });
+    });
+    const ImuRow beside = imu_row("", runs);
+    if (beside.runs == 0) continue;
+    attitude.push_back(beside.attitude_rmse);
+    if (std::isfinite(beside.outage_drift)) drift.push_back(beside.outage_drift);
+  }
+  if (together.empty()) return out;
+  ImuRow row = imu_row(std::string(kAsOne), together);
+  if (!attitude.empty()) row.attitude_over_single = row.attitude_rmse / mean(attitude);
+  if (!drift.empty()) row.drift_over_single = row.outage_drift / mean(drift);
+  out.push_back(std::move(row));
+  return out;
+}
 
 std::vector<AcrossRow> table_of(const Study& study, Method method, StudyQuantity quantity) {
   auto out = rows_of<AcrossRow>(study, [&](const auto& runs, std::size_t sensor, int axis) -> std::optional<AcrossRow> {

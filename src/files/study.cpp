@@ -104,6 +104,18 @@ std::string ranking_csv(const Study& study) {
   return out;
 }
 
+std::string imus_csv(const Study& study) {
+  std::string out =
+      "sensor,runs,position_rmse_m,velocity_rmse_m_s,attitude_rmse_deg,outage_drift_m,attitude_over_single,"
+      "outage_drift_over_single\n";
+  for (const ImuRow& r : imus_compared(study)) {
+    add(out, {text(r.name), count(r.runs), number(r.position_rmse), number(r.velocity_rmse),
+              number(kDegreesPerRadian * r.attitude_rmse), number(r.outage_drift), number(r.attitude_over_single),
+              number(r.drift_over_single)});
+  }
+  return out;
+}
+
 std::string estimates_csv(const Study& study) {
   std::string out = "run,sensor,axis,unit,method,quantity,value,sigma,standard_error,systematic,half_width_95,truth\n";
   for (const SensorRun& r : study.results) {
@@ -184,15 +196,24 @@ std::string lines(const std::vector<std::string>& items, int depth) {
 
 std::string failure_json(const std::string& failure) { return failure.empty() ? "null" : json::string(failure); }
 
-std::string sensor_json(const Study& study, const SensorRun& r) {
-  return json::object({{"name", json::string(study.sensors[r.sensor])},
-                       {"failure", failure_json(r.failure)},
-                       {"warnings", json::strings(r.warnings)},
-                       {"clock_offset_s", json::number(r.clock_offset)},
-                       {"clock_drift_ppm", json::number(1e6 * r.clock_drift)},
-                       {"boresight_deg", json::numbers(kDegreesPerRadian * r.boresight)},
-                       {"sigma_boresight_deg", json::numbers(kDegreesPerRadian * r.sigma_boresight)},
-                       {"lever_arm_m", json::numbers(r.lever_arm)}});
+json::Members sensor_members(std::string_view name, const SensorRun& r) {
+  return {{"name", json::string(name)},
+          {"failure", failure_json(r.failure)},
+          {"warnings", json::strings(r.warnings)},
+          {"clock_offset_s", json::number(r.clock_offset)},
+          {"clock_drift_ppm", json::number(1e6 * r.clock_drift)},
+          {"boresight_deg", json::numbers(kDegreesPerRadian * r.boresight)},
+          {"sigma_boresight_deg", json::numbers(kDegreesPerRadian * r.sigma_boresight)},
+          {"lever_arm_m", json::numbers(r.lever_arm)}};
+}
+
+// Of all as one in a run: where the first of them is, and which they are.
+std::string as_one_json(const Study& study, std::size_t run) {
+  const auto found = std::ranges::find(study.as_one, run, &SensorRun::run);
+  if (found == study.as_one.end()) return "null";
+  json::Members members = sensor_members(kAsOne, *found);
+  members.emplace_back("imus", json::strings(found->units));
+  return json::object(members);
 }
 
 std::string run_json(const Study& study, std::size_t run) {
@@ -204,7 +225,7 @@ std::string run_json(const Study& study, std::size_t run) {
   }
   std::vector<std::string> sensors;
   for (const SensorRun& s : study.results) {
-    if (s.run == run) sensors.push_back(sensor_json(study, s));
+    if (s.run == run) sensors.push_back(json::object(sensor_members(study.sensors[s.sensor], s)));
   }
   return json::object({{"name", json::string(r.name)},
                        {"activity", json::string(r.activity)},
@@ -214,7 +235,8 @@ std::string run_json(const Study& study, std::size_t run) {
                        {"sigma_attitude_deg", json::numbers(kDegreesPerRadian * r.sigma_attitude)},
                        {"sigma_position_m", json::number(r.sigma_position)},
                        {"outages", count(r.outages)},
-                       {"sensors", lines(sensors, 3)}},
+                       {"sensors", lines(sensors, 3)},
+                       {"as_one", as_one_json(study, run)}},
                       2);
 }
 
@@ -251,6 +273,21 @@ std::string ranking_json(const Study& study) {
                       1);
 }
 
+std::string imus_json(const Study& study) {
+  std::vector<std::string> rows;
+  for (const ImuRow& r : imus_compared(study)) {
+    rows.push_back(json::object({{"name", json::string(r.name)},
+                                 {"runs", count(r.runs)},
+                                 {"position_rmse_m", json::number(r.position_rmse)},
+                                 {"velocity_rmse_m_s", json::number(r.velocity_rmse)},
+                                 {"attitude_rmse_deg", json::number(kDegreesPerRadian * r.attitude_rmse)},
+                                 {"outage_drift_m", json::number(r.outage_drift)},
+                                 {"attitude_over_single", json::number(r.attitude_over_single)},
+                                 {"outage_drift_over_single", json::number(r.drift_over_single)}}));
+  }
+  return lines(rows, 1);
+}
+
 std::string coverage_json(const Study& study) {
   std::vector<std::string> rows;
   for (const Coverage& c : coverage(study)) {
@@ -277,6 +314,8 @@ std::vector<StudyFile> study_csv(const Study& study) {
           {"table_7.csv", ranking_csv(study)},
           {"filter_bias.csv", bias_csv(study, Method::kMarkovSmoothed)},
           {"estimates.csv", estimates_csv(study)},
+          {"imus.csv", imus_csv(study)},
+          {"as_one.csv", estimates_csv(of_all_as_one(study))},
           {"comparisons.csv", comparisons_csv(study)},
           {"coverage.csv", coverage_csv(study)},
           {"timing.csv", timing_csv(study)},
@@ -293,6 +332,7 @@ std::string study_json(const Study& study) {
                        {"sensors", json::strings(study.sensors)},
                        {"missing", lines(lacking, 1)},
                        {"ranking", ranking_json(study)},
+                       {"imus", imus_json(study)},
                        {"coverage", coverage_json(study)},
                        {"runs", lines(runs, 1)}},
                       0) +

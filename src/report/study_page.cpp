@@ -1,6 +1,7 @@
 #include "piste/report/study_page.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <optional>
 #include <string_view>
@@ -44,6 +45,9 @@ probability of even one such false finding in a table at 5 %. A star marks what 
 the same sum.</p>
 <p><strong>Forward and reverse.</strong> Tables 3 and 4 regress the reference on the IMU (forward). Noise of the IMU, or clocks that are
 apart by milliseconds, flatten that line and make scale' negative; the reverse regression errs to the other side. The truth lies between.</p>
+<p><strong>All as one.</strong> Where a run has several IMUs, they are also studied as one: their weighted mean, in the axes and at the
+place of the first, and by what they differ as a measurement. Its rows stand below those of the single IMUs. As it tells nothing that
+these have not told, it is not in the ranking, nor in the counts and means over sensors.</p>
 <p><strong>Score.</strong> Each method's errors are fed to a replay of GPS and the IMU, which is held against the reference solution.
 The score is the geometric mean of the errors of position, velocity and attitude and of the drift without GNSS, each over that of a
 replay that knows nothing; below 1 the method helps. Intervals pair the runs, as all IMUs of a run share its motion.</p>
@@ -122,16 +126,19 @@ std::string runs(const Study& study) {
                        fmt::format("{:.3g}", r.sigma_position), degrees(r.sigma_attitude),
                        fmt::format("{}", r.outages)});
   }
-  for (const SensorRun& r : study.results) {
-    const std::string name = fmt::format("{}, {}", study.runs[r.run].name, study.sensors[r.sensor]);
+  const auto add = [&](const SensorRun& r, std::string_view sensor) {
+    const std::string name = fmt::format("{}, {}", study.runs[r.run].name, sensor);
     if (!r.failure.empty()) {
       failures.push_back(fmt::format("{}: {}", name, r.failure));
-      continue;
+      return;
     }
     for (const std::string& w : r.warnings) warnings.push_back(fmt::format("{}: {}", name, w));
-    of_sensors.push_back({name, decimal(r.clock_offset, 5), decimal(1e6 * r.clock_drift, 2), degrees(r.boresight),
+    const std::string who = r.units.empty() ? name : fmt::format("{} ({})", name, fmt::join(r.units, ", "));
+    of_sensors.push_back({who, decimal(r.clock_offset, 5), decimal(1e6 * r.clock_drift, 2), degrees(r.boresight),
                           degrees(r.sigma_boresight), triple(r.lever_arm, 1e3, 1)});
-  }
+  };
+  for (const SensorRun& r : study.results) add(r, study.sensors[r.sensor]);
+  for (const SensorRun& r : study.as_one) add(r, kAsOne);
   if (of_runs.empty()) return "<p>There is no run.</p>\n";
   std::string out = wide(page::table("Runs; phases in seconds of GPS time",
                                      {"run", "activity", "rest before [s]", "run [s]", "rest after [s]",

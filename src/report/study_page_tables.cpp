@@ -43,7 +43,7 @@ std::string starred(const Across& a) { return probability(a.p_holm) + (a.signifi
 /// The article's number for an axis of a sensor, as text. Empty if it has none.
 std::string printed_text(const Study& study, const PrintedTable& table, std::size_t sensor, int axis,
                          double Printed::*part = &Printed::value, int decimals = kPrintedDecimals) {
-  const PrintedRow* row = study.article->row(table, study.sensors[sensor]);
+  const PrintedRow* row = study.article ? study.article->row(table, study.sensors[sensor]) : nullptr;
   const double value = row ? (*row)[static_cast<std::size_t>(axis)].*part : kNaN;
   return std::isfinite(value) ? decimal(value, decimals) : "";
 }
@@ -58,12 +58,47 @@ const PrintedTable* beside(const Study& study, PrintedTable CampaignTables::*whi
   return any ? &table : nullptr;
 }
 
+/// The lines of a table, and below those of the single IMUs that of all as one. Holm's correction is over each of the
+/// two alone: all as one tell nothing that the single ones have not told.
+template <class LinesOf>
+std::vector<Row> with_all_as_one(const Study& study, LinesOf&& lines_of) {
+  std::vector<Row> out = lines_of(study);
+  if (study.as_one.empty()) return out;
+  for (Row& line : lines_of(of_all_as_one(study))) out.push_back(std::move(line));
+  return out;
+}
+
+std::vector<Row> estimate_lines(const Study& study, Method method, StudyQuantity quantity,
+                                const PrintedTable* printed) {
+  const int decimals = quantity == StudyQuantity::kBias ? kBiasDecimals : kScaleDecimals;
+  std::vector<Row> lines;
+  for (const AcrossRow& row : table_of(study, method, quantity)) {
+    const Across& a = row.value;
+    Row line{axis_name(study, row.sensor, row.axis),
+             std::string(unit_of(quantity, row.axis)),
+             fmt::format("{}", a.runs),
+             number(a.mean, decimals),
+             digits(a.std),
+             digits(a.standard_error),
+             digits(a.within),
+             digits(a.formal),
+             probability(a.p_value),
+             starred(a)};
+    if (method == Method::kJoint) line.push_back(number(row.reverse, decimals));
+    if (study.simulated) line.push_back(row.truth ? decimal(*row.truth, decimals) : std::string(kNone));
+    if (printed) {
+      line.push_back(printed_text(study, *printed, row.sensor, row.axis));
+      line.push_back(printed_text(study, *printed, row.sensor, row.axis, &Printed::std));
+    }
+    lines.push_back(std::move(line));
+  }
+  return lines;
+}
+
 std::string estimate_table(const Study& study, const std::string& caption, Method method, StudyQuantity quantity,
                            const PrintedTable* printed = nullptr) {
-  const std::vector<AcrossRow> rows = table_of(study, method, quantity);
-  if (rows.empty()) return paragraph(caption + ": no estimate.");
+  if (table_of(study, method, quantity).empty()) return paragraph(caption + ": no estimate.");
   const bool joint = method == Method::kJoint;
-  const int decimals = quantity == StudyQuantity::kBias ? kBiasDecimals : kScaleDecimals;
   Row head{"sensor, axis",
            "unit",
            "runs",
@@ -77,34 +112,29 @@ std::string estimate_table(const Study& study, const std::string& caption, Metho
   if (joint) head.emplace_back("reverse");
   if (study.simulated) head.emplace_back("put in");
   if (printed) head.insert(head.end(), {"article, " + printed->name, "its std"});
-  std::vector<Row> lines;
-  for (const AcrossRow& row : rows) {
-    const Across& a = row.value;
-    Row line{axis_name(study, row.sensor, row.axis),
-             std::string(unit_of(quantity, row.axis)),
-             fmt::format("{}", a.runs),
-             number(a.mean, decimals),
-             digits(a.std),
-             digits(a.standard_error),
-             digits(a.within),
-             digits(a.formal),
-             probability(a.p_value),
-             starred(a)};
-    if (joint) line.push_back(number(row.reverse, decimals));
-    if (study.simulated) line.push_back(row.truth ? decimal(*row.truth, decimals) : std::string(kNone));
-    if (printed) {
-      line.push_back(printed_text(study, *printed, row.sensor, row.axis));
-      line.push_back(printed_text(study, *printed, row.sensor, row.axis, &Printed::std));
-    }
-    lines.push_back(std::move(line));
-  }
-  return wide(page::table(caption, head, lines));
+  return wide(page::table(caption, head, with_all_as_one(study, [&](const Study& of) {
+                            return estimate_lines(of, method, quantity, printed);
+                          })));
+}
+
+Row before_after_line(const Study& study, const BeforeAfterRow& row) {
+  const Across& d = row.difference;
+  return {axis_name(study, row.sensor, row.axis),
+          std::string(triad_of(row.axis).unit),
+          fmt::format("{}", d.runs),
+          decimal(row.before, kBiasDecimals),
+          decimal(row.after, kBiasDecimals),
+          decimal(d.mean, kBiasDecimals),
+          digits(d.std),
+          digits(d.standard_error),
+          digits(d.within),
+          probability(d.p_value),
+          starred(d)};
 }
 
 std::string before_after_table(const Study& study) {
-  const std::vector<BeforeAfterRow> rows = before_after(study);
   const std::string caption = "Table 2. Biases at rest, before the start and after the stop";
-  if (rows.empty()) return paragraph(caption + ": no run has both.");
+  if (before_after(study).empty()) return paragraph(caption + ": no run has both.");
   const PrintedTable* before = beside(study, &CampaignTables::before);
   const PrintedTable* after = beside(study, &CampaignTables::after);
   Row head{"sensor, axis",
@@ -119,35 +149,36 @@ std::string before_after_table(const Study& study) {
            "p",
            "p, Holm"};
   if (before && after) head.insert(head.end(), {fmt::format("article, {}: before", before->name), "after"});
-  std::vector<Row> lines;
-  for (const BeforeAfterRow& row : rows) {
-    const Across& d = row.difference;
-    lines.push_back({axis_name(study, row.sensor, row.axis), std::string(triad_of(row.axis).unit),
-                     fmt::format("{}", d.runs), decimal(row.before, kBiasDecimals), decimal(row.after, kBiasDecimals),
-                     decimal(d.mean, kBiasDecimals), digits(d.std), digits(d.standard_error), digits(d.within),
-                     probability(d.p_value), starred(d)});
-    if (before && after) {
-      lines.back().push_back(printed_text(study, *before, row.sensor, row.axis));
-      lines.back().push_back(printed_text(study, *after, row.sensor, row.axis));
-    }
-  }
-  return wide(page::table(caption, head, lines));
+  return wide(page::table(caption, head, with_all_as_one(study, [&](const Study& of) {
+                            std::vector<Row> lines;
+                            for (const BeforeAfterRow& row : before_after(of)) {
+                              lines.push_back(before_after_line(of, row));
+                              if (!before || !after) continue;
+                              lines.back().push_back(printed_text(of, *before, row.sensor, row.axis));
+                              lines.back().push_back(printed_text(of, *after, row.sensor, row.axis));
+                            }
+                            return lines;
+                          })));
 }
 
 std::string correlation_table(const Study& study) {
-  const std::vector<CorrelationRow> rows = correlations(study);
   const std::string caption = "Table 5. Correlation of bias and scale, IMU on reference";
-  if (rows.empty()) return paragraph(caption + ": no estimate.");
+  if (correlations(study).empty()) return paragraph(caption + ": no estimate.");
   const PrintedTable* printed = beside(study, &CampaignTables::correlation);
   Row head{"sensor, axis", "correlation", "lowest", "highest", "variances larger by"};
   if (printed) head.push_back("article, " + printed->name);
-  std::vector<Row> lines;
-  for (const CorrelationRow& row : rows) {
-    lines.push_back({axis_name(study, row.sensor, row.axis), decimal(row.correlation, 2), decimal(row.lowest, 2),
-                     decimal(row.highest, 2), decimal(row.inflation, 1)});
-    if (printed) lines.back().push_back(printed_text(study, *printed, row.sensor, row.axis, &Printed::value, 2));
-  }
-  return wide(page::table(caption, head, lines));
+  return wide(page::table(caption, head, with_all_as_one(study, [&](const Study& of) {
+                            std::vector<Row> lines;
+                            for (const CorrelationRow& row : correlations(of)) {
+                              lines.push_back({axis_name(of, row.sensor, row.axis), decimal(row.correlation, 2),
+                                               decimal(row.lowest, 2), decimal(row.highest, 2),
+                                               decimal(row.inflation, 1)});
+                              if (!printed) continue;
+                              lines.back().push_back(
+                                  printed_text(of, *printed, row.sensor, row.axis, &Printed::value, 2));
+                            }
+                            return lines;
+                          })));
 }
 
 std::string ranking_table(const Ranking& ranking) {
@@ -169,6 +200,24 @@ std::string ranking_table(const Ranking& ranking) {
   return wide(page::table(caption,
                           {"method", "estimates", "position [m]", "velocity [m/s]", "attitude [°]",
                            "drift without GNSS [m]", "score", "over the lowest", "95 %", "p, Holm"},
+                          lines));
+}
+
+/// The IMUs beside one another, and all as one.
+std::string imus_table(const Study& study) {
+  const std::string caption =
+      "The IMUs compared, and all as one: navigation of a replay that estimates the errors of its IMU itself";
+  const std::vector<ImuRow> rows = imus_compared(study);
+  if (rows.empty()) return paragraph(caption + ": no replay was scored.");
+  std::vector<Row> lines;
+  for (const ImuRow& row : rows) {
+    lines.push_back({row.name, fmt::format("{}", row.runs), digits(row.position_rmse, 3), digits(row.velocity_rmse, 3),
+                     digits(kDegreesPerRadian * row.attitude_rmse, 3), digits(row.outage_drift, 3),
+                     number(row.attitude_over_single, 2), number(row.drift_over_single, 2)});
+  }
+  return wide(page::table(caption,
+                          {"IMU", "runs", "position [m]", "velocity [m/s]", "attitude [°]", "drift without GNSS [m]",
+                           "attitude over the mean of the single ones", "drift over it"},
                           lines));
 }
 
@@ -199,7 +248,7 @@ std::string study_page_tables(const Study& study, const Ranking& ranking) {
                    &CampaignTables::bias_only) +
          estimate_table(study, "Biases by Gauss-Markov in the GPS/MEMS filter", Method::kMarkovFiltered,
                         StudyQuantity::kBias) +
-         ranking_table(ranking);
+         ranking_table(ranking) + imus_table(study);
 }
 
 }  // namespace piste

@@ -132,6 +132,22 @@ std::vector<std::string> findings_of(const Study& study) {
   return out;
 }
 
+/// What taking all IMUs as one brings.
+std::string as_one(const Study& study) {
+  const std::vector<ImuRow> rows = imus_compared(study);
+  if (rows.empty() || !std::isfinite(rows.back().attitude_over_single)) return {};
+  const ImuRow& row = rows.back();
+  std::size_t most = 0;
+  for (const SensorRun& run : study.as_one) most = std::max(most, run.units.size());
+  std::string out = fmt::format(
+      "<p>Taken as one, the IMUs have {:.2f} times the attitude error of a single one", row.attitude_over_single);
+  if (std::isfinite(row.drift_over_single)) {
+    out += fmt::format(" and {:.2f} times its drift without GNSS", row.drift_over_single);
+  }
+  return out + fmt::format(", on average; of independent errors of {} IMUs {:.2f} would be left.</p>\n", most,
+                           1 / std::sqrt(static_cast<double>(most)));
+}
+
 }  // namespace
 
 std::string study_result(const Study& study, const Ranking& ranking) {
@@ -140,7 +156,7 @@ std::string study_result(const Study& study, const Ranking& ranking) {
   if (!found.empty()) {
     out += page::list("What the signals say, at 5 % after Holm's correction:", found);
   }
-  return out + page::list("What is missing, and why:", missing(study));
+  return out + as_one(study) + page::list("What is missing, and why:", missing(study));
 }
 
 }  // namespace piste

@@ -26,13 +26,9 @@ std::string spread_text(const Across& v) {
   return fmt::format("{:.{}f} ± {:.{}f}{}", v.mean, decimals, size, decimals, v.significant ? "" : " *");
 }
 
-std::string biases_text(const Study& study) {
-  std::string head = fmt::format("{:<12}", "");
-  for (int axis = 0; axis < kSignals; ++axis) {
-    head += fmt::format("{:<20}", fmt::format("{} {}", signal_info(axis).name, signal_info(axis).unit));
-  }
+std::string biases_of(const Study& study) {
   const auto rows = table_of(study, Method::kRest, StudyQuantity::kBias);
-  std::string out = trimmed(head);
+  std::string out;
   for (std::size_t sensor = 0; sensor < study.sensors.size(); ++sensor) {
     std::string line = fmt::format("{:<12}", study.sensors[sensor]);
     for (int axis = 0; axis < kSignals; ++axis) {
@@ -42,6 +38,16 @@ std::string biases_text(const Study& study) {
     }
     out += trimmed(line);
   }
+  return out;
+}
+
+std::string biases_text(const Study& study) {
+  std::string head = fmt::format("{:<12}", "");
+  for (int axis = 0; axis < kSignals; ++axis) {
+    head += fmt::format("{:<20}", fmt::format("{} {}", signal_info(axis).name, signal_info(axis).unit));
+  }
+  std::string out = trimmed(head) + biases_of(study);
+  if (!study.as_one.empty()) out += biases_of(of_all_as_one(study));
   return out;
 }
 
@@ -60,6 +66,24 @@ std::string ranking_text(const Study& study) {
   return out;
 }
 
+std::string imus_text(const Study& study) {
+  const std::vector<ImuRow> rows = imus_compared(study);
+  if (rows.empty()) return "";
+  std::string out = fmt::format("{:<32}{:>7}{:>12}{:>14}{:>14}{:>11}\n", "each IMU, errors estimated", "runs",
+                                "position m", "velocity m/s", "attitude deg", "outage m");
+  for (const ImuRow& r : rows) {
+    const auto drift = std::isfinite(r.outage_drift) ? fmt::format("{:.2f}", r.outage_drift) : std::string("-");
+    out += fmt::format("{:<32}{:>7}{:>12.3f}{:>14.3f}{:>14.3f}{:>11}", r.name, r.runs, r.position_rmse,
+                       r.velocity_rmse, kDegreesPerRadian * r.attitude_rmse, drift);
+    if (std::isfinite(r.attitude_over_single)) {
+      out += fmt::format("  attitude {:.2f} of the mean of the single ones", r.attitude_over_single);
+    }
+    if (std::isfinite(r.drift_over_single)) out += fmt::format(", drift {:.2f}", r.drift_over_single);
+    out += "\n";
+  }
+  return out;
+}
+
 }  // namespace
 
 std::string study_text(const Study& study) {
@@ -69,6 +93,7 @@ std::string study_text(const Study& study) {
                                 study.low_pass, study.simulated ? "; simulated, so that the truth is known" : "");
   for (const std::string& m : missing(study)) out += "  " + m + "\n";
   if (const std::string table = ranking_text(study); !table.empty()) out += "\n" + table;
+  if (const std::string table = imus_text(study); !table.empty()) out += "\n" + table;
   out += "\nBias at rest before the start, a correction to add: mean ± spread between the runs; * not significant\n";
   return out + biases_text(study);
 }

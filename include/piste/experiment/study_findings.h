@@ -148,9 +148,13 @@ struct SignalPicture {
   std::array<std::vector<double>, kSignals> measured, reference;
 };
 
-/// The results for one IMU in one run.
+/// The name under which files and pages show all IMUs of a run that are taken as one.
+inline constexpr std::string_view kAsOne = "all as one";
+
+/// The results for one IMU in one run, or for all of them as one.
 struct SensorRun {
   std::size_t run = 0, sensor = 0;  ///< indices in Study::runs and Study::sensors
+  std::vector<std::string> units;   ///< the IMUs that are taken as one; empty for a single one
   std::string failure;              ///< why there is nothing more; empty if all went well
   std::vector<std::string> warnings;
   double clock_offset = 0, clock_drift = 0;                                   ///< [s], ratio
@@ -186,7 +190,13 @@ struct Study {
   std::vector<StudyRun> runs;
   std::vector<SensorRun> results;        ///< run by run, in the order of the campaign
   std::optional<ArticleBeside> article;  ///< the article that the campaign names
+  /// All IMUs of a run as one, for each run that has several. They are no sensor of the campaign, and so neither in
+  /// `results` nor in what is computed from it: what they tell, the single IMUs have told already.
+  std::vector<SensorRun> as_one = {};
 };
+
+/// The same campaign as if all IMUs as one were its only sensor, so that the tables of a study can be made of them.
+Study of_all_as_one(const Study& study);
 
 /// Which of the two numbers of an axis.
 enum class StudyQuantity { kBias, kScale };

@@ -9,6 +9,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "piste/experiment/study_findings.h"
@@ -86,6 +87,19 @@ struct Coverage {
 };
 /// The coverage of all methods. Empty unless the campaign is simulated.
 std::vector<Coverage> coverage(const Study& study);
+
+/// How an IMU navigates if the replay estimates its errors itself (Method::kInTheFilter): root mean squares over the runs
+/// in which it has a score.
+struct ImuRow {
+  std::string name;
+  std::size_t runs = 0;
+  double position_rmse = 0, velocity_rmse = 0, attitude_rmse = 0;  ///< [m], [m/s], [rad]
+  double outage_drift = 0;                                         ///< [m]; NaN if there was no outage
+  /// Of all as one: attitude error and drift over the mean of those of the single IMUs in the same runs. Else NaN.
+  double attitude_over_single = 0, drift_over_single = 0;
+};
+/// The IMUs beside one another, in the order of the study, and last all as one, if they were replayed.
+std::vector<ImuRow> imus_compared(const Study& study);
 
 /// Effect of a timing error: the change of the correction scale' against no delay. It is averaged over the sensors of
 /// each run, and then over the runs.
