@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "condition/unit_axes.h"
 #include "condition/unit_differences.h"
 #include "condition/unit_samples.h"
 #include "piste/condition/pipeline.h"
@@ -191,6 +192,14 @@ Log condition_units(const Recording& recording, const ConditioningOptions& optio
   for (const ImuSample& s : log.imu) intervals.push_back(s.interval);
   const std::vector<UnitWindow> windows = windows_over(log.imu);
 
+  // What scales do across the axes of the first is taken off all units but the first, which has none of it.
+  const auto take_out = [&](UnitTriad UnitSamples::*triad, TriadMember errors) {
+    for (std::size_t i = 1; i < count; ++i) {
+      take_out_cross_axis(units.front().*triad, sensors.front().*errors,
+                          {units[i].*triad, sensors[i].*errors, known[i].imu.R_bs}, intervals, windows);
+    }
+  };
+  take_out(&UnitSamples::gyro, &ImuSensor::gyro);
   const CombinedTriad gyro = combine(triads(&UnitSamples::gyro), sensors, &ImuSensor::gyro, intervals, windows);
   const std::vector<Matrix3d> effects = lever_effects(gyro.mean, log.imu);
   for (std::size_t i = 1; i < count; ++i) {
@@ -200,6 +209,7 @@ Log condition_units(const Recording& recording, const ConditioningOptions& optio
     move_to_first(units[i].accel, effects, place);
     log.counts.units.push_back({.name = known[i].name, .place = place});
   }
+  take_out(&UnitSamples::accel, &ImuSensor::accel);
   const CombinedTriad accel = combine(triads(&UnitSamples::accel), sensors, &ImuSensor::accel, intervals, windows);
 
   log.counts.units.insert(log.counts.units.begin(), {.name = known.front().name});
