@@ -56,10 +56,10 @@ Means means_of(const UnitTriad& first, const UnitTriad& unit, const std::vector<
 
 }  // namespace
 
-void take_out_cross_axis(const UnitTriad& first, const TriadErrors& of_first, const TurnedTriad& unit,
+Matrix3d take_out_cross_axis(const UnitTriad& first, const TriadErrors& of_first, const TurnedTriad& unit,
                          const std::vector<double>& intervals, const std::vector<UnitWindow>& windows) {
   const Matrix3d& R = unit.R;
-  if (at_right_angles(R) || !(unit.errors.scale > 0)) return;
+  if (at_right_angles(R) || !(unit.errors.scale > 0)) return Matrix3d::Zero();
   const Means means = means_of(first, unit.samples, intervals, windows);
   const Vector3d shown = noise_of(means.difference, means.signal);
   const double density = of_first.noise * of_first.noise + unit.errors.noise * unit.errors.noise;
@@ -93,6 +93,7 @@ void take_out_cross_axis(const UnitTriad& first, const TriadErrors& of_first, co
   Matrix3d across = R * x.segment<3>(kOwn).asDiagonal() * R.transpose();
   across.diagonal().setZero();
   for (Vector3d& value : unit.samples.value) value -= across * value;
+  return across;
 }
 
 }  // namespace piste

@@ -20,9 +20,9 @@ struct TurnedTriad {
 /// units and their parities know the diagonal only. This takes the rest off the unit's samples. s is found by a Kalman
 /// filter over the windows, from what the unit differs by from the first: an offset that drifts as the two do, R diag(s)
 /// Rᵀ u, and the scales of the first along its own axes. What the motion does not tell stays near zero by the sensors'
-/// 1-sigmas. Of right angles nothing is left, and no sample is changed.
+/// 1-sigmas. Returns the matrix C of which C y was taken off the outputs y: of right angles nothing.
 /// @pre As combine().
-void take_out_cross_axis(const UnitTriad& first, const TriadErrors& of_first, const TurnedTriad& unit,
+Matrix3d take_out_cross_axis(const UnitTriad& first, const TriadErrors& of_first, const TurnedTriad& unit,
                          const std::vector<double>& intervals, const std::vector<UnitWindow>& windows);
 
 }  // namespace piste

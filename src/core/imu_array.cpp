@@ -1,5 +1,6 @@
 #include "piste/core/imu_array.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -71,6 +72,25 @@ UnitSplit split_errors(const UnitVector& weights, const UnitVector& sigma) {
 
 double parity_sigma(const UnitVector& sigma) {
   return std::sqrt(sigma.squaredNorm() / static_cast<double>(sigma.size()));
+}
+
+TurnedScale::TurnedScale(const Matrix3d& R) : R_(R) {
+  // d = M s with the squares of R's elements. At 45 degrees M has no inverse: s is then found to within kFinest.
+  constexpr double kFinest = 1e-6;
+  const Matrix3d M = R.cwiseAbs2();
+  own_ = M.transpose() * (M * M.transpose() + kFinest * Matrix3d::Identity()).inverse();
+}
+
+Matrix3d TurnedScale::effect(const Vector3d& d) const {
+  Matrix3d out = R_ * (own_ * d).asDiagonal() * R_.transpose();
+  out.diagonal() = d;
+  return out;
+}
+
+Matrix3d TurnedScale::by_scales(const Vector3d& u) const {
+  Matrix3d out;
+  for (int k = 0; k < 3; ++k) out.col(k) = effect(Vector3d::Unit(k)) * u;
+  return out;
 }
 
 UnitVector unit_noise(std::span<const ImuSensor> units, TriadMember triad) {

@@ -86,7 +86,8 @@ NavigationScore Course::score(Method method, const std::optional<KnownErrors>& e
   std::vector<ImuSample> imu = log_.imu;
   if (errors) {
     for (ImuSample& sample : imu) sample = corrected(sample, *errors);
-    options.units.clear();  // what they differ by tells only of errors that are not estimated
+    options.units.clear();
+    options.unit_axes.clear();  // what they differ by tells only of errors that are not estimated
   } else {
     const std::vector<Block> own = imu_error_blocks(options.sensor);
     options.estimate.insert(options.estimate.end(), own.begin(), own.end());

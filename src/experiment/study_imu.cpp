@@ -156,6 +156,7 @@ FilterCase filter_case(const RunConfig& config, const RunReference& reference, c
   FilterOptions& options = out.options;
   options.sensor = imu.sensor;
   options.units = imu.units;
+  for (const UnitConditioning& unit : imu.conditioning.units) options.unit_axes.push_back(unit.imu.R_bs);
   options.gnss = {config.gnss->options};
   Vector3d& arm = options.gnss.front().lever_arm;
   arm = body.q_rb.conjugate() * (arm - body.p_rb_r);

@@ -131,11 +131,21 @@ void draw_mounting(VehicleOptions& vehicle, std::uint64_t seed) {
   vehicle.contact += vehicle.contact_sigma.cwiseProduct(random.normal3());
 }
 
+ImuConditioning conditioning_of(const ImuSetup& imu, const ImuSetup& first) {
+  return {.R_bs = (first.q_rb.conjugate() * imu.q_rb).toRotationMatrix(),
+          .instantaneous = imu.sampling == ImuSetup::Sampling::kInstant,
+          .clock_offset = imu.clock_offset,
+          .clock_drift = imu.clock_drift};
+}
+
 // If lever arms are estimated, their start values are drawn about the truth with the sigma of the prior.
 FilterOptions filter_options(const Scenario& s, std::uint64_t seed) {
   FilterOptions options;
   options.sensor = s.replay.sensor;
   options.units = s.replay.units;
+  if (!options.units.empty()) {
+    for (const ImuSetup& imu : s.imus) options.unit_axes.push_back(conditioning_of(imu, s.imus.front()).R_bs);
+  }
   options.estimate = s.replay.estimate;
   options.adapt = s.replay.adapt;
   set_aids(options, s, s.imus.front());
@@ -156,13 +166,6 @@ FilterOptions filter_options(const Scenario& s, std::uint64_t seed) {
   }
   tell_delays(s, drawn_delays(options, seed), options);
   return options;
-}
-
-ImuConditioning conditioning_of(const ImuSetup& imu, const ImuSetup& first) {
-  return {.R_bs = (first.q_rb.conjugate() * imu.q_rb).toRotationMatrix(),
-          .instantaneous = imu.sampling == ImuSetup::Sampling::kInstant,
-          .clock_offset = imu.clock_offset,
-          .clock_drift = imu.clock_drift};
 }
 
 // `units`: what is told of each of several IMUs.

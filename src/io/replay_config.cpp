@@ -139,6 +139,7 @@ void read_imus(const Config& config, ReplayConfig& replay) {
     unit.imu = source.conditioning;
     unit.sensor = turned(source.sensor, source.conditioning.R_bs);
     filter.units.push_back(unit.sensor);
+    filter.unit_axes.push_back(unit.imu.R_bs);
     replay.conditioning.units.push_back(unit);
   }
   try {

@@ -16,7 +16,7 @@ std::optional<Linearization> linearize_parity(const ParityFix& fix, int parity, 
   const UnitVector noise = unit_noise(units, triad), weights = unit_weights(noise);
   const UnitVector row = parity_rows(noise).col(parity);
   const int parities = static_cast<int>(units.size()) - 1;
-  // What is seen of an error: of the units' mean, and of each parity block.
+  // What is seen of an error that is the same whatever is measured: of the units' mean, and of each parity block.
   struct Seen {
     Block block;
     double common;
@@ -26,31 +26,43 @@ std::optional<Linearization> linearize_parity(const ParityFix& fix, int parity, 
     const UnitSplit s = split_errors(weights, unit_sigmas(units, triad, error));
     return {block, row.dot(s.common), row.transpose() * s.split};
   };
-  const Seen all[] = {seen(bias, UnitError::kBias), seen(drift, UnitError::kDrift), seen(scale, UnitError::kScale)};
-  const auto sum = [&](const Seen& s) {
-    Vector3d out = s.common * value(s.block);
-    for (int k = 0; k < parities; ++k) out += s.split(k) * value(parity_block(s.block, k));
-    return out;
-  };
-
+  const Seen offsets[] = {seen(bias, UnitError::kBias), seen(drift, UnitError::kDrift)};
   const Vector3d gain = (1 + value(scale).array()).inverse();
   const Vector3d signal = gain.cwiseProduct((gyro ? fix.rate : fix.force) - value(bias) - value(drift));
-  const Vector3d difference = sum(all[2]);  // of the scales
-  const Vector3d loss = -gain.cwiseProduct(difference);
-  const Matrix3d by_offset = loss.asDiagonal(), by_scale = loss.cwiseProduct(signal).asDiagonal();
 
   Linearization lin;
   lin.observes = bias;
-  lin.residual = measured->value - (sum(all[0]) + sum(all[1]) + difference.cwiseProduct(signal));
+  lin.residual = measured->value;
+  for (const Seen& s : offsets) {
+    lin.residual -= s.common * value(s.block);
+    for (int k = 0; k < parities; ++k) {
+      lin.residual -= s.split(k) * value(parity_block(s.block, k));
+      lin.add(parity_block(s.block, k), s.split(k) * Matrix3d::Identity());
+    }
+  }
+  // Of the scales, unit by unit: each acts along its own axes.
+  const UnitSplit scales = split_errors(weights, unit_sigmas(units, triad, UnitError::kScale));
+  Matrix3d difference = Matrix3d::Zero(), by_mean = Matrix3d::Zero(), by_parity[kMostParities];
+  for (Matrix3d& by : by_parity) by.setZero();
+  for (Eigen::Index i = 0; i < row.size(); ++i) {
+    Vector3d own = scales.common(i) * value(scale);
+    for (int k = 0; k < parities; ++k) own += scales.split(i, k) * value(parity_block(scale, k));
+    const auto unit = static_cast<std::size_t>(i);
+    const TurnedScale turned(options.unit_axes.empty() ? Matrix3d::Identity().eval() : options.unit_axes[unit]);
+    difference += row(i) * turned.effect(own);
+    const Matrix3d by = row(i) * turned.by_scales(signal);
+    by_mean += scales.common(i) * by;
+    for (int k = 0; k < parities; ++k) by_parity[k] += scales.split(i, k) * by;
+  }
+  lin.residual -= difference * signal;
+  const Matrix3d loss = -difference * gain.asDiagonal();  // of the signal, by an offset of the mean
+  for (const Seen& s : offsets) lin.add(s.block, s.common * Matrix3d::Identity() + loss);
+  lin.add(scale, by_mean + loss * signal.asDiagonal());
+  for (int k = 0; k < parities; ++k) lin.add(parity_block(scale, k), by_parity[k]);
+
   const double density = parity_noise(noise);
   lin.covariance =
       measured->sigma.cwiseAbs2().cwiseMax(Vector3d::Constant(density * density / fix.duration)).asDiagonal();
-  for (const Seen& s : all) {
-    const bool scales = s.block == scale;
-    const Matrix3d by = scales ? Matrix3d(signal.asDiagonal()) : Matrix3d(Matrix3d::Identity());
-    lin.add(s.block, s.common * by + (scales ? by_scale : by_offset));
-    for (int k = 0; k < parities; ++k) lin.add(parity_block(s.block, k), s.split(k) * by);
-  }
   return lin;
 }
 

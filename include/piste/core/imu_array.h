@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "piste/core/sensor.h"
+#include "piste/math/so3.h"
 
 namespace piste {
 
@@ -58,6 +59,21 @@ struct UnitSplit {
 UnitSplit split_errors(const UnitVector& weights, const UnitVector& sigma);
 /// 1-sigma of the error of a parity block: the root mean square of the units' sigmas.
 double parity_sigma(const UnitVector& sigma);
+
+/// How scales add to the output of a unit. They act along its own axes, which R turns into those of the first: there the
+/// output differs by R diag(s) Rᵀ u. Its diagonal, d, is what is told of its scales (`gyro_scale` and so on); the rest
+/// follows from it by s(d), the mean of all s of equal sigmas with that diagonal.
+class TurnedScale {
+ public:
+  explicit TurnedScale(const Matrix3d& R);
+  /// The matrix that takes the true signal to what scales d add to it: d on its diagonal, and the rest.
+  Matrix3d effect(const Vector3d& d) const;
+  /// The matrix that takes d to what it adds to the signal u: effect(d) u = by_scales(u) d.
+  Matrix3d by_scales(const Vector3d& u) const;
+
+ private:
+  Matrix3d R_, own_;  ///< own_: from d to s
+};
 
 /// Of each unit: the densities of the white noise of a triad; the 1-sigma of an error. Of a random walk that is its
 /// density.

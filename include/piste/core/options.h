@@ -172,6 +172,7 @@ struct AdaptationOptions {
 struct FilterOptions {
   ImuSensor sensor;                       ///< of several IMUs that of their mean (mean_sensor())
   std::vector<ImuSensor> units = {};      ///< of several IMUs; empty for one
+  std::vector<Matrix3d> unit_axes = {};   ///< of each, from its axes to those of the first; empty: all have the same
   std::vector<GnssOptions> gnss;          ///< one per Log::gnss
   std::vector<AttitudeOptions> attitude;  ///< one per Log::attitude
   std::vector<Block> estimate;            ///< blocks beyond position, velocity and attitude
