@@ -114,9 +114,8 @@ std::vector<std::vector<std::optional<Parity>>> parities_of(const std::vector<co
       if (!combined.whole[w]) continue;
       parity.emplace();
       for (std::size_t i = 0; i < units.size(); ++i) {
-        parity->value +=
-            L(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(p)) *
-            (as_told[i] * mean_over(*units[i], windows[w], intervals));
+        parity->value += L(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(p)) *
+                         (as_told[i] * mean_over(*units[i], windows[w], intervals));
       }
       series.push_back(parity->value);
       signal.push_back(mean_over(*units.front(), windows[w], intervals));
@@ -201,9 +200,9 @@ Log condition_units(const Recording& recording, const ConditioningOptions& optio
   const auto take_out = [&](UnitTriad UnitSamples::*triad, TriadMember errors) {
     std::vector<Matrix3d> out{Matrix3d::Identity()};
     for (std::size_t i = 1; i < count; ++i) {
-      const Matrix3d C = take_out_cross_axis(units.front().*triad, sensors.front().*errors,
-                                             {units[i].*triad, sensors[i].*errors, known[i].imu.R_bs}, intervals,
-                                             windows);
+      const Matrix3d C =
+          take_out_cross_axis(units.front().*triad, sensors.front().*errors,
+                              {units[i].*triad, sensors[i].*errors, known[i].imu.R_bs}, intervals, windows);
       out.emplace_back((Matrix3d::Identity() - C).inverse());
     }
     return out;
@@ -229,12 +228,10 @@ Log condition_units(const Recording& recording, const ConditioningOptions& optio
     report_absences(accel, i, false, log.imu, report);
     std::ranges::stable_sort(report.absences, {}, [](const UnitAbsence& a) { return a.time.start; });
   }
-  const auto rate =
-      parities_of(triads(&UnitSamples::gyro), as_told_gyro, unit_noise(sensors, &ImuSensor::gyro), gyro, intervals,
-                  windows);
-  const auto force =
-      parities_of(triads(&UnitSamples::accel), as_told_accel, unit_noise(sensors, &ImuSensor::accel), accel, intervals,
-                  windows);
+  const auto rate = parities_of(triads(&UnitSamples::gyro), as_told_gyro, unit_noise(sensors, &ImuSensor::gyro), gyro,
+                                intervals, windows);
+  const auto force = parities_of(triads(&UnitSamples::accel), as_told_accel, unit_noise(sensors, &ImuSensor::accel),
+                                 accel, intervals, windows);
   log.parity.resize(count - 1);
   for (std::size_t w = 0; w < windows.size(); ++w) {
     const UnitWindow& window = windows[w];

@@ -57,7 +57,7 @@ Means means_of(const UnitTriad& first, const UnitTriad& unit, const std::vector<
 }  // namespace
 
 Matrix3d take_out_cross_axis(const UnitTriad& first, const TriadErrors& of_first, const TurnedTriad& unit,
-                         const std::vector<double>& intervals, const std::vector<UnitWindow>& windows) {
+                             const std::vector<double>& intervals, const std::vector<UnitWindow>& windows) {
   const Matrix3d& R = unit.R;
   if (at_right_angles(R) || !(unit.errors.scale > 0)) return Matrix3d::Zero();
   const Means means = means_of(first, unit.samples, intervals, windows);

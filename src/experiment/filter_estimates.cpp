@@ -144,6 +144,8 @@ std::vector<MethodEstimate> filter_estimates(const FilterCase& of, std::vector<s
   std::vector<MethodEstimate> out;
   for (const Model& model : kModels) {
     if (model.attitude && of.options.attitude.empty()) continue;
+    // Of several IMUs a filter costs several times as much: the model of their sensor files alone.
+    if (!of.options.units.empty() && model.drift != of.options.sensor.gyro.drift.kind) continue;
     using Source = InitialHeading::Source;
     Log log = of.log;
     if (!model.attitude) log.attitude.clear();

@@ -64,8 +64,7 @@ ImuBeside together(const std::vector<Unit>& units) {
       const Vector3d apart = own.alignment.p_rb_r - first.alignment().p_rb_r;
       conditioning.imu.R_bs = R * own.conditioning.imu.R_bs;
       conditioning.sensor = turned(own.sensor, R);
-      conditioning.place =
-          first.alignment().q_rb.conjugate() * own.alignment.known(apart, AlignmentLayout::kLeverArm);
+      conditioning.place = first.alignment().q_rb.conjugate() * own.alignment.known(apart, AlignmentLayout::kLeverArm);
       out.recording.further.push_back(own.recording.imu);
     }
     out.units.push_back(conditioning.sensor);

@@ -30,8 +30,9 @@ Matrix3d gain_of(const ImuTruth::Triad& truth);
 /// which the line passes), and scale.
 void hold_against(const ImuTruth& truth, MethodEstimate& estimate);
 
-/// Adds Method::kOtherRuns to every result, of IMUs and of all as one, that has a rest before, and whose IMU has at least two other runs with
-/// kJointBothNoisy. The scale's sigma is that of a prediction, std · √(1 + 1/n) over these runs.
+/// Adds Method::kOtherRuns to every result, of IMUs and of all as one, that has a rest before, and whose IMU has at
+/// least two other runs with kJointBothNoisy. The scale's sigma is that of a prediction, std · √(1 + 1/n) over these
+/// runs.
 void add_other_runs(Study& study);
 
 }  // namespace piste

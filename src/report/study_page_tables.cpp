@@ -167,18 +167,17 @@ std::string correlation_table(const Study& study) {
   const PrintedTable* printed = beside(study, &CampaignTables::correlation);
   Row head{"sensor, axis", "correlation", "lowest", "highest", "variances larger by"};
   if (printed) head.push_back("article, " + printed->name);
-  return wide(page::table(caption, head, with_all_as_one(study, [&](const Study& of) {
-                            std::vector<Row> lines;
-                            for (const CorrelationRow& row : correlations(of)) {
-                              lines.push_back({axis_name(of, row.sensor, row.axis), decimal(row.correlation, 2),
-                                               decimal(row.lowest, 2), decimal(row.highest, 2),
-                                               decimal(row.inflation, 1)});
-                              if (!printed) continue;
-                              lines.back().push_back(
-                                  printed_text(of, *printed, row.sensor, row.axis, &Printed::value, 2));
-                            }
-                            return lines;
-                          })));
+  return wide(
+      page::table(caption, head, with_all_as_one(study, [&](const Study& of) {
+                    std::vector<Row> lines;
+                    for (const CorrelationRow& row : correlations(of)) {
+                      lines.push_back({axis_name(of, row.sensor, row.axis), decimal(row.correlation, 2),
+                                       decimal(row.lowest, 2), decimal(row.highest, 2), decimal(row.inflation, 1)});
+                      if (!printed) continue;
+                      lines.back().push_back(printed_text(of, *printed, row.sensor, row.axis, &Printed::value, 2));
+                    }
+                    return lines;
+                  })));
 }
 
 std::string ranking_table(const Ranking& ranking) {

@@ -139,8 +139,8 @@ std::string as_one(const Study& study) {
   const ImuRow& row = rows.back();
   std::size_t most = 0;
   for (const SensorRun& run : study.as_one) most = std::max(most, run.units.size());
-  std::string out = fmt::format(
-      "<p>Taken as one, the IMUs have {:.2f} times the attitude error of a single one", row.attitude_over_single);
+  std::string out = fmt::format("<p>Taken as one, the IMUs have {:.2f} times the attitude error of a single one",
+                                row.attitude_over_single);
   if (std::isfinite(row.drift_over_single)) {
     out += fmt::format(" and {:.2f} times its drift without GNSS", row.drift_over_single);
   }

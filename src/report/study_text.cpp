@@ -73,8 +73,8 @@ std::string imus_text(const Study& study) {
                                 "position m", "velocity m/s", "attitude deg", "outage m");
   for (const ImuRow& r : rows) {
     const auto drift = std::isfinite(r.outage_drift) ? fmt::format("{:.2f}", r.outage_drift) : std::string("-");
-    out += fmt::format("{:<32}{:>7}{:>12.3f}{:>14.3f}{:>14.3f}{:>11}", r.name, r.runs, r.position_rmse,
-                       r.velocity_rmse, kDegreesPerRadian * r.attitude_rmse, drift);
+    out += fmt::format("{:<32}{:>7}{:>12.3f}{:>14.3f}{:>14.3f}{:>11}", r.name, r.runs, r.position_rmse, r.velocity_rmse,
+                       kDegreesPerRadian * r.attitude_rmse, drift);
     if (std::isfinite(r.attitude_over_single)) {
       out += fmt::format("  attitude {:.2f} of the mean of the single ones", r.attitude_over_single);
     }

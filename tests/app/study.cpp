@@ -181,6 +181,48 @@ TEST_F(Study, IntervalsAreTrue) {
   }
 }
 
+// All IMUs as one stand beside the single ones, and are better than one of them.
+TEST_F(Study, AllAsOneAreBetterThanASingleOne) {
+  const Said said = study();
+  ASSERT_EQ(said.code, 0) << said.err;
+  EXPECT_EQ(header("imus.csv"),
+            "sensor,runs,position_rmse_m,velocity_rmse_m_s,attitude_rmse_deg,outage_drift_m,attitude_over_single,"
+            "outage_drift_over_single");
+  const YAML::Node summary = YAML::LoadFile(folder_ / "out/summary.json");
+  const YAML::Node imus = summary["imus"];
+  ASSERT_EQ(imus.size(), 3U);
+  EXPECT_EQ(imus[0]["name"].as<std::string>(), "MT-9A 1");
+  EXPECT_EQ(imus[2]["name"].as<std::string>(), "all as one");
+  EXPECT_EQ(imus[2]["runs"].as<int>(), 2);
+  for (const char* error : {"attitude_rmse_deg", "outage_drift_m"}) {
+    const auto of = [&](std::size_t row) { return imus[row][error].as<double>(); };
+    EXPECT_LT(of(2), (of(0) + of(1)) / 2) << error;
+  }
+  EXPECT_LT(imus[2]["attitude_over_single"].as<double>(), 1);
+  const YAML::Node as_one = summary["runs"][0]["as_one"];
+  EXPECT_EQ(as_one["imus"].as<std::vector<std::string>>(), (std::vector<std::string>{"MT-9A 1", "MT-9A 2"}));
+  EXPECT_EQ(summary["sensors"].size(), 2U) << "they are no sensor of the campaign";
+  const std::string page = read_text(folder_ / "out/study.html");
+  EXPECT_TRUE(contains(page, "The IMUs compared, and all as one"));
+  EXPECT_TRUE(contains(page, "all as one fx")) << "in the tables of biases and scales";
+  EXPECT_TRUE(contains(page, "Taken as one, the IMUs have"));
+  EXPECT_TRUE(contains(said.out, "all as one"));
+
+  // What was put in, of their mean, lies within five sigmas of what the filter with the reference's attitude found.
+  std::ifstream estimates(folder_ / "out/as_one.csv");
+  std::string line;
+  int compared = 0;
+  for (std::getline(estimates, line); std::getline(estimates, line);) {
+    const std::vector<std::string> f = fields_of(line);
+    ASSERT_EQ(f.size(), 12U);
+    EXPECT_EQ(f[1], "all as one");
+    if (f[4] != "gauss_markov_attitude_smoothed") continue;
+    EXPECT_LT(std::abs(std::stod(f[6]) - std::stod(f[11])), 5 * std::stod(f[10]) / 1.96) << line;
+    ++compared;
+  }
+  EXPECT_EQ(compared, 24) << "two runs of six axes, bias and scale";
+}
+
 // Gyroscope biases at rest and from the Gauss-Markov filter agree, which is the article's finding.
 TEST_F(Study, GyroscopesAreTheSameAtRestAndInTheFilter) {
   ASSERT_EQ(study({"--quiet"}).code, 0);

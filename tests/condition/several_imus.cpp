@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <cmath>
 
 #include "piste/math/units.h"
@@ -59,6 +60,54 @@ ConditioningOptions options_for(std::size_t units) {
   options.accel_range = sensor.accel.range;
   for (std::size_t u = 0; u < units; ++u) options.units.push_back({.name = "unit", .imu = {}, .sensor = sensor});
   return options;
+}
+
+// The matrix by which what `log` measured grows with the true rates, beyond 1, by least squares.
+Matrix3d gain_of(const Log& log) {
+  Eigen::Matrix4d N = Eigen::Matrix4d::Zero();
+  Eigen::Matrix<double, 4, 3> n = Eigen::Matrix<double, 4, 3>::Zero();
+  for (const ImuSample& s : log.imu) {
+    const Vector3d u = true_rate(s.time - kStart);
+    const Eigen::Vector4d row(1, u.x(), u.y(), u.z());
+    N += row * row.transpose();
+    n += row * (s.dtheta / s.interval - u).transpose();
+  }
+  return (N.inverse() * n).bottomRows<3>().transpose();
+}
+
+// Scales of units that are turned by some degrees act across the axes of the first too. Nothing of it reaches the mean.
+TEST(SeveralImus, ScalesOfTurnedUnitsStayOnTheirAxes) {
+  constexpr double kDuration = 120;
+  Random random(5);
+  ConditioningOptions options = options_for(3);
+  Recording turned;
+  Matrix3d across = Matrix3d::Zero();
+  for (std::size_t u = 0; u < 3; ++u) {
+    const Matrix3d R = u == 0 ? Matrix3d::Identity().eval()
+                              : so3_exp(Vector3d(0.05, -0.08, 0.06) * (u == 1 ? 1 : -1.5)).toRotationMatrix();
+    const Vector3d scale = 0.02 * Vector3d(1, -1, u == 1 ? 0.5 : -0.5);
+    across += R * scale.asDiagonal() * R.transpose() / 3;
+    ImuRecording imu;
+    imu.file = "imu.csv";
+    for (int k = 1; k * kPeriod <= kDuration; ++k) {
+      const double t = k * kPeriod;
+      const Vector3d rate = R.transpose() * true_rate(t - kPeriod / 2), force = R.transpose() * true_force(t);
+      imu.time.push_back(kStart + t);
+      imu.gyro.emplace_back(rate + scale.cwiseProduct(rate) + random.vector(mt9a().gyro.noise / std::sqrt(kPeriod)));
+      imu.accel.emplace_back(force + random.vector(mt9a().accel.noise / std::sqrt(kPeriod)));
+    }
+    (u == 0 ? turned.imu : turned.further.emplace_back()) = imu;
+    options.units[u].imu.R_bs = R;
+    options.units[u].sensor.gyro.scale = 0.02;
+  }
+  const auto beside_diagonal = [](Matrix3d gain) {
+    gain.diagonal().setZero();
+    return gain.cwiseAbs().maxCoeff();
+  };
+  const Matrix3d gain = gain_of(condition_units(turned, options));
+  EXPECT_GT(beside_diagonal(across), 1.5e-3) << "what there would be";
+  EXPECT_LT(beside_diagonal(gain), 0.3 * beside_diagonal(across));
+  EXPECT_LT((gain - across).diagonal().cwiseAbs().maxCoeff(), 1e-3);
 }
 
 // Of the mean with a fault less that without it, over an interval: the largest, in rate and in force.

@@ -305,6 +305,39 @@ TEST(Coverage, IsWhatItSaysWhereSigmasAreTrue) {
   }
 }
 
+TEST(ImusCompared, HaveAllAsOneLastAndOverTheMeanOfTheSingleOnesInTheSameRuns) {
+  Study study = empty_study(2, 2);
+  for (SensorRun& r : study.results) {
+    const double size = 1 + 2 * static_cast<double>(r.sensor);  // 1 and 3
+    r.scores = {{Method::kNothing, 9, 9, 9, 9}, {Method::kInTheFilter, size, size, size, 2 * size}};
+  }
+  study.results[2].scores[1] = {Method::kInTheFilter, 7, 7, 7, 7};  // of the first, in a run without all as one
+  ASSERT_EQ(imus_compared(study).size(), 2U);
+  SensorRun together;
+  together.units = {"S1", "S2"};
+  together.scores = {{Method::kInTheFilter, 0.5, 0.5, 1, 3}};
+  study.as_one = {together};
+  const std::vector<ImuRow> rows = imus_compared(study);
+  ASSERT_EQ(rows.size(), 3U);
+  EXPECT_EQ(rows[0].name, "S1");
+  EXPECT_EQ(rows[0].runs, 2U);
+  EXPECT_DOUBLE_EQ(rows[0].attitude_rmse, 5) << "of 1 and 7";
+  EXPECT_TRUE(std::isnan(rows[0].attitude_over_single));
+  EXPECT_EQ(rows[2].name, kAsOne);
+  EXPECT_EQ(rows[2].runs, 1U);
+  EXPECT_DOUBLE_EQ(rows[2].position_rmse, 0.5);
+  EXPECT_DOUBLE_EQ(rows[2].attitude_over_single, 0.5) << "over the mean of 1 and 3";
+  EXPECT_DOUBLE_EQ(rows[2].drift_over_single, 0.75) << "over the mean of 2 and 6";
+  EXPECT_EQ(ranking(study).rows.size(), 2U) << "they are not ranked";
+  EXPECT_EQ(study.sensors.size(), 2U);
+  EXPECT_EQ(of_all_as_one(study).sensors, std::vector<std::string>{std::string(kAsOne)});
+  study.as_one[0].failure = "their drifts are of two kinds";
+  const std::vector<std::string> lacking = missing(study);
+  EXPECT_TRUE(std::ranges::any_of(lacking, [](const std::string& line) {
+    return test::contains(line, "all as one failed in run-1: their drifts are of two kinds");
+  }));
+}
+
 TEST(Ranking, IsTheGeometricMeanOverThatOfKnowingNothing) {
   Study study = empty_study(2, 2);
   for (SensorRun& r : study.results) {

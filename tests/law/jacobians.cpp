@@ -325,6 +325,8 @@ TEST(Jacobians, EveryTypeOfTheList) {
   options.barometer.emplace();
   options.heading.emplace();
   options.units = some_units();
+  options.unit_axes = {Matrix3d::Identity(), so3_exp(Vector3d(0.1, -0.7, 0.3)).toRotationMatrix(),
+                       so3_exp(Vector3d(-0.05, 0.02, 1.5)).toRotationMatrix()};
   const Vector3d earth_rate(0.03, 0.02, -0.04);  // a faster Earth, so that its terms stand out of rounding
   std::vector<Block> blocks;
   for (const BlockInfo& row : kBlocks) blocks.push_back(row.block);

@@ -30,8 +30,14 @@ Case lap(std::uint64_t seed, const std::function<void(Scenario&)>& keep) {
   return c;
 }
 
-void magnetometer_alone(Scenario& s) { s.aids = {}; }
+// Far from steel: 1 µT of it, as the scenario has, would be 2.7 deg of heading at any instant.
+void magnetometer_alone(Scenario& s) {
+  s.aids = {};
+  s.imus[0].magnetometer.disturbance.sigma = Vector3d::Constant(0.2);
+}
+// In settled weather: that of the scenario changes the height by 5 m a minute.
 void barometer_alone(Scenario& s) {
+  s.aids.barometer->errors.offset = {{30, 0, 0}, 360000};
   s.aids.heading.reset();
   s.imus[0].magnetic_field.reset();
 }
@@ -74,8 +80,7 @@ Error error_at(const Case& c, const Replay& run, double time) {
   const auto level = [](const World& world, const Vector3d& p, const Quaterniond& q) {
     return to_euler(Quaterniond(world.rotation_wn(p)).conjugate() * q);
   };
-  const double heading =
-      level(s.world(), x.p_wb, x.q_wb).z() - level(body.world(), truth.p_wb, truth.q_wb).z();
+  const double heading = level(s.world(), x.p_wb, x.q_wb).z() - level(body.world(), truth.p_wb, truth.q_wb).z();
   const Sigmas sigmas = s.sigmas(i);
   return {std::remainder(heading, 2 * std::numbers::pi), s.world().to_geodetic(x.p_wb).height - there.height,
           sigmas.euler.z(), sigmas.position.z()};
@@ -100,8 +105,8 @@ struct Squares {
   }
 };
 
-// Without GNSS for 90 s, the field of the Earth holds the heading, through iron that nobody has calibrated: it was found
-// before, to a fraction of the 10 µT and 3 % that it is drawn with.
+// Without GNSS for 90 s, the field of the Earth holds the heading, through iron that nobody has calibrated: it was
+// found before, to a fraction of the 10 µT and 3 % that it is drawn with.
 TEST(Aids, TheMagnetometerHoldsTheHeadingAndFindsItsIron) {
   Squares with, without, hard, soft;
   for (int seed = 1; seed <= seeds(4, 30); ++seed) {
@@ -122,12 +127,12 @@ TEST(Aids, TheMagnetometerHoldsTheHeadingAndFindsItsIron) {
       soft.add(x.soft_iron_x(k) - truth.soft_iron(0, k), sigmas.blocks(full_offset(Block::kSoftIronX) + k));
     }
   }
-  fmt::print("heading after 90 s without GNSS: {:.2f} deg rms, {:.2f} without magnetometer; hard iron {:.2f} uT, soft "
-             "iron {:.4f}; NEES {:.2f}, {:.2f}, {:.2f}\n",
-             with.rms() / kDegree, without.rms() / kDegree, hard.rms(), soft.rms(), with.nees(), hard.nees(),
-             soft.nees());
-  EXPECT_LT(with.rms(), 1 * kDegree);
-  EXPECT_LT(with.rms(), 0.5 * without.rms());
+  fmt::print(
+      "heading after 90 s without GNSS: {:.2f} deg rms, {:.2f} without magnetometer; hard iron {:.2f} uT, soft "
+      "iron {:.4f}; NEES {:.2f}, {:.2f}, {:.2f}\n",
+      with.rms() / kDegree, without.rms() / kDegree, hard.rms(), soft.rms(), with.nees(), hard.nees(), soft.nees());
+  EXPECT_LT(with.rms(), 1.2 * kDegree);
+  EXPECT_LT(with.rms(), 0.6 * without.rms());
   EXPECT_LT(hard.rms(), 2);
   with.expect_true_sigmas("heading");
   hard.expect_true_sigmas("hard iron");
@@ -164,7 +169,7 @@ TEST(Aids, TwoAntennasTellTheHeadingAtRest) {
                                15 * kDegree};
     const Error e = error_at(c, filtered(c, true, guess), departure - 1);
     const Error alone = error_at(c, filtered(c, false, guess), departure - 1);
-    EXPECT_GT(std::abs(alone.heading), 10 * kDegree) << "nothing else tells it";
+    EXPECT_GT(std::abs(alone.heading), 5 * kDegree) << "nothing else tells it well";
     with.add(e.heading, e.heading_sigma);
   }
   fmt::print("heading at rest: {:.3f} deg rms; NEES {:.2f}\n", with.rms() / kDegree, with.nees());
