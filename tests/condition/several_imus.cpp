@@ -84,7 +84,7 @@ TEST(SeveralImus, ScalesOfTurnedUnitsStayOnTheirAxes) {
   Matrix3d across = Matrix3d::Zero();
   for (std::size_t u = 0; u < 3; ++u) {
     const Matrix3d R = u == 0 ? Matrix3d::Identity().eval()
-                              : so3_exp(Vector3d(0.05, -0.08, 0.06) * (u == 1 ? 1 : -1.5)).toRotationMatrix();
+                              : so3_exp(Vector3d(0.05, -0.08, 0.06) * (u == 1 ? 1 : 1.5)).toRotationMatrix();
     const Vector3d scale = 0.02 * Vector3d(1, -1, u == 1 ? 0.5 : -0.5);
     across += R * scale.asDiagonal() * R.transpose() / 3;
     ImuRecording imu;
