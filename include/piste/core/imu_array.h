@@ -60,9 +60,9 @@ UnitSplit split_errors(const UnitVector& weights, const UnitVector& sigma);
 /// 1-sigma of the error of a parity block: the root mean square of the units' sigmas.
 double parity_sigma(const UnitVector& sigma);
 
-/// How scales add to the output of a unit. They act along its own axes, which R turns into those of the first: there the
-/// output differs by R diag(s) Rᵀ u. Its diagonal, d, is what is told of its scales (`gyro_scale` and so on); the rest
-/// follows from it by s(d), the mean of all s of equal sigmas with that diagonal.
+/// How scales add to the output of a unit. They act along its own axes, which R turns into those of the first: there
+/// the output differs by R diag(s) Rᵀ u. Its diagonal, d, is what is told of its scales (`gyro_scale` and so on); the
+/// rest follows from it by s(d), the mean of all s of equal sigmas with that diagonal.
 class TurnedScale {
  public:
   explicit TurnedScale(const Matrix3d& R);

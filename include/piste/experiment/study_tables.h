@@ -88,8 +88,8 @@ struct Coverage {
 /// The coverage of all methods. Empty unless the campaign is simulated.
 std::vector<Coverage> coverage(const Study& study);
 
-/// How an IMU navigates if the replay estimates its errors itself (Method::kInTheFilter): root mean squares over the runs
-/// in which it has a score.
+/// How an IMU navigates if the replay estimates its errors itself (Method::kInTheFilter): root mean squares over the
+/// runs in which it has a score.
 struct ImuRow {
   std::string name;
   std::size_t runs = 0;

@@ -3,8 +3,9 @@
 ///
 ///     p_k = Σ_i L_ki y_i = Σ_i L_ki (s_i u + b_i + d_i) + noise,     u = (û − b̄ − d̄) / (1 + s̄)
 ///
-/// on every axis, for rates and for specific forces, with the errors of the units as core/imu_array.h splits them; s_i u
-/// stands for all that the scales of the unit do along its own axes (TurnedScale). The noise of p is not that of the mean û, which the filter mechanizes: with both it knows what all units measured.
+/// on every axis, for rates and for specific forces, with the errors of the units as core/imu_array.h splits them; s_i
+/// u stands for all that the scales of the unit do along its own axes (TurnedScale). The noise of p is not that of the
+/// mean û, which the filter mechanizes: with both it knows what all units measured.
 
 #include "piste/core/options.h"
 #include "piste/model/measurement.h"
