@@ -305,21 +305,23 @@ std::string coverage_json(const Study& study) {
 }  // namespace
 
 std::vector<StudyFile> study_csv(const Study& study) {
-  return {{"table_1.csv", bias_csv(study, Method::kRest)},
-          {"table_2.csv", before_after_csv(study)},
-          {"table_3.csv", joint_csv(study, StudyQuantity::kBias)},
-          {"table_4.csv", joint_csv(study, StudyQuantity::kScale)},
-          {"table_5.csv", correlation_csv(study)},
-          {"table_6.csv", bias_csv(study, Method::kBiasOnly)},
-          {"table_7.csv", ranking_csv(study)},
-          {"filter_bias.csv", bias_csv(study, Method::kMarkovSmoothed)},
-          {"estimates.csv", estimates_csv(study)},
-          {"imus.csv", imus_csv(study)},
-          {"as_one.csv", estimates_csv(of_all_as_one(study))},
-          {"comparisons.csv", comparisons_csv(study)},
-          {"coverage.csv", coverage_csv(study)},
-          {"timing.csv", timing_csv(study)},
-          {"phases.csv", phases_csv(study)}};
+  std::vector<StudyFile> out{{"table_1.csv", bias_csv(study, Method::kRest)},
+                             {"table_2.csv", before_after_csv(study)},
+                             {"table_3.csv", joint_csv(study, StudyQuantity::kBias)},
+                             {"table_4.csv", joint_csv(study, StudyQuantity::kScale)},
+                             {"table_5.csv", correlation_csv(study)},
+                             {"table_6.csv", bias_csv(study, Method::kBiasOnly)},
+                             {"table_7.csv", ranking_csv(study)},
+                             {"filter_bias.csv", bias_csv(study, Method::kMarkovSmoothed)},
+                             {"estimates.csv", estimates_csv(study)},
+                             {"comparisons.csv", comparisons_csv(study)},
+                             {"coverage.csv", coverage_csv(study)},
+                             {"timing.csv", timing_csv(study)},
+                             {"phases.csv", phases_csv(study)}};
+  if (study.as_one.empty()) return out;
+  out.push_back({"imus.csv", imus_csv(study)});
+  out.push_back({"as_one.csv", estimates_csv(of_all_as_one(study))});
+  return out;
 }
 
 std::string study_json(const Study& study) {
