@@ -43,22 +43,26 @@ Square product(const Square& A, const Square& B) {
 // Aᵀ X A
 Square turned(const Square& A, const Square& X) { return product(A.transpose(), product(X, A)); }
 
-// Does X ← Aᵀ X A + added n times, by doubling.
+Square symmetric(const Square& X) { return 0.5 * (X + X.transpose()); }
+
+// Does X ← Aᵀ X A + added n times, by doubling, for symmetric matrices.
 void recur(Square& X, Square A, Square added, int n) {
   for (;; A = product(A, A)) {
-    if (n % 2 == 1) X = turned(A, X) + added;
+    if (n % 2 == 1) X = symmetric(turned(A, X) + added);
     if ((n /= 2) == 0) return;
-    added += turned(A, added);
+    added = symmetric(added + turned(A, added));
   }
 }
 
+bool is_positive(const Square& X) { return X.allFinite() && X.llt().info() == Eigen::Success; }
+
 // No later fix tells more than all that is to be known, which is the inverse of the covariance: after an outage the
-// fixes before it would. `root`: of this covariance.
+// fixes before it would. Nor less than nothing. `root`: of this covariance.
 void bound_information(Square& information, const Eigen::LLT<Square>& root) {
-  const Square L = root.matrixL();
-  Square part = turned(L, information);
-  part = (0.5 * (part + part.transpose())).eval();
-  if ((Square::Identity(part.rows(), part.rows()) - part).llt().info() == Eigen::Success) return;
+  constexpr double kRounding = 1e-9;
+  const Square L = root.matrixL(), part = symmetric(turned(L, information));
+  const Square one = Square::Identity(part.rows(), part.rows());
+  if (is_positive(one - part) && is_positive(part + kRounding * one)) return;
   const Eigen::SelfAdjointEigenSolver<Square> known_part(part);
   const Square W = root.matrixU().solve(known_part.eigenvectors());
   information = W.lazyProduct(known_part.eigenvalues().cwiseMax(0).cwiseMin(1).asDiagonal() * W.transpose());
@@ -163,7 +167,7 @@ NoiseScore::Square NoiseScore::transition(double time, const Vector3d& force, co
 
 void NoiseScore::before_fix(const Estimate& x, const Covariance& P) {
   if (gyro_ + accel_ == 0 || duration_ == 0) return;
-  if (!std::exchange(counted_, true)) ++fixes_;
+  if (std::exchange(moved_, false)) ++fixes_;
   if (!before_ && duration_ >= kEvery) before_ = known(x, P);
 }
 
@@ -197,11 +201,11 @@ NoiseScore::Square NoiseScore::look_ahead(const Square& after, const Square& unt
   }
   const Square inverse = root.solve(Square::Identity(size_, size_));
   const Square kept = product(after, inverse), step = product(until, kept);
-  recur(later_, step, inverse - product(inverse, kept), fixes_);
+  recur(later_, step, symmetric(inverse - product(inverse, kept)), fixes_);
   recur(made_, step.transpose(), made, fixes_);
   if (!later_.allFinite()) later_ = inverse;
   bound_information(later_, root);
-  recur(found_, step, turned(later_, made), fixes_);
+  recur(found_, step, symmetric(turned(later_, made)), fixes_);
   // Nor is more of the errors made by this noise than there is, nor more found of it than is told.
   bound(made_, made_.cwiseProduct(inverse).sum() / size_);
   bound(found_, 2 * found_.cwiseProduct(*before_).sum() / later_.cwiseProduct(*before_).sum());
@@ -209,7 +213,6 @@ NoiseScore::Square NoiseScore::look_ahead(const Square& after, const Square& unt
 }
 
 std::optional<ToldByNoise> NoiseScore::after_fixes(const Estimate& x, const Covariance& P, const Vector3d& gravity) {
-  counted_ = false;
   if (!before_) return std::nullopt;
   const Vector3d pushed = (x.v_wb - velocity_) / duration_ - gravity;
   // The mean over the time between two fixes, by Simpson's rule.

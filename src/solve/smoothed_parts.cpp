@@ -176,7 +176,7 @@ void PartsSmoother::find_constants(const Covariance& P, const ErrorVector& mean,
     const int o = layout_.offset(b), size = info(b).size;
     const auto columns = P.middleCols(o, size);
     const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostStates, 3> weighted =
-        Lambda.lazyProduct(columns);
+        Lambda.transpose().lazyProduct(columns);  // symmetric: by columns
     of_constants_.block(o, o, size, size) = P.block(o, o, size, size) - columns.transpose().lazyProduct(weighted);
     correction_.segment(o, size) = mean.segment(o, size) - columns.transpose().lazyProduct(lambda);
     for (const Pair& pair : pairs_) {

@@ -75,6 +75,38 @@ TEST(NoiseScore, WaitsForHalfASecond) {
   }
 }
 
+TEST(NoiseScore, FixesAtRestDoNotCount) {
+  const FilterOptions options = options_with(kAll);
+  const StateLayout layout(options.estimate);
+  const auto told = [&](int at_rest) {
+    NoiseScore noise(options, layout);
+    std::optional<ToldByNoise> last;
+    for (int i = 0; i < 5; ++i) {
+      noise.add(0.2);
+      noise.before_fix({}, known(layout, 4e-4, 9e-4));
+      last = noise.after_fixes({}, known(layout, 1e-4, 1e-4), kNoGravity);
+      if (last) break;
+      for (int k = 0; k < at_rest; ++k) {
+        noise.before_fix({}, known(layout, 4e-4, 9e-4));
+        EXPECT_FALSE(noise.after_fixes({}, known(layout, 1e-4, 1e-4), kNoGravity));
+      }
+    }
+    return last.value().score;
+  };
+  EXPECT_EQ(told(500), told(0));
+}
+
+// Where the filter granted itself an error, its covariance has grown in a fix, which then tells nothing.
+TEST(NoiseScore, StaysBoundedWhereACovarianceGrows) {
+  FilterOptions options = options_with({Block::kGyroDrift, Block::kAccelDrift, Block::kGyroScale, Block::kAccelScale});
+  options.sensor.gyro.drift = options.sensor.accel.drift = {DriftProcess::Kind::kGaussMarkov, 1e-3, 60, 0};
+  const StateLayout layout(options.estimate);
+  const Covariance before = 1e-4 * test::Random(3).covariance(layout.size());
+  const ScaleScore score = told_of(options, before, 1.5 * before).score;
+  const Eigen::MatrixXd most = before.topLeftCorner(15, 15).inverse();
+  EXPECT_LT(score.cwiseAbs().maxCoeff(), 10 * most.norm() * 9e-6);
+}
+
 // The rate that turns the attitude is the measured one over 1 + s, and its derivative by s has this squared.
 TEST(NoiseScore, IsThatOfTheEstimatedScale) {
   const FilterOptions options = options_with(kAll);

@@ -85,13 +85,16 @@ class NoiseScore {
   /// A step of `dt` seconds with the measured rate and force as factors of the scales. `gyro` and `accel`: factors of
   /// the variances of the stated noise.
   void add(double dt, double gyro = 1, double accel = 1) {
-    duration_ += dt;
+    add_smoothed(dt);
     measured_ += dt;
     gyro_time_ += gyro * dt;
     accel_time_ += accel * dt;
   }
   /// The same about a reference, whose rate and force are smoothed.
-  void add_smoothed(double dt) { duration_ += dt; }
+  void add_smoothed(double dt) {
+    duration_ += dt;
+    moved_ = true;
+  }
   /// Call it before a fix is used.
   void before_fix(const Estimate& x, const Covariance& P);
   /// Call it when a fix is used of which Linearization::by_rate_noise says that it holds this noise. `x`, `u`: before
@@ -122,7 +125,7 @@ class NoiseScore {
   double measured_ = 0;                     // of it, about measured rates
   double gyro_time_ = 0, accel_time_ = 0;   // the latter as the factors weigh it
   int fixes_ = 0;                           // instants of them, likewise
-  bool counted_ = false;                    // whether the fixes of this instant are
+  bool moved_ = false;                      // since the last of these
   std::optional<Square> before_;
   // Sums since the last score: of the noise in Jacobians or in rotations, and of that in smoothed ones.
   struct Swing {
