@@ -46,7 +46,7 @@ Means means_of(const UnitTriad& first, const UnitTriad& unit, const std::vector<
     for (std::size_t k = window.begin; k < window.end; ++k) whole = whole && first.bad[k] == 0 && unit.bad[k] == 0;
     if (!whole) continue;
     out.signal.push_back(mean_over(first, window, intervals));
-    out.difference.push_back(mean_over(unit, window, intervals) - out.signal.back());
+    out.difference.emplace_back(mean_over(unit, window, intervals) - out.signal.back());
     out.duration.push_back(window.duration);
     out.since.push_back(since);
     since = 0;

@@ -209,6 +209,7 @@ std::string imus_table(const Study& study) {
   const std::vector<ImuRow> rows = imus_compared(study);
   if (rows.empty()) return paragraph(caption + ": no replay was scored.");
   std::vector<Row> lines;
+  lines.reserve(rows.size());
   for (const ImuRow& row : rows) {
     lines.push_back({row.name, fmt::format("{}", row.runs), digits(row.position_rmse, 3), digits(row.velocity_rmse, 3),
                      digits(kDegreesPerRadian * row.attitude_rmse, 3), digits(row.outage_drift, 3),

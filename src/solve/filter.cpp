@@ -384,7 +384,12 @@ void Filter::take_back_noise() {
 }
 
 void Filter::take_information(const Vector3d& information, Block scales) {
-  const std::optional<Update> u = taking(information, setup_->layout, scales, state_.P);
+  if (!setup_->layout.has(scales)) return;
+  // Not more than the fixes have told: what was known before them, noise does not take.
+  const Vector3d before = info(scales).prior(setup_->options).cwiseAbs2();
+  const Vector3d now = state_.P.diagonal().segment<3>(setup_->layout.offset(scales));
+  const Vector3d told = (now.cwiseInverse() - before.cwiseInverse()).cwiseMax(0);
+  const std::optional<Update> u = taking(information.cwiseMin(told), setup_->layout, scales, state_.P);
   if (!u) return;
   update(state_.P, *u);
   const ResetJacobian none = reset_jacobian(FullError::Zero());

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -66,6 +67,18 @@ void bound_information(Square& information, const Eigen::LLT<Square>& root) {
   const Eigen::SelfAdjointEigenSolver<Square> known_part(part);
   const Square W = root.matrixU().solve(known_part.eigenvectors());
   information = W.lazyProduct(known_part.eigenvalues().cwiseMax(0).cwiseMin(1).asDiagonal() * W.transpose());
+}
+
+// The covariance for a given value of the three states from `first` on, beside which theirs stays.
+void hold(Square& all, int first) {
+  using Columns = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 30, 3>;
+  const Columns with = all.middleCols<3>(first);
+  const Matrix3d own = with.middleRows<3>(first);
+  const Columns weighted = with.lazyProduct(own.inverse());
+  all -= weighted.lazyProduct(with.transpose());
+  all.middleCols<3>(first).setZero();
+  all.middleRows<3>(first).setZero();
+  all.block<3, 3>(first, first) = own;
 }
 
 // Eliminates the first `count` rows of a symmetric matrix, of which the lower half is there.
@@ -138,6 +151,9 @@ NoiseScore::Square NoiseScore::known(const Estimate& x, const Covariance& P) con
   eliminate(C.data(), P.rows(), count);
   Square all = C.bottomRightCorner(size_, size_).selfadjointView<Eigen::Lower>();
   const Matrix3d T = ordinary_from_invariant(x).block<3, 3>(kVelocity, kAttitude);
+  for (const int drift : {gyro_drift_, accel_drift_}) {
+    if (drift > 0 && !(lasted_ > laws_[place(drift)].correlation_time)) hold(all, drift);
+  }
   all.middleRows<3>(kVelocity) += T.lazyProduct(all.middleRows<3>(kAttitude)).eval();
   all.middleCols<3>(kVelocity) += all.middleCols<3>(kAttitude).lazyProduct(T.transpose()).eval();
   return all;
@@ -146,18 +162,19 @@ NoiseScore::Square NoiseScore::known(const Estimate& x, const Covariance& P) con
 // Over a time with a mean specific force in the world frame.
 NoiseScore::Square NoiseScore::transition(double time, const Vector3d& force, const Estimate& x) const {
   const Matrix3d swing = skew(force), R = x.R_wb();
+  const auto counts = [&](int first) { return first > 0 && lasted_ > laws_[place(first)].correlation_time; };
   Square Phi = Square::Identity(size_, size_);
   Phi.block<3, 3>(0, kVelocity).diagonal().setConstant(time);
   Phi.block<3, 3>(kVelocity, kAttitude) = -time * swing;
   Phi.block<3, 3>(0, kAttitude) = -0.5 * time * time * swing;
   for (int k = kNavigation; k < size_; ++k) Phi(k, k) = discretise(laws_[place(k)], time).transition;
-  if (gyro_drift_ > 0) {
+  if (counts(gyro_drift_)) {
     const Matrix3d gyro = -R * (1 + x.gyro_scale.array()).inverse().matrix().asDiagonal();
     Phi.block<3, 3>(kAttitude, gyro_drift_) = time * gyro;
     Phi.block<3, 3>(kVelocity, gyro_drift_) = -0.5 * time * time * swing * gyro;
     Phi.block<3, 3>(0, gyro_drift_) = -time * time * time / 6 * swing * gyro;
   }
-  if (accel_drift_ > 0) {
+  if (counts(accel_drift_)) {
     const Matrix3d accel = -R * (1 + x.accel_scale.array()).inverse().matrix().asDiagonal();
     Phi.block<3, 3>(kVelocity, accel_drift_) = time * accel;
     Phi.block<3, 3>(0, accel_drift_) = 0.5 * time * time * accel;
@@ -200,7 +217,8 @@ NoiseScore::Square NoiseScore::look_ahead(const Square& after, const Square& unt
     return Square::Identity(size_, size_);
   }
   const Square inverse = root.solve(Square::Identity(size_, size_));
-  const Square kept = product(after, inverse), step = product(until, kept);
+  Square kept = product(after, inverse);
+  const Square step = product(until, kept);
   recur(later_, step, symmetric(inverse - product(inverse, kept)), fixes_);
   recur(made_, step.transpose(), made, fixes_);
   if (!later_.allFinite()) later_ = inverse;
@@ -226,21 +244,30 @@ std::optional<ToldByNoise> NoiseScore::after_fixes(const Estimate& x, const Cova
     const Columns turning = untils[i].middleCols<3>(kAttitude);
     made += weights[i] * gyro_ * interval * turning.lazyProduct(turning.transpose());
   }
-  const Square after = known(x, P), kept = look_ahead(after, until, made);
+  const Square kept = look_ahead(known(x, P), until, made);
   // Where the filter admitted an error of its own, the covariance has grown, and this is no I − K H.
   if (kept.trace() > size_) forget_swings();
   const Matrix3d R = x.R_wb();
   Vector6d noise = Vector6d::Zero(), drift = Vector6d::Zero();
-  const Square ahead = product(later_, product(until, after));
+  // Λ Φ P_d. In the covariance before the fix, Φ P_d has decayed with the drift, which has grown by its own noise.
+  const auto of_drift = [&](int first) -> Columns {
+    const DiscreteProcess d = discretise(laws_[place(first)], interval);
+    Columns carried = before_->middleCols<3>(first);
+    carried.middleRows<3>(first).diagonal().array() -= d.variance;
+    return later_.lazyProduct(carried / d.transition);
+  };
+  const auto counts = [&](int first) { return first > 0 && lasted_ > laws_[place(first)].correlation_time; };
+  const Columns of_gyro = counts(gyro_drift_) ? of_drift(gyro_drift_) : Columns::Zero(size_, 3);
+  const Columns of_accel = counts(accel_drift_) ? of_drift(accel_drift_) : Columns::Zero(size_, 3);
   for (std::size_t i = 0; i < 3; ++i) {
     const Columns turning = untils[i].middleCols<3>(kAttitude) * R, moving = untils[i].middleCols<3>(kVelocity) * R;
-    const auto add_to = [&](Vector6d& sum, int triad, const Columns& by, const Columns& seen) {
+    const auto add_to = [&](Vector6d& sum, Eigen::Index triad, const Columns& by, const Columns& seen) {
       sum.segment<3>(3 * triad) += weights[i] * by.cwiseProduct(seen).colwise().sum().transpose();
     };
     add_to(noise, 0, turning, later_.lazyProduct(turning));
     add_to(noise, 1, moving, later_.lazyProduct(moving));
-    if (gyro_drift_ > 0) add_to(drift, 0, turning, ahead.middleCols<3>(gyro_drift_));
-    if (accel_drift_ > 0) add_to(drift, 1, moving, ahead.middleCols<3>(accel_drift_));
+    add_to(drift, 0, turning, of_gyro);
+    add_to(drift, 1, moving, of_accel);
   }
   noise.head<3>() *= gyro_ * gyro_time_;
   noise.tail<3>() *= accel_ * accel_time_;

@@ -24,7 +24,8 @@
 ///     −T diag(Gᵀ Λ Φ P_d) (1 + s)⁻²
 ///
 /// with the covariance P_d of all these errors with that of the drift. With an accelerometer's drift of minutes this
-/// is as much as the noise adds.
+/// is as much as the noise adds. It counts once the motion has lasted for the drift's correlation time: before, a drift
+/// is as good as a bias, of which the filter knows no more.
 ///
 /// The effect of a scale seems larger than it is, too, by the noise in the rate: of the information J + F that fixes
 /// seem to have of it,
@@ -93,6 +94,7 @@ class NoiseScore {
   /// The same about a reference, whose rate and force are smoothed.
   void add_smoothed(double dt) {
     duration_ += dt;
+    lasted_ += dt;
     moved_ = true;
   }
   /// Call it before a fix is used.
@@ -121,6 +123,7 @@ class NoiseScore {
   std::array<int, kMost> states_{};
   std::array<DriftProcess, kMost> laws_{};
   int gyro_drift_ = -1, accel_drift_ = -1;  // first states, −1: none
+  double lasted_ = 0;                       // all motion [s]
   double duration_ = 0;                     // since the last score
   double measured_ = 0;                     // of it, about measured rates
   double gyro_time_ = 0, accel_time_ = 0;   // the latter as the factors weigh it
