@@ -284,7 +284,7 @@ std::optional<ToldByNoise> NoiseScore::after_fixes(const Estimate& x, const Cova
   X += told_by(smoothed_, later_ - 2 * found_) - 2 * later_.lazyProduct(held);
   Vector6d factor;
   factor << 1 + x.gyro_scale.array(), 1 + x.accel_scale.array();
-  ToldByNoise told{noise, 2 * noise.array() * factor.array().pow(-4)};
+  ToldByNoise told{noise, noise.array() * factor.array().pow(-4)};
   told.score.head<3>() += gyro_ * (R.transpose() * X.middleRows<3>(kAttitude)).diagonal();
   told.score.array() *= factor.array().pow(-3);
   told.score.array() -= drift.array() * factor.array().pow(-2);

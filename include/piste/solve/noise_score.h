@@ -32,14 +32,10 @@
 ///
 ///     F = q T diag(Gᵀ Λ G) (1 + s)⁻⁴
 ///
-/// is none. An error of variance V is pulled to zero by J alone, while what moves it at random has all of J + F:
-///
-///     dV/dt = −2 P J V + P² (J + F)
-///
-/// With 2 F taken from it, as an update with the negative noise −1 / (2 F) does, the covariance P follows the same
-/// equation and is that of the error. (Where F is more than J, fixes tell less than they seem to in any case, and P
-/// grows.) The rate in the Jacobian of a velocity does not count: it is shrunk by as much as its noise makes it larger
-/// (beyond_noise()).
+/// is none, and is taken from the covariance by an update whose noise has the negative variance −1/F. What moves the
+/// estimate at random has all of J + F, so that its variance is still larger than the covariance by F/J. To take 2 F
+/// would make the two equal, at the price of larger errors: fixes of long ago would count for less. The rate in the
+/// Jacobian of a velocity does not count: it is shrunk by as much as its noise makes it larger (beyond_noise()).
 ///
 /// The velocity of an antenna holds the same noise, as the rate swings the antenna about the IMU: its residual has −M
 /// n, so that the fix moves the errors by K M n. This meets the noise in the rotation, and that in the rate of the
@@ -73,7 +69,7 @@ using ScaleScore = Eigen::Matrix<double, 6, 1>;
 /// What the noise has told of the scales.
 struct ToldByNoise {
   ScaleScore score;        ///< by which its fixes have moved them, times their information
-  ScaleScore information;  ///< that is to be taken from each of them: 2 F
+  ScaleScore information;  ///< that its fixes have only seemed to have, of each of them
 };
 
 /// Keeps how long the body has moved since the last fix, and what was known before it.
