@@ -123,6 +123,7 @@ struct SumTie {
   }
 };
 
+/// compare(), solved for the end block by block: no inverse of a whole matrix. SI, the world frame; the same arguments.
 SumTie tie_ends(const ImuSum& sum, const Eigen::Matrix<double, 18, 1>& change, const Estimate& start,
                 const Estimate& end, const Vector3d& earth_rate, const Gravity& gravity);
 
