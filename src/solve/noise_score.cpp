@@ -20,8 +20,7 @@ constexpr std::array kScales{Block::kGyroScale, Block::kAccelScale};
 constexpr int kVelocity = 3, kAttitude = 6;  // among the errors of navigation
 constexpr double kEvery = 0.5;  // s between two scores at least: several fixes of a fast receiver at a time
 
-using Square = NoiseScore::Square;
-using Columns = NoiseScore::Columns;
+using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 30, 30>;
 
 std::size_t place(int k) { return static_cast<std::size_t>(k); }
 
@@ -72,6 +71,7 @@ void bound_information(Square& information, const Eigen::LLT<Square>& root) {
 
 // The covariance for a given value of the three states from `first` on, beside which theirs stays.
 void hold(Square& all, int first) {
+  using Columns = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 30, 3>;
   const Columns with = all.middleCols<3>(first);
   const Matrix3d own = with.middleRows<3>(first);
   const Columns weighted = with.lazyProduct(own.inverse());
@@ -132,11 +132,8 @@ void NoiseScore::forget_swings() {
   for (Columns* m : {&noisy_.corrected, &noisy_.seen, &smoothed_.corrected, &smoothed_.seen}) m->setZero(size_, 3);
 }
 
-// Whether the drift is there, and has had time to differ from a bias.
-bool NoiseScore::counts(int drift) const { return drift > 0 && lasted_ > laws_[place(drift)].correlation_time; }
-
 // For given constants: what a bias hides of the tilt is not what the noise turns.
-Square NoiseScore::known(const Estimate& x, const Covariance& P) const {
+NoiseScore::Square NoiseScore::known(const Estimate& x, const Covariance& P) const {
   // The constants first; eliminating them leaves the covariance of the others for given values of them (Schur's
   // complement). Only the lower half is there.
   std::array<bool, kMostStates> changes{};
@@ -155,7 +152,7 @@ Square NoiseScore::known(const Estimate& x, const Covariance& P) const {
   Square all = C.bottomRightCorner(size_, size_).selfadjointView<Eigen::Lower>();
   const Matrix3d T = ordinary_from_invariant(x).block<3, 3>(kVelocity, kAttitude);
   for (const int drift : {gyro_drift_, accel_drift_}) {
-    if (drift > 0 && !counts(drift)) hold(all, drift);
+    if (drift > 0 && !(lasted_ > laws_[place(drift)].correlation_time)) hold(all, drift);
   }
   all.middleRows<3>(kVelocity) += T.lazyProduct(all.middleRows<3>(kAttitude)).eval();
   all.middleCols<3>(kVelocity) += all.middleCols<3>(kAttitude).lazyProduct(T.transpose()).eval();
@@ -163,8 +160,9 @@ Square NoiseScore::known(const Estimate& x, const Covariance& P) const {
 }
 
 // Over a time with a mean specific force in the world frame.
-Square NoiseScore::transition(double time, const Vector3d& force, const Estimate& x) const {
+NoiseScore::Square NoiseScore::transition(double time, const Vector3d& force, const Estimate& x) const {
   const Matrix3d swing = skew(force), R = x.R_wb();
+  const auto counts = [&](int first) { return first > 0 && lasted_ > laws_[place(first)].correlation_time; };
   Square Phi = Square::Identity(size_, size_);
   Phi.block<3, 3>(0, kVelocity).diagonal().setConstant(time);
   Phi.block<3, 3>(kVelocity, kAttitude) = -time * swing;
@@ -212,7 +210,7 @@ void NoiseScore::swung(const Estimate& x, const Update& u, const Linearization& 
 // Λ before this fix, from the one before the fixes since the last score. All of them count as this one, and `until` is
 // the transition between two. N likewise, of which `made` comes between two fixes.
 // Returns I − K H.
-Square NoiseScore::look_ahead(const Square& after, const Square& until, const Square& made) {
+NoiseScore::Square NoiseScore::look_ahead(const Square& after, const Square& until, const Square& made) {
   const Eigen::LLT<Square> root(*before_);
   if (root.info() != Eigen::Success) {
     for (Square* m : {&later_, &made_, &found_}) m->setZero();
@@ -258,6 +256,7 @@ std::optional<ToldByNoise> NoiseScore::after_fixes(const Estimate& x, const Cova
     carried.middleRows<3>(first).diagonal().array() -= d.variance;
     return later_.lazyProduct(carried / d.transition);
   };
+  const auto counts = [&](int first) { return first > 0 && lasted_ > laws_[place(first)].correlation_time; };
   const Columns of_gyro = counts(gyro_drift_) ? of_drift(gyro_drift_) : Columns::Zero(size_, 3);
   const Columns of_accel = counts(accel_drift_) ? of_drift(accel_drift_) : Columns::Zero(size_, 3);
   for (std::size_t i = 0; i < 3; ++i) {

@@ -75,13 +75,6 @@ struct ToldByNoise {
 /// Keeps how long the body has moved since the last fix, and what was known before it.
 class NoiseScore {
  public:
-  static constexpr int kMost = 30;
-  /// A covariance, or information, of what changes: the errors of position, velocity (its own, not the invariant one)
-  /// and attitude, and those that are processes.
-  using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMost, kMost>;
-  /// Three columns of one.
-  using Columns = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMost, 3>;
-
   NoiseScore() = default;
   /// Where a reference attitude is measured, its fixes mend the gyroscopes' rate (rate_mending.h).
   NoiseScore(const FilterOptions& options, const StateLayout& layout);
@@ -110,12 +103,15 @@ class NoiseScore {
   std::optional<ToldByNoise> after_fixes(const Estimate& x, const Covariance& P, const Vector3d& gravity);
 
  private:
-  static constexpr int kNavigation = 9;
+  static constexpr int kNavigation = 9, kMost = 30;
+  /// A covariance, or information, of what changes: the errors of position, velocity (its own, not the invariant one)
+  /// and attitude, and those that are processes.
+  using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMost, kMost>;
+  using Columns = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMost, 3>;
   Square known(const Estimate& x, const Covariance& P) const;
   Square transition(double time, const Vector3d& force, const Estimate& x) const;
   Square look_ahead(const Square& after, const Square& until, const Square& made);
   void forget_swings();
-  bool counts(int drift) const;
 
   double gyro_ = 0, accel_ = 0;  // densities of the white noise, squared; 0 where the scale is not estimated
   // Of what changes: how much there is, its places in a StateLayout, and behind navigation the process of each.
