@@ -117,7 +117,7 @@ const NavigationScore* own_score(const SensorRun& run) {
 }
 
 // Of these runs of an IMU, those in which it has a score.
-ImuRow imu_row(std::string name, const std::vector<const SensorRun*>& runs) {
+ImuCompared imu_row(std::string name, const std::vector<const SensorRun*>& runs) {
   std::vector<double> position, velocity, attitude, drift;
   for (const SensorRun* run : runs) {
     const NavigationScore* score = own_score(*run);
@@ -139,8 +139,8 @@ ImuRow imu_row(std::string name, const std::vector<const SensorRun*>& runs) {
 
 }  // namespace
 
-std::vector<ImuRow> imus_compared(const Study& study) {
-  std::vector<ImuRow> out;
+std::vector<ImuCompared> imus_compared(const Study& study) {
+  std::vector<ImuCompared> out;
   std::vector<double> attitude, drift;  // of the single IMUs, in the runs of all as one
   std::vector<const SensorRun*> together;
   for (const SensorRun& run : study.as_one) {
@@ -148,17 +148,17 @@ std::vector<ImuRow> imus_compared(const Study& study) {
   }
   for (std::size_t sensor = 0; sensor < study.sensors.size(); ++sensor) {
     auto runs = runs_of(study, sensor);
-    if (ImuRow row = imu_row(study.sensors[sensor], runs); row.runs > 0) out.push_back(std::move(row));
+    if (ImuCompared row = imu_row(study.sensors[sensor], runs); row.runs > 0) out.push_back(std::move(row));
     std::erase_if(runs, [&](const SensorRun* single) {
       return std::ranges::none_of(together, [&](const SensorRun* run) { return run->run == single->run; });
     });
-    const ImuRow beside = imu_row("", runs);
+    const ImuCompared beside = imu_row("", runs);
     if (beside.runs == 0) continue;
     attitude.push_back(beside.attitude_rmse);
     if (std::isfinite(beside.outage_drift)) drift.push_back(beside.outage_drift);
   }
   if (together.empty()) return out;
-  ImuRow row = imu_row(std::string(kAsOne), together);
+  ImuCompared row = imu_row(std::string(kAsOne), together);
   if (!attitude.empty()) row.attitude_over_single = row.attitude_rmse / mean(attitude);
   if (!drift.empty()) row.drift_over_single = row.outage_drift / mean(drift);
   out.push_back(std::move(row));

@@ -108,7 +108,7 @@ std::string imus_csv(const Study& study) {
   std::string out =
       "sensor,runs,position_rmse_m,velocity_rmse_m_s,attitude_rmse_deg,outage_drift_m,attitude_over_single,"
       "outage_drift_over_single\n";
-  for (const ImuRow& r : imus_compared(study)) {
+  for (const ImuCompared& r : imus_compared(study)) {
     add(out, {text(r.name), count(r.runs), number(r.position_rmse), number(r.velocity_rmse),
               number(kDegreesPerRadian * r.attitude_rmse), number(r.outage_drift), number(r.attitude_over_single),
               number(r.drift_over_single)});
@@ -275,7 +275,7 @@ std::string ranking_json(const Study& study) {
 
 std::string imus_json(const Study& study) {
   std::vector<std::string> rows;
-  for (const ImuRow& r : imus_compared(study)) {
+  for (const ImuCompared& r : imus_compared(study)) {
     rows.push_back(json::object({{"name", json::string(r.name)},
                                  {"runs", count(r.runs)},
                                  {"position_rmse_m", json::number(r.position_rmse)},

@@ -206,11 +206,11 @@ std::string ranking_table(const Ranking& ranking) {
 std::string imus_table(const Study& study) {
   const std::string caption =
       "The IMUs compared, and all as one: navigation of a replay that estimates the errors of its IMU itself";
-  const std::vector<ImuRow> rows = imus_compared(study);
+  const std::vector<ImuCompared> rows = imus_compared(study);
   if (rows.empty()) return paragraph(caption + ": no replay was scored.");
   std::vector<Row> lines;
   lines.reserve(rows.size());
-  for (const ImuRow& row : rows) {
+  for (const ImuCompared& row : rows) {
     lines.push_back({row.name, fmt::format("{}", row.runs), digits(row.position_rmse, 3), digits(row.velocity_rmse, 3),
                      digits(kDegreesPerRadian * row.attitude_rmse, 3), digits(row.outage_drift, 3),
                      number(row.attitude_over_single, 2), number(row.drift_over_single, 2)});

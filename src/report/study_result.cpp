@@ -134,9 +134,9 @@ std::vector<std::string> findings_of(const Study& study) {
 
 /// What taking all IMUs as one brings.
 std::string as_one(const Study& study) {
-  const std::vector<ImuRow> rows = imus_compared(study);
+  const std::vector<ImuCompared> rows = imus_compared(study);
   if (rows.empty() || !std::isfinite(rows.back().attitude_over_single)) return {};
-  const ImuRow& row = rows.back();
+  const ImuCompared& row = rows.back();
   std::size_t most = 0;
   for (const SensorRun& run : study.as_one) most = std::max(most, run.units.size());
   std::string out = fmt::format("<p>Taken as one, the IMUs have {:.2f} times the attitude error of a single one",

@@ -67,11 +67,11 @@ std::string ranking_text(const Study& study) {
 }
 
 std::string imus_text(const Study& study) {
-  const std::vector<ImuRow> rows = imus_compared(study);
+  const std::vector<ImuCompared> rows = imus_compared(study);
   if (rows.empty()) return "";
   std::string out = fmt::format("{:<32}{:>7}{:>12}{:>14}{:>14}{:>11}\n", "each IMU, errors estimated", "runs",
                                 "position m", "velocity m/s", "attitude deg", "outage m");
-  for (const ImuRow& r : rows) {
+  for (const ImuCompared& r : rows) {
     const auto drift = std::isfinite(r.outage_drift) ? fmt::format("{:.2f}", r.outage_drift) : std::string("-");
     out += fmt::format("{:<32}{:>7}{:>12.3f}{:>14.3f}{:>14.3f}{:>11}", r.name, r.runs, r.position_rmse, r.velocity_rmse,
                        kDegreesPerRadian * r.attitude_rmse, drift);

@@ -1,4 +1,5 @@
-// Links with piste::batch. Every header of its front door stands here, as those of piste/piste.h in main.cpp.
+// Links with piste::batch. Every header of its front door stands here, as those of piste/piste.h in main.cpp. Both
+// front doors are open, as in a program that replays and then studies: no name may mean two things.
 
 #include "piste/batch.h"
 
@@ -7,6 +8,7 @@
 #include <limits>
 
 #include "address.h"
+#include "piste/piste.h"
 
 namespace {
 

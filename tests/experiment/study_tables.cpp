@@ -317,7 +317,7 @@ TEST(ImusCompared, HaveAllAsOneLastAndOverTheMeanOfTheSingleOnesInTheSameRuns) {
   together.units = {"S1", "S2"};
   together.scores = {{Method::kInTheFilter, 0.5, 0.5, 1, 3}};
   study.as_one = {together};
-  const std::vector<ImuRow> rows = imus_compared(study);
+  const std::vector<ImuCompared> rows = imus_compared(study);
   ASSERT_EQ(rows.size(), 3U);
   EXPECT_EQ(rows[0].name, "S1");
   EXPECT_EQ(rows[0].runs, 2U);

@@ -90,7 +90,7 @@ std::vector<Coverage> coverage(const Study& study);
 
 /// How an IMU navigates if the replay estimates its errors itself (Method::kInTheFilter): root mean squares over the
 /// runs in which it has a score.
-struct ImuRow {
+struct ImuCompared {
   std::string name;
   std::size_t runs = 0;
   double position_rmse = 0, velocity_rmse = 0, attitude_rmse = 0;  ///< [m], [m/s], [rad]
@@ -99,7 +99,7 @@ struct ImuRow {
   double attitude_over_single = 0, drift_over_single = 0;
 };
 /// The IMUs beside one another, in the order of the study, and last all as one, if they were replayed.
-std::vector<ImuRow> imus_compared(const Study& study);
+std::vector<ImuCompared> imus_compared(const Study& study);
 
 /// Effect of a timing error: the change of the correction scale' against no delay. It is averaged over the sensors of
 /// each run, and then over the runs.
