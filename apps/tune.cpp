@@ -19,7 +19,8 @@ void run(const AppArguments& arguments, Progress& progress) {
   const ReplayConfig config = read_replay_config(arguments.input);
   OutputFolder output(arguments.output);
   progress.start("tuning", static_cast<std::size_t>(kSteps), "%");
-  const TuneOptions how{.jobs = static_cast<std::size_t>(arguments.integers.at("jobs"))};
+  const TuneOptions how{.jobs = static_cast<std::size_t>(arguments.integers.at("jobs")),
+                        .hold_out = static_cast<double>(arguments.integers.at("hold-out"))};
   const Tuning found = tune(read_recording(config), replay_options(config), how,
                             [&](double part) { progress.update(static_cast<std::size_t>(kSteps * part)); });
   progress.clear();
@@ -36,6 +37,8 @@ int main(int argc, char** argv) {
   return piste::run_app(
       {.name = "tune",
        .summary = "White noise, drift and GNSS errors for which the innovations of a replay are likeliest.",
-       .integers = {{"jobs", "filter runs at a time; the results do not depend on it", cores, 1, "one for each core"}}},
+       .integers = {{"jobs", "filter runs at a time; the results do not depend on it", cores, 1, "one for each core"},
+                    {"hold-out", "of each two stretches of so many seconds the second is not fitted to, and judged",
+                     0}}},
       argc, argv, piste::run);
 }

@@ -144,18 +144,21 @@ def tune(
     /,
     *,
     jobs: int = _piste.cores,
+    hold_out: float = 0,
     output: Path | None = None,
     progress: Progress | bool | None = None,
     **keys: Any,
 ) -> dict[str, Any]:
     """The noise for which the innovations of a replay are likeliest: tune.json, and `text`.
 
+    Of each two stretches of `hold_out` seconds the second is not fitted to, and `nis` is that of these; 0: all is.
+
     `output` needs a configuration file, on which the replay.yaml there builds.
     """
     if keys and output is not None:
         raise ConfigError("the replay.yaml in `output` builds on a file; leave the keywords out, or `output`", "output")
     parsed, _ = configuration(config, keys)
-    found, text = _piste.tune(parsed, jobs, _folder(output), told(progress))
+    found, text = _piste.tune(parsed, jobs, hold_out, _folder(output), told(progress))
     return {**json.loads(found), "text": text}
 
 

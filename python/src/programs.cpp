@@ -237,17 +237,18 @@ void bind_programs(nb::module_& m) {
 
   m.def(
       "tune",
-      [](const Configuration& configuration, std::size_t jobs, const std::optional<std::string>& folder,
-         const nb::object& progress) {
+      [](const Configuration& configuration, std::size_t jobs, double hold_out,
+         const std::optional<std::string>& folder, const nb::object& progress) {
         return interruptible(progress, [&](Told& told) {
           const ReplayConfig config = read_replay_config(configuration.config);
-          const Tuning found =
-              tune(read_recording(config), replay_options(config), TuneOptions{.jobs = jobs}, part(told, "tuning"));
+          const TuneOptions how{.jobs = jobs, .hold_out = hold_out};
+          const Tuning found = tune(read_recording(config), replay_options(config), how, part(told, "tuning"));
           write_into(folder, [&](OutputFolder& output) { write_tuning(output, config, found); });
           return std::pair(tune_json(found), tuning_text(found));
         });
       },
-      nb::arg("configuration"), nb::arg("jobs"), nb::arg("folder").none(), nb::arg("progress") = nb::none());
+      nb::arg("configuration"), nb::arg("jobs"), nb::arg("hold_out"), nb::arg("folder").none(),
+      nb::arg("progress") = nb::none());
 
   m.def(
       "study",

@@ -1,12 +1,20 @@
 #include "piste/core/recording.h"
 
 namespace piste {
+namespace {
 
-void scale_sigmas(GnssRecording& gnss, double position, double velocity) {
-  for (GeodeticFix& fix : gnss.fixes) {
-    fix.sigma_position *= position;
-    if (fix.velocity) fix.velocity->sigma *= velocity;
+template <typename Fix>
+void scale(std::vector<Fix>& fixes, const SigmaScales& by) {
+  for (Fix& fix : fixes) {
+    fix.sigma_position *= by.position;
+    fix.sigma_position.z() *= by.height;
+    if (fix.velocity) fix.velocity->sigma *= by.velocity;
   }
 }
+
+}  // namespace
+
+void scale_sigmas(std::vector<GeodeticFix>& fixes, const SigmaScales& by) { scale(fixes, by); }
+void scale_sigmas(std::vector<GnssFix>& fixes, const SigmaScales& by) { scale(fixes, by); }
 
 }  // namespace piste

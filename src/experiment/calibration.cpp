@@ -150,8 +150,7 @@ class Calibrator {
                        .velocity_delay = late_velocities() ? best_.velocity_delay() : 0,
                        .velocity_delay_sigma = late_velocities() ? best_.velocity_delay_sigma() : 0,
                        .sensor = options_.sensor,
-                       .sigma_scale = noise_ ? noise_->position() : 1,
-                       .sigma_velocity_scale = noise_ ? noise_->velocity : 1,
+                       .sigma_scales = noise_ ? noise_->scales() : SigmaScales{},
                        .drift = options_.gnss.front().drift,
                        .used = best_.used,
                        .rejected = best_.rejected};
@@ -214,7 +213,7 @@ class Calibrator {
 
   void take_fixes(double floor) {
     fixes_ = recording_;
-    if (noise_) scale_sigmas(fixes_.gnss.front(), noise_->position(), noise_->velocity);
+    if (noise_) scale_sigmas(fixes_.gnss.front().fixes, noise_->scales());
     for (GeodeticFix& fix : fixes_.gnss.front().fixes) {
       fix.sigma_position = fix.sigma_position.cwiseMax(floor);
       if (fix.velocity) fix.velocity->sigma = fix.velocity->sigma.cwiseMax(floor);
@@ -290,7 +289,7 @@ std::optional<Calibration> calibrate(const Recording& recording, ConditioningOpt
   options.gnss.front().drift = first.drift;
   options.estimate = with_implied_blocks(options, options.estimate);
   Recording scaled = recording;
-  scale_sigmas(scaled.gnss.front(), first.sigma_scale, first.sigma_velocity_scale);
+  scale_sigmas(scaled.gnss.front().fixes, first.sigma_scales);
   const double drift = drift_beside(scaled, first, conditioning, options, early, late, arm_prior);
   if (drift == 0) return first;
   // The offset is that of the first row.
@@ -301,8 +300,7 @@ std::optional<Calibration> calibrate(const Recording& recording, ConditioningOpt
   if (!drifting.locate()) return first;
   Calibration again = calibration_of(drifting);
   if (!again.fits()) return first;
-  again.sigma_scale = first.sigma_scale;
-  again.sigma_velocity_scale = first.sigma_velocity_scale;
+  again.sigma_scales = first.sigma_scales;
   return again;
 }
 

@@ -128,7 +128,7 @@ struct WholeLog {
     replayed.conditioning.imu.clock_offset = found.clock_offset;
     replayed.conditioning.imu.clock_drift = found.clock_drift;
     Recording scaled = recording;
-    scale_sigmas(scaled.gnss.front(), found.sigma_scale, found.sigma_velocity_scale);
+    scale_sigmas(scaled.gnss.front().fixes, found.sigma_scales);
     try {
       Solution run = replay(scaled, replayed).filtered.solution;
       if (!run.empty()) return run;
@@ -172,9 +172,9 @@ std::optional<Calibration> settled(const Recording& recording, const Conditionin
     }
     const double position = growth(*run, "gnss[0].position"), velocity = growth(*run, "gnss[0].velocity");
     if (position == 1 && velocity == 1) return found;
-    found.sigma_scale *= position;
+    found.sigma_scales.position *= position;
     if (found.drift) found.drift->sigma *= position;
-    found.sigma_velocity_scale *= velocity;
+    found.sigma_scales.velocity *= velocity;
   }
   return found;
 }

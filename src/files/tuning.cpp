@@ -62,10 +62,13 @@ std::string replay_yaml(const ReplayConfig& config, const Tuning& tuning, const 
   add_sources(out, config, folder, "gnss", [&](YAML::Node node, std::size_t i) {
     const ReceiverNoise& noise = tuning.noise.gnss[i];
     const LogFile& log = config.gnss[i];
-    if (noise.position() != 1) node["sigma_scale"] = fmt::format("{:.3g}", log.sigma_scale * noise.position());
-    if (noise.velocity != 1) {
-      node["sigma_velocity_scale"] = fmt::format("{:.3g}", log.sigma_velocity_scale * noise.velocity);
-    }
+    const SigmaScales by = noise.scales();
+    const auto scale = [&node](const char* key, double stated, double factor) {
+      if (factor != 1) node[key] = fmt::format("{:.3g}", stated * factor);
+    };
+    scale("sigma_scale", log.sigma_scales.position, by.position);
+    scale("sigma_height_scale", log.sigma_scales.height, by.height);
+    scale("sigma_velocity_scale", log.sigma_scales.velocity, by.velocity);
     if (const auto drift = noise.process()) {
       node["drift"]["sigma"] =
           fmt::format("{:.3g} {:.3g} {:.3g} m", drift->sigma.x(), drift->sigma.y(), drift->sigma.z());
@@ -122,6 +125,7 @@ std::string tune_json(const Tuning& tuning) {
                                                                    {"penalty", json::number(tuning.drift_penalty, 6)},
                                                                    {"kept", json::boolean(kept)}})
                                                    : "null"},
+                       {"held_out_s", json::number(tuning.held_out)},
                        {"nis", json::object(nis, 1)}},
                       0) +
          '\n';
@@ -141,7 +145,8 @@ std::string tuning_text(const Tuning& tuning) {
   };
   beside("gyroscopes", tuning.at_rest.gyro, tuning.noise.sensor.gyro.noise, kGyroUnits);
   beside("accelerometers", tuning.at_rest.accel, tuning.noise.sensor.accel.noise, kAccelUnits);
-  for (const SourceNis& s : tuning.nis) text += fmt::format("mean NIS of {}: {:.2f}\n", s.source, s.mean);
+  const std::string_view where = tuning.held_out > 0 ? ", held out" : "";
+  for (const SourceNis& s : tuning.nis) text += fmt::format("mean NIS of {}{}: {:.2f}\n", s.source, where, s.mean);
   return text;
 }
 

@@ -67,12 +67,17 @@ std::string receiver_noise(const Calibration& found) {
   constexpr double kRight = 0.1;
   const auto wrong = [](double scale) { return std::abs(scale - 1) > kRight; };
   std::string text;
-  if (wrong(found.sigma_scale) || found.drift) {
+  const SigmaScales& scales = found.sigma_scales;
+  if (wrong(scales.position) || found.drift) {
     text += fmt::format("    sigma_scale: {:.2g}              # of the sigmas of positions, as likely in motion\n",
-                        found.sigma_scale);
+                        scales.position);
   }
-  if (wrong(found.sigma_velocity_scale))
-    text += fmt::format("    sigma_velocity_scale: {:.2g}     # of velocities\n", found.sigma_velocity_scale);
+  if (wrong(scales.height)) {
+    text += fmt::format("    sigma_height_scale: {:.2g}       # of their heights, besides\n", scales.height);
+  }
+  if (wrong(scales.velocity)) {
+    text += fmt::format("    sigma_velocity_scale: {:.2g}     # of velocities\n", scales.velocity);
+  }
   if (const auto& drift = found.drift) {
     text +=
         fmt::format("    drift: {{sigma: {:.2g} {:.2g} {:.2g} m, correlation_time: {:.2g} s}}   # the coloured part\n",

@@ -147,7 +147,7 @@ GnssRecording read_gnss(const LogFile& log, RowFaults* faults) {
       wrong_format(log, "GNSS", "csv, kf_gins, rtklib_pos, nmea, ubx or columns");
   }
   if (log.repair) repair_rows(gnss);
-  scale_sigmas(gnss, log.sigma_scale, log.sigma_velocity_scale);
+  scale_sigmas(gnss.fixes, log.sigma_scales);
   if (faults == nullptr) require_rows(gnss.fixes, log, "fix");
   return gnss;
 }

@@ -119,8 +119,9 @@ LogFile read_gnss_file(const Config& source, DataFile data) {
                               data);
   read_stated_sigma(source, dimension::kLength, "2 2 4 m", log);
   read_sigma_velocity(source, log);
-  log.sigma_scale = read_scale(source, "sigma_scale");
-  log.sigma_velocity_scale = read_scale(source, "sigma_velocity_scale");
+  log.sigma_scales = {.position = read_scale(source, "sigma_scale"),
+                      .height = read_scale(source, "sigma_height_scale"),
+                      .velocity = read_scale(source, "sigma_velocity_scale")};
   if (log.format == LogFormat::kColumns) {
     log.columns = read_column_map(source, gnss_quantities());
     require_sigmas(source, log);

@@ -29,7 +29,8 @@ double log_likelihood(const std::vector<Innovation>& innovations, const std::vec
   return -0.5 * sum;
 }
 
-Evidence filter_again(const Log& log, const FilterOptions& options, const Start& start, double end) {
+Evidence filter_again(const Log& log, const FilterOptions& options, const Start& start, double end,
+                      const Stretches& counted) {
   Evidence found;
   try {
     Filter filter(options, log.world, start);
@@ -40,7 +41,7 @@ Evidence filter_again(const Log& log, const FilterOptions& options, const Start&
     found.sources = filter.sources();
     const UnderWay under_way(log, found.sources, start.time);
     for (const Innovation& v : filter.innovations()) {
-      if (!under_way.contains(v)) continue;
+      if (!under_way.contains(v) || !counted.contain(v.time - start.time)) continue;
       found.rows += v.dof;
       found.innovations.push_back(v);
     }

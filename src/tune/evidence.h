@@ -11,6 +11,16 @@
 
 namespace piste {
 
+/// Stretches of a run, from its start on: all, or every other one.
+struct Stretches {
+  double length = 0;    ///< [s]; 0: all
+  bool second = false;  ///< of each two
+
+  bool contain(double since_start) const {
+    return length == 0 || (static_cast<long>(since_start / length) % 2 == 1) == second;
+  }
+};
+
 /// A log filtered with some options: the log-likelihood of its innovations, and what it knew in the end.
 struct Evidence {
   double likelihood = -std::numeric_limits<double>::infinity();  ///< −∞ if the filter diverged
@@ -24,8 +34,9 @@ struct Evidence {
 /// −½ Σ (nis + ln det S), where no innovation counts as less likely than an outlier that may be anywhere.
 double log_likelihood(const std::vector<Innovation>& innovations, const std::vector<std::string>& sources);
 
-/// Filters the log from `start` until `end` [s]. The likelihood is that of the innovations under way (Schweppe 1965):
-/// outliers do not decide.
-Evidence filter_again(const Log& log, const FilterOptions& options, const Start& start, double end = 1e300);
+/// Filters the log from `start` until `end` [s]. The likelihood is that of the innovations under way (Schweppe 1965) in
+/// the stretches that count: outliers do not decide.
+Evidence filter_again(const Log& log, const FilterOptions& options, const Start& start, double end = 1e300,
+                      const Stretches& counted = {});
 
 }  // namespace piste

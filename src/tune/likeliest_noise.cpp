@@ -116,6 +116,37 @@ std::vector<NoiseModel> with_drifts(const NoiseModel& model) {
   return models;
 }
 
+// By how much the heights of a receiver are worse than its north and east, both against their sigmas: by medians, as
+// outliers are not to decide. 1 where it has no positions.
+double heights_beside(const Evidence& run, std::size_t receiver) {
+  const std::string name = fmt::format("gnss[{}].position", receiver);
+  std::vector<double> level, heights;  // squares, in sigmas
+  for (const Innovation& i : run.innovations) {
+    if (run.sources[static_cast<std::size_t>(i.source)] != name) continue;
+    const auto square = [&i](int axis) { return std::pow(i.residual(axis) / i.sigma(axis), 2); };
+    level.push_back(square(0));
+    level.push_back(square(1));
+    heights.push_back(square(2));
+  }
+  if (heights.empty()) return 1;
+  return std::sqrt(median(std::move(heights)) / median(std::move(level)));
+}
+
+// The same noise, with heights of their own where those of a receiver look worse or better than the rest.
+NoiseModel with_heights(NoiseModel model, const Evidence& run) {
+  constexpr double kAlike = 1.5, kMost = 100;  // factors: not looked into; a receiver states nothing at all
+  for (std::size_t i = 0; i < model.gnss.size(); ++i) {
+    const double beside = std::clamp(heights_beside(run, i), 1 / kMost, kMost);
+    if (std::abs(std::log(beside)) > std::log(kAlike)) model.gnss[i].height *= beside;
+  }
+  return model;
+}
+
+bool same_heights(const NoiseModel& a, const NoiseModel& b) {
+  return std::equal(a.gnss.begin(), a.gnss.end(), b.gnss.begin(),
+                    [](const ReceiverNoise& x, const ReceiverNoise& y) { return x.height == y.height; });
+}
+
 const NoisePoint& likeliest(const std::vector<NoisePoint>& points) {
   return *std::max_element(points.begin(), points.end(),
                            [](const NoisePoint& a, const NoisePoint& b) { return a.value < b.value; });
@@ -126,18 +157,27 @@ const NoisePoint& likeliest(const std::vector<NoisePoint>& points) {
 Tuning likeliest_noise(const Log& log, const FilterOptions& options, const Start& start, const TuneOptions& how,
                        const ProgressCallback& progress) {
   const NoiseModel centre = noise_model(options, log);
-  const NoiseSearch search(log, options, start, centre, how.thorough, how.jobs);
+  const NoiseSearch search(log, options, start, centre, how.thorough, how.jobs, {.length = how.hold_out});
   const auto show = [&](double from, double to) {
     return [&progress, from, to](double part) {
       if (progress) progress(from + (to - from) * part);
     };
   };
-  NoiseFound found = search.climb(centre, show(0, 0.5));
+  NoiseFound found = search.climb(centre, show(0, 0.3));
   Log log_judged = search.judged(found.best.model);
   Tuning tuning;
   double positions = 0;
   for (const Innovation& i : found.best.evidence.innovations)
     positions += found.best.evidence.sources[static_cast<std::size_t>(i.source)] == "gnss[0].position" ? i.dof : 0;
+  if (const NoiseModel uneven = with_heights(found.best.model, found.best.evidence);
+      !same_heights(uneven, found.best.model)) {
+    NoiseFound apart = search.climb(uneven, show(0.3, 0.5));
+    const double even = search.filtered(log_judged, found.best.model).evidence.likelihood;
+    if (search.filtered(log_judged, apart.best.model).evidence.likelihood - even > 0.5 * std::log(positions)) {
+      found = std::move(apart);
+      log_judged = search.judged(found.best.model);
+    }
+  }
   const bool stated = std::any_of(options.gnss.begin(), options.gnss.end(), [](const auto& g) { return g.drift; });
   if (how.try_drift && !stated && positions > 0) {
     tuning.drift_penalty = std::log(positions);  // two parameters
@@ -169,7 +209,8 @@ Tuning likeliest_noise(const Log& log, const FilterOptions& options, const Start
   tuning.expected = expected(found, intervals);
   tuning.numbers = numbers_of(found, covariance, intervals, centre);
   tuning.rows = static_cast<std::size_t>(found.best.evidence.rows);
-  tuning.nis = nis_of(search.gated(found.best.model));
+  tuning.nis = nis_of(search.gated(found.best.model, {.length = how.hold_out, .second = true}));
+  tuning.held_out = how.hold_out;
   tuning.filter_runs = search.runs();
   return tuning;
 }

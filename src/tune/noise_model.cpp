@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "io/triad_units.h"
+#include "piste/core/recording.h"
 #include "piste/core/state_table.h"
 #include "piste/math/statistics.h"
 #include "piste/math/units.h"
@@ -83,7 +84,7 @@ double ReceiverNoise::position() const { return std::hypot(white, drift * drift_
 
 std::optional<GaussMarkov> ReceiverNoise::process() const {
   if (!(drift > 0)) return std::nullopt;
-  return GaussMarkov{drift * drift_shape, drift_time};
+  return GaussMarkov{drift * Vector3d(drift_shape.x(), drift_shape.y(), height * drift_shape.z()), drift_time};
 }
 
 NoiseModel noise_model(const FilterOptions& options, const Log& log) {
@@ -122,6 +123,10 @@ std::vector<NoiseKnob> knobs_of(const NoiseModel& model, const FilterOptions& op
       list.add(name + (coloured ? "white_scale" : "sigma_scale"), "", 1, kSizeWidth,
                [i](NoiseModel& m) -> double& { return m.gnss[i].white; });
     }
+    if (receiver.use_position && model.gnss[i].height != 1) {
+      list.add(name + "sigma_height_scale", "", 1, kSizeWidth,
+               [i](NoiseModel& m) -> double& { return m.gnss[i].height; });
+    }
     if (receiver.use_velocity && any_velocity(log.gnss[i])) {
       list.add(name + "sigma_velocity_scale", "", 1, kSizeWidth,
                [i](NoiseModel& m) -> double& { return m.gnss[i].velocity; });
@@ -153,13 +158,7 @@ FilterOptions with_noise(FilterOptions options, const NoiseModel& model) {
 }
 
 Log with_noise(Log log, const NoiseModel& model) {
-  for (std::size_t i = 0; i < model.gnss.size(); ++i) {
-    const double position = model.gnss[i].position(), velocity = model.gnss[i].velocity;
-    for (GnssFix& fix : log.gnss[i]) {
-      fix.sigma_position *= position;
-      if (fix.velocity) fix.velocity->sigma *= velocity;
-    }
-  }
+  for (std::size_t i = 0; i < model.gnss.size(); ++i) scale_sigmas(log.gnss[i], model.gnss[i].scales());
   return log;
 }
 

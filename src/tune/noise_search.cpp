@@ -24,6 +24,7 @@ constexpr double kNear = 2;                    // the same, where a rough answer
 // half of their logarithm only at a reach of 1.
 constexpr std::array<std::pair<double, double>, 4> kTrials{{{0, 1}, {0, 2}, {0, 4}, {1, 1}}};
 constexpr double kNoGate = 1 - 1e-12;
+constexpr double kToTheEnd = 1e300;  // s: of the log
 
 // The innovation of the same measurement in another run.
 bool before(const Innovation& a, const Innovation& b) {
@@ -74,21 +75,22 @@ NoiseModel moved(const std::vector<NoiseKnob>& knobs, NoiseModel model, const Ei
 }
 
 NoiseSearch::NoiseSearch(const Log& log, FilterOptions options, Start start, NoiseModel centre, bool thorough,
-                         std::size_t jobs)
+                         std::size_t jobs, Stretches fitted)
     : log_(log),
       options_(std::move(options)),
       start_(std::move(start)),
       centre_(std::move(centre)),
       white_(white_noise_range(log)),
       thorough_(thorough),
-      jobs_(jobs) {
+      jobs_(jobs),
+      fitted_(fitted) {
   // What may be wrong here is the noise, and not a receiver: none is left out for long.
   options_.behaviour.trust.distrust = std::min(options_.behaviour.trust.distrust, 1.0);
 }
 
-Evidence NoiseSearch::gated(const NoiseModel& model) const {
+Evidence NoiseSearch::gated(const NoiseModel& model, const Stretches& counted) const {
   ++runs_;
-  return filter_again(with_noise(log_, model), with_noise(options_, model), start_);
+  return filter_again(with_noise(log_, model), with_noise(options_, model), start_, kToTheEnd, counted);
 }
 
 Log NoiseSearch::judged(const NoiseModel& model) const { return with_spoilt_fixes(log_, gated(model)); }
@@ -99,7 +101,7 @@ NoisePoint NoiseSearch::filtered(const Log& log, const NoiseModel& model) const 
   options.behaviour.trust.gate = kNoGate;
   NoisePoint point;
   point.model = model;
-  point.evidence = filter_again(with_noise(log, model), options, start_);
+  point.evidence = filter_again(with_noise(log, model), options, start_, kToTheEnd, fitted_);
   point.value = point.evidence.likelihood + prior(model);
   return point;
 }

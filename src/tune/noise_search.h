@@ -29,11 +29,12 @@ struct NoiseFound {
 class NoiseSearch {
  public:
   /// The values of `centre` are those about which the prior is. `thorough`: whether climb() goes on until nothing is
-  /// gained. `jobs` runs at a time; the result does not depend on it.
-  NoiseSearch(const Log& log, FilterOptions options, Start start, NoiseModel centre, bool thorough, std::size_t jobs);
+  /// gained. `jobs` runs at a time; the result does not depend on it. `fitted`: what the likelihood counts.
+  NoiseSearch(const Log& log, FilterOptions options, Start start, NoiseModel centre, bool thorough, std::size_t jobs,
+              Stretches fitted = {});
 
-  /// The run of the whole log, with the gate of the options.
-  Evidence gated(const NoiseModel& model) const;
+  /// A run of the log with the gate of the options.
+  Evidence gated(const NoiseModel& model, const Stretches& counted = {}) const;
 
   /// The log as a run with this noise judges it (spoilt_fixes.h).
   Log judged(const NoiseModel& model) const;
@@ -76,6 +77,7 @@ class NoiseSearch {
   WhiteNoiseRange white_;
   bool thorough_;
   std::size_t jobs_;
+  Stretches fitted_;
   mutable std::atomic<std::size_t> runs_{0};
 };
 

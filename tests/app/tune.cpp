@@ -47,18 +47,20 @@ TEST(Tune, WritesAConfigurationThatReplaysWithWhatItFound) {
   EXPECT_TRUE(contains(again.out, "sigmas hold")) << again.out;
 }
 
-// A receiver that stands alone, not in a list, and whose sigmas are stated three times too large.
+// A receiver that stands alone, not in a list, and whose sigmas are stated three times too large, of heights 30 times.
 TEST(Tune, StatesWhatItFoundOfAReceiverThatStandsAlone) {
   const TemporaryFolder folder;
   const std::string config =
       part_of_ski_run(folder, fmt::format("gnss: {{file: {}/data/ski_run/gnss.csv, format: csv, lever_arm: -0.06 0.03 "
-                                          "-0.42 m, use: position velocity, sigma_scale: 3}}\n",
+                                          "-0.42 m, use: position velocity, sigma_scale: 3, sigma_height_scale: 10}}\n",
                                           kSource.string()));
-  const Said said = run_program(program("tune"), {config, "--output", "tuned"}, folder);
+  const Said said = run_program(program("tune"), {config, "--output", "tuned", "--hold-out", "10"}, folder);
   ASSERT_EQ(said.code, 0) << said.err;
+  EXPECT_TRUE(contains(said.out, "mean NIS of gnss[0].position, held out: ")) << said.out;
   const YAML::Node gnss = YAML::LoadFile(folder / "tuned/replay.yaml")["gnss"];
   ASSERT_TRUE(gnss && gnss.IsMap());
   EXPECT_NEAR(gnss["sigma_scale"].as<double>(), 1, 0.15);
+  EXPECT_NEAR(gnss["sigma_height_scale"].as<double>(), 1, 0.2);
   const Said again = run_program(program("replay"), {"tuned/replay.yaml", "--output", "replayed"}, folder);
   ASSERT_EQ(again.code, 0) << again.err;
   EXPECT_TRUE(contains(again.out, "sigmas hold")) << again.out;

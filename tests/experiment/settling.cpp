@@ -31,8 +31,8 @@ TEST(Settling, LeavesWhatHolds) {
   const Told told;
   const auto found = told.settle();
   ASSERT_TRUE(found);
-  EXPECT_EQ(found->sigma_scale, 1);
-  EXPECT_EQ(found->sigma_velocity_scale, 1);
+  EXPECT_EQ(found->sigma_scales.position, 1);
+  EXPECT_EQ(found->sigma_scales.velocity, 1);
   EXPECT_NEAR(found->clock_offset, told.calibration.clock_offset, 1e-3);
 }
 
@@ -40,13 +40,13 @@ TEST(Settling, LeavesWhatHolds) {
 // then inside, which is all that is asked for.
 TEST(Settling, SigmasThatRefuseFixesGrow) {
   Told told;
-  scale_sigmas(told.recording.gnss.front(), 1.0 / 3, 1.0 / 3);
+  scale_sigmas(told.recording.gnss.front().fixes, {.position = 1.0 / 3, .velocity = 1.0 / 3});
   const auto found = told.settle();
   ASSERT_TRUE(found);
-  EXPECT_GT(found->sigma_scale, 1.5);
-  EXPECT_GT(found->sigma_velocity_scale, 1.5);
-  EXPECT_LT(found->sigma_scale, 4.5);
-  EXPECT_LT(found->sigma_velocity_scale, 4.5);
+  EXPECT_GT(found->sigma_scales.position, 1.5);
+  EXPECT_GT(found->sigma_scales.velocity, 1.5);
+  EXPECT_LT(found->sigma_scales.position, 4.5);
+  EXPECT_LT(found->sigma_scales.velocity, 4.5);
 }
 
 TEST(Settling, TheClockTakesTheDelayOfTheFixes) {

@@ -166,6 +166,48 @@ TEST(LikeliestNoise, FindsAColouredErrorOfPositions) {
   EXPECT_NEAR(std::log(found.noise.gnss[0].process()->sigma.x() / 0.1), 0, 0.7);
 }
 
+// Many receivers state a sigma of heights that says nothing, such as the 100 m of a phone.
+TEST(LikeliestNoise, HeightsHaveTheirOwnSigmasWhereTheyNeedThem) {
+  constexpr double kHeights = 30;
+  WronglyTold told(9);
+  const TuneOptions how{.jobs = 2, .try_drift = false, .thorough = false};
+  const Tuning even = likeliest_noise(told.log, told.c.options, told.start, how);
+  EXPECT_EQ(even.noise.gnss[0].height, 1) << "they are as good as the rest";
+  for (GnssFix& fix : told.log.gnss[0]) fix.sigma_position.z() *= kHeights;
+  const Tuning uneven = likeliest_noise(told.log, told.c.options, told.start, how);
+  EXPECT_NEAR(uneven.noise.gnss[0].height * kHeights, 1, 0.1);
+  EXPECT_NEAR(uneven.noise.gnss[0].white * WronglyTold::kPosition, 1, 0.1);
+  EXPECT_EQ(std::ranges::count(uneven.numbers, "gnss[0].sigma_height_scale", &TunedNoise::name), 1);
+  for (const SourceNis& source : uneven.nis) EXPECT_NEAR(source.mean, 1, 0.1) << source.source;
+}
+
+// Velocities that are noisier in what is held out change nothing of what is found; their NIS says it.
+TEST(LikeliestNoise, IsJudgedByWhatIsHeldOut) {
+  constexpr double kStretch = 5, kNoisier = 2;
+  WronglyTold told(10);
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> normal;
+  for (GnssFix& fix : told.log.gnss[0]) {
+    if (!Stretches{kStretch, true}.contain(fix.time - told.start.time)) continue;
+    const double sigma = fix.velocity->sigma.x() / WronglyTold::kVelocity * std::sqrt(kNoisier * kNoisier - 1);
+    fix.velocity->value += sigma * Vector3d(normal(random), normal(random), normal(random));
+  }
+  const TuneOptions all{.jobs = 2, .try_drift = false, .thorough = false};
+  TuneOptions half = all;
+  half.hold_out = kStretch;
+  const auto velocities = [](const Tuning& tuning) {
+    return std::ranges::find(tuning.nis, "gnss[0].velocity", &SourceNis::source);
+  };
+  const Tuning found = likeliest_noise(told.log, told.c.options, told.start, half);
+  EXPECT_NEAR(found.noise.gnss[0].velocity * WronglyTold::kVelocity, 1, 0.15);
+  EXPECT_GT(velocities(found)->mean, 2);
+  EXPECT_EQ(found.held_out, kStretch);
+  const Tuning both = likeliest_noise(told.log, told.c.options, told.start, all);
+  EXPECT_GT(both.noise.gnss[0].velocity * WronglyTold::kVelocity, 1.3);
+  EXPECT_NEAR(velocities(both)->mean, 1, 0.15);
+  EXPECT_GT(10 * velocities(both)->innovations, 17 * velocities(found)->innovations);
+}
+
 TEST(LikeliestNoise, NeedsMotion) {
   WronglyTold told(5, [](Scenario& s) { s.motion.run = 20; });
   for (auto& fixes : told.log.gnss) fixes.clear();

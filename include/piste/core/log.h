@@ -52,6 +52,13 @@ struct GeodeticFix {
   FixQuality quality = FixQuality::kUnknown;
 };
 
+/// Factors of the sigmas that a receiver states.
+struct SigmaScales {
+  double position = 1;  ///< of positions
+  double height = 1;    ///< of their heights, besides `position`
+  double velocity = 1;  ///< of velocities
+};
+
 /// One GNSS file.
 struct GnssRecording {
   std::string file;

@@ -2,6 +2,8 @@
 /// Brings recordings into the form that everything else expects: rows in the order of time, gyroscopes and
 /// accelerometers side by side.
 
+#include <vector>
+
 #include "piste/core/log.h"
 
 namespace piste {
@@ -11,8 +13,9 @@ void repair_rows(ImuRecording& imu);
 void repair_rows(GnssRecording& gnss);
 void repair_rows(AttitudeRecording& attitude);
 
-/// Multiplies the sigmas of all positions and of all velocities by a factor each.
-void scale_sigmas(GnssRecording& gnss, double position, double velocity);
+/// Multiplies the sigmas of all fixes.
+void scale_sigmas(std::vector<GeodeticFix>& fixes, const SigmaScales& by);
+void scale_sigmas(std::vector<GnssFix>& fixes, const SigmaScales& by);
 
 /// Lays the rows on the even clock by which a sensor samples, where the logger's stamps scatter about it: stamps that
 /// are rounded, or taken at arrival, would otherwise turn with the body. The clock is a straight line over the second

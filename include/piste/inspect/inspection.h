@@ -29,14 +29,14 @@ struct Calibration {
   /// By how much the receiver's velocities come late against the IMU's clock with `clock_offset` [s]. The sigma does
   /// not contain that of the clock; 0: they are taken as the log has them.
   double velocity_delay = 0, velocity_delay_sigma = 0;
-  bool velocities_contradict = false;                ///< the positions, and are not used
-  ImuSensor sensor;                                  ///< with the noise to be expected from the motion
-  double sigma_scale = 1, sigma_velocity_scale = 1;  ///< of the receiver's sigmas, likewise
-  std::optional<GaussMarkov> drift = std::nullopt;   ///< the coloured error of its positions, if there is one
-  std::size_t used = 0, rejected = 0;                ///< GNSS innovations of the filter that told it
-  double likelihood = 0;                             ///< over the whole log: logarithm of that of a fix
-  double likelihood_of_positions = 0;                ///< likewise, of a position
-  bool in_housing = false;                           ///< whether IMU and antenna are taken to be in one housing
+  bool velocities_contradict = false;               ///< the positions, and are not used
+  ImuSensor sensor;                                 ///< with the noise to be expected from the motion
+  SigmaScales sigma_scales = {};                    ///< of the receiver, likewise
+  std::optional<GaussMarkov> drift = std::nullopt;  ///< the coloured error of its positions, if there is one
+  std::size_t used = 0, rejected = 0;               ///< GNSS innovations of the filter that told it
+  double likelihood = 0;                            ///< over the whole log: logarithm of that of a fix
+  double likelihood_of_positions = 0;               ///< likewise, of a position
+  bool in_housing = false;                          ///< whether IMU and antenna are taken to be in one housing
 
   /// Whether the filter fits the logs: it rejected less than a tenth.
   bool fits() const { return rejected < (used + rejected) / 10; }

@@ -60,9 +60,8 @@ struct LogFile {
   std::optional<Vector3d> sigma = std::nullopt;
   /// The same of velocities: north, east, down [m/s]. Without it speed and course of nmea are not used.
   std::optional<Vector3d> sigma_velocity = std::nullopt;
-  /// Of a receiver: factors by which read_gnss() multiplies the sigmas of positions and velocities, those of the log or
-  /// those that the user states.
-  double sigma_scale = 1, sigma_velocity_scale = 1;
+  /// Of a receiver: factors by which read_gnss() multiplies the sigmas, those of the log or those that the user states.
+  SigmaScales sigma_scales = {};
   /// Whether rows are put in the order of time, and those of a repeated time dropped and counted. Else they are
   /// refused.
   bool repair = false;

@@ -21,11 +21,13 @@ namespace piste {
 /// The errors of one receiver beside the sigmas that it states.
 struct ReceiverNoise {
   double white = 1, velocity = 1;    ///< factors of its sigmas: of the white error of positions, and of velocities
+  double height = 1;                 ///< besides, of those of heights, white and coloured
   double drift = 0, drift_time = 0;  ///< coloured error of positions: factor of `drift_shape` (0: none), and time [s]
   Vector3d drift_shape, stated;      ///< of a drift of factor 1; median of the sigmas of positions that it states
 
   /// Factor of the sigmas of positions by which they are those of white and coloured error together.
   double position() const;
+  SigmaScales scales() const { return {.position = position(), .height = height, .velocity = velocity}; }
   /// The coloured error, if there is one.
   std::optional<GaussMarkov> process() const;
 };
@@ -47,7 +49,8 @@ struct TunedNoise {
   bool determined = false;
 };
 
-/// Mean normalised innovation squared of a source, over its rows: 1 where the sigmas are right.
+/// Mean normalised innovation squared of a source, over its rows: 1 where the sigmas are right. Of the stretches that
+/// were held out, or of all.
 struct SourceNis {
   std::string source;
   std::size_t innovations = 0;
@@ -74,6 +77,7 @@ struct Tuning {
   std::optional<double> drift_gain = std::nullopt;
   double drift_penalty = 0;
   std::vector<SourceNis> nis;
+  double held_out = 0;  ///< length of the stretches that were held out, and are in `nis` alone [s]; 0: none were
   NoiseAtRest at_rest;
 };
 
@@ -85,6 +89,9 @@ struct TuneOptions {
   /// Whether the search goes on until nothing is gained, and intervals are by second differences of the likelihood
   /// (some n² runs for n numbers). Else it is rougher, at a quarter of the cost.
   bool thorough = true;
+  /// Of each two stretches of this length [s] the second is held out: nothing is fitted to its innovations, and
+  /// Tuning::nis is theirs alone. 0: none is.
+  double hold_out = 0;
 };
 
 /// Finds the likeliest noise of a log with a known start. Sought is what the options have: of a drift without a process
