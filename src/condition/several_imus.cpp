@@ -9,7 +9,6 @@
 #include <string_view>
 #include <utility>
 
-#include "condition/unit_axes.h"
 #include "condition/unit_differences.h"
 #include "condition/unit_samples.h"
 #include "piste/condition/pipeline.h"
@@ -97,11 +96,8 @@ Vector3d found_place(const UnitTriad& first, const UnitTriad& unit, const std::v
   return options.place + Eigen::Matrix<double, kUnknowns, 1>(N.llt().solve(n)).head<3>();
 }
 
-// The parities of a triad, window by window; nothing where not all was told. `as_told` leads back to the outputs from
-// which nothing is taken off: what scales do across the axes is known to the measurement model, and part of what it
-// learns of them.
+// The parities of a triad, window by window; nothing where not all was told.
 std::vector<std::vector<std::optional<Parity>>> parities_of(const std::vector<const UnitTriad*>& units,
-                                                            const std::vector<Matrix3d>& as_told,
                                                             const UnitVector& noise, const CombinedTriad& combined,
                                                             const std::vector<double>& intervals,
                                                             const std::vector<UnitWindow>& windows) {
@@ -114,8 +110,8 @@ std::vector<std::vector<std::optional<Parity>>> parities_of(const std::vector<co
       if (!combined.whole[w]) continue;
       parity.emplace();
       for (std::size_t i = 0; i < units.size(); ++i) {
-        parity->value += L(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(p)) *
-                         (as_told[i] * mean_over(*units[i], windows[w], intervals));
+        parity->value +=
+            L(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(p)) * mean_over(*units[i], windows[w], intervals);
       }
       series.push_back(parity->value);
       signal.push_back(mean_over(*units.front(), windows[w], intervals));
@@ -196,18 +192,6 @@ Log condition_units(const Recording& recording, const ConditioningOptions& optio
   for (const ImuSample& s : log.imu) intervals.push_back(s.interval);
   const std::vector<UnitWindow> windows = windows_over(log.imu);
 
-  // What scales do across the axes of the first is taken off all units but the first, which has none of it.
-  const auto take_out = [&](UnitTriad UnitSamples::*triad, TriadMember errors) {
-    std::vector<Matrix3d> out{Matrix3d::Identity()};
-    for (std::size_t i = 1; i < count; ++i) {
-      const Matrix3d C =
-          take_out_cross_axis(units.front().*triad, sensors.front().*errors,
-                              {units[i].*triad, sensors[i].*errors, known[i].imu.R_bs}, intervals, windows);
-      out.emplace_back((Matrix3d::Identity() - C).inverse());
-    }
-    return out;
-  };
-  const std::vector<Matrix3d> as_told_gyro = take_out(&UnitSamples::gyro, &ImuSensor::gyro);
   const CombinedTriad gyro = combine(triads(&UnitSamples::gyro), sensors, &ImuSensor::gyro, intervals, windows);
   const std::vector<Matrix3d> effects = lever_effects(gyro.mean, log.imu);
   for (std::size_t i = 1; i < count; ++i) {
@@ -217,7 +201,6 @@ Log condition_units(const Recording& recording, const ConditioningOptions& optio
     move_to_first(units[i].accel, effects, place);
     log.counts.units.push_back({.name = known[i].name, .place = place});
   }
-  const std::vector<Matrix3d> as_told_accel = take_out(&UnitSamples::accel, &ImuSensor::accel);
   const CombinedTriad accel = combine(triads(&UnitSamples::accel), sensors, &ImuSensor::accel, intervals, windows);
 
   log.counts.units.insert(log.counts.units.begin(), {.name = known.front().name});
@@ -228,10 +211,10 @@ Log condition_units(const Recording& recording, const ConditioningOptions& optio
     report_absences(accel, i, false, log.imu, report);
     std::ranges::stable_sort(report.absences, {}, [](const UnitAbsence& a) { return a.time.start; });
   }
-  const auto rate = parities_of(triads(&UnitSamples::gyro), as_told_gyro, unit_noise(sensors, &ImuSensor::gyro), gyro,
-                                intervals, windows);
-  const auto force = parities_of(triads(&UnitSamples::accel), as_told_accel, unit_noise(sensors, &ImuSensor::accel),
-                                 accel, intervals, windows);
+  const auto rate =
+      parities_of(triads(&UnitSamples::gyro), unit_noise(sensors, &ImuSensor::gyro), gyro, intervals, windows);
+  const auto force =
+      parities_of(triads(&UnitSamples::accel), unit_noise(sensors, &ImuSensor::accel), accel, intervals, windows);
   log.parity.resize(count - 1);
   for (std::size_t w = 0; w < windows.size(); ++w) {
     const UnitWindow& window = windows[w];

@@ -1,6 +1,5 @@
 #include "piste/core/imu_array.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -75,23 +74,23 @@ double parity_sigma(const UnitVector& sigma) {
 }
 
 TurnedScale::TurnedScale(const Matrix3d& R) : R_(R) {
-  // d = M s with the squares of R's elements. At 45 degrees M has no inverse: s is then found to within kFinest.
-  constexpr double kFinest = 1e-6;
-  const Matrix3d M = R.cwiseAbs2();
-  own_ = M.transpose() * (M * M.transpose() + kFinest * Matrix3d::Identity()).inverse();
+  std::array order{0, 1, 2};
+  do {
+    const Matrix3d ordered = R(Eigen::all, order);
+    if (ordered.diagonal().squaredNorm() <= R_.diagonal().squaredNorm()) continue;
+    order_ = order;
+    R_ = ordered;
+  } while (std::ranges::next_permutation(order).found);
 }
 
-Matrix3d TurnedScale::effect(const Vector3d& d) const {
-  Matrix3d out = R_ * (own_ * d).asDiagonal() * R_.transpose();
-  out.diagonal() = d;
-  return out;
+bool TurnedScale::at_right_angles() const {
+  constexpr double kRightAngle = 1e-9;  // of an element beside 1
+  return R_.diagonal().cwiseAbs().minCoeff() > 1 - kRightAngle;
 }
 
-Matrix3d TurnedScale::by_scales(const Vector3d& u) const {
-  Matrix3d out;
-  for (int k = 0; k < 3; ++k) out.col(k) = effect(Vector3d::Unit(k)) * u;
-  return out;
-}
+Matrix3d TurnedScale::effect(const Vector3d& s) const { return R_ * s.asDiagonal() * R_.transpose(); }
+
+Matrix3d TurnedScale::by_scales(const Vector3d& u) const { return R_ * (R_.transpose() * u).asDiagonal(); }
 
 UnitVector unit_noise(std::span<const ImuSensor> units, TriadMember triad) {
   UnitVector out(static_cast<Eigen::Index>(units.size()));

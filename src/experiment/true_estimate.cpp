@@ -76,7 +76,7 @@ std::vector<TrueEstimate::Sample> TrueEstimate::timed(const Recording& recording
 // An error along the axes of an IMU, along those of the first.
 Vector3d TrueEstimate::in_first(std::size_t imu, const Vector3d& value) const { return axes_[imu] * value; }
 
-// The errors of several IMUs as those of their mean and of the parities. Scales are along the axes of the first.
+// The errors of several IMUs as those of their mean and of the parities. Scales stay along the axes of each.
 void TrueEstimate::split(Estimate& x, double time) const {
   const auto count = static_cast<Eigen::Index>(units_.size());
   const auto put = [&](Block block, TriadMember triad, UnitError kind, auto&& of) {
@@ -100,11 +100,10 @@ void TrueEstimate::split(Estimate& x, double time) const {
       [&](std::size_t i) { return in_first(i, imus[i].gyro_drift[now(i)]); });
   put(Block::kAccelDrift, accel, UnitError::kDrift,
       [&](std::size_t i) { return in_first(i, imus[i].accel_drift[now(i)]); });
-  const auto scale = [&](std::size_t i, const Vector3d& own) {
-    return Vector3d((axes_[i] * own.asDiagonal() * axes_[i].transpose()).diagonal());
-  };
-  put(Block::kGyroScale, gyro, UnitError::kScale, [&](std::size_t i) { return scale(i, imus[i].gyro.scale); });
-  put(Block::kAccelScale, accel, UnitError::kScale, [&](std::size_t i) { return scale(i, imus[i].accel.scale); });
+  put(Block::kGyroScale, gyro, UnitError::kScale,
+      [&](std::size_t i) { return TurnedScale(axes_[i]).ordered(imus[i].gyro.scale); });
+  put(Block::kAccelScale, accel, UnitError::kScale,
+      [&](std::size_t i) { return TurnedScale(axes_[i]).ordered(imus[i].accel.scale); });
 }
 
 void TrueEstimate::set_clock(double drift, double from) {

@@ -24,43 +24,11 @@ constexpr ImuBlock kImuBlocks[] = {{Block::kGyroBias, 0, false},  {Block::kAccel
                                    {Block::kGyroDrift, 0, false}, {Block::kAccelDrift, 3, false},
                                    {Block::kGyroScale, 0, true},  {Block::kAccelScale, 3, true}};
 
-Vector3d factor_of(const ImuBlock& b, const Transition& t) {
-  if (!b.scale) return Vector3d::Constant(t.bias);
-  return b.half == 0 ? t.rate : t.force;
-}
-
 std::size_t at(int k) { return static_cast<std::size_t>(k); }
 std::size_t slot(Block b) { return at(index_of(b)); }
 
-// Φ state by state, beyond the navigation states. Each state decays, and some act on the navigation rows, through one
-// column of `mixer` = (navigation | imu).
 constexpr int kNavigation = 9;
 constexpr int kInputs = 15;  // navigation, e_g and e_a
-using Mixer = Eigen::Matrix<double, kNavigation, kInputs>;
-struct Structure {
-  Mixer mixer;
-  std::array<double, kMostStates> decay, factor;
-  std::array<int, kMostStates> input;  // column of the mixer, −1: none
-
-  Structure(const StateLayout& layout, const Transition& t) {
-    mixer << t.navigation, t.imu;
-    for (const Block b : layout.blocks()) {
-      const double f = t.decay[slot(b)];
-      for (int k = layout.offset(b); k < layout.offset(b) + info(b).size; ++k) {
-        decay[at(k)] = f;
-        input[at(k)] = -1;
-      }
-    }
-    for (const ImuBlock& b : kImuBlocks) {
-      if (!layout.has(b.block)) continue;
-      const Vector3d factors = factor_of(b, t);
-      for (int k = 0; k < 3; ++k) {
-        factor[at(layout.offset(b.block) + k)] = factors(k);
-        input[at(layout.offset(b.block) + k)] = kNavigation + b.half + k;
-      }
-    }
-  }
-};
 
 constexpr int kPadded = (kMostStates + 3) / 4 * 4;
 constexpr std::ptrdiff_t kStorage = std::ptrdiff_t{kMostStates} * kMostStates;  // values in a Covariance
@@ -72,13 +40,15 @@ constexpr std::array<int, 12> kOfPosition{0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14}
 constexpr std::array<int, 15> kOfVelocity{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14};
 constexpr std::array<int, 6> kOfAttitude{6, 7, 8, 9, 10, 11};
 
-// What Φ P Φᵀ needs beyond the navigation states: the decay of each state, and how some act on the inputs.
+// What a state adds to an input (e_g, e_a).
 struct Action {
   int state, input;
   double factor;
 };
+
+// Φ beyond the navigation states: the decay of each state, and how some act on the inputs.
 struct Slow {
-  std::array<Action, 3 * std::size(kImuBlocks)> actions;
+  std::array<Action, 3 * 4 + 9 * 2 * std::size_t{kMostUnits}> actions;
   std::size_t count = 0;
   std::array<double, kMostStates> decay;
   std::array<const double*, kInputs> column;  // of Φ's navigation rows, input by input
@@ -89,9 +59,17 @@ struct Slow {
       for (int k = layout.offset(b); k < layout.offset(b) + info(b).size; ++k) decay[at(k)] = f;
     }
     for (const ImuBlock& b : kImuBlocks) {
-      if (!layout.has(b.block)) continue;
-      const Vector3d factors = factor_of(b, t);
+      if (!layout.has(b.block) || (b.scale && t.units != nullptr)) continue;
+      const Vector3d factors = !b.scale ? Vector3d::Constant(t.bias) : b.half == 0 ? t.rate : t.force;
       for (int k = 0; k < 3; ++k) actions[count++] = {layout.offset(b.block) + k, b.half + k, factors(k)};
+    }
+    if (t.units != nullptr) {
+      t.units->for_each_effect(t.rate, t.force, [&](Block scales, int half, const Matrix3d& effect) {
+        if (!layout.has(scales)) return;
+        for (int k = 0; k < 9; ++k) {
+          actions[count++] = {layout.offset(scales) + k / 3, half + k % 3, effect(k % 3, k / 3)};
+        }
+      });
     }
     for (int k = 0; k < kNavigation; ++k) column[at(k)] = t.navigation.col(k).data();
     for (int k = kNavigation; k < kInputs; ++k) column[at(k)] = t.imu.col(k - kNavigation).data();
@@ -314,25 +292,28 @@ void propagate(Covariance& P, const StateLayout& layout, const Transition& t) {
 }
 
 void propagate(ErrorVector& m, const StateLayout& layout, const Transition& t) {
-  const Structure s(layout, t);
+  const Slow s(layout, t);
+  Eigen::Matrix<double, kNavigation, kInputs> mixer;
+  mixer << t.navigation, t.imu;
   Eigen::Matrix<double, kInputs, 1> inputs = Eigen::Matrix<double, kInputs, 1>::Zero();
   inputs.head<kNavigation>() = m.head<kNavigation>();
-  for (int k = kNavigation; k < layout.size(); ++k) {
-    if (s.input[at(k)] >= 0) inputs(s.input[at(k)]) += s.factor[at(k)] * m(k);
-    m(k) *= s.decay[at(k)];
+  for (std::size_t i = 0; i < s.count; ++i) {
+    inputs(kNavigation + s.actions[i].input) += s.actions[i].factor * m(s.actions[i].state);
   }
-  m.head<kNavigation>() = s.mixer.lazyProduct(inputs);
+  for (int k = kNavigation; k < layout.size(); ++k) m(k) *= s.decay[at(k)];
+  m.head<kNavigation>() = mixer.lazyProduct(inputs);
 }
 
 Covariance dense_transition(const StateLayout& layout, const Transition& t) {
+  const Slow s(layout, t);
   Covariance Phi = Covariance::Identity(layout.size(), layout.size());
   for (const Block b : layout.blocks()) {
     Phi.diagonal().segment(layout.offset(b), info(b).size) *= t.decay[slot(b)];
   }
   Phi.topLeftCorner<9, 9>() = t.navigation;
-  for (const ImuBlock& b : kImuBlocks) {
-    if (!layout.has(b.block)) continue;
-    Phi.block<9, 3>(0, layout.offset(b.block)) = t.imu.middleCols<3>(b.half) * factor_of(b, t).asDiagonal();
+  for (std::size_t i = 0; i < s.count; ++i) {
+    const auto [state, input, factor] = s.actions[i];
+    Phi.col(state).head<9>() += factor * t.imu.col(input);
   }
   return Phi;
 }

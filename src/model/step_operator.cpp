@@ -49,7 +49,8 @@ struct Navigation9 {
 // N times four lanes; λ is in lane `lambda`.
 template <int N>
 [[gnu::always_inline]] inline void adjoint_of(const StepOperator::Factors& f, const Vector3d& earth_rate, int n,
-                                              const State* states, int lambda, double* M, StepOperator::Pull& pull) {
+                                              const State* states, const std::vector<StepOperator::Across>& across,
+                                              int lambda, double* M, StepOperator::Pull& pull) {
   constexpr std::ptrdiff_t kFour = 4, kStride = kFour * N;
   Four seen[6][N];
   for (int i = 0; i < N; ++i) {
@@ -93,15 +94,23 @@ template <int N>
       store(decay * four + acts * through[i], row + kFour * i);
     }
   }
+  for (std::size_t j = 0; j < across.size(); ++j) {
+    double* row = M + across[j].state * kStride;
+    for (int i = 0; i < N; ++i) {
+      Four four;
+      load(row + kFour * i, four);
+      store(four + f.across[j] * seen[across[j].input][i], row + kFour * i);
+    }
+  }
 }
 
 PISTE_WIDE void adjoint_all(const StepOperator::Factors& f, const Vector3d& earth_rate, int n, const State* states,
-                            double* M, StepOperator::Pull& pull) {
-  adjoint_of<StepOperator::kLanes / 4>(f, earth_rate, n, states, StepOperator::kLambda, M, pull);
+                            const std::vector<StepOperator::Across>& across, double* M, StepOperator::Pull& pull) {
+  adjoint_of<StepOperator::kLanes / 4>(f, earth_rate, n, states, across, StepOperator::kLambda, M, pull);
 }
 PISTE_WIDE void adjoint_one(const StepOperator::Factors& f, const Vector3d& earth_rate, int n, const State* states,
-                            double* M, StepOperator::Pull& pull) {
-  adjoint_of<1>(f, earth_rate, n, states, 0, M, pull);
+                            const std::vector<StepOperator::Across>& across, double* M, StepOperator::Pull& pull) {
+  adjoint_of<1>(f, earth_rate, n, states, across, 0, M, pull);
 }
 
 constexpr int kUnit = 6;  // of Factors::acts
@@ -109,7 +118,11 @@ constexpr int kUnit = 6;  // of Factors::acts
 }  // namespace
 
 StepOperator::StepOperator(const StateLayout& layout, const FilterOptions& options, Vector3d earth_rate)
-    : layout_(layout), options_(options), earth_rate_(std::move(earth_rate)), n_(layout.size()) {
+    : layout_(layout),
+      options_(options),
+      earth_rate_(std::move(earth_rate)),
+      n_(layout.size()),
+      units_(UnitScales::across(options)) {
   const auto set = [&](Block b, int input, int acts) {
     if (!layout.has(b)) return;
     for (int k = 0; k < 3; ++k) {
@@ -120,8 +133,16 @@ StepOperator::StepOperator(const StateLayout& layout, const FilterOptions& optio
   };
   for (const Block b : {Block::kGyroBias, Block::kGyroDrift}) set(b, 0, kUnit);
   for (const Block b : {Block::kAccelBias, Block::kAccelDrift}) set(b, 3, kUnit);
-  set(Block::kGyroScale, 0, 0);
-  set(Block::kAccelScale, 3, 3);
+  if (units_) {
+    const Vector3d none = Vector3d::Zero();
+    units_->for_each_effect(none, none, [&](Block scales, int half, const Matrix3d&) {
+      for (int k = 0; k < 9 && layout.has(scales); ++k)
+        across_.push_back({layout.offset(scales) + k / 3, half + k % 3});
+    });
+  } else {
+    set(Block::kGyroScale, 0, 0);
+    set(Block::kAccelScale, 3, 3);
+  }
   for (const Block b : layout.blocks()) {
     const std::optional<BlockProcess> process = info(b).process ? info(b).process(options) : std::nullopt;
     if (!process) continue;
@@ -152,6 +173,12 @@ void StepOperator::load(const ErrorStep& step, Factors& f) const {
     f.acts[place(3 + k)] = step.force(k);
   }
   f.acts[place(kUnit)] = mends ? 0 : 1;
+  if (units_) {
+    f.across.clear();
+    units_->for_each_effect(step.rate, step.force, [&](Block scales, int, const Matrix3d& effect) {
+      if (layout_.has(scales)) f.across.insert(f.across.end(), effect.data(), effect.data() + effect.size());
+    });
+  }
   for (std::size_t i = 0; i < processes_.size(); ++i) {
     const DiscreteProcess d = mends ? DiscreteProcess{1, 0} : discretise(processes_[i], step.dt);
     f.decay[i] = d.transition;
@@ -161,16 +188,17 @@ void StepOperator::load(const ErrorStep& step, Factors& f) const {
 
 Transition StepOperator::transition(const ErrorStep& step) const {
   Transition t = linearize(step, earth_rate_);
+  t.units = units_.get();
   if (step.dt > 0) add_processes(t, layout_, options_, step.dt);
   return t;
 }
 
 void StepOperator::adjoint(const Factors& f, Lanes& M, Pull& pull) const {
-  adjoint_all(f, earth_rate_, n_, states_.data(), M.data(), pull);
+  adjoint_all(f, earth_rate_, n_, states_.data(), across_, M.data(), pull);
 }
 
 void StepOperator::adjoint_lambda(const Factors& f, Lanes& M, Pull& pull) const {
-  adjoint_one(f, earth_rate_, n_, states_.data(), M.data(), pull);
+  adjoint_one(f, earth_rate_, n_, states_.data(), across_, M.data(), pull);
 }
 
 void StepOperator::forward(const Factors& f, ErrorVector& e, const Pull* pull) const {
@@ -181,6 +209,9 @@ void StepOperator::forward(const Factors& f, ErrorVector& e, const Pull* pull) c
     if (s.process < 0) continue;
     e(k) *= f.decay[place(s.process)];
     if (pull != nullptr) e(k) -= (*pull)[place(6 + k)];
+  }
+  for (std::size_t j = 0; j < across_.size(); ++j) {
+    imu[across_[j].input / 3](across_[j].input % 3) += f.across[j] * e(across_[j].state);
   }
   if (pull != nullptr) {
     for (int k = 0; k < 6; ++k) imu[k / 3](k % 3) -= (*pull)[place(k)];

@@ -28,6 +28,7 @@ class StepOperator {
     Vector3d of_imu[2], noise[2];  ///< −(1 + s)⁻¹ and noise / dt, of gyroscopes and accelerometers
     std::array<double, 7> acts;    ///< ω, f and 1: how biases, drifts and scales act
     std::array<double, kBlocks.size()> decay, variance;  ///< of the blocks that are processes, in their order
+    std::vector<double> across;                          ///< how scales of several IMUs act: of each Across
   };
   /// What the noise of a step does to a smoothed error: Q λ, through the inputs and for each process.
   using Pull = std::array<double, static_cast<std::size_t>(6 + kMostStates)>;
@@ -58,6 +59,10 @@ class StepOperator {
     int process = -1;          ///< −1: constant
     double weight = 1;         ///< of the process
   };
+  /// A scale of several IMUs that adds to an input, as Factors::across tells.
+  struct Across {
+    int state, input;
+  };
 
  private:
   const StateLayout& layout_;
@@ -66,6 +71,8 @@ class StepOperator {
   int n_;
   std::array<State, static_cast<std::size_t>(kMostStates)> states_;
   std::vector<DriftProcess> processes_;
+  std::shared_ptr<const UnitScales> units_;
+  std::vector<Across> across_;
 };
 
 }  // namespace piste

@@ -8,6 +8,7 @@
 #include "math/parallel.h"
 #include "piste/core/time_search.h"
 #include "piste/model/imu_errors.h"
+#include "piste/model/unit_scales.h"
 #include "piste/solve/recent_motion.h"
 #include "piste/solve/rest_updates.h"
 #include "piste/solve/sample_noise.h"
@@ -29,6 +30,7 @@ class ChainLayer {
              const std::shared_ptr<const Reference>& reference, const FixWeights& weights, double longest, Chain& chain)
       : world_(log.world),
         options_(options),
+        units_(UnitScales::across(options)),
         reference_(reference),
         weights_(weights),
         longest_(longest),
@@ -101,7 +103,8 @@ class ChainLayer {
     rate_variance_ = noise_.gyro / sample.interval;
     rate_beside_ = rate_beside(before_ ? &*before_ : nullptr, sample, after);
     still_ = sample.at_rest && !sample.gap;
-    ImuStep step = make_step(before_ ? &*before_ : nullptr, sample, after);
+    // What scales of several units do across the axes is as it was found in the round before.
+    ImuStep step = without_rest(units_.get(), make_step(before_ ? &*before_ : nullptr, sample, after), x_);
     const double begin = sample.time - sample.interval;
     if (time_ > begin + kSameInstant) {  // the start is within this sample
       if (time_ >= sample.time - kSameInstant) {
@@ -210,6 +213,7 @@ class ChainLayer {
 
   const World& world_;
   const FilterOptions& options_;
+  std::shared_ptr<const UnitScales> units_;
   Reference::Reader reference_;
   const FixWeights& weights_;
   double longest_;

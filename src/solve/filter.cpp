@@ -58,7 +58,7 @@ Filter::Filter(const FilterOptions& options, const World& world, const Start& st
     state_.mean = boxminus(start.x, state_.x, setup->layout);
     reference_.emplace(std::move(reference));
   }
-  propagation_ = Propagation(world, start.x.p_wb);
+  propagation_ = Propagation(world, start.x.p_wb, options);
   innovations_.reserve(256);
   setup_ = std::move(setup);
   find_delays();
@@ -98,10 +98,15 @@ bool Filter::finish() {
 Estimate Filter::predicted() const {
   Estimate x = state_.x;
   if (now_) {
-    const ImuStep step = correct(make_step(before_ ? &*before_ : nullptr, *now_, nullptr), x);
+    const ImuStep step = correct(step_of(nullptr), x);
     mechanize(x, step, setup_->world.earth_rate(), propagation_.gravity());
   }
   return x;
+}
+
+// Of the sample that is processed, as the mean's own scales alone would have it.
+ImuStep Filter::step_of(const ImuSample* after) const {
+  return without_rest(propagation_.units(), make_step(before_ ? &*before_ : nullptr, *now_, after), state_.x);
 }
 
 void Filter::process(const ImuSample* after) {
@@ -110,7 +115,7 @@ void Filter::process(const ImuSample* after) {
   rate_variance_ = noise.gyro / sample.interval;
   rate_beside_ = rate_beside(before_ ? &*before_ : nullptr, sample, after);
   if (sample.gap) trust_.suspect_filter(sample.time);
-  ImuStep step = make_step(before_ ? &*before_ : nullptr, sample, after);
+  ImuStep step = step_of(after);
   const double begin = sample.time - sample.interval;
   if (state_.time > begin + kSameInstant) {  // the start is within this sample
     if (state_.time >= sample.time - kSameInstant) return;
@@ -294,7 +299,8 @@ Linearization Filter::half_way(const typename Type::Fix& fix, int sensor, int ch
   return between;
 }
 
-void Filter::propagate_by(const Transition& transition) {
+void Filter::propagate_by(Transition transition) {
+  transition.units = propagation_.units();
   propagate(state_.P, setup_->layout, transition);
   adaptation_.propagate(setup_->layout, transition, {Vector3d::Zero(), Vector3d::Zero()}, 0);
   if (tape_) tape_->events.emplace_back(Tape::Propagation{transition});

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <span>
 
+#include "core/stored_estimate.h"
 #include "piste/solve/fix_queue.h"
-#include "stored_estimate.h"
 
 namespace piste {
 namespace {

@@ -21,6 +21,7 @@ Transition Propagation::advance(FilterState& state, const ImuStep& step, const S
     t.rate = t.step.rate = known->rate;
     t.force = t.step.force = known->force;
   }
+  t.units = units_.get();
   add_processes(t, layout, options, step.dt);
   decay(state.x, layout, t);
   propagate(state.P, layout, t);

@@ -4,9 +4,9 @@
 #include <span>
 #include <utility>
 
+#include "core/stored_estimate.h"
 #include "piste/math/so3.h"
 #include "piste/solve/fix_queue.h"
-#include "stored_estimate.h"
 
 namespace piste {
 

@@ -19,11 +19,6 @@
 namespace piste {
 namespace {
 
-// A part of a matrix.
-struct Part {
-  int row, column, rows, columns;
-};
-
 using Four = double __attribute__((vector_size(4 * sizeof(double))));
 
 // 4 R rows and C columns of A B, from `row` and `column` on, for matrices of n rows; the first of them from `keep` on
@@ -50,23 +45,24 @@ template <int R, int C>
 // @pre n ≥ 4
 template <int C>
 [[gnu::always_inline]] inline void columns_of_product(const double* A, const double* B, int column, std::ptrdiff_t n,
-                                                      int row, int end, double* out) {
+                                                      double* out) {
+  const int end = static_cast<int>(n);
+  int row = 0;
   for (; row + 8 <= end; row += 8) tile_of_product<2, C>(A, B, row, column, n, row, row + 8, out);
   for (; row < end; row += 4) {
-    tile_of_product<1, C>(A, B, std::min(row, static_cast<int>(n) - 4), column, n, row, std::min(end, row + 4), out);
+    tile_of_product<1, C>(A, B, std::min(row, end - 4), column, n, row, std::min(end, row + 4), out);
   }
 }
 
-// `part` of `out` becomes that of A B, all of them with n rows and columns. An element has the same bits in every part.
-PISTE_WIDE void multiply(const double* A, const double* B, std::ptrdiff_t n, const Part& part, double* out) {
-  const int end = part.row + part.rows, last = part.column + part.columns;
-  int column = part.column;
-  for (; column + 3 <= last; column += 3) columns_of_product<3>(A, B, column, n, part.row, end, out);
-  for (; column < last; ++column) columns_of_product<1>(A, B, column, n, part.row, end, out);
+// out = A B, all of them with n rows and columns.
+PISTE_WIDE void multiply(const double* A, const double* B, std::ptrdiff_t n, double* out) {
+  int column = 0;
+  for (; column + 3 <= n; column += 3) columns_of_product<3>(A, B, column, n, out);
+  for (; column < n; ++column) columns_of_product<1>(A, B, column, n, out);
 }
 
-void multiply(const Covariance& A, const Covariance& B, const Part& part, Covariance& out) {
-  multiply(A.data(), B.data(), A.rows(), part, out.data());
+void multiply(const Covariance& A, const Covariance& B, Covariance& out) {
+  multiply(A.data(), B.data(), A.rows(), out.data());
 }
 
 // The transition Φ over some steps: rows of (ρ, ν, θ), and what every other error is multiplied by. Its adjoint, taken
@@ -154,11 +150,10 @@ class Backward {
     const SmoothedParts& parts = *at_row_;
     const Covariance& P = state.P;
     const int n = layout_.size();
-    const Part all{0, 0, n, n};
     work_.resize(n, n);
-    multiply(many_.count > 0 ? carried(many_, Lambda_) : Lambda_, P, all, work_);
+    multiply(many_.count > 0 ? carried(many_, Lambda_) : Lambda_, P, work_);
     SmoothedState s{parts.x, Covariance(n, n)};
-    multiply(P, work_, all, s.P);
+    multiply(P, work_, s.P);
     s.P = P - s.P;
     reset(s.P, layout_, reset_jacobian(layout_, state.mean - P.lazyProduct(lambda_)));
     // The parts have the same bits, whether they are wanted alone or with the rest.

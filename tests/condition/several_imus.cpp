@@ -75,8 +75,9 @@ Matrix3d gain_of(const Log& log) {
   return (N.inverse() * n).bottomRows<3>().transpose();
 }
 
-// Scales of units that are turned by some degrees act across the axes of the first too. Nothing of it reaches the mean.
-TEST(SeveralImus, ScalesOfTurnedUnitsStayOnTheirAxes) {
+// Scales of units that are turned by some degrees act across the axes of the first too. The mean has all of it, as the
+// filter knows it there.
+TEST(SeveralImus, TheMeanHasWhatScalesOfTurnedUnitsDoAcrossItsAxes) {
   constexpr double kDuration = 120;
   Random random(5);
   ConditioningOptions options = options_for(3);
@@ -100,14 +101,11 @@ TEST(SeveralImus, ScalesOfTurnedUnitsStayOnTheirAxes) {
     options.units[u].imu.R_bs = R;
     options.units[u].sensor.gyro.scale = 0.02;
   }
-  const auto beside_diagonal = [](Matrix3d gain) {
-    gain.diagonal().setZero();
-    return gain.cwiseAbs().maxCoeff();
-  };
+  Matrix3d beside_diagonal = across;
+  beside_diagonal.diagonal().setZero();
   const Matrix3d gain = gain_of(condition_units(turned, options));
-  EXPECT_GT(beside_diagonal(across), 1.5e-3) << "what there would be";
-  EXPECT_LT(beside_diagonal(gain), 0.3 * beside_diagonal(across));
-  EXPECT_LT((gain - across).diagonal().cwiseAbs().maxCoeff(), 1e-3);
+  EXPECT_GT(beside_diagonal.cwiseAbs().maxCoeff(), 1.5e-3);
+  EXPECT_LT((gain - across).cwiseAbs().maxCoeff(), 3e-4);
 }
 
 // Of the mean with a fault less that without it, over an interval: the largest, in rate and in force.

@@ -20,6 +20,15 @@ constexpr double kStep = 0.01;
 constexpr std::array<Block, kImuErrors> kKinds{Block::kGyroBias,   Block::kAccelBias, Block::kGyroDrift,
                                                Block::kAccelDrift, Block::kGyroScale, Block::kAccelScale};
 
+using Axes = std::array<Matrix3d, kUnits>;
+
+// All along one another, or turned against the first: by an angle near 45 degrees, and about another axis by nearly 90.
+Axes unturned() { return {Matrix3d::Identity(), Matrix3d::Identity(), Matrix3d::Identity()}; }
+Axes turned() {
+  return {Matrix3d::Identity(), so3_exp(Vector3d(0.1, -0.78, 0.3)).toRotationMatrix(),
+          so3_exp(Vector3d(-0.05, 0.02, 1.5)).toRotationMatrix()};
+}
+
 // Units that differ in everything but the correlation time of their drifts.
 std::vector<ImuSensor> units(DriftProcess::Kind drift) {
   std::vector<ImuSensor> out(kUnits);
@@ -36,20 +45,23 @@ std::vector<ImuSensor> units(DriftProcess::Kind drift) {
 }
 
 // The filter over stacked outputs. Its state: (ρ, ν, θ), and of each unit bias, drift and scale, in the order of
-// kKinds.
+// kKinds; scales along the axes of the unit.
 struct Stacked {
+  Axes axes;
   static constexpr int kSize = 9 + kUnits * kErrors;
   Eigen::VectorXd mean = Eigen::VectorXd::Zero(kSize);
   Eigen::MatrixXd P = Eigen::MatrixXd::Zero(kSize, kSize);
 
   static int place(int unit, int kind) { return 9 + kErrors * unit + 3 * kind; }
 
-  // The error of the outputs (rate, force) of a unit.
-  static Eigen::MatrixXd error_of(int unit, const Vector3d& rate, const Vector3d& force) {
+  // The error of the outputs (rate, force) of a unit, along the axes of the first.
+  Eigen::MatrixXd error_of(int unit, const Vector3d& rate, const Vector3d& force) const {
+    const Matrix3d& R = axes[static_cast<std::size_t>(unit)];
     Eigen::MatrixXd E = Eigen::MatrixXd::Zero(6, kSize);
     for (int kind = 0; kind < kImuErrors; ++kind) {
-      const Vector3d factor = kind < 4 ? Vector3d::Ones().eval() : kind == 4 ? rate : force;
-      E.block<3, 3>(kind % 2 == 0 ? 0 : 3, place(unit, kind)) = factor.asDiagonal();
+      const Vector3d own = R.transpose() * (kind == 4 ? rate : force);
+      E.block<3, 3>(kind % 2 == 0 ? 0 : 3, place(unit, kind)) =
+          kind < 4 ? Matrix3d::Identity().eval() : Matrix3d(R * own.asDiagonal());
     }
     return E;
   }
@@ -73,16 +85,16 @@ Eigen::Matrix<double, 6, 1> noise_variance(const ImuSensor& sensor) {
 // stand in the state while the outputs of the others tell of them.
 void step(Stacked& s, const std::vector<ImuSensor>& sensors, const Transition& t, const Outputs& beside_mean) {
   const int n = Stacked::kSize;
-  Stacked wide;
+  Stacked wide{s.axes};
   wide.mean = Eigen::VectorXd::Zero(n + 6);
   wide.mean.head(n) = s.mean;
   wide.P = Eigen::MatrixXd::Zero(n + 6, n + 6);
   wide.P.topLeftCorner(n, n) = s.P;
   wide.P.bottomRightCorner(6, 6) = noise_variance(sensors[0]).asDiagonal();
-  const Eigen::MatrixXd first = Stacked::error_of(0, t.rate, t.force);
+  const Eigen::MatrixXd first = s.error_of(0, t.rate, t.force);
   for (int i = 1; i < kUnits; ++i) {
     Eigen::MatrixXd H(6, n + 6);
-    H << Stacked::error_of(i, t.rate, t.force) - first, -Eigen::MatrixXd::Identity(6, 6);
+    H << s.error_of(i, t.rate, t.force) - first, -Eigen::MatrixXd::Identity(6, 6);
     const auto unit = static_cast<std::size_t>(i);
     wide.update(H, beside_mean[unit] - beside_mean[0], noise_variance(sensors[unit]).asDiagonal());
   }
@@ -108,7 +120,7 @@ void step(Stacked& s, const std::vector<ImuSensor>& sensors, const Transition& t
 }
 
 // The matrix from the errors of our layout to those of the stacked filter.
-Eigen::MatrixXd to_stacked(const StateLayout& layout, const std::vector<ImuSensor>& sensors) {
+Eigen::MatrixXd to_stacked(const StateLayout& layout, const std::vector<ImuSensor>& sensors, const Axes& axes) {
   Eigen::MatrixXd M = Eigen::MatrixXd::Zero(Stacked::kSize, layout.size());
   M.topLeftCorner<9, 9>().setIdentity();
   for (int kind = 0; kind < kImuErrors; ++kind) {
@@ -117,10 +129,14 @@ Eigen::MatrixXd to_stacked(const StateLayout& layout, const std::vector<ImuSenso
     const UnitSplit split =
         split_errors(unit_weights(sensors, triad), unit_sigmas(sensors, triad, static_cast<UnitError>(kind / 2)));
     for (int i = 0; i < kUnits; ++i) {
-      M.block<3, 3>(Stacked::place(i, kind), layout.offset(block)) = split.common(i) * Matrix3d::Identity();
+      Matrix3d own = Matrix3d::Identity();  // from the order of our axes to that of the unit's
+      if (kind >= 4) {
+        const TurnedScale turned(axes[static_cast<std::size_t>(i)]);
+        for (int k = 0; k < 3; ++k) own.row(k) = turned.ordered(Vector3d::Unit(k)).transpose();
+      }
+      M.block<3, 3>(Stacked::place(i, kind), layout.offset(block)) = split.common(i) * own;
       for (int k = 0; k + 1 < kUnits; ++k) {
-        M.block<3, 3>(Stacked::place(i, kind), layout.offset(parity_block(block, k))) =
-            split.split(i, k) * Matrix3d::Identity();
+        M.block<3, 3>(Stacked::place(i, kind), layout.offset(parity_block(block, k))) = split.split(i, k) * own;
       }
     }
   }
@@ -128,10 +144,11 @@ Eigen::MatrixXd to_stacked(const StateLayout& layout, const std::vector<ImuSenso
 }
 
 // Runs both filters over random outputs, and compares all states of the stacked one.
-void expect_equal(DriftProcess::Kind drift) {
+void expect_equal(DriftProcess::Kind drift, const Axes& axes) {
   Random random(7);
   FilterOptions options;
   options.units = units(drift);
+  options.unit_axes = {axes.begin(), axes.end()};
   options.sensor = mean_sensor(options.units);
   options.estimate = with_implied_blocks(options, {kKinds.begin(), kKinds.end()});
   const StateLayout layout(options.estimate);
@@ -142,8 +159,8 @@ void expect_equal(DriftProcess::Kind drift) {
   start.covariance = 0.1 * random.covariance(9);
   Covariance P = initial_covariance(layout, options, start);
   ErrorVector m = ErrorVector::Zero(layout.size());
-  const Eigen::MatrixXd M = to_stacked(layout, options.units);
-  Stacked stacked;
+  const Eigen::MatrixXd M = to_stacked(layout, options.units, axes);
+  Stacked stacked{axes};
   stacked.P = M * P * M.transpose();
   for (int i = 0; i < kUnits; ++i) {  // that the units' errors are independent at first
     for (int k = 0; k < i; ++k) {
@@ -155,6 +172,7 @@ void expect_equal(DriftProcess::Kind drift) {
   const UnitMatrix L_gyro = parity_rows(unit_noise(options.units, &ImuSensor::gyro));
   const UnitMatrix L_accel = parity_rows(unit_noise(options.units, &ImuSensor::accel));
 
+  const auto scales = UnitScales::across(options);
   Estimate x;
   x.q_wb = random.rotation();
   x.v_wb = random.vector(10);
@@ -196,6 +214,7 @@ void expect_equal(DriftProcess::Kind drift) {
     mechanize(x, s, world.earth_rate(), gravity);
     Transition t = linearize(before, x, s, world.earth_rate(), gravity,
                              {options.sensor.gyro.noise_variance(), options.sensor.accel.noise_variance()});
+    t.units = scales.get();
     add_processes(t, layout, options, kStep);
     propagate(P, layout, t);
     propagate(m, layout, t);
@@ -221,8 +240,85 @@ void expect_equal(DriftProcess::Kind drift) {
   EXPECT_GT(mean.cwiseQuotient(sigma).cwiseAbs().maxCoeff(), 0.5);  // there was something to tell
 }
 
-TEST(SeveralImus, AreTheFilterOverStackedOutputs) { expect_equal(DriftProcess::Kind::kGaussMarkov); }
-TEST(SeveralImus, AreTheFilterOverStackedOutputsWithRandomWalks) { expect_equal(DriftProcess::Kind::kRandomWalk); }
+TEST(SeveralImus, AreTheFilterOverStackedOutputs) { expect_equal(DriftProcess::Kind::kGaussMarkov, unturned()); }
+TEST(SeveralImus, AreTheFilterOverStackedOutputsWithRandomWalks) {
+  expect_equal(DriftProcess::Kind::kRandomWalk, unturned());
+}
+TEST(SeveralImus, ThatAreTurnedAreTheFilterOverStackedOutputs) {
+  expect_equal(DriftProcess::Kind::kGaussMarkov, turned());
+}
+
+// What is taken off a step leaves what the mean's own scales make of the true one.
+TEST(SeveralImus, OnlyTheMeansOwnScalesAreLeftInAStep) {
+  Random random(3);
+  const Axes axes = turned();
+  FilterOptions options;
+  options.units = units(DriftProcess::Kind::kGaussMarkov);
+  options.unit_axes = {axes.begin(), axes.end()};
+  const UnitVector w = unit_weights(options.units, &ImuSensor::gyro);
+  const UnitSplit split = split_errors(w, unit_sigmas(options.units, &ImuSensor::gyro, UnitError::kScale));
+  Estimate x = random.estimate();
+  Matrix3d gain = Matrix3d::Identity();
+  for (int i = 0; i < kUnits; ++i) {
+    const Matrix3d& R = axes[static_cast<std::size_t>(i)];
+    Vector3d scale = split.common(i) * x.gyro_scale;
+    for (int k = 0; k + 1 < kUnits; ++k) scale += split.split(i, k) * additive(x, parity_block(Block::kGyroScale, k));
+    Vector3d own;
+    const Vector3d place = TurnedScale(R).ordered({0, 1, 2});
+    for (int k = 0; k < 3; ++k) own(static_cast<int>(place(k))) = scale(k);
+    gain += w(i) * R * own.asDiagonal() * R.transpose();
+  }
+  const Vector3d rate = random.vector(2), slope = random.vector(5), offset = x.gyro_bias + x.gyro_drift;
+  const ImuStep measured{0.01, 0.01 * (gain * rate + offset), random.vector(0.1), gain * slope, random.vector(50)};
+  const UnitScales scales(options);
+  const ImuStep step = correct(scales.without_rest(measured, x), x);
+  EXPECT_LT((step.mean_rate() - rate).norm(), 1e-13);
+  EXPECT_LT((step.rate_slope - slope).norm(), 1e-13);
+  EXPECT_GT((correct(measured, x).mean_rate() - rate).norm(), 1e-3) << "nothing to take off";
+}
+
+// About an estimate without scales: those that it has change the effect of others in second order.
+TEST(SeveralImus, ScalesActOnAStepAsDifferencesSay) {
+  Random random(8);
+  const Axes axes = turned();
+  FilterOptions options;
+  options.units = units(DriftProcess::Kind::kGaussMarkov);
+  options.unit_axes = {axes.begin(), axes.end()};
+  options.sensor = mean_sensor(options.units);
+  const StateLayout layout(with_implied_blocks(options, {kKinds.begin(), kKinds.end()}));
+  const UnitScales scales(options);
+  const World world({0.81, 0.13, 800});
+  for (int trial = 0; trial < 10; ++trial) {
+    Estimate about = random.estimate();
+    about.gyro_scale.setZero();
+    about.accel_scale.setZero();
+    about.parity.fill(Vector3d::Zero());
+    constexpr double kShort = 1e-4;  // s: the midpoint of a step is that of its transition
+    const ImuStep measured{kShort, kShort * random.vector(3), kShort * random.vector(15), random.vector(5),
+                           random.vector(50)};
+    const Gravity gravity = world.gravity(about.p_wb);
+    const auto after = [&](Estimate x) {
+      mechanize(x, correct(scales.without_rest(measured, x), x), world.earth_rate(), gravity);
+      return x;
+    };
+    const ImuStep corrected = correct(scales.without_rest(measured, about), about);
+    Transition t = linearize(about, after(about), corrected, world.earth_rate(), gravity, {});
+    t.units = &scales;
+    const Covariance Phi = dense_transition(layout, t);
+    for (const Block b : layout.blocks()) {
+      if (is_navigation(b) || info(b).process) continue;
+      for (int k = 0; k < 3; ++k) {
+        constexpr double kDeviation = 1e-3;
+        ErrorVector e = ErrorVector::Zero(layout.size());
+        e(layout.offset(b) + k) = kDeviation;
+        const ErrorVector moved = boxminus(after(boxplus(about, layout, e)), after(boxplus(about, layout, -e)), layout);
+        const Eigen::Matrix<double, 6, 1> numeric = moved.segment<6>(3) / (2 * kDeviation),
+                                          claimed = Phi.col(layout.offset(b) + k).segment<6>(3);
+        EXPECT_LE((numeric - claimed).norm(), 1e-3 * numeric.norm()) << info(b).name << " " << k;
+      }
+    }
+  }
+}
 
 TEST(SeveralImus, OfUnitsThatAreAlikeTheMeanHasOneOverRootOfTheErrors) {
   std::vector<ImuSensor> alike(4, units(DriftProcess::Kind::kGaussMarkov)[1]);

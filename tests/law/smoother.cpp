@@ -139,8 +139,18 @@ INSTANTIATE_TEST_SUITE_P(Rts, Smoother,
                          testing::Values(std::vector<Block>{}, test::all_blocks(),
                                          std::vector<Block>{Block::kGyroBias, Block::kAccelBias, Block::kAccelDrift}));
 
-TEST_P(Smoother, IsTheDenseBatchSolution) {
-  SyntheticRun s = test::synthetic_run(0.5, GetParam());
+// Three IMUs in place of the one, whose scales act across the axes of their mean. What they differ by is not measured.
+SyntheticRun with_turned_units(double duration) {
+  SyntheticRun s = test::synthetic_run(
+      duration, {Block::kGyroBias, Block::kGyroDrift, Block::kAccelDrift, Block::kGyroScale, Block::kAccelScale});
+  s.options.units.assign(3, s.options.sensor);
+  s.options.unit_axes = {Matrix3d::Identity(), so3_exp(Vector3d(0.1, -0.7, 0.3)).toRotationMatrix(),
+                         so3_exp(Vector3d(0.2, 0.4, 0.1)).toRotationMatrix()};
+  s.options.estimate = with_implied_blocks(s.options, s.options.estimate);
+  return s;
+}
+
+void expect_dense_batch_solution(SyntheticRun s) {
   s.options.behaviour.rest.interval = 0.1;
   const FilterRun run = run_filter(s.log, s.options, s.start, Keep::kHistory);
   const Solution smoothed = smooth_rts(run);
@@ -186,6 +196,10 @@ TEST_P(Smoother, IsTheDenseBatchSolution) {
   }
   EXPECT_GT(moved, 0.5) << "the smoother had nothing to do";
 }
+
+TEST_P(Smoother, IsTheDenseBatchSolution) { expect_dense_batch_solution(test::synthetic_run(0.5, GetParam())); }
+
+TEST(Rts, OfUnitsThatAreTurnedIsTheDenseBatchSolution) { expect_dense_batch_solution(with_turned_units(0.5)); }
 
 TEST_P(Smoother, AttitudeErrorsGoTogetherAsInTheDenseBatchSolution) {
   SyntheticRun s = test::synthetic_run(0.5, GetParam());
@@ -249,8 +263,7 @@ TEST_P(Smoother, IsNeverLessSureThanTheFilterAndEndsWithIt) {
 }
 
 // The reference of a second pass carries the smoothed error from epoch to epoch instead.
-TEST(Rts, TheTrajectoryWithoutCovariancesIsThatOfTheWhole) {
-  const SyntheticRun s = test::synthetic_run(4, test::all_blocks());
+void expect_trajectory_of_the_whole(const SyntheticRun& s) {
   const FilterRun run = run_filter(s.log, s.options, s.start, Keep::kHistory);
   const Solution whole = smooth_rts(run);
   const auto trajectory = std::make_shared<const Reference>(smoothed_trajectory(run));
@@ -261,6 +274,11 @@ TEST(Rts, TheTrajectoryWithoutCovariancesIsThatOfTheWhole) {
     EXPECT_EQ(row.time, whole.time(i));
     EXPECT_LT(boxminus(row.x, whole.estimate(i)).cwiseAbs().maxCoeff(), 1e-8) << i;
   }
+}
+
+TEST(Rts, TheTrajectoryWithoutCovariancesIsThatOfTheWhole) {
+  expect_trajectory_of_the_whole(test::synthetic_run(4, test::all_blocks()));
+  expect_trajectory_of_the_whole(with_turned_units(4));
 }
 
 // Runs that begin about a smoothed trajectory and go on by themselves.

@@ -16,6 +16,7 @@
 /// (PLANS), for synthetic and extended mechanization; the split of the states is our own.
 
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -60,19 +61,23 @@ UnitSplit split_errors(const UnitVector& weights, const UnitVector& sigma);
 /// 1-sigma of the error of a parity block: the root mean square of the units' sigmas.
 double parity_sigma(const UnitVector& sigma);
 
-/// How scales add to the output of a unit. They act along its own axes, which R turns into those of the first: there
-/// the output differs by R diag(s) Rᵀ u. Its diagonal, d, is what is told of its scales (`gyro_scale` and so on); the
-/// rest follows from it by s(d), the mean of all s of equal sigmas with that diagonal.
+/// How the scales s of a unit add to its output. They act along its own axes, which R turns into those of the first:
+/// there the output differs by R diag(s) Rᵀ u. They are in the order of the axes of the first that they lie nearest to.
 class TurnedScale {
  public:
   explicit TurnedScale(const Matrix3d& R);
-  /// The matrix that takes the true signal to what scales d add to it: d on its diagonal, and the rest.
-  Matrix3d effect(const Vector3d& d) const;
-  /// The matrix that takes d to what it adds to the signal u: effect(d) u = by_scales(u) d.
+  /// Whether R turns every axis into one of the first, so that the scales act along these.
+  bool at_right_angles() const;
+  /// R diag(s) Rᵀ.
+  Matrix3d effect(const Vector3d& s) const;
+  /// The matrix that takes s to what it adds to the signal u: effect(s) u = by_scales(u) s.
   Matrix3d by_scales(const Vector3d& u) const;
+  /// Values along the axes x, y and z of the unit, in the order of s.
+  Vector3d ordered(const Vector3d& own) const { return own(order_); }
 
  private:
-  Matrix3d R_, own_;  ///< own_: from d to s
+  std::array<int, 3> order_{0, 1, 2};
+  Matrix3d R_;  ///< its columns in that order
 };
 
 /// Of each unit: the densities of the white noise of a triad; the 1-sigma of an error. Of a random walk that is its

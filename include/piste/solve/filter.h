@@ -107,6 +107,7 @@ class Filter {
     double clock_from = 0;  // from when the drift of the IMU's clock counts
   };
 
+  ImuStep step_of(const ImuSample* after) const;
   void process(const ImuSample* after);
   void advance(const ImuStep& step, const StepNoise& noise);
   void follow_reference(double dt);
@@ -126,7 +127,7 @@ class Filter {
                          const Linearization& at_estimate, double learned);
   void apply(int source, double late, const Linearization& lin);
   void correct_by(const Update& update, const Linearization& lin);
-  void propagate_by(const Transition& transition);
+  void propagate_by(Transition transition);
   void admit(const Linearization& lin, double lapse);
   bool moves() const;
   /// Whether the body is at rest, as far as the measurements have not contradicted it.

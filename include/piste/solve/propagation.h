@@ -12,7 +12,8 @@ namespace piste {
 class Propagation {
  public:
   Propagation() = default;
-  Propagation(const World& world, const Vector3d& p_wb) : gravity_(world.gravity(p_wb)) {}
+  Propagation(const World& world, const Vector3d& p_wb, const FilterOptions& options)
+      : units_(UnitScales::across(options)), gravity_(world.gravity(p_wb)) {}
 
   /// Gravity as a linear function. Where the last step began it is within 4e-9 m/s² of normal gravity.
   const Gravity& gravity() const { return gravity_; }
@@ -20,13 +21,17 @@ class Propagation {
   /// Rate and force as means over the last samples, in the axes of `q_wb`.
   RecentMotion recent(const Quaterniond& q_wb, const ImuSensor& sensor) const { return motion_.at(q_wb, sensor); }
 
-  /// Advances `state` over `step`, whose increments are as measured. `still`: the body is at rest. `known`: rate and
-  /// force that the scales multiply, where a reference tells them; without it those of the step. Returns the transition
-  /// of the error. No heap.
+  /// Of several IMUs; nothing if their scales act along the axes of the body.
+  const UnitScales* units() const { return units_.get(); }
+
+  /// Advances `state` over `step`, whose increments are as measured, without_rest(). `still`: the body is at rest.
+  /// `known`: rate and force that the scales multiply, where a reference tells them; without it those of the step.
+  /// Returns the transition of the error. No heap.
   Transition advance(FilterState& state, const ImuStep& step, const StepNoise& noise, bool still, const World& world,
                      const StateLayout& layout, const FilterOptions& options, const BodyMotion* known = nullptr);
 
  private:
+  std::shared_ptr<const UnitScales> units_;
   Gravity gravity_;
   MotionMean motion_;
   StandingForce standing_;
