@@ -150,7 +150,7 @@ TEST(Propagation, ABodyThatStandsReadsMeanGravity) {
   FilterOptions options;
   options.sensor = sensor();
   FilterState state{0, {}, Covariance::Identity(9, 9)};
-  Propagation propagation(world, state.x.p_wb);
+  Propagation propagation(world, state.x.p_wb, options);
   const Vector3d gravity = propagation.gravity().value;
   Vector3d sum = Vector3d::Zero();
   for (int i = 1; i <= 50; ++i) {
@@ -171,7 +171,7 @@ TEST(Propagation, GravityFollowsTheBody) {
   const StateLayout layout;
   FilterState state{0, {}, Covariance::Identity(9, 9)};
   state.x.v_wb = {100, 0, 0};
-  Propagation propagation(world, state.x.p_wb);
+  Propagation propagation(world, state.x.p_wb, options);
   const ImuStep step{0.1, Vector3d::Zero(), -0.1 * propagation.gravity().value, Vector3d::Zero(), Vector3d::Zero()};
   for (int i = 0; i < 300; ++i) {
     propagation.advance(state, step, {}, false, world, layout, options);
