@@ -37,8 +37,13 @@ std::shared_ptr<const Reference> reference_of(const Solution& filtered, const Ba
   auto out = std::make_shared<Reference>(layout.whole);
   out->start = start.x;
   if (!filtered.empty()) layout.constant.copy(filtered.estimate(filtered.size() - 1), out->start);
-  for (std::size_t i = 0; i < filtered.size(); ++i) out->add(filtered.time(i), filtered.estimate(i));
-  out->close();
+  constexpr std::size_t kPiece = 1024;
+  for (std::size_t end = filtered.size(); end > 0;) {
+    const std::size_t first = end - std::min(end, kPiece);
+    for (std::size_t i = first; i < end; ++i) out->add(filtered.time(i), filtered.estimate(i));
+    out->close();
+    end = first;
+  }
   return out;
 }
 
