@@ -1,5 +1,6 @@
 #include "math/blocks.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -11,9 +12,10 @@ namespace {
 using Index = std::ptrdiff_t;
 using FourRows = double __attribute__((vector_size(4 * sizeof(double))));
 
-// C ← C + sign A B for 4 R rows and N columns.
+// C ← kept C + factor A B for 4 R rows and N columns.
 template <int R, int N>
-[[gnu::always_inline]] inline void add_tile(double sign, const Factors& of, double* C, Index stride_C) {
+[[gnu::always_inline]] inline void multiply_tile(double factor, const Factors& of, bool kept, double* C,
+                                                 Index stride_C) {
   FourRows sum[N][R] = {};
   for (Index k = 0; k < of.inner; ++k) {
     const double* const b = of.B + k * of.row;
@@ -26,39 +28,44 @@ template <int R, int N>
   for (int j = 0; j < N; ++j) {
     for (int i = 0; i < R; ++i) {
       double* const to = C + j * stride_C + Index{4} * i;
-      FourRows all;
-      std::memcpy(&all, to, sizeof all);
-      all += sign * sum[j][i];
+      FourRows all = {};
+      if (kept) std::memcpy(&all, to, sizeof all);
+      all += factor * sum[j][i];
       std::memcpy(to, &all, sizeof all);
     }
   }
 }
 
 template <int R>
-[[gnu::always_inline]] inline void add_rows(double sign, Factors of, double* C, Index stride_C, Index columns) {
+[[gnu::always_inline]] inline void multiply_rows(double factor, Factors of, bool kept, double* C, Index stride_C,
+                                                 Index columns) {
   constexpr int kTogether = 4;
   Index j = 0;
   for (; j + kTogether <= columns; j += kTogether) {
-    add_tile<R, kTogether>(sign, of, C, stride_C);
+    multiply_tile<R, kTogether>(factor, of, kept, C, stride_C);
     of.B += kTogether * of.column;
     C += kTogether * stride_C;
   }
   switch (columns - j) {
     case 3:
-      return add_tile<R, 3>(sign, of, C, stride_C);
+      return multiply_tile<R, 3>(factor, of, kept, C, stride_C);
     case 2:
-      return add_tile<R, 2>(sign, of, C, stride_C);
+      return multiply_tile<R, 2>(factor, of, kept, C, stride_C);
     case 1:
-      return add_tile<R, 1>(sign, of, C, stride_C);
+      return multiply_tile<R, 1>(factor, of, kept, C, stride_C);
     default:
       return;
   }
 }
 
-PISTE_WIDE void add_padded(double sign, Factors of, double* C, Index stride_C, Index columns) {
+PISTE_WIDE void multiply_padded(double factor, Factors of, bool kept, bool lower, double* C, Index stride_C,
+                                Index columns) {
+  const auto until = [&](Index end_of_rows) { return lower ? std::min(columns, end_of_rows) : columns; };
   Index row = 0;
-  for (; row + 8 <= stride_C; row += 8, of.A += 8) add_rows<2>(sign, of, C + row, stride_C, columns);
-  if (row < stride_C) add_rows<1>(sign, of, C + row, stride_C, columns);
+  for (; row + 8 <= stride_C; row += 8, of.A += 8) {
+    multiply_rows<2>(factor, of, kept, C + row, stride_C, until(row + 8));
+  }
+  if (row < stride_C) multiply_rows<1>(factor, of, kept, C + row, stride_C, until(row + 4));
 }
 
 // The sweep operator on every row in turn (Goodnight 1979, The American Statistician 33): A becomes −A⁻¹. Of A the
@@ -95,8 +102,8 @@ PISTE_WIDE bool sweep(double* A, Index n, Index stride, double* column) {
 
 }  // namespace
 
-void add_product(double sign, const Factors& of, Blocks::View C) {
-  add_padded(sign, of, C.data(), C.outerStride(), C.cols());
+void multiply(double factor, const Factors& of, bool kept, bool lower, Blocks::View C) {
+  multiply_padded(factor, of, kept, lower, C.data(), C.outerStride(), C.cols());
 }
 
 bool invert_definite(Blocks::View A) {
@@ -109,7 +116,7 @@ bool invert_definite(Blocks::View A) {
     if (!std::isfinite(scale[i])) return false;
   }
   for (Index j = 0; j < n; ++j) {
-    for (Index i = 0; i < n; ++i) A(i, j) *= scale[i] * scale[j];
+    for (Index i = j; i < n; ++i) A(i, j) *= scale[i] * scale[j];
   }
   if (!sweep(A.data(), n, stride, column)) return false;
   for (Index j = 0; j < n; ++j) {
