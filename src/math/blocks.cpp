@@ -68,34 +68,69 @@ PISTE_WIDE void multiply_padded(double factor, Factors of, bool kept, bool lower
   if (row < stride_C) multiply_rows<1>(factor, of, kept, C + row, stride_C, until(row + 4));
 }
 
-// The sweep operator on every row in turn (Goodnight 1979, The American Statistician 33): A becomes −A⁻¹. Of A the
-// groups of rows from the diagonal on are read and written. `column`: room for one. Pivots are variances given all rows
-// before, of which the first are one.
-PISTE_WIDE bool sweep(double* A, Index n, Index stride, double* column) {
+// What a pivot changes in N columns of the same group: rest ← rest − column (column_j / pivot).
+template <int N>
+[[gnu::always_inline]] inline void sweep_columns(double over, const double* column, Index group, double* A,
+                                                 Index stride) {
+  double factor[N];
+  for (int j = 0; j < N; ++j) factor[j] = column[group + j] * over;
+  for (Index i = group; i < stride; i += 4) {
+    FourRows part;
+    std::memcpy(&part, column + i, sizeof part);
+    for (int j = 0; j < N; ++j) {
+      double* const to = A + (group + j) * stride + i;
+      FourRows rest;
+      std::memcpy(&rest, to, sizeof rest);
+      rest -= part * factor[j];
+      std::memcpy(to, &rest, sizeof rest);
+    }
+  }
+}
+
+// Of A the groups of rows from the diagonal on, times `sign` and the scales of row and column.
+[[gnu::always_inline]] inline void scale_both(double sign, const double* scale, double* A, Index n, Index stride) {
+  for (Index j = 0; j < n; ++j) {
+    for (Index i = j / 4 * 4; i < stride; i += 4) {
+      double* const to = A + j * stride + i;
+      FourRows rest, part;
+      std::memcpy(&rest, to, sizeof rest);
+      std::memcpy(&part, scale + i, sizeof part);
+      rest *= sign * (part * scale[j]);
+      std::memcpy(to, &rest, sizeof rest);
+    }
+  }
+}
+
+// The sweep operator on every row in turn (Goodnight 1979, The American Statistician 33): A becomes −A⁻¹, scaled. Of A
+// the groups of rows from the diagonal on are read. `scale` and `column`: zeros, room for one. Pivots are variances
+// given all rows before, of which the first are one.
+PISTE_WIDE bool invert_padded(double* A, Index n, Index stride, double* scale, double* column) {
   constexpr double kNothing = 1e-15;
+  for (Index i = 0; i < n; ++i) {
+    scale[i] = 1 / std::sqrt(A[i * stride + i]);
+    if (!std::isfinite(scale[i])) return false;
+  }
+  scale_both(1, scale, A, n, stride);
   for (Index k = 0; k < n; ++k) {
     double* const pivot_column = A + k * stride;
     const double pivot = pivot_column[k];
     if (!(pivot > kNothing)) return false;
     const double over = 1 / pivot;
     for (Index i = 0; i < k; ++i) column[i] = A[i * stride + k];
-    column[k] = 0;
+    column[k] = 0;  // so its own column stays
     for (Index i = k + 1; i < stride; ++i) column[i] = pivot_column[i];
-    for (Index j = 0; j < n; ++j) {
-      if (j == k) continue;
-      double* const to = A + j * stride;
-      const double factor = column[j] * over;
-      for (Index i = j / 4 * 4; i < stride; i += 4) {
-        FourRows rest, part;
-        std::memcpy(&rest, to + i, sizeof rest);
-        std::memcpy(&part, column + i, sizeof part);
-        rest -= part * factor;
-        std::memcpy(to + i, &rest, sizeof rest);
-      }
-      if (j < k) to[k] = factor;
-    }
+    Index group = 0;
+    for (; group + 4 <= n; group += 4) sweep_columns<4>(over, column, group, A, stride);
+    if (n - group == 3) sweep_columns<3>(over, column, group, A, stride);
+    if (n - group == 2) sweep_columns<2>(over, column, group, A, stride);
+    if (n - group == 1) sweep_columns<1>(over, column, group, A, stride);
+    for (Index i = 0; i < k; ++i) A[i * stride + k] = column[i] * over;
     for (Index i = k + 1; i < n; ++i) pivot_column[i] = column[i] * over;
     pivot_column[k] = -over;
+  }
+  scale_both(-1, scale, A, n, stride);
+  for (Index j = 0; j < n; ++j) {
+    for (Index i = j + 1; i < n; ++i) A[i * stride + j] = A[j * stride + i];
   }
   return true;
 }
@@ -109,21 +144,9 @@ void multiply(double factor, const Factors& of, bool kept, bool lower, Blocks::V
 bool invert_definite(Blocks::View A) {
   constexpr Index kLargest = 128;
   const Index n = A.rows(), stride = A.outerStride();
-  alignas(32) double scale[kLargest], column[kLargest];
+  alignas(32) double scale[kLargest] = {}, column[kLargest] = {};
   eigen_assert(stride <= kLargest);
-  for (Index i = 0; i < n; ++i) {
-    scale[i] = 1 / std::sqrt(A(i, i));
-    if (!std::isfinite(scale[i])) return false;
-  }
-  for (Index j = 0; j < n; ++j) {
-    for (Index i = j; i < n; ++i) A(i, j) *= scale[i] * scale[j];
-  }
-  if (!sweep(A.data(), n, stride, column)) return false;
-  for (Index j = 0; j < n; ++j) {
-    A(j, j) *= -(scale[j] * scale[j]);
-    for (Index i = j + 1; i < n; ++i) A(i, j) = A(j, i) = -A(i, j) * (scale[i] * scale[j]);
-  }
-  return true;
+  return invert_padded(A.data(), n, stride, scale, column);
 }
 
 }  // namespace piste

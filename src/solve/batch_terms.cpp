@@ -20,11 +20,8 @@ using ImuChange = Eigen::Matrix<double, 18, 1>;
 // By how much the errors of the IMU differ, in the order of the columns of a sum.
 ImuChange imu_change(const Estimate& now, const Estimate& before) {
   ImuChange change;
-  int row = 0;
-  for (const Block b : ImuSum::kImuErrors) {
-    change.segment<3>(row) = additive(now, b) - additive(before, b);
-    row += 3;
-  }
+  change << now.gyro_bias - before.gyro_bias, now.accel_bias - before.accel_bias, now.gyro_drift - before.gyro_drift,
+      now.accel_drift - before.accel_drift, now.gyro_scale - before.gyro_scale, now.accel_scale - before.accel_scale;
   return change;
 }
 
