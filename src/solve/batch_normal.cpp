@@ -108,6 +108,7 @@ Refined refine(BatchTerms& terms, const std::vector<double>& weights, BatchState
     // From the second step on the fall shrinks as that of Newton's steps does, whose roots are squared.
     const bool settled = fall < enough || (k > 0 && fall < fell && fall * (fall / fell) * (fall / fell) < enough);
     take_step(terms.layout(), newton, settled ? states : newton.at, threads);
+    newton.fall = fall;
     if (settled) return {cost - fall, first - cost + fall, k + 1, true};
     terms.linearise(newton.at, threads);
     fell = fall;
@@ -121,7 +122,7 @@ Refined refine(BatchTerms& terms, const std::vector<double>& weights, BatchState
 Refined reweigh(const BatchTerms& terms, const std::vector<double>& weights, BatchStates& states, Newton& newton,
                 std::size_t threads) {
   const double cost = eliminate(terms, weights, newton, false, threads), least = 0.5 * newton.equations.least();
-  const bool near = cost - least < by_nodes(kEnough, states.size());
+  const bool near = cost - least < newton.fall + by_nodes(kEnough, states.size());
   if (near) take_step(terms.layout(), newton, states, threads);
   return {least, cost - least, 1, near};
 }

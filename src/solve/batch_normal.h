@@ -15,6 +15,7 @@ struct Newton {
   ArrowElimination equations;  ///< about there
   double squares_of_links = 0;
   ArrowVector step;  ///< from there to the states
+  double fall = 0;   ///< by which refine() expected that of its last step to lower the objective
 };
 
 /// The objective after refine(), and by how much it fell: half the square of what the solution moved, in sigmas of all
@@ -35,8 +36,8 @@ enum class WhereNot { kStays, kLowest };
 Refined refine(BatchTerms& terms, const std::vector<double>& weights, BatchStates& states, Newton& newton,
                WhereNot unsettled, std::size_t threads);
 
-/// The same with other weights, by one step from where the last one was, with the derivatives there. If that is too far
-/// for them, states stay what they were.
+/// The same with other weights, by one step from where the last one was, with the derivatives there. If that is further
+/// than where these led before, states stay what they were.
 Refined reweigh(const BatchTerms& terms, const std::vector<double>& weights, BatchStates& states, Newton& newton,
                 std::size_t threads);
 
