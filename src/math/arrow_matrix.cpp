@@ -140,7 +140,7 @@ ArrowVector ArrowElimination::solution() const {
   of_all << border_, 1;
   for (std::size_t i = nodes_.size(); i-- > 0;) {
     x.nodes[i].noalias() = -sides_[i].transpose().lazyProduct(of_all);
-    if (i < gains_.size()) x.nodes[i].noalias() += gains_[i].lazyProduct(x.nodes[i + 1]);
+    if (i < gains_.size()) add_product(1, gains_[i], x.nodes[i + 1], x.nodes[i]);
   }
   return x;
 }

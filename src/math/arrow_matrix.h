@@ -56,7 +56,8 @@ class ArrowEquations {
 
  private:
   friend class ArrowElimination;
-  // Of a node with itself, and of (g, 1) with itself: not what is above the diagonal. Between them of (g, 1) with a node.
+  // Of a node with itself, and of (g, 1) with itself: not what is above the diagonal. Between them of (g, 1) with a
+  // node.
   Blocks nodes_, sides_, corner_;
 };
 
@@ -80,8 +81,8 @@ class ArrowElimination {
   /// Begins a chain of `count` nodes, in the memory of the one before: memory that the system clears anew costs as much
   /// as filling it. Below their first `full` rows, all F are diagonal.
   void begin(std::size_t count, Eigen::Index node, Eigen::Index border, Eigen::Index full);
-  /// What ties the nodes: to be written before append() comes to the first of the two. If nothing has changed in size it
-  /// is that of the chain before, else zero.
+  /// What ties the nodes: to be written before append() comes to the first of the two. If nothing has changed in size
+  /// it is that of the chain before, else zero.
   ChainLinks& links() { return links_; }
   /// Eliminates the next nodes. The equations are those of priors and measurements alone, without those of the links.
   /// Throws std::domain_error if the first node is not determined.

@@ -94,7 +94,8 @@ void add_symmetric_transposed(double factor, const ViewA& A, const ViewB& B, Blo
 
 /// A ← A⁻¹ of a symmetric positive definite A, by Gauss and Jordan's elimination of the matrix with unit diagonal, so
 /// that units do not matter (Higham 2002, Accuracy and Stability of Numerical Algorithms, section 14.4). Returns
-/// whether A is positive definite; if it is not, A is spoilt. What is above the diagonal is not read. @pre A is of Blocks
+/// whether A is positive definite; if it is not, A is spoilt. What is above the diagonal is not read. @pre A is of
+/// Blocks
 bool invert_definite(Blocks::View A);
 
 }  // namespace piste

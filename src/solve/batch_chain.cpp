@@ -173,7 +173,10 @@ class ChainLayer {
     ChainInterval& interval = chain_.intervals[chain_.nodes.size() - 1];
     interval.first = pending_;
     interval.last = chain_.steps.size();
-    chain_.nodes.push_back({time_, x_, gravity_, {}});
+    ChainNode& node = chain_.nodes.emplace_back();
+    node.time = time_;
+    node.x = x_;
+    node.gravity = gravity_;
     pending_ = chain_.steps.size();
   }
 

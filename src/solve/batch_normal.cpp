@@ -33,8 +33,8 @@ void write_down(const BatchTerms& terms, const std::vector<double>& weights, con
   }
 }
 
-// Half the square of seven sigmas of all unknowns of a thousand nodes together: what such a step leaves is of its second
-// order, so much less, and the next round, which lays the run out anew, takes it away.
+// Half the square of seven sigmas of all unknowns of a thousand nodes together: what such a step leaves is of its
+// second order, so much less, and the next round, which lays the run out anew, takes it away.
 constexpr double kEnough = 25;
 
 void take_step(const BatchLayout& layout, Newton& newton, BatchStates& states, std::size_t threads) {
@@ -114,7 +114,8 @@ Refined refine(BatchTerms& terms, const std::vector<double>& weights, BatchState
     fell = fall;
   }
   newton.at = states;
-  newton.step = {Blocks(states.size(), terms.layout().node.size(), 1), Eigen::VectorXd::Zero(terms.layout().constant.size())};
+  newton.step = {Blocks(states.size(), terms.layout().node.size(), 1),
+                 Eigen::VectorXd::Zero(terms.layout().constant.size())};
   terms.linearise(states, threads);
   return {least, first - least, k, false};
 }

@@ -22,8 +22,8 @@ void put(Covariance& P, const BatchLayout::Part& rows, const BatchLayout::Part& 
 
 using NodeError = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostStates, 1>;
 
-// The estimate after some steps, with what the interval's noise has come to there. `left`: by row of a node, the part of
-// a process that is left.
+// The estimate after some steps, with what the interval's noise has come to there. `left`: by row of a node, the part
+// of a process that is left.
 Estimate estimate_after(const BatchLayout& layout, const SummedMotion& sum, const NodeError& left,
                         const NodeError& noise, const Estimate& start, const Vector3d& earth_rate,
                         const Gravity& gravity) {
@@ -81,8 +81,7 @@ class MeanBridge {
       const ChainStep& s = chain.steps[i.first + k];
       processes_.over(s.step.dt);
       noise = onward(steps_[k], s, noise);
-      out.push_back(
-          estimate_after(layout_, steps_[k].sum, steps_[k].left, noise, start, world_.earth_rate(), gravity));
+      out.push_back(estimate_after(layout_, steps_[k].sum, steps_[k].left, noise, start, world_.earth_rate(), gravity));
     }
   }
 
