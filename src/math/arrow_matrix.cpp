@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 namespace piste {
 namespace {
@@ -12,10 +13,23 @@ void invert(const Blocks::View& A) {
 
 }  // namespace
 
-void ChainLinks::reset(std::size_t count, Eigen::Index node, Eigen::Index border) {
-  F.reset(count, node, node);
-  B_transposed.reset(count, border + 1, node);
-  noise.reset(count, node, node);
+void ChainLinks::resize(std::size_t count, Eigen::Index node, Eigen::Index border) {
+  F.resize(count, node, node);
+  B_transposed.resize(count, border + 1, node);
+  noise.resize(count, node, node);
+}
+
+void ArrowRows::resize(std::size_t count, Eigen::Index node, Eigen::Index border) {
+  J.resize(count, node, 3);
+  K.resize(count, border + 1, 3);
+}
+
+double ArrowRows::square(std::size_t i, std::size_t node, const ArrowVector& x) const {
+  const auto j = J[i], k = K[i];
+  const Eigen::Index g = x.border.size();
+  Eigen::Vector3d residual = k.row(g).transpose() + j.transpose().lazyProduct(x.nodes[node]);
+  residual += k.topRows(g).transpose().lazyProduct(x.border);
+  return residual.squaredNorm();
 }
 
 void ArrowEquations::reset(std::size_t count, Eigen::Index node, Eigen::Index border) {
@@ -24,84 +38,84 @@ void ArrowEquations::reset(std::size_t count, Eigen::Index node, Eigen::Index bo
   corner_.reset(1, border + 1, border + 1);
 }
 
-void ArrowStretch::reset(std::size_t nodes, std::size_t of_links, Eigen::Index node, Eigen::Index border) {
-  equations.reset(nodes, node, border);
-  links.reset(of_links, node, border);
-}
-
-void ArrowEquations::add(std::size_t node, const ArrowRows& rows) {
-  add_product_transposed(1, rows.J[0], rows.J[0], nodes_[node]);
-  add_product_transposed(1, rows.K[0], rows.J[0], sides_[node]);
-  add_product_transposed(1, rows.K[0], rows.K[0], corner_[0]);
+void ArrowEquations::add(std::size_t node, const ArrowRows& rows, std::size_t i, double weight) {
+  const auto J = rows.J[i], K = rows.K[i];
+  add_symmetric_transposed(weight, J, J, nodes_[node]);
+  add_product_transposed(weight, K, J, sides_[node]);
+  add_symmetric_transposed(weight, K, K, corner_[0]);
 }
 
 void ArrowEquations::add(std::size_t node, const Eigen::MatrixXd& J, const Eigen::MatrixXd& K,
                          const Eigen::VectorXd& residual) {
-  ArrowRows rows(J.cols(), K.cols());
   for (Eigen::Index first = 0; first < J.rows(); first += 3) {
     const Eigen::Index n = std::min<Eigen::Index>(3, J.rows() - first);
-    rows.J[0].setZero();
-    rows.K[0].setZero();
+    ArrowRows rows(1, J.cols(), K.cols());
     rows.J[0].leftCols(n) = J.middleRows(first, n).transpose();
     rows.K[0].topLeftCorner(K.cols(), n) = K.middleRows(first, n).transpose();
     rows.K[0].bottomLeftCorner(1, n) = residual.segment(first, n).transpose();
-    add(node, rows);
+    add(node, rows, 0, 1);
   }
 }
 
 double ArrowEquations::squares() const { return corner_[0](corner_.rows() - 1, corner_.rows() - 1); }
 
-ArrowElimination::ArrowElimination(const ArrowStretch& chain) {
-  begin(chain.equations.nodes_.size(), chain.equations.nodes_.rows(), chain.equations.sides_.rows() - 1);
-  append(chain);
+ArrowElimination::ArrowElimination(const ArrowEquations& equations, ChainLinks links) {
+  const Eigen::Index node = equations.nodes_.rows();
+  begin(equations.nodes_.size(), node, equations.sides_.rows() - 1, node);
+  links_ = std::move(links);
+  append(equations);
   finish();
 }
 
-void ArrowElimination::begin(std::size_t count, Eigen::Index node, Eigen::Index border) {
+void ArrowElimination::begin(std::size_t count, Eigen::Index node, Eigen::Index border, Eigen::Index full) {
   const Eigen::Index with_one = border + 1;
   nodes_.resize(count, node, node);
   sides_.resize(count, with_one, node);
   gains_.resize(count - 1, node, node);
-  F_.resize(count - 1, node, node);
-  noise_.resize(count - 1, node, node);
+  links_.resize(count - 1, node, border);
   told_.reset(1, node, node);
   told_side_.reset(1, with_one, node);
   squares_.reset(1, node, node);
   wide_.reset(1, with_one, node);
   corner_.reset(1, with_one, with_one);
+  full_ = full;
   next_ = 0;
 }
 
-void ArrowElimination::append(const ArrowStretch& stretch) {
-  const ArrowEquations& equations = stretch.equations;
-  const ChainLinks& links = stretch.links;
+// C ← C + sign A Fᵀ.
+void ArrowElimination::add_times_F(double sign, const Blocks::View& A, std::size_t link, Blocks::View C) const {
+  const auto F = links_.F[link];
+  add_product_transposed(sign, A, F, {C.data(), C.rows(), full_, Blocks::Stride(C.outerStride())});
+  for (Eigen::Index j = full_; j < C.cols(); ++j) C.col(j) += sign * F(j, j) * A.col(j);
+}
+
+void ArrowElimination::append(const ArrowEquations& next) {
   auto PF = squares_[0], told = told_[0], B = wide_[0], told_side = told_side_[0], corner = corner_[0];
-  corner += equations.corner_[0];
-  for (std::size_t k = 0; k < equations.nodes_.size(); ++k, ++next_) {
+  corner += next.corner_[0];
+  for (std::size_t k = 0; k < next.nodes_.size(); ++k, ++next_) {
     auto P = nodes_[next_], side = sides_[next_];
-    P = equations.nodes_[k] + told;
+    P = next.nodes_[k] + told;
     invert(P);
-    const auto right = wide_[0];
-    B = equations.sides_[k] - told_side;
-    side.setZero();
-    add_product(1, right, P, side);
-    add_product_transposed(-1, side, right, corner);
+    B = next.sides_[k] - told_side;
+    set_product(B, P, side);
+    add_symmetric_transposed(-1, side, B, corner);
     if (next_ == gains_.size()) break;
-    auto F = F_[next_], noise = noise_[next_], gain = gains_[next_];
-    F = links.F[k];
-    noise = links.noise[k];
+    const auto F = links_.F[next_];
     PF.setZero();
-    add_product_transposed(1, P, F, PF);
-    told = noise;
-    add_product(1, F, PF, told);
+    add_times_F(1, P, next_, PF);
+    // F PF and the noise, but for what is above the diagonal.
+    told = links_.noise[next_];
+    multiply(1, factors(F, PF), true, true, {told.data(), told.rows(), full_, Blocks::Stride(told.outerStride())});
+    for (Eigen::Index j = full_; j < told.cols(); ++j) {
+      for (Eigen::Index i = j; i < told.rows(); ++i) told(i, j) += F(i, i) * PF(i, j);
+    }
     invert(told);
-    B = links.B_transposed[k];  // in terms of the border alone
-    add_product_transposed(-1, side, F, B);
-    told_side.setZero();
-    add_product(1, B, told, told_side);
-    add_product_transposed(1, told_side, B, corner);
-    gain.setZero();  // P Fᵀ told
-    add_product(1, PF, told, gain);
+    B = links_.B_transposed[next_];  // in terms of the border alone
+    add_times_F(-1, side, next_, B);
+    set_product(B, told, told_side);
+    add_symmetric_transposed(1, told_side, B, corner);
+    auto gain = gains_[next_];  // P Fᵀ told
+    set_product(PF, told, gain);
     add_product_transposed(1, B, gain, side);
   }
 }
@@ -115,7 +129,7 @@ void ArrowElimination::finish() {
   if (g == 0) return;
   corner_[0] = whole.topLeftCorner(g, g);
   invert(corner_[0]);
-  const Eigen::VectorXd right = -whole.topRightCorner(g, 1);
+  const Eigen::VectorXd right = -whole.bottomLeftCorner(1, g).transpose();
   border_ = corner_[0] * right;
   least_ -= border_.dot(right);
 }
@@ -126,7 +140,7 @@ ArrowVector ArrowElimination::solution() const {
   of_all << border_, 1;
   for (std::size_t i = nodes_.size(); i-- > 0;) {
     x.nodes[i].noalias() = -sides_[i].transpose().lazyProduct(of_all);
-    if (i < gains_.size()) x.nodes[i].noalias() += gains_[i].lazyProduct(x.nodes[i + 1]);
+    if (i < gains_.size()) add_product(1, gains_[i], x.nodes[i + 1], x.nodes[i]);
   }
   return x;
 }
@@ -146,13 +160,10 @@ ArrowMatrix ArrowElimination::covariance() const {
       auto link = P.links[i];
       // Joseph's form of the covariance with the next node known: what is left stays positive.
       rest.setIdentity();
-      add_product(-1, gain, F_[i], rest);
-      half.setZero();
-      add_product(1, rest, nodes_[i], half);
-      of_node.setZero();
-      add_product_transposed(1, half, rest, of_node);
-      half.setZero();
-      add_product(1, gain, noise_[i], half);
+      add_product(-1, gain, links_.F[i], rest);
+      set_product(rest, nodes_[i], half);
+      set_product_transposed(half, rest, of_node);
+      set_product(gain, links_.noise[i], half);
       add_product_transposed(1, half, gain, of_node);
       add_product(1, gain, P.sides[i + 1], of_side);
       add_product(1, gain, P.nodes[i + 1], link);

@@ -15,8 +15,9 @@ struct ChainLinks {
 
   ChainLinks() = default;
   /// All zero.
-  ChainLinks(std::size_t count, Eigen::Index node, Eigen::Index border) { reset(count, node, border); }
-  void reset(std::size_t count, Eigen::Index node, Eigen::Index border);
+  ChainLinks(std::size_t count, Eigen::Index node, Eigen::Index border) { resize(count, node, border); }
+  /// As Blocks do.
+  void resize(std::size_t count, Eigen::Index node, Eigen::Index border);
   std::size_t size() const { return F.size(); }
 };
 
@@ -26,13 +27,17 @@ struct ArrowVector {
   Eigen::VectorXd border;
 };
 
-/// Residuals of one node and the border, J x + K (g, 1): a column of each matrix is a row of J or K, and the last
-/// element of K's is what does not depend on the unknowns. At most three of them are used.
+/// Residuals of measurements, each of one node and the border, J x + K (g, 1): a column of each matrix is a row of J or
+/// K, and the last element of K's is what does not depend on the unknowns. At most three of them are used.
 struct ArrowRows {
   Blocks J, K;
 
-  ArrowRows(Eigen::Index node, Eigen::Index border) : J(1, node, 3), K(1, border + 1, 3) {}
-  Eigen::Vector3d residual() const { return K[0].bottomRows<1>().transpose(); }
+  ArrowRows() = default;
+  ArrowRows(std::size_t count, Eigen::Index node, Eigen::Index border) { resize(count, node, border); }
+  /// As Blocks do.
+  void resize(std::size_t count, Eigen::Index node, Eigen::Index border);
+  /// Square of the residual with all unknowns as in `x`.
+  double square(std::size_t i, std::size_t node, const ArrowVector& x) const;
 };
 
 /// The sum of squares of residuals of nodes and the border, as normal equations.
@@ -42,7 +47,8 @@ class ArrowEquations {
   /// None yet.
   ArrowEquations(std::size_t count, Eigen::Index node, Eigen::Index border) { reset(count, node, border); }
   void reset(std::size_t count, Eigen::Index node, Eigen::Index border);
-  void add(std::size_t node, const ArrowRows& rows);
+  /// Measurement `i` of `rows`, times its weight.
+  void add(std::size_t node, const ArrowRows& rows, std::size_t i, double weight);
   /// Any number of rows.
   void add(std::size_t node, const Eigen::MatrixXd& J, const Eigen::MatrixXd& K, const Eigen::VectorXd& residual);
   /// Sum of the squares with all unknowns zero.
@@ -50,16 +56,9 @@ class ArrowEquations {
 
  private:
   friend class ArrowElimination;
-  Blocks nodes_, sides_, corner_;  // of a node with itself; of (g, 1) with a node, and with itself
-};
-
-/// What is known of a stretch of a chain: the measurements of its nodes, and the links from them to the next.
-struct ArrowStretch {
-  ArrowEquations equations;
-  ChainLinks links;
-
-  /// Nothing is known of it. The last stretch of a chain has one link fewer than nodes.
-  void reset(std::size_t nodes, std::size_t links, Eigen::Index node, Eigen::Index border);
+  // Of a node with itself, and of (g, 1) with itself: not what is above the diagonal. Between them of (g, 1) with a
+  // node.
+  Blocks nodes_, sides_, corner_;
 };
 
 /// Blocks of the covariance of all nodes and the border. The others are not zero, but are not needed.
@@ -77,14 +76,17 @@ class ArrowElimination {
  public:
   ArrowElimination() = default;
   /// Of a whole chain.
-  explicit ArrowElimination(const ArrowStretch& chain);
+  ArrowElimination(const ArrowEquations& equations, ChainLinks links);
 
   /// Begins a chain of `count` nodes, in the memory of the one before: memory that the system clears anew costs as much
-  /// as filling it.
-  void begin(std::size_t count, Eigen::Index node, Eigen::Index border);
+  /// as filling it. Below their first `full` rows, all F are diagonal.
+  void begin(std::size_t count, Eigen::Index node, Eigen::Index border, Eigen::Index full);
+  /// What ties the nodes: to be written before append() comes to the first of the two. If nothing has changed in size
+  /// it is that of the chain before, else zero.
+  ChainLinks& links() { return links_; }
   /// Eliminates the next nodes. The equations are those of priors and measurements alone, without those of the links.
   /// Throws std::domain_error if the first node is not determined.
-  void append(const ArrowStretch& stretch);
+  void append(const ArrowEquations& next);
   /// After the last node. Throws std::domain_error if the border is not determined.
   void finish();
 
@@ -107,9 +109,12 @@ class ArrowElimination {
   double least() const { return least_; }
 
  private:
+  void add_times_F(double sign, const Blocks::View& A, std::size_t link, Blocks::View C) const;
+
   // With the next node z and the border g, x = gain z − sideᵀ (g, 1); `node` is its covariance by what stands before z.
   Blocks nodes_, sides_, gains_;
-  Blocks F_, noise_;  // of the links
+  ChainLinks links_;
+  Eigen::Index full_ = 0;
   std::size_t next_ = 0;
   Blocks told_, told_side_;  // of the next node, by what stands before it
   Blocks squares_, wide_;    // room

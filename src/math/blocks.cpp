@@ -1,5 +1,6 @@
 #include "math/blocks.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -11,9 +12,10 @@ namespace {
 using Index = std::ptrdiff_t;
 using FourRows = double __attribute__((vector_size(4 * sizeof(double))));
 
-// C ← C + sign A B for 4 R rows and N columns.
+// C ← kept C + factor A B for 4 R rows and N columns.
 template <int R, int N>
-[[gnu::always_inline]] inline void add_tile(double sign, const Factors& of, double* C, Index stride_C) {
+[[gnu::always_inline]] inline void multiply_tile(double factor, const Factors& of, bool kept, double* C,
+                                                 Index stride_C) {
   FourRows sum[N][R] = {};
   for (Index k = 0; k < of.inner; ++k) {
     const double* const b = of.B + k * of.row;
@@ -26,97 +28,125 @@ template <int R, int N>
   for (int j = 0; j < N; ++j) {
     for (int i = 0; i < R; ++i) {
       double* const to = C + j * stride_C + Index{4} * i;
-      FourRows all;
-      std::memcpy(&all, to, sizeof all);
-      all += sign * sum[j][i];
+      FourRows all = {};
+      if (kept) std::memcpy(&all, to, sizeof all);
+      all += factor * sum[j][i];
       std::memcpy(to, &all, sizeof all);
     }
   }
 }
 
 template <int R>
-[[gnu::always_inline]] inline void add_rows(double sign, Factors of, double* C, Index stride_C, Index columns) {
+[[gnu::always_inline]] inline void multiply_rows(double factor, Factors of, bool kept, double* C, Index stride_C,
+                                                 Index columns) {
   constexpr int kTogether = 4;
   Index j = 0;
   for (; j + kTogether <= columns; j += kTogether) {
-    add_tile<R, kTogether>(sign, of, C, stride_C);
+    multiply_tile<R, kTogether>(factor, of, kept, C, stride_C);
     of.B += kTogether * of.column;
     C += kTogether * stride_C;
   }
   switch (columns - j) {
     case 3:
-      return add_tile<R, 3>(sign, of, C, stride_C);
+      return multiply_tile<R, 3>(factor, of, kept, C, stride_C);
     case 2:
-      return add_tile<R, 2>(sign, of, C, stride_C);
+      return multiply_tile<R, 2>(factor, of, kept, C, stride_C);
     case 1:
-      return add_tile<R, 1>(sign, of, C, stride_C);
+      return multiply_tile<R, 1>(factor, of, kept, C, stride_C);
     default:
       return;
   }
 }
 
-PISTE_WIDE void add_padded(double sign, Factors of, double* C, Index stride_C, Index columns) {
+PISTE_WIDE void multiply_padded(double factor, Factors of, bool kept, bool lower, double* C, Index stride_C,
+                                Index columns) {
+  const auto until = [&](Index end_of_rows) { return lower ? std::min(columns, end_of_rows) : columns; };
   Index row = 0;
-  for (; row + 8 <= stride_C; row += 8, of.A += 8) add_rows<2>(sign, of, C + row, stride_C, columns);
-  if (row < stride_C) add_rows<1>(sign, of, C + row, stride_C, columns);
+  for (; row + 8 <= stride_C; row += 8, of.A += 8) {
+    multiply_rows<2>(factor, of, kept, C + row, stride_C, until(row + 8));
+  }
+  if (row < stride_C) multiply_rows<1>(factor, of, kept, C + row, stride_C, until(row + 4));
 }
 
-// The sweep operator on every row in turn (Goodnight 1979, The American Statistician 33): A becomes −A⁻¹. Of A the
-// groups of rows from the diagonal on are read and written. `column`: room for one. Pivots are variances given all rows
-// before, of which the first are one.
-PISTE_WIDE bool sweep(double* A, Index n, Index stride, double* column) {
+// What a pivot changes in N columns of the same group: rest ← rest − column (column_j / pivot).
+template <int N>
+[[gnu::always_inline]] inline void sweep_columns(double over, const double* column, Index group, double* A,
+                                                 Index stride) {
+  double factor[N];
+  for (int j = 0; j < N; ++j) factor[j] = column[group + j] * over;
+  for (Index i = group; i < stride; i += 4) {
+    FourRows part;
+    std::memcpy(&part, column + i, sizeof part);
+    for (int j = 0; j < N; ++j) {
+      double* const to = A + (group + j) * stride + i;
+      FourRows rest;
+      std::memcpy(&rest, to, sizeof rest);
+      rest -= part * factor[j];
+      std::memcpy(to, &rest, sizeof rest);
+    }
+  }
+}
+
+// Of A the groups of rows from the diagonal on, times `sign` and the scales of row and column.
+[[gnu::always_inline]] inline void scale_both(double sign, const double* scale, double* A, Index n, Index stride) {
+  for (Index j = 0; j < n; ++j) {
+    for (Index i = j / 4 * 4; i < stride; i += 4) {
+      double* const to = A + j * stride + i;
+      FourRows rest, part;
+      std::memcpy(&rest, to, sizeof rest);
+      std::memcpy(&part, scale + i, sizeof part);
+      rest *= sign * (part * scale[j]);
+      std::memcpy(to, &rest, sizeof rest);
+    }
+  }
+}
+
+// The sweep operator on every row in turn (Goodnight 1979, The American Statistician 33): A becomes −A⁻¹, scaled. Of A
+// the groups of rows from the diagonal on are read. `scale` and `column`: zeros, room for one. Pivots are variances
+// given all rows before, of which the first are one.
+PISTE_WIDE bool invert_padded(double* A, Index n, Index stride, double* scale, double* column) {
   constexpr double kNothing = 1e-15;
+  for (Index i = 0; i < n; ++i) {
+    scale[i] = 1 / std::sqrt(A[i * stride + i]);
+    if (!std::isfinite(scale[i])) return false;
+  }
+  scale_both(1, scale, A, n, stride);
   for (Index k = 0; k < n; ++k) {
     double* const pivot_column = A + k * stride;
     const double pivot = pivot_column[k];
     if (!(pivot > kNothing)) return false;
     const double over = 1 / pivot;
     for (Index i = 0; i < k; ++i) column[i] = A[i * stride + k];
-    column[k] = 0;
+    column[k] = 0;  // so its own column stays
     for (Index i = k + 1; i < stride; ++i) column[i] = pivot_column[i];
-    for (Index j = 0; j < n; ++j) {
-      if (j == k) continue;
-      double* const to = A + j * stride;
-      const double factor = column[j] * over;
-      for (Index i = j / 4 * 4; i < stride; i += 4) {
-        FourRows rest, part;
-        std::memcpy(&rest, to + i, sizeof rest);
-        std::memcpy(&part, column + i, sizeof part);
-        rest -= part * factor;
-        std::memcpy(to + i, &rest, sizeof rest);
-      }
-      if (j < k) to[k] = factor;
-    }
+    Index group = 0;
+    for (; group + 4 <= n; group += 4) sweep_columns<4>(over, column, group, A, stride);
+    if (n - group == 3) sweep_columns<3>(over, column, group, A, stride);
+    if (n - group == 2) sweep_columns<2>(over, column, group, A, stride);
+    if (n - group == 1) sweep_columns<1>(over, column, group, A, stride);
+    for (Index i = 0; i < k; ++i) A[i * stride + k] = column[i] * over;
     for (Index i = k + 1; i < n; ++i) pivot_column[i] = column[i] * over;
     pivot_column[k] = -over;
+  }
+  scale_both(-1, scale, A, n, stride);
+  for (Index j = 0; j < n; ++j) {
+    for (Index i = j + 1; i < n; ++i) A[i * stride + j] = A[j * stride + i];
   }
   return true;
 }
 
 }  // namespace
 
-void add_product(double sign, const Factors& of, Blocks::View C) {
-  add_padded(sign, of, C.data(), C.outerStride(), C.cols());
+void multiply(double factor, const Factors& of, bool kept, bool lower, Blocks::View C) {
+  multiply_padded(factor, of, kept, lower, C.data(), C.outerStride(), C.cols());
 }
 
 bool invert_definite(Blocks::View A) {
   constexpr Index kLargest = 128;
   const Index n = A.rows(), stride = A.outerStride();
-  alignas(32) double scale[kLargest], column[kLargest];
+  alignas(32) double scale[kLargest] = {}, column[kLargest] = {};
   eigen_assert(stride <= kLargest);
-  for (Index i = 0; i < n; ++i) {
-    scale[i] = 1 / std::sqrt(A(i, i));
-    if (!std::isfinite(scale[i])) return false;
-  }
-  for (Index j = 0; j < n; ++j) {
-    for (Index i = 0; i < n; ++i) A(i, j) *= scale[i] * scale[j];
-  }
-  if (!sweep(A.data(), n, stride, column)) return false;
-  for (Index j = 0; j < n; ++j) {
-    A(j, j) *= -(scale[j] * scale[j]);
-    for (Index i = j + 1; i < n; ++i) A(i, j) = A(j, i) = -A(i, j) * (scale[i] * scale[j]);
-  }
-  return true;
+  return invert_padded(A.data(), n, stride, scale, column);
 }
 
 }  // namespace piste

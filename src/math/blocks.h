@@ -55,22 +55,47 @@ struct Factors {
   const double *A, *B;
   Eigen::Index inner, stride, row, column;
 };
-void add_product(double sign, const Factors& of, Blocks::View C);
+/// C ← `kept` C + `factor` A B, where `kept` is 0 or 1; or of a symmetric C at least what is not above its diagonal.
+void multiply(double factor, const Factors& of, bool kept, bool lower, Blocks::View C);
 
-/// C ← C + sign A B, or with Bᵀ in place of B. @pre A, B and C are views of Blocks, of which C is another than A and B;
-/// A and C have as many rows
 template <class ViewA, class ViewB>
-void add_product(double sign, const ViewA& A, const ViewB& B, Blocks::View C) {
-  add_product(sign, {A.data(), B.data(), A.cols(), A.outerStride(), 1, B.outerStride()}, C);
+Factors factors(const ViewA& A, const ViewB& B) {
+  return {A.data(), B.data(), A.cols(), A.outerStride(), 1, B.outerStride()};
 }
 template <class ViewA, class ViewB>
-void add_product_transposed(double sign, const ViewA& A, const ViewB& B, Blocks::View C) {
-  add_product(sign, {A.data(), B.data(), A.cols(), A.outerStride(), B.outerStride(), 1}, C);
+Factors factors_transposed(const ViewA& A, const ViewB& B) {
+  return {A.data(), B.data(), A.cols(), A.outerStride(), B.outerStride(), 1};
+}
+
+/// C ← A B, or with Bᵀ in place of B. @pre A, B and C are views of Blocks, of which C is another than A and B; A and C
+/// have as many rows
+template <class ViewA, class ViewB>
+void set_product(const ViewA& A, const ViewB& B, Blocks::View C) {
+  multiply(1, factors(A, B), false, false, C);
+}
+template <class ViewA, class ViewB>
+void set_product_transposed(const ViewA& A, const ViewB& B, Blocks::View C) {
+  multiply(1, factors_transposed(A, B), false, false, C);
+}
+/// C ← C + factor A B, and so on.
+template <class ViewA, class ViewB>
+void add_product(double factor, const ViewA& A, const ViewB& B, Blocks::View C) {
+  multiply(factor, factors(A, B), true, false, C);
+}
+template <class ViewA, class ViewB>
+void add_product_transposed(double factor, const ViewA& A, const ViewB& B, Blocks::View C) {
+  multiply(factor, factors_transposed(A, B), true, false, C);
+}
+/// The same of a product that is symmetric, of which no more is right than what is not above the diagonal.
+template <class ViewA, class ViewB>
+void add_symmetric_transposed(double factor, const ViewA& A, const ViewB& B, Blocks::View C) {
+  multiply(factor, factors_transposed(A, B), true, true, C);
 }
 
 /// A ← A⁻¹ of a symmetric positive definite A, by Gauss and Jordan's elimination of the matrix with unit diagonal, so
 /// that units do not matter (Higham 2002, Accuracy and Stability of Numerical Algorithms, section 14.4). Returns
-/// whether A is positive definite; if it is not, A is spoilt. @pre A is of Blocks
+/// whether A is positive definite; if it is not, A is spoilt. What is above the diagonal is not read. @pre A is of
+/// Blocks
 bool invert_definite(Blocks::View A);
 
 }  // namespace piste

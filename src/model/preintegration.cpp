@@ -81,8 +81,9 @@ struct Ends {
   Vector3d gained, went, turn_change, turned;
   Eigen::Matrix<double, 9, 1> value;
 
-  Ends(const ImuSum& sum, const Eigen::Matrix<double, 18, 1>& change, const Estimate& start, const Estimate& end,
-       const Vector3d& earth_rate, const Gravity& gravity)
+  // `corrected`: by how much the sum is taken to differ.
+  Ends(const SummedMotion& sum, const Eigen::Matrix<double, 9, 1>& corrected, const Estimate& start,
+       const Estimate& end, const Vector3d& earth_rate, const Gravity& gravity)
       : fall(fall_of(sum.time, start, earth_rate, gravity)),
         omega(skew(earth_rate)),
         R_j(end.R_wb()),
@@ -91,7 +92,6 @@ struct Ends {
     const Vector3d inertial_start = start.v_wb + omega * start.p_wb, inertial_end = end.v_wb + omega * end.p_wb;
     gained = fall.E * inertial_end - inertial_start - fall.velocity;
     went = fall.E * end.p_wb - start.p_wb - T * inertial_start - fall.position;
-    const Eigen::Matrix<double, 9, 1> corrected = sum.by_imu * change;
     turn_change = corrected.segment<3>(kTurn);
     turned = so3_log((sum.turn * so3_exp(turn_change)).conjugate() * start.q_wb.conjugate() * so3_exp(T * earth_rate) *
                      end.q_wb);
@@ -217,7 +217,7 @@ Eigen::Matrix<double, 9, 1> white_noise_of(const SumStep& step, const StepNoise&
 
 SumResidual compare(const ImuSum& sum, const Eigen::Matrix<double, 18, 1>& change, const Estimate& start,
                     const Estimate& end, const Vector3d& earth_rate, const Gravity& gravity) {
-  const Ends e(sum, change, start, end, earth_rate, gravity);
+  const Ends e(sum, sum.by_imu * change, start, end, earth_rate, gravity);
   const Matrix3d I = Matrix3d::Identity(), V_i = skew(start.v_wb), V_j = skew(end.v_wb);
   const Matrix3d right = so3_left_jacobian_inverse(-e.turned), left = so3_left_jacobian_inverse(e.turned);
   SumResidual r;
@@ -248,9 +248,14 @@ SumResidual compare(const ImuSum& sum, const Eigen::Matrix<double, 18, 1>& chang
   return r;
 }
 
+Eigen::Matrix<double, 9, 1> residual_of(const SummedMotion& sum, const Estimate& start, const Estimate& end,
+                                        const Vector3d& earth_rate, const Gravity& gravity) {
+  return Ends(sum, Eigen::Matrix<double, 9, 1>::Zero(), start, end, earth_rate, gravity).value;
+}
+
 SumTie tie_ends(const ImuSum& sum, const Eigen::Matrix<double, 18, 1>& change, const Estimate& start,
                 const Estimate& end, const Vector3d& earth_rate, const Gravity& gravity) {
-  const Ends e(sum, change, start, end, earth_rate, gravity);
+  const Ends e(sum, sum.by_imu * change, start, end, earth_rate, gravity);
   const double T = sum.time;
   const Matrix3d I = Matrix3d::Identity(), V_i = skew(start.v_wb), back = e.fall.E.transpose();
   SumTie t;

@@ -37,21 +37,13 @@ std::shared_ptr<const Reference> reference_of(const Solution& filtered, const Ba
   auto out = std::make_shared<Reference>(layout.whole);
   out->start = start.x;
   if (!filtered.empty()) layout.constant.copy(filtered.estimate(filtered.size() - 1), out->start);
-  for (std::size_t i = 0; i < filtered.size(); ++i) out->add(filtered.time(i), filtered.estimate(i));
-  out->close();
-  return out;
-}
-
-std::vector<double> squares_of(const BatchTerms& terms, const BatchStates& states, std::size_t threads) {
-  const auto& fixes = terms.chain().fixes;
-  std::vector<double> out(fixes.size());
-  for_each_stretch(fixes.size(), kPerTask, threads, [&](std::size_t first, std::size_t last) {
-    ArrowRows rows(terms.layout().node.size(), terms.layout().constant.size());
-    for (std::size_t i = first; i < last; ++i) {
-      terms.fix(i, states[fixes[i].node], 1, rows);
-      out[i] = rows.residual().squaredNorm();
-    }
-  });
+  constexpr std::size_t kPiece = 1024;
+  for (std::size_t end = filtered.size(); end > 0;) {
+    const std::size_t first = end - std::min(end, kPiece);
+    for (std::size_t i = first; i < end; ++i) out->add(filtered.time(i), filtered.estimate(i));
+    out->close();
+    end = first;
+  }
   return out;
 }
 
@@ -137,7 +129,6 @@ std::unique_ptr<BatchRun> run_batch(const Log& log, const FilterOptions& options
   std::vector<double> weighed;  // of the fixes, in the last round
   while (sum.rounds < batch.most_rounds && !sum.converged) {
     lay_chain(log, options, s.layout, s.start.time, reference, known, batch.longest_interval, threads, s.chain);
-    s.terms->follow_chain(threads);
     s.at_nodes.clear();
     s.at_nodes.reserve(s.chain.nodes.size());
     // All share the constants: of what a filter found of them, the last.
@@ -145,6 +136,7 @@ std::unique_ptr<BatchRun> run_batch(const Log& log, const FilterOptions& options
       s.at_nodes.push_back(node.x);
       s.layout.constant.copy(s.chain.nodes.back().x, s.at_nodes.back());
     }
+    s.terms->follow_chain(s.at_nodes, threads);
     std::vector<double> at_first;
     at_first.reserve(s.chain.fixes.size());
     for (const ChainFix& fix : s.chain.fixes) at_first.push_back(known.at(key_of(fix)));
@@ -164,29 +156,44 @@ std::unique_ptr<BatchRun> run_batch(const Log& log, const FilterOptions& options
       const double before = sum.cost;
       const BatchStep far = minimise(*s.terms, weights.values(), s.at_nodes);
       sum.iterations += far.iterations;
+      s.terms->linearise(s.at_nodes, threads);
       const Refined refined = refine(*s.terms, weights.values(), s.at_nodes, s.newton, WhereNot::kLowest, threads);
       const double fell = take(refined);
       smooth = refined.settled;
       return smooth ? far.before - far.after + fell : std::abs(before - sum.cost);
     };
     const double moved = solve();
+    // New weights are tried with the derivatives of the last step, as long as these hold. The last ones are those of a
+    // solution with its own.
     constexpr int kMostWeighings = 50;
-    bool changed = false;
-    for (int k = 0; k < kMostWeighings && weights.update(squares_of(*s.terms, s.at_nodes, threads)); ++k) {
-      changed = true;
+    bool changed = false, own = true;
+    for (int k = 0; k < kMostWeighings; ++k) {
+      if (weights.update(squares_of(*s.terms, s.newton, threads))) {
+        changed = true;
+        if (smooth) {
+          const Refined refined = reweigh(*s.terms, weights.values(), s.at_nodes, s.newton, threads);
+          take(refined);
+          own = false;
+          if (refined.settled) continue;
+        }
+      } else if (own) {
+        break;
+      }
+      s.terms->linearise(s.at_nodes, threads);
       solve();
+      own = true;
     }
     weighed = weights.values();
     for (std::size_t i = 0; i < s.chain.fixes.size(); ++i) known[key_of(s.chain.fixes[i])] = weighed[i];
     ++sum.rounds;
-    sum.converged = sum.rounds > 1 && !changed && moved < batch.tolerance;
+    sum.converged = sum.rounds > 1 && !changed && moved < by_nodes(batch.tolerance, s.at_nodes.size());
     if (!sum.converged) {
       reference = epochs_between(*s.terms, options, s.world, s.at_nodes, threads);
       for (std::size_t i = 0; i < s.at_nodes.size(); ++i) s.chain.nodes[i].x = s.at_nodes[i];
     }
     if (progress) progress(static_cast<double>(sum.rounds) / (sum.rounds + 1));
   }
-  if (!smooth) eliminate(*s.terms, weighed, s.at_nodes, threads, s.newton.equations);
+  if (!smooth) eliminate(*s.terms, weighed, s.newton, true, threads);
   sum.nodes = s.chain.nodes.size();
   sum.fixes = s.chain.fixes.size();
   for (std::size_t i = 0; i < weighed.size(); ++i) {

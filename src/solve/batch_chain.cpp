@@ -122,14 +122,20 @@ class ChainLayer {
       standing_.move();
     }
     bool at_end = false;
+    const auto arrive = [&] {
+      if (at_end) return;
+      world_.follow(gravity_, x_.p_wb);
+      x_ = target;
+      time_ = sample.time;
+      add_step(step);
+      at_end = true;
+    };
     while (const std::optional<QueuedFix> fix = queue_.take(sample.time, delays_)) {
       const double delay = delays_[static_cast<std::size_t>(fix->source)];
       const double into_step = fix->time - delay - time_;
       if (into_step < -kSameInstant) continue;  // it belongs before the start
       if (at_end || into_step >= step.dt - kSameInstant) {
-        if (!at_end) advance(step);
-        at_end = true;
-        arrive(sample, target);
+        arrive();
         measure(*fix, step, step.dt, delay);
       } else if (into_step <= kSameInstant) {
         measure(*fix, step, 0, delay);
@@ -140,8 +146,7 @@ class ChainLayer {
         measure(*fix, step, 0, delay);
       }
     }
-    if (!at_end) advance(step);
-    arrive(sample, target);
+    arrive();
     if (const std::optional<RestFix> fix = rest_.add(sample, options_.behaviour.rest)) {
       measure_if_known<ZeroUpdates>(*fix, step);
     }
@@ -156,14 +161,13 @@ class ChainLayer {
   void advance(const ImuStep& step) {
     world_.follow(gravity_, x_.p_wb);
     mechanize(x_, correct(step, x_), world_.earth_rate(), gravity_);
-    motion_.add(step, x_.q_wb);
-    chain_.steps.push_back({step, noise_, told_});
     time_ += step.dt;
+    add_step(step);
   }
 
-  void arrive(const ImuSample& sample, const Estimate& target) {
-    x_ = target;
-    time_ = sample.time;
+  void add_step(const ImuStep& step) {
+    motion_.add(step, x_.q_wb);
+    chain_.steps.push_back({step, noise_, told_});
   }
 
   void node_here() {
@@ -172,7 +176,10 @@ class ChainLayer {
     ChainInterval& interval = chain_.intervals[chain_.nodes.size() - 1];
     interval.first = pending_;
     interval.last = chain_.steps.size();
-    chain_.nodes.push_back({time_, x_, gravity_, {}});
+    ChainNode& node = chain_.nodes.emplace_back();
+    node.time = time_;
+    node.x = x_;
+    node.gravity = gravity_;
     pending_ = chain_.steps.size();
   }
 

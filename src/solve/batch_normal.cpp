@@ -17,54 +17,63 @@ namespace {
 // Nodes that are written down, and then eliminated, while they are near in memory.
 constexpr std::size_t kStretch = 32;
 
-// The objective about the states to second order, of the nodes from `first` to before `last` and the links from them.
-// Returns the sum of squares of the links.
-double write_down(const BatchTerms& terms, const std::vector<double>& weights, const BatchStates& states,
-                  std::size_t first, std::size_t last, ArrowRows& rows, ArrowStretch& out) {
-  const Chain& chain = terms.chain();
-  const std::size_t end_of_links = std::min(last, chain.intervals.size());
-  out.reset(last - first, end_of_links - first, terms.layout().node.size(), terms.layout().constant.size());
+// The fixes and the prior of the nodes from `first` to before `last`.
+void write_down(const BatchTerms& terms, const std::vector<double>& weights, const BatchStates& at, std::size_t first,
+                std::size_t last, ArrowEquations& out) {
+  const std::vector<ChainFix>& fixes = terms.chain().fixes;
+  out.reset(last - first, terms.layout().node.size(), terms.layout().constant.size());
   if (first == 0) {
-    const BatchTerm prior = terms.prior(states.front());
-    out.equations.add(0, prior.by_first, prior.by_constant, prior.residual);
+    const BatchTerm prior = terms.prior(at.front());
+    out.add(0, prior.by_first, prior.by_constant, prior.residual);
   }
-  double of_links = 0;
-  for (std::size_t i = first; i < end_of_links; ++i) {
-    of_links += terms.tie(i, states[i], states[i + 1], out.links, i - first);
+  const auto before = [first](const ChainFix& fix) { return fix.node < first; };
+  auto i = static_cast<std::size_t>(std::partition_point(fixes.begin(), fixes.end(), before) - fixes.begin());
+  for (; i < fixes.size() && fixes[i].node < last; ++i) {
+    if (weights[i] > 0) out.add(fixes[i].node - first, terms.fixes(), i, weights[i]);
   }
-  const auto of_node = [&](std::size_t node) {
-    const auto before = [node](const ChainFix& fix) { return fix.node < node; };
-    return static_cast<std::size_t>(std::partition_point(chain.fixes.begin(), chain.fixes.end(), before) -
-                                    chain.fixes.begin());
-  };
-  for (std::size_t i = of_node(first); i < chain.fixes.size() && chain.fixes[i].node < last; ++i) {
-    if (weights[i] <= 0) continue;
-    terms.fix(i, states[chain.fixes[i].node], std::sqrt(weights[i]), rows);
-    out.equations.add(chain.fixes[i].node - first, rows);
-  }
-  return of_links;
+}
+
+// Half the square of seven sigmas of all unknowns of a thousand nodes together: what such a step leaves is of its
+// second order, so much less, and the next round, which lays the run out anew, takes it away.
+constexpr double kEnough = 25;
+
+void take_step(const BatchLayout& layout, Newton& newton, BatchStates& states, std::size_t threads) {
+  newton.step = newton.equations.solution();
+  for_each_stretch(states.size(), kPerTask, threads, [&](std::size_t begin, std::size_t end) {
+    ErrorVector error(layout.whole.size());
+    layout.constant.put(newton.step.border.data(), error);
+    for (std::size_t i = begin; i < end; ++i) {
+      layout.node.put(newton.step.nodes[i].data(), error);
+      states[i] = boxplus(newton.at[i], layout.whole, error);
+    }
+  });
 }
 
 }  // namespace
 
-double eliminate(const BatchTerms& terms, const std::vector<double>& weights, const BatchStates& states,
-                 std::size_t threads, ArrowElimination& out) {
-  const Eigen::Index n = terms.layout().node.size(), g = terms.layout().constant.size();
-  out.begin(states.size(), n, g);
-  ArrowRows rows(n, g);
+double eliminate(const BatchTerms& terms, const std::vector<double>& weights, Newton& newton, bool anew,
+                 std::size_t threads) {
+  constexpr Eigen::Index kNavigation = 9;  // what is not diagonal in a transition
+  const BatchStates& at = newton.at;
+  ArrowElimination& out = newton.equations;
+  out.begin(at.size(), terms.layout().node.size(), terms.layout().constant.size(), kNavigation);
   // One stretch is written down while others wait for another thread, which eliminates them in their order.
   constexpr std::size_t kMostWait = 4;
-  std::vector<ArrowStretch> stretches(threads > 1 ? kMostWait + 2 : 1);
+  std::vector<ArrowEquations> stretches(threads > 1 ? kMostWait + 2 : 1);
   double squares = 0;
+  if (anew) newton.squares_of_links = 0;
   try {
     std::optional<TaskQueue> queue;
     if (threads > 1) queue.emplace(kMostWait);
-    for (std::size_t first = 0; first < states.size(); first += kStretch) {
-      ArrowStretch& stretch = stretches[first / kStretch % stretches.size()];
-      const std::size_t last = std::min(first + kStretch, states.size());
-      squares += write_down(terms, weights, states, first, last, rows, stretch);
-      squares += stretch.equations.squares();
-      if (!std::isfinite(squares)) return squares;
+    for (std::size_t first = 0; first < at.size(); first += kStretch) {
+      ArrowEquations& stretch = stretches[first / kStretch % stretches.size()];
+      const std::size_t last = std::min(first + kStretch, at.size());
+      for (std::size_t i = first; anew && i < std::min(last, at.size() - 1); ++i) {
+        newton.squares_of_links += terms.tie(i, at[i], at[i + 1], out.links());
+      }
+      write_down(terms, weights, at, first, last, stretch);
+      squares += stretch.squares();
+      if (!std::isfinite(squares + newton.squares_of_links)) return squares + newton.squares_of_links;
       if (queue) {
         queue->add([&out, &stretch] { out.append(stretch); });
       } else {
@@ -76,51 +85,56 @@ double eliminate(const BatchTerms& terms, const std::vector<double>& weights, co
   } catch (const std::domain_error& e) {
     throw DataError("batch", e.what());
   }
-  return 0.5 * squares;
+  return 0.5 * (squares + newton.squares_of_links);
 }
 
-Refined refine(const BatchTerms& terms, const std::vector<double>& weights, BatchStates& states, Newton& newton,
+Refined refine(BatchTerms& terms, const std::vector<double>& weights, BatchStates& states, Newton& newton,
                WhereNot unsettled, std::size_t threads) {
-  // Half the square of seven sigmas of all unknowns of a thousand nodes together: what such a step leaves is of its
-  // second order, so much less, and the next round, which lays the run out anew, takes it away. That order is made
-  // where the step is, so that a longer run may move more in all. From the second step on the fall shrinks as that of
-  // Newton's steps does, whose roots are squared.
-  constexpr double kEnough = 25, kNodes = 1000;
   constexpr int kMost = 20, kMostRises = 3;
-  const double enough = kEnough * std::max(1.0, static_cast<double>(states.size()) / kNodes);
-  const BatchLayout& layout = terms.layout();
-  ArrowElimination& here = newton.equations;
-  BatchStates& x = newton.moved;
-  x = states;
+  const double enough = by_nodes(kEnough, states.size());
+  newton.at = states;
   double first = 0, before = 0, fell = 0, least = std::numeric_limits<double>::infinity();
   int k = 0;
   for (int rises = 0; k < kMost; ++k) {
-    const double cost = eliminate(terms, weights, x, threads, here);
+    const double cost = eliminate(terms, weights, newton, true, threads);
     if (k == 0) first = cost;
     if (cost < least) {
       least = cost;
-      if (k > 0 && unsettled == WhereNot::kLowest) states = x;
+      if (k > 0 && unsettled == WhereNot::kLowest) states = newton.at;
     }
     if (!std::isfinite(cost) || (k > 0 && cost > before && ++rises == kMostRises)) break;
     before = cost;
-    const double fall = cost - 0.5 * here.least();
-    const ArrowVector step = here.solution();
-    for_each_stretch(x.size(), kPerTask, threads, [&](std::size_t begin, std::size_t end) {
-      ErrorVector error(layout.whole.size());
-      layout.constant.put(step.border.data(), error);
-      for (std::size_t i = begin; i < end; ++i) {
-        layout.node.put(step.nodes[i].data(), error);
-        x[i] = boxplus(x[i], layout.whole, error);
-      }
-    });
-    const bool shrinks = k > 0 && fall < fell && fall * (fall / fell) * (fall / fell) < enough;
-    if (fall < enough || shrinks) {
-      std::swap(states, x);
-      return {cost - fall, first - cost + fall, k + 1, true};
-    }
+    const double fall = cost - 0.5 * newton.equations.least();
+    // From the second step on the fall shrinks as that of Newton's steps does, whose roots are squared.
+    const bool settled = fall < enough || (k > 0 && fall < fell && fall * (fall / fell) * (fall / fell) < enough);
+    take_step(terms.layout(), newton, settled ? states : newton.at, threads);
+    newton.fall = fall;
+    if (settled) return {cost - fall, first - cost + fall, k + 1, true};
+    terms.linearise(newton.at, threads);
     fell = fall;
   }
+  newton.at = states;
+  newton.step = {Blocks(states.size(), terms.layout().node.size(), 1),
+                 Eigen::VectorXd::Zero(terms.layout().constant.size())};
+  terms.linearise(states, threads);
   return {least, first - least, k, false};
+}
+
+Refined reweigh(const BatchTerms& terms, const std::vector<double>& weights, BatchStates& states, Newton& newton,
+                std::size_t threads) {
+  const double cost = eliminate(terms, weights, newton, false, threads), least = 0.5 * newton.equations.least();
+  const bool near = cost - least < newton.fall + by_nodes(kEnough, states.size());
+  if (near) take_step(terms.layout(), newton, states, threads);
+  return {least, cost - least, 1, near};
+}
+
+std::vector<double> squares_of(const BatchTerms& terms, const Newton& newton, std::size_t threads) {
+  const std::vector<ChainFix>& fixes = terms.chain().fixes;
+  std::vector<double> out(fixes.size());
+  for_each_stretch(fixes.size(), kPerTask, threads, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) out[i] = terms.fixes().square(i, fixes[i].node, newton.step);
+  });
+  return out;
 }
 
 }  // namespace piste

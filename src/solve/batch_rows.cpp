@@ -22,16 +22,20 @@ void put(Covariance& P, const BatchLayout::Part& rows, const BatchLayout::Part& 
 
 using NodeError = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostStates, 1>;
 
-// The estimate after some steps, with what the interval's noise has come to there.
-Estimate estimate_after(const BatchLayout& layout, const FilterOptions& options, const SummedMotion& sum,
+// The estimate after some steps, with what the interval's noise has come to there. `left`: by row of a node, the part
+// of a process that is left.
+Estimate estimate_after(const BatchLayout& layout, const SummedMotion& sum, const NodeError& left,
                         const NodeError& noise, const Estimate& start, const Vector3d& earth_rate,
                         const Gravity& gravity) {
   Estimate x = carry(sum, noise.head<9>(), start, earth_rate, gravity);
+  int row = 0;
   for (const Block b : layout.node.blocks) {
-    if (is_navigation(b)) continue;
-    const double decay = process_step(options, b, sum.time).decay;
-    const int row = layout.node.offset(b);
-    for (int k = 0; k < info(b).size; ++k) additive(x, b)(k) = decay * additive(start, b)(k) + noise(row + k);
+    const int size = info(b).size;
+    if (!is_navigation(b)) {
+      auto value = additive(x, b);
+      for (int k = 0; k < size; ++k) value(k) = left(row + k) * value(k) + noise(row + k);
+    }
+    row += size;
   }
   return x;
 }
@@ -42,26 +46,30 @@ Estimate estimate_after(const BatchLayout& layout, const FilterOptions& options,
 class MeanBridge {
  public:
   MeanBridge(const BatchTerms& terms, const FilterOptions& options, const World& world)
-      : terms_(terms), layout_(terms.layout()), options_(options), world_(world), processes_(options, layout_) {}
+      : terms_(terms), layout_(terms.layout()), world_(world), processes_(options, layout_) {}
 
   void estimates(const BatchStates& states, std::size_t interval, std::vector<Estimate>& out) {
     const Chain& chain = terms_.chain();
     const ChainInterval& i = chain.intervals[interval];
     const Gravity& gravity = chain.nodes[interval].gravity;
     const Estimate& start = states[interval];
+    const Estimate& end = states[interval + 1];
     Preintegration sum(start);
+    NodeError left = NodeError::Ones(layout_.node.size());
     steps_.clear();
     for (std::size_t k = i.first; k < i.last; ++k) {
       const ChainStep& s = chain.steps[k];
       processes_.over(s.step.dt);
       const SumStep step = sum.move(s.step, processes_.of(Block::kGyroDrift), processes_.of(Block::kAccelDrift));
-      steps_.push_back({step, sum.motion(), {}});
+      for_each_process([&](Block b, int row, int size) { left.segment(row, size) *= processes_.of(b).decay; });
+      steps_.push_back({step, sum.motion(), left, {}});
     }
-    ImuSum whole;
-    static_cast<SummedMotion&>(whole) = sum.motion();
-    NodeError pull = terms_.information(interval).lazyProduct(
-        compare_ends(layout_, options_, whole, start, start, states[interval + 1], world_.earth_rate(), gravity)
-            .residual);
+    NodeError residual(layout_.node.size());
+    residual.head<9>() = residual_of(sum.motion(), start, end, world_.earth_rate(), gravity);
+    for_each_process([&](Block b, int row, int size) {
+      residual.segment(row, size) = additive(end, b) - left(row) * additive(start, b);
+    });
+    NodeError pull = terms_.information(interval).lazyProduct(residual);
     for (std::size_t k = steps_.size(); k-- > 0;) {
       steps_[k].pull = pull;
       processes_.over(chain.steps[i.first + k].step.dt);
@@ -73,7 +81,7 @@ class MeanBridge {
       const ChainStep& s = chain.steps[i.first + k];
       processes_.over(s.step.dt);
       noise = onward(steps_[k], s, noise);
-      out.push_back(estimate_after(layout_, options_, steps_[k].sum, noise, start, world_.earth_rate(), gravity));
+      out.push_back(estimate_after(layout_, steps_[k].sum, steps_[k].left, noise, start, world_.earth_rate(), gravity));
     }
   }
 
@@ -81,6 +89,7 @@ class MeanBridge {
   struct Step {
     SumStep step;
     SummedMotion sum;  // until its end
+    NodeError left;    // of the processes, likewise
     NodeError pull;    // the adjoint there
   };
 
@@ -123,7 +132,6 @@ class MeanBridge {
 
   const BatchTerms& terms_;
   const BatchLayout& layout_;
-  const FilterOptions& options_;
   const World& world_;
   ProcessSteps processes_;
   std::vector<Step> steps_;
@@ -144,6 +152,7 @@ class Bridge {
     const ChainInterval& i = chain.intervals[interval];
     Preintegration sum(start_);
     ProcessSteps processes(options, layout_);
+    NodeError left = NodeError::Ones(layout_.node.size());
     for (std::size_t k = i.first; k < i.last; ++k) {
       const ChainStep& s = chain.steps[k];
       processes.over(s.step.dt);
@@ -151,6 +160,8 @@ class Bridge {
           sum.add(s.step, s.noise, s.told, processes.of(Block::kGyroDrift), processes.of(Block::kAccelDrift));
       sums_.push_back(sum.sum());
       transitions_.push_back(transition(step, processes));
+      left.tail(left.size() - 9).array() *= transitions_.back().diagonal().tail(left.size() - 9).array();
+      left_.push_back(left);
     }
     const MatrixXd W = whitening(interval_noise(layout_, options_, sums_.back()));
     information_ = W.transpose() * W;
@@ -167,7 +178,7 @@ class Bridge {
     const MatrixXd noise = interval_noise(layout_, options_, sums_[k]);
     const MatrixXd M = F.transpose() * information_, K = noise * M;
     SmoothedState out{
-        estimate_after(layout_, options_, sums_[k], K * at_end_.residual, start_, earth_rate_, node_.gravity),
+        estimate_after(layout_, sums_[k], left_[k], K * at_end_.residual, start_, earth_rate_, node_.gravity),
         Covariance(layout_.whole.size(), layout_.whole.size())};
     const BatchTerm here = compare_ends(layout_, options_, sums_[k], start_, start_, out.x, earth_rate_, node_.gravity);
     const MatrixXd left = noise - noise * (M * F) * noise;  // of the noise until k, given that until the end
@@ -204,6 +215,7 @@ class Bridge {
   const ChainNode& node_;
   const Estimate &start_, &end_;
   std::vector<ImuSum> sums_;           // until the end of each step
+  std::vector<NodeError> left_;        // of the processes, likewise
   std::vector<MatrixXd> transitions_;  // over it
   MatrixXd information_;               // of the noise of the whole interval
   BatchTerm at_end_;
@@ -235,30 +247,25 @@ std::shared_ptr<const Reference> epochs_between(const BatchTerms& terms, const F
   const Chain& chain = terms.chain();
   auto out = std::make_shared<Reference>(terms.layout().whole);
   out->start = states.front();
-  auto epoch = chain.epochs.begin();
-  const auto at_node = [&](std::size_t i) {
-    for (; epoch != chain.epochs.end() && epoch->interval == i && epoch->steps == 0; ++epoch) {
-      out->add(epoch->time, states[i]);
-    }
-  };
-  // So many are kept at a time.
+  // So many are kept at a time. The last are stored first, as a reference takes them.
   std::vector<std::vector<Estimate>> between(std::max<std::size_t>(threads, 1) * kPerTask);
-  const std::size_t intervals = chain.intervals.size();
-  for (std::size_t from = 0; from < intervals; from += between.size()) {
-    const std::size_t count = std::min(between.size(), intervals - from);
-    for_each_stretch(count, kPerTask, threads, [&](std::size_t first, std::size_t last) {
+  std::size_t end = chain.intervals.size();
+  auto last = chain.epochs.end();
+  do {
+    const std::size_t from = end - std::min(end, between.size());
+    for_each_stretch(end - from, kPerTask, threads, [&](std::size_t begin, std::size_t until) {
       MeanBridge bridge(terms, options, world);
-      for (std::size_t k = first; k < last; ++k) bridge.estimates(states, from + k, between[k]);
+      for (std::size_t k = begin; k < until; ++k) bridge.estimates(states, from + k, between[k]);
     });
-    for (std::size_t k = 0; k < count; ++k) {
-      at_node(from + k);
-      for (; epoch != chain.epochs.end() && epoch->interval == from + k; ++epoch) {
-        out->add(epoch->time, between[k][epoch->steps - 1]);
-      }
+    const auto first = std::partition_point(chain.epochs.begin(), last,
+                                            [from](const ChainEpoch& epoch) { return epoch.interval < from; });
+    for (auto e = first; e != last; ++e) {
+      out->add(e->time, e->steps == 0 ? states[e->interval] : between[e->interval - from][e->steps - 1]);
     }
-  }
-  at_node(chain.intervals.size());
-  out->close();
+    out->close();
+    end = from;
+    last = first;
+  } while (end > 0);
   return out;
 }
 

@@ -20,11 +20,8 @@ using ImuChange = Eigen::Matrix<double, 18, 1>;
 // By how much the errors of the IMU differ, in the order of the columns of a sum.
 ImuChange imu_change(const Estimate& now, const Estimate& before) {
   ImuChange change;
-  int row = 0;
-  for (const Block b : ImuSum::kImuErrors) {
-    change.segment<3>(row) = additive(now, b) - additive(before, b);
-    row += 3;
-  }
+  change << now.gyro_bias - before.gyro_bias, now.accel_bias - before.accel_bias, now.gyro_drift - before.gyro_drift,
+      now.accel_drift - before.accel_drift, now.gyro_scale - before.gyro_scale, now.accel_scale - before.accel_scale;
   return change;
 }
 
@@ -170,19 +167,28 @@ BatchTerms::BatchTerms(const World& world, const FilterOptions& options, const B
       start_(start.x),
       prior_(whitening(prior_of(layout, options, start))) {}
 
-void BatchTerms::follow_chain(std::size_t threads) {
+void BatchTerms::follow_chain(const std::vector<Estimate>& states, std::size_t threads) {
   const int n = layout_.node.size();
   const std::size_t intervals = chain_.intervals.size(), fixes = chain_.fixes.size();
   processes_.resize(intervals, n, 2);
   information_.resize(intervals, n, n);
   fixes_.resize(fixes);
-  by_constant_.resize(fixes, layout_.constant.size(), 3);
+  rows_.resize(fixes, n, layout_.constant.size());
   for_each_stretch(intervals, kPerTask, threads, [&](std::size_t first, std::size_t last) {
     ProcessSteps processes(options_, layout_);
     for (std::size_t i = first; i < last; ++i) weigh_interval(i, processes);
   });
   for_each_stretch(fixes, kPerTask, threads, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) weigh_fix(i);
+    for (std::size_t i = first; i < last; ++i) weigh_fix(i, states[chain_.fixes[i].node]);
+  });
+}
+
+void BatchTerms::linearise(const std::vector<Estimate>& states, std::size_t threads) {
+  for_each_stretch(fixes_.size(), kPerTask, threads, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      const Estimate& x = states[chain_.fixes[i].node];
+      put_fix(i, about(i, x), x, rows_.J[i], rows_.K[i]);
+    }
   });
 }
 
@@ -198,7 +204,7 @@ void BatchTerms::weigh_interval(std::size_t i, ProcessSteps& processes) {
   if (!invert_definite(information_[i])) not_definite();
 }
 
-void BatchTerms::weigh_fix(std::size_t i) {
+void BatchTerms::weigh_fix(std::size_t i, const Estimate& x) {
   const ChainFix& fix = chain_.fixes[i];
   const Linearization lin = linearize(fix, chain_.nodes[fix.node].x);
   Matrix3d R = Matrix3d::Identity();
@@ -208,7 +214,8 @@ void BatchTerms::weigh_fix(std::size_t i) {
   Matrix3d W = root.matrixL().solve(Matrix3d::Identity());
   W.bottomRows(3 - lin.rows).setZero();
   fixes_[i] = {lin.rows, W};
-  put_whitened(lin, W, of_constant_, by_constant_[i]);
+  put_whitened(lin, W, of_constant_, rows_.K[i]);
+  put_fix(i, lin, x, rows_.J[i], rows_.K[i]);
 }
 
 void BatchTerms::put_noise(std::size_t i, const Blocks::View& P) const {
@@ -259,13 +266,12 @@ BatchTerm BatchTerms::interval(std::size_t i, const Estimate& start, const Estim
   return term;
 }
 
-double BatchTerms::tie(std::size_t i, const Estimate& start, const Estimate& end, ChainLinks& links,
-                       std::size_t to) const {
+double BatchTerms::tie(std::size_t i, const Estimate& start, const Estimate& end, ChainLinks& links) const {
   const ChainNode& node = chain_.nodes[i];
   const ImuSum& sum = chain_.intervals[i].sum;
   const SumTie t = tie_ends(sum, imu_change(start, node.x), start, end, world_.earth_rate(), node.gravity);
   const int n = layout_.node.size(), g = layout_.constant.size();
-  auto F = links.F[to], B = links.B_transposed[to], noise = links.noise[to];
+  auto F = links.F[i], B = links.B_transposed[i], noise = links.noise[i];
   Eigen::Matrix<double, kMostStates, 1> residual;
   residual.head<9>() = t.value;
   F.topLeftCorner<9, 9>() = t.by_start;
@@ -301,24 +307,24 @@ double BatchTerms::tie(std::size_t i, const Estimate& start, const Estimate& end
   return residual.head(n).dot(information_[i].lazyProduct(residual.head(n)));
 }
 
-void BatchTerms::fix(std::size_t i, const Estimate& x, double factor, ArrowRows& rows) const {
-  const ChainFix& fix = chain_.fixes[i];
-  const Estimate& laid = chain_.nodes[fix.node].x;
+// With the constants of the chain.
+Linearization BatchTerms::about(std::size_t i, const Estimate& x) const {
   Estimate at = x;
-  layout_.constant.copy(laid, at);
-  const Linearization lin = linearize(fix, at);
-  const Matrix3d W = factor * fixes_[i].whitening;
-  put_whitened(lin, W, of_node_, rows.J[0]);
+  layout_.constant.copy(chain_.nodes[chain_.fixes[i].node].x, at);
+  return linearize(chain_.fixes[i], at);
+}
+
+// `K` has the derivatives by the constants already.
+void BatchTerms::put_fix(std::size_t i, const Linearization& lin, const Estimate& x, Blocks::View J,
+                         Blocks::View K) const {
+  const Matrix3d& W = fixes_[i].whitening;
+  put_whitened(lin, W, of_node_, J);
   const int g = layout_.constant.size();
   std::array<double, kMostStates> change;
-  layout_.constant.difference(x, laid, change.data());
-  auto K = rows.K[0];
+  layout_.constant.difference(x, chain_.nodes[chain_.fixes[i].node].x, change.data());
   for (int row = 0; row < 3; ++row) {
     double sum = 0;
-    for (int k = 0; k < g; ++k) {
-      K(k, row) = factor * by_constant_[i](k, row);
-      sum += K(k, row) * change[static_cast<std::size_t>(k)];
-    }
+    for (int k = 0; k < g; ++k) sum += K(k, row) * change[static_cast<std::size_t>(k)];
     for (int j = 0; j < lin.rows; ++j) sum += W(row, j) * lin.residual(j);
     K(g, row) = sum;
   }
@@ -326,8 +332,9 @@ void BatchTerms::fix(std::size_t i, const Estimate& x, double factor, ArrowRows&
 
 BatchTerm BatchTerms::fix(std::size_t i, const Estimate& x) const {
   const int g = layout_.constant.size(), n = rows_of_fix(i);
-  ArrowRows rows(layout_.node.size(), g);
-  fix(i, x, 1, rows);
+  ArrowRows rows(1, layout_.node.size(), g);
+  rows.K[0] = rows_.K[i];
+  put_fix(i, about(i, x), x, rows.J[0], rows.K[0]);
   return {rows.K[0].row(g).head(n).transpose(),
           rows.J[0].leftCols(n).transpose(),
           {},

@@ -37,18 +37,21 @@ class BatchTerms {
  public:
   BatchTerms(const World& world, const FilterOptions& options, const BatchLayout& layout, const Start& start,
              const Chain& chain);
-  /// Takes whitening from the chain as it is now: before all else, and when it was laid anew.
-  void follow_chain(std::size_t threads);
+  /// Takes whitening from the chain as it is now: before all else, and when it was laid anew. Linearises fixes about
+  /// `states`, which are its nodes but for the constants.
+  void follow_chain(const std::vector<Estimate>& states, std::size_t threads);
+  /// Linearises fixes about other states.
+  void linearise(const std::vector<Estimate>& states, std::size_t threads);
+  /// All fixes as that has left them.
+  const ArrowRows& fixes() const { return rows_; }
 
   /// Of these two, nodes as they are now with the constants in them.
   BatchTerm prior(const Estimate& first) const;
   BatchTerm interval(std::size_t i, const Estimate& start, const Estimate& end) const;
   BatchTerm fix(std::size_t i, const Estimate& x) const;
-  /// A fix as rows, each times `factor`. No heap.
-  void fix(std::size_t i, const Estimate& x, double factor, ArrowRows& rows) const;
-  /// The interval as what ties the errors of its ends, into `links` at `to`, which is zero. Returns the square of its
-  /// whitened residual. No heap.
-  double tie(std::size_t i, const Estimate& start, const Estimate& end, ChainLinks& links, std::size_t to) const;
+  /// The interval as what ties the errors of its ends, into `links`, which are zero or of these terms. Returns the
+  /// square of its whitened residual. No heap.
+  double tie(std::size_t i, const Estimate& start, const Estimate& end, ChainLinks& links) const;
   /// The inverse of interval_noise().
   Blocks::ConstView information(std::size_t i) const { return information_[i]; }
 
@@ -66,7 +69,9 @@ class BatchTerms {
     Matrix3d whitening;  // zero beyond its rows
   };
   void weigh_interval(std::size_t i, ProcessSteps& processes);
-  void weigh_fix(std::size_t i);
+  void weigh_fix(std::size_t i, const Estimate& x);
+  Linearization about(std::size_t i, const Estimate& x) const;
+  void put_fix(std::size_t i, const Linearization& lin, const Estimate& x, Blocks::View J, Blocks::View K) const;
   void put_noise(std::size_t i, const Blocks::View& P) const;
   Linearization linearize(const ChainFix& fix, const Estimate& x) const;
 
@@ -80,7 +85,7 @@ class BatchTerms {
   Blocks processes_;    // of each interval, by row of a node: what is left of a value, and the variance that is added
   Blocks information_;  // of each interval
   std::vector<Fix> fixes_;
-  Blocks by_constant_;  // of each fix, a column for each of its rows
+  ArrowRows rows_;  // of each fix
 };
 
 }  // namespace piste

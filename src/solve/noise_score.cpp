@@ -2,13 +2,12 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
 
-#include "math/wide.h"
+#include "math/square.h"
 #include "piste/model/imu_errors.h"
 
 namespace piste {
@@ -20,40 +19,7 @@ constexpr std::array kScales{Block::kGyroScale, Block::kAccelScale};
 constexpr int kVelocity = 3, kAttitude = 6;  // among the errors of navigation
 constexpr double kEvery = 0.5;  // s between two scores at least: several fixes of a fast receiver at a time
 
-using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 30, 30>;
-
 std::size_t place(int k) { return static_cast<std::size_t>(k); }
-
-// Eigen takes matrices of this size to be large, and packs them.
-PISTE_WIDE void multiply(const double* __restrict A, const double* __restrict B, std::ptrdiff_t n,
-                         double* __restrict out) {
-  for (std::ptrdiff_t j = 0; j < n; ++j) {
-    double* __restrict column = out + j * n;
-    for (std::ptrdiff_t i = 0; i < n; ++i) column[i] = 0;
-    for (std::ptrdiff_t k = 0; k < n; ++k) {
-      for (std::ptrdiff_t i = 0; i < n; ++i) column[i] += A[n * k + i] * B[n * j + k];
-    }
-  }
-}
-Square product(const Square& A, const Square& B) {
-  Square out(A.rows(), A.rows());
-  multiply(A.data(), B.data(), A.rows(), out.data());
-  return out;
-}
-
-// Aᵀ X A
-Square turned(const Square& A, const Square& X) { return product(A.transpose(), product(X, A)); }
-
-Square symmetric(const Square& X) { return 0.5 * (X + X.transpose()); }
-
-// Does X ← Aᵀ X A + added n times, by doubling, for symmetric matrices.
-void recur(Square& X, Square A, Square added, int n) {
-  for (;; A = product(A, A)) {
-    if (n % 2 == 1) X = symmetric(turned(A, X) + added);
-    if ((n /= 2) == 0) return;
-    added = symmetric(added + turned(A, added));
-  }
-}
 
 bool is_positive(const Square& X) { return X.allFinite() && X.llt().info() == Eigen::Success; }
 
@@ -67,32 +33,6 @@ void bound_information(Square& information, const Eigen::LLT<Square>& root) {
   const Eigen::SelfAdjointEigenSolver<Square> known_part(part);
   const Square W = root.matrixU().solve(known_part.eigenvectors());
   information = W.lazyProduct(known_part.eigenvalues().cwiseMax(0).cwiseMin(1).asDiagonal() * W.transpose());
-}
-
-// The covariance for a given value of the three states from `first` on, beside which theirs stays.
-void hold(Square& all, int first) {
-  using Columns = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 30, 3>;
-  const Columns with = all.middleCols<3>(first);
-  const Matrix3d own = with.middleRows<3>(first);
-  const Columns weighted = with.lazyProduct(own.inverse());
-  all -= weighted.lazyProduct(with.transpose());
-  all.middleCols<3>(first).setZero();
-  all.middleRows<3>(first).setZero();
-  all.block<3, 3>(first, first) = own;
-}
-
-// Eliminates the first `count` rows of a symmetric matrix, of which the lower half is there.
-PISTE_WIDE void eliminate(double* C, std::ptrdiff_t size, std::ptrdiff_t count) {
-  for (std::ptrdiff_t k = 0; k < count; ++k) {
-    const double* __restrict pivot = C + k * size;
-    if (!(pivot[k] > 0)) continue;  // known exactly
-    const double inverse = 1 / pivot[k];
-    for (std::ptrdiff_t j = k + 1; j < size; ++j) {
-      double* __restrict column = C + j * size;
-      const double factor = pivot[j] * inverse;
-      for (std::ptrdiff_t i = j; i < size; ++i) column[i] -= factor * pivot[i];
-    }
-  }
 }
 
 // Divides a sum by how often it has what it has at most, if it has more.
@@ -148,7 +88,7 @@ NoiseScore::Square NoiseScore::known(const Estimate& x, const Covariance& P) con
   for (int j = 0; j < static_cast<int>(P.rows()); ++j) {
     for (int i = j; i < static_cast<int>(P.rows()); ++i) C(i, j) = P(order[place(i)], order[place(j)]);
   }
-  eliminate(C.data(), P.rows(), count);
+  eliminate_first(C.data(), P.rows(), count);
   Square all = C.bottomRightCorner(size_, size_).selfadjointView<Eigen::Lower>();
   const Matrix3d T = ordinary_from_invariant(x).block<3, 3>(kVelocity, kAttitude);
   for (const int drift : {gyro_drift_, accel_drift_}) {

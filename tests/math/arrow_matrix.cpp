@@ -66,7 +66,7 @@ TEST(ArrowMatrix, SolutionAndCovarianceAreThoseOfCeres) {
     chain.B_transposed[i] << B.transpose(), c.transpose();
     chain.noise[i] = noise;
   }
-  const ArrowElimination eliminated(ArrowStretch{equations, chain});
+  const ArrowElimination eliminated(equations, chain);
   ceres::Solver::Options options;
   options.logging_type = ceres::SILENT;
   options.max_num_iterations = 200;

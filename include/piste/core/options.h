@@ -220,8 +220,8 @@ struct BatchOptions {
   /// How often the run is laid out anew about its solution at most. Two are enough from a filter that was not lost.
   int most_rounds = 10;
   /// It is found when laying the run out anew moves the solution by less: half the square of that, in sigmas of all
-  /// unknowns together.
-  double tolerance = 1e-3;
+  /// unknowns of a thousand nodes together. What the next time would move is a small part of it.
+  double tolerance = 5e-3;
 };
 
 }  // namespace piste

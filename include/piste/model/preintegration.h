@@ -104,6 +104,10 @@ struct SumResidual {
 SumResidual compare(const ImuSum& sum, const Eigen::Matrix<double, 18, 1>& change, const Estimate& start,
                     const Estimate& end, const Vector3d& earth_rate, const Gravity& gravity);
 
+/// The residual alone, of a sum that was made with the errors of the IMU at `start`.
+Eigen::Matrix<double, 9, 1> residual_of(const SummedMotion& sum, const Estimate& start, const Estimate& end,
+                                        const Vector3d& earth_rate, const Gravity& gravity);
+
 /// The same comparison, solved for the error of the end: (ρ, ν, θ) there = by_start (ρ, ν, θ) at the start + by_imu
 /// times the errors of the IMU + shift + a noise that is that of the sum after turn_to_end().
 struct SumTie {
