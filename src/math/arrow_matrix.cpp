@@ -59,9 +59,8 @@ void ArrowEquations::add(std::size_t node, const Eigen::MatrixXd& J, const Eigen
 
 double ArrowEquations::squares() const { return corner_[0](corner_.rows() - 1, corner_.rows() - 1); }
 
-ArrowElimination::ArrowElimination(const ArrowEquations& equations, ChainLinks links) {
-  const Eigen::Index node = equations.nodes_.rows();
-  begin(equations.nodes_.size(), node, equations.sides_.rows() - 1, node);
+ArrowElimination::ArrowElimination(const ArrowEquations& equations, ChainLinks links, Eigen::Index full) {
+  begin(equations.nodes_.size(), equations.nodes_.rows(), equations.sides_.rows() - 1, full);
   links_ = std::move(links);
   append(equations);
   finish();

@@ -75,8 +75,8 @@ struct ArrowMatrix {
 class ArrowElimination {
  public:
   ArrowElimination() = default;
-  /// Of a whole chain.
-  ArrowElimination(const ArrowEquations& equations, ChainLinks links);
+  /// Of a whole chain; `full`: as in begin().
+  ArrowElimination(const ArrowEquations& equations, ChainLinks links, Eigen::Index full);
 
   /// Begins a chain of `count` nodes, in the memory of the one before: memory that the system clears anew costs as much
   /// as filling it. Below their first `full` rows, all F are diagonal.

@@ -315,7 +315,7 @@ Linearization BatchTerms::about(std::size_t i, const Estimate& x) const {
 }
 
 // `K` has the derivatives by the constants already.
-void BatchTerms::put_fix(std::size_t i, const Linearization& lin, const Estimate& x, Blocks::View J,
+void BatchTerms::put_fix(std::size_t i, const Linearization& lin, const Estimate& x, const Blocks::View& J,
                          Blocks::View K) const {
   const Matrix3d& W = fixes_[i].whitening;
   put_whitened(lin, W, of_node_, J);

@@ -71,7 +71,7 @@ class BatchTerms {
   void weigh_interval(std::size_t i, ProcessSteps& processes);
   void weigh_fix(std::size_t i, const Estimate& x);
   Linearization about(std::size_t i, const Estimate& x) const;
-  void put_fix(std::size_t i, const Linearization& lin, const Estimate& x, Blocks::View J, Blocks::View K) const;
+  void put_fix(std::size_t i, const Linearization& lin, const Estimate& x, const Blocks::View& J, Blocks::View K) const;
   void put_noise(std::size_t i, const Blocks::View& P) const;
   Linearization linearize(const ChainFix& fix, const Estimate& x) const;
 

@@ -40,7 +40,7 @@ class Linear final : public ceres::CostFunction {
 };
 
 TEST(ArrowMatrix, SolutionAndCovarianceAreThoseOfCeres) {
-  constexpr int kNodes = 7, kNode = 4, kBorder = 3, kRows = 2;
+  constexpr int kNodes = 7, kNode = 4, kBorder = 3, kRows = 2, kFull = 2;
   test::Random random(5);
   std::vector<VectorXd> x(kNodes, VectorXd::Zero(kNode));
   VectorXd border = VectorXd::Zero(kBorder);
@@ -57,7 +57,9 @@ TEST(ArrowMatrix, SolutionAndCovarianceAreThoseOfCeres) {
   for (std::size_t i = 0; i < kNodes; ++i) {
     if (i != 3) measure(i, kRows);  // one that nothing measures
     if (i + 1 == kNodes) break;
-    const MatrixXd F = random.matrix(kNode, kNode), B = random.matrix(kNode, kBorder), noise = random.covariance(kNode);
+    MatrixXd F = random.matrix(kNode, kNode);
+    F.bottomRows(kNode - kFull) = F.diagonal().asDiagonal().toDenseMatrix().bottomRows(kNode - kFull).eval();
+    const MatrixXd B = random.matrix(kNode, kBorder), noise = random.covariance(kNode);
     const VectorXd c = random.matrix(kNode, 1);
     const MatrixXd W = Eigen::LLT<MatrixXd>(noise).matrixL().solve(MatrixXd::Identity(kNode, kNode));
     problem.AddResidualBlock(new Linear({W, -W * F, -W * B}, -W * c), nullptr, x[i + 1].data(), x[i].data(),
@@ -66,7 +68,7 @@ TEST(ArrowMatrix, SolutionAndCovarianceAreThoseOfCeres) {
     chain.B_transposed[i] << B.transpose(), c.transpose();
     chain.noise[i] = noise;
   }
-  const ArrowElimination eliminated(equations, chain);
+  const ArrowElimination eliminated(equations, chain, kFull);
   ceres::Solver::Options options;
   options.logging_type = ceres::SILENT;
   options.max_num_iterations = 200;

@@ -71,6 +71,21 @@ TEST(Batch, IsTheSmootherWhereTheRunIsNearlyLinear) {
   EXPECT_GT(tau, 0);
 }
 
+// What it leaves where laying the run out anew moves it but little.
+TEST(Batch, StopsWithinAThousandthOfASigma) {
+  const SyntheticRun s = test::synthetic_run(60, {Block::kGyroBias, Block::kAccelBias, Block::kGyroDrift,
+                                                  Block::kAccelDrift, Block::kGyroScale, Block::kAccelScale});
+  const FilterRun run = run_filter(s.log, s.options, s.start);
+  const auto solved = [&](const BatchOptions& options) {
+    return run_batch(s.log, s.options, {s.start, "given"}, run, options)->solution();
+  };
+  const Solution as_usual = solved({}), to_the_end = solved({.tolerance = 1e-9});
+  EXPECT_GT(to_the_end.batch->rounds, as_usual.batch->rounds);
+  const Apart a = apart(as_usual, to_the_end);
+  EXPECT_LT(a.values, 1e-3);
+  EXPECT_LT(a.sigmas, 1e-3);
+}
+
 // Every fifth position is 23 m off, and a filter that was fooled says that it used all of them. The batch is then as it
 // would be if those positions told nothing.
 TEST(Batch, FixesFarOffDoNotPull) {
