@@ -48,7 +48,7 @@ struct Action {
 
 // Φ beyond the navigation states: the decay of each state, and how some act on the inputs.
 struct Slow {
-  std::array<Action, 3 * 4 + 9 * 2 * std::size_t{kMostUnits}> actions;
+  std::array<Action, std::size_t{3} * 4 + std::size_t{9} * 2 * kMostUnits> actions;
   std::size_t count = 0;
   std::array<double, kMostStates> decay;
   std::array<const double*, kInputs> column;  // of Φ's navigation rows, input by input

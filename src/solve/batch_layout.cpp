@@ -82,8 +82,8 @@ Eigen::VectorXd BatchLayout::Part::select(const FullError& error) const {
   return out;
 }
 
-void BatchLayout::Part::put(const double* error, ErrorVector& whole) const {
-  for (const int row : rows) whole(row) = *error++;
+void BatchLayout::Part::put(const double* error, ErrorVector& into) const {
+  for (const int row : rows) into(row) = *error++;
 }
 
 FullError BatchLayout::Part::expand(const double* error) const {

@@ -30,7 +30,7 @@ struct BatchLayout {
     /// Errors of the part from those of all blocks.
     Eigen::VectorXd select(const FullError& error) const;
     /// Writes errors of the part to where the run's error vector has them.
-    void put(const double* error, ErrorVector& whole) const;
+    void put(const double* error, ErrorVector& into) const;
     /// Errors of all blocks from those of the part; zero for the others.
     FullError expand(const double* error) const;
   };

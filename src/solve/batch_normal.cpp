@@ -35,7 +35,7 @@ void write_down(const BatchTerms& terms, const std::vector<double>& weights, con
 
 // Half the square of seven sigmas of all unknowns of a thousand nodes together: what such a step leaves is of its
 // second order, so much less, and the next round, which lays the run out anew, takes it away.
-constexpr double kEnough = 25;
+constexpr double kSettled = 25;
 
 void take_step(const BatchLayout& layout, Newton& newton, BatchStates& states, std::size_t threads) {
   newton.step = newton.equations.solution();
@@ -91,7 +91,7 @@ double eliminate(const BatchTerms& terms, const std::vector<double>& weights, Ne
 Refined refine(BatchTerms& terms, const std::vector<double>& weights, BatchStates& states, Newton& newton,
                WhereNot unsettled, std::size_t threads) {
   constexpr int kMost = 20, kMostRises = 3;
-  const double enough = by_nodes(kEnough, states.size());
+  const double enough = by_nodes(kSettled, states.size());
   newton.at = states;
   double first = 0, before = 0, fell = 0, least = std::numeric_limits<double>::infinity();
   int k = 0;
@@ -123,7 +123,7 @@ Refined refine(BatchTerms& terms, const std::vector<double>& weights, BatchState
 Refined reweigh(const BatchTerms& terms, const std::vector<double>& weights, BatchStates& states, Newton& newton,
                 std::size_t threads) {
   const double cost = eliminate(terms, weights, newton, false, threads), least = 0.5 * newton.equations.least();
-  const bool near = cost - least < newton.fall + by_nodes(kEnough, states.size());
+  const bool near = cost - least < newton.fall + by_nodes(kSettled, states.size());
   if (near) take_step(terms.layout(), newton, states, threads);
   return {least, cost - least, 1, near};
 }
