@@ -17,9 +17,11 @@ struct Stretches {
   bool second = false;  ///< of each two
 
   bool contain(double since_start) const {
-    return length == 0 || (static_cast<long>(since_start / length) % 2 == 1) == second;
+    return !(length > 0) || (static_cast<long>(since_start / length) % 2 == 1) == second;
   }
 };
+
+inline constexpr double kToTheEnd = 1e300;  ///< s: of a log
 
 /// A log filtered with some options: the log-likelihood of its innovations, and what it knew in the end.
 struct Evidence {
@@ -36,7 +38,7 @@ double log_likelihood(const std::vector<Innovation>& innovations, const std::vec
 
 /// Filters the log from `start` until `end` [s]. The likelihood is that of the innovations under way (Schweppe 1965) in
 /// the stretches that count: outliers do not decide.
-Evidence filter_again(const Log& log, const FilterOptions& options, const Start& start, double end = 1e300,
+Evidence filter_again(const Log& log, const FilterOptions& options, const Start& start, double end = kToTheEnd,
                       const Stretches& counted = {});
 
 }  // namespace piste

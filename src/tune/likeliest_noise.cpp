@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
+#include <numeric>
+#include <string_view>
 #include <utility>
 
 #include "piste/math/linear_algebra.h"
@@ -142,9 +145,19 @@ NoiseModel with_heights(NoiseModel model, const Evidence& run) {
   return model;
 }
 
-bool same_heights(const NoiseModel& a, const NoiseModel& b) {
-  return std::equal(a.gnss.begin(), a.gnss.end(), b.gnss.begin(),
-                    [](const ReceiverNoise& x, const ReceiverNoise& y) { return x.height == y.height; });
+// Of how many receivers the heights differ.
+std::ptrdiff_t different_heights(const NoiseModel& a, const NoiseModel& b) {
+  return std::inner_product(a.gnss.begin(), a.gnss.end(), b.gnss.begin(), std::ptrdiff_t{0}, std::plus<>(),
+                            [](const ReceiverNoise& x, const ReceiverNoise& y) { return x.height != y.height; });
+}
+
+// Rows of the innovations of a source, or of all whose names end so.
+double rows_of(const Evidence& run, std::string_view source) {
+  double rows = 0;
+  for (const Innovation& i : run.innovations) {
+    if (run.sources[static_cast<std::size_t>(i.source)].ends_with(source)) rows += i.dof;
+  }
+  return rows;
 }
 
 const NoisePoint& likeliest(const std::vector<NoisePoint>& points) {
@@ -166,18 +179,17 @@ Tuning likeliest_noise(const Log& log, const FilterOptions& options, const Start
   NoiseFound found = search.climb(centre, show(0, 0.3));
   Log log_judged = search.judged(found.best.model);
   Tuning tuning;
-  double positions = 0;
-  for (const Innovation& i : found.best.evidence.innovations)
-    positions += found.best.evidence.sources[static_cast<std::size_t>(i.source)] == "gnss[0].position" ? i.dof : 0;
-  if (const NoiseModel uneven = with_heights(found.best.model, found.best.evidence);
-      !same_heights(uneven, found.best.model)) {
+  const NoiseModel uneven = with_heights(found.best.model, found.best.evidence);
+  if (const auto more = static_cast<double>(different_heights(uneven, found.best.model)); more > 0) {
+    const double penalty = 0.5 * more * std::log(rows_of(found.best.evidence, ".position"));
     NoiseFound apart = search.climb(uneven, show(0.3, 0.5));
     const double even = search.filtered(log_judged, found.best.model).evidence.likelihood;
-    if (search.filtered(log_judged, apart.best.model).evidence.likelihood - even > 0.5 * std::log(positions)) {
+    if (search.filtered(log_judged, apart.best.model).evidence.likelihood - even > penalty) {
       found = std::move(apart);
       log_judged = search.judged(found.best.model);
     }
   }
+  const double positions = rows_of(found.best.evidence, "gnss[0].position");
   const bool stated = std::any_of(options.gnss.begin(), options.gnss.end(), [](const auto& g) { return g.drift; });
   if (how.try_drift && !stated && positions > 0) {
     tuning.drift_penalty = std::log(positions);  // two parameters

@@ -24,7 +24,6 @@ constexpr double kNear = 2;                    // the same, where a rough answer
 // half of their logarithm only at a reach of 1.
 constexpr std::array<std::pair<double, double>, 4> kTrials{{{0, 1}, {0, 2}, {0, 4}, {1, 1}}};
 constexpr double kNoGate = 1 - 1e-12;
-constexpr double kToTheEnd = 1e300;  // s: of the log
 
 // The innovation of the same measurement in another run.
 bool before(const Innovation& a, const Innovation& b) {

@@ -248,13 +248,18 @@ TEST(SeveralImus, ThatAreTurnedAreTheFilterOverStackedOutputs) {
   expect_equal(DriftProcess::Kind::kGaussMarkov, turned());
 }
 
+FilterOptions options_with(const Axes& axes) {
+  FilterOptions options;
+  options.units = units(DriftProcess::Kind::kGaussMarkov);
+  options.unit_axes = {axes.begin(), axes.end()};
+  return options;
+}
+
 // What is taken off a step leaves what the mean's own scales make of the true one.
 TEST(SeveralImus, OnlyTheMeansOwnScalesAreLeftInAStep) {
   Random random(3);
   const Axes axes = turned();
-  FilterOptions options;
-  options.units = units(DriftProcess::Kind::kGaussMarkov);
-  options.unit_axes = {axes.begin(), axes.end()};
+  const FilterOptions options = options_with(axes);
   const UnitVector w = unit_weights(options.units, &ImuSensor::gyro);
   const UnitSplit split = split_errors(w, unit_sigmas(options.units, &ImuSensor::gyro, UnitError::kScale));
   Estimate x = random.estimate();
@@ -280,10 +285,7 @@ TEST(SeveralImus, OnlyTheMeansOwnScalesAreLeftInAStep) {
 // About an estimate without scales: those that it has change the effect of others in second order.
 TEST(SeveralImus, ScalesActOnAStepAsDifferencesSay) {
   Random random(8);
-  const Axes axes = turned();
-  FilterOptions options;
-  options.units = units(DriftProcess::Kind::kGaussMarkov);
-  options.unit_axes = {axes.begin(), axes.end()};
+  FilterOptions options = options_with(turned());
   options.sensor = mean_sensor(options.units);
   const StateLayout layout(with_implied_blocks(options, {kKinds.begin(), kKinds.end()}));
   const UnitScales scales(options);
