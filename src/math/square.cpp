@@ -1,21 +1,53 @@
 #include "math/square.h"
 
 #include <Eigen/LU>
+#include <algorithm>
+#include <cstring>
 
 #include "math/wide.h"
 
 namespace piste {
 namespace {
 
-PISTE_WIDE void multiply_square(const double* __restrict A, const double* __restrict B, std::ptrdiff_t n,
-                                double* __restrict out) {
-  for (std::ptrdiff_t j = 0; j < n; ++j) {
-    double* __restrict column = out + j * n;
-    for (std::ptrdiff_t i = 0; i < n; ++i) column[i] = 0;
-    for (std::ptrdiff_t k = 0; k < n; ++k) {
-      for (std::ptrdiff_t i = 0; i < n; ++i) column[i] += A[n * k + i] * B[n * j + k];
+using Four = double __attribute__((vector_size(4 * sizeof(double))));
+
+// 4 R rows and C columns of A B, from `row` and `column` on, for matrices of n rows; the first of them from `keep` on
+// go to `out`, up to row `end`.
+template <int R, int C>
+[[gnu::always_inline]] inline void tile_of_product(const double* A, const double* B, int row, int column,
+                                                   std::ptrdiff_t n, int keep, int end, double* out) {
+  Four sum[C][R] = {};
+  for (std::ptrdiff_t k = 0; k < n; ++k) {
+    const double* a = A + k * n + row;
+    for (int i = 0; i < R; ++i) {
+      Four four;
+      std::memcpy(&four, a + std::ptrdiff_t{4} * i, sizeof four);
+      for (int j = 0; j < C; ++j) sum[j][i] += four * B[(column + j) * n + k];
     }
   }
+  for (int j = 0; j < C; ++j) {
+    double tile[4 * R];
+    std::memcpy(tile, sum[j], sizeof tile);
+    for (int i = keep; i < end; ++i) out[(column + j) * n + i] = tile[i - row];
+  }
+}
+
+// @pre n ≥ 4
+template <int C>
+[[gnu::always_inline]] inline void columns_of_product(const double* A, const double* B, int column, std::ptrdiff_t n,
+                                                      double* out) {
+  const int end = static_cast<int>(n);
+  int row = 0;
+  for (; row + 8 <= end; row += 8) tile_of_product<2, C>(A, B, row, column, n, row, row + 8, out);
+  for (; row < end; row += 4) {
+    tile_of_product<1, C>(A, B, std::min(row, end - 4), column, n, row, std::min(end, row + 4), out);
+  }
+}
+
+PISTE_WIDE void multiply_square(const double* A, const double* B, std::ptrdiff_t n, double* out) {
+  int column = 0;
+  for (; column + 3 <= n; column += 3) columns_of_product<3>(A, B, column, n, out);
+  for (; column < n; ++column) columns_of_product<1>(A, B, column, n, out);
 }
 
 PISTE_WIDE void eliminate_wide(double* C, std::ptrdiff_t size, std::ptrdiff_t count) {
@@ -33,11 +65,7 @@ PISTE_WIDE void eliminate_wide(double* C, std::ptrdiff_t size, std::ptrdiff_t co
 
 }  // namespace
 
-Square product(const Square& A, const Square& B) {
-  Square out(A.rows(), A.rows());
-  multiply_square(A.data(), B.data(), A.rows(), out.data());
-  return out;
-}
+void multiply(const double* A, const double* B, std::ptrdiff_t n, double* out) { multiply_square(A, B, n, out); }
 
 void recur(Square& X, Square A, Square added, int n) {
   for (;; A = product(A, A)) {

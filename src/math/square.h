@@ -1,15 +1,27 @@
 #pragma once
-// Square matrices of up to thirty rows, without a heap.
+// Square matrices of some dozen rows, without a heap.
 
 #include <Eigen/Core>
 #include <cstddef>
 
 namespace piste {
 
+/// Up to thirty rows.
 using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 30, 30>;
 
-/// A B. Eigen takes matrices of this size to be large, and packs them.
-Square product(const Square& A, const Square& B);
+/// out = A B, all of them with n rows and columns one after the other. @pre n ≥ 4, and out is neither A nor B
+void multiply(const double* A, const double* B, std::ptrdiff_t n, double* out);
+
+/// out = A B for square matrices of one size. Eigen takes those of some dozen rows to be large, and packs them.
+template <class Matrix>
+void set_product(const Matrix& A, const Matrix& B, Matrix& out) {
+  multiply(A.data(), B.data(), A.rows(), out.data());
+}
+inline Square product(const Square& A, const Square& B) {
+  Square out(A.rows(), A.rows());
+  set_product(A, B, out);
+  return out;
+}
 
 /// Aᵀ X A
 inline Square turned(const Square& A, const Square& X) { return product(A.transpose(), product(X, A)); }

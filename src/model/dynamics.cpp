@@ -1,9 +1,11 @@
 #include "piste/model/dynamics.h"
 
-#include <algorithm>
-#include <iterator>
+#include <array>
+#include <cstring>
+#include <span>
 
 #include "math/wide.h"
+#include "model/three_columns.h"
 #include "model/three_rows.h"
 #include "piste/math/statistics.h"
 
@@ -30,9 +32,9 @@ std::size_t slot(Block b) { return at(index_of(b)); }
 constexpr int kNavigation = 9;
 constexpr int kInputs = 15;  // navigation, e_g and e_a
 
-constexpr int kPadded = (kMostStates + 3) / 4 * 4;
-constexpr std::ptrdiff_t kStorage = std::ptrdiff_t{kMostStates} * kMostStates;  // values in a Covariance
-static_assert(kStorage >= kNavigation * kMostStates + 4);  // what loops over padded columns may read
+constexpr std::ptrdiff_t kPadded = (kMostStates + 3) / 4 * 4;
+constexpr std::ptrdiff_t kTurnedRows = 12;  // of the navigation, and up to a multiple of four
+static_assert(kMostStates % 4 == 0, "a Covariance has room for loops over its columns by four");
 
 // What the navigation rows depend on among the inputs: position on all but the gyroscopes, velocity on all, attitude on
 // itself and the gyroscopes.
@@ -40,100 +42,230 @@ constexpr std::array<int, 12> kOfPosition{0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14}
 constexpr std::array<int, 15> kOfVelocity{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14};
 constexpr std::array<int, 6> kOfAttitude{6, 7, 8, 9, 10, 11};
 
-// What a state adds to an input (e_g, e_a).
+// What a state adds to an input.
 struct Action {
-  int state, input;
+  int state;
   double factor;
 };
 
 // Φ beyond the navigation states: the decay of each state, and how some act on the inputs.
-struct Slow {
-  std::array<Action, std::size_t{3} * 4 + std::size_t{9} * 2 * kMostUnits> actions;
-  std::size_t count = 0;
+class Slow {
+ public:
   std::array<double, kMostStates> decay;
+  int first_decaying = 0, end_decaying = 0;   // all others have a decay of 1
   std::array<const double*, kInputs> column;  // of Φ's navigation rows, input by input
 
   Slow(const StateLayout& layout, const Transition& t) {
     for (const Block b : layout.blocks()) {
       const double f = t.decay[slot(b)];
-      for (int k = layout.offset(b); k < layout.offset(b) + info(b).size; ++k) decay[at(k)] = f;
+      const int begin = layout.offset(b), end = begin + info(b).size;
+      for (int k = begin; k < end; ++k) decay[at(k)] = f;
+      if (f == 1) continue;
+      if (end_decaying == 0) first_decaying = begin;
+      end_decaying = end;
     }
     for (const ImuBlock& b : kImuBlocks) {
       if (!layout.has(b.block) || (b.scale && t.units != nullptr)) continue;
       const Vector3d factors = !b.scale ? Vector3d::Constant(t.bias) : b.half == 0 ? t.rate : t.force;
-      for (int k = 0; k < 3; ++k) actions[count++] = {layout.offset(b.block) + k, b.half + k, factors(k)};
+      for (int k = 0; k < 3; ++k) add(b.half + k, {layout.offset(b.block) + k, factors(k)});
     }
     if (t.units != nullptr) {
       t.units->for_each_effect(t.rate, t.force, [&](Block scales, int half, const Matrix3d& effect) {
         if (!layout.has(scales)) return;
-        for (int k = 0; k < 9; ++k) {
-          actions[count++] = {layout.offset(scales) + k / 3, half + k % 3, effect(k % 3, k / 3)};
-        }
+        for (int k = 0; k < 9; ++k) add(half + k % 3, {layout.offset(scales) + k / 3, effect(k % 3, k / 3)});
       });
     }
     for (int k = 0; k < kNavigation; ++k) column[at(k)] = t.navigation.col(k).data();
     for (int k = kNavigation; k < kInputs; ++k) column[at(k)] = t.imu.col(k - kNavigation).data();
   }
+
+  /// What acts on e_g and e_a, axis by axis.
+  std::span<const Action> acting_on(int imu_input) const {
+    return std::span(actions_[at(imu_input)]).first(counts_[at(imu_input)]);
+  }
+
+ private:
+  void add(int imu_input, Action action) { actions_[at(imu_input)][counts_[at(imu_input)]++] = action; }
+
+  static constexpr std::size_t kMost = 3 + std::size_t{3} * kMostUnits;
+  std::array<std::array<Action, kMost>, kInputs - kNavigation> actions_;
+  std::array<std::size_t, kInputs - kNavigation> counts_{};
 };
 
-[[gnu::always_inline]] inline void nine_rows(const Slow& s, const double* const* in, std::ptrdiff_t n,
-                                             double (*out)[kPadded]) {
-  three_rows(s.column.data(), kRho, kOfPosition, in, n, out);
-  three_rows(s.column.data(), kNu, kOfVelocity, in, n, out);
-  three_rows(s.column.data(), kTheta, kOfAttitude, in, n, out);
+using Four = ThreeColumns::Column;
+PISTE_INSIDE void load(const double* p, Four& four) { std::memcpy(&four, p, sizeof four); }
+PISTE_INSIDE void store(const Four& four, double* p) { std::memcpy(p, &four, sizeof four); }
+
+// What the inputs e_g and e_a are in rows of n numbers, a multiple of four, that stand `stride` apart for each state.
+PISTE_INSIDE void imu_inputs(const Slow& s, const double* states, std::ptrdiff_t stride, std::ptrdiff_t n,
+                             double* out) {
+  for (int input = 0; input < kInputs - kNavigation; ++input, out += n) {
+    const std::span<const Action> acting = s.acting_on(input);
+    if (acting.size() == 3) {  // as it is nearly always: bias, drift and scale
+      const double* rows[] = {states + acting[0].state * stride, states + acting[1].state * stride,
+                              states + acting[2].state * stride};
+      for (std::ptrdiff_t r = 0; r < n; r += 4) {
+        Four a, b, c;
+        load(rows[0] + r, a);
+        load(rows[1] + r, b);
+        load(rows[2] + r, c);
+        store(acting[0].factor * a + acting[1].factor * b + acting[2].factor * c, out + r);
+      }
+      continue;
+    }
+    for (std::ptrdiff_t r = 0; r < n; r += 4) {
+      Four sum = {}, a;
+      for (const Action& action : acting) {
+        load(states + action.state * stride + r, a);
+        sum += action.factor * a;
+      }
+      store(sum, out + r);
+    }
+  }
+}
+
+PISTE_INSIDE void nine_rows(const Slow& s, const double* const* in, std::ptrdiff_t n, double* out) {
+  three_rows(s.column.data(), kRho, kOfPosition, in, n, out, n);
+  three_rows(s.column.data(), kNu, kOfVelocity, in, n, out, n);
+  three_rows(s.column.data(), kTheta, kOfAttitude, in, n, out, n);
+}
+
+// Four columns of a matrix of nine rows become four rows of kTurnedRows numbers.
+PISTE_INSIDE void turn(const double* rows, std::ptrdiff_t stride, double* out) {
+  for (int first = 0; first < kTurnedRows; first += 4) {
+    Four r[4];
+    for (int i = 0; i < 4; ++i) {
+      r[i] = Four{};
+      if (first + i < kNavigation) load(rows + (first + i) * stride, r[i]);
+    }
+    const Four low = __builtin_shufflevector(r[0], r[1], 0, 4, 2, 6),
+               high = __builtin_shufflevector(r[0], r[1], 1, 5, 3, 7),
+               low2 = __builtin_shufflevector(r[2], r[3], 0, 4, 2, 6),
+               high2 = __builtin_shufflevector(r[2], r[3], 1, 5, 3, 7);
+    store(__builtin_shufflevector(low, low2, 0, 1, 4, 5), out + first);
+    store(__builtin_shufflevector(high, high2, 0, 1, 4, 5), out + kTurnedRows + first);
+    store(__builtin_shufflevector(low, low2, 2, 3, 6, 7), out + 2 * kTurnedRows + first);
+    store(__builtin_shufflevector(high, high2, 2, 3, 6, 7), out + 3 * kTurnedRows + first);
+  }
 }
 
 // P ← Φ P Φᵀ, and `noise` added to the navigation rows. P has n rows, and room beyond its last column, so that loops
 // may go on to a multiple of four.
-PISTE_WIDE void sandwich(double* __restrict P, std::ptrdiff_t n, const Slow& s, const Matrix9d& noise) {
+PISTE_WIDEST void sandwich(double* __restrict P, std::ptrdiff_t n, const Slow& s, const Matrix9d& noise) {
   const std::ptrdiff_t padded = (n + 3) / 4 * 4;
   // Covariance of every error before the step with the inputs, then with the navigation rows after it.
-  alignas(32) double imu[kInputs - kNavigation][kPadded];
-  for (auto& column : imu) {
-    for (std::ptrdiff_t r = 0; r < padded; ++r) column[r] = 0;
-  }
-  for (std::size_t i = 0; i < s.count; ++i) {
-    const auto [state, input, f] = s.actions[i];
-    double* __restrict to = imu[input];
-    const double* column = P + state * n;
-    const std::ptrdiff_t rows = std::min(padded, kStorage - state * n);
-    for (std::ptrdiff_t r = 0; r < rows; ++r) to[r] += f * column[r];
-  }
+  alignas(32) double imu[(kInputs - kNavigation) * kPadded], after[kNavigation * kPadded];
+  imu_inputs(s, P, n, padded, imu);
   const double* in[kInputs];
   for (int k = 0; k < kNavigation; ++k) in[k] = P + k * n;
-  for (int k = kNavigation; k < kInputs; ++k) in[k] = imu[k - kNavigation];
-  alignas(32) double after[kNavigation][kPadded];
+  for (int k = kNavigation; k < kInputs; ++k) in[k] = imu + (k - kNavigation) * padded;
   nine_rows(s, in, padded, after);
 
   // The same for the navigation rows themselves.
-  constexpr int kRows = 12;  // nine, and up to a multiple of four
-  alignas(32) double turned[kInputs][kRows] = {};
-  for (int k = 0; k < kNavigation; ++k) {
-    for (int i = 0; i < kNavigation; ++i) turned[k][i] = after[i][k];
-  }
-  for (std::size_t i = 0; i < s.count; ++i) {
-    const auto [state, input, f] = s.actions[i];
-    double* __restrict to = turned[kNavigation + input];
-    for (int r = 0; r < kNavigation; ++r) to[r] += f * after[r][state];
-  }
-  for (int k = 0; k < kInputs; ++k) in[k] = turned[k];
-  alignas(32) double corner[kNavigation][kPadded];
-  nine_rows(s, in, kRows, corner);
+  alignas(32) double turned[kPadded * kTurnedRows], seen[(kInputs - kNavigation) * kTurnedRows],
+      corner[kNavigation * kTurnedRows];
+  for (std::ptrdiff_t k = 0; k < padded; k += 4) turn(after + k, padded, turned + k * kTurnedRows);
+  imu_inputs(s, turned, kTurnedRows, kTurnedRows, seen);
+  for (int k = 0; k < kNavigation; ++k) in[k] = turned + k * kTurnedRows;
+  for (int k = kNavigation; k < kInputs; ++k) in[k] = seen + (k - kNavigation) * kTurnedRows;
+  nine_rows(s, in, kTurnedRows, corner);
 
   // The covariance of two navigation errors comes out twice, equal but for rounding: one is kept.
   const double* added = noise.data();
   for (int j = 0; j < kNavigation; ++j) {
     double column[kNavigation];
-    for (int i = 0; i < kNavigation; ++i) column[i] = corner[j][i] + added[j * kNavigation + i];
+    for (int i = 0; i < kNavigation; ++i) column[i] = corner[j * kTurnedRows + i] + added[j * kNavigation + i];
     for (int i = 0; i <= j; ++i) P[j * n + i] = column[i];
     for (int i = 0; i < j; ++i) P[i * n + j] = column[i];
-    for (int i = kNavigation; i < n; ++i) P[j * n + i] = s.decay[at(i)] * after[j][i];
+    const double* row = after + j * padded;
+    for (int i = kNavigation; i < n; ++i) P[j * n + i] = s.decay[at(i)] * row[i];
   }
   for (int j = kNavigation; j < n; ++j) {
     const double d = s.decay[at(j)];
+    const double* row = turned + j * kTurnedRows;
     double* column = P + j * n;
-    for (int i = 0; i < kNavigation; ++i) column[i] = d * after[i][j];
-    for (int i = kNavigation; i < n; ++i) column[i] *= d * s.decay[at(i)];
+    for (int i = 0; i < kNavigation; ++i) column[i] = d * row[i];
+    const int begin = d == 1 ? s.first_decaying : kNavigation, end = d == 1 ? s.end_decaying : static_cast<int>(n);
+    for (int i = begin; i < end; ++i) column[i] *= d * s.decay[at(i)];
+  }
+}
+
+// What mend_rate() changes, by `t.step`.
+void mend(Transition& t) {
+  const ErrorStep& step = t.step;
+  t.navigation.setIdentity();
+  t.imu.setZero();
+  const Vector3d factors = -(1 + step.gyro_scale.array()).inverse();
+  const Matrix3d gyro = step.q_wb.toRotationMatrix() * factors.asDiagonal();
+  t.imu.block<3, 3>(kTheta, 0) = gyro;
+  t.imu.block<3, 3>(kNu, 0) = skew(step.v_wb) * gyro;
+  t.bias = 0;
+  t.noise.setZero();
+}
+
+// The blocks of Φ and of the noise, by `t.step`. R: in the middle of the step.
+PISTE_WIDE void fill(Transition& t, const Vector3d& e, const Matrix3d& R) {
+  using Three = ThreeColumns;
+  const ErrorStep& step = t.step;
+  const double dt = step.dt, h = 0.5 * dt * dt;
+  const Vector3d& v = step.v_wb;
+  const Three V = Three::skew(v), E = Three::skew(e), EE = Three::skews(e, e), VE = Three::skews(v, e);
+  const Three gradient = Three::of(step.around.gradient), I = Three::diagonal(1), none = Three::diagonal(0);
+  const Three C = Three::skew(step.around.gravity) + VE;  // of ν' by θ
+  const auto put = [](auto& matrix, int row, int column, const Three& block) __attribute__((always_inline)) {
+    block.put(matrix.data() + column * std::ptrdiff_t{kNavigation} + row, kNavigation);
+  };
+
+  // Φ = 1 + A dt + ½ A² dt² for A = (0 1 −V; Γ −2E C; 0 0 −E), block by block.
+  put(t.navigation, kRho, kRho, I + h * gradient);
+  put(t.navigation, kRho, kNu, dt * I - 2 * h * E);
+  put(t.navigation, kRho, kTheta, h * (C + VE) - dt * V);
+  put(t.navigation, kNu, kRho, dt * gradient - 2 * h * gradient.turned_by(e));
+  put(t.navigation, kNu, kNu, I - 2 * dt * E + h * (gradient + 4 * EE));
+  put(t.navigation, kNu, kTheta, dt * C - h * (gradient.times_skew(v) + 2 * C.turned_by(e) + C.times_skew(e)));
+  put(t.navigation, kTheta, kRho, none);
+  put(t.navigation, kTheta, kNu, none);
+  put(t.navigation, kTheta, kTheta, I - dt * E + h * EE);
+
+  // ∫Φ B = (dt + ½ A dt²) B for B = (0 0; V G A; G 0). A rate does not move the position: there V G and −V G cancel.
+  const Three turned_back = -1 * Three::of(R);
+  const Three gyro = turned_back.times_diagonal((1 + step.gyro_scale.array()).inverse()),
+              accel = turned_back.times_diagonal((1 + step.accel_scale.array()).inverse());
+  const Three turn = dt * gyro - h * gyro.turned_by(e);
+  const Three swing = (dt * V + h * (C - 2 * Three::skews(e, v))) * gyro;
+  const Three push = dt * accel - 2 * h * accel.turned_by(e);
+  put(t.imu, kRho, 0, none);
+  put(t.imu, kRho, 3, h * accel);
+  put(t.imu, kNu, 0, swing);
+  put(t.imu, kNu, 3, push);
+  put(t.imu, kTheta, 0, turn);
+  put(t.imu, kTheta, 3, none);
+
+  // ∫ Φ B N Bᵀ Φᵀ over the step, by its value in the middle of the step, where Φ B is nearly ∫Φ B / dt.
+  const Vector3d of_gyro = step.around.noise.gyro / dt, of_accel = step.around.noise.accel / dt;
+  const Three swung = swing.times_diagonal(of_gyro), pushed = push.times_diagonal(of_accel);
+  const Three moved = h * pushed.times_transposed(accel), swung_turn = swung.times_transposed(turn);
+  put(t.noise, kRho, kRho, h * h * accel.times_diagonal(of_accel).times_transposed(accel));
+  put(t.noise, kRho, kNu, moved.transposed());
+  put(t.noise, kRho, kTheta, none);
+  put(t.noise, kNu, kRho, moved);
+  put(t.noise, kNu, kNu, swung.times_transposed(swing) + pushed.times_transposed(push));
+  put(t.noise, kNu, kTheta, swung_turn);
+  put(t.noise, kTheta, kRho, none);
+  put(t.noise, kTheta, kNu, swung_turn.transposed());
+  put(t.noise, kTheta, kTheta, turn.times_diagonal(of_gyro).times_transposed(turn));
+}
+
+// All but the processes, by `t.step`.
+void complete(Transition& t, const Vector3d& earth_rate) {
+  t.rate = t.step.rate;
+  t.force = t.step.force;
+  t.decay.fill(1);
+  t.variance.fill(Vector3d::Zero());
+  if (t.step.dt == 0) {
+    mend(t);
+  } else {
+    fill(t, earth_rate, t.step.q_wb.toRotationMatrix());
   }
 }
 
@@ -141,134 +273,47 @@ PISTE_WIDE void sandwich(double* __restrict P, std::ptrdiff_t n, const Slow& s, 
 
 Transition linearize(const Estimate& x, const Estimate& end, const ImuStep& s, const Vector3d& earth_rate,
                      const Gravity& gravity, const StepNoise& noise, const Vector3d* standing) {
-  // At rest the measured rate is noise alone, and would give false information on the scale.
-  return linearize({.dt = s.dt,
-                    .q_wb = x.q_wb * so3_exp(0.5 * s.dtheta),
-                    .v_wb = standing ? Vector3d::Zero().eval() : (0.5 * (x.v_wb + end.v_wb)).eval(),
-                    .rate = standing ? Vector3d::Zero().eval() : s.mean_rate(),
-                    .force = standing ? *standing : s.mean_force(),
-                    .gyro_scale = x.gyro_scale,
-                    .accel_scale = x.accel_scale,
-                    .around = {gravity.value, gravity.gradient, noise}},
-                   earth_rate);
-}
-
-namespace {
-
-// [a×] M, M [a×], [a×] [b×]: a third less to compute than products of matrices.
-Matrix3d skew_times(const Vector3d& a, const Matrix3d& M) {
-  Matrix3d out;
-  for (int k = 0; k < 3; ++k) out.col(k) = a.cross(M.col(k));
-  return out;
-}
-Matrix3d times_skew(const Matrix3d& M, const Vector3d& a) {
-  Matrix3d out;
-  out.col(0) = a.z() * M.col(1) - a.y() * M.col(2);
-  out.col(1) = a.x() * M.col(2) - a.z() * M.col(0);
-  out.col(2) = a.y() * M.col(0) - a.x() * M.col(1);
-  return out;
-}
-Matrix3d product_of_skews(const Vector3d& a, const Vector3d& b) {
-  Matrix3d out = b * a.transpose();
-  out.diagonal().array() -= a.dot(b);
-  return out;
-}
-
-// −R (1 + s)⁻¹: how an error of the IMU turns the attitude, or changes the velocity.
-Matrix3d effect_of(const Matrix3d& R, const Vector3d& scale) {
-  return -R * (1 + scale.array()).inverse().matrix().asDiagonal();
-}
-
-// What mend_rate() changes.
-Transition mended(const ErrorStep& step) {
   Transition t;
-  t.navigation.setIdentity();
-  t.imu.setZero();
-  const Matrix3d gyro = effect_of(step.q_wb.toRotationMatrix(), step.gyro_scale);
-  t.imu.block<3, 3>(kTheta, 0) = gyro;
-  t.imu.block<3, 3>(kNu, 0) = skew(step.v_wb) * gyro;
-  t.rate = step.rate;
-  t.force = step.force;
-  t.bias = 0;
-  t.noise.setZero();
-  t.decay.fill(1);
-  t.variance.fill(Vector3d::Zero());
-  t.step = step;
+  ErrorStep& step = t.step;  // in its place, as copies cost as much as the rest
+  step.dt = s.dt;
+  step.q_wb = x.q_wb * so3_exp(0.5 * s.dtheta);
+  // At rest the measured rate is noise alone, and would give false information on the scale.
+  if (standing) {
+    step.v_wb.setZero();
+    step.rate.setZero();
+    step.force = *standing;
+  } else {
+    step.v_wb = 0.5 * (x.v_wb + end.v_wb);
+    step.rate = s.mean_rate();
+    step.force = s.mean_force();
+  }
+  step.gyro_scale = x.gyro_scale;
+  step.accel_scale = x.accel_scale;
+  step.around.gravity = gravity.value;
+  step.around.gradient = gravity.gradient;
+  step.around.noise.gyro = noise.gyro;
+  step.around.noise.accel = noise.accel;
+  complete(t, earth_rate);
   return t;
 }
 
-}  // namespace
-
 Transition linearize(const ErrorStep& step, const Vector3d& earth_rate) {
-  if (step.dt == 0) return mended(step);
   Transition t;
   t.step = step;
-  t.rate = step.rate;
-  t.force = step.force;
-  t.decay.fill(1);
-  t.variance.fill(Vector3d::Zero());
-
-  const double dt = step.dt;
-  const Matrix3d R_mid = step.q_wb.toRotationMatrix();
-  const Vector3d& e = earth_rate;
-  const Matrix3d V = skew(step.v_wb), E = skew(e);
-  const Matrix3d VE = product_of_skews(step.v_wb, e), EV = product_of_skews(e, step.v_wb), EE = product_of_skews(e, e);
-  const Matrix3d& gradient = step.around.gradient;
-  const Matrix3d C = skew(step.around.gravity) + VE;  // of ν' by θ
-
-  // Φ = 1 + A dt + ½ A² dt² for A = (0 1 −V; Γ −2E C; 0 0 −E), block by block.
-  const double h = 0.5 * dt * dt;
-  const Matrix3d I = Matrix3d::Identity();
-  const Matrix3d of_velocity = dt * I - 2 * h * E;
-  t.navigation.block<3, 3>(kRho, kRho) = I + h * gradient;
-  t.navigation.block<3, 3>(kRho, kNu) = of_velocity;
-  t.navigation.block<3, 3>(kRho, kTheta) = -dt * V + h * (C + VE);
-  t.navigation.block<3, 3>(kNu, kRho) = dt * gradient - 2 * h * skew_times(e, gradient);
-  t.navigation.block<3, 3>(kNu, kNu) = I - 2 * dt * E + h * (gradient + 4 * EE);
-  t.navigation.block<3, 3>(kNu, kTheta) =
-      dt * C - h * (times_skew(gradient, step.v_wb) + 2 * skew_times(e, C) + times_skew(C, e));
-  t.navigation.block<3, 3>(kTheta, kRho).setZero();
-  t.navigation.block<3, 3>(kTheta, kNu).setZero();
-  t.navigation.block<3, 3>(kTheta, kTheta) = I - dt * E + h * EE;
-
-  // ∫Φ B = (dt + ½ A dt²) B for B = (0 0; V G A; G 0). A rate does not move the position: there V G and −V G cancel.
-  const Matrix3d gyro = effect_of(R_mid, step.gyro_scale), accel = effect_of(R_mid, step.accel_scale);
-  const Matrix3d turn = dt * gyro - h * skew_times(e, gyro);
-  const Matrix3d swing = (dt * V + h * (C - 2 * EV)).lazyProduct(gyro);
-  const Matrix3d push = dt * accel - 2 * h * skew_times(e, accel);
-  t.imu.block<3, 3>(kRho, 0).setZero();
-  t.imu.block<3, 3>(kRho, 3) = h * accel;
-  t.imu.block<3, 3>(kNu, 0) = swing;
-  t.imu.block<3, 3>(kNu, 3) = push;
-  t.imu.block<3, 3>(kTheta, 0) = turn;
-  t.imu.block<3, 3>(kTheta, 3).setZero();
-
-  // ∫ Φ B N Bᵀ Φᵀ over the step, by its value in the middle of the step, where Φ B is nearly ∫Φ B / dt.
-  const StepNoise& noise = step.around.noise;
-  const Matrix3d turned = turn * (noise.gyro / dt).asDiagonal(), swung = swing * (noise.gyro / dt).asDiagonal();
-  const Matrix3d pushed = push * (noise.accel / dt).asDiagonal();
-  const Matrix3d moved = pushed.lazyProduct(accel.transpose());
-  t.noise.block<3, 3>(kRho, kRho) = square(h) * accel * (noise.accel / dt).asDiagonal() * accel.transpose();
-  t.noise.block<3, 3>(kRho, kNu) = h * moved.transpose();
-  t.noise.block<3, 3>(kRho, kTheta).setZero();
-  t.noise.block<3, 3>(kNu, kRho) = h * moved;
-  t.noise.block<3, 3>(kNu, kNu) = swung.lazyProduct(swing.transpose()) + pushed.lazyProduct(push.transpose());
-  t.noise.block<3, 3>(kNu, kTheta) = swung.lazyProduct(turn.transpose());
-  t.noise.block<3, 3>(kTheta, kRho).setZero();
-  t.noise.block<3, 3>(kTheta, kNu) = t.noise.block<3, 3>(kNu, kTheta).transpose();
-  t.noise.block<3, 3>(kTheta, kTheta) = turned.lazyProduct(turn.transpose());
+  complete(t, earth_rate);
   return t;
 }
 
 Transition mend_rate(const Estimate& x, const Vector3d& noise_angle) {
-  return mended({.dt = 0,
-                 .q_wb = x.q_wb,
-                 .v_wb = x.v_wb,
-                 .rate = x.R_wb().transpose() * noise_angle,
-                 .force = Vector3d::Zero(),
-                 .gyro_scale = x.gyro_scale,
-                 .accel_scale = x.accel_scale,
-                 .around = {Vector3d::Zero(), Matrix3d::Zero(), {Vector3d::Zero(), Vector3d::Zero()}}});
+  return linearize({.dt = 0,
+                    .q_wb = x.q_wb,
+                    .v_wb = x.v_wb,
+                    .rate = x.R_wb().transpose() * noise_angle,
+                    .force = Vector3d::Zero(),
+                    .gyro_scale = x.gyro_scale,
+                    .accel_scale = x.accel_scale,
+                    .around = {Vector3d::Zero(), Matrix3d::Zero(), {Vector3d::Zero(), Vector3d::Zero()}}},
+                   Vector3d::Zero());
 }
 
 void add_processes(Transition& t, const StateLayout& layout, const FilterOptions& options, double dt) {
@@ -297,8 +342,8 @@ void propagate(ErrorVector& m, const StateLayout& layout, const Transition& t) {
   mixer << t.navigation, t.imu;
   Eigen::Matrix<double, kInputs, 1> inputs = Eigen::Matrix<double, kInputs, 1>::Zero();
   inputs.head<kNavigation>() = m.head<kNavigation>();
-  for (std::size_t i = 0; i < s.count; ++i) {
-    inputs(kNavigation + s.actions[i].input) += s.actions[i].factor * m(s.actions[i].state);
+  for (int k = 0; k < kInputs - kNavigation; ++k) {
+    for (const Action& action : s.acting_on(k)) inputs(kNavigation + k) += action.factor * m(action.state);
   }
   for (int k = kNavigation; k < layout.size(); ++k) m(k) *= s.decay[at(k)];
   m.head<kNavigation>() = mixer.lazyProduct(inputs);
@@ -311,9 +356,8 @@ Covariance dense_transition(const StateLayout& layout, const Transition& t) {
     Phi.diagonal().segment(layout.offset(b), info(b).size) *= t.decay[slot(b)];
   }
   Phi.topLeftCorner<9, 9>() = t.navigation;
-  for (std::size_t i = 0; i < s.count; ++i) {
-    const auto [state, input, factor] = s.actions[i];
-    Phi.col(state).head<9>() += factor * t.imu.col(input);
+  for (int k = 0; k < kInputs - kNavigation; ++k) {
+    for (const Action& action : s.acting_on(k)) Phi.col(action.state).head<9>() += action.factor * t.imu.col(k);
   }
   return Phi;
 }

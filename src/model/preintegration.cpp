@@ -18,9 +18,9 @@ constexpr std::array<int, 6> kOfTurn{6, 7, 8, 9, 10, 11};
 template <std::size_t Rows>
 [[gnu::always_inline]] inline void rows_of_sum(const double* const* columns, const double* const* in,
                                                double (*out)[Rows]) {
-  three_rows(columns, kPlace, kOfPlace, in, Rows, out);
-  three_rows(columns, kSpeed, kOfSpeed, in, Rows, out);
-  three_rows(columns, kTurn, kOfTurn, in, Rows, out);
+  three_rows(columns, kPlace, kOfPlace, in, Rows, *out, Rows);
+  three_rows(columns, kSpeed, kOfSpeed, in, Rows, *out, Rows);
+  three_rows(columns, kTurn, kOfTurn, in, Rows, *out, Rows);
 }
 
 // The covariance of a sum after a step, that of the drifts before it, and the derivatives of the sum; `white`:

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "math/square.h"
 #include "math/wide.h"
 #include "model/step_operator.h"
 #include "piste/solve/noise_score.h"
@@ -18,52 +19,6 @@
 
 namespace piste {
 namespace {
-
-using Four = double __attribute__((vector_size(4 * sizeof(double))));
-
-// 4 R rows and C columns of A B, from `row` and `column` on, for matrices of n rows; the first of them from `keep` on
-// go to `out`, up to row `end`.
-template <int R, int C>
-[[gnu::always_inline]] inline void tile_of_product(const double* A, const double* B, int row, int column,
-                                                   std::ptrdiff_t n, int keep, int end, double* out) {
-  Four sum[C][R] = {};
-  for (std::ptrdiff_t k = 0; k < n; ++k) {
-    const double* a = A + k * n + row;
-    for (int i = 0; i < R; ++i) {
-      Four four;
-      std::memcpy(&four, a + std::ptrdiff_t{4} * i, sizeof four);
-      for (int j = 0; j < C; ++j) sum[j][i] += four * B[(column + j) * n + k];
-    }
-  }
-  for (int j = 0; j < C; ++j) {
-    double tile[4 * R];
-    std::memcpy(tile, sum[j], sizeof tile);
-    for (int i = keep; i < end; ++i) out[(column + j) * n + i] = tile[i - row];
-  }
-}
-
-// @pre n ≥ 4
-template <int C>
-[[gnu::always_inline]] inline void columns_of_product(const double* A, const double* B, int column, std::ptrdiff_t n,
-                                                      double* out) {
-  const int end = static_cast<int>(n);
-  int row = 0;
-  for (; row + 8 <= end; row += 8) tile_of_product<2, C>(A, B, row, column, n, row, row + 8, out);
-  for (; row < end; row += 4) {
-    tile_of_product<1, C>(A, B, std::min(row, end - 4), column, n, row, std::min(end, row + 4), out);
-  }
-}
-
-// out = A B, all of them with n rows and columns.
-PISTE_WIDE void multiply(const double* A, const double* B, std::ptrdiff_t n, double* out) {
-  int column = 0;
-  for (; column + 3 <= n; column += 3) columns_of_product<3>(A, B, column, n, out);
-  for (; column < n; ++column) columns_of_product<1>(A, B, column, n, out);
-}
-
-void multiply(const Covariance& A, const Covariance& B, Covariance& out) {
-  multiply(A.data(), B.data(), A.rows(), out.data());
-}
 
 // The transition Φ over some steps: rows of (ρ, ν, θ), and what every other error is multiplied by. Its adjoint, taken
 // of the unit vectors of (ρ, ν, θ) through the steps one after the other, is these rows.
@@ -151,9 +106,9 @@ class Backward {
     const Covariance& P = state.P;
     const int n = layout_.size();
     work_.resize(n, n);
-    multiply(many_.count > 0 ? carried(many_, Lambda_) : Lambda_, P, work_);
+    set_product(many_.count > 0 ? carried(many_, Lambda_) : Lambda_, P, work_);
     SmoothedState s{parts.x, Covariance(n, n)};
-    multiply(P, work_, s.P);
+    set_product(P, work_, s.P);
     s.P = P - s.P;
     reset(s.P, layout_, reset_jacobian(layout_, state.mean - P.lazyProduct(lambda_)));
     // The parts have the same bits, whether they are wanted alone or with the rest.

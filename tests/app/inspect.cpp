@@ -42,6 +42,12 @@ TEST_F(InspectApp, EndsWithAConfigurationThatReplays) {
   EXPECT_GT(a.epochs, 1000u);
   EXPECT_LT(a.horizontal, 0.1) << text_of(a);
   EXPECT_LT(std::max(a.roll, a.pitch), 1) << text_of(a);
+
+  const std::string page = read_text(folder / "found/inspection.html");
+  EXPECT_TRUE(contains(page, "What looks wrong"));
+  EXPECT_TRUE(contains(page, "Track"));
+  EXPECT_EQ(page.find("http://"), page.find("http://www.w3.org"));  // no network
+  EXPECT_EQ(page.find("nan"), std::string::npos);
 }
 
 // The logs of the run as another program may write them: rows out of order and twice, other names and units, gyroscopes
@@ -101,6 +107,7 @@ TEST_F(InspectApp, InputsAsTheyComeReplay) {
 // of what the receiver says: tenths of a second, as the motion tells.
 TEST_F(InspectApp, APhonesThreeFiles) {
   PISTE_REQUIRE_DATASETS();
+  if (!thorough()) GTEST_SKIP() << "with PISTE_THOROUGH=1; scenario/no_hands inspects them, too";
   const std::string phone = (datasets() / "phone/20201104_091730_").string();
   const Said said = inspect({phone + "Acc.csv", phone + "Gyro.csv", phone + "GNSS.csv", "--output", "found"});
   ASSERT_EQ(said.code, 0) << said.err;
@@ -131,15 +138,6 @@ TEST_F(InspectApp, ADrivesRawLogReplays) {
   EXPECT_EQ(summary["imu"]["epochs"].as<int>(), 54860);
   EXPECT_TRUE(summary["sources"]["vehicle.right"]);  // proposed, as it is a car
   EXPECT_GT(summary["gnss"]["used"].as<int>(), 2100);
-}
-
-TEST_F(InspectApp, PageStandsAlone) {
-  ASSERT_EQ(inspect({kData + "mt9a_1.csv", kData + "gnss.csv", "--output", "found", "--quiet"}).code, 0);
-  const std::string page = read_text(folder / "found/inspection.html");
-  EXPECT_TRUE(contains(page, "What looks wrong"));
-  EXPECT_TRUE(contains(page, "Track"));
-  EXPECT_EQ(page.find("http://"), page.find("http://www.w3.org"));  // no network
-  EXPECT_EQ(page.find("nan"), std::string::npos);
 }
 
 TEST_F(InspectApp, SaysWhatItCannotRead) {
