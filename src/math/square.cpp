@@ -11,11 +11,10 @@ namespace {
 
 using Four = double __attribute__((vector_size(4 * sizeof(double))));
 
-// 4 R rows and C columns of A B, from `row` and `column` on, for matrices of n rows; the first of them from `keep` on
-// go to `out`, up to row `end`.
+// 4 R rows and C columns of A B, from `row` and `column` on, for matrices of n rows.
 template <int R, int C>
-[[gnu::always_inline]] inline void tile_of_product(const double* A, const double* B, int row, int column,
-                                                   std::ptrdiff_t n, int keep, int end, double* out) {
+[[gnu::always_inline]] inline void tile_of_product(const double* A, const double* B, std::ptrdiff_t row,
+                                                   std::ptrdiff_t column, std::ptrdiff_t n, double* out) {
   Four sum[C][R] = {};
   for (std::ptrdiff_t k = 0; k < n; ++k) {
     const double* a = A + k * n + row;
@@ -25,27 +24,20 @@ template <int R, int C>
       for (int j = 0; j < C; ++j) sum[j][i] += four * B[(column + j) * n + k];
     }
   }
-  for (int j = 0; j < C; ++j) {
-    double tile[4 * R];
-    std::memcpy(tile, sum[j], sizeof tile);
-    for (int i = keep; i < end; ++i) out[(column + j) * n + i] = tile[i - row];
-  }
+  for (int j = 0; j < C; ++j) std::memcpy(out + (column + j) * n + row, sum[j], sizeof sum[j]);
 }
 
-// @pre n ≥ 4
 template <int C>
-[[gnu::always_inline]] inline void columns_of_product(const double* A, const double* B, int column, std::ptrdiff_t n,
-                                                      double* out) {
-  const int end = static_cast<int>(n);
-  int row = 0;
-  for (; row + 8 <= end; row += 8) tile_of_product<2, C>(A, B, row, column, n, row, row + 8, out);
-  for (; row < end; row += 4) {
-    tile_of_product<1, C>(A, B, std::min(row, end - 4), column, n, row, std::min(end, row + 4), out);
-  }
+[[gnu::always_inline]] inline void columns_of_product(const double* A, const double* B, std::ptrdiff_t column,
+                                                      std::ptrdiff_t n, double* out) {
+  std::ptrdiff_t row = 0;
+  for (; row + 8 <= n; row += 8) tile_of_product<2, C>(A, B, row, column, n, out);
+  // The last four rows, of which some may be there, to the same bits.
+  for (; row < n; row += 4) tile_of_product<1, C>(A, B, std::min(row, n - 4), column, n, out);
 }
 
 PISTE_WIDE void multiply_square(const double* A, const double* B, std::ptrdiff_t n, double* out) {
-  int column = 0;
+  std::ptrdiff_t column = 0;
   for (; column + 3 <= n; column += 3) columns_of_product<3>(A, B, column, n, out);
   for (; column < n; ++column) columns_of_product<1>(A, B, column, n, out);
 }

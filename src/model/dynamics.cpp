@@ -26,7 +26,7 @@ constexpr ImuBlock kImuBlocks[] = {{Block::kGyroBias, 0, false},  {Block::kAccel
                                    {Block::kGyroDrift, 0, false}, {Block::kAccelDrift, 3, false},
                                    {Block::kGyroScale, 0, true},  {Block::kAccelScale, 3, true}};
 
-std::size_t at(int k) { return static_cast<std::size_t>(k); }
+std::size_t at(std::ptrdiff_t k) { return static_cast<std::size_t>(k); }
 std::size_t slot(Block b) { return at(index_of(b)); }
 
 constexpr int kNavigation = 9;
@@ -149,6 +149,20 @@ PISTE_INSIDE void turn(const double* rows, std::ptrdiff_t stride, double* out) {
   }
 }
 
+// to = factor × factors × from, number by number.
+PISTE_INSIDE void multiply(const double* factors, double factor, const double* from, std::ptrdiff_t begin,
+                           std::ptrdiff_t end, double* to) {
+  std::ptrdiff_t i = begin;
+  for (; i + 4 <= end; i += 4) {
+    Four f, x;
+    load(factors + i, f);
+    load(from + i, x);
+    f = factor * f;
+    store(f * x, to + i);
+  }
+  for (; i < end; ++i) to[i] = factor * factors[i] * from[i];
+}
+
 // P ← Φ P Φᵀ, and `noise` added to the navigation rows. P has n rows, and room beyond its last column, so that loops
 // may go on to a multiple of four.
 PISTE_WIDEST void sandwich(double* __restrict P, std::ptrdiff_t n, const Slow& s, const Matrix9d& noise) {
@@ -171,22 +185,25 @@ PISTE_WIDEST void sandwich(double* __restrict P, std::ptrdiff_t n, const Slow& s
   nine_rows(s, in, kTurnedRows, corner);
 
   // The covariance of two navigation errors comes out twice, equal but for rounding: one is kept.
-  const double* added = noise.data();
-  for (int j = 0; j < kNavigation; ++j) {
-    double column[kNavigation];
-    for (int i = 0; i < kNavigation; ++i) column[i] = corner[j * kTurnedRows + i] + added[j * kNavigation + i];
-    for (int i = 0; i <= j; ++i) P[j * n + i] = column[i];
-    for (int i = 0; i < j; ++i) P[i * n + j] = column[i];
-    const double* row = after + j * padded;
-    for (int i = kNavigation; i < n; ++i) P[j * n + i] = s.decay[at(i)] * row[i];
+  for (std::ptrdiff_t j = 0; j < kNavigation; ++j) {
+    for (std::ptrdiff_t i = 0; i <= j; ++i) corner[j * kTurnedRows + i] += noise.data()[j * kNavigation + i];
   }
-  for (int j = kNavigation; j < n; ++j) {
-    const double d = s.decay[at(j)];
-    const double* row = turned + j * kTurnedRows;
+  for (std::ptrdiff_t j = 0; j < kNavigation; ++j) {
     double* column = P + j * n;
-    for (int i = 0; i < kNavigation; ++i) column[i] = d * row[i];
-    const int begin = d == 1 ? s.first_decaying : kNavigation, end = d == 1 ? s.end_decaying : static_cast<int>(n);
-    for (int i = begin; i < end; ++i) column[i] *= d * s.decay[at(i)];
+    for (std::ptrdiff_t i = 0; i < kNavigation; ++i) {
+      column[i] = corner[i <= j ? j * kTurnedRows + i : i * kTurnedRows + j];
+    }
+    multiply(s.decay.data(), 1, after + j * padded, kNavigation, n, column);
+  }
+  for (std::ptrdiff_t j = kNavigation; j < n; ++j) {
+    const double d = s.decay[at(j)];
+    double* column = P + j * n;
+    for (std::ptrdiff_t i = 0; i < kNavigation; ++i) column[i] = d * turned[j * kTurnedRows + i];
+    if (d == 1) {
+      multiply(s.decay.data(), d, column, s.first_decaying, s.end_decaying, column);
+    } else {
+      multiply(s.decay.data(), d, column, kNavigation, n, column);
+    }
   }
 }
 
