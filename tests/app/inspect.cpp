@@ -99,6 +99,7 @@ TEST_F(InspectApp, InputsAsTheyComeReplay) {
   const Accuracy a = accuracy(read_table(folder / "replayed/smoothed.csv"), truth, {80, 180});
   EXPECT_GT(a.epochs, 1000u);
   EXPECT_LT(a.horizontal, 0.1) << text_of(a);
+  if (!thorough()) return;
   ASSERT_EQ(inspect({"gyro.txt", "accel.txt", "places.csv", "--output", "without"}).code, 0);
   EXPECT_TRUE(contains(read_text(folder / "without/replay.yaml"), "sigma: 3 3 6 m"));
 }
