@@ -270,16 +270,29 @@ void update_adjoint(ErrorVector& lambda, Covariance& Lambda, const Update& u) {
     symmetrize(Lambda);
     return;
   }
-  Tall LK(Lambda.rows(), 3);
-  LK.noalias() = Lambda.lazyProduct(K);
-  // Aᵀ Λ A = Λ − (ΛK) H − Hᵀ (ΛK)ᵀ + Hᵀ (Kᵀ Λ K) H
-  const Matrix3d core = K.transpose().lazyProduct(LK) + u.S_inverse;
-  Jacobian rows(3, Lambda.cols());
-  rows.noalias() = core.lazyProduct(u.H);
-  rows -= LK.transpose();
-  Lambda -= LK.lazyProduct(u.H);
-  Lambda += u.H.transpose().lazyProduct(rows);
-  symmetrize(Lambda);
+  // Aᵀ Λ A + Hᵀ S⁻¹ H = Λ − W H − Hᵀ Wᵀ with W = Λ K − ½ Hᵀ (Kᵀ Λ K + S⁻¹). H has few columns that are not zero.
+  const Eigen::Index n = Lambda.rows();
+  Tall W = Tall::Zero(n, 3);
+  std::array<Seen, kMostStates> all;
+  for (Eigen::Index k = 0; k < n; ++k)
+    all[static_cast<std::size_t>(k)] = {Lambda.col(k).data(), {K(k, 0), K(k, 1), K(k, 2)}};
+  add_seen(std::span(all).first(static_cast<std::size_t>(n)), n, W.col(0).data(), W.col(1).data(), W.col(2).data());
+  const Matrix3d core = 0.5 * (K.transpose().lazyProduct(W) + u.S_inverse);
+  std::array<Eigen::Index, kMostStates> seen;
+  std::size_t count = 0;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    if (!u.H.col(k).isZero(0)) seen[count++] = k;
+  }
+  for (const Eigen::Index k : std::span(seen).first(count)) W.row(k) -= (core * u.H.col(k)).transpose();
+  for (const Eigen::Index k : std::span(seen).first(count)) {
+    const ErrorVector change = W.lazyProduct(u.H.col(k));
+    Lambda.col(k) -= change;
+    Lambda.row(k) -= change.transpose();
+  }
+  // Where two are seen, the sum was taken in another order above the diagonal than below it.
+  for (const Eigen::Index k : std::span(seen).first(count)) {
+    for (const Eigen::Index i : std::span(seen).first(count)) Lambda(i, k) = Lambda(k, i);
+  }
 }
 
 }  // namespace piste
