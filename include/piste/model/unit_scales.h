@@ -18,6 +18,8 @@
 
 namespace piste {
 
+/// The rest above as a linear function of the estimated scales: its weights follow from the axes of the units, once a
+/// run.
 class UnitScales {
  public:
   /// @pre There are several units, and their axes are told.

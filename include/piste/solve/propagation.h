@@ -11,7 +11,10 @@ namespace piste {
 /// force.
 class Propagation {
  public:
+  /// To be assigned to.
   Propagation() = default;
+  /// `p_wb`: where the run begins, in w. `options` tell whether scales of several IMUs act across the axes of their
+  /// mean.
   Propagation(const World& world, const Vector3d& p_wb, const FilterOptions& options)
       : units_(UnitScales::across(options)), gravity_(world.gravity(p_wb)) {}
 
