@@ -230,48 +230,89 @@ TEST(Drive, WindowsOf60SecondsAsInspected) {
   EXPECT_LT(car, body);
 }
 
-// Another car, at up to 33 m/s, with the raw logs of a phone and the sensor file of the first drive. Its
-// windows of 60 s cost 248 m without the vehicle.
-TEST(Drive, APhoneInACar) {
-  PISTE_REQUIRE_DATASETS();
-  const TemporaryFolder folder;
-  const std::string phone = (std::filesystem::absolute(datasets()) / "phone/20201104_091730_").string();
+std::string phone_file(const char* of) {
+  return (std::filesystem::absolute(datasets()) / "phone/20201104_091730_").string() + of + ".csv";
+}
+
+/// A replay of the phone's drive by hand.
+std::string phone_config(const TemporaryFolder& folder, const std::string& gyro_noise) {
+  const std::string shipped = Sensor().gyro_noise;
+  std::string sensor = read_text(kSource / "config" / "sensors" / "mems_car.yaml");
+  sensor.replace(sensor.find(shipped), shipped.size(), gyro_noise);
+  folder.write("sensor.yaml", sensor);
   const std::string imu = fmt::format(
-      "imu: {{file: {0}Gyro.csv, accel_file: {0}Acc.csv, format: columns, axes: -z +x -y,\n"
-      "  sensor: {1}/config/sensors/mems_car.yaml, clock: {{offset: 184927.77 s}},\n"
+      "imu: {{file: {0}, accel_file: {1}, format: columns, axes: -z +x -y,\n"
+      "  sensor: sensor.yaml, clock: {{offset: 184927.77 s}},\n"
       "  columns: {{time: {{name: TimestampGyro, of: boot}}, gyro: {{names: [GyroX, GyroY, GyroZ]}},\n"
       "    accel: {{names: [AccX, AccY, AccZ], time: {{name: TimestampAcc, of: boot}}}}}}}}\n",
-      phone, kSource.string());
+      phone_file("Gyro"), phone_file("Acc"));
   const std::string gnss = fmt::format(
-      "gnss: {{file: {0}GNSS.csv, format: columns, sigma_velocity: 0.5 m/s, velocity_delay: 0.25 s,\n"
+      "gnss: {{file: {0}, format: columns, sigma_velocity: 0.5 m/s, velocity_delay: 0.25 s,\n"
       "  columns: {{time: {{name: UTC time, of: utc}}, latitude: {{name: Lat}}, longitude: {{name: Lon}},\n"
       "    height: {{name: Height}}, horizontal_accuracy: {{name: Hor Acc}}, vertical_accuracy: {{name: Vert Acc}},\n"
       "    speed: {{name: Speed}}, course: {{name: Heading}}, speed_accuracy: {{name: Speed Acc}},\n"
       "    course_accuracy: {{name: Heading Acc}}}}}}\n",
-      phone);
-  folder.write("phone.yaml", imu + gnss +
-                                 "estimate: [gyro_bias, accel_bias, gyro_drift, accel_drift, gyro_scale, accel_scale]\n"
-                                 "outages: [[289201, 60], [289588, 60], [289976, 60]]\nsmoother: none\n"
-                                 "vehicle: {kind: car}\n");
-  const Said said = run_program(program("replay"), {"phone.yaml", "--output", "result"}, folder);
-  ASSERT_EQ(said.code, 0) << said.err;
-  const Table filtered = read_table(folder / "result/filtered.csv");
-  const Recording logs = read_recording(read_replay_config(folder / "phone.yaml"));
-  double sum = 0;
-  SigmaCount count;
-  for (const double start : {289201, 289588, 289976}) {
-    double end = 0;
-    for (const GeodeticFix& fix : logs.gnss[0].fixes) {
-      if (!(fix.time >= start && fix.time < start + 59.9)) continue;
-      end = horizontal_error(filtered, fix, kLeverArm);
-      count.add(filtered, fix, kLeverArm);
-    }
-    std::printf("window at %.0f s: filtered end %.1f m\n", start, end);
-    sum += end;
+      phone_file("GNSS"));
+  return imu + gnss +
+         "estimate: [gyro_bias, accel_bias, gyro_drift, accel_drift, gyro_scale, accel_scale]\nsmoother: none\n"
+         "vehicle: {kind: car}\n";
+}
+
+/// Adds what windows of 60 s without GNSS cost the configuration `name` with the text `config`.
+WindowErrors phone_windows(const TemporaryFolder& folder, const std::string& name, const std::string& config,
+                           const std::vector<double>& starts) {
+  std::string outages;
+  std::vector<Interval> windows;
+  for (const double start : starts) {
+    outages += fmt::format("{}[{}, 60]", outages.empty() ? "" : ", ", start);
+    windows.push_back({start, start + 60});
   }
-  EXPECT_LE(sum / 3, 60);
-  EXPECT_GE(count.within(), 0.95);
-  EXPECT_GE(count.along_within(), 0.95);
+  folder.write(name, config + "outages: [" + outages + "]\n");
+  const Said said = run_program(program("replay"), {name, "--output", "result", "--quiet"}, folder);
+  EXPECT_EQ(said.code, 0) << said.err;
+  const Recording logs = read_recording(read_replay_config(folder / name));
+  return window_errors(read_table(folder / "result/filtered.csv"), logs.gnss[0].fixes, windows, kLeverArm);
+}
+
+// Another car, at up to 33 m/s, with the raw logs of a phone. Its windows of 60 s cost 248 m without the vehicle.
+TEST(Drive, APhoneInACar) {
+  PISTE_REQUIRE_DATASETS();
+  const TemporaryFolder folder;
+  const WindowErrors e =
+      phone_windows(folder, "phone.yaml", phone_config(folder, "0.1 deg/s/sqrt(Hz)"), {289201, 289588, 289976});
+  ASSERT_EQ(e.end.size(), 3U);
+  std::printf("ends %.1f, %.1f and %.1f m, mean %.1f m\n", e.end[0], e.end[1], e.end[2], e.mean_end());
+  EXPECT_LT(e.mean_end(), 80);
+  EXPECT_GE(e.count.within(), 0.95);
+  EXPECT_GE(e.count.along_within(), 0.95);
+}
+
+// Three windows are few: twelve of the whole drive, three to a replay, with several noises and as `inspect` has it.
+TEST(Drive, APhoneInACarAllAlong) {
+  PISTE_REQUIRE_DATASETS();
+  if (!thorough()) GTEST_SKIP() << "with PISTE_THOROUGH=1";
+  const TemporaryFolder folder;
+  const auto mean_end = [&](const std::string& name, const std::string& config) {
+    double sum = 0;
+    for (int turn = 0; turn < 4; ++turn) {
+      std::vector<double> starts;
+      for (int i = 0; i < 3; ++i) starts.push_back(289220 + 65 * turn + 260 * i);
+      sum += phone_windows(folder, name, config, starts).mean_end() / 4;
+    }
+    return sum;
+  };
+  for (const char* noise : {"0.05", "0.1", "0.2"}) {
+    const double mean = mean_end("phone.yaml", phone_config(folder, fmt::format("{} deg/s/sqrt(Hz)", noise)));
+    std::printf("%s deg/s/sqrt(Hz): mean end %.0f m\n", noise, mean);
+    EXPECT_LT(mean, 180);
+  }
+  const Said found =
+      run_program(program("inspect"),
+                  {phone_file("Acc"), phone_file("Gyro"), phone_file("GNSS"), "--output", "found", "--quiet"}, folder);
+  ASSERT_EQ(found.code, 0) << found.err;
+  const double inspected = mean_end("found/outages.yaml", read_text(folder / "found/replay.yaml"));
+  std::printf("as inspected: mean end %.0f m\n", inspected);
+  EXPECT_LT(inspected, 240);
 }
 
 }  // namespace
