@@ -15,7 +15,7 @@ namespace {
 using Vector8d = Eigen::Matrix<double, 8, 1>;
 using Matrix8d = Eigen::Matrix<double, 8, 8>;
 
-const int kRuns = seeds(12, 200);
+const int kRuns = seeds(6, 200);
 constexpr double kProbability = 0.999;
 
 /// Information about the offset of the clocks, everything else being known: Σ |dw/dt|² / σ_w², and the same of forces,

@@ -45,7 +45,8 @@ TEST(Calibration, FindsTheLeverArmFromTheMotion) {
 
 // An antenna that is not on the body.
 TEST(Calibration, OfAnAntennaFourMetresAwayShows) {
-  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+  for (int i = 1; i <= seeds(1, 4); ++i) {
+    const auto seed = static_cast<std::uint64_t>(i);
     Case c = make_case("easy_ski", 40, seed, [](Scenario& s) { s.gnss[0].p_ra_r += Vector3d(4, 0, 0); });
     const Vector3d truth = c.options.gnss[0].lever_arm;
     c.options.gnss[0].lever_arm.setZero();
