@@ -32,7 +32,7 @@ std::size_t slot(Block b) { return at(index_of(b)); }
 constexpr int kNavigation = 9;
 constexpr int kInputs = 15;  // navigation, e_g and e_a
 
-constexpr std::ptrdiff_t kPadded = (kMostStates + 3) / 4 * 4;
+constexpr std::ptrdiff_t kPadded = kMostStates;
 constexpr std::ptrdiff_t kTurnedRows = 12;  // of the navigation, and up to a multiple of four
 static_assert(kMostStates % 4 == 0, "a Covariance has room for loops over its columns by four");
 
