@@ -4,6 +4,7 @@
 
 #include <set>
 
+#include "io/vehicle_keys.h"
 #include "piste/core/error.h"
 #include "piste/io/config.h"
 #include "piste/io/sensor_file.h"
