@@ -105,17 +105,21 @@ TEST(Drive, WindowsOf60Seconds) {
 // A car moves along its own axis. The engine of this one shakes the gyroscope of pitch (2.7 deg/s rms at idle), and
 // hardly the others; the accelerometer along down has the noise that `tune` finds.
 const Sensor kCar{"vehicle: {kind: car}\n", "0.05 0.2 0.05 deg/s/sqrt(Hz)", "5 5 1.7 mg/sqrt(Hz)"};
+void expect_in_car(const DriveErrors& e, std::size_t windows, double mean_end, double worst_inside) {
+  ASSERT_EQ(e.windows(), windows);
+  EXPECT_LE(e.mean_end(), mean_end);
+  EXPECT_LE(e.worst_inside(), worst_inside);
+  EXPECT_GE(e.within(), 0.95);
+  EXPECT_GE(e.along_within(), 0.95);
+}
+
 const std::string kWithVelocities =
     "gnss_1934_sf.pos, format: rtklib_pos, use: position velocity, velocity_delay: 0.128 s";
 
 TEST(Drive, WindowsOf15SecondsInACar) {
   PISTE_REQUIRE_DATASETS();
   const DriveErrors e = replay_drive(coast_windows(), kWithVelocities, kCar);
-  ASSERT_EQ(e.windows(), 10u);
-  EXPECT_LE(e.mean_end(), 3.0);
-  EXPECT_LE(e.worst_inside(), 0.6);
-  EXPECT_GE(e.within(), 0.95);
-  EXPECT_GE(e.along_within(), 0.95);
+  expect_in_car(e, 10, 3.0, 0.6);
 }
 
 std::vector<Interval> minutes() { return {{243400, 243460}, {243530, 243590}, {243660, 243720}}; }
@@ -124,11 +128,7 @@ std::vector<Interval> minutes() { return {{243400, 243460}, {243530, 243590}, {2
 TEST(Drive, WindowsOf60SecondsInACar) {
   PISTE_REQUIRE_DATASETS();
   const DriveErrors e = replay_drive(minutes(), kWithVelocities, kCar);
-  ASSERT_EQ(e.windows(), 3u);
-  EXPECT_LE(e.mean_end(), 12.0);
-  EXPECT_LE(e.worst_inside(), 5.0);
-  EXPECT_GE(e.within(), 0.95);
-  EXPECT_GE(e.along_within(), 0.95);
+  expect_in_car(e, 3, 12.0, 5.0);
 
   Sensor by_batch = kCar;
   by_batch.more += "smoother: batch\n";
@@ -140,23 +140,15 @@ TEST(Drive, WindowsOf60SecondsInACar) {
 TEST(Drive, WindowsOf60SecondsInACarAsShipped) {
   PISTE_REQUIRE_DATASETS();
   const DriveErrors e = replay_drive(minutes(), kWithVelocities, {"vehicle: {kind: car, mounting: auto}\n"});
-  ASSERT_EQ(e.windows(), 3u);
-  EXPECT_LE(e.mean_end(), 12.0);
-  EXPECT_LE(e.worst_inside(), 7.0);
-  EXPECT_GE(e.within(), 0.95);
-  EXPECT_GE(e.along_within(), 0.95);
+  expect_in_car(e, 3, 12.0, 7.0);
 }
 
-// A sensor file that does not know of it: a twentieth of what it is without the vehicle.
+// A sensor file that does not know which axis the engine shakes: a twentieth of what it is without the vehicle.
 TEST(Drive, WindowsOf60SecondsInACarWithTheSameNoiseOnAllAxes) {
   PISTE_REQUIRE_DATASETS();
   const DriveErrors e =
       replay_drive(minutes(), kWithVelocities, {"vehicle: {kind: car, mounting: auto}\n", "0.1 deg/s/sqrt(Hz)"});
-  ASSERT_EQ(e.windows(), 3u);
-  EXPECT_LE(e.mean_end(), 16.0);
-  EXPECT_LE(e.worst_inside(), 10.0);
-  EXPECT_GE(e.within(), 0.95);
-  EXPECT_GE(e.along_within(), 0.95);
+  expect_in_car(e, 3, 16.0, 10.0);
 }
 
 TEST(Drive, RtklibPositionsAreThoseOfKfGins) {
@@ -254,7 +246,7 @@ std::string phone_config(const TemporaryFolder& folder, const std::string& gyro_
          "vehicle: {kind: car}\n";
 }
 
-/// Adds what windows of 60 s without GNSS cost the configuration `name` with the text `config`.
+/// What windows of 60 s without GNSS cost a configuration; `name`: the file that it is written to.
 WindowErrors phone_windows(const TemporaryFolder& folder, const std::string& name, const std::string& config,
                            const std::vector<double>& starts) {
   std::string outages;
