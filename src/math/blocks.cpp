@@ -2,43 +2,39 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
-#include "math/wide.h"
+#include "math/four.h"
 
 namespace piste {
 namespace {
 
 using Index = std::ptrdiff_t;
-using FourRows = double __attribute__((vector_size(4 * sizeof(double))));
 
 // C ← kept C + factor A B for 4 R rows and N columns.
 template <int R, int N>
-[[gnu::always_inline]] inline void multiply_tile(double factor, const Factors& of, bool kept, double* C,
-                                                 Index stride_C) {
-  FourRows sum[N][R] = {};
+PISTE_INSIDE void multiply_tile(double factor, const Factors& of, bool kept, double* C, Index stride_C) {
+  Four sum[N][R] = {};
   for (Index k = 0; k < of.inner; ++k) {
     const double* const b = of.B + k * of.row;
     for (int i = 0; i < R; ++i) {
-      FourRows a;
-      std::memcpy(&a, of.A + k * of.stride + Index{4} * i, sizeof a);
+      Four a;
+      load(of.A + k * of.stride + Index{4} * i, a);
       for (int j = 0; j < N; ++j) sum[j][i] += a * b[j * of.column];
     }
   }
   for (int j = 0; j < N; ++j) {
     for (int i = 0; i < R; ++i) {
       double* const to = C + j * stride_C + Index{4} * i;
-      FourRows all = {};
-      if (kept) std::memcpy(&all, to, sizeof all);
+      Four all = {};
+      if (kept) load(to, all);
       all += factor * sum[j][i];
-      std::memcpy(to, &all, sizeof all);
+      store(all, to);
     }
   }
 }
 
 template <int R>
-[[gnu::always_inline]] inline void multiply_rows(double factor, Factors of, bool kept, double* C, Index stride_C,
-                                                 Index columns) {
+PISTE_INSIDE void multiply_rows(double factor, Factors of, bool kept, double* C, Index stride_C, Index columns) {
   constexpr int kTogether = 4;
   Index j = 0;
   for (; j + kTogether <= columns; j += kTogether) {
@@ -70,33 +66,32 @@ PISTE_WIDE void multiply_padded(double factor, Factors of, bool kept, bool lower
 
 // What a pivot changes in N columns of the same group: rest ← rest − column (column_j / pivot).
 template <int N>
-[[gnu::always_inline]] inline void sweep_columns(double over, const double* column, Index group, double* A,
-                                                 Index stride) {
+PISTE_INSIDE void sweep_columns(double over, const double* column, Index group, double* A, Index stride) {
   double factor[N];
   for (int j = 0; j < N; ++j) factor[j] = column[group + j] * over;
   for (Index i = group; i < stride; i += 4) {
-    FourRows part;
-    std::memcpy(&part, column + i, sizeof part);
+    Four part;
+    load(column + i, part);
     for (int j = 0; j < N; ++j) {
       double* const to = A + (group + j) * stride + i;
-      FourRows rest;
-      std::memcpy(&rest, to, sizeof rest);
+      Four rest;
+      load(to, rest);
       rest -= part * factor[j];
-      std::memcpy(to, &rest, sizeof rest);
+      store(rest, to);
     }
   }
 }
 
 // Of A the groups of rows from the diagonal on, times `sign` and the scales of row and column.
-[[gnu::always_inline]] inline void scale_both(double sign, const double* scale, double* A, Index n, Index stride) {
+PISTE_INSIDE void scale_both(double sign, const double* scale, double* A, Index n, Index stride) {
   for (Index j = 0; j < n; ++j) {
     for (Index i = j / 4 * 4; i < stride; i += 4) {
       double* const to = A + j * stride + i;
-      FourRows rest, part;
-      std::memcpy(&rest, to, sizeof rest);
-      std::memcpy(&part, scale + i, sizeof part);
+      Four rest, part;
+      load(to, rest);
+      load(scale + i, part);
       rest *= sign * (part * scale[j]);
-      std::memcpy(to, &rest, sizeof rest);
+      store(rest, to);
     }
   }
 }

@@ -2,34 +2,33 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <cstring>
 
-#include "math/wide.h"
+#include "math/four.h"
 
 namespace piste {
 namespace {
 
-using Four = double __attribute__((vector_size(4 * sizeof(double))));
-
 // 4 R rows and C columns of A B, from `row` and `column` on, for matrices of n rows.
 template <int R, int C>
-[[gnu::always_inline]] inline void tile_of_product(const double* A, const double* B, std::ptrdiff_t row,
-                                                   std::ptrdiff_t column, std::ptrdiff_t n, double* out) {
+PISTE_INSIDE void tile_of_product(const double* A, const double* B, std::ptrdiff_t row, std::ptrdiff_t column,
+                                  std::ptrdiff_t n, double* out) {
   Four sum[C][R] = {};
   for (std::ptrdiff_t k = 0; k < n; ++k) {
     const double* a = A + k * n + row;
     for (int i = 0; i < R; ++i) {
       Four four;
-      std::memcpy(&four, a + std::ptrdiff_t{4} * i, sizeof four);
+      load(a + std::ptrdiff_t{4} * i, four);
       for (int j = 0; j < C; ++j) sum[j][i] += four * B[(column + j) * n + k];
     }
   }
-  for (int j = 0; j < C; ++j) std::memcpy(out + (column + j) * n + row, sum[j], sizeof sum[j]);
+  for (int j = 0; j < C; ++j) {
+    for (int i = 0; i < R; ++i) store(sum[j][i], out + (column + j) * n + row + std::ptrdiff_t{4} * i);
+  }
 }
 
 template <int C>
-[[gnu::always_inline]] inline void columns_of_product(const double* A, const double* B, std::ptrdiff_t column,
-                                                      std::ptrdiff_t n, double* out) {
+PISTE_INSIDE void columns_of_product(const double* A, const double* B, std::ptrdiff_t column, std::ptrdiff_t n,
+                                     double* out) {
   std::ptrdiff_t row = 0;
   for (; row + 8 <= n; row += 8) tile_of_product<2, C>(A, B, row, column, n, out);
   // The last four rows, of which some may be there, to the same bits.

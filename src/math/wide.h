@@ -2,6 +2,7 @@
 /// `PISTE_WIDE` before a function has it compiled twice, for four doubles at a time and for two, and chosen by the
 /// processor when the program is loaded. Sums keep their order, so that both give the same bits. `PISTE_WIDEST` is for
 /// one that works with many numbers at a time: a third copy has twice as many registers of four.
+/// `PISTE_INSIDE` is for what these call, so that it is compiled with each copy.
 
 #if defined(__x86_64__) && defined(__gnu_linux__)
 #define PISTE_WIDE __attribute__((target_clones("avx2", "default")))
@@ -10,3 +11,5 @@
 #define PISTE_WIDE
 #define PISTE_WIDEST
 #endif
+
+#define PISTE_INSIDE [[gnu::always_inline]] inline

@@ -1,10 +1,9 @@
 #include "piste/model/dynamics.h"
 
 #include <array>
-#include <cstring>
 #include <span>
 
-#include "math/wide.h"
+#include "math/four.h"
 #include "model/three_columns.h"
 #include "model/three_rows.h"
 #include "piste/math/statistics.h"
@@ -91,10 +90,6 @@ class Slow {
   std::array<std::array<Action, kMost>, kInputs - kNavigation> actions_;
   std::array<std::size_t, kInputs - kNavigation> counts_{};
 };
-
-using Four = ThreeColumns::Column;
-PISTE_INSIDE void load(const double* p, Four& four) { std::memcpy(&four, p, sizeof four); }
-PISTE_INSIDE void store(const Four& four, double* p) { std::memcpy(p, &four, sizeof four); }
 
 // What the inputs e_g and e_a are in rows of n numbers, a multiple of four, that stand `stride` apart for each state.
 PISTE_INSIDE void imu_inputs(const Slow& s, const double* states, std::ptrdiff_t stride, std::ptrdiff_t n,

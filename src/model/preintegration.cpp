@@ -16,8 +16,7 @@ constexpr std::array<int, 12> kOfSpeed{3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14};
 constexpr std::array<int, 6> kOfTurn{6, 7, 8, 9, 10, 11};
 
 template <std::size_t Rows>
-[[gnu::always_inline]] inline void rows_of_sum(const double* const* columns, const double* const* in,
-                                               double (*out)[Rows]) {
+PISTE_INSIDE void rows_of_sum(const double* const* columns, const double* const* in, double (*out)[Rows]) {
   three_rows(columns, kPlace, kOfPlace, in, Rows, *out, Rows);
   three_rows(columns, kSpeed, kOfSpeed, in, Rows, *out, Rows);
   three_rows(columns, kTurn, kOfTurn, in, Rows, *out, Rows);

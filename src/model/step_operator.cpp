@@ -1,15 +1,13 @@
 #include "model/step_operator.h"
 
 #include <algorithm>
-#include <cstring>
 #include <utility>
 
-#include "math/wide.h"
+#include "math/four.h"
 
 namespace piste {
 namespace {
 
-using Four = double __attribute__((vector_size(4 * sizeof(double))));
 using State = StepOperator::State;
 
 std::size_t place(int k) { return static_cast<std::size_t>(k); }
@@ -18,39 +16,34 @@ struct Triple {
   Four x, y, z;
 };
 
-[[gnu::always_inline]] inline Triple operator+(const Triple& a, const Triple& b) {
-  return {a.x + b.x, a.y + b.y, a.z + b.z};
-}
-[[gnu::always_inline]] inline Triple operator*(double f, const Triple& a) { return {f * a.x, f * a.y, f * a.z}; }
+PISTE_INSIDE Triple operator+(const Triple& a, const Triple& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+PISTE_INSIDE Triple operator*(double f, const Triple& a) { return {f * a.x, f * a.y, f * a.z}; }
 // v × a
-[[gnu::always_inline]] inline Triple cross(const Vector3d& v, const Triple& a) {
+PISTE_INSIDE Triple cross(const Vector3d& v, const Triple& a) {
   return {v.y() * a.z - v.z() * a.y, v.z() * a.x - v.x() * a.z, v.x() * a.y - v.y() * a.x};
 }
 // Mᵀ a
-[[gnu::always_inline]] inline Triple transposed(const Matrix3d& M, const Triple& a) {
+PISTE_INSIDE Triple transposed(const Matrix3d& M, const Triple& a) {
   const double* m = M.data();
   return {m[0] * a.x + m[1] * a.y + m[2] * a.z, m[3] * a.x + m[4] * a.y + m[5] * a.z,
           m[6] * a.x + m[7] * a.y + m[8] * a.z};
 }
 
-[[gnu::always_inline]] inline void load(const double* p, Four& four) { std::memcpy(&four, p, sizeof four); }
-[[gnu::always_inline]] inline void store(const Four& four, double* p) { std::memcpy(p, &four, sizeof four); }
-
 // Aᵀ (ρ, ν, θ)
 struct Navigation9 {
   Triple rho, nu, theta;
 };
-[[gnu::always_inline]] inline Navigation9 transposed_rate(const StepOperator::Factors& f, const Vector3d& earth_rate,
-                                                          const Navigation9& x) {
+PISTE_INSIDE Navigation9 transposed_rate(const StepOperator::Factors& f, const Vector3d& earth_rate,
+                                         const Navigation9& x) {
   return {transposed(f.gradient, x.nu), x.rho + 2 * cross(earth_rate, x.nu),
           cross(f.v, x.rho) + transposed(f.C, x.nu) + cross(earth_rate, x.theta)};
 }
 
 // N times four lanes; λ is in lane `lambda`.
 template <int N>
-[[gnu::always_inline]] inline void adjoint_of(const StepOperator::Factors& f, const Vector3d& earth_rate, int n,
-                                              const State* states, const std::vector<StepOperator::Across>& across,
-                                              int lambda, double* M, StepOperator::Pull& pull) {
+PISTE_INSIDE void adjoint_of(const StepOperator::Factors& f, const Vector3d& earth_rate, int n, const State* states,
+                             const std::vector<StepOperator::Across>& across, int lambda, double* M,
+                             StepOperator::Pull& pull) {
   constexpr std::ptrdiff_t kFour = 4, kStride = kFour * N;
   Four seen[6][N];
   for (int i = 0; i < N; ++i) {

@@ -4,31 +4,27 @@
 #include <cstddef>
 #include <cstring>
 
+#include "math/four.h"
 #include "piste/math/so3.h"
-
-#define PISTE_INSIDE [[gnu::always_inline]] inline
 
 namespace piste {
 
 // No column alone is a value of a function: it would have another interface where a processor is not wide.
 struct ThreeColumns {
-  using Column = double __attribute__((vector_size(4 * sizeof(double))));
-  Column x, y, z;
+  Four x, y, z;
 
   PISTE_INSIDE static ThreeColumns of(const Matrix3d& M) {
     const double* m = M.data();
-    return {Column{m[0], m[1], m[2], 0}, Column{m[3], m[4], m[5], 0}, Column{m[6], m[7], m[8], 0}};
+    return {Four{m[0], m[1], m[2], 0}, Four{m[3], m[4], m[5], 0}, Four{m[6], m[7], m[8], 0}};
   }
-  PISTE_INSIDE static ThreeColumns diagonal(double d) {
-    return {Column{d, 0, 0, 0}, Column{0, d, 0, 0}, Column{0, 0, d, 0}};
-  }
+  PISTE_INSIDE static ThreeColumns diagonal(double d) { return {Four{d, 0, 0, 0}, Four{0, d, 0, 0}, Four{0, 0, d, 0}}; }
   /// [v×]
   PISTE_INSIDE static ThreeColumns skew(const Vector3d& v) {
-    return {Column{0, v.z(), -v.y(), 0}, Column{-v.z(), 0, v.x(), 0}, Column{v.y(), -v.x(), 0, 0}};
+    return {Four{0, v.z(), -v.y(), 0}, Four{-v.z(), 0, v.x(), 0}, Four{v.y(), -v.x(), 0, 0}};
   }
   /// [a×] [b×] = b aᵀ − (a · b)
   PISTE_INSIDE static ThreeColumns skews(const Vector3d& a, const Vector3d& b) {
-    const Column c{b.x(), b.y(), b.z(), 0};
+    const Four c{b.x(), b.y(), b.z(), 0};
     const ThreeColumns all{a.x() * c, a.y() * c, a.z() * c};
     return all - diagonal(a.x() * b.x() + a.y() * b.y() + a.z() * b.z());
   }
@@ -53,26 +49,26 @@ struct ThreeColumns {
   }
   /// [v×] times it.
   PISTE_INSIDE ThreeColumns turned_by(const Vector3d& v) const {
-    const Column first{v.y(), v.z(), v.x(), 0}, second{v.z(), v.x(), v.y(), 0};
+    const Four first{v.y(), v.z(), v.x(), 0}, second{v.z(), v.x(), v.y(), 0};
     ThreeColumns out;
-    const Column* from[] = {&x, &y, &z};
-    Column* to[] = {&out.x, &out.y, &out.z};
+    const Four* from[] = {&x, &y, &z};
+    Four* to[] = {&out.x, &out.y, &out.z};
     for (int j = 0; j < 3; ++j) {
-      const Column& a = *from[j];
-      *to[j] = first * Column{a[2], a[0], a[1], 0} - second * Column{a[1], a[2], a[0], 0};
+      const Four& a = *from[j];
+      *to[j] = first * Four{a[2], a[0], a[1], 0} - second * Four{a[1], a[2], a[0], 0};
     }
     return out;
   }
   PISTE_INSIDE ThreeColumns transposed() const {
-    return {Column{x[0], y[0], z[0], 0}, Column{x[1], y[1], z[1], 0}, Column{x[2], y[2], z[2], 0}};
+    return {Four{x[0], y[0], z[0], 0}, Four{x[1], y[1], z[1], 0}, Four{x[2], y[2], z[2], 0}};
   }
 
   /// Writes it among columns that are `stride` numbers apart.
   PISTE_INSIDE void put(double* to, std::ptrdiff_t stride) const {
     using Two = double __attribute__((vector_size(2 * sizeof(double))));
-    const Column* columns[] = {&x, &y, &z};
+    const Four* columns[] = {&x, &y, &z};
     for (int j = 0; j < 3; ++j, to += stride) {
-      const Column& c = *columns[j];
+      const Four& c = *columns[j];
       const Two two{c[0], c[1]};
       std::memcpy(to, &two, sizeof two);
       to[2] = c[2];

@@ -3,28 +3,19 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstring>
 #include <utility>
 
-#include "math/wide.h"
+#include "math/four.h"
 #include "model/step_operator.h"
 
 namespace piste {
 namespace {
 
-using Four = double __attribute__((vector_size(4 * sizeof(double))));
 constexpr std::ptrdiff_t kTile = 16, kFours = kTile / 4;  // columns that are worked at together
 constexpr std::ptrdiff_t kLaneStride = StepOperator::kLanes;
 constexpr int kTopRows = StepOperator::kNavigation;
 // Columns of a tile: position, one more, velocity and attitude, others.
 constexpr std::size_t kOther = 3, kMotion = 4, kAfter = 10;
-
-// Vectors go by reference: as values they would have another interface where a processor is not wide.
-struct FourAt {
-  Four four;
-  [[gnu::always_inline]] explicit FourAt(const double* p) { std::memcpy(&four, p, sizeof four); }
-};
-[[gnu::always_inline]] inline void put_four(const Four& four, double* p) { std::memcpy(p, &four, sizeof four); }
 
 // Two rows of a tile of C: `lanes` times what was kept. Ten rows: navigation, and λᵀ P in the last.
 PISTE_WIDE void rows_through(const double* lanes, const double* kept, std::ptrdiff_t n, double* out) {
@@ -33,14 +24,15 @@ PISTE_WIDE void rows_through(const double* lanes, const double* kept, std::ptrdi
     for (std::ptrdiff_t k = 0; k < n; ++k) {
       const double wa = lanes[k * kLaneStride + i], wb = lanes[k * kLaneStride + i + 1];
       for (std::ptrdiff_t j = 0; j < kFours; ++j) {
-        const Four x = FourAt(kept + k * kTile + 4 * j).four;
+        Four x;
+        load(kept + k * kTile + 4 * j, x);
         a[j] += wa * x;
         b[j] += wb * x;
       }
     }
     for (std::ptrdiff_t j = 0; j < kFours; ++j) {
-      put_four(a[j], out + i * kTile + 4 * j);
-      put_four(b[j], out + (i + 1) * kTile + 4 * j);
+      store(a[j], out + i * kTile + 4 * j);
+      store(b[j], out + (i + 1) * kTile + 4 * j);
     }
   }
 }
@@ -50,25 +42,31 @@ PISTE_WIDE void times_upper_half(const double* Lambda, const double* C, std::ptr
   for (std::ptrdiff_t i = 0; i < n; i += 2) {
     const double* la = Lambda + i * n;
     Four a[kFours], b[kFours] = {};
-    for (std::ptrdiff_t j = 0; j < kFours; ++j) a[j] = 0.5 * la[i] * FourAt(C + i * kTile + 4 * j).four;
+    for (std::ptrdiff_t j = 0; j < kFours; ++j) {
+      Four x;
+      load(C + i * kTile + 4 * j, x);
+      a[j] = 0.5 * la[i] * x;
+    }
     if (i + 1 < n) {
       const double* lb = la + n;
       for (std::ptrdiff_t j = 0; j < kFours; ++j) {
-        const Four x = FourAt(C + (i + 1) * kTile + 4 * j).four;
+        Four x;
+        load(C + (i + 1) * kTile + 4 * j, x);
         a[j] += la[i + 1] * x;
         b[j] = 0.5 * lb[i + 1] * x;
       }
       for (std::ptrdiff_t k = i + 2; k < n; ++k) {
         const double wa = la[k], wb = lb[k];
         for (std::ptrdiff_t j = 0; j < kFours; ++j) {
-          const Four x = FourAt(C + k * kTile + 4 * j).four;
+          Four x;
+          load(C + k * kTile + 4 * j, x);
           a[j] += wa * x;
           b[j] += wb * x;
         }
       }
-      for (std::ptrdiff_t j = 0; j < kFours; ++j) put_four(b[j], out + (i + 1) * kTile + 4 * j);
+      for (std::ptrdiff_t j = 0; j < kFours; ++j) store(b[j], out + (i + 1) * kTile + 4 * j);
     }
-    for (std::ptrdiff_t j = 0; j < kFours; ++j) put_four(a[j], out + i * kTile + 4 * j);
+    for (std::ptrdiff_t j = 0; j < kFours; ++j) store(a[j], out + i * kTile + 4 * j);
   }
 }
 
@@ -81,17 +79,20 @@ PISTE_WIDE void multiply_corners(const double* C, const double* UC, std::ptrdiff
   Four p[3] = {}, m[6][2] = {};
   for (std::ptrdiff_t k = 0; k < n; ++k) {
     const double *c = C + k * kTile, *u = UC + k * kTile;
-    const Four u0 = FourAt(u).four, u1 = FourAt(u + kMotion).four, u2 = FourAt(u + kMotion + 4).four;
+    Four u0, u1, u2;
+    load(u, u0);
+    load(u + kMotion, u1);
+    load(u + kMotion + 4, u2);
     for (int a = 0; a < 3; ++a) p[a] += c[a] * u0;
     for (int a = 0; a < 6; ++a) {
       m[a][0] += c[kMotion + static_cast<std::size_t>(a)] * u1;
       m[a][1] += c[kMotion + static_cast<std::size_t>(a)] * u2;
     }
   }
-  for (int a = 0; a < 3; ++a) put_four(p[a], out.position[a]);
+  for (int a = 0; a < 3; ++a) store(p[a], out.position[a]);
   for (int a = 0; a < 6; ++a) {
-    put_four(m[a][0], out.motion[a]);
-    put_four(m[a][1], out.motion[a] + 4);
+    store(m[a][0], out.motion[a]);
+    store(m[a][1], out.motion[a] + 4);
   }
 }
 
@@ -99,10 +100,14 @@ PISTE_WIDE void multiply_corners(const double* C, const double* UC, std::ptrdiff
 PISTE_WIDE void multiply_columns(const double* A, const double* B, std::ptrdiff_t n, double* out) {
   Four sum[kFours] = {};
   for (std::ptrdiff_t k = 0; k < n; ++k) {
-    for (std::ptrdiff_t j = 0; j < kFours; ++j)
-      sum[j] += FourAt(A + k * kTile + 4 * j).four * FourAt(B + k * kTile + 4 * j).four;
+    for (std::ptrdiff_t j = 0; j < kFours; ++j) {
+      Four a, b;
+      load(A + k * kTile + 4 * j, a);
+      load(B + k * kTile + 4 * j, b);
+      sum[j] += a * b;
+    }
   }
-  for (std::ptrdiff_t j = 0; j < kFours; ++j) put_four(sum[j], out + 4 * j);
+  for (std::ptrdiff_t j = 0; j < kFours; ++j) store(sum[j], out + 4 * j);
 }
 
 bool is_fixed(Block b) { return info(b).process == nullptr; }
