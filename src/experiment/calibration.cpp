@@ -17,7 +17,6 @@
 namespace piste {
 namespace {
 
-constexpr double kLongest = 150, kBefore = 30;  // s of motion, and of what comes before it
 constexpr double kArmPrior = 2, kDelayPrior = 0.1, kLeastArm = 0.05, kLeastDelay = 0.003;  // m, s
 // Where nothing is known of the lever arm, fixes of centimetres are first taken for coarser ones: the filter would
 // otherwise reject what its own first guess makes of them.
@@ -26,6 +25,7 @@ constexpr double kSureClock = 0.02;                // s
 constexpr double kLoose = 5;                       // times the sigma that a stage found
 constexpr double kHeld = 0.005, kHeldStep = 0.02;  // s: 1-sigma of a delay that is held, and how far these are apart
 constexpr double kAstray = 0.1;  // of the logarithm of a row's likelihood: filters that went astray lost 0.4 and more
+constexpr std::array kFarOff{-20.0, -5.0, 5.0, 20.0};  // s
 constexpr double kWideGate = 1 - 1e-9;
 constexpr double kFarthest = 0.5, kStep = 0.1;  // s: offsets of the clock that are tried
 // The drift of a clock: s between two stretches of motion that tell it, and the most that an oscillator may have.
@@ -47,22 +47,6 @@ struct Attempt {
   double velocity_delay() const { return last.velocity_delay - last.gnss_delay; }
   double velocity_delay_sigma() const { return sigmas(full_offset(Block::kVelocityDelay)); }
 };
-
-// Where a receiver says that the body moves: between departure and arrival, as the start judges a departure.
-Interval motion_of(const std::vector<GeodeticFix>& fixes, const StartOptions& options) {
-  if (fixes.empty()) return {};
-  const auto away_from = [&](const GeodeticFix& end) {
-    const World world(end.position);
-    return [world, &options](const GeodeticFix& fix) {
-      return world.from_geodetic(fix.position).head<2>().norm() >
-             options.departed + options.departed_sigmas * fix.sigma_position.head<2>().maxCoeff();
-    };
-  };
-  const auto first = std::find_if(fixes.begin(), fixes.end(), away_from(fixes.front()));
-  const auto last = std::find_if(fixes.rbegin(), fixes.rend(), away_from(fixes.back()));
-  if (first == fixes.end() || last == fixes.rend()) return {fixes.front().time, fixes.back().time};
-  return {first->time, last->time};
-}
 
 class Calibrator {
  public:
@@ -136,6 +120,15 @@ class Calibrator {
     options_ = options_before;
     best_ = before;
     take_fixes(0);
+  }
+
+  // Whether the fixes are less likely with clocks that are far apart: where they are as likely, a wrong clock may have
+  // been found, which other states make up for. @pre locate()
+  bool tells_clock() const {
+    const auto as_likely = [this](double off) {
+      return attempt(best_.offset + off).likelihood > best_.likelihood - kAstray;
+    };
+    return std::none_of(kFarOff.begin(), kFarOff.end(), as_likely);
   }
 
   // What has been found. @pre locate()
@@ -266,14 +259,30 @@ double drift_beside(const Recording& recording, const Calibration& first, Condit
 
 }  // namespace
 
+Interval motion_of(const std::vector<GeodeticFix>& fixes, const StartOptions& options) {
+  if (fixes.empty()) return {};
+  const auto away_from = [&](const GeodeticFix& end) {
+    const World world(end.position);
+    return [world, &options](const GeodeticFix& fix) {
+      return world.from_geodetic(fix.position).head<2>().norm() >
+             options.departed + options.departed_sigmas * fix.sigma_position.head<2>().maxCoeff();
+    };
+  };
+  const auto first = std::find_if(fixes.begin(), fixes.end(), away_from(fixes.front()));
+  const auto last = std::find_if(fixes.rbegin(), fixes.rend(), away_from(fixes.back()));
+  if (first == fixes.end() || last == fixes.rend()) return {fixes.front().time, fixes.back().time};
+  return {first->time, last->time};
+}
+
 std::optional<Calibration> calibrate(const Recording& recording, ConditioningOptions conditioning,
                                      FilterOptions options, const ToldClock& clock, Antenna antenna, std::size_t jobs) {
   const double arm_prior = antenna == Antenna::kInHousing ? kHousing : kArmPrior;
   const Interval motion = motion_of(recording.gnss.front().fixes, options.behaviour.start);
-  const Interval early{motion.start - kBefore, std::min(motion.start + kLongest, motion.end + kBefore)};
-  const Interval late{std::max(motion.start, motion.end - kLongest), motion.end};
+  const Interval early{motion.start - kBeforeMotion, std::min(motion.start + kFirstMotion, motion.end + kBeforeMotion)};
+  const Interval late{std::max(motion.start, motion.end - kFirstMotion), motion.end};
   Calibrator beginning(recording, conditioning, options, early, clock.sigma, arm_prior, jobs);
   if (!beginning.locate()) return std::nullopt;
+  if (!std::isfinite(clock.sigma) && !clock.with_drift && !beginning.tells_clock()) return std::nullopt;
   beginning.search_noise();
   // In a housing the prior tells where the antenna is: the replay, which has it too, is to start from it.
   const auto calibration_of = [antenna](Calibrator& calibrator) {

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <vector>
 
 #include "piste/core/options.h"
 #include "piste/inspect/inspection.h"
@@ -12,10 +13,17 @@ namespace piste {
 
 /// What is known of the clock in a ConditioningOptions.
 struct ToldClock {
-  /// Of its offset [s]. Where that is more than 20 ms, offsets up to half a second beside it are tried too.
+  /// Of its offset [s]; infinite: nothing is known. Where that is more than 20 ms, offsets up to half a second beside
+  /// it are tried too.
   double sigma;
   bool with_drift = false;  ///< whether its drift is known, so that none is sought
 };
+
+/// s of motion that calibrate() looks at, and of what comes before it.
+constexpr double kFirstMotion = 150, kBeforeMotion = 30;
+
+/// Where a receiver says that the body moves: between departure and arrival, as the start judges a departure.
+Interval motion_of(const std::vector<GeodeticFix>& fixes, const StartOptions& options);
 
 /// Where the antenna may be: metres from the IMU, or in the same housing, as in a phone.
 enum class Antenna { kNearBy, kInHousing };
@@ -25,7 +33,8 @@ enum class Antenna { kNearBy, kInHousing };
 /// errors of the receiver are those of likeliest_noise() (tune/likeliest_noise.h), with `jobs` filter runs at a time.
 /// Where the last minutes of motion are far from the first, the same filter tells the offset there too, and so the
 /// drift of the clock if it is significant.
-/// Nothing if no candidate starts. @pre `options` has one receiver, `recording` too.
+/// Nothing if no candidate starts, or if nothing is told of the clock and fixes are as likely with one that is seconds
+/// off. @pre `options` has one receiver, `recording` too.
 std::optional<Calibration> calibrate(const Recording& recording, ConditioningOptions conditioning,
                                      FilterOptions options, const ToldClock& clock, Antenna antenna = Antenna::kNearBy,
                                      std::size_t jobs = 1);

@@ -253,6 +253,8 @@ void estimate_late_velocities(const InspectedLog& receiver, FilterOptions& optio
   options.priors.velocity_delay = std::clamp(kSigmas * fit->sigma_delay, kTold, kLatest);
 }
 
+std::size_t all_cores() { return std::max(1U, std::thread::hardware_concurrency()); }
+
 // What holds over the whole log, with the vehicle if one carries the IMU; without it where no filter runs with it.
 void settle(Inspection& inspection, const Recording& recording, const ConditioningOptions& conditioning,
             const FilterOptions& options, Calibration& found) {
@@ -270,6 +272,26 @@ void settle(Inspection& inspection, const Recording& recording, const Conditioni
   }
   if (there) found = std::move(*there);
   found.velocities_contradict = velocities_contradict(recording, conditioning, options, vehicle, find_clock, found);
+}
+
+// The noise by more of the motion than the first minutes, where that is likelier.
+void retune(const Inspection& inspection, const Recording& recording, const ConditioningOptions& conditioning,
+            const FilterOptions& options, Calibration& found) {
+  if (!found.fits()) return;
+  const auto vehicle = inspection.vehicle.is_car() ? std::optional<VehicleOptions>(std::in_place) : std::nullopt;
+  auto again =
+      retuned(recording, conditioning, options, vehicle, inspection.imu_clock() == nullptr, found, all_cores());
+  if (again) found = std::move(*again);
+}
+
+// Two clocks that nothing compares.
+void look_for_clock(const Inspection& inspection, std::vector<Suspicion>& found) {
+  const LogMatch* match = inspection.first_match();
+  if (match == nullptr || match->clock || inspection.imu_clock() || inspection.calibration() || !may_run(inspection))
+    return;
+  found.push_back({LogFault::kClockUntold, inspection.logs[*inspection.first(LogKind::kImu)].log.file,
+                   "the motion does not tell how far its clock and the receiver's are apart",
+                   "if it is not in GPS time, give `clock: {offset: ...}`, or log a livelier start"});
 }
 
 void leave_velocities_out(FilterOptions& options) {
@@ -301,8 +323,7 @@ std::optional<Calibration> try_calibration(Inspection& inspection, const Inspect
       // A receiver's latency stays what it is, so that its own two times tell the drift.
       const ToldClock clock{told ? match->clock->sigma : std::numeric_limits<double>::infinity(),
                             inspection.imu_clock() != nullptr};
-      auto all =
-          calibrate(recording, conditioning, used, clock, antenna, std::max(1U, std::thread::hardware_concurrency()));
+      auto all = calibrate(recording, conditioning, used, clock, antenna, all_cores());
       if (all && all->fits()) settle(inspection, recording, conditioning, used, *all);
       return all;
     };
@@ -333,6 +354,7 @@ std::optional<Calibration> try_calibration(Inspection& inspection, const Inspect
         found_here->velocities_contradict = false;
       }
     }
+    retune(inspection, recording, conditioning, options, *found_here);
     const Calibration& calibration = *found_here;
     const Vector3d& arm = calibration.lever_arm;
     if (calibration.fits() && arm.norm() > kFar && calibration.lever_arm_sigma.norm() < kSure * arm.norm()) {
@@ -397,6 +419,7 @@ Inspection inspect(const std::vector<std::string>& files, const ProgressCallback
   std::vector<Suspicion> implausible;
   for (InspectedLog& log : logs) log.calibration = try_calibration(inspection, log, implausible);
   append(found, std::move(implausible));
+  look_for_clock(inspection, found);
   rank(found);
   return inspection;
 }

@@ -7,15 +7,19 @@
 #include <utility>
 #include <vector>
 
+#include "experiment/calibration.h"
 #include "piste/core/error.h"
 #include "piste/core/state_table.h"
 #include "piste/experiment/replay.h"
+#include "piste/experiment/tune.h"
 #include "tune/evidence.h"
 
 namespace piste {
 namespace {
 
 constexpr double kWhole = 3600;  // s of the log: an hour has seen what there is to see
+constexpr double kTuned = 900;   // s of motion that noise is sought in
+constexpr double kMuchMore = 2;  // times the motion that was searched before: less is not searched again
 constexpr int kMostRounds = 10;
 constexpr double kRefused = 0.01;  // of the fixes: ten times what the gate refuses where the sigmas are right
 constexpr double kLeastStep = 1.2, kMostStep = 2;  // times the sigmas in a round
@@ -88,6 +92,10 @@ double nis_of_positions(const Solution& run) {
   return rows > 0 ? sum / rows : 0;
 }
 
+SigmaScales product(const SigmaScales& a, const SigmaScales& b) {
+  return {.position = a.position * b.position, .height = a.height * b.height, .velocity = a.velocity * b.velocity};
+}
+
 // A log and how it is replayed.
 struct WholeLog {
   const Recording& recording;
@@ -118,23 +126,45 @@ struct WholeLog {
     return filter;
   }
 
+  ReplayOptions replayed(const Calibration& found) const {
+    ReplayOptions all{.conditioning = conditioning,
+                      .filter = told(found),
+                      .longest = kWhole,
+                      .smoother = SmootherKind::kNone,
+                      .history = false};
+    all.conditioning.imu.clock_offset = found.clock_offset;
+    all.conditioning.imu.clock_drift = found.clock_drift;
+    return all;
+  }
+  Recording scaled(const Calibration& found) const {
+    Recording all = recording;
+    scale_sigmas(all.gnss.front().fixes, found.sigma_scales);
+    return all;
+  }
+
   // Nothing where no filter runs.
   std::optional<Solution> filtered(const Calibration& found) const {
-    ReplayOptions replayed{.conditioning = conditioning,
-                           .filter = told(found),
-                           .longest = kWhole,
-                           .smoother = SmootherKind::kNone,
-                           .history = false};
-    replayed.conditioning.imu.clock_offset = found.clock_offset;
-    replayed.conditioning.imu.clock_drift = found.clock_drift;
-    Recording scaled = recording;
-    scale_sigmas(scaled.gnss.front().fixes, found.sigma_scales);
     try {
-      Solution run = replay(scaled, replayed).filtered.solution;
+      Solution run = replay(scaled(found), replayed(found)).filtered.solution;
       if (!run.empty()) return run;
     } catch (const Error&) {  // no start, or a filter that diverges
     }
     return std::nullopt;
+  }
+
+  // With the noise that is to be expected by a quarter of an hour of motion; nothing where that tells none.
+  std::optional<Calibration> tuned(Calibration found, const Interval& motion, std::size_t jobs) const {
+    ReplayOptions run = replayed(found);
+    run.conditioning.span = {motion.start - kBeforeMotion, std::min(motion.start + kTuned, motion.end + kBeforeMotion)};
+    try {
+      const NoiseModel noise = tune(scaled(found), run, {.jobs = jobs, .try_drift = false, .thorough = false}).expected;
+      found.sensor = noise.sensor;
+      found.drift = noise.gnss.front().process();
+      found.sigma_scales = product(found.sigma_scales, noise.gnss.front().scales());
+      return found;
+    } catch (const Error&) {  // no start, or no innovations
+      return std::nullopt;
+    }
   }
 };
 
@@ -177,6 +207,18 @@ std::optional<Calibration> settled(const Recording& recording, const Conditionin
     found.sigma_scales.velocity *= velocity;
   }
   return found;
+}
+
+std::optional<Calibration> retuned(const Recording& recording, const ConditioningOptions& conditioning,
+                                   const FilterOptions& options, const std::optional<VehicleOptions>& vehicle,
+                                   bool find_clock, const Calibration& found, std::size_t jobs) {
+  const Interval motion = motion_of(recording.gnss.front().fixes, options.behaviour.start);
+  if (motion.end - motion.start < kMuchMore * kFirstMotion) return std::nullopt;
+  const WholeLog log{recording, conditioning, options, vehicle, find_clock, found.clock_drift_sigma > 0};
+  const auto tuned = log.tuned(found, motion, jobs);
+  const auto run = tuned ? log.filtered(*tuned) : std::nullopt;
+  if (!run || mean_likelihood(run->innovations, *run) <= found.likelihood) return std::nullopt;
+  return settled(recording, conditioning, options, vehicle, find_clock, *tuned);
 }
 
 bool velocities_contradict(const Recording& recording, const ConditioningOptions& conditioning,

@@ -1,6 +1,7 @@
 #pragma once
 /// Whether what the first minutes of motion told holds over the whole log.
 
+#include <cstddef>
 #include <optional>
 
 #include "piste/core/options.h"
@@ -21,6 +22,14 @@ namespace piste {
 std::optional<Calibration> settled(const Recording& recording, const ConditioningOptions& conditioning,
                                    const FilterOptions& options, const std::optional<VehicleOptions>& vehicle,
                                    bool find_clock, Calibration found);
+
+/// Sets the noise of the IMU and the errors of the receiver to those of likeliest_noise() (tune/likeliest_noise.h) over
+/// a quarter of an hour of motion, which tells drifts that the first minutes do not, and with the vehicle. `found` is
+/// what settled() returned for the other arguments; `jobs`: filter runs at a time.
+/// Nothing where there is not much more motion than calibrate() saw, and where the whole log is not likelier with it.
+std::optional<Calibration> retuned(const Recording& recording, const ConditioningOptions& conditioning,
+                                   const FilterOptions& options, const std::optional<VehicleOptions>& vehicle,
+                                   bool find_clock, const Calibration& found, std::size_t jobs);
 
 /// Whether the receiver's velocities contradict its positions over the whole log: without them the filter would have
 /// the antenna, or the clock, elsewhere by many of its sigmas. Velocities that a receiver smooths by a model of its own

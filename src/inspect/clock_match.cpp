@@ -22,6 +22,9 @@ constexpr double kCertain = 30, kOverRival = 15;
 // 317 above any other offset; 0.86 and 80 where no rest is in the logs. That of skis beside the track of a bicycle came
 // to 0.92 and 115, but then no window of their motion was that of the track.
 constexpr double kCertainCorrelation = 0.95, kLeastCorrelation = 0.85, kBeyondDoubt = 150;
+// A calm hour shakes the IMU more than it turns: the correlation was 0.64, but the evidence 1060 above any other offset,
+// and nearly twice that of the best. Its motion has to be that of the track, too.
+constexpr double kTimesRival = 1.5;
 constexpr double kTold = 0.5;  // R² of a turn rate from which the gyroscopes' unit is clear
 
 using Series = std::vector<double>;
@@ -249,8 +252,9 @@ std::optional<ClockMatch> match_clocks(const ImuIntegral& imu, const Track& trac
   match.correlation = std::sqrt(correlation[best]);
   match.evidence = evidence[best];
   match.over_rival = evidence[best] - rival;
-  match.certain = match.correlation >= kCertainCorrelation || match.over_rival > kBeyondDoubt;
-  if (match.correlation < kLeastCorrelation) return std::nullopt;
+  const bool alike = match.correlation >= kLeastCorrelation, beyond_doubt = match.over_rival > kBeyondDoubt;
+  match.certain = match.correlation >= kCertainCorrelation || (alike && beyond_doubt);
+  if (!alike && !(beyond_doubt && match.evidence > kTimesRival * rival)) return std::nullopt;
   if (match.evidence < kCertain || match.over_rival < kOverRival || best == 0 || best + 1 == lags) return std::nullopt;
   const double before = evidence[best - 1], after = evidence[best + 1], bend = before - 2 * evidence[best] + after;
   if (!(bend < 0)) return std::nullopt;

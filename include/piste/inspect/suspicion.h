@@ -58,6 +58,7 @@ enum class LogFault {
   // To know.
   kNoRest,
   kNoMotion,
+  kClockUntold,  ///< nothing tells how far the clocks of two logs are apart
   kNoVelocity,
   kNoFix,
   kLeverArm,
