@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "piste/math/statistics.h"
 #include "support/simulated_case.h"
 #include "support/thorough.h"
@@ -74,6 +76,21 @@ TEST(Calibration, InOneHousingTheLeverArmStaysShort) {
   EXPECT_GT(near_by->lever_arm_sigma.maxCoeff(), kHousing);
   EXPECT_LE(housed->lever_arm_sigma.maxCoeff(), kHousing);
   EXPECT_EQ(priors_after(*housed).lever_arm, kHousing);
+}
+
+// A clock that is off by more than is tried: what a filter makes of it is as likely as with any other wrong clock.
+TEST(Calibration, AClockThatNothingTellsIsNotMadeUp) {
+  const Case c = make_case("bicycle", 40, 5, [](Scenario& s) {
+    s.motion.run = 90;
+    s.motion.cycle = 60;
+  });
+  const ToldClock untold{std::numeric_limits<double>::infinity()};
+  ConditioningOptions off = c.conditioning;
+  off.imu.clock_offset -= 12;
+  EXPECT_FALSE(calibrate(c.simulation.recording(0), off, c.options, untold));
+  const auto found = calibrate(c.simulation.recording(0), c.conditioning, c.options, untold);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->clock_offset, c.conditioning.imu.clock_offset, 4 * found->clock_sigma);
 }
 
 }  // namespace

@@ -94,6 +94,24 @@ TEST(Settling, VelocitiesThatContradictThePositionsShow) {
   EXPECT_TRUE(contradict());
 }
 
+// Of a drift that was taken for ten times what it is, more motion tells better; a minute is not searched again.
+TEST(Settling, MoreMotionTellsTheDriftBetter) {
+  const auto drift_after = [](double run) -> std::optional<double> {
+    Told told(make_case("easy_ski", 40, 1, [run](Scenario& s) { s.motion.run = run; }));
+    told.calibration.sensor.gyro.drift.sigma *= 10;
+    const auto before = told.settle();
+    EXPECT_TRUE(before);
+    const auto found = retuned(told.recording, told.run.conditioning, told.run.options, std::nullopt, true, *before, 2);
+    if (!found) return std::nullopt;
+    return found->sensor.gyro.drift.sigma / told.run.options.sensor.gyro.drift.sigma;
+  };
+  EXPECT_FALSE(drift_after(60));
+  const auto ratio = drift_after(400);
+  ASSERT_TRUE(ratio);
+  EXPECT_GT(*ratio, 0.3);
+  EXPECT_LT(*ratio, 3);
+}
+
 TEST(Settling, SaysWhereNoFilterRuns) {
   Told told;
   told.recording.gnss.front().fixes.clear();

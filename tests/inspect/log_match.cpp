@@ -267,6 +267,24 @@ TEST(LogMatch, ClockOfALeaningBicycleIsConfirmedByItsMotion) {
   }
 }
 
+// Weaving once a minute and pedalling: what shakes the IMU is more than what turns the track. No single minute tells
+// the clock, but a quarter of an hour does.
+TEST(LogMatch, ClockOfACalmRideIsToldByItsLength) {
+  Scenario s = read_scenario(kSource / "config/scenarios/bicycle.yaml");
+  s.imus.resize(1);
+  s.gnss.resize(1);
+  s.attitude.clear();
+  s.motion.rest_before = 30;
+  s.motion.run = 900;
+  s.motion.cycle = 60;
+  const Logs logs = logs_of("calm ride", simulate(s, 5));
+  const LogMatch m = match(logs.imu, logs.gnss, gnss_health(logs.gnss));
+  ASSERT_TRUE(m.clock);
+  EXPECT_LT(m.clock->correlation, 0.85);
+  EXPECT_TRUE(m.motion);
+  EXPECT_NEAR(m.clock->offset, s.imus[0].clock_offset, 0.05);
+}
+
 TEST(LogMatch, KnowsTheSameLogTwice) {
   const Logs logs = shipped("gnss.csv");
   const GnssRecording l1 = shipped("gnss_l1.csv").gnss;

@@ -197,24 +197,17 @@ TEST(Drive, WindowsOf60SecondsAsInspected) {
   ASSERT_TRUE(contains(with, key));
   without.erase(without.find(key), key.size());
   const GnssRecording fixes = read_gnss({drive + "gnss.txt", LogFormat::kKfGins});
-  const auto mean_end = [&](const std::string& text) {
+  const auto errors = [&](const std::string& text, const char* rows) {
     folder.write("found/outages.yaml", text);
     const Said said = run_program(program("replay"), {"found/outages.yaml", "--output", "result", "--quiet"}, folder);
     EXPECT_EQ(said.code, 0) << said.err;
-    const Table filtered = read_table(folder / "result/filtered.csv");
-    double sum = 0;
-    for (const Interval& w : minutes()) {
-      double end = 0;
-      for (const GeodeticFix& fix : fixes.fixes) {
-        if (w.contains(fix.time)) end = horizontal_error(filtered, fix, kLeverArm);
-      }
-      sum += end / static_cast<double>(minutes().size());
-    }
-    return sum;
+    return window_errors(read_table(folder / std::string("result/").append(rows)), fixes.fixes, minutes(), kLeverArm);
   };
-  const double car = mean_end(with), body = mean_end(without);
-  std::printf("as inspected: %.1f m, without the vehicle %.1f m\n", car, body);
-  EXPECT_LT(car, 12);
+  const double car = errors(with, "filtered.csv").mean_end(), body = errors(without, "filtered.csv").mean_end(),
+               smoothed = errors(with, "smoothed.csv").worst_inside();
+  std::printf("as inspected: %.1f m, smoothed %.1f m at worst, without the vehicle %.1f m\n", car, smoothed, body);
+  EXPECT_LT(car, 8);
+  EXPECT_LT(smoothed, 5);
   EXPECT_LT(car, body);
 }
 
@@ -300,7 +293,7 @@ TEST(Drive, APhoneInACarAllAlong) {
   ASSERT_EQ(found.code, 0) << found.err;
   const double inspected = mean_end("found/outages.yaml", read_text(folder / "found/replay.yaml"));
   std::printf("as inspected: mean end %.0f m\n", inspected);
-  EXPECT_LT(inspected, 240);
+  EXPECT_LT(inspected, 200);
 }
 
 }  // namespace
