@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "math/parallel.h"
 #include "piste/condition/pipeline.h"
 #include "piste/core/error.h"
 #include "piste/core/recording.h"
@@ -27,7 +28,8 @@ constexpr double kHeld = 0.005, kHeldStep = 0.02;  // s: 1-sigma of a delay that
 constexpr double kAstray = 0.1;  // of the logarithm of a row's likelihood: filters that went astray lost 0.4 and more
 constexpr std::array kFarOff{-20.0, -5.0, 5.0, 20.0};  // s
 constexpr double kWideGate = 1 - 1e-9;
-constexpr double kFarthest = 0.5, kStep = 0.1;  // s: offsets of the clock that are tried
+// Offsets of the clock that are tried, s: where nothing is told of it, and where it is told roughly.
+constexpr double kFarthest = 0.5, kFarthestTold = 3, kStep = 0.1;
 // The drift of a clock: s between two stretches of motion that tell it, and the most that an oscillator may have.
 constexpr double kApart = 120, kMostDrift = 1e-3;
 constexpr double kSureDrift = 4, kLeastChange = 0.005;  // sigmas, and s over the log
@@ -57,7 +59,7 @@ class Calibrator {
         options_(std::move(options)),
         gate_(options_.behaviour.trust.gate),
         jobs_(jobs),
-        unsure_(std::min(kFarthest, kLoose * clock_sigma)) {
+        unsure_(std::isfinite(clock_sigma) ? std::min(kFarthestTold, kLoose * clock_sigma) : kFarthest) {
     for (const Block b : {Block::kLeverArm, Block::kGnssDelay}) {
       if (!options_.estimates(b)) options_.estimate.push_back(b);
     }
@@ -75,7 +77,10 @@ class Calibrator {
     const FilterOptions at_first = options_;
     take_fixes(kFloors.front());
     const int steps = unsure_ > kStep ? static_cast<int>(std::ceil(unsure_ / kStep)) : 0;
-    for (int k = -steps; k <= steps; ++k) keep(attempt(told + k * kStep));
+    std::vector<Attempt> attempts(static_cast<std::size_t>(2 * steps + 1));
+    for_each_parallel(attempts.size(), jobs_,
+                      [&](std::size_t k) { attempts[k] = attempt(told + (static_cast<double>(k) - steps) * kStep); });
+    for (Attempt& a : attempts) keep(std::move(a));
     if (!std::isfinite(best_.likelihood)) return std::nullopt;
     for (const double floor : kFloors) {
       if (floor == kFloors.front()) continue;
@@ -282,7 +287,7 @@ std::optional<Calibration> calibrate(const Recording& recording, ConditioningOpt
   const Interval late{std::max(motion.start, motion.end - kFirstMotion), motion.end};
   Calibrator beginning(recording, conditioning, options, early, clock.sigma, arm_prior, jobs);
   if (!beginning.locate()) return std::nullopt;
-  if (!std::isfinite(clock.sigma) && !clock.with_drift && !beginning.tells_clock()) return std::nullopt;
+  if (clock.sigma > kSureClock && !clock.with_drift && !beginning.tells_clock()) return std::nullopt;
   beginning.search_noise();
   // In a housing the prior tells where the antenna is: the replay, which has it too, is to start from it.
   const auto calibration_of = [antenna](Calibrator& calibrator) {

@@ -13,8 +13,8 @@ namespace piste {
 
 /// What is known of the clock in a ConditioningOptions.
 struct ToldClock {
-  /// Of its offset [s]; infinite: nothing is known. Where that is more than 20 ms, offsets up to half a second beside
-  /// it are tried too.
+  /// Of its offset [s]; infinite: nothing is known. Where that is more than 20 ms, offsets beside it are tried too: as
+  /// far as it may be off, and half a second where nothing is known.
   double sigma;
   bool with_drift = false;  ///< whether its drift is known, so that none is sought
 };
@@ -33,8 +33,8 @@ enum class Antenna { kNearBy, kInHousing };
 /// errors of the receiver are those of likeliest_noise() (tune/likeliest_noise.h), with `jobs` filter runs at a time.
 /// Where the last minutes of motion are far from the first, the same filter tells the offset there too, and so the
 /// drift of the clock if it is significant.
-/// Nothing if no candidate starts, or if nothing is told of the clock and fixes are as likely with one that is seconds
-/// off. @pre `options` has one receiver, `recording` too.
+/// Nothing if no candidate starts, or if the clock is not told to 20 ms and fixes are as likely with one that is
+/// seconds off. @pre `options` has one receiver, `recording` too.
 std::optional<Calibration> calibrate(const Recording& recording, ConditioningOptions conditioning,
                                      FilterOptions options, const ToldClock& clock, Antenna antenna = Antenna::kNearBy,
                                      std::size_t jobs = 1);

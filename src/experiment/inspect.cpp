@@ -344,7 +344,8 @@ std::optional<Calibration> try_calibration(Inspection& inspection, const Inspect
       auto of_positions = found_with(options);
       // Where positions are told worse without them, it is not the velocities that are wrong.
       if (of_positions && of_positions->fits() &&
-          of_positions->likelihood_of_positions > found_here->likelihood_of_positions) {
+          (of_positions->likelihood_of_positions > found_here->likelihood_of_positions ||
+           !drifts_plausibly(*found_here))) {
         found_here = std::move(of_positions);
         found_here->velocities_contradict = true;
         found.push_back({LogFault::kVelocityContradicts, receiver.log.file,
@@ -395,7 +396,9 @@ Inspection inspect(const std::vector<std::string>& files, const ProgressCallback
   for (std::size_t i = 0; i < logs.size(); ++i) {
     for (std::size_t j = 0; j < logs.size(); ++j) {
       if (logs[i].imu_health && logs[j].gnss_health && (i == imu || j == gnss)) {
-        LogMatch m = match(on_known_clock(inspection, i), logs[j].gnss, *logs[j].gnss_health);
+        const bool clock_known = inspection.imu_clock() != nullptr && i == imu;
+        LogMatch m = match(on_known_clock(inspection, i), logs[j].gnss, *logs[j].gnss_health,
+                           clock_known ? std::vector<Interval>{} : logs[i].imu_health->rest);
         append(found, suspicions(m, logs[i].log.file, logs[j].log.file));
         inspection.matches.push_back({i, j, std::move(m)});
       }

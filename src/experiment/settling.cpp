@@ -24,6 +24,7 @@ constexpr int kMostRounds = 10;
 constexpr double kRefused = 0.01;  // of the fixes: ten times what the gate refuses where the sigmas are right
 constexpr double kLeastStep = 1.2, kMostStep = 2;  // times the sigmas in a round
 constexpr double kStill = 0.25;                    // sigmas: a clock that moves by less stays
+constexpr double kPlausibleDrift = 5e-4;           // of a clock: loggers were 14 to 310 ppm off
 constexpr double kToldDrift = 0.5;                 // of its prior: a drift that is no better known is not told
 constexpr double kRight = 1.2;                     // mean NIS of positions that fit
 constexpr double kElsewhere = 5;                   // sigmas of the positions alone: no chance in a thousand logs
@@ -221,12 +222,15 @@ std::optional<Calibration> retuned(const Recording& recording, const Conditionin
   return settled(recording, conditioning, options, vehicle, find_clock, *tuned);
 }
 
+bool drifts_plausibly(const Calibration& found) { return std::abs(found.clock_drift) < kPlausibleDrift; }
+
 bool velocities_contradict(const Recording& recording, const ConditioningOptions& conditioning,
                            const FilterOptions& options, const std::optional<VehicleOptions>& vehicle, bool find_clock,
                            const Calibration& found) {
   const std::vector<GeodeticFix>& fixes = recording.gnss.front().fixes;
   const bool some = std::any_of(fixes.begin(), fixes.end(), [](const GeodeticFix& fix) { return fix.velocity; });
   if (!some || !options.gnss.front().use_velocity) return false;
+  if (!drifts_plausibly(found)) return true;
   WholeLog log{recording, conditioning, options, vehicle, find_clock, found.clock_drift_sigma > 0};
   const auto with = log.filtered(found);
   log.velocities = false;

@@ -31,11 +31,15 @@ std::optional<Calibration> retuned(const Recording& recording, const Conditionin
                                    const FilterOptions& options, const std::optional<VehicleOptions>& vehicle,
                                    bool find_clock, const Calibration& found, std::size_t jobs);
 
+/// Whether the clock drifts by no more than clocks do.
+bool drifts_plausibly(const Calibration& found);
+
 /// Whether the receiver's velocities contradict its positions over the whole log: without them the filter would have
 /// the antenna, or the clock, elsewhere by many of its sigmas. Velocities that a receiver smooths by a model of its own
-/// do so, and no delay mends them. False without velocities, and where positions alone tell little. (Of two estimates
-/// the one that presumes less is trusted: Hausman, "Specification tests in econometrics", 1978.) Arguments are as those
-/// of settled().
+/// do so, and no delay mends them. So do those that show a vibration which the filter's means over a tenth of a second
+/// do not: in a calm ride they make the clock drift by more than any clock does, which counts too. False without
+/// velocities, and where positions alone tell little. (Of two estimates the one that presumes less is trusted: Hausman,
+/// "Specification tests in econometrics", 1978.) Arguments are as those of settled().
 bool velocities_contradict(const Recording& recording, const ConditioningOptions& conditioning,
                            const FilterOptions& options, const std::optional<VehicleOptions>& vehicle, bool find_clock,
                            const Calibration& found);

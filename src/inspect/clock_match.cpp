@@ -22,8 +22,8 @@ constexpr double kCertain = 30, kOverRival = 15;
 // 317 above any other offset; 0.86 and 80 where no rest is in the logs. That of skis beside the track of a bicycle came
 // to 0.92 and 115, but then no window of their motion was that of the track.
 constexpr double kCertainCorrelation = 0.95, kLeastCorrelation = 0.85, kBeyondDoubt = 150;
-// A calm hour shakes the IMU more than it turns: the correlation was 0.64, but the evidence 1060 above any other offset,
-// and nearly twice that of the best. Its motion has to be that of the track, too.
+// A calm hour shakes the IMU more than it turns: the correlation was 0.64, but the evidence 1060 above any other
+// offset, and nearly twice that of the best. Its motion has to be that of the track, too.
 constexpr double kTimesRival = 1.5;
 constexpr double kTold = 0.5;  // R² of a turn rate from which the gyroscopes' unit is clear
 
@@ -223,7 +223,8 @@ Channel channel(Correlator& fft, const Signal& x, const Series& y, const Series&
 
 }  // namespace
 
-std::optional<ClockMatch> match_clocks(const ImuIntegral& imu, const Track& track) {
+std::optional<ClockMatch> match_clocks(const ImuIntegral& imu, const Track& track,
+                                       const std::optional<Interval>& within) {
   if (track.empty()) return std::nullopt;
   const Grid grid = grid_of(imu, track);
   const auto sensors = imu_signals(imu, grid);
@@ -237,6 +238,12 @@ std::optional<ClockMatch> match_clocks(const ImuIntegral& imu, const Track& trac
       if (one.seconds[k] > 0) evidence[k] -= 0.5 * one.seconds[k] / kRatesCorrelated * std::log1p(-one.r2[k]) + 3;
     }
     for (std::size_t k = 0; k < lags; ++k) correlation[k] = std::max(correlation[k], one.r2[k]);
+  }
+  const auto offset_at = [&](double lag) {
+    return imu.start() - track.start() + (lag - static_cast<double>(ny - 1)) * grid.step;
+  };
+  for (std::size_t k = 0; within && k < lags; ++k) {
+    if (!within->contains(offset_at(static_cast<double>(k)))) evidence[k] = 0;
   }
   const auto best = static_cast<std::size_t>(std::max_element(evidence.begin(), evidence.end()) - evidence.begin());
   // The rival: the most likely offset outside the peak itself.
@@ -253,13 +260,12 @@ std::optional<ClockMatch> match_clocks(const ImuIntegral& imu, const Track& trac
   match.evidence = evidence[best];
   match.over_rival = evidence[best] - rival;
   const bool alike = match.correlation >= kLeastCorrelation, beyond_doubt = match.over_rival > kBeyondDoubt;
-  match.certain = match.correlation >= kCertainCorrelation || (alike && beyond_doubt);
-  if (!alike && !(beyond_doubt && match.evidence > kTimesRival * rival)) return std::nullopt;
+  match.certain = !within && (match.correlation >= kCertainCorrelation || (alike && beyond_doubt));
+  if (!within && !alike && !(beyond_doubt && match.evidence > kTimesRival * rival)) return std::nullopt;
   if (match.evidence < kCertain || match.over_rival < kOverRival || best == 0 || best + 1 == lags) return std::nullopt;
   const double before = evidence[best - 1], after = evidence[best + 1], bend = before - 2 * evidence[best] + after;
   if (!(bend < 0)) return std::nullopt;
-  const double lag = static_cast<double>(best) - static_cast<double>(ny - 1) + 0.5 * (before - after) / bend;
-  match.offset = imu.start() - track.start() + lag * grid.step;
+  match.offset = offset_at(static_cast<double>(best) + 0.5 * (before - after) / bend);
   match.sigma = grid.step / std::sqrt(-bend);
   return match;
 }

@@ -8,8 +8,10 @@
 
 namespace piste {
 
-/// The offset, or nullopt if the motion does not determine it, or fits several. It may be less than certain.
-std::optional<ClockMatch> match_clocks(const ImuIntegral& imu, const Track& track);
+/// The offset, or nullopt if the motion does not determine it, or fits several. It may be less than certain: always so
+/// where it is sought `within` an interval alone, as then no correlation is too small.
+std::optional<ClockMatch> match_clocks(const ImuIntegral& imu, const Track& track,
+                                       const std::optional<Interval>& within = {});
 
 /// Turn rate of the gyroscopes divided by that of the track, with the IMU's clock `offset` ahead. 0 if the turns do not
 /// determine it.

@@ -9,10 +9,13 @@
 #include "motion_match.h"
 #include "piste/core/time_search.h"
 #include "piste/math/statistics.h"
+#include "rest_match.h"
 
 namespace piste {
 namespace {
 
+// Rests tell an offset to a second or so, as a receiver sees a slow start late.
+constexpr double kNear = 5, kRestSigma = 0.6;            // s
 constexpr double kSlowestImu = 0.25, kSlowestGnss = 20;  // s between rows: beyond, times are in another unit
 
 bool times_are_seconds(const LogMatch& m, double gnss_interval) {
@@ -38,7 +41,8 @@ std::string axes_text(const Matrix3d& axes) {
   return text;
 }
 
-LogMatch match(const ImuRecording& imu, const GnssRecording& gnss, const GnssHealth& health) {
+LogMatch match(const ImuRecording& imu, const GnssRecording& gnss, const GnssHealth& health,
+               const std::vector<Interval>& rest) {
   LogMatch m;
   if (imu.time.size() < 3 || gnss.fixes.size() < 3) return m;
   const ImuIntegral integral(imu);
@@ -64,9 +68,19 @@ LogMatch match(const ImuRecording& imu, const GnssRecording& gnss, const GnssHea
     m.motion = match_motion(integral, imu.increments, track, health.rest, offset, m.turn_ratio);
   };
   compare_motion();
-  if (m.clock && !m.clock->certain && !m.motion) {
+  const auto confirm = [&] {
+    if (!m.clock || m.clock->certain || m.motion) return;
     m.clock.reset();
     compare_motion();
+  };
+  confirm();
+  const std::optional<double> roughly =
+      m.clock || m.motion ? std::nullopt : match_rests({rest, m.imu}, {health.rest, m.gnss});
+  if (roughly) {
+    m.clock = match_clocks(integral, track, Interval{*roughly - kNear, *roughly + kNear});
+    if (m.clock) compare_motion();
+    confirm();
+    if (!m.clock) m.clock = ClockMatch{.offset = *roughly, .sigma = kRestSigma, .by_rest = true};
   }
   m.force = median_force(imu, m.interval);
   if (m.clock && m.motion && m.motion->sigma_clock > 0) {

@@ -142,9 +142,10 @@ void describe(SheetWriter& sheet, const GnssHealth& h) {
 void describe(SheetWriter& sheet, const LogMatch& m) {
   sheet.add("overlap", fmt::format("{:.1f} s as the clocks stand", m.overlap));
   if (m.clock) {
-    sheet.add("clock", fmt::format("the IMU's is {} {} the receiver's, +- {}; correlation of the turn rates {:.2f}",
-                                   time_text(std::abs(m.clock->offset)), m.clock->offset < 0 ? "behind" : "ahead of",
-                                   time_text(m.clock->sigma), m.clock->correlation));
+    const std::string by = m.clock->by_rest ? "by when the body rests in both"
+                                            : fmt::format("correlation of the turn rates {:.2f}", m.clock->correlation);
+    sheet.add("clock", fmt::format("the IMU's is {} {} the receiver's, +- {}; {}", time_text(std::abs(m.clock->offset)),
+                                   m.clock->offset < 0 ? "behind" : "ahead of", time_text(m.clock->sigma), by));
   } else {
     sheet.add("clock", "the motion does not tell the offset");
   }

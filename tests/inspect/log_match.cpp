@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "piste/inspect/imu_health.h"
 #include "piste/io/log_io.h"
 #include "piste/math/units.h"
 #include "support/datasets.h"
@@ -283,6 +284,20 @@ TEST(LogMatch, ClockOfACalmRideIsToldByItsLength) {
   EXPECT_LT(m.clock->correlation, 0.85);
   EXPECT_TRUE(m.motion);
   EXPECT_NEAR(m.clock->offset, s.imus[0].clock_offset, 0.05);
+}
+
+// Fixes of metres, and hardly a turn: when the body rests tells which of many offsets is right.
+TEST(LogMatch, ClockOfAGentleLapIsToldByItsRests) {
+  Scenario s = read_scenario(kSource / "config/scenarios/montecarlo/gentle_lap.yaml");
+  s.imus.resize(1);
+  s.gnss = {s.gnss[1]};
+  s.attitude.clear();
+  const Logs logs = logs_of("gentle lap", simulate(s, 7));
+  const GnssHealth health = gnss_health(logs.gnss);
+  EXPECT_FALSE(match(logs.imu, logs.gnss, health).clock);
+  const LogMatch m = match(logs.imu, logs.gnss, health, imu_health(logs.imu).rest);
+  ASSERT_TRUE(m.clock);
+  EXPECT_NEAR(m.clock->offset, s.imus[0].clock_offset, m.clock->by_rest ? 1 : 0.1);
 }
 
 TEST(LogMatch, KnowsTheSameLogTwice) {

@@ -6,7 +6,8 @@
 ///
 /// **Clock.** The turn rate of the GNSS track and its accelerations along and across the track are regressed on the
 /// three gyroscopes and the three accelerometers. The multiple correlation does not depend on their axes and units. It
-/// is computed at every offset at which the logs overlap, and the offset with the largest likelihood is taken.
+/// is computed at every offset at which the logs overlap, and the offset with the largest likelihood is taken. Where a
+/// calm motion leaves several, that counts near which the body rests in both logs at a time.
 ///
 /// **Axes and units.** In windows of some seconds the gyroscopes turn the specific forces into the axes at the
 /// beginning of the window. Their integral u must fit the velocities of the track,
@@ -35,6 +36,7 @@ struct ClockMatch {
   double evidence = 0;     ///< log-likelihood of that offset over that of no relation
   double over_rival = 0;   ///< log-likelihood of that offset over that of the best one elsewhere
   bool certain = true;     ///< whether these numbers are enough; if not, a MotionMatch confirmed the offset
+  bool by_rest = false;    ///< told by when the body rests alone, good to a second or so: the other numbers are 0
 };
 
 /// The rows of a signed permutation as the text of the key `axes`, such as `-y +x +z`.
@@ -80,8 +82,11 @@ struct LogMatch {
   double force = 0;                     ///< median magnitude of the specific force [m/s²], by its label
 };
 
-/// Compares an IMU's log with a receiver's. @pre rows are in the order of time, as read_imu and read_gnss give them
-LogMatch match(const ImuRecording& imu, const GnssRecording& gnss, const GnssHealth& health);
+/// Compares an IMU's log with a receiver's. `rest`: when the IMU rests (ImuHealth), which tells the clocks roughly
+/// where the motion alone does not; none: that is not looked at.
+/// @pre rows are in the order of time, as read_imu and read_gnss give them
+LogMatch match(const ImuRecording& imu, const GnssRecording& gnss, const GnssHealth& health,
+               const std::vector<Interval>& rest = {});
 
 /// What looks wrong between the two.
 std::vector<Suspicion> suspicions(const LogMatch& match, const std::string& imu_file, const std::string& gnss_file);
