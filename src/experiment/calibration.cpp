@@ -21,9 +21,9 @@ namespace {
 constexpr double kArmPrior = 2, kDelayPrior = 0.1, kLeastArm = 0.05, kLeastDelay = 0.003;  // m, s
 // Where nothing is known of the lever arm, fixes of centimetres are first taken for coarser ones: the filter would
 // otherwise reject what its own first guess makes of them.
-constexpr std::array kFloors{0.2, 0.05, 0.0};      // m and m/s
-constexpr double kSureClock = 0.02;                // s
-constexpr double kLoose = 5;                       // times the sigma that a stage found
+constexpr std::array kFloors{0.2, 0.05, 0.0};           // m and m/s
+constexpr double kSureClock = 0.02, kRoughClock = 0.1;  // s
+constexpr double kLoose = 5;                            // times the sigma that a stage found
 constexpr double kHeld = 0.005, kHeldStep = 0.02;  // s: 1-sigma of a delay that is held, and how far these are apart
 constexpr double kAstray = 0.1;  // of the logarithm of a row's likelihood: filters that went astray lost 0.4 and more
 constexpr std::array kFarOff{-20.0, -5.0, 5.0, 20.0};  // s
@@ -287,7 +287,7 @@ std::optional<Calibration> calibrate(const Recording& recording, ConditioningOpt
   const Interval late{std::max(motion.start, motion.end - kFirstMotion), motion.end};
   Calibrator beginning(recording, conditioning, options, early, clock.sigma, arm_prior, jobs);
   if (!beginning.locate()) return std::nullopt;
-  if (clock.sigma > kSureClock && !clock.with_drift && !beginning.tells_clock()) return std::nullopt;
+  if (clock.sigma > kRoughClock && !clock.with_drift && !beginning.tells_clock()) return std::nullopt;
   beginning.search_noise();
   // In a housing the prior tells where the antenna is: the replay, which has it too, is to start from it.
   const auto calibration_of = [antenna](Calibrator& calibrator) {

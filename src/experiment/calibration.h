@@ -33,7 +33,7 @@ enum class Antenna { kNearBy, kInHousing };
 /// errors of the receiver are those of likeliest_noise() (tune/likeliest_noise.h), with `jobs` filter runs at a time.
 /// Where the last minutes of motion are far from the first, the same filter tells the offset there too, and so the
 /// drift of the clock if it is significant.
-/// Nothing if no candidate starts, or if the clock is not told to 20 ms and fixes are as likely with one that is
+/// Nothing if no candidate starts, or if the clock is not told to 0.1 s and fixes are as likely with one that is
 /// seconds off. @pre `options` has one receiver, `recording` too.
 std::optional<Calibration> calibrate(const Recording& recording, ConditioningOptions conditioning,
                                      FilterOptions options, const ToldClock& clock, Antenna antenna = Antenna::kNearBy,

@@ -24,7 +24,7 @@ constexpr int kMostRounds = 10;
 constexpr double kRefused = 0.01;  // of the fixes: ten times what the gate refuses where the sigmas are right
 constexpr double kLeastStep = 1.2, kMostStep = 2;  // times the sigmas in a round
 constexpr double kStill = 0.25;                    // sigmas: a clock that moves by less stays
-constexpr double kPlausibleDrift = 5e-4;           // of a clock: loggers were 14 to 310 ppm off
+constexpr double kPlausibleDrift = 3.5e-4;         // of a clock: loggers were 14 to 310 ppm off
 constexpr double kToldDrift = 0.5;                 // of its prior: a drift that is no better known is not told
 constexpr double kRight = 1.2;                     // mean NIS of positions that fit
 constexpr double kElsewhere = 5;                   // sigmas of the positions alone: no chance in a thousand logs
@@ -210,6 +210,8 @@ std::optional<Calibration> settled(const Recording& recording, const Conditionin
   return found;
 }
 
+bool drifts_plausibly(const Calibration& found) { return std::abs(found.clock_drift) < kPlausibleDrift; }
+
 std::optional<Calibration> retuned(const Recording& recording, const ConditioningOptions& conditioning,
                                    const FilterOptions& options, const std::optional<VehicleOptions>& vehicle,
                                    bool find_clock, const Calibration& found, std::size_t jobs) {
@@ -219,10 +221,10 @@ std::optional<Calibration> retuned(const Recording& recording, const Conditionin
   const auto tuned = log.tuned(found, motion, jobs);
   const auto run = tuned ? log.filtered(*tuned) : std::nullopt;
   if (!run || mean_likelihood(run->innovations, *run) <= found.likelihood) return std::nullopt;
-  return settled(recording, conditioning, options, vehicle, find_clock, *tuned);
+  auto again = settled(recording, conditioning, options, vehicle, find_clock, *tuned);
+  if (again && drifts_plausibly(*again)) return again;
+  return std::nullopt;
 }
-
-bool drifts_plausibly(const Calibration& found) { return std::abs(found.clock_drift) < kPlausibleDrift; }
 
 bool velocities_contradict(const Recording& recording, const ConditioningOptions& conditioning,
                            const FilterOptions& options, const std::optional<VehicleOptions>& vehicle, bool find_clock,

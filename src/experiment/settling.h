@@ -26,7 +26,8 @@ std::optional<Calibration> settled(const Recording& recording, const Conditionin
 /// Sets the noise of the IMU and the errors of the receiver to those of likeliest_noise() (tune/likeliest_noise.h) over
 /// a quarter of an hour of motion, which tells drifts that the first minutes do not, and with the vehicle. `found` is
 /// what settled() returned for the other arguments; `jobs`: filter runs at a time.
-/// Nothing where there is not much more motion than calibrate() saw, and where the whole log is not likelier with it.
+/// Nothing where there is not much more motion than calibrate() saw, where the whole log is not likelier with it, and
+/// where the clock then drifts as none does.
 std::optional<Calibration> retuned(const Recording& recording, const ConditioningOptions& conditioning,
                                    const FilterOptions& options, const std::optional<VehicleOptions>& vehicle,
                                    bool find_clock, const Calibration& found, std::size_t jobs);

@@ -6,8 +6,8 @@
 namespace piste {
 namespace {
 
-constexpr double kCertain = 30, kOverRival = 15;  // nats, of a second each: neighbouring seconds are much alike
-constexpr double kApart = 5;                      // s, of another offset
+constexpr double kExplains = 30, kOpenMore = 15;  // nats, of a second each: neighbouring seconds are much alike
+constexpr double kOtherOffset = 5;                // s, of another offset
 constexpr double kAsMuch = 0.5;                   // of what the best offset explains: what explains less is no rival
 
 // Time that two lists of intervals have in common when `other` is `offset` later.
@@ -48,10 +48,10 @@ std::optional<double> match_rests(const Rests& one, const Rests& other) {
   }
   const auto worse = [](const Candidate& a, const Candidate& b) { return a.explained - a.open < b.explained - b.open; };
   const auto best = std::max_element(all.begin(), all.end(), worse);
-  if (best == all.end() || best->explained < kCertain) return std::nullopt;
+  if (best == all.end() || best->explained < kExplains) return std::nullopt;
   const auto rivals = [&best](const Candidate& c) {
-    return std::abs(c.offset - best->offset) > kApart && c.explained > kAsMuch * best->explained &&
-           c.open - best->open < kOverRival;
+    return std::abs(c.offset - best->offset) > kOtherOffset && c.explained > kAsMuch * best->explained &&
+           c.open - best->open < kOpenMore;
   };
   if (std::any_of(all.begin(), all.end(), rivals)) return std::nullopt;
   return best->offset;
