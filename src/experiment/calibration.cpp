@@ -26,9 +26,9 @@ constexpr double kSureClock = 0.02, kRoughClock = 0.1;  // s
 constexpr double kLoose = 5;                            // times the sigma that a stage found
 constexpr double kHeld = 0.005, kHeldStep = 0.02;  // s: 1-sigma of a delay that is held, and how far these are apart
 constexpr double kAstray = 0.1;  // of the logarithm of a row's likelihood: filters that went astray lost 0.4 and more
-constexpr std::array kFarOff{-20.0, -5.0, 5.0, 20.0};  // s
+constexpr std::array kFarOff{-20.0, -5.0, 5.0, 20.0};  // s: farther than a turn is like itself
 constexpr double kWideGate = 1 - 1e-9;
-// Offsets of the clock that are tried, s: where nothing is told of it, and where it is told roughly.
+// Offsets of the clock that are tried, s: where nothing is told of it, and where rests tell it to a second.
 constexpr double kFarthest = 0.5, kFarthestTold = 3, kStep = 0.1;
 // The drift of a clock: s between two stretches of motion that tell it, and the most that an oscillator may have.
 constexpr double kApart = 120, kMostDrift = 1e-3;
