@@ -1,7 +1,13 @@
 #include "piste/model/gnss.h"
 
+#include <cmath>
+
 namespace piste {
 namespace {
+
+// s: a fix that belongs so near to the estimate is of the same moment, and a velocity that is later than its position
+// is a mean over some time.
+constexpr double kMoment = 1e-3, kMean = 0.02;
 
 // A body at rest sways, which the updates of rest deny. Where fixes are finer than the sway, its direction would tell a
 // false heading: so they are taken to be as coarse.
@@ -56,6 +62,16 @@ void add_gyro(Linearization& lin, const Matrix3d& by_rate, const Vector3d& rate,
 
 // The derivative of C u by ω̄: C u turns by J_l(−ω̄ τ) (−τ δω̄).
 Matrix3d turning_back(const Vector3d& then, const Antenna& a, double tau) { return tau * skew(then) * a.back_jacobian; }
+
+// What the delay of a velocity of the moment is multiplied by: the force now. A mean is late for a vibration, which the
+// velocity shows all of.
+AntennaMotion of_the_moment(AntennaMotion motion, const MeasurementContext& context) {
+  const double noise = context.options.sensor.accel.noise;
+  motion.mean.force = motion.now.force;
+  motion.force_change = context.step.force_slope + motion.now.rate.cross(motion.now.force);
+  motion.force_variance = noise * noise / context.step.dt;
+  return motion;
+}
 
 // Turns the rows from w to the local level, and leaves out down.
 void keep_horizontal(Linearization& lin, const Matrix3d& R_wn) {
@@ -185,7 +201,10 @@ std::optional<Linearization> GnssReceivers::linearize(const GnssFix& fix, int se
     return linearize_position(fix, receiver.drift, with_arm, motion, context.earth_rate, context.gravity, lag,
                               context.still);
   }
-  return linearize_velocity(fix, with_arm, motion, context.earth_rate, context.gravity, context.still, lag);
+  const bool momentary =
+      std::abs(lag.time) < kMoment && std::abs(receiver.delay_of_velocity() - receiver.delay) < kMean;
+  return linearize_velocity(fix, with_arm, momentary ? of_the_moment(motion, context) : motion, context.earth_rate,
+                            context.gravity, context.still, lag);
 }
 
 }  // namespace piste
