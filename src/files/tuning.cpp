@@ -63,15 +63,16 @@ std::string replay_yaml(const ReplayConfig& config, const Tuning& tuning, const 
     const ReceiverNoise& noise = tuning.noise.gnss[i];
     const LogFile& log = config.gnss[i];
     const SigmaScales by = noise.scales();
+    // The white part is what the squares of `sigma_scale` and of the drift differ by: a third digit would change it.
     const auto scale = [&node](const char* key, double stated, double factor) {
-      if (factor != 1) node[key] = fmt::format("{:.3g}", stated * factor);
+      if (factor != 1) node[key] = fmt::format("{:.5g}", stated * factor);
     };
     scale("sigma_scale", log.sigma_scales.position, by.position);
     scale("sigma_height_scale", log.sigma_scales.height, by.height);
     scale("sigma_velocity_scale", log.sigma_scales.velocity, by.velocity);
     if (const auto drift = noise.process()) {
       node["drift"]["sigma"] =
-          fmt::format("{:.3g} {:.3g} {:.3g} m", drift->sigma.x(), drift->sigma.y(), drift->sigma.z());
+          fmt::format("{:.5g} {:.5g} {:.5g} m", drift->sigma.x(), drift->sigma.y(), drift->sigma.z());
       node["drift"]["correlation_time"] = fmt::format("{:.3g} s", drift->correlation_time);
     }
   });

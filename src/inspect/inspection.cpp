@@ -62,25 +62,26 @@ std::string file_keys(const InspectedLog& log, const std::string& folder, std::s
   return text;
 }
 
-// The factors of a receiver's sigmas where the motion says that these are wrong, and its coloured error.
+// The factors of a receiver's sigmas where the motion says that these are wrong, and its coloured error. The white part
+// is what the squares of two of these numbers differ by, so that they have more digits than they are worth.
 std::string receiver_noise(const Calibration& found) {
   constexpr double kRight = 0.1;
   const auto wrong = [](double scale) { return std::abs(scale - 1) > kRight; };
   std::string text;
   const SigmaScales& scales = found.sigma_scales;
   if (wrong(scales.position) || found.drift) {
-    text += fmt::format("    sigma_scale: {:.2g}              # of the sigmas of positions, as likely in motion\n",
+    text += fmt::format("    sigma_scale: {:.5g}           # of the sigmas of positions, as likely in motion\n",
                         scales.position);
   }
   if (wrong(scales.height)) {
-    text += fmt::format("    sigma_height_scale: {:.2g}       # of their heights, besides\n", scales.height);
+    text += fmt::format("    sigma_height_scale: {:.5g}    # of their heights, besides\n", scales.height);
   }
   if (wrong(scales.velocity)) {
     text += fmt::format("    sigma_velocity_scale: {:.2g}     # of velocities\n", scales.velocity);
   }
   if (const auto& drift = found.drift) {
     text +=
-        fmt::format("    drift: {{sigma: {:.2g} {:.2g} {:.2g} m, correlation_time: {:.2g} s}}   # the coloured part\n",
+        fmt::format("    drift: {{sigma: {:.5g} {:.5g} {:.5g} m, correlation_time: {:.2g} s}}   # the coloured part\n",
                     drift->sigma.x(), drift->sigma.y(), drift->sigma.z(), drift->correlation_time);
   }
   return text;
