@@ -255,7 +255,8 @@ void estimate_late_velocities(const InspectedLog& receiver, FilterOptions& optio
 
 std::size_t all_cores() { return std::max(1U, std::thread::hardware_concurrency()); }
 
-// What holds over the whole log, with the vehicle if one carries the IMU; without it where no filter runs with it.
+// What holds over the whole log, with the vehicle if one carries the IMU; without it where no filter runs with it, or
+// where it contradicts the fixes.
 void settle(Inspection& inspection, const Recording& recording, const ConditioningOptions& conditioning,
             const FilterOptions& options, Calibration& found) {
   const bool find_clock = inspection.imu_clock() == nullptr;
@@ -264,6 +265,7 @@ void settle(Inspection& inspection, const Recording& recording, const Conditioni
   if (inspection.vehicle.is_car()) {
     vehicle.emplace();
     there = settled(recording, conditioning, options, vehicle, find_clock, found);
+    if (there && vehicle_contradicts(recording, conditioning, options, *vehicle, find_clock, *there)) there.reset();
     if (!there) inspection.vehicle = {};
   }
   if (!there) {

@@ -27,7 +27,7 @@ constexpr double kStill = 0.25;                    // sigmas: a clock that moves
 constexpr double kPlausibleDrift = 3.5e-4;         // of a clock: loggers were 14 to 310 ppm off
 constexpr double kToldDrift = 0.5;                 // of its prior: a drift that is no better known is not told
 constexpr double kRight = 1.2;                     // mean NIS of positions that fit
-constexpr double kElsewhere = 5;                   // sigmas of the positions alone: no chance in a thousand logs
+constexpr double kElsewhere = 5;                   // sigmas of the run that presumes less: no chance in a thousand logs
 constexpr std::size_t kFew = 20;                   // of fewer fixes no share is told
 constexpr double kAlike = 0.03;  // of the logarithm of a fix's likelihood: as the delay is estimated, more is no chance
 
@@ -93,6 +93,15 @@ double nis_of_positions(const Solution& run) {
   return rows > 0 ? sum / rows : 0;
 }
 
+// Whether a block ends far from where it ends in a run that presumes less, by the sigmas of that.
+bool elsewhere(Block block, const Solution& with, const Solution& without) {
+  const auto last = [](const Solution& run) { return run.estimate(run.size() - 1); };
+  const FullError sigmas = without.sigmas(without.size() - 1).blocks;
+  const FullError apart = boxminus(last(with), last(without));
+  const auto part = [&](const FullError& e) { return e.segment(full_offset(block), info(block).size).array(); };
+  return (part(apart).abs() > kElsewhere * part(sigmas)).any();
+}
+
 SigmaScales product(const SigmaScales& a, const SigmaScales& b) {
   return {.position = a.position * b.position, .height = a.height * b.height, .velocity = a.velocity * b.velocity};
 }
@@ -102,7 +111,7 @@ struct WholeLog {
   const Recording& recording;
   const ConditioningOptions& conditioning;
   const FilterOptions& options;
-  const std::optional<VehicleOptions>& vehicle;
+  std::optional<VehicleOptions> vehicle;
   bool delayed, drifts = delayed, velocities = true;  // what is estimated, and used
 
   // What `replay` is told by the configuration of a calibration.
@@ -158,7 +167,9 @@ struct WholeLog {
     ReplayOptions run = replayed(found);
     run.conditioning.span = {motion.start - kBeforeMotion, std::min(motion.start + kTuned, motion.end + kBeforeMotion)};
     try {
-      const NoiseModel noise = tune(scaled(found), run, {.jobs = jobs, .try_drift = false, .thorough = false}).expected;
+      const TuneOptions how{
+          .jobs = jobs, .try_drift = false, .thorough = false, .stated = 1 / found.sigma_scales.position};
+      const NoiseModel noise = tune(scaled(found), run, how).expected;
       found.sensor = noise.sensor;
       found.drift = noise.gnss.front().process();
       found.sigma_scales = product(found.sigma_scales, noise.gnss.front().scales());
@@ -238,16 +249,20 @@ bool velocities_contradict(const Recording& recording, const ConditioningOptions
   log.velocities = false;
   const auto without = log.filtered(found);
   if (!with || !without) return false;
-  const auto last = [](const Solution& run) { return run.estimate(run.size() - 1); };
-  const FullError sigmas = without->sigmas(without->size() - 1).blocks;
-  const FullError apart = boxminus(last(*with), last(*without));
-  const auto elsewhere = [&](Block block) {
-    const auto part = [&](const FullError& e) { return e.segment(full_offset(block), info(block).size).array(); };
-    return (part(apart).abs() > kElsewhere * part(sigmas)).any();
-  };
   // Few positions may lead a filter astray, which tells nothing.
   if (nis_of_positions(*without) > std::max(kRight, nis_of_positions(*with))) return false;
-  return elsewhere(Block::kLeverArm) || (find_clock && elsewhere(Block::kGnssDelay));
+  return elsewhere(Block::kLeverArm, *with, *without) || (find_clock && elsewhere(Block::kGnssDelay, *with, *without));
+}
+
+bool vehicle_contradicts(const Recording& recording, const ConditioningOptions& conditioning,
+                         const FilterOptions& options, const VehicleOptions& vehicle, bool find_clock,
+                         const Calibration& found) {
+  WholeLog log{recording, conditioning, options, vehicle, find_clock, found.clock_drift_sigma > 0};
+  const auto with = log.filtered(found);
+  log.vehicle.reset();
+  const auto without = log.filtered(found);
+  if (!with || !without) return false;
+  return elsewhere(Block::kGyroScale, *with, *without) || elsewhere(Block::kAccelScale, *with, *without);
 }
 
 }  // namespace piste

@@ -45,4 +45,11 @@ bool velocities_contradict(const Recording& recording, const ConditioningOptions
                            const FilterOptions& options, const std::optional<VehicleOptions>& vehicle, bool find_clock,
                            const Calibration& found);
 
+/// Whether the constraint of a vehicle contradicts the fixes over the whole log: with it the filter would have the
+/// scales elsewhere by many of the sigmas that it has without. A body that sways on what carries it, and does not lean,
+/// is no vehicle: the constraint makes its rotations smaller. Arguments are as those of settled().
+bool vehicle_contradicts(const Recording& recording, const ConditioningOptions& conditioning,
+                         const FilterOptions& options, const VehicleOptions& vehicle, bool find_clock,
+                         const Calibration& found);
+
 }  // namespace piste

@@ -77,6 +77,34 @@ NoiseModel expected(const NoiseFound& found, const std::vector<LogInterval>& int
   return model;
 }
 
+// The same with a coloured error of each receiver as large as makes up the sigmas that it states, `stated` times those
+// of the log, or as the likelihood permits. Of an error that changes more slowly than the log can tell, 2 σ²/τ alone is
+// told, how fast it walks away, which stays as it is.
+NoiseModel with_stated_errors(NoiseModel model, double stated, const NoiseSearch& search, const Log& log) {
+  constexpr double kLikelyLoss = 1.92;  // of the log-likelihood: at the ends of a 95 % interval (Wilks 1938)
+  constexpr int kTrials = 4;
+  for (std::size_t i = 0; i < model.gnss.size(); ++i) {
+    if (!(model.gnss[i].drift > 0) || model.gnss[i].position() >= stated) continue;
+    const ReceiverNoise& found = model.gnss[i];
+    const double whole = std::sqrt((stated * stated - found.white * found.white) /
+                                   (found.position() * found.position() - found.white * found.white));
+    std::vector<NoiseModel> trials;
+    for (int k = 0; k < kTrials; ++k) {
+      const double larger = std::pow(whole, 1 - static_cast<double>(k) / kTrials);
+      ReceiverNoise& receiver = trials.emplace_back(model).gnss[i];
+      receiver.drift *= larger;
+      receiver.drift_time *= larger * larger;
+    }
+    const double best = search.filtered(log, model).evidence.likelihood;
+    const std::vector<NoisePoint> points = search.filtered(log, trials);
+    const auto likely = std::find_if(points.begin(), points.end(), [best](const NoisePoint& point) {
+      return point.evidence.likelihood > best - kLikelyLoss;
+    });
+    if (likely != points.end()) model = likely->model;
+  }
+  return model;
+}
+
 // Of the measurements that a run uses.
 std::vector<SourceNis> nis_of(const Evidence& run) {
   struct Sum {
@@ -218,7 +246,7 @@ Tuning likeliest_noise(const Log& log, const FilterOptions& options, const Start
   } else {
     for (const double variance : covariance.diagonal()) intervals.push_back(by_curvature(variance));
   }
-  tuning.expected = expected(found, intervals);
+  tuning.expected = with_stated_errors(expected(found, intervals), how.stated, search, log_judged);
   tuning.numbers = numbers_of(found, covariance, intervals, centre);
   tuning.rows = static_cast<std::size_t>(found.best.evidence.rows);
   tuning.nis = nis_of(search.gated(found.best.model, {.length = how.hold_out, .second = true}));

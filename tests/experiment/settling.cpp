@@ -94,6 +94,23 @@ TEST(Settling, VelocitiesThatContradictThePositionsShow) {
   EXPECT_TRUE(contradict());
 }
 
+// A rider who sways, and one who looks along the path: the constraint of a car takes the swaying for a wrong scale.
+TEST(Settling, AVehicleThatContradictsTheFixesShows) {
+  const auto contradicts = [](double sways) {
+    Told told(make_case("montecarlo/calm_30min", 40, 1, [sways](Scenario& s) {
+      s.motion.run = 300;
+      s.motion.balance_rate *= sways;
+      s.gnss[0].rate = 4;
+      s.gnss[0].position_noise = {0.4, 0.4, 0.8};
+      s.gnss[0].velocity_noise = {0.06, 0.06, 0.1};
+    }));
+    told.calibration.sensor.gyro.scale = 0.03;
+    return vehicle_contradicts(told.recording, told.run.conditioning, told.run.options, {}, true, told.calibration);
+  };
+  EXPECT_TRUE(contradicts(4));
+  EXPECT_FALSE(contradicts(0.01));
+}
+
 // Of a drift that was taken for ten times what it is, more motion tells better; a minute is not searched again.
 TEST(Settling, MoreMotionTellsTheDriftBetter) {
   const auto drift_after = [](double run) -> std::optional<double> {

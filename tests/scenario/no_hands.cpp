@@ -136,10 +136,8 @@ TEST_P(CalmNoHands, IsRightOrWide) {
              count.within());
   EXPECT_LT(std::abs(clock), 0.05);
   EXPECT_LT(worst, 3);
-  // The coloured error of the L1 receiver is found too small: of its sigmas nothing is claimed.
-  if (std::string_view(receiver) == "gnss_l1l2") {
-    EXPECT_GE(count.within(), 0.95);
-  }
+  // The coloured error of the L1 receiver, a minute long, is seen some thirty times.
+  EXPECT_GE(count.within(), std::string_view(receiver) == "gnss_l1l2" ? 0.95 : 0.9);
 }
 
 INSTANTIATE_TEST_SUITE_P(Calm, CalmNoHands,

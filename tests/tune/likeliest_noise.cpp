@@ -166,6 +166,32 @@ TEST(LikeliestNoise, FindsAColouredErrorOfPositions) {
   EXPECT_NEAR(std::log(found.noise.gnss[0].process()->sigma.x() / 0.1), 0, 0.7);
 }
 
+// Of an error of a minute, a minute tells how fast it walks away. How far it goes is what the receiver states.
+TEST(LikeliestNoise, AnErrorThatWalksGoesAsFarAsTheReceiverStates) {
+  Case c = make_case("ski", 40, 4, [](Scenario& s) {
+    s.gnss[0].position_noise = {0.1, 0.1, 0.2};
+    s.gnss[0].position_drift = GaussMarkov{{0.4, 0.4, 0.7}, 60};
+  });
+  const Log log = c.log();
+  const Start start = c.find().start;
+  const auto tuned = [&](double stated) {
+    return likeliest_noise(log, c.options, start, {.jobs = 2, .thorough = false, .stated = stated});
+  };
+  const auto walks = [](const ReceiverNoise& noise) { return 2 * noise.drift * noise.drift / noise.drift_time; };
+  const Tuning found = tuned(1);
+  const ReceiverNoise &likeliest = found.noise.gnss[0], &expected = found.expected.gnss[0];
+  ASSERT_TRUE(likeliest.process());
+  EXPECT_LT(likeliest.position(), 0.8);
+  EXPECT_GT(expected.position(), 0.9);
+  EXPECT_LE(expected.position(), 1 + 1e-9);
+  EXPECT_NEAR(walks(expected) / walks(likeliest), 1, 1e-9);
+  EXPECT_NEAR(expected.process()->sigma.x(), 0.4, 0.05);
+  EXPECT_GT(expected.drift_time, 30);
+  EXPECT_LT(expected.drift_time, 120);
+  const Tuning less = tuned(0);  // stated far smaller than they are: nothing is added
+  EXPECT_EQ(less.expected.gnss[0].position(), less.noise.gnss[0].position());
+}
+
 // Many receivers state a sigma of heights that says nothing, such as the 100 m of a phone.
 TEST(LikeliestNoise, HeightsHaveTheirOwnSigmasWhereTheyNeedThem) {
   constexpr double kHeights = 30;

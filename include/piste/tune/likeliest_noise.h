@@ -67,7 +67,8 @@ struct Tuning {
   NoiseModel noise;
   /// The same with the mean of the variance of each white noise of the IMU where the likeliest one is its mode:
   /// σ exp(s²), s the 1-sigma of ln σ, twice as much at most, and no more than the samples leave room for. What is
-  /// hardly told is not too quiet with it.
+  /// hardly told is not too quiet with it. And a coloured error is large enough that it makes up, with the white one,
+  /// the sigmas that a receiver states, as far as the likelihood stays within its 95 % interval.
   NoiseModel expected;
   std::vector<TunedNoise> numbers;
   double likelihood_at_start = 0, likelihood = 0;  ///< without the prior
@@ -92,6 +93,9 @@ struct TuneOptions {
   /// Of each two stretches of this length [s] the second is held out: nothing is fitted to its innovations, and
   /// Tuning::nis is theirs alone. 0: none is.
   double hold_out = 0;
+  /// Sigmas of positions that receivers state, by those of the log: Tuning::expected has no smaller ones, unless the
+  /// data tell so.
+  double stated = 1;
 };
 
 /// Finds the likeliest noise of a log with a known start. Sought is what the options have: of a drift without a process
