@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "experiment/calibration.h"
+#include "experiment/contradiction.h"
 #include "experiment/settling.h"
 #include "io/text_reader.h"
 #include "piste/core/error.h"
@@ -255,34 +256,34 @@ void estimate_late_velocities(const InspectedLog& receiver, FilterOptions& optio
 
 std::size_t all_cores() { return std::max(1U, std::thread::hardware_concurrency()); }
 
+// The log with the vehicle if one carries the IMU.
+WholeLog whole_log(const Inspection& inspection, const Recording& recording, const ConditioningOptions& conditioning,
+                   const FilterOptions& options) {
+  WholeLog log{recording, conditioning, options, std::nullopt, inspection.imu_clock() == nullptr};
+  if (inspection.vehicle.is_car()) log.vehicle.emplace();
+  return log;
+}
+
 // What holds over the whole log, with the vehicle if one carries the IMU; without it where no filter runs with it, or
 // where it contradicts the fixes.
 void settle(Inspection& inspection, const Recording& recording, const ConditioningOptions& conditioning,
             const FilterOptions& options, Calibration& found) {
-  const bool find_clock = inspection.imu_clock() == nullptr;
-  std::optional<VehicleOptions> vehicle;
-  std::optional<Calibration> there;
-  if (inspection.vehicle.is_car()) {
-    vehicle.emplace();
-    there = settled(recording, conditioning, options, vehicle, find_clock, found);
-    if (there && vehicle_contradicts(recording, conditioning, options, *vehicle, find_clock, *there)) there.reset();
-    if (!there) inspection.vehicle = {};
-  }
-  if (!there) {
-    vehicle.reset();
-    there = settled(recording, conditioning, options, vehicle, find_clock, found);
+  WholeLog log = whole_log(inspection, recording, conditioning, options);
+  auto there = settled(log, found);
+  if (log.vehicle && (!there || vehicle_contradicts(log, *there))) {
+    inspection.vehicle = {};
+    log.vehicle.reset();
+    there = settled(log, found);
   }
   if (there) found = std::move(*there);
-  found.velocities_contradict = velocities_contradict(recording, conditioning, options, vehicle, find_clock, found);
+  found.velocities_contradict = velocities_contradict(log, found);
 }
 
 // The noise by more of the motion than the first minutes, where that is likelier.
 void retune(const Inspection& inspection, const Recording& recording, const ConditioningOptions& conditioning,
             const FilterOptions& options, Calibration& found) {
   if (!found.fits()) return;
-  const auto vehicle = inspection.vehicle.is_car() ? std::optional<VehicleOptions>(std::in_place) : std::nullopt;
-  auto again =
-      retuned(recording, conditioning, options, vehicle, inspection.imu_clock() == nullptr, found, all_cores());
+  auto again = retuned(whole_log(inspection, recording, conditioning, options), found, all_cores());
   if (again) found = std::move(*again);
 }
 

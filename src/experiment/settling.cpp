@@ -2,32 +2,28 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "experiment/calibration.h"
+#include "experiment/contradiction.h"
+#include "experiment/whole_log.h"
 #include "piste/core/error.h"
 #include "piste/core/state_table.h"
-#include "piste/experiment/replay.h"
 #include "piste/experiment/tune.h"
 #include "tune/evidence.h"
 
 namespace piste {
 namespace {
 
-constexpr double kWhole = 3600;  // s of the log: an hour has seen what there is to see
 constexpr double kTuned = 900;   // s of motion that noise is sought in
 constexpr double kMuchMore = 2;  // times the motion that was searched before: less is not searched again
 constexpr int kMostRounds = 10;
 constexpr double kRefused = 0.01;  // of the fixes: ten times what the gate refuses where the sigmas are right
 constexpr double kLeastStep = 1.2, kMostStep = 2;  // times the sigmas in a round
 constexpr double kStill = 0.25;                    // sigmas: a clock that moves by less stays
-constexpr double kPlausibleDrift = 3.5e-4;         // of a clock: loggers were 14 to 310 ppm off
 constexpr double kToldDrift = 0.5;                 // of its prior: a drift that is no better known is not told
-constexpr double kRight = 1.2;                     // mean NIS of positions that fit
-constexpr double kElsewhere = 5;                   // sigmas of the run that presumes less: no chance in a thousand logs
 constexpr std::size_t kFew = 20;                   // of fewer fixes no share is told
 constexpr double kAlike = 0.03;  // of the logarithm of a fix's likelihood: as the delay is estimated, more is no chance
 
@@ -69,123 +65,38 @@ bool take_clock(const Solution& run, bool drifts, Calibration& found) {
   return true;
 }
 
-std::vector<Innovation> of_positions(const Solution& run) {
-  std::vector<Innovation> all;
-  std::copy_if(run.innovations.begin(), run.innovations.end(), std::back_inserter(all), [&](const Innovation& i) {
-    return run.sources[static_cast<std::size_t>(i.source)] == "gnss[0].position" && i.outcome != Outcome::kRepeated;
-  });
-  return all;
-}
-
 // The logarithm of the likelihood of one of the innovations, as a mean.
 double mean_likelihood(const std::vector<Innovation>& innovations, const Solution& run) {
   return log_likelihood(innovations, run.sources) / static_cast<double>(std::max<std::size_t>(1, innovations.size()));
-}
-
-// Mean of the NIS of positions, for each of their rows. None counts for more than an outlier.
-double nis_of_positions(const Solution& run) {
-  constexpr double kOutlier = 10;
-  double sum = 0, rows = 0;
-  for (const Innovation& i : of_positions(run)) {
-    sum += std::min(i.nis, kOutlier * i.dof);
-    rows += i.dof;
-  }
-  return rows > 0 ? sum / rows : 0;
-}
-
-// Whether a block ends far from where it ends in a run that presumes less, by the sigmas of that.
-bool elsewhere(Block block, const Solution& with, const Solution& without) {
-  const auto last = [](const Solution& run) { return run.estimate(run.size() - 1); };
-  const FullError sigmas = without.sigmas(without.size() - 1).blocks;
-  const FullError apart = boxminus(last(with), last(without));
-  const auto part = [&](const FullError& e) { return e.segment(full_offset(block), info(block).size).array(); };
-  return (part(apart).abs() > kElsewhere * part(sigmas)).any();
 }
 
 SigmaScales product(const SigmaScales& a, const SigmaScales& b) {
   return {.position = a.position * b.position, .height = a.height * b.height, .velocity = a.velocity * b.velocity};
 }
 
-// A log and how it is replayed.
-struct WholeLog {
-  const Recording& recording;
-  const ConditioningOptions& conditioning;
-  const FilterOptions& options;
-  std::optional<VehicleOptions> vehicle;
-  bool delayed, drifts = delayed, velocities = true;  // what is estimated, and used
-
-  // What `replay` is told by the configuration of a calibration.
-  FilterOptions told(const Calibration& found) const {
-    FilterOptions filter = options;
-    filter.sensor = found.sensor;
-    filter.vehicle = vehicle;
-    GnssOptions& gnss = filter.gnss.front();
-    if (found.tells_arm()) gnss.lever_arm = found.lever_arm;
-    gnss.drift = found.drift;
-    gnss.use_velocity = gnss.use_velocity && velocities;
-    filter.estimate = imu_error_blocks(found.sensor);
-    filter.estimate.push_back(Block::kLeverArm);
-    if (delayed) filter.estimate.push_back(Block::kGnssDelay);
-    if (drifts) filter.estimate.push_back(Block::kClockDrift);
-    if (found.velocity_delay_sigma > 0 && gnss.use_velocity) {
-      gnss.velocity_delay = found.velocity_delay;
-      filter.estimate.push_back(Block::kVelocityDelay);
-    }
-    filter.priors = priors_after(found, filter.priors);
-    filter.estimate = with_implied_blocks(filter, filter.estimate);
-    return filter;
-  }
-
-  ReplayOptions replayed(const Calibration& found) const {
-    ReplayOptions all{.conditioning = conditioning,
-                      .filter = told(found),
-                      .longest = kWhole,
-                      .smoother = SmootherKind::kNone,
-                      .history = false};
-    all.conditioning.imu.clock_offset = found.clock_offset;
-    all.conditioning.imu.clock_drift = found.clock_drift;
-    return all;
-  }
-  Recording scaled(const Calibration& found) const {
-    Recording all = recording;
-    scale_sigmas(all.gnss.front().fixes, found.sigma_scales);
-    return all;
-  }
-
-  // Nothing where no filter runs.
-  std::optional<Solution> filtered(const Calibration& found) const {
-    try {
-      Solution run = replay(scaled(found), replayed(found)).filtered.solution;
-      if (!run.empty()) return run;
-    } catch (const Error&) {  // no start, or a filter that diverges
-    }
+// With the noise that is to be expected by a quarter of an hour of `motion`; nothing where that tells none.
+std::optional<Calibration> with_noise_of(const WholeLog& log, Calibration found, const Interval& motion,
+                                         std::size_t jobs) {
+  ReplayOptions run = log.replayed(found);
+  run.conditioning.span = {motion.start - kBeforeMotion, std::min(motion.start + kTuned, motion.end + kBeforeMotion)};
+  try {
+    const TuneOptions how{
+        .jobs = jobs, .try_drift = false, .thorough = false, .stated = 1 / found.sigma_scales.position};
+    const NoiseModel noise = tune(log.scaled(found), run, how).expected;
+    found.sensor = noise.sensor;
+    found.drift = noise.gnss.front().process();
+    found.sigma_scales = product(found.sigma_scales, noise.gnss.front().scales());
+    return found;
+  } catch (const Error&) {  // no start, or no innovations
     return std::nullopt;
   }
-
-  // With the noise that is to be expected by a quarter of an hour of motion; nothing where that tells none.
-  std::optional<Calibration> tuned(Calibration found, const Interval& motion, std::size_t jobs) const {
-    ReplayOptions run = replayed(found);
-    run.conditioning.span = {motion.start - kBeforeMotion, std::min(motion.start + kTuned, motion.end + kBeforeMotion)};
-    try {
-      const TuneOptions how{
-          .jobs = jobs, .try_drift = false, .thorough = false, .stated = 1 / found.sigma_scales.position};
-      const NoiseModel noise = tune(scaled(found), run, how).expected;
-      found.sensor = noise.sensor;
-      found.drift = noise.gnss.front().process();
-      found.sigma_scales = product(found.sigma_scales, noise.gnss.front().scales());
-      return found;
-    } catch (const Error&) {  // no start, or no innovations
-      return std::nullopt;
-    }
-  }
-};
+}
 
 }  // namespace
 
-std::optional<Calibration> settled(const Recording& recording, const ConditioningOptions& conditioning,
-                                   const FilterOptions& options, const std::optional<VehicleOptions>& vehicle,
-                                   bool find_clock, Calibration found) {
-  WholeLog log{recording, conditioning, options, vehicle, find_clock};
+std::optional<Calibration> settled(WholeLog log, Calibration found) {
+  bool find_clock = log.find_clock;
+  log.drifts = find_clock;
   std::optional<Calibration> before;  // the clock moved, if that is what the last round did
   double likelihood = 0;              // the logarithm of a fix's, in the last round
   for (int round = 0; round < kMostRounds; ++round) {
@@ -221,48 +132,16 @@ std::optional<Calibration> settled(const Recording& recording, const Conditionin
   return found;
 }
 
-bool drifts_plausibly(const Calibration& found) { return std::abs(found.clock_drift) < kPlausibleDrift; }
-
-std::optional<Calibration> retuned(const Recording& recording, const ConditioningOptions& conditioning,
-                                   const FilterOptions& options, const std::optional<VehicleOptions>& vehicle,
-                                   bool find_clock, const Calibration& found, std::size_t jobs) {
-  const Interval motion = motion_of(recording.gnss.front().fixes, options.behaviour.start);
+std::optional<Calibration> retuned(WholeLog log, const Calibration& found, std::size_t jobs) {
+  const Interval motion = motion_of(log.recording.gnss.front().fixes, log.options.behaviour.start);
   if (motion.end - motion.start < kMuchMore * kFirstMotion) return std::nullopt;
-  const WholeLog log{recording, conditioning, options, vehicle, find_clock, found.clock_drift_sigma > 0};
-  const auto tuned = log.tuned(found, motion, jobs);
-  const auto run = tuned ? log.filtered(*tuned) : std::nullopt;
+  log.drifts = found.clock_drift_sigma > 0;
+  const auto likelier = with_noise_of(log, found, motion, jobs);
+  const auto run = likelier ? log.filtered(*likelier) : std::nullopt;
   if (!run || mean_likelihood(run->innovations, *run) <= found.likelihood) return std::nullopt;
-  auto again = settled(recording, conditioning, options, vehicle, find_clock, *tuned);
+  auto again = settled(log, *likelier);
   if (again && drifts_plausibly(*again)) return again;
   return std::nullopt;
-}
-
-bool velocities_contradict(const Recording& recording, const ConditioningOptions& conditioning,
-                           const FilterOptions& options, const std::optional<VehicleOptions>& vehicle, bool find_clock,
-                           const Calibration& found) {
-  const std::vector<GeodeticFix>& fixes = recording.gnss.front().fixes;
-  const bool some = std::any_of(fixes.begin(), fixes.end(), [](const GeodeticFix& fix) { return fix.velocity; });
-  if (!some || !options.gnss.front().use_velocity) return false;
-  if (!drifts_plausibly(found)) return true;
-  WholeLog log{recording, conditioning, options, vehicle, find_clock, found.clock_drift_sigma > 0};
-  const auto with = log.filtered(found);
-  log.velocities = false;
-  const auto without = log.filtered(found);
-  if (!with || !without) return false;
-  // Few positions may lead a filter astray, which tells nothing.
-  if (nis_of_positions(*without) > std::max(kRight, nis_of_positions(*with))) return false;
-  return elsewhere(Block::kLeverArm, *with, *without) || (find_clock && elsewhere(Block::kGnssDelay, *with, *without));
-}
-
-bool vehicle_contradicts(const Recording& recording, const ConditioningOptions& conditioning,
-                         const FilterOptions& options, const VehicleOptions& vehicle, bool find_clock,
-                         const Calibration& found) {
-  WholeLog log{recording, conditioning, options, vehicle, find_clock, found.clock_drift_sigma > 0};
-  const auto with = log.filtered(found);
-  log.vehicle.reset();
-  const auto without = log.filtered(found);
-  if (!with || !without) return false;
-  return elsewhere(Block::kGyroScale, *with, *without) || elsewhere(Block::kAccelScale, *with, *without);
 }
 
 }  // namespace piste

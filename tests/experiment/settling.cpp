@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "experiment/contradiction.h"
 #include "support/simulated_case.h"
 
 namespace piste::test {
@@ -22,9 +23,8 @@ struct Told {
                           .clock_drift = run.conditioning.imu.clock_drift,
                           .sensor = run.options.sensor};
 
-  std::optional<Calibration> settle() const {
-    return settled(recording, run.conditioning, run.options, std::nullopt, find_clock, calibration);
-  }
+  WholeLog log() const { return {recording, run.conditioning, run.options, std::nullopt, find_clock}; }
+  std::optional<Calibration> settle() const { return settled(log(), calibration); }
 };
 
 TEST(Settling, LeavesWhatHolds) {
@@ -80,10 +80,7 @@ TEST(Settling, TheClockTakesTheDriftThatTheWholeLogTells) {
 // Velocities as of a place half a metre ahead of where the positions are, as a receiver makes them that smooths.
 TEST(Settling, VelocitiesThatContradictThePositionsShow) {
   Told told;
-  const auto contradict = [&] {
-    return velocities_contradict(told.recording, told.run.conditioning, told.run.options, std::nullopt, true,
-                                 told.calibration);
-  };
+  const auto contradict = [&] { return velocities_contradict(told.log(), told.calibration); };
   EXPECT_FALSE(contradict());
   const Truth& body = told.run.simulation.bodies[0];
   for (GeodeticFix& fix : told.recording.gnss.front().fixes) {
@@ -105,7 +102,9 @@ TEST(Settling, AVehicleThatContradictsTheFixesShows) {
       s.gnss[0].velocity_noise = {0.06, 0.06, 0.1};
     }));
     told.calibration.sensor.gyro.scale = 0.03;
-    return vehicle_contradicts(told.recording, told.run.conditioning, told.run.options, {}, true, told.calibration);
+    WholeLog log = told.log();
+    log.vehicle.emplace();
+    return vehicle_contradicts(log, told.calibration);
   };
   EXPECT_TRUE(contradicts(4));
   EXPECT_FALSE(contradicts(0.01));
@@ -118,7 +117,7 @@ TEST(Settling, MoreMotionTellsTheDriftBetter) {
     told.calibration.sensor.gyro.drift.sigma *= 10;
     const auto before = told.settle();
     EXPECT_TRUE(before);
-    const auto found = retuned(told.recording, told.run.conditioning, told.run.options, std::nullopt, true, *before, 2);
+    const auto found = retuned(told.log(), *before, 2);
     if (!found) return std::nullopt;
     return found->sensor.gyro.drift.sigma / told.run.options.sensor.gyro.drift.sigma;
   };
