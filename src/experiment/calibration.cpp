@@ -27,6 +27,7 @@ constexpr double kLoose = 5;                            // times the sigma that 
 constexpr double kHeld = 0.005, kHeldStep = 0.02;  // s: 1-sigma of a delay that is held, and how far these are apart
 constexpr double kAstray = 0.1;  // of the logarithm of a row's likelihood: filters that went astray lost 0.4 and more
 constexpr std::array kFarOff{-20.0, -5.0, 5.0, 20.0};  // s: farther than a turn is like itself
+constexpr double kOverstated = 0.3;                    // of the sigmas of positions: as far as these are off at least
 constexpr double kWideGate = 1 - 1e-9;
 // Offsets of the clock that are tried, s: where nothing is told of it, and where rests tell it to a second.
 constexpr double kFarthest = 0.5, kFarthestTold = 3, kStep = 0.1;
@@ -42,6 +43,7 @@ struct Attempt {
   Estimate last;
   FullError sigmas = FullError::Zero();  // of its blocks
   std::size_t used = 0, rejected = 0;
+  double nis = 1;  // of positions, the mean for a row
 
   double clock_offset() const { return offset - last.gnss_delay; }
   double clock_sigma() const { return sigmas(full_offset(Block::kGnssDelay)); }
@@ -49,6 +51,16 @@ struct Attempt {
   double velocity_delay() const { return last.velocity_delay - last.gnss_delay; }
   double velocity_delay_sigma() const { return sigmas(full_offset(Block::kVelocityDelay)); }
 };
+
+double nis_of_positions(const Evidence& run) {
+  double nis = 0, rows = 0;
+  for (const Innovation& i : run.innovations) {
+    if (run.sources[static_cast<std::size_t>(i.source)] != "gnss[0].position") continue;
+    nis += i.nis;
+    rows += i.dof;
+  }
+  return rows > 0 ? nis / rows : 1;
+}
 
 class Calibrator {
  public:
@@ -136,6 +148,9 @@ class Calibrator {
     return std::none_of(kFarOff.begin(), kFarOff.end(), as_likely);
   }
 
+  // What the sigmas of positions are to be multiplied by so that they say what positions differ by. @pre locate()
+  double position_scale() const { return std::sqrt(best_.nis); }
+
   // What has been found. @pre locate()
   Calibration calibration() {
     refine();
@@ -170,6 +185,7 @@ class Calibrator {
       a.last = run.last;
       a.sigmas = run.sigmas;
       for (const Innovation& i : run.innovations) ++(was_used(i.outcome) ? a.used : a.rejected);
+      a.nis = nis_of_positions(run);
       if (run.rows > 0) a.likelihood = run.likelihood / run.rows;
     } catch (const Error&) {  // no start: not likely at all
     }
@@ -285,18 +301,30 @@ std::optional<Calibration> calibrate(const Recording& recording, ConditioningOpt
   const Interval motion = motion_of(recording.gnss.front().fixes, options.behaviour.start);
   const Interval early{motion.start - kBeforeMotion, std::min(motion.start + kFirstMotion, motion.end + kBeforeMotion)};
   const Interval late{std::max(motion.start, motion.end - kFirstMotion), motion.end};
-  Calibrator beginning(recording, conditioning, options, early, clock.sigma, arm_prior, jobs);
-  if (!beginning.locate()) return std::nullopt;
-  if (clock.sigma > kRoughClock && !clock.with_drift && !beginning.tells_clock()) return std::nullopt;
-  beginning.search_noise();
+  const auto is_told = [&clock](const Calibrator& calibrator) {
+    return clock.sigma <= kRoughClock || clock.with_drift || calibrator.tells_clock();
+  };
+  Recording fixes = recording;
+  double stated = 1;  // the sigmas of positions in `fixes`, by those of the receiver
+  std::optional<Calibrator> beginning(std::in_place, fixes, conditioning, options, early, clock.sigma, arm_prior, jobs);
+  if (!beginning->locate()) return std::nullopt;
+  if (!is_told(*beginning)) {
+    stated = beginning->position_scale();
+    if (stated > kOverstated) return std::nullopt;
+    scale_sigmas(fixes.gnss.front().fixes, {.position = stated});
+    beginning.emplace(fixes, conditioning, options, early, clock.sigma, arm_prior, jobs);
+    if (!beginning->locate() || !is_told(*beginning)) return std::nullopt;
+  }
+  beginning->search_noise();
   // In a housing the prior tells where the antenna is: the replay, which has it too, is to start from it.
-  const auto calibration_of = [antenna](Calibrator& calibrator) {
+  const auto calibration_of = [antenna, stated](Calibrator& calibrator) {
     Calibration all = calibrator.calibration();
+    all.sigma_scales.position *= stated;
     all.in_housing = antenna == Antenna::kInHousing;
     if (all.in_housing) all.lever_arm.setZero();
     return all;
   };
-  Calibration first = calibration_of(beginning);
+  Calibration first = calibration_of(*beginning);
   if (!first.fits() || clock.with_drift) return first;
   // From here on with the noise that was found.
   options.sensor = first.sensor;

@@ -34,7 +34,8 @@ enum class Antenna { kNearBy, kInHousing };
 /// Where the last minutes of motion are far from the first, the same filter tells the offset there too, and so the
 /// drift of the clock if it is significant.
 /// Nothing if no candidate starts, or if the clock is not told to 0.1 s and fixes are as likely with one that is
-/// seconds off. @pre `options` has one receiver, `recording` too.
+/// seconds off. Sigmas of positions that are far too large make it so, and are made smaller first. @pre `options` has
+/// one receiver, `recording` too.
 std::optional<Calibration> calibrate(const Recording& recording, ConditioningOptions conditioning,
                                      FilterOptions options, const ToldClock& clock, Antenna antenna = Antenna::kNearBy,
                                      std::size_t jobs = 1);

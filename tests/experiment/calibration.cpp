@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 
+#include "piste/core/recording.h"
 #include "piste/math/statistics.h"
 #include "support/simulated_case.h"
 #include "support/thorough.h"
@@ -91,6 +93,22 @@ TEST(Calibration, AClockThatNothingTellsIsNotMadeUp) {
   const auto found = calibrate(c.simulation.recording(0), c.conditioning, c.options, untold);
   ASSERT_TRUE(found);
   EXPECT_NEAR(found->clock_offset, c.conditioning.imu.clock_offset, 4 * found->clock_sigma);
+}
+
+// A receiver that states a thousand times its errors would tell nothing of the clock.
+TEST(Calibration, SigmasThatAreFarTooLargeAreMadeSmallerFirst) {
+  constexpr double kTooLarge = 1000;
+  const Case c = make_case("bicycle", 40, 5, [](Scenario& s) {
+    s.motion.run = 90;
+    s.gnss[0].velocity_noise.setZero();
+  });
+  Recording overstated = c.simulation.recording(0);
+  scale_sigmas(overstated.gnss.front().fixes, {.position = kTooLarge});
+  const ToldClock untold{std::numeric_limits<double>::infinity()};
+  const auto found = calibrate(overstated, c.conditioning, c.options, untold);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->clock_offset, c.conditioning.imu.clock_offset, 0.02);
+  EXPECT_NEAR(std::log(found->sigma_scales.position * kTooLarge), 0, 1);
 }
 
 }  // namespace
