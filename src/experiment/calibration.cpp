@@ -52,16 +52,6 @@ struct Attempt {
   double velocity_delay_sigma() const { return sigmas(full_offset(Block::kVelocityDelay)); }
 };
 
-double nis_of_positions(const Evidence& run) {
-  double nis = 0, rows = 0;
-  for (const Innovation& i : run.innovations) {
-    if (run.sources[static_cast<std::size_t>(i.source)] != "gnss[0].position") continue;
-    nis += i.nis;
-    rows += i.dof;
-  }
-  return rows > 0 ? nis / rows : 1;
-}
-
 class Calibrator {
  public:
   Calibrator(const Recording& recording, ConditioningOptions conditioning, FilterOptions options,
@@ -185,7 +175,7 @@ class Calibrator {
       a.last = run.last;
       a.sigmas = run.sigmas;
       for (const Innovation& i : run.innovations) ++(was_used(i.outcome) ? a.used : a.rejected);
-      a.nis = nis_of_positions(run);
+      a.nis = nis_of_positions(run.innovations, run.sources);
       if (run.rows > 0) a.likelihood = run.likelihood / run.rows;
     } catch (const Error&) {  // no start: not likely at all
     }

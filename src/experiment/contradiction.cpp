@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "piste/core/state_table.h"
+#include "tune/evidence.h"
 
 namespace piste {
 namespace {
@@ -12,17 +13,6 @@ namespace {
 constexpr double kPlausibleDrift = 3.5e-4;  // of a clock: loggers were 14 to 310 ppm off
 constexpr double kRight = 1.2;              // mean NIS of positions that fit
 constexpr double kElsewhere = 5;            // sigmas of the run that presumes less: no chance in a thousand logs
-
-// Mean of the NIS of positions, for each of their rows. None counts for more than an outlier.
-double nis_of_positions(const Solution& run) {
-  constexpr double kOutlier = 10;
-  double sum = 0, rows = 0;
-  for (const Innovation& i : of_positions(run)) {
-    sum += std::min(i.nis, kOutlier * i.dof);
-    rows += i.dof;
-  }
-  return rows > 0 ? sum / rows : 0;
-}
 
 // Whether a block ends far from where it ends in a run that presumes less, by the sigmas of that.
 bool elsewhere(Block block, const Solution& with, const Solution& without) {
@@ -48,7 +38,8 @@ bool velocities_contradict(WholeLog log, const Calibration& found) {
   const auto without = log.filtered(found);
   if (!with || !without) return false;
   // Few positions may lead a filter astray, which tells nothing.
-  if (nis_of_positions(*without) > std::max(kRight, nis_of_positions(*with))) return false;
+  const auto nis = [](const Solution& run) { return nis_of_positions(run.innovations, run.sources); };
+  if (nis(*without) > std::max(kRight, nis(*with))) return false;
   return elsewhere(Block::kLeverArm, *with, *without) ||
          (log.find_clock && elsewhere(Block::kGnssDelay, *with, *without));
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <string>
 #include <utility>
 #include <vector>
@@ -63,6 +64,14 @@ bool take_clock(const Solution& run, bool drifts, Calibration& found) {
   found.clock_drift += x.clock_drift;
   if (found.velocity_delay_sigma > 0) found.velocity_delay = x.velocity_delay - x.gnss_delay;
   return true;
+}
+
+std::vector<Innovation> of_positions(const Solution& run) {
+  std::vector<Innovation> all;
+  std::copy_if(run.innovations.begin(), run.innovations.end(), std::back_inserter(all), [&](const Innovation& i) {
+    return run.sources[static_cast<std::size_t>(i.source)] == "gnss[0].position" && i.outcome != Outcome::kRepeated;
+  });
+  return all;
 }
 
 // The logarithm of the likelihood of one of the innovations, as a mean.

@@ -1,8 +1,5 @@
 #include "experiment/whole_log.h"
 
-#include <algorithm>
-#include <iterator>
-
 #include "experiment/calibration.h"
 #include "piste/core/error.h"
 #include "piste/core/state_table.h"
@@ -59,14 +56,6 @@ std::optional<Solution> WholeLog::filtered(const Calibration& found) const {
   } catch (const Error&) {  // no start, or a filter that diverges
   }
   return std::nullopt;
-}
-
-std::vector<Innovation> of_positions(const Solution& run) {
-  std::vector<Innovation> all;
-  std::copy_if(run.innovations.begin(), run.innovations.end(), std::back_inserter(all), [&](const Innovation& i) {
-    return run.sources[static_cast<std::size_t>(i.source)] == "gnss[0].position" && i.outcome != Outcome::kRepeated;
-  });
-  return all;
 }
 
 }  // namespace piste

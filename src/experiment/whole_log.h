@@ -2,7 +2,6 @@
 /// The whole log of an IMU and a receiver, replayed as the configuration of an inspection has it.
 
 #include <optional>
-#include <vector>
 
 #include "piste/core/options.h"
 #include "piste/core/recording.h"
@@ -28,8 +27,5 @@ struct WholeLog {
   /// The filter's solution; nothing where no filter runs.
   std::optional<Solution> filtered(const Calibration& found) const;
 };
-
-/// The innovations of the receiver's positions, but for repeated ones.
-std::vector<Innovation> of_positions(const Solution& run);
 
 }  // namespace piste

@@ -29,6 +29,17 @@ double log_likelihood(const std::vector<Innovation>& innovations, const std::vec
   return -0.5 * sum;
 }
 
+double nis_of_positions(const std::vector<Innovation>& innovations, const std::vector<std::string>& sources) {
+  constexpr double kOutlier = 10;
+  double sum = 0, rows = 0;
+  for (const Innovation& i : innovations) {
+    if (sources[static_cast<std::size_t>(i.source)] != "gnss[0].position" || i.outcome == Outcome::kRepeated) continue;
+    sum += std::min(i.nis, kOutlier * i.dof);
+    rows += i.dof;
+  }
+  return rows > 0 ? sum / rows : 1;
+}
+
 Evidence filter_again(const Log& log, const FilterOptions& options, const Start& start, double end,
                       const Stretches& counted) {
   Evidence found;

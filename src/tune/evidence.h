@@ -36,6 +36,10 @@ struct Evidence {
 /// −½ Σ (nis + ln det S), where no innovation counts as less likely than an outlier that may be anywhere.
 double log_likelihood(const std::vector<Innovation>& innovations, const std::vector<std::string>& sources);
 
+/// Mean of the NIS of the first receiver's positions, for each of their rows; of none more than ten counts. 1 without
+/// positions.
+double nis_of_positions(const std::vector<Innovation>& innovations, const std::vector<std::string>& sources);
+
 /// Filters the log from `start` until `end` [s]. The likelihood is that of the innovations under way (Schweppe 1965) in
 /// the stretches that count: outliers do not decide.
 Evidence filter_again(const Log& log, const FilterOptions& options, const Start& start, double end = kToTheEnd,
