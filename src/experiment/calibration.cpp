@@ -294,15 +294,17 @@ std::optional<Calibration> calibrate(const Recording& recording, ConditioningOpt
   const auto is_told = [&clock](const Calibrator& calibrator) {
     return clock.sigma <= kRoughClock || clock.with_drift || calibrator.tells_clock();
   };
-  Recording fixes = recording;
-  double stated = 1;  // the sigmas of positions in `fixes`, by those of the receiver
-  std::optional<Calibrator> beginning(std::in_place, fixes, conditioning, options, early, clock.sigma, arm_prior, jobs);
+  Recording less_stated;  // with smaller sigmas of positions, where those of the receiver are far too large
+  double stated = 1;      // these sigmas, by those of the receiver
+  std::optional<Calibrator> beginning(std::in_place, recording, conditioning, options, early, clock.sigma, arm_prior,
+                                      jobs);
   if (!beginning->locate()) return std::nullopt;
   if (!is_told(*beginning)) {
     stated = beginning->position_scale();
     if (stated > kOverstated) return std::nullopt;
-    scale_sigmas(fixes.gnss.front().fixes, {.position = stated});
-    beginning.emplace(fixes, conditioning, options, early, clock.sigma, arm_prior, jobs);
+    less_stated = recording;
+    scale_sigmas(less_stated.gnss.front().fixes, {.position = stated});
+    beginning.emplace(less_stated, conditioning, options, early, clock.sigma, arm_prior, jobs);
     if (!beginning->locate() || !is_told(*beginning)) return std::nullopt;
   }
   beginning->search_noise();

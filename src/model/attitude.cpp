@@ -39,7 +39,7 @@ void add_lag(Linearization& lin, const Matrix3d& A, const Estimate& x, const Tur
             A * (turning.earth_rate - told * R_wb * beyond_noise(turning.rate, turning.rate_variance)));
   add_curvature(lin, turning.lag, A * R_wb * turning.rate_change);
   // The term of third order has an unknown direction and a variance of 5/12 P³ |ω'|⁴ / |ω|². One fix after the other
-  // has it alike, so that ten times as much counts, by Monte Carlo.
+  // has it alike, so that ten times as much counts, by Monte Carlo (LateSources in tests/scenario/delays.cpp).
   const double third = 5.0 / 12 * P * P * P * change * change / rate;
   lin.covariance += 10 * third * Matrix3d::Identity();
 }

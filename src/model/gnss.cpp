@@ -5,8 +5,8 @@
 namespace piste {
 namespace {
 
-// s: a fix that belongs so near to the estimate is of the same moment, and a velocity that is later than its position
-// is a mean over some time.
+// s: a fix that belongs so near to the estimate is of the same moment. A velocity that is so much later than its
+// position is a mean over twice that time, in which a vibration is lost.
 constexpr double kMoment = 1e-3, kMean = 0.02;
 
 // A body at rest sways, which the updates of rest deny. Where fixes are finer than the sway, its direction would tell a

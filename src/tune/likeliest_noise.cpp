@@ -81,7 +81,8 @@ NoiseModel expected(const NoiseFound& found, const std::vector<LogInterval>& int
 // of the log, or as the likelihood permits. Of an error that changes more slowly than the log can tell, 2 σ²/τ alone is
 // told, how fast it walks away, which stays as it is.
 NoiseModel with_stated_errors(NoiseModel model, double stated, const NoiseSearch& search, const Log& log) {
-  constexpr double kLikelyLoss = 1.92;  // of the log-likelihood: at the ends of a 95 % interval (Wilks 1938)
+  // Of the log-likelihood, at the ends of a 95 % interval (Wilks 1938).
+  const double likely_loss = 0.5 * normal_quantile(0.975) * normal_quantile(0.975);
   constexpr int kTrials = 4;
   for (std::size_t i = 0; i < model.gnss.size(); ++i) {
     if (!(model.gnss[i].drift > 0) || model.gnss[i].position() >= stated) continue;
@@ -97,8 +98,8 @@ NoiseModel with_stated_errors(NoiseModel model, double stated, const NoiseSearch
     }
     const double best = search.filtered(log, model).evidence.likelihood;
     const std::vector<NoisePoint> points = search.filtered(log, trials);
-    const auto likely = std::find_if(points.begin(), points.end(), [best](const NoisePoint& point) {
-      return point.evidence.likelihood > best - kLikelyLoss;
+    const auto likely = std::find_if(points.begin(), points.end(), [&](const NoisePoint& point) {
+      return point.evidence.likelihood > best - likely_loss;
     });
     if (likely != points.end()) model = likely->model;
   }

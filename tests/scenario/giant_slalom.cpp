@@ -49,11 +49,11 @@ void expect_within(const std::string& receiver, const std::string& more, const B
   expect_within(of_smoother, smoothed, "smoothed");
 }
 
-// Over seeds 1 to 4 the angle nearest to its bound is the filtered heading, 0.136 of 0.15 deg. Smoothed pitch has a
-// sigma of 0.054 deg: over seeds 1 to 4 its error is 0.043, over twenty 0.0501, and 0.099 in the worst run.
+// Over seeds 1 to 4 the angle nearest to its bound is the filtered heading, 0.136 of 0.15 deg; smoothed pitch has 0.043
+// of 0.05, and 0.058 in the worst run. Over twenty it has 0.0501, which is too much, though its sigma is 0.054.
 TEST(GiantSlalom, L1L2) {
   expect_within("gnss_l1l2", "", {{0.14, 0.10, 0.15}, 0.015, {0.079, 0.077, 0.084}, 0.0052},
-                {{0.08, 0.055, 0.08}, 0.012, {0.054, 0.053, 0.058}, 0.0033});
+                {{0.08, 0.05, 0.08}, 0.012, {0.054, 0.053, 0.058}, 0.0033});
 }
 
 // Pitch ought to stay below 0.20 and 0.15 deg: over seeds 1 to 4 it has 0.205 and 0.162, for the sake of seed 2, whose

@@ -136,7 +136,7 @@ TEST_P(CalmNoHands, IsRightOrWide) {
              count.within());
   EXPECT_LT(std::abs(clock), 0.05);
   EXPECT_LT(worst, 3);
-  // The coloured error of the L1 receiver, a minute long, is seen some thirty times.
+  // The coloured error of the L1 receiver lasts a minute: thirty draws of it at most, of which one or two are outside.
   EXPECT_GE(count.within(), std::string_view(receiver) == "gnss_l1l2" ? 0.95 : 0.9);
 }
 

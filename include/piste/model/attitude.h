@@ -7,11 +7,11 @@
 ///
 /// where B is the body's attitude τ before the estimate, with τ as in gnss.h: 0 unless the fix is late by another time
 /// than was taken when it was given its place. ω is the rate at the time of the estimate, less what its noise explains
-/// where it says something of the delay. A mean over samples would lose the vibration, by which a delay shows first. a
-/// is the coloured error of the reference and e its white error, both rotation vectors along the local level n, and d
-/// is the change of the boresight on a flexible mount, a rotation vector in r. The boresight stands on the right of
-/// R_wb, on the body's side (the article prints it on the other side). Jacobians: a rotation of the prediction by
-/// Exp(η) from the left changes z by −J_r⁻¹(z) η.
+/// where it says something of the delay, and less of it where the delay is uncertain by much of a vibration. A mean
+/// over samples would lose the vibration, by which a delay shows first. a is the coloured error of the reference and e
+/// its white error, both rotation vectors along the local level n, and d is the change of the boresight on a flexible
+/// mount, a rotation vector in r. The boresight stands on the right of R_wb, on the body's side (the article prints it
+/// on the other side). Jacobians: a rotation of the prediction by Exp(η) from the left changes z by −J_r⁻¹(z) η.
 
 #include "piste/core/options.h"
 #include "piste/model/measurement.h"

@@ -9,8 +9,10 @@
 /// belong before the estimate. The filter compares a fix that comes late with the estimate at the time where the fix
 /// belongs, by the delay that is known or estimated; τ is then 0, and only its derivative counts. It is not 0 while the
 /// estimated delay still changes, and in real time, where that estimate has gone by. ω̄ and f̄ are means over the last
-/// samples (RecentMotion). The velocity has no term of second order, for which the jerk would have to be known: it
-/// counts as noise instead. Jacobians are with respect to the error of estimate.h.
+/// samples (RecentMotion), but for a velocity of the moment f̄ is the force now: a mean is late for a vibration, which
+/// such a velocity shows all of. One that is 20 ms later than its position counts as a mean itself. The velocity has no
+/// term of second order, for which the jerk would have to be known: it counts as noise instead. Jacobians are with
+/// respect to the error of estimate.h.
 ///
 /// The sigmas of a fix are along n, and R_wn is that of `gravity`. Rows are along w, but for a velocity without down:
 /// it has two, along north and east of n.

@@ -71,8 +71,8 @@ struct BodyMotion {
 };
 
 /// Rate and specific force as means over the last tenth of a second, carried on to the time of the estimate, in body
-/// axes at that time, as measured (solve/recent_motion.h). The delay of a velocity is multiplied by the acceleration:
-/// the noise of a single sample would pass for knowledge of the delay.
+/// axes at that time, as measured (solve/recent_motion.h). What a delay is multiplied by is such a mean, unless the
+/// fix shows all of a vibration: the noise of a single sample would pass for knowledge of the delay.
 struct RecentMotion {
   Vector3d rate = Vector3d::Zero(), force = Vector3d::Zero();
   Vector3d force_change = Vector3d::Zero();  ///< how fast R f changes in w, in b [m/s³]
