@@ -155,7 +155,39 @@ PISTE_INSIDE void multiply(const double* factors, double factor, const double* f
     f = factor * f;
     store(f * x, to + i);
   }
-  for (; i < end; ++i) to[i] = factor * factors[i] * from[i];
+  switch (end - i) {  // a loop of three at most would be made wide again
+    case 3:
+      to[i + 2] = factor * factors[i + 2] * from[i + 2];
+      [[fallthrough]];
+    case 2:
+      to[i + 1] = factor * factors[i + 1] * from[i + 1];
+      [[fallthrough]];
+    case 1:
+      to[i] = factor * factors[i] * from[i];
+      break;
+    default:
+      break;
+  }
+}
+
+// The nine numbers of the navigation rows: to = factor × from, and to = a + b.
+PISTE_INSIDE void multiply_nine(double factor, const double* from, double* to) {
+  Four low, high;
+  load(from, low);
+  load(from + 4, high);
+  store(factor * low, to);
+  store(factor * high, to + 4);
+  to[8] = factor * from[8];
+}
+PISTE_INSIDE void add_nine(const double* a, const double* b, double* to) {
+  Four low, high, low_too, high_too;
+  load(a, low);
+  load(a + 4, high);
+  load(b, low_too);
+  load(b + 4, high_too);
+  store(low + low_too, to);
+  store(high + high_too, to + 4);
+  to[8] = a[8] + b[8];
 }
 
 // P ← Φ P Φᵀ, and `noise` added to the navigation rows. P has n rows, and room beyond its last column, so that loops
@@ -179,21 +211,19 @@ PISTE_WIDEST void sandwich(double* __restrict P, std::ptrdiff_t n, const Slow& s
   for (int k = kNavigation; k < kInputs; ++k) in[k] = seen + (k - kNavigation) * kTurnedRows;
   nine_rows(s, in, kTurnedRows, corner);
 
-  // The covariance of two navigation errors comes out twice, equal but for rounding: one is kept.
-  for (std::ptrdiff_t j = 0; j < kNavigation; ++j) {
-    for (std::ptrdiff_t i = 0; i <= j; ++i) corner[j * kTurnedRows + i] += noise.data()[j * kNavigation + i];
-  }
   for (std::ptrdiff_t j = 0; j < kNavigation; ++j) {
     double* column = P + j * n;
-    for (std::ptrdiff_t i = 0; i < kNavigation; ++i) {
-      column[i] = corner[i <= j ? j * kTurnedRows + i : i * kTurnedRows + j];
-    }
+    add_nine(corner + j * kTurnedRows, noise.data() + j * kNavigation, column);
     multiply(s.decay.data(), 1, after + j * padded, kNavigation, n, column);
+  }
+  // The covariance of two navigation errors came out twice, equal but for rounding: one is kept.
+  for (std::ptrdiff_t j = 1; j < kNavigation; ++j) {
+    for (std::ptrdiff_t i = 0; i < j; ++i) P[i * n + j] = P[j * n + i];
   }
   for (std::ptrdiff_t j = kNavigation; j < n; ++j) {
     const double d = s.decay[at(j)];
     double* column = P + j * n;
-    for (std::ptrdiff_t i = 0; i < kNavigation; ++i) column[i] = d * turned[j * kTurnedRows + i];
+    multiply_nine(d, turned + j * kTurnedRows, column);
     if (d == 1) {
       multiply(s.decay.data(), d, column, s.first_decaying, s.end_decaying, column);
     } else {

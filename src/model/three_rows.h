@@ -8,20 +8,31 @@
 
 namespace piste {
 
-// 4 V numbers of each of the three rows, from `at` on.
+// 4 V numbers of each of the three rows, from `at` on. `columns`: those of M.
 template <std::size_t N, int V>
-PISTE_INSIDE void three_tiles(const double (&weights)[N][3], const double* const (&inputs)[N], std::ptrdiff_t at,
-                              double* out, std::ptrdiff_t stride) {
+PISTE_INSIDE void three_tiles(const double* const* columns, int row, const std::array<int, N>& depends,
+                              const double* const* in, std::ptrdiff_t at, double* out, std::ptrdiff_t stride) {
   Four a[V], b[V], c[V];
-#pragma GCC unroll 16
-  for (std::size_t k = 0; k < N; ++k) {
-    const double u = weights[k][0], v = weights[k][1], w = weights[k][2];
+  {
+    const double *const weights = columns[depends[0]] + row, *const input = in[depends[0]] + at;
     for (int i = 0; i < V; ++i) {
       Four x;
-      load(inputs[k] + at + std::ptrdiff_t{4} * i, x);
-      a[i] = k == 0 ? u * x : a[i] + u * x;
-      b[i] = k == 0 ? v * x : b[i] + v * x;
-      c[i] = k == 0 ? w * x : c[i] + w * x;
+      load(input + std::ptrdiff_t{4} * i, x);
+      a[i] = weights[0] * x;
+      b[i] = weights[1] * x;
+      c[i] = weights[2] * x;
+    }
+  }
+#pragma GCC unroll 1
+  for (std::size_t k = 1; k < N; ++k) {
+    const double *const weights = columns[depends[k]] + row, *const input = in[depends[k]] + at;
+    const double u = weights[0], v = weights[1], w = weights[2];
+    for (int i = 0; i < V; ++i) {
+      Four x;
+      load(input + std::ptrdiff_t{4} * i, x);
+      a[i] += u * x;
+      b[i] += v * x;
+      c[i] += w * x;
     }
   }
   for (int i = 0; i < V; ++i) {
@@ -32,22 +43,25 @@ PISTE_INSIDE void three_tiles(const double (&weights)[N][3], const double* const
   }
 }
 
-// The rows from `row` on of M × inputs, over the first n columns of these, a multiple of four. `columns`: those of M.
-// Rows of `out` are `stride` numbers apart.
+// The rows from `row` on of M × inputs, over the first n columns of these, a multiple of four. Rows of `out` are
+// `stride` numbers apart.
 template <std::size_t N>
 PISTE_INSIDE void three_rows(const double* const* columns, int row, const std::array<int, N>& depends,
                              const double* const* in, std::ptrdiff_t n, double* out, std::ptrdiff_t stride) {
-  double weights[N][3];
-  const double* inputs[N];
-  for (std::size_t k = 0; k < N; ++k) {
-    inputs[k] = in[depends[k]];
-    for (int i = 0; i < 3; ++i) weights[k][i] = columns[depends[k]][row + i];
-  }
   out += row * stride;
-  // Two at a time: each weight is then fetched half as often.
+  // Many at a time, as far as there are registers: each weight is then fetched seldom.
   std::ptrdiff_t at = 0;
-  for (; at + 8 <= n; at += 8) three_tiles<N, 2>(weights, inputs, at, out, stride);
-  if (at < n) three_tiles<N, 1>(weights, inputs, at, out, stride);
+  for (; at + 16 <= n; at += 16) three_tiles<N, 4>(columns, row, depends, in, at, out, stride);
+  switch (n - at) {
+    case 12:
+      return three_tiles<N, 3>(columns, row, depends, in, at, out, stride);
+    case 8:
+      return three_tiles<N, 2>(columns, row, depends, in, at, out, stride);
+    case 4:
+      return three_tiles<N, 1>(columns, row, depends, in, at, out, stride);
+    default:
+      return;
+  }
 }
 
 }  // namespace piste

@@ -17,7 +17,6 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 constexpr std::array kScales{Block::kGyroScale, Block::kAccelScale};
 constexpr int kVelocity = 3, kAttitude = 6;  // among the errors of navigation
-constexpr double kEvery = 0.5;  // s between two scores at least: several fixes of a fast receiver at a time
 
 std::size_t place(int k) { return static_cast<std::size_t>(k); }
 

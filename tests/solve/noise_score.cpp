@@ -38,14 +38,14 @@ Covariance known(const StateLayout& layout, double attitude, double velocity) {
   return P;
 }
 
-// What fixes of one kind, half a second apart, have told when it no longer changes.
+// What fixes of one kind, kEvery apart, have told when it no longer changes.
 ToldByNoise told_of(const FilterOptions& options, const Covariance& before, const Covariance& after,
                     const Estimate& x = {}) {
   NoiseScore noise(options, StateLayout(options.estimate));
   ToldByNoise last{};
   for (int i = 0; i < 200; ++i) {
-    noise.add(0.3);
-    noise.add(0.2);
+    noise.add(0.6 * NoiseScore::kEvery);
+    noise.add(0.4 * NoiseScore::kEvery);
     noise.before_fix(x, before);
     noise.before_fix(x, before);  // a second channel of the same fix
     last = noise.after_fixes(x, after, kNoGravity).value();
@@ -58,18 +58,18 @@ TEST(NoiseScore, IsTheNoiseOverWhatWasKnownBeforeAndAfter) {
   const FilterOptions options = options_with(kAll);
   const StateLayout layout(options.estimate);
   const auto [score, information] = told_of(options, known(layout, 4e-4, 9e-4), known(layout, 1e-4, 1e-4));
-  EXPECT_NEAR(score(0), 4e-6 * 0.5 / 5e-4, 1e-12);
+  EXPECT_NEAR(score(0), 4e-6 * NoiseScore::kEvery / 5e-4, 1e-12);
   EXPECT_NEAR(score(2), score(0), 1e-12);
-  EXPECT_NEAR(score(4), 9e-6 * 0.5 / 10e-4, 1e-6);  // it moves the position, too
+  EXPECT_NEAR(score(4), 9e-6 * NoiseScore::kEvery / 10e-4, 1e-6);  // it moves the position, too
   EXPECT_EQ(information, score);
 }
 
-TEST(NoiseScore, WaitsForHalfASecond) {
+TEST(NoiseScore, WaitsUntilItIsDue) {
   const FilterOptions options = options_with(kAll);
   const StateLayout layout(options.estimate);
   NoiseScore noise(options, layout);
   for (int i = 1; i <= 12; ++i) {
-    noise.add(0.1);
+    noise.add(0.21 * NoiseScore::kEvery);
     noise.before_fix({}, known(layout, 4e-4, 9e-4));
     EXPECT_EQ(noise.after_fixes({}, known(layout, 1e-4, 1e-4), kNoGravity).has_value(), i % 5 == 0);
   }
@@ -256,7 +256,7 @@ TEST(NoiseScore, IsExactBesideDrifts) {
 // the measured rate has it; `exact` sums what the fixes so tell, and `told` what the score says.
 struct Swinging {
   static constexpr double kStep = 0.01, kOfPosition = 0.01, kOfVelocity = 0.03, kTold = 0.6;
-  static constexpr int kEvery = 10, kSteps = 1000, kCounted = 300, kAxis = 1;
+  static constexpr int kEvery = 10, kSteps = 990, kCounted = 270, kAxis = 1;  // whole scores, of nine fixes each
 
   // `swing`: whether the velocities hold the noise. They are taken to be as uncertain in any case.
   explicit Swinging(bool swing) {
@@ -398,7 +398,7 @@ TEST(NoiseScore, SaysNothingAtRestNorOfWhatIsMendedOrKnown) {
   FilterOptions mended = options_with(kAll);
   mended.attitude.resize(1);
   NoiseScore with_reference(mended, layout);
-  with_reference.add(0.5);
+  with_reference.add(NoiseScore::kEvery);
   with_reference.before_fix({}, known(layout, 4e-4, 4e-4));
   const auto told = with_reference.after_fixes({}, known(layout, 1e-4, 1e-4), kNoGravity);
   ASSERT_TRUE(told);
@@ -408,7 +408,7 @@ TEST(NoiseScore, SaysNothingAtRestNorOfWhatIsMendedOrKnown) {
 
   const StateLayout bias(std::vector<Block>{Block::kGyroBias});
   NoiseScore without_scales(options_with({Block::kGyroBias}), bias);
-  without_scales.add(0.5);
+  without_scales.add(NoiseScore::kEvery);
   without_scales.before_fix({}, known(bias, 1e-4, 1e-4));
   EXPECT_FALSE(without_scales.after_fixes({}, known(bias, 1e-4, 1e-4), kNoGravity));
 }

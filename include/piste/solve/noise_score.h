@@ -75,6 +75,10 @@ struct ToldByNoise {
 /// Keeps how long the body has moved since the last fix, and what was known before it.
 class NoiseScore {
  public:
+  /// s between two scores at least: several fixes of a fast receiver at a time, and each of one at 1 Hz, whose fixes
+  /// may come somewhat early.
+  static constexpr double kEvery = 0.9;
+
   NoiseScore() = default;
   /// Where a reference attitude is measured, its fixes mend the gyroscopes' rate (rate_mending.h).
   NoiseScore(const FilterOptions& options, const StateLayout& layout);
@@ -99,7 +103,7 @@ class NoiseScore {
   /// the fix. `gyro`: factor of the noise's variance. `smoothed`: as for add_smoothed().
   void swung(const Estimate& x, const Update& u, const Linearization& lin, double gyro = 1, bool smoothed = false);
   /// Call it after all fixes of one instant, before the next step. Returns what the noise has told in the fixes of the
-  /// last half second or more; nothing where it waits for more. `gravity`: in the world frame.
+  /// last kEvery seconds or more; nothing where it waits for more. `gravity`: in the world frame.
   std::optional<ToldByNoise> after_fixes(const Estimate& x, const Covariance& P, const Vector3d& gravity);
 
  private:
