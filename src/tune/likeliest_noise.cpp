@@ -80,7 +80,7 @@ NoiseModel expected(const NoiseFound& found, const std::vector<LogInterval>& int
 // The same with a coloured error of each receiver as large as makes up the sigmas that it states, `stated` times those
 // of the log, or as the likelihood permits. Of an error that changes more slowly than the log can tell, 2 σ²/τ alone is
 // told, how fast it walks away, which stays as it is.
-NoiseModel with_stated_errors(NoiseModel model, double stated, const NoiseSearch& search, const Log& log) {
+NoiseModel with_stated_errors(NoiseModel model, double stated, const NoiseSearch& search, const JudgedLog& log) {
   // Of the log-likelihood, at the ends of a 95 % interval (Wilks 1938).
   const double likely_loss = 0.5 * normal_quantile(0.975) * normal_quantile(0.975);
   constexpr int kTrials = 4;
@@ -206,7 +206,7 @@ Tuning likeliest_noise(const Log& log, const FilterOptions& options, const Start
     };
   };
   NoiseFound found = search.climb(centre, show(0, 0.3));
-  Log log_judged = search.judged(found.best.model);
+  JudgedLog log_judged = search.judged(found.best.model);
   Tuning tuning;
   const NoiseModel uneven = with_heights(found.best.model, found.best.evidence);
   if (const auto more = static_cast<double>(different_heights(uneven, found.best.model)); more > 0) {

@@ -34,7 +34,7 @@ struct End {
 
 }  // namespace
 
-std::vector<LogInterval> likelihood_intervals(const NoiseSearch& search, const Log& log, const NoiseFound& found,
+std::vector<LogInterval> likelihood_intervals(const NoiseSearch& search, const JudgedLog& log, const NoiseFound& found,
                                               const Eigen::MatrixXd& covariance) {
   const double wanted = normal_quantile(0.975);
   const auto n = static_cast<Eigen::Index>(found.knobs.size());

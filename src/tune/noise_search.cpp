@@ -56,6 +56,26 @@ Eigen::VectorXd change(const Evidence& here, const Evidence& there, double apart
   return rows;
 }
 
+// The start with the delays, and the drift of the clock, that a run told.
+Start with_delays(Start start, const Estimate& told) {
+  start.x.gnss_delay = told.gnss_delay;
+  start.x.velocity_delay = told.velocity_delay;
+  start.x.attitude_delay = told.attitude_delay;
+  start.x.clock_drift = told.clock_drift;
+  return start;
+}
+
+// Options with which these do not move.
+FilterOptions holding_delays(FilterOptions options) {
+  constexpr double kHeld = 1e-7, kHeldDrift = 1e-11;  // s; a ratio
+  Priors& priors = options.priors;
+  for (double* prior : {&priors.gnss_delay, &priors.velocity_delay, &priors.attitude_delay}) {
+    *prior = std::min(*prior, kHeld);
+  }
+  priors.clock_drift = std::min(priors.clock_drift, kHeldDrift);
+  return options;
+}
+
 }  // namespace
 
 Eigen::VectorXd logarithms(const std::vector<NoiseKnob>& knobs, NoiseModel model) {
@@ -85,6 +105,8 @@ NoiseSearch::NoiseSearch(const Log& log, FilterOptions options, Start start, Noi
       fitted_(fitted) {
   // What may be wrong here is the noise, and not a receiver: none is left out for long.
   options_.behaviour.trust.distrust = std::min(options_.behaviour.trust.distrust, 1.0);
+  holding_ = holding_delays(options_);
+  holding_.behaviour.trust.gate = kNoGate;
 }
 
 Evidence NoiseSearch::gated(const NoiseModel& model, const Stretches& counted) const {
@@ -92,20 +114,22 @@ Evidence NoiseSearch::gated(const NoiseModel& model, const Stretches& counted) c
   return filter_again(with_noise(log_, model), with_noise(options_, model), start_, kToTheEnd, counted);
 }
 
-Log NoiseSearch::judged(const NoiseModel& model) const { return with_spoilt_fixes(log_, gated(model)); }
+JudgedLog NoiseSearch::judged(const NoiseModel& model) const {
+  const Evidence run = gated(model);
+  return {with_spoilt_fixes(log_, run), run.rows > 0 ? with_delays(start_, run.last) : start_};
+}
 
-NoisePoint NoiseSearch::filtered(const Log& log, const NoiseModel& model) const {
+NoisePoint NoiseSearch::filtered(const JudgedLog& judged, const NoiseModel& model) const {
   ++runs_;
-  FilterOptions options = with_noise(options_, model);
-  options.behaviour.trust.gate = kNoGate;
   NoisePoint point;
   point.model = model;
-  point.evidence = filter_again(with_noise(log, model), options, start_, kToTheEnd, fitted_);
+  point.evidence =
+      filter_again(with_noise(judged.log, model), with_noise(holding_, model), judged.start, kToTheEnd, fitted_);
   point.value = point.evidence.likelihood + prior(model);
   return point;
 }
 
-std::vector<NoisePoint> NoiseSearch::filtered(const Log& log, const std::vector<NoiseModel>& models) const {
+std::vector<NoisePoint> NoiseSearch::filtered(const JudgedLog& log, const std::vector<NoiseModel>& models) const {
   std::vector<NoisePoint> points(models.size());
   for_each_parallel(models.size(), jobs_, [&](std::size_t i) { points[i] = filtered(log, models[i]); });
   return points;
@@ -125,10 +149,10 @@ NoiseFound NoiseSearch::climb(const NoiseModel& from, const ProgressCallback& pr
   NoiseFound found;
   found.knobs = knobs_of(from, options_, log_, white_);
   found.best.model = moved(found.knobs, from, Eigen::VectorXd::Zero(static_cast<Eigen::Index>(found.knobs.size())));
-  std::optional<Log> before;
+  std::optional<JudgedLog> before;
   for (int round = 0; round < (thorough_ ? kMostRounds : 1); ++round) {
-    Log log = judged(found.best.model);
-    if (before && same_sigmas(*before, log)) break;
+    JudgedLog log = judged(found.best.model);
+    if (before && same_sigmas(before->log, log.log)) break;
     found.best = filtered(log, found.best.model);
     double apart = round == 0 ? kCoarse : kFine;
     for (int step = 0; step < kMostSteps && climb_once(log, found, apart); ++step) {
@@ -144,7 +168,7 @@ NoiseFound NoiseSearch::climb(const NoiseModel& from, const ProgressCallback& pr
 }
 
 // One step; whether another one is worth its while.
-bool NoiseSearch::climb_once(const Log& log, NoiseFound& found, double apart) const {
+bool NoiseSearch::climb_once(const JudgedLog& log, NoiseFound& found, double apart) const {
   const auto n = static_cast<Eigen::Index>(found.knobs.size());
   const auto tried = [&](const std::vector<Eigen::VectorXd>& steps) {
     std::vector<NoiseModel> models;
@@ -173,7 +197,7 @@ bool NoiseSearch::climb_once(const Log& log, NoiseFound& found, double apart) co
   return gain > (thorough_ ? kArrived : kNear) || apart > kFine;
 }
 
-std::vector<NoisePoint> NoiseSearch::climbed(const Log& log, const std::vector<NoiseKnob>& knobs,
+std::vector<NoisePoint> NoiseSearch::climbed(const JudgedLog& log, const std::vector<NoiseKnob>& knobs,
                                              std::vector<NoisePoint> from, const std::vector<std::size_t>& held) const {
   const std::size_t others = knobs.size() - 1;
   if (others == 0) return from;

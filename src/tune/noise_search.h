@@ -25,6 +25,12 @@ struct NoiseFound {
   Eigen::MatrixXd information;  ///< about the logarithms of their values, by the run and the prior
 };
 
+/// A log as a run judges it (spoilt_fixes.h), and a start with the delays that this run told.
+struct JudgedLog {
+  Log log;
+  Start start;
+};
+
 /// Filters a log again and again with other noise. The log and its start stay as they are.
 class NoiseSearch {
  public:
@@ -36,14 +42,14 @@ class NoiseSearch {
   /// A run of the log with the gate of the options.
   Evidence gated(const NoiseModel& model, const Stretches& counted = {}) const;
 
-  /// The log as a run with this noise judges it (spoilt_fixes.h).
-  Log judged(const NoiseModel& model) const;
+  /// The log as a run with this noise judges it.
+  JudgedLog judged(const NoiseModel& model) const;
 
-  /// A run that uses all fixes of `log`, which judged() returned: what a run rejects changes by leaps, and the
-  /// likelihood with it.
-  NoisePoint filtered(const Log& log, const NoiseModel& model) const;
+  /// A run that uses all fixes of `log` and holds the delays, as judged() returned both. What a run rejects changes by
+  /// leaps, and so does the sample of the IMU in which a fix lies that has come to its end, with the likelihood.
+  NoisePoint filtered(const JudgedLog& log, const NoiseModel& model) const;
   /// The same for several models.
-  std::vector<NoisePoint> filtered(const Log& log, const std::vector<NoiseModel>& models) const;
+  std::vector<NoisePoint> filtered(const JudgedLog& log, const std::vector<NoiseModel>& models) const;
 
   /// The likeliest noise near `from`, by Gauss and Newton in the logarithms: the gradient is a difference of the
   /// likelihood, and the curvature the information of Gaussian innovations z with sigmas σ,
@@ -54,8 +60,8 @@ class NoiseSearch {
 
   /// The same with one knob `held` for each of some runs of `log`, by one step: what is likelier than the run, or the
   /// run itself.
-  std::vector<NoisePoint> climbed(const Log& log, const std::vector<NoiseKnob>& knobs, std::vector<NoisePoint> from,
-                                  const std::vector<std::size_t>& held) const;
+  std::vector<NoisePoint> climbed(const JudgedLog& log, const std::vector<NoiseKnob>& knobs,
+                                  std::vector<NoisePoint> from, const std::vector<std::size_t>& held) const;
 
   /// Number of filter runs so far.
   std::size_t runs() const { return runs_; }
@@ -67,11 +73,11 @@ class NoiseSearch {
   };
   Ascent ascent(const std::vector<NoiseKnob>& knobs, const NoisePoint& here, const std::vector<NoisePoint>& around,
                 double apart) const;
-  bool climb_once(const Log& log, NoiseFound& found, double apart) const;
+  bool climb_once(const JudgedLog& log, NoiseFound& found, double apart) const;
   double prior(const NoiseModel& model) const;
 
   const Log& log_;
-  FilterOptions options_;
+  FilterOptions options_, holding_;  // the latter hold the delays
   Start start_;
   NoiseModel centre_;
   WhiteNoiseRange white_;
@@ -89,7 +95,7 @@ NoiseModel moved(const std::vector<NoiseKnob>& knobs, NoiseModel model, const Ei
 
 /// The observed information about the logarithms of the knobs at `found.best`: minus the second differences of the
 /// likelihood of `log` and the prior. That of the search, where they are not positive definite.
-Eigen::MatrixXd observed_information(const NoiseSearch& search, const Log& log, const NoiseFound& found);
+Eigen::MatrixXd observed_information(const NoiseSearch& search, const JudgedLog& log, const NoiseFound& found);
 
 /// Where the logarithm of a knob ends, from its value at the top.
 struct LogInterval {
@@ -102,7 +108,7 @@ struct LogInterval {
 /// the χ² quantile below the top (Wilks 1938), or at the limit of what is possible. The other knobs are where they
 /// are likeliest there; at first they go along as `covariance` has it, that of the logarithms by the curvature at the
 /// top.
-std::vector<LogInterval> likelihood_intervals(const NoiseSearch& search, const Log& log, const NoiseFound& found,
+std::vector<LogInterval> likelihood_intervals(const NoiseSearch& search, const JudgedLog& log, const NoiseFound& found,
                                               const Eigen::MatrixXd& covariance);
 
 }  // namespace piste

@@ -5,7 +5,7 @@
 
 namespace piste {
 
-Eigen::MatrixXd observed_information(const NoiseSearch& search, const Log& log, const NoiseFound& found) {
+Eigen::MatrixXd observed_information(const NoiseSearch& search, const JudgedLog& log, const NoiseFound& found) {
   constexpr double kNearest = 0.05, kFarthest = 1;  // of logarithms
   const auto n = static_cast<Eigen::Index>(found.knobs.size());
   // As far as each number is unsure: a parabola is to fit there.

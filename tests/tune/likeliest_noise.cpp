@@ -103,7 +103,7 @@ TEST(LikeliestNoise, IntervalsEndWhereTheLikelihoodHasFallen) {
   const NoiseModel centre = noise_model(told.c.options, told.log);
   const NoiseSearch search(told.log, told.c.options, told.start, centre, true, 2);
   const NoiseFound found = search.climb(centre);
-  const Log log = search.judged(found.best.model);
+  const JudgedLog log = search.judged(found.best.model);
   const Eigen::MatrixXd covariance = inverse(observed_information(search, log, found));
   const std::vector<LogInterval> intervals = likelihood_intervals(search, log, found, covariance);
   const double top = search.filtered(log, found.best.model).value, fall = 0.5 * square(normal_quantile(0.975));
@@ -144,6 +144,30 @@ TEST(LikeliestNoise, HasTheSameBytesWithAnyNumberOfJobs) {
     return all;
   };
   EXPECT_EQ(values(1), values(2));
+}
+
+// Fixes that come where samples of the IMU end: where their delay is estimated, all of them change over to the next
+// sample and back with it, each time with the noise of another rate in the velocity of the antenna.
+TEST(LikeliestNoise, DoesNotLeapWhereDelaysAreEstimated) {
+  Case c = make_case("montecarlo/gentle_lap", 40, 6, [](Scenario& s) {
+    s.imus[0].clock_offset = s.imus[0].clock_drift = 0;
+    s.motion.run = 120;
+  });
+  c.options.estimate.insert(c.options.estimate.end(), {Block::kGnssDelay, Block::kClockDrift});
+  const Log log = c.log();
+  const NoiseModel told = noise_model(c.options, log);
+  const NoiseSearch search(log, c.options, c.find().start, told, true, 2);
+  const JudgedLog judged = search.judged(told);
+  std::vector<NoiseModel> models;
+  constexpr int kTrials = 11;
+  for (int k = 0; k < kTrials; ++k) {
+    models.push_back(told);
+    models.back().sensor.gyro.noise *= 1 + 1e-3 * k;
+  }
+  const std::vector<NoisePoint> points = search.filtered(judged, models);
+  for (std::size_t k = 1; k + 1 < points.size(); ++k) {
+    EXPECT_NEAR(points[k - 1].value + points[k + 1].value, 2 * points[k].value, 0.01) << k;
+  }
 }
 
 TEST(LikeliestNoise, FindsAColouredErrorOfPositions) {
