@@ -65,6 +65,16 @@ Start with_delays(Start start, const Estimate& told) {
   return start;
 }
 
+// Whether one of them is elsewhere in another run, by more than a part of its sigma.
+bool delays_differ(const JudgedLog& a, const JudgedLog& b) {
+  constexpr double kStill = 0.3;
+  const auto differ = [&](Block block, double Estimate::*value) {
+    return std::abs(b.start.x.*value - a.start.x.*value) > kStill * b.sigmas(full_offset(block));
+  };
+  return differ(Block::kGnssDelay, &Estimate::gnss_delay) || differ(Block::kVelocityDelay, &Estimate::velocity_delay) ||
+         differ(Block::kAttitudeDelay, &Estimate::attitude_delay) || differ(Block::kClockDrift, &Estimate::clock_drift);
+}
+
 // Options with which these do not move.
 FilterOptions holding_delays(FilterOptions options) {
   constexpr double kHeld = 1e-7, kHeldDrift = 1e-11;  // s; a ratio
@@ -116,7 +126,7 @@ Evidence NoiseSearch::gated(const NoiseModel& model, const Stretches& counted) c
 
 JudgedLog NoiseSearch::judged(const NoiseModel& model) const {
   const Evidence run = gated(model);
-  return {with_spoilt_fixes(log_, run), run.rows > 0 ? with_delays(start_, run.last) : start_};
+  return {with_spoilt_fixes(log_, run), run.rows > 0 ? with_delays(start_, run.last) : start_, run.sigmas};
 }
 
 NoisePoint NoiseSearch::filtered(const JudgedLog& judged, const NoiseModel& model) const {
@@ -150,9 +160,10 @@ NoiseFound NoiseSearch::climb(const NoiseModel& from, const ProgressCallback& pr
   found.knobs = knobs_of(from, options_, log_, white_);
   found.best.model = moved(found.knobs, from, Eigen::VectorXd::Zero(static_cast<Eigen::Index>(found.knobs.size())));
   std::optional<JudgedLog> before;
-  for (int round = 0; round < (thorough_ ? kMostRounds : 1); ++round) {
+  for (int round = 0; round < kMostRounds; ++round) {
     JudgedLog log = judged(found.best.model);
-    if (before && same_sigmas(before->log, log.log)) break;
+    const bool same = before && (!thorough_ || same_sigmas(before->log, log.log));
+    if (same && !delays_differ(*before, log)) break;
     found.best = filtered(log, found.best.model);
     double apart = round == 0 ? kCoarse : kFine;
     for (int step = 0; step < kMostSteps && climb_once(log, found, apart); ++step) {

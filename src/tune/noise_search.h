@@ -25,10 +25,11 @@ struct NoiseFound {
   Eigen::MatrixXd information;  ///< about the logarithms of their values, by the run and the prior
 };
 
-/// A log as a run judges it (spoilt_fixes.h), and a start with the delays that this run told.
+/// A log as a run judges it (spoilt_fixes.h), and a start with the delays that this run told, with their sigmas.
 struct JudgedLog {
   Log log;
   Start start;
+  FullError sigmas = FullError::Zero();
 };
 
 /// Filters a log again and again with other noise. The log and its start stay as they are.
@@ -46,7 +47,8 @@ class NoiseSearch {
   JudgedLog judged(const NoiseModel& model) const;
 
   /// A run that uses all fixes of `log` and holds the delays, as judged() returned both. What a run rejects changes by
-  /// leaps, and so does the sample of the IMU in which a fix lies that has come to its end, with the likelihood.
+  /// leaps, and where a delay is estimated, so does the sample of the IMU to which a fix belongs: the likelihood would
+  /// leap with both.
   NoisePoint filtered(const JudgedLog& log, const NoiseModel& model) const;
   /// The same for several models.
   std::vector<NoisePoint> filtered(const JudgedLog& log, const std::vector<NoiseModel>& models) const;
@@ -54,7 +56,8 @@ class NoiseSearch {
   /// The likeliest noise near `from`, by Gauss and Newton in the logarithms: the gradient is a difference of the
   /// likelihood, and the curvature the information of Gaussian innovations z with sigmas σ,
   /// Σ (∂z ∂zᵀ/σ² + 2 ∂ln σ ∂ln σᵀ) over their rows, from the same runs (the method of scoring; Gupta and Mehra 1974).
-  /// S counts in it as if it were diagonal. Outliers are sought anew when it has arrived, until they stay the same.
+  /// S counts in it as if it were diagonal. Outliers and delays are sought anew when it has arrived, until they stay
+  /// the same; outliers once, unless it is thorough.
   /// Throws DataError if no noise that is tried lets the filter run.
   NoiseFound climb(const NoiseModel& from, const ProgressCallback& progress = {}) const;
 
