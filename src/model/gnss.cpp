@@ -201,7 +201,8 @@ std::optional<Linearization> GnssReceivers::linearize(const GnssFix& fix, int se
     return linearize_position(fix, receiver.drift, with_arm, motion, context.earth_rate, context.gravity, lag,
                               context.still);
   }
-  const bool momentary = std::abs(lag.time) < kMoment && receiver.delay_of_velocity() - receiver.delay < kMean;
+  const bool momentary =
+      std::abs(lag.time) < kMoment && std::abs(receiver.delay_of_velocity() - receiver.delay) < kMean;
   return linearize_velocity(fix, with_arm, momentary ? of_the_moment(motion, context) : motion, context.earth_rate,
                             context.gravity, context.still, lag);
 }
