@@ -99,23 +99,9 @@ void subtract(const Estimate& truth, const Estimate& estimate, const Blocks& blo
 
 // That of (ν, θ).
 Eigen::Matrix<double, 6, 6> motion_jacobian(const Vector3d& nu, const Vector3d& theta) {
-  // ad = (Θ N; 0 Θ), and so every power of it, (A B; 0 A).
-  const Matrix3d Theta = skew(theta), N = skew(nu);
-  // J_l = Σ ad^n / (n+1)!, summed until terms no longer count: a few for most corrections, some thirty for a
-  // turn by π. The bound ends the sum of a correction that is not finite.
-  constexpr int kMost = 100;
-  constexpr double kNothing = 1e-18;
-  Matrix3d A = Matrix3d::Identity(), B = Matrix3d::Zero(), turn = A, shift = B;
-  for (int n = 1; n <= kMost; ++n) {
-    const double part = 1.0 / (n + 1);
-    B = (part * (A * N + B * Theta)).eval();
-    A = (part * (A * Theta)).eval();
-    turn += A;
-    shift += B;
-    if (std::max(A.cwiseAbs().maxCoeff(), B.cwiseAbs().maxCoeff()) < kNothing) break;
-  }
+  const Matrix3d turn = so3_left_jacobian(theta);
   Eigen::Matrix<double, 6, 6> J;
-  J << turn, shift, Matrix3d::Zero(), turn;
+  J << turn, se3_left_jacobian_shift(nu, theta), Matrix3d::Zero(), turn;
   return J;
 }
 

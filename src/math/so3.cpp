@@ -23,6 +23,25 @@ Coefficients coefficients(double x2) {
   return {std::sin(x) / x, 2 * half * half / x2, (x - std::sin(x)) / (x2 * x)};
 }
 
+// (x²/2 + cos x − 1)/x⁴ and (sin x − x + x³/6)/x⁵.
+struct HigherCoefficients {
+  double d, e;
+};
+
+HigherCoefficients higher_coefficients(double x2) {
+  if (x2 < 1) {
+    double d = 0, e = 0;  // by their series, from its end
+#pragma GCC unroll 9
+    for (int k = 9; k > 0; --k) {
+      d = (1 - d) * x2 * (1.0 / ((2 * k + 3) * (2 * k + 4)));
+      e = (1 - e) * x2 * (1.0 / ((2 * k + 4) * (2 * k + 5)));
+    }
+    return {(1 - d) / 24, (1 - e) / 120};
+  }
+  const double x = std::sqrt(x2);
+  return {(x2 / 2 + std::cos(x) - 1) / (x2 * x2), (std::sin(x) - x + x * x2 / 6) / (x2 * x2 * x)};
+}
+
 }  // namespace
 
 Quaterniond so3_exp(const Vector3d& rotation_vector) {
@@ -68,6 +87,17 @@ Matrix3d so3_left_jacobian(const Vector3d& rotation_vector) {
   const auto k = coefficients(rotation_vector.squaredNorm());
   const Matrix3d S = skew(rotation_vector);
   return Matrix3d::Identity() + k.b * S + k.c * S * S;
+}
+
+Matrix3d se3_left_jacobian_shift(const Vector3d& nu, const Vector3d& rotation_vector) {
+  const Vector3d& phi = rotation_vector;
+  const double x2 = phi.squaredNorm(), along = phi.dot(nu), c = coefficients(x2).c;
+  const auto [d, e] = higher_coefficients(x2);
+  // The products of [phi] and [nu] by [a] [b] = b aᵀ − a·b, [phi] [nu] [phi] = −(phi·nu) [phi].
+  const Matrix3d both = nu * phi.transpose();
+  Matrix3d Q = c * (both + both.transpose()) - along * (d - 3 * e) * phi * phi.transpose();
+  Q.diagonal().array() += along * (x2 * (d - 3 * e) - 2 * c);
+  return Q + skew(0.5 * nu + along * (d - c) * phi + d * phi.cross(phi.cross(nu)));
 }
 
 Matrix3d so3_left_jacobian_inverse(const Vector3d& rotation_vector) {

@@ -103,6 +103,21 @@ TEST(So3, LeftJacobianIsTheDerivativeOfExp) {
   }
 }
 
+TEST(So3, ShiftOfTheLeftJacobianIsItsSeries) {
+  Random random(7);
+  for (const double angle : kAngles) {
+    const Vector3d phi = angle * random.vector().normalized(), nu = random.vector(3);
+    const Matrix3d P = skew(phi), N = skew(nu);
+    Matrix3d A = Matrix3d::Identity(), B = Matrix3d::Zero(), sum = B;  // ad^n / (n+1)! = (A B; 0 A)
+    for (int n = 1; n <= 60; ++n) {
+      B = ((A * N + B * P) / (n + 1)).eval();
+      A = (A * P / (n + 1)).eval();
+      sum += B;
+    }
+    EXPECT_LT((se3_left_jacobian_shift(nu, phi) - sum).norm(), 3e-14 * (1 + nu.norm())) << angle;
+  }
+}
+
 TEST(So3, InverseOfTheLeftJacobianIsItsInverse) {
   Random random(5);
   for (const double angle : kAngles) {
