@@ -1,7 +1,5 @@
 #include "piste/core/estimate.h"
 
-#include <algorithm>
-
 namespace piste {
 namespace {
 
