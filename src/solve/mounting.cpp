@@ -1,7 +1,10 @@
 #include "piste/solve/mounting.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <utility>
 #include <vector>
 
 #include "condition/boresight.h"
@@ -22,6 +25,8 @@ constexpr std::size_t kFewestSteps = 10;
 
 struct Turns {
   std::vector<Vector3d> rate_r, rate_b;
+  std::vector<double> lapse;          // s
+  std::vector<std::size_t> from, to;  // the fixes at which each begins and ends
 };
 
 Turns turns(const Log& log, const std::vector<AttitudeFix>& fixes, const Vector3d& bias) {
@@ -30,7 +35,7 @@ Turns turns(const Log& log, const std::vector<AttitudeFix>& fixes, const Vector3
     const AttitudeFix &from = fixes[i], &to = fixes[next];
     const double lapse = to.time - from.time;
     if (lapse < kStep - 1e-6) continue;
-    i = next;
+    const std::size_t first = std::exchange(i, next);
     if (lapse > kLongestTurn) continue;
     const auto spoilt = [](const ImuSample& s) { return s.gap || s.clipped_gyro != 0; };
     const auto samples = range(log.imu, from.time, to.time + log.imu.front().interval);
@@ -40,8 +45,60 @@ Turns turns(const Log& log, const std::vector<AttitudeFix>& fixes, const Vector3
     if (r.norm() > kLargestTurn || b.norm() > kLargestTurn) continue;
     turns.rate_r.emplace_back(r / lapse);
     turns.rate_b.emplace_back(b / lapse);
+    turns.lapse.push_back(lapse);
+    turns.from.push_back(first);
+    turns.to.push_back(next);
   }
   return turns;
+}
+
+Vector3d mean(const std::vector<Vector3d>& all) {
+  return std::accumulate(all.begin(), all.end(), Vector3d(Vector3d::Zero())) / static_cast<double>(all.size());
+}
+
+// The covariance of the boresight. White noise of the gyroscopes moves each rate for itself. The error m of a fix, in
+// axes of r, moves the rate r of the step that it ends by m/T + r × m/2, and that of the step that it begins by
+// −m/T + r × m/2: what two steps share largely cancels, and the rest, half of m in each, is taken for a boresight. How
+// large each noise is, residuals tell: those of neighbours are correlated by that of the fix between alone.
+Matrix3d covariance(const Turns& t, const BoresightFromRates& found) {
+  const std::size_t n = t.rate_r.size();
+  const Matrix3d R_rb = found.q_rb.toRotationMatrix();
+  const Vector3d mean_r = mean(t.rate_r), mean_b = mean(t.rate_b);
+  const auto residual = [&](std::size_t i) -> Vector3d {
+    return R_rb * (t.rate_b[i] - mean_b) - (t.rate_r[i] - mean_r);
+  };
+  const auto follows = [&](std::size_t i) { return i > 0 && t.from[i] == t.to[i - 1]; };
+  double shared = 0, pairs = 0;  // of the fixes [rad²]
+  for (std::size_t i = 1; i < n; ++i) {
+    if (!follows(i)) continue;
+    shared -= residual(i).dot(residual(i - 1)) * t.lapse[i] * t.lapse[i - 1];
+    pairs += 3;
+  }
+  const auto count = static_cast<double>(n);
+  const double variance = square(found.residual) * 3 * count / (3 * count - 6);
+  const double lapse = std::accumulate(t.lapse.begin(), t.lapse.end(), 0.) / count;
+  // Less what chance makes of products where there are few: it would pass for errors that cancel.
+  const double most = 0.5 * variance * square(lapse),
+               chance = variance * square(lapse) / std::sqrt(std::max(pairs, 1.));
+  const double of_fix = std::clamp(shared / std::max(pairs, 1.) - chance, 0., most);
+  const double of_gyro = variance - 2 * of_fix / square(lapse);
+
+  Matrix3d sum = Matrix3d::Zero(), ended = Matrix3d::Zero();  // what the fix moves that ended the step before
+  for (std::size_t i = 0; i < n; ++i) {
+    const Matrix3d score = skew(t.rate_r[i] - mean_r), halves = 0.5 * skew(t.rate_r[i]);
+    const Matrix3d apart = Matrix3d::Identity() / t.lapse[i];
+    Matrix3d begun = score * (halves - apart);
+    if (follows(i)) {
+      begun += ended;
+    } else {
+      sum += of_fix * ended * ended.transpose();
+    }
+    ended = score * (halves + apart);
+    sum += of_fix * begun * begun.transpose() - of_gyro * score * score;
+  }
+  sum += of_fix * ended * ended.transpose();
+  const Matrix3d inverse = found.covariance / variance;  // of the information of unit noise
+  return inverse * sum * inverse;
 }
 
 }  // namespace
@@ -61,7 +118,7 @@ std::optional<Mounting> find_mounting(const Log& log, std::span<const AttitudeOp
     const BoresightFromRates found = boresight_from_rates(t.rate_r, t.rate_b);
     if (!found.covariance.allFinite()) return std::nullopt;
     mounting.q_rb = found.q_rb;
-    mounting.covariance = found.covariance;
+    mounting.covariance = covariance(t, found);
     mounting.gyro_bias += found.gyro_bias;
   }
   const double variance = Eigen::SelfAdjointEigenSolver<Matrix3d>(mounting.covariance).eigenvalues()(2);
