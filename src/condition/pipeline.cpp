@@ -16,13 +16,10 @@
 namespace piste {
 namespace {
 
-/// Weeks [s] to add to the times of a source to bring them to the week of the IMU. Zero if the two then still differ by
-/// more than a day: then something else is wrong.
+// To the week of the IMU.
 template <class Fix>
 double week_shift(const std::vector<Fix>& fixes, double imu_time) {
-  if (fixes.empty()) return 0;
-  const double apart = imu_time - fixes.front().time, shift = kWeek * std::round(apart / kWeek);
-  return std::abs(apart - shift) < kDay ? shift : 0;
+  return fixes.empty() ? 0 : piste::week_shift(fixes.front().time, imu_time);
 }
 
 template <class Fix>

@@ -75,9 +75,7 @@ ImuRecording paired(const ImuRecording& gyro, const ImuRecording& accel, bool in
   if (gyro.time.size() < 2 || accel.time.size() < 2) {
     throw DataError((gyro.time.size() < 2 ? gyro : accel).file + ":1", "holds fewer than two IMU rows");
   }
-  // Two files may begin on either side of a week's end.
-  Forces forces(accel, kWeek * std::round((gyro.time.front() - accel.time.front()) / kWeek) *
-                           (std::abs(gyro.time.front() - accel.time.front()) > kWeek - kDay ? 1 : 0));
+  Forces forces(accel, week_shift(accel.time.front(), gyro.time.front()));
   const double usual = usual_interval(gyro.time);
   ImuRecording both;
   both.file = gyro.file;

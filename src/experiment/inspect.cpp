@@ -14,8 +14,10 @@
 #include "experiment/contradiction.h"
 #include "experiment/settling.h"
 #include "io/text_reader.h"
+#include "math/time.h"
 #include "piste/core/error.h"
 #include "piste/core/recording.h"
+#include "piste/core/time_search.h"
 #include "piste/math/units.h"
 
 namespace piste {
@@ -36,6 +38,13 @@ bool says_no_sigma(const Recorded& recorded) {
                                                  [](const auto& fix) { return sigma_of(fix).allFinite(); });
 }
 
+// Reads a log once more, as what was found of it says. Its faults are listed already.
+template <class Recorded>
+void read_once_more(const InspectedLog& l, Recorded& recorded, Recorded (*read)(const LogFile&, RowFaults*)) {
+  RowFaults again;
+  recorded = read(l.log, &again);
+}
+
 // Reads such a log again with a sigma that its user might state.
 template <class Recorded>
 void read_again(InspectedLog& l, const Vector3d& sigma, Recorded& recorded,
@@ -50,8 +59,7 @@ template <class Recorded>
 void read_repaired(InspectedLog& l, Recorded& recorded, Recorded (*read)(const LogFile&, RowFaults*)) {
   if (l.faults.count(RowFault::Kind::kTimeRepeated) + l.faults.count(RowFault::Kind::kTimeBack) == 0) return;
   l.log.repair = true;
-  RowFaults again;
-  recorded = read(l.log, &again);
+  read_once_more(l, recorded, read);
 }
 
 // The clock of a logger that gives each fix its own time as well.
@@ -130,7 +138,7 @@ void state_velocity_sigma(InspectedLog& l) {
   const double measured = std::max(kLeast, 2 * fit->residual);
   if (first == nullptr || first->sigma.x() < kCoarser * measured) return;
   l.log.sigma_velocity = Vector3d::Constant(std::ceil(10 * measured) / 10);
-  l.gnss = read_gnss(l.log, nullptr);
+  read_once_more(l, l.gnss, read_gnss);
   l.gnss_health = gnss_health(l.gnss);
 }
 
@@ -161,8 +169,7 @@ void read_body(InspectedLog& l) {
   if (l.log.accel_file.empty()) {
     even_stamps(l.imu);
   } else {
-    RowFaults again;
-    l.imu = read_imu(l.log, &again);
+    read_once_more(l, l.imu, read_imu);
   }
 }
 
@@ -213,6 +220,29 @@ ImuRecording on_known_clock(const Inspection& inspection, std::size_t imu) {
     for (double& t : recording.time) t = clock->gps_time(t);
   }
   return recording;
+}
+
+// Brings fixes to the week of the IMU, as replay will, where that gives the two time in common. Returns whether they
+// were not in it.
+template <class Fix>
+bool bring_to_week(std::vector<Fix>& fixes, const Interval& imu) {
+  if (fixes.empty()) return false;
+  const double shift = week_shift(fixes.front().time, imu.start);
+  if (shift == 0 || !(overlap(imu, {fixes.front().time + shift, fixes.back().time + shift}) > 0)) return false;
+  for (Fix& fix : fixes) fix.time += shift;
+  return true;
+}
+
+// The logs in one week: that of the first IMU.
+void bring_to_one_week(Inspection& inspection) {
+  const auto imu = inspection.first(LogKind::kImu);
+  if (!imu || !inspection.logs[*imu].imu_health) return;
+  const std::vector<double> time = on_known_clock(inspection, *imu).time;
+  const Interval span{time.front(), time.back()};
+  for (InspectedLog& log : inspection.logs) {
+    if (bring_to_week(log.gnss.fixes, span) && log.gnss_health) log.gnss_health = gnss_health(log.gnss);
+    bring_to_week(log.attitude.fixes, span);
+  }
 }
 
 // Whether the filter can run: no fault may make a log mean something else.
@@ -395,6 +425,7 @@ Inspection inspect(const std::vector<std::string>& files, const ProgressCallback
     examine(logs[i], found);
     show(kRead * static_cast<double>(i + 1) / static_cast<double>(logs.size()));
   }
+  bring_to_one_week(inspection);
   const auto imu = inspection.first(LogKind::kImu), gnss = inspection.first(LogKind::kGnss);
   for (std::size_t i = 0; i < logs.size(); ++i) {
     for (std::size_t j = 0; j < logs.size(); ++j) {

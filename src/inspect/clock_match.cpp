@@ -271,6 +271,7 @@ std::optional<ClockMatch> match_clocks(const ImuIntegral& imu, const Track& trac
 }
 
 double turn_ratio(const ImuIntegral& imu, const Track& track, double offset) {
+  if (track.empty()) return 0;
   const Grid grid = grid_of(imu, track);
   const TrackSignals motion = track_signals(track, grid);
   Regression r;

@@ -223,10 +223,16 @@ double jump_bound(const GeodeticFix& a, const GeodeticFix& b, const GnssHealth& 
          h.quantum.norm();
 }
 
-// Whether the step to fix i leads into, through or out of a stretch of repeated fixes.
-bool beside_repeated(const std::vector<GeodeticFix>& fixes, const GnssHealth& h, std::size_t i) {
-  return std::any_of(h.repeated.begin(), h.repeated.end(),
-                     [&](const Interval& r) { return fixes[i].time >= r.start && fixes[i - 1].time <= r.end; });
+// How far the body may have gone unseen where the step to fix i leads into, through or out of a stretch of repeated
+// fixes; 0 elsewhere. No body goes further: that is a jump, beside such a stretch as anywhere.
+double unseen_way(const std::vector<GeodeticFix>& fixes, const GnssHealth& h, std::size_t i) {
+  constexpr double kFaster = 2, kFastest = 300;  // times the speed of the log; m/s
+  double unseen = 0;                             // s
+  for (const Interval& r : h.repeated) {
+    const double before = fixes[i - 1].time, now = fixes[i].time;
+    if (now >= r.start && before <= r.end) unseen += r.end - r.start + now - before;
+  }
+  return unseen * std::min(kFaster * h.top_speed, kFastest);
 }
 
 // Steps that the velocities do not explain.
@@ -240,7 +246,7 @@ std::vector<PositionJump> jumps_against_velocity(const std::vector<GeodeticFix>&
   std::vector<PositionJump> jumps;
   for (std::size_t i = 1; i < fixes.size(); ++i) {
     const double limit = jump_bound(fixes[i - 1], fixes[i], h, kCurvature);
-    if (step[i].norm() < limit || beside_repeated(fixes, h, i)) continue;
+    if (step[i].norm() < limit || step[i].norm() < limit + unseen_way(fixes, h, i)) continue;
     jumps.push_back({fixes[i].time, step[i].norm()});
     if (i + 1 < fixes.size() && (step[i] + step[i + 1]).norm() < limit) ++i;  // and back
   }
@@ -259,9 +265,10 @@ std::vector<PositionJump> jumps_off_the_line(const std::vector<GeodeticFix>& fix
   std::vector<PositionJump> jumps;
   for (std::size_t i = 1; i + 1 < fixes.size(); ++i) {
     const double distance = off(i);
-    if (distance < jump_bound(fixes[i - 1], fixes[i + 1], h, kCurvature)) continue;
-    if (distance < off(i - 1) || distance < off(i + 1)) continue;
-    if (!beside_repeated(fixes, h, i) && !beside_repeated(fixes, h, i + 1)) jumps.push_back({fixes[i].time, distance});
+    const double limit = jump_bound(fixes[i - 1], fixes[i + 1], h, kCurvature);
+    if (distance < limit || distance < off(i - 1) || distance < off(i + 1)) continue;
+    if (distance < limit + unseen_way(fixes, h, i) + unseen_way(fixes, h, i + 1)) continue;
+    jumps.push_back({fixes[i].time, distance});
   }
   return jumps;
 }

@@ -10,6 +10,10 @@ constexpr double kExplains = 30, kOpenMore = 15;  // nats, of a second each: nei
 constexpr double kOtherOffset = 5;                // s, of another offset
 constexpr double kAsMuch = 0.5;                   // of what the best offset explains: what explains less is no rival
 
+constexpr std::size_t kScored = 20000,
+                      kFullest = 5000;         // candidates: two logs of hours are compared in a second or two
+constexpr double kBin = 0.5, kMostBins = 1e6;  // s; of the offsets, where there are more of them
+
 // Time that two lists of intervals have in common when `other` is `offset` later.
 double common(const std::vector<Interval>& one, const std::vector<Interval>& other, double offset) {
   double sum = 0;
@@ -37,15 +41,65 @@ Candidate candidate(const Rests& one, const Rests& other, double offset) {
   return {offset, of_one + of_other - of_both, 2 * of_both - of_one - of_other};
 }
 
+// Calls `take` with each offset at which two rests begin or end together.
+template <class Take>
+void each_offset(const Rests& one, const Rests& other, Take&& take) {
+  for (const Interval& a : one.intervals) {
+    for (const Interval& b : other.intervals) {
+      take(a.start - b.start);
+      take(a.end - b.end);
+    }
+  }
+}
+
+// The range of these offsets.
+Interval offsets_of(const Rests& one, const Rests& other) {
+  return {one.intervals.front().start - other.intervals.back().end,
+          one.intervals.back().end - other.intervals.front().start};
+}
+
+// The means of these offsets in bins of that width: of the bins in which most of them are.
+std::vector<double> fullest_bins(const Rests& one, const Rests& other, double width, std::size_t most) {
+  struct Bin {
+    double count = 0, sum = 0;
+  };
+  const Interval range = offsets_of(one, other);
+  std::vector<Bin> bins(static_cast<std::size_t>((range.end - range.start) / width) + 1);
+  each_offset(one, other, [&](double offset) {
+    Bin& bin = bins[static_cast<std::size_t>((offset - range.start) / width)];
+    bin.count += 1;
+    bin.sum += offset;
+  });
+  std::erase_if(bins, [](const Bin& bin) { return bin.count == 0; });
+  const auto taken = static_cast<std::ptrdiff_t>(std::min(bins.size(), most));
+  std::partial_sort(bins.begin(), bins.begin() + taken, bins.end(),
+                    [](const Bin& a, const Bin& b) { return a.count > b.count; });
+  std::vector<double> offsets;
+  for (auto bin = bins.begin(); bin != bins.begin() + taken; ++bin) offsets.push_back(bin->sum / bin->count);
+  return offsets;
+}
+
+// The offsets to be scored: all of them, or, of many, some over their whole range, where rivals may be, and those near
+// which most rests begin or end together, where the best one is.
+std::vector<double> likely_offsets(const Rests& one, const Rests& other) {
+  std::vector<double> offsets;
+  if (2 * one.intervals.size() * other.intervals.size() <= kScored) {
+    each_offset(one, other, [&](double offset) { offsets.push_back(offset); });
+    return offsets;
+  }
+  const Interval range = offsets_of(one, other);
+  const double length = range.end - range.start;
+  offsets = fullest_bins(one, other, std::max(kBin, length / static_cast<double>(kScored)), kScored);
+  const std::vector<double> fullest = fullest_bins(one, other, std::max(kBin, length / kMostBins), kFullest);
+  offsets.insert(offsets.end(), fullest.begin(), fullest.end());
+  return offsets;
+}
+
 }  // namespace
 
 std::optional<double> match_rests(const Rests& one, const Rests& other) {
-  std::vector<Candidate> all;  // where two rests begin or end together
-  for (const Interval& a : one.intervals) {
-    for (const Interval& b : other.intervals) {
-      for (const double offset : {a.start - b.start, a.end - b.end}) all.push_back(candidate(one, other, offset));
-    }
-  }
+  std::vector<Candidate> all;
+  for (const double offset : likely_offsets(one, other)) all.push_back(candidate(one, other, offset));
   const auto worse = [](const Candidate& a, const Candidate& b) { return a.explained - a.open < b.explained - b.open; };
   const auto best = std::max_element(all.begin(), all.end(), worse);
   if (best == all.end() || best->explained < kExplains) return std::nullopt;

@@ -136,7 +136,8 @@ class FixReader {
     fix_ = one("fix");
   }
 
-  /// Whether the receiver says that it has a fix: by the column `fix`, or by an accuracy that is not negative, as iOS.
+  /// Whether the receiver says that it has a fix: by the column `fix`, by an accuracy that is not negative, as iOS, and
+  /// by a place.
   bool has_fix() const {
     if (fix_) {
       const auto value = reader_.find_value(*fix_);
@@ -145,9 +146,9 @@ class FixReader {
         return false;
       }
     }
-    if (!horizontal_) return true;
-    const auto radius = reader_.find_value(*horizontal_);
-    return !radius || *radius >= 0;
+    const auto radius = horizontal_ ? reader_.find_value(*horizontal_) : std::nullopt;
+    if (radius && *radius < 0) return false;
+    return tells_place(reader_.value(place_[0]), reader_.value(place_[1]));
   }
 
   GeodeticFix fix(double time) const {

@@ -123,6 +123,10 @@ GnssRecording read_gnss_csv(const LogFile& log, RowFaults* faults) {
   GnssRecording gnss{log.file, {}};
   IncreasingTime increasing(log.repair);
   const auto row = [&] {
+    if (!tells_place(csv[latitude], csv[longitude])) {
+      ++gnss.without_fix;
+      return;
+    }
     GeodeticFix fix;
     fix.time = increasing.next(csv[time], csv.text());
     fix.position = geodetic_degrees(csv[latitude], csv[longitude], csv[height]);

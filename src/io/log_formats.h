@@ -37,6 +37,10 @@ void check_turn(const Vector3d& dtheta, double time, const ImuRecording& imu, co
 /// The sigma that nobody states.
 inline Vector3d unknown_sigma() { return Vector3d::Constant(std::numeric_limits<double>::infinity()); }
 
+/// Whether a row of a receiver's table tells a place: where latitude and longitude are both exactly 0, its logger says
+/// that there is no fix. Such a row is counted, and nothing else of it is read.
+inline bool tells_place(double latitude, double longitude) { return latitude != 0 || longitude != 0; }
+
 /// Gives a fix the sigmas that its configuration states, if it does. Throws if latitude, longitude or height are then
 /// impossible, or a sigma is not above zero.
 void check_fix(GeodeticFix& fix, const LogFile& log, const RowSource& row);

@@ -51,6 +51,10 @@ GnssRecording read_gnss_kf_gins(const LogFile& log, RowFaults* faults) {
                       found),
           RowFault::Kind::kFields);
     }
+    if (!tells_place(reader.number(1), reader.number(2))) {
+      ++gnss.without_fix;
+      return;
+    }
     GeodeticFix fix;
     fix.time = increasing.next(reader.number(0), reader);
     fix.position = geodetic_degrees(reader.number(1), reader.number(2), reader.number(3));

@@ -150,11 +150,15 @@ GnssRecording read_gnss_rtklib(const LogFile& log, RowFaults* faults) {
       if (!place) reader.fail(fmt::format("the header names no column `{}`", name));
       return reader.number(*place);
     };
-    GeodeticFix fix;
-    fix.time = times.next(time_of(reader, header->system), reader);
     std::size_t field = 2;
     const double latitude = angle_of(reader, field, header->sexagesimal);
     const double longitude = angle_of(reader, field, header->sexagesimal);
+    if (!tells_place(latitude, longitude)) {
+      ++gnss.without_fix;
+      return;
+    }
+    GeodeticFix fix;
+    fix.time = times.next(time_of(reader, header->system), reader);
     fix.position = geodetic_degrees(latitude, longitude, reader.number(field));
     if (!log.sigma) fix.sigma_position = {value("sdn(m)"), value("sde(m)"), value("sdu(m)")};
     if (header->find("vn(m/s)")) {

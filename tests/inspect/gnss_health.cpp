@@ -196,6 +196,16 @@ TEST(GnssHealth, RepeatedFixesOnlyInMotion) {
   EXPECT_EQ(suspicions(h, {}, "gnss").front().fault, LogFault::kRepeatedFix);
 }
 
+// A receiver that begins with the place where it was switched off, kilometres away, and repeats it until it has a fix.
+TEST(GnssHealth, AJumpBesideRepeatedFixesIsOne) {
+  for (const bool velocity : {true, false}) {
+    GnssRecording gnss = drive({.velocity = velocity});
+    const World world(gnss.fixes[0].position);
+    for (std::size_t i = 200; i < 215; ++i) gnss.fixes[i].position = world.to_geodetic({20000, 30000, 0});
+    EXPECT_TRUE(names(suspicions(gnss_health(gnss), {}, "gnss"), LogFault::kPositionJumps));
+  }
+}
+
 TEST(GnssHealth, SigmasAgainstScatter) {
   const auto named = [](double noise, double sigma, LogFault fault) {
     return names(suspicions(gnss_health(drive({.noise = noise, .sigma = sigma})), {}, "gnss"), fault);

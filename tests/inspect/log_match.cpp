@@ -253,6 +253,23 @@ TEST(LogMatch, ClaimsNothingOfStrangers) {
   EXPECT_FALSE(m.clock);
 }
 
+// Too few fixes for a velocity: three of one a second, eight of ten a second.
+TEST(LogMatch, ClaimsNothingOfAReceiverWithoutATrack) {
+  const Logs clean = shipped("gnss.csv");
+  for (const auto& [fixes, interval] : {std::pair{3U, 1.0}, {8U, 0.1}}) {
+    GnssRecording few = clean.gnss;
+    few.fixes.resize(fixes);
+    for (std::size_t i = 0; i < fixes; ++i) {
+      few.fixes[i].velocity.reset();
+      few.fixes[i].time = few.fixes[0].time + interval * static_cast<double>(i);
+    }
+    const LogMatch m = match(clean.imu, few, gnss_health(few));
+    EXPECT_FALSE(m.clock);
+    EXPECT_FALSE(m.motion);
+    EXPECT_EQ(m.turn_ratio, 0);
+  }
+}
+
 // A bicycle that leans in its turns, in a log that begins and ends under way: its correlation alone would not do.
 TEST(LogMatch, ClockOfALeaningBicycleIsConfirmedByItsMotion) {
   for (std::uint64_t seed = 103; seed < 106; ++seed) {

@@ -301,6 +301,14 @@ TEST_F(Columns, IntegersOfUbloxVelocitiesUpwardsAndFixes) {
   EXPECT_TRUE(log.fixes[0].velocity->sigma.isApprox(Vector3d(0.2, 0.1, 0.3)));
 }
 
+// The other tables of fixes: LogIo.RowsWithoutAPlaceAreWithoutFix.
+TEST_F(Columns, ARowWithoutAPlaceIsWithoutFix) {
+  const auto log = gnss("t,lat,lon,h\n0,0,0,0\n0,0,0,0\n1,46,0,500\n2,0,7,500\n",
+                        "sigma: 1 1 2 m, columns: {time: {name: t, unit: s}, " + kPlace + "}");
+  EXPECT_EQ(log.without_fix, 2u);
+  ASSERT_EQ(log.fixes.size(), 2u) << "on the meridian, and on the equator";
+}
+
 TEST_F(Columns, ReceiversThatAreRefused) {
   const std::string time = "columns: {time: {name: t, unit: s}, ", rows = "t lat lon h a\n1 46 7 100 3\n2 46 7 100 3\n";
   const auto with = [&](const std::string& keys) { return refused([&] { gnss(rows, keys); }); };

@@ -65,6 +65,23 @@ TEST_F(LogIo, CsvGnssWithVelocity) {
   EXPECT_EQ(gnss.fixes[0].velocity->sigma, Vector3d(.1, .2, .3));
 }
 
+// Neither their times nor their sigmas are read.
+TEST_F(LogIo, RowsWithoutAPlaceAreWithoutFix) {
+  const auto expect = [&](const std::string& text, LogFormat format) {
+    const GnssRecording gnss = read_gnss(log(text, format));
+    EXPECT_EQ(gnss.without_fix, 2u) << name_of(format);
+    ASSERT_EQ(gnss.fixes.size(), 2u) << name_of(format);
+    EXPECT_NEAR(gnss.fixes[0].position.latitude, 46 * kDegree, 1e-12);
+    EXPECT_EQ(gnss.fixes[1].position.longitude, 0);
+  };
+  expect(kGnssHeader + "0,0,0,0,0,0,0\n0,0,0,0,0,0,0\n10,46,7,500,1,1,2\n11,46,0,500,1,1,2\n", LogFormat::kCsv);
+  expect("0 0 0 0 0 0 0\n0 0 0 0 0 0 0\n10 46 7 500 1 1 2\n11 46 0 500 1 1 2\n", LogFormat::kKfGins);
+  expect(
+      "%  GPST  latitude(deg) longitude(deg) height(m) Q ns sdn(m) sde(m) sdu(m)\n"
+      "0 0 0 0 0 5 8 0 0 0\n0 0 0 0 0 5 8 0 0 0\n2300 10 46 7 500 5 8 1 1 2\n2300 11 46 0 500 5 8 1 1 2\n",
+      LogFormat::kRtklibPos);
+}
+
 TEST_F(LogIo, CsvAttitude) {
   const std::string header = "time_s,roll_deg,pitch_deg,heading_deg,sigma_roll_deg,sigma_pitch_deg,sigma_heading_deg\n";
   const auto attitude = read_attitude(log(header + "10,1,-2,359,0.01,0.02,0.05\n"));

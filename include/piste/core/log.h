@@ -63,7 +63,7 @@ struct SigmaScales {
 struct GnssRecording {
   std::string file;
   std::vector<GeodeticFix> fixes;
-  std::size_t without_fix = 0;  ///< epochs of the file for which the receiver says that it has no fix
+  std::size_t without_fix = 0;  ///< epochs of the file without a fix: it says so, or has latitude and longitude 0
   RepairedRows repaired = {};
 };
 
