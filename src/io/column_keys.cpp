@@ -72,6 +72,11 @@ ColumnTime read_time(const Config& map, TimeScale scale) {
   if (calendar && time.of != TimeScale::kUtc && time.of != TimeScale::kGps) {
     map.fail("unit", "calendar times are `of: utc` or `of: gps`");
   }
+  if (const auto rest = map.find_map("rest")) {
+    time.rest = rest->text("name");
+    time.rest_unit = read_unit(*rest, dimension::kTime);
+    if (calendar) map.fail("rest", "stands beside a number, not beside a calendar time");
+  }
   if (!time.date.empty() && !calendar) map.fail("date", "stands beside a time of day: `unit: calendar`");
   return time;
 }
@@ -163,6 +168,10 @@ std::string text_of(const ColumnTime& time) {
   if (!time.week.empty()) text += ", week: " + plain_or_quoted(time.week);
   if (!time.date.empty()) text += ", date: " + plain_or_quoted(time.date);
   if (!time.unit.empty()) text += ", unit: " + time.unit;
+  if (!time.rest.empty()) {
+    text += fmt::format(", rest: {{name: {}{}}}", plain_or_quoted(time.rest),
+                        time.rest_unit.empty() ? "" : ", unit: " + time.rest_unit);
+  }
   return text + fmt::format(", of: {}}}", name_of(time.of));
 }
 

@@ -37,8 +37,9 @@ struct ColumnTime {
   std::string name;
   std::string unit = {};  ///< empty: that of the header's brackets
   TimeScale of = TimeScale::kBoot;
-  std::string week = {};  ///< the column of the GPS week beside seconds of week, or empty
-  std::string date = {};  ///< the column of the date beside a time of day, or empty
+  std::string week = {};                  ///< the column of the GPS week beside seconds of week, or empty
+  std::string date = {};                  ///< the column of the date beside a time of day, or empty
+  std::string rest = {}, rest_unit = {};  ///< a column that is added, such as nanoseconds beside seconds, or empty
 };
 
 /// A quantity that a log may have.
