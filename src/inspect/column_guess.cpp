@@ -71,7 +71,7 @@ class Guesser {
   }
 
   std::optional<LogGuess> guess() {
-    if (one("latitude") && one("longitude")) return receiver();
+    if (one("latitude") && one("longitude")) return with_body(receiver());
     if (auto imu = this->imu()) return imu;
     if (one("roll") && one("pitch") && (one("heading") || one("course"))) return attitude();
     return std::nullopt;
@@ -79,6 +79,25 @@ class Guesser {
 
  private:
   // ---- Finding columns ----
+
+  bool has_body() const { return (triad("gyro") && triad("accel")) || (triad("dtheta") && triad("dvel")); }
+
+  // The log of the IMU in the columns beside those of a receiver, whose rows then are those of the IMU.
+  std::optional<LogGuess> with_body(std::optional<LogGuess> receiver) const {
+    if (!has_body()) return receiver;
+    auto body = Guesser(file_, table_).imu();
+    if (!body) return receiver;
+    if (receiver) {
+      receiver->columns->only_new = true;
+      receiver->boot_time.reset();
+      receiver->why += ", beside those of an IMU: each new place is a fix";
+      body->beside.push_back(std::move(*receiver));
+    } else {
+      body->doubts.emplace_back(
+          "the columns of a receiver are left out: one of latitude, longitude and height is missing");
+    }
+    return body;
+  }
 
   std::optional<std::size_t> one(std::string_view key) const {
     for (std::size_t c = 0; c < meanings_.size(); ++c) {
@@ -267,7 +286,11 @@ class Guesser {
     const auto dtheta = triad("dtheta"), dvel = triad("dvel");
     const bool increments = dtheta && dvel && !(gyro && accel);
     const auto plain = triad("axis");
-    if (!gyro && !accel && !increments && !plain && table_.header) return std::nullopt;
+    if (!gyro && !accel && !increments && table_.header) {
+      if (triad("magnetic")) return put_aside("of a magnetometer alone");
+      if (!plain) return std::nullopt;
+      if (const std::string why = why_no_body(*plain); !why.empty()) return put_aside(why);
+    }
     if (!find_time(kImuPace)) return std::nullopt;
     boot_.reset();
     std::string why = "columns named as those of an IMU";
@@ -295,19 +318,50 @@ class Guesser {
         magnetic && gyro && has_unit((*magnetic)[0], dimension::kMagneticField)) {
       use_triad("magnetic", *magnetic, dimension::kMagneticField, {""});
     }
-    if (!accel) return taken(LogKind::kImu, LogGuess::Part::kGyro, why);
-    if (!gyro) return taken(LogKind::kImu, LogGuess::Part::kAccel, why);
-    return taken(LogKind::kImu, LogGuess::Part::kWhole, why);
+    if (accel && gyro) return taken(LogKind::kImu, LogGuess::Part::kWhole, why);
+    LogGuess part = taken(LogKind::kImu, accel ? LogGuess::Part::kAccel : LogGuess::Part::kGyro, why);
+    part.aside = accel ? why_no_force(*accel) : named("uncal") ? "uncalibrated, as its name says" : "";
+    return part;
+  }
+
+  static LogGuess put_aside(std::string why) {
+    LogGuess guess;
+    guess.format = LogFormat::kColumns;
+    guess.part = LogGuess::Part::kNone;
+    guess.why = guess.aside = std::move(why);
+    return guess;
+  }
+
+  // Whether the name of the file says so.
+  bool named(std::string_view part) const {
+    std::string name = std::filesystem::path(file_).stem().string();
+    std::transform(name.begin(), name.end(), name.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return name.find(part) != std::string::npos;
   }
 
   // Columns that are merely x, y and z: by the name of the file, else by their size.
   bool is_of_forces(const ColumnTriad& t) const {
-    std::string name = std::filesystem::path(file_).stem().string();
-    std::transform(name.begin(), name.end(), name.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    if (name.find("gyr") != std::string::npos) return false;
-    if (name.find("acc") != std::string::npos) return true;
-    return is_gravity(usual_magnitude(table_, t));
+    if (named("gyr")) return false;
+    return named("acc") || named("grav") || is_gravity(usual_magnitude(table_, t));
+  }
+
+  // Why such columns are of neither triad of an IMU. What is not gravity need not turn.
+  std::string why_no_body(const ColumnTriad& t) const {
+    if (named("mag") || named("compass")) return "of a magnetometer, as its name says";
+    if (named("gyr") || is_of_forces(t)) return {};
+    return "columns x, y, z of neither gyroscopes nor accelerometers, as far as values and the name of the file tell";
+  }
+
+  // Why accelerations are not the specific force that a sensor measured, if another file has that.
+  std::string why_no_force(const ColumnTriad& t) const {
+    constexpr double kSmooth = 1e-5;  // of gravity; the quietest sensors have ten times as much noise
+    const double magnitude = usual_magnitude(table_, t);
+    if (named("uncal")) return "uncalibrated, as its name says";
+    if (!is_gravity(magnitude)) return fmt::format("accelerations without gravity: they are mostly {:.2g}", magnitude);
+    if (named("grav") || magnitude_scatter(table_, t) < kSmooth)
+      return "gravity as a fusion has it, without the noise of a sensor";
+    return {};
   }
 
   double largest(std::size_t column) const {
@@ -331,7 +385,7 @@ class Guesser {
 
   std::optional<LogGuess> receiver() {
     const auto height = this->height();
-    if (!height || !find_time(kGnssPace)) return std::nullopt;
+    if (!height || !find_time(has_body() ? kImuPace : kGnssPace)) return std::nullopt;
     constexpr double kTurn = 360;
     const std::string angle = angle_unit(*one("latitude"), kTurn, "1e-7 deg");
     const bool integers = angle != "deg" && !has_unit(*one("latitude"), dimension::kAngle);

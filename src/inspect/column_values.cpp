@@ -92,6 +92,13 @@ double usual_magnitude(const ColumnTable& table, const ColumnTriad& triad) {
   return median_of(norms);
 }
 
+double magnitude_scatter(const ColumnTable& table, const ColumnTriad& triad) {
+  const double magnitude = usual_magnitude(table, triad);
+  std::vector<double> off(table.rows);
+  for (std::size_t i = 0; i < table.rows; ++i) off[i] = std::abs(row_of(table, triad, i).norm() / magnitude - 1);
+  return median_of(off);
+}
+
 bool is_gravity(double magnitude) {
   return std::any_of(kGravities.begin(), kGravities.end(), [&](const auto& g) { return is_near(magnitude, g.value); });
 }
@@ -180,11 +187,8 @@ std::optional<ValueTriads> find_triads(const ColumnTable& table, std::size_t tim
   double least = kLargest;
   for (std::size_t c = 0; c < count; ++c) {
     if (!free(c)) continue;
-    const double magnitude = usual_magnitude(table, triad(c));
-    if (!is_gravity(magnitude)) continue;
-    std::vector<double> off(table.rows);
-    for (std::size_t i = 0; i < table.rows; ++i) off[i] = std::abs(row_of(table, triad(c), i).norm() / magnitude - 1);
-    if (const double scatter = median_of(off); scatter < least) {
+    if (!is_gravity(usual_magnitude(table, triad(c)))) continue;
+    if (const double scatter = magnitude_scatter(table, triad(c)); scatter < least) {
       least = scatter;
       accel = c;
     }

@@ -14,6 +14,9 @@ using ColumnTriad = std::array<std::size_t, 3>;
 /// Median of the magnitudes of three columns; NaN without rows.
 double usual_magnitude(const ColumnTable& table, const ColumnTriad& triad);
 
+/// By how much the magnitudes differ from the usual one, as a part of it: their median.
+double magnitude_scatter(const ColumnTable& table, const ColumnTriad& triad);
+
 /// A unit that values suggest, and what is to be said of it if it is not sure.
 struct UnitGuess {
   std::string unit;

@@ -208,6 +208,7 @@ ColumnMap read_column_map(const Config& source, std::span<const ColumnQuantity> 
     if (quantity.key != "accel") continue;
     if (const auto time = columns.map("accel").find_map("time")) map.accel_time = read_time(*time, map.time.of);
   }
+  if (quantities.data() == kGnss.data()) map.only_new = columns.flag("only_new", false);
   require(columns, map, quantities);
   if (source.has("delimiter")) map.delimiter = source.choice<Delimiter>("delimiter", kDelimiters);
   if (source.has("skip")) {
@@ -234,6 +235,7 @@ std::string columns_text(const ColumnMap& map, std::string_view indent) {
       text += fmt::format(",\n{}{}: {}", indent, quantity.key, entry);
     }
   }
+  if (map.only_new) text += fmt::format(",\n{}only_new: true", indent);
   return text + "}";
 }
 

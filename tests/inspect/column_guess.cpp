@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <string>
+#include <tuple>
 
 #include "piste/inspect/inspection.h"
 #include "piste/inspect/log_guess.h"
@@ -228,6 +229,39 @@ TEST(ColumnGuess, ReceiversOfHalfAMinuteAndOfTenHertz) {
   EXPECT_EQ(with(1.5e15, 1e8), "{time: {name: time, unit: ns, of: boot},");
 }
 
+TEST(ColumnGuess, SecondsAndPartsOfThemInTwoColumns) {
+  const auto with = [](const std::string& names, double per_second) {
+    return table(names + ",gx,gy,gz,ax,ay,az\n", [&](double t, const Vector3d& w, const Vector3d& f) {
+      return fmt::format("{},{:.0f},{},{}\n", 1700000000 + static_cast<long>(t + 1e-6),
+                         (t + 1e-6 - std::floor(t + 1e-6)) * per_second, joined(w), joined(f));
+    });
+  };
+  for (const auto& [seconds, rest, unit, per_second] :
+       {std::tuple{"header.stamp.sec", "header.stamp.nanosec", "ns", 1e9},
+        {"secs", "nsecs", "ns", 1e9},
+        {"time_s", "time_us", "us", 1e6}}) {
+    const std::string found = mapping("imu.csv", with(fmt::format("{},{}", seconds, rest), per_second));
+    const std::string expected =
+        fmt::format("{{time: {{name: {}, unit: s, rest: {{name: {}, unit: {}}}, of: utc}},\n", seconds, rest, unit);
+    EXPECT_TRUE(found.starts_with(expected)) << found;
+  }
+  EXPECT_TRUE(contains(test::message_of<DataError>([&] { guess_log("imu.csv", with("message,time_ns", 1e9)); }),
+                       "column `time_ns` keeps falling back"));
+}
+
+TEST(ColumnGuess, DecimalCommas) {
+  const auto with = [](const std::string& header) {
+    std::string text = table("", [](double t, const Vector3d& w, const Vector3d& f) {
+      return fmt::format("{:.3f};{};{}\n", 1000 + t, joined(w, ';'), joined(f, ';'));
+    });
+    std::replace(text.begin(), text.end(), '.', ',');
+    return header + text;
+  };
+  EXPECT_TRUE(
+      contains(mapping("imu.csv", with("time;gx;gy;gz;ax;ay;az\n")), "accel: {names: [ax, ay, az], unit: 'm/s^2'}"));
+  EXPECT_TRUE(contains(mapping("imu.csv", with("")), "accel: {names: [5, 6, 7], unit: 'm/s^2'}"));
+}
+
 // ---- Units that names state ----
 
 TEST(ColumnGuess, UnitsAtTheEndOfNames) {
@@ -267,6 +301,38 @@ TEST(ColumnGuess, TheHeightAboveTheEllipsoidIsTaken) {
                                       }));
     EXPECT_TRUE(contains(found, "height: {name: " + name + ", unit: m}")) << found;
   }
+}
+
+// ---- Files of one sensor, and of several ----
+
+TEST(ColumnGuess, XyzAreGyroscopesOnlyIfTheFileIsNamedSo) {
+  const auto with = [](const std::string& file, const Vector3d& mean) {
+    return guess_log(file, table("time,x,y,z\n", [&](double t, const Vector3d& w, const Vector3d&) {
+                       return fmt::format("{:.3f},{}\n", t, joined(mean + w));
+                     }));
+  };
+  EXPECT_EQ(with("Gyroscope.csv", Vector3d::Zero()).part, LogGuess::Part::kGyro);
+  const LogGuess magnetometer = with("Magnetometer.csv", {20, 5, -40});
+  EXPECT_EQ(magnetometer.part, LogGuess::Part::kNone);
+  EXPECT_TRUE(contains(magnetometer.aside, "of a magnetometer"));
+  EXPECT_EQ(with("log.csv", {20, 5, -40}).part, LogGuess::Part::kNone);
+  EXPECT_EQ(with("log.csv", {0, 0, 9.8}).part, LogGuess::Part::kAccel);
+}
+
+TEST(ColumnGuess, ImuAndReceiverInOneFile) {
+  const LogGuess imu = guess_log(
+      "all.csv",
+      table("time,gx,gy,gz,ax,ay,az,latitude,longitude,altitude\n", [](double t, const Vector3d& w, const Vector3d& f) {
+        return fmt::format("{:.3f},{},{},46.5,6.{},400\n", 1000 + t, joined(w), joined(f), 600 + static_cast<int>(t));
+      }));
+  EXPECT_EQ(imu.kind, LogKind::kImu);
+  EXPECT_EQ(imu.columns->find("latitude"), nullptr);
+  ASSERT_EQ(imu.beside.size(), 1U);
+  EXPECT_EQ(imu.beside[0].kind, LogKind::kGnss);
+  EXPECT_EQ(imu.beside[0].columns->find("gyro"), nullptr);
+  EXPECT_EQ(columns_text(*imu.beside[0].columns, ""),
+            "{time: {name: time, unit: s, of: boot},\nlatitude: {name: latitude, unit: deg},\n"
+            "longitude: {name: longitude, unit: deg},\nheight: {name: altitude, unit: m},\nonly_new: true}");
 }
 
 // ---- Kinds of fixes ----
