@@ -6,7 +6,6 @@
 #include <cmath>
 #include <filesystem>
 
-#include "inspect/column_guess.h"
 #include "io/column_keys.h"
 #include "io/text_reader.h"
 #include "io/triad_units.h"
@@ -31,11 +30,6 @@ ProcessKind kind_of(const Config& config, const std::string& word) {
   config.fail("model", fmt::format("`{}` is none of: {}", word, fmt::join(keys, ", ")));
 }
 
-bool has_both_triads(std::string_view header) {
-  const auto has = [&](std::string_view name) { return header.find(name) != std::string_view::npos; };
-  return (has("gyro_x_") && has("accel_x_")) || (has("dtheta_x_") && has("dvel_x_"));
-}
-
 // One file as a source, also if it has gyroscopes or accelerometers alone. Throws DataError.
 AllanSource guessed_alone(const std::string& file) {
   const MappedFile mapped(file);
@@ -44,10 +38,7 @@ AllanSource guessed_alone(const std::string& file) {
     throw DataError(file + ":1", fmt::format("is a log of {} ({}); allan needs that of an IMU at rest",
                                              name_of(guess.kind) == "GNSS" ? "a receiver" : "attitudes", guess.why));
   }
-  const std::string_view header = mapped.text().substr(0, mapped.text().find('\n'));
-  if (guess.format == LogFormat::kCsv && !has_both_triads(header)) {
-    if (auto columns = guess_columns(file, mapped.text())) guess = std::move(*columns);
-  }
+  if (guess.part == LogGuess::Part::kNone) throw DataError(file + ":1", "is no log of an IMU: " + guess.aside);
   AllanSource source;
   source.log = {.file = file, .format = guess.format, .columns = guess.columns};
   source.why = guess.why;

@@ -76,49 +76,80 @@ std::optional<ReceiverClock> clock_of(const InspectedLog& l) {
   return fit_clock(logger, gps);
 }
 
-// Guesses what a log is.
-InspectedLog guessed(const std::string& file, std::vector<Suspicion>& found) {
-  InspectedLog l;
-  l.log.file = file;
-  try {
-    const MappedFile mapped(file);
-    l.guess = guess_log(file, mapped.text());
+// Guesses what a file is: one log, or an IMU and a receiver side by side.
+std::vector<InspectedLog> guessed(const std::string& file, std::vector<Suspicion>& found) {
+  std::vector<InspectedLog> logs;
+  const auto add = [&](std::optional<LogGuess> guess) {
+    InspectedLog& l = logs.emplace_back();
+    l.log.file = file;
+    l.guess = std::move(guess);
+    if (!l.guess) return;
     l.log.format = l.guess->format;
     l.log.columns = l.guess->columns;
+  };
+  try {
+    const MappedFile mapped(file);
+    LogGuess guess = guess_log(file, mapped.text());
+    std::vector<LogGuess> beside = std::move(guess.beside);
+    add(std::move(guess));
+    for (LogGuess& other : beside) add(std::move(other));
   } catch (const DataError& e) {
     found.push_back({LogFault::kUnreadable, file, e.what(), "piste cannot use this file as it is"});
+    add(std::nullopt);
   }
-  return l;
+  return logs;
 }
 
-// Makes one log of gyroscopes and accelerometers that stand in two files, with times of one kind.
+bool is_part(const InspectedLog& l, LogGuess::Part part) { return l.guess && l.guess->part == part; }
+
+// Makes one log of gyroscopes and the accelerometers in another file.
+void join_parts(InspectedLog& gyro, InspectedLog& accel) {
+  gyro.log.accel_file = accel.log.file;
+  gyro.log.columns->uses["accel"] = accel.log.columns->uses.at("accel");
+  gyro.log.columns->accel_time = accel.log.columns->time;
+  gyro.guess->why += "; the accelerometers stand in " + accel.log.file;
+  append(gyro.guess->doubts, std::move(accel.guess->doubts));
+  for (const InspectedLog* l : {&gyro, &accel}) {
+    if (!l->guess->aside.empty()) gyro.guess->doubts.push_back(l->log.file + ": " + l->guess->aside);
+  }
+  gyro.guess->part = LogGuess::Part::kWhole;
+  accel.log.file.clear();
+  accel.guess.reset();
+}
+
+// Pairs gyroscopes and accelerometers that stand in two files, with times of one kind: phones write several of each,
+// and those that are to be preferred go first. The others are left aside, and said to be.
 void pair_up(std::vector<InspectedLog>& logs, std::vector<Suspicion>& found) {
   using Part = LogGuess::Part;
-  const auto is = [](const InspectedLog& l, Part part) { return l.guess && l.guess->part == part; };
-  for (InspectedLog& gyro : logs) {
-    if (!is(gyro, Part::kGyro)) continue;
-    const auto accel = std::find_if(logs.begin(), logs.end(), [&](const InspectedLog& l) {
-      return is(l, Part::kAccel) && l.log.columns->time.of == gyro.log.columns->time.of;
-    });
-    if (accel == logs.end()) continue;
-    gyro.log.accel_file = accel->log.file;
-    gyro.log.columns->uses["accel"] = accel->log.columns->uses.at("accel");
-    gyro.log.columns->accel_time = accel->log.columns->time;
-    gyro.guess->why += "; the accelerometers stand in " + accel->log.file;
-    append(gyro.guess->doubts, std::move(accel->guess->doubts));
-    gyro.guess->part = Part::kWhole;
-    accel->log.file.clear();
-    accel->guess.reset();
+  bool paired = false;
+  for (const bool preferred : {true, false}) {
+    for (InspectedLog& gyro : logs) {
+      const auto is = [&](const InspectedLog& l, Part part) {
+        return is_part(l, part) && (!preferred || l.guess->aside.empty());
+      };
+      if (!is(gyro, Part::kGyro) || (paired && !preferred)) continue;
+      const auto accel = std::find_if(logs.begin(), logs.end(), [&](const InspectedLog& l) {
+        return is(l, Part::kAccel) && l.log.columns->time.of == gyro.log.columns->time.of;
+      });
+      if (accel == logs.end()) continue;
+      join_parts(gyro, *accel);
+      paired = true;
+    }
   }
   std::erase_if(logs, [](const InspectedLog& l) { return l.log.file.empty(); });
   for (InspectedLog& l : logs) {
     if (!l.guess || l.guess->part == Part::kWhole) continue;
-    const bool gyro = l.guess->part == Part::kGyro;
-    found.push_back(
-        {LogFault::kUnreadable, l.log.file,
-         fmt::format("{}:1: has {} alone, and no file beside it has the {} at times of the same kind", l.log.file,
-                     gyro ? "gyroscopes" : "accelerometers", gyro ? "accelerometers" : "gyroscopes"),
-         "name both files"});
+    if (l.guess->part == Part::kNone || (paired && !l.guess->aside.empty())) {
+      l.left_out = l.guess->aside;
+      found.push_back({LogFault::kNotUsed, l.log.file, l.left_out, "it is left aside"});
+    } else {
+      const bool gyro = l.guess->part == Part::kGyro;
+      found.push_back(
+          {LogFault::kUnreadable, l.log.file,
+           fmt::format("{}:1: has {} alone, and no file beside it has the {} at times of the same kind", l.log.file,
+                       gyro ? "gyroscopes" : "accelerometers", gyro ? "accelerometers" : "gyroscopes"),
+           "name both files"});
+    }
     l.guess.reset();
   }
 }
@@ -406,8 +437,7 @@ std::optional<Calibration> try_calibration(Inspection& inspection, const Inspect
 
 std::vector<InspectedLog> recognise(const std::vector<std::string>& files, std::vector<Suspicion>& found) {
   std::vector<InspectedLog> logs;
-  logs.reserve(files.size());
-  for (const std::string& file : files) logs.push_back(guessed(file, found));
+  for (const std::string& file : files) append(logs, guessed(file, found));
   pair_up(logs, found);
   return logs;
 }

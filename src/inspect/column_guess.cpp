@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <stdexcept>
@@ -10,13 +11,12 @@
 #include "column_names.h"
 #include "column_table.h"
 #include "column_values.h"
+#include "piste/core/error.h"
 
 namespace piste {
 namespace {
 
-constexpr double kImuInterval = 0.01, kGnssInterval = 0.5;  // s
-
-bool measures(const std::string& unit, const Dimension& dimension) {
+bool measures(std::string_view unit, const Dimension& dimension) {
   try {
     unit_factor(unit, dimension);
     return !unit.empty();
@@ -24,6 +24,44 @@ bool measures(const std::string& unit, const Dimension& dimension) {
     return false;
   }
 }
+
+// The unit of time that a name has among its words, and what is left where it stands at the end.
+struct TimeStem {
+  std::vector<std::string> words;
+  std::string unit;
+};
+
+struct TimeWord {
+  std::string_view word, unit;
+};
+constexpr std::array kTimeWords =
+    std::to_array<TimeWord>({{"ns", "ns"},           {"nsec", "ns"},         {"nsecs", "ns"},       {"nanos", "ns"},
+                             {"nanosec", "ns"},      {"nanosecs", "ns"},     {"nanoseconds", "ns"}, {"us", "us"},
+                             {"usec", "us"},         {"usecs", "us"},        {"micros", "us"},      {"microsec", "us"},
+                             {"microsecs", "us"},    {"microseconds", "us"}, {"ms", "ms"},          {"msec", "ms"},
+                             {"msecs", "ms"},        {"millis", "ms"},       {"millisec", "ms"},    {"millisecs", "ms"},
+                             {"milliseconds", "ms"}, {"seconds", "s"},       {"secs", "s"},         {"sec", "s"}});
+
+std::string unit_in_name(const SampledColumn& c) {
+  const auto* const found =
+      std::find_if(kTimeWords.begin(), kTimeWords.end(), [&](const TimeWord& w) { return c.has(w.word); });
+  return found == kTimeWords.end() ? std::string() : std::string(found->unit);
+}
+
+TimeStem stem_of(const SampledColumn& c) {
+  if (measures(c.unit, dimension::kTime)) return {c.words, c.unit};
+  const auto* const found = std::find_if(kTimeWords.begin(), kTimeWords.end(), [&](const TimeWord& w) {
+    return !c.words.empty() && c.words.back() == w.word;
+  });
+  if (found == kTimeWords.end()) return {};
+  return {{c.words.begin(), c.words.end() - 1}, std::string(found->unit)};
+}
+
+// Days since power-up in one unit look like a time since 1970 in the next, at a thousandth of the pace: the slowest are
+// such that an IMU of 4 kHz and a receiver of 20 Hz are not taken so, and one of half a minute is taken as it is.
+constexpr Pace kImuPace{.usual = 0.01, .fastest = 5e-5, .slowest = 0.25};
+constexpr Pace kGnssPace{.usual = 0.5, .fastest = 1e-3, .slowest = 40};
+constexpr Pace kAttitudePace{.usual = 0.01, .fastest = 1e-4, .slowest = 5};
 
 /// Builds the mapping of one table.
 class Guesser {
@@ -33,7 +71,7 @@ class Guesser {
   }
 
   std::optional<LogGuess> guess() {
-    if (one("latitude") && one("longitude")) return receiver();
+    if (one("latitude") && one("longitude")) return with_body(receiver());
     if (auto imu = this->imu()) return imu;
     if (one("roll") && one("pitch") && (one("heading") || one("course"))) return attitude();
     return std::nullopt;
@@ -41,6 +79,25 @@ class Guesser {
 
  private:
   // ---- Finding columns ----
+
+  bool has_body() const { return (triad("gyro") && triad("accel")) || (triad("dtheta") && triad("dvel")); }
+
+  // The log of the IMU in the columns beside those of a receiver, whose rows then are those of the IMU.
+  std::optional<LogGuess> with_body(std::optional<LogGuess> receiver) const {
+    if (!has_body()) return receiver;
+    auto body = Guesser(file_, table_).imu();
+    if (!body) return receiver;
+    if (receiver) {
+      receiver->columns->only_new = true;
+      receiver->boot_time.reset();
+      receiver->why += ", beside those of an IMU: each new place is a fix";
+      body->beside.push_back(std::move(*receiver));
+    } else {
+      body->doubts.emplace_back(
+          "the columns of a receiver are left out: one of latitude, longitude and height is missing");
+    }
+    return body;
+  }
 
   std::optional<std::size_t> one(std::string_view key) const {
     for (std::size_t c = 0; c < meanings_.size(); ++c) {
@@ -76,9 +133,29 @@ class Guesser {
 
   // ---- Writing them down ----
 
-  // The unit to be written: none if the header's is known.
+  // Whether the header gives the unit of a column, in brackets or by its name.
+  bool has_unit(std::size_t column, const Dimension& dimension) const {
+    return has_known_brackets(column, dimension) || !unit_named(column, dimension).empty();
+  }
+
+  bool has_known_brackets(std::size_t column, const Dimension& dimension) const {
+    return table_.header && measures(table_.columns[column].cell.unit, dimension);
+  }
+
+  // The unit that the header gives in words: `ft` in brackets, or at the end of a name.
+  std::string unit_named(std::size_t column, const Dimension& dimension) const {
+    const SampledColumn& c = table_.columns[column];
+    for (std::string unit : {unit_spelt(words_of(c.cell.unit)), c.unit}) {
+      if (measures(unit, dimension)) return unit;
+    }
+    return {};
+  }
+
+  // The unit to be written: none if the one in the header's brackets is known as it stands.
   std::string unit_of(std::size_t column, const Dimension& dimension, const std::string& else_unit) const {
-    return measures(table_.columns[column].cell.unit, dimension) && table_.header ? "" : else_unit;
+    if (has_known_brackets(column, dimension)) return {};
+    std::string named = unit_named(column, dimension);
+    return named.empty() ? else_unit : named;
   }
 
   ColumnUse& use(std::string_view key, const std::vector<std::size_t>& columns, const Dimension& dimension,
@@ -90,9 +167,8 @@ class Guesser {
   }
 
   void use_triad(std::string_view key, const ColumnTriad& t, const Dimension& dimension, const UnitGuess& unit) {
-    const bool known = use(key, {t[0], t[1], t[2]}, dimension, unit.unit).unit.empty();
-    if (known) return;
-    if (!unit.doubt.empty()) doubts_.push_back(fmt::format("{}: {}", key, unit.doubt));
+    use(key, {t[0], t[1], t[2]}, dimension, unit.unit);
+    if (!unit.doubt.empty() && !has_unit(t[0], dimension)) doubts_.push_back(fmt::format("{}: {}", key, unit.doubt));
   }
 
   LogGuess taken(LogKind kind, LogGuess::Part part, const std::string& why) {
@@ -109,7 +185,7 @@ class Guesser {
 
   // ---- Time ----
 
-  std::optional<ColumnTime> time_from(std::size_t column, double usual_interval) const {
+  std::optional<ColumnTime> time_from(std::size_t column, const Pace& pace) const {
     const SampledColumn& c = table_.columns[column];
     ColumnTime time;
     time.name = table_.name_of(column);
@@ -124,10 +200,15 @@ class Guesser {
       time.date = table_.name_of(*date);
       return time;
     }
-    const Steps steps = steps_of(table_, column);
+    const auto parts = parts_beside(column);
+    const Steps steps = steps_of(table_, times_in(column, parts));
     if (!steps.is_time()) return std::nullopt;
+    if (parts) {
+      time.rest = table_.name_of(*parts);
+      time.rest_unit = stem_of(table_.columns[*parts]).unit;
+    }
     std::string unit = unit_in_name(c);
-    if (unit.empty()) unit = time_unit(steps, usual_interval);
+    if (unit.empty()) unit = time_unit(steps, pace);
     time.unit = unit_of(column, dimension::kTime, unit);
     const double first = steps.first * unit_factor(time.unit.empty() ? c.cell.unit : time.unit, dimension::kTime);
     constexpr double kSince = 9e8, kUntil = 4e9, kWeekLength = 604800;
@@ -140,40 +221,56 @@ class Guesser {
     return time;
   }
 
-  static std::string unit_in_name(const SampledColumn& c) {
-    struct Word {
-      std::string_view word, unit;
-    };
-    for (const Word& w : {Word{"ns", "ns"},
-                          {"nanos", "ns"},
-                          {"nanoseconds", "ns"},
-                          {"us", "us"},
-                          {"micros", "us"},
-                          {"microseconds", "us"},
-                          {"ms", "ms"},
-                          {"millis", "ms"},
-                          {"milliseconds", "ms"},
-                          {"seconds", "s"},
-                          {"sec", "s"}}) {
-      if (c.has(w.word)) return std::string(w.unit);
+  // The columns of this time, added up: a time may stand in two columns.
+  std::vector<double> times_in(std::size_t column, std::optional<std::size_t> rest) const {
+    std::vector<double> times = table_.columns[column].values;
+    if (!rest) return times;
+    const double factor = unit_factor(stem_of(table_.columns[*rest]).unit, dimension::kTime);
+    for (std::size_t i = 0; i < times.size(); ++i) times[i] += factor * table_.columns[*rest].values[i];
+    return times;
+  }
+
+  // The column of parts of a second beside one of whole seconds, such as `stamp.nanosec` beside `stamp.sec`: the names
+  // differ in the unit alone.
+  std::optional<std::size_t> parts_beside(std::size_t column) const {
+    const SampledColumn& whole = table_.columns[column];
+    const TimeStem stem = stem_of(whole);
+    const bool is_whole =
+        std::all_of(whole.values.begin(), whole.values.end(), [](double v) { return v == std::floor(v); });
+    if (!table_.header || stem.unit != "s" || !is_whole) return std::nullopt;
+    for (std::size_t c = 0; c < table_.columns.size(); ++c) {
+      const TimeStem beside = stem_of(table_.columns[c]);
+      if (beside.words != stem.words || beside.unit.empty() || beside.unit == "s") continue;
+      const double second = 1 / unit_factor(beside.unit, dimension::kTime);
+      const auto& parts = table_.columns[c].values;
+      if (std::all_of(parts.begin(), parts.end(), [&](double v) { return v >= 0 && v < second; })) return c;
     }
-    return {};
+    return std::nullopt;
   }
 
   // Times by name, else by their steps: an absolute one if there is one, and beside it one since power-up.
-  bool find_time(double usual_interval) {
+  bool find_time(const Pace& pace) {
     std::optional<ColumnTime> absolute;
+    std::optional<std::size_t> falling;
     for (const bool named : {true, false}) {
       if (!named && (absolute || boot_ || table_.header)) break;
       for (std::size_t c = 0; c < meanings_.size(); ++c) {
-        if (named && meanings_[c].key != "time") continue;
-        const auto time = time_from(c, usual_interval);
+        if (named && meanings_[c].key != "time" && !parts_beside(c)) continue;
+        const auto time = time_from(c, pace);
+        if (!time && named && steps_of(table_, table_.columns[c].values).falls_back()) falling = c;
         if (!time) continue;
         auto& place = time->of == TimeScale::kBoot ? boot_ : absolute;
         if (place) continue;
         place = time;
         (time->of == TimeScale::kBoot ? boot_column_ : absolute_column_) = c;
       }
+    }
+    if (!absolute && !boot_ && falling) {
+      throw DataError(file_ + ":1",
+                      fmt::format("column `{}` keeps falling back, so that it is no time by itself; if it is what is "
+                                  "left of whole seconds or of longer units in a column beside it, name both: "
+                                  "`time: {{name: …, unit: s, rest: {{name: {}, unit: …}}}}`",
+                                  table_.name_of(*falling), table_.name_of(*falling)));
     }
     if (!absolute && !boot_) return false;
     map_.time = absolute ? *absolute : *boot_;
@@ -189,8 +286,12 @@ class Guesser {
     const auto dtheta = triad("dtheta"), dvel = triad("dvel");
     const bool increments = dtheta && dvel && !(gyro && accel);
     const auto plain = triad("axis");
-    if (!gyro && !accel && !increments && !plain && table_.header) return std::nullopt;
-    if (!find_time(kImuInterval)) return std::nullopt;
+    if (!gyro && !accel && !increments && table_.header) {
+      if (triad("magnetic")) return put_aside("of a magnetometer alone");
+      if (!plain) return std::nullopt;
+      if (const std::string why = why_no_body(*plain); !why.empty()) return put_aside(why);
+    }
+    if (!find_time(kImuPace)) return std::nullopt;
     boot_.reset();
     std::string why = "columns named as those of an IMU";
     if (increments) {
@@ -217,23 +318,50 @@ class Guesser {
         magnetic && gyro && has_unit((*magnetic)[0], dimension::kMagneticField)) {
       use_triad("magnetic", *magnetic, dimension::kMagneticField, {""});
     }
-    if (!accel) return taken(LogKind::kImu, LogGuess::Part::kGyro, why);
-    if (!gyro) return taken(LogKind::kImu, LogGuess::Part::kAccel, why);
-    return taken(LogKind::kImu, LogGuess::Part::kWhole, why);
+    if (accel && gyro) return taken(LogKind::kImu, LogGuess::Part::kWhole, why);
+    LogGuess part = taken(LogKind::kImu, accel ? LogGuess::Part::kAccel : LogGuess::Part::kGyro, why);
+    part.aside = accel ? why_no_force(*accel) : named("uncal") ? "uncalibrated, as its name says" : "";
+    return part;
   }
 
-  bool has_unit(std::size_t column, const Dimension& dimension) const {
-    return table_.header && measures(table_.columns[column].cell.unit, dimension);
+  static LogGuess put_aside(std::string why) {
+    LogGuess guess;
+    guess.format = LogFormat::kColumns;
+    guess.part = LogGuess::Part::kNone;
+    guess.why = guess.aside = std::move(why);
+    return guess;
+  }
+
+  // Whether the name of the file says so.
+  bool named(std::string_view part) const {
+    std::string name = std::filesystem::path(file_).stem().string();
+    std::transform(name.begin(), name.end(), name.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return name.find(part) != std::string::npos;
   }
 
   // Columns that are merely x, y and z: by the name of the file, else by their size.
   bool is_of_forces(const ColumnTriad& t) const {
-    std::string name = std::filesystem::path(file_).stem().string();
-    std::transform(name.begin(), name.end(), name.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    if (name.find("gyr") != std::string::npos) return false;
-    if (name.find("acc") != std::string::npos) return true;
-    return is_gravity(usual_magnitude(table_, t));
+    if (named("gyr")) return false;
+    return named("acc") || named("grav") || is_gravity(usual_magnitude(table_, t));
+  }
+
+  // Why such columns are of neither triad of an IMU. What is not gravity need not turn.
+  std::string why_no_body(const ColumnTriad& t) const {
+    if (named("mag") || named("compass")) return "of a magnetometer, as its name says";
+    if (named("gyr") || is_of_forces(t)) return {};
+    return "columns x, y, z of neither gyroscopes nor accelerometers, as far as values and the name of the file tell";
+  }
+
+  // Why accelerations are not the specific force that a sensor measured, if another file has that.
+  std::string why_no_force(const ColumnTriad& t) const {
+    constexpr double kSmooth = 1e-5;  // of gravity; the quietest sensors have ten times as much noise
+    const double magnitude = usual_magnitude(table_, t);
+    if (named("uncal")) return "uncalibrated, as its name says";
+    if (!is_gravity(magnitude)) return fmt::format("accelerations without gravity: they are mostly {:.2g}", magnitude);
+    if (named("grav") || magnitude_scatter(table_, t) < kSmooth)
+      return "gravity as a fusion has it, without the noise of a sensor";
+    return {};
   }
 
   double largest(std::size_t column) const {
@@ -247,9 +375,17 @@ class Guesser {
     return largest(column) > most ? std::string(integers) : "deg";
   }
 
+  // That above the ellipsoid where there are two: the other is above the sea.
+  std::optional<std::size_t> height() const {
+    for (std::size_t c = 0; c < meanings_.size(); ++c) {
+      if (meanings_[c].key == "height" && is_ellipsoidal(table_.columns[c])) return c;
+    }
+    return one("height");
+  }
+
   std::optional<LogGuess> receiver() {
-    const auto height = one("height");
-    if (!height || !find_time(kGnssInterval)) return std::nullopt;
+    const auto height = this->height();
+    if (!height || !find_time(has_body() ? kImuPace : kGnssPace)) return std::nullopt;
     constexpr double kTurn = 360;
     const std::string angle = angle_unit(*one("latitude"), kTurn, "1e-7 deg");
     const bool integers = angle != "deg" && !has_unit(*one("latitude"), dimension::kAngle);
@@ -269,12 +405,26 @@ class Guesser {
     }
     receiver_velocity(velocity, integers);
     if (const auto fix = one("fix")) {
-      if (table_.columns[*fix].words.back() == "type") {
-        constexpr double kWithPlace = 2;  // of u-blox: 2D, 3D, with dead reckoning
-        use("fix", {*fix}, dimension::kRatio, "").valid = {kWithPlace, kWithPlace + 1, kWithPlace + 2};
-      }
+      if (table_.columns[*fix].words.back() == "type") fix_type(*fix);
     }
     return taken(LogKind::kGnss, LogGuess::Part::kWhole, "columns named as those of a receiver");
+  }
+
+  // u-blox counts 2D, 3D, with dead reckoning from 2, and the time alone as 5; MAVLink and PX4 count 3D, DGPS, float
+  // and fixed RTK, static, PPP from 3. That of u-blox goes no further than 5.
+  void fix_type(std::size_t column) {
+    constexpr double kTimeAlone = 5;
+    const double most = largest(column);
+    std::vector<double>& valid = use("fix", {column}, dimension::kRatio, "").valid;
+    if (most > kTimeAlone) {
+      valid = {3, 4, 5, 6, 7, 8};
+      doubts_.emplace_back("fix: taken as MAVLink and PX4 write it: 3 is 3D, 4 DGPS, 5 and 6 RTK, 7 static, 8 PPP");
+      return;
+    }
+    valid = {2, 3, 4};
+    doubts_.emplace_back("fix: taken as u-blox writes it: 2 is 2D, 3 is 3D, 4 with dead reckoning");
+    if (most == kTimeAlone)
+      doubts_.back() += ", 5 the time alone; as MAVLink writes it, 5 is RTK: then `valid: [3, 4, 5, 6]`";
   }
 
   void receiver_velocity(const std::string& unit, bool integers) {
@@ -306,7 +456,7 @@ class Guesser {
   }
 
   std::optional<LogGuess> attitude() {
-    if (!find_time(kImuInterval)) return std::nullopt;
+    if (!find_time(kAttitudePace)) return std::nullopt;
     boot_.reset();
     const std::size_t heading = one("heading") ? *one("heading") : *one("course");
     constexpr double kHalfTurn = 3.2;  // rad

@@ -74,8 +74,8 @@ std::string place_key(const SampledColumn& c) {
   if (c.has_any({"lat", "latitude"})) return "latitude";
   if (c.has_any({"lon", "lng", "long", "longitude"})) return "longitude";
   const bool sea = c.has_any({"msl", "geoid", "undulation", "separation"});
-  if (!sea &&
-      (c.has_any({"height", "alt", "altitude", "hgt", "ellipsoid"}) || (c.words.size() == 1 && c.words[0] == "h"))) {
+  if (!sea && (is_ellipsoidal(c) || c.has_any({"height", "alt", "altitude", "hgt"}) ||
+               (c.words.size() == 1 && c.words[0] == "h"))) {
     return "height";
   }
   return {};
@@ -88,6 +88,8 @@ std::string motion_key(const SampledColumn& c) {
 }
 
 }  // namespace
+
+bool is_ellipsoidal(const SampledColumn& c) { return c.has_any({"hae", "ellipsoid", "ellipsoidal", "ellips"}); }
 
 ColumnMeaning meaning_of(const SampledColumn& c) {
   if (c.words.empty()) return {};

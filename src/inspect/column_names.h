@@ -18,4 +18,7 @@ struct ColumnMeaning {
 
 ColumnMeaning meaning_of(const SampledColumn& column);
 
+/// Whether a height is named as that above the ellipsoid.
+bool is_ellipsoidal(const SampledColumn& column);
+
 }  // namespace piste

@@ -1,10 +1,11 @@
 #include "column_table.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <limits>
 
@@ -14,15 +15,47 @@ namespace {
 constexpr std::size_t kFirst = 3000, kLater = 1500;  // rows of the first stretch, and of each of the others
 constexpr std::size_t kParts = 4;                    // of the file, one stretch each
 
-double number_in(std::string_view text) {
-  if (text.size() > 1 && text[0] == '+') text.remove_prefix(1);
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  const bool whole = error == std::errc{} && end == text.data() + text.size();
-  return whole ? value : std::numeric_limits<double>::quiet_NaN();
+// How names and brackets spell units, beside the units themselves: their words, and the unit.
+struct Spelling {
+  std::string_view words, unit;
+};
+constexpr std::array kSpellings = std::to_array<Spelling>(
+    {{"rad", "rad"},        {"radian", "rad"},    {"radians", "rad"},     {"mrad", "mrad"},
+     {"deg", "deg"},        {"degree", "deg"},    {"degrees", "deg"},     {"m", "m"},
+     {"meter", "m"},        {"meters", "m"},      {"metre", "m"},         {"metres", "m"},
+     {"mm", "mm"},          {"cm", "cm"},         {"km", "km"},           {"ft", "0.3048 m"},
+     {"foot", "0.3048 m"},  {"feet", "0.3048 m"}, {"m s", "m/s"},         {"mps", "m/s"},
+     {"mm s", "mm/s"},      {"cm s", "cm/s"},     {"km h", "km/h"},       {"kmh", "km/h"},
+     {"kph", "km/h"},       {"kn", "kn"},         {"kt", "kn"},           {"kts", "kn"},
+     {"knot", "kn"},        {"knots", "kn"},      {"mph", "0.44704 m/s"}, {"ft s", "0.3048 m/s"},
+     {"fps", "0.3048 m/s"}, {"rad s", "rad/s"},   {"rads", "rad/s"},      {"radps", "rad/s"},
+     {"deg s", "deg/s"},    {"degs", "deg/s"},    {"degps", "deg/s"},     {"dps", "deg/s"},
+     {"mdps", "mdeg/s"},    {"m s 2", "m/s^2"},   {"m s s", "m/s^2"},     {"ms 2", "m/s^2"},
+     {"mps 2", "m/s^2"},    {"g", "g"},           {"mg", "mg"},           {"s", "s"},
+     {"ms", "ms"},          {"us", "us"},         {"ns", "ns"},           {"u t", "uT"},
+     {"ut", "uT"}});
+
+// Takes the unit off the end of a column's name: the longest that still leaves a name.
+void take_unit(SampledColumn& column) {
+  constexpr std::size_t kLongest = 3;  // words
+  std::vector<std::string>& words = column.words;
+  for (std::size_t count = std::min(kLongest, words.size() - std::min<std::size_t>(words.size(), 1)); count > 0;
+       --count) {
+    column.unit = unit_spelt(std::span(words).last(count));
+    if (column.unit.empty()) continue;
+    words.resize(words.size() - count);
+    return;
+  }
 }
 
 }  // namespace
+
+std::string unit_spelt(std::span<const std::string> words) {
+  const std::string all = fmt::format("{}", fmt::join(words, " "));
+  const auto* const found =
+      std::find_if(kSpellings.begin(), kSpellings.end(), [&](const Spelling& s) { return s.words == all; });
+  return found == kSpellings.end() ? std::string() : std::string(found->unit);
+}
 
 bool SampledColumn::has(std::string_view word) const {
   return std::find(words.begin(), words.end(), word) != words.end();
@@ -75,7 +108,8 @@ std::optional<ColumnTable> sample_columns(std::string_view text) {
   TextReader reader("", separator, text);
   while (reader.next() && reader.line_number() < layout->rows) {
     if (reader.line_number() != layout->header) continue;
-    for (HeaderCell& cell : header_cells(reader.fields())) table.columns.push_back({std::move(cell), {}, {}, {}, {}});
+    for (HeaderCell& cell : header_cells(reader.fields()))
+      table.columns.push_back({std::move(cell), {}, {}, {}, {}, {}});
   }
   table.header = layout->header != 0;
   if (table.header && table.columns.back().cell.whole.empty()) table.columns.pop_back();
@@ -87,6 +121,7 @@ std::optional<ColumnTable> sample_columns(std::string_view text) {
   for (std::size_t i = 0; i < table.columns.size(); ++i) {
     SampledColumn& column = table.columns[i];
     column.words = words_of(column.cell.name);
+    take_unit(column);
     if (i < reader.fields().size()) column.first = reader.fields()[i];
   }
   const auto take = [&](TextReader& rows, std::size_t most, bool more) {
@@ -95,7 +130,8 @@ std::optional<ColumnTable> sample_columns(std::string_view text) {
       const auto& fields = rows.fields();
       if (fields.size() != table.columns.size() && fields.size() != table.columns.size() + 1) continue;
       for (std::size_t c = 0; c < table.columns.size(); ++c) {
-        table.columns[c].values.push_back(number_in(fields[c]));
+        table.columns[c].values.push_back(
+            number_in(fields[c], separator).value_or(std::numeric_limits<double>::quiet_NaN()));
         if (table.stretches.size() == 1) table.columns[c].last = fields[c];
       }
       ++table.rows;

@@ -2,6 +2,7 @@
 /// A sample of the rows of a text log, by columns.
 
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,6 +15,7 @@ namespace piste {
 struct SampledColumn {
   HeaderCell cell;                 ///< empty if there is no header
   std::vector<std::string> words;  ///< of its name, in lower case: `accelerometerTimestamp_sinceReboot` has four
+  std::string unit;                ///< that the name ends with, such as `rad` of `lat_rad`, whose words are without it
   std::vector<double> values;      ///< NaN where there is no number
   std::string first, last;         ///< the texts of its first and last field in the first stretch
   bool has(std::string_view word) const;
@@ -37,5 +39,8 @@ std::optional<ColumnTable> sample_columns(std::string_view text);
 
 /// The words of a name, in lower case: parted where letters, digits and cases change, and at other signs.
 std::vector<std::string> words_of(std::string_view name);
+
+/// The unit that these words spell, such as `m/s` of `m s`; empty if it is none.
+std::string unit_spelt(std::span<const std::string> words);
 
 }  // namespace piste

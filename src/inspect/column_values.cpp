@@ -92,6 +92,13 @@ double usual_magnitude(const ColumnTable& table, const ColumnTriad& triad) {
   return median_of(norms);
 }
 
+double magnitude_scatter(const ColumnTable& table, const ColumnTriad& triad) {
+  const double magnitude = usual_magnitude(table, triad);
+  std::vector<double> off(table.rows);
+  for (std::size_t i = 0; i < table.rows; ++i) off[i] = std::abs(row_of(table, triad, i).norm() / magnitude - 1);
+  return median_of(off);
+}
+
 bool is_gravity(double magnitude) {
   return std::any_of(kGravities.begin(), kGravities.end(), [&](const auto& g) { return is_near(magnitude, g.value); });
 }
@@ -130,36 +137,37 @@ UnitGuess turn_unit(const ColumnTable& table, const ColumnTriad& triad) {
                                noise, largest)};
 }
 
-Steps steps_of(const ColumnTable& table, std::size_t column) {
-  const std::vector<double>& values = table.columns[column].values;
+Steps steps_of(const ColumnTable& table, const std::vector<double>& values) {
   Steps steps;
   std::vector<double> up;
-  double all = 0, down = 0;
+  double all = 0, risen = 0, fallen = 0;
   for (std::size_t i = 1; i < values.size(); ++i) {
     if (table.begins(i)) continue;
     const double step = values[i] - values[i - 1];
     if (!std::isfinite(step)) return {};
     ++all;
     if (step > 0) up.push_back(step);
-    if (step < 0) ++down;
+    if (step < 0) ++steps.falls;
+    (step > 0 ? risen : fallen) += std::abs(step);
   }
   if (all == 0) return steps;
   steps.first = values[0];
   steps.increasing = static_cast<double>(up.size()) / all;
-  steps.backwards = down / all;
+  steps.backwards = static_cast<double>(steps.falls) / all;
+  steps.lost = risen > 0 ? fallen / risen : 0;
   steps.median = up.empty() ? 0 : median(std::move(up));
   return steps;
 }
 
-std::string time_unit(const Steps& steps, double usual_interval) {
+std::string time_unit(const Steps& steps, const Pace& pace) {
   constexpr std::array<NamedValue, 4> kUnits{{{"s", 1}, {"ms", 1e-3}, {"us", 1e-6}, {"ns", 1e-9}}};
   constexpr double kSince = 9e8, kUntil = 4e9;  // s since 1970 or 1980 of the times in which logs are written
   for (const NamedValue& unit : kUnits) {
-    if (steps.first * unit.value > kSince && steps.first * unit.value < kUntil) return std::string(unit.name);
+    const double first = steps.first * unit.value, step = steps.median * unit.value;
+    const bool possible = step > pace.fastest && step < pace.slowest;
+    if (first > kSince && first < kUntil && possible) return std::string(unit.name);
   }
-  const auto off = [&](const NamedValue& unit) {
-    return std::abs(std::log(steps.median * unit.value / usual_interval));
-  };
+  const auto off = [&](const NamedValue& unit) { return std::abs(std::log(steps.median * unit.value / pace.usual)); };
   return std::string(std::min_element(kUnits.begin(), kUnits.end(), [&](const auto& a, const auto& b) {
                        return off(a) < off(b);
                      })->name);
@@ -179,11 +187,8 @@ std::optional<ValueTriads> find_triads(const ColumnTable& table, std::size_t tim
   double least = kLargest;
   for (std::size_t c = 0; c < count; ++c) {
     if (!free(c)) continue;
-    const double magnitude = usual_magnitude(table, triad(c));
-    if (!is_gravity(magnitude)) continue;
-    std::vector<double> off(table.rows);
-    for (std::size_t i = 0; i < table.rows; ++i) off[i] = std::abs(row_of(table, triad(c), i).norm() / magnitude - 1);
-    if (const double scatter = median_of(off); scatter < least) {
+    if (!is_gravity(usual_magnitude(table, triad(c)))) continue;
+    if (const double scatter = magnitude_scatter(table, triad(c)); scatter < least) {
       least = scatter;
       accel = c;
     }

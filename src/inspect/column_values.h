@@ -14,6 +14,9 @@ using ColumnTriad = std::array<std::size_t, 3>;
 /// Median of the magnitudes of three columns; NaN without rows.
 double usual_magnitude(const ColumnTable& table, const ColumnTriad& triad);
 
+/// By how much the magnitudes differ from the usual one, as a part of it: their median.
+double magnitude_scatter(const ColumnTable& table, const ColumnTriad& triad);
+
 /// A unit that values suggest, and what is to be said of it if it is not sure.
 struct UnitGuess {
   std::string unit;
@@ -33,13 +36,24 @@ struct Steps {
   double median = 0;      ///< of the steps that increase; 0 if there are none
   double increasing = 0;  ///< part of the steps that increase
   double backwards = 0;   ///< part of the steps that decrease
+  double lost = 0;        ///< by what it decreases, as a part of that by which it increases
+  std::size_t falls = 0;  ///< number of steps that decrease
   double first = 0;       ///< the first value
-  bool is_time() const { return median > 0 && increasing > 0.5 && backwards < 0.02; }
+  /// Whether it is what is left of a unit that is counted elsewhere: it starts again and again. A log may start again
+  /// once or twice, and single rows may come late.
+  bool falls_back() const { return falls > 2 && lost > 0.5; }
+  bool is_time() const { return median > 0 && increasing > 0.5 && backwards < 0.02 && !falls_back(); }
 };
-Steps steps_of(const ColumnTable& table, std::size_t column);
+/// `values` are a column's, or as many.
+Steps steps_of(const ColumnTable& table, const std::vector<double>& values);
 
-/// The unit of a time: that in which it is a time since 1970 or a usual interval [s].
-std::string time_unit(const Steps& steps, double usual_interval);
+/// The intervals between the rows of a kind of log [s].
+struct Pace {
+  double usual, fastest, slowest;
+};
+
+/// The unit of a time: that in which it is a time since 1970 at a possible pace, or else runs at the usual one.
+std::string time_unit(const Steps& steps, const Pace& pace);
 
 /// The headerless triads: specific force, and gyroscopes beside it. Nothing if no three columns are like gravity.
 struct ValueTriads {

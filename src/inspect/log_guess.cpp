@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <initializer_list>
 #include <optional>
 
 #include "column_guess.h"
@@ -52,29 +53,38 @@ LogGuess found_by(LogKind kind, LogFormat format, std::string why) {
   return guess;
 }
 
+// Only what that reader needs makes it one of its files; of others the columns are guessed.
 std::optional<LogGuess> guess_csv(std::string_view header) {
-  if (!has(header, "time_s")) return std::nullopt;
-  struct Sign {
-    std::string_view column;
-    LogKind kind;
+  TextReader reader("", TextReader::Separator::kComma, header);
+  if (!reader.next()) return std::nullopt;
+  const auto& cells = reader.fields();
+  const auto has_all = [&](const std::vector<std::string>& names) {
+    return std::all_of(names.begin(), names.end(),
+                       [&](const auto& name) { return std::find(cells.begin(), cells.end(), name) != cells.end(); });
   };
-  for (const Sign sign : {Sign{"gyro_x_", LogKind::kImu},
-                          {"dtheta_x_", LogKind::kImu},
-                          {"accel_x_", LogKind::kImu},
-                          {"latitude_", LogKind::kGnss},
-                          {"heading_", LogKind::kAttitude},
-                          {"roll_", LogKind::kAttitude}}) {
-    const auto at = header.find(sign.column);
-    if (at == std::string_view::npos) continue;
-    const std::string_view name = header.substr(at, header.find_first_of(", \t\r", at) - at);
-    return found_by(sign.kind, LogFormat::kCsv, fmt::format("column {}", name));
-  }
+  const auto has_triad = [&](std::string_view name, std::initializer_list<std::string_view> units) {
+    return std::any_of(units.begin(), units.end(), [&](std::string_view unit) {
+      return has_all(
+          {fmt::format("{}_x_{}", name, unit), fmt::format("{}_y_{}", name, unit), fmt::format("{}_z_{}", name, unit)});
+    });
+  };
+  if (!has_all({"time_s"})) return std::nullopt;
+  const auto csv = [](LogKind kind, std::string why) { return found_by(kind, LogFormat::kCsv, std::move(why)); };
+  if (has_triad("gyro", {"rad_s", "deg_s"}) && has_triad("accel", {"m_s2", "g"}))
+    return csv(LogKind::kImu, "columns gyro_x and accel_x with their units");
+  if (has_triad("dtheta", {"rad", "deg"}) && has_triad("dvel", {"m_s"}))
+    return csv(LogKind::kImu, "columns dtheta_x and dvel_x with their units");
+  if (has_all({"latitude_deg", "longitude_deg", "height_m"})) return csv(LogKind::kGnss, "column latitude_deg");
+  if (has_all({"roll_deg", "pitch_deg", "heading_deg"})) return csv(LogKind::kAttitude, "column heading_deg");
   return std::nullopt;
 }
 
 // Rows of plain numbers. IMU and receiver may both have seven columns; the size of the numbers shows which it is.
 std::optional<LogGuess> guess_numbers(const std::string& file, std::string_view head, std::string_view content) {
+  const std::string_view line = head.substr(0, head.find('\n'));
+  if (has(line, ";") && has(line, ",")) return std::nullopt;  // decimal commas
   TextReader reader(file, TextReader::Separator::kSpaces, head);
+  bool is_place = true;  // by latitude, longitude, and sigmas of positions and velocities
   std::size_t columns = 0, rows = 0, backwards = 0;
   double largest = 0, smallest_sigma = 1e300, first = 0, last = 0, velocity = 0;
   try {
@@ -89,6 +99,8 @@ std::optional<LogGuess> guess_numbers(const std::string& file, std::string_view 
       last = time;
       velocity += std::hypot(reader.number(4), reader.number(5), reader.number(6));
       for (std::size_t i = 1; i < 4; ++i) largest = std::max(largest, std::abs(reader.number(i)));
+      is_place = is_place && std::abs(reader.number(1)) <= 90 && std::abs(reader.number(2)) <= 360;
+      for (std::size_t i = 10; i < 13 && columns > 12; ++i) is_place = is_place && reader.number(i) >= 0;
       for (std::size_t i = 4; i < 7; ++i) smallest_sigma = std::min(smallest_sigma, reader.number(i));
       ++rows;
     }
@@ -97,10 +109,11 @@ std::optional<LogGuess> guess_numbers(const std::string& file, std::string_view 
   }
   constexpr std::size_t kFewBackwards = 4;  // one row in so many; with more, the first number is no time
   if (rows == 0 || kFewBackwards * backwards > rows) return std::nullopt;
-  if (columns == 13 || columns == 14)
+  is_place = is_place && smallest_sigma >= 0;
+  if ((columns == 13 || columns == 14) && is_place)
     return found_by(LogKind::kGnss, LogFormat::kKfGins, fmt::format("{} numbers a row", columns));
   if (columns != 7) return std::nullopt;
-  if (smallest_sigma >= 0 && largest > 10)
+  if (is_place && largest > 10)
     return found_by(LogKind::kGnss, LogFormat::kKfGins, "7 numbers a row, the last three not negative");
   LogGuess imu = found_by(LogKind::kImu, LogFormat::kKfGins, "7 numbers a row, as small as increments");
   // As increments they add up to gravity; of others the values may show what they are.

@@ -60,6 +60,7 @@ ColumnClock::ColumnClock(const ColumnReader& reader, const ColumnTime& time, boo
   } else {
     time_ = reader.column(time.name, "time", time.unit, dimension::kTime);
   }
+  if (!time.rest.empty()) rest_ = reader.column(time.rest, "rest", time.rest_unit, dimension::kTime);
   if (!time.week.empty()) week_ = reader.place_of(time.week, "week");
   if (!time.date.empty()) date_ = reader.place_of(time.date, "date");
 }
@@ -69,10 +70,10 @@ double ColumnClock::next() {
   if (calendar_) return weeks_.next(calendar(), text);
   switch (of_) {
     case TimeScale::kBoot:
-      return increasing_.later(reader_.value(time_), text);
+      return increasing_.later(reader_.value(time_) + rest(), text);
     case TimeScale::kGpsWeek: {
-      if (!week_) return increasing_.next(reader_.value(time_), text);
-      const double week = text.number(*week_), seconds = reader_.value(time_);
+      if (!week_) return increasing_.next(reader_.value(time_) + rest(), text);
+      const double week = text.number(*week_), seconds = reader_.value(time_) + rest();
       if (!(week >= 0 && week < 1e4 && week == std::floor(week) && std::abs(seconds) <= kWeek)) {
         text.fail(fmt::format("week {:g} and {:.3f} s of it are no GPS time", week, seconds));
       }
@@ -87,7 +88,7 @@ double ColumnClock::next() {
 
 // Whole seconds are split off as whole numbers: nanoseconds since 1970 have more digits than a double.
 GpsTime ColumnClock::since_epoch() const {
-  const auto [whole, rest] = reader_.text().parts(time_.index);
+  const auto [whole, left] = reader_.text().parts(time_.index);
   const bool gps = of_ == TimeScale::kGps;
   constexpr double kFirstDay = 315964800, kLast = 1e10;  // 6 January 1980 in Unix time; s
   const double about = static_cast<double>(whole) * time_.factor;
@@ -101,8 +102,8 @@ GpsTime ColumnClock::since_epoch() const {
   const bool decimal = per_second >= 1 && std::abs(per_second * time_.factor - 1) < 1e-12;
   const auto per = decimal ? static_cast<std::int64_t>(per_second) : 1;
   const auto seconds = decimal ? whole / per : static_cast<std::int64_t>(about);
-  const double fraction = decimal ? (static_cast<double>(whole % per) + rest) / per_second
-                                  : about + rest * time_.factor - static_cast<double>(seconds);
+  const double fraction = rest() + (decimal ? (static_cast<double>(whole % per) + left) / per_second
+                                            : about + left * time_.factor - static_cast<double>(seconds));
   constexpr auto kDaySeconds = static_cast<std::int64_t>(kDay), kWeekSeconds = static_cast<std::int64_t>(kWeek);
   if (gps) return {static_cast<int>(seconds / kWeekSeconds), static_cast<double>(seconds % kWeekSeconds) + fraction};
   return gps_time(sys_days(days(seconds / kDaySeconds)), static_cast<double>(seconds % kDaySeconds) + fraction,

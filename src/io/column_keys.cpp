@@ -72,6 +72,11 @@ ColumnTime read_time(const Config& map, TimeScale scale) {
   if (calendar && time.of != TimeScale::kUtc && time.of != TimeScale::kGps) {
     map.fail("unit", "calendar times are `of: utc` or `of: gps`");
   }
+  if (const auto rest = map.find_map("rest")) {
+    time.rest = rest->text("name");
+    time.rest_unit = read_unit(*rest, dimension::kTime);
+    if (calendar) map.fail("rest", "stands beside a number, not beside a calendar time");
+  }
   if (!time.date.empty() && !calendar) map.fail("date", "stands beside a time of day: `unit: calendar`");
   return time;
 }
@@ -163,6 +168,10 @@ std::string text_of(const ColumnTime& time) {
   if (!time.week.empty()) text += ", week: " + plain_or_quoted(time.week);
   if (!time.date.empty()) text += ", date: " + plain_or_quoted(time.date);
   if (!time.unit.empty()) text += ", unit: " + time.unit;
+  if (!time.rest.empty()) {
+    text += fmt::format(", rest: {{name: {}{}}}", plain_or_quoted(time.rest),
+                        time.rest_unit.empty() ? "" : ", unit: " + time.rest_unit);
+  }
   return text + fmt::format(", of: {}}}", name_of(time.of));
 }
 
@@ -199,6 +208,7 @@ ColumnMap read_column_map(const Config& source, std::span<const ColumnQuantity> 
     if (quantity.key != "accel") continue;
     if (const auto time = columns.map("accel").find_map("time")) map.accel_time = read_time(*time, map.time.of);
   }
+  if (quantities.data() == kGnss.data()) map.only_new = columns.flag("only_new", false);
   require(columns, map, quantities);
   if (source.has("delimiter")) map.delimiter = source.choice<Delimiter>("delimiter", kDelimiters);
   if (source.has("skip")) {
@@ -225,6 +235,7 @@ std::string columns_text(const ColumnMap& map, std::string_view indent) {
       text += fmt::format(",\n{}{}: {}", indent, quantity.key, entry);
     }
   }
+  if (map.only_new) text += fmt::format(",\n{}only_new: true", indent);
   return text + "}";
 }
 

@@ -60,11 +60,13 @@ class ColumnClock {
  private:
   GpsTime since_epoch() const;
   GpsTime calendar() const;
+  double rest() const { return rest_ ? reader_.value(*rest_) : 0; }
 
   const ColumnReader& reader_;
   TimeScale of_;
   bool calendar_;
   Column time_;
+  std::optional<Column> rest_;
   std::optional<std::size_t> week_, date_;
   IncreasingTime increasing_;
   WeekTime weeks_;

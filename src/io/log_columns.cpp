@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include "io/column_reader.h"
 #include "log_formats.h"
@@ -136,6 +137,17 @@ class FixReader {
     fix_ = one("fix");
   }
 
+  /// Whether the place is that of the row before, or missing: the fastest sensor makes the rows of a log of several.
+  bool is_repeated() {
+    std::array<double, 3> now{};
+    for (std::size_t i = 0; i < now.size(); ++i) {
+      const auto value = reader_.find_value(place_[i]);
+      if (!value) return true;
+      now[i] = *value;
+    }
+    return std::exchange(last_, now) == now;
+  }
+
   /// Whether the receiver says that it has a fix: by the column `fix`, by an accuracy that is not negative, as iOS, and
   /// by a place.
   bool has_fix() const {
@@ -221,6 +233,7 @@ class FixReader {
   const ColumnReader& reader_;
   bool unknown_allowed_;
   std::array<Column, 3> place_;
+  std::optional<std::array<double, 3>> last_;
   NedColumns sigma_, velocity_, sigma_velocity_;
   std::optional<Column> horizontal_, vertical_, speed_, course_, speed_accuracy_, course_accuracy_, fix_;
 };
@@ -244,12 +257,12 @@ ImuRecording read_imu_columns(const LogFile& log, RowFaults* faults) {
 
 GnssRecording read_gnss_columns(const LogFile& log, RowFaults* faults) {
   ColumnReader reader(log.file, *log.columns, log.content);
-  const FixReader fixes(log, reader, faults != nullptr);
+  FixReader fixes(log, reader, faults != nullptr);
   ColumnClock clock(reader, log.columns->time, log.repair);
   GnssRecording gnss;
   gnss.file = log.file;
   const auto row = [&] {
-    if (!fixes.has_fix()) {
+    if (!fixes.has_fix() || (log.columns->only_new && fixes.is_repeated())) {
       ++gnss.without_fix;
       return;
     }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <map>
 #include <utility>
 
@@ -10,13 +9,6 @@ namespace piste {
 namespace {
 
 constexpr std::size_t kLooked = 64 << 10;  // bytes
-
-bool is_number(std::string_view text) {
-  if (text.size() > 1 && text[0] == '+') text.remove_prefix(1);
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc{} && end == text.data() + text.size();
-}
 
 // One line that is not empty.
 struct Line {
@@ -31,7 +23,9 @@ std::vector<Line> lines_of(std::string_view text, Delimiter delimiter) {
   while (reader.next()) {
     const auto& fields = reader.fields();
     const bool trailing = fields.size() > 1 && fields.back().empty();
-    const auto numbers = static_cast<std::size_t>(std::count_if(fields.begin(), fields.end(), is_number));
+    const auto numbers = static_cast<std::size_t>(std::count_if(fields.begin(), fields.end(), [&](std::string_view f) {
+      return number_in(f, separator_of(delimiter)).has_value();
+    }));
     const auto empty = static_cast<std::size_t>(
         std::count_if(fields.begin(), fields.end(), [](std::string_view f) { return f.empty(); }));
     lines.push_back({reader.line_number(), fields.size(), fields.size() - (trailing ? 1 : 0),

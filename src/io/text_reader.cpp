@@ -21,6 +21,11 @@ namespace {
 bool is_blank(char c) { return c == ' ' || c == '\t'; }
 bool is_gap(char c) { return is_blank(c) || c == ',' || c == ';'; }
 
+// Whether commas separate no fields.
+bool may_be_decimal_comma(TextReader::Separator separator) {
+  return separator == TextReader::Separator::kSemicolon || separator == TextReader::Separator::kTab;
+}
+
 std::string_view trimmed(std::string_view text) {
   while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
   while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
@@ -114,14 +119,22 @@ void TextReader::split(std::string_view text) {
   }
 }
 
-double TextReader::number(std::size_t i) const {
-  std::string_view text = fields_[i];
+std::optional<double> number_in(std::string_view text, TextReader::Separator separator) {
   if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size()) {
-    fail(fmt::format("field {}, `{}`, is no number", i + 1, fields_[i]), RowFault::Kind::kText);
-  }
+  if (error != std::errc{}) return std::nullopt;
+  if (end == text.data() + text.size()) return value;
+  if (*end != ',' || !may_be_decimal_comma(separator)) return std::nullopt;
+  std::string with_point(text);
+  with_point[static_cast<std::size_t>(end - text.data())] = '.';
+  return number_in(with_point, TextReader::Separator::kComma);
+}
+
+double TextReader::number(std::size_t i) const {
+  const auto number = number_in(fields_[i], separator_);
+  if (!number) fail(fmt::format("field {}, `{}`, is no number", i + 1, fields_[i]), RowFault::Kind::kText);
+  const double value = *number;
   if (!std::isfinite(value)) {
     fail(fmt::format("field {}, `{}`, must be finite; leave out rows without a value", i + 1, fields_[i]),
          RowFault::Kind::kNotFinite);
@@ -135,10 +148,12 @@ std::pair<std::int64_t, double> TextReader::parts(std::size_t i) const {
   const char* const last = text.data() + text.size();
   const auto [end, error] = std::from_chars(text.data(), last, whole);
   if (error == std::errc{} && end == last) return {whole, 0};
-  double rest = 0;
-  if (error == std::errc{} && *end == '.' && end != text.data()) {
-    const auto [stop, wrong] = std::from_chars(end, last, rest);
-    if (wrong == std::errc{} && stop == last && rest < 1) return {whole, text.starts_with('-') ? -rest : rest};
+  const bool point = error == std::errc{} && (*end == '.' || (*end == ',' && may_be_decimal_comma(separator_)));
+  if (point && end != text.data()) {
+    std::string digits(end, last);
+    digits.front() = '.';
+    const auto rest = number_in(digits, Separator::kComma);
+    if (rest && *rest < 1) return {whole, text.starts_with('-') ? -*rest : *rest};
   }
   const double value = number(i);
   constexpr double kLargest = 9e18;

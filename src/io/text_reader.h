@@ -77,6 +77,10 @@ class TextReader : public RowSource {
   std::vector<std::string_view> fields_;
 };
 
+/// A text as a number, with or without a leading `+`. Where commas do not separate fields, as between semicolons and
+/// tabs, a comma may be the decimal sign. Nothing if it is no number.
+std::optional<double> number_in(std::string_view text, TextReader::Separator separator);
+
 /// Checks that the times of a file increase, unless `repair` is to put its rows in order after they are read.
 class IncreasingTime {
  public:

@@ -183,7 +183,7 @@ void describe(SheetWriter& sheet, const AttitudeMatch& m) {
 InspectionSheet sheet_of(const InspectedLog& log) {
   if (!log.guess) {
     SheetWriter sheet(log.log.file);
-    sheet.add("format", "none that piste reads");
+    sheet.add("format", log.left_out.empty() ? "none that piste reads" : "left aside: " + log.left_out);
     return sheet.take();
   }
   SheetWriter sheet(fmt::format("{}: {}", log.log.file, name_of(log.guess->kind)));

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <string>
+#include <tuple>
 
 #include "piste/inspect/inspection.h"
 #include "piste/inspect/log_guess.h"
@@ -196,6 +198,163 @@ TEST(ColumnGuess, Angles) {
   EXPECT_EQ(guess.kind, LogKind::kAttitude);
   EXPECT_EQ(columns_text(*guess.columns, ""),
             "{time: {name: time_ms, unit: ms, of: boot},\nangles: {names: [roll, pitch, yaw], unit: deg}}");
+}
+
+// ---- Times without a unit ----
+
+// Of an IMU at 50 Hz: the same digits may be a time since 1970 in one unit, and since power-up in the next smaller one.
+TEST(ColumnGuess, TimesSincePowerUpAreNotTakenForThoseSince1970) {
+  const auto with = [](double first, double per_second) {
+    const std::string found =
+        mapping("log", table("timestamp,gx,gy,gz,ax,ay,az\n", [&](double t, const Vector3d& w, const Vector3d& f) {
+                  return fmt::format("{:.0f},{},{}\n", first + 2 * t * per_second, joined(w), joined(f));
+                }));
+    return found.substr(0, found.find('\n'));
+  };
+  EXPECT_EQ(with(1200e6, 1e6), "{time: {name: timestamp, unit: us, of: boot},") << "20 minutes";
+  EXPECT_EQ(with(1.5e15, 1e9), "{time: {name: timestamp, unit: ns, of: boot},") << "17 days";
+  EXPECT_EQ(with(2e9, 1e9), "{time: {name: timestamp, unit: ns, of: boot},") << "two seconds";
+  EXPECT_EQ(with(1.7e15, 1e6), "{time: {name: timestamp, unit: us, of: utc},");
+  EXPECT_EQ(with(1.7e18, 1e9), "{time: {name: timestamp, unit: ns, of: utc},");
+}
+
+TEST(ColumnGuess, ReceiversOfHalfAMinuteAndOfTenHertz) {
+  const auto with = [](double first, double step) {
+    const std::string found = mapping("log", receiver("time,lat,lon,alt\n", [&](int i) {
+                                        return fmt::format("{:.0f},46.5,6.{},400\n", first + i * step, 600 + i);
+                                      }));
+    return found.substr(0, found.find('\n'));
+  };
+  EXPECT_EQ(with(1.7e9, 30), "{time: {name: time, unit: s, of: utc},");
+  EXPECT_EQ(with(1.5e15, 1e8), "{time: {name: time, unit: ns, of: boot},");
+}
+
+TEST(ColumnGuess, SecondsAndPartsOfThemInTwoColumns) {
+  const auto with = [](const std::string& names, double per_second) {
+    return table(names + ",gx,gy,gz,ax,ay,az\n", [&](double t, const Vector3d& w, const Vector3d& f) {
+      return fmt::format("{},{:.0f},{},{}\n", 1700000000 + static_cast<long>(t + 1e-6),
+                         (t + 1e-6 - std::floor(t + 1e-6)) * per_second, joined(w), joined(f));
+    });
+  };
+  for (const auto& [seconds, rest, unit, per_second] :
+       {std::tuple{"header.stamp.sec", "header.stamp.nanosec", "ns", 1e9},
+        {"secs", "nsecs", "ns", 1e9},
+        {"time_s", "time_us", "us", 1e6}}) {
+    const std::string found = mapping("imu.csv", with(fmt::format("{},{}", seconds, rest), per_second));
+    const std::string expected =
+        fmt::format("{{time: {{name: {}, unit: s, rest: {{name: {}, unit: {}}}, of: utc}},\n", seconds, rest, unit);
+    EXPECT_TRUE(found.starts_with(expected)) << found;
+  }
+  EXPECT_TRUE(contains(test::message_of<DataError>([&] { guess_log("imu.csv", with("message,time_ns", 1e9)); }),
+                       "column `time_ns` keeps falling back"));
+}
+
+TEST(ColumnGuess, DecimalCommas) {
+  const auto with = [](const std::string& header) {
+    std::string text = table("", [](double t, const Vector3d& w, const Vector3d& f) {
+      return fmt::format("{:.3f};{};{}\n", 1000 + t, joined(w, ';'), joined(f, ';'));
+    });
+    std::replace(text.begin(), text.end(), '.', ',');
+    return header + text;
+  };
+  EXPECT_TRUE(
+      contains(mapping("imu.csv", with("time;gx;gy;gz;ax;ay;az\n")), "accel: {names: [ax, ay, az], unit: 'm/s^2'}"));
+  EXPECT_TRUE(contains(mapping("imu.csv", with("")), "accel: {names: [5, 6, 7], unit: 'm/s^2'}"));
+}
+
+// ---- Units that names state ----
+
+TEST(ColumnGuess, UnitsAtTheEndOfNames) {
+  const std::string found =
+      mapping("fixes.csv", receiver("gps_time_s,lat_rad,lon_rad,alt_ft,speed_kn,course_rad,h_acc_cm\n", [](int i) {
+                return fmt::format("{},0.81157,0.11519{},1312.99,12.5,0.3,40\n", 400000 + i, i);
+              }));
+  EXPECT_TRUE(contains(found, "latitude: {name: lat_rad, unit: rad}")) << found;
+  EXPECT_TRUE(contains(found, "longitude: {name: lon_rad, unit: rad}")) << found;
+  EXPECT_TRUE(contains(found, "height: {name: alt_ft, unit: '0.3048 m'}")) << found;
+  EXPECT_TRUE(contains(found, "speed: {name: speed_kn, unit: kn}")) << found;
+  EXPECT_TRUE(contains(found, "course: {name: course_rad, unit: rad}")) << found;
+}
+
+TEST(ColumnGuess, UnitsInBracketsAsTheyAreSpoken) {
+  const std::string found =
+      mapping("fixes.csv", receiver("time (s),lat,lon,Altitude (ft),Speed (mph),Course\n",
+                                    [](int i) { return fmt::format("{},46.5,6.{},1312.99,12.5,90\n", i, 600 + i); }));
+  EXPECT_TRUE(contains(found, "height: {name: Altitude, unit: '0.3048 m'}")) << found;
+  EXPECT_TRUE(contains(found, "speed: {name: Speed, unit: '0.44704 m/s'}")) << found;
+}
+
+TEST(ColumnGuess, UnitsOfAnImuAtTheEndOfNames) {
+  const auto text = table("t_s,gyro_x_deg_s,gyro_y_deg_s,gyro_z_deg_s,acc_x_m_s2,acc_y_m_s2,acc_z_m_s2\n",
+                          [](double t, const Vector3d& w, const Vector3d& f) {
+                            return fmt::format("{:.3f},{},{}\n", t, joined(w), joined(f));
+                          });
+  const std::string found = mapping("imu.txt", text);
+  EXPECT_TRUE(contains(found, "gyro_z_deg_s], unit: 'deg/s'}")) << found;
+  EXPECT_TRUE(contains(found, "acc_z_m_s2], unit: 'm/s^2'}")) << found;
+}
+
+TEST(ColumnGuess, TheHeightAboveTheEllipsoidIsTaken) {
+  for (const std::string name : {"alt_ellipsoid", "hae", "ellipsoidal_height"}) {
+    const std::string found = mapping("fixes.csv", receiver("time,lat,lon,alt," + name + "\n", [](int i) {
+                                        return fmt::format("{},46.5,6.{},350,400\n", i, 600 + i);
+                                      }));
+    EXPECT_TRUE(contains(found, "height: {name: " + name + ", unit: m}")) << found;
+  }
+}
+
+// ---- Files of one sensor, and of several ----
+
+TEST(ColumnGuess, XyzAreGyroscopesOnlyIfTheFileIsNamedSo) {
+  const auto with = [](const std::string& file, const Vector3d& mean) {
+    return guess_log(file, table("time,x,y,z\n", [&](double t, const Vector3d& w, const Vector3d&) {
+                       return fmt::format("{:.3f},{}\n", t, joined(mean + w));
+                     }));
+  };
+  EXPECT_EQ(with("Gyroscope.csv", Vector3d::Zero()).part, LogGuess::Part::kGyro);
+  const LogGuess magnetometer = with("Magnetometer.csv", {20, 5, -40});
+  EXPECT_EQ(magnetometer.part, LogGuess::Part::kNone);
+  EXPECT_TRUE(contains(magnetometer.aside, "of a magnetometer"));
+  EXPECT_EQ(with("log.csv", {20, 5, -40}).part, LogGuess::Part::kNone);
+  EXPECT_EQ(with("log.csv", {0, 0, 9.8}).part, LogGuess::Part::kAccel);
+}
+
+TEST(ColumnGuess, ImuAndReceiverInOneFile) {
+  const LogGuess imu = guess_log(
+      "all.csv",
+      table("time,gx,gy,gz,ax,ay,az,latitude,longitude,altitude\n", [](double t, const Vector3d& w, const Vector3d& f) {
+        return fmt::format("{:.3f},{},{},46.5,6.{},400\n", 1000 + t, joined(w), joined(f), 600 + static_cast<int>(t));
+      }));
+  EXPECT_EQ(imu.kind, LogKind::kImu);
+  EXPECT_EQ(imu.columns->find("latitude"), nullptr);
+  ASSERT_EQ(imu.beside.size(), 1U);
+  EXPECT_EQ(imu.beside[0].kind, LogKind::kGnss);
+  EXPECT_EQ(imu.beside[0].columns->find("gyro"), nullptr);
+  EXPECT_EQ(columns_text(*imu.beside[0].columns, ""),
+            "{time: {name: time, unit: s, of: boot},\nlatitude: {name: latitude, unit: deg},\n"
+            "longitude: {name: longitude, unit: deg},\nheight: {name: altitude, unit: m},\nonly_new: true}");
+}
+
+// ---- Kinds of fixes ----
+
+TEST(ColumnGuess, FixTypesOfUbloxAndOfMavlink) {
+  const auto with = [](const std::string& types) {
+    return guess_log("fixes.csv", receiver("gps_time_s,lat,lon,alt,fix_type\n", [&](int i) {
+                       return fmt::format("{},46.5,6.{},400,{}\n", 400000 + i, 600 + i,
+                                          types[static_cast<std::size_t>(i) % types.size()]);
+                     }));
+  };
+  const auto said = [](const LogGuess& guess, const std::string& words) {
+    return std::any_of(guess.doubts.begin(), guess.doubts.end(),
+                       [&](const std::string& doubt) { return contains(doubt, words); });
+  };
+  const LogGuess rtk = with("1346");
+  EXPECT_EQ(rtk.columns->find("fix")->valid, (std::vector<double>{3, 4, 5, 6, 7, 8}));
+  EXPECT_TRUE(said(rtk, "as MAVLink and PX4 write it"));
+  const LogGuess ublox = with("0335");
+  EXPECT_EQ(ublox.columns->find("fix")->valid, (std::vector<double>{2, 3, 4}));
+  EXPECT_TRUE(said(ublox, "as MAVLink writes it, 5 is RTK"));
+  EXPECT_FALSE(said(with("3"), "RTK"));
 }
 
 TEST(ColumnGuess, RecordedLogs) {

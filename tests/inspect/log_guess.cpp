@@ -1,6 +1,9 @@
 #include "piste/inspect/log_guess.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+
+#include <algorithm>
 
 #include "support/datasets.h"
 #include "support/receiver_logs.h"
@@ -69,6 +72,32 @@ TEST(LogGuess, SaysWhatIsNone) {
                                            "ELF\0\0\0\1",
                                            8)),
                        "is binary and none of the logs"));
+}
+
+// Signs of a format that its reader could not read.
+TEST(LogGuess, WeakSignsAreNoFormat) {
+  const auto rows = [](const std::string& header, char separator, const std::string& more = "") {
+    std::string text = header;
+    for (int i = 0; i < 300; ++i) {
+      const double turn = 0.01 * ((7 * i) % 11 - 5);
+      std::string row = fmt::format("{:.2f},{:.3f},{:.3f},0.01,0.1,{:.3f},-9.81{}\n", 400000 + 0.02 * i, turn, -turn,
+                                    -0.1 + turn, more);
+      std::replace(row.begin(), row.end(), ',', separator);
+      text += row;
+    }
+    return text;
+  };
+  const std::string names = ",gyro_x_rad_s,gyro_y_rad_s,gyro_z_rad_s,accel_x_m_s2,accel_y_m_s2,accel_z_m_s2\n";
+  const auto format = [](const std::string& text) { return guess_log("log.csv", text).format; };
+  EXPECT_EQ(format(rows("time_s" + names, ',')), LogFormat::kCsv);
+  EXPECT_EQ(format(rows("time_sec" + names, ',')), LogFormat::kColumns);
+  EXPECT_EQ(format(rows("time_stamp" + names, ',')), LogFormat::kColumns);
+  std::string semicolons = "time_s" + names;
+  std::replace(semicolons.begin(), semicolons.end(), ',', ';');
+  EXPECT_EQ(format(rows(semicolons, ';')), LogFormat::kColumns);
+  const LogGuess thirteen = guess_log("imu.txt", rows("", ' ', ",20,1,-40,0.1,0.2,30"));
+  EXPECT_EQ(thirteen.kind, LogKind::kImu);
+  EXPECT_EQ(thirteen.format, LogFormat::kColumns);
 }
 
 TEST(LogGuess, RecordedLogs) {

@@ -140,6 +140,45 @@ TEST_F(Columns, TimesOfEveryKind) {
                        "is no time; right would be"));
 }
 
+TEST_F(Columns, TimesInTwoColumnsAreAddedUp) {
+  const std::string row = ",0,0,0,0,0,9.8\n";
+  const auto with = [&](const std::string& rows, const std::string& time) {
+    return imu("t,n,gx,gy,gz,ax,ay,az\n" + rows,
+               "columns: {time: " + time +
+                   ", gyro: {names: [gx, gy, gz], unit: rad/s}, accel: {names: [ax, ay, az], unit: m/s^2}}");
+  };
+  const std::string rows = "1604477851,400000000" + row + "1604477852,5" + row;
+  const auto absolute = with(rows, "{name: t, unit: s, of: unix, rest: {name: n, unit: ns}}");
+  EXPECT_NEAR(absolute.time[0], 3 * 86400 + 8 * 3600 + 17 * 60 + 31.4 + 18, 1e-9);
+  EXPECT_NEAR(absolute.time[1] - absolute.time[0], 0.600000005, 1e-10);
+  EXPECT_NEAR(with("7,250" + row + "8,0" + row, "{name: t, unit: s, rest: {name: n, unit: ms}}").time[0], 7.25, 1e-12);
+  EXPECT_TRUE(contains(refused([&] { with(rows, "{name: t, unit: calendar, of: utc, rest: {name: n, unit: ns}}"); }),
+                       "stands beside a number"));
+}
+
+TEST_F(Columns, CommasAreDecimalSignsWhereTheySeparateNothing) {
+  const auto log =
+      imu("t [s];gx [deg/s];gy [deg/s];gz [deg/s];ax [g];ay [g];az [g]\n1,25;1,5;0;-0,5;0;0;1,0\n1,5;0;0;0;0;0;1\n",
+          kNamed);
+  EXPECT_EQ(log.time, (std::vector<double>{1.25, 1.5}));
+  EXPECT_NEAR(log.gyro[0].x(), 1.5 * kDegree, 1e-12);
+  EXPECT_NEAR(log.gyro[0].z(), -0.5 * kDegree, 1e-12);
+  EXPECT_TRUE(contains(refused([&] { imu(kNamedHeader + "10;1,2,3;0;0;0;0;1;\n20;0;0;0;0;0;1;\n", kNamed); }),
+                       "`1,2,3`, is no number"));
+}
+
+// As a logger writes it that makes a row of each sample of its fastest sensor.
+TEST_F(Columns, RowsThatRepeatThePlaceAreNoFixes) {
+  const std::string keys = "sigma: 1 1 1 m, columns: {time: {name: t, unit: s}, " + kPlace;
+  const std::string header = "t,lat,lon,h,gx\n", without = "1,,,,0\n",
+                    rows = "2,46,7,100,0\n3,46,7,100,0\n4,46,7.1,100,0\n5,46,7.1,100,0\n6,46,7,100,0\n";
+  const GnssRecording read = gnss(header + without + rows, keys + ", only_new: true}");
+  ASSERT_EQ(read.fixes.size(), 3U);
+  EXPECT_EQ(read.fixes[1].time, 4);
+  EXPECT_EQ(read.without_fix, 3U);
+  EXPECT_EQ(gnss(header + rows, keys + "}").fixes.size(), 5U);
+}
+
 TEST_F(Columns, CalendarTimesMayStateTheirZone) {
   const std::string row = ",0,0,0,0,0,9.8\n";
   const auto log = imu("t,gx,gy,gz,ax,ay,az\n2020-11-04 00:17:31.4 +0100" + row + "2020-11-03T18:47:31.5-04:30" + row,

@@ -17,11 +17,13 @@ struct LogGuess {
   LogFormat format = LogFormat::kCsv;
   std::string why;                        ///< what shows it
   std::optional<ColumnMap> columns = {};  ///< of the format columns
-  /// Whether gyroscopes or accelerometers stand alone: then another file has the others.
-  enum class Part { kWhole, kGyro, kAccel };
+  /// Whether gyroscopes or accelerometers stand alone: then another file has the others. kNone: neither is there.
+  enum class Part { kWhole, kGyro, kAccel, kNone };
   Part part = Part::kWhole;
+  std::string aside = {};  ///< of a part: why another file is preferred to it, or why none needs it; or empty
   std::optional<ColumnTime> boot_time = {};  ///< of a receiver's log that has the time since power-up as well
   std::vector<std::string> doubts = {};      ///< what the user should check
+  std::vector<LogGuess> beside = {};         ///< other logs in the same file: the receiver beside an IMU
 };
 
 /// Guesses the log from the bytes of the file `file`, mostly the first. A CSV is recognised by its column names, rows

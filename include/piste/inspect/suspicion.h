@@ -62,6 +62,7 @@ enum class LogFault {
   kNoVelocity,
   kNoFix,
   kLeverArm,
+  kNotUsed,  ///< a log that piste knows and has no use for
 };
 
 /// Whether a fault makes a log mean something else or spoils every result. The others cost accuracy at most.

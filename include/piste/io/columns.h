@@ -37,8 +37,9 @@ struct ColumnTime {
   std::string name;
   std::string unit = {};  ///< empty: that of the header's brackets
   TimeScale of = TimeScale::kBoot;
-  std::string week = {};  ///< the column of the GPS week beside seconds of week, or empty
-  std::string date = {};  ///< the column of the date beside a time of day, or empty
+  std::string week = {};                  ///< the column of the GPS week beside seconds of week, or empty
+  std::string date = {};                  ///< the column of the date beside a time of day, or empty
+  std::string rest = {}, rest_unit = {};  ///< a column that is added, such as nanoseconds beside seconds, or empty
 };
 
 /// A quantity that a log may have.
@@ -58,6 +59,7 @@ struct ColumnMap {
   ColumnTime time;
   std::optional<ColumnTime> accel_time = {};           ///< of the file of accelerometers, if it differs
   std::map<std::string, ColumnUse, std::less<>> uses;  ///< by the keys above
+  bool only_new = false;  ///< of a receiver: a row without a place, or with that of the row before, is no fix
   // Found from the text if nothing is given:
   std::optional<Delimiter> delimiter = {};
   std::optional<std::size_t> skip = {};  ///< lines before the header, or before the first row
