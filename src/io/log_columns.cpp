@@ -160,7 +160,8 @@ class FixReader {
     }
     const auto radius = horizontal_ ? reader_.find_value(*horizontal_) : std::nullopt;
     if (radius && *radius < 0) return false;
-    return tells_place(reader_.value(place_[0]), reader_.value(place_[1]));
+    const auto latitude = reader_.find_value(place_[0]), longitude = reader_.find_value(place_[1]);
+    return !latitude || !longitude || tells_place(*latitude, *longitude);  // one that is missing is an error of its own
   }
 
   GeodeticFix fix(double time) const {
