@@ -76,7 +76,9 @@ TEST_F(PhoneFolder, ImuAndReceiverOfOneFileAreTwoLogs) {
   EXPECT_TRUE(logs[0].is(LogKind::kImu));
   EXPECT_TRUE(logs[1].is(LogKind::kGnss));
   EXPECT_EQ(logs[0].log.file, logs[1].log.file);
-  EXPECT_EQ(read_gnss(logs[1].log, nullptr).fixes.size(), 10U);
+  RowFaults faults;
+  EXPECT_EQ(read_gnss(logs[1].log, &faults).fixes.size(), 10U);
+  EXPECT_EQ(faults.total(), 0U);
 }
 
 }  // namespace
