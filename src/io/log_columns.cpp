@@ -160,8 +160,7 @@ class FixReader {
     }
     const auto radius = horizontal_ ? reader_.find_value(*horizontal_) : std::nullopt;
     if (radius && *radius < 0) return false;
-    const auto latitude = reader_.find_value(place_[0]), longitude = reader_.find_value(place_[1]);
-    return !latitude || !longitude || tells_place(*latitude, *longitude);  // one that is missing is an error of its own
+    return tells_place(reader_.value(place_[0]), reader_.value(place_[1]));
   }
 
   GeodeticFix fix(double time) const {
@@ -263,7 +262,8 @@ GnssRecording read_gnss_columns(const LogFile& log, RowFaults* faults) {
   GnssRecording gnss;
   gnss.file = log.file;
   const auto row = [&] {
-    if (!fixes.has_fix() || (log.columns->only_new && fixes.is_repeated())) {
+    if (log.columns->only_new && fixes.is_repeated()) return;
+    if (!fixes.has_fix()) {
       ++gnss.without_fix;
       return;
     }

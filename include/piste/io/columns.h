@@ -59,7 +59,7 @@ struct ColumnMap {
   ColumnTime time;
   std::optional<ColumnTime> accel_time = {};           ///< of the file of accelerometers, if it differs
   std::map<std::string, ColumnUse, std::less<>> uses;  ///< by the keys above
-  bool only_new = false;  ///< of a receiver: a row without a place, or with that of the row before, is no fix
+  bool only_new = false;  ///< of a receiver: a row without a place, or with that of the row before, is passed over
   // Found from the text if nothing is given:
   std::optional<Delimiter> delimiter = {};
   std::optional<std::size_t> skip = {};  ///< lines before the header, or before the first row
