@@ -9,6 +9,7 @@
 
 #include "condition/boresight.h"
 #include "own_times.h"
+#include "piste/math/statistics.h"
 #include "piste/math/units.h"
 #include "stretch.h"
 
