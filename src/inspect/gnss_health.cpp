@@ -226,8 +226,9 @@ double jump_bound(const GeodeticFix& a, const GeodeticFix& b, const GnssHealth& 
 // How far the body may have gone unseen where the step to fix i leads into, through or out of a stretch of repeated
 // fixes; 0 elsewhere. No body goes further: that is a jump, beside such a stretch as anywhere.
 double unseen_way(const std::vector<GeodeticFix>& fixes, const GnssHealth& h, std::size_t i) {
-  constexpr double kFaster = 2, kFastest = 300;  // times the speed of the log; m/s
-  double unseen = 0;                             // s
+  // Times the speed of the log; m/s, an airliner's, as that speed may be a jump itself.
+  constexpr double kFaster = 2, kFastest = 300;
+  double unseen = 0;  // s
   for (const Interval& r : h.repeated) {
     const double before = fixes[i - 1].time, now = fixes[i].time;
     if (now >= r.start && before <= r.end) unseen += r.end - r.start + now - before;

@@ -10,9 +10,10 @@ constexpr double kExplains = 30, kOpenMore = 15;  // nats, of a second each: nei
 constexpr double kOtherOffset = 5;                // s, of another offset
 constexpr double kAsMuch = 0.5;                   // of what the best offset explains: what explains less is no rival
 
-constexpr std::size_t kScored = 20000,
-                      kFullest = 5000;         // candidates: two logs of hours are compared in a second or two
-constexpr double kBin = 0.5, kMostBins = 1e6;  // s; of the offsets, where there are more of them
+// Offsets that are scored over their whole range, and of the fullest bins: logs of hours take a second or two.
+constexpr std::size_t kScored = 20000, kFullest = 5000;
+constexpr double kBin = 0.5;       // s: rests are seen to begin and end that well
+constexpr double kMostBins = 1e6;  // beyond it bins are wider: 16 MB
 
 // Time that two lists of intervals have in common when `other` is `offset` later.
 double common(const std::vector<Interval>& one, const std::vector<Interval>& other, double offset) {

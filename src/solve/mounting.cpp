@@ -59,8 +59,8 @@ Vector3d mean(const std::vector<Vector3d>& all) {
 
 // The covariance of the boresight. White noise of the gyroscopes moves each rate for itself. The error m of a fix, in
 // axes of r, moves the rate r of the step that it ends by m/T + r × m/2, and that of the step that it begins by
-// −m/T + r × m/2: what two steps share largely cancels, and the rest, half of m in each, is taken for a boresight. How
-// large each noise is, residuals tell: those of neighbours are correlated by that of the fix between alone.
+// −m/T + r × m/2: what two steps share largely cancels, and the rest, half of m in each, is taken for a boresight. The
+// residuals tell how large each noise is: neighbours are correlated by the error of the fix between them alone.
 Matrix3d covariance(const Turns& t, const BoresightFromRates& found) {
   const std::size_t n = t.rate_r.size();
   const Matrix3d R_rb = found.q_rb.toRotationMatrix();

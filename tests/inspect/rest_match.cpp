@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
-#include <cmath>
 #include <random>
 
 namespace piste::test {
@@ -56,23 +54,13 @@ Rests rests_of(std::vector<Interval> stops) {
 
 // Of a hundred rests all offsets are compared, of more the likely ones alone.
 TEST(RestMatch, TellsAsMuchOfManyRestsAsOfFew) {
-  for (const std::size_t count : {40U, 99U, 101U, 300U}) {
+  for (const std::size_t count : {40U, 99U, 101U, 300U, 960U}) {
     const std::vector<Interval> stops = stops_of(3, count);
     const auto offset = match_rests(rests_of(later(seen_otherwise(stops))), rests_of(stops));
     ASSERT_TRUE(offset) << count;
     EXPECT_NEAR(*offset, kAhead, 0.7) << count;
     EXPECT_FALSE(match_rests(rests_of(stops_of(4, count)), rests_of(stops))) << count << ", of another walk";
   }
-}
-
-// Four hours of a walk in town took twenty seconds, and twice as long eight times that.
-TEST(RestMatch, ManyRestsTakeNoTime) {
-  const std::vector<Interval> stops = stops_of(3, 960);
-  const auto begin = std::chrono::steady_clock::now();
-  const auto offset = match_rests(rests_of(later(seen_otherwise(stops))), rests_of(stops));
-  EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), 8);
-  ASSERT_TRUE(offset);
-  EXPECT_NEAR(*offset, kAhead, 0.7);
 }
 
 TEST(RestMatch, TellsNothingWithoutRestOrMotion) {
