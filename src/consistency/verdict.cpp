@@ -21,26 +21,6 @@ constexpr double kSure = 5;  // standard errors
 constexpr Band kNis{0.7, 1.3}, kMedian{0.6, 1.6};
 constexpr double kWhite = 0.25, kTooMany = 0.2, kFarFromPrior = 4.5;
 constexpr double kWellKnown = 0.7;  // of the prior sigma: what is known no better says nothing of its prior
-constexpr std::size_t kLongestLag = 50;
-
-// Autocovariance at a lag, about a mean of `centre`.
-double lagged(std::span<const double> x, std::size_t lag, double centre) {
-  double sum = 0;
-  for (std::size_t i = lag; i < x.size(); ++i) sum += (x[i] - centre) * (x[i - lag] - centre);
-  return sum / static_cast<double>(x.size());
-}
-
-// Of the mean of a stationary series: its variance times 1 + 2 Σ ρ, up to the first lag without correlation.
-double error_of_mean(std::span<const double> x) {
-  const double centre = mean(x), variance = lagged(x, 0, centre);
-  double inflation = 1;
-  for (std::size_t lag = 1; lag < std::min(kLongestLag, x.size()) && variance > 0; ++lag) {
-    const double rho = lagged(x, lag, centre) / variance;
-    if (rho < 0.05) break;
-    inflation += 2 * rho;
-  }
-  return std::sqrt(variance * inflation / static_cast<double>(x.size()));
-}
 
 // Of as many rows as a measurement has.
 double median_of_chi_squared(int rows) {
@@ -75,12 +55,12 @@ struct Series {
     s.holds = s.rejected <= kTooMany && kMedian.contains(s.ratio);
     if (used.size() < kFewest) return s;
     s.nis = mean(used);
-    s.nis_error = error_of_mean(used);
+    s.nis_error = standard_error_of_series(used);
     s.band = kSure / std::sqrt(static_cast<double>(used.size()));
     s.whiteness = 0;
     for (const std::vector<double>& x : axes) {
-      const double power = x.size() < kFewest ? 0 : lagged(x, 0, 0);
-      const double rho = power > 0 ? lagged(x, 1, 0) / power : 0;
+      const double power = x.size() < kFewest ? 0 : autocovariance(x, 0, 0);
+      const double rho = power > 0 ? autocovariance(x, 1, 0) / power : 0;
       if (std::abs(rho) > std::abs(s.whiteness)) s.whiteness = rho;
     }
     const bool mean_holds = kNis.contains(s.nis) || std::abs(s.nis - 1) < kSure * s.nis_error;

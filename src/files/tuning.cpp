@@ -110,8 +110,9 @@ std::string tune_json(const Tuning& tuning) {
                                               {"determined", json::boolean(n.determined)}}));
   }
   for (const SourceNis& s : tuning.nis) {
-    nis.emplace_back(
-        s.source, json::object({{"mean", json::number(s.mean, 4)}, {"innovations", fmt::format("{}", s.innovations)}}));
+    nis.emplace_back(s.source, json::object({{"mean", json::number(s.mean, 4)},
+                                             {"error", json::number(s.error, 2)},
+                                             {"innovations", fmt::format("{}", s.innovations)}}));
   }
   const bool kept = tuning.drift_gain && *tuning.drift_gain > tuning.drift_penalty;
   return json::object({{"piste", json::string(version())},
@@ -147,7 +148,8 @@ std::string tuning_text(const Tuning& tuning) {
   beside("gyroscopes", tuning.at_rest.gyro, tuning.noise.sensor.gyro.noise, kGyroUnits);
   beside("accelerometers", tuning.at_rest.accel, tuning.noise.sensor.accel.noise, kAccelUnits);
   const std::string_view where = tuning.held_out > 0 ? ", held out" : "";
-  for (const SourceNis& s : tuning.nis) text += fmt::format("mean NIS of {}{}: {:.2f}\n", s.source, where, s.mean);
+  for (const SourceNis& s : tuning.nis)
+    text += fmt::format("mean NIS of {}{}: {:.2f} ± {:.2f}\n", s.source, where, s.mean, s.error);
   return text;
 }
 

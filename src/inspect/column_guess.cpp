@@ -235,9 +235,7 @@ class Guesser {
   std::optional<std::size_t> parts_beside(std::size_t column) const {
     const SampledColumn& whole = table_.columns[column];
     const TimeStem stem = stem_of(whole);
-    const bool is_whole =
-        std::all_of(whole.values.begin(), whole.values.end(), [](double v) { return v == std::floor(v); });
-    if (!table_.header || stem.unit != "s" || !is_whole) return std::nullopt;
+    if (!table_.header || stem.unit != "s" || !whole.is_whole()) return std::nullopt;
     for (std::size_t c = 0; c < table_.columns.size(); ++c) {
       const TimeStem beside = stem_of(table_.columns[c]);
       if (beside.words != stem.words || beside.unit.empty() || beside.unit == "s") continue;
@@ -399,8 +397,10 @@ class Guesser {
     } else if (const auto down = group("sigma", "ned")) {
       use("sigma", *down, dimension::kLength, length);
     } else if (one("horizontal_accuracy") && one("vertical_accuracy")) {
-      use("horizontal_accuracy", {*one("horizontal_accuracy")}, dimension::kLength, length);
-      use("vertical_accuracy", {*one("vertical_accuracy")}, dimension::kLength, length);
+      for (const std::string_view key : {"horizontal_accuracy", "vertical_accuracy"}) {
+        const std::size_t column = *one(key);
+        use(key, {column}, dimension::kLength, table_.columns[column].is_whole() ? length : "m");
+      }
       doubts_.emplace_back("accuracies: taken for radii of 68 %, as phones and u-blox state them");
     }
     receiver_velocity(velocity, integers);

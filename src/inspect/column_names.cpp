@@ -60,6 +60,9 @@ bool is_spread(const SampledColumn& c) {
 
 // Accuracies, which several receivers and phones give for places, speeds and courses.
 std::string accuracy_key(const SampledColumn& c) {
+  // PX4's; MAVLink calls so a hundred times the dilution of precision.
+  if (c.has_any({"eph", "epv"})) return c.is_whole() ? "" : c.has("eph") ? "horizontal_accuracy" : "vertical_accuracy";
+  if (c.has("variance") && c.has_any({"s", "c"})) return c.has("s") ? "speed_accuracy" : "course_accuracy";
   if (!c.has_any({"acc", "accuracy"})) return {};
   if (c.has_any({"s", "speed", "vel", "velocity"})) return "speed_accuracy";
   if (c.has_any({"head", "heading", "bearing", "course", "cog"})) return "course_accuracy";
@@ -82,8 +85,8 @@ std::string place_key(const SampledColumn& c) {
 }
 
 std::string motion_key(const SampledColumn& c) {
-  if (c.has_any({"course", "heading", "bearing", "cog", "track"}) || (c.has("head") && c.has("mot"))) return "course";
-  if (c.has_any({"speed", "sog"}) && !c.has_any({"vertical", "down", "up"})) return "speed";
+  if (c.has_any({"course", "heading", "bearing", "cog", "track", "crs"}) || (c.has("head") && c.has("mot"))) return "course";
+  if (c.has_any({"speed", "sog", "spd"}) && !c.has_any({"vertical", "down", "up"})) return "speed";
   return {};
 }
 

@@ -48,6 +48,14 @@ void take_unit(SampledColumn& column) {
   }
 }
 
+// Fields of an array stand for the axes where there are three, as of PX4's gyro_rad[0].
+void take_index(SampledColumn& column) {
+  constexpr std::array<std::string_view, 3> kIndices{"0", "1", "2"}, kAxes{"x", "y", "z"};
+  for (std::size_t i = 0; i < kIndices.size(); ++i) {
+    if (column.cell.unit == kIndices[i]) column.words.emplace_back(kAxes[i]);
+  }
+}
+
 }  // namespace
 
 std::string unit_spelt(std::span<const std::string> words) {
@@ -63,6 +71,10 @@ bool SampledColumn::has(std::string_view word) const {
 
 bool SampledColumn::has_any(std::initializer_list<std::string_view> any) const {
   return std::any_of(any.begin(), any.end(), [this](std::string_view word) { return has(word); });
+}
+
+bool SampledColumn::is_whole() const {
+  return std::all_of(values.begin(), values.end(), [](double v) { return !std::isfinite(v) || v == std::floor(v); });
 }
 
 std::vector<std::string> words_of(std::string_view name) {
@@ -122,6 +134,7 @@ std::optional<ColumnTable> sample_columns(std::string_view text) {
     SampledColumn& column = table.columns[i];
     column.words = words_of(column.cell.name);
     take_unit(column);
+    take_index(column);
     if (i < reader.fields().size()) column.first = reader.fields()[i];
   }
   const auto take = [&](TextReader& rows, std::size_t most, bool more) {

@@ -20,6 +20,7 @@ struct SampledColumn {
   std::string first, last;         ///< the texts of its first and last field in the first stretch
   bool has(std::string_view word) const;
   bool has_any(std::initializer_list<std::string_view> any) const;
+  bool is_whole() const;  ///< whether all its numbers are whole
 };
 
 /// The table. Rows are taken in stretches from several parts of the file.

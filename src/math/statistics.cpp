@@ -33,6 +33,25 @@ double standard_error(std::span<const double> values) {
   return standard_deviation(values) / std::sqrt(static_cast<double>(values.size()));
 }
 
+double autocovariance(std::span<const double> values, std::size_t lag, double centre) {
+  double sum = 0;
+  for (std::size_t i = lag; i < values.size(); ++i) sum += (values[i] - centre) * (values[i - lag] - centre);
+  return sum / static_cast<double>(values.size());
+}
+
+double standard_error_of_series(std::span<const double> values) {
+  constexpr std::size_t kLongestLag = 50;
+  constexpr double kNone = 0.05;  // less correlation than a series of some hundred values tells
+  const double centre = mean(values), variance = autocovariance(values, 0, centre);
+  double inflation = 1;
+  for (std::size_t lag = 1; lag < std::min(kLongestLag, values.size()) && variance > 0; ++lag) {
+    const double rho = autocovariance(values, lag, centre) / variance;
+    if (rho < kNone) break;
+    inflation += 2 * rho;
+  }
+  return std::sqrt(variance * inflation / static_cast<double>(values.size()));
+}
+
 double zero_mean_p_value(std::span<const double> values) {
   const double error = standard_error(values), distance = std::abs(mean(values));
   if (std::isnan(error)) return error;

@@ -108,22 +108,16 @@ NoiseModel with_stated_errors(NoiseModel model, double stated, const NoiseSearch
 
 // Of the measurements that a run uses.
 std::vector<SourceNis> nis_of(const Evidence& run) {
-  struct Sum {
-    double nis = 0, rows = 0;
-    std::size_t count = 0;
-  };
-  std::map<int, Sum> sums;
+  std::map<int, std::vector<double>> per_row;
   for (const Innovation& i : run.innovations) {
-    if (!was_used(i.outcome)) continue;
-    Sum& sum = sums[i.source];
-    sum.nis += i.nis;
-    sum.rows += i.dof;
-    ++sum.count;
+    if (was_used(i.outcome)) per_row[i.source].push_back(i.nis / i.dof);
   }
   std::vector<SourceNis> all;
-  all.reserve(sums.size());
-  for (const auto& [source, sum] : sums)
-    all.push_back({run.sources[static_cast<std::size_t>(source)], sum.count, sum.nis / sum.rows});
+  all.reserve(per_row.size());
+  for (const auto& [source, nis] : per_row) {
+    all.push_back(
+        {run.sources[static_cast<std::size_t>(source)], nis.size(), mean(nis), standard_error_of_series(nis)});
+  }
   return all;
 }
 

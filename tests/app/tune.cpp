@@ -57,6 +57,7 @@ TEST(Tune, StatesWhatItFoundOfAReceiverThatStandsAlone) {
   const Said said = run_program(program("tune"), {config, "--output", "tuned", "--hold-out", "10"}, folder);
   ASSERT_EQ(said.code, 0) << said.err;
   EXPECT_TRUE(contains(said.out, "mean NIS of gnss[0].position, held out: ")) << said.out;
+  EXPECT_TRUE(contains(said.out, " ± 0.")) << said.out;
   const YAML::Node gnss = YAML::LoadFile(folder / "tuned/replay.yaml")["gnss"];
   ASSERT_TRUE(gnss && gnss.IsMap());
   EXPECT_NEAR(gnss["sigma_scale"].as<double>(), 1, 0.15);

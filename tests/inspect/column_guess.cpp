@@ -335,6 +335,56 @@ TEST(ColumnGuess, ImuAndReceiverInOneFile) {
             "longitude: {name: longitude, unit: deg},\nheight: {name: altitude, unit: m},\nonly_new: true}");
 }
 
+// ---- Autopilots ----
+
+TEST(ColumnGuess, Px4NumbersItsAxes) {
+  const std::string text = table(
+      "timestamp,gyro_rad[0],gyro_rad[1],gyro_rad[2],gyro_integral_dt,accelerometer_timestamp_relative,"
+      "accelerometer_m_s2[0],accelerometer_m_s2[1],accelerometer_m_s2[2],accelerometer_clipping\n",
+      [](double t, const Vector3d& w, const Vector3d& f) {
+        return fmt::format("{:.0f},{},10000,0,{},0\n", 1e6 * (57 + t), joined(w), joined(f));
+      });
+  EXPECT_EQ(
+      mapping("sensor_combined_0.csv", text),
+      "{time: {name: timestamp, unit: us, of: boot},\n"
+      "gyro: {names: ['gyro_rad[0]', 'gyro_rad[1]', 'gyro_rad[2]'], unit: 'rad/s'},\n"
+      "accel: {names: ['accelerometer_m_s2[0]', 'accelerometer_m_s2[1]', 'accelerometer_m_s2[2]'], unit: 'm/s^2'}}");
+}
+
+TEST(ColumnGuess, ArduPilot) {
+  const std::string found = mapping(
+      "GPS.csv", receiver("timestamp,TimeUS,I,Status,GMS,GWk,NSats,HDop,Lat,Lng,Alt,Spd,GCrs,VZ,Yaw,U\n", [](int i) {
+        return fmt::format("{}.25,{},0,6,{},2100,18,0.7,46.1{:03},7.2,2480.3,{},120.5,0.1,0,1\n", 1700000000 + i,
+                           57000000 + 1000000 * i, 302400000 + 1000 * i, i, 4 + i % 3);
+      }));
+  EXPECT_EQ(found,
+            "{time: {name: timestamp, unit: s, of: utc},\nlatitude: {name: Lat, unit: deg},\n"
+            "longitude: {name: Lng, unit: deg},\nheight: {name: Alt, unit: m},\nspeed: {name: Spd, unit: 'm/s'},\n"
+            "course: {name: GCrs, unit: deg}}");
+}
+
+// Its places are integers, its accuracies and velocities are not. What MAVLink calls eph is a dilution of precision.
+TEST(ColumnGuess, Px4AndMavlinkMeanDifferentThingsByEph) {
+  const auto with = [](const std::string& spread) {
+    return mapping(
+        "vehicle_gps_position_0.csv",
+        receiver("timestamp,time_utc_usec,lat,lon,alt,alt_ellipsoid,s_variance_m_s,c_variance_rad,eph,epv,hdop,"
+                 "vel_m_s,vel_n_m_s,vel_e_m_s,vel_d_m_s,cog_rad,fix_type\n",
+                 [&](int i) {
+                   return fmt::format("{},{},461234{:03},72345678,350000,400000,0.{},0.3,{},0.7,{},{},0,0,0,3\n",
+                                      57000000 + 1000000 * i, 1700000000000000 + 1000000L * i, i, 1 + i % 3, spread,
+                                      1 + i, 1 + i);
+                 }));
+  };
+  const std::string px4 = with("0.45,0.9");
+  EXPECT_TRUE(contains(px4, "horizontal_accuracy: {name: eph, unit: m}")) << px4;
+  EXPECT_TRUE(contains(px4, "vertical_accuracy: {name: epv, unit: m}")) << px4;
+  EXPECT_TRUE(contains(px4, "speed_accuracy: {name: s_variance_m_s, unit: 'm/s'}")) << px4;
+  EXPECT_TRUE(contains(px4, "height: {name: alt_ellipsoid, unit: mm}")) << px4;
+  EXPECT_TRUE(contains(px4, "velocity: {names: [vel_n_m_s, vel_e_m_s, vel_d_m_s], unit: 'm/s'}")) << px4;
+  EXPECT_FALSE(contains(with("71,110"), "accuracy: {name: ep"));
+}
+
 // ---- Kinds of fixes ----
 
 TEST(ColumnGuess, FixTypesOfUbloxAndOfMavlink) {

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <random>
 #include <vector>
 
 namespace piste {
@@ -25,6 +26,26 @@ TEST(Statistics, MeansAndSpreadsOfAFewValues) {
   }
   EXPECT_EQ(zero_mean_p_value(std::vector<double>{0, 0}), 1);
   EXPECT_EQ(zero_mean_p_value(std::vector<double>{1, 1}), 0);
+}
+
+// Means of many series of an autoregressive process scatter as each series by itself says.
+TEST(Statistics, StandardErrorOfASeries) {
+  constexpr std::size_t kRuns = 400, kLength = 2000;
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> normal;
+  for (const double rho : {0.0, 0.6, 0.9}) {
+    std::vector<double> means, errors;
+    for (std::size_t run = 0; run < kRuns; ++run) {
+      std::vector<double> series(kLength);
+      double x = normal(random) / std::sqrt(1 - rho * rho);
+      for (double& value : series) value = x = rho * x + normal(random);
+      means.push_back(mean(series));
+      errors.push_back(standard_error_of_series(series));
+    }
+    // The scatter of 400 is known to 3.5 %; a long correlation is cut off, and estimated about the mean of the series.
+    EXPECT_NEAR(root_mean_square(errors) / standard_deviation(means), 1, 0.12) << rho;
+  }
+  EXPECT_EQ(standard_error_of_series(std::vector<double>{2, 2, 2}), 0);
 }
 
 TEST(Statistics, StudentsT) {

@@ -88,6 +88,8 @@ TEST(LikeliestNoise, IsTheOneThatWasSimulated) {
     for (const SourceNis& source : found.nis) {
       EXPECT_GT(source.innovations, 100U);
       EXPECT_NEAR(source.mean, 1, 0.1) << source.source;
+      // That of as many values of χ²₃ / 3, or a little more where they are correlated.
+      EXPECT_NEAR(source.error * std::sqrt(1.5 * static_cast<double>(source.innovations)), 1.1, 0.25) << source.source;
     }
   }
   for (const auto& [name, all] : errors) {

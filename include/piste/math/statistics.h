@@ -25,6 +25,14 @@ double standard_deviation(std::span<const double> values);
 /// Standard error of the mean: the standard deviation over √n. NaN if there is only one value.
 double standard_error(std::span<const double> values);
 
+/// Mean product of the values and those `lag` before them, both less `centre`: Σ (x_i − c)(x_{i−lag} − c) / n.
+/// @pre not empty
+double autocovariance(std::span<const double> values, std::size_t lag, double centre);
+
+/// Standard error of the mean of a stationary series, whose successive values may be correlated: their variance times
+/// (1 + 2 Σ ρ) / n, up to the first lag with a correlation below 0.05, or 50 lags (Bartlett 1946). @pre not empty
+double standard_error_of_series(std::span<const double> values);
+
 /// Two-sided p-value of the hypothesis that the mean is zero, by Student's t with n − 1 degrees of freedom. NaN if
 /// there is only one value.
 double zero_mean_p_value(std::span<const double> values);

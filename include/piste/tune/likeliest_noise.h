@@ -49,12 +49,13 @@ struct TunedNoise {
   bool determined = false;
 };
 
-/// Mean normalised innovation squared of a source, over its rows: 1 where the sigmas are right. Of the stretches that
-/// were held out, or of all.
+/// Mean normalised innovation squared of a source, per row: 1 where the sigmas are right. Of the stretches that were
+/// held out, or of all.
 struct SourceNis {
   std::string source;
   std::size_t innovations = 0;
   double mean = 0;
+  double error = 0;  ///< standard error of the mean: how far it may be from 1 by chance
 };
 
 /// White noise at rest, as the samples have it, beside the noise in motion: [rad/s/√Hz], [m/s²/√Hz].
