@@ -50,7 +50,9 @@ def test_read_says_what_a_log_is(imu):
 
 
 def test_tune(config, tmp_path):
-    found = piste.tune(config, output=tmp_path)
+    part = tmp_path / "part.yaml"
+    part.write_text(f"base: {config}\nspan: {{start: 302490 s, end: 302550 s}}\n")
+    found = piste.tune(part, output=tmp_path)
     assert "noises" in found
     assert json.loads((tmp_path / "tune.json").read_text())["noises"] == found["noises"]
     with pytest.raises(piste.ConfigError, match="builds on a file"):
