@@ -12,6 +12,7 @@
 #include "app.h"
 #include "piste/consistency/warnings.h"
 #include "piste/diagnosis/diagnose.h"
+#include "piste/diagnosis/left_out.h"
 #include "piste/files/replay.h"
 #include "piste/outputs/folders.h"
 #include "piste/solve/batch.h"
@@ -56,6 +57,7 @@ void run_replay(const AppArguments& arguments, Progress& progress) {
   progress.clear();
 
   for (const std::string& warning : warnings_of(filtered)) fmt::print(stderr, "warning: {}\n", warning);
+  for (const std::string& line : left_out_lines(run.log, filtered)) fmt::print(stderr, "warning: {}\n", line);
   for (const std::string& line : absence_lines(run.log.counts.units)) say(arguments, line);
   say(arguments, run.found.how);
   if (smoothed && smoothed->batch) say(arguments, batch_line(*smoothed->batch));

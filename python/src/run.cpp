@@ -130,7 +130,14 @@ void bind_run(nb::module_& m) {
       .def_prop_ro("how", [](const Run& run) { return run.replay.found.how; })
       .def_prop_ro("verdict_line", [](const Run& run) { return verdict_line(run.verdict); })
       .def("samples", &samples, "The samples as the filter got them, in shared memory.")
-      .def("warnings", [](const Run& run) { return warnings_of(run.replay.filtered.solution); })
+      .def("warnings",
+           [](const Run& run) {
+             std::vector<std::string> lines = warnings_of(run.replay.filtered.solution);
+             for (std::string& line : left_out_lines(run.replay.log, run.replay.filtered.solution)) {
+               lines.push_back(std::move(line));
+             }
+             return lines;
+           })
       .def("summary",
            [](const Run& run) {
              const Replay& r = run.replay;

@@ -178,6 +178,9 @@ Log conditioned(Log log, const Recording& recording, const ConditioningOptions& 
   log.speed = within(recording.speed, imu, log.counts.speed_outside);
   log.height = within(recording.height, imu, log.counts.height_outside);
   log.heading = within(recording.heading, imu, log.counts.heading_outside);
+  log.counts.speed_repaired = recording.speed.repaired;
+  log.counts.height_repaired = recording.height.repaired;
+  log.counts.heading_repaired = recording.heading.repaired;
   if (!options.behaviour.rest.detect) return log;
   std::vector<Interval> rest = detect_rest(log, options.behaviour.rest);
   return with_rest(std::move(log), std::move(rest));

@@ -53,5 +53,8 @@ void repair_rows(ImuRecording& imu) {
 
 void repair_rows(GnssRecording& gnss) { repair_fixes(gnss); }
 void repair_rows(AttitudeRecording& attitude) { repair_fixes(attitude); }
+void repair_rows(FixRecording<SpeedFix>& speed) { repair_fixes(speed); }
+void repair_rows(FixRecording<HeightFix>& height) { repair_fixes(height); }
+void repair_rows(FixRecording<HeadingFix>& heading) { repair_fixes(heading); }
 
 }  // namespace piste

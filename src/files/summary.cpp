@@ -81,10 +81,16 @@ std::string source_counts(const Solution& solution) {
   return fmt::format("{{{}\n  }}", fmt::join(lines, ","));
 }
 
-// The fixes of a sensor that not every run has; nothing if this one has not.
-std::string sensor_entry(std::string_view name, const Solution& solution, std::size_t inside, std::size_t outside) {
+std::string repaired(const RepairedRows& rows) {
+  return fmt::format(R"({{"sorted": {}, "dropped": {}}})", rows.sorted, rows.dropped);
+}
+
+// The fixes of a sensor that not every run has; nothing if this one has not. `of_file`: what was done to its file.
+std::string sensor_entry(std::string_view name, const Solution& solution, std::size_t inside, std::size_t outside,
+                         const RepairedRows* of_file = nullptr) {
   if (inside + outside == 0) return {};
-  return fmt::format("  \"{}\": {{{}, \"outside\": {}}},\n", name, count_fixes(solution, name).text(), outside);
+  return fmt::format("  \"{}\": {{{}, \"outside\": {}{}}},\n", name, count_fixes(solution, name).text(), outside,
+                     of_file != nullptr ? ", \"repaired\": " + repaired(*of_file) : "");
 }
 
 std::size_t sum(const std::vector<std::size_t>& counts) {
@@ -100,10 +106,6 @@ RepairedRows sum(const std::vector<RepairedRows>& sources) {
     total.dropped += r.dropped;
   }
   return total;
-}
-
-std::string repaired(const RepairedRows& rows) {
-  return fmt::format(R"({{"sorted": {}, "dropped": {}}})", rows.sorted, rows.dropped);
 }
 
 constexpr std::size_t kJumps = 5;  // that are told
@@ -237,9 +239,9 @@ std::string summary_json(const Log& log, const Solution& filtered, const Solutio
   text += fmt::format("  \"attitude\": {{{}, \"outside\": {}, \"not_valid\": {}, \"repaired\": {}}},\n",
                       count_fixes(filtered, "attitude[").text(), sum(c.attitude_outside), sum(c.attitude_not_valid),
                       repaired(sum(c.attitude_repaired)));
-  text += sensor_entry("odometer", filtered, log.speed.size(), c.speed_outside);
-  text += sensor_entry("barometer", filtered, log.height.size(), c.height_outside);
-  text += sensor_entry("heading", filtered, log.heading.size(), c.heading_outside);
+  text += sensor_entry("odometer", filtered, log.speed.size(), c.speed_outside, &c.speed_repaired);
+  text += sensor_entry("barometer", filtered, log.height.size(), c.height_outside, &c.height_repaired);
+  text += sensor_entry("heading", filtered, log.heading.size(), c.heading_outside, &c.heading_repaired);
   text += sensor_entry("magnetometer", filtered, log.magnetic.size(), 0);
   text += fmt::format("  \"sources\": {},\n", source_counts(filtered));
   text += fmt::format("  \"verdict\": {},\n", verdict_entry(verdict));

@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
-#include <utility>
+#include <string_view>
 
 #include "io/csv.h"
 #include "piste/core/error.h"
+#include "piste/core/recording.h"
 #include "piste/io/log_io.h"
 #include "piste/math/units.h"
 
@@ -22,70 +24,106 @@ double height_by_pressure(double pressure) {
   return kLayer * kPower / kStandardPressure * std::pow(pressure / kStandardPressure, kPower - 1);
 }
 
-// Of the pitch of a baseline against its heading, where no sigma is told: satellites are all above.
-constexpr double kUpright = 2;
+// Sigma of the pitch of a baseline over that of its heading, where none is told: satellites are all above.
+constexpr double kSteeper = 2;
 
 struct NoMore {
   void operator()(auto&) const {}
 };
 
+void require_positive(double sigma, std::string_view column, std::string_view example, const CsvReader& csv) {
+  if (sigma > 0) return;
+  csv.fail(fmt::format("{} must be above zero; `sigma: {}` in the configuration replaces it", column, example));
+}
+
+/// Where the values of a sensor stand, and such as its sigma may be.
+struct AidColumns {
+  std::string_view value, sigma, example;
+};
+
 // The rows of a file: `value` and `sigma` turn what stands in the two columns into the numbers of the fix; the second
-// is given the value as well. `more(fix)` reads what else stands in the row.
+// is given the value as well. `more(fix)` reads what else stands in the row. Sigmas that the configuration replaces may
+// be anything finite.
 template <class Fix, class Value, class Sigma, class More = NoMore>
-FixRecording<Fix> read_rows(CsvReader& csv, const LogFile& log, std::string_view column, std::string_view sigma_column,
-                            const Value& value, const Sigma& sigma, double fallback, const More& more = {}) {
-  const auto time = csv.column("time_s"), number = csv.column(column);
-  auto spread = csv.find(sigma_column);
-  if (!spread) spread = csv.find("sigma");  // in the unit of the value
+FixRecording<Fix> read_rows(CsvReader& csv, const LogFile& log, const AidColumns& columns, const Value& value,
+                            const Sigma& sigma, double fallback, const More& more = {}) {
+  const auto time = csv.column("time_s"), number = csv.column(columns.value);
+  std::string_view spread_name = columns.sigma;
+  auto spread = csv.find(spread_name);
+  if (!spread) spread = csv.find(spread_name = "sigma");  // in the unit of the value
   csv.finish_header();
   FixRecording<Fix> recording{log.file, {}};
   IncreasingTime increasing(log.repair);
   while (csv.next()) {
-    const double t = increasing.next(csv[time], csv.text());
-    const double told = spread ? sigma(csv[*spread], csv[number]) : fallback;
-    Fix fix{t, value(csv[number]), log.sigma ? log.sigma->x() : told};
+    Fix fix{increasing.next(csv[time], csv.text()), value(csv[number]), fallback};
+    if (log.sigma) {
+      fix.sigma = log.sigma->x();
+    } else if (spread) {
+      fix.sigma = sigma(csv[*spread], csv[number]);
+    }
+    require_positive(fix.sigma, spread_name, columns.example, csv);
     more(fix);
-    if (!(fix.sigma > 0)) csv.fail(fmt::format("{} must be above zero", sigma_column));
     recording.fixes.push_back(fix);
   }
-  if (recording.fixes.empty()) throw DataError(log.file + ":1", fmt::format("holds no row of {}", column));
+  if (log.repair) repair_rows(recording);
+  if (recording.fixes.empty()) throw DataError(log.file + ":1", fmt::format("holds no row of {}", columns.value));
   return recording;
 }
 
 }  // namespace
 
-FixRecording<SpeedFix> read_speed(const LogFile& log, double sigma) {
+FixRecording<SpeedFix> read_speed(const LogFile& log, double sigma, bool is_signed) {
+  constexpr double kNoise = 5, kReverse = 1;  // sigmas, m/s: by noise a standing wheel goes no further below zero
   CsvReader csv(log);
   const auto same = [](double x, double = 0) { return x; };
-  return read_rows<SpeedFix>(csv, log, "speed_m_s", "sigma_speed_m_s", same, same, sigma);
+  return read_rows<SpeedFix>(
+      csv, log, {"speed_m_s", "sigma_speed_m_s", "0.1 m/s"}, same, same, sigma, [&](const SpeedFix& fix) {
+        if (is_signed || fix.speed >= -std::max(kReverse, kNoise * fix.sigma)) return;
+        csv.fail(
+            fmt::format("a speed of {} m/s; of a wheel that is negative backwards, say `signed: true`", fix.speed));
+      });
 }
 
 FixRecording<HeightFix> read_height(const LogFile& log, double sigma) {
   CsvReader csv(log);
   const auto same = [](double x, double = 0) { return x; };
-  if (csv.find("height_m")) return read_rows<HeightFix>(csv, log, "height_m", "sigma_height_m", same, same, sigma);
+  constexpr std::string_view kExample = "0.5 m";
+  if (csv.find("height_m")) {
+    return read_rows<HeightFix>(csv, log, {"height_m", "sigma_height_m", kExample}, same, same, sigma);
+  }
   if (!csv.find("pressure_hPa")) csv.fail("no height: a column height_m or pressure_hPa is expected");
   const auto height = [&](double pressure) {
     if (!(pressure > 200 && pressure < 1200)) {
-      csv.fail(fmt::format("a pressure of {} hPa is none of the air; is the column in Pa?", pressure));
+      csv.fail(fmt::format("a pressure of {} hPa is none of the air; is the column in Pa? Divide it by 100", pressure));
     }
     return standard_height(pressure);
   };
   const auto spread = [](double s, double pressure) { return s * height_by_pressure(pressure); };
-  return read_rows<HeightFix>(csv, log, "pressure_hPa", "sigma_pressure_hPa", height, spread, sigma);
+  return read_rows<HeightFix>(csv, log, {"pressure_hPa", "sigma_pressure_hPa", kExample}, height, spread, sigma);
 }
 
 FixRecording<HeadingFix> read_heading(const LogFile& log, double sigma) {
+  constexpr double kTurn = 360, kUpright = 90;  // deg
+  constexpr std::string_view kExample = "0.5 deg";
   CsvReader csv(log);
   const auto pitch = csv.find("pitch_deg"), sigma_pitch = csv.find("sigma_pitch_deg");
   const auto radians = [](double x, double = 0) { return kDegree * x; };
-  return read_rows<HeadingFix>(csv, log, "heading_deg", "sigma_heading_deg", radians, radians, sigma,
-                               [&](HeadingFix& fix) {
-                                 if (!pitch) return;
-                                 fix.pitch = kDegree * csv[*pitch];
-                                 fix.sigma_pitch = sigma_pitch ? kDegree * csv[*sigma_pitch] : kUpright * fix.sigma;
-                                 if (!(fix.sigma_pitch > 0)) csv.fail("sigma_pitch_deg must be above zero");
-                               });
+  const auto azimuth = [&](double heading) {
+    if (std::abs(heading) > kTurn) {
+      csv.fail(fmt::format("a heading of {} deg is out of range; within 360 deg is expected", heading));
+    }
+    return kDegree * heading;
+  };
+  return read_rows<HeadingFix>(
+      csv, log, {"heading_deg", "sigma_heading_deg", kExample}, azimuth, radians, sigma, [&](HeadingFix& fix) {
+        if (!pitch) return;
+        if (std::abs(csv[*pitch]) > kUpright) {
+          csv.fail(fmt::format("a pitch of {} deg is out of range; within 90 deg is expected", csv[*pitch]));
+        }
+        fix.pitch = kDegree * csv[*pitch];
+        fix.sigma_pitch = sigma_pitch && !log.sigma ? kDegree * csv[*sigma_pitch] : kSteeper * fix.sigma;
+        require_positive(fix.sigma_pitch, "sigma_pitch_deg", kExample, csv);
+      });
 }
 
 }  // namespace piste

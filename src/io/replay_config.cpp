@@ -258,7 +258,7 @@ Recording read_recording(const ReplayConfig& config) {
   for (const LogFile& log : config.attitude) recording.attitude.push_back(read_attitude(log));
   const FilterOptions& filter = config.filter;
   if (config.odometer) {
-    recording.speed = read_speed(*config.odometer, filter.odometer->sigma);
+    recording.speed = read_speed(*config.odometer, filter.odometer->sigma, filter.odometer->is_signed);
   }
   if (config.barometer) recording.height = read_height(*config.barometer, filter.barometer->sigma);
   if (config.heading) recording.heading = read_heading(*config.heading, filter.heading->sigma);

@@ -31,7 +31,7 @@ std::optional<Linearization> linearize_parity(const ParityFix& fix, int parity, 
   const Vector3d signal = gain.cwiseProduct((gyro ? fix.rate : fix.force) - value(bias) - value(drift));
 
   Linearization lin;
-  lin.observes = bias;
+  lin.observes = parity_block(drift, parity);
   lin.residual = measured->value;
   for (const Seen& s : offsets) {
     lin.residual -= s.common * value(s.block);

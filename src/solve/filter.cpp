@@ -349,9 +349,9 @@ void Filter::apply(int source, double late, const Linearization& lin) {
 }
 
 void Filter::admit(const Linearization& lin, double lapse) {
-  const History::Variances before = state_.P.diagonal().head<9>();
+  const ErrorVector before = state_.P.diagonal();
   admit_error(state_.P, setup_->layout, lin, lapse, setup_->options.behaviour.trust);
-  if (history_) history_->add_admitted(state_.P.diagonal().head<9>() - before);
+  if (history_) history_->add_admitted(state_.P.diagonal() - before);
 }
 
 void Filter::correct_by(const Update& u, const Linearization& lin) {

@@ -192,15 +192,13 @@ History::TakenBack History::taken_back(const Chunk& chunk, const Event& event) c
   return t;
 }
 
-void History::add_admitted(const Variances& variances) {
+void History::add_admitted(const ErrorVector& variances) {
   add(Kind::kAdmitted);
   put_values(now_.values, variances);
 }
 
-History::Variances History::admitted(const Chunk& chunk, const Event& event) const {
-  Variances v;
-  Reader(chunk, event.at).take(v);
-  return v;
+ErrorVector History::admitted(const Chunk& chunk, const Event& event) const {
+  return Reader(chunk, event.at).vector(layout_.size());
 }
 
 // About a reference constants do not move, and are left out.

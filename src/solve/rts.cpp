@@ -282,7 +282,7 @@ class Backward {
         }
         case Kind::kAdmitted:
           end_stretch();
-          P.diagonal().head<kNavigation>() += history.admitted(chunk, event);
+          P.diagonal() += history.admitted(chunk, event);
           break;
         case Kind::kMoved:
           if (event.other != 0) end_stretch();  // other constants
@@ -372,7 +372,7 @@ class Backward {
         case Kind::kAdmitted:
           arrive();
           leave_stretch();
-          added_.emplace_back(history.admitted(chunk, *event).cwiseProduct(lambda_.head<kNavigation>()));
+          added_.emplace_back(history.admitted(chunk, *event).cwiseProduct(lambda_));
           break;
         case Kind::kMoved:
           if (event->other == 0) break;
@@ -431,7 +431,7 @@ class Backward {
           if (const History::TakenBack t = history.taken_back(chunk, event); t.estimate_moved) e -= t.moved;
           break;
         case Kind::kAdmitted:
-          e.head<kNavigation>() -= added_.back();
+          e -= added_.back();
           added_.pop_back();
           break;
         case Kind::kMoved:
@@ -467,11 +467,11 @@ class Backward {
   std::vector<StepOperator::Factors> factors_;
   std::vector<StepOperator::Pull> pulls_;
   std::vector<Wanted> wanted_;
-  std::vector<double> kept_;               // of each of them, as PartsSmoother has it
-  std::vector<Moments> states_;            // of those that are wanted whole
-  std::vector<Moments> ends_;              // of the stretches with wanted rows
-  bool has_constants_ = false;             // of the stretch here
-  std::vector<History::Variances> added_;  // times λ, the last first
+  std::vector<double> kept_;        // of each of them, as PartsSmoother has it
+  std::vector<Moments> states_;     // of those that are wanted whole
+  std::vector<Moments> ends_;       // of the stretches with wanted rows
+  bool has_constants_ = false;      // of the stretch here
+  std::vector<ErrorVector> added_;  // times λ, the last first
 };
 
 // Collects covariances of the attitude's errors at pairs of epochs: a few later epochs with many earlier ones.

@@ -6,6 +6,10 @@
 namespace piste {
 namespace {
 
+// Fixes in a row, outside the gate, by which several IMUs have parted: the mean that the filter follows is then wrong,
+// and a receiver that contradicts it is not.
+constexpr int kNoChance = 2;
+
 double normalized(const Vector3d& z, const Matrix3d& S) { return z.dot(S.llt().solve(z)); }
 
 bool of_position(const Linearization& lin) { return lin.observes == Block::kPosition; }
@@ -126,6 +130,7 @@ Trust::Ruling Trust::rule(int source, double time, const Linearization& lin, con
   Ruling ruling{.lapse = std::max(time - s.believed, options_.shortest_lapse)};
   if (!believed) {
     ++s.rejected;
+    if (s.rejected == kNoChance && s.readmitted && !is_navigation(lin.observes)) suspect_filter(time);
     if (is_patient(s, time)) {
       ruling.outcome = inside ? Outcome::kDisputed : Outcome::kRejected;
       return ruling;

@@ -299,10 +299,12 @@ TEST(Condition, FixesOfOtherSensorsOutsideAreCounted) {
   r.speed = {"speed.csv", {{1000.5, 1, 0.1}, {end + 1, 1, 0.1}}};
   r.height = {"height.csv", {{990, 1, 0.1}, {1000.5, 1, 0.1}, {end + 1, 1, 0.1}}};
   r.heading = {"heading.csv", {{1000.5, 1, 0.1}, {1000.6, 1, 0.1}}};
+  r.speed.repaired.dropped = 2;
   const Log log = condition(r, {});
   EXPECT_EQ(log.counts.speed_outside, 1u);
   EXPECT_EQ(log.counts.height_outside, 2u);
   EXPECT_EQ(log.counts.heading_outside, 0u);
+  EXPECT_EQ(log.counts.speed_repaired.dropped, 2u);
   EXPECT_EQ(log.height.size(), 1u);
   r.speed.fixes.erase(r.speed.fixes.begin());
   EXPECT_THROW(condition(r, {}), DataError);

@@ -278,6 +278,45 @@ TEST_F(ReplayConfigTest, VehicleAndItsSensors) {
   EXPECT_TRUE(contains(refused_log("time_s,height_ft\n1,5\n", "barometer: {file: bad.csv}\n"), "height_m"));
   EXPECT_TRUE(contains(refused_log("time_s,heading_deg,sigma_heading_deg\n1,5,0\n", "heading: {file: bad.csv}\n"),
                        "above zero"));
+  EXPECT_TRUE(contains(refused_log("time_s,speed_m_s\n1,5\n2,-6\n", "odometer: {file: bad.csv}\n"),
+                       "bad.csv:3: a speed of -6 m/s; of a wheel that is negative backwards, say `signed: true`"));
+  EXPECT_TRUE(contains(refused_log("time_s,speed_m_s,sigma\n1,5,0\n", "odometer: {file: bad.csv}\n"),
+                       "bad.csv:2: sigma must be above zero; `sigma: 0.1 m/s` in the configuration replaces it"));
+  EXPECT_TRUE(contains(refused_log("time_s,heading_deg\n1,5\n2,375\n", "heading: {file: bad.csv}\n"),
+                       "bad.csv:3: a heading of 375 deg is out of range"));
+  EXPECT_TRUE(contains(refused_log("time_s,heading_deg,pitch_deg\n1,5,95\n", "heading: {file: bad.csv}\n"),
+                       "bad.csv:2: a pitch of 95 deg is out of range"));
+}
+
+// As of receivers: rows are sorted, those of a time that stood there before are dropped, and both are counted.
+TEST_F(ReplayConfigTest, RepairsTheLogsOfOtherSensors) {
+  folder.write("speed.csv", "time_s,speed_m_s\n1,5\n3,7\n2,6\n3,8\n");
+  folder.write("baro.csv", "time_s,height_m\n2,20\n1,10\n");
+  folder.write("dual.csv", "time_s,heading_deg\n1,90\n1,91\n");
+  const Recording logs =
+      read_recording(read(kImu + kGnss +
+                          "vehicle: {kind: car}\nodometer: {file: speed.csv, repair: true}\n"
+                          "barometer: {file: baro.csv, repair: true}\nheading: {file: dual.csv, repair: true}\n"));
+  ASSERT_EQ(logs.speed.fixes.size(), 3U);
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(logs.speed.fixes[static_cast<std::size_t>(i)].speed, 5 + i);
+  EXPECT_EQ(logs.speed.repaired.sorted, 1U);
+  EXPECT_EQ(logs.speed.repaired.dropped, 1U);
+  EXPECT_EQ(logs.height.fixes.front().height, 10);
+  EXPECT_EQ(logs.height.repaired.sorted, 1U);
+  EXPECT_EQ(logs.heading.fixes.size(), 1U);
+  EXPECT_EQ(logs.heading.repaired.dropped, 1U);
+}
+
+// `sigma` in the configuration replaces all sigmas of a log, whatever stands there.
+TEST_F(ReplayConfigTest, AStatedSigmaReplacesThoseOfOtherSensors) {
+  folder.write("speed.csv", "time_s,speed_m_s,sigma_speed_m_s\n1,5,0\n");
+  folder.write("dual.csv", "time_s,heading_deg,sigma_heading_deg,pitch_deg,sigma_pitch_deg\n1,90,0,1,0\n");
+  const Recording logs = read_recording(read(kImu + kGnss +
+                                             "vehicle: {kind: car}\nodometer: {file: speed.csv, sigma: 0.2 m/s}\n"
+                                             "heading: {file: dual.csv, sigma: 0.3 deg}\n"));
+  EXPECT_EQ(logs.speed.fixes[0].sigma, 0.2);
+  EXPECT_NEAR(logs.heading.fixes[0].sigma, 0.3 * kDegree, 1e-12);
+  EXPECT_NEAR(logs.heading.fixes[0].sigma_pitch, 0.6 * kDegree, 1e-12);
 }
 
 TEST_F(ReplayConfigTest, ReadsTheBatch) {

@@ -183,6 +183,7 @@ TEST(SolutionIo, InnovationsAndSummary) {
   log.speed = {{1000, 1, 0.1}};
   log.counts.speed_outside = 2;
   log.counts.height_outside = 3;
+  log.counts.speed_repaired = {.sorted = 4, .dropped = 1};
   log.rest = {{1000, 1010.5}};
   const Verdict verdict{
       .consistent = false,
@@ -203,6 +204,8 @@ TEST(SolutionIo, InnovationsAndSummary) {
   EXPECT_EQ(json["attitude"]["not_valid"].as<int>(), 5);
   EXPECT_EQ(json["odometer"]["outside"].as<int>(), 2);
   EXPECT_EQ(json["odometer"]["used"].as<int>(), 0);
+  EXPECT_EQ(json["odometer"]["repaired"]["sorted"].as<int>(), 4);
+  EXPECT_EQ(json["odometer"]["repaired"]["dropped"].as<int>(), 1);
   EXPECT_EQ(json["barometer"]["outside"].as<int>(), 3);
   EXPECT_FALSE(json["heading"]) << "it has none";
   EXPECT_EQ(json["sources"]["gnss[0].velocity"]["rejected"].as<int>(), 1);

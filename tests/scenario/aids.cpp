@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -177,6 +178,52 @@ TEST(Aids, TwoAntennasTellTheHeadingAtRest) {
   EXPECT_GT(without.rms(), 5 * kDegree) << "nothing else tells it well";
   EXPECT_LT(with.rms(), 0.3 * kDegree);
   with.expect_true_sigmas("heading");
+}
+
+// The largest error of a run from `from` on, in its sigmas: of the heading, the height, and north and east.
+double worst_in_sigmas(const Case& c, const Replay& run, double from) {
+  const Solution& s = run.filtered.solution;
+  const Truth& body = c.simulation.bodies[0];
+  double worst = 0;
+  for (std::size_t i = 0; i < s.size(); i += 50) {
+    if (s.time(i) < from) continue;
+    const Error e = error_at(c, run, s.time(i));
+    worst = std::max({worst, std::abs(e.heading) / e.heading_sigma, std::abs(e.height) / e.height_sigma});
+    const Vector3d is = s.world().from_geodetic(body.world().to_geodetic(body.at(s.time(i)).p_wb));
+    const Vector3d off = s.estimate(i).p_wb - is;
+    worst = std::max(worst, (off.cwiseQuotient(s.sigmas(i).position)).head<2>().cwiseAbs().maxCoeff());
+  }
+  return worst;
+}
+
+// A wrong ambiguity turns the baseline for ten seconds: the filter, whose heading the motion tells, does not follow.
+TEST(Aids, AHeadingThatJumpsTurnsNobody) {
+  for (const double jump : {20 * kDegree, std::numbers::pi}) {
+    const Case c = lap(1, antennas_alone);
+    const Interval wrong{c.under_way() + 60, c.under_way() + 70};
+    Log log = c.log();
+    for (HeadingFix& fix : log.heading) {
+      if (wrong.contains(fix.time)) fix.heading += jump;
+    }
+    const Replay run = replay(
+        std::move(log), {.conditioning = {}, .filter = c.options, .heading = {}, .smoother = SmootherKind::kNone});
+    EXPECT_LT(worst_in_sigmas(c, run, c.under_way() + 20), 6) << jump / kDegree;
+  }
+}
+
+// A door lets the pressure jump for ten seconds, or a vent opens and stays open: the height is not in doubt.
+TEST(Aids, APressureThatJumpsLiftsNobody) {
+  for (const double length : {10.0, 1000.0}) {
+    const Case c = lap(1, barometer_alone);
+    const Interval wrong{c.under_way() + 60, c.under_way() + 60 + length};
+    Log log = c.log();
+    for (HeightFix& fix : log.height) {
+      if (wrong.contains(fix.time)) fix.height += 4;
+    }
+    const Replay run = replay(
+        std::move(log), {.conditioning = {}, .filter = c.options, .heading = {}, .smoother = SmootherKind::kNone});
+    EXPECT_LT(worst_in_sigmas(c, run, c.under_way() + 20), 6) << length;
+  }
 }
 
 }  // namespace

@@ -117,6 +117,23 @@ TEST(Readmission, AdmitsWhatExplainsTheResidual) {
   EXPECT_EQ(P(6, 6), 0) << "the start's own error is no tilt";
 }
 
+// One of several IMUs has a new offset, and nobody knows which: neither the attitude nor anything else has.
+TEST(Readmission, AdmitsADriftWhereSeveralImusPart) {
+  const std::array blocks{Block::kAccelDrift, parity_block(Block::kAccelDrift, 0), parity_block(Block::kAccelDrift, 1),
+                          Block::kGyroDrift};
+  const StateLayout layout(blocks);
+  Linearization lin;
+  lin.observes = parity_block(Block::kAccelDrift, 1);
+  lin.residual = {0.5, 0, -0.1};
+  Covariance P = Covariance::Zero(layout.size(), layout.size());
+  admit_error(P, layout, lin, 10, {});
+  Eigen::VectorXd expected = Eigen::VectorXd::Zero(layout.size());
+  for (const Block block : {Block::kAccelDrift, parity_block(Block::kAccelDrift, 1)}) {
+    expected.segment<3>(layout.offset(block)) = Vector3d(0.25, 0, 0.01);
+  }
+  EXPECT_LT((P.diagonal() - expected).norm(), 1e-12);
+}
+
 // Every block that a layout names starts with what the table knows of it; none with nothing, unless it is a walk.
 TEST(InitialCovariance, IsTheTables) {
   FilterOptions options;

@@ -184,6 +184,29 @@ TEST(Trust, AFilterUnderSuspicionAccusesNobody) {
   EXPECT_EQ(f.outcome(kPosition, 17, -50), Outcome::kReadmitted);
 }
 
+// Of two IMUs one has a new offset: the filter follows their mean, and the receiver is right.
+TEST(Trust, ImusThatPartedAccuseNoReceiver) {
+  for (const bool parted : {false, true}) {
+    FilterOptions options;
+    options.gnss.resize(1);
+    options.units.resize(2);
+    Fixes f;
+    f.trust = Trust(MeasurementSources(options).all(), {.readmit_after = 5, .distrust = 40});
+    const int parity = MeasurementSources(options).first<ImuParity>(0) + 1;
+    f.fix(kPosition, 0, 0);
+    for (int i = 1; i <= 2; ++i) {
+      Linearization lin;
+      lin.observes = parity_block(Block::kAccelDrift, 0);
+      Update u;
+      u.residual = {parted ? 10. : 0., 0, 0};
+      u.nis = u.residual.squaredNorm();
+      f.trust.rule(parity, 0.1 * i, lin, u, kBound, {}, f.P);
+    }
+    for (int t = 1; t <= 5; ++t) EXPECT_EQ(f.outcome(kPosition, t, 50), Outcome::kRejected) << t;
+    EXPECT_EQ(f.outcome(kPosition, 6, 50), parted ? Outcome::kReadmitted : Outcome::kRejected);
+  }
+}
+
 TEST(Trust, AfterAnOutageOfTheLiarTheFilterMayBeWrong) {
   Fixes f;
   f.fix(kPosition, 0, 0);

@@ -226,6 +226,7 @@ struct LogCounts {
   std::vector<UnitReport> units = {};                                    ///< of several IMUs
   /// Fixes of odometer, barometer and dual antenna outside the IMU's span.
   std::size_t speed_outside = 0, height_outside = 0, heading_outside = 0;
+  RepairedRows speed_repaired = {}, height_repaired = {}, heading_repaired = {};  ///< over their whole files
 };
 
 /// All measurements of a run as the filter takes them: in the order of time, on one clock. `gnss[i]` and `attitude[i]`

@@ -12,6 +12,9 @@ namespace piste {
 void repair_rows(ImuRecording& imu);
 void repair_rows(GnssRecording& gnss);
 void repair_rows(AttitudeRecording& attitude);
+void repair_rows(FixRecording<SpeedFix>& speed);
+void repair_rows(FixRecording<HeightFix>& height);
+void repair_rows(FixRecording<HeadingFix>& heading);
 
 /// Multiplies the sigmas of all fixes.
 void scale_sigmas(std::vector<GeodeticFix>& fixes, const SigmaScales& by);

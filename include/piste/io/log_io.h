@@ -91,11 +91,11 @@ AttitudeRecording read_attitude(const LogFile& log, RowFaults* faults = nullptr)
 
 /// Read a csv of one number a row: the speed of an odometer, `time_s, speed_m_s`, with `sigma_speed_m_s` if the log
 /// tells it; the height of a barometer, `height_m` or `pressure_hPa`, with `sigma_height_m` or `sigma_pressure_hPa`; or
-/// the heading of two antennas, `heading_deg` and `sigma_heading_deg`; a `pitch_deg` beside it is not used. A pressure
-/// becomes the height of the standard atmosphere (ICAO Doc 7488). The sigma may also be called `sigma`, in the unit of
-/// the value. `sigma` holds where the log has none; LogFile::sigma
-/// replaces those of the log.
-FixRecording<SpeedFix> read_speed(const LogFile& log, double sigma);
+/// the heading of two antennas, `heading_deg` and `sigma_heading_deg`, with `pitch_deg` and `sigma_pitch_deg` if the
+/// log tells them. A pressure becomes the height of the standard atmosphere (ICAO Doc 7488). The sigma may also be
+/// called `sigma`, in the unit of the value. `sigma` holds where the log has none; LogFile::sigma replaces those of the
+/// log. A speed below zero, beyond noise, is an error unless the wheel `is_signed`.
+FixRecording<SpeedFix> read_speed(const LogFile& log, double sigma, bool is_signed = true);
 FixRecording<HeightFix> read_height(const LogFile& log, double sigma);
 FixRecording<HeadingFix> read_heading(const LogFile& log, double sigma);
 

@@ -12,10 +12,12 @@ namespace piste {
 Linearization linearize_heading(const HeadingFix& fix, const Vector3d& baseline, const Estimate& x,
                                 const Matrix3d& R_wn);
 
-/// The two antennas of a run.
+/// The two antennas of a run. Their azimuth is off by any angle while an ambiguity is wrong. So a fix outside the gate
+/// is left out, and the filter never gives in to it: it keeps the heading that the motion told it, and where nothing
+/// tells it, its own sigma widens the gate.
 struct DualHeading : MeasurementType<HeadingFix> {
   static constexpr std::string_view kName = "heading";
-  static constexpr std::array kChannels{MeasurementChannel{}};
+  static constexpr std::array kChannels{MeasurementChannel{.name = "", .readmitted = false}};
   static int sensors(const FilterOptions& options) { return options.heading ? 1 : 0; }
   static bool in_use(const FilterOptions& options) { return options.heading.has_value(); }
   static std::span<const std::vector<HeadingFix>> logged(const Log& log) { return {&log.heading, 1}; }

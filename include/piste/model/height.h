@@ -10,10 +10,11 @@ namespace piste {
 /// Linearises a height: one row.
 Linearization linearize_height(const HeightFix& fix, const Estimate& x, const Gravity& gravity);
 
-/// The barometer of a run. A draught or a door is a fix that jumps: it is left out, and others after it.
+/// The barometer of a run. A draught or a door is a fix that jumps: it is left out, and others after it. They are used
+/// again once the offset may have drifted as far: the filter never gives in to them, as its height is not in doubt.
 struct Barometer : MeasurementType<HeightFix> {
   static constexpr std::string_view kName = "barometer";
-  static constexpr std::array kChannels{MeasurementChannel{}};
+  static constexpr std::array kChannels{MeasurementChannel{.name = "", .readmitted = false}};
   static int sensors(const FilterOptions& options) { return options.barometer ? 1 : 0; }
   static bool in_use(const FilterOptions& options) { return options.barometer.has_value(); }
   static std::span<const std::vector<HeightFix>> logged(const Log& log) { return {&log.height, 1}; }

@@ -48,7 +48,6 @@ class History {
     ErrorVector moved;            ///< by −P times the score
     bool estimate_moved = false;  ///< or what is known beside a reference
   };
-  using Variances = Eigen::Matrix<double, 9, 1>;
 
   /// `scratch`: the folder of the file that has the chunks; empty: they are in memory.
   explicit History(std::filesystem::path scratch) : folder_(std::move(scratch)), scratch_(folder_) {}
@@ -61,7 +60,8 @@ class History {
   /// `moved`: whether it moved the estimate.
   void add_correction(const Update& u, bool moved);
   void add_taken_back(const ScaleScore& score, const ErrorVector& moved, bool estimate_moved);
-  void add_admitted(const Variances& variances);
+  /// `variances`: what was added to those of the state.
+  void add_admitted(const ErrorVector& variances);
   void add_moved(const ErrorVector& moved);
   /// The end of an epoch. A chunk ends here if it has lasted a second.
   void end_row(const FilterState& state);
@@ -82,7 +82,7 @@ class History {
   ErrorStep step(const Chunk& chunk, const Event& event) const;
   Correction correction(const Chunk& chunk, const Event& event) const;
   TakenBack taken_back(const Chunk& chunk, const Event& event) const;
-  Variances admitted(const Chunk& chunk, const Event& event) const;
+  ErrorVector admitted(const Chunk& chunk, const Event& event) const;
   ErrorVector moved(const Chunk& chunk, const Event& event) const;
   bool has_rows() const { return has_rows_; }
   /// Sets `x` to the estimate at the end of an epoch, and returns its time. @pre It has rows. Of what is not estimated,

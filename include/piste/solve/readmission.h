@@ -7,7 +7,8 @@
 
 namespace piste {
 
-/// Adds to the navigation part of P the errors that explain the residual. `lapse` [s] is the time since a fix of the
+/// Adds to P the errors that explain the residual: of the navigation, or, where several IMUs part, of their drifts.
+/// `lapse` [s] is the time since a fix of the
 /// source was last used. Within it an error in velocity grows into one in position, and a tilt into one in velocity. It
 /// is infinite if no fix of the source was used before: the error is then that of the start.
 void admit_error(Covariance& P, const StateLayout& layout, const Linearization& lin, double lapse,
