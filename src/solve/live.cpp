@@ -103,10 +103,8 @@ class Live::Session {
  private:
   // Conditions what is there, and feeds the filter what is older than the lag.
   void pass() {
-    if (!world_ || recent_.imu.time.size() < 3) {
-      forget_rows();  // a receiver may take an hour to its first fix
-      return;
-    }
+    if (!filter_ && !bank_) forget_rows();  // a receiver may take an hour to its first fix
+    if (!world_ || recent_.imu.time.size() < 3) return;
     log_ = condition(recent_, options_.conditioning, *world_);
     newest_ = log_.imu.back().time;
     const double until = newest_ - options_.lag;
@@ -120,6 +118,8 @@ class Live::Session {
         filter_ = bank_->best();
         bank_.reset();
       }
+    } else {
+      return;
     }
     if (forget_rows()) {
       for (GnssRecording& receiver : recent_.gnss) forget(receiver.fixes, log_.imu.front().time);
