@@ -49,7 +49,8 @@ AppArguments parse(int argc, char** argv, const AppDescription& description, CLI
   std::map<std::string, long> values;
   for (const IntegerOption& option : description.integers) {
     auto* o = command.add_option("--" + option.name, values[option.name], option.help)->type_name("N");
-    o->check(CLI::Range(option.minimum, std::numeric_limits<long>::max()).description(""));
+    // A number that is too large for it is read as the largest.
+    o->check(CLI::Range(option.minimum, std::numeric_limits<long>::max() - 1).description(""));
     if (option.fallback) {
       const std::string said = option.fallback_said.empty() ? fmt::to_string(*option.fallback) : option.fallback_said;
       o->description(fmt::format("{} (default: {})", option.help, said));

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "app.h"
-#include "piste/condition/aligned_signals.h"
 #include "piste/files/findings.h"
 #include "piste/outputs/batch_folders.h"
 #include "piste/report/alignment_text.h"
@@ -18,12 +17,7 @@ void run(const AppArguments& arguments, Progress& progress) {
   std::string text;
   for_each_pair(config, progress.counted("align", "IMUs"), [&](const AlignedPair& pair) {
     write_alignment(output, config, pair);
-    const AlignedImus smooth = low_passed(pair.aligned, pair.alignment.low_pass);
-    const Phases stated = config.phases ? *config.phases : phases(smooth);
-    const Findings found = findings(smooth, stated,
-                                    {.alignment = &pair.alignment,
-                                     .reference = &config.reference.source.sensor,
-                                     .sensor = &pair.imu.source.sensor});
+    const Findings found = findings_of(config, pair);
     output.write(pair.folder + "findings.json", findings_json(found, pair.alignment));
     text += fmt::format("{}\n{}\n{}\n", pair.imu.name, alignment_text(pair.alignment), findings_text(found));
   });

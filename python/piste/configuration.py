@@ -10,10 +10,10 @@ import numpy as np
 
 from . import _piste
 from .errors import ConfigError
-from .tables import columns_of, is_table
+from .tables import WEEK, columns_of, is_table
 
 # Keywords that belong to a sensor are taken beside it: replay(imu=frame, sensor="xsens_mt9a").
-LOGS = ("imu", "gnss", "attitude")
+LOGS = ("imu", "gnss", "attitude", "reference", "odometer", "barometer", "heading")
 SHORT = {"sensor": "imu", "lever_arm": "gnss"}
 
 
@@ -32,8 +32,8 @@ def configuration(
         raise ConfigError("give a configuration file, or its keys as keywords", "keywords")
     keys = {key: value for key, value in keywords.items() if value is not None}
     for owner in LOGS:
-        if isinstance(keys.get(owner), str | os.PathLike):
-            keys[owner] = {"file": keys[owner]}
+        if owner in keys:
+            keys[owner] = _entries(owner, keys[owner])
     for short, owner in SHORT.items():
         if short not in keys:
             continue
@@ -41,22 +41,44 @@ def configuration(
         entry = keys.get(owner)
         if entry is None:
             raise ConfigError(f"`{short}` belongs to `{owner}`, which is missing", short)
-        entry = dict(entry) if isinstance(entry, Mapping) and not is_table(entry) else {"file": entry}
+        if isinstance(entry, list):
+            right = f"{owner}=[{{'file': …, '{short}': …}}, …]"
+            raise ConfigError(f"`{short}` belongs to one of several; state it for each: {right}", short)
+        entry = {"file": entry} if is_table(entry) else dict(entry)
         keys[owner] = {**entry, short: value}
     if source is not None:
         keys = {"base": os.path.abspath(os.fspath(source)), **keys}
     tables: dict[str, dict[str, np.ndarray]] = {}
-    weeks: list[int] = []
+    weeks: dict[str, int] = {}
     text = "".join(_lines(_plain(keys, "", tables, weeks), 0))
-    return _piste.Configuration.parse(text, "keywords", tables), min(weeks, default=None)
+    first = min(weeks.values(), default=0)
+    for name, week in weeks.items():  # all count from the week of the first
+        if week != first and "time_s" in tables[name]:
+            tables[name]["time_s"] = tables[name]["time_s"] + (week - first) * WEEK
+    return _piste.Configuration.parse(text, "keywords", tables), first if weeks else None
 
 
-def _plain(value: Any, path: str, tables: dict[str, dict[str, np.ndarray]], weeks: list[int]) -> Any:
+def _entries(owner: str, value: Any) -> Any:
+    """The value of a log's key, in which a path may stand for a mapping with a `file`, alone or in a list."""
+    if isinstance(value, str | os.PathLike):
+        return {"file": value}
+    if is_table(value) or isinstance(value, Mapping):
+        return value
+    if isinstance(value, list | tuple):
+        return [_entries(owner, entry) for entry in value]
+    raise ConfigError(
+        f"`{owner}` is a {type(value).__name__}; a file, a mapping, or a table whose columns have names is expected",
+        owner,
+    )
+
+
+def _plain(value: Any, path: str, tables: dict[str, dict[str, np.ndarray]], weeks: dict[str, int]) -> Any:
     """The value with the names of its tables in place of them."""
     if is_table(value):
         name = path.removesuffix(".file")
         tables[name], week = columns_of(value, name)
-        weeks += [week] if week is not None else []
+        if week is not None:
+            weeks[name] = week
         return name if path.endswith(".file") else {"file": name}
     if isinstance(value, Mapping):
         return {str(k): _plain(v, f"{path}.{k}" if path else str(k), tables, weeks) for k, v in value.items()}
@@ -72,13 +94,16 @@ def _plain(value: Any, path: str, tables: dict[str, dict[str, np.ndarray]], week
 def _lines(keys: Mapping[str, Any], depth: int) -> list[str]:
     """YAML, a key a line."""
     lines = []
-    for key, value in keys.items():
+    for name, value in keys.items():
+        key = _scalar(name)
         if isinstance(value, Mapping) and value:
             lines += [f"{'  ' * depth}{key}:\n", *_lines(value, depth + 1)]
         elif isinstance(value, list) and any(isinstance(v, Mapping) for v in value):
+            if not all(isinstance(v, Mapping) for v in value):
+                raise ConfigError(f"`{name}` is a list of mappings and of other things; mappings are expected", name)
             lines.append(f"{'  ' * depth}{key}:\n")
             for entry in value:
-                inner = "".join(_lines(entry, depth + 2))
+                inner = "".join(_lines(entry, depth + 2)) or "{}\n"
                 lines.append("  " * (depth + 1) + "- " + inner.lstrip())
         else:
             lines.append(f"{'  ' * depth}{key}: {_scalar(value)}\n")
@@ -91,4 +116,4 @@ def _scalar(value: Any) -> str:
     plain = isinstance(value, str) and re.fullmatch(r"[\w./+-][\w./+ ()^*-]*", value) and value == value.strip()
     if plain and value.lower() not in ("true", "false", "null", "yes", "no", "on", "off"):
         return value
-    return json.dumps(value)
+    return json.dumps(value, ensure_ascii=False)

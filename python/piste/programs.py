@@ -2,6 +2,7 @@
 
 import io
 import json
+import operator
 import os
 from collections.abc import Sequence
 from typing import Any
@@ -24,9 +25,22 @@ def _files(files: Sequence[Path]) -> list[str]:
     if not files:
         raise ConfigError("no log is named", "files")
     for file in files:
+        if not isinstance(file, str | os.PathLike):
+            raise ConfigError(f"the path of a log is expected, not a {type(file).__name__}", "files")
         if not os.path.exists(file):
             raise ConfigError(f"{os.fspath(file)}: there is no such file", os.fspath(file))
     return [os.fspath(file) for file in files]
+
+
+def whole(name: str, value: Any, least: int) -> int:
+    """A whole number, or a ConfigError that names what is expected."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise ConfigError(f"{name}: {value!r} is no whole number", name) from None
+    if number < least:
+        raise ConfigError(f"{name}: {number} is too few; at least {least} is expected", name)
+    return number
 
 
 def read(*files: Path) -> Table:
@@ -108,6 +122,8 @@ class Simulation:
 
     def truth(self, imu: int = 0) -> Table:
         """truth.csv of the IMU with that number."""
+        if whole("imu", imu, 0) >= len(self.imus):
+            raise ConfigError(f"imu: there is no IMU {imu}; there are {len(self.imus)}, the first of which is 0", "imu")
         text = self._simulated.truth(imu)
         names = text.split("\n", 1)[0].split(",")
         rows = np.loadtxt(io.StringIO(text), delimiter=",", skiprows=1, ndmin=2)
@@ -132,6 +148,8 @@ def simulate(
     **keys: Any,
 ) -> Simulation:
     """Simulates all sensors of a scenario. The same seed gives the same numbers to the last bit."""
+    if seed is not None:
+        seed = whole("seed", seed, 0)
     parsed, _ = configuration(scenario, keys)
     simulation = Simulation(_piste.simulate(parsed, seed, told(progress)))
     if output is not None:
@@ -158,7 +176,7 @@ def tune(
     if keys and output is not None:
         raise ConfigError("the replay.yaml in `output` builds on a file; leave the keywords out, or `output`", "output")
     parsed, _ = configuration(config, keys)
-    found, text = _piste.tune(parsed, jobs, hold_out, _folder(output), told(progress))
+    found, text = _piste.tune(parsed, whole("jobs", jobs, 1), hold_out, _folder(output), told(progress))
     return {**json.loads(found), "text": text}
 
 
@@ -167,7 +185,7 @@ def study(
 ) -> dict[str, Any]:
     """A campaign of IMUs beside a reference: summary.json, and `report`, its page."""
     parsed, _ = configuration(config, {})
-    found, page = _piste.study(parsed, jobs, _folder(output), told(progress))
+    found, page = _piste.study(parsed, whole("jobs", jobs, 1), _folder(output), told(progress))
     return {**json.loads(found), "report": Page(page)}
 
 
@@ -180,7 +198,7 @@ def allan(
     progress: Progress | bool | None = None,
 ) -> dict[str, Any]:
     """The noise of an IMU from logs at rest: allan.json, and `text`, `sensor` (a sensor file) and `report`."""
-    found = dict(_piste.allan(_files(logs), robust, at_rest, jobs, _folder(output), told(progress)))
+    found = dict(_piste.allan(_files(logs), robust, at_rest, whole("jobs", jobs, 1), _folder(output), told(progress)))
     return {
         **json.loads(found["json"]),
         "text": found["text"],
@@ -199,8 +217,7 @@ def montecarlo(
     progress: Progress | bool | None = None,
 ) -> dict[str, Any]:
     """Simulates and replays a scenario many times: consistency.json. On several machines: piste.distributed."""
-    if runs < 1:
-        raise ConfigError(f"runs: {runs} is none; at least 1 is expected", "runs")
+    runs, jobs = whole("runs", runs, 1), whole("jobs", jobs, 1)
     parsed, _ = configuration(scenario, {})
     ensemble = _piste.Ensemble.begin(parsed)
     ensemble.run(runs, jobs, told(progress))

@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -40,6 +40,12 @@ class Solution:
 
     def __getitem__(self, name: str) -> np.ndarray:
         return column_of(self._stored, name)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._stored
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._stored)
 
     def __repr__(self) -> str:
         span = f", {self.time[0]:.2f} to {self.time[-1]:.2f} s" if len(self) else ""

@@ -71,7 +71,7 @@ def rows_of(names: list[str], rows: np.ndarray, week: int | None = None) -> Tabl
 def gps_seconds(times: Any) -> tuple[int, np.ndarray]:
     """GPS week of the first of some UTC times (numpy.datetime64, or what becomes it), and seconds of that week."""
     stamps = np.asarray(times, dtype="datetime64[ns]").astype(np.int64)
-    first = int(stamps[0])
+    first = int(stamps[0]) if len(stamps) else GPS_EPOCH * 10**9
     week, seconds = _piste.gps_time(first // 10**9)
     return week, seconds + (stamps - first // 10**9 * 10**9) * 1e-9
 
@@ -86,15 +86,31 @@ def utc(seconds: np.ndarray, week: int) -> np.ndarray:
 
 
 def is_table(value: Any) -> bool:
-    """Whether a value holds rows: a table, a pandas.DataFrame, or a mapping with a column of times."""
+    """Whether a value holds rows: a table, a pandas.DataFrame, a mapping of arrays, or a structured array."""
     if hasattr(value, "columns") and hasattr(value, "index"):
         return True
-    return isinstance(value, Table) or (isinstance(value, Mapping) and "time_s" in value)
+    if isinstance(value, np.ndarray):
+        return value.dtype.names is not None
+    if isinstance(value, Mapping) and "file" not in value:
+        return "time_s" in value or any(isinstance(column, np.ndarray) for column in value.values())
+    return isinstance(value, Table)
 
 
 def numbers_of(table: str, name: str, values: Any) -> np.ndarray:
     """A column as float64, without a copy where it is."""
+    if isinstance(values, np.ma.MaskedArray) and np.issubdtype(values.dtype, np.floating):
+        values = values.filled(np.nan)  # what is masked is no value
     column = np.asarray(values)
+    if column.ndim != 1:
+        raise DataError(
+            f"{table}: column `{name}` has {column.ndim} dimensions; one is expected, of a name of its own", table
+        )
+    if column.dtype.kind in "mM":
+        raise DataError(
+            f"{table}: column `{name}` holds dates; make them the index (set_index), or seconds of the GPS week", table
+        )
+    if column.dtype.kind == "c":
+        raise DataError(f"{table}: column `{name}` holds complex numbers; real ones are expected", table)
     if name == "time_s" and column.dtype == np.float32:
         raise DataError(f"{table}: `time_s` is float32, which tells times of a week to 0.03 s; make it float64", table)
     try:
@@ -108,10 +124,16 @@ def numbers_of(table: str, name: str, values: Any) -> np.ndarray:
 def columns_of(value: Any, table: str) -> tuple[dict[str, np.ndarray], int | None]:
     """The columns of a table as arrays, without a copy where they are float64, and its GPS week if it is known."""
     week = getattr(value, "week", None)
-    names = list(value.columns) if hasattr(value, "columns") else list(value)
+    if isinstance(value, np.ndarray):
+        names: list[Any] = list(value.dtype.names or ())
+    else:
+        names = list(value.columns) if hasattr(value, "columns") else list(value)
     columns = {str(name): numbers_of(table, str(name), value[name]) for name in names}
     index = getattr(value, "index", None)
     if index is not None and "time_s" not in columns and str(getattr(index, "dtype", "")).startswith("datetime64"):
         stamps = index.tz_convert("UTC").tz_localize(None) if getattr(index, "tz", None) else index
+        missing = np.flatnonzero(np.isnat(stamps.to_numpy()))
+        if len(missing):
+            raise DataError(f"{table}: row {missing[0]}: the index has no time there", f"{table}: row {missing[0]}")
         week, columns["time_s"] = gps_seconds(stamps.to_numpy())
     return columns, week if isinstance(week, int) else None

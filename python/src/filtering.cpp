@@ -1,16 +1,19 @@
 /// The filter and the live session, sample by sample or in batches.
 
+#include <fmt/format.h>
 #include <nanobind/eigen/dense.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/vector.h>
 
 #include <array>
+#include <cmath>
 #include <memory>
 #include <optional>
 
 #include "bindings.h"
 #include "piste/core/error.h"
+#include "piste/core/fix_faults.h"
 #include "piste/experiment/replay.h"
 #include "piste/model/measurement_list.h"
 #include "piste/solve/live.h"
@@ -28,6 +31,20 @@ Vector3d row(const Triples& of, std::size_t i) { return {of(i, 0), of(i, 1), of(
 void require_rows(std::size_t rows, std::initializer_list<std::size_t> others) {
   for (const std::size_t other : others) {
     if (other != rows) throw nb::value_error("all arrays need as many rows");
+  }
+}
+
+// Calls add(row) for each row. The interpreter's lock is held, so that threads which share a filter or a session take
+// turns; between pieces other threads run, and Ctrl-C is heard.
+template <class Add>
+void for_each_row(std::size_t rows, const Add& add) {
+  constexpr std::size_t kPiece = 1000;
+  for (std::size_t i = 0; i < rows; ++i) {
+    if (i > 0 && i % kPiece == 0) {
+      { const nb::gil_scoped_release release; }
+      if (PyErr_CheckSignals() != 0) throw nb::python_error();
+    }
+    add(i);
   }
 }
 
@@ -50,9 +67,20 @@ nb::dict state(double time, const Navigation& n, const Sigmas& s) {
   return out;
 }
 
-// A start in the frame w whose origin it is.
-Start start_at(double time, const Three& velocity, const Three& euler, const Three& sigma_position,
-               const Three& sigma_velocity, const Three& sigma_euler) {
+void require_start(bool right, const char* key, const char* what) {
+  if (!right) throw ConfigError(key, what);
+}
+
+// A start in the frame w whose origin is `position`.
+Start start_at(double time, const Geodetic& position, const Three& velocity, const Three& euler,
+               const Three& sigma_position, const Three& sigma_velocity, const Three& sigma_euler) {
+  require_start(std::isfinite(time), "time", "must be finite; GPS seconds of week are expected");
+  if (const std::string fault = fault_of(position); !fault.empty()) throw ConfigError("position", fault);
+  require_start(three(velocity).allFinite(), "velocity", "must be finite");
+  require_start(three(euler).allFinite(), "euler", "must be finite");
+  for (const Three* sigma : {&sigma_position, &sigma_velocity, &sigma_euler}) {
+    require_start(are_sigmas(three(*sigma)) && three(*sigma).allFinite(), "sigma", "must be finite and above zero");
+  }
   Start start;
   start.time = time;
   start.x.v_wb = three(velocity);
@@ -71,8 +99,7 @@ Start start_at(double time, const Three& velocity, const Three& euler, const Thr
 void add_samples(Filter& filter, const Times& time, const Times& interval, const Triples& dtheta, const Triples& dvel) {
   const std::size_t rows = time.shape(0);
   require_rows(rows, {interval.shape(0), dtheta.shape(0), dvel.shape(0)});
-  const nb::gil_scoped_release release;
-  for (std::size_t i = 0; i < rows; ++i) {
+  for_each_row(rows, [&](std::size_t i) {
     ImuSample sample;
     sample.time = time(i);
     sample.interval = interval(i);
@@ -80,13 +107,23 @@ void add_samples(Filter& filter, const Times& time, const Times& interval, const
     sample.dvel = row(dvel, i);
     filter.add(sample);
     filter.clear_innovations();
-  }
+  });
 }
 
 std::optional<FixVelocity> velocity_of(const std::optional<Three>& value, const std::optional<Three>& sigma) {
   if (!value) return std::nullopt;
   if (!sigma) throw nb::value_error("a velocity needs its sigma");
   return FixVelocity{three(*value), three(*sigma)};
+}
+
+GeodeticFix fix_of(double time, const Three& position, const Three& sigma, const std::optional<Three>& velocity,
+                   const std::optional<Three>& sigma_velocity) {
+  GeodeticFix fix;
+  fix.time = time;
+  fix.position = place(position);
+  fix.sigma_position = three(sigma);
+  fix.velocity = velocity_of(velocity, sigma_velocity);
+  return fix;
 }
 
 FilterOptions filter_options(const Configuration& configuration) {
@@ -119,7 +156,7 @@ void bind_filtering(nb::module_& m) {
              const Three& velocity, const Three& euler, const Three& sigma_position, const Three& sigma_velocity,
              const Three& sigma_euler) {
             const FilterOptions options = filter_options(configuration);
-            Start start = start_at(time, velocity, euler, sigma_position, sigma_velocity, sigma_euler);
+            Start start = start_at(time, place(position), velocity, euler, sigma_position, sigma_velocity, sigma_euler);
             set_known(start.x, options);
             new (self) Filter(options, World(place(position)), start);
           },
@@ -129,7 +166,7 @@ void bind_filtering(nb::module_& m) {
       .def_static(
           "of", [](const Run& run) { return Filter(run.replay.options, run.replay.log.world, run.replay.found.start); },
           nb::arg("run"), "A filter at the start of a run, with its options.")
-      .def("add", &add_samples, nb::arg("time"), nb::arg("interval"), nb::arg("dtheta"), nb::arg("dvel"),
+      .def("add", &add_samples, nb::arg("time").noconvert(), nb::arg("interval"), nb::arg("dtheta"), nb::arg("dvel"),
            "Samples one after the other: the time at the end of each (GPS seconds of week), the interval before it "
            "(s), and "
            "over it the rotation (rad) and the change of velocity (m/s), body axes, forward, right, down.")
@@ -137,8 +174,17 @@ void bind_filtering(nb::module_& m) {
           "add_gnss",
           [](Filter& filter, double time, const Three& position, const Three& sigma,
              const std::optional<Three>& velocity, const std::optional<Three>& sigma_velocity, int receiver) {
-            filter.add(receiver, GnssFix{time, filter.world().from_geodetic(place(position)), three(sigma),
-                                         velocity_of(velocity, sigma_velocity)});
+            const std::size_t receivers = filter.options().gnss.size();
+            if (receiver < 0 || static_cast<std::size_t>(receiver) >= receivers) {
+              throw DataError("gnss", fmt::format("there is no receiver {}; there are {}, the first of which is 0",
+                                                  receiver, receivers));
+            }
+            const GeodeticFix fix = fix_of(time, position, sigma, velocity, sigma_velocity);
+            if (const std::string fault = fault_of(fix); !fault.empty()) {
+              throw DataError(fmt::format("gnss: t = {:.3f} s", time), fault);
+            }
+            filter.add(receiver,
+                       GnssFix{time, filter.world().from_geodetic(fix.position), fix.sigma_position, fix.velocity});
           },
           nb::arg("time"), nb::arg("position"), nb::arg("sigma"), nb::arg("velocity").none() = nb::none(),
           nb::arg("sigma_velocity").none() = nb::none(), nb::arg("receiver") = 0,
@@ -178,22 +224,15 @@ void bind_filtering(nb::module_& m) {
           [](Live& live, const Times& time, const Triples& gyro, const Triples& accel) {
             const std::size_t rows = time.shape(0);
             require_rows(rows, {gyro.shape(0), accel.shape(0)});
-            const nb::gil_scoped_release release;
-            for (std::size_t i = 0; i < rows; ++i) live.add(ImuRow{time(i), row(gyro, i), row(accel, i)});
+            for_each_row(rows, [&](std::size_t i) { live.add(ImuRow{time(i), row(gyro, i), row(accel, i)}); });
           },
-          nb::arg("time"), nb::arg("gyro"), nb::arg("accel"),
+          nb::arg("time").noconvert(), nb::arg("gyro"), nb::arg("accel"),
           "Raw rows at the sensor's own clock and along its own axes: s, rad/s and m/s^2.")
       .def(
           "add_gnss",
           [](Live& live, double time, const Three& position, const Three& sigma, const std::optional<Three>& velocity,
-             const std::optional<Three>& sigma_velocity, int receiver) {
-            GeodeticFix fix;
-            fix.time = time;
-            fix.position = place(position);
-            fix.sigma_position = three(sigma);
-            fix.velocity = velocity_of(velocity, sigma_velocity);
-            live.add(receiver, fix);
-          },
+             const std::optional<Three>& sigma_velocity,
+             int receiver) { live.add(receiver, fix_of(time, position, sigma, velocity, sigma_velocity)); },
           nb::arg("time"), nb::arg("position"), nb::arg("sigma"), nb::arg("velocity").none() = nb::none(),
           nb::arg("sigma_velocity").none() = nb::none(), nb::arg("receiver") = 0,
           "A fix: GPS seconds of week; latitude and longitude in degrees, height in m; m/s; sigmas north, east, down. "

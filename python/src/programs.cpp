@@ -72,13 +72,7 @@ std::vector<std::tuple<std::string, std::string, std::string>> aligned(const Con
           if (output) write_alignment(*output, config, pair);
           std::string found;
           if (compares) {
-            const AlignedImus smooth = low_passed(pair.aligned, pair.alignment.low_pass);
-            const Phases stated = config.phases ? *config.phases : phases(smooth);
-            found = findings_json(findings(smooth, stated,
-                                           {.alignment = &pair.alignment,
-                                            .reference = &config.reference.source.sensor,
-                                            .sensor = &pair.imu.source.sensor}),
-                                  pair.alignment);
+            found = findings_json(findings_of(config, pair), pair.alignment);
             if (output) output->write(pair.folder + "findings.json", found);
           }
           out.emplace_back(pair.imu.name, alignment_json(pair.alignment), std::move(found));

@@ -1,7 +1,11 @@
 """The filter and the live session from Python."""
 
+import threading
+import time
+
 import numpy as np
 import piste
+import pytest
 
 
 def triple(table, pattern, axes, i):
@@ -72,3 +76,111 @@ def test_live(config, imu, gnss):
     state = live.now()
     assert state is not None
     assert abs(state["latitude_deg"] - gnss["latitude_deg"][min(399, len(edges) - 1)]) < 1e-3
+
+
+START = {
+    "time": 0.0,
+    "position": [46, 7, 2500],
+    "velocity": [0, 0, 0],
+    "euler": [0, 0, 0],
+    "sigma_position": [1, 1, 1],
+    "sigma_velocity": [0.1, 0.1, 0.1],
+    "sigma_euler": [1, 1, 1],
+}
+NONE = float("nan")
+
+
+def test_a_start_that_cannot_be_is_refused(config):
+    piste.Filter(config, **START)
+    for wrong in (
+        {"time": NONE},
+        {"position": [100, 7, 0]},
+        {"position": [NONE, 7, 0]},
+        {"velocity": [NONE, 0, 0]},
+        {"euler": [0, NONE, 0]},
+        {"sigma_position": [0, 1, 1]},
+        {"sigma_velocity": [-1, 1, 1]},
+        {"sigma_euler": [NONE, 1, 1]},
+    ):
+        with pytest.raises(piste.ConfigError, match=next(iter(wrong)).split("_")[0]):
+            piste.Filter(config, **{**START, **wrong})
+
+
+def test_what_cannot_be_is_refused_and_the_filter_goes_on(config):
+    filters = [piste.Filter(config, **START) for _ in range(2)]
+    time, interval = np.array([0.01, 0.02]), np.full(2, 0.01)
+    turn, force = np.zeros((2, 3)), np.tile([0, 0, -0.0981], (2, 1))
+    for f in filters:
+        f.add(time, interval, turn, force)
+        f.add_gnss(0.025, [46, 7, 2500], [1, 1, 1])
+    wrong = filters[0]
+    for change in (
+        {"time": NONE},
+        {"position": [NONE, 7, 0]},
+        {"position": [200, 7, 0]},
+        {"sigma": [0, 1, 1]},
+        {"receiver": 5},
+    ):
+        with pytest.raises(piste.DataError):
+            wrong.add_gnss(**{"time": 0.025, "position": [46, 7, 2500], "sigma": [1, 1, 1], **change})
+    with pytest.raises(piste.DataError, match="no receiver -1"):
+        wrong.add_gnss(0.025, [46, 7, 2500], [1, 1, 1], receiver=-1)
+    for rows in (
+        (time, interval, turn, force),
+        (time + 0.02, interval, turn + NONE, force),
+        (time + 0.02, 0 * interval, turn, force),
+    ):
+        with pytest.raises(piste.DataError, match="a sample must be finite"):
+            wrong.add(*rows)
+    with pytest.raises(TypeError):  # 0.03 s of a week
+        wrong.add(time.astype(np.float32), interval, turn, force)
+    for f in filters:
+        f.add(time + 0.02, interval, turn, force)
+        f.finish()
+    a, b = (f.state() for f in filters)
+    for name in a:
+        np.testing.assert_array_equal(a[name], b[name])
+
+
+def test_threads_share_a_session(config, imu, gnss):
+    """One thread has the rows of the IMU, another the fixes, and a third looks."""
+    live = piste.Live(config)
+    gyro = np.column_stack([imu[f"gyro_{a}_rad_s"] for a in "xyz"])
+    accel = np.column_stack([imu[f"accel_{a}_m_s2"] for a in "xyz"])
+    newest, given, done, failed = [imu["time_s"][0]], [gnss["time_s"][0]], threading.Event(), []
+
+    def rows():
+        for i in range(0, 8000, 50):
+            live.add(imu["time_s"][i : i + 50], gyro[i : i + 50], accel[i : i + 50])
+            newest[0] = imu["time_s"][i + 49]
+            while given[0] < newest[0] - 0.5 and not failed:  # a receiver is not later than that
+                time.sleep(0)
+
+    def fixes():
+        i = 0
+        while not done.is_set():
+            while gnss["time_s"][i] <= newest[0]:
+                add_fix(live, gnss, i)
+                given[0] = gnss["time_s"][i]
+                i += 1
+
+    def looks():
+        while not done.is_set():
+            live.now()
+
+    def guarded(work):
+        try:
+            work()
+        except Exception as error:
+            failed.append(error)
+
+    others = [threading.Thread(target=guarded, args=(work,)) for work in (fixes, looks)]
+    for thread in others:
+        thread.start()
+    guarded(rows)
+    done.set()
+    for thread in others:
+        thread.join()
+    assert not failed
+    assert live.late == 0
+    assert abs(live.now()["height_m"] - gnss["height_m"][np.searchsorted(gnss["time_s"], newest[0]) - 1]) < 10

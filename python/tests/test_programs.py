@@ -21,6 +21,10 @@ def test_simulate_inspect_replay(tmp_path):
     truth = simulation.truth()
     assert truth.rows > 1000
     assert simulation.errors["seed"] == 7
+    with pytest.raises(piste.ConfigError, match="there is no IMU 9"):
+        simulation.truth(9)
+    with pytest.raises(piste.ConfigError, match="seed: -1 is too few"):
+        piste.simulate(SHARE + "/scenarios/ski_run.yaml", seed=-1)
     assert name in repr(simulation) and "seed 7" in repr(simulation)
 
     logs = [tmp_path / "logs" / name, tmp_path / "logs" / next(iter(simulation.gnss))]
@@ -42,7 +46,7 @@ def test_read_says_what_a_log_is(imu):
         piste.read(__file__)
     assert (raised.value.file, raised.value.line) == (__file__, 1)
     assert str(raised.value).count(__file__) == 1
-    for files in ((), ("nowhere.csv",)):
+    for files in ((), ("nowhere.csv",), (imu,), (5,)):
         with pytest.raises(piste.ConfigError):
             piste.read(*files)
         with pytest.raises(piste.ConfigError):
@@ -72,8 +76,11 @@ def test_allan(tmp_path):
 
 
 def test_montecarlo_is_the_program(scenario, tmp_path):
-    with pytest.raises(piste.ConfigError, match="at least 1"):
-        piste.montecarlo(scenario, 0)
+    for wrong in ({"runs": 0}, {"runs": 2, "jobs": 0}, {"runs": 2, "jobs": -1}):
+        with pytest.raises(piste.ConfigError, match="at least 1"):
+            piste.montecarlo(scenario, **wrong)
+    with pytest.raises(piste.ConfigError, match="2.5 is no whole number"):
+        piste.montecarlo(scenario, 2.5)
     report = piste.montecarlo(scenario, 3, jobs=2, output=tmp_path)
     assert json.loads((tmp_path / "consistency.json").read_text()) == report
     assert {"ensemble.state", "consistency.md", "consistency.html"} <= set(os.listdir(tmp_path))

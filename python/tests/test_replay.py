@@ -205,3 +205,88 @@ def test_plot(run):
     heading = run.plot(["heading_deg"]).axes[1].lines[0].get_ydata()
     steps = np.abs(np.diff(heading))
     assert np.isnan(heading).any() and np.nanmax(steps) < 180  # no stroke from 180° to -180°
+
+
+def part_of(table, start, seconds):
+    """A frame of some seconds of a log."""
+    frame = table.to_pandas()
+    start += frame["time_s"].iloc[0]
+    return frame[(frame["time_s"] >= start) & (frame["time_s"] < start + seconds)]
+
+
+def test_tables_of_wrong_shapes_say_which_column(imu, gnss):
+    keys = {"gnss": gnss, "sensor": "xsens_mt9a"}
+    columns = dict(imu)
+    x = columns["gyro_x_rad_s"]
+    for wrong, why in (
+        ({"gyro_x_rad_s": x[:, None]}, "`gyro_x_rad_s` has 2 dimensions"),
+        ({"gyro_x_rad_s": 1.0}, "`gyro_x_rad_s` has 0 dimensions"),
+        ({"gyro_x_rad_s": x.astype(complex)}, "complex"),
+        ({"time_s": columns["time_s"].astype("datetime64[s]")}, "holds dates"),
+        ({"gyro_x_rad_s": np.ma.masked_array(x, np.arange(len(x)) == 5)}, "row 5: column `gyro_x_rad_s`"),
+    ):
+        with pytest.raises(piste.DataError, match=why):
+            piste.replay(imu={**columns, **wrong}, **keys)
+    frame = imu.to_pandas()
+    with pytest.raises(piste.DataError, match="`gyro_x_rad_s` has 2 dimensions"):
+        piste.replay(imu=pandas.concat([frame, frame[["gyro_x_rad_s"]]], axis=1), **keys)
+    with pytest.raises(piste.DataError, match="column `time_s` is missing"):
+        piste.replay(imu={("t" if name == "time_s" else name): column for name, column in columns.items()}, **keys)
+    with pytest.raises(piste.ConfigError, match="whose columns have names"):
+        piste.replay(imu=frame.to_numpy(), **keys)
+
+
+def test_a_structured_array_is_a_table(imu, gnss):
+    rows = part_of(imu, 50, 30)
+    keys = {"gnss": part_of(gnss, 50, 30), "sensor": "xsens_mt9a", "judged": False}
+    frame, records = piste.replay(imu=rows, **keys), piste.replay(imu=rows.to_records(index=False), **keys)
+    np.testing.assert_array_equal(frame.smoothed["v_wb"], records.smoothed["v_wb"])
+
+
+def test_dates(imu, gnss):
+    """Tables whose dates lie on either side of the end of a GPS week, none, and no dates at all."""
+    end_of_week = pandas.Timestamp("2020-01-04T23:59:42")
+    rows, fixes = part_of(imu, 50, 40), part_of(gnss, 50, 40)
+
+    def dated(frame):
+        passed = pandas.to_timedelta(frame["time_s"].to_numpy() - rows["time_s"].iloc[0] - 10, unit="s")
+        return frame.drop(columns="time_s").set_index(end_of_week + passed)
+
+    keys = {"sensor": "xsens_mt9a", "judged": False}
+    run = piste.replay(imu=dated(rows), gnss=dated(fixes[fixes["time_s"] > rows["time_s"].iloc[0] + 12]), **keys)
+    index = run.smoothed.to_pandas().index
+    assert abs(index[-1] - dated(rows).index[-1].tz_localize("UTC")) < pandas.Timedelta(milliseconds=1)
+    with pytest.raises(piste.DataError, match="fewer than two"):
+        piste.replay(imu=dated(rows).iloc[:0], gnss=dated(fixes), **keys)
+    none = dated(rows)
+    none.index = none.index.where(np.arange(len(none)) != 9)
+    with pytest.raises(piste.DataError, match="no time there") as raised:
+        piste.replay(imu=none, gnss=dated(fixes), **keys)
+    assert (raised.value.file, raised.value.line) == ("imu", 9)
+
+
+def test_several_logs_and_their_names(config, imu, gnss, tmp_path):
+    folder = tmp_path / "ä ✓ 🎿"
+    folder.mkdir()
+    keys = {"sensor": "xsens_mt9a", "judged": False}
+    part_of(imu, 50, 30).to_csv(folder / "imu, #1: a.csv", index=False, float_format="%.9f")
+    part_of(gnss, 50, 30).to_csv(folder / 'gnss\'s "own".csv', index=False, float_format="%.10f")
+    log, fixes = folder / "imu, #1: a.csv", str(folder / 'gnss\'s "own".csv')
+    piste.replay(imu=log, gnss=fixes, **keys)
+    piste.replay(imu=log, gnss=[fixes], **keys)
+    second = config.parent / "../data/ski_run/gnss_l1.csv"
+    two = piste.replay(imu=log, gnss=[fixes, {"file": second}], **keys)
+    assert set(two.innovations["source"]) >= {"gnss[0].position", "gnss[1].position"}
+    with pytest.raises(piste.ConfigError, match="state it for each"):
+        piste.replay(imu=log, gnss=[fixes, second], lever_arm="0 0 0 m", **keys)
+    with pytest.raises(piste.ConfigError, match="mappings are expected"):
+        piste.replay(config, gnss=[{"file": fixes}], vehicle=[{"kind": "car"}, 3])
+    with pytest.raises(piste.ConfigError, match="odometer"):
+        piste.replay(config, odometer=log)
+    with pytest.raises(piste.ConfigError, match="unknown key `a: b`"):
+        piste.replay(config, **{"a: b": 1})
+
+
+def test_names_of_a_solution(run):
+    assert "v_wb" in run.smoothed and "heigth" not in run.smoothed
+    assert list(run.smoothed) == run.smoothed.names

@@ -62,25 +62,36 @@ Measured derived(const GmwmFit& fit, double probability,
   return m;
 }
 
+// The logarithm of a factor, and how sure it is.
+struct LogFactor {
+  double value = 0, sigma = 0;
+};
+
 // By which factor the deviation of a curve differs from that of its model at the scales of kFastTime and more that fast
 // noise makes. A sum of processes cannot fall faster than white noise and then with it, as the curve of a dithered
-// gyroscope does: its misfit at short scales is paid at these.
-double off_where_fast(const GmwmFit& fit, const AllanCurve& curve) {
+// gyroscope does: its misfit at short scales is paid at these. Its sigma is that of a curve of the model itself.
+LogFactor off_where_fast(const GmwmFit& fit, const AllanCurve& curve) {
   constexpr double kShare = 0.9;
   std::vector<NoiseProcess> fast;
   for (const NoiseProcess& p : fit.processes()) {
     if (is_fast(p)) fast.push_back(p);
   }
-  double sum = 0, weights = 0;
+  LogFactor off;
+  Eigen::VectorXd slope = Eigen::VectorXd::Zero(fit.covariance.rows());  // of the mean logarithm, by each variance
+  double weights = 0;
   for (std::size_t i = 0; i < fit.variance.size(); ++i) {
     if (curve.tau(i) < kFastTime) continue;
     if (allan_variance(fast, curve.scales[i].samples, curve.interval) < kShare * fit.variance[i]) continue;
     const auto row = static_cast<Eigen::Index>(i);
     const double weight = square(fit.variance[i]) / fit.covariance(row, row);
-    sum += weight * std::log(fit.measured[i] / fit.variance[i]);
+    off.value += weight * std::log(fit.measured[i] / fit.variance[i]);
+    slope(row) = weight / fit.variance[i];
     weights += weight;
   }
-  return weights > 0 ? std::exp(sum / weights / 2) : 1;
+  if (!(weights > 0)) return {};
+  off.value /= 2 * weights;
+  off.sigma = std::sqrt(slope.dot(fit.covariance * slope)) / (2 * weights);
+  return off;
 }
 
 constexpr std::size_t kAround = 64;  // samples about which an outlier is judged
@@ -154,8 +165,14 @@ AxisNoise axis_noise(const GmwmFit& fit, const AllanCurve& curve, double probabi
   AxisNoise axis;
   axis.noise = derived(fit, probability, fast_density);
   if (fit.model_error > 0) {
-    const double off = off_where_fast(fit, curve);
-    for (double* const value : {&axis.noise.value, &axis.noise.low, &axis.noise.high}) *value *= off;
+    constexpr double kBeyondChance = 3;  // sigmas: of one curve in twenty chance makes a model error
+    const LogFactor off = off_where_fast(fit, curve);
+    if (std::abs(off.value) > kBeyondChance * off.sigma) {
+      Measured& noise = axis.noise;
+      noise.value *= std::exp(off.value);
+      noise.sigma_log = std::hypot(noise.sigma_log, off.sigma);
+      std::tie(noise.low, noise.high) = size_interval(noise.value, noise.sigma_log, probability);
+    }
   }
   const std::vector<NoiseProcess> model = fit.processes();
   std::size_t lowest = 0;

@@ -54,6 +54,28 @@ AlignmentFit rough_fit(const SignalPair& signals, double cutoff, double coarse_o
   return fit_alignment(signals, medium, options.sensor, slow);
 }
 
+// Throws if the rates of one are a multiple of those of the other that no error of a scale makes.
+void refuse_other_unit(const FilteredPair& pair, const AlignmentFit& fit, const std::string& name) {
+  constexpr double kLargestScale = 0.5, kAlike = 0.8;  // less than alike, they are strangers
+  auto plain = fit.x;                                  // by which the residual is body less reference
+  plain.gyro_bias.setZero();
+  plain.gyro_scale.setZero();
+  double together = 0, of_reference = 0, of_body = 0;
+  for (const AlignmentEpoch& e : fit.epochs) {
+    if (!e.moving || e.usable.gyro != 7) continue;
+    const Vector3d& body = pair.body.gyro[e.sample];
+    const Vector3d reference = body - residual(pair, plain, e.sample).gyro;
+    together += body.dot(reference);
+    of_reference += reference.squaredNorm();
+    of_body += body.squaredNorm();
+  }
+  const double ratio = together / of_reference;
+  if (!(std::abs(ratio - 1) > kLargestScale) || ratio * together < kAlike * of_body) return;
+  throw DataError(name, fmt::format("the rates of the body IMU are {:.3g} times those of the reference; is one of the "
+                                    "two in another unit than its columns say, rad/s or deg/s?",
+                                    ratio));
+}
+
 // Throws if the two IMUs are not on one plate: then the rates of one hardly explain those of the other.
 void refuse_strangers(const FilteredPair& pair, const AlignmentFit& fit, const std::string& name) {
   constexpr double kUnexplained = 0.5;
@@ -131,6 +153,7 @@ Alignment align(const std::vector<ImuSample>& body, const std::vector<ImuSample>
   const AlignmentFit rough = rough_fit(signals, cutoff, coarse.peak.peak_offset, options);
   const FilteredPair full = low_passed(signals, cutoff);
   const AlignmentFit fit = fit_alignment(signals, full, options.sensor, rough);
+  refuse_other_unit(full, fit, options.name);
   refuse_strangers(full, fit, options.name);
 
   const WhitenedFit white = fit_whitened(signals, full, options.sensor, fit);

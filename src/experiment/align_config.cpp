@@ -72,8 +72,10 @@ AlignConfig read_align_config(const Config& config) {
   const Config reference = config.map("reference");
   align.reference = read_mounted_imu(reference);
   for (const MountedImu& imu : align.imus) refuse_repeated(reference, align.reference.source.log, imu.source.log);
-  align.low_pass = config.quantity("low_pass", dimension::kFrequency, 0);
-  if (config.has("low_pass") && !(align.low_pass > 0)) config.fail("low_pass", "must be above zero, such as `12 Hz`");
+  if (config.has("low_pass")) {
+    align.low_pass = config.quantity("low_pass", dimension::kFrequency);
+    if (!(align.low_pass > 0)) config.fail("low_pass", "must be above zero, such as `12 Hz`");
+  }
   align.phases = read_phases(config);
   config.finish();
   return align;

@@ -1,6 +1,9 @@
 #include "piste/experiment/aligned_pair.h"
 
+#include "piste/condition/aligned_signals.h"
 #include "piste/condition/pipeline.h"
+#include "piste/core/error.h"
+#include "piste/fit/phases.h"
 
 namespace piste {
 
@@ -27,6 +30,18 @@ void for_each_pair(const AlignConfig& config, const std::function<void(std::size
     pair.aligned = bring_together(pair.body, pair.reference, pair.alignment);
     take(pair);
     told(++done);
+  }
+}
+
+Findings findings_of(const AlignConfig& config, const AlignedPair& pair) {
+  const AlignedImus smooth = low_passed(pair.aligned, pair.alignment.low_pass);
+  try {
+    return findings(smooth, config.phases ? *config.phases : phases(smooth),
+                    {.alignment = &pair.alignment,
+                     .reference = &config.reference.source.sensor,
+                     .sensor = &pair.imu.source.sensor});
+  } catch (const DataError& e) {
+    throw DataError(pair.imu.source.log.file, e.what());
   }
 }
 

@@ -219,10 +219,25 @@ void add_recording_warnings(AllanFindings& f, const AllanRecording& r) {
   if (!r.rest_checked && !f.options.at_rest)
     f.warnings.push_back(fmt::format("{}: rows come too rarely to tell whether the IMU rests", file));
   if (r.gaps > 0) {
+    constexpr double kManyFilled = 0.01;  // of all rows: as many move the white noise by more than its interval
+    const double share = static_cast<double>(r.filled) / static_cast<double>(r.rows + r.filled);
     f.warnings.push_back(
         fmt::format("{}: {} gaps with {} missing rows: {} were bridged by straight lines, the others part "
-                    "{} stretches, which are averaged by their lengths",
-                    file, r.gaps, r.missing, r.filled, r.stretches.size()));
+                    "{} stretches, which are averaged by their lengths{}",
+                    file, r.gaps, r.missing, r.filled, r.stretches.size(),
+                    share < kManyFilled
+                        ? ""
+                        : fmt::format(". {:.0f} % of the rows are such lines, which have no noise of their own: the "
+                                      "intervals do not hold; take a log without gaps, of one rate",
+                                      100 * share)));
+  }
+  constexpr double kSteady = 2;  // °C
+  if (r.temperature && (*r.temperature)[1] - (*r.temperature)[0] > kSteady) {
+    f.warnings.push_back(
+        fmt::format("{}: the temperature is {:.1f} to {:.1f} °C; what it does to the biases looks like a ramp or a "
+                    "random walk, and "
+                    "stands in `drift`. Leave out the warm-up, or take a log of an even temperature",
+                    file, (*r.temperature)[0], (*r.temperature)[1]));
   }
   constexpr double kJitter = 0.2;
   if (r.jitter > kJitter * r.interval) {
@@ -277,7 +292,7 @@ AllanFindings find_noise(const AllanRequest& request, const ProgressCallback& pr
   for (const AllanRecording& r : f.recordings) add_recording_warnings(f, r);
   for (const AllanAxis& axis : f.axes) {
     if (!axis.fit) {
-      f.warnings.push_back(fmt::format("{}: not fitted{}", axis.name, axis.why_not.empty() ? "" : axis.why_not));
+      f.warnings.push_back(fmt::format("{}: not fitted: {}", axis.name, axis.why_not));
       continue;
     }
     add_warnings(f, axis);

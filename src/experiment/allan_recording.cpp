@@ -62,12 +62,17 @@ std::vector<Rows> rests(const ImuRecording& imu, const ImuHealth& health, const 
   }
   found.moving = std::max(0.0, imu.time.back() - imu.time.front() - rested);
   if (longest < options.shortest_rest) {
+    const double span = imu.time.back() - imu.time.front();
+    if (span < options.shortest_rest) {
+      throw DataError(imu.file, fmt::format("the log lasts {}; noise is found from at least {} at rest (`--at-rest` "
+                                            "takes all rows as they are)",
+                                            time_text(span), time_text(options.shortest_rest)));
+    }
     double most = 0;
     for (const Interval& rest : joined) most = std::max(most, rest.end - rest.start);
     throw DataError(imu.file, fmt::format("the IMU rests for {} at most, of {}; noise is found from at least {} at "
                                           "rest (`--at-rest` takes all rows as they are)",
-                                          time_text(most), time_text(imu.time.back() - imu.time.front()),
-                                          time_text(options.shortest_rest)));
+                                          time_text(most), time_text(span), time_text(options.shortest_rest)));
   }
   return rows;
 }

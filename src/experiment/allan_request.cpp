@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <utility>
 
 #include "io/column_keys.h"
 #include "io/text_reader.h"
@@ -48,6 +49,13 @@ AllanSource guessed_alone(const std::string& file) {
 
 // Of several files, gyroscopes and accelerometers of one phone belong together.
 std::vector<AllanSource> guessed_sources(const std::vector<std::string>& files) {
+  for (std::size_t i = 1; i < files.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      if (is_same_log(files[i], files[k]))
+        throw ConfigError(files[i],
+                          fmt::format("is `{}`, or a copy of it, and would count twice; name each log once", files[k]));
+    }
+  }
   std::vector<Suspicion> found;
   const std::vector<InspectedLog> logs = recognise(files, found);
   std::vector<AllanSource> sources;
@@ -87,7 +95,11 @@ AllanSource read_source(const Config& entry) {
 AllanRequest read_allan_config(const Config& config) {
   AllanRequest request;
   AllanOptions& options = request.options;
-  for (const Config& entry : config.maps("recordings")) request.sources.push_back(read_source(entry));
+  for (const Config& entry : config.maps("recordings")) {
+    AllanSource source = read_source(entry);
+    for (const AllanSource& other : request.sources) refuse_repeated(entry, source.log, other.log);
+    request.sources.push_back(std::move(source));
+  }
   if (request.sources.empty())
     config.fail("recordings", "is missing: a list of logs of one type of IMU at rest, such as `- file: unit_1.csv`");
   options.name = config.text("name", fs::path(request.sources.front().log.file).stem().string());

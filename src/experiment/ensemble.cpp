@@ -42,7 +42,7 @@ Ensemble::Ensemble(Scenario scenario, BatchSolver batch, std::size_t first)
 std::uint64_t Ensemble::scenario_hash() const { return hash(std::string(version()) + '\n' + scenario_.text); }
 
 void Ensemble::run(std::size_t runs, std::size_t jobs, const Observer& observer) {
-  jobs = std::min(jobs, runs - std::min(runs, size()));
+  jobs = std::clamp<std::size_t>(runs - std::min(runs, size()), 1, std::max<std::size_t>(jobs, 1));
   std::mutex mutex;
   std::condition_variable moved;
   std::map<std::size_t, Consistency> waiting;  // until those before them are done

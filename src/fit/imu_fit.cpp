@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <vector>
 
 #include "fit/reference_errors.h"
@@ -35,9 +36,12 @@ Rows usable_rows(const AlignedImus& imus, const Interval& phase, std::string_vie
     if (imus.usable[i] && phase.contains(imus.time[i])) rows.push_back(i);
   }
   if (rows.size() < kFewest) {
+    const std::string span = imus.time.empty() ? ""
+                                               : fmt::format("; both have samples from {:.3f} to {:.3f} s",
+                                                             imus.time.front(), imus.time.back());
     throw DataError("", fmt::format("{} from {:.3f} to {:.3f} s: {} samples of both IMUs are usable, at least {} are "
-                                    "needed",
-                                    name, phase.start, phase.end, rows.size(), kFewest));
+                                    "needed{}",
+                                    name, phase.start, phase.end, rows.size(), kFewest, span));
   }
   return rows;
 }

@@ -36,18 +36,18 @@ void check_range(const ImuRecording& imu, double range) {
                   beyond, imu.time.size(), kDegreesPerRadian * range, kDegreesPerRadian * largest, imu.time[first]));
 }
 
+std::string path_at(const Config& source, std::string_view key, DataFile data) {
+  return (data == DataFile::kMustExist ? source.existing_file(key) : source.path(key)).string();
+}
+
+}  // namespace
+
 bool is_same_log(const std::string& a, const std::string& b) {
   std::error_code missing;
   if (a == b || std::filesystem::equivalent(a, b, missing)) return true;
   if (std::filesystem::file_size(a, missing) != std::filesystem::file_size(b, missing) || missing) return false;
   return MappedFile(a).text() == MappedFile(b).text();
 }
-
-std::string path_at(const Config& source, std::string_view key, DataFile data) {
-  return (data == DataFile::kMustExist ? source.existing_file(key) : source.path(key)).string();
-}
-
-}  // namespace
 
 void refuse_repeated(const Config& source, const LogFile& log, const LogFile& other) {
   if (!is_same_log(log.file, other.file)) return;

@@ -3,12 +3,13 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numbers>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "log_formats.h"
 #include "piste/core/error.h"
+#include "piste/core/fix_faults.h"
 #include "piste/core/recording.h"
 #include "piste/math/statistics.h"
 #include "piste/math/units.h"
@@ -192,22 +193,11 @@ void check_fix(GeodeticFix& fix, const LogFile& log, const RowSource& row) {
     fix.velocity->sigma.head<2>() = log.sigma_velocity->head<2>();
     if (has_down) fix.velocity->sigma.z() = log.sigma_velocity->z();
   }
-  constexpr double kPi = std::numbers::pi;
-  if (std::abs(fix.position.latitude) > kPi / 2) {
-    row.fail(fmt::format("latitude {:.6f} deg is beyond 90 deg; are latitude and longitude interchanged?",
-                         fix.position.latitude / kDegree));
-  }
-  if (std::abs(fix.position.longitude) > 2 * kPi) {
-    row.fail(
-        fmt::format("longitude {:.6f} deg is beyond 360 deg; degrees are expected", fix.position.longitude / kDegree));
-  }
-  if (std::abs(fix.position.height) > 1e6) {
-    row.fail(fmt::format("height {:.1f} m; metres above the ellipsoid are expected", fix.position.height));
-  }
-  if (!(fix.sigma_position.minCoeff() > 0)) {
+  if (const std::string fault = fault_of(fix.position); !fault.empty()) row.fail(fault);
+  if (!are_sigmas(fix.sigma_position)) {
     row.fail("the sigmas of a position must be above zero; `sigma: 2 2 4 m` in the configuration replaces them");
   }
-  if (fix.velocity && !(fix.velocity->sigma.minCoeff() > 0)) {
+  if (fix.velocity && !are_sigmas(fix.velocity->sigma)) {
     row.fail(
         "the sigmas of a velocity must be above zero; `sigma_velocity: 0.1 m/s` in the configuration replaces them");
   }

@@ -81,6 +81,11 @@ void Filter::add(int sensor, AnyFix fix) {
 }
 
 bool Filter::add(const ImuSample& sample) {
+  const bool later = std::isfinite(sample.time) && (!now_ || sample.time > now_->time);
+  if (!later || !(sample.interval > 0) || !sample.dtheta.allFinite() || !sample.dvel.allFinite()) {
+    throw DataError(fmt::format("t = {:.6f} s", sample.time),
+                    "a sample must be finite, of an interval above zero, and later than the one before it");
+  }
   const bool epoch = now_.has_value();
   if (epoch) process(&sample);
   before_ = now_;

@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "piste/core/error.h"
+#include "piste/core/fix_faults.h"
 #include "piste/core/time_search.h"
 #include "piste/solve/heading_bank.h"
 #include "start_motion.h"
@@ -45,6 +48,10 @@ class Live::Session {
       throw DataError("imu",
                       fmt::format("time {:.6f} s does not increase, the row before is at {:.6f} s", row.time, last_));
     }
+    if (!std::isfinite(row.time) || !row.gyro.allFinite() || !row.accel.allFinite()) {
+      throw DataError("imu",
+                      fmt::format("the row at {:.6f} s must be finite; leave out rows without a value", row.time));
+    }
     if (recent_.imu.time.empty()) {
       first_ = row.time;
       options_.filter.clock_from = first_ - clock_.clock_offset;
@@ -59,7 +66,16 @@ class Live::Session {
   }
 
   void add(int receiver, const GeodeticFix& fix) {
-    auto& fixes = recent_.gnss.at(static_cast<std::size_t>(receiver)).fixes;
+    if (receiver < 0 || static_cast<std::size_t>(receiver) >= recent_.gnss.size()) {
+      throw DataError("gnss", fmt::format("there is no receiver {}; the options have {}, the first of which is 0",
+                                          receiver, recent_.gnss.size()));
+    }
+    auto& fixes = recent_.gnss[static_cast<std::size_t>(receiver)].fixes;
+    if (const std::string fault = fault_of(fix); !fault.empty()) {
+      throw DataError(
+          fmt::format("{}: t = {:.3f} s", options_.filter.gnss[static_cast<std::size_t>(receiver)].name, fix.time),
+          fault);
+    }
     const auto later = [](double t, const GeodeticFix& f) { return t < f.time; };
     fixes.insert(std::upper_bound(fixes.begin(), fixes.end(), fix.time, later), fix);
     if (fix.time <= given_.at(static_cast<std::size_t>(receiver))) ++late_;
@@ -87,6 +103,7 @@ class Live::Session {
  private:
   // Conditions what is there, and feeds the filter what is older than the lag.
   void pass() {
+    if (!filter_ && !bank_) forget_rows();  // a receiver may take an hour to its first fix
     if (!world_ || recent_.imu.time.size() < 3) return;
     log_ = condition(recent_, options_.conditioning, *world_);
     newest_ = log_.imu.back().time;
@@ -104,7 +121,9 @@ class Live::Session {
     } else {
       return;
     }
-    forget_what_is_old();
+    if (forget_rows()) {
+      for (GnssRecording& receiver : recent_.gnss) forget(receiver.fixes, log_.imu.front().time);
+    }
   }
 
   // A start, as soon as some seconds of fixes are there.
@@ -162,16 +181,17 @@ class Live::Session {
     return last;
   }
 
-  void forget_what_is_old() {
+  // Forgets rows that are older than the memory; whether there were any.
+  bool forget_rows() {
     ImuRecording& imu = recent_.imu;
     const double before = imu.time.back() - options_.memory;
     // In larger parts, so that a row is not moved at each pass.
-    if (imu.time.front() > before - options_.memory / 4) return;
+    if (imu.time.front() > before - options_.memory / 4) return false;
     const auto rows = std::lower_bound(imu.time.begin(), imu.time.end(), before) - imu.time.begin();
     imu.time.erase(imu.time.begin(), imu.time.begin() + rows);
     imu.gyro.erase(imu.gyro.begin(), imu.gyro.begin() + rows);
     imu.accel.erase(imu.accel.begin(), imu.accel.begin() + rows);
-    for (GnssRecording& receiver : recent_.gnss) forget(receiver.fixes, log_.imu.front().time);
+    return true;
   }
 
   LiveState of(const Filter& filter, const std::optional<HeadingBelief>& heading) const {

@@ -117,6 +117,22 @@ TEST(Gmwm, RobustFitDoesNotFollowOutliers) {
   EXPECT_NEAR(fit_gmwm(curve, {.robust = true, .model = white}).find(ProcessKind::kWhite)->process.size, 1, 0.1);
 }
 
+// White noise alone. One curve in twenty is refused at 0.05 by chance: that is no misfit, and does not move its noise.
+TEST(Gmwm, AMisfitByChanceDoesNotMoveTheNoise) {
+  test::Random random(31);
+  int refused = 0;
+  for (int run = 0; run < 60; ++run) {
+    std::vector<double> x(1 << 15);
+    for (double& v : x) v = random.gaussian(10);
+    const AllanCurve curve = allan_curve(x, 0.01);  // of density 1
+    const GmwmFit fit = fit_gmwm(curve, {.model = {ProcessKind::kWhite}});
+    if (fit.model_error > 0) ++refused;
+    const Measured noise = axis_noise(fit, curve).noise;
+    EXPECT_LT(std::abs(std::log(noise.value)), 4 * noise.sigma_log) << run << ": " << noise.value;
+  }
+  EXPECT_GT(refused, 0);
+}
+
 // The curve of an LN200 at rest for six hours, as its recordists published it: angle random walk.
 TEST(Gmwm, AngleRandomWalkOfAnLn200) {
   PISTE_REQUIRE_DATASETS();

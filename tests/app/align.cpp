@@ -139,6 +139,11 @@ TEST_F(Align, ComparePhasesMayBeStated) {
   const YAML::Node found = YAML::LoadFile(folder_ / "out/findings.json");
   EXPECT_TRUE(found["phases"]["before"].IsNull());
   EXPECT_EQ(found["phases"]["run"][1].as<double>(), 302440);
+
+  const Said outside = align(usual_config() + "phases: {before: [0 s, 60 s]}\n", program("compare"));
+  EXPECT_EQ(outside.code, 1);
+  EXPECT_TRUE(contains(outside.err, "mt9a_1.csv: the rest before from 0.000 to 60.000 s")) << outside.err;
+  EXPECT_TRUE(contains(outside.err, "both have samples from 3024")) << outside.err;
   EXPECT_TRUE(found["axes"]["fx"]["rest"]["before"].IsNull());
   EXPECT_FALSE(found["axes"]["fx"]["rest"]["after"].IsNull());
 }
@@ -167,6 +172,7 @@ std::vector<Wrong> wrong() {
        {"align.yaml:1: ", "name"}},
       {"NoSuchFile", "imu: " + imu_entry("mt9a_9.csv") + "\n" + reference, 2, {"align.yaml:1: ", "mt9a_9.csv"}},
       {"LeftHanded", "imu: " + imu_entry("mirrored.csv") + "\n" + reference, 1, {"mirrored.csv: ", "left-handed"}},
+      {"Radians", "imu: " + imu_entry("radians.csv") + "\n" + reference, 1, {"radians.csv: ", "rad/s or deg/s?"}},
       {"CutInALine", "imu: " + imu_entry("cut.csv") + "\n" + reference, 1, {"cut.csv:"}},
       {"PhasesUnknown", imu + reference + "phases: none\n", 2, {"align.yaml:3: ", "phases", "auto"}},
       {"PhasesOverlap",
@@ -180,6 +186,9 @@ std::vector<Wrong> wrong() {
 TEST_P(AlignRefuses, WithItsReason) {
   const std::string all = read_text(folder_ / "run/mt9a_1.csv");
   folder_.write("run/cut.csv", all.substr(0, all.size() / 2));
+  std::string radians = all;
+  for (std::size_t at; (at = radians.find("_rad_s")) != std::string::npos;) radians.replace(at, 6, "_deg_s");
+  folder_.write("run/radians.csv", radians);
   // A header that says y where the sensor's axis points the other way.
   std::string mirrored;
   std::istringstream lines(all);
@@ -209,8 +218,8 @@ TEST_P(AlignRefuses, WithItsReason) {
 
 INSTANTIATE_TEST_SUITE_P(Cases, AlignRefuses,
                          testing::Values("NoReference", "NoImu", "MisspelledKey", "NoUnit", "BeyondTheRate",
-                                         "SameFileTwice", "SameNameTwice", "NoSuchFile", "LeftHanded", "CutInALine",
-                                         "PhasesUnknown", "PhasesOverlap", "TooShort"),
+                                         "SameFileTwice", "SameNameTwice", "NoSuchFile", "LeftHanded", "Radians",
+                                         "CutInALine", "PhasesUnknown", "PhasesOverlap", "TooShort"),
                          [](const auto& name) { return std::string(name.param); });
 
 }  // namespace

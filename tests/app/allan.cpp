@@ -102,7 +102,11 @@ TEST_F(AllanApp, SaysWhatIsWrongAndWhatWouldBeRight) {
   refused({"rest.csv", "--sensor", "none.yaml"}, 2, "none.yaml");
   refused({"rest.csv", "--tuned", "rest.csv"}, 2, "tune.json");
   folder.write("short.csv", resting(8, 6));
-  refused({"short.csv"}, 1, "rest");
+  refused({"short.csv"}, 1, "the log lasts 7.990 s");
+  folder.write("copy.csv", resting(70, 5));
+  refused({"rest.csv", "copy.csv"}, 2, "copy.csv: is `rest.csv`, or a copy of it");
+  folder.write("twice.yaml", "recordings:\n  - file: rest.csv\n  - file: rest.csv\n");
+  refused({"twice.yaml"}, 2, "twice.yaml:3");
   folder.write("head.csv", kHead);
   refused({"head.csv"}, 1, "head.csv");
   refused({(kSource / "data/ski_run/gnss.csv").string()}, 1, "receiver");
@@ -121,6 +125,49 @@ TEST_F(AllanApp, AnAxisThatDoesNotVaryIsSaidToBeSo) {
   const Said said = allan({"stuck.csv", "--output", "a"});
   ASSERT_EQ(said.code, 0) << said.err;
   EXPECT_TRUE(contains(said.out, "gyro_y   not fitted")) << said.out;
+  EXPECT_TRUE(contains(said.out, "gyro_y: not fitted: the samples do not vary")) << said.out;
+}
+
+// Lines in place of missing rows have no noise: where there are many, what is found is not to be believed.
+TEST_F(AllanApp, ManyMissingRowsAreSaidToSpoilTheIntervals) {
+  const std::string whole = resting(100, 9);
+  const auto without_every = [&](int every) {
+    std::string text;
+    std::size_t begin = 0;
+    for (int row = 0; begin < whole.size(); ++row) {
+      const std::size_t end = whole.find('\n', begin) + 1;
+      if (row % every != every - 1) text += whole.substr(begin, end - begin);
+      begin = end;
+    }
+    return text;
+  };
+  folder.write("few.csv", without_every(500));
+  folder.write("many.csv", without_every(20));
+  const Said few = allan({"few.csv"}), many = allan({"many.csv"});
+  ASSERT_EQ(few.code + many.code, 0) << few.err << many.err;
+  EXPECT_TRUE(contains(few.out, "were bridged by straight lines")) << few.out;
+  EXPECT_FALSE(contains(few.out, "intervals do not hold")) << few.out;
+  EXPECT_TRUE(contains(many.out, "5 % of the rows are such lines")) << many.out;
+}
+
+TEST_F(AllanApp, AChangeOfTemperatureIsSaid) {
+  const std::string rows = resting(100, 10).substr(std::string(kHead).size());
+  const auto warming = [&](double rise) {
+    std::string text = kHead;
+    text.back() = ',';
+    text += "temperature_degC\n";
+    std::size_t begin = 0;
+    for (int row = 0; begin < rows.size(); ++row) {
+      const std::size_t end = rows.find('\n', begin);
+      text += rows.substr(begin, end - begin) + fmt::format(",{:.3f}\n", 20 + rise * row / (100 * kRate));
+      begin = end + 1;
+    }
+    return text;
+  };
+  folder.write("even.csv", warming(1));
+  folder.write("warming.csv", warming(15));
+  EXPECT_FALSE(contains(allan({"even.csv"}).out, "temperature"));
+  EXPECT_TRUE(contains(allan({"warming.csv"}).out, "the temperature is 20.0 to 35.0"));
 }
 
 // Halves of a log with a knock in between: `--robust` bounds what it does.

@@ -57,6 +57,7 @@ TEST(App, ExitCodes) {
   EXPECT_EQ(run({"a", "b"}, seen), 2);
   EXPECT_EQ(run({"a", "--sed", "1"}, seen), 2);
   EXPECT_EQ(run({"a", "--seed", "-1"}, seen), 2);
+  EXPECT_EQ(run({"a", "--seed", "18446744073709551615"}, seen), 2);  // not clipped
   EXPECT_EQ(run({"a"}, seen, [] { throw ConfigError("f:1", "wrong"); }), 2);
   EXPECT_EQ(run({"a"}, seen, [] { throw DataError("f:1", "wrong"); }), 1);
   EXPECT_EQ(run({"a"}, seen, [] { throw std::runtime_error("wrong"); }), 1);

@@ -31,6 +31,7 @@ TEST(Ensemble, SameBytesWhateverTheJobs) {
   const std::string one = ran(s, 5, 1);
   EXPECT_EQ(one, ran(s, 5, 2));
   EXPECT_EQ(one, ran(s, 5, 7));
+  EXPECT_EQ(one, ran(s, 5, 0));  // none at a time is one
   EXPECT_NE(one, ran(s, 4, 2));
 }
 

@@ -5,6 +5,9 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <functional>
+#include <limits>
 #include <numbers>
 
 #include "piste/core/error.h"
@@ -154,6 +157,61 @@ TEST(Live, SaysWhatIsWrong) {
   EXPECT_TRUE(contains(message_of<DataError>([&] { live.add({1, {}, {}}); }), "does not increase"));
   EXPECT_FALSE(live.state());
   EXPECT_FALSE(live.now());
+
+  const Vector3d nothing = Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  const auto row = [&] { live.add({2, nothing, Vector3d::UnitZ()}); };
+  EXPECT_TRUE(contains(message_of<DataError>(row), "must be finite"));
+  const GeodeticFix good{.time = 1, .position = {0.8, 0.1, 100}, .sigma_position = {1, 1, 2}, .velocity = {}};
+  const auto refused = [&](const std::function<void(GeodeticFix&)>& change, const std::string& why, int receiver = 0) {
+    GeodeticFix fix = good;
+    change(fix);
+    const std::string said = message_of<DataError>([&] { live.add(receiver, fix); });
+    EXPECT_TRUE(contains(said, why)) << said;
+  };
+  refused([](GeodeticFix&) {}, "there is no receiver 3", 3);
+  refused([](GeodeticFix&) {}, "there is no receiver -1", -1);
+  refused([&](GeodeticFix& f) { f.time = nothing.x(); }, "must be finite");
+  refused([&](GeodeticFix& f) { f.position.latitude = nothing.x(); }, "must be finite");
+  refused([](GeodeticFix& f) { f.position.latitude = 46; }, "beyond 90 deg");
+  refused([&](GeodeticFix& f) { f.sigma_position.y() = nothing.x(); }, "sigmas of a position");
+  refused([](GeodeticFix& f) { f.velocity = {Vector3d::Zero(), Vector3d::Zero()}; }, "sigmas of a velocity");
+  live.add(0, good);
+  live.add({2, Vector3d::Zero(), Vector3d::UnitZ()});
+}
+
+// What a receiver says before it has a fix is refused, and the session goes on as if it had not been there.
+TEST(Live, GoesOnAfterWhatItRefused) {
+  const Case c = make_case("ski", 30, 1);
+  Logger plain(c, 0.2), disturbed(c, 0.2);
+  const double end = c.under_way() + 20;
+  int refused = 0;
+  plain.feed(end, [](const Live&) {});
+  disturbed.feed(end, [&](Live& live) {
+    GeodeticFix none{.time = 0, .position = {}, .sigma_position = {1, 1, 2}, .velocity = {}};
+    none.position.height = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_THROW(live.add(0, none), DataError);
+    ++refused;
+  });
+  EXPECT_GT(refused, 1000);
+  ASSERT_TRUE(plain.live().state() && disturbed.live().state());
+  EXPECT_EQ(plain.live().state()->velocity, disturbed.live().state()->velocity);
+}
+
+// A receiver may take long to its first fix; rows that are older than the memory do not count by then.
+TEST(Live, ForgetsRowsBeforeTheFirstFix) {
+  const Case c = make_case("ski", 30, 1);
+  const Recording recording = c.simulation.recording(0);
+  Live live({.conditioning = c.conditioning, .filter = c.options});
+  const double first = recording.imu.time.front();
+  for (int i = 0; i < 10; ++i) live.add({first - 1000 + 0.01 * i, Vector3d::Zero(), Vector3d(0, 0, -9.81)});
+  std::size_t next = 0;
+  const std::vector<GeodeticFix>& fixes = recording.gnss[0].fixes;
+  for (std::size_t i = 0; recording.imu.time[i] < first + 60; ++i) {
+    const double now = recording.imu.time[i] - c.conditioning.imu.clock_offset;
+    for (; next < fixes.size() && fixes[next].time <= now; ++next) live.add(0, fixes[next]);
+    live.add({recording.imu.time[i], recording.imu.gyro[i], recording.imu.accel[i]});
+  }
+  EXPECT_TRUE(live.state());
 }
 
 }  // namespace

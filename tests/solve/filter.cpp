@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
+#include "piste/core/error.h"
 #include "piste/solve/run.h"
 #include "support/synthetic_log.h"
 
@@ -132,6 +134,27 @@ TEST(Filter, ACopyGoesOnTheSame) {
   for (std::size_t i = half; i < s.log.imu.size(); ++i) copy.add(s.log.imu[i]);
   copy.finish();
   expect_same(filter, copy);
+}
+
+TEST(Filter, RefusesASampleThatCannotBeAndGoesOn) {
+  const SyntheticRun s = test::synthetic_run(3, {});
+  Filter filter(s.options, s.log.world, s.start), twin = filter;
+  const auto refused = [&](std::size_t i, const std::function<void(ImuSample&)>& change) {
+    ImuSample sample = s.log.imu[i];
+    change(sample);
+    EXPECT_THROW(filter.add(sample), DataError);
+  };
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  refused(0, [](ImuSample& x) { x.time = kNone; });
+  for (std::size_t i = 0; i < 50; ++i) {
+    filter.add(s.log.imu[i]);
+    twin.add(s.log.imu[i]);
+    refused(i, [](ImuSample&) {});  // once more
+    refused(i + 1, [](ImuSample& x) { x.interval = 0; });
+    refused(i + 1, [](ImuSample& x) { x.dtheta.y() = kNone; });
+    refused(i + 1, [](ImuSample& x) { x.dvel.z() = kNone; });
+  }
+  expect_same(filter, twin);
 }
 
 TEST(Filter, ALateFixIsCountedAndLeftOut) {

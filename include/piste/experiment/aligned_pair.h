@@ -7,6 +7,7 @@
 
 #include "piste/condition/time_sync.h"
 #include "piste/experiment/align_config.h"
+#include "piste/fit/imu_fit.h"
 
 namespace piste {
 
@@ -24,5 +25,9 @@ struct AlignedPair {
 /// 0, and the number of all. Throws what reading and aligning throw.
 void for_each_pair(const AlignConfig& config, const std::function<void(std::size_t, std::size_t)>& progress,
                    const std::function<void(const AlignedPair&)>& take);
+
+/// The errors of the IMU in the phases of the configuration, or in those that the signals show. Throws DataError with
+/// the name of the IMU's log.
+Findings findings_of(const AlignConfig& config, const AlignedPair& pair);
 
 }  // namespace piste

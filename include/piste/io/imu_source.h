@@ -34,6 +34,9 @@ ImuRecording read_imu(const ImuSource& source);
 LogFile read_log_file(const Config& source, std::initializer_list<LogFormat> formats,
                       DataFile data = DataFile::kMustExist);
 
+/// Whether two files are one, or one is a copy of the other.
+bool is_same_log(const std::string& a, const std::string& b);
+
 /// Throws ConfigError if `log`, of the entry `source`, is the same file as `other` or a copy of it: its measurements
 /// would count twice.
 void refuse_repeated(const Config& source, const LogFile& log, const LogFile& other);

@@ -43,7 +43,8 @@ class Filter {
 
   /// Adds the next IMU sample, and processes the sample before it. Returns true if there was one: time(), estimate()
   /// and covariance() are then those of its end. All fixes up to that time must have been added before. No heap.
-  /// @pre `sample` is later than the one before. Throws DataError if the filter diverges.
+  /// Throws DataError if `sample` is not finite or not later than the one before, and then is as it was before; or if
+  /// the filter diverges.
   bool add(const ImuSample& sample);
   /// Adds a fix, in any order of time. `sensor` counts from 0 among the sensors of the fix's type: 1 is the second
   /// receiver for a GnssFix. A fix older than time() is left out and counted by late(). A fix of a type that the

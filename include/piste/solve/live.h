@@ -47,9 +47,11 @@ class Live {
   Live(Live&&) noexcept;
   Live& operator=(Live&&) noexcept;
 
-  /// Adds the next row. Throws DataError if it is not later than the one before, or if the filter diverges.
+  /// Adds the next row. Throws DataError if it is not later than the one before or not finite, and then is as it was
+  /// before; or if the filter diverges.
   void add(const ImuRow& row);
-  /// Adds a fix of a receiver. A fix that is later than `lag` is left out and counted.
+  /// Adds a fix of a receiver. A fix that is later than `lag` is left out and counted. Throws DataError, and then is as
+  /// it was before, if the receiver is none of the options or the fix cannot be right (core/fix_faults.h).
   void add(int receiver, const GeodeticFix& fix);
 
   /// The state of the filter, `lag` behind the newest row. Nothing before the first fixes.
