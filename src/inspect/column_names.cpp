@@ -85,7 +85,8 @@ std::string place_key(const SampledColumn& c) {
 }
 
 std::string motion_key(const SampledColumn& c) {
-  if (c.has_any({"course", "heading", "bearing", "cog", "track", "crs"}) || (c.has("head") && c.has("mot"))) return "course";
+  if (c.has_any({"course", "heading", "bearing", "cog", "track", "crs"}) || (c.has("head") && c.has("mot")))
+    return "course";
   if (c.has_any({"speed", "sog", "spd"}) && !c.has_any({"vertical", "down", "up"})) return "speed";
   return {};
 }
