@@ -32,7 +32,7 @@ std::string fault_of(const GeodeticFix& fix) {
   if (!finite(fix.position.latitude) || !finite(fix.position.longitude) || !finite(fix.position.height)) {
     return "a position must be finite; leave out what a receiver says without a fix";
   }
-  if (const std::string fault = fault_of(fix.position); !fault.empty()) return fault;
+  if (std::string fault = fault_of(fix.position); !fault.empty()) return fault;
   if (!fix.sigma_position.allFinite() || !are_sigmas(fix.sigma_position)) {
     return "the sigmas of a position must be above zero";
   }

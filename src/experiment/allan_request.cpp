@@ -51,9 +51,10 @@ AllanSource guessed_alone(const std::string& file) {
 std::vector<AllanSource> guessed_sources(const std::vector<std::string>& files) {
   for (std::size_t i = 1; i < files.size(); ++i) {
     for (std::size_t k = 0; k < i; ++k) {
-      if (is_same_log(files[i], files[k]))
+      if (is_same_log(files[i], files[k])) {
         throw ConfigError(files[i],
                           fmt::format("is `{}`, or a copy of it, and would count twice; name each log once", files[k]));
+      }
     }
   }
   std::vector<Suspicion> found;
