@@ -235,8 +235,7 @@ void add_recording_warnings(AllanFindings& f, const AllanRecording& r) {
   if (r.temperature && (*r.temperature)[1] - (*r.temperature)[0] > kSteady) {
     f.warnings.push_back(
         fmt::format("{}: the temperature is {:.1f} to {:.1f} °C; what it does to the biases looks like a ramp or a "
-                    "random walk, and "
-                    "stands in `drift`. Leave out the warm-up, or take a log of an even temperature",
+                    "random walk, and stands in `drift`. Leave out the warm-up, or take a log of an even temperature",
                     file, (*r.temperature)[0], (*r.temperature)[1]));
   }
   constexpr double kJitter = 0.2;

@@ -60,7 +60,7 @@ bool is_spread(const SampledColumn& c) {
 
 // Accuracies, which several receivers and phones give for places, speeds and courses.
 std::string accuracy_key(const SampledColumn& c) {
-  // PX4's; MAVLink calls so a hundred times the dilution of precision.
+  // Of PX4, whose `variance` is a sigma, as its unit says. MAVLink's `eph` is a hundred times a dilution of precision.
   if (c.has_any({"eph", "epv"})) return c.is_whole() ? "" : c.has("eph") ? "horizontal_accuracy" : "vertical_accuracy";
   if (c.has("variance") && c.has_any({"s", "c"})) return c.has("s") ? "speed_accuracy" : "course_accuracy";
   if (!c.has_any({"acc", "accuracy"})) return {};
