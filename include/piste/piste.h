@@ -80,6 +80,7 @@
 #include "piste/consistency/verdict.h"
 #include "piste/consistency/warnings.h"
 #include "piste/diagnosis/diagnose.h"
+#include "piste/diagnosis/left_out.h"
 #include "piste/experiment/ensemble.h"
 #include "piste/experiment/inspect.h"
 #include "piste/experiment/replay.h"
