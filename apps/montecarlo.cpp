@@ -25,17 +25,22 @@ std::string bytes_of(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-// The trials from `first` on, beginning with those that an earlier run left in the file, if they are of this scenario
-// and not more than wanted.
+// The trials from `first` on, beginning with those that an earlier run left in the file, if they are of this scenario.
+// More than are wanted are not thrown away: they may have taken hours.
 Ensemble begin(const AppArguments& arguments, const Scenario& scenario, const std::filesystem::path& file,
                std::size_t first, std::size_t runs) {
   if (!std::filesystem::exists(file)) return Ensemble(scenario, batch_solver(), first);
   Ensemble ensemble(scenario, batch_solver(), first);
-  if (ensemble.resume(bytes_of(file)) && ensemble.size() <= runs) {
+  if (ensemble.resume(bytes_of(file))) {
+    if (ensemble.size() > runs) {
+      throw ConfigError("--runs", fmt::format("{} holds {} runs of this scenario already; ask for as many or more, or "
+                                              "for another folder",
+                                              file.string(), ensemble.size()));
+    }
     say(arguments, fmt::format("going on after {} runs", ensemble.size()));
     return ensemble;
   }
-  say(arguments, fmt::format("the runs in {} are more, or of something else; starting anew", file.string()));
+  say(arguments, fmt::format("the runs in {} are of something else; starting anew", file.string()));
   return Ensemble(scenario, batch_solver(), first);
 }
 

@@ -47,8 +47,10 @@ void RangeSums::add(Consistency one) {
 
 void RangeSums::append(const RangeSums& later) {
   if (later.first_ != end()) {
-    throw DataError("ensemble", fmt::format("runs {} to {} are there; the next part must begin with run {}, and not {}",
-                                            first_, end(), end(), later.first_));
+    const std::string there =
+        size_ == 0 ? "no run is there" : fmt::format("runs {} to {} are there", first_, end() - 1);
+    throw DataError("ensemble",
+                    fmt::format("{}; the next part must begin with run {}, and not {}", there, end(), later.first_));
   }
   for (const Part& part : later.parts_) {
     push(part);

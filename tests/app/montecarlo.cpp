@@ -78,7 +78,8 @@ TEST(Montecarlo, PartsMergeToTheBytesOfTheWhole) {
   const Said other_order = montecarlo(folder, {"3.sums", "0.sums", "--output", "b"});
   EXPECT_EQ(other_order.code, 1);
   EXPECT_TRUE(contains(other_order.err, "3.sums: ")) << other_order.err;
-  EXPECT_TRUE(contains(other_order.err, "must begin with run 0, and not 3")) << other_order.err;
+  EXPECT_TRUE(contains(other_order.err, "no run is there; the next part must begin with run 0, and not 3"))
+      << other_order.err;
   EXPECT_EQ(montecarlo(folder, {"0.sums", "--sums", "c.sums"}).code, 2);
   EXPECT_EQ(montecarlo(folder, {"missing.sums", "--output", "b"}).code, 2);
   EXPECT_EQ(montecarlo(folder, {"--first", "3", "--output", "b"}).code, 2);
@@ -112,6 +113,17 @@ TEST(Montecarlo, StartsAnewWhereTheScenarioChanged) {
   const Said said = montecarlo(folder, {"--runs", "2", "--output", "a"});
   EXPECT_EQ(said.code, 0) << said.err;
   EXPECT_TRUE(contains(said.out, "starting anew"));
+}
+
+TEST(Montecarlo, DoesNotThrowRunsAway) {
+  const TemporaryFolder folder;
+  tiny_scenario(folder);
+  ASSERT_EQ(montecarlo(folder, {"--runs", "3", "--output", "a"}).code, 0);
+  const std::string three = read_text(folder / "a/ensemble.state");
+  const Said fewer = montecarlo(folder, {"--runs", "2", "--output", "a"});
+  EXPECT_EQ(fewer.code, 2);
+  EXPECT_TRUE(contains(fewer.err, "ensemble.state holds 3 runs of this scenario already")) << fewer.err;
+  EXPECT_EQ(read_text(folder / "a/ensemble.state"), three);
 }
 
 TEST(Montecarlo, RefusesWithFileAndLine) {
