@@ -71,12 +71,13 @@ AlignmentFit fit_alignment(const SignalPair& signals, const FilteredPair& pair, 
 WhitenedFit fit_whitened(const SignalPair& signals, const FilteredPair& pair, const ImuSensor& sensor,
                          const AlignmentFit& fit) {
   const LeftOver left = left_over(pair, fit.x, fit.epochs, true);
-  FilteredPair white =
-      whitened(pair, autoregression(left.gyro, fit.noise.gyro[1]), autoregression(left.accel, fit.noise.accel[1]));
+  const Whitening gyro = autoregression(left.gyro, fit.noise.gyro[1]),
+                  accel = autoregression(left.accel, fit.noise.accel[1]);
+  FilteredPair white = whitened(pair, gyro, accel);
   std::vector<AlignmentEpoch> epochs = marked_epochs(signals, white, fit.x);
   const ResidualNoise noise = measured_noise(white, fit.x, epochs, fit.noise);
   AlignmentFit solved = solved_twice(white, sensor, {fit.x, noise, std::move(epochs)});
-  return {std::move(white), std::move(solved)};
+  return {std::move(white), std::move(solved), gyro, accel};
 }
 
 }  // namespace piste

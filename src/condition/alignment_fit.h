@@ -39,10 +39,11 @@ LeftOver left_over(const FilteredPair& pair, const AlignmentState& x, const std:
 AlignmentFit fit_alignment(const SignalPair& signals, const FilteredPair& pair, const ImuSensor& sensor,
                            const AlignmentFit& start);
 
-/// A fit to whitened signals, and these signals.
+/// A fit to whitened signals, these signals, and what whitened rates and forces.
 struct WhitenedFit {
   FilteredPair pair;
   AlignmentFit fit;
+  Whitening gyro, accel;
 };
 /// The same as fit_alignment, on the signals of `pair` after whitening by the spectrum of the residuals of `fit` in
 /// motion.

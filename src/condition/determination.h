@@ -10,10 +10,17 @@ namespace piste {
 
 using AlignmentInformation = Eigen::Matrix<double, AlignmentLayout::kSize, AlignmentLayout::kSize>;
 
-/// Sets the covariance of `alignment` from the information matrix of the least squares, and lists the parameters that
-/// are not determined: those whose sigma exceeds a limit above which the value is of no use. `apparent` is the part of
-/// the boresight's information, the same about every axis, that only the reference's noise makes. It is subtracted,
-/// because noise is not a rotation.
-void determine(Alignment& alignment, AlignmentInformation information, double apparent, const ImuSensor& sensor);
+/// What an alignment knows, from the information matrix A of its least squares, the part S of it that is apparent
+/// (reference_noise.h), and the covariance V of the gradient that S adds.
+struct AlignmentInverse {
+  AlignmentInformation known;       ///< (A − S)⁻¹, zero along what is known no better than its limit
+  AlignmentInformation covariance;  ///< (A − S)⁻¹ (A + V) (A − S)⁻¹, and a hundred limits along what is not known
+};
+AlignmentInverse inverted(const AlignmentInformation& information, const AlignmentInformation& apparent,
+                          const AlignmentInformation& variance, const ImuSensor& sensor);
+
+/// Sets the covariance of `alignment`, and lists the parameters that are not determined: those whose sigma exceeds a
+/// limit above which the value is of no use.
+void determine(Alignment& alignment, const AlignmentInformation& covariance, const ImuSensor& sensor);
 
 }  // namespace piste

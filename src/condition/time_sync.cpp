@@ -13,6 +13,7 @@
 #include "determination.h"
 #include "paired_signals.h"
 #include "piste/core/error.h"
+#include "reference_noise.h"
 
 namespace piste {
 namespace {
@@ -92,23 +93,26 @@ void refuse_strangers(const FilteredPair& pair, const AlignmentFit& fit, const s
                               100 * std::max(0.0, 1 - left / signal), fit.x.clock(0)));
 }
 
-// The reference's noise looks like information about the boresight: 2 σ_r² / σ_b² for each sample and triad.
-double apparent_boresight(const std::vector<AlignmentEpoch>& epochs, const AlignmentOptions& options) {
-  const auto share = [](double reference, double body) {
-    return body > 0 ? std::min(1.0, std::pow(reference / body, 2)) : 0;
-  };
-  const double gyro = share(options.reference.gyro.noise, options.sensor.gyro.noise),
-               accel = share(options.reference.accel.noise, options.sensor.accel.noise);
-  double sum = 0;
-  for (const AlignmentEpoch& e : epochs) {
-    if (e.usable.gyro != 0) sum += 2 * gyro;
-    if (e.usable.accel != 0) sum += 2 * accel;
+// Takes back what the noise of the reference made of the alignment, and returns its covariance.
+AlignmentInformation freed_from_reference_noise(const std::vector<ImuSample>& body, double cutoff, WhitenedFit& white,
+                                                const AlignmentOptions& options) {
+  const NoiseShares shares = noise_shares(options.sensor, options.reference);
+  AlignmentFit& fit = white.fit;
+  ApparentInformation apparent;
+  if (!shares.none()) {
+    const SignalPair witness(body, as_reference(body, fit.x));
+    apparent = apparent_information(white.pair, whitened(low_passed(witness, cutoff), white.gyro, white.accel),
+                                    fit.epochs, fit.x, shares);
   }
-  return sum;
+  const AlignmentInverse inverse =
+      inverted(fit.information, apparent.information, apparent.variance(fit.x), options.sensor);
+  take_back(fit.x, apparent, inverse.known);
+  return inverse.covariance + of_reference_scales(fit.x, options.reference);
 }
 
 // The parameters with their covariance. Those that the motion does not determine are marked.
-Alignment judged(const AlignmentFit& fit, double wander, const AlignmentOptions& options) {
+Alignment judged(const AlignmentFit& fit, const AlignmentInformation& covariance, double wander,
+                 const AlignmentOptions& options) {
   Alignment a;
   a.clock_offset = fit.x.clock(0);
   a.clock_drift = fit.x.clock(1);
@@ -118,7 +122,7 @@ Alignment judged(const AlignmentFit& fit, double wander, const AlignmentOptions&
   a.accel_bias = fit.x.accel_bias;
   a.gyro_scale = fit.x.gyro_scale;
   a.accel_scale = fit.x.accel_scale;
-  determine(a, fit.information, apparent_boresight(fit.epochs, options), options.sensor);
+  determine(a, covariance, options.sensor);
 
   if (!std::isfinite(a.variance(Layout::kClockOffset))) {
     throw DataError(options.name,
@@ -156,9 +160,11 @@ Alignment align(const std::vector<ImuSample>& body, const std::vector<ImuSample>
   refuse_other_unit(full, fit, options.name);
   refuse_strangers(full, fit, options.name);
 
-  const WhitenedFit white = fit_whitened(signals, full, options.sensor, fit);
+  WhitenedFit white = fit_whitened(signals, full, options.sensor, fit);
   std::vector<LocalOffset> local = local_offsets(white.pair, white.fit);
-  Alignment alignment = judged(white.fit, clock_wander(local, options.name), options);
+  const double wander = clock_wander(local, options.name);
+  const AlignmentInformation covariance = freed_from_reference_noise(body, cutoff, white, options);
+  Alignment alignment = judged(white.fit, covariance, wander, options);
   alignment.low_pass = cutoff;
   alignment.gyro_residual = fit.noise.gyro[1];
   alignment.accel_residual = fit.noise.accel[1];
