@@ -110,13 +110,17 @@ Vector3d antenna_of(const World& world, const StateLayout& layout, const Estimat
 
 }  // namespace
 
-UnderWay::UnderWay(const Log& log, const std::vector<std::string>& sources, double start)
+UnderWay::UnderWay(const Log& log, const std::vector<std::string>& sources, double start, LookedAt looked_at)
     : log_(log), start_(start + kSettling) {
-  for (const std::string& name : sources) of_fixes_.push_back(name.starts_with("gnss") || name.starts_with("attitude"));
+  for (const std::string& name : sources) {
+    const bool fixes = name.starts_with("gnss") || name.starts_with("attitude"),
+               aid = name == "odometer" || name == "barometer" || name == "heading";
+    looked_at_.push_back(fixes || (aid && looked_at == LookedAt::kMeasured));
+  }
 }
 
 bool UnderWay::contains(const Innovation& v) const {
-  if (!of_fixes_[static_cast<std::size_t>(v.source)] || v.outcome == Outcome::kRepeated) return false;
+  if (!looked_at_[static_cast<std::size_t>(v.source)] || v.outcome == Outcome::kRepeated) return false;
   const double time = v.time + v.late;
   return time >= start_ &&
          std::none_of(log_.rest.begin(), log_.rest.end(), [&](const Interval& rest) { return rest.contains(time); });

@@ -26,12 +26,16 @@ struct Granted {
 /// A cause: filters what the filter was told, changed, and says how much that gains over `base`.
 using Cause = std::function<Granted(const Told& told, const Evidence& base, double end)>;
 
-/// Noise of the IMU, sigmas of the fixes, coloured errors and a clock that drifts, as far as the run has them.
+/// Noise of the IMU, sigmas of the fixes and coloured errors, as far as the run has them. Their likelihoods are to be
+/// compared with the delays held (tune/held_delays.h).
 std::vector<Cause> searched_causes(const Told& told);
 
 /// Delays, lever arm, biases and scales, likewise. Where the lever arm is told so large that no start can be right, the
 /// start is found anew with `heading`.
 std::vector<Cause> constant_causes(const Told& told, const InitialHeading& heading);
+
+/// A clock that drifts.
+std::vector<Cause> clock_causes(const Told& told);
 
 /// The axes: another assignment of gyroscopes or of the whole IMU, which the motion itself tells (inspect/log_match.h).
 /// The start is found anew with `heading`.

@@ -13,6 +13,7 @@
 #include "piste/solve/initial_state.h"
 #include "piste/solve/run.h"
 #include "solve/feeder.h"
+#include "tune/held_delays.h"
 
 namespace piste {
 namespace {
@@ -34,6 +35,35 @@ bool suspicious(const Verdict& verdict) {
          });
 }
 
+// Whether wheels, barometer or antennas contradict the rest by more than their sigmas say. The verdict does not judge
+// them, but their sigmas may be the cause.
+bool aids_doubtful(const Log& log, const Solution& filtered) {
+  constexpr double kTooFar = 1.5, kTooMany = 0.2;  // NIS of a row; share of what is left out
+  constexpr std::size_t kFewest = 30;
+  const UnderWay fixes(log, filtered.sources, filtered.time(0)),
+      measured(log, filtered.sources, filtered.time(0), LookedAt::kMeasured);
+  struct Sum {
+    std::size_t used = 0, left_out = 0;
+    double nis = 0;
+  };
+  std::vector<Sum> of(filtered.sources.size());
+  for (const Innovation& v : filtered.innovations) {
+    if (!measured.contains(v) || fixes.contains(v)) continue;
+    Sum& sum = of[static_cast<std::size_t>(v.source)];
+    if (was_used(v.outcome)) {
+      ++sum.used;
+      sum.nis += v.nis / v.dof;
+    } else {
+      ++sum.left_out;
+    }
+  }
+  return std::ranges::any_of(of, [](const Sum& sum) {
+    const auto all = static_cast<double>(sum.used + sum.left_out);
+    return sum.used + sum.left_out >= kFewest &&
+           (sum.nis > kTooFar * static_cast<double>(sum.used) || static_cast<double>(sum.left_out) > kTooMany * all);
+  });
+}
+
 bool far_off(const Verdict& verdict) {
   return verdict.factor > kWrong || std::any_of(verdict.sources.begin(), verdict.sources.end(),
                                                 [](const SourceVerdict& s) { return s.rejected > kUnused; });
@@ -44,19 +74,29 @@ double departure(const Log& log, double start) {
   return !log.rest.empty() && log.rest.front().contains(start + 1) ? log.rest.front().end : start;
 }
 
-// The log until `end`: hours are not copied to filter minutes.
+// The log until `end`: hours are not copied to filter minutes. A member that is new to Log does not compile here until
+// it is cut as well.
 Log first_part(const Log& log, double end) {
   const auto cut = [end](const auto& items) {
     return std::decay_t<decltype(items)>(items.begin(), first_at_or_after(items, end));
   };
-  Log part;
-  part.world = log.world;
-  part.imu = cut(log.imu);
-  part.magnetic = cut(log.magnetic);
-  part.rest = log.rest;
-  for (const auto& fixes : log.gnss) part.gnss.push_back(cut(fixes));
-  for (const auto& fixes : log.attitude) part.attitude.push_back(cut(fixes));
-  return part;
+  const auto cut_each = [&cut](const auto& sensors) {
+    std::decay_t<decltype(sensors)> part;
+    for (const auto& items : sensors) part.push_back(cut(items));
+    return part;
+  };
+  const auto& [world, imu, gnss, attitude, magnetic, speed, height, heading, parity, rest, counts] = log;
+  return {.world = world,
+          .imu = cut(imu),
+          .gnss = cut_each(gnss),
+          .attitude = cut_each(attitude),
+          .magnetic = cut(magnetic),
+          .speed = cut(speed),
+          .height = cut(height),
+          .heading = cut(heading),
+          .parity = cut_each(parity),
+          .rest = rest,
+          .counts = counts};
 }
 
 // Where the causes are tried from: the start, or the last minute of a long first rest, which each of them would filter
@@ -72,6 +112,12 @@ Start tried_from(const Log& log, const FilterOptions& options, const Start& star
   }
   from.covariance = from.covariance.topLeftCorner(9, 9).eval();
   return from;
+}
+
+// Values are searched for by likelihoods, which must not leap: with the delays as the run without a cause told them.
+Told with_held_delays(const Told& told, const Evidence& base) {
+  if (!estimates_delays(told.options) || base.rows == 0) return told;
+  return {told.log, holding_delays(told.options), with_delays(told.start, base.last)};
 }
 
 // What is wrong, in words, where no cause is known for it.
@@ -91,22 +137,32 @@ Verdict diagnose(const Log& log, const FilterOptions& options, const InitialHead
                  const Solution& filtered, const Solution* smoothed, const std::function<void(double)>& progress,
                  const std::vector<double>& residuals) {
   Verdict verdict = judge(log, options, filtered, smoothed, residuals);
-  if (!suspicious(verdict) || filtered.empty()) return verdict;
+  if (filtered.empty() || !(suspicious(verdict) || aids_doubtful(log, filtered))) return verdict;
   constexpr double kBeyond = 2;  // s: fixes that come late, and the neighbour of the last step
   const double departs = departure(log, found.start.time), end = departs + kLongest;
   const Told told{first_part(log, end + kBeyond), options, tried_from(log, options, found.start, departs)};
 
   const Evidence base = filter_again(told.log, told.options, told.start, end);
-  std::vector<Cause> causes = searched_causes(told);
-  const auto add = [&](std::vector<Cause> more) { std::move(more.begin(), more.end(), std::back_inserter(causes)); };
-  add(constant_causes(told, heading));
+  const Told held = with_held_delays(told, base);
+  const Evidence held_base =
+      estimates_delays(told.options) ? filter_again(held.log, held.options, held.start, end) : base;
+  const std::vector<Cause> searched = searched_causes(held);
+  std::vector<Cause> others = constant_causes(told, heading);
+  const auto add = [&](std::vector<Cause> more) { std::ranges::move(more, std::back_inserter(others)); };
+  add(clock_causes(told));
   if (far_off(verdict)) add(axes_causes(told, heading));
+  const std::size_t all = searched.size() + others.size();
+  std::size_t tried = 0;
   std::vector<Granted> likelier;
-  for (std::size_t i = 0; i < causes.size(); ++i) {
-    if (progress) progress(static_cast<double>(i) / static_cast<double>(causes.size()));
-    Granted granted = causes[i](told, base, end);
-    if (granted.gain > kLikelier) likelier.push_back(std::move(granted));
-  }
+  const auto attempt = [&](const std::vector<Cause>& causes, const Told& from, const Evidence& without) {
+    for (const Cause& cause : causes) {
+      if (progress) progress(static_cast<double>(tried++) / static_cast<double>(all));
+      Granted granted = cause(from, without, end);
+      if (granted.gain > kLikelier) likelier.push_back(std::move(granted));
+    }
+  };
+  attempt(searched, held, held_base);
+  attempt(others, told, base);
   std::stable_sort(likelier.begin(), likelier.end(),
                    [](const Granted& a, const Granted& b) { return a.gain > b.gain; });
   for (const Granted& granted : likelier) {

@@ -2,6 +2,8 @@
 /// What the kinds of causes have in common.
 
 #include <algorithm>
+#include <string>
+#include <utility>
 
 #include "diagnosis/causes.h"
 #include "piste/core/state_table.h"
@@ -12,6 +14,12 @@ constexpr double kWideClock = 0.3;  ///< s: 1-sigma of a clock's offset that is 
 
 /// By how much likelier the innovations have become.
 inline double gained(const Evidence& granted, const Evidence& base) { return granted.likelihood - base.likelihood; }
+
+/// What `values` gain that were searched for, and not integrated over as states are: each pays for that.
+inline Granted searched(double gain, std::string text, int values = 1) {
+  constexpr double kSearched = 3;
+  return {gain - kSearched * values, std::move(text)};
+}
 
 /// Lets the run estimate the block.
 inline void want(FilterOptions& options, Block block) {

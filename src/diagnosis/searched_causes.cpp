@@ -1,4 +1,4 @@
-// Causes whose value is searched for: noise of the IMU, sigmas of the fixes, coloured errors, a clock that drifts.
+// Causes whose value is searched for: noise of the IMU, sigmas of the fixes, coloured errors.
 
 #include <fmt/format.h>
 
@@ -13,8 +13,6 @@
 namespace piste {
 namespace {
 
-// A value that was searched for, and not integrated over as a state is, pays for it.
-constexpr double kSearched = 3;
 constexpr double kStep = 3;
 constexpr int kMostSteps = 8;
 
@@ -56,8 +54,6 @@ std::string direction(double factor) {
   return factor > 1 ? fmt::format("too small by {:.2g}", factor) : fmt::format("too large by {:.2g}", 1 / factor);
 }
 
-Granted entry(double gain, std::string text) { return {gain - kSearched, std::move(text)}; }
-
 // ---- Noise of the IMU ----
 
 struct Noise {
@@ -78,9 +74,9 @@ Cause white_noise(const Noise& noise) {
       return gained(filter_again(told.log, options, told.start, end), base);
     });
     const double file = (told.options.sensor.*noise.triad).noise * noise.factor;
-    return entry(f.gain,
-                 fmt::format("{} noise ({:.2g} {}/sqrt(Hz) is likelier than the file's {:.2g}; `tune` finds it)",
-                             noise.name, file * f.value, noise.unit, file));
+    return searched(f.gain,
+                    fmt::format("{} noise ({:.2g} {}/sqrt(Hz) is likelier than the file's {:.2g}; `tune` finds it)",
+                                noise.name, file * f.value, noise.unit, file));
   };
 }
 
@@ -93,7 +89,8 @@ Cause drift(const Noise& noise) {
       process.density *= factor;
       return gained(filter_again(told.log, options, told.start, end), base);
     });
-    return entry(f.gain, fmt::format("{} drift (the file's is {}; `tune` finds it)", noise.name, direction(f.value)));
+    return searched(f.gain,
+                    fmt::format("{} drift (the file's is {}; `tune` finds it)", noise.name, direction(f.value)));
   };
 }
 
@@ -113,6 +110,15 @@ void scale_attitudes(Told& told, std::size_t source, double factor) {
   if (auto& coloured = told.options.attitude[source].drift) coloured->sigma *= factor;
 }
 
+// Of wheels, a barometer or two antennas: one sensor each.
+template <auto Log::*kFixes>
+void scale_fixes(Told& told, std::size_t, double factor) {
+  for (auto& fix : told.log.*kFixes) {
+    fix.sigma *= factor;
+    if constexpr (requires { fix.sigma_pitch; }) fix.sigma_pitch *= factor;
+  }
+}
+
 Cause sigmas(const std::string& source, void (*scale)(Told&, std::size_t, double), std::size_t index) {
   return [=](const Told& told, const Evidence& base, double end) {
     const Factor f = likeliest_factor([&](double factor) {
@@ -120,7 +126,7 @@ Cause sigmas(const std::string& source, void (*scale)(Told&, std::size_t, double
       scale(changed, index, factor);
       return gained(filter_again(changed.log, changed.options, told.start, end), base);
     });
-    return entry(f.gain, fmt::format("noise of {} (its sigmas are {})", source, direction(f.value)));
+    return searched(f.gain, fmt::format("noise of {} (its sigmas are {})", source, direction(f.value)));
   };
 }
 
@@ -172,57 +178,10 @@ Cause coloured(std::size_t receiver) {
         time = other;
       }
     }
-    return entry(f.gain - kSearched,
-                 fmt::format("coloured error of gnss[{}].position (some {:.2g} m over some {:.0f} s; key `drift`)",
-                             receiver, f.value * median_sigma(told.log.gnss[receiver]), time));
-  };
-}
-
-// ---- A clock that drifts ----
-
-// Every drift is a mean in a linear model, for which the likelihood is a parabola: three values tell its top.
-Cause clock_drift(Interval span) {
-  return [span](const Told& told, const Evidence& base, double end) {
-    constexpr double kFirst = 0.1;  // s over the span
-    constexpr int kRounds = 3;
-    const double length = span.end - span.start;
-    const auto attempt = [&](double rate) {
-      Told changed = told;
-      const auto shift = [&](auto& sources) {
-        for (auto& fixes : sources) {
-          for (auto& fix : fixes) fix.time += rate * (fix.time - span.start);
-        }
-      };
-      shift(changed.log.gnss);
-      shift(changed.log.attitude);
-      want(changed.options, Block::kGnssDelay);
-      changed.options.priors.gnss_delay = kWideClock;
-      return filter_again(changed.log, changed.options, told.start, end).likelihood;
-    };
-    const double steady = attempt(0);
-    double rate = 0, step = kFirst / length, top = steady;
-    // A drift holds an offset in it: it must explain more than that.
-    constexpr double kMore = 15, kPartMore = 0.03, kPerMillion = 1e6;
-    for (int round = 0; round < kRounds; ++round, step /= 4) {
-      const double low = attempt(rate - step), high = attempt(rate + step), curvature = low + high - 2 * top;
-      const double slope = high - low, nearer = slope > 0 ? step : -step;
-      if (curvature < 0) {
-        if (top - slope * slope / (8 * curvature) - steady < kMore) return Granted{};
-        const double move = std::clamp(-0.5 * step * slope / curvature, -2 * step, 2 * step);
-        if (const double there = attempt(rate + move); there > std::max({top, low, high})) {
-          top = there;
-          rate += move;
-          continue;
-        }
-      }
-      if (std::max(low, high) > top) {
-        top = std::max(low, high);
-        rate += nearer;
-      }
-    }
-    const double all = top - base.likelihood;
-    if (top - steady < std::max(kMore, kPartMore * all)) return Granted{};
-    return entry(all, fmt::format("clock drift of the IMU ({:+.0f} ppm more than the file's)", rate * kPerMillion));
+    return searched(f.gain,
+                    fmt::format("coloured error of gnss[{}].position (some {:.2g} m over some {:.0f} s; key `drift`)",
+                                receiver, f.value * median_sigma(told.log.gnss[receiver]), time),
+                    2);
   };
 }
 
@@ -242,11 +201,12 @@ std::vector<Cause> searched_causes(const Told& told) {
   }
   for (std::size_t i = 0; i < options.attitude.size(); ++i)
     causes.push_back(sigmas(fmt::format("attitude[{}]", i), scale_attitudes, i));
+  if (!told.log.speed.empty()) causes.push_back(sigmas("odometer", scale_fixes<&Log::speed>, 0));
+  if (!told.log.height.empty()) causes.push_back(sigmas("barometer", scale_fixes<&Log::height>, 0));
+  if (!told.log.heading.empty()) causes.push_back(sigmas("heading", scale_fixes<&Log::heading>, 0));
   for (std::size_t i = 0; i < options.gnss.size(); ++i) {
     if (options.gnss[i].use_position && !options.estimates(Block::kGnssPositionDrift)) causes.push_back(coloured(i));
   }
-  if (some_positions(options) && told.log.gnss.front().size() > 1)
-    causes.push_back(clock_drift({told.log.gnss.front().front().time, told.log.gnss.front().back().time}));
   return causes;
 }
 

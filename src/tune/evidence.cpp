@@ -15,7 +15,9 @@ namespace {
 // depend on what is granted, so that nothing is gained by smaller sigmas of what is rejected anyway.
 double cost_of_outlier(const std::string& source, int dof) {
   constexpr double kPart = 0.01, kFar = 100, kFast = 10, kTurned = 1;
-  const double spread = source.ends_with("position") ? kFar : source.ends_with("velocity") ? kFast : kTurned;
+  const bool of_place = source.ends_with("position") || source == "barometer",
+             of_speed = source.ends_with("velocity") || source == "odometer";
+  const double spread = of_place ? kFar : of_speed ? kFast : kTurned;
   return 2 * dof * std::log(spread) - 2 * std::log(kPart);
 }
 
@@ -50,7 +52,7 @@ Evidence filter_again(const Log& log, const FilterOptions& options, const Start&
     while (!feeder.done()) feeder.step();
     filter.finish();
     found.sources = filter.sources();
-    const UnderWay under_way(log, found.sources, start.time);
+    const UnderWay under_way(log, found.sources, start.time, LookedAt::kMeasured);
     for (const Innovation& v : filter.innovations()) {
       if (!under_way.contains(v) || !counted.contain(v.time - start.time)) continue;
       found.rows += v.dof;

@@ -10,6 +10,7 @@
 #include "math/parallel.h"
 #include "piste/core/error.h"
 #include "piste/math/linear_algebra.h"
+#include "tune/held_delays.h"
 #include "tune/spoilt_fixes.h"
 
 namespace piste {
@@ -56,16 +57,7 @@ Eigen::VectorXd change(const Evidence& here, const Evidence& there, double apart
   return rows;
 }
 
-// The start with the delays, and the drift of the clock, that a run told.
-Start with_delays(Start start, const Estimate& told) {
-  start.x.gnss_delay = told.gnss_delay;
-  start.x.velocity_delay = told.velocity_delay;
-  start.x.attitude_delay = told.attitude_delay;
-  start.x.clock_drift = told.clock_drift;
-  return start;
-}
-
-// Whether one of them is elsewhere in another run, by more than a part of its sigma.
+// Whether a delay, or the drift of the clock, is elsewhere in another run, by more than a part of its sigma.
 bool delays_differ(const JudgedLog& a, const JudgedLog& b) {
   constexpr double kStill = 0.3;
   const auto differ = [&](Block block, double Estimate::*value) {
@@ -73,17 +65,6 @@ bool delays_differ(const JudgedLog& a, const JudgedLog& b) {
   };
   return differ(Block::kGnssDelay, &Estimate::gnss_delay) || differ(Block::kVelocityDelay, &Estimate::velocity_delay) ||
          differ(Block::kAttitudeDelay, &Estimate::attitude_delay) || differ(Block::kClockDrift, &Estimate::clock_drift);
-}
-
-// Options with which these do not move.
-FilterOptions holding_delays(FilterOptions options) {
-  constexpr double kHeld = 1e-7, kHeldDrift = 1e-11;  // s; a ratio
-  Priors& priors = options.priors;
-  for (double* prior : {&priors.gnss_delay, &priors.velocity_delay, &priors.attitude_delay}) {
-    *prior = std::min(*prior, kHeld);
-  }
-  priors.clock_drift = std::min(priors.clock_drift, kHeldDrift);
-  return options;
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include "piste/diagnosis/diagnose.h"
 #include "piste/experiment/replay.h"
 #include "piste/sim/random.h"
+#include "piste/sim/replay_setup.h"
 #include "support/simulated_case.h"
 #include "support/thorough.h"
 
@@ -172,6 +173,38 @@ TEST(Verdict, HasNoFindingWhereColouredErrorsAreTold) {
     const Verdict v = verdict_of(c, c.simulation.recording(0));
     EXPECT_TRUE(v.consistent && v.findings.empty()) << seed << ": " << described(v);
   }
+}
+
+// The bicycle with barometer, two antennas and magnetometer, the filter told of all of them.
+Case aided(std::uint64_t seed) {
+  Case c = make_case("montecarlo/bicycle_aids", 40, seed);
+  set_aids(c.options, c.scenario, c.scenario.imus[0]);
+  c.options.estimate = with_implied_blocks(c.options, c.options.estimate);
+  c.conditioning.magnetic = {.year = 2026, .interval = kMagneticInterval};
+  return c;
+}
+
+TEST(Verdict, HasNoFindingInCleanRunsWithOtherSensors) {
+  for (std::uint64_t seed = 1; seed <= static_cast<std::uint64_t>(seeds(1, 20)); ++seed) {
+    const Case c = aided(seed);
+    const Verdict v = verdict_of(c, c.simulation.recording(0));
+    EXPECT_TRUE(v.consistent && v.findings.empty()) << seed << ": " << described(v);
+  }
+}
+
+// What contradicts the receiver is the sensor beside it, which the search for a cause must not leave out.
+TEST(Verdict, NamesASensorWhoseSigmasAreTooSmall) {
+  Case c = aided(3);
+  Recording recording = c.simulation.recording(0);
+  for (HeadingFix& fix : recording.heading.fixes) fix.sigma /= 5;
+  Verdict v = verdict_of(c, recording);
+  ASSERT_FALSE(v.findings.empty()) << described(v);
+  EXPECT_TRUE(v.findings[0].starts_with("noise of heading")) << described(v);
+  recording = c.simulation.recording(0);
+  for (HeightFix& fix : recording.height.fixes) fix.sigma /= 5;
+  v = verdict_of(c, recording);
+  ASSERT_FALSE(v.findings.empty()) << described(v);
+  EXPECT_TRUE(v.findings[0].starts_with("noise of barometer")) << described(v);
 }
 
 }  // namespace

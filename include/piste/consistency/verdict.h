@@ -3,6 +3,7 @@
 /// against their priors, and by the residuals of its smoothed track. docs/verdict.md has the equations.
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -43,17 +44,24 @@ struct Verdict {
   std::vector<std::string> findings;
 };
 
-/// Whether an innovation tells of the run under way: it was made in a comparison, of a source of the log (`gnss` or
-/// `attitude`), at least 5 s after the start, and not at rest, where fixes are taken for coarser than they are.
+/// Whose innovations are looked at.
+enum class LookedAt : std::uint8_t {
+  kFixes,     ///< receivers and attitude logs
+  kMeasured,  ///< wheels, barometer and two antennas as well
+};
+
+/// Whether an innovation tells of the run under way: it was made in a comparison, of a source that is looked at, at
+/// least 5 s after the start, and not at rest, where fixes are taken for coarser than they are.
 class UnderWay {
  public:
-  /// `start`: time of the start. `filtered` has the names of the sources.
-  UnderWay(const Log& log, const std::vector<std::string>& sources, double start);
+  /// `sources`: their names; `start`: time of the start.
+  UnderWay(const Log& log, const std::vector<std::string>& sources, double start,
+           LookedAt looked_at = LookedAt::kFixes);
   bool contains(const Innovation& innovation) const;
 
  private:
   const Log& log_;
-  std::vector<bool> of_fixes_;
+  std::vector<bool> looked_at_;
   double start_;
 };
 

@@ -1,0 +1,65 @@
+// A clock that drifts as the cause: its rate is searched for, with an offset that the run may find.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "diagnosis/granting.h"
+
+namespace piste {
+namespace {
+
+// Every drift is a mean in a linear model, for which the likelihood is a parabola: three values tell its top.
+Cause clock_drift(Interval span) {
+  return [span](const Told& told, const Evidence& base, double end) {
+    constexpr double kFirst = 0.1;  // s over the span
+    constexpr int kRounds = 3;
+    const double length = span.end - span.start;
+    const auto attempt = [&](double rate) {
+      Told changed = told;
+      const auto shift = [&](auto& sources) {
+        for (auto& fixes : sources) {
+          for (auto& fix : fixes) fix.time += rate * (fix.time - span.start);
+        }
+      };
+      shift(changed.log.gnss);
+      shift(changed.log.attitude);
+      want(changed.options, Block::kGnssDelay);
+      changed.options.priors.gnss_delay = kWideClock;
+      return filter_again(changed.log, changed.options, told.start, end).likelihood;
+    };
+    const double steady = attempt(0);
+    double rate = 0, step = kFirst / length, top = steady;
+    // A drift holds an offset in it: it must explain more than that.
+    constexpr double kMore = 15, kPartMore = 0.03, kPerMillion = 1e6;
+    for (int round = 0; round < kRounds; ++round, step /= 4) {
+      const double low = attempt(rate - step), high = attempt(rate + step), curvature = low + high - 2 * top;
+      const double slope = high - low, nearer = slope > 0 ? step : -step;
+      if (curvature < 0) {
+        if (top - slope * slope / (8 * curvature) - steady < kMore) return Granted{};
+        const double move = std::clamp(-0.5 * step * slope / curvature, -2 * step, 2 * step);
+        if (const double there = attempt(rate + move); there > std::max({top, low, high})) {
+          top = there;
+          rate += move;
+          continue;
+        }
+      }
+      if (std::max(low, high) > top) {
+        top = std::max(low, high);
+        rate += nearer;
+      }
+    }
+    const double all = top - base.likelihood;
+    if (top - steady < std::max(kMore, kPartMore * all)) return Granted{};
+    return searched(all, fmt::format("clock drift of the IMU ({:+.0f} ppm more than the file's)", rate * kPerMillion));
+  };
+}
+
+}  // namespace
+
+std::vector<Cause> clock_causes(const Told& told) {
+  if (!some_positions(told.options) || told.log.gnss.front().size() < 2) return {};
+  return {clock_drift({told.log.gnss.front().front().time, told.log.gnss.front().back().time})};
+}
+
+}  // namespace piste
