@@ -150,6 +150,7 @@ Verdict diagnose(const Log& log, const FilterOptions& options, const InitialHead
   std::vector<Cause> others = constant_causes(told, heading);
   const auto add = [&](std::vector<Cause> more) { std::ranges::move(more, std::back_inserter(others)); };
   add(clock_causes(told));
+  add(heading_causes(told, heading));
   if (far_off(verdict)) add(axes_causes(told, heading));
   const std::size_t all = searched.size() + others.size();
   std::size_t tried = 0;

@@ -221,6 +221,9 @@ Scenario read_scenario(const Config& config) {
   s.origin = {origin.quantity("latitude", kAngle), origin.quantity("longitude", kAngle),
               origin.quantity("height", kLength)};
   if (std::abs(s.origin.latitude) > std::acos(0.0)) origin.fail("latitude", "must lie between -90 and 90 deg");
+  constexpr double kDeepest = -12e3, kHighest = 1e6;  // m: below every sea, above every balloon
+  if (!(s.origin.height > kDeepest && s.origin.height < kHighest))
+    origin.fail("height", "must lie between -12 and 1000 km");
   s.start_time = config.magnitude("start", kTime, 0);
   const long seed = config.integer("seed", 1);
   if (seed < 0) config.fail("seed", "must not be negative");

@@ -207,5 +207,16 @@ TEST(Verdict, NamesASensorWhoseSigmasAreTooSmall) {
   EXPECT_TRUE(v.findings[0].starts_with("noise of barometer")) << described(v);
 }
 
+TEST(Verdict, NamesABaselineThatPointsElsewhere) {
+  for (const double off : {5., 90.}) {
+    const Case c = aided(3);
+    Recording recording = c.simulation.recording(0);
+    for (HeadingFix& fix : recording.heading.fixes) fix.heading += off * kDegree;
+    const Verdict v = verdict_of(c, recording);
+    ASSERT_FALSE(v.findings.empty()) << off;
+    EXPECT_TRUE(v.findings[0].starts_with("direction of `baseline`")) << off << ": " << described(v);
+  }
+}
+
 }  // namespace
 }  // namespace piste::test

@@ -302,5 +302,17 @@ TEST(Scenario, ImpossibleMotionIsRefusedWithItsLine) {
   }
 }
 
+TEST(Scenario, AHeightInKilometresIsRefusedWithItsLine) {
+  const std::filesystem::path file = written(
+      "deep.yaml", "origin:\n  latitude: 46 deg\n  longitude: 7 deg\n  height: -7000 km\nmotion: {}\nimus: []\n");
+  try {
+    read_scenario(file);
+    FAIL() << "accepted";
+  } catch (const ConfigError& e) {
+    EXPECT_NE(std::string(e.what()).find("deep.yaml:4: "), std::string::npos) << e.what();
+    EXPECT_NE(std::string(e.what()).find("between -12 and 1000 km"), std::string::npos) << e.what();
+  }
+}
+
 }  // namespace
 }  // namespace piste
