@@ -40,11 +40,6 @@ class Builder {
     const BodySignals& body = pair_.body;
     const double m = body.time[epoch.sample];
     const auto [knot, part] = x_.knot(m);
-    const auto weights = [](std::uint8_t usable, double sigma) {
-      Vector3d w;
-      for (int i = 0; i < 3; ++i) w(i) = usable >> i & 1 ? 1 / sigma : 0;
-      return w;
-    };
     TriadSample triad{m,
                       m - body.time.front(),
                       body.gyro[epoch.sample],
@@ -197,21 +192,28 @@ std::pair<std::size_t, double> AlignmentState::knot(double m) const {
   return {before, at - static_cast<double>(before)};
 }
 
+Vector3d AlignmentState::drift(const std::vector<Vector3d>& knots, double m) const {
+  const auto [before, part] = knot(m);
+  return (1 - part) * knots[before] + part * knots[before + 1];
+}
+
+Vector3d weights(std::uint8_t usable, double sigma) {
+  Vector3d w;
+  for (int i = 0; i < 3; ++i) w(i) = usable >> i & 1 ? 1 / sigma : 0;
+  return w;
+}
+
 AlignmentResidual residual(const FilteredPair& pair, const AlignmentState& x, std::size_t sample) {
   const double m = pair.body.time[sample];
   const double t = x.reference_time(m, pair.body.time.front());
-  const auto [knot, part] = x.knot(m);
   const Matrix3d R_br = x.q_rb.toRotationMatrix().transpose();
-  const auto drift = [&, knot = knot, part = part](const std::vector<Vector3d>& knots) -> Vector3d {
-    return (1 - part) * knots[knot] + part * knots[knot + 1];
-  };
   const MeanSignal s = pair.reference.at(t).signal;
   const Vector3d w = R_br * s.gyro;
   const Vector3d f = R_br * (s.accel + s.lever * x.p_rb_r);
-  return {
-      pair.body.gyro[sample] - w - x.gyro_scale.cwiseProduct(w) - pair.gyro_gain * (x.gyro_bias + drift(x.gyro_drift)),
-      pair.body.accel[sample] - f - x.accel_scale.cwiseProduct(f) -
-          pair.accel_gain * (x.accel_bias + drift(x.accel_drift))};
+  return {pair.body.gyro[sample] - w - x.gyro_scale.cwiseProduct(w) -
+              pair.gyro_gain * (x.gyro_bias + x.drift(x.gyro_drift, m)),
+          pair.body.accel[sample] - f - x.accel_scale.cwiseProduct(f) -
+              pair.accel_gain * (x.accel_bias + x.drift(x.accel_drift, m))};
 }
 
 AlignmentInformation solve_alignment(const FilteredPair& pair, const std::vector<AlignmentEpoch>& epochs,

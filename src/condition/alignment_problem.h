@@ -22,6 +22,8 @@ struct AlignmentState {
 
   /// The place of time m among the knots: the index of the knot before, and the part of the way to the next (0 to 1).
   std::pair<std::size_t, double> knot(double m) const;
+  /// The drift at time m, of gyroscopes or accelerometers.
+  Vector3d drift(const std::vector<Vector3d>& knots, double m) const;
   /// Time of the reference at time m of the body IMU's clock, whose first sample is at `first`.
   double reference_time(double m, double first) const { return m - clock(0) - clock(1) * (m - first); }
 };
@@ -33,6 +35,9 @@ struct AlignmentEpoch {
   double gyro_sigma = 1, accel_sigma = 1;
   bool moving = false;  ///< whether the body is in motion (alignment_epochs.h)
 };
+
+/// 1/sigma for the axes that are usable, 0 for the others.
+Vector3d weights(std::uint8_t usable, double sigma);
 
 /// Measured minus predicted at one sample.
 struct AlignmentResidual {

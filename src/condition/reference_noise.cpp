@@ -41,10 +41,24 @@ Rows regressors(const Vector3d& signal, const Vector3d& slope, double since_firs
   return J;
 }
 
-Vector3d weights(std::uint8_t usable, double sigma) {
-  Vector3d w;
-  for (int i = 0; i < 3; ++i) w(i) = usable >> i & 1 ? 1 / sigma : 0;
-  return w;
+// By how much the two differ, epoch by epoch. What of it is constant from knot to knot is no noise: a boresight that is
+// not found yet, a drift.
+std::vector<Apart> noise_of_both(const FilteredPair& pair, const FilteredPair& witness,
+                                 const std::vector<AlignmentEpoch>& epochs, const AlignmentState& x) {
+  const auto knot_of = [&](const AlignmentEpoch& epoch) { return x.knot(pair.body.time[epoch.sample]).first; };
+  std::vector<Apart> noise;
+  noise.reserve(epochs.size());
+  for (std::size_t first = 0; first < epochs.size(); first = noise.size()) {
+    Apart mean;
+    while (noise.size() < epochs.size() && knot_of(epochs[noise.size()]) == knot_of(epochs[first])) {
+      const double t = x.reference_time(pair.body.time[epochs[noise.size()].sample], pair.body.time.front());
+      noise.push_back(difference(pair.reference.at(t), witness.reference.at(t)));
+      mean.add(noise.back(), 1);
+    }
+    const auto count = static_cast<double>(noise.size() - first);
+    for (std::size_t k = first; k < noise.size(); ++k) noise[k].add(mean, -1 / count);
+  }
+  return noise;
 }
 
 }  // namespace
@@ -62,12 +76,8 @@ std::vector<ImuSample> as_reference(const std::vector<ImuSample>& body, const Al
   const double first = body.front().time;
   std::vector<ImuSample> moved = body;
   for (ImuSample& s : moved) {
-    const auto [knot, part] = x.knot(s.time);
-    const auto drift = [&, knot = knot, part = part](const std::vector<Vector3d>& knots) -> Vector3d {
-      return (1 - part) * knots[knot] + part * knots[knot + 1];
-    };
-    s.dtheta = R_rb * (s.dtheta - s.interval * (x.gyro_bias + drift(x.gyro_drift)));
-    s.dvel = R_rb * (s.dvel - s.interval * (x.accel_bias + drift(x.accel_drift)));
+    s.dtheta = R_rb * (s.dtheta - s.interval * (x.gyro_bias + x.drift(x.gyro_drift, s.time)));
+    s.dvel = R_rb * (s.dvel - s.interval * (x.accel_bias + x.drift(x.accel_drift, s.time)));
     s.time = x.reference_time(s.time, first);
     s.interval *= 1 - x.clock(1);
   }
@@ -79,43 +89,27 @@ std::vector<ImuSample> as_reference(const std::vector<ImuSample>& body, const Al
 ApparentInformation apparent_information(const FilteredPair& pair, const FilteredPair& witness,
                                          const std::vector<AlignmentEpoch>& epochs, const AlignmentState& x,
                                          const NoiseShares& shares) {
+  const std::vector<Apart> noise = noise_of_both(pair, witness, epochs, x);
   const Matrix3d R_br = x.q_rb.toRotationMatrix().transpose();
   const Matrix3d gyro_turned = (Vector3d::Ones() + x.gyro_scale).asDiagonal() * R_br,
                  accel_turned = (Vector3d::Ones() + x.accel_scale).asDiagonal() * R_br;
   const double gyro_share = std::sqrt(shares.gyro), accel_share = std::sqrt(shares.accel);
   ApparentInformation sum;
-  std::vector<Apart> apart;
-  // By how much they differ is noise and what is constant for some seconds, which is no noise: a boresight that is not
-  // found yet, a drift.
-  for (std::size_t first = 0; first < epochs.size();) {
-    const std::size_t knot = x.knot(pair.body.time[epochs[first].sample]).first;
-    apart.clear();
-    Apart mean;
-    std::size_t next = first;
-    for (; next < epochs.size() && x.knot(pair.body.time[epochs[next].sample]).first == knot; ++next) {
-      const double t = x.reference_time(pair.body.time[epochs[next].sample], pair.body.time.front());
-      apart.push_back(difference(pair.reference.at(t), witness.reference.at(t)));
-    }
-    const auto count = static_cast<double>(apart.size());
-    for (const Apart& one : apart) mean.add(one, 1 / count);
-    for (std::size_t k = first; k < next; ++k) {
-      const AlignmentEpoch& epoch = epochs[k];
-      const double since_first = pair.body.time[epoch.sample] - pair.body.time.front();
-      Apart& noise = apart[k - first];
-      noise.add(mean, -1);
-      const Vector3d arm = noise.signal.lever * x.p_rb_r, arm_slope = noise.slope.lever * x.p_rb_r;
-      Rows gyro = gyro_share *
-                  regressors(noise.signal.gyro, noise.slope.gyro, since_first, gyro_turned, R_br, Layout::kGyroScale);
-      // The lever arm's force is by rates, and has their share.
-      Rows accel = accel_share * regressors(noise.signal.accel, noise.slope.accel, since_first, accel_turned, R_br,
-                                            Layout::kAccelScale) +
-                   gyro_share * regressors(arm, arm_slope, since_first, accel_turned, R_br, Layout::kAccelScale);
-      accel.middleCols<3>(Layout::kLeverArm) = gyro_share * accel_turned * noise.signal.lever;
-      gyro = (weights(epoch.usable.gyro, epoch.gyro_sigma).asDiagonal() * gyro).eval();
-      accel = (weights(epoch.usable.accel, epoch.accel_sigma).asDiagonal() * accel).eval();
-      sum.add(gyro.transpose() * gyro + accel.transpose() * accel, x);
-    }
-    first = next;
+  for (std::size_t k = 0; k < epochs.size(); ++k) {
+    const AlignmentEpoch& epoch = epochs[k];
+    const auto& [signal, slope] = noise[k];
+    const double since_first = pair.body.time[epoch.sample] - pair.body.time.front();
+    const auto of_forces = [&](const Vector3d& force, const Vector3d& by_time) {
+      return regressors(force, by_time, since_first, accel_turned, R_br, Layout::kAccelScale);
+    };
+    Rows gyro = gyro_share * regressors(signal.gyro, slope.gyro, since_first, gyro_turned, R_br, Layout::kGyroScale);
+    // The lever arm's force is by rates, and has their share.
+    Rows accel = accel_share * of_forces(signal.accel, slope.accel) +
+                 gyro_share * of_forces(signal.lever * x.p_rb_r, slope.lever * x.p_rb_r);
+    accel.middleCols<3>(Layout::kLeverArm) = gyro_share * accel_turned * signal.lever;
+    gyro = (weights(epoch.usable.gyro, epoch.gyro_sigma).asDiagonal() * gyro).eval();
+    accel = (weights(epoch.usable.accel, epoch.accel_sigma).asDiagonal() * accel).eval();
+    sum.add(gyro.transpose() * gyro + accel.transpose() * accel, x);
   }
   return sum;
 }
