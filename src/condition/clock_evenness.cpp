@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <span>
+#include <utility>
 
 #include "coarse_offset.h"
 #include "piste/core/error.h"
@@ -40,20 +42,24 @@ RatePair rate_pair(const SignalPair& signals, const FilteredPair& pair, const Al
   return rates;
 }
 
-// Correlation of the stretch [begin, end) of the measured rates with the predicted ones: at its own place, and at the
-// place where it is best.
-struct BestShift {
-  double here = 0, best = 0;
-  std::ptrdiff_t shift = 0;
+// Correlations of a stretch of the measured rates with the predicted ones, at every shift.
+struct Shifts {
+  std::ptrdiff_t furthest = 0;
+  std::vector<double> correlation;  // from the shift −furthest on
+
+  double at(std::ptrdiff_t shift) const { return correlation[static_cast<std::size_t>(shift + furthest)]; }
+  std::ptrdiff_t best() const {
+    return std::max_element(correlation.begin(), correlation.end()) - correlation.begin() - furthest;
+  }
 };
 
-BestShift best_shift(const RatePair& rates, std::size_t begin, std::size_t end) {
+Shifts correlated(const RatePair& rates, std::size_t begin, std::size_t end) {
   constexpr double kFurthest = 20;  // s
   const auto furthest = static_cast<std::ptrdiff_t>(kFurthest / rates.step);
   const auto count = static_cast<std::ptrdiff_t>(rates.time.size());
   double power = 0;
   for (std::size_t i = begin; i < end; ++i) power += rates.measured[i].squaredNorm();
-  BestShift found;
+  Shifts found{furthest, {}};
   for (std::ptrdiff_t shift = -furthest; shift <= furthest; ++shift) {
     double cross = 0, other = 0;
     for (std::size_t i = begin; i < end; ++i) {
@@ -63,12 +69,7 @@ BestShift best_shift(const RatePair& rates, std::size_t begin, std::size_t end) 
       cross += rates.measured[i].dot(predicted);
       other += predicted.squaredNorm();
     }
-    const double r = cross > 0 ? cross / std::sqrt(power * other) : 0;
-    if (shift == 0) found.here = r;
-    if (r > found.best) {
-      found.best = r;
-      found.shift = shift;
-    }
+    found.correlation.push_back(cross > 0 ? cross / std::sqrt(power * other) : 0);
   }
   return found;
 }
@@ -96,20 +97,34 @@ struct OffsetSums {
 
 void refuse_jumps(const SignalPair& signals, const FilteredPair& pair, const AlignmentState& x,
                   const std::string& name) {
-  constexpr double kJump = 0.3, kSurely = 0.9, kHardly = 0.8;
+  constexpr double kFastest = 0.01, kStep = 0.1, kSurely = 0.9;  // of a clock's rate; s
   const RatePair rates = rate_pair(signals, pair, x);
   const auto length = static_cast<std::size_t>(kStretch / rates.step);
+  // Of two neighbouring stretches with motion, each must fit far better at its own shift than at that of the other.
+  std::optional<Shifts> before;
+  std::size_t begin_before = 0;
   for (std::size_t begin = 0; begin + length <= rates.time.size(); begin += length) {
-    const BestShift found = best_shift(rates, begin, begin + length);
-    const double jump = static_cast<double>(found.shift) * rates.step;
-    if (std::abs(jump) < kJump || found.best < kSurely || found.here > kHardly) continue;
-    if (evidence_over(found.best, found.here, kStretch) < kEvident) continue;
-    throw DataError(
-        name,
-        fmt::format("the clock of the body IMU jumps: between {:.1f} and {:.1f} s its rates fit those "
-                    "of the reference {:.2f} s {} than elsewhere in the log; samples are missing, or "
-                    "time stamps are wrong. Align the parts one by one with `span`",
-                    rates.time[begin], rates.time[begin + length - 1], std::abs(jump), jump > 0 ? "later" : "earlier"));
+    Shifts here = correlated(rates, begin, begin + length);
+    const std::ptrdiff_t shift = here.best();
+    if (here.at(shift) < kSurely) continue;
+    if (before) {
+      const std::ptrdiff_t other = before->best();
+      const double jump = static_cast<double>(shift - other) * rates.step,
+                   apart = rates.time[begin] - rates.time[begin_before];
+      if (std::abs(jump) > kFastest * apart + kStep &&
+          evidence_over(here.at(shift), here.at(other), kStretch) > kEvident &&
+          evidence_over(before->at(other), before->at(shift), kStretch) > kEvident) {
+        throw DataError(
+            name,
+            fmt::format("the clock of the body IMU jumps: between {:.1f} and {:.1f} s its rates begin to fit those "
+                        "of the reference {:.2f} s {} than before; samples are missing, or time stamps are wrong. "
+                        "Align the parts one by one with `span`",
+                        rates.time[begin_before], rates.time[begin + length - 1], std::abs(jump),
+                        jump > 0 ? "later" : "earlier"));
+      }
+    }
+    before = std::move(here);
+    begin_before = begin;
   }
 }
 

@@ -186,10 +186,15 @@ CoarseOffset find_offset(const std::vector<ImuSample>& body, const std::vector<I
   constexpr double kGood = 0.98;
   if (found.peak.peak < kGood) {
     if (const auto ratio = wrong_clock(b, r, found, shortest)) {
+      // A jump amid the log looks like a rate that is a little wrong.
+      constexpr double kLittle = 0.02;
+      const double apart = (*ratio - 1) * (body.back().time - body.front().time);
+      const std::string jump =
+          std::abs(*ratio - 1) < kLittle ? fmt::format("; or did it jump by some {:.1f} s?", std::abs(apart)) : "";
       throw DataError(name,
                       fmt::format("the clock of the body IMU runs {:+.2f} % against that of the reference; a wrong "
-                                  "sample rate or unit of time? Clocks are off by parts in a million",
-                                  100 * (*ratio - 1)));
+                                  "sample rate or unit of time? Clocks are off by parts in a million{}",
+                                  100 * (*ratio - 1), jump));
     }
   }
   if (found.evidence < kEvident) {

@@ -38,7 +38,8 @@ TEST(ReferenceNoise, ErrorsAreWhatCovariancesClaim) {
   for (int run = 1; run <= runs; ++run) {
     const auto seed = static_cast<std::uint64_t>(run);
     const ImuPair pair = simulate_pair(calm_pair(seed), seed);
-    const Alignment a = align(pair.body, pair.reference, {.sensor = pair.setup.sensor, .reference = pair.setup.sensor});
+    const Alignment a =
+        align(pair.body, pair.reference, {.sensor = pair.setup.sensor, .reference = pair.reference_sensor});
     ASSERT_TRUE(a.undetermined.empty()) << a.undetermined.front();
     const Vector8d e = alignment_error(a, pair.setup);
     const Matrix8d P = a.covariance.topLeftCorner<8, 8>();

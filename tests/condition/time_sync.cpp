@@ -133,8 +133,19 @@ TEST(TimeSync, AJumpOfMilliseconds) {
   expect_refused(body, ski().reference, "does not run evenly");
 }
 
+// In slow motion the rates of both still correlate well at an offset that is half a second wrong.
+TEST(TimeSync, AJumpInSlowMotion) {
+  for (const double at : {30., 60.}) {
+    auto body = ski().body;
+    for (ImuSample& s : body) {
+      if (s.time - body.front().time >= at) s.time += 0.5;
+    }
+    expect_refused(body, ski().reference, "the clock of the body IMU jumps: between");
+  }
+}
+
 TEST(TimeSync, AWrongSampleRate) {
-  for (const double ratio : {1.1, 0.9, 1.02}) {
+  for (const double ratio : {1.1, 0.9, 1.02, 1.015}) {
     const double first = ski().body.front().time;
     const auto body = changed(ski().body, [&](ImuSample& s) {
       s.time = first + ratio * (s.time - first);
@@ -143,6 +154,7 @@ TEST(TimeSync, AWrongSampleRate) {
       s.dvel *= ratio;
     });
     expect_refused(body, ski().reference, "% against that of the reference; a wrong sample rate");
+    if (ratio == 1.015) expect_refused(body, ski().reference, "or did it jump by some 1.5 s?");
   }
 }
 

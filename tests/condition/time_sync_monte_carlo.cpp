@@ -46,7 +46,8 @@ TEST_P(TimeSyncMonteCarlo, ErrorsAreWhatCovariancesClaim) {
   for (int run = 1; run <= kRuns; ++run) {
     const auto seed = static_cast<std::uint64_t>(run);
     const ImuPair pair = simulate_pair(pair_scenario(GetParam(), seed, 5, 45), seed);
-    const Alignment a = align(pair.body, pair.reference, {.sensor = pair.setup.sensor});
+    const Alignment a =
+        align(pair.body, pair.reference, {.sensor = pair.setup.sensor, .reference = pair.reference_sensor});
     ASSERT_TRUE(a.undetermined.empty()) << a.undetermined.front();
     const Vector8d e = alignment_error(a, pair.setup);
     const Matrix8d P = a.covariance.topLeftCorner<8, 8>();

@@ -31,7 +31,8 @@ TEST_P(AlignmentAccuracy, IsWithinItsBounds) {
   for (int n = 1; n <= runs; ++n) {
     const auto seed = static_cast<std::uint64_t>(n);
     const ImuPair pair = simulate_pair(pair_scenario(GetParam().name, seed, 20, 90), seed);
-    const Alignment a = align(pair.body, pair.reference, {.sensor = pair.setup.sensor});
+    const Alignment a =
+        align(pair.body, pair.reference, {.sensor = pair.setup.sensor, .reference = pair.reference_sensor});
     ASSERT_TRUE(a.undetermined.empty()) << a.undetermined.front();
     const Eigen::Matrix<double, 8, 1> e = alignment_error(a, pair.setup).cwiseAbs(),
                                       claimed = a.covariance.diagonal().head<8>().cwiseSqrt();

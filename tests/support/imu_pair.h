@@ -16,6 +16,7 @@ namespace piste::test {
 
 struct ImuPair {
   ImuSetup setup;  ///< of the body IMU: what is true
+  ImuSensor reference_sensor;
   std::vector<ImuSample> body, reference;
   SimulatedImu simulated;  ///< the body IMU
   Interval under_way;
@@ -50,6 +51,7 @@ inline ImuPair simulate_pair(const Scenario& s, std::uint64_t seed) {
   Simulation simulation = simulate(s, seed);
   ImuPair pair;
   pair.setup = s.imus.front();
+  pair.reference_sensor = s.imus.back().sensor;
   pair.body = condition_imu(simulation.imus.front().recording, conditioning_of(s.imus.front())).imu;
   pair.reference = condition_imu(simulation.imus.back().recording, conditioning_of(s.imus.back())).imu;
   pair.simulated = std::move(simulation.imus.front());
