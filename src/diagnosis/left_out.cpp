@@ -56,14 +56,21 @@ std::vector<std::string> left_out_lines(const Log& log, const Solution& filtered
     if (source == filtered.sources.end()) continue;
     const auto index = static_cast<int>(source - filtered.sources.begin());
     std::size_t all = 0;
+    bool compared = false;  // at rest or under way
     std::vector<double> sizes, ratios;
     for (const Innovation& v : filtered.innovations) {
-      if (v.source != index || at_rest(log, v.time)) continue;
+      if (v.source != index) continue;
+      compared = true;
+      if (at_rest(log, v.time)) continue;
       ++all;
       if (was_used(v.outcome)) continue;
       sizes.push_back(aid.factor * v.residual.head(v.dof).norm());
       if (aid.source != "odometer") continue;
       if (const auto ratio = speed_ratio(log, v)) ratios.push_back(*ratio);
+    }
+    if (aid.source == "heading" && !compared && log.heading.size() >= kFewest) {
+      lines.emplace_back(
+          "heading: nothing of it was used, as its baseline stands upright and has no azimuth; check `baseline`");
     }
     if (all < kFewest || static_cast<double>(sizes.size()) < kTooMany * static_cast<double>(all)) continue;
     const std::size_t out = sizes.size();

@@ -6,10 +6,12 @@
 
 namespace piste {
 
-Linearization linearize_heading(const HeadingFix& fix, const Vector3d& baseline, const Estimate& x,
-                                const Matrix3d& R_wn) {
+std::optional<Linearization> linearize_heading(const HeadingFix& fix, const Vector3d& baseline, const Estimate& x,
+                                               const Matrix3d& R_wn) {
+  constexpr double kUpright = 0.17;  // sine of 10 deg
   const Vector3d u = R_wn.transpose() * (x.q_wb * baseline.normalized());
   const double level = u.head<2>().norm();
+  if (level < kUpright) return std::nullopt;
   Linearization lin;
   lin.observes = Block::kAttitude;
   lin.rows = 1;

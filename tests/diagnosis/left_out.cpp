@@ -51,5 +51,17 @@ TEST(LeftOut, RestDoesNotCount) {
   EXPECT_TRUE(left_out_lines(log, solution).empty());
 }
 
+TEST(LeftOut, SaysThatABaselineStandsUpright) {
+  Solution solution;
+  solution.sources = {"heading"};
+  Log log;
+  for (int i = 0; i < 100; ++i) log.heading.push_back({100.0 + i, 1, 0.01});
+  const std::vector<std::string> lines = left_out_lines(log, solution);
+  ASSERT_EQ(lines.size(), 1U);
+  EXPECT_TRUE(contains(lines[0], "its baseline stands upright")) << lines[0];
+  add(solution, 0, 0, 0);  // it was compared
+  EXPECT_TRUE(left_out_lines(log, solution).empty());
+}
+
 }  // namespace
 }  // namespace piste::test

@@ -2,15 +2,18 @@
 /// Heading of a baseline on the body, as two antennas measure it: its azimuth in the local level, and how far it points
 /// above it.
 
+#include <optional>
+
 #include "piste/core/options.h"
 #include "piste/model/measurement.h"
 
 namespace piste {
 
-/// Linearises the azimuth of a baseline (in b, any length, not upright), wrapped to ±π, and its pitch, if the fix has
-/// one: one or two rows. `R_wn`: the local level at the body.
-Linearization linearize_heading(const HeadingFix& fix, const Vector3d& baseline, const Estimate& x,
-                                const Matrix3d& R_wn);
+/// Linearises the azimuth of a baseline (in b, any length), wrapped to ±π, and its pitch, if the fix has one: one or
+/// two rows. `R_wn`: the local level at the body. A baseline within 10 deg of upright has no azimuth to speak of:
+/// nothing.
+std::optional<Linearization> linearize_heading(const HeadingFix& fix, const Vector3d& baseline, const Estimate& x,
+                                               const Matrix3d& R_wn);
 
 /// The two antennas of a run. Their azimuth is off by any angle while an ambiguity is wrong. So a fix outside the gate
 /// is left out, and the filter never gives in to it: it keeps the heading that the motion told it, and where nothing
