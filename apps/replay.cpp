@@ -13,6 +13,7 @@
 #include "piste/consistency/warnings.h"
 #include "piste/diagnosis/diagnose.h"
 #include "piste/diagnosis/left_out.h"
+#include "piste/diagnosis/unit_axes.h"
 #include "piste/files/replay.h"
 #include "piste/outputs/folders.h"
 #include "piste/solve/batch.h"
@@ -58,6 +59,7 @@ void run_replay(const AppArguments& arguments, Progress& progress) {
 
   for (const std::string& warning : warnings_of(filtered)) fmt::print(stderr, "warning: {}\n", warning);
   for (const std::string& line : left_out_lines(run.log, filtered)) fmt::print(stderr, "warning: {}\n", line);
+  for (const std::string& line : unit_axes_lines(run.log, run.options.units)) fmt::print(stderr, "warning: {}\n", line);
   for (const std::string& line : absence_lines(run.log.counts.units)) say(arguments, line);
   say(arguments, run.found.how);
   if (smoothed && smoothed->batch) say(arguments, batch_line(*smoothed->batch));

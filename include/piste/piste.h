@@ -81,6 +81,7 @@
 #include "piste/consistency/warnings.h"
 #include "piste/diagnosis/diagnose.h"
 #include "piste/diagnosis/left_out.h"
+#include "piste/diagnosis/unit_axes.h"
 #include "piste/experiment/ensemble.h"
 #include "piste/experiment/inspect.h"
 #include "piste/experiment/replay.h"

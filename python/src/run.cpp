@@ -136,6 +136,9 @@ void bind_run(nb::module_& m) {
              for (std::string& line : left_out_lines(run.replay.log, run.replay.filtered.solution)) {
                lines.push_back(std::move(line));
              }
+             for (std::string& line : unit_axes_lines(run.replay.log, run.replay.options.units)) {
+               lines.push_back(std::move(line));
+             }
              return lines;
            })
       .def("summary",

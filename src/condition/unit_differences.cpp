@@ -74,7 +74,11 @@ class Combiner {
     out.out.assign(count_, std::vector<std::uint8_t>(intervals_.size(), 0));
     out.why.assign(count_, std::vector<UnitFault>(intervals_.size(), UnitFault::kBiased));
     measure_noise();
+    const auto nothing_known = known_;
+    const std::size_t late = begin_late();
     for (std::size_t w = 0; w < windows_.size(); ++w) {
+      // From here on as if the logs began here: what was learned for the time before has used these windows.
+      if (w == late && late > 0) known_ = nothing_known;
       look_at(w);
       emit(windows_[w], out);
       out.whole.push_back(whole_[w] && std::ranges::none_of(excluded_, [](bool left) { return left; }));
@@ -84,6 +88,26 @@ class Combiner {
   }
 
  private:
+  // Where a unit comes late, the others go on before it by what they are found to differ by from it later: a difference
+  // lasts as long backwards as forwards. Returns the window in which all are there first, or 0 if none is late.
+  std::size_t begin_late() {
+    constexpr std::size_t kSoon = 10, kLearned = 3000;  // windows: a second; five minutes, longer than drifts last
+    const auto first = static_cast<std::size_t>(std::ranges::find(whole_, true) - whole_.begin());
+    if (first < kSoon || first == whole_.size()) return 0;
+    for (std::size_t w = std::min(first + kLearned, whole_.size()); w-- > first;) {
+      look_at(w);
+      take_back();
+    }
+    double before = 0;
+    for (std::size_t w = 0; w < first; ++w) before += windows_[w].duration;
+    for (std::size_t i = 0; i < count_; ++i) {
+      for (Difference& d : known_[i]) d.P(0, 0) += growth_[i] * before;
+    }
+    excluded_.assign(count_, false);
+    calm_.assign(count_, 0);
+    return first;
+  }
+
   // The means over all windows, whether all units told all of them, and the noise of each unit's difference.
   void measure_noise() {
     means_.resize(count_);

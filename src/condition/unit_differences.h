@@ -40,6 +40,8 @@ struct CombinedTriad {
 /// left out, for this or because a sample of it says nothing, β and g of the others are taken off their mean, so that
 /// it goes on as that of all.
 ///
+/// Where a unit begins late, the differences before it are those that the first minutes with it tell, backwards.
+///
 /// Of two units that part nobody knows which is wrong: both stay, and what they differ by is learned anew.
 /// @pre Units have as many epochs as there are `intervals` [s]; windows follow each other without gaps.
 CombinedTriad combine(std::span<const UnitTriad* const> units, std::span<const ImuSensor> sensors, TriadMember triad,

@@ -37,7 +37,8 @@ std::vector<Cause> constant_causes(const Told& told, const InitialHeading& headi
 /// A clock that drifts.
 std::vector<Cause> clock_causes(const Told& told);
 
-/// Two antennas whose baseline points elsewhere. The start is found anew with `heading`.
+/// A heading at the start that was stated, or taken from the magnetometer, and contradicts the motion; two antennas
+/// whose baseline points elsewhere, for which the start is found anew with `heading`.
 std::vector<Cause> heading_causes(const Told& told, const InitialHeading& heading);
 
 /// The axes: another assignment of gyroscopes or of the whole IMU, which the motion itself tells (inspect/log_match.h).

@@ -5,11 +5,17 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <numbers>
+#include <optional>
+#include <string>
 #include <type_traits>
 #include <utility>
 
 #include "diagnosis/causes.h"
 #include "piste/core/time_search.h"
+#include "piste/diagnosis/unit_axes.h"
+#include "piste/math/so3.h"
+#include "piste/math/statistics.h"
 #include "piste/solve/initial_state.h"
 #include "piste/solve/run.h"
 #include "solve/feeder.h"
@@ -131,12 +137,47 @@ std::string symptoms(const Verdict& verdict) {
   return fmt::format("{} is {:.1f} sigmas from its prior", jump.name, jump.sigmas);
 }
 
+// By how much the heading that was told for the start leaves what the whole run says of it, in sigmas as for every
+// constant. The fixes may follow within seconds, and the verdict does not look at the first of them.
+void add_heading_jump(const InitialHeading& heading, const Solution& filtered, const Solution* smoothed,
+                      Verdict& verdict) {
+  constexpr double kFar = 4.5, kWellKnown = 0.7;  // sigmas; of the sigma that was told
+  using Source = InitialHeading::Source;
+  if (heading.source != Source::kValue && heading.source != Source::kMagnetometer) return;
+  if (smoothed == nullptr || smoothed->empty()) return;
+  const double told = filtered.sigmas(0).euler.z(), known = smoothed->sigmas(0).euler.z();
+  if (!(known < kWellKnown * told)) return;
+  const auto heading_of = [](const Solution& s) {
+    const Estimate x = s.estimate(0);
+    return to_euler(Matrix3d(s.world().rotation_wn(x.p_wb).transpose() * x.R_wb())).z();
+  };
+  const double change = std::remainder(heading_of(*smoothed) - heading_of(filtered), 2 * std::numbers::pi);
+  const PriorJump jump{"initial heading", change / std::sqrt(square(told) - square(known))};
+  const auto smaller = [&](const PriorJump& j) { return std::abs(j.sigmas) < std::abs(jump.sigmas); };
+  verdict.jumps.insert(std::ranges::find_if(verdict.jumps, smaller), jump);
+  if (std::abs(jump.sigmas) > kFar) verdict.consistent = false;
+}
+
+// A magnetometer that shows another field than the Earth's, as one in another unit or one that sticks: the filter
+// explains that by iron beyond its prior. What else is then likelier than told only makes up for it.
+std::optional<std::string> iron_that_is_none(const Verdict& verdict) {
+  constexpr double kFar = 4.5;  // sigmas, as for every jump
+  const auto jump = std::ranges::find_if(verdict.jumps, [](const PriorJump& j) {
+    return j.name.starts_with("soft_iron") || j.name.starts_with("hard_iron");
+  });
+  if (jump == verdict.jumps.end() || std::abs(jump->sigmas) < kFar) return std::nullopt;
+  return fmt::format(
+      "magnetometer ({} is {:.1f} sigmas from its prior; check its unit, its axes, and whether it sticks)", jump->name,
+      jump->sigmas);
+}
+
 }  // namespace
 
 Verdict diagnose(const Log& log, const FilterOptions& options, const InitialHeading& heading, const FoundStart& found,
                  const Solution& filtered, const Solution* smoothed, const std::function<void(double)>& progress,
                  const std::vector<double>& residuals) {
   Verdict verdict = judge(log, options, filtered, smoothed, residuals);
+  if (!filtered.empty()) add_heading_jump(heading, filtered, smoothed, verdict);
   if (filtered.empty() || !(suspicious(verdict) || aids_doubtful(log, filtered))) return verdict;
   constexpr double kBeyond = 2;  // s: fixes that come late, and the neighbour of the last step
   const double departs = departure(log, found.start.time), end = departs + kLongest;
@@ -166,6 +207,8 @@ Verdict diagnose(const Log& log, const FilterOptions& options, const InitialHead
   attempt(others, told, base);
   std::stable_sort(likelier.begin(), likelier.end(),
                    [](const Granted& a, const Granted& b) { return a.gain > b.gain; });
+  for (std::string& line : unit_axes_lines(log, options.units)) verdict.findings.push_back(std::move(line));
+  if (auto magnetometer = iron_that_is_none(verdict)) verdict.findings.push_back(std::move(*magnetometer));
   for (const Granted& granted : likelier) {
     if (verdict.findings.size() == kNamed || granted.gain < kBesides * likelier.front().gain) break;
     verdict.findings.push_back(granted.text);

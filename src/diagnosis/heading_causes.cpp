@@ -1,5 +1,6 @@
-// Two antennas whose baseline does not point where the configuration says, as the cause: what motion and receiver tell
-// of the heading without them says by how much.
+// Headings that are told wrong, as the cause: that of the start, for which the motion finds another one, and two
+// antennas whose baseline does not point where the configuration says. What motion and receiver tell without them says
+// by how much.
 
 #include <fmt/format.h>
 
@@ -8,7 +9,9 @@
 #include <vector>
 
 #include "diagnosis/granting.h"
+#include "math/words.h"
 #include "piste/core/error.h"
+#include "piste/math/so3.h"
 #include "piste/math/statistics.h"
 #include "piste/math/units.h"
 
@@ -49,11 +52,35 @@ Cause baseline(const InitialHeading& heading) {
   };
 }
 
+// The heading at the start, as the motion tells it. Without this cause a lever arm or a noise that makes up for a part
+// of the wrong heading would be named.
+Granted by_motion(const Told& told, const Evidence& base, double end) {
+  FoundStart found;
+  try {
+    found = find_start(told.log, told.options, {});
+  } catch (const Error&) {
+    return {};
+  }
+  if (!found.aligned) return {};
+  found.start.covariance = found.start.covariance.topLeftCorner(9, 9).eval();
+  const Matrix3d R_nw = told.log.world.rotation_wn(found.start.x.p_wb).transpose();
+  const Quaterniond q_nb = Quaterniond(R_nw) * found.start.x.q_wb;
+  const Matrix3d attitude = R_nw * found.start.covariance.block<3, 3>(6, 6) * R_nw.transpose();
+  const double value = kDegreesPerRadian * to_euler(q_nb).z(),
+               sigma = kDegreesPerRadian * euler_sigma(q_nb, attitude).z();
+  return searched(gained(filter_again(told.log, told.options, found.start, end), base),
+                  fmt::format("`initial: heading` ({} ± {} deg is likelier, as `auto` finds it from the motion)",
+                              rounded(value, sigma), rounded(sigma, sigma)));
+}
+
 }  // namespace
 
 std::vector<Cause> heading_causes(const Told& told, const InitialHeading& heading) {
-  if (told.log.heading.empty()) return {};
-  return {baseline(heading)};
+  std::vector<Cause> causes;
+  using Source = InitialHeading::Source;
+  if (heading.source == Source::kValue || heading.source == Source::kMagnetometer) causes.emplace_back(by_motion);
+  if (!told.log.heading.empty()) causes.push_back(baseline(heading));
+  return causes;
 }
 
 }  // namespace piste

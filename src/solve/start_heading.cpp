@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string_view>
 
 #include "own_times.h"
 #include "piste/core/error.h"
@@ -26,6 +27,23 @@ void check_small_boresight(const Quaterniond& q_nb, const Rest& rest, const Prio
                               "that it sits some {:.0f} deg off the reference; add a stretch of motion, or bring both "
                               "nearly together by `axes`",
                               tilt / kDegree));
+}
+
+// Throws if the field that the magnetometer shows, level with the ground but for its azimuth, is none or dips otherwise
+// than the Earth's: its azimuth would be taken for the heading all the same.
+void check_dip(const MagneticSample& sample, const Vector3d& shown) {
+  constexpr double kIron = 45 * kDegree;  // more than iron of a carrier, 30 uT, changes the dip by
+  constexpr std::string_view kInstead = "or find the heading by `auto`, or state it";
+  if (shown.isZero()) {
+    throw DataError("start", fmt::format("from_magnetometer: the field at {:.3f} s is zero; does the magnetometer "
+                                         "work? Check its columns, {}",
+                                         sample.time, kInstead));
+  }
+  const auto dip = [](const Vector3d& field) { return std::atan2(field.z(), field.head<2>().norm()); };
+  if (std::abs(dip(shown) - dip(sample.earth)) <= kIron) return;
+  throw DataError("start", fmt::format("from_magnetometer: the field at {:.3f} s dips by {:.0f} deg, that of the Earth "
+                                       "by {:.0f} deg; check the axes of the magnetometer and the iron near by, {}",
+                                       sample.time, dip(shown) / kDegree, dip(sample.earth) / kDegree, kInstead));
 }
 
 }  // namespace
@@ -78,8 +96,10 @@ Pointing point_by_heading(const Log& log, const FilterOptions& options, const Re
     throw DataError("start", "from_magnetometer needs the columns mag_x_uT, mag_y_uT, mag_z_uT in the IMU log");
   const auto field = first_at_or_after(log.magnetic, start.time);
   const MagneticSample& magnetic = field == log.magnetic.end() ? log.magnetic.back() : *field;
+  const Vector3d shown = q_wn.conjugate() * (levelled_to(0) * magnetic.field);
+  check_dip(magnetic, shown);
   // At a dip of 60 deg a tilt turns the azimuth by twice as much.
-  return {levelled_to(azimuth(magnetic.earth) - azimuth(q_wn.conjugate() * (levelled_to(0) * magnetic.field))),
+  return {levelled_to(azimuth(magnetic.earth) - azimuth(shown)),
           std::hypot(heading.sigma, 2 * options.behaviour.start.tilt_sigma), "heading from the magnetometer"};
 }
 

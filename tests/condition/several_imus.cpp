@@ -166,6 +166,31 @@ TEST(SeveralImus, FaultsDoNotReachTheMeanAndAreTold) {
   EXPECT_LT(force_after, 1e-12);
 }
 
+// Loggers are not started at once. The offsets of the others are found once all are there, and hold before as well.
+TEST(SeveralImus, TheMeanBeforeAUnitBeginsIsThatOfAll) {
+  constexpr int kLate = 3000;  // rows
+  Random random(7);
+  const Recording whole = record(2, 90, random);
+  Recording late = whole;
+  ImuRecording& second = late.further[0];
+  for (auto* values : {&second.gyro, &second.accel}) values->erase(values->begin(), values->begin() + kLate);
+  second.time.erase(second.time.begin(), second.time.begin() + kLate);
+  const Log clean = condition_units(whole, options_for(2)), log = condition_units(late, options_for(2));
+  ASSERT_EQ(log.imu.size(), clean.imu.size());
+  Vector3d rate = Vector3d::Zero(), force = Vector3d::Zero();
+  double added = 0;
+  constexpr std::size_t kFrom = 100, kTo = kLate - 100;
+  for (std::size_t k = kFrom; k < kTo; ++k) {
+    rate += (log.imu[k].dtheta - clean.imu[k].dtheta) / (kPeriod * (kTo - kFrom));
+    force += (log.imu[k].dvel - clean.imu[k].dvel) / (kPeriod * (kTo - kFrom));
+    ASSERT_TRUE(log.imu[k].mended) << k;
+    added = std::max<double>(added, log.imu[k].mended->gyro);
+  }
+  EXPECT_LT(rate.cwiseAbs().maxCoeff(), 0.1 * mt9a().gyro.bias);
+  EXPECT_LT(force.cwiseAbs().maxCoeff(), 0.1 * mt9a().accel.bias);
+  EXPECT_LT(added, 5 * mt9a().gyro.noise);  // with nothing known of the offset, a hundred times as much
+}
+
 TEST(SeveralImus, ABiasedUnitOfThreeIsFoundAndNoOther) {
   constexpr int kRuns = 1000;
   constexpr double kLength = 16, kFault = 12;

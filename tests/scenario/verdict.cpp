@@ -218,5 +218,35 @@ TEST(Verdict, NamesABaselineThatPointsElsewhere) {
   }
 }
 
+// A lever arm or a noise makes up for a part of a wrong heading, and must not be named for it.
+TEST(Verdict, NamesAnInitialHeadingThatTheMotionContradicts) {
+  for (const double off : {20., 90.}) {
+    const Case c = make_case("bicycle", 40, 3);
+    const ReplayOptions by_motion{.conditioning = c.conditioning, .filter = c.options};
+    const Replay clean = replay(c.simulation.recording(0), by_motion);
+    ReplayOptions told = by_motion;
+    const Estimate x = clean.smoothed->estimate(0);
+    const Matrix3d R_nb = clean.log.world.rotation_wn(x.p_wb).transpose() * x.R_wb();
+    told.heading = {InitialHeading::Source::kValue, to_euler(R_nb).z() + off * kDegree};
+    const Replay run = replay(c.simulation.recording(0), told);
+    const Verdict v = diagnose(run.log, run.options, told.heading, run.found, run.filtered.solution, &*run.smoothed);
+    ASSERT_FALSE(v.findings.empty()) << off << ": " << described(v);
+    EXPECT_TRUE(v.findings[0].starts_with("`initial: heading`")) << off << ": " << described(v);
+  }
+}
+
+// In gauss, or without a field at all: the filter takes all of the Earth's field for iron.
+TEST(Verdict, NamesAMagnetometerThatShowsNoField) {
+  for (const double unit : {0.01, 0.}) {
+    Case c = aided(3);
+    c.options.magnetometer = MagnetometerOptions{};  // nobody knows what the iron is like
+    Recording recording = c.simulation.recording(0);
+    for (Vector3d& field : recording.imu.magnetic) field *= unit;
+    const Verdict v = verdict_of(c, recording);
+    ASSERT_FALSE(v.findings.empty()) << unit << ": " << described(v);
+    EXPECT_TRUE(v.findings[0].starts_with("magnetometer")) << unit << ": " << described(v);
+  }
+}
+
 }  // namespace
 }  // namespace piste::test

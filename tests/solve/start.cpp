@@ -79,6 +79,18 @@ TEST(Start, SaysWhatIsMissing) {
                "from_magnetometer needs the columns"));
 }
 
+// Its azimuth would be taken for the heading without a word.
+TEST(Start, RefusesAMagneticFieldThatIsNotTheEarths) {
+  SyntheticRun s = run_of(true);
+  const InitialHeading magnetic{.source = Source::kMagnetometer};
+  EXPECT_NO_THROW(find_start(s.log, s.options, magnetic));
+  SyntheticRun wrong = s;
+  for (MagneticSample& sample : wrong.log.magnetic) sample.field = -sample.field;
+  EXPECT_TRUE(contains(message_of<DataError>([&] { find_start(wrong.log, wrong.options, magnetic); }), "dips by -"));
+  for (MagneticSample& sample : wrong.log.magnetic) sample.field.setZero();
+  EXPECT_TRUE(contains(message_of<DataError>([&] { find_start(wrong.log, wrong.options, magnetic); }), "is zero"));
+}
+
 TEST(Start, TriesAsManyHeadingsAsTheOptionsSay) {
   SyntheticRun s = run_of(false);
   const auto headings = [&] {
