@@ -38,6 +38,7 @@ const Exported kExported[] = {
     {"piste/consistency/warnings.h", address(piste::warnings_of)},
     {"piste/diagnosis/diagnose.h", address(piste::diagnose)},
     {"piste/diagnosis/left_out.h", address(piste::left_out_lines)},
+    {"piste/diagnosis/unit_axes.h", address(piste::unit_axes_lines)},
     {"piste/experiment/replay.h", address(piste::replay_options)},
     {"piste/files/replay.h", address(piste::write_solutions)},
     {"piste/files/consistency.h", address(piste::consistency_json)},
