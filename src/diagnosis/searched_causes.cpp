@@ -5,50 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 
 #include "diagnosis/granting.h"
+#include "diagnosis/likeliest_factor.h"
 #include "piste/math/statistics.h"
 
 namespace piste {
 namespace {
-
-constexpr double kStep = 3;
-constexpr int kMostSteps = 8;
-
-/// The factor with which a value is likeliest, and what it gains: by steps of 3 up and down, as far as these gain, then
-/// of their root, then at the top of the parabola through the best three over the logarithm of the factor.
-struct Factor {
-  double value = 1, gain = 0;
-};
-template <class Gain>
-Factor likeliest_factor(Gain&& gain) {
-  std::map<double, double> tried{{0, 0}};  // gain by the number of steps
-  const auto best = [&] {
-    return std::max_element(tried.begin(), tried.end(),
-                            [](const auto& a, const auto& b) { return a.second < b.second; });
-  };
-  const auto attempt = [&](double steps) {
-    return tried.try_emplace(steps, gain(std::pow(kStep, steps))).first->second;
-  };
-  for (const int direction : {1, -1}) {
-    // One step that gains nothing may lead to one that does, as where all fixes are rejected.
-    for (int steps = 1, missed = 0; steps <= kMostSteps && missed < 2; ++steps) {
-      const double top = best()->second;
-      missed = attempt(direction * steps) > top ? 0 : missed + 1;
-    }
-    if (best()->second > 0) break;
-  }
-  if (best()->second <= 0) return {};
-  const double middle = best()->first;
-  attempt(middle + 0.5);
-  attempt(middle - 0.5);
-  const auto top = best();
-  const double x = top->first, low = tried.contains(x - 0.5) ? tried[x - 0.5] : kNaN,
-               high = tried.contains(x + 0.5) ? tried[x + 0.5] : kNaN, curvature = low + high - 2 * top->second;
-  if (curvature < 0) attempt(x + std::clamp(0.25 * (low - high) / curvature, -0.5, 0.5));
-  return {std::pow(kStep, best()->first), best()->second};
-}
 
 std::string direction(double factor) {
   return factor > 1 ? fmt::format("too small by {:.2g}", factor) : fmt::format("too large by {:.2g}", 1 / factor);
@@ -165,8 +128,8 @@ Cause coloured(std::size_t receiver) {
       if (const double g = gain(factor, kUsual); g > f.gain) f = {factor, g};
     };
     for (const double factor : {kPart, 3., 10., 30., 100., 300.}) keep(factor);
-    if (f.value > kStep) {
-      const double found = f.value, root = std::sqrt(kStep);
+    if (f.value > kFactorStep) {
+      const double found = f.value, root = std::sqrt(kFactorStep);
       keep(found * root);
       keep(found / root);
     }

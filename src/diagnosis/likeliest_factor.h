@@ -1,0 +1,60 @@
+#pragma once
+/// The search for the factor of a value, such as a noise, with which a log is likeliest.
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <ranges>
+
+#include "piste/math/statistics.h"
+
+namespace piste {
+
+inline constexpr double kFactorStep = 3;
+inline constexpr int kMostFactorSteps = 8;
+
+/// A factor, and by how much the log-likelihood grows with it.
+struct Factor {
+  double value = 1, gain = 0;
+};
+
+/// The factor with which a value is likeliest, and what it gains: by steps of 3 up and down, as far as these gain, then
+/// of their root, then at the top of the parabola through the best three over the logarithm of the factor. Of values
+/// that are as likely, such as a noise below all that can be seen, the one nearest to the file's.
+/// `gain(factor)` filters the log; it is asked once for each factor.
+template <class Gain>
+Factor likeliest_factor(Gain&& gain) {
+  std::map<double, double> tried{{0, 0}};  // gain by the number of steps
+  const auto most = [&] { return std::ranges::max(tried | std::views::values); };
+  const auto best = [&] {
+    constexpr double kAsLikely = 1;  // of the log-likelihood
+    const double least = most() - kAsLikely;
+    return std::ranges::min_element(tried, {}, [least](const auto& t) {
+      return t.second < least ? std::numeric_limits<double>::infinity() : std::abs(t.first);
+    });
+  };
+  const auto attempt = [&](double steps) {
+    const auto known = tried.find(steps);
+    return known != tried.end() ? known->second : tried[steps] = gain(std::pow(kFactorStep, steps));
+  };
+  for (const int direction : {1, -1}) {
+    // One step that gains nothing may lead to one that does, as where all fixes are rejected.
+    for (int steps = 1, missed = 0; steps <= kMostFactorSteps && missed < 2; ++steps) {
+      const double top = most();
+      missed = attempt(direction * steps) > top ? 0 : missed + 1;
+    }
+    if (most() > 0) break;
+  }
+  if (most() <= 0) return {};
+  const double middle = best()->first;
+  attempt(middle + 0.5);
+  attempt(middle - 0.5);
+  const auto [x, top] = *best();
+  const double low = tried.contains(x - 0.5) ? tried[x - 0.5] : kNaN,
+               high = tried.contains(x + 0.5) ? tried[x + 0.5] : kNaN, curvature = low + high - 2 * top;
+  if (curvature < 0) attempt(x + std::clamp(0.25 * (low - high) / curvature, -0.5, 0.5));
+  return {std::pow(kFactorStep, best()->first), best()->second};
+}
+
+}  // namespace piste
