@@ -97,7 +97,8 @@ struct OffsetSums {
 
 void refuse_jumps(const SignalPair& signals, const FilteredPair& pair, const AlignmentState& x,
                   const std::string& name) {
-  constexpr double kFastest = 0.01, kStep = 0.1, kSurely = 0.9;  // of a clock's rate; s
+  constexpr double kFastest = 0.01;             // the rate of a clock: a fit beyond it is refused
+  constexpr double kStep = 0.1, kSurely = 0.9;  // s: two steps of the rates; correlation
   const RatePair rates = rate_pair(signals, pair, x);
   const auto length = static_cast<std::size_t>(kStretch / rates.step);
   // Of two neighbouring stretches with motion, each must fit far better at its own shift than at that of the other.

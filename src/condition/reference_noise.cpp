@@ -66,7 +66,7 @@ std::vector<Apart> noise_of_both(const FilteredPair& pair, const FilteredPair& w
 NoiseShares noise_shares(const ImuSensor& body, const ImuSensor& reference) {
   const auto share = [](const TriadErrors& b, const TriadErrors& r) {
     const double both = b.noise * b.noise + r.noise * r.noise;
-    return b.noise > 0 ? std::min(0.5, r.noise * r.noise / both) : 0;
+    return b.noise > 0 ? r.noise * r.noise / both : 0;
   };
   return {share(body.gyro, reference.gyro), share(body.accel, reference.accel)};
 }

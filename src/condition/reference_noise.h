@@ -10,8 +10,7 @@
 
 namespace piste {
 
-/// Part of the variance of the difference of two IMUs that is of the reference, 0 to 1/2: a reference is no noisier
-/// than the IMU that is aligned with it.
+/// Part of the variance of the difference of two IMUs that is of the reference, 0 to 1.
 struct NoiseShares {
   double gyro = 0, accel = 0;
   bool none() const { return gyro == 0 && accel == 0; }

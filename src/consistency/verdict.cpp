@@ -9,7 +9,10 @@
 #include <utility>
 
 #include "piste/core/time_search.h"
+#include "piste/model/dual_heading.h"
 #include "piste/model/gnss.h"
+#include "piste/model/height.h"
+#include "piste/model/vehicle.h"
 
 namespace piste {
 namespace {
@@ -19,7 +22,7 @@ constexpr std::size_t kFewest = 30;  // measurements: with fewer there is no ver
 // Beyond chance, and beyond what linearisation and a start from the same data do to true sigmas.
 constexpr double kSure = 5;  // standard errors
 constexpr Band kNis{0.7, 1.3}, kMedian{0.6, 1.6};
-constexpr double kWhite = 0.25, kTooMany = 0.2, kFarFromPrior = 4.5;
+constexpr double kWhite = 0.25, kTooMany = 0.2;
 constexpr double kWellKnown = 0.7;  // of the prior sigma: what is known no better says nothing of its prior
 
 // Of as many rows as a measurement has.
@@ -114,7 +117,7 @@ UnderWay::UnderWay(const Log& log, const std::vector<std::string>& sources, doub
     : log_(log), start_(start + kSettling) {
   for (const std::string& name : sources) {
     const bool fixes = name.starts_with("gnss") || name.starts_with("attitude"),
-               aid = name == "odometer" || name == "barometer" || name == "heading";
+               aid = name == Odometer::kName || name == Barometer::kName || name == DualHeading::kName;
     looked_at_.push_back(fixes || (aid && looked_at == LookedAt::kMeasured));
   }
 }

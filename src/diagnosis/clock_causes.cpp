@@ -17,13 +17,14 @@ Cause clock_drift(Interval span) {
     const double length = span.end - span.start;
     const auto attempt = [&](double rate) {
       Told changed = told;
-      const auto shift = [&](auto& sources) {
-        for (auto& fixes : sources) {
-          for (auto& fix : fixes) fix.time += rate * (fix.time - span.start);
-        }
+      const auto shift = [&](auto& fixes) {
+        for (auto& fix : fixes) fix.time += rate * (fix.time - span.start);
       };
-      shift(changed.log.gnss);
-      shift(changed.log.attitude);
+      std::ranges::for_each(changed.log.gnss, shift);
+      std::ranges::for_each(changed.log.attitude, shift);
+      shift(changed.log.speed);
+      shift(changed.log.height);
+      shift(changed.log.heading);
       want(changed.options, Block::kGnssDelay);
       changed.options.priors.gnss_delay = kWideClock;
       return filter_again(changed.log, changed.options, told.start, end).likelihood;

@@ -14,6 +14,7 @@
 #include "piste/math/so3.h"
 #include "piste/math/statistics.h"
 #include "piste/math/units.h"
+#include "piste/model/dual_heading.h"
 
 namespace piste {
 namespace {
@@ -27,7 +28,7 @@ std::optional<double> turned_by(Told told, double end) {
   const Evidence found = filter_again(told.log, told.options, told.start, end);
   std::vector<double> apart;
   for (const Innovation& v : found.innovations) {
-    if (found.sources[static_cast<std::size_t>(v.source)] == "heading") apart.push_back(v.residual.x());
+    if (found.sources[static_cast<std::size_t>(v.source)] == DualHeading::kName) apart.push_back(v.residual.x());
   }
   return apart.size() < kFewestHeadings ? std::nullopt : std::optional(median(std::move(apart)));
 }

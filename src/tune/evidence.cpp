@@ -5,6 +5,8 @@
 
 #include "piste/consistency/verdict.h"
 #include "piste/core/error.h"
+#include "piste/model/height.h"
+#include "piste/model/vehicle.h"
 #include "piste/solve/run.h"
 #include "solve/feeder.h"
 
@@ -15,8 +17,8 @@ namespace {
 // depend on what is granted, so that nothing is gained by smaller sigmas of what is rejected anyway.
 double cost_of_outlier(const std::string& source, int dof) {
   constexpr double kPart = 0.01, kFar = 100, kFast = 10, kTurned = 1;
-  const bool of_place = source.ends_with("position") || source == "barometer",
-             of_speed = source.ends_with("velocity") || source == "odometer";
+  const bool of_place = source.ends_with("position") || source == Barometer::kName,
+             of_speed = source.ends_with("velocity") || source == Odometer::kName;
   const double spread = of_place ? kFar : of_speed ? kFast : kTurned;
   return 2 * dof * std::log(spread) - 2 * std::log(kPart);
 }

@@ -44,6 +44,9 @@ struct Verdict {
   std::vector<std::string> findings;
 };
 
+/// Sigmas from its prior beyond which a constant contradicts it.
+inline constexpr double kFarFromPrior = 4.5;
+
 /// Whose innovations are looked at.
 enum class LookedAt : std::uint8_t {
   kFixes,     ///< receivers and attitude logs
