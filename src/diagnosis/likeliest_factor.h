@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <ranges>
 
 #include "piste/math/statistics.h"
 
@@ -26,7 +25,7 @@ struct Factor {
 template <class Gain>
 Factor likeliest_factor(Gain&& gain) {
   std::map<double, double> tried{{0, 0}};  // gain by the number of steps
-  const auto most = [&] { return std::ranges::max(tried | std::views::values); };
+  const auto most = [&] { return std::ranges::max_element(tried, {}, [](const auto& t) { return t.second; })->second; };
   const auto best = [&] {
     constexpr double kAsLikely = 1;  // of the log-likelihood
     const double least = most() - kAsLikely;
