@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "diagnosis/causes.h"
+#include "diagnosis/granting.h"
 #include "piste/core/error.h"
 #include "piste/inspect/log_match.h"
 
@@ -47,7 +47,7 @@ Cause turned(const Matrix3d& gyro, const Matrix3d& accel, const std::string& tex
       return Granted{};
     }
     changed.start.covariance = changed.start.covariance.topLeftCorner(9, 9).eval();
-    return Granted{filter_again(changed.log, changed.options, changed.start, end).likelihood - base.likelihood, text};
+    return Granted{lasting_gain(filter_again(changed.log, changed.options, changed.start, end), base), text};
   };
 }
 

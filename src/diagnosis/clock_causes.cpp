@@ -27,7 +27,7 @@ Cause clock_drift(Interval span) {
       shift(changed.log.heading);
       want(changed.options, Block::kGnssDelay);
       changed.options.priors.gnss_delay = kWideClock;
-      return filter_again(changed.log, changed.options, told.start, end).likelihood;
+      return lasting_gain(filter_again(changed.log, changed.options, told.start, end), base);
     };
     const double steady = attempt(0);
     double rate = 0, step = kFirst / length, top = steady;
@@ -50,9 +50,8 @@ Cause clock_drift(Interval span) {
         rate += nearer;
       }
     }
-    const double all = top - base.likelihood;
-    if (top - steady < std::max(kMore, kPartMore * all)) return Granted{};
-    return searched(all, fmt::format("clock drift of the IMU ({:+.0f} ppm more than the file's)", rate * kPerMillion));
+    if (top - steady < std::max(kMore, kPartMore * top)) return Granted{};
+    return searched(top, fmt::format("clock drift of the IMU ({:+.0f} ppm more than the file's)", rate * kPerMillion));
   };
 }
 

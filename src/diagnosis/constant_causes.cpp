@@ -32,7 +32,7 @@ Cause constant(Block block, const std::string& name, Widen&& widen) {
     want(options, block);
     widen(options, told.options.estimates(block));
     const Evidence found = filter_again(told.log, options, told.start, end);
-    return Granted{gained(found, base), fmt::format("{} ({} is likelier)", name, with_sigma(found, block))};
+    return Granted{lasting_gain(found, base), fmt::format("{} ({} is likelier)", name, with_sigma(found, block))};
   };
 }
 

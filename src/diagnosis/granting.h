@@ -12,9 +12,6 @@ namespace piste {
 
 constexpr double kWideClock = 0.3;  ///< s: 1-sigma of a clock's offset that is granted
 
-/// By how much likelier the innovations have become.
-inline double gained(const Evidence& granted, const Evidence& base) { return granted.likelihood - base.likelihood; }
-
 /// What `values` gain that were searched for, and not integrated over as states are: each pays for that.
 inline Granted searched(double gain, std::string text, int values = 1) {
   constexpr double kSearched = 3;

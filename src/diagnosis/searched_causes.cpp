@@ -34,7 +34,7 @@ Cause white_noise(const Noise& noise) {
     const Factor f = likeliest_factor([&](double factor) {
       FilterOptions options = told.options;
       (options.sensor.*noise.triad).noise *= factor;
-      return gained(filter_again(told.log, options, told.start, end), base);
+      return lasting_gain(filter_again(told.log, options, told.start, end), base);
     });
     const double file = (told.options.sensor.*noise.triad).noise * noise.factor;
     return searched(f.gain,
@@ -50,7 +50,7 @@ Cause drift(const Noise& noise) {
       DriftProcess& process = (options.sensor.*noise.triad).drift;
       process.sigma *= factor;
       process.density *= factor;
-      return gained(filter_again(told.log, options, told.start, end), base);
+      return lasting_gain(filter_again(told.log, options, told.start, end), base);
     });
     return searched(f.gain,
                     fmt::format("{} drift (the file's is {}; `tune` finds it)", noise.name, direction(f.value)));
@@ -87,7 +87,7 @@ Cause sigmas(const std::string& source, void (*scale)(Told&, std::size_t, double
     const Factor f = likeliest_factor([&](double factor) {
       Told changed = told;
       scale(changed, index, factor);
-      return gained(filter_again(changed.log, changed.options, told.start, end), base);
+      return lasting_gain(filter_again(changed.log, changed.options, told.start, end), base);
     });
     return searched(f.gain, fmt::format("noise of {} (its sigmas are {})", source, direction(f.value)));
   };
@@ -121,7 +121,7 @@ Cause coloured(std::size_t receiver) {
     const auto gain = [&](double factor, double time) {
       Told changed = told;
       colour(changed, receiver, factor, time);
-      return gained(filter_again(changed.log, changed.options, told.start, end), base);
+      return lasting_gain(filter_again(changed.log, changed.options, told.start, end), base);
     };
     Factor f;
     const auto keep = [&](double factor) {

@@ -21,16 +21,19 @@ namespace {
 constexpr double kTuned = 900;   // s of motion that noise is sought in
 constexpr double kMuchMore = 2;  // times the motion that was searched before: less is not searched again
 constexpr int kMostRounds = 10;
-constexpr double kRefused = 0.01;  // of the fixes: ten times what the gate refuses where the sigmas are right
+// Of the fixes, the share that may be refused: ten times what the gate refuses where the sigmas are right. Where most
+// of the log has told the noise it has seen the worst sky, and long tails are no reason for larger sigmas of all the
+// rest.
+constexpr double kRefused = 0.01, kRefusedOfTails = 0.03;
 constexpr double kLeastStep = 1.2, kMostStep = 2;  // times the sigmas in a round
 constexpr double kStill = 0.25;                    // sigmas: a clock that moves by less stays
 constexpr double kToldDrift = 0.5;                 // of its prior: a drift that is no better known is not told
 constexpr std::size_t kFew = 20;                   // of fewer fixes no share is told
 constexpr double kAlike = 0.03;  // of the logarithm of a fix's likelihood: as the delay is estimated, more is no chance
 
-// By what factor the sigmas of a source have to grow so that all but a hundredth of its fixes are within the gate; 1 if
-// they are.
-double growth(const Solution& run, const std::string& source) {
+// By what factor the sigmas of a source have to grow so that no larger a share of its fixes than `most` is refused; 1
+// if none is.
+double growth(const Solution& run, const std::string& source, double most) {
   std::vector<double> beyond;  // nis over its gate
   std::size_t refused = 0;
   for (const Innovation& i : run.innovations) {
@@ -39,8 +42,8 @@ double growth(const Solution& run, const std::string& source) {
     beyond.push_back(i.nis / i.gate);
     refused += i.outcome != Outcome::kUsed;
   }
-  if (beyond.size() < kFew || static_cast<double>(refused) <= kRefused * static_cast<double>(beyond.size())) return 1;
-  const auto last = beyond.begin() + static_cast<std::ptrdiff_t>((1 - kRefused) * static_cast<double>(beyond.size()));
+  if (beyond.size() < kFew || static_cast<double>(refused) <= most * static_cast<double>(beyond.size())) return 1;
+  const auto last = beyond.begin() + static_cast<std::ptrdiff_t>((1 - most) * static_cast<double>(beyond.size()));
   std::nth_element(beyond.begin(), last, beyond.end());
   return std::clamp(std::sqrt(*last), kLeastStep, kMostStep);
 }
@@ -101,9 +104,8 @@ std::optional<Calibration> with_noise_of(const WholeLog& log, Calibration found,
   }
 }
 
-}  // namespace
-
-std::optional<Calibration> settled(WholeLog log, Calibration found) {
+// As settled(), until no larger a share of the fixes than `refused` is.
+std::optional<Calibration> settled_within(double refused, WholeLog log, Calibration found) {
   bool find_clock = log.find_clock;
   log.drifts = find_clock;
   std::optional<Calibration> before;  // the clock moved, if that is what the last round did
@@ -132,13 +134,20 @@ std::optional<Calibration> settled(WholeLog log, Calibration found) {
         continue;
       }
     }
-    const double position = growth(*run, "gnss[0].position"), velocity = growth(*run, "gnss[0].velocity");
+    const double position = growth(*run, "gnss[0].position", refused),
+                 velocity = growth(*run, "gnss[0].velocity", refused);
     if (position == 1 && velocity == 1) return found;
     found.sigma_scales.position *= position;
     if (found.drift) found.drift->sigma *= position;
     found.sigma_scales.velocity *= velocity;
   }
   return found;
+}
+
+}  // namespace
+
+std::optional<Calibration> settled(WholeLog log, Calibration found) {
+  return settled_within(kRefused, std::move(log), std::move(found));
 }
 
 std::optional<Calibration> retuned(WholeLog log, const Calibration& found, std::size_t jobs) {
@@ -148,7 +157,7 @@ std::optional<Calibration> retuned(WholeLog log, const Calibration& found, std::
   const auto likelier = with_noise_of(log, found, motion, jobs);
   const auto run = likelier ? log.filtered(*likelier) : std::nullopt;
   if (!run || mean_likelihood(run->innovations, *run) <= found.likelihood) return std::nullopt;
-  auto again = settled(log, *likelier);
+  auto again = settled_within(kRefusedOfTails, log, *likelier);
   if (again && drifts_plausibly(*again)) return again;
   return std::nullopt;
 }

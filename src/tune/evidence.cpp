@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <iterator>
+#include <numeric>
+#include <unordered_map>
 
 #include "piste/consistency/verdict.h"
 #include "piste/core/error.h"
@@ -23,14 +27,35 @@ double cost_of_outlier(const std::string& source, int dof) {
   return 2 * dof * std::log(spread) - 2 * std::log(kPart);
 }
 
+// −2 ln p of an innovation.
+double cost(const Innovation& v, const std::vector<std::string>& sources) {
+  return std::min(v.nis + v.log_determinant, cost_of_outlier(sources[static_cast<std::size_t>(v.source)], v.dof));
+}
+
 }  // namespace
 
 double log_likelihood(const std::vector<Innovation>& innovations, const std::vector<std::string>& sources) {
   double sum = 0;
-  for (const Innovation& v : innovations) {
-    sum += std::min(v.nis + v.log_determinant, cost_of_outlier(sources[static_cast<std::size_t>(v.source)], v.dof));
-  }
+  for (const Innovation& v : innovations) sum += cost(v, sources);
   return -0.5 * sum;
+}
+
+double lasting_gain(const Evidence& granted, const Evidence& base) {
+  constexpr double kStretch = 10;         // s
+  constexpr std::ptrdiff_t kOneOf = 10;   // stretches
+  std::unordered_map<long, double> gain;  // in each of them
+  const auto add = [&gain](const Evidence& run, double sign) {
+    for (const Innovation& v : run.innovations) {
+      gain[static_cast<long>(v.time / kStretch)] -= sign * 0.5 * cost(v, run.sources);
+    }
+  };
+  add(granted, 1);
+  add(base, -1);
+  std::vector<double> gains;
+  for (const auto& [stretch, of_stretch] : gain) gains.push_back(std::max(0.0, of_stretch));
+  std::sort(gains.begin(), gains.end(), std::greater<>());
+  const std::ptrdiff_t most = (std::ssize(gains) + kOneOf - 1) / kOneOf;
+  return granted.likelihood - base.likelihood - std::accumulate(gains.begin(), gains.begin() + most, 0.0);
 }
 
 double nis_of_positions(const std::vector<Innovation>& innovations, const std::vector<std::string>& sources) {

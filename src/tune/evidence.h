@@ -36,6 +36,10 @@ struct Evidence {
 /// −½ Σ (nis + ln det S), where no innovation counts as less likely than an outlier that may be anywhere.
 double log_likelihood(const std::vector<Innovation>& innovations, const std::vector<std::string>& sources);
 
+/// By how much likelier `granted` is than `base`, without the tenth of all stretches of ten seconds, at least one, that
+/// gain most. A cause shows for longer; a stretch of bad fixes would otherwise decide for whatever suits it.
+double lasting_gain(const Evidence& granted, const Evidence& base);
+
 /// Mean of the NIS of the first receiver's positions, for each of their rows; of none more than ten counts. 1 without
 /// positions.
 double nis_of_positions(const std::vector<Innovation>& innovations, const std::vector<std::string>& sources);
