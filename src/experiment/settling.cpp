@@ -22,7 +22,7 @@ constexpr double kTuned = 900;   // s of motion that noise is sought in
 constexpr double kMuchMore = 2;  // times the motion that was searched before: less is not searched again
 constexpr int kMostRounds = 10;
 // Of the fixes, the share that may be refused: ten times what the gate refuses where the sigmas are right. Where most
-// of the log has told the noise it has seen the worst sky, and long tails are no reason for larger sigmas of all the
+// of the log has told the noise, it has seen the worst sky, and long tails are no reason for larger sigmas of all the
 // rest.
 constexpr double kRefused = 0.01, kRefusedOfTails = 0.03;
 constexpr double kLeastStep = 1.2, kMostStep = 2;  // times the sigmas in a round
@@ -86,6 +86,10 @@ SigmaScales product(const SigmaScales& a, const SigmaScales& b) {
   return {.position = a.position * b.position, .height = a.height * b.height, .velocity = a.velocity * b.velocity};
 }
 
+Interval motion_of(const WholeLog& log) {
+  return motion_of(log.recording.gnss.front().fixes, log.options.behaviour.start);
+}
+
 // With the noise that is to be expected by a quarter of an hour of `motion`; nothing where that tells none.
 std::optional<Calibration> with_noise_of(const WholeLog& log, Calibration found, const Interval& motion,
                                          std::size_t jobs) {
@@ -147,11 +151,13 @@ std::optional<Calibration> settled_within(double refused, WholeLog log, Calibrat
 }  // namespace
 
 std::optional<Calibration> settled(WholeLog log, Calibration found) {
-  return settled_within(kRefused, std::move(log), std::move(found));
+  const Interval motion = motion_of(log);
+  const bool seen = motion.end - motion.start <= kFirstMotion;
+  return settled_within(seen ? kRefusedOfTails : kRefused, std::move(log), std::move(found));
 }
 
 std::optional<Calibration> retuned(WholeLog log, const Calibration& found, std::size_t jobs) {
-  const Interval motion = motion_of(log.recording.gnss.front().fixes, log.options.behaviour.start);
+  const Interval motion = motion_of(log);
   if (motion.end - motion.start < kMuchMore * kFirstMotion) return std::nullopt;
   log.drifts = found.clock_drift_sigma > 0;
   const auto likelier = with_noise_of(log, found, motion, jobs);

@@ -15,7 +15,7 @@ Evidence of_stretches(const std::vector<double>& losses) {
   run.sources = {"gnss[0].position"};
   for (std::size_t k = 0; k < losses.size(); ++k) {
     for (int i = 0; i < 10; ++i) {
-      Innovation v;
+      Innovation v{.residual = Vector3d::Zero(), .sigma = Vector3d::Ones()};
       v.time = 1000 + 10 * static_cast<double>(k) + i;
       v.nis = 2 * losses[k] / 10;
       run.innovations.push_back(v);
