@@ -72,18 +72,6 @@ struct Series {
   }
 };
 
-// What is taken for the value of a constant before the run.
-Vector3d told_value(const FilterOptions& options, Block block) {
-  Estimate x;
-  if (!options.gnss.empty()) {
-    x.lever_arm = options.gnss.front().lever_arm;
-    x.gnss_delay = options.gnss.front().delay;
-    x.velocity_delay = options.gnss.front().delay_of_velocity();
-  }
-  if (!options.attitude.empty()) x.attitude_delay = options.attitude.front().delay;
-  return shown_value(x, block);
-}
-
 std::vector<PriorJump> prior_jumps(const FilterOptions& options, const Solution& solution) {
   std::vector<PriorJump> jumps;
   if (solution.empty()) return jumps;
@@ -200,6 +188,17 @@ std::vector<double> SmoothedResiduals::rms() const {
   for (const Receiver& r : receivers_)
     all.push_back(r.count > 0 ? std::sqrt(r.sum / static_cast<double>(r.count)) : kNaN);
   return all;
+}
+
+Vector3d told_value(const FilterOptions& options, Block block) {
+  Estimate x;
+  if (!options.gnss.empty()) {
+    x.lever_arm = options.gnss.front().lever_arm;
+    x.gnss_delay = options.gnss.front().delay;
+    x.velocity_delay = options.gnss.front().delay_of_velocity();
+  }
+  if (!options.attitude.empty()) x.attitude_delay = options.attitude.front().delay;
+  return shown_value(x, block);
 }
 
 Verdict judge(const Log& log, const FilterOptions& options, const Solution& filtered, const Solution* smoothed,

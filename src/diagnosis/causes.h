@@ -41,8 +41,8 @@ std::vector<Cause> clock_causes(const Told& told);
 /// whose baseline points elsewhere, for which the start is found anew with `heading`.
 std::vector<Cause> heading_causes(const Told& told, const InitialHeading& heading);
 
-/// The axes: another assignment of gyroscopes or of the whole IMU, which the motion itself tells (inspect/log_match.h).
-/// The start is found anew with `heading`.
-std::vector<Cause> axes_causes(const Told& told, const InitialHeading& heading);
+/// What the motion itself tells (inspect/log_match.h): another assignment of gyroscopes or of the whole IMU, and a
+/// clock that is off by more than the delay of the fixes can be. The start is found anew with `heading`.
+std::vector<Cause> motion_causes(const Told& told, const InitialHeading& heading);
 
 }  // namespace piste

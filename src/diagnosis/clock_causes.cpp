@@ -17,14 +17,7 @@ Cause clock_drift(Interval span) {
     const double length = span.end - span.start;
     const auto attempt = [&](double rate) {
       Told changed = told;
-      const auto shift = [&](auto& fixes) {
-        for (auto& fix : fixes) fix.time += rate * (fix.time - span.start);
-      };
-      std::ranges::for_each(changed.log.gnss, shift);
-      std::ranges::for_each(changed.log.attitude, shift);
-      shift(changed.log.speed);
-      shift(changed.log.height);
-      shift(changed.log.heading);
+      move_fixes(changed.log, [&](double time) { return rate * (time - span.start); });
       want(changed.options, Block::kGnssDelay);
       changed.options.priors.gnss_delay = kWideClock;
       return lasting_gain(filter_again(changed.log, changed.options, told.start, end), base);

@@ -6,6 +6,7 @@
 
 #include "diagnosis/granting.h"
 #include "math/words.h"
+#include "piste/consistency/verdict.h"
 #include "piste/core/error.h"
 
 namespace piste {
@@ -25,6 +26,16 @@ std::string with_sigma(const Evidence& found, Block block) {
   return fmt::format("{}± {} {}", text, rounded(sigma, sigma), row.unit);
 }
 
+// Whether the run was told a value and a prior which allow what has been found: then these are not wrong.
+bool allows(const FilterOptions& told, Block block, const Evidence& found) {
+  constexpr double kLikely = 2;  // 1-sigmas of the prior
+  const BlockInfo& row = info(block);
+  if (!told.estimates(block) || row.prior == nullptr) return false;
+  const Vector3d change = (shown_value(found.last, block) - told_value(told, block)).cwiseAbs(),
+                 prior = row.prior(told);
+  return (change.head(row.size).array() < kLikely * prior.head(row.size).array()).all();
+}
+
 template <class Widen>
 Cause constant(Block block, const std::string& name, Widen&& widen) {
   return [=](const Told& told, const Evidence& base, double end) {
@@ -32,7 +43,10 @@ Cause constant(Block block, const std::string& name, Widen&& widen) {
     want(options, block);
     widen(options, told.options.estimates(block));
     const Evidence found = filter_again(told.log, options, told.start, end);
-    return Granted{lasting_gain(found, base), fmt::format("{} ({} is likelier)", name, with_sigma(found, block))};
+    if (allows(told.options, block, found)) return Granted{};
+    const bool soon_found = block == Block::kGyroBias || block == Block::kAccelBias;
+    const double gain = soon_found ? gained(found, base) : lasting_gain(found, base);
+    return Granted{gain, fmt::format("{} ({} is likelier)", name, with_sigma(found, block))};
   };
 }
 

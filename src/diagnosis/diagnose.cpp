@@ -32,29 +32,11 @@ double departure(const Log& log, double start) {
   return !log.rest.empty() && log.rest.front().contains(start + 1) ? log.rest.front().end : start;
 }
 
-// The log until `end`: hours are not copied to filter minutes. A member that is new to Log does not compile here until
-// it is cut as well.
+// The log until `end`: hours are not copied to filter minutes.
 Log first_part(const Log& log, double end) {
-  const auto cut = [end](const auto& items) {
-    return std::decay_t<decltype(items)>(items.begin(), first_at_or_after(items, end));
-  };
-  const auto cut_each = [&cut](const auto& sensors) {
-    std::decay_t<decltype(sensors)> part;
-    for (const auto& items : sensors) part.push_back(cut(items));
-    return part;
-  };
-  const auto& [world, imu, gnss, attitude, magnetic, speed, height, heading, parity, rest, counts] = log;
-  return {.world = world,
-          .imu = cut(imu),
-          .gnss = cut_each(gnss),
-          .attitude = cut_each(attitude),
-          .magnetic = cut(magnetic),
-          .speed = cut(speed),
-          .height = cut(height),
-          .heading = cut(heading),
-          .parity = cut_each(parity),
-          .rest = rest,
-          .counts = counts};
+  return with_each_series(log, [end](const auto& series) {
+    return std::decay_t<decltype(series)>(series.begin(), first_at_or_after(series, end));
+  });
 }
 
 // Where the causes are tried from: the start, or the last minute of a long first rest, which each of them would filter
@@ -111,7 +93,7 @@ Verdict diagnose(const Log& log, const FilterOptions& options, const InitialHead
   const auto add = [&](std::vector<Cause> more) { std::ranges::move(more, std::back_inserter(others)); };
   add(clock_causes(told));
   add(heading_causes(told, heading));
-  if (far_off(verdict)) add(axes_causes(told, heading));
+  if (far_off(verdict)) add(motion_causes(told, heading));
   const std::size_t all = searched.size() + others.size();
   std::size_t tried = 0;
   std::vector<Granted> likelier;

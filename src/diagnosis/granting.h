@@ -12,10 +12,27 @@ namespace piste {
 
 constexpr double kWideClock = 0.3;  ///< s: 1-sigma of a clock's offset that is granted
 
+/// By how much likelier the innovations have become, where a cause shows until the filter has found it, and no longer:
+/// an error of the start. Of any other cause it is lasting_gain().
+inline double gained(const Evidence& granted, const Evidence& base) { return granted.likelihood - base.likelihood; }
+
 /// What `values` gain that were searched for, and not integrated over as states are: each pays for that.
 inline Granted searched(double gain, std::string text, int values = 1) {
   constexpr double kSearched = 3;
   return {gain - kSearched * values, std::move(text)};
+}
+
+/// Moves the time of every measurement that is not the IMU's by `later(time)`.
+template <class Later>
+void move_fixes(Log& log, Later&& later) {
+  const auto move = [&](auto& fixes) {
+    for (auto& fix : fixes) fix.time += later(fix.time);
+  };
+  std::ranges::for_each(log.gnss, move);
+  std::ranges::for_each(log.attitude, move);
+  move(log.speed);
+  move(log.height);
+  move(log.heading);
 }
 
 /// Lets the run estimate the block.

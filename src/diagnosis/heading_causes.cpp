@@ -69,7 +69,7 @@ Granted by_motion(const Told& told, const Evidence& base, double end) {
   const Matrix3d attitude = R_nw * found.start.covariance.block<3, 3>(6, 6) * R_nw.transpose();
   const double value = kDegreesPerRadian * to_euler(q_nb).z(),
                sigma = kDegreesPerRadian * euler_sigma(q_nb, attitude).z();
-  return searched(lasting_gain(filter_again(told.log, told.options, found.start, end), base),
+  return searched(gained(filter_again(told.log, told.options, found.start, end), base),
                   fmt::format("`initial: heading` ({} ± {} deg is likelier, as `auto` finds it from the motion)",
                               rounded(value, sigma), rounded(sigma, sigma)));
 }

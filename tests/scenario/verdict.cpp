@@ -59,6 +59,7 @@ std::vector<Seeded> seeded() {
     };
   };
   const auto clock = [](double by) { return [by](Case& c, Recording&) { c.conditioning.imu.clock_drift += by; }; };
+  const auto clock_off = [](double by) { return [by](Case& c, Recording&) { c.conditioning.imu.clock_offset += by; }; };
   const auto coloured = [](double sigma, double time) {
     return [=](Scenario& s) { s.gnss[0].position_drift = GaussMarkov{sigma * Vector3d(1, 1, 1.5), time}; };
   };
@@ -95,6 +96,8 @@ std::vector<Seeded> seeded() {
       {"ski", "clock drift", none, clock(-1e-3)},
       {"ski", "coloured error", coloured(1.5, 30), white_sigmas},
       {"bicycle", "coloured error", coloured(3, 60), white_sigmas},
+      {"ski", "offset of the IMU's clock", none, clock_off(1)},
+      {"bicycle", "offset of the IMU's clock", none, clock_off(-3)},
   };
 }
 

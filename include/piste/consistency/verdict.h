@@ -35,6 +35,9 @@ struct PriorJump {
   double sigmas = 0;  ///< (x̂ − x₀) / sqrt(σ₀² − σ̂²), which is normal if the prior is true
 };
 
+/// What a run takes for the value of a constant before it has seen anything, as shown_value() has it.
+Vector3d told_value(const FilterOptions& options, Block block);
+
 /// The verdict. `findings` has the causes as sentences, the likeliest first; diagnosis/diagnose.h finds them.
 struct Verdict {
   bool consistent = true;

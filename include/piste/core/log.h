@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "piste/math/earth.h"
@@ -244,5 +245,28 @@ struct Log {
   std::vector<Interval> rest;
   LogCounts counts;
 };
+
+/// The log with `part(series)` in place of each series of samples and fixes, source by source. A member that is new to
+/// Log does not compile here until it is treated as well.
+template <class Part>
+Log with_each_series(const Log& log, Part&& part) {
+  const auto of_each = [&part](const auto& sources) {
+    std::decay_t<decltype(sources)> parts;
+    for (const auto& series : sources) parts.push_back(part(series));
+    return parts;
+  };
+  const auto& [world, imu, gnss, attitude, magnetic, speed, height, heading, parity, rest, counts] = log;
+  return {.world = world,
+          .imu = part(imu),
+          .gnss = of_each(gnss),
+          .attitude = of_each(attitude),
+          .magnetic = part(magnetic),
+          .speed = part(speed),
+          .height = part(height),
+          .heading = part(heading),
+          .parity = of_each(parity),
+          .rest = rest,
+          .counts = counts};
+}
 
 }  // namespace piste

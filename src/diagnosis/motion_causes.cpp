@@ -1,6 +1,9 @@
-// Axes as the cause: the motion of the log says how gyroscopes and accelerometers point.
+// Axes and clock as the cause: the motion of the log says how gyroscopes and accelerometers point, and when.
 
 #include <fmt/format.h>
+
+#include <cmath>
+#include <utility>
 
 #include "diagnosis/granting.h"
 #include "piste/core/error.h"
@@ -34,6 +37,18 @@ GnssRecording recorded_gnss(const Log& log) {
   return gnss;
 }
 
+// The run after a change, with its start found anew.
+Granted from_new_start(Told changed, const Evidence& base, double end, const InitialHeading& heading,
+                       const std::string& text) {
+  try {
+    changed.start = find_start(changed.log, changed.options, heading).start;
+  } catch (const Error&) {
+    return {};
+  }
+  changed.start.covariance = changed.start.covariance.topLeftCorner(9, 9).eval();
+  return {lasting_gain(filter_again(changed.log, changed.options, changed.start, end), base), text};
+}
+
 Cause turned(const Matrix3d& gyro, const Matrix3d& accel, const std::string& text, const InitialHeading& heading) {
   return [=](const Told& told, const Evidence& base, double end) {
     Told changed = told;
@@ -41,23 +56,30 @@ Cause turned(const Matrix3d& gyro, const Matrix3d& accel, const std::string& tex
       s.dtheta = (gyro * s.dtheta).eval();
       s.dvel = (accel * s.dvel).eval();
     }
-    try {
-      changed.start = find_start(changed.log, changed.options, heading).start;
-    } catch (const Error&) {
-      return Granted{};
-    }
-    changed.start.covariance = changed.start.covariance.topLeftCorner(9, 9).eval();
-    return Granted{lasting_gain(filter_again(changed.log, changed.options, changed.start, end), base), text};
+    return from_new_start(std::move(changed), base, end, heading, text);
+  };
+}
+
+Cause shifted(double ahead, const InitialHeading& heading) {
+  return [=](const Told& told, const Evidence& base, double end) {
+    Told changed = told;
+    move_fixes(changed.log, [ahead](double) { return ahead; });
+    return from_new_start(
+        std::move(changed), base, end, heading,
+        fmt::format("offset of the IMU's clock ({:+.2f} s more than the file's, as the motion has it)", ahead));
   };
 }
 
 }  // namespace
 
-std::vector<Cause> axes_causes(const Told& told, const InitialHeading& heading) {
+std::vector<Cause> motion_causes(const Told& told, const InitialHeading& heading) {
   std::vector<Cause> causes;
   if (told.log.gnss.empty()) return causes;
   const GnssRecording gnss = recorded_gnss(told.log);
   const LogMatch found = match(recorded_imu(told.log), gnss, gnss_health(gnss));
+  // What is less, the delay of the fixes can be.
+  if (found.clock && std::abs(found.clock->offset) > kWideClock)
+    causes.push_back(shifted(found.clock->offset, heading));
   if (!found.motion) return causes;
   const MotionMatch& motion = *found.motion;
   if (!motion.gyro_axes.isIdentity()) {
