@@ -96,8 +96,7 @@ std::optional<Calibration> with_noise_of(const WholeLog& log, Calibration found,
   ReplayOptions run = log.replayed(found);
   run.conditioning.span = {motion.start - kBeforeMotion, std::min(motion.start + kTuned, motion.end + kBeforeMotion)};
   try {
-    const TuneOptions how{
-        .jobs = jobs, .try_drift = false, .thorough = false, .stated = 1 / found.sigma_scales.position};
+    const TuneOptions how{.jobs = jobs, .thorough = false, .stated = 1 / found.sigma_scales.position};
     const NoiseModel noise = tune(log.scaled(found), run, how).expected;
     found.sensor = noise.sensor;
     found.drift = noise.gnss.front().process();
