@@ -8,6 +8,7 @@
 #include <span>
 #include <utility>
 
+#include "math/words.h"
 #include "piste/core/time_search.h"
 #include "piste/model/dual_heading.h"
 #include "piste/model/gnss.h"
@@ -239,8 +240,8 @@ std::string verdict_line(const Verdict& verdict) {
   if (verdict.consistent) return "sigmas hold";
   constexpr double kWorthTelling = 1.15;
   std::string line = "sigmas do not hold";
-  if (verdict.factor > kWorthTelling) line = fmt::format("sigmas are too small by {:.2g}", verdict.factor);
-  if (verdict.factor < 1 / kWorthTelling) line = fmt::format("sigmas are too large by {:.2g}", 1 / verdict.factor);
+  if (verdict.factor > kWorthTelling) line = "sigmas are too small by " + plain(verdict.factor, 2);
+  if (verdict.factor < 1 / kWorthTelling) line = "sigmas are too large by " + plain(1 / verdict.factor, 2);
   return verdict.findings.empty() ? line : line + ": " + verdict.findings.front();
 }
 

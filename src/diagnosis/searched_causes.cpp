@@ -8,13 +8,14 @@
 
 #include "diagnosis/granting.h"
 #include "diagnosis/likeliest_factor.h"
+#include "math/words.h"
 #include "piste/math/statistics.h"
 
 namespace piste {
 namespace {
 
 std::string direction(double factor) {
-  return factor > 1 ? fmt::format("too small by {:.2g}", factor) : fmt::format("too large by {:.2g}", 1 / factor);
+  return factor > 1 ? "too small by " + plain(factor, 2) : "too large by " + plain(1 / factor, 2);
 }
 
 // ---- Noise of the IMU ----
@@ -37,9 +38,8 @@ Cause white_noise(const Noise& noise) {
       return lasting_gain(filter_again(told.log, options, told.start, end), base);
     });
     const double file = (told.options.sensor.*noise.triad).noise * noise.factor;
-    return searched(f.gain,
-                    fmt::format("{} noise ({:.2g} {}/sqrt(Hz) is likelier than the file's {:.2g}; `tune` finds it)",
-                                noise.name, file * f.value, noise.unit, file));
+    return searched(f.gain, fmt::format("{} noise ({} {}/sqrt(Hz) is likelier than the file's {}; `tune` finds it)",
+                                        noise.name, plain(file * f.value, 2), noise.unit, plain(file, 2)));
   };
 }
 
@@ -142,8 +142,8 @@ Cause coloured(std::size_t receiver) {
       }
     }
     return searched(f.gain,
-                    fmt::format("coloured error of gnss[{}].position (some {:.2g} m over some {:.0f} s; key `drift`)",
-                                receiver, f.value * median_sigma(told.log.gnss[receiver]), time),
+                    fmt::format("coloured error of gnss[{}].position (some {} m over some {:.0f} s; key `drift`)",
+                                receiver, plain(f.value * median_sigma(told.log.gnss[receiver]), 2), time),
                     2);
   };
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "math/words.h"
 #include "piste/core/imu_array.h"
 #include "piste/math/so3.h"
 #include "piste/math/statistics.h"
@@ -62,9 +63,9 @@ std::optional<std::string> contradiction(const Outputs& first, const Outputs& un
   const double left = (unit - turned.R * first).squaredNorm() / rows, power = first.squaredNorm() / rows;
   if (left > kApart * power && left > kNoise * noise) {
     return fmt::format(
-        "does not turn as IMU {} does: their rates differ by {:.2g} times the motion; check its `clock`, "
+        "does not turn as IMU {} does: their rates differ by {} times the motion; check its `clock`, "
         "its units and its axes",
-        name, std::sqrt(left / power));
+        name, plain(std::sqrt(left / power), 2));
   }
   // A rotation that the motion does not tell, as about the only axis of a turn, counts for none.
   Vector3d off = turned.axes.transpose() * so3_log(Quaterniond(turned.R));
@@ -74,9 +75,9 @@ std::optional<std::string> contradiction(const Outputs& first, const Outputs& un
   }
   if (off.norm() < kTurnedOff) return std::nullopt;
   return fmt::format(
-      "turns about axes that are {:.2g} deg off those of IMU {}; check its `axes`, `boresight` and `clock`, or let "
+      "turns about axes that are {} deg off those of IMU {}; check its `axes`, `boresight` and `clock`, or let "
       "`align` find them",
-      off.norm() / kDegree, name);
+      plain(off.norm() / kDegree, 2), name);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "io/json.h"
 #include "io/path_from.h"
 #include "io/triad_units.h"
+#include "math/words.h"
 #include "piste/core/version.h"
 #include "piste/io/sensor_file.h"
 
@@ -136,14 +137,14 @@ std::string tune_json(const Tuning& tuning) {
 std::string tuning_text(const Tuning& tuning) {
   std::string text;
   for (const TunedNoise& n : tuning.numbers) {
-    text += fmt::format("{:<29} {:>9.3g} {:<17} 95 % {:.3g} to {:.3g}, before {:.3g}{}\n", n.name, n.value, n.unit,
-                        n.low, n.high, n.start, n.determined ? "" : "; the data do not tell it");
+    text += fmt::format("{:<29} {:>9} {:<17} 95 % {} to {}, before {}{}\n", n.name, plain(n.value), n.unit,
+                        plain(n.low), plain(n.high), plain(n.start), n.determined ? "" : "; the data do not tell it");
   }
   const auto beside = [&](const char* name, double rest, double motion, const TriadUnits& units) {
     if (!std::isfinite(rest)) return;
     const char* const why = motion > kVibrates * rest ? " as much: vibration" : " as much";
-    text += fmt::format("{} at rest: {:.3g} {}; in motion {:.2g} times{}\n", name, shown(rest, units), units.noise_unit,
-                        motion / rest, why);
+    text += fmt::format("{} at rest: {} {}; in motion {} times{}\n", name, plain(shown(rest, units)), units.noise_unit,
+                        plain(motion / rest, 2), why);
   };
   beside("gyroscopes", tuning.at_rest.gyro, tuning.noise.sensor.gyro.noise, kGyroUnits);
   beside("accelerometers", tuning.at_rest.accel, tuning.noise.sensor.accel.noise, kAccelUnits);
