@@ -22,8 +22,8 @@ std::optional<Calibration> settled(WholeLog log, Calibration found);
 
 /// Sets the noise of the IMU and the errors of the receiver to those of likeliest_noise() (tune/likeliest_noise.h) over
 /// a quarter of an hour of motion, which tells drifts that the first minutes do not, and with the vehicle; a coloured
-/// error of the receiver is tried where these told none. `found` is
-/// what settled() returned for the log; `jobs`: filter runs at a time.
+/// error of the receiver is tried where these told none. `found` is what settled() returned for the log; `jobs`: filter
+/// runs at a time.
 /// Nothing where there is not much more motion than calibrate() saw, where the whole log is not likelier with it, and
 /// where the clock then drifts as none does.
 std::optional<Calibration> retuned(WholeLog log, const Calibration& found, std::size_t jobs);
