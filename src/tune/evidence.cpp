@@ -52,6 +52,7 @@ double lasting_gain(const Evidence& granted, const Evidence& base) {
   add(granted, 1);
   add(base, -1);
   std::vector<double> gains;
+  gains.reserve(gain.size());
   for (const auto& [stretch, of_stretch] : gain) gains.push_back(std::max(0.0, of_stretch));
   std::sort(gains.begin(), gains.end(), std::greater<>());
   const std::ptrdiff_t most = (std::ssize(gains) + kOneOf - 1) / kOneOf;
