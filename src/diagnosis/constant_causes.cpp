@@ -7,7 +7,6 @@
 #include "diagnosis/granting.h"
 #include "math/words.h"
 #include "piste/consistency/verdict.h"
-#include "piste/core/error.h"
 
 namespace piste {
 namespace {
@@ -73,12 +72,7 @@ Cause no_arm(const InitialHeading& heading) {
   return [heading](const Told& told, const Evidence& base, double end) {
     Told changed = told;
     changed.options.gnss.front().lever_arm.setZero();
-    try {
-      changed.start = find_start(changed.log, changed.options, heading).start;
-    } catch (const Error&) {
-      return Granted{};
-    }
-    changed.start.covariance = changed.start.covariance.topLeftCorner(9, 9).eval();
+    if (!start_anew(changed, heading)) return Granted{};
     return free_arm()(changed, base, end);
   };
 }

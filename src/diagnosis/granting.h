@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "diagnosis/causes.h"
+#include "piste/core/error.h"
 #include "piste/core/state_table.h"
 
 namespace piste {
@@ -33,6 +34,17 @@ void move_fixes(Log& log, Later&& later) {
   move(log.speed);
   move(log.height);
   move(log.heading);
+}
+
+/// Finds the start anew, as the log and what is told of it may have changed. Returns whether there is one.
+inline bool start_anew(Told& told, const InitialHeading& heading) {
+  try {
+    told.start = find_start(told.log, told.options, heading).start;
+  } catch (const Error&) {
+    return false;
+  }
+  told.start.covariance = told.start.covariance.topLeftCorner(9, 9).eval();
+  return true;
 }
 
 /// Lets the run estimate the block.

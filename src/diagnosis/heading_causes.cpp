@@ -37,12 +37,7 @@ Cause baseline(const InitialHeading& heading) {
   return [heading](const Told& told, const Evidence& base, double end) {
     Told changed = told;
     changed.log.heading.clear();
-    try {
-      changed.start = find_start(changed.log, changed.options, heading).start;
-    } catch (const Error&) {
-      return Granted{};
-    }
-    changed.start.covariance = changed.start.covariance.topLeftCorner(9, 9).eval();
+    if (!start_anew(changed, heading)) return Granted{};
     changed.log.heading = told.log.heading;
     const std::optional<double> by = turned_by(changed, end);
     if (!by) return Granted{};

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "diagnosis/granting.h"
-#include "piste/core/error.h"
 #include "piste/inspect/log_match.h"
 
 namespace piste {
@@ -40,12 +39,7 @@ GnssRecording recorded_gnss(const Log& log) {
 // The run after a change, with its start found anew.
 Granted from_new_start(Told changed, const Evidence& base, double end, const InitialHeading& heading,
                        const std::string& text) {
-  try {
-    changed.start = find_start(changed.log, changed.options, heading).start;
-  } catch (const Error&) {
-    return {};
-  }
-  changed.start.covariance = changed.start.covariance.topLeftCorner(9, 9).eval();
+  if (!start_anew(changed, heading)) return {};
   return {lasting_gain(filter_again(changed.log, changed.options, changed.start, end), base), text};
 }
 

@@ -36,8 +36,8 @@ TEST(Settling, LeavesWhatHolds) {
   EXPECT_NEAR(found->clock_offset, told.calibration.clock_offset, 1e-3);
 }
 
-// A receiver that claims a third of its errors: its sigmas grow until the gate takes 99 of 100 fixes. Their tails are
-// then inside, which is all that is asked for.
+// A receiver that claims a third of its errors: its sigmas grow until the gate refuses three fixes in a hundred at
+// most, as the search has seen all of this short run. No more is asked for.
 TEST(Settling, SigmasThatRefuseFixesGrow) {
   Told told;
   scale_sigmas(told.recording.gnss.front().fixes, {.position = 1.0 / 3, .velocity = 1.0 / 3});

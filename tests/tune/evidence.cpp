@@ -8,8 +8,7 @@
 namespace piste::test {
 namespace {
 
-// One position a second, in as many stretches of ten seconds as there are values, each with that much less likelihood
-// than nothing, all in all.
+// One position a second. Each value is what one stretch of ten seconds takes from the log-likelihood.
 Evidence of_stretches(const std::vector<double>& losses) {
   Evidence run;
   run.sources = {"gnss[0].position"};
