@@ -46,7 +46,7 @@ Start tried_from(const Log& log, const FilterOptions& options, const Start& star
   Start from = start;
   if (departs - start.time > 2 * kRest) {
     Filter filter(options, log.world, start);
-    LogPlace place = place_at(log, start.time, departs - kRest);
+    LogPlace place = place_at(log, start.time, {.end = departs - kRest});
     for (Feeder feeder(log, place, filter); !feeder.done(); filter.clear_innovations()) feeder.step();
     from = {filter.time(), filter.estimate(), filter.covariance()};
   }

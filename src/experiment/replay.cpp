@@ -64,7 +64,7 @@ FilterRun filtered_in_pieces(const Replay& run, const ReplayOptions& options, Ke
   FilterRun filtered = filter_from(
       back, run.log, run.options, run.found, keep, progress, run.found.start.time + options.longest,
       [&](Solution& rows, std::size_t first) {
-        put_rows(back.rows, first, rows);
+        put_rows(back.rows, rows);
         thinned.add(rows, first);
         options.streams.filtered(rows, first);
       },

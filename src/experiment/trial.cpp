@@ -269,6 +269,17 @@ std::map<std::size_t, int> first_rows(const std::map<std::size_t, int>& rows, st
   return {rows.begin(), rows.lower_bound(count)};
 }
 
+// Where the epochs of these rows of `from` are in `to`, which has fewer rows where the body rests.
+std::map<std::size_t, int> rows_of(const Solution& to, const Solution& from, const std::map<std::size_t, int>& rows) {
+  std::map<std::size_t, int> out;
+  std::size_t next = 0;
+  for (const auto& [row, epoch] : rows) {
+    while (next + 1 < to.size() && to.time(next) < from.time(row) - kSameInstant) ++next;
+    out.emplace(next, epoch);
+  }
+  return out;
+}
+
 struct Bound {
   ErrorVector filtered, smoothed;
 };
@@ -310,7 +321,7 @@ std::map<int, Bound> bound_of(const Scenario& scenario, const Simulation& real, 
   });
   if (!run.found.aligned) return out;
   // Rows of the time before the heading was known look back from its end.
-  const FilterRun beginning = run_filter(log, options, from, Keep::kHistory, {}, *run.found.aligned + kSameInstant);
+  const FilterRun beginning = run_filter(log, options, from, Keep::kHistory, {}, {.end = *run.found.aligned + kSameInstant});
   visit_rows(beginning, first_rows(rows, beginning.epochs),
              [&](int epoch, const Tape::Epoch& filtered, const SmoothedState& smoothed) {
                out[epoch].filtered = variance(filtered.x, smoothed.P);
@@ -374,8 +385,9 @@ ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed, const BatchS
   const std::map<std::size_t, int> rows = rows_on(filtered, grid, departure);
   // What replay writes: until the heading was known, rows of a smoother that looks back.
   const LookedBack back = looked_back(run.log, run.options, run.found);
-  const std::map<std::size_t, int> first = first_rows(rows, back.rows.size()),
-                                   later(rows.lower_bound(back.rows.size()), rows.end());
+  const std::size_t replaced = run.filtered.replaced.size();
+  const std::map<std::size_t, int> first = rows_of(back.rows, filtered, first_rows(rows, replaced)),
+                                   later(rows.lower_bound(replaced), rows.end());
   if (!later.empty()) {
     visit_rows(run.filtered, later, [&](int epoch, const Tape::Epoch& before, const SmoothedState&) {
       out.filtered.push_back(sample(epoch, before.time, before.x, before.P, bound.at(epoch).filtered));

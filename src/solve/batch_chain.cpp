@@ -304,7 +304,7 @@ void lay_chain(const Log& log, const FilterOptions& options, const BatchLayout& 
                std::size_t threads, Chain& chain) {
   ChainLayer layer(log, options, layout, start, reference, weights, longest, chain);
   const double end = (reference->size() == 0 ? start : reference->last_time()) + kSameInstant;
-  LogPlace place = place_at(log, start, end);
+  LogPlace place = place_at(log, start, {.end = end});
   Feeder feeder(log, place, layer);
   while (!feeder.done()) feeder.step();
   layer.finish();

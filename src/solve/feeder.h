@@ -1,6 +1,7 @@
 #pragma once
 // Feeds a log to a filter, or to several, in the order of time.
 
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -9,19 +10,19 @@
 
 namespace piste {
 
-/// The place in a log from which a filter that starts at `time` is fed. Samples from `end_time` on are left out.
-inline LogPlace place_at(const Log& log, double time, double end_time) {
+/// The place in a log from which a filter that starts at `time` is fed.
+inline LogPlace place_at(const Log& log, double time, const LogPart& part) {
   const auto first_from = [](const auto& samples, double t) {
     return static_cast<std::size_t>(first_at_or_after(samples, t) - samples.begin());
   };
-  LogPlace place{first_from(log.imu, time + kSameInstant), first_from(log.imu, end_time), {}};
+  LogPlace place{first_from(log.imu, time + kSameInstant), first_from(log.imu, part.end), {}, part.rest_step};
   MeasurementList::for_each([&]<class Type>() {
     for (const auto& fixes : Type::logged(log)) place.fixes.push_back(first_from(fixes, time - kSameInstant));
   });
   return place;
 }
 
-/// Feeds one IMU sample a call. Fixes up to the time of the sample, and as far beyond it as their delays reach, come
+/// Feeds one IMU sample a call, or of a rest as many as are taken together. Fixes up to the time of the sample, and as far beyond it as their delays reach, come
 /// before it. `Sink` has add() for samples and for fixes, and look_ahead(), as Filter has.
 template <class Sink>
 class Feeder {
@@ -32,7 +33,7 @@ class Feeder {
 
   /// Returns true when an epoch was completed. @pre not done()
   bool step() {
-    const ImuSample& sample = log_.imu[place_.imu++];
+    const ImuSample& sample = next();
     const double until = sample.time + sink_.look_ahead();
     std::size_t slot = 0;
     MeasurementList::for_each([&]<class Type>() {
@@ -45,6 +46,27 @@ class Feeder {
   }
 
  private:
+  const ImuSample& next() {
+    const ImuSample& first = log_.imu[place_.imu++];
+    if (place_.rest_step <= 0 || !stands(first)) return first;
+    together_ = first;
+    for (; place_.imu < place_.imu_end; ++place_.imu) {
+      const ImuSample& s = log_.imu[place_.imu];
+      const double apart = s.time - s.interval - together_.time, interval = together_.interval + s.interval;
+      if (!stands(s) || std::abs(apart) > kSameInstant || interval > place_.rest_step + kSameInstant) break;
+      together_.time = s.time;
+      together_.interval = interval;
+      together_.dtheta += s.dtheta;
+      together_.dvel += s.dvel;
+    }
+    return together_;
+  }
+
+  // Whether a sample is as those of a rest are: measured, and within the ranges.
+  static bool stands(const ImuSample& s) {
+    return s.at_rest && !s.gap && !s.mended && s.clipped_gyro == 0 && s.clipped_accel == 0;
+  }
+
   template <class Fix>
   void feed(const std::vector<Fix>& fixes, std::size_t& next, double until, int sensor) {
     for (; next < fixes.size() && fixes[next].time <= until; ++next) sink_.add(sensor, fixes[next]);
@@ -53,6 +75,7 @@ class Feeder {
   const Log& log_;
   LogPlace& place_;
   Sink& sink_;
+  ImuSample together_;
 };
 
 }  // namespace piste

@@ -27,11 +27,15 @@ void Reference::close() {
 }
 
 Reference::Reader::Reader(std::shared_ptr<const Reference> of)
-    : of_(std::move(of)), next_piece_(of_->pieces_.size()), left_(of_->size_), row_{-1e300, of_->start} {}
+    : of_(std::move(of)), next_piece_(of_->pieces_.size()), left_(of_->size_), before_{-1e300, of_->start}, row_(before_) {}
 
 const Reference::Row& Reference::Reader::at(double time) {
   while (left_ > 0 && row_.time < time - kSameInstant) next();
-  return row_;
+  const bool between = before_.time > -1e300 && before_.time < time && row_.time > time + kSameInstant;
+  if (!between) return row_;
+  between_ = {time, boxplus(row_.x, of_->layout_, (row_.time - time) / (row_.time - before_.time) *
+                                                      boxminus(before_.x, row_.x, of_->layout_))};
+  return between_;
 }
 
 void Reference::Reader::next() {
@@ -39,6 +43,7 @@ void Reference::Reader::next() {
     of_->scratch_.read(of_->pieces_[--next_piece_], rows_);
     next_ = 0;
   }
+  std::swap(before_, row_);
   const double* p = rows_.data() + next_;
   row_.time = *p++;
   p = StoredEstimate(of_->layout_).take_row(p, row_.x);

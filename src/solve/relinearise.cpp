@@ -13,7 +13,7 @@ FilterRun filtered_about(Reference smoothed, const Log& log, const FilterOptions
   const Start start = without_alignment(log.world, found);
   const double end = (smoothed.size() == 0 ? start.time : smoothed.last_time()) + kSameInstant;
   const std::filesystem::path scratch = smoothed.scratch();
-  return run_filter(log, options, start, Keep::kHistory, progress, end,
+  return run_filter(log, options, start, Keep::kHistory, progress, {.end = end},
                     std::make_shared<const Reference>(std::move(smoothed)), {}, scratch);
 }
 

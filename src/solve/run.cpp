@@ -19,12 +19,12 @@ void note_adapted(const Filter& filter, AdaptedNoise& adapted) {
 }  // namespace
 
 FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& start, Keep keep,
-                     const ProgressCallback& progress, double end_time,
+                     const ProgressCallback& progress, const LogPart& part,
                      const std::shared_ptr<const Reference>& reference, const RowTaker& rows,
                      const std::filesystem::path& scratch) {
   FilterRun run;
   run.history = History(scratch);
-  Checkpoint c{Filter(options, log.world, start, reference), place_at(log, start.time, end_time)};
+  Checkpoint c{Filter(options, log.world, start, reference), place_at(log, start.time, part)};
   const std::size_t begin = c.place.imu, end = c.place.imu_end;
   const bool goes_on = reference && end > begin && reference->last_time() < log.imu[end - 1].time - kSameInstant,
              has_rows = !reference || goes_on;

@@ -71,7 +71,7 @@ struct FoundHeading {
 
 FoundHeading ask_the_bank(const Log& log, const FilterOptions& options, const std::vector<Start>& hypotheses) {
   HeadingBank bank(options, log.world, hypotheses);
-  LogPlace place = place_at(log, hypotheses.front().time, 1e300);
+  LogPlace place = place_at(log, hypotheses.front().time, {.rest_step = options.behaviour.start.rest_step});
   Feeder feeder(log, place, bank);
   while (!feeder.done() && !bank.resolved()) feeder.step();
   FoundHeading found{.start = hypotheses[bank.best_start()], .until = bank.best().time(), .resolved = bank.resolved()};
@@ -83,7 +83,8 @@ FoundHeading ask_the_bank(const Log& log, const FilterOptions& options, const st
 // The same start with the smoothed attitude. Its sigmas stay those of the hypothesis where these are smaller.
 FoundHeading refined(const Log& log, const FilterOptions& options, FoundHeading found) {
   const StartOptions& o = options.behaviour.start;
-  const FilterRun run = run_filter(log, options, found.start, Keep::kHistory, {}, found.until + o.look_back);
+  const FilterRun run = run_filter(log, options, found.start, Keep::kHistory, {},
+                                   {.end = found.until + o.look_back, .rest_step = o.rest_step});
   SmoothedState smoothed;
   smooth_rows(
       run, {}, [](std::size_t, const Tape::Epoch&, const SmoothedState&) {}, &smoothed);

@@ -75,7 +75,7 @@ Evidence filter_again(const Log& log, const FilterOptions& options, const Start&
   Evidence found;
   try {
     Filter filter(options, log.world, start);
-    LogPlace place = place_at(log, start.time, end);
+    LogPlace place = place_at(log, start.time, {.end = end});
     Feeder feeder(log, place, filter);
     while (!feeder.done()) feeder.step();
     filter.finish();

@@ -293,9 +293,9 @@ struct LeavesItsReference {
     const double middle = plain.solution.time(plain.solution.size() / 2 + 13);
     FilterOptions less = s.options;  // so that the reference is not the solution
     less.gnss[0].use_velocity = false;
-    const FilterRun half = run_filter(s.log, less, s.start, Keep::kHistory, {}, middle);
+    const FilterRun half = run_filter(s.log, less, s.start, Keep::kHistory, {}, {.end = middle});
     const auto about = std::make_shared<const Reference>(smoothed_trajectory(half));
-    run = run_filter(s.log, s.options, s.start, Keep::kHistory, {}, 1e300, about);
+    run = run_filter(s.log, s.options, s.start, Keep::kHistory, {}, {}, about);
     whole = smooth_rts(run);
   }
 };

@@ -97,6 +97,7 @@ struct StartOptions {
   double agree_apart = kDegree;  ///< beside it: hypotheses that are no further apart tell the same
   double outvoted = 1e-3;        ///< weight of one that need not agree any more
   double listened = 30;  ///< s of the rest before the departure that it filters: the biases settle, and no more is told
+  double rest_step = 0.1;  ///< s of a rest that look for the heading as one sample: a standing body sways slower
   double departed = 2, departed_sigmas = 6;  ///< m and sigmas from the first fix: the body has left, whatever the noise
   double look_back = 40;  ///< s of motion beyond, from whose end a smoother looks back: attitude and biases are sure
   double least_sigma = kDegree;  ///< of the smoothed attitude: its model is not perfect

@@ -13,7 +13,8 @@ namespace piste {
 struct LookedBack {
   FilterRun run;  ///< from which the rows are smoothed
   /// Its rows, of a smoother that looks back from there: they use the measurements up to that time, and each of them
-  /// once. Row i is row i of the run. Empty if the heading did not come from the motion.
+  /// once. Of rests there is a row every StartOptions::rest_step. Row i is row i of the run. Empty if the heading did
+  /// not come from the motion.
   Solution rows;
   /// The trajectory about which they are linearised. Null if the heading did not come from the motion.
   std::shared_ptr<const Reference> about = nullptr;
@@ -33,10 +34,11 @@ FilterRun filter_from(const LookedBack& back, const Log& log, const FilterOption
                       Keep keep, const ProgressCallback& progress = {}, double end_time = 1e300,
                       const RowTaker& rows = {}, const std::filesystem::path& scratch = {});
 
-/// Puts the rows of `known` in the place of those of `filtered`, of which the first is row `first` of the run.
-void put_rows(const Solution& known, std::size_t first, Solution& filtered);
+/// Puts what `known` says in the place of the rows of `filtered` up to its end: on a straight line between its rows,
+/// with the sigmas of the later one.
+void put_rows(const Solution& known, Solution& filtered);
 
-/// Puts the rows of `known` into the solution of a run, which keeps its own as `replaced`.
+/// The same for the solution of a run, which keeps its own as `replaced`.
 void put_rows(const Solution& known, FilterRun& filtered);
 
 }  // namespace piste

@@ -18,8 +18,8 @@
 
 namespace piste {
 
-/// A smoothed run: the estimate at its start, and at the end of each epoch, where what is constant, rotations apart, is
-/// that of the start.
+/// A smoothed run: the estimate at its start, and at the end of each epoch, or of every few where the body rests. What
+/// is constant, rotations apart, is that of the start.
 class Reference {
  public:
   struct Row {
@@ -43,7 +43,8 @@ class Reference {
   class Reader {
    public:
     explicit Reader(std::shared_ptr<const Reference> of);
-    /// The first row that is not before `time`, or the last row. @pre Times ascend, and there is a row.
+    /// The row of that time, or one between those around it on a straight line; the last row if all are before it.
+    /// @pre Times ascend, and there is a row.
     const Row& at(double time);
     bool ends_before(double time) const { return of_->last_time() < time; }
 
@@ -52,7 +53,7 @@ class Reference {
     std::shared_ptr<const Reference> of_;
     std::vector<double> rows_;  // of a piece
     std::size_t next_piece_, next_ = 0, left_;
-    Row row_;
+    Row before_, row_, between_;
   };
 
  private:

@@ -16,6 +16,14 @@ namespace piste {
 struct LogPlace {
   std::size_t imu = 0, imu_end = 0;  ///< next sample, and the end of the samples
   std::vector<std::size_t> fixes;    ///< next fix of each sensor, type by type in the order of the measurement list
+  double rest_step = 0;              ///< as in LogPart
+};
+
+/// What of a log a filter takes.
+struct LogPart {
+  double end = 1e300;  ///< samples from this time on are left out
+  /// Samples of a rest are taken together, up to so long [s]: a body that stands tells as much by fewer. 0: one by one.
+  double rest_step = 0;
 };
 
 /// A copy of the filter and its place in the log. From it, a stretch can be filtered again.
@@ -62,14 +70,14 @@ inline constexpr std::size_t kRowsAtOnce = 1024;  // some hundred kilobytes
 
 /// Filters a log, from the time of `start` on. The result has the same bytes as that of a Filter that is fed sample by
 /// sample.
-/// `end_time`: samples from this time on are left out.
+/// `part`: of the log, which samples.
 /// `reference`: a smoothed run of the same log about which this one is linearised (solve/reference.h), as far as it
 /// goes. If it goes to the end, the solution has no rows, as only a smoother tells what is better than the reference.
 /// `rows`: takes the rows of the solution, which then has none in the end. `scratch`: the folder of a file that has the
 /// history, which otherwise is in memory.
 /// Throws ConfigError if the options are not valid, DataError if the filter diverges.
 FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& start, Keep keep = Keep::kNothing,
-                     const ProgressCallback& progress = {}, double end_time = 1e300,
+                     const ProgressCallback& progress = {}, const LogPart& part = {},
                      const std::shared_ptr<const Reference>& reference = nullptr, const RowTaker& rows = {},
                      const std::filesystem::path& scratch = {});
 
