@@ -13,6 +13,7 @@
 #include "experiment/calibration.h"
 #include "experiment/contradiction.h"
 #include "experiment/settling.h"
+#include "inspect/column_mending.h"
 #include "io/text_reader.h"
 #include "math/time.h"
 #include "piste/core/error.h"
@@ -433,27 +434,14 @@ std::optional<Calibration> try_calibration(Inspection& inspection, const Inspect
   }
 }
 
-}  // namespace
-
-std::vector<InspectedLog> recognise(const std::vector<std::string>& files, std::vector<Suspicion>& found) {
-  std::vector<InspectedLog> logs;
-  for (const std::string& file : files) append(logs, guessed(file, found));
-  pair_up(logs, found);
-  return logs;
-}
-
-Inspection inspect(const std::vector<std::string>& files, const ProgressCallback& progress) {
-  Inspection inspection;
+// Examines each log, and compares them.
+void examine_all(Inspection& inspection, const ProgressCallback& progress) {
   std::vector<Suspicion>& found = inspection.suspicions;
   std::vector<InspectedLog>& logs = inspection.logs;
-  constexpr double kRead = 0.3, kMatched = 0.5;  // parts of the work
-  const auto show = [&](double part) {
-    if (progress) progress(part);
-  };
-  logs = recognise(files, found);
+  constexpr double kRead = 0.6;  // part of the work
   for (std::size_t i = 0; i < logs.size(); ++i) {
     examine(logs[i], found);
-    show(kRead * static_cast<double>(i + 1) / static_cast<double>(logs.size()));
+    if (progress) progress(kRead * static_cast<double>(i + 1) / static_cast<double>(logs.size()));
   }
   bring_to_one_week(inspection);
   const auto imu = inspection.first(LogKind::kImu), gnss = inspection.first(LogKind::kGnss);
@@ -481,12 +469,61 @@ Inspection inspect(const std::vector<std::string>& files, const ProgressCallback
         guess_vehicle(on_known_clock(inspection, *imu), logs[*gnss].gnss, *logs[*gnss].gnss_health, *m);
   }
   compare_attitudes(inspection, found);
+}
+
+// Gives the logs of guessed columns the units and axes that the motion asks for, where it refutes the guess. Returns
+// whether there were any. `refuted`: what is right by them.
+bool mend_columns(const Inspection& inspection, std::vector<InspectedLog>& logs, std::vector<Suspicion>& refuted) {
+  bool any = false;
+  const auto mend = [&](std::size_t log, const auto& by) {
+    LogFile& file = logs[log].log;
+    const auto columns = file.columns ? mended(*file.columns, by) : std::nullopt;
+    if (!columns) return;
+    any = true;
+    file.columns = columns;
+    for (const Suspicion& s : inspection.suspicions) {
+      if (s.file != file.file || !is_mended_by_columns(s.fault)) continue;
+      refuted.push_back({s.fault, s.file, s.what, "`columns` in the configuration reads it so; check it"});
+    }
+  };
+  for (const InspectedMatch& m : inspection.matches) {
+    if (m.imu == inspection.first(LogKind::kImu) && m.gnss == inspection.first(LogKind::kGnss)) mend(m.imu, m.match);
+  }
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    const auto& health = inspection.logs[i].gnss_health;
+    if (health && health->velocity) mend(i, *health->velocity);
+  }
+  return any;
+}
+
+}  // namespace
+
+std::vector<InspectedLog> recognise(const std::vector<std::string>& files, std::vector<Suspicion>& found) {
+  std::vector<InspectedLog> logs;
+  for (const std::string& file : files) append(logs, guessed(file, found));
+  pair_up(logs, found);
+  return logs;
+}
+
+Inspection inspect(const std::vector<std::string>& files, const ProgressCallback& progress) {
+  constexpr double kMatched = 0.5;  // part of the work
+  constexpr int kMostReadings = 3;  // units first: axes show where units are right
+  std::vector<Suspicion> unknown, refuted;
+  std::vector<InspectedLog> recognised = recognise(files, unknown);
+  Inspection inspection;
+  for (int reading = 0; reading < kMostReadings; ++reading) {
+    inspection = {.logs = recognised, .matches = {}, .attitudes = {}, .suspicions = unknown};
+    examine_all(inspection, part_of(progress, 0, kMatched));
+    if (reading + 1 == kMostReadings || !mend_columns(inspection, recognised, refuted)) break;
+  }
+  std::vector<Suspicion>& found = inspection.suspicions;
   rank(found);
-  show(kMatched);
+  if (progress) progress(kMatched);
   std::vector<Suspicion> implausible;
-  for (InspectedLog& log : logs) log.calibration = try_calibration(inspection, log, implausible);
+  for (InspectedLog& log : inspection.logs) log.calibration = try_calibration(inspection, log, implausible);
   append(found, std::move(implausible));
   look_for_clock(inspection, found);
+  append(found, std::move(refuted));
   rank(found);
   return inspection;
 }

@@ -4,13 +4,16 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <filesystem>
+#include <numbers>
 #include <stdexcept>
 
 #include "column_names.h"
 #include "column_table.h"
 #include "column_values.h"
+#include "io/counter_rollover.h"
 #include "piste/core/error.h"
 
 namespace piste {
@@ -57,8 +60,17 @@ TimeStem stem_of(const SampledColumn& c) {
   return {{c.words.begin(), c.words.end() - 1}, std::string(found->unit)};
 }
 
+// Whether a text is such as `20201104T091731.4`.
+bool is_compact_calendar(std::string_view text) {
+  constexpr std::size_t kDate = 8, kTime = 6;
+  constexpr std::string_view kDigits = "0123456789";
+  return text.size() >= kDate + 1 + kTime && text[kDate] == 'T' && text.find_first_not_of(kDigits) == kDate &&
+         text.substr(kDate + 1, kTime).find_first_not_of(kDigits) == std::string_view::npos;
+}
+
 // Days since power-up in one unit look like a time since 1970 in the next, at a thousandth of the pace: the slowest are
 // such that an IMU of 4 kHz and a receiver of 20 Hz are not taken so, and one of half a minute is taken as it is.
+constexpr double kRightAngle = 90;  // deg
 constexpr Pace kImuPace{.usual = 0.01, .fastest = 5e-5, .slowest = 0.25};
 constexpr Pace kGnssPace{.usual = 0.5, .fastest = 1e-3, .slowest = 40};
 constexpr Pace kAttitudePace{.usual = 0.01, .fastest = 1e-4, .slowest = 5};
@@ -106,10 +118,11 @@ class Guesser {
     return std::nullopt;
   }
 
-  // The columns of the first group of this key that has all these axes.
-  std::optional<std::vector<std::size_t>> group(std::string_view key, std::string_view axes) const {
+  // The columns of the first group of this key, or of the named one, that has all these axes.
+  std::optional<std::vector<std::size_t>> group(std::string_view key, std::string_view axes,
+                                                const std::optional<std::string>& named = {}) const {
     for (const ColumnMeaning& first : meanings_) {
-      if (first.key != key || first.axis == 0) continue;
+      if (first.key != key || first.axis == 0 || (named && first.group != *named)) continue;
       std::vector<std::size_t> found;
       for (const char axis : axes) {
         for (std::size_t c = 0; c < meanings_.size(); ++c) {
@@ -129,6 +142,19 @@ class Guesser {
     const auto found = group(key, "xyz");
     if (!found) return std::nullopt;
     return ColumnTriad{(*found)[0], (*found)[1], (*found)[2]};
+  }
+
+  // Of several triads of accelerometers that which has gravity: a fusion's accelerations may stand beside it.
+  std::optional<ColumnTriad> forces() const {
+    const auto first = triad("accel");
+    for (const ColumnMeaning& m : meanings_) {
+      if (m.key != "accel" || m.axis != 'x') continue;
+      const auto found = group("accel", "xyz", m.group);
+      if (!found) continue;
+      const ColumnTriad t{(*found)[0], (*found)[1], (*found)[2]};
+      if (is_gravity(usual_magnitude(table_, t))) return t;
+    }
+    return first;
   }
 
   // ---- Writing them down ----
@@ -189,18 +215,34 @@ class Guesser {
     const SampledColumn& c = table_.columns[column];
     ColumnTime time;
     time.name = table_.name_of(column);
-    const bool gps = c.has_any({"gps", "gpst"});
-    if (c.first.find(':') != std::string::npos) {
+    const bool gps = c.has_any({"gps", "gpst", "gpstime"});
+    if (c.first.find(':') != std::string::npos || is_compact_calendar(c.first)) {
       if (c.first == c.last) return std::nullopt;
       time.unit = "calendar";
-      time.of = gps ? TimeScale::kGps : TimeScale::kUtc;
-      if (c.first.find_first_of("-/") != std::string::npos) return time;
-      const auto date = one("date");
-      if (!date) return std::nullopt;
-      time.date = table_.name_of(*date);
+      const bool says_utc = c.first.ends_with('Z') || c.first.ends_with("UTC");
+      time.of = gps && !says_utc ? TimeScale::kGps : TimeScale::kUtc;
+      if (c.first.find_first_of("-/T") != std::string::npos || std::count(c.first.begin(), c.first.end(), '.') > 1) {
+        return time;
+      }
+      if (const auto date = one("date")) {
+        time.date = table_.name_of(*date);
+      } else {
+        time.unit = "hhmmss";
+        time.of = TimeScale::kBoot;
+      }
       return time;
     }
+    constexpr std::size_t kWholeDate = 8;  // characters; of six digits the order is not known
     const auto parts = parts_beside(column);
+    if (is_time_of_day(table_, c.values)) {
+      time.unit = "hhmmss";
+      if (const auto date = one("date"); date && table_.columns[*date].first.size() >= kWholeDate) {
+        time.unit = "calendar";
+        time.of = gps ? TimeScale::kGps : TimeScale::kUtc;
+        time.date = table_.name_of(*date);
+      }
+      return time;
+    }
     const Steps steps = steps_of(table_, times_in(column, parts));
     if (!steps.is_time()) return std::nullopt;
     if (parts) {
@@ -211,9 +253,10 @@ class Guesser {
     if (unit.empty()) unit = time_unit(steps, pace);
     time.unit = unit_of(column, dimension::kTime, unit);
     const double first = steps.first * unit_factor(time.unit.empty() ? c.cell.unit : time.unit, dimension::kTime);
-    constexpr double kSince = 9e8, kUntil = 4e9, kWeekLength = 604800;
+    // The name may speak of the receiver. A time that would be after 2030 of GPS time is one of Unix after 2020.
+    constexpr double kSince = 9e8, kUntil = 4e9, kWeekLength = 604800, kLatestGps = 1.6e9;
     if (first > kSince && first < kUntil) {
-      time.of = gps ? TimeScale::kGps : TimeScale::kUtc;
+      time.of = gps && first < kLatestGps ? TimeScale::kGps : TimeScale::kUtc;
     } else if ((gps || c.has_any({"tow", "sow", "week"})) && first < kWeekLength) {
       time.of = TimeScale::kGpsWeek;
       if (const auto week = one("week"); week && *week != column) time.week = table_.name_of(*week);
@@ -224,6 +267,8 @@ class Guesser {
   // The columns of this time, added up: a time may stand in two columns.
   std::vector<double> times_in(std::size_t column, std::optional<std::size_t> rest) const {
     std::vector<double> times = table_.columns[column].values;
+    CounterRollover rollover;
+    for (double& time : times) time += rollover.offset(time);
     if (!rest) return times;
     const double factor = unit_factor(stem_of(table_.columns[*rest]).unit, dimension::kTime);
     for (std::size_t i = 0; i < times.size(); ++i) times[i] += factor * table_.columns[*rest].values[i];
@@ -277,10 +322,18 @@ class Guesser {
     return true;
   }
 
+  [[noreturn]] void lacks(std::string_view quantity, std::string_view beside) const {
+    throw DataError(
+        file_ + ":1",
+        fmt::format("has columns of {}, and none that is known for the {}; name it so in the header, such as "
+                    "`{}`",
+                    beside, quantity, quantity == "time" ? "time_s" : "height_m"));
+  }
+
   // ---- Kinds ----
 
   std::optional<LogGuess> imu() {
-    auto gyro = triad("gyro"), accel = triad("accel");
+    auto gyro = triad("gyro"), accel = forces();
     const auto dtheta = triad("dtheta"), dvel = triad("dvel");
     const bool increments = dtheta && dvel && !(gyro && accel);
     const auto plain = triad("axis");
@@ -289,7 +342,10 @@ class Guesser {
       if (!plain) return std::nullopt;
       if (const std::string why = why_no_body(*plain); !why.empty()) return put_aside(why);
     }
-    if (!find_time(kImuPace)) return std::nullopt;
+    if (!find_time(kImuPace)) {
+      if (table_.rows > 2 && table_.header && (increments || (gyro && accel))) lacks("time", "an IMU");
+      return std::nullopt;
+    }
     boot_.reset();
     std::string why = "columns named as those of an IMU";
     if (increments) {
@@ -373,25 +429,67 @@ class Guesser {
     return largest(column) > most ? std::string(integers) : "deg";
   }
 
-  // That above the ellipsoid where there are two: the other is above the sea.
+  // The same of latitude and longitude, which may be radians, or degrees and minutes as of NMEA. What would be within
+  // three degrees of latitude and longitude zero is radians: nobody lives there.
+  std::string place_unit() const {
+    constexpr double kTurn = 360;
+    const std::size_t latitude = *one("latitude"), longitude = *one("longitude");
+    const bool named = has_unit(latitude, dimension::kAngle);
+    if (!named && largest(latitude) <= std::numbers::pi / 2 && largest(longitude) <= std::numbers::pi) return "rad";
+    const bool whole = table_.columns[latitude].is_whole();
+    if (!named && !whole && has_minutes(latitude) && has_minutes(longitude) && largest(latitude) > kRightAngle) {
+      return std::string(kDegreesMinutes);
+    }
+    return angle_unit(latitude, kTurn, "1e-7 deg");
+  }
+
+  // Whether the last two digits before the point of all values are minutes of arc.
+  bool has_minutes(std::size_t column) const {
+    constexpr double kHundred = 100, kMinutes = 60, kMost = 18000;
+    const auto& values = table_.columns[column].values;
+    return std::all_of(values.begin(), values.end(), [](double v) {
+      return !std::isfinite(v) || (std::abs(v) <= kMost && std::fmod(std::abs(v), kHundred) < kMinutes);
+    });
+  }
+
+  // That above the ellipsoid where there are two: the other is above the sea. Else that above the sea.
   std::optional<std::size_t> height() const {
     for (std::size_t c = 0; c < meanings_.size(); ++c) {
       if (meanings_[c].key == "height" && is_ellipsoidal(table_.columns[c])) return c;
     }
-    return one("height");
+    return one("height") ? one("height") : one("sea height");
+  }
+
+  // The column of the geoid, if the height is above the sea.
+  void add_geoid(std::size_t height) {
+    if (meanings_[height].key != "sea height") return;
+    if (const auto geoid = one("geoid")) {
+      map_.uses["height"].geoid = table_.name_of(*geoid);
+    } else {
+      doubts_.emplace_back(
+          "height: above the sea, and taken as above the ellipsoid: add the geoid's height where that "
+          "matters, up to 100 m");
+    }
   }
 
   std::optional<LogGuess> receiver() {
     const auto height = this->height();
-    if (!height || !find_time(has_body() ? kImuPace : kGnssPace)) return std::nullopt;
-    constexpr double kTurn = 360;
-    const std::string angle = angle_unit(*one("latitude"), kTurn, "1e-7 deg");
-    const bool integers = angle != "deg" && !has_unit(*one("latitude"), dimension::kAngle);
-    const std::string length = integers ? "mm" : "m", velocity = integers ? "mm/s" : "m/s";
-    if (integers) doubts_.emplace_back("units: integers as u-blox writes them are taken: 1e-7 deg, mm, mm/s");
-    use("latitude", {*one("latitude")}, dimension::kAngle, angle);
-    use("longitude", {*one("longitude")}, dimension::kAngle, angle);
+    const bool body = has_body(), timed = height && find_time(body ? kImuPace : kGnssPace);
+    if (!timed && body) return std::nullopt;
+    if (!height) lacks("height", "latitude and longitude");
+    if (!timed) lacks("time", "a receiver");
+    const std::string angle = place_unit();
+    const bool integers = angle == "1e-7 deg" && !has_unit(*one("latitude"), dimension::kAngle);
+    const bool millimetres = integers || in_millimetres(*height);
+    const std::string length = millimetres ? "mm" : "m", velocity = millimetres ? "mm/s" : "m/s";
+    if (millimetres) {
+      doubts_.emplace_back(fmt::format("units: whole numbers as u-blox writes them are taken: {}mm, mm/s",
+                                       integers ? "1e-7 deg, " : ""));
+    }
+    use("latitude", {*one("latitude")}, dimension::kAngle, angle).hemisphere = hemisphere('N', 'S');
+    use("longitude", {*one("longitude")}, dimension::kAngle, angle).hemisphere = hemisphere('E', 'W');
     use("height", {*height}, dimension::kLength, length);
+    add_geoid(*height);
     if (const auto sigma = group("sigma", "neu")) {
       use("sigma", *sigma, dimension::kLength, length).axes = {"north", "east", "up"};
     } else if (const auto down = group("sigma", "ned")) {
@@ -405,9 +503,37 @@ class Guesser {
     }
     receiver_velocity(velocity, integers);
     if (const auto fix = one("fix")) {
-      if (table_.columns[*fix].words.back() == "type") fix_type(*fix);
+      const SampledColumn& c = table_.columns[*fix];
+      constexpr double kMostKinds = 9;
+      if (c.words.back() == "type") {
+        fix_type(*fix);
+      } else if (c.has("quality") && c.is_whole() && largest(*fix) <= kMostKinds) {
+        use("fix", {*fix}, dimension::kRatio, "");  // of NMEA: 0 is none
+      }
     }
     return taken(LogKind::kGnss, LogGuess::Part::kWhole, "columns named as those of a receiver");
+  }
+
+  // Whether heights, accuracies and velocities are whole numbers, too large for metres: as of UBX-NAV-PVT where a
+  // program has divided the angles alone.
+  bool in_millimetres(std::size_t height) const {
+    constexpr double kHighest = 1e4;  // m
+    const auto whole = [&](std::optional<std::size_t> c) { return !c || table_.columns[*c].is_whole(); };
+    const auto velocity = group("velocity", "ned");
+    return largest(height) > kHighest && !has_unit(height, dimension::kLength) && whole(height) &&
+           whole(one("horizontal_accuracy")) && whole(one("vertical_accuracy")) && whole(one("speed")) &&
+           (!velocity || std::all_of(velocity->begin(), velocity->end(), [&](std::size_t c) { return whole(c); }));
+  }
+
+  // The column of these letters; empty if there is none.
+  std::string hemisphere(char positive, char negative) const {
+    for (std::size_t c = 0; c < table_.columns.size(); ++c) {
+      const std::string& text = table_.columns[c].first;
+      if (text.size() != 1) continue;
+      const char letter = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+      if (letter == positive || letter == negative) return table_.name_of(c);
+    }
+    return {};
   }
 
   // u-blox counts 2D, 3D, with dead reckoning from 2, and the time alone as 5; MAVLink and PX4 count 3D, DGPS, float

@@ -28,7 +28,8 @@ char axis_of(const std::vector<std::string>& words, std::string_view axes) {
 }
 
 std::string group_of(std::vector<std::string> words) {
-  words.back() = words.back().size() == 2 ? words.back().substr(0, 1) : "";
+  const bool letters = words.back().size() == 2 && words.back() != "up";
+  words.back() = letters ? words.back().substr(0, 1) : "";
   return fmt::format("{}", fmt::join(words, " "));
 }
 
@@ -37,7 +38,8 @@ std::string sensor_key(const SampledColumn& c) {
   const std::string first = c.words.back().size() == 2 ? c.words.back().substr(0, 1) : c.words.front();
   const bool is = c.words.back().size() == 2 || c.words.size() > 1;
   const auto letter = [&](std::string_view l) { return is && first == l; };
-  if (c.has_any({"quat", "quaternion", "orientation", "gravity", "user", "pos", "position", "q"}) || letter("q"))
+  if (c.has_any({"quat", "quaternion", "orientation", "gravity", "user", "pos", "position", "q", "bias", "offset"}) ||
+      letter("q"))
     return {};
   if (c.has("dtheta") || (c.has("delta") && c.has("angle"))) return "dtheta";
   if (c.has("dvel") || (c.has("delta") && c.has_any({"velocity", "vel"}))) return "dvel";
@@ -76,7 +78,9 @@ std::string accuracy_key(const SampledColumn& c) {
 std::string place_key(const SampledColumn& c) {
   if (c.has_any({"lat", "latitude"})) return "latitude";
   if (c.has_any({"lon", "lng", "long", "longitude"})) return "longitude";
-  const bool sea = c.has_any({"msl", "geoid", "undulation", "separation"});
+  if (c.has_any({"geoid", "undulation", "separation", "sep"})) return "geoid";
+  const bool sea = c.has("msl");
+  if (sea && c.has_any({"height", "alt", "altitude", "hgt", "h"})) return "sea height";
   if (!sea && (is_ellipsoidal(c) || c.has_any({"height", "alt", "altitude", "hgt"}) ||
                (c.words.size() == 1 && c.words[0] == "h"))) {
     return "height";
@@ -102,6 +106,7 @@ ColumnMeaning meaning_of(const SampledColumn& c) {
   const bool spread = is_spread(c);
   const std::string place = place_key(c);
   if (!place.empty() && !spread) return one(place);
+  if (spread && place == "geoid") return {};
   if (spread && !place.empty()) {
     return {"sigma", place == "latitude" ? 'n' : place == "longitude" ? 'e' : 'u', "place"};
   }
@@ -123,16 +128,22 @@ ColumnMeaning meaning_of(const SampledColumn& c) {
     if (std::string key = sensor_key(c); !key.empty())
       return {std::move(key), axis_of(c.words, "xyz"), group_of(c.words)};
   }
+  if (c.has_any({"rate", "speed"}) && c.has_any({"roll", "pitch", "yaw"})) {
+    return {"gyro", c.has("roll") ? 'x' : c.has("pitch") ? 'y' : 'z', "roll pitch yaw"};
+  }
   if (std::string key = motion_key(c); !key.empty()) return one(std::move(key));
   if (c.has("roll") || c.has("pitch")) return one(c.has("roll") ? "roll" : "pitch");
   if (c.has("yaw")) return one("heading");
   if (c.has("week")) return one("week");
-  if (c.has_any({"time", "timestamp", "stamp", "tow", "sow", "epoch", "seconds", "elapsed", "utc"}) ||
-      (c.words.size() == 1 && (c.words[0] == "t" || c.words[0] == "sec"))) {
+  constexpr std::array<std::string_view, 12> kTimeAlone{"t",  "s",      "sec", "ms",    "msec", "millis",
+                                                        "us", "micros", "ns",  "nanos", "usec", "nsec"};
+  if (c.has_any({"time", "timestamp", "stamp", "tow", "sow", "epoch", "seconds", "elapsed", "utc", "gpst", "datetime",
+                 "gpstime", "utctime"}) ||
+      (c.words.size() == 1 && std::find(kTimeAlone.begin(), kTimeAlone.end(), c.words[0]) != kTimeAlone.end())) {
     return one("time");
   }
   if (c.has("date")) return one("date");
-  if (c.has("fix")) return one("fix");
+  if (c.has_any({"fix", "quality"})) return one("fix");
   if (c.has_any({"temp", "temperature"})) return one("temperature");
   return {};
 }

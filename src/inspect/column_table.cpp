@@ -48,6 +48,24 @@ void take_unit(SampledColumn& column) {
   }
 }
 
+// Parts the last word where it is a quantity and an axis, or an accuracy, in one: `gyrox`, `veln`, `hacc`.
+void part_words(SampledColumn& column) {
+  constexpr std::array<std::string_view, 9> kOfAxes{"gyro",  "gyr", "acc",       "accel",        "mag",
+                                                    "omega", "vel", "gyroscope", "accelerometer"};
+  if (column.words.empty()) return;
+  const std::string last = column.words.back();
+  if (last.size() < 4) return;
+  const std::string stem = last.substr(0, last.size() - 1);
+  const bool axis = std::string_view(stem == "vel" ? "nedu" : "xyz").find(last.back()) != std::string_view::npos;
+  if (axis && std::find(kOfAxes.begin(), kOfAxes.end(), stem) != kOfAxes.end()) {
+    column.words.back() = stem;
+    column.words.emplace_back(1, last.back());
+  } else if (last == "hacc" || last == "vacc" || last == "sacc") {
+    column.words.back() = last.substr(0, 1);
+    column.words.emplace_back("acc");
+  }
+}
+
 // Fields of an array stand for the axes where there are three, as of PX4's gyro_rad[0].
 void take_index(SampledColumn& column) {
   constexpr std::array<std::string_view, 3> kIndices{"0", "1", "2"}, kAxes{"x", "y", "z"};
@@ -134,6 +152,7 @@ std::optional<ColumnTable> sample_columns(std::string_view text) {
     SampledColumn& column = table.columns[i];
     column.words = words_of(column.cell.name);
     take_unit(column);
+    part_words(column);
     take_index(column);
     if (i < reader.fields().size()) column.first = reader.fields()[i];
   }

@@ -159,6 +159,20 @@ Steps steps_of(const ColumnTable& table, const std::vector<double>& values) {
   return steps;
 }
 
+bool is_time_of_day(const ColumnTable& table, const std::vector<double>& values) {
+  constexpr double kHundred = 100, kMinute = 60, kDay = 240000, kLeap = kHundred - kMinute;
+  bool leapt = false;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const double v = values[i], minutes = std::floor(v / kHundred);
+    if (!(v >= 0 && v < kDay && std::fmod(v, kHundred) < kMinute && std::fmod(minutes, kHundred) < kMinute))
+      return false;
+    if (i == 0 || table.begins(i) || minutes == std::floor(values[i - 1] / kHundred)) continue;
+    const double step = v - values[i - 1];
+    leapt = leapt || (step >= kLeap && std::fmod(values[i - 1], kHundred) > kMinute / 2);
+  }
+  return leapt;
+}
+
 std::string time_unit(const Steps& steps, const Pace& pace) {
   constexpr std::array<NamedValue, 4> kUnits{{{"s", 1}, {"ms", 1e-3}, {"us", 1e-6}, {"ns", 1e-9}}};
   constexpr double kSince = 9e8, kUntil = 4e9;  // s since 1970 or 1980 of the times in which logs are written

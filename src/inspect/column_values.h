@@ -47,6 +47,10 @@ struct Steps {
 /// `values` are a column's, or as many.
 Steps steps_of(const ColumnTable& table, const std::vector<double>& values);
 
+/// Whether values are times of day as digits, such as 91731.4 for 9:17:31.4: minutes and seconds are below 60, and it
+/// is seen to leap by 40 where a minute ends.
+bool is_time_of_day(const ColumnTable& table, const std::vector<double>& values);
+
 /// The intervals between the rows of a kind of log [s].
 struct Pace {
   double usual, fastest, slowest;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "adding_to.h"
+#include "log_factors.h"
 #include "math/time.h"
 #include "piste/inspect/log_match.h"
 #include "piste/math/earth.h"
@@ -16,14 +17,9 @@
 namespace piste {
 namespace {
 
-constexpr double kClockError = 0.3;      // s beyond which a clock is said to be wrong
-constexpr double kLatest = 1;            // s: that velocities come late at most
-constexpr double kNearly = 0.3;          // s within which an offset is a known one
-constexpr double kUnitTolerance = 1.35;  // of a factor
-
-bool near(double factor, double expected) {
-  return std::abs(std::log(std::abs(factor / expected))) < std::log(kUnitTolerance);
-}
+constexpr double kClockError = 0.3;  // s beyond which a clock is said to be wrong
+constexpr double kLatest = 1;        // s: that velocities come late at most
+constexpr double kNearly = 0.3;      // s within which an offset is a known one
 
 // The likely cause of an offset of the clocks.
 struct Meaning {
@@ -93,44 +89,19 @@ void suspect_clock(const LogMatch& m, const std::string& imu_file, const std::st
   }
 }
 
-// Factors by which gyroscopes and accelerometers are to be multiplied.
-struct Factors {
-  double gyro = 1, accel = 1;
-};
-
-// For an IMU whose windows do not determine the factors: from the turns of the track and the magnitude of gravity, if
-// these are clear.
-Factors rough_factors(const LogMatch& m) {
-  constexpr double kFarOff = 3;
-  Factors factors;
-  if (!m.clock || m.turn_ratio == 0) return factors;
-  const double other = m.increments ? m.interval : 1 / m.interval;
-  for (const double accel : {kStandardGravity, 1 / kStandardGravity, other}) {
-    if (near(m.force * accel, kStandardGravity)) factors.accel = accel;
-  }
-  const auto distance = [&](double gyro) { return std::abs(std::log(m.turn_ratio * gyro)); };
-  if (factors.accel == other && distance(other) < std::log(kFarOff)) {
-    factors.gyro = other;
-    return factors;
-  }
-  for (const double gyro : {kDegreesPerRadian, kDegree}) {
-    if (distance(gyro) < std::min(distance(1), std::log(kFarOff))) factors.gyro = gyro;
-  }
-  return factors;
-}
-
-void suspect_units(const LogMatch& m, const Factors& factors, const std::string& file, std::vector<Suspicion>& found) {
+void suspect_units(const LogMatch& m, const LogFactors& factors, const std::string& file,
+                   std::vector<Suspicion>& found) {
   const auto add = adding_to(found, file);
   const double by_interval = 1 / m.interval, f = factors.gyro, a = factors.accel;
   const std::string turns = fmt::format("the gyroscopes turn {:.4g} times as fast as the track", m.turn_ratio);
-  if (near(f, by_interval) && near(a, by_interval)) {
+  if (near_factor(f, by_interval) && near_factor(a, by_interval)) {
     add(LogFault::kIncrementsForRates,
         fmt::format("{}, and the forces are {:.4g} times too small, as increments over {:.4g} s are", turns, a,
                     m.interval),
         "these are increments: name the columns dtheta_x_rad and dvel_x_m_s");
     return;
   }
-  if (near(f, m.interval) && near(a, m.interval)) {
+  if (near_factor(f, m.interval) && near_factor(a, m.interval)) {
     add(LogFault::kRatesForIncrements,
         fmt::format("{}, and the forces are {:.4g} times too large, as rates are over {:.4g} s", turns, 1 / a,
                     m.interval),
@@ -150,11 +121,11 @@ void suspect_units(const LogMatch& m, const Factors& factors, const std::string&
   }
   const std::string forces =
       fmt::format("the forces are {:.4g} times what gravity and the track's accelerations ask", 1 / a);
-  if (near(a, kStandardGravity)) {
+  if (near_factor(a, kStandardGravity)) {
     add(LogFault::kAccelG, forces + ": g under the name of m/s^2", "name the columns accel_x_g");
-  } else if (near(a, 1 / kStandardGravity)) {
+  } else if (near_factor(a, 1 / kStandardGravity)) {
     add(LogFault::kAccelMetres, forces + ": m/s^2 under the name of g", "name the columns accel_x_m_s2");
-  } else if (!near(a, 1)) {
+  } else if (!near_factor(a, 1)) {
     add(LogFault::kAccelG, forces, "convert the accelerometers to m/s^2, or name their unit in the header");
   }
 }
@@ -197,8 +168,7 @@ std::vector<Suspicion> suspicions(const LogMatch& m, const std::string& imu_file
   std::vector<Suspicion> found;
   if (m.interval == 0) return found;  // the rows themselves are wrong, which has its own suspicion
   suspect_clock(m, imu_file, gnss_file, found);
-  suspect_units(m, m.motion ? Factors{m.motion->gyro_factor, m.motion->accel_factor} : rough_factors(m), imu_file,
-                found);
+  suspect_units(m, log_factors(m), imu_file, found);
   if (m.motion) {
     suspect_axes(*m.motion, imu_file, found);
   }

@@ -75,11 +75,18 @@ int oddity_of(const Matrix3d& axes) {
 }
 
 struct SpeedUnit {
-  double scale;  // of what is 1 m/s
-  std::string_view name;
+  double scale;                 // of what is 1 m/s
+  std::string_view name, unit;  // in words, and as configurations have it
 };
-constexpr std::array kSpeedUnits{SpeedUnit{1, "m/s"}, SpeedUnit{3.6, "km/h"}, SpeedUnit{kHour / 1852, "knots"},
-                                 SpeedUnit{kHour / 1609.344, "miles/h"}, SpeedUnit{1 / 0.3048, "ft/s"}};
+constexpr std::array kSpeedUnits = std::to_array<SpeedUnit>({{1, "m/s", "m/s"},
+                                                             {3.6, "km/h", "km/h"},
+                                                             {kHour / 1852, "knots", "kn"},
+                                                             {kHour / 1609.344, "miles/h", "0.44704 m/s"},
+                                                             {1 / 0.3048, "ft/s", "0.3048 m/s"}});
+
+const SpeedUnit& speed_unit(double scale) {
+  return *std::find_if(kSpeedUnits.begin(), kSpeedUnits.end(), [&](const SpeedUnit& u) { return u.scale == scale; });
+}
 
 std::vector<VelocityReading> readings() {
   std::vector<VelocityReading> all;
@@ -164,10 +171,9 @@ Positions positions_of(const std::vector<GeodeticFix>& fixes) {
   return p;
 }
 
-std::string_view speed_unit_name(double scale) {
-  return std::find_if(kSpeedUnits.begin(), kSpeedUnits.end(), [&](const SpeedUnit& u) { return u.scale == scale; })
-      ->name;
-}
+std::string_view speed_unit_name(double scale) { return speed_unit(scale).name; }
+
+std::string_view speed_unit_text(double scale) { return speed_unit(scale).unit; }
 
 std::optional<VelocityFit> fit_velocity(const std::vector<GeodeticFix>& fixes, const Positions& p,
                                         const GnssHealth& h) {

@@ -24,6 +24,9 @@ std::optional<VelocityFit> fit_velocity(const std::vector<GeodeticFix>& fixes, c
 /// Name of the unit in which 1 m/s is `scale`. @pre `scale` is one that fit_velocity gives
 std::string_view speed_unit_name(double scale);
 
+/// The same as a configuration has it, such as `kn`.
+std::string_view speed_unit_text(double scale);
+
 /// The step of the positions between two fixes less the step that their velocities give, with the correction `fit`.
 /// Returns nullopt if one of them has no velocity.
 std::optional<Vector3d> beyond_velocity(const GeodeticFix& before, const GeodeticFix& now, const Vector3d& step,

@@ -30,22 +30,36 @@ std::optional<std::array<double, 3>> three_numbers(std::string_view text, std::s
   return values;
 }
 
-// `2020-11-04`, `2020/11/04` or `20201104`. A minus would be read as a sign: it becomes a slash.
+// `2020-11-04`, `2020/11/04`, `20201104` or `4.11.2020`. A minus would be read as a sign: it becomes a slash.
 std::optional<sys_days> date_of(std::string_view text) {
+  constexpr double kLastDay = 31;
   std::string slashes(text);
   for (char& c : slashes) c = c == '-' || c == '.' ? '/' : c;
   constexpr std::size_t kCompact = 8;
   if (slashes.size() == kCompact && slashes.find('/') == std::string::npos) slashes.insert(6, "/").insert(4, "/");
-  const auto date = three_numbers(slashes, "/");
+  auto date = three_numbers(slashes, "/");
+  const bool day_first = text.find('.') != std::string_view::npos;
+  if (date && day_first && (*date)[0] <= kLastDay) std::swap((*date)[0], (*date)[2]);
   return date ? day_of((*date)[0], (*date)[1], (*date)[2]) : std::nullopt;
 }
 
-// Seconds of `+0100` or `-01:30`; infinite if it is neither.
+// Hours, minutes and seconds of a time of day, such as `09:17:31.437` or `091731.437`.
+std::optional<std::array<double, 3>> clock_of(std::string_view text) {
+  constexpr std::size_t kDigits = 6;
+  std::string clock(text);
+  if (const auto comma = clock.find(','); comma != std::string::npos) clock[comma] = '.';
+  const bool compact = clock.size() >= kDigits && clock.find_first_not_of("0123456789") >= kDigits;
+  if (compact) clock.insert(4, ":").insert(2, ":");
+  return three_numbers(clock, ":");
+}
+
+// Seconds of `+0100`, `-01:30` or `+01`; infinite if it is neither.
 double zone_of(std::string_view text) {
   std::string digits;
   for (const char c : text.substr(1)) {
     if (c >= '0' && c <= '9') digits += c;
   }
+  if (digits.size() == 2) digits += "00";
   if (digits.size() != 4) return std::numeric_limits<double>::infinity();
   const double hours = 10 * (digits[0] - '0') + (digits[1] - '0'), minutes = 10 * (digits[2] - '0') + (digits[3] - '0');
   return (text.front() == '-' ? -1 : 1) * (hours * kHour + minutes * 60);
@@ -54,8 +68,13 @@ double zone_of(std::string_view text) {
 }  // namespace
 
 ColumnClock::ColumnClock(const ColumnReader& reader, const ColumnTime& time, bool repair)
-    : reader_(reader), of_(time.of), calendar_(time.unit == "calendar"), increasing_(repair), weeks_(repair) {
-  if (calendar_) {
+    : reader_(reader),
+      of_(time.of),
+      calendar_(time.unit == "calendar"),
+      digits_(time.unit == "hhmmss"),
+      increasing_(repair),
+      weeks_(repair) {
+  if (calendar_ || digits_) {
     time_.index = reader.place_of(time.name, "time");
   } else {
     time_ = reader.column(time.name, "time", time.unit, dimension::kTime);
@@ -68,9 +87,10 @@ ColumnClock::ColumnClock(const ColumnReader& reader, const ColumnTime& time, boo
 double ColumnClock::next() {
   const TextReader& text = reader_.text();
   if (calendar_) return weeks_.next(calendar(), text);
+  if (digits_) return increasing_.later(since_midnight(), text);
   switch (of_) {
     case TimeScale::kBoot:
-      return increasing_.later(reader_.value(time_) + rest(), text);
+      return increasing_.later(since_power_up(), text);
     case TimeScale::kGpsWeek: {
       if (!week_) return increasing_.next(reader_.value(time_) + rest(), text);
       const double week = text.number(*week_), seconds = reader_.value(time_) + rest();
@@ -84,6 +104,28 @@ double ColumnClock::next() {
       return weeks_.next(since_epoch(), text);
   }
   return 0;
+}
+
+double ColumnClock::since_power_up() {
+  const double time = reader_.value(time_);
+  return time + time_.factor * rollover_.offset(time / time_.factor) + rest();
+}
+
+// Of `09:17:31.437`, or of a number such as 91731.437, of an unknown day.
+double ColumnClock::since_midnight() const {
+  if (const auto clock = clock_of(reader_.text().fields()[time_.index])) {
+    return (*clock)[0] * kHour + (*clock)[1] * 60 + (*clock)[2];
+  }
+  constexpr double kHundred = 100;
+  const double digits = reader_.text().number(time_.index);
+  const double seconds = std::fmod(digits, kHundred), minutes = std::fmod(std::floor(digits / kHundred), kHundred);
+  const double hours = std::floor(digits / (kHundred * kHundred));
+  if (!(digits >= 0 && hours < 24 && minutes < 60 && seconds < 61)) {
+    reader_.text().fail(
+        fmt::format("{} is no time of day; right would be such as 091731.437, hours, minutes and seconds",
+                    reader_.text().fields()[time_.index]));
+  }
+  return hours * kHour + minutes * 60 + seconds;
 }
 
 // Whole seconds are split off as whole numbers: nanoseconds since 1970 have more digits than a double.
@@ -127,7 +169,7 @@ GpsTime ColumnClock::calendar() const {
     if (clock.ends_with(end)) clock.remove_suffix(end.size());
   }
   const auto day = date_of(date);
-  const auto time = three_numbers(clock, ":");
+  const auto time = clock_of(clock);
   if (!day || !time || !(std::abs(zone) < kDay) || !((*time)[0] < 24 && (*time)[1] < 60 && (*time)[2] < 61)) {
     text.fail(fmt::format("`{}` is no time; right would be such as 2020-11-04 09:17:31.437, in UTC or GPS time",
                           text.fields()[time_.index]),

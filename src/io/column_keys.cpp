@@ -33,6 +33,11 @@ constexpr std::array kGnss = std::to_array<ColumnQuantity>({{"latitude", dimensi
 constexpr std::array kAttitude =
     std::to_array<ColumnQuantity>({{"angles", dimension::kAngle, 3, 3}, {"sigma", dimension::kAngle, 3, 3}});
 
+// The name of an axis, and of that against it.
+using AxisNames = std::array<std::string_view, 2>;
+constexpr std::array<AxisNames, 3> kLevelAxes{{{"north", "south"}, {"east", "west"}, {"down", "up"}}};
+constexpr std::array<AxisNames, 3> kSensorAxes{{{"+x", "-x"}, {"+y", "-y"}, {"+z", "-z"}}};
+
 constexpr std::array<std::pair<std::string_view, TimeScale>, 5> kScales{{{"boot", TimeScale::kBoot},
                                                                          {"gps_week", TimeScale::kGpsWeek},
                                                                          {"gps", TimeScale::kGps},
@@ -65,7 +70,11 @@ ColumnTime read_time(const Config& map, TimeScale scale) {
   time.week = map.text("week", "");
   time.date = map.text("date", "");
   time.unit = map.text("unit", "");
-  if (time.unit != "calendar") time.unit = read_unit(map, dimension::kTime);
+  const bool digits = time.unit == "hhmmss";
+  if (digits && time.of != TimeScale::kBoot) {
+    map.fail("unit", "hhmmss is a time of an unknown day: `of: boot`; with a date beside it, `unit: calendar`");
+  }
+  if (time.unit != "calendar" && !digits) time.unit = read_unit(map, dimension::kTime);
   if (!time.week.empty() && time.of != TimeScale::kGpsWeek)
     map.fail("week", "stands beside seconds of week: `of: gps_week`");
   const bool calendar = time.unit == "calendar";
@@ -79,6 +88,25 @@ ColumnTime read_time(const Config& map, TimeScale scale) {
   }
   if (!time.date.empty() && !calendar) map.fail("date", "stands beside a time of day: `unit: calendar`");
   return time;
+}
+
+// The directions along which columns lie: one of each pair for each column, where a third may be missing.
+std::vector<std::string> read_axes(const Config& map, std::size_t columns, std::span<const AxisNames, 3> names,
+                                   std::string_view example) {
+  std::vector<std::string> axes = map.words("axes");
+  std::array<std::size_t, 3> found{};
+  for (std::string& axis : axes) {
+    if (axis == "x" || axis == "y" || axis == "z") axis.insert(0, "+");
+    const auto name =
+        std::find_if(names.begin(), names.end(), [&](const AxisNames& n) { return axis == n[0] || axis == n[1]; });
+    if (name == names.end()) map.fail("axes", fmt::format("`{}` is no axis; right would be `{}`", axis, example));
+    ++found[static_cast<std::size_t>(name - names.begin())];
+  }
+  const bool each = found[0] == 1 && found[1] == 1 && found[2] + 2 == columns;
+  if (!axes.empty() && (axes.size() != columns || !each)) {
+    map.fail("axes", fmt::format("one axis for each column is expected, such as `{}`", example));
+  }
+  return axes;
 }
 
 ColumnUse read_use(const Config& columns, const ColumnQuantity& quantity) {
@@ -95,25 +123,17 @@ ColumnUse read_use(const Config& columns, const ColumnQuantity& quantity) {
                                                                 "`{{names: [x, y, z], unit: …}}`",
                                                                 use.names.size(), quantity.most));
   }
-  use.unit = read_unit(map, quantity.dimension);
   const std::string_view key = quantity.key;
-  if (key == "velocity" || key == "sigma_velocity" || (key == "sigma" && quantity.dimension == dimension::kLength)) {
-    use.axes = map.words("axes");
-    for (const std::string& axis : use.axes) {
-      constexpr std::array<std::string_view, 6> kKnown{"north", "east", "down", "south", "west", "up"};
-      if (std::find(kKnown.begin(), kKnown.end(), axis) == kKnown.end()) {
-        map.fail("axes", fmt::format("`{}` is none of {}", axis, fmt::join(kKnown, ", ")));
-      }
-    }
-    const auto along = [&](std::string_view one, std::string_view other) {
-      return std::count_if(use.axes.begin(), use.axes.end(), [&](const auto& a) { return a == one || a == other; });
-    };
-    const bool each = along("north", "south") == 1 && along("east", "west") == 1 &&
-                      along("down", "up") == static_cast<long>(use.names.size()) - 2;
-    if (!use.axes.empty() && (use.axes.size() != use.names.size() || !each)) {
-      map.fail("axes", "one axis for each column is expected, such as `east north up`");
-    }
-  }
+  const bool place = key == "latitude" || key == "longitude";
+  use.unit = place && map.text("unit", "") == kDegreesMinutes ? std::string(kDegreesMinutes)
+                                                              : read_unit(map, quantity.dimension);
+  const bool level =
+      key == "velocity" || key == "sigma_velocity" || (key == "sigma" && quantity.dimension == dimension::kLength);
+  const bool triad = key == "gyro" || key == "accel" || key == "dtheta" || key == "dvel" || key == "magnetic";
+  if (level) use.axes = read_axes(map, use.names.size(), kLevelAxes, "east north up");
+  if (triad) use.axes = read_axes(map, use.names.size(), kSensorAxes, "+x -y -z");
+  if (place) use.hemisphere = map.text("hemisphere", "");
+  if (key == "height") use.geoid = map.text("geoid", "");
   if (key == "fix") {
     for (const std::string& value : map.words("valid")) {
       try {
@@ -179,6 +199,8 @@ std::string text_of(const ColumnUse& use) {
   std::vector<std::string> names;
   for (const std::string& name : use.names) names.push_back(plain_or_quoted(name));
   std::string text = names.size() == 1 ? "{name: " + names[0] : fmt::format("{{names: [{}]", fmt::join(names, ", "));
+  if (!use.geoid.empty()) text += ", geoid: " + plain_or_quoted(use.geoid);
+  if (!use.hemisphere.empty()) text += ", hemisphere: " + plain_or_quoted(use.hemisphere);
   if (!use.axes.empty()) text += fmt::format(", axes: {}", fmt::join(use.axes, " "));
   if (!use.unit.empty()) text += ", unit: " + plain_or_quoted(use.unit);
   if (!use.valid.empty()) text += fmt::format(", valid: [{}]", fmt::join(use.valid, ", "));

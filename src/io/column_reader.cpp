@@ -98,7 +98,11 @@ std::vector<Column> ColumnReader::columns(const ColumnMap& map, const ColumnQuan
   std::vector<Column> found;
   if (const ColumnUse* use = map.find(quantity.key)) {
     for (const std::string& name : use->names) {
-      found.push_back(column(name, quantity.key, use->unit, quantity.dimension));
+      if (use->unit == kDegreesMinutes) {
+        found.push_back({place_of(name, quantity.key), kDegree});
+      } else {
+        found.push_back(column(name, quantity.key, use->unit, quantity.dimension));
+      }
     }
   }
   return found;

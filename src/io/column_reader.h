@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "io/counter_rollover.h"
 #include "io/gps_time.h"
 #include "io/text_layout.h"
 #include "io/text_reader.h"
@@ -58,16 +59,19 @@ class ColumnClock {
   double next();
 
  private:
+  double since_power_up();
+  double since_midnight() const;
   GpsTime since_epoch() const;
   GpsTime calendar() const;
   double rest() const { return rest_ ? reader_.value(*rest_) : 0; }
 
   const ColumnReader& reader_;
   TimeScale of_;
-  bool calendar_;
+  bool calendar_, digits_;
   Column time_;
   std::optional<Column> rest_;
   std::optional<std::size_t> week_, date_;
+  CounterRollover rollover_;
   IncreasingTime increasing_;
   WeekTime weeks_;
 };

@@ -36,6 +36,17 @@ Vector3d three(const ColumnReader& reader, const std::vector<Column>& columns) {
   return {reader.value(columns[0]), reader.value(columns[1]), reader.value(columns[2])};
 }
 
+// The columns of a triad in the order of the sensor's axes, with their signs.
+std::vector<Column> along_axes(std::vector<Column> columns, const ColumnUse* use) {
+  if (columns.empty() || use->axes.empty()) return columns;
+  std::vector<Column> along(columns.size());
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const std::string& axis = use->axes[i];  // such as -y
+    along[static_cast<std::size_t>(axis[1] - 'x')] = {columns[i].index, (axis[0] == '-' ? -1 : 1) * columns[i].factor};
+  }
+  return along;
+}
+
 // The columns that an IMU's file has. Of two files each has one triad.
 struct ImuColumns {
   std::vector<Column> gyro, accel, magnetic, temperature;
@@ -45,7 +56,9 @@ struct ImuColumns {
 enum class Part { kBoth, kGyro, kAccel };
 
 ImuColumns imu_columns(const ColumnReader& reader, const ColumnMap& map, Part part) {
-  const auto find = [&](std::string_view key) { return find_columns(reader, map, imu_quantities(), key); };
+  const auto find = [&](std::string_view key) {
+    return along_axes(find_columns(reader, map, imu_quantities(), key), map.find(key));
+  };
   ImuColumns columns;
   columns.increments = map.find("dtheta") != nullptr;
   if (part != Part::kAccel) columns.gyro = find(columns.increments ? "dtheta" : "gyro");
@@ -62,7 +75,7 @@ ImuRecording read_part(const LogFile& log, const std::string& file, std::optiona
   ColumnReader reader(file, map, content);
   const ImuColumns columns = imu_columns(reader, map, part);
   ColumnClock clock(reader, part == Part::kAccel && map.accel_time ? *map.accel_time : map.time, log.repair);
-  const bool judged = faults == nullptr && !columns.gyro.empty() && columns.gyro[0].factor == 1;
+  const bool judged = faults == nullptr && !columns.gyro.empty() && std::abs(columns.gyro[0].factor) == 1;
   ImuRecording imu;
   imu.file = file;
   imu.increments = columns.increments;
@@ -135,6 +148,14 @@ class FixReader {
     speed_accuracy_ = one("speed_accuracy");
     course_accuracy_ = one("course_accuracy");
     fix_ = one("fix");
+    for (std::size_t i = 0; i < hemisphere_.size(); ++i) {
+      const ColumnUse& use = *map.find(kAngles[i]);
+      if (!use.hemisphere.empty()) hemisphere_[i] = reader.place_of(use.hemisphere, "hemisphere");
+      minutes_[i] = use.unit == kDegreesMinutes;
+    }
+    if (const ColumnUse& height = *map.find("height"); !height.geoid.empty()) {
+      geoid_ = reader.column(height.geoid, "geoid", height.unit, dimension::kLength);
+    }
   }
 
   /// Whether the place is that of the row before, or missing: the fastest sensor makes the rows of a log of several.
@@ -149,7 +170,7 @@ class FixReader {
   }
 
   /// Whether the receiver says that it has a fix: by the column `fix`, by an accuracy that is not negative, as iOS, and
-  /// by a place.
+  /// by a place that is there.
   bool has_fix() const {
     if (fix_) {
       const auto value = reader_.find_value(*fix_);
@@ -160,13 +181,16 @@ class FixReader {
     }
     const auto radius = horizontal_ ? reader_.find_value(*horizontal_) : std::nullopt;
     if (radius && *radius < 0) return false;
+    for (const Column& c : place_) {
+      if (!reader_.find_value(c)) return false;
+    }
     return tells_place(reader_.value(place_[0]), reader_.value(place_[1]));
   }
 
   GeodeticFix fix(double time) const {
     GeodeticFix fix;
     fix.time = time;
-    fix.position = {reader_.value(place_[0]), reader_.value(place_[1]), reader_.value(place_[2])};
+    fix.position = {angle(0), angle(1), reader_.value(place_[2]) + (geoid_ ? reader_.value(*geoid_) : 0)};
     fix.sigma_position = sigma();
     if (velocity_.found()) fix.velocity = velocity();
     if (speed_) fix.velocity = velocity_along_course();
@@ -175,6 +199,38 @@ class FixReader {
   }
 
  private:
+  static constexpr std::array<std::string_view, 2> kAngles{"latitude", "longitude"};
+
+  // Of degrees and minutes as one number, in degrees as it was read: 46° 5.838' are 4605.838.
+  double of_minutes(double value) const {
+    constexpr double kHundred = 100, kMinutes = 60;
+    const double digits = std::abs(value / kDegree), degrees = std::floor(digits / kHundred);
+    const double minutes = digits - kHundred * degrees;
+    if (!(minutes < kMinutes)) {
+      reader_.text().fail(fmt::format("{} has {:.4f} minutes of arc; are these degrees and minutes as NMEA has them?",
+                                      digits, minutes));
+    }
+    return std::copysign(degrees + minutes / kMinutes, value) * kDegree;
+  }
+
+  // Latitude or longitude, with the sign of its hemisphere.
+  double angle(std::size_t i) const {
+    double value = reader_.value(place_[i]);
+    if (minutes_[i]) value = of_minutes(value);
+    if (!hemisphere_[i]) return value;
+    const std::string_view letter = reader_.text().fields()[*hemisphere_[i]];
+    const std::string_view positive = i == 0 ? "Nn" : "Ee", negative = i == 0 ? "Ss" : "Ww";
+    const bool known = letter.size() == 1 && (positive.find(letter) != std::string_view::npos ||
+                                              negative.find(letter) != std::string_view::npos);
+    if (!known || value < 0) {
+      reader_.text().fail(fmt::format("`{}` is no hemisphere of the {} {:.7f} deg; right would be {} or {} beside one "
+                                      "without a sign",
+                                      letter, kAngles[i], value / kDegree, positive[0], negative[0]),
+                          RowFault::Kind::kText);
+    }
+    return negative.find(letter) != std::string_view::npos ? -value : value;
+  }
+
   Vector3d sigma() const {
     if (log_.sigma) return *log_.sigma;
     if (sigma_.found()) {
@@ -233,6 +289,9 @@ class FixReader {
   const ColumnReader& reader_;
   bool unknown_allowed_;
   std::array<Column, 3> place_;
+  std::array<std::optional<std::size_t>, 2> hemisphere_;
+  std::array<bool, 2> minutes_{};
+  std::optional<Column> geoid_;
   std::optional<std::array<double, 3>> last_;
   NedColumns sigma_, velocity_, sigma_velocity_;
   std::optional<Column> horizontal_, vertical_, speed_, course_, speed_accuracy_, course_accuracy_, fix_;

@@ -28,8 +28,9 @@ std::vector<Line> lines_of(std::string_view text, Delimiter delimiter) {
     }));
     const auto empty = static_cast<std::size_t>(
         std::count_if(fields.begin(), fields.end(), [](std::string_view f) { return f.empty(); }));
+    const bool time_alone = numbers == 1 && fields.size() > 2 && numbers + empty == fields.size();
     lines.push_back({reader.line_number(), fields.size(), fields.size() - (trailing ? 1 : 0),
-                     numbers >= 2 && 2 * (numbers + empty) >= fields.size()});
+                     time_alone || (numbers >= 2 && 2 * (numbers + empty) >= fields.size())});
   }
   if (text.size() > kLooked && !lines.empty()) lines.pop_back();  // it is cut
   return lines;

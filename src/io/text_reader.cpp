@@ -32,6 +32,13 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
+// Without blanks around it, and without the quotes around it.
+std::string_view unquoted(std::string_view text) {
+  text = trimmed(text);
+  const bool has = text.size() > 1 && text.starts_with('"') && text.ends_with('"');
+  return has ? trimmed(text.substr(1, text.size() - 2)) : text;
+}
+
 }  // namespace
 
 std::string RowSource::where() const {
@@ -104,9 +111,12 @@ void TextReader::split(std::string_view text) {
   };
   if (separator_ != Separator::kSpaces) {
     const char separator = separator_ == Separator::kTab ? '\t' : separator_ == Separator::kComma ? ',' : ';';
+    const bool quotes = text.find('"') != std::string_view::npos;
+    bool quoted = false;
     for (const char* start = p;; ++p) {
-      if (p != end && *p != separator) continue;
-      fields_.push_back(trimmed(field(start, p)));
+      if (quotes && p != end && *p == '"') quoted = !quoted;
+      if (p != end && (*p != separator || quoted)) continue;
+      fields_.push_back(quotes ? unquoted(field(start, p)) : trimmed(field(start, p)));
       if (p == end) return;
       start = p + 1;
     }

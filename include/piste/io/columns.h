@@ -16,12 +16,20 @@ namespace piste {
 /// What separates the fields of a row.
 enum class Delimiter { kComma, kSemicolon, kTab, kBlanks };
 
+/// The unit of latitudes and longitudes as NMEA writes them: degrees and minutes, such as 4605.8380.
+inline constexpr std::string_view kDegreesMinutes = "ddmm";
+
 /// The columns of one quantity. A name is a header's cell with its bracketed unit or without, or a number from 1.
 struct ColumnUse {
   std::vector<std::string> names;
-  std::string unit = {};               ///< empty: that of the header's brackets
-  std::vector<std::string> axes = {};  ///< of velocities and sigmas: north east down, up, south, west; empty: the first
-  std::vector<double> valid = {};      ///< of `fix`: the values that mean a fix; empty: all above zero
+  std::string unit = {};  ///< empty: that of the header's brackets
+  /// Along which each column lies: of velocities and sigmas north, east, down, up, south or west; of an IMU's triads
+  /// the axes of the sensor, such as +x -y -z. Empty: north east down, +x +y +z.
+  std::vector<std::string> axes = {};
+  std::string hemisphere = {};     ///< of latitude or longitude without a sign: the column of N, S, E or W, or empty
+  std::string geoid = {};          ///< of a height above the sea: the column of the geoid's height, or empty
+  std::vector<double> valid = {};  ///< of `fix`: the values that mean a fix; empty: all above zero
+  bool operator==(const ColumnUse&) const = default;
 };
 
 /// What a time counts from.
@@ -32,7 +40,8 @@ enum class TimeScale {
   kUtc,      ///< 1 January 1970, without leap seconds, as Unix does
 };
 
-/// The column of time. The unit `calendar` is text such as `2020-11-04 09:17:31.4`, of UTC or of GPS time.
+/// The column of time. The unit `calendar` is text such as `2020-11-04 09:17:31.4`, of UTC or of GPS time; `hhmmss` is
+/// a number such as 091731.4, of an unknown day.
 struct ColumnTime {
   std::string name;
   std::string unit = {};  ///< empty: that of the header's brackets
@@ -40,6 +49,7 @@ struct ColumnTime {
   std::string week = {};                  ///< the column of the GPS week beside seconds of week, or empty
   std::string date = {};                  ///< the column of the date beside a time of day, or empty
   std::string rest = {}, rest_unit = {};  ///< a column that is added, such as nanoseconds beside seconds, or empty
+  bool operator==(const ColumnTime&) const = default;
 };
 
 /// A quantity that a log may have.
@@ -65,6 +75,7 @@ struct ColumnMap {
   std::optional<std::size_t> skip = {};  ///< lines before the header, or before the first row
   std::optional<bool> header = {};
 
+  bool operator==(const ColumnMap&) const = default;
   const ColumnUse* find(std::string_view key) const {
     const auto place = uses.find(key);
     return place == uses.end() ? nullptr : &place->second;

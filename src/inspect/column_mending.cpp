@@ -1,0 +1,132 @@
+#include "column_mending.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "log_factors.h"
+#include "piste/math/earth.h"
+#include "piste/math/units.h"
+#include "velocity_fit.h"
+
+namespace piste {
+namespace {
+
+using Triad = std::array<std::string_view, 2>;  // the name of a direction, and of that against it
+constexpr std::array<Triad, 3> kSensor{{{"+x", "-x"}, {"+y", "-y"}, {"+z", "-z"}}};
+constexpr std::array<Triad, 3> kLevel{{{"north", "south"}, {"east", "west"}, {"down", "up"}}};
+
+// The direction that a column has by the mapping.
+Vector3d direction_of(const ColumnUse& use, std::size_t column, const std::array<Triad, 3>& names) {
+  Vector3d direction = Vector3d::Unit(static_cast<Eigen::Index>(column));
+  for (std::size_t i = 0; i < 3 && !use.axes.empty(); ++i) {
+    const auto axis = static_cast<Eigen::Index>(i);
+    if (use.axes[column] == names[i][0]) direction = Vector3d::Unit(axis);
+    if (use.axes[column] == names[i][1]) direction = -Vector3d::Unit(axis);
+  }
+  return direction;
+}
+
+// Turns the directions of all columns by a signed permutation. Whether that leaves each of them a name.
+bool turn(ColumnUse& use, const Matrix3d& by, const std::array<Triad, 3>& names) {
+  if (by.isIdentity()) return true;
+  std::vector<std::string> axes;
+  for (std::size_t column = 0; column < use.names.size(); ++column) {
+    const Vector3d direction = by * direction_of(use, column, names);
+    Eigen::Index axis = 0;
+    direction.cwiseAbs().maxCoeff(&axis);
+    if (axis == 2 && use.names.size() < 3) return false;
+    axes.emplace_back(names[static_cast<std::size_t>(axis)][direction(axis) < 0 ? 1 : 0]);
+  }
+  use.axes = std::move(axes);
+  return true;
+}
+
+// Gives a quantity another name and unit.
+void rename(ColumnMap& map, const std::string& from, const std::string& to, const std::string& unit) {
+  auto node = map.uses.extract(from);
+  node.key() = to;
+  node.mapped().unit = unit;
+  map.uses.insert(std::move(node));
+}
+
+// The units in which a sensor is far more often than the one that it was taken to be in.
+void scale_rates(ColumnMap& map, const LogFactors& factors, double interval) {
+  const bool increments = map.find("dtheta") != nullptr;
+  const double as_rates = 1 / interval, as_increments = interval;
+  if (!increments && near_factor(factors.gyro, as_rates) && near_factor(factors.accel, as_rates)) {
+    rename(map, "gyro", "dtheta", "rad");
+    rename(map, "accel", "dvel", "m/s");
+    return;
+  }
+  if (increments && near_factor(factors.gyro, as_increments) && near_factor(factors.accel, as_increments)) {
+    rename(map, "dtheta", "gyro", "rad/s");
+    rename(map, "dvel", "accel", "m/s^2");
+    return;
+  }
+  if (factors.gyro == kDegree || factors.gyro == kDegreesPerRadian) {
+    const std::string unit = factors.gyro == kDegree ? "deg" : "rad";
+    map.uses.find(increments ? "dtheta" : "gyro")->second.unit = increments ? unit : unit + "/s";
+  }
+  if (!increments && near_factor(factors.accel, kStandardGravity)) map.uses.find("accel")->second.unit = "g";
+  if (!increments && near_factor(factors.accel, 1 / kStandardGravity)) map.uses.find("accel")->second.unit = "m/s^2";
+}
+
+}  // namespace
+
+std::optional<ColumnMap> mended(const ColumnMap& map, const LogMatch& match) {
+  if (match.interval == 0 || !match.clock) return std::nullopt;
+  ColumnMap changed = map;
+  scale_rates(changed, log_factors(match), match.interval);
+  if (match.motion && match.motion->gravity) {
+    // Where the forces are mirrored, minus them are not, and turn as the fit says.
+    const bool increments = changed.find("dtheta") != nullptr;
+    const Matrix3d sign = match.motion->mirrored ? Matrix3d(-Matrix3d::Identity()) : Matrix3d::Identity();
+    turn(changed.uses.find(increments ? "dtheta" : "gyro")->second, match.motion->gyro_axes, kSensor);
+    turn(changed.uses.find(increments ? "dvel" : "accel")->second, sign, kSensor);
+  }
+  return changed == map ? std::nullopt : std::optional(std::move(changed));
+}
+
+std::optional<ColumnMap> mended(const ColumnMap& map, const VelocityFit& fit) {
+  if (fit.as_given()) return std::nullopt;
+  ColumnMap changed = map;
+  if (fit.interchanged) std::swap(changed.uses.find("latitude")->second, changed.uses.find("longitude")->second);
+  for (const std::string_view key : {"velocity", "sigma_velocity", "speed", "speed_accuracy"}) {
+    const auto use = changed.uses.find(key);
+    if (use == changed.uses.end()) continue;
+    if (fit.scale != 1) use->second.unit = speed_unit_text(fit.scale);
+    if (key == "velocity" || (key == "sigma_velocity" && use->second.names.size() > 1)) {
+      if (!turn(use->second, fit.axes.transpose(), kLevel)) return std::nullopt;
+    }
+  }
+  return changed == map ? std::nullopt : std::optional(std::move(changed));
+}
+
+bool is_mended_by_columns(LogFault fault) {
+  switch (fault) {
+    case LogFault::kIncrementsForRates:
+    case LogFault::kRatesForIncrements:
+    case LogFault::kGyroDegrees:
+    case LogFault::kGyroRadians:
+    case LogFault::kAccelG:
+    case LogFault::kAccelMetres:
+    case LogFault::kAccelSign:
+    case LogFault::kAxesMirrored:
+    case LogFault::kGyroAxes:
+    case LogFault::kLatitudeLongitude:
+    case LogFault::kVelocityEastNorth:
+    case LogFault::kVelocityUp:
+    case LogFault::kVelocityUnit:
+      return true;
+    default:
+      return false;
+  }
+}
+
+}  // namespace piste
