@@ -52,6 +52,36 @@ TEST(Inspect, OneBadRowIsLeftOutOfACoarseReceiver) {
   EXPECT_TRUE(found.logs[0].log.sigma_velocity);
 }
 
+// Columns without units are guessed. Where the motion refutes that, they are read as it says: here velocities in km/h
+// along east, north and down, and forces with the other sign.
+TEST(Inspect, WhatTheMotionRefutesIsReadAsItSays) {
+  const TemporaryFolder folder;
+  const auto named = [](const std::string& header, const std::string& log) {
+    return header + log.substr(log.find('\n'));
+  };
+  const std::string gnss = folder.write("gnss.csv", named("tow,lat,lon,height,sdn,sde,sdd,vn,ve,vd,sdvn,sdve,sdvd",
+                                                          changed_log("gnss.csv", [](std::vector<double>& row) {
+                                                            for (std::size_t i = 7; i < 13; ++i) row[i] *= 3.6;
+                                                            std::swap(row[7], row[8]);
+                                                            std::swap(row[10], row[11]);
+                                                            return true;
+                                                          })));
+  const std::string imu =
+      folder.write("imu.csv", named("tow,gx,gy,gz,ax,ay,az", changed_log("mt9a_1.csv", [](std::vector<double>& row) {
+                                      for (std::size_t i = 4; i < 7; ++i) row[i] = -row[i];
+                                      return true;
+                                    })));
+  const Inspection found = inspect({gnss, imu});
+  for (const LogFault fault : {LogFault::kVelocityUnit, LogFault::kAccelSign}) {
+    EXPECT_TRUE(names(found, fault)) << static_cast<int>(fault);
+  }
+  ASSERT_TRUE(found.calibration() != nullptr);
+  const auto config = ready_config(found, folder.path().string(), "sensor.yaml");
+  ASSERT_TRUE(config);
+  EXPECT_TRUE(contains(*config, "velocity: {names: [vn, ve, vd], axes: east north down, unit: 'km/h'}")) << *config;
+  EXPECT_TRUE(contains(*config, "accel: {names: [ax, ay, az], axes: -x -y -z")) << *config;
+}
+
 // The IMU is switched on before the week's end, and the receiver has its first fix after it.
 TEST(Inspect, AWeekMayEndBetweenTheStartsOfTwoLogs) {
   constexpr double kWeek = 604800, kLater = kWeek - 302410;  // s: the run begins at 302400

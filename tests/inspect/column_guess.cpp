@@ -303,6 +303,132 @@ TEST(ColumnGuess, TheHeightAboveTheEllipsoidIsTaken) {
   }
 }
 
+// ---- Places and times as loggers write them ----
+
+TEST(ColumnGuess, PlacesWithoutASign) {
+  const std::string found =
+      mapping("fixes.csv", receiver("tow,lat,N/S,lon,E/W,alt_msl,geoid_sep\n", [](int i) {
+                return fmt::format("{},46{:08.5f},S,00{:08.5f},W,450.1,50.2\n", 1000 + i, 5.8 + i * 0.01, 713.7);
+              }));
+  EXPECT_TRUE(contains(found, "latitude: {name: lat, hemisphere: 'N/S', unit: ddmm}")) << found;
+  EXPECT_TRUE(contains(found, "longitude: {name: lon, hemisphere: 'E/W', unit: ddmm}")) << found;
+  EXPECT_TRUE(contains(found, "height: {name: alt_msl, geoid: geoid_sep, unit: m}")) << found;
+}
+
+TEST(ColumnGuess, PlacesInRadians) {
+  const std::string found = mapping("fixes.csv", receiver("tow,lat,lon,h\n", [](int i) {
+                                      return fmt::format("{},0.81157,0.11519{},450.1\n", 1000 + i, i);
+                                    }));
+  EXPECT_TRUE(contains(found, "latitude: {name: lat, unit: rad}")) << found;
+}
+
+TEST(ColumnGuess, VelocitiesUpwards) {
+  for (const std::string names :
+       {"velocity_east,velocity_north,velocity_up", "vel_east,vel_north,vel_up", "ve,vn,vu"}) {
+    const std::string found = mapping("fixes.csv", receiver("tow,lat,lon,h," + names + "\n", [](int i) {
+                                        return fmt::format("{},46.5,6.{},450.1,1.5,2.5,0.1\n", 1000 + i, 600 + i);
+                                      }));
+    EXPECT_TRUE(contains(found, "axes: north east up")) << found;
+  }
+}
+
+TEST(ColumnGuess, AccuraciesOfUbloxInSmallLetters) {
+  const std::string found = mapping("fixes.csv", receiver("tow,lat,lon,h,hacc,vacc,sacc,vn,ve,vd\n", [](int i) {
+                                      return fmt::format("{},46.5,6.{},450.1,0.5,0.8,0.1,1,2,3\n", 1000 + i, 600 + i);
+                                    }));
+  EXPECT_TRUE(contains(found, "horizontal_accuracy: {name: hacc, unit: m}")) << found;
+  EXPECT_TRUE(contains(found, "vertical_accuracy: {name: vacc, unit: m}")) << found;
+  EXPECT_TRUE(contains(found, "speed_accuracy: {name: sacc, unit: 'm/s'}")) << found;
+}
+
+// As a program writes UBX-NAV-PVT that has divided the angles alone.
+TEST(ColumnGuess, MillimetresBesideDegrees) {
+  const std::string found =
+      mapping("fixes.csv", receiver("iTOW,lon,lat,height,hMSL,hAcc,vAcc,velN,velE,velD\n", [](int i) {
+                return fmt::format("{},6.{},46.5,450100,400000,14,20,1000,2000,-30\n", 1000 * i, 600 + i);
+              }));
+  EXPECT_TRUE(contains(found, "height: {name: height, unit: mm}")) << found;
+  EXPECT_TRUE(contains(found, "horizontal_accuracy: {name: hAcc, unit: mm}")) << found;
+  EXPECT_TRUE(contains(found, "unit: 'mm/s'}")) << found;
+}
+
+TEST(ColumnGuess, AReceiversTimeMayBeOfUnix) {
+  const auto of = [](const std::string& first) {
+    return mapping("fixes.csv", receiver("gps_time,lat,lon,h\n", [&](int i) {
+                     return fmt::format("{},46.5,6.{},450.1\n", fmt::format(fmt::runtime(first), i % 60), 600 + i);
+                   }));
+  };
+  EXPECT_TRUE(contains(of("17557000{:02}"), "of: utc"));
+  EXPECT_TRUE(contains(of("14397000{:02}"), "of: gps}"));
+  EXPECT_TRUE(contains(of("2025-08-20T11:59:{:02}.000Z"), "unit: calendar, of: utc"));
+  EXPECT_TRUE(contains(of("2025-08-20T11:59:{:02}.000"), "unit: calendar, of: gps"));
+}
+
+TEST(ColumnGuess, TimesOfDay) {
+  const auto of = [](const std::string& header, const std::function<std::string(int)>& time) {
+    return mapping("fixes.csv",
+                   receiver(header, [&](int i) { return fmt::format("{},46.5,6.{},450.1\n", time(i), i); }));
+  };
+  const auto digits = [](int i) { return fmt::format("{}.00", i < 30 ? 115930 + i : 120000 + i - 30); };
+  EXPECT_TRUE(contains(of("utc,lat,lon,h\n", digits), "time: {name: utc, unit: hhmmss, of: boot}"));
+  EXPECT_TRUE(contains(of("utc,lat,lon,h\n", [](int i) { return fmt::format("11:{:02}:{:02}", i / 60, i % 60); }),
+                       "unit: hhmmss, of: boot}"));
+  EXPECT_TRUE(contains(of("time,lat,lon,h\n", [](int i) { return fmt::format("{}", 115900 + i); }), "unit: s"))
+      << "seconds go beyond 59";
+}
+
+TEST(ColumnGuess, TimesOfManyNames) {
+  for (const std::string name : {"ms", "millis", "time_ms"}) {
+    const auto text =
+        table(name + ",gyrox,gyroy,gyroz,accx,accy,accz\n", [](double t, const Vector3d& w, const Vector3d& f) {
+          return fmt::format("{:.0f},{},{}\n", 1e3 * t + 64000, joined(w), joined(f));
+        });
+    EXPECT_TRUE(contains(mapping("imu.csv", text), "unit: ms, of: boot}")) << name;
+  }
+}
+
+TEST(ColumnGuess, ACounterMayStartAgain) {
+  const auto text = table("time_ms,gx,gy,gz,ax,ay,az\n", [](double t, const Vector3d& w, const Vector3d& f) {
+    return fmt::format("{},{},{}\n", (static_cast<int>(std::lround(1e3 * t)) + 60000) % 65536, joined(w), joined(f));
+  });
+  EXPECT_TRUE(contains(mapping("imu.csv", text), "time: {name: time_ms, unit: ms, of: boot}"));
+}
+
+TEST(ColumnGuess, OfSeveralTriadsTheSensorsOwn) {
+  const auto text = table(
+      "t_s,gyro_bias_x,gyro_bias_y,gyro_bias_z,gyro_x,gyro_y,gyro_z,linear_acceleration_x,linear_acceleration_y,"
+      "linear_acceleration_z,acceleration_x,acceleration_y,acceleration_z\n",
+      [](double t, const Vector3d& w, const Vector3d& f) {
+        const Vector3d linear = f - Vector3d(0.3, 0.5, 9.79);
+        return fmt::format("{:.3f},0.1,0.2,0.3,{},{},{}\n", t, joined(w), joined(linear), joined(f));
+      });
+  const std::string found = mapping("imu.csv", text);
+  EXPECT_TRUE(contains(found, "gyro: {names: [gyro_x, gyro_y, gyro_z]")) << found;
+  EXPECT_TRUE(contains(found, "accel: {names: [acceleration_x, acceleration_y, acceleration_z]")) << found;
+}
+
+TEST(ColumnGuess, SaysWhichQuantityIsMissing) {
+  const auto refusal = [](const std::string& header, const std::string& row) {
+    try {
+      guess_log("fixes.csv", receiver(header, [&](int) { return row; }));
+    } catch (const Error& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  EXPECT_TRUE(contains(refusal("time,lat,lon\n", "1000,46.5,6.5\n"), "none that is known for the height"));
+  EXPECT_TRUE(contains(refusal("lat,lon,h\n", "46.5,6.5,400\n"), "none that is known for the time"));
+}
+
+// Rows before the first fix hold a time and nothing else.
+TEST(ColumnGuess, TheHeaderStandsAboveEmptyRows) {
+  const std::string found = mapping("fixes.csv", receiver("tow,lat,lon,h\n", [](int i) {
+                                      return i < 20 ? fmt::format("{},,,\n", 1000 + i)
+                                                    : fmt::format("{},46.5,6.{},450.1\n", 1000 + i, 600 + i);
+                                    }));
+  EXPECT_TRUE(contains(found, "latitude: {name: lat, unit: deg}")) << found;
+}
+
 // ---- Files of one sensor, and of several ----
 
 TEST(ColumnGuess, XyzAreGyroscopesOnlyIfTheFileIsNamedSo) {

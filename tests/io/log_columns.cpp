@@ -134,10 +134,31 @@ TEST_F(Columns, TimesOfEveryKind) {
   EXPECT_NEAR(time("2020-11-04 08:17:31.4,0", "{name: t, unit: calendar, of: utc}"), instant + 18, 1e-9);
   EXPECT_NEAR(time("2020-11-04T08:17:31.4,0", "{name: t, unit: calendar, of: gps}"), instant, 1e-9);
   EXPECT_NEAR(time("08:17:31.4,20201104", "{name: t, date: w, unit: calendar, of: utc}"), instant + 18, 1e-9);
+  EXPECT_NEAR(time("4.11.2020 8:17:31.4,0", "{name: t, unit: calendar, of: gps}"), instant, 1e-9);
+  EXPECT_NEAR(time("20201104T081731.4,0", "{name: t, unit: calendar, of: gps}"), instant, 1e-9);
+  EXPECT_NEAR(time("81731.4,0", "{name: t, unit: hhmmss}"), 8 * 3600 + 17 * 60 + 31.4, 1e-9);
+  EXPECT_NEAR(time("08:17:31.4,0", "{name: t, unit: hhmmss}"), 8 * 3600 + 17 * 60 + 31.4, 1e-9);
+  EXPECT_TRUE(contains(refused([&] { first("86100.5,0", "{name: t, unit: hhmmss}"); }), "is no time of day"));
+  EXPECT_TRUE(contains(refused([&] { first("1,0", "{name: t, unit: hhmmss, of: utc}"); }), "`of: boot`"));
   EXPECT_TRUE(
       contains(refused([&] { first("12.5,0", "{name: t, unit: s, of: unix}"); }), "`of: boot` is time since power-up"));
   EXPECT_TRUE(contains(refused([&] { first("noon 1:2:3,0", "{name: t, unit: calendar, of: utc}"); }),
                        "is no time; right would be"));
+}
+
+TEST_F(Columns, CountersGoOnPastTheirEnd) {
+  const auto times = [&](const std::string& unit, const std::vector<std::string>& counts) {
+    std::string text = "t,gx,gy,gz,ax,ay,az\n";
+    for (const std::string& count : counts) text += count + ",0,0,0,0,0,9.8\n";
+    return imu(text, "columns: {time: {name: t, unit: " + unit +
+                         "}, gyro: {names: [gx, gy, gz], unit: rad/s}, accel: {names: [ax, ay, az], unit: m/s^2}}")
+        .time;
+  };
+  const auto shorter = times("ms", {"65520", "65530", "4", "14"});
+  EXPECT_NEAR(shorter[2], 65.540, 1e-9);
+  EXPECT_NEAR(shorter[3], 65.550, 1e-9);
+  EXPECT_NEAR(times("us", {"4294960000", "2704"})[1], 4294.970, 1e-9);
+  EXPECT_TRUE(contains(refused([&] { times("ms", {"65520", "60000"}); }), "does not increase"));
 }
 
 TEST_F(Columns, TimesInTwoColumnsAreAddedUp) {
@@ -346,6 +367,53 @@ TEST_F(Columns, ARowWithoutAPlaceIsWithoutFix) {
                         "sigma: 1 1 2 m, columns: {time: {name: t, unit: s}, " + kPlace + "}");
   EXPECT_EQ(log.without_fix, 2u);
   ASSERT_EQ(log.fixes.size(), 2u) << "on the meridian, and on the equator";
+}
+
+TEST_F(Columns, AnEmptyPlaceIsNoFix) {
+  const auto log = gnss("t,lat,lon,h\n0,,,\n1,46,7,500\n2,46,7,nan\n3,46,7,500\n",
+                        "sigma: 1 1 2 m, columns: {time: {name: t, unit: s}, " + kPlace + "}");
+  EXPECT_EQ(log.without_fix, 2u);
+  EXPECT_EQ(log.fixes.size(), 2u);
+}
+
+TEST_F(Columns, PlacesAsNmeaHasThem) {
+  const std::string columns =
+      "sigma: 1 1 2 m, columns: {time: {name: t, unit: s}, latitude: {name: lat, hemisphere: ns, unit: ddmm}, "
+      "longitude: {name: lon, hemisphere: ew, unit: ddmm}, height: {name: alt, geoid: sep, unit: m}}";
+  const auto log =
+      gnss("t,lat,ns,lon,ew,alt,sep\n0,4605.838,S,713.716,W,450,50.5\n1,4605.838,N,713.716,e,450,50.5\n", columns);
+  EXPECT_NEAR(log.fixes[0].position.latitude, -(46 + 5.838 / 60) * kDegree, 1e-12);
+  EXPECT_NEAR(log.fixes[0].position.longitude, -(7 + 13.716 / 60) * kDegree, 1e-12);
+  EXPECT_NEAR(log.fixes[1].position.longitude, (7 + 13.716 / 60) * kDegree, 1e-12);
+  EXPECT_NEAR(log.fixes[0].position.height, 500.5, 1e-9);
+  EXPECT_TRUE(contains(
+      refused([&] { gnss("t,lat,ns,lon,ew,alt,sep\n0,4605.838,E,713.716,W,450,0\n1,1,N,1,E,1,1\n", columns); }),
+      "is no hemisphere of the latitude"));
+  EXPECT_TRUE(contains(
+      refused([&] { gnss("t,lat,ns,lon,ew,alt,sep\n0,4675.838,N,713.716,W,450,0\n1,1,N,1,E,1,1\n", columns); }),
+      "minutes of arc"));
+}
+
+TEST_F(Columns, QuotesMayHoldTheSeparator) {
+  const auto log = gnss("\"t\",\"lat\",\"lon\",\"h\",\"note\"\n\"1\",\"46\",\"7\",\"500\",\"a, b\"\n2,46,7,500,c\n",
+                        "sigma: 1 1 2 m, columns: {time: {name: t, unit: s}, " + kPlace + "}");
+  ASSERT_EQ(log.fixes.size(), 2u);
+  EXPECT_EQ(log.fixes[0].time, 1);
+}
+
+TEST_F(Columns, AxesOfASensor) {
+  const auto with = [&](const std::string& axes) {
+    return imu("t,gx,gy,gz,ax,ay,az\n1,1,2,3,4,5,6\n2,1,2,3,4,5,6\n",
+               "columns: {time: {name: t, unit: s}, gyro: {names: [gx, gy, gz], unit: rad/s}, accel: {names: [ax, ay, "
+               "az], axes: " +
+                   axes + ", unit: m/s^2}}");
+  };
+  EXPECT_EQ(with("-x -y -z").accel[0], Vector3d(-4, -5, -6));
+  EXPECT_EQ(with("y x -z").accel[0], Vector3d(5, 4, -6));
+  EXPECT_EQ(with("+z +x +y").accel[0], Vector3d(5, 6, 4));
+  EXPECT_EQ(with("+z +x +y").gyro[0], Vector3d(1, 2, 3));
+  EXPECT_TRUE(contains(refused([&] { with("+x +x +z"); }), "one axis for each column is expected, such as `+x -y -z`"));
+  EXPECT_TRUE(contains(refused([&] { with("+x +y up"); }), "`up` is no axis"));
 }
 
 TEST_F(Columns, ReceiversThatAreRefused) {
