@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "condition/first_fixes.h"
 #include "condition/several_imus.h"
 #include "math/time.h"
 #include "piste/condition/rest_detection.h"
@@ -99,6 +100,7 @@ void condition_gnss(const Recording& recording, const Interval& imu, const Condi
   for (const auto& fixes : used) {
     auto& out = log.gnss.emplace_back();
     for (const GeodeticFix& fix : fixes) out.push_back(in_world(log.world, fix));
+    log.counts.gnss_contradicted.push_back(widen_first_fixes(out, options.behaviour.trust, log.world));
   }
 }
 

@@ -51,6 +51,14 @@ std::optional<double> speed_ratio(const Log& log, const Innovation& v) {
 
 std::vector<std::string> left_out_lines(const Log& log, const Solution& filtered) {
   std::vector<std::string> lines;
+  for (std::size_t i = 0; i < log.counts.gnss_contradicted.size(); ++i) {
+    const FirstFixes& first = log.counts.gnss_contradicted[i];
+    if (first.count == 0) continue;
+    lines.push_back(
+        fmt::format("gnss[{}]: the first {} positions are {:.3g} m off where the later ones begin; they count "
+                    "as that uncertain",
+                    i, first.count, first.off));
+  }
   for (const Aid& aid : kAids) {
     const auto source = std::ranges::find(filtered.sources, aid.source);
     if (source == filtered.sources.end()) continue;

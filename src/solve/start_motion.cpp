@@ -30,10 +30,12 @@ struct Departure {
 
 Departure departure_from(const Log& log, const Receiver& receiver, double from, const StartOptions& options) {
   const auto& fixes = receiver.fixes;
-  const auto first = first_at_or_after(fixes, from);
+  auto first = first_at_or_after(fixes, from);
   Departure found;
   double departure = log.imu.back().time;
   for (auto fix = first; fix != fixes.end(); ++fix) {
+    constexpr double kFarSurer = 1.0 / 3;  // the first ones may not be sure of the place
+    if (fix->sigma_position.norm() < kFarSurer * first->sigma_position.norm()) first = fix;
     const double far =
         options.departed + options.departed_sigmas * (first->sigma_position + fix->sigma_position).norm();
     if ((fix->position - first->position).norm() < far) continue;

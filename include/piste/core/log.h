@@ -214,6 +214,13 @@ struct UnitReport {
   std::vector<UnitAbsence> absences = {};  ///< in the order of their starts
 };
 
+/// The first fixes of a receiver, where the later ones contradict them: how many, and by how much they are off [m].
+/// Their sigmas have grown by it.
+struct FirstFixes {
+  std::size_t count = 0;
+  double off = 0;
+};
+
 /// Counts of what conditioning left out or changed. Nothing is left out without a count.
 struct LogCounts {
   std::size_t imu_gaps = 0, imu_rejected = 0, imu_clipped = 0, imu_spikes = 0;
@@ -224,6 +231,7 @@ struct LogCounts {
   double stamp_jitter = 0;                                        ///< of the IMU, rms [s]
   RepairedRows imu_repaired = {};
   std::vector<RepairedRows> gnss_repaired = {}, attitude_repaired = {};  ///< per source
+  std::vector<FirstFixes> gnss_contradicted = {};                        ///< per receiver
   std::vector<UnitReport> units = {};                                    ///< of several IMUs
   /// Fixes of odometer, barometer and dual antenna outside the IMU's span.
   std::size_t speed_outside = 0, height_outside = 0, heading_outside = 0;
