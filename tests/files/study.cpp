@@ -251,6 +251,7 @@ TEST(StudyJson, TellsTheStudy) {
   const Ranking found = ranking(study);
   const YAML::Node ranked = json["ranking"];
   EXPECT_EQ(ranked["winner"].as<std::string>(), "gauss_markov_smoothed");
+  EXPECT_EQ(ranked["leaders"].as<std::vector<std::string>>(), std::vector<std::string>{"gauss_markov_smoothed"});
   EXPECT_EQ(ranked["second"].as<std::string>(), "rest");
   EXPECT_NEAR(ranked["score_over_nothing"].as<double>(), 1 / found.rows[0].versus_winner, 1e-8);
   EXPECT_LT(ranked["score_over_second"].as<double>(), 1);
