@@ -48,7 +48,7 @@ std::string first_place(const std::vector<RankingRow>& first) {
   }
   return fmt::format(
       "<strong>{} methods tie for the best navigation</strong>: {}. Their errors are {:.2f} to {:.2f} times those of a "
-      "replay that knows nothing; the 95 % intervals of the differences hold none, or they are below one hundredth.",
+      "replay that knows nothing; the 95 % intervals of their ratios hold 1, or the ratios are 1.00.",
       first.size(), enumeration(first), first.front().score, first.back().score);
 }
 
