@@ -73,14 +73,15 @@ class Solution:
 
     @cached_property
     def innovations(self) -> Table:
-        """Every measurement against its prediction: the columns of innovations.csv, SI."""
+        """Every measurement against its prediction: the columns of innovations.csv, SI; NaN where its cells are empty."""
         raw = self._solution.innovations()
         table: dict[str, np.ndarray] = {
             "time_s": raw["time_s"],
             "source": np.asarray(self._solution.sources)[raw["source"]],
         }
+        rows = np.where(OUTCOMES[raw["outcome"]] == "repeated", 0, raw["dof"])
         for name in ("residual", "sigma"):
-            table |= {f"{name}_{i + 1}": raw[name][:, i] for i in range(3)}
+            table |= {f"{name}_{i + 1}": np.where(rows > i, raw[name][:, i], np.nan) for i in range(3)}
         table |= {"nis": raw["nis"], "gate": raw["gate"], "outcome": OUTCOMES[raw["outcome"]]}
         return Table(table, week=self.week)
 

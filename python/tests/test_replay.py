@@ -31,6 +31,9 @@ def test_tables_are_the_files(run, tmp_path):
     assert list(run.innovations) == list(innovations)
     assert list(run.innovations["source"]) == innovations["source"]
     assert list(run.innovations["outcome"]) == innovations["outcome"]
+    for column in ("residual_1", "residual_3", "sigma_3"):
+        written = np.array([float(text or "nan") for text in innovations[column]])
+        np.testing.assert_allclose(run.innovations[column], written, rtol=1e-5)
     assert json.loads((tmp_path / "summary.json").read_text()) == run.summary
     assert (tmp_path / "report.html").read_text() == run.report()
 

@@ -451,6 +451,7 @@ void examine_all(Inspection& inspection, const ProgressCallback& progress) {
         const bool clock_known = inspection.imu_clock() != nullptr && i == imu;
         LogMatch m = match(on_known_clock(inspection, i), logs[j].gnss, *logs[j].gnss_health,
                            clock_known ? std::vector<Interval>{} : logs[i].imu_health->rest);
+        m.clock_told = clock_known;
         append(found, suspicions(m, logs[i].log.file, logs[j].log.file));
         inspection.matches.push_back({i, j, std::move(m)});
       }

@@ -131,11 +131,11 @@ double confidence(const std::vector<const Contestant*>& competitors, const Conte
 
 std::string p_text(double p) { return p < 0.001 ? "p < 0.001" : fmt::format("p = {:.2g}", p); }
 
-// Whether a row is the winner or ties with it. If there is only one run, there are no p-values, and only the ratio
-// counts.
+// Whether a row has the lowest score or ties with it: its own interval holds 1, so that no correction for the number of
+// pairs is needed to call it as good. If there is only one run, there is no interval, and only the ratio counts.
 bool ties(const RankingRow& row) {
   const bool same = std::round(100 * row.versus_winner) == 100;
-  return same || row.p_holm >= kSignificance;
+  return same || (row.low <= 1 && 1 <= row.high);
 }
 
 // How much better or worse a score is, as a ratio of the smaller to the larger or the other way round.
@@ -149,7 +149,9 @@ std::string by_how_much(double ratio) {
 
 std::string lead(const Ranking& ranking) {
   const std::size_t first = leaders(ranking).size();
-  std::string out = first > 1 ? fmt::format("lowest score of {} that tie", first) : "winner";
+  std::string out = has_winner(ranking) ? "winner"
+                    : first > 1         ? fmt::format("lowest score of {} that tie", first)
+                                        : "lowest score";
   if (const RankingRow* next = second(ranking)) {
     out += fmt::format(": {} than {}", by_how_much(1 / next->versus_winner), info(next->method).name);
   }
@@ -159,9 +161,9 @@ std::string lead(const Ranking& ranking) {
   return out;
 }
 
-std::string standing(const RankingRow& row) {
-  std::string out = row.versus_winner == 1 ? "as good as the winner"
-                                           : fmt::format("{} than the winner", by_how_much(row.versus_winner));
+std::string standing(const RankingRow& row, std::string_view best) {
+  std::string out = row.versus_winner == 1 ? fmt::format("as good as {}", best)
+                                           : fmt::format("{} than {}", by_how_much(row.versus_winner), best);
   if (std::isnan(row.p_holm)) return out;
   return out + fmt::format(" ({}{})", row.p_holm < kSignificance ? "" : "not significantly; ", p_text(row.p_holm));
 }
@@ -242,12 +244,20 @@ std::vector<RankingRow> leaders(const Ranking& ranking) {
   return out;
 }
 
+bool has_winner(const Ranking& ranking) {
+  const std::vector<RankingRow> first = leaders(ranking);
+  return first.size() == 1 && std::ranges::none_of(ranking.rows, [&](const RankingRow& row) {
+           return info(row.method).competes && row.method != ranking.winner && row.p_holm >= kSignificance;
+         });
+}
+
 std::vector<std::string> remarks(const Study& study, const Ranking& ranking) {
   std::vector<std::string> out;
+  const std::string_view best = has_winner(ranking) ? "the winner" : "the best";
   for (const RankingRow& r : ranking.rows) {
     std::vector<std::string> parts;
     if (!info(r.method).competes) parts.emplace_back("does not compete");
-    if (ranking.winner) parts.push_back(r.method == ranking.winner ? lead(ranking) : standing(r));
+    if (ranking.winner) parts.push_back(r.method == ranking.winner ? lead(ranking) : standing(r, best));
     if (const auto axis = alike(study, r.method)) parts.push_back(*axis);
     out.push_back(fmt::format("{}", fmt::join(parts, "; ")));
   }

@@ -52,6 +52,23 @@ Matrix3d axes_of(const Unit& unit, const Unit& first) {
   return (first.alignment().q_rb.conjugate() * unit.alignment().q_rb).toRotationMatrix();
 }
 
+// What the scales of the units, as the comparison of each finds them, do across the axes of their mean.
+Matrix3d across(const std::vector<Unit>& units, const std::vector<ImuSensor>& sensors, TriadMember triad, int first) {
+  const UnitVector weights = unit_weights(sensors, triad);
+  Matrix3d out = Matrix3d::Zero();
+  for (std::size_t i = 0; i < units.size(); ++i) {
+    Vector3d scale = Vector3d::Zero();
+    for (int axis = 0; axis < 3; ++axis) {
+      const AxisEstimate* found = units[i].studied->result.estimate(Method::kJointBothNoisy, first + axis);
+      if (found && found->line) scale(axis) = found->line->value(1);
+    }
+    const Matrix3d R = axes_of(units[i], units.front());
+    out += weights(static_cast<Eigen::Index>(i)) * R * scale.asDiagonal() * R.transpose();
+  }
+  out.diagonal().setZero();
+  return out;
+}
+
 ImuBeside together(const std::vector<Unit>& units) {
   const Unit& first = units.front();
   ImuBeside out = *first.studied->beside;
@@ -71,21 +88,23 @@ ImuBeside together(const std::vector<Unit>& units) {
     out.conditioning.units.push_back(std::move(conditioning));
   }
   out.sensor = mean_sensor(out.units);
+  out.across_accel = across(units, out.units, &ImuSensor::accel, 0);
+  out.across_gyro = across(units, out.units, &ImuSensor::gyro, 3);
   out.log = condition_units(out.recording, out.conditioning);
   out.alignment.clock_offset = out.alignment.clock_drift = 0;  // its samples have GPS time
   return out;
 }
 
-// The true errors of the mean of the units, along the axes of the first.
-std::optional<ImuTruth> mean_truth(const std::vector<Unit>& units, const std::vector<ImuSensor>& sensors) {
+// The true errors of the mean of the units, along the axes of the first, without what is taken from the signals.
+std::optional<ImuTruth> mean_truth(const std::vector<Unit>& units, const ImuBeside& mean) {
   for (const Unit& unit : units) {
     if (!unit.studied->truth) return std::nullopt;
   }
-  const auto triad = [&](ImuTruth::Triad ImuTruth::*which, TriadMember sensor) {
-    const UnitVector weights = unit_weights(sensors, sensor);
+  const auto triad = [&](ImuTruth::Triad ImuTruth::*which, TriadMember sensor, const Matrix3d& taken) {
+    const UnitVector weights = unit_weights(mean.units, sensor);
     ImuTruth::Triad out = units.front().studied->truth.value().*which;
     out.bias = out.scale = Vector3d::Zero();
-    out.misalignment.setIdentity();
+    out.misalignment = Matrix3d::Identity() - taken;
     const std::array phases{&ImuTruth::Triad::before, &ImuTruth::Triad::run, &ImuTruth::Triad::after};
     for (const auto phase : phases) {
       if (out.*phase) (out.*phase)->drift.setZero();
@@ -102,7 +121,8 @@ std::optional<ImuTruth> mean_truth(const std::vector<Unit>& units, const std::ve
     }
     return out;
   };
-  return ImuTruth{triad(&ImuTruth::gyro, &ImuSensor::gyro), triad(&ImuTruth::accel, &ImuSensor::accel)};
+  return ImuTruth{triad(&ImuTruth::gyro, &ImuSensor::gyro, mean.across_gyro),
+                  triad(&ImuTruth::accel, &ImuSensor::accel, mean.across_accel)};
 }
 
 }  // namespace
@@ -126,7 +146,7 @@ std::optional<StudiedImu> study_as_one(const RunConfig& run, const RunReference&
     result.sigma_boresight = first.sigma_boresight;
     result.lever_arm = first.lever_arm;
     study_aligned(run, reference, imu, phases, plan, out);
-    if (const auto truth = mean_truth(units, imu.units)) hold_against_truth(*truth, out);
+    if (const auto truth = mean_truth(units, imu)) hold_against_truth(*truth, out);
   } catch (const Error& e) {
     result.failure = e.what();
   }

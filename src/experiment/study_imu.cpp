@@ -82,6 +82,17 @@ SensorRun placed(const ImuBeside& imu) {
   return out;
 }
 
+// The signals of an IMU beside those of the reference, as they are compared.
+AlignedImus compared(const ImuBeside& imu, const RunReference& reference, double low_pass) {
+  AlignedImus out = low_passed(bring_together(imu.log.imu, reference.imu, imu.alignment), low_pass);
+  if (imu.units.empty()) return out;
+  for (std::size_t i = 0; i < out.time.size(); ++i) {
+    out.accel[i] -= imu.across_accel * out.reference_accel[i];
+    out.gyro[i] -= imu.across_gyro * out.reference_gyro[i];
+  }
+  return out;
+}
+
 // The phases in which the IMU has enough samples, and warnings for the others.
 struct Covered {
   Phases phases;
@@ -216,7 +227,7 @@ RunReference read_reference(const RunConfig& run) {
 void study_aligned(const RunConfig& run, const RunReference& reference, const ImuBeside& imu, const Phases& known,
                    const StudyPlan& plan, StudiedImu& out) {
   SensorRun& result = out.result;
-  const AlignedImus smooth = low_passed(bring_together(imu.log.imu, reference.imu, imu.alignment), plan.low_pass);
+  const AlignedImus smooth = compared(imu, reference, plan.low_pass);
   if (!any(known)) {
     out.phases = run.phases ? *run.phases : phases(smooth);
     result.picture = picture(smooth);

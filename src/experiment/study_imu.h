@@ -44,6 +44,9 @@ struct ImuBeside {
   ConditioningOptions conditioning;  ///< to GPS time
   Log log;                           ///< on the clock of `alignment`
   Alignment alignment;
+  /// Of several, what the scales of each do across the axes of their mean, per true signal; the diagonal is zero. A
+  /// line for each axis cannot tell it, and signals are compared without it.
+  Matrix3d across_accel = Matrix3d::Zero(), across_gyro = Matrix3d::Zero();
 };
 
 /// The result for one IMU.

@@ -263,8 +263,11 @@ std::string ranking_json(const Study& study) {
   std::vector<std::string> rows;
   for (std::size_t i = 0; i < found.rows.size(); ++i) rows.push_back(row_json(found.rows[i], said[i]));
   const RankingRow *next = second(found), *nothing = row_of(found, Method::kNothing);
+  std::vector<std::string> best;
+  for (const RankingRow& row : leaders(found)) best.emplace_back(info(row.method).name);
   const auto ratio = [](const RankingRow* r) { return r ? json::number(1 / r->versus_winner) : "null"; };
   return json::object({{"winner", json::string(info(*found.winner).name)},
+                       {"leaders", json::strings(best)},
                        {"second", next ? json::string(info(next->method).name) : "null"},
                        {"score_over_second", ratio(next)},
                        {"score_over_nothing", ratio(nothing)},

@@ -34,7 +34,7 @@ std::string turn_text(const Matrix3d& R) {
 }  // namespace
 
 std::string attitude_delay_text(const AttitudeFit& fit, double imu_offset) {
-  return fmt::format("delay: {:.4f} s", attitude_delay(fit, imu_offset));
+  return fmt::format("delay: {} s", with_decimals(attitude_delay(fit, imu_offset), 4));
 }
 
 std::vector<Suspicion> suspicions(const AttitudeMatch& m, const Matrix3d& axes, const std::string& imu_file,

@@ -66,23 +66,25 @@ std::string file_keys(const InspectedLog& log, const std::string& folder, std::s
 // is what the squares of two of these numbers differ by, so that they have more digits than they are worth.
 std::string receiver_noise(const Calibration& found) {
   constexpr double kRight = 0.1;
+  constexpr int kDifference = 5;
   const auto wrong = [](double scale) { return std::abs(scale - 1) > kRight; };
   std::string text;
   const SigmaScales& scales = found.sigma_scales;
   if (wrong(scales.position) || found.drift) {
-    text += fmt::format("    sigma_scale: {:.5g}           # of the sigmas of positions, as likely in motion\n",
-                        scales.position);
+    text += fmt::format("    sigma_scale: {}           # of the sigmas of positions, as likely in motion\n",
+                        plain(scales.position, kDifference));
   }
   if (wrong(scales.height)) {
-    text += fmt::format("    sigma_height_scale: {:.5g}    # of their heights, besides\n", scales.height);
+    text +=
+        fmt::format("    sigma_height_scale: {}    # of their heights, besides\n", plain(scales.height, kDifference));
   }
   if (wrong(scales.velocity)) {
-    text += fmt::format("    sigma_velocity_scale: {:.2g}     # of velocities\n", scales.velocity);
+    text += fmt::format("    sigma_velocity_scale: {}     # of velocities\n", plain(scales.velocity, kDigits));
   }
   if (const auto& drift = found.drift) {
-    text +=
-        fmt::format("    drift: {{sigma: {:.5g} {:.5g} {:.5g} m, correlation_time: {:.2g} s}}   # the coloured part\n",
-                    drift->sigma.x(), drift->sigma.y(), drift->sigma.z(), drift->correlation_time);
+    text += fmt::format("    drift: {{sigma: {} {} {} m, correlation_time: {} s}}   # the coloured part\n",
+                        plain(drift->sigma.x(), kDifference), plain(drift->sigma.y(), kDifference),
+                        plain(drift->sigma.z(), kDifference), plain(drift->correlation_time, kDigits));
   }
   return text;
 }
@@ -129,11 +131,11 @@ struct LateSources {
 std::string priors_text(const Calibration* found, const LateSources& late, bool delayed, bool drifts) {
   Priors priors{.lever_arm = kMostArm};
   if (found != nullptr) priors = priors_after(*found);
-  std::string text = fmt::format("lever_arm: {:.2g} m", priors.lever_arm);
-  if (delayed) text += fmt::format(", gnss_delay: {:.2g} s", priors.gnss_delay);
-  if (drifts) text += fmt::format(", clock_drift: {:.2g} ppm", 1e6 * priors.clock_drift);
-  if (late.velocity) text += fmt::format(", velocity_delay: {:.2g} s", *late.velocity);
-  if (late.attitude) text += fmt::format(", attitude_delay: {:.2g} s", *late.attitude);
+  std::string text = fmt::format("lever_arm: {} m", plain(priors.lever_arm, kDigits));
+  if (delayed) text += fmt::format(", gnss_delay: {} s", plain(priors.gnss_delay, kDigits));
+  if (drifts) text += fmt::format(", clock_drift: {} ppm", plain(1e6 * priors.clock_drift, kDigits));
+  if (late.velocity) text += fmt::format(", velocity_delay: {} s", plain(*late.velocity, kDigits));
+  if (late.attitude) text += fmt::format(", attitude_delay: {} s", plain(*late.attitude, kDigits));
   return "{" + text + "}";
 }
 
@@ -290,15 +292,16 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
   if (const ReceiverClock* clock = inspection.imu_clock()) {
     text += fmt::format(
         "  # From the receiver's own two times, +- {:.3f} s each{}.\n{}"
-        "  clock: {{offset: {:.4f} s, drift: {:.2f} ppm}}\n",
+        "  clock: {{offset: {:.4f} s, drift: {} ppm}}\n",
         clock->scatter,
         found != nullptr ? fmt::format(", and the motion, +- {:.3f} s", found->clock_sigma)
                          : "; its latency, of some ms to hundreds of ms, is in it",
-        found != nullptr ? "" : rest_of_clock(match), imu.clock_offset, 1e6 * imu.clock_drift);
+        found != nullptr ? "" : rest_of_clock(match), imu.clock_offset, with_decimals(1e6 * imu.clock_drift, 2));
   } else if (imu.clock_offset != 0) {
-    text += fmt::format("  clock: {{offset: {:.4f} s{}}}    # as the motion has it, +- {:.4f} s\n", imu.clock_offset,
-                        imu.clock_drift != 0 ? fmt::format(", drift: {:.2f} ppm", 1e6 * imu.clock_drift) : "",
-                        found != nullptr ? found->clock_sigma : match->clock->sigma);
+    text += fmt::format(
+        "  clock: {{offset: {} s{}}}    # as the motion has it, +- {:.4f} s\n", with_decimals(imu.clock_offset, 4),
+        imu.clock_drift != 0 ? fmt::format(", drift: {} ppm", with_decimals(1e6 * imu.clock_drift, 2)) : "",
+        found != nullptr ? found->clock_sigma : match->clock->sigma);
   }
   text += "gnss:\n";
   bool reference = false;
@@ -318,23 +321,24 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
     } else if (log.calibration && log.calibration->tells_arm()) {
       const Vector3d &arm = log.calibration->lever_arm, &sigma = log.calibration->lever_arm_sigma;
       text += fmt::format(
-          "    lever_arm: {:.2f} {:.2f} {:.2f} m   # as the motion has it, +- {:.2f} {:.2f} {:.2f}; "
+          "    lever_arm: {} {} {} m   # as the motion has it, +- {:.2f} {:.2f} {:.2f}; "
           "measure it: from the IMU to the antenna\n",
-          arm.x(), arm.y(), arm.z(), sigma.x(), sigma.y(), sigma.z());
+          with_decimals(arm.x(), 2), with_decimals(arm.y(), 2), with_decimals(arm.z(), 2), sigma.x(), sigma.y(),
+          sigma.z());
     } else {
       text += "    lever_arm: 0 0 0 m            # measure it: from the IMU to the antenna, forward right down\n";
     }
     if (log.log.sigma) {
-      text += fmt::format("    sigma: {:g} {:g} {:g} m                # the log has none: north east down\n",
-                          log.log.sigma->x(), log.log.sigma->y(), log.log.sigma->z());
+      text += fmt::format("    sigma: {} {} {} m                # the log has none: north east down\n",
+                          plain(log.log.sigma->x()), plain(log.log.sigma->y()), plain(log.log.sigma->z()));
     }
     if (log.log.sigma_velocity) {
-      text += fmt::format("    sigma_velocity: {:g} m/s         # measured: the log does not tell it\n",
-                          log.log.sigma_velocity->x());
+      text += fmt::format("    sigma_velocity: {} m/s         # measured: the log does not tell it\n",
+                          plain(log.log.sigma_velocity->x()));
     }
     if (const auto late = late_velocities(log, imu.clock_offset)) {
-      text += fmt::format("    velocity_delay: {:.3f} s       # as the motion has it, +- {:.3f}\n", late->delay,
-                          late->sigma);
+      text += fmt::format("    velocity_delay: {} s       # as the motion has it, +- {:.3f}\n",
+                          with_decimals(late->delay, 3), late->sigma);
       late_sources.velocity = std::max(late->prior, late_sources.velocity.value_or(0));
     }
     if (log.calibration && log.calibration->fits()) text += receiver_noise(*log.calibration);
@@ -358,8 +362,8 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
     }
     if (log.log.sigma) {
       const Vector3d deg = kDegreesPerRadian * *log.log.sigma;
-      text += fmt::format("    sigma: {:g} {:g} {:g} deg              # the log has none: roll pitch heading\n",
-                          deg.x(), deg.y(), deg.z());
+      text += fmt::format("    sigma: {} {} {} deg              # the log has none: roll pitch heading\n",
+                          plain(deg.x()), plain(deg.y()), plain(deg.z()));
     }
     reference = true;
   }

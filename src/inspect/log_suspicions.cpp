@@ -28,7 +28,11 @@ struct Meaning {
   bool known = false;
 };
 
-Meaning meaning_of(double offset) {
+Meaning meaning_of(double offset, bool told) {
+  if (told) {
+    return {LogFault::kClockOffset, "so much its own two times of a fix are apart from its motion",
+            "the whole offset stands in `clock:` of replay.yaml, with this part of it where the motion is sure", false};
+  }
   const std::string as_offset = fmt::format("`clock: {{offset: {:.2f} s}}` of the IMU makes up for it", offset);
   const double size = std::abs(offset);
   // UTC behind GPS time since 1999: 13 to 18 s.
@@ -77,7 +81,7 @@ void suspect_clock(const LogMatch& m, const std::string& imu_file, const std::st
         "replay estimates both: `velocity_delay` and `gnss_delay`");
     return;
   }
-  const Meaning meaning = meaning_of(c.offset);
+  const Meaning meaning = meaning_of(c.offset, m.clock_told);
   const std::string by =
       fmt::format("the motions fit with the IMU's clock {:.2f} ± {:.2f} s {} the receiver's (correlation {:.2f})",
                   std::abs(c.offset), c.sigma, c.offset > 0 ? "ahead of" : "behind", c.correlation);

@@ -110,20 +110,20 @@ void CsvReader::finish_header(RowFaults* faults) {
 
 bool CsvReader::next() {
   in_rows_ = true;
-  const auto take = [this](const auto& rows) {
+  const auto take = [this](const auto& number) {
     for (std::size_t i = 0; i < names_.size(); ++i) {
-      if (use_[i] == Use::kClaimed) values_[i] = rows.number(i);
+      if (use_[i] == Use::kClaimed) values_[i] = number(i);
     }
     return true;
   };
-  if (table_) return table_->next() && take(*table_);
+  if (table_) return table_->next() && take([this](std::size_t i) { return table_->number(i); });
   if (!text_->next()) return false;
   const std::size_t found = text_->fields().size();
   if (found != names_.size()) {
     text_->fail(fmt::format("{} fields, but the header names {} columns; is the line cut?", found, names_.size()),
                 RowFault::Kind::kFields);
   }
-  return take(*text_);
+  return take([this](std::size_t i) { return text_->number(i, names_[i]); });
 }
 
 CsvWriter::CsvWriter(std::vector<CsvColumn> columns, TextSink sink)

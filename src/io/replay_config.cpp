@@ -206,7 +206,11 @@ ReplayConfig read_replay_config(const Config& config) {
     const LogFile log = read_gnss_file(source);
     for (const LogFile& other : replay.gnss) refuse_repeated(source, log, other);
     replay.gnss.push_back(log);
+    const bool drifts = std::ranges::any_of(filter.gnss, [](const GnssOptions& g) { return g.drift.has_value(); });
     filter.gnss.push_back(read_gnss_options(source, replay.gnss.back()));
+    if (drifts && filter.gnss.back().drift) {
+      source.fail("drift", "one receiver at most may have a coloured error: leave the key out of all but one");
+    }
   }
   for (const Config& source : config.maps("attitude")) {
     const LogFile log = read_attitude_file(source);

@@ -308,10 +308,16 @@ void innovations_csv(const Solution& solution, const TextSink& sink) {
   std::size_t row = 0;
   for (const Innovation& v : solution.innovations) {
     append_fixed(text, v.time, kTimeDecimals);
-    fmt::format_to(std::back_inserter(text),
-                   FMT_COMPILE(",{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{}\n"),
-                   solution.sources[static_cast<std::size_t>(v.source)], v.residual.x(), v.residual.y(), v.residual.z(),
-                   v.sigma.x(), v.sigma.y(), v.sigma.z(), v.nis, v.gate, outcome_name(v.outcome));
+    text += ',';
+    text += solution.sources[static_cast<std::size_t>(v.source)];
+    for (const Vector3d& values : {v.residual, v.sigma}) {
+      for (int k = 0; k < 3; ++k) {
+        text += ',';
+        if (v.has(k)) fmt::format_to(std::back_inserter(text), FMT_COMPILE("{:.6g}"), values[k]);
+      }
+    }
+    fmt::format_to(std::back_inserter(text), FMT_COMPILE(",{:.6g},{:.6g},{}\n"), v.nis, v.gate,
+                   outcome_name(v.outcome));
     if (++row % kPieceOfInnovations > 0) continue;
     sink(text);
     text.clear();

@@ -141,9 +141,13 @@ std::optional<double> number_in(std::string_view text, TextReader::Separator sep
   return number_in(with_point, TextReader::Separator::kComma);
 }
 
-double TextReader::number(std::size_t i) const {
+double TextReader::number(std::size_t i, std::string_view column) const {
   const auto number = number_in(fields_[i], separator_);
-  if (!number) fail(fmt::format("field {}, `{}`, is no number", i + 1, fields_[i]), RowFault::Kind::kText);
+  if (!number) {
+    fail(fmt::format("field {}, `{}`, is no number{}", i + 1, fields_[i],
+                     column.empty() ? "" : fmt::format("; column `{}` needs one", column)),
+         RowFault::Kind::kText);
+  }
   const double value = *number;
   if (!std::isfinite(value)) {
     fail(fmt::format("field {}, `{}`, must be finite; leave out rows without a value", i + 1, fields_[i]),

@@ -59,8 +59,8 @@ class TextReader : public RowSource {
   const std::vector<std::string_view>& fields() const { return fields_; }
   /// Splits a part of the line into fields instead of the whole line.
   void split(std::string_view text);
-  /// Field i as a finite number. A leading `+` is allowed.
-  double number(std::size_t i) const;
+  /// Field i as a finite number. A leading `+` is allowed. `column`: its name, where a header gives it one.
+  double number(std::size_t i, std::string_view column = {}) const;
   /// The same as a whole number and what is left of it: nanoseconds since 1970 keep their digits.
   std::pair<std::int64_t, double> parts(std::size_t i) const;
 

@@ -9,8 +9,15 @@
 
 namespace piste {
 
+std::string with_decimals(double value, int decimals) {
+  const std::string text = fmt::format("{:.{}f}", value, decimals);
+  const bool zero = text.find_first_of("123456789nif") == std::string::npos;
+  return zero && text.front() == '-' ? text.substr(1) : text;
+}
+
 std::string plain(double value, int digits) {
-  if (value == 0 || !std::isfinite(value)) return fmt::format("{}", value);
+  if (value == 0) return "0";
+  if (!std::isfinite(value)) return fmt::format("{}", value);
   const int before = static_cast<int>(std::floor(std::log10(std::abs(value)))) + 1;  // digits before the point
   const double unit = std::pow(10.0, digits - before);
   std::string text = fmt::format("{:.{}f}", std::round(value * unit) / unit, std::max(0, digits - before));
@@ -24,8 +31,7 @@ std::string rounded(double value, double sigma) {
   if (!(sigma > 0) || !std::isfinite(sigma) || !std::isfinite(value)) return plain(value, 4);
   const int second = static_cast<int>(std::floor(std::log10(sigma))) - 1;  // power of ten of the sigma's second digit
   const double unit = std::pow(10.0, second);
-  const double near = std::round(value / unit) * unit;
-  return fmt::format("{:.{}f}", near == 0 ? 0 : near, std::max(0, -second));
+  return with_decimals(std::round(value / unit) * unit, std::max(0, -second));
 }
 
 std::string measured(double value, double sigma) {

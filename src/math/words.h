@@ -14,6 +14,9 @@ std::string delay_text(double delay);
 /// A number with so many significant digits, without an exponent and without zeros at its end: 0.00042, 200, 4900.
 std::string plain(double value, int digits = 3);
 
+/// A number with so many decimals, and 0 for what rounds to it: -0.05, 0.00.
+std::string with_decimals(double value, int decimals);
+
 /// A value to the second digit of its sigma, without an exponent: -22620 for a sigma of 530.
 std::string rounded(double value, double sigma);
 

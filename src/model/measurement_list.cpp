@@ -2,7 +2,31 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace piste {
+namespace {
+
+// Whether `source` is the name of this channel, of any sensor.
+bool is_named(std::string_view source, std::string_view type, std::string_view channel) {
+  if (!source.starts_with(type)) return false;
+  source.remove_prefix(type.size());
+  if (source.starts_with('[')) source.remove_prefix(std::min(source.find(']'), source.size() - 1) + 1);
+  if (channel.empty()) return source.empty();
+  return source.starts_with('.') && source.substr(1) == channel;
+}
+
+}  // namespace
+
+std::array<std::string_view, 3> innovation_axes(std::string_view source) {
+  std::array<std::string_view, 3> axes = MeasurementChannel{}.axes;
+  MeasurementList::for_each([&]<class Type>() {
+    for (const MeasurementChannel& channel : Type::kChannels) {
+      if (is_named(source, Type::kName, channel.name)) axes = channel.axes;
+    }
+  });
+  return axes;
+}
 
 MeasurementSources::MeasurementSources(const FilterOptions& options) {
   MeasurementList::for_each([&]<class Type>() {

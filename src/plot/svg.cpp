@@ -232,7 +232,7 @@ std::string Plot::axes(const Frame& f) const {
 }
 
 std::string Plot::draw(const Series& s, const Frame& f) {
-  const int colour = svg::palette(s.colour);
+  const std::string colour = svg::paint(s.colour);
   const auto finite = [&](std::size_t i, const std::vector<double>& y) {
     return f.x.drawable(s.x[i]) && f.y.drawable(y[i]);
   };
@@ -241,9 +241,8 @@ std::string Plot::draw(const Series& s, const Frame& f) {
     for (std::size_t i = 0; i < s.x.size(); ++i) {
       if (finite(i, s.y)) path += fmt::format("M{:.1f} {:.1f}h0", f.px(s.x[i]), f.py(s.y[i]));
     }
-    return fmt::format(
-        "<path stroke=\"var(--c{})\" stroke-width=\"{}\" stroke-linecap=\"round\" opacity=\"{}\" d=\"{}\"/>\n", colour,
-        size, opacity, path);
+    return fmt::format("<path stroke=\"{}\" stroke-width=\"{}\" stroke-linecap=\"round\" opacity=\"{}\" d=\"{}\"/>\n",
+                       colour, size, opacity, path);
   };
   std::string path;
   switch (s.kind) {
@@ -254,7 +253,7 @@ std::string Plot::draw(const Series& s, const Frame& f) {
         if (drawn) path += fmt::format("{}{:.1f} {:.1f}", pen_down ? 'L' : 'M', f.px(s.x[i]), f.py(s.y[i]));
         pen_down = drawn;
       }
-      return fmt::format("<path class=\"line\" stroke=\"var(--c{})\"{} d=\"{}\"/>\n", colour, dashes(s.stroke), path);
+      return fmt::format("<path class=\"line\" stroke=\"{}\"{} d=\"{}\"/>\n", colour, dashes(s.stroke), path);
     }
     case Kind::kPoints:
       return dots(4, .6);
@@ -267,7 +266,7 @@ std::string Plot::draw(const Series& s, const Frame& f) {
         path += along_x ? whisker(f.py(s.y[i]), f.px(s.low[i]), f.px(s.high[i]), true)
                         : whisker(f.px(s.x[i]), f.py(s.low[i]), f.py(s.high[i]), false);
       }
-      return fmt::format("<path class=\"line\" stroke=\"var(--c{})\" d=\"{}\"/>", colour, path) + dots(7, 1);
+      return fmt::format("<path class=\"line\" stroke=\"{}\" d=\"{}\"/>", colour, path) + dots(7, 1);
     }
     case Kind::kBand: {
       const auto drawn = [&](std::size_t i) { return finite(i, s.low) && finite(i, s.high); };
@@ -277,11 +276,11 @@ std::string Plot::draw(const Series& s, const Frame& f) {
       for (std::size_t i = s.x.size(); i-- > 0;) {
         if (drawn(i)) path += fmt::format("L{:.1f} {:.1f}", f.px(s.x[i]), f.py(s.low[i]));
       }
-      return fmt::format("<path fill=\"var(--c{})\" opacity=\".2\" d=\"{}\"/>\n", colour, path);
+      return fmt::format("<path fill=\"{}\" opacity=\".2\" d=\"{}\"/>\n", colour, path);
     }
     case Kind::kShade:
-      return fmt::format("<path fill=\"var(--c{})\" opacity=\".12\" d=\"M{:.1f} {:.1f}H{:.1f}V{:.1f}H{:.1f}z\"/>\n",
-                         colour, f.px(s.x[0]), f.top, f.px(s.x[1]), f.bottom, f.px(s.x[0]));
+      return fmt::format("<path fill=\"{}\" opacity=\".12\" d=\"M{:.1f} {:.1f}H{:.1f}V{:.1f}H{:.1f}z\"/>\n", colour,
+                         f.px(s.x[0]), f.top, f.px(s.x[1]), f.bottom, f.px(s.x[0]));
   }
   return path;
 }
@@ -290,9 +289,9 @@ std::string Plot::draw(const Mark& m, bool below, const Frame& f) {
   const double x = f.px(m.x), y = f.py(m.y);
   const bool flip = x + 12 + width_of(m.name) > f.right;
   return fmt::format(
-      "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"5.5\" fill=\"var(--c{})\" stroke=\"var(--ink)\"/>"
+      "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"5.5\" fill=\"{}\" stroke=\"var(--ink)\"/>"
       "<text class=\"name\" x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\">{}</text>\n",
-      x, y, svg::palette(m.colour), flip ? x - 10 : x + 10, below ? y + 18 : y - 8, flip ? "end" : "start",
+      x, y, svg::paint(m.colour), flip ? x - 10 : x + 10, below ? y + 18 : y - 8, flip ? "end" : "start",
       escape_markup(m.name));
 }
 
@@ -318,12 +317,12 @@ std::string Plot::legend() const {
     if (s.label.empty()) continue;
     const double x = (*place)[0], y = height_ - 12 - places.back()[1] + (*place)[1];
     ++place;
-    const int colour = svg::palette(s.colour);
+    const std::string colour = svg::paint(s.colour);
     const bool area = s.kind == Kind::kBand || s.kind == Kind::kShade;
     if (s.kind == Kind::kPoints || s.kind == Kind::kBarsAlongX || s.kind == Kind::kBarsAlongY) {
-      out += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3.5\" fill=\"var(--c{})\"/>", x + 11, y - 4, colour);
+      out += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3.5\" fill=\"{}\"/>", x + 11, y - 4, colour);
     } else {
-      out += fmt::format("<path stroke=\"var(--c{})\" stroke-width=\"{}\" d=\"M{:.1f} {:.1f}h22\"{}{}/>", colour,
+      out += fmt::format("<path stroke=\"{}\" stroke-width=\"{}\" d=\"M{:.1f} {:.1f}h22\"{}{}/>", colour,
                          area ? 10 : 2.5, x, y - 4, area ? " opacity=\".3\"" : "", dashes(s.stroke));
     }
     out += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n", x + 28, y, escape_markup(s.label));

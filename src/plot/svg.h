@@ -17,8 +17,8 @@ std::vector<double> nice_ticks(double low, double high, int wanted);
 /// @pre 0 < low < high.
 std::vector<double> log_ticks(double low, double high);
 
-/// One picture. Colours are numbers, 0 to 6, of a palette that colour-blind readers can distinguish. A point with a
-/// coordinate that is not finite interrupts a line, and is left out of other series.
+/// One picture. Colours are numbers, 0 to 6, of a palette that colour-blind readers can distinguish, or svg::kInk. A
+/// point with a coordinate that is not finite interrupts a line, and is left out of other series.
 class Plot {
  public:
   struct Axis {

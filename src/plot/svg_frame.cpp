@@ -28,7 +28,10 @@ std::string open(int width, int height, std::string_view description) {
       width, height, escape_markup(description), kStyle);
 }
 
-int palette(int colour) { return ((colour % 7) + 7) % 7; }
+std::string paint(int colour) {
+  if (colour == kInk) return "var(--ink)";
+  return fmt::format("var(--c{})", ((colour % 7) + 7) % 7);
+}
 
 std::size_t letters(std::string_view text) {
   return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));

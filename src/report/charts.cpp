@@ -11,6 +11,7 @@
 #include "io/json.h"
 #include "piste/math/statistics.h"
 #include "piste/math/units.h"
+#include "piste/model/measurement_list.h"
 #include "plot/thin.h"
 
 namespace piste::charts {
@@ -92,13 +93,6 @@ bool shows_nothing(const Chart& chart) {
     return std::none_of(c.value.begin(), c.value.end(),
                         [&](double v) { return std::isfinite(v) && (v > 0 || !chart.log_scale); });
   });
-}
-
-/// What the rows of a source's innovations are along: as Innovation has them.
-std::vector<std::string> axes_of(std::string_view source) {
-  if (source == "rest.rate" || source == "magnetometer") return {"x", "y", "z"};
-  if (source == "heading") return {"heading", "pitch", "3rd axis"};
-  return {kLocalAxes.begin(), kLocalAxes.end()};
 }
 
 /// Digits of the largest value that make steps smaller than what can be seen: a tenth of the least sigma, or a
@@ -223,13 +217,14 @@ std::vector<Chart> of_innovations(const Solution& solution, double start) {
   if (!solution.adapted.names.empty()) out.push_back(of_adapted(solution.adapted, start));
   for (std::size_t source = 0; source < solution.sources.size(); ++source) {
     const std::string& name = solution.sources[source];
-    Builder residual(name + ": residual over its sigma", "", axes_of(name));
+    const auto axes = innovation_axes(name);
+    Builder residual(name + ": residual over its sigma", "", {axes.begin(), axes.end()});
     Builder nis(name + ": NIS", "", {"used", "rejected", "readmitted", "disputed", "gate"});
     for (const Innovation& z : solution.innovations) {
       if (z.source != static_cast<int>(source) || z.outcome == Outcome::kRepeated) continue;
       const double t = z.time - start;
       Vector3d ratio;
-      for (int i = 0; i < 3; ++i) ratio[i] = z.sigma[i] > 0 ? z.residual[i] / z.sigma[i] : kNaN;
+      for (int i = 0; i < 3; ++i) ratio[i] = z.has(i) && z.sigma[i] > 0 ? z.residual[i] / z.sigma[i] : kNaN;
       residual.add(t, ratio);
       Eigen::Vector<double, 5> row = Eigen::Vector<double, 5>::Constant(kNaN);
       row[static_cast<Eigen::Index>(z.outcome)] = z.nis;

@@ -95,7 +95,7 @@ Figure scores(const std::vector<RankingRow>& rows, const Ranking& ranking) {
   const auto wins = [&](Method m) {
     return std::ranges::any_of(first, [m](const RankingRow& row) { return row.method == m; });
   };
-  draw(2, first.size() > 1 ? "tie for the best" : "winner", wins);
+  draw(2, has_winner(ranking) ? "winner" : first.size() > 1 ? "tie for the best" : "lowest score", wins);
   draw(0, "competes", [&](Method m) { return info(m).competes && !wins(m); });
   draw(kGrey, "for comparison", [](Method m) { return !info(m).competes; });
   return {

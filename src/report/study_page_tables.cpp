@@ -190,7 +190,10 @@ std::string ranking_table(const Ranking& ranking) {
     const bool leads = std::ranges::find(first, row.method, &RankingRow::method) != first.end();
     const MethodInfo& m = info(row.method);
     const auto size = [](double value) { return value > 0 ? digits(value, 3) : std::string(kNone); };
-    const char* place = leads ? (first.size() > 1 ? " (tie)" : " (winner)") : m.competes ? "" : " (for comparison)";
+    const char* place = !leads                ? (m.competes ? "" : " (for comparison)")
+                        : first.size() > 1    ? " (tie)"
+                        : has_winner(ranking) ? " (winner)"
+                                              : " (lowest)";
     lines.push_back({title_of(row.method) + place, std::string(m.estimates), size(row.position_rmse),
                      size(row.velocity_rmse), size(kDegreesPerRadian * row.attitude_rmse), size(row.outage_drift),
                      fmt::format("{:.3f}", row.score), fmt::format("{:.2f}", row.versus_winner),

@@ -48,30 +48,44 @@ std::string first_place(const std::vector<RankingRow>& first) {
   }
   return fmt::format(
       "<strong>{} methods tie for the best navigation</strong>: {}. Their errors are {:.2f} to {:.2f} times those of a "
-      "replay that knows nothing; the differences are not significant, or below one hundredth.",
+      "replay that knows nothing; the 95 % intervals of their ratios hold 1, or the ratios are 1.00.",
       first.size(), enumeration(first), first.front().score, first.back().score);
 }
 
 /// The best of the competitors that do not share the first place. Empty if all do.
-std::string next_place(const std::vector<RankingRow>& competitors, const std::vector<RankingRow>& first) {
+std::string next_place(const Ranking& ranking, const std::vector<RankingRow>& competitors,
+                       const std::vector<RankingRow>& first) {
   const auto next = std::ranges::find_if(competitors, [&](const RankingRow& row) {
     return std::ranges::none_of(first, [&](const RankingRow& leader) { return leader.method == row.method; });
   });
   if (next == competitors.end()) return {};
   std::string out = fmt::format(" Next is {}, with {:.2f} times the errors of {}", quoted(next->method),
-                                next->versus_winner, first.size() > 1 ? quoted(first.front().method) : "the winner");
+                                next->versus_winner, has_winner(ranking) ? "the winner" : quoted(first.front().method));
   if (std::isfinite(next->low)) out += fmt::format(" (95 % interval {})", interval(*next));
   return out + ".";
 }
 
+/// Of the competitors behind the first place, how many are significantly so. Empty if there are none.
+std::string behind(const std::vector<RankingRow>& competitors, const std::vector<RankingRow>& first) {
+  if (first.size() == competitors.size()) return {};
+  std::size_t doubtful = 0;
+  for (const RankingRow& row : competitors) {
+    const bool leads = std::ranges::find(first, row.method, &RankingRow::method) != first.end();
+    if (!leads && row.p_holm >= kSignificance) ++doubtful;
+  }
+  if (doubtful == 0) return " Every other method is significantly worse.";
+  return fmt::format(" Of the {} others {} are not significantly worse, after Holm's correction.",
+                     competitors.size() - first.size(), doubtful);
+}
+
 /// The confidence of the first place.
-std::string confidence(const Study& study, const Ranking& ranking, const std::vector<RankingRow>& first, bool all) {
+std::string confidence(const Study& study, const Ranking& ranking, const std::vector<RankingRow>& competitors,
+                       const std::vector<RankingRow>& first) {
   if (!std::isfinite(ranking.confidence)) return "<p>One run cannot say how sure that is.</p>\n";
-  const bool tie = first.size() > 1;
+  const bool wins = has_winner(ranking);
   return fmt::format("<p>{} {} in {} of 10 000 resamplings of the {}.{}</p>\n",
-                     tie ? quoted(*ranking.winner) : std::string("It"), tie ? "has the lowest score" : "wins",
-                     percent(ranking.confidence), counted(study.runs.size(), "run"),
-                     all ? "" : " Every other method is significantly worse.");
+                     wins ? std::string("It") : quoted(*ranking.winner), wins ? "wins" : "has the lowest score",
+                     percent(ranking.confidence), counted(study.runs.size(), "run"), behind(competitors, first));
 }
 
 std::string verdict(const Study& study, const Ranking& ranking) {
@@ -79,15 +93,16 @@ std::string verdict(const Study& study, const Ranking& ranking) {
   const std::vector<RankingRow> first = leaders(ranking);
   std::vector<RankingRow> competitors = by_score(ranking);
   std::erase_if(competitors, [](const RankingRow& row) { return !info(row.method).competes; });
-  std::string out = "<p>" + first_place(first) + next_place(competitors, first) + "</p>\n" +
-                    confidence(study, ranking, first, first.size() == competitors.size());
+  std::string out = "<p>" + first_place(first) + next_place(ranking, competitors, first) + "</p>\n" +
+                    confidence(study, ranking, competitors, first);
   std::vector<std::string> others;
   for (const RankingRow& row : ranking.rows) {
     if (!info(row.method).competes) others.push_back(fmt::format("{} {:.2f}", quoted(row.method), row.versus_winner));
   }
   if (!others.empty()) {
-    out += fmt::format("<p>For comparison, over {}: {}.</p>\n",
-                       first.size() > 1 ? quoted(*ranking.winner) : std::string("the winner"), fmt::join(others, ", "));
+    out +=
+        fmt::format("<p>For comparison, over {}: {}.</p>\n",
+                    has_winner(ranking) ? std::string("the winner") : quoted(*ranking.winner), fmt::join(others, ", "));
   }
   return out;
 }

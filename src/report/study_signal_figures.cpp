@@ -12,6 +12,7 @@
 
 #include "piste/report/study_figures.h"
 #include "plot/svg.h"
+#include "plot/svg_frame.h"
 #include "plot/thin.h"
 #include "report/study_bars.h"
 #include "report/study_words.h"
@@ -118,14 +119,20 @@ Figure at_rest(const Study& study, const SensorRun& r, const Triad& triad, bool 
                         after ? "after" : "before", after ? "stop" : "start", who(study, r)),
             {std::string(kTimeLabel)}, {fmt::format("difference [{}]", triad.unit)});
   plot.size(Plot::kPageWidth, kHeight);
+  std::vector<Curve> means;
   for (int i = 0; i < 3; ++i) {
     const std::size_t axis = at(triad.first + i);
     const double factor = signal_info(triad.first + i).factor;
     const Curve c =
         curve(p.time, window, [&](std::size_t k) { return factor * (p.reference[axis][k] - p.measured[axis][k]); });
-    const double mean = moments(c.y)[0];
     plot.line(c.x, c.y, i, std::string(kSignalNames[axis]));
-    if (!c.x.empty()) plot.line({c.x.front(), c.x.back()}, {mean, mean}, i, "", Plot::Stroke::kDashed);
+    if (c.x.empty()) continue;
+    const double mean = moments(c.y)[0];
+    means.push_back({{c.x.front(), c.x.back()}, {mean, mean}});
+  }
+  // Above the curves, in a colour that none of them has.
+  for (const Curve& mean : means) {
+    plot.line(mean.x, mean.y, svg::kInk, &mean == means.data() ? "mean" : "", Plot::Stroke::kDashed);
   }
   return {fmt::format("figure_{}_{}", after ? "10" : "09", triad.stem), plot.render(),
           fmt::format("What the bias at rest is the mean of, {}; dashed: the mean of what is drawn. {}", band_of(study),

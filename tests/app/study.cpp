@@ -259,6 +259,40 @@ void Study::expect_gyroscopes_agree() const {
   EXPECT_GE(agree, 11) << "of 12, each with 0.02 deg/s for the drift from rest to run";
 }
 
+// Where the axes of two IMUs are apart, their scales act across those of the mean: with gravity that is a bias, which a
+// line for each axis would be wrong by, by five of its sigmas.
+TEST_F(Study, LinesOfAllAsOneAreTrueWhereAxesAreApart) {
+  const std::string shipped = source_folder() + "/config/scenarios/campaign";
+  const std::string sensors = source_folder() + "/config/sensors";
+  folder_.write(
+      "apart.yaml",
+      fmt::format("base: {0}/ski.yaml\nmotion: {{rest_before: 30 s, run: 60 s, rest_after: 20 s}}\nimus:\n"
+                  "  - {{name: mt9a_1, sensor: {1}/xsens_mt9a.yaml, rate: 100 Hz, boresight: 1.9 -2.4 2 deg}}\n"
+                  "  - {{name: mt9a_2, sensor: {1}/xsens_mt9a.yaml, rate: 100 Hz, boresight: -1 25 -30 deg}}\n"
+                  "  - {{name: ln200, sensor: {1}/ln200.yaml, rate: 200 Hz}}\n",
+                  shipped, sensors));
+  folder_.write("short.yaml", fmt::format("base: {}.yaml\nmems:\n  - {{imu: mt9a_1, name: MT-9A 1}}\n"
+                                          "  - {{imu: mt9a_2, name: MT-9A 2}}\nruns:\n"
+                                          "  - {{name: apart, activity: ski, scenario: apart.yaml}}\n",
+                                          shipped));
+  ASSERT_EQ(simulate({"--seed", "1"}).code, 0);
+  const Said said = study({"--quiet"});
+  ASSERT_EQ(said.code, 0) << said.err;
+  std::ifstream estimates(folder_ / "out/as_one.csv");
+  std::string line;
+  double squares = 0;
+  int count = 0;
+  for (std::getline(estimates, line); std::getline(estimates, line);) {
+    const std::vector<std::string> f = fields_of(line);
+    ASSERT_EQ(f.size(), 12U);
+    if (f[2][0] != 'f' || (f[4] != "joint_reverse" && f[4] != "joint_both_noisy")) continue;
+    squares += std::pow(1.96 * (std::stod(f[6]) - std::stod(f[11])) / std::stod(f[10]), 2);
+    ++count;
+  }
+  EXPECT_EQ(count, 12) << "bias and scale of three axes by two methods";
+  EXPECT_LT(std::sqrt(squares / count), 2);
+}
+
 // Two studies, as one lasts for long: one of each thing that it must hold.
 TEST_F(Study, HoldsItsContractWithAnyNumberOfJobs) {
   ASSERT_EQ(simulate({"--seed", "1"}).code, 0);

@@ -427,6 +427,29 @@ TEST(Ranking, OfATieSaysSo) {
   EXPECT_EQ(row_of(found, Method::kJoint).versus_winner, 1);
 }
 
+// What the correction for all pairs leaves in doubt is no tie where the method's own interval is beyond 1.
+TEST(Ranking, OfTwoThatAreFarApartIsNoTie) {
+  Study study = empty_study(4);
+  for (std::size_t r = 0; r < 4; ++r) {
+    const double wander = 0.12 * (static_cast<double>(r) - 1.5);
+    set_score(study.results[r], Method::kNothing, 4);
+    set_score(study.results[r], Method::kRest, 1);
+    set_score(study.results[r], Method::kJoint, std::exp(0.35 + wander));
+    set_score(study.results[r], Method::kBiasOnly, std::exp(0.1 - wander));
+    set_score(study.results[r], Method::kScaleOnly, std::exp(0.4 - 0.5 * wander));
+  }
+  const Ranking found = ranking(study);
+  ASSERT_EQ(found.winner, Method::kRest);
+  const RankingRow &joint = row_of(found, Method::kJoint), &bias = row_of(found, Method::kBiasOnly);
+  ASSERT_GT(joint.p_holm, kSignificance);
+  ASSERT_GT(joint.low, 1);
+  ASSERT_LT(bias.low, 1);
+  std::vector<Method> first;
+  for (const RankingRow& row : leaders(found)) first.push_back(row.method);
+  EXPECT_EQ(first, (std::vector{Method::kRest, Method::kBiasOnly}));
+  for (const std::string& remark : remarks(study, found)) EXPECT_FALSE(test::contains(remark, "winner")) << remark;
+}
+
 TEST(Ranking, FindsNoDifferenceWhereThereIsNone) {
   test::Random random(7);
   constexpr int kStudies = 200;

@@ -10,6 +10,7 @@
 #include "support/log_faults.h"
 #include "support/places.h"
 #include "support/simulated_case.h"
+#include "support/text_file.h"
 
 namespace piste::test {
 namespace {
@@ -315,6 +316,21 @@ TEST(LogMatch, ClockOfAGentleLapIsToldByItsRests) {
   const LogMatch m = match(logs.imu, logs.gnss, health, imu_health(logs.imu).rest);
   ASSERT_TRUE(m.clock);
   EXPECT_NEAR(m.clock->offset, s.imus[0].clock_offset, m.clock->by_rest ? 1 : 0.1);
+}
+
+// What is left of a clock that a log tells is no offset that a configuration could take.
+TEST(LogMatch, OfAToldClockNamesNoOffset) {
+  LogMatch m;
+  m.imu = m.gnss = {0, 100};
+  m.interval = 0.01;
+  m.overlap = 100;
+  m.clock = ClockMatch{.offset = -0.38, .sigma = 0.01, .correlation = 0.97};
+  EXPECT_TRUE(contains(suspicions(m, "imu", "gnss").at(0).remedy, "`clock: {offset: -0.38 s}`"));
+  m.clock_told = true;
+  const Suspicion told = suspicions(m, "imu", "gnss").at(0);
+  EXPECT_EQ(told.fault, LogFault::kClockOffset);
+  EXPECT_FALSE(contains(told.remedy, "-0.38")) << told.remedy;
+  EXPECT_TRUE(contains(told.remedy, "replay.yaml")) << told.remedy;
 }
 
 TEST(LogMatch, KnowsTheSameLogTwice) {

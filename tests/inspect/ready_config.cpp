@@ -70,5 +70,19 @@ TEST(ReadyConfig, VelocitiesAreWhereTheyAreInTheImusLog) {
   EXPECT_TRUE(contains(config_of(found), "velocity_delay: 0.070 s ")) << config_of(found);
 }
 
+TEST(ReadyConfig, NumbersHaveNoExponentAndNoughtNoSign) {
+  Calibration found = calibration();
+  found.lever_arm = {-0.05, -0.001, -0.41};
+  found.velocity_delay = -0.0002;
+  found.velocity_delay_sigma = 0.001;
+  found.sigma_scales.height = 0.0000171;
+  found.drift = GaussMarkov{{0.85, 0.85, 1.46}, 347};
+  const std::string config = config_of(found);
+  EXPECT_TRUE(contains(config, "lever_arm: -0.05 0.00 -0.41 m ")) << config;
+  EXPECT_TRUE(contains(config, "velocity_delay: 0.000 s ")) << config;
+  EXPECT_TRUE(contains(config, "sigma_height_scale: 0.0000171 ")) << config;
+  EXPECT_TRUE(contains(config, "correlation_time: 350 s}")) << config;
+}
+
 }  // namespace
 }  // namespace piste::test

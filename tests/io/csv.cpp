@@ -44,7 +44,7 @@ TEST(Csv, IgnoresOnlyTheColumnsThatAreNamed) {
 TEST(Csv, RefusesMalformedRowsWithTheirLine) {
   const TemporaryFolder folder;
   const std::pair<const char*, const char*> cases[] = {
-      {"3,oops\n", ":3: field 2, `oops`, is no number"},
+      {"3,oops\n", ":3: field 2, `oops`, is no number; column `x_m` needs one"},
       {"3,1.2.3\n", "is no number"},
       {"3,\n", "is no number"},
       {"3,+-1\n", "is no number"},

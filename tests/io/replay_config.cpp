@@ -54,6 +54,13 @@ bool has(const ReplayConfig& config, Block block) {
   return std::find(e.begin(), e.end(), block) != e.end();
 }
 
+TEST_F(ReplayConfigTest, ASecondColouredErrorHasItsLine) {
+  const std::string drift = ", lever_arm: 0 0 0 m,\n    drift: {sigma: 0.4 0.4 0.7 m, correlation_time: 60 s}}\n";
+  const std::string two = kImu + "gnss:\n  - {file: gnss.csv" + drift + "  - {file: second.csv" + drift;
+  EXPECT_TRUE(contains(refused(two), "run.yaml:8: ")) << refused(two);
+  EXPECT_TRUE(contains(refused(two), "one receiver at most may have a coloured error")) << refused(two);
+}
+
 TEST_F(ReplayConfigTest, RateOfTheAttitudeThatIsWritten) {
   EXPECT_EQ(read(kImu + kGnss).rates.attitude, 10);
   EXPECT_EQ(read(kImu + kGnss + "attitude_output: {rate: 25 Hz}\n").rates.attitude, 25);

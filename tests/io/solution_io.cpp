@@ -162,6 +162,18 @@ TEST(SolutionIo, BiasesOfTheEstimatedBlocksOnly) {
   EXPECT_NEAR(csv[total_sigma], 0.5, 1e-8);
 }
 
+TEST(SolutionIo, InnovationsHaveEmptyCellsForWhatWasNotMeasured) {
+  Solution s = solution(1, kAll);
+  s.sources = {"gnss[0].velocity", "barometer"};
+  s.innovations = {{1002, 0, 2, {4, 5, 0}, {2, 3, 1}, 7, 13.8, Outcome::kUsed},
+                   {1002, 1, 1, {4, 0, 0}, {2, 1, 1}, 4, 10.8, Outcome::kUsed},
+                   {1003, 0, 3, {0, 0, 0}, {0, 0, 0}, 0, 0, Outcome::kRepeated}};
+  const std::string csv = innovations_csv(s);
+  EXPECT_TRUE(contains(csv, "\n1002.000000,gnss[0].velocity,4,5,,2,3,,7,13.8,used\n")) << csv;
+  EXPECT_TRUE(contains(csv, "\n1002.000000,barometer,4,,,2,,,4,10.8,used\n")) << csv;
+  EXPECT_TRUE(contains(csv, "\n1003.000000,gnss[0].velocity,,,,,,,0,0,repeated\n")) << csv;
+}
+
 TEST(SolutionIo, InnovationsAndSummary) {
   Solution s = solution(3, kAll);
   s.sources = {"gnss[0].position", "gnss[0].velocity", "attitude[0]"};

@@ -52,6 +52,18 @@ TEST(MeasurementSources, EveryChannelHasItsPlace) {
   }
 }
 
+TEST(MeasurementSources, RowsHaveTheirNames) {
+  using Axes = std::array<std::string_view, 3>;
+  EXPECT_EQ(innovation_axes("gnss[12].position"), (Axes{"north", "east", "down"}));
+  EXPECT_EQ(innovation_axes("rest.velocity"), (Axes{"north", "east", "down"}));
+  EXPECT_EQ(innovation_axes("rest.rate"), (Axes{"x", "y", "z"}));
+  EXPECT_EQ(innovation_axes("magnetometer"), (Axes{"x", "y", "z"}));
+  EXPECT_EQ(innovation_axes("parity[0].gyro"), (Axes{"x", "y", "z"}));
+  EXPECT_EQ(innovation_axes("vehicle.right"), (Axes{"right"}));
+  EXPECT_EQ(innovation_axes("barometer"), (Axes{"height"}));
+  EXPECT_EQ(innovation_axes("heading"), (Axes{"heading", "pitch"}));
+}
+
 TEST(MeasurementList, AFixIsSeenByItsOwnTypeAlone) {
   int seen = 0;
   MeasurementList::visit(

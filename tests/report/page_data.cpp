@@ -119,6 +119,38 @@ TEST(PageData, ResidualsOfAnHourHaveTheSpreadAndTheSharesOfTheData) {
             (std::vector<std::string>{"x", "y", "z"}));
 }
 
+TEST(PageData, ResidualsHaveTheAxesThatAreMeasured) {
+  Log log;
+  Solution run{StateLayout(), World()};
+  run.append(0, {}, no_sigmas());
+  const std::vector<std::pair<std::string, std::vector<std::string>>> sources{{"gnss[0].velocity", {"north", "east"}},
+                                                                              {"vehicle.right", {"right"}},
+                                                                              {"vehicle.down", {"down"}},
+                                                                              {"odometer", {"forward"}},
+                                                                              {"barometer", {"height"}},
+                                                                              {"heading", {"heading", "pitch"}},
+                                                                              {"parity[1].accel", {"x", "y", "z"}}};
+  for (const auto& [name, axes] : sources) {
+    const auto rows = static_cast<int>(axes.size());
+    const auto source = static_cast<int>(run.sources.size());
+    run.sources.push_back(name);
+    // The filter has 0 and 1 beyond the rows.
+    for (int i = 0; i < 3; ++i) {
+      Innovation z{.time = 0.1 * i,
+                   .source = source,
+                   .dof = rows,
+                   .residual = Vector3d::Zero(),
+                   .sigma = Vector3d::Ones(),
+                   .nis = 1};
+      z.residual.head(rows).setConstant(i + 1);
+      run.innovations.push_back(z);
+    }
+  }
+  const std::string page = page_of(log, run);
+  for (const auto& [name, axes] : sources)
+    EXPECT_EQ(shown(page, "innovations: ", name + ": residual over its sigma").labels, axes) << name;
+}
+
 TEST(PageData, HeightsHaveNoStepsThatTheirSigmasWouldShow) {
   const auto run = test::synthetic_run(20);
   const World world({0.81, 0.12, 4000});

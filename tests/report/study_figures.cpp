@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <set>
+#include <sstream>
 
 #include "report/well_formed.h"
 #include "support/study_case.h"
@@ -90,6 +91,23 @@ TEST(StudyFigures, ShowTheNumbers) {
   // fx is 0.25 in the article's sign and stands above fy, −0.25, each in the middle of its third of 76 to 962.
   const std::string& svg = named(figures, "figure_08_accel").svg;
   EXPECT_TRUE(contains(svg, "M223.7 48.4h0M519.0 257.6h0M814.3 257.6h0")) << svg;
+}
+
+TEST(StudyFigures, MeansAtRestStandOutFromTheirCurves) {
+  const auto figures = study_figures(StudyCase{}.study());
+  for (const char* name : {"figure_09_accel", "figure_10_gyro"}) {
+    const std::string& svg = named(figures, name).svg;
+    std::size_t means = 0;
+    std::istringstream lines(svg);
+    for (std::string line; std::getline(lines, line);) {
+      if (line.starts_with("<path class=\"line\"") && contains(line, "stroke-dasharray")) {
+        ++means;
+        EXPECT_TRUE(contains(line, "stroke=\"var(--ink)\"")) << line;
+      }
+    }
+    EXPECT_EQ(means, 3U) << name;
+    EXPECT_TRUE(contains(svg, ">mean</text>")) << name;
+  }
 }
 
 TEST(StudyFigures, DoWithoutTruthAndWithoutAnything) {

@@ -41,6 +41,9 @@ struct Innovation {
   Outcome outcome = Outcome::kUsed;
   double late = 0;             ///< time of the fix, as its source states it, less `time` [s]: its delay
   double log_determinant = 0;  ///< ln det S
+
+  /// Whether a row was measured and compared. The others of `residual` and `sigma` say nothing.
+  bool has(int row) const { return row < dof && outcome != Outcome::kRepeated; }
 };
 
 /// Position, velocity and attitude in the local level n at the position, as files and pictures show them.

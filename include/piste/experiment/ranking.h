@@ -42,9 +42,13 @@ Ranking ranking(const Study& study);
 /// The competitor after the winner, or null.
 const RankingRow* second(const Ranking& ranking);
 
-/// The competitors that share the first place, the best first: the winner, and those whose score does not differ
-/// significantly from it (p_holm), or whose ratio to it is 1.00. Empty if there is no winner.
+/// The competitors that share the first place, the best first: the one with the lowest score, and those of which the
+/// interval of the ratio to it holds 1, or whose ratio is 1.00. Empty if there is no competitor.
 std::vector<RankingRow> leaders(const Ranking& ranking);
+
+/// Whether the method with the lowest score is called the winner: none ties with it, and every other competitor is
+/// significantly worse (p_holm).
+bool has_winner(const Ranking& ranking);
 
 /// The remarks of Table 7, one for each row: how far it is behind the winner, whether significantly, and whether bias
 /// and scale cannot be separated.

@@ -77,6 +77,7 @@ struct LogMatch {
   double overlap = 0;               ///< seconds in common, by the clocks as they are
   std::optional<ClockMatch> clock;  ///< nothing if the motion does not determine it
   std::optional<MotionMatch> motion;
+  bool clock_told = false;  ///< whether a log tells the IMU's clock, and `clock` is what the motion says beyond it
   bool velocities_may_be_late = false;  ///< positions do not tell; an offset below a second may be theirs
   double turn_ratio = 0;                ///< the turn rate of the gyroscopes over that of the track; 0 if unknown
   double force = 0;                     ///< median magnitude of the specific force [m/s²], by its label

@@ -62,7 +62,8 @@ NumberTable biases_table(const Solution& solution, double rate = 0);
 /// `adapted.csv`: the factors of the stated sigmas that the filter learned, one row a second.
 std::string adapted_csv(const AdaptedNoise& adapted);
 
-/// `innovations.csv`: for every measurement its residual, sigma, NIS and outcome, in SI.
+/// `innovations.csv`: for every measurement its residual, sigma, NIS and outcome, in SI. Cells of what was not measured
+/// are empty: rows beyond those of a height, and all of a fix that repeats.
 std::string innovations_csv(const Solution& solution);
 void innovations_csv(const Solution& solution, const TextSink& sink);
 

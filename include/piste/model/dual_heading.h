@@ -20,7 +20,8 @@ std::optional<Linearization> linearize_heading(const HeadingFix& fix, const Vect
 /// tells it, its own sigma widens the gate.
 struct DualHeading : MeasurementType<HeadingFix> {
   static constexpr std::string_view kName = "heading";
-  static constexpr std::array kChannels{MeasurementChannel{.name = "", .readmitted = false}};
+  static constexpr std::array kChannels{
+      MeasurementChannel{.name = "", .readmitted = false, .axes = {"heading", "pitch"}}};
   static int sensors(const FilterOptions& options) { return options.heading ? 1 : 0; }
   static bool in_use(const FilterOptions& options) { return options.heading.has_value(); }
   static std::span<const std::vector<HeadingFix>> logged(const Log& log) { return {&log.heading, 1}; }

@@ -14,7 +14,7 @@ Linearization linearize_height(const HeightFix& fix, const Estimate& x, const Gr
 /// again once the offset may have drifted as far: the filter never gives in to them, as its height is not in doubt.
 struct Barometer : MeasurementType<HeightFix> {
   static constexpr std::string_view kName = "barometer";
-  static constexpr std::array kChannels{MeasurementChannel{.name = "", .readmitted = false}};
+  static constexpr std::array kChannels{MeasurementChannel{.name = "", .readmitted = false, .axes = {"height"}}};
   static int sensors(const FilterOptions& options) { return options.barometer ? 1 : 0; }
   static bool in_use(const FilterOptions& options) { return options.barometer.has_value(); }
   static std::span<const std::vector<HeightFix>> logged(const Log& log) { return {&log.height, 1}; }

@@ -26,7 +26,8 @@ Linearization linearize_magnetic_field(const MagneticSample& sample, double sigm
 struct Magnetometer : MeasurementType<MagneticSample> {
   static constexpr std::string_view kName = "magnetometer";
   static constexpr double kLetGo = 2;  // s
-  static constexpr std::array kChannels{MeasurementChannel{.name = "", .readmitted = false, .hold = kLetGo}};
+  static constexpr std::array kChannels{
+      MeasurementChannel{.name = "", .readmitted = false, .hold = kLetGo, .axes = kBodyAxes}};
   static int sensors(const FilterOptions& options) { return options.magnetometer ? 1 : 0; }
   static bool in_use(const FilterOptions& options) { return options.magnetometer.has_value(); }
   static std::span<const std::vector<MagneticSample>> logged(const Log& log) { return {&log.magnetic, 1}; }

@@ -165,7 +165,12 @@ struct MeasurementChannel {
   /// s after a fix outside the gate in which the channel is not used: what it presumes does not hold. 0: fixes stand
   /// each by itself.
   double hold = 0;
+  /// What the rows of its innovations are along, as pages name it. A channel of fewer rows has fewer.
+  std::array<std::string_view, 3> axes{"north", "east", "down"};
 };
+
+/// The axes of a body.
+inline constexpr std::array<std::string_view, 3> kBodyAxes{"x", "y", "z"};
 
 /// Base of every type in measurement_list.h, with defaults that a type may hide by its own. A type must also have
 ///

@@ -63,6 +63,10 @@ struct MeasurementSource {
   bool adapted = true;
 };
 
+/// What the rows of a source's innovations are along, by the name that files have of it: MeasurementChannel::axes.
+/// Those of an unknown name are north, east, down.
+std::array<std::string_view, 3> innovation_axes(std::string_view source);
+
 /// The sources of a run: type by type in the order of the list, sensor by sensor, channel by channel.
 class MeasurementSources {
  public:

@@ -31,7 +31,7 @@ struct ZeroUpdates : MeasurementType<RestFix> {
   static constexpr std::string_view kName = "rest";
   static constexpr bool kAdapted = false;  // its noise is the sway of a body, which is coloured and stated as such
   static constexpr std::array kChannels{MeasurementChannel{.name = "velocity", .readmitted = false},
-                                        MeasurementChannel{.name = "rate", .readmitted = false}};
+                                        MeasurementChannel{.name = "rate", .readmitted = false, .axes = kBodyAxes}};
   static std::optional<Linearization> linearize(const RestFix& fix, int sensor, int channel,
                                                 const MeasurementContext& context, const Estimate& x);
 };

@@ -47,8 +47,9 @@ struct VehicleConstraint : MeasurementType<VehicleFix> {
   static constexpr std::string_view kName = "vehicle";
   static constexpr bool kAdapted = false;  // its errors are coloured, and stated as such
   static constexpr double kLetGo = 2;      ///< s: a slide is not over as soon as it looks small
-  static constexpr std::array kChannels{MeasurementChannel{.name = "right", .readmitted = false, .hold = kLetGo},
-                                        MeasurementChannel{.name = "down", .readmitted = false, .hold = kLetGo}};
+  static constexpr std::array kChannels{
+      MeasurementChannel{.name = "right", .readmitted = false, .hold = kLetGo, .axes = {"right"}},
+      MeasurementChannel{.name = "down", .readmitted = false, .hold = kLetGo, .axes = {"down"}}};
   static int sensors(const FilterOptions& options) { return options.vehicle ? 1 : 0; }
   static bool in_use(const FilterOptions& options) { return options.vehicle.has_value(); }
   static std::optional<double> interval(const FilterOptions& options) {
@@ -62,7 +63,7 @@ struct VehicleConstraint : MeasurementType<VehicleFix> {
 struct Odometer : MeasurementType<SpeedFix> {
   static constexpr std::string_view kName = "odometer";
   static constexpr std::array kChannels{
-      MeasurementChannel{.name = "", .readmitted = false, .hold = VehicleConstraint::kLetGo}};
+      MeasurementChannel{.name = "", .readmitted = false, .hold = VehicleConstraint::kLetGo, .axes = {"forward"}}};
   static int sensors(const FilterOptions& options) { return options.odometer ? 1 : 0; }
   static bool in_use(const FilterOptions& options) { return options.odometer.has_value(); }
   static std::span<const std::vector<SpeedFix>> logged(const Log& log) { return {&log.speed, 1}; }
