@@ -321,7 +321,8 @@ std::map<int, Bound> bound_of(const Scenario& scenario, const Simulation& real, 
   });
   if (!run.found.aligned) return out;
   // Rows of the time before the heading was known look back from its end.
-  const FilterRun beginning = run_filter(log, options, from, Keep::kHistory, {}, {.end = *run.found.aligned + kSameInstant});
+  const FilterRun beginning =
+      run_filter(log, options, from, Keep::kHistory, {}, {.end = *run.found.aligned + kSameInstant});
   visit_rows(beginning, first_rows(rows, beginning.epochs),
              [&](int epoch, const Tape::Epoch& filtered, const SmoothedState& smoothed) {
                out[epoch].filtered = variance(filtered.x, smoothed.P);
