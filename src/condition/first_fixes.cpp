@@ -19,13 +19,14 @@ struct Level {
   double time = 0;
 };
 
-// By how much the step to fix k is not that of the velocity around it, the median of up to four steps, of which one fix
-// beside the others spoils two; zero if the motion may be so.
+// By how much the step to fix k is not that of the velocity around it, the median of up to eight steps, of which one
+// fix beside the others spoils two; zero if the motion may be so.
 Vector3d leap_to(const std::vector<GnssFix>& fixes, std::size_t k, double& sigma) {
   std::vector<Vector3d> around;
   double longest = 0;
-  for (const std::size_t i : {k - 2, k - 1, k + 1, k + 2}) {  // an index below zero is a large one
-    if (i < 1 || i >= fixes.size()) continue;
+  constexpr std::size_t kBeside = 4;
+  for (std::size_t i = k - std::min(k, kBeside); i <= k + kBeside; ++i) {
+    if (i == 0 || i == k || i >= fixes.size()) continue;
     const double dt = fixes[i].time - fixes[i - 1].time;
     around.emplace_back((fixes[i].position - fixes[i - 1].position) / dt);
     longest = std::max(longest, dt);
@@ -77,6 +78,11 @@ FirstFixes widen_first_fixes(std::vector<GnssFix>& fixes, const TrustOptions& op
     }
     return time;
   };
+  // A receiver that leaps now and then has outliers, of which no sum of leaps tells a place.
+  constexpr std::size_t kManyLeaps = 20;  // one fix in so many
+  const auto looked = std::ranges::count_if(
+      fixes, [&](const GnssFix& fix) { return fix.time < fixes.front().time + 2 * options.distrust; });
+  if (levels.size() > 2 + static_cast<std::size_t>(looked) / kManyLeaps) return {};
   const double begun = time_at(levels.front());
   const auto longest = std::max_element(levels.begin(), levels.end(),
                                         [&](const Level& a, const Level& b) { return time_at(a) < time_at(b); });

@@ -310,5 +310,23 @@ TEST(LockedOut, ByAStartThatIsWrong) {
   expect_honest(r, "start 100 m aside");
 }
 
+// A false ambiguity in the first seconds, before anything could contradict it.
+TEST(LockedOut, ByFirstFixesThatAreWrong) {
+  const Case c = receiver_case("ski", "gnss_l1l2", true);
+  for (const double lasts : {0.3, 2.0, 8.0}) {
+    Recording recording = c.simulation.recording(0);
+    for (GeodeticFix& fix : recording.gnss[0].fixes) {
+      if (fix.time >= recording.gnss[0].fixes.front().time + lasts) break;
+      fix.position.latitude += 3e-6;  // 19 m
+    }
+    const Log log = condition(recording, c.conditioning);
+    ASSERT_GT(log.counts.gnss_contradicted.at(0).count, 0u);
+    const std::string what = fmt::format("first {:.1f} s 19 m aside", lasts);
+    const Result r = solve(c, log, find_start(log, c.options, {}), what);
+    EXPECT_LT(r.filtered.largest, 0.1) << what;
+    expect_honest(r, what);
+  }
+}
+
 }  // namespace
 }  // namespace piste::test
