@@ -22,8 +22,9 @@ inline LogPlace place_at(const Log& log, double time, const LogPart& part) {
   return place;
 }
 
-/// Feeds one IMU sample a call, or of a rest as many as are taken together. Fixes up to the time of the sample, and as far beyond it as their delays reach, come
-/// before it. `Sink` has add() for samples and for fixes, and look_ahead(), as Filter has.
+/// Feeds one IMU sample a call, or of a rest as many as are taken together. Fixes up to the time of the sample, and as
+/// far beyond it as their delays reach, come before it. `Sink` has add() for samples and for fixes, and look_ahead(),
+/// as Filter has.
 template <class Sink>
 class Feeder {
  public:

@@ -45,7 +45,8 @@ std::shared_ptr<const Reference> trajectory_of(const Solution& rows, const Estim
 // How many rows of a run are not after the last one of another.
 std::size_t rows_until_end(const Solution& run, const Solution& other) {
   std::size_t count = 0;
-  while (!other.empty() && count < run.size() && run.time(count) <= other.time(other.size() - 1) + kSameInstant) ++count;
+  while (!other.empty() && count < run.size() && run.time(count) <= other.time(other.size() - 1) + kSameInstant)
+    ++count;
   return count;
 }
 
@@ -74,8 +75,8 @@ FilterRun filter_from(const LookedBack& back, const Log& log, const FilterOption
                       const std::filesystem::path& scratch) {
   const double end = std::min(end_time, log.imu.empty() ? 0 : log.imu.back().time);
   const bool goes_on = back.about && back.about->size() > 0 && back.about->last_time() < end - kSameInstant;
-  return goes_on ? run_filter(log, options, without_alignment(log.world, found), keep, progress, {.end = end_time}, back.about,
-                              rows, scratch)
+  return goes_on ? run_filter(log, options, without_alignment(log.world, found), keep, progress, {.end = end_time},
+                              back.about, rows, scratch)
                  : run_filter(log, options, found.start, keep, progress, {.end = end_time}, nullptr, rows, scratch);
 }
 

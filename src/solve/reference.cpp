@@ -27,14 +27,19 @@ void Reference::close() {
 }
 
 Reference::Reader::Reader(std::shared_ptr<const Reference> of)
-    : of_(std::move(of)), next_piece_(of_->pieces_.size()), left_(of_->size_), before_{-1e300, of_->start}, row_(before_) {}
+    : of_(std::move(of)),
+      next_piece_(of_->pieces_.size()),
+      left_(of_->size_),
+      before_{-1e300, of_->start},
+      row_(before_) {}
 
 const Reference::Row& Reference::Reader::at(double time) {
   while (left_ > 0 && row_.time < time - kSameInstant) next();
   const bool between = before_.time > -1e300 && before_.time < time && row_.time > time + kSameInstant;
   if (!between) return row_;
-  between_ = {time, boxplus(row_.x, of_->layout_, (row_.time - time) / (row_.time - before_.time) *
-                                                      boxminus(before_.x, row_.x, of_->layout_))};
+  between_ = {time,
+              boxplus(row_.x, of_->layout_,
+                      (row_.time - time) / (row_.time - before_.time) * boxminus(before_.x, row_.x, of_->layout_))};
   return between_;
 }
 

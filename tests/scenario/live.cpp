@@ -90,7 +90,8 @@ TEST_P(LiveRun, SaysWhatReplaySays) {
 
     const Log log = c.log();
     const FoundStart found = find_start(log, c.options, {});
-    const FilterRun run = run_filter(log, c.options, found.start, Keep::kNothing, {}, {.end = live->time() + kSameInstant});
+    const FilterRun run =
+        run_filter(log, c.options, found.start, Keep::kNothing, {}, {.end = live->time() + kSameInstant});
     const std::size_t last = run.solution.size() - 1;
     ASSERT_NEAR(run.solution.time(last), live->time(), 1e-6);
     const Estimate a = live->estimate(), b = run.solution.estimate(last);
