@@ -37,6 +37,7 @@ Vector3d leap_to(const std::vector<GnssFix>& fixes, std::size_t k, double& sigma
   Vector3d velocity;
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> values;
+    values.reserve(around.size());
     for (const Vector3d& v : around) values.push_back(v(axis));
     velocity(axis) = median(std::move(values));
   }
