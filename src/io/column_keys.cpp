@@ -125,8 +125,9 @@ ColumnUse read_use(const Config& columns, const ColumnQuantity& quantity) {
   }
   const std::string_view key = quantity.key;
   const bool place = key == "latitude" || key == "longitude";
-  use.unit = place && map.text("unit", "") == kDegreesMinutes ? std::string(kDegreesMinutes)
-                                                              : read_unit(map, quantity.dimension);
+  const bool minutes = place && map.text("unit", "") == kDegreesMinutes;
+  if (minutes) use.unit = kDegreesMinutes;
+  if (!minutes) use.unit = read_unit(map, quantity.dimension);
   const bool level =
       key == "velocity" || key == "sigma_velocity" || (key == "sigma" && quantity.dimension == dimension::kLength);
   const bool triad = key == "gyro" || key == "accel" || key == "dtheta" || key == "dvel" || key == "magnetic";
