@@ -9,12 +9,12 @@ namespace piste {
 namespace {
 
 constexpr double kAcceleration = 5;  // m/s²: that of a skier or a car over some steps
-constexpr double kSigmas = 6;
+constexpr double kSigmas = 6;        // so that no chance is a leap, of some hundred steps
 
 // Fixes that follow one another without a leap.
 struct Level {
   std::size_t first = 0;
-  Vector3d offset = Vector3d::Zero();  // from the first stretch
+  Vector3d offset = Vector3d::Zero();  // from the first level
   double sigma = 0;                    // of it: the largest of a leap
   double time = 0;
 };
@@ -67,10 +67,10 @@ std::vector<Level> levels_of(const std::vector<GnssFix>& fixes, const TrustOptio
 }  // namespace
 
 FirstFixes widen_first_fixes(std::vector<GnssFix>& fixes, const TrustOptions& options, const World& world) {
-  constexpr double kFarLonger = 3;
+  constexpr double kFarLonger = 3;  // so that a receiver that leaps half-way is judged by the filter
   if (fixes.size() < 4) return {};
   const std::vector<Level> levels = levels_of(fixes, options);
-  // The time for which the positions were where a stretch has them.
+  // The time for which the positions were where a level has them.
   const auto time_at = [&](const Level& place) {
     double time = 0;
     for (const Level& s : levels) {

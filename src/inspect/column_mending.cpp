@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/column_axes.h"
 #include "log_factors.h"
 #include "piste/math/earth.h"
 #include "piste/math/units.h"
@@ -17,12 +18,8 @@
 namespace piste {
 namespace {
 
-using Triad = std::array<std::string_view, 2>;  // the name of a direction, and of that against it
-constexpr std::array<Triad, 3> kSensor{{{"+x", "-x"}, {"+y", "-y"}, {"+z", "-z"}}};
-constexpr std::array<Triad, 3> kLevel{{{"north", "south"}, {"east", "west"}, {"down", "up"}}};
-
 // The direction that a column has by the mapping.
-Vector3d direction_of(const ColumnUse& use, std::size_t column, const std::array<Triad, 3>& names) {
+Vector3d direction_of(const ColumnUse& use, std::size_t column, const std::array<AxisNames, 3>& names) {
   Vector3d direction = Vector3d::Unit(static_cast<Eigen::Index>(column));
   for (std::size_t i = 0; i < 3 && !use.axes.empty(); ++i) {
     const auto axis = static_cast<Eigen::Index>(i);
@@ -33,7 +30,7 @@ Vector3d direction_of(const ColumnUse& use, std::size_t column, const std::array
 }
 
 // Turns the directions of all columns by a signed permutation. Whether that leaves each of them a name.
-bool turn(ColumnUse& use, const Matrix3d& by, const std::array<Triad, 3>& names) {
+bool turn(ColumnUse& use, const Matrix3d& by, const std::array<AxisNames, 3>& names) {
   if (by.isIdentity()) return true;
   std::vector<std::string> axes;
   for (std::size_t column = 0; column < use.names.size(); ++column) {
@@ -55,7 +52,7 @@ void rename(ColumnMap& map, const std::string& from, const std::string& to, cons
   map.uses.insert(std::move(node));
 }
 
-// The units in which a sensor is far more often than the one that it was taken to be in.
+// Gives the triads the quantity and the unit in which their values are as large as the track asks.
 void scale_rates(ColumnMap& map, const LogFactors& factors, double interval) {
   const bool increments = map.find("dtheta") != nullptr;
   const double as_rates = 1 / interval, as_increments = interval;
@@ -87,8 +84,8 @@ std::optional<ColumnMap> mended(const ColumnMap& map, const LogMatch& match) {
     // Where the forces are mirrored, minus them are not, and turn as the fit says.
     const bool increments = changed.find("dtheta") != nullptr;
     const Matrix3d sign = match.motion->mirrored ? Matrix3d(-Matrix3d::Identity()) : Matrix3d::Identity();
-    turn(changed.uses.find(increments ? "dtheta" : "gyro")->second, match.motion->gyro_axes, kSensor);
-    turn(changed.uses.find(increments ? "dvel" : "accel")->second, sign, kSensor);
+    turn(changed.uses.find(increments ? "dtheta" : "gyro")->second, match.motion->gyro_axes, kSensorAxes);
+    turn(changed.uses.find(increments ? "dvel" : "accel")->second, sign, kSensorAxes);
   }
   return changed == map ? std::nullopt : std::optional(std::move(changed));
 }
@@ -102,7 +99,7 @@ std::optional<ColumnMap> mended(const ColumnMap& map, const VelocityFit& fit) {
     if (use == changed.uses.end()) continue;
     if (fit.scale != 1) use->second.unit = speed_unit_text(fit.scale);
     if (key == "velocity" || (key == "sigma_velocity" && use->second.names.size() > 1)) {
-      if (!turn(use->second, fit.axes.transpose(), kLevel)) return std::nullopt;
+      if (!turn(use->second, fit.axes.transpose(), kLevelAxes)) return std::nullopt;
     }
   }
   return changed == map ? std::nullopt : std::optional(std::move(changed));

@@ -8,6 +8,8 @@
 #include <initializer_list>
 #include <stdexcept>
 
+#include "io/column_axes.h"
+
 namespace piste {
 namespace {
 
@@ -32,11 +34,6 @@ constexpr std::array kGnss = std::to_array<ColumnQuantity>({{"latitude", dimensi
                                                             {"fix", dimension::kRatio, 1, 1}});
 constexpr std::array kAttitude =
     std::to_array<ColumnQuantity>({{"angles", dimension::kAngle, 3, 3}, {"sigma", dimension::kAngle, 3, 3}});
-
-// The name of an axis, and of that against it.
-using AxisNames = std::array<std::string_view, 2>;
-constexpr std::array<AxisNames, 3> kLevelAxes{{{"north", "south"}, {"east", "west"}, {"down", "up"}}};
-constexpr std::array<AxisNames, 3> kSensorAxes{{{"+x", "-x"}, {"+y", "-y"}, {"+z", "-z"}}};
 
 constexpr std::array<std::pair<std::string_view, TimeScale>, 5> kScales{{{"boot", TimeScale::kBoot},
                                                                          {"gps_week", TimeScale::kGpsWeek},

@@ -41,7 +41,7 @@ enum class TimeScale {
 };
 
 /// The column of time. The unit `calendar` is text such as `2020-11-04 09:17:31.4`, of UTC or of GPS time; `hhmmss` is
-/// a number such as 091731.4, of an unknown day.
+/// `09:17:31.4` or the number 091731.4, of an unknown day.
 struct ColumnTime {
   std::string name;
   std::string unit = {};  ///< empty: that of the header's brackets
