@@ -79,7 +79,8 @@ ImuRecording paired(const ImuRecording& gyro, const ImuRecording& accel, bool in
   const double usual = usual_interval(gyro.time);
   ImuRecording both;
   both.file = gyro.file;
-  both.repaired = {gyro.repaired.sorted + accel.repaired.sorted, gyro.repaired.dropped + accel.repaired.dropped};
+  both.repaired = gyro.repaired;
+  both.repaired += accel.repaired;
   both.stamp_jitter = std::max(gyro.stamp_jitter, accel.stamp_jitter);
   for (std::size_t i = 0; i < gyro.time.size(); ++i) {
     const double t = gyro.time[i], step = i == 0 ? usual : t - gyro.time[i - 1];

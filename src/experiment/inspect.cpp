@@ -14,6 +14,7 @@
 #include "experiment/contradiction.h"
 #include "experiment/settling.h"
 #include "inspect/column_mending.h"
+#include "io/left_out_rows.h"
 #include "io/text_reader.h"
 #include "math/time.h"
 #include "piste/core/error.h"
@@ -39,11 +40,27 @@ bool says_no_sigma(const Recorded& recorded) {
                                                  [](const auto& fix) { return sigma_of(fix).allFinite(); });
 }
 
+// Whether a row has the values of the one before.
+bool repeats(const ImuRecording& imu, std::size_t i) {
+  return imu.gyro[i] == imu.gyro[i - 1] && imu.accel[i] == imu.accel[i - 1];
+}
+bool repeats(const GnssRecording& gnss, std::size_t i) {
+  const Geodetic &now = gnss.fixes[i].position, &before = gnss.fixes[i - 1].position;
+  return now.latitude == before.latitude && now.longitude == before.longitude && now.height == before.height;
+}
+
+std::size_t rows_of(const ImuRecording& imu) { return imu.time.size(); }
+template <class Recorded>
+std::size_t rows_of(const Recorded& recorded) {
+  return recorded.fixes.size();
+}
+
 // Reads a log once more, as what was found of it says. Its faults are listed already.
 template <class Recorded>
 void read_once_more(const InspectedLog& l, Recorded& recorded, Recorded (*read)(const LogFile&, RowFaults*)) {
   RowFaults again;
   recorded = read(l.log, &again);
+  if (l.log.repair) recorded.repaired.unreadable = again.total();
 }
 
 // Reads such a log again with a sigma that its user might state.
@@ -55,10 +72,31 @@ void read_again(InspectedLog& l, const Vector3d& sigma, Recorded& recorded,
   recorded = read(l.log, &l.faults);
 }
 
-// Reads a log whose rows are out of order again, with these rows put in order. The faults stay listed.
+// Reads a log again of which most rows have the stamp of the row before, and values of their own: its clock is coarse.
+template <class Recorded>
+void read_spread(InspectedLog& l, Recorded& recorded, Recorded (*read)(const LogFile&, RowFaults*)) {
+  const std::size_t shared = l.faults.count(RowFault::Kind::kTimeRepeated);
+  if (2 * shared < shared + rows_of(recorded)) return;
+  InspectedLog spread = l;
+  spread.log.shared_stamps = true;
+  spread.faults = {};
+  Recorded again = read(spread.log, &spread.faults);
+  std::size_t same = 0;
+  for (std::size_t i = 1; i < rows_of(again); ++i) same += repeats(again, i) ? 1 : 0;
+  if (2 * same > rows_of(again)) return;
+  l = std::move(spread);
+  recorded = std::move(again);
+}
+
+// Reads a log whose rows are out of order again, with these rows put in order; so too one of which a few rows cannot be
+// read. The faults stay listed.
 template <class Recorded>
 void read_repaired(InspectedLog& l, Recorded& recorded, Recorded (*read)(const LogFile&, RowFaults*)) {
-  if (l.faults.count(RowFault::Kind::kTimeRepeated) + l.faults.count(RowFault::Kind::kTimeBack) == 0) return;
+  const std::size_t misplaced =
+      l.faults.count(RowFault::Kind::kTimeRepeated) + l.faults.count(RowFault::Kind::kTimeBack);
+  const std::size_t unreadable = l.faults.total() - misplaced;
+  const bool few = unreadable > 0 && LeftOutRows::are_few(unreadable, rows_of(recorded) + misplaced);
+  if (misplaced == 0 && !few) return;
   l.log.repair = true;
   read_once_more(l, recorded, read);
 }
@@ -108,6 +146,7 @@ void join_parts(InspectedLog& gyro, InspectedLog& accel) {
   gyro.log.accel_file = accel.log.file;
   gyro.log.columns->uses["accel"] = accel.log.columns->uses.at("accel");
   gyro.log.columns->accel_time = accel.log.columns->time;
+  gyro.log.columns->accel_rows = accel.log.columns->rows;
   gyro.guess->why += "; the accelerometers stand in " + accel.log.file;
   append(gyro.guess->doubts, std::move(accel.guess->doubts));
   for (const InspectedLog* l : {&gyro, &accel}) {
@@ -184,6 +223,7 @@ void read_receiver(InspectedLog& l) {
   }
   l.gnss = read_gnss(l.log, &l.faults);
   if (says_no_sigma(l.gnss)) read_again(l, kUsualSigma, l.gnss, read_gnss);
+  read_spread(l, l.gnss, read_gnss);
   read_repaired(l, l.gnss, read_gnss);
   l.clock = clock_of(l);
   if (l.gnss.fixes.size() < 3) return;
@@ -195,6 +235,7 @@ void read_receiver(InspectedLog& l) {
 void read_body(InspectedLog& l) {
   l.log.even_stamps = false;
   l.imu = read_imu(l.log, &l.faults);
+  read_spread(l, l.imu, read_imu);
   read_repaired(l, l.imu, read_imu);
   if (l.imu.time.size() >= 3) l.imu_health = imu_health(l.imu);
   l.log.even_stamps = true;
@@ -296,10 +337,14 @@ void compare_attitudes(Inspection& inspection, std::vector<Suspicion>& found) {
   const bool told = track != nullptr && track->motion && !track->motion->mirrored;
   const Matrix3d axes = told ? track->motion->R_bs : Matrix3d(Matrix3d::Identity());
   for (std::size_t j = 0; j < inspection.logs.size(); ++j) {
-    const InspectedLog& log = inspection.logs[j];
+    InspectedLog& log = inspection.logs[j];
     if (!log.is(LogKind::kAttitude) || !log.attitude_sampling) continue;
     AttitudeMatch m = match(inspection.logs[*imu].imu, log.attitude);
     append(found, suspicions(m, axes, inspection.logs[*imu].log.file, log.log.file));
+    if (m.far_from_unit) {
+      log.left_out = m.why_not;
+      found.push_back({LogFault::kNotUsed, log.log.file, m.why_not, "it is left aside"});
+    }
     inspection.attitudes.push_back({*imu, j, std::move(m)});
   }
 }
@@ -497,6 +542,18 @@ bool mend_columns(const Inspection& inspection, std::vector<InspectedLog>& logs,
   return any;
 }
 
+// Files that are no log, which the first suspicions are of, do not matter where the logs of an IMU and of a receiver
+// are there: whole folders are given.
+void set_aside_unknown(Inspection& inspection, std::size_t count) {
+  if (!inspection.first(LogKind::kImu) || !inspection.first(LogKind::kGnss)) return;
+  for (std::size_t i = 0; i < count; ++i) {
+    Suspicion& s = inspection.suspicions[i];
+    if (s.fault != LogFault::kUnreadable) continue;
+    s.fault = LogFault::kNotUsed;
+    s.remedy = "it is left aside, as the others have an IMU and a receiver";
+  }
+}
+
 }  // namespace
 
 std::vector<InspectedLog> recognise(const std::vector<std::string>& files, std::vector<Suspicion>& found) {
@@ -518,6 +575,7 @@ Inspection inspect(const std::vector<std::string>& files, const ProgressCallback
     if (reading + 1 == kMostReadings || !mend_columns(inspection, recognised, refuted)) break;
   }
   std::vector<Suspicion>& found = inspection.suspicions;
+  set_aside_unknown(inspection, unknown.size());
   rank(found);
   if (progress) progress(kMatched);
   std::vector<Suspicion> implausible;

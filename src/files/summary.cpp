@@ -82,7 +82,8 @@ std::string source_counts(const Solution& solution) {
 }
 
 std::string repaired(const RepairedRows& rows) {
-  return fmt::format(R"({{"sorted": {}, "dropped": {}}})", rows.sorted, rows.dropped);
+  return fmt::format(R"({{"sorted": {}, "dropped": {}, "unreadable": {}}})", rows.sorted, rows.dropped,
+                     rows.unreadable);
 }
 
 // The fixes of a sensor that not every run has; nothing if this one has not. `of_file`: what was done to its file.
@@ -101,10 +102,7 @@ std::size_t sum(const std::vector<std::size_t>& counts) {
 
 RepairedRows sum(const std::vector<RepairedRows>& sources) {
   RepairedRows total;
-  for (const RepairedRows& r : sources) {
-    total.sorted += r.sorted;
-    total.dropped += r.dropped;
-  }
+  for (const RepairedRows& r : sources) total += r;
   return total;
 }
 

@@ -221,6 +221,7 @@ AttitudeMatch match(const ImuRecording& imu, const AttitudeRecording& attitude) 
   const double ratio = root_mean_square(body.value) / std::max(root_mean_square(other.value), 1e-12);
   if (ratio > kUnitFar || ratio < 1 / kUnitFar) {
     m.why_not = fmt::format("the gyroscopes turn {:.3g} times as fast as the attitude: see their units", ratio);
+    m.far_from_unit = true;
     return m;
   }
   const CoarseOffset coarse = correlate(body, other, kShortestCommon);

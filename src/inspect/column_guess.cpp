@@ -7,6 +7,7 @@
 #include <cctype>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <numbers>
 #include <stdexcept>
 
@@ -15,18 +16,11 @@
 #include "column_values.h"
 #include "io/counter_rollover.h"
 #include "piste/core/error.h"
+#include "row_kinds.h"
+#include "tagged_rows.h"
 
 namespace piste {
 namespace {
-
-bool measures(std::string_view unit, const Dimension& dimension) {
-  try {
-    unit_factor(unit, dimension);
-    return !unit.empty();
-  } catch (const std::invalid_argument&) {
-    return false;
-  }
-}
 
 // The unit of time that a name has among its words, and what is left where it stands at the end.
 struct TimeStem {
@@ -78,13 +72,19 @@ constexpr Pace kAttitudePace{.usual = 0.01, .fastest = 1e-4, .slowest = 5};
 /// Builds the mapping of one table.
 class Guesser {
  public:
-  Guesser(std::string file, const ColumnTable& table) : file_(std::move(file)), table_(table) {
+  using Part = LogGuess::Part;
+
+  /// `name`: of the file, or of the sensor whose rows these are. `part`: what is looked for.
+  Guesser(std::string file, std::string name, const ColumnTable& table, Part part = Part::kWhole)
+      : file_(std::move(file)), name_(std::move(name)), table_(table), part_(part) {
+    std::transform(name_.begin(), name_.end(), name_.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     for (const SampledColumn& column : table.columns) meanings_.push_back(meaning_of(column));
   }
 
   std::optional<LogGuess> guess() {
-    if (one("latitude") && one("longitude")) return with_body(receiver());
-    if (auto imu = this->imu()) return imu;
+    if (one("latitude") && one("longitude")) return with_body(receiver_alone());
+    if (auto imu = imu_alone()) return imu;
     if (one("roll") && one("pitch") && (one("heading") || one("course"))) return attitude();
     return std::nullopt;
   }
@@ -94,10 +94,36 @@ class Guesser {
 
   bool has_body() const { return (triad("gyro") && triad("accel")) || (triad("dtheta") && triad("dvel")); }
 
+  // The receiver's log, of the rows that have a place: those of other sensors may have none.
+  std::optional<LogGuess> receiver_alone() const {
+    const std::array<std::size_t, 2> place{*one("latitude"), *one("longitude")};
+    const ColumnTable rows = table_.rows_with(place);
+    if (rows.rows == 0 && has_body()) return std::nullopt;
+    const bool fewer = 2 * rows.rows < table_.rows;
+    return Guesser(file_, name_, rows.rows > 2 ? rows : table_).receiver(has_body() && !fewer ? kImuPace : kGnssPace);
+  }
+
+  // The IMU's log, of the rows that have its values. Gyroscopes and accelerometers with rows of their own are two
+  // parts, as in two files.
+  std::optional<LogGuess> imu_alone() const {
+    const auto gyro = triad("gyro"), accel = forces();
+    if (!gyro || !accel) return Guesser(file_, name_, table_).imu();
+    const ColumnTable turns = table_.rows_with(*gyro), both = turns.rows_with(*accel),
+                      pushes = table_.rows_with(*accel);
+    if (turns.rows == 0 && pushes.rows == 0 && one("latitude")) return std::nullopt;
+    if (2 * both.rows >= turns.rows || 2 * both.rows >= pushes.rows) {
+      return Guesser(file_, name_, both.rows > 2 ? both : table_).imu();
+    }
+    auto guess = Guesser(file_, name_, turns, Part::kGyro).imu();
+    auto beside = Guesser(file_, name_, pushes, Part::kAccel).imu();
+    if (guess && beside) guess->beside.push_back(std::move(*beside));
+    return guess;
+  }
+
   // The log of the IMU in the columns beside those of a receiver, whose rows then are those of the IMU.
   std::optional<LogGuess> with_body(std::optional<LogGuess> receiver) const {
     if (!has_body()) return receiver;
-    auto body = Guesser(file_, table_).imu();
+    auto body = Guesser(file_, name_, table_).imu_alone();
     if (!body) return receiver;
     if (receiver) {
       receiver->columns->only_new = true;
@@ -157,6 +183,13 @@ class Guesser {
     return first;
   }
 
+  // Accelerations without gravity, `known` or named so, where a fusion has gravity beside them.
+  std::optional<ColumnTriad> parted_force(const std::optional<ColumnTriad>& known) const {
+    const auto linear = known ? known : triad("linear"), gravity = triad("gravity");
+    const bool adds_up = linear && gravity && is_gravity(usual_magnitude(table_, *gravity));
+    return adds_up ? linear : std::nullopt;
+  }
+
   // ---- Writing them down ----
 
   // Whether the header gives the unit of a column, in brackets or by its name.
@@ -165,13 +198,13 @@ class Guesser {
   }
 
   bool has_known_brackets(std::size_t column, const Dimension& dimension) const {
-    return table_.header && measures(table_.columns[column].cell.unit, dimension);
+    return table_.header && !table_.by_number && measures(table_.columns[column].cell.unit, dimension);
   }
 
   // The unit that the header gives in words: `ft` in brackets, or at the end of a name.
   std::string unit_named(std::size_t column, const Dimension& dimension) const {
     const SampledColumn& c = table_.columns[column];
-    for (std::string unit : {unit_spelt(words_of(c.cell.unit)), c.unit}) {
+    for (std::string unit : {c.cell.unit, unit_spelt(words_of(c.cell.unit)), c.unit}) {
       if (measures(unit, dimension)) return unit;
     }
     return {};
@@ -188,7 +221,11 @@ class Guesser {
                  const std::string& else_unit) {
     ColumnUse& entry = map_.uses[std::string(key)];
     for (const std::size_t c : columns) entry.names.push_back(table_.name_of(c));
-    if (!(dimension == dimension::kRatio)) entry.unit = unit_of(columns[0], dimension, else_unit);
+    if (dimension == dimension::kRatio) return entry;
+    entry.unit = unit_of(columns[0], dimension, else_unit);
+    const bool all =
+        std::all_of(columns.begin(), columns.end(), [&](std::size_t c) { return has_known_brackets(c, dimension); });
+    if (entry.unit.empty() && !all) entry.unit = table_.columns[columns[0]].cell.unit;
     return entry;
   }
 
@@ -211,17 +248,20 @@ class Guesser {
 
   // ---- Time ----
 
-  std::optional<ColumnTime> time_from(std::size_t column, const Pace& pace) const {
+  // `steady`: only one that differs from row to row.
+  std::optional<ColumnTime> time_from(std::size_t column, const Pace& pace, bool steady) const {
     const SampledColumn& c = table_.columns[column];
+    if (steady && 2 * changing(table_, c) < 1 && !parts_beside(column)) return std::nullopt;
     ColumnTime time;
     time.name = table_.name_of(column);
     const bool gps = c.has_any({"gps", "gpst", "gpstime"});
-    if (c.first.find(':') != std::string::npos || is_compact_calendar(c.first)) {
-      if (c.first == c.last) return std::nullopt;
+    const std::string_view text = c.first();
+    if (text.find(':') != std::string_view::npos || is_compact_calendar(text)) {
+      if (text == c.last()) return std::nullopt;
       time.unit = "calendar";
-      const bool says_utc = c.first.ends_with('Z') || c.first.ends_with("UTC");
+      const bool says_utc = text.ends_with('Z') || text.ends_with("UTC");
       time.of = gps && !says_utc ? TimeScale::kGps : TimeScale::kUtc;
-      if (c.first.find_first_of("-/T") != std::string::npos || std::count(c.first.begin(), c.first.end(), '.') > 1) {
+      if (text.find_first_of("-/T") != std::string_view::npos || std::count(text.begin(), text.end(), '.') > 1) {
         return time;
       }
       if (const auto date = one("date")) {
@@ -236,20 +276,22 @@ class Guesser {
     const auto parts = parts_beside(column);
     if (is_time_of_day(table_, c.values)) {
       time.unit = "hhmmss";
-      if (const auto date = one("date"); date && table_.columns[*date].first.size() >= kWholeDate) {
+      if (const auto date = one("date"); date && table_.columns[*date].first().size() >= kWholeDate) {
         time.unit = "calendar";
         time.of = gps ? TimeScale::kGps : TimeScale::kUtc;
         time.date = table_.name_of(*date);
       }
       return time;
     }
-    const Steps steps = steps_of(table_, times_in(column, parts));
-    if (!steps.is_time()) return std::nullopt;
+    Steps steps = steps_of(table_, times_in(column, parts));
+    if (!(steady ? steps.is_time() : steps.is_coarse_time())) return std::nullopt;
+    if (!steady) steps.median = steps.mean;
     if (parts) {
       time.rest = table_.name_of(*parts);
       time.rest_unit = stem_of(table_.columns[*parts]).unit;
     }
     std::string unit = unit_in_name(c);
+    if (c.has("fine") && c.has("sample")) unit = tick_of(steps);
     if (unit.empty()) unit = time_unit(steps, pace);
     time.unit = unit_of(column, dimension::kTime, unit);
     const double first = steps.first * unit_factor(time.unit.empty() ? c.cell.unit : time.unit, dimension::kTime);
@@ -262,6 +304,12 @@ class Guesser {
       if (const auto week = one("week"); week && *week != column) time.week = table_.name_of(*week);
     }
     return time;
+  }
+
+  // Of Xsens' SampleTimeFine, which counts 0.1 ms, or µs where the sensor is a Dot: by the pace.
+  static std::string tick_of(const Steps& steps) {
+    constexpr double kSlowestTicks = 2000;  // 5 Hz in the one unit, 500 Hz in the other
+    return steps.median < kSlowestTicks ? "1e-4 s" : "us";
   }
 
   // The columns of this time, added up: a time may stand in two columns.
@@ -291,15 +339,21 @@ class Guesser {
     return std::nullopt;
   }
 
+  bool is_named_time(std::size_t column) const {
+    const bool whole_date =
+        meanings_[column].key == "date" && table_.columns[column].first().find(':') != std::string_view::npos;
+    return meanings_[column].key == "time" || whole_date || parts_beside(column).has_value();
+  }
+
   // Times by name, else by their steps: an absolute one if there is one, and beside it one since power-up.
   bool find_time(const Pace& pace) {
     std::optional<ColumnTime> absolute;
     std::optional<std::size_t> falling;
-    for (const bool named : {true, false}) {
-      if (!named && (absolute || boot_ || table_.header)) break;
+    const auto look = [&](bool named, bool steady) {
+      if (absolute || boot_) return;
       for (std::size_t c = 0; c < meanings_.size(); ++c) {
-        if (named && meanings_[c].key != "time" && !parts_beside(c)) continue;
-        const auto time = time_from(c, pace);
+        if (named && !is_named_time(c)) continue;
+        const auto time = time_from(c, pace, steady);
         if (!time && named && steps_of(table_, table_.columns[c].values).falls_back()) falling = c;
         if (!time) continue;
         auto& place = time->of == TimeScale::kBoot ? boot_ : absolute;
@@ -307,7 +361,10 @@ class Guesser {
         place = time;
         (time->of == TimeScale::kBoot ? boot_column_ : absolute_column_) = c;
       }
-    }
+    };
+    look(true, true);
+    look(true, false);  // of a coarse clock
+    if (!table_.header) look(false, true);
     if (!absolute && !boot_ && falling) {
       throw DataError(file_ + ":1",
                       fmt::format("column `{}` keeps falling back, so that it is no time by itself; if it is what is "
@@ -333,7 +390,14 @@ class Guesser {
   // ---- Kinds ----
 
   std::optional<LogGuess> imu() {
-    auto gyro = triad("gyro"), accel = forces();
+    auto gyro = part_ == Part::kAccel ? std::nullopt : triad("gyro");
+    auto accel = part_ == Part::kGyro ? std::nullopt : forces();
+    if (part_ != Part::kGyro && (!accel || !is_gravity(usual_magnitude(table_, *accel)))) {
+      if (const auto sum = parted_force(accel)) {
+        accel = sum;
+        added_ = triad("gravity");
+      }
+    }
     const auto dtheta = triad("dtheta"), dvel = triad("dvel");
     const bool increments = dtheta && dvel && !(gyro && accel);
     const auto plain = triad("axis");
@@ -358,6 +422,13 @@ class Guesser {
       (forces ? accel : gyro) = plain;
       why = fmt::format("columns x, y, z of {}", forces ? "accelerometers" : "gyroscopes");
     }
+    if (!gyro && !accel && !table_.header && table_.columns.size() == 4) {
+      const ColumnTriad only = beside_time();
+      if (named_gyroscopes() || is_of_forces(only)) {
+        (named_gyroscopes() ? gyro : accel) = only;
+        why = fmt::format("four columns without names, and the name of the {}", gyro ? "gyroscopes" : "accelerometers");
+      }
+    }
     if (!gyro && !accel) {
       const auto found = find_triads(table_, time_column_);
       if (!found) return std::nullopt;
@@ -366,8 +437,10 @@ class Guesser {
       why = "three columns as large as gravity, three beside them, and one that increases evenly";
       doubts_.emplace_back("columns: found by their values alone, as there is no header: check them");
     }
-    if (gyro) use_triad("gyro", *gyro, dimension::kAngularRate, turn_unit(table_, *gyro));
-    if (accel) use_triad("accel", *accel, dimension::kAcceleration, gravity_unit(usual_magnitude(table_, *accel)));
+    const bool counts = use_force(accel);
+    if (gyro)
+      use_triad("gyro", *gyro, dimension::kAngularRate,
+                counts && is_whole(*gyro) ? turn_counts() : turn_unit(table_, *gyro));
     if (const auto magnetic = triad("magnetic");
         magnetic && gyro && has_unit((*magnetic)[0], dimension::kMagneticField)) {
       use_triad("magnetic", *magnetic, dimension::kMagneticField, {""});
@@ -378,6 +451,30 @@ class Guesser {
     return part;
   }
 
+  // Writes the accelerometers down. Returns whether they are raw counts.
+  bool use_force(const std::optional<ColumnTriad>& accel) {
+    if (!accel) return false;
+    const UnitGuess unit = gravity_unit(usual_magnitude(table_, added_ ? *added_ : *accel));
+    use_triad("accel", *accel, dimension::kAcceleration, unit);
+    for (const std::size_t c : added_.value_or(ColumnTriad{})) {
+      if (added_) map_.uses["accel"].added.push_back(table_.name_of(c));
+    }
+    return unit.is_counts && is_whole(*accel) && !has_unit((*accel)[0], dimension::kAcceleration);
+  }
+
+  bool is_whole(const ColumnTriad& t) const {
+    return std::all_of(t.begin(), t.end(), [&](std::size_t c) { return table_.columns[c].is_whole(); });
+  }
+
+  // The three other columns of four.
+  ColumnTriad beside_time() const {
+    ColumnTriad t{};
+    for (std::size_t c = 0, k = 0; k < t.size(); ++c) {
+      if (c != time_column_) t[k++] = c;
+    }
+    return t;
+  }
+
   static LogGuess put_aside(std::string why) {
     LogGuess guess;
     guess.format = LogFormat::kColumns;
@@ -386,24 +483,21 @@ class Guesser {
     return guess;
   }
 
-  // Whether the name of the file says so.
-  bool named(std::string_view part) const {
-    std::string name = std::filesystem::path(file_).stem().string();
-    std::transform(name.begin(), name.end(), name.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return name.find(part) != std::string::npos;
-  }
+  // Whether the name of the file, or of the sensor, says so.
+  bool named(std::string_view part) const { return name_.find(part) != std::string::npos; }
+
+  bool named_gyroscopes() const { return named("gyr") || named("angular") || named("rotation"); }
 
   // Columns that are merely x, y and z: by the name of the file, else by their size.
   bool is_of_forces(const ColumnTriad& t) const {
-    if (named("gyr")) return false;
+    if (named_gyroscopes()) return false;
     return named("acc") || named("grav") || is_gravity(usual_magnitude(table_, t));
   }
 
   // Why such columns are of neither triad of an IMU. What is not gravity need not turn.
   std::string why_no_body(const ColumnTriad& t) const {
     if (named("mag") || named("compass")) return "of a magnetometer, as its name says";
-    if (named("gyr") || is_of_forces(t)) return {};
+    if (named_gyroscopes() || is_of_forces(t)) return {};
     return "columns x, y, z of neither gyroscopes nor accelerometers, as far as values and the name of the file tell";
   }
 
@@ -437,6 +531,9 @@ class Guesser {
     const bool named = has_unit(latitude, dimension::kAngle);
     if (!named && largest(latitude) <= std::numbers::pi / 2 && largest(longitude) <= std::numbers::pi) return "rad";
     const bool whole = table_.columns[latitude].is_whole();
+    if (!named && whole && table_.columns[latitude].has("position") && largest(latitude) > kTurn) {
+      return std::string(kSemicircle);  // as FIT names them
+    }
     if (!named && !whole && has_minutes(latitude) && has_minutes(longitude) && largest(latitude) > kRightAngle) {
       return std::string(kDegreesMinutes);
     }
@@ -472,15 +569,15 @@ class Guesser {
     }
   }
 
-  std::optional<LogGuess> receiver() {
+  std::optional<LogGuess> receiver(const Pace& pace) {
     const auto height = this->height();
-    const bool body = has_body(), timed = height && find_time(body ? kImuPace : kGnssPace);
-    if (!timed && body) return std::nullopt;
+    const bool timed = height && find_time(pace);
+    if (!timed && has_body()) return std::nullopt;
     if (!height) lacks("height", "latitude and longitude");
     if (!timed) lacks("time", "a receiver");
     const std::string angle = place_unit();
     const bool integers = angle == "1e-7 deg" && !has_unit(*one("latitude"), dimension::kAngle);
-    const bool millimetres = integers || in_millimetres(*height);
+    const bool millimetres = (integers && table_.columns[*height].is_whole()) || in_millimetres(*height);
     const std::string length = millimetres ? "mm" : "m", velocity = millimetres ? "mm/s" : "m/s";
     if (millimetres) {
       doubts_.emplace_back(fmt::format("units: whole numbers as u-blox writes them are taken: {}mm, mm/s",
@@ -494,14 +591,14 @@ class Guesser {
       use("sigma", *sigma, dimension::kLength, length).axes = {"north", "east", "up"};
     } else if (const auto down = group("sigma", "ned")) {
       use("sigma", *down, dimension::kLength, length);
-    } else if (one("horizontal_accuracy") && one("vertical_accuracy")) {
-      for (const std::string_view key : {"horizontal_accuracy", "vertical_accuracy"}) {
-        const std::size_t column = *one(key);
-        use(key, {column}, dimension::kLength, table_.columns[column].is_whole() ? length : "m");
-      }
+    } else if (const auto across = one("horizontal_accuracy")) {
+      const std::size_t vertical = one("vertical_accuracy").value_or(*across);
+      use("horizontal_accuracy", {*across}, dimension::kLength, table_.columns[*across].is_whole() ? length : "m");
+      use("vertical_accuracy", {vertical}, dimension::kLength, table_.columns[vertical].is_whole() ? length : "m");
       doubts_.emplace_back("accuracies: taken for radii of 68 %, as phones and u-blox state them");
+      if (vertical == *across) doubts_.emplace_back("heights: that of places is taken for theirs, as the log has none");
     }
-    receiver_velocity(velocity, integers);
+    receiver_velocity(velocity, integers && millimetres);
     if (const auto fix = one("fix")) {
       const SampledColumn& c = table_.columns[*fix];
       constexpr double kMostKinds = 9;
@@ -528,7 +625,7 @@ class Guesser {
   // The column of these letters; empty if there is none.
   std::string hemisphere(char positive, char negative) const {
     for (std::size_t c = 0; c < table_.columns.size(); ++c) {
-      const std::string& text = table_.columns[c].first;
+      const std::string_view text = table_.columns[c].first();
       if (text.size() != 1) continue;
       const char letter = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
       if (letter == positive || letter == negative) return table_.name_of(c);
@@ -592,21 +689,80 @@ class Guesser {
     return taken(LogKind::kAttitude, LogGuess::Part::kWhole, "columns roll, pitch and heading");
   }
 
-  std::string file_;
+  std::string file_, name_;
   const ColumnTable& table_;
+  Part part_;
   std::vector<ColumnMeaning> meanings_;
   ColumnMap map_;
   std::optional<ColumnTime> boot_;
+  std::optional<ColumnTriad> added_;  // gravity, to accelerations without it
   std::size_t time_column_ = 0, boot_column_ = 0, absolute_column_ = 0;
   std::vector<std::string> doubts_;
 };
 
+// The logs of several sensors in one file: the first, and the others beside it.
+class SeveralLogs {
+ public:
+  explicit SeveralLogs(std::string file) : file_(std::move(file)) {}
+
+  // Guesses the log of one sensor from its rows, which `chosen` tells from the others.
+  void add(const ColumnTable& rows, const ColumnRows& chosen) {
+    auto guess = guess_of(rows, chosen.is);
+    if (!guess || guess->part == LogGuess::Part::kNone) return;
+    guess->why += fmt::format(", in the rows with {} in column {}", chosen.is, chosen.name);
+    std::vector<LogGuess> more = std::move(guess->beside);
+    guess->beside.clear();
+    more.insert(more.begin(), std::move(*guess));
+    for (LogGuess& log : more) log.columns->rows = chosen;
+    if (!all_) {
+      all_ = std::move(more.front());
+      more.erase(more.begin());
+    }
+    all_->beside.insert(all_->beside.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
+  }
+
+  std::optional<LogGuess> take() { return std::move(all_); }
+
+ private:
+  // Nothing of rows that have no time, say: the others may do.
+  std::optional<LogGuess> guess_of(const ColumnTable& rows, const std::string& name) const {
+    try {
+      return Guesser(file_, name, rows).guess();
+    } catch (const DataError&) {
+      return std::nullopt;
+    }
+  }
+
+  std::string file_;
+  std::optional<LogGuess> all_;
+};
+
+std::optional<LogGuess> guess_kinds(const std::string& file, const ColumnTable& table) {
+  SeveralLogs logs(file);
+  const auto kinds = row_kinds(table);
+  if (!kinds) return std::nullopt;
+  const SampledColumn& column = table.columns[kinds->column];
+  for (const std::string& kind : kinds->kinds) {
+    logs.add(table.rows_where([&](std::size_t row) { return column.texts[row] == kind; }),
+             {table.name_of(kinds->column), kind});
+  }
+  return logs.take();
+}
+
+std::optional<LogGuess> guess_tagged(const std::string& file, std::string_view content) {
+  SeveralLogs logs(file);
+  for (const TaggedRows& rows : tagged_rows(content)) logs.add(rows.table, {"1", rows.tag});
+  return logs.take();
+}
+
 }  // namespace
 
 std::optional<LogGuess> guess_columns(const std::string& file, std::string_view content) {
+  if (auto guess = guess_tagged(file, content)) return guess;
   const auto table = sample_columns(content);
   if (!table) return std::nullopt;
-  return Guesser(file, *table).guess();
+  if (auto guess = guess_kinds(file, *table)) return guess;
+  return Guesser(file, std::filesystem::path(file).stem().string(), *table).guess();
 }
 
 }  // namespace piste

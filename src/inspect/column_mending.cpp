@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
@@ -9,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "column_values.h"
 #include "io/column_axes.h"
 #include "log_factors.h"
 #include "piste/math/earth.h"
@@ -52,10 +54,24 @@ void rename(ColumnMap& map, const std::string& from, const std::string& to, cons
   map.uses.insert(std::move(node));
 }
 
+// The unit of raw counts with which the turns are as large as those of the track; empty if `unit` is of none, or is it.
+std::string count_unit(const std::string& unit, double turn_ratio) {
+  constexpr double kNear = 1.3;  // a factor; ranges differ by two
+  const auto candidates = count_units();
+  const auto text = [](double u) { return fmt::format("{:.6g} deg/s", u); };
+  const auto now = std::find_if(candidates.begin(), candidates.end(), [&](double u) { return text(u) == unit; });
+  if (now == candidates.end()) return {};
+  const auto off = [&](double u) { return std::abs(std::log(turn_ratio * u / *now)); };
+  const auto best =
+      std::min_element(candidates.begin(), candidates.end(), [&](double a, double b) { return off(a) < off(b); });
+  return off(*best) < std::log(kNear) && off(*best) + 1e-9 < off(*now) ? text(*best) : std::string();
+}
+
 // Gives the triads the quantity and the unit in which their values are as large as the track asks.
-void scale_rates(ColumnMap& map, const LogFactors& factors, double interval) {
+void scale_rates(ColumnMap& map, const LogMatch& match) {
+  const LogFactors factors = log_factors(match);
   const bool increments = map.find("dtheta") != nullptr;
-  const double as_rates = 1 / interval, as_increments = interval;
+  const double as_rates = 1 / match.interval, as_increments = match.interval;
   if (!increments && near_factor(factors.gyro, as_rates) && near_factor(factors.accel, as_rates)) {
     rename(map, "gyro", "dtheta", "rad");
     rename(map, "accel", "dvel", "m/s");
@@ -65,6 +81,10 @@ void scale_rates(ColumnMap& map, const LogFactors& factors, double interval) {
     rename(map, "dtheta", "gyro", "rad/s");
     rename(map, "dvel", "accel", "m/s^2");
     return;
+  }
+  if (!increments && match.turn_ratio > 0) {
+    if (const std::string unit = count_unit(map.find("gyro")->unit, match.turn_ratio); !unit.empty())
+      map.uses.find("gyro")->second.unit = unit;
   }
   if (factors.gyro == kDegree || factors.gyro == kDegreesPerRadian) {
     const std::string unit = factors.gyro == kDegree ? "deg" : "rad";
@@ -79,7 +99,7 @@ void scale_rates(ColumnMap& map, const LogFactors& factors, double interval) {
 std::optional<ColumnMap> mended(const ColumnMap& map, const LogMatch& match) {
   if (match.interval == 0 || !match.clock) return std::nullopt;
   ColumnMap changed = map;
-  scale_rates(changed, log_factors(match), match.interval);
+  scale_rates(changed, match);
   if (match.motion && match.motion->gravity) {
     // Where the forces are mirrored, minus them are not, and turn as the fit says.
     const bool increments = changed.find("dtheta") != nullptr;

@@ -7,6 +7,8 @@
 #include <array>
 #include <span>
 
+#include "piste/math/units.h"
+
 namespace piste {
 namespace {
 
@@ -38,19 +40,22 @@ std::string sensor_key(const SampledColumn& c) {
   const std::string first = c.words.back().size() == 2 ? c.words.back().substr(0, 1) : c.words.front();
   const bool is = c.words.back().size() == 2 || c.words.size() > 1;
   const auto letter = [&](std::string_view l) { return is && first == l; };
-  if (c.has_any({"quat", "quaternion", "orientation", "gravity", "user", "pos", "position", "q", "bias", "offset"}) ||
+  if (c.has_any({"quat", "quaternion", "orientation", "pos", "position", "q", "bias", "offset", "drift"}) ||
       letter("q"))
     return {};
-  if (c.has("dtheta") || (c.has("delta") && c.has("angle"))) return "dtheta";
-  if (c.has("dvel") || (c.has("delta") && c.has_any({"velocity", "vel"}))) return "dvel";
+  if (c.has("gravity")) return "gravity";
+  if (c.has("user")) return "linear";  // acceleration, without gravity
+  if (c.has_any({"dtheta", "theta"}) || (c.has("delta") && c.has("angle"))) return "dtheta";
+  if (c.has("dvel") || c.words.front() == "vel" || (c.has("delta") && c.has_any({"velocity", "vel"}))) return "dvel";
   if (c.has_any({"mag", "magn", "magnetic", "magnetometer", "compass"}) || letter("m")) return "magnetic";
-  if (c.has_any({"gyro", "gyr", "gyros", "gyroscope", "omega", "angular", "rotation", "rate"}) || letter("g") ||
-      letter("w")) {
+  if (c.has_any({"gyro", "gyr", "gyros", "gyroscope", "omega", "angular", "angvel", "rotation", "rate", "gy"}) ||
+      letter("g") || letter("w")) {
     return "gyro";
   }
-  if (c.has_any({"acc", "accel", "accelerometer", "acceleration", "force"}) || letter("a") || letter("f"))
+  if (c.has_any({"acc", "accel", "accelerometer", "acceleration", "force", "ac"}) || letter("a") || letter("f"))
     return "accel";
-  return c.words.size() == 1 && c.words[0].size() == 1 ? "axis" : "";
+  const bool plain = c.words.size() == 2 && c.has_any({"measurement", "value", "reading"});  // of any sensor
+  return plain || (c.words.size() == 1 && c.words[0].size() == 1) ? "axis" : "";
 }
 
 bool is_spread(const SampledColumn& c) {
@@ -65,7 +70,7 @@ std::string accuracy_key(const SampledColumn& c) {
   // Of PX4, whose `variance` is a sigma, as its unit says. MAVLink's `eph` is a hundred times a dilution of precision.
   if (c.has_any({"eph", "epv"})) return c.is_whole() ? "" : c.has("eph") ? "horizontal_accuracy" : "vertical_accuracy";
   if (c.has("variance") && c.has_any({"s", "c"})) return c.has("s") ? "speed_accuracy" : "course_accuracy";
-  if (!c.has_any({"acc", "accuracy"})) return {};
+  if (!c.has_any({"acc", "accuracy"}) || measures(c.cell.unit, dimension::kAcceleration)) return {};
   if (c.has_any({"s", "speed", "vel", "velocity"})) return "speed_accuracy";
   if (c.has_any({"head", "heading", "bearing", "course", "cog"})) return "course_accuracy";
   if (c.has_any({"v", "vert", "vertical", "altitude", "height"})) return "vertical_accuracy";
@@ -76,12 +81,16 @@ std::string accuracy_key(const SampledColumn& c) {
 }
 
 std::string place_key(const SampledColumn& c) {
+  if (c.has_any({"lla", "coord"})) {  // of an array
+    const std::string& axis = c.words.back();
+    return axis == "x" ? "latitude" : axis == "y" ? "longitude" : axis == "z" ? "height" : "";
+  }
   if (c.has_any({"lat", "latitude"})) return "latitude";
   if (c.has_any({"lon", "lng", "long", "longitude"})) return "longitude";
   if (c.has_any({"geoid", "undulation", "separation", "sep"})) return "geoid";
   const bool sea = c.has("msl");
   if (sea && c.has_any({"height", "alt", "altitude", "hgt", "h"})) return "sea height";
-  if (!sea && (is_ellipsoidal(c) || c.has_any({"height", "alt", "altitude", "hgt"}) ||
+  if (!sea && (is_ellipsoidal(c) || c.has_any({"height", "alt", "altitude", "hgt", "ele", "elevation"}) ||
                (c.words.size() == 1 && c.words[0] == "h"))) {
     return "height";
   }
@@ -89,6 +98,8 @@ std::string place_key(const SampledColumn& c) {
 }
 
 std::string motion_key(const SampledColumn& c) {
+  if (c.has("direction") || (c.has("location") && c.has("orientation"))) return "course";
+  if (c.words == std::vector<std::string>{"velocity"}) return "speed";  // beside a direction
   if (c.has_any({"course", "heading", "bearing", "cog", "track", "crs"}) || (c.has("head") && c.has("mot")))
     return "course";
   if (c.has_any({"speed", "sog", "spd"}) && !c.has_any({"vertical", "down", "up"})) return "speed";
@@ -131,14 +142,17 @@ ColumnMeaning meaning_of(const SampledColumn& c) {
   if (c.has_any({"rate", "speed"}) && c.has_any({"roll", "pitch", "yaw"})) {
     return {"gyro", c.has("roll") ? 'x' : c.has("pitch") ? 'y' : 'z', "roll pitch yaw"};
   }
+  if (c.has_any({"acc", "accel", "acceleration"}) && c.has_any({"longitudinal", "inline", "lateral", "vertical"})) {
+    return {"accel", c.has("lateral") ? 'y' : c.has("vertical") ? 'z' : 'x', "vehicle"};
+  }
   if (std::string key = motion_key(c); !key.empty()) return one(std::move(key));
   if (c.has("roll") || c.has("pitch")) return one(c.has("roll") ? "roll" : "pitch");
   if (c.has("yaw")) return one("heading");
-  if (c.has("week")) return one("week");
+  if (c.has("week") && !c.has("time")) return one("week");
   constexpr std::array<std::string_view, 12> kTimeAlone{"t",  "s",      "sec", "ms",    "msec", "millis",
                                                         "us", "micros", "ns",  "nanos", "usec", "nsec"};
-  if (c.has_any({"time", "timestamp", "stamp", "tow", "sow", "epoch", "seconds", "elapsed", "utc", "gpst", "datetime",
-                 "gpstime", "utctime"}) ||
+  if (c.has_any({"time", "timestamp", "stamp", "tow", "sow", "epoch", "epoc", "seconds", "elapsed", "cts", "utc",
+                 "gpst", "datetime", "gpstime", "utctime"}) ||
       (c.words.size() == 1 && std::find(kTimeAlone.begin(), kTimeAlone.end(), c.words[0]) != kTimeAlone.end())) {
     return one("time");
   }

@@ -19,21 +19,62 @@ constexpr std::size_t kParts = 4;                    // of the file, one stretch
 struct Spelling {
   std::string_view words, unit;
 };
-constexpr std::array kSpellings = std::to_array<Spelling>(
-    {{"rad", "rad"},        {"radian", "rad"},    {"radians", "rad"},     {"mrad", "mrad"},
-     {"deg", "deg"},        {"degree", "deg"},    {"degrees", "deg"},     {"m", "m"},
-     {"meter", "m"},        {"meters", "m"},      {"metre", "m"},         {"metres", "m"},
-     {"mm", "mm"},          {"cm", "cm"},         {"km", "km"},           {"ft", "0.3048 m"},
-     {"foot", "0.3048 m"},  {"feet", "0.3048 m"}, {"m s", "m/s"},         {"mps", "m/s"},
-     {"mm s", "mm/s"},      {"cm s", "cm/s"},     {"km h", "km/h"},       {"kmh", "km/h"},
-     {"kph", "km/h"},       {"kn", "kn"},         {"kt", "kn"},           {"kts", "kn"},
-     {"knot", "kn"},        {"knots", "kn"},      {"mph", "0.44704 m/s"}, {"ft s", "0.3048 m/s"},
-     {"fps", "0.3048 m/s"}, {"rad s", "rad/s"},   {"rads", "rad/s"},      {"radps", "rad/s"},
-     {"deg s", "deg/s"},    {"degs", "deg/s"},    {"degps", "deg/s"},     {"dps", "deg/s"},
-     {"mdps", "mdeg/s"},    {"m s 2", "m/s^2"},   {"m s s", "m/s^2"},     {"ms 2", "m/s^2"},
-     {"mps 2", "m/s^2"},    {"g", "g"},           {"mg", "mg"},           {"s", "s"},
-     {"ms", "ms"},          {"us", "us"},         {"ns", "ns"},           {"u t", "uT"},
-     {"ut", "uT"}});
+constexpr std::array kSpellings = std::to_array<Spelling>({{"rad", "rad"},
+                                                           {"radian", "rad"},
+                                                           {"radians", "rad"},
+                                                           {"mrad", "mrad"},
+                                                           {"deg", "deg"},
+                                                           {"degree", "deg"},
+                                                           {"degrees", "deg"},
+                                                           {"m", "m"},
+                                                           {"meter", "m"},
+                                                           {"meters", "m"},
+                                                           {"metre", "m"},
+                                                           {"metres", "m"},
+                                                           {"mm", "mm"},
+                                                           {"cm", "cm"},
+                                                           {"km", "km"},
+                                                           {"ft", "0.3048 m"},
+                                                           {"foot", "0.3048 m"},
+                                                           {"feet", "0.3048 m"},
+                                                           {"m s", "m/s"},
+                                                           {"mps", "m/s"},
+                                                           {"mm s", "mm/s"},
+                                                           {"cm s", "cm/s"},
+                                                           {"km h", "km/h"},
+                                                           {"kmh", "km/h"},
+                                                           {"kph", "km/h"},
+                                                           {"kmph", "km/h"},
+                                                           {"kn", "kn"},
+                                                           {"kt", "kn"},
+                                                           {"kts", "kn"},
+                                                           {"knot", "kn"},
+                                                           {"knots", "kn"},
+                                                           {"mph", "0.44704 m/s"},
+                                                           {"ft s", "0.3048 m/s"},
+                                                           {"fps", "0.3048 m/s"},
+                                                           {"rad s", "rad/s"},
+                                                           {"rads", "rad/s"},
+                                                           {"radps", "rad/s"},
+                                                           {"deg s", "deg/s"},
+                                                           {"degs", "deg/s"},
+                                                           {"degps", "deg/s"},
+                                                           {"dps", "deg/s"},
+                                                           {"mdps", "mdeg/s"},
+                                                           {"m s 2", "m/s^2"},
+                                                           {"m s s", "m/s^2"},
+                                                           {"ms 2", "m/s^2"},
+                                                           {"mps 2", "m/s^2"},
+                                                           {"g", "g"},
+                                                           {"mg", "mg"},
+                                                           {"s", "s"},
+                                                           {"ms", "ms"},
+                                                           {"us", "us"},
+                                                           {"ns", "ns"},
+                                                           {"u t", "uT"},
+                                                           {"ut", "uT"},
+                                                           {"rad per sec", "rad/s"},
+                                                           {"deg per sec", "deg/s"}});
 
 // Takes the unit off the end of a column's name: the longest that still leaves a name.
 void take_unit(SampledColumn& column) {
@@ -66,6 +107,38 @@ void part_words(SampledColumn& column) {
   }
 }
 
+// Puts the axis that a name begins with at its end: `X Accel`, `x_rate_of_rotation`, `x-axis`.
+void turn_words(SampledColumn& column) {
+  std::vector<std::string>& words = column.words;
+  const auto is_axis = [](const std::string& word) { return word == "x" || word == "y" || word == "z"; };
+  std::erase(words, "axis");
+  if (words.size() > 1 && words.back() == "cal") words.pop_back();  // calibrated, of Shimmer
+  if (words.size() > 1 && is_axis(words.front()) && !is_axis(words.back()))
+    std::rotate(words.begin(), words.begin() + 1, words.end());
+}
+
+// Columns of numbers as names, behind one of a sensor, are its other axes: `Accelerometer [m/s2],1,2` of GoPro.
+void take_followers(std::vector<SampledColumn>& columns) {
+  for (std::size_t i = 0; i + 2 < columns.size(); ++i) {
+    const std::vector<std::string> words = columns[i].words;
+    if (words.empty() || columns[i + 1].words != std::vector<std::string>{"1"} ||
+        columns[i + 2].words != std::vector<std::string>{"2"})
+      continue;
+    constexpr std::array<std::string_view, 3> kAxes{"x", "y", "z"};
+    for (std::size_t k = 0; k < kAxes.size(); ++k) {
+      columns[i + k].words = words;
+      columns[i + k].words.emplace_back(kAxes[k]);
+    }
+  }
+}
+
+// What a height is above, where it stands in brackets: `Alt (HAE)`.
+void take_height_kind(SampledColumn& column) {
+  for (std::string& word : words_of(column.cell.unit)) {
+    if (word == "hae" || word == "msl" || word == "ellipsoid") column.words.push_back(std::move(word));
+  }
+}
+
 // Fields of an array stand for the axes where there are three, as of PX4's gyro_rad[0].
 void take_index(SampledColumn& column) {
   constexpr std::array<std::string_view, 3> kIndices{"0", "1", "2"}, kAxes{"x", "y", "z"};
@@ -95,6 +168,16 @@ bool SampledColumn::is_whole() const {
   return std::all_of(values.begin(), values.end(), [](double v) { return !std::isfinite(v) || v == std::floor(v); });
 }
 
+std::string_view SampledColumn::first() const {
+  const auto found = std::find_if(texts.begin(), texts.end(), [](std::string_view text) { return !text.empty(); });
+  return found == texts.end() ? std::string_view() : *found;
+}
+
+std::string_view SampledColumn::last() const {
+  const auto found = std::find_if(texts.rbegin(), texts.rend(), [](std::string_view text) { return !text.empty(); });
+  return found == texts.rend() ? std::string_view() : *found;
+}
+
 std::vector<std::string> words_of(std::string_view name) {
   std::vector<std::string> words;
   const auto kind = [](char c) {
@@ -120,7 +203,7 @@ std::string ColumnTable::name_of(std::size_t column) const {
   const auto count = [&](auto HeaderCell::*part, const std::string& name) {
     return std::count_if(columns.begin(), columns.end(), [&](const SampledColumn& c) { return c.cell.*part == name; });
   };
-  if (!header || cell.whole.empty()) return fmt::format("{}", column + 1);
+  if (!header || by_number || cell.whole.empty()) return fmt::format("{}", column + 1);
   const bool plain = !cell.name.empty() && count(&HeaderCell::name, cell.name) == 1;
   if (plain) return cell.name;
   return count(&HeaderCell::whole, cell.whole) == 1 ? cell.whole : fmt::format("{}", column + 1);
@@ -130,53 +213,99 @@ bool ColumnTable::begins(std::size_t row) const {
   return std::find(stretches.begin(), stretches.end(), row) != stretches.end();
 }
 
+ColumnTable ColumnTable::rows_where(const std::function<bool(std::size_t)>& holds) const {
+  ColumnTable part;
+  part.header = header;
+  part.by_number = by_number;
+  for (const SampledColumn& c : columns) part.columns.push_back({c.cell, c.words, c.unit, {}, {}});
+  for (std::size_t row = 0; row < rows; ++row) {
+    if (begins(row) && (part.stretches.empty() || part.stretches.back() != part.rows))
+      part.stretches.push_back(part.rows);
+    if (!holds(row)) continue;
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      part.columns[c].texts.push_back(columns[c].texts[row]);
+      part.columns[c].values.push_back(columns[c].values[row]);
+    }
+    ++part.rows;
+  }
+  return part;
+}
+
+ColumnTable ColumnTable::rows_with(std::span<const std::size_t> which) const {
+  return rows_where([&](std::size_t row) {
+    return std::all_of(which.begin(), which.end(),
+                       [&](std::size_t c) { return std::isfinite(columns[c].values[row]); });
+  });
+}
+
+ColumnTable table_with(std::vector<HeaderCell> cells, bool by_number) {
+  ColumnTable table;
+  table.header = true;
+  table.by_number = by_number;
+  for (HeaderCell& cell : cells) table.columns.push_back({std::move(cell), {}, {}, {}, {}});
+  for (SampledColumn& column : table.columns) {
+    column.words = words_of(column.cell.name);
+    take_unit(column);
+    part_words(column);
+    turn_words(column);
+    take_index(column);
+    take_height_kind(column);
+  }
+  take_followers(table.columns);
+  return table;
+}
+
+void sample_rows(std::string_view text, TextReader::Separator separator, ColumnTable& table,
+                 const std::function<bool(const std::vector<std::string_view>&)>& is_row) {
+  const auto take = [&](std::string_view part, std::size_t most) {
+    TextReader rows("", separator, part);
+    table.stretches.push_back(table.rows);
+    const std::size_t end = table.rows + most;
+    while (table.rows < end && rows.next()) {
+      const auto& fields = rows.fields();
+      if (!is_row(fields)) continue;
+      for (std::size_t c = 0; c < table.columns.size(); ++c) {
+        const std::string_view field = c < fields.size() ? fields[c] : std::string_view();
+        table.columns[c].texts.push_back(field);
+        table.columns[c].values.push_back(
+            number_in(field, separator).value_or(std::numeric_limits<double>::quiet_NaN()));
+      }
+      ++table.rows;
+    }
+    return rows.rest();
+  };
+  const std::string_view rest = take(text, kFirst);
+  for (std::size_t part = 1; part < kParts; ++part) {
+    const std::size_t line = rest.find('\n', part * rest.size() / kParts);
+    if (line == std::string_view::npos) break;
+    take(rest.substr(line + 1, rest.size() / kParts - 1), kLater);
+  }
+}
+
 std::optional<ColumnTable> sample_columns(std::string_view text) {
   const auto layout = find_layout(text, {});
   if (!layout) return std::nullopt;
   const auto separator = separator_of(layout->delimiter);
-  ColumnTable table;
   TextReader reader("", separator, text);
-  while (reader.next() && reader.line_number() < layout->rows) {
-    if (reader.line_number() != layout->header) continue;
-    for (HeaderCell& cell : header_cells(reader.fields()))
-      table.columns.push_back({std::move(cell), {}, {}, {}, {}, {}});
+  std::vector<HeaderCell> cells;
+  std::string_view rows = text;
+  while (reader.line_number() + 1 < layout->rows && reader.next()) {
+    if (reader.line_number() == layout->header) cells = header_cells(reader.fields());
+    if (reader.line_number() == layout->units) add_units(cells, reader.fields());
+    rows = reader.rest();
   }
-  table.header = layout->header != 0;
-  if (table.header && table.columns.back().cell.whole.empty()) table.columns.pop_back();
-  if (!table.header) {
+  if (!reader.next()) return std::nullopt;
+  if (!cells.empty() && cells.back().whole.empty()) cells.pop_back();
+  if (layout->header == 0) {
     std::size_t count = reader.fields().size();
     if (count > 1 && reader.fields().back().empty()) --count;
-    table.columns.resize(count);
+    cells.resize(count);
   }
-  for (std::size_t i = 0; i < table.columns.size(); ++i) {
-    SampledColumn& column = table.columns[i];
-    column.words = words_of(column.cell.name);
-    take_unit(column);
-    part_words(column);
-    take_index(column);
-    if (i < reader.fields().size()) column.first = reader.fields()[i];
-  }
-  const auto take = [&](TextReader& rows, std::size_t most, bool more) {
-    table.stretches.push_back(table.rows);
-    for (std::size_t i = 0; i < most && more; ++i, more = rows.next()) {
-      const auto& fields = rows.fields();
-      if (fields.size() != table.columns.size() && fields.size() != table.columns.size() + 1) continue;
-      for (std::size_t c = 0; c < table.columns.size(); ++c) {
-        table.columns[c].values.push_back(
-            number_in(fields[c], separator).value_or(std::numeric_limits<double>::quiet_NaN()));
-        if (table.stretches.size() == 1) table.columns[c].last = fields[c];
-      }
-      ++table.rows;
-    }
-  };
-  take(reader, kFirst, true);
-  const std::string_view rest = reader.rest();
-  for (std::size_t part = 1; part < kParts; ++part) {
-    const std::size_t line = rest.find('\n', part * rest.size() / kParts);
-    if (line == std::string_view::npos) break;
-    TextReader later("", separator, rest.substr(line + 1, rest.size() / kParts - 1));
-    take(later, kLater, later.next());
-  }
+  ColumnTable table = table_with(std::move(cells), false);
+  table.header = layout->header != 0;
+  sample_rows(rows, separator, table, [&](const auto& fields) {
+    return fields.size() == table.columns.size() || fields.size() == table.columns.size() + 1;
+  });
   return table;
 }
 

@@ -116,7 +116,20 @@ UnitGuess gravity_unit(double magnitude) {
   }
   return {
       fmt::format("{:.5g} g", 1 / magnitude),
-      fmt::format("counts, it seems, {:.0f} for one g as gravity has it: give the scale of the data sheet", magnitude)};
+      fmt::format("counts, it seems, {:.0f} for one g as gravity has it: give the scale of the data sheet", magnitude),
+      true};
+}
+
+// Of 16 bits: InvenSense and Bosch at 250, 500, 1000 and 2000 deg/s, ST at 245, 500, 1000 and 2000 deg/s; and whole
+// degrees, as Betaflight logs them.
+std::span<const double> count_units() {
+  static constexpr std::array kUnits{1 / 131.0, 1 / 65.5, 1 / 32.8, 1 / 16.4, 0.00875, 0.0175, 0.035, 0.07, 1.0};
+  return kUnits;
+}
+
+UnitGuess turn_counts() {
+  return {fmt::format("{:.6g} deg/s", count_units()[0]),
+          "counts, it seems, as of the accelerometers: give the scale of the data sheet", true};
 }
 
 UnitGuess turn_unit(const ColumnTable& table, const ColumnTriad& triad) {
@@ -155,8 +168,19 @@ Steps steps_of(const ColumnTable& table, const std::vector<double>& values) {
   steps.increasing = static_cast<double>(up.size()) / all;
   steps.backwards = static_cast<double>(steps.falls) / all;
   steps.lost = risen > 0 ? fallen / risen : 0;
+  steps.mean = (risen - fallen) / all;
   steps.median = up.empty() ? 0 : median(std::move(up));
   return steps;
+}
+
+double changing(const ColumnTable& table, const SampledColumn& column) {
+  double all = 0, changed = 0;
+  for (std::size_t i = 1; i < column.texts.size(); ++i) {
+    if (table.begins(i)) continue;
+    ++all;
+    changed += column.texts[i] != column.texts[i - 1] ? 1 : 0;
+  }
+  return all > 0 ? changed / all : 0;
 }
 
 bool is_time_of_day(const ColumnTable& table, const std::vector<double>& values) {
@@ -194,6 +218,9 @@ std::optional<ValueTriads> find_triads(const ColumnTable& table, std::size_t tim
   for (std::size_t c = 0; c < count; ++c) {
     if (is_quaternion(table, c)) std::fill_n(taken.begin() + static_cast<std::ptrdiff_t>(c), 4, true);
   }
+  for (std::size_t c = 0; c < count; ++c) {
+    if (changing(table, table.columns[c]) == 0) taken[c] = true;  // such as numbers of sensors, and covariances
+  }
   const auto free = [&](std::size_t c) { return c + 3 <= count && !taken[c] && !taken[c + 1] && !taken[c + 2]; };
   const auto triad = [](std::size_t c) { return ColumnTriad{c, c + 1, c + 2}; };
   // Magnitudes of gravity also scatter little; the best is that which scatters least.
@@ -209,11 +236,15 @@ std::optional<ValueTriads> find_triads(const ColumnTable& table, std::size_t tim
   }
   if (!accel) return std::nullopt;
   std::fill_n(taken.begin() + static_cast<std::ptrdiff_t>(*accel), 3, true);
+  // The nearest three on either side.
+  std::optional<std::size_t> before, behind;
+  for (std::size_t c = *accel; c-- > 0 && !before;) before = free(c) ? std::optional(c) : std::nullopt;
+  for (std::size_t c = *accel + 3; c < count && !behind; ++c) behind = free(c) ? std::optional(c) : std::nullopt;
   std::optional<std::size_t> gyro;
   double nearest = kLargest;
-  for (const std::size_t c : {*accel - 3, *accel + 3}) {  // an index below zero is a large one
-    if (c >= count || !free(c)) continue;
-    if (const double off = offset_over_scatter(table, triad(c)); off < nearest) {
+  for (const auto& c : {before, behind}) {
+    if (!c) continue;
+    if (const double off = offset_over_scatter(table, triad(*c)); off < nearest) {
       nearest = off;
       gyro = c;
     }

@@ -2,6 +2,7 @@
 /// What the values of columns say of their quantity and unit.
 
 #include <array>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,7 @@ double magnitude_scatter(const ColumnTable& table, const ColumnTriad& triad);
 struct UnitGuess {
   std::string unit;
   std::string doubt = {};
+  bool is_counts = false;
 };
 
 /// The unit in which this magnitude is that of gravity, such as `m/s^2`; for raw counts it has a number.
@@ -28,12 +30,18 @@ UnitGuess gravity_unit(double magnitude);
 /// Whether that is one of the units that sensors have.
 bool is_gravity(double magnitude);
 
+/// The unit of gyroscopes whose output is raw counts, as long as their motion has not told it.
+UnitGuess turn_counts();
+/// Those that sensors have [(deg/s) / count].
+std::span<const double> count_units();
+
 /// The unit of gyroscopes: by their largest values, and by the noise in the quietest moments.
 UnitGuess turn_unit(const ColumnTable& table, const ColumnTriad& triad);
 
 /// How steadily a column increases.
 struct Steps {
   double median = 0;      ///< of the steps that increase; 0 if there are none
+  double mean = 0;        ///< of all
   double increasing = 0;  ///< part of the steps that increase
   double backwards = 0;   ///< part of the steps that decrease
   double lost = 0;        ///< by what it decreases, as a part of that by which it increases
@@ -42,10 +50,15 @@ struct Steps {
   /// Whether it is what is left of a unit that is counted elsewhere: it starts again and again. A log may start again
   /// once or twice, and single rows may come late.
   bool falls_back() const { return falls > 2 && lost > 0.5; }
-  bool is_time() const { return median > 0 && increasing > 0.5 && backwards < 0.02 && !falls_back(); }
+  bool is_time() const { return is_coarse_time() && increasing > 0.5; }
+  /// The same of one that most rows share with the row before.
+  bool is_coarse_time() const { return median > 0 && backwards < 0.02 && !falls_back(); }
 };
 /// `values` are a column's, or as many.
 Steps steps_of(const ColumnTable& table, const std::vector<double>& values);
+
+/// Part of the rows of a column in which its text is not that of the row before.
+double changing(const ColumnTable& table, const SampledColumn& column);
 
 /// Whether values are times of day as digits, such as 91731.4 for 9:17:31.4: minutes and seconds are below 60, and it
 /// is seen to leap by 40 where a minute ends.

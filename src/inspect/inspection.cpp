@@ -55,6 +55,7 @@ std::string file_keys(const InspectedLog& log, const std::string& folder, std::s
     text += fmt::format("{}columns: {}\n", indent, columns_text(*log.log.columns, std::string(indent) + "  "));
   }
   if (log.log.repair) text += fmt::format("{}repair: true                # {}\n", indent, log.repaired());
+  if (log.log.shared_stamps) text += fmt::format("{}stamps: shared               # several rows have one\n", indent);
   if (log.faults.unknown_columns.empty()) return text;
   std::vector<std::string> names;
   for (const std::string& column : log.faults.unknown_columns) names.push_back(yaml_text(column));
@@ -165,7 +166,9 @@ std::optional<std::size_t> Inspection::first(LogKind kind) const {
 
 std::string InspectedLog::repaired() const {
   const RepairedRows& rows = imu_health ? imu.repaired : gnss_health ? gnss.repaired : attitude.repaired;
-  return fmt::format("{} rows sorted, {} of a repeated time dropped", rows.sorted, rows.dropped);
+  std::string text = fmt::format("{} rows sorted, {} of a repeated time dropped", rows.sorted, rows.dropped);
+  if (rows.unreadable > 0) text += fmt::format(", {} left out as unreadable", rows.unreadable);
+  return text;
 }
 
 const LogMatch* Inspection::first_match() const {
@@ -236,11 +239,13 @@ ImuConditioning guess_conditioning(const Inspection& inspection) {
   } else if (match != nullptr && match->clock &&
              std::abs(match->clock->offset) > std::max(kKnownClock, 5 * match->clock->sigma))
     imu.clock_offset = match->clock->offset;
-  // The motion corrects what is known otherwise only where it is sure.
+  // The filter corrects what is known otherwise only where it is sure, or surer than the motions beside each other.
   if (const Calibration* found = inspection.calibration()) {
     const bool known = inspection.imu_clock() != nullptr;
     const double apart = std::abs(found->clock_offset - imu.clock_offset);
-    if (known ? apart > 3 * found->clock_sigma : found->clock_sigma < kSureClock) {
+    const bool matched = imu.clock_offset != 0 && match != nullptr && match->clock;
+    const double sure = matched ? std::max(kSureClock, match->clock->sigma) : kSureClock;
+    if (known ? apart > 3 * found->clock_sigma : found->clock_sigma < sure) {
       imu.clock_offset = found->clock_offset;
       imu.clock_drift = found->clock_drift;
     }
@@ -349,6 +354,10 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
   }
   for (const InspectedLog& log : inspection.logs) {
     if (!log.is(LogKind::kAttitude) || !log.attitude_sampling) continue;
+    if (!log.left_out.empty()) {
+      text += fmt::format("# {} is left out: {}\n", log.log.file, log.left_out);
+      continue;
+    }
     text += fmt::format("{}  - {}    correlation_time: 60 s        # of its errors\n", reference ? "" : "attitude:\n",
                         file_keys(log, folder, "    "));
     if (const AttitudeMatch* beside = inspection.attitude_match(log)) {

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
@@ -33,16 +35,25 @@ bool holds_ubx(std::string_view head) {
   return false;
 }
 
-// `$GPGGA,` and the like.
+// `$GPGGA,` and the like: a talker of two letters, and a sentence of NMEA.
 bool holds_nmea(std::string_view head) {
+  constexpr std::array<std::string_view, 10> kSentences{"GGA", "RMC", "GST", "VTG", "ZDA",
+                                                        "GSA", "GSV", "GLL", "GNS", "TXT"};
   for (std::size_t at = head.find('$'); at != std::string_view::npos; at = head.find('$', at + 1)) {
     const std::string_view name = head.substr(at + 1, 6);
-    if (name.size() == 6 && name[5] == ',' && std::all_of(name.begin(), name.begin() + 5, [](char c) {
-          return (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
-        }))
+    if (name.size() == 6 && name[5] == ',' &&
+        std::find(kSentences.begin(), kSentences.end(), name.substr(2, 3)) != kSentences.end())
       return true;
   }
   return false;
+}
+
+// Whether a comment of Xsens states the rate. Without it the samples' own time tells it.
+bool states_rate(std::string_view head) {
+  std::string lower(head.substr(0, head.find("Acc_X")));
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return lower.starts_with("//") && (has(lower, "sample rate") || has(lower, "update rate"));
 }
 
 LogGuess found_by(LogKind kind, LogFormat format, std::string why) {
@@ -136,7 +147,7 @@ LogGuess guess_log(const std::string& file, std::string_view content) {
   if (holds_ubx(head)) return found_by(LogKind::kGnss, LogFormat::kUbx, "frames that begin with B5 62");
   if (holds_nmea(head))
     return found_by(LogKind::kGnss, LogFormat::kNmea, "sentences that begin with $ and five letters");
-  if (has(head, "Counter") && has(head, "Acc_X"))
+  if (has(head, "Counter") && has(head, "Acc_X") && states_rate(head))
     return found_by(LogKind::kImu, LogFormat::kXsensAscii, "columns Counter and Acc_X");
   if (head.starts_with("%") && (has(head, "latitude(") || has(head, "ecef(m)") || has(head, "-baseline(m)")))
     return found_by(LogKind::kGnss, LogFormat::kRtklibPos, "a header of RTKLIB");

@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "core/row_gaps.h"
+#include "io/left_out_rows.h"
 #include "math/time.h"
 
 namespace piste {
@@ -138,7 +139,9 @@ std::vector<Suspicion> suspicions(const Sampling& s, const RowFaults& faults, co
                      fmt::format("{} of {} rows {}; the first at {}: {}", faults.count(kind), s.rows + faults.total(),
                                  name_of(kind), first->place, first->what),
                      fault_of(kind) == LogFault::kBadRows
-                         ? "mend or leave out these rows; replay refuses them"
+                         ? LeftOutRows::are_few(faults.count(kind), s.rows)
+                               ? "`repair: true` leaves these rows out and counts them; below it is read so"
+                               : "mend or leave out these rows; replay refuses so many"
                          : "`repair: true` puts rows in order and drops repeated ones; below they are read so"});
   }
   if (!s.gaps.empty()) {

@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <chrono>
 #include <cmath>
@@ -30,24 +32,58 @@ std::optional<std::array<double, 3>> three_numbers(std::string_view text, std::s
   return values;
 }
 
-// `2020-11-04`, `2020/11/04`, `20201104` or `4.11.2020`. A minus would be read as a sign: it becomes a slash.
-std::optional<sys_days> date_of(std::string_view text) {
-  constexpr double kLastDay = 31;
-  std::string slashes(text);
-  for (char& c : slashes) c = c == '-' || c == '.' ? '/' : c;
-  constexpr std::size_t kCompact = 8;
-  if (slashes.size() == kCompact && slashes.find('/') == std::string::npos) slashes.insert(6, "/").insert(4, "/");
-  auto date = three_numbers(slashes, "/");
-  const bool day_first = text.find('.') != std::string_view::npos;
-  if (date && day_first && (*date)[0] <= kLastDay) std::swap((*date)[0], (*date)[2]);
-  return date ? day_of((*date)[0], (*date)[1], (*date)[2]) : std::nullopt;
+// The number of a month by the first three letters of its English name; nothing if it is none.
+std::optional<double> month_of(std::string_view text) {
+  constexpr std::string_view kMonths = "jan feb mar apr may jun jul aug sep oct nov dec";
+  constexpr std::size_t kLetters = 3;
+  std::string name(text.substr(0, kLetters));
+  std::transform(name.begin(), name.end(), name.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const auto place = kMonths.find(name);
+  if (name.size() < kLetters || place == std::string_view::npos || name.find(' ') != std::string::npos)
+    return std::nullopt;
+  return static_cast<double>(place / (kLetters + 1) + 1);
 }
 
-// Hours, minutes and seconds of a time of day, such as `09:17:31.437` or `091731.437`.
+// `2020-11-04`, `2020/11/04`, `20201104`, `4.11.2020`, `04/11/2020` or `04-Nov-2020`. With the year at the end the day
+// stands before the month, unless the first date of the log cannot be read so.
+std::optional<sys_days> date_of(std::string_view text, std::optional<bool>& month_first) {
+  constexpr double kLastDay = 31, kLastMonth = 12;
+  constexpr std::size_t kCompact = 8;
+  std::string slashes(text);
+  for (char& c : slashes) c = c == '-' || c == '.' ? '/' : c;  // a minus would be read as a sign
+  if (slashes.size() == kCompact && slashes.find('/') == std::string::npos) slashes.insert(6, "/").insert(4, "/");
+  const auto first = slashes.find('/'), second = slashes.find('/', first + 1);
+  if (second == std::string::npos) return std::nullopt;
+  if (const auto month = month_of(std::string_view(slashes).substr(first + 1, second - first - 1)))
+    slashes.replace(first + 1, second - first - 1, fmt::format("{}", *month));
+  auto date = three_numbers(slashes, "/");
+  if (!date) return std::nullopt;
+  if ((*date)[0] <= kLastDay) {
+    if (!month_first) month_first = (*date)[1] > kLastMonth;
+    *date = {(*date)[2], (*date)[*month_first ? 0 : 1], (*date)[*month_first ? 1 : 0]};
+  }
+  return day_of((*date)[0], (*date)[1], (*date)[2]);
+}
+
+// Where the date ends that stands before a time: at a blank, or at a T that is none of a month.
+std::size_t end_of_date(std::string_view text) {
+  const std::size_t blank = text.find_first_of(" _");
+  for (std::size_t t = text.find('T'); t < blank; t = text.find('T', t + 1)) {
+    if (t > 0 && text[t - 1] >= '0' && text[t - 1] <= '9') return t;
+  }
+  return blank;
+}
+
+// Hours, minutes and seconds of a time of day, such as `09:17:31.437`, `091731.437`, or, as some loggers write it,
+// `09:17:31:437` and `09.17.31.437`.
 std::optional<std::array<double, 3>> clock_of(std::string_view text) {
   constexpr std::size_t kDigits = 6;
   std::string clock(text);
   if (const auto comma = clock.find(','); comma != std::string::npos) clock[comma] = '.';
+  const auto count = [&](char mark) { return std::count(clock.begin(), clock.end(), mark); };
+  if (count(':') == 0 && count('.') >= 2) std::replace(clock.begin(), clock.end(), '.', ':');
+  if (count(':') == 3) clock[clock.rfind(':')] = '.';
   const bool compact = clock.size() >= kDigits && clock.find_first_not_of("0123456789") >= kDigits;
   if (compact) clock.insert(4, ":").insert(2, ":");
   return three_numbers(clock, ":");
@@ -152,9 +188,9 @@ GpsTime ColumnClock::since_epoch() const {
                   TimeSystem::kUtc);
 }
 
-GpsTime ColumnClock::calendar() const {
+GpsTime ColumnClock::calendar() {
   const TextReader& text = reader_.text();
-  std::string_view clock = text.fields()[time_.index], date = clock.substr(0, clock.find_first_of("T _"));
+  std::string_view clock = text.fields()[time_.index], date = clock.substr(0, end_of_date(clock));
   if (date_) {
     date = text.fields()[*date_];
   } else {
@@ -168,11 +204,11 @@ GpsTime ColumnClock::calendar() const {
   for (const std::string_view end : {"Z", "UTC", "GPS", " "}) {
     if (clock.ends_with(end)) clock.remove_suffix(end.size());
   }
-  const auto day = date_of(date);
+  const auto day = date_of(date, month_first_);
   const auto time = clock_of(clock);
   if (!day || !time || !(std::abs(zone) < kDay) || !((*time)[0] < 24 && (*time)[1] < 60 && (*time)[2] < 61)) {
-    text.fail(fmt::format("`{}` is no time; right would be such as 2020-11-04 09:17:31.437, in UTC or GPS time",
-                          text.fields()[time_.index]),
+    text.fail(fmt::format("`{}{}{}` is no time; right would be such as 2020-11-04 09:17:31.437, in UTC or GPS time",
+                          date_ ? date : "", date_ ? " " : "", text.fields()[time_.index]),
               RowFault::Kind::kText);
   }
   const double seconds = (*time)[0] * kHour + (*time)[1] * 60 + (*time)[2] - zone;

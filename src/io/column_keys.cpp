@@ -87,6 +87,12 @@ ColumnTime read_time(const Config& map, TimeScale scale) {
   return time;
 }
 
+std::optional<ColumnRows> read_rows(const Config& map) {
+  const auto rows = map.find_map("rows");
+  if (!rows) return std::nullopt;
+  return ColumnRows{rows->text("name"), rows->text("is")};
+}
+
 // The directions along which columns lie: one of each pair for each column, where a third may be missing.
 std::vector<std::string> read_axes(const Config& map, std::size_t columns, std::span<const AxisNames, 3> names,
                                    std::string_view example) {
@@ -130,6 +136,10 @@ ColumnUse read_use(const Config& columns, const ColumnQuantity& quantity) {
   const bool triad = key == "gyro" || key == "accel" || key == "dtheta" || key == "dvel" || key == "magnetic";
   if (level) use.axes = read_axes(map, use.names.size(), kLevelAxes, "east north up");
   if (triad) use.axes = read_axes(map, use.names.size(), kSensorAxes, "+x -y -z");
+  if (key == "accel" && map.has("added")) {
+    use.added = map.words("added");
+    if (use.added.size() != use.names.size()) map.fail("added", "three columns are expected, those of gravity");
+  }
   if (place) use.hemisphere = map.text("hemisphere", "");
   if (key == "height") use.geoid = map.text("geoid", "");
   if (key == "fix") {
@@ -193,10 +203,19 @@ std::string text_of(const ColumnTime& time) {
   return text + fmt::format(", of: {}}}", name_of(time.of));
 }
 
+std::string text_of(const ColumnRows& rows) {
+  return fmt::format("{{name: {}, is: {}}}", plain_or_quoted(rows.name), plain_or_quoted(rows.is));
+}
+
 std::string text_of(const ColumnUse& use) {
   std::vector<std::string> names;
   for (const std::string& name : use.names) names.push_back(plain_or_quoted(name));
   std::string text = names.size() == 1 ? "{name: " + names[0] : fmt::format("{{names: [{}]", fmt::join(names, ", "));
+  if (!use.added.empty()) {
+    std::vector<std::string> added;
+    for (const std::string& name : use.added) added.push_back(plain_or_quoted(name));
+    text += fmt::format(", added: [{}]", fmt::join(added, ", "));
+  }
   if (!use.geoid.empty()) text += ", geoid: " + plain_or_quoted(use.geoid);
   if (!use.hemisphere.empty()) text += ", hemisphere: " + plain_or_quoted(use.hemisphere);
   if (!use.axes.empty()) text += fmt::format(", axes: {}", fmt::join(use.axes, " "));
@@ -226,8 +245,11 @@ ColumnMap read_column_map(const Config& source, std::span<const ColumnQuantity> 
     if (!columns.has(quantity.key)) continue;
     map.uses.emplace(quantity.key, read_use(columns, quantity));
     if (quantity.key != "accel") continue;
-    if (const auto time = columns.map("accel").find_map("time")) map.accel_time = read_time(*time, map.time.of);
+    const Config accel = columns.map("accel");
+    if (const auto time = accel.find_map("time")) map.accel_time = read_time(*time, map.time.of);
+    map.accel_rows = read_rows(accel);
   }
+  map.rows = read_rows(columns);
   if (quantities.data() == kGnss.data()) map.only_new = columns.flag("only_new", false);
   require(columns, map, quantities);
   if (source.has("delimiter")) map.delimiter = source.choice<Delimiter>("delimiter", kDelimiters);
@@ -242,6 +264,7 @@ ColumnMap read_column_map(const Config& source, std::span<const ColumnQuantity> 
 
 std::string columns_text(const ColumnMap& map, std::string_view indent) {
   std::string text = "{time: " + text_of(map.time);
+  if (map.rows) text += fmt::format(",\n{}rows: {}", indent, text_of(*map.rows));
   std::vector<std::string_view> written;  // `sigma` is a key of receivers and of attitudes
   for (const auto quantities : {imu_quantities(), gnss_quantities(), attitude_quantities()}) {
     for (const ColumnQuantity& quantity : quantities) {
@@ -251,6 +274,9 @@ std::string columns_text(const ColumnMap& map, std::string_view indent) {
       std::string entry = text_of(*use);
       if (quantity.key == "accel" && map.accel_time) {
         entry.insert(entry.size() - 1, ", time: " + text_of(*map.accel_time));
+      }
+      if (quantity.key == "accel" && map.accel_rows) {
+        entry.insert(entry.size() - 1, ", rows: " + text_of(*map.accel_rows));
       }
       text += fmt::format(",\n{}{}: {}", indent, quantity.key, entry);
     }

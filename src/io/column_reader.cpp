@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <stdexcept>
 
@@ -16,16 +15,14 @@ namespace {
 
 TextLayout require_layout(const std::string& file, const ColumnMap& map, std::string_view text) {
   if (const auto layout = find_layout(text, map)) return *layout;
+  if (map.rows) {
+    throw DataError(file + ":1", fmt::format("no rows of numbers with `{}` in column {} are found; `rows` names the "
+                                             "column and the text that the rows of one sensor have",
+                                             map.rows->is, map.rows->name));
+  }
   throw DataError(file + ":1",
                   "no rows of numbers are found; with `delimiter`, `skip` (lines above the header) and `header: false` "
                   "a configuration says how the file is laid out");
-}
-
-std::optional<std::size_t> as_number(std::string_view text) {
-  std::size_t number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return number;
 }
 
 }  // namespace
@@ -37,12 +34,23 @@ ColumnReader::ColumnReader(const std::string& file, const ColumnMap& map, std::o
   header_ = layout.header;
   while (text_.next() && text_.line_number() < layout.rows) {
     if (text_.line_number() == header_) cells_ = header_cells(text_.fields());
+    if (text_.line_number() == layout.units) add_units(cells_, text_.fields());
   }
   at_row_ = true;
   fields_ = header_ != 0 ? cells_.size() : text_.fields().size();
   const bool trailing = fields_ > 1 && (header_ != 0 ? cells_.back().whole.empty() : text_.fields().back().empty());
   if (trailing) --fields_;
   cells_.resize(header_ != 0 ? fields_ : 0);
+  if (!map.rows) return;
+  chosen_ = {place_of(map.rows->name, "rows"), map.rows->is};
+}
+
+// Whether the present row is of the sensor. One that is cut before it says so is found to be cut.
+bool ColumnReader::is_chosen() const {
+  if (!chosen_) return true;
+  const auto& found = text_.fields();
+  if (found.size() <= chosen_->place) return !cells_.empty();
+  return found[chosen_->place] == chosen_->is;
 }
 
 std::size_t ColumnReader::place_of(const std::string& name, std::string_view key) const {
@@ -60,7 +68,7 @@ std::size_t ColumnReader::place_of(const std::string& name, std::string_view key
   };
   if (const auto found = place([&](const HeaderCell& c) { return c.whole == name; })) return *found;
   if (const auto found = place([&](const HeaderCell& c) { return c.name == name; })) return *found;
-  if (const auto number = as_number(name); number && *number >= 1 && *number <= fields_) return *number - 1;
+  if (const auto number = column_number(name); number && *number <= fields_) return *number - 1;
   if (cells_.empty()) {
     throw DataError(where, fmt::format("there is no column `{}` of `{}`: the file has no header, and its columns have "
                                        "the numbers 1 to {}",
@@ -108,9 +116,22 @@ std::vector<Column> ColumnReader::columns(const ColumnMap& map, const ColumnQuan
   return found;
 }
 
+void ColumnReader::fail_without_rows() const {
+  throw DataError(
+      fmt::format("{}:{}", text_.file(), std::max<std::size_t>(header_, 1)),
+      fmt::format("no row has `{}` in column {}, as `rows` has it", chosen_->is,
+                  cells_.empty() ? fmt::format("{}", chosen_->place + 1) : "`" + cells_[chosen_->place].whole + "`"));
+}
+
 bool ColumnReader::next() {
-  if (!at_row_ && !text_.next()) return false;
-  at_row_ = false;
+  do {
+    if (!at_row_ && !text_.next()) {
+      if (!any_) fail_without_rows();
+      return false;
+    }
+    at_row_ = false;
+  } while (!is_chosen());
+  any_ = true;
   const auto& found = text_.fields();
   const bool trailing = found.size() == fields_ + 1 && found.back().empty();
   if (found.size() != fields_ && !trailing) {
@@ -127,12 +148,16 @@ double ColumnReader::value(const Column& column) const {
   return value;
 }
 
-std::optional<double> ColumnReader::find_value(const Column& column) const {
+bool ColumnReader::has_value(const Column& column) const {
   const std::string_view text = text_.fields()[column.index];
   for (const std::string_view none : {"", "nan", "NaN", "NAN", "null", "NULL", "NA", "N/A", "-"}) {
-    if (text == none) return std::nullopt;
+    if (text == none) return false;
   }
-  return value(column);
+  return true;
+}
+
+std::optional<double> ColumnReader::find_value(const Column& column) const {
+  return has_value(column) ? std::optional(value(column)) : std::nullopt;
 }
 
 }  // namespace piste::log_formats

@@ -24,7 +24,7 @@ struct Column {
 /// Goes through the rows. Errors are DataErrors `FILE:LINE: …`; those of the header end the reading in any case.
 class ColumnReader {
  public:
-  /// Throws if the file has no rows of numbers.
+  /// Throws if the file has no rows of numbers. With `map.rows` only these are rows.
   ColumnReader(const std::string& file, const ColumnMap& map, std::optional<std::string_view> content);
 
   /// The column `name` of the quantity `key`. `unit`: of the configuration; empty: that of the header. Throws if there
@@ -35,19 +35,29 @@ class ColumnReader {
   /// All columns of a quantity; empty if the mapping has none.
   std::vector<Column> columns(const ColumnMap& map, const ColumnQuantity& quantity) const;
 
-  /// Goes to the next row. Throws if it has too few or too many fields.
+  /// Goes to the next row. Throws if it has too few or too many fields, and at the end if no row was of this sensor.
   bool next();
   const TextReader& text() const { return text_; }
   /// Throws RowError if the field is no number, or not finite in SI units.
   double value(const Column& column) const;
-  /// The value, or nothing if the field is empty or says that there is none, such as `nan`.
+  /// Whether the field is neither empty nor says that there is no value, such as `nan`.
+  bool has_value(const Column& column) const;
+  /// The value, or nothing if there is none.
   std::optional<double> find_value(const Column& column) const;
 
  private:
+  struct Chosen {
+    std::size_t place = 0;
+    std::string is;
+  };
+  bool is_chosen() const;
+  [[noreturn]] void fail_without_rows() const;
+
   TextReader text_;
   std::size_t header_ = 0, fields_ = 0;
   std::vector<HeaderCell> cells_;
-  bool at_row_ = false;
+  std::optional<Chosen> chosen_;
+  bool at_row_ = false, any_ = false;
 };
 
 /// Reads the time of the rows of a reader.
@@ -62,7 +72,7 @@ class ColumnClock {
   double since_power_up();
   double since_midnight() const;
   GpsTime since_epoch() const;
-  GpsTime calendar() const;
+  GpsTime calendar();
   double rest() const { return rest_ ? reader_.value(*rest_) : 0; }
 
   const ColumnReader& reader_;
@@ -71,6 +81,7 @@ class ColumnClock {
   Column time_;
   std::optional<Column> rest_;
   std::optional<std::size_t> week_, date_;
+  std::optional<bool> month_first_;  // of dates such as 08/04/2020
   CounterRollover rollover_;
   IncreasingTime increasing_;
   WeekTime weeks_;

@@ -99,7 +99,7 @@ std::size_t CsvReader::column(std::string_view name) {
 
 void CsvReader::finish_header(RowFaults* faults) {
   for (std::size_t i = 0; i < names_.size(); ++i) {
-    if (use_[i] == Use::kNone && faults != nullptr) {
+    if (use_[i] == Use::kNone && !is_for_use(faults)) {
       faults->unknown_columns.push_back(names_[i]);
     } else if (use_[i] == Use::kNone) {
       fail(fmt::format("unknown column `{}`; known are: {}; or name it in `ignore_columns`", names_[i],

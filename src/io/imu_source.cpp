@@ -91,7 +91,12 @@ ImuSource read_imu_source(const Config& imu, DataFile data) {
   source.sensor = imu.is_map("sensor") ? read_sensor(imu.map("sensor")) : read_sensor(sensor_file(imu, "sensor"));
   source.conditioning.R_bs = imu.axes("axes");
   source.conditioning.instantaneous = imu.choice<bool>("sampling", {{"mean", false}, {"instant", true}}, false);
-  source.log.even_stamps = imu.choice<bool>("stamps", {{"even", true}, {"as_logged", false}}, true);
+  enum class Stamps { kEven, kAsLogged, kShared };
+  const auto stamps = imu.choice<Stamps>(
+      "stamps", {{"even", Stamps::kEven}, {"as_logged", Stamps::kAsLogged}, {"shared", Stamps::kShared}},
+      Stamps::kEven);
+  source.log.even_stamps = stamps != Stamps::kAsLogged;
+  source.log.shared_stamps = stamps == Stamps::kShared;
   source.log.instant = source.conditioning.instantaneous;
   if (source.conditioning.instantaneous) source.where = imu.where("sampling");
   if (const auto clock = imu.find_map("clock")) {

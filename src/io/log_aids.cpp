@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "io/csv.h"
+#include "io/left_out_rows.h"
 #include "piste/core/error.h"
 #include "piste/core/recording.h"
 #include "piste/io/log_io.h"
@@ -53,8 +54,9 @@ FixRecording<Fix> read_rows(CsvReader& csv, const LogFile& log, const AidColumns
   if (!spread) spread = csv.find(spread_name = "sigma");  // in the unit of the value
   csv.finish_header();
   FixRecording<Fix> recording{log.file, {}};
-  IncreasingTime increasing(log.repair);
-  while (csv.next()) {
+  IncreasingTime increasing(log.takes_any_order());
+  LeftOutRows left_out(log, nullptr);
+  const auto row = [&] {
     Fix fix{increasing.next(csv[time], csv.text()), value(csv[number]), fallback};
     if (log.sigma) {
       fix.sigma = log.sigma->x();
@@ -64,7 +66,10 @@ FixRecording<Fix> read_rows(CsvReader& csv, const LogFile& log, const AidColumns
     require_positive(fix.sigma, spread_name, columns.example, csv);
     more(fix);
     recording.fixes.push_back(fix);
-  }
+  };
+  for_each_row(
+      left_out.list(), [&] { return csv.next(); }, row);
+  left_out.count_in(recording.repaired, recording.fixes.size());
   if (log.repair) repair_rows(recording);
   if (recording.fixes.empty()) throw DataError(log.file + ":1", fmt::format("holds no row of {}", columns.value));
   return recording;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <numbers>
 #include <utility>
@@ -49,11 +50,27 @@ std::vector<Column> along_axes(std::vector<Column> columns, const ColumnUse* use
 
 // The columns that an IMU's file has. Of two files each has one triad.
 struct ImuColumns {
-  std::vector<Column> gyro, accel, magnetic, temperature;
+  std::vector<Column> gyro, accel, gravity, magnetic, temperature;
   bool increments = false;
 };
 
 enum class Part { kBoth, kGyro, kAccel };
+
+// The mapping of a part: the file of the accelerometers may have a time and rows of its own.
+ColumnMap map_of(const ColumnMap& map, Part part) {
+  ColumnMap own = map;
+  if (part != Part::kAccel) return own;
+  own.rows = map.accel_rows;
+  if (map.accel_time) own.time = *map.accel_time;
+  return own;
+}
+
+// Whether all these columns are empty: then the row is of another sensor that the same table has.
+bool is_of_another(const ColumnReader& reader, std::initializer_list<const std::vector<Column>*> all) {
+  return std::none_of(all.begin(), all.end(), [&](const std::vector<Column>* columns) {
+    return std::any_of(columns->begin(), columns->end(), [&](const Column& c) { return reader.has_value(c); });
+  });
+}
 
 ImuColumns imu_columns(const ColumnReader& reader, const ColumnMap& map, Part part) {
   const auto find = [&](std::string_view key) {
@@ -63,6 +80,11 @@ ImuColumns imu_columns(const ColumnReader& reader, const ColumnMap& map, Part pa
   columns.increments = map.find("dtheta") != nullptr;
   if (part != Part::kAccel) columns.gyro = find(columns.increments ? "dtheta" : "gyro");
   if (part != Part::kGyro) columns.accel = find(columns.increments ? "dvel" : "accel");
+  if (const ColumnUse* accel = map.find("accel"); part != Part::kGyro && accel != nullptr && !accel->added.empty()) {
+    for (const std::string& name : accel->added)
+      columns.gravity.push_back(reader.column(name, "added", accel->unit, dimension::kAcceleration));
+    columns.gravity = along_axes(columns.gravity, accel);
+  }
   if (part == Part::kAccel) return columns;
   columns.magnetic = find("magnetic");
   columns.temperature = find("temperature");
@@ -71,20 +93,22 @@ ImuColumns imu_columns(const ColumnReader& reader, const ColumnMap& map, Part pa
 
 ImuRecording read_part(const LogFile& log, const std::string& file, std::optional<std::string_view> content, Part part,
                        RowFaults* faults) {
-  const ColumnMap& map = *log.columns;
+  const ColumnMap map = map_of(*log.columns, part);
   ColumnReader reader(file, map, content);
   const ImuColumns columns = imu_columns(reader, map, part);
-  ColumnClock clock(reader, part == Part::kAccel && map.accel_time ? *map.accel_time : map.time, log.repair);
-  const bool judged = faults == nullptr && !columns.gyro.empty() && std::abs(columns.gyro[0].factor) == 1;
+  ColumnClock clock(reader, map.time, log.takes_any_order());
+  const bool judged = is_for_use(faults) && !columns.gyro.empty() && std::abs(columns.gyro[0].factor) == 1;
   ImuRecording imu;
   imu.file = file;
   imu.increments = columns.increments;
   const auto row = [&] {
+    if (is_of_another(reader, {&columns.gyro, &columns.accel})) return;
     const double t = clock.next();
     const auto value = [&](const std::vector<Column>& of) -> Vector3d {
       return of.empty() ? Vector3d::Zero() : three(reader, of);
     };
-    const Vector3d gyro = value(columns.gyro), accel = value(columns.accel), field = value(columns.magnetic);
+    const Vector3d gyro = value(columns.gyro), accel = value(columns.accel) + value(columns.gravity),
+                   field = value(columns.magnetic);
     const double temperature = columns.temperature.empty() ? 0 : reader.value(columns.temperature[0]);
     if (judged && !imu.increments) check_rate(gyro, reader.text());
     if (judged && imu.increments) check_turn(gyro, t, imu, reader.text());
@@ -169,8 +193,8 @@ class FixReader {
     return std::exchange(last_, now) == now;
   }
 
-  /// Whether the receiver says that it has a fix: by the column `fix`, by an accuracy that is not negative, as iOS, and
-  /// by a place that is there.
+  /// Whether the receiver says that it has a fix: by the column `fix`, by an accuracy above zero, as iOS and
+  /// Android, and by a place that is there.
   bool has_fix() const {
     if (fix_) {
       const auto value = reader_.find_value(*fix_);
@@ -180,7 +204,7 @@ class FixReader {
       }
     }
     const auto radius = horizontal_ ? reader_.find_value(*horizontal_) : std::nullopt;
-    if (radius && *radius < 0) return false;
+    if (radius && !(*radius > 0)) return false;
     for (const Column& c : place_) {
       if (!reader_.find_value(c)) return false;
     }
@@ -260,7 +284,7 @@ class FixReader {
       const auto sigma = spread            ? reader_.find_value(*spread)
                          : speed_accuracy_ ? reader_.find_value(*speed_accuracy_)
                                            : std::nullopt;
-      if (!value || (!sigma && !log_.sigma_velocity)) return std::nullopt;
+      if (!value || ((!sigma || *sigma == 0) && !log_.sigma_velocity)) return std::nullopt;
       v.value(static_cast<Eigen::Index>(i)) = *value;
       v.sigma(static_cast<Eigen::Index>(i)) =
           log_.sigma_velocity ? (*log_.sigma_velocity)(static_cast<Eigen::Index>(i)) : std::abs(*sigma);
@@ -280,6 +304,7 @@ class FixReader {
     const bool no_course = course < -std::numbers::pi || course == -kDegree;
     if (speed < 0 || no_course || (along < 0 && !log_.sigma_velocity)) return std::nullopt;
     const double sigma = std::max({along, speed * value(course_accuracy_), 0.0});
+    if (sigma == 0 && !log_.sigma_velocity) return std::nullopt;
     if (!std::isfinite(sigma))
       reader_.text().fail("the sigma of the velocity is not finite", RowFault::Kind::kNotFinite);
     return FixVelocity{{speed * std::cos(course), speed * std::sin(course), 0}, {sigma, sigma, kInfinite}};
@@ -303,6 +328,10 @@ ImuRecording read_imu_columns(const LogFile& log, RowFaults* faults) {
   if (log.accel_file.empty()) return read_part(log, log.file, log.content, Part::kBoth, faults);
   ImuRecording gyro = read_part(log, log.file, log.content, Part::kGyro, faults);
   ImuRecording accel = read_part(log, log.accel_file, {}, Part::kAccel, faults);
+  if (log.shared_stamps) {
+    spread_stamps(gyro);
+    spread_stamps(accel);
+  }
   if (log.repair) {
     repair_rows(gyro);
     repair_rows(accel);
@@ -316,8 +345,8 @@ ImuRecording read_imu_columns(const LogFile& log, RowFaults* faults) {
 
 GnssRecording read_gnss_columns(const LogFile& log, RowFaults* faults) {
   ColumnReader reader(log.file, *log.columns, log.content);
-  FixReader fixes(log, reader, faults != nullptr);
-  ColumnClock clock(reader, log.columns->time, log.repair);
+  FixReader fixes(log, reader, !is_for_use(faults));
+  ColumnClock clock(reader, log.columns->time, log.takes_any_order());
   GnssRecording gnss;
   gnss.file = log.file;
   const auto row = [&] {
@@ -338,10 +367,11 @@ AttitudeRecording read_attitude_columns(const LogFile& log, RowFaults* faults) {
   ColumnReader reader(log.file, map, log.content);
   const auto angles = find_columns(reader, map, attitude_quantities(), "angles");
   const auto sigma = find_columns(reader, map, attitude_quantities(), "sigma");
-  ColumnClock clock(reader, map.time, log.repair);
+  ColumnClock clock(reader, map.time, log.takes_any_order());
   AttitudeRecording attitude;
   attitude.file = log.file;
   const auto row = [&] {
+    if (is_of_another(reader, {&angles})) return;
     EulerFix fix{clock.next(), three(reader, angles), sigma.empty() ? unknown_sigma() : three(reader, sigma)};
     check_attitude(fix, log, reader.text());
     attitude.fixes.push_back(fix);

@@ -87,12 +87,12 @@ ImuRecording read_imu_csv(const LogFile& log, RowFaults* faults) {
   csv.finish_header(faults);
 
   const bool declared_radians = gyro->unit.factor == 1;
-  IncreasingTime increasing(log.repair);
+  IncreasingTime increasing(log.takes_any_order());
   const auto row = [&] {
     const double t = increasing.next(csv[time], csv.text());
     const Vector3d rotation = gyro->read(csv), force = accel->read(csv);
     const auto field = magnetic ? std::optional(magnetic->read(csv)) : std::nullopt;
-    const bool judged = declared_radians && faults == nullptr;
+    const bool judged = declared_radians && is_for_use(faults);
     if (judged && !imu.increments) check_rate(rotation, csv.text());
     if (judged && imu.increments) check_turn(rotation, t, imu, csv.text());
     imu.time.push_back(t);
@@ -110,7 +110,7 @@ GnssRecording read_gnss_csv(const LogFile& log, RowFaults* faults) {
   CsvReader csv(log);
   const auto time = csv.column("time_s"), latitude = csv.column("latitude_deg"),
              longitude = csv.column("longitude_deg"), height = csv.column("height_m");
-  const auto sigma = sigma_triad(csv, kNed, {"m", 1}, log.sigma || faults != nullptr);
+  const auto sigma = sigma_triad(csv, kNed, {"m", 1}, log.sigma || !is_for_use(faults));
   const auto velocity = find_triad(csv, "velocity", kNed, {{"m_s", 1}});
   std::optional<Triad> sigma_velocity;
   if (velocity && log.sigma_velocity) {
@@ -121,7 +121,7 @@ GnssRecording read_gnss_csv(const LogFile& log, RowFaults* faults) {
   csv.finish_header(faults);
 
   GnssRecording gnss{log.file, {}};
-  IncreasingTime increasing(log.repair);
+  IncreasingTime increasing(log.takes_any_order());
   const auto row = [&] {
     if (!tells_place(csv[latitude], csv[longitude])) {
       ++gnss.without_fix;
@@ -144,11 +144,11 @@ AttitudeRecording read_attitude_csv(const LogFile& log, RowFaults* faults) {
   CsvReader csv(log);
   const auto time = csv.column("time_s");
   const Triad angles = require_triad(csv, "", kEuler, {{"deg", kDegree}});
-  const auto sigma = sigma_triad(csv, kEuler, {"deg", kDegree}, log.sigma || faults != nullptr);
+  const auto sigma = sigma_triad(csv, kEuler, {"deg", kDegree}, log.sigma || !is_for_use(faults));
   csv.finish_header(faults);
 
   AttitudeRecording attitude{log.file, {}};
-  IncreasingTime increasing(log.repair);
+  IncreasingTime increasing(log.takes_any_order());
   const auto row = [&] {
     EulerFix fix{increasing.next(csv[time], csv.text()), angles.read(csv), sigma ? sigma->read(csv) : unknown_sigma()};
     check_attitude(fix, log, csv.text());

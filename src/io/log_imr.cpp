@@ -132,18 +132,18 @@ ImuRecording read_imu_imr(const LogFile& log, RowFaults* faults) {
   const double gyro_scale =
       header.gyro_scale * kDegree * (header.rotation_increments && !imu.increments ? header.rate : 1);
   const double accel_scale = header.accel_scale * (header.velocity_increments && !imu.increments ? header.rate : 1);
-  IncreasingTime increasing(log.repair);
+  IncreasingTime increasing(log.takes_any_order());
   const auto row = [&] {
     const double t = increasing.next(reader.time(), reader);
     const Vector3d gyro = reader.three(8, gyro_scale), accel = reader.three(20, accel_scale);
-    if (faults == nullptr) check_rate(imu.increments ? header.rate * gyro : gyro, reader);
+    if (is_for_use(faults)) check_rate(imu.increments ? header.rate * gyro : gyro, reader);
     imu.time.push_back(t);
     imu.gyro.push_back(gyro);
     imu.accel.push_back(accel);
   };
   for_each_row(
       faults, [&] { return reader.next(); }, row);
-  if (faults == nullptr) check_interval(imu, header.rate);
+  if (is_for_use(faults)) check_interval(imu, header.rate);
   return imu;
 }
 

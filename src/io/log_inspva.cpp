@@ -94,7 +94,7 @@ bool is_valid(std::string_view status) {
 AttitudeRecording read_attitude_inspva(const LogFile& log, RowFaults* faults) {
   TextReader reader(log.file, TextReader::Separator::kComma, log.content);
   AttitudeRecording attitude{log.file, {}};
-  WeekTime times(log.repair);
+  WeekTime times(log.takes_any_order());
   const auto degrees = [&](std::size_t field) -> Vector3d {
     return kDegree * Vector3d(reader.number(field), reader.number(field + 1), reader.number(field + 2));
   };
@@ -111,7 +111,7 @@ AttitudeRecording read_attitude_inspva(const LogFile& log, RowFaults* faults) {
       return;
     }
     if (!extended) time = time_of(reader, 0);
-    if (!extended && !log.sigma && faults == nullptr) {
+    if (!extended && !log.sigma && is_for_use(faults)) {
       reader.fail(
           fmt::format("{} has no sigmas; state them in the configuration: `sigma: 0.05 0.05 0.1 deg` (roll, "
                       "pitch, heading), or log INSPVAXA",

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/left_out_rows.h"
 #include "log_formats.h"
 #include "piste/core/error.h"
 #include "piste/core/fix_faults.h"
@@ -62,7 +63,8 @@ void check_gravity(const ImuRecording& imu) {
                   imu.increments
                       ? "dvel must be velocity increments in m/s since the row before"
                       : "are the columns in g (accel_x_g) or in m/s^2 (accel_x_m_s2), or increments (dvel_x_m_s)? With "
-                        "`columns:`, what is their unit?"));
+                        "`columns:`, what is their unit? Or is gravity taken out of them, as of a phone's linear "
+                        "acceleration? Then log the accelerometers' own output"));
 }
 
 }  // namespace
@@ -92,22 +94,23 @@ std::string_view name_of(LogFormat format) {
 }
 
 ImuRecording read_imu(const LogFile& log, RowFaults* faults) {
+  LeftOutRows left_out(log, faults);
   ImuRecording imu;
   switch (log.format) {
     case LogFormat::kCsv:
-      imu = log_formats::read_imu_csv(log, faults);
+      imu = log_formats::read_imu_csv(log, left_out.list());
       break;
     case LogFormat::kKfGins:
-      imu = log_formats::read_imu_kf_gins(log, faults);
+      imu = log_formats::read_imu_kf_gins(log, left_out.list());
       break;
     case LogFormat::kXsensAscii:
-      imu = log_formats::read_imu_xsens(log, faults);
+      imu = log_formats::read_imu_xsens(log, left_out.list());
       break;
     case LogFormat::kImr:
-      imu = log_formats::read_imu_imr(log, faults);
+      imu = log_formats::read_imu_imr(log, left_out.list());
       break;
     case LogFormat::kColumns:
-      imu = log_formats::read_imu_columns(log, faults);
+      imu = log_formats::read_imu_columns(log, left_out.list());
       break;
     case LogFormat::kRtklibPos:
     case LogFormat::kNmea:
@@ -115,6 +118,8 @@ ImuRecording read_imu(const LogFile& log, RowFaults* faults) {
     case LogFormat::kInspva:
       wrong_format(log, "an IMU", "csv, kf_gins, xsens_ascii, imr or columns");
   }
+  left_out.count_in(imu.repaired, imu.time.size());
+  if (log.shared_stamps && log.accel_file.empty()) spread_stamps(imu);
   if (log.repair) repair_rows(imu);
   if (log.even_stamps && log.accel_file.empty()) even_stamps(imu);
   if (faults == nullptr) check_gravity(imu);
@@ -122,31 +127,34 @@ ImuRecording read_imu(const LogFile& log, RowFaults* faults) {
 }
 
 GnssRecording read_gnss(const LogFile& log, RowFaults* faults) {
+  LeftOutRows left_out(log, faults);
   GnssRecording gnss;
   switch (log.format) {
     case LogFormat::kCsv:
-      gnss = log_formats::read_gnss_csv(log, faults);
+      gnss = log_formats::read_gnss_csv(log, left_out.list());
       break;
     case LogFormat::kKfGins:
-      gnss = log_formats::read_gnss_kf_gins(log, faults);
+      gnss = log_formats::read_gnss_kf_gins(log, left_out.list());
       break;
     case LogFormat::kRtklibPos:
-      gnss = log_formats::read_gnss_rtklib(log, faults);
+      gnss = log_formats::read_gnss_rtklib(log, left_out.list());
       break;
     case LogFormat::kNmea:
-      gnss = log_formats::read_gnss_nmea(log, faults);
+      gnss = log_formats::read_gnss_nmea(log, left_out.list());
       break;
     case LogFormat::kUbx:
-      gnss = log_formats::read_gnss_ubx(log, faults);
+      gnss = log_formats::read_gnss_ubx(log, left_out.list());
       break;
     case LogFormat::kColumns:
-      gnss = log_formats::read_gnss_columns(log, faults);
+      gnss = log_formats::read_gnss_columns(log, left_out.list());
       break;
     case LogFormat::kXsensAscii:
     case LogFormat::kImr:
     case LogFormat::kInspva:
       wrong_format(log, "GNSS", "csv, kf_gins, rtklib_pos, nmea, ubx or columns");
   }
+  left_out.count_in(gnss.repaired, gnss.fixes.size());
+  if (log.shared_stamps) spread_stamps(gnss);
   if (log.repair) repair_rows(gnss);
   scale_sigmas(gnss.fixes, log.sigma_scales);
   if (faults == nullptr) require_rows(gnss.fixes, log, "fix");
@@ -154,16 +162,18 @@ GnssRecording read_gnss(const LogFile& log, RowFaults* faults) {
 }
 
 AttitudeRecording read_attitude(const LogFile& log, RowFaults* faults) {
+  LeftOutRows left_out(log, faults);
   AttitudeRecording attitude;
   if (log.format == LogFormat::kCsv) {
-    attitude = log_formats::read_attitude_csv(log, faults);
+    attitude = log_formats::read_attitude_csv(log, left_out.list());
   } else if (log.format == LogFormat::kInspva) {
-    attitude = log_formats::read_attitude_inspva(log, faults);
+    attitude = log_formats::read_attitude_inspva(log, left_out.list());
   } else if (log.format == LogFormat::kColumns) {
-    attitude = log_formats::read_attitude_columns(log, faults);
+    attitude = log_formats::read_attitude_columns(log, left_out.list());
   } else {
     wrong_format(log, "an attitude", "csv, inspva or columns");
   }
+  left_out.count_in(attitude.repaired, attitude.fixes.size());
   if (log.repair) repair_rows(attitude);
   if (faults == nullptr) require_rows(attitude.fixes, log, "attitude");
   return attitude;

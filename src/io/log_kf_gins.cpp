@@ -16,7 +16,7 @@ ImuRecording read_imu_kf_gins(const LogFile& log, RowFaults* faults) {
   ImuRecording imu;
   imu.file = log.file;
   imu.increments = true;
-  IncreasingTime increasing(log.repair);
+  IncreasingTime increasing(log.takes_any_order());
   const auto row = [&] {
     if (reader.fields().size() != 7) {
       reader.fail(
@@ -26,7 +26,7 @@ ImuRecording read_imu_kf_gins(const LogFile& log, RowFaults* faults) {
     const double t = increasing.next(reader.number(0), reader);
     const Vector3d dtheta = three(reader, 1);
     const Vector3d dvel = three(reader, 4);
-    if (faults == nullptr) check_turn(dtheta, t, imu, reader);
+    if (is_for_use(faults)) check_turn(dtheta, t, imu, reader);
     imu.time.push_back(t);
     imu.gyro.push_back(dtheta);
     imu.accel.push_back(dvel);
@@ -39,7 +39,7 @@ ImuRecording read_imu_kf_gins(const LogFile& log, RowFaults* faults) {
 GnssRecording read_gnss_kf_gins(const LogFile& log, RowFaults* faults) {
   TextReader reader(log.file, TextReader::Separator::kSpaces, log.content);
   GnssRecording gnss{log.file, {}};
-  IncreasingTime increasing(log.repair);
+  IncreasingTime increasing(log.takes_any_order());
   std::size_t columns = 0;
   const auto row = [&] {
     const std::size_t found = reader.fields().size();

@@ -308,7 +308,7 @@ GnssRecording read_gnss_nmea(const LogFile& log, RowFaults* faults) {
   const auto first = first_day(log);
   EpochReader epochs(log, first.value_or(sys_days{}));
   GnssRecording gnss{log.file, {}};
-  WeekTime times(log.repair);
+  WeekTime times(log.takes_any_order());
   bool has_velocity = false;
   const auto epoch = [&] {
     const Epoch& e = epochs.epoch();
@@ -322,7 +322,7 @@ GnssRecording read_gnss_nmea(const LogFile& log, RowFaults* faults) {
     fix.time = times.next(gps_time(e.day, *e.time_of_day, TimeSystem::kUtc), row);
     fix.position = e.place->position;
     fix.quality = e.place->quality;
-    if (!e.sigma && !log.sigma && faults == nullptr) {
+    if (!e.sigma && !log.sigma && is_for_use(faults)) {
       row.fail(
           "no GST of this time with the sigmas of latitude, longitude and altitude; let the receiver write GST as "
           "often "

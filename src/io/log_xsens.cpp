@@ -201,7 +201,7 @@ ImuRecording read_imu_xsens(const LogFile& log, RowFaults* faults) {
 
   ImuRecording imu;
   imu.file = log.file;
-  PacketCounter counter(log.repair);
+  PacketCounter counter(log.takes_any_order());
   const auto row = [&] {
     const auto& fields = reader.fields();
     const bool trailing = fields.size() == columns.count + 1 && fields.back().empty();
@@ -212,7 +212,7 @@ ImuRecording read_imu_xsens(const LogFile& log, RowFaults* faults) {
     const Vector3d gyro = three(reader, columns.gyro), accel = three(reader, columns.accel);
     const Vector3d magnetic = columns.magnetic ? three(reader, *columns.magnetic) : Vector3d::Zero();
     const double temperature = columns.temperature ? reader.number(*columns.temperature) : 0;
-    if (faults == nullptr) check_rate(gyro, reader);
+    if (is_for_use(faults)) check_rate(gyro, reader);
     imu.time.push_back(counter.next(reader, columns.counter) / *rate);
     imu.gyro.push_back(gyro);
     imu.accel.push_back(accel);

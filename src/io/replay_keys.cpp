@@ -117,6 +117,7 @@ LogFile read_gnss_file(const Config& source, DataFile data) {
                               {LogFormat::kCsv, LogFormat::kKfGins, LogFormat::kRtklibPos, LogFormat::kNmea,
                                LogFormat::kUbx, LogFormat::kColumns},
                               data);
+  log.shared_stamps = source.choice<bool>("stamps", {{"as_logged", false}, {"shared", true}}, false);
   read_stated_sigma(source, dimension::kLength, "2 2 4 m", log);
   read_sigma_velocity(source, log);
   log.sigma_scales = {.position = read_scale(source, "sigma_scale"),

@@ -15,6 +15,7 @@ namespace piste {
 struct TextLayout {
   Delimiter delimiter = Delimiter::kComma;
   std::size_t header = 0;  ///< line of the header, or 0
+  std::size_t units = 0;   ///< line of the units below it, or 0
   std::size_t rows = 0;    ///< line of the first row
 };
 
@@ -23,14 +24,20 @@ struct HeaderCell {
   std::string whole, name, unit;
 };
 
+/// The number from 1 by which a column is named; nothing if the name is none.
+std::optional<std::size_t> column_number(std::string_view name);
+
 TextReader::Separator separator_of(Delimiter delimiter);
 
 /// Finds the layout from the first lines: rows are those that hold numbers and have as many fields as most, and
 /// the header is the line above the first if it has as many. What `given` states is taken as it is. Nothing if there
-/// are no rows.
+/// are no rows. Where `given.rows` numbers its column, only these rows are looked at.
 std::optional<TextLayout> find_layout(std::string_view text, const ColumnMap& given);
 
 /// Splits a header's fields. A mark of a comment before the first, and quotes, are left out.
 std::vector<HeaderCell> header_cells(const std::vector<std::string_view>& fields);
+
+/// Gives the cells that have no unit that of the line of units.
+void add_units(std::vector<HeaderCell>& cells, const std::vector<std::string_view>& fields);
 
 }  // namespace piste

@@ -108,7 +108,8 @@ const Unit* find_unit(std::string_view name) {
   return found == kUnits.end() ? nullptr : &found->unit;
 }
 
-// unit = factor { ['*' | '/'] factor };  factor = ('sqrt(' unit ')' | number | name) [ ['^'] integer ]
+// unit = factor { ['*' | '.' | '/'] factor };
+// factor = ('sqrt(' unit ')' | '(' unit ')' | number | name) [ ['^'] integer ]
 class UnitParser {
  public:
   explicit UnitParser(std::string_view text) : all_(plain(text)), rest_(all_) { skip_blanks(); }
@@ -143,7 +144,7 @@ class UnitParser {
       skip_blanks();
       if (take("/")) {
         unit = multiply(unit, power(), -1);
-      } else if (take("*") || (!rest_.empty() && rest_.front() != ')' && rest_.front() != '^')) {
+      } else if (take("*") || take(".") || (!rest_.empty() && rest_.front() != ')' && rest_.front() != '^')) {
         unit = multiply(unit, power(), 1);
       } else {
         return unit;
@@ -178,13 +179,19 @@ class UnitParser {
       }
       return unit;
     }
+    if (take("(")) {
+      if (++depth_ > 4) fail("too many parentheses");
+      const Unit unit = product();
+      if (!take(")")) fail("a closing parenthesis is missing");
+      return unit;
+    }
     double number = 0;
     const auto [end, error] = std::from_chars(rest_.data(), rest_.data() + rest_.size(), number);
     if (error == std::errc{} && number > 0 && std::isfinite(number)) {  // such as 1e-7 deg
       rest_.remove_prefix(static_cast<std::size_t>(end - rest_.data()));
       return {number, kNone};
     }
-    const std::string_view word = rest_.substr(0, rest_.find_first_of("*/^() "));
+    const std::string_view word = rest_.substr(0, rest_.find_first_of("*/^(). "));
     const std::string_view name = word.substr(0, word.find_first_of("-0123456789"));  // `s2` and `s-1` are powers
     if (const Unit* unit = find_unit(name)) {
       rest_.remove_prefix(name.size());
@@ -260,6 +267,15 @@ double unit_factor(std::string_view unit, const Dimension& expected) {
                                             expected.name, expected.example));
   }
   return parsed.factor;
+}
+
+bool measures(std::string_view unit, const Dimension& dimension) {
+  try {
+    unit_factor(unit, dimension);
+    return !unit.empty();
+  } catch (const std::invalid_argument&) {
+    return false;
+  }
 }
 
 double parse_quantity(std::string_view text, const Dimension& expected) { return parse<1>(text, expected)[0]; }

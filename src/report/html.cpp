@@ -39,6 +39,7 @@ void per_source(std::vector<Row>& rows, std::string_view name, std::string_view 
 /// What `repair` changed, if it changed anything.
 void repaired_rows(std::vector<Row>& rows, const std::string& name, const RepairedRows& repaired) {
   if (repaired.sorted > 0) rows.push_back({name + " rows put in the order of time", number(repaired.sorted)});
+  if (repaired.unreadable > 0) rows.push_back({name + " rows left out as unreadable", number(repaired.unreadable)});
   if (repaired.dropped > 0) rows.push_back({name + " rows of a repeated time dropped", number(repaired.dropped)});
 }
 

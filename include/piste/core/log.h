@@ -15,10 +15,18 @@ namespace piste {
 
 // ---- As the files have it: sensor clock, sensor axes, SI and radians. ----
 
-/// What the key `repair` did to a file whose times do not increase.
+/// What the key `repair` did to a file.
 struct RepairedRows {
-  std::size_t sorted = 0;   ///< rows that stood behind a later one, and were put in their place
-  std::size_t dropped = 0;  ///< rows whose time stood in the file before
+  std::size_t sorted = 0;      ///< rows that stood behind a later one, and were put in their place
+  std::size_t dropped = 0;     ///< rows whose time stood in the file before
+  std::size_t unreadable = 0;  ///< rows that were left out, as they could not be read
+
+  RepairedRows& operator+=(const RepairedRows& other) {
+    sorted += other.sorted;
+    dropped += other.dropped;
+    unreadable += other.unreadable;
+    return *this;
+  }
 };
 
 /// One IMU file. Rows are rates and specific forces, or increments since the row before.

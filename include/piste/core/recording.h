@@ -16,6 +16,12 @@ void repair_rows(FixRecording<SpeedFix>& speed);
 void repair_rows(FixRecording<HeightFix>& height);
 void repair_rows(FixRecording<HeadingFix>& heading);
 
+/// Spreads rows that share a stamp, as of a clock that counts whole seconds, evenly up to the next stamp. Rows of the
+/// first stamp, of which the log may have but the last, end where the second begins; those of the last, and before a
+/// gap, come as fast as usual.
+void spread_stamps(ImuRecording& imu);
+void spread_stamps(GnssRecording& gnss);
+
 /// Multiplies the sigmas of all fixes.
 void scale_sigmas(std::vector<GeodeticFix>& fixes, const SigmaScales& by);
 void scale_sigmas(std::vector<GnssFix>& fixes, const SigmaScales& by);

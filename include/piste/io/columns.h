@@ -26,6 +26,8 @@ struct ColumnUse {
   /// Along which each column lies: of velocities and sigmas north, east, down, up, south or west; of an IMU's triads
   /// the axes of the sensor, such as +x -y -z. Empty: north east down, +x +y +z.
   std::vector<std::string> axes = {};
+  /// Of forces without gravity: the columns of gravity, which are added.
+  std::vector<std::string> added = {};
   std::string hemisphere = {};     ///< of latitude or longitude without a sign: the column of N, S, E or W, or empty
   std::string geoid = {};          ///< of a height above the sea: the column of the geoid's height, or empty
   std::vector<double> valid = {};  ///< of `fix`: the values that mean a fix; empty: all above zero
@@ -52,6 +54,13 @@ struct ColumnTime {
   bool operator==(const ColumnTime&) const = default;
 };
 
+/// The rows of one sensor in a log of several: those that have this text in this column.
+struct ColumnRows {
+  std::string name;  ///< by its number, rows of the other sensors may have any number of fields
+  std::string is;
+  bool operator==(const ColumnRows&) const = default;
+};
+
 /// A quantity that a log may have.
 struct ColumnQuantity {
   std::string_view key;
@@ -67,7 +76,9 @@ std::span<const ColumnQuantity> attitude_quantities();
 /// The whole mapping.
 struct ColumnMap {
   ColumnTime time;
+  std::optional<ColumnRows> rows = {};                 ///< all if nothing is given
   std::optional<ColumnTime> accel_time = {};           ///< of the file of accelerometers, if it differs
+  std::optional<ColumnRows> accel_rows = {};           ///< of the file of accelerometers
   std::map<std::string, ColumnUse, std::less<>> uses;  ///< by the keys above
   bool only_new = false;  ///< of a receiver: a row without a place, or with that of the row before, is passed over
   // Found from the text if nothing is given:

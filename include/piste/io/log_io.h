@@ -65,6 +65,11 @@ struct LogFile {
   /// Whether rows are put in the order of time, and those of a repeated time dropped and counted. Else they are
   /// refused.
   bool repair = false;
+  /// Whether rows share their stamps, as of a clock that counts whole seconds: they are spread up to the next stamp
+  /// (spread_stamps).
+  bool shared_stamps = false;
+  /// Whether a reader is to take times that do not increase.
+  bool takes_any_order() const { return repair || shared_stamps; }
   /// Of an IMU: whether its rows are laid on the even clock of its samples (even_stamps).
   bool even_stamps = true;
   /// For columns: where the values stand.

@@ -59,12 +59,14 @@ class RowSource {
   Counts counts_;
 };
 
-/// The rows of one file that cannot be read: how many of each kind, and the first few of them.
+/// The rows of one file that are left out, as they cannot be read: how many of each kind, and the first few of them.
 struct RowFaults {
   static constexpr std::size_t kKept = 5;  ///< of each kind
   std::array<std::size_t, RowFault::kKinds> counts{};
   std::vector<RowFault> first;
   std::vector<std::string> unknown_columns;  ///< that were skipped
+  std::string error_at;                      ///< where the first is, such as FILE:LINE
+  bool for_use = false;                      ///< whether the rest is used, and not only looked over
 
   void add(const RowFault& fault) {
     if (counts[static_cast<std::size_t>(fault.kind)]++ < kKept) first.push_back(fault);
@@ -77,6 +79,9 @@ struct RowFaults {
   }
 };
 
+/// Whether what is read is used: then units are judged, and sigmas must be stated.
+inline bool is_for_use(const RowFaults* faults) { return faults == nullptr || faults->for_use; }
+
 /// Goes through the rows of a reader. `next()` goes to the next row and returns whether there is one; `row()` processes
 /// it. If either throws a RowError, the reading ends; with `faults`, the error is listed there instead, and the row is
 /// left out.
@@ -88,6 +93,7 @@ void for_each_row(RowFaults* faults, Next&& next, Row&& row) {
       row();
     } catch (const RowError& refused) {
       if (faults == nullptr) throw;
+      if (faults->error_at.empty()) faults->error_at = refused.where();
       faults->add(refused.fault());
     }
   }

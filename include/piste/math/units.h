@@ -2,9 +2,10 @@
 /// Converts numbers with units, as data sheets write them, into SI and radians and back, and checks the dimension.
 ///
 /// A unit is a product of base units, such as `deg/s/sqrt(Hz)`, `m/s^2`, `ug/sqrt(Hz)`, `deg*s^-1`. A `/` divides only
-/// by the factor that follows it; a blank multiplies, `m s^-2`, and so does a number, `1e-7 deg`. The spellings of
-/// headers are known as well: `m/s²`, `m/s2`, `°/s`, `dps`, `µT`. `G` is a g for accelerations, and a gauss for
-/// magnetic fields. Angle is a dimension of its own, so that `m` and `rad` cannot be confused.
+/// by the factor that follows it; a blank multiplies, `m s^-2`, and so do a point, `m.s^-2`, and a number, `1e-7 deg`.
+/// The spellings of headers are known as well: `m/s²`, `m/s2`, `m/(s^2)`, `°/s`, `dps`, `µT`. `G` is a g for
+/// accelerations, and a gauss for magnetic fields. Angle is a dimension of its own, so that `m` and `rad` cannot be
+/// confused.
 
 #include <Eigen/Core>
 #include <array>
@@ -50,6 +51,9 @@ inline constexpr Dimension kAccelTemperature{{0, 2, -4, -2, 0}, "an acceleration
 /// Factor that turns a number in `unit` into SI and radians (`degC` stays, `uT` becomes T). Empty is dimensionless.
 /// Throws std::invalid_argument where a unit is unknown, or measures something else than `expected`.
 double unit_factor(std::string_view unit, const Dimension& expected);
+
+/// Whether a text is a unit of this dimension.
+bool measures(std::string_view unit, const Dimension& dimension);
 
 /// One number and its unit, such as `0.05 deg/s/sqrt(Hz)`, in SI and radians. Only a ratio needs no unit.
 /// Throws std::invalid_argument that says what would be right.

@@ -1,0 +1,65 @@
+#include "row_kinds.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <map>
+
+#include "column_names.h"
+
+namespace piste {
+namespace {
+
+constexpr std::size_t kMostKinds = 40;  // autopilots have as many messages
+constexpr std::size_t kMostUnits = 8;   // IMUs that are numbered
+
+// Whether a text is the name of an IMU, or of its gyroscopes. Words such as `gps` also tell the source of a place.
+bool names_body(const std::string& text) {
+  std::string lower = text;
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return lower.find("gyr") != std::string::npos || lower.find("imu") != std::string::npos;
+}
+
+// The texts of a column with the number of their rows; empty if a row has none, or if they are too many.
+std::map<std::string, std::size_t> kinds_of(const SampledColumn& column) {
+  std::map<std::string, std::size_t> kinds;
+  for (const std::string_view text : column.texts) {
+    ++kinds[std::string(text)];
+    if (text.empty() || kinds.size() > kMostKinds) return {};
+  }
+  return kinds;
+}
+
+// Whether the numbers of a column are those of several IMUs, whose columns stand beside it.
+bool numbers_units(const ColumnTable& table, const SampledColumn& column,
+                   const std::map<std::string, std::size_t>& kinds) {
+  constexpr std::size_t kLeastPart = 20;  // of the rows, one in so many
+  const bool named = column.has_any({"i", "id", "imu", "instance", "sensor", "device"});
+  const auto measures = [&](std::string_view key) {
+    return std::any_of(table.columns.begin(), table.columns.end(),
+                       [&](const SampledColumn& c) { return meaning_of(c).key == key; });
+  };
+  return named && column.is_whole() && kinds.size() <= kMostUnits && measures("gyro") && measures("accel") &&
+         std::all_of(kinds.begin(), kinds.end(), [&](const auto& k) { return kLeastPart * k.second > table.rows; });
+}
+
+}  // namespace
+
+std::optional<RowKinds> row_kinds(const ColumnTable& table) {
+  for (std::size_t c = 0; c < table.columns.size(); ++c) {
+    const SampledColumn& column = table.columns[c];
+    const auto kinds = kinds_of(column);
+    if (kinds.size() < 2) continue;
+    const bool text =
+        std::none_of(column.values.begin(), column.values.end(), [](double v) { return std::isfinite(v); });
+    const bool bodies = std::any_of(kinds.begin(), kinds.end(), [](const auto& k) { return names_body(k.first); });
+    if (!(text ? bodies : numbers_units(table, column, kinds))) continue;
+    RowKinds found{c, {}};
+    for (const auto& [kind, count] : kinds) found.kinds.push_back(kind);
+    return found;
+  }
+  return std::nullopt;
+}
+
+}  // namespace piste
