@@ -410,6 +410,22 @@ void leave_velocities_out(FilterOptions& options) {
   std::erase(options.estimate, Block::kVelocityDelay);
 }
 
+// Without velocities the motion tells the white part of a receiver's errors, and hardly what changes over a minute. So
+// where that part is smaller than what is claimed, the claim stands, unless it is beyond all receivers or the errors
+// are as small as those of carrier phases: a sigma that is too wide harms less than one that is too small.
+void keep_claim(const InspectedLog& receiver, Calibration& found) {
+  constexpr double kCarrierPhase = 0.05, kLargest = 10;  // m
+  const bool velocities = receiver.gnss_health->velocities > 0 && !found.velocities_contradict;
+  const double part = found.sigma_scales.position;
+  const Vector3d& claimed = receiver.gnss_health->median_sigma;
+  if (velocities || found.drift || !found.fits() || part > 1) return;
+  if (part * claimed.x() < kCarrierPhase || claimed.x() > kLargest) return;
+  found.white_part = part;
+  found.sigma_scales.position = 1;
+  found.sigma_scales.height *= part;
+  if (claimed.z() < kLargest) found.sigma_scales.height = std::max(1.0, found.sigma_scales.height);
+}
+
 std::optional<Calibration> try_calibration(Inspection& inspection, const InspectedLog& receiver,
                                            std::vector<Suspicion>& found) {
   constexpr double kFar = 3, kSure = 0.3, kCoarse = 0.5;  // m
@@ -466,6 +482,7 @@ std::optional<Calibration> try_calibration(Inspection& inspection, const Inspect
       }
     }
     retune(inspection, recording, conditioning, options, *found_here);
+    keep_claim(receiver, *found_here);
     const Calibration& calibration = *found_here;
     const Vector3d& arm = calibration.lever_arm;
     if (calibration.fits() && arm.norm() > kFar && calibration.lever_arm_sigma.norm() < kSure * arm.norm()) {

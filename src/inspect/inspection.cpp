@@ -71,6 +71,13 @@ std::string receiver_noise(const Calibration& found) {
   const auto wrong = [](double scale) { return std::abs(scale - 1) > kRight; };
   std::string text;
   const SigmaScales& scales = found.sigma_scales;
+  if (wrong(found.white_part)) {
+    text += fmt::format(
+        "    # From fix to fix the motion has {} of these sigmas. Without velocities it does not tell what changes "
+        "over\n"
+        "    # minutes, so that they stand; `sigma_scale: {}` if there is no such error.\n",
+        plain(found.white_part, kDigits), plain(found.white_part, kDigits));
+  }
   if (wrong(scales.position) || found.drift) {
     text += fmt::format("    sigma_scale: {}           # of the sigmas of positions, as likely in motion\n",
                         plain(scales.position, kDifference));

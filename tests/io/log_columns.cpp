@@ -200,6 +200,89 @@ TEST_F(Columns, RowsThatRepeatThePlaceArePassedOver) {
   EXPECT_EQ(gnss(header + rows, keys + "}").fixes.size(), 5U);
 }
 
+TEST_F(Columns, RowsOfOneSensorAmongOthers) {
+  const std::string header = "kind,t,x,y,z\n";
+  const auto keys = [](const std::string& rows) {
+    return "accel_file: imu.txt, columns: {time: {name: t, unit: s}, rows: {name: " + rows +
+           ", is: gyro}, gyro: {names: [x, y, z], unit: deg/s}, accel: {names: [x, y, z], unit: g, rows: {name: " +
+           rows + ", is: acc}}}";
+  };
+  std::string rows;
+  for (int i = 0; i < 5; ++i) rows += fmt::format("gyro,{0},3,0,0\nacc,{0},0,0,1\nmag,{0},20,5,-40\n", i);
+  for (const std::string& column : {"kind", "1"}) {
+    const ImuRecording read = imu(header + rows, keys(column));
+    ASSERT_EQ(read.time.size(), 4U) << "the first interval is not known";
+    EXPECT_NEAR(read.gyro[1].x(), 3 * kDegree, 1e-12);
+    EXPECT_NEAR(read.accel[1].z(), kStandardGravity, 1e-12);
+  }
+  EXPECT_TRUE(contains(refused([&] { imu(header + "mag,1,20,5,-40\nmag,2,20,5,-40\n", keys("kind")); }),
+                       "no row has `gyro` in column `kind`, as `rows` has it"));
+  // By its number: rows of others may have any number of fields.
+  EXPECT_EQ(imu("# a comment\n" + rows + "baro,4,1013\n", keys("1")).time.size(), 4U);
+}
+
+// A table that is merged from several logs: what is empty in all columns is of another sensor, and what is empty in one
+// is a fault.
+TEST_F(Columns, RowsWithoutAnyValueAreOfAnother) {
+  const std::string keys =
+      "columns: {time: {name: t, unit: s}, gyro: {names: [gx, gy, gz], unit: deg/s}, accel: "
+      "{names: [ax, ay, az], unit: g}}";
+  const std::string header = "t,gx,gy,gz,ax,ay,az,lat\n",
+                    rows = "1,0,0,0,0,0,1,\n2,,,,,,,46\n3,0,0,0,0,0,1,\n4,nan,nan,nan,nan,nan,nan,46\n";
+  EXPECT_EQ(imu(header + rows, keys).time, (std::vector<double>{1, 3}));
+  EXPECT_TRUE(contains(refused([&] { imu(header + rows + "5,0,0,,0,0,1,\n", keys); }), "imu.txt:6"));
+}
+
+TEST_F(Columns, ALineOfUnitsStandsBelowTheNames) {
+  const std::string keys = "columns: {time: {name: t}, gyro: {names: [gx, gy, gz]}, accel: {names: [ax, ay, az]}}";
+  const std::string rows = "1,3,0,0,0,0,1\n2,3,0,0,0,0,1\n";
+  const ImuRecording read = imu("t,gx,gy,gz,ax,ay,az\n(s),(deg/s),(deg/s),(deg/s),(g),(g),(g)\n" + rows, keys);
+  EXPECT_NEAR(read.gyro[0].x(), 3 * kDegree, 1e-12);
+  EXPECT_NEAR(read.accel[0].z(), kStandardGravity, 1e-12);
+  EXPECT_TRUE(contains(refused([&] { imu("t,gx,gy,gz,ax,ay,az\ns,m,m,m,g,g,g\n" + rows, keys); }),
+                       "does not measure an angular rate"));
+}
+
+TEST_F(Columns, GravityMayBeAdded) {
+  const ImuRecording read = imu("t,gx,gy,gz,ax,ay,az,hx,hy,hz\n1,0,0,0,.1,0,0,0,0,1\n2,0,0,0,.1,0,0,0,0,1\n",
+                                "columns: {time: {name: t, unit: s}, gyro: {names: [gx, gy, gz], unit: deg/s}, accel: "
+                                "{names: [ax, ay, az], added: [hx, hy, hz], unit: g, axes: +x -y -z}}");
+  EXPECT_NEAR((read.accel[0] - kStandardGravity * Vector3d(0.1, 0, -1)).norm(), 0, 1e-12);
+}
+
+// Of Android: an accuracy of zero is one that is not known.
+TEST_F(Columns, AnAccuracyOfZeroIsNone) {
+  const std::string keys = "columns: {time: {name: t, unit: s}, " + kPlace +
+                           ", horizontal_accuracy: {name: ha, unit: m}, vertical_accuracy: {name: va, unit: m}, speed: "
+                           "{name: s, unit: m/s}, course: {name: c, unit: deg}, speed_accuracy: {name: sa, unit: m/s}}";
+  const GnssRecording read =
+      gnss("t,lat,lon,h,ha,va,s,c,sa\n1,46,7,400,0,3,1,90,0.5\n2,46,7,400,3,3,1,90,0\n3,46,7,400,3,3,1,90,0.5\n", keys);
+  EXPECT_EQ(read.without_fix, 1U);
+  ASSERT_EQ(read.fixes.size(), 2U);
+  EXPECT_FALSE(read.fixes[0].velocity);
+  EXPECT_TRUE(read.fixes[1].velocity);
+}
+
+TEST_F(Columns, DatesInEveryOrder) {
+  const auto day = [&](const std::string& date, const std::string& next) {
+    const std::string row = ",0,0,0,0,0,9.8\n";
+    return imu("t,gx,gy,gz,ax,ay,az\n" + date + row + next + row,
+               "columns: {time: {name: t, unit: calendar, of: gps}, gyro: {names: [gx, gy, gz], unit: rad/s}, accel: "
+               "{names: [ax, ay, az], unit: m/s^2}}")
+               .time[0] /
+           86400;
+  };
+  const double wednesday = 3 + 0.5;  // 20 August 2025
+  EXPECT_NEAR(day("20/08/2025 12:00:00", "20/08/2025 12:00:01"), wednesday, 1e-9);
+  EXPECT_NEAR(day("08/20/2025 12:00:00", "08/20/2025 12:00:01"), wednesday, 1e-9);
+  EXPECT_NEAR(day("20-Aug-2025 12:00:00.000", "20-AUG-2025 12:00:00.010"), wednesday, 1e-9);
+  EXPECT_NEAR(day("20-OCT-2025 12:00:00.000", "20-Oct-2025T12:00:00.010"), 1 + 0.5, 1e-9);
+  EXPECT_NEAR(day("2025-08-20 12:00:00:000", "2025-08-20 12:00:00:010"), wednesday, 1e-9);
+  EXPECT_NEAR(day("2025-08-20T12.00.00.000", "2025-08-20T12.00.00.010"), wednesday, 1e-9);
+  // The first date decides: nothing leaps from 8 December to 13 August.
+  EXPECT_TRUE(contains(refused([&] { day("08/12/2025 23:59:59", "08/13/2025 00:00:00"); }), "imu.txt:3"));
+}
+
 TEST_F(Columns, CalendarTimesMayStateTheirZone) {
   const std::string row = ",0,0,0,0,0,9.8\n";
   const auto log = imu("t,gx,gy,gz,ax,ay,az\n2020-11-04 00:17:31.4 +0100" + row + "2020-11-03T18:47:31.5-04:30" + row,

@@ -1,5 +1,6 @@
 #include "piste/io/log_io.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -80,6 +81,23 @@ TEST_F(LogIo, RowsWithoutAPlaceAreWithoutFix) {
       "%  GPST  latitude(deg) longitude(deg) height(m) Q ns sdn(m) sde(m) sdu(m)\n"
       "0 0 0 0 0 5 8 0 0 0\n0 0 0 0 0 5 8 0 0 0\n2300 10 46 7 500 5 8 1 1 2\n2300 11 46 0 500 5 8 1 1 2\n",
       LogFormat::kRtklibPos);
+}
+
+// Single rows; where they are many, it is not they that are wrong.
+TEST_F(LogIo, RepairLeavesOutWhatCannotBeRead) {
+  std::string text = kGnssHeader;
+  for (int i = 0; i < 20; ++i) text += fmt::format("{},46,7,500,1,1,2\n", i);
+  const auto repaired = [&](const std::string& more) {
+    LogFile file = log(text + more, LogFormat::kCsv);
+    file.repair = true;
+    return read_gnss(file);
+  };
+  const GnssRecording gnss = repaired("20,46,x,500,1,1,2\n21,46,7,500");
+  EXPECT_EQ(gnss.fixes.size(), 20U);
+  EXPECT_EQ(gnss.repaired.unreadable, 2U);
+  EXPECT_THROW(read_gnss(log(text + "20,46,x,500,1,1,2\n", LogFormat::kCsv)), DataError);
+  const std::string why = message_of<DataError>([&] { repaired("20,46,x,5,1,1,2\n21,46,x,5,1,1,2\n22,x,7,5,1,1,2\n"); });
+  EXPECT_TRUE(contains(why, ":22: field 3, `x`, is no number")) << why;
 }
 
 TEST_F(LogIo, CsvAttitude) {
