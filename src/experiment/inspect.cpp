@@ -129,6 +129,10 @@ std::vector<InspectedLog> guessed(const std::string& file, std::vector<Suspicion
   try {
     const MappedFile mapped(file);
     LogGuess guess = guess_log(file, mapped.text());
+    if (!guess.lost.empty()) {
+      found.push_back(
+          {LogFault::kNotUsed, file, guess.lost, "name them so in the header, such as `height_m`, `time_s`"});
+    }
     std::vector<LogGuess> beside = std::move(guess.beside);
     add(std::move(guess));
     for (LogGuess& other : beside) add(std::move(other));

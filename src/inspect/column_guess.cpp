@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <iterator>
 #include <numbers>
+#include <numeric>
 #include <stdexcept>
 
 #include "column_names.h"
@@ -131,8 +132,7 @@ class Guesser {
       receiver->why += ", beside those of an IMU: each new place is a fix";
       body->beside.push_back(std::move(*receiver));
     } else {
-      body->doubts.emplace_back(
-          "the columns of a receiver are left out: one of latitude, longitude and height is missing");
+      body->lost = "the columns of a receiver are not used: none is known for its height or its time";
     }
     return body;
   }
@@ -339,6 +339,16 @@ class Guesser {
     return std::nullopt;
   }
 
+  // All columns, those of a message's own stamp first: what stands beside it in ROS is when it arrived.
+  std::vector<std::size_t> stamps_first() const {
+    std::vector<std::size_t> order(table_.columns.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_partition(order.begin(), order.end(), [&](std::size_t c) {
+      return table_.columns[c].has("header") && table_.columns[c].has_any({"stamp", "timestamp"});
+    });
+    return order;
+  }
+
   bool is_named_time(std::size_t column) const {
     const bool whole_date =
         meanings_[column].key == "date" && table_.columns[column].first().find(':') != std::string_view::npos;
@@ -351,7 +361,7 @@ class Guesser {
     std::optional<std::size_t> falling;
     const auto look = [&](bool named, bool steady) {
       if (absolute || boot_) return;
-      for (std::size_t c = 0; c < meanings_.size(); ++c) {
+      for (const std::size_t c : stamps_first()) {
         if (named && !is_named_time(c)) continue;
         const auto time = time_from(c, pace, steady);
         if (!time && named && steps_of(table_, table_.columns[c].values).falls_back()) falling = c;

@@ -219,7 +219,8 @@ std::optional<ValueTriads> find_triads(const ColumnTable& table, std::size_t tim
     if (is_quaternion(table, c)) std::fill_n(taken.begin() + static_cast<std::ptrdiff_t>(c), 4, true);
   }
   for (std::size_t c = 0; c < count; ++c) {
-    if (changing(table, table.columns[c]) == 0) taken[c] = true;  // such as numbers of sensors, and covariances
+    // Such as numbers of sensors, and covariances of zero.
+    if (changing(table, table.columns[c]) == 0 && table.columns[c].is_whole()) taken[c] = true;
   }
   const auto free = [&](std::size_t c) { return c + 3 <= count && !taken[c] && !taken[c + 1] && !taken[c + 2]; };
   const auto triad = [](std::size_t c) { return ColumnTriad{c, c + 1, c + 2}; };

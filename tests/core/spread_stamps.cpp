@@ -42,8 +42,10 @@ TEST(SpreadStamps, StampsOfTheirOwnStay) {
 
 TEST(SpreadStamps, FixesToo) {
   GnssRecording gnss;
-  for (const double t : {5.0, 5.0, 6.0, 6.0, 7.0, 7.0})
-    gnss.fixes.push_back({.time = t, .position = {}, .sigma_position = Vector3d::Ones()});
+  for (const double t : {5.0, 5.0, 6.0, 6.0, 7.0, 7.0}) {
+    GeodeticFix& fix = gnss.fixes.emplace_back();
+    fix.time = t;
+  }
   spread_stamps(gnss);
   EXPECT_NEAR(gnss.fixes[3].time, 6.5, 1e-12);
 }

@@ -273,7 +273,7 @@ TEST(LoggerDialects, XsensWithoutARateHasTheSamplesOwnTime) {
                                                              s.turns());
                                         }));
   };
-  expect_has(with("// Device information:\n", "{}00"), {"time: {name: SampleTimeFine, unit: '1e-4 s', of: boot}"});
+  expect_has(with("// Device information:\n", "{}00"), {"time: {name: SampleTimeFine, unit: 1e-4 s, of: boot}"});
   expect_has(with("DeviceTag:,Xsens DOT 1\n", "{}0000"), {"time: {name: SampleTimeFine, unit: us, of: boot}"});
   EXPECT_EQ(with("// Update Rate: 100.0Hz\n", "{}00").format, LogFormat::kXsensAscii);
 }

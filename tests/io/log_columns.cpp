@@ -201,24 +201,27 @@ TEST_F(Columns, RowsThatRepeatThePlaceArePassedOver) {
 }
 
 TEST_F(Columns, RowsOfOneSensorAmongOthers) {
-  const std::string header = "kind,t,x,y,z\n";
-  const auto keys = [](const std::string& rows) {
-    return "accel_file: imu.txt, columns: {time: {name: t, unit: s}, rows: {name: " + rows +
-           ", is: gyro}, gyro: {names: [x, y, z], unit: deg/s}, accel: {names: [x, y, z], unit: g, rows: {name: " +
-           rows + ", is: acc}}}";
+  const auto keys = [](const std::string& kind, const std::string& time, const std::string& xyz) {
+    return fmt::format(
+        "accel_file: imu.txt, columns: {{time: {{name: {1}, unit: s}}, rows: {{name: {0}, is: gyro}}, gyro: {{names: "
+        "[{2}], unit: deg/s}}, accel: {{names: [{2}], unit: g, rows: {{name: {0}, is: acc}}}}}}",
+        kind, time, xyz);
   };
+  const std::string header = "kind,t,x,y,z\n", named = keys("kind", "t", "x, y, z"),
+                    numbered = keys("1", "2", "3, 4, 5");
   std::string rows;
   for (int i = 0; i < 5; ++i) rows += fmt::format("gyro,{0},3,0,0\nacc,{0},0,0,1\nmag,{0},20,5,-40\n", i);
-  for (const std::string& column : {"kind", "1"}) {
-    const ImuRecording read = imu(header + rows, keys(column));
+  // By its number: rows of others may have any number of fields.
+  for (const ImuRecording& read :
+       {imu(header + rows, named), imu("# a comment\n" + rows + "baro,4,1013\n", numbered)}) {
     ASSERT_EQ(read.time.size(), 4U) << "the first interval is not known";
     EXPECT_NEAR(read.gyro[1].x(), 3 * kDegree, 1e-12);
     EXPECT_NEAR(read.accel[1].z(), kStandardGravity, 1e-12);
   }
-  EXPECT_TRUE(contains(refused([&] { imu(header + "mag,1,20,5,-40\nmag,2,20,5,-40\n", keys("kind")); }),
+  EXPECT_TRUE(contains(refused([&] { imu(header + "mag,1,20,5,-40\nmag,2,20,5,-40\n", named); }),
                        "no row has `gyro` in column `kind`, as `rows` has it"));
-  // By its number: rows of others may have any number of fields.
-  EXPECT_EQ(imu("# a comment\n" + rows + "baro,4,1013\n", keys("1")).time.size(), 4U);
+  EXPECT_TRUE(contains(refused([&] { imu("mag,1,20,5,-40\nmag,2,20,5,-40\n", numbered); }),
+                       "no rows of numbers with `gyro` in column 1"));
 }
 
 // A table that is merged from several logs: what is empty in all columns is of another sensor, and what is empty in one

@@ -24,6 +24,7 @@ struct LogGuess {
   std::optional<ColumnTime> boot_time = {};  ///< of a receiver's log that has the time since power-up as well
   std::vector<std::string> doubts = {};      ///< what the user should check
   std::vector<LogGuess> beside = {};         ///< other logs in the same file: the receiver beside an IMU
+  std::string lost = {};                     ///< what of the file cannot be used, and why; or empty
 };
 
 /// Guesses the log from the bytes of the file `file`, mostly the first. A CSV is recognised by its column names, rows
