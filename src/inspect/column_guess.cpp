@@ -9,59 +9,18 @@
 #include <filesystem>
 #include <iterator>
 #include <numbers>
-#include <numeric>
-#include <stdexcept>
 
 #include "column_names.h"
 #include "column_table.h"
+#include "column_time.h"
+#include "column_units.h"
 #include "column_values.h"
-#include "io/counter_rollover.h"
 #include "piste/core/error.h"
 #include "row_kinds.h"
 #include "tagged_rows.h"
 
 namespace piste {
 namespace {
-
-// The unit of time that a name has among its words, and what is left where it stands at the end.
-struct TimeStem {
-  std::vector<std::string> words;
-  std::string unit;
-};
-
-struct TimeWord {
-  std::string_view word, unit;
-};
-constexpr std::array kTimeWords =
-    std::to_array<TimeWord>({{"ns", "ns"},           {"nsec", "ns"},         {"nsecs", "ns"},       {"nanos", "ns"},
-                             {"nanosec", "ns"},      {"nanosecs", "ns"},     {"nanoseconds", "ns"}, {"us", "us"},
-                             {"usec", "us"},         {"usecs", "us"},        {"micros", "us"},      {"microsec", "us"},
-                             {"microsecs", "us"},    {"microseconds", "us"}, {"ms", "ms"},          {"msec", "ms"},
-                             {"msecs", "ms"},        {"millis", "ms"},       {"millisec", "ms"},    {"millisecs", "ms"},
-                             {"milliseconds", "ms"}, {"seconds", "s"},       {"secs", "s"},         {"sec", "s"}});
-
-std::string unit_in_name(const SampledColumn& c) {
-  const auto* const found =
-      std::find_if(kTimeWords.begin(), kTimeWords.end(), [&](const TimeWord& w) { return c.has(w.word); });
-  return found == kTimeWords.end() ? std::string() : std::string(found->unit);
-}
-
-TimeStem stem_of(const SampledColumn& c) {
-  if (measures(c.unit, dimension::kTime)) return {c.words, c.unit};
-  const auto* const found = std::find_if(kTimeWords.begin(), kTimeWords.end(), [&](const TimeWord& w) {
-    return !c.words.empty() && c.words.back() == w.word;
-  });
-  if (found == kTimeWords.end()) return {};
-  return {{c.words.begin(), c.words.end() - 1}, std::string(found->unit)};
-}
-
-// Whether a text is such as `20201104T091731.4`.
-bool is_compact_calendar(std::string_view text) {
-  constexpr std::size_t kDate = 8, kTime = 6;
-  constexpr std::string_view kDigits = "0123456789";
-  return text.size() >= kDate + 1 + kTime && text[kDate] == 'T' && text.find_first_not_of(kDigits) == kDate &&
-         text.substr(kDate + 1, kTime).find_first_not_of(kDigits) == std::string_view::npos;
-}
 
 // Days since power-up in one unit look like a time since 1970 in the next, at a thousandth of the pace: the slowest are
 // such that an IMU of 4 kHz and a receiver of 20 Hz are not taken so, and one of half a minute is taken as it is.
@@ -132,17 +91,12 @@ class Guesser {
       receiver->why += ", beside those of an IMU: each new place is a fix";
       body->beside.push_back(std::move(*receiver));
     } else {
-      body->lost = "the columns of a receiver are not used: none is known for its height or its time";
+      body->lost = "the columns of a receiver are not used: it has no place in them, or none is known for its height";
     }
     return body;
   }
 
-  std::optional<std::size_t> one(std::string_view key) const {
-    for (std::size_t c = 0; c < meanings_.size(); ++c) {
-      if (meanings_[c].key == key && meanings_[c].axis == 0) return c;
-    }
-    return std::nullopt;
-  }
+  std::optional<std::size_t> one(std::string_view key) const { return column_of(meanings_, key); }
 
   // The columns of the first group of this key, or of the named one, that has all these axes.
   std::optional<std::vector<std::size_t>> group(std::string_view key, std::string_view axes,
@@ -192,29 +146,8 @@ class Guesser {
 
   // ---- Writing them down ----
 
-  // Whether the header gives the unit of a column, in brackets or by its name.
   bool has_unit(std::size_t column, const Dimension& dimension) const {
-    return has_known_brackets(column, dimension) || !unit_named(column, dimension).empty();
-  }
-
-  bool has_known_brackets(std::size_t column, const Dimension& dimension) const {
-    return table_.header && !table_.by_number && measures(table_.columns[column].cell.unit, dimension);
-  }
-
-  // The unit that the header gives in words: `ft` in brackets, or at the end of a name.
-  std::string unit_named(std::size_t column, const Dimension& dimension) const {
-    const SampledColumn& c = table_.columns[column];
-    for (std::string unit : {c.cell.unit, unit_spelt(words_of(c.cell.unit)), c.unit}) {
-      if (measures(unit, dimension)) return unit;
-    }
-    return {};
-  }
-
-  // The unit to be written: none if the one in the header's brackets is known as it stands.
-  std::string unit_of(std::size_t column, const Dimension& dimension, const std::string& else_unit) const {
-    if (has_known_brackets(column, dimension)) return {};
-    std::string named = unit_named(column, dimension);
-    return named.empty() ? else_unit : named;
+    return piste::has_unit(table_, column, dimension);
   }
 
   ColumnUse& use(std::string_view key, const std::vector<std::size_t>& columns, const Dimension& dimension,
@@ -222,9 +155,9 @@ class Guesser {
     ColumnUse& entry = map_.uses[std::string(key)];
     for (const std::size_t c : columns) entry.names.push_back(table_.name_of(c));
     if (dimension == dimension::kRatio) return entry;
-    entry.unit = unit_of(columns[0], dimension, else_unit);
-    const bool all =
-        std::all_of(columns.begin(), columns.end(), [&](std::size_t c) { return has_known_brackets(c, dimension); });
+    entry.unit = unit_of(table_, columns[0], dimension, else_unit);
+    const bool all = std::all_of(columns.begin(), columns.end(),
+                                 [&](std::size_t c) { return has_known_brackets(table_, c, dimension); });
     if (entry.unit.empty() && !all) entry.unit = table_.columns[columns[0]].cell.unit;
     return entry;
   }
@@ -246,146 +179,12 @@ class Guesser {
     return guess;
   }
 
-  // ---- Time ----
-
-  // `steady`: only one that differs from row to row.
-  std::optional<ColumnTime> time_from(std::size_t column, const Pace& pace, bool steady) const {
-    const SampledColumn& c = table_.columns[column];
-    if (steady && 2 * changing(table_, c) < 1 && !parts_beside(column)) return std::nullopt;
-    ColumnTime time;
-    time.name = table_.name_of(column);
-    const bool gps = c.has_any({"gps", "gpst", "gpstime"});
-    const std::string_view text = c.first();
-    if (text.find(':') != std::string_view::npos || is_compact_calendar(text)) {
-      if (text == c.last()) return std::nullopt;
-      time.unit = "calendar";
-      const bool says_utc = text.ends_with('Z') || text.ends_with("UTC");
-      time.of = gps && !says_utc ? TimeScale::kGps : TimeScale::kUtc;
-      if (text.find_first_of("-/T") != std::string_view::npos || std::count(text.begin(), text.end(), '.') > 1) {
-        return time;
-      }
-      if (const auto date = one("date")) {
-        time.date = table_.name_of(*date);
-      } else {
-        time.unit = "hhmmss";
-        time.of = TimeScale::kBoot;
-      }
-      return time;
-    }
-    constexpr std::size_t kWholeDate = 8;  // characters; of six digits the order is not known
-    const auto parts = parts_beside(column);
-    if (is_time_of_day(table_, c.values)) {
-      time.unit = "hhmmss";
-      if (const auto date = one("date"); date && table_.columns[*date].first().size() >= kWholeDate) {
-        time.unit = "calendar";
-        time.of = gps ? TimeScale::kGps : TimeScale::kUtc;
-        time.date = table_.name_of(*date);
-      }
-      return time;
-    }
-    Steps steps = steps_of(table_, times_in(column, parts));
-    if (!(steady ? steps.is_time() : steps.is_coarse_time())) return std::nullopt;
-    if (!steady) steps.median = steps.mean;
-    if (parts) {
-      time.rest = table_.name_of(*parts);
-      time.rest_unit = stem_of(table_.columns[*parts]).unit;
-    }
-    std::string unit = unit_in_name(c);
-    if (c.has("fine") && c.has("sample")) unit = tick_of(steps);
-    if (unit.empty()) unit = time_unit(steps, pace);
-    time.unit = unit_of(column, dimension::kTime, unit);
-    const double first = steps.first * unit_factor(time.unit.empty() ? c.cell.unit : time.unit, dimension::kTime);
-    // The name may speak of the receiver. A time that would be after 2030 of GPS time is one of Unix after 2020.
-    constexpr double kSince = 9e8, kUntil = 4e9, kWeekLength = 604800, kLatestGps = 1.6e9;
-    if (first > kSince && first < kUntil) {
-      time.of = gps && first < kLatestGps ? TimeScale::kGps : TimeScale::kUtc;
-    } else if ((gps || c.has_any({"tow", "sow", "week"})) && first < kWeekLength) {
-      time.of = TimeScale::kGpsWeek;
-      if (const auto week = one("week"); week && *week != column) time.week = table_.name_of(*week);
-    }
-    return time;
-  }
-
-  // Of Xsens' SampleTimeFine, which counts 0.1 ms, or µs where the sensor is a Dot: by the pace.
-  static std::string tick_of(const Steps& steps) {
-    constexpr double kSlowestTicks = 2000;  // 5 Hz in the one unit, 500 Hz in the other
-    return steps.median < kSlowestTicks ? "1e-4 s" : "us";
-  }
-
-  // The columns of this time, added up: a time may stand in two columns.
-  std::vector<double> times_in(std::size_t column, std::optional<std::size_t> rest) const {
-    std::vector<double> times = table_.columns[column].values;
-    CounterRollover rollover;
-    for (double& time : times) time += rollover.offset(time);
-    if (!rest) return times;
-    const double factor = unit_factor(stem_of(table_.columns[*rest]).unit, dimension::kTime);
-    for (std::size_t i = 0; i < times.size(); ++i) times[i] += factor * table_.columns[*rest].values[i];
-    return times;
-  }
-
-  // The column of parts of a second beside one of whole seconds, such as `stamp.nanosec` beside `stamp.sec`: the names
-  // differ in the unit alone.
-  std::optional<std::size_t> parts_beside(std::size_t column) const {
-    const SampledColumn& whole = table_.columns[column];
-    const TimeStem stem = stem_of(whole);
-    if (!table_.header || stem.unit != "s" || !whole.is_whole()) return std::nullopt;
-    for (std::size_t c = 0; c < table_.columns.size(); ++c) {
-      const TimeStem beside = stem_of(table_.columns[c]);
-      if (beside.words != stem.words || beside.unit.empty() || beside.unit == "s") continue;
-      const double second = 1 / unit_factor(beside.unit, dimension::kTime);
-      const auto& parts = table_.columns[c].values;
-      if (std::all_of(parts.begin(), parts.end(), [&](double v) { return v >= 0 && v < second; })) return c;
-    }
-    return std::nullopt;
-  }
-
-  // All columns, those of a message's own stamp first: what stands beside it in ROS is when it arrived.
-  std::vector<std::size_t> stamps_first() const {
-    std::vector<std::size_t> order(table_.columns.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_partition(order.begin(), order.end(), [&](std::size_t c) {
-      return table_.columns[c].has("header") && table_.columns[c].has_any({"stamp", "timestamp"});
-    });
-    return order;
-  }
-
-  bool is_named_time(std::size_t column) const {
-    const bool whole_date =
-        meanings_[column].key == "date" && table_.columns[column].first().find(':') != std::string_view::npos;
-    return meanings_[column].key == "time" || whole_date || parts_beside(column).has_value();
-  }
-
-  // Times by name, else by their steps: an absolute one if there is one, and beside it one since power-up.
   bool find_time(const Pace& pace) {
-    std::optional<ColumnTime> absolute;
-    std::optional<std::size_t> falling;
-    const auto look = [&](bool named, bool steady) {
-      if (absolute || boot_) return;
-      for (const std::size_t c : stamps_first()) {
-        if (named && !is_named_time(c)) continue;
-        const auto time = time_from(c, pace, steady);
-        if (!time && named && steps_of(table_, table_.columns[c].values).falls_back()) falling = c;
-        if (!time) continue;
-        auto& place = time->of == TimeScale::kBoot ? boot_ : absolute;
-        if (place) continue;
-        place = time;
-        (time->of == TimeScale::kBoot ? boot_column_ : absolute_column_) = c;
-      }
-    };
-    look(true, true);
-    look(true, false);  // of a coarse clock
-    if (!table_.header) look(false, true);
-    if (!absolute && !boot_ && falling) {
-      throw DataError(file_ + ":1",
-                      fmt::format("column `{}` keeps falling back, so that it is no time by itself; if it is what is "
-                                  "left of whole seconds or of longer units in a column beside it, name both: "
-                                  "`time: {{name: …, unit: s, rest: {{name: {}, unit: …}}}}`",
-                                  table_.name_of(*falling), table_.name_of(*falling)));
-    }
-    if (!absolute && !boot_) return false;
-    map_.time = absolute ? *absolute : *boot_;
-    time_column_ = absolute ? absolute_column_ : boot_column_;
-    if (!absolute) boot_.reset();
+    auto found = piste::find_time(file_, table_, meanings_, pace);
+    if (!found) return false;
+    map_.time = std::move(found->time);
+    time_column_ = found->column;
+    boot_ = std::move(found->boot);
     return true;
   }
 
@@ -706,7 +505,7 @@ class Guesser {
   ColumnMap map_;
   std::optional<ColumnTime> boot_;
   std::optional<ColumnTriad> added_;  // gravity, to accelerations without it
-  std::size_t time_column_ = 0, boot_column_ = 0, absolute_column_ = 0;
+  std::size_t time_column_ = 0;
   std::vector<std::string> doubts_;
 };
 
@@ -720,6 +519,7 @@ class SeveralLogs {
     auto guess = guess_of(rows, chosen.is);
     if (!guess || guess->part == LogGuess::Part::kNone) return;
     guess->why += fmt::format(", in the rows with {} in column {}", chosen.is, chosen.name);
+    guess->lost.clear();  // the other columns are of the other rows
     std::vector<LogGuess> more = std::move(guess->beside);
     guess->beside.clear();
     more.insert(more.begin(), std::move(*guess));

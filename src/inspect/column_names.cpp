@@ -110,6 +110,13 @@ std::string motion_key(const SampledColumn& c) {
 
 bool is_ellipsoidal(const SampledColumn& c) { return c.has_any({"hae", "ellipsoid", "ellipsoidal", "ellips"}); }
 
+std::optional<std::size_t> column_of(const std::vector<ColumnMeaning>& meanings, std::string_view key) {
+  const auto found = std::find_if(meanings.begin(), meanings.end(),
+                                  [&](const ColumnMeaning& m) { return m.key == key && m.axis == 0; });
+  if (found == meanings.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - meanings.begin());
+}
+
 ColumnMeaning meaning_of(const SampledColumn& c) {
   if (c.words.empty()) return {};
   const auto one = [](std::string key) { return ColumnMeaning{std::move(key), 0, {}}; };

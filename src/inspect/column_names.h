@@ -1,8 +1,11 @@
 #pragma once
 /// What the names of columns say of their quantities.
 
+#include <cstddef>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "column_table.h"
 
@@ -17,6 +20,9 @@ struct ColumnMeaning {
 };
 
 ColumnMeaning meaning_of(const SampledColumn& column);
+
+/// The first column of this key, without an axis; nothing if there is none.
+std::optional<std::size_t> column_of(const std::vector<ColumnMeaning>& meanings, std::string_view key);
 
 /// Whether a height is named as that above the ellipsoid.
 bool is_ellipsoidal(const SampledColumn& column);

@@ -8,8 +8,8 @@
 namespace piste {
 namespace {
 
-constexpr std::size_t kLooked = 256 << 10;  // bytes at the beginning, in which names are looked for
-constexpr std::size_t kFewest = 4;          // columns of a message with a triad, or a place
+constexpr std::size_t kNamesWithin = 256 << 10;  // bytes at the beginning, in which names are looked for
+constexpr std::size_t kFewest = 4;               // columns of a message with a triad, or a place
 
 // The columns of a message as the log names them, without that of its name.
 struct Named {
@@ -42,7 +42,7 @@ void take(const Fields& fields, std::vector<Named>& found) {
 
 std::vector<Named> named_messages(std::string_view text) {
   std::vector<Named> found;
-  TextReader reader("", TextReader::Separator::kComma, text.substr(0, kLooked));
+  TextReader reader("", TextReader::Separator::kComma, text.substr(0, kNamesWithin));
   while (reader.next()) take(reader.fields(), found);
   return found;
 }
