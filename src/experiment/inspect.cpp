@@ -20,6 +20,7 @@
 #include "piste/core/error.h"
 #include "piste/core/recording.h"
 #include "piste/core/time_search.h"
+#include "piste/math/statistics.h"
 #include "piste/math/units.h"
 
 namespace piste {
@@ -414,20 +415,38 @@ void leave_velocities_out(FilterOptions& options) {
   std::erase(options.estimate, Block::kVelocityDelay);
 }
 
-// Without velocities the motion tells the white part of a receiver's errors, and hardly what changes over a minute. So
-// where that part is smaller than what is claimed, the claim stands, unless it is beyond all receivers or the errors
-// are as small as those of carrier phases: a sigma that is too wide harms less than one that is too small.
+// The sigmas of positions that nine in ten fixes claim, or more.
+Vector3d least_claim(const std::vector<GeodeticFix>& fixes) {
+  constexpr double kTenth = 0.1;
+  Vector3d least;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> sigmas;
+    sigmas.reserve(fixes.size());
+    for (const GeodeticFix& fix : fixes) sigmas.push_back(fix.sigma_position(axis));
+    least(axis) = quantile(std::move(sigmas), kTenth);
+  }
+  return least;
+}
+
+// Without velocities the motion tells the white part of a receiver's errors, and hardly what changes over minutes. So
+// where that part is smaller than what is claimed, the rest of the claim is taken for such an error, unless the claim
+// is beyond all receivers, or the white part as small as of carrier phases: a sigma that is too wide harms less than
+// one that is too small.
 void keep_claim(const InspectedLog& receiver, Calibration& found) {
-  constexpr double kCarrierPhase = 0.05, kLargest = 10;  // m
+  constexpr double kCarrierPhase = 0.05, kLargest = 10, kMinutes = 300;  // m; m; s
+  constexpr double kMuchLess = 0.8, kLeastSlow = 0.1;                    // of the claim
   const bool velocities = receiver.gnss_health->velocities > 0 && !found.velocities_contradict;
-  const double part = found.sigma_scales.position;
-  const Vector3d& claimed = receiver.gnss_health->median_sigma;
-  if (velocities || found.drift || !found.fits() || part > 1) return;
+  const double part = found.sigma_scales.position, height = part * found.sigma_scales.height;
+  const Vector3d claimed = least_claim(receiver.gnss.fixes);
+  if (velocities || found.drift || !found.fits() || part > kMuchLess) return;
   if (part * claimed.x() < kCarrierPhase || claimed.x() > kLargest) return;
-  found.white_part = part;
+  const double all_of_height = std::max(std::min(1.0, kLargest / claimed.z()), std::hypot(height, kLeastSlow));
+  const auto slow = [](double all, double white) { return std::sqrt(all * all - white * white); };
+  const Vector3d parts(slow(1, part), slow(1, part), slow(all_of_height, height));
+  found.drift = GaussMarkov{claimed.cwiseProduct(parts), kMinutes};
+  found.drift_is_claim = true;
   found.sigma_scales.position = 1;
-  found.sigma_scales.height *= part;
-  if (claimed.z() < kLargest) found.sigma_scales.height = std::max(1.0, found.sigma_scales.height);
+  found.sigma_scales.height = all_of_height;
 }
 
 std::optional<Calibration> try_calibration(Inspection& inspection, const InspectedLog& receiver,

@@ -71,14 +71,7 @@ std::string receiver_noise(const Calibration& found) {
   const auto wrong = [](double scale) { return std::abs(scale - 1) > kRight; };
   std::string text;
   const SigmaScales& scales = found.sigma_scales;
-  if (wrong(found.white_part)) {
-    text += fmt::format(
-        "    # From fix to fix the motion has {} of these sigmas. Without velocities it does not tell what changes "
-        "over\n"
-        "    # minutes, so that they stand; `sigma_scale: {}` if there is no such error.\n",
-        plain(found.white_part, kDigits), plain(found.white_part, kDigits));
-  }
-  if (wrong(scales.position) || found.drift) {
+  if (wrong(scales.position) || (found.drift && !found.drift_is_claim)) {
     text += fmt::format("    sigma_scale: {}           # of the sigmas of positions, as likely in motion\n",
                         plain(scales.position, kDifference));
   }
@@ -88,6 +81,12 @@ std::string receiver_noise(const Calibration& found) {
   }
   if (wrong(scales.velocity)) {
     text += fmt::format("    sigma_velocity_scale: {}     # of velocities\n", plain(scales.velocity, kDigits));
+  }
+  if (found.drift_is_claim) {
+    text +=
+        "    # What changes over minutes nothing tells without velocities: it makes up what the motion from fix to "
+        "fix\n"
+        "    # leaves of the sigmas. Take the key out, and make `sigma_scale` smaller, where there is no such error.\n";
   }
   if (const auto& drift = found.drift) {
     text += fmt::format("    drift: {{sigma: {} {} {} m, correlation_time: {} s}}   # the coloured part\n",

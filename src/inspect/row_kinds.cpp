@@ -6,6 +6,7 @@
 #include <map>
 
 #include "column_names.h"
+#include "column_values.h"
 
 namespace piste {
 namespace {
@@ -35,12 +36,14 @@ std::map<std::string, std::size_t> kinds_of(const SampledColumn& column) {
 bool numbers_units(const ColumnTable& table, const SampledColumn& column,
                    const std::map<std::string, std::size_t>& kinds) {
   constexpr std::size_t kLeastPart = 20;  // of the rows, one in so many
+  constexpr double kTurns = 0.2;          // of the rows, that part is of another than the one before
   const bool named = column.has_any({"i", "id", "imu", "instance", "sensor", "device"});
   const auto measures = [&](std::string_view key) {
     return std::any_of(table.columns.begin(), table.columns.end(),
                        [&](const SampledColumn& c) { return meaning_of(c).key == key; });
   };
-  return named && column.is_whole() && kinds.size() <= kMostUnits && measures("gyro") && measures("accel") &&
+  return named && column.is_whole() && changing(table, column) > kTurns && kinds.size() <= kMostUnits &&
+         measures("gyro") && measures("accel") &&
          std::all_of(kinds.begin(), kinds.end(), [&](const auto& k) { return kLeastPart * k.second > table.rows; });
 }
 

@@ -33,13 +33,11 @@ struct Calibration {
   ImuSensor sensor;                                 ///< with the noise to be expected from the motion
   SigmaScales sigma_scales = {};                    ///< of the receiver, likewise
   std::optional<GaussMarkov> drift = std::nullopt;  ///< the coloured error of its positions, if there is one
-  /// Of the claimed sigmas of positions: the white part of their errors, where the claim is kept all the same, as
-  /// without velocities nothing tells the rest. Else 1.
-  double white_part = 1;
-  std::size_t used = 0, rejected = 0;  ///< GNSS innovations of the filter that told it
-  double likelihood = 0;               ///< over the whole log: logarithm of that of a fix
-  double likelihood_of_positions = 0;  ///< likewise, of a position
-  bool in_housing = false;             ///< whether IMU and antenna are taken to be in one housing
+  bool drift_is_claim = false;                      ///< whether that is the rest of what is claimed, and is not told
+  std::size_t used = 0, rejected = 0;               ///< GNSS innovations of the filter that told it
+  double likelihood = 0;                            ///< over the whole log: logarithm of that of a fix
+  double likelihood_of_positions = 0;               ///< likewise, of a position
+  bool in_housing = false;                          ///< whether IMU and antenna are taken to be in one housing
 
   /// Whether the filter fits the logs: it rejected less than a tenth.
   bool fits() const { return rejected < (used + rejected) / 10; }
