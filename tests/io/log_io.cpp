@@ -96,7 +96,8 @@ TEST_F(LogIo, RepairLeavesOutWhatCannotBeRead) {
   EXPECT_EQ(gnss.fixes.size(), 20U);
   EXPECT_EQ(gnss.repaired.unreadable, 2U);
   EXPECT_THROW(read_gnss(log(text + "20,46,x,500,1,1,2\n", LogFormat::kCsv)), DataError);
-  const std::string why = message_of<DataError>([&] { repaired("20,46,x,5,1,1,2\n21,46,x,5,1,1,2\n22,x,7,5,1,1,2\n"); });
+  const std::string why =
+      message_of<DataError>([&] { repaired("20,46,x,5,1,1,2\n21,46,x,5,1,1,2\n22,x,7,5,1,1,2\n"); });
   EXPECT_TRUE(contains(why, ":22: field 3, `x`, is no number")) << why;
 }
 
