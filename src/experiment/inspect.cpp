@@ -624,6 +624,11 @@ Inspection inspect(const std::vector<std::string>& files, const ProgressCallback
   look_for_clock(inspection, found);
   append(found, std::move(refuted));
   rank(found);
+  // The second time of a receiver's log that is none of the IMU's says nothing.
+  const ReceiverClock* const clock = inspection.imu_clock();
+  for (InspectedLog& log : inspection.logs) {
+    if (log.clock && &*log.clock != clock) log.clock.reset();
+  }
   return inspection;
 }
 

@@ -1,6 +1,7 @@
 #include "column_guess.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -44,6 +45,9 @@ class Guesser {
 
   std::optional<LogGuess> guess() {
     if (one("latitude") && one("longitude")) return with_body(receiver_alone());
+    if (!table_.header) {
+      if (auto places = receiver_by_values()) return places;
+    }
     if (auto imu = imu_alone()) return imu;
     if (one("roll") && one("pitch") && (one("heading") || one("course"))) return attitude();
     return std::nullopt;
@@ -61,6 +65,21 @@ class Guesser {
     if (rows.rows == 0 && has_body()) return std::nullopt;
     const bool fewer = 2 * rows.rows < table_.rows;
     return Guesser(file_, name_, rows.rows > 2 ? rows : table_).receiver(has_body() && !fewer ? kImuPace : kGnssPace);
+  }
+
+  // The receiver's log of a table without a header.
+  std::optional<LogGuess> receiver_by_values() const {
+    Guesser other(file_, name_, table_);
+    if (!other.find_time(kGnssPace)) return std::nullopt;
+    const auto place = find_place(table_, other.time_column_);
+    if (!place) return std::nullopt;
+    other.meanings_[place->latitude] = {"latitude", 0, {}};
+    other.meanings_[place->longitude] = {"longitude", 0, {}};
+    other.meanings_[place->height] = {"height", 0, {}};
+    other.doubts_.emplace_back("columns: found by their values alone, as there is no header: check them");
+    auto guess = other.receiver(kGnssPace);
+    if (guess) guess->why = "two columns that change as those of a place do";
+    return guess;
   }
 
   // The IMU's log, of the rows that have its values. Gyroscopes and accelerometers with rows of their own are two
@@ -566,6 +585,24 @@ std::optional<LogGuess> guess_tagged(const std::string& file, std::string_view c
 }
 
 }  // namespace
+
+std::string known_columns(std::string_view content) {
+  constexpr std::size_t kMost = 20;  // columns of either kind
+  const auto table = sample_columns(content);
+  if (!table || !table->header) return {};
+  std::vector<std::string> known, others;
+  for (const SampledColumn& c : table->columns) {
+    const ColumnMeaning meaning = meaning_of(c);
+    const std::string axis = meaning.axis != 0 ? fmt::format(" {}", meaning.axis) : "";
+    if (meaning.key.empty() && others.size() < kMost) others.push_back(fmt::format("`{}`", c.cell.whole));
+    if (!meaning.key.empty() && known.size() < kMost)
+      known.push_back(fmt::format("`{}` ({}{})", c.cell.whole, meaning.key, axis));
+  }
+  const auto list = [](const std::vector<std::string>& names) {
+    return names.empty() ? std::string("none") : fmt::format("{}", fmt::join(names, ", "));
+  };
+  return fmt::format("Of its columns these are known: {}; and not: {}", list(known), list(others));
+}
 
 std::optional<LogGuess> guess_columns(const std::string& file, std::string_view content) {
   if (auto guess = guess_tagged(file, content)) return guess;

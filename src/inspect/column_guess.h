@@ -15,4 +15,8 @@ namespace piste {
 /// from accelerometers whose columns are merely x, y and z. Nothing if the columns are not those of a log.
 std::optional<LogGuess> guess_columns(const std::string& file, std::string_view content);
 
+/// What the names of the columns say, for an error: those that are known and as what, and the others. Empty without a
+/// header.
+std::string known_columns(std::string_view content);
+
 }  // namespace piste

@@ -84,6 +84,10 @@ class TimeFinder {
   }
 
  private:
+  struct Parts {  // of a second
+    std::size_t column = 0;
+    std::string unit;
+  };
   struct Timed {
     ColumnTime time;
     std::size_t column;
@@ -144,11 +148,12 @@ class TimeFinder {
     Steps steps = steps_of(table_, times_in(column, parts));
     if (!(steady ? steps.is_time() : steps.is_coarse_time())) return std::nullopt;
     if (!steady) steps.median = steps.mean;
-    if (parts) {
-      time.rest = table_.name_of(*parts);
-      time.rest_unit = stem_of(table_.columns[*parts]).unit;
-    }
     std::string unit = unit_in_name(c);
+    if (parts) {
+      time.rest = table_.name_of(parts->column);
+      time.rest_unit = parts->unit;
+      unit = "s";
+    }
     if (c.has("fine") && c.has("sample")) unit = tick_of(steps);
     if (unit.empty()) unit = time_unit(steps, pace);
     time.unit = unit_of(table_, column, dimension::kTime, unit);
@@ -171,28 +176,38 @@ class TimeFinder {
   }
 
   // The columns of this time, added up: a time may stand in two columns.
-  std::vector<double> times_in(std::size_t column, std::optional<std::size_t> rest) const {
+  std::vector<double> times_in(std::size_t column, const std::optional<Parts>& rest) const {
     std::vector<double> times = table_.columns[column].values;
     CounterRollover rollover;
     for (double& time : times) time += rollover.offset(time);
     if (!rest) return times;
-    const double factor = unit_factor(stem_of(table_.columns[*rest]).unit, dimension::kTime);
-    for (std::size_t i = 0; i < times.size(); ++i) times[i] += factor * table_.columns[*rest].values[i];
+    const double factor = unit_factor(rest->unit, dimension::kTime);
+    for (std::size_t i = 0; i < times.size(); ++i) times[i] += factor * table_.columns[rest->column].values[i];
     return times;
   }
 
   // The column of parts of a second beside one of whole seconds, such as `stamp.nanosec` beside `stamp.sec`: the names
-  // differ in the unit alone.
-  std::optional<std::size_t> parts_beside(std::size_t column) const {
+  // differ in the unit alone. Without names it is the next one, of nanoseconds that start again with each second.
+  std::optional<Parts> parts_beside(std::size_t column) const {
     const SampledColumn& whole = table_.columns[column];
+    if (!whole.is_whole()) return std::nullopt;
+    const auto within_second = [&](std::size_t c, const std::string& unit) {
+      const double second = 1 / unit_factor(unit, dimension::kTime);
+      const auto& parts = table_.columns[c].values;
+      return std::all_of(parts.begin(), parts.end(), [&](double v) { return v >= 0 && v < second; });
+    };
+    if (!table_.header) {
+      const std::size_t next = column + 1;
+      const bool is_it = next < table_.columns.size() && table_.columns[next].is_whole() && within_second(next, "ns") &&
+                         steps_of(table_, table_.columns[next].values).falls_back();
+      return is_it ? std::optional(Parts{next, "ns"}) : std::nullopt;
+    }
     const TimeStem stem = stem_of(whole);
-    if (!table_.header || stem.unit != "s" || !whole.is_whole()) return std::nullopt;
+    if (stem.unit != "s") return std::nullopt;
     for (std::size_t c = 0; c < table_.columns.size(); ++c) {
       const TimeStem beside = stem_of(table_.columns[c]);
       if (beside.words != stem.words || beside.unit.empty() || beside.unit == "s") continue;
-      const double second = 1 / unit_factor(beside.unit, dimension::kTime);
-      const auto& parts = table_.columns[c].values;
-      if (std::all_of(parts.begin(), parts.end(), [&](double v) { return v >= 0 && v < second; })) return c;
+      if (within_second(c, beside.unit)) return Parts{c, beside.unit};
     }
     return std::nullopt;
   }

@@ -254,4 +254,27 @@ std::optional<ValueTriads> find_triads(const ColumnTable& table, std::size_t tim
   return ValueTriads{triad(*accel), triad(*gyro)};
 }
 
+std::optional<ValuePlace> find_place(const ColumnTable& table, std::size_t time) {
+  constexpr double kSmoothly = 2e-5, kMostLatitude = 90, kMostLongitude = 180;  // of the value; deg
+  const std::size_t count = table.columns.size();
+  const auto is_angle = [&](std::size_t c, double most) {
+    const SampledColumn& column = table.columns[c];
+    if (c == time || column.is_whole() || 2 * changing(table, column) < 1) return false;
+    std::vector<double> steps;
+    for (std::size_t i = 0; i < column.values.size(); ++i) {
+      if (!(std::abs(column.values[i]) <= most)) return false;
+      if (i > 0 && !table.begins(i))
+        steps.push_back(std::abs(column.values[i] - column.values[i - 1]) / std::abs(column.values[i]));
+    }
+    return !steps.empty() && median(std::move(steps)) < kSmoothly;
+  };
+  for (std::size_t c = 0; c + 2 < count; ++c) {
+    if (!is_angle(c, kMostLatitude) || !is_angle(c + 1, kMostLongitude)) continue;
+    for (std::size_t h = c + 2; h < count; ++h) {
+      if (h != time && changing(table, table.columns[h]) > 0) return ValuePlace{c, c + 1, h};
+    }
+  }
+  return std::nullopt;
+}
+
 }  // namespace piste

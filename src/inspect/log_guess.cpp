@@ -118,6 +118,8 @@ std::optional<LogGuess> guess_numbers(const std::string& file, std::string_view 
   } catch (const RowError&) {
     if (rows < 2) return std::nullopt;
   }
+  constexpr double kMostSeconds = 1e8;  // a larger time is since 1970, and not of these formats
+  if (std::abs(first) > kMostSeconds) return std::nullopt;
   constexpr std::size_t kFewBackwards = 4;  // one row in so many; with more, the first number is no time
   if (rows == 0 || kFewBackwards * backwards > rows) return std::nullopt;
   is_place = is_place && smallest_sigma >= 0;
@@ -155,16 +157,16 @@ LogGuess guess_log(const std::string& file, std::string_view content) {
   if (auto csv = guess_csv(line)) return *csv;
   if (auto numbers = guess_numbers(file, head, content)) return *numbers;
   if (auto columns = guess_columns(file, content)) return *columns;
-  const bool text = std::none_of(head.begin(), head.end(), [](char c) { return c == '\0'; });
+  if (std::any_of(head.begin(), head.end(), [](char c) { return c == '\0'; }))
+    throw DataError(file + ":1", "is binary and none of the logs that piste reads: ubx (NAV-PVT) and imr");
+  const std::string known = known_columns(content);
   throw DataError(
       file + ":1",
-      text ? fmt::format(
-                 "is none of the logs that piste reads; it begins with `{}`. A CSV needs a header with names and "
-                 "units, such as time_s,gyro_x_rad_s,…,accel_x_m_s2,… or time_s,latitude_deg,longitude_deg,"
-                 "height_m,sigma_north_m,…; of others, names such as gyro_x, acc_x, latitude and time show what the "
-                 "columns hold",
-                 line.substr(0, 80))
-           : std::string("is binary and none of the logs that piste reads: ubx (NAV-PVT) and imr"));
+      fmt::format("is none of the logs that piste reads; it begins with `{}`. {}A CSV needs a header with names and "
+                  "units, such as time_s,gyro_x_rad_s,…,accel_x_m_s2,… or time_s,latitude_deg,longitude_deg,"
+                  "height_m,sigma_north_m,…; of others, names such as gyro_x, acc_x, latitude and time show what the "
+                  "columns hold",
+                  line.substr(0, line.find('\r')).substr(0, 80), known.empty() ? "" : known + ". "));
 }
 
 std::string_view name_of(LogKind kind) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "piste/core/error.h"
 #include "piste/inspect/log_guess.h"
 #include "support/random.h"
 #include "support/text_file.h"
@@ -239,6 +240,31 @@ TEST(LoggerDialects, ConstantsBetweenTriadsWithoutHeader) {
              {"gyro: {names: [7, 8, 9]", "accel: {names: [3, 4, 5]"});
 }
 
+// Of NCLT in radians, of KAIST in degrees with a covariance, and as `ros2 topic echo --csv` writes them.
+TEST(LoggerDialects, PlacesWithoutHeader) {
+  const auto degrees = [](int i) { return fmt::format("46.09{:04},7.22{:04},{:.2f}", i, 2 * i, 450 + 0.1 * (i % 7)); };
+  expect_has(guess_log("gps.csv", fix_rows("",
+                                           [](int i) {
+                                             return fmt::format("{},3,{},0.8045{:05},0.1261{:05},{:.2f},0.2,0.1",
+                                                                1700000000000000 + 200000L * i, 8 + i % 3, i, 2 * i,
+                                                                450 + 0.1 * (i % 7));
+                                           })),
+             {"time: {name: 1, unit: us, of: utc}", "latitude: {name: 4, unit: rad}", "height: {name: 6, unit: m}"});
+  const LogGuess kaist = guess_log("gps.csv", fix_rows("", [&](int i) {
+                                     return fmt::format("{},{},0.0004,0,0,0,0.0004,0,0,0,0.0016",
+                                                        1700000000000000000 + 200000000L * i, degrees(i));
+                                   }));
+  EXPECT_EQ(kaist.format, LogFormat::kColumns);
+  expect_has(kaist,
+             {"latitude: {name: 2, unit: deg}", "longitude: {name: 3, unit: deg}", "height: {name: 4, unit: m}"});
+  expect_has(guess_log("fix.csv", fix_rows("",
+                                           [&](int i) {
+                                             return fmt::format("{},{},gps,0,1,{},4e-4,0.0", 1700000000 + i / 5,
+                                                                200000000 * (i % 5), degrees(i));
+                                           })),
+             {"time: {name: 1, unit: s, rest: {name: 2, unit: ns}, of: utc}", "latitude: {name: 6, unit: deg}"});
+}
+
 // ---- Units and times ----
 
 TEST(LoggerDialects, RawCountsOfBothTriads) {
@@ -336,6 +362,16 @@ TEST(LoggerDialects, ArraysOfPlaces) {
                                   return fmt::format("{:.3f},{},{}", s.t, s.turns(100), s.forces(100));
                                 })),
              {"dtheta: {names: ['theta[0]'", "dvel: {names: ['vel[0]'"});
+}
+
+TEST(LoggerDialects, ARefusalSaysWhichColumnsAreKnown) {
+  const auto text =
+      fix_rows("time,latitude,breite,altitude\n", [](int i) { return fmt::format("{},{},450.2", i, place(i)); });
+  const std::string why = test::message_of<DataError>([&] { guess_log("log.csv", text); });
+  EXPECT_TRUE(contains(why,
+                       "these are known: `time` (time), `latitude` (latitude), `altitude` (height); and not: "
+                       "`breite`"))
+      << why;
 }
 
 }  // namespace
