@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <numeric>
-#include <utility>
 #include <vector>
 
+#include "core/taken_rows.h"
 #include "piste/core/recording.h"
 
 namespace piste {
@@ -23,33 +23,17 @@ std::vector<std::size_t> rows_in_order(const std::vector<double>& time, Repaired
   return rows;
 }
 
-template <class T>
-void take(std::vector<T>& values, const std::vector<std::size_t>& rows) {
-  if (values.empty()) return;
-  std::vector<T> taken;
-  taken.reserve(rows.size());
-  for (const std::size_t i : rows) taken.push_back(values[i]);
-  values = std::move(taken);
-}
-
 template <class Recorded>
 void repair_fixes(Recorded& recorded) {
   std::vector<double> time;
   time.reserve(recorded.fixes.size());
   for (const auto& fix : recorded.fixes) time.push_back(fix.time);
-  take(recorded.fixes, rows_in_order(time, recorded.repaired));
+  take_rows(recorded.fixes, rows_in_order(time, recorded.repaired));
 }
 
 }  // namespace
 
-void repair_rows(ImuRecording& imu) {
-  const std::vector<std::size_t> rows = rows_in_order(imu.time, imu.repaired);
-  take(imu.time, rows);
-  take(imu.gyro, rows);
-  take(imu.accel, rows);
-  take(imu.magnetic, rows);
-  take(imu.temperature, rows);
-}
+void repair_rows(ImuRecording& imu) { take_rows(imu, rows_in_order(imu.time, imu.repaired)); }
 
 void repair_rows(GnssRecording& gnss) { repair_fixes(gnss); }
 void repair_rows(AttitudeRecording& attitude) { repair_fixes(attitude); }

@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <cstddef>
+#include <numeric>
 #include <vector>
 
+#include "core/taken_rows.h"
 #include "piste/core/recording.h"
 #include "piste/math/statistics.h"
 
@@ -39,11 +41,25 @@ std::vector<double> spread(const std::vector<double>& time) {
   return even;
 }
 
+// Rows of one stamp must stand together.
+void sort_rows(ImuRecording& imu) {
+  if (std::is_sorted(imu.time.begin(), imu.time.end())) return;
+  std::vector<std::size_t> rows(imu.time.size());
+  std::iota(rows.begin(), rows.end(), std::size_t{0});
+  std::stable_sort(rows.begin(), rows.end(), [&](std::size_t a, std::size_t b) { return imu.time[a] < imu.time[b]; });
+  take_rows(imu, rows);
+}
+
 }  // namespace
 
-void spread_stamps(ImuRecording& imu) { imu.time = spread(imu.time); }
+void spread_stamps(ImuRecording& imu) {
+  sort_rows(imu);
+  imu.time = spread(imu.time);
+}
 
 void spread_stamps(GnssRecording& gnss) {
+  std::stable_sort(gnss.fixes.begin(), gnss.fixes.end(),
+                   [](const GeodeticFix& a, const GeodeticFix& b) { return a.time < b.time; });
   std::vector<double> time;
   time.reserve(gnss.fixes.size());
   for (const GeodeticFix& fix : gnss.fixes) time.push_back(fix.time);

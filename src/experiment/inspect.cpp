@@ -84,7 +84,7 @@ void read_spread(InspectedLog& l, Recorded& recorded, Recorded (*read)(const Log
   Recorded again = read(spread.log, &spread.faults);
   std::size_t same = 0;
   for (std::size_t i = 1; i < rows_of(again); ++i) same += repeats(again, i) ? 1 : 0;
-  if (2 * same > rows_of(again)) return;
+  if (2 * same >= shared) return;
   l = std::move(spread);
   recorded = std::move(again);
 }
@@ -96,7 +96,8 @@ void read_repaired(InspectedLog& l, Recorded& recorded, Recorded (*read)(const L
   const std::size_t misplaced =
       l.faults.count(RowFault::Kind::kTimeRepeated) + l.faults.count(RowFault::Kind::kTimeBack);
   const std::size_t unreadable = l.faults.total() - misplaced;
-  const bool few = unreadable > 0 && LeftOutRows::are_few(unreadable, rows_of(recorded) + misplaced);
+  const bool few = unreadable > 0 && LeftOutRows::are_few(unreadable, rows_of(recorded) + misplaced) &&
+                   l.faults.count(RowFault::Kind::kValue) == 0;
   if (misplaced == 0 && !few) return;
   l.log.repair = true;
   read_once_more(l, recorded, read);

@@ -23,9 +23,10 @@
 namespace piste {
 namespace {
 
+constexpr double kRightAngle = 90;  // deg
+
 // Days since power-up in one unit look like a time since 1970 in the next, at a thousandth of the pace: the slowest are
 // such that an IMU of 4 kHz and a receiver of 20 Hz are not taken so, and one of half a minute is taken as it is.
-constexpr double kRightAngle = 90;  // deg
 constexpr Pace kImuPace{.usual = 0.01, .fastest = 5e-5, .slowest = 0.25};
 constexpr Pace kGnssPace{.usual = 0.5, .fastest = 1e-3, .slowest = 40};
 constexpr Pace kAttitudePace{.usual = 0.01, .fastest = 1e-4, .slowest = 5};
@@ -45,7 +46,7 @@ class Guesser {
 
   std::optional<LogGuess> guess() {
     if (one("latitude") && one("longitude")) return with_body(receiver_alone());
-    if (!table_.header) {
+    if (!table_.header && !has_triads_by_values()) {
       if (auto places = receiver_by_values()) return places;
     }
     if (auto imu = imu_alone()) return imu;
@@ -58,13 +59,28 @@ class Guesser {
 
   bool has_body() const { return (triad("gyro") && triad("accel")) || (triad("dtheta") && triad("dvel")); }
 
+  ColumnTable rows_of_places() const {
+    const std::array<std::size_t, 2> place{*one("latitude"), *one("longitude")};
+    return table_.rows_with(place);
+  }
+
   // The receiver's log, of the rows that have a place: those of other sensors may have none.
   std::optional<LogGuess> receiver_alone() const {
-    const std::array<std::size_t, 2> place{*one("latitude"), *one("longitude")};
-    const ColumnTable rows = table_.rows_with(place);
+    const ColumnTable rows = rows_of_places();
     if (rows.rows == 0 && has_body()) return std::nullopt;
     const bool fewer = 2 * rows.rows < table_.rows;
     return Guesser(file_, name_, rows.rows > 2 ? rows : table_).receiver(has_body() && !fewer ? kImuPace : kGnssPace);
+  }
+
+  // Whether a table without a header has the triads of an IMU, none of it in whole numbers as those of satellites.
+  bool has_triads_by_values() const {
+    Guesser other(file_, name_, table_);
+    if (!other.find_time(kImuPace)) return false;
+    const auto triads = find_triads(table_, other.time_column_);
+    const auto broken = [&](const ColumnTriad& t) {
+      return std::none_of(t.begin(), t.end(), [&](std::size_t c) { return table_.columns[c].is_whole(); });
+    };
+    return triads && broken(triads->gyro) && broken(triads->accel);
   }
 
   // The receiver's log of a table without a header.
@@ -106,7 +122,9 @@ class Guesser {
     if (!body) return receiver;
     if (receiver) {
       receiver->columns->only_new = true;
-      receiver->boot_time.reset();
+      // Where rows of the IMU have the last fix beside them, the logger's time is not that of the fix.
+      const bool own_rows = 2 * rows_of_places().rows < table_.rows;
+      if (!own_rows || !receiver->boot_time || *receiver->boot_time != body->columns->time) receiver->boot_time.reset();
       receiver->why += ", beside those of an IMU: each new place is a fix";
       body->beside.push_back(std::move(*receiver));
     } else {
@@ -275,7 +293,7 @@ class Guesser {
     }
     if (accel && gyro) return taken(LogKind::kImu, LogGuess::Part::kWhole, why);
     LogGuess part = taken(LogKind::kImu, accel ? LogGuess::Part::kAccel : LogGuess::Part::kGyro, why);
-    part.aside = accel ? why_no_force(*accel) : named("uncal") ? "uncalibrated, as its name says" : "";
+    part.aside = accel ? (added_ ? "" : why_no_force(*accel)) : named("uncal") ? "uncalibrated, as its name says" : "";
     return part;
   }
 
@@ -533,26 +551,48 @@ class SeveralLogs {
  public:
   explicit SeveralLogs(std::string file) : file_(std::move(file)) {}
 
-  // Guesses the log of one sensor from its rows, which `chosen` tells from the others.
-  void add(const ColumnTable& rows, const ColumnRows& chosen) {
-    auto guess = guess_of(rows, chosen.is);
-    if (!guess || guess->part == LogGuess::Part::kNone) return;
-    guess->why += fmt::format(", in the rows with {} in column {}", chosen.is, chosen.name);
-    guess->lost.clear();  // the other columns are of the other rows
-    std::vector<LogGuess> more = std::move(guess->beside);
-    guess->beside.clear();
-    more.insert(more.begin(), std::move(*guess));
-    for (LogGuess& log : more) log.columns->rows = chosen;
-    if (!all_) {
-      all_ = std::move(more.front());
-      more.erase(more.begin());
+  // Guesses the log of one sensor, or of several that are numbered, from its rows, which `chosen` tells from the
+  // others.
+  void add(const ColumnTable& rows, const std::vector<ColumnRows>& chosen) {
+    if (const auto kinds = row_kinds(rows); kinds && kinds->numbered) {
+      const SampledColumn& column = rows.columns[kinds->column];
+      for (const std::string& kind : kinds->kinds) {
+        std::vector<ColumnRows> both = chosen;
+        both.push_back({rows.name_of(kinds->column), kind});
+        add_one(rows.rows_where([&](std::size_t row) { return column.texts[row] == kind; }), both);
+      }
+      return;
     }
-    all_->beside.insert(all_->beside.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
+    add_one(rows, chosen);
   }
 
-  std::optional<LogGuess> take() { return std::move(all_); }
+  // Whether the logs are of one kind and part: then it is none of sensors that the rows are told apart by.
+  bool are_alike() const {
+    return logs_.size() > 1 && std::all_of(logs_.begin(), logs_.end(), [&](const LogGuess& log) {
+             return log.kind == logs_[0].kind && log.part == logs_[0].part;
+           });
+  }
+
+  std::optional<LogGuess> take() {
+    if (logs_.empty()) return std::nullopt;
+    LogGuess first = std::move(logs_.front());
+    first.beside.assign(std::make_move_iterator(logs_.begin() + 1), std::make_move_iterator(logs_.end()));
+    return first;
+  }
 
  private:
+  void add_one(const ColumnTable& rows, const std::vector<ColumnRows>& chosen) {
+    auto guess = guess_of(rows, chosen[0].is);
+    if (!guess || guess->part == LogGuess::Part::kNone) return;
+    for (const ColumnRows& c : chosen) guess->why += fmt::format(", in the rows with {} in column {}", c.is, c.name);
+    guess->lost.clear();  // the other columns are of the other rows
+    std::vector<LogGuess> beside = std::move(guess->beside);
+    guess->beside.clear();
+    logs_.push_back(std::move(*guess));
+    logs_.insert(logs_.end(), std::make_move_iterator(beside.begin()), std::make_move_iterator(beside.end()));
+    for (std::size_t i = logs_.size() - 1 - beside.size(); i < logs_.size(); ++i) logs_[i].columns->rows = chosen;
+  }
+
   // Nothing of rows that have no time, say: the others may do.
   std::optional<LogGuess> guess_of(const ColumnTable& rows, const std::string& name) const {
     try {
@@ -563,24 +603,27 @@ class SeveralLogs {
   }
 
   std::string file_;
-  std::optional<LogGuess> all_;
+  std::vector<LogGuess> logs_;
 };
 
-std::optional<LogGuess> guess_kinds(const std::string& file, const ColumnTable& table) {
+std::optional<LogGuess> guess_kinds(const std::string& file, ColumnTable table) {
   SeveralLogs logs(file);
   const auto kinds = row_kinds(table);
   if (!kinds) return std::nullopt;
   const SampledColumn& column = table.columns[kinds->column];
+  // A column that must be numbered leaves no names to the others, as its rows alone are looked at.
+  table.by_number = column_number(table.name_of(kinds->column)).has_value();
   for (const std::string& kind : kinds->kinds) {
-    logs.add(table.rows_where([&](std::size_t row) { return column.texts[row] == kind; }),
-             {table.name_of(kinds->column), kind});
+    const ColumnRows chosen{table.name_of(kinds->column), kind};
+    logs.add(table.rows_where([&](std::size_t row) { return column.texts[row] == kind; }), {chosen});
   }
+  if (!kinds->numbered && logs.are_alike()) return std::nullopt;
   return logs.take();
 }
 
 std::optional<LogGuess> guess_tagged(const std::string& file, std::string_view content) {
   SeveralLogs logs(file);
-  for (const TaggedRows& rows : tagged_rows(content)) logs.add(rows.table, {"1", rows.tag});
+  for (const TaggedRows& rows : tagged_rows(content)) logs.add(rows.table, {{"1", rows.tag}});
   return logs.take();
 }
 

@@ -35,6 +35,9 @@ std::string group_of(std::vector<std::string> words) {
   return fmt::format("{}", fmt::join(words, " "));
 }
 
+// Whether a column is a field of an array, such as `theta[0]`.
+bool is_array(const SampledColumn& c) { return c.cell.unit == "0" || c.cell.unit == "1" || c.cell.unit == "2"; }
+
 // Triads along the sensor's axes.
 std::string sensor_key(const SampledColumn& c) {
   const std::string first = c.words.back().size() == 2 ? c.words.back().substr(0, 1) : c.words.front();
@@ -45,8 +48,10 @@ std::string sensor_key(const SampledColumn& c) {
     return {};
   if (c.has("gravity")) return "gravity";
   if (c.has("user")) return "linear";  // acceleration, without gravity
-  if (c.has_any({"dtheta", "theta"}) || (c.has("delta") && c.has("angle"))) return "dtheta";
-  if (c.has("dvel") || c.words.front() == "vel" || (c.has("delta") && c.has_any({"velocity", "vel"}))) return "dvel";
+  if (c.has("dtheta") || (is_array(c) && c.words.front() == "theta") || (c.has("delta") && c.has("angle")))
+    return "dtheta";
+  if (c.has("dvel") || (is_array(c) && c.words.front() == "vel") || (c.has("delta") && c.has_any({"velocity", "vel"})))
+    return "dvel";
   if (c.has_any({"mag", "magn", "magnetic", "magnetometer", "compass"}) || letter("m")) return "magnetic";
   if (c.has_any({"gyro", "gyr", "gyros", "gyroscope", "omega", "angular", "angvel", "rotation", "rate", "gy"}) ||
       letter("g") || letter("w")) {
@@ -81,13 +86,14 @@ std::string accuracy_key(const SampledColumn& c) {
 }
 
 std::string place_key(const SampledColumn& c) {
-  if (c.has_any({"lla", "coord"})) {  // of an array
+  if (is_array(c) && c.has_any({"lla", "coord"})) {
     const std::string& axis = c.words.back();
-    return axis == "x" ? "latitude" : axis == "y" ? "longitude" : axis == "z" ? "height" : "";
+    return axis == "x" ? "latitude" : axis == "y" ? "longitude" : "height";
   }
   if (c.has_any({"lat", "latitude"})) return "latitude";
   if (c.has_any({"lon", "lng", "long", "longitude"})) return "longitude";
   if (c.has_any({"geoid", "undulation", "separation", "sep"})) return "geoid";
+  if (measures(c.unit, dimension::kAngle) || measures(c.cell.unit, dimension::kAngle)) return {};  // of satellites
   const bool sea = c.has("msl");
   if (sea && c.has_any({"height", "alt", "altitude", "hgt", "h"})) return "sea height";
   if (!sea && (is_ellipsoidal(c) || c.has_any({"height", "alt", "altitude", "hgt", "ele", "elevation"}) ||
@@ -98,11 +104,11 @@ std::string place_key(const SampledColumn& c) {
 }
 
 std::string motion_key(const SampledColumn& c) {
-  if (c.has("direction") || (c.has("location") && c.has("orientation"))) return "course";
+  if (c.words == std::vector<std::string>{"direction"} || (c.has("location") && c.has("orientation"))) return "course";
   if (c.words == std::vector<std::string>{"velocity"}) return "speed";  // beside a direction
   if (c.has_any({"course", "heading", "bearing", "cog", "track", "crs"}) || (c.has("head") && c.has("mot")))
     return "course";
-  if (c.has_any({"speed", "sog", "spd"}) && !c.has_any({"vertical", "down", "up"})) return "speed";
+  if (c.has_any({"speed", "sog", "spd"}) && !c.has_any({"vertical", "down", "up", "wind"})) return "speed";
   return {};
 }
 

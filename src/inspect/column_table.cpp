@@ -290,7 +290,7 @@ std::optional<ColumnTable> sample_columns(std::string_view text) {
   std::vector<HeaderCell> cells;
   std::string_view rows = text;
   while (reader.line_number() + 1 < layout->rows && reader.next()) {
-    if (reader.line_number() == layout->header) cells = header_cells(reader.fields());
+    if (reader.line_number() == layout->header) cells = header_cells(reader.fields(), layout->columns);
     if (reader.line_number() == layout->units) add_units(cells, reader.fields());
     rows = reader.rest();
   }

@@ -51,14 +51,14 @@ ColumnTable table_with(std::vector<HeaderCell> cells, bool by_number);
 void sample_rows(std::string_view text, TextReader::Separator separator, ColumnTable& table,
                  const std::function<bool(const std::vector<std::string_view>&)>& is_row);
 
-/// FIT's unit of angles, 180 deg / 2^31.
-inline constexpr std::string_view kSemicircle = "8.3819031715393066e-8 deg";
-
 /// Samples a text, which must outlive the table; nothing if it has no rows of numbers.
 std::optional<ColumnTable> sample_columns(std::string_view text);
 
 /// The words of a name, in lower case: parted where letters, digits and cases change, and at other signs.
 std::vector<std::string> words_of(std::string_view name);
+
+/// FIT's unit of angles, 180 deg / 2^31.
+inline constexpr std::string_view kSemicircle = "8.3819031715393066e-8 deg";
 
 /// The unit that these words spell, such as `m/s` of `m s`; empty if it is none.
 std::string unit_spelt(std::span<const std::string> words);

@@ -263,7 +263,7 @@ std::optional<ValuePlace> find_place(const ColumnTable& table, std::size_t time)
     std::vector<double> steps;
     for (std::size_t i = 0; i < column.values.size(); ++i) {
       if (!(std::abs(column.values[i]) <= most)) return false;
-      if (i > 0 && !table.begins(i))
+      if (i > 0 && !table.begins(i) && column.values[i] != 0)  // as before the first fix
         steps.push_back(std::abs(column.values[i] - column.values[i - 1]) / std::abs(column.values[i]));
     }
     return !steps.empty() && median(std::move(steps)) < kSmoothly;

@@ -79,7 +79,7 @@ struct ValueTriads {
 std::optional<ValueTriads> find_triads(const ColumnTable& table, std::size_t time);
 
 /// The columns of a place without a header: two neighbours that change by a small part of themselves from row to row,
-/// as angles of a place do and nothing that an IMU measures, and the next that changes. Nothing if there are none.
+/// as angles of a place do, and the next that changes. Nothing if there are none.
 struct ValuePlace {
   std::size_t latitude, longitude, height;
 };

@@ -41,7 +41,8 @@ bool holds_nmea(std::string_view head) {
                                                         "GSA", "GSV", "GLL", "GNS", "TXT"};
   for (std::size_t at = head.find('$'); at != std::string_view::npos; at = head.find('$', at + 1)) {
     const std::string_view name = head.substr(at + 1, 6);
-    if (name.size() == 6 && name[5] == ',' &&
+    const bool within = at > 0 && head[at - 1] == ',';  // a field of a log of several sensors
+    if (!within && name.size() == 6 && name[5] == ',' &&
         std::find(kSentences.begin(), kSentences.end(), name.substr(2, 3)) != kSentences.end())
       return true;
   }
@@ -147,8 +148,7 @@ LogGuess guess_log(const std::string& file, std::string_view content) {
   if (head.starts_with("$IMURAW")) return found_by(LogKind::kImu, LogFormat::kImr, "its mark `$IMURAW`");
   if (has(head, "INSPVA")) return found_by(LogKind::kAttitude, LogFormat::kInspva, "logs named INSPVA");
   if (holds_ubx(head)) return found_by(LogKind::kGnss, LogFormat::kUbx, "frames that begin with B5 62");
-  if (holds_nmea(head))
-    return found_by(LogKind::kGnss, LogFormat::kNmea, "sentences that begin with $ and five letters");
+  if (holds_nmea(head)) return found_by(LogKind::kGnss, LogFormat::kNmea, "sentences such as $GPGGA");
   if (has(head, "Counter") && has(head, "Acc_X") && states_rate(head))
     return found_by(LogKind::kImu, LogFormat::kXsensAscii, "columns Counter and Acc_X");
   if (head.starts_with("%") && (has(head, "latitude(") || has(head, "ecef(m)") || has(head, "-baseline(m)")))

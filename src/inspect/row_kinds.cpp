@@ -58,7 +58,7 @@ std::optional<RowKinds> row_kinds(const ColumnTable& table) {
         std::none_of(column.values.begin(), column.values.end(), [](double v) { return std::isfinite(v); });
     const bool bodies = std::any_of(kinds.begin(), kinds.end(), [](const auto& k) { return names_body(k.first); });
     if (!(text ? bodies : numbers_units(table, column, kinds))) continue;
-    RowKinds found{c, {}};
+    RowKinds found{c, {}, !text};
     for (const auto& [kind, count] : kinds) found.kinds.push_back(kind);
     return found;
   }

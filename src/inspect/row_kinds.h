@@ -14,6 +14,7 @@ namespace piste {
 struct RowKinds {
   std::size_t column = 0;
   std::vector<std::string> kinds;
+  bool numbered = false;  ///< whether they are numbers of IMUs
 };
 
 /// Nothing if no column says so.

@@ -130,6 +130,10 @@ std::vector<Suspicion> suspicions(const Sampling& s, const RowFaults& faults, co
          fmt::format("time begins at {:.3f} s, which is no second of the GPS week (0 to 604800)", s.span.start),
          fmt::format("subtract whole weeks, such as {:.0f} s", kWeek * std::floor(s.span.start / kWeek))});
   }
+  // As a replay counts them with `repair`, which leaves out no value that cannot be: it may be one of all.
+  const std::size_t unreadable =
+      faults.total() - faults.count(RowFault::Kind::kTimeRepeated) - faults.count(RowFault::Kind::kTimeBack);
+  const bool few = LeftOutRows::are_few(unreadable, s.rows) && faults.count(RowFault::Kind::kValue) == 0;
   for (std::size_t k = 0; k < RowFault::kKinds; ++k) {
     const auto kind = static_cast<RowFault::Kind>(k);
     if (faults.count(kind) == 0) continue;
@@ -139,9 +143,8 @@ std::vector<Suspicion> suspicions(const Sampling& s, const RowFaults& faults, co
                      fmt::format("{} of {} rows {}; the first at {}: {}", faults.count(kind), s.rows + faults.total(),
                                  name_of(kind), first->place, first->what),
                      fault_of(kind) == LogFault::kBadRows
-                         ? LeftOutRows::are_few(faults.count(kind), s.rows)
-                               ? "`repair: true` leaves these rows out and counts them; below it is read so"
-                               : "mend or leave out these rows; replay refuses so many"
+                         ? few ? "`repair: true` leaves these rows out and counts them; below it is read so"
+                               : "mend or leave out these rows; replay refuses them"
                          : "`repair: true` puts rows in order and drops repeated ones; below they are read so"});
   }
   if (!s.gaps.empty()) {

@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <utility>
+
+#include "column_names.h"
 
 namespace piste {
 namespace {
@@ -51,10 +54,18 @@ ColumnTable table_of(const Named& message) {
   std::vector<HeaderCell> cells{HeaderCell{"", "", ""}};
   std::vector<std::string_view> names(message.names.begin(), message.names.end());
   std::vector<std::string_view> units(message.units.begin(), message.units.end());
-  std::vector<HeaderCell> named = header_cells(names);
+  std::vector<HeaderCell> named = header_cells(names, names.size());
   add_units(named, units);
   cells.insert(cells.end(), named.begin(), named.end());
   return table_with(std::move(cells), true);
+}
+
+// Whether the columns may be those of an IMU or a receiver: autopilots have a hundred other messages.
+bool may_be_log(const ColumnTable& table) {
+  constexpr std::array<std::string_view, 6> kKeys{"gyro", "accel", "dtheta", "dvel", "axis", "latitude"};
+  return std::any_of(table.columns.begin(), table.columns.end(), [&](const SampledColumn& c) {
+    return std::find(kKeys.begin(), kKeys.end(), meaning_of(c).key) != kKeys.end();
+  });
 }
 
 }  // namespace
@@ -63,6 +74,7 @@ std::vector<TaggedRows> tagged_rows(std::string_view text) {
   std::vector<TaggedRows> found;
   for (const Named& message : named_messages(text)) {
     ColumnTable table = table_of(message);
+    if (!may_be_log(table)) continue;
     sample_rows(text, TextReader::Separator::kComma, table,
                 [&](const Fields& fields) { return fields[0] == message.tag; });
     if (table.rows > 2) found.push_back({message.tag, std::move(table)});

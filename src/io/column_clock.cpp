@@ -103,13 +103,13 @@ double zone_of(std::string_view text) {
 
 }  // namespace
 
-ColumnClock::ColumnClock(const ColumnReader& reader, const ColumnTime& time, bool repair)
+ColumnClock::ColumnClock(const ColumnReader& reader, const ColumnTime& time, TimeOrder order)
     : reader_(reader),
       of_(time.of),
       calendar_(time.unit == "calendar"),
       digits_(time.unit == "hhmmss"),
-      increasing_(repair),
-      weeks_(repair) {
+      increasing_(order),
+      weeks_(order) {
   if (calendar_ || digits_) {
     time_.index = reader.place_of(time.name, "time");
   } else {

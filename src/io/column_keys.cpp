@@ -87,10 +87,11 @@ ColumnTime read_time(const Config& map, TimeScale scale) {
   return time;
 }
 
-std::optional<ColumnRows> read_rows(const Config& map) {
-  const auto rows = map.find_map("rows");
-  if (!rows) return std::nullopt;
-  return ColumnRows{rows->text("name"), rows->text("is")};
+std::vector<ColumnRows> read_rows(const Config& map) {
+  std::vector<ColumnRows> all;
+  if (!map.has("rows")) return all;
+  for (const Config& rows : map.maps("rows")) all.push_back({rows.text("name"), rows.text("is")});
+  return all;
 }
 
 // The directions along which columns lie: one of each pair for each column, where a third may be missing.
@@ -203,8 +204,11 @@ std::string text_of(const ColumnTime& time) {
   return text + fmt::format(", of: {}}}", name_of(time.of));
 }
 
-std::string text_of(const ColumnRows& rows) {
-  return fmt::format("{{name: {}, is: {}}}", plain_or_quoted(rows.name), plain_or_quoted(rows.is));
+std::string text_of(const std::vector<ColumnRows>& rows) {
+  std::vector<std::string> all;
+  for (const ColumnRows& r : rows)
+    all.push_back(fmt::format("{{name: {}, is: {}}}", plain_or_quoted(r.name), plain_or_quoted(r.is)));
+  return all.size() == 1 ? all[0] : fmt::format("[{}]", fmt::join(all, ", "));
 }
 
 std::string text_of(const ColumnUse& use) {
@@ -264,7 +268,7 @@ ColumnMap read_column_map(const Config& source, std::span<const ColumnQuantity> 
 
 std::string columns_text(const ColumnMap& map, std::string_view indent) {
   std::string text = "{time: " + text_of(map.time);
-  if (map.rows) text += fmt::format(",\n{}rows: {}", indent, text_of(*map.rows));
+  if (!map.rows.empty()) text += fmt::format(",\n{}rows: {}", indent, text_of(map.rows));
   std::vector<std::string_view> written;  // `sigma` is a key of receivers and of attitudes
   for (const auto quantities : {imu_quantities(), gnss_quantities(), attitude_quantities()}) {
     for (const ColumnQuantity& quantity : quantities) {
@@ -275,8 +279,8 @@ std::string columns_text(const ColumnMap& map, std::string_view indent) {
       if (quantity.key == "accel" && map.accel_time) {
         entry.insert(entry.size() - 1, ", time: " + text_of(*map.accel_time));
       }
-      if (quantity.key == "accel" && map.accel_rows) {
-        entry.insert(entry.size() - 1, ", rows: " + text_of(*map.accel_rows));
+      if (quantity.key == "accel" && !map.accel_rows.empty()) {
+        entry.insert(entry.size() - 1, ", rows: " + text_of(map.accel_rows));
       }
       text += fmt::format(",\n{}{}: {}", indent, quantity.key, entry);
     }

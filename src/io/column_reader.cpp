@@ -13,12 +13,20 @@
 namespace piste::log_formats {
 namespace {
 
+// What rows are chosen, in words.
+std::string chosen_text(const std::vector<ColumnRows>& rows) {
+  std::vector<std::string> all;
+  for (const ColumnRows& r : rows) all.push_back(fmt::format("`{}` in column `{}`", r.is, r.name));
+  return fmt::format("{}", fmt::join(all, " and "));
+}
+
 TextLayout require_layout(const std::string& file, const ColumnMap& map, std::string_view text) {
   if (const auto layout = find_layout(text, map)) return *layout;
-  if (map.rows) {
-    throw DataError(file + ":1", fmt::format("no rows of numbers with `{}` in column {} are found; `rows` names the "
-                                             "column and the text that the rows of one sensor have",
-                                             map.rows->is, map.rows->name));
+  if (!map.rows.empty()) {
+    throw DataError(file + ":1",
+                    fmt::format("no rows of numbers with {} are found; `rows` names the column and the text "
+                                "that the rows of one sensor have",
+                                chosen_text(map.rows)));
   }
   throw DataError(file + ":1",
                   "no rows of numbers are found; with `delimiter`, `skip` (lines above the header) and `header: false` "
@@ -33,7 +41,7 @@ ColumnReader::ColumnReader(const std::string& file, const ColumnMap& map, std::o
   text_.set_separator(separator_of(layout.delimiter));
   header_ = layout.header;
   while (text_.next() && text_.line_number() < layout.rows) {
-    if (text_.line_number() == header_) cells_ = header_cells(text_.fields());
+    if (text_.line_number() == header_) cells_ = header_cells(text_.fields(), layout.columns);
     if (text_.line_number() == layout.units) add_units(cells_, text_.fields());
   }
   at_row_ = true;
@@ -41,16 +49,15 @@ ColumnReader::ColumnReader(const std::string& file, const ColumnMap& map, std::o
   const bool trailing = fields_ > 1 && (header_ != 0 ? cells_.back().whole.empty() : text_.fields().back().empty());
   if (trailing) --fields_;
   cells_.resize(header_ != 0 ? fields_ : 0);
-  if (!map.rows) return;
-  chosen_ = {place_of(map.rows->name, "rows"), map.rows->is};
+  for (const ColumnRows& rows : map.rows) chosen_.push_back({place_of(rows.name, "rows"), rows});
 }
 
 // Whether the present row is of the sensor. One that is cut before it says so is found to be cut.
 bool ColumnReader::is_chosen() const {
-  if (!chosen_) return true;
   const auto& found = text_.fields();
-  if (found.size() <= chosen_->place) return !cells_.empty();
-  return found[chosen_->place] == chosen_->is;
+  return std::all_of(chosen_.begin(), chosen_.end(), [&](const Chosen& c) {
+    return found.size() <= c.place ? !cells_.empty() : found[c.place] == c.rows.is;
+  });
 }
 
 std::size_t ColumnReader::place_of(const std::string& name, std::string_view key) const {
@@ -117,16 +124,16 @@ std::vector<Column> ColumnReader::columns(const ColumnMap& map, const ColumnQuan
 }
 
 void ColumnReader::fail_without_rows() const {
-  throw DataError(
-      fmt::format("{}:{}", text_.file(), std::max<std::size_t>(header_, 1)),
-      fmt::format("no row has `{}` in column {}, as `rows` has it", chosen_->is,
-                  cells_.empty() ? fmt::format("{}", chosen_->place + 1) : "`" + cells_[chosen_->place].whole + "`"));
+  std::vector<ColumnRows> rows;
+  for (const Chosen& c : chosen_) rows.push_back(c.rows);
+  throw DataError(fmt::format("{}:{}", text_.file(), std::max<std::size_t>(header_, 1)),
+                  fmt::format("no row has {}, as `rows` has it", chosen_text(rows)));
 }
 
 bool ColumnReader::next() {
   do {
     if (!at_row_ && !text_.next()) {
-      if (!any_) fail_without_rows();
+      if (!any_ && !chosen_.empty()) fail_without_rows();
       return false;
     }
     at_row_ = false;

@@ -48,7 +48,7 @@ class ColumnReader {
  private:
   struct Chosen {
     std::size_t place = 0;
-    std::string is;
+    ColumnRows rows;
   };
   bool is_chosen() const;
   [[noreturn]] void fail_without_rows() const;
@@ -56,7 +56,7 @@ class ColumnReader {
   TextReader text_;
   std::size_t header_ = 0, fields_ = 0;
   std::vector<HeaderCell> cells_;
-  std::optional<Chosen> chosen_;
+  std::vector<Chosen> chosen_;
   bool at_row_ = false, any_ = false;
 };
 
@@ -64,7 +64,7 @@ class ColumnReader {
 class ColumnClock {
  public:
   /// Throws as ColumnReader::column.
-  ColumnClock(const ColumnReader& reader, const ColumnTime& time, bool repair);
+  ColumnClock(const ColumnReader& reader, const ColumnTime& time, TimeOrder order);
   /// The time of the present row. Throws RowError if it is none, or does not increase.
   double next();
 

@@ -11,8 +11,8 @@ namespace piste::log_formats {
 /// Converts times with a week into seconds of the week of the first time, and checks that they increase.
 class WeekTime {
  public:
-  /// `repair`: as of IncreasingTime.
-  explicit WeekTime(bool repair = false) : increasing_(repair) {}
+  /// `order`: as of IncreasingTime.
+  explicit WeekTime(TimeOrder order = TimeOrder::kIncreasing) : increasing_(order) {}
   /// Throws RowError if the time does not increase.
   double next(const GpsTime& time, const RowSource& row);
 

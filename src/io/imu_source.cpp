@@ -84,6 +84,11 @@ ImuSource read_imu_source(const Config& imu, DataFile data) {
   if (source.log.format == LogFormat::kColumns) {
     source.log.columns = read_column_map(imu, imu_quantities());
     if (imu.has("accel_file")) source.log.accel_file = path_at(imu, "accel_file", data);
+    const bool apart = source.log.columns->accel_time || !source.log.columns->accel_rows.empty();
+    if (apart && source.log.accel_file.empty()) {
+      imu.fail("columns",
+               "`time` and `rows` under `accel` are of the rows of `accel_file`, which may be the same file");
+    }
     if (!source.log.accel_file.empty() && source.log.columns->find("dtheta") != nullptr) {
       imu.fail("accel_file", "increments stand in one file; rates, gyro and accel, may stand in two");
     }

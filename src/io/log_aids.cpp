@@ -54,7 +54,7 @@ FixRecording<Fix> read_rows(CsvReader& csv, const LogFile& log, const AidColumns
   if (!spread) spread = csv.find(spread_name = "sigma");  // in the unit of the value
   csv.finish_header();
   FixRecording<Fix> recording{log.file, {}};
-  IncreasingTime increasing(log.takes_any_order());
+  IncreasingTime increasing(log.order());
   LeftOutRows left_out(log, nullptr);
   const auto row = [&] {
     Fix fix{increasing.next(csv[time], csv.text()), value(csv[number]), fallback};

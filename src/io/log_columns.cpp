@@ -96,7 +96,7 @@ ImuRecording read_part(const LogFile& log, const std::string& file, std::optiona
   const ColumnMap map = map_of(*log.columns, part);
   ColumnReader reader(file, map, content);
   const ImuColumns columns = imu_columns(reader, map, part);
-  ColumnClock clock(reader, map.time, log.takes_any_order());
+  ColumnClock clock(reader, map.time, log.order());
   const bool judged = is_for_use(faults) && !columns.gyro.empty() && std::abs(columns.gyro[0].factor) == 1;
   ImuRecording imu;
   imu.file = file;
@@ -346,7 +346,7 @@ ImuRecording read_imu_columns(const LogFile& log, RowFaults* faults) {
 GnssRecording read_gnss_columns(const LogFile& log, RowFaults* faults) {
   ColumnReader reader(log.file, *log.columns, log.content);
   FixReader fixes(log, reader, !is_for_use(faults));
-  ColumnClock clock(reader, log.columns->time, log.takes_any_order());
+  ColumnClock clock(reader, log.columns->time, log.order());
   GnssRecording gnss;
   gnss.file = log.file;
   const auto row = [&] {
@@ -367,7 +367,7 @@ AttitudeRecording read_attitude_columns(const LogFile& log, RowFaults* faults) {
   ColumnReader reader(log.file, map, log.content);
   const auto angles = find_columns(reader, map, attitude_quantities(), "angles");
   const auto sigma = find_columns(reader, map, attitude_quantities(), "sigma");
-  ColumnClock clock(reader, map.time, log.takes_any_order());
+  ColumnClock clock(reader, map.time, log.order());
   AttitudeRecording attitude;
   attitude.file = log.file;
   const auto row = [&] {

@@ -87,7 +87,7 @@ ImuRecording read_imu_csv(const LogFile& log, RowFaults* faults) {
   csv.finish_header(faults);
 
   const bool declared_radians = gyro->unit.factor == 1;
-  IncreasingTime increasing(log.takes_any_order());
+  IncreasingTime increasing(log.order());
   const auto row = [&] {
     const double t = increasing.next(csv[time], csv.text());
     const Vector3d rotation = gyro->read(csv), force = accel->read(csv);
@@ -121,7 +121,7 @@ GnssRecording read_gnss_csv(const LogFile& log, RowFaults* faults) {
   csv.finish_header(faults);
 
   GnssRecording gnss{log.file, {}};
-  IncreasingTime increasing(log.takes_any_order());
+  IncreasingTime increasing(log.order());
   const auto row = [&] {
     if (!tells_place(csv[latitude], csv[longitude])) {
       ++gnss.without_fix;
@@ -148,7 +148,7 @@ AttitudeRecording read_attitude_csv(const LogFile& log, RowFaults* faults) {
   csv.finish_header(faults);
 
   AttitudeRecording attitude{log.file, {}};
-  IncreasingTime increasing(log.takes_any_order());
+  IncreasingTime increasing(log.order());
   const auto row = [&] {
     EulerFix fix{increasing.next(csv[time], csv.text()), angles.read(csv), sigma ? sigma->read(csv) : unknown_sigma()};
     check_attitude(fix, log, csv.text());

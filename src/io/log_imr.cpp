@@ -132,7 +132,7 @@ ImuRecording read_imu_imr(const LogFile& log, RowFaults* faults) {
   const double gyro_scale =
       header.gyro_scale * kDegree * (header.rotation_increments && !imu.increments ? header.rate : 1);
   const double accel_scale = header.accel_scale * (header.velocity_increments && !imu.increments ? header.rate : 1);
-  IncreasingTime increasing(log.takes_any_order());
+  IncreasingTime increasing(log.order());
   const auto row = [&] {
     const double t = increasing.next(reader.time(), reader);
     const Vector3d gyro = reader.three(8, gyro_scale), accel = reader.three(20, accel_scale);

@@ -94,7 +94,7 @@ bool is_valid(std::string_view status) {
 AttitudeRecording read_attitude_inspva(const LogFile& log, RowFaults* faults) {
   TextReader reader(log.file, TextReader::Separator::kComma, log.content);
   AttitudeRecording attitude{log.file, {}};
-  WeekTime times(log.takes_any_order());
+  WeekTime times(log.order());
   const auto degrees = [&](std::size_t field) -> Vector3d {
     return kDegree * Vector3d(reader.number(field), reader.number(field + 1), reader.number(field + 2));
   };

@@ -16,7 +16,7 @@ ImuRecording read_imu_kf_gins(const LogFile& log, RowFaults* faults) {
   ImuRecording imu;
   imu.file = log.file;
   imu.increments = true;
-  IncreasingTime increasing(log.takes_any_order());
+  IncreasingTime increasing(log.order());
   const auto row = [&] {
     if (reader.fields().size() != 7) {
       reader.fail(
@@ -39,7 +39,7 @@ ImuRecording read_imu_kf_gins(const LogFile& log, RowFaults* faults) {
 GnssRecording read_gnss_kf_gins(const LogFile& log, RowFaults* faults) {
   TextReader reader(log.file, TextReader::Separator::kSpaces, log.content);
   GnssRecording gnss{log.file, {}};
-  IncreasingTime increasing(log.takes_any_order());
+  IncreasingTime increasing(log.order());
   std::size_t columns = 0;
   const auto row = [&] {
     const std::size_t found = reader.fields().size();

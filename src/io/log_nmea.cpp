@@ -308,7 +308,7 @@ GnssRecording read_gnss_nmea(const LogFile& log, RowFaults* faults) {
   const auto first = first_day(log);
   EpochReader epochs(log, first.value_or(sys_days{}));
   GnssRecording gnss{log.file, {}};
-  WeekTime times(log.takes_any_order());
+  WeekTime times(log.order());
   bool has_velocity = false;
   const auto epoch = [&] {
     const Epoch& e = epochs.epoch();

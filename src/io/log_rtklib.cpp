@@ -133,7 +133,7 @@ GnssRecording read_gnss_rtklib(const LogFile& log, RowFaults* faults) {
   TextReader reader(log.file, TextReader::Separator::kSpaces, log.content);
   GnssRecording gnss{log.file, {}};
   std::optional<PosHeader> header;
-  WeekTime times(log.takes_any_order());
+  WeekTime times(log.order());
   const auto row = [&] {
     if (reader.line().starts_with('%')) {
       if (auto found = header_of(reader)) header = std::move(found);

@@ -153,7 +153,7 @@ class NavPvt {
 GnssRecording read_gnss_ubx(const LogFile& log, RowFaults* faults) {
   FrameReader reader(log);
   GnssRecording gnss{log.file, {}};
-  IncreasingTime increasing(log.takes_any_order());
+  IncreasingTime increasing(log.order());
   const auto frame = [&] {
     if (!reader.is(0x01, 0x07)) return;
     const NavPvt pvt(reader);

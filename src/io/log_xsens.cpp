@@ -201,7 +201,7 @@ ImuRecording read_imu_xsens(const LogFile& log, RowFaults* faults) {
 
   ImuRecording imu;
   imu.file = log.file;
-  PacketCounter counter(log.takes_any_order());
+  PacketCounter counter(log.repair);
   const auto row = [&] {
     const auto& fields = reader.fields();
     const bool trailing = fields.size() == columns.count + 1 && fields.back().empty();

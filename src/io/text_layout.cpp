@@ -26,6 +26,11 @@ std::string_view without(std::string_view text, std::string_view marks) {
   return text.substr(first, text.find_last_not_of(marks) - first + 1);
 }
 
+// Whether the first field is but the mark of a comment.
+bool begins_with_mark(const std::vector<std::string_view>& fields) {
+  return fields.size() > 1 && !fields[0].empty() && without(fields[0], kMarks).empty();
+}
+
 // A unit as a line of units has it, without what is about it: `deg/s`, `(deg/s)` or `"deg/s"`.
 std::string_view bare(std::string_view field) {
   const std::string_view unit = without(field, " \t\"");
@@ -51,26 +56,38 @@ bool are_units(const std::vector<std::string_view>& fields) {
   return units > 1 && 2 * units >= said;
 }
 
-std::vector<Line> lines_of(std::string_view text, Delimiter delimiter, const std::optional<ColumnRows>& chosen) {
+// Whether a line is one of these rows, as far as their columns are numbered.
+bool are_chosen(const std::vector<std::string_view>& fields, const std::vector<ColumnRows>& chosen) {
+  return std::all_of(chosen.begin(), chosen.end(), [&](const ColumnRows& c) {
+    const auto number = column_number(c.name).value_or(0);
+    return number == 0 || (fields.size() >= number && fields[number - 1] == c.is);
+  });
+}
+
+std::vector<Line> lines_of(std::string_view text, Delimiter delimiter, const std::vector<ColumnRows>& chosen) {
   std::vector<Line> lines;
-  TextReader reader("", separator_of(delimiter), text.substr(0, kLooked));
-  const std::size_t tag = chosen ? column_number(chosen->name).value_or(0) : 0;  // from 1
-  while (reader.next()) {
+  const bool by_number =
+      std::any_of(chosen.begin(), chosen.end(), [](const ColumnRows& c) { return column_number(c.name).has_value(); });
+  // Of chosen rows those bytes count alone: the others may fill the beginning.
+  TextReader reader("", separator_of(delimiter), by_number ? text : text.substr(0, kLooked));
+  std::size_t looked = 0;
+  while (looked < kLooked && reader.next()) {
     const auto& fields = reader.fields();
-    if (tag > 0 && (fields.size() < tag || fields[tag - 1] != chosen->is)) continue;
+    if (!are_chosen(fields, chosen)) continue;
+    looked += reader.line().size();
     const bool trailing = fields.size() > 1 && fields.back().empty();
-    const bool mark_alone = fields.size() > 1 && !fields[0].empty() && without(fields[0], kMarks).empty();
     const auto numbers = static_cast<std::size_t>(std::count_if(fields.begin(), fields.end(), [&](std::string_view f) {
       return number_in(f, separator_of(delimiter)).has_value();
     }));
     const auto empty = static_cast<std::size_t>(
         std::count_if(fields.begin(), fields.end(), [](std::string_view f) { return f.empty(); }));
     const bool time_alone = numbers == 1 && fields.size() > 2 && numbers + empty == fields.size();
-    lines.push_back({reader.line_number(), fields.size(), fields.size() - (trailing || mark_alone ? 1 : 0),
+    lines.push_back({reader.line_number(), fields.size(),
+                     fields.size() - (trailing || begins_with_mark(fields) ? 1 : 0),
                      time_alone || (numbers >= 2 && 2 * (numbers + empty) >= fields.size()), false});
     if (!lines.back().is_row) lines.back().is_units = are_units(fields);
   }
-  if (text.size() > kLooked && !lines.empty()) lines.pop_back();  // it is cut
+  if (!by_number && text.size() > kLooked && !lines.empty()) lines.pop_back();  // it is cut
   return lines;
 }
 
@@ -102,7 +119,7 @@ std::optional<std::pair<TextLayout, std::size_t>> layout_with(std::string_view t
   }
   if (first >= lines.size()) return std::nullopt;
   const Line& row = lines[first];
-  TextLayout layout{delimiter, 0, 0, row.number};
+  TextLayout layout{delimiter, 0, 0, row.number, row.whole};
   std::size_t header = first;  // the line below it
   // Below the names there may stand a line of units, and below that one more, such as of the sensors.
   const auto is_above = [&](std::size_t i) {
@@ -158,9 +175,9 @@ std::optional<TextLayout> find_layout(std::string_view text, const ColumnMap& gi
   return best;
 }
 
-std::vector<HeaderCell> header_cells(const std::vector<std::string_view>& fields) {
+std::vector<HeaderCell> header_cells(const std::vector<std::string_view>& fields, std::size_t columns) {
   std::vector<HeaderCell> cells;
-  const bool mark_alone = fields.size() > 1 && !fields[0].empty() && without(fields[0], kMarks).empty();
+  const bool mark_alone = begins_with_mark(fields) && fields.size() > columns;
   for (std::size_t i = mark_alone ? 1 : 0; i < fields.size(); ++i) {
     std::string_view whole = without(fields[i], " \t\"");
     if (i == 0) whole = without(whole.substr(std::min(whole.find_first_not_of(kMarks), whole.size())), " \t\"");

@@ -179,14 +179,15 @@ std::pair<std::int64_t, double> TextReader::parts(std::size_t i) const {
 double IncreasingTime::next(double seconds_of_week, const RowSource& row) {
   double rolled = started_ && seconds_of_week + week_ < last_ - kWeek / 2 ? kWeek : 0;
   // A row out of order may stand before the end of the week that its neighbours have passed.
-  if (repair_ && started_ && seconds_of_week + week_ > last_ + kWeek / 2) rolled = -kWeek;
+  if (order_ == TimeOrder::kAny && started_ && seconds_of_week + week_ > last_ + kWeek / 2) rolled = -kWeek;
   const double time = later(seconds_of_week + week_ + rolled, row);
   week_ += rolled;
   return time;
 }
 
 double IncreasingTime::later(double time, const RowSource& row) {
-  if (started_ && !(time > last_) && !repair_) {
+  const bool wrong = order_ == TimeOrder::kIncreasing ? !(time > last_) : order_ == TimeOrder::kShared && time < last_;
+  if (started_ && wrong) {
     row.fail(fmt::format("time {:.6f} s does not increase, the row before is at {:.6f} s; sort the rows and keep each "
                          "time once, or let piste do so: `repair: true`",
                          time, last_),

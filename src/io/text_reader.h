@@ -81,10 +81,10 @@ class TextReader : public RowSource {
 /// tabs, a comma may be the decimal sign. Nothing if it is no number.
 std::optional<double> number_in(std::string_view text, TextReader::Separator separator);
 
-/// Checks that the times of a file increase, unless `repair` is to put its rows in order after they are read.
+/// Checks that the times of a file are in the order that is asked of them.
 class IncreasingTime {
  public:
-  explicit IncreasingTime(bool repair = false) : repair_(repair) {}
+  explicit IncreasingTime(TimeOrder order = TimeOrder::kIncreasing) : order_(order) {}
   /// Takes the next time as seconds of week, and returns it as seconds of the week in which the file begins: after a
   /// week rollover it continues past 604800. Throws RowError if it does not increase.
   double next(double seconds_of_week, const RowSource& row);
@@ -93,7 +93,8 @@ class IncreasingTime {
 
  private:
   double last_ = 0, week_ = 0;
-  bool started_ = false, repair_;
+  bool started_ = false;
+  TimeOrder order_;
 };
 
 }  // namespace piste

@@ -76,9 +76,9 @@ std::span<const ColumnQuantity> attitude_quantities();
 /// The whole mapping.
 struct ColumnMap {
   ColumnTime time;
-  std::optional<ColumnRows> rows = {};                 ///< all if nothing is given
+  std::vector<ColumnRows> rows = {};                   ///< those that fulfil all of these
   std::optional<ColumnTime> accel_time = {};           ///< of the file of accelerometers, if it differs
-  std::optional<ColumnRows> accel_rows = {};           ///< of the file of accelerometers
+  std::vector<ColumnRows> accel_rows = {};             ///< of the file of accelerometers
   std::map<std::string, ColumnUse, std::less<>> uses;  ///< by the keys above
   bool only_new = false;  ///< of a receiver: a row without a place, or with that of the row before, is passed over
   // Found from the text if nothing is given:

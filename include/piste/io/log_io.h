@@ -68,8 +68,10 @@ struct LogFile {
   /// Whether rows share their stamps, as of a clock that counts whole seconds: they are spread up to the next stamp
   /// (spread_stamps).
   bool shared_stamps = false;
-  /// Whether a reader is to take times that do not increase.
-  bool takes_any_order() const { return repair || shared_stamps; }
+  /// The order that a reader is to ask of times.
+  TimeOrder order() const {
+    return repair ? TimeOrder::kAny : shared_stamps ? TimeOrder::kShared : TimeOrder::kIncreasing;
+  }
   /// Of an IMU: whether its rows are laid on the even clock of its samples (even_stamps).
   bool even_stamps = true;
   /// For columns: where the values stand.

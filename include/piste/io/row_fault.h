@@ -12,6 +12,13 @@
 
 namespace piste {
 
+/// The order of the times of a file.
+enum class TimeOrder {
+  kIncreasing,
+  kShared,  ///< some are equal
+  kAny,     ///< rows are put in order once they are read
+};
+
 /// What is wrong with one row.
 struct RowFault {
   enum class Kind {
@@ -84,7 +91,7 @@ inline bool is_for_use(const RowFaults* faults) { return faults == nullptr || fa
 
 /// Goes through the rows of a reader. `next()` goes to the next row and returns whether there is one; `row()` processes
 /// it. If either throws a RowError, the reading ends; with `faults`, the error is listed there instead, and the row is
-/// left out.
+/// left out. Where the rest is for use, a value that cannot be ends the reading all the same.
 template <class Next, class Row>
 void for_each_row(RowFaults* faults, Next&& next, Row&& row) {
   for (;;) {
@@ -92,7 +99,8 @@ void for_each_row(RowFaults* faults, Next&& next, Row&& row) {
       if (!next()) return;
       row();
     } catch (const RowError& refused) {
-      if (faults == nullptr) throw;
+      const bool judged = refused.fault().kind == RowFault::Kind::kValue;  // units, sigmas: of all rows, it may be
+      if (faults == nullptr || (faults->for_use && judged)) throw;
       if (faults->error_at.empty()) faults->error_at = refused.where();
       faults->add(refused.fault());
     }
