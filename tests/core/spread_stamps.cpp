@@ -33,6 +33,14 @@ TEST(SpreadStamps, EndsAndGapsKeepTheUsualPace) {
   EXPECT_NEAR(imu.time[18], 17.25, 1e-12);
 }
 
+TEST(SpreadStamps, RowsOfOneStampStandTogether) {
+  ImuRecording imu = stamped({10, 10, 11, 10, 10, 11, 11, 11, 12, 12, 12, 12});
+  imu.gyro[3].x() = 1;
+  spread_stamps(imu);
+  for (std::size_t i = 0; i < imu.time.size(); ++i) EXPECT_NEAR(imu.time[i], 10 + 0.25 * static_cast<double>(i), 1e-12);
+  EXPECT_EQ(imu.gyro[2].x(), 1) << "with its row";
+}
+
 TEST(SpreadStamps, StampsOfTheirOwnStay) {
   const std::vector<double> time{1, 1.01, 1.02, 1.05};
   ImuRecording imu = stamped(time);

@@ -10,6 +10,7 @@
 
 #include "piste/core/error.h"
 #include "piste/inspect/log_guess.h"
+#include "piste/io/log_io.h"
 #include "support/random.h"
 #include "support/text_file.h"
 
@@ -62,6 +63,30 @@ std::string fix_rows(const std::string& head, const std::function<std::string(in
 
 std::string mapping(const LogGuess& guess) { return guess.columns ? columns_text(*guess.columns, "") : ""; }
 
+// What is guessed of a text, once the reader has read it so: without a fault, and some rows of each log.
+LogGuess tried(const std::string& file, const std::string& text) {
+  const LogGuess first = guess_log(file, text);
+  std::vector<LogGuess> all = first.beside;
+  all.push_back(first);
+  for (const LogGuess& guess : all) {
+    if (guess.part != LogGuess::Part::kWhole || !guess.columns) continue;  // parts need each other
+    LogFile log;
+    log.file = file;
+    log.content = text;
+    log.format = guess.format;
+    log.columns = guess.columns;
+    log.shared_stamps = contains(mapping(guess), "DateTime") || contains(text, "timestamp,gx");
+    log.sigma = Vector3d(3, 3, 6);
+    log.sigma_velocity = Vector3d::Constant(0.5);
+    RowFaults faults;
+    const std::size_t rows =
+        guess.kind == LogKind::kImu ? read_imu(log, &faults).time.size() : read_gnss(log, &faults).fixes.size();
+    EXPECT_GT(rows, 20U) << file << "\n" << mapping(guess);
+    EXPECT_EQ(faults.total(), 0U) << (faults.first.empty() ? "" : faults.first[0].what);
+  }
+  return first;
+}
+
 void expect_has(const LogGuess& guess, const std::vector<std::string>& parts) {
   for (const std::string& part : parts)
     EXPECT_TRUE(contains(mapping(guess), part)) << part << "\nis not in\n" << mapping(guess);
@@ -70,11 +95,11 @@ void expect_has(const LogGuess& guess, const std::vector<std::string>& parts) {
 // ---- Rows of several sensors ----
 
 TEST(LoggerDialects, MergedTablesWithBlanks) {
-  const LogGuess imu = guess_log(
-      "all.csv", imu_rows("t,gyro_x,gyro_y,gyro_z,acc_x,acc_y,acc_z,lat,lon,alt\n", [](int i, const Sample& s) {
-        const std::string row = fmt::format("{:.3f},{},{},,,", s.t, s.turns(), s.forces());
-        return i % 20 == 0 ? fmt::format("{}\n{:.4f},,,,,,,{},400.{}", row, s.t + 0.003, place(i), i % 7) : row;
-      }));
+  const LogGuess imu =
+      tried("all.csv", imu_rows("t,gyro_x,gyro_y,gyro_z,acc_x,acc_y,acc_z,lat,lon,alt\n", [](int i, const Sample& s) {
+              const std::string row = fmt::format("{:.3f},{},{},,,", s.t, s.turns(), s.forces());
+              return i % 20 == 0 ? fmt::format("{}\n{:.4f},,,,,,,{},400.{}", row, s.t + 0.003, place(i), i % 7) : row;
+            }));
   EXPECT_EQ(imu.kind, LogKind::kImu);
   ASSERT_EQ(imu.beside.size(), 1U);
   EXPECT_EQ(imu.beside[0].kind, LogKind::kGnss);
@@ -83,9 +108,9 @@ TEST(LoggerDialects, MergedTablesWithBlanks) {
 
 TEST(LoggerDialects, GyroscopesAndAccelerometersInRowsOfTheirOwn) {
   const LogGuess gyro =
-      guess_log("all.csv", imu_rows("t,gx,gy,gz,ax,ay,az\n", [](int, const Sample& s) {
-                  return fmt::format("{:.4f},{},,,\n{:.4f},,,,{}", s.t, s.turns(), s.t + 0.004, s.forces());
-                }));
+      tried("all.csv", imu_rows("t,gx,gy,gz,ax,ay,az\n", [](int, const Sample& s) {
+              return fmt::format("{:.4f},{},,,\n{:.4f},,,,{}", s.t, s.turns(), s.t + 0.004, s.forces());
+            }));
   EXPECT_EQ(gyro.part, LogGuess::Part::kGyro);
   ASSERT_EQ(gyro.beside.size(), 1U);
   EXPECT_EQ(gyro.beside[0].part, LogGuess::Part::kAccel);
@@ -93,7 +118,7 @@ TEST(LoggerDialects, GyroscopesAndAccelerometersInRowsOfTheirOwn) {
 
 // As the Google smartphone challenge has them.
 TEST(LoggerDialects, AColumnSaysOfWhichSensorARowIs) {
-  const LogGuess gyro = guess_log(
+  const LogGuess gyro = tried(
       "device_imu.csv",
       imu_rows("MessageType,utcTimeMillis,MeasurementX,MeasurementY,MeasurementZ,BiasX\n", [](int i, const Sample& s) {
         return fmt::format("UncalAccel,{},{},0\nUncalGyro,{},{},0\nUncalMag,{},20,3,-40,1", 1700000000001 + 10 * i,
@@ -111,16 +136,16 @@ TEST(LoggerDialects, AColumnSaysOfWhichSensorARowIs) {
 
 TEST(LoggerDialects, SeveralImusByTheirNumbers) {
   const LogGuess first =
-      guess_log("IMU.csv", imu_rows("TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ\n", [](int i, const Sample& s) {
-                  return fmt::format("{0},0,{1},{2}\n{0},1,{1},{2}", 57000000 + 10000 * i, s.turns(), s.forces());
-                }));
+      tried("IMU.csv", imu_rows("TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ\n", [](int i, const Sample& s) {
+              return fmt::format("{0},0,{1},{2}\n{0},1,{1},{2}", 57000000 + 10000 * i, s.turns(), s.forces());
+            }));
   ASSERT_EQ(first.beside.size(), 1U);
   expect_has(first, {"rows: {name: I, is: 0}"});
   expect_has(first.beside[0], {"rows: {name: I, is: 1}"});
 }
 
 TEST(LoggerDialects, GnssLoggerNamesItsColumnsInComments) {
-  const LogGuess first = guess_log(
+  const LogGuess first = tried(
       "gnss_log.txt",
       imu_rows(
           "# \n# Header Description:\n# \n"
@@ -153,7 +178,7 @@ TEST(LoggerDialects, GnssLoggerNamesItsColumnsInComments) {
 }
 
 TEST(LoggerDialects, FlySight) {
-  const LogGuess sensor = guess_log(
+  const LogGuess sensor = tried(
       "SENSOR.CSV", imu_rows("$FLYS,1\n$COL,BARO,time,pressure,temperature\n$UNIT,BARO,s,Pa,deg C\n"
                              "$COL,IMU,time,wx,wy,wz,ax,ay,az,temperature\n$UNIT,IMU,s,deg/s,deg/s,deg/s,g,g,g,deg "
                              "C\n$DATA\n",
@@ -163,13 +188,13 @@ TEST(LoggerDialects, FlySight) {
                              }));
   expect_has(sensor, {"time: {name: 2, unit: s, of: boot}", "rows: {name: 1, is: '$IMU'}",
                       "gyro: {names: [3, 4, 5], unit: 'deg/s'}", "accel: {names: [6, 7, 8], unit: g}"});
-  const LogGuess track = guess_log(
-      "12-00-00.CSV",
-      fix_rows("time,lat,lon,hMSL,velN,velE,velD,hAcc,vAcc,sAcc\n,(deg),(deg),(m),(m/s),(m/s),(m/s),(m),("
-               "m),(m/s)\n",
-               [](int i) {
-                 return fmt::format("2025-08-20T11:59:{:02}.00Z,{},450.2,0.1,0.{},0.1,1,2,0.3", i, place(i), i);
-               }));
+  const LogGuess track =
+      tried("12-00-00.CSV",
+            fix_rows("time,lat,lon,hMSL,velN,velE,velD,hAcc,vAcc,sAcc\n,(deg),(deg),(m),(m/s),(m/s),(m/s),(m),("
+                     "m),(m/s)\n",
+                     [](int i) {
+                       return fmt::format("2025-08-20T11:59:{:02}.00Z,{},450.2,0.1,0.{},0.1,1,2,0.3", i, place(i), i);
+                     }));
   expect_has(track, {"time: {name: time, unit: calendar, of: utc}", "latitude: {name: lat}", "height: {name: hMSL}",
                      "velocity: {names: [velN, velE, velD]}", "speed_accuracy: {name: sAcc}"});
 }
@@ -178,7 +203,7 @@ TEST(LoggerDialects, FlySight) {
 
 // Units below the names, and below these the sensors, as of RaceChrono.
 TEST(LoggerDialects, LinesOfUnits) {
-  const LogGuess imu = guess_log(
+  const LogGuess imu = tried(
       "session.csv",
       imu_rows(
           "Format,3\nSession title,\"Test\"\n\n"
@@ -194,97 +219,94 @@ TEST(LoggerDialects, LinesOfUnits) {
 
 TEST(LoggerDialects, AxesBeforeTheSensorAndBehindIt) {
   const auto row = [](int, const Sample& s) { return fmt::format("{:.3f},{},{}", s.t, s.forces(9.80665), s.turns()); };
-  expect_has(guess_log("3dm.csv", imu_rows("GPS TOW,X Accel [x8004],Y Accel [x8004],Z Accel [x8004],X Gyro [x8005],Y "
-                                           "Gyro [x8005],Z Gyro [x8005]\n",
-                                           row)),
+  expect_has(tried("3dm.csv", imu_rows("GPS TOW,X Accel [x8004],Y Accel [x8004],Z Accel [x8004],X Gyro [x8005],Y "
+                                       "Gyro [x8005],Z Gyro [x8005]\n",
+                                       row)),
              {"gyro: {names: ['X Gyro', 'Y Gyro', 'Z Gyro'], unit: 'rad/s'}",
               "accel: {names: ['X Accel', 'Y Accel', 'Z Accel'], unit: g}"});
-  expect_has(
-      guess_log("shimmer.csv", imu_rows("S_B6_Time_CAL,S_Accel_LN_X_CAL,S_Accel_LN_Y_CAL,S_Accel_LN_Z_CAL,S_Gyro_X_"
-                                        "CAL,S_Gyro_Y_CAL,S_Gyro_Z_CAL\ns,g,g,g,rad/s,rad/s,rad/s\n",
-                                        row)),
-      {"gyro: {names: [S_Gyro_X_CAL, S_Gyro_Y_CAL, S_Gyro_Z_CAL]}"});
+  expect_has(tried("shimmer.csv", imu_rows("S_B6_Time_CAL,S_Accel_LN_X_CAL,S_Accel_LN_Y_CAL,S_Accel_LN_Z_CAL,S_Gyro_X_"
+                                           "CAL,S_Gyro_Y_CAL,S_Gyro_Z_CAL\ns,g,g,g,rad/s,rad/s,rad/s\n",
+                                           row)),
+             {"gyro: {names: [S_Gyro_X_CAL, S_Gyro_Y_CAL, S_Gyro_Z_CAL]}"});
 }
 
 TEST(LoggerDialects, GoProNamesOneAxisOfThree) {
   const LogGuess gyro =
-      guess_log("gyro.csv", imu_rows("cts,date,Gyroscope [rad/s],1,2,temperature [°C]\n", [](int, const Sample& s) {
-                  return fmt::format("{:.3f},2025-08-20T11:59:{:06.3f}Z,{},44.1", 1000 * s.t, 10 + s.t, s.turns());
-                }));
+      tried("gyro.csv", imu_rows("cts,date,Gyroscope [rad/s],1,2,temperature [°C]\n", [](int, const Sample& s) {
+              return fmt::format("{:.3f},2025-08-20T11:59:{:06.3f}Z,{},44.1", 1000 * s.t, 10 + s.t, s.turns());
+            }));
   EXPECT_EQ(gyro.part, LogGuess::Part::kGyro);
   expect_has(gyro, {"time: {name: date, unit: calendar, of: utc}", "gyro: {names: [Gyroscope, 1, 2], unit: 'rad/s'}"});
 }
 
 TEST(LoggerDialects, TheNameOfAFileWithoutHeader) {
   const LogGuess accel =
-      guess_log("accelerometer.csv",
-                imu_rows("", [](int, const Sample& s) { return fmt::format("{:.6f},{}", s.t, s.forces()); }));
+      tried("accelerometer.csv",
+            imu_rows("", [](int, const Sample& s) { return fmt::format("{:.6f},{}", s.t, s.forces()); }));
   EXPECT_EQ(accel.part, LogGuess::Part::kAccel);
   expect_has(accel, {"accel: {names: [2, 3, 4], unit: 'm/s^2'}"});
-  EXPECT_EQ(guess_log("gyro.txt", imu_rows("# Created at noon\n# timestamp x y z\n",
-                                           [](int, const Sample& s) {
-                                             return fmt::format("{:.0f} {}", 1e9 * (1849 + s.t),
-                                                                s.turns(1, "{:.6f} {:.6f} {:.6f}"));
-                                           }))
+  EXPECT_EQ(tried("gyro.txt", imu_rows("# Created at noon\n# timestamp x y z\n",
+                                       [](int, const Sample& s) {
+                                         return fmt::format("{:.0f} {}", 1e9 * (1849 + s.t),
+                                                            s.turns(1, "{:.6f} {:.6f} {:.6f}"));
+                                       }))
                 .part,
             LogGuess::Part::kGyro);
 }
 
 // Columns that never change, such as numbers of sensors, are of no triad.
 TEST(LoggerDialects, ConstantsBetweenTriadsWithoutHeader) {
-  expect_has(guess_log("log.csv", imu_rows("",
-                                           [](int, const Sample& s) {
-                                             return fmt::format("{:.3f},3,{},4,{},5,11,-3,-41", s.t, s.forces(),
-                                                                s.turns());
-                                           })),
+  expect_has(tried("log.csv", imu_rows("",
+                                       [](int, const Sample& s) {
+                                         return fmt::format("{:.3f},3,{},4,{},5,11,-3,-41", s.t, s.forces(), s.turns());
+                                       })),
              {"gyro: {names: [7, 8, 9]", "accel: {names: [3, 4, 5]"});
 }
 
 // Of NCLT in radians, of KAIST in degrees with a covariance, and as `ros2 topic echo --csv` writes them.
 TEST(LoggerDialects, PlacesWithoutHeader) {
   const auto degrees = [](int i) { return fmt::format("46.09{:04},7.22{:04},{:.2f}", i, 2 * i, 450 + 0.1 * (i % 7)); };
-  expect_has(guess_log("gps.csv", fix_rows("",
-                                           [](int i) {
-                                             return fmt::format("{},3,{},0.8045{:05},0.1261{:05},{:.2f},0.2,0.1",
-                                                                1700000000000000 + 200000L * i, 8 + i % 3, i, 2 * i,
-                                                                450 + 0.1 * (i % 7));
-                                           })),
+  expect_has(tried("gps.csv", fix_rows("",
+                                       [](int i) {
+                                         return fmt::format("{},3,{},0.8045{:05},0.1261{:05},{:.2f},0.2,0.1",
+                                                            1700000000000000 + 200000L * i, 8 + i % 3, i, 2 * i,
+                                                            450 + 0.1 * (i % 7));
+                                       })),
              {"time: {name: 1, unit: us, of: utc}", "latitude: {name: 4, unit: rad}", "height: {name: 6, unit: m}"});
-  const LogGuess kaist = guess_log("gps.csv", fix_rows("", [&](int i) {
-                                     return fmt::format("{},{},0.0004,0,0,0,0.0004,0,0,0,0.0016",
-                                                        1700000000000000000 + 200000000L * i, degrees(i));
-                                   }));
+  const LogGuess kaist = tried("gps.csv", fix_rows("", [&](int i) {
+                                 return fmt::format("{},{},0.0004,0,0,0,0.0004,0,0,0,0.0016",
+                                                    1700000000000000000 + 200000000L * i, degrees(i));
+                               }));
   EXPECT_EQ(kaist.format, LogFormat::kColumns);
   expect_has(kaist,
              {"latitude: {name: 2, unit: deg}", "longitude: {name: 3, unit: deg}", "height: {name: 4, unit: m}"});
-  expect_has(guess_log("fix.csv", fix_rows("",
-                                           [&](int i) {
-                                             return fmt::format("{},{},gps,0,1,{},4e-4,0.0", 1700000000 + i / 5,
-                                                                200000000 * (i % 5), degrees(i));
-                                           })),
+  expect_has(tried("fix.csv", fix_rows("",
+                                       [&](int i) {
+                                         return fmt::format("{},{},gps,0,1,{},4e-4,0.0", 1700000000 + i / 5,
+                                                            200000000 * (i % 5), degrees(i));
+                                       })),
              {"time: {name: 1, unit: s, rest: {name: 2, unit: ns}, of: utc}", "latitude: {name: 6, unit: deg}"});
 }
 
 // ---- Units and times ----
 
 TEST(LoggerDialects, RawCountsOfBothTriads) {
-  const LogGuess imu =
-      guess_log("log.csv", imu_rows("millis,AcX,AcY,AcZ,GyX,GyY,GyZ\n", [](int i, const Sample& s) {
-                  return fmt::format("{},{},{}", 10 * i, s.forces(9.80665 / 16384, "{:.0f},{:.0f},{:.0f}"),
-                                     s.turns(M_PI / 180 / 131, "{:.0f},{:.0f},{:.0f}"));
-                }));
+  const LogGuess imu = tried("log.csv", imu_rows("millis,AcX,AcY,AcZ,GyX,GyY,GyZ\n", [](int i, const Sample& s) {
+                               return fmt::format("{},{},{}", 10 * i, s.forces(9.80665 / 16384, "{:.0f},{:.0f},{:.0f}"),
+                                                  s.turns(M_PI / 180 / 131, "{:.0f},{:.0f},{:.0f}"));
+                             }));
   expect_has(imu, {"gyro: {names: [GyX, GyY, GyZ], unit: '0.00763359 deg/s'}"});
   EXPECT_TRUE(contains(imu.doubts.at(0) + imu.doubts.at(1), "gyro: counts"));
 }
 
 TEST(LoggerDialects, ForcesInTwoParts) {
   const LogGuess imu =
-      guess_log("motion.csv", imu_rows("timestamp,gravityX,gravityY,gravityZ,userAccelerationX,userAccelerationY,"
-                                       "userAccelerationZ,rotationRateX,rotationRateY,rotationRateZ\n",
-                                       [](int, const Sample& s) {
-                                         return fmt::format("{:.3f},0.03,0.05,0.998,0.01,0.0{},0.02,{}", s.t,
-                                                            s.t > 5 ? 1 : 2, s.turns());
-                                       }));
+      tried("motion.csv", imu_rows("timestamp,gravityX,gravityY,gravityZ,userAccelerationX,userAccelerationY,"
+                                   "userAccelerationZ,rotationRateX,rotationRateY,rotationRateZ\n",
+                                   [](int, const Sample& s) {
+                                     return fmt::format("{:.3f},0.03,0.05,0.998,0.01,0.0{},0.02,{}", s.t,
+                                                        s.t > 5 ? 1 : 2, s.turns());
+                                   }));
   expect_has(imu,
              {"accel: {names: [userAccelerationX, userAccelerationY, userAccelerationZ], added: [gravityX, gravityY, "
               "gravityZ], unit: g}"});
@@ -292,12 +314,11 @@ TEST(LoggerDialects, ForcesInTwoParts) {
 
 TEST(LoggerDialects, XsensWithoutARateHasTheSamplesOwnTime) {
   const auto with = [](const std::string& head, const char* ticks) {
-    return guess_log("MT.txt", imu_rows(head + "PacketCounter,SampleTimeFine,Acc_X,Acc_Y,Acc_Z,Gyr_X,Gyr_Y,Gyr_Z\n",
-                                        [&](int i, const Sample& s) {
-                                          return fmt::format("{},{},{},{}", i,
-                                                             fmt::format(fmt::runtime(ticks), 3000 + i), s.forces(),
-                                                             s.turns());
-                                        }));
+    return tried("MT.txt", imu_rows(head + "PacketCounter,SampleTimeFine,Acc_X,Acc_Y,Acc_Z,Gyr_X,Gyr_Y,Gyr_Z\n",
+                                    [&](int i, const Sample& s) {
+                                      return fmt::format("{},{},{},{}", i, fmt::format(fmt::runtime(ticks), 3000 + i),
+                                                         s.forces(), s.turns());
+                                    }));
   };
   expect_has(with("// Device information:\n", "{}00"), {"time: {name: SampleTimeFine, unit: 1e-4 s, of: boot}"});
   expect_has(with("DeviceTag:,Xsens DOT 1\n", "{}0000"), {"time: {name: SampleTimeFine, unit: us, of: boot}"});
@@ -307,9 +328,9 @@ TEST(LoggerDialects, XsensWithoutARateHasTheSamplesOwnTime) {
 // The time that tells the rows apart, and of a log without one the coarse clock.
 TEST(LoggerDialects, CoarseClocks) {
   const auto with = [](const std::string& names, const std::function<std::string(double)>& time) {
-    return guess_log("log.csv", imu_rows(names + ",gx,gy,gz,ax,ay,az\n", [&](int, const Sample& s) {
-                       return fmt::format("{},{},{}", time(s.t), s.turns(), s.forces());
-                     }));
+    return tried("log.csv", imu_rows(names + ",gx,gy,gz,ax,ay,az\n", [&](int, const Sample& s) {
+                   return fmt::format("{},{},{}", time(s.t), s.turns(), s.forces());
+                 }));
   };
   expect_has(
       with("DateTime,millis",
@@ -322,46 +343,45 @@ TEST(LoggerDialects, CoarseClocks) {
 }
 
 TEST(LoggerDialects, IntegersOfFitAndOfOthers) {
-  expect_has(
-      guess_log("activity.csv", fix_rows("timestamp,position_lat,position_long,enhanced_altitude,enhanced_speed\n",
+  expect_has(tried("activity.csv", fix_rows("timestamp,position_lat,position_long,enhanced_altitude,enhanced_speed\n",
+                                            [](int i) {
+                                              return fmt::format(
+                                                  "2025-08-20 11:59:{:02}+00:00,5499622{:02},862403{:02},2478.8,{}.2",
+                                                  i, i, i, i % 5);
+                                            })),
+             {"latitude: {name: position_lat, unit: '8.3819031715393066e-8 deg'}",
+              "height: {name: enhanced_altitude, unit: m}"});
+  expect_has(tried("track.csv", fix_rows("time,latitudeE7,longitudeE7,altitude\n",
                                          [](int i) {
-                                           return fmt::format(
-                                               "2025-08-20 11:59:{:02}+00:00,5499622{:02},862403{:02},2478.8,{}.2", i,
-                                               i, i, i % 5);
+                                           return fmt::format("{},4609730{:02},722859{:02},2480.25{}", 1700000000 + i,
+                                                              i, i, i % 3);
                                          })),
-      {"latitude: {name: position_lat, unit: '8.3819031715393066e-8 deg'}",
-       "height: {name: enhanced_altitude, unit: m}"});
-  expect_has(guess_log("track.csv", fix_rows("time,latitudeE7,longitudeE7,altitude\n",
-                                             [](int i) {
-                                               return fmt::format("{},4609730{:02},722859{:02},2480.25{}",
-                                                                  1700000000 + i, i, i, i % 3);
-                                             })),
              {"latitude: {name: latitudeE7, unit: '1e-7 deg'}", "height: {name: altitude, unit: m}"});
 }
 
 TEST(LoggerDialects, VelocityAndDirection) {
   expect_has(
-      guess_log("Location.csv",
-                fix_rows("\"Time (s)\",\"Latitude (°)\",\"Longitude (°)\",\"Height (m)\",\"Velocity "
-                         "(m/s)\",\"Direction (°)\",\"Horizontal Accuracy (m)\"\n",
-                         [](int i) { return fmt::format("{}.5,{},450.2,3.{},12{}.5,2.5", i, place(i), i, i % 10); })),
+      tried("Location.csv",
+            fix_rows("\"Time (s)\",\"Latitude (°)\",\"Longitude (°)\",\"Height (m)\",\"Velocity "
+                     "(m/s)\",\"Direction (°)\",\"Horizontal Accuracy (m)\"\n",
+                     [](int i) { return fmt::format("{}.5,{},450.2,3.{},12{}.5,2.5", i, place(i), i, i % 10); })),
       {"speed: {name: Velocity}", "course: {name: Direction}", "horizontal_accuracy: {name: 'Horizontal Accuracy'}",
        "vertical_accuracy: {name: 'Horizontal Accuracy'}"});
 }
 
 TEST(LoggerDialects, ArraysOfPlaces) {
   expect_has(
-      guess_log("GPS1_POS.csv",
-                fix_rows("\"week\",\"timeOfWeekMs\",\"lla[0]\",\"lla[1]\",\"lla[2]\",\"hMSL\"\n",
-                         [](int i) { return fmt::format("2380,{},{},450.2,400.1", 302400000 + 200 * i, place(i)); })),
+      tried("GPS1_POS.csv",
+            fix_rows("\"week\",\"timeOfWeekMs\",\"lla[0]\",\"lla[1]\",\"lla[2]\",\"hMSL\"\n",
+                     [](int i) { return fmt::format("2380,{},{},450.2,400.1", 302400000 + 200 * i, place(i)); })),
       {"time: {name: timeOfWeekMs, week: week, unit: ms, of: gps_week}", "latitude: {name: 'lla[0]', unit: deg}",
        "height: {name: 'lla[2]', unit: m}"});
-  expect_has(guess_log("PIMU.csv",
-                       imu_rows("\"time\",\"theta[0]\",\"theta[1]\",\"theta[2]\",\"vel[0]\",\"vel[1]\",\"vel[2]\"\n",
-                                [](int, const Sample& s) {
-                                  return fmt::format("{:.3f},{},{}", s.t, s.turns(100), s.forces(100));
-                                })),
-             {"dtheta: {names: ['theta[0]'", "dvel: {names: ['vel[0]'"});
+  expect_has(
+      tried("PIMU.csv", imu_rows("\"time\",\"theta[0]\",\"theta[1]\",\"theta[2]\",\"vel[0]\",\"vel[1]\",\"vel[2]\"\n",
+                                 [](int, const Sample& s) {
+                                   return fmt::format("{:.3f},{},{}", s.t, s.turns(100), s.forces(100));
+                                 })),
+      {"dtheta: {names: ['theta[0]'", "dvel: {names: ['vel[0]'"});
 }
 
 TEST(LoggerDialects, ARefusalSaysWhichColumnsAreKnown) {
@@ -372,6 +392,66 @@ TEST(LoggerDialects, ARefusalSaysWhichColumnsAreKnown) {
                        "these are known: `time` (time), `latitude` (latitude), `altitude` (height); and not: "
                        "`breite`"))
       << why;
+}
+
+// ---- What is not what it seems ----
+
+TEST(LoggerDialects, NamesThatAreLikeOthers) {
+  const auto has = [](const std::string& header, const std::string& more, const std::string& key) {
+    const LogGuess guess = guess_log("log.csv", fix_rows(header, [&](int i) {
+                                       return fmt::format("{},{},450.2,{}", 1700000000 + i, place(i), more);
+                                     }));
+    return guess.columns->find(key) != nullptr;
+  };
+  EXPECT_FALSE(has("time,lat,lon,alt,wind_speed,wind_direction\n", "3.5,120.5", "speed"));
+  EXPECT_FALSE(has("time,lat,lon,alt,theta_x,theta_y,theta_z,vel_x,vel_y,vel_z\n", "1,2,3,4,5,6", "dtheta"));
+  const LogGuess satellites = guess_log("log.csv", fix_rows("time,elevation_deg,lat,lon,alt\n", [](int i) {
+                                          return fmt::format("{},45.5,{},450.2", 1700000000 + i, place(i));
+                                        }));
+  expect_has(satellites, {"height: {name: alt, unit: m}"});
+}
+
+TEST(LoggerDialects, AColumnThatIsCalledAsAComment) {
+  expect_has(tried("log.csv", imu_rows("#,time_ms,gx,gy,gz,ax,ay,az\n",
+                                       [](int i, const Sample& s) {
+                                         return fmt::format("{},{},{},{}", i, 10 * i, s.turns(), s.forces());
+                                       })),
+             {"gyro: {names: [gx, gy, gz]", "accel: {names: [ax, ay, az]"});
+}
+
+// A status of the solution is none of sensors.
+TEST(LoggerDialects, TextsThatTellNoSensorsApart) {
+  const LogGuess guess =
+      tried("gps.csv", fix_rows("time,lat,lon,alt,mode\n", [](int i) {
+              return fmt::format("{},{},450.2,{}", 1700000000 + i, place(i), i % 3 ? "GNSS" : "GNSS+IMU");
+            }));
+  EXPECT_TRUE(guess.beside.empty());
+  EXPECT_TRUE(guess.columns->rows.empty());
+}
+
+// Beyond the first bytes of the file, and numbered: as of ArduPilot's text.
+TEST(LoggerDialects, TaggedRowsThatBeginLate) {
+  std::string text = "FMT, 129, 23, IMU, QBffffff, TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ\n";
+  for (int i = 0; i < 6000; ++i) text += fmt::format("PARM, {}, NAME_{}, {}\n", 1000 + i, i, 0.5 * i);
+  test::Random random(3);
+  text += imu_rows("", [&](int i, const Sample& s) {
+    const Vector3d other = s.gyro + 1e-3 * random.vector();
+    return fmt::format("IMU, {0}, 0, {1}, {2}\nIMU, {0}, 1, {3:.5f},{4:.5f},{5:.5f}, {2}", 57000000 + 10000 * i,
+                       s.turns(), s.forces(), other.x(), other.y(), other.z());
+  });
+  const LogGuess first = tried("00000012.log", text);
+  ASSERT_EQ(first.beside.size(), 1U);
+  expect_has(first, {"rows: [{name: 1, is: IMU}, {name: 3, is: 0}]"});
+  expect_has(first.beside[0], {"rows: [{name: 1, is: IMU}, {name: 3, is: 1}]"});
+}
+
+// Angles of a fusion beside the triads change slowly, too.
+TEST(LoggerDialects, AnImuWithAnglesHasNoPlaces) {
+  const LogGuess guess = guess_log("log.txt", imu_rows("", [](int, const Sample& s) {
+                                     return fmt::format("{:.3f},{},{},{:.5f},{:.5f},{:.5f}", s.t, s.turns(), s.forces(),
+                                                        12.5 + 1e-5 * s.t, -3.25 + 1e-5 * s.t, 80.1 + 1e-4 * s.t);
+                                   }));
+  EXPECT_EQ(guess.kind, LogKind::kImu);
 }
 
 }  // namespace

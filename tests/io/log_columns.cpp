@@ -221,7 +221,7 @@ TEST_F(Columns, RowsOfOneSensorAmongOthers) {
   EXPECT_TRUE(contains(refused([&] { imu(header + "mag,1,20,5,-40\nmag,2,20,5,-40\n", named); }),
                        "no row has `gyro` in column `kind`, as `rows` has it"));
   EXPECT_TRUE(contains(refused([&] { imu("mag,1,20,5,-40\nmag,2,20,5,-40\n", numbered); }),
-                       "no rows of numbers with `gyro` in column 1"));
+                       "no rows of numbers with `gyro` in column `1`"));
 }
 
 // A table that is merged from several logs: what is empty in all columns is of another sensor, and what is empty in one
@@ -547,16 +547,20 @@ TEST_F(Columns, TheirTextReadsBack) {
   ColumnMap map;
   map.time = {"Timestamp [ns]", "ns", TimeScale::kBoot, {}, {}};
   map.accel_time = ColumnTime{"t: 2", "ms", TimeScale::kBoot, {}, {}};
+  map.rows = {{"kind", "a: b"}, {"3", "0"}};
+  map.accel_rows = {{"kind", "c"}};
   map.uses["gyro"] = {{"a b", "c", "3"}, "deg/s", {}, {}};
-  map.uses["accel"] = {{"x", "y", "z"}, "1.2e-4 g", {}, {}};
+  map.uses["accel"] = {{"x", "y", "z"}, "1.2e-4 g", {}, {"gx", "gy", "gz"}};
   folder.write("sensor.yaml", kSensorOfColumns);
   folder.write("imu.txt", "");
-  const Config config = Config::parse(
-      "imu: {file: imu.txt, sensor: sensor.yaml, format: columns,\n  columns: " + columns_text(map, "    ") + "}\n",
-      folder / "run.yaml");
+  const Config config =
+      Config::parse("imu: {file: imu.txt, accel_file: imu.txt, sensor: sensor.yaml, format: columns,\n  columns: " +
+                        columns_text(map, "    ") + "}\n",
+                    folder / "run.yaml");
   const ImuSource source = read_imu_source(config.map("imu"));
   ASSERT_TRUE(source.log.columns);
   EXPECT_EQ(columns_text(*source.log.columns, ""), columns_text(map, ""));
+  EXPECT_EQ(*source.log.columns, map);
   EXPECT_EQ(source.log.columns->find("gyro")->names[0], "a b");
   EXPECT_EQ(source.log.columns->accel_time->name, "t: 2");
 }

@@ -95,6 +95,8 @@ TEST_F(LogIo, RepairLeavesOutWhatCannotBeRead) {
   const GnssRecording gnss = repaired("20,46,x,500,1,1,2\n21,46,7,500");
   EXPECT_EQ(gnss.fixes.size(), 20U);
   EXPECT_EQ(gnss.repaired.unreadable, 2U);
+  // A value that cannot be may be one of all, as of another unit.
+  EXPECT_THROW(repaired("20,146,7,500,1,1,2\n"), DataError);
   EXPECT_THROW(read_gnss(log(text + "20,46,x,500,1,1,2\n", LogFormat::kCsv)), DataError);
   const std::string why =
       message_of<DataError>([&] { repaired("20,46,x,5,1,1,2\n21,46,x,5,1,1,2\n22,x,7,5,1,1,2\n"); });

@@ -327,6 +327,34 @@ TEST_F(Inspected, SentencesWithoutSigmasAreGivenSome) {
   EXPECT_NE(config->find("sigma: 3 3 6 m"), std::string::npos);
 }
 
+// A logger of whole seconds, a receiver's log in which every row stands twice, without velocities, and a letter.
+TEST_F(Inspected, WhatIsUnusualIsReadAsItIsMeant) {
+  Sheet imu(read_text(kSource / "data/ski_run/mt9a_1.csv"));
+  for (auto& row : imu.rows) row[kTime] = std::floor(row[kTime]);
+  Sheet gnss(read_text(kSource / "data/ski_run/gnss_l1.csv"));
+  gnss.header = "time_s,latitude_deg,longitude_deg,height_m,sigma_north_m,sigma_east_m,sigma_down_m";
+  std::vector<std::vector<double>> twice;
+  for (auto& row : gnss.rows) {
+    row.resize(7);
+    twice.insert(twice.end(), 2, row);
+  }
+  gnss.rows = std::move(twice);
+  const Inspection found = inspect({folder.write("imu.csv", imu.text()), folder.write("gnss.csv", gnss.text()),
+                                    folder.write("letter.txt", "Dear Sir,\nit snows.\n")});
+  for (const Suspicion& s : found.suspicions) EXPECT_NE(s.fault, LogFault::kUnreadable) << list_of(found);
+  ASSERT_TRUE(found.logs[0].imu_health && found.logs[1].gnss_health);
+  EXPECT_NEAR(found.logs[0].imu_health->sampling.interval, 0.01, 1e-4);
+  EXPECT_EQ(found.logs[1].gnss.repaired.dropped, gnss.rows.size() / 2);
+  const auto config = ready_config(found, folder.path().string(), "sensor.yaml");
+  ASSERT_TRUE(config);
+  const auto receiver = config->find("gnss:");
+  EXPECT_LT(config->find("stamps: shared"), receiver) << *config;
+  EXPECT_EQ(config->find("stamps: shared", receiver), std::string::npos) << *config;
+  EXPECT_NE(config->find("repair: true", receiver), std::string::npos) << *config;
+  // Its errors of 0.4 to 0.7 m change over a minute, of which positions alone tell nothing: the claim stands.
+  EXPECT_NE(config->find("drift: {sigma", receiver), std::string::npos) << *config;
+}
+
 TEST_F(Inspected, ARealDriveIsClean) {
   PISTE_REQUIRE_DATASETS();
   if (!thorough()) GTEST_SKIP() << "with PISTE_THOROUGH=1";
