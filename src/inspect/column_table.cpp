@@ -217,6 +217,7 @@ ColumnTable ColumnTable::rows_where(const std::function<bool(std::size_t)>& hold
   ColumnTable part;
   part.header = header;
   part.by_number = by_number;
+  part.columns.reserve(columns.size());
   for (const SampledColumn& c : columns) part.columns.push_back({c.cell, c.words, c.unit, {}, {}});
   for (std::size_t row = 0; row < rows; ++row) {
     if (begins(row) && (part.stretches.empty() || part.stretches.back() != part.rows))
@@ -242,6 +243,7 @@ ColumnTable table_with(std::vector<HeaderCell> cells, bool by_number) {
   ColumnTable table;
   table.header = true;
   table.by_number = by_number;
+  table.columns.reserve(cells.size());
   for (HeaderCell& cell : cells) table.columns.push_back({std::move(cell), {}, {}, {}, {}});
   for (SampledColumn& column : table.columns) {
     column.words = words_of(column.cell.name);

@@ -42,7 +42,8 @@ std::optional<double> month_of(std::string_view text) {
   const auto place = kMonths.find(name);
   if (name.size() < kLetters || place == std::string_view::npos || name.find(' ') != std::string::npos)
     return std::nullopt;
-  return static_cast<double>(place / (kLetters + 1) + 1);
+  const std::size_t month = place / (kLetters + 1) + 1;
+  return static_cast<double>(month);
 }
 
 // `2020-11-04`, `2020/11/04`, `20201104`, `4.11.2020`, `04/11/2020` or `04-Nov-2020`. With the year at the end the day

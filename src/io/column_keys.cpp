@@ -206,6 +206,7 @@ std::string text_of(const ColumnTime& time) {
 
 std::string text_of(const std::vector<ColumnRows>& rows) {
   std::vector<std::string> all;
+  all.reserve(rows.size());
   for (const ColumnRows& r : rows)
     all.push_back(fmt::format("{{name: {}, is: {}}}", plain_or_quoted(r.name), plain_or_quoted(r.is)));
   return all.size() == 1 ? all[0] : fmt::format("[{}]", fmt::join(all, ", "));
@@ -217,6 +218,7 @@ std::string text_of(const ColumnUse& use) {
   std::string text = names.size() == 1 ? "{name: " + names[0] : fmt::format("{{names: [{}]", fmt::join(names, ", "));
   if (!use.added.empty()) {
     std::vector<std::string> added;
+    added.reserve(use.added.size());
     for (const std::string& name : use.added) added.push_back(plain_or_quoted(name));
     text += fmt::format(", added: [{}]", fmt::join(added, ", "));
   }

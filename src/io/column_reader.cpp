@@ -16,6 +16,7 @@ namespace {
 // What rows are chosen, in words.
 std::string chosen_text(const std::vector<ColumnRows>& rows) {
   std::vector<std::string> all;
+  all.reserve(rows.size());
   for (const ColumnRows& r : rows) all.push_back(fmt::format("`{}` in column `{}`", r.is, r.name));
   return fmt::format("{}", fmt::join(all, " and "));
 }
@@ -49,6 +50,7 @@ ColumnReader::ColumnReader(const std::string& file, const ColumnMap& map, std::o
   const bool trailing = fields_ > 1 && (header_ != 0 ? cells_.back().whole.empty() : text_.fields().back().empty());
   if (trailing) --fields_;
   cells_.resize(header_ != 0 ? fields_ : 0);
+  chosen_.reserve(map.rows.size());
   for (const ColumnRows& rows : map.rows) chosen_.push_back({place_of(rows.name, "rows"), rows});
 }
 
@@ -125,6 +127,7 @@ std::vector<Column> ColumnReader::columns(const ColumnMap& map, const ColumnQuan
 
 void ColumnReader::fail_without_rows() const {
   std::vector<ColumnRows> rows;
+  rows.reserve(chosen_.size());
   for (const Chosen& c : chosen_) rows.push_back(c.rows);
   throw DataError(fmt::format("{}:{}", text_.file(), std::max<std::size_t>(header_, 1)),
                   fmt::format("no row has {}, as `rows` has it", chosen_text(rows)));
