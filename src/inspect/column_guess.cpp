@@ -284,16 +284,19 @@ class Guesser {
       doubts_.emplace_back("columns: found by their values alone, as there is no header: check them");
     }
     const bool counts = use_force(accel);
-    if (gyro)
-      use_triad("gyro", *gyro, dimension::kAngularRate,
-                counts && is_whole(*gyro) ? turn_counts() : turn_unit(table_, *gyro));
+    if (gyro) {
+      UnitGuess unit = turn_unit(table_, *gyro);
+      if (counts && is_whole(*gyro)) unit = turn_counts();
+      use_triad("gyro", *gyro, dimension::kAngularRate, unit);
+    }
     if (const auto magnetic = triad("magnetic");
         magnetic && gyro && has_unit((*magnetic)[0], dimension::kMagneticField)) {
       use_triad("magnetic", *magnetic, dimension::kMagneticField, {""});
     }
     if (accel && gyro) return taken(LogKind::kImu, LogGuess::Part::kWhole, why);
     LogGuess part = taken(LogKind::kImu, accel ? LogGuess::Part::kAccel : LogGuess::Part::kGyro, why);
-    part.aside = accel ? (added_ ? "" : why_no_force(*accel)) : named("uncal") ? "uncalibrated, as its name says" : "";
+    if (accel && !added_) part.aside = why_no_force(*accel);
+    if (!accel && named("uncal")) part.aside = "uncalibrated, as its name says";
     return part;
   }
 
