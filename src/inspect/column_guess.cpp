@@ -16,6 +16,7 @@
 #include "column_time.h"
 #include "column_units.h"
 #include "column_values.h"
+#include "io/lower_case.h"
 #include "piste/core/error.h"
 #include "row_kinds.h"
 #include "tagged_rows.h"
@@ -37,10 +38,8 @@ class Guesser {
   using Part = LogGuess::Part;
 
   /// `name`: of the file, or of the sensor whose rows these are. `part`: what is looked for.
-  Guesser(std::string file, std::string name, const ColumnTable& table, Part part = Part::kWhole)
-      : file_(std::move(file)), name_(std::move(name)), table_(table), part_(part) {
-    std::transform(name_.begin(), name_.end(), name_.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  Guesser(std::string file, std::string_view name, const ColumnTable& table, Part part = Part::kWhole)
+      : file_(std::move(file)), name_(lower_case(name)), table_(table), part_(part) {
     for (const SampledColumn& column : table.columns) meanings_.push_back(meaning_of(column));
   }
 

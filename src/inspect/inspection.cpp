@@ -84,9 +84,8 @@ std::string receiver_noise(const Calibration& found) {
   }
   if (found.drift_is_claim) {
     text +=
-        "    # What changes over minutes nothing tells without velocities: it makes up what the motion from fix to "
-        "fix\n"
-        "    # leaves of the sigmas. Take the key out, and make `sigma_scale` smaller, where there is no such error.\n";
+        "    # What changes over minutes nothing tells without velocities: it makes up what the motion leaves of the\n"
+        "    # sigmas. Take the key out, and make `sigma_scale` smaller, where there is no such error.\n";
   }
   if (const auto& drift = found.drift) {
     text += fmt::format("    drift: {{sigma: {} {} {} m, correlation_time: {} s}}   # the coloured part\n",

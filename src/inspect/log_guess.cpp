@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
@@ -12,6 +11,7 @@
 #include <optional>
 
 #include "column_guess.h"
+#include "io/lower_case.h"
 #include "io/text_reader.h"
 #include "math/time.h"
 #include "piste/core/error.h"
@@ -51,9 +51,7 @@ bool holds_nmea(std::string_view head) {
 
 // Whether a comment of Xsens states the rate. Without it the samples' own time tells it.
 bool states_rate(std::string_view head) {
-  std::string lower(head.substr(0, head.find("Acc_X")));
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string lower = lower_case(head.substr(0, head.find("Acc_X")));
   return lower.starts_with("//") && (has(lower, "sample rate") || has(lower, "update rate"));
 }
 

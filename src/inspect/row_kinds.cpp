@@ -1,12 +1,12 @@
 #include "row_kinds.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <map>
 
 #include "column_names.h"
 #include "column_values.h"
+#include "io/lower_case.h"
 
 namespace piste {
 namespace {
@@ -16,9 +16,7 @@ constexpr std::size_t kMostUnits = 8;   // IMUs that are numbered
 
 // Whether a text is the name of an IMU, or of its gyroscopes. Words such as `gps` also tell the source of a place.
 bool names_body(const std::string& text) {
-  std::string lower = text;
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string lower = lower_case(text);
   return lower.find("gyr") != std::string::npos || lower.find("imu") != std::string::npos;
 }
 

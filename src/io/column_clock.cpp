@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <charconv>
 #include <chrono>
 #include <cmath>
 #include <limits>
 
 #include "io/column_reader.h"
+#include "io/lower_case.h"
 #include "math/time.h"
 
 namespace piste::log_formats {
@@ -36,9 +36,7 @@ std::optional<std::array<double, 3>> three_numbers(std::string_view text, std::s
 std::optional<double> month_of(std::string_view text) {
   constexpr std::string_view kMonths = "jan feb mar apr may jun jul aug sep oct nov dec";
   constexpr std::size_t kLetters = 3;
-  std::string name(text.substr(0, kLetters));
-  std::transform(name.begin(), name.end(), name.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string name = lower_case(text.substr(0, kLetters));
   const auto place = kMonths.find(name);
   if (name.size() < kLetters || place == std::string_view::npos || name.find(' ') != std::string::npos)
     return std::nullopt;

@@ -29,8 +29,8 @@ struct AttitudeMatch {
   double correlation = 0;  ///< of the magnitudes of the rates at the likeliest offset
   std::optional<AttitudeFit> fit;
   std::string why_not;  ///< without a fit: why
-  bool far_from_unit =
-      false;  ///< without a fit: the rates differ by more than units and noise do, as if one were frozen
+  /// Without a fit: whether the rates differ by more than units and noise do, as if one log were frozen.
+  bool far_from_unit = false;
 
   /// Whether the attitude's delay is surely not zero, if the IMU's clock is ahead of GPS time by `imu_offset` [s]:
   /// beyond three sigmas, 5 ms, and what is not known because a row of the IMU may be a mean over its interval or a
