@@ -12,8 +12,7 @@
 #include "app.h"
 #include "piste/consistency/warnings.h"
 #include "piste/diagnosis/diagnose.h"
-#include "piste/diagnosis/left_out.h"
-#include "piste/diagnosis/unit_axes.h"
+#include "piste/diagnosis/run_warnings.h"
 #include "piste/files/replay.h"
 #include "piste/outputs/folders.h"
 #include "piste/solve/batch.h"
@@ -57,9 +56,9 @@ void run_replay(const AppArguments& arguments, Progress& progress) {
   output.commit();
   progress.clear();
 
-  for (const std::string& warning : warnings_of(filtered)) fmt::print(stderr, "warning: {}\n", warning);
-  for (const std::string& line : left_out_lines(run.log, filtered)) fmt::print(stderr, "warning: {}\n", line);
-  for (const std::string& line : unit_axes_lines(run.log, run.options.units)) fmt::print(stderr, "warning: {}\n", line);
+  for (const std::string& line : run_warnings(run.log, run.options, filtered, config.conditioning.outages)) {
+    fmt::print(stderr, "warning: {}\n", line);
+  }
   for (const std::string& line : absence_lines(run.log.counts.units)) say(arguments, line);
   say(arguments, run.found.how);
   if (smoothed && smoothed->batch) say(arguments, batch_line(*smoothed->batch));

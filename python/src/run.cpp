@@ -132,14 +132,8 @@ void bind_run(nb::module_& m) {
       .def("samples", &samples, "The samples as the filter got them, in shared memory.")
       .def("warnings",
            [](const Run& run) {
-             std::vector<std::string> lines = warnings_of(run.replay.filtered.solution);
-             for (std::string& line : left_out_lines(run.replay.log, run.replay.filtered.solution)) {
-               lines.push_back(std::move(line));
-             }
-             for (std::string& line : unit_axes_lines(run.replay.log, run.replay.options.units)) {
-               lines.push_back(std::move(line));
-             }
-             return lines;
+             return run_warnings(run.replay.log, run.replay.options, run.replay.filtered.solution,
+                                 run.config.conditioning.outages);
            })
       .def("summary",
            [](const Run& run) {

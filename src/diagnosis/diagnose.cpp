@@ -12,8 +12,8 @@
 
 #include "diagnosis/causes.h"
 #include "diagnosis/doubts.h"
+#include "diagnosis/unit_axes.h"
 #include "piste/core/time_search.h"
-#include "piste/diagnosis/unit_axes.h"
 #include "piste/solve/initial_state.h"
 #include "piste/solve/run.h"
 #include "solve/feeder.h"

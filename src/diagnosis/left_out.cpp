@@ -1,4 +1,4 @@
-#include "piste/diagnosis/left_out.h"
+#include "diagnosis/left_out.h"
 
 #include <fmt/format.h>
 

@@ -192,6 +192,12 @@ void check_velocities(const std::vector<GnssRecording>& gnss, const FilterOption
                   "the log has no velocities from which velocity_delay could be estimated; leave the block out");
 }
 
+// The line of the key with which a sentence about the options begins, such as `gnss drift: one receiver at most`.
+std::string where_of(const Config& config, std::string_view sentence) {
+  const std::string_view key = sentence.substr(0, sentence.find_first_of(" :"));
+  return config.has(key) ? config.where(key) : config.file().string();
+}
+
 }  // namespace
 
 ReplayConfig read_replay_config(const std::filesystem::path& file) { return read_replay_config(Config::load(file)); }
@@ -248,7 +254,7 @@ ReplayConfig read_replay_config(const Config& config) {
   try {
     filter.validate();
   } catch (const ConfigError& e) {
-    throw ConfigError(config.file().string(), e.what());
+    throw ConfigError(where_of(config, e.what()), e.what());
   }
   return replay;
 }

@@ -1,4 +1,4 @@
-#include "piste/diagnosis/unit_axes.h"
+#include "diagnosis/unit_axes.h"
 
 #include <gtest/gtest.h>
 

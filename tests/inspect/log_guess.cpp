@@ -100,6 +100,21 @@ TEST(LogGuess, WeakSignsAreNoFormat) {
   EXPECT_EQ(thirteen.format, LogFormat::kColumns);
 }
 
+// Places without a height are no receiver's log: it is said that they are not used.
+TEST(LogGuess, SaysWhatIsLost) {
+  const auto lost = [](const std::string& names, const std::string& values) {
+    std::string text = "timestamp_s,gyro_x_rad_s,gyro_y_rad_s,gyro_z_rad_s,acc_x_m_s2,acc_y_m_s2,acc_z_m_s2," + names;
+    for (int i = 0; i < 300; ++i) {
+      const double turn = 0.01 * ((7 * i) % 11 - 5);
+      text += fmt::format("\n{:.2f},{:.3f},{:.3f},0.01,0.1,{:.3f},-9.81,46.{:04},7.{:04}{}", 400000 + 0.02 * i, turn,
+                          -turn, -0.1 + turn, 1000 + i, 2000 + i, values);
+    }
+    return guess_log("log.csv", text).lost;
+  };
+  EXPECT_TRUE(contains(lost("latitude,longitude", ""), "none is known for its height"));
+  EXPECT_TRUE(lost("latitude,longitude,height_m", ",500").empty());
+}
+
 TEST(LogGuess, RecordedLogs) {
   PISTE_REQUIRE_DATASETS();
   const auto guess = [](const char* name) {

@@ -70,6 +70,34 @@ TEST(ReadyConfig, VelocitiesAreWhereTheyAreInTheImusLog) {
   EXPECT_TRUE(contains(config_of(found), "velocity_delay: 0.070 s ")) << config_of(found);
 }
 
+// Where the motions beside each other tell the clock by 0.6 s, and the filter by 0.04 s, it is the filter's; a
+// receiver's two times tell it better than the filter, unless that is sure of another one.
+TEST(ReadyConfig, TheClockIsThatOfTheSurest) {
+  Calibration found = calibration();
+  found.clock_offset = 12.30;
+  found.clock_sigma = 0.04;
+  Inspection inspection = calibrated(found);
+  const auto clock = [&inspection] { return guess_conditioning(inspection).clock_offset; };
+  EXPECT_EQ(clock(), 0) << "nothing was compared, and the filter is not sure";
+  LogMatch match;
+  match.clock.emplace();
+  match.clock->offset = 15;
+  match.clock->sigma = 0.6;
+  inspection.matches = {{0, 1, match}};
+  EXPECT_EQ(clock(), 12.30);
+  inspection.matches[0].match.clock->sigma = 0.001;
+  EXPECT_EQ(clock(), 15);
+  inspection.logs[0].imu.time = {1000, 1000.01};
+  inspection.logs[0].log.columns.emplace();
+  inspection.logs[0].log.columns->time.of = TimeScale::kBoot;
+  inspection.logs[1].clock.emplace();
+  inspection.logs[1].clock->span = {0, 2000};
+  inspection.logs[1].clock->offset = 12.35;
+  EXPECT_NEAR(clock(), 12.35, 1e-9);
+  inspection.logs[1].calibration->clock_sigma = 0.01;
+  EXPECT_EQ(clock(), 12.30);
+}
+
 TEST(ReadyConfig, NumbersHaveNoExponentAndNoughtNoSign) {
   Calibration found = calibration();
   found.lever_arm = {-0.05, -0.001, -0.41};

@@ -375,7 +375,7 @@ TEST_F(ReplayConfigTest, RefusesWithTheLineAndTheRemedy) {
        "run.yaml:7: correlation_time", "constant"},
       {"attitude: [{file: attitude.csv, boresight: {sigma: 1 deg, correlation_time: 9 s}},\n"
        "           {file: second_attitude.csv, boresight: {sigma: 1 deg, correlation_time: 9 s}}]\n",
-       "attitude boresight", "one source at most"},
+       "run.yaml:7: attitude boresight", "one source at most"},
       {"attitude: {file: attitude.csv}\nestimate: [boresight_drift]\n", "run.yaml:8: estimate: boresight_drift needs",
        "boresight: {sigma, correlation_time}"},
       {"vehicle: {kind: ski}\n", "run.yaml:7: kind: `ski` is none of", "car, bicycle"},

@@ -1,0 +1,24 @@
+#include "piste/diagnosis/run_warnings.h"
+
+#include <utility>
+
+#include "diagnosis/left_out.h"
+#include "diagnosis/setting_doubts.h"
+#include "diagnosis/unit_axes.h"
+#include "piste/consistency/warnings.h"
+
+namespace piste {
+
+std::vector<std::string> run_warnings(const Log& log, const FilterOptions& options, const Solution& filtered,
+                                      const std::vector<Interval>& outages) {
+  std::vector<std::string> all = warnings_of(filtered);
+  const auto add = [&all](std::vector<std::string> lines) {
+    for (std::string& line : lines) all.push_back(std::move(line));
+  };
+  add(left_out_lines(log, filtered));
+  add(unit_axes_lines(log, options.units));
+  add(setting_lines(log, options, outages));
+  return all;
+}
+
+}  // namespace piste
