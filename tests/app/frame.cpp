@@ -1,5 +1,7 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <csignal>
 #include <stdexcept>
 
 #include "app.h"
@@ -61,6 +63,27 @@ TEST(App, ExitCodes) {
   EXPECT_EQ(run({"a"}, seen, [] { throw ConfigError("f:1", "wrong"); }), 2);
   EXPECT_EQ(run({"a"}, seen, [] { throw DataError("f:1", "wrong"); }), 1);
   EXPECT_EQ(run({"a"}, seen, [] { throw std::runtime_error("wrong"); }), 1);
+}
+
+// Asked to end, it removes what it has begun, and ends by the signal, as a shell expects.
+TEST(AppDeathTest, EndsWhenItIsAskedTo) {
+  struct Begun {
+    ~Begun() { fmt::print(stderr, "removed"); }
+  };
+  const auto asked = [](int signal) {
+    std::string name = "demo", input = "a";
+    std::vector<char*> argv{name.data(), input.data()};
+    run_app({.name = "demo", .summary = "A demo."}, 2, argv.data(), [&](const AppArguments&, Progress& progress) {
+      const Begun begun;
+      progress.start("stage", 10);
+      std::raise(signal);
+      progress.update(1);
+      fmt::print(stderr, "it goes on");
+    });
+  };
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    EXPECT_EXIT(asked(signal), testing::KilledBySignal(signal), "^removed$") << signal;
+  }
 }
 
 }  // namespace
