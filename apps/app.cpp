@@ -5,12 +5,11 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <array>
-#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <limits>
 
+#include "ending.h"
 #include "piste/core/error.h"
 #include "piste/core/version.h"
 
@@ -82,34 +81,6 @@ AppArguments parse(int argc, char** argv, const AppDescription& description, CLI
   return arguments;
 }
 
-// Ctrl-C, or the end of a session or of a job.
-constexpr std::array kEnds{SIGINT, SIGTERM, SIGHUP};
-
-volatile std::sig_atomic_t asked_by = 0;  // the signal that asked the program to end
-
-extern "C" void ask_to_end(int signal) { asked_by = signal; }
-
-// Unwinds a program that was asked to end, so that no file is left half written. No std::exception, as those say that a
-// part of the work is not possible.
-struct Ended {};
-
-void end_if_asked() {
-  if (asked_by != 0) throw Ended();
-}
-
-// From here on Progress ends the program when it is asked to; asked once more, it ends at once. A signal that whoever
-// started the program has ignored stays so.
-void listen() {
-  for (const int signal : kEnds) {
-    struct sigaction before = {};
-    if (sigaction(signal, nullptr, &before) != 0 || before.sa_handler != SIG_DFL) continue;
-    struct sigaction asked = {};
-    asked.sa_handler = ask_to_end;
-    asked.sa_flags = SA_RESETHAND | SA_RESTART;
-    sigaction(signal, &asked, nullptr);
-  }
-}
-
 int report(const char* what, int code) {
   fmt::print(stderr, "{}\n", what);
   return code;
@@ -123,7 +94,6 @@ void Progress::start(std::string stage, std::size_t total, std::string unit, std
   total_ = total;
   done_before_ = done;
   started_ = last_ = Clock::now();
-  end_if_asked();
 }
 
 std::function<void(std::size_t, std::size_t)> Progress::counted(std::string stage, std::string unit) {
@@ -136,7 +106,6 @@ std::function<void(std::size_t, std::size_t)> Progress::counted(std::string stag
 void Progress::update(std::size_t done) {
   constexpr auto kRefresh = std::chrono::milliseconds(100);
   constexpr std::size_t kWidth = 30;
-  end_if_asked();
   if (!enabled_ || total_ == 0) return;
   const Clock::time_point now = Clock::now();
   if (now - last_ < kRefresh) return;
@@ -169,13 +138,11 @@ int run_app(const AppDescription& description, int argc, char** argv,
   } catch (const CLI::ParseError& e) {
     return command.exit(e) == 0 ? 0 : kBadUsage;
   }
-  listen();
   try {
+    const EndOnSignal ending(arguments.output);
     Progress progress(!arguments.quiet && ::isatty(STDERR_FILENO) != 0);
     body(arguments, progress);
     return 0;
-  } catch (const Ended&) {
-    return std::raise(asked_by);  // as if there were no handler: the shell learns why it ended
   } catch (const ConfigError& e) {
     return report(e.what(), kBadUsage);
   } catch (const std::exception& e) {

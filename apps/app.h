@@ -78,8 +78,8 @@ class Progress {
 };
 
 /// Reads the command line, runs `body`, and returns the exit code: 0 done; 1 the data could not be processed; 2 wrong
-/// usage or configuration. Errors go to standard error. Where Ctrl-C or a scheduler asks it to end, the body is unwound
-/// as it next tells its progress, and the program ends by that signal.
+/// usage or configuration. Errors go to standard error. Where Ctrl-C or a scheduler ends the program, no half written
+/// output stays (EndOnSignal).
 int run_app(const AppDescription& description, int argc, char** argv,
             const std::function<void(const AppArguments&, Progress&)>& body);
 

@@ -13,15 +13,44 @@ namespace {
 
 constexpr std::string_view kPartial = ".piste.partial";
 
+bool is_partial(const std::filesystem::directory_entry& entry) {
+  std::error_code ignored;
+  return entry.is_regular_file(ignored) && entry.path().filename().string().ends_with(kPartial);
+}
+
+// In a folder, but not below it.
 void remove_partial_files(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> left;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    if (entry.is_regular_file() && entry.path().filename().string().ends_with(kPartial)) left.push_back(entry.path());
+    if (is_partial(entry)) left.push_back(entry.path());
   }
   for (const auto& file : left) std::filesystem::remove(file);
 }
 
 }  // namespace
+
+std::vector<std::filesystem::path> missing_folders(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> missing;
+  for (auto f = std::filesystem::absolute(folder).lexically_normal(); !f.empty() && !std::filesystem::exists(f);
+       f = f.parent_path()) {
+    missing.push_back(f);
+  }
+  return missing;
+}
+
+void remove_partial_files(const std::filesystem::path& folder, const std::vector<std::filesystem::path>& made) {
+  std::error_code ignored;
+  std::vector<std::pair<std::filesystem::path, int>> left;  // and how deep it is in the folder
+  std::filesystem::recursive_directory_iterator entry(folder, ignored), end;
+  for (; !ignored && entry != end; entry.increment(ignored)) {
+    if (is_partial(*entry)) left.emplace_back(entry->path(), entry.depth());
+  }
+  for (auto& [path, depth] : left) {
+    // The file, then the folders around it while they are empty.
+    for (; depth >= 0 && std::filesystem::remove(path, ignored); --depth) path = path.parent_path();
+  }
+  for (const auto& f : made) std::filesystem::remove(f, ignored);
+}
 
 OutputFolder::OutputFolder(std::filesystem::path folder) : folder_(std::move(folder)) { make(folder_); }
 
@@ -33,14 +62,10 @@ OutputFolder::~OutputFolder() {
 }
 
 void OutputFolder::make(const std::filesystem::path& folder) {
-  std::vector<std::filesystem::path> missing;
-  for (auto f = std::filesystem::absolute(folder).lexically_normal(); !f.empty() && !std::filesystem::exists(f);
-       f = f.parent_path()) {
-    missing.insert(missing.begin(), f);
-  }
-  for (const auto& f : missing) {
+  const std::vector<std::filesystem::path> missing = missing_folders(folder);
+  for (auto f = missing.rbegin(); f != missing.rend(); ++f) {
     std::error_code error;
-    if (std::filesystem::create_directory(f, error)) made_.push_back(f);
+    if (std::filesystem::create_directory(*f, error)) made_.push_back(*f);
     if (error)
       throw ConfigError(folder.string(), fmt::format("cannot be made ({}); choose another --output", error.message()));
   }

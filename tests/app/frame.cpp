@@ -1,11 +1,14 @@
-#include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <csignal>
+#include <filesystem>
 #include <stdexcept>
 
 #include "app.h"
 #include "piste/core/error.h"
+#include "piste/files/output.h"
+#include "support/text_file.h"
 
 namespace piste {
 namespace {
@@ -66,23 +69,38 @@ TEST(App, ExitCodes) {
 }
 
 // Asked to end, it removes what it has begun, and ends by the signal, as a shell expects.
-TEST(AppDeathTest, EndsWhenItIsAskedTo) {
-  struct Begun {
-    ~Begun() { fmt::print(stderr, "removed"); }
-  };
-  const auto asked = [](int signal) {
-    std::string name = "demo", input = "a";
-    std::vector<char*> argv{name.data(), input.data()};
-    run_app({.name = "demo", .summary = "A demo."}, 2, argv.data(), [&](const AppArguments&, Progress& progress) {
-      const Begun begun;
-      progress.start("stage", 10);
-      std::raise(signal);
-      progress.update(1);
-      fmt::print(stderr, "it goes on");
+TEST(AppDeathTest, EndsWithoutHalfWrittenFiles) {
+  const test::TemporaryFolder place;
+  const std::filesystem::path before = place.path() / "before", made = place.path() / "made" / "below";
+  std::filesystem::create_directory(before);
+  const auto asked = [](int signal, const std::filesystem::path& folder) {
+    std::string name = "demo", input = "a", option = "--output", output = folder.string();
+    std::vector<char*> argv{name.data(), input.data(), option.data(), output.data()};
+    run_app({.name = "demo", .summary = "A demo."}, 4, argv.data(), [&](const AppArguments& arguments, Progress&) {
+      OutputFolder files(arguments.output);
+      files.write("whole.csv", "1\n");
+      files.write("further/whole.csv", "2\n");
+      kill(getpid(), signal);
+      pause();
     });
   };
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
-    EXPECT_EXIT(asked(signal), testing::KilledBySignal(signal), "^removed$") << signal;
+    for (const auto& folder : {before, made}) {
+      EXPECT_EXIT(asked(signal, folder), testing::KilledBySignal(signal), "") << signal;
+    }
+    EXPECT_TRUE(std::filesystem::is_empty(before));
+    EXPECT_FALSE(std::filesystem::exists(made.parent_path()));
+  }
+}
+
+TEST(App, AfterItSignalsAreAsBefore) {
+  AppArguments seen;
+  sigset_t before, after;
+  pthread_sigmask(SIG_BLOCK, nullptr, &before);
+  EXPECT_EQ(run({"a"}, seen), 0);
+  pthread_sigmask(SIG_BLOCK, nullptr, &after);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    EXPECT_EQ(sigismember(&after, signal), sigismember(&before, signal));
   }
 }
 

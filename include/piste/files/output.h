@@ -12,6 +12,14 @@
 
 namespace piste {
 
+/// The folder and those above it that are not there, the innermost first.
+std::vector<std::filesystem::path> missing_folders(const std::filesystem::path& folder);
+
+/// Removes the partial files that an OutputFolder, which may still be at work in a program that is about to end, has in
+/// `folder` and below it; then folders that are empty by this, and of `made` those that are empty. What cannot be
+/// removed stays.
+void remove_partial_files(const std::filesystem::path& folder, const std::vector<std::filesystem::path>& made);
+
 /// A file of an OutputFolder that is being written.
 class OutputFile {
  public:

@@ -1,0 +1,42 @@
+#include "ending.h"
+
+#include <pthread.h>
+
+#include <utility>
+
+#include "piste/files/output.h"
+
+namespace piste {
+
+EndOnSignal::EndOnSignal(std::filesystem::path output) : output_(std::move(output)) {
+  missing_ = missing_folders(output_);
+  sigemptyset(&awaited_);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction now = {};
+    if (sigaction(signal, nullptr, &now) != 0 || now.sa_handler != SIG_DFL) continue;
+    sigaddset(&awaited_, signal);
+    wake_ = signal;
+  }
+  if (wake_ == 0) return;
+  // Threads that are made from here on inherit this, so that a signal waits for wait().
+  pthread_sigmask(SIG_BLOCK, &awaited_, &before_);
+  waiter_ = std::thread([this] { wait(); });
+}
+
+EndOnSignal::~EndOnSignal() {
+  if (!waiter_.joinable()) return;
+  over_ = true;
+  pthread_kill(waiter_.native_handle(), wake_);
+  waiter_.join();
+  pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+}
+
+void EndOnSignal::wait() {
+  int signal = 0;
+  if (sigwait(&awaited_, &signal) != 0 || over_) return;
+  remove_partial_files(output_, missing_);
+  pthread_sigmask(SIG_UNBLOCK, &awaited_, nullptr);
+  std::raise(signal);
+}
+
+}  // namespace piste
