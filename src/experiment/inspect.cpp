@@ -227,6 +227,7 @@ void read_receiver(InspectedLog& l) {
     const bool stated = map->find("sigma_velocity") != nullptr || map->find("speed_accuracy") != nullptr;
     if (moves && !stated) l.log.sigma_velocity = Vector3d::Constant(kUsualVelocity);
   }
+  if (l.log.format == LogFormat::kNovatel) l.log.sigma_velocity = Vector3d::Constant(kUsualVelocity);
   l.gnss = read_gnss(l.log, &l.faults);
   if (says_no_sigma(l.gnss)) read_again(l, kUsualSigma, l.gnss, read_gnss);
   read_spread(l, l.gnss, read_gnss);
@@ -234,6 +235,7 @@ void read_receiver(InspectedLog& l) {
   l.clock = clock_of(l);
   if (l.gnss.fixes.size() < 3) return;
   l.gnss_health = gnss_health(l.gnss);
+  if (l.log.format == LogFormat::kNovatel && l.gnss_health->velocities == 0) l.log.sigma_velocity.reset();
   state_velocity_sigma(l);
 }
 

@@ -97,6 +97,7 @@ std::string receiver_noise(const Calibration& found) {
 
 constexpr double kLoose = 5;           // times a sigma that the motion told, as the replay sees the same motion again
 constexpr double kMostArm = 1;         // m: the prior of a lever arm that nothing told
+constexpr double kAsTold = 0.01;       // s: of a delay that the log itself states
 constexpr double kLeastDelay = 0.005;  // s: the least prior of a delay
 
 double late_prior(double sigma) {
@@ -125,6 +126,8 @@ std::optional<LateVelocities> late_velocities(const InspectedLog& log, double wr
   const auto& velocity = log.gnss_health->velocity;
   if (const auto delay = velocity ? velocity->known_delay() : std::nullopt)
     return LateVelocities{.delay = *delay, .sigma = velocity->sigma_delay, .prior = late_prior(velocity->sigma_delay)};
+  if (const double told = log.gnss.velocity_latency; told != 0)
+    return LateVelocities{.delay = told, .sigma = kAsTold, .prior = late_prior(kAsTold)};
   return std::nullopt;
 }
 

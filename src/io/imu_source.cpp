@@ -79,8 +79,10 @@ LogFile read_log_file(const Config& source, std::initializer_list<LogFormat> for
 ImuSource read_imu_source(const Config& imu, DataFile data) {
   ImuSource source;
   source.where = imu.where();
-  source.log = read_log_file(
-      imu, {LogFormat::kCsv, LogFormat::kKfGins, LogFormat::kXsensAscii, LogFormat::kImr, LogFormat::kColumns}, data);
+  source.log = read_log_file(imu,
+                             {LogFormat::kCsv, LogFormat::kKfGins, LogFormat::kXsensAscii, LogFormat::kImr,
+                              LogFormat::kNovatel, LogFormat::kColumns},
+                             data);
   if (source.log.format == LogFormat::kColumns) {
     source.log.columns = read_column_map(imu, imu_quantities());
     if (imu.has("accel_file")) source.log.accel_file = path_at(imu, "accel_file", data);
