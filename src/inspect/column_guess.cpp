@@ -294,7 +294,10 @@ class Guesser {
     }
     if (accel && gyro) return taken(LogKind::kImu, LogGuess::Part::kWhole, why);
     LogGuess part = taken(LogKind::kImu, accel ? LogGuess::Part::kAccel : LogGuess::Part::kGyro, why);
-    if (accel && !added_) part.aside = why_no_force(*accel);
+    if (accel && !added_) {
+      part.part = part_of_force(*accel);
+      part.aside = why_no_force(part.part, *accel);
+    }
     if (!accel && named("uncal")) part.aside = "uncalibrated, as its name says";
     return part;
   }
@@ -349,15 +352,19 @@ class Guesser {
     return "columns x, y, z of neither gyroscopes nor accelerometers, as far as values and the name of the file tell";
   }
 
+  // What of the specific force accelerations are. The quietest sensors have ten times as much noise as kSmooth.
+  Part part_of_force(const ColumnTriad& t) const {
+    constexpr double kSmooth = 1e-5;  // of gravity
+    if (!is_gravity(usual_magnitude(table_, t))) return Part::kLinear;
+    return named("grav") || magnitude_scatter(table_, t) < kSmooth ? Part::kGravity : Part::kAccel;
+  }
+
   // Why accelerations are not the specific force that a sensor measured, if another file has that.
-  std::string why_no_force(const ColumnTriad& t) const {
-    constexpr double kSmooth = 1e-5;  // of gravity; the quietest sensors have ten times as much noise
-    const double magnitude = usual_magnitude(table_, t);
+  std::string why_no_force(Part part, const ColumnTriad& t) const {
     if (named("uncal")) return "uncalibrated, as its name says";
-    if (!is_gravity(magnitude)) return fmt::format("accelerations without gravity: they are mostly {:.2g}", magnitude);
-    if (named("grav") || magnitude_scatter(table_, t) < kSmooth)
-      return "gravity as a fusion has it, without the noise of a sensor";
-    return {};
+    if (part == Part::kGravity) return "gravity as a fusion has it, without the noise of a sensor";
+    if (part == Part::kAccel) return {};
+    return fmt::format("accelerations without gravity: they are mostly {:.2g}", usual_magnitude(table_, t));
   }
 
   double largest(std::size_t column) const {

@@ -49,6 +49,9 @@ std::string file_keys(const InspectedLog& log, const std::string& folder, std::s
   if (!log.log.accel_file.empty()) {
     text += fmt::format("{}accel_file: {}\n", indent, yaml_text(path_from(folder, log.log.accel_file)));
   }
+  if (!log.log.gravity_file.empty()) {
+    text += fmt::format("{}gravity_file: {}\n", indent, yaml_text(path_from(folder, log.log.gravity_file)));
+  }
   text += fmt::format("{}format: {}\n", indent, name_of(log.log.format));
   if (log.log.columns) {
     for (const std::string& doubt : log.guess->doubts) text += fmt::format("{}# {}\n", indent, doubt);

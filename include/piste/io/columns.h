@@ -26,7 +26,7 @@ struct ColumnUse {
   /// Along which each column lies: of velocities and sigmas north, east, down, up, south or west; of an IMU's triads
   /// the axes of the sensor, such as +x -y -z. Empty: north east down, +x +y +z.
   std::vector<std::string> axes = {};
-  /// Of forces without gravity: the columns of gravity, which are added.
+  /// Of forces without gravity: the columns of gravity, which are added; of `gravity_file` where there is one.
   std::vector<std::string> added = {};
   std::string hemisphere = {};     ///< of latitude or longitude without a sign: the column of N, S, E or W, or empty
   std::string geoid = {};          ///< of a height above the sea: the column of the geoid's height, or empty

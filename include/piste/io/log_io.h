@@ -82,6 +82,8 @@ struct LogFile {
   std::optional<ColumnMap> columns = std::nullopt;
   /// For columns: the file of the accelerometers, if they are logged apart from the gyroscopes.
   std::string accel_file = {};
+  /// For columns: the file of gravity, whose rows are added to those of accelerations without it in `accel_file`.
+  std::string gravity_file = {};
   /// For two such files: whether rows are instants (`sampling: instant`), or means over the interval before them.
   bool instant = false;
 };
