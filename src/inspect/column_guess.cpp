@@ -16,6 +16,7 @@
 #include "column_time.h"
 #include "column_units.h"
 #include "column_values.h"
+#include "declared_columns.h"
 #include "io/lower_case.h"
 #include "piste/core/error.h"
 #include "row_kinds.h"
@@ -199,7 +200,10 @@ class Guesser {
   }
 
   void use_triad(std::string_view key, const ColumnTriad& t, const Dimension& dimension, const UnitGuess& unit) {
-    use(key, {t[0], t[1], t[2]}, dimension, unit.unit);
+    ColumnUse& entry = use(key, {t[0], t[1], t[2]}, dimension, unit.unit);
+    if (!table_.columns[t[0]].along.empty()) {
+      for (const std::size_t c : t) entry.axes.push_back(table_.columns[c].along);
+    }
     if (!unit.doubt.empty() && !has_unit(t[0], dimension)) doubts_.push_back(fmt::format("{}: {}", key, unit.doubt));
   }
 
@@ -439,7 +443,9 @@ class Guesser {
                                        integers ? "1e-7 deg, " : ""));
     }
     use("latitude", {*one("latitude")}, dimension::kAngle, angle).hemisphere = hemisphere('N', 'S');
-    use("longitude", {*one("longitude")}, dimension::kAngle, angle).hemisphere = hemisphere('E', 'W');
+    ColumnUse& longitude = use("longitude", {*one("longitude")}, dimension::kAngle, angle);
+    longitude.hemisphere = hemisphere('E', 'W');
+    if (const std::string& along = table_.columns[*one("longitude")].along; !along.empty()) longitude.axes = {along};
     use("height", {*height}, dimension::kLength, length);
     add_geoid(*height);
     if (const auto sigma = group("sigma", "neu")) {
@@ -658,8 +664,9 @@ std::string known_columns(std::string_view content) {
 
 std::optional<LogGuess> guess_columns(const std::string& file, std::string_view content) {
   if (auto guess = guess_tagged(file, content)) return guess;
-  const auto table = sample_columns(content);
+  auto table = sample_columns(content);
   if (!table) return std::nullopt;
+  declare_columns(content, *table);
   if (auto guess = guess_kinds(file, *table)) return guess;
   return Guesser(file, std::filesystem::path(file).stem().string(), *table).guess();
 }

@@ -206,6 +206,7 @@ class FixReader {
       const ColumnUse& use = *map.find(kAngles[i]);
       if (!use.hemisphere.empty()) hemisphere_[i] = reader.place_of(use.hemisphere, "hemisphere");
       minutes_[i] = use.unit == kDegreesMinutes;
+      if (!use.axes.empty() && (use.axes[0] == "south" || use.axes[0] == "west")) place_[i].factor *= -1;
     }
     if (const ColumnUse& height = *map.find("height"); !height.geoid.empty()) {
       geoid_ = reader.column(height.geoid, "geoid", height.unit, dimension::kLength);

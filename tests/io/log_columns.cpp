@@ -573,6 +573,22 @@ TEST_F(Columns, AttitudeOfAnyNames) {
   EXPECT_TRUE(log.fixes.at(0).sigma.isApprox(Vector3d(0.1, 0.1, 0.2) * kDegree));
 }
 
+// As VBOX has them: minutes of arc, to the west.
+TEST_F(Columns, LongitudesThatGrowToTheWest) {
+  const auto place = [&](const std::string& axes, const std::string& south) {
+    return gnss("t,lat,lon,h\n1,2790,-435,100\n2,2790,-435,100\n",
+                "sigma: 1 1 1 m, columns: {time: {name: t, unit: s}, latitude: {name: lat, unit: arcmin" + south +
+                    "}, longitude: {name: lon, unit: arcmin" + axes + "}, height: {name: h, unit: m}}")
+        .fixes.at(0)
+        .position;
+  };
+  EXPECT_NEAR(place(", axes: west", "").longitude, 7.25 * kDegree, 1e-12);
+  EXPECT_NEAR(place(", axes: east", "").longitude, -7.25 * kDegree, 1e-12);
+  EXPECT_NEAR(place("", ", axes: south").latitude, -46.5 * kDegree, 1e-12);
+  EXPECT_TRUE(contains(refused([&] { place(", axes: north", ""); }), "right would be `east` or `west`"));
+  EXPECT_TRUE(contains(refused([&] { place(", axes: west, hemisphere: h", ""); }), "not beside `hemisphere`"));
+}
+
 // ---- What the configuration says reads back ----
 
 TEST_F(Columns, TheirTextReadsBack) {
