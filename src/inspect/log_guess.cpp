@@ -182,6 +182,34 @@ std::optional<LogGuess> guess_numbers(const std::string& file, std::string_view 
   return imu;
 }
 
+// Whether a line is a row of KITTI's oxts: 30 numbers from latitude and longitude to five modes.
+bool is_kitti(std::string_view line) {
+  constexpr std::size_t kColumns = 30, kModes = 5;
+  TextReader reader("", TextReader::Separator::kSpaces, line);
+  if (!reader.next() || reader.fields().size() != kColumns) return false;
+  for (std::size_t i = 0; i < kColumns; ++i) {
+    const auto value = number_in(reader.fields()[i], TextReader::Separator::kSpaces);
+    const double most = i == 0 ? 90 : i == 1 ? 180 : 1e9;
+    if (!value || std::abs(*value) > most || (i + kModes >= kColumns && *value != std::floor(*value))) return false;
+  }
+  return true;
+}
+
+constexpr std::string_view kNoVectorNav =
+    "sentences of VectorNav: VNIMU has no time, and VNINS is of the sensor's own filter; export its binary output as a "
+    "CSV with TimeStartup or GpsTow";
+constexpr std::string_view kNoKitti =
+    "rows of KITTI's oxts, whose times are in timestamps.txt. Join them: `paste -d, timestamps.txt "
+    "<(cat data/*.txt | tr ' ' ,)` below time,lat,lon,alt,roll,pitch,yaw,vn,ve,vf,vl,vu,ax,ay,az,af,al,au,wx,wy,wz,wf,"
+    "wl,wu,pos_accuracy,vel_accuracy,navstat,numsats,posmode,velmode,orimode. Its places are of a filter that has used "
+    "this IMU, so that the sigmas of a replay of both are too small";
+
+// Why a log of a known kind cannot be used, and what could be; empty if it is of none.
+std::string_view why_unusable(std::string_view head) {
+  if (head.starts_with("$VN")) return kNoVectorNav;
+  return is_kitti(head.substr(0, head.find('\n'))) ? kNoKitti : std::string_view();
+}
+
 }  // namespace
 
 LogGuess guess_log(const std::string& file, std::string_view content) {
@@ -198,6 +226,8 @@ LogGuess guess_log(const std::string& file, std::string_view content) {
     return found_by(LogKind::kImu, LogFormat::kXsensAscii, "columns Counter and Acc_X");
   if (head.starts_with("%") && (has(head, "latitude(") || has(head, "ecef(m)") || has(head, "-baseline(m)")))
     return found_by(LogKind::kGnss, LogFormat::kRtklibPos, "a header of RTKLIB");
+  if (const std::string_view why = why_unusable(head); !why.empty())
+    throw DataError(file + ":1", fmt::format("holds {}", why));
   const std::string_view line = head.substr(0, head.find('\n'));
   if (auto csv = guess_csv(line)) return *csv;
   if (auto numbers = guess_numbers(file, head, content)) return *numbers;
