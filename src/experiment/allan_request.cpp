@@ -81,8 +81,8 @@ AllanSource read_source(const Config& entry) {
     return source;
   }
   AllanSource source;
-  source.log = read_log_file(
-      entry, {LogFormat::kCsv, LogFormat::kKfGins, LogFormat::kXsensAscii, LogFormat::kImr, LogFormat::kColumns});
+  source.log = read_log_file(entry, {LogFormat::kCsv, LogFormat::kKfGins, LogFormat::kXsensAscii, LogFormat::kImr,
+                                     LogFormat::kNovatel, LogFormat::kColumns});
   source.why = "the configuration says so";
   if (source.log.format == LogFormat::kColumns) {
     source.log.columns = read_column_map(entry, imu_quantities());

@@ -150,10 +150,12 @@ bool is_part(const InspectedLog& l, LogGuess::Part part) { return l.guess && l.g
 // Makes one log of gyroscopes and the accelerometers in another file.
 void join_parts(InspectedLog& gyro, InspectedLog& accel) {
   gyro.log.accel_file = accel.log.file;
+  gyro.log.gravity_file = accel.log.gravity_file;
   gyro.log.columns->uses["accel"] = accel.log.columns->uses.at("accel");
   gyro.log.columns->accel_time = accel.log.columns->time;
   gyro.log.columns->accel_rows = accel.log.columns->rows;
   gyro.guess->why += "; the accelerometers stand in " + accel.log.file;
+  if (!accel.log.gravity_file.empty()) gyro.guess->why += ", and gravity in " + accel.log.gravity_file;
   append(gyro.guess->doubts, std::move(accel.guess->doubts));
   for (const InspectedLog* l : {&gyro, &accel}) {
     if (!l->guess->aside.empty()) gyro.guess->doubts.push_back(l->log.file + ": " + l->guess->aside);
@@ -163,19 +165,52 @@ void join_parts(InspectedLog& gyro, InspectedLog& accel) {
   accel.guess.reset();
 }
 
+// Adds gravity to accelerations without it. What these are worth by themselves does not matter then.
+void add_gravity(InspectedLog& linear, InspectedLog& gravity) {
+  ColumnUse& use = linear.log.columns->uses.at("accel");
+  const ColumnUse& added = gravity.log.columns->uses.at("accel");
+  use.added = added.names;
+  use.unit = added.unit;
+  linear.log.gravity_file = gravity.log.file;
+  linear.guess->doubts = std::move(gravity.guess->doubts);
+  linear.guess->aside.clear();
+  linear.guess->part = LogGuess::Part::kAccel;
+  gravity.log.file.clear();
+  gravity.guess.reset();
+}
+
+// Adds what a fusion has parted into two files, where no other file has the whole of it.
+void join_forces(std::vector<InspectedLog>& logs) {
+  using Part = LogGuess::Part;
+  const auto find = [&](Part part) {
+    return std::find_if(logs.begin(), logs.end(), [part](const InspectedLog& l) { return is_part(l, part); });
+  };
+  const auto linear = find(Part::kLinear), gravity = find(Part::kGravity);
+  const bool whole = std::any_of(logs.begin(), logs.end(), [](const InspectedLog& l) {
+    return is_part(l, Part::kAccel) && l.guess->aside.empty();
+  });
+  if (whole || linear == logs.end() || gravity == logs.end()) return;
+  const ColumnMap &one = *linear->log.columns, &other = *gravity->log.columns;
+  if (one.time == other.time && one.rows == other.rows) add_gravity(*linear, *gravity);  // both are read alike
+}
+
+bool has_forces(const InspectedLog& l) {
+  return is_part(l, LogGuess::Part::kAccel) || is_part(l, LogGuess::Part::kLinear) ||
+         is_part(l, LogGuess::Part::kGravity);
+}
+
 // Pairs gyroscopes and accelerometers that stand in two files, with times of one kind: phones write several of each,
 // and those that are to be preferred go first. The others are left aside, and said to be.
 void pair_up(std::vector<InspectedLog>& logs, std::vector<Suspicion>& found) {
   using Part = LogGuess::Part;
+  join_forces(logs);
   bool paired = false;
   for (const bool preferred : {true, false}) {
     for (InspectedLog& gyro : logs) {
-      const auto is = [&](const InspectedLog& l, Part part) {
-        return is_part(l, part) && (!preferred || l.guess->aside.empty());
-      };
-      if (!is(gyro, Part::kGyro) || (paired && !preferred)) continue;
+      const auto is_preferred = [&](const InspectedLog& l) { return !preferred || l.guess->aside.empty(); };
+      if (!is_part(gyro, Part::kGyro) || !is_preferred(gyro) || (paired && !preferred)) continue;
       const auto accel = std::find_if(logs.begin(), logs.end(), [&](const InspectedLog& l) {
-        return is(l, Part::kAccel) && l.log.columns->time.of == gyro.log.columns->time.of;
+        return has_forces(l) && is_preferred(l) && l.log.columns->time.of == gyro.log.columns->time.of;
       });
       if (accel == logs.end()) continue;
       join_parts(gyro, *accel);
@@ -227,6 +262,7 @@ void read_receiver(InspectedLog& l) {
     const bool stated = map->find("sigma_velocity") != nullptr || map->find("speed_accuracy") != nullptr;
     if (moves && !stated) l.log.sigma_velocity = Vector3d::Constant(kUsualVelocity);
   }
+  if (l.log.format == LogFormat::kNovatel) l.log.sigma_velocity = Vector3d::Constant(kUsualVelocity);
   l.gnss = read_gnss(l.log, &l.faults);
   if (says_no_sigma(l.gnss)) read_again(l, kUsualSigma, l.gnss, read_gnss);
   read_spread(l, l.gnss, read_gnss);
@@ -234,6 +270,7 @@ void read_receiver(InspectedLog& l) {
   l.clock = clock_of(l);
   if (l.gnss.fixes.size() < 3) return;
   l.gnss_health = gnss_health(l.gnss);
+  if (l.log.format == LogFormat::kNovatel && l.gnss_health->velocities == 0) l.log.sigma_velocity.reset();
   state_velocity_sigma(l);
 }
 

@@ -16,6 +16,7 @@
 #include "column_time.h"
 #include "column_units.h"
 #include "column_values.h"
+#include "declared_columns.h"
 #include "io/lower_case.h"
 #include "piste/core/error.h"
 #include "row_kinds.h"
@@ -199,7 +200,10 @@ class Guesser {
   }
 
   void use_triad(std::string_view key, const ColumnTriad& t, const Dimension& dimension, const UnitGuess& unit) {
-    use(key, {t[0], t[1], t[2]}, dimension, unit.unit);
+    ColumnUse& entry = use(key, {t[0], t[1], t[2]}, dimension, unit.unit);
+    if (!table_.columns[t[0]].along.empty()) {
+      for (const std::size_t c : t) entry.axes.push_back(table_.columns[c].along);
+    }
     if (!unit.doubt.empty() && !has_unit(t[0], dimension)) doubts_.push_back(fmt::format("{}: {}", key, unit.doubt));
   }
 
@@ -294,7 +298,10 @@ class Guesser {
     }
     if (accel && gyro) return taken(LogKind::kImu, LogGuess::Part::kWhole, why);
     LogGuess part = taken(LogKind::kImu, accel ? LogGuess::Part::kAccel : LogGuess::Part::kGyro, why);
-    if (accel && !added_) part.aside = why_no_force(*accel);
+    if (accel && !added_) {
+      part.part = part_of_force(*accel);
+      part.aside = why_no_force(part.part, *accel);
+    }
     if (!accel && named("uncal")) part.aside = "uncalibrated, as its name says";
     return part;
   }
@@ -349,15 +356,19 @@ class Guesser {
     return "columns x, y, z of neither gyroscopes nor accelerometers, as far as values and the name of the file tell";
   }
 
+  // What of the specific force accelerations are. The quietest sensors have ten times as much noise as kSmooth.
+  Part part_of_force(const ColumnTriad& t) const {
+    constexpr double kSmooth = 1e-5;  // of gravity
+    if (!is_gravity(usual_magnitude(table_, t))) return Part::kLinear;
+    return named("grav") || magnitude_scatter(table_, t) < kSmooth ? Part::kGravity : Part::kAccel;
+  }
+
   // Why accelerations are not the specific force that a sensor measured, if another file has that.
-  std::string why_no_force(const ColumnTriad& t) const {
-    constexpr double kSmooth = 1e-5;  // of gravity; the quietest sensors have ten times as much noise
-    const double magnitude = usual_magnitude(table_, t);
+  std::string why_no_force(Part part, const ColumnTriad& t) const {
     if (named("uncal")) return "uncalibrated, as its name says";
-    if (!is_gravity(magnitude)) return fmt::format("accelerations without gravity: they are mostly {:.2g}", magnitude);
-    if (named("grav") || magnitude_scatter(table_, t) < kSmooth)
-      return "gravity as a fusion has it, without the noise of a sensor";
-    return {};
+    if (part == Part::kGravity) return "gravity as a fusion has it, without the noise of a sensor";
+    if (part == Part::kAccel) return {};
+    return fmt::format("accelerations without gravity: they are mostly {:.2g}", usual_magnitude(table_, t));
   }
 
   double largest(std::size_t column) const {
@@ -432,7 +443,9 @@ class Guesser {
                                        integers ? "1e-7 deg, " : ""));
     }
     use("latitude", {*one("latitude")}, dimension::kAngle, angle).hemisphere = hemisphere('N', 'S');
-    use("longitude", {*one("longitude")}, dimension::kAngle, angle).hemisphere = hemisphere('E', 'W');
+    ColumnUse& longitude = use("longitude", {*one("longitude")}, dimension::kAngle, angle);
+    longitude.hemisphere = hemisphere('E', 'W');
+    if (const std::string& along = table_.columns[*one("longitude")].along; !along.empty()) longitude.axes = {along};
     use("height", {*height}, dimension::kLength, length);
     add_geoid(*height);
     if (const auto sigma = group("sigma", "neu")) {
@@ -651,8 +664,9 @@ std::string known_columns(std::string_view content) {
 
 std::optional<LogGuess> guess_columns(const std::string& file, std::string_view content) {
   if (auto guess = guess_tagged(file, content)) return guess;
-  const auto table = sample_columns(content);
+  auto table = sample_columns(content);
   if (!table) return std::nullopt;
+  declare_columns(content, *table);
   if (auto guess = guess_kinds(file, *table)) return guess;
   return Guesser(file, std::filesystem::path(file).stem().string(), *table).guess();
 }

@@ -54,6 +54,13 @@ void rename(ColumnMap& map, const std::string& from, const std::string& to, cons
   map.uses.insert(std::move(node));
 }
 
+// Another unit, times the number that stands before the present one: `0.001 rad/s` becomes `0.001 deg/s`.
+std::string with_number_of(const std::string& present, const std::string& unit) {
+  const auto end = present.find(' ');
+  const bool number = end != std::string::npos && present.find_first_not_of("0123456789.eE+-") >= end;
+  return number ? present.substr(0, end + 1) + unit : unit;
+}
+
 // The unit of raw counts with which the turns are as large as those of the track; empty if `unit` is of none, or is it.
 std::string count_unit(const std::string& unit, double turn_ratio) {
   constexpr double kNear = 1.3;  // a factor; ranges differ by two
@@ -88,10 +95,13 @@ void scale_rates(ColumnMap& map, const LogMatch& match) {
   }
   if (factors.gyro == kDegree || factors.gyro == kDegreesPerRadian) {
     const std::string unit = factors.gyro == kDegree ? "deg" : "rad";
-    map.uses.find(increments ? "dtheta" : "gyro")->second.unit = increments ? unit : unit + "/s";
+    std::string& present = map.uses.find(increments ? "dtheta" : "gyro")->second.unit;
+    present = with_number_of(present, increments ? unit : unit + "/s");
   }
-  if (!increments && near_factor(factors.accel, kStandardGravity)) map.uses.find("accel")->second.unit = "g";
-  if (!increments && near_factor(factors.accel, 1 / kStandardGravity)) map.uses.find("accel")->second.unit = "m/s^2";
+  if (increments) return;
+  std::string& force = map.uses.find("accel")->second.unit;
+  if (near_factor(factors.accel, kStandardGravity)) force = with_number_of(force, "g");
+  if (near_factor(factors.accel, 1 / kStandardGravity)) force = with_number_of(force, "m/s^2");
 }
 
 }  // namespace

@@ -96,6 +96,12 @@ void part_words(SampledColumn& column) {
   if (column.words.empty()) return;
   const std::string last = column.words.back();
   if (last.size() < 4) return;
+  if (last == "yawrate" || last == "pitchrate" || last == "rollrate") {
+    constexpr std::size_t kRate = 4;
+    column.words.back() = last.substr(0, last.size() - kRate);
+    column.words.emplace_back("rate");
+    return;
+  }
   const std::string stem = last.substr(0, last.size() - 1);
   const bool axis = std::string_view(stem == "vel" ? "nedu" : "xyz").find(last.back()) != std::string_view::npos;
   if (axis && std::find(kOfAxes.begin(), kOfAxes.end(), stem) != kOfAxes.end()) {
@@ -218,7 +224,7 @@ ColumnTable ColumnTable::rows_where(const std::function<bool(std::size_t)>& hold
   part.header = header;
   part.by_number = by_number;
   part.columns.reserve(columns.size());
-  for (const SampledColumn& c : columns) part.columns.push_back({c.cell, c.words, c.unit, {}, {}});
+  for (const SampledColumn& c : columns) part.columns.push_back({c.cell, c.words, c.unit, c.along, {}, {}});
   for (std::size_t row = 0; row < rows; ++row) {
     if (begins(row) && (part.stretches.empty() || part.stretches.back() != part.rows))
       part.stretches.push_back(part.rows);
@@ -244,7 +250,7 @@ ColumnTable table_with(std::vector<HeaderCell> cells, bool by_number) {
   table.header = true;
   table.by_number = by_number;
   table.columns.reserve(cells.size());
-  for (HeaderCell& cell : cells) table.columns.push_back({std::move(cell), {}, {}, {}, {}});
+  for (HeaderCell& cell : cells) table.columns.push_back({std::move(cell), {}, {}, {}, {}, {}});
   for (SampledColumn& column : table.columns) {
     column.words = words_of(column.cell.name);
     take_unit(column);

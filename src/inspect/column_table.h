@@ -17,6 +17,7 @@ struct SampledColumn {
   HeaderCell cell;                 ///< empty if there is no header
   std::vector<std::string> words;  ///< of its name, in lower case: `accelerometerTimestamp_sinceReboot` has four
   std::string unit;                ///< that the name ends with, such as `rad` of `lat_rad`, whose words are without it
+  std::string along = {};  ///< of what the log itself says of axes: the direction of the column, such as `-y` or `west`
   std::vector<std::string_view> texts;  ///< of its fields, in the sampled text
   std::vector<double> values;           ///< the same as numbers, NaN where there is none
   std::string_view first() const;       ///< its first text that is not empty, or nothing
@@ -59,6 +60,9 @@ std::vector<std::string> words_of(std::string_view name);
 
 /// FIT's unit of angles, 180 deg / 2^31.
 inline constexpr std::string_view kSemicircle = "8.3819031715393066e-8 deg";
+
+/// The unit of times of day that are written as digits, such as 091731.4.
+inline constexpr std::string_view kTimeOfDay = "hhmmss";
 
 /// The unit that these words spell, such as `m/s` of `m s`; empty if it is none.
 std::string unit_spelt(std::span<const std::string> words);

@@ -136,7 +136,7 @@ class TimeFinder {
     }
     constexpr std::size_t kWholeDate = 8;  // characters; of six digits the order is not known
     const auto parts = parts_beside(column);
-    if (is_time_of_day(table_, c.values)) {
+    if (c.unit == kTimeOfDay || is_time_of_day(table_, c.values)) {
       time.unit = "hhmmss";
       if (const auto date = column_of(meanings_, "date"); date && table_.columns[*date].first().size() >= kWholeDate) {
         time.unit = "calendar";

@@ -49,6 +49,9 @@ std::string file_keys(const InspectedLog& log, const std::string& folder, std::s
   if (!log.log.accel_file.empty()) {
     text += fmt::format("{}accel_file: {}\n", indent, yaml_text(path_from(folder, log.log.accel_file)));
   }
+  if (!log.log.gravity_file.empty()) {
+    text += fmt::format("{}gravity_file: {}\n", indent, yaml_text(path_from(folder, log.log.gravity_file)));
+  }
   text += fmt::format("{}format: {}\n", indent, name_of(log.log.format));
   if (log.log.columns) {
     for (const std::string& doubt : log.guess->doubts) text += fmt::format("{}# {}\n", indent, doubt);
@@ -97,6 +100,7 @@ std::string receiver_noise(const Calibration& found) {
 
 constexpr double kLoose = 5;           // times a sigma that the motion told, as the replay sees the same motion again
 constexpr double kMostArm = 1;         // m: the prior of a lever arm that nothing told
+constexpr double kAsTold = 0.01;       // s: of a delay that the log itself states
 constexpr double kLeastDelay = 0.005;  // s: the least prior of a delay
 
 double late_prior(double sigma) {
@@ -125,6 +129,8 @@ std::optional<LateVelocities> late_velocities(const InspectedLog& log, double wr
   const auto& velocity = log.gnss_health->velocity;
   if (const auto delay = velocity ? velocity->known_delay() : std::nullopt)
     return LateVelocities{.delay = *delay, .sigma = velocity->sigma_delay, .prior = late_prior(velocity->sigma_delay)};
+  if (const double told = log.gnss.velocity_latency; told != 0)
+    return LateVelocities{.delay = told, .sigma = kAsTold, .prior = late_prior(kAsTold)};
   return std::nullopt;
 }
 

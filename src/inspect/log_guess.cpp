@@ -8,10 +8,14 @@
 #include <cmath>
 #include <cstdint>
 #include <initializer_list>
+#include <iterator>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "column_guess.h"
 #include "io/lower_case.h"
+#include "io/novatel_ascii.h"
 #include "io/text_reader.h"
 #include "math/time.h"
 #include "piste/core/error.h"
@@ -61,6 +65,47 @@ LogGuess found_by(LogKind kind, LogFormat format, std::string why) {
   guess.format = format;
   guess.why = std::move(why);
   return guess;
+}
+
+void put_aside(LogGuess& guess, std::string why) {
+  guess.part = LogGuess::Part::kNone;
+  guess.aside = std::move(why);
+}
+
+// Whether a line is an ASCII log of NovAtel, cut or not.
+bool holds_novatel(std::string_view head) {
+  TextReader reader("", TextReader::Separator::kComma, head);
+  constexpr std::string_view kNames[] = {"POSA,", "VELA,", "IMUA,", "IMUSA,", "IMUXA,", "IMUSXA,", "INSPVA"};
+  while (reader.next()) {
+    const std::string_view line = reader.line();
+    if (!line.starts_with('#') && !line.starts_with('%')) continue;
+    const std::string_view header = line.substr(0, line.find(';'));
+    if (header.size() < line.size() &&
+        std::any_of(std::begin(kNames), std::end(kNames), [&](std::string_view name) { return has(header, name); }))
+      return true;
+  }
+  return false;
+}
+
+// IMU, receiver and attitudes of NovAtel, by the names of their logs.
+std::optional<LogGuess> guess_novatel(std::string_view content) {
+  std::vector<LogGuess> found;
+  const bool imu = has(content, "RAWIMUXA,") || has(content, "RAWIMUSXA,");
+  if (imu) found.push_back(found_by(LogKind::kImu, LogFormat::kNovatel, "logs named RAWIMUXA or RAWIMUSXA"));
+  if (const std::string_view solution = log_formats::novatel_solution(content); !solution.empty())
+    found.push_back(found_by(LogKind::kGnss, LogFormat::kNovatel, fmt::format("logs named {}POSA", solution)));
+  if (has(content, "INSPVA")) {
+    found.push_back(found_by(LogKind::kAttitude, LogFormat::kInspva, "logs named INSPVA"));
+    if (imu) put_aside(found.back(), "attitudes of the receiver's own filter, by the same IMU");
+  }
+  if (!imu && (has(content, "RAWIMUA,") || has(content, "RAWIMUSA,"))) {
+    found.push_back(found_by(LogKind::kImu, LogFormat::kNovatel, "logs named RAWIMUA or RAWIMUSA"));
+    put_aside(found.back(), std::string(log_formats::kUntypedImu));
+  }
+  if (found.empty()) return std::nullopt;
+  LogGuess first = std::move(found.front());
+  first.beside.assign(std::make_move_iterator(found.begin() + 1), std::make_move_iterator(found.end()));
+  return first;
 }
 
 // Only what that reader needs makes it one of its files; of others the columns are guessed.
@@ -137,6 +182,34 @@ std::optional<LogGuess> guess_numbers(const std::string& file, std::string_view 
   return imu;
 }
 
+// Whether a line is a row of KITTI's oxts: 30 numbers from latitude and longitude to five modes.
+bool is_kitti(std::string_view line) {
+  constexpr std::size_t kColumns = 30, kModes = 5;
+  TextReader reader("", TextReader::Separator::kSpaces, line);
+  if (!reader.next() || reader.fields().size() != kColumns) return false;
+  for (std::size_t i = 0; i < kColumns; ++i) {
+    const auto value = number_in(reader.fields()[i], TextReader::Separator::kSpaces);
+    const double most = i == 0 ? 90 : i == 1 ? 180 : 1e9;
+    if (!value || std::abs(*value) > most || (i + kModes >= kColumns && *value != std::floor(*value))) return false;
+  }
+  return true;
+}
+
+constexpr std::string_view kNoVectorNav =
+    "sentences of VectorNav: VNIMU has no time, and VNINS is of the sensor's own filter; export its binary output as a "
+    "CSV with TimeStartup or GpsTow";
+constexpr std::string_view kNoKitti =
+    "rows of KITTI's oxts, whose times are in timestamps.txt. Join them: `paste -d, timestamps.txt "
+    "<(cat data/*.txt | tr ' ' ,)` below time,lat,lon,alt,roll,pitch,yaw,vn,ve,vf,vl,vu,ax,ay,az,af,al,au,wx,wy,wz,wf,"
+    "wl,wu,pos_accuracy,vel_accuracy,navstat,numsats,posmode,velmode,orimode. Its places are of a filter that has used "
+    "this IMU, so that the sigmas of a replay of both are too small";
+
+// Why a log of a known kind cannot be used, and what could be; empty if it is of none.
+std::string_view why_unusable(std::string_view head) {
+  if (head.starts_with("$VN")) return kNoVectorNav;
+  return is_kitti(head.substr(0, head.find('\n'))) ? kNoKitti : std::string_view();
+}
+
 }  // namespace
 
 LogGuess guess_log(const std::string& file, std::string_view content) {
@@ -144,13 +217,17 @@ LogGuess guess_log(const std::string& file, std::string_view content) {
     throw DataError(file + ":1", "the file is empty; a log is expected");
   const std::string_view head = content.substr(0, kLooked);
   if (head.starts_with("$IMURAW")) return found_by(LogKind::kImu, LogFormat::kImr, "its mark `$IMURAW`");
-  if (has(head, "INSPVA")) return found_by(LogKind::kAttitude, LogFormat::kInspva, "logs named INSPVA");
+  if (holds_novatel(head)) {
+    if (auto logs = guess_novatel(content)) return *logs;
+  }
   if (holds_ubx(head)) return found_by(LogKind::kGnss, LogFormat::kUbx, "frames that begin with B5 62");
   if (holds_nmea(head)) return found_by(LogKind::kGnss, LogFormat::kNmea, "sentences such as $GPGGA");
   if (has(head, "Counter") && has(head, "Acc_X") && states_rate(head))
     return found_by(LogKind::kImu, LogFormat::kXsensAscii, "columns Counter and Acc_X");
   if (head.starts_with("%") && (has(head, "latitude(") || has(head, "ecef(m)") || has(head, "-baseline(m)")))
     return found_by(LogKind::kGnss, LogFormat::kRtklibPos, "a header of RTKLIB");
+  if (const std::string_view why = why_unusable(head); !why.empty())
+    throw DataError(file + ":1", fmt::format("holds {}", why));
   const std::string_view line = head.substr(0, head.find('\n'));
   if (auto csv = guess_csv(line)) return *csv;
   if (auto numbers = guess_numbers(file, head, content)) return *numbers;

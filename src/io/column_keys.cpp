@@ -113,6 +113,16 @@ std::vector<std::string> read_axes(const Config& map, std::size_t columns, std::
   return axes;
 }
 
+// The direction in which a latitude or longitude grows.
+std::vector<std::string> read_growth(const Config& map, const AxisNames& names, bool lettered) {
+  std::vector<std::string> axes = map.words("axes");
+  if (lettered) map.fail("axes", "stands beside a column with signs, not beside `hemisphere`");
+  if (axes.size() != 1 || std::find(names.begin(), names.end(), axes[0]) == names.end()) {
+    map.fail("axes", fmt::format("right would be `{}` or `{}`, the direction in which it grows", names[0], names[1]));
+  }
+  return axes;
+}
+
 ColumnUse read_use(const Config& columns, const ColumnQuantity& quantity) {
   const Config map = columns.map(quantity.key);
   ColumnUse use;
@@ -142,6 +152,8 @@ ColumnUse read_use(const Config& columns, const ColumnQuantity& quantity) {
     if (use.added.size() != use.names.size()) map.fail("added", "three columns are expected, those of gravity");
   }
   if (place) use.hemisphere = map.text("hemisphere", "");
+  if (place && map.has("axes"))
+    use.axes = read_growth(map, kLevelAxes[key == "latitude" ? 0 : 1], !use.hemisphere.empty());
   if (key == "height") use.geoid = map.text("geoid", "");
   if (key == "fix") {
     for (const std::string& value : map.words("valid")) {

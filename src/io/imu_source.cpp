@@ -79,11 +79,20 @@ LogFile read_log_file(const Config& source, std::initializer_list<LogFormat> for
 ImuSource read_imu_source(const Config& imu, DataFile data) {
   ImuSource source;
   source.where = imu.where();
-  source.log = read_log_file(
-      imu, {LogFormat::kCsv, LogFormat::kKfGins, LogFormat::kXsensAscii, LogFormat::kImr, LogFormat::kColumns}, data);
+  source.log = read_log_file(imu,
+                             {LogFormat::kCsv, LogFormat::kKfGins, LogFormat::kXsensAscii, LogFormat::kImr,
+                              LogFormat::kNovatel, LogFormat::kColumns},
+                             data);
   if (source.log.format == LogFormat::kColumns) {
     source.log.columns = read_column_map(imu, imu_quantities());
     if (imu.has("accel_file")) source.log.accel_file = path_at(imu, "accel_file", data);
+    if (imu.has("gravity_file")) source.log.gravity_file = path_at(imu, "gravity_file", data);
+    const ColumnUse* accel = source.log.columns->find("accel");
+    if (!source.log.gravity_file.empty() &&
+        (source.log.accel_file.empty() || accel == nullptr || accel->added.empty())) {
+      imu.fail("gravity_file",
+               "its columns are those of `added` under `accel`, and are added to those of `accel_file`; name both");
+    }
     const bool apart = source.log.columns->accel_time || !source.log.columns->accel_rows.empty();
     if (apart && source.log.accel_file.empty()) {
       imu.fail("columns",

@@ -54,12 +54,14 @@ struct ImuColumns {
   bool increments = false;
 };
 
-enum class Part { kBoth, kGyro, kAccel };
+enum class Part { kBoth, kGyro, kAccel, kGravity };
+
+bool has_gyro(Part part) { return part == Part::kBoth || part == Part::kGyro; }
 
 // The mapping of a part: the file of the accelerometers may have a time and rows of its own.
 ColumnMap map_of(const ColumnMap& map, Part part) {
   ColumnMap own = map;
-  if (part != Part::kAccel) return own;
+  if (has_gyro(part)) return own;
   own.rows = map.accel_rows;
   if (map.accel_time) own.time = *map.accel_time;
   return own;
@@ -72,20 +74,22 @@ bool is_of_another(const ColumnReader& reader, std::initializer_list<const std::
   });
 }
 
-ImuColumns imu_columns(const ColumnReader& reader, const ColumnMap& map, Part part) {
+// `apart`: whether gravity has a file of its own.
+ImuColumns imu_columns(const ColumnReader& reader, const ColumnMap& map, Part part, bool apart) {
   const auto find = [&](std::string_view key) {
     return along_axes(find_columns(reader, map, imu_quantities(), key), map.find(key));
   };
   ImuColumns columns;
   columns.increments = map.find("dtheta") != nullptr;
-  if (part != Part::kAccel) columns.gyro = find(columns.increments ? "dtheta" : "gyro");
-  if (part != Part::kGyro) columns.accel = find(columns.increments ? "dvel" : "accel");
-  if (const ColumnUse* accel = map.find("accel"); part != Part::kGyro && accel != nullptr && !accel->added.empty()) {
+  if (has_gyro(part)) columns.gyro = find(columns.increments ? "dtheta" : "gyro");
+  if (part == Part::kBoth || part == Part::kAccel) columns.accel = find(columns.increments ? "dvel" : "accel");
+  const ColumnUse* accel = map.find("accel");
+  if (accel != nullptr && !accel->added.empty() && (apart ? part == Part::kGravity : part != Part::kGyro)) {
     for (const std::string& name : accel->added)
       columns.gravity.push_back(reader.column(name, "added", accel->unit, dimension::kAcceleration));
     columns.gravity = along_axes(columns.gravity, accel);
   }
-  if (part == Part::kAccel) return columns;
+  if (!has_gyro(part)) return columns;
   columns.magnetic = find("magnetic");
   columns.temperature = find("temperature");
   return columns;
@@ -95,14 +99,14 @@ ImuRecording read_part(const LogFile& log, const std::string& file, std::optiona
                        RowFaults* faults) {
   const ColumnMap map = map_of(*log.columns, part);
   ColumnReader reader(file, map, content);
-  const ImuColumns columns = imu_columns(reader, map, part);
+  const ImuColumns columns = imu_columns(reader, map, part, !log.gravity_file.empty());
   ColumnClock clock(reader, map.time, log.order());
   const bool judged = is_for_use(faults) && !columns.gyro.empty() && std::abs(columns.gyro[0].factor) == 1;
   ImuRecording imu;
   imu.file = file;
   imu.increments = columns.increments;
   const auto row = [&] {
-    if (is_of_another(reader, {&columns.gyro, &columns.accel})) return;
+    if (is_of_another(reader, {&columns.gyro, &columns.accel, &columns.gravity})) return;
     const double t = clock.next();
     const auto value = [&](const std::vector<Column>& of) -> Vector3d {
       return of.empty() ? Vector3d::Zero() : three(reader, of);
@@ -122,6 +126,32 @@ ImuRecording read_part(const LogFile& log, const std::string& file, std::optiona
   for_each_row(
       faults, [&] { return reader.next(); }, row);
   return imu;
+}
+
+// Accelerations without gravity and gravity, added: rows with the same stamp, as one fusion makes both.
+ImuRecording sum_of(const ImuRecording& linear, const ImuRecording& gravity) {
+  ImuRecording sum;
+  sum.file = linear.file;
+  sum.repaired = linear.repaired;
+  sum.repaired += gravity.repaired;
+  for (std::size_t i = 0, j = 0; i < linear.time.size() && j < gravity.time.size();) {
+    if (linear.time[i] == gravity.time[j]) {
+      sum.time.push_back(linear.time[i]);
+      sum.gyro.push_back(linear.gyro[i]);
+      sum.accel.emplace_back(linear.accel[i++] + gravity.accel[j++]);
+    } else {
+      linear.time[i] < gravity.time[j] ? ++i : ++j;
+    }
+  }
+  constexpr std::size_t kMost = 10;  // rows without one beside them: one in so many
+  sum.unpaired = linear.time.size() + gravity.time.size() - 2 * sum.time.size();
+  if (kMost * sum.unpaired > linear.time.size() + gravity.time.size()) {
+    throw DataError(gravity.file + ":1",
+                    fmt::format("only {} of its {} rows have the time of a row of {}, to which gravity is to be added; "
+                                "log the accelerometers' own output",
+                                sum.time.size(), gravity.time.size(), linear.file));
+  }
+  return sum;
 }
 
 // The columns of a triad along north, east and down, with their signs. Down is missing if there are two.
@@ -176,6 +206,7 @@ class FixReader {
       const ColumnUse& use = *map.find(kAngles[i]);
       if (!use.hemisphere.empty()) hemisphere_[i] = reader.place_of(use.hemisphere, "hemisphere");
       minutes_[i] = use.unit == kDegreesMinutes;
+      if (!use.axes.empty() && (use.axes[0] == "south" || use.axes[0] == "west")) place_[i].factor *= -1;
     }
     if (const ColumnUse& height = *map.find("height"); !height.geoid.empty()) {
       geoid_ = reader.column(height.geoid, "geoid", height.unit, dimension::kLength);
@@ -328,6 +359,7 @@ ImuRecording read_imu_columns(const LogFile& log, RowFaults* faults) {
   if (log.accel_file.empty()) return read_part(log, log.file, log.content, Part::kBoth, faults);
   ImuRecording gyro = read_part(log, log.file, log.content, Part::kGyro, faults);
   ImuRecording accel = read_part(log, log.accel_file, {}, Part::kAccel, faults);
+  if (!log.gravity_file.empty()) accel = sum_of(accel, read_part(log, log.gravity_file, {}, Part::kGravity, faults));
   if (log.shared_stamps) {
     spread_stamps(gyro);
     spread_stamps(accel);

@@ -19,6 +19,8 @@ GnssRecording read_gnss_nmea(const LogFile& log, RowFaults* faults);
 GnssRecording read_gnss_ubx(const LogFile& log, RowFaults* faults);
 ImuRecording read_imu_xsens(const LogFile& log, RowFaults* faults);
 ImuRecording read_imu_imr(const LogFile& log, RowFaults* faults);
+ImuRecording read_imu_novatel(const LogFile& log, RowFaults* faults);
+GnssRecording read_gnss_novatel(const LogFile& log, RowFaults* faults);
 ImuRecording read_imu_columns(const LogFile& log, RowFaults* faults);
 GnssRecording read_gnss_columns(const LogFile& log, RowFaults* faults);
 AttitudeRecording read_attitude_columns(const LogFile& log, RowFaults* faults);

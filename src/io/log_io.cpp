@@ -29,6 +29,8 @@ std::string_view needed(LogFormat format) {
       return "; sentences GGA, GST and RMC of a receiver that has one are read";
     case LogFormat::kUbx:
       return "; frames NAV-PVT of a receiver that has one are read";
+    case LogFormat::kNovatel:
+      return "; logs BESTGNSSPOSA, BESTPOSA, RTKPOSA, PPPPOSA or PSRPOSA that are computed are read";
     case LogFormat::kInspva:
       return "; logs INSPVAA, INSPVASA or INSPVAXA that are aligned are read";
     case LogFormat::kCsv:
@@ -85,6 +87,8 @@ std::string_view name_of(LogFormat format) {
       return "xsens_ascii";
     case LogFormat::kImr:
       return "imr";
+    case LogFormat::kNovatel:
+      return "novatel";
     case LogFormat::kInspva:
       return "inspva";
     case LogFormat::kColumns:
@@ -109,6 +113,9 @@ ImuRecording read_imu(const LogFile& log, RowFaults* faults) {
     case LogFormat::kImr:
       imu = log_formats::read_imu_imr(log, left_out.list());
       break;
+    case LogFormat::kNovatel:
+      imu = log_formats::read_imu_novatel(log, left_out.list());
+      break;
     case LogFormat::kColumns:
       imu = log_formats::read_imu_columns(log, left_out.list());
       break;
@@ -116,7 +123,7 @@ ImuRecording read_imu(const LogFile& log, RowFaults* faults) {
     case LogFormat::kNmea:
     case LogFormat::kUbx:
     case LogFormat::kInspva:
-      wrong_format(log, "an IMU", "csv, kf_gins, xsens_ascii, imr or columns");
+      wrong_format(log, "an IMU", "csv, kf_gins, xsens_ascii, imr, novatel or columns");
   }
   left_out.count_in(imu.repaired, imu.time.size());
   if (log.shared_stamps && log.accel_file.empty()) spread_stamps(imu);
@@ -145,13 +152,16 @@ GnssRecording read_gnss(const LogFile& log, RowFaults* faults) {
     case LogFormat::kUbx:
       gnss = log_formats::read_gnss_ubx(log, left_out.list());
       break;
+    case LogFormat::kNovatel:
+      gnss = log_formats::read_gnss_novatel(log, left_out.list());
+      break;
     case LogFormat::kColumns:
       gnss = log_formats::read_gnss_columns(log, left_out.list());
       break;
     case LogFormat::kXsensAscii:
     case LogFormat::kImr:
     case LogFormat::kInspva:
-      wrong_format(log, "GNSS", "csv, kf_gins, rtklib_pos, nmea, ubx or columns");
+      wrong_format(log, "GNSS", "csv, kf_gins, rtklib_pos, nmea, ubx, novatel or columns");
   }
   left_out.count_in(gnss.repaired, gnss.fixes.size());
   if (log.shared_stamps) spread_stamps(gnss);

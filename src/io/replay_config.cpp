@@ -178,12 +178,19 @@ bool has_velocities(const GnssRecording& receiver) {
   return std::any_of(receiver.fixes.begin(), receiver.fixes.end(), [](const auto& fix) { return fix.velocity; });
 }
 
-// Throws if a delay of velocities is given or to be estimated, and there are none.
+// Throws if a delay of velocities is given or to be estimated, and there are none; or if the log says that they are
+// late, and the configuration does not say how late.
 void check_velocities(const std::vector<GnssRecording>& gnss, const FilterOptions& filter) {
   bool some = false;
   for (std::size_t i = 0; i < gnss.size(); ++i) {
     const bool there = has_velocities(gnss[i]);
     some = some || (there && filter.gnss[i].use_velocity);
+    if (const double late = gnss[i].velocity_latency;
+        there && late != 0 && filter.gnss[i].use_velocity && !filter.gnss[i].velocity_delay) {
+      throw DataError(gnss[i].file + ":1", fmt::format("the log says that its velocities come {0:g} s late; state it: "
+                                                       "`velocity_delay: {0:g} s`, or leave them out: `use: position`",
+                                                       late));
+    }
     if (there || !filter.gnss[i].velocity_delay) continue;
     throw DataError(gnss[i].file + ":1", "the log has no velocities for `velocity_delay`; leave the key out");
   }

@@ -115,7 +115,7 @@ std::optional<AdaptationOptions> read_adaptation(const Config& config) {
 LogFile read_gnss_file(const Config& source, DataFile data) {
   LogFile log = read_log_file(source,
                               {LogFormat::kCsv, LogFormat::kKfGins, LogFormat::kRtklibPos, LogFormat::kNmea,
-                               LogFormat::kUbx, LogFormat::kColumns},
+                               LogFormat::kUbx, LogFormat::kNovatel, LogFormat::kColumns},
                               data);
   log.shared_stamps = source.choice<bool>("stamps", {{"as_logged", false}, {"shared", true}}, false);
   read_stated_sigma(source, dimension::kLength, "2 2 4 m", log);

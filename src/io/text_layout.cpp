@@ -26,6 +26,9 @@ std::string_view without(std::string_view text, std::string_view marks) {
   return text.substr(first, text.find_last_not_of(marks) - first + 1);
 }
 
+// What VBOX writes between the names and the rows.
+constexpr std::string_view kDataMark = "[data]";
+
 // Whether the first field is but the mark of a comment.
 bool begins_with_mark(const std::vector<std::string_view>& fields) {
   return fields.size() > 1 && !fields[0].empty() && without(fields[0], kMarks).empty();
@@ -73,7 +76,7 @@ std::vector<Line> lines_of(std::string_view text, Delimiter delimiter, const std
   std::size_t looked = 0;
   while (looked < kLooked && reader.next()) {
     const auto& fields = reader.fields();
-    if (!are_chosen(fields, chosen)) continue;
+    if (!are_chosen(fields, chosen) || reader.line() == kDataMark) continue;
     looked += reader.line().size();
     const bool trailing = fields.size() > 1 && fields.back().empty();
     const auto numbers = static_cast<std::size_t>(std::count_if(fields.begin(), fields.end(), [&](std::string_view f) {

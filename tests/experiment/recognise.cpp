@@ -49,6 +49,36 @@ TEST_F(PhoneFolder, MakesOneImuOfTheForcesWithGravityAndNoise) {
   for (const InspectedLog& l : logs) EXPECT_EQ(l.left_out.empty(), is_whole(l)) << l.log.file;
 }
 
+TEST_F(PhoneFolder, AddsGravityToForcesWithoutIt) {
+  std::vector<Suspicion> found;
+  const auto logs = recognise({gravity(), gyroscope(), without_gravity()}, found);
+  ASSERT_EQ(logs.size(), 1U);
+  EXPECT_EQ(logs[0].log.accel_file, folder / "Accelerometer.csv");
+  EXPECT_EQ(logs[0].log.gravity_file, folder / "Gravity.csv");
+  EXPECT_TRUE(found.empty());
+  const ImuRecording imu = read_imu(logs[0].log);
+  EXPECT_NEAR(imu.accel.at(500).z(), -9.81, 0.1);
+  EXPECT_GT((imu.accel[500] - imu.accel[501]).norm(), 1e-3) << "with the sensor's noise";
+}
+
+// In rows of one file, of which only one kind could be named for both.
+TEST_F(PhoneFolder, AddsNoGravityThatStandsInOtherRows) {
+  std::string text = "sensor,time_ms,x,y,z\n";
+  test::Random random(2);
+  const auto row = [&](const char* kind, int i, double z) {
+    text +=
+        fmt::format("{},{},{:.5f},{:.5f},{:.5f}\n", kind, 20 * i, 0.1 * random.uniform(), 0.1 * random.uniform(), z);
+  };
+  for (int i = 0; i < 1000; ++i) {
+    row("gyroscope", i, 0.01 * (i % 7));
+    row("linear_acceleration", i, 0.1 * (i % 5));
+    row("gravity", i, 9.8);
+  }
+  std::vector<Suspicion> found;
+  for (const InspectedLog& l : recognise({folder.write("all.csv", text)}, found))
+    EXPECT_TRUE(l.log.gravity_file.empty());
+}
+
 TEST_F(PhoneFolder, TakesForcesWithoutGravityWhereThereAreNoOthers) {
   std::vector<Suspicion> found;
   const auto logs = recognise({gyroscope(), without_gravity()}, found);

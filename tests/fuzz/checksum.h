@@ -35,4 +35,14 @@ void mend_lines(char* text, std::size_t size, int digits, Sum&& sum) {
   }
 }
 
+/// CRC-32 as NovAtel has it: from 0, not inverted.
+inline unsigned novatel_crc(std::string_view body) {
+  unsigned value = 0;
+  for (const char c : body) {
+    value ^= static_cast<unsigned char>(c);
+    for (int bit = 0; bit < 8; ++bit) value = (value >> 1) ^ ((value & 1) != 0 ? 0xEDB88320U : 0U);
+  }
+  return value;
+}
+
 }  // namespace piste::fuzz

@@ -13,14 +13,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t largest,
                                                unsigned seed) {
-  const auto crc = [](std::string_view body) {
-    unsigned value = 0;
-    for (const char c : body) {
-      value ^= static_cast<unsigned char>(c);
-      for (int bit = 0; bit < 8; ++bit) value = (value >> 1) ^ ((value & 1) != 0 ? 0xEDB88320U : 0U);
-    }
-    return value;
-  };
-  return piste::fuzz::mutate(data, size, largest, seed,
-                             [&](char* text, std::size_t length) { piste::fuzz::mend_lines(text, length, 8, crc); });
+  using namespace piste;
+  return fuzz::mutate(data, size, largest, seed,
+                      [](char* text, std::size_t length) { fuzz::mend_lines(text, length, 8, fuzz::novatel_crc); });
 }

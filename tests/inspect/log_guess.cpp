@@ -60,6 +60,37 @@ TEST_P(LogGuessed, ByWhatItHolds) {
 INSTANTIATE_TEST_SUITE_P(Formats, LogGuessed, ::testing::ValuesIn(examples()),
                          [](const auto& each) { return each.param.name; });
 
+// Logs of known kinds that cannot be used say what could be.
+TEST(LogGuess, KnownLogsWithoutATime) {
+  const auto why = [](const std::string& text) { return message_of<DataError>([&] { guess_log("log", text); }); };
+  EXPECT_TRUE(contains(why("$VNIMU,-00.03,+00.42,-00.66,-00.01,+00.02,+09.95,+00.002,-00.008,-00.045,+20.7,+84.3*66\n"),
+                       "log:1: holds sentences of VectorNav: VNIMU has no time"));
+  const std::string place = "49.015 8.434 116.43 0.035 0.002 -2.6";
+  std::string middle;
+  for (int i = 0; i < 19; ++i) middle += fmt::format(" {}.25", i);
+  EXPECT_TRUE(contains(why(place + middle + " 4 11 6 6 6\n"), "log:1: holds rows of KITTI's oxts"));
+  EXPECT_FALSE(contains(why(place + middle + " 4 11 6 6 6.5\n"), "KITTI")) << "no modes";
+}
+
+// IMU, receiver and attitudes stand in one file of NovAtel.
+TEST(LogGuess, SeveralLogsOfNovatel) {
+  const std::string position = test::novatel("#BESTPOSA,COM1,0,60.0,FINESTEERING,2374,1.0,0,0,0;SOL_COMPUTED"),
+                    typed = test::novatel("%RAWIMUSXA,2374,1.0;00,13"),
+                    untyped = test::novatel("%RAWIMUSA,2374,1.0;2374"),
+                    attitude = test::novatel("#INSPVAA,COM1,0,31.0,FINESTEERING,1264,1;1");
+  const LogGuess all = guess_log("log", position + attitude + untyped + typed);
+  EXPECT_EQ(all.kind, LogKind::kImu);
+  ASSERT_EQ(all.beside.size(), 2U);
+  EXPECT_EQ(all.beside[0].kind, LogKind::kGnss);
+  EXPECT_EQ(all.beside[0].format, LogFormat::kNovatel);
+  EXPECT_EQ(all.beside[1].part, LogGuess::Part::kNone) << all.beside[1].aside;
+  const LogGuess without = guess_log("log", untyped + attitude + position);
+  EXPECT_EQ(without.kind, LogKind::kGnss);
+  ASSERT_EQ(without.beside.size(), 2U);
+  EXPECT_EQ(without.beside[0].part, LogGuess::Part::kWhole) << "of an IMU that is not in the file";
+  EXPECT_TRUE(contains(without.beside[1].aside, "do not say the type of the IMU"));
+}
+
 TEST(LogGuess, SaysWhatIsNone) {
   const auto refused = [](const std::string& text) {
     return message_of<DataError>([&] { guess_log("log.txt", text); });

@@ -394,6 +394,80 @@ TEST(LoggerDialects, ARefusalSaysWhichColumnsAreKnown) {
       << why;
 }
 
+// ---- Logs that say of their columns in ways of their own what they are ----
+
+std::string gyroflow(const std::string& orientation, double turn, double force, const std::string& force_scale) {
+  const std::string head = fmt::format(
+      "GYROFLOW IMU LOG\nversion,1.3\nid,custom_logger\norientation,{}\nvendor,potatocam\ntscale,0.0001\ngscale,{}\n"
+      "ascale,{}\nt,gx,gy,gz,ax,ay,az\n",
+      orientation, turn, force_scale);
+  return imu_rows(head, [&](int i, const Sample& s) {
+    return fmt::format("{},{},{}", 100 * i, s.turns(turn, "{:.0f},{:.0f},{:.0f}"),
+                       s.forces(force, "{:.0f},{:.0f},{:.0f}"));
+  });
+}
+
+TEST(LoggerDialects, ScalesAndAxesOfGyroflow) {
+  const LogGuess imu = tried("log.gcsv", gyroflow("YxZ", 0.00122173047, 9.80665 * 0.00048828125, "0.00048828125"));
+  expect_has(imu, {"time: {name: t, unit: 0.0001 s, of: boot}",
+                   "gyro: {names: [gx, gy, gz], axes: -y +x +z, unit: '0.00122173047 rad/s'}",
+                   "accel: {names: [ax, ay, az], axes: -y +x +z, unit: '0.00048828125 g'}"});
+  EXPECT_TRUE(imu.doubts.empty());
+}
+
+// The scale should be that of g.
+TEST(LoggerDialects, GyroflowWithMetresForG) {
+  expect_has(
+      tried("log.gcsv", gyroflow("XYZ", 0.001, 0.00981, "0.00981")),
+      {"gyro: {names: [gx, gy, gz], unit: '0.001 rad/s'}", "accel: {names: [ax, ay, az], unit: '0.00981 m/s^2'}"});
+  EXPECT_TRUE(contains(mapping(tried("log.gcsv", gyroflow("XXZ", 0.001, 9.80665e-3, "0.001"))),
+                       "gyro: {names: [gx, gy, gz], unit: '0.001 rad/s'}"))
+      << "no orientation";
+}
+
+std::string vbox(const std::string& names, const std::function<std::string(int)>& row) {
+  return fix_rows(
+      "File created on 20/08/2025 @ 12:00:00\r\n\r\n[header]\r\nsatellites\r\nvelocity kmh\r\n\r\n"
+      "[laptiming]\r\nStart +2766.1 -0433.7 +2766.2 -0433.8 \xAC Start / Finish\r\n\r\n"
+      "[column names]\r\n" +
+          names + "\r\n\r\n[data]\r\n",
+      row);
+}
+
+TEST(LoggerDialects, PlacesOfVboxAreMinutesToTheWest) {
+  const auto text = [](const char* format) {
+    return vbox("sats time lat long velocity heading height vert-vel", [format](int i) {
+      return fmt::format("018 0917{:05.2f} {} 017.287 040.12 +0450.25 +0.01", 10 + 0.1 * i,
+                         fmt::format(fmt::runtime(format), i));
+    });
+  };
+  const LogGuess minutes = tried("run.vbo", text("+02765.83{0:03} -00433.71{0:03}"));
+  expect_has(minutes, {"time: {name: time, unit: hhmmss, of: boot}", "latitude: {name: lat, unit: arcmin}",
+                       "longitude: {name: long, axes: west, unit: arcmin}", "speed: {name: velocity, unit: 'km/h'}",
+                       "course: {name: heading, unit: deg}"});
+  const LogGuess degrees = tried("run.vbo", text("46.09{0:03} 7.22{0:03}"));
+  expect_has(degrees, {"latitude: {name: lat, unit: deg}", "longitude: {name: long, unit: deg}"});
+}
+
+TEST(LoggerDialects, VboxWithAnImu) {
+  std::string text =
+      vbox("sats time lat long velocity heading height yawrate x_accel y_accel pitchrate rollrate z_accel",
+           [](int) { return std::string(); });
+  int i = 0;
+  for (const Sample& s : samples()) {
+    text += fmt::format(
+        "018 0917{:05.2f} +02765.83{:03} -00433.713 017.287 040.12 +0450.25 {:+.6E} {:+.6E} {:+.6E} {:+.6E} {:+.6E} "
+        "{:+.6E}\r\n",
+        10 + s.t, i++ / 10, s.gyro.z() * 180 / M_PI, s.accel.x() / 9.80665, s.accel.y() / 9.80665,
+        s.gyro.y() * 180 / M_PI, s.gyro.x() * 180 / M_PI, s.accel.z() / 9.80665);
+  }
+  const LogGuess imu = tried("run.vbo", text);
+  expect_has(imu, {"gyro: {names: [rollrate, pitchrate, yawrate], unit: 'deg/s'}",
+                   "accel: {names: [x_accel, y_accel, z_accel], unit: g}"});
+  ASSERT_EQ(imu.beside.size(), 1U);
+  expect_has(imu.beside[0], {"only_new: true", "longitude: {name: long, axes: west, unit: arcmin}"});
+}
+
 // ---- What is not what it seems ----
 
 TEST(LoggerDialects, NamesThatAreLikeOthers) {

@@ -362,6 +362,38 @@ TEST_F(Apart, InstantsAreOnTheLineBetweenNeighbours) {
   EXPECT_EQ(log.gyro[7].z(), 0.07);
 }
 
+// Gravity apart from accelerations without it, as a phone's fusion has them: rows of the same stamps are added.
+TEST_F(Apart, GravityInAFileOfItsOwn) {
+  const auto with = [&](const std::vector<double>& times, const std::string& more = "gravity_file: gravity.txt,",
+                        const std::string& added = ", added: [x, z, y]") {
+    std::string gravity = "s [s],x [m/s^2],y [m/s^2],z [m/s^2]\n", linear = gravity, gyro = gravity;
+    for (const double t : times) gravity += fmt::format("{:.3f},0.25,9.75,0\n", t);
+    for (int i = 0; i < 100; ++i) {
+      linear += fmt::format("{0:.3f},0.5,0,{0:.3f}\n", 1 + 0.01 * i);
+      gyro += fmt::format("{:.3f},0,0,0\n", 1 + 0.01 * i);
+    }
+    folder.write("gravity.txt", gravity);
+    folder.write("accel.txt", linear);
+    std::string header = "t [s],x [rad/s],y [rad/s],z [rad/s]\n";
+    return imu(header + gyro.substr(gyro.find('\n') + 1),
+               "accel_file: accel.txt, sampling: instant, " + more +
+                   " columns: {time: {name: t}, gyro: {names: [x, y, z]}, accel: {names: [x, y, z], time: {name: s}" +
+                   added + "}}");
+  };
+  const std::vector<double> all = evenly(1, 1.995, 0.01);
+  const ImuRecording log = with(all);
+  ASSERT_EQ(log.time.size(), 100U);
+  EXPECT_TRUE(log.accel[50].isApprox(Vector3d(0.75, 0, 1.5 + 9.75)));
+  EXPECT_EQ(log.unpaired, 0U);
+  std::vector<double> most = all;
+  most.resize(98);
+  EXPECT_EQ(with(most).time.size(), 98U) << "what has no gravity is left out";
+  EXPECT_TRUE(contains(refused([&] { with(evenly(1.003, 1.995, 0.01)); }),
+                       "gravity.txt:1: only 0 of its 100 rows have the time of a row of"));
+  EXPECT_TRUE(contains(refused([&] { with(all, "gravity_file: gravity.txt,", ""); }),
+                       "its columns are those of `added` under `accel`"));
+}
+
 // A row of the accelerometers is the mean over the interval before it: what they add up to is kept at any rate.
 TEST_F(Apart, MeansKeepTheVelocity) {
   for (const double step : {0.0025, 0.01, 0.037}) {
@@ -539,6 +571,22 @@ TEST_F(Columns, AttitudeOfAnyNames) {
                        .attitude.at(0);
   EXPECT_TRUE(log.fixes.at(0).angles.isApprox(Vector3d(1, 2, 359) * kDegree));
   EXPECT_TRUE(log.fixes.at(0).sigma.isApprox(Vector3d(0.1, 0.1, 0.2) * kDegree));
+}
+
+// As VBOX has them: minutes of arc, to the west.
+TEST_F(Columns, LongitudesThatGrowToTheWest) {
+  const auto place = [&](const std::string& axes, const std::string& south) {
+    return gnss("t,lat,lon,h\n1,2790,-435,100\n2,2790,-435,100\n",
+                "sigma: 1 1 1 m, columns: {time: {name: t, unit: s}, latitude: {name: lat, unit: arcmin" + south +
+                    "}, longitude: {name: lon, unit: arcmin" + axes + "}, height: {name: h, unit: m}}")
+        .fixes.at(0)
+        .position;
+  };
+  EXPECT_NEAR(place(", axes: west", "").longitude, 7.25 * kDegree, 1e-12);
+  EXPECT_NEAR(place(", axes: east", "").longitude, -7.25 * kDegree, 1e-12);
+  EXPECT_NEAR(place("", ", axes: south").latitude, -46.5 * kDegree, 1e-12);
+  EXPECT_TRUE(contains(refused([&] { place(", axes: north", ""); }), "right would be `east` or `west`"));
+  EXPECT_TRUE(contains(refused([&] { place(", axes: west, hemisphere: h", ""); }), "not beside `hemisphere`"));
 }
 
 // ---- What the configuration says reads back ----

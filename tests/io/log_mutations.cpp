@@ -101,6 +101,20 @@ std::vector<Sample> samples() {
        rows(test::kXsensHeader, [](int i) { return test::xsens_row(65530 + i - (i > 5 ? 65536 : 0)); })},
       {"imr", LogFormat::kImr, read_an_imu,
        rows(test::imr_header().text(), [](int i) { return test::imr_record(1 + 0.01 * i, 100000, -9800); })},
+      {"gnss_novatel", LogFormat::kNovatel, read_fixes,
+       rows("",
+            [](int i) {
+              return test::novatel(
+                  fmt::format("#BESTPOSA,COM1,0,60.0,FINESTEERING,2374,{}.0,02000020,5b35,16809;SOL_COMPUTED,SINGLE,46."
+                              "5,7.25,1550,50,WGS84,1,2,3,\"\",0,0,9,9,9,9,00,02,11,01",
+                              i));
+            })},
+      {"imu_novatel", LogFormat::kNovatel, read_an_imu,
+       rows("",
+            [](int i) {
+              return test::novatel(
+                  fmt::format("%RAWIMUSXA,2374,1.{0};00,26,2374,1.{0},00000077,49000000,0,0,1000,0,0", i));
+            })},
       {"inspva", LogFormat::kInspva, read_attitudes,
        rows("",
             [](int i) {

@@ -398,9 +398,10 @@ TEST(LogFormats, EachKindOfLogNamesItsFormats) {
   const auto imu = [](const LogFile& log) { read_imu(log); };
   const auto gnss = [](const LogFile& log) { read_gnss(log); };
   const auto attitude = [](const LogFile& log) { read_attitude(log); };
-  EXPECT_TRUE(contains(wrong(imu, LogFormat::kUbx), "an IMU is read from csv, kf_gins, xsens_ascii, imr or columns"));
   EXPECT_TRUE(
-      contains(wrong(gnss, LogFormat::kImr), "GNSS is read from csv, kf_gins, rtklib_pos, nmea, ubx or columns"));
+      contains(wrong(imu, LogFormat::kUbx), "an IMU is read from csv, kf_gins, xsens_ascii, imr, novatel or columns"));
+  EXPECT_TRUE(contains(wrong(gnss, LogFormat::kImr),
+                       "GNSS is read from csv, kf_gins, rtklib_pos, nmea, ubx, novatel or columns"));
   EXPECT_TRUE(contains(wrong(attitude, LogFormat::kNmea), "an attitude is read from csv, inspva or columns"));
 }
 

@@ -73,6 +73,7 @@ struct GnssRecording {
   std::string file;
   std::vector<GeodeticFix> fixes;
   std::size_t without_fix = 0;  ///< epochs of the file without a fix: it says so, or has latitude and longitude 0
+  double velocity_latency = 0;  ///< how late its velocities come, as the log itself says [s]
   RepairedRows repaired = {};
 };
 

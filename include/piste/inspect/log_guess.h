@@ -17,8 +17,9 @@ struct LogGuess {
   LogFormat format = LogFormat::kCsv;
   std::string why;                        ///< what shows it
   std::optional<ColumnMap> columns = {};  ///< of the format columns
-  /// Whether gyroscopes or accelerometers stand alone: then another file has the others. kNone: neither is there.
-  enum class Part { kWhole, kGyro, kAccel, kNone };
+  /// Whether gyroscopes or accelerometers stand alone: then another file has the others. kLinear: accelerations without
+  /// gravity, which may stand alone in yet another, kGravity. kNone: nothing that is used.
+  enum class Part { kWhole, kGyro, kAccel, kLinear, kGravity, kNone };
   Part part = Part::kWhole;
   std::string aside = {};  ///< of a part: why another file is preferred to it, or why none needs it; or empty
   std::optional<ColumnTime> boot_time = {};  ///< of a receiver's log that has the time since power-up as well

@@ -24,9 +24,10 @@ struct ColumnUse {
   std::vector<std::string> names;
   std::string unit = {};  ///< empty: that of the header's brackets
   /// Along which each column lies: of velocities and sigmas north, east, down, up, south or west; of an IMU's triads
-  /// the axes of the sensor, such as +x -y -z. Empty: north east down, +x +y +z.
+  /// the axes of the sensor, such as +x -y -z. Empty: north east down, +x +y +z. Of latitude south and of longitude
+  /// west, where they grow so.
   std::vector<std::string> axes = {};
-  /// Of forces without gravity: the columns of gravity, which are added.
+  /// Of forces without gravity: the columns of gravity, which are added; of `gravity_file` where there is one.
   std::vector<std::string> added = {};
   std::string hemisphere = {};     ///< of latitude or longitude without a sign: the column of N, S, E or W, or empty
   std::string geoid = {};          ///< of a height above the sea: the column of the geoid's height, or empty

@@ -24,6 +24,10 @@
 ///    rate, from 0 at the first row.
 ///  - imr: generic binary IMU format of Inertial Explorer; rates or increments.
 ///  - columns: text whose columns have names of their own; columns.h says where its values stand. IMU, GNSS, attitude.
+///  - novatel: ASCII logs of NovAtel. GNSS: positions with their sigmas, such as BESTPOSA, and velocities at the same
+///    times, such as BESTVELA, which have no sigma and are used where one is stated; the logs of one solution, that of
+///    GNSS alone first. IMU: RAWIMUXA and RAWIMUSXA, increments, which name the type of the IMU. Others are passed
+///    over.
 ///  - inspva: attitude of NovAtel SPAN, as ASCII: INSPVAA, INSPVASA, and INSPVAXA or INSPVAXSA with their sigmas; other
 ///    logs, and sentences of NMEA, are passed over.
 ///
@@ -41,7 +45,7 @@
 
 namespace piste {
 
-enum class LogFormat { kCsv, kKfGins, kRtklibPos, kNmea, kUbx, kXsensAscii, kImr, kInspva, kColumns };
+enum class LogFormat { kCsv, kKfGins, kRtklibPos, kNmea, kUbx, kXsensAscii, kImr, kNovatel, kInspva, kColumns };
 
 /// Its name in configurations, such as `rtklib_pos`.
 std::string_view name_of(LogFormat format);
@@ -78,6 +82,8 @@ struct LogFile {
   std::optional<ColumnMap> columns = std::nullopt;
   /// For columns: the file of the accelerometers, if they are logged apart from the gyroscopes.
   std::string accel_file = {};
+  /// For columns: the file of gravity, whose rows are added to those of accelerations without it in `accel_file`.
+  std::string gravity_file = {};
   /// For two such files: whether rows are instants (`sampling: instant`), or means over the interval before them.
   bool instant = false;
 };
@@ -86,11 +92,11 @@ struct LogFile {
 // infinite: for those who look a log over, not for those who use it. A file that cannot be read at all throws all the
 // same.
 
-/// Reads an IMU's rows, in sensor axes and sensor time. Formats: csv, kf_gins, xsens_ascii, imr, columns. Numbers that
-/// look like another unit than the stated one are an error.
+/// Reads an IMU's rows, in sensor axes and sensor time. Formats: csv, kf_gins, xsens_ascii, imr, novatel, columns.
+/// Numbers that look like another unit than the stated one are an error.
 ImuRecording read_imu(const LogFile& log, RowFaults* faults = nullptr);
 
-/// Reads the fixes of a receiver. Formats: csv, kf_gins, rtklib_pos, nmea, ubx, columns.
+/// Reads the fixes of a receiver. Formats: csv, kf_gins, rtklib_pos, nmea, ubx, novatel, columns.
 GnssRecording read_gnss(const LogFile& log, RowFaults* faults = nullptr);
 
 /// Reads the attitudes of a reference. Formats: csv, inspva, columns.
