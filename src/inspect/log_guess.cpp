@@ -199,10 +199,8 @@ constexpr std::string_view kNoVectorNav =
     "sentences of VectorNav: VNIMU has no time, and VNINS is of the sensor's own filter; export its binary output as a "
     "CSV with TimeStartup or GpsTow";
 constexpr std::string_view kNoKitti =
-    "rows of KITTI's oxts, whose times are in timestamps.txt. Join them: `paste -d, timestamps.txt "
-    "<(cat data/*.txt | tr ' ' ,)` below time,lat,lon,alt,roll,pitch,yaw,vn,ve,vf,vl,vu,ax,ay,az,af,al,au,wx,wy,wz,wf,"
-    "wl,wu,pos_accuracy,vel_accuracy,navstat,numsats,posmode,velmode,orimode. Its places are of a filter that has used "
-    "this IMU, so that the sigmas of a replay of both are too small";
+    "rows of KITTI's oxts without their times, which stand in timestamps.txt; and their places are of a filter that "
+    "has used this IMU, so that a replay of both counts it twice: give the logs of a receiver and of an IMU themselves";
 
 // Why a log of a known kind cannot be used, and what could be; empty if it is of none.
 std::string_view why_unusable(std::string_view head) {

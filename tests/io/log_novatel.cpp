@@ -26,6 +26,12 @@ LogFile novatel_file(const std::string& text) {
 }
 GnssRecording fixes_of(const std::string& text) { return read_gnss(novatel_file(text)); }
 ImuRecording counts_of(const std::string& text) { return read_imu(novatel_file(text)); }
+std::string fixes_refused(const std::string& text) {
+  return message_of<DataError>([&] { fixes_of(text); });
+}
+std::string counts_refused(const std::string& text) {
+  return message_of<DataError>([&] { counts_of(text); });
+}
 
 std::string head(const std::string& name, const std::string& time) {
   return fmt::format("#{},COM1,0,60.0,FINESTEERING,{},02000020,5b35,16809;", name, time);
@@ -156,8 +162,7 @@ TEST(NovatelFixes, Refusals) {
       {position("2374,1.0", "NONE", "COLD_START"), "holds no fix; logs BESTGNSSPOSA"},
       {test::novatel("#RANGEA,COM1;1"), "holds no fix"},
   };
-  for (const auto& [text, expected] : cases)
-    EXPECT_TRUE(contains(message_of<DataError>([&] { fixes_of(text); }), expected)) << text;
+  for (const auto& [text, expected] : cases) EXPECT_TRUE(contains(fixes_refused(text), expected)) << text;
 }
 
 // ---- Increments ----
@@ -220,8 +225,7 @@ TEST(NovatelImu, Refusals) {
        "log:2: RAWIMUA and RAWIMUSA do not say the type of the IMU"},
       {counts("1.000") + counts("2.000"), "the median specific force is 0.09766"},
   };
-  for (const auto& [text, expected] : cases)
-    EXPECT_TRUE(contains(message_of<DataError>([&] { counts_of(text); }), expected)) << text;
+  for (const auto& [text, expected] : cases) EXPECT_TRUE(contains(counts_refused(text), expected)) << text;
 }
 
 }  // namespace
