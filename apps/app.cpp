@@ -139,7 +139,7 @@ int run_app(const AppDescription& description, int argc, char** argv,
     return command.exit(e) == 0 ? 0 : kBadUsage;
   }
   try {
-    const EndOnSignal ending(arguments.output);
+    const EndOnSignal ending;
     Progress progress(!arguments.quiet && ::isatty(STDERR_FILENO) != 0);
     body(arguments, progress);
     return 0;

@@ -2,14 +2,11 @@
 
 #include <pthread.h>
 
-#include <utility>
-
 #include "piste/files/output.h"
 
 namespace piste {
 
-EndOnSignal::EndOnSignal(std::filesystem::path output) : output_(std::move(output)) {
-  missing_ = missing_folders(output_);
+EndOnSignal::EndOnSignal() {
   sigemptyset(&awaited_);
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     struct sigaction now = {};
@@ -34,7 +31,7 @@ EndOnSignal::~EndOnSignal() {
 void EndOnSignal::wait() {
   int signal = 0;
   if (sigwait(&awaited_, &signal) != 0 || over_) return;
-  remove_partial_files(output_, missing_);
+  const auto lock = OutputFolder::abandon_all();
   pthread_sigmask(SIG_UNBLOCK, &awaited_, nullptr);
   std::raise(signal);
 }

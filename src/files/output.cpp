@@ -13,48 +13,46 @@ namespace {
 
 constexpr std::string_view kPartial = ".piste.partial";
 
-bool is_partial(const std::filesystem::directory_entry& entry) {
-  std::error_code ignored;
-  return entry.is_regular_file(ignored) && entry.path().filename().string().ends_with(kPartial);
-}
-
-// In a folder, but not below it.
 void remove_partial_files(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> left;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    if (is_partial(entry)) left.push_back(entry.path());
+    if (entry.is_regular_file() && entry.path().filename().string().ends_with(kPartial)) left.push_back(entry.path());
   }
   for (const auto& file : left) std::filesystem::remove(file);
 }
 
+// The folders that are there, and what guards this list and what they have begun.
+struct Folders {
+  std::mutex mutex;
+  std::set<OutputFolder*> all;
+};
+
+Folders& folders() {
+  static Folders folders;
+  return folders;
+}
+
 }  // namespace
 
-std::vector<std::filesystem::path> missing_folders(const std::filesystem::path& folder) {
-  std::vector<std::filesystem::path> missing;
-  for (auto f = std::filesystem::absolute(folder).lexically_normal(); !f.empty() && !std::filesystem::exists(f);
-       f = f.parent_path()) {
-    missing.push_back(f);
-  }
-  return missing;
+OutputFolder::OutputFolder(std::filesystem::path folder) : folder_(std::move(folder)) {
+  const std::lock_guard lock(folders().mutex);
+  make(folder_);
+  folders().all.insert(this);
 }
-
-void remove_partial_files(const std::filesystem::path& folder, const std::vector<std::filesystem::path>& made) {
-  std::error_code ignored;
-  std::vector<std::pair<std::filesystem::path, int>> left;  // and how deep it is in the folder
-  std::filesystem::recursive_directory_iterator entry(folder, ignored), end;
-  for (; !ignored && entry != end; entry.increment(ignored)) {
-    if (is_partial(*entry)) left.emplace_back(entry->path(), entry.depth());
-  }
-  for (auto& [path, depth] : left) {
-    // The file, then the folders around it while they are empty.
-    for (; depth >= 0 && std::filesystem::remove(path, ignored); --depth) path = path.parent_path();
-  }
-  for (const auto& f : made) std::filesystem::remove(f, ignored);
-}
-
-OutputFolder::OutputFolder(std::filesystem::path folder) : folder_(std::move(folder)) { make(folder_); }
 
 OutputFolder::~OutputFolder() {
+  const std::lock_guard lock(folders().mutex);
+  folders().all.erase(this);
+  abandon();
+}
+
+std::unique_lock<std::mutex> OutputFolder::abandon_all() {
+  std::unique_lock lock(folders().mutex);
+  for (OutputFolder* folder : folders().all) folder->abandon();
+  return lock;
+}
+
+void OutputFolder::abandon() {
   std::error_code ignored;
   for (const Pending& p : pending_) std::filesystem::remove(p.beside, ignored);
   // The innermost folder first; a folder that has other files stays.
@@ -62,10 +60,14 @@ OutputFolder::~OutputFolder() {
 }
 
 void OutputFolder::make(const std::filesystem::path& folder) {
-  const std::vector<std::filesystem::path> missing = missing_folders(folder);
-  for (auto f = missing.rbegin(); f != missing.rend(); ++f) {
+  std::vector<std::filesystem::path> missing;
+  for (auto f = std::filesystem::absolute(folder).lexically_normal(); !f.empty() && !std::filesystem::exists(f);
+       f = f.parent_path()) {
+    missing.insert(missing.begin(), f);
+  }
+  for (const auto& f : missing) {
     std::error_code error;
-    if (std::filesystem::create_directory(*f, error)) made_.push_back(*f);
+    if (std::filesystem::create_directory(f, error)) made_.push_back(f);
     if (error)
       throw ConfigError(folder.string(), fmt::format("cannot be made ({}); choose another --output", error.message()));
   }
@@ -90,6 +92,7 @@ void OutputFile::close() {
 }
 
 OutputFile OutputFolder::open(const std::string& name) {
+  const std::lock_guard lock(folders().mutex);
   const std::filesystem::path place = folder_ / name;
   make(place.parent_path());
   const std::filesystem::path beside = place.parent_path() / fmt::format(".{}{}", place.filename().string(), kPartial);
@@ -106,17 +109,18 @@ void OutputFolder::stream(const std::string& name, const std::function<void(cons
 void OutputFolder::withdraw(const std::string& name) { withdrawn_.push_back(folder_ / name); }
 
 void OutputFolder::commit() {
+  const std::lock_guard lock(folders().mutex);
   for (const Pending& p : pending_) {
     if (std::filesystem::is_directory(p.place)) throw Error(p.place.string(), "is a folder; a file is to stand here");
   }
   if (pending_.size() > 1) std::filesystem::remove(pending_.back().place);
   for (const auto& file : withdrawn_) std::filesystem::remove(file);
-  std::set<std::filesystem::path> folders;
+  std::set<std::filesystem::path> written;
   for (const Pending& p : pending_) {
     std::filesystem::rename(p.beside, p.place);
-    folders.insert(p.place.parent_path());
+    written.insert(p.place.parent_path());
   }
-  for (const auto& folder : folders) remove_partial_files(folder);
+  for (const auto& folder : written) remove_partial_files(folder);
   pending_.clear();
   made_.clear();
 }

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <mutex>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,14 +12,6 @@
 #include "piste/io/text_sink.h"
 
 namespace piste {
-
-/// The folder and those above it that are not there, the innermost first.
-std::vector<std::filesystem::path> missing_folders(const std::filesystem::path& folder);
-
-/// Removes the partial files that an OutputFolder, which may still be at work in a program that is about to end, has in
-/// `folder` and below it; then folders that are empty by this, and of `made` those that are empty. What cannot be
-/// removed stays.
-void remove_partial_files(const std::filesystem::path& folder, const std::vector<std::filesystem::path>& made);
 
 /// A file of an OutputFolder that is being written.
 class OutputFile {
@@ -61,6 +54,10 @@ class OutputFolder {
   /// Renames all partial files in the order in which they were written, and removes those that killed runs left.
   void commit();
 
+  /// Does for all folders of this program what their destructors would do, for one that is about to end. While the lock
+  /// lives, none of them can open a file, commit or be destroyed; one that commits is waited for.
+  static std::unique_lock<std::mutex> abandon_all();
+
   const std::filesystem::path& folder() const { return folder_; }
 
  private:
@@ -68,6 +65,7 @@ class OutputFolder {
     std::filesystem::path beside, place;
   };
   void make(const std::filesystem::path& folder);
+  void abandon();
   std::filesystem::path folder_;
   std::vector<std::filesystem::path> made_;
   std::vector<Pending> pending_;
