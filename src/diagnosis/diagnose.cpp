@@ -18,6 +18,7 @@
 #include "piste/solve/run.h"
 #include "solve/feeder.h"
 #include "tune/held_delays.h"
+#include "tune/standing_heights.h"
 
 namespace piste {
 namespace {
@@ -61,9 +62,14 @@ Told with_held_delays(const Told& told, const Evidence& base) {
 }
 
 // What is wrong, in words, where no cause is known for it.
-std::string symptoms(const Verdict& verdict) {
+std::string symptoms(const Verdict& verdict, const std::vector<GnssOptions>& receivers) {
   for (const SourceVerdict& s : verdict.sources) {
     if (s.holds) continue;
+    for (std::size_t i = 0; i < receivers.size(); ++i) {
+      if (s.name == fmt::format("gnss[{}].position", i) && receivers[i].drift &&
+          is_of_heights_alone(*receivers[i].drift))
+        return fmt::format("heights of {} stand still, as they are rounded: how wrong they are does not show", s.name);
+    }
     return fmt::format("no single cause explains {} (NIS {:.2g}, correlation {:.2g}, {:.0f} % rejected)", s.name, s.nis,
                        s.whiteness, 100 * s.rejected);
   }
@@ -117,7 +123,7 @@ Verdict diagnose(const Log& log, const FilterOptions& options, const InitialHead
   if (!verdict.findings.empty()) {
     verdict.consistent = false;
   } else if (!verdict.consistent) {
-    verdict.findings.push_back(symptoms(verdict));
+    verdict.findings.push_back(symptoms(verdict, options.gnss));
   }
   return verdict;
 }

@@ -11,9 +11,11 @@
 #include "piste/core/error.h"
 #include "piste/core/recording.h"
 #include "piste/core/state_table.h"
+#include "piste/math/statistics.h"
 #include "piste/solve/start.h"
 #include "piste/tune/likeliest_noise.h"
 #include "tune/evidence.h"
+#include "tune/standing_heights.h"
 
 namespace piste {
 namespace {
@@ -155,6 +157,7 @@ class Calibrator {
                        .sensor = options_.sensor,
                        .sigma_scales = noise_ ? noise_->scales() : SigmaScales{},
                        .drift = options_.gnss.front().drift,
+                       .drift_by = noise_ ? drift_by(*noise_) : DriftBy::kRounding,
                        .used = best_.used,
                        .rejected = best_.rejected};
   }
@@ -268,25 +271,10 @@ double drift_beside(const Recording& recording, const Calibration& first, Condit
   return std::abs(change) > least && std::abs(change) < kMostDrift * between ? change / between : 0;
 }
 
-}  // namespace
-
-Interval motion_of(const std::vector<GeodeticFix>& fixes, const StartOptions& options) {
-  if (fixes.empty()) return {};
-  const auto away_from = [&](const GeodeticFix& end) {
-    const World world(end.position);
-    return [world, &options](const GeodeticFix& fix) {
-      return world.from_geodetic(fix.position).head<2>().norm() >
-             options.departed + options.departed_sigmas * fix.sigma_position.head<2>().maxCoeff();
-    };
-  };
-  const auto first = std::find_if(fixes.begin(), fixes.end(), away_from(fixes.front()));
-  const auto last = std::find_if(fixes.rbegin(), fixes.rend(), away_from(fixes.back()));
-  if (first == fixes.end() || last == fixes.rend()) return {fixes.front().time, fixes.back().time};
-  return {first->time, last->time};
-}
-
-std::optional<Calibration> calibrate(const Recording& recording, ConditioningOptions conditioning,
-                                     FilterOptions options, const ToldClock& clock, Antenna antenna, std::size_t jobs) {
+// As calibrate(), with the errors of the receiver as `recording` and `options` state them.
+std::optional<Calibration> calibrated(const Recording& recording, ConditioningOptions conditioning,
+                                      FilterOptions options, const ToldClock& clock, Antenna antenna,
+                                      std::size_t jobs) {
   const double arm_prior = antenna == Antenna::kInHousing ? kHousing : kArmPrior;
   const Interval motion = motion_of(recording.gnss.front().fixes, options.behaviour.start);
   const Interval early{motion.start - kBeforeMotion, std::min(motion.start + kFirstMotion, motion.end + kBeforeMotion)};
@@ -336,6 +324,46 @@ std::optional<Calibration> calibrate(const Recording& recording, ConditioningOpt
   if (!again.fits()) return first;
   again.sigma_scales = first.sigma_scales;
   return again;
+}
+
+}  // namespace
+
+Interval motion_of(const std::vector<GeodeticFix>& fixes, const StartOptions& options) {
+  if (fixes.empty()) return {};
+  const auto away_from = [&](const GeodeticFix& end) {
+    const World world(end.position);
+    return [world, &options](const GeodeticFix& fix) {
+      return world.from_geodetic(fix.position).head<2>().norm() >
+             options.departed + options.departed_sigmas * fix.sigma_position.head<2>().maxCoeff();
+    };
+  };
+  const auto first = std::find_if(fixes.begin(), fixes.end(), away_from(fixes.front()));
+  const auto last = std::find_if(fixes.rbegin(), fixes.rend(), away_from(fixes.back()));
+  if (first == fixes.end() || last == fixes.rend()) return {fixes.front().time, fixes.back().time};
+  return {first->time, last->time};
+}
+
+std::optional<Calibration> calibrate(const Recording& recording, ConditioningOptions conditioning,
+                                     FilterOptions options, const ToldClock& clock, Antenna antenna, std::size_t jobs) {
+  std::vector<double> time, height, sigma;
+  for (const GeodeticFix& fix : recording.gnss.front().fixes) {
+    time.push_back(fix.time);
+    height.push_back(fix.position.height);
+    sigma.push_back(fix.sigma_position.z());
+  }
+  const StandingHeights standing = standing_heights(time, height);
+  if (standing.slow == 0) {
+    return calibrated(recording, std::move(conditioning), std::move(options), clock, antenna, jobs);
+  }
+  // Here too, so that likelihoods with and without what is sought are of the same fixes.
+  const SigmaScales larger{.height = std::max(1.0, standing.sigma() / median(std::move(sigma)))};
+  Recording rounded = recording;
+  scale_sigmas(rounded.gnss.front().fixes, larger);
+  options.gnss.front().drift = standing.process();
+  options.estimate = with_implied_blocks(options, options.estimate);
+  auto found = calibrated(rounded, std::move(conditioning), std::move(options), clock, antenna, jobs);
+  if (found) found->sigma_scales.height *= larger.height;
+  return found;
 }
 
 }  // namespace piste

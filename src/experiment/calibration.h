@@ -8,6 +8,7 @@
 
 #include "piste/core/options.h"
 #include "piste/inspect/inspection.h"
+#include "piste/tune/likeliest_noise.h"
 
 namespace piste {
 
@@ -27,6 +28,9 @@ Interval motion_of(const std::vector<GeodeticFix>& fixes, const StartOptions& op
 
 /// Where the antenna may be: metres from the IMU, or in the same housing, as in a phone.
 enum class Antenna { kNearBy, kInHousing };
+
+/// What says that a receiver with this noise has a coloured error, where it has one.
+inline DriftBy drift_by(const ReceiverNoise& noise) { return noise.drift > 0 ? DriftBy::kMotion : DriftBy::kRounding; }
 
 /// Replays the first minutes of motion with lever arm and delay as states, for several clock offsets and noises, and
 /// keeps those for which the innovations are likeliest (tune/evidence.h). The noise of the IMU and the

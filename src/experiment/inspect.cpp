@@ -169,15 +169,20 @@ void keep_claim(const InspectedLog& receiver, Calibration& found) {
   constexpr double kCarrierPhase = 0.05, kLargest = 10, kMinutes = 300;  // m; m; s
   constexpr double kMuchLess = 0.8, kLeastSlow = 0.1;                    // of the claim
   const bool velocities = receiver.gnss_health->velocities > 0 && !found.velocities_contradict;
-  const double part = found.sigma_scales.position, height = part * found.sigma_scales.height;
+  const bool told = found.drift && found.drift_by == DriftBy::kMotion;
+  const double part = found.sigma_scales.position;
   const Vector3d claimed = least_claim(receiver.gnss.fixes);
-  if (velocities || found.drift || !found.fits() || part > kMuchLess) return;
+  if (velocities || told || !found.fits() || part > kMuchLess) return;
   if (part * claimed.x() < kCarrierPhase || claimed.x() > kLargest) return;
-  const double all_of_height = std::max(std::min(1.0, kLargest / claimed.z()), std::hypot(height, kLeastSlow));
-  const auto slow = [](double all, double white) { return std::sqrt(all * all - white * white); };
-  const Vector3d parts(slow(1, part), slow(1, part), slow(all_of_height, height));
+  const auto rest = [](double all, double one) { return std::sqrt(std::max(0.0, all * all - one * one)); };
+  // Of the height that which rounding adds stays.
+  const double rounding = found.drift ? found.drift->sigma.z() / claimed.z() : 0;
+  const double height = rest(part * found.sigma_scales.height, rounding);
+  const double all_of_height =
+      std::max(std::min(1.0, kLargest / claimed.z()), std::hypot(height, std::max(kLeastSlow, rounding)));
+  const Vector3d parts(rest(1, part), rest(1, part), rest(all_of_height, height));
   found.drift = GaussMarkov{claimed.cwiseProduct(parts), kMinutes};
-  found.drift_is_claim = true;
+  found.drift_by = DriftBy::kClaim;
   found.sigma_scales.position = 1;
   found.sigma_scales.height = all_of_height;
 }

@@ -100,6 +100,7 @@ std::optional<Calibration> with_noise_of(const WholeLog& log, Calibration found,
     const NoiseModel noise = tune(log.scaled(found), run, how).expected;
     found.sensor = noise.sensor;
     found.drift = noise.gnss.front().process();
+    found.drift_by = drift_by(noise.gnss.front());
     found.sigma_scales = product(found.sigma_scales, noise.gnss.front().scales());
     return found;
   } catch (const Error&) {  // no start, or no innovations

@@ -74,7 +74,7 @@ std::string receiver_noise(const Calibration& found) {
   const auto wrong = [](double scale) { return std::abs(scale - 1) > kRight; };
   std::string text;
   const SigmaScales& scales = found.sigma_scales;
-  if (wrong(scales.position) || (found.drift && !found.drift_is_claim)) {
+  if (wrong(scales.position) || (found.drift && found.drift_by != DriftBy::kClaim)) {
     text += fmt::format("    sigma_scale: {}           # of the sigmas of positions, as likely in motion\n",
                         plain(scales.position, kDifference));
   }
@@ -85,15 +85,17 @@ std::string receiver_noise(const Calibration& found) {
   if (wrong(scales.velocity)) {
     text += fmt::format("    sigma_velocity_scale: {}     # of velocities\n", plain(scales.velocity, kDigits));
   }
-  if (found.drift_is_claim) {
+  if (found.drift_by == DriftBy::kClaim) {
     text +=
         "    # What changes over minutes nothing tells without velocities: it makes up what the motion leaves of the\n"
         "    # sigmas. Take the key out, and make `sigma_scale` smaller, where there is no such error.\n";
   }
   if (const auto& drift = found.drift) {
-    text += fmt::format("    drift: {{sigma: {} {} {} m, correlation_time: {} s}}   # the coloured part\n",
-                        plain(drift->sigma.x(), kDifference), plain(drift->sigma.y(), kDifference),
-                        plain(drift->sigma.z(), kDifference), plain(drift->correlation_time, kDigits));
+    text += fmt::format(
+        "    drift: {{sigma: {} {} {} m, correlation_time: {} s}}   # {}\n", plain(drift->sigma.x(), kDifference),
+        plain(drift->sigma.y(), kDifference), plain(drift->sigma.z(), kDifference),
+        plain(drift->correlation_time, kDigits),
+        found.drift_by == DriftBy::kRounding ? "heights are rounded, and stand still" : "the coloured part");
   }
   return text;
 }

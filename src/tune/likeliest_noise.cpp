@@ -213,7 +213,7 @@ Tuning likeliest_noise(const Log& log, const FilterOptions& options, const Start
     }
   }
   const double positions = rows_of(found.best.evidence, "gnss[0].position");
-  const bool stated = std::any_of(options.gnss.begin(), options.gnss.end(), [](const auto& g) { return g.drift; });
+  const bool stated = std::any_of(centre.gnss.begin(), centre.gnss.end(), [](const auto& g) { return g.drift > 0; });
   if (how.try_drift && !stated && positions > 0) {
     tuning.drift_penalty = std::log(positions);  // two parameters
     const NoisePoint white = search.filtered(log_judged, found.best.model);

@@ -11,6 +11,7 @@
 #include "piste/core/state_table.h"
 #include "piste/math/statistics.h"
 #include "piste/math/units.h"
+#include "tune/standing_heights.h"
 
 namespace piste {
 namespace {
@@ -74,6 +75,15 @@ Vector3d median_sigma(const std::vector<GnssFix>& fixes) {
   return result;
 }
 
+StandingHeights rounding_of(const std::vector<GnssFix>& fixes, const World& world) {
+  std::vector<double> time, height;
+  for (const GnssFix& fix : fixes) {
+    time.push_back(fix.time);
+    height.push_back(world.to_geodetic(fix.position).height);
+  }
+  return standing_heights(time, height);
+}
+
 bool any_velocity(const std::vector<GnssFix>& fixes) {
   return std::any_of(fixes.begin(), fixes.end(), [](const GnssFix& fix) { return fix.velocity.has_value(); });
 }
@@ -82,18 +92,39 @@ bool any_velocity(const std::vector<GnssFix>& fixes) {
 
 double ReceiverNoise::position() const { return std::hypot(white, drift * drift_shape.norm() / stated.norm()); }
 
+SigmaScales ReceiverNoise::scales() const {
+  SigmaScales factors{.position = position(), .height = height, .velocity = velocity};
+  if (least_white_height > 0) {
+    const double slow = process() ? process()->sigma.z() : 0;
+    factors.height =
+        std::hypot(std::max(height * white * stated.z(), least_white_height), slow) / (position() * stated.z());
+  }
+  return factors;
+}
+
 std::optional<GaussMarkov> ReceiverNoise::process() const {
-  if (!(drift > 0)) return std::nullopt;
-  return GaussMarkov{drift * Vector3d(drift_shape.x(), drift_shape.y(), height * drift_shape.z()), drift_time};
+  if (!(drift > 0) && !(least_slow_height > 0)) return std::nullopt;
+  if (!(drift > 0)) return StandingHeights{.slow = least_slow_height}.process();
+  GaussMarkov process{drift * Vector3d(drift_shape.x(), drift_shape.y(), height * drift_shape.z()), drift_time};
+  // As large that means over a long time are as wrong.
+  const double least = least_slow_height * std::sqrt(std::max(1.0, kStandingTime / drift_time));
+  process.sigma.z() = std::max(process.sigma.z(), least);
+  return process;
 }
 
 NoiseModel noise_model(const FilterOptions& options, const Log& log) {
   NoiseModel model{.sensor = options.sensor, .gnss = {}, .attitude_time = {}};
+  const bool any_drift = std::any_of(options.gnss.begin(), options.gnss.end(), [](const auto& g) { return g.drift; });
   for (std::size_t i = 0; i < options.gnss.size(); ++i) {
     ReceiverNoise& receiver = model.gnss.emplace_back();
     receiver.stated = receiver.drift_shape = median_sigma(log.gnss[i]);
     receiver.drift_time = kDriftTime;
-    if (const auto& drift = options.gnss[i].drift) {
+    const auto& drift = options.gnss[i].drift;
+    const StandingHeights standing = rounding_of(log.gnss[i], log.world);
+    receiver.least_white_height = standing.white;
+    // One receiver at most has a coloured error.
+    if (drift || (i == 0 && !any_drift)) receiver.least_slow_height = standing.slow;
+    if (drift && !is_of_heights_alone(*drift)) {
       receiver.drift = 1;
       receiver.drift_shape = drift->sigma;
       receiver.drift_time = drift->correlation_time;

@@ -89,6 +89,13 @@ const std::vector<Degradation>& degradations() {
        },
        {},
        {}},
+      {"WholeMetres",
+       {},
+       [](Stranger& s, RandomStream& random) {
+         const double above = random.uniform();  // the ellipsoid, of the surface from which they are counted
+         for (GeodeticFix& fix : s.gnss.fixes) fix.position.height = std::round(fix.position.height + above) - above;
+       },
+       {}},
       {"JitteredStamps",
        {},
        [](Stranger& s, RandomStream& random) {
@@ -317,6 +324,9 @@ TEST(DegradedWithoutRest, NoUnknownDelayLeadsAstray) {
   run({named("NoRest"), named("RowsDropped")}, 108, 108);
   if (thorough()) run({named("NoRest"), named("MetresOff")}, 115, 115);
 }
+
+// On a level road they stand still, and were taken for as good as exact: positions were wrong by up to 9 sigmas.
+TEST(DegradedByRounding, HeightsThatStandStillAreNotExact) { run({named("WholeMetres")}, 4, thorough() ? 10 : 4); }
 
 INSTANTIATE_TEST_SUITE_P(Strangers, Degraded, ::testing::Range<std::size_t>(0, degradations().size()),
                          [](const auto& each) { return degradations()[each.param].name; });

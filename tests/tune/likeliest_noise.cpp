@@ -233,6 +233,28 @@ TEST(LikeliestNoise, HeightsHaveTheirOwnSigmasWhereTheyNeedThem) {
   for (const SourceNis& source : uneven.nis) EXPECT_NEAR(source.mean, 1, 0.1) << source.source;
 }
 
+// Heights in whole metres on a level road: the likelihood takes them for exact, and they are not.
+TEST(LikeliestNoise, HeightsThatStandStillKeepTheErrorOfTheirRounding) {
+  WronglyTold told(9, [](Scenario& s) { s.motion.slope = 0; });
+  for (GnssFix& fix : told.log.gnss[0]) {
+    Geodetic place = told.log.world.to_geodetic(fix.position);
+    place.height = std::round(place.height);
+    fix.position = told.log.world.from_geodetic(place);
+  }
+  const Tuning found =
+      likeliest_noise(told.log, told.c.options, told.start, {.jobs = 2, .try_drift = false, .thorough = false});
+  for (const NoiseModel& model : {found.noise, found.expected}) {
+    const ReceiverNoise& receiver = model.gnss[0];
+    ASSERT_TRUE(receiver.process());
+    const double slow = receiver.process()->sigma.z(),
+                 all = receiver.scales().height * receiver.scales().position * receiver.stated.z();
+    EXPECT_NEAR(slow, 1 / std::sqrt(12), 1e-6);
+    EXPECT_GE(std::sqrt(all * all - slow * slow), std::sqrt(10.0 / 12) * (1 - 1e-6)) << "of a second, as of one fix";
+    EXPECT_LT(receiver.process()->sigma.head<2>().maxCoeff(), 0.01);
+  }
+  EXPECT_EQ(std::ranges::count(found.numbers, "gnss[0].drift.sigma", &TunedNoise::name), 0) << "nothing tells it";
+}
+
 // Velocities that are noisier in what is held out change nothing of what is found; their NIS says it.
 TEST(LikeliestNoise, IsJudgedByWhatIsHeldOut) {
   constexpr double kStretch = 5, kNoisier = 2;

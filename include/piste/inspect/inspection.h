@@ -20,6 +20,10 @@ namespace piste {
 /// 1-sigma of each axis of a lever arm where one housing has IMU and antenna, as in a phone or a logger. [m]
 constexpr double kHousing = 0.15;
 
+/// What says that a receiver has a coloured error: the motion; that it claims more than the motion tells; or that
+/// rounding makes its heights stand still, which then have such an error alone.
+enum class DriftBy { kMotion, kClaim, kRounding };
+
 /// What the filter itself tells of an IMU beside a receiver (experiment/calibration.h).
 struct Calibration {
   Vector3d lever_arm, lever_arm_sigma;       ///< p_ba_b [m]
@@ -33,11 +37,11 @@ struct Calibration {
   ImuSensor sensor;                                 ///< with the noise to be expected from the motion
   SigmaScales sigma_scales = {};                    ///< of the receiver, likewise
   std::optional<GaussMarkov> drift = std::nullopt;  ///< the coloured error of its positions, if there is one
-  bool drift_is_claim = false;                      ///< whether that is the rest of what is claimed, and is not told
-  std::size_t used = 0, rejected = 0;               ///< GNSS innovations of the filter that told it
-  double likelihood = 0;                            ///< over the whole log: logarithm of that of a fix
-  double likelihood_of_positions = 0;               ///< likewise, of a position
-  bool in_housing = false;                          ///< whether IMU and antenna are taken to be in one housing
+  DriftBy drift_by = DriftBy::kMotion;
+  std::size_t used = 0, rejected = 0;  ///< GNSS innovations of the filter that told it
+  double likelihood = 0;               ///< over the whole log: logarithm of that of a fix
+  double likelihood_of_positions = 0;  ///< likewise, of a position
+  bool in_housing = false;             ///< whether IMU and antenna are taken to be in one housing
 
   /// Whether the filter fits the logs: it rejected less than a tenth.
   bool fits() const { return rejected < (used + rejected) / 10; }

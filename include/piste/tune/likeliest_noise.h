@@ -24,11 +24,14 @@ struct ReceiverNoise {
   double height = 1;                 ///< besides, of those of heights, white and coloured
   double drift = 0, drift_time = 0;  ///< coloured error of positions: factor of `drift_shape` (0: none), and time [s]
   Vector3d drift_shape, stated;      ///< of a drift of factor 1; median of the sigmas of positions that it states
+  /// Where rounding makes its heights stand still: what their white and their slow error are at least, as 1-sigmas [m].
+  double least_white_height = 0, least_slow_height = 0;
 
   /// Factor of the sigmas of positions by which they are those of white and coloured error together.
   double position() const;
-  SigmaScales scales() const { return {.position = position(), .height = height, .velocity = velocity}; }
-  /// The coloured error, if there is one.
+  /// The factors of all that it states: heights besides.
+  SigmaScales scales() const;
+  /// The coloured error, if there is one; heights that stand still have one, which lasts.
   std::optional<GaussMarkov> process() const;
 };
 

@@ -1,0 +1,30 @@
+#pragma once
+/// Heights that a receiver rounds so coarsely that they stand still while the body rises and sinks.
+
+#include <vector>
+
+#include "piste/core/options.h"
+
+namespace piste {
+
+/// s that the error of a height which stands still lasts: as long as a road is level.
+inline constexpr double kStandingTime = 300;
+
+/// What rounding adds to the heights of a receiver where hardly any differs from the one before. Such an error does not
+/// show in what follows from one fix to the next, so that the likelihood takes them for exact.
+struct StandingHeights {
+  double slow = 0;   ///< its 1-sigma, the step / √12 [m]; 0: they do not stand still
+  double white = 0;  ///< so large for each fix that those of a second together know no more than one of them [m]
+
+  double sigma() const;         ///< of both together
+  GaussMarkov process() const;  ///< of the slow one, as the coloured error of a receiver, which has next to no other
+};
+
+/// Whether a coloured error is that of rounded heights, and of nothing else.
+bool is_of_heights_alone(const GaussMarkov& process);
+
+/// The heights stand still where three in four are within a millimetre of the one before, or back at that which was
+/// before it, and changes are by multiples of one step; a metre, where none changes. @pre both have one size
+StandingHeights standing_heights(const std::vector<double>& time, const std::vector<double>& height);
+
+}  // namespace piste
