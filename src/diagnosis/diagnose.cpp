@@ -114,6 +114,7 @@ Verdict diagnose(const Log& log, const FilterOptions& options, const InitialHead
   attempt(others, told, base);
   std::stable_sort(likelier.begin(), likelier.end(),
                    [](const Granted& a, const Granted& b) { return a.gain > b.gain; });
+  if (auto biases = biases_left_out(verdict, options)) verdict.findings.push_back(std::move(*biases));
   for (std::string& line : unit_axes_lines(log, options.units)) verdict.findings.push_back(std::move(line));
   if (auto magnetometer = iron_that_is_none(verdict)) verdict.findings.push_back(std::move(*magnetometer));
   for (const Granted& granted : likelier) {

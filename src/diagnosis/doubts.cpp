@@ -1,12 +1,15 @@
 #include "diagnosis/doubts.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string_view>
 #include <vector>
 
+#include "piste/core/state_table.h"
 #include "piste/math/so3.h"
 #include "piste/math/statistics.h"
 
@@ -90,6 +93,17 @@ std::optional<std::string> iron_that_is_none(const Verdict& verdict) {
   return fmt::format(
       "magnetometer ({} is {:.1f} sigmas from its prior; check its unit, its axes, and whether it sticks)", jump->name,
       jump->sigmas);
+}
+
+std::optional<std::string> biases_left_out(const Verdict& verdict, const FilterOptions& options) {
+  if (verdict.consistent || options.estimates(Block::kGyroBias) || options.estimates(Block::kAccelBias))
+    return std::nullopt;
+  std::vector<std::string_view> names;
+  for (const Block block : imu_error_blocks(options.sensor)) {
+    if (!options.estimates(block)) names.push_back(info(block).name);
+  }
+  if (names.empty()) return std::nullopt;
+  return fmt::format("`estimate` leaves out {}, which the sensor file says are not zero", fmt::join(names, ", "));
 }
 
 }  // namespace piste

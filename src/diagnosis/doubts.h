@@ -5,6 +5,7 @@
 #include <string>
 
 #include "piste/consistency/verdict.h"
+#include "piste/core/options.h"
 #include "piste/solve/start.h"
 
 namespace piste {
@@ -25,5 +26,9 @@ void add_heading_jump(const InitialHeading& heading, const Solution& filtered, c
 /// The sentence about a magnetometer that shows another field than the Earth's, as one in another unit or one that
 /// sticks: the filter explains that by iron beyond its prior, and what else is then likelier only makes up for it.
 std::optional<std::string> iron_that_is_none(const Verdict& verdict);
+
+/// The sentence about an IMU of which no bias is estimated, though its sensor file states some: filter and fixes then
+/// contradict each other, and a noise that makes up for it is likelier. Nothing where the sigmas hold all the same.
+std::optional<std::string> biases_left_out(const Verdict& verdict, const FilterOptions& options);
 
 }  // namespace piste

@@ -238,6 +238,16 @@ TEST(Verdict, NamesAnInitialHeadingThatTheMotionContradicts) {
   }
 }
 
+// A noise, or a bias that the filter may not change, makes up for what is not estimated.
+TEST(Verdict, NamesAnEstimateWithoutBiases) {
+  Case c = make_case("bicycle", 40, 3);
+  EXPECT_TRUE(verdict_of(c, c.simulation.recording(0)).findings.empty());
+  c.options.estimate.clear();
+  const Verdict v = verdict_of(c, c.simulation.recording(0));
+  ASSERT_FALSE(v.findings.empty());
+  EXPECT_TRUE(v.findings[0].starts_with("`estimate` leaves out gyro_bias, accel_bias, ")) << described(v);
+}
+
 // In gauss, or without a field at all: the filter takes all of the Earth's field for iron.
 TEST(Verdict, NamesAMagnetometerThatShowsNoField) {
   for (const double unit : {0.01, 0.}) {
