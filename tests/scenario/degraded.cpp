@@ -95,7 +95,7 @@ const std::vector<Degradation>& degradations() {
          const double above = random.uniform();  // the ellipsoid, of the surface from which they are counted
          for (GeodeticFix& fix : s.gnss.fixes) fix.position.height = std::round(fix.position.height + above) - above;
        },
-       {}},
+       {LogFault::kSigmaTooSmall}},
       {"JitteredStamps",
        {},
        [](Stranger& s, RandomStream& random) {
