@@ -12,13 +12,13 @@
 
 #include "diagnosis/causes.h"
 #include "diagnosis/doubts.h"
-#include "diagnosis/unit_axes.h"
+#include "diagnosis/unit_motion.h"
 #include "piste/core/time_search.h"
 #include "piste/solve/initial_state.h"
 #include "piste/solve/run.h"
+#include "piste/tune/standing_heights.h"
 #include "solve/feeder.h"
 #include "tune/held_delays.h"
-#include "tune/standing_heights.h"
 
 namespace piste {
 namespace {
@@ -115,7 +115,7 @@ Verdict diagnose(const Log& log, const FilterOptions& options, const InitialHead
   std::stable_sort(likelier.begin(), likelier.end(),
                    [](const Granted& a, const Granted& b) { return a.gain > b.gain; });
   if (auto biases = biases_left_out(verdict, options)) verdict.findings.push_back(std::move(*biases));
-  for (std::string& line : unit_axes_lines(log, options.units)) verdict.findings.push_back(std::move(line));
+  for (std::string& line : unit_motion_lines(log, options.units)) verdict.findings.push_back(std::move(line));
   if (auto magnetometer = iron_that_is_none(verdict)) verdict.findings.push_back(std::move(*magnetometer));
   for (const Granted& granted : likelier) {
     if (verdict.findings.size() == kNamed || granted.gain < kBesides * likelier.front().gain) break;

@@ -4,7 +4,7 @@
 
 #include "diagnosis/left_out.h"
 #include "diagnosis/setting_doubts.h"
-#include "diagnosis/unit_axes.h"
+#include "diagnosis/unit_motion.h"
 #include "piste/consistency/warnings.h"
 
 namespace piste {
@@ -16,7 +16,7 @@ std::vector<std::string> run_warnings(const Log& log, const FilterOptions& optio
     for (std::string& line : lines) all.push_back(std::move(line));
   };
   add(left_out_lines(log, filtered));
-  add(unit_axes_lines(log, options.units));
+  add(unit_motion_lines(log, options.units));
   add(setting_lines(log, options, outages));
   return all;
 }

@@ -14,8 +14,8 @@
 #include "piste/math/statistics.h"
 #include "piste/solve/start.h"
 #include "piste/tune/likeliest_noise.h"
+#include "piste/tune/standing_heights.h"
 #include "tune/evidence.h"
-#include "tune/standing_heights.h"
 
 namespace piste {
 namespace {
@@ -345,18 +345,18 @@ Interval motion_of(const std::vector<GeodeticFix>& fixes, const StartOptions& op
 
 std::optional<Calibration> calibrate(const Recording& recording, ConditioningOptions conditioning,
                                      FilterOptions options, const ToldClock& clock, Antenna antenna, std::size_t jobs) {
-  std::vector<double> time, height, sigma;
-  for (const GeodeticFix& fix : recording.gnss.front().fixes) {
-    time.push_back(fix.time);
-    height.push_back(fix.position.height);
-    sigma.push_back(fix.sigma_position.z());
-  }
-  const StandingHeights standing = standing_heights(time, height);
-  if (standing.slow == 0) {
-    return calibrated(recording, std::move(conditioning), std::move(options), clock, antenna, jobs);
-  }
+  const std::vector<GeodeticFix>& fixes = recording.gnss.front().fixes;
+  std::vector<double> sigmas;
+  sigmas.reserve(fixes.size());
+  for (const GeodeticFix& fix : fixes) sigmas.push_back(fix.sigma_position.z());
+  const double stated = median(std::move(sigmas));
+  auto all = calibrated(recording, conditioning, options, clock, antenna, jobs);
+  const StandingHeights standing = standing_heights(fixes);
+  if (standing.slow == 0 || (all && all->fits() && all->drift && all->drift_by == DriftBy::kMotion)) return all;
+  if (all && all->fits() && !standing.exceeds(all->sigma_scales.position * all->sigma_scales.height * stated))
+    return all;
   // Here too, so that likelihoods with and without what is sought are of the same fixes.
-  const SigmaScales larger{.height = std::max(1.0, standing.sigma() / median(std::move(sigma)))};
+  const SigmaScales larger{.height = std::max(1.0, standing.sigma() / stated)};
   Recording rounded = recording;
   scale_sigmas(rounded.gnss.front().fixes, larger);
   options.gnss.front().drift = standing.process();

@@ -188,10 +188,15 @@ const NoisePoint& likeliest(const std::vector<NoisePoint>& points) {
                            [](const NoisePoint& a, const NoisePoint& b) { return a.value < b.value; });
 }
 
-}  // namespace
+// Whether the heights of a receiver are taken for better than their rounding leaves them.
+bool too_exact(const ReceiverNoise& receiver, const StandingHeights& standing) {
+  const SigmaScales scales = receiver.scales();
+  return standing.exceeds(scales.position * scales.height * receiver.stated.z());
+}
 
-Tuning likeliest_noise(const Log& log, const FilterOptions& options, const Start& start, const TuneOptions& how,
-                       const ProgressCallback& progress) {
+// As likeliest_noise(), once.
+Tuning sought(const Log& log, const FilterOptions& options, const Start& start, const TuneOptions& how,
+              const ProgressCallback& progress) {
   const NoiseModel centre = noise_model(options, log);
   const NoiseSearch search(log, options, start, centre, how.thorough, how.jobs, {.length = how.hold_out});
   const auto show = [&](double from, double to) {
@@ -230,6 +235,12 @@ Tuning likeliest_noise(const Log& log, const FilterOptions& options, const Start
       }
     }
   }
+  if (!found.best.model.gnss.empty()) {
+    // Beside a coloured error of positions another one cannot be sought: its heights get what is their least.
+    ReceiverNoise& receiver = found.best.model.gnss.front();
+    const StandingHeights standing = standing_heights(log.gnss.front(), log.world);
+    if (receiver.drift > 0 && too_exact(receiver, standing)) receiver.standing = standing;
+  }
   tuning.noise = found.best.model;
   tuning.likelihood_at_start = search.filtered(log_judged, centre).evidence.likelihood;
   tuning.likelihood = search.filtered(log_judged, found.best.model).evidence.likelihood;
@@ -248,6 +259,21 @@ Tuning likeliest_noise(const Log& log, const FilterOptions& options, const Start
   tuning.held_out = how.hold_out;
   tuning.filter_runs = search.runs();
   return tuning;
+}
+
+}  // namespace
+
+Tuning likeliest_noise(const Log& log, const FilterOptions& options, const Start& start, const TuneOptions& how,
+                       const ProgressCallback& progress) {
+  Tuning found = sought(log, options, start, how, progress);
+  const bool told = std::ranges::any_of(options.gnss, [](const auto& g) { return g.drift.has_value(); });
+  if (told || options.gnss.empty() || found.noise.gnss.front().drift > 0) return found;
+  const StandingHeights standing = standing_heights(log.gnss.front(), log.world);
+  if (!too_exact(found.expected.gnss.front(), standing)) return found;
+  FilterOptions rounded = options;
+  rounded.gnss.front().drift = standing.process();
+  rounded.estimate = with_implied_blocks(rounded, rounded.estimate);
+  return sought(log, rounded, start, how, progress);
 }
 
 }  // namespace piste

@@ -11,12 +11,15 @@
 #include "piste/core/state_table.h"
 #include "piste/math/statistics.h"
 #include "piste/math/units.h"
-#include "tune/standing_heights.h"
 
 namespace piste {
 namespace {
 
 constexpr double kLeastWhite = 0.1;  // of the whole error, as model/gnss.h has it
+
+// By how much a coloured error of heights that stand still is larger than that of their rounding, where a receiver's
+// errors do not last as long: means over some time are to be as wrong, and single heights not unknown.
+constexpr double kMostSlow = 3;
 
 constexpr double kDriftTime = 30;  // s, of a coloured error that nobody stated
 
@@ -75,15 +78,6 @@ Vector3d median_sigma(const std::vector<GnssFix>& fixes) {
   return result;
 }
 
-StandingHeights rounding_of(const std::vector<GnssFix>& fixes, const World& world) {
-  std::vector<double> time, height;
-  for (const GnssFix& fix : fixes) {
-    time.push_back(fix.time);
-    height.push_back(world.to_geodetic(fix.position).height);
-  }
-  return standing_heights(time, height);
-}
-
 bool any_velocity(const std::vector<GnssFix>& fixes) {
   return std::any_of(fixes.begin(), fixes.end(), [](const GnssFix& fix) { return fix.velocity.has_value(); });
 }
@@ -94,36 +88,29 @@ double ReceiverNoise::position() const { return std::hypot(white, drift * drift_
 
 SigmaScales ReceiverNoise::scales() const {
   SigmaScales factors{.position = position(), .height = height, .velocity = velocity};
-  if (least_white_height > 0) {
-    const double slow = process() ? process()->sigma.z() : 0;
-    factors.height =
-        std::hypot(std::max(height * white * stated.z(), least_white_height), slow) / (position() * stated.z());
-  }
+  if (standing.slow > 0)
+    factors.height = std::hypot(std::max(height * white * stated.z(), standing.white), process()->sigma.z()) /
+                     (position() * stated.z());
   return factors;
 }
 
 std::optional<GaussMarkov> ReceiverNoise::process() const {
-  if (!(drift > 0) && !(least_slow_height > 0)) return std::nullopt;
-  if (!(drift > 0)) return StandingHeights{.slow = least_slow_height}.process();
+  if (!(drift > 0)) return standing.slow > 0 ? std::optional(standing.process()) : std::nullopt;
   GaussMarkov process{drift * Vector3d(drift_shape.x(), drift_shape.y(), height * drift_shape.z()), drift_time};
-  // As large that means over a long time are as wrong.
-  const double least = least_slow_height * std::sqrt(std::max(1.0, kStandingTime / drift_time));
-  process.sigma.z() = std::max(process.sigma.z(), least);
+  // Larger where it does not last as long, so that means over some time are as wrong.
+  const double longer = std::clamp(std::sqrt(kStandingTime / drift_time), 1.0, kMostSlow);
+  process.sigma.z() = std::max(process.sigma.z(), longer * standing.slow);
   return process;
 }
 
 NoiseModel noise_model(const FilterOptions& options, const Log& log) {
   NoiseModel model{.sensor = options.sensor, .gnss = {}, .attitude_time = {}};
-  const bool any_drift = std::any_of(options.gnss.begin(), options.gnss.end(), [](const auto& g) { return g.drift; });
   for (std::size_t i = 0; i < options.gnss.size(); ++i) {
     ReceiverNoise& receiver = model.gnss.emplace_back();
     receiver.stated = receiver.drift_shape = median_sigma(log.gnss[i]);
     receiver.drift_time = kDriftTime;
     const auto& drift = options.gnss[i].drift;
-    const StandingHeights standing = rounding_of(log.gnss[i], log.world);
-    receiver.least_white_height = standing.white;
-    // One receiver at most has a coloured error.
-    if (drift || (i == 0 && !any_drift)) receiver.least_slow_height = standing.slow;
+    if (drift && is_of_heights_alone(*drift)) receiver.standing = standing_heights(log.gnss[i], log.world);
     if (drift && !is_of_heights_alone(*drift)) {
       receiver.drift = 1;
       receiver.drift_shape = drift->sigma;

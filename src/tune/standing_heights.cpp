@@ -1,8 +1,7 @@
-#include "tune/standing_heights.h"
+#include "piste/tune/standing_heights.h"
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "piste/math/statistics.h"
 
@@ -21,17 +20,16 @@ bool is_of_heights_alone(const GaussMarkov& process) {
   return process.sigma.head<2>().maxCoeff() < 2 * kLevel * process.sigma.z();
 }
 
-StandingHeights standing_heights(const std::vector<double>& time, const std::vector<double>& height) {
+StandingHeights standing_heights(const std::vector<double>& height) {
   constexpr std::size_t kFew = 20;
   constexpr double kMostly = 0.75, kNearlyAll = 0.95, kSmallest = 0.05;  // shares
   constexpr double kSame = 1e-3, kMetre = 1;                             // m
   constexpr double kTolerance = 0.02;                                    // of a change: that of a geoid is added
   if (height.size() < kFew) return {};
-  std::vector<double> changes, intervals;
+  std::vector<double> changes;
   std::size_t standing = 0;
   double other = height.front();  // the last height before this one that differs from it
   for (std::size_t i = 1; i < height.size(); ++i) {
-    intervals.push_back(time[i] - time[i - 1]);
     const double change = std::abs(height[i] - height[i - 1]);
     const bool same = change < kSame, back = std::abs(height[i] - other) < kSame;
     standing += same || back ? 1 : 0;
@@ -39,14 +37,27 @@ StandingHeights standing_heights(const std::vector<double>& time, const std::vec
     changes.push_back(change);
     other = height[i - 1];
   }
-  if (static_cast<double>(standing) < kMostly * static_cast<double>(intervals.size())) return {};
+  if (static_cast<double>(standing) < kMostly * static_cast<double>(height.size() - 1)) return {};
   const double step = changes.empty() ? kMetre : quantile(changes, kSmallest);
   const auto multiples = std::count_if(changes.begin(), changes.end(), [step](double change) {
     return std::abs(change - std::round(change / step) * step) < kTolerance * change;
   });
   if (static_cast<double>(multiples) < kNearlyAll * static_cast<double>(changes.size())) return {};
-  const double slow = step / std::sqrt(12);
-  return {slow, slow * std::sqrt(std::max(1.0, 1 / median(std::move(intervals))))};
+  return {step / std::sqrt(12), step / 2};
+}
+
+StandingHeights standing_heights(const std::vector<GeodeticFix>& fixes) {
+  std::vector<double> height;
+  height.reserve(fixes.size());
+  for (const GeodeticFix& fix : fixes) height.push_back(fix.position.height);
+  return standing_heights(height);
+}
+
+StandingHeights standing_heights(const std::vector<GnssFix>& fixes, const World& world) {
+  std::vector<double> height;
+  height.reserve(fixes.size());
+  for (const GnssFix& fix : fixes) height.push_back(world.to_geodetic(fix.position).height);
+  return standing_heights(height);
 }
 
 }  // namespace piste

@@ -249,7 +249,7 @@ TEST(LikeliestNoise, HeightsThatStandStillKeepTheErrorOfTheirRounding) {
     const double slow = receiver.process()->sigma.z(),
                  all = receiver.scales().height * receiver.scales().position * receiver.stated.z();
     EXPECT_NEAR(slow, 1 / std::sqrt(12), 1e-6);
-    EXPECT_GE(std::sqrt(all * all - slow * slow), std::sqrt(10.0 / 12) * (1 - 1e-6)) << "of a second, as of one fix";
+    EXPECT_GE(std::sqrt(all * all - slow * slow), 0.5 * (1 - 1e-6)) << "of a fix, half a step";
     EXPECT_LT(receiver.process()->sigma.head<2>().maxCoeff(), 0.01);
   }
   EXPECT_EQ(std::ranges::count(found.numbers, "gnss[0].drift.sigma", &TunedNoise::name), 0) << "nothing tells it";

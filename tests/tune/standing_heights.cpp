@@ -1,6 +1,6 @@
 // Heights that rounding makes stand still, and such that only look like it.
 
-#include "tune/standing_heights.h"
+#include "piste/tune/standing_heights.h"
 
 #include <gtest/gtest.h>
 
@@ -15,12 +15,10 @@ namespace {
 
 // Heights of a minute at 10 Hz.
 StandingHeights standing(const std::function<double(double)>& height) {
-  std::vector<double> time, heights;
-  for (int i = 0; i < 600; ++i) {
-    time.push_back(1000 + 0.1 * i);
-    heights.push_back(height(0.1 * i));
-  }
-  return standing_heights(time, heights);
+  std::vector<double> heights;
+  heights.reserve(600);
+  for (int i = 0; i < 600; ++i) heights.push_back(height(0.1 * i));
+  return standing_heights(heights);
 }
 
 TEST(StandingHeights, AreThoseThatChangeByASteadyStep) {
@@ -28,8 +26,10 @@ TEST(StandingHeights, AreThoseThatChangeByASteadyStep) {
   const auto climb = [](double t) { return 480.3 + 0.4 * t; };
   const StandingHeights metres = standing([&](double t) { return std::round(climb(t)); });
   EXPECT_NEAR(metres.slow, sigma, 1e-9);
-  EXPECT_NEAR(metres.white, sigma * std::sqrt(10), 1e-9);
-  EXPECT_NEAR(metres.sigma(), sigma * std::sqrt(11), 1e-9);
+  EXPECT_NEAR(metres.white, 0.5, 1e-9);
+  EXPECT_NEAR(metres.sigma(), 2 * sigma, 1e-9);
+  EXPECT_TRUE(metres.exceeds(0.9));
+  EXPECT_FALSE(metres.exceeds(1.1));
   const StandingHeights feet = standing([&](double t) { return 0.3048 * std::round(climb(t) / 0.3048 / 2); });
   EXPECT_NEAR(feet.slow, 0.3048 * sigma, 1e-9);
   const StandingHeights over_geoid = standing([&](double t) { return std::round(climb(t)) + 47.31 + 3e-5 * t; });
@@ -45,7 +45,7 @@ TEST(StandingHeights, AreNotThoseThatRoundingLeavesFree) {
   EXPECT_EQ(standing([&](double t) { return 480 + 0.4 * t + 0.02 * random.normal(); }).slow, 0);
   EXPECT_EQ(standing([&](double) { return std::round(480 + random.normal()); }).slow, 0) << "noise beyond the step";
   EXPECT_EQ(standing([](double t) { return t < 50 ? 480 : 480 + (t - 50) * (t - 50); }).slow, 0) << "held at rest";
-  EXPECT_EQ(standing_heights({0, 1, 2}, {480, 480, 480}).slow, 0) << "too few";
+  EXPECT_EQ(standing_heights(std::vector<double>{480, 480, 480}).slow, 0) << "too few";
 }
 
 TEST(StandingHeights, AreToldFromOtherColouredErrors) {

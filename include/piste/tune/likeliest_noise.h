@@ -15,6 +15,7 @@
 #include "piste/core/log.h"
 #include "piste/core/options.h"
 #include "piste/solve/run.h"
+#include "piste/tune/standing_heights.h"
 
 namespace piste {
 
@@ -24,8 +25,7 @@ struct ReceiverNoise {
   double height = 1;                 ///< besides, of those of heights, white and coloured
   double drift = 0, drift_time = 0;  ///< coloured error of positions: factor of `drift_shape` (0: none), and time [s]
   Vector3d drift_shape, stated;      ///< of a drift of factor 1; median of the sigmas of positions that it states
-  /// Where rounding makes its heights stand still: what their white and their slow error are at least, as 1-sigmas [m].
-  double least_white_height = 0, least_slow_height = 0;
+  StandingHeights standing = {};     ///< what rounding makes of its heights at least
 
   /// Factor of the sigmas of positions by which they are those of white and coloured error together.
   double position() const;
@@ -104,6 +104,9 @@ struct TuneOptions {
 
 /// Finds the likeliest noise of a log with a known start. Sought is what the options have: of a drift without a process
 /// nothing, of a receiver without velocities no scale of them. `at_rest` is not filled in.
+/// Where rounding makes heights of the first receiver stand still (standing_heights.h), and they come out better than a
+/// step, all is sought again with the errors of the rounding as the least that they have. Where a coloured error was
+/// found, its heights get that least without another search.
 /// Throws DataError if no innovation is later than 5 s after the start.
 /// @pre `options` is what with_white_part() returns.
 Tuning likeliest_noise(const Log& log, const FilterOptions& options, const Start& start, const TuneOptions& how = {},

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "piste/core/log.h"
 #include "piste/core/options.h"
 
 namespace piste {
@@ -14,8 +15,10 @@ inline constexpr double kStandingTime = 300;
 /// show in what follows from one fix to the next, so that the likelihood takes them for exact.
 struct StandingHeights {
   double slow = 0;   ///< its 1-sigma, the step / √12 [m]; 0: they do not stand still
-  double white = 0;  ///< so large for each fix that those of a second together know no more than one of them [m]
+  double white = 0;  ///< that of a single fix, half a step, for where heights go to and fro between two [m]
 
+  /// Whether a 1-sigma of heights takes them for better than their steps.
+  bool exceeds(double sigma) const { return sigma < 2 * white; }
   double sigma() const;         ///< of both together
   GaussMarkov process() const;  ///< of the slow one, as the coloured error of a receiver, which has next to no other
 };
@@ -24,7 +27,10 @@ struct StandingHeights {
 bool is_of_heights_alone(const GaussMarkov& process);
 
 /// The heights stand still where three in four are within a millimetre of the one before, or back at that which was
-/// before it, and changes are by multiples of one step; a metre, where none changes. @pre both have one size
-StandingHeights standing_heights(const std::vector<double>& time, const std::vector<double>& height);
+/// before it, and changes are by multiples of one step; a metre, where none changes
+StandingHeights standing_heights(const std::vector<double>& height);
+/// The same of the fixes of a receiver.
+StandingHeights standing_heights(const std::vector<GeodeticFix>& fixes);
+StandingHeights standing_heights(const std::vector<GnssFix>& fixes, const World& world);
 
 }  // namespace piste

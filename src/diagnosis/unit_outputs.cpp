@@ -1,0 +1,52 @@
+#include "diagnosis/unit_outputs.h"
+
+#include <Eigen/LU>
+#include <optional>
+
+#include "piste/math/statistics.h"
+
+namespace piste {
+
+UnitOutputs unit_outputs(const Log& log, const std::vector<ImuSensor>& units, TriadMember triad) {
+  const bool gyro = triad == &ImuSensor::gyro;
+  const auto parity_of = [gyro](const ParityFix& fix) -> const std::optional<Parity>& {
+    return gyro ? fix.gyro : fix.accel;
+  };
+  // Mean and parities as they are made of the units, and back.
+  const auto count = static_cast<Eigen::Index>(units.size());
+  const UnitVector noise = unit_noise(units, triad);
+  Eigen::MatrixXd made(count, count);
+  made.row(0) = unit_weights(noise).transpose();
+  made.bottomRows(count - 1) = parity_rows(noise).transpose();
+  const Eigen::MatrixXd back = made.inverse();
+  UnitOutputs found;
+  const std::vector<ParityFix>& windows = log.parity.front();
+  found.of_units.assign(units.size(), Outputs(3, static_cast<Eigen::Index>(windows.size())));
+  std::vector<double> durations;
+  for (std::size_t w = 0; w < windows.size(); ++w) {
+    Eigen::MatrixXd told(count, 3);
+    told.row(0) = (gyro ? windows[w].rate : windows[w].force).transpose();
+    bool whole = true;
+    for (std::size_t p = 0; p < log.parity.size() && whole; ++p) {
+      whole = w < log.parity[p].size() && parity_of(log.parity[p][w]).has_value();
+      if (whole) told.row(static_cast<Eigen::Index>(p) + 1) = parity_of(log.parity[p][w])->value.transpose();
+    }
+    if (!whole) continue;
+    const Eigen::MatrixXd own = back * told;
+    const auto column = static_cast<Eigen::Index>(found.time.size());
+    for (std::size_t i = 0; i < units.size(); ++i)
+      found.of_units[i].col(column) = own.row(static_cast<Eigen::Index>(i)).transpose();
+    found.time.push_back(windows[w].time);
+    found.rate.push_back(windows[w].rate);
+    durations.push_back(windows[w].duration);
+  }
+  const auto kept = static_cast<Eigen::Index>(found.time.size());
+  for (Outputs& of_unit : found.of_units) {
+    of_unit.conservativeResize(3, kept);
+    if (kept > 0) of_unit.colwise() -= of_unit.rowwise().mean().eval();
+  }
+  if (kept > 0) found.duration = mean(durations);
+  return found;
+}
+
+}  // namespace piste

@@ -1,0 +1,27 @@
+#pragma once
+/// What each of several IMUs measured, from the mean and the parities that a log has of them.
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "piste/core/imu_array.h"
+#include "piste/core/log.h"
+#include "piste/core/sensor.h"
+
+namespace piste {
+
+using Outputs = Eigen::Matrix<double, 3, Eigen::Dynamic>;  ///< a column for each window, in b
+
+/// The outputs of one triad in the windows that all units tell, at the place of the first.
+struct UnitOutputs {
+  std::vector<double> time;       ///< of each window [s]
+  std::vector<Vector3d> rate;     ///< of the mean IMU in it
+  std::vector<Outputs> of_units;  ///< without their means: offsets say nothing of how units are mounted
+  double duration = 0;            ///< of a window [s]
+};
+
+/// The rates with &ImuSensor::gyro, the specific forces with &ImuSensor::accel. `units` are the sensors that the mean
+/// was made of, the first as well. @pre the log has a parity less than there are units
+UnitOutputs unit_outputs(const Log& log, const std::vector<ImuSensor>& units, TriadMember triad);
+
+}  // namespace piste
