@@ -109,3 +109,4 @@
 #include "piste/solve/run.h"
 #include "piste/solve/start.h"
 #include "piste/tune/likeliest_noise.h"
+#include "piste/tune/standing_heights.h"

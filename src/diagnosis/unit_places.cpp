@@ -30,7 +30,8 @@ std::optional<UnitOffset> unit_offset(const UnitOutputs& forces, std::size_t uni
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(kColumns, kColumns);
   Eigen::VectorXd told = Eigen::VectorXd::Zero(kColumns);
   double squares = 0;
-  int means = 0, summed = 0;
+  Eigen::Index means = 0;
+  int summed = 0;
   Rows rows_sum = Rows::Zero();
   Vector3d apart_sum = Vector3d::Zero();
   for (std::size_t w = 1; w + 1 < forces.time.size(); ++w) {
@@ -50,7 +51,7 @@ std::optional<UnitOffset> unit_offset(const UnitOutputs& forces, std::size_t uni
   }
   if (means < kFewest) return std::nullopt;
   const Eigen::VectorXd found = solve_symmetric(information, told);
-  const double left = std::max(0.0, squares - found.dot(told)) / (3 * means - kColumns);
+  const double left = std::max(0.0, squares - found.dot(told)) / static_cast<double>(3 * means - kColumns);
   const Eigen::VectorXd variance = left * inverse(information).diagonal();
   return UnitOffset{found.segment<3>(kPlace), variance.segment<3>(kPlace).cwiseSqrt()};
 }

@@ -88,9 +88,10 @@ double ReceiverNoise::position() const { return std::hypot(white, drift * drift_
 
 SigmaScales ReceiverNoise::scales() const {
   SigmaScales factors{.position = position(), .height = height, .velocity = velocity};
-  if (standing.slow > 0)
-    factors.height = std::hypot(std::max(height * white * stated.z(), standing.white), process()->sigma.z()) /
-                     (position() * stated.z());
+  if (standing.slow > 0) {
+    const double single = std::max(height * white * stated.z(), standing.white);
+    factors.height = std::hypot(single, process()->sigma.z()) / (position() * stated.z());
+  }
   return factors;
 }
 

@@ -34,6 +34,7 @@ const Exported kExported[] = {
     {"piste/experiment/tune.h", address(piste::tune)},
     {"piste/files/tuning.h", address(piste::tuning_text)},
     {"piste/tune/likeliest_noise.h", address(piste::likeliest_noise)},
+    {"piste/tune/standing_heights.h", address(piste::is_of_heights_alone)},
     {"piste/consistency/verdict.h", address(piste::judge)},
     {"piste/consistency/warnings.h", address(piste::warnings_of)},
     {"piste/diagnosis/diagnose.h", address(piste::diagnose)},
