@@ -17,8 +17,12 @@ struct StandingHeights {
   double slow = 0;   ///< its 1-sigma, the step / √12 [m]; 0: they do not stand still
   double white = 0;  ///< that of a single fix, half a step, for where heights go to and fro between two [m]
 
-  /// Whether a 1-sigma of heights takes them for better than their steps.
-  bool exceeds(double sigma) const { return sigma < 2 * white; }
+  /// Whether a 1-sigma of heights takes their errors for those of rounding at most, and independent. A larger one is
+  /// told by more than by heights that repeat themselves.
+  bool exceeds(double sigma) const {
+    constexpr double kOfRounding = 1.5;
+    return sigma < kOfRounding * slow;
+  }
   double sigma() const;         ///< of both together
   GaussMarkov process() const;  ///< of the slow one, as the coloured error of a receiver, which has next to no other
 };
