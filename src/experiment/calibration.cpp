@@ -345,16 +345,18 @@ Interval motion_of(const std::vector<GeodeticFix>& fixes, const StartOptions& op
 
 std::optional<Calibration> calibrate(const Recording& recording, ConditioningOptions conditioning,
                                      FilterOptions options, const ToldClock& clock, Antenna antenna, std::size_t jobs) {
+  auto all = calibrated(recording, conditioning, options, clock, antenna, jobs);
   const std::vector<GeodeticFix>& fixes = recording.gnss.front().fixes;
+  const StandingHeights standing = standing_heights(fixes);
+  if (standing.slow == 0) return all;
   std::vector<double> sigmas;
   sigmas.reserve(fixes.size());
   for (const GeodeticFix& fix : fixes) sigmas.push_back(fix.sigma_position.z());
   const double stated = median(std::move(sigmas));
-  auto all = calibrated(recording, conditioning, options, clock, antenna, jobs);
-  const StandingHeights standing = standing_heights(fixes);
-  if (standing.slow == 0 || (all && all->fits() && all->drift && all->drift_by == DriftBy::kMotion)) return all;
-  if (all && all->fits() && !standing.exceeds(all->sigma_scales.position * all->sigma_scales.height * stated))
-    return all;
+  if (all && all->fits()) {
+    const bool coloured = all->drift && all->drift_by == DriftBy::kMotion;
+    if (coloured || !standing.too_small(all->sigma_scales.position * all->sigma_scales.height * stated)) return all;
+  }
   // Here too, so that likelihoods with and without what is sought are of the same fixes.
   const SigmaScales larger{.height = std::max(1.0, standing.sigma() / stated)};
   Recording rounded = recording;

@@ -37,6 +37,8 @@ inline DriftBy drift_by(const ReceiverNoise& noise) { return noise.drift > 0 ? D
 /// errors of the receiver are those of likeliest_noise() (tune/likeliest_noise.h), with `jobs` filter runs at a time.
 /// Where the last minutes of motion are far from the first, the same filter tells the offset there too, and so the
 /// drift of the clock if it is significant.
+/// Where heights stand still and came out too exact, all is done again with the errors of their rounding
+/// (tune/standing_heights.h).
 /// Nothing if no candidate starts, or if the clock is not told to 0.1 s and fixes are as likely with one that is
 /// seconds off. Sigmas of positions that are far too large make it so, and are made smaller first. @pre `options` has
 /// one receiver, `recording` too.

@@ -191,7 +191,7 @@ const NoisePoint& likeliest(const std::vector<NoisePoint>& points) {
 // Whether the heights of a receiver are taken for better than their rounding leaves them.
 bool too_exact(const ReceiverNoise& receiver, const StandingHeights& standing) {
   const SigmaScales scales = receiver.scales();
-  return standing.exceeds(scales.position * scales.height * receiver.stated.z());
+  return standing.too_small(scales.position * scales.height * receiver.stated.z());
 }
 
 // As likeliest_noise(), once.

@@ -325,7 +325,7 @@ TEST(DegradedWithoutRest, NoUnknownDelayLeadsAstray) {
   if (thorough()) run({named("NoRest"), named("MetresOff")}, 115, 115);
 }
 
-// On a level road they stand still, and were taken for as good as exact: positions were wrong by up to 9 sigmas.
+// On a level road they stand still, and were taken for as good as exact: they were wrong by up to 29 sigmas.
 TEST(DegradedByRounding, HeightsThatStandStillAreNotExact) { run({named("WholeMetres")}, 4, thorough() ? 10 : 4); }
 
 INSTANTIATE_TEST_SUITE_P(Strangers, Degraded, ::testing::Range<std::size_t>(0, degradations().size()),

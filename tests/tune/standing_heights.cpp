@@ -28,8 +28,8 @@ TEST(StandingHeights, AreThoseThatChangeByASteadyStep) {
   EXPECT_NEAR(metres.slow, sigma, 1e-9);
   EXPECT_NEAR(metres.white, 0.5, 1e-9);
   EXPECT_NEAR(metres.sigma(), 2 * sigma, 1e-9);
-  EXPECT_TRUE(metres.exceeds(0.4));
-  EXPECT_FALSE(metres.exceeds(0.5));
+  EXPECT_TRUE(metres.too_small(0.4));
+  EXPECT_FALSE(metres.too_small(0.5));
   const StandingHeights feet = standing([&](double t) { return 0.3048 * std::round(climb(t) / 0.3048 / 2); });
   EXPECT_NEAR(feet.slow, 0.3048 * sigma, 1e-9);
   const StandingHeights over_geoid = standing([&](double t) { return std::round(climb(t)) + 47.31 + 3e-5 * t; });

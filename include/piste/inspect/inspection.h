@@ -37,11 +37,11 @@ struct Calibration {
   ImuSensor sensor;                                 ///< with the noise to be expected from the motion
   SigmaScales sigma_scales = {};                    ///< of the receiver, likewise
   std::optional<GaussMarkov> drift = std::nullopt;  ///< the coloured error of its positions, if there is one
-  DriftBy drift_by = DriftBy::kMotion;
-  std::size_t used = 0, rejected = 0;  ///< GNSS innovations of the filter that told it
-  double likelihood = 0;               ///< over the whole log: logarithm of that of a fix
-  double likelihood_of_positions = 0;  ///< likewise, of a position
-  bool in_housing = false;             ///< whether IMU and antenna are taken to be in one housing
+  DriftBy drift_by = DriftBy::kMotion;              ///< what says so
+  std::size_t used = 0, rejected = 0;               ///< GNSS innovations of the filter that told it
+  double likelihood = 0;                            ///< over the whole log: logarithm of that of a fix
+  double likelihood_of_positions = 0;               ///< likewise, of a position
+  bool in_housing = false;                          ///< whether IMU and antenna are taken to be in one housing
 
   /// Whether the filter fits the logs: it rejected less than a tenth.
   bool fits() const { return rejected < (used + rejected) / 10; }

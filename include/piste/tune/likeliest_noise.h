@@ -104,10 +104,10 @@ struct TuneOptions {
 
 /// Finds the likeliest noise of a log with a known start. Sought is what the options have: of a drift without a process
 /// nothing, of a receiver without velocities no scale of them. `at_rest` is not filled in.
-/// Where rounding makes heights of the first receiver stand still (standing_heights.h), and they come out far better
-/// than that, all is sought again with the errors of the rounding as the least that they have. Where a coloured error
-/// was found, its heights get that least without another search. Throws DataError if no innovation is later than 5 s
-/// after the start.
+/// Where rounding makes heights of the first receiver stand still, and their sigma comes out no larger than that of the
+/// rounding (standing_heights.h), all is sought again with its errors as the least that they have. Where a coloured
+/// error was found, its heights get that least without another search.
+/// Throws DataError if no innovation is later than 5 s after the start.
 /// @pre `options` is what with_white_part() returns.
 Tuning likeliest_noise(const Log& log, const FilterOptions& options, const Start& start, const TuneOptions& how = {},
                        const ProgressCallback& progress = {});

@@ -17,9 +17,9 @@ struct StandingHeights {
   double slow = 0;   ///< its 1-sigma, the step / √12 [m]; 0: they do not stand still
   double white = 0;  ///< that of a single fix, half a step, for where heights go to and fro between two [m]
 
-  /// Whether a 1-sigma of heights takes their errors for those of rounding at most, and independent. A larger one is
-  /// told by more than by heights that repeat themselves.
-  bool exceeds(double sigma) const {
+  /// Whether `sigma` [m] of heights is no more than that of rounding, as if its errors were independent. A larger one
+  /// is told by more than by heights that repeat themselves.
+  bool too_small(double sigma) const {
     constexpr double kOfRounding = 1.5;
     return sigma < kOfRounding * slow;
   }
@@ -31,7 +31,8 @@ struct StandingHeights {
 bool is_of_heights_alone(const GaussMarkov& process);
 
 /// The heights stand still where three in four are within a millimetre of the one before, or back at that which was
-/// before it, and changes are by multiples of one step; a metre, where none changes
+/// before it, and changes are by multiples of one step; a metre, where none changes. `height`: of the fixes, in their
+/// order [m].
 StandingHeights standing_heights(const std::vector<double>& height);
 /// The same of the fixes of a receiver.
 StandingHeights standing_heights(const std::vector<GeodeticFix>& fixes);
