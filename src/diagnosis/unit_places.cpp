@@ -12,7 +12,7 @@ namespace piste {
 std::optional<UnitOffset> unit_offset(const UnitOutputs& forces, std::size_t unit) {
   // p, biases, and a matrix by rows.
   constexpr Eigen::Index kPlace = 0, kBias = 3, kMatrix = 6, kColumns = 15;
-  constexpr int kFewest = 30, kTogether = 5;  // means; windows of a mean, in which vibration cancels
+  constexpr int kFewestMeans = 30, kTogether = 5;  // windows of a mean, in which vibration cancels
   using Rows = Eigen::Matrix<double, 3, kColumns>;
   const Outputs &first = forces.of_units.front(), &own = forces.of_units[unit];
   const auto row_of = [&](std::size_t w) -> std::optional<Rows> {
@@ -49,7 +49,7 @@ std::optional<UnitOffset> unit_offset(const UnitOutputs& forces, std::size_t uni
     rows_sum.setZero();
     apart_sum.setZero();
   }
-  if (means < kFewest) return std::nullopt;
+  if (means < kFewestMeans) return std::nullopt;
   const Eigen::VectorXd found = solve_symmetric(information, told);
   const double left = std::max(0.0, squares - found.dot(told)) / static_cast<double>(3 * means - kColumns);
   const Eigen::VectorXd variance = left * inverse(information).diagonal();
