@@ -127,14 +127,15 @@ std::vector<std::pair<std::size_t, std::size_t>> quiet_rows(const ImuRecording& 
 }
 
 // The limit that an axis reaches often and never exceeds, and how often. More samples have that value than the nearest
-// value inside.
-std::pair<double, std::size_t> clipping(const Values& values, int axis) {
+// value inside, and it is so many steps of the log that it is no rounded rate of a calm body.
+std::pair<double, std::size_t> clipping(const Values& values, int axis, double quantum) {
   const auto [low, high] = std::minmax_element(
       values.begin(), values.end(), [axis](const Vector3d& a, const Vector3d& b) { return a(axis) < b(axis); });
   std::pair<double, std::size_t> found{0, 0};
   if ((*low)(axis) == (*high)(axis)) return found;
   for (const double sign : {-1.0, 1.0}) {
     const double limit = sign < 0 ? (*low)(axis) : (*high)(axis);
+    if (std::abs(limit) < kFewestSteps * quantum) continue;
     double within = -sign * std::numeric_limits<double>::infinity();
     std::size_t at_limit = 0, at_within = 0;
     for (const Vector3d& v : values) {
@@ -151,15 +152,6 @@ std::pair<double, std::size_t> clipping(const Values& values, int axis) {
       found = {std::max(found.first, std::abs(limit)), found.second + at_limit};
   }
   return found;
-}
-
-double quantum(const Values& values, int axis) {
-  double smallest = 0;
-  for (std::size_t i = 1; i < values.size(); ++i) {
-    const double step = std::abs(values[i](axis) - values[i - 1](axis));
-    if (step > 1e-12 * std::abs(values[i](axis)) && step > 0 && (smallest == 0 || step < smallest)) smallest = step;
-  }
-  return smallest;
 }
 
 // What is not of a body, as far as the units are right.
@@ -196,8 +188,8 @@ TriadHealth triad(const ImuRecording& imu, const Values& stored, const Values& r
   t.mean = rows > 0 ? Vector3d(sum / rows) : Vector3d::Constant(kNaN);
   t.noise = pairs > 0 ? Vector3d((difference2 / (2 * pairs) * interval).cwiseSqrt()) : Vector3d::Constant(kNaN);
   for (int axis = 0; axis < 3; ++axis) {
-    t.quantum(axis) = quantum(stored, axis);
-    std::tie(t.limit(axis), t.clipped[static_cast<std::size_t>(axis)]) = clipping(stored, axis);
+    t.quantum(axis) = smallest_step(stored, axis);
+    std::tie(t.limit(axis), t.clipped[static_cast<std::size_t>(axis)]) = clipping(stored, axis, t.quantum(axis));
     if (imu.increments) t.limit(axis) /= interval;
   }
   return t;
@@ -217,6 +209,15 @@ std::vector<Interval> frozen(const ImuRecording& imu) {
 bool turns_too_fast(const Values& gyro) { return quantile(norms_of(gyro), 0.99) > kFastRates; }
 
 }  // namespace
+
+double smallest_step(const Values& values, int axis) {
+  double smallest = 0;
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    const double step = std::abs(values[i](axis) - values[i - 1](axis));
+    if (step > 1e-12 * std::abs(values[i](axis)) && step > 0 && (smallest == 0 || step < smallest)) smallest = step;
+  }
+  return smallest;
+}
 
 ImuHealth imu_health(const ImuRecording& imu) {
   ImuHealth h;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "imu_bounds.h"
 #include "piste/math/statistics.h"
 
 namespace piste {
@@ -57,13 +58,14 @@ void ImuIntegral::find_clipped(const ImuRecording& imu) {
   std::vector<bool> at_limit(time_.size(), false);
   for (const auto* values : {&imu.gyro, &imu.accel}) {
     for (int axis = 0; axis < 3; ++axis) {
+      const double least = kFewestSteps * smallest_step(*values, axis);
       for (const double sign : {1.0, -1.0}) {
         const auto value = [&](std::size_t i) { return sign * (*values)[i](axis); };
         double limit = value(0);
         for (std::size_t i = 1; i < time_.size(); ++i) limit = std::max(limit, value(i));
         int times = 0;
         for (std::size_t i = 0; i < time_.size(); ++i) times += value(i) == limit ? 1 : 0;
-        if (times < kAgain || limit == 0) continue;
+        if (times < kAgain || limit == 0 || std::abs(limit) < least) continue;
         for (std::size_t i = 0; i < time_.size(); ++i) at_limit[i] = at_limit[i] || value(i) == limit;
       }
     }

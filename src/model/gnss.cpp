@@ -194,7 +194,7 @@ std::optional<Linearization> GnssReceivers::linearize(const GnssFix& fix, int se
   if (position ? !receiver.use_position : !(receiver.use_velocity && fix.velocity)) return std::nullopt;
   Estimate with_arm = x;
   if (!context.layout.has(Block::kLeverArm)) with_arm.lever_arm = receiver.lever_arm;
-  const AntennaMotion motion{context.motion(x),      context.rate_without_noise(x), context.noise_told(x),
+  const AntennaMotion motion{context.motion(x),      context.rate_without_noise(x), context.noise_told(),
                              context.mean_motion(x), context.recent.force_change,   context.recent.force_variance};
   const Lag lag = context.lag(delay(context.options, context.layout, sensor, channel, x, context.elapsed));
   if (position) {

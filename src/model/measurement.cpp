@@ -2,14 +2,6 @@
 
 namespace piste {
 
-namespace {
-
-Vector3d corrected_rate(const Vector3d& measured, const Estimate& x) {
-  return correct({1, measured, Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()}, x).dtheta;
-}
-
-}  // namespace
-
 Jacobian assemble(const StateLayout& layout, const Linearization& lin) {
   Jacobian H = Jacobian::Zero(3, layout.size());
   for (int i = 0; i < lin.count(); ++i) {
@@ -45,11 +37,6 @@ Vector3d beyond_noise(const Vector3d& mean, double variance) {
   return square > 3 * variance ? Vector3d((1 - 3 * variance / square) * mean) : Vector3d::Zero();
 }
 
-double noise_beyond_noise(const Vector3d& mean, double variance) {
-  const double square = mean.squaredNorm();
-  return square > 3 * variance ? 1 - variance / square : 0;
-}
-
 BodyMotion MeasurementContext::motion(const Estimate& x) const {
   const ImuStep s = correct(step, x);
   const double from_middle = into_step - 0.5 * s.dt;
@@ -57,12 +44,11 @@ BodyMotion MeasurementContext::motion(const Estimate& x) const {
 }
 
 Vector3d MeasurementContext::rate_without_noise(const Estimate& x) const {
-  return beyond_noise(corrected_rate(rate_beside, x), 0.5 * rate_variance.mean());
+  if (still) return Vector3d::Zero();
+  return rate_regression * corrected_rate(rate_beside, x);
 }
 
-double MeasurementContext::noise_told(const Estimate& x) const {
-  return noise_beyond_noise(corrected_rate(rate_beside, x), 0.5 * rate_variance.mean());
-}
+double MeasurementContext::noise_told() const { return still ? 0 : rate_regression.trace() / 3; }
 
 BodyMotion MeasurementContext::mean_motion(const Estimate& x) const {
   const ImuStep second{1, recent.rate, recent.force, Vector3d::Zero(), Vector3d::Zero()};

@@ -54,6 +54,10 @@ std::pair<ImuStep, ImuStep> split(const ImuStep& step, double tau) {
   return {a, b};
 }
 
+Vector3d corrected_rate(const Vector3d& measured, const Estimate& x) {
+  return correct({1, measured, Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()}, x).dtheta;
+}
+
 ImuStep correct(const ImuStep& measured, const Estimate& x) {
   const Vector3d gyro = (1 + x.gyro_scale.array()).inverse(), accel = (1 + x.accel_scale.array()).inverse();
   return {measured.dt, gyro.cwiseProduct(measured.dtheta - measured.dt * (x.gyro_bias + x.gyro_drift)),

@@ -9,6 +9,7 @@
 #include "piste/core/time_search.h"
 #include "piste/model/imu_errors.h"
 #include "piste/model/unit_scales.h"
+#include "piste/solve/rate_regression.h"
 #include "piste/solve/recent_motion.h"
 #include "piste/solve/rest_updates.h"
 #include "piste/solve/sample_noise.h"
@@ -152,6 +153,7 @@ class ChainLayer {
     }
     make_fixes(sample, options_, [&]<class Type>(const typename Type::Fix& fix) { measure_if_known<Type>(fix, step); });
     if (time_ - chain_.nodes.back().time > longest_ - 0.5 * sample.interval) node_here();
+    if (!still_) rate_regression_.add(sample, rate_beside_, x_);
     note_epoch(sample.time);
   }
 
@@ -208,6 +210,7 @@ class ChainLayer {
                  .moved = delay + after,
                  .rate_variance = rate_variance_,
                  .rate_beside = rate_beside_,
+                 .rate_regression = rate_regression_.matrix(),
                  .still = still_,
                  .recent = motion_.at(x_.q_wb, options_.sensor)};
     chain_.fixes.push_back(std::move(out));
@@ -235,6 +238,7 @@ class ChainLayer {
   std::optional<ImuSample> before_, now_;
   StepNoise noise_;
   Vector3d rate_variance_ = Vector3d::Zero(), rate_beside_ = Vector3d::Zero();
+  RateRegression rate_regression_;
   bool still_ = false;
   BodyMotion told_;
   FixQueue queue_;

@@ -169,6 +169,7 @@ void Filter::process(const ImuSample* after) {
       measure<Type>(fix, {fix.time, setup_->sources.first<Type>(0) + channel, 0, channel, {}}, step, step.dt, 0);
     }
   });
+  if (!resting()) rate_regression_.add(sample, rate_beside_, state_.x);
   if (tape_) tape_->end_epoch(state_);
   if (history_) history_->end_row(state_);
 }
@@ -269,7 +270,8 @@ void Filter::measure(const typename Type::Fix& fix, const QueuedFix& place, cons
                                    .recent = propagation_.recent(state_.x.q_wb, setup_->options.sensor),
                                    // About a reference the delay's uncertainty is part of the linear problem.
                                    .delay_variance = reference_ ? 0 : variance_of(delay),
-                                   .rate_beside = rate_beside_};
+                                   .rate_beside = rate_beside_,
+                                   .rate_regression = rate_regression_.matrix()};
   std::optional<Linearization> lin = Type::linearize(fix, sensor, channel, context, state_.x);
   if (!lin) return;
   // At rest the covariance is that of the body's sway, of which what was learned under way says nothing.

@@ -137,6 +137,13 @@ TEST(ImuHealth, SeesWhatIsBroken) {
   EXPECT_EQ(suspicions(imu_health(clipped), {}, "imu.csv").front().fault, LogFault::kClipped);
 }
 
+// A calm body, of which rates are written in whole degrees a second: they stand at one step for most of the time.
+TEST(ImuHealth, RoundedRatesOfACalmBodyAreNoLimit) {
+  ImuRecording calm = clean();
+  for (std::size_t i = 0; i < calm.gyro.size(); ++i) calm.gyro[i] = kDegree * Vector3d(i % 9 == 0 ? 0 : 1, 0, -3);
+  EXPECT_EQ(imu_health(calm).gyro.limit, Vector3d::Zero());
+}
+
 TEST(ImuHealth, SaysWhichRowsWereRefused) {
   RowFaults faults;
   faults.add({RowFault::Kind::kNotFinite, 17, "field 3, `nan`, must be finite"});

@@ -6,9 +6,12 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <iterator>
 #include <thread>
 
 #include "piste/experiment/ensemble.h"
+#include "piste/math/statistics.h"
 #include "piste/math/units.h"
 #include "piste/report/consistency_text.h"
 #include "support/places.h"
@@ -75,6 +78,23 @@ TEST(CalmRide, ScalesAreWithinTheirSigmas) {
   s.replay.end = 905;
   const ConsistencyReport report = report_of(s, "calm", seeds(3, 32));
   EXPECT_TRUE(report.consistent());
+}
+
+// On a level road hardly anything but noise tells the lever arm, which the velocities see through the measured rate.
+TEST(LevelRoad, TheSmoothedLeverArmIsWithinItsSigmas) {
+  Scenario s = suite_scenario("motorway");
+  shorten(s, 20, 300, 5);
+  s.replay.end = 300;
+  s.motion.balance_rate = s.motion.vibration = s.motion.vibration_rate = Vector3d::Zero();
+  s.motion.sway_velocity = s.motion.sway_rate = Vector3d::Zero();
+  s.motion.turning_rate = 0;
+  s.replay.estimate.push_back(Block::kLeverArm);
+  const ConsistencyReport report = report_of(s, "level", seeds(16, 64));
+  const auto under_way = static_cast<std::size_t>(Phase::kUnderWay);
+  const auto group = std::ranges::find(report.groups, "lever_arm", &StateGroup::name) - report.groups.begin();
+  ASSERT_LT(group, std::ssize(report.groups));
+  const double nees = report.smoother.groups[under_way][static_cast<std::size_t>(group)].nees;
+  EXPECT_TRUE(chi_squared_band(0.999, 3, seeds(16, 64)).contains(nees)) << nees;
 }
 
 // Of 5 s of motion alone, from any heading: found every time, and never wrong with a small sigma.

@@ -113,8 +113,6 @@ void add_curvature(Linearization& lin, const Lag& lag, const Vector3d& curvature
 /// The part of a mean that its white noise does not explain: `mean` times 1 − 3 `variance` / |mean|², or nothing (James
 /// and Stein 1961). A Jacobian that were noise alone would pass for knowledge.
 Vector3d beyond_noise(const Vector3d& mean, double variance);
-/// How much of its noise is left in that part: the mean derivative of the part by the mean, (∇ · part) / 3.
-double noise_beyond_noise(const Vector3d& mean, double variance);
 
 /// What linearize() is given beside the fix and the estimate.
 struct MeasurementContext {
@@ -129,8 +127,9 @@ struct MeasurementContext {
   double elapsed = 0;      ///< s since the drift of the IMU's clock counts
   double moved = 0;        ///< s by which the fix was taken to be late when it was given its place among the samples
   RecentMotion recent = {};
-  double delay_variance = 0;                ///< of the estimated delay [s²]; 0 if it is known
-  Vector3d rate_beside = Vector3d::Zero();  ///< mean of the samples beside (model/strapdown.h), as measured
+  double delay_variance = 0;                        ///< of the estimated delay [s²]; 0 if it is known
+  Vector3d rate_beside = Vector3d::Zero();          ///< mean of the samples beside (model/strapdown.h), as measured
+  Matrix3d rate_regression = Matrix3d::Identity();  ///< of the rate on that of the samples beside (RateRegression)
   /// Where a measurement has a kink, as the amount of a speed has at zero: the estimate that decides on which side of
   /// it the measurement is. Null: the one that it is linearised at. A solver that iterates would not end between two
   /// sides.
@@ -140,13 +139,12 @@ struct MeasurementContext {
   BodyMotion motion(const Estimate& x) const;
   /// The mean motion before the time of the fix, corrected likewise.
   BodyMotion mean_motion(const Estimate& x) const;
-  /// The rate as far as it is beyond noise (beyond_noise()), and without the noise in the rate at the time of the fix:
-  /// that of the samples beside. A Jacobian with the same noise would correlate with the residual: the mean of the
-  /// product passes for an effect of lever arm and scale (errors in variables; Fuller 1987, section 1.4: the rate
-  /// beside is an instrument).
+  /// The rate as the samples beside foretell it, without the noise in the rate at the time of the fix. A Jacobian with
+  /// the same noise would correlate with the residual: the mean of the product passes for an effect of lever arm and
+  /// scale (errors in variables; Fuller 1987, section 1.4: the rate beside is an instrument). Zero at rest.
   Vector3d rate_without_noise(const Estimate& x) const;
-  /// How much of the noise of the samples beside is in it (noise_beyond_noise()).
-  double noise_told(const Estimate& x) const;
+  /// How much of the noise of the samples beside is in it.
+  double noise_told() const;
   /// How far a fix that comes late by `delay` belongs before the estimate.
   Lag lag(const FixDelay& delay) const {
     return {delay.value - moved, delay.block, delay_variance, delay.by_clock_drift};

@@ -41,6 +41,9 @@ std::pair<ImuStep, ImuStep> split(const ImuStep& step, double tau);
 /// The step without the estimated errors of the IMU: true = (measured − bias − drift) / (1 + scale).
 ImuStep correct(const ImuStep& measured, const Estimate& x);
 
+/// The same of an angular rate alone.
+Vector3d corrected_rate(const Vector3d& measured, const Estimate& x);
+
 /// Rotation vector of a corrected step, with coning.
 Vector3d coned_rotation(const ImuStep& step);
 

@@ -24,6 +24,7 @@
 #include "piste/solve/noise_score.h"
 #include "piste/solve/propagation.h"
 #include "piste/solve/rate_mending.h"
+#include "piste/solve/rate_regression.h"
 #include "piste/solve/reference.h"
 #include "piste/solve/rest_updates.h"
 #include "piste/solve/sample_noise.h"
@@ -152,6 +153,7 @@ class Filter {
   Trust trust_;
   Vector3d rate_variance_ = Vector3d::Zero();  // of the gyro's white noise in the sample that is processed
   Vector3d rate_beside_ = Vector3d::Zero();    // of the samples beside it
+  RateRegression rate_regression_;             // of the samples before it
   std::vector<Innovation> innovations_;
   std::size_t late_ = 0;
   Tape* tape_ = nullptr;
