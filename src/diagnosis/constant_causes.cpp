@@ -35,6 +35,16 @@ bool allows(const FilterOptions& told, Block block, const Evidence& found) {
   return (change.head(row.size).array() < kLikely * prior.head(row.size).array()).all();
 }
 
+// A delay that no receiver has is an offset of the clocks.
+std::string described(const std::string& name, Block block, const FilterOptions& told, const Evidence& found) {
+  constexpr double kLatest = 0.5;  // s
+  const double later = shown_value(found.last, block).x() - told_value(told, block).x();
+  if (block == Block::kGnssDelay && std::abs(later) > kLatest) {
+    return fmt::format("offset of the IMU's clock ({:+.3f} s more than the file's), or delay of the fixes", -later);
+  }
+  return fmt::format("{} ({} is likelier)", name, with_sigma(found, block));
+}
+
 template <class Widen>
 Cause constant(Block block, const std::string& name, Widen&& widen) {
   return [=](const Told& told, const Evidence& base, double end) {
@@ -45,7 +55,7 @@ Cause constant(Block block, const std::string& name, Widen&& widen) {
     if (allows(told.options, block, found)) return Granted{};
     const bool soon_found = block == Block::kGyroBias || block == Block::kAccelBias;
     const double gain = soon_found ? gained(found, base) : lasting_gain(found, base);
-    return Granted{gain, fmt::format("{} ({} is likelier)", name, with_sigma(found, block))};
+    return Granted{gain, described(name, block, told.options, found)};
   };
 }
 
