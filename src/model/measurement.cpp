@@ -45,10 +45,14 @@ BodyMotion MeasurementContext::motion(const Estimate& x) const {
 
 Vector3d MeasurementContext::rate_without_noise(const Estimate& x) const {
   if (still) return Vector3d::Zero();
-  return rate_regression * corrected_rate(rate_beside, x);
+  const Vector3d beside = corrected_rate(rate_beside, x);
+  return rate_regression ? Vector3d(rate_regression->matrix() * beside) : beside;
 }
 
-double MeasurementContext::noise_told() const { return still ? 0 : rate_regression.trace() / 3; }
+double MeasurementContext::noise_told() const {
+  if (still) return 0;
+  return rate_regression ? rate_regression->matrix().trace() / 3 : 1;
+}
 
 BodyMotion MeasurementContext::mean_motion(const Estimate& x) const {
   const ImuStep second{1, recent.rate, recent.force, Vector3d::Zero(), Vector3d::Zero()};

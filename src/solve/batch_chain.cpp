@@ -8,8 +8,8 @@
 #include "math/parallel.h"
 #include "piste/core/time_search.h"
 #include "piste/model/imu_errors.h"
+#include "piste/model/rate_regression.h"
 #include "piste/model/unit_scales.h"
-#include "piste/solve/rate_regression.h"
 #include "piste/solve/recent_motion.h"
 #include "piste/solve/rest_updates.h"
 #include "piste/solve/sample_noise.h"
@@ -210,7 +210,7 @@ class ChainLayer {
                  .moved = delay + after,
                  .rate_variance = rate_variance_,
                  .rate_beside = rate_beside_,
-                 .rate_regression = rate_regression_.matrix(),
+                 .rate_regression = rate_regression_,
                  .still = still_,
                  .recent = motion_.at(x_.q_wb, options_.sensor)};
     chain_.fixes.push_back(std::move(out));

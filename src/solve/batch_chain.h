@@ -53,7 +53,7 @@ struct ChainFix {
   ImuStep step;                                  ///< within which it is, as measured
   double into_step = 0, elapsed = 0, moved = 0;  ///< as MeasurementContext has them
   Vector3d rate_variance, rate_beside;
-  Matrix3d rate_regression;
+  RateRegression rate_regression;
   bool still = false;
   RecentMotion recent;
 };

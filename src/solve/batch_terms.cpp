@@ -236,7 +236,7 @@ Linearization BatchTerms::linearize(const ChainFix& fix, const Estimate& x) cons
                                    .moved = fix.moved,
                                    .recent = fix.recent,
                                    .rate_beside = fix.rate_beside,
-                                   .rate_regression = fix.rate_regression,
+                                   .rate_regression = &fix.rate_regression,
                                    .side = &chain_.nodes[fix.node].side};
   std::optional<Linearization> lin;
   MeasurementList::visit(

@@ -271,7 +271,7 @@ void Filter::measure(const typename Type::Fix& fix, const QueuedFix& place, cons
                                    // About a reference the delay's uncertainty is part of the linear problem.
                                    .delay_variance = reference_ ? 0 : variance_of(delay),
                                    .rate_beside = rate_beside_,
-                                   .rate_regression = rate_regression_.matrix()};
+                                   .rate_regression = &rate_regression_};
   std::optional<Linearization> lin = Type::linearize(fix, sensor, channel, context, state_.x);
   if (!lin) return;
   // At rest the covariance is that of the body's sway, of which what was learned under way says nothing.

@@ -14,6 +14,7 @@
 
 #include "piste/core/estimate.h"
 #include "piste/core/options.h"
+#include "piste/model/rate_regression.h"
 #include "piste/model/strapdown.h"
 
 namespace piste {
@@ -129,7 +130,7 @@ struct MeasurementContext {
   RecentMotion recent = {};
   double delay_variance = 0;                        ///< of the estimated delay [s²]; 0 if it is known
   Vector3d rate_beside = Vector3d::Zero();          ///< mean of the samples beside (model/strapdown.h), as measured
-  Matrix3d rate_regression = Matrix3d::Identity();  ///< of the rate on that of the samples beside (RateRegression)
+  const RateRegression* rate_regression = nullptr;  ///< of the rate on that of the samples beside; null: as it is
   /// Where a measurement has a kink, as the amount of a speed has at zero: the estimate that decides on which side of
   /// it the measurement is. Null: the one that it is linearised at. A solver that iterates would not end between two
   /// sides.

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "piste/core/solution.h"
+#include "piste/model/rate_regression.h"
 #include "piste/solve/adaptation.h"
 #include "piste/solve/fix_queue.h"
 #include "piste/solve/history.h"
@@ -24,7 +25,6 @@
 #include "piste/solve/noise_score.h"
 #include "piste/solve/propagation.h"
 #include "piste/solve/rate_mending.h"
-#include "piste/solve/rate_regression.h"
 #include "piste/solve/reference.h"
 #include "piste/solve/rest_updates.h"
 #include "piste/solve/sample_noise.h"

@@ -35,7 +35,7 @@
 /// is none, and is taken from the covariance by an update whose noise has the negative variance −1/F. What moves the
 /// estimate at random has all of J + F, so that its variance is still larger than the covariance by F/J. To take 2 F
 /// would make the two equal, at the price of larger errors: fixes of long ago would count for less. The rate in the
-/// Jacobian of a velocity does not count: it is the mean one for the samples beside (rate_regression.h).
+/// Jacobian of a velocity does not count: it is the mean one for the samples beside (model/rate_regression.h).
 ///
 /// The velocity of an antenna holds the same noise, as the rate swings the antenna about the IMU: its residual has −M
 /// n, so that the fix moves the errors by K M n. This meets the noise in the rotation, and that in the rate of the

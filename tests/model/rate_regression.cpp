@@ -1,4 +1,4 @@
-#include "piste/solve/rate_regression.h"
+#include "piste/model/rate_regression.h"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 namespace piste {
 namespace {
 
-constexpr double kInterval = 0.01, kNoise = 0.01;  // s; rad/s of one sample
+constexpr double kRateInterval = 0.01, kRateNoise = 0.01;  // s; rad/s of one sample
 
 struct Rates {
   std::vector<Vector3d> truth, measured;
@@ -22,9 +22,9 @@ struct Rates {
 Rates rates(double length, const std::function<Vector3d(double)>& truth, std::uint64_t seed) {
   Rates r;
   test::Random random(seed);
-  for (double t = 0; t < length; t += kInterval) {
+  for (double t = 0; t < length; t += kRateInterval) {
     r.truth.push_back(truth(t));
-    r.measured.push_back(r.truth.back() + random.vector(kNoise));
+    r.measured.push_back(r.truth.back() + random.vector(kRateNoise));
   }
   return r;
 }
@@ -33,8 +33,8 @@ RateRegression regression_of(const Rates& r, const Estimate& x = {}) {
   RateRegression g;
   for (std::size_t k = 1; k + 1 < r.truth.size(); ++k) {
     ImuSample sample;
-    sample.interval = kInterval;
-    sample.dtheta = kInterval * r.measured[k];
+    sample.interval = kRateInterval;
+    sample.dtheta = kRateInterval * r.measured[k];
     g.add(sample, r.beside(k), x);
   }
   return g;
@@ -46,7 +46,7 @@ TEST(RateRegression, LeavesNothingOfNoise) {
                                        60, [](double) { return Vector3d::Zero(); }, 1))
                          .matrix();
   // Each element has a standard deviation of sqrt(2 / n), with twice the memory's samples in n.
-  const double sigma = std::sqrt(kInterval / RateRegression::kMemory);
+  const double sigma = std::sqrt(kRateInterval / RateRegression::kMemory);
   EXPECT_LT(G.cwiseAbs().maxCoeff(), 4 * sigma);
   EXPECT_GT(G.cwiseAbs().maxCoeff(), 0.1 * sigma);
 }
@@ -77,8 +77,8 @@ TEST(RateRegression, IsAsLargeAsItIsTrue) {
       noisy += r.beside(k).cwiseAbs2() - r.beside(k).cwiseProduct(r.truth[k]);
     }
     ImuSample sample;
-    sample.interval = kInterval;
-    sample.dtheta = kInterval * r.measured[k];
+    sample.interval = kRateInterval;
+    sample.dtheta = kRateInterval * r.measured[k];
     g.add(sample, r.beside(k), {});
   }
   for (int i = 0; i < 3; ++i) {
@@ -108,7 +108,7 @@ TEST(RateRegression, IsFiniteWhereNothingMoves) {
   EXPECT_EQ(G.topLeftCorner(2, 2), Eigen::Matrix2d::Zero());
   RateRegression g;
   ImuSample sample;
-  sample.interval = kInterval;
+  sample.interval = kRateInterval;
   g.add(sample, Vector3d::Zero(), {});
   EXPECT_EQ(g.matrix(), Matrix3d::Identity());
 }

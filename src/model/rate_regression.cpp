@@ -1,4 +1,4 @@
-#include "piste/solve/rate_regression.h"
+#include "piste/model/rate_regression.h"
 
 #include <Eigen/LU>
 #include <algorithm>
