@@ -154,6 +154,12 @@ std::pair<double, std::size_t> clipping(const Values& values, int axis, double q
   return found;
 }
 
+double repeated(const Values& values, int axis) {
+  double same = 0;
+  for (std::size_t i = 1; i < values.size(); ++i) same += values[i](axis) == values[i - 1](axis) ? 1 : 0;
+  return same / static_cast<double>(values.size());
+}
+
 // What is not of a body, as far as the units are right.
 struct Impossible {
   double value;
@@ -189,6 +195,7 @@ TriadHealth triad(const ImuRecording& imu, const Values& stored, const Values& r
   t.noise = pairs > 0 ? Vector3d((difference2 / (2 * pairs) * interval).cwiseSqrt()) : Vector3d::Constant(kNaN);
   for (int axis = 0; axis < 3; ++axis) {
     t.quantum(axis) = smallest_step(stored, axis);
+    t.repeated(axis) = repeated(stored, axis);
     std::tie(t.limit(axis), t.clipped[static_cast<std::size_t>(axis)]) = clipping(stored, axis, t.quantum(axis));
     if (imu.increments) t.limit(axis) /= interval;
   }

@@ -48,7 +48,7 @@ void suspect_forces(const ImuHealth& h, double slowest, const std::string& file,
 
 // One triad of `h`.
 void suspect_triad(const TriadHealth& t, const ImuHealth& h, const std::string& file, std::vector<Suspicion>& found) {
-  constexpr double kManyClipped = 0.001;
+  constexpr double kManyClipped = 0.001, kStandsStill = 0.75;  // shares
   const auto add = adding_to(found, file);
   const bool gyro = &t == &h.gyro;
   if (t.spikes > 0 && !(gyro && h.fast_rates)) {
@@ -62,6 +62,14 @@ void suspect_triad(const TriadHealth& t, const ImuHealth& h, const std::string& 
         fmt::format("{} isolated {} that the motion around them does not explain, the first at t = {:.3f} s",
                     t.isolated, gyro ? "angular rates" : "specific forces", t.first_isolated),
         "replay replaces them by the line between the rows beside them, and counts them as `spikes`");
+  }
+  if (const double share = t.repeated.maxCoeff(); share > kStandsStill && t.quantum.maxCoeff() > 0 && h.frozen.empty()) {
+    const double step = t.quantum.maxCoeff() / (h.increments ? h.sampling.interval : 1) / (gyro ? kDegree : 1);
+    add(LogFault::kQuantised,
+        fmt::format("the {} stand still, at steps of {:.3g} {}: {:.0f} % of the values of an axis are those of the row "
+                    "before",
+                    gyro ? "gyroscopes" : "accelerometers", step, gyro ? "deg/s" : "m/s^2", 100 * share),
+        "log more decimals: up to half a step is missing, for as long as a value stands, and no sigma knows of it");
   }
   std::size_t clipped = 0;
   for (const std::size_t n : t.clipped) clipped += n;

@@ -141,7 +141,10 @@ TEST(ImuHealth, SeesWhatIsBroken) {
 TEST(ImuHealth, RoundedRatesOfACalmBodyAreNoLimit) {
   ImuRecording calm = clean();
   for (std::size_t i = 0; i < calm.gyro.size(); ++i) calm.gyro[i] = kDegree * Vector3d(i % 9 == 0 ? 0 : 1, 0, -3);
-  EXPECT_EQ(imu_health(calm).gyro.limit, Vector3d::Zero());
+  const ImuHealth h = imu_health(calm);
+  EXPECT_EQ(h.gyro.limit, Vector3d::Zero());
+  EXPECT_NEAR(h.gyro.repeated.x(), 7. / 9, 0.01);
+  EXPECT_EQ(suspicions(h, {}, "imu.csv").front().fault, LogFault::kQuantised);
 }
 
 TEST(ImuHealth, SaysWhichRowsWereRefused) {

@@ -18,6 +18,7 @@ namespace piste {
 struct TriadHealth {
   Vector3d smallest, largest;
   Vector3d quantum;                      ///< smallest step between values of the log (not divided); 0: none found
+  Vector3d repeated;                     ///< share of the values that are those of the row before
   Vector3d noise;                        ///< density of the white noise at rest [unit/√Hz]; NaN without rest
   Vector3d mean;                         ///< at rest; NaN without rest
   std::array<std::size_t, 3> clipped{};  ///< samples at a limit that is reached often and never exceeded

@@ -54,7 +54,7 @@ enum class LogFault {
   kJitter,
   kVelocityDelay,        ///< of the velocities relative to the positions
   kVelocityContradicts,  ///< velocities put antenna or clock elsewhere than the positions do
-  kQuantised,
+  kQuantised,            ///< values stand still, as they are rounded
   // To know.
   kNoRest,
   kNoMotion,
