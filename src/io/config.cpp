@@ -221,7 +221,10 @@ std::vector<std::string> Config::words(std::string_view key) const {
   if (node->kind == Node::Kind::kMap) fail(key, "must be a list of words");
   if (node->kind == Node::Kind::kScalar) {
     std::istringstream stream(node->scalar);
-    for (std::string word; stream >> word;) result.push_back(word);
+    for (std::string word; stream >> word;) {
+      if (word.size() > 1 && word.back() == ',') word.pop_back();
+      result.push_back(word);
+    }
   }
   for (const Node& item : node->list) {
     if (item.kind != Node::Kind::kScalar)

@@ -21,6 +21,7 @@ std::string refusal(const std::string& text, F&& read) {
 TEST(Config, ReadsTypedValues) {
   const Config config = parse(
       "noise: 0.05 deg/s\nlever: -0.06 0.03 -0.42 m\ngate: 0.999\nflag: true\nblocks: [a, b]\nuse: position velocity\n"
+      "as_prose: a, b c\n"
       "file: ../data/imu.csv\noutages: [[100, 15], [200 s, 1 min]]\nnested: {key: 3}\nlist:\n  - {key: 1}\n  - {key: "
       "2}\n");
   EXPECT_NEAR(config.quantity("noise", dimension::kAngularRate), 0.05 / 57.29577951308232, 1e-15);
@@ -29,6 +30,7 @@ TEST(Config, ReadsTypedValues) {
   EXPECT_TRUE(config.flag("flag"));
   EXPECT_EQ(config.words("blocks"), (std::vector<std::string>{"a", "b"}));
   EXPECT_EQ(config.words("use"), (std::vector<std::string>{"position", "velocity"}));
+  EXPECT_EQ(config.words("as_prose"), (std::vector<std::string>{"a", "b", "c"}));
   EXPECT_EQ(config.path("file"), "data/imu.csv");
   const auto outages = config.pairs("outages", dimension::kTime);
   ASSERT_EQ(outages.size(), 2u);

@@ -65,7 +65,7 @@ class Config {
   long integer(std::string_view key, std::optional<long> fallback = {}) const;
   bool flag(std::string_view key, std::optional<bool> fallback = {}) const;
   std::string text(std::string_view key, const std::optional<std::string>& fallback = {}) const;
-  /// A list of words, or words separated by spaces. Empty if the key is missing.
+  /// A list of words, or words separated by spaces, each with a comma behind it or not. Empty if the key is missing.
   std::vector<std::string> words(std::string_view key) const;
   /// A list of pairs such as `[1 s, 2 s]`. A number without unit is taken to be in SI. Empty if the key is missing.
   std::vector<std::pair<double, double>> pairs(std::string_view key, const Dimension&) const;
