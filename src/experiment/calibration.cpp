@@ -28,8 +28,10 @@ constexpr double kSureClock = 0.02, kRoughClock = 0.1;  // s
 constexpr double kLoose = 5;                            // times the sigma that a stage found
 constexpr double kHeld = 0.005, kHeldStep = 0.02;  // s: 1-sigma of a delay that is held, and how far these are apart
 constexpr double kAstray = 0.1;  // of the logarithm of a row's likelihood: filters that went astray lost 0.4 and more
-constexpr std::array kFarOff{-20.0, -5.0, 5.0, 20.0};  // s: farther than a turn is like itself
-constexpr double kOverstated = 0.3;                    // of the sigmas of positions: as far as these are off at least
+// s: farther than a turn is like itself. Wrong clocks differ by 0.3 of that likelihood by chance: one that is likelier
+// than so many others is no wrong one.
+constexpr std::array kFarOff{-20.0, -14.0, -10.0, -7.0, -5.0, 5.0, 7.0, 10.0, 14.0, 20.0};
+constexpr double kOverstated = 0.3;  // of the sigmas of positions: as far as these are off at least
 constexpr double kWideGate = 1 - 1e-9;
 // Offsets of the clock that are tried, s: where nothing is told of it, and where rests tell it to a second.
 constexpr double kFarthest = 0.5, kFarthestTold = 3, kStep = 0.1;
