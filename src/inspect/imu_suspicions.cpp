@@ -63,9 +63,11 @@ void suspect_triad(const TriadHealth& t, const ImuHealth& h, const std::string& 
                     t.isolated, gyro ? "angular rates" : "specific forces", t.first_isolated),
         "replay replaces them by the line between the rows beside them, and counts them as `spikes`");
   }
-  if (const double share = t.repeated.maxCoeff();
-      share > kStandsStill && t.quantum.maxCoeff() > 0 && h.frozen.empty()) {
-    const double step = t.quantum.maxCoeff() / (h.increments ? h.sampling.interval : 1) / (gyro ? kDegree : 1);
+  // An axis that has one value alone is not rounded.
+  Eigen::Index axis = 0;
+  const double share = (t.quantum.array() > 0).select(t.repeated, 0).maxCoeff(&axis);
+  if (share > kStandsStill && h.frozen.empty()) {
+    const double step = t.quantum(axis) / (h.increments ? h.sampling.interval : 1) / (gyro ? kDegree : 1);
     add(LogFault::kQuantised,
         fmt::format("the {} stand still, at steps of {:.3g} {}: {:.0f} % of the values of an axis are those of the row "
                     "before",

@@ -145,6 +145,10 @@ TEST(ImuHealth, RoundedRatesOfACalmBodyAreNoLimit) {
   EXPECT_EQ(h.gyro.limit, Vector3d::Zero());
   EXPECT_NEAR(h.gyro.repeated.x(), 7. / 9, 0.01);
   EXPECT_EQ(suspicions(h, {}, "imu.csv").front().fault, LogFault::kQuantised);
+  ImuRecording flat = clean();
+  for (Vector3d& w : flat.gyro) w.x() = 0;
+  EXPECT_EQ(std::ranges::count(suspicions(imu_health(flat), {}, "imu.csv"), LogFault::kQuantised, &Suspicion::fault),
+            0);
 }
 
 TEST(ImuHealth, SaysWhichRowsWereRefused) {
