@@ -29,13 +29,17 @@ Rates rates(double length, const std::function<Vector3d(double)>& truth, std::ui
   return r;
 }
 
+ImuSample sample_of(const Vector3d& rate) {
+  ImuSample sample;
+  sample.interval = kRateInterval;
+  sample.dtheta = kRateInterval * rate;
+  return sample;
+}
+
 RateRegression regression_of(const Rates& r, const Estimate& x = {}) {
   RateRegression g;
   for (std::size_t k = 1; k + 1 < r.truth.size(); ++k) {
-    ImuSample sample;
-    sample.interval = kRateInterval;
-    sample.dtheta = kRateInterval * r.measured[k];
-    g.add(sample, r.beside(k), x);
+    g.add(sample_of(r.measured[k]), r.beside(k), x);
   }
   return g;
 }
@@ -76,10 +80,7 @@ TEST(RateRegression, IsAsLargeAsItIsTrue) {
       square += w.cwiseAbs2();
       noisy += r.beside(k).cwiseAbs2() - r.beside(k).cwiseProduct(r.truth[k]);
     }
-    ImuSample sample;
-    sample.interval = kRateInterval;
-    sample.dtheta = kRateInterval * r.measured[k];
-    g.add(sample, r.beside(k), {});
+    g.add(sample_of(r.measured[k]), r.beside(k), {});
   }
   for (int i = 0; i < 3; ++i) {
     EXPECT_LT(std::abs(square(i) - told(i)), 0.02 * noisy(i)) << i;
@@ -107,9 +108,7 @@ TEST(RateRegression, IsFiniteWhereNothingMoves) {
   EXPECT_NEAR(G(2, 2), 1, 1e-6);
   EXPECT_EQ(G.topLeftCorner(2, 2), Eigen::Matrix2d::Zero());
   RateRegression g;
-  ImuSample sample;
-  sample.interval = kRateInterval;
-  g.add(sample, Vector3d::Zero(), {});
+  g.add(sample_of(Vector3d::Zero()), Vector3d::Zero(), {});
   EXPECT_EQ(g.matrix(), Matrix3d::Identity());
 }
 
