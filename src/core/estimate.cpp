@@ -138,6 +138,16 @@ ResetJacobian reset_jacobian(const StateLayout& layout, const ErrorVector& corre
   return G;
 }
 
+ResetJacobian carrying_jacobian(const StateLayout& layout, const ErrorVector& correction, const Vector3d& v_wb) {
+  ResetJacobian G = reset_jacobian(layout, correction);
+  const double heading = correction[layout.offset(Block::kAttitude) + 2];
+  const Matrix3d R = so3_exp(Vector3d(0, 0, 0.5 * heading)).toRotationMatrix();
+  auto rows = G.velocity_attitude.topRows<3>();
+  rows.rightCols<3>() += skew(v_wb) * (R - Matrix3d::Identity()) * G.velocity_attitude.bottomRightCorner<3, 3>();
+  G.velocity_attitude.bottomRightCorner<3, 3>() = (R * G.velocity_attitude.bottomRightCorner<3, 3>()).eval();
+  return G;
+}
+
 Eigen::Matrix<double, 9, 9> ordinary_from_invariant(const Estimate& x) {
   Eigen::Matrix<double, 9, 9> T = Eigen::Matrix<double, 9, 9>::Identity();
   T.block<3, 3>(full_offset(Block::kVelocity), full_offset(Block::kAttitude)) = -skew(x.v_wb);

@@ -161,7 +161,7 @@ class BackwardPass {
   void undo(const History::Correction& c) {
     arrive();
     const bool moved = c.moved.size() > 0;
-    const ResetJacobian G = moved ? reset_jacobian(layout_, c.moved) : ResetJacobian{};
+    const ResetJacobian G = moved ? carrying_jacobian(layout_, c.moved, c.v_wb) : ResetJacobian{};
     if (covariance_) {
       if (moved) reset_adjoint(lambda_, Lambda_, layout_, G);
       update_adjoint(lambda_, Lambda_, c.update);
@@ -232,7 +232,7 @@ class BackwardPass {
           const History::Correction c = history.correction(chunk, event);
           update(P, c.update);
           if (c.moved.size() > 0) {
-            reset(P, layout_, reset_jacobian(layout_, c.moved));
+            reset(P, layout_, carrying_jacobian(layout_, c.moved, c.v_wb));
           } else if (about_reference_) {
             s.mean += gain(c.update) * c.update.residual;
           }
@@ -382,7 +382,7 @@ class BackwardPass {
           const History::Correction c = history.correction(chunk, event);
           if (c.moved.size() == 0) break;
           e -= c.moved;
-          reset_error(e, layout_, reset_jacobian(layout_, c.moved));
+          reset_error(e, layout_, carrying_jacobian(layout_, c.moved, c.v_wb));
           break;
         }
         case Kind::kTakenBack:

@@ -133,8 +133,8 @@ ErrorStep History::step(const Chunk& chunk, const Event& event) const {
 }
 
 // Of H only the columns that are not zero: a fix depends on few blocks.
-void History::add_correction(const Update& u, bool moved) {
-  add(Kind::kCorrection, moved);
+void History::add_correction(const Update& u, const Estimate* moved) {
+  add(Kind::kCorrection, moved != nullptr);
   std::vector<double>& out = now_.values;
   out.push_back(u.rows);
   out.push_back(u.observed);
@@ -151,6 +151,7 @@ void History::add_correction(const Update& u, bool moved) {
     for (int j = 0; j < 3; ++j) put_values(out, m->col(j).head(j + 1));
   }
   put_values(out, u.residual);
+  if (moved != nullptr) put_values(out, moved->v_wb);
 }
 
 History::Correction History::correction(const Chunk& chunk, const Event& event) const {
@@ -173,7 +174,10 @@ History::Correction History::correction(const Chunk& chunk, const Event& event) 
   }
   r.take(u.residual);
   u.S_inverse = inverse_of_definite(u.S);
-  if (event.other != 0) c.moved = gain(u) * u.residual;
+  if (event.other != 0) {
+    c.moved = gain(u) * u.residual;
+    r.take(c.v_wb);
+  }
   return c;
 }
 

@@ -114,10 +114,7 @@ class Live::Session {
       filter_->clear_innovations();
     } else if (bank_) {
       fed_ = feed(*bank_, given_, until);
-      if (bank_->resolved()) {
-        filter_ = bank_->best();
-        bank_.reset();
-      }
+      if (bank_->resolved()) settle(until);
     } else {
       return;
     }
@@ -141,6 +138,25 @@ class Live::Session {
         log_, options_.filter, receiver, beginning(log_, receiver, options_.filter.behaviour.start).time);
     bank_.emplace(options_.filter, log_.world, starts);
     begin_at(starts.front().time);
+    begun_ = fed_;
+  }
+
+  // The filter of the heading that is left. What it has seen was linearised about a heading tens of degrees off: if all
+  // of that is still in memory, it takes it once more from a start with the right one, as a replay does.
+  void settle(double until) {
+    filter_ = bank_->best();
+    bank_.reset();
+    if (begun_ < log_.imu.front().time - log_.imu.front().interval - 2 * kSameInstant) return;
+    std::optional<Start> start;
+    try {
+      start = find_start(log_, options_.filter, options_.heading).start;
+    } catch (const DataError&) {
+      return;  // so little motion that another search does not see it
+    }
+    filter_.emplace(options_.filter, log_.world, *start);
+    begin_at(start->time);
+    fed_ = feed(*filter_, given_, until);
+    filter_->clear_innovations();
   }
 
   void begin_at(double time) {
@@ -215,7 +231,7 @@ class Live::Session {
   std::optional<Filter> filter_;
   ImuConditioning clock_;
   double first_ = 0, last_ = -1e300;  // of the rows, by their own clock
-  double next_pass_ = -1e300, fed_ = -1e300, newest_ = -1e300;
+  double next_pass_ = -1e300, fed_ = -1e300, begun_ = -1e300, newest_ = -1e300;
   std::vector<double> given_;  // time of each receiver's last fix that the filter has
   std::size_t late_ = 0;
 };

@@ -51,6 +51,13 @@ ResetJacobian reset_jacobian(const FullError& correction);
 /// The same of a correction to the blocks of a layout. No heap.
 ResetJacobian reset_jacobian(const StateLayout& layout, const ErrorVector& correction);
 
+/// The matrix with which a filter carries its covariance over a correction, that leaves it with the velocity `v_wb`.
+/// What the sensors' errors have done to tilt, such as that of an accelerometer's bias at rest, turns with the heading,
+/// and no correction of the heading must make it look as if the body had turned: that would tell biases and heading.
+/// The reset turns it by half of the correction about down, this matrix by all of it; position and ordinary velocity
+/// stay. Down is that at the origin of w. No heap.
+ResetJacobian carrying_jacobian(const StateLayout& layout, const ErrorVector& correction, const Vector3d& v_wb);
+
 /// The matrix that turns the navigation error (ρ, ν, θ) into the ordinary error (δp, δv, θ), with δv = ν + θ × v̂.
 Eigen::Matrix<double, 9, 9> ordinary_from_invariant(const Estimate& x);
 

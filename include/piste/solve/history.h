@@ -42,6 +42,7 @@ class History {
   struct Correction {
     Update update;
     ErrorVector moved;
+    Vector3d v_wb;  ///< of the estimate that it moved, after it
   };
   struct TakenBack {
     ScaleScore score;
@@ -57,8 +58,8 @@ class History {
   /// whether the estimates at the ends of epochs are kept, too.
   void begin(const FilterState& state, const StateLayout& layout, bool reference, bool rows);
   void add_step(const Transition& t);
-  /// `moved`: whether it moved the estimate.
-  void add_correction(const Update& u, bool moved);
+  /// `moved`: the estimate that it has moved, or null.
+  void add_correction(const Update& u, const Estimate* moved);
   void add_taken_back(const ScaleScore& score, const ErrorVector& moved, bool estimate_moved);
   /// `variances`: what was added to those of the state.
   void add_admitted(const ErrorVector& variances);
