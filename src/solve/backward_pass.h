@@ -161,16 +161,15 @@ class BackwardPass {
   void undo(const History::Correction& c) {
     arrive();
     const bool moved = c.moved.size() > 0;
-    const ResetJacobian G = moved ? carrying_jacobian(layout_, c.moved, c.v_wb) : ResetJacobian{};
     if (covariance_) {
-      if (moved) reset_adjoint(lambda_, Lambda_, layout_, G);
+      if (moved) reset_adjoint(lambda_, Lambda_, layout_, c.reset);
       update_adjoint(lambda_, Lambda_, c.update);
     } else {
-      if (moved) reset_adjoint(lambda_, layout_, G);
+      if (moved) reset_adjoint(lambda_, layout_, c.reset);
       update_adjoint(lambda_, c.update);
     }
     if (traces()) {
-      if (moved) reset_adjoint(traced_, layout_, G);
+      if (moved) reset_adjoint(traced_, layout_, c.reset);
       update_adjoint(traced_, c.update);
     }
     begin_steps();
@@ -232,7 +231,7 @@ class BackwardPass {
           const History::Correction c = history.correction(chunk, event);
           update(P, c.update);
           if (c.moved.size() > 0) {
-            reset(P, layout_, carrying_jacobian(layout_, c.moved, c.v_wb));
+            reset(P, layout_, c.reset);
           } else if (about_reference_) {
             s.mean += gain(c.update) * c.update.residual;
           }
@@ -382,7 +381,7 @@ class BackwardPass {
           const History::Correction c = history.correction(chunk, event);
           if (c.moved.size() == 0) break;
           e -= c.moved;
-          reset_error(e, layout_, carrying_jacobian(layout_, c.moved, c.v_wb));
+          reset_error(e, layout_, c.reset);
           break;
         }
         case Kind::kTakenBack:

@@ -369,15 +369,16 @@ void Filter::correct_by(const Update& u, const Linearization& lin) {
   ResetJacobian G = reset_jacobian(FullError::Zero());
   if (reference_) {
     state_.mean += correction;
+    if (history_) history_->add_correction(u, nullptr, false);
   } else {
-    state_.x = boxplus(state_.x, setup_->layout, correction);
-    G = carrying_jacobian(setup_->layout, correction, state_.x.v_wb);
+    G = carrying_jacobian(state_.x, setup_->layout, correction, resting());
+    if (history_) history_->add_correction(u, &state_.x, resting());
     reset(state_.P, setup_->layout, G);
+    state_.x = corrected(state_.x, setup_->layout, correction);
   }
   adaptation_.correct(setup_->layout, u, G);
   if (!(state_.P.diagonal().minCoeff() >= 0)) fail("its covariance has a negative variance");
   if (tape_) tape_->events.emplace_back(Tape::Correction{u, G});
-  if (history_) history_->add_correction(u, reference_ ? nullptr : &state_.x);
 }
 
 // Takes back what the IMU's noise has told of the scales in the fixes of this instant.
@@ -408,7 +409,7 @@ void Filter::take_information(const Vector3d& information, Block scales) {
   const ResetJacobian none = reset_jacobian(FullError::Zero());
   adaptation_.correct(setup_->layout, *u, none);
   if (tape_) tape_->events.emplace_back(Tape::Correction{*u, none});
-  if (history_) history_->add_correction(*u, nullptr);
+  if (history_) history_->add_correction(*u, nullptr, false);
 }
 
 void Filter::fail(const std::string& why) const {

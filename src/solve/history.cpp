@@ -133,7 +133,7 @@ ErrorStep History::step(const Chunk& chunk, const Event& event) const {
 }
 
 // Of H only the columns that are not zero: a fix depends on few blocks.
-void History::add_correction(const Update& u, const Estimate* moved) {
+void History::add_correction(const Update& u, const Estimate* moved, bool stands) {
   add(Kind::kCorrection, moved != nullptr);
   std::vector<double>& out = now_.values;
   out.push_back(u.rows);
@@ -151,7 +151,11 @@ void History::add_correction(const Update& u, const Estimate* moved) {
     for (int j = 0; j < 3; ++j) put_values(out, m->col(j).head(j + 1));
   }
   put_values(out, u.residual);
-  if (moved != nullptr) put_values(out, moved->v_wb);
+  if (moved == nullptr) return;
+  put_values(out, moved->q_wb.coeffs());
+  put_values(out, moved->v_wb);
+  put_values(out, moved->lever_arm);
+  out.push_back(stands ? 1 : 0);
 }
 
 History::Correction History::correction(const Chunk& chunk, const Event& event) const {
@@ -176,7 +180,11 @@ History::Correction History::correction(const Chunk& chunk, const Event& event) 
   u.S_inverse = inverse_of_definite(u.S);
   if (event.other != 0) {
     c.moved = gain(u) * u.residual;
-    r.take(c.v_wb);
+    Estimate x;
+    r.take(x.q_wb.coeffs());
+    r.take(x.v_wb);
+    r.take(x.lever_arm);
+    c.reset = carrying_jacobian(x, layout_, c.moved, r.number() != 0);
   }
   return c;
 }

@@ -21,13 +21,20 @@ void symmetrize(Covariance& P) {
 // M ← Gᵀ M or G M on the rows that the reset touches.
 template <class M>
 void apply_rows(M& m, const StateLayout& layout, const ResetJacobian& G, bool transpose) {
-  constexpr int o = full_offset(Block::kVelocity);
+  constexpr int o = full_offset(Block::kVelocity), attitude = full_offset(Block::kAttitude);
+  const int lever_arm = layout.offset(Block::kLeverArm);
   for (Eigen::Index j = 0; j < m.cols(); ++j) {
-    const Eigen::Matrix<double, 6, 1> c = m.col(j).template segment<6>(o);
+    auto column = m.col(j);
+    const Eigen::Matrix<double, 6, 1> c = column.template segment<6>(o);
+    const Vector3d position = column.template head<3>();
     if (transpose) {
-      m.col(j).template segment<6>(o).noalias() = G.velocity_attitude.transpose() * c;
+      column.template segment<6>(o).noalias() = G.velocity_attitude.transpose() * c;
+      column.template segment<3>(attitude) += G.position_attitude.transpose() * position;
+      if (lever_arm >= 0) column.template segment<3>(lever_arm) += G.position_lever_arm.transpose() * position;
     } else {
-      m.col(j).template segment<6>(o).noalias() = G.velocity_attitude * c;
+      column.template segment<6>(o).noalias() = G.velocity_attitude * c;
+      column.template head<3>() += G.position_attitude * c.template tail<3>();
+      if (lever_arm >= 0) column.template head<3>() += G.position_lever_arm * column.template segment<3>(lever_arm);
     }
     for (std::size_t i = 0; i < kMountingBlocks.size(); ++i) {
       if (!layout.has(kMountingBlocks[i])) continue;
@@ -200,7 +207,22 @@ void take_turned(Covariance& P, Eigen::Index first, const Eigen::Matrix<double, 
 }  // namespace
 
 void reset(Covariance& P, const StateLayout& layout, const ResetJacobian& G) {
-  constexpr int kMotion = full_offset(Block::kVelocity);
+  constexpr int kMotion = full_offset(Block::kVelocity), kAttitude = full_offset(Block::kAttitude);
+  if (!G.position_attitude.isZero(0) || !G.position_lever_arm.isZero(0)) {
+    // P ← S P Sᵀ, S adding to the rows of the position.
+    Tall position = P.leftCols<3>();
+    position.noalias() += P.middleCols<3>(kAttitude).lazyProduct(G.position_attitude.transpose());
+    if (const int o = layout.offset(Block::kLeverArm); o >= 0) {
+      position.noalias() += P.middleCols<3>(o).lazyProduct(G.position_lever_arm.transpose());
+    }
+    Matrix3d corner = position.topRows<3>() + G.position_attitude * position.middleRows<3>(kAttitude);
+    if (const int o = layout.offset(Block::kLeverArm); o >= 0) {
+      corner += G.position_lever_arm * position.middleRows<3>(o);
+    }
+    P.leftCols<3>() = position;
+    P.topRows<3>() = position.transpose();
+    P.topLeftCorner<3, 3>() = 0.5 * (corner + corner.transpose());
+  }
   Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kMostStates, 6> columns(P.rows(), 6);
   turn_columns(P.col(kMotion).data(), P.rows(), G.velocity_attitude, columns.data());
   take_turned<6>(P, kMotion, G.velocity_attitude, columns);

@@ -88,6 +88,10 @@ class Batch {
         const int v = layout.offset(Block::kVelocity), b = layout.offset(Block::kBoresight),
                   m = layout.offset(Block::kVehicleMounting);
         G.block<6, 6>(v, v) = correction->reset.velocity_attitude;
+        G.block<3, 3>(0, layout.offset(Block::kAttitude)) = correction->reset.position_attitude;
+        if (const int l = layout.offset(Block::kLeverArm); l >= 0) {
+          G.block<3, 3>(0, l) = correction->reset.position_lever_arm;
+        }
         if (b >= 0) G.block<3, 3>(b, b) = correction->reset.mountings[0];
         if (m >= 0) G.block<3, 3>(m, m) = correction->reset.mountings[1];
         A = (G * A).eval();

@@ -45,18 +45,28 @@ ErrorVector boxminus(const Estimate& truth, const Estimate& estimate, const Stat
 struct ResetJacobian {
   Eigen::Matrix<double, 6, 6> velocity_attitude;
   std::array<Matrix3d, kMountings> mountings;  ///< in the order of kMountingBlocks
+  /// What attitude and lever arm before it add to the position after it; zero but for carrying_jacobian().
+  Matrix3d position_attitude = Matrix3d::Zero(), position_lever_arm = Matrix3d::Zero();
 };
 ResetJacobian reset_jacobian(const FullError& correction);
 
 /// The same of a correction to the blocks of a layout. No heap.
 ResetJacobian reset_jacobian(const StateLayout& layout, const ErrorVector& correction);
 
-/// The matrix with which a filter carries its covariance over a correction, that leaves it with the velocity `v_wb`.
-/// What the sensors' errors have done to tilt, such as that of an accelerometer's bias at rest, turns with the heading,
-/// and no correction of the heading must make it look as if the body had turned: that would tell biases and heading.
-/// The reset turns it by half of the correction about down, this matrix by all of it; position and ordinary velocity
-/// stay. Down is that at the origin of w. No heap.
-ResetJacobian carrying_jacobian(const StateLayout& layout, const ErrorVector& correction, const Vector3d& v_wb);
+/// The matrix with which a filter carries its covariance over a correction of `x`. What it knows of combinations of
+/// states holds for an attitude: tilt with the accelerometers' bias at rest, or position with the lever arm. If these
+/// combinations were to stay as they are where the correction turns the attitude, the filter would take that for a turn
+/// of the body, which tells each of them, and the heading, even of a body that stands still (Huang, Mourikis and
+/// Roumeliotis 2010 of the like in SLAM). So tilt turns with the heading, by all of the correction about down at the
+/// origin of w, while an error of the heading stays one; the reset does half of either. The antenna's position, p + R
+/// l, stays, and so does the ordinary velocity; but that of a body that stands, whose velocity is known to be zero
+/// whatever the estimate is, does so in ν. No heap.
+ResetJacobian carrying_jacobian(const Estimate& x, const StateLayout& layout, const ErrorVector& correction,
+                                bool stands);
+
+/// x ⊞ correction, but with the antenna of the first receiver where the correction puts it to first order: its position
+/// is what fixes tell, and that of the IMU follows.
+Estimate corrected(const Estimate& x, const StateLayout& layout, const ErrorVector& correction);
 
 /// The matrix that turns the navigation error (ρ, ν, θ) into the ordinary error (δp, δv, θ), with δv = ν + θ × v̂.
 Eigen::Matrix<double, 9, 9> ordinary_from_invariant(const Estimate& x);

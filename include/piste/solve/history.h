@@ -42,7 +42,7 @@ class History {
   struct Correction {
     Update update;
     ErrorVector moved;
-    Vector3d v_wb;  ///< of the estimate that it moved, after it
+    ResetJacobian reset;  ///< if it moved
   };
   struct TakenBack {
     ScaleScore score;
@@ -58,8 +58,8 @@ class History {
   /// whether the estimates at the ends of epochs are kept, too.
   void begin(const FilterState& state, const StateLayout& layout, bool reference, bool rows);
   void add_step(const Transition& t);
-  /// `moved`: the estimate that it has moved, or null.
-  void add_correction(const Update& u, const Estimate* moved);
+  /// `moved`: the estimate that it moves, before it, or null. `stands`: whether the body does.
+  void add_correction(const Update& u, const Estimate* moved, bool stands);
   void add_taken_back(const ScaleScore& score, const ErrorVector& moved, bool estimate_moved);
   /// `variances`: what was added to those of the state.
   void add_admitted(const ErrorVector& variances);
