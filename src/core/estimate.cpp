@@ -138,29 +138,33 @@ ResetJacobian reset_jacobian(const StateLayout& layout, const ErrorVector& corre
   return G;
 }
 
+Estimate corrected(const Estimate& x, const StateLayout& layout, const ErrorVector& correction, bool stands) {
+  Estimate after = boxplus(x, layout, correction);
+  const Vector3d theta = correction.segment<3>(layout.offset(Block::kAttitude));
+  if (!stands) after.v_wb = x.v_wb + correction.segment<3>(layout.offset(Block::kVelocity)) + theta.cross(x.v_wb);
+  const Matrix3d C = x.R_wb();
+  const Vector3d arm = C * x.lever_arm;
+  after.p_wb += arm + theta.cross(arm) - after.q_wb * after.lever_arm;
+  if (const int o = layout.offset(Block::kLeverArm); o >= 0) after.p_wb += C * correction.segment<3>(o);
+  return after;
+}
+
 ResetJacobian carrying_jacobian(const Estimate& x, const StateLayout& layout, const ErrorVector& correction,
-                                bool stands) {
+                                const Vector3d& down, bool stands) {
   ResetJacobian G = reset_jacobian(layout, correction);
-  const Estimate after = boxplus(x, layout, correction);
-  const double heading = correction[layout.offset(Block::kAttitude) + 2];
-  const Matrix3d turned = so3_exp(Vector3d(0, 0, heading)).toRotationMatrix();
-  G.velocity_attitude.setIdentity();
-  G.velocity_attitude.bottomRightCorner<3, 3>() = turned;
+  const Estimate after = corrected(x, layout, correction, stands);
+  G.velocity_attitude.topLeftCorner<3, 3>().setIdentity();
+  if (stands) {
+    const double heading = down.dot(correction.segment<3>(layout.offset(Block::kAttitude)));
+    G.velocity_attitude.bottomRightCorner<3, 3>() = so3_exp(Vector3d(heading * down)).toRotationMatrix();
+    G.velocity_attitude.topRightCorner<3, 3>().setZero();
+  }
+  const Matrix3d turned = G.velocity_attitude.bottomRightCorner<3, 3>();
   if (!stands) G.velocity_attitude.topRightCorner<3, 3>() = skew(after.v_wb) * turned - skew(x.v_wb);
   const Matrix3d C = x.R_wb(), C_after = after.R_wb();
   G.position_attitude = skew(C_after * after.lever_arm) * turned - skew(C * x.lever_arm);
   G.position_lever_arm = C - C_after;
   return G;
-}
-
-Estimate corrected(const Estimate& x, const StateLayout& layout, const ErrorVector& correction) {
-  Estimate after = boxplus(x, layout, correction);
-  const Matrix3d C = x.R_wb();
-  const Vector3d arm = C * x.lever_arm;
-  after.p_wb +=
-      arm + Vector3d(correction.segment<3>(layout.offset(Block::kAttitude))).cross(arm) - after.q_wb * after.lever_arm;
-  if (const int o = layout.offset(Block::kLeverArm); o >= 0) after.p_wb += C * correction.segment<3>(o);
-  return after;
 }
 
 Eigen::Matrix<double, 9, 9> ordinary_from_invariant(const Estimate& x) {

@@ -369,12 +369,13 @@ void Filter::correct_by(const Update& u, const Linearization& lin) {
   ResetJacobian G = reset_jacobian(FullError::Zero());
   if (reference_) {
     state_.mean += correction;
-    if (history_) history_->add_correction(u, nullptr, false);
+    if (history_) history_->add_correction(u);
   } else {
-    G = carrying_jacobian(state_.x, setup_->layout, correction, resting());
-    if (history_) history_->add_correction(u, &state_.x, resting());
+    const Vector3d down = propagation_.gravity().value.normalized();
+    G = carrying_jacobian(state_.x, setup_->layout, correction, down, resting());
+    if (history_) history_->add_correction(u, state_.x, down, resting());
     reset(state_.P, setup_->layout, G);
-    state_.x = corrected(state_.x, setup_->layout, correction);
+    state_.x = corrected(state_.x, setup_->layout, correction, resting());
   }
   adaptation_.correct(setup_->layout, u, G);
   if (!(state_.P.diagonal().minCoeff() >= 0)) fail("its covariance has a negative variance");
@@ -409,7 +410,7 @@ void Filter::take_information(const Vector3d& information, Block scales) {
   const ResetJacobian none = reset_jacobian(FullError::Zero());
   adaptation_.correct(setup_->layout, *u, none);
   if (tape_) tape_->events.emplace_back(Tape::Correction{*u, none});
-  if (history_) history_->add_correction(*u, nullptr, false);
+  if (history_) history_->add_correction(*u);
 }
 
 void Filter::fail(const std::string& why) const {

@@ -132,9 +132,21 @@ ErrorStep History::step(const Chunk& chunk, const Event& event) const {
   return s;
 }
 
+void History::add_correction(const Update& u) { add_update(u, false); }
+
+void History::add_correction(const Update& u, const Estimate& x, const Vector3d& down, bool stands) {
+  add_update(u, true);
+  std::vector<double>& out = now_.values;
+  put_values(out, x.q_wb.coeffs());
+  put_values(out, x.v_wb);
+  put_values(out, x.lever_arm);
+  put_values(out, down);
+  out.push_back(stands ? 1 : 0);
+}
+
 // Of H only the columns that are not zero: a fix depends on few blocks.
-void History::add_correction(const Update& u, const Estimate* moved, bool stands) {
-  add(Kind::kCorrection, moved != nullptr);
+void History::add_update(const Update& u, bool moves) {
+  add(Kind::kCorrection, moves);
   std::vector<double>& out = now_.values;
   out.push_back(u.rows);
   out.push_back(u.observed);
@@ -151,11 +163,6 @@ void History::add_correction(const Update& u, const Estimate* moved, bool stands
     for (int j = 0; j < 3; ++j) put_values(out, m->col(j).head(j + 1));
   }
   put_values(out, u.residual);
-  if (moved == nullptr) return;
-  put_values(out, moved->q_wb.coeffs());
-  put_values(out, moved->v_wb);
-  put_values(out, moved->lever_arm);
-  out.push_back(stands ? 1 : 0);
 }
 
 History::Correction History::correction(const Chunk& chunk, const Event& event) const {
@@ -184,7 +191,9 @@ History::Correction History::correction(const Chunk& chunk, const Event& event) 
     r.take(x.q_wb.coeffs());
     r.take(x.v_wb);
     r.take(x.lever_arm);
-    c.reset = carrying_jacobian(x, layout_, c.moved, r.number() != 0);
+    Vector3d down;
+    r.take(down);
+    c.reset = carrying_jacobian(x, layout_, c.moved, down, r.number() != 0);
   }
   return c;
 }

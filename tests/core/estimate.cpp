@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 
+#include "piste/math/so3.h"
 #include "support/random.h"
 
 namespace piste {
@@ -56,6 +58,61 @@ TEST(Estimate, AttitudeAndVelocityAreOneGroupElement) {
   e.segment<3>(full_offset(Block::kVelocity)).setZero();
   const Estimate turned = boxplus(x, e);
   EXPECT_LT((turned.R_wb().transpose() * turned.v_wb - x.R_wb().transpose() * x.v_wb).norm(), 1e-13);
+}
+
+// What a filter knows of the antenna, of the velocity, and of tilt beside an accelerometer's bias is the same before
+// and after a correction of the attitude; and no direction of the heading becomes known.
+TEST(Estimate, ACarriedErrorIsOfTheSameAntennaVelocityAndTilt) {
+  Random random(8);
+  const std::array estimated{Block::kAccelBias, Block::kLeverArm};
+  const StateLayout layout(estimated);
+  const int lever_arm = layout.offset(Block::kLeverArm), attitude = layout.offset(Block::kAttitude);
+  using Rows = Eigen::Matrix<double, 3, Eigen::Dynamic>;
+  const auto antenna = [&](const Estimate& x) {
+    Rows H = Rows::Zero(3, layout.size());
+    H.leftCols<3>().setIdentity();
+    H.middleCols<3>(attitude) = -skew(x.R_wb() * x.lever_arm);
+    H.middleCols<3>(lever_arm) = x.R_wb();
+    return H;
+  };
+  const auto velocity = [&](const Estimate& x) {
+    Rows H = Rows::Zero(3, layout.size());
+    H.middleRows<3>(0) = ordinary_from_invariant(x).middleRows<3>(3) * Eigen::MatrixXd::Identity(9, layout.size());
+    return H;
+  };
+  for (int i = 0; i < 20; ++i) {
+    const bool stands = i % 2 == 1;
+    const Vector3d down = random.vector(1).normalized();
+    const Estimate x = random.estimate();
+    ErrorVector correction(layout.size());
+    for (int k = 0; k < layout.size(); ++k) correction(k) = random.gaussian(0.2);
+    const Estimate after = corrected(x, layout, correction, stands);
+    const ResetJacobian J = carrying_jacobian(x, layout, correction, down, stands);
+    Eigen::MatrixXd G = Eigen::MatrixXd::Identity(layout.size(), layout.size());
+    G.block<6, 6>(3, 3) = J.velocity_attitude;
+    G.block<3, 3>(0, attitude) = J.position_attitude;
+    G.block<3, 3>(0, lever_arm) = J.position_lever_arm;
+    EXPECT_LT((antenna(after) * G - antenna(x)).norm(), 1e-13);
+    if (stands) {
+      EXPECT_TRUE(
+          (G.middleRows<3>(3).isApprox(Eigen::MatrixXd::Identity(layout.size(), layout.size()).middleRows<3>(3))));
+    } else {
+      EXPECT_LT((velocity(after) * G - velocity(x)).norm(), 1e-12 * x.v_wb.norm());
+      EXPECT_LT((after.v_wb - x.v_wb - velocity(x) * correction).norm(), 1e-12 * x.v_wb.norm()) << "and is linear";
+    }
+    const Vector3d put = x.R_wb() * x.lever_arm + x.p_wb + antenna(x) * correction;
+    EXPECT_LT((after.p_wb + after.R_wb() * after.lever_arm - put).norm(), 1e-9) << "the antenna's place is linear";
+
+    // Tilt by which gravity hides a bias, for a correction of the heading alone; and the heading, for any.
+    if (!stands) continue;
+    EXPECT_TRUE((J.velocity_attitude.bottomRightCorner<3, 3>() * down).isApprox(down));
+    correction.segment<3>(attitude) = random.gaussian(0.2) * down;
+    const Matrix3d R = so3_exp(Vector3d(correction.segment<3>(attitude))).toRotationMatrix();
+    const Vector3d bias = random.vector(1), hidden = (x.R_wb() * bias).cross(down);
+    const Vector3d turned =
+        carrying_jacobian(x, layout, correction, down, true).velocity_attitude.bottomRightCorner<3, 3>() * hidden;
+    EXPECT_LT((turned - (R * x.R_wb() * bias).cross(down)).norm(), 1e-13);
+  }
 }
 
 // Exp(c + d) = Exp(J d) Exp(c): an error d about a correction c that is not applied yet is J d once it is.

@@ -11,6 +11,7 @@
 
 #include "piste/math/statistics.h"
 #include "piste/math/units.h"
+#include "solve/start_place.h"
 #include "support/simulated_case.h"
 #include "support/text_file.h"
 #include "support/thorough.h"
@@ -67,6 +68,32 @@ class Found {
 };
 
 constexpr std::array kQuadrants{30, 120, 210, 300};
+
+// Nothing tells the heading of a body that stands: neither its sways nor the noise of what corrects it. Of a filter
+// whose covariance keeps its directions while corrections turn the attitude, 12 deg became 8, and with them tilt and
+// biases sure that were not.
+TEST(Heading, StaysUnknownAtRest) {
+  for (int seed = 1; seed <= seeds(4, 40); ++seed) {
+    Case c = make_case("ski", 40 + 50 * seed, static_cast<std::uint64_t>(seed), [](Scenario& s) {
+      s.motion.rest_before = 60;
+      s.motion.run = 20;
+    });
+    c.options.estimate.push_back(Block::kLeverArm);
+    c.options.priors.lever_arm = 0.3;
+    const Log log = c.log();
+    Start start = c.find().start;
+    const auto after_rest = [&](double heading) {
+      set_attitude_sigma(log.world, start, {2 * kDegree, 2 * kDegree, heading});
+      const FilterRun run = run_filter(log, c.options, start, Keep::kNothing, {}, {.end = c.under_way() - 1});
+      return run.solution.sigmas(run.solution.size() - 1).euler;
+    };
+    const Vector3d known = after_rest(0.1 * kDegree), unknown = after_rest(12 * kDegree);
+    fmt::print("seed {}: pitch {:.3f} of {:.3f} deg, heading {:.2f} of 12\n", seed, unknown.y() / kDegree,
+               known.y() / kDegree, unknown.z() / kDegree);
+    EXPECT_NEAR(unknown.y(), known.y(), 0.03 * known.y()) << seed;
+    EXPECT_GT(unknown.z(), 11.8 * kDegree) << seed;
+  }
+}
 
 /// Of `kQuadrants`, each with seeds of its own.
 Found found_everywhere(const std::string& what, double largest_sigma,

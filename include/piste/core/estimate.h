@@ -53,20 +53,21 @@ ResetJacobian reset_jacobian(const FullError& correction);
 /// The same of a correction to the blocks of a layout. No heap.
 ResetJacobian reset_jacobian(const StateLayout& layout, const ErrorVector& correction);
 
-/// The matrix with which a filter carries its covariance over a correction of `x`. What it knows of combinations of
-/// states holds for an attitude: tilt with the accelerometers' bias at rest, or position with the lever arm. If these
-/// combinations were to stay as they are where the correction turns the attitude, the filter would take that for a turn
-/// of the body, which tells each of them, and the heading, even of a body that stands still (Huang, Mourikis and
-/// Roumeliotis 2010 of the like in SLAM). So tilt turns with the heading, by all of the correction about down at the
-/// origin of w, while an error of the heading stays one; the reset does half of either. The antenna's position, p + R
-/// l, stays, and so does the ordinary velocity; but that of a body that stands, whose velocity is known to be zero
-/// whatever the estimate is, does so in ν. No heap.
-ResetJacobian carrying_jacobian(const Estimate& x, const StateLayout& layout, const ErrorVector& correction,
-                                bool stands);
+/// The estimate after a filter's correction: x ⊞ correction, but with velocity and antenna where the correction puts
+/// them to first order, as that is what fixes tell, however far the attitude turns; the position of the IMU follows.
+/// `stands`: the body is known to stand, and the velocity is that of x ⊞ correction.
+Estimate corrected(const Estimate& x, const StateLayout& layout, const ErrorVector& correction, bool stands);
 
-/// x ⊞ correction, but with the antenna of the first receiver where the correction puts it to first order: its position
-/// is what fixes tell, and that of the IMU follows.
-Estimate corrected(const Estimate& x, const StateLayout& layout, const ErrorVector& correction);
+/// The matrix with which a filter carries its covariance over this correction of `x`. What it knows of combinations of
+/// states holds for an attitude: position with the lever arm, or at rest tilt with the accelerometers' bias. If these
+/// combinations were to stay as they are where the correction turns the attitude, the filter would take that for a turn
+/// of the body, which tells each of them (Huang, Mourikis and Roumeliotis 2010 of the like in SLAM). So the antenna's
+/// position, p + R l, stays, and the ordinary velocity; the attitude is reset. Of a body that stands ν stays, as its
+/// velocity is known to be zero whatever the estimate is; tilt turns with the heading, by all of the correction about
+/// `down`, a unit vector, and an error of the heading stays one, of both of which the reset does half: or else rest
+/// would tell the heading. No heap.
+ResetJacobian carrying_jacobian(const Estimate& x, const StateLayout& layout, const ErrorVector& correction,
+                                const Vector3d& down, bool stands);
 
 /// The matrix that turns the navigation error (ρ, ν, θ) into the ordinary error (δp, δv, θ), with δv = ν + θ × v̂.
 Eigen::Matrix<double, 9, 9> ordinary_from_invariant(const Estimate& x);

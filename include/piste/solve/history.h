@@ -58,8 +58,10 @@ class History {
   /// whether the estimates at the ends of epochs are kept, too.
   void begin(const FilterState& state, const StateLayout& layout, bool reference, bool rows);
   void add_step(const Transition& t);
-  /// `moved`: the estimate that it moves, before it, or null. `stands`: whether the body does.
-  void add_correction(const Update& u, const Estimate* moved, bool stands);
+  /// A correction that moves the mean about a reference, or nothing.
+  void add_correction(const Update& u);
+  /// One that moves the estimate `x`. `down`, `stands`: of carrying_jacobian().
+  void add_correction(const Update& u, const Estimate& x, const Vector3d& down, bool stands);
   void add_taken_back(const ScaleScore& score, const ErrorVector& moved, bool estimate_moved);
   /// `variances`: what was added to those of the state.
   void add_admitted(const ErrorVector& variances);
@@ -94,6 +96,7 @@ class History {
   }
 
  private:
+  void add_update(const Update& u, bool moves);
   struct Place {
     std::size_t first;
     std::size_t events, values;  // blocks of the scratch
