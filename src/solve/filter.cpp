@@ -372,10 +372,12 @@ void Filter::correct_by(const Update& u, const Linearization& lin) {
     if (history_) history_->add_correction(u);
   } else {
     const Vector3d down = propagation_.gravity().value.normalized();
-    G = carrying_jacobian(state_.x, setup_->layout, correction, down, resting());
-    if (history_) history_->add_correction(u, state_.x, down, resting());
+    // Beside a boresight that is estimated, a reference tells the attitude far better than rest tells tilt and bias.
+    const bool stands = resting() && !setup_->layout.has(Block::kBoresight);
+    G = carrying_jacobian(state_.x, setup_->layout, correction, down, stands);
+    if (history_) history_->add_correction(u, state_.x, down, stands);
     reset(state_.P, setup_->layout, G);
-    state_.x = corrected(state_.x, setup_->layout, correction, resting());
+    state_.x = corrected(state_.x, setup_->layout, correction, stands);
   }
   adaptation_.correct(setup_->layout, u, G);
   if (!(state_.P.diagonal().minCoeff() >= 0)) fail("its covariance has a negative variance");
