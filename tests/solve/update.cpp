@@ -90,7 +90,10 @@ ResetJacobian some_reset(Random& random) {
   for (const Block b : {Block::kVelocity, Block::kAttitude, Block::kBoresight}) {
     correction.segment<3>(full_offset(b)) = random.vector(0.2);
   }
-  return reset_jacobian(correction);
+  ResetJacobian G = reset_jacobian(correction);
+  G.position_attitude = random.matrix(3, 3);
+  G.position_lever_arm = random.matrix(3, 3);
+  return G;
 }
 
 MatrixXd dense(const ResetJacobian& G, const StateLayout& layout) {
@@ -100,6 +103,8 @@ MatrixXd dense(const ResetJacobian& G, const StateLayout& layout) {
     const int o = layout.offset(kMountingBlocks[i]);
     if (o >= 0) full.block<3, 3>(o, o) = G.mountings[i];
   }
+  full.block<3, 3>(0, layout.offset(Block::kAttitude)) = G.position_attitude;
+  if (const int o = layout.offset(Block::kLeverArm); o >= 0) full.block<3, 3>(0, o) = G.position_lever_arm;
   return full;
 }
 
@@ -123,6 +128,10 @@ TEST_P(Rows, ResetIsTheDenseProduct) {
   reset_adjoint(columns, l, G);
   EXPECT_LT(relative(columns, expected_columns), 1e-14);
   EXPECT_LT(relative(lambda, expected), 1e-14);
+  ErrorVector error = random.matrix(l.size(), 1);
+  const MatrixXd expected_error = D * error;
+  reset_error(error, l, G);
+  EXPECT_LT(relative(error, expected_error), 1e-14);
 }
 
 TEST_P(Rows, UpdateAdjointIsTheDenseFormula) {

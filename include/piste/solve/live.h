@@ -38,7 +38,8 @@ struct LiveOptions {
 
 /// Takes rows and fixes as they come, and conditions them by the code of replay: over the last minute, four times a
 /// second. So gaps are bridged, rests found and samples mended in the same way. Between these times a row is only
-/// stored. The heading comes from a bank of filters (heading_bank.h), of which the likeliest becomes the filter.
+/// stored. The heading comes from a bank of filters (heading_bank.h), of which the likeliest becomes the filter; if its
+/// start is still in memory, it begins there once more, with the heading that is known now.
 class Live {
  public:
   /// Throws ConfigError if the options are not valid.
