@@ -153,13 +153,13 @@ ResetJacobian carrying_jacobian(const Estimate& x, const StateLayout& layout, co
                                 const Vector3d& down, bool stands) {
   ResetJacobian G = reset_jacobian(layout, correction);
   const Estimate after = corrected(x, layout, correction, stands);
-  G.velocity_attitude.topLeftCorner<3, 3>().setIdentity();
+  Matrix3d turned = G.velocity_attitude.bottomRightCorner<3, 3>();
   if (stands) {
     const double heading = down.dot(correction.segment<3>(layout.offset(Block::kAttitude)));
-    G.velocity_attitude.bottomRightCorner<3, 3>() = so3_exp(Vector3d(heading * down)).toRotationMatrix();
-    G.velocity_attitude.topRightCorner<3, 3>().setZero();
+    turned = so3_exp(Vector3d(heading * down)).toRotationMatrix();
   }
-  const Matrix3d turned = G.velocity_attitude.bottomRightCorner<3, 3>();
+  G.velocity_attitude.setIdentity();
+  G.velocity_attitude.bottomRightCorner<3, 3>() = turned;
   if (!stands) G.velocity_attitude.topRightCorner<3, 3>() = skew(after.v_wb) * turned - skew(x.v_wb);
   const Matrix3d C = x.R_wb(), C_after = after.R_wb();
   G.position_attitude = skew(C_after * after.lever_arm) * turned - skew(C * x.lever_arm);

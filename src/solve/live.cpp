@@ -141,7 +141,7 @@ class Live::Session {
     begun_ = fed_;
   }
 
-  // The filter of the heading that is left. What it has seen was linearised about a heading tens of degrees off: if all
+  // The filter of the heading that is left. What it has seen was linearised about a heading up to 15 deg off: if all
   // of that is still in memory, it takes it once more from a start with the right one, as a replay does.
   void settle(double until) {
     filter_ = bank_->best();

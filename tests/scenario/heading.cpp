@@ -69,9 +69,8 @@ class Found {
 
 constexpr std::array kQuadrants{30, 120, 210, 300};
 
-// Nothing tells the heading of a body that stands: neither its sways nor the noise of what corrects it. Of a filter
-// whose covariance keeps its directions while corrections turn the attitude, 12 deg became 8, and with them tilt and
-// biases sure that were not.
+// Nothing tells the heading of a body that stands, and an unknown heading makes its tilt no surer. If the covariance is
+// not carried over corrections, 12 deg become 8 in 20 s of rest, and the pitch is too sure by half.
 TEST(Heading, StaysUnknownAtRest) {
   for (int seed = 1; seed <= seeds(4, 40); ++seed) {
     Case c = make_case("ski", 40 + 50 * seed, static_cast<std::uint64_t>(seed), [](Scenario& s) {

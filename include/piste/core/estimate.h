@@ -59,13 +59,13 @@ ResetJacobian reset_jacobian(const StateLayout& layout, const ErrorVector& corre
 Estimate corrected(const Estimate& x, const StateLayout& layout, const ErrorVector& correction, bool stands);
 
 /// The matrix with which a filter carries its covariance over this correction of `x`. What it knows of combinations of
-/// states holds for an attitude: position with the lever arm, or at rest tilt with the accelerometers' bias. If these
-/// combinations were to stay as they are where the correction turns the attitude, the filter would take that for a turn
-/// of the body, which tells each of them (Huang, Mourikis and Roumeliotis 2010 of the like in SLAM). So the antenna's
-/// position, p + R l, stays, and the ordinary velocity; the attitude is reset. Of a body that stands ν stays, as its
-/// velocity is known to be zero whatever the estimate is; tilt turns with the heading, by all of the correction about
-/// `down`, a unit vector, and an error of the heading stays one, of both of which the reset does half: or else rest
-/// would tell the heading. No heap.
+/// states holds for one attitude: position with the lever arm, or at rest tilt with the accelerometers' bias. If these
+/// combinations stayed as they are where a correction turns the attitude, the filter would take that for a turn of the
+/// body, which tells each of them (Huang, Mourikis and Roumeliotis 2010 of the like in SLAM). So the errors of the
+/// antenna's position, p + R l, and of the ordinary velocity stay, and that of the attitude is reset. For a body that
+/// `stands`, ν stays instead, as its velocity is known to be zero. Its tilt turns with the heading's part of the
+/// correction, about the unit vector `down`, and an error of the heading stays one: or else rest would tell the heading.
+/// No heap.
 ResetJacobian carrying_jacobian(const Estimate& x, const StateLayout& layout, const ErrorVector& correction,
                                 const Vector3d& down, bool stands);
 
