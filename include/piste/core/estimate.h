@@ -64,8 +64,8 @@ Estimate corrected(const Estimate& x, const StateLayout& layout, const ErrorVect
 /// body, which tells each of them (Huang, Mourikis and Roumeliotis 2010 of the like in SLAM). So the errors of the
 /// antenna's position, p + R l, and of the ordinary velocity stay, and that of the attitude is reset. For a body that
 /// `stands`, ν stays instead, as its velocity is known to be zero. Its tilt turns with the heading's part of the
-/// correction, about the unit vector `down`, and an error of the heading stays one: or else rest would tell the heading.
-/// No heap.
+/// correction, about the unit vector `down`, and an error of the heading stays one: or else rest would tell the
+/// heading. No heap.
 ResetJacobian carrying_jacobian(const Estimate& x, const StateLayout& layout, const ErrorVector& correction,
                                 const Vector3d& down, bool stands);
 
