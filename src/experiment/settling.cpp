@@ -114,6 +114,7 @@ std::optional<Calibration> settled_within(double refused, WholeLog log, Calibrat
   log.drifts = find_clock;
   std::optional<Calibration> before;  // the clock moved, if that is what the last round did
   double likelihood = 0;              // the logarithm of a fix's, in the last round
+  std::optional<Calibration> grown;   // with the sigmas before the last growth
   for (int round = 0; round < kMostRounds; ++round) {
     const auto run = log.filtered(found);
     if (!run && before) return before;
@@ -140,7 +141,9 @@ std::optional<Calibration> settled_within(double refused, WholeLog log, Calibrat
     }
     const double position = growth(*run, "gnss[0].position", refused),
                  velocity = growth(*run, "gnss[0].velocity", refused);
+    if (grown && now < grown->likelihood) return *grown;  // tails: what is refused costs less than wider sigmas
     if (position == 1 && velocity == 1) return found;
+    grown = found;
     found.sigma_scales.position *= position;
     if (found.drift) found.drift->sigma *= position;
     found.sigma_scales.velocity *= velocity;
@@ -161,10 +164,10 @@ std::optional<Calibration> retuned(WholeLog log, const Calibration& found, std::
   if (motion.end - motion.start < kMuchMore * kFirstMotion) return std::nullopt;
   log.drifts = found.clock_drift_sigma > 0;
   const auto likelier = with_noise_of(log, found, motion, jobs);
-  const auto run = likelier ? log.filtered(*likelier) : std::nullopt;
-  if (!run || mean_likelihood(run->innovations, *run) <= found.likelihood) return std::nullopt;
+  if (!likelier) return std::nullopt;
+  // Judged as both are in the end: as it is found it may refuse more fixes.
   auto again = settled_within(kRefusedOfTails, log, *likelier);
-  if (again && drifts_plausibly(*again)) return again;
+  if (again && again->likelihood > found.likelihood && drifts_plausibly(*again)) return again;
   return std::nullopt;
 }
 

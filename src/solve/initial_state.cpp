@@ -1,5 +1,6 @@
 #include "piste/solve/initial_state.h"
 
+#include "piste/math/so3.h"
 #include "piste/model/imu_errors.h"
 
 namespace piste {
@@ -36,7 +37,15 @@ Covariance initial_covariance(const StateLayout& layout, const FilterOptions& op
     const int size = info(b).size;
     P.diagonal().segment(layout.offset(b), size) = initial_variance(info(b), options).head(size);
   }
-  return P;
+  // The IMU is where the antenna is less the lever arm: ρ = (error of the antenna) − θ × C l − C (error of l).
+  Covariance from_antenna = Covariance::Identity(layout.size(), layout.size());
+  const Matrix3d C = start.x.R_wb();
+  from_antenna.block<3, 3>(0, 6) = skew(C * start.x.lever_arm);
+  if (const int lever_arm = layout.offset(Block::kLeverArm); lever_arm >= 0) {
+    from_antenna.block<3, 3>(0, lever_arm) = -C;
+  }
+  P = (from_antenna * P * from_antenna.transpose()).eval();
+  return 0.5 * (P + P.transpose());
 }
 
 }  // namespace piste

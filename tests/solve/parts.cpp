@@ -8,6 +8,7 @@
 #include "piste/solve/rest_updates.h"
 #include "piste/solve/sample_noise.h"
 #include "support/blocks.h"
+#include "support/random.h"
 #include "support/synthetic_log.h"
 
 namespace piste {
@@ -144,9 +145,10 @@ TEST(InitialCovariance, IsTheTables) {
   options.attitude[0].drift = GaussMarkov{{0.1, 0.2, 0.3}, 60};
   options.attitude[0].boresight_drift = GaussMarkov{{0.4, 0.5, 0.6}, 9};
   const StateLayout layout(test::most_blocks());
-  const Covariance P = initial_covariance(layout, options, {0, {}, 7 * Covariance::Identity(9, 9)});
+  Start start{0, {}, 7 * Covariance::Identity(9, 9)};
+  const Covariance P = initial_covariance(layout, options, start);
   const auto sigma = [&](Block b, int axis) { return std::sqrt(P(layout.offset(b) + axis, layout.offset(b) + axis)); };
-  EXPECT_EQ((P.topLeftCorner<9, 9>()), (7 * Eigen::Matrix<double, 9, 9>::Identity()));
+  EXPECT_EQ((P.block<6, 6>(3, 3)), (7 * Eigen::Matrix<double, 6, 6>::Identity()));
   EXPECT_DOUBLE_EQ(sigma(Block::kGyroBias, 1), 0.002);
   EXPECT_DOUBLE_EQ(sigma(Block::kAccelBias, 2), 0.03);
   EXPECT_DOUBLE_EQ(sigma(Block::kGyroDrift, 0), 0.1);
@@ -158,6 +160,19 @@ TEST(InitialCovariance, IsTheTables) {
   EXPECT_DOUBLE_EQ(sigma(Block::kGnssPositionDrift, 2), 3);
   EXPECT_DOUBLE_EQ(sigma(Block::kAttitudeDrift, 1), 0.2);
   EXPECT_DOUBLE_EQ(sigma(Block::kBoresightDrift, 0), 0.4);
+
+  // The start knows where the antenna is; attitude and lever arm, which it does not, part it from the IMU.
+  Random random(3);
+  start.x.q_wb = random.estimate().q_wb;
+  start.x.lever_arm = {0.3, -0.2, 0.9};
+  start.covariance.topLeftCorner<3, 3>() *= 1e-6;
+  const Covariance apart = initial_covariance(layout, options, start);
+  Eigen::MatrixXd antenna = Eigen::MatrixXd::Zero(3, layout.size());  // by the state
+  antenna.leftCols<3>().setIdentity();
+  antenna.middleCols<3>(6) = -skew(start.x.R_wb() * start.x.lever_arm);
+  antenna.middleCols<3>(layout.offset(Block::kLeverArm)) = start.x.R_wb();
+  EXPECT_TRUE((antenna * apart * antenna.transpose()).isApprox(7e-6 * Matrix3d::Identity(), 1e-6));
+  EXPECT_NEAR((antenna * apart).rightCols(layout.size() - 3).norm(), 0, 1e-9) << "and tells neither";
 }
 
 // The scales of a body that stands see the mean of what gravity reads on its axes, whatever the noise of the

@@ -9,7 +9,8 @@
 namespace piste {
 
 /// Time, estimate and covariance at the start. The covariance may be of the navigation blocks alone (9 × 9, order ρ, ν,
-/// θ); the other blocks then begin as the state table says. Or it is of the whole layout.
+/// θ); the other blocks then begin as the state table says, and its position is that of the first receiver's antenna:
+/// that of the IMU is less sure by attitude and lever arm. Or it is of the whole layout.
 struct Start {
   double time = 0;
   Estimate x;
