@@ -8,6 +8,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <vector>
+
 #include "piste/consistency/disputes.h"
 #include "piste/math/units.h"
 #include "piste/sim/random.h"
@@ -30,14 +32,14 @@ struct Errors {
   double attitude = 0;  ///< largest angle [deg]
 };
 
-Errors errors_of(const Case& c, const Solution& s, const Interval& during) {
+// Errors of a solution, of whose rows `truths` are true.
+Errors errors_of(const Solution& s, const std::vector<TruthState>& truths, const World& world, const Interval& during) {
   Errors e;
-  const Truth& truth = c.simulation.bodies[0];
   for (std::size_t i = 0; i < s.size(); ++i) {
     if (!during.contains(s.time(i))) continue;
-    const TruthState is = truth.at(s.time(i));
+    const TruthState& is = truths[i];
     const Estimate x = s.estimate(i);
-    const Vector3d error = x.p_wb - s.world().from_geodetic(truth.world().to_geodetic(is.p_wb));
+    const Vector3d error = x.p_wb - s.world().from_geodetic(world.to_geodetic(is.p_wb));
     e.largest = std::max(e.largest, error.cwiseAbs().maxCoeff());
     e.claimed = std::max(e.claimed, s.sigmas(i).position.maxCoeff());
     e.over_sigma = std::max(e.over_sigma, error.cwiseAbs().cwiseQuotient(s.sigmas(i).position).maxCoeff());
@@ -57,7 +59,13 @@ Result solve(const Case& c, const Log& log, const FoundStart& found, const std::
   const LookedBack back = looked_back(log, c.options, found);
   FilterRun run = filter_from(back, log, c.options, found, Keep::kHistory);
   put_rows(back.rows, run);
-  Result r{errors_of(c, run.solution, during), errors_of(c, smooth_rts(run), during), run.solution};
+  const Truth& truth = c.simulation.bodies[0];
+  std::vector<TruthState> truths;  // filtered and smoothed have the same rows
+  for (std::size_t i = 0; i < run.solution.size(); ++i) truths.push_back(truth.at(run.solution.time(i)));
+  const Solution smoothed = smooth_rts(run);
+  EXPECT_EQ(smoothed.size(), truths.size());
+  Result r{errors_of(run.solution, truths, truth.world(), during), errors_of(smoothed, truths, truth.world(), during),
+           run.solution};
   fmt::print(
       "{:32s} filtered {:7.2f} m {:5.1f} sigma of {:6.3f} m, smoothed {:6.2f} m {:5.1f} sigma of {:6.3f} m, at the end "
       "{:.2f} m\n",
