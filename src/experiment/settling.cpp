@@ -141,7 +141,7 @@ std::optional<Calibration> settled_within(double refused, WholeLog log, Calibrat
     }
     const double position = growth(*run, "gnss[0].position", refused),
                  velocity = growth(*run, "gnss[0].velocity", refused);
-    if (grown && now < grown->likelihood) return *grown;  // tails: what is refused costs less than wider sigmas
+    if (grown && now < grown->likelihood) return *grown;  // wider sigmas cost more than the outliers
     if (position == 1 && velocity == 1) return found;
     grown = found;
     found.sigma_scales.position *= position;
@@ -165,7 +165,7 @@ std::optional<Calibration> retuned(WholeLog log, const Calibration& found, std::
   log.drifts = found.clock_drift_sigma > 0;
   const auto likelier = with_noise_of(log, found, motion, jobs);
   if (!likelier) return std::nullopt;
-  // Judged as both are in the end: as it is found it may refuse more fixes.
+  // Compared after its sigmas have grown, too, as those of `found` have.
   auto again = settled_within(kRefusedOfTails, log, *likelier);
   if (again && again->likelihood > found.likelihood && drifts_plausibly(*again)) return again;
   return std::nullopt;

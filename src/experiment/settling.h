@@ -12,8 +12,8 @@ namespace piste {
 /// Replays the first hour as `replay` will with the configuration of an inspection, and mends what does not hold there:
 ///  - Where more than a hundredth of the positions or velocities is refused, their sigmas grow until all but that many
 ///    are within the gate: the first minutes saw a better sky. Where calibrate() saw all of the motion, and after
-///    retuned(), three hundredths may be refused: errors have long tails. They grow no further than the fixes are
-///    likelier with it, of which those that are refused count as outliers.
+///    retuned(), three hundredths may be refused: errors have long tails. They stop growing where that makes the
+///    fixes less likely, each refused one counted as an outlier.
 ///  - The clock takes the delay of the fixes, and the drift, that the whole log tells, so that the rows of a replay are
 ///    in the receiver's time, as long as the fixes are likelier with it; unless the receiver's log tells the clock
 ///    (`find_clock` is false). What the velocities are late by moves with it.

@@ -307,7 +307,7 @@ TEST_F(Study, HoldsItsContract) {
 }
 
 TEST_F(Study, WritesTheSameBytesWithAnyNumberOfJobs) {
-  if (!thorough()) {  // signals alone: a tenth of the time
+  if (!thorough()) {  // signals alone, which is quick
     fs::remove(folder_.path() / "in/ski-1/gnss_l1l2.csv");
     fs::remove(folder_.path() / "in/lap/gnss_l1l2.csv");
   }
