@@ -298,6 +298,9 @@ std::optional<Calibration> calibrated(const Recording& recording, ConditioningOp
     if (!beginning->locate() || !is_told(*beginning)) return std::nullopt;
   }
   beginning->search_noise();
+  // By chance a wrong clock may be likelier than those others; with the noise that it takes to explain it, they are as
+  // likely as it is.
+  if (!is_told(*beginning)) return std::nullopt;
   // In a housing the prior tells where the antenna is: the replay, which has it too, is to start from it.
   const auto calibration_of = [antenna, stated](Calibrator& calibrator) {
     Calibration all = calibrator.calibration();
