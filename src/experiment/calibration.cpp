@@ -29,7 +29,7 @@ constexpr double kLoose = 5;                            // times the sigma that 
 constexpr double kHeld = 0.005, kHeldStep = 0.02;  // s: 1-sigma of a delay that is held, and how far these are apart
 constexpr double kAstray = 0.1;  // of the logarithm of a row's likelihood: filters that went astray lost 0.4 and more
 // s: farther than a turn is like itself. Wrong clocks differ by 0.3 of that likelihood by chance: one that is likelier
-// than so many others is no wrong one.
+// than so many others is hardly a wrong one.
 constexpr std::array kFarOff{-20.0, -14.0, -10.0, -7.0, -5.0, 5.0, 7.0, 10.0, 14.0, 20.0};
 constexpr double kOverstated = 0.3;  // of the sigmas of positions: as far as these are off at least
 constexpr double kWideGate = 1 - 1e-9;
@@ -298,8 +298,8 @@ std::optional<Calibration> calibrated(const Recording& recording, ConditioningOp
     if (!beginning->locate() || !is_told(*beginning)) return std::nullopt;
   }
   beginning->search_noise();
-  // By chance a wrong clock may be likelier than those others; with the noise that it takes to explain it, they are as
-  // likely as it is.
+  // By chance a wrong clock may be likelier than all that are far off; with the noise that explains it, they are as
+  // likely.
   if (!is_told(*beginning)) return std::nullopt;
   // In a housing the prior tells where the antenna is: the replay, which has it too, is to start from it.
   const auto calibration_of = [antenna, stated](Calibrator& calibrator) {

@@ -80,8 +80,8 @@ TEST(Calibration, InOneHousingTheLeverArmStaysShort) {
   EXPECT_EQ(priors_after(*housed).lever_arm, kHousing);
 }
 
-// A clock that is off by more than is tried: what a filter makes of it is as likely as with any other wrong clock. With
-// 50 Hz of this ride it is likelier than the ten others by chance, until the noise is that which it takes.
+// A clock that is off by more than is tried: what a filter makes of it is as likely as with any other wrong clock. At
+// 50 Hz this ride makes it likelier than all of them by chance, until the noise is that which explains it.
 TEST(Calibration, AClockThatNothingTellsIsNotMadeUp) {
   const ToldClock untold{std::numeric_limits<double>::infinity()};
   const auto ride = [](double rate) {
@@ -97,7 +97,7 @@ TEST(Calibration, AClockThatNothingTellsIsNotMadeUp) {
     off.imu.clock_offset -= 12;
     EXPECT_FALSE(calibrate(c.simulation.recording(0), off, c.options, untold)) << rate << " Hz";
   }
-  const Case c = ride(50);
+  const Case c = ride(100);
   const auto found = calibrate(c.simulation.recording(0), c.conditioning, c.options, untold);
   ASSERT_TRUE(found);
   EXPECT_NEAR(found->clock_offset, c.conditioning.imu.clock_offset, 4 * found->clock_sigma);
