@@ -7,9 +7,9 @@
 #include <exception>
 #include <map>
 #include <mutex>
-#include <thread>
 #include <utility>
 
+#include "math/joining_thread.h"
 #include "piste/core/error.h"
 #include "piste/core/version.h"
 
@@ -74,7 +74,7 @@ void Ensemble::run(std::size_t runs, std::size_t jobs, const Observer& observer)
     }
   };
   {
-    std::vector<std::jthread> others;
+    std::vector<JoiningThread> others;
     for (std::size_t i = 1; i < jobs; ++i) others.emplace_back(work);
     work();
   }

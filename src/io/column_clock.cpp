@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <limits>
 
 #include "io/column_reader.h"
 #include "io/lower_case.h"
+#include "math/numbers.h"
 #include "math/time.h"
 
 namespace piste::log_formats {
@@ -21,7 +21,7 @@ using std::chrono::sys_days;
 std::optional<std::array<double, 3>> three_numbers(std::string_view text, std::string_view separators) {
   std::array<double, 3> values{};
   for (std::size_t i = 0; i < 3; ++i) {
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), values[i]);
+    const auto [end, error] = read_number(text.data(), text.data() + text.size(), values[i]);
     if (error != std::errc{} || !(values[i] >= 0)) return std::nullopt;
     text.remove_prefix(static_cast<std::size_t>(end - text.data()));
     if (i == 2) break;

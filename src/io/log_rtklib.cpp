@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <optional>
 
 #include "gps_time.h"
 #include "log_formats.h"
+#include "math/numbers.h"
 #include "math/time.h"
 
 namespace piste::log_formats {
@@ -35,7 +35,7 @@ struct PosHeader {
 std::optional<std::array<double, 3>> split_three(std::string_view text, char separator) {
   std::array<double, 3> values{};
   for (std::size_t i = 0; i < 3; ++i) {
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), values[i]);
+    const auto [end, error] = read_number(text.data(), text.data() + text.size(), values[i]);
     if (error != std::errc{} || !(values[i] >= 0 && values[i] < 1e4)) return std::nullopt;
     text.remove_prefix(static_cast<std::size_t>(end - text.data()));
     if (i == 2) break;

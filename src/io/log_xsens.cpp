@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <initializer_list>
 #include <optional>
 
 #include "log_formats.h"
+#include "math/numbers.h"
 
 namespace piste::log_formats {
 namespace {
@@ -65,7 +65,7 @@ std::optional<double> rate_of(const TextReader& reader) {
   if (!name.ends_with("sample rate") && !name.ends_with("update rate")) return std::nullopt;
   text.remove_prefix(std::min(text.find_first_not_of(" \t", colon + 1), text.size()));
   double rate = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), rate);
+  const auto [end, error] = read_number(text.data(), text.data() + text.size(), rate);
   if (error != std::errc{} || !(rate >= kSlowest && rate <= kFastest)) {
     throw DataError(reader.where(), fmt::format("`{}` is no rate; such as `// Sample rate: 50.0Hz` is expected", text));
   }

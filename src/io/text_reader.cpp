@@ -12,6 +12,7 @@
 #include <cmath>
 #include <system_error>
 
+#include "math/numbers.h"
 #include "math/time.h"
 #include "piste/core/error.h"
 
@@ -132,7 +133,7 @@ void TextReader::split(std::string_view text) {
 std::optional<double> number_in(std::string_view text, TextReader::Separator separator) {
   if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
   double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const auto [end, error] = read_number(text.data(), text.data() + text.size(), value);
   if (error != std::errc{}) return std::nullopt;
   if (end == text.data() + text.size()) return value;
   if (*end != ',' || !may_be_decimal_comma(separator)) return std::nullopt;

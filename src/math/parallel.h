@@ -6,8 +6,9 @@
 #include <cstddef>
 #include <exception>
 #include <mutex>
-#include <thread>
 #include <vector>
+
+#include "math/joining_thread.h"
 
 namespace piste {
 
@@ -30,7 +31,7 @@ void for_each_parallel(std::size_t count, std::size_t jobs, Task&& task) {
     }
   };
   {
-    std::vector<std::jthread> others;
+    std::vector<JoiningThread> others;
     for (std::size_t i = 1; i < jobs && i < count; ++i) others.emplace_back(work);
     work();
   }

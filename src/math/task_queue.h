@@ -7,8 +7,9 @@
 #include <exception>
 #include <functional>
 #include <mutex>
-#include <thread>
 #include <utility>
+
+#include "math/joining_thread.h"
 
 namespace piste {
 
@@ -16,11 +17,12 @@ namespace piste {
 class TaskQueue {
  public:
   /// `most`: tasks that may wait; add() waits for room.
-  explicit TaskQueue(std::size_t most) : most_(most), thread_([this](const std::stop_token& stop) { work(stop); }) {}
+  explicit TaskQueue(std::size_t most) : most_(most), thread_([this] { work(); }) {}
   /// Leaves out the tasks that wait.
   ~TaskQueue() {
-    thread_.request_stop();
-    thread_.join();
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+    changed_.notify_all();
   }
   TaskQueue(const TaskQueue&) = delete;
   TaskQueue& operator=(const TaskQueue&) = delete;
@@ -45,9 +47,11 @@ class TaskQueue {
     if (failed_) std::rethrow_exception(failed_);
   }
 
-  void work(const std::stop_token& stop) {
+  void work() {
     std::unique_lock lock(mutex_);
-    while (changed_.wait(lock, stop, [this] { return !tasks_.empty() && !failed_; }) && !stop.stop_requested()) {
+    while (true) {
+      changed_.wait(lock, [this] { return stop_ || (!tasks_.empty() && !failed_); });
+      if (stop_) return;
       const std::function<void()> task = std::move(tasks_.front());
       tasks_.pop_front();
       busy_ = true;
@@ -67,11 +71,11 @@ class TaskQueue {
 
   std::size_t most_;
   std::mutex mutex_;
-  std::condition_variable_any changed_;
+  std::condition_variable changed_;
   std::deque<std::function<void()>> tasks_;
-  bool busy_ = false;
+  bool busy_ = false, stop_ = false;
   std::exception_ptr failed_;
-  std::jthread thread_;  // last: it uses the others
+  JoiningThread thread_;  // last: it uses the others
 };
 
 }  // namespace piste

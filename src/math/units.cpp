@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "math/numbers.h"
 #include "piste/math/earth.h"
 
 namespace piste {
@@ -186,7 +187,7 @@ class UnitParser {
       return unit;
     }
     double number = 0;
-    const auto [end, error] = std::from_chars(rest_.data(), rest_.data() + rest_.size(), number);
+    const auto [end, error] = read_number(rest_.data(), rest_.data() + rest_.size(), number);
     if (error == std::errc{} && number > 0 && std::isfinite(number)) {  // such as 1e-7 deg
       rest_.remove_prefix(static_cast<std::size_t>(end - rest_.data()));
       return {number, kNone};
@@ -217,7 +218,7 @@ std::optional<double> take_number(std::string_view& text) {
   std::string_view digits = text;
   if (digits.starts_with('+')) digits.remove_prefix(1);
   double value = 0;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  const auto [end, error] = read_number(digits.data(), digits.data() + digits.size(), value);
   if (error != std::errc{} || !std::isfinite(value)) return std::nullopt;
   text.remove_prefix(static_cast<std::size_t>(end - text.data()));
   return value;
@@ -227,14 +228,15 @@ std::optional<double> take_number(std::string_view& text) {
 template <std::size_t N>
 std::array<double, N> parse(std::string_view text, const Dimension& expected) {
   const auto wrong = [&, text](std::string_view why) {
-    const std::string example(expected.example);
-    std::string_view unit = expected.example;
-    take_number(unit);
-    skip_spaces(unit);
-    return std::invalid_argument(
-        fmt::format("`{}` {}; {} is expected, such as `{}`", text, why,
-                    N == 1 ? expected.name : fmt::format("{} for each of three axes", expected.name),
-                    N == 1 ? example : fmt::format("0.1 -0.2 0.3 {}", unit)));
+    std::string name(expected.name), example(expected.example);
+    if (N == 3) {
+      std::string_view unit = expected.example;
+      take_number(unit);
+      skip_spaces(unit);
+      name += " for each of three axes";
+      example = fmt::format("0.1 -0.2 0.3 {}", unit);
+    }
+    return std::invalid_argument(fmt::format("`{}` {}; {} is expected, such as `{}`", text, why, name, example));
   };
   std::array<double, N> values{};
   std::string_view rest = text;
@@ -291,7 +293,7 @@ std::string format_quantity(double value, std::string_view unit, const Dimension
   for (int digits = 1; digits < 17; ++digits) {
     const std::string text = fmt::format("{:.{}g}", number, digits);
     double again = 0;
-    std::from_chars(text.data(), text.data() + text.size(), again);
+    read_number(text.data(), text.data() + text.size(), again);
     if (again * factor == value) return fmt::format("{} {}", again, unit);  // without an exponent: 200, not 2e+02
   }
   return fmt::format("{:.17g} {}", number, unit);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <optional>
 #include <stdexcept>
 #include <vector>
 
@@ -38,7 +39,7 @@ TEST(TaskQueue, PassesOnTheFirstExceptionAndDoesNoMore) {
 TEST(TaskQueue, LeavesOutWhatWaitsWhenItEnds) {
   std::atomic<bool> begun{false}, go_on{false};
   std::atomic<int> done{0};
-  std::jthread later;
+  std::optional<JoiningThread> later;
   {
     TaskQueue queue(10);
     queue.add([&] {
@@ -48,7 +49,7 @@ TEST(TaskQueue, LeavesOutWhatWaitsWhenItEnds) {
     });
     queue.add([&] { ++done; });
     begun.wait(false);
-    later = std::jthread([&] {
+    later.emplace([&] {
       std::this_thread::sleep_for(std::chrono::milliseconds(200));  // the queue ends meanwhile
       go_on = true;
       go_on.notify_all();

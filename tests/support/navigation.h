@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <map>
 #include <span>
@@ -13,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "math/numbers.h"
 #include "piste/core/log.h"
 #include "piste/math/earth.h"
 #include "piste/math/units.h"
@@ -58,7 +58,7 @@ inline Table read_table(const std::filesystem::path& file) {
   while (!rest.empty()) {
     for_each_field(next_line(), [&](std::size_t i, std::string_view field) {
       double value = 0;
-      std::from_chars(field.data(), field.data() + field.size(), value);
+      read_number(field.data(), field.data() + field.size(), value);
       places.at(i)->push_back(value);
     });
     ++table.rows;

@@ -2,11 +2,11 @@
 /// A copy of the shipped ski run that a test may spoil: `config/ski_run.yaml` with its sensor file and its data, a
 /// minute of it, laid out as in the repository.
 
-#include <charconv>
 #include <functional>
 #include <stdexcept>
 #include <string>
 
+#include "math/numbers.h"
 #include "support/places.h"
 #include "support/program.h"
 
@@ -74,7 +74,7 @@ class SkiRun {
     for (std::size_t begin = kept.size(); begin < all.size();) {
       const auto end = all.find('\n', begin) + 1;
       double time = 0;
-      std::from_chars(all.data() + begin, all.data() + end, time);
+      read_number(all.data() + begin, all.data() + end, time);
       if (time >= kBegin && time <= kEnd) kept += all.substr(begin, end - begin);
       begin = end;
     }
