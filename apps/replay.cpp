@@ -14,7 +14,7 @@
 #include "piste/diagnosis/diagnose.h"
 #include "piste/diagnosis/run_warnings.h"
 #include "piste/files/replay.h"
-#include "piste/outputs/folders.h"
+#include "piste/outputs/replay_folder.h"
 #include "piste/solve/batch.h"
 
 namespace piste {

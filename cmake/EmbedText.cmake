@@ -1,8 +1,12 @@
 # Embeds text files: piste_embed(TARGET NAME FILE) defines `std::string_view piste::assets::NAME()`, which the room that
-# uses it declares, as src/report/assets.h does. Raw string pieces of at most 8 kB, because compilers limit the length of one literal.
-function(piste_embed target name file)
-  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
-  file(READ ${file} text)
+# uses it declares, as src/report/assets.h does; an empty one without FILE. Raw string pieces of at most 8 kB, because compilers
+# limit the length of one literal.
+function(piste_embed target name)
+  set(text "")
+  if(ARGC GREATER 2)
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${ARGV2})
+    file(READ ${ARGV2} text)
+  endif()
   string(REGEX REPLACE "\n(//|/\\*)# sourceMappingURL=[^\n]*" "" text "${text}")
   set(pieces "")
   string(LENGTH "${text}" length)
@@ -12,7 +16,7 @@ function(piste_embed target name file)
   endforeach()
   set(unit ${PROJECT_BINARY_DIR}/generated/${name}.cpp)
   file(CONFIGURE OUTPUT ${unit} @ONLY CONTENT
-"// Generated from ${file} by cmake/EmbedText.cmake.
+"// Generated from ${ARGV2} by cmake/EmbedText.cmake.
 #include <string_view>
 #pragma GCC diagnostic ignored \"-Woverlength-strings\"  // the standard promises 64 kB; GCC and clang take any length
 namespace piste::assets {
@@ -25,5 +29,4 @@ std::string_view @name@() {
 }  // namespace piste::assets
 ")
   target_sources(${target} PRIVATE ${unit})
-  set_source_files_properties(${unit} PROPERTIES SKIP_PRECOMPILE_HEADERS ON)
 endfunction()

@@ -7,12 +7,16 @@ set(_package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/piste)
 install(TARGETS piste EXPORT pisteTargets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library NAMELINK_COMPONENT development)
-install(TARGETS piste_batch EXPORT pisteBatchTargets
-  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
-  LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library NAMELINK_COMPONENT development)
 install(DIRECTORY include/piste DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development FILES_MATCHING PATTERN "*.h")
 install(EXPORT pisteTargets NAMESPACE piste:: DESTINATION ${_package_dir} COMPONENT development)
-install(EXPORT pisteBatchTargets NAMESPACE piste:: DESTINATION ${_package_dir} COMPONENT development)
+set(_pkg_config piste)
+if(PISTE_BATCH)
+  install(TARGETS piste_batch EXPORT pisteBatchTargets
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
+    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library NAMELINK_COMPONENT development)
+  install(EXPORT pisteBatchTargets NAMESPACE piste:: DESTINATION ${_package_dir} COMPONENT development)
+  list(APPEND _pkg_config piste-batch)
+endif()
 
 configure_package_config_file(cmake/pisteConfig.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/pisteConfig.cmake
   INSTALL_DESTINATION ${_package_dir})
@@ -34,7 +38,7 @@ else()
   set(PISTE_PC_SOLVER "")
   set(PISTE_PC_WITH_SOLVER " ${_solver}")
 endif()
-foreach(name IN ITEMS piste piste-batch)
+foreach(name IN LISTS _pkg_config)
   configure_file(cmake/${name}.pc.in ${CMAKE_CURRENT_BINARY_DIR}/${name}.pc @ONLY)
   install(FILES ${CMAKE_CURRENT_BINARY_DIR}/${name}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
 endforeach()

@@ -93,6 +93,7 @@
 #include "piste/io/replay_config.h"
 #include "piste/io/solution_io.h"
 #include "piste/outputs/folders.h"
+#include "piste/outputs/replay_folder.h"
 #include "piste/report/consistency_page.h"
 #include "piste/report/consistency_text.h"
 #include "piste/report/html.h"

@@ -217,15 +217,6 @@ bool turns_too_fast(const Values& gyro) { return quantile(norms_of(gyro), 0.99) 
 
 }  // namespace
 
-double smallest_step(const Values& values, int axis) {
-  double smallest = 0;
-  for (std::size_t i = 1; i < values.size(); ++i) {
-    const double step = std::abs(values[i](axis) - values[i - 1](axis));
-    if (step > 1e-12 * std::abs(values[i](axis)) && step > 0 && (smallest == 0 || step < smallest)) smallest = step;
-  }
-  return smallest;
-}
-
 ImuHealth imu_health(const ImuRecording& imu) {
   ImuHealth h;
   h.sampling = sampling(imu.time);

@@ -219,6 +219,10 @@ constexpr std::string_view kSwitch = R"(<fieldset class="switch" aria-label="Sol
 </fieldset>
 )";
 
+constexpr std::string_view kNoCharts =
+    "<p>No chart is here, as piste was built without dygraphs (Debian: <code>libjs-dygraphs</code>). The CSV files hold what "
+    "it would show.</p>\n";
+
 }  // namespace
 
 std::string html_report(const ReplayReport& report) {
@@ -229,6 +233,7 @@ std::string html_report(const ReplayReport& report) {
                                      escape_markup(report.version), length, start);
   if (report.verdict != nullptr)
     subtitle += fmt::format("<br><strong>{}</strong>", escape_markup(verdict_line(*report.verdict)));
+  const bool charts = !assets::dygraphs_js().empty();
   std::string over_time = "<p class=\"soft\">Bands are ± 1 sigma. Rest is shaded";
   if (!report.outages.empty()) over_time += ", withheld GNSS is shaded red";
   over_time +=
@@ -237,8 +242,13 @@ std::string html_report(const ReplayReport& report) {
       "<noscript><p>The charts need JavaScript; the tables and the plan view do not.</p></noscript>\n";
   if (report.smoothed) over_time += kSwitch;
   over_time += "<section id=\"solution-charts\"></section>\n";
-  const std::string scripts = fmt::format("<script>\n{}\n</script>\n{}<script>\n{}</script>\n", assets::dygraphs_js(),
-                                          data_script(report, start), assets::report_js());
+  const std::string innovations =
+      "<p class=\"soft\">Measured minus predicted, of the filter. NIS is the squared residual in units of its "
+      "covariance; beyond the gate a measurement is rejected.</p>\n<section id=\"innovation-charts\"></section>\n";
+  const std::string scripts =
+      charts ? fmt::format("<script>\n{}\n</script>\n{}<script>\n{}</script>\n", assets::dygraphs_js(),
+                           data_script(report, start), assets::report_js())
+             : "";
   return page::render(
       report.title, subtitle,
       {{"summary", "Summary",
@@ -246,10 +256,8 @@ std::string html_report(const ReplayReport& report) {
             log_table(report) + source_table(*report.filtered) + rest_table(*report.log, start) + "</div>\n" +
             estimate_table(best)},
        {"plan", "Plan view", "<figure>\n" + plan_view(report) + "</figure>\n"},
-       {"over-time", "Over time", over_time},
-       {"innovations", "Innovations",
-        "<p class=\"soft\">Measured minus predicted, of the filter. NIS is the squared residual in units of its "
-        "covariance; beyond the gate a measurement is rejected.</p>\n<section id=\"innovation-charts\"></section>\n"},
+       {"over-time", "Over time", charts ? over_time : std::string(kNoCharts)},
+       {"innovations", "Innovations", charts ? innovations : std::string(kNoCharts)},
        {"config", "Configuration", fmt::format("<pre>{}</pre>\n", escape_markup(report.config_text))}},
       assets::dygraphs_css(), scripts);
 }

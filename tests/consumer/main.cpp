@@ -28,6 +28,7 @@ const Exported kExported[] = {
     {"piste/consistency/disputes.h", address(piste::disputes_of)},
     {"piste/consistency/range_sums.h", address(piste::RangeSums::restore)},
     {"piste/outputs/folders.h", address(piste::write_consistency)},
+    {"piste/outputs/replay_folder.h", address(piste::write_replay)},
     {"piste/experiment/ensemble.h",
      address(+[](const piste::Scenario& scenario) { return piste::Ensemble(scenario).size(); })},
     {"piste/experiment/inspect.h", address(piste::inspect)},

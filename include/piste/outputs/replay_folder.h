@@ -1,0 +1,25 @@
+#pragma once
+/// What replay writes: the files and pages of a run in its folder. The caller commits.
+
+#include <functional>
+#include <string>
+
+#include "piste/consistency/verdict.h"
+#include "piste/experiment/replay.h"
+#include "piste/files/output.h"
+#include "piste/files/replay.h"
+#include "piste/files/summary.h"
+
+namespace piste {
+
+/// `report.html` of a replay.
+std::string replay_page(const ReplayConfig& config, const Replay& run, const Verdict& verdict);
+
+/// All files of a replay (write_solutions()), `trajectory.kml`, `report.html`, and last `summary.json` with the times
+/// that `times()` tells then. `progress` is told the fraction that is written. `rows`: as of
+/// write_solutions().
+void write_replay(OutputFolder& output, const ReplayConfig& config, const Replay& run, const Verdict& verdict,
+                  const std::function<RunTimes()>& times, const std::function<void(double)>& progress = {},
+                  RowFiles* rows = nullptr);
+
+}  // namespace piste

@@ -1,0 +1,45 @@
+#include "piste/outputs/replay_folder.h"
+
+#include <array>
+#include <functional>
+
+#include "math/parallel.h"
+#include "piste/core/version.h"
+#include "piste/files/replay.h"
+#include "piste/report/html.h"
+#include "piste/report/kml.h"
+
+namespace piste {
+namespace {
+
+const Solution* smoothed_of(const Replay& run) { return run.smoothed ? &*run.smoothed : nullptr; }
+
+std::string title_of(const ReplayConfig& config) { return config.file.stem().string(); }
+
+}  // namespace
+
+std::string replay_page(const ReplayConfig& config, const Replay& run, const Verdict& verdict) {
+  return html_report({.title = title_of(config),
+                      .version = version(),
+                      .config_text = config.echo,
+                      .log = &run.log,
+                      .filtered = &run.filtered.solution,
+                      .smoothed = smoothed_of(run),
+                      .verdict = &verdict,
+                      .outages = config.conditioning.outages});
+}
+
+void write_replay(OutputFolder& output, const ReplayConfig& config, const Replay& run, const Verdict& verdict,
+                  const std::function<RunTimes()>& times, const std::function<void(double)>& progress, RowFiles* rows) {
+  std::string map, page;
+  const std::array<std::function<void()>, 3> parts{[&] { write_solutions(output, run, config.rates, progress, rows); },
+                                                   [&] { page = replay_page(config, run, verdict); },
+                                                   [&] { map = kml(run.solution(), title_of(config)); }};
+  for_each_parallel(parts.size(), parts.size(), [&](std::size_t i) { parts[i](); });
+  output.write("trajectory.kml", map);
+  output.write("report.html", page);
+  output.write("summary.json", summary_json(run.log, run.filtered.solution, smoothed_of(run), verdict, times(),
+                                            rows != nullptr && rows->begun() ? &rows->means() : nullptr));
+}
+
+}  // namespace piste
