@@ -28,6 +28,8 @@ void run(const AppArguments& arguments, Progress& progress) {
 int main(int argc, char** argv) {
   return piste::run_app(
       {.name = "align",
-       .summary = "Two IMUs on one plate: the offset and drift of their clocks, boresight and lever arm, with sigmas."},
+       .summary =
+           "Estimates clock, boresight and lever arm between two IMUs. Both are on one plate; their logs alone give "
+           "the offset and drift of the clock, the boresight and the lever arm, with sigmas."},
       argc, argv, piste::run);
 }

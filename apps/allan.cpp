@@ -52,8 +52,8 @@ int main(int argc, char** argv) {
   return piste::run_app(
       {.name = "allan",
        .summary =
-           "The noise of an IMU from recordings at rest: Allan and wavelet variance, the model that fits them, and "
-           "a sensor file for replay. Several recordings are taken as units of one type.",
+           "Estimates the noise of an IMU from recordings at rest. Writes Allan and wavelet variance, the model that "
+           "fits them, and a sensor file for replay. Several recordings are taken as IMUs of one type.",
        .input = "LOG",
        .input_help = "logs of an IMU at rest, of any format that piste reads, or one configuration (YAML)",
        .many_inputs = true,

@@ -33,6 +33,7 @@ int main(int argc, char** argv) {
   return piste::run_app(
       {.name = "compare",
        .summary =
-           "An IMU beside a better one: their alignment, and the IMU's biases and scales at rest and in the run."},
+           "Estimates bias and scale of an IMU against a better IMU. Aligns the two first, and estimates at rest "
+           "and in the run."},
       argc, argv, piste::run);
 }

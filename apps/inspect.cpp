@@ -37,7 +37,8 @@ void run(const AppArguments& arguments, Progress& progress) {
 int main(int argc, char** argv) {
   return piste::run_app(
       {.name = "inspect",
-       .summary = "What is in these logs, and what is wrong with them, before anything else runs.",
+       .summary =
+           "Checks logs of IMUs and GNSS, and writes a configuration. Prints what they contain and what looks wrong.",
        .input = "FILE",
        .input_help = "logs of IMUs, receivers and reference attitudes, of any format that piste reads",
        .many_inputs = true},

@@ -113,8 +113,9 @@ int main(int argc, char** argv) {
   const piste::AppDescription description{
       .name = "montecarlo",
       .summary =
-          "Simulates and replays a scenario many times: NEES and NIS with their bands, errors over the bound. Goes "
-          "on where it was stopped; the numbers do not depend on the jobs.",
+          "Tests over many simulated runs whether the sigmas hold. Simulates and replays a scenario; writes NEES and "
+          "NIS with their bands, and errors over the bound. Goes on where it was stopped; the numbers do not depend "
+          "on the jobs.",
       .input = "SCENARIO",
       .input_help =
           "scenario file (YAML), such as config/scenarios/montecarlo/ski_l1l2.yaml; behind it the parts that --sums "

@@ -76,8 +76,8 @@ void run_replay(const AppArguments& arguments, Progress& progress) {
 }  // namespace piste
 
 int main(int argc, char** argv) {
-  return piste::run_app(
-      {.name = "replay",
-       .summary = "Raw logs of an IMU and GNSS in; trajectory, the IMU's errors and their sigmas out."},
-      argc, argv, piste::run_replay);
+  return piste::run_app({.name = "replay",
+                         .summary = "Computes a trajectory and IMU errors from raw logs. Takes an IMU and GNSS "
+                                    "receivers; every result has its sigma."},
+                        argc, argv, piste::run_replay);
 }

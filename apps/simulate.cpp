@@ -70,8 +70,8 @@ int main(int argc, char** argv) {
   const piste::AppDescription description{
       .name = "simulate",
       .summary =
-          "Simulates a run, or those of a campaign: the logs of its sensors, and the truth (truth.csv, "
-          "truth.json). A campaign comes with the campaign.yaml that study takes.",
+          "Simulates logs of IMUs and GNSS receivers, with the truth. Takes a run or a campaign; the truth is in "
+          "truth.csv and truth.json. A campaign comes with the campaign.yaml that study takes.",
       .input = "SCENARIO",
       .input_help =
           "scenario file (YAML), such as config/scenarios/ski.yaml, or a campaign of several: campaign.yaml "

@@ -41,9 +41,8 @@ int main(int argc, char** argv) {
   const piste::AppDescription description{
       .name = "study",
       .summary =
-          "A campaign of IMUs beside a reference: biases and scales by every method, tables and figures, and the "
-          "method "
-          "whose errors lead to the best navigation.",
+          "Compares methods of IMU calibration over a campaign. Estimates biases and scales of the IMUs against a "
+          "reference by every method, with tables and figures, and ranks the methods by the navigation they lead to.",
       .input = "CAMPAIGN",
       .input_help = "campaign file (YAML), such as `simulate config/scenarios/campaign.yaml` writes",
       .integers = {{"jobs", "runs at a time; the results do not depend on it", cores, 1, "one for each core"}},

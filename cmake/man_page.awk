@@ -9,10 +9,10 @@ function roff(text) {
 function blanks_off(text) { sub(/^ +/, "", text); return text }
 NR == 1 {
   summary = $0
-  sub(/\.$/, "", $0)
-  first = summary
-  sub(/[.:;] .*/, "", first)
+  first = summary  # its first sentence says what the program does; whatis shows it without capital and full stop
+  sub(/\. .*/, "", first)
   sub(/\.$/, "", first)
+  if (first ~ /^[A-Z][a-z]/) first = tolower(substr(first, 1, 1)) substr(first, 2)
   printf ".TH %s 1 \"\" \"piste %s\" \"piste\"\n", toupper(name), version
   printf ".SH NAME\n%s \\- %s\n", roff(name), roff(first)
   next

@@ -11,6 +11,11 @@ for name in "$@"; do
   for section in NAME SYNOPSIS DESCRIPTION ARGUMENTS OPTIONS "EXIT STATUS" "SEE ALSO"; do
     grep -qx ".SH $section" "$page" || fail "$page has no section $section"
   done
+  # What whatis shows: a verb first, a whole sentence without its full stop, short enough for a line of 80 characters.
+  line="$(sed -n '/^.SH NAME$/{n;p;}' "$page")"
+  [[ "$line" =~ ^"piste\-$name \- "([a-z]+s\ [^:;]*[A-Za-z])$ ]] || fail "$page: '$line' does not say what the program does"
+  ((${#BASH_REMATCH[1]} <= 57)) || fail "$page: '$line' is too long for a line of whatis"
+  grep -q "^${BASH_REMATCH[1]^}\(\. \|$\)" "$folder/called/piste-$name.txt" || fail "$page: '$line' is no whole sentence of --help"
   # Every option that the program has.
   while read -r option; do
     grep -qF -- "${option//-/\\-}" "$page" || fail "$page has no $option"
