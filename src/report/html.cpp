@@ -220,7 +220,8 @@ constexpr std::string_view kSwitch = R"(<fieldset class="switch" aria-label="Sol
 )";
 
 constexpr std::string_view kNoCharts =
-    "<p>No chart is here, as piste was built without dygraphs (Debian: <code>libjs-dygraphs</code>). The CSV files hold what "
+    "<p>No chart is here, as piste was built without dygraphs (Debian: <code>libjs-dygraphs</code>). The CSV files "
+    "hold what "
     "it would show.</p>\n";
 
 }  // namespace
@@ -245,21 +246,20 @@ std::string html_report(const ReplayReport& report) {
   const std::string innovations =
       "<p class=\"soft\">Measured minus predicted, of the filter. NIS is the squared residual in units of its "
       "covariance; beyond the gate a measurement is rejected.</p>\n<section id=\"innovation-charts\"></section>\n";
-  const std::string scripts =
-      charts ? fmt::format("<script>\n{}\n</script>\n{}<script>\n{}</script>\n", assets::dygraphs_js(),
-                           data_script(report, start), assets::report_js())
-             : "";
-  return page::render(
-      report.title, subtitle,
-      {{"summary", "Summary",
-        (report.verdict != nullptr ? verdict_section(*report.verdict) : "") + "<div class=\"tables\">\n" +
-            log_table(report) + source_table(*report.filtered) + rest_table(*report.log, start) + "</div>\n" +
-            estimate_table(best)},
-       {"plan", "Plan view", "<figure>\n" + plan_view(report) + "</figure>\n"},
-       {"over-time", "Over time", charts ? over_time : std::string(kNoCharts)},
-       {"innovations", "Innovations", charts ? innovations : std::string(kNoCharts)},
-       {"config", "Configuration", fmt::format("<pre>{}</pre>\n", escape_markup(report.config_text))}},
-      assets::dygraphs_css(), scripts);
+  const std::string scripts = charts
+                                  ? fmt::format("<script>\n{}\n</script>\n{}<script>\n{}</script>\n",
+                                                assets::dygraphs_js(), data_script(report, start), assets::report_js())
+                                  : "";
+  return page::render(report.title, subtitle,
+                      {{"summary", "Summary",
+                        (report.verdict != nullptr ? verdict_section(*report.verdict) : "") +
+                            "<div class=\"tables\">\n" + log_table(report) + source_table(*report.filtered) +
+                            rest_table(*report.log, start) + "</div>\n" + estimate_table(best)},
+                       {"plan", "Plan view", "<figure>\n" + plan_view(report) + "</figure>\n"},
+                       {"over-time", "Over time", charts ? over_time : std::string(kNoCharts)},
+                       {"innovations", "Innovations", charts ? innovations : std::string(kNoCharts)},
+                       {"config", "Configuration", fmt::format("<pre>{}</pre>\n", escape_markup(report.config_text))}},
+                      assets::dygraphs_css(), scripts);
 }
 
 }  // namespace piste

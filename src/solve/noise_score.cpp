@@ -1,12 +1,12 @@
 #include "piste/solve/noise_score.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
 
+#include "math/eigenpairs.h"
 #include "math/square.h"
 #include "piste/model/imu_errors.h"
 
@@ -29,9 +29,9 @@ void bound_information(Square& information, const Eigen::LLT<Square>& root) {
   const Square L = root.matrixL(), part = symmetric(turned(L, information));
   const Square one = Square::Identity(part.rows(), part.rows());
   if (is_positive(one - part) && is_positive(part + kRounding * one)) return;
-  const Eigen::SelfAdjointEigenSolver<Square> known_part(part);
-  const Square W = root.matrixU().solve(known_part.eigenvectors());
-  information = W.lazyProduct(known_part.eigenvalues().cwiseMax(0).cwiseMin(1).asDiagonal() * W.transpose());
+  const Eigenpairs known_part = eigenpairs(part);
+  const Square W = root.matrixU().solve(known_part.vectors);
+  information = W.lazyProduct(known_part.values.cwiseMax(0).cwiseMin(1).asDiagonal() * W.transpose());
 }
 
 // Divides a sum by how often it has what it has at most, if it has more.

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 
 #include "support/random.h"
 
@@ -20,12 +21,9 @@ std::vector<GnssFix> circle(double rate, double sigma = 0.01) {
   for (int i = 0; i < 120 * rate; ++i) {
     const double t = i / rate, moving = std::max(0.0, t - 20);
     const double angle = moving < 5 ? moving * moving / 30 : (moving - 2.5) / 3;
-    GnssFix fix;
-    fix.time = 1000 + t;
-    fix.position = Vector3d(30 * std::sin(angle), 30 - 30 * std::cos(angle), 0) +
-                   sigma * Vector3d(random.gaussian(), random.gaussian(), random.gaussian());
-    fix.sigma_position.setConstant(sigma);
-    fixes.push_back(fix);
+    const Vector3d place(30 * std::sin(angle), 30 - 30 * std::cos(angle), 0);
+    const Vector3d error = sigma * Vector3d(random.gaussian(), random.gaussian(), random.gaussian());
+    fixes.push_back({1000 + t, place + error, Vector3d::Constant(sigma), std::nullopt});
   }
   return fixes;
 }
