@@ -61,6 +61,9 @@
 /// Bad input throws piste::Error, which says where the fault is and what would be right. The library does not print and
 /// does not exit.
 
+// How work that takes long is ended before it is done.
+#include "piste/math/interruption.h"
+
 // What a run is made of.
 #include "piste/core/error.h"
 #include "piste/core/estimate.h"

@@ -7,11 +7,14 @@
 #include <atomic>
 #include <chrono>
 #include <exception>
+#include <functional>
 #include <future>
 #include <mutex>
 #include <string>
 #include <string_view>
 #include <utility>
+
+#include "piste/math/interruption.h"
 
 namespace piste::python {
 
@@ -26,8 +29,11 @@ struct Interrupted : std::exception {
 class Told {
  public:
   /// Throws Interrupted if the work is to end.
-  void operator()(std::string_view stage, double done) {
+  void check() const {
     if (stop_) throw Interrupted();
+  }
+  void operator()(std::string_view stage, double done) {
+    check();
     const std::lock_guard lock(mutex_);
     stage_ = stage;
     done_ = done;
@@ -47,12 +53,16 @@ class Told {
 
 /// What `work(told)` returns. It runs in a thread of its own without the interpreter's lock. `progress`, if it is not
 /// None, is called some times a second with the stage and the part of it that is done, 0 to 1. What `progress` or a
-/// signal raises ends the work.
+/// signal raises ends the work at the next check_interruption(), which the loops of the library call.
 template <class Work>
 auto interruptible(const nb::object& progress, Work&& work) {
   constexpr std::chrono::milliseconds kPatience{50};
   Told told;
-  auto result = std::async(std::launch::async, [&] { return work(told); });
+  const std::function<void()> check = [&told] { told.check(); };
+  auto result = std::async(std::launch::async, [&] {
+    const InterruptedBy interrupted(check);
+    return work(told);
+  });
   const auto wait = [&](auto... patience) {
     const nb::gil_scoped_release release;
     if constexpr (sizeof...(patience) == 0) {

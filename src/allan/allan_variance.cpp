@@ -6,6 +6,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "piste/math/interruption.h"
 #include "piste/math/statistics.h"
 
 namespace piste {
@@ -155,7 +156,10 @@ void AllanSums::add(std::span<const double> samples) {
       }
       push(levels_[i], sum_);
     }
-    if (++pending_ == kChunk) use_all();
+    if (++pending_ == kChunk) {
+      check_interruption();
+      use_all();
+    }
   }
 }
 

@@ -11,7 +11,9 @@
 #include <memory>
 #include <utility>
 
+#include "math/solve_least_squares.h"
 #include "piste/core/error.h"
+#include "piste/math/interruption.h"
 #include "piste/math/linear_algebra.h"
 #include "piste/math/statistics.h"
 
@@ -113,6 +115,7 @@ VectorXd nonnegative(const MatrixXd& gram, const VectorXd& right) {
     for (std::size_t i = 0; i < at.size(); ++i) z(at[i]) = part(static_cast<Index>(i));
     return z;
   };
+  check_interruption();
   for (int round = 0; round < 3 * n + 3; ++round) {
     const VectorXd slope = right - gram * x;
     Index best = -1;
@@ -278,7 +281,7 @@ Model polished(const Moments& moments, const Model& start) {
   options.function_tolerance = 1e-9;
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
+  solve_least_squares(options, problem, summary);
   Model model = with_logs(start, logs.data());
   const double longest = kLongestPart * moments.curve->longest_stretch();
   const bool kept = std::all_of(model.begin(), model.end(), [&](const NoiseProcess& p) {

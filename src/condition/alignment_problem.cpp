@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "alignment_costs.h"
+#include "math/solve_least_squares.h"
 
 namespace piste {
 namespace {
@@ -226,7 +227,7 @@ AlignmentInformation solve_alignment(const FilteredPair& pair, const std::vector
   options.max_num_iterations = 50;
   options.function_tolerance = 1e-10;
   ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
+  solve_least_squares(options, problem, summary);
   return information(problem, x);
 }
 

@@ -10,6 +10,7 @@
 
 #include "coarse_offset.h"
 #include "piste/core/error.h"
+#include "piste/math/interruption.h"
 #include "piste/math/statistics.h"
 
 namespace piste {
@@ -61,6 +62,7 @@ Shifts correlated(const RatePair& rates, std::size_t begin, std::size_t end) {
   for (std::size_t i = begin; i < end; ++i) power += rates.measured[i].squaredNorm();
   Shifts found{furthest, {}};
   for (std::ptrdiff_t shift = -furthest; shift <= furthest; ++shift) {
+    check_interruption();
     double cross = 0, other = 0;
     for (std::size_t i = begin; i < end; ++i) {
       const std::ptrdiff_t j = static_cast<std::ptrdiff_t>(i) + shift;

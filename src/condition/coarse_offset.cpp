@@ -9,6 +9,7 @@
 
 #include "piste/core/error.h"
 #include "piste/math/fourier.h"
+#include "piste/math/interruption.h"
 #include "piste/math/units.h"
 
 namespace piste {
@@ -158,6 +159,7 @@ std::optional<double> wrong_clock(const RateNorms& body, const RateNorms& refere
   constexpr double kStep = 0.0025, kFurthest = 0.25, kClear = 1.3;
   double best_ratio = 1, best = kClear * honest.evidence + kEvident;
   for (int i = -static_cast<int>(kFurthest / kStep); i <= static_cast<int>(kFurthest / kStep); ++i) {
+    check_interruption();
     const double ratio = 1 + i * kStep;
     RateNorms slower = stretched(body, 1 / ratio);
     const CoarseOffset found = correlate(in_cells(slower, body.step), reference, shortest);

@@ -11,6 +11,7 @@
 #include "imu_gaps.h"
 #include "piste/condition/pipeline.h"
 #include "piste/core/error.h"
+#include "piste/math/interruption.h"
 
 namespace piste {
 namespace {
@@ -280,8 +281,10 @@ Log condition_imu(ImuRecording recording, const ConditioningOptions& options) {
   log.counts.imu_repaired = recording.repaired;
   Rows rows = rows_in_span(recording, options, log);
   const RowGaps gaps = gaps_of(rows, recording.file, options.behaviour.gaps);
+  check_interruption();
   mark_clipped(rows, gaps, options, recording.increments);
   mend_spikes(rows, gaps, recording.increments, options.behaviour.spikes, log.counts);
+  check_interruption();
   Incrementer(rows, gaps, recording, options, log).run();
   return log;
 }

@@ -12,6 +12,7 @@
 #include "piste/condition/rest_detection.h"
 #include "piste/core/error.h"
 #include "piste/core/time_search.h"
+#include "piste/math/interruption.h"
 #include "piste/math/magnetic_field.h"
 
 namespace piste {
@@ -184,6 +185,7 @@ Log conditioned(Log log, const Recording& recording, const ConditioningOptions& 
   log.counts.height_repaired = recording.height.repaired;
   log.counts.heading_repaired = recording.heading.repaired;
   if (!options.behaviour.rest.detect) return log;
+  check_interruption();
   std::vector<Interval> rest = detect_rest(log, options.behaviour.rest);
   return with_rest(std::move(log), std::move(rest));
 }

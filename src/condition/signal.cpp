@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "piste/core/error.h"
+#include "piste/math/interruption.h"
 
 namespace piste {
 namespace {
@@ -84,6 +85,7 @@ Vector3d CausalLowPass::add(const Vector3d& sample) {
 }
 
 std::vector<Vector3d> zero_phase(const LowPass& filter, std::span<const Vector3d> signal) {
+  check_interruption();
   if (signal.empty()) return {};
   const std::size_t n = signal.size();
   const auto edge = static_cast<std::size_t>(std::min(std::ceil(filter.settling()), static_cast<double>(n - 1)));

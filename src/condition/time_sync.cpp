@@ -13,6 +13,7 @@
 #include "determination.h"
 #include "paired_signals.h"
 #include "piste/core/error.h"
+#include "piste/math/interruption.h"
 #include "reference_noise.h"
 
 namespace piste {
@@ -154,15 +155,19 @@ Alignment align(const std::vector<ImuSample>& body, const std::vector<ImuSample>
   const SignalPair signals(body, reference);
   const double cutoff = common_cutoff(signals.body, BodySignals(reference), options);
 
+  check_interruption();
   const AlignmentFit rough = rough_fit(signals, cutoff, coarse.peak.peak_offset, options);
   const FilteredPair full = low_passed(signals, cutoff);
+  check_interruption();
   const AlignmentFit fit = fit_alignment(signals, full, options.sensor, rough);
   refuse_other_unit(full, fit, options.name);
   refuse_strangers(full, fit, options.name);
 
+  check_interruption();
   WhitenedFit white = fit_whitened(signals, full, options.sensor, fit);
   std::vector<LocalOffset> local = local_offsets(white.pair, white.fit);
   const double wander = clock_wander(local, options.name);
+  check_interruption();
   const AlignmentInformation covariance = freed_from_reference_noise(body, cutoff, white, options);
   Alignment alignment = judged(white.fit, covariance, wander, options);
   alignment.low_pass = cutoff;

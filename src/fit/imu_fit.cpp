@@ -9,6 +9,7 @@
 
 #include "fit/reference_errors.h"
 #include "piste/core/error.h"
+#include "piste/math/interruption.h"
 #include "piste/math/linear_algebra.h"
 #include "piste/model/imu_errors.h"
 
@@ -296,6 +297,7 @@ Findings findings(const AlignedImus& imus, const Phases& phases, const FitOption
                             after = rows(phases.after, "the rest after");
   Findings out{phases, imus.low_pass, {}, {}, {}};
   for (int axis = 0; axis < 6; ++axis) {
+    check_interruption();
     AxisFindings& a = out.axes[static_cast<std::size_t>(axis)];
     a.name = kAxes[static_cast<std::size_t>(axis)];
     if (axis >= 3) a.bias_block = Block::kGyroBias, a.scale_block = Block::kGyroScale;

@@ -11,6 +11,7 @@
 #include <cstring>
 
 #include "piste/core/error.h"
+#include "piste/math/interruption.h"
 
 namespace piste {
 namespace {
@@ -30,6 +31,7 @@ constexpr auto kPairs = [] {
 }  // namespace
 
 bool TableRows::next() {
+  check_interruption();
   place = following_++;
   return place < table_.rows;
 }

@@ -15,6 +15,7 @@
 #include "math/numbers.h"
 #include "math/time.h"
 #include "piste/core/error.h"
+#include "piste/math/interruption.h"
 
 namespace piste {
 namespace {
@@ -89,6 +90,7 @@ TextReader::TextReader(const std::string& file, Separator separator, std::option
 }
 
 bool TextReader::next() {
+  check_interruption();
   while (!rest_.empty()) {
     mapped_.pass(rest_.data());
     const std::size_t end = rest_.find('\n');

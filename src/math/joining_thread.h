@@ -2,15 +2,24 @@
 /// A thread that is waited for where it ends. libc++ has no std::jthread.
 
 #include <functional>
+#include <optional>
 #include <thread>
 #include <utility>
 
+#include "piste/math/interruption.h"
+
 namespace piste {
 
-/// Runs `work()` in a thread of its own; the destructor waits for its end.
+/// Runs `work()` in a thread of its own; the destructor waits for its end. What may interrupt the thread that makes it
+/// may interrupt this one.
 class JoiningThread {
  public:
-  explicit JoiningThread(std::function<void()> work) : thread_(std::move(work)) {}
+  explicit JoiningThread(std::function<void()> work)
+      : thread_([check = interruption(), work = std::move(work)] {
+          std::optional<InterruptedBy> interrupted;
+          if (check != nullptr) interrupted.emplace(*check);
+          work();
+        }) {}
   ~JoiningThread() {
     if (thread_.joinable()) thread_.join();
   }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "math/joining_thread.h"
+#include "piste/math/interruption.h"
 
 namespace piste {
 
@@ -22,6 +23,7 @@ void for_each_parallel(std::size_t count, std::size_t jobs, Task&& task) {
   const auto work = [&] {
     for (std::size_t i = next++; i < count; i = next++) {
       try {
+        check_interruption();
         task(i);
       } catch (...) {  // out of a thread it would end the program
         const std::lock_guard lock(mutex);

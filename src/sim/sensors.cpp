@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "piste/math/interruption.h"
 #include "piste/sim/random.h"
 #include "sim/epochs.h"
 
@@ -154,6 +155,7 @@ SimulatedImu simulate_imu(const Truth& plate, const ImuSetup& setup, std::uint64
   out.recording.increments = setup.sampling == ImuSetup::Sampling::kIncrements;
   const double dt = step * (1 - setup.clock_drift);
   for (std::size_t k = 0; k < rows; ++k) {
+    check_interruption();
     const double gps = gps_of(k);
     MeanInertial signal;
     if (setup.sampling == ImuSetup::Sampling::kInstant) {
@@ -195,6 +197,7 @@ GnssRecording simulate_gnss(const Truth& plate, const GnssSetup& setup, std::uin
 
   GnssRecording out{setup.name + ".csv", {}};
   for (const double time : epochs(plate, setup.rate)) {
+    check_interruption();
     const TruthState state = antenna.at(time - setup.delay);
     const Matrix3d R_wn = world.rotation_wn(state.p_wb);
     Vector3d error = setup.position_noise.cwiseProduct(position_noise.normal3());
@@ -225,6 +228,7 @@ AttitudeRecording simulate_attitude(const Truth& plate, const AttitudeSetup& set
 
   AttitudeRecording out{setup.name + ".csv", {}};
   for (const double time : epochs(plate, setup.rate)) {
+    check_interruption();
     const TruthState state = plate.at(time - setup.delay);
     const Matrix3d R_nw = world.rotation_wn(state.p_wb).transpose();
     Vector3d error = setup.noise.cwiseProduct(noise.normal3());

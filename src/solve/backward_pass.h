@@ -10,6 +10,7 @@
 #include "many_steps.h"
 #include "math/square.h"
 #include "model/step_operator.h"
+#include "piste/math/interruption.h"
 #include "piste/solve/noise_score.h"
 #include "piste/solve/rts.h"
 #include "smoothed_parts.h"
@@ -46,6 +47,7 @@ class BackwardPass {
     for (std::size_t c = history.size(); c-- > 0;) {
       const std::size_t begin = history.first(c), end = c + 1 < history.size() ? history.first(c + 1) : begin;
       if (end <= first && first > 0) return;
+      check_interruption();
       history.load(c, chunk_);
       sweep(chunk_, end, visit);
       if (progress && begin < run_.epochs)

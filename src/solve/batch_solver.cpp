@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 
+#include "math/solve_least_squares.h"
 #include "piste/core/error.h"
 
 namespace piste {
@@ -137,7 +138,7 @@ BatchStep minimise(const BatchTerms& terms, const std::vector<double>& weights, 
   constexpr int kMost = 100;
   options.max_num_iterations = kMost;
   ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
+  solve_least_squares(options, problem, summary);
   if (!summary.IsSolutionUsable() || !std::isfinite(summary.final_cost)) {
     throw DataError("batch", fmt::format("its equations cannot be solved ({}); check units, axes and time stamps of "
                                          "the logs",

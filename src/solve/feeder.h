@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "piste/core/time_search.h"
+#include "piste/math/interruption.h"
 #include "piste/solve/run.h"
 
 namespace piste {
@@ -34,6 +35,7 @@ class Feeder {
 
   /// Returns true when an epoch was completed. @pre not done()
   bool step() {
+    check_interruption();
     const ImuSample& sample = next();
     const double until = sample.time + sink_.look_ahead();
     std::size_t slot = 0;

@@ -1,0 +1,29 @@
+#pragma once
+/// Lets whoever began some work end it before it is done, as Ctrl-C does in Python.
+
+#include <functional>
+
+namespace piste {
+
+/// While it lives, check_interruption() calls `check` in this thread, and in the threads to which the library hands
+/// parts of the work. To end the work, `check` throws what is no piste::Error, as the library takes such an error for
+/// an answer of the data. It is called by several threads at a time, some hundred times a second or more.
+class InterruptedBy {
+ public:
+  /// @pre `check` outlives it, and is not empty
+  explicit InterruptedBy(const std::function<void()>& check);
+  ~InterruptedBy();
+  InterruptedBy(const InterruptedBy&) = delete;
+  InterruptedBy& operator=(const InterruptedBy&) = delete;
+
+ private:
+  const std::function<void()>* before_;
+};
+
+/// What check_interruption() calls in this thread; null if nothing may end the work.
+const std::function<void()>* interruption();
+
+/// Throws if the work of this thread is to end. Long loops call it; it costs a nanosecond where nothing is asked.
+void check_interruption();
+
+}  // namespace piste
