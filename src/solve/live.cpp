@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,6 +17,17 @@
 
 namespace piste {
 namespace {
+
+constexpr double kAtRange = 0.999;  // of the range, as condition() has it
+
+// Bit i is set where axis i stands at the range; a range of 0 is not known.
+std::uint8_t at_range(const Vector3d& value, double range) {
+  std::uint8_t bits = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (range > 0 && std::abs(value(axis)) >= kAtRange * range) bits = static_cast<std::uint8_t>(bits | 1U << axis);
+  }
+  return bits;
+}
 
 template <class Timed>
 void forget(std::vector<Timed>& fixes, double before) {
@@ -93,6 +105,7 @@ class Live::Session {
     Filter ahead = filter_ ? *filter_ : bank_->best();
     std::vector<double> given = given_;
     feed(ahead, given, newest_);
+    feed_new_rows(ahead);
     ahead.finish();
     return of(ahead, filter_ ? std::nullopt : std::optional(bank_->heading()));
   }
@@ -107,6 +120,7 @@ class Live::Session {
     if (!world_ || recent_.imu.time.size() < 3) return;
     log_ = condition(recent_, options_.conditioning, *world_);
     newest_ = log_.imu.back().time;
+    period_ = (newest_ - log_.imu.front().time) / static_cast<double>(log_.imu.size() - 1);
     const double until = newest_ - options_.lag;
     if (!filter_ && !bank_) begin(until);
     if (filter_) {
@@ -197,6 +211,39 @@ class Live::Session {
     return last;
   }
 
+  // Feeds the rows since the last pass, which are not conditioned yet. None counts as rest, as that takes a second to
+  // be seen. A single wrong row is mended from the next pass on.
+  void feed_new_rows(Filter& ahead) const {
+    const ImuRecording& imu = recent_.imu;
+    const ConditioningOptions& options = options_.conditioning;
+    const GapOptions& gaps = options.behaviour.gaps;
+    const auto first = std::upper_bound(imu.time.begin(), imu.time.end(), newest_ + kSameInstant) - imu.time.begin();
+    for (auto i = static_cast<std::size_t>(first); i < imu.time.size(); ++i) {
+      const double lapse = imu.time[i] - imu.time[i - 1];
+      const Vector3d gyro = options.imu.R_bs * imu.gyro[i], accel = options.imu.R_bs * imu.accel[i];
+      const Vector3d mean_gyro = options.imu.R_bs * (imu.gyro[i - 1] + imu.gyro[i]) / 2,
+                     mean_accel = options.imu.R_bs * (imu.accel[i - 1] + imu.accel[i]) / 2;
+      const bool gap = lapse > gaps.long_interval * period_;
+      // In a gap the means of the rows beside it, and all the noise of a motion that nobody measured.
+      const double missing = !gap ? 0 : options.imu.instantaneous ? lapse : lapse - period_;
+      if (missing > 0) {
+        ahead.add({.time = imu.time[i - 1] + missing,
+                   .interval = missing,
+                   .dtheta = missing * mean_gyro,
+                   .dvel = missing * mean_accel,
+                   .gap = gaps.unknown});
+      }
+      const double interval = lapse - missing;
+      if (!(interval > kSameInstant)) continue;
+      ahead.add({.time = imu.time[i],
+                 .interval = interval,
+                 .dtheta = interval * (options.imu.instantaneous ? mean_gyro : gyro),
+                 .dvel = interval * (options.imu.instantaneous ? mean_accel : accel),
+                 .clipped_gyro = at_range(gyro, options.gyro_range),
+                 .clipped_accel = at_range(accel, options.accel_range)});
+    }
+  }
+
   // Forgets rows that are older than the memory; whether there were any.
   bool forget_rows() {
     ImuRecording& imu = recent_.imu;
@@ -232,6 +279,7 @@ class Live::Session {
   ImuConditioning clock_;
   double first_ = 0, last_ = -1e300;  // of the rows, by their own clock
   double next_pass_ = -1e300, fed_ = -1e300, begun_ = -1e300, newest_ = -1e300;
+  double period_ = 0;          // of the rows
   std::vector<double> given_;  // time of each receiver's last fix that the filter has
   std::size_t late_ = 0;
 };

@@ -22,10 +22,11 @@ namespace {
 /// Feeds a recording as a logger would: fixes come when the receiver has them, some time after they were measured.
 class Logger {
  public:
-  Logger(const Case& c, double latency)
+  Logger(const Case& c, double latency, double pass_interval = LiveOptions{}.pass_interval)
       : recording_(c.simulation.recording(0)),
-        live_({.conditioning = c.conditioning, .filter = c.options}),
+        live_({.conditioning = c.conditioning, .filter = c.options, .pass_interval = pass_interval}),
         clock_offset_(c.conditioning.imu.clock_offset),
+        clock_drift_(c.conditioning.imu.clock_drift),
         latency_(latency),
         next_(recording_.gnss.size()) {}
 
@@ -38,19 +39,29 @@ class Logger {
       if (now > until) break;
       for (std::size_t i = 0; i < next_.size(); ++i) {
         const auto& fixes = recording_.gnss[i].fixes;
-        for (; next_[i] < fixes.size() && fixes[next_[i]].time + latency_ <= now; ++next_[i])
-          live_.add(static_cast<int>(i), fixes[next_[i]]);
+        for (; next_[i] < fixes.size() && fixes[next_[i]].time + latency_ <= now; ++next_[i]) {
+          if (fixes[next_[i]].time <= last_fix_) live_.add(static_cast<int>(i), fixes[next_[i]]);
+        }
       }
       live_.add({imu.time[row_], imu.gyro[row_], imu.accel[row_]});
+      newest_ = now - clock_drift_ * (imu.time[row_] - imu.time.front());
       each(live_);
     }
   }
+  /// Loses the rows until then.
+  void skip(double until) {
+    while (row_ < recording_.imu.time.size() && recording_.imu.time[row_] - clock_offset_ <= until) ++row_;
+  }
   Live& live() { return live_; }
+  /// Fixes that are later do not come.
+  void end_fixes(double last) { last_fix_ = last; }
+  /// GPS time of the last row.
+  double newest() const { return newest_; }
 
  private:
   Recording recording_;
   Live live_;
-  double clock_offset_, latency_;
+  double clock_offset_, clock_drift_, latency_, newest_ = 0, last_fix_ = 1e300;
   std::vector<std::size_t> next_;
   std::size_t row_ = 0;
 };
@@ -138,15 +149,57 @@ TEST(Live, AtRestTheHeadingIsNotKnown) {
 TEST(Live, NowIsAtTheNewestRow) {
   const Case c = make_case("ski", 30, 1);
   Logger logger(c, 0.2);
-  const double end = c.under_way() + 30;
-  logger.feed(end, [](const Live&) {});
+  const double end = c.under_way() + 30, pass = LiveOptions{}.pass_interval;
+  double farthest = 0;
+  std::size_t rows = 0;
+  logger.feed(end, [&](const Live& live) {
+    if (++rows % 7 != 0) return;  // all distances from a pass
+    if (const auto now = live.now()) farthest = std::max(farthest, std::abs(now->time - logger.newest()));
+  });
+  EXPECT_LT(farthest, 1e-6);
   const LiveState now = *logger.live().now(), behind = *logger.live().state();
-  EXPECT_NEAR(now.time, end, 0.3);
-  EXPECT_NEAR(behind.time, now.time - 1.5, 0.02);
+  EXPECT_NEAR(now.time, logger.newest(), 1e-6);
+  EXPECT_NEAR(behind.time, now.time - 1.5 - pass / 2, pass / 2 + 0.02);
   const auto truth = c.simulation.bodies[0].at(now.time);
   const World world(c.simulation.recording(0).gnss[0].fixes.front().position);
   EXPECT_LT((now.velocity - truth.v_wb).norm(), 5 * now.sigmas.velocity.norm());
   EXPECT_GT(now.sigmas.position.norm(), behind.sigmas.position.norm());
+}
+
+// Rows that are not conditioned yet tell what they tell after that: a session with more passes says the same.
+TEST(Live, NowIsWhatMorePassesSay) {
+  const Case c = make_case("giant_slalom", 30, 1);
+  Logger seldom(c, 0.2), often(c, 0.2, 0.03);
+  const double end = c.under_way() + 25.12;  // between two passes, and after the same fixes
+  seldom.end_fixes(end - 1);
+  often.end_fixes(end - 1);
+  seldom.feed(end, [](const Live&) {});
+  often.feed(end, [](const Live&) {});
+  const LiveState a = *seldom.live().now(), b = *often.live().now();
+  ASSERT_NEAR(a.time, b.time, 1e-6);
+  const World world(b.position);
+  const Vector3d apart = world.from_geodetic(a.position), turn = a.euler - b.euler;
+  fmt::print("{:.4f} m, {:.4f} m/s and {:.4f} deg apart\n", apart.norm(), (a.velocity - b.velocity).norm(),
+             turn.norm() / kDegree);
+  EXPECT_LT(apart.cwiseQuotient(b.sigmas.position).cwiseAbs().maxCoeff(), 0.1);
+  EXPECT_LT((a.velocity - b.velocity).cwiseQuotient(b.sigmas.velocity).cwiseAbs().maxCoeff(), 0.1);
+  EXPECT_LT(turn.cwiseQuotient(b.sigmas.euler).cwiseAbs().maxCoeff(), 0.1);
+}
+
+// A gap after the last pass is bridged, with the noise of a motion that nobody measured.
+TEST(Live, NowIsLessSureAfterAGap) {
+  const Case c = make_case("ski", 30, 1);
+  Logger whole(c, 0.2), broken(c, 0.2);
+  const double end = c.under_way() + 25;
+  const auto at_a_row = [](const Live&) {};
+  whole.feed(end, at_a_row);
+  broken.feed(end - 0.12, at_a_row);
+  broken.skip(end - 0.02);
+  broken.feed(end, at_a_row);
+  const LiveState a = *whole.live().now(), b = *broken.live().now();
+  EXPECT_NEAR(a.time, b.time, 1e-6);
+  EXPECT_GT(b.sigmas.velocity.norm(), 1.2 * a.sigmas.velocity.norm());
+  EXPECT_LT((a.velocity - b.velocity).norm(), 5 * b.sigmas.velocity.norm());
 }
 
 TEST(Live, SaysWhatIsWrong) {

@@ -57,7 +57,9 @@ class Live {
 
   /// The state of the filter, `lag` behind the newest row. Nothing before the first fixes.
   std::optional<LiveState> state() const;
-  /// The state advanced to the newest row. It copies the filter, and costs as much as `lag` seconds of filtering.
+  /// The state advanced to the newest row. It copies the filter, and costs as much as filtering `lag` and
+  /// `pass_interval`, some 0.5 ms at 100 Hz. Rows since the last pass are taken as they came: no rest is seen in them,
+  /// and no single wrong row mended. Fixes since then are not in it.
   std::optional<LiveState> now() const;
 
   /// The filter itself, once the heading is known; else null.
