@@ -12,7 +12,7 @@ namespace piste {
 std::string fault_of(const Geodetic& place) {
   constexpr double kPi = std::numbers::pi, kHighest = 1e6;
   if (!(std::abs(place.latitude) <= kPi / 2)) {
-    return fmt::format("latitude {:.6f} deg is beyond 90 deg; are latitude and longitude interchanged?",
+    return fmt::format("latitude {:.6f} deg is beyond 90 deg; are latitude and longitude exchanged?",
                        place.latitude / kDegree);
   }
   if (!(std::abs(place.longitude) <= 2 * kPi)) {

@@ -7,6 +7,7 @@
 #include <complex>
 
 #include "piste/math/fourier.h"
+#include "piste/math/interruption.h"
 #include "piste/math/statistics.h"
 
 namespace piste {
@@ -184,6 +185,7 @@ struct Channel {
 };
 
 Channel channel(Correlator& fft, const Signal& x, const Series& y, const Series& weight, double step) {
+  check_interruption();
   const std::size_t nx = x.weight.size(), ny = y.size();
   const auto M = fft.transform(weight), Y = fft.transform(times(weight, y)),
              YY = fft.transform(times(weight, times(y, y)));
@@ -192,6 +194,7 @@ Channel channel(Correlator& fft, const Signal& x, const Series& y, const Series&
   std::array<Series, 3> sx, sxy;
   std::array<std::array<Series, 3>, 3> sxx;
   for (std::size_t i = 0; i < 3; ++i) {
+    check_interruption();
     const auto X = fft.transform(x.value[i]);
     sx[i] = fft.correlate(X, M);
     sxy[i] = fft.correlate(X, Y);
@@ -270,16 +273,19 @@ std::optional<ClockMatch> match_clocks(const ImuIntegral& imu, const Track& trac
   return match;
 }
 
-double turn_ratio(const ImuIntegral& imu, const Track& track, double offset) {
-  if (track.empty()) return 0;
-  const Grid grid = grid_of(imu, track);
+namespace {
+
+// The turn rates of the track beside what `value` makes of the IMU's integrals over the same time.
+template <class Value>
+Regression turns_on(const ImuIntegral& imu, const Track& track, double offset, const Grid& grid, const Value& value) {
   const TrackSignals motion = track_signals(track, grid);
   Regression r;
   for (std::size_t i = 0; i < motion.value[0].size(); ++i) {
     const double t = track.start() + static_cast<double>(i) * grid.step + offset;
     const double begin = t - grid.width / 2, end = t + grid.width / 2;
     if (motion.weight[0][i] == 0 || !imu.covers(begin, end)) continue;
-    const Vector3d x = (imu.at(end).angle - imu.at(begin).angle) / grid.width;
+    const ImuIntegral::Value a = imu.at(begin), b = imu.at(end);
+    const Vector3d x = value(Vector3d((b.angle - a.angle) / grid.width), Vector3d(b.velocity - a.velocity));
     const double y = motion.value[0][i];
     r.n += 1;
     r.y += y;
@@ -288,11 +294,41 @@ double turn_ratio(const ImuIntegral& imu, const Track& track, double offset) {
     r.xy += x * y;
     r.xx += x * x.transpose();
   }
+  return r;
+}
+
+// R² of the turns on the rates, and the coefficients.
+double told_by(const Regression& r, Vector3d& b) {
+  const double floor = 1e-4 * (r.xx / r.n - r.x / r.n * (r.x / r.n).transpose()).trace();
+  return r.fit(floor, 0, b);
+}
+
+}  // namespace
+
+double turn_ratio(const ImuIntegral& imu, const Track& track, double offset) {
+  if (track.empty()) return 0;
+  const Grid grid = grid_of(imu, track);
+  const Regression r = turns_on(imu, track, offset, grid, [](const Vector3d& rate, const Vector3d&) { return rate; });
   if (r.n * grid.step < kShortestOverlap) return 0;
   Vector3d b;
-  const double floor = 1e-4 * (r.xx / r.n - r.x / r.n * (r.x / r.n).transpose()).trace();
-  const bool told = r.fit(floor, 0, b) > kTold && b.norm() > 0;
+  const bool told = told_by(r, b) > kTold && b.norm() > 0;
   return told ? 1 / b.norm() : 0;
+}
+
+double turn_correlation(const ImuIntegral& imu, const Track& track, double offset) {
+  constexpr double kMost = 0.5;  // of what all three axes tell: else down is not where the force says
+  if (track.empty()) return 0;
+  const Grid grid = grid_of(imu, track);
+  const auto about_down = [](const Vector3d& rate, const Vector3d& force) {
+    return Vector3d(-rate.dot(force.normalized()), 0, 0);
+  };
+  const Regression all = turns_on(imu, track, offset, grid, [](const Vector3d&rate, const Vector3d&) { return rate; }),
+                   down = turns_on(imu, track, offset, grid, about_down);
+  if (all.n * grid.step < kShortestOverlap) return 0;
+  Vector3d b;
+  const double of_all = told_by(all, b), of_down = told_by(down, b);
+  if (!(of_all > kTold) || of_down < kMost * of_all) return 0;
+  return std::copysign(std::sqrt(of_down), b.x());
 }
 
 }  // namespace piste

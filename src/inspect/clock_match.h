@@ -17,4 +17,8 @@ std::optional<ClockMatch> match_clocks(const ImuIntegral& imu, const Track& trac
 /// determine it.
 double turn_ratio(const ImuIntegral& imu, const Track& track, double offset);
 
+/// Correlation of the gyroscopes' rate about down, as the mean force has it, with the turn rate of the track: negative
+/// where the track turns the other way round. 0 if that rate does not tell most of the turns.
+double turn_correlation(const ImuIntegral& imu, const Track& track, double offset);
+
 }  // namespace piste

@@ -110,7 +110,7 @@ std::optional<ColumnMap> mended(const ColumnMap& map, const LogMatch& match) {
   if (match.interval == 0 || !match.clock) return std::nullopt;
   ColumnMap changed = map;
   scale_rates(changed, match);
-  if (match.motion && match.motion->gravity) {
+  if (match.motion && match.motion->gravity && !match.motion->track_mirrored()) {
     // Where the forces are mirrored, minus them are not, and turn as the fit says.
     const bool increments = changed.find("dtheta") != nullptr;
     const Matrix3d sign = match.motion->mirrored ? Matrix3d(-Matrix3d::Identity()) : Matrix3d::Identity();

@@ -36,8 +36,11 @@ void suspect_velocity(const VelocityFit& fit, const std::string& file, std::vect
   const bool horizontal = fit.axes.topLeftCorner<2, 2>().isIdentity();
   if (fit.interchanged) {
     add(LogFault::kLatitudeLongitude,
-        "the velocities fit the positions once latitude and longitude are interchanged: " + better,
-        "interchange the columns latitude_deg and longitude_deg");
+        fmt::format("latitude and longitude are exchanged, it seems: the velocities{} fit the positions once they are "
+                    "interchanged, {}",
+                    horizontal ? "" : ", with north and east exchanged as well,", better),
+        fmt::format("interchange the columns latitude_deg and longitude_deg{}",
+                    horizontal ? "" : ", and those of the velocities north and east"));
   } else if (!horizontal) {
     add(LogFault::kVelocityEastNorth,
         fmt::format("the columns velocity north, east, down hold {}: {}", column_names(fit.axes), better),

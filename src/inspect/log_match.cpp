@@ -10,6 +10,7 @@
 #include "piste/core/time_search.h"
 #include "piste/math/statistics.h"
 #include "rest_match.h"
+#include "velocity_fit.h"
 
 namespace piste {
 namespace {
@@ -41,31 +42,19 @@ std::string axes_text(const Matrix3d& axes) {
   return text;
 }
 
-LogMatch match(const ImuRecording& imu, const GnssRecording& gnss, const GnssHealth& health,
-               const std::vector<Interval>& rest) {
-  LogMatch m;
-  if (imu.time.size() < 3 || gnss.fixes.size() < 3) return m;
-  const ImuIntegral integral(imu);
-  m.imu = {imu.time.front(), imu.time.back()};
-  m.gnss = {gnss.fixes.front().time, gnss.fixes.back().time};
-  m.interval = integral.interval();
-  m.increments = imu.increments;
-  m.overlap = overlap(m.imu, m.gnss);
-  if (!times_are_seconds(m, health.sampling.interval)) {
-    m.interval = 0;
-    return m;
-  }
-  constexpr double kWellTold = 0.05;  // s
+namespace {
+
+// Finds clock, axes and units with this track.
+void compare(LogMatch& m, const ImuIntegral& integral, const Track& track, const GnssHealth& health,
+             const std::vector<Interval>& rest) {
   // A body turns somewhat before its track or after it, and between two fixes the track is not known: over simulated
   // runs with skis and bicycles the offset was wrong by 0.012 s with ten fixes a second, by 0.03 to 0.06 s with one.
   constexpr double kTurnsEarly = 0.01, kBetweenFixes = 0.06;  // s; parts of the interval between fixes
-  m.velocities_may_be_late = health.velocities > 0 && !(health.velocity && health.velocity->sigma_delay < kWellTold);
-  const Track track(gnss, health);
   m.clock = match_clocks(integral, track);
   const auto compare_motion = [&] {
     const double offset = m.clock ? m.clock->offset : 0;
     m.turn_ratio = turn_ratio(integral, track, offset);
-    m.motion = match_motion(integral, imu.increments, track, health.rest, offset, m.turn_ratio);
+    m.motion = match_motion(integral, m.increments, track, health.rest, offset, m.turn_ratio);
   };
   compare_motion();
   const auto confirm = [&] {
@@ -82,12 +71,55 @@ LogMatch match(const ImuRecording& imu, const GnssRecording& gnss, const GnssHea
     confirm();
     if (!m.clock) m.clock = ClockMatch{.offset = *roughly, .sigma = kRestSigma, .by_rest = true};
   }
-  m.force = median_force(imu, m.interval);
+  if (!m.clock || !m.clock->by_rest) {
+    m.turn_correlation = turn_correlation(integral, track, m.clock ? m.clock->offset : 0);
+  }
   if (m.clock && m.motion && m.motion->sigma_clock > 0) {
     m.clock->offset += m.motion->clock_rest;
     m.clock->sigma = m.motion->sigma_clock;
   }
   if (m.clock) m.clock->sigma = std::hypot(m.clock->sigma, kTurnsEarly, kBetweenFixes * health.sampling.interval);
+}
+
+// The same of the track with latitude and longitude interchanged, if the labels fit that far better.
+std::optional<LogMatch> compared_interchanged(const LogMatch& m, const ImuIntegral& integral, GnssRecording gnss,
+                                              const GnssHealth& health, const std::vector<Interval>& rest) {
+  constexpr double kClearly = 0.8;  // of the residual
+  const bool fits = m.motion && m.motion->as_given() && m.turn_correlation > 0;
+  if (fits || health.velocities > 0 || !may_be_interchanged(gnss.fixes)) return std::nullopt;
+  gnss.fixes = interchanged(std::move(gnss.fixes));
+  const GnssHealth other_health = gnss_health(gnss);
+  LogMatch other = m;
+  other.motion.reset();
+  other.turn_correlation = 0;
+  compare(other, integral, Track(gnss, other_health), other_health, rest);
+  const bool as_given = other.motion && other.motion->as_given() && !(other.turn_correlation < 0);
+  if (!as_given || (m.motion && other.motion->residual > kClearly * m.motion->residual)) return std::nullopt;
+  other.interchanged = true;
+  return other;
+}
+
+}  // namespace
+
+LogMatch match(const ImuRecording& imu, const GnssRecording& gnss, const GnssHealth& health,
+               const std::vector<Interval>& rest) {
+  constexpr double kWellTold = 0.05;  // s
+  LogMatch m;
+  if (imu.time.size() < 3 || gnss.fixes.size() < 3) return m;
+  const ImuIntegral integral(imu);
+  m.imu = {imu.time.front(), imu.time.back()};
+  m.gnss = {gnss.fixes.front().time, gnss.fixes.back().time};
+  m.interval = integral.interval();
+  m.increments = imu.increments;
+  m.overlap = overlap(m.imu, m.gnss);
+  if (!times_are_seconds(m, health.sampling.interval)) {
+    m.interval = 0;
+    return m;
+  }
+  m.velocities_may_be_late = health.velocities > 0 && !(health.velocity && health.velocity->sigma_delay < kWellTold);
+  m.force = median_force(imu, m.interval);
+  compare(m, integral, Track(gnss, health), health, rest);
+  if (auto other = compared_interchanged(m, integral, gnss, health, rest)) return std::move(*other);
   return m;
 }
 

@@ -148,10 +148,14 @@ void suspect_axes(const MotionMatch& motion, const std::string& file, std::vecto
     add(LogFault::kAxesMirrored,
         fmt::format("the axes are left-handed: as logged, forward, right, down are {}; {}", motion.axes, left),
         "two axes are interchanged or one is reversed, of gyroscopes and accelerometers alike: put that right in the "
-        "file");
+        "file.");
+  } else if (motion.track_mirrored()) {
+    return;  // suspect_track() says so
   } else if (motion.mirrored && motion.gyro_axes.isIdentity()) {
     add(LogFault::kAccelSign, "the motion fits the track with the forces reversed: " + left,
-        "reverse the signs of the accelerometers: at rest the axis that points up reads +9.8 m/s^2");
+        "reverse the signs of the accelerometers: at rest the axis that points up reads +9.8 m/s^2. A track with "
+        "latitude "
+        "and longitude, or east and north, exchanged looks the same");
   } else if (motion.mirrored) {
     add(LogFault::kGyroAxes,
         fmt::format("the accelerometers' axes are left-handed: in those of the gyroscopes they are {}; {}",
@@ -166,12 +170,43 @@ void suspect_axes(const MotionMatch& motion, const std::string& file, std::vecto
   }
 }
 
+// A track that turns the other way round, or did before latitude and longitude were interchanged.
+void suspect_track(const LogMatch& m, const std::string& file, std::vector<Suspicion>& found) {
+  const auto add = adding_to(found, file);
+  if (m.interchanged) {
+    add(LogFault::kLatitudeLongitude,
+        fmt::format(
+            "latitude and longitude are exchanged, it seems: the track is that of the IMU's motion once they are "
+            "interchanged ({:.2g} m/s rms are left of its velocities over 5 s), and mirrored as it stands",
+            m.motion->residual),
+        "interchange the columns latitude_deg and longitude_deg");
+    return;
+  }
+  const std::string remedy =
+      "are its latitude and longitude, or its east and north, exchanged? Else the accelerometers' signs, or the axes "
+      "of "
+      "the IMU, are not as its columns say";
+  if (m.motion && m.motion->track_mirrored()) {
+    add(LogFault::kTrackMirrored,
+        fmt::format("the track is the mirror image of the motion of the IMU: {:.2g} m/s rms are left of the velocities "
+                    "over 5 s where {:.2g} m/s are as it stands",
+                    m.motion->residual, m.motion->residual_as_given),
+        remedy);
+  } else if (m.turn_correlation < 0 && (!m.motion || m.motion->as_given())) {
+    add(LogFault::kTrackMirrored,
+        fmt::format("the track turns left where the gyroscopes turn right (correlation of the turn rates {:.2f})",
+                    m.turn_correlation),
+        remedy);
+  }
+}
+
 }  // namespace
 
 std::vector<Suspicion> suspicions(const LogMatch& m, const std::string& imu_file, const std::string& gnss_file) {
   std::vector<Suspicion> found;
   if (m.interval == 0) return found;  // the rows themselves are wrong, which has its own suspicion
   suspect_clock(m, imu_file, gnss_file, found);
+  suspect_track(m, gnss_file, found);
   suspect_units(m, log_factors(m), imu_file, found);
   if (m.motion) {
     suspect_axes(*m.motion, imu_file, found);

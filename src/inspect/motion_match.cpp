@@ -7,6 +7,7 @@
 
 #include "motion_fit.h"
 #include "motion_windows.h"
+#include "piste/math/interruption.h"
 #include "piste/math/statistics.h"
 #include "piste/math/units.h"
 #include "piste/math/wahba.h"
@@ -53,6 +54,7 @@ std::vector<Reading> read_all_ways(const std::vector<MotionWindow>& windows, con
   std::vector<Reading> all;
   for (const double factor : factors) {
     for (const Matrix3d& axes : signed_permutations()) {
+      check_interruption();
       std::array<Reading, 4> four;
       for (std::size_t i = 0; i < 4; ++i) {
         const bool mirrored = i % 2 != 0, gravity = i < 2;
@@ -109,6 +111,7 @@ std::optional<ClockRest> clock_rest(const MotionSource& source, const std::vecto
   constexpr double kSteps = 6;                        // to either side
   std::array<double, 13> left{};
   for (std::size_t i = 0; i < left.size(); ++i) {
+    check_interruption();
     std::vector<MotionWindow> moved;
     moved.reserve(windows.size());
     for (const MotionWindow& w : windows) {

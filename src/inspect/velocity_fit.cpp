@@ -95,18 +95,11 @@ std::vector<VelocityReading> readings() {
       all.push_back({axes, unit.scale, false, oddity_of(axes) + (unit.scale == 1 ? 0 : 2)});
     }
   }
+  // Where who wrote the log took east for north, the velocities may have it so as well.
+  const Matrix3d east_north = Matrix3d{{0, 1, 0}, {1, 0, 0}, {0, 0, 1}};
   all.push_back({.interchanged = true, .oddity = 4});
+  all.push_back({.axes = east_north, .interchanged = true, .oddity = 5});
   return all;
-}
-
-std::vector<GeodeticFix> interchanged(std::vector<GeodeticFix> fixes) {
-  for (GeodeticFix& f : fixes) std::swap(f.position.latitude, f.position.longitude);
-  return fixes;
-}
-
-bool may_be_interchanged(const std::vector<GeodeticFix>& fixes) {
-  return std::all_of(fixes.begin(), fixes.end(),
-                     [](const GeodeticFix& f) { return std::abs(f.position.longitude) < std::numbers::pi / 2; });
 }
 
 // The delay, by least squares of the residuals of the velocities on −acceleration: v(t) ≈ p'(t) − delay p''(t).
@@ -169,6 +162,16 @@ Positions positions_of(const std::vector<GeodeticFix>& fixes) {
   p.reserve(fixes.size());
   for (const GeodeticFix& f : fixes) p.push_back(world.from_geodetic(f.position));
   return p;
+}
+
+std::vector<GeodeticFix> interchanged(std::vector<GeodeticFix> fixes) {
+  for (GeodeticFix& f : fixes) std::swap(f.position.latitude, f.position.longitude);
+  return fixes;
+}
+
+bool may_be_interchanged(const std::vector<GeodeticFix>& fixes) {
+  return std::all_of(fixes.begin(), fixes.end(),
+                     [](const GeodeticFix& f) { return std::abs(f.position.longitude) < std::numbers::pi / 2; });
 }
 
 std::string_view speed_unit_name(double scale) { return speed_unit(scale).name; }

@@ -13,6 +13,10 @@ namespace piste {
 using Positions = std::vector<Vector3d>;
 Positions positions_of(const std::vector<GeodeticFix>& fixes);
 
+/// The fixes with latitude and longitude interchanged, and whether all longitudes may be latitudes.
+std::vector<GeodeticFix> interchanged(std::vector<GeodeticFix> fixes);
+bool may_be_interchanged(const std::vector<GeodeticFix>& fixes);
+
 /// Speed [m/s] above which a receiver certainly moves.
 inline constexpr double kSurelyMoving = 1;
 

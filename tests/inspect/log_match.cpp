@@ -202,6 +202,61 @@ TEST(LogMatch, SeesThatGravityWasTakenOut) {
   }
 }
 
+// Without velocities it is the gyroscopes that show that a track is mirrored: its turns have the other sign, and where
+// latitude and longitude are exchanged, it is stretched as well.
+TEST(LogMatch, ExchangedCoordinatesWithoutVelocities) {
+  for (const Logs& clean : spoilt_logs()) {
+    if (std::abs(clean.gnss.fixes.front().position.longitude) > 90 * kDegree) continue;
+    Logs logs = clean;
+    for (GeodeticFix& f : logs.gnss.fixes) f.velocity.reset();
+    const LogMatch straight = match(logs.imu, logs.gnss, gnss_health(logs.gnss));
+    EXPECT_GE(straight.turn_correlation, 0) << logs.name;
+    EXPECT_FALSE(straight.interchanged) << logs.name;
+    for (GeodeticFix& f : logs.gnss.fixes) std::swap(f.position.latitude, f.position.longitude);
+    const LogMatch m = match(logs.imu, logs.gnss, gnss_health(logs.gnss));
+    const std::vector<Suspicion> all = look_at(logs);
+    fmt::print("{:26} turns {:+.2f}, exchanged {:+.2f}{}; left {:.3f} and {:.3f} m/s\n", logs.name,
+               straight.turn_correlation, m.turn_correlation, m.interchanged ? ", found by the motion" : "",
+               straight.motion ? straight.motion->residual : 0, m.motion ? m.motion->residual : 0);
+    const LogFault fault = clips(logs) ? LogFault::kTrackMirrored : LogFault::kLatitudeLongitude;
+    expect_first(all, fault, logs.name);
+    ASSERT_FALSE(all.empty());
+    EXPECT_TRUE(contains(all.front().what + all.front().remedy, "exchanged")) << listed(all);
+    EXPECT_TRUE(contains(all.front().what + all.front().remedy, "latitude and longitude")) << listed(all);
+  }
+}
+
+// East for north keeps the scale: forces with the other sign would look the same, and both are named.
+TEST(LogMatch, EastForNorthInPositions) {
+  Logs logs = clean_logs().front();
+  const World world(logs.gnss.fixes.front().position);
+  for (GeodeticFix& f : logs.gnss.fixes) {
+    const Vector3d p = world.from_geodetic(f.position);
+    f.position = world.to_geodetic(Vector3d(p.y(), p.x(), p.z()));
+    f.velocity.reset();
+  }
+  const std::vector<Suspicion> all = look_at(logs);
+  expect_first(all, LogFault::kTrackMirrored, logs.name);
+  EXPECT_TRUE(contains(all.front().remedy, "or its east and north, exchanged?")) << listed(all);
+  EXPECT_TRUE(contains(all.front().remedy, "the accelerometers' signs")) << listed(all);
+}
+
+// Who writes east before north does so of positions and of velocities.
+TEST(LogMatch, ExchangedCoordinatesAndVelocities) {
+  for (const Logs& clean : spoilt_logs()) {
+    const GeodeticFix& first = clean.gnss.fixes.front();
+    if (!first.velocity || std::abs(first.position.longitude) > 90 * kDegree) continue;
+    Logs logs = clean;
+    for (GeodeticFix& f : logs.gnss.fixes) {
+      std::swap(f.position.latitude, f.position.longitude);
+      if (f.velocity) std::swap(f.velocity->value.x(), f.velocity->value.y());
+    }
+    const std::vector<Suspicion> all = look_at(logs);
+    expect_first(all, LogFault::kLatitudeLongitude, logs.name);
+    EXPECT_TRUE(contains(all.front().remedy, "those of the velocities")) << listed(all);
+  }
+}
+
 // A sensor in any of the 24 positions is no fault, and its axes are found.
 TEST(LogMatch, TurnedAxesAreFound) {
   const Logs& clean = clean_logs().front();

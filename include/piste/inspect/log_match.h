@@ -18,8 +18,12 @@
 /// of the labels: every unit that the turns of the track allow, every signed permutation between gyroscopes and
 /// accelerometers, det R = +1 and −1, forces with and without gravity. The residuals show which reading is right. det R
 /// = −1 with reversed gyroscopes means that the IMU's axes are mirrored; with the gyroscopes as they are, that the IMU
-/// gives minus the specific force. A reading that differs from the labels is accepted only if its residuals are small,
-/// and far smaller than those of the labels in nearly all windows. Windows in which a sensor clips are not used.
+/// gives minus the specific force, or that the track is mirrored. A reading that differs from the labels is accepted
+/// only if its residuals are small, and far smaller than those of the labels in nearly all windows. Windows in which a
+/// sensor clips are not used.
+///
+/// **Mirrored tracks.** Where the log has no velocities, and the labels do not fit, all is done once more with latitude
+/// and longitude interchanged, which mirrors the track and, but at one latitude, stretches it.
 
 #include <optional>
 #include <string>
@@ -66,6 +70,9 @@ struct MotionMatch {
   double margin = 0;                   ///< by how much more the second best axes are rotated [rad]
   std::vector<std::string> as_likely;  ///< other axes that are hardly more rotated: the IMU sits between them
 
+  /// Whether it is the track that is mirrored, as far as one can tell: forces with the other sign look the same, and
+  /// then an IMU that is upright by this would hang upside down.
+  bool track_mirrored() const { return mirrored && gyro_axes.isIdentity() && R_bs(2, 2) > 0; }
   bool as_given() const { return gyro_factor == 1 && gyro_axes.isIdentity() && !mirrored && gravity; }
 };
 
@@ -79,8 +86,13 @@ struct LogMatch {
   std::optional<MotionMatch> motion;
   bool clock_told = false;  ///< whether a log tells the IMU's clock, and `clock` is what the motion says beyond it
   bool velocities_may_be_late = false;  ///< positions do not tell; an offset below a second may be theirs
-  double turn_ratio = 0;                ///< the turn rate of the gyroscopes over that of the track; 0 if unknown
-  double force = 0;                     ///< median magnitude of the specific force [m/s²], by its label
+  /// Whether this is of the track with latitude and longitude interchanged, as no motion of the IMU is that of the log.
+  bool interchanged = false;
+  /// Correlation of the IMU's rate about down with the turn rate of the track. Negative: one of the two is mirrored. 0:
+  /// unknown.
+  double turn_correlation = 0;
+  double turn_ratio = 0;  ///< the turn rate of the gyroscopes over that of the track; 0 if unknown
+  double force = 0;       ///< median magnitude of the specific force [m/s²], by its label
 };
 
 /// Compares an IMU's log with a receiver's. `rest`: when the IMU rests (ImuHealth), which tells the clocks roughly

@@ -25,6 +25,7 @@ enum class LogFault {
   kAxesMirrored,        ///< of the whole IMU: two axes interchanged, or one reversed
   kGyroAxes,            ///< the gyroscopes' axes are not the accelerometers'
   kLatitudeLongitude,   ///< interchanged
+  kTrackMirrored,       ///< it turns the other way round than the gyroscopes
   kVelocityEastNorth,   ///< east-north for north-east
   kVelocityUp,          ///< up for down
   kVelocityUnit,        ///< km/h or knots
