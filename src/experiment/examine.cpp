@@ -116,6 +116,7 @@ void state_velocity_sigma(InspectedLog& l) {
   }
   const double measured = std::max(kLeast, 2 * fit->residual);
   if (first == nullptr || first->sigma.x() < kCoarser * measured) return;
+  l.coarse_velocity_sigma = first->sigma.x();
   l.log.sigma_velocity = Vector3d::Constant(std::ceil(10 * measured) / 10);
   read_once_more(l, l.gnss, read_gnss);
   l.gnss_health = gnss_health(l.gnss);

@@ -16,6 +16,11 @@
 #include "piste/math/units.h"
 
 namespace piste {
+
+bool uses_velocities(const InspectedLog& log) {
+  return log.gnss_health->velocities > 0 && !(log.calibration && log.calibration->velocities_contradict);
+}
+
 namespace {
 
 constexpr double kSureClock = 0.02;    // s: 1-sigma with which the motion tells the clock
@@ -45,7 +50,9 @@ Vector3d mean_of(const std::vector<Vector3d>& values) {
 }
 
 std::string file_keys(const InspectedLog& log, const std::string& folder, std::string_view indent) {
-  std::string text = fmt::format("file: {}\n", yaml_text(path_from(folder, log.log.file)));
+  // What is in memory is written beside the configuration.
+  std::string text =
+      fmt::format("file: {}\n", yaml_text(log.log.content ? log.log.file : path_from(folder, log.log.file)));
   if (!log.log.accel_file.empty()) {
     text += fmt::format("{}accel_file: {}\n", indent, yaml_text(path_from(folder, log.log.accel_file)));
   }
@@ -116,10 +123,6 @@ struct LateVelocities {
   double delay, sigma, prior;
 };
 
-bool uses_velocities(const InspectedLog& log) {
-  return log.gnss_health->velocities > 0 && !(log.calibration && log.calibration->velocities_contradict);
-}
-
 // By the IMU's clock with the offset that is written.
 std::optional<LateVelocities> late_velocities(const InspectedLog& log, double written_offset) {
   if (!uses_velocities(log)) return std::nullopt;
@@ -182,6 +185,17 @@ std::string InspectedLog::repaired() const {
   std::string text = fmt::format("{} rows sorted, {} of a repeated time dropped", rows.sorted, rows.dropped);
   if (rows.unreadable > 0) text += fmt::format(", {} left out as unreadable", rows.unreadable);
   return text;
+}
+
+std::string Calibration::why_no_arm() const {
+  if (tells_arm()) return {};
+  const std::string found =
+      fmt::format("{:.2f} {:.2f} {:.2f} m +- {:.2f} {:.2f} {:.2f} (forward right down)", lever_arm.x(), lever_arm.y(),
+                  lever_arm.z(), lever_arm_sigma.x(), lever_arm_sigma.y(), lever_arm_sigma.z());
+  return fits()
+             ? fmt::format("The motion tells the lever arm too roughly to be used: {}.", found)
+             : fmt::format("The filter rejected {} of {} measurements, so that the lever arm it found is not used: {}.",
+                           rejected, used + rejected, found);
 }
 
 const LogMatch* Inspection::first_match() const {
@@ -294,6 +308,42 @@ Priors priors_after(const Calibration& found, Priors priors) {
   return priors;
 }
 
+std::optional<double> written_velocity_delay(const Inspection& inspection, const InspectedLog& receiver) {
+  if (!receiver.left_out.empty()) return std::nullopt;
+  const auto late = late_velocities(receiver, guess_conditioning(inspection).clock_offset);
+  return late ? std::optional(late->delay) : std::nullopt;
+}
+
+void advise_as_written(Inspection& inspection) {
+  const auto receiver_of = [&](const Suspicion& s) -> const InspectedLog* {
+    const auto imu = inspection.first(LogKind::kImu), gnss = inspection.first(LogKind::kGnss);
+    if (imu && gnss && inspection.logs[*imu].log.file == s.file) return &inspection.logs[*gnss];
+    const auto place = std::ranges::find_if(inspection.logs, [&](const InspectedLog& log) {
+      return log.log.file == s.file && log.is(LogKind::kGnss) && log.gnss_health;
+    });
+    return place == inspection.logs.end() ? nullptr : &*place;
+  };
+  for (Suspicion& s : inspection.suspicions) {
+    if (s.fault != LogFault::kVelocityDelay) continue;
+    const InspectedLog* receiver = receiver_of(s);
+    if (receiver == nullptr || !receiver->left_out.empty()) continue;
+    if (!uses_velocities(*receiver)) {
+      s.remedy =
+          "nothing: the configuration leaves the velocities out (`use: position`), as they contradict the positions";
+      const auto& fit = receiver->gnss_health->velocity;
+      if (const auto delay = fit ? fit->known_delay() : std::nullopt) {
+        s.remedy += fmt::format("; to use them all the same, `use: position velocity` and `velocity_delay: {} s`",
+                                with_decimals(*delay, 3));
+      }
+    } else if (const auto delay = written_velocity_delay(inspection, *receiver)) {
+      s.remedy = fmt::format(
+          "`velocity_delay: {} s` in its `gnss:` source says so, as the configuration does; replay "
+          "estimates it from there",
+          with_decimals(*delay, 3));
+    }
+  }
+}
+
 std::optional<std::string> ready_config(const Inspection& inspection, const std::string& folder,
                                         const std::string& sensor_file) {
   const auto first = inspection.first(LogKind::kImu);
@@ -344,15 +394,19 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
           with_decimals(arm.x(), 2), with_decimals(arm.y(), 2), with_decimals(arm.z(), 2), sigma.x(), sigma.y(),
           sigma.z());
     } else {
-      text += "    lever_arm: 0 0 0 m            # measure it: from the IMU to the antenna, forward right down\n";
+      text += fmt::format(
+          "{}    lever_arm: 0 0 0 m            # measure it: from the IMU to the antenna, forward right down\n",
+          log.calibration ? fmt::format("    # {}\n", log.calibration->why_no_arm()) : "");
     }
     if (log.log.sigma) {
       text += fmt::format("    sigma: {} {} {} m                # the log has none: north east down\n",
                           plain(log.log.sigma->x()), plain(log.log.sigma->y()), plain(log.log.sigma->z()));
     }
     if (log.log.sigma_velocity) {
-      text += fmt::format("    sigma_velocity: {} m/s         # measured: the log does not tell it\n",
-                          plain(log.log.sigma_velocity->x()));
+      text += fmt::format("    sigma_velocity: {} m/s         # {}\n", plain(log.log.sigma_velocity->x()),
+                          log.coarse_velocity_sigma > 0
+                              ? fmt::format("measured: the log states {} m/s for all", plain(log.coarse_velocity_sigma))
+                              : "the log has none");
     }
     if (const auto late = late_velocities(log, imu.clock_offset)) {
       text += fmt::format("    velocity_delay: {} s       # as the motion has it, +- {:.3f}\n",

@@ -230,7 +230,10 @@ std::vector<InspectionSheet> inspection_sheets(const Inspection& inspection) {
       sheet.add("lever arm",
                 fmt::format("{} +- {} (forward right down), from a filter that took {} and rejected {} measurements",
                             three(found.lever_arm, 1, "{:.2f}", "m"), three(found.lever_arm_sigma, 1, "{:.2f}", "m"),
-                            found.used, found.rejected));
+                            found.used, found.rejected) +
+                    (found.fits() && found.in_housing ? "; IMU and antenna are taken to be in one housing"
+                     : !found.tells_arm()             ? "; it is not in the configuration: too rough, or not fitting"
+                                                      : ""));
       sheet.add("in motion",
                 fmt::format("clock {:.4f} s +- {:.4f} s, drift {:.1f} ppm; noise {} deg/s/sqrt(Hz), {} ug/sqrt(Hz)",
                             found.clock_offset, found.clock_sigma, 1e6 * found.clock_drift,

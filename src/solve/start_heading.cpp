@@ -59,7 +59,8 @@ Pointing point_by_reference(const Log& log, const FilterOptions& options, const 
   const auto next = std::find_if(fixes.begin(), fixes.end(), [&](const auto& f) { return f.time >= start.time; });
   const AttitudeFix& fix = next == fixes.end() ? fixes.back() : *next;
   GyroBias bias = bias_before(log, options, fix.time);
-  Pointing p{Quaterniond::Identity(), options.behaviour.start.reference_sigma, "heading from the reference attitude"};
+  Pointing p{Quaterniond::Identity(), options.behaviour.start.reference_sigma,
+             "heading at the start from the reference attitude"};
   if (options.estimates(Block::kBoresight)) {
     if (const auto mounting = find_mounting(log, options.attitude)) {
       const Vector3d down_r = fix.q_wr.conjugate() * (q_wn * Vector3d::UnitZ());
@@ -91,7 +92,7 @@ Pointing point_by_heading(const Log& log, const FilterOptions& options, const Re
                 : start_on_the_move(log, options, receiver, start.time, value, heading.sigma).x.q_wb;
   };
   if (heading.source == InitialHeading::Source::kValue)
-    return {levelled_to(heading.value), heading.sigma, "heading from the configuration"};
+    return {levelled_to(heading.value), heading.sigma, "heading at the start from the configuration"};
   if (log.magnetic.empty())
     throw DataError("start", "from_magnetometer needs the columns mag_x_uT, mag_y_uT, mag_z_uT in the IMU log");
   const auto field = first_at_or_after(log.magnetic, start.time);
@@ -100,7 +101,8 @@ Pointing point_by_heading(const Log& log, const FilterOptions& options, const Re
   check_dip(magnetic, shown);
   // At a dip of 60 deg a tilt turns the azimuth by twice as much.
   return {levelled_to(azimuth(magnetic.earth) - azimuth(shown)),
-          std::hypot(heading.sigma, 2 * options.behaviour.start.tilt_sigma), "heading from the magnetometer"};
+          std::hypot(heading.sigma, 2 * options.behaviour.start.tilt_sigma),
+          "heading at the start from the magnetometer"};
 }
 
 }  // namespace piste

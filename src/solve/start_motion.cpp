@@ -153,13 +153,14 @@ FoundStart start_from_motion(const Log& log, const FilterOptions& options, const
   const Matrix3d attitude = R_nw * found.start.covariance.block<3, 3>(6, 6) * R_nw.transpose();
   const double heading = to_euler(q_nb).z(), sigma = euler_sigma(q_nb, attitude).z();
   if (!found.resolved) {
-    return {found.start,
-            fmt::format("the heading is not known: the motion does not tell it; {:.0f} deg ± {:.0f} is the "
-                        "likeliest, and `initial: {{heading: … deg}}` gives it",
-                        heading / kDegree, sigma / kDegree)};
+    return {
+        found.start,
+        fmt::format("the heading at the start is not known: the motion does not tell it; {:.0f} deg ± {:.0f} is the "
+                    "likeliest, and `initial: {{heading: … deg}}` gives it",
+                    heading / kDegree, sigma / kDegree)};
   }
   return {found.start,
-          fmt::format("heading {:.1f} deg ± {:.2f}, found from the motion until t = {:.1f} s", heading / kDegree,
+          fmt::format("heading at the start {:.1f} deg ± {:.2f}, from the motion until t = {:.1f} s", heading / kDegree,
                       sigma / kDegree, found.until),
           found.until + options.behaviour.start.look_back};
 }

@@ -55,6 +55,71 @@ TEST(ReadyConfig, LeverArmAsTheMotionHasIt) {
   EXPECT_TRUE(contains(config_of(found), "priors: {lever_arm: 1 m")) << config_of(found);
 }
 
+// What was found and is not written is said beside the key.
+TEST(ReadyConfig, SaysWhyALeverArmThatWasFoundIsNotWritten) {
+  Calibration found = calibration();
+  found.lever_arm_sigma.y() = 0.6;
+  EXPECT_TRUE(contains(config_of(found), "too roughly to be used: 1.00 2.00 3.00 m +- 0.10 0.60 0.10 ("))
+      << config_of(found);
+  found.rejected = 500;
+  EXPECT_TRUE(contains(config_of(found), "The filter rejected 500 of 1500 measurements")) << config_of(found);
+  Inspection without = calibrated(found);
+  without.logs[1].calibration.reset();
+  const std::string config = ready_config(without, ".", "sensor.yaml").value_or("none");
+  EXPECT_TRUE(contains(config, "    lever_arm: 0 0 0 m            # measure it")) << config;
+  EXPECT_FALSE(contains(config, "roughly")) << config;
+}
+
+// A column that is there is not called missing.
+TEST(ReadyConfig, SaysWhereTheSigmaOfVelocitiesIsFrom) {
+  Inspection inspection = calibrated(calibration());
+  inspection.logs[1].log.sigma_velocity = Vector3d::Constant(0.5);
+  const auto config = [&] { return ready_config(inspection, ".", "sensor.yaml").value_or("none"); };
+  EXPECT_TRUE(contains(config(), "sigma_velocity: 0.5 m/s         # the log has none")) << config();
+  inspection.logs[1].coarse_velocity_sigma = 20;
+  EXPECT_TRUE(contains(config(), "# measured: the log states 20 m/s for all")) << config();
+}
+
+// What is advised of a delay is what is written.
+TEST(ReadyConfig, TheDelayThatIsWritten) {
+  Calibration found = calibration();
+  found.velocity_delay = 0.1;
+  found.velocity_delay_sigma = 0.002;
+  Inspection inspection = calibrated(found);
+  EXPECT_EQ(written_velocity_delay(inspection, inspection.logs[1]), 0.1);
+  EXPECT_TRUE(uses_velocities(inspection.logs[1]));
+  inspection.logs[1].calibration->velocities_contradict = true;
+  EXPECT_FALSE(written_velocity_delay(inspection, inspection.logs[1]));
+  EXPECT_FALSE(uses_velocities(inspection.logs[1]));
+  EXPECT_FALSE(contains(ready_config(inspection, ".", "sensor.yaml").value_or(""), "velocity_delay:"));
+}
+
+// What is advised is accepted where it is added to what is written.
+TEST(ReadyConfig, AdvisesWhatItWrites) {
+  Calibration found = calibration();
+  found.velocity_delay = 0.13;
+  found.velocity_delay_sigma = 0.002;
+  Inspection inspection = calibrated(found);
+  inspection.logs[1].gnss_health->velocity.emplace();
+  inspection.logs[1].gnss_health->velocity->delay = 0.128;
+  inspection.logs[1].gnss_health->velocity->sigma_delay = 0.001;
+  const auto advice = [&](const std::string& file) {
+    inspection.suspicions = {{LogFault::kVelocityDelay, file, "they come late", "?"}};
+    advise_as_written(inspection);
+    return inspection.suspicions[0].remedy;
+  };
+  for (const char* file : {"imu.csv", "gnss.csv"}) {
+    EXPECT_TRUE(contains(advice(file), "`velocity_delay: 0.130 s`")) << advice(file);
+  }
+  EXPECT_TRUE(contains(ready_config(inspection, ".", "sensor.yaml").value_or(""), "velocity_delay: 0.130 s "));
+  inspection.logs[1].calibration->velocities_contradict = true;
+  EXPECT_TRUE(contains(ready_config(inspection, ".", "sensor.yaml").value_or(""), "use: position  "));
+  for (const char* file : {"imu.csv", "gnss.csv"}) {
+    EXPECT_TRUE(contains(advice(file), "leaves the velocities out (`use: position`)")) << advice(file);
+    EXPECT_TRUE(contains(advice(file), "`use: position velocity` and `velocity_delay: 0.128 s`")) << advice(file);
+  }
+}
+
 // The same velocities at the same rows of the IMU, whatever clock is written.
 TEST(ReadyConfig, VelocitiesAreWhereTheyAreInTheImusLog) {
   Calibration found = calibration();

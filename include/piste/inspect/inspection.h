@@ -50,6 +50,8 @@ struct Calibration {
     constexpr double kTellingSigma = 0.5;  // m
     return fits() && lever_arm_sigma.maxCoeff() < kTellingSigma;
   }
+  /// Why a configuration does not have the lever arm that was found, in a sentence; nothing if the motion tells it.
+  std::string why_no_arm() const;
 };
 
 /// The clock of a phone or logger against GPS time, from the two times that its receiver's log gives for each fix: GPS
@@ -79,6 +81,8 @@ struct InspectedLog {
   std::optional<Calibration> calibration;  ///< of the first IMU beside a receiver, if the filter could run
   /// Of a receiver whose log has two times: the clock of what logged it.
   std::optional<ReceiverClock> clock = {};
+  /// What a receiver states for all of its velocities, which are far better than that [m/s]; 0: nothing of that kind.
+  double coarse_velocity_sigma = 0;
   std::string left_out = {};  ///< why a configuration does not use it; empty: it does
 
   bool is(LogKind kind) const { return guess && guess->kind == kind; }
@@ -133,6 +137,15 @@ ImuConditioning guess_conditioning(const Inspection& inspection);
 
 /// The priors that a replay of the same logs is told after a calibration: loose, as it sees the same motion again.
 Priors priors_after(const Calibration& found, Priors priors = {});
+
+/// Whether ready_config() has a receiver's velocities used.
+bool uses_velocities(const InspectedLog& receiver);
+
+/// The `velocity_delay` [s] that ready_config() writes for a receiver; nothing where it writes none.
+std::optional<double> written_velocity_delay(const Inspection& inspection, const InspectedLog& receiver);
+
+/// Says of velocities that come late what ready_config() has of them, so that the advice and what is written are one.
+void advise_as_written(Inspection& inspection);
 
 /// The text of a configuration of `replay` for the first IMU and all receivers and attitudes that are not left out. Its
 /// paths are relative to `folder`, where it and the sensor file `sensor_file` will be. Nothing if there is no IMU or no
