@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <exception>
 #include <limits>
@@ -103,21 +104,42 @@ std::function<void(std::size_t, std::size_t)> Progress::counted(std::string stag
   };
 }
 
-void Progress::update(std::size_t done) {
+// Whether the bar may be drawn again, a tenth of a second after the last time.
+bool Progress::is_due() {
   constexpr auto kRefresh = std::chrono::milliseconds(100);
-  constexpr std::size_t kWidth = 30;
-  if (!enabled_ || total_ == 0) return;
   const Clock::time_point now = Clock::now();
-  if (now - last_ < kRefresh) return;
+  if (!enabled_ || now - last_ < kRefresh) return false;
   last_ = now;
-  const double elapsed = std::chrono::duration<double>(now - started_).count();
+  return true;
+}
+
+void Progress::draw(const std::string& line) {
+  fmt::print(stderr, "\r{} \x1b[K", line);
+  std::fflush(stderr);
+  drawn_ = true;
+}
+
+void Progress::update(std::size_t done) {
+  constexpr std::size_t kWidth = 30;
+  if (total_ == 0 || !is_due()) return;
+  const double elapsed = std::chrono::duration<double>(last_ - started_).count();
   const double rate = static_cast<double>(done - done_before_) / elapsed;
   const double left = rate > 0 ? static_cast<double>(total_ - std::min(done, total_)) / rate : 0;
   const std::size_t filled = std::min(kWidth, kWidth * done / total_);
-  fmt::print(stderr, "\r{:<10} [{:=<{}}{:{}}] {:3d} %  {:.{}f} {}/s  {:.0f} s left \x1b[K", stage_, "", filled, "",
-             kWidth - filled, 100 * std::min(done, total_) / total_, rate, rate < 10 ? 2 : 0, unit_, left);
-  std::fflush(stderr);
-  drawn_ = true;
+  draw(fmt::format("{:<10} [{:=<{}}{:{}}] {:3d} %  {:.{}f} {}/s  {:.0f} s left", stage_, "", filled, "",
+                   kWidth - filled, 100 * std::min(done, total_) / total_, rate, rate < 10 ? 2 : 0, unit_, left));
+}
+
+void Progress::start_work() { started_ = last_ = Clock::now(); }
+
+void Progress::go_on(std::string_view stage, double part) {
+  constexpr double kWidth = 30;
+  if (!is_due()) return;
+  const auto filled = static_cast<std::size_t>(kWidth * part);
+  const double elapsed = std::chrono::duration<double>(last_ - started_).count();
+  const std::string left = part > 0 ? fmt::format("{:.0f} s left", elapsed * (1 / part - 1)) : "";
+  draw(fmt::format("{:<19} [{:=<{}}{:{}}] {:3.0f} %  {}", stage, "", filled, "",
+                   static_cast<std::size_t>(kWidth) - filled, std::floor(100 * part), left));
 }
 
 void Progress::clear() {

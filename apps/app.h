@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace piste {
@@ -64,6 +65,9 @@ class Progress {
   /// rate.
   void start(std::string stage, std::size_t total, std::string unit = "epochs", std::size_t done = 0);
   void update(std::size_t done);
+  /// Begins work of several stages that share one bar, and shows the stage that it is at: `part` of the whole is done.
+  void start_work();
+  void go_on(std::string_view stage, double part);
   /// A callback that is told how many of all steps are done, first 0, and shows that as one stage.
   std::function<void(std::size_t, std::size_t)> counted(std::string stage, std::string unit);
   /// Removes the bar from the terminal.
@@ -71,6 +75,8 @@ class Progress {
 
  private:
   using Clock = std::chrono::steady_clock;
+  bool is_due();
+  void draw(const std::string& line);
   bool enabled_, drawn_ = false;
   std::string stage_, unit_;
   std::size_t total_ = 0, done_before_ = 0;

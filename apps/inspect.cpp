@@ -18,10 +18,9 @@ void run(const AppArguments& arguments, Progress& progress) {
     if (!std::filesystem::exists(file)) throw ConfigError(file, "there is no such file");
   }
   OutputFolder output(arguments.output);
-  constexpr double kSteps = 100;
-  progress.start("inspecting", static_cast<std::size_t>(kSteps), "%");
+  progress.start_work();
   const Inspection found =
-      inspect(arguments.inputs, [&](double part) { progress.update(static_cast<std::size_t>(kSteps * part)); });
+      inspect(arguments.inputs, [&](std::string_view stage, double part) { progress.go_on(stage, part); });
   progress.clear();
   const std::string text = write_inspection(output, found);
   output.commit();

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <mutex>
 #include <utility>
 
 #include "math/parallel.h"
@@ -39,6 +40,24 @@ constexpr double kFarthest = 0.5, kFarthestTold = 3, kStep = 0.1;
 constexpr double kApart = 120, kMostDrift = 1e-3;
 constexpr double kSureDrift = 4, kLeastChange = 0.005;  // sigmas, and s over the log
 
+// s: the clock is that far from what is told at most.
+double unsure(double clock_sigma) {
+  return std::isfinite(clock_sigma) ? std::min(kFarthestTold, kLoose * clock_sigma) : kFarthest;
+}
+
+// Offsets that are tried to either side.
+int steps_within(double unsure, double step) { return unsure > step ? static_cast<int>(std::ceil(unsure / step)) : 0; }
+
+// Delays that are held, to either side.
+int held_steps(double unsure) { return static_cast<int>(std::ceil(std::min(unsure, kDelayPrior) / kHeldStep)); }
+
+// How many runs Calibrator::locate() makes one after the other.
+double attempts_of(double unsure, std::size_t jobs) {
+  constexpr double kOneByOne = 5;  // finer floors, refined, once more as told
+  const double offsets = 2 * steps_within(unsure, kStep) + 1;
+  return cost_of_runs(offsets, 1, jobs) + kOneByOne + 2 * held_steps(unsure) + 1;
+}
+
 /// One filtered run and how likely its innovations are.
 struct Attempt {
   double likelihood = -std::numeric_limits<double>::infinity();  // a row
@@ -65,7 +84,7 @@ class Calibrator {
         options_(std::move(options)),
         gate_(options_.behaviour.trust.gate),
         jobs_(jobs),
-        unsure_(std::isfinite(clock_sigma) ? std::min(kFarthestTold, kLoose * clock_sigma) : kFarthest) {
+        unsure_(unsure(clock_sigma)) {
     for (const Block b : {Block::kLeverArm, Block::kGnssDelay}) {
       if (!options_.estimates(b)) options_.estimate.push_back(b);
     }
@@ -78,27 +97,41 @@ class Calibrator {
   }
 
   // The likeliest clock and lever arm with the sensor as it is told; nothing if no candidate starts.
-  std::optional<Attempt> locate() {
+  std::optional<Attempt> locate(const ProgressCallback& progress = {}) {
     const double told = conditioning_.imu.clock_offset;
     const FilterOptions at_first = options_;
     take_fixes(kFloors.front());
-    const int steps = unsure_ > kStep ? static_cast<int>(std::ceil(unsure_ / kStep)) : 0;
+    const int steps = steps_within(unsure_, kStep);
     std::vector<Attempt> attempts(static_cast<std::size_t>(2 * steps + 1));
-    for_each_parallel(attempts.size(), jobs_,
-                      [&](std::size_t k) { attempts[k] = attempt(told + (static_cast<double>(k) - steps) * kStep); });
+    const double all = attempts_of(unsure_, jobs_), together = cost_of_runs(1, 1, jobs_);
+    double done = 0;
+    std::mutex mutex;
+    const auto tell = [&](double more) {
+      if (!progress) return;
+      const std::lock_guard lock(mutex);
+      progress((done += more) / all);
+    };
+    for_each_parallel(attempts.size(), jobs_, [&](std::size_t k) {
+      attempts[k] = attempt(told + (static_cast<double>(k) - steps) * kStep);
+      tell(together);
+    });
     for (Attempt& a : attempts) keep(std::move(a));
     if (!std::isfinite(best_.likelihood)) return std::nullopt;
     for (const double floor : kFloors) {
       if (floor == kFloors.front()) continue;
       go_finer(floor);
       if (!std::isfinite(best_.likelihood)) return std::nullopt;
+      tell(1);
     }
     refine();
+    tell(1);
     // Coarse fixes may have led to another heading, from where no finer ones lead back.
     FilterOptions led = std::exchange(options_, at_first);
     options_.behaviour.trust.gate = gate_;
     options_.priors.gnss_delay = kSureClock;
-    const bool again = keep(attempt(told)), held = keep_closely_held(told);
+    const bool again = keep(attempt(told));
+    tell(1);
+    const bool held = keep_closely_held(told, tell);
     if (again || held) {
       refine();
     } else {
@@ -110,14 +143,14 @@ class Calibrator {
   // The noise that is to be expected with the set-up that was found. Nothing changes where a run that finds its own
   // start with it is less likely.
   // @pre locate()
-  void search_noise() {
+  void search_noise(const ProgressCallback& progress = {}) {
     const FilterOptions options_before = options_;
     const Attempt before = best_;
     ConditioningOptions conditioning = conditioning_;
     conditioning.imu.clock_offset = best_.offset;
     try {
-      const Tuning found =
-          likeliest_noise(condition(fixes_, conditioning), options_, best_.start, {.jobs = jobs_, .thorough = false});
+      const Tuning found = likeliest_noise(condition(fixes_, conditioning), options_, best_.start,
+                                           {.jobs = jobs_, .thorough = false}, progress);
       options_.sensor = found.expected.sensor;
       noise_ = found.expected.gnss.front();
       options_.gnss.front().drift = noise_->process();
@@ -190,12 +223,16 @@ class Calibrator {
   // Where no rest tells the biases, a filter may go astray with delay, heading and biases all unknown. So it is tried
   // with the delay held at several values about the one that is told. Returns whether one of them is far likelier than
   // what was found before, and keeps it then.
-  bool keep_closely_held(double told) {
+  template <class Tell>
+  bool keep_closely_held(double told, const Tell& tell) {
     const Priors loose = options_.priors;
     const Attempt before = best_;
     (late_velocities() ? options_.priors.velocity_delay : options_.priors.gnss_delay) = kHeld;
-    const int steps = static_cast<int>(std::ceil(std::min(unsure_, kDelayPrior) / kHeldStep));
-    for (int k = -steps; k <= steps; ++k) keep(attempt(told + k * kHeldStep));
+    const int steps = held_steps(unsure_);
+    for (int k = -steps; k <= steps; ++k) {
+      keep(attempt(told + k * kHeldStep));
+      tell(1);
+    }
     if (best_.likelihood > before.likelihood + kAstray) return true;
     best_ = before;
     options_.priors = loose;
@@ -253,9 +290,29 @@ class Calibrator {
   Attempt best_;
 };
 
+constexpr const char *kClockStage = "clock and lever arm", *kNoiseStage = "noise in motion";
+
+// What the steps of calibrated() cost, in rows that are filtered once.
+struct CalibrationCosts {
+  CalibrationCosts(const Recording& recording, const ToldClock& clock, std::size_t jobs) {
+    constexpr double kAttempt = 1.2;  // it conditions the log, and finds the start with a bank of headings
+    const std::vector<GeodeticFix>& fixes = recording.gnss.front().fixes;
+    const double seconds = kFirstMotion + 2 * kBeforeMotion, rows = rows_in(recording, seconds);
+    const bool apart = fixes.size() > 1 && fixes.back().time - fixes.front().time > kFirstMotion + kApart;
+    locate = kAttempt * rows * attempts_of(unsure(clock.sigma), jobs);
+    check = clock.sigma <= kRoughClock || clock.with_drift ? 0 : kAttempt * rows * static_cast<double>(kFarOff.size());
+    noise = cost_of_search(recording, seconds, jobs);
+    drift = clock.with_drift || !apart ? 0 : kAttempt * rows * attempts_of(kSureClock, 1);
+  }
+  double all() const { return locate + noise + 2 * check + drift; }
+
+  double locate, check, noise, drift;
+};
+
 // By how much the clock drifts more than `first` was told, from the last minutes of motion; 0 where that is not sure.
 double drift_beside(const Recording& recording, const Calibration& first, ConditioningOptions conditioning,
-                    FilterOptions options, const Interval& early, const Interval& late, double arm_prior) {
+                    FilterOptions options, const Interval& early, const Interval& late, double arm_prior,
+                    const ProgressCallback& progress) {
   const double between = (late.start + late.end - early.start - early.end) / 2;
   if (between < kApart) return 0;
   conditioning.imu.clock_offset = first.clock_offset;
@@ -266,7 +323,7 @@ double drift_beside(const Recording& recording, const Calibration& first, Condit
     options.priors.velocity_delay = std::hypot(first.velocity_delay_sigma, unsure);
   }
   const auto there =
-      Calibrator(recording, std::move(conditioning), std::move(options), late, unsure, arm_prior, 1).locate();
+      Calibrator(recording, std::move(conditioning), std::move(options), late, unsure, arm_prior, 1).locate(progress);
   if (!there || !there->fits()) return 0;
   const double change = there->clock_offset() - first.clock_offset;
   const double least = std::max(kLeastChange, kSureDrift * std::hypot(first.clock_sigma, there->clock_sigma()));
@@ -275,8 +332,9 @@ double drift_beside(const Recording& recording, const Calibration& first, Condit
 
 // As calibrate(), with the errors of the receiver as `recording` and `options` state them.
 std::optional<Calibration> calibrated(const Recording& recording, ConditioningOptions conditioning,
-                                      FilterOptions options, const ToldClock& clock, Antenna antenna,
-                                      std::size_t jobs) {
+                                      FilterOptions options, const ToldClock& clock, Antenna antenna, std::size_t jobs,
+                                      const Work& work) {
+  const CalibrationCosts costs(recording, clock, jobs);
   const double arm_prior = antenna == Antenna::kInHousing ? kHousing : kArmPrior;
   const Interval motion = motion_of(recording.gnss.front().fixes, options.behaviour.start);
   const Interval early{motion.start - kBeforeMotion, std::min(motion.start + kFirstMotion, motion.end + kBeforeMotion)};
@@ -288,16 +346,19 @@ std::optional<Calibration> calibrated(const Recording& recording, ConditioningOp
   double stated = 1;      // these sigmas, by those of the receiver
   std::optional<Calibrator> beginning(std::in_place, recording, conditioning, options, early, clock.sigma, arm_prior,
                                       jobs);
-  if (!beginning->locate()) return std::nullopt;
+  if (!beginning->locate(work.step(kClockStage, costs.locate))) return std::nullopt;
+  work.step(kClockStage, costs.check);
   if (!is_told(*beginning)) {
     stated = beginning->position_scale();
     if (stated > kOverstated) return std::nullopt;
+    work.expect_more(costs.locate);
     less_stated = recording;
     scale_sigmas(less_stated.gnss.front().fixes, {.position = stated});
     beginning.emplace(less_stated, conditioning, options, early, clock.sigma, arm_prior, jobs);
-    if (!beginning->locate() || !is_told(*beginning)) return std::nullopt;
+    if (!beginning->locate(work.step(kClockStage, costs.locate)) || !is_told(*beginning)) return std::nullopt;
   }
-  beginning->search_noise();
+  beginning->search_noise(work.step(kNoiseStage, costs.noise));
+  work.step(kClockStage, costs.check);
   // By chance a wrong clock may be likelier than all that are far off; with the noise that explains it, they are as
   // likely.
   if (!is_told(*beginning)) return std::nullopt;
@@ -317,14 +378,16 @@ std::optional<Calibration> calibrated(const Recording& recording, ConditioningOp
   options.estimate = with_implied_blocks(options, options.estimate);
   Recording scaled = recording;
   scale_sigmas(scaled.gnss.front().fixes, first.sigma_scales);
-  const double drift = drift_beside(scaled, first, conditioning, options, early, late, arm_prior);
+  const double drift = drift_beside(scaled, first, conditioning, options, early, late, arm_prior,
+                                    work.step("drift of the clock", costs.drift));
   if (drift == 0) return first;
   // The offset is that of the first row.
   conditioning.imu.clock_drift += drift;
   conditioning.imu.clock_offset =
       first.clock_offset - drift * ((early.start + early.end) / 2 - (recording.imu.time.front() - first.clock_offset));
   Calibrator drifting(scaled, std::move(conditioning), std::move(options), early, first.clock_sigma, arm_prior, jobs);
-  if (!drifting.locate()) return first;
+  work.expect_more(costs.locate);
+  if (!drifting.locate(work.step(kClockStage, costs.locate))) return first;
   Calibration again = calibration_of(drifting);
   if (!again.fits()) return first;
   again.sigma_scales = first.sigma_scales;
@@ -348,9 +411,26 @@ Interval motion_of(const std::vector<GeodeticFix>& fixes, const StartOptions& op
   return {first->time, last->time};
 }
 
+double rows_in(const Recording& recording, double seconds) {
+  const std::vector<double>& time = recording.imu.time;
+  if (time.size() < 2) return 0;
+  const double length = time.back() - time.front();
+  return static_cast<double>(time.size()) * (length > 0 ? std::min(1.0, seconds / length) : 1);
+}
+
+double cost_of_search(const Recording& recording, double seconds, std::size_t jobs) {
+  const bool again = standing_heights(recording.gnss.front().fixes).slow > 0;
+  return cost_of_runs(again ? 2 * kRoughRuns : kRoughRuns, rows_in(recording, seconds), jobs);
+}
+
+double cost_of_calibration(const Recording& recording, const ToldClock& clock, std::size_t jobs) {
+  return CalibrationCosts(recording, clock, jobs).all();
+}
+
 std::optional<Calibration> calibrate(const Recording& recording, ConditioningOptions conditioning,
-                                     FilterOptions options, const ToldClock& clock, Antenna antenna, std::size_t jobs) {
-  auto all = calibrated(recording, conditioning, options, clock, antenna, jobs);
+                                     FilterOptions options, const ToldClock& clock, Antenna antenna, std::size_t jobs,
+                                     const Work& work) {
+  auto all = calibrated(recording, conditioning, options, clock, antenna, jobs, work);
   const std::vector<GeodeticFix>& fixes = recording.gnss.front().fixes;
   const StandingHeights standing = standing_heights(fixes);
   if (standing.slow == 0) return all;
@@ -368,7 +448,8 @@ std::optional<Calibration> calibrate(const Recording& recording, ConditioningOpt
   scale_sigmas(rounded.gnss.front().fixes, larger);
   options.gnss.front().drift = standing.process();
   options.estimate = with_implied_blocks(options, options.estimate);
-  auto found = calibrated(rounded, std::move(conditioning), std::move(options), clock, antenna, jobs);
+  work.expect_more(cost_of_calibration(recording, clock, jobs));
+  auto found = calibrated(rounded, std::move(conditioning), std::move(options), clock, antenna, jobs, work);
   if (found) found->sigma_scales.height *= larger.height;
   return found;
 }

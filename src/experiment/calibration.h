@@ -2,10 +2,12 @@
 /// What the filter itself tells of a pair of logs: how far their clocks are apart, where the antenna sits, and how
 /// noisy the IMU is in motion.
 
+#include <algorithm>
 #include <cstddef>
 #include <optional>
 #include <vector>
 
+#include "experiment/work.h"
 #include "piste/core/options.h"
 #include "piste/inspect/inspection.h"
 #include "piste/tune/likeliest_noise.h"
@@ -26,6 +28,20 @@ constexpr double kFirstMotion = 150, kBeforeMotion = 30;
 /// Where a receiver says that the body moves: between departure and arrival, as the start judges a departure.
 Interval motion_of(const std::vector<GeodeticFix>& fixes, const StartOptions& options);
 
+/// Rows of the IMU in a stretch of a log, as far as it has them.
+double rows_in(const Recording& recording, double seconds);
+
+/// What runs cost of which `jobs` go at a time, each of `rows` rows: in rows of the IMU that are filtered once.
+inline double cost_of_runs(double runs, double rows, std::size_t jobs) {
+  return runs * rows / static_cast<double>(std::max<std::size_t>(1, jobs));
+}
+
+/// What a rough search for the noise costs that filters so many seconds of a log, `jobs` runs at a time.
+double cost_of_search(const Recording& recording, double seconds, std::size_t jobs);
+
+/// What calibrate() costs in these rows, as far as it is known beforehand.
+double cost_of_calibration(const Recording& recording, const ToldClock& clock, std::size_t jobs);
+
 /// Where the antenna may be: metres from the IMU, or in the same housing, as in a phone.
 enum class Antenna { kNearBy, kInHousing };
 
@@ -41,9 +57,9 @@ inline DriftBy drift_by(const ReceiverNoise& noise) { return noise.drift > 0 ? D
 /// (tune/standing_heights.h).
 /// Nothing if no candidate starts, or if the clock is not told to 0.1 s and fixes are as likely with one that is
 /// seconds off. Sigmas of positions that are far too large make it so, and are made smaller first. @pre `options` has
-/// one receiver, `recording` too.
+/// one receiver, `recording` too. `work` is told of the steps, and of more of them than cost_of_calibration() expects.
 std::optional<Calibration> calibrate(const Recording& recording, ConditioningOptions conditioning,
                                      FilterOptions options, const ToldClock& clock, Antenna antenna = Antenna::kNearBy,
-                                     std::size_t jobs = 1);
+                                     std::size_t jobs = 1, const Work& work = {});
 
 }  // namespace piste

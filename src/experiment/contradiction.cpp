@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "experiment/calibration.h"
 #include "piste/core/state_table.h"
 #include "tune/evidence.h"
 
@@ -24,6 +25,11 @@ bool elsewhere(Block block, const Solution& with, const Solution& without) {
 }
 
 }  // namespace
+
+double cost_of_contradiction(const WholeLog& log) {
+  constexpr double kRuns = 4, kRunCost = 2;  // two each, with and without; a run finds its start besides
+  return kRuns * kRunCost * rows_in(log.recording, WholeLog::kLongest);
+}
 
 bool drifts_plausibly(const Calibration& found) { return std::abs(found.clock_drift) < kPlausibleDrift; }
 

@@ -22,4 +22,7 @@ bool velocities_contradict(WholeLog log, const Calibration& found);
 /// @pre `log.vehicle` is there.
 bool vehicle_contradicts(WholeLog log, const Calibration& found);
 
+/// What both cost, in rows of the IMU that are filtered once.
+double cost_of_contradiction(const WholeLog& log);
+
 }  // namespace piste

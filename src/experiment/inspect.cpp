@@ -111,23 +111,26 @@ WholeLog whole_log(const Inspection& inspection, const Recording& recording, con
 // What holds over the whole log, with the vehicle if one carries the IMU; without it where no filter runs with it, or
 // where it contradicts the fixes.
 void settle(Inspection& inspection, const Recording& recording, const ConditioningOptions& conditioning,
-            const FilterOptions& options, Calibration& found) {
+            const FilterOptions& options, Calibration& found, const Work& work) {
   WholeLog log = whole_log(inspection, recording, conditioning, options);
-  auto there = settled(log, found);
+  auto there = settled(log, found, work);
+  work.step("vehicle", cost_of_contradiction(log) / 2);
   if (log.vehicle && (!there || vehicle_contradicts(log, *there))) {
     inspection.vehicle = {};
     log.vehicle.reset();
-    there = settled(log, found);
+    work.expect_more(cost_of_settling(log));
+    there = settled(log, found, work);
   }
   if (there) found = std::move(*there);
+  work.step("velocities", cost_of_contradiction(log) / 2);
   found.velocities_contradict = velocities_contradict(log, found);
 }
 
 // The noise by more of the motion than the first minutes, where that is likelier.
 void retune(const Inspection& inspection, const Recording& recording, const ConditioningOptions& conditioning,
-            const FilterOptions& options, Calibration& found) {
+            const FilterOptions& options, Calibration& found, const Work& work) {
   if (!found.fits()) return;
-  auto again = retuned(whole_log(inspection, recording, conditioning, options), found, all_cores());
+  auto again = retuned(whole_log(inspection, recording, conditioning, options), found, all_cores(), work);
   if (again) found = std::move(*again);
 }
 
@@ -187,11 +190,17 @@ void keep_claim(const InspectedLog& receiver, Calibration& found) {
   found.sigma_scales.height = all_of_height;
 }
 
+// Whether the first IMU may be calibrated with a receiver.
+bool may_calibrate(const Inspection& inspection, const InspectedLog& receiver) {
+  return inspection.first(LogKind::kImu) && receiver.gnss_health && may_run(inspection);
+}
+
+// `later`: what other receivers will cost after this one.
 std::optional<Calibration> try_calibration(Inspection& inspection, const InspectedLog& receiver,
-                                           std::vector<Suspicion>& found) {
+                                           std::vector<Suspicion>& found, const Work& work, double later) {
   constexpr double kFar = 3, kSure = 0.3, kCoarse = 0.5;  // m
   const auto imu = inspection.first(LogKind::kImu);
-  if (!imu || !receiver.gnss_health || !may_run(inspection)) return std::nullopt;
+  if (!may_calibrate(inspection, receiver)) return std::nullopt;
   const InspectedLog& body = inspection.logs[*imu];
   FilterOptions options;
   options.sensor = guess_sensor(*body.imu_health, "guess");
@@ -206,21 +215,28 @@ std::optional<Calibration> try_calibration(Inspection& inspection, const Inspect
     const LogMatch* match = inspection.first_match();
     const bool told = match != nullptr && match->clock && !match->velocities_may_be_late;
     const Recording recording{body.imu, {receiver.gnss}, {}};
-    const auto calibrated = [&](const FilterOptions& used, Antenna antenna) {
-      // A receiver's latency stays what it is, so that its own two times tell the drift.
-      const ToldClock clock{told ? match->clock->sigma : std::numeric_limits<double>::infinity(),
-                            inspection.imu_clock() != nullptr};
-      auto all = calibrate(recording, conditioning, used, clock, antenna, all_cores());
-      if (all && all->fits()) settle(inspection, recording, conditioning, used, *all);
+    // A receiver's latency stays what it is, so that its own two times tell the drift.
+    const ToldClock clock{told ? match->clock->sigma : std::numeric_limits<double>::infinity(),
+                          inspection.imu_clock() != nullptr};
+    const WholeLog whole = whole_log(inspection, recording, conditioning, options);
+    const double calibrating = cost_of_calibration(recording, clock, all_cores()),
+                 settling = cost_of_settling(whole) + cost_of_contradiction(whole),
+                 retuning = cost_of_retuning(whole, all_cores());
+    const double rest = retuning + later;  // after what is being calibrated
+    const auto calibrated = [&](const FilterOptions& used, Antenna antenna, double after) {
+      work.expect(calibrating + settling + after);
+      auto all = calibrate(recording, conditioning, used, clock, antenna, all_cores(), work);
+      work.expect(settling + after);
+      if (all && all->fits()) settle(inspection, recording, conditioning, used, *all, work);
       return all;
     };
     // Where the motion hardly tells the lever arm, what it says of it may be another error's. A receiver of
     // centimetres is in no phone.
     const bool coarse = receiver.gnss_health->median_sigma.head<2>().maxCoeff() > kCoarse;
     const auto found_with = [&](const FilterOptions& used) {
-      auto all = calibrated(used, Antenna::kNearBy);
+      auto all = calibrated(used, Antenna::kNearBy, (coarse ? calibrating + settling : 0) + rest);
       if (!coarse || (all && all->fits() && all->lever_arm_sigma.maxCoeff() < kHousing)) return all;
-      auto housed = calibrated(used, Antenna::kInHousing);
+      auto housed = calibrated(used, Antenna::kInHousing, rest);
       const bool likelier = housed && housed->fits() && (!all || !all->fits() || housed->likelihood > all->likelihood);
       return likelier ? housed : all;
     };
@@ -242,7 +258,8 @@ std::optional<Calibration> try_calibration(Inspection& inspection, const Inspect
         found_here->velocities_contradict = false;
       }
     }
-    retune(inspection, recording, conditioning, options, *found_here);
+    work.expect(rest);
+    retune(inspection, recording, conditioning, options, *found_here, work);
     keep_claim(receiver, *found_here);
     const Calibration& calibration = *found_here;
     const Vector3d& arm = calibration.lever_arm;
@@ -257,16 +274,49 @@ std::optional<Calibration> try_calibration(Inspection& inspection, const Inspect
   }
 }
 
+// What examining costs, in rows of an IMU that are filtered once: reading so many bytes of text and examining what they
+// say takes about as long, and the comparison of two logs as long as so many rows.
+constexpr double kBytes = 400, kComparing = 2e4;
+
+double cost_of_reading(const InspectedLog& log) {
+  if (log.log.content) return static_cast<double>(log.log.content->size()) / kBytes;
+  double bytes = 0;
+  for (const std::string& file : {log.log.file, log.log.accel_file, log.log.gravity_file}) {
+    std::error_code unreachable;
+    const auto size = file.empty() ? 0 : std::filesystem::file_size(file, unreachable);
+    if (!unreachable) bytes += static_cast<double>(size);
+  }
+  return bytes / kBytes;
+}
+
+double cost_of_examining(const std::vector<InspectedLog>& logs) {
+  double cost = kComparing;
+  for (const InspectedLog& log : logs) cost += cost_of_reading(log);
+  return cost;
+}
+
+// What will be calibrated after the logs are read, by the sizes of the files: rows of an IMU have some hundred bytes.
+double guessed_cost_of_calibrating(const std::vector<InspectedLog>& logs) {
+  constexpr double kRowBytes = 80, kRuns = 200;
+  double rows = 0;
+  bool receiver = false;
+  for (const InspectedLog& log : logs) {
+    if (log.is(LogKind::kImu) && rows == 0) rows = cost_of_reading(log) * kBytes / kRowBytes;
+    receiver = receiver || log.is(LogKind::kGnss);
+  }
+  return receiver ? kRuns * rows / static_cast<double>(all_cores()) : 0;
+}
+
 // Examines each log, and compares them.
-void examine_all(Inspection& inspection, const ProgressCallback& progress) {
+void examine_all(Inspection& inspection, const Work& work) {
   std::vector<Suspicion>& found = inspection.suspicions;
   std::vector<InspectedLog>& logs = inspection.logs;
-  constexpr double kRead = 0.6;  // part of the work
-  for (std::size_t i = 0; i < logs.size(); ++i) {
-    examine(logs[i], found);
-    if (progress) progress(kRead * static_cast<double>(i + 1) / static_cast<double>(logs.size()));
+  for (InspectedLog& log : logs) {
+    work.step("reading", cost_of_reading(log));
+    examine(log, found);
   }
   bring_to_one_week(inspection);
+  work.step("comparing motions", kComparing);
   const auto imu = inspection.first(LogKind::kImu), gnss = inspection.first(LogKind::kGnss);
   for (std::size_t i = 0; i < logs.size(); ++i) {
     for (std::size_t j = 0; j < logs.size(); ++j) {
@@ -311,7 +361,10 @@ bool mend_columns(const Inspection& inspection, std::vector<InspectedLog>& logs,
     }
   };
   for (const InspectedMatch& m : inspection.matches) {
-    if (m.imu == inspection.first(LogKind::kImu) && m.gnss == inspection.first(LogKind::kGnss)) mend(m.imu, m.match);
+    if (m.imu == inspection.first(LogKind::kImu) && m.gnss == inspection.first(LogKind::kGnss)) {
+      mend(m.imu, m.match);
+      if (m.match.interchanged) mend(m.gnss, VelocityFit{.interchanged = true});
+    }
   }
   for (std::size_t i = 0; i < logs.size(); ++i) {
     const auto& health = inspection.logs[i].gnss_health;
@@ -334,32 +387,45 @@ void set_aside_unknown(Inspection& inspection, std::size_t count) {
 
 }  // namespace
 
-Inspection inspect(const std::vector<std::string>& files, const ProgressCallback& progress) {
-  constexpr double kMatched = 0.5;  // part of the work
+Inspection inspect(const std::vector<std::string>& files, const StageProgress& progress) {
+  return inspect(sources_of(files), progress);
+}
+
+Inspection inspect(const std::vector<LogSource>& sources, const StageProgress& progress) {
   constexpr int kMostReadings = 3;  // units first: axes show where units are right
+  const Work work(progress);
   std::vector<Suspicion> unknown, refuted;
-  std::vector<InspectedLog> recognised = recognise(files, unknown);
+  std::vector<InspectedLog> recognised = recognise(sources, unknown);
+  const double guessed = guessed_cost_of_calibrating(recognised);
   Inspection inspection;
   for (int reading = 0; reading < kMostReadings; ++reading) {
     inspection = {.logs = recognised, .matches = {}, .attitudes = {}, .suspicions = unknown};
-    examine_all(inspection, part_of(progress, 0, kMatched));
+    work.expect(cost_of_examining(recognised) + guessed);
+    examine_all(inspection, work);
     if (reading + 1 == kMostReadings || !mend_columns(inspection, recognised, refuted)) break;
   }
   std::vector<Suspicion>& found = inspection.suspicions;
   set_aside_unknown(inspection, unknown.size());
   rank(found);
-  if (progress) progress(kMatched);
   std::vector<Suspicion> implausible;
-  for (InspectedLog& log : inspection.logs) log.calibration = try_calibration(inspection, log, implausible);
+  const auto receivers = static_cast<double>(
+      std::ranges::count_if(inspection.logs, [&](const auto& log) { return may_calibrate(inspection, log); }));
+  double others = receivers - 1;
+  for (InspectedLog& log : inspection.logs) {
+    if (!may_calibrate(inspection, log)) continue;
+    log.calibration = try_calibration(inspection, log, implausible, work, std::max(0.0, others--) * guessed);
+  }
   append(found, std::move(implausible));
   look_for_clock(inspection, found);
   append(found, std::move(refuted));
+  advise_as_written(inspection);
   rank(found);
   // The second time of a receiver's log that is none of the IMU's says nothing.
   const ReceiverClock* const clock = inspection.imu_clock();
   for (InspectedLog& log : inspection.logs) {
     if (log.clock && &*log.clock != clock) log.clock.reset();
   }
+  work.finish();
   return inspection;
 }
 

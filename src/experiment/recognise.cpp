@@ -13,18 +13,20 @@ namespace piste {
 namespace {
 
 // Guesses what a file is: one log, or an IMU and a receiver side by side.
-std::vector<InspectedLog> guessed(const std::string& file, std::vector<Suspicion>& found) {
+std::vector<InspectedLog> guessed(const LogSource& source, std::vector<Suspicion>& found) {
+  const std::string& file = source.file;
   std::vector<InspectedLog> logs;
   const auto add = [&](std::optional<LogGuess> guess) {
     InspectedLog& l = logs.emplace_back();
     l.log.file = file;
+    l.log.content = source.content;
     l.guess = std::move(guess);
     if (!l.guess) return;
     l.log.format = l.guess->format;
     l.log.columns = l.guess->columns;
   };
   try {
-    const MappedFile mapped(file);
+    const MappedFile mapped = source.content ? MappedFile(*source.content) : MappedFile(file);
     LogGuess guess = guess_log(file, mapped.text());
     if (!guess.lost.empty()) {
       found.push_back(
@@ -40,7 +42,8 @@ std::vector<InspectedLog> guessed(const std::string& file, std::vector<Suspicion
   return logs;
 }
 
-bool is_part(const InspectedLog& l, LogGuess::Part part) { return l.guess && l.guess->part == part; }
+// Parts are put together of files alone: a log names that of its accelerometers.
+bool is_part(const InspectedLog& l, LogGuess::Part part) { return l.guess && l.guess->part == part && !l.log.content; }
 
 // Makes one log of gyroscopes and the accelerometers in another file.
 void join_parts(InspectedLog& gyro, InspectedLog& accel) {
@@ -131,11 +134,15 @@ void pair_up(std::vector<InspectedLog>& logs, std::vector<Suspicion>& found) {
 }
 }  // namespace
 
-std::vector<InspectedLog> recognise(const std::vector<std::string>& files, std::vector<Suspicion>& found) {
+std::vector<InspectedLog> recognise(const std::vector<LogSource>& sources, std::vector<Suspicion>& found) {
   std::vector<InspectedLog> logs;
-  for (const std::string& file : files) append(logs, guessed(file, found));
+  for (const LogSource& source : sources) append(logs, guessed(source, found));
   pair_up(logs, found);
   return logs;
+}
+
+std::vector<InspectedLog> recognise(const std::vector<std::string>& files, std::vector<Suspicion>& found) {
+  return recognise(sources_of(files), found);
 }
 
 }  // namespace piste

@@ -28,7 +28,9 @@ constexpr double kRefused = 0.01, kRefusedOfTails = 0.03;
 constexpr double kLeastStep = 1.2, kMostStep = 2;  // times the sigmas in a round
 constexpr double kStill = 0.25;                    // sigmas: a clock that moves by less stays
 constexpr double kToldDrift = 0.5;                 // of its prior: a drift that is no better known is not told
-constexpr std::size_t kFew = 20;                   // of fewer fixes no share is told
+constexpr double kRounds = 5, kRunCost = 2;        // rounds as a rule; a run finds its start besides
+constexpr const char *kWholeStage = "whole log", *kNoiseStage = "noise in all motion";
+constexpr std::size_t kFew = 20;  // of fewer fixes no share is told
 constexpr double kAlike = 0.03;  // of the logarithm of a fix's likelihood: as the delay is estimated, more is no chance
 
 // By what factor the sigmas of a source have to grow so that no larger a share of its fixes than `most` is refused; 1
@@ -92,12 +94,12 @@ Interval motion_of(const WholeLog& log) {
 
 // With the noise that is to be expected by a quarter of an hour of `motion`; nothing where that tells none.
 std::optional<Calibration> with_noise_of(const WholeLog& log, Calibration found, const Interval& motion,
-                                         std::size_t jobs) {
+                                         std::size_t jobs, const ProgressCallback& progress) {
   ReplayOptions run = log.replayed(found);
   run.conditioning.span = {motion.start - kBeforeMotion, std::min(motion.start + kTuned, motion.end + kBeforeMotion)};
   try {
     const TuneOptions how{.jobs = jobs, .thorough = false, .stated = 1 / found.sigma_scales.position};
-    const NoiseModel noise = tune(log.scaled(found), run, how).expected;
+    const NoiseModel noise = tune(log.scaled(found), run, how, progress).expected;
     found.sensor = noise.sensor;
     found.drift = noise.gnss.front().process();
     found.drift_by = drift_by(noise.gnss.front());
@@ -109,13 +111,16 @@ std::optional<Calibration> with_noise_of(const WholeLog& log, Calibration found,
 }
 
 // As settled(), until no larger a share of the fixes than `refused` is.
-std::optional<Calibration> settled_within(double refused, WholeLog log, Calibration found) {
+std::optional<Calibration> settled_within(double refused, WholeLog log, Calibration found, const Work& work) {
+  const ProgressCallback progress = work.step(kWholeStage, cost_of_settling(log));
   bool find_clock = log.find_clock;
   log.drifts = find_clock;
   std::optional<Calibration> before;  // the clock moved, if that is what the last round did
   double likelihood = 0;              // the logarithm of a fix's, in the last round
   std::optional<Calibration> grown;   // with the sigmas before the last growth
   for (int round = 0; round < kMostRounds; ++round) {
+    // However many there will be: as if as many as a rule were always still to come.
+    if (progress) progress(1 - std::pow(1 - 1 / kRounds, round));
     const auto run = log.filtered(found);
     if (!run && before) return before;
     if (!run) return std::nullopt;
@@ -153,20 +158,30 @@ std::optional<Calibration> settled_within(double refused, WholeLog log, Calibrat
 
 }  // namespace
 
-std::optional<Calibration> settled(WholeLog log, Calibration found) {
+double cost_of_settling(const WholeLog& log) { return kRounds * kRunCost * rows_in(log.recording, WholeLog::kLongest); }
+
+double cost_of_retuning(const WholeLog& log, std::size_t jobs) {
   const Interval motion = motion_of(log);
-  const bool seen = motion.end - motion.start <= kFirstMotion;
-  return settled_within(seen ? kRefusedOfTails : kRefused, std::move(log), std::move(found));
+  if (motion.end - motion.start < kMuchMore * kFirstMotion) return 0;
+  const double searched = std::min(kTuned, motion.end - motion.start) + 2 * kBeforeMotion;
+  return cost_of_search(log.recording, searched, jobs) + cost_of_settling(log);
 }
 
-std::optional<Calibration> retuned(WholeLog log, const Calibration& found, std::size_t jobs) {
+std::optional<Calibration> settled(WholeLog log, Calibration found, const Work& work) {
+  const Interval motion = motion_of(log);
+  const bool seen = motion.end - motion.start <= kFirstMotion;
+  return settled_within(seen ? kRefusedOfTails : kRefused, std::move(log), std::move(found), work);
+}
+
+std::optional<Calibration> retuned(WholeLog log, const Calibration& found, std::size_t jobs, const Work& work) {
   const Interval motion = motion_of(log);
   if (motion.end - motion.start < kMuchMore * kFirstMotion) return std::nullopt;
   log.drifts = found.clock_drift_sigma > 0;
-  const auto likelier = with_noise_of(log, found, motion, jobs);
+  const double search = cost_of_retuning(log, jobs) - cost_of_settling(log);
+  const auto likelier = with_noise_of(log, found, motion, jobs, work.step(kNoiseStage, search));
   if (!likelier) return std::nullopt;
   // Compared after its sigmas have grown, too, as those of `found` have.
-  auto again = settled_within(kRefusedOfTails, log, *likelier);
+  auto again = settled_within(kRefusedOfTails, log, *likelier, work);
   if (again && again->likelihood > found.likelihood && drifts_plausibly(*again)) return again;
   return std::nullopt;
 }

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "experiment/whole_log.h"
+#include "experiment/work.h"
 #include "piste/inspect/inspection.h"
 
 namespace piste {
@@ -19,7 +20,7 @@ namespace piste {
 ///    (`find_clock` is false). What the velocities are late by moves with it.
 /// The lever arm stays as it was found: each round sees the same motion again.
 /// Nothing if no filter runs over the whole log with it.
-std::optional<Calibration> settled(WholeLog log, Calibration found);
+std::optional<Calibration> settled(WholeLog log, Calibration found, const Work& work = {});
 
 /// Sets the noise of the IMU and the errors of the receiver to those of likeliest_noise() (tune/likeliest_noise.h) over
 /// a quarter of an hour of motion, which tells drifts that the first minutes do not, and with the vehicle; a coloured
@@ -27,6 +28,10 @@ std::optional<Calibration> settled(WholeLog log, Calibration found);
 /// runs at a time.
 /// Nothing where there is not much more motion than calibrate() saw, where the whole log is not likelier with it, and
 /// where the clock then drifts as none does.
-std::optional<Calibration> retuned(WholeLog log, const Calibration& found, std::size_t jobs);
+std::optional<Calibration> retuned(WholeLog log, const Calibration& found, std::size_t jobs, const Work& work = {});
+
+/// What both cost, as far as it is known beforehand, in rows of the IMU that are filtered once.
+double cost_of_settling(const WholeLog& log);
+double cost_of_retuning(const WholeLog& log, std::size_t jobs);
 
 }  // namespace piste

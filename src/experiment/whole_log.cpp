@@ -7,8 +7,6 @@
 namespace piste {
 namespace {
 
-constexpr double kWhole = 3600;  // s of the log: an hour has seen what there is to see
-
 FilterOptions told(const WholeLog& log, const Calibration& found) {
   FilterOptions filter = log.options;
   filter.sensor = found.sensor;
@@ -35,7 +33,7 @@ FilterOptions told(const WholeLog& log, const Calibration& found) {
 ReplayOptions WholeLog::replayed(const Calibration& found) const {
   ReplayOptions all{.conditioning = conditioning,
                     .filter = told(*this, found),
-                    .longest = kWhole,
+                    .longest = WholeLog::kLongest,
                     .smoother = SmootherKind::kNone,
                     .history = false};
   all.conditioning.imu.clock_offset = found.clock_offset;

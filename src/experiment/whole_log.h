@@ -12,6 +12,8 @@ namespace piste {
 
 /// A log, and what a replay of it estimates and uses.
 struct WholeLog {
+  static constexpr double kLongest = 3600;  ///< s of the log: an hour has seen what there is to see
+
   const Recording& recording;
   const ConditioningOptions& conditioning;
   const FilterOptions& options;           ///< what calibrate() was given, with one receiver

@@ -194,23 +194,29 @@ bool too_exact(const ReceiverNoise& receiver, const StandingHeights& standing) {
   return standing.too_small(scales.position * scales.height * receiver.stated.z());
 }
 
+// How much of the work is done after so many runs. Nobody knows how many there will be: as many as a rule are most of
+// the way, and what goes beyond nears the end ever more slowly.
+double part_after(std::size_t runs, double as_a_rule) {
+  constexpr double kMost = 0.8;
+  const double x = static_cast<double>(runs) / as_a_rule;
+  return x < 1 ? kMost * x : 1 - (1 - kMost) / x;
+}
+
 // As likeliest_noise(), once.
 Tuning sought(const Log& log, const FilterOptions& options, const Start& start, const TuneOptions& how,
               const ProgressCallback& progress) {
   const NoiseModel centre = noise_model(options, log);
-  const NoiseSearch search(log, options, start, centre, how.thorough, how.jobs, {.length = how.hold_out});
-  const auto show = [&](double from, double to) {
-    return [&progress, from, to](double part) {
-      if (progress) progress(from + (to - from) * part);
-    };
-  };
-  NoiseFound found = search.climb(centre, show(0, 0.3));
+  std::function<void(std::size_t)> ran;
+  if (progress) ran = [&](std::size_t runs) { progress(part_after(runs, how.thorough ? kThoroughRuns : kRoughRuns)); };
+  const NoiseSearch search(log, options, start, centre, how.thorough, how.jobs, {.length = how.hold_out},
+                           std::move(ran));
+  NoiseFound found = search.climb(centre);
   JudgedLog log_judged = search.judged(found.best.model);
   Tuning tuning;
   const NoiseModel uneven = with_heights(found.best.model, found.best.evidence);
   if (const auto more = static_cast<double>(different_heights(uneven, found.best.model)); more > 0) {
     const double penalty = 0.5 * more * std::log(rows_of(found.best.evidence, ".position"));
-    NoiseFound apart = search.climb(uneven, show(0.3, 0.5));
+    NoiseFound apart = search.climb(uneven);
     const double even = search.filtered(log_judged, found.best.model).evidence.likelihood;
     if (search.filtered(log_judged, apart.best.model).evidence.likelihood - even > penalty) {
       found = std::move(apart);
@@ -226,7 +232,7 @@ Tuning sought(const Log& log, const FilterOptions& options, const Start& start, 
     const NoisePoint& first = likeliest(coarse);
     tuning.drift_gain = first.evidence.likelihood - white.evidence.likelihood;
     if (*tuning.drift_gain > 0) {
-      NoiseFound coloured = search.climb(first.model, show(0.5, 0.8));
+      NoiseFound coloured = search.climb(first.model);
       tuning.drift_gain =
           search.filtered(log_judged, coloured.best.model).evidence.likelihood - white.evidence.likelihood;
       if (*tuning.drift_gain > tuning.drift_penalty) {
@@ -265,15 +271,16 @@ Tuning sought(const Log& log, const FilterOptions& options, const Start& start, 
 
 Tuning likeliest_noise(const Log& log, const FilterOptions& options, const Start& start, const TuneOptions& how,
                        const ProgressCallback& progress) {
-  Tuning found = sought(log, options, start, how, progress);
   const bool told = std::ranges::any_of(options.gnss, [](const auto& g) { return g.drift.has_value(); });
-  if (told || options.gnss.empty() || found.noise.gnss.front().drift > 0) return found;
+  if (told || options.gnss.empty()) return sought(log, options, start, how, progress);
   const StandingHeights standing = standing_heights(log.gnss.front(), log.world);
-  if (!too_exact(found.expected.gnss.front(), standing)) return found;
+  const double first = standing.slow > 0 ? 0.5 : 1;  // of the work: another search may follow
+  Tuning found = sought(log, options, start, how, part_of(progress, 0, first));
+  if (found.noise.gnss.front().drift > 0 || !too_exact(found.expected.gnss.front(), standing)) return found;
   FilterOptions rounded = options;
   rounded.gnss.front().drift = standing.process();
   rounded.estimate = with_implied_blocks(rounded, rounded.estimate);
-  return sought(log, rounded, start, how, progress);
+  return sought(log, rounded, start, how, part_of(progress, first, 1));
 }
 
 }  // namespace piste

@@ -85,7 +85,7 @@ NoiseModel moved(const std::vector<NoiseKnob>& knobs, NoiseModel model, const Ei
 }
 
 NoiseSearch::NoiseSearch(const Log& log, FilterOptions options, Start start, NoiseModel centre, bool thorough,
-                         std::size_t jobs, Stretches fitted)
+                         std::size_t jobs, Stretches fitted, std::function<void(std::size_t)> ran)
     : log_(log),
       options_(std::move(options)),
       start_(std::move(start)),
@@ -93,16 +93,25 @@ NoiseSearch::NoiseSearch(const Log& log, FilterOptions options, Start start, Noi
       white_(white_noise_range(log)),
       thorough_(thorough),
       jobs_(jobs),
-      fitted_(fitted) {
+      fitted_(fitted),
+      ran_(std::move(ran)) {
   // What may be wrong here is the noise, and not a receiver: none is left out for long.
   options_.behaviour.trust.distrust = std::min(options_.behaviour.trust.distrust, 1.0);
   holding_ = holding_delays(options_);
   holding_.behaviour.trust.gate = kNoGate;
 }
 
-Evidence NoiseSearch::gated(const NoiseModel& model, const Stretches& counted) const {
+void NoiseSearch::count_run() const {
   ++runs_;
-  return filter_again(with_noise(log_, model), with_noise(options_, model), start_, kToTheEnd, counted);
+  if (!ran_) return;
+  const std::lock_guard lock(mutex_);
+  ran_(runs_);
+}
+
+Evidence NoiseSearch::gated(const NoiseModel& model, const Stretches& counted) const {
+  Evidence run = filter_again(with_noise(log_, model), with_noise(options_, model), start_, kToTheEnd, counted);
+  count_run();
+  return run;
 }
 
 JudgedLog NoiseSearch::judged(const NoiseModel& model) const {
@@ -111,12 +120,12 @@ JudgedLog NoiseSearch::judged(const NoiseModel& model) const {
 }
 
 NoisePoint NoiseSearch::filtered(const JudgedLog& judged, const NoiseModel& model) const {
-  ++runs_;
   NoisePoint point;
   point.model = model;
   point.evidence =
       filter_again(with_noise(judged.log, model), with_noise(holding_, model), judged.start, kToTheEnd, fitted_);
   point.value = point.evidence.likelihood + prior(model);
+  count_run();
   return point;
 }
 
@@ -136,7 +145,7 @@ double NoiseSearch::prior(const NoiseModel& model) const {
   return sum;
 }
 
-NoiseFound NoiseSearch::climb(const NoiseModel& from, const ProgressCallback& progress) const {
+NoiseFound NoiseSearch::climb(const NoiseModel& from) const {
   NoiseFound found;
   found.knobs = knobs_of(from, options_, log_, white_);
   found.best.model = moved(found.knobs, from, Eigen::VectorXd::Zero(static_cast<Eigen::Index>(found.knobs.size())));
@@ -147,10 +156,7 @@ NoiseFound NoiseSearch::climb(const NoiseModel& from, const ProgressCallback& pr
     if (same && !delays_differ(*before, log)) break;
     found.best = filtered(log, found.best.model);
     double apart = round == 0 ? kCoarse : kFine;
-    for (int step = 0; step < kMostSteps && climb_once(log, found, apart); ++step) {
-      apart = kFine;
-      if (progress) progress((round + static_cast<double>(step + 1) / kMostSteps) / kMostRounds);
-    }
+    for (int step = 0; step < kMostSteps && climb_once(log, found, apart); ++step) apart = kFine;
     before = std::move(log);
   }
   if (found.best.evidence.rows == 0) {

@@ -4,6 +4,8 @@
 #include <Eigen/Core>
 #include <atomic>
 #include <cstddef>
+#include <functional>
+#include <mutex>
 #include <vector>
 
 #include "tune/evidence.h"
@@ -36,9 +38,10 @@ struct JudgedLog {
 class NoiseSearch {
  public:
   /// The values of `centre` are those about which the prior is. `thorough`: whether climb() goes on until nothing is
-  /// gained. `jobs` runs at a time; the result does not depend on it. `fitted`: what the likelihood counts.
+  /// gained. `jobs` runs at a time; the result does not depend on it. `fitted`: what the likelihood counts. `ran`: is
+  /// called after each run with the number of runs so far, by one thread at a time.
   NoiseSearch(const Log& log, FilterOptions options, Start start, NoiseModel centre, bool thorough, std::size_t jobs,
-              Stretches fitted = {});
+              Stretches fitted = {}, std::function<void(std::size_t)> ran = {});
 
   /// A run of the log with the gate of the options.
   Evidence gated(const NoiseModel& model, const Stretches& counted = {}) const;
@@ -59,7 +62,7 @@ class NoiseSearch {
   /// S counts in it as if it were diagonal. Outliers and delays are sought anew when it has arrived, until they stay
   /// the same; outliers once, unless it is thorough.
   /// Throws DataError if no noise that is tried lets the filter run.
-  NoiseFound climb(const NoiseModel& from, const ProgressCallback& progress = {}) const;
+  NoiseFound climb(const NoiseModel& from) const;
 
   /// The same with one knob `held` for each of some runs of `log`, by one step: what is likelier than the run, or the
   /// run itself.
@@ -78,6 +81,7 @@ class NoiseSearch {
                 double apart) const;
   bool climb_once(const JudgedLog& log, NoiseFound& found, double apart) const;
   double prior(const NoiseModel& model) const;
+  void count_run() const;
 
   const Log& log_;
   FilterOptions options_, holding_;  // the latter hold the delays
@@ -87,6 +91,8 @@ class NoiseSearch {
   bool thorough_;
   std::size_t jobs_;
   Stretches fitted_;
+  std::function<void(std::size_t)> ran_;
+  mutable std::mutex mutex_;  // of ran_
   mutable std::atomic<std::size_t> runs_{0};
 };
 

@@ -2,7 +2,20 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
 #include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <regex>
+#include <string>
+#include <thread>
+#include <vector>
 
 #include "piste/io/replay_config.h"
 #include "piste/math/earth.h"
@@ -126,6 +139,25 @@ TEST_F(InspectApp, APhonesThreeFiles) {
   EXPECT_EQ(recording.gnss.at(0).fixes.size(), 998u);
 }
 
+// The drive's velocities come late, and contradict its positions: what is said of them is accepted by a replay.
+TEST_F(InspectApp, ItsAdviceIsAccepted) {
+  PISTE_REQUIRE_DATASETS();
+  if (!thorough()) GTEST_SKIP() << "with PISTE_THOROUGH=1; inspect/ready_config has the words";
+  const std::string drive = (datasets() / "drive/").string();
+  const Said said = inspect({drive + "imu.txt", drive + "gnss_full.txt", "--output", "found"});
+  ASSERT_EQ(said.code, 0) << said.err;
+  EXPECT_TRUE(contains(said.out, "to use them all the same, `use: position velocity` and `velocity_delay: 0.128 s`"));
+  std::string config = read_text(folder / "found/replay.yaml");
+  const std::string use = "    use: position  ";
+  ASSERT_TRUE(contains(config, use)) << config;
+  config.replace(config.find(use), use.size(), "    use: position velocity\n    velocity_delay: 0.128 s\n    ");
+  folder.write("found/advised.yaml", config + "span: {start: 243290 s, end: 243400 s}\n");
+  const Said replayed =
+      run_program(program("replay"), {"found/advised.yaml", "--output", "replayed", "--quiet"}, folder);
+  EXPECT_EQ(replayed.code, 0) << replayed.err;
+  EXPECT_TRUE(contains(read_text(folder / "replayed/innovations.csv"), "velocity"));
+}
+
 // No header, and milliseconds since power-up in the last column.
 TEST_F(InspectApp, ADrivesRawLogReplays) {
   PISTE_REQUIRE_DATASETS();
@@ -139,6 +171,56 @@ TEST_F(InspectApp, ADrivesRawLogReplays) {
   EXPECT_EQ(summary["imu"]["epochs"].as<int>(), 54860);
   EXPECT_TRUE(summary["sources"]["vehicle.right"]);  // proposed, as it is a car
   EXPECT_GT(summary["gnss"]["used"].as<int>(), 2100);
+}
+
+// Whatever it is at, Ctrl-C ends it at once, and nothing half written stays.
+TEST_F(InspectApp, CtrlCEndsIt) {
+  using namespace std::chrono_literals;
+  const std::string name = program("inspect"), out = folder / "found";
+  std::vector<std::string> words{name, kData + "mt9a_1.csv", kData + "gnss.csv", "--output", out, "--quiet"};
+  for (const auto after : {30ms, 200ms, 700ms, 1500ms}) {
+    std::vector<char*> argv;
+    for (std::string& w : words) argv.push_back(w.data());
+    argv.push_back(nullptr);
+    pid_t child = 0;
+    ASSERT_EQ(posix_spawn(&child, name.c_str(), nullptr, nullptr, argv.data(), environ), 0);
+    std::this_thread::sleep_for(after);
+    kill(child, SIGINT);
+    const auto asked = std::chrono::steady_clock::now();
+    int status = 0;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGINT) << "it was over after " << after.count() << " ms";
+    EXPECT_LT(std::chrono::steady_clock::now() - asked, 1s);
+    EXPECT_FALSE(std::filesystem::exists(out));
+  }
+}
+
+// The bar shows what is being done, and goes on to the end.
+TEST_F(InspectApp, ABarShowsAllOfTheWork) {
+  if (std::system("command -v script >/dev/null 2>&1") != 0) GTEST_SKIP() << "`script` makes the terminal";
+  const std::string command =
+      fmt::format("{} {}mt9a_1.csv {}gnss.csv --output found", program("inspect"), kData, kData);
+  const Said said = run_program("script", {"-qec", command, "shown"}, folder);
+  ASSERT_EQ(said.code, 0) << said.out;
+  const std::string shown = read_text(folder / "shown");
+  for (const char* stage : {"clock and lever arm", "noise in motion", "whole log"}) {
+    EXPECT_TRUE(contains(shown, stage)) << stage;
+  }
+  static const std::regex bar(R"((\d+) %  (\d+) s left)");
+  std::vector<int> parts;
+  for (std::sregex_iterator i(shown.begin(), shown.end(), bar), end; i != end; ++i) parts.push_back(std::stoi((*i)[1]));
+  ASSERT_GT(parts.size(), 10u);
+  EXPECT_TRUE(std::ranges::is_sorted(parts));
+  EXPECT_GT(parts.back(), 85);
+}
+
+// Nine decimals of 105 degrees west are no latitude: the finding asks whether the columns are exchanged.
+TEST_F(InspectApp, LatitudesBeyondNinetyDegrees) {
+  std::string gnss = "time_s,latitude_deg,longitude_deg,height_m,sigma_north_m,sigma_east_m,sigma_down_m\n";
+  for (int i = 0; i < 100; ++i) gnss += fmt::format("{},-105.1474,{:.7f},1600,1,1,2\n", i, 40.09 + 1e-5 * i);
+  folder.write("gnss.csv", gnss);
+  const Said said = inspect({"gnss.csv", kData + "mt9a_1.csv", "--output", "found"});
+  EXPECT_TRUE(contains(said.out + said.err, "are latitude and longitude exchanged?")) << said.out << said.err;
 }
 
 TEST_F(InspectApp, SaysWhatItCannotRead) {

@@ -4,9 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <functional>
+#include <set>
 #include <sstream>
 
+#include "piste/math/interruption.h"
 #include "support/places.h"
 #include "support/text_file.h"
 
@@ -104,6 +108,72 @@ TEST(Inspect, AWeekMayEndBetweenTheStartsOfTwoLogs) {
   const auto config = ready_config(found, folder.path().string(), "sensor.yaml");
   ASSERT_TRUE(config);
   EXPECT_EQ(config->find("offset: 6048"), std::string::npos) << *config;
+  ASSERT_TRUE(found.calibration());
+  EXPECT_TRUE(found.calibration()->fits());
+}
+
+const std::vector<std::string> kShipped{(kSource / "data/ski_run/mt9a_1.csv").string(),
+                                        (kSource / "data/ski_run/gnss.csv").string()};
+
+// Through all of the work, in named stages, with shares from which the time left is of the right order.
+TEST(Inspect, TellsHowFarItIs) {
+  using Clock = std::chrono::steady_clock;
+  struct Told {
+    std::string stage;
+    double part, time;
+  };
+  std::vector<Told> told;
+  const auto start = Clock::now();
+  inspect(kShipped, [&](std::string_view stage, double part) {
+    told.push_back({std::string(stage), part, std::chrono::duration<double>(Clock::now() - start).count()});
+  });
+  ASSERT_GT(told.size(), 20u);
+  const double all = told.back().time;
+  EXPECT_EQ(told.back().part, 1);
+  std::set<std::string> stages;
+  double still = 0, farthest = 0, leap = 0;
+  for (std::size_t i = 0; i < told.size(); ++i) {
+    stages.insert(told[i].stage);
+    const double before = i > 0 ? told[i - 1].part : 0;
+    EXPECT_GE(told[i].part, before);
+    leap = std::max(leap, told[i].part - before);
+    still = std::max(still, told[i].time - (i > 0 ? told[i - 1].time : 0));
+    farthest = std::max(farthest, std::abs(told[i].part - told[i].time / all));
+  }
+  fmt::print("{:.1f} s, {} stages; off by {:.2f} of the work at most, silent for {:.2f} s, leaps of {:.2f}\n", all,
+             stages.size(), farthest, still, leap);
+  EXPECT_TRUE(stages.contains("reading") && stages.contains("noise in motion") && stages.contains("whole log"));
+  EXPECT_LT(farthest, 0.3);
+  EXPECT_LT(leap, 0.3);
+  EXPECT_LT(still, 0.25 * all);
+}
+
+// Whatever it is at, it ends soon after it is asked to.
+TEST(Inspect, EndsWhereItIsInterrupted) {
+  using Clock = std::chrono::steady_clock;
+  struct Ended {};
+  double slowest = 0;
+  for (const double after : {0.05, 0.2, 0.5, 1.0, 1.5}) {
+    const auto start = Clock::now();
+    const auto passed = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
+    const std::function<void()> check = [&] {
+      if (passed() > after) throw Ended();
+    };
+    const InterruptedBy interrupted(check);
+    EXPECT_THROW(inspect(kShipped), Ended) << after;
+    slowest = std::max(slowest, passed() - after);
+  }
+  fmt::print("ends after {:.3f} s at most\n", slowest);
+  EXPECT_LT(slowest, 0.5);
+}
+
+// A log in memory is inspected as the file of which it is the content.
+TEST(Inspect, LogsInMemory) {
+  const std::string imu = read_text(kShipped[0]), gnss = read_text(kShipped[1]);
+  const Inspection found = inspect({LogSource{"table_1.csv", imu}, LogSource{"table_2.csv", gnss}});
+  const auto config = ready_config(found, "elsewhere", "sensor.yaml");
+  ASSERT_TRUE(config);
+  EXPECT_TRUE(contains(*config, "file: 'table_1.csv'")) << *config;
   ASSERT_TRUE(found.calibration());
   EXPECT_TRUE(found.calibration()->fits());
 }

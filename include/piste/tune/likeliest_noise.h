@@ -102,6 +102,9 @@ struct TuneOptions {
   double stated = 1;
 };
 
+/// Runs of the filter that a rough search and a thorough one take as a rule.
+inline constexpr double kRoughRuns = 120, kThoroughRuns = 400;
+
 /// Finds the likeliest noise of a log with a known start. Sought is what the options have: of a drift without a process
 /// nothing, of a receiver without velocities no scale of them. `at_rest` is not filled in.
 /// Where rounding makes heights of the first receiver stand still, and their sigma comes out no larger than that of the
