@@ -31,12 +31,16 @@ def configuration(
     if not keywords:
         raise ConfigError("give a configuration file, or its keys as keywords", "keywords")
     keys = {key: value for key, value in keywords.items() if value is not None}
+    spelled: dict[str, str] = {}  # the keywords of keys that have another path
     for owner in LOGS:
         if owner in keys:
+            if isinstance(keys[owner], str | os.PathLike):
+                spelled[f"{owner}.file"] = owner
             keys[owner] = _entries(owner, keys[owner])
     for short, owner in SHORT.items():
         if short not in keys:
             continue
+        spelled[f"{owner}.{short}"] = short
         value = keys.pop(short)
         entry = keys.get(owner)
         if entry is None:
@@ -55,7 +59,7 @@ def configuration(
     for name, week in weeks.items():  # all count from the week of the first
         if week != first and "time_s" in tables[name]:
             tables[name]["time_s"] = tables[name]["time_s"] + (week - first) * WEEK
-    return _piste.Configuration.parse(text, "keywords", tables), first if weeks else None
+    return _piste.Configuration.parse(text, "keywords", tables, spelled), first if weeks else None
 
 
 def _entries(owner: str, value: Any) -> Any:

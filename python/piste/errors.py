@@ -4,7 +4,7 @@ import re
 
 
 class Error(Exception):
-    """Base of all errors of piste. `where` is a file with its line, a table with its row, or a time of the run."""
+    """Base of all errors of piste. `where` is a file with its line, a table with its row, a keyword, or a time of the run."""
 
     def __init__(self, message: str, where: str = ""):
         super().__init__(message)
@@ -12,7 +12,7 @@ class Error(Exception):
 
     @property
     def file(self) -> str | None:
-        """The file, or the name of the table, that is wrong."""
+        """The file, the table, or the keyword with its `=`, that is wrong."""
         return re.sub(r"(: (row|byte) |:)\d+$", "", self.where) or None
 
     @property

@@ -1,5 +1,10 @@
 /// Configurations: files, or text with arrays under the names that it calls them by.
 
+#include <nanobind/stl/map.h>
+
+#include <map>
+#include <string>
+
 #include "bindings.h"
 
 namespace piste::python {
@@ -34,16 +39,25 @@ void bind_configuration(nb::module_& m) {
           nb::arg("file"), "Reads a configuration file.")
       .def_static(
           "parse",
-          [](const std::string& text, const std::string& name, const nb::dict& tables) {
+          [](const std::string& text, const std::string& name, const nb::dict& tables,
+             const std::map<std::string, std::string>& spelled) {
             NamedColumns named;
             for (const auto& [key, table] : tables) {
               const auto called = nb::cast<std::string>(key);
               named[called] = columns_of(called, nb::cast<nb::dict>(table));
             }
-            return Configuration{Config::parse(text, name, std::move(named)), tables};
+            const auto keyword = [name, spelled](const std::string& path) {
+              if (path.empty()) return name;
+              const auto other = spelled.find(path);
+              if (other != spelled.end()) return other->second + '=';
+              return path.find_first_of(".[") == std::string::npos ? path + '=' : path;
+            };
+            return Configuration{Config::parse(text, name, std::move(named), keyword), tables};
           },
-          nb::arg("text"), nb::arg("name"), nb::arg("tables"),
-          "Reads a configuration from text; `tables` has columns of numbers by the names that stand at `file`.");
+          nb::arg("text"), nb::arg("name"), nb::arg("tables"), nb::arg("spelled"),
+          "Reads a configuration from text that was made of keywords, by which errors call its keys. `tables` has "
+          "columns of numbers by the names that stand at `file`, and `spelled` the keywords of keys by their paths, "
+          "where these differ.");
 }
 
 }  // namespace piste::python

@@ -93,9 +93,9 @@ def test_columns_are_not_copied(monkeypatch, imu):
     taken = {}
     real = piste._piste.Configuration.parse
 
-    def parse(text, name, tables):
+    def parse(text, name, tables, spelled):
         taken.update(tables)
-        return real(text, name, tables)
+        return real(text, name, tables, spelled)
 
     monkeypatch.setattr(piste.configuration._piste.Configuration, "parse", staticmethod(parse))
     with pytest.raises(piste.ConfigError):
@@ -128,6 +128,54 @@ def test_errors_say_where(tmp_path, config):
         piste.replay(sensor="xsens_mt9a")
     with pytest.raises(piste.ConfigError, match="perhaps `lever_arm`"):
         piste.replay(config, gnss={"file": config.parent / "../data/ski_run/gnss.csv", "leverarm": "0 0 0 m"})
+
+
+def test_errors_name_the_keyword(config, imu, gnss):
+    """And not a line of text that nobody has written."""
+    tables = {"imu": imu, "gnss": gnss, "sensor": "xsens_mt9a"}
+    for where, keys in (
+        ("sensor=", {"sensor": "xsens_mt9"}),
+        ("lever_arm=", {"lever_arm": "1 2 3"}),
+        ("imu=", {"imu": "nowhere.csv"}),
+        ("estimate=", {"estimate": ["gyro_bais"]}),
+        ("smoother=", {"smoother": "rst"}),
+        ("smother=", {"smother": "rts"}),
+        ("gate=", {"gate": "high"}),
+        ("initial.heading", {"initial": {"heading": "north"}}),
+        ("gnss[1].file", {"gnss": [{"file": gnss}, {"file": "nowhere.csv"}]}),
+    ):
+        with pytest.raises(piste.ConfigError) as raised:
+            piste.replay(**{**tables, **keys})
+        assert str(raised.value).startswith(where + ": "), raised.value
+        assert (raised.value.where, raised.value.file, raised.value.line) == (where, where, None)
+        assert "keywords:" not in str(raised.value)
+
+
+def test_a_unit_that_is_not_known_is_named(imu, gnss):
+    frame = imu.to_pandas().rename(columns={f"gyro_{a}_rad_s": f"gyro_{a}_rpm" for a in "xyz"})
+    with pytest.raises(piste.DataError) as raised:
+        piste.replay(imu=frame, gnss=gnss, sensor="xsens_mt9a")
+    for part in (
+        "gyro_x_rad_s",
+        "gyro_x_deg_s",
+        "`gyro_x_rpm` is in a unit that is not known",
+        "gyro_z_rpm, accel_x_m_s2",
+    ):
+        assert part in str(raised.value)
+
+
+def test_exchanged_columns_are_asked_for(imu, gnss):
+    frame = gnss.to_pandas()
+    frame["latitude_deg"], frame["longitude_deg"] = frame["longitude_deg"] + 100, frame["latitude_deg"]
+    with pytest.raises(piste.DataError, match="beyond 90 deg; are latitude and longitude exchanged"):
+        piste.replay(imu=imu, gnss=frame, sensor="xsens_mt9a")
+
+
+def test_a_run_without_smoother_says_so(config):
+    run = piste.replay(config, smoother="none", judged=False)
+    assert not run.has_smoothed and len(run.solution) == len(run.filtered)
+    with pytest.raises(piste.ConfigError, match="was not smoothed"):
+        run.smoothed  # noqa: B018
 
 
 def test_frames_that_cannot_be_read_say_why(imu, gnss):

@@ -119,7 +119,9 @@ std::string Config::where(std::string_view key) const {
 }
 
 void Config::fail(std::string_view key, const std::string& what) const {
-  throw ConfigError(where(key), key.empty() ? what : fmt::format("{}: {}", key, what));
+  const auto entry = std::ranges::find(node_->entries, key, &Node::Entry::key);
+  const bool named = entry != node_->entries.end() && !entry->value.name.empty();
+  throw ConfigError(where(key), key.empty() || named ? what : fmt::format("{}: {}", key, what));
 }
 
 template <class F>
@@ -302,8 +304,9 @@ std::filesystem::path Config::existing_file(std::string_view key) const {
   std::filesystem::path result = path(key);
   std::error_code unreachable;  // such as a name too long
   if (!std::filesystem::is_regular_file(result, unreachable)) {
-    fail(key, fmt::format("there is no file `{}`; paths are relative to the folder of {}", result.string(),
-                          require(key).file->string()));
+    const Node& node = require(key);
+    fail(key, fmt::format("there is no file `{}`; paths are relative to {}", result.string(),
+                          node.name.empty() ? "the folder of " + node.file->string() : "the current folder"));
   }
   return result;
 }

@@ -60,7 +60,7 @@ std::string text_of(const std::filesystem::path& file) {
 
 }  // namespace
 
-std::string Config::Node::where(int at) const { return fmt::format("{}:{}", file->string(), at); }
+std::string Config::Node::where(int at) const { return name.empty() ? fmt::format("{}:{}", file->string(), at) : name; }
 
 void Config::Node::complete(Node base) {  // NOLINT(misc-no-recursion)
   for (Entry& e : base.entries) {
@@ -106,9 +106,11 @@ void Config::Node::append_asked(const std::string& path,  // NOLINT(misc-no-recu
   }
 }
 
-Config::Node Config::Document::convert(const YAML::Node& yaml, int line, int depth) {  // NOLINT(misc-no-recursion)
+Config::Node Config::Document::convert(const YAML::Node& yaml, int line, int depth,  // NOLINT(misc-no-recursion)
+                                       const std::string& path) {
   Node node;
   node.file = file;
+  if (names) node.name = names(path);
   node.line = yaml.Mark().line >= 0 ? yaml.Mark().line + 1 : line;
   if (depth > kDeepest || ++values_ > kMostValues) {
     throw ConfigError(node.where(), fmt::format("more than {} maps and lists within each other, or {} values in all; "
@@ -125,11 +127,13 @@ Config::Node Config::Document::convert(const YAML::Node& yaml, int line, int dep
       break;
     case YAML::NodeType::Sequence:
       node.kind = Node::Kind::kList;
-      for (const auto& item : yaml) node.list.push_back(convert(item, node.line, depth + 1));
+      for (const auto& item : yaml) {
+        node.list.push_back(convert(item, node.line, depth + 1, fmt::format("{}[{}]", path, node.list.size())));
+      }
       break;
     case YAML::NodeType::Map:
       node.kind = Node::Kind::kMap;
-      for (const auto& item : yaml) add_entry(node, item.first, item.second, depth + 1);
+      for (const auto& item : yaml) add_entry(node, item.first, item.second, depth + 1, path);
       break;
   }
   return node;
@@ -137,7 +141,7 @@ Config::Node Config::Document::convert(const YAML::Node& yaml, int line, int dep
 
 void Config::Document::add_entry(Node& node, const YAML::Node& key,
                                  const YAML::Node& value,  // NOLINT(misc-no-recursion)
-                                 int depth) {
+                                 int depth, const std::string& path) {
   const int line = key.Mark().line + 1;
   if (!key.IsScalar()) throw ConfigError(node.where(line), "a key must be a word");
   const auto same = [&](const Node::Entry& e) { return e.key == key.Scalar(); };
@@ -146,18 +150,20 @@ void Config::Document::add_entry(Node& node, const YAML::Node& key,
         node.where(line),
         fmt::format("key `{}` stands here a second time; it is already in line {}, keep one", first->key, first->line));
   }
-  node.entries.push_back({key.Scalar(), line, convert(value, line, depth)});
+  node.entries.push_back(
+      {key.Scalar(), line, convert(value, line, depth, path.empty() ? key.Scalar() : path + '.' + key.Scalar())});
 }
 
 Config Config::load(const std::filesystem::path& file) { return parse(text_of(file), file); }
 
-Config Config::parse(const std::string& text, const std::filesystem::path& file, NamedColumns tables) {
-  return over_base(text, file, {}, std::move(tables));
+Config Config::parse(const std::string& text, const std::filesystem::path& file, NamedColumns tables, KeyNames names) {
+  return over_base(text, file, {}, std::move(tables), std::move(names));
 }
 
 Config Config::over_base(const std::string& text, const std::filesystem::path& file,  // NOLINT(misc-no-recursion)
-                         std::vector<std::filesystem::path> above, NamedColumns tables) {
+                         std::vector<std::filesystem::path> above, NamedColumns tables, KeyNames names) {
   auto document = std::make_shared<Document>();
+  document->names = std::move(names);
   document->tables = std::move(tables);
   document->file = std::make_shared<const std::filesystem::path>(file);
   document->source = text;
@@ -173,7 +179,7 @@ Config Config::over_base(const std::string& text, const std::filesystem::path& f
     if (!yaml.IsMap() || !is_one_document(text)) {
       throw ConfigError(root.where(1), "one map of `key: value` lines is expected");
     }
-    root = document->convert(yaml, 1, 0);
+    root = document->convert(yaml, 1, 0, "");
   } catch (const YAML::Exception& e) {
     throw ConfigError(root.where(std::max(e.mark.line, 0) + 1),
                       fmt::format("no YAML: {}; write `key: value` lines, indented by spaces", e.msg));

@@ -30,6 +30,7 @@ struct Config::Node {
   Kind kind = Kind::kEmpty;
   std::shared_ptr<const std::filesystem::path> file;  ///< in which it stands; it may be that of a base
   int line = 1;
+  std::string name;  ///< what errors call it; empty: file and line
   std::string scalar;
   std::vector<Node> list;
   std::vector<Entry> entries;
@@ -61,13 +62,14 @@ struct Config::Document {
   std::shared_ptr<const std::filesystem::path> file;
   std::string source;
   NamedColumns tables = {};
+  KeyNames names = {};
   Node root;
 
   /// The tree of `yaml`. `line` is its line if it does not know its own. Throws ConfigError.
-  Node convert(const YAML::Node& yaml, int line, int depth);
+  Node convert(const YAML::Node& yaml, int line, int depth, const std::string& path);
 
  private:
-  void add_entry(Node& node, const YAML::Node& key, const YAML::Node& value, int depth);
+  void add_entry(Node& node, const YAML::Node& key, const YAML::Node& value, int depth, const std::string& path);
   std::size_t values_ = 0;  // so far; an alias counts as all the values of its anchor
 };
 

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <initializer_list>
@@ -32,6 +34,15 @@ struct Triad {
   }
 };
 
+// The columns that are there, and those among them that are of the same quantity in a unit that is not known.
+std::string columns_there(const CsvReader& csv, std::string_view prefix, std::string_view axis) {
+  const std::string start = fmt::format("{}{}{}_", prefix, prefix.empty() ? "" : "_", axis);
+  const auto other = std::ranges::find_if(csv.names(), [&](const auto& name) { return name.starts_with(start); });
+  return fmt::format("{}; the columns are: {}",
+                     other != csv.names().end() ? fmt::format("; `{}` is in a unit that is not known", *other) : "",
+                     fmt::join(csv.names(), ", "));
+}
+
 std::string column_name(std::string_view prefix, std::string_view axis, std::string_view unit) {
   return fmt::format("{}{}{}_{}", prefix, prefix.empty() ? "" : "_", axis, unit);
 }
@@ -55,7 +66,8 @@ Triad require_triad(CsvReader& csv, std::string_view prefix, const std::array<st
   for (const ColumnUnit& unit : units) {
     choices += (choices.empty() ? "" : " or ") + column_name(prefix, axes[0], unit.suffix);
   }
-  csv.fail(fmt::format("column {} is missing, and with it those of the other axes", choices));
+  csv.fail(fmt::format("column {} is missing, and with it those of the other axes{}", choices,
+                       columns_there(csv, prefix, axes[0])));
 }
 
 // The sigmas, which a file need not have if `stated` elsewhere.
@@ -80,7 +92,8 @@ ImuRecording read_imu_csv(const LogFile& log, RowFaults* faults) {
     accel = require_triad(csv, "dvel", kXyz, {{"m_s", 1}});
     imu.increments = true;
   } else {
-    csv.fail("no gyroscope: columns gyro_x_rad_s, gyro_x_deg_s, or increments dtheta_x_rad, dtheta_x_deg are expected");
+    csv.fail("no gyroscope: columns gyro_x_rad_s, gyro_x_deg_s, or increments dtheta_x_rad, dtheta_x_deg are expected" +
+             columns_there(csv, "gyro", kXyz[0]));
   }
   const auto magnetic = find_triad(csv, "mag", kXyz, {{"uT", 1}});
   const auto temperature = csv.find("temperature_degC");

@@ -220,6 +220,30 @@ TEST_F(ConfigBase, RefusesACircleAndWhatIsNoFile) {
                        "unknown key `bse`, perhaps `base`"));
 }
 
+// Text that was made of a program's arguments: its lines say nothing to who has not written it.
+TEST_F(ConfigBase, KeysMayHaveNamesInsteadOfLines) {
+  folder_.write("base.yaml", "far: {x: 1}\nown: 1 s\n");
+  const auto name = [](const std::string& path) { return path.empty() ? "all" : "<" + path + ">"; };
+  const auto refused = [&](const std::string& text, const auto& read) {
+    const Config config = Config::parse(text, folder_ / "words", {}, name);
+    return message_of<ConfigError>([&] { read(config); });
+  };
+  const auto quantity = [](const Config& c) { c.quantity("time", dimension::kTime); };
+  EXPECT_TRUE(refused("time: 1 m\n", quantity).starts_with("<time>: unit `m`")) << refused("time: 1 m\n", quantity);
+  EXPECT_TRUE(refused("x: 1\n", quantity).starts_with("all: key `time` is missing"));
+  EXPECT_TRUE(refused("imu: {clock: {time: 1 m}}\n", [&](const Config& c) {
+                quantity(c.map("imu").map("clock"));
+              }).starts_with("<imu.clock.time>: "));
+  EXPECT_TRUE(refused("gnss: [{file: a}, {file: b}]\n", [](const Config& c) {
+                c.maps("gnss")[1].existing_file("file");
+              }).starts_with("<gnss[1].file>: there is no file"));
+  EXPECT_TRUE(refused("smother: 1\n", [](const Config& c) { c.finish(); }).starts_with("<smother>: unknown key"));
+  // What stands in a file keeps its place there.
+  const std::string base = "base: " + yaml_text(folder_ / "base.yaml") + "\n";
+  EXPECT_TRUE(
+      contains(refused(base, [](const Config& c) { c.quantity("own", dimension::kLength); }), "base.yaml:2: own: "));
+}
+
 TEST(ConfigText, ReadsBackAsItIs) {
   using namespace std::string_literals;
   for (const std::string& text :

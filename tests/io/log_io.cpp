@@ -126,11 +126,14 @@ TEST_F(LogIo, WrongUnitsAreSeenByTheirSize) {
       contains(refused_imu(in_g + "1,0,0,0,0,0,-1\n2,0,0,0,0,0,-1e308\n"), "log:3: a value is not finite in SI"));
   EXPECT_TRUE(
       contains(refused_gnss(kGnssHeader + "1,146.5,7.25,1600,1,1,1\n"), "log:2: latitude 146.500000 deg is beyond 90"));
+  EXPECT_TRUE(contains(refused_gnss(kGnssHeader + "1,146.5,7.25,1600,1,1,1\n"), "latitude and longitude exchanged?"));
   EXPECT_TRUE(contains(refused_gnss(kGnssHeader + "1,46.5,7.25,1600,1,0,1\n"), "log:2: the sigmas of a position"));
 }
 
 TEST_F(LogIo, MissingColumnsAndRows) {
   EXPECT_TRUE(contains(refused_imu("time_s,x\n1,2\n"), "log:1: no gyroscope"));
+  const std::string rpm = refused_imu("time_s,gyro_x_rpm,gyro_y_rpm,gyro_z_rpm\n1,2,3,4\n");
+  EXPECT_TRUE(contains(rpm, "`gyro_x_rpm` is in a unit that is not known; the columns are: time_s, gyro_x_rpm")) << rpm;
   EXPECT_TRUE(contains(refused_imu("time_s,gyro_x_rad_s,gyro_y_rad_s,gyro_z_rad_s\n1,2,3,4\n"),
                        "accel_x_m_s2 or accel_x_g is missing"));
   EXPECT_TRUE(contains(refused_imu("time_s,gyro_x_rad_s,gyro_y_rad_s\n1,2,3\n"), "column `gyro_z_rad_s` is missing"));

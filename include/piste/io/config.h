@@ -8,6 +8,7 @@
 /// Every error is a ConfigError `FILE:LINE: what is wrong, and what would be right`.
 
 #include <filesystem>
+#include <functional>
 #include <initializer_list>
 #include <memory>
 #include <optional>
@@ -31,6 +32,10 @@ struct KeyUse {
   bool optional = false;
 };
 
+/// What errors call a key instead of `FILE:LINE`, by its path, such as `imu.sensor` or `gnss[0].file`; the whole has an
+/// empty path.
+using KeyNames = std::function<std::string(const std::string& path)>;
+
 /// One map of a configuration file. A copy refers to the same map. Read all keys, and then call `finish()` on the
 /// outermost map: it throws if there is a key that was not read.
 class Config {
@@ -39,8 +44,9 @@ class Config {
   /// itself.
   static Config load(const std::filesystem::path& file);
   /// The same from text. Errors name `file`, and relative paths start from its folder. A log's `file` may be the name
-  /// of one of `tables`.
-  static Config parse(const std::string& text, const std::filesystem::path& file, NamedColumns tables = {});
+  /// of one of `tables`. With `names`, errors name keys by these: for text that was made of a program's arguments.
+  static Config parse(const std::string& text, const std::filesystem::path& file, NamedColumns tables = {},
+                      KeyNames names = {});
 
   /// Whether the key is there. This does not count as reading it.
   bool has(std::string_view key) const;
@@ -103,7 +109,7 @@ class Config {
   /// The table in memory whose name stands at the key; null if it is none.
   const NumberColumns* table(std::string_view key) const;
 
-  /// `FILE:LINE` of the key, or of this map if there is no key.
+  /// `FILE:LINE` of the key, or of this map if there is no key; or its name, where keys have names (parse()).
   std::string where(std::string_view key = {}) const;
   /// Throws ConfigError with that place.
   [[noreturn]] void fail(std::string_view key, const std::string& what) const;
@@ -126,7 +132,7 @@ class Config {
 
   // `above` are the files that build on this one.
   static Config over_base(const std::string& text, const std::filesystem::path& file,
-                          std::vector<std::filesystem::path> above, NamedColumns tables = {});
+                          std::vector<std::filesystem::path> above, NamedColumns tables = {}, KeyNames names = {});
   const Node* find(std::string_view key) const;
   // Remember what is expected at a key.
   void know(std::string_view key, std::string_view takes, std::string_view fallback = {}) const;
