@@ -14,7 +14,7 @@ from .configuration import configuration
 from .errors import ConfigError
 from .progress import Progress, told
 from .runs import Page, Path
-from .tables import Table
+from .tables import WEEK, Table, columns_of, csv_of, is_table
 
 
 def _folder(output: Path | None) -> str | None:
@@ -76,13 +76,40 @@ class Inspection:
         return Page(self._inspected.page())
 
     def write(self, folder: Path) -> None:
-        """Writes inspection.txt and .html, and where the logs suffice replay.yaml and sensor.yaml, for replay()."""
+        """Writes inspection.txt and .html, and where the logs suffice replay.yaml and sensor.yaml, for replay().
+
+        Logs that were tables are written as well, as csv.
+        """
         self._inspected.write(os.fspath(folder))
 
 
-def inspect(*files: Path, output: Path | None = None, progress: Progress | bool | None = None) -> Inspection:
-    """Looks at logs before anything else runs."""
-    inspection = Inspection(_piste.inspect(_files(files), told(progress)))
+def _sources(logs: Sequence[Any]) -> tuple[list[str], list[str | None]]:
+    """The names of logs, and of those that are tables what a csv of them would hold."""
+    if not logs:
+        raise ConfigError("no log is named", "files")
+    names: list[str] = []
+    contents: list[str | None] = []
+    first = None
+    for i, log in enumerate(logs):
+        if not is_table(log):
+            names += _files([log])
+            contents.append(None)
+            continue
+        names.append(f"table_{i + 1}.csv")
+        columns, week = columns_of(log, names[-1])
+        first = week if first is None else first
+        if week is not None and first is not None and "time_s" in columns:  # all count from the week of the first
+            columns["time_s"] = columns["time_s"] + (week - first) * WEEK
+        contents.append(csv_of(columns, names[-1]))
+    return names, contents
+
+
+def inspect(*logs: Path | Any, output: Path | None = None, progress: Progress | bool | None = None) -> Inspection:
+    """Looks at logs before anything else runs: files, or tables such as a pandas.DataFrame, as replay() takes them.
+
+    Tables are called table_1.csv and so on, by their places; `output` and write() write them beside the configuration.
+    """
+    inspection = Inspection(_piste.inspect(*_sources(logs), told(progress)))
     if output is not None:
         inspection.write(output)
     return inspection

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from typing import TextIO
 
 Progress = Callable[[str, float], object]
-"""Called some times a second with the stage and the part of it that is done, 0 to 1. What it raises ends the work."""
+"""Called some times a second with the stage and the part of it that is done, 0 to 1; of inspect() the part of the whole
+work, which does not go back from stage to stage. What it raises ends the work."""
 
 
 class Bar:
@@ -17,17 +18,18 @@ class Bar:
     def __init__(self, out: TextIO | None = None):
         self._out = out or sys.stderr
         self._stage = ""
-        self._started = 0.0
+        self._part = self._started = 0.0
 
     def __call__(self, stage: str, part: float) -> None:
         now = time.monotonic()
-        if stage != self._stage:
+        if not self._stage or part < self._part:  # else another stage of the same work
             if self._stage:
                 self._out.write("\n")
-            self._stage, self._started = stage, now
+            self._started = now
+        self._stage, self._part = stage, part
         left = (now - self._started) * (1 / part - 1) if part > 0 else 0
         filled = round(self.WIDTH * part)
-        self._out.write(f"\r{stage:<13} [{'=' * filled:<{self.WIDTH}}] {part:4.0%}  {left:.0f} s left ")
+        self._out.write(f"\r{stage:<19} [{'=' * filled:<{self.WIDTH}}] {part:4.0%}  {left:.0f} s left ")
         self._out.flush()
 
     def __del__(self) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from . import _piste
 from .configuration import configuration
+from .errors import ConfigError
 from .progress import Progress, told
 from .tables import Table, column_of, rows_of
 
@@ -102,15 +103,22 @@ class Run:
         return Solution(self._run.filtered, self.week)
 
     @cached_property
-    def smoothed(self) -> Solution | None:
-        """None with `smoother: none`."""
+    def smoothed(self) -> Solution:
+        """The smoothed solution. A ConfigError with `smoother: none`; `has_smoothed` says so, and `solution` is always there."""
         smoothed = self._run.smoothed
-        return None if smoothed is None else Solution(smoothed, self.week)
+        if smoothed is None:
+            raise ConfigError("the run was not smoothed (`smoother: none`); take `filtered`, or `solution`", "smoother")
+        return Solution(smoothed, self.week)
+
+    @property
+    def has_smoothed(self) -> bool:
+        """Whether the run was smoothed."""
+        return self._run.smoothed is not None
 
     @property
     def solution(self) -> Solution:
         """The smoothed solution, or the filtered one if there is none."""
-        return self.smoothed or self.filtered
+        return self.smoothed if self.has_smoothed else self.filtered
 
     @property
     def biases(self) -> Table:

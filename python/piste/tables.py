@@ -121,6 +121,14 @@ def numbers_of(table: str, name: str, values: Any) -> np.ndarray:
         ) from None
 
 
+def csv_of(columns: Mapping[str, np.ndarray], table: str) -> str:
+    """Columns as the text of a csv, with all of their digits."""
+    if len({len(column) for column in columns.values()}) > 1:
+        raise DataError(f"{table}: the columns are of different lengths", table)
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    return "\n".join((",".join(columns), *(",".join(map(repr, row)) for row in rows), ""))
+
+
 def columns_of(value: Any, table: str) -> tuple[dict[str, np.ndarray], int | None]:
     """The columns of a table as arrays, without a copy where they are float64, and its GPS week if it is known."""
     week = getattr(value, "week", None)

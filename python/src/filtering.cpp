@@ -10,6 +10,8 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <string>
+#include <type_traits>
 
 #include "bindings.h"
 #include "piste/core/error.h"
@@ -28,10 +30,62 @@ using Triples = nb::ndarray<const double, nb::shape<-1, 3>, nb::device::cpu>;
 
 Vector3d row(const Triples& of, std::size_t i) { return {of(i, 0), of(i, 1), of(i, 2)}; }
 
-void require_rows(std::size_t rows, std::initializer_list<std::size_t> others) {
+void require_rows(const char* what, std::size_t rows, std::initializer_list<std::size_t> others) {
   for (const std::size_t other : others) {
-    if (other != rows) throw nb::value_error("all arrays need as many rows");
+    if (other == rows) continue;
+    throw DataError(what, fmt::format("`time` has {} rows, and another array {}; all need as many", rows, other));
   }
+}
+
+std::string type_of(const nb::handle value) { return nb::cast<std::string>(value.type().attr("__name__")); }
+
+[[noreturn]] void refuse(const char* what, const char* name, const char* expected, const nb::handle value) {
+  throw DataError(what, fmt::format("`{}`: {} expected, not {}", name, expected, type_of(value)));
+}
+
+// Numbers of any kind as an array of float64, which numpy makes of them. float32 tells times of a week to 0.03 s.
+template <class Array>
+Array array_of(const char* what, const char* name, const nb::handle value, bool is_time = false) {
+  constexpr bool kTriples = std::is_same_v<Array, Triples>;
+  Array array;
+  if (nb::try_cast(value, array, false)) return array;
+  try {
+    const nb::module_ numpy = nb::module_::import_("numpy");
+    const nb::object given = numpy.attr("asarray")(value);
+    const auto kind = nb::cast<std::string>(given.attr("dtype").attr("kind"));
+    const auto bytes = nb::cast<int>(given.attr("dtype").attr("itemsize"));
+    if (is_time && kind == "f" && bytes < 8) {
+      throw DataError(what, fmt::format("`{}` is float{}, which tells times of a week to 0.03 s or worse; make it "
+                                        "float64",
+                                        name, 8 * bytes));
+    }
+    const bool numbers = kind == "f" || kind == "i" || kind == "u";
+    if (numbers && nb::try_cast(given.attr("astype")("float64"), array, false)) return array;
+  } catch (nb::python_error& e) {  // not even an array
+    if (!e.matches(PyExc_Exception)) throw;
+  }
+  refuse(what, name,
+         kTriples ? "three numbers, or an array with a row of three for each time, are"
+                  : "a number, or an array of numbers with one dimension, is",
+         value);
+}
+
+// A number. An array of one is none.
+std::optional<double> number_in(const nb::handle value) {
+  double number = 0;
+  if (nb::hasattr(value, "__len__") || !nb::try_cast(value, number)) return std::nullopt;
+  return number;
+}
+
+Three triple_of(const char* what, const char* name, const nb::handle value) {
+  Three three;
+  if (nb::try_cast(value, three)) return three;
+  refuse(what, name, "three numbers are", value);
+}
+
+double number_of(const char* what, const char* name, const nb::handle value) {
+  if (const auto number = number_in(value)) return *number;
+  refuse(what, name, "a number is", value);
 }
 
 // Calls add(row) for each row. The interpreter's lock is held, so that threads which share a filter or a session take
@@ -96,35 +150,68 @@ Start start_at(double time, const Geodetic& position, const Three& velocity, con
   return start;
 }
 
-void add_samples(Filter& filter, const Times& time, const Times& interval, const Triples& dtheta, const Triples& dvel) {
-  const std::size_t rows = time.shape(0);
-  require_rows(rows, {interval.shape(0), dtheta.shape(0), dvel.shape(0)});
-  for_each_row(rows, [&](std::size_t i) {
+void add_samples(Filter& filter, const nb::object& time, const nb::object& interval, const nb::object& dtheta,
+                 const nb::object& dvel) {
+  constexpr const char* kWhat = "samples";
+  const auto add = [&filter](double t, double dt, const Vector3d& turn, const Vector3d& change) {
     ImuSample sample;
-    sample.time = time(i);
-    sample.interval = interval(i);
-    sample.dtheta = row(dtheta, i);
-    sample.dvel = row(dvel, i);
+    sample.time = t;
+    sample.interval = dt;
+    sample.dtheta = turn;
+    sample.dvel = change;
     filter.add(sample);
     filter.clear_innovations();
-  });
+  };
+  if (const auto t = number_in(time)) {
+    add(*t, number_of(kWhat, "interval", interval), three(triple_of(kWhat, "dtheta", dtheta)),
+        three(triple_of(kWhat, "dvel", dvel)));
+    return;
+  }
+  const auto times = array_of<Times>(kWhat, "time", time, true),
+             intervals = array_of<Times>(kWhat, "interval", interval);
+  const auto turns = array_of<Triples>(kWhat, "dtheta", dtheta), changes = array_of<Triples>(kWhat, "dvel", dvel);
+  const std::size_t rows = times.shape(0);
+  require_rows(kWhat, rows, {intervals.shape(0), turns.shape(0), changes.shape(0)});
+  for_each_row(rows, [&](std::size_t i) { add(times(i), intervals(i), row(turns, i), row(changes, i)); });
 }
 
-std::optional<FixVelocity> velocity_of(const std::optional<Three>& value, const std::optional<Three>& sigma) {
-  if (!value) return std::nullopt;
-  if (!sigma) throw nb::value_error("a velocity needs its sigma");
-  return FixVelocity{three(*value), three(*sigma)};
+void add_rows(Live& live, const nb::object& time, const nb::object& gyro, const nb::object& accel) {
+  constexpr const char* kWhat = "imu";
+  if (const auto t = number_in(time)) {
+    live.add(ImuRow{*t, three(triple_of(kWhat, "gyro", gyro)), three(triple_of(kWhat, "accel", accel))});
+    return;
+  }
+  const auto times = array_of<Times>(kWhat, "time", time, true);
+  const auto rates = array_of<Triples>(kWhat, "gyro", gyro), forces = array_of<Triples>(kWhat, "accel", accel);
+  const std::size_t rows = times.shape(0);
+  require_rows(kWhat, rows, {rates.shape(0), forces.shape(0)});
+  for_each_row(rows, [&](std::size_t i) { live.add(ImuRow{times(i), row(rates, i), row(forces, i)}); });
 }
 
-GeodeticFix fix_of(double time, const Three& position, const Three& sigma, const std::optional<Three>& velocity,
-                   const std::optional<Three>& sigma_velocity) {
+GeodeticFix fix_of(const nb::object& time, const nb::object& position, const nb::object& sigma,
+                   const nb::object& velocity, const nb::object& sigma_velocity) {
+  constexpr const char* kWhat = "gnss";
   GeodeticFix fix;
-  fix.time = time;
-  fix.position = place(position);
-  fix.sigma_position = three(sigma);
-  fix.velocity = velocity_of(velocity, sigma_velocity);
+  fix.time = number_of(kWhat, "time", time);
+  fix.position = place(triple_of(kWhat, "position", position));
+  fix.sigma_position = three(triple_of(kWhat, "sigma", sigma));
+  if (velocity.is_none()) return fix;
+  if (sigma_velocity.is_none()) throw DataError(kWhat, "a velocity needs its sigma; give `sigma_velocity`");
+  fix.velocity = FixVelocity{three(triple_of(kWhat, "velocity", velocity)),
+                             three(triple_of(kWhat, "sigma_velocity", sigma_velocity))};
   return fix;
 }
+
+// What type checkers see of functions that take numbers, sequences and arrays.
+#define PISTE_ARRAY "numpy.typing.ArrayLike"
+constexpr const char* kAddGnss =
+    "def add_gnss(self, time: float, position: " PISTE_ARRAY ", sigma: " PISTE_ARRAY ", velocity: " PISTE_ARRAY
+    " | None = None, sigma_velocity: " PISTE_ARRAY " | None = None, receiver: int = 0) -> None";
+constexpr const char* kAddSamples = "def add(self, time: " PISTE_ARRAY ", interval: " PISTE_ARRAY
+                                    ", dtheta: " PISTE_ARRAY ", dvel: " PISTE_ARRAY ") -> None";
+constexpr const char* kAddRows =
+    "def add(self, time: " PISTE_ARRAY ", gyro: " PISTE_ARRAY ", accel: " PISTE_ARRAY ") -> None";
+#undef PISTE_ARRAY
 
 FilterOptions filter_options(const Configuration& configuration) {
   return read_replay_config(configuration.config).filter;
@@ -166,14 +253,16 @@ void bind_filtering(nb::module_& m) {
       .def_static(
           "of", [](const Run& run) { return Filter(run.replay.options, run.replay.log.world, run.replay.found.start); },
           nb::arg("run"), "A filter at the start of a run, with its options.")
-      .def("add", &add_samples, nb::arg("time").noconvert(), nb::arg("interval"), nb::arg("dtheta"), nb::arg("dvel"),
-           "Samples one after the other: the time at the end of each (GPS seconds of week), the interval before it "
+      .def("add", &add_samples, nb::sig(kAddSamples), nb::arg("time").none(), nb::arg("interval").none(),
+           nb::arg("dtheta").none(), nb::arg("dvel").none(),
+           "A sample, or arrays of samples one after the other: the time at the end of each (GPS seconds of week), the "
+           "interval before it "
            "(s), and "
            "over it the rotation (rad) and the change of velocity (m/s), body axes, forward, right, down.")
       .def(
           "add_gnss",
-          [](Filter& filter, double time, const Three& position, const Three& sigma,
-             const std::optional<Three>& velocity, const std::optional<Three>& sigma_velocity, int receiver) {
+          [](Filter& filter, const nb::object& time, const nb::object& position, const nb::object& sigma,
+             const nb::object& velocity, const nb::object& sigma_velocity, int receiver) {
             const std::size_t receivers = filter.options().gnss.size();
             if (receiver < 0 || static_cast<std::size_t>(receiver) >= receivers) {
               throw DataError("gnss", fmt::format("there is no receiver {}; there are {}, the first of which is 0",
@@ -181,13 +270,14 @@ void bind_filtering(nb::module_& m) {
             }
             const GeodeticFix fix = fix_of(time, position, sigma, velocity, sigma_velocity);
             if (const std::string fault = fault_of(fix); !fault.empty()) {
-              throw DataError(fmt::format("gnss: t = {:.3f} s", time), fault);
+              throw DataError(fmt::format("gnss: t = {:.3f} s", fix.time), fault);
             }
             filter.add(receiver,
-                       GnssFix{time, filter.world().from_geodetic(fix.position), fix.sigma_position, fix.velocity});
+                       GnssFix{fix.time, filter.world().from_geodetic(fix.position), fix.sigma_position, fix.velocity});
           },
-          nb::arg("time"), nb::arg("position"), nb::arg("sigma"), nb::arg("velocity").none() = nb::none(),
-          nb::arg("sigma_velocity").none() = nb::none(), nb::arg("receiver") = 0,
+          nb::sig(kAddGnss), nb::arg("time").none(), nb::arg("position").none(), nb::arg("sigma").none(),
+          nb::arg("velocity").none() = nb::none(), nb::arg("sigma_velocity").none() = nb::none(),
+          nb::arg("receiver") = 0,
           "A fix: GPS seconds of week; latitude and longitude in degrees, height in m; m/s; sigmas north, east, down. "
           "Those of a "
           "receiver come in the order of their times.")
@@ -219,22 +309,17 @@ void bind_filtering(nb::module_& m) {
           "__init__",
           [](Live* self, const Configuration& configuration) { new (self) Live(live_options(configuration)); },
           nb::arg("configuration"))
-      .def(
-          "add",
-          [](Live& live, const Times& time, const Triples& gyro, const Triples& accel) {
-            const std::size_t rows = time.shape(0);
-            require_rows(rows, {gyro.shape(0), accel.shape(0)});
-            for_each_row(rows, [&](std::size_t i) { live.add(ImuRow{time(i), row(gyro, i), row(accel, i)}); });
-          },
-          nb::arg("time").noconvert(), nb::arg("gyro"), nb::arg("accel"),
-          "Raw rows at the sensor's own clock and along its own axes: s, rad/s and m/s^2.")
+      .def("add", &add_rows, nb::sig(kAddRows), nb::arg("time").none(), nb::arg("gyro").none(), nb::arg("accel").none(),
+           "A raw row, or arrays of rows, at the sensor's own clock and along its own axes: s, rad/s and m/s^2. Three "
+           "numbers for a row, or an array with a row of three for each time.")
       .def(
           "add_gnss",
-          [](Live& live, double time, const Three& position, const Three& sigma, const std::optional<Three>& velocity,
-             const std::optional<Three>& sigma_velocity,
+          [](Live& live, const nb::object& time, const nb::object& position, const nb::object& sigma,
+             const nb::object& velocity, const nb::object& sigma_velocity,
              int receiver) { live.add(receiver, fix_of(time, position, sigma, velocity, sigma_velocity)); },
-          nb::arg("time"), nb::arg("position"), nb::arg("sigma"), nb::arg("velocity").none() = nb::none(),
-          nb::arg("sigma_velocity").none() = nb::none(), nb::arg("receiver") = 0,
+          nb::sig(kAddGnss), nb::arg("time").none(), nb::arg("position").none(), nb::arg("sigma").none(),
+          nb::arg("velocity").none() = nb::none(), nb::arg("sigma_velocity").none() = nb::none(),
+          nb::arg("receiver") = 0,
           "A fix: GPS seconds of week; latitude and longitude in degrees, height in m; m/s; sigmas north, east, down. "
           "Those of a "
           "receiver come in the order of their times.")
@@ -244,7 +329,7 @@ void bind_filtering(nb::module_& m) {
           "The state as far as samples are conditioned, 1.5 s behind the newest row; None before the start.")
       .def(
           "now", [](const Live& live) { return live_state(live.now()); },
-          "The state at the newest row; None before the start.");
+          "The state at the newest row; None before the start. It costs as much as filtering 1.5 s.");
 }
 
 }  // namespace piste::python

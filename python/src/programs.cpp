@@ -44,15 +44,25 @@ void write_into(const std::optional<std::string>& folder, const std::function<vo
 }
 
 struct Inspected {
+  std::vector<std::string> files;
+  std::vector<std::optional<std::string>> contents;  // of those in memory; `found` refers to them
   Inspection found;
   std::optional<std::string> config(const std::string& folder) const {
     return ready_config(found, folder, "sensor.yaml");
   }
 };
 
-std::unique_ptr<Inspected> inspected(const std::vector<std::string>& files, const nb::object& progress) {
+std::unique_ptr<Inspected> inspected(std::vector<std::string> files, std::vector<std::optional<std::string>> contents,
+                                     const nb::object& progress) {
   return interruptible(progress, [&](Told& told) {
-    return std::make_unique<Inspected>(Inspected{inspect(files, part(told, "inspecting"))});
+    auto all = std::make_unique<Inspected>(Inspected{std::move(files), std::move(contents), {}});
+    std::vector<LogSource> logs;
+    for (std::size_t i = 0; i < all->files.size(); ++i) {
+      const auto& content = all->contents.at(i);
+      logs.push_back({all->files[i], content ? std::optional<std::string_view>(*content) : std::nullopt});
+    }
+    all->found = inspect(logs, [&](std::string_view stage, double done) { told(stage, done); });
+    return all;
   });
 }
 
@@ -165,9 +175,15 @@ void bind_programs(nb::module_& m) {
              return what;
            })
       .def("write", [](const Inspected& i, const std::string& folder) {
-        write_into(folder, [&](OutputFolder& output) { write_inspection(output, i.found); });
+        write_into(folder, [&](OutputFolder& output) {
+          for (std::size_t k = 0; k < i.files.size(); ++k) {
+            if (i.contents[k]) output.write(i.files[k], *i.contents[k]);
+          }
+          write_inspection(output, i.found);
+        });
       });
-  m.def("inspect", &inspected, nb::arg("files"), nb::arg("progress") = nb::none());
+  m.def("inspect", &inspected, nb::arg("files"), nb::arg("contents"), nb::arg("progress") = nb::none(),
+        "Inspects logs: files, or those of which `contents` has what a file of that name would hold.");
 
   m.def("align", &aligned, nb::arg("configuration"), nb::arg("compares"), nb::arg("folder").none(),
         nb::arg("progress") = nb::none());

@@ -132,14 +132,79 @@ def test_what_cannot_be_is_refused_and_the_filter_goes_on(config):
     ):
         with pytest.raises(piste.DataError, match="a sample must be finite"):
             wrong.add(*rows)
-    with pytest.raises(TypeError):  # 0.03 s of a week
+    with pytest.raises(piste.DataError, match="float32, which tells times of a week to 0.03 s"):
         wrong.add(time.astype(np.float32), interval, turn, force)
+    with pytest.raises(piste.DataError, match="`dtheta`: three numbers"):
+        wrong.add(time + 0.02, interval, turn[:, :2], force)
+    with pytest.raises(piste.DataError, match="another array 1"):
+        wrong.add(time + 0.02, interval[:1], turn, force)
     for f in filters:
         f.add(time + 0.02, interval, turn, force)
         f.finish()
     a, b = (f.state() for f in filters)
     for name in a:
         np.testing.assert_array_equal(a[name], b[name])
+
+
+def test_a_row_may_be_numbers(config, imu, gnss):
+    """One row as scalars and triples of any kind is the row of an array."""
+    rows, pieces = piste.Live(config), piste.Live(config)
+    gyro = np.column_stack([imu[f"gyro_{a}_rad_s"] for a in "xyz"])
+    accel = np.column_stack([imu[f"accel_{a}_m_s2"] for a in "xyz"])
+    last = np.searchsorted(imu["time_s"], gnss["time_s"][60])
+    following = 0
+    for i in range(last):
+        while gnss["time_s"][following] <= imu["time_s"][i]:
+            for live in (rows, pieces):
+                add_fix(live, gnss, following)
+            following += 1
+        pieces.add(imu["time_s"][i : i + 1], gyro[i : i + 1], accel[i : i + 1])
+        kinds = (list, tuple, np.asarray)
+        rows.add(float(imu["time_s"][i]) if i % 2 else imu["time_s"][i], kinds[i % 3](gyro[i]), kinds[i % 2](accel[i]))
+    a, b = rows.now(), pieces.now()
+    assert a is not None
+    for name in a:
+        np.testing.assert_array_equal(a[name], b[name])
+    assert abs(a["time_s"] - imu["time_s"][last - 1]) < 1e-6  # the newest row, whenever the last pass was
+    f = piste.Filter(config, **START)
+    f.add(0.01, 0.01, [0, 0, 0], (0, 0, -0.0981))
+    f.add(np.array([0.02]), np.array([0.01]), np.zeros((1, 3)), np.array([[0, 0, -0.0981]]))
+    assert f.finish()
+
+
+def test_wrong_rows_are_errors_of_piste(config):
+    live = piste.Live(config)
+    live.add(1, [0, 0, 0], [0, 0, -9.81])
+    up = [0, 0, -9.81]
+    for what, row in (
+        ("`time`", ("now", [0, 0, 0], up)),
+        ("`time`", (None, [0, 0, 0], up)),
+        ("`gyro`", (2, [0, 0], up)),
+        ("`gyro`", (2, 0.0, up)),
+        ("`gyro`", (2, ["a", "b", "c"], up)),
+        ("`accel`", (2, [0, 0, 0], None)),
+        ("`gyro`", (np.array([2.0, 3.0]), np.zeros((2, 2)), np.zeros((2, 3)))),
+        ("`accel`", (np.array([2.0, 3.0]), np.zeros((2, 3)), [[1, 2, 3], [1, 2]])),
+        ("2 rows", (np.array([2.0, 3.0]), np.zeros((3, 3)), np.zeros((2, 3)))),
+        ("`time` is float32", (np.array([2.0, 3.0], dtype=np.float32), np.zeros((2, 3)), np.zeros((2, 3)))),
+        ("does not increase", (1, [0, 0, 0], up)),
+        ("must be finite", (2, [0, NONE, 0], up)),
+    ):
+        with pytest.raises(piste.DataError, match=what):
+            live.add(*row)
+    fix = {"time": 0.025, "position": [46, 7, 2500], "sigma": [1, 1, 1]}
+    for what, change in (
+        ("`time`", {"time": "now"}),
+        ("`position`", {"position": [46, 7]}),
+        ("`sigma`", {"sigma": 1}),
+        ("`velocity`", {"velocity": "fast", "sigma_velocity": [1, 1, 1]}),
+        ("needs its sigma", {"velocity": [0, 0, 0]}),
+        ("exchanged", {"position": [107, 46, 2500]}),
+    ):
+        with pytest.raises(piste.DataError, match=what):
+            live.add_gnss(**{**fix, **change})
+    with pytest.raises(piste.ConfigError, match="^smother=: unknown key"):
+        piste.Live(config, smother="rts")
 
 
 def test_threads_share_a_session(config, imu, gnss):

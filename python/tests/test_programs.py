@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 
 import numpy as np
 import piste
@@ -49,6 +50,7 @@ def test_read_says_what_a_log_is(imu):
     for files in ((), ("nowhere.csv",), (imu,), (5,)):
         with pytest.raises(piste.ConfigError):
             piste.read(*files)
+    for files in ((), ("nowhere.csv",), (5,)):
         with pytest.raises(piste.ConfigError):
             piste.inspect(*files)
 
@@ -94,13 +96,101 @@ def test_montecarlo_is_the_program(scenario, tmp_path):
         assert (tmp_path / name).read_bytes() == (tmp_path / "program" / name).read_bytes()
 
 
-def test_interrupt_ends_the_work(scenario):
-    tell = "progress=lambda *_: print('on', flush=True)"
-    heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"  # a job of the background is deaf
-    code = f"{heard}; import piste; piste.montecarlo({str(scenario)!r}, 100000, jobs=2, {tell})"
+@pytest.fixture(scope="module")
+def long_run(tmp_path_factory):
+    """Logs of 25 minutes of skiing with a reference IMU, for work that takes a while."""
+    folder = tmp_path_factory.mktemp("long")
+    scenario = folder / "scenario.yaml"
+    sensors = f"{SHARE}/sensors"
+    scenario.write_text(
+        f"base: {SHARE}/scenarios/ski_run.yaml\n"
+        "motion: {run: 1500 s}\n"
+        "imus:\n"
+        f"  - {{name: mt9a, sensor: {sensors}/xsens_mt9a.yaml, boresight: 1.9 -2.4 2.1 deg, rate: 100 Hz}}\n"
+        f"  - {{name: ln200, sensor: {sensors}/ln200.yaml, position: -0.06 -0.05 0.03 m, rate: 200 Hz}}\n"
+    )
+    piste.simulate(scenario, output=folder)
+    (folder / "campaign.yaml").write_text(
+        "runs:\n"
+        "  - name: one\n"
+        "    activity: ski\n"
+        f"    reference: {{file: ln200.csv, sensor: {sensors}/ln200.yaml}}\n"
+        "    gnss: {file: gnss.csv, lever_arm: 0.07 0.13 -0.48 m}\n"
+        f"    mems: [{{name: MT-9A, file: mt9a.csv, sensor: {sensors}/xsens_mt9a.yaml}}]\n"
+    )
+    return folder
+
+
+def work_of(name, long_run, scenario):
+    """A call that takes some seconds."""
+    imu, gnss, reference = (str(long_run / log) for log in ("mt9a.csv", "gnss.csv", "ln200.csv"))
+    pair = f"imu={{'file': {imu!r}, 'sensor': 'xsens_mt9a'}}, reference={{'file': {reference!r}, 'sensor': 'ln200'}}"
+    replayed = f"imu={imu!r}, gnss={gnss!r}, sensor='xsens_mt9a', estimate=['gyro_bias', 'accel_bias']"
+    return {
+        "inspect": f"piste.inspect({imu!r}, {gnss!r})",
+        "replay": f"piste.replay({replayed})",
+        "batch": f"piste.replay({replayed}, smoother='batch')",
+        "tune": f"piste.tune({replayed})",
+        "align": f"piste.align({pair})",
+        "compare": f"piste.compare({pair})",
+        "study": f"piste.study({str(long_run / 'campaign.yaml')!r})",
+        "montecarlo": f"piste.montecarlo({str(scenario)!r}, 100000, jobs=2)",
+        "allan": f"piste.allan({imu!r}, robust=True)",
+        "simulate": f"piste.simulate({SHARE + '/scenarios/ski_run.yaml'!r}, motion={{'run': '20000 s'}})",
+    }[name]
+
+
+@pytest.mark.parametrize(
+    "name", ["inspect", "replay", "batch", "tune", "align", "compare", "study", "montecarlo", "allan", "simulate"]
+)
+def test_ctrl_c_ends_the_work_within_a_second(name, long_run, scenario):
+    code = f"""
+import signal, time
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a job of the background is deaf
+import piste
+print("on", flush=True)
+try:
+    while True:  # a fast machine is soon done
+        {work_of(name, long_run, scenario)}
+except KeyboardInterrupt:
+    print(time.monotonic())
+"""
+    for after in (0.1, 0.9, 3.0):
+        with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+            process.stdout.readline()
+            time.sleep(after)
+            asked = time.monotonic()  # the same clock in all processes
+            process.send_signal(signal.SIGINT)
+            said, errors = process.communicate(timeout=60)
+        assert process.returncode == 0, errors.decode()
+        print(f"{name}, after {after} s: {float(said) - asked:.3f} s")
+        assert float(said) - asked < 1
+
+
+def test_interrupt_ends_the_program(scenario):
+    code = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); import piste; print('on', flush=True);"
+    code += f" piste.montecarlo({str(scenario)!r}, 100000, jobs=2)"
     with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         process.stdout.readline()
+        time.sleep(0.5)
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=60)
     assert process.returncode != 0
     assert b"KeyboardInterrupt" in errors
+
+
+def test_inspect_takes_frames(imu, gnss, tmp_path):
+    """As replay does: with the columns of csv, or with others; and it writes them beside the configuration."""
+    told = []
+    frames = [imu.to_pandas(), gnss.to_pandas().rename(columns={"latitude_deg": "Lat", "longitude_deg": "Lon"})]
+    inspection = piste.inspect(*frames, output=tmp_path / "found", progress=lambda *now: told.append(now))
+    assert "table_1.csv: IMU" in str(inspection) and "table_2.csv: GNSS" in str(inspection)
+    run = piste.replay(tmp_path / "found/replay.yaml", judged=False)
+    assert run.summary["imu"]["epochs"] > 20000
+    np.testing.assert_array_equal(piste.read(tmp_path / "found/table_1.csv")["gyro_x_rad_s"], imu["gyro_x_rad_s"])
+    parts = [part for _, part in told]
+    assert parts == sorted(parts) and len({stage for stage, _ in told}) > 2 and parts[-1] > 0.5
+    with pytest.raises(piste.DataError, match="holds other things than numbers"):
+        piste.inspect(frames[0].assign(note="x"))
+    mixed = piste.inspect(imu, os.path.join(os.path.dirname(__file__), "../../data/ski_run/gnss.csv"))
+    assert "table_1.csv beside" in str(mixed)
