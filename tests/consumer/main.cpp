@@ -17,6 +17,7 @@ using consumer::Exported;
 const Exported kExported[] = {
     {"piste/core/estimate.h",
      address<piste::FullError(const piste::Estimate&, const piste::Estimate&)>(piste::boxminus)},
+    {"piste/math/interruption.h", address(piste::check_interruption)},
     {"piste/core/options.h", address(+[](const piste::FilterOptions& options) { options.validate(); })},
     {"piste/core/solution.h", address(piste::sigmas_of)},
     {"piste/condition/pipeline.h",
