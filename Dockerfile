@@ -6,8 +6,8 @@ COPY . .
 RUN scripts/package
 
 FROM debian:13-slim
-COPY --from=build /source/build/package/piste_*.deb /tmp/
+COPY --from=build /source/build/package/piste_*.deb /opt/
 # hadolint ignore=DL3008
-RUN apt-get update && apt-get install --yes --no-install-recommends /tmp/piste_*.deb && rm -rf /tmp/piste_*.deb /var/lib/apt/lists/*
+RUN apt-get update && apt-get install --yes --no-install-recommends /opt/piste_*.deb && rm -rf /opt/piste_*.deb /var/lib/apt/lists/*
 WORKDIR /work
 CMD ["piste-replay", "--help"]
