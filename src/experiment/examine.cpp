@@ -8,6 +8,7 @@
 #include "experiment/joined.h"
 #include "io/left_out_rows.h"
 #include "piste/core/error.h"
+#include "piste/core/receiver_class.h"
 #include "piste/core/recording.h"
 #include "piste/io/log_io.h"
 #include "piste/math/statistics.h"
@@ -123,7 +124,6 @@ void state_velocity_sigma(InspectedLog& l) {
 }
 
 void read_receiver(InspectedLog& l) {
-  const Vector3d kUsualSigma(3, 3, 6);    // m
   constexpr double kUsualVelocity = 0.5;  // m/s
   if (const auto& map = l.log.columns) {
     const bool moves = map->find("velocity") != nullptr || map->find("speed") != nullptr;
@@ -132,7 +132,7 @@ void read_receiver(InspectedLog& l) {
   }
   if (l.log.format == LogFormat::kNovatel) l.log.sigma_velocity = Vector3d::Constant(kUsualVelocity);
   l.gnss = read_gnss(l.log, &l.faults);
-  if (says_no_sigma(l.gnss)) read_again(l, kUsualSigma, l.gnss, read_gnss);
+  if (says_no_sigma(l.gnss)) read_again(l, receiver_class(l.gnss.fixes).sigma(), l.gnss, read_gnss);
   read_spread(l, l.gnss, read_gnss);
   read_repaired(l, l.gnss, read_gnss);
   l.clock = clock_of(l);
