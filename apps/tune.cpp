@@ -19,8 +19,9 @@ void run(const AppArguments& arguments, Progress& progress) {
   const ReplayConfig config = read_replay_config(arguments.input);
   OutputFolder output(arguments.output);
   progress.start("tuning", static_cast<std::size_t>(kSteps), "%");
-  const TuneOptions how{.jobs = static_cast<std::size_t>(arguments.integers.at("jobs")),
-                        .hold_out = static_cast<double>(arguments.integers.at("hold-out"))};
+  TuneOptions how{.jobs = static_cast<std::size_t>(arguments.integers.at("jobs")),
+                  .hold_out = static_cast<double>(arguments.integers.at("hold-out"))};
+  for (const LogFile& log : config.gnss) how.stated.push_back(stated_before(log.sigma_scales));
   const Tuning found = tune(read_recording(config), replay_options(config), how,
                             [&](double part) { progress.update(static_cast<std::size_t>(kSteps * part)); });
   progress.clear();

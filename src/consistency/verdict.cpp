@@ -93,11 +93,11 @@ std::vector<PriorJump> prior_jumps(const FilterOptions& options, const Solution&
   return jumps;
 }
 
-// The position of the antenna, in w.
-Vector3d antenna_of(const World& world, const StateLayout& layout, const Estimate& x, const Vector3d& told_arm) {
-  Vector3d p = x.p_wb + x.q_wb * (layout.has(Block::kLeverArm) ? x.lever_arm : told_arm);
-  if (layout.has(Block::kGnssPositionDrift)) p += world.rotation_wn(p) * x.gnss_position_drift;
-  return p;
+// Where the estimate expects a fix of the receiver, in w.
+Vector3d place_of(const GnssFix& fix, const GnssOptions& receiver, std::size_t index, const World& world,
+                  const StateLayout& layout, const Estimate& x) {
+  const Vector3d p = x.p_wb + x.q_wb * (layout.has(Block::kLeverArm) ? x.lever_arm : receiver.lever_arm);
+  return receiver.drift ? p + world.rotation_wn(p) * slow_error(fix, receiver.drift, static_cast<int>(index), x) : p;
 }
 
 }  // namespace
@@ -165,8 +165,8 @@ void SmoothedResiduals::add(const Solution& rows) {
       if (rows.layout().has(Block::kClockDrift)) r.delay = delay_of(k, rows, i);
       for (; r.waits && log_.gnss[k][r.fix].time - r.delay <= rows.time(i); find_next(k)) {
         if (i == 0 && first) continue;
-        compare(r, log_.gnss[k][r.fix], options_.gnss[k].lever_arm, i > 0 ? rows.time(i - 1) : time_,
-                i > 0 ? rows.estimate(i - 1) : before_, rows, i);
+        compare(k, log_.gnss[k][r.fix], i > 0 ? rows.time(i - 1) : time_, i > 0 ? rows.estimate(i - 1) : before_, rows,
+                i);
       }
     }
   }
@@ -174,10 +174,13 @@ void SmoothedResiduals::add(const Solution& rows) {
   before_ = rows.estimate(rows.size() - 1);
 }
 
-void SmoothedResiduals::compare(Receiver& r, const GnssFix& fix, const Vector3d& told_arm, double before,
-                                const Estimate& x_before, const Solution& rows, std::size_t after) {
+void SmoothedResiduals::compare(std::size_t k, const GnssFix& fix, double before, const Estimate& x_before,
+                                const Solution& rows, std::size_t after) {
+  Receiver& r = receivers_[k];
   const double part = (fix.time - r.delay - before) / (rows.time(after) - before);
-  const auto place = [&](const Estimate& x) { return antenna_of(rows.world(), rows.layout(), x, told_arm); };
+  const auto place = [&](const Estimate& x) {
+    return place_of(fix, options_.gnss[k], k, rows.world(), rows.layout(), x);
+  };
   const Vector3d antenna = (1 - part) * place(x_before) + part * place(rows.estimate(after));
   const Vector3d residual = rows.world().rotation_wn(antenna).transpose() * (fix.position - antenna);
   r.sum += residual.cwiseQuotient(fix.sigma_position).squaredNorm() / 3;
@@ -200,6 +203,13 @@ Vector3d told_value(const FilterOptions& options, Block block) {
   }
   if (!options.attitude.empty()) x.attitude_delay = options.attitude.front().delay;
   return shown_value(x, block);
+}
+
+bool may_be_slow(const std::vector<GnssOptions>& receivers, std::string_view source) {
+  for (std::size_t k = 0; k < receivers.size(); ++k) {
+    if (source == fmt::format("gnss[{}].position", k)) return !receivers[k].white;
+  }
+  return false;
 }
 
 Verdict judge(const Log& log, const FilterOptions& options, const Solution& filtered, const Solution* smoothed,
@@ -227,7 +237,12 @@ Verdict judge(const Log& log, const FilterOptions& options, const Solution& filt
       const double nis = std::isnan(s.nis) ? s.ratio : s.nis;
       // Beyond the gate only the median tells how far; within it the mean tells better.
       const double factor = std::sqrt(nis > 1 ? std::max(nis, s.ratio) : nis);
-      if (std::abs(std::log(factor)) > std::abs(std::log(verdict.factor))) verdict.factor = factor;
+      // Of positions innovations show the white part alone, and not that the whole is too large.
+      if (factor < 1 && may_be_slow(options.gnss, s.name)) {
+        verdict.slow_part = true;
+      } else if (std::abs(std::log(factor)) > std::abs(std::log(verdict.factor))) {
+        verdict.factor = factor;
+      }
     }
     verdict.sources.push_back(std::move(s));
   }
@@ -242,7 +257,8 @@ std::string verdict_line(const Verdict& verdict) {
   std::string line = "sigmas do not hold";
   if (verdict.factor > kWorthTelling) line = "sigmas are too small by " + plain(verdict.factor, 2);
   if (verdict.factor < 1 / kWorthTelling) line = "sigmas are too large by " + plain(1 / verdict.factor, 2);
-  return verdict.findings.empty() ? line : line + ": " + verdict.findings.front();
+  if (!verdict.findings.empty()) line += ": " + verdict.findings.front();
+  return verdict.slow_part ? fmt::format("{}. {}", line, kInnovationsCannotTell) : line;
 }
 
 }  // namespace piste

@@ -25,8 +25,12 @@ void FilterOptions::validate() const {
           "vehicle: the interval of its updates and the correlation time of its slip must be above zero");
   require(!magnetometer || magnetometer->sigma > 0, "magnetometer: its noise must be above zero");
   require(!odometer || vehicle, "odometer: it measures along a vehicle; add `vehicle: {kind: car}`");
-  const auto drifting = std::count_if(gnss.begin(), gnss.end(), [](const auto& g) { return g.drift.has_value(); });
-  require(drifting <= 1, "gnss drift: one receiver at most may have a coloured error");
+  for (std::size_t i = 0; i < gnss.size(); ++i) {
+    require(!gnss[i].drift || i < kDriftingReceivers,
+            fmt::format("gnss drift: only the first {} receivers may have one", kDriftingReceivers));
+    require(!gnss[i].drift || !gnss[i].drift->of_stated || gnss[i].drift->sigma.maxCoeff() < 1,
+            "gnss drift: its share of the stated sigma must be below 1");
+  }
   const auto giving =
       std::count_if(attitude.begin(), attitude.end(), [](const auto& a) { return a.boresight_drift.has_value(); });
   require(giving <= 1, "attitude boresight: one source at most may say how the boresight changes");

@@ -29,6 +29,15 @@ std::vector<Block> imu_error_blocks(const ImuSensor& sensor) {
   return out;
 }
 
+std::vector<Block> position_drifts(const FilterOptions& options) {
+  std::vector<Block> blocks;
+  for (std::size_t i = 0; i < options.gnss.size(); ++i) {
+    const auto& drift = options.gnss[i].drift;
+    if (drift) blocks.push_back(position_drift_block(static_cast<int>(i), drift->of_stated));
+  }
+  return blocks;
+}
+
 std::vector<Block> with_implied_blocks(const FilterOptions& options, std::vector<Block> wanted) {
   for (const BlockInfo& row : kBlocks) {
     const bool there = row.observed ? row.observed(options) : has_error(options, row.block);

@@ -70,6 +70,9 @@ std::string symptoms(const Verdict& verdict, const std::vector<GnssOptions>& rec
           is_of_heights_alone(*receivers[i].drift))
         return fmt::format("heights of {} stand still, as they are rounded: how wrong they are does not show", s.name);
     }
+    if (s.nis < 1 && may_be_slow(receivers, s.name))
+      return fmt::format("slow error of {} (NIS {:.2g}): fixes differ by less than is stated, key `drift`", s.name,
+                         s.nis);
     return fmt::format("no single cause explains {} (NIS {:.2g}, correlation {:.2g}, {:.0f} % rejected)", s.name, s.nis,
                        s.whiteness, 100 * s.rejected);
   }
@@ -120,6 +123,7 @@ Verdict diagnose(const Log& log, const FilterOptions& options, const InitialHead
   for (const Granted& granted : likelier) {
     if (verdict.findings.size() == kNamed || granted.gain < kBesides * likelier.front().gain) break;
     verdict.findings.push_back(granted.text);
+    verdict.slow_part = verdict.slow_part || granted.text.starts_with("slow error of gnss");
   }
   if (!verdict.findings.empty()) {
     verdict.consistent = false;

@@ -9,6 +9,7 @@
 #include "diagnosis/granting.h"
 #include "diagnosis/likeliest_factor.h"
 #include "math/words.h"
+#include "piste/consistency/verdict.h"
 #include "piste/math/statistics.h"
 
 namespace piste {
@@ -61,7 +62,7 @@ Cause drift(const Noise& noise) {
 
 void scale_positions(Told& told, std::size_t receiver, double factor) {
   for (GnssFix& fix : told.log.gnss[receiver]) fix.sigma_position *= factor;
-  if (auto& coloured = told.options.gnss[receiver].drift) coloured->sigma *= factor;
+  if (auto& coloured = told.options.gnss[receiver].drift) coloured->follow(factor);
 }
 void scale_velocities(Told& told, std::size_t receiver, double factor) {
   for (GnssFix& fix : told.log.gnss[receiver]) {
@@ -80,6 +81,32 @@ void scale_fixes(Told& told, std::size_t, double factor) {
     fix.sigma *= factor;
     if constexpr (requires { fix.sigma_pitch; }) fix.sigma_pitch *= factor;
   }
+}
+
+// Positions of a receiver whose fixes differ by `part` of what it states from one to the next.
+std::string slow_part(std::size_t receiver, double part, const std::optional<PositionDrift>& drift) {
+  const double told = drift && drift->of_stated ? drift->sigma.head<2>().mean() : 0;
+  const double white = part * std::sqrt(1 - told * told);
+  return fmt::format(
+      "slow error of gnss[{0}].position (fixes differ by {1} of what is stated; `drift: {{share: {2}, "
+      "correlation_time: {3:g} s}}` takes the rest for an error that lasts)",
+      receiver, plain(white, 2), plain(std::sqrt(1 - white * white), 2), drift ? drift->correlation_time : kSlowTime);
+}
+
+Cause sigmas_of_positions(std::size_t receiver) {
+  return [receiver](const Told& told, const Evidence& base, double end) {
+    const Factor f = likeliest_factor([&](double factor) {
+      Told changed = told;
+      scale_positions(changed, receiver, factor);
+      return lasting_gain(filter_again(changed.log, changed.options, told.start, end), base);
+    });
+    const GnssOptions& options = told.options.gnss[receiver];
+    const std::string source = fmt::format("gnss[{}].position", receiver);
+    if (f.value < 1 && may_be_slow(told.options.gnss, source)) {
+      return searched(f.gain, slow_part(receiver, f.value, options.drift));
+    }
+    return searched(f.gain, fmt::format("noise of {} (its sigmas are {})", source, direction(f.value)));
+  };
 }
 
 Cause sigmas(const std::string& source, void (*scale)(Told&, std::size_t, double), std::size_t index) {
@@ -109,7 +136,7 @@ void colour(Told& told, std::size_t receiver, double factor, double correlation_
   for (const GnssFix& fix : told.log.gnss[receiver]) sigma += fix.sigma_position;
   sigma *= factor / static_cast<double>(std::max<std::size_t>(1, told.log.gnss[receiver].size()));
   told.options.gnss[receiver].drift = GaussMarkov{sigma, correlation_time};
-  told.options.estimate.push_back(Block::kGnssPositionDrift);
+  told.options.estimate.push_back(position_drift_block(static_cast<int>(receiver), false));
   if (factor < 1) return;
   for (GnssFix& fix : told.log.gnss[receiver])
     fix.sigma_position = (fix.sigma_position.cwiseAbs2() + sigma.cwiseAbs2()).cwiseSqrt();
@@ -159,7 +186,7 @@ std::vector<Cause> searched_causes(const Told& told) {
       causes.push_back(drift(noise));
   }
   for (std::size_t i = 0; i < options.gnss.size(); ++i) {
-    if (options.gnss[i].use_position) causes.push_back(sigmas(fmt::format("gnss[{}].position", i), scale_positions, i));
+    if (options.gnss[i].use_position) causes.push_back(sigmas_of_positions(i));
     if (has_velocities(told, i)) causes.push_back(sigmas(fmt::format("gnss[{}].velocity", i), scale_velocities, i));
   }
   for (std::size_t i = 0; i < options.attitude.size(); ++i)
@@ -168,7 +195,8 @@ std::vector<Cause> searched_causes(const Told& told) {
   if (!told.log.height.empty()) causes.push_back(sigmas("barometer", scale_fixes<&Log::height>, 0));
   if (!told.log.heading.empty()) causes.push_back(sigmas("heading", scale_fixes<&Log::heading>, 0));
   for (std::size_t i = 0; i < options.gnss.size(); ++i) {
-    if (options.gnss[i].use_position && !options.estimates(Block::kGnssPositionDrift)) causes.push_back(coloured(i));
+    const GnssOptions& receiver = options.gnss[i];
+    if (receiver.use_position && !receiver.drift && i < kDriftingReceivers) causes.push_back(coloured(i));
   }
   return causes;
 }

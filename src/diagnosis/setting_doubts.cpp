@@ -26,8 +26,8 @@ std::vector<std::string> setting_lines(const Log& log, const FilterOptions& opti
                                        const std::vector<Interval>& outages) {
   std::vector<std::string> lines;
   for (std::size_t i = 0; i < log.gnss.size(); ++i) {
-    const std::optional<GaussMarkov>& drift = options.gnss[i].drift;
-    if (!drift || log.gnss[i].empty()) continue;
+    const std::optional<PositionDrift>& drift = options.gnss[i].drift;
+    if (!drift || drift->of_stated || log.gnss[i].empty()) continue;
     const double whole = stated_sigma(log.gnss[i]), coloured = std::sqrt(drift->sigma.squaredNorm() / 3);
     if (coloured <= whole) continue;
     lines.push_back(

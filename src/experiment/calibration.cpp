@@ -142,15 +142,16 @@ class Calibrator {
 
   // The noise that is to be expected with the set-up that was found. Nothing changes where a run that finds its own
   // start with it is less likely.
-  // @pre locate()
-  void search_noise(const ProgressCallback& progress = {}) {
+  // `stated`: the sigmas of positions that the receiver states, by those of the recording. @pre locate()
+  void search_noise(double stated, const ProgressCallback& progress = {}) {
     const FilterOptions options_before = options_;
     const Attempt before = best_;
     ConditioningOptions conditioning = conditioning_;
     conditioning.imu.clock_offset = best_.offset;
     try {
-      const Tuning found = likeliest_noise(condition(fixes_, conditioning), options_, best_.start,
-                                           {.jobs = jobs_, .thorough = false}, progress);
+      const Tuning found =
+          likeliest_noise(condition(fixes_, conditioning), options_, best_.start,
+                          {.jobs = jobs_, .thorough = false, .stated = {stated_before({.position = 1 / stated})}}, progress);
       options_.sensor = found.expected.sensor;
       noise_ = found.expected.gnss.front();
       options_.gnss.front().drift = noise_->process();
@@ -357,7 +358,7 @@ std::optional<Calibration> calibrated(const Recording& recording, ConditioningOp
     beginning.emplace(less_stated, conditioning, options, early, clock.sigma, arm_prior, jobs);
     if (!beginning->locate(work.step(kClockStage, costs.locate)) || !is_told(*beginning)) return std::nullopt;
   }
-  beginning->search_noise(work.step(kNoiseStage, costs.noise));
+  beginning->search_noise(1 / stated, work.step(kNoiseStage, costs.noise));
   work.step(kClockStage, costs.check);
   // By chance a wrong clock may be likelier than all that are far off; with the noise that explains it, they are as
   // likely.

@@ -46,7 +46,9 @@ double cost_of_calibration(const Recording& recording, const ToldClock& clock, s
 enum class Antenna { kNearBy, kInHousing };
 
 /// What says that a receiver with this noise has a coloured error, where it has one.
-inline DriftBy drift_by(const ReceiverNoise& noise) { return noise.drift > 0 ? DriftBy::kMotion : DriftBy::kRounding; }
+inline DriftBy drift_by(const ReceiverNoise& noise) {
+  return noise.by_claim ? DriftBy::kClaim : noise.drift > 0 ? DriftBy::kMotion : DriftBy::kRounding;
+}
 
 /// Replays the first minutes of motion with lever arm and delay as states, for several clock offsets and noises, and
 /// keeps those for which the innovations are likeliest (tune/evidence.h). The noise of the IMU and the

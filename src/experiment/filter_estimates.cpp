@@ -57,7 +57,7 @@ FilterOptions options_of(const FilterCase& of, const Model& model) {
   const auto add = [&](Block block, bool wanted) {
     if (wanted) options.estimate.push_back(block);
   };
-  for (const GnssOptions& receiver : options.gnss) add(Block::kGnssPositionDrift, receiver.drift.has_value());
+  for (const Block block : position_drifts(options)) add(block, true);
   if (model.attitude) {
     options.estimate.push_back(Block::kBoresight);
     add(Block::kAttitudeDrift, options.attitude.front().drift.has_value());

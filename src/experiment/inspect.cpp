@@ -150,46 +150,6 @@ void leave_velocities_out(FilterOptions& options) {
   std::erase(options.estimate, Block::kVelocityDelay);
 }
 
-// The sigmas of positions that nine in ten fixes claim, or more.
-Vector3d least_claim(const std::vector<GeodeticFix>& fixes) {
-  constexpr double kTenth = 0.1;
-  Vector3d least;
-  for (int axis = 0; axis < 3; ++axis) {
-    std::vector<double> sigmas;
-    sigmas.reserve(fixes.size());
-    for (const GeodeticFix& fix : fixes) sigmas.push_back(fix.sigma_position(axis));
-    least(axis) = quantile(std::move(sigmas), kTenth);
-  }
-  return least;
-}
-
-// Without velocities the motion tells the white part of a receiver's errors, and hardly what changes over minutes. So
-// where that part is smaller than what is claimed, the rest of the claim is taken for such an error, unless the claim
-// is beyond all receivers, or the white part as small as of carrier phases: a sigma that is too wide harms less than
-// one that is too small.
-void keep_claim(const InspectedLog& receiver, Calibration& found) {
-  // 300 s, as slowly as the motion cannot tell: with 60 s tracks of 5 minutes came out with heights twice as wrong.
-  constexpr double kCarrierPhase = 0.05, kLargest = 10, kMinutes = 300;  // m; m; s
-  constexpr double kMuchLess = 0.8, kLeastSlow = 0.1;                    // of the claim
-  const bool velocities = receiver.gnss_health->velocities > 0 && !found.velocities_contradict;
-  const bool told = found.drift && found.drift_by == DriftBy::kMotion;
-  const double part = found.sigma_scales.position;
-  const Vector3d claimed = least_claim(receiver.gnss.fixes);
-  if (velocities || told || !found.fits() || part > kMuchLess) return;
-  if (part * claimed.x() < kCarrierPhase || claimed.x() > kLargest) return;
-  const auto rest = [](double all, double one) { return std::sqrt(std::max(0.0, all * all - one * one)); };
-  // Of the height that which rounding adds stays.
-  const double rounding = found.drift ? found.drift->sigma.z() / claimed.z() : 0;
-  const double height = rest(part * found.sigma_scales.height, rounding);
-  const double all_of_height =
-      std::max(std::min(1.0, kLargest / claimed.z()), std::hypot(height, std::max(kLeastSlow, rounding)));
-  const Vector3d parts(rest(1, part), rest(1, part), rest(all_of_height, height));
-  found.drift = GaussMarkov{claimed.cwiseProduct(parts), kMinutes};
-  found.drift_by = DriftBy::kClaim;
-  found.sigma_scales.position = 1;
-  found.sigma_scales.height = all_of_height;
-}
-
 // Whether the first IMU may be calibrated with a receiver.
 bool may_calibrate(const Inspection& inspection, const InspectedLog& receiver) {
   return inspection.first(LogKind::kImu) && receiver.gnss_health && may_run(inspection);
@@ -260,7 +220,6 @@ std::optional<Calibration> try_calibration(Inspection& inspection, const Inspect
     }
     work.expect(rest);
     retune(inspection, recording, conditioning, options, *found_here, work);
-    keep_claim(receiver, *found_here);
     const Calibration& calibration = *found_here;
     const Vector3d& arm = calibration.lever_arm;
     if (calibration.fits() && arm.norm() > kFar && calibration.lever_arm_sigma.norm() < kSure * arm.norm()) {

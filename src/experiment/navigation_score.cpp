@@ -50,10 +50,7 @@ Course::Course(const Log& log, FilterOptions options, const Interval& run, const
   log_.parity = log.parity;
   for (auto& fixes : log_.parity) keep(fixes, span);
   options_.attitude.clear();
-  options_.estimate.clear();
-  for (const GnssOptions& receiver : options_.gnss) {
-    if (receiver.drift) options_.estimate.push_back(Block::kGnssPositionDrift);
-  }
+  options_.estimate = position_drifts(options_);
   outages_ = outages(plan, span);
 }
 

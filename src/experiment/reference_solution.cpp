@@ -13,7 +13,7 @@ ReferenceSolution solve_reference(const RunConfig& run, const ImuRecording& imu,
   filter.sensor = turned(run.reference.source.sensor, run.reference.source.conditioning.R_bs);
   filter.gnss = {run.gnss->options};
   filter.estimate = imu_error_blocks(filter.sensor);
-  if (filter.gnss.front().drift) filter.estimate.push_back(Block::kGnssPositionDrift);
+  for (const Block block : position_drifts(filter)) filter.estimate.push_back(block);
   ConditioningOptions conditioning = run.reference.conditioning;
   conditioning.behaviour = filter.behaviour;
   const Replay solved = replay(Recording{imu, {gnss}, {}}, {.conditioning = conditioning, .filter = filter});

@@ -98,7 +98,7 @@ std::optional<Calibration> with_noise_of(const WholeLog& log, Calibration found,
   ReplayOptions run = log.replayed(found);
   run.conditioning.span = {motion.start - kBeforeMotion, std::min(motion.start + kTuned, motion.end + kBeforeMotion)};
   try {
-    const TuneOptions how{.jobs = jobs, .thorough = false, .stated = 1 / found.sigma_scales.position};
+    const TuneOptions how{.jobs = jobs, .thorough = false, .stated = {stated_before(found.sigma_scales)}};
     const NoiseModel noise = tune(log.scaled(found), run, how, progress).expected;
     found.sensor = noise.sensor;
     found.drift = noise.gnss.front().process();
@@ -150,7 +150,7 @@ std::optional<Calibration> settled_within(double refused, WholeLog log, Calibrat
     if (position == 1 && velocity == 1) return found;
     grown = found;
     found.sigma_scales.position *= position;
-    if (found.drift) found.drift->sigma *= position;
+    if (found.drift) found.drift->follow(position);
     found.sigma_scales.velocity *= velocity;
   }
   return found;

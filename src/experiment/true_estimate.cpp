@@ -54,8 +54,9 @@ TrueEstimate::TrueEstimate(const Scenario& scenario, const Simulation& simulatio
     constant_.lever_arm = lever_arm(setup, receiver);  // of the first one
     constant_.gnss_delay = receiver.delay;
     constant_.velocity_delay = receiver.delay_of_velocity();
-    if (receiver.position_drift) {
-      position_drift_ = timed(simulation.gnss[r], position_drift(simulation.plate, receiver, seed));
+    if (receiver.position_drift && r < kDriftingReceivers) {
+      position_drift_[r] = timed(simulation.gnss[r], position_drift(simulation.plate, receiver, seed));
+      if (!simulation.gnss[r].fixes.empty()) stated_[r] = simulation.gnss[r].fixes.front().sigma_position;
     }
   }
   for (std::size_t r = scenario.attitude.size(); r-- > 0;) {
@@ -128,7 +129,13 @@ Estimate TrueEstimate::at(double stamp) const {
   if (!units_.empty()) split(x, time);
   if (!imu.magnetic_disturbance.empty()) x.magnetic_disturbance = imu.magnetic_disturbance[row];
   const auto time_of = [](const Sample& s) { return s.time; };
-  if (!position_drift_.empty()) x.gnss_position_drift = position_drift_[nearest(position_drift_, time, time_of)].value;
+  for (std::size_t r = 0; r < position_drift_.size(); ++r) {
+    const std::vector<Sample>& samples = position_drift_[r];
+    if (samples.empty()) continue;
+    const Vector3d error = samples[nearest(samples, time, time_of)].value;
+    additive(x, position_drift_block(static_cast<int>(r), false)) = error;
+    additive(x, position_drift_block(static_cast<int>(r), true)) = error.cwiseQuotient(stated_[r]);
+  }
   if (!wheel_slip_.empty()) x.wheel_slip = wheel_slip_[nearest(wheel_slip_, time, time_of)].value.x();
   if (!barometer_offset_.empty()) {
     x.barometer_offset = barometer_offset_[nearest(barometer_offset_, time, time_of)].value.x();

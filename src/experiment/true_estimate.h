@@ -42,7 +42,9 @@ class TrueEstimate {
   World world_;
   Estimate constant_;
   double clock_from_ = 0;
-  std::vector<Sample> position_drift_, attitude_drift_;
+  std::array<std::vector<Sample>, kDriftingReceivers> position_drift_;
+  std::array<Vector3d, kDriftingReceivers> stated_;  // sigmas of these receivers, which do not change
+  std::vector<Sample> attitude_drift_;
   std::vector<Sample> wheel_slip_, barometer_offset_;  // along x
 };
 

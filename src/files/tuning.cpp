@@ -9,6 +9,7 @@
 
 #include "io/json.h"
 #include "io/path_from.h"
+#include "io/replay_keys.h"
 #include "io/triad_units.h"
 #include "math/words.h"
 #include "piste/core/version.h"
@@ -20,7 +21,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kDigits = 3;
-constexpr double kVibrates = 1.5;  // times the noise at rest
+constexpr double kAsStated = 1e-6;  // of a factor
+constexpr double kVibrates = 1.5;   // times the noise at rest
 
 /// A section of a configuration, and the folder from which its paths start.
 struct Section {
@@ -66,14 +68,15 @@ std::string replay_yaml(const ReplayConfig& config, const Tuning& tuning, const 
     const SigmaScales by = noise.scales();
     // The white part is what the squares of `sigma_scale` and of the drift differ by: a third digit would change it.
     const auto scale = [&node](const char* key, double stated, double factor) {
-      if (factor != 1) node[key] = fmt::format("{:.5g}", stated * factor);
+      if (std::abs(factor - 1) > kAsStated) node[key] = fmt::format("{:.5g}", stated * factor);
     };
     scale("sigma_scale", log.sigma_scales.position, by.position);
     scale("sigma_height_scale", log.sigma_scales.height, by.height);
     scale("sigma_velocity_scale", log.sigma_scales.velocity, by.velocity);
     if (const auto drift = noise.process()) {
-      node["drift"]["sigma"] =
-          fmt::format("{:.5g} {:.5g} {:.5g} m", drift->sigma.x(), drift->sigma.y(), drift->sigma.z());
+      YAML::Node slow(YAML::NodeType::Map);  // and no key of the one before
+      slow[drift->of_stated ? "share" : "sigma"] = size_text(*drift);
+      node["drift"] = slow;
       node["drift"]["correlation_time"] = fmt::format("{:.3g} s", drift->correlation_time);
     }
   });

@@ -9,7 +9,9 @@
 #include <utility>
 
 #include "io/path_from.h"
+#include "io/replay_keys.h"
 #include "math/words.h"
+#include "piste/core/receiver_class.h"
 #include "piste/io/config.h"
 #include "piste/io/sensor_file.h"
 #include "piste/math/earth.h"
@@ -73,7 +75,13 @@ std::string file_keys(const InspectedLog& log, const std::string& folder, std::s
   return text;
 }
 
-// The factors of a receiver's sigmas where the motion says that these are wrong, and its coloured error. The white part
+// The slow error of a receiver, and why.
+std::string drift_text(const PositionDrift& drift, std::string_view why) {
+  return fmt::format("    drift: {{{}: {}, correlation_time: {} s}}   # {}\n", drift.of_stated ? "share" : "sigma",
+                     size_text(drift), plain(drift.correlation_time, kDigits), why);
+}
+
+// The factors of a receiver's sigmas where the motion says that these are wrong, and its slow error. The white part
 // is what the squares of two of these numbers differ by, so that they have more digits than they are worth.
 std::string receiver_noise(const Calibration& found) {
   constexpr double kRight = 0.1;
@@ -81,7 +89,7 @@ std::string receiver_noise(const Calibration& found) {
   const auto wrong = [](double scale) { return std::abs(scale - 1) > kRight; };
   std::string text;
   const SigmaScales& scales = found.sigma_scales;
-  if (wrong(scales.position) || (found.drift && found.drift_by != DriftBy::kClaim)) {
+  if (wrong(scales.position) || (found.drift && std::abs(scales.position - 1) > 1e-4)) {
     text += fmt::format("    sigma_scale: {}           # of the sigmas of positions, as likely in motion\n",
                         plain(scales.position, kDifference));
   }
@@ -94,17 +102,12 @@ std::string receiver_noise(const Calibration& found) {
   }
   if (found.drift_by == DriftBy::kClaim) {
     text +=
-        "    # What changes over minutes nothing tells without velocities: it makes up what the motion leaves of the\n"
-        "    # sigmas. Take the key out, and make `sigma_scale` smaller, where there is no such error.\n";
+        "    # Fixes differ by less than is stated: the rest is taken to be slow. An error that lasts moves fixes and\n"
+        "    # track together, so that innovations cannot show it. Where there is none, say so: `drift: none`.\n";
   }
-  if (const auto& drift = found.drift) {
-    text += fmt::format(
-        "    drift: {{sigma: {} {} {} m, correlation_time: {} s}}   # {}\n", plain(drift->sigma.x(), kDifference),
-        plain(drift->sigma.y(), kDifference), plain(drift->sigma.z(), kDifference),
-        plain(drift->correlation_time, kDigits),
-        found.drift_by == DriftBy::kRounding ? "heights are rounded, and stand still" : "the coloured part");
-  }
-  return text;
+  if (!found.drift) return text;
+  return text + drift_text(*found.drift, found.drift_by == DriftBy::kRounding ? "heights are rounded, and stand still"
+                                                                              : "the slow part");
 }
 
 constexpr double kLoose = 5;           // times a sigma that the motion told, as the replay sees the same motion again
@@ -399,8 +402,9 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
           log.calibration ? fmt::format("    # {}\n", log.calibration->why_no_arm()) : "");
     }
     if (log.log.sigma) {
-      text += fmt::format("    sigma: {} {} {} m                # the log has none: north east down\n",
-                          plain(log.log.sigma->x()), plain(log.log.sigma->y()), plain(log.log.sigma->z()));
+      text += fmt::format("    sigma: {} {} {} m                # the log has none: usual of a {} receiver\n",
+                          plain(log.log.sigma->x()), plain(log.log.sigma->y()), plain(log.log.sigma->z()),
+                          receiver_class(log.gnss.fixes).name);
     }
     if (log.log.sigma_velocity) {
       text += fmt::format("    sigma_velocity: {} m/s         # {}\n", plain(log.log.sigma_velocity->x()),
@@ -413,7 +417,13 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
                           with_decimals(late->delay, 3), late->sigma);
       late_sources.velocity = std::max(late->prior, late_sources.velocity.value_or(0));
     }
-    if (log.calibration && log.calibration->fits()) text += receiver_noise(*log.calibration);
+    if (log.calibration && log.calibration->fits()) {
+      text += receiver_noise(*log.calibration);
+    } else if (log.log.sigma) {
+      const ReceiverClass& usual = receiver_class(log.gnss.fixes);
+      text += drift_text(PositionDrift::of_share(Vector3d::Constant(usual.share), kSlowTime),
+                         fmt::format("usual of a {} receiver", usual.name));
+    }
     text += fmt::format("    use: position{}\n", uses_velocities(log) ? " velocity"
                                                  : log.gnss_health->velocities > 0
                                                      ? "                 # its velocities contradict them"

@@ -219,10 +219,9 @@ ReplayConfig read_replay_config(const Config& config) {
     const LogFile log = read_gnss_file(source);
     for (const LogFile& other : replay.gnss) refuse_repeated(source, log, other);
     replay.gnss.push_back(log);
-    const bool drifts = std::ranges::any_of(filter.gnss, [](const GnssOptions& g) { return g.drift.has_value(); });
     filter.gnss.push_back(read_gnss_options(source, replay.gnss.back()));
-    if (drifts && filter.gnss.back().drift) {
-      source.fail("drift", "one receiver at most may have a coloured error: leave the key out of all but one");
+    if (filter.gnss.back().drift && filter.gnss.size() > kDriftingReceivers) {
+      source.fail("drift", fmt::format("only the first {} receivers of the list may have one", kDriftingReceivers));
     }
   }
   for (const Config& source : config.maps("attitude")) {

@@ -62,6 +62,32 @@ double read_scale(const Config& source, std::string_view key) {
   return scale;
 }
 
+// Reads a share of the stated sigmas: one value, or those of north, east and down.
+Vector3d read_share(const Config& drift) {
+  std::istringstream words(drift.text("share"));
+  Vector3d share;
+  words >> share.x();
+  if (words && (words >> std::ws).eof()) {
+    share.setConstant(drift.number("share"));
+  } else if (!(words >> share.y() >> share.z()) || !(words >> std::ws).eof()) {
+    drift.fail("share", "one number is expected, such as 0.7, or those of north, east and down");
+  }
+  if (!(share.minCoeff() > 0 && share.maxCoeff() < 1)) {
+    drift.fail("share", "the slow part over the whole sigma is expected, above 0 and below 1, such as 0.7");
+  }
+  return share;
+}
+
+PositionDrift read_position_drift(const Config& drift) {
+  const bool of_stated = drift.has("share");
+  if (of_stated && drift.has("sigma")) drift.fail("sigma", "give either it or `share`, a part of the stated sigmas");
+  const Vector3d size = of_stated ? read_share(drift) : drift.vector("sigma", dimension::kLength);
+  const double time = drift.quantity("correlation_time", dimension::kTime);
+  if (!(size.minCoeff() > 0)) drift.fail("sigma", "must be above zero on each axis, such as `0.4 0.4 0.7 m`");
+  if (!(time > 0)) drift.fail("correlation_time", "must be above zero, such as `60 s`");
+  return of_stated ? PositionDrift::of_share(size, time) : PositionDrift({size, time});
+}
+
 // Throws if a receiver's columns name no sigmas, and none are stated.
 void require_sigmas(const Config& source, const LogFile& log) {
   const ColumnMap& map = *log.columns;
@@ -164,15 +190,19 @@ GnssOptions read_gnss_options(const Config& source, const LogFile& log) {
                   "the velocities of this receiver are not used; add `velocity` to `use`, or leave the key out");
     }
   }
-  if (const auto drift = source.find_map("drift")) {
-    GaussMarkov process{drift->vector("sigma", dimension::kLength),
-                        drift->quantity("correlation_time", dimension::kTime)};
-    if (!(process.sigma.minCoeff() > 0))
-      drift->fail("sigma", "must be above zero on each axis, such as `0.4 0.4 0.7 m`");
-    if (!(process.correlation_time > 0)) drift->fail("correlation_time", "must be above zero, such as `60 s`");
-    options.drift = process;
+  if (source.has("drift") && !source.is_map("drift")) {
+    options.white = source.choice<bool>("drift", {{"none", true}});
+  } else if (const auto drift = source.find_map("drift")) {
+    options.drift = read_position_drift(*drift);
   }
   return options;
+}
+
+std::string size_text(const PositionDrift& drift) {
+  const Vector3d& s = drift.sigma;
+  if (!drift.of_stated) return fmt::format("{:.5g} {:.5g} {:.5g} m", s.x(), s.y(), s.z());
+  const std::string one = fmt::format("{:.5g}", s.x()), down = fmt::format("{:.5g}", s.z());
+  return one == down && one == fmt::format("{:.5g}", s.y()) ? one : fmt::format("{} {:.5g} {}", one, s.y(), down);
 }
 
 std::vector<Interval> read_outages(const Config& config) {

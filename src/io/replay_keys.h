@@ -32,6 +32,9 @@ LogFile read_attitude_file(const Config& source);
 /// ConfigError.
 GnssOptions read_gnss_options(const Config& source, const LogFile& log);
 
+/// The size of a slow error as the key `drift` has it: shares, or metres with their unit.
+std::string size_text(const PositionDrift& drift);
+
 /// Reads the list `outages` of pairs [start, length]. Empty if the key is missing. Throws ConfigError.
 std::vector<Interval> read_outages(const Config& config);
 

@@ -81,9 +81,15 @@ void keep_horizontal(Linearization& lin, const Matrix3d& R_wn) {
 
 }  // namespace
 
-Linearization linearize_position(const GnssFix& fix, const std::optional<GaussMarkov>& drift, const Estimate& x,
+Vector3d slow_error(const GnssFix& fix, const std::optional<PositionDrift>& drift, int receiver, const Estimate& x) {
+  if (!drift) return Vector3d::Zero();
+  const Vector3d state = additive(x, position_drift_block(receiver, drift->of_stated));
+  return drift->of_stated ? fix.sigma_position.cwiseProduct(state).eval() : state;
+}
+
+Linearization linearize_position(const GnssFix& fix, const std::optional<PositionDrift>& drift, const Estimate& x,
                                  const AntennaMotion& motion, const Vector3d& earth_rate, const Gravity& gravity,
-                                 const Lag& lag, bool still) {
+                                 const Lag& lag, bool still, int receiver) {
   const double tau = lag.time, half = 0.5 * tau * tau;
   const Antenna a(x, motion, earth_rate, gravity, tau);
   const Vector3d arm_b = a.back * x.lever_arm;
@@ -91,9 +97,13 @@ Linearization linearize_position(const GnssFix& fix, const std::optional<GaussMa
   const Vector3d arm = ER * arm_b;
   Linearization lin;
   lin.residual = fix.position - (x.p_wb + arm - tau * x.v_wb + half * a.acceleration);
-  if (drift) lin.residual -= gravity.R_wn * x.gnss_position_drift;
+  lin.residual -= gravity.R_wn * slow_error(fix, drift, receiver, x);
   Vector3d variance = fix.sigma_position.cwiseAbs2();
-  if (drift) variance = (variance - drift->sigma.cwiseAbs2()).cwiseMax(0.01 * variance);
+  if (drift) {
+    // A drift in m may be as large as what a fix states.
+    const double least = drift->of_stated ? 0 : 0.01;
+    variance = (variance - drift->sigma_at(fix.sigma_position).cwiseAbs2()).cwiseMax(least * variance);
+  }
   lin.covariance = gravity.R_wn * variance.asDiagonal() * gravity.R_wn.transpose();
   if (still) lin.covariance += kSway * kSway * Matrix3d::Identity();
 
@@ -110,7 +120,11 @@ Linearization linearize_position(const GnssFix& fix, const std::optional<GaussMa
     add_gyro(lin, Matrix3d::Zero(), motion.now.rate, ER * turning_back(arm_b, a, tau), motion.mean.rate, a.gyro_scale);
   }
   lin.add(Block::kLeverArm, ER * a.back.toRotationMatrix());
-  if (drift) lin.add(Block::kGnssPositionDrift, gravity.R_wn);
+  if (drift && drift->of_stated) {
+    lin.add(position_drift_block(receiver, true), gravity.R_wn * fix.sigma_position.asDiagonal());
+  } else if (drift) {
+    lin.add(position_drift_block(receiver, false), gravity.R_wn);
+  }
   if (still) return lin;
   add_delay(lin, lag, tau * a.acceleration - x.v_wb + earth_rate.cross(arm) - ER * motion.mean.rate.cross(arm_b));
   add_curvature(lin, lag, a.acceleration);
@@ -199,7 +213,7 @@ std::optional<Linearization> GnssReceivers::linearize(const GnssFix& fix, int se
   const Lag lag = context.lag(delay(context.options, context.layout, sensor, channel, x, context.elapsed));
   if (position) {
     return linearize_position(fix, receiver.drift, with_arm, motion, context.earth_rate, context.gravity, lag,
-                              context.still);
+                              context.still, sensor);
   }
   const bool momentary =
       std::abs(lag.time) < kMoment && std::abs(receiver.delay_of_velocity() - receiver.delay) < kMean;

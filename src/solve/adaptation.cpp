@@ -1,5 +1,7 @@
 #include "piste/solve/adaptation.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -14,6 +16,14 @@ constexpr double kComparable = 1.5;  // s between two residuals outside the gate
 
 double prior_sigma(const AdaptationOptions& options) { return std::log(options.within); }
 
+// Whether the user says so of the errors of a receiver, whose positions are `source`.
+bool is_white(const std::vector<GnssOptions>& receivers, std::string_view source) {
+  for (std::size_t i = 0; i < receivers.size(); ++i) {
+    if (source == fmt::format("gnss[{}].position", i)) return receivers[i].white;
+  }
+  return true;
+}
+
 // A variance that is far too small makes one innovation of many sigmas, whose score is far larger than its mean
 // information expects. The information that was observed is larger in the same ratio, and bounds the step.
 double observed_over_expected(double nis, int rows) { return std::max(1.0, nis / rows); }
@@ -25,9 +35,13 @@ Adaptation::Adaptation(const FilterOptions& options, const StateLayout& layout, 
   options_ = *options.adapt;
   for (const MeasurementSource& source : sources.all()) {
     slot_.push_back(source.adapted ? static_cast<int>(names_.size()) : -1);
-    if (source.adapted) names_.push_back(source.name);
+    if (!source.adapted) continue;
+    names_.push_back(source.name);
+    const bool kept = source.name.ends_with(".position") && !is_white(options.gnss, source.name);
+    least_.push_back(kept ? 0 : -furthest());
   }
   last_.resize(names_.size());
+  least_.resize(names_.size() + kTriads.size(), -furthest());
   names_.insert(names_.end(), kTriads.begin(), kTriads.end());
   const auto size = static_cast<Eigen::Index>(names_.size());
   log_.setZero(size);
@@ -159,8 +173,9 @@ void Adaptation::learn_outside(Eigen::Index source, const Update& u, const Last&
 }
 
 void Adaptation::keep_in_bounds() {
-  const double furthest = 2 * std::log(options_.within);
-  log_ = log_.cwiseMax(-furthest).cwiseMin(furthest);
+  for (Eigen::Index k = 0; k < log_.size(); ++k) {
+    log_(k) = std::clamp(log_(k), least_[static_cast<std::size_t>(k)], furthest());
+  }
 }
 
 void Adaptation::append_to(std::vector<double>& row) const {

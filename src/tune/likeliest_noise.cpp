@@ -13,6 +13,7 @@
 #include "piste/math/linear_algebra.h"
 #include "piste/math/statistics.h"
 #include "tune/noise_search.h"
+#include "tune/stated_errors.h"
 
 namespace piste {
 namespace {
@@ -77,33 +78,31 @@ NoiseModel expected(const NoiseFound& found, const std::vector<LogInterval>& int
   return model;
 }
 
-// The same with a coloured error of each receiver as large as makes up the sigmas that it states, `stated` times those
-// of the log, or as the likelihood permits. Of an error that changes more slowly than the log can tell, 2 σ²/τ alone is
-// told, how fast it walks away, which stays as it is.
-NoiseModel with_stated_errors(NoiseModel model, double stated, const NoiseSearch& search, const JudgedLog& log) {
-  // Of the log-likelihood, at the ends of a 95 % interval (Wilks 1938).
-  const double likely_loss = 0.5 * normal_quantile(0.975) * normal_quantile(0.975);
-  constexpr int kTrials = 4;
-  for (std::size_t i = 0; i < model.gnss.size(); ++i) {
-    if (!(model.gnss[i].drift > 0) || model.gnss[i].position() >= stated) continue;
-    const ReceiverNoise& found = model.gnss[i];
-    const double whole = std::sqrt((stated * stated - found.white * found.white) /
-                                   (found.position() * found.position() - found.white * found.white));
-    std::vector<NoiseModel> trials;
-    for (int k = 0; k < kTrials; ++k) {
-      const double larger = std::pow(whole, 1 - static_cast<double>(k) / kTrials);
-      ReceiverNoise& receiver = trials.emplace_back(model).gnss[i];
-      receiver.drift *= larger;
-      receiver.drift_time *= larger * larger;
+// What the data say of the total that a receiver states: with more than they show, the factor of its sigmas is that of
+// the white part, and the total is not theirs to tell.
+void add_stated_totals(const NoiseModel& found, const NoiseModel& kept, std::vector<TunedNoise>& numbers) {
+  for (std::size_t i = 0; i < kept.gnss.size(); ++i) {
+    const double before = found.gnss[i].position(), total = kept.gnss[i].position();
+    if (total == before) continue;
+    const std::string name = fmt::format("gnss[{}].sigma_scale", i);
+    const auto whole = std::ranges::find(numbers, name, &TunedNoise::name);
+    if (whole == numbers.end()) continue;
+    if (!(kept.gnss[i].drift > 0)) {  // by its interval all may be white
+      whole->value = total;
+      whole->high = std::max(whole->high, total);
+      continue;
     }
-    const double best = search.filtered(log, model).evidence.likelihood;
-    const std::vector<NoisePoint> points = search.filtered(log, trials);
-    const auto likely = std::find_if(points.begin(), points.end(), [&](const NoisePoint& point) {
-      return point.evidence.likelihood > best - likely_loss;
-    });
-    if (likely != points.end()) model = likely->model;
+    TunedNoise stated = *whole;
+    if (found.gnss[i].drift > 0) {
+      numbers.erase(whole);
+    } else {
+      whole->name = fmt::format("gnss[{}].white_scale", i);
+    }
+    stated.high *= total / stated.value;
+    stated.value = total;
+    stated.determined = false;
+    numbers.push_back(std::move(stated));
   }
-  return model;
 }
 
 // Of the measurements that a run uses.
@@ -225,7 +224,8 @@ Tuning sought(const Log& log, const FilterOptions& options, const Start& start, 
   }
   const double positions = rows_of(found.best.evidence, "gnss[0].position");
   const bool stated = std::any_of(centre.gnss.begin(), centre.gnss.end(), [](const auto& g) { return g.drift > 0; });
-  if (how.try_drift && !stated && positions > 0) {
+  const bool is_white = !centre.gnss.empty() && centre.gnss.front().is_white;  // by the user's word
+  if (how.try_drift && !stated && !is_white && positions > 0) {
     tuning.drift_penalty = std::log(positions);  // two parameters
     const NoisePoint white = search.filtered(log_judged, found.best.model);
     const std::vector<NoisePoint> coarse = search.filtered(log_judged, with_drifts(found.best.model));
@@ -247,7 +247,6 @@ Tuning sought(const Log& log, const FilterOptions& options, const Start& start, 
     const StandingHeights standing = standing_heights(log.gnss.front(), log.world);
     if (receiver.drift > 0 && too_exact(receiver, standing)) receiver.standing = standing;
   }
-  tuning.noise = found.best.model;
   tuning.likelihood_at_start = search.filtered(log_judged, centre).evidence.likelihood;
   tuning.likelihood = search.filtered(log_judged, found.best.model).evidence.likelihood;
   const Eigen::MatrixXd covariance =
@@ -258,8 +257,13 @@ Tuning sought(const Log& log, const FilterOptions& options, const Start& start, 
   } else {
     for (const double variance : covariance.diagonal()) intervals.push_back(by_curvature(variance));
   }
-  tuning.expected = with_stated_errors(expected(found, intervals), how.stated, search, log_judged);
+  const auto with_stated = [&](const NoiseModel& model) {
+    return with_stated_totals(model, how.stated, found.knobs, intervals, search, log_judged);
+  };
+  tuning.noise = with_stated(found.best.model);
+  tuning.expected = with_stated(expected(found, intervals));
   tuning.numbers = numbers_of(found, covariance, intervals, centre);
+  add_stated_totals(found.best.model, tuning.noise, tuning.numbers);
   tuning.rows = static_cast<std::size_t>(found.best.evidence.rows);
   tuning.nis = nis_of(search.gated(found.best.model, {.length = how.hold_out, .second = true}));
   tuning.held_out = how.hold_out;
@@ -276,7 +280,8 @@ Tuning likeliest_noise(const Log& log, const FilterOptions& options, const Start
   const StandingHeights standing = standing_heights(log.gnss.front(), log.world);
   const double first = standing.slow > 0 ? 0.5 : 1;  // of the work: another search may follow
   Tuning found = sought(log, options, start, how, part_of(progress, 0, first));
-  if (found.noise.gnss.front().drift > 0 || !too_exact(found.expected.gnss.front(), standing)) return found;
+  const bool coloured = found.drift_gain && *found.drift_gain > found.drift_penalty;
+  if (coloured || !too_exact(found.expected.gnss.front(), standing)) return found;
   FilterOptions rounded = options;
   rounded.gnss.front().drift = standing.process();
   rounded.estimate = with_implied_blocks(rounded, rounded.estimate);

@@ -15,13 +15,12 @@
 namespace piste {
 namespace {
 
-constexpr double kLeastWhite = 0.1;  // of the whole error, as model/gnss.h has it
+constexpr double kLeastWhite = 0.1;     // of the whole error, as model/gnss.h has it where a drift is in m
+constexpr double kMostShare = 0.99999;  // as configurations have five digits
 
 // By how much a coloured error of heights that stand still is larger than that of their rounding, where a receiver's
 // errors do not last as long: means over some time are to be as wrong, and single heights not unknown.
 constexpr double kMostSlow = 3;
-
-constexpr double kDriftTime = 30;  // s, of a coloured error that nobody stated
 
 // Intervals between fixes that the correlation time of their errors has at least: what is shorter and white noise are
 // told apart by how the body moves between two fixes alone, so that a vibrating IMU would get the blame.
@@ -84,24 +83,38 @@ bool any_velocity(const std::vector<GnssFix>& fixes) {
 
 }  // namespace
 
-double ReceiverNoise::position() const { return std::hypot(white, drift * drift_shape.norm() / stated.norm()); }
+double ReceiverNoise::position() const {
+  const double part =
+      in_metres ? drift_shape.norm() / stated.norm() : drift_shape.head<2>().norm() / stated.head<2>().norm();
+  return std::hypot(white, drift * part);
+}
+
+Vector3d ReceiverNoise::slow() const {
+  if (!(drift > 0)) return standing.slow > 0 ? standing.process().sigma : Vector3d::Zero();
+  Vector3d sigma = drift * Vector3d(drift_shape.x(), drift_shape.y(), height * drift_shape.z());
+  // Larger where it does not last as long, so that means over some time are as wrong.
+  const double longer = std::clamp(std::sqrt(kStandingTime / drift_time), 1.0, kMostSlow);
+  sigma.z() = std::max(sigma.z(), longer * standing.slow);
+  return sigma;
+}
 
 SigmaScales ReceiverNoise::scales() const {
   SigmaScales factors{.position = position(), .height = height, .velocity = velocity};
-  if (standing.slow > 0) {
+  if (standing.slow > 0 || (drift > 0 && !in_metres)) {
     const double single = std::max(height * white * stated.z(), standing.white);
-    factors.height = std::hypot(single, process()->sigma.z()) / (position() * stated.z());
+    factors.height = std::hypot(single, slow().z()) / (position() * stated.z());
   }
   return factors;
 }
 
-std::optional<GaussMarkov> ReceiverNoise::process() const {
-  if (!(drift > 0)) return standing.slow > 0 ? std::optional(standing.process()) : std::nullopt;
-  GaussMarkov process{drift * Vector3d(drift_shape.x(), drift_shape.y(), height * drift_shape.z()), drift_time};
-  // Larger where it does not last as long, so that means over some time are as wrong.
-  const double longer = std::clamp(std::sqrt(kStandingTime / drift_time), 1.0, kMostSlow);
-  process.sigma.z() = std::max(process.sigma.z(), longer * standing.slow);
-  return process;
+std::optional<PositionDrift> ReceiverNoise::process() const {
+  const Vector3d sigma = slow();
+  if (sigma.isZero(0)) return std::nullopt;
+  if (!(drift > 0)) return PositionDrift(standing.process());
+  if (in_metres) return PositionDrift({sigma, drift_time});
+  const SigmaScales total = scales();
+  const Vector3d whole = total.position * Vector3d(stated.x(), stated.y(), total.height * stated.z());
+  return PositionDrift::of_share(sigma.cwiseQuotient(whole).cwiseMin(kMostShare), drift_time);
 }
 
 NoiseModel noise_model(const FilterOptions& options, const Log& log) {
@@ -109,15 +122,25 @@ NoiseModel noise_model(const FilterOptions& options, const Log& log) {
   for (std::size_t i = 0; i < options.gnss.size(); ++i) {
     ReceiverNoise& receiver = model.gnss.emplace_back();
     receiver.stated = receiver.drift_shape = median_sigma(log.gnss[i]);
-    receiver.drift_time = kDriftTime;
+    receiver.drift_time = kSlowTime;
+    receiver.is_white = options.gnss[i].white;
     const auto& drift = options.gnss[i].drift;
-    if (drift && is_of_heights_alone(*drift)) receiver.standing = standing_heights(log.gnss[i], log.world);
-    if (drift && !is_of_heights_alone(*drift)) {
+    if (drift && is_of_heights_alone(*drift)) {
+      receiver.standing = standing_heights(log.gnss[i], log.world);
+    } else if (drift) {
       receiver.drift = 1;
-      receiver.drift_shape = drift->sigma;
       receiver.drift_time = drift->correlation_time;
-      const double part = drift->sigma.norm() / receiver.stated.norm();
-      receiver.white = std::sqrt(std::max(1 - part * part, kLeastWhite * kLeastWhite));
+      receiver.in_metres = !drift->of_stated;
+      receiver.drift_shape = drift->sigma_at(receiver.stated);
+      if (receiver.in_metres) {
+        const double part = drift->sigma.norm() / receiver.stated.norm();
+        receiver.white = std::sqrt(std::max(1 - part * part, kLeastWhite * kLeastWhite));
+      } else {
+        const auto rest = [](double share) { return std::sqrt(1 - share * share); };
+        receiver.white = rest(drift->sigma.head<2>().mean());
+        receiver.height = rest(drift->sigma.z()) / receiver.white;
+        receiver.drift_shape.z() /= receiver.height;
+      }
     }
   }
   for (const AttitudeOptions& source : options.attitude)

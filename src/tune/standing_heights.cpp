@@ -16,8 +16,8 @@ double StandingHeights::sigma() const { return std::hypot(slow, white); }
 
 GaussMarkov StandingHeights::process() const { return {slow * Vector3d(kLevel, kLevel, 1), kStandingTime}; }
 
-bool is_of_heights_alone(const GaussMarkov& process) {
-  return process.sigma.head<2>().maxCoeff() < 2 * kLevel * process.sigma.z();
+bool is_of_heights_alone(const PositionDrift& drift) {
+  return !drift.of_stated && drift.sigma.head<2>().maxCoeff() < 2 * kLevel * drift.sigma.z();
 }
 
 StandingHeights standing_heights(const std::vector<double>& height) {

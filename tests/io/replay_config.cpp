@@ -54,11 +54,40 @@ bool has(const ReplayConfig& config, Block block) {
   return std::find(e.begin(), e.end(), block) != e.end();
 }
 
-TEST_F(ReplayConfigTest, ASecondColouredErrorHasItsLine) {
-  const std::string drift = ", lever_arm: 0 0 0 m,\n    drift: {sigma: 0.4 0.4 0.7 m, correlation_time: 60 s}}\n";
-  const std::string two = kImu + "gnss:\n  - {file: gnss.csv" + drift + "  - {file: second.csv" + drift;
-  EXPECT_TRUE(contains(refused(two), "run.yaml:8: ")) << refused(two);
-  EXPECT_TRUE(contains(refused(two), "one receiver at most may have a coloured error")) << refused(two);
+// Each receiver has a slow error of its own, in m or as a share of its sigmas.
+TEST_F(ReplayConfigTest, SlowErrorsOfReceivers) {
+  const auto with = [&](const std::string& first, const std::string& second) {
+    return kImu + "gnss:\n  - {file: gnss.csv, drift: " + first + "}\n  - {file: second.csv, drift: " + second + "}\n";
+  };
+  const ReplayConfig two =
+      read(with("{share: 0.7, correlation_time: 60 s}", "{sigma: 1 1 2 m, correlation_time: 9 s}"));
+  const GnssOptions &first = two.filter.gnss[0], &second = two.filter.gnss[1];
+  EXPECT_TRUE(first.drift->of_stated);
+  EXPECT_EQ(first.drift->sigma, Vector3d(0.7, 0.7, 0.7));
+  EXPECT_EQ(first.drift->correlation_time, 60);
+  EXPECT_FALSE(second.drift->of_stated);
+  EXPECT_EQ(second.drift->sigma, Vector3d(1, 1, 2));
+  EXPECT_TRUE(has(two, position_drift_block(0, true)));
+  EXPECT_TRUE(has(two, position_drift_block(1, false)));
+  EXPECT_FALSE(has(two, Block::kGnssPositionDrift));
+
+  const ReplayConfig other = read(with("{share: 0.5 0.6 0.9, correlation_time: 60 s}", "none"));
+  EXPECT_EQ(other.filter.gnss[0].drift->sigma, Vector3d(0.5, 0.6, 0.9));
+  EXPECT_FALSE(other.filter.gnss[0].white);
+  EXPECT_FALSE(other.filter.gnss[1].drift);
+  EXPECT_TRUE(other.filter.gnss[1].white);
+
+  for (const auto& [drift, says] :
+       {std::pair("{share: 1, correlation_time: 60 s}", "below 1"),
+        std::pair("{share: 0, correlation_time: 60 s}", "above 0"),
+        std::pair("{share: 0.7 0.7, correlation_time: 60 s}", "north, east and down"),
+        std::pair("{share: 0.7 m, correlation_time: 60 s}", "one number is expected"),
+        std::pair("{share: 0.7, correlation_time: 0 s}", "above zero"),
+        std::pair("{share: 0.7, sigma: 1 1 1 m, correlation_time: 60 s}", "either"), std::pair("white", "none")}) {
+    const std::string refusal = refused(with("none", drift));
+    EXPECT_TRUE(contains(refusal, "run.yaml:8: ")) << refusal;
+    EXPECT_TRUE(contains(refusal, says)) << refusal;
+  }
 }
 
 TEST_F(ReplayConfigTest, RateOfTheAttitudeThatIsWritten) {

@@ -59,15 +59,42 @@ TEST(Jacobians, GnssPosition) {
     const GnssFix fix = fix_near(x, random);
     const Gravity gravity = gravity_near(x, random);
     const RecentMotion recent = recent_motion(random);
-    for (const auto& drift : {std::optional<GaussMarkov>(), std::optional(GaussMarkov{{0.4, 0.4, 0.7}, 60})}) {
-      check_jacobians(
-          [&](const Estimate& y) {
-            return linearize_position(fix, drift, y, antenna_motion(raw, recent, y), kWorld.earth_rate(), gravity,
-                                      {y.gnss_delay, Block::kGnssDelay});
-          },
-          x);
+    const PositionDrift metres = GaussMarkov{{0.4, 0.4, 0.7}, 60}, share = PositionDrift::of_share({0.7, 0.6, 0.9}, 60);
+    for (const auto& drift : {std::optional<PositionDrift>(), std::optional(metres), std::optional(share)}) {
+      for (int receiver = 0; receiver < (drift ? kDriftingReceivers : 1); ++receiver) {
+        check_jacobians(
+            [&](const Estimate& y) {
+              return linearize_position(fix, drift, y, antenna_motion(raw, recent, y), kWorld.earth_rate(), gravity,
+                                        {y.gnss_delay, Block::kGnssDelay}, false, receiver);
+            },
+            x);
+      }
     }
   }
+}
+
+// The state of a slow error that is a share of what is stated is in units of that: a fix of three times the sigma shows
+// three times the error, and its white part is the same share of it.
+TEST(Jacobians, AShareFollowsTheStatedSigma) {
+  Random random(4);
+  const Estimate x = random.estimate();
+  const ImuStep raw = raw_step(random);
+  const Gravity gravity = gravity_near(x, random);
+  GnssFix fix = fix_near(x, random);
+  const auto drift = PositionDrift::of_share({0.6, 0.6, 0.8}, 60);
+  const auto seen = [&] {
+    return linearize_position(fix, drift, x, {motion_of(raw, x)}, kWorld.earth_rate(), gravity, {}, false, 2);
+  };
+  const auto white = [&](const Linearization& lin) {
+    return (gravity.R_wn.transpose() * lin.covariance * gravity.R_wn).diagonal().cwiseSqrt().eval();
+  };
+  const Linearization before = seen();
+  EXPECT_TRUE(white(before).isApprox(Vector3d(0.8, 0.8, 0.6).cwiseProduct(fix.sigma_position), 1e-9));
+  const Vector3d slow = slow_error(fix, drift, 2, x);
+  fix.sigma_position *= 3;
+  const Linearization after = seen();
+  EXPECT_TRUE(white(after).isApprox(3 * white(before), 1e-9));
+  EXPECT_TRUE((before.residual - after.residual).isApprox(2 * (gravity.R_wn * slow), 1e-9));
 }
 
 TEST(Jacobians, GnssVelocity) {
@@ -323,8 +350,9 @@ TEST(Jacobians, EveryTypeOfTheList) {
   Random random(10);
   FilterOptions options;
   options.sensor.gyro.noise = options.sensor.accel.noise = 1e-3;
-  options.gnss.resize(2);
+  options.gnss.resize(3);
   options.gnss[1].drift = GaussMarkov{{0.4, 0.4, 0.7}, 60};
+  options.gnss[2].drift = PositionDrift::of_share({0.7, 0.7, 0.9}, 60);
   options.attitude.resize(1);
   options.magnetometer.emplace();
   options.vehicle.emplace();

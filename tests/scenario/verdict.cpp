@@ -79,7 +79,7 @@ std::vector<Seeded> seeded() {
       {"ski", "accelerometer noise", shaken, accel_noise(40)},
       {"giant_slalom", "accelerometer noise", shaken, accel_noise(10)},
       {"ski", "noise of gnss[0].position", none, sigmas(1. / 3, 1)},
-      {"bicycle", "noise of gnss[0].position", none, sigmas(4, 1)},
+      {"bicycle", "slow error of gnss[0].position", none, sigmas(4, 1)},  // as far as innovations can tell
       {"giant_slalom", "noise of gnss[0].velocity", none, sigmas(1, 1. / 3)},
       {"ski", "delay of the fixes", delay(0.1), as_is},
       {"giant_slalom", "delay of the fixes", delay(0.1), as_is},

@@ -123,12 +123,18 @@ TEST_F(ReplaySetupTest, RefusesWithTheLineAndTheRemedy) {
   }
   EXPECT_TRUE(contains(refusal("gnss: []\nmontecarlo: {every: 1 s}\n"), "run.yaml:4: montecarlo: needs a receiver"));
   EXPECT_TRUE(read("gnss: []\n").replay.gnss.empty());
-  EXPECT_TRUE(contains(refusal(R"(montecarlo: {gnss: [one, two]}
+}
+
+// Each receiver has a slow error of its own.
+TEST_F(ReplaySetupTest, TwoReceiversDrift) {
+  const std::vector<Block> estimate = read(R"(montecarlo: {gnss: [one, two], estimate: gyro_bias}
 gnss:
   - {name: one, position_drift: {sigma: 1 1 1 m, correlation_time: 60 s}}
   - {name: two, position_drift: {sigma: 1 1 1 m, correlation_time: 60 s}}
-)"),
-                       "run.yaml:3: gnss drift: one receiver at most"));
+)")
+                                          .replay.estimate;
+  EXPECT_EQ(estimate,
+            (std::vector<Block>{Block::kGyroBias, Block::kGnssPositionDrift, position_drift_block(1, false)}));
 }
 
 TEST(MonteCarloSuite, EveryScenarioSaysHowItIsReplayed) {

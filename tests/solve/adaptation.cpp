@@ -73,6 +73,7 @@ Case ride(std::uint64_t seed, const Told& told) {
   Case c = make_case("bicycle", 30, seed, [](Scenario& s) { s.motion.run = 240; });
   c.options.sensor.gyro.noise *= told.gyro;
   c.options.gnss[0].drift = c.scenario.gnss[0].position_drift;
+  c.options.gnss[0].white = true;  // by the user's word: else its sigmas are never lowered
   c.options.adapt = AdaptationOptions{};
   return c;
 }
@@ -118,6 +119,16 @@ TEST(Adaptation, FindsWhatItWasToldWrongly) {
     EXPECT_NEAR(std::log(settled(adapted, kVelocity) * told.velocity), 0, 0.06) << what;
     EXPECT_NEAR(std::log(settled(adapted, kGyro) * told.gyro), 0, 0.35) << what;  // what some 100 s can tell
   }
+}
+
+// Innovations show the white part of what a receiver states, so that they are no reason to lower it.
+TEST(Adaptation, NeverLowersPositionsUnlessTheirErrorsAreWhite) {
+  const Told told{1, 3, 0.5};
+  Case c = ride(3, told);
+  c.options.gnss[0].white = false;
+  const AdaptedNoise adapted = filtered(c, log_of(c, told)).solution.adapted;
+  EXPECT_NEAR(settled(adapted, kPosition), 1, 1e-9);
+  EXPECT_NEAR(std::log(settled(adapted, kVelocity) * told.velocity), 0, 0.1) << "velocities are learned all the same";
 }
 
 TEST(Adaptation, FollowsAReceiverThatGetsWorseAndBetter) {

@@ -31,6 +31,8 @@ struct WronglyTold {
 
   explicit WronglyTold(std::uint64_t seed, const std::function<void(Scenario&)>& change = {})
       : c(make_case("ski", 40, seed, change)), log(c.log()), start(c.find().start) {
+    // By the user's word, as innovations alone are no reason to lower what a receiver states.
+    c.options.gnss[0].white = true;
     c.options.sensor.gyro.noise *= kGyro;
     c.options.sensor.accel.noise *= kAccel;
     for (GnssFix& fix : log.gnss[0]) {
@@ -179,9 +181,10 @@ TEST(LikeliestNoise, FindsAColouredErrorOfPositions) {
       s.motion.run = 120;
     };
   };
-  const WronglyTold white(4, [](Scenario& s) { s.motion.run = 60; });
-  const WronglyTold both(4, coloured(0.1));
-  const TuneOptions how{.jobs = 2, .try_drift = true, .thorough = false};
+  WronglyTold white(4, [](Scenario& s) { s.motion.run = 60; });
+  WronglyTold both(4, coloured(0.1));
+  white.c.options.gnss[0].white = both.c.options.gnss[0].white = false;
+  const TuneOptions how{.jobs = 2, .try_drift = true, .thorough = false, .stated = {Vector3d::Zero()}};
   const Tuning none = likeliest_noise(white.log, white.c.options, white.start, how);
   EXPECT_FALSE(none.noise.gnss[0].process());
   ASSERT_TRUE(none.drift_gain);
@@ -189,7 +192,31 @@ TEST(LikeliestNoise, FindsAColouredErrorOfPositions) {
   const Tuning found = likeliest_noise(both.log, both.c.options, both.start, how);
   ASSERT_TRUE(found.noise.gnss[0].process());
   EXPECT_GT(*found.drift_gain, found.drift_penalty);
-  EXPECT_NEAR(std::log(found.noise.gnss[0].process()->sigma.x() / 0.1), 0, 0.7);
+  EXPECT_NEAR(std::log(found.noise.gnss[0].slow().x() / 0.1), 0, 0.7);
+}
+
+// A receiver that states twice the white error that its fixes show: the rest is taken to be slow, as nothing tells it.
+TEST(LikeliestNoise, WhatIsStatedIsNotLowered) {
+  WronglyTold told(5);
+  told.c.options.gnss[0].white = false;
+  const TuneOptions how{.jobs = 2, .thorough = false};
+  const Tuning found = likeliest_noise(told.log, told.c.options, told.start, how);
+  for (const NoiseModel* model : {&found.noise, &found.expected}) {
+    const ReceiverNoise& receiver = model->gnss[0];
+    EXPECT_NEAR(receiver.scales().position, 1, 1e-9);
+    EXPECT_NEAR(receiver.scales().height, 1, 1e-9);
+    ASSERT_TRUE(receiver.process());
+    EXPECT_TRUE(receiver.process()->of_stated);
+    EXPECT_NEAR(receiver.process()->sigma.x(), std::sqrt(1 - 0.25), 0.02);
+    EXPECT_GE(receiver.process()->correlation_time, 20);
+    EXPECT_LE(receiver.process()->correlation_time, 180);
+  }
+  const auto number = [&](const char* name) { return *std::ranges::find(found.numbers, name, &TunedNoise::name); };
+  EXPECT_NEAR(number("gnss[0].white_scale").value, 0.5, 0.05);
+  EXPECT_NEAR(number("gnss[0].sigma_scale").value, 1, 1e-9);
+  EXPECT_FALSE(number("gnss[0].sigma_scale").determined);
+  const double lower = number("gnss[0].sigma_velocity_scale").value;
+  EXPECT_NEAR(lower, 2, 0.2) << "velocities are scaled as the innovations have it";
 }
 
 // Of an error of a minute, a minute tells how fast it walks away. How far it goes is what the receiver states.
@@ -201,21 +228,20 @@ TEST(LikeliestNoise, AnErrorThatWalksGoesAsFarAsTheReceiverStates) {
   const Log log = c.log();
   const Start start = c.find().start;
   const auto tuned = [&](double stated) {
-    return likeliest_noise(log, c.options, start, {.jobs = 2, .thorough = false, .stated = stated});
+    return likeliest_noise(log, c.options, start,
+                           {.jobs = 2, .thorough = false, .stated = {Vector3d::Constant(stated)}});
   };
-  const auto walks = [](const ReceiverNoise& noise) { return 2 * noise.drift * noise.drift / noise.drift_time; };
   const Tuning found = tuned(1);
-  const ReceiverNoise &likeliest = found.noise.gnss[0], &expected = found.expected.gnss[0];
-  ASSERT_TRUE(likeliest.process());
-  EXPECT_LT(likeliest.position(), 0.8);
-  EXPECT_GT(expected.position(), 0.9);
-  EXPECT_LE(expected.position(), 1 + 1e-9);
-  EXPECT_NEAR(walks(expected) / walks(likeliest), 1, 1e-9);
-  EXPECT_NEAR(expected.process()->sigma.x(), 0.4, 0.05);
-  EXPECT_GT(expected.drift_time, 30);
-  EXPECT_LT(expected.drift_time, 120);
+  for (const NoiseModel* model : {&found.noise, &found.expected}) {
+    const ReceiverNoise& receiver = model->gnss[0];
+    ASSERT_TRUE(receiver.process());
+    EXPECT_GE(receiver.position(), 1 - 1e-9);
+    EXPECT_NEAR(receiver.slow().x(), 0.4, 0.05);
+    EXPECT_GT(receiver.drift_time, 19);
+    EXPECT_LT(receiver.drift_time, 181);
+  }
   const Tuning less = tuned(0);  // stated far smaller than they are: nothing is added
-  EXPECT_EQ(less.expected.gnss[0].position(), less.noise.gnss[0].position());
+  EXPECT_LT(less.expected.gnss[0].position(), 0.8);
 }
 
 // Many receivers state a sigma of heights that says nothing, such as the 100 m of a phone.

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "piste/core/options.h"
@@ -45,7 +46,19 @@ struct Verdict {
   std::vector<SourceVerdict> sources;
   std::vector<PriorJump> jumps;  ///< of the estimated constants that the run knows well, the largest first
   std::vector<std::string> findings;
+  /// Whether fixes of a receiver differ by less than it states, so that a part of their error may be slow.
+  bool slow_part = false;
 };
+
+/// What stands beside a verdict that names a slow part.
+inline constexpr std::string_view kInnovationsCannotTell =
+    "Innovations cannot tell an error that moves fixes and track together from none at all: they show the white part "
+    "of "
+    "what a receiver states";
+
+/// Whether innovations of `source` that are smaller than its sigmas are no reason to make these smaller: those of
+/// positions, unless the user says that their errors are white.
+bool may_be_slow(const std::vector<GnssOptions>& receivers, std::string_view source);
 
 /// Sigmas from its prior beyond which a constant contradicts it.
 inline constexpr double kFarFromPrior = 4.5;
@@ -93,8 +106,8 @@ class SmoothedResiduals {
   void begin(const Solution& rows);
   void find_next(std::size_t k);
   double delay_of(std::size_t k, const Solution& rows, std::size_t i) const;
-  static void compare(Receiver& r, const GnssFix& fix, const Vector3d& told_arm, double before,
-                      const Estimate& x_before, const Solution& rows, std::size_t after);
+  void compare(std::size_t k, const GnssFix& fix, double before, const Estimate& x_before, const Solution& rows,
+               std::size_t after);
 
   const Log& log_;
   const FilterOptions& options_;

@@ -63,16 +63,50 @@ struct GaussMarkov {
   double correlation_time = 0;
 };
 
+/// The slow part of the error of a receiver's positions, along the local level: a first-order Gauss-Markov process.
+struct PositionDrift : GaussMarkov {
+  /// Whether `sigma` is a share of the sigma that each fix states, without a unit. The state is then in units of that
+  /// sigma, and so follows a receiver whose sigmas change. Else `sigma` is in m.
+  bool of_stated = false;
+
+  /// In m.
+  PositionDrift(const GaussMarkov& process) : GaussMarkov(process) {}
+  /// `share` of the stated sigma, below 1.
+  static PositionDrift of_share(const Vector3d& share, double correlation_time) {
+    PositionDrift drift({share, correlation_time});
+    drift.of_stated = true;
+    return drift;
+  }
+
+  /// Its 1-sigma [m] where a fix states `sigma`.
+  Vector3d sigma_at(const Vector3d& stated) const { return of_stated ? sigma.cwiseProduct(stated).eval() : sigma; }
+  /// Follows the sigmas of a log that are multiplied by `factor`.
+  void follow(double factor) {
+    if (!of_stated) sigma *= factor;
+  }
+};
+
+/// s that the slow error of a receiver lasts where nothing is known of it: atmosphere and multipath of a minute (Groves
+/// 2013, chapter 9).
+inline constexpr double kSlowTime = 60;
+
+/// Receivers that may have a slow error of their own: the first ones of the list.
+inline constexpr int kDriftingReceivers = 4;
+
 /// One GNSS receiver.
 struct GnssOptions {
   std::string name;
   Vector3d lever_arm = Vector3d::Zero();  ///< p_ba_b; the start value if it is estimated
   bool use_position = true, use_velocity = true;
-  /// The coloured part of the position error, along w. The sigma of a fix is the total error, so that the white part is
-  /// sqrt(total² − drift²), and at least 10 % of the total. Only one receiver may have a drift.
-  std::optional<GaussMarkov> drift = std::nullopt;
+  /// The slow part of the position error. The sigma of a fix is the total error, so that the white part is
+  /// sqrt(total² − drift²), and beside a drift in m at least 10 % of the total. Of the first `kDriftingReceivers`
+  /// alone.
+  std::optional<PositionDrift> drift = std::nullopt;
   double delay = 0;  ///< the position of a fix with time t is that of t − delay [s]; the start value if it is estimated
   std::optional<double> velocity_delay = std::nullopt;  ///< of its velocity, against t as well; nothing: it is `delay`
+
+  /// The user says that its errors are white: innovations may then lower the sigmas of its positions.
+  bool white = false;
 
   double delay_of_velocity() const { return velocity_delay.value_or(delay); }
 };

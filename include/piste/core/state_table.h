@@ -20,6 +20,11 @@
 
 namespace piste {
 
+/// Kinds of errors of an IMU: bias, drift and scale of gyroscopes and accelerometers.
+inline constexpr int kImuErrors = 6, kParityBlocks = kImuErrors * kMostParities;
+/// Slow errors of receivers beyond kGnssPositionDrift: of each one in units of its sigmas, of all but the first in m.
+inline constexpr int kReceiverDrifts = 2 * kDriftingReceivers - 1;
+
 enum class Block : int {
   kPosition,
   kVelocity,
@@ -55,10 +60,8 @@ enum class Block : int {
   kSoftIronZ,
   kMagneticDisturbance,
   kFirstParity,  ///< of several IMUs: for each parity the kinds from kGyroBias to kAccelScale, see parity_block()
+  kFirstReceiverDrift = kFirstParity + kParityBlocks,  ///< see position_drift_block()
 };
-
-/// Kinds of errors of an IMU: bias, drift and scale of gyroscopes and accelerometers.
-inline constexpr int kImuErrors = 6, kParityBlocks = kImuErrors * kMostParities;
 
 /// The estimated state at one instant: a value for every block. Its error is defined in estimate.h.
 struct Estimate {
@@ -101,6 +104,12 @@ struct Estimate {
     none.fill(Vector3d::Zero());
     return none;
   }();
+  /// Slow errors of receivers, as position_drift_block() has them.
+  std::array<Vector3d, kReceiverDrifts> receiver_drift = [] {
+    std::array<Vector3d, kReceiverDrifts> none;
+    none.fill(Vector3d::Zero());
+    return none;
+  }();
 
   Matrix3d R_wb() const { return q_wb.toRotationMatrix(); }
   Matrix3d R_rb() const { return q_rb.toRotationMatrix(); }
@@ -117,8 +126,14 @@ struct ParityMember {
   std::size_t place;
 };
 
+/// An element of Estimate::receiver_drift.
+struct ReceiverMember {
+  std::size_t place;
+};
+
 /// The member of Estimate that holds a block: three values, one value, or a rotation.
-using BlockMember = std::variant<Vector3d Estimate::*, double Estimate::*, Quaterniond Estimate::*, ParityMember>;
+using BlockMember =
+    std::variant<Vector3d Estimate::*, double Estimate::*, Quaterniond Estimate::*, ParityMember, ReceiverMember>;
 
 /// One row of the table. What depends on a run's sensors and sources is a function of its options.
 struct BlockInfo {
@@ -169,6 +184,15 @@ std::optional<BlockProcess> of_source(const std::optional<Source>& source, Gauss
 inline bool in_vehicle(const FilterOptions& o) { return o.vehicle.has_value(); }
 inline bool with_magnetometer(const FilterOptions& o) { return o.magnetometer.has_value(); }
 inline Vector3d soft_iron(const FilterOptions& o) { return alike(o.magnetometer ? o.magnetometer->soft_iron : 0); }
+
+/// The slow error of a receiver, if it has one that is, or is not, in units of its sigmas.
+template <std::size_t Receiver, bool kOfStated>
+std::optional<BlockProcess> position_drift(const FilterOptions& o) {
+  if (o.gnss.size() <= Receiver) return std::nullopt;
+  const std::optional<PositionDrift>& drift = o.gnss[Receiver].drift;
+  if (!drift || drift->of_stated != kOfStated) return std::nullopt;
+  return BlockProcess{{DriftProcess::Kind::kGaussMarkov, 1, drift->correlation_time, 0}, drift->sigma.cwiseAbs2()};
+}
 
 /// The process of the coloured error `member`, of the last of `sources` that has one.
 template <class Source>
@@ -282,8 +306,8 @@ inline constexpr auto kWrittenBlocks = std::to_array<BlockInfo>({
      .factor = 1,
      .axes = blocks::kLocal,
      .member = &Estimate::gnss_position_drift,
-     .process = [](const FilterOptions& o) { return blocks::coloured(o.gnss, &GnssOptions::drift); },
-     .needs = "a `gnss:` source with a drift",
+     .process = blocks::position_drift<0, false>,
+     .needs = "a `gnss:` source with a drift in metres, the first of the list",
      .implied = true},
     {.block = Block::kGnssDelay,
      .name = "gnss_delay",
@@ -560,14 +584,37 @@ constexpr BlockInfo parity_row() {
           .implied = true};
 }
 
+/// The row of a slow error of a receiver, as position_drift_block() orders them.
+template <std::size_t I>
+constexpr BlockInfo receiver_row() {
+  constexpr bool of_stated = I < kDriftingReceivers;
+  constexpr std::size_t receiver = of_stated ? I : I - kDriftingReceivers + 1;
+  constexpr std::array<std::string_view, kReceiverDrifts> names{
+      "gnss_normalised_drift", "gnss_normalised_drift_1", "gnss_normalised_drift_2", "gnss_normalised_drift_3",
+      "gnss_position_drift_1", "gnss_position_drift_2",   "gnss_position_drift_3"};
+  return {.block = static_cast<Block>(static_cast<std::size_t>(Block::kFirstReceiverDrift) + I),
+          .name = names[I],
+          .size = 3,
+          .unit = of_stated ? "stated_sigma" : "m",
+          .factor = 1,
+          .axes = kLocal,
+          .member = ReceiverMember{I},
+          .process = position_drift<receiver, of_stated>,
+          .needs = of_stated ? "a `gnss:` source with a drift that is a share, in that place of the list"
+                             : "a `gnss:` source with a drift in metres, in that place of the list",
+          .implied = true};
+}
+
 }  // namespace blocks
 
 /// All rows.
-inline constexpr auto kBlocks =
-    []<std::size_t... I, std::size_t... J>(std::index_sequence<I...>, std::index_sequence<J...>) {
-  return std::array<BlockInfo, sizeof...(I) + sizeof...(J)>{kWrittenBlocks[I]..., blocks::parity_row<J>()...};
+inline constexpr auto kBlocks = []<std::size_t... I, std::size_t... J, std::size_t... K>(
+    std::index_sequence<I...>, std::index_sequence<J...>, std::index_sequence<K...>) {
+  return std::array<BlockInfo, sizeof...(I) + sizeof...(J) + sizeof...(K)>{
+      kWrittenBlocks[I]..., blocks::parity_row<J>()..., blocks::receiver_row<K>()...};
 }
-(std::make_index_sequence<kWrittenBlocks.size()>(), std::make_index_sequence<kParityBlocks>());
+(std::make_index_sequence<kWrittenBlocks.size()>(), std::make_index_sequence<kParityBlocks>(),
+ std::make_index_sequence<kReceiverDrifts>());
 
 inline constexpr int kBlockCount = static_cast<int>(kBlocks.size());
 
@@ -581,6 +628,13 @@ constexpr bool is_navigation(Block block) { return index_of(block) <= index_of(B
 constexpr Block parity_block(Block kind, int parity) {
   return static_cast<Block>(index_of(Block::kFirstParity) + kImuErrors * parity + index_of(kind) -
                             index_of(Block::kGyroBias));
+}
+
+/// The block of the slow error of a receiver, from 0: in units of the sigmas that it states, or in m.
+constexpr Block position_drift_block(int receiver, bool of_stated) {
+  if (!of_stated && receiver == 0) return Block::kGnssPositionDrift;
+  return static_cast<Block>(index_of(Block::kFirstReceiverDrift) +
+                            (of_stated ? receiver : kDriftingReceivers + receiver - 1));
 }
 
 /// Whether the block is a rotation. Its error is then a rotation vector, on the left.
@@ -639,7 +693,7 @@ static_assert(blocks::every_row_is_whole(), "a block beyond navigation has eithe
 static_assert(blocks::sizes_match_members(), "a block has the size of what holds it");
 static_assert(full_offset(Block::kAttitude) == 6, "position, velocity and attitude come first");
 
-/// States that one run may have: Eigen keeps no larger matrix off the heap. All blocks at once are one more.
+/// States that one run may have: Eigen keeps no larger matrix off the heap. All blocks at once are more.
 inline constexpr int kMostStates = 128;
 
 /// Error of every block, in the order of the table, SI and radians.
@@ -673,6 +727,9 @@ bool has_error(const FilterOptions& options, Block block);
 
 /// Those of the blocks bias, drift and scale of gyroscopes and accelerometers for which the sensor has an error.
 std::vector<Block> imu_error_blocks(const ImuSensor& sensor);
+
+/// The blocks of the slow errors that receivers of the run have.
+std::vector<Block> position_drifts(const FilterOptions& options);
 
 /// `wanted`, and after it the blocks that the sources of the run imply, such as their coloured errors, if they are
 /// missing.

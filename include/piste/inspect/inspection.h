@@ -20,8 +20,9 @@ namespace piste {
 /// 1-sigma of each axis of a lever arm where one housing has IMU and antenna, as in a phone or a logger. [m]
 constexpr double kHousing = 0.15;
 
-/// What says that a receiver has a coloured error: the motion; that it claims more than the motion tells; or that
-/// rounding makes its heights stand still, which then have such an error alone.
+/// What says that a receiver has a slow error: the motion; that it states more than the innovations show, which do not
+/// see what moves fixes and track together; or that rounding makes its heights stand still, which then have such an
+/// error alone.
 enum class DriftBy { kMotion, kClaim, kRounding };
 
 /// What the filter itself tells of an IMU beside a receiver (experiment/calibration.h).
@@ -33,15 +34,15 @@ struct Calibration {
   /// By how much the receiver's velocities come late against the IMU's clock with `clock_offset` [s]. The sigma does
   /// not contain that of the clock; 0: they are taken as the log has them.
   double velocity_delay = 0, velocity_delay_sigma = 0;
-  bool velocities_contradict = false;               ///< the positions, and are not used
-  ImuSensor sensor;                                 ///< with the noise to be expected from the motion
-  SigmaScales sigma_scales = {};                    ///< of the receiver, likewise
-  std::optional<GaussMarkov> drift = std::nullopt;  ///< the coloured error of its positions, if there is one
-  DriftBy drift_by = DriftBy::kMotion;              ///< what says so
-  std::size_t used = 0, rejected = 0;               ///< GNSS innovations of the filter that told it
-  double likelihood = 0;                            ///< over the whole log: logarithm of that of a fix
-  double likelihood_of_positions = 0;               ///< likewise, of a position
-  bool in_housing = false;                          ///< whether IMU and antenna are taken to be in one housing
+  bool velocities_contradict = false;                 ///< the positions, and are not used
+  ImuSensor sensor;                                   ///< with the noise to be expected from the motion
+  SigmaScales sigma_scales = {};                      ///< of the receiver, likewise
+  std::optional<PositionDrift> drift = std::nullopt;  ///< the slow error of its positions, if there is one
+  DriftBy drift_by = DriftBy::kMotion;                ///< what says so
+  std::size_t used = 0, rejected = 0;                 ///< GNSS innovations of the filter that told it
+  double likelihood = 0;                              ///< over the whole log: logarithm of that of a fix
+  double likelihood_of_positions = 0;                 ///< likewise, of a position
+  bool in_housing = false;                            ///< whether IMU and antenna are taken to be in one housing
 
   /// Whether the filter fits the logs: it rejected less than a tenth.
   bool fits() const { return rejected < (used + rejected) / 10; }

@@ -5,7 +5,8 @@
 ///     y_p = p − v τ + a τ²/2 + E R C l + R_wn d     y_v = v − a τ + R C (ω × l) − ω_ie × R l
 ///     E = Exp(ω_ie τ)   C = Exp(−ω̄ τ)   ω = ω_ib   a = R f̄ + g(p) − 2 ω_ie × v
 ///
-/// where l is the lever arm, d the coloured error along the local level n, and τ the time by which position or velocity
+/// where l is the lever arm, d the slow error along the local level n, in m or as a state times the stated sigmas
+/// (PositionDrift), and τ the time by which position or velocity
 /// belong before the estimate. The filter compares a fix that comes late with the estimate at the time where the fix
 /// belongs, by the delay that is known or estimated; τ is then 0, and only its derivative counts. It is not 0 while the
 /// estimated delay still changes, and in real time, where that estimate has gone by. ω̄ and f̄ are means over the last
@@ -32,11 +33,15 @@ struct AntennaMotion {
   double force_variance = 0;                 ///< of the white noise of f̄ in an axis
 };
 
-/// Linearises the position of a fix. Its white sigma is the total less that of `drift`, sqrt(total² − drift²), and at
-/// least 10 % of the total. The lever arm is that of the estimate.
-Linearization linearize_position(const GnssFix& fix, const std::optional<GaussMarkov>& drift, const Estimate& x,
+/// Linearises the position of a fix. Its white sigma is the total less that of `drift`, sqrt(total² − drift²), and
+/// beside a drift in m at least 10 % of the total. The lever arm is that of the estimate. `receiver`: whose block the
+/// drift is.
+Linearization linearize_position(const GnssFix& fix, const std::optional<PositionDrift>& drift, const Estimate& x,
                                  const AntennaMotion& motion, const Vector3d& earth_rate, const Gravity& gravity,
-                                 const Lag& lag = {}, bool still = false);
+                                 const Lag& lag = {}, bool still = false, int receiver = 0);
+
+/// The slow error of a fix along n [m], as the estimate has it; 0 if the receiver has none.
+Vector3d slow_error(const GnssFix& fix, const std::optional<PositionDrift>& drift, int receiver, const Estimate& x);
 
 /// Linearises the velocity of a fix. It has two rows, north and east, if down was not measured. Its noise is that of
 /// the fix and that of the gyroscopes, which turns the lever arm. Jacobians by the lever arm and the gyroscopes have

@@ -13,8 +13,12 @@
 /// 2009). For the IMU D is H M Hᵀ, where M = ∂P/∂ln θ goes through the same steps as P: what the noise of all past
 /// samples adds to this innovation, and not only of those since the last fix. So noise of the IMU and of a receiver are
 /// told apart by what they do over time, where Sage and Husa's sums of innovations cannot.
+///
+/// The factor of a receiver's positions is not below 1 unless the user says that their errors are white: innovations
+/// show the white part of what it states alone.
 
 #include <array>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -66,6 +70,7 @@ class Adaptation {
   void learn_inside(Eigen::Index source, const Update& u);
   void learn_outside(Eigen::Index source, const Update& u, const Last& last, double bound);
   void keep_in_bounds();
+  double furthest() const { return 2 * std::log(options_.within); }  // ln θ from 0
 
   AdaptationOptions options_;
   std::vector<std::string> names_;
@@ -74,6 +79,7 @@ class Adaptation {
   Eigen::MatrixXd variance_;            // of log_
   Eigen::MatrixXd seen_, gain_, drop_;  // of one correction, kept so that it needs no heap
   std::vector<Last> last_;              // by slot
+  std::vector<double> least_;           // of log_
   double time_ = 0;
   std::vector<Covariance> imu_;  // ∂P/∂ln θ of the two triads
 };

@@ -26,13 +26,18 @@ struct ReceiverNoise {
   double drift = 0, drift_time = 0;  ///< coloured error of positions: factor of `drift_shape` (0: none), and time [s]
   Vector3d drift_shape, stated;      ///< of a drift of factor 1; median of the sigmas of positions that it states
   StandingHeights standing = {};     ///< what rounding makes of its heights at least
+  bool in_metres = false;            ///< whether its drift is stated in m, and not as a share of its sigmas
+  bool is_white = false;             ///< whether the user says so: the total may then be less than is stated
+  bool by_claim = false;             ///< whether its drift is what the innovations leave of the stated sigmas
 
   /// Factor of the sigmas of positions by which they are those of white and coloured error together.
   double position() const;
   /// The factors of all that it states: heights besides.
   SigmaScales scales() const;
   /// The coloured error, if there is one; heights that stand still have one, which lasts.
-  std::optional<GaussMarkov> process() const;
+  std::optional<PositionDrift> process() const;
+  /// Its 1-sigma where the receiver states the median of its sigmas [m]; 0 if there is none.
+  Vector3d slow() const;
 };
 
 /// The noise of a run's sensors.
@@ -66,13 +71,12 @@ struct NoiseAtRest {
   double gyro = 0, accel = 0;  ///< largest axis; NaN without a rest of two seconds
 };
 
-/// The result.
+/// The result. In both models the total error of positions is what a receiver states at least (tune/stated_errors.h).
 struct Tuning {
   NoiseModel noise;
   /// The same with the mean of the variance of each white noise of the IMU where the likeliest one is its mode:
   /// σ exp(s²), s the 1-sigma of ln σ, twice as much at most, and no more than the samples leave room for. What is
-  /// hardly told is not too quiet with it. And a coloured error is large enough that it makes up, with the white one,
-  /// the sigmas that a receiver states, as far as the likelihood stays within its 95 % interval.
+  /// hardly told is not too quiet with it.
   NoiseModel expected;
   std::vector<TunedNoise> numbers;
   double likelihood_at_start = 0, likelihood = 0;  ///< without the prior
@@ -97,10 +101,13 @@ struct TuneOptions {
   /// Of each two stretches of this length [s] the second is held out: nothing is fitted to its innovations, and
   /// Tuning::nis is theirs alone. 0: none is.
   double hold_out = 0;
-  /// Sigmas of positions that receivers state, by those of the log: Tuning::expected has no smaller ones, unless the
-  /// data tell so.
-  double stated = 1;
+  /// Of each receiver the sigmas of positions that it states, by those of the log, north, east, down; 1 where missing.
+  std::vector<Vector3d> stated = {};
 };
+
+/// What a receiver states by the sigmas of a log in which they were multiplied by `factors`: no more than those of the
+/// log, as who makes them smaller says so.
+Vector3d stated_before(const SigmaScales& factors);
 
 /// Runs of the filter that a rough search and a thorough one take as a rule.
 inline constexpr double kRoughRuns = 120, kThoroughRuns = 400;

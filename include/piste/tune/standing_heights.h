@@ -28,7 +28,7 @@ struct StandingHeights {
 };
 
 /// Whether a coloured error is that of rounded heights, and of nothing else.
-bool is_of_heights_alone(const GaussMarkov& process);
+bool is_of_heights_alone(const PositionDrift& drift);
 
 /// The heights stand still where three in four are within a millimetre of the one before, or back at that which was
 /// before it, and changes are by multiples of one step; a metre, where none changes. `height`: of the fixes, in their
