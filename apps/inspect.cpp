@@ -19,7 +19,7 @@ void run(const AppArguments& arguments, Progress& progress) {
   }
   OutputFolder output(arguments.output);
   progress.start_work();
-  const Inspection found =
+  Inspection found =
       inspect(arguments.inputs, [&](std::string_view stage, double part) { progress.go_on(stage, part); });
   progress.clear();
   const std::string text = write_inspection(output, found);

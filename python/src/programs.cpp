@@ -174,7 +174,7 @@ void bind_programs(nb::module_& m) {
              for (const Suspicion& s : i.found.suspicions) what.push_back(s.what);
              return what;
            })
-      .def("write", [](const Inspected& i, const std::string& folder) {
+      .def("write", [](Inspected& i, const std::string& folder) {
         write_into(folder, [&](OutputFolder& output) {
           for (std::size_t k = 0; k < i.files.size(); ++k) {
             if (i.contents[k]) output.write(i.files[k], *i.contents[k]);

@@ -95,7 +95,7 @@ OutputFile OutputFolder::open(const std::string& name) {
   const std::lock_guard lock(folders().mutex);
   const std::filesystem::path place = folder_ / name;
   make(place.parent_path());
-  const std::filesystem::path beside = place.parent_path() / fmt::format(".{}{}", place.filename().string(), kPartial);
+  const std::filesystem::path beside = partial(name);
   pending_.push_back({beside, place});
   return {place, beside};
 }
@@ -104,6 +104,11 @@ void OutputFolder::stream(const std::string& name, const std::function<void(cons
   OutputFile file = open(name);
   pieces([&file](std::string_view piece) { file.write(piece); });
   file.close();
+}
+
+std::filesystem::path OutputFolder::partial(const std::string& name) const {
+  const std::filesystem::path place = folder_ / name;
+  return place.parent_path() / fmt::format(".{}{}", place.filename().string(), kPartial);
 }
 
 void OutputFolder::withdraw(const std::string& name) { withdrawn_.push_back(folder_ / name); }

@@ -1,25 +1,72 @@
 #include "piste/outputs/folders.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "piste/core/error.h"
 #include "piste/core/version.h"
+#include "piste/diagnosis/diagnose.h"
+#include "piste/experiment/replay.h"
 #include "piste/files/consistency.h"
+#include "piste/io/replay_config.h"
 #include "piste/io/sensor_file.h"
 #include "piste/report/consistency_page.h"
 #include "piste/report/inspection_page.h"
 #include "piste/report/inspection_text.h"
 
 namespace piste {
+namespace {
 
-std::string write_inspection(OutputFolder& output, const Inspection& found) {
-  constexpr const char* kSensorFile = "sensor.yaml";
-  const auto config = ready_config(found, output.folder().string(), kSensorFile);
+constexpr const char *kReplayFile = "replay.yaml", *kSensorFile = "sensor.yaml";
+
+// As a comment can hold it.
+std::string one_line(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
+}
+
+// What is wrong with a configuration, by the verdict of its own replay; empty where its sigmas hold. `text` names its
+// files from `folder`.
+std::string wrong_with(const std::string& text, const std::filesystem::path& folder) {
+  constexpr double kLongest = 3600;  // s: an hour has seen what there is to see
+  try {
+    const ReplayConfig config = read_replay_config(Config::parse(text, folder / kReplayFile));
+    ReplayOptions options = replay_options(config);
+    options.longest = kLongest;
+    const Replay run = replay(read_recording(config), options);
+    const Verdict verdict = diagnose(run.log, run.options, config.initial, run.found, run.filtered.solution,
+                                     run.smoothed ? &*run.smoothed : nullptr);
+    return verdict.consistent ? std::string() : one_line(verdict_line(verdict));
+  } catch (const Error& e) {
+    return one_line(fmt::format("no replay runs with it: {}", e.what()));
+  }
+}
+
+}  // namespace
+
+std::string write_inspection(OutputFolder& output, Inspection& found) {
+  const std::filesystem::path& folder = output.folder();
+  auto config = ready_config(found, folder.string(), kSensorFile);
+  if (config) {
+    output.write(kSensorFile, sensor_text(guess_sensor(found)));
+    // Until all is written the sensor's file has another name.
+    const std::string sensor = output.partial(kSensorFile).filename().string();
+    const std::string wrong = wrong_with(*ready_config(found, folder.string(), sensor), folder);
+    if (!wrong.empty()) {
+      found.suspicions.insert(found.suspicions.begin(),
+                              {LogFault::kDoesNotHold, kReplayFile, wrong,
+                               "until that is mended, do not rely on the sigmas of a replay with it"});
+      config = fmt::format("# Its own replay says: {}.\n{}", wrong, *config);
+    }
+  }
   std::string text = inspection_text(found, config);
   output.write("inspection.txt", text);
   output.write("inspection.html", inspection_page(found, config, version()));
   if (config) {
-    output.write("replay.yaml", *config);
-    output.write(kSensorFile, sensor_text(guess_sensor(found)));
+    output.write(kReplayFile, *config);
   } else {
-    output.withdraw("replay.yaml");
+    output.withdraw(kReplayFile);
     output.withdraw(kSensorFile);
   }
   return text;

@@ -49,6 +49,8 @@ class OutputFolder {
   void stream(const std::string& name, const std::function<void(const TextSink&)>& pieces);
   /// Opens a partial file that is written as a run goes; it is whole after close(). Throws as write().
   OutputFile open(const std::string& name);
+  /// Where a file of this run stands until commit() gives it its name.
+  std::filesystem::path partial(const std::string& name) const;
   /// Names a file that an earlier run may have left and that this run does not write: `commit()` removes it.
   void withdraw(const std::string& name);
   /// Renames all partial files in the order in which they were written, and removes those that killed runs left.

@@ -9,6 +9,7 @@ namespace piste {
 /// Kinds of faults, the worst first: those that make a log mean something else, then those that spoil every result,
 /// then those that cost accuracy, then what one should know.
 enum class LogFault {
+  kDoesNotHold,  ///< the configuration that was made of it, by its own verdict
   // It is not what it claims to be.
   kUnreadable,
   kEmpty,

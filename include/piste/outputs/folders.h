@@ -11,9 +11,10 @@
 
 namespace piste {
 
-/// `inspection.txt` and `inspection.html`; `replay.yaml` and `sensor.yaml`, if the logs suffice for a replay. Returns
-/// the text.
-std::string write_inspection(OutputFolder& output, const Inspection& found);
+/// `inspection.txt` and `inspection.html`; `replay.yaml` and `sensor.yaml`, if the logs suffice for a replay. That is
+/// run (the first hour): where its verdict does not hold, it is added to the suspicions of `found` as the first of
+/// them, and is the first comment of `replay.yaml`. Returns the text.
+std::string write_inspection(OutputFolder& output, Inspection& found);
 
 /// The logs of a simulated run, `truth.csv` (of further IMUs `truth_NAME.csv`) and `truth.json`, with `prefix`, such as
 /// `run_1/`, before their names.
