@@ -197,7 +197,7 @@ TEST_F(InspectApp, CtrlCEndsIt) {
 
 // The bar shows what is being done, and goes on to the end.
 TEST_F(InspectApp, ABarShowsAllOfTheWork) {
-  if (std::system("command -v script >/dev/null 2>&1") != 0) GTEST_SKIP() << "`script` makes the terminal";
+  if (std::system("script -qec true /dev/null >/dev/null 2>&1") != 0) GTEST_SKIP() << "`script` makes the terminal";
   const std::string command =
       fmt::format("{} {}mt9a_1.csv {}gnss.csv --output found", program("inspect"), kData, kData);
   const Said said = run_program("script", {"-qec", command, "shown"}, folder);
