@@ -54,7 +54,8 @@ std::vector<GeodeticFix> used_fixes(const GnssRecording& receiver, const Interva
 }
 
 GnssFix in_world(const World& world, const GeodeticFix& fix) {
-  GnssFix result{fix.time, world.from_geodetic(fix.position), fix.sigma_position, fix.velocity};
+  GnssFix result{fix.time,      world.from_geodetic(fix.position), fix.sigma_position, fix.velocity, fix.correlation,
+                 fix.slow_level};
   if (result.velocity) result.velocity->value = world.rotation_wn(result.position) * fix.velocity->value;
   return result;
 }
@@ -100,7 +101,11 @@ void condition_gnss(const Recording& recording, const Interval& imu, const Condi
   log.world = world != nullptr ? *world : World(first->front().position);
   for (const auto& fixes : used) {
     auto& out = log.gnss.emplace_back();
-    for (const GeodeticFix& fix : fixes) out.push_back(in_world(log.world, fix));
+    SlowLevel level;
+    for (const GeodeticFix& fix : fixes) {
+      out.push_back(in_world(log.world, fix));
+      if (fix.slow_level.isZero(0)) out.back().slow_level = level.next(fix.time, fix.sigma_position);
+    }
     log.counts.gnss_contradicted.push_back(widen_first_fixes(out, options.behaviour.trust, log.world));
   }
 }

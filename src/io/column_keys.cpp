@@ -23,6 +23,7 @@ constexpr std::array kGnss = std::to_array<ColumnQuantity>({{"latitude", dimensi
                                                             {"longitude", dimension::kAngle, 1, 1},
                                                             {"height", dimension::kLength, 1, 1},
                                                             {"sigma", dimension::kLength, 3, 3},
+                                                            {"covariance", dimension::kArea, 9, 9},
                                                             {"horizontal_accuracy", dimension::kLength, 1, 1},
                                                             {"vertical_accuracy", dimension::kLength, 1, 1},
                                                             {"velocity", dimension::kVelocity, 2, 3},
@@ -146,6 +147,7 @@ ColumnUse read_use(const Config& columns, const ColumnQuantity& quantity) {
       key == "velocity" || key == "sigma_velocity" || (key == "sigma" && quantity.dimension == dimension::kLength);
   const bool triad = key == "gyro" || key == "accel" || key == "dtheta" || key == "dvel" || key == "magnetic";
   if (level) use.axes = read_axes(map, use.names.size(), kLevelAxes, "east north up");
+  if (key == "covariance") use.axes = read_axes(map, 3, kLevelAxes, "east north up");
   if (triad) use.axes = read_axes(map, use.names.size(), kSensorAxes, "+x -y -z");
   if (key == "accel" && map.has("added")) {
     use.added = map.words("added");

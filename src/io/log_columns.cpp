@@ -184,6 +184,7 @@ class FixReader {
     const auto ned = [&](std::string_view key) { return ned_columns(find(key), map.find(key)); };
     place_ = {find("latitude").at(0), find("longitude").at(0), find("height").at(0)};
     sigma_ = ned("sigma");
+    covariance_ = find("covariance");
     velocity_ = ned("velocity");
     const auto spread = find("sigma_velocity");
     if (spread.size() == 1) {
@@ -247,6 +248,7 @@ class FixReader {
     fix.time = time;
     fix.position = {angle(0), angle(1), reader_.value(place_[2]) + (geoid_ ? reader_.value(*geoid_) : 0)};
     fix.sigma_position = sigma();
+    if (!covariance_.empty() && !log_.sigma) fix.correlation = correlations(covariance());
     if (velocity_.found()) fix.velocity = velocity();
     if (speed_) fix.velocity = velocity_along_course();
     check_fix(fix, log_, reader_.text());
@@ -288,6 +290,7 @@ class FixReader {
 
   Vector3d sigma() const {
     if (log_.sigma) return *log_.sigma;
+    if (!covariance_.empty()) return covariance().diagonal().cwiseMax(0).cwiseSqrt();
     if (sigma_.found()) {
       Vector3d sigma;
       for (int i = 0; i < 3; ++i) sigma(i) = std::abs(needed(sigma_.along[static_cast<std::size_t>(i)]));
@@ -296,6 +299,18 @@ class FixReader {
     if (!horizontal_ && unknown_allowed_) return unknown_sigma();
     const double across = needed(horizontal_) / kRadiusPerSigma;
     return {across, across, needed(vertical_)};
+  }
+
+  // Along north, east and down.
+  Matrix3d covariance() const {
+    Matrix3d own, turn = Matrix3d::Zero();
+    for (int i = 0; i < 9; ++i) own(i / 3, i % 3) = needed(covariance_[static_cast<std::size_t>(i)]);
+    const NedColumns along = ned_columns({{0, 1}, {1, 1}, {2, 1}}, log_.columns->find("covariance"));
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      const Column& axis = *along.along[static_cast<std::size_t>(i)];
+      turn(i, static_cast<Eigen::Index>(axis.index)) = axis.factor;
+    }
+    return turn * own * turn.transpose();
   }
 
   double needed(const std::optional<Column>& column) const {
@@ -350,6 +365,7 @@ class FixReader {
   std::optional<Column> geoid_;
   std::optional<std::array<double, 3>> last_;
   NedColumns sigma_, velocity_, sigma_velocity_;
+  std::vector<Column> covariance_;
   std::optional<Column> horizontal_, vertical_, speed_, course_, speed_accuracy_, course_accuracy_, fix_;
 };
 

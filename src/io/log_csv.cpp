@@ -44,7 +44,7 @@ std::string columns_there(const CsvReader& csv, std::string_view prefix, std::st
 }
 
 std::string column_name(std::string_view prefix, std::string_view axis, std::string_view unit) {
-  return fmt::format("{}{}{}_{}", prefix, prefix.empty() ? "" : "_", axis, unit);
+  return fmt::format("{}{}{}{}{}", prefix, prefix.empty() ? "" : "_", axis, unit.empty() ? "" : "_", unit);
 }
 
 std::optional<Triad> find_triad(CsvReader& csv, std::string_view prefix, const std::array<std::string_view, 3>& axes,
@@ -75,6 +75,16 @@ std::optional<Triad> sigma_triad(CsvReader& csv, const std::array<std::string_vi
                                  bool stated) {
   if (stated) return find_triad(csv, "sigma", axes, {unit});
   return require_triad(csv, "sigma", axes, {unit});
+}
+
+// Correlations of north and east, north and down, east and down, as a row has them.
+Correlation checked(const Vector3d& stated, const RowSource& row) {
+  if (!(stated.cwiseAbs().maxCoeff() <= 1)) row.fail("a correlation is expected between -1 and 1");
+  Matrix3d all = Matrix3d::Identity();
+  all(0, 1) = all(1, 0) = stated.x();
+  all(0, 2) = all(2, 0) = stated.y();
+  all(1, 2) = all(2, 1) = stated.z();
+  return correlations(all);
 }
 
 }  // namespace
@@ -131,6 +141,7 @@ GnssRecording read_gnss_csv(const LogFile& log, RowFaults* faults) {
   } else if (velocity) {
     sigma_velocity = require_triad(csv, "sigma_velocity", kNed, {{"m_s", 1}});
   }
+  const auto correlated = find_triad(csv, "correlation", {"north_east", "north_down", "east_down"}, {{"", 1}});
   csv.finish_header(faults);
 
   GnssRecording gnss{log.file, {}};
@@ -144,6 +155,7 @@ GnssRecording read_gnss_csv(const LogFile& log, RowFaults* faults) {
     fix.time = increasing.next(csv[time], csv.text());
     fix.position = geodetic_degrees(csv[latitude], csv[longitude], csv[height]);
     fix.sigma_position = sigma ? sigma->read(csv) : unknown_sigma();
+    if (correlated) fix.correlation = checked(correlated->read(csv), csv.text());
     if (velocity) fix.velocity = {velocity->read(csv), sigma_velocity ? sigma_velocity->read(csv) : Vector3d::Zero()};
     check_fix(fix, log, csv.text());
     gnss.fixes.push_back(fix);

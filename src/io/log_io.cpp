@@ -207,7 +207,10 @@ void check_turn(const Vector3d& dtheta, double time, const ImuRecording& imu, co
 }
 
 void check_fix(GeodeticFix& fix, const LogFile& log, const RowSource& row) {
-  if (log.sigma) fix.sigma_position = *log.sigma;
+  if (log.sigma) {
+    fix.sigma_position = *log.sigma;
+    fix.correlation.setZero();
+  }
   if (fix.velocity && log.sigma_velocity) {
     const bool has_down = fix.velocity->has_down();
     fix.velocity->sigma.head<2>() = log.sigma_velocity->head<2>();

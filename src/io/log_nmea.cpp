@@ -32,6 +32,7 @@ struct Told {
   std::optional<sys_days> date;
   std::optional<Place> place;
   std::optional<Vector3d> sigma;
+  Correlation correlation = Correlation::Zero();
   std::optional<Vector3d> velocity;  ///< north, east; down is not told
   bool without_fix = false;
 };
@@ -138,6 +139,14 @@ Told read_gst(const Sentence& s) {
   Told told = opening(s, 8);
   const auto north = s.find(6), east = s.find(7), down = s.find(8);
   if (north && east && down) told.sigma = Vector3d(*north, *east, *down);
+  // Of the ellipse of errors: its semi-axes, and the azimuth of the larger.
+  const auto larger = s.find(3), smaller = s.find(4), azimuth = s.find(5);
+  if (told.sigma && larger && smaller && azimuth) {
+    const double angle = kDegree * *azimuth;
+    Matrix3d covariance = told.sigma->cwiseAbs2().asDiagonal();
+    covariance(0, 1) = covariance(1, 0) = (*larger * *larger - *smaller * *smaller) * std::sin(angle) * std::cos(angle);
+    told.correlation = correlations(covariance);
+  }
   return told;
 }
 
@@ -278,7 +287,10 @@ class EpochReader {
       open_.place = told.place;
       open_.line = reader_.line_number();
     }
-    if (told.sigma) open_.sigma = told.sigma;
+    if (told.sigma) {
+      open_.sigma = told.sigma;
+      open_.correlation = told.correlation;
+    }
     if (told.velocity) open_.velocity = told.velocity;
     if (told.date && told.time_of_day == open_.time_of_day) open_.date = told.date;
   }
@@ -329,6 +341,7 @@ GnssRecording read_gnss_nmea(const LogFile& log, RowFaults* faults) {
           "as GGA, or state them in the configuration for all fixes: `sigma: 2 2 4 m` (north, east, down)");
     }
     fix.sigma_position = e.sigma.value_or(unknown_sigma());
+    fix.correlation = e.correlation;
     if (e.velocity && log.sigma_velocity) {
       fix.velocity = {*e.velocity, unknown_sigma()};  // the stated sigmas follow
       has_velocity = true;

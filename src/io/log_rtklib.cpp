@@ -127,6 +127,19 @@ std::optional<PosHeader> header_of(const TextReader& reader) {
   return header;
 }
 
+// The correlations by sdne, sdeu and sdun: each is the square root of a covariance, with its sign. Zero where the
+// header does not have all of them.
+template <class Value>
+Correlation correlations_of(const PosHeader& header, const Value& value) {
+  if (!header.find("sdne(m)") || !header.find("sdeu(m)") || !header.find("sdun(m)")) return Correlation::Zero();
+  const auto covariance = [&](std::string_view name) { return value(name) * std::abs(value(name)); };
+  const double ne = covariance("sdne(m)"), ed = -covariance("sdeu(m)"), nd = -covariance("sdun(m)");
+  const Vector3d variance = Vector3d(value("sdn(m)"), value("sde(m)"), value("sdu(m)")).cwiseAbs2();
+  Matrix3d all;
+  all << variance.x(), ne, nd, ne, variance.y(), ed, nd, ed, variance.z();
+  return correlations(all);
+}
+
 }  // namespace
 
 GnssRecording read_gnss_rtklib(const LogFile& log, RowFaults* faults) {
@@ -160,7 +173,10 @@ GnssRecording read_gnss_rtklib(const LogFile& log, RowFaults* faults) {
     GeodeticFix fix;
     fix.time = times.next(time_of(reader, header->system), reader);
     fix.position = geodetic_degrees(latitude, longitude, reader.number(field));
-    if (!log.sigma) fix.sigma_position = {value("sdn(m)"), value("sde(m)"), value("sdu(m)")};
+    if (!log.sigma) {
+      fix.sigma_position = {value("sdn(m)"), value("sde(m)"), value("sdu(m)")};
+      fix.correlation = correlations_of(*header, value);
+    }
     if (header->find("vn(m/s)")) {
       const Vector3d sigma{value("sdvn"), value("sdve"), value("sdvu")};
       if (!sigma.isZero(0) || log.sigma_velocity)

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <optional>
 
 #include "byte_reader.h"
 #include "log_formats.h"
@@ -104,10 +105,12 @@ class NavPvt {
     return (type == 3 || type == 4) && (flags() & 1) != 0;
   }
 
+  std::uint32_t time() const { return at<std::uint32_t>(0); }
+
   // The time of week is rounded to a millisecond; the fraction of the UTC second, that of GPS time too, is not.
   double seconds_of_week() const {
     constexpr double kRounding = 0.6e-3;
-    const double rounded = at<std::uint32_t>(0) * 1e-3;
+    const double rounded = time() * 1e-3;
     if (rounded > kWeek) frame_.fail(fmt::format("time of week {:.3f} s is beyond the week", rounded));
     const bool valid_time = (at<std::uint8_t>(11) & 2) != 0;
     const double off = std::remainder(at<std::int32_t>(16) * 1e-9 - rounded, 1);
@@ -148,13 +151,52 @@ class NavPvt {
   std::string_view bytes_;
 };
 
+/// NAV-COV (u-blox F9 interface description, 3.15.2): the covariance of the position along north, east, down.
+class NavCov {
+ public:
+  explicit NavCov(const FrameReader& frame) : bytes_(frame.payload()) {
+    constexpr std::size_t kSize = 64;
+    if (bytes_.size() != kSize) {
+      frame.fail(fmt::format("NAV-COV of {} bytes; {} are expected", bytes_.size(), kSize), RowFault::Kind::kFields);
+    }
+  }
+
+  std::uint32_t time() const { return number_at<std::uint32_t>(bytes_, 0); }
+  bool valid() const { return number_at<std::uint8_t>(bytes_, 5) != 0; }
+  Matrix3d position() const {
+    const auto at = [&](std::size_t i) { return static_cast<double>(number_at<float>(bytes_, 16 + 4 * i)); };
+    Matrix3d covariance;
+    covariance << at(0), at(1), at(2), at(1), at(3), at(4), at(2), at(4), at(5);
+    return covariance;
+  }
+
+ private:
+  std::string_view bytes_;
+};
+
+// Of the fix of the same time; NAV-COV stands after it or before.
+void take_covariance(const NavCov& told, GeodeticFix& fix, const LogFile& log) {
+  const Matrix3d covariance = told.position();
+  if (log.sigma || !told.valid() || !(covariance.diagonal().minCoeff() > 0)) return;
+  fix.sigma_position = covariance.diagonal().cwiseSqrt();
+  fix.correlation = correlations(covariance);
+}
+
 }  // namespace
 
 GnssRecording read_gnss_ubx(const LogFile& log, RowFaults* faults) {
   FrameReader reader(log);
   GnssRecording gnss{log.file, {}};
   IncreasingTime increasing(log.order());
+  std::optional<std::uint32_t> last;  // the time of week of the last fix, as it was written
+  std::optional<NavCov> before;
   const auto frame = [&] {
+    if (reader.is(0x01, 0x36)) {
+      const NavCov told(reader);
+      if (told.time() == last) take_covariance(told, gnss.fixes.back(), log);
+      if (told.time() != last) before = told;
+      return;
+    }
     if (!reader.is(0x01, 0x07)) return;
     const NavPvt pvt(reader);
     if (!pvt.has_fix()) {
@@ -167,8 +209,10 @@ GnssRecording read_gnss_ubx(const LogFile& log, RowFaults* faults) {
     fix.sigma_position = pvt.sigma_position();
     fix.velocity = pvt.velocity();
     fix.quality = pvt.quality();
+    if (before && before->time() == pvt.time()) take_covariance(*before, fix, log);
     check_fix(fix, log, reader);
     gnss.fixes.push_back(fix);
+    last = pvt.time();
   };
   for_each_row(
       faults, [&] { return reader.next(); }, frame);

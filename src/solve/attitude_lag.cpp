@@ -7,11 +7,11 @@
 namespace piste {
 namespace {
 
-struct Correlation {
+struct LagCorrelation {
   double lag, level, heading;
 };
 
-Correlation correlation_of(const AttitudeLag& l) {
+LagCorrelation correlation_of(const AttitudeLag& l) {
   const auto level = [](const Matrix3d& m) { return m(0, 0) + m(1, 1); };
   return {l.lag, level(l.covariance) / std::sqrt(level(l.of_early) * level(l.of_late)),
           l.covariance(2, 2) / std::sqrt(l.of_early(2, 2) * l.of_late(2, 2))};
@@ -20,7 +20,7 @@ Correlation correlation_of(const AttitudeLag& l) {
 }  // namespace
 
 double correlation_time(std::span<const AttitudeLag> lags) {
-  std::vector<Correlation> correlations;
+  std::vector<LagCorrelation> correlations;
   double longest = 0;
   for (const AttitudeLag& l : lags) {
     correlations.push_back(correlation_of(l));
@@ -28,7 +28,7 @@ double correlation_time(std::span<const AttitudeLag> lags) {
   }
   const auto misfit = [&](double tau) {
     double sum = 0;
-    for (const Correlation& c : correlations) {
+    for (const LagCorrelation& c : correlations) {
       const double model = std::exp(-c.lag / tau), level = c.level - model, heading = c.heading - model;
       sum += 2 * level * level + heading * heading;
     }

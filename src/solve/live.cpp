@@ -51,6 +51,7 @@ class Live::Session {
     options_.conditioning.imu.instantaneous = clock_.instantaneous;
     recent_.imu.file = "imu";
     recent_.gnss.resize(options_.filter.gnss.size());
+    levels_.resize(recent_.gnss.size());
     given_.assign(recent_.gnss.size(), -1e300);
     for (std::size_t i = 0; i < recent_.gnss.size(); ++i) recent_.gnss[i].file = options_.filter.gnss[i].name;
   }
@@ -89,7 +90,8 @@ class Live::Session {
           fault);
     }
     const auto later = [](double t, const GeodeticFix& f) { return t < f.time; };
-    fixes.insert(std::upper_bound(fixes.begin(), fixes.end(), fix.time, later), fix);
+    const auto place = fixes.insert(std::upper_bound(fixes.begin(), fixes.end(), fix.time, later), fix);
+    place->slow_level = levels_[static_cast<std::size_t>(receiver)].next(fix.time, fix.sigma_position);
     if (fix.time <= given_.at(static_cast<std::size_t>(receiver))) ++late_;
     if (!world_) world_ = World(fix.position);
   }
@@ -272,6 +274,7 @@ class Live::Session {
 
   LiveOptions options_;
   Recording recent_;
+  std::vector<SlowLevel> levels_;  // of each receiver
   Log log_;
   std::optional<World> world_;
   std::optional<HeadingBank> bank_;

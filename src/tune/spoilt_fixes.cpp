@@ -40,7 +40,10 @@ void spoil(Log& log, std::string_view source, const Innovation& innovation) {
     if (!source.starts_with(fmt::format("gnss[{}].", i))) continue;
     GnssFix* fix = find(log.gnss[i]);
     if (fix == nullptr) continue;
-    if (source.ends_with("position")) fix->sigma_position *= kWider;
+    if (source.ends_with("position")) {
+      fix->sigma_position *= kWider;
+      fix->slow_level /= kWider;
+    }
     if (source.ends_with("velocity") && fix->velocity) fix->velocity->sigma *= kWider;
   }
   for (std::size_t i = 0; i < log.attitude.size(); ++i) {

@@ -452,6 +452,22 @@ TEST_F(Columns, APhonesReceiver) {
   EXPECT_FALSE(log.fixes[1].velocity) << "it says none";
 }
 
+// As robots log them: east, north, up.
+TEST_F(Columns, CovarianceOfAPlace) {
+  const std::string header = "t lat lon h a b c d e f g h2 i\n", row = "1 46 7 100 4 3 -1 3 9 2 -1 2 16\n";
+  const std::string keys = "columns: {time: {name: t, unit: s}, " + kPlace +
+                           ", covariance: {names: [a, b, c, d, e, f, g, h2, i], unit: m^2, axes: east north up}}";
+  const GeodeticFix fix = gnss(header + row, keys).fixes.at(0);
+  EXPECT_EQ(fix.sigma_position, Vector3d(3, 2, 4));
+  EXPECT_TRUE(fix.correlation.isApprox(Correlation(0.5, -1.0 / 6, 0.125), 1e-12)) << fix.correlation.transpose();
+  EXPECT_EQ(gnss(header + row, keys + ", sigma: 1 1 1 m").fixes.at(0).correlation, Correlation::Zero());
+  EXPECT_TRUE(contains(refused([&] {
+                         gnss(header + row, "columns: {time: {name: t, unit: s}, " + kPlace +
+                                                ", covariance: {names: [a, b, c], unit: m^2}}");
+                       }),
+                       "9 are expected"));
+}
+
 TEST_F(Columns, StatedSigmasReplaceThose) {
   const auto log = gnss(kPhoneHeader + "1;1604477851437;48.5;9.5;360.0;20;90.0;3;100;0.5;10;\n",
                         kPhone + ", sigma: 3 4 6 m, sigma_velocity: 0.1 m/s");

@@ -197,6 +197,28 @@ TEST_F(LogIo, RtklibAngles) {
   EXPECT_FALSE(gnss.fixes[0].velocity);
 }
 
+// sdne, sdeu and sdun are roots of covariances, with their signs; up is against down.
+TEST_F(LogIo, RtklibCorrelations) {
+  const auto fix = [&](const std::string& deviations, bool stated = false) {
+    LogFile file = log(header("GPST") + "2374 1 46.5 7.25 1600 1 9 " + deviations + " 0 9\n", LogFormat::kRtklibPos);
+    if (stated) file.sigma = Vector3d(1, 1, 1);
+    return read_gnss(file).fixes.at(0);
+  };
+  const GeodeticFix some = fix("0.02 0.01 0.04 -0.01 0.01 0.02");
+  EXPECT_TRUE(some.correlation.isApprox(Correlation(-0.5, -0.5, -0.25), 1e-12)) << some.correlation.transpose();
+  EXPECT_EQ(fix("1 2 3 0 0 0").correlation, Correlation::Zero());
+  EXPECT_LT(fix("0.02 0.01 0.05 0.02 0 0").correlation.x(), 1) << "of which no covariance is made";
+  EXPECT_EQ(fix("0.02 0.01 0.04 -0.01 0.01 0.02", true).correlation, Correlation::Zero()) << "of the stated sigmas";
+}
+
+TEST_F(LogIo, CsvCorrelations) {
+  const std::string named = kGnssHeader.substr(0, kGnssHeader.size() - 1) +
+                            ",correlation_north_east,correlation_north_down,correlation_east_down\n";
+  EXPECT_EQ(read_gnss(log(named + "10,46,7,500,1,1,2,0.5,-0.25,0.125\n")).fixes.at(0).correlation,
+            Correlation(0.5, -0.25, 0.125));
+  EXPECT_TRUE(contains(refused_gnss(named + "10,46,7,500,1,1,2,1.5,0,0\n", LogFormat::kCsv), "between -1 and 1"));
+}
+
 TEST_F(LogIo, RtklibRefusals) {
   const auto refused = [&](const std::string& text) { return refused_gnss(text, LogFormat::kRtklibPos); };
   const std::string place = " 46.5 7.25 1600" + kRest;

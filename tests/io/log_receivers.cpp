@@ -85,6 +85,21 @@ TEST(Nmea, PublishedSentences) {
   EXPECT_DOUBLE_EQ(dated_by_zda.fixes[0].time, 2 * 86400 + 14 * 3600 + 7 * 60 + 59.75 + 17);
 }
 
+// The ellipse of errors stands beside the sigmas of its projections.
+TEST(Nmea, GstTellsTheCorrelation) {
+  const auto correlation = [](const std::string& gst) {
+    const std::string time = "100000";
+    return nmea_of(nmea("GPGGA," + time + kGgaTail) + nmea("GPGST," + time + gst) + rmc(time, "080725"))
+        .fixes.at(0)
+        .correlation;
+  };
+  // Semi-axes of 5 and 1 m: at 45 degrees both projections are of 13 m², and the covariance is 12 m².
+  const std::string projections = ",3.605551,3.605551,2.0";
+  EXPECT_NEAR(correlation(",1.0,5.0,1.0,45.0" + projections).x(), 12.0 / 13, 1e-6);
+  EXPECT_NEAR(correlation(",1.0,5.0,1.0,135.0" + projections).x(), -12.0 / 13, 1e-6);
+  EXPECT_EQ(correlation(",1.0,,,,0.02,0.03,0.05"), Correlation::Zero());
+}
+
 TEST(Nmea, SentencesOfAnEpochComeInAnyOrderOfAnyTalker) {
   const auto gnss = nmea_of(nmea("GAGST,100000" + kGst) + nmea("QZGGA,100000" + kGgaTail) + rmc("100000", "080725") +
                             nmea("GLGGA,100001" + kGgaTail) + rmc("100001", "080725") + nmea("GBGST,100001" + kGst));
@@ -262,6 +277,32 @@ TEST(Ubx, QualityAndEpochsWithoutFix) {
   EXPECT_EQ(gnss.fixes[1].quality, FixQuality::kFloat);
   EXPECT_EQ(gnss.fixes[2].quality, FixQuality::kFixed);
   EXPECT_EQ(gnss.without_fix, 4u);
+}
+
+// NAV-COV stands after the fix of its time, or before it.
+TEST(Ubx, NavCov) {
+  const auto cov = [](std::uint32_t time, std::uint8_t valid, float ne) {
+    return ubx(1, 0x36,
+               test::Bytes(64)
+                   .put<std::uint32_t>(0, time)
+                   .put<std::uint8_t>(5, valid)
+                   .put<float>(16, 4)
+                   .put<float>(20, ne)
+                   .put<float>(28, 9)
+                   .put<float>(36, 16)
+                   .text());
+  };
+  const auto gnss = ubx_of(pvt(1000) + cov(1000, 1, 3) + cov(2000, 1, -3) + pvt(2000) + pvt(3000) + cov(3000, 0, 3) +
+                           cov(3500, 1, 3) + pvt(4000));
+  ASSERT_EQ(gnss.fixes.size(), 4u);
+  EXPECT_EQ(gnss.fixes[0].sigma_position, Vector3d(2, 3, 4));
+  EXPECT_DOUBLE_EQ(gnss.fixes[0].correlation.x(), 0.5);
+  EXPECT_DOUBLE_EQ(gnss.fixes[1].correlation.x(), -0.5);
+  for (const std::size_t other : {2U, 3U}) {  // not valid, and of no fix
+    EXPECT_LT((gnss.fixes[other].sigma_position - Vector3d(2, 2, 3)).norm(), 1e-3);
+    EXPECT_EQ(gnss.fixes[other].correlation, Correlation::Zero());
+  }
+  EXPECT_TRUE(contains(ubx_refused(ubx(1, 0x36, "short")), "NAV-COV of 5 bytes; 64 are expected"));
 }
 
 TEST(Ubx, Refusals) {

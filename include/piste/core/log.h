@@ -52,6 +52,16 @@ struct FixVelocity {
   bool has_down() const { return std::isfinite(sigma.z()); }
 };
 
+/// Correlations of the errors of a position: of north and east, north and down, east and down.
+using Correlation = Vector3d;
+
+/// The correlations of a covariance [m²] along north, east, down. Digits that a log rounds may leave a matrix that is
+/// no covariance: correlations are then made smaller, all alike, until it is one. Zero where a variance is not above
+/// zero.
+///
+///     correlations(0.04 * Matrix3d::Identity())  // → {0, 0, 0}
+Correlation correlations(const Matrix3d& covariance);
+
 /// One GNSS fix: position and velocity of the receiver's antenna. Velocity and sigmas are along local north-east-down.
 struct GeodeticFix {
   double time = 0;
@@ -59,6 +69,21 @@ struct GeodeticFix {
   Vector3d sigma_position;
   std::optional<FixVelocity> velocity;
   FixQuality quality = FixQuality::kUnknown;
+  Correlation correlation = Correlation::Zero();
+  Vector3d slow_level = Vector3d::Zero();  ///< as GnssFix has it; 0: not yet known
+};
+
+/// The size of a slow error of a receiver whose sigmas change. That of a first-order Gauss-Markov process follows its
+/// white noise with a delay: d/dt σ̄² = (σ² − σ̄²) 2/τ, here with τ of two minutes. A state in units of σ itself would
+/// leap where an accuracy is rounded otherwise, and such leaps would pass for knowledge of the error.
+class SlowLevel {
+ public:
+  /// σ̄/σ of the next fix, in the order of time; 1 for the first one.
+  Vector3d next(double time, const Vector3d& sigma);
+
+ private:
+  double time_ = 0;
+  Vector3d variance_ = Vector3d::Zero();
 };
 
 /// Factors of the sigmas that a receiver states.
@@ -170,6 +195,14 @@ struct GnssFix {
   double time = 0;
   Vector3d position, sigma_position;
   std::optional<FixVelocity> velocity;
+  Correlation correlation = Correlation::Zero();
+  /// Of which size its slow error is (PositionDrift), by its sigmas: the sigmas that were stated over the last minute,
+  /// by those of this fix (SlowLevel).
+  Vector3d slow_level = Vector3d::Ones();
+
+  /// L with L Lᵀ = the covariance of the position along the local level [m]: lower triangular, the sigmas on the
+  /// diagonal where axes are not correlated.
+  Matrix3d position_factor() const;
 };
 
 /// Attitude of the reference axes, R_wr, and the covariance [rad²] of its rotation-vector error in w.

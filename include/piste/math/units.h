@@ -32,6 +32,7 @@ namespace dimension {
 inline constexpr Dimension kRatio{{0, 0, 0, 0, 0}, "a ratio", "1000 ppm"};
 inline constexpr Dimension kAngle{{2, 0, 0, 0, 0}, "an angle", "1.5 deg"};
 inline constexpr Dimension kLength{{0, 2, 0, 0, 0}, "a length", "0.4 m"};
+inline constexpr Dimension kArea{{0, 4, 0, 0, 0}, "an area", "0.04 m^2"};
 inline constexpr Dimension kTime{{0, 0, 2, 0, 0}, "a time", "60 s"};
 inline constexpr Dimension kFrequency{{0, 0, -2, 0, 0}, "a frequency", "12 Hz"};
 inline constexpr Dimension kVelocity{{0, 2, -2, 0, 0}, "a velocity", "0.05 m/s"};

@@ -1,0 +1,43 @@
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "piste/core/log.h"
+
+namespace piste {
+
+Correlation correlations(const Matrix3d& covariance) {
+  constexpr double kLeast = 0.01;  // eigenvalue that is left of a correlation matrix, so that its inverse has a meaning
+  const Vector3d variance = covariance.diagonal();
+  if (!covariance.allFinite() || !(variance.minCoeff() > 0)) return Correlation::Zero();
+  const Vector3d inverse = variance.cwiseSqrt().cwiseInverse();
+  Matrix3d off = inverse.asDiagonal() * covariance * inverse.asDiagonal();
+  off.diagonal().setZero();
+  const double least = Eigen::SelfAdjointEigenSolver<Matrix3d>(off, Eigen::EigenvaluesOnly).eigenvalues().x();
+  const double part = least < kLeast - 1 ? (kLeast - 1) / least : 1;
+  return part * Correlation(off(1, 0), off(2, 0), off(2, 1));
+}
+
+Vector3d SlowLevel::next(double time, const Vector3d& sigma) {
+  constexpr double kMinute = 60;  // s: half of τ
+  const Vector3d stated = sigma.cwiseAbs2();
+  if (variance_.isZero(0)) {
+    variance_ = stated;
+  } else {
+    variance_ += (1 - std::exp(-std::max(0.0, time - time_) / kMinute)) * (stated - variance_);
+  }
+  time_ = time;
+  return variance_.cwiseQuotient(stated).cwiseSqrt();
+}
+
+Matrix3d GnssFix::position_factor() const {
+  Matrix3d L = sigma_position.asDiagonal();
+  if (correlation.isZero(0)) return L;
+  const double ne = correlation.x(), nd = correlation.y(), ed = correlation.z();
+  const double e = std::sqrt(1 - ne * ne), d_by_e = (ed - ne * nd) / e;
+  L.row(1) = sigma_position.y() * Vector3d(ne, e, 0);
+  L.row(2) = sigma_position.z() * Vector3d(nd, d_by_e, std::sqrt(1 - nd * nd - d_by_e * d_by_e));
+  return L;
+}
+
+}  // namespace piste
