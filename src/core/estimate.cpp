@@ -14,7 +14,7 @@ auto* additive_data(E& x, Block block) {
   const BlockMember& member = info(block).member;
   if (const auto* vector = std::get_if<Vector3d Estimate::*>(&member)) return (x.*(*vector)).data();
   if (const auto* parity = std::get_if<ParityMember>(&member)) return x.parity[parity->place].data();
-  if (const auto* drift = std::get_if<ReceiverMember>(&member)) return x.receiver_drift[drift->place].data();
+  if (const auto* receiver = std::get_if<ReceiverMember>(&member)) return x.receiver[receiver->place].data();
   return &(x.*std::get<double Estimate::*>(member));
 }
 

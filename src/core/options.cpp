@@ -28,6 +28,8 @@ void FilterOptions::validate() const {
   for (std::size_t i = 0; i < gnss.size(); ++i) {
     require(!gnss[i].drift || i < kDriftingReceivers,
             fmt::format("gnss drift: only the first {} receivers may have one", kDriftingReceivers));
+    require(!gnss[i].lever_arm_sway || i < kDriftingReceivers,
+            fmt::format("gnss lever_arm_sway: only the first {} receivers may have one", kDriftingReceivers));
     require(!gnss[i].drift || !gnss[i].drift->of_stated || gnss[i].drift->sigma.maxCoeff() < 1,
             "gnss drift: its share of the stated sigma must be below 1");
   }

@@ -26,9 +26,14 @@ struct Granted {
 /// A cause: filters what the filter was told, changed, and says how much that gains over `base`.
 using Cause = std::function<Granted(const Told& told, const Evidence& base, double end)>;
 
-/// Noise of the IMU, sigmas of the fixes and coloured errors, as far as the run has them. Their likelihoods are to be
-/// compared with the delays held (tune/held_delays.h).
+/// Noise of the IMU, sigmas of the fixes, antennas that sway and coloured errors, as far as the run has them. Their
+/// likelihoods are to be compared with the delays held (tune/held_delays.h).
 std::vector<Cause> searched_causes(const Told& told);
+
+/// The antenna of a receiver moves on the body.
+Cause swaying_antenna(std::size_t receiver);
+/// Whether that is a cause for a receiver of the run.
+bool may_sway(const FilterOptions& options, std::size_t receiver);
 
 /// Delays, lever arm, biases and scales, likewise. Where the lever arm is told so large that no start can be right, the
 /// start is found anew with `heading`.

@@ -12,13 +12,16 @@
 
 #include "diagnosis/causes.h"
 #include "diagnosis/doubts.h"
+#include "diagnosis/granting.h"
 #include "diagnosis/unit_motion.h"
+#include "piste/core/recording.h"
 #include "piste/core/time_search.h"
 #include "piste/solve/initial_state.h"
 #include "piste/solve/run.h"
 #include "piste/tune/standing_heights.h"
 #include "solve/feeder.h"
 #include "tune/held_delays.h"
+#include "tune/white_noise_range.h"
 
 namespace piste {
 namespace {
@@ -70,9 +73,10 @@ std::string symptoms(const Verdict& verdict, const std::vector<GnssOptions>& rec
           is_of_heights_alone(*receivers[i].drift))
         return fmt::format("heights of {} stand still, as they are rounded: how wrong they are does not show", s.name);
     }
-    if (s.nis < 1 && may_be_slow(receivers, s.name))
+    if (s.nis < 1 && may_be_slow(receivers, s.name)) {
       return fmt::format("slow error of {} (NIS {:.2g}): fixes differ by less than is stated, key `drift`", s.name,
                          s.nis);
+    }
     return fmt::format("no single cause explains {} (NIS {:.2g}, correlation {:.2g}, {:.0f} % rejected)", s.name, s.nis,
                        s.whiteness, 100 * s.rejected);
   }
@@ -80,7 +84,50 @@ std::string symptoms(const Verdict& verdict, const std::vector<GnssOptions>& rec
   return fmt::format("{} is {:.1f} sigmas from its prior", jump.name, jump.sigmas);
 }
 
+// What causes are tried with, and where the motion ends in which they are: the first minutes.
+struct Trial {
+  Told told;
+  double end;
+};
+
+Trial trial_of(const Log& log, const FilterOptions& options, const FoundStart& found) {
+  constexpr double kBeyond = 2;  // s: fixes that come late, and the neighbour of the last step
+  const double departs = departure(log, found.start.time), end = departs + kLongest;
+  return {{first_part(log, end + kBeyond), options, tried_from(log, options, found.start, departs)}, end};
+}
+
+// A run before noise was made to fit its innovations: the receiver's sigmas without these factors, the IMU as noisy as
+// it is at rest, and a clock that is not known, as wrong noise finds a wrong one.
+Told as_first_told(Told told, std::size_t receiver, const SigmaScales& scales) {
+  scale_sigmas(told.log.gnss[receiver], {1 / scales.position, 1 / scales.height, 1 / scales.velocity});
+  const WhiteNoise rest = white_noise_range(told.log).least;
+  ImuSensor& sensor = told.options.sensor;
+  if (rest.gyro > 0) sensor.gyro.noise = std::min(sensor.gyro.noise, rest.gyro);
+  if (rest.accel > 0) sensor.accel.noise = std::min(sensor.accel.noise, rest.accel);
+  if (told.options.estimates(Block::kGnssDelay)) told.options.priors.gnss_delay = kWideClock;
+  return told;
+}
+
 }  // namespace
+
+std::optional<std::string> find_sway(const Log& log, const FilterOptions& options, const FoundStart& found,
+                                     const std::vector<SigmaScales>& scales) {
+  const auto [told, end] = trial_of(log, options, found);
+  const Told held = with_held_delays(told, filter_again(told.log, told.options, told.start, end));
+  const Evidence base = filter_again(held.log, held.options, held.start, end);
+  Granted best;
+  for (std::size_t i = 0; i < options.gnss.size(); ++i) {
+    if (!may_sway(options, i)) continue;
+    for (const Told& from : {held, as_first_told(told, i, i < scales.size() ? scales[i] : SigmaScales{})}) {
+      if (Granted granted = swaying_antenna(i)(from, base, end); granted.gain > best.gain) best = std::move(granted);
+    }
+  }
+  if (best.gain < kLikelier) return std::nullopt;
+  for (const Cause& cause : searched_causes(held)) {
+    if (cause(held, base, end).gain > best.gain) return std::nullopt;
+  }
+  return std::move(best.text);
+}
 
 Verdict diagnose(const Log& log, const FilterOptions& options, const InitialHeading& heading, const FoundStart& found,
                  const Solution& filtered, const Solution* smoothed, const std::function<void(double)>& progress,
@@ -89,10 +136,9 @@ Verdict diagnose(const Log& log, const FilterOptions& options, const InitialHead
   if (filtered.empty()) return verdict;
   add_heading_jump(heading, filtered, smoothed, verdict);
   if (!doubtful(verdict, log, filtered)) return verdict;
-  constexpr double kBeyond = 2;  // s: fixes that come late, and the neighbour of the last step
-  const double departs = departure(log, found.start.time), end = departs + kLongest;
-  const Told told{first_part(log, end + kBeyond), options, tried_from(log, options, found.start, departs)};
-
+  const Trial trial = trial_of(log, options, found);
+  const Told& told = trial.told;
+  const double end = trial.end;
   const Evidence base = filter_again(told.log, told.options, told.start, end);
   const Told held = with_held_delays(told, base);
   const Evidence held_base =

@@ -52,7 +52,7 @@ Factor likeliest_factor(Gain&& gain) {
   const auto [x, top] = *best();
   const double low = tried.contains(x - 0.5) ? tried[x - 0.5] : kNaN,
                high = tried.contains(x + 0.5) ? tried[x + 0.5] : kNaN, curvature = low + high - 2 * top;
-  if (curvature < 0) attempt(x + std::clamp(0.25 * (low - high) / curvature, -0.5, 0.5));
+  if (curvature < 0 && std::isfinite(curvature)) attempt(x + std::clamp(0.25 * (low - high) / curvature, -0.5, 0.5));
   return {std::pow(kFactorStep, best()->first), best()->second};
 }
 

@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "diagnosis/granting.h"
 #include "diagnosis/likeliest_factor.h"
 #include "math/words.h"
 #include "piste/consistency/verdict.h"
 #include "piste/math/statistics.h"
+#include "tune/white_noise_range.h"
 
 namespace piste {
 namespace {
@@ -25,15 +27,19 @@ struct Noise {
   std::string_view name, unit;
   double factor;  // from SI to that unit
   TriadErrors ImuSensor::*triad;
+  double WhiteNoise::*white;
 };
 constexpr std::array kNoises{
-    Noise{"gyroscope", "deg/s", kDegreesPerRadian, &ImuSensor::gyro},
-    Noise{"accelerometer", "ug", 1e6 / kStandardGravity, &ImuSensor::accel},
+    Noise{"gyroscope", "deg/s", kDegreesPerRadian, &ImuSensor::gyro, &WhiteNoise::gyro},
+    Noise{"accelerometer", "ug", 1e6 / kStandardGravity, &ImuSensor::accel, &WhiteNoise::accel},
 };
 
 Cause white_noise(const Noise& noise) {
   return [noise](const Told& told, const Evidence& base, double end) {
+    // The samples themselves would be as noisy.
+    const double most = white_noise_range(told.log).most.*noise.white / (told.options.sensor.*noise.triad).noise;
     const Factor f = likeliest_factor([&](double factor) {
+      if (factor > std::max(1.0, most)) return -std::numeric_limits<double>::infinity();
       FilterOptions options = told.options;
       (options.sensor.*noise.triad).noise *= factor;
       return lasting_gain(filter_again(told.log, options, told.start, end), base);
@@ -177,6 +183,44 @@ Cause coloured(std::size_t receiver) {
 
 }  // namespace
 
+Cause swaying_antenna(std::size_t receiver) {
+  return [receiver](const Told& told, const Evidence& base, double end) {
+    const auto gain = [&](double sigma, double time) {
+      Told changed = told;
+      changed.options.gnss[receiver].lever_arm_sway = GaussMarkov{Vector3d::Constant(sigma), time};
+      changed.options.estimate.push_back(lever_arm_sway_block(static_cast<int>(receiver)));
+      return lasting_gain(filter_again(changed.log, changed.options, told.start, end), base);
+    };
+    // What helmets and packs allow, from a tremble to a swing, then nearer to the best of these.
+    double sigma = 0, time = 0, best = 0;
+    const auto attempt = [&](double s, double t) {
+      const double g = gain(s, t);
+      if (g <= best) return;
+      best = g;
+      sigma = s;
+      time = t;
+    };
+    for (const double s : {0.02, 0.06}) {
+      for (const double t : {0.1, 0.3, 0.9}) attempt(s, t);
+    }
+    if (best > 0) {
+      const double s = sigma, root = std::sqrt(kFactorStep);
+      for (const double by : {root, 1 / root}) attempt(s * by, time);
+      const double t = time;
+      for (const double by : {root, 1 / root}) attempt(sigma, t * by);
+    }
+    return searched(best,
+                    fmt::format("antenna of gnss[{}] (it moves on the body, by some {} cm over {} s; "
+                                "`lever_arm_sway: {{sigma: {} m, correlation_time: {} s}}`)",
+                                receiver, plain(100 * sigma, 2), plain(time, 2), plain(sigma, 2), plain(time, 2)),
+                    2);
+  };
+}
+
+bool may_sway(const FilterOptions& options, std::size_t receiver) {
+  return options.gnss[receiver].use_position && !options.gnss[receiver].lever_arm_sway && receiver < kDriftingReceivers;
+}
+
 std::vector<Cause> searched_causes(const Told& told) {
   std::vector<Cause> causes;
   const FilterOptions& options = told.options;
@@ -197,6 +241,7 @@ std::vector<Cause> searched_causes(const Told& told) {
   for (std::size_t i = 0; i < options.gnss.size(); ++i) {
     const GnssOptions& receiver = options.gnss[i];
     if (receiver.use_position && !receiver.drift && i < kDriftingReceivers) causes.push_back(coloured(i));
+    if (may_sway(options, i)) causes.push_back(swaying_antenna(i));
   }
   return causes;
 }

@@ -223,6 +223,10 @@ ReplayConfig read_replay_config(const Config& config) {
     if (filter.gnss.back().drift && filter.gnss.size() > kDriftingReceivers) {
       source.fail("drift", fmt::format("only the first {} receivers of the list may have one", kDriftingReceivers));
     }
+    if (filter.gnss.back().lever_arm_sway && filter.gnss.size() > kDriftingReceivers) {
+      source.fail("lever_arm_sway",
+                  fmt::format("only the first {} receivers of the list may have one", kDriftingReceivers));
+    }
   }
   for (const Config& source : config.maps("attitude")) {
     const LogFile log = read_attitude_file(source);

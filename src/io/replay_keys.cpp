@@ -88,10 +88,20 @@ PositionDrift read_position_drift(const Config& drift) {
   return of_stated ? PositionDrift::of_share(size, time) : PositionDrift({size, time});
 }
 
+// As antennas on helmets and packs move: all axes alike.
+GaussMarkov read_lever_arm_sway(const Config& sway) {
+  GaussMarkov process{Vector3d::Constant(sway.quantity("sigma", dimension::kLength)),
+                      sway.quantity("correlation_time", dimension::kTime)};
+  if (!(process.sigma.x() > 0)) sway.fail("sigma", "must be above zero, such as `0.03 m`");
+  if (!(process.correlation_time > 0)) sway.fail("correlation_time", "must be above zero, such as `0.5 s`");
+  return process;
+}
+
 // Throws if a receiver's columns name no sigmas, and none are stated.
 void require_sigmas(const Config& source, const LogFile& log) {
   const ColumnMap& map = *log.columns;
-  if (!log.sigma && map.find("sigma") == nullptr && map.find("horizontal_accuracy") == nullptr) {
+  if (!log.sigma && map.find("sigma") == nullptr && map.find("covariance") == nullptr &&
+      map.find("horizontal_accuracy") == nullptr) {
     source.fail({},
                 "no sigmas: state `sigma: 3 3 6 m` (north, east, down), or name `sigma`, or `horizontal_accuracy` and "
                 "`vertical_accuracy`, under `columns`");
@@ -161,7 +171,7 @@ LogFile read_attitude_file(const Config& source) {
   read_stated_sigma(source, dimension::kAngle, "0.05 0.05 0.1 deg", log);
   if (log.format == LogFormat::kColumns) {
     log.columns = read_column_map(source, attitude_quantities());
-    if (!log.sigma && log.columns->find("sigma") == nullptr) {
+    if (!log.sigma && log.columns->find("sigma") == nullptr && log.columns->find("covariance") == nullptr) {
       source.fail(
           {}, "no sigmas: state `sigma: 0.05 0.05 0.1 deg` (roll, pitch, heading), or name `sigma` under `columns`");
     }
@@ -195,6 +205,7 @@ GnssOptions read_gnss_options(const Config& source, const LogFile& log) {
   } else if (const auto drift = source.find_map("drift")) {
     options.drift = read_position_drift(*drift);
   }
+  if (const auto sway = source.find_map("lever_arm_sway")) options.lever_arm_sway = read_lever_arm_sway(*sway);
   return options;
 }
 

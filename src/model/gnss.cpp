@@ -79,12 +79,43 @@ void keep_horizontal(Linearization& lin, const Matrix3d& R_wn) {
   lin.rows = 2;
 }
 
+// A slow error of unit variance in m, along n.
+Matrix3d slow_factor(const GnssFix& fix) { return fix.slow_level.asDiagonal() * fix.position_factor(); }
+
+// A factor of the covariance of what is white in a position, along n: the total less the slow part. Where a receiver
+// states more than it did, the slow part has not grown yet, and the white one is larger.
+Matrix3d white_factor(const GnssFix& fix, const std::optional<PositionDrift>& drift) {
+  if (!drift) return fix.position_factor();
+  const auto rest = [](const Vector3d& share) { return (1 - share.array().square()).matrix().eval(); };
+  if (drift->of_stated) {
+    const Vector3d usual = rest(drift->sigma), now = rest(drift->sigma.cwiseProduct(fix.slow_level));
+    const Vector3d larger = now.cwiseQuotient(usual).cwiseMax(1).cwiseSqrt();
+    return larger.asDiagonal() * fix.position_factor() * usual.cwiseSqrt().asDiagonal();
+  }
+  constexpr double kLeast = 0.01;  // of the variance: a drift in m may be as large as what a fix states
+  const Vector3d share = drift->sigma.cwiseQuotient(fix.sigma_position);
+  return rest(share).cwiseMax(kLeast).cwiseSqrt().asDiagonal() * fix.position_factor();
+}
+
+// The same for an antenna that moves on the body: what it is away from its place adds to the lever arm. How fast it
+// moves is white noise of a velocity: its mean over the correlation time τ has a variance of 2 (1 − 1/e) σ²/τ².
+Linearization swaying(Linearization lin, const GnssOptions& receiver, int sensor) {
+  if (!receiver.lever_arm_sway) return lin;
+  lin.add(lever_arm_sway_block(sensor), lin.jacobian(Block::kLeverArm));
+  if (lin.observes != Block::kVelocity) return lin;
+  const GaussMarkov& sway = *receiver.lever_arm_sway;
+  const double mean = 2 * (1 - std::exp(-1.0));
+  const double speed = sway.sigma.x() / sway.correlation_time;
+  lin.covariance.topLeftCorner(lin.rows, lin.rows).diagonal().array() += mean * speed * speed;
+  return lin;
+}
+
 }  // namespace
 
 Vector3d slow_error(const GnssFix& fix, const std::optional<PositionDrift>& drift, int receiver, const Estimate& x) {
   if (!drift) return Vector3d::Zero();
   const Vector3d state = additive(x, position_drift_block(receiver, drift->of_stated));
-  return drift->of_stated ? fix.sigma_position.cwiseProduct(state).eval() : state;
+  return drift->of_stated ? slow_factor(fix) * state : state;
 }
 
 Linearization linearize_position(const GnssFix& fix, const std::optional<PositionDrift>& drift, const Estimate& x,
@@ -98,13 +129,8 @@ Linearization linearize_position(const GnssFix& fix, const std::optional<Positio
   Linearization lin;
   lin.residual = fix.position - (x.p_wb + arm - tau * x.v_wb + half * a.acceleration);
   lin.residual -= gravity.R_wn * slow_error(fix, drift, receiver, x);
-  Vector3d variance = fix.sigma_position.cwiseAbs2();
-  if (drift) {
-    // A drift in m may be as large as what a fix states.
-    const double least = drift->of_stated ? 0 : 0.01;
-    variance = (variance - drift->sigma_at(fix.sigma_position).cwiseAbs2()).cwiseMax(least * variance);
-  }
-  lin.covariance = gravity.R_wn * variance.asDiagonal() * gravity.R_wn.transpose();
+  const Matrix3d white = gravity.R_wn * white_factor(fix, drift);
+  lin.covariance = white * white.transpose();
   if (still) lin.covariance += kSway * kSway * Matrix3d::Identity();
 
   if (tau == 0) {
@@ -121,7 +147,7 @@ Linearization linearize_position(const GnssFix& fix, const std::optional<Positio
   }
   lin.add(Block::kLeverArm, ER * a.back.toRotationMatrix());
   if (drift && drift->of_stated) {
-    lin.add(position_drift_block(receiver, true), gravity.R_wn * fix.sigma_position.asDiagonal());
+    lin.add(position_drift_block(receiver, true), gravity.R_wn * slow_factor(fix));
   } else if (drift) {
     lin.add(position_drift_block(receiver, false), gravity.R_wn);
   }
@@ -208,17 +234,20 @@ std::optional<Linearization> GnssReceivers::linearize(const GnssFix& fix, int se
   if (position ? !receiver.use_position : !(receiver.use_velocity && fix.velocity)) return std::nullopt;
   Estimate with_arm = x;
   if (!context.layout.has(Block::kLeverArm)) with_arm.lever_arm = receiver.lever_arm;
+  if (receiver.lever_arm_sway) with_arm.lever_arm += additive(x, lever_arm_sway_block(sensor));
   const AntennaMotion motion{context.motion(x),      context.rate_without_noise(x), context.noise_told(),
                              context.mean_motion(x), context.recent.force_change,   context.recent.force_variance};
   const Lag lag = context.lag(delay(context.options, context.layout, sensor, channel, x, context.elapsed));
   if (position) {
-    return linearize_position(fix, receiver.drift, with_arm, motion, context.earth_rate, context.gravity, lag,
-                              context.still, sensor);
+    return swaying(linearize_position(fix, receiver.drift, with_arm, motion, context.earth_rate, context.gravity, lag,
+                                      context.still, sensor),
+                   receiver, sensor);
   }
   const bool momentary =
       std::abs(lag.time) < kMoment && std::abs(receiver.delay_of_velocity() - receiver.delay) < kMean;
-  return linearize_velocity(fix, with_arm, momentary ? of_the_moment(motion, context) : motion, context.earth_rate,
-                            context.gravity, context.still, lag);
+  return swaying(linearize_velocity(fix, with_arm, momentary ? of_the_moment(motion, context) : motion,
+                                    context.earth_rate, context.gravity, context.still, lag),
+                 receiver, sensor);
 }
 
 }  // namespace piste

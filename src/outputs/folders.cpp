@@ -26,9 +26,14 @@ std::string one_line(std::string text) {
   return text;
 }
 
-// What is wrong with a configuration, by the verdict of its own replay; empty where its sigmas hold. `text` names its
-// files from `folder`.
-std::string wrong_with(const std::string& text, const std::filesystem::path& folder) {
+// What a replay of a configuration says of it; empty is nothing.
+struct OwnReplay {
+  std::string wrong = {};  // where its sigmas do not hold
+  std::string sway = {};   // where its antenna seems to move on the body
+};
+
+// `text` names its files from `folder`.
+OwnReplay own_replay(const std::string& text, const std::filesystem::path& folder) {
   constexpr double kLongest = 3600;  // s: an hour has seen what there is to see
   try {
     const ReplayConfig config = read_replay_config(Config::parse(text, folder / kReplayFile));
@@ -37,9 +42,12 @@ std::string wrong_with(const std::string& text, const std::filesystem::path& fol
     const Replay run = replay(read_recording(config), options);
     const Verdict verdict = diagnose(run.log, run.options, config.initial, run.found, run.filtered.solution,
                                      run.smoothed ? &*run.smoothed : nullptr);
-    return verdict.consistent ? std::string() : one_line(verdict_line(verdict));
+    std::vector<SigmaScales> scales;
+    for (const LogFile& file : config.gnss) scales.push_back(file.sigma_scales);
+    return {.wrong = verdict.consistent ? "" : one_line(verdict_line(verdict)),
+            .sway = find_sway(run.log, run.options, run.found, scales).value_or("")};
   } catch (const Error& e) {
-    return one_line(fmt::format("no replay runs with it: {}", e.what()));
+    return {.wrong = one_line(fmt::format("no replay runs with it: {}", e.what()))};
   }
 }
 
@@ -52,7 +60,12 @@ std::string write_inspection(OutputFolder& output, Inspection& found) {
     output.write(kSensorFile, sensor_text(guess_sensor(found)));
     // Until all is written the sensor's file has another name.
     const std::string sensor = output.partial(kSensorFile).filename().string();
-    const std::string wrong = wrong_with(*ready_config(found, folder.string(), sensor), folder);
+    const auto [wrong, sway] = own_replay(*ready_config(found, folder.string(), sensor), folder);
+    if (!sway.empty()) {
+      found.suspicions.push_back(
+          {LogFault::kAntennaSways, kReplayFile, sway,
+           "if it is on a helmet or a pack, state it under `gnss`: sigmas are narrower with it"});
+    }
     if (!wrong.empty()) {
       found.suspicions.insert(found.suspicions.begin(),
                               {LogFault::kDoesNotHold, kReplayFile, wrong,

@@ -85,7 +85,7 @@ TEST_F(ReplayConfigTest, SlowErrorsOfReceivers) {
         std::pair("{share: 0.7, correlation_time: 0 s}", "above zero"),
         std::pair("{share: 0.7, sigma: 1 1 1 m, correlation_time: 60 s}", "either"), std::pair("white", "none")}) {
     const std::string refusal = refused(with("none", drift));
-    EXPECT_TRUE(contains(refusal, "run.yaml:8: ")) << refusal;
+    EXPECT_TRUE(contains(refusal, "run.yaml:6: ")) << refusal;
     EXPECT_TRUE(contains(refusal, says)) << refusal;
   }
 }

@@ -77,8 +77,8 @@ class Random {
       const double part = 0.5 + 0.1 * static_cast<double>(i);
       x.parity[i] = part * Vector3d(kinds[i % kImuErrors]->y(), kinds[i % kImuErrors]->z(), kinds[i % kImuErrors]->x());
     }
-    for (std::size_t i = 0; i < x.receiver_drift.size(); ++i) {
-      x.receiver_drift[i] = (0.5 + 0.2 * static_cast<double>(i)) * x.gnss_position_drift;
+    for (std::size_t i = 0; i < x.receiver.size(); ++i) {
+      x.receiver[i] = (0.5 + 0.2 * static_cast<double>(i)) * x.gnss_position_drift;
     }
     x.hard_iron = 10 * x.lever_arm;
     x.soft_iron_x = x.gyro_scale;

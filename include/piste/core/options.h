@@ -65,8 +65,8 @@ struct GaussMarkov {
 
 /// The slow part of the error of a receiver's positions, along the local level: a first-order Gauss-Markov process.
 struct PositionDrift : GaussMarkov {
-  /// Whether `sigma` is a share of the sigma that each fix states, without a unit. The state is then in units of that
-  /// sigma, and so follows a receiver whose sigmas change. Else `sigma` is in m.
+  /// Whether `sigma` is a share of the sigma that each fix states, without a unit. The state is then in units of what
+  /// was stated over the last minute (SlowLevel), and so follows a receiver whose sigmas change. Else `sigma` is in m.
   bool of_stated = false;
 
   /// In m.
@@ -90,7 +90,7 @@ struct PositionDrift : GaussMarkov {
 /// 2013, chapter 9).
 inline constexpr double kSlowTime = 60;
 
-/// Receivers that may have a slow error of their own: the first ones of the list.
+/// Receivers that may have a slow error, or an antenna that sways, of their own: the first ones of the list.
 inline constexpr int kDriftingReceivers = 4;
 
 /// One GNSS receiver.
@@ -104,6 +104,10 @@ struct GnssOptions {
   std::optional<PositionDrift> drift = std::nullopt;
   double delay = 0;  ///< the position of a fix with time t is that of t − delay [s]; the start value if it is estimated
   std::optional<double> velocity_delay = std::nullopt;  ///< of its velocity, against t as well; nothing: it is `delay`
+
+  /// Of an antenna on a helmet or a pack, which moves on the body: its way from the place that `lever_arm` tells, along
+  /// each body axis. All axes alike.
+  std::optional<GaussMarkov> lever_arm_sway = std::nullopt;
 
   /// The user says that its errors are white: innovations may then lower the sigmas of its positions.
   bool white = false;

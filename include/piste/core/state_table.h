@@ -24,6 +24,8 @@ namespace piste {
 inline constexpr int kImuErrors = 6, kParityBlocks = kImuErrors * kMostParities;
 /// Slow errors of receivers beyond kGnssPositionDrift: of each one in units of its sigmas, of all but the first in m.
 inline constexpr int kReceiverDrifts = 2 * kDriftingReceivers - 1;
+/// These, and the antennas that sway.
+inline constexpr int kReceiverErrors = kReceiverDrifts + kDriftingReceivers;
 
 enum class Block : int {
   kPosition,
@@ -60,7 +62,8 @@ enum class Block : int {
   kSoftIronZ,
   kMagneticDisturbance,
   kFirstParity,  ///< of several IMUs: for each parity the kinds from kGyroBias to kAccelScale, see parity_block()
-  kFirstReceiverDrift = kFirstParity + kParityBlocks,  ///< see position_drift_block()
+  kFirstReceiverDrift = kFirstParity + kParityBlocks,          ///< see position_drift_block()
+  kFirstLeverArmSway = kFirstReceiverDrift + kReceiverDrifts,  ///< see lever_arm_sway_block()
 };
 
 /// The estimated state at one instant: a value for every block. Its error is defined in estimate.h.
@@ -104,9 +107,9 @@ struct Estimate {
     none.fill(Vector3d::Zero());
     return none;
   }();
-  /// Slow errors of receivers, as position_drift_block() has them.
-  std::array<Vector3d, kReceiverDrifts> receiver_drift = [] {
-    std::array<Vector3d, kReceiverDrifts> none;
+  /// Slow errors of receivers, as position_drift_block() has them, and after them how far antennas sway, in b.
+  std::array<Vector3d, kReceiverErrors> receiver = [] {
+    std::array<Vector3d, kReceiverErrors> none;
     none.fill(Vector3d::Zero());
     return none;
   }();
@@ -126,7 +129,7 @@ struct ParityMember {
   std::size_t place;
 };
 
-/// An element of Estimate::receiver_drift.
+/// An element of Estimate::receiver.
 struct ReceiverMember {
   std::size_t place;
 };
@@ -192,6 +195,14 @@ std::optional<BlockProcess> position_drift(const FilterOptions& o) {
   const std::optional<PositionDrift>& drift = o.gnss[Receiver].drift;
   if (!drift || drift->of_stated != kOfStated) return std::nullopt;
   return BlockProcess{{DriftProcess::Kind::kGaussMarkov, 1, drift->correlation_time, 0}, drift->sigma.cwiseAbs2()};
+}
+
+/// By how much the antenna of a receiver is away from its place, if it sways.
+template <std::size_t Receiver>
+std::optional<BlockProcess> lever_arm_sway(const FilterOptions& o) {
+  if (o.gnss.size() <= Receiver || !o.gnss[Receiver].lever_arm_sway) return std::nullopt;
+  const GaussMarkov& sway = *o.gnss[Receiver].lever_arm_sway;
+  return BlockProcess{{DriftProcess::Kind::kGaussMarkov, 1, sway.correlation_time, 0}, sway.sigma.cwiseAbs2()};
 }
 
 /// The process of the coloured error `member`, of the last of `sources` that has one.
@@ -605,16 +616,33 @@ constexpr BlockInfo receiver_row() {
           .implied = true};
 }
 
+/// The row of how a receiver's antenna sways.
+template <std::size_t Receiver>
+constexpr BlockInfo sway_row() {
+  constexpr std::array<std::string_view, kDriftingReceivers> names{"lever_arm_sway", "lever_arm_sway_1",
+                                                                   "lever_arm_sway_2", "lever_arm_sway_3"};
+  return {.block = static_cast<Block>(static_cast<std::size_t>(Block::kFirstLeverArmSway) + Receiver),
+          .name = names[Receiver],
+          .size = 3,
+          .unit = "m",
+          .factor = 1,
+          .axes = kBody,
+          .member = ReceiverMember{kReceiverDrifts + Receiver},
+          .process = lever_arm_sway<Receiver>,
+          .needs = "a `gnss:` source with `lever_arm_sway`, in that place of the list",
+          .implied = true};
+}
+
 }  // namespace blocks
 
 /// All rows.
-inline constexpr auto kBlocks = []<std::size_t... I, std::size_t... J, std::size_t... K>(
-    std::index_sequence<I...>, std::index_sequence<J...>, std::index_sequence<K...>) {
-  return std::array<BlockInfo, sizeof...(I) + sizeof...(J) + sizeof...(K)>{
-      kWrittenBlocks[I]..., blocks::parity_row<J>()..., blocks::receiver_row<K>()...};
+inline constexpr auto kBlocks = []<std::size_t... I, std::size_t... J, std::size_t... K, std::size_t... L>(
+    std::index_sequence<I...>, std::index_sequence<J...>, std::index_sequence<K...>, std::index_sequence<L...>) {
+  return std::array<BlockInfo, sizeof...(I) + sizeof...(J) + sizeof...(K) + sizeof...(L)>{
+      kWrittenBlocks[I]..., blocks::parity_row<J>()..., blocks::receiver_row<K>()..., blocks::sway_row<L>()...};
 }
 (std::make_index_sequence<kWrittenBlocks.size()>(), std::make_index_sequence<kParityBlocks>(),
- std::make_index_sequence<kReceiverDrifts>());
+ std::make_index_sequence<kReceiverDrifts>(), std::make_index_sequence<kDriftingReceivers>());
 
 inline constexpr int kBlockCount = static_cast<int>(kBlocks.size());
 
@@ -635,6 +663,11 @@ constexpr Block position_drift_block(int receiver, bool of_stated) {
   if (!of_stated && receiver == 0) return Block::kGnssPositionDrift;
   return static_cast<Block>(index_of(Block::kFirstReceiverDrift) +
                             (of_stated ? receiver : kDriftingReceivers + receiver - 1));
+}
+
+/// The block of how the antenna of a receiver sways, from 0.
+constexpr Block lever_arm_sway_block(int receiver) {
+  return static_cast<Block>(index_of(Block::kFirstLeverArmSway) + receiver);
 }
 
 /// Whether the block is a rotation. Its error is then a rotation vector, on the left.

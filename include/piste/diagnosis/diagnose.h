@@ -3,6 +3,9 @@
 /// the causes are ranked by how much likelier that makes the innovations. docs/verdict.md explains it.
 
 #include <functional>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "piste/consistency/verdict.h"
 #include "piste/solve/start.h"
@@ -19,5 +22,12 @@ namespace piste {
 Verdict diagnose(const Log& log, const FilterOptions& options, const InitialHeading& heading, const FoundStart& found,
                  const Solution& filtered, const Solution* smoothed, const std::function<void(double)>& progress = {},
                  const std::vector<double>& residuals = {});
+
+/// Whether the antenna of a receiver moves on the body, as on a helmet: the finding, with the key that states it, where
+/// that explains the innovations better than noise, drifts and sigmas would. Nothing where none does. The arguments are
+/// those of diagnose(); the sigmas need not fail to hold, as larger ones hide such a motion: `scales` are the factors
+/// by which those of each receiver were multiplied in `log`, and it is tried without them, too.
+std::optional<std::string> find_sway(const Log& log, const FilterOptions& options, const FoundStart& found,
+                                     const std::vector<SigmaScales>& scales = {});
 
 }  // namespace piste

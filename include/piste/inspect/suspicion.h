@@ -57,6 +57,7 @@ enum class LogFault {
   kVelocityDelay,        ///< of the velocities relative to the positions
   kVelocityContradicts,  ///< velocities put antenna or clock elsewhere than the positions do
   kQuantised,            ///< values stand still, as they are rounded
+  kAntennaSways,         ///< it moves on the body, by a replay of the configuration that was made of it
   // To know.
   kNoRest,
   kNoMotion,

@@ -38,6 +38,14 @@ struct Linearization {
   double told_noise = 0;
 
   void add(Block block, const Matrix3d& jacobian) { terms_[static_cast<std::size_t>(count_++)] = {block, jacobian}; }
+  /// The derivative by a block; zero if it has none.
+  Matrix3d jacobian(Block block) const {
+    Matrix3d sum = Matrix3d::Zero();
+    for (int i = 0; i < count_; ++i) {
+      if (term(i).block == block) sum += term(i).jacobian;
+    }
+    return sum;
+  }
   /// Turns its three rows: residual, covariance and Jacobians.
   void turn(const Matrix3d& R) {
     residual = (R * residual).eval();
