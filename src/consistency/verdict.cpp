@@ -50,13 +50,15 @@ struct Series {
     for (int a = 0; a < v.dof; ++a) axes[static_cast<std::size_t>(a)].push_back(v.residual(a) / v.sigma(a));
   }
 
-  SourceVerdict verdict(const std::string& name) const {
+  // `slow`: a slow part is stated, so that innovations may well be smaller than the sigmas.
+  SourceVerdict verdict(const std::string& name, bool slow) const {
+    const auto fits = [slow](const auto& range, double value) { return range.contains(value) || (slow && value < 1); };
     SourceVerdict s{.name = name, .fixes = all.size()};
     if (all.size() < kFewest) return s;
     const auto count = static_cast<double>(all.size());
     s.rejected = static_cast<double>(rejected) / count;
     s.ratio = median(all);
-    s.holds = s.rejected <= kTooMany && kMedian.contains(s.ratio);
+    s.holds = s.rejected <= kTooMany && fits(kMedian, s.ratio);
     if (used.size() < kFewest) return s;
     s.nis = mean(used);
     s.nis_error = standard_error_of_series(used);
@@ -67,7 +69,7 @@ struct Series {
       const double rho = power > 0 ? autocovariance(x, 1, 0) / power : 0;
       if (std::abs(rho) > std::abs(s.whiteness)) s.whiteness = rho;
     }
-    const bool mean_holds = kNis.contains(s.nis) || std::abs(s.nis - 1) < kSure * s.nis_error;
+    const bool mean_holds = fits(kNis, s.nis) || std::abs(s.nis - 1) < kSure * s.nis_error;
     s.holds = s.holds && mean_holds && std::abs(s.whiteness) < std::max(kWhite, s.band);
     return s;
   }
@@ -93,10 +95,21 @@ std::vector<PriorJump> prior_jumps(const FilterOptions& options, const Solution&
   return jumps;
 }
 
+// Whether the positions of this source have a slow part that is a share of what they state.
+bool states_slow_part(const std::vector<GnssOptions>& receivers, std::string_view source) {
+  for (std::size_t k = 0; k < receivers.size(); ++k) {
+    const auto& drift = receivers[k].drift;
+    if (drift && drift->of_stated && source == fmt::format("gnss[{}].position", k)) return true;
+  }
+  return false;
+}
+
 // Where the estimate expects a fix of the receiver, in w.
 Vector3d place_of(const GnssFix& fix, const GnssOptions& receiver, std::size_t index, const World& world,
                   const StateLayout& layout, const Estimate& x) {
-  const Vector3d p = x.p_wb + x.q_wb * (layout.has(Block::kLeverArm) ? x.lever_arm : receiver.lever_arm);
+  Vector3d arm = layout.has(Block::kLeverArm) ? x.lever_arm : receiver.lever_arm;
+  if (receiver.lever_arm_sway) arm += additive(x, lever_arm_sway_block(static_cast<int>(index)));
+  const Vector3d p = x.p_wb + x.q_wb * arm;
   return receiver.drift ? p + world.rotation_wn(p) * slow_error(fix, receiver.drift, static_cast<int>(index), x) : p;
 }
 
@@ -228,7 +241,7 @@ Verdict judge(const Log& log, const FilterOptions& options, const Solution& filt
   }
   for (std::size_t i = 0; i < series.size(); ++i) {
     if (series[i].all.empty()) continue;
-    SourceVerdict s = series[i].verdict(filtered.sources[i]);
+    SourceVerdict s = series[i].verdict(filtered.sources[i], states_slow_part(options.gnss, filtered.sources[i]));
     for (std::size_t k = 0; k < residuals.size(); ++k) {
       if (s.name == fmt::format("gnss[{}].position", k)) s.smoothed = residuals[k];
     }

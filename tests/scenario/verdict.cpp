@@ -145,6 +145,19 @@ TEST(Verdict, HasNoFindingInCleanRuns) {
   }
 }
 
+// Fixes that differ by less than their white part: with a slow part stated there is nothing to find.
+TEST(Verdict, HasNoFindingWhereASlowPartIsStated) {
+  Case c = make_case("bicycle", 40, 6);
+  Recording recording = c.simulation.recording(0);
+  scale_sigmas(recording, 4, 1);
+  EXPECT_FALSE(verdict_of(c, recording).consistent);
+  c.options.gnss[0].drift = PositionDrift::of_share(Vector3d::Constant(0.9), 60);
+  c.options.estimate = with_implied_blocks(c.options, c.options.estimate);
+  const Verdict v = verdict_of(c, recording);
+  EXPECT_TRUE(v.consistent && v.findings.empty()) << described(v);
+  EXPECT_LT(v.sources.at(0).nis, 0.5);
+}
+
 // Outliers are left out, and the sigmas of what is used hold.
 TEST(Verdict, HasNoFindingForOutliers) {
   for (const std::string motion : {"ski", "bicycle"}) {

@@ -52,9 +52,8 @@ struct Verdict {
 
 /// What stands beside a verdict that names a slow part.
 inline constexpr std::string_view kInnovationsCannotTell =
-    "Innovations cannot tell an error that moves fixes and track together from none at all: they show the white part "
-    "of "
-    "what a receiver states";
+    "Innovations cannot tell an error that moves fixes and track together from none at all: "
+    "they show the white part of what a receiver states";
 
 /// Whether innovations of `source` that are smaller than its sigmas are no reason to make these smaller: those of
 /// positions, unless the user says that their errors are white.
