@@ -151,7 +151,7 @@ class Calibrator {
     try {
       const Tuning found =
           likeliest_noise(condition(fixes_, conditioning), options_, best_.start,
-                          {.jobs = jobs_, .thorough = false, .stated = {stated_before({.position = 1 / stated})}}, progress);
+                          {.jobs = jobs_, .thorough = false, .stated = {Vector3d::Constant(stated)}}, progress);
       options_.sensor = found.expected.sensor;
       noise_ = found.expected.gnss.front();
       options_.gnss.front().drift = noise_->process();
