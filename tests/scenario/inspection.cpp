@@ -352,7 +352,7 @@ TEST_F(Inspected, WhatIsUnusualIsReadAsItIsMeant) {
   EXPECT_EQ(config->find("stamps: shared", receiver), std::string::npos) << *config;
   EXPECT_NE(config->find("repair: true", receiver), std::string::npos) << *config;
   // Its errors of 0.4 to 0.7 m change over a minute, of which positions alone tell nothing: the claim stands.
-  EXPECT_NE(config->find("drift: {sigma", receiver), std::string::npos) << *config;
+  EXPECT_NE(config->find("drift: {share", receiver), std::string::npos) << *config;
 }
 
 TEST_F(Inspected, ARealDriveIsClean) {

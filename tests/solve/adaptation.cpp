@@ -127,7 +127,8 @@ TEST(Adaptation, NeverLowersPositionsUnlessTheirErrorsAreWhite) {
   Case c = ride(3, told);
   c.options.gnss[0].white = false;
   const AdaptedNoise adapted = filtered(c, log_of(c, told)).solution.adapted;
-  EXPECT_NEAR(settled(adapted, kPosition), 1, 1e-9);
+  EXPECT_GE(settled(adapted, kPosition), 1);
+  EXPECT_LT(settled(adapted, kPosition), 1.01);
   EXPECT_NEAR(std::log(settled(adapted, kVelocity) * told.velocity), 0, 0.1) << "velocities are learned all the same";
 }
 

@@ -50,8 +50,8 @@ TEST(StandingHeights, AreNotThoseThatRoundingLeavesFree) {
 
 TEST(StandingHeights, AreToldFromOtherColouredErrors) {
   EXPECT_TRUE(is_of_heights_alone(StandingHeights{.slow = 0.3}.process()));
-  EXPECT_TRUE(is_of_heights_alone({1.9 * StandingHeights{.slow = 0.3}.process().sigma, 300}));
-  EXPECT_FALSE(is_of_heights_alone({{0.1, 0.1, 0.3}, 300}));
+  EXPECT_TRUE(is_of_heights_alone(GaussMarkov{1.9 * StandingHeights{.slow = 0.3}.process().sigma, 300}));
+  EXPECT_FALSE(is_of_heights_alone(GaussMarkov{{0.1, 0.1, 0.3}, 300}));
 }
 
 }  // namespace
