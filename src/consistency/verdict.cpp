@@ -252,7 +252,7 @@ Verdict judge(const Log& log, const FilterOptions& options, const Solution& filt
       const double factor = std::sqrt(nis > 1 ? std::max(nis, s.ratio) : nis);
       // Of positions innovations show the white part alone, and not that the whole is too large.
       if (factor < 1 && may_be_slow(options.gnss, s.name)) {
-        verdict.slow_part = true;
+        verdict.slow_part = verdict.slow_part || !states_slow_part(options.gnss, s.name);
       } else if (std::abs(std::log(factor)) > std::abs(std::log(verdict.factor))) {
         verdict.factor = factor;
       }

@@ -68,12 +68,15 @@ Told with_held_delays(const Told& told, const Evidence& base) {
 std::string symptoms(const Verdict& verdict, const std::vector<GnssOptions>& receivers) {
   for (const SourceVerdict& s : verdict.sources) {
     if (s.holds) continue;
+    bool slow_stated = false;
     for (std::size_t i = 0; i < receivers.size(); ++i) {
-      if (s.name == fmt::format("gnss[{}].position", i) && receivers[i].drift &&
-          is_of_heights_alone(*receivers[i].drift))
+      if (s.name != fmt::format("gnss[{}].position", i) || !receivers[i].drift) continue;
+      if (is_of_heights_alone(*receivers[i].drift)) {
         return fmt::format("heights of {} stand still, as they are rounded: how wrong they are does not show", s.name);
+      }
+      slow_stated = receivers[i].drift->of_stated;
     }
-    if (s.nis < 1 && may_be_slow(receivers, s.name)) {
+    if (s.nis < 1 && !slow_stated && may_be_slow(receivers, s.name)) {
       return fmt::format("slow error of {} (NIS {:.2g}): fixes differ by less than is stated, key `drift`", s.name,
                          s.nis);
     }
