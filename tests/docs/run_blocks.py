@@ -18,7 +18,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-FENCE = re.compile(r"(?:<!-- (?P<mark>.*?) -->\n+)?^```(?P<language>[a-z]*)\n(?P<text>.*?)^```$", re.S | re.M)
+FENCE = re.compile(r"(?:<!-- (?P<mark>(?:(?!-->).)*?) -->\n+)?^```(?P<language>[a-z]*)\n(?P<text>.*?)^```$", re.S | re.M)
 DATA = {"cpp", "python", "yaml", "json", "cmake", ""}
 
 
