@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <sstream>
+#include <stdexcept>
 #include <utility>
 
 #include "io/column_keys.h"
@@ -64,12 +66,20 @@ double read_scale(const Config& source, std::string_view key) {
 
 // Reads a share of the stated sigmas: one value, or those of north, east and down.
 Vector3d read_share(const Config& drift) {
-  std::istringstream words(drift.text("share"));
+  std::istringstream text(drift.text("share"));
+  const std::vector<std::string> words{std::istream_iterator<std::string>(text), {}};
   Vector3d share;
-  words >> share.x();
-  if (words && (words >> std::ws).eof()) {
+  if (words.size() == 1) {
     share.setConstant(drift.number("share"));
-  } else if (!(words >> share.y() >> share.z()) || !(words >> std::ws).eof()) {
+  } else if (words.size() == 3) {
+    try {
+      for (std::size_t i = 0; i < 3; ++i) {
+        share(static_cast<Eigen::Index>(i)) = parse_quantity(words[i], dimension::kRatio);
+      }
+    } catch (const std::invalid_argument& e) {
+      drift.fail("share", e.what());
+    }
+  } else {
     drift.fail("share", "one number is expected, such as 0.7, or those of north, east and down");
   }
   if (!(share.minCoeff() > 0 && share.maxCoeff() < 1)) {
