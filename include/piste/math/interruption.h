@@ -8,6 +8,13 @@ namespace piste {
 /// While it lives, check_interruption() calls `check` in this thread, and in the threads to which the library hands
 /// parts of the work. To end the work, `check` throws what is no piste::Error, as the library takes such an error for
 /// an answer of the data. It is called by several threads at a time, some hundred times a second or more.
+///
+/// @code
+///   std::atomic<bool> stop = false;  // set by a signal handler or another thread
+///   const std::function<void()> check = [&] { if (stop) throw std::runtime_error("stopped"); };
+///   const InterruptedBy interrupted(check);
+///   const Inspection found = inspect({"imu.csv", "gnss.csv"});  // ends within a second once `stop` is true
+/// @endcode
 class InterruptedBy {
  public:
   /// @pre `check` outlives it, and is not empty
