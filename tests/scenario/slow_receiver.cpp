@@ -14,6 +14,7 @@
 #include "piste/experiment/replay.h"
 #include "piste/experiment/tune.h"
 #include "piste/files/tuning.h"
+#include "piste/model/gnss.h"
 #include "piste/outputs/folders.h"
 #include "support/simulated_case.h"
 #include "support/text_file.h"
@@ -35,14 +36,23 @@ struct SlowReceiver {
 
 void PrintTo(const SlowReceiver& s, std::ostream* out) { *out << s.whole_name(); }
 
-// Where the solution has the antenna at t, in its own world frame. `arm`: the lever arm, if it does not estimate one.
-Vector3d antenna_at(const Solution& solution, const Vector3d& arm, double t, std::size_t& after) {
-  while (after + 1 < solution.size() && solution.time(after) < t) ++after;
+// Where the solution has the antenna at the time of a fix, in its own world frame: with the lever arm, the delay and
+// the clock's drift that it estimates, else with what is stated.
+Vector3d antenna_at(const Solution& solution, const FilterOptions& options, double t, std::size_t& after) {
+  const GnssOptions& receiver = options.gnss[0];
+  const auto fix_time = [&](std::size_t i) {  // of a fix that is of epoch i
+    const double elapsed = solution.time(i) - solution.time(0);
+    return solution.time(i) +
+           GnssReceivers::delay(options, solution.layout(), 0, 0, solution.estimate(i), elapsed).value;
+  };
+  while (after + 1 < solution.size() && fix_time(after) < t) ++after;
   const std::size_t before = after == 0 ? 0 : after - 1;
-  const double length = solution.time(after) - solution.time(before);
-  const double part = length > 0 ? (t - solution.time(before)) / length : 0;
+  const double length = fix_time(after) - fix_time(before);
+  const double part = length > 0 ? (t - fix_time(before)) / length : 0;
   const bool estimated = solution.layout().has(Block::kLeverArm);
-  const auto antenna = [&](const Estimate& x) { return (x.p_wb + x.q_wb * (estimated ? x.lever_arm : arm)).eval(); };
+  const auto antenna = [&](const Estimate& x) {
+    return (x.p_wb + x.q_wb * (estimated ? x.lever_arm : receiver.lever_arm)).eval();
+  };
   return (1 - part) * antenna(solution.estimate(before)) + part * antenna(solution.estimate(after));
 }
 
@@ -51,7 +61,7 @@ struct Errors {
   double squares = 0, metres = 0, count = 0, inside = 0;
   double antenna = 0, fixes = 0;
 
-  void add(const Solution& solution, const Case& c, const Vector3d& told_arm) {
+  void add(const Solution& solution, const Case& c, const FilterOptions& options) {
     const Vector3d arm = lever_arm(c.scenario.imus[0], c.scenario.gnss[0]);
     const Truth& body = c.simulation.bodies.front();
     const Interval run = c.simulation.plate.under_way();
@@ -74,7 +84,7 @@ struct Errors {
       const TruthState state = body.at(fix.time);
       const Vector3d truth = world.from_geodetic(body.world().to_geodetic(state.p_wb + state.q_wb * arm));
       fixes += (world.from_geodetic(fix.position) - truth).squaredNorm();
-      antenna += (antenna_at(solution, told_arm, fix.time, after) - truth).squaredNorm();
+      antenna += (antenna_at(solution, options, fix.time, after) - truth).squaredNorm();
     }
   }
   double mean_square() const { return squares / count; }
@@ -92,9 +102,8 @@ class SlowReceivers : public ::testing::TestWithParam<SlowReceiver> {
   // Replays a configuration; whether its verdict says that sigmas are too large counts.
   void run(const ReplayConfig& config, const Case& c, Both& errors, bool judged = true) {
     const Replay replayed = replay(config);
-    const Vector3d arm = replayed.options.gnss[0].lever_arm;
-    errors.filtered.add(replayed.filtered.solution, c, arm);
-    errors.smoothed.add(*replayed.smoothed, c, arm);
+    errors.filtered.add(replayed.filtered.solution, c, replayed.options);
+    errors.smoothed.add(*replayed.smoothed, c, replayed.options);
     if (!judged) return;
     const Verdict verdict = diagnose(replayed.log, replayed.options, config.initial, replayed.found,
                                      replayed.filtered.solution, &*replayed.smoothed);
