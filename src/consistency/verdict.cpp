@@ -18,12 +18,12 @@
 namespace piste {
 namespace {
 
-constexpr double kSettling = 5;      // s after the start whose innovations tell of the start
-constexpr std::size_t kFewest = 30;  // measurements: with fewer there is no verdict on a source
+constexpr double kSettling = 5;                  // s after the start whose innovations tell of the start
+constexpr std::size_t kFewestMeasurements = 30;  // measurements: with fewer there is no verdict on a source
 // Beyond chance, and beyond what linearisation and a start from the same data do to true sigmas.
 constexpr double kSure = 5;  // standard errors
 constexpr Band kNis{0.7, 1.3}, kMedian{0.6, 1.6};
-constexpr double kWhite = 0.25, kTooMany = 0.2;
+constexpr double kWhite = 0.25, kMostRejected = 0.2;
 constexpr double kWellKnown = 0.7;  // of the prior sigma: what is known no better says nothing of its prior
 
 // Of as many rows as a measurement has.
@@ -54,18 +54,18 @@ struct Series {
   SourceVerdict verdict(const std::string& name, bool slow) const {
     const auto fits = [slow](const auto& range, double value) { return range.contains(value) || (slow && value < 1); };
     SourceVerdict s{.name = name, .fixes = all.size()};
-    if (all.size() < kFewest) return s;
+    if (all.size() < kFewestMeasurements) return s;
     const auto count = static_cast<double>(all.size());
     s.rejected = static_cast<double>(rejected) / count;
     s.ratio = median(all);
-    s.holds = s.rejected <= kTooMany && fits(kMedian, s.ratio);
-    if (used.size() < kFewest) return s;
+    s.holds = s.rejected <= kMostRejected && fits(kMedian, s.ratio);
+    if (used.size() < kFewestMeasurements) return s;
     s.nis = mean(used);
     s.nis_error = standard_error_of_series(used);
     s.band = kSure / std::sqrt(static_cast<double>(used.size()));
     s.whiteness = 0;
     for (const std::vector<double>& x : axes) {
-      const double power = x.size() < kFewest ? 0 : autocovariance(x, 0, 0);
+      const double power = x.size() < kFewestMeasurements ? 0 : autocovariance(x, 0, 0);
       const double rho = power > 0 ? autocovariance(x, 1, 0) / power : 0;
       if (std::abs(rho) > std::abs(s.whiteness)) s.whiteness = rho;
     }

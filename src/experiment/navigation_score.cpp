@@ -12,7 +12,8 @@
 namespace piste {
 namespace {
 
-constexpr double kPosition = 0.05, kVelocity = 0.05, kAttitude = 0.1 / kDegreesPerRadian;  // 1-sigma of the start
+constexpr double kStartPosition = 0.05, kStartVelocity = 0.05,
+                 kStartAttitude = 0.1 / kDegreesPerRadian;  // 1-sigma of the start
 
 template <class Item>
 void keep(std::vector<Item>& items, const Interval& span) {
@@ -73,7 +74,7 @@ Solution Course::replay(const std::vector<ImuSample>& imu, const FilterOptions& 
   start.x.p_wb = truth.p_wb;
   start.x.lever_arm = options.gnss.front().lever_arm;
   Eigen::Matrix<double, 9, 1> sigma;
-  sigma << Vector3d::Constant(kPosition), Vector3d::Constant(kVelocity), Vector3d::Constant(kAttitude);
+  sigma << Vector3d::Constant(kStartPosition), Vector3d::Constant(kStartVelocity), Vector3d::Constant(kStartAttitude);
   start.covariance = sigma.cwiseAbs2().asDiagonal();
   return run_filter(log, options, start).solution;
 }

@@ -29,7 +29,7 @@ constexpr double kLeastStep = 1.2, kMostStep = 2;  // times the sigmas in a roun
 constexpr double kStill = 0.25;                    // sigmas: a clock that moves by less stays
 constexpr double kToldDrift = 0.5;                 // of its prior: a drift that is no better known is not told
 constexpr double kRounds = 5, kRunCost = 2;        // rounds as a rule; a run finds its start besides
-constexpr const char *kWholeStage = "whole log", *kNoiseStage = "noise in all motion";
+constexpr const char *kWholeStage = "whole log", *kMotionStage = "noise in all motion";
 constexpr std::size_t kFew = 20;  // of fewer fixes no share is told
 constexpr double kAlike = 0.03;  // of the logarithm of a fix's likelihood: as the delay is estimated, more is no chance
 
@@ -178,7 +178,7 @@ std::optional<Calibration> retuned(WholeLog log, const Calibration& found, std::
   if (motion.end - motion.start < kMuchMore * kFirstMotion) return std::nullopt;
   log.drifts = found.clock_drift_sigma > 0;
   const double search = cost_of_retuning(log, jobs) - cost_of_settling(log);
-  const auto likelier = with_noise_of(log, found, motion, jobs, work.step(kNoiseStage, search));
+  const auto likelier = with_noise_of(log, found, motion, jobs, work.step(kMotionStage, search));
   if (!likelier) return std::nullopt;
   // Compared after its sigmas have grown, too, as those of `found` have.
   auto again = settled_within(kRefusedOfTails, log, *likelier, work);

@@ -16,10 +16,10 @@
 namespace piste {
 namespace {
 
-constexpr std::size_t kFewestWindows = 5;          // windows
-constexpr double kForward = 1.5;                   // m/s from which a track has a direction
-constexpr double kFloor = 0.05;                    // m/s: error of the velocities
-constexpr double kFarBetter = 1.3, kAsGood = 1.2;  // ratios of mean squares
+constexpr std::size_t kFewestWindows = 5;              // windows
+constexpr double kForward = 1.5;                       // m/s from which a track has a direction
+constexpr double kFloor = 0.05;                        // m/s: error of the velocities
+constexpr double kClearlyBetter = 1.3, kAsGood = 1.2;  // ratios of mean squares
 constexpr double kNearlyAll = 0.85;
 constexpr double kClaim = 0.12;       // the same for a reading that contradicts the labels
 constexpr double kTurnTolerance = 3;  // factor between the turns of the gyroscopes and of the track
@@ -75,7 +75,7 @@ std::vector<Reading> read_all_ways(const std::vector<MotionWindow>& windows, con
 bool far_better(const Reading& one, const Reading& other) {
   std::size_t better = 0;
   for (std::size_t w = 0; w < one.left.size(); ++w) better += one.left[w] < other.left[w] ? 1 : 0;
-  return other.mean_log() - one.mean_log() > std::log(kFarBetter) &&
+  return other.mean_log() - one.mean_log() > std::log(kClearlyBetter) &&
          static_cast<double>(better) >= kNearlyAll * static_cast<double>(one.left.size());
 }
 

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kMost = 40;        // windows
 constexpr std::size_t kMostClipped = 2;  // rows of a window
-constexpr double kMotion = 0.7;          // m/s: least rms of the velocity's change in a window
+constexpr double kLeastChange = 0.7;     // m/s: least rms of the velocity's change in a window
 
 }  // namespace
 
@@ -40,7 +40,7 @@ std::optional<MotionWindow> MotionSource::window(double begin, double offset) co
   mean /= static_cast<double>(w.velocity.size());
   for (const Vector3d& v : w.velocity) w.change += (v - mean).squaredNorm();
   w.change = std::sqrt(w.change / static_cast<double>(w.velocity.size()));
-  if (w.change < kMotion) return std::nullopt;
+  if (w.change < kLeastChange) return std::nullopt;
   return w;
 }
 

@@ -18,7 +18,7 @@ constexpr double kFast = 5;               // m/s: as find_vehicle_mounting() nee
 constexpr double kMean = 2;               // s over which forces are averaged: an engine and the road shake
 constexpr double kLeastDriving = 120;     // s: it needs 60 s, and an outage shall leave that much
 constexpr double kTold = 20;              // s, for the fit to tell anything
-constexpr double kTurning = 5 * kDegree;  // rad/s: the course of a receiver tells such turns
+constexpr double kTurningCourse = 5 * kDegree;  // rad/s: the course of a receiver tells such turns
 
 // The means over a window of motion in which the body is fast.
 struct DrivenWindow {
@@ -100,7 +100,7 @@ VehicleGuess guess_vehicle(const ImuRecording& imu, const GnssRecording& gnss, c
     unlike += (felt - w.across) * (felt - w.across);
     turns += w.across * w.across;
     (w.course_rate > 0 ? g.turned_right : g.turned_left) += std::abs(w.course_rate) * kMean;
-    if (std::abs(w.course_rate) > kTurning)
+    if (std::abs(w.course_rate) > kTurningCourse)
       course_less_body.push_back(std::abs(w.course_rate + up.dot(w.rate)) * kMean);
   }
   g.unlike = std::sqrt(unlike / turns);

@@ -35,14 +35,14 @@ const SensorRun* pictured(const Study& study) {
   return nullptr;
 }
 
-struct Curve {
+struct SignalCurve {
   std::vector<double> x, y;
 };
 
 /// `values` over `time` since its beginning, inside `window`, with a reduced number of points.
 template <class Value>
-Curve curve(const std::vector<double>& time, const std::optional<Interval>& window, const Value& value) {
-  Curve all, out;
+SignalCurve curve(const std::vector<double>& time, const std::optional<Interval>& window, const Value& value) {
+  SignalCurve all, out;
   for (std::size_t i = 0; i < time.size(); ++i) {
     if (window && !window->contains(time[i])) continue;
     all.x.push_back(time[i] - time.front());
@@ -79,7 +79,7 @@ int liveliest(const SignalPicture& picture, const Triad& triad) {
   return best;
 }
 
-constexpr std::string_view kTimeLabel = "GPS time after the first sample [s]";
+constexpr std::string_view kRunTimeLabel = "GPS time after the first sample [s]";
 
 std::string who(const Study& study, const SensorRun& r) {
   return fmt::format("{}, {}", study.sensors[r.sensor], study.runs[r.run].name);
@@ -90,7 +90,7 @@ Figure whole_signal(const Study& study, const SensorRun& r, const Triad& triad) 
   const int axis = liveliest(p, triad);
   const double factor = signal_info(axis).factor;
   Plot plot(fmt::format("Figure 7. {} of {}: rest, run and rest", kSignalNames[at(axis)], who(study, r)),
-            {std::string(kTimeLabel)}, {fmt::format("{} [{}]", kSignalNames[at(axis)], triad.unit)});
+            {std::string(kRunTimeLabel)}, {fmt::format("{} [{}]", kSignalNames[at(axis)], triad.unit)});
   plot.size(Plot::kPageWidth, kHeight);
   const Phases& phases = study.runs[r.run].phases;
   const auto shade = [&](const std::optional<Interval>& phase, int colour, const char* label) {
@@ -100,7 +100,7 @@ Figure whole_signal(const Study& study, const SensorRun& r, const Triad& triad) 
   shade(phases.run, 4, "run");
   shade(phases.after, 3, "rest after");
   const auto draw = [&](const std::vector<double>& series, int colour, const char* label, Plot::Stroke stroke) {
-    const Curve c = curve(p.time, {}, [&](std::size_t i) { return factor * series[i]; });
+    const SignalCurve c = curve(p.time, {}, [&](std::size_t i) { return factor * series[i]; });
     plot.line(c.x, c.y, colour, label, stroke);
   };
   draw(p.measured[at(axis)], 0, "IMU", Plot::Stroke::kSolid);
@@ -117,13 +117,13 @@ Figure at_rest(const Study& study, const SensorRun& r, const Triad& triad, bool 
   const auto& window = after ? phases.after : phases.before;
   Plot plot(fmt::format("Figure {}. At rest {} the {}: reference less IMU, {}", after ? 10 : 9,
                         after ? "after" : "before", after ? "stop" : "start", who(study, r)),
-            {std::string(kTimeLabel)}, {fmt::format("difference [{}]", triad.unit)});
+            {std::string(kRunTimeLabel)}, {fmt::format("difference [{}]", triad.unit)});
   plot.size(Plot::kPageWidth, kHeight);
-  std::vector<Curve> means;
+  std::vector<SignalCurve> means;
   for (int i = 0; i < 3; ++i) {
     const std::size_t axis = at(triad.first + i);
     const double factor = signal_info(triad.first + i).factor;
-    const Curve c =
+    const SignalCurve c =
         curve(p.time, window, [&](std::size_t k) { return factor * (p.reference[axis][k] - p.measured[axis][k]); });
     plot.line(c.x, c.y, i, std::string(kSignalNames[axis]));
     if (c.x.empty()) continue;
@@ -131,7 +131,7 @@ Figure at_rest(const Study& study, const SensorRun& r, const Triad& triad, bool 
     means.push_back({{c.x.front(), c.x.back()}, {mean, mean}});
   }
   // Above the curves, in a colour that none of them has.
-  for (const Curve& mean : means) {
+  for (const SignalCurve& mean : means) {
     plot.line(mean.x, mean.y, svg::kInk, &mean == means.data() ? "mean" : "", Plot::Stroke::kDashed);
   }
   return {fmt::format("figure_{}_{}", after ? "10" : "09", triad.stem), plot.render(),

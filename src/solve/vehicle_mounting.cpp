@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kDriving = 5;              // m/s: slower, turns on the spot and slopes count for more
 constexpr double kSlip = 1 * kDegree;       // 1-sigma of the direction of a single velocity, by slip and suspension
-constexpr double kEvery = 0.5;              // s between two velocities that are looked at
+constexpr double kVelocityEvery = 0.5;      // s between two velocities that are looked at
 constexpr double kEnough = 60;              // s of driving: several turns, slopes and loads of the suspension
 constexpr double kAlike = 10;               // s over which the filter's error in direction is much the same
 constexpr double kKnown = 10 * kDegree;     // largest 1-sigma of a result
@@ -35,10 +35,10 @@ struct Direction {
     down += w * down_b;
     weight += w;
     square += w * w * (variance + kSlip * kSlip);
-    time += kEvery;
+    time += kVelocityEvery;
   }
   // Neighbours share the error of the filter.
-  double sigma() const { return std::sqrt(square * kAlike / kEvery) / weight; }
+  double sigma() const { return std::sqrt(square * kAlike / kVelocityEvery) / weight; }
 };
 
 }  // namespace
@@ -62,7 +62,7 @@ std::optional<VehicleMounting> find_vehicle_mounting(const Log& log, const Filte
     if (!feeder.step()) continue;
     filter.clear_innovations();
     if (filter.time() < next) continue;
-    next = filter.time() + kEvery;
+    next = filter.time() + kVelocityEvery;
     const Estimate& x = filter.estimate();
     const double speed = x.v_wb.norm();
     if (speed < kDriving) continue;
