@@ -1,6 +1,6 @@
 /// allan LOG…: the noise of an IMU from recordings at rest, and the sensor file that follows from it.
 
-#include "piste/experiment/allan.h"
+#include "piste/recordings/allan.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "app.h"
-#include "piste/io/sensor_file.h"
+#include "piste/configuration/sensor_file.h"
 #include "piste/outputs/batch_folders.h"
 #include "piste/report/allan_text.h"
 

@@ -1,6 +1,6 @@
 /// inspect FILE…: shows what logs contain and what is wrong with them.
 
-#include "piste/experiment/inspect.h"
+#include "piste/search/inspect.h"
 
 #include <fmt/format.h>
 

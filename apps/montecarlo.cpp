@@ -9,10 +9,10 @@
 
 #include "app.h"
 #include "piste/core/error.h"
-#include "piste/experiment/ensemble.h"
 #include "piste/outputs/folders.h"
 #include "piste/report/consistency_text.h"
 #include "piste/solve/batch.h"
+#include "piste/trial/ensemble.h"
 
 namespace piste {
 namespace {

@@ -1,6 +1,6 @@
 /// replay CONFIG: computes the trajectory and the errors of the IMU, with their sigmas, from raw logs.
 
-#include "piste/experiment/replay.h"
+#include "piste/replay/replay.h"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 /// study CAMPAIGN: estimates the errors of all IMUs in all runs by every method, and ranks the methods by navigation.
 
-#include "piste/experiment/study.h"
+#include "piste/study/study.h"
 
 #include <fmt/format.h>
 
@@ -9,9 +9,9 @@
 
 #include "app.h"
 #include "piste/core/error.h"
-#include "piste/experiment/missing.h"
 #include "piste/outputs/batch_folders.h"
 #include "piste/report/study_text.h"
+#include "piste/study/missing.h"
 
 namespace piste {
 namespace {

@@ -1,6 +1,6 @@
 /// tune CONFIG: finds the noise of the sensors for which the innovations of a replay are likeliest.
 
-#include "piste/experiment/tune.h"
+#include "piste/search/tune.h"
 
 #include <fmt/format.h>
 
@@ -8,8 +8,8 @@
 #include <thread>
 
 #include "app.h"
+#include "piste/configuration/replay_config.h"
 #include "piste/files/tuning.h"
-#include "piste/io/replay_config.h"
 
 namespace piste {
 namespace {

@@ -5,11 +5,11 @@
 /// as a batch; the noise of an IMU is found from recordings at rest.
 
 // One IMU beside a better one.
+#include "piste/align/align_config.h"
+#include "piste/align/aligned_pair.h"
 #include "piste/condition/aligned_signals.h"
 #include "piste/condition/alignment.h"
 #include "piste/condition/time_sync.h"
-#include "piste/experiment/align_config.h"
-#include "piste/experiment/aligned_pair.h"
 #include "piste/files/alignment.h"
 #include "piste/files/findings.h"
 #include "piste/fit/imu_fit.h"
@@ -20,14 +20,14 @@
 #include "piste/report/findings_text.h"
 
 // Several of them, over several runs.
-#include "piste/experiment/missing.h"
-#include "piste/experiment/ranking.h"
-#include "piste/experiment/study.h"
-#include "piste/experiment/study_tables.h"
 #include "piste/files/study.h"
 #include "piste/report/study_figures.h"
 #include "piste/report/study_page.h"
 #include "piste/report/study_text.h"
+#include "piste/study/missing.h"
+#include "piste/study/ranking.h"
+#include "piste/study/study.h"
+#include "piste/study/study_tables.h"
 
 // The whole run as one least-squares problem.
 #include "piste/solve/batch.h"
@@ -37,8 +37,8 @@
 #include "piste/allan/gmwm.h"
 #include "piste/allan/noise_process.h"
 #include "piste/allan/sensor_noise.h"
-#include "piste/experiment/allan.h"
 #include "piste/files/allan.h"
+#include "piste/recordings/allan.h"
 #include "piste/report/allan_page.h"
 #include "piste/report/allan_text.h"
 

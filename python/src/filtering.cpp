@@ -16,8 +16,8 @@
 #include "bindings.h"
 #include "piste/core/error.h"
 #include "piste/core/fix_faults.h"
-#include "piste/experiment/replay.h"
 #include "piste/model/measurement_list.h"
+#include "piste/replay/replay.h"
 #include "piste/solve/live.h"
 #include "run.h"
 

@@ -14,8 +14,8 @@
 #include "bindings.h"
 #include "interruptible.h"
 #include "piste/core/error.h"
-#include "piste/experiment/inspect.h"
 #include "piste/math/statistics.h"
+#include "piste/search/inspect.h"
 
 namespace piste::python {
 namespace {

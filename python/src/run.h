@@ -2,8 +2,8 @@
 /// A replay with its configuration and verdict, as Python holds it.
 
 #include "piste/consistency/verdict.h"
-#include "piste/experiment/replay.h"
 #include "piste/files/summary.h"
+#include "piste/replay/replay.h"
 
 namespace piste::python {
 

@@ -12,10 +12,10 @@
 #include <utility>
 
 #include "io/json.h"
-#include "piste/experiment/missing.h"
-#include "piste/experiment/ranking.h"
-#include "piste/experiment/study_tables.h"
 #include "piste/math/units.h"
+#include "piste/study/missing.h"
+#include "piste/study/ranking.h"
+#include "piste/study/study_tables.h"
 
 namespace piste {
 namespace {

@@ -7,13 +7,13 @@
 #include <cmath>
 #include <filesystem>
 
+#include "configuration/replay_keys.h"
 #include "io/json.h"
 #include "io/path_from.h"
-#include "io/replay_keys.h"
 #include "io/triad_units.h"
 #include "math/words.h"
+#include "piste/configuration/sensor_file.h"
 #include "piste/core/version.h"
-#include "piste/io/sensor_file.h"
 
 namespace piste {
 namespace {

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "column_values.h"
+#include "columns/column_values.h"
 #include "io/column_axes.h"
 #include "log_factors.h"
 #include "piste/math/earth.h"

@@ -8,12 +8,12 @@
 #include <string_view>
 #include <utility>
 
+#include "configuration/replay_keys.h"
 #include "io/path_from.h"
-#include "io/replay_keys.h"
 #include "math/words.h"
+#include "piste/configuration/sensor_file.h"
 #include "piste/core/receiver_class.h"
 #include "piste/io/config.h"
-#include "piste/io/sensor_file.h"
 #include "piste/math/earth.h"
 #include "piste/math/units.h"
 

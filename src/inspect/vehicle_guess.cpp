@@ -14,10 +14,10 @@
 namespace piste {
 namespace {
 
-constexpr double kFast = 5;               // m/s: as find_vehicle_mounting() needs it
-constexpr double kMean = 2;               // s over which forces are averaged: an engine and the road shake
-constexpr double kLeastDriving = 120;     // s: it needs 60 s, and an outage shall leave that much
-constexpr double kTold = 20;              // s, for the fit to tell anything
+constexpr double kFast = 5;                     // m/s: as find_vehicle_mounting() needs it
+constexpr double kMean = 2;                     // s over which forces are averaged: an engine and the road shake
+constexpr double kLeastDriving = 120;           // s: it needs 60 s, and an outage shall leave that much
+constexpr double kTold = 20;                    // s, for the fit to tell anything
 constexpr double kTurningCourse = 5 * kDegree;  // rad/s: the course of a receiver tells such turns
 
 // The means over a window of motion in which the body is fast.

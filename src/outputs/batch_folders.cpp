@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
+#include "piste/configuration/sensor_file.h"
 #include "piste/core/version.h"
 #include "piste/files/alignment.h"
 #include "piste/files/allan.h"
 #include "piste/files/study.h"
-#include "piste/io/sensor_file.h"
 #include "piste/report/alignment_page.h"
 #include "piste/report/allan_page.h"
 #include "piste/report/study_figures.h"

@@ -4,13 +4,13 @@
 
 #include <algorithm>
 
+#include "piste/configuration/replay_config.h"
+#include "piste/configuration/sensor_file.h"
 #include "piste/core/error.h"
 #include "piste/core/version.h"
 #include "piste/diagnosis/diagnose.h"
-#include "piste/experiment/replay.h"
 #include "piste/files/consistency.h"
-#include "piste/io/replay_config.h"
-#include "piste/io/sensor_file.h"
+#include "piste/replay/replay.h"
 #include "piste/report/consistency_page.h"
 #include "piste/report/inspection_page.h"
 #include "piste/report/inspection_text.h"

@@ -11,13 +11,13 @@
 #include <string_view>
 #include <vector>
 
-#include "experiment/printed_tables.h"
-#include "piste/experiment/study_tables.h"
 #include "piste/math/statistics.h"
 #include "piste/math/units.h"
+#include "piste/study/study_tables.h"
 #include "plot/markup.h"
 #include "report/page.h"
 #include "report/study_words.h"
+#include "study/printed_tables.h"
 
 namespace piste {
 namespace {

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "piste/experiment/signals.h"
 #include "piste/math/statistics.h"
+#include "piste/study/signals.h"
 
 namespace piste::study_bars {
 

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "piste/experiment/study_tables.h"
 #include "piste/plot/figure.h"
+#include "piste/study/study_tables.h"
 #include "plot/svg.h"
 #include "report/study_words.h"
 

@@ -8,9 +8,9 @@
 #include <optional>
 #include <vector>
 
-#include "piste/experiment/study_tables.h"
 #include "piste/math/statistics.h"
 #include "piste/report/study_figures.h"
+#include "piste/study/study_tables.h"
 #include "plot/heat_map.h"
 #include "plot/svg.h"
 #include "report/study_bars.h"

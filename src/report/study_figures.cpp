@@ -12,14 +12,14 @@
 #include <utility>
 #include <vector>
 
-#include "experiment/printed_tables.h"
-#include "piste/experiment/ranking.h"
-#include "piste/experiment/study_tables.h"
 #include "piste/math/statistics.h"
 #include "piste/math/units.h"
+#include "piste/study/ranking.h"
+#include "piste/study/study_tables.h"
 #include "plot/svg.h"
 #include "report/study_bars.h"
 #include "report/study_words.h"
+#include "study/printed_tables.h"
 
 namespace piste {
 namespace {

@@ -9,7 +9,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "piste/experiment/study_tables.h"
+#include "piste/study/study_tables.h"
 #include "report/page.h"
 #include "report/study_words.h"
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "piste/experiment/study_findings.h"
+#include "piste/study/study_findings.h"
 
 namespace piste {
 

@@ -7,10 +7,10 @@
 #include <string_view>
 #include <vector>
 
-#include "piste/experiment/ranking.h"
-#include "piste/experiment/study_tables.h"
 #include "piste/math/units.h"
 #include "piste/report/study_figures.h"
+#include "piste/study/ranking.h"
+#include "piste/study/study_tables.h"
 #include "plot/markup.h"
 #include "report/page.h"
 #include "report/study_article.h"

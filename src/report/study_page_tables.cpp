@@ -8,8 +8,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "piste/experiment/study_tables.h"
 #include "piste/math/statistics.h"
+#include "piste/study/study_tables.h"
 #include "plot/markup.h"
 #include "report/page.h"
 #include "report/study_words.h"

@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "piste/experiment/ranking.h"
-#include "piste/experiment/study_findings.h"
+#include "piste/study/ranking.h"
+#include "piste/study/study_findings.h"
 
 namespace piste {
 

@@ -9,8 +9,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "piste/experiment/missing.h"
-#include "piste/experiment/study_tables.h"
+#include "piste/study/missing.h"
+#include "piste/study/study_tables.h"
 #include "plot/markup.h"
 #include "report/page.h"
 #include "report/study_words.h"

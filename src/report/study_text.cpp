@@ -7,9 +7,9 @@
 #include <cstddef>
 #include <vector>
 
-#include "piste/experiment/missing.h"
-#include "piste/experiment/ranking.h"
-#include "piste/experiment/study_tables.h"
+#include "piste/study/missing.h"
+#include "piste/study/ranking.h"
+#include "piste/study/study_tables.h"
 
 namespace piste {
 namespace {

@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "piste/experiment/ranking.h"
-#include "piste/experiment/study_tables.h"
+#include "piste/study/ranking.h"
+#include "piste/study/study_tables.h"
 
 namespace piste::study_words {
 

@@ -5,8 +5,8 @@
 #include <set>
 
 #include "io/json.h"
+#include "piste/configuration/sensor_file.h"
 #include "piste/io/config.h"
-#include "piste/io/sensor_file.h"
 #include "piste/math/units.h"
 #include "piste/sim/random.h"
 #include "piste/sim/simulation.h"

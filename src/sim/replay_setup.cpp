@@ -6,12 +6,12 @@
 #include <string>
 #include <string_view>
 
-#include "io/replay_keys.h"
-#include "io/vehicle_keys.h"
+#include "configuration/replay_keys.h"
+#include "configuration/vehicle_keys.h"
+#include "piste/configuration/sensor_file.h"
 #include "piste/core/error.h"
 #include "piste/core/options.h"
 #include "piste/io/config.h"
-#include "piste/io/sensor_file.h"
 #include "piste/sim/scenario.h"
 #include "sim/names.h"
 

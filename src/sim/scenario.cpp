@@ -4,10 +4,10 @@
 
 #include <set>
 
-#include "io/vehicle_keys.h"
+#include "configuration/vehicle_keys.h"
+#include "piste/configuration/sensor_file.h"
 #include "piste/core/error.h"
 #include "piste/io/config.h"
-#include "piste/io/sensor_file.h"
 #include "piste/math/magnetic_field.h"
 #include "piste/math/units.h"
 #include "sim/names.h"

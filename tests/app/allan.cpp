@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <cstdio>
 
-#include "piste/io/sensor_file.h"
+#include "piste/configuration/sensor_file.h"
 #include "piste/math/units.h"
 #include "report/well_formed.h"
 #include "support/datasets.h"

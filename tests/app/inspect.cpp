@@ -17,7 +17,7 @@
 #include <thread>
 #include <vector>
 
-#include "piste/io/replay_config.h"
+#include "piste/configuration/replay_config.h"
 #include "piste/math/earth.h"
 #include "report/well_formed.h"
 #include "support/datasets.h"

@@ -6,8 +6,8 @@
 
 #include <map>
 
+#include "piste/configuration/sensor_file.h"
 #include "piste/io/log_io.h"
-#include "piste/io/sensor_file.h"
 #include "support/places.h"
 #include "support/program.h"
 

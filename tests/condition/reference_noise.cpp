@@ -8,7 +8,7 @@
 #include <Eigen/Cholesky>
 #include <cstdio>
 
-#include "piste/io/sensor_file.h"
+#include "piste/configuration/sensor_file.h"
 #include "piste/math/statistics.h"
 #include "support/imu_pair.h"
 #include "support/thorough.h"

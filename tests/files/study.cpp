@@ -10,10 +10,10 @@
 #include <map>
 #include <sstream>
 
-#include "piste/experiment/ranking.h"
-#include "piste/experiment/study_tables.h"
 #include "piste/math/units.h"
 #include "piste/report/study_text.h"
+#include "piste/study/ranking.h"
+#include "piste/study/study_tables.h"
 #include "support/study_case.h"
 #include "support/text_file.h"
 

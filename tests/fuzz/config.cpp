@@ -2,9 +2,9 @@
 
 #include <string>
 
-#include "piste/experiment/align_config.h"
-#include "piste/experiment/study_config.h"
-#include "piste/io/replay_config.h"
+#include "piste/align/align_config.h"
+#include "piste/configuration/replay_config.h"
+#include "piste/study/study_config.h"
 #include "reader.h"
 
 namespace {

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "piste/io/sensor_file.h"
+#include "piste/configuration/sensor_file.h"
 #include "reader.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "piste/configuration/replay_config.h"
 #include "piste/io/config.h"
 #include "piste/io/log_io.h"
-#include "piste/io/replay_config.h"
 #include "piste/math/earth.h"
 #include "support/text_file.h"
 

@@ -5,8 +5,8 @@
 
 #include <cmath>
 
+#include "piste/configuration/replay_config.h"
 #include "piste/io/log_io.h"
-#include "piste/io/replay_config.h"
 #include "piste/math/earth.h"
 #include "piste/math/units.h"
 #include "support/receiver_logs.h"

@@ -17,10 +17,11 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::map<std::string, int> kFloors = {
-    {"math", 1},    {"core", 2},       {"model", 3},     {"io", 3},    {"condition", 3}, {"plot", 3},
-    {"sim", 4},     {"solve", 4},      {"inspect", 4},   {"fit", 4},   {"allan", 4},     {"consistency", 4},
-    {"tune", 5},    {"experiment", 6}, {"diagnosis", 6}, {"files", 7}, {"report", 7},    {"outputs", 8},
-    {"piste.h", 9}, {"batch.h", 9},    {"apps", 10},
+    {"math", 1},    {"core", 2},     {"model", 3},    {"io", 3},        {"condition", 3},   {"plot", 3},
+    {"columns", 4}, {"allan", 4},    {"fit", 4},      {"solve", 4},     {"consistency", 4}, {"configuration", 4},
+    {"sim", 5},     {"inspect", 5},  {"tune", 5},     {"align", 5},     {"replay", 5},      {"trial", 6},
+    {"study", 6},   {"search", 6},   {"files", 8},    {"diagnosis", 6}, {"recordings", 7},  {"report", 8},
+    {"outputs", 9}, {"piste.h", 10}, {"batch.h", 10}, {"apps", 11},
 };
 
 /// First part of `model/imu_errors.h`.

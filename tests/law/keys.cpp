@@ -17,13 +17,13 @@
 #include <string>
 #include <vector>
 
-#include "piste/experiment/align_config.h"
-#include "piste/experiment/allan.h"
-#include "piste/experiment/study_config.h"
-#include "piste/io/replay_config.h"
-#include "piste/io/sensor_file.h"
+#include "piste/align/align_config.h"
+#include "piste/configuration/replay_config.h"
+#include "piste/configuration/sensor_file.h"
+#include "piste/recordings/allan.h"
 #include "piste/sim/campaign.h"
 #include "piste/sim/scenario.h"
+#include "piste/study/study_config.h"
 #include "support/places.h"
 #include "support/text_file.h"
 
@@ -187,8 +187,9 @@ TEST(Keys, OfTheReadersAreAllAskedFor) {
       "choice<[A-Za-z]+>|axes|path|existing_file)\\(\\s*\"([a-z_]+)\"|read_within\\([a-z*]+, \"([a-z_]+)\"");
   std::size_t named = 0;
   for (const char* name :
-       {"io/replay_config", "io/replay_keys", "io/behaviour_keys", "io/vehicle_keys", "io/imu_source", "io/sensor_file",
-        "experiment/align_config", "experiment/study_config", "sim/scenario", "sim/replay_setup", "sim/campaign"}) {
+       {"configuration/replay_config", "configuration/replay_keys", "configuration/behaviour_keys",
+        "configuration/vehicle_keys", "configuration/imu_source", "configuration/sensor_file", "align/align_config",
+        "study/study_config", "sim/scenario", "sim/replay_setup", "sim/campaign"}) {
     const std::string code = read_text(kSource / "src" / (std::string(name) + ".cpp"));
     for (std::sregex_iterator match(code.begin(), code.end(), call), end; match != end; ++match) {
       const std::string key = (*match)[1].matched ? (*match)[1].str() : (*match)[2].str();

@@ -10,8 +10,8 @@
 #include <numbers>
 #include <optional>
 
-#include "piste/experiment/replay.h"
 #include "piste/math/statistics.h"
+#include "piste/replay/replay.h"
 #include "piste/sim/replay_setup.h"
 #include "support/simulated_case.h"
 #include "support/thorough.h"

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "piste/experiment/replay.h"
 #include "piste/math/units.h"
+#include "piste/replay/replay.h"
 #include "piste/sim/random.h"
 #include "support/simulated_case.h"
 #include "support/thorough.h"

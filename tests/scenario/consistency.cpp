@@ -10,10 +10,10 @@
 #include <iterator>
 #include <thread>
 
-#include "piste/experiment/ensemble.h"
 #include "piste/math/statistics.h"
 #include "piste/math/units.h"
 #include "piste/report/consistency_text.h"
+#include "piste/trial/ensemble.h"
 #include "support/places.h"
 #include "support/scenario.h"
 #include "support/thorough.h"

@@ -12,10 +12,10 @@
 #include <string>
 #include <vector>
 
-#include "piste/experiment/inspect.h"
-#include "piste/experiment/replay.h"
-#include "piste/io/sensor_file.h"
+#include "piste/configuration/sensor_file.h"
 #include "piste/math/units.h"
+#include "piste/replay/replay.h"
+#include "piste/search/inspect.h"
 #include "piste/sim/random.h"
 #include "support/simulated_case.h"
 #include "support/text_file.h"

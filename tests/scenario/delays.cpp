@@ -6,8 +6,8 @@
 #include <thread>
 
 #include "piste/consistency/consistency.h"
-#include "piste/experiment/ensemble.h"
 #include "piste/report/consistency_text.h"
+#include "piste/trial/ensemble.h"
 #include "support/scenario.h"
 #include "support/thorough.h"
 

@@ -8,7 +8,7 @@
 #include <limits>
 #include <numbers>
 
-#include "piste/experiment/replay.h"
+#include "piste/replay/replay.h"
 #include "piste/solve/attitude_noise.h"
 #include "support/simulated_case.h"
 

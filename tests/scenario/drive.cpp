@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "piste/configuration/replay_config.h"
 #include "piste/io/log_io.h"
-#include "piste/io/replay_config.h"
 #include "piste/math/units.h"
 #include "support/datasets.h"
 #include "support/places.h"

@@ -10,8 +10,8 @@
 
 #include "piste/condition/pipeline.h"
 #include "piste/condition/time_sync.h"
+#include "piste/configuration/sensor_file.h"
 #include "piste/io/log_io.h"
-#include "piste/io/sensor_file.h"
 #include "piste/math/units.h"
 #include "support/datasets.h"
 #include "support/places.h"

@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "piste/experiment/inspect.h"
 #include "piste/math/so3.h"
 #include "piste/math/units.h"
+#include "piste/search/inspect.h"
 #include "piste/sim/random.h"
 #include "support/datasets.h"
 #include "support/navigation.h"

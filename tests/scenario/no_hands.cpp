@@ -12,7 +12,7 @@
 #include <tuple>
 #include <vector>
 
-#include "piste/io/replay_config.h"
+#include "piste/configuration/replay_config.h"
 #include "support/datasets.h"
 #include "support/places.h"
 #include "support/program.h"

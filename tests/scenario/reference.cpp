@@ -8,7 +8,7 @@
 #include <string_view>
 #include <thread>
 
-#include "piste/experiment/ensemble.h"
+#include "piste/trial/ensemble.h"
 #include "support/navigation.h"
 #include "support/places.h"
 #include "support/program.h"

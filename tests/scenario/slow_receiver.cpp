@@ -10,12 +10,12 @@
 #include <string>
 
 #include "piste/diagnosis/diagnose.h"
-#include "piste/experiment/inspect.h"
-#include "piste/experiment/replay.h"
-#include "piste/experiment/tune.h"
 #include "piste/files/tuning.h"
 #include "piste/model/gnss.h"
 #include "piste/outputs/folders.h"
+#include "piste/replay/replay.h"
+#include "piste/search/inspect.h"
+#include "piste/search/tune.h"
 #include "support/simulated_case.h"
 #include "support/text_file.h"
 #include "support/thorough.h"

@@ -11,9 +11,9 @@
 #include <string>
 
 #include "piste/diagnosis/diagnose.h"
-#include "piste/experiment/inspect.h"
-#include "piste/experiment/replay.h"
 #include "piste/outputs/folders.h"
+#include "piste/replay/replay.h"
+#include "piste/search/inspect.h"
 #include "piste/sim/random.h"
 #include "support/simulated_case.h"
 #include "support/text_file.h"

@@ -8,7 +8,7 @@
 #include <optional>
 #include <tuple>
 
-#include "piste/experiment/replay.h"
+#include "piste/replay/replay.h"
 #include "piste/solve/vehicle_mounting.h"
 #include "support/random.h"
 #include "support/simulated_case.h"

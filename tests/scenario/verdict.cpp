@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "piste/diagnosis/diagnose.h"
-#include "piste/experiment/replay.h"
+#include "piste/replay/replay.h"
 #include "piste/sim/random.h"
 #include "piste/sim/replay_setup.h"
 #include "support/simulated_case.h"

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "piste/io/sensor_file.h"
+#include "piste/configuration/sensor_file.h"
 #include "piste/math/units.h"
 #include "piste/sim/simulation.h"
 #include "support/article.h"

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "piste/io/sensor_file.h"
+#include "piste/configuration/sensor_file.h"
 #include "piste/math/units.h"
 #include "piste/sim/campaign.h"
 #include "piste/sim/scenario.h"

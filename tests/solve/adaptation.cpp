@@ -10,11 +10,11 @@
 #include <string>
 #include <string_view>
 
-#include "experiment/true_estimate.h"
 #include "piste/solve/run.h"
 #include "support/random.h"
 #include "support/simulated_case.h"
 #include "support/synthetic_log.h"
+#include "trial/true_estimate.h"
 
 namespace piste {
 namespace {

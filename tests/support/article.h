@@ -1,7 +1,7 @@
 #pragma once
 /// The article that the shipped campaign stands beside, and whose sensors are StudyCase's.
 
-#include "piste/experiment/article.h"
+#include "piste/study/article.h"
 #include "support/places.h"
 
 namespace piste::test {

@@ -8,8 +8,8 @@
 #include <map>
 #include <utility>
 
-#include "piste/experiment/study_findings.h"
 #include "piste/math/units.h"
+#include "piste/study/study_findings.h"
 #include "support/random.h"
 
 namespace piste::test {

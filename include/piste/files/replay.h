@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "piste/experiment/replay.h"
 #include "piste/files/output.h"
 #include "piste/files/summary.h"
 #include "piste/io/solution_io.h"
+#include "piste/replay/replay.h"
 
 namespace piste {
 

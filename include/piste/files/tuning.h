@@ -3,8 +3,8 @@
 
 #include <string>
 
+#include "piste/configuration/replay_config.h"
 #include "piste/files/output.h"
-#include "piste/io/replay_config.h"
 #include "piste/tune/likeliest_noise.h"
 
 namespace piste {

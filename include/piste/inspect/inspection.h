@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "piste/columns/log_guess.h"
 #include "piste/core/options.h"
 #include "piste/inspect/attitude_match.h"
 #include "piste/inspect/gnss_health.h"
 #include "piste/inspect/imu_health.h"
-#include "piste/inspect/log_guess.h"
 #include "piste/inspect/log_match.h"
 #include "piste/inspect/suspicion.h"
 #include "piste/inspect/vehicle_guess.h"

@@ -1,11 +1,11 @@
 #pragma once
 /// What align, study and allan write: the files and pages of each in its folder. The caller commits.
 
-#include "piste/experiment/aligned_pair.h"
-#include "piste/experiment/allan.h"
-#include "piste/experiment/study_config.h"
-#include "piste/experiment/study_findings.h"
+#include "piste/align/aligned_pair.h"
 #include "piste/files/output.h"
+#include "piste/recordings/allan.h"
+#include "piste/study/study_config.h"
+#include "piste/study/study_findings.h"
 
 namespace piste {
 

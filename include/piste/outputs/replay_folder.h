@@ -5,10 +5,10 @@
 #include <string>
 
 #include "piste/consistency/verdict.h"
-#include "piste/experiment/replay.h"
 #include "piste/files/output.h"
 #include "piste/files/replay.h"
 #include "piste/files/summary.h"
+#include "piste/replay/replay.h"
 
 namespace piste {
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "piste/experiment/allan.h"
+#include "piste/recordings/allan.h"
 
 namespace piste {
 

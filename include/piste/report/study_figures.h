@@ -7,8 +7,8 @@
 
 #include <vector>
 
-#include "piste/experiment/study_findings.h"
 #include "piste/plot/figure.h"
+#include "piste/study/study_findings.h"
 
 namespace piste {
 

@@ -1,0 +1,113 @@
+#pragma once
+/// The tables of a study. Values are corrections to add (study_findings.h), in m/s² and °/s; scales are ratios.
+///
+/// There are three sigmas. The formal one is right if noise is white. The error within a run allows for coloured noise,
+/// and for errors of reference and alignment. The spread between runs contains all that changes from run to run, which
+/// is most of the uncertainty. A number is significant if the mean over the runs is significant against their spread,
+/// by Student's t with Holm's correction over all numbers of a table: the probability of even one false finding is then
+/// 5 %.
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "piste/study/study_findings.h"
+
+namespace piste {
+
+inline constexpr double kSignificance = 0.05;
+
+/// Statistics of a number over several runs.
+struct Across {
+  std::size_t runs = 0;
+  double mean = 0;
+  double std = 0;             ///< between runs; NaN if there is one run
+  double standard_error = 0;  ///< of the mean: std / √runs; for one run its own total
+  double p_value = 1;  ///< of a mean of zero, by Student's t with runs − 1 degrees of freedom; for one run its own
+  double p_holm = 1;   ///< the same after Holm's correction over its table
+  bool significant = false;  ///< p_holm < kSignificance
+  double formal = 0;         ///< rms of the formal sigmas of the runs
+  double within = 0;         ///< rms of the total errors within the runs
+};
+
+/// One axis of one sensor. The rows of a table are ordered by sensor, then fx to wz. An axis without a number has no
+/// row.
+struct AcrossRow {
+  std::size_t sensor = 0;
+  int axis = 0;
+  Across value;
+  double reverse = 0;           ///< for Method::kJoint: the mean of kJointReverse; else NaN
+  std::optional<double> truth;  ///< mean of the true values
+};
+
+/// The table of one method: Tables 1 (kRest), 3 and 4 (kJoint), 6 (kBiasOnly), and the same for every other method.
+std::vector<AcrossRow> table_of(const Study& study, Method method, StudyQuantity quantity);
+
+/// Table 2: bias at rest before and after, over the runs that have both.
+struct BeforeAfterRow {
+  std::size_t sensor = 0;
+  int axis = 0;
+  double before = 0, after = 0;
+  Across difference;  ///< after − before
+};
+std::vector<BeforeAfterRow> before_after(const Study& study);
+
+/// Table 5: the formal correlation of bias and scale; it is the same for corrections to add. `correlation` is the mean
+/// magnitude over the runs, with the sign of the mean. `lowest` and `highest` are over the runs. `inflation` is the
+/// factor 1 / (1 − correlation²) of either variance. For kJointReverse the correlation is −mean / rms of the
+/// reference's signal, so it depends on the motion alone.
+struct CorrelationRow {
+  std::size_t sensor = 0;
+  int axis = 0;
+  double correlation = 0, lowest = 0, highest = 0, inflation = 1;
+};
+std::vector<CorrelationRow> correlations(const Study& study, Method method = Method::kJointReverse);
+
+/// The difference a − b of two methods, over the runs that have both. If b is Method::kTruth, it is the true value that
+/// a should find. Sigmas within a run are as if both were independent.
+struct Comparison {
+  std::size_t sensor = 0;
+  int axis = 0;
+  StudyQuantity quantity{};
+  Method a{}, b{};
+  Across difference;
+};
+/// The comparisons of all pairs of methods, a before b. Holm's correction is over the sensors and axes of each pair.
+std::vector<Comparison> comparisons(const Study& study, StudyQuantity quantity);
+
+/// How often the true value lies inside the stated 95 % interval, over runs, sensors and the three axes of a triad.
+struct Coverage {
+  Method method{};
+  StudyQuantity quantity{};
+  bool gyro = false;
+  std::size_t inside = 0, all = 0;
+  double worst = 0;  ///< largest error over its total sigma
+  double rate() const { return static_cast<double>(inside) / static_cast<double>(all); }
+};
+/// The coverage of all methods. Empty unless the campaign is simulated.
+std::vector<Coverage> coverage(const Study& study);
+
+/// How an IMU navigates if the replay estimates its errors itself (Method::kInTheFilter): root mean squares over the
+/// runs in which it has a score.
+struct ImuCompared {
+  std::string name;
+  std::size_t runs = 0;
+  double position_rmse = 0, velocity_rmse = 0, attitude_rmse = 0;  ///< [m], [m/s], [rad]
+  double outage_drift = 0;                                         ///< [m]; NaN if there was no outage
+  /// Of all as one: attitude error and drift over the mean of those of the single IMUs in the same runs. Else NaN.
+  double attitude_over_single = 0, drift_over_single = 0;
+};
+/// The IMUs beside one another, in the order of the study, and last all as one, if they were replayed.
+std::vector<ImuCompared> imus_compared(const Study& study);
+
+/// Effect of a timing error: the change of the correction scale' against no delay. It is averaged over the sensors of
+/// each run, and then over the runs.
+struct TimingRow {
+  double delay = 0;  ///< s
+  std::array<double, kSignals> forward{}, reverse{}, forward_error{},
+      reverse_error{};  ///< error: standard, between runs
+};
+std::vector<TimingRow> timing(const Study& study);
+
+}  // namespace piste

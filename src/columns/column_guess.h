@@ -1,0 +1,22 @@
+#pragma once
+/// Guesses what the columns of a text log hold that no other reader knows.
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "piste/columns/log_guess.h"
+
+namespace piste {
+
+/// Guesses the mapping of `format: columns` from the header's names and units, and from the values where these say
+/// nothing: time is the column that increases by even steps, the specific force the three columns whose magnitude is
+/// mostly that of gravity in some unit, the gyroscopes the three beside them. The name of the file tells gyroscopes
+/// from accelerometers whose columns are merely x, y and z. Nothing if the columns are not those of a log.
+std::optional<LogGuess> guess_columns(const std::string& file, std::string_view content);
+
+/// What the names of the columns say, for an error: those that are known and as what, and the others. Empty without a
+/// header.
+std::string known_columns(std::string_view content);
+
+}  // namespace piste

@@ -1,0 +1,175 @@
+#include "piste/replay/replay.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+#include <vector>
+
+#include "piste/condition/pipeline.h"
+#include "piste/consistency/verdict.h"
+#include "piste/core/error.h"
+#include "piste/solve/attitude_noise.h"
+#include "piste/solve/look_back.h"
+#include "piste/solve/relinearise.h"
+#include "piste/solve/rts.h"
+#include "piste/solve/vehicle_mounting.h"
+
+namespace piste {
+namespace {
+
+template <class Sources>
+void check_sources(const Sources& sources, const FilterOptions& options) {
+  const auto check = [](std::string_view kind, std::size_t there, std::size_t told) {
+    if (there == told) return;
+    throw ConfigError("filter options",
+                      fmt::format("{}: options of {} sources for {}; one each is needed", kind, told, there));
+  };
+  check("gnss", sources.gnss.size(), options.gnss.size());
+  check("attitude", sources.attitude.size(), options.attitude.size());
+}
+
+// The log of a recording; the sigmas of its attitudes become known to the options.
+template <class AnyRecording>
+Log conditioned(AnyRecording&& recording, ReplayOptions& options) {
+  check_sources(recording, options.filter);
+  options.filter = with_attitude_sigmas(std::move(options.filter), recording.attitude);
+  return condition(std::forward<AnyRecording>(recording), options.conditioning);
+}
+
+// The rows of a run that are left where others took them.
+class Thinned {
+ public:
+  Thinned(const StateLayout& layout, const World& world, std::size_t all)
+      : kept_(layout, world), last_(layout, world), every_(1 + all / (kKeptRows - 1)) {}
+  void add(const Solution& rows, std::size_t first) {
+    for (std::size_t i = (every_ - first % every_) % every_; i < rows.size(); i += every_) kept_.append(rows.row(i));
+    last_.resize(0);
+    if ((first + rows.size() - 1) % every_ != 0) last_.append(rows.row(rows.size() - 1));
+  }
+  void give(Solution& to) {
+    if (!last_.empty()) kept_.append(last_.row(0));
+    to.append(kept_.rows());
+  }
+
+ private:
+  Solution kept_, last_;
+  std::size_t every_;
+};
+
+// Filters the run of `run.found`. Its rows go to `options.streams`, and a part of them is left.
+FilterRun filtered_in_pieces(const Replay& run, const ReplayOptions& options, Keep keep,
+                             const ProgressCallback& progress) {
+  const LookedBack back = looked_back(run.log, run.options, run.found);
+  Thinned thinned(StateLayout(run.options.estimate), run.log.world, run.log.imu.size());
+  FilterRun filtered = filter_from(
+      back, run.log, run.options, run.found, keep, progress, run.found.start.time + options.longest,
+      [&](Solution& rows, std::size_t first) {
+        put_rows(back.rows, rows);
+        thinned.add(rows, first);
+        options.streams.filtered(rows, first);
+      },
+      options.streams.scratch);
+  thinned.give(filtered.solution);
+  return filtered;
+}
+
+// Smooths a run. Its rows go to `options.streams`, and a part of them is left.
+Solution smoothed_in_pieces(Replay& run, const ReplayOptions& options, const ProgressCallback& progress,
+                            std::vector<AttitudeLag>& lags) {
+  const FilterRun& filtered = run.smoothable();
+  Thinned thinned(filtered.solution.layout(), run.log.world, filtered.epochs);
+  SmoothedResiduals residuals(run.log, run.options, run.filtered.solution);
+  Solution smoothed = smooth_rts(filtered, progress, nullptr, &lags, [&](Solution& rows, std::size_t first) {
+    thinned.add(rows, first);
+    residuals.add(rows);
+    if (options.streams.smoothed) options.streams.smoothed(rows, first);
+  });
+  thinned.give(smoothed);
+  run.residuals = residuals.rms();
+  return smoothed;
+}
+
+}  // namespace
+
+ReplayOptions replay_options(const ReplayConfig& config) {
+  return {.conditioning = config.conditioning,
+          .filter = config.filter,
+          .heading = config.initial,
+          .smoother = config.smoother,
+          .history = false};
+}
+
+Replay replay(const ReplayConfig& config, const ReplayProgress& progress, const BatchSolver& batch,
+              const RowStreams& streams) {
+  ReplayOptions options = replay_options(config);
+  options.batch = batch;
+  options.streams = streams;
+  Log log = conditioned(read_recording(config), options);
+  return replay(std::move(log), options, progress);
+}
+
+Replay replay(const Recording& recording, const ReplayOptions& options, const ReplayProgress& progress) {
+  ReplayOptions known = options;
+  Log log = conditioned(recording, known);
+  return replay(std::move(log), known, progress);
+}
+
+Replay replay(Log log, const ReplayOptions& options, const ReplayProgress& progress) {
+  check_sources(log, options.filter);
+  const bool by_batch = options.smoother == SmootherKind::kBatch;
+  if (by_batch && !options.batch) {
+    throw ConfigError("smoother",
+                      "batch needs piste::batch, with which this program was not linked; choose rts, or none");
+  }
+  const std::size_t all = log.imu.size();
+  const auto stage = [&](std::string_view name) -> ProgressCallback {
+    if (!progress) return {};
+    progress(name, 0, all);
+    return [&progress, name, all](double part) {
+      progress(name, static_cast<std::size_t>(part * static_cast<double>(all)), all);
+    };
+  };
+  Replay run{.log = std::move(log), .options = {}, .found = {}, .filtered = {}, .smoothed = {}};
+  run.options = with_white_part(options.filter, run.log);
+  if (!run.options.clock_from) run.options.clock_from = run.log.imu.front().time;
+  run.found = options.start ? FoundStart{*options.start, "the start was given"}
+                            : find_start(run.log, run.options, options.heading);
+  run.options = with_mounting(std::move(run.options), run.log, run.found.start);
+  const Start& start = run.found.start;
+  const bool smooth = options.smoother == SmootherKind::kRts;
+  const bool streams = options.streams.filtered && !by_batch, history = options.history && !streams;
+  const Keep keep = smooth || history ? Keep::kHistory : Keep::kNothing;
+  if (streams) {
+    run.filtered = filtered_in_pieces(run, options, keep, stage("filter"));
+  } else {
+    const LookedBack back = looked_back(run.log, run.options, run.found);
+    run.filtered =
+        filter_from(back, run.log, run.options, run.found, keep, stage("filter"), start.time + options.longest);
+    put_rows(back.rows, run.filtered);
+  }
+  if (smooth) {
+    std::vector<AttitudeLag> lags;
+    for (int pass = 0; pass < options.relinearisations; ++pass) {
+      const ProgressCallback told = stage("relinearising");
+      Reference smoothed = smoothed_trajectory(run.smoothable(), part_of(told, 0, kSmoothingFirst));
+      if (!history) run.filtered.history.clear();
+      run.relinearised.reset();  // what is not needed while the run is filtered again
+      run.relinearised =
+          filtered_about(std::move(smoothed), run.log, run.options, run.found, part_of(told, kSmoothingFirst, 1));
+    }
+    run.smoothed = streams ? smoothed_in_pieces(run, options, stage("smoother"), lags)
+                           : smooth_rts(run.smoothable(), stage("smoother"), nullptr, &lags);
+    if (!history) run.relinearised.reset();
+    if (!history) run.filtered.history.clear();
+    run.smoothed->attitude_correlation_time = correlation_time(lags);
+  }
+  if (by_batch) {
+    constexpr double kSolving = 0.5;  // part of the work
+    const ProgressCallback told = stage("batch");
+    const auto solved = options.batch(run.log, run.options, run.found, run.filtered, part_of(told, 0, kSolving));
+    run.smoothed = solved->solution(part_of(told, kSolving, 1));
+  }
+  return run;
+}
+
+}  // namespace piste

@@ -1,0 +1,62 @@
+#include "search/contradiction.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "piste/core/state_table.h"
+#include "search/calibration.h"
+#include "tune/evidence.h"
+
+namespace piste {
+namespace {
+
+constexpr double kPlausibleDrift = 3.5e-4;  // of a clock: loggers were 14 to 310 ppm off
+constexpr double kRight = 1.2;              // mean NIS of positions that fit
+constexpr double kElsewhere = 5;            // sigmas of the run that presumes less: no chance in a thousand logs
+
+// Whether a block ends far from where it ends in a run that presumes less, by the sigmas of that.
+bool elsewhere(Block block, const Solution& with, const Solution& without) {
+  const auto last = [](const Solution& run) { return run.estimate(run.size() - 1); };
+  const FullError sigmas = without.sigmas(without.size() - 1).blocks;
+  const FullError apart = boxminus(last(with), last(without));
+  const auto part = [&](const FullError& e) { return e.segment(full_offset(block), info(block).size).array(); };
+  return (part(apart).abs() > kElsewhere * part(sigmas)).any();
+}
+
+}  // namespace
+
+double cost_of_contradiction(const WholeLog& log) {
+  constexpr double kRuns = 4, kRunCost = 2;  // two each, with and without; a run finds its start besides
+  return kRuns * kRunCost * rows_in(log.recording, WholeLog::kLongest);
+}
+
+bool drifts_plausibly(const Calibration& found) { return std::abs(found.clock_drift) < kPlausibleDrift; }
+
+bool velocities_contradict(WholeLog log, const Calibration& found) {
+  const std::vector<GeodeticFix>& fixes = log.recording.gnss.front().fixes;
+  const bool some = std::any_of(fixes.begin(), fixes.end(), [](const GeodeticFix& fix) { return fix.velocity; });
+  if (!some || !log.options.gnss.front().use_velocity) return false;
+  if (!drifts_plausibly(found)) return true;
+  log.drifts = found.clock_drift_sigma > 0;
+  const auto with = log.filtered(found);
+  log.velocities = false;
+  const auto without = log.filtered(found);
+  if (!with || !without) return false;
+  // Few positions may lead a filter astray, which tells nothing.
+  const auto nis = [](const Solution& run) { return nis_of_positions(run.innovations, run.sources); };
+  if (nis(*without) > std::max(kRight, nis(*with))) return false;
+  return elsewhere(Block::kLeverArm, *with, *without) ||
+         (log.find_clock && elsewhere(Block::kGnssDelay, *with, *without));
+}
+
+bool vehicle_contradicts(WholeLog log, const Calibration& found) {
+  log.drifts = found.clock_drift_sigma > 0;
+  const auto with = log.filtered(found);
+  log.vehicle.reset();
+  const auto without = log.filtered(found);
+  if (!with || !without) return false;
+  return elsewhere(Block::kGyroScale, *with, *without) || elsewhere(Block::kAccelScale, *with, *without);
+}
+
+}  // namespace piste

@@ -1,0 +1,391 @@
+#include "piste/search/inspect.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <thread>
+#include <utility>
+
+#include "inspect/column_mending.h"
+#include "math/time.h"
+#include "piste/core/error.h"
+#include "piste/core/time_search.h"
+#include "piste/math/statistics.h"
+#include "search/calibration.h"
+#include "search/contradiction.h"
+#include "search/examine.h"
+#include "search/joined.h"
+#include "search/settling.h"
+
+namespace piste {
+namespace {
+
+// The IMU in GPS time, as far as a receiver's log tells its clock.
+ImuRecording on_known_clock(const Inspection& inspection, std::size_t imu) {
+  ImuRecording recording = inspection.logs[imu].imu;
+  if (const ReceiverClock* clock = inspection.imu_clock(); clock != nullptr && imu == inspection.first(LogKind::kImu)) {
+    for (double& t : recording.time) t = clock->gps_time(t);
+  }
+  return recording;
+}
+
+// Brings fixes to the week of the IMU, as replay will, where that gives the two time in common. Returns whether they
+// were not in it.
+template <class Fix>
+bool bring_to_week(std::vector<Fix>& fixes, const Interval& imu) {
+  if (fixes.empty()) return false;
+  const double shift = week_shift(fixes.front().time, imu.start);
+  if (shift == 0 || !(overlap(imu, {fixes.front().time + shift, fixes.back().time + shift}) > 0)) return false;
+  for (Fix& fix : fixes) fix.time += shift;
+  return true;
+}
+
+// The logs in one week: that of the first IMU.
+void bring_to_one_week(Inspection& inspection) {
+  const auto imu = inspection.first(LogKind::kImu);
+  if (!imu || !inspection.logs[*imu].imu_health) return;
+  const std::vector<double> time = on_known_clock(inspection, *imu).time;
+  const Interval span{time.front(), time.back()};
+  for (InspectedLog& log : inspection.logs) {
+    if (bring_to_week(log.gnss.fixes, span) && log.gnss_health) log.gnss_health = gnss_health(log.gnss);
+    bring_to_week(log.attitude.fixes, span);
+  }
+}
+
+// Whether the filter can run: no fault may make a log mean something else.
+bool may_run(const Inspection& inspection) {
+  const LogMatch* match = inspection.first_match();
+  const bool clock_found = match != nullptr && match->clock;
+  return std::none_of(inspection.suspicions.begin(), inspection.suspicions.end(), [&](const Suspicion& s) {
+    return s.fault <= LogFault::kNoOverlap && s.fault != LogFault::kSameLog &&
+           s.fault != LogFault::kTimeBack &&  // such rows were put in order
+           !(s.fault == LogFault::kNoOverlap && clock_found);
+  });
+}
+
+// Compares the first IMU with every attitude log.
+void compare_attitudes(Inspection& inspection, std::vector<Suspicion>& found) {
+  const auto imu = inspection.first(LogKind::kImu);
+  if (!imu) return;
+  const LogMatch* track = inspection.first_match();
+  const bool told = track != nullptr && track->motion && !track->motion->mirrored;
+  const Matrix3d axes = told ? track->motion->R_bs : Matrix3d(Matrix3d::Identity());
+  for (std::size_t j = 0; j < inspection.logs.size(); ++j) {
+    InspectedLog& log = inspection.logs[j];
+    if (!log.is(LogKind::kAttitude) || !log.attitude_sampling) continue;
+    AttitudeMatch m = match(inspection.logs[*imu].imu, log.attitude);
+    append(found, suspicions(m, axes, inspection.logs[*imu].log.file, log.log.file));
+    if (m.far_from_unit) {
+      log.left_out = m.why_not;
+      found.push_back({LogFault::kNotUsed, log.log.file, m.why_not, "it is left aside"});
+    }
+    inspection.attitudes.push_back({*imu, j, std::move(m)});
+  }
+}
+
+// Velocities that come late against the positions, or for which coarse positions do not tell.
+void estimate_late_velocities(const InspectedLog& receiver, FilterOptions& options) {
+  constexpr double kTold = 0.02, kSigmas = 5, kLatest = 0.3;  // s, sigmas, s
+  const auto& fit = receiver.gnss_health->velocity;
+  if (!fit) return;
+  const auto known = fit->known_delay();
+  if (!known && fit->sigma_delay < kTold) return;
+  options.gnss.front().velocity_delay = known.value_or(0);
+  options.estimate.push_back(Block::kVelocityDelay);
+  options.priors.velocity_delay = std::clamp(kSigmas * fit->sigma_delay, kTold, kLatest);
+}
+
+std::size_t all_cores() { return std::max(1U, std::thread::hardware_concurrency()); }
+
+// The log with the vehicle if one carries the IMU.
+WholeLog whole_log(const Inspection& inspection, const Recording& recording, const ConditioningOptions& conditioning,
+                   const FilterOptions& options) {
+  WholeLog log{recording, conditioning, options, std::nullopt, inspection.imu_clock() == nullptr};
+  if (inspection.vehicle.is_car()) log.vehicle.emplace();
+  return log;
+}
+
+// What holds over the whole log, with the vehicle if one carries the IMU; without it where no filter runs with it, or
+// where it contradicts the fixes.
+void settle(Inspection& inspection, const Recording& recording, const ConditioningOptions& conditioning,
+            const FilterOptions& options, Calibration& found, const Work& work) {
+  WholeLog log = whole_log(inspection, recording, conditioning, options);
+  auto there = settled(log, found, work);
+  work.step("vehicle", cost_of_contradiction(log) / 2);
+  if (log.vehicle && (!there || vehicle_contradicts(log, *there))) {
+    inspection.vehicle = {};
+    log.vehicle.reset();
+    work.expect_more(cost_of_settling(log));
+    there = settled(log, found, work);
+  }
+  if (there) found = std::move(*there);
+  work.step("velocities", cost_of_contradiction(log) / 2);
+  found.velocities_contradict = velocities_contradict(log, found);
+}
+
+// The noise by more of the motion than the first minutes, where that is likelier.
+void retune(const Inspection& inspection, const Recording& recording, const ConditioningOptions& conditioning,
+            const FilterOptions& options, Calibration& found, const Work& work) {
+  if (!found.fits()) return;
+  auto again = retuned(whole_log(inspection, recording, conditioning, options), found, all_cores(), work);
+  if (again) found = std::move(*again);
+}
+
+// Two clocks that nothing compares.
+void look_for_clock(const Inspection& inspection, std::vector<Suspicion>& found) {
+  const LogMatch* match = inspection.first_match();
+  if (match == nullptr || match->clock || inspection.imu_clock() || inspection.calibration() || !may_run(inspection))
+    return;
+  found.push_back({LogFault::kClockUntold, inspection.logs[*inspection.first(LogKind::kImu)].log.file,
+                   "the motion does not tell how far its clock and the receiver's are apart",
+                   "if it is not in GPS time, give `clock: {offset: ...}`, or log a livelier start"});
+}
+
+void leave_velocities_out(FilterOptions& options) {
+  options.gnss.front().use_velocity = false;
+  options.gnss.front().velocity_delay.reset();
+  std::erase(options.estimate, Block::kVelocityDelay);
+}
+
+// Whether the first IMU may be calibrated with a receiver.
+bool may_calibrate(const Inspection& inspection, const InspectedLog& receiver) {
+  return inspection.first(LogKind::kImu) && receiver.gnss_health && may_run(inspection);
+}
+
+// `later`: what other receivers will cost after this one.
+std::optional<Calibration> try_calibration(Inspection& inspection, const InspectedLog& receiver,
+                                           std::vector<Suspicion>& found, const Work& work, double later) {
+  constexpr double kFar = 3, kSure = 0.3, kCoarse = 0.5;  // m
+  const auto imu = inspection.first(LogKind::kImu);
+  if (!may_calibrate(inspection, receiver)) return std::nullopt;
+  const InspectedLog& body = inspection.logs[*imu];
+  FilterOptions options;
+  options.sensor = guess_sensor(*body.imu_health, "guess");
+  options.estimate = imu_error_blocks(options.sensor);
+  options.gnss = {{.name = std::filesystem::path(receiver.log.file).stem().string()}};
+  estimate_late_velocities(receiver, options);
+  ConditioningOptions conditioning;
+  conditioning.imu = guess_conditioning(inspection);
+  conditioning.gyro_range = options.sensor.gyro.range;
+  conditioning.accel_range = options.sensor.accel.range;
+  try {
+    const LogMatch* match = inspection.first_match();
+    const bool told = match != nullptr && match->clock && !match->velocities_may_be_late;
+    const Recording recording{body.imu, {receiver.gnss}, {}};
+    // A receiver's latency stays what it is, so that its own two times tell the drift.
+    const ToldClock clock{told ? match->clock->sigma : std::numeric_limits<double>::infinity(),
+                          inspection.imu_clock() != nullptr};
+    const WholeLog whole = whole_log(inspection, recording, conditioning, options);
+    const double calibrating = cost_of_calibration(recording, clock, all_cores()),
+                 settling = cost_of_settling(whole) + cost_of_contradiction(whole),
+                 retuning = cost_of_retuning(whole, all_cores());
+    const double rest = retuning + later;  // after what is being calibrated
+    const auto calibrated = [&](const FilterOptions& used, Antenna antenna, double after) {
+      work.expect(calibrating + settling + after);
+      auto all = calibrate(recording, conditioning, used, clock, antenna, all_cores(), work);
+      work.expect(settling + after);
+      if (all && all->fits()) settle(inspection, recording, conditioning, used, *all, work);
+      return all;
+    };
+    // Where the motion hardly tells the lever arm, what it says of it may be another error's. A receiver of
+    // centimetres is in no phone.
+    const bool coarse = receiver.gnss_health->median_sigma.head<2>().maxCoeff() > kCoarse;
+    const auto found_with = [&](const FilterOptions& used) {
+      auto all = calibrated(used, Antenna::kNearBy, (coarse ? calibrating + settling : 0) + rest);
+      if (!coarse || (all && all->fits() && all->lever_arm_sigma.maxCoeff() < kHousing)) return all;
+      auto housed = calibrated(used, Antenna::kInHousing, rest);
+      const bool likelier = housed && housed->fits() && (!all || !all->fits() || housed->likelihood > all->likelihood);
+      return likelier ? housed : all;
+    };
+    auto found_here = found_with(options);
+    if (!found_here) return std::nullopt;
+    if (found_here->velocities_contradict) {
+      leave_velocities_out(options);
+      auto of_positions = found_with(options);
+      // Where positions are told worse without them, it is not the velocities that are wrong.
+      if (of_positions && of_positions->fits() &&
+          (of_positions->likelihood_of_positions > found_here->likelihood_of_positions ||
+           !drifts_plausibly(*found_here))) {
+        found_here = std::move(of_positions);
+        found_here->velocities_contradict = true;
+        found.push_back({LogFault::kVelocityContradicts, receiver.log.file,
+                         "its velocities put the antenna or the clock elsewhere than its positions do",
+                         "`use: position`, as the configuration does, unless you know better"});
+      } else {
+        found_here->velocities_contradict = false;
+      }
+    }
+    work.expect(rest);
+    retune(inspection, recording, conditioning, options, *found_here, work);
+    const Calibration& calibration = *found_here;
+    const Vector3d& arm = calibration.lever_arm;
+    if (calibration.fits() && arm.norm() > kFar && calibration.lever_arm_sigma.norm() < kSure * arm.norm()) {
+      found.push_back({LogFault::kLeverArm, receiver.log.file,
+                       fmt::format("the antenna seems to be {:.1f} m from the IMU", arm.norm()),
+                       "is that so? If not, the clocks or the axes do not fit"});
+    }
+    return found_here;
+  } catch (const Error&) {
+    return std::nullopt;  // no start: the logs are too short, or nothing moves
+  }
+}
+
+// What examining costs, in rows of an IMU that are filtered once: reading so many bytes of text and examining what they
+// say takes about as long, and the comparison of two logs as long as so many rows.
+constexpr double kBytes = 400, kComparing = 2e4;
+
+double cost_of_reading(const InspectedLog& log) {
+  if (log.log.content) return static_cast<double>(log.log.content->size()) / kBytes;
+  double bytes = 0;
+  for (const std::string& file : {log.log.file, log.log.accel_file, log.log.gravity_file}) {
+    std::error_code unreachable;
+    const auto size = file.empty() ? 0 : std::filesystem::file_size(file, unreachable);
+    if (!unreachable) bytes += static_cast<double>(size);
+  }
+  return bytes / kBytes;
+}
+
+double cost_of_examining(const std::vector<InspectedLog>& logs) {
+  double cost = kComparing;
+  for (const InspectedLog& log : logs) cost += cost_of_reading(log);
+  return cost;
+}
+
+// What will be calibrated after the logs are read, by the sizes of the files: rows of an IMU have some hundred bytes.
+double guessed_cost_of_calibrating(const std::vector<InspectedLog>& logs) {
+  constexpr double kRowBytes = 80, kRuns = 200;
+  double rows = 0;
+  bool receiver = false;
+  for (const InspectedLog& log : logs) {
+    if (log.is(LogKind::kImu) && rows == 0) rows = cost_of_reading(log) * kBytes / kRowBytes;
+    receiver = receiver || log.is(LogKind::kGnss);
+  }
+  return receiver ? kRuns * rows / static_cast<double>(all_cores()) : 0;
+}
+
+// Examines each log, and compares them.
+void examine_all(Inspection& inspection, const Work& work) {
+  std::vector<Suspicion>& found = inspection.suspicions;
+  std::vector<InspectedLog>& logs = inspection.logs;
+  for (InspectedLog& log : logs) {
+    work.step("reading", cost_of_reading(log));
+    examine(log, found);
+  }
+  bring_to_one_week(inspection);
+  work.step("comparing motions", kComparing);
+  const auto imu = inspection.first(LogKind::kImu), gnss = inspection.first(LogKind::kGnss);
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    for (std::size_t j = 0; j < logs.size(); ++j) {
+      if (logs[i].imu_health && logs[j].gnss_health && (i == imu || j == gnss)) {
+        const bool clock_known = inspection.imu_clock() != nullptr && i == imu;
+        LogMatch m = match(on_known_clock(inspection, i), logs[j].gnss, *logs[j].gnss_health,
+                           clock_known ? std::vector<Interval>{} : logs[i].imu_health->rest);
+        m.clock_told = clock_known;
+        append(found, suspicions(m, logs[i].log.file, logs[j].log.file));
+        inspection.matches.push_back({i, j, std::move(m)});
+      }
+      if (j <= i) continue;
+      if (logs[i].imu_health && logs[j].imu_health)
+        append(found, suspicions(match(logs[i].imu, logs[j].imu), logs[i].log.file, logs[j].log.file));
+      if (logs[i].gnss_health && logs[j].gnss_health && logs[i].left_out.empty()) {
+        const PairMatch m = match(logs[i].gnss, logs[j].gnss);
+        append(found, suspicions(m, logs[i].log.file, logs[j].log.file));
+        if (logs[j].left_out.empty()) logs[j].left_out = m.why_left_out(logs[i].log.file);
+      }
+    }
+  }
+  if (const LogMatch* m = inspection.first_match()) {
+    inspection.vehicle =
+        guess_vehicle(on_known_clock(inspection, *imu), logs[*gnss].gnss, *logs[*gnss].gnss_health, *m);
+  }
+  compare_attitudes(inspection, found);
+}
+
+// Gives the logs of guessed columns the units and axes that the motion asks for, where it refutes the guess. Returns
+// whether there were any. `refuted`: what is right by them.
+bool mend_columns(const Inspection& inspection, std::vector<InspectedLog>& logs, std::vector<Suspicion>& refuted) {
+  bool any = false;
+  const auto mend = [&](std::size_t log, const auto& by) {
+    LogFile& file = logs[log].log;
+    const auto columns = file.columns ? mended(*file.columns, by) : std::nullopt;
+    if (!columns) return;
+    any = true;
+    file.columns = columns;
+    for (const Suspicion& s : inspection.suspicions) {
+      if (s.file != file.file || !is_mended_by_columns(s.fault)) continue;
+      refuted.push_back({s.fault, s.file, s.what, "`columns` in the configuration reads it so; check it"});
+    }
+  };
+  for (const InspectedMatch& m : inspection.matches) {
+    if (m.imu == inspection.first(LogKind::kImu) && m.gnss == inspection.first(LogKind::kGnss)) {
+      mend(m.imu, m.match);
+      if (m.match.interchanged) mend(m.gnss, VelocityFit{.interchanged = true});
+    }
+  }
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    const auto& health = inspection.logs[i].gnss_health;
+    if (health && health->velocity) mend(i, *health->velocity);
+  }
+  return any;
+}
+
+// Files that are no log, which the first suspicions are of, do not matter where the logs of an IMU and of a receiver
+// are there: whole folders are given.
+void set_aside_unknown(Inspection& inspection, std::size_t count) {
+  if (!inspection.first(LogKind::kImu) || !inspection.first(LogKind::kGnss)) return;
+  for (std::size_t i = 0; i < count; ++i) {
+    Suspicion& s = inspection.suspicions[i];
+    if (s.fault != LogFault::kUnreadable) continue;
+    s.fault = LogFault::kNotUsed;
+    s.remedy = "it is left aside, as the others have an IMU and a receiver";
+  }
+}
+
+}  // namespace
+
+Inspection inspect(const std::vector<std::string>& files, const StageProgress& progress) {
+  return inspect(sources_of(files), progress);
+}
+
+Inspection inspect(const std::vector<LogSource>& sources, const StageProgress& progress) {
+  constexpr int kMostReadings = 3;  // units first: axes show where units are right
+  const Work work(progress);
+  std::vector<Suspicion> unknown, refuted;
+  std::vector<InspectedLog> recognised = recognise(sources, unknown);
+  const double guessed = guessed_cost_of_calibrating(recognised);
+  Inspection inspection;
+  for (int reading = 0; reading < kMostReadings; ++reading) {
+    inspection = {.logs = recognised, .matches = {}, .attitudes = {}, .suspicions = unknown};
+    work.expect(cost_of_examining(recognised) + guessed);
+    examine_all(inspection, work);
+    if (reading + 1 == kMostReadings || !mend_columns(inspection, recognised, refuted)) break;
+  }
+  std::vector<Suspicion>& found = inspection.suspicions;
+  set_aside_unknown(inspection, unknown.size());
+  rank(found);
+  std::vector<Suspicion> implausible;
+  const auto receivers = static_cast<double>(
+      std::ranges::count_if(inspection.logs, [&](const auto& log) { return may_calibrate(inspection, log); }));
+  double others = receivers - 1;
+  for (InspectedLog& log : inspection.logs) {
+    if (!may_calibrate(inspection, log)) continue;
+    log.calibration = try_calibration(inspection, log, implausible, work, std::max(0.0, others--) * guessed);
+  }
+  append(found, std::move(implausible));
+  look_for_clock(inspection, found);
+  append(found, std::move(refuted));
+  advise_as_written(inspection);
+  rank(found);
+  // The second time of a receiver's log that is none of the IMU's says nothing.
+  const ReceiverClock* const clock = inspection.imu_clock();
+  for (InspectedLog& log : inspection.logs) {
+    if (log.clock && &*log.clock != clock) log.clock.reset();
+  }
+  work.finish();
+  return inspection;
+}
+
+}  // namespace piste

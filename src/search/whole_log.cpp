@@ -1,0 +1,59 @@
+#include "search/whole_log.h"
+
+#include "piste/core/error.h"
+#include "piste/core/state_table.h"
+#include "search/calibration.h"
+
+namespace piste {
+namespace {
+
+FilterOptions told(const WholeLog& log, const Calibration& found) {
+  FilterOptions filter = log.options;
+  filter.sensor = found.sensor;
+  filter.vehicle = log.vehicle;
+  GnssOptions& gnss = filter.gnss.front();
+  if (found.tells_arm()) gnss.lever_arm = found.lever_arm;
+  gnss.drift = found.drift;
+  gnss.use_velocity = gnss.use_velocity && log.velocities;
+  filter.estimate = imu_error_blocks(found.sensor);
+  filter.estimate.push_back(Block::kLeverArm);
+  if (log.find_clock) filter.estimate.push_back(Block::kGnssDelay);
+  if (log.drifts) filter.estimate.push_back(Block::kClockDrift);
+  if (found.velocity_delay_sigma > 0 && gnss.use_velocity) {
+    gnss.velocity_delay = found.velocity_delay;
+    filter.estimate.push_back(Block::kVelocityDelay);
+  }
+  filter.priors = priors_after(found, filter.priors);
+  filter.estimate = with_implied_blocks(filter, filter.estimate);
+  return filter;
+}
+
+}  // namespace
+
+ReplayOptions WholeLog::replayed(const Calibration& found) const {
+  ReplayOptions all{.conditioning = conditioning,
+                    .filter = told(*this, found),
+                    .longest = WholeLog::kLongest,
+                    .smoother = SmootherKind::kNone,
+                    .history = false};
+  all.conditioning.imu.clock_offset = found.clock_offset;
+  all.conditioning.imu.clock_drift = found.clock_drift;
+  return all;
+}
+
+Recording WholeLog::scaled(const Calibration& found) const {
+  Recording all = recording;
+  scale_sigmas(all.gnss.front().fixes, found.sigma_scales);
+  return all;
+}
+
+std::optional<Solution> WholeLog::filtered(const Calibration& found) const {
+  try {
+    Solution run = replay(scaled(found), replayed(found)).filtered.solution;
+    if (!run.empty()) return run;
+  } catch (const Error&) {  // no start, or a filter that diverges
+  }
+  return std::nullopt;
+}
+
+}  // namespace piste
