@@ -71,6 +71,7 @@
 #include "piste/core/options.h"
 #include "piste/core/sensor.h"
 #include "piste/core/solution.h"
+#include "piste/core/version.h"
 
 // The steps of a run: simulate or read, inspect, condition, solve, analyse, write and show. And ensembles of runs,
 // compared with the truth.
@@ -78,6 +79,7 @@
 #include "piste/condition/rest_detection.h"
 #include "piste/condition/signal.h"
 #include "piste/configuration/replay_config.h"
+#include "piste/configuration/sensor_file.h"
 #include "piste/consistency/consistency.h"
 #include "piste/consistency/disputes.h"
 #include "piste/consistency/range_sums.h"

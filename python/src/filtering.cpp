@@ -14,8 +14,8 @@
 #include <type_traits>
 
 #include "bindings.h"
+#include "core/fix_faults.h"
 #include "piste/core/error.h"
-#include "piste/core/fix_faults.h"
 #include "piste/model/measurement_list.h"
 #include "piste/replay/replay.h"
 #include "piste/solve/live.h"

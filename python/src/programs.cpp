@@ -16,10 +16,10 @@
 
 #include "bindings.h"
 #include "interruptible.h"
+#include "math/gps_time.h"
 #include "piste/batch.h"
 #include "piste/configuration/sensor_file.h"
 #include "piste/core/version.h"
-#include "piste/math/gps_time.h"
 #include "piste/piste.h"
 #include "recordings.h"
 

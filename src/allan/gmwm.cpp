@@ -11,10 +11,10 @@
 #include <memory>
 #include <utility>
 
+#include "math/linear_algebra.h"
 #include "math/solve_least_squares.h"
 #include "piste/core/error.h"
 #include "piste/math/interruption.h"
-#include "piste/math/linear_algebra.h"
 #include "piste/math/statistics.h"
 
 namespace piste {

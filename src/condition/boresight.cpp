@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "piste/math/wahba.h"
+#include "math/wahba.h"
 
 namespace piste {
 namespace {

@@ -7,8 +7,8 @@
 #include <complex>
 #include <optional>
 
+#include "math/fourier.h"
 #include "piste/core/error.h"
-#include "piste/math/fourier.h"
 #include "piste/math/interruption.h"
 #include "piste/math/units.h"
 

@@ -5,7 +5,7 @@
 #include <limits>
 #include <string>
 
-#include "piste/math/linear_algebra.h"
+#include "math/linear_algebra.h"
 #include "piste/math/units.h"
 
 namespace piste {

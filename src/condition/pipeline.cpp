@@ -8,12 +8,12 @@
 
 #include "condition/first_fixes.h"
 #include "condition/several_imus.h"
+#include "core/time_search.h"
+#include "math/magnetic_field.h"
 #include "math/time.h"
 #include "piste/condition/rest_detection.h"
 #include "piste/core/error.h"
-#include "piste/core/time_search.h"
 #include "piste/math/interruption.h"
-#include "piste/math/magnetic_field.h"
 
 namespace piste {
 namespace {

@@ -7,7 +7,7 @@
 #include <span>
 #include <utility>
 
-#include "piste/core/time_search.h"
+#include "core/time_search.h"
 #include "piste/math/statistics.h"
 
 namespace piste {

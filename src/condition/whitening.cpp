@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "piste/math/linear_algebra.h"
+#include "math/linear_algebra.h"
 #include "piste/math/statistics.h"
 
 namespace piste {

@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/installed.h"
 #include "io/triad_units.h"
-#include "piste/core/installed.h"
 #include "piste/math/units.h"
 
 namespace piste {

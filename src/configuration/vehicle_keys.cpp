@@ -1,6 +1,6 @@
 #include "configuration/vehicle_keys.h"
 
-#include "piste/math/magnetic_field.h"
+#include "math/magnetic_field.h"
 
 namespace piste {
 namespace {

@@ -6,8 +6,8 @@
 #include <functional>
 #include <utility>
 
+#include "math/linear_algebra.h"
 #include "piste/core/error.h"
-#include "piste/math/linear_algebra.h"
 #include "sums.h"
 
 namespace piste {

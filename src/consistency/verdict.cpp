@@ -8,8 +8,8 @@
 #include <span>
 #include <utility>
 
+#include "core/time_search.h"
 #include "math/words.h"
-#include "piste/core/time_search.h"
 #include "piste/model/dual_heading.h"
 #include "piste/model/gnss.h"
 #include "piste/model/height.h"

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/recording.h"
 #include "math/time.h"
 #include "piste/core/error.h"
-#include "piste/core/recording.h"
 #include "piste/math/statistics.h"
 
 namespace piste {

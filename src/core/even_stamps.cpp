@@ -4,8 +4,8 @@
 #include <functional>
 #include <vector>
 
+#include "core/recording.h"
 #include "core/row_gaps.h"
-#include "piste/core/recording.h"
 #include "piste/math/statistics.h"
 
 namespace piste {

@@ -1,4 +1,4 @@
-#include "piste/core/fix_faults.h"
+#include "core/fix_faults.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "piste/core/receiver_class.h"
+#include "core/receiver_class.h"
 
 namespace piste {
 

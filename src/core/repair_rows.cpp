@@ -2,8 +2,8 @@
 #include <numeric>
 #include <vector>
 
+#include "core/recording.h"
 #include "core/taken_rows.h"
-#include "piste/core/recording.h"
 
 namespace piste {
 namespace {

@@ -1,4 +1,4 @@
-#include "piste/core/recording.h"
+#include "core/recording.h"
 
 namespace piste {
 namespace {

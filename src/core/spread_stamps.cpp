@@ -3,8 +3,8 @@
 #include <numeric>
 #include <vector>
 
+#include "core/recording.h"
 #include "core/taken_rows.h"
-#include "piste/core/recording.h"
 #include "piste/math/statistics.h"
 
 namespace piste {

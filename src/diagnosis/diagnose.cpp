@@ -10,12 +10,12 @@
 #include <type_traits>
 #include <utility>
 
+#include "core/recording.h"
+#include "core/time_search.h"
 #include "diagnosis/causes.h"
 #include "diagnosis/doubts.h"
 #include "diagnosis/granting.h"
 #include "diagnosis/unit_motion.h"
-#include "piste/core/recording.h"
-#include "piste/core/time_search.h"
 #include "piste/solve/initial_state.h"
 #include "piste/solve/run.h"
 #include "piste/tune/standing_heights.h"

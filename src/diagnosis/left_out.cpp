@@ -8,7 +8,7 @@
 #include <optional>
 #include <string_view>
 
-#include "piste/core/time_search.h"
+#include "core/time_search.h"
 #include "piste/math/statistics.h"
 #include "piste/math/units.h"
 

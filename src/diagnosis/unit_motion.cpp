@@ -10,11 +10,11 @@
 
 #include "diagnosis/unit_outputs.h"
 #include "diagnosis/unit_places.h"
+#include "math/wahba.h"
 #include "math/words.h"
 #include "piste/math/so3.h"
 #include "piste/math/statistics.h"
 #include "piste/math/units.h"
-#include "piste/math/wahba.h"
 
 namespace piste {
 namespace {

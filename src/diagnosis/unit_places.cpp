@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "piste/math/linear_algebra.h"
+#include "math/linear_algebra.h"
 #include "piste/math/so3.h"
 
 namespace piste {

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "fit/reference_errors.h"
+#include "math/linear_algebra.h"
 #include "piste/core/error.h"
 #include "piste/math/interruption.h"
-#include "piste/math/linear_algebra.h"
 #include "piste/model/imu_errors.h"
 
 namespace piste {

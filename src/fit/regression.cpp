@@ -8,9 +8,9 @@
 #include <cmath>
 #include <complex>
 
+#include "math/fourier.h"
+#include "math/linear_algebra.h"
 #include "piste/core/error.h"
-#include "piste/math/fourier.h"
-#include "piste/math/linear_algebra.h"
 #include "piste/math/statistics.h"
 
 namespace piste {

@@ -7,8 +7,8 @@
 #include <complex>
 #include <numbers>
 
+#include "math/fourier.h"
 #include "piste/core/error.h"
-#include "piste/math/fourier.h"
 
 namespace piste {
 

@@ -10,7 +10,7 @@
 #include "attitude_motion.h"
 #include "condition/boresight.h"
 #include "condition/coarse_offset.h"
-#include "piste/core/time_search.h"
+#include "core/time_search.h"
 #include "piste/math/statistics.h"
 #include "piste/math/units.h"
 #include "signed_permutations.h"

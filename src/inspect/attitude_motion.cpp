@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "core/row_gaps.h"
-#include "piste/core/time_search.h"
+#include "core/time_search.h"
 
 namespace piste {
 

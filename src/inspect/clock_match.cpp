@@ -6,7 +6,7 @@
 #include <cmath>
 #include <complex>
 
-#include "piste/math/fourier.h"
+#include "math/fourier.h"
 #include "piste/math/interruption.h"
 #include "piste/math/statistics.h"
 

@@ -9,10 +9,10 @@
 #include <utility>
 
 #include "configuration/replay_keys.h"
+#include "core/receiver_class.h"
 #include "io/path_from.h"
 #include "math/words.h"
 #include "piste/configuration/sensor_file.h"
-#include "piste/core/receiver_class.h"
 #include "piste/io/config.h"
 #include "piste/math/earth.h"
 #include "piste/math/units.h"

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "clock_match.h"
+#include "core/time_search.h"
 #include "motion_match.h"
-#include "piste/core/time_search.h"
 #include "piste/math/statistics.h"
 #include "rest_match.h"
 #include "velocity_fit.h"

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "math/wahba.h"
 #include "piste/math/earth.h"
-#include "piste/math/wahba.h"
 
 namespace piste {
 namespace {

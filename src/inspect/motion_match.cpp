@@ -5,12 +5,12 @@
 #include <cmath>
 #include <utility>
 
+#include "math/wahba.h"
 #include "motion_fit.h"
 #include "motion_windows.h"
 #include "piste/math/interruption.h"
 #include "piste/math/statistics.h"
 #include "piste/math/units.h"
-#include "piste/math/wahba.h"
 #include "signed_permutations.h"
 
 namespace piste {

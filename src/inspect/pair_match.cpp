@@ -8,7 +8,7 @@
 #include <set>
 #include <utility>
 
-#include "piste/core/time_search.h"
+#include "core/time_search.h"
 #include "piste/inspect/log_match.h"
 #include "piste/math/earth.h"
 #include "piste/math/statistics.h"

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "io/text_reader.h"
-#include "piste/math/gps_time.h"
+#include "math/gps_time.h"
 
 namespace piste::log_formats {
 

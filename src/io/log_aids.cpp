@@ -6,10 +6,10 @@
 #include <cmath>
 #include <string_view>
 
+#include "core/recording.h"
 #include "io/csv.h"
 #include "io/left_out_rows.h"
 #include "piste/core/error.h"
-#include "piste/core/recording.h"
 #include "piste/io/log_io.h"
 #include "piste/math/units.h"
 

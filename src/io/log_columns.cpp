@@ -8,10 +8,10 @@
 #include <numbers>
 #include <utility>
 
+#include "core/recording.h"
 #include "io/column_reader.h"
 #include "log_formats.h"
 #include "piste/core/error.h"
-#include "piste/core/recording.h"
 
 namespace piste::log_formats {
 namespace {

@@ -7,11 +7,11 @@
 #include <utility>
 #include <vector>
 
+#include "core/fix_faults.h"
+#include "core/recording.h"
 #include "io/left_out_rows.h"
 #include "log_formats.h"
 #include "piste/core/error.h"
-#include "piste/core/fix_faults.h"
-#include "piste/core/recording.h"
 #include "piste/math/statistics.h"
 #include "piste/math/units.h"
 

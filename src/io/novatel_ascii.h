@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "io/text_reader.h"
-#include "piste/math/gps_time.h"
+#include "math/gps_time.h"
 
 namespace piste::log_formats {
 

@@ -1,4 +1,4 @@
-#include "piste/math/fourier.h"
+#include "math/fourier.h"
 
 #include <unsupported/Eigen/FFT>
 

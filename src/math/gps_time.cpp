@@ -1,4 +1,4 @@
-#include "piste/math/gps_time.h"
+#include "math/gps_time.h"
 
 #include <algorithm>
 #include <array>

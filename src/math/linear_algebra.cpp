@@ -1,4 +1,4 @@
-#include "piste/math/linear_algebra.h"
+#include "math/linear_algebra.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>

@@ -1,4 +1,4 @@
-#include "piste/math/magnetic_field.h"
+#include "math/magnetic_field.h"
 
 #include <GeographicLib/Geocentric.hpp>
 #include <GeographicLib/SphericalHarmonic.hpp>

@@ -1,4 +1,4 @@
-#include "piste/math/wahba.h"
+#include "math/wahba.h"
 
 #include <Eigen/LU>
 #include <Eigen/SVD>

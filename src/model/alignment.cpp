@@ -1,4 +1,4 @@
-#include "piste/model/alignment.h"
+#include "model/alignment.h"
 
 #include <cmath>
 

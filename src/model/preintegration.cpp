@@ -1,4 +1,4 @@
-#include "piste/model/preintegration.h"
+#include "model/preintegration.h"
 
 #include <cstddef>
 

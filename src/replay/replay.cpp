@@ -10,9 +10,9 @@
 #include "piste/core/error.h"
 #include "piste/solve/attitude_noise.h"
 #include "piste/solve/look_back.h"
-#include "piste/solve/relinearise.h"
 #include "piste/solve/rts.h"
-#include "piste/solve/vehicle_mounting.h"
+#include "solve/relinearise.h"
+#include "solve/vehicle_mounting.h"
 
 namespace piste {
 namespace {

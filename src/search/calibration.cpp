@@ -7,10 +7,10 @@
 #include <mutex>
 #include <utility>
 
+#include "core/recording.h"
 #include "math/parallel.h"
 #include "piste/condition/pipeline.h"
 #include "piste/core/error.h"
-#include "piste/core/recording.h"
 #include "piste/core/state_table.h"
 #include "piste/math/statistics.h"
 #include "piste/solve/start.h"

@@ -5,10 +5,10 @@
 #include <limits>
 #include <optional>
 
+#include "core/receiver_class.h"
+#include "core/recording.h"
 #include "io/left_out_rows.h"
 #include "piste/core/error.h"
-#include "piste/core/receiver_class.h"
-#include "piste/core/recording.h"
 #include "piste/io/log_io.h"
 #include "piste/math/statistics.h"
 #include "piste/math/units.h"

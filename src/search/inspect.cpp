@@ -9,10 +9,10 @@
 #include <thread>
 #include <utility>
 
+#include "core/time_search.h"
 #include "inspect/column_mending.h"
 #include "math/time.h"
 #include "piste/core/error.h"
-#include "piste/core/time_search.h"
 #include "piste/math/statistics.h"
 #include "search/calibration.h"
 #include "search/contradiction.h"

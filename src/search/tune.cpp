@@ -6,7 +6,7 @@
 #include "piste/inspect/imu_health.h"
 #include "piste/solve/attitude_noise.h"
 #include "piste/solve/start.h"
-#include "piste/solve/vehicle_mounting.h"
+#include "solve/vehicle_mounting.h"
 
 namespace piste {
 

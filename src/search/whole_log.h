@@ -3,8 +3,8 @@
 
 #include <optional>
 
+#include "core/recording.h"
 #include "piste/core/options.h"
-#include "piste/core/recording.h"
 #include "piste/inspect/inspection.h"
 #include "piste/replay/replay.h"
 

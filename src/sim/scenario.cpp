@@ -5,10 +5,10 @@
 #include <set>
 
 #include "configuration/vehicle_keys.h"
+#include "math/magnetic_field.h"
 #include "piste/configuration/sensor_file.h"
 #include "piste/core/error.h"
 #include "piste/io/config.h"
-#include "piste/math/magnetic_field.h"
 #include "piste/math/units.h"
 #include "sim/names.h"
 

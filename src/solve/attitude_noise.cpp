@@ -8,7 +8,7 @@
 #include "own_times.h"
 #include "piste/core/state_table.h"
 #include "piste/math/statistics.h"
-#include "piste/solve/mounting.h"
+#include "solve/mounting.h"
 #include "stretch.h"
 
 namespace piste {

@@ -3,10 +3,10 @@
 #include <cmath>
 #include <optional>
 
+#include "core/time_search.h"
 #include "feeder.h"
 #include "made_fixes.h"
 #include "math/parallel.h"
-#include "piste/core/time_search.h"
 #include "piste/model/imu_errors.h"
 #include "piste/model/rate_regression.h"
 #include "piste/model/unit_scales.h"

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "batch_layout.h"
+#include "model/preintegration.h"
 #include "piste/model/measurement_list.h"
-#include "piste/model/preintegration.h"
 #include "piste/solve/fix_queue.h"
 #include "piste/solve/initial_state.h"
 #include "piste/solve/reference.h"

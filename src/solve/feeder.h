@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "piste/core/time_search.h"
+#include "core/time_search.h"
 #include "piste/math/interruption.h"
 #include "piste/solve/run.h"
 

@@ -10,7 +10,7 @@
 #include "made_fixes.h"
 #include "piste/core/error.h"
 #include "piste/math/statistics.h"
-#include "piste/solve/readmission.h"
+#include "solve/readmission.h"
 
 namespace piste {
 namespace {

@@ -1,4 +1,4 @@
-#include "piste/solve/heading_bank.h"
+#include "solve/heading_bank.h"
 
 #include <algorithm>
 #include <cmath>

@@ -9,10 +9,10 @@
 #include <utility>
 #include <vector>
 
+#include "core/fix_faults.h"
+#include "core/time_search.h"
 #include "piste/core/error.h"
-#include "piste/core/fix_faults.h"
-#include "piste/core/time_search.h"
-#include "piste/solve/heading_bank.h"
+#include "solve/heading_bank.h"
 #include "start_motion.h"
 
 namespace piste {

@@ -1,4 +1,4 @@
-#include "piste/solve/mounting.h"
+#include "solve/mounting.h"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>

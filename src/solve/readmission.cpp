@@ -1,4 +1,4 @@
-#include "piste/solve/readmission.h"
+#include "solve/readmission.h"
 
 #include <algorithm>
 #include <optional>

@@ -1,9 +1,9 @@
-#include "piste/solve/relinearise.h"
+#include "solve/relinearise.h"
 
 #include <memory>
 #include <utility>
 
-#include "piste/core/time_search.h"
+#include "core/time_search.h"
 #include "piste/solve/rts.h"
 
 namespace piste {

@@ -3,7 +3,7 @@
 #include <numbers>
 
 #include "piste/core/error.h"
-#include "piste/solve/vehicle_mounting.h"
+#include "solve/vehicle_mounting.h"
 #include "start_heading.h"
 #include "start_motion.h"
 #include "start_place.h"

@@ -7,12 +7,12 @@
 #include <numbers>
 #include <string_view>
 
+#include "core/time_search.h"
+#include "model/alignment.h"
 #include "own_times.h"
 #include "piste/core/error.h"
-#include "piste/core/time_search.h"
-#include "piste/model/alignment.h"
 #include "piste/model/magnetometer.h"
-#include "piste/solve/mounting.h"
+#include "solve/mounting.h"
 
 namespace piste {
 namespace {

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "feeder.h"
+#include "model/alignment.h"
 #include "piste/core/error.h"
-#include "piste/model/alignment.h"
-#include "piste/solve/heading_bank.h"
 #include "piste/solve/rts.h"
+#include "solve/heading_bank.h"
 #include "stretch.h"
 
 namespace piste {

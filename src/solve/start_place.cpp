@@ -5,10 +5,10 @@
 #include <span>
 
 #include "first_motion.h"
+#include "model/alignment.h"
 #include "own_times.h"
 #include "piste/core/error.h"
 #include "piste/math/units.h"
-#include "piste/model/alignment.h"
 #include "start_rest.h"
 #include "stretch.h"
 

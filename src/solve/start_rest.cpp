@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "piste/core/time_search.h"
+#include "core/time_search.h"
 
 namespace piste {
 

@@ -1,8 +1,8 @@
 #pragma once
 // The rotation of the body by the gyroscopes over a stretch of a log.
 
+#include "core/time_search.h"
 #include "piste/core/log.h"
-#include "piste/core/time_search.h"
 
 namespace piste {
 

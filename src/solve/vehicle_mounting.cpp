@@ -1,4 +1,4 @@
-#include "piste/solve/vehicle_mounting.h"
+#include "solve/vehicle_mounting.h"
 
 #include <algorithm>
 #include <cmath>

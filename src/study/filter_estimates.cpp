@@ -8,8 +8,8 @@
 
 #include "piste/core/error.h"
 #include "piste/replay/replay.h"
-#include "piste/solve/relinearise.h"
 #include "piste/solve/rts.h"
+#include "solve/relinearise.h"
 
 namespace piste {
 namespace {

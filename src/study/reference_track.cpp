@@ -2,7 +2,7 @@
 
 #include <iterator>
 
-#include "piste/core/time_search.h"
+#include "core/time_search.h"
 
 namespace piste {
 

@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
+#include "core/recording.h"
 #include "piste/condition/alignment.h"
 #include "piste/core/aligned.h"
 #include "piste/core/log.h"
 #include "piste/core/options.h"
-#include "piste/core/recording.h"
 #include "piste/model/known_errors.h"
 #include "piste/study/navigation_score.h"
 #include "piste/study/study_config.h"

@@ -14,8 +14,8 @@
 #include "piste/solve/attitude_noise.h"
 #include "piste/solve/fix_queue.h"
 #include "piste/solve/look_back.h"
-#include "piste/solve/relinearise.h"
 #include "piste/solve/rts.h"
+#include "solve/relinearise.h"
 #include "trial/true_estimate.h"
 
 namespace piste {

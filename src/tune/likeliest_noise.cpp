@@ -10,7 +10,7 @@
 #include <string_view>
 #include <utility>
 
-#include "piste/math/linear_algebra.h"
+#include "math/linear_algebra.h"
 #include "piste/math/statistics.h"
 #include "tune/noise_search.h"
 #include "tune/stated_errors.h"

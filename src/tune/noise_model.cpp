@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/recording.h"
 #include "io/triad_units.h"
-#include "piste/core/recording.h"
 #include "piste/core/state_table.h"
 #include "piste/math/statistics.h"
 #include "piste/math/units.h"

@@ -7,9 +7,9 @@
 #include <optional>
 #include <utility>
 
+#include "math/linear_algebra.h"
 #include "math/parallel.h"
 #include "piste/core/error.h"
-#include "piste/math/linear_algebra.h"
 #include "tune/held_delays.h"
 #include "tune/spoilt_fixes.h"
 

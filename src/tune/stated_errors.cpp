@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "piste/core/receiver_class.h"
+#include "core/receiver_class.h"
 
 namespace piste {
 namespace {

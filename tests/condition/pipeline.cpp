@@ -6,10 +6,10 @@
 #include <limits>
 #include <numbers>
 
+#include "math/magnetic_field.h"
 #include "piste/condition/rest_detection.h"
 #include "piste/core/error.h"
 #include "piste/io/log_io.h"
-#include "piste/math/magnetic_field.h"
 #include "piste/math/units.h"
 #include "support/datasets.h"
 #include "support/text_file.h"

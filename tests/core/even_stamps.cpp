@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "piste/core/recording.h"
+#include "core/recording.h"
 #include "support/random.h"
 
 namespace piste {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "piste/core/recording.h"
+#include "core/recording.h"
 
 namespace piste {
 namespace {

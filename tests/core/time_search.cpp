@@ -1,4 +1,4 @@
-#include "piste/core/time_search.h"
+#include "core/time_search.h"
 
 #include <gtest/gtest.h>
 

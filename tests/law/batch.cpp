@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "piste/solve/relinearise.h"
+#include "solve/relinearise.h"
 #include "support/synthetic_log.h"
 
 namespace piste {

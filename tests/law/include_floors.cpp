@@ -7,6 +7,7 @@
 #include <fstream>
 #include <map>
 #include <regex>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -77,6 +78,28 @@ TEST(IncludeFloors, TheHouseIsAsItsPageSays) {
     told[(*match)[2]] = std::stoi((*match)[1]);
   }
   EXPECT_EQ(told, kFloors);
+}
+
+// What is installed is what a user calls: the front doors, and what they include. The rest stands in src.
+TEST(IncludeFloors, EveryPublicHeaderIsReachedFromAFrontDoor) {
+  static const std::regex include(R"re(^#include "(piste/[a-z_0-9/]+\.h)")re", std::regex::multiline);
+  const fs::path root = fs::path(piste::test::source_folder()) / "include";
+  std::set<std::string> reached;
+  std::vector<std::string> next{"piste/piste.h", "piste/batch.h"};
+  while (!next.empty()) {
+    const std::string header = next.back();
+    next.pop_back();
+    if (!reached.insert(header).second) continue;
+    const std::string text = read(root / header);
+    for (std::sregex_iterator match(text.begin(), text.end(), include), end; match != end; ++match) {
+      next.push_back((*match)[1]);
+    }
+  }
+  for (const auto& entry : fs::recursive_directory_iterator(root)) {
+    if (entry.path().extension() != ".h") continue;
+    const std::string header = fs::relative(entry.path(), root).generic_string();
+    EXPECT_TRUE(reached.contains(header)) << header << " is included by no front door: it belongs into src";
+  }
 }
 
 // A room that grows beyond this holds more than one thing.

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "piste/math/linear_algebra.h"
+#include "math/linear_algebra.h"
 #include "piste/solve/rts.h"
 #include "support/synthetic_log.h"
 

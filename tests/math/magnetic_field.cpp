@@ -1,7 +1,7 @@
 // The World Magnetic Model at the places and times of its published test values, as the package of its authors gives
 // them (wmm-calculator 1.4.4).
 
-#include "piste/math/magnetic_field.h"
+#include "math/magnetic_field.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "piste/math/wahba.h"
+#include "math/wahba.h"
 
 #include <gtest/gtest.h>
 

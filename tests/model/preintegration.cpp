@@ -1,6 +1,6 @@
 // Preintegration against the strapdown mechanization, and its derivatives against differences.
 
-#include "piste/model/preintegration.h"
+#include "model/preintegration.h"
 
 #include <gtest/gtest.h>
 

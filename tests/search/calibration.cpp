@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "piste/core/recording.h"
+#include "core/recording.h"
 #include "piste/math/statistics.h"
 #include "support/simulated_case.h"
 #include "support/thorough.h"

@@ -5,9 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include "math/magnetic_field.h"
 #include "piste/io/config.h"
 #include "piste/io/log_io.h"
-#include "piste/math/magnetic_field.h"
 #include "piste/math/units.h"
 #include "piste/sim/simulation.h"
 #include "support/places.h"

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <vector>
 
-#include "piste/solve/relinearise.h"
+#include "solve/relinearise.h"
 #include "support/synthetic_log.h"
 
 namespace piste {

@@ -1,6 +1,6 @@
 // How an IMU sits against a reference attitude, from a motion that is known exactly.
 
-#include "piste/solve/mounting.h"
+#include "solve/mounting.h"
 
 #include <gtest/gtest.h>
 

@@ -4,9 +4,9 @@
 
 #include "piste/solve/initial_state.h"
 #include "piste/solve/propagation.h"
-#include "piste/solve/readmission.h"
 #include "piste/solve/rest_updates.h"
 #include "piste/solve/sample_noise.h"
+#include "solve/readmission.h"
 #include "support/blocks.h"
 #include "support/random.h"
 #include "support/synthetic_log.h"

@@ -1,6 +1,6 @@
 // A run linearised about its own smoothed trajectory: the motion between two estimates, and where it stands still.
 
-#include "piste/solve/relinearise.h"
+#include "solve/relinearise.h"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "piste/math/linear_algebra.h"
+#include "math/linear_algebra.h"
 #include "support/blocks.h"
 #include "support/random.h"
 

@@ -10,9 +10,9 @@
 #include <map>
 #include <random>
 
+#include "core/recording.h"
+#include "math/linear_algebra.h"
 #include "piste/core/error.h"
-#include "piste/core/recording.h"
-#include "piste/math/linear_algebra.h"
 #include "piste/math/statistics.h"
 #include "support/simulated_case.h"
 #include "support/thorough.h"
