@@ -43,10 +43,10 @@ std::string_view bare(std::string_view field) {
 }
 
 bool is_unit(std::string_view text) {
-  const std::array kMeasured{dimension::kTime,         dimension::kLength,       dimension::kVelocity,
-                             dimension::kAcceleration, dimension::kAngle,        dimension::kAngularRate,
-                             dimension::kTemperature,  dimension::kMagneticField};
-  return std::any_of(kMeasured.begin(), kMeasured.end(), [&](const Dimension& d) { return measures(text, d); });
+  const std::array measured{dimension::kTime,         dimension::kLength,       dimension::kVelocity,
+                            dimension::kAcceleration, dimension::kAngle,        dimension::kAngularRate,
+                            dimension::kTemperature,  dimension::kMagneticField};
+  return std::any_of(measured.begin(), measured.end(), [&](const Dimension& d) { return measures(text, d); });
 }
 
 bool are_units(const std::vector<std::string_view>& fields) {
