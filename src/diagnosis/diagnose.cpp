@@ -50,8 +50,8 @@ Start tried_from(const Log& log, const FilterOptions& options, const Start& star
   Start from = start;
   if (departs - start.time > 2 * kRest) {
     Filter filter(options, log.world, start);
-    LogPlace place = place_at(log, start.time, {.end = departs - kRest});
-    for (Feeder feeder(log, place, filter); !feeder.done(); filter.clear_innovations()) feeder.step();
+    Feeder feeder(log, place_at(log, start.time, {.end = departs - kRest}), filter);
+    for (; !feeder.done(); filter.clear_innovations()) feeder.step();
     from = {filter.time(), filter.estimate(), filter.covariance()};
   }
   from.covariance = from.covariance.topLeftCorner(9, 9).eval();

@@ -26,10 +26,10 @@ class BackwardPass {
 
   explicit BackwardPass(const FilterRun& run, bool covariance = true)
       : run_(run),
-        layout_(run.begin->filter.layout()),
+        layout_(run.begin->layout()),
         covariance_(covariance),
-        steps_(layout_, run.begin->filter.options(), run.begin->filter.world().earth_rate()),
-        about_reference_(run.begin->filter.has_reference()),
+        steps_(layout_, run.begin->options(), run.begin->world().earth_rate()),
+        about_reference_(run.begin->has_reference()),
         parts_(layout_) {
     lambda_.setZero(layout_.size());
     Lambda_.setZero(layout_.size(), layout_.size());

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "core/time_search.h"
@@ -11,7 +12,14 @@
 
 namespace piste {
 
-/// The place in a log from which a filter that starts at `time` is fed.
+/// A place in a log: which sample, and which fix of each sensor, comes next.
+struct LogPlace {
+  std::size_t imu = 0, imu_end = 0;  ///< next sample, and the end of the samples
+  std::vector<std::size_t> fixes;    ///< next fix of each sensor, type by type in the order of the measurement list
+  double rest_step = 0;              ///< as in LogPart
+};
+
+/// That from which a filter that starts at `time` is fed.
 inline LogPlace place_at(const Log& log, double time, const LogPart& part) {
   const auto first_from = [](const auto& samples, double t) {
     return static_cast<std::size_t>(first_at_or_after(samples, t) - samples.begin());
@@ -25,12 +33,14 @@ inline LogPlace place_at(const Log& log, double time, const LogPart& part) {
 
 /// Feeds one IMU sample a call, or of a rest as many as are taken together. Fixes up to the time of the sample, and as
 /// far beyond it as their delays reach, come before it. `Sink` has add() for samples and for fixes, and look_ahead(),
-/// as Filter has.
+/// as Filter has. Of the first sample, what lies before `fed` was fed already, and is cut.
 template <class Sink>
 class Feeder {
  public:
-  Feeder(const Log& log, LogPlace& place, Sink& sink) : log_(log), place_(place), sink_(sink) {}
+  Feeder(const Log& log, LogPlace from, Sink& sink, double fed = -1e300)
+      : log_(log), place_(std::move(from)), sink_(sink), fed_(fed) {}
 
+  const LogPlace& place() const { return place_; }
   bool done() const { return place_.imu >= place_.imu_end; }
 
   /// Returns true when an epoch was completed. @pre not done()
@@ -51,6 +61,14 @@ class Feeder {
  private:
   const ImuSample& next() {
     const ImuSample& first = log_.imu[place_.imu++];
+    const double part = (first.time - std::exchange(fed_, -1e300)) / first.interval;
+    if (part < 1 - kSameInstant) {
+      together_ = first;
+      together_.interval *= part;
+      together_.dtheta *= part;
+      together_.dvel *= part;
+      return together_;
+    }
     if (place_.rest_step <= 0 || !stands(first)) return first;
     together_ = first;
     for (; place_.imu < place_.imu_end; ++place_.imu) {
@@ -76,8 +94,9 @@ class Feeder {
   }
 
   const Log& log_;
-  LogPlace& place_;
+  LogPlace place_;
   Sink& sink_;
+  double fed_;
   ImuSample together_;
 };
 

@@ -134,7 +134,8 @@ ErrorStep History::step(const Chunk& chunk, const Event& event) const {
 
 void History::add_correction(const Update& u) { add_update(u, false); }
 
-void History::add_correction(const Update& u, const Estimate& x, const Vector3d& down, bool stands) {
+void History::add_correction(const Update& u, const ResetJacobian& /*reset*/, const Estimate& x, const Vector3d& down,
+                             bool stands) {
   add_update(u, true);
   std::vector<double>& out = now_.values;
   put_values(out, x.q_wb.coeffs());

@@ -11,6 +11,7 @@
 
 #include "core/fix_faults.h"
 #include "core/time_search.h"
+#include "feeder.h"
 #include "piste/core/error.h"
 #include "solve/heading_bank.h"
 #include "start_motion.h"
@@ -185,32 +186,19 @@ class Live::Session {
   // cut.
   template <class Sink>
   double feed(Sink& sink, std::vector<double>& given, double until) const {
-    double last = fed_;
-    std::vector<std::size_t> next(log_.gnss.size());
-    for (std::size_t i = 0; i < next.size(); ++i) {
-      next[i] =
-          static_cast<std::size_t>(first_at_or_after(log_.gnss[i], given[i] + kSameInstant) - log_.gnss[i].begin());
+    LogPlace place = place_at(log_, fed_, {.end = std::nextafter(until, 1e300)});
+    for (std::size_t i = 0; i < given.size(); ++i) {
+      const auto& fixes = log_.gnss[i];
+      place.fixes[i] = static_cast<std::size_t>(first_at_or_after(fixes, given[i] + kSameInstant) - fixes.begin());
     }
-    for (auto sample = first_at_or_after(log_.imu, fed_ + kSameInstant); sample != log_.imu.end(); ++sample) {
-      if (sample->time > until) break;
-      for (std::size_t i = 0; i < next.size(); ++i) {
-        const auto& fixes = log_.gnss[i];
-        for (; next[i] < fixes.size() && fixes[next[i]].time <= sample->time + sink.look_ahead(); ++next[i]) {
-          sink.add(static_cast<int>(i), fixes[next[i]]);
-          given[i] = fixes[next[i]].time;
-        }
-      }
-      ImuSample cut = *sample;
-      const double part = (sample->time - last) / sample->interval;
-      if (part < 1 - kSameInstant) {
-        cut.interval *= part;
-        cut.dtheta *= part;
-        cut.dvel *= part;
-      }
-      sink.add(cut);
-      last = sample->time;
+    Feeder feeder(log_, place, sink, fed_);
+    while (!feeder.done()) feeder.step();
+    for (std::size_t i = 0; i < given.size(); ++i) {
+      const std::size_t next = feeder.place().fixes[i];
+      if (next > place.fixes[i]) given[i] = log_.gnss[i][next - 1].time;
     }
-    return last;
+    const std::size_t next = feeder.place().imu;
+    return next > place.imu ? log_.imu[next - 1].time : fed_;
   }
 
   // Feeds the rows since the last pass, which are not conditioned yet. None counts as rest, as that takes a second to

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "feeder.h"
+#include "filter_walk.h"
 
 namespace piste {
 namespace {
@@ -24,65 +25,58 @@ FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& 
                      const std::filesystem::path& scratch) {
   FilterRun run;
   run.history = History(scratch);
-  Checkpoint c{Filter(options, log.world, start, reference), place_at(log, start.time, part)};
-  const std::size_t begin = c.place.imu, end = c.place.imu_end;
+  Filter filter(options, log.world, start, reference);
+  const LogPlace place = place_at(log, start.time, part);
+  const std::size_t begin = place.imu, end = place.imu_end;
   const bool goes_on = reference && end > begin && reference->last_time() < log.imu[end - 1].time - kSameInstant,
              has_rows = !reference || goes_on;
-  run.solution = Solution(c.filter.layout(), log.world);
-  run.solution.sources = c.filter.sources();
+  run.solution = Solution(filter.layout(), log.world);
+  run.solution.sources = filter.sources();
   run.solution.fixed = start.x;
-  run.solution.adapted.names = c.filter.adaptation().names();
+  run.solution.adapted.names = filter.adaptation().names();
   const std::size_t all = end - std::min(begin, end);
   if (has_rows) run.solution.reserve(rows ? std::min(all, kRowsAtOnce) : all);
   const auto give_rows = [&](std::size_t least) {
     const std::size_t count = run.solution.size();
     if (!rows || count < std::max<std::size_t>(least, 1)) return;
-    rows(run.solution, c.row - count);
+    rows(run.solution, run.epochs - count);
     run.solution.resize(0);
   };
-  Feeder feeder(log, c.place, c.filter);
   const auto take_epoch = [&] {
     Solution& s = run.solution;
     if (has_rows) {
-      s.append(c.filter.time(), c.filter.estimate(),
-               sigmas_of(log.world, c.filter.estimate(), c.filter.layout(), c.filter.covariance()));
+      s.append(filter.time(), filter.estimate(),
+               sigmas_of(log.world, filter.estimate(), filter.layout(), filter.covariance()));
     }
-    note_adapted(c.filter, s.adapted);
-    s.innovations.insert(s.innovations.end(), c.filter.innovations().begin(), c.filter.innovations().end());
-    c.filter.clear_innovations();
-    ++c.row;
+    note_adapted(filter, s.adapted);
+    s.innovations.insert(s.innovations.end(), filter.innovations().begin(), filter.innovations().end());
+    filter.clear_innovations();
+    ++run.epochs;
     give_rows(kRowsAtOnce);
   };
-  if (keep == Keep::kHistory) {
-    run.begin = c;
-    c.filter.record(&run.history, rows || !has_rows);
-  }
-  while (!feeder.done()) {
-    if (!feeder.step()) continue;
-    take_epoch();
-    if (progress && c.row % 1000 == 0) progress(static_cast<double>(c.place.imu) / static_cast<double>(end));
-  }
-  if (c.filter.finish()) take_epoch();
-  give_rows(1);
-  if (keep == Keep::kHistory) run.history.finish(c.filter.state());
-  run.epochs = c.row;
-  run.solution.gnss_late = c.filter.late();
-  return run;
-}
-
-void rerun(const Log& log, const Checkpoint& from, std::size_t end_row, Tape& tape) {
-  Checkpoint c = from;
-  c.filter.record(&tape);
-  Feeder feeder(log, c.place, c.filter);
-  while (c.row < end_row) {
-    const bool epoch = feeder.done() ? c.filter.finish() : feeder.step();
-    if (epoch) {
-      c.filter.clear_innovations();
-      ++c.row;
-    } else if (feeder.done()) {
-      break;
+  const auto filter_all = [&](auto& walk) {
+    Feeder feeder(log, place, walk);
+    while (!feeder.done()) {
+      if (!feeder.step()) continue;
+      take_epoch();
+      if (progress && run.epochs % 1000 == 0) {
+        progress(static_cast<double>(feeder.place().imu) / static_cast<double>(end));
+      }
     }
+    if (walk.finish()) take_epoch();
+    give_rows(1);
+  };
+  if (keep == Keep::kHistory) {
+    run.begin = filter;
+    run.history.begin(filter.state(), filter.layout(), filter.has_reference(), rows || !has_rows);
+    FilterWalk recorded(filter, run.history);
+    filter_all(recorded);
+    run.history.finish(filter.state());
+  } else {
+    filter_all(filter);
   }
+  run.solution.gnss_late = filter.late();
+  return run;
 }
 
 }  // namespace piste

@@ -73,8 +73,8 @@ struct FoundHeading {
 
 FoundHeading ask_the_bank(const Log& log, const FilterOptions& options, const std::vector<Start>& hypotheses) {
   HeadingBank bank(options, log.world, hypotheses);
-  LogPlace place = place_at(log, hypotheses.front().time, {.rest_step = options.behaviour.start.rest_step});
-  Feeder feeder(log, place, bank);
+  const LogPart part{.rest_step = options.behaviour.start.rest_step};
+  Feeder feeder(log, place_at(log, hypotheses.front().time, part), bank);
   while (!feeder.done() && !bank.resolved()) feeder.step();
   FoundHeading found{.start = hypotheses[bank.best_start()], .until = bank.best().time(), .resolved = bank.resolved()};
   const double tilt = options.behaviour.start.tilt_sigma;
@@ -89,7 +89,7 @@ FoundHeading refined(const Log& log, const FilterOptions& options, FoundHeading 
                                    {.end = found.until + o.look_back, .rest_step = o.rest_step});
   SmoothedState smoothed;
   smooth_rows(
-      run, {}, [](std::size_t, const Tape::Epoch&, const SmoothedState&) {}, &smoothed);
+      run, {}, [](std::size_t, const FilterState&, const SmoothedState&) {}, &smoothed);
   const Vector3d before = attitude_sigma(log.world, found.start);
   const Vector3d after = o.loose * attitude_sigma(log.world, {found.start.time, smoothed.x, smoothed.P});
   found.start.x.q_wb = smoothed.x.q_wb;

@@ -54,8 +54,7 @@ std::optional<VehicleMounting> find_vehicle_mounting(const Log& log, const Filte
   Start plain = start;
   plain.covariance = plain.covariance.topLeftCorner(9, 9).eval();
   Filter filter(without_vehicle(options), log.world, plain);
-  LogPlace place = place_at(log, start.time, {});
-  Feeder feeder(log, place, filter);
+  Feeder feeder(log, place_at(log, start.time, {}), filter);
   Direction d;
   double next = start.time;
   while (!feeder.done() && !(d.time >= kEnough && d.sigma() < kSlip)) {

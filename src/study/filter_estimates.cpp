@@ -157,11 +157,11 @@ std::vector<MethodEstimate> filter_estimates(const FilterCase& of, std::vector<s
       const Solution& solution = run.filtered.solution;
       Mean filtered(solution.layout()), smoothed(solution.layout());
       const std::vector<std::size_t> rows = rows_of(solution, of.run);
-      smooth_rows(run.filtered, rows, [&](std::size_t, const Tape::Epoch& before, const SmoothedState&) {
+      smooth_rows(run.filtered, rows, [&](std::size_t, const FilterState& before, const SmoothedState&) {
         filtered.add(before.x, before.P);
       });
       smooth_rows(relinearised(run.log, run.options, run.found, run.filtered), rows,
-                  [&](std::size_t, const Tape::Epoch&, const SmoothedState& after) { smoothed.add(after.x, after.P); });
+                  [&](std::size_t, const FilterState&, const SmoothedState& after) { smoothed.add(after.x, after.P); });
       out.push_back(filtered.of(model.filtered));
       out.push_back(smoothed.of(model.smoothed));
     } catch (const DataError& e) {

@@ -259,7 +259,7 @@ void visit_rows(const FilterRun& run, const std::map<std::size_t, int>& epochs, 
   std::vector<std::size_t> rows;
   rows.reserve(epochs.size());
   for (const auto& [row, epoch] : epochs) rows.push_back(row);
-  smooth_rows(run, rows, [&](std::size_t row, const Tape::Epoch& filtered, const SmoothedState& smoothed) {
+  smooth_rows(run, rows, [&](std::size_t row, const FilterState& filtered, const SmoothedState& smoothed) {
     visit(epochs.at(row), filtered, smoothed);
   });
 }
@@ -316,7 +316,7 @@ std::map<int, Bound> bound_of(const Scenario& scenario, const Simulation& real, 
     const Covariance T = ordinary(log.world, layout, x);
     return (T * P * T.transpose()).diagonal();
   };
-  visit_rows(perfect_run, rows, [&](int epoch, const Tape::Epoch& filtered, const SmoothedState& smoothed) {
+  visit_rows(perfect_run, rows, [&](int epoch, const FilterState& filtered, const SmoothedState& smoothed) {
     out[epoch] = {variance(filtered.x, filtered.P), variance(filtered.x, smoothed.P)};
   });
   if (!run.found.aligned) return out;
@@ -324,7 +324,7 @@ std::map<int, Bound> bound_of(const Scenario& scenario, const Simulation& real, 
   const FilterRun beginning =
       run_filter(log, options, from, Keep::kHistory, {}, {.end = *run.found.aligned + kSameInstant});
   visit_rows(beginning, first_rows(rows, beginning.epochs),
-             [&](int epoch, const Tape::Epoch& filtered, const SmoothedState& smoothed) {
+             [&](int epoch, const FilterState& filtered, const SmoothedState& smoothed) {
                out[epoch].filtered = variance(filtered.x, smoothed.P);
              });
   return out;
@@ -390,12 +390,12 @@ ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed, const BatchS
   const std::map<std::size_t, int> first = rows_of(back.rows, filtered, first_rows(rows, replaced)),
                                    later(rows.lower_bound(replaced), rows.end());
   if (!later.empty()) {
-    visit_rows(run.filtered, later, [&](int epoch, const Tape::Epoch& before, const SmoothedState&) {
+    visit_rows(run.filtered, later, [&](int epoch, const FilterState& before, const SmoothedState&) {
       out.filtered.push_back(sample(epoch, before.time, before.x, before.P, bound.at(epoch).filtered));
     });
   }
   if (!first.empty()) {
-    visit_rows(back.run, first, [&](int epoch, const Tape::Epoch& before, const SmoothedState& smoothed) {
+    visit_rows(back.run, first, [&](int epoch, const FilterState& before, const SmoothedState& smoothed) {
       out.filtered.push_back(sample(epoch, before.time, smoothed.x, smoothed.P, bound.at(epoch).filtered));
     });
   }
@@ -412,7 +412,7 @@ ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed, const BatchS
     return out;
   }
   const FilterRun again = relinearised(run.log, run.options, run.found, run.filtered);
-  visit_rows(again, rows, [&](int epoch, const Tape::Epoch& before, const SmoothedState& smoothed) {
+  visit_rows(again, rows, [&](int epoch, const FilterState& before, const SmoothedState& smoothed) {
     out.smoothed.push_back(sample(epoch, before.time, smoothed.x, smoothed.P, bound.at(epoch).smoothed));
   });
   return out;

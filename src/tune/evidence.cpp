@@ -75,8 +75,7 @@ Evidence filter_again(const Log& log, const FilterOptions& options, const Start&
   Evidence found;
   try {
     Filter filter(options, log.world, start);
-    LogPlace place = place_at(log, start.time, {.end = end});
-    Feeder feeder(log, place, filter);
+    Feeder feeder(log, place_at(log, start.time, {.end = end}), filter);
     while (!feeder.done()) feeder.step();
     filter.finish();
     found.sources = filter.sources();

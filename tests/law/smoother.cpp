@@ -7,6 +7,8 @@
 
 #include "math/linear_algebra.h"
 #include "piste/solve/rts.h"
+#include "solve/feeder.h"
+#include "solve/filter_walk.h"
 #include "support/synthetic_log.h"
 
 namespace piste {
@@ -42,94 +44,114 @@ MatrixXd root_of_noise(const StateLayout& layout, const Transition& t) {
   return root(Q);
 }
 
-// Error of every event as an affine function of whitened unknowns: the start's error and the noise of every step. What
-// the filter measured are equations in them, solved at once; nothing here runs backwards or knows a gain.
+// Error of every epoch as an affine function of whitened unknowns: the start's error and the noise of every step. What
+// the filter measured are equations in them, solved at once; nothing here runs backwards or knows a gain. It takes down
+// what the filter does as it does it (src/solve/filter_walk.h), and nothing of what a History has stored.
 class Batch {
  public:
-  Batch(const StateLayout& layout, const Covariance& start, const Tape& tape) : layout_(layout) {
+  /// The whole run of a filter.
+  Batch(const SyntheticRun& s, const StateLayout& layout) : layout_(layout) {
+    Filter filter(s.options, s.log.world, s.start);
     const int n = layout.size();
-    const MatrixXd begin = root(start);
-    std::vector<MatrixXd> noise;
-    Eigen::Index unknowns = begin.cols();
-    for (const auto& event : tape.events) {
-      const auto* step = std::get_if<Tape::Propagation>(&event);
-      if (step == nullptr) continue;
-      noise.push_back(root_of_noise(layout, step->transition));
-      unknowns += noise.back().cols();
-    }
-    MatrixXd A = MatrixXd::Zero(n, unknowns);
-    A.leftCols(begin.cols()) = begin;
-    VectorXd offset = VectorXd::Zero(n);
-    Eigen::Index used = begin.cols();
-    auto next = noise.begin();
-    MatrixXd normal = MatrixXd::Identity(unknowns, unknowns);
-    VectorXd right = VectorXd::Zero(unknowns);
-    MatrixXd known = MatrixXd::Identity(unknowns, unknowns);  // inverse of `normal` so far
-    for (const auto& event : tape.events) {
-      if (const auto* step = std::get_if<Tape::Propagation>(&event)) {
-        const MatrixXd Phi = dense_transition(layout, step->transition);
-        A = (Phi * A).eval();
-        offset = (Phi * offset).eval();
-        A.middleCols(used, next->cols()) += *next;
-        used += next->cols();
-        ++next;
-      } else if (const auto* correction = std::get_if<Tape::Correction>(&event)) {
-        const Update& u = correction->update;
-        const MatrixXd H = u.H.topRows(u.rows);
-        const MatrixXd R = u.S.topLeftCorner(u.rows, u.rows) - H * u.PHt.leftCols(u.rows);
-        const MatrixXd HA = H * A, weighted = solve_symmetric(R, HA);
-        normal += HA.transpose() * weighted;
-        const MatrixXd seen = known * HA.transpose();
-        known -= seen * solve_symmetric(MatrixXd(HA * seen + R), MatrixXd(seen.transpose()));
-        right += weighted.transpose() * (u.residual.head(u.rows) - H * offset);
-        // The estimate was moved by `moved`: the error about it now.
-        const VectorXd moved = gain(u) * u.residual;
-        MatrixXd G = MatrixXd::Identity(n, n);
-        const int v = layout.offset(Block::kVelocity), b = layout.offset(Block::kBoresight),
-                  m = layout.offset(Block::kVehicleMounting);
-        G.block<6, 6>(v, v) = correction->reset.velocity_attitude;
-        G.block<3, 3>(0, layout.offset(Block::kAttitude)) = correction->reset.position_attitude;
-        if (const int l = layout.offset(Block::kLeverArm); l >= 0) {
-          G.block<3, 3>(0, l) = correction->reset.position_lever_arm;
-        }
-        if (b >= 0) G.block<3, 3>(b, b) = correction->reset.mountings[0];
-        if (m >= 0) G.block<3, 3>(m, m) = correction->reset.mountings[1];
-        A = (G * A).eval();
-        offset = G * (offset - moved);
-      } else if (const auto* taken = std::get_if<Tape::TakenBack>(&event)) {
-        // A score that the data gave wrongly: the equations lose it, and the estimate moved by P times it.
-        VectorXd score = VectorXd::Zero(n);
-        for (const auto& [block, at] : {std::pair{Block::kGyroScale, 0}, std::pair{Block::kAccelScale, 3}}) {
-          if (layout.has(block)) score.segment<3>(layout.offset(block)) = taken->score.segment<3>(at);
-        }
-        const VectorXd told = A.transpose() * score;
-        right -= told;
-        offset += A * (known * told);
-      } else {
-        epochs_.push_back({A, offset});
-      }
-    }
-    covariance_ = inverse(normal);
-    solution_ = covariance_ * right;
+    offset_.setZero(n);
+    A_.setZero(n, 0);
+    add_unknowns(root(filter.covariance()));
+    FilterWalk walk(filter, *this);
+    for (Feeder feeder(s.log, place_at(s.log, s.start.time, {}), walk); !feeder.done();) feeder.step();
+    walk.finish();
+    covariance_ = inverse(normal_);
+    solution_ = covariance_ * right_;
   }
 
+  void add_step(const Transition& t) {
+    const MatrixXd Phi = dense_transition(layout_, t);
+    A_ = (Phi * A_).eval();
+    offset_ = (Phi * offset_).eval();
+    add_unknowns(root_of_noise(layout_, t));
+  }
+
+  void add_correction(const Update& u) { add_correction(u, reset_jacobian(FullError::Zero()), {}, {}, false); }
+
+  void add_correction(const Update& u, const ResetJacobian& reset, const Estimate&, const Vector3d&, bool) {
+    const MatrixXd H = u.H.topRows(u.rows);
+    const MatrixXd R = u.S.topLeftCorner(u.rows, u.rows) - H * u.PHt.leftCols(u.rows);
+    const MatrixXd HA = H * A_, weighted = solve_symmetric(R, HA);
+    normal_ += HA.transpose() * weighted;
+    const MatrixXd seen = known_ * HA.transpose();
+    known_ -= seen * solve_symmetric(MatrixXd(HA * seen + R), MatrixXd(seen.transpose()));
+    right_ += weighted.transpose() * (u.residual.head(u.rows) - H * offset_);
+    // The estimate was moved by `moved`: the error about it now.
+    const VectorXd moved = gain(u) * u.residual;
+    MatrixXd G = MatrixXd::Identity(layout_.size(), layout_.size());
+    const int v = layout_.offset(Block::kVelocity), b = layout_.offset(Block::kBoresight),
+              m = layout_.offset(Block::kVehicleMounting);
+    G.block<6, 6>(v, v) = reset.velocity_attitude;
+    G.block<3, 3>(0, layout_.offset(Block::kAttitude)) = reset.position_attitude;
+    if (const int l = layout_.offset(Block::kLeverArm); l >= 0) G.block<3, 3>(0, l) = reset.position_lever_arm;
+    if (b >= 0) G.block<3, 3>(b, b) = reset.mountings[0];
+    if (m >= 0) G.block<3, 3>(m, m) = reset.mountings[1];
+    A_ = (G * A_).eval();
+    offset_ = (G * (offset_ - moved)).eval();
+  }
+
+  // A score that the data gave wrongly: the equations lose it, and the estimate moved by P times it.
+  void add_taken_back(const ScaleScore& taken, const ErrorVector&, bool) {
+    VectorXd score = VectorXd::Zero(layout_.size());
+    for (const auto& [block, at] : {std::pair{Block::kGyroScale, 0}, std::pair{Block::kAccelScale, 3}}) {
+      if (layout_.has(block)) score.segment<3>(layout_.offset(block)) = taken.segment<3>(at);
+    }
+    const VectorXd told = A_.transpose() * score;
+    right_ -= told;
+    offset_ += A_ * (known_ * told);
+  }
+
+  static void add_admitted(const ErrorVector&) { FAIL() << "the covariance grew without a step"; }
+  static void add_moved(const ErrorVector&) { FAIL() << "there is no reference"; }
+  void end_row(const FilterState& state) { epochs_.push_back({A_, offset_, state.x}); }
+
   std::size_t size() const { return epochs_.size(); }
-  ErrorVector mean(std::size_t i) const { return epochs_[i].A * solution_ + epochs_[i].offset; }
-  Covariance covariance(std::size_t i) const { return epochs_[i].A * covariance_ * epochs_[i].A.transpose(); }
+  /// What the filter had at an epoch, and of its error there the mean and the covariance.
+  const Estimate& filtered(std::size_t i) const { return epochs_[i].x; }
+  ErrorVector mean(std::size_t i) const {
+    const Epoch& e = epochs_[i];
+    return e.A * solution_.head(e.A.cols()) + e.offset;
+  }
+  Covariance covariance(std::size_t i) const { return of_both(epochs_[i].A, epochs_[i].A); }
   /// E[θ_i θ_jᵀ] of the attitude at two epochs.
   Matrix3d attitude_covariance(std::size_t i, std::size_t j) const {
     const int a = layout_.offset(Block::kAttitude);
-    return epochs_[i].A.middleRows<3>(a) * covariance_ * epochs_[j].A.middleRows<3>(a).transpose();
+    return of_both(epochs_[i].A.middleRows<3>(a), epochs_[j].A.middleRows<3>(a));
   }
 
  private:
   struct Epoch {
-    MatrixXd A;
+    MatrixXd A;  // by the unknowns until then
     VectorXd offset;
+    Estimate x;
   };
+  // They enter the error by `columns`.
+  void add_unknowns(const MatrixXd& columns) {
+    const Eigen::Index before = A_.cols(), all = before + columns.cols();
+    A_.conservativeResize(Eigen::NoChange, all);
+    A_.rightCols(columns.cols()) = columns;
+    for (MatrixXd* m : {&normal_, &known_}) {
+      MatrixXd larger = MatrixXd::Identity(all, all);
+      larger.topLeftCorner(before, before) = *m;
+      *m = larger;
+    }
+    right_.conservativeResize(all);
+    right_.tail(columns.cols()).setZero();
+  }
+  MatrixXd of_both(const MatrixXd& A, const MatrixXd& B) const {
+    return A * covariance_.topLeftCorner(A.cols(), B.cols()) * B.transpose();
+  }
   StateLayout layout_;
+  MatrixXd A_;  // the error now: A times the unknowns, and the offset
+  VectorXd offset_;
+  MatrixXd normal_, known_;  // known: the inverse of `normal` so far
+  VectorXd right_;
   std::vector<Epoch> epochs_;
-  MatrixXd covariance_;  ///< of the unknowns
+  MatrixXd covariance_;  // of the unknowns
   VectorXd solution_;
 };
 
@@ -158,23 +180,17 @@ void expect_dense_batch_solution(SyntheticRun s) {
   s.options.behaviour.rest.interval = 0.1;
   const FilterRun run = run_filter(s.log, s.options, s.start, Keep::kHistory);
   const Solution smoothed = smooth_rts(run);
-  Tape tape;
-  rerun(s.log, *run.begin, run.solution.size(), tape);
   ASSERT_EQ(smoothed.size(), s.log.imu.size());
   for (const Innovation& i : run.solution.innovations) ASSERT_EQ(i.outcome, Outcome::kUsed);
   ASSERT_GT(run.solution.innovations.size(), 20U);
 
   const StateLayout& layout = run.solution.layout();
-  const Batch batch(layout, run.begin->filter.covariance(), tape);
+  const Batch batch(s, layout);
   ASSERT_EQ(batch.size(), smoothed.size());
-  std::size_t row = 0;
   double moved = 0;
-  for (const auto& event : tape.events) {
-    const auto* end = std::get_if<Tape::EpochEnd>(&event);
-    if (!end) continue;
-    const Tape::Epoch* epoch = &tape.epochs[end->index];
+  for (std::size_t row = 0; row < batch.size(); ++row) {
     const FullError correction = expand(layout, batch.mean(row));
-    const Estimate expected = boxplus(epoch->x, correction);
+    const Estimate expected = boxplus(batch.filtered(row), correction);
     Covariance P = batch.covariance(row);
     const VectorXd sigma = P.diagonal().cwiseSqrt();
     reset(P, layout, reset_jacobian(correction));
@@ -196,7 +212,6 @@ void expect_dense_batch_solution(SyntheticRun s) {
       EXPECT_LE((is.blocks - wanted.blocks).segment(o, size).cwiseAbs().maxCoeff(), 1e-6 * largest)
           << info(b).name << " of row " << row;
     }
-    ++row;
   }
   EXPECT_GT(moved, 0.5) << "the smoother had nothing to do";
 }
@@ -211,10 +226,8 @@ TEST_P(Smoother, AttitudeErrorsGoTogetherAsInTheDenseBatchSolution) {
   const FilterRun run = run_filter(s.log, s.options, s.start, Keep::kHistory);
   std::vector<AttitudeLag> lags;
   smooth_rts(run, {}, nullptr, &lags);
-  Tape tape;
-  rerun(s.log, *run.begin, run.solution.size(), tape);
   const StateLayout& layout = run.solution.layout();
-  const Batch batch(layout, run.begin->filter.covariance(), tape);
+  const Batch batch(s, layout);
   const auto turn = [&](std::size_t i) {
     return Matrix3d(reset_jacobian(expand(layout, batch.mean(i))).velocity_attitude.bottomRightCorner<3, 3>());
   };
@@ -346,7 +359,7 @@ TEST(Rts, RowsThatAreAskedForAreThoseOfTheWhole) {
   const std::vector<std::size_t> rows{120, 121, 300};
   for (SmoothedState* at_start : {&start, static_cast<SmoothedState*>(nullptr)}) {
     std::vector<std::size_t> seen;
-    const auto observe = [&](std::size_t row, const Tape::Epoch& filtered, const SmoothedState& smoothed) {
+    const auto observe = [&](std::size_t row, const FilterState& filtered, const SmoothedState& smoothed) {
       seen.push_back(row);
       EXPECT_EQ(filtered.time, run.solution.time(row));
       EXPECT_TRUE(boxminus(smoothed.x, whole.estimate(row)).isZero(0)) << row;

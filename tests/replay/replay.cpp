@@ -268,7 +268,7 @@ TEST(Replay, WithoutSmootherCanStillBeSmoothed) {
   EXPECT_EQ(&whole.solution(), &*whole.smoothed);
   int seen = 0;
   const FilterRun again = relinearised(run.log, run.options, run.found, run.filtered);
-  smooth_rows(again, {1500}, [&](std::size_t row, const Tape::Epoch&, const SmoothedState& smoothed) {
+  smooth_rows(again, {1500}, [&](std::size_t row, const FilterState&, const SmoothedState& smoothed) {
     ++seen;
     EXPECT_TRUE(smoothed.x.p_wb == whole.smoothed->estimate(row).p_wb);
   });

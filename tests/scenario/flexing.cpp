@@ -86,7 +86,7 @@ Nees mean_nees(bool told) {
       const auto next = std::lower_bound(flexing.time.begin(), flexing.time.end(), t - 1e-6);
       return flexing.q_rb[static_cast<std::size_t>(next - flexing.time.begin())];
     };
-    smooth_rows(run, {middle, end}, [&](std::size_t row, const Tape::Epoch& filtered, const SmoothedState& smoothed) {
+    smooth_rows(run, {middle, end}, [&](std::size_t row, const FilterState& filtered, const SmoothedState& smoothed) {
       const StateLayout& layout = run.solution.layout();
       const Quaterniond q_rb = truth(filtered.time);
       if (row == end) mean.filter += nees(layout, filtered.x, filtered.P, q_rb) / (3 * kDraws);

@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include "piste/solve/initial_state.h"
-#include "piste/solve/propagation.h"
 #include "piste/solve/rest_updates.h"
 #include "piste/solve/sample_noise.h"
+#include "solve/filter_walk.h"
 #include "solve/readmission.h"
 #include "support/blocks.h"
 #include "support/random.h"
@@ -162,7 +162,7 @@ TEST(InitialCovariance, IsTheTables) {
   EXPECT_DOUBLE_EQ(sigma(Block::kBoresightDrift, 0), 0.4);
 
   // The start knows where the antenna is; attitude and lever arm, which it does not, part it from the IMU.
-  Random random(3);
+  test::Random random(3);
   start.x.q_wb = random.estimate().q_wb;
   start.x.lever_arm = {0.3, -0.2, 0.9};
   start.covariance.topLeftCorner<3, 3>() *= 1e-6;
@@ -175,43 +175,47 @@ TEST(InitialCovariance, IsTheTables) {
   EXPECT_NEAR((antenna * apart).rightCols(layout.size() - 3).norm(), 0, 1e-9) << "and tells neither";
 }
 
+struct LastStep : Unrecorded {
+  Transition step;
+  void add_step(const Transition& t) { step = t; }
+};
+
 // The scales of a body that stands see the mean of what gravity reads on its axes, whatever the noise of the
 // accelerometers does to the attitude of single epochs; and no rate at all.
-TEST(Propagation, ABodyThatStandsReadsMeanGravity) {
+TEST(Predict, ABodyThatStandsReadsMeanGravity) {
   const World world({0.8, 0.1, 500});
   FilterOptions options;
   options.sensor = sensor();
-  FilterState state{0, {}, Covariance::Identity(9, 9)};
-  Propagation propagation(world, state.x.p_wb, options);
-  const Vector3d gravity = propagation.gravity().value;
+  options.estimate.clear();
+  options.behaviour.rest.interval = 10;  // longer than the test, which wants no updates
+  Filter filter(options, world, Start{});
+  LastStep last;
+  FilterWalk walk(filter, last);
+  const Vector3d gravity = world.gravity(Vector3d::Zero()).value;
+  const auto sample = [&](int i, double turn, bool rest) {
+    return ImuSample{
+        .time = 0.01 * i, .interval = 0.01, .dtheta = {turn, 0, 0}, .dvel = -0.01 * gravity, .at_rest = rest};
+  };
   Vector3d sum = Vector3d::Zero();
+  walk.add(sample(1, -0.01, true));
   for (int i = 1; i <= 50; ++i) {
-    const ImuStep step{0.01, {i % 2 ? 0.01 : -0.01, 0, 0}, -0.01 * gravity, Vector3d::Zero(), Vector3d::Zero()};
-    const Transition t = propagation.advance(state, step, {}, true, world, {}, options);
-    sum -= state.x.q_wb.conjugate() * gravity;
-    EXPECT_LT((t.force - sum / i).norm(), 1e-9) << i;
-    EXPECT_EQ(t.rate, Vector3d::Zero());
+    ASSERT_TRUE(walk.add(i < 50 ? sample(i + 1, i % 2 ? 0.01 : -0.01, true) : sample(51, 0.02, false)));
+    sum -= filter.estimate().q_wb.conjugate() * gravity;
+    EXPECT_LT((last.step.force - sum / i).norm(), 1e-9) << i;
+    EXPECT_EQ(last.step.rate, Vector3d::Zero());
   }
-  const ImuStep step{0.01, {0.02, 0, 0}, -0.01 * gravity, Vector3d::Zero(), Vector3d::Zero()};
-  EXPECT_GT(propagation.advance(state, step, {}, false, world, {}, options).rate.x(), 1) << "it moves";
+  walk.finish();
+  EXPECT_GT(last.step.rate.x(), 1) << "it moves";
 }
 
-TEST(Propagation, GravityFollowsTheBody) {
+TEST(World, GravityFollowsTheBody) {
   const World world({0.8, 0.1, 500});
-  FilterOptions options;
-  options.sensor = sensor();
-  const StateLayout layout;
-  FilterState state{0, {}, Covariance::Identity(9, 9)};
-  state.x.v_wb = {100, 0, 0};
-  Propagation propagation(world, state.x.p_wb, options);
-  const ImuStep step{0.1, Vector3d::Zero(), -0.1 * propagation.gravity().value, Vector3d::Zero(), Vector3d::Zero()};
-  for (int i = 0; i < 300; ++i) {
-    propagation.advance(state, step, {}, false, world, layout, options);
-    const Vector3d here = world.gravity(state.x.p_wb).value;
-    EXPECT_LT((propagation.gravity().at(state.x.p_wb) - here).norm(), 5e-9) << state.time;
+  Gravity gravity = world.gravity(Vector3d::Zero());
+  for (double north = 0; north < 3000; north += 10) {
+    const Vector3d here = {north, 0, 0};
+    world.follow(gravity, here);
+    EXPECT_LT((gravity.at(here) - world.gravity(here).value).norm(), 5e-9) << north;
   }
-  EXPECT_GT(state.x.p_wb.norm(), 1000);
-  EXPECT_NEAR(state.time, 30, 1e-9);
 }
 
 }  // namespace

@@ -12,12 +12,13 @@
 #include <vector>
 
 #include "piste/io/scratch.h"
+#include "piste/model/dynamics.h"
+#include "piste/solve/filter_state.h"
 #include "piste/solve/noise_score.h"
-#include "piste/solve/tape.h"
 
 namespace piste {
 
-/// Records a run, and gives what was recorded.
+/// Records a run, as a filter tells it (src/solve/filter_walk.h), and gives what was recorded.
 class History {
  public:
   enum class Kind : std::uint8_t {
@@ -60,8 +61,9 @@ class History {
   void add_step(const Transition& t);
   /// A correction that moves the mean about a reference, or nothing.
   void add_correction(const Update& u);
-  /// One that moves the estimate `x`. `down`, `stands`: of carrying_jacobian().
-  void add_correction(const Update& u, const Estimate& x, const Vector3d& down, bool stands);
+  /// One that moves the estimate `x`. `down`, `stands`: of carrying_jacobian(), from which the reset follows again.
+  void add_correction(const Update& u, const ResetJacobian& reset, const Estimate& x, const Vector3d& down,
+                      bool stands);
   void add_taken_back(const ScaleScore& score, const ErrorVector& moved, bool estimate_moved);
   /// `variances`: what was added to those of the state.
   void add_admitted(const ErrorVector& variances);

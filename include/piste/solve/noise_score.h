@@ -58,7 +58,6 @@
 #include <optional>
 
 #include "piste/core/options.h"
-#include "piste/solve/tape.h"
 #include "piste/solve/update.h"
 
 namespace piste {

@@ -4,7 +4,9 @@
 
 #include <optional>
 
-#include "piste/solve/tape.h"
+#include "piste/model/dynamics.h"
+#include "piste/model/measurement.h"
+#include "piste/solve/filter_state.h"
 
 namespace piste {
 

@@ -29,7 +29,7 @@ struct SmoothedState {
 
 /// Called with a row of the solution and with the filtered and the smoothed state at its epoch. Both have their whole
 /// covariances; a Solution keeps only the sigmas.
-using EpochObserver = std::function<void(std::size_t row, const Tape::Epoch& filtered, const SmoothedState& smoothed)>;
+using EpochObserver = std::function<void(std::size_t row, const FilterState& filtered, const SmoothedState& smoothed)>;
 
 /// Smooths a filtered run. @pre `run` has its history.
 /// `at_start`, if given, is set to the smoothed state at the start, before the first step. `lags`, if given, is set to

@@ -1,5 +1,5 @@
 #pragma once
-/// Runs the filter over a whole log, and again over a stretch of it.
+/// Runs the filter over a whole log.
 
 #include <cstddef>
 #include <filesystem>
@@ -9,28 +9,15 @@
 #include <vector>
 
 #include "piste/solve/filter.h"
+#include "piste/solve/history.h"
 
 namespace piste {
-
-/// A place in a log: which sample, and which fix of each sensor, the filter gets next.
-struct LogPlace {
-  std::size_t imu = 0, imu_end = 0;  ///< next sample, and the end of the samples
-  std::vector<std::size_t> fixes;    ///< next fix of each sensor, type by type in the order of the measurement list
-  double rest_step = 0;              ///< as in LogPart
-};
 
 /// What of a log a filter takes.
 struct LogPart {
   double end = 1e300;  ///< samples from this time on are left out
   /// Samples of a rest are taken together, up to so long [s]: a body that stands tells as much by fewer. 0: one by one.
   double rest_step = 0;
-};
-
-/// A copy of the filter and its place in the log. From it, a stretch can be filtered again.
-struct Checkpoint {
-  Filter filter;
-  LogPlace place;
-  std::size_t row = 0;  ///< next row of the solution
 };
 
 /// What a run keeps beside its solution.
@@ -42,10 +29,10 @@ enum class Keep {
 /// A filtered run, and what a smoother needs of it.
 struct FilterRun {
   Solution solution;
-  std::size_t epochs = 0;  ///< IMU epochs that were filtered: the rows of the solution, unless about a reference
-  std::optional<Checkpoint> begin;  ///< at the start
-  History history;                  ///< from there on; without the rows that the solution has
-  Solution replaced;                ///< the filter's own first rows, if others replaced them in the solution
+  std::size_t epochs = 0;       ///< IMU epochs that were filtered: the rows of the solution, unless about a reference
+  std::optional<Filter> begin;  ///< the filter at the start, if the history is kept
+  History history;              ///< from there on; without the rows that the solution has
+  Solution replaced;            ///< the filter's own first rows, if others replaced them in the solution
 
   /// The estimate at the end of an epoch that the filter had, and its time. @pre The solution has its rows.
   Estimate estimate(std::size_t row) const {
@@ -80,9 +67,5 @@ FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& 
                      const ProgressCallback& progress = {}, const LogPart& part = {},
                      const std::shared_ptr<const Reference>& reference = nullptr, const RowTaker& rows = {},
                      const std::filesystem::path& scratch = {});
-
-/// Filters a run again from a copy of its filter, and records it on `tape`. Its last epoch is that of row `end_row`
-/// − 1.
-void rerun(const Log& log, const Checkpoint& from, std::size_t end_row, Tape& tape);
 
 }  // namespace piste
