@@ -8,10 +8,10 @@
 #include <thread>
 
 #include "app.h"
+#include "piste/batch/batch.h"
 #include "piste/core/error.h"
 #include "piste/outputs/folders.h"
 #include "piste/report/consistency_text.h"
-#include "piste/solve/batch.h"
 #include "piste/trial/ensemble.h"
 
 namespace piste {

@@ -10,12 +10,12 @@
 #include <thread>
 
 #include "app.h"
+#include "piste/batch/batch.h"
 #include "piste/consistency/warnings.h"
 #include "piste/diagnosis/diagnose.h"
 #include "piste/diagnosis/run_warnings.h"
 #include "piste/files/replay.h"
 #include "piste/outputs/replay_folder.h"
-#include "piste/solve/batch.h"
 
 namespace piste {
 namespace {

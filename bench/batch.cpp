@@ -1,6 +1,6 @@
 // What a batch costs by the length of its run: to solve, and to give all sigmas.
 
-#include "piste/solve/batch.h"
+#include "piste/batch/batch.h"
 
 #include <benchmark/benchmark.h>
 

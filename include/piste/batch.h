@@ -30,7 +30,7 @@
 #include "piste/study/study_tables.h"
 
 // The whole run as one least-squares problem.
-#include "piste/solve/batch.h"
+#include "piste/batch/batch.h"
 
 // The noise of an IMU at rest.
 #include "piste/allan/allan_variance.h"

@@ -33,7 +33,7 @@ const Exported kExported[] = {
     {"piste/study/ranking.h", address(piste::leaders)},
     {"piste/study/study.h", address(piste::run_study)},
     {"piste/study/study_tables.h", address(piste::before_after)},
-    {"piste/solve/batch.h", address(piste::run_batch)},
+    {"piste/batch/batch.h", address(piste::run_batch)},
     {"piste/allan/allan_variance.h", address(piste::allan_curve)},
     {"piste/allan/gmwm.h", address(piste::fit_gmwm)},
     {"piste/allan/noise_process.h", address(piste::allan_covariance)},

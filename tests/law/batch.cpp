@@ -1,6 +1,6 @@
 // The batch on a run that is as good as linear: then batch, smoother and filter are the same estimate.
 
-#include "piste/solve/batch.h"
+#include "piste/batch/batch.h"
 
 #include <gtest/gtest.h>
 

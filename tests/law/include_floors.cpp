@@ -18,11 +18,11 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::map<std::string, int> kFloors = {
-    {"math", 1},    {"core", 2},     {"model", 3},    {"io", 3},        {"condition", 3},   {"plot", 3},
-    {"columns", 4}, {"allan", 4},    {"fit", 4},      {"solve", 4},     {"consistency", 4}, {"configuration", 4},
-    {"sim", 5},     {"inspect", 5},  {"tune", 5},     {"align", 5},     {"replay", 5},      {"trial", 6},
-    {"study", 6},   {"search", 6},   {"files", 8},    {"diagnosis", 6}, {"recordings", 7},  {"report", 8},
-    {"outputs", 9}, {"piste.h", 10}, {"batch.h", 10}, {"apps", 11},
+    {"math", 1},      {"core", 2},     {"model", 3},    {"io", 3},       {"condition", 3},   {"plot", 3},
+    {"columns", 4},   {"allan", 4},    {"fit", 4},      {"solve", 4},    {"consistency", 4}, {"configuration", 4},
+    {"sim", 5},       {"inspect", 5},  {"tune", 5},     {"align", 5},    {"batch", 5},       {"replay", 6},
+    {"diagnosis", 6}, {"trial", 7},    {"study", 7},    {"search", 7},   {"recordings", 8},  {"files", 9},
+    {"report", 9},    {"outputs", 10}, {"piste.h", 11}, {"batch.h", 11}, {"apps", 12},
 };
 
 /// First part of `model/imu_errors.h`.
@@ -103,7 +103,7 @@ TEST(IncludeFloors, EveryPublicHeaderIsReachedFromAFrontDoor) {
 }
 
 // A room that grows beyond this holds more than one thing.
-TEST(IncludeFloors, NoRoomHoldsMoreThan15PerCentOfTheLines) {
+TEST(IncludeFloors, NoRoomHoldsMoreThan12PerCentOfTheLines) {
   const fs::path source = piste::test::source_folder();
   std::map<std::string, double> lines;
   double all = 0;
@@ -119,7 +119,7 @@ TEST(IncludeFloors, NoRoomHoldsMoreThan15PerCentOfTheLines) {
     }
   }
   ASSERT_GT(all, 10000);
-  for (const auto& [room, count] : lines) EXPECT_LE(count / all, 0.15) << room << ": " << count << " lines of " << all;
+  for (const auto& [room, count] : lines) EXPECT_LE(count / all, 0.12) << room << ": " << count << " lines of " << all;
 }
 
 TEST(IncludeFloors, CatchesWhatIsWrong) {

@@ -1,6 +1,6 @@
 // The batch where fixes are wrong, and where nothing is known of the heading: against the truth of simulated ski runs.
 
-#include "piste/solve/batch.h"
+#include "piste/batch/batch.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

@@ -248,7 +248,7 @@ enum class BatchLoss {
   kSquared     ///< in full: every fix that the filter used is taken to be right
 };
 
-/// How a batch is solved (solve/batch.h).
+/// How a batch is solved (batch/batch.h).
 struct BatchOptions {
   BatchLoss loss = BatchLoss::kTruncated;
   /// Probability of a right fix within the bound, by its number of rows: chi-squared.

@@ -84,7 +84,7 @@ struct AdaptedNoise {
   Range range(std::size_t name) const;
 };
 
-/// How a batch went that smoothed a run (solve/batch.h).
+/// How a batch went that smoothed a run (batch/batch.h).
 struct BatchSummary {
   std::size_t nodes = 0, fixes = 0;
   std::size_t left_out = 0;    ///< fixes with weight 0

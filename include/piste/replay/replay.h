@@ -14,10 +14,10 @@
 #include <string_view>
 #include <vector>
 
+#include "piste/batch/batch.h"
 #include "piste/configuration/replay_config.h"
 #include "piste/core/log.h"
 #include "piste/core/options.h"
-#include "piste/solve/batch.h"
 #include "piste/solve/run.h"
 #include "piste/solve/start.h"
 

@@ -1,9 +1,9 @@
 #pragma once
 /// One trial: a simulated run that is replayed and compared with its truth and with the Cramér-Rao bound.
 
+#include "piste/batch/batch.h"
 #include "piste/consistency/consistency.h"
 #include "piste/sim/scenario.h"
-#include "piste/solve/batch.h"
 
 namespace piste {
 

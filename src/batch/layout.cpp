@@ -1,4 +1,4 @@
-#include "batch_layout.h"
+#include "layout.h"
 
 #include <algorithm>
 #include <utility>

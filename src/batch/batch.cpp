@@ -1,16 +1,16 @@
-#include "piste/solve/batch.h"
+#include "piste/batch/batch.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <utility>
 
-#include "batch_lags.h"
-#include "batch_rows.h"
-#include "batch_weights.h"
+#include "lags.h"
 #include "math/parallel.h"
 #include "piste/core/error.h"
 #include "piste/math/statistics.h"
+#include "rows.h"
+#include "weights.h"
 
 namespace piste {
 

@@ -1,6 +1,6 @@
 // The batch against the smoother of Rauch, Tung and Striebel: two ways to the same solution, and how it weighs fixes.
 
-#include "piste/solve/batch.h"
+#include "piste/batch/batch.h"
 
 #include <gtest/gtest.h>
 

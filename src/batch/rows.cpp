@@ -1,4 +1,4 @@
-#include "batch_rows.h"
+#include "rows.h"
 
 #include <Eigen/LU>
 #include <algorithm>

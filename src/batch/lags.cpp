@@ -1,4 +1,4 @@
-#include "batch_lags.h"
+#include "lags.h"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "batch_terms.h"
+#include "terms.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "batch_terms.h"
+#include "terms.h"
 
 namespace piste {
 

@@ -1,4 +1,4 @@
-#include "batch_weights.h"
+#include "weights.h"
 
 #include <algorithm>
 #include <cmath>

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "batch_layout.h"
+#include "layout.h"
 #include "model/preintegration.h"
 #include "piste/model/measurement_list.h"
 #include "piste/solve/fix_queue.h"

@@ -1,4 +1,4 @@
-#include "batch_solver.h"
+#include "solver.h"
 
 #include <ceres/ceres.h>
 #include <fmt/format.h>

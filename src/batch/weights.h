@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "piste/solve/batch.h"
+#include "piste/batch/batch.h"
 
 namespace piste {
 

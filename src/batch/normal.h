@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <vector>
 
-#include "batch_solver.h"
 #include "math/arrow_matrix.h"
+#include "solver.h"
 
 namespace piste {
 

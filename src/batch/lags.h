@@ -1,7 +1,7 @@
 #pragma once
 // How the attitude's errors of a batch go together over time.
 
-#include "batch_normal.h"
+#include "normal.h"
 #include "piste/solve/attitude_lag.h"
 
 namespace piste {

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "batch_chain.h"
+#include "chain.h"
 #include "math/arrow_matrix.h"
 
 namespace piste {

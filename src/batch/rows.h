@@ -3,9 +3,9 @@
 
 #include <functional>
 
-#include "batch_solver.h"
 #include "math/arrow_matrix.h"
 #include "piste/solve/rts.h"
+#include "solver.h"
 
 namespace piste {
 

@@ -1,4 +1,4 @@
-#include "batch_normal.h"
+#include "normal.h"
 
 #include <algorithm>
 #include <cmath>

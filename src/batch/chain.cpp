@@ -1,16 +1,16 @@
-#include "batch_chain.h"
+#include "chain.h"
 
 #include <cmath>
 #include <optional>
 
 #include "core/time_search.h"
-#include "feeder.h"
 #include "math/parallel.h"
 #include "piste/model/imu_errors.h"
 #include "piste/model/unit_scales.h"
 #include "piste/solve/recent_motion.h"
 #include "piste/solve/standing_force.h"
 #include "piste/solve/walker.h"
+#include "solve/feeder.h"
 
 namespace piste {
 namespace {
