@@ -36,11 +36,11 @@ Log conditioned(AnyRecording&& recording, ReplayOptions& options) {
   return condition(std::forward<AnyRecording>(recording), options.conditioning);
 }
 
-// The rows of a run that are left where others took them.
-class Thinned {
+// Keeps every n-th row of a run and the last one.
+class KeptRows {
  public:
-  Thinned(const StateLayout& layout, const World& world, std::size_t all)
-      : kept_(layout, world), last_(layout, world), every_(1 + all / (kKeptRows - 1)) {}
+  KeptRows(const StateLayout& layout, const World& world, std::size_t every)
+      : kept_(layout, world), last_(layout, world), every_(every) {}
   void add(const Solution& rows, std::size_t first) {
     for (std::size_t i = (every_ - first % every_) % every_; i < rows.size(); i += every_) kept_.append(rows.row(i));
     last_.resize(0);
@@ -56,20 +56,23 @@ class Thinned {
   std::size_t every_;
 };
 
-// Filters the run of `run.found`. Its rows go to `options.streams`, and a part of them is left.
-FilterRun filtered_in_pieces(const Replay& run, const ReplayOptions& options, Keep keep,
-                             const ProgressCallback& progress) {
-  const LookedBack back = looked_back(run.log, run.options, run.found);
-  Thinned thinned(StateLayout(run.options.estimate), run.log.world, run.log.imu.size());
+// So that of `all` rows not more are left than a page can show.
+std::size_t kept_every(std::size_t all) { return 1 + all / (kKeptRows - 1); }
+
+// Filters the run of `run.found`. `streams`: take its rows, and a part of them is left; null: all of them are.
+FilterRun filtered(const Replay& run, const ReplayOptions& options, const RowStreams* streams, Keep keep,
+                   const ProgressCallback& progress) {
+  const LookedBack& back = run.beginning;
+  KeptRows kept(StateLayout(run.options.estimate), run.log.world, streams ? kept_every(run.log.imu.size()) : 1);
   FilterRun filtered = filter_from(
       back, run.log, run.options, run.found, keep, progress, run.found.start.time + options.longest,
       [&](Solution& rows, std::size_t first) {
         put_rows(back.rows, rows);
-        thinned.add(rows, first);
-        options.streams.filtered(rows, first);
+        kept.add(rows, first);
+        if (streams) streams->filtered(rows, first);
       },
-      options.streams.scratch);
-  thinned.give(filtered.solution);
+      streams ? streams->scratch : std::filesystem::path());
+  kept.give(filtered.solution);
   return filtered;
 }
 
@@ -77,14 +80,14 @@ FilterRun filtered_in_pieces(const Replay& run, const ReplayOptions& options, Ke
 Solution smoothed_in_pieces(Replay& run, const ReplayOptions& options, const ProgressCallback& progress,
                             std::vector<AttitudeLag>& lags) {
   const FilterRun& filtered = run.smoothable();
-  Thinned thinned(filtered.solution.layout(), run.log.world, filtered.epochs);
+  KeptRows kept(filtered.solution.layout(), run.log.world, kept_every(filtered.epochs));
   SmoothedResiduals residuals(run.log, run.options, run.filtered.solution);
   Solution smoothed = smooth_rts(filtered, progress, nullptr, &lags, [&](Solution& rows, std::size_t first) {
-    thinned.add(rows, first);
+    kept.add(rows, first);
     residuals.add(rows);
     if (options.streams.smoothed) options.streams.smoothed(rows, first);
   });
-  thinned.give(smoothed);
+  kept.give(smoothed);
   run.residuals = residuals.rms();
   return smoothed;
 }
@@ -135,18 +138,12 @@ Replay replay(Log log, const ReplayOptions& options, const ReplayProgress& progr
   run.found = options.start ? FoundStart{*options.start, "the start was given"}
                             : find_start(run.log, run.options, options.heading);
   run.options = with_mounting(std::move(run.options), run.log, run.found.start);
-  const Start& start = run.found.start;
   const bool smooth = options.smoother == SmootherKind::kRts;
   const bool streams = options.streams.filtered && !by_batch, history = options.history && !streams;
   const Keep keep = smooth || history ? Keep::kHistory : Keep::kNothing;
-  if (streams) {
-    run.filtered = filtered_in_pieces(run, options, keep, stage("filter"));
-  } else {
-    const LookedBack back = looked_back(run.log, run.options, run.found);
-    run.filtered =
-        filter_from(back, run.log, run.options, run.found, keep, stage("filter"), start.time + options.longest);
-    put_rows(back.rows, run.filtered);
-  }
+  run.beginning = looked_back(run.log, run.options, run.found);
+  run.filtered = filtered(run, options, streams ? &options.streams : nullptr, keep, stage("filter"));
+  if (!history) run.beginning.run.history.clear();
   if (smooth) {
     std::vector<AttitudeLag> lags;
     for (int pass = 0; pass < options.relinearisations; ++pass) {

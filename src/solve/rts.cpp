@@ -66,10 +66,10 @@ void check(const FilterRun& run) {
   if (run.history.empty() || !run.begin) throw std::logic_error("a smoother needs a run with its history");
 }
 
-// The rows of a run that come last first, for one who takes them first first.
-class TurnedRows {
+// Reverses the order of the rows, which a smoother finds from the last to the first.
+class ReversedRows {
  public:
-  TurnedRows(const Solution& like, const std::filesystem::path& scratch)
+  ReversedRows(const Solution& like, const std::filesystem::path& scratch)
       : last_(like.layout(), like.world()), fixed_(like.fixed), scratch_(scratch) {
     last_.reserve(kRowsAtOnce);
   }
@@ -83,12 +83,13 @@ class TurnedRows {
     std::size_t first = 0;
     for (auto piece = pieces_.rbegin(); piece != pieces_.rend(); ++piece) {
       scratch_.read(*piece, values);
-      Solution turned(last_.layout(), last_.world());
-      turned.fixed = fixed_;
-      const std::size_t stride = turned.stride(), count = values.size() / stride;
-      turned.reserve(count);
-      for (std::size_t i = count; i-- > 0;) turned.append(std::span<const double>(values).subspan(i * stride, stride));
-      rows(turned, first);
+      Solution reversed(last_.layout(), last_.world());
+      reversed.fixed = fixed_;
+      const std::size_t stride = reversed.stride(), count = values.size() / stride;
+      reversed.reserve(count);
+      for (std::size_t i = count; i-- > 0;)
+        reversed.append(std::span<const double>(values).subspan(i * stride, stride));
+      rows(reversed, first);
       first += count;
     }
   }
@@ -107,17 +108,17 @@ class TurnedRows {
 // All rows of a solution.
 class ToSolution {
  public:
-  ToSolution(BackwardPass& backward, Solution& out, TurnedRows* turned, LagCollector* collector,
+  ToSolution(BackwardPass& backward, Solution& out, ReversedRows* reversed, LagCollector* collector,
              SmoothedState* at_start)
-      : backward_(backward), out_(out), turned_(turned), collector_(collector), at_start_(at_start) {}
+      : backward_(backward), out_(out), reversed_(reversed), collector_(collector), at_start_(at_start) {}
 
   BackwardPass::Want wants(std::size_t row) const {
     return collector_ != nullptr && collector_->wants(row) ? BackwardPass::Want::kWhole : BackwardPass::Want::kParts;
   }
   void seen(std::size_t row, double time, const SmoothedParts& s, const FilterState* whole) {
     const Sigmas sigmas = sigmas_of(out_.world(), s.x, out_.layout(), s.P);
-    if (turned_ != nullptr) {
-      turned_->add(time, s.x, sigmas);
+    if (reversed_ != nullptr) {
+      reversed_->add(time, s.x, sigmas);
     } else {
       out_.set(row, time, s.x, sigmas);
     }
@@ -130,7 +131,7 @@ class ToSolution {
  private:
   BackwardPass& backward_;
   Solution& out_;
-  TurnedRows* turned_;
+  ReversedRows* reversed_;
   LagCollector* collector_;
   SmoothedState* at_start_;
 };
@@ -144,9 +145,9 @@ Solution smooth_rts(const FilterRun& run, const ProgressCallback& progress, Smoo
   Solution out(filtered.layout(), filtered.world());
   out.sources = filtered.sources;
   out.fixed = filtered.fixed;
-  std::optional<TurnedRows> turned;
+  std::optional<ReversedRows> reversed;
   if (rows) {
-    turned.emplace(out, run.history.scratch());
+    reversed.emplace(out, run.history.scratch());
   } else {
     out.resize(run.epochs);
   }
@@ -154,8 +155,8 @@ Solution smooth_rts(const FilterRun& run, const ProgressCallback& progress, Smoo
   std::optional<LagCollector> collector;
   if (lags) collector.emplace(filtered.world(), run.epochs, *lags);
   backward.run(0, progress,
-               ToSolution(backward, out, turned ? &*turned : nullptr, collector ? &*collector : nullptr, at_start));
-  if (turned) turned->give(rows);
+               ToSolution(backward, out, reversed ? &*reversed : nullptr, collector ? &*collector : nullptr, at_start));
+  if (reversed) reversed->give(rows);
   return out;
 }
 

@@ -385,8 +385,8 @@ ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed, const BatchS
   };
   const std::map<std::size_t, int> rows = rows_on(filtered, grid, departure);
   // What replay writes: until the heading was known, rows of a smoother that looks back.
-  const LookedBack back = looked_back(run.log, run.options, run.found);
-  const std::size_t replaced = run.filtered.replaced.size();
+  const LookedBack& back = run.beginning;
+  const std::size_t replaced = rows_until_end(back.rows, filtered);
   const std::map<std::size_t, int> first = rows_of(back.rows, filtered, first_rows(rows, replaced)),
                                    later(rows.lower_bound(replaced), rows.end());
   if (!later.empty()) {

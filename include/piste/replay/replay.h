@@ -18,6 +18,7 @@
 #include "piste/configuration/replay_config.h"
 #include "piste/core/log.h"
 #include "piste/core/options.h"
+#include "piste/solve/look_back.h"
 #include "piste/solve/run.h"
 #include "piste/solve/start.h"
 
@@ -57,9 +58,10 @@ inline constexpr std::size_t kKeptRows = 40000;
 
 /// The result of a replay: the input of the filter and its output.
 struct Replay {
-  Log log;                ///< conditioned, with its rests
-  FilterOptions options;  ///< of the filter, with the measured errors of the reference attitudes
-  FoundStart found;       ///< the start, and how it was found
+  Log log;                    ///< conditioned, with its rests
+  FilterOptions options;      ///< of the filter, with the measured errors of the reference attitudes
+  FoundStart found;           ///< the start, and how it was found
+  LookedBack beginning = {};  ///< what is known of the time until `found.aligned`
   /// What the smoother goes back over, if there is one: the run filtered about its own smoothed trajectory.
   std::optional<FilterRun> relinearised = std::nullopt;
   FilterRun filtered;                ///< with its history smooth_rows() can give the whole covariance of any row

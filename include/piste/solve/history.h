@@ -55,9 +55,8 @@ class History {
   explicit History(std::filesystem::path scratch) : folder_(std::move(scratch)), scratch_(folder_) {}
   History() : History(std::filesystem::path()) {}
 
-  /// Begins with the state of a filter. `reference`: whether it is linearised about one, and has a mean. `rows`:
-  /// whether the estimates at the ends of epochs are kept, too.
-  void begin(const FilterState& state, const StateLayout& layout, bool reference, bool rows);
+  /// Begins with the state of a filter. `reference`: whether it is linearised about one, and has a mean.
+  void begin(const FilterState& state, const StateLayout& layout, bool reference);
   void add_step(const Transition& t);
   /// A correction that moves the mean about a reference, or nothing.
   void add_correction(const Update& u);
@@ -89,9 +88,8 @@ class History {
   TakenBack taken_back(const Chunk& chunk, const Event& event) const;
   ErrorVector admitted(const Chunk& chunk, const Event& event) const;
   ErrorVector moved(const Chunk& chunk, const Event& event) const;
-  bool has_rows() const { return has_rows_; }
-  /// Sets `x` to the estimate at the end of an epoch, and returns its time. @pre It has rows. Of what is not estimated,
-  /// `x` is that of start().
+  /// Sets `x` to the estimate at the end of an epoch, and returns its time. Of what is not estimated, `x` is that of
+  /// start().
   double row(const Chunk& chunk, const Event& event, Estimate& x) const {
     const double* p = chunk.values.data() + event.at;
     return take_row(chunk, p, x);
@@ -119,7 +117,7 @@ class History {
   std::size_t constants_ = 0;  // where in it the last constants of an estimate stand
   StateLayout layout_;
   Estimate fixed_;  // what is not estimated
-  bool reference_ = false, has_rows_ = true;
+  bool reference_ = false;
   std::size_t rows_ = 0;
 };
 

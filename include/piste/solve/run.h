@@ -31,13 +31,7 @@ struct FilterRun {
   Solution solution;
   std::size_t epochs = 0;       ///< IMU epochs that were filtered: the rows of the solution, unless about a reference
   std::optional<Filter> begin;  ///< the filter at the start, if the history is kept
-  History history;              ///< from there on; without the rows that the solution has
-  Solution replaced;            ///< the filter's own first rows, if others replaced them in the solution
-
-  /// The estimate at the end of an epoch that the filter had, and its time. @pre The solution has its rows.
-  Estimate estimate(std::size_t row) const {
-    return row < replaced.size() ? replaced.estimate(row) : solution.estimate(row);
-  }
+  History history;              ///< from there on
 };
 
 /// Called now and then with the fraction of the work that is done. May be empty.
