@@ -28,7 +28,7 @@ void check_sources(const Sources& sources, const FilterOptions& options) {
   check("attitude", sources.attitude.size(), options.attitude.size());
 }
 
-// The log of a recording; the sigmas of its attitudes become known to the options.
+// The log of a recording. Sets the sigmas of its attitudes in the options.
 template <class AnyRecording>
 Log conditioned(AnyRecording&& recording, ReplayOptions& options) {
   check_sources(recording, options.filter);
@@ -36,7 +36,7 @@ Log conditioned(AnyRecording&& recording, ReplayOptions& options) {
   return condition(std::forward<AnyRecording>(recording), options.conditioning);
 }
 
-// The rows of a run that are left where others took them.
+// Keeps every n-th row and the last one after streaming.
 class Thinned {
  public:
   Thinned(const StateLayout& layout, const World& world, std::size_t all)
@@ -56,7 +56,7 @@ class Thinned {
   std::size_t every_;
 };
 
-// Filters the run of `run.found`. Its rows go to `options.streams`, and a part of them is left.
+// Filters the run from `run.found`. All rows go to `options.streams`; the solution keeps a part of them.
 FilterRun filtered_in_pieces(const Replay& run, const ReplayOptions& options, Keep keep,
                              const ProgressCallback& progress) {
   const LookedBack back = looked_back(run.log, run.options, run.found);
@@ -73,7 +73,7 @@ FilterRun filtered_in_pieces(const Replay& run, const ReplayOptions& options, Ke
   return filtered;
 }
 
-// Smooths a run. Its rows go to `options.streams`, and a part of them is left.
+// Smooths a run. All rows go to `options.streams`; the solution keeps a part of them.
 Solution smoothed_in_pieces(Replay& run, const ReplayOptions& options, const ProgressCallback& progress,
                             std::vector<AttitudeLag>& lags) {
   const FilterRun& filtered = run.smoothable();
@@ -153,7 +153,7 @@ Replay replay(Log log, const ReplayOptions& options, const ReplayProgress& progr
       const ProgressCallback told = stage("relinearising");
       Reference smoothed = smoothed_trajectory(run.smoothable(), part_of(told, 0, kSmoothingFirst));
       if (!history) run.filtered.history.clear();
-      run.relinearised.reset();  // what is not needed while the run is filtered again
+      run.relinearised.reset();  // saves memory while the run is filtered again
       run.relinearised =
           filtered_about(std::move(smoothed), run.log, run.options, run.found, part_of(told, kSmoothingFirst, 1));
     }
