@@ -1,4 +1,4 @@
-// Figures 8 and 13 to 17, Table 5 as colours, and estimates less the truth.
+// Figures 8 and 13 to 17, Table 5 as colours, and estimates minus the truth.
 
 #include <fmt/format.h>
 
