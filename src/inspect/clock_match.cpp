@@ -19,9 +19,9 @@ constexpr double kRatesCorrelated = 0.5;  // s: correlation time of the rates of
 constexpr double kHasDirection = 1.5;     // m/s from which a track has a direction
 constexpr double kShortestOverlap = 10;   // s that two signals must have in common
 constexpr double kCertain = 30, kOverRival = 15;
-// A bicycle that leans turns about other axes than the vertical: its correlation was 0.93 to 0.97, with evidence 236 to
-// 317 above any other offset; without stationary times in the logs, 0.86 and 80. Skis compared with the track of a
-// bicycle reached 0.92 and 115, but no window of their motion fitted that track.
+// A bicycle that leans turns about other axes than the vertical. Its correlation was 0.93 to 0.97, with evidence 236 to
+// 317 above any other offset. Without stationary times in the logs these were 0.86 and 80. Skis compared with the track
+// of a bicycle reached 0.92 and 115, but no window of their motion fitted that track.
 constexpr double kCertainCorrelation = 0.95, kLeastCorrelation = 0.85, kBeyondDoubt = 150;
 // A calm hour shakes the IMU more than it turns: the correlation was 0.64, but the evidence 1060 above any other
 // offset, and nearly twice that of the best rival. The motion must fit the track in addition.

@@ -95,7 +95,7 @@ bool shows_nothing(const Chart& chart) {
   });
 }
 
-/// Digits of the largest value that make steps smaller than a visible one: a tenth of the least sigma, or a
+/// Digits of the largest value with which steps are invisible. A step is a tenth of the least sigma, or a
 /// hundred-thousandth of the curve's range if that is less, but at least a thousandth of the sigma.
 int digits_of(const Curve& curve) {
   constexpr int kFewest = 5, kMost = 12;

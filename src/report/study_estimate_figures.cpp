@@ -59,7 +59,7 @@ std::optional<Figure> estimates(const Study& study, const std::string& name, con
                 fmt::format("{} {}{}{}", info(method).how, bars_caption(rows), kSign, truth_caption(study))};
 }
 
-// ---- Methods beside each other ----
+// ---- Methods compared ----
 
 constexpr std::array kCompared{Method::kRest, Method::kJoint, Method::kBiasOnly, Method::kMarkovFiltered};
 

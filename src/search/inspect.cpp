@@ -234,8 +234,8 @@ std::optional<Calibration> try_calibration(Inspection& inspection, const Inspect
   }
 }
 
-// Cost of examining, in filtered rows of an IMU: the number of bytes of text that are read and examined in the time of
-// one row, and the number of rows for the comparison of two logs.
+// Cost of examining, in filtered rows of an IMU. kBytes of text are read and examined in the time of one row; two logs
+// are compared in the time of kComparing rows.
 constexpr double kBytes = 400, kComparing = 2e4;
 
 double cost_of_reading(const InspectedLog& log) {

@@ -33,7 +33,8 @@
 
 namespace piste {
 
-/// Offset of the clocks, estimated from the motion: gps time = imu time − offset.
+/// Offset of the clocks, estimated from the motion: gps time = imu time − offset. With an offset of 2.5 s, a row
+/// stamped 102.5 s was measured at 100 s.
 struct ClockMatch {
   double offset = 0, sigma = 0;
   double correlation = 0;  ///< multiple correlation at that offset: the larger one of turn rates and of accelerations

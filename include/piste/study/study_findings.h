@@ -203,7 +203,8 @@ Study of_all_as_one(const Study& study);
 enum class StudyQuantity { kBias, kScale };
 
 /// Bias or scale as a correction to add, and its true value in the same form: −bias / (1 + scale) in the unit of files
-/// (−bias for a method without scale), and −scale / (1 + scale). Nothing if the method does not estimate it.
+/// (−bias for a method without scale), and −scale / (1 + scale). Nothing if the method does not estimate it. Example: a
+/// bias of 0.02 m/s² and a scale of 0.01 are shown as −0.0198 m/s² and −0.0099.
 std::optional<Term> shown(const AxisEstimate& estimate, StudyQuantity quantity, int axis);
 std::optional<double> shown_truth(const AxisEstimate& estimate, StudyQuantity quantity, int axis);
 

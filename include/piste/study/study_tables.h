@@ -55,8 +55,8 @@ std::vector<BeforeAfterRow> before_after(const Study& study);
 
 /// Table 5: the formal correlation of bias and scale; it is the same for corrections to add. `correlation` is the mean
 /// magnitude over the runs, with the sign of the mean. `lowest` and `highest` are over the runs. `inflation` is the
-/// factor 1 / (1 − correlation²) of either variance. For kJointReverse the correlation is −mean / rms of the
-/// reference's signal, so it depends on the motion alone.
+/// factor 1 / (1 − correlation²) of either variance: 5.3 for a correlation of 0.9. For kJointReverse the correlation is
+/// −mean / rms of the reference's signal, so it depends on the motion alone.
 struct CorrelationRow {
   std::size_t sensor = 0;
   int axis = 0;
