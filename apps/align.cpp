@@ -1,4 +1,4 @@
-/// align CONFIG: finds clock offset and drift, boresight and lever arm between two IMUs on one plate.
+/// align CONFIG: estimates clock offset and drift, boresight and lever arm between two IMUs on one plate.
 
 #include <fmt/format.h>
 

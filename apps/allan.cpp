@@ -1,4 +1,4 @@
-/// allan LOG…: the noise of an IMU from recordings at rest, and the sensor file that follows from it.
+/// allan LOG…: the noise of an IMU from recordings at rest, and the sensor file with it.
 
 #include "piste/recordings/allan.h"
 

@@ -24,8 +24,7 @@ constexpr const char* kExitCodes =
     "  1  the data could not be processed; standard error says what is wrong, and where\n"
     "  2  wrong usage or configuration";
 
-// The name by which a program knows itself: the one that it was called by, as it is built as `replay` and installed as
-// `piste-replay`.
+// The name by which the program was called: it is built as `replay` and installed as `piste-replay`.
 std::string called_as(int argc, char** argv, const AppDescription& description) {
   const std::string name = argc > 0 ? std::filesystem::path(argv[0]).filename().string() : "";
   return name.empty() ? description.name : name;
@@ -51,7 +50,7 @@ AppArguments parse(int argc, char** argv, const AppDescription& description, CLI
   std::map<std::string, long> values;
   for (const IntegerOption& option : description.integers) {
     auto* o = command.add_option("--" + option.name, values[option.name], option.help)->type_name("N");
-    // A number that is too large for it is read as the largest.
+    // A number that overflows is read as the largest.
     o->check(CLI::Range(option.minimum, std::numeric_limits<long>::max() - 1).description(""));
     if (option.fallback) {
       const std::string said = option.fallback_said.empty() ? fmt::to_string(*option.fallback) : option.fallback_said;
@@ -175,7 +174,7 @@ int run_app(const AppDescription& description, int argc, char** argv,
 void say(const AppArguments& arguments, const std::string& line) {
   if (arguments.quiet) return;
   fmt::print("{}\n", line);
-  std::fflush(stdout);  // a long program that writes into a file is followed there
+  std::fflush(stdout);  // a long program that writes into a file can be followed there
 }
 
 }  // namespace piste

@@ -17,10 +17,10 @@ struct IntegerOption {
   std::string name, help;  ///< name without the dashes
   std::optional<long> fallback = std::nullopt;
   long minimum = 0;
-  std::string fallback_said = {};  ///< how the help says the fallback, where it depends on the machine
+  std::string fallback_said = {};  ///< the fallback's text in the help, if the fallback depends on the machine
 };
 
-/// An option that is there or not, such as `--robust`.
+/// An option without a value, such as `--robust`.
 struct FlagOption {
   std::string name, help;
 };
@@ -30,8 +30,8 @@ struct FileOption {
   std::string name, help;
 };
 
-/// Name, summary and options of a program, for its command line and its help. The help calls a program as the user has
-/// called it: an installed one is `piste-NAME`.
+/// Name, summary and options of a program, for its command line and its help. The help shows the name by which the user
+/// called the program: an installed one is `piste-NAME`.
 struct AppDescription {
   std::string name, summary;
   std::string input = "CONFIG";  ///< name of the positional argument
@@ -49,9 +49,9 @@ struct AppArguments {
   std::vector<std::string> inputs;
   std::filesystem::path output;  ///< --output, else out/<stem of the input>
   bool quiet = false;
-  std::map<std::string, long> integers;  ///< those that are given or have a fallback
+  std::map<std::string, long> integers;  ///< the given ones and those with a fallback
   std::map<std::string, bool> flags;
-  std::map<std::string, std::string> files;  ///< those that are given
+  std::map<std::string, std::string> files;  ///< the given ones
 };
 
 /// A progress bar with rate and time left. It is on standard error, and only if that is a terminal.
@@ -61,14 +61,15 @@ class Progress {
   ~Progress() { clear(); }
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
-  /// Begins a stage of `total` steps, each called `unit`. `done` of them were done before, and do not count for the
+  /// Begins a stage of `total` steps, each called `unit`. `done` of them were done earlier, and do not count for the
   /// rate.
   void start(std::string stage, std::size_t total, std::string unit = "epochs", std::size_t done = 0);
   void update(std::size_t done);
-  /// Begins work of several stages that share one bar, and shows the stage that it is at: `part` of the whole is done.
+  /// Begins work of several stages that share one bar. The bar shows the current stage and the part of the whole that
+  /// is done.
   void start_work();
   void go_on(std::string_view stage, double part);
-  /// A callback that is told how many of all steps are done, first 0, and shows that as one stage.
+  /// A callback that gets the number of steps done, first 0, and of all steps, and shows them as one stage.
   std::function<void(std::size_t, std::size_t)> counted(std::string stage, std::string unit);
   /// Removes the bar from the terminal.
   void clear();
@@ -84,8 +85,8 @@ class Progress {
 };
 
 /// Reads the command line, runs `body`, and returns the exit code: 0 done; 1 the data could not be processed; 2 wrong
-/// usage or configuration. Errors go to standard error. Where Ctrl-C or a scheduler ends the program, no half written
-/// output stays (EndOnSignal).
+/// usage or configuration. Errors go to standard error. If Ctrl-C or a scheduler ends the program, no half-written
+/// output remains (EndOnSignal).
 int run_app(const AppDescription& description, int argc, char** argv,
             const std::function<void(const AppArguments&, Progress&)>& body);
 

@@ -15,7 +15,7 @@ EndOnSignal::EndOnSignal() {
     wake_ = signal;
   }
   if (wake_ == 0) return;
-  // Threads that are made from here on inherit this, so that a signal waits for wait().
+  // Threads that start after this inherit the mask, so that a signal waits for wait().
   pthread_sigmask(SIG_BLOCK, &awaited_, &before_);
   waiter_ = std::thread([this] { wait(); });
 }

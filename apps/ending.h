@@ -1,5 +1,5 @@
 #pragma once
-/// How a program ends where Ctrl-C or a scheduler asks it to.
+/// Ends a program cleanly when Ctrl-C or a scheduler asks it to.
 
 #include <atomic>
 #include <csignal>
@@ -7,8 +7,8 @@
 
 namespace piste {
 
-/// While it lives, SIGINT, SIGTERM and SIGHUP remove what this program has half written, then end it as they would
-/// without it. One that the program's caller ignores stays ignored. To be made before other threads are.
+/// While it lives, SIGINT, SIGTERM and SIGHUP remove the half-written outputs of this program, then end it as they
+/// would without it. A signal that the program's caller ignores stays ignored. Construct it before any thread.
 class EndOnSignal {
  public:
   EndOnSignal();
@@ -19,7 +19,7 @@ class EndOnSignal {
  private:
   void wait();
   sigset_t awaited_ = {}, before_ = {};
-  int wake_ = 0;  // one of those that are awaited, if any is
+  int wake_ = 0;  // one of the awaited signals, if there is any
   std::atomic<bool> over_ = false;
   std::thread waiter_;
 };

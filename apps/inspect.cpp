@@ -1,4 +1,4 @@
-/// inspect FILE…: shows what logs contain and what is wrong with them.
+/// inspect FILE…: shows the contents of logs and their faults.
 
 #include "piste/search/inspect.h"
 

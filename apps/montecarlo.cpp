@@ -1,4 +1,4 @@
-/// montecarlo SCENARIO: are the filter's sigmas true, and how near are its errors to the bound?
+/// montecarlo SCENARIO: are the filter's sigmas consistent with its errors, and how near are the errors to the bound?
 
 #include <fmt/format.h>
 
@@ -25,8 +25,8 @@ std::string bytes_of(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-// The trials from `first` on, beginning with those that an earlier run left in the file, if they are of this scenario.
-// More than are wanted are not thrown away: they may have taken hours.
+// The trials from `first` on. Trials of this scenario that an earlier run left in the file come first. A file with more
+// trials than wanted is an error, not overwritten: they may have taken hours.
 Ensemble begin(const AppArguments& arguments, const Scenario& scenario, const std::filesystem::path& file,
                std::size_t first, std::size_t runs) {
   if (!std::filesystem::exists(file)) return Ensemble(scenario, batch_solver(), first);
@@ -64,7 +64,7 @@ Ensemble simulated(const AppArguments& arguments, const Scenario& scenario, Outp
   return ensemble;
 }
 
-// The parts that follow the scenario on the command line, one after the other.
+// Merges the parts that follow the scenario on the command line.
 Ensemble merged(const AppArguments& arguments, const Scenario& scenario) {
   Ensemble ensemble(scenario, batch_solver());
   for (std::size_t i = 1; i < arguments.inputs.size(); ++i) {

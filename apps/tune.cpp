@@ -1,4 +1,4 @@
-/// tune CONFIG: finds the noise of the sensors for which the innovations of a replay are likeliest.
+/// tune CONFIG: estimates the maximum-likelihood noise of the sensors from the innovations of a replay.
 
 #include "piste/search/tune.h"
 

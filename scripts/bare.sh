@@ -38,7 +38,7 @@ read_bare_arguments() {
   folder="${1:-build/bare}"
 }
 
-# What this machine's network needs, if anything was added: certificates alone.
+# Configuration of this machine's network for the bare system: certificates only.
 take_certificates() {
   [[ ! -d /usr/local/share/ca-certificates ]] || cp -r /usr/local/share/ca-certificates "$bare/usr/local/share/"
   inside 'apt-get update >/dev/null && apt-get install --yes --no-install-recommends ca-certificates >/dev/null

@@ -1,8 +1,8 @@
 """How far the values of two folders of outputs differ, in units of their own sigmas. scripts/same_outputs --sigmas prints it.
 
-A change of 0.01 sigma is no change for a user, however many digits of the value differ. A value has a sigma where its table
-has a column for it (`heading_deg` and `sigma_heading_deg`), or its JSON object a key. The sigma is that of BEFORE, in the
-same row.
+A change of 0.01 sigma is no change for a user, however many digits of the value differ. A value has a sigma if its
+table has a column for it (`heading_deg` and `sigma_heading_deg`), or its JSON object a key. The sigma is taken from
+BEFORE, in the same row.
 """
 
 import csv
@@ -14,9 +14,9 @@ from dataclasses import dataclass, field
 
 EQUATOR = 6378137.0  # m, WGS84
 ECCENTRICITY_2 = 6.69437999014e-3
-START = 1.0  # s: the first rows, in which the filter settles and where a change is larger than in the rest
-KEYS = ("time_s", "source", "run", "sensor", "axis", "unit", "method", "quantity")  # a row is known by these
-# Sigmas whose value is not named as they are.
+START = 1.0  # s: the first rows, in which the filter settles and changes are larger than later
+KEYS = ("time_s", "source", "run", "sensor", "axis", "unit", "method", "quantity")  # these columns identify a row
+# Sigmas whose names differ from the names of their values.
 PARTNERS = {
     "sigma_north_m": "latitude_deg",
     "sigma_east_m": "longitude_deg",
@@ -28,7 +28,7 @@ PARTNERS = {
     "standard_error": "bias",
 }
 MOST = 10  # values of one JSON document that are listed; one of compare has hundreds
-# Of JSON: how uncertain the mean NEES of an ensemble is.
+# JSON keys: the uncertainty of the mean NEES of an ensemble.
 JSON_PARTNERS = {"sigma": "value", "standard_error": "nees"}
 
 
@@ -46,7 +46,7 @@ class Worst:
 
 @dataclass
 class Column:
-    """What became of one value of a file."""
+    """The changes of one value of a file."""
 
     name: str
     later: Worst = field(default_factory=Worst)  # all rows but those of the start
@@ -64,14 +64,14 @@ class Column:
 
 @dataclass
 class File:
-    """The columns of a file, how many rows both folders have, and how many only one of them has."""
+    """The columns of a file, the number of rows in both folders, and of those in only one of them."""
 
     name: str
     columns: list
     both: int = 0
     only_before: int = 0
     only_after: int = 0
-    missing: list = field(default_factory=list)  # values with a sigma that only one of the two has
+    missing: list = field(default_factory=list)  # values that have a sigma in only one of the two
 
 
 def number(text):
@@ -82,7 +82,7 @@ def number(text):
 
 
 def metres_per_degree(latitude, height):
-    """To the north and to the east on the ellipsoid of WGS84, by its radii of curvature."""
+    """Metres per degree to the north and to the east on the WGS84 ellipsoid, by its radii of curvature."""
     phi = math.radians(latitude)
     root = math.sqrt(1 - ECCENTRICITY_2 * math.sin(phi) ** 2)
     north = EQUATOR * (1 - ECCENTRICITY_2) / root**3 + height
@@ -91,7 +91,7 @@ def metres_per_degree(latitude, height):
 
 
 def in_sigmas(difference, sigma):
-    """A change where there is no sigma is infinite, as is one from or to an empty cell (not a number)."""
+    """A change in sigmas. It is infinite without a sigma, and from or to an empty cell (not a number)."""
     if math.isnan(difference):
         return math.inf
     if difference == 0:
@@ -113,7 +113,7 @@ def difference(name, before, after):
 
 
 class Rows:
-    """A table whose rows are found by their time and what else tells them apart."""
+    """A table with its rows indexed by their time and other identifying columns."""
 
     def __init__(self, text):
         reader = csv.reader(io.StringIO(text))
@@ -123,7 +123,7 @@ class Rows:
         self.rows, seen = {}, Counter()
         for cells in reader:
             key = tuple(cells[i] for i in keys)
-            seen[key] += 1  # several rows of one time stand in the same order in both
+            seen[key] += 1  # rows of equal keys keep their order in both
             self.rows[(*key, seen[key])] = cells
         first = next(iter(self.rows.values()), None)
         self.start = number(first[self.at["time_s"]]) + START if first and "time_s" in self.at else -math.inf
@@ -150,7 +150,7 @@ def change_of_row(value, sigma, sides, rows):
 
 
 def compared_tables(name, before, after):
-    """Two tables; None where they have no sigmas."""
+    """Compares two tables; None if they have no sigmas."""
     sides = Rows(before), Rows(after)
     pairs = [[tuple(pair) for pair in side.pairs()] for side in sides]
     common = [pair for pair in pairs[0] if pair in pairs[1]]
@@ -175,7 +175,7 @@ def compared_tables(name, before, after):
 
 
 def numbers(value):
-    """A number or a list of them, as a list; None of anything else."""
+    """A number or a list of numbers, as a list; None for anything else."""
     values = value if isinstance(value, list) else [value]
     if not all(v is None or (isinstance(v, int | float) and not isinstance(v, bool)) for v in values):
         return None
@@ -196,13 +196,13 @@ def walk(node, path=""):
         if value in node:
             values, sigmas = numbers(node[value]), numbers(item)
             if values and sigmas and len(values) == len(sigmas):
-                # The unit is beside `value`, and in the name of others.
+                # The unit is a key next to `value`, or part of other names.
                 unit = "_deg" if node.get("unit") == "deg" else ""
                 yield f"{path}.{value}" if path else value, value + unit, values, sigmas
 
 
 def compared_documents(name, before, after):
-    """Two JSON documents; None where they have no sigmas. Each value counts as a row."""
+    """Compares two JSON documents; None if they have no sigmas. Each value counts as a row."""
     found = [{path: rest for path, *rest in walk(json.loads(text))} for text in (before, after)]
     if not found[0] and not found[1]:
         return None
@@ -224,7 +224,7 @@ def compared_documents(name, before, after):
 
 
 def compare(before, after):
-    """The files of two folders that have sigmas, those alone that both have."""
+    """Compares the files with sigmas that both folders have."""
     compared = {".csv": compared_tables, ".json": compared_documents}
     files = []
     for path in sorted(p for p in before.rglob("*") if p.suffix in compared and (after / p.relative_to(before)).is_file()):
@@ -238,7 +238,7 @@ def compare(before, after):
 
 
 def table(files):
-    """The lines to print: what changed of each file, the worst column first."""
+    """The lines to print: the changes of each file, the worst column first."""
     rows, notes = [], []
     for file in files:
         changed = [column for column in file.columns if column.changed()]

@@ -1,10 +1,11 @@
 #pragma once
-/// The front door of piste::batch: the functions that need least squares over whole logs. Conventions stand in piste.h.
+/// The front door of piste::batch: the functions that need least squares over whole logs. The conventions are in
+/// piste.h.
 ///
-/// Two IMUs on one plate are aligned, and one is fitted to the other; a campaign of several is studied; a run is solved
-/// as a batch; the noise of an IMU is found from recordings at rest.
+/// Two IMUs on one plate are aligned, and one is fitted to the other. A campaign of several IMUs is studied. A run is
+/// solved as a batch. The noise of an IMU is estimated from recordings at rest.
 
-// One IMU beside a better one.
+// Comparison of one IMU with a better one.
 #include "piste/align/align_config.h"
 #include "piste/align/aligned_pair.h"
 #include "piste/condition/aligned_signals.h"
@@ -19,7 +20,7 @@
 #include "piste/report/alignment_text.h"
 #include "piste/report/findings_text.h"
 
-// Several of them, over several runs.
+// Comparison of several IMUs over several runs.
 #include "piste/files/study.h"
 #include "piste/report/study_figures.h"
 #include "piste/report/study_page.h"
@@ -29,7 +30,7 @@
 #include "piste/study/study.h"
 #include "piste/study/study_tables.h"
 
-// The whole run as one least-squares problem.
+// A whole run as one least-squares problem.
 #include "piste/batch/batch.h"
 
 // The noise of an IMU at rest.
@@ -42,5 +43,5 @@
 #include "piste/report/allan_page.h"
 #include "piste/report/allan_text.h"
 
-// What the programs write of all this.
+// The output files of these programs.
 #include "piste/outputs/batch_folders.h"

@@ -1,8 +1,8 @@
 #pragma once
-/// The front door of piste: conventions first, then all public headers that need only piste::piste. Those that need
-/// least squares over whole logs stand in batch.h.
+/// The front door of piste: the conventions, then all public headers that need only piste::piste. The headers that need
+/// least squares over whole logs are in batch.h.
 ///
-/// Three kinds of values carry everything, and each step is a pure function from one to the next:
+/// Data is of three kinds, and each step is a pure function from one kind to the next:
 ///
 ///     Log (measurements)  →  Solution (estimates with their sigmas)  →  findings (conclusions)
 ///
@@ -39,9 +39,9 @@
 ///
 ///     p_wb = p̂_wb + ρ    v_wb = Exp(θ) v̂_wb + J_l(θ) ν    R_wb = Exp(θ) R̂_wb    R_rb = Exp(β) R̂_rb
 ///
-/// and value + error for every other block. Sigmas in files and pictures are of the ordinary errors in n: north, east,
-/// down, roll, pitch, heading, as the values are. Fixes state their sigmas in n too, and their coloured errors are in
-/// n. World::rotation_wn is the one rotation between w and n: a run does not depend on where the origin of w lies.
+/// and value + error for every other block. Sigmas in files and pictures are those of the ordinary errors in n: north,
+/// east, down, roll, pitch, heading, like the values. The sigmas and coloured errors of fixes are in n too.
+/// World::rotation_wn is the only rotation between w and n, so a run does not depend on the origin of w.
 ///
 /// ## IMU error model
 ///
@@ -53,18 +53,18 @@
 /// ## Units
 ///
 /// Inside the library all numbers are in SI and radians, and names have no unit. In files the unit is text and is
-/// checked: a configuration says `0.05 deg/s/sqrt(Hz)`, the header of a file `gyro_x_deg_s`. Time is GPS seconds of
+/// checked: a configuration has `0.05 deg/s/sqrt(Hz)`, the header of a file `gyro_x_deg_s`. Time is GPS seconds of
 /// week.
 ///
 /// ## Failure
 ///
-/// Bad input throws piste::Error, which says where the fault is and what would be right. The library does not print and
+/// Bad input throws piste::Error, which states where the fault is and how to correct it. The library does not print and
 /// does not exit.
 
-// How work that takes long is ended before it is done.
+// Interrupts long computations.
 #include "piste/math/interruption.h"
 
-// What a run is made of.
+// The parts of a run.
 #include "piste/core/error.h"
 #include "piste/core/estimate.h"
 #include "piste/core/log.h"
@@ -73,7 +73,7 @@
 #include "piste/core/solution.h"
 #include "piste/core/version.h"
 
-// The steps of a run: simulate or read, inspect, condition, solve, analyse, write and show. And ensembles of runs,
+// The steps of a run: simulate or read, inspect, condition, solve, analyse, write and show; and ensembles of runs,
 // compared with the truth.
 #include "piste/condition/pipeline.h"
 #include "piste/condition/rest_detection.h"

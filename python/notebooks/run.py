@@ -1,4 +1,4 @@
-"""Runs a notebook from its first cell to its last: python run.py NOTEBOOK. The file stays as it is."""
+"""Runs a notebook from its first cell to its last: python run.py NOTEBOOK. The file is not changed."""
 
 import sys
 from pathlib import Path

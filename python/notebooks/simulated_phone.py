@@ -1,4 +1,4 @@
-"""A drive as the phone of phone.ipynb would have logged it, simulated: for those who do not have the recording."""
+"""Simulates a drive as the phone of phone.ipynb would have logged it, for readers without the recording."""
 
 from pathlib import Path
 

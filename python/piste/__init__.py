@@ -1,4 +1,4 @@
-"""piste: from the raw logs of a body-worn IMU and a GNSS receiver to a trajectory, the errors of the IMU, and how sure they are.
+"""piste: from the raw logs of a body-worn IMU and a GNSS receiver to a trajectory, the IMU's errors, and their sigmas.
 
     import piste
 

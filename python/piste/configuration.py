@@ -12,7 +12,7 @@ from . import _piste
 from .errors import ConfigError
 from .tables import WEEK, columns_of, is_table
 
-# Keywords that belong to a sensor are taken beside it: replay(imu=frame, sensor="xsens_mt9a").
+# Keywords of a sensor may be given next to it: replay(imu=frame, sensor="xsens_mt9a").
 LOGS = ("imu", "gnss", "attitude", "reference", "odometer", "barometer", "heading")
 SHORT = {"sensor": "imu", "lever_arm": "gnss"}
 
@@ -31,7 +31,7 @@ def configuration(
     if not keywords:
         raise ConfigError("give a configuration file, or its keys as keywords", "keywords")
     keys = {key: value for key, value in keywords.items() if value is not None}
-    spelled: dict[str, str] = {}  # the keywords of keys that have another path
+    spelled: dict[str, str] = {}  # the keywords of keys with another path
     for owner in LOGS:
         if owner in keys:
             if isinstance(keys[owner], str | os.PathLike):
@@ -56,7 +56,7 @@ def configuration(
     weeks: dict[str, int] = {}
     text = "".join(_lines(_plain(keys, "", tables, weeks), 0))
     first = min(weeks.values(), default=0)
-    for name, week in weeks.items():  # all count from the week of the first
+    for name, week in weeks.items():  # all times count from the week of the first
         if week != first and "time_s" in tables[name]:
             tables[name]["time_s"] = tables[name]["time_s"] + (week - first) * WEEK
     return _piste.Configuration.parse(text, "keywords", tables, spelled), first if weeks else None
@@ -77,7 +77,7 @@ def _entries(owner: str, value: Any) -> Any:
 
 
 def _plain(value: Any, path: str, tables: dict[str, dict[str, np.ndarray]], weeks: dict[str, int]) -> Any:
-    """The value with the names of its tables in place of them."""
+    """The value with its tables replaced by their names."""
     if is_table(value):
         name = path.removesuffix(".file")
         tables[name], week = columns_of(value, name)
@@ -96,7 +96,7 @@ def _plain(value: Any, path: str, tables: dict[str, dict[str, np.ndarray]], week
 
 
 def _lines(keys: Mapping[str, Any], depth: int) -> list[str]:
-    """YAML, a key a line."""
+    """YAML, with one key a line."""
     lines = []
     for name, value in keys.items():
         key = _scalar(name)

@@ -1,8 +1,9 @@
 """Monte Carlo campaigns and studies on a Dask cluster.
 
-The runs of a Monte Carlo are cut into parts of at least a second. Parts come back in any order and are merged in the order of their
-seeds, by sums that do not depend on how the runs were cut (C++: piste/consistency/range_sums.h). So the files have the
-bytes that the program `montecarlo` writes, whatever the workers, their order, and how often a part was tried again.
+The runs of a Monte Carlo are cut into parts of at least a second. Parts return in any order and are merged in the order
+of their seeds, by sums that do not depend on how the runs were cut (C++: piste/consistency/range_sums.h). So the files
+have the bytes that the program `montecarlo` writes. Neither the workers, nor their order, nor repeated parts change
+them.
 """
 
 import json
@@ -21,8 +22,8 @@ from .runs import Path
 if TYPE_CHECKING:
     from distributed import Client, Future, LocalCluster
 
-# s of work that a part should be worth, or if that is more, the second for each worker: a part costs client and scheduler half of
-# it (docs/python.md).
+# s: least work of a part, or for many workers this many seconds for each worker. A part costs client and scheduler half
+# of it (docs/python.md).
 SHORTEST, FOR_EACH_WORKER = 1.0, 0.01
 SAVE_EVERY = 5.0  # s
 STATE = "ensemble.state"
@@ -36,10 +37,10 @@ def part(scenario: str, first: int, runs: int) -> bytes:
 
 
 def local_cluster(workers: int = _piste.cores) -> "LocalCluster":
-    """A cluster of this machine's cores, whose processes leave the cores to the runs.
+    """A cluster of this machine's cores, whose own processes hardly load the cores.
 
-    Workers keep freed memory and are not profiled, which would cost a run 5 %. All look around once a second or so: as
-    Dask is set up they do so every 20 to 500 ms, which takes 9 % of a core.
+    Workers keep freed memory and are not profiled, because profiling would cost a run 5 %. All processes poll about
+    once a second. By default Dask polls every 20 to 500 ms, which takes 9 % of a core.
     """
     import dask
     from distributed import LocalCluster
@@ -68,10 +69,9 @@ def montecarlo(
     """Simulates and replays a scenario `runs` times on a cluster, and writes the files of the program into `output`.
 
     `client`: of any cluster whose workers have piste and see the scenario's file at the same path; without one, a
-    cluster of this machine's cores. A killed worker costs the parts that it was at, which others do again. With `output`
-    a campaign that was stopped goes on where it was. `until`: no more runs than make the band, in which the mean NEES of
-    all states at one epoch must lie, as narrow as 1 ± `until`.
-    Returns consistency.json.
+    cluster of this machine's cores. The parts of a killed worker are repeated by others. With `output`, a stopped
+    campaign continues. `until`: stops at the number of runs with which the band of the mean NEES of all states at one
+    epoch is as narrow as 1 ± `until`. Returns consistency.json.
     """
     if client is None:
         with local_cluster() as cluster, cluster.get_client() as local:
@@ -87,8 +87,8 @@ def montecarlo(
         if len(ensemble) > runs:
             ensemble = _piste.Ensemble.begin(configuration)
 
-    started = time.process_time()  # of a busy machine, too, it tells the work
-    if len(ensemble) < runs:  # one here tells how long a run is
+    started = time.process_time()  # CPU time measures the work on a busy machine, too
+    if len(ensemble) < runs:  # one local run measures the time of a run
         ensemble.append(part(path, len(ensemble), 1))
     worth = max(SHORTEST, FOR_EACH_WORKER * sum(client.nthreads().values()))
     chunk = max(1, round(worth / max(time.process_time() - started, 1e-3)))
@@ -105,12 +105,12 @@ def study(
     *,
     progress: Progress | bool | None = None,
 ) -> list[dict[str, Any]]:
-    """Studies several campaigns on a cluster, each in a task of its own: summary.json of each, in their order.
+    """Studies several campaigns on a cluster, each in its own task: summary.json of each, in their order.
 
-    With `output` each writes what the program `study` writes, into a folder there with the name of its file; a campaign
-    whose summary is there already is not studied again. `client` as for montecarlo(): its workers see the campaigns, and
-    `output`, at the same paths. A killed worker costs the campaigns that it was at, which others do again. One campaign
-    is not cut, as its tables need all of its runs: piste.study() takes several cores for it.
+    With `output`, each writes the files of the program `study` into a folder there with the name of its file. A
+    campaign whose summary exists there is not studied again. `client` as for montecarlo(): its workers see the
+    campaigns, and `output`, at the same paths. The campaigns of a killed worker are repeated by others. One campaign is
+    not cut, because its tables need all of its runs: piste.study() uses several cores for it.
     """
     names = [os.path.splitext(os.path.basename(os.fspath(campaign)))[0] for campaign in campaigns]
     if len(set(names)) < len(names):
@@ -159,7 +159,7 @@ def _run_parts(
     from distributed import as_completed
 
     workers = max(1, sum(client.nthreads().values()))
-    ahead = 100 * workers * chunk  # runs that may wait for one before them: what they hold is kept here
+    ahead = 100 * workers * chunk  # runs that may wait for an earlier one: their sums are kept here
     following = len(ensemble)
     first_of: dict[Future, int] = {}
     waiting: dict[int, bytes] = {}  # by first run
@@ -189,7 +189,7 @@ def _run_parts(
 
 
 def _save(file: str, content: bytes) -> None:
-    """So that the file is whole or not there."""
+    """Writes a file whole or not at all."""
     folder = os.path.dirname(file) or "."
     os.makedirs(folder, exist_ok=True)
     with tempfile.NamedTemporaryFile(dir=folder, delete=False) as beside:

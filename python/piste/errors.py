@@ -1,4 +1,4 @@
-"""What piste raises where the input is wrong: each says where, what, and what would be right."""
+"""The exceptions of piste for wrong input. Each states where the fault is, what it is, and how to correct it."""
 
 import re
 
@@ -12,12 +12,12 @@ class Error(Exception):
 
     @property
     def file(self) -> str | None:
-        """The file, the table, or the keyword with its `=`, that is wrong."""
+        """The wrong file, table, or keyword with its `=`."""
         return re.sub(r"(: (row|byte) |:)\d+$", "", self.where) or None
 
     @property
     def line(self) -> int | None:
-        """Its line, from 1; of a table its row, from 0."""
+        """The line of the fault, from 1; in a table its row, from 0."""
         place = re.search(r"(: row |:)(\d+)$", self.where)
         return int(place[2]) if place else None
 

@@ -26,7 +26,7 @@ SIGMAS = {"latitude_deg": None, "longitude_deg": None, "height_m": "sigma_down_m
 
 
 def label(name: str) -> str:
-    """The name of a column as one reads it: `velocity_north_m_s` is velocity north [m/s]."""
+    """The readable name of a column: `velocity_north_m_s` is velocity north [m/s]."""
     for suffix, unit in UNITS.items():
         if name.endswith(suffix):
             return f"{name.removesuffix(suffix).replace('_', ' ')} [{unit}]"
@@ -34,7 +34,7 @@ def label(name: str) -> str:
 
 
 def without_wraps(name: str, value: np.ndarray) -> np.ndarray:
-    """An angle without the strokes from +180° to −180°."""
+    """An angle with breaks instead of lines from +180° to −180°."""
     if not name.endswith("_deg"):
         return value
     wraps = np.flatnonzero(np.abs(np.diff(value)) > 180)

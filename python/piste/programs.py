@@ -1,4 +1,4 @@
-"""The other programs of piste as functions. `output`: a folder in which each writes what the program writes."""
+"""The other programs of piste as functions. `output`: a folder for the output files of the program."""
 
 import io
 import json
@@ -33,7 +33,7 @@ def _files(files: Sequence[Path]) -> list[str]:
 
 
 def whole(name: str, value: Any, least: int) -> int:
-    """A whole number, or a ConfigError that names what is expected."""
+    """A whole number, or a ConfigError that states what is expected."""
     try:
         number = operator.index(value)
     except TypeError:
@@ -46,7 +46,7 @@ def whole(name: str, value: Any, least: int) -> int:
 def read(*files: Path) -> Table:
     """Reads a log of any format that piste knows; the format is guessed. Two files: gyroscopes and accelerometers.
 
-    The columns are named as those of csv, so that replay() takes the table in place of a file. `kind` is imu, gnss or
+    The columns are named as those of csv, so that replay() accepts the table instead of a file. `kind` is imu, gnss or
     attitude.
     """
     kind, columns = _piste.read(_files(files))
@@ -54,7 +54,7 @@ def read(*files: Path) -> Table:
 
 
 class Inspection:
-    """What logs contain, and what is wrong with them."""
+    """The contents of logs, and their faults."""
 
     def __init__(self, inspected: _piste.Inspected):
         self._inspected = inspected
@@ -63,28 +63,28 @@ class Inspection:
         return self._inspected.text()
 
     def __repr__(self) -> str:
-        """The worst that looks wrong; print() shows all."""
+        """The worst fault; print() shows all."""
         found = self.suspicions
         return f"<piste.Inspection: {len(found)} things look wrong{f', the worst: {found[0]}' if found else ''}>"
 
     @property
     def suspicions(self) -> list[str]:
-        """What looks wrong, the worst first."""
+        """The faults, the worst first."""
         return self._inspected.suspicions()
 
     def report(self) -> Page:
         return Page(self._inspected.page())
 
     def write(self, folder: Path) -> None:
-        """Writes inspection.txt and .html, and where the logs suffice replay.yaml and sensor.yaml, for replay().
+        """Writes inspection.txt and .html, and if the logs suffice replay.yaml and sensor.yaml, for replay().
 
-        Logs that were tables are written as well, as csv.
+        Logs that were tables are written as csv, too.
         """
         self._inspected.write(os.fspath(folder))
 
 
 def _sources(logs: Sequence[Any]) -> tuple[list[str], list[str | None]]:
-    """The names of logs, and of those that are tables what a csv of them would hold."""
+    """The names of logs, and for tables the content of their csv."""
     if not logs:
         raise ConfigError("no log is named", "files")
     names: list[str] = []
@@ -98,16 +98,17 @@ def _sources(logs: Sequence[Any]) -> tuple[list[str], list[str | None]]:
         names.append(f"table_{i + 1}.csv")
         columns, week = columns_of(log, names[-1])
         first = week if first is None else first
-        if week is not None and first is not None and "time_s" in columns:  # all count from the week of the first
+        if week is not None and first is not None and "time_s" in columns:  # all times count from the week of the first
             columns["time_s"] = columns["time_s"] + (week - first) * WEEK
         contents.append(csv_of(columns, names[-1]))
     return names, contents
 
 
 def inspect(*logs: Path | Any, output: Path | None = None, progress: Progress | bool | None = None) -> Inspection:
-    """Looks at logs before anything else runs: files, or tables such as a pandas.DataFrame, as replay() takes them.
+    """Inspects logs before anything else runs: files, or tables such as a pandas.DataFrame, as replay() accepts them.
 
-    Tables are called table_1.csv and so on, by their places; `output` and write() write them beside the configuration.
+    Tables are called table_1.csv and so on, by their positions; `output` and write() write them next to the
+    configuration.
     """
     inspection = Inspection(_piste.inspect(*_sources(logs), told(progress)))
     if output is not None:
@@ -126,7 +127,7 @@ def align(
 def compare(
     config: Path | None = None, /, *, output: Path | None = None, progress: Progress | bool | None = None, **keys: Any
 ) -> dict[str, dict[str, Any]]:
-    """Biases and scales of IMUs beside a better one: `alignment` and `findings` of each by its name."""
+    """Biases and scales of IMUs, by comparison with a better one: `alignment` and `findings` of each by its name."""
     parsed, _ = configuration(config, keys)
     return {
         name: {"alignment": json.loads(alignment), "findings": json.loads(findings)}
@@ -194,11 +195,12 @@ def tune(
     progress: Progress | bool | None = None,
     **keys: Any,
 ) -> dict[str, Any]:
-    """The noise for which the innovations of a replay are likeliest: tune.json, and `text`.
+    """The maximum-likelihood noise, from the innovations of a replay: tune.json, and `text`.
 
-    Of each two stretches of `hold_out` seconds the second is not fitted to, and `nis` is that of these; 0: all is.
+    Of each two stretches of `hold_out` seconds the second is held out from the fit, and `nis` is computed there; 0:
+    none is.
 
-    `output` needs a configuration file, on which the replay.yaml there builds.
+    `output` needs a configuration file, which is the base of the replay.yaml there.
     """
     if keys and output is not None:
         raise ConfigError("the replay.yaml in `output` builds on a file; leave the keywords out, or `output`", "output")
@@ -210,7 +212,7 @@ def tune(
 def study(
     config: Path, /, *, jobs: int = _piste.cores, output: Path | None = None, progress: Progress | bool | None = None
 ) -> dict[str, Any]:
-    """A campaign of IMUs beside a reference: summary.json, and `report`, its page."""
+    """A campaign of IMUs with a reference: summary.json, and `report`, its page."""
     parsed, _ = configuration(config, {})
     found, page = _piste.study(parsed, whole("jobs", jobs, 1), _folder(output), told(progress))
     return {**json.loads(found), "report": Page(page)}

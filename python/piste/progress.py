@@ -1,4 +1,4 @@
-"""How far the work is: a function of one's own, or a bar."""
+"""Progress of work: a function of the caller, or a bar."""
 
 import sys
 import time
@@ -6,8 +6,8 @@ from collections.abc import Callable
 from typing import TextIO
 
 Progress = Callable[[str, float], object]
-"""Called some times a second with the stage and the part of it that is done, 0 to 1; of inspect() the part of the whole
-work, which does not go back from stage to stage. What it raises ends the work."""
+"""Called some times a second with the stage and the part of it that is done, 0 to 1. Of inspect() it gets the part of the
+whole work, which does not go back from stage to stage. An exception that it raises ends the work."""
 
 
 class Bar:
@@ -38,5 +38,5 @@ class Bar:
 
 
 def told(progress: Progress | bool | None) -> Progress | None:
-    """What the bindings call: of True a bar, of False and None nothing."""
+    """The callback for the bindings: a bar for True, nothing for False and None."""
     return Bar() if progress is True else progress or None

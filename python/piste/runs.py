@@ -27,8 +27,8 @@ OUTCOMES = np.array(["used", "rejected", "readmitted", "disputed", "repeated"])
 class Solution:
     """The estimates of a filter or a smoother with their sigmas, a row for each epoch of the IMU.
 
-    `solution["v_wb"]` is a column as the library stores it, without a copy: SI and radians, the frames and symbols of
-    piste.h. `navigation` and `biases` are tables in the units of the files.
+    `solution["v_wb"]` is a column as the library stores it, without a copy. It is in SI and radians, with the frames
+    and symbols of piste.h. `navigation` and `biases` are tables in the units of the files.
     """
 
     def __init__(self, solution: _piste.Solution, week: int | None):
@@ -74,7 +74,7 @@ class Solution:
 
     @cached_property
     def innovations(self) -> Table:
-        """Every measurement against its prediction: the columns of innovations.csv, SI; NaN where its cells are empty."""
+        """Every measurement against its prediction: the columns of innovations.csv, SI; NaN for its empty cells."""
         raw = self._solution.innovations()
         table: dict[str, np.ndarray] = {
             "time_s": raw["time_s"],
@@ -87,7 +87,7 @@ class Solution:
         return Table(table, week=self.week)
 
     def to_pandas(self, week: int | None = None) -> "pandas.DataFrame":
-        """`navigation` as a pandas.DataFrame, indexed by UTC where the GPS week is known, else by GPS seconds of week."""
+        """`navigation` as a pandas.DataFrame, indexed by UTC if the GPS week is known, else by GPS seconds of week."""
         return self.navigation.to_pandas(week)
 
 
@@ -104,7 +104,7 @@ class Run:
 
     @cached_property
     def smoothed(self) -> Solution:
-        """The smoothed solution. A ConfigError with `smoother: none`; `has_smoothed` says so, and `solution` is always there."""
+        """The smoothed solution. A ConfigError with `smoother: none`; see `has_smoothed`. `solution` always exists."""
         smoothed = self._run.smoothed
         if smoothed is None:
             raise ConfigError("the run was not smoothed (`smoother: none`); take `filtered`, or `solution`", "smoother")
@@ -138,7 +138,7 @@ class Run:
 
     @property
     def how(self) -> str:
-        """How the start was found."""
+        """How the start was estimated."""
         return self._run.how
 
     @property
@@ -147,7 +147,7 @@ class Run:
 
     @cached_property
     def samples(self) -> Table:
-        """What the filter got of the IMU: `time`, `interval`, `dtheta` and `dvel`, body axes, shared memory."""
+        """The filter's IMU input: `time`, `interval`, `dtheta` and `dvel`, body axes, shared memory."""
         return Table(self._run.samples())
 
     def report(self) -> "Page":
@@ -155,7 +155,7 @@ class Run:
         return Page(self._run.page())
 
     def write(self, folder: Path, progress: Progress | bool | None = None) -> None:
-        """Writes what the program `replay` writes."""
+        """Writes the files of the program `replay`."""
         self._run.write(os.fspath(folder), told(progress))
 
     def plot(self, names: list[str] | None = None, sigmas: float = 1) -> "Figure":
@@ -187,15 +187,14 @@ def replay(
 ) -> Run:
     """Computes trajectory and errors of the IMU from logs.
 
-    `config`: a configuration file of the program `replay`; or none, and its keys as keywords. Where a file is expected
-    a pandas.DataFrame, or a mapping of arrays, may stand, with columns named as those of csv logs (docs/formats.md):
+    `config`: a configuration file of the program `replay`; or none, and its keys as keywords. Instead of a file, a
+    pandas.DataFrame or a mapping of arrays may be given, with columns named as those of csv logs (docs/formats.md):
 
         replay(imu=imu, gnss=gnss, sensor="xsens_mt9a", lever_arm="-0.06 0.03 -0.42 m", estimate=["gyro_bias"])
 
-    With both, the keywords replace keys of the file. `judged`: whether the causes of sigmas that do not hold are looked
-    for, which filters the run several times. `progress`: True draws a bar on standard error; or a function, which is called
-    with the stage and the part that is done some times a second.
-    Raises ConfigError and DataError.
+    With both, the keywords replace keys of the file. `judged`: whether to search the causes of inconsistent sigmas,
+    which filters the run several times. `progress`: True draws a bar on standard error. A function is called some times
+    a second with the stage and the part that is done. Raises ConfigError and DataError.
     """
     parsed, week = configuration(config, keys)
     return Run(_piste.replay(parsed, judged, told(progress)), week)
@@ -227,7 +226,7 @@ class Filter(_piste.Filter):
 
 
 class Live(_piste.Live):
-    """Navigation in real time: raw rows and fixes in; rest, start and filter inside (C++: piste/solve/live.h).
+    """Real-time navigation: raw rows and fixes in; standstill, start and filter inside (C++: piste/solve/live.h).
 
     `config` and `keys`: as of replay(); the logs named there are not read.
     """

@@ -30,7 +30,7 @@ class Table(Mapping[str, np.ndarray]):
         return iter(self._columns)
 
     def __len__(self) -> int:
-        """The number of columns; `rows` is that of rows."""
+        """The number of columns; `rows` is the number of rows."""
         return len(self._columns)
 
     @property
@@ -42,7 +42,7 @@ class Table(Mapping[str, np.ndarray]):
         return f"<piste.Table{kind} of {self.rows} rows: {', '.join(self)}>"
 
     def to_pandas(self, week: int | None = None) -> "pandas.DataFrame":
-        """A pandas.DataFrame, whose index is time: UTC where the GPS `week` is known, else GPS seconds of the week."""
+        """A pandas.DataFrame, whose index is time: UTC if the GPS `week` is known, else GPS seconds of the week."""
         import pandas
 
         frame = pandas.DataFrame(self._columns)
@@ -56,7 +56,7 @@ class Table(Mapping[str, np.ndarray]):
 
 
 def column_of(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
-    """A column, or a KeyError that names those that are there."""
+    """A column, or a KeyError that lists the existing columns."""
     try:
         return columns[name]
     except KeyError:
@@ -69,7 +69,7 @@ def rows_of(names: list[str], rows: np.ndarray, week: int | None = None) -> Tabl
 
 
 def gps_seconds(times: Any) -> tuple[int, np.ndarray]:
-    """GPS week of the first of some UTC times (numpy.datetime64, or what becomes it), and seconds of that week."""
+    """GPS week of the first of some UTC times (numpy.datetime64, or convertible to it), and seconds of that week."""
     stamps = np.asarray(times, dtype="datetime64[ns]").astype(np.int64)
     first = int(stamps[0]) if len(stamps) else GPS_EPOCH * 10**9
     week, seconds = _piste.gps_time(first // 10**9)
@@ -77,7 +77,7 @@ def gps_seconds(times: Any) -> tuple[int, np.ndarray]:
 
 
 def utc(seconds: np.ndarray, week: int) -> np.ndarray:
-    """UTC as numpy.datetime64[ns], of seconds of a GPS week."""
+    """UTC as numpy.datetime64[ns], from seconds of a GPS week."""
     start = GPS_EPOCH + week * WEEK
     of_week, first = _piste.gps_time(start)
     leap = round(of_week * WEEK + first - week * WEEK)
@@ -97,9 +97,9 @@ def is_table(value: Any) -> bool:
 
 
 def numbers_of(table: str, name: str, values: Any) -> np.ndarray:
-    """A column as float64, without a copy where it is."""
+    """A column as float64, without a copy if it is float64 already."""
     if isinstance(values, np.ma.MaskedArray) and np.issubdtype(values.dtype, np.floating):
-        values = values.filled(np.nan)  # what is masked is no value
+        values = values.filled(np.nan)  # masked values are missing
     column = np.asarray(values)
     if column.ndim != 1:
         raise DataError(
@@ -122,7 +122,7 @@ def numbers_of(table: str, name: str, values: Any) -> np.ndarray:
 
 
 def csv_of(columns: Mapping[str, np.ndarray], table: str) -> str:
-    """Columns as the text of a csv, with all of their digits."""
+    """Columns as the text of a csv, with all their digits."""
     if len({len(column) for column in columns.values()}) > 1:
         raise DataError(f"{table}: the columns are of different lengths", table)
     rows = zip(*(column.tolist() for column in columns.values()), strict=True)
@@ -130,7 +130,7 @@ def csv_of(columns: Mapping[str, np.ndarray], table: str) -> str:
 
 
 def columns_of(value: Any, table: str) -> tuple[dict[str, np.ndarray], int | None]:
-    """The columns of a table as arrays, without a copy where they are float64, and its GPS week if it is known."""
+    """The columns of a table as arrays, without a copy if they are float64, and its GPS week if it is known."""
     week = getattr(value, "week", None)
     if isinstance(value, np.ndarray):
         names: list[Any] = list(value.dtype.names or ())

@@ -1,5 +1,5 @@
 #pragma once
-/// The parts of the module piste._piste, and what they share.
+/// The parts of the module piste._piste, and their common types.
 
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>

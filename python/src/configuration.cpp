@@ -1,4 +1,4 @@
-/// Configurations: files, or text with arrays under the names that it calls them by.
+/// Configurations: files, or text together with the arrays that it names.
 
 #include <nanobind/stl/map.h>
 

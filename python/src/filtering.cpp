@@ -43,7 +43,7 @@ std::string type_of(const nb::handle value) { return nb::cast<std::string>(value
   throw DataError(what, fmt::format("`{}`: {} expected, not {}", name, expected, type_of(value)));
 }
 
-// Numbers of any kind as an array of float64, which numpy makes of them. float32 tells times of a week to 0.03 s.
+// Numbers of any type as an array of float64, converted by numpy. float32 resolves times of a week to 0.03 s only.
 template <class Array>
 Array array_of(const char* what, const char* name, const nb::handle value, bool is_time = false) {
   constexpr bool kTriples = std::is_same_v<Array, Triples>;
@@ -61,7 +61,7 @@ Array array_of(const char* what, const char* name, const nb::handle value, bool 
     }
     const bool numbers = kind == "f" || kind == "i" || kind == "u";
     if (numbers && nb::try_cast(given.attr("astype")("float64"), array, false)) return array;
-  } catch (nb::python_error& e) {  // not even an array
+  } catch (nb::python_error& e) {  // not convertible to an array
     if (!e.matches(PyExc_Exception)) throw;
   }
   refuse(what, name,
@@ -70,7 +70,7 @@ Array array_of(const char* what, const char* name, const nb::handle value, bool 
          value);
 }
 
-// A number. An array of one is none.
+// A number. An array of length one is no number.
 std::optional<double> number_in(const nb::handle value) {
   double number = 0;
   if (nb::hasattr(value, "__len__") || !nb::try_cast(value, number)) return std::nullopt;
@@ -89,7 +89,7 @@ double number_of(const char* what, const char* name, const nb::handle value) {
 }
 
 // Calls add(row) for each row. The interpreter's lock is held, so that threads which share a filter or a session take
-// turns; between pieces other threads run, and Ctrl-C is heard.
+// turns. Between pieces other threads run, and Ctrl-C is handled.
 template <class Add>
 void for_each_row(std::size_t rows, const Add& add) {
   constexpr std::size_t kPiece = 1000;
@@ -139,8 +139,8 @@ Start start_at(double time, const Geodetic& position, const Three& velocity, con
   start.time = time;
   start.x.v_wb = three(velocity);
   start.x.q_wb = from_euler(kDegree * three(euler));
-  // Of small changes of roll, pitch and heading, the rotation vector along the local level is their sum about their
-  // axes.
+  // For small changes of roll, pitch and heading, the rotation vector along the local level is the sum of the changes
+  // times their axes.
   const Matrix3d axes = euler_axes(kDegree * three(euler));
   const Vector3d angles = (kDegree * three(sigma_euler)).cwiseAbs2();
   start.covariance = Covariance::Zero(9, 9);
@@ -202,7 +202,7 @@ GeodeticFix fix_of(const nb::object& time, const nb::object& position, const nb:
   return fix;
 }
 
-// What type checkers see of functions that take numbers, sequences and arrays.
+// The signature for type checkers of functions that take numbers, sequences and arrays.
 #define PISTE_ARRAY "numpy.typing.ArrayLike"
 constexpr const char* kAddGnss =
     "def add_gnss(self, time: float, position: " PISTE_ARRAY ", sigma: " PISTE_ARRAY ", velocity: " PISTE_ARRAY

@@ -1,5 +1,5 @@
 #pragma once
-/// Runs C++ beside the interpreter, so that Ctrl-C and progress work.
+/// Runs C++ in a thread next to the interpreter, so that Ctrl-C and progress work.
 
 #include <Python.h>
 #include <nanobind/nanobind.h>
@@ -25,7 +25,7 @@ struct Interrupted : std::exception {
   const char* what() const noexcept override { return "interrupted"; }
 };
 
-/// How far the work is, told by its threads and read by the interpreter's.
+/// The progress of the work, written by its threads and read by the interpreter's thread.
 class Told {
  public:
   /// Throws Interrupted if the work is to end.
@@ -51,9 +51,9 @@ class Told {
   double done_ = 0;
 };
 
-/// What `work(told)` returns. It runs in a thread of its own without the interpreter's lock. `progress`, if it is not
-/// None, is called some times a second with the stage and the part of it that is done, 0 to 1. What `progress` or a
-/// signal raises ends the work at the next check_interruption(), which the loops of the library call.
+/// Returns the result of `work(told)`. It runs in its own thread without the interpreter's lock. `progress`, if it is
+/// not None, is called some times a second with the stage and the part of it that is done, 0 to 1. An exception of
+/// `progress` or a signal ends the work at the next check_interruption(), which the loops of the library call.
 template <class Work>
 auto interruptible(const nb::object& progress, Work&& work) {
   constexpr std::chrono::milliseconds kPatience{50};

@@ -45,7 +45,7 @@ void write_into(const std::optional<std::string>& folder, const std::function<vo
 
 struct Inspected {
   std::vector<std::string> files;
-  std::vector<std::optional<std::string>> contents;  // of those in memory; `found` refers to them
+  std::vector<std::optional<std::string>> contents;  // of logs in memory; `found` refers to them
   Inspection found;
   std::optional<std::string> config(const std::string& folder) const {
     return ready_config(found, folder, "sensor.yaml");

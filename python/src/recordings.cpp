@@ -27,7 +27,7 @@ void put(nb::dict& table, const std::string& name, std::vector<double> values) {
   table[name.c_str()] = owned(std::move(values));
 }
 
-// The number that `value` finds in each item.
+// The result of `value` for each item.
 template <class Items, class Value>
 void put(nb::dict& table, const std::string& name, const Items& items, Value&& value) {
   std::vector<double> numbers;
@@ -46,7 +46,7 @@ void put(nb::dict& table, std::string_view pattern, const std::array<std::string
   }
 }
 
-// What was found in a log as an error, with its place apart.
+// A fault of a log as an error, with its place as a separate member.
 DataError error_of(const Suspicion& found) {
   const std::size_t place = found.what.starts_with(found.file) ? found.what.find(": ") : std::string::npos;
   if (place == std::string::npos) return DataError(found.file, found.what);

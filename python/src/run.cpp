@@ -20,7 +20,7 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-// A view of numbers that lie `bytes` apart in memory that `owner` keeps. `size`: 1, or the numbers of a row.
+// A view of numbers that are `bytes` apart in memory that `owner` keeps. `size`: 1, or the numbers of a row.
 template <class T>
 nb::object view(const T* first, std::size_t rows, std::size_t size, std::size_t bytes, nb::handle owner) {
   const auto stride = static_cast<std::int64_t>(bytes / sizeof(T));
@@ -58,7 +58,7 @@ nb::dict innovations(const nb::handle self) {
   return columns;
 }
 
-// The samples as the filter gets them.
+// The IMU samples of the filter.
 nb::dict samples(const nb::handle self) {
   const std::vector<ImuSample>& imu = nb::cast<const Run&>(self).replay.log.imu;
   const ImuSample none;

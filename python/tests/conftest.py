@@ -1,4 +1,4 @@
-"""What several tests need: the simulated ski run, simulated and replayed once."""
+"""Shared fixtures: the simulated ski run, simulated and replayed once."""
 
 from pathlib import Path
 

@@ -60,7 +60,7 @@ def test_goes_on_where_it_was_stopped(scenario, tmp_path, client, expected, monk
     monkeypatch.setattr(client, "submit", lambda *args, **keys: [sizes.append(args[3]), submit(*args, **keys)][1])
     piste.distributed.montecarlo(scenario, RUNS, tmp_path, client)
     assert same(tmp_path, expected)
-    assert sum(sizes) == RUNS - 24  # one was made here, to see how long a run takes
+    assert sum(sizes) == RUNS - 24  # one was run here, to measure the time of a run
     assert len(sizes) > 1
     piste.distributed.montecarlo(scenario, RUNS, tmp_path, client)
     assert same(tmp_path, expected) and sum(sizes) == RUNS - 24

@@ -1,4 +1,4 @@
-"""The Python of the manual runs."""
+"""Runs the Python of the manual."""
 
 import contextlib
 import io

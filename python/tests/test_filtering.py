@@ -147,7 +147,7 @@ def test_what_cannot_be_is_refused_and_the_filter_goes_on(config):
 
 
 def test_a_row_may_be_numbers(config, imu, gnss):
-    """One row as scalars and triples of any kind is the row of an array."""
+    """A row given as scalars and triples of any type equals the row of an array."""
     rows, pieces = piste.Live(config), piste.Live(config)
     gyro = np.column_stack([imu[f"gyro_{a}_rad_s"] for a in "xyz"])
     accel = np.column_stack([imu[f"accel_{a}_m_s2"] for a in "xyz"])
@@ -165,7 +165,7 @@ def test_a_row_may_be_numbers(config, imu, gnss):
     assert a is not None
     for name in a:
         np.testing.assert_array_equal(a[name], b[name])
-    assert abs(a["time_s"] - imu["time_s"][last - 1]) < 1e-6  # the newest row, whenever the last pass was
+    assert abs(a["time_s"] - imu["time_s"][last - 1]) < 1e-6  # the newest row, independent of the last pass
     f = piste.Filter(config, **START)
     f.add(0.01, 0.01, [0, 0, 0], (0, 0, -0.0981))
     f.add(np.array([0.02]), np.array([0.01]), np.zeros((1, 3)), np.array([[0, 0, -0.0981]]))
@@ -208,7 +208,7 @@ def test_wrong_rows_are_errors_of_piste(config):
 
 
 def test_threads_share_a_session(config, imu, gnss):
-    """One thread has the rows of the IMU, another the fixes, and a third looks."""
+    """One thread adds the rows of the IMU, another the fixes, and a third reads."""
     live = piste.Live(config)
     gyro = np.column_stack([imu[f"gyro_{a}_rad_s"] for a in "xyz"])
     accel = np.column_stack([imu[f"accel_{a}_m_s2"] for a in "xyz"])
@@ -218,7 +218,7 @@ def test_threads_share_a_session(config, imu, gnss):
         for i in range(0, 8000, 50):
             live.add(imu["time_s"][i : i + 50], gyro[i : i + 50], accel[i : i + 50])
             newest[0] = imu["time_s"][i + 49]
-            while given[0] < newest[0] - 0.5 and not failed:  # a receiver is not later than that
+            while given[0] < newest[0] - 0.5 and not failed:  # no receiver is later than that
                 time.sleep(0)
 
     def fixes():

@@ -98,7 +98,7 @@ def test_montecarlo_is_the_program(scenario, tmp_path):
 
 @pytest.fixture(scope="module")
 def long_run(tmp_path_factory):
-    """Logs of 25 minutes of skiing with a reference IMU, for work that takes a while."""
+    """Logs of 25 minutes of skiing with a reference IMU, for long work."""
     folder = tmp_path_factory.mktemp("long")
     scenario = folder / "scenario.yaml"
     sensors = f"{SHARE}/sensors"
@@ -180,7 +180,7 @@ def test_interrupt_ends_the_program(scenario):
 
 
 def test_inspect_takes_frames(imu, gnss, tmp_path):
-    """As replay does: with the columns of csv, or with others; and it writes them beside the configuration."""
+    """As replay does: with the columns of csv, or with others. It writes them next to the configuration."""
     told = []
     frames = [imu.to_pandas(), gnss.to_pandas().rename(columns={"latitude_deg": "Lat", "longitude_deg": "Lon"})]
     inspection = piste.inspect(*frames, output=tmp_path / "found", progress=lambda *now: told.append(now))

@@ -1,4 +1,4 @@
-"""A replay from Python is that of the program, and its arrays are the library's memory."""
+"""A replay from Python equals the program's, and its arrays are the library's memory."""
 
 import csv
 import json
@@ -42,7 +42,7 @@ def test_index_is_time(run):
     frame = run.smoothed.to_pandas()
     assert frame.index.name == "gps_time"
     assert (frame.index == frame["time_s"]).all()
-    dated = run.smoothed.to_pandas(week=2086)  # from 2019-12-29 on, when GPS was 18 s before UTC
+    dated = run.smoothed.to_pandas(week=2086)  # from 2019-12-29 on; GPS was then 18 s ahead of UTC
     expected = pandas.Timestamp("2019-12-29", tz="UTC") + pandas.Timedelta(seconds=frame["time_s"].iloc[0] - 18)
     assert abs(dated.index[0] - expected) < pandas.Timedelta(microseconds=1)
 
@@ -50,7 +50,7 @@ def test_index_is_time(run):
 def test_arrays_are_shared(run):
     solution = run.smoothed
     first = {name: solution[name].__array_interface__["data"][0] for name in solution.names}
-    # One row after the other in one block: the columns lie within the first row of it.
+    # The rows of a block follow one another: the columns start within its first row.
     assert 0 < max(first.values()) - min(first.values()) < solution["time"].strides[0]
     again = run._run.smoothed.stored()
     assert all(again[name].__array_interface__["data"][0] == first[name] for name in first)
@@ -131,7 +131,7 @@ def test_errors_say_where(tmp_path, config):
 
 
 def test_errors_name_the_keyword(config, imu, gnss):
-    """And not a line of text that nobody has written."""
+    """And no line of text from nobody."""
     tables = {"imu": imu, "gnss": gnss, "sensor": "xsens_mt9a"}
     for where, keys in (
         ("sensor=", {"sensor": "xsens_mt9"}),
@@ -295,7 +295,7 @@ def test_a_structured_array_is_a_table(imu, gnss):
 
 
 def test_dates(imu, gnss):
-    """Tables whose dates lie on either side of the end of a GPS week, none, and no dates at all."""
+    """Tables with dates on each side of the end of a GPS week, without a row, and without dates."""
     end_of_week = pandas.Timestamp("2020-01-04T23:59:42")
     rows, fixes = part_of(imu, 50, 40), part_of(gnss, 50, 40)
 

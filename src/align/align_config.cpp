@@ -60,7 +60,7 @@ AlignConfig read_align_config(const Config& config) {
     MountedImu mounted = read_mounted_imu(imu);
     for (const MountedImu& other : align.imus) refuse_repeated(imu, mounted.source.log, other.source.log);
     align.imus.push_back(std::move(mounted));
-    // The body IMU keeps its own time: align() finds the clock.
+    // The body IMU keeps its own time: align() estimates the clock.
     align.imus.back().conditioning.imu.clock_offset = align.imus.back().conditioning.imu.clock_drift = 0;
     align.imus.back().conditioning.span = span;
     if (!names.insert(align.imus.back().name).second) {

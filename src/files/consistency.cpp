@@ -104,7 +104,7 @@ std::string heading_json(const HeadingFound& heading) {
 
 // ---- Markdown ----
 
-// Columns of the table of ensembles, and how wide they stand in a terminal.
+// Columns of the table of ensembles, and their widths in a terminal.
 struct Column {
   std::string_view head;
   int width;

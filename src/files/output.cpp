@@ -21,7 +21,7 @@ void remove_partial_files(const std::filesystem::path& folder) {
   for (const auto& file : left) std::filesystem::remove(file);
 }
 
-// The folders that are there, and what guards this list and what they have begun.
+// All living folders, and the mutex that guards this list and their pending files.
 struct Folders {
   std::mutex mutex;
   std::set<OutputFolder*> all;

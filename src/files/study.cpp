@@ -207,7 +207,7 @@ json::Members sensor_members(std::string_view name, const SensorRun& r) {
           {"lever_arm_m", json::numbers(r.lever_arm)}};
 }
 
-// Of all as one in a run: where the first of them is, and which they are.
+// The fused IMU of a run: where the first IMU is, and which IMUs it fuses.
 std::string as_one_json(const Study& study, std::size_t run) {
   const auto found = std::ranges::find(study.as_one, run, &SensorRun::run);
   if (found == study.as_one.end()) return "null";

@@ -35,7 +35,7 @@ std::string attitude_error(double tau, const RowMeans& means) {
                      list(kDegreesPerRadian * means.euler_sigma(), 3));
 }
 
-// Number of measurements with each outcome. "rejected" counts all that were not used.
+// Number of measurements by outcome. "rejected" counts all that were not used.
 struct Counts {
   std::array<std::size_t, kOutcomes.size()> of{};
   void add(Outcome outcome) { ++of[static_cast<std::size_t>(outcome)]; }
@@ -51,7 +51,7 @@ struct Counts {
 
 // Fixes of the sensors "KIND[i]". A fix is rejected if any part of it is.
 Counts count_fixes(const Solution& solution, std::string_view kind) {
-  // By the time that the source gave the fix: its parts may belong to other times.
+  // By the time of the fix in the source: its parts may apply at other times.
   std::map<std::pair<std::string, long long>, Outcome> fixes;
   const auto worse = [](Outcome a, Outcome b) {
     for (const Outcome o : {Outcome::kRejected, Outcome::kDisputed, Outcome::kRepeated, Outcome::kReadmitted}) {
@@ -86,7 +86,7 @@ std::string repaired(const RepairedRows& rows) {
                      rows.unreadable);
 }
 
-// The fixes of a sensor that not every run has; nothing if this one has not. `of_file`: what was done to its file.
+// The fixes of an optional sensor; nothing without this sensor. `of_file`: repairs of its file.
 std::string sensor_entry(std::string_view name, const Solution& solution, std::size_t inside, std::size_t outside,
                          const RepairedRows* of_file = nullptr) {
   if (inside + outside == 0) return {};
@@ -106,7 +106,7 @@ RepairedRows sum(const std::vector<RepairedRows>& sources) {
   return total;
 }
 
-constexpr std::size_t kJumps = 5;  // that are told
+constexpr std::size_t kJumps = 5;  // that are listed
 
 std::string verdict_entry(const Verdict& verdict) {
   constexpr int kDigits = 4;
@@ -130,7 +130,7 @@ std::string verdict_entry(const Verdict& verdict) {
       json::strings(verdict.findings));
 }
 
-// What an adapting filter took the noise to be, as factors of the stated sigmas; nothing if it did not adapt.
+// The noise that an adapting filter estimated, as factors of the stated sigmas; nothing if it did not adapt.
 std::string adapted_entry(const AdaptedNoise& adapted) {
   if (adapted.names.empty()) return {};
   std::vector<std::string> lines;
@@ -142,7 +142,7 @@ std::string adapted_entry(const AdaptedNoise& adapted) {
   return fmt::format("  \"adapted\": {{{}\n  }},\n", fmt::join(lines, ","));
 }
 
-// What was left out of each of several IMUs; nothing if there is one.
+// What was left out of each of several IMUs; nothing for a single IMU.
 std::string units_entry(const std::vector<UnitReport>& units) {
   if (units.empty()) return {};
   std::vector<std::string> lines;
@@ -159,7 +159,7 @@ std::string units_entry(const std::vector<UnitReport>& units) {
   return fmt::format("  \"imus\": [{}\n  ],\n", fmt::join(lines, ","));
 }
 
-// How the batch went; nothing if there was none.
+// The result of the batch solver; nothing without a batch.
 std::string batch_entry(const std::optional<BatchSummary>& batch) {
   if (!batch) return {};
   return fmt::format(
@@ -172,7 +172,7 @@ std::string batch_entry(const std::optional<BatchSummary>& batch) {
 }  // namespace
 
 void RowMeans::add(const Solution& rows) {
-  // Where the values stand in a row. A block that is not estimated keeps its value.
+  // Positions of the values in a row. A block that is not estimated keeps its value.
   std::array<std::vector<std::size_t>, 2> values;
   std::array<std::size_t, 2> sigmas{};
   std::array<Vector3d, 2> kept{rows.fixed.gyro_bias + rows.fixed.gyro_drift,

@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kDigits = 3;
-constexpr double kAsStated = 1e-6;  // of a factor
+constexpr double kAsStated = 1e-6;  // relative: a factor this near 1 is not written
 constexpr double kVibrates = 1.5;   // times the noise at rest
 
 /// A section of a configuration, and the folder from which its paths start.
@@ -30,22 +30,22 @@ struct Section {
   fs::path folder;
 };
 
-// The section `key` of a configuration, of its base if it has none itself.
+// The section `key` of a configuration, or else of its base.
 Section section(const fs::path& file, const std::string& key) {
   const YAML::Node root = YAML::LoadFile(file.string());
   if (root[key] || !root["base"]) return {root[key], file.parent_path()};
   return section(file.parent_path() / root["base"].as<std::string>(), key);
 }
 
-// The sources of the section, as `replay.yaml` is to have them: `change(node, i)` states the noise of the i-th. A
-// single map is completed from the base; of a list the base gives nothing.
+// The sources of the section for `replay.yaml`: `change(node, i)` states the noise of the i-th. A single map is
+// completed from the base; a list is not.
 template <class Change>
 void add_sources(YAML::Node& out, const ReplayConfig& config, const fs::path& folder, const std::string& key,
                  const Change& change) {
   Section old = section(config.file, key);
   if (!old.node) return;
   if (old.node.IsMap()) {
-    YAML::Node node(YAML::NodeType::Map);  // one without a type would not be shared with `change`
+    YAML::Node node(YAML::NodeType::Map);  // an untyped node would not be shared with `change`
     change(node, 0);
     if (node.size() > 0) out[key] = node;
     return;
@@ -66,7 +66,8 @@ std::string replay_yaml(const ReplayConfig& config, const Tuning& tuning, const 
     const ReceiverNoise& noise = tuning.noise.gnss[i];
     const LogFile& log = config.gnss[i];
     const SigmaScales by = noise.scales();
-    // The white part is what the squares of `sigma_scale` and of the drift differ by: a third digit would change it.
+    // The white part is the difference of the squares of `sigma_scale` and of the drift, and sensitive to a third
+    // digit.
     const auto scale = [&node](const char* key, double stated, double factor) {
       if (std::abs(factor - 1) > kAsStated) node[key] = fmt::format("{:.5g}", stated * factor);
     };
@@ -74,7 +75,7 @@ std::string replay_yaml(const ReplayConfig& config, const Tuning& tuning, const 
     scale("sigma_height_scale", log.sigma_scales.height, by.height);
     scale("sigma_velocity_scale", log.sigma_scales.velocity, by.velocity);
     if (const auto drift = noise.process()) {
-      YAML::Node slow(YAML::NodeType::Map);  // and no key of the one before
+      YAML::Node slow(YAML::NodeType::Map);  // and no key of the previous drift
       slow[drift->of_stated ? "share" : "sigma"] = size_text(*drift);
       node["drift"] = slow;
       node["drift"]["correlation_time"] = fmt::format("{:.3g} s", drift->correlation_time);
@@ -158,7 +159,7 @@ std::string tuning_text(const Tuning& tuning) {
 }
 
 void write_tuning(OutputFolder& output, const ReplayConfig& config, const Tuning& tuning) {
-  // The filter knows the sensor along the body's axes; its file has it along its own.
+  // The filter has the sensor along the body's axes; the file has it along the sensor's own axes.
   const ImuSensor sensor = turned(tuning.noise.sensor, config.imu.conditioning.R_bs.transpose());
   output.write("sensor.yaml", sensor_text(rounded(sensor, kDigits)));
   output.write("replay.yaml", replay_yaml(config, tuning, output.folder()));

@@ -21,13 +21,13 @@ namespace {
 using Vector10 = Eigen::Matrix<double, 10, 1>;
 using Matrix10 = Eigen::Matrix<double, 10, 10>;
 
-constexpr double kRateCell = 0.05;        // s: of the magnitudes of the rates
-constexpr double kMostNorms = 400000;     // of these magnitudes: two logs of hours are correlated in a second
+constexpr double kRateCell = 0.05;        // s: interval at which the rate magnitudes are resampled
+constexpr double kMostNorms = 400000;     // number of these magnitudes: two logs of hours are correlated in a second
 constexpr double kShortestCommon = 10;    // s
 constexpr std::size_t kFewestTurns = 50;  // attitudes
 constexpr double kUnitFar = 3;            // factor between the rates beyond which a unit is wrong
 constexpr double kLeastExplained = 0.8;   // part of the rates' variance
-constexpr double kStill = 0.3 * kDegree;  // rad/s: rms of rates that tell nothing
+constexpr double kStill = 0.3 * kDegree;  // rad/s: rms of rates that are not informative
 constexpr double kOutlier = 5;            // sigmas
 constexpr double kLargestScale = 0.3;     // of gyroscopes in the right unit
 
@@ -38,7 +38,7 @@ struct RateFit {
   Vector3d bias = Vector3d::Zero(), scale = Vector3d::Zero();
 };
 
-// One interval of the attitudes: both rotation vectors, and how that of the IMU changes with the offset.
+// One interval of the attitudes: both rotation vectors, and the derivative of the IMU's with respect to the offset.
 struct TurnPair {
   double interval = 0;
   Vector3d reference, imu, by_offset;
@@ -56,7 +56,7 @@ std::vector<TurnPair> pairs_at(const std::vector<ImuSample>& reference, const Gy
   return pairs;
 }
 
-// Rotation and bias in closed form, and what says whether they are known.
+// Rotation and bias in closed form, and whether they are observable.
 BoresightFromRates closed_form(const std::vector<TurnPair>& pairs) {
   std::vector<Vector3d> reference, imu;
   for (const TurnPair& p : pairs) {
@@ -66,12 +66,12 @@ BoresightFromRates closed_form(const std::vector<TurnPair>& pairs) {
   return boresight_from_rates(reference, imu);
 }
 
-// The IMU's rotation without its errors, in the reference axes.
+// The IMU's rotation without its modelled errors, in the reference axes.
 Vector3d turned_by(const TurnPair& p, const RateFit& x) {
   return x.q_rs * (p.imu - p.interval * x.bias - x.scale.cwiseProduct(p.imu));
 }
 
-// By how much correlated residuals say less than independent ones: the sum of their autocorrelation over a second.
+// The factor by which correlation of the residuals increases the variance: the sum of their autocorrelation over 1 s.
 double correlated(const std::vector<Vector3d>& residuals, double interval) {
   const auto lags = std::min(residuals.size() / 4, static_cast<std::size_t>(std::max(1.0, 1 / interval)));
   double all = 0, sum = 1;
@@ -84,7 +84,7 @@ double correlated(const std::vector<Vector3d>& residuals, double interval) {
   return std::max(1.0, sum);
 }
 
-// One step of Gauss and Newton, the sigmas of what it finds, and the residuals.
+// One Gauss-Newton step, the sigmas of its solution, and the residuals.
 struct FitStep {
   RateFit x;
   double change = 0;  // of the offset [s]
@@ -138,7 +138,7 @@ void name_axes(const FitStep& step, AttitudeFit& fit) {
   fit.sigma_left = euler_sigma(fit.left, step.covariance.block<3, 3>(1, 1));
 }
 
-// Fits from a coarse offset. Without a fit, the reason stands in `why_not`.
+// Fits from a coarse offset. Without a fit, `why_not` gets the reason.
 std::optional<AttitudeFit> fit_rates(const std::vector<ImuSample>& reference, const GyroTurns& imu, double offset,
                                      std::string& why_not) {
   constexpr int kMostSteps = 30;
@@ -194,7 +194,7 @@ std::optional<AttitudeFit> fit_rates(const std::vector<ImuSample>& reference, co
 }  // namespace
 
 bool AttitudeMatch::is_late(double imu_offset) const {
-  constexpr double kLeast = 0.005, kSure = 3, kOfRow = 0.6;  // s; sigmas; a half, and what the fit adds
+  constexpr double kLeast = 0.005, kSure = 3, kOfRow = 0.6;  // s; sigmas; half a row, and a margin for the fit
   return fit &&
          std::abs(attitude_delay(*fit, imu_offset)) > std::max({kLeast, kSure * fit->sigma_offset, kOfRow * interval});
 }

@@ -8,7 +8,7 @@
 namespace piste {
 
 std::vector<ImuSample> turns_of(const AttitudeRecording& attitude) {
-  constexpr double kClosest = 0.095;  // s: a tenth, with late stamps
+  constexpr double kClosest = 0.095;  // s: 0.1 s, with a tolerance for late stamps
   std::vector<double> time;
   time.reserve(attitude.fixes.size());
   for (const EulerFix& fix : attitude.fixes) time.push_back(fix.time);

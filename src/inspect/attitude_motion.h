@@ -8,9 +8,9 @@
 
 namespace piste {
 
-/// An attitude log as a gyroscope would have it: the rotations from one attitude to the next, in the reference axes, as
-/// the increments of IMU samples without forces. Attitudes closer than 0.1 s are passed over, so that their noise does
-/// not hide the motion; gaps are left out.
+/// An attitude log as gyroscope data: the rotations from one attitude to the next, in the reference axes, as the
+/// increments of IMU samples without forces. Attitudes closer than 0.1 s are skipped, so that their noise does not hide
+/// the motion. Gaps are left out.
 std::vector<ImuSample> turns_of(const AttitudeRecording& attitude);
 
 /// The rotation of an IMU as a function of time, in its own axes.

@@ -1,4 +1,4 @@
-// Puts into words what is wrong between an attitude log and an IMU.
+// The words for faults between an attitude log and an IMU.
 
 #include <fmt/format.h>
 
@@ -16,8 +16,8 @@
 namespace piste {
 namespace {
 
-// A rotation by a multiple of 90 degrees, such as `90 deg about down`. About an edge or a corner of the cube it is told
-// by its axes alone.
+// A rotation by a multiple of 90 degrees, such as `90 deg about down`. Other rotations of the cube are given by their
+// axes alone.
 std::string turn_text(const Matrix3d& R) {
   static constexpr std::array<std::string_view, 3> kNames{"forward", "right", "down"};
   const Eigen::AngleAxisd turn(R);

@@ -15,22 +15,22 @@ namespace {
 
 constexpr double kGridStep = 0.1, kWidth = 0.6;  // s: of the grid, and of the means on it
 constexpr double kMostCells = 60000;
-constexpr double kRatesCorrelated = 0.5;  // s: so long the rates of a moving body are correlated
+constexpr double kRatesCorrelated = 0.5;  // s: correlation time of the rates of a moving body
 constexpr double kHasDirection = 1.5;     // m/s from which a track has a direction
 constexpr double kShortestOverlap = 10;   // s that two signals must have in common
 constexpr double kCertain = 30, kOverRival = 15;
-// A bicycle that leans turns about other axes than the vertical: its correlation was 0.93 to 0.97, with evidence 236 to
-// 317 above any other offset; 0.86 and 80 where no rest is in the logs. That of skis beside the track of a bicycle came
-// to 0.92 and 115, but then no window of their motion was that of the track.
+// A bicycle that leans turns about other axes than the vertical. Its correlation was 0.93 to 0.97, with evidence 236 to
+// 317 above any other offset. Without stationary times in the logs these were 0.86 and 80. Skis compared with the track
+// of a bicycle reached 0.92 and 115, but no window of their motion fitted that track.
 constexpr double kCertainCorrelation = 0.95, kLeastCorrelation = 0.85, kBeyondDoubt = 150;
 // A calm hour shakes the IMU more than it turns: the correlation was 0.64, but the evidence 1060 above any other
-// offset, and nearly twice that of the best. Its motion has to be that of the track, too.
+// offset, and nearly twice that of the best rival. The motion must fit the track in addition.
 constexpr double kTimesRival = 1.5;
-constexpr double kTold = 0.5;  // R² of a turn rate from which the gyroscopes' unit is clear
+constexpr double kTold = 0.5;  // R² of a turn rate that determines the gyroscopes' unit
 
 using Series = std::vector<double>;
 
-// Values at equally spaced times, and weights that say where there are any.
+// Values at equally spaced times, and weights that mark where there are values.
 struct Signal {
   Series weight;  // 0 or 1
   std::array<Series, 3> value;
@@ -84,7 +84,7 @@ std::array<Signal, 2> imu_signals(const ImuIntegral& imu, const Grid& grid) {
   return out;
 }
 
-// Limits outliers: one wrong velocity would outweigh a minute of motion.
+// Clamps outliers: one wrong velocity would outweigh a minute of motion.
 void hold_outliers(Series& value, const Series& weight) {
   constexpr double kMost = 3, kTail = 0.95;
   std::vector<double> sizes;
@@ -275,7 +275,7 @@ std::optional<ClockMatch> match_clocks(const ImuIntegral& imu, const Track& trac
 
 namespace {
 
-// The turn rates of the track beside what `value` makes of the IMU's integrals over the same time.
+// Regresses the turn rates of the track on what `value` makes of the IMU's integrals over the same time.
 template <class Value>
 Regression turns_on(const ImuIntegral& imu, const Track& track, double offset, const Grid& grid, const Value& value) {
   const TrackSignals motion = track_signals(track, grid);
@@ -316,7 +316,7 @@ double turn_ratio(const ImuIntegral& imu, const Track& track, double offset) {
 }
 
 double turn_correlation(const ImuIntegral& imu, const Track& track, double offset) {
-  constexpr double kMost = 0.5;  // of what all three axes tell: else down is not where the force says
+  constexpr double kMost = 0.5;  // of R² on all three axes: with less, the mean force is not along down
   if (track.empty()) return 0;
   const Grid grid = grid_of(imu, track);
   const auto about_down = [](const Vector3d& rate, const Vector3d& force) {

@@ -1,5 +1,6 @@
 #pragma once
-/// Finds the offset of an IMU's clock from the motion, independently of its axes and units: see inspect/log_match.h.
+/// Estimates the offset of an IMU's clock from the motion, independently of its axes and units: see
+/// inspect/log_match.h.
 
 #include <optional>
 
@@ -8,8 +9,8 @@
 
 namespace piste {
 
-/// The offset, or nullopt if the motion does not determine it, or fits several. It may be less than certain: always so
-/// where it is sought `within` an interval alone, as then no correlation is too small.
+/// The offset, or nullopt if the motion does not determine it or fits several offsets. It may be uncertain. It always
+/// is if the search is limited to `within`, because then no correlation is too small.
 std::optional<ClockMatch> match_clocks(const ImuIntegral& imu, const Track& track,
                                        const std::optional<Interval>& within = {});
 
@@ -17,8 +18,8 @@ std::optional<ClockMatch> match_clocks(const ImuIntegral& imu, const Track& trac
 /// determine it.
 double turn_ratio(const ImuIntegral& imu, const Track& track, double offset);
 
-/// Correlation of the gyroscopes' rate about down, as the mean force has it, with the turn rate of the track: negative
-/// where the track turns the other way round. 0 if that rate does not tell most of the turns.
+/// Correlation of the gyroscopes' rate about down, by the mean force, with the turn rate of the track. Negative if the
+/// track turns the other way round. 0 if that rate does not explain most of the turns.
 double turn_correlation(const ImuIntegral& imu, const Track& track, double offset);
 
 }  // namespace piste

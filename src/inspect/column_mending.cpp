@@ -20,7 +20,7 @@
 namespace piste {
 namespace {
 
-// The direction that a column has by the mapping.
+// The direction that the mapping gives a column.
 Vector3d direction_of(const ColumnUse& use, std::size_t column, const std::array<AxisNames, 3>& names) {
   Vector3d direction = Vector3d::Unit(static_cast<Eigen::Index>(column));
   for (std::size_t i = 0; i < 3 && !use.axes.empty(); ++i) {
@@ -31,7 +31,7 @@ Vector3d direction_of(const ColumnUse& use, std::size_t column, const std::array
   return direction;
 }
 
-// Turns the directions of all columns by a signed permutation. Whether that leaves each of them a name.
+// Turns the directions of all columns by a signed permutation. Returns whether each direction still has a name.
 bool turn(ColumnUse& use, const Matrix3d& by, const std::array<AxisNames, 3>& names) {
   if (by.isIdentity()) return true;
   std::vector<std::string> axes;
@@ -54,14 +54,14 @@ void rename(ColumnMap& map, const std::string& from, const std::string& to, cons
   map.uses.insert(std::move(node));
 }
 
-// Another unit, times the number that stands before the present one: `0.001 rad/s` becomes `0.001 deg/s`.
+// Another unit, after the number of the present one: `0.001 rad/s` becomes `0.001 deg/s`.
 std::string with_number_of(const std::string& present, const std::string& unit) {
   const auto end = present.find(' ');
   const bool number = end != std::string::npos && present.find_first_not_of("0123456789.eE+-") >= end;
   return number ? present.substr(0, end + 1) + unit : unit;
 }
 
-// The unit of raw counts with which the turns are as large as those of the track; empty if `unit` is of none, or is it.
+// The unit of raw counts with which the turns agree with the track; empty if `unit` is no unit of counts, or agrees.
 std::string count_unit(const std::string& unit, double turn_ratio) {
   constexpr double kNear = 1.3;  // a factor; ranges differ by two
   const auto candidates = count_units();
@@ -74,7 +74,7 @@ std::string count_unit(const std::string& unit, double turn_ratio) {
   return off(*best) < std::log(kNear) && off(*best) + 1e-9 < off(*now) ? text(*best) : std::string();
 }
 
-// Gives the triads the quantity and the unit in which their values are as large as the track asks.
+// Gives the triads the quantity and the unit that the track requires.
 void scale_rates(ColumnMap& map, const LogMatch& match) {
   const LogFactors factors = log_factors(match);
   const bool increments = map.find("dtheta") != nullptr;
@@ -111,7 +111,7 @@ std::optional<ColumnMap> mended(const ColumnMap& map, const LogMatch& match) {
   ColumnMap changed = map;
   scale_rates(changed, match);
   if (match.motion && match.motion->gravity && !match.motion->track_mirrored()) {
-    // Where the forces are mirrored, minus them are not, and turn as the fit says.
+    // Mirrored forces: reverse their sign, then turn them as fitted.
     const bool increments = changed.find("dtheta") != nullptr;
     const Matrix3d sign = match.motion->mirrored ? Matrix3d(-Matrix3d::Identity()) : Matrix3d::Identity();
     turn(changed.uses.find(increments ? "dtheta" : "gyro")->second, match.motion->gyro_axes, kSensorAxes);

@@ -1,5 +1,5 @@
 #pragma once
-/// What the motion says of columns whose units or axes were guessed: a mapping that reads them so.
+/// Corrects the mapping of columns with guessed units or axes by the motion.
 
 #include <optional>
 
@@ -10,16 +10,16 @@
 
 namespace piste {
 
-/// The mapping of an IMU by what its motion says beside a receiver's: rates for increments and the other way round,
-/// other units, reversed forces, other axes. Nothing if the motion agrees with the mapping, or asks for what no mapping
-/// can say.
+/// The corrected mapping of an IMU, from its motion and the motion of a receiver: rates for increments and the other
+/// way round, other units, reversed forces, other axes. Nothing if the motion agrees with the mapping, or if no mapping
+/// can express the correction.
 std::optional<ColumnMap> mended(const ColumnMap& map, const LogMatch& match);
 
-/// The mapping of a receiver by what its positions say of its velocities: other units and axes, or latitude and
+/// The corrected mapping of a receiver, from its positions and velocities: other units and axes, or latitude and
 /// longitude interchanged. Nothing if they agree.
 std::optional<ColumnMap> mended(const ColumnMap& map, const VelocityFit& fit);
 
-/// Whether such a mapping puts this fault right.
+/// Whether a corrected mapping removes this fault.
 bool is_mended_by_columns(LogFault fault);
 
 }  // namespace piste

@@ -29,7 +29,7 @@ Vector3d scatter_of(const std::vector<Vector3d>& values) {
   return kSigmaOverMedian * median_by_axis(off);
 }
 
-// The largest step, decimal in one of the units, of which nearly all values are multiples. 0 if it is smaller than
+// The largest decimal step, in one of the units, of which nearly all values are multiples. 0 if it is smaller than
 // `finest`.
 double decimal_step(const std::vector<double>& values, std::span<const double> units, double finest) {
   constexpr double kNearly = 0.99, kTolerance = 0.1;
@@ -92,7 +92,7 @@ std::vector<Vector3d> mean_velocities(const std::vector<GeodeticFix>& fixes, con
   return mean;
 }
 
-// White noise of the positions, all axes together, from second differences, which a steady motion does not affect.
+// White noise of the positions, all axes pooled, from second differences, which a steady motion does not affect.
 double white_noise(const Positions& p) {
   const double kMedianNorm = 1.54;  // of three normal numbers
   std::vector<double> differences;
@@ -101,7 +101,7 @@ double white_noise(const Positions& p) {
   return std::sqrt(3.0 / 6.0) / kMedianNorm * median(std::move(differences));
 }
 
-// Fixes [first, last) if they stay within their own noise of one place, else those halves of them that do.
+// Adds fixes [first, last) as stationary if they scatter within their own noise; else tries both halves.
 void add_standing(const std::vector<GeodeticFix>& fixes, const Positions& p, std::size_t first, std::size_t last,
                   double white, std::vector<Interval>& rest) {
   constexpr double kWander = 3, kSway = 0.3;  // white sigmas, m
@@ -119,7 +119,7 @@ void add_standing(const std::vector<GeodeticFix>& fixes, const Positions& p, std
   add_standing(fixes, p, middle, last, white, rest);
 }
 
-// `noise`: of the velocities. Where it hides a walk, the positions must stay where they are too.
+// Stationary times. `noise`: of the velocities. If it would hide a walk, the positions must be stationary too.
 std::vector<Interval> find_rest(const std::vector<GeodeticFix>& fixes, const Positions& p,
                                 const std::vector<Vector3d>& velocity, double noise, double interval) {
   const double white = white_noise(p);
@@ -151,7 +151,7 @@ Vector3d scatter_at_rest(const std::vector<GeodeticFix>& fixes, const Positions&
   return scatter_of(at_rest);
 }
 
-// The fixes with velocities of their own times, where those of the log come late by `delay`: on the line between two.
+// The fixes with velocities interpolated to their own times, where the log's velocities come late by `delay`.
 std::vector<GeodeticFix> with_velocities_of(const std::vector<GeodeticFix>& fixes, double delay) {
   std::vector<GeodeticFix> in_time = fixes;
   std::size_t j = 1;
@@ -170,7 +170,7 @@ std::vector<GeodeticFix> with_velocities_of(const std::vector<GeodeticFix>& fixe
 }
 
 Vector3d fix_noise(const std::vector<GeodeticFix>& fixes, const Positions& p, const GnssHealth& h) {
-  constexpr double kShort = 0.3;  // s within which a body moves evenly
+  constexpr double kShort = 0.3;  // s: within it a body moves evenly
   const auto still = [&](std::size_t first, std::size_t last) {
     return std::any_of(h.rest.begin(), h.rest.end(), [&](const Interval& r) {
       return r.contains(fixes[first].time) && r.contains(fixes[last].time);
@@ -212,8 +212,8 @@ std::vector<Interval> find_repeated(const std::vector<GeodeticFix>& fixes, const
   return found;
 }
 
-// How far fixes a and b may differ from what is expected. The motion itself may differ by `curvature` [m/s²] times the
-// square of the time between them.
+// Largest plausible deviation of fixes a and b from the expected step. The motion itself may contribute `curvature`
+// [m/s²] times the square of the time between them.
 double jump_bound(const GeodeticFix& a, const GeodeticFix& b, const GnssHealth& h, double curvature) {
   constexpr double kFarOut = 8, kShortest = 1;  // sigmas; m
   const double scatter = h.noise.allFinite() ? h.noise.norm() : 0;
@@ -223,10 +223,10 @@ double jump_bound(const GeodeticFix& a, const GeodeticFix& b, const GnssHealth& 
          h.quantum.norm();
 }
 
-// How far the body may have gone unseen where the step to fix i leads into, through or out of a stretch of repeated
-// fixes; 0 elsewhere. No body goes further: that is a jump, beside such a stretch as anywhere.
+// Largest distance that the body may have moved unobserved, if the step to fix i touches a stretch of repeated fixes; 0
+// elsewhere. A step beyond it is a jump, also next to such a stretch.
 double unseen_way(const std::vector<GeodeticFix>& fixes, const GnssHealth& h, std::size_t i) {
-  // Times the speed of the log; m/s, an airliner's, as that speed may be a jump itself.
+  // Factor on the log's top speed; m/s, an airliner's, as the top speed may be a jump itself.
   constexpr double kFaster = 2, kFastest = 300;
   double unseen = 0;  // s
   for (const Interval& r : h.repeated) {
@@ -249,12 +249,12 @@ std::vector<PositionJump> jumps_against_velocity(const std::vector<GeodeticFix>&
     const double limit = jump_bound(fixes[i - 1], fixes[i], h, kCurvature);
     if (step[i].norm() < limit || step[i].norm() < limit + unseen_way(fixes, h, i)) continue;
     jumps.push_back({fixes[i].time, step[i].norm()});
-    if (i + 1 < fixes.size() && (step[i] + step[i + 1]).norm() < limit) ++i;  // and back
+    if (i + 1 < fixes.size() && (step[i] + step[i + 1]).norm() < limit) ++i;  // the jump back
   }
   return jumps;
 }
 
-// Fixes that are off the line between their neighbours, and further off than these.
+// Fixes that are off the line between their neighbours, by more than these neighbours are.
 std::vector<PositionJump> jumps_off_the_line(const std::vector<GeodeticFix>& fixes, const Positions& p,
                                              const GnssHealth& h) {
   constexpr double kCurvature = 2.5;  // m/s²
@@ -313,7 +313,7 @@ GnssHealth gnss_health(const GnssRecording& gnss) {
   const std::vector<Vector3d> velocity = mean_velocities(fixes, p, measured);
   if (!sigma_velocity.empty()) h.sigma_velocity = median(sigma_velocity) / std::sqrt(3);
   const double in_a_second = std::sqrt(std::max(1.0, h.sampling.rate()));
-  constexpr double kNotKnown = 5;  // m/s: phones state 20 m/s where they do not know, which is no noise
+  constexpr double kNotKnown = 5;  // m/s: phones state 20 m/s for an unknown sigma, which is no noise
   const bool stated = measured && median(sigma_velocity) < kNotKnown;
   const double noise =
       stated ? median(sigma_velocity) / in_a_second : 2 * std::min(h.median_sigma.norm(), white_noise(p));

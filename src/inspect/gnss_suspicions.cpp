@@ -1,4 +1,4 @@
-// Puts into words what is wrong with a GNSS log.
+// The words for faults of a GNSS log.
 
 #include <fmt/format.h>
 
@@ -14,7 +14,7 @@
 namespace piste {
 namespace {
 
-constexpr double kFastest = 200, kSlowest = 0.05;  // Hz that a receiver may have
+constexpr double kFastest = 200, kSlowest = 0.05;  // Hz: limits of a receiver's rate
 
 std::string column_names(const Matrix3d& axes) {
   constexpr std::array<std::string_view, 3> kPositive{"north", "east", "down"}, kNegative{"south", "west", "up"};
@@ -96,7 +96,7 @@ void suspect_sigma(const GnssHealth& h, const std::string& file, std::vector<Sus
 
 void suspect_positions(const GnssHealth& h, const std::string& file, std::vector<Suspicion>& found) {
   const auto add = adding_to(found, file);
-  // Rounding makes fixes repeat themselves, jump and scatter.
+  // Rounding alone makes fixes repeat, jump and scatter.
   const double rounding = h.quantum.head<2>().maxCoeff() / std::sqrt(12.0);
   if (rounding > 0.5 * h.median_sigma.head<2>().maxCoeff() && rounding > 0.005) {
     add(LogFault::kCoordinatesRounded,

@@ -17,12 +17,12 @@
 namespace piste {
 namespace {
 
-constexpr double kNoiseWindow = 1, kShortestRest = 2;  // s
-constexpr double kQuietest = 0.05;                     // part of the windows from which the quietness of rest is taken
-constexpr double kAsQuiet = 3;                         // times as noisy is rest too
-constexpr double kGyroShake = 3 * kDegree, kShake = 0.3;   // rad/s and parts of g: more is no rest
-constexpr double kTurning = 3 * kDegree;                   // rad/s beside the bias
-constexpr double kFastestTurn = 60, kHardestKnock = 1000;  // rad/s, m/s²: no body does more
+constexpr double kNoiseWindow = 1, kShortestRest = 2;      // s
+constexpr double kQuietest = 0.05;                         // share of the windows that define the quietness of rest
+constexpr double kAsQuiet = 3;                             // up to this many times as noisy is still rest
+constexpr double kGyroShake = 3 * kDegree, kShake = 0.3;   // rad/s and parts of g: a larger rms is no rest
+constexpr double kTurning = 3 * kDegree;                   // rad/s, relative to the bias
+constexpr double kFastestTurn = 60, kHardestKnock = 1000;  // rad/s, m/s²: no body exceeds these
 constexpr std::size_t kAtLimit = 8;                        // samples
 constexpr std::size_t kPile = 3;
 constexpr std::size_t kFrozenRows = 20;
@@ -57,7 +57,7 @@ std::optional<ImuHealth::WrongUnit> wrong_unit(double force, double interval, bo
   } else {
     wrong.push_back({LogFault::kIncrementsForRates, interval});
     wrong.push_back({LogFault::kAccelG, 1e3 / g});  // thousandths of g
-    wrong.push_back({LogFault::kAccelG, 1e3});      // the same under the name of g
+    wrong.push_back({LogFault::kAccelG, 1e3});      // the same, labelled as g
   }
   const auto distance = [&](double factor) { return std::abs(std::log(force / (g * factor))); };
   const auto best = std::min_element(wrong.begin(), wrong.end(), [&](const auto& a, const auto& b) {
@@ -82,8 +82,8 @@ double deviation(const Values& values, std::size_t begin, std::size_t end, Vecto
   return std::sqrt(square / static_cast<double>(end - begin));
 }
 
-// Joined windows in which the IMU is about as quiet as it ever is. The units may be wrong, so forces are measured in
-// parts of gravity.
+// Joined windows in which the IMU is nearly as quiet as in its quietest ones. The units may be wrong, so forces are
+// measured in parts of gravity.
 std::vector<std::pair<std::size_t, std::size_t>> quiet_rows(const ImuRecording& imu, const Values& gyro,
                                                             const Values& accel, double gravity) {
   std::vector<Window> windows;
@@ -126,8 +126,9 @@ std::vector<std::pair<std::size_t, std::size_t>> quiet_rows(const ImuRecording& 
   return joined;
 }
 
-// The limit that an axis reaches often and never exceeds, and how often. More samples have that value than the nearest
-// value inside, and it is so many steps of the log that it is no rounded rate of a calm body.
+// The limit that an axis reaches often and never exceeds, and the number of samples there. More samples have this value
+// than the next value inside. The limit is enough quantization steps from zero not to be the rounded rate of a calm
+// body.
 std::pair<double, std::size_t> clipping(const Values& values, int axis, double quantum) {
   const auto [low, high] = std::minmax_element(
       values.begin(), values.end(), [axis](const Vector3d& a, const Vector3d& b) { return a(axis) < b(axis); });
@@ -160,7 +161,7 @@ double repeated(const Values& values, int axis) {
   return same / static_cast<double>(values.size());
 }
 
-// What is not of a body, as far as the units are right.
+// Values and changes that no motion of a body explains, if the units are right.
 struct Impossible {
   double value;
   Abruptness change;
@@ -182,7 +183,7 @@ TriadHealth triad(const ImuRecording& imu, const Values& stored, const Values& r
     const auto first = std::ranges::min_element(spikes, {}, &Spike::row);
     t.first_isolated = imu.time[first->row];
   }
-  // White noise from the differences of neighbouring samples, which sway and drift hardly affect.
+  // White noise from the differences of neighbouring samples, which motion and drift hardly affect.
   Vector3d sum = Vector3d::Zero(), difference2 = Vector3d::Zero();
   double rows = 0, pairs = 0;
   for (const auto& [begin, end] : quiet) {
@@ -212,7 +213,7 @@ std::vector<Interval> frozen(const ImuRecording& imu) {
   return found;
 }
 
-// Whether so many rates are faster than those of any body that they must be in degrees.
+// Whether so many rates exceed those of any body that the unit must be degrees.
 bool turns_too_fast(const Values& gyro) { return quantile(norms_of(gyro), 0.99) > kFastRates; }
 
 }  // namespace

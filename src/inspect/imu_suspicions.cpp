@@ -1,4 +1,4 @@
-// Puts into words what is wrong with an IMU's log.
+// The words for faults of an IMU's log.
 
 #include <fmt/format.h>
 
@@ -46,7 +46,7 @@ void suspect_forces(const ImuHealth& h, double slowest, const std::string& file,
   }
 }
 
-// One triad of `h`.
+// The faults of one triad of `h`.
 void suspect_triad(const TriadHealth& t, const ImuHealth& h, const std::string& file, std::vector<Suspicion>& found) {
   constexpr double kManyClipped = 0.001, kStandsStill = 0.75;  // shares
   const auto add = adding_to(found, file);
@@ -63,7 +63,7 @@ void suspect_triad(const TriadHealth& t, const ImuHealth& h, const std::string& 
                     t.isolated, gyro ? "angular rates" : "specific forces", t.first_isolated),
         "replay replaces them by the line between the rows beside them, and counts them as `spikes`");
   }
-  // An axis that has one value alone is not rounded.
+  // An axis with a single value is constant, not rounded.
   Eigen::Index axis = 0;
   const double share = (t.quantum.array() > 0).select(t.repeated, 0).maxCoeff(&axis);
   if (share > kStandsStill && h.frozen.empty()) {

@@ -25,8 +25,8 @@ bool uses_velocities(const InspectedLog& log) {
 
 namespace {
 
-constexpr double kSureClock = 0.02;    // s: 1-sigma with which the motion tells the clock
-constexpr double kKnownClock = 0.005;  // s: a larger offset is written down
+constexpr double kSureClock = 0.02;    // s: largest 1-sigma of a clock offset that the motion determines
+constexpr double kKnownClock = 0.005;  // s: a smaller offset is not written
 
 // 1-sigmas of a triad's errors from its noise and its mean at rest.
 TriadErrors guess_triad(const TriadHealth& health, double interval, double usual_noise, double bias_of_noise,
@@ -43,7 +43,7 @@ TriadErrors guess_triad(const TriadHealth& health, double interval, double usual
   return e;
 }
 
-constexpr int kDigits = 2;  // of a sensor that nobody described
+constexpr int kDigits = 2;  // of the parameters of an undescribed sensor
 
 Vector3d mean_of(const std::vector<Vector3d>& values) {
   Vector3d sum = Vector3d::Zero();
@@ -52,7 +52,7 @@ Vector3d mean_of(const std::vector<Vector3d>& values) {
 }
 
 std::string file_keys(const InspectedLog& log, const std::string& folder, std::string_view indent) {
-  // What is in memory is written beside the configuration.
+  // Content from memory is written next to the configuration.
   std::string text =
       fmt::format("file: {}\n", yaml_text(log.log.content ? log.log.file : path_from(folder, log.log.file)));
   if (!log.log.accel_file.empty()) {
@@ -75,14 +75,14 @@ std::string file_keys(const InspectedLog& log, const std::string& folder, std::s
   return text;
 }
 
-// The slow error of a receiver, and why.
+// The slow error of a receiver, and its evidence.
 std::string drift_text(const PositionDrift& drift, std::string_view why) {
   return fmt::format("    drift: {{{}: {}, correlation_time: {} s}}   # {}\n", drift.of_stated ? "share" : "sigma",
                      size_text(drift), plain(drift.correlation_time, kDigits), why);
 }
 
-// The factors of a receiver's sigmas where the motion says that these are wrong, and its slow error. The white part
-// is what the squares of two of these numbers differ by, so that they have more digits than they are worth.
+// The factors of a receiver's sigmas where the motion contradicts these sigmas, and its slow error. The white part is
+// the difference of the squares of two of these numbers, so they have more digits than their accuracy justifies.
 std::string receiver_noise(const Calibration& found) {
   constexpr double kRight = 0.1;
   constexpr int kDifference = 5;
@@ -110,23 +110,23 @@ std::string receiver_noise(const Calibration& found) {
                                                                               : "the slow part");
 }
 
-constexpr double kLoose = 5;           // times a sigma that the motion told, as the replay sees the same motion again
-constexpr double kMostArm = 1;         // m: the prior of a lever arm that nothing told
-constexpr double kAsTold = 0.01;       // s: of a delay that the log itself states
-constexpr double kLeastDelay = 0.005;  // s: the least prior of a delay
+constexpr double kLoose = 5;           // times a sigma by the motion, as the replay uses the same motion again
+constexpr double kMostArm = 1;         // m: the prior of an unobserved lever arm
+constexpr double kAsTold = 0.01;       // s: sigma of a delay that the log itself states
+constexpr double kLeastDelay = 0.005;  // s: smallest prior of a delay
 
 double late_prior(double sigma) {
-  constexpr double kLeast = 0.02;  // s: what it was measured against has delays of its own
+  constexpr double kLeast = 0.02;  // s: the reference of the measurement has delays of its own
   return std::max(kLoose * sigma, kLeast);
 }
 
-// The delay of a receiver's velocities, by the filter or else by its positions, if they come late or may; and the prior
-// of what a replay finds of it.
+// The delay of a receiver's velocities, by the filter, by its positions, or as stated in the log; and the prior of the
+// delay in a replay.
 struct LateVelocities {
   double delay, sigma, prior;
 };
 
-// By the IMU's clock with the offset that is written.
+// The delay relative to the IMU's clock with the offset that is written.
 std::optional<LateVelocities> late_velocities(const InspectedLog& log, double written_offset) {
   if (!uses_velocities(log)) return std::nullopt;
   if (const auto& found = log.calibration; found && found->fits() && found->velocity_delay_sigma > 0) {
@@ -142,7 +142,7 @@ std::optional<LateVelocities> late_velocities(const InspectedLog& log, double wr
   return std::nullopt;
 }
 
-// The largest priors of the delays of those sources that are surely late, or may be [s].
+// The largest priors of the delays of sources that are late or may be late [s].
 struct LateSources {
   std::optional<double> velocity, attitude;
 };
@@ -159,7 +159,7 @@ std::string priors_text(const Calibration* found, const LateSources& late, bool 
   return "{" + text + "}";
 }
 
-// What the motions say beyond the clock that the receiver's log tells.
+// The residual clock offset of the motions, beyond the clock that the receiver's log states.
 std::string rest_of_clock(const LogMatch* match) {
   if (match == nullptr || !match->clock) return {};
   return fmt::format(
@@ -239,7 +239,7 @@ void rank(std::vector<Suspicion>& suspicions) {
 ImuSensor guess_sensor(const ImuHealth& health, const std::string& name) {
   constexpr double kUsualGyro = 0.05 * kDegree, kUsualAccel = 300e-6 * kStandardGravity;
   constexpr double kGyroBias = 10, kAccelBias = 25;  // times the noise of a mean over a second
-  constexpr double kScale = 0.03;  // the tolerance of the sensitivity that data sheets of cheap sensors state
+  constexpr double kScale = 0.03;                    // the sensitivity tolerance in data sheets of cheap sensors
   const auto seen = [](double value) { return std::isfinite(value) ? value : 0; };
   const double interval = health.sampling.interval;
   ImuSensor sensor;
@@ -262,14 +262,15 @@ ImuConditioning guess_conditioning(const Inspection& inspection) {
   ImuConditioning imu;
   const LogMatch* match = inspection.first_match();
   if (const ReceiverClock* clock = inspection.imu_clock()) {
-    // As the configuration counts the drift from the IMU's first row.
+    // The configuration counts the drift from the IMU's first row.
     const double first = inspection.logs[*inspection.first(LogKind::kImu)].imu.time.front();
     imu.clock_offset = first - clock->gps_time(first);
     imu.clock_drift = clock->drift;
   } else if (match != nullptr && match->clock &&
              std::abs(match->clock->offset) > std::max(kKnownClock, 5 * match->clock->sigma))
     imu.clock_offset = match->clock->offset;
-  // The filter corrects what is known otherwise only where it is sure, or surer than the motions beside each other.
+  // The filter's estimate replaces another one only if it is significant, or more accurate than the match of the
+  // motions.
   if (const Calibration* found = inspection.calibration()) {
     const bool known = inspection.imu_clock() != nullptr;
     const double apart = std::abs(found->clock_offset - imu.clock_offset);
@@ -286,9 +287,9 @@ ImuConditioning guess_conditioning(const Inspection& inspection) {
   }
   const auto first = inspection.first(LogKind::kImu);
   if (!first) return imu;
-  // Gravity alone: the axis that it points along is down, the others follow in a right-handed order.
+  // From gravity alone: the axis along gravity is down, the others follow in a right-handed order.
   Vector3d mean = inspection.logs[*first].imu_health->accel.mean;
-  if (!mean.allFinite()) mean = mean_of(inspection.logs[*first].imu.accel);  // it never rests: gravity is what stays
+  if (!mean.allFinite()) mean = mean_of(inspection.logs[*first].imu.accel);  // never stationary: mean force is gravity
   Eigen::Index axis = 0;
   mean.cwiseAbs().maxCoeff(&axis);
   Vector3d down = Vector3d::Zero(), forward = Vector3d::Zero();
@@ -438,7 +439,7 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
     text += fmt::format("{}  - {}    correlation_time: 60 s        # of its errors\n", reference ? "" : "attitude:\n",
                         file_keys(log, folder, "    "));
     if (const AttitudeMatch* beside = inspection.attitude_match(log)) {
-      // The rates tell the offset of the whole run: the IMU's clock is taken at its middle.
+      // The rates determine one offset for the whole run: the IMU's clock is taken at its middle.
       const double offset = imu.clock_offset + imu.clock_drift * (beside->imu.end - beside->imu.start) / 2;
       if (beside->is_late(offset)) {
         text += fmt::format("    {}             # as the motion has it, +- {}\n",
@@ -460,7 +461,8 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
         "the rear wheels, makes it better.\nvehicle: {{kind: car, mounting: auto}}\n",
         inspection.vehicle.why());
   }
-  // A clock that the receiver's log tells is not sought in the delay of fixes: a phone's come late by their own filter.
+  // If the receiver's log states the clock, no delay of fixes is estimated: a phone's fixes are late by their own
+  // filter.
   const bool delayed = found == nullptr || inspection.imu_clock() == nullptr;
   const bool drifts = delayed && found != nullptr && found->clock_drift_sigma > 0;
   text += fmt::format(

@@ -1,5 +1,5 @@
 #pragma once
-/// By how much an IMU's values are off by their units, beside a receiver's track.
+/// The factors by which an IMU's units are wrong, from a receiver's track.
 
 #include "piste/inspect/log_match.h"
 
@@ -10,11 +10,11 @@ struct LogFactors {
   double gyro = 1, accel = 1;
 };
 
-/// As the windows of the motion determine them; else from the turns of the track and the magnitude of gravity, if these
-/// are clear.
+/// From the windows of the motion if they determine the factors; else from the turns of the track and the magnitude of
+/// gravity, if these are clear.
 LogFactors log_factors(const LogMatch& m);
 
-/// Whether a factor is the expected one, as closely as a track tells it.
+/// Whether a factor is the expected one, within the accuracy of a track.
 bool near_factor(double factor, double expected);
 
 }  // namespace piste

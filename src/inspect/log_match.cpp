@@ -15,9 +15,9 @@
 namespace piste {
 namespace {
 
-// Rests tell an offset to a second or so, as a receiver sees a slow start late.
+// Stationary times determine an offset to about 1 s, as a receiver detects a slow start late.
 constexpr double kNear = 5, kRestSigma = 0.6;            // s
-constexpr double kSlowestImu = 0.25, kSlowestGnss = 20;  // s between rows: beyond, times are in another unit
+constexpr double kSlowestImu = 0.25, kSlowestGnss = 20;  // s between rows: longer intervals mean another unit of time
 
 bool times_are_seconds(const LogMatch& m, double gnss_interval) {
   return m.interval > 0 && m.interval < kSlowestImu && gnss_interval > 0 && gnss_interval < kSlowestGnss;
@@ -44,11 +44,11 @@ std::string axes_text(const Matrix3d& axes) {
 
 namespace {
 
-// Finds clock, axes and units with this track.
+// Estimates clock, axes and units with this track.
 void compare(LogMatch& m, const ImuIntegral& integral, const Track& track, const GnssHealth& health,
              const std::vector<Interval>& rest) {
-  // A body turns somewhat before its track or after it, and between two fixes the track is not known: over simulated
-  // runs with skis and bicycles the offset was wrong by 0.012 s with ten fixes a second, by 0.03 to 0.06 s with one.
+  // A body turns somewhat before or after its track, and the track between two fixes is unknown. Over simulated runs
+  // with skis and bicycles the offset was wrong by 0.012 s with ten fixes a second, by 0.03 to 0.06 s with one.
   constexpr double kTurnsEarly = 0.01, kBetweenFixes = 0.06;  // s; parts of the interval between fixes
   m.clock = match_clocks(integral, track);
   const auto compare_motion = [&] {
@@ -81,7 +81,7 @@ void compare(LogMatch& m, const ImuIntegral& integral, const Track& track, const
   if (m.clock) m.clock->sigma = std::hypot(m.clock->sigma, kTurnsEarly, kBetweenFixes * health.sampling.interval);
 }
 
-// The same of the track with latitude and longitude interchanged, if the labels fit that far better.
+// The comparison with latitude and longitude interchanged, if the labels fit that far better.
 std::optional<LogMatch> compared_interchanged(const LogMatch& m, const ImuIntegral& integral, GnssRecording gnss,
                                               const GnssHealth& health, const std::vector<Interval>& rest) {
   constexpr double kClearly = 0.8;  // of the residual

@@ -9,7 +9,7 @@
 
 namespace piste {
 
-/// Integrals of an IMU's rows since the first one. A row is of the interval before it.
+/// Integrals of an IMU's rows since the first one. A row is valid for the interval before it.
 class ImuIntegral {
  public:
   struct Value {
@@ -38,8 +38,8 @@ class ImuIntegral {
   double interval_ = 0;
 };
 
-/// Velocity of the antenna in north-east-down: that of the receiver, corrected as GnssHealth says, or that of the
-/// positions.
+/// Velocity of the antenna in north-east-down: the receiver's velocity, corrected as GnssHealth states, or the
+/// derivative of the positions.
 class Track {
  public:
   Track(const GnssRecording& gnss, const GnssHealth& health);

@@ -1,4 +1,4 @@
-// Puts into words what is wrong between the logs of an IMU and a receiver.
+// The words for faults between the logs of an IMU and a receiver.
 
 #include <fmt/format.h>
 
@@ -17,9 +17,9 @@
 namespace piste {
 namespace {
 
-constexpr double kClockError = 0.3;  // s beyond which a clock is said to be wrong
-constexpr double kLatest = 1;        // s: that velocities come late at most
-constexpr double kNearly = 0.3;      // s within which an offset is a known one
+constexpr double kClockError = 0.3;  // s: a larger offset is a fault of the clock
+constexpr double kLatest = 1;        // s: largest delay of velocities
+constexpr double kNearly = 0.3;      // s: tolerance to a known offset
 
 // The likely cause of an offset of the clocks.
 struct Meaning {
@@ -150,7 +150,7 @@ void suspect_axes(const MotionMatch& motion, const std::string& file, std::vecto
         "two axes are interchanged or one is reversed, of gyroscopes and accelerometers alike: put that right in the "
         "file.");
   } else if (motion.track_mirrored()) {
-    return;  // suspect_track() says so
+    return;  // suspect_track() reports it
   } else if (motion.mirrored && motion.gyro_axes.isIdentity()) {
     add(LogFault::kAccelSign, "the motion fits the track with the forces reversed: " + left,
         "reverse the signs of the accelerometers: at rest the axis that points up reads +9.8 m/s^2. A track with "
@@ -170,7 +170,7 @@ void suspect_axes(const MotionMatch& motion, const std::string& file, std::vecto
   }
 }
 
-// A track that turns the other way round, or did before latitude and longitude were interchanged.
+// A track that turns the other way round, or would if latitude and longitude were not interchanged.
 void suspect_track(const LogMatch& m, const std::string& file, std::vector<Suspicion>& found) {
   const auto add = adding_to(found, file);
   if (m.interchanged) {
@@ -204,7 +204,7 @@ void suspect_track(const LogMatch& m, const std::string& file, std::vector<Suspi
 
 std::vector<Suspicion> suspicions(const LogMatch& m, const std::string& imu_file, const std::string& gnss_file) {
   std::vector<Suspicion> found;
-  if (m.interval == 0) return found;  // the rows themselves are wrong, which has its own suspicion
+  if (m.interval == 0) return found;  // the rows themselves are wrong, which is reported elsewhere
   suspect_clock(m, imu_file, gnss_file, found);
   suspect_track(m, gnss_file, found);
   suspect_units(m, log_factors(m), imu_file, found);

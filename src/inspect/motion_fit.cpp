@@ -91,7 +91,7 @@ JointFit fit_all(const std::vector<MotionWindow>& windows, const std::vector<Car
   }
   joint.lever_arm = N.ldlt().solve(n);
   for (std::size_t i = 0; i < windows.size(); ++i) {
-    // α with the velocity by the lever arm, in the unit of the forces.
+    // α with the antenna's velocity due to the lever arm, in the unit of the forces.
     const double scale = joint.fits[i].scale;
     if (scale == 0) continue;
     const std::vector<Matrix3d> swing = without_mean(carried[i].swing);

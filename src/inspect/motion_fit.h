@@ -14,7 +14,7 @@ struct CarriedWindow {
   std::vector<Matrix3d> swing;  ///< times the lever arm: velocity of the antenna by rotation
 };
 
-/// Integrates each window, with the gyroscopes multiplied by `turn`, the factor and axes to be tried.
+/// Integrates each window with the gyroscopes multiplied by `turn`, the hypothesis of factor and axes.
 std::vector<CarriedWindow> carry_all(const std::vector<MotionWindow>& windows, const Matrix3d& turn);
 
 /// The solution of Wahba's problem with a free scale: β ≈ scale R α.

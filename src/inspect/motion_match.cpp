@@ -19,20 +19,21 @@ namespace {
 constexpr std::size_t kFewestWindows = 5;              // windows
 constexpr double kForward = 1.5;                       // m/s from which a track has a direction
 constexpr double kFloor = 0.05;                        // m/s: error of the velocities
-constexpr double kClearlyBetter = 1.3, kAsGood = 1.2;  // ratios of mean squares
+constexpr double kClearlyBetter = 1.3, kAsGood = 1.2;  // ratios of mean squared residuals
 constexpr double kNearlyAll = 0.85;
-constexpr double kClaim = 0.12;       // the same for a reading that contradicts the labels
+constexpr double kClaim = 0.12;       // the same for a hypothesis that contradicts the labels
 constexpr double kTurnTolerance = 3;  // factor between the turns of the gyroscopes and of the track
 constexpr double kHalfWay = 10 * kDegree;
-constexpr double kExplained = 0.2;  // largest rms of the residuals, as a part of the change of velocity
+constexpr double kExplained = 0.2;  // largest rms of the residuals, relative to the change of velocity
 
-// A reading of the labels (axes and units), its residuals in each window, and how much it differs from the labels.
+// A hypothesis about the labels (axes and units), its residuals in each window, and how much it differs from the
+// labels.
 struct Reading {
   double factor = 1;
   Matrix3d axes = Matrix3d::Identity();
   bool mirrored = false, gravity = true;
   int oddity = 0;
-  std::vector<double> left;  // mean square of the residuals of each window
+  std::vector<double> left;  // mean squared residual of each window
 
   double mean_log() const {
     double sum = 0;
@@ -85,8 +86,8 @@ double rms(const Reading& r) {
   return std::sqrt(sum / static_cast<double>(r.left.size()));
 }
 
-// The first reading, which is that of the labels themselves, unless another is far better. Then, of all that are as
-// good as the best, the one that differs least from the labels.
+// Takes the first hypothesis, which is the labels themselves, unless another is far better. Then, of all hypotheses as
+// good as the best, takes the one that differs least from the labels.
 const Reading& chosen_of(const std::vector<Reading>& all) {
   const Reading& best = *std::min_element(
       all.begin(), all.end(), [](const Reading& a, const Reading& b) { return a.mean_log() < b.mean_log(); });
@@ -108,7 +109,7 @@ struct ClockRest {
 std::optional<ClockRest> clock_rest(const MotionSource& source, const std::vector<MotionWindow>& windows,
                                     const Reading& reading, double offset) {
   constexpr double kStep = 0.03, kIndependent = 0.5;  // s
-  constexpr double kSteps = 6;                        // to either side
+  constexpr double kSteps = 6;                        // to each side
   std::array<double, 13> left{};
   for (std::size_t i = 0; i < left.size(); ++i) {
     check_interruption();
@@ -116,7 +117,7 @@ std::optional<ClockRest> clock_rest(const MotionSource& source, const std::vecto
     moved.reserve(windows.size());
     for (const MotionWindow& w : windows) {
       auto at = source.window(w.begin, offset + (static_cast<double>(i) - kSteps) * kStep);
-      if (!at) at = w;  // clipped or cut at that offset: not used
+      if (!at) at = w;  // clipped or cut at that offset: the window of `offset` serves
       moved.push_back(std::move(*at));
     }
     const auto carried = carry_all(moved, reading.factor * reading.axes);
@@ -134,7 +135,7 @@ std::optional<ClockRest> clock_rest(const MotionSource& source, const std::vecto
   return ClockRest{(static_cast<double>(best) - kSteps + part) * kStep, kStep * std::sqrt(2 * left[best] / (n * bend))};
 }
 
-// The signed permutation that is nearest to the directions forward, right and down, as the sensor's axes have them.
+// The signed permutation that is nearest to forward, right and down in the sensor's axes.
 void name_axes(const std::vector<MotionWindow>& windows, const Reading& reading, MotionMatch& match) {
   Matrix3d sum = Matrix3d::Zero();  // of R_bs over time
   std::vector<double> scales;
@@ -164,7 +165,7 @@ void name_axes(const std::vector<MotionWindow>& windows, const Reading& reading,
     if ((R_bs.determinant() < 0) == reading.mirrored) off.emplace_back(angle_to(R_bs), R_bs);
   }
   std::sort(off.begin(), off.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  // If the IMU sits half-way between two sets of axes, and one of them is the sensor's own, that one is taken.
+  // An IMU half-way between two sets of axes: prefer its own axes if they are one of the two.
   const bool own = off[1].second.isIdentity() && off[1].first - off[0].first < kHalfWay;
   match.R_bs = off[own ? 1 : 0].second;
   match.tilt = off[own ? 1 : 0].first;
@@ -185,7 +186,7 @@ std::optional<MotionMatch> match_motion(const ImuIntegral& imu, bool increments,
   if (windows.size() < kFewestWindows) return std::nullopt;
 
   const double interval = imu.interval();
-  // The turns show roughly which unit the gyroscopes have. That of the labels comes first in any case.
+  // The turns show roughly the unit of the gyroscopes. The labels' unit comes first in any case.
   std::vector<double> factors{1};
   for (const double factor : {kDegree, kDegreesPerRadian, increments ? interval : 1 / interval}) {
     if (turns == 0 || std::abs(std::log(turns * factor)) < std::log(kTurnTolerance)) factors.push_back(factor);

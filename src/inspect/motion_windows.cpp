@@ -70,7 +70,7 @@ Vector3d gyro_bias(const ImuIntegral& imu, const std::vector<Interval>& rest, do
   }
   if (time > 5) return angle / time;
   std::vector<Vector3d> rates;
-  // Pieces of one second, for a day at most.
+  // Pieces of 1 s, spread over the log: at most as many as a day has seconds.
   const double stride = std::max(1.0, (imu.end() - imu.start()) / kDay);
   for (double t = imu.start(); t + 1 < imu.end(); t += stride) {
     rates.emplace_back(imu.at(t + 1).angle - imu.at(t).angle);

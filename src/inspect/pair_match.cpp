@@ -1,4 +1,4 @@
-// Compares two logs of one kind: are they the same log, or two receivers on one body?
+// Compares two logs of one kind: are they the same recording, or two receivers on one body?
 
 #include <fmt/format.h>
 
@@ -51,9 +51,9 @@ bool far_apart(const PairMatch& m) {
   return m.distance - 3 * m.scatter > kFarApart;
 }
 
-// No two antennas of one body are above one another by that much; the geoid is up to 107 m from the ellipsoid.
+// No two antennas of one body differ by that height; the geoid is up to 107 m from the ellipsoid.
 bool other_heights(const PairMatch& m) {
-  constexpr double kMostAbove = 5, kBeside = 0.5;  // m; horizontal distance in parts of the vertical
+  constexpr double kMostAbove = 5, kBeside = 0.5;  // m; horizontal distance as a fraction of the vertical
   return far_apart(m) && std::abs(m.above) > kMostAbove && m.horizontal < kBeside * std::abs(m.above);
 }
 

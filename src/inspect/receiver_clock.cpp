@@ -7,8 +7,8 @@
 
 namespace piste {
 
-// The slope is the median of those between fixes half a log apart (Theil and Sen). A fix can only arrive late, so the
-// offset is a low quantile about it, which a few wrong times do not move as they do the smallest.
+// The slope is the median of the slopes between fixes half a log apart (Theil and Sen). A fix can only arrive late, so
+// the offset is a low quantile of the residuals. A few wrong times move a quantile less than the minimum.
 std::optional<ReceiverClock> fit_clock(const std::vector<double>& logger, const std::vector<double>& gps) {
   constexpr std::size_t kFewest = 10;
   const std::size_t count = std::min(logger.size(), gps.size()), half = count / 2;
@@ -23,7 +23,7 @@ std::optional<ReceiverClock> fit_clock(const std::vector<double>& logger, const 
   }
   clock.drift = median(std::move(slopes));
   for (std::size_t i = 0; i < count; ++i) offsets[i] = offset(i) - clock.drift * (logger[i] - clock.since);
-  constexpr std::size_t kEarly = 20;  // one in so many
+  constexpr std::size_t kEarly = 20;  // the quantile: one in so many
   std::vector<double> sorted = offsets;
   std::sort(sorted.begin(), sorted.end());
   clock.offset = sorted[count / kEarly];

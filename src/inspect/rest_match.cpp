@@ -6,14 +6,14 @@
 namespace piste {
 namespace {
 
-constexpr double kExplains = 30, kOpenMore = 15;  // nats, of a second each: neighbouring seconds are much alike
-constexpr double kOtherOffset = 5;                // s, of another offset
-constexpr double kAsMuch = 0.5;                   // of what the best offset explains: what explains less is no rival
+constexpr double kExplains = 30, kOpenMore = 15;  // nats; large, as neighbouring seconds are correlated
+constexpr double kOtherOffset = 5;                // s: offsets that differ by more are rivals
+constexpr double kAsMuch = 0.5;  // of the best offset's mutual information: an offset with less is no rival
 
-// Offsets that are scored over their whole range, and of the fullest bins: logs of hours take a second or two.
+// Numbers of scored offsets: over the whole range, and in the fullest bins. Logs of hours take a second or two.
 constexpr std::size_t kScored = 20000, kFullest = 5000;
-constexpr double kBin = 0.5;       // s: rests are seen to begin and end that well
-constexpr double kMostBins = 1e6;  // beyond it bins are wider: 16 MB
+constexpr double kBin = 0.5;       // s: accuracy with which a log shows the beginning and end of a stationary time
+constexpr double kMostBins = 1e6;  // with more, bins are made wider: 16 MB
 
 // Time that two lists of intervals have in common when `other` is `offset` later.
 double common(const std::vector<Interval>& one, const std::vector<Interval>& other, double offset) {
@@ -25,7 +25,7 @@ double common(const std::vector<Interval>& one, const std::vector<Interval>& oth
   return sum;
 }
 
-// What two logs tell of each other at an offset, and what they leave open [nats].
+// Mutual information of the two logs at an offset, and their variation of information [nats].
 struct Candidate {
   double offset, explained, open;
 };
@@ -59,7 +59,7 @@ Interval offsets_of(const Rests& one, const Rests& other) {
           one.intervals.back().end - other.intervals.front().start};
 }
 
-// The means of these offsets in bins of that width: of the bins in which most of them are.
+// The mean offsets of the fullest bins of that width.
 std::vector<double> fullest_bins(const Rests& one, const Rests& other, double width, std::size_t most) {
   struct Bin {
     double count = 0, sum = 0;
@@ -80,8 +80,8 @@ std::vector<double> fullest_bins(const Rests& one, const Rests& other, double wi
   return offsets;
 }
 
-// The offsets to be scored: all of them, or, of many, some over their whole range, where rivals may be, and those near
-// which most rests begin or end together, where the best one is.
+// The offsets to be scored. All offsets if they are few. Otherwise some over the whole range, where rivals may be, and
+// those near which most stationary times begin or end together, where the best one is.
 std::vector<double> likely_offsets(const Rests& one, const Rests& other) {
   std::vector<double> offsets;
   if (2 * one.intervals.size() * other.intervals.size() <= kScored) {

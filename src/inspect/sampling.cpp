@@ -18,7 +18,7 @@ namespace {
 constexpr double kFinest = 1e-6;         // s
 constexpr double kGpsEpoch = 315964800;  // s after 1970 of the first GPS week
 constexpr double kJittery = 0.2;         // of the interval
-constexpr double kManyMissing = 0.001;   // part of all rows: with more missing, gaps are a fault
+constexpr double kManyMissing = 0.001;   // share of all rows: with more missing rows, gaps are a fault
 constexpr double kLongGap = 0.5;         // s: a longer gap is a fault
 
 // The step of which all times since the first are multiples. 0 if it is smaller than kFinest.
@@ -33,7 +33,7 @@ double resolution(std::span<const double> time) {
   return kFinest * static_cast<double>(common);
 }
 
-// Why a row could not be read, in words for a list.
+// The reason for an unreadable row, in words for a list.
 std::string_view name_of(RowFault::Kind kind) {
   switch (kind) {
     case RowFault::Kind::kText:
@@ -59,7 +59,7 @@ LogFault fault_of(RowFault::Kind kind) {
   return kind == RowFault::Kind::kTimeBack ? LogFault::kTimeBack : LogFault::kBadRows;
 }
 
-// A unit with which the rate is between `slowest` and `fastest`, if it is not so with seconds.
+// A unit of time with which the rate is between `slowest` and `fastest`, if seconds do not fit.
 void suspect_unit(const Sampling& s, const std::string& file, double fastest, double slowest,
                   std::vector<Suspicion>& found) {
   if (s.rows < 3 || (s.rate() >= slowest && s.rate() <= fastest)) return;
@@ -130,7 +130,7 @@ std::vector<Suspicion> suspicions(const Sampling& s, const RowFaults& faults, co
          fmt::format("time begins at {:.3f} s, which is no second of the GPS week (0 to 604800)", s.span.start),
          fmt::format("subtract whole weeks, such as {:.0f} s", kWeek * std::floor(s.span.start / kWeek))});
   }
-  // As a replay counts them with `repair`, which leaves out no value that cannot be: it may be one of all.
+  // Counted as a replay with `repair` counts them. It does not skip impossible values: one may stand for all.
   const std::size_t unreadable =
       faults.total() - faults.count(RowFault::Kind::kTimeRepeated) - faults.count(RowFault::Kind::kTimeBack);
   const bool few = LeftOutRows::are_few(unreadable, s.rows) && faults.count(RowFault::Kind::kValue) == 0;

@@ -14,11 +14,11 @@
 namespace piste {
 namespace {
 
-constexpr double kFast = 5;                     // m/s: as find_vehicle_mounting() needs it
-constexpr double kMean = 2;                     // s over which forces are averaged: an engine and the road shake
-constexpr double kLeastDriving = 120;           // s: it needs 60 s, and an outage shall leave that much
-constexpr double kTold = 20;                    // s, for the fit to tell anything
-constexpr double kTurningCourse = 5 * kDegree;  // rad/s: the course of a receiver tells such turns
+constexpr double kFast = 5;                     // m/s: the speed that find_vehicle_mounting() needs
+constexpr double kMean = 2;                     // s over which forces are averaged, because engine and road shake
+constexpr double kLeastDriving = 120;           // s: mounting needs 60 s, which must remain after an outage
+constexpr double kTold = 20;                    // s: least time for a meaningful fit
+constexpr double kTurningCourse = 5 * kDegree;  // rad/s: turns that a receiver's course shows
 
 // The means over a window of motion in which the body is fast.
 struct DrivenWindow {
@@ -40,7 +40,7 @@ std::vector<DrivenWindow> driven(const ImuIntegral& imu, const Track& track, dou
     w.force = (b.velocity - a.velocity) / kMean;
     w.rate = (b.angle - a.angle) / kMean;
     w.course_rate = std::atan2(v0.x() * v1.y() - v0.y() * v1.x(), v0.dot(v1)) / kMean;
-    // Along and across the course in the middle of the window, as the mean force is that of its middle.
+    // Along and across the course in the middle of the window, where the mean force applies.
     const Eigen::Vector2d course = (v0.normalized() + v1.normalized()).normalized(), change = (v1 - v0) / kMean;
     w.along = course.dot(change);
     w.across = course.x() * change.y() - course.y() * change.x();
@@ -52,12 +52,12 @@ std::vector<DrivenWindow> driven(const ImuIntegral& imu, const Track& track, dou
 }  // namespace
 
 bool VehicleGuess::is_car() const {
-  // A body rolls outwards on its springs, by up to a tenth of the force; velocities that a receiver smooths show too
-  // little of a turn or come late, and then a third of it is missing. Who leans feels less than half.
+  // A car body rolls outwards on its springs, by up to a tenth of the force. Velocities that a receiver smooths or
+  // delays may miss a third of a turn. A body that leans feels less than half of the force.
   constexpr double kLeastGain = 0.6, kMostGain = 1.3, kUnlike = 0.55;
-  constexpr double kUpright = 0.95;          // the axes found are right-handed and upright to 18 deg
-  constexpr double kPointing = 3 * kDegree;  // a receiver's course is that sure
-  constexpr double kTurned = 90 * kDegree;   // each way: a bend of a runway or a slope is none
+  constexpr double kUpright = 0.95;          // the fitted axes are right-handed and perpendicular to 18 deg
+  constexpr double kPointing = 3 * kDegree;  // accuracy of a receiver's course
+  constexpr double kTurned = 90 * kDegree;   // each way: the bend of a runway or a slope does not suffice
   const auto felt = [&](double part) { return part > kLeastGain && part < kMostGain; };
   return driving >= kLeastDriving && std::min(turned_left, turned_right) > kTurned && felt(force_along) &&
          felt(force_across) && handed > kUpright && unlike < kUnlike && slip < kPointing;

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kFewestPairs = 20;
 
-// Over a second or more: the mean velocity from the positions, and the mean of the velocities.
+// Over a second or more: the mean velocity by the positions, and the mean of the velocities.
 struct Pair {
   Vector3d moved, velocity, acceleration;
 };
@@ -25,8 +25,8 @@ struct Pair {
 std::vector<Pair> pairs_of(const std::vector<GeodeticFix>& fixes, const Positions& p, double length, double interval) {
   std::vector<Pair> pairs;
   std::size_t j = 0;
-  Vector3d area = Vector3d::Zero();           // of the velocities since the first fix
-  std::vector<Vector3d> areas(fixes.size());  // up to each fix
+  Vector3d area = Vector3d::Zero();           // integral of the velocities since the first fix
+  std::vector<Vector3d> areas(fixes.size());  // the same up to each fix
   for (std::size_t i = 0; i < fixes.size(); ++i) {
     if (i > 0 && fixes[i].velocity && fixes[i - 1].velocity) {
       area += (fixes[i].time - fixes[i - 1].time) / 2 * (fixes[i].velocity->value + fixes[i - 1].velocity->value);
@@ -56,7 +56,7 @@ double residual_of(const std::vector<Pair>& pairs, const Matrix3d& turn) {
   return median(std::move(left));
 }
 
-// A reading of the columns, and how much it differs from the labels.
+// A hypothesis about the columns, and how much it differs from the labels.
 struct VelocityReading {
   Matrix3d axes = Matrix3d::Identity();
   double scale = 1;
@@ -75,8 +75,8 @@ int oddity_of(const Matrix3d& axes) {
 }
 
 struct SpeedUnit {
-  double scale;                 // of what is 1 m/s
-  std::string_view name, unit;  // in words, and as configurations have it
+  double scale;                 // value of 1 m/s in this unit
+  std::string_view name, unit;  // in words, and as written in configurations
 };
 constexpr std::array kSpeedUnits = std::to_array<SpeedUnit>({{1, "m/s", "m/s"},
                                                              {3.6, "km/h", "km/h"},
@@ -95,7 +95,7 @@ std::vector<VelocityReading> readings() {
       all.push_back({axes, unit.scale, false, oddity_of(axes) + (unit.scale == 1 ? 0 : 2)});
     }
   }
-  // Where who wrote the log took east for north, the velocities may have it so as well.
+  // Whoever interchanged east and north for positions may have done so for velocities.
   const Matrix3d east_north = Matrix3d{{0, 1, 0}, {1, 0, 0}, {0, 0, 1}};
   all.push_back({.interchanged = true, .oddity = 4});
   all.push_back({.axes = east_north, .interchanged = true, .oddity = 5});
@@ -131,8 +131,8 @@ std::vector<Pair> pairs_in_motion(const std::vector<GeodeticFix>& fixes, const P
   return pairs;
 }
 
-// If one reading is clearly better than the velocities as given, it is taken. Of all readings that are nearly as good
-// as the best, it is the one that differs least from the labels.
+// Keeps the velocities as given unless one hypothesis is clearly better. Of all hypotheses nearly as good as the best,
+// takes the one that differs least from the labels.
 void choose_reading(const std::vector<Pair>& as_given, const std::vector<Pair>& other, VelocityFit& fit) {
   constexpr double kClearly = 0.5, kHardlyWorse = 1.15, kLeast = 0.3;  // parts, and m/s
   std::vector<std::pair<double, VelocityReading>> tried;

@@ -20,19 +20,19 @@ bool may_be_interchanged(const std::vector<GeodeticFix>& fixes);
 /// Speed [m/s] above which a receiver certainly moves.
 inline constexpr double kSurelyMoving = 1;
 
-/// Finds the columns and the unit with which the velocities fit the positions best. They stay as given unless others
-/// fit clearly better. Uses the sampling, the quantum and the median sigma of `h`. Returns nullopt if hardly any
-/// velocity was measured in motion.
+/// Estimates the columns and the unit with which the velocities fit the positions best. They stay as given unless
+/// another choice fits clearly better. Uses the sampling, the quantum and the median sigma of `h`. Returns nullopt if
+/// hardly any velocity was measured in motion.
 std::optional<VelocityFit> fit_velocity(const std::vector<GeodeticFix>& fixes, const Positions& p, const GnssHealth& h);
 
 /// Name of the unit in which 1 m/s is `scale`. @pre `scale` is one that fit_velocity gives
 std::string_view speed_unit_name(double scale);
 
-/// The same as a configuration has it, such as `kn`.
+/// The same name as written in a configuration, such as `kn`.
 std::string_view speed_unit_text(double scale);
 
-/// The step of the positions between two fixes less the step that their velocities give, with the correction `fit`.
-/// Returns nullopt if one of them has no velocity.
+/// The step of the positions between two fixes minus the step by their velocities, with the correction `fit`. Returns
+/// nullopt if one of them has no velocity.
 std::optional<Vector3d> beyond_velocity(const GeodeticFix& before, const GeodeticFix& now, const Vector3d& step,
                                         const std::optional<VelocityFit>& fit);
 

@@ -20,21 +20,21 @@ namespace {
 
 constexpr const char *kReplayFile = "replay.yaml", *kSensorFile = "sensor.yaml";
 
-// As a comment can hold it.
+// Makes text fit a one-line comment.
 std::string one_line(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');
   return text;
 }
 
-// What a replay of a configuration says of it; empty is nothing.
+// What a replay of a configuration shows; an empty text means no fault.
 struct OwnReplay {
-  std::string wrong = {};  // where its sigmas do not hold
+  std::string wrong = {};  // where its sigmas are inconsistent
   std::string sway = {};   // where its antenna seems to move on the body
 };
 
-// `text` names its files from `folder`.
+// `text` names its files relative to `folder`.
 OwnReplay own_replay(const std::string& text, const std::filesystem::path& folder) {
-  constexpr double kLongest = 3600;  // s: an hour has seen what there is to see
+  constexpr double kLongest = 3600;  // s: an hour suffices to judge
   try {
     const ReplayConfig config = read_replay_config(Config::parse(text, folder / kReplayFile));
     ReplayOptions options = replay_options(config);
@@ -58,7 +58,7 @@ std::string write_inspection(OutputFolder& output, Inspection& found) {
   auto config = ready_config(found, folder.string(), kSensorFile);
   if (config) {
     output.write(kSensorFile, sensor_text(guess_sensor(found)));
-    // Until all is written the sensor's file has another name.
+    // Until all is written, the sensor's file has another name.
     const std::string sensor = output.partial(kSensorFile).filename().string();
     const auto [wrong, sway] = own_replay(*ready_config(found, folder.string(), sensor), folder);
     if (!sway.empty()) {

@@ -17,8 +17,8 @@
 namespace piste {
 namespace {
 
-constexpr double kSameRate = 0.01;  // rates of units that differ by more are not of one type
-constexpr double kDiffer = 0.01;    // p-value below which axes are given a value each
+constexpr double kSameRate = 0.01;  // relative: IMUs whose rates differ by more are not of one type
+constexpr double kDiffer = 0.01;    // p-value below which each axis gets its own value
 constexpr double kCloseFit = 0.1;   // of the deviation: a model refused by chi-squared that is this close still serves
 constexpr double kManyRounding = 0.25;  // share of the white noise's variance
 constexpr int kSensorDigits = 3;
@@ -45,7 +45,7 @@ std::vector<ProcessKind> kinds_of(const GmwmFit& fit) {
   return kinds;
 }
 
-// The interval of a mean of units that differ.
+// The interval of the mean of IMUs that differ.
 void widen(Measured& m, double spread, std::size_t units) {
   if (!(spread > 0) || !(m.sigma_log > 0)) return;
   const double sigma = std::hypot(m.sigma_log, spread / std::sqrt(static_cast<double>(units)));
@@ -91,7 +91,7 @@ void fit_axis(AllanAxis& axis, const AllanFindings& findings, std::size_t index)
   widen(axis.noise.instability, axis.spread_instability, instabilities.size());
 }
 
-// One triad of the sensor file, from the axes that were fitted.
+// One triad of the sensor file, from the fitted axes.
 void set_triad(TriadErrors& triad, AllanFindings& f, bool gyro) {
   const char* const name = gyro ? "gyro" : "accel";
   std::vector<Measured> noises;
@@ -153,7 +153,7 @@ void make_sensor(AllanFindings& f, const ImuHealth& health) {
   f.sensor = rounded(f.sensor, kSensorDigits);
 }
 
-// What a record of this length leaves open, of one axis.
+// What a recording of this length does not determine of one axis.
 void add_undetermined(AllanFindings& f, const AllanAxis& axis) {
   const TriadUnits& units = units_of(axis.is_gyro);
   const std::string length = time_text(axis.curve.longest_stretch());
@@ -219,7 +219,7 @@ void add_recording_warnings(AllanFindings& f, const AllanRecording& r) {
   if (!r.rest_checked && !f.options.at_rest)
     f.warnings.push_back(fmt::format("{}: rows come too rarely to tell whether the IMU rests", file));
   if (r.gaps > 0) {
-    constexpr double kManyFilled = 0.01;  // of all rows: as many move the white noise by more than its interval
+    constexpr double kManyFilled = 0.01;  // of all rows: as many change the white noise by more than its interval
     const double share = static_cast<double>(r.filled) / static_cast<double>(r.rows + r.filled);
     f.warnings.push_back(
         fmt::format("{}: {} gaps with {} missing rows: {} were bridged by straight lines, the others part "

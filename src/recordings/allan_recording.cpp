@@ -14,12 +14,12 @@
 namespace piste {
 namespace {
 
-constexpr double kSlowestChecked = 5;  // Hz: rest is judged by the rows within a second
+constexpr double kSlowestChecked = 5;  // Hz: standstill is judged by the rows within a second
 constexpr std::size_t kFewestRows = 32;
 
 using Rows = std::pair<std::size_t, std::size_t>;  // [begin, end)
 
-// A triad that the file does not have is zero in all rows; the force then is taken to be that of gravity.
+// A triad that the file does not have is zero in all rows; the force then is assumed to be gravity.
 bool is_missing(const std::vector<Vector3d>& values) {
   return std::all_of(values.begin(), values.end(), [](const Vector3d& v) { return v.isZero(0); });
 }
@@ -31,7 +31,7 @@ void check_unit(const ImuHealth& health, const std::string& file) {
                                            health.force, health.force_unit->factor));
 }
 
-// Rests as rows, joined where only a short disturbance lies between them.
+// Stationary times as rows, joined across short disturbances.
 std::vector<Rows> rests(const ImuRecording& imu, const ImuHealth& health, const AllanOptions& options,
                         AllanRecording& found) {
   std::vector<Interval> joined;
@@ -43,7 +43,7 @@ std::vector<Rows> rests(const ImuRecording& imu, const ImuHealth& health, const 
       joined.push_back(rest);
     }
   }
-  // A disturbance at the very ends is none between two rests.
+  // Motion within 1 s of the log's ends is included, but not counted as a disturbance.
   if (!joined.empty()) {
     const double first = joined.front().start - imu.time.front(), last = imu.time.back() - joined.back().end;
     if (first > 0 && first <= 1) joined.front().start = imu.time.front();
@@ -86,10 +86,10 @@ double value_of(const ImuRecording& imu, std::size_t row, std::size_t axis) {
   return value / (imu.time[later] - imu.time[later - 1]);
 }
 
-// One axis over rows without motion: its values in stretches without a gap, short holes bridged.
+// One axis over stationary rows: its values in stretches without a gap, with short holes bridged.
 std::vector<std::vector<double>> stretches(const ImuRecording& imu, const std::vector<Rows>& rests, const RowGaps& gaps,
                                            std::size_t axis, const AllanOptions& options) {
-  constexpr std::size_t kEdge = 10;  // rows on either side of a hole whose means the line joins
+  constexpr std::size_t kEdge = 10;  // rows on each side of a hole; the line joins their means
   std::vector<std::vector<double>> all;
   for (const auto& [first, last] : rests) {
     std::vector<double> values;
@@ -119,7 +119,7 @@ std::vector<std::vector<double>> stretches(const ImuRecording& imu, const std::v
   return all;
 }
 
-// Counts of gaps, and the stretches as times.
+// Counts gaps, and gives the stretches as times.
 void describe(const ImuRecording& imu, const std::vector<Rows>& rests, const RowGaps& gaps, const AllanOptions& options,
               AllanRecording& found) {
   for (const auto& [first, last] : rests) {

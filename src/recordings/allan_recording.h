@@ -6,7 +6,7 @@
 
 namespace piste {
 
-/// A recording, and what else is known of it.
+/// A recording and its properties.
 struct ReadRecording {
   AllanRecording found;
   ImuHealth health;

@@ -47,7 +47,7 @@ AllanSource guessed_alone(const std::string& file) {
   return source;
 }
 
-// Of several files, gyroscopes and accelerometers of one phone belong together.
+// Among several files, gyroscopes and accelerometers of one phone are joined.
 std::vector<AllanSource> guessed_sources(const std::vector<std::string>& files) {
   for (std::size_t i = 1; i < files.size(); ++i) {
     for (std::size_t k = 0; k < i; ++k) {

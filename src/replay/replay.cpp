@@ -28,7 +28,7 @@ void check_sources(const Sources& sources, const FilterOptions& options) {
   check("attitude", sources.attitude.size(), options.attitude.size());
 }
 
-// The log of a recording; the sigmas of its attitudes become known to the options.
+// The log of a recording. Sets the sigmas of its attitudes in the options.
 template <class AnyRecording>
 Log conditioned(AnyRecording&& recording, ReplayOptions& options) {
   check_sources(recording, options.filter);
@@ -36,7 +36,7 @@ Log conditioned(AnyRecording&& recording, ReplayOptions& options) {
   return condition(std::forward<AnyRecording>(recording), options.conditioning);
 }
 
-// Keeps every n-th row of a run and the last one.
+// Keeps every n-th row and the last one.
 class KeptRows {
  public:
   KeptRows(const StateLayout& layout, const World& world, std::size_t every)
@@ -56,10 +56,11 @@ class KeptRows {
   std::size_t every_;
 };
 
-// So that of `all` rows not more are left than a page can show.
+// Of `all` rows it keeps at most as many as a page can show.
 std::size_t kept_every(std::size_t all) { return 1 + all / (kKeptRows - 1); }
 
-// Filters the run of `run.found`. `streams`: take its rows, and a part of them is left; null: all of them are.
+// Filters the run from `run.found`. All rows go to `streams`, and the solution keeps a part of them; null: it keeps
+// all.
 FilterRun filtered(const Replay& run, const ReplayOptions& options, const RowStreams* streams, Keep keep,
                    const ProgressCallback& progress) {
   const LookedBack& back = run.beginning;
@@ -76,7 +77,7 @@ FilterRun filtered(const Replay& run, const ReplayOptions& options, const RowStr
   return filtered;
 }
 
-// Smooths a run. Its rows go to `options.streams`, and a part of them is left.
+// Smooths a run. All rows go to `options.streams`; the solution keeps a part of them.
 Solution smoothed_in_pieces(Replay& run, const ReplayOptions& options, const ProgressCallback& progress,
                             std::vector<AttitudeLag>& lags) {
   const FilterRun& filtered = run.smoothable();
@@ -150,7 +151,7 @@ Replay replay(Log log, const ReplayOptions& options, const ReplayProgress& progr
       const ProgressCallback told = stage("relinearising");
       Reference smoothed = smoothed_trajectory(run.smoothable(), part_of(told, 0, kSmoothingFirst));
       if (!history) run.filtered.history.clear();
-      run.relinearised.reset();  // what is not needed while the run is filtered again
+      run.relinearised.reset();  // saves memory while the run is filtered again
       run.relinearised =
           filtered_about(std::move(smoothed), run.log, run.options, run.found, part_of(told, kSmoothingFirst, 1));
     }

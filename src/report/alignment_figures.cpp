@@ -23,9 +23,9 @@ namespace {
 
 constexpr int kSignalHeight = 320;  // px
 constexpr double kLively = 4;       // s of the fastest motion
-constexpr double kAroundPeak = 2;   // s on either side
+constexpr double kAroundPeak = 2;   // s on each side
 constexpr double kSegment = 10;     // s of a periodogram
-constexpr double kTelling = 5;      // times the smallest sigma
+constexpr double kTelling = 5;      // times the smallest sigma: the axis shows offsets up to this sigma
 constexpr const char* kTimeLabel = "GPS time after the body IMU's first sample [s]";
 enum SignalColour { kBodyColour, kReferenceColour, kLeftColour, kKnownColour, kAlignmentColour = 6 };
 
@@ -47,7 +47,7 @@ constexpr std::array<std::string_view, 3> kAxes{"x", "y", "z"};
 
 bool is_rate(const Quantity& q) { return q.bias == AlignmentLayout::kGyroBias; }
 
-// measured − (1 + scale) reference − bias, with the scales and biases that the alignment determined.
+// measured − (1 + scale) reference − bias, with the estimated scales and biases.
 std::vector<Vector3d> left_over(const Quantity& q, const AlignedImus& imus, const Alignment& alignment) {
   const Vector3d bias = alignment.known(is_rate(q) ? alignment.gyro_bias : alignment.accel_bias, q.bias);
   const Vector3d scale = alignment.known(is_rate(q) ? alignment.gyro_scale : alignment.accel_scale, q.scale);
@@ -114,7 +114,7 @@ Figure figure(std::string name, const Plot& plot, std::string caption) {
   return {std::move(name), plot.render(), std::move(caption)};
 }
 
-// Both clocks as they are, from a common zero at the body IMU's first sample. If the logs do not overlap, each has its
+// Both clocks unchanged, from a common zero at the body IMU's first sample. If the logs do not overlap, each has its
 // own zero.
 struct RawClocks {
   double body_zero, reference_zero;
@@ -315,7 +315,7 @@ std::vector<Figure> drift_figures(const AlignmentPicture& p) {
     whole.add(l.offset + a.clock_drift * time.back(), l.sigma);
   }
   const double end = p.aligned->time.back() - origin;
-  // The scale of the axis is that of the stretches with small sigmas.
+  // The stretches with small sigmas set the scale of the axis.
   double best = std::numeric_limits<double>::infinity(), reach = 0;
   for (const LocalOffset& l : a.local) best = std::min(best, l.sigma);
   for (const LocalOffset& l : a.local) {

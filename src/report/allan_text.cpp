@@ -7,7 +7,7 @@
 namespace piste {
 namespace {
 
-// The steps in which values come, and what their rounding adds.
+// The quantization steps, and the noise of rounding.
 std::string steps(const AllanFindings& f) {
   std::string text;
   for (const AllanAxis& axis : f.axes) {

@@ -59,8 +59,8 @@ std::string words(std::string_view name) {
   return text;
 }
 
-/// Lets an angle run on beyond ± 180 deg, but not beyond ± 200: there its curve breaks and goes on a turn nearer to 0.
-/// The margin keeps a curve near 180 deg in one piece. Where it breaks, the chart gets a row without a value.
+/// Unwraps an angle beyond ± 180 deg, up to ± 200 deg. There the curve breaks and continues a turn nearer to 0. The
+/// margin keeps a curve near 180 deg in one piece. At a break the chart gets a row without a value.
 void break_turns(Chart& chart) {
   constexpr double kFurthest = 200, kTurn = 360;
   Curve& angle = chart.curves.front();
@@ -87,7 +87,7 @@ void break_turns(Chart& chart) {
   chart = std::move(out);
 }
 
-/// Whether there is anything to see: on a logarithmic scale values above zero.
+/// Whether there is nothing to see: on a logarithmic scale only values above zero are visible.
 bool shows_nothing(const Chart& chart) {
   return std::all_of(chart.curves.begin(), chart.curves.end(), [&](const Curve& c) {
     return std::none_of(c.value.begin(), c.value.end(),
@@ -95,8 +95,8 @@ bool shows_nothing(const Chart& chart) {
   });
 }
 
-/// Digits of the largest value that make steps smaller than what can be seen: a tenth of the least sigma, or a
-/// hundred-thousandth of what the curve covers if that is less, but no less than a thousandth of the sigma.
+/// Digits of the largest value with which steps are invisible. A step is a tenth of the least sigma, or a
+/// hundred-thousandth of the curve's range if that is less, but at least a thousandth of the sigma.
 int digits_of(const Curve& curve) {
   constexpr int kFewest = 5, kMost = 12;
   double largest = 0, low = kNaN, high = kNaN, sigma = kNaN;
@@ -114,8 +114,8 @@ int digits_of(const Curve& curve) {
   return std::clamp(static_cast<int>(std::ceil(std::log10(largest / step))), kFewest, kMost);
 }
 
-/// Of the epochs that are converted to be thinned afterwards: of an hour at 100 Hz every eighth. What happens between
-/// them lasts less than a tenth of a second.
+/// Distance of the epochs that are converted, before thinning: of an hour at 100 Hz every eighth. Events between them
+/// last less than 0.1 s.
 std::size_t epochs_apart(const Solution& solution) {
   constexpr std::size_t kEpochs = 40000;
   return 1 + solution.size() / kEpochs;
@@ -136,7 +136,7 @@ Eigen::VectorXd block_value(const Estimate& x, Block block) {
 /// Whether bias and drift are both estimated. Only then is their sum shown.
 bool has_total(const StateLayout& layout, Block bias, Block drift) { return layout.has(bias) && layout.has(drift); }
 
-/// What an adapting filter took the noise to be.
+/// The noise that an adapting filter estimated.
 Chart of_adapted(const AdaptedNoise& adapted, double start) {
   Builder factors("Learned noise, over the stated", "", adapted.names);
   const auto count = static_cast<Eigen::Index>(adapted.names.size());
@@ -154,7 +154,7 @@ std::vector<Chart> of_solution(const Solution& solution, double start) {
   const StateLayout& layout = solution.layout();
   Builder speed("Speed", "m/s", {"speed"});
   Builder height("Height above the ellipsoid", "m", {"height"});
-  // Each by itself: a heading that turns would flatten the others.
+  // One chart for each angle: a heading that turns would flatten the others.
   std::vector<Builder> attitude{{"Attitude: roll", "deg", {"roll"}},
                                 {"Attitude: pitch", "deg", {"pitch"}},
                                 {"Attitude: heading", "deg", {"heading"}}};
@@ -235,7 +235,7 @@ std::vector<Chart> of_innovations(const Solution& solution, double start) {
       Chart& chart = b->chart();
       chart.points = true;
       chart.log_scale = b == &nis;
-      // No curve for an axis that the source does not have, or for an outcome that did not occur.
+      // No curve for an axis that the source lacks, or for an outcome that did not occur.
       std::erase_if(chart.curves, [](const Curve& c) {
         return std::none_of(c.value.begin(), c.value.end(), [](double v) { return std::isfinite(v); });
       });

@@ -28,8 +28,8 @@ struct Chart {
 /// The charts of a solution over time: speed, height, roll, pitch, heading, estimated blocks, sigmas.
 std::vector<Chart> of_solution(const Solution& solution, double start);
 
-/// Two charts for each source: residuals divided by their sigmas, and NIS with its gate. As above, a chart that would
-/// show nothing is left out. Before them stands what an adapting filter learned of the noise.
+/// Two charts for each source: residuals divided by their sigmas, and NIS with its gate. As above, an empty chart is
+/// left out. A chart of the noise that an adapting filter estimated comes first.
 std::vector<Chart> of_innovations(const Solution& solution, double start);
 
 /// JSON of a chart with about `limit` rows: of lines the extremes, of dots a fair sample (plot/thin.h).

@@ -77,7 +77,7 @@ class TimePlot {
     plot_.line(time_, std::move(values), colour, std::move(label), stroke);
   }
 
-  /// With half as much room again on either side; `from_zero` starts the scale there.
+  /// With a margin of half the range on each side; `from_zero` starts the scale at zero.
   std::string render(bool from_zero) {
     shade(time_.front(), 0, kAtRestColour, "at rest");
     shade(grid_.arrival, time_.back(), kAtRestColour, "");

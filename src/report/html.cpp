@@ -28,7 +28,7 @@ std::string number(std::size_t n) { return fmt::format("{}", n); }
 
 double start_of(const Solution& solution) { return solution.empty() ? 0 : solution.time(0); }
 
-/// Values over the sources, or nothing where there is no source.
+/// One row for each source, or none without sources.
 void per_source(std::vector<Row>& rows, std::string_view name, std::string_view fate,
                 const std::vector<std::size_t>& counts) {
   for (std::size_t i = 0; i < counts.size(); ++i) {
@@ -36,7 +36,7 @@ void per_source(std::vector<Row>& rows, std::string_view name, std::string_view 
   }
 }
 
-/// What `repair` changed, if it changed anything.
+/// The rows that `repair` changed, if any.
 void repaired_rows(std::vector<Row>& rows, const std::string& name, const RepairedRows& repaired) {
   if (repaired.sorted > 0) rows.push_back({name + " rows put in the order of time", number(repaired.sorted)});
   if (repaired.unreadable > 0) rows.push_back({name + " rows left out as unreadable", number(repaired.unreadable)});

@@ -42,17 +42,17 @@ struct Source {
   std::string name;
   std::vector<std::string> sensors;
   CampaignTables tables;
-  std::size_t runs;  ///< of which its numbers are means; at least two
+  std::size_t runs;  ///< that its numbers average; at least two
 };
 
-/// The same, followed by a space.
+/// The text, followed by a space.
 std::string remark(const std::string& text) { return text.empty() ? "" : escape_markup(text) + " "; }
 
 // ---- Tables 3, 4 and 6 are one data set ----
 
 std::string between(const Band& band) { return fmt::format("{} to {}", decimal(band.low, 2), decimal(band.high, 2)); }
 
-/// Numbers that were not rounded imply one mean each, and no bounds.
+/// Whether the numbers are rounded. Exact numbers imply one mean each, and no bounds.
 bool rounded(const ImpliedMeans& means) {
   return std::any_of(means.sensors.begin(), means.sensors.end(), [](const auto& sensor) {
     return std::any_of(sensor.begin(), sensor.end(),
@@ -80,7 +80,7 @@ std::string means_table(const Source& source) {
   return wide(page::table(fmt::format("Mean of the signal that Tables 3, 4 and 6 imply: {}", source.name), head, rows));
 }
 
-/// Middle of the range that all sensors allow. NaN if they contradict one another.
+/// Middle of the range that all sensors allow. NaN if the sensors contradict one another.
 std::array<double, kSignals> middles(const ImpliedMeans& means) {
   std::array<double, kSignals> out{};
   for (std::size_t i = 0; i < out.size(); ++i) {
@@ -196,8 +196,7 @@ std::string signs(const std::vector<Source>& sources) {
          page::table("Negative scales in Table 4", {"", "negative", "p by chance"}, rows);
 }
 
-/// The delay [ms] at which the forward scale' has changed by `change`, by interpolation between the delays that were
-/// tried.
+/// The delay [ms] at which the forward scale' has changed by `change`, interpolated between the evaluated delays.
 std::string delay_for(const std::vector<TimingRow>& rows, int axis, double change) {
   const TimingRow* last = nullptr;
   for (const TimingRow& row : rows) {

@@ -1,6 +1,6 @@
 #pragma once
-/// The section about the article that a campaign names: what its printed numbers imply, and what those of the campaign
-/// imply.
+/// The section about the article that a campaign names: the implications of its printed numbers and of the campaign's
+/// numbers.
 
 #include <string>
 

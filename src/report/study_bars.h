@@ -40,10 +40,10 @@ struct Bars {
 /// Draws a line at zero, to see which intervals contain it.
 void zero_line(Plot& plot, std::size_t names, Plot::Along along);
 
-/// A caption that says what the bars are, and of how many runs.
+/// A caption that explains the bars and states the number of runs.
 std::string bars_caption(const std::vector<AcrossRow>& rows);
 
-/// A caption that says what the strokes are. Empty if the truth is not known.
+/// A caption that explains the strokes. Empty if the truth is not known.
 std::string truth_caption(const Study& study);
 
 /// Adds a figure if there is one.

@@ -1,4 +1,4 @@
-// Figures 8 and 13 to 17, Table 5 as colours, and estimates less the truth.
+// Figures 8 and 13 to 17, Table 5 as colours, and estimates minus the truth.
 
 #include <fmt/format.h>
 
@@ -59,7 +59,7 @@ std::optional<Figure> estimates(const Study& study, const std::string& name, con
                 fmt::format("{} {}{}{}", info(method).how, bars_caption(rows), kSign, truth_caption(study))};
 }
 
-// ---- Methods beside each other ----
+// ---- Methods compared ----
 
 constexpr std::array kCompared{Method::kRest, Method::kJoint, Method::kBiasOnly, Method::kMarkovFiltered};
 

@@ -24,7 +24,7 @@ using study_words::Triad;
 
 /// The difference a − b over sensors and axes.
 struct Cell {
-  double difference = 0, error = 0;  ///< root mean square, and that of the standard errors
+  double difference = 0, error = 0;  ///< rms of the differences, and rms of their standard errors
   std::size_t count = 0;
   bool significant = false;
 };

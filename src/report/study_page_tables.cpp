@@ -33,7 +33,7 @@ constexpr int kBiasDecimals = 4, kScaleDecimals = 5, kPrintedDecimals = 3;
 
 std::string paragraph(const std::string& text) { return "<p>" + escape_markup(text) + "</p>\n"; }
 
-/// Of a bias, or of a scale, which is a ratio.
+/// The unit of a bias; a scale is a ratio.
 std::string_view unit_of(StudyQuantity quantity, int axis) {
   return quantity == StudyQuantity::kBias ? triad_of(axis).unit : "ratio";
 }
@@ -48,7 +48,7 @@ std::string printed_text(const Study& study, const PrintedTable& table, std::siz
   return std::isfinite(value) ? decimal(value, decimals) : "";
 }
 
-/// The article's table if it has a number for a sensor of the campaign; else null, and the page does not mention it.
+/// The article's table if it has a number for a sensor of the campaign; else null, and the page omits it.
 const PrintedTable* beside(const Study& study, PrintedTable CampaignTables::*which) {
   if (!study.article) return nullptr;
   const PrintedTable& table = study.article->article.tables.*which;
@@ -58,8 +58,8 @@ const PrintedTable* beside(const Study& study, PrintedTable CampaignTables::*whi
   return any ? &table : nullptr;
 }
 
-/// The lines of a table, and below those of the single IMUs that of all as one. Holm's correction is over each of the
-/// two alone: all as one tell nothing that the single ones have not told.
+/// The lines of a table: first the single IMUs, then the fused IMU. Holm's correction is over each of the two groups
+/// alone, because the fused IMU adds no information to that of the single ones.
 template <class LinesOf>
 std::vector<Row> with_all_as_one(const Study& study, LinesOf&& lines_of) {
   std::vector<Row> out = lines_of(study);
@@ -205,7 +205,7 @@ std::string ranking_table(const Ranking& ranking) {
                           lines));
 }
 
-/// The IMUs beside one another, and all as one.
+/// Comparison of the IMUs, and of the fused IMU.
 std::string imus_table(const Study& study) {
   const std::string caption =
       "The IMUs compared, and all as one: navigation of a replay that estimates the errors of its IMU itself";

@@ -1,5 +1,5 @@
 #pragma once
-/// Tables 1 to 7 of a study on its page, beside the printed numbers of the article that the campaign names.
+/// Tables 1 to 7 of a study on its page, next to the printed numbers of the article that the campaign names.
 
 #include <string>
 

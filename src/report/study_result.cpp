@@ -65,7 +65,7 @@ std::string next_place(const Ranking& ranking, const std::vector<RankingRow>& co
   return out + ".";
 }
 
-/// Of the competitors behind the first place, how many are significantly so. Empty if there are none.
+/// How many of the competitors behind the first place are significantly worse. Empty if there are none.
 std::string behind(const std::vector<RankingRow>& competitors, const std::vector<RankingRow>& first) {
   if (first.size() == competitors.size()) return {};
   std::size_t doubtful = 0;
@@ -147,7 +147,7 @@ std::vector<std::string> findings_of(const Study& study) {
   return out;
 }
 
-/// What taking all IMUs as one brings.
+/// The gain of the fused IMU over a single one.
 std::string as_one(const Study& study) {
   const std::vector<ImuCompared> rows = imus_compared(study);
   if (rows.empty() || !std::isfinite(rows.back().attitude_over_single)) return {};

@@ -1,4 +1,4 @@
-// Figures 7, 9 and 10: the signals of one IMU beside the reference.
+// Figures 7, 9 and 10: the signals of one IMU and of the reference.
 
 #include <fmt/format.h>
 
@@ -130,7 +130,7 @@ Figure at_rest(const Study& study, const SensorRun& r, const Triad& triad, bool 
     const double mean = moments(c.y)[0];
     means.push_back({{c.x.front(), c.x.back()}, {mean, mean}});
   }
-  // Above the curves, in a colour that none of them has.
+  // Drawn above the curves, in a colour that none of them has.
   for (const SignalCurve& mean : means) {
     plot.line(mean.x, mean.y, svg::kInk, &mean == means.data() ? "mean" : "", Plot::Stroke::kDashed);
   }

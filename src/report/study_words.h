@@ -34,7 +34,7 @@ inline constexpr std::string_view kNone = "–";
 /// "1 run", "3 runs".
 std::string counted(std::size_t count, std::string_view what);
 
-/// The number of runs of which the rows are means: "3 runs", "2 to 4 runs".
+/// The number of runs that the rows average: "3 runs", "2 to 4 runs".
 std::string runs_of(const std::vector<AcrossRow>& rows);
 
 /// The rows of a triad.
@@ -52,7 +52,7 @@ std::string title_of(Method method);
 /// The interval of a row of a ranking, such as "0.98 to 1.07", or kNone.
 std::string interval(const RankingRow& row);
 
-/// As many digits as are worth printing of a sigma, or more; likewise.
+/// The significant digits of a sigma, or more; kNone if it is NaN.
 std::string digits(double size, int count = 2);
 
 /// A p-value, such as "0.034" or "< 0.001".

@@ -20,7 +20,7 @@ namespace {
 const Vector3d& sigma_of(const GeodeticFix& fix) { return fix.sigma_position; }
 const Vector3d& sigma_of(const EulerFix& fix) { return fix.sigma; }
 
-// Whether a log has no sigmas. Some formats have none, and their readers give infinite ones if none is stated.
+// Whether a log has no sigmas. Readers of some formats give infinite sigmas if none is stated.
 template <class Recorded>
 bool says_no_sigma(const Recorded& recorded) {
   return !recorded.fixes.empty() && std::none_of(recorded.fixes.begin(), recorded.fixes.end(),
@@ -42,7 +42,7 @@ std::size_t rows_of(const Recorded& recorded) {
   return recorded.fixes.size();
 }
 
-// Reads a log once more, as what was found of it says. Its faults are listed already.
+// Reads a log again with the corrections found in it. Its faults are listed already.
 template <class Recorded>
 void read_once_more(const InspectedLog& l, Recorded& recorded, Recorded (*read)(const LogFile&, RowFaults*)) {
   RowFaults again;
@@ -50,7 +50,7 @@ void read_once_more(const InspectedLog& l, Recorded& recorded, Recorded (*read)(
   if (l.log.repair) recorded.repaired.unreadable = again.total();
 }
 
-// Reads such a log again with a sigma that its user might state.
+// Reads a log without sigmas again, with a sigma that a user might state.
 template <class Recorded>
 void read_again(InspectedLog& l, const Vector3d& sigma, Recorded& recorded,
                 Recorded (*read)(const LogFile&, RowFaults*)) {
@@ -59,7 +59,7 @@ void read_again(InspectedLog& l, const Vector3d& sigma, Recorded& recorded,
   recorded = read(l.log, &l.faults);
 }
 
-// Reads a log again of which most rows have the stamp of the row before, and values of their own: its clock is coarse.
+// Reads a log with a coarse clock again: most of its rows have the stamp of the row before, but their own values.
 template <class Recorded>
 void read_spread(InspectedLog& l, Recorded& recorded, Recorded (*read)(const LogFile&, RowFaults*)) {
   const std::size_t shared = l.faults.count(RowFault::Kind::kTimeRepeated);
@@ -75,8 +75,7 @@ void read_spread(InspectedLog& l, Recorded& recorded, Recorded (*read)(const Log
   recorded = std::move(again);
 }
 
-// Reads a log whose rows are out of order again, with these rows put in order; so too one of which a few rows cannot be
-// read. The faults stay listed.
+// Reads a log again with its rows sorted, or without a few unreadable rows. The faults stay listed.
 template <class Recorded>
 void read_repaired(InspectedLog& l, Recorded& recorded, Recorded (*read)(const LogFile&, RowFaults*)) {
   const std::size_t misplaced =
@@ -89,24 +88,24 @@ void read_repaired(InspectedLog& l, Recorded& recorded, Recorded (*read)(const L
   read_once_more(l, recorded, read);
 }
 
-// The clock of a logger that gives each fix its own time as well.
+// The clock of a logger whose log has both its own time and the time of each fix.
 std::optional<ReceiverClock> clock_of(const InspectedLog& l) {
   if (!l.guess->boot_time) return std::nullopt;
   InspectedLog boot = l;
   boot.log.columns->time = *l.guess->boot_time;
   RowFaults faults;
   boot.gnss = read_gnss(boot.log, &faults);
-  if (boot.gnss.fixes.size() != l.gnss.fixes.size()) return std::nullopt;  // rows of one are not those of the other
+  if (boot.gnss.fixes.size() != l.gnss.fixes.size()) return std::nullopt;  // the rows of one are not those of the other
   std::vector<double> logger, gps;
   for (const GeodeticFix& fix : boot.gnss.fixes) logger.push_back(fix.time);
   for (const GeodeticFix& fix : l.gnss.fixes) gps.push_back(fix.time);
   return fit_clock(logger, gps);
 }
 
-// A receiver that states one and the same coarse accuracy for all its velocities, as phones do, does not know it. Then
-// it is measured, against the derivative of the positions.
+// A receiver that states the same coarse accuracy for all its velocities, as phones do, does not know it. Then the
+// sigma is measured against the derivative of the positions.
 void state_velocity_sigma(InspectedLog& l) {
-  constexpr double kCoarser = 5, kLeast = 0.3;  // times what is measured; m/s, as errors of velocities last
+  constexpr double kCoarser = 5, kLeast = 0.3;  // times the measured sigma; m/s: errors are correlated
   const auto& fit = l.gnss_health->velocity;
   if (l.log.sigma_velocity || !fit || !fit->as_given()) return;
   const FixVelocity* first = nullptr;
@@ -142,7 +141,7 @@ void read_receiver(InspectedLog& l) {
   state_velocity_sigma(l);
 }
 
-// Stamps are judged as they were logged, and everything else with those that replay will use.
+// Stamps are judged as logged; all else is examined with the stamps that replay will use.
 void read_body(InspectedLog& l) {
   l.log.even_stamps = false;
   l.imu = read_imu(l.log, &l.faults);

@@ -7,8 +7,8 @@
 
 namespace piste {
 
-/// Fills in the rows of `log` and their health, as its guess says what it is. What looks wrong goes to `found`; what
-/// cannot be read as guessed loses its guess.
+/// Fills in the rows of `log` and their health, according to its guess. Faults go to `found`. A log that cannot be read
+/// as guessed loses its guess.
 void examine(InspectedLog& log, std::vector<Suspicion>& found);
 
 }  // namespace piste

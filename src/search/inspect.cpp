@@ -23,7 +23,7 @@
 namespace piste {
 namespace {
 
-// The IMU in GPS time, as far as a receiver's log tells its clock.
+// The IMU in GPS time, if a receiver's log states its clock.
 ImuRecording on_known_clock(const Inspection& inspection, std::size_t imu) {
   ImuRecording recording = inspection.logs[imu].imu;
   if (const ReceiverClock* clock = inspection.imu_clock(); clock != nullptr && imu == inspection.first(LogKind::kImu)) {
@@ -32,8 +32,8 @@ ImuRecording on_known_clock(const Inspection& inspection, std::size_t imu) {
   return recording;
 }
 
-// Brings fixes to the week of the IMU, as replay will, where that gives the two time in common. Returns whether they
-// were not in it.
+// Shifts fixes to the week of the IMU, as replay does, if both then have time in common. Returns whether the fixes were
+// in another week.
 template <class Fix>
 bool bring_to_week(std::vector<Fix>& fixes, const Interval& imu) {
   if (fixes.empty()) return false;
@@ -43,7 +43,7 @@ bool bring_to_week(std::vector<Fix>& fixes, const Interval& imu) {
   return true;
 }
 
-// The logs in one week: that of the first IMU.
+// Shifts the logs to one week: the week of the first IMU.
 void bring_to_one_week(Inspection& inspection) {
   const auto imu = inspection.first(LogKind::kImu);
   if (!imu || !inspection.logs[*imu].imu_health) return;
@@ -61,7 +61,7 @@ bool may_run(const Inspection& inspection) {
   const bool clock_found = match != nullptr && match->clock;
   return std::none_of(inspection.suspicions.begin(), inspection.suspicions.end(), [&](const Suspicion& s) {
     return s.fault <= LogFault::kNoOverlap && s.fault != LogFault::kSameLog &&
-           s.fault != LogFault::kTimeBack &&  // such rows were put in order
+           s.fault != LogFault::kTimeBack &&  // such rows were sorted
            !(s.fault == LogFault::kNoOverlap && clock_found);
   });
 }
@@ -86,7 +86,8 @@ void compare_attitudes(Inspection& inspection, std::vector<Suspicion>& found) {
   }
 }
 
-// Velocities that come late against the positions, or for which coarse positions do not tell.
+// Estimates the delay of velocities that are late against the positions, or whose delay coarse positions do not
+// determine.
 void estimate_late_velocities(const InspectedLog& receiver, FilterOptions& options) {
   constexpr double kTold = 0.02, kSigmas = 5, kLatest = 0.3;  // s, sigmas, s
   const auto& fit = receiver.gnss_health->velocity;
@@ -100,7 +101,7 @@ void estimate_late_velocities(const InspectedLog& receiver, FilterOptions& optio
 
 std::size_t all_cores() { return std::max(1U, std::thread::hardware_concurrency()); }
 
-// The log with the vehicle if one carries the IMU.
+// The log, with the vehicle constraints if a car carries the IMU.
 WholeLog whole_log(const Inspection& inspection, const Recording& recording, const ConditioningOptions& conditioning,
                    const FilterOptions& options) {
   WholeLog log{recording, conditioning, options, std::nullopt, inspection.imu_clock() == nullptr};
@@ -108,8 +109,8 @@ WholeLog whole_log(const Inspection& inspection, const Recording& recording, con
   return log;
 }
 
-// What holds over the whole log, with the vehicle if one carries the IMU; without it where no filter runs with it, or
-// where it contradicts the fixes.
+// Refines the calibration over the whole log, with the vehicle constraints if a car carries the IMU. Drops them if no
+// filter runs with them, or if they contradict the fixes.
 void settle(Inspection& inspection, const Recording& recording, const ConditioningOptions& conditioning,
             const FilterOptions& options, Calibration& found, const Work& work) {
   WholeLog log = whole_log(inspection, recording, conditioning, options);
@@ -126,7 +127,7 @@ void settle(Inspection& inspection, const Recording& recording, const Conditioni
   found.velocities_contradict = velocities_contradict(log, found);
 }
 
-// The noise by more of the motion than the first minutes, where that is likelier.
+// Replaces the noise by an estimate from more of the motion than the first minutes, if its likelihood is higher.
 void retune(const Inspection& inspection, const Recording& recording, const ConditioningOptions& conditioning,
             const FilterOptions& options, Calibration& found, const Work& work) {
   if (!found.fits()) return;
@@ -134,7 +135,7 @@ void retune(const Inspection& inspection, const Recording& recording, const Cond
   if (again) found = std::move(*again);
 }
 
-// Two clocks that nothing compares.
+// Reports two clocks whose offset is unknown.
 void look_for_clock(const Inspection& inspection, std::vector<Suspicion>& found) {
   const LogMatch* match = inspection.first_match();
   if (match == nullptr || match->clock || inspection.imu_clock() || inspection.calibration() || !may_run(inspection))
@@ -155,7 +156,7 @@ bool may_calibrate(const Inspection& inspection, const InspectedLog& receiver) {
   return inspection.first(LogKind::kImu) && receiver.gnss_health && may_run(inspection);
 }
 
-// `later`: what other receivers will cost after this one.
+// `later`: the cost of other receivers after this one.
 std::optional<Calibration> try_calibration(Inspection& inspection, const InspectedLog& receiver,
                                            std::vector<Suspicion>& found, const Work& work, double later) {
   constexpr double kFar = 3, kSure = 0.3, kCoarse = 0.5;  // m
@@ -175,14 +176,14 @@ std::optional<Calibration> try_calibration(Inspection& inspection, const Inspect
     const LogMatch* match = inspection.first_match();
     const bool told = match != nullptr && match->clock && !match->velocities_may_be_late;
     const Recording recording{body.imu, {receiver.gnss}, {}};
-    // A receiver's latency stays what it is, so that its own two times tell the drift.
+    // A receiver's latency is constant, so its own two times determine the drift.
     const ToldClock clock{told ? match->clock->sigma : std::numeric_limits<double>::infinity(),
                           inspection.imu_clock() != nullptr};
     const WholeLog whole = whole_log(inspection, recording, conditioning, options);
     const double calibrating = cost_of_calibration(recording, clock, all_cores()),
                  settling = cost_of_settling(whole) + cost_of_contradiction(whole),
                  retuning = cost_of_retuning(whole, all_cores());
-    const double rest = retuning + later;  // after what is being calibrated
+    const double rest = retuning + later;  // cost after the current calibration
     const auto calibrated = [&](const FilterOptions& used, Antenna antenna, double after) {
       work.expect(calibrating + settling + after);
       auto all = calibrate(recording, conditioning, used, clock, antenna, all_cores(), work);
@@ -190,7 +191,7 @@ std::optional<Calibration> try_calibration(Inspection& inspection, const Inspect
       if (all && all->fits()) settle(inspection, recording, conditioning, used, *all, work);
       return all;
     };
-    // Where the motion hardly tells the lever arm, what it says of it may be another error's. A receiver of
+    // If the motion hardly determines the lever arm, its estimate may absorb another error. A receiver accurate to
     // centimetres is in no phone.
     const bool coarse = receiver.gnss_health->median_sigma.head<2>().maxCoeff() > kCoarse;
     const auto found_with = [&](const FilterOptions& used) {
@@ -205,7 +206,7 @@ std::optional<Calibration> try_calibration(Inspection& inspection, const Inspect
     if (found_here->velocities_contradict) {
       leave_velocities_out(options);
       auto of_positions = found_with(options);
-      // Where positions are told worse without them, it is not the velocities that are wrong.
+      // If the positions become less likely without the velocities, the velocities are not at fault.
       if (of_positions && of_positions->fits() &&
           (of_positions->likelihood_of_positions > found_here->likelihood_of_positions ||
            !drifts_plausibly(*found_here))) {
@@ -233,8 +234,8 @@ std::optional<Calibration> try_calibration(Inspection& inspection, const Inspect
   }
 }
 
-// What examining costs, in rows of an IMU that are filtered once: reading so many bytes of text and examining what they
-// say takes about as long, and the comparison of two logs as long as so many rows.
+// Cost of examining, in filtered rows of an IMU. kBytes of text are read and examined in the time of one row; two logs
+// are compared in the time of kComparing rows.
 constexpr double kBytes = 400, kComparing = 2e4;
 
 double cost_of_reading(const InspectedLog& log) {
@@ -254,7 +255,8 @@ double cost_of_examining(const std::vector<InspectedLog>& logs) {
   return cost;
 }
 
-// What will be calibrated after the logs are read, by the sizes of the files: rows of an IMU have some hundred bytes.
+// Expected cost of calibrations after the logs are read, by the sizes of the files: rows of an IMU have some hundred
+// bytes.
 double guessed_cost_of_calibrating(const std::vector<InspectedLog>& logs) {
   constexpr double kRowBytes = 80, kRuns = 200;
   double rows = 0;
@@ -304,8 +306,8 @@ void examine_all(Inspection& inspection, const Work& work) {
   compare_attitudes(inspection, found);
 }
 
-// Gives the logs of guessed columns the units and axes that the motion asks for, where it refutes the guess. Returns
-// whether there were any. `refuted`: what is right by them.
+// Corrects the units and axes of logs with guessed columns if the motion refutes the guess. Returns whether there were
+// any. `refuted`: suspicions that the correction removes.
 bool mend_columns(const Inspection& inspection, std::vector<InspectedLog>& logs, std::vector<Suspicion>& refuted) {
   bool any = false;
   const auto mend = [&](std::size_t log, const auto& by) {
@@ -332,8 +334,8 @@ bool mend_columns(const Inspection& inspection, std::vector<InspectedLog>& logs,
   return any;
 }
 
-// Files that are no log, which the first suspicions are of, do not matter where the logs of an IMU and of a receiver
-// are there: whole folders are given.
+// Ignores files that are no log, to which the first suspicions belong, if the logs of an IMU and of a receiver are
+// present: users give whole folders.
 void set_aside_unknown(Inspection& inspection, std::size_t count) {
   if (!inspection.first(LogKind::kImu) || !inspection.first(LogKind::kGnss)) return;
   for (std::size_t i = 0; i < count; ++i) {
@@ -351,7 +353,7 @@ Inspection inspect(const std::vector<std::string>& files, const StageProgress& p
 }
 
 Inspection inspect(const std::vector<LogSource>& sources, const StageProgress& progress) {
-  constexpr int kMostReadings = 3;  // units first: axes show where units are right
+  constexpr int kMostReadings = 3;  // units first, as axes show only with right units
   const Work work(progress);
   std::vector<Suspicion> unknown, refuted;
   std::vector<InspectedLog> recognised = recognise(sources, unknown);
@@ -379,7 +381,7 @@ Inspection inspect(const std::vector<LogSource>& sources, const StageProgress& p
   append(found, std::move(refuted));
   advise_as_written(inspection);
   rank(found);
-  // The second time of a receiver's log that is none of the IMU's says nothing.
+  // The second time of another receiver's log does not concern the IMU.
   const ReceiverClock* const clock = inspection.imu_clock();
   for (InspectedLog& log : inspection.logs) {
     if (log.clock && &*log.clock != clock) log.clock.reset();

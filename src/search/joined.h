@@ -1,5 +1,5 @@
 #pragma once
-/// Lists that are put together.
+/// Joins lists.
 
 #include <iterator>
 #include <string>

@@ -12,7 +12,7 @@
 namespace piste {
 namespace {
 
-// Guesses what a file is: one log, or an IMU and a receiver side by side.
+// Guesses what a file is: one log, or an IMU and a receiver in one file.
 std::vector<InspectedLog> guessed(const LogSource& source, std::vector<Suspicion>& found) {
   const std::string& file = source.file;
   std::vector<InspectedLog> logs;
@@ -42,7 +42,7 @@ std::vector<InspectedLog> guessed(const LogSource& source, std::vector<Suspicion
   return logs;
 }
 
-// Parts are put together of files alone: a log names that of its accelerometers.
+// Whether a log is such a part. Only files are joined: a log names the file of its accelerometers.
 bool is_part(const InspectedLog& l, LogGuess::Part part) { return l.guess && l.guess->part == part && !l.log.content; }
 
 // Makes one log of gyroscopes and the accelerometers in another file.
@@ -63,7 +63,7 @@ void join_parts(InspectedLog& gyro, InspectedLog& accel) {
   accel.guess.reset();
 }
 
-// Adds gravity to accelerations without it. What these are worth by themselves does not matter then.
+// Adds gravity to accelerations without it. Faults of the linear accelerations alone do not matter then.
 void add_gravity(InspectedLog& linear, InspectedLog& gravity) {
   ColumnUse& use = linear.log.columns->uses.at("accel");
   const ColumnUse& added = gravity.log.columns->uses.at("accel");
@@ -77,7 +77,7 @@ void add_gravity(InspectedLog& linear, InspectedLog& gravity) {
   gravity.guess.reset();
 }
 
-// Adds what a fusion has parted into two files, where no other file has the whole of it.
+// Joins forces that a fusion has split into two files, if no other file has the whole force.
 void join_forces(std::vector<InspectedLog>& logs) {
   using Part = LogGuess::Part;
   const auto find = [&](Part part) {
@@ -97,8 +97,8 @@ bool has_forces(const InspectedLog& l) {
          is_part(l, LogGuess::Part::kGravity);
 }
 
-// Pairs gyroscopes and accelerometers that stand in two files, with times of one kind: phones write several of each,
-// and those that are to be preferred go first. The others are left aside, and said to be.
+// Pairs gyroscopes and accelerometers that are in two files, with times of one kind. Phones write several of each; the
+// preferred ones go first. The others are left aside, and reported.
 void pair_up(std::vector<InspectedLog>& logs, std::vector<Suspicion>& found) {
   using Part = LogGuess::Part;
   join_forces(logs);

@@ -15,7 +15,7 @@ Tuning tune(const Recording& recording, const ReplayOptions& options, const Tune
   const Log log = condition(recording, options.conditioning);
   FilterOptions filter = with_white_part(with_attitude_sigmas(options.filter, recording.attitude), log);
   filter.clock_from = log.imu.front().time;
-  filter.adapt.reset();  // it is the stated noise whose likelihood is asked for
+  filter.adapt.reset();  // the likelihood of the stated noise is wanted
   Start start = options.start ? *options.start : find_start(log, filter, options.heading).start;
   filter = with_mounting(std::move(filter), log, start);
   Tuning tuning = likeliest_noise(log, filter, start, how, progress);

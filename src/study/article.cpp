@@ -15,7 +15,7 @@
 namespace piste {
 namespace {
 
-// Decimals of a number as it is written: 3 of "0.170", −1 of "12e1".
+// Decimals of a number as printed: 3 of "0.170", −1 of "12e1".
 int decimals_of(std::string_view number) {
   const auto exponent = number.find_first_of("eE");
   const auto point = number.substr(0, exponent).find('.');
@@ -28,7 +28,7 @@ int decimals_of(std::string_view number) {
   return decimals - shift;
 }
 
-// Half of the last digit of `value`, which is written with so many decimals, of which `significant` digits count.
+// Half of the last significant digit of `value`, which is printed with so many decimals and `significant` digits.
 double rounding_of(double value, int decimals, std::optional<long> significant) {
   constexpr double kExact = 1e-9;  // tolerance for the rounding of the logarithm of a power of ten
   const double last = 0.5 * std::pow(10, -decimals);
@@ -42,7 +42,7 @@ struct Triad {
   std::string key;
   int first;
   const Dimension& dimension;
-  double factor;  // from SI to what is shown
+  double factor;  // from SI to the shown unit
 };
 
 void read_triad(const Config& row, const Triad& triad, std::optional<long> significant, PrintedRow& out) {

@@ -1,5 +1,5 @@
 #pragma once
-/// Averages numbers over the IMUs of each run, because these share the run's motion and reference and are not
+/// Averages numbers over the IMUs of each run, because IMUs of a run share its motion and reference and are not
 /// independent.
 
 #include <vector>

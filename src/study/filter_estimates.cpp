@@ -144,7 +144,7 @@ std::vector<MethodEstimate> filter_estimates(const FilterCase& of, std::vector<s
   std::vector<MethodEstimate> out;
   for (const Model& model : kModels) {
     if (model.attitude && of.options.attitude.empty()) continue;
-    // Of several IMUs a filter costs several times as much: the model of their sensor files alone.
+    // With several IMUs a filter costs several times as much, so only the model of their sensor files is used.
     if (!of.options.units.empty() && model.drift != of.options.sensor.gyro.drift.kind) continue;
     using Source = InitialHeading::Source;
     Log log = of.log;

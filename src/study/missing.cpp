@@ -16,8 +16,8 @@ std::string name_of(const Study& study, const SensorRun& r) {
   return fmt::format("{} in {}", study.sensors[r.sensor], study.runs[r.run].name);
 }
 
-// Where a method has no estimate although the result is otherwise complete: for an IMU in a run as a whole, or for some
-// of its axes.
+// Reports where a method has no estimate although the result is otherwise complete: for a whole run of an IMU, or for
+// some of its axes.
 std::vector<std::string> silent(const Study& study, Method method) {
   std::vector<std::string> out;
   for (const SensorRun& r : study.results) {
@@ -58,7 +58,7 @@ void add_failures(const Study& study, std::vector<std::string>& out) {
   }
 }
 
-// Of all as one.
+// Of the fused IMU.
 void add_apart(const Study& study, std::vector<std::string>& out) {
   for (const SensorRun& r : study.as_one) {
     if (r.failure.empty()) continue;

@@ -85,7 +85,7 @@ NavigationScore Course::score(Method method, const std::optional<KnownErrors>& e
   if (errors) {
     for (ImuSample& sample : imu) sample = corrected(sample, *errors);
     options.units.clear();
-    options.unit_axes.clear();  // what they differ by tells only of errors that are not estimated
+    options.unit_axes.clear();  // differences between the IMUs inform only about errors that are not estimated
   } else {
     const std::vector<Block> own = imu_error_blocks(options.sensor);
     options.estimate.insert(options.estimate.end(), own.begin(), own.end());

@@ -12,7 +12,7 @@
 namespace piste {
 namespace {
 
-// A row of each sensor that has no number yet.
+// A row for each sensor, without numbers yet.
 PrintedTable named(std::string name, const Study& study) {
   return {std::move(name), std::vector<PrintedRow>(study.sensors.size())};
 }

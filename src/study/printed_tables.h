@@ -1,5 +1,5 @@
 #pragma once
-/// Conclusions from the tables of a campaign, be they those of an article or of a study.
+/// Conclusions from the tables of a campaign, of an article or of a study.
 
 #include <array>
 #include <cstddef>
@@ -35,7 +35,7 @@ struct ImpliedSpread {
 };
 ImpliedSpread implied_spread(double mean, double correlation);
 
-/// Sensor and axis of the correlations whose sign is not that of −mean.
+/// Sensor and axis of the correlations whose sign is not the sign of −mean.
 std::vector<std::pair<std::size_t, int>> wrong_signs(const CampaignTables& tables, const ImpliedMeans& means);
 
 /// How many numbers of a table are significant, by several rules.
@@ -46,22 +46,22 @@ struct SignificantCount {
   std::size_t above_two_sigma = 0;
   double expected_by_chance = 0;  ///< above one sigma, if every true value is zero and errors are normal
   std::size_t holm_of_mean = 0;  ///< Student's t at 5 % after Holm's correction, of a mean over the runs: std / √runs
-  std::size_t holm_of_one = 0;   ///< the same if std is taken as the error of the number itself
+  std::size_t holm_of_one = 0;   ///< the same with std as the error of the number itself
 };
 /// Counts over the numbers that have a spread. @pre at least two runs
 SignificantCount significant_count(const PrintedTable& table, std::size_t runs);
 
-/// A test whether the numbers of a table are as often below as above zero.
+/// Tests whether the numbers of a table are negative as often as positive.
 struct SignTest {
   std::size_t negative = 0, all = 0;
-  double p_value = 1;  ///< probability of at least so many negative ones by chance, one-sided
+  double p_value = 1;  ///< probability of at least as many negative ones by chance, one-sided
 };
 SignTest sign_test(const PrintedTable& table);
 
-/// The difference between the bias in the run and that at rest.
+/// The difference between the bias in the run and the bias at rest.
 struct Shift {
   std::vector<double> value;     ///< by sensor
-  std::vector<double> in_sigma;  ///< its size in standard deviations of both
+  std::vector<double> in_sigma;  ///< its magnitude in standard deviations of both
   bool same_sign = false;        ///< whether it has the same sign on all sensors
 };
 std::array<Shift, kSignals> shifts(const CampaignTables& tables);
@@ -69,13 +69,13 @@ std::array<Shift, kSignals> shifts(const CampaignTables& tables);
 /// Correlation of two tables over all sensors and the three axes of a triad.
 double table_correlation(const PrintedTable& a, const PrintedTable& b, bool gyro);
 
-/// Mean of an axis over the sensors that the table has. NaN if there is none.
+/// Mean of an axis over the sensors in the table. NaN if there is none.
 double axis_mean(const PrintedTable& table, int axis);
 
 /// Ratios of the standard deviations of two tables, by sensor.
 std::vector<std::array<double, kSignals>> std_ratios(const PrintedTable& a, const PrintedTable& b);
 
-/// Pairs of axes whose standard deviations are the same on every sensor that has them: a copying error, most likely.
+/// Pairs of axes with equal standard deviations on every sensor that has them: most likely a copying error.
 std::vector<std::pair<int, int>> equal_std(const PrintedTable& table);
 
 }  // namespace piste

@@ -58,7 +58,7 @@ std::optional<Contestant> contestant(const std::vector<const SensorRun*>& at, Me
   return out;
 }
 
-// Of the logarithms of two scores, paired by run.
+// Differences of the logarithms of two scores, paired by run.
 std::vector<double> ahead(const Contestant& a, const Contestant& b) {
   std::vector<double> out;
   for (std::size_t i = 0; i < a.log_scores.size(); ++i) out.push_back(a.log_scores[i] - b.log_scores[i]);
@@ -76,8 +76,8 @@ void hold_against(Contestant& c, const Contestant& winner) {
   c.row.high = std::exp(middle + t * standard_error(behind));
 }
 
-// The winner is known only from the scores, so every pair of methods is a hypothesis of Holm's correction. Only the
-// p-values of pairs with the winner are kept.
+// The winner is chosen by the scores, so every pair of methods is a hypothesis of Holm's correction. Only the p-values
+// of pairs with the winner are kept.
 void add_p_values(std::vector<Contestant>& all, Method winner) {
   std::vector<double> p_values;
   std::vector<Contestant*> told;
@@ -94,7 +94,7 @@ void add_p_values(std::vector<Contestant>& all, Method winner) {
   }
 }
 
-// Below n, with the same bytes everywhere.
+// A random number below n, with the same bytes on every platform.
 std::size_t draw(std::mt19937_64& random, std::size_t n) {
   return static_cast<std::size_t>(((random() >> 32) * n) >> 32);
 }
@@ -120,7 +120,7 @@ double confidence(const std::vector<const Contestant*>& competitors, const Conte
     for (const Contestant* c : competitors) {
       const double other = sum(*c);
       beaten = beaten || other < own;
-      if (other == own) ++ties;  // with itself, too
+      if (other == own) ++ties;  // `own` is in the list, too
     }
     if (!beaten) wins += 1.0 / ties;
   }
@@ -131,8 +131,8 @@ double confidence(const std::vector<const Contestant*>& competitors, const Conte
 
 std::string p_text(double p) { return p < 0.001 ? "p < 0.001" : fmt::format("p = {:.2g}", p); }
 
-// Whether a row has the lowest score or ties with it: its own interval holds 1, so that no correction for the number of
-// pairs is needed to call it as good. If there is only one run, there is no interval, and only the ratio counts.
+// Whether a row has the lowest score or ties with it: its own interval contains 1. So no correction for the number of
+// pairs is needed to call it as good. With only one run there is no interval, and only the ratio counts.
 bool ties(const RankingRow& row) {
   const bool same = std::round(100 * row.versus_winner) == 100;
   return same || (row.low <= 1 && 1 <= row.high);
@@ -168,7 +168,7 @@ std::string standing(const RankingRow& row, std::string_view best) {
   return out + fmt::format(" ({}{})", row.p_holm < kSignificance ? "" : "not significantly; ", p_text(row.p_holm));
 }
 
-// Where bias and scale of a method are most alike.
+// Where bias and scale of a method are most correlated.
 std::optional<std::string> alike(const Study& study, Method method) {
   const auto rows = correlations(study, method);
   const auto worst =

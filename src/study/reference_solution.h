@@ -18,8 +18,8 @@ struct ReferenceSolution {
   double sigma_position = 0;  ///< rms over the log, of three axes
 };
 
-/// The solution from the recordings of a reference IMU and its receiver. The error model of the IMU is that of its
-/// sensor file. Throws DataError if the log cannot be replayed.
+/// The solution from the recordings of a reference IMU and its receiver, with the IMU error model of the sensor file.
+/// Throws DataError if the log cannot be replayed.
 ReferenceSolution solve_reference(const RunConfig& run, const ImuRecording& imu, const GnssRecording& gnss);
 
 }  // namespace piste

@@ -25,7 +25,7 @@ ReferenceTrack ReferenceTrack::in(const World& world) const {
   ReferenceTrack out = *this;
   out.world_ = world;
   if (rows_.empty()) return out;
-  // Both frames are fixed to the Earth, so one rotation and one shift are the same for all points.
+  // Both frames are fixed to the Earth, so one rotation and one shift apply to all points.
   const Vector3d& here = rows_.front().p_wr;
   const Vector3d there = world.from_geodetic(world_.to_geodetic(here));
   const Matrix3d turn = world.rotation_wn(there) * world_.rotation_wn(here).transpose();

@@ -20,16 +20,17 @@
 namespace piste {
 namespace {
 
-// A run and its IMUs, all but the ranking.
+// A run and its IMUs, without the ranking.
 struct StudiedRun {
   StudyRun run;
   std::vector<StudiedImu> imus;
-  std::optional<StudiedImu> as_one;  // all of them, if there are several
+  std::optional<StudiedImu> as_one;  // the fused IMU, if there are several
 };
 
 bool has_several(const RunConfig& run) { return run.mems.size() > 1; }
 
-// Errors of the data are kept as messages. `step` is called after the reference, after each IMU, and after all as one.
+// Errors of the data are kept as messages. `step` is called after the reference, after each IMU, and after the fused
+// IMU.
 template <class Step>
 StudiedRun study_run(const RunConfig& config, const StudyPlan& plan, Step&& step) {
   StudiedRun out;
@@ -63,7 +64,7 @@ StudiedRun study_run(const RunConfig& config, const StudyPlan& plan, Step&& step
     if (reference) out.as_one = study_as_one(config, *reference, out.imus, out.run.phases, plan);
     step();
   }
-  for (StudiedImu& imu : out.imus) imu.beside.reset();  // they are not needed any more, and large
+  for (StudiedImu& imu : out.imus) imu.beside.reset();  // large, and not needed any more
   return out;
 }
 
@@ -73,7 +74,7 @@ struct Scores {
   std::vector<std::string> warnings;
 };
 
-// All as one are compared with the single IMUs only as what they are, a better IMU.
+// The fused IMU competes with the single IMUs only by the replay that estimates its errors.
 Scores score_as_one(const Contest& contest) {
   Scores out;
   if (!contest.course) return out;
@@ -104,7 +105,7 @@ Scores score(const SensorRun& imu, const Contest& contest) {
   return out;
 }
 
-// Index of the IMU's name in the list. A new name is added.
+// Index of the IMU's name in the list; adds a new name.
 std::size_t place_of(std::vector<std::string>& names, const std::string& name) {
   const auto found = std::find(names.begin(), names.end(), name);
   if (found != names.end()) return static_cast<std::size_t>(found - names.begin());

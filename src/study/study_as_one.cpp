@@ -15,7 +15,7 @@
 namespace piste {
 namespace {
 
-// One of the IMUs that are taken.
+// One of the fused IMUs.
 struct Unit {
   const StudiedImu* studied;
   const MountedImu* mounted;
@@ -23,7 +23,7 @@ struct Unit {
   const Alignment& alignment() const { return studied->beside->alignment; }
 };
 
-// Whether clock and axes of an IMU are known, so that its samples can be added to those of others.
+// Whether clock and axes of an IMU are known, so that its samples can be fused with the samples of others.
 bool can_be_taken(const StudiedImu& imu) {
   if (!imu.beside) return false;
   const Alignment& alignment = imu.beside->alignment;
@@ -47,12 +47,12 @@ std::vector<Unit> units_of(const RunConfig& run, const std::vector<StudiedImu>& 
   return out;
 }
 
-// From the axes of an IMU to those of the first.
+// From the axes of an IMU to the axes of the first IMU.
 Matrix3d axes_of(const Unit& unit, const Unit& first) {
   return (first.alignment().q_rb.conjugate() * unit.alignment().q_rb).toRotationMatrix();
 }
 
-// What the scales of the units, as the comparison of each finds them, do across the axes of their mean.
+// Cross-axis effect of the IMUs' estimated scales, in the axes of their mean.
 Matrix3d across(const std::vector<Unit>& units, const std::vector<ImuSensor>& sensors, TriadMember triad, int first) {
   const UnitVector weights = unit_weights(sensors, triad);
   Matrix3d out = Matrix3d::Zero();
@@ -91,11 +91,12 @@ ImuBeside together(const std::vector<Unit>& units) {
   out.across_accel = across(units, out.units, &ImuSensor::accel, 0);
   out.across_gyro = across(units, out.units, &ImuSensor::gyro, 3);
   out.log = condition_units(out.recording, out.conditioning);
-  out.alignment.clock_offset = out.alignment.clock_drift = 0;  // its samples have GPS time
+  out.alignment.clock_offset = out.alignment.clock_drift = 0;  // its samples are in GPS time
   return out;
 }
 
-// The true errors of the mean of the units, along the axes of the first, without what is taken from the signals.
+// The true errors of the mean of the IMUs, along the axes of the first, without the part that was subtracted from the
+// signals.
 std::optional<ImuTruth> mean_truth(const std::vector<Unit>& units, const ImuBeside& mean) {
   for (const Unit& unit : units) {
     if (!unit.studied->truth) return std::nullopt;

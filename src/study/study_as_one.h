@@ -1,5 +1,6 @@
 #pragma once
-/// Studies all IMUs of a run as one (docs/several_imus.md), beside the study of each of them. Part of piste::batch.
+/// Studies all IMUs of a run fused into one (docs/several_imus.md), in addition to each IMU alone. Part of
+/// piste::batch.
 
 #include <optional>
 #include <vector>
@@ -8,9 +9,9 @@
 
 namespace piste {
 
-/// Studies those IMUs of the run that were aligned with the reference as one IMU, the body of which is the first of
-/// them. Clocks, axes and places are those of the alignments. `studied`: each of `run.mems`. Nothing if the run has but
-/// one IMU. If fewer than two can be taken, or they cannot be taken as one, `failure` says why.
+/// Fuses those IMUs of the run that were aligned with the reference, and studies the fused IMU. Its body is the body of
+/// the first of them. Clocks, axes and places come from the alignments. `studied`: each of `run.mems`. Nothing if the
+/// run has only one IMU. If fewer than two can be used, or the fusion fails, `failure` gives the reason.
 std::optional<StudiedImu> study_as_one(const RunConfig& run, const RunReference& reference,
                                        const std::vector<StudiedImu>& studied, const Phases& phases,
                                        const StudyPlan& plan);

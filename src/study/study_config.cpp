@@ -39,7 +39,7 @@ RunConfig read_run(const Config& config) {
   return run;
 }
 
-// Reads the article that the campaign names, and which of its sensors are compared with the campaign's.
+// Reads the article that the campaign names, and which of its sensors correspond to the campaign's sensors.
 std::optional<ArticleBeside> read_article_beside(const Config& config, const std::vector<RunConfig>& runs) {
   if (!config.has("article")) {
     if (config.has("article_sensors")) config.fail("article_sensors", "name the file of the `article` as well");

@@ -11,11 +11,11 @@
 namespace piste {
 namespace {
 
-constexpr std::size_t kFewestRuns = 2;  // from which the spread of a scale between runs is computed
+constexpr std::size_t kFewestRuns = 2;  // from this number on, the spread of a scale between runs is computed
 
 std::size_t at(int axis) { return static_cast<std::size_t>(axis); }
 
-// The estimate of a method from what `take` returns for each axis. Nothing if it returns nothing for all axes.
+// The estimate of a method from the results of `take` for each axis. Nothing if all of them are empty.
 template <class Take>
 void add(std::vector<MethodEstimate>& to, Method method, const Findings& findings, Take&& take) {
   MethodEstimate out{method, {}};
@@ -59,8 +59,8 @@ Prediction predict(const std::vector<double>& values) {
   return {mean(values), standard_deviation(values) * std::sqrt(1 + 1 / n), n - 1};
 }
 
-// The line through the mean point of the rest, with the slope of the IMU's other runs. Nothing without a rest, or if
-// there are too few other runs.
+// The line through the mean point of the rest, with the slope of the IMU's other runs. Nothing without a rest, or with
+// too few other runs.
 AxisEstimate from_other_runs(const std::vector<SensorRun>& results, const SensorRun& result, int axis) {
   const AxisFindings& found = result.findings->axes[at(axis)];
   std::vector<double> scales;

@@ -1,6 +1,6 @@
 #pragma once
-/// Converts the findings of one IMU in one run into the estimates that a study compares, and these into the errors that
-/// a replay subtracts. Adds the true values if they are known.
+/// Converts the findings of one IMU in one run into the estimates that a study compares, and these estimates into the
+/// errors that a replay subtracts. Adds the true values if they are known.
 
 #include <optional>
 #include <vector>
@@ -18,19 +18,19 @@ std::vector<MethodEstimate> signal_estimates(const Findings& findings);
 /// kMisalignment it is the whole model from `findings`. @pre `findings` has that model
 KnownErrors known_errors(const MethodEstimate& estimate, const std::optional<Findings>& findings);
 
-/// The same for the truth: turn-on bias plus mean drift of the run, scale and misalignment. If there is no run, the
-/// drift of the rest before is used.
+/// The same for the truth: turn-on bias plus mean drift of the run, scale and misalignment. Without a run, the drift of
+/// the rest before it is used.
 KnownErrors known_errors(const ImuTruth& truth);
 
-/// Of what a triad adds to the true signal, the part that grows with it: (1 + scale) M − 1.
+/// Of the errors that a triad adds to the true signal, the part proportional to the signal: (1 + scale) M − 1.
 Matrix3d gain_of(const ImuTruth::Triad& truth);
 
-/// Sets the true values that the method should find. For a bias alone this is bias + drift + (scale and misalignment) ·
-/// mean true signal of its phase. For a line it is bias + mean drift of the run (for kScaleOnly: of the rest through
-/// which the line passes), and scale.
+/// Sets the true values of the quantities that the method estimates. For a bias alone this is bias + drift + (scale and
+/// misalignment) · mean true signal of its phase. For a line it is bias + mean drift of the run (for kScaleOnly: of the
+/// rest through which the line passes), and scale.
 void hold_against(const ImuTruth& truth, MethodEstimate& estimate);
 
-/// Adds Method::kOtherRuns to every result, of IMUs and of all as one, that has a rest before, and whose IMU has at
+/// Adds Method::kOtherRuns to every result, of single and fused IMUs, that has a rest before, and whose IMU has at
 /// least two other runs with kJointBothNoisy. The scale's sigma is that of a prediction, std · √(1 + 1/n) over these
 /// runs.
 void add_other_runs(Study& study);

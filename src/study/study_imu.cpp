@@ -22,7 +22,7 @@
 namespace piste {
 namespace {
 
-// A part that a study can do without. If it fails, the result is nothing, and the reason becomes a warning.
+// An optional part of a study. If it fails, the result is nothing, and the reason becomes a warning.
 template <class Part>
 auto if_possible(std::string_view without, std::vector<std::string>& warnings, Part&& part)
     -> std::optional<decltype(part())> {
@@ -70,7 +70,7 @@ std::vector<std::string> warnings_of(const ImuBeside& imu) {
   return out;
 }
 
-// The result of an IMU before anything is known of it.
+// The result of an IMU with its place in the study only.
 SensorRun placed(const ImuBeside& imu) {
   SensorRun out;
   out.warnings = warnings_of(imu);
@@ -82,7 +82,7 @@ SensorRun placed(const ImuBeside& imu) {
   return out;
 }
 
-// The signals of an IMU beside those of the reference, as they are compared.
+// The signals of an IMU and of the reference, as they are compared.
 AlignedImus compared(const ImuBeside& imu, const RunReference& reference, double low_pass) {
   AlignedImus out = low_passed(bring_together(imu.log.imu, reference.imu, imu.alignment), low_pass);
   if (imu.units.empty()) return out;
@@ -124,7 +124,7 @@ Covered covered(const Phases& phases, const AlignedImus& imus) {
 }
 
 SignalPicture picture(const AlignedImus& smooth) {
-  constexpr double kPerPeriod = 2.5;  // samples of the cut-off
+  constexpr double kPerPeriod = 2.5;  // samples per period of the cut-off
   const auto step = static_cast<std::size_t>(std::max(1.0, 1 / (kPerPeriod * smooth.low_pass * smooth.interval)));
   SignalPicture out;
   for (std::size_t i = 0; i < smooth.time.size(); i += step) {
@@ -153,7 +153,7 @@ std::vector<TimingEffect> timing_effects(const ImuBeside& imu, const RunReferenc
   return out;
 }
 
-// The mounting of an IMU, and the input of its filter.
+// The mounting of an IMU.
 BodyMounting mounting_of(const Alignment& alignment) {
   return {alignment.q_rb, alignment.known(alignment.p_rb_r, AlignmentLayout::kLeverArm)};
 }

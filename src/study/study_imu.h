@@ -19,7 +19,7 @@
 
 namespace piste {
 
-/// What all IMUs of a run have in common.
+/// The reference that all IMUs of a run share.
 struct RunReference {
   std::vector<ImuSample> imu;  ///< of the reference
   GnssRecording gnss;
@@ -30,29 +30,29 @@ struct RunReference {
 /// Reads the reference of a run and computes its solution. Throws DataError if its IMU cannot be read.
 RunReference read_reference(const RunConfig& run);
 
-/// What the ranking of the methods needs.
+/// The input of the ranking of the methods.
 struct Contest {
   std::optional<Course> course;      ///< nothing if no navigation is possible
   std::optional<KnownErrors> truth;  ///< the true errors, if they are known
 };
 
-/// An IMU aligned with the reference, or several of them as one.
+/// An IMU aligned with the reference, or several IMUs fused into one.
 struct ImuBeside {
-  ImuSensor sensor;                  ///< along b; of several, of their mean
-  std::vector<ImuSensor> units;      ///< of several, each
-  Recording recording;               ///< of IMUs alone
+  ImuSensor sensor;                  ///< along b; of a fused IMU, of the mean
+  std::vector<ImuSensor> units;      ///< of a fused IMU, each IMU
+  Recording recording;               ///< of IMUs only
   ConditioningOptions conditioning;  ///< to GPS time
   Log log;                           ///< on the clock of `alignment`
   Alignment alignment;
-  /// Of several, what the scales of each do across the axes of their mean, per true signal; the diagonal is zero. A
-  /// line for each axis cannot tell it, and signals are compared without it.
+  /// Of a fused IMU: the cross-axis effect of the IMUs' scales on their mean, per true signal; the diagonal is zero. A
+  /// line for each axis cannot model it, so it is removed before signals are compared.
   Matrix3d across_accel = Matrix3d::Zero(), across_gyro = Matrix3d::Zero();
 };
 
 /// The result for one IMU.
 struct StudiedImu {
-  SensorRun result;  ///< all that was possible; `failure` says what stopped it
-  Phases phases;     ///< of the run: those that were given, else those found from the signals
+  SensorRun result;  ///< all that was possible; `failure` gives the reason for what is missing
+  Phases phases;     ///< of the run: configured, or else detected in the signals
   Contest contest;
   std::optional<ImuBeside> beside;  ///< nothing if it could not be aligned
   std::optional<ImuTruth> truth;    ///< if it is known
@@ -61,20 +61,20 @@ struct StudiedImu {
 /// Settings that are the same for every IMU.
 struct StudyPlan {
   double low_pass = 12;        ///< [Hz] of both signals
-  std::vector<double> delays;  ///< residual timing errors to try [s]
+  std::vector<double> delays;  ///< residual timing errors to evaluate [s]
   OutagePlan outages;
 };
 
-/// Studies one IMU of a run. `known`: the phases of the run that are given. Faults of its data are part of the result.
+/// Studies one IMU of a run. `known`: the configured phases of the run. Faults of its data are part of the result.
 StudiedImu study_imu(const RunConfig& run, const RunReference& reference, const MountedImu& mounted,
                      const Phases& known, const StudyPlan& plan);
 
-/// The same of what is aligned already: adds to `out` what signals and filters tell of `imu`. Throws Error where that
-/// is not possible.
+/// The same for an aligned IMU: adds the estimates by signals and filters to `out`. Throws Error if that is not
+/// possible.
 void study_aligned(const RunConfig& run, const RunReference& reference, const ImuBeside& imu, const Phases& known,
                    const StudyPlan& plan, StudiedImu& out);
 
-/// Holds the estimates of `out` against the true errors, and keeps those.
+/// Compares the estimates of `out` with the true errors, and keeps the true errors.
 void hold_against_truth(const ImuTruth& truth, StudiedImu& out);
 
 }  // namespace piste

@@ -59,7 +59,7 @@ std::vector<const SensorRun*> runs_of(const Study& study, std::size_t sensor) {
   return out;
 }
 
-// A row of each sensor and axis that has one: row(runs of the sensor, sensor, axis).
+// One row for each sensor and axis that has data: row(runs of the sensor, sensor, axis).
 template <class Row, class F>
 std::vector<Row> rows_of(const Study& study, F&& row) {
   std::vector<Row> out;
@@ -77,14 +77,14 @@ std::optional<Term> shown_of(const SensorRun& run, Method method, StudyQuantity 
   return estimate ? shown(*estimate, quantity, axis) : std::nullopt;
 }
 
-// a − b as if they were independent.
+// a − b with both treated as independent.
 Term minus(const Term& a, const Term& b) {
   Term out = difference(a, b);
   out.systematic = std::hypot(a.systematic, b.systematic);
   return out;
 }
 
-// After − before. What the reference adds to both cancels; the findings have the error that is left.
+// After − before. Errors of the reference that are common to both cancel; the findings have the residual error.
 Term change(const SensorRun& run, int axis, const Term& before, const Term& after) {
   Term out = minus(after, before);
   if (run.findings) {
@@ -95,7 +95,7 @@ Term change(const SensorRun& run, int axis, const Term& before, const Term& afte
   return out;
 }
 
-// a − b of one run; or a less the true value that a should find.
+// a − b of one run; for the truth, a minus the true value of the quantity that a estimates.
 std::optional<Term> difference_of(const SensorRun& run, Method a, Method b, StudyQuantity quantity, int axis) {
   const auto left = shown_of(run, a, quantity, axis);
   if (!left) return std::nullopt;
@@ -116,7 +116,7 @@ const NavigationScore* own_score(const SensorRun& run) {
   return found == run.scores.end() ? nullptr : &*found;
 }
 
-// Of these runs of an IMU, those in which it has a score.
+// Summarises those of the runs in which the IMU has a score.
 ImuCompared imu_row(std::string name, const std::vector<const SensorRun*>& runs) {
   std::vector<double> position, velocity, attitude, drift;
   for (const SensorRun* run : runs) {
@@ -141,7 +141,7 @@ ImuCompared imu_row(std::string name, const std::vector<const SensorRun*>& runs)
 
 std::vector<ImuCompared> imus_compared(const Study& study) {
   std::vector<ImuCompared> out;
-  std::vector<double> attitude, drift;  // of the single IMUs, in the runs of all as one
+  std::vector<double> attitude, drift;  // of the single IMUs, in the runs of the fused IMU
   std::vector<const SensorRun*> together;
   for (const SensorRun& run : study.as_one) {
     if (own_score(run)) together.push_back(&run);

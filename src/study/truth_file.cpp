@@ -11,7 +11,7 @@
 namespace piste {
 namespace {
 
-// A member that must be there. The YAML parser reads JSON too.
+// A required member. The YAML parser reads JSON too.
 YAML::Node member(const YAML::Node& of, const std::string& name) {
   const YAML::Node found = of[name];
   if (!found) throw YAML::Exception(of.Mark(), fmt::format("there is no `{}`", name));

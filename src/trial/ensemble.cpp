@@ -45,7 +45,7 @@ void Ensemble::run(std::size_t runs, std::size_t jobs, const Observer& observer)
   jobs = std::clamp<std::size_t>(runs - std::min(runs, size()), 1, std::max<std::size_t>(jobs, 1));
   std::mutex mutex;
   std::condition_variable moved;
-  std::map<std::size_t, Consistency> waiting;  // until those before them are done
+  std::map<std::size_t, Consistency> waiting;  // trials that are done before an earlier one
   std::exception_ptr stopped;
   std::size_t next = size();
   const std::size_t most = 2 * jobs;  // trials that run or wait: memory does not grow with the number of runs
@@ -66,7 +66,7 @@ void Ensemble::run(std::size_t runs, std::size_t jobs, const Observer& observer)
           it = waiting.erase(it);
           if (observer) observer(*this);
         }
-      } catch (...) {  // of the trial or of the observer: out of a thread it would end the program
+      } catch (...) {  // of the trial or of the observer: leaving a thread, it would end the program
         if (!lock.owns_lock()) lock.lock();
         if (!stopped) stopped = std::current_exception();
       }

@@ -21,7 +21,7 @@
 namespace piste {
 namespace {
 
-// The scenario with only those sensors that its replay uses.
+// The scenario with only the sensors that its replay uses.
 Scenario carried(const Scenario& scenario, std::uint64_t seed) {
   Scenario s = scenario;
   const ReplaySetup& replay = scenario.replay;
@@ -90,7 +90,7 @@ Simulation perfect(const Scenario& ideal, const Simulation& real, std::uint64_t 
   return out;
 }
 
-// What is configured of the delays: the truth and these errors.
+// Errors of the configured delays: configured minus true.
 struct DelayErrors {
   double position = 0, velocity = 0, attitude = 0;  // s
 };
@@ -103,8 +103,8 @@ void tell_delays(const Scenario& s, const DelayErrors& errors, FilterOptions& op
   for (std::size_t i = 0; i < s.attitude.size(); ++i) options.attitude[i].delay = s.attitude[i].delay + errors.attitude;
 }
 
-// Of the delays that are estimated, drawn with the sigma of the prior. All receivers share one, as the estimate is of
-// what they have in common.
+// Errors of the estimated delays, drawn with the sigma of the prior. All receivers share one error, because the
+// estimated delay is common to them.
 DelayErrors drawn_delays(const FilterOptions& options, std::uint64_t seed) {
   const StateLayout layout(options.estimate);
   const auto error = [&](Block block, double prior) {
@@ -117,14 +117,14 @@ DelayErrors drawn_delays(const FilterOptions& options, std::uint64_t seed) {
   return errors;
 }
 
-// Of the drift of the IMU's clock, if it is estimated, drawn likewise: what is told of the clock, less the truth.
+// Error of the configured drift of the IMU's clock, configured minus true, drawn likewise if the drift is estimated.
 double drawn_clock_drift(const FilterOptions& options, std::uint64_t seed) {
   const Block drift = Block::kClockDrift;
   if (!StateLayout(options.estimate).has(drift)) return 0;
   return options.priors.clock_drift * RandomStream(seed, info(drift).name).normal();
 }
 
-// What is told of the vehicle's mounting and contact point is drawn about the truth with the sigmas of the priors.
+// Draws the configured mounting and contact point of the vehicle about the truth, with the sigmas of the priors.
 void draw_mounting(VehicleOptions& vehicle, std::uint64_t seed) {
   RandomStream random(seed, "vehicle");
   vehicle.mounting = so3_exp(vehicle.mounting_sigma.cwiseProduct(random.normal3())) * *vehicle.mounting;
@@ -138,7 +138,7 @@ ImuConditioning conditioning_of(const ImuSetup& imu, const ImuSetup& first) {
           .clock_drift = imu.clock_drift};
 }
 
-// If lever arms are estimated, their start values are drawn about the truth with the sigma of the prior.
+// Estimated lever arms start at values drawn about the truth with the sigma of the prior.
 FilterOptions filter_options(const Scenario& s, std::uint64_t seed) {
   FilterOptions options;
   options.sensor = s.replay.sensor;
@@ -168,7 +168,7 @@ FilterOptions filter_options(const Scenario& s, std::uint64_t seed) {
   return options;
 }
 
-// `units`: what is told of each of several IMUs.
+// `units`: the configured sensor of each of several IMUs.
 ConditioningOptions conditioning_options(const Scenario& s, const ImuSensor& sensor,
                                          const std::vector<ImuSensor>& units, double departure) {
   const ImuSetup& first = s.imus.front();
@@ -199,7 +199,7 @@ Recording recording_of(const Simulation& simulation) {
   return out;
 }
 
-// truth = start ⊞ error with error of N(0, P): the errors of the sensors are drawn by the simulator already.
+// truth = start ⊞ error with error of N(0, P). The simulator has drawn the errors of the sensors already.
 Start drawn_start(const Scenario& s, const FilterOptions& options, const Estimate& truth, double time,
                   std::uint64_t seed) {
   const StartSigmas& sigmas = s.replay.start;
@@ -218,7 +218,7 @@ Start drawn_start(const Scenario& s, const FilterOptions& options, const Estimat
   return {time, boxplus(x, error), sigma.cwiseAbs2().asDiagonal()};
 }
 
-// The prior if the heading must be found: only position and velocity are roughly known.
+// The prior if the heading must be estimated: only position and velocity are roughly known.
 Covariance nothing_known() {
   constexpr double kPosition = 10, kVelocity = 10, kTilt = 0.2;
   const double heading = std::numbers::pi / std::numbers::sqrt3;  // sigma of a uniform distribution
@@ -227,14 +227,14 @@ Covariance nothing_known() {
   return sigma.cwiseAbs2().asDiagonal();
 }
 
-// The matrix from the filter's error to the ordinary one along the local level, for all blocks of the layout.
+// The matrix from the filter's error to the ordinary error along the local level, for all blocks of the layout.
 Covariance ordinary(const World& world, const StateLayout& layout, const Estimate& x) {
   Covariance T = Covariance::Identity(layout.size(), layout.size());
   T.topLeftCorner<9, 9>() = level_from_invariant(world.rotation_wn(x.p_wb), x);
   return T;
 }
 
-// The epochs of the grid by the row that is nearest to each.
+// The epochs of the grid, each at the index of its nearest row.
 std::map<std::size_t, int> rows_on(const Solution& solution, const EpochGrid& grid, double departure) {
   std::map<std::size_t, int> epochs;
   for (std::size_t row = 0; row < solution.size(); ++row) {
@@ -253,7 +253,7 @@ std::map<std::size_t, int> rows_on(const Solution& solution, const EpochGrid& gr
   return epochs;
 }
 
-// Calls `visit(epoch, filtered, smoothed)` for these epochs, last one first.
+// Calls `visit(epoch, filtered, smoothed)` for these epochs, the last one first.
 template <class Visit>
 void visit_rows(const FilterRun& run, const std::map<std::size_t, int>& epochs, Visit&& visit) {
   std::vector<std::size_t> rows;
@@ -264,12 +264,12 @@ void visit_rows(const FilterRun& run, const std::map<std::size_t, int>& epochs, 
   });
 }
 
-// Those that are among the first `count` rows.
+// The rows among the first `count` rows.
 std::map<std::size_t, int> first_rows(const std::map<std::size_t, int>& rows, std::size_t count) {
   return {rows.begin(), rows.lower_bound(count)};
 }
 
-// Where the epochs of these rows of `from` are in `to`, which has fewer rows where the body rests.
+// Maps the epochs of these rows of `from` to rows of `to`, which has fewer rows at standstill.
 std::map<std::size_t, int> rows_of(const Solution& to, const Solution& from, const std::map<std::size_t, int>& rows) {
   std::map<std::size_t, int> out;
   std::size_t next = 0;
@@ -284,8 +284,8 @@ struct Bound {
   ErrorVector filtered, smoothed;
 };
 
-// Variances of the bound at the epochs of the grid. The white part of a reference attitude cannot be measured on
-// perfect fixes, so the one measured on the real log is used.
+// Variances of the bound at the epochs of the grid. The white part of a reference attitude is taken from the real log,
+// because perfect fixes do not determine it.
 std::map<int, Bound> bound_of(const Scenario& scenario, const Simulation& real, const Replay& run, std::uint64_t seed,
                               const EpochGrid& grid) {
   const Scenario ideal = perfect(scenario);
@@ -297,7 +297,7 @@ std::map<int, Bound> bound_of(const Scenario& scenario, const Simulation& real, 
     for (const ImuSetup& imu : scenario.imus) options.units.push_back(imu.sensor);
     options.sensor = mean_sensor(options.units);
   }
-  options.adapt.reset();  // there is no noise of which it could learn
+  options.adapt.reset();  // there is no noise to adapt to
   tell_delays(scenario, {}, options);
   const double departure = simulation.plate.under_way().start;
   ConditioningOptions conditioning = conditioning_options(scenario, options.sensor, options.units, departure);
@@ -320,7 +320,7 @@ std::map<int, Bound> bound_of(const Scenario& scenario, const Simulation& real, 
     out[epoch] = {variance(filtered.x, filtered.P), variance(filtered.x, smoothed.P)};
   });
   if (!run.found.aligned) return out;
-  // Rows of the time before the heading was known look back from its end.
+  // Rows before the heading was known are back-smoothed from the end of this initial stretch.
   const FilterRun beginning =
       run_filter(log, options, from, Keep::kHistory, {}, {.end = *run.found.aligned + kSameInstant});
   visit_rows(beginning, first_rows(rows, beginning.epochs),
@@ -384,7 +384,7 @@ ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed, const BatchS
     return ErrorSample{epoch, T * error, T * P * T.transpose(), variance};
   };
   const std::map<std::size_t, int> rows = rows_on(filtered, grid, departure);
-  // What replay writes: until the heading was known, rows of a smoother that looks back.
+  // As replay writes them: rows before the heading was known come from back-smoothing.
   const LookedBack& back = run.beginning;
   const std::size_t replaced = rows_until_end(back.rows, filtered);
   const std::map<std::size_t, int> first = rows_of(back.rows, filtered, first_rows(rows, replaced)),

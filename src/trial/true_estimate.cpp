@@ -74,10 +74,10 @@ std::vector<TrueEstimate::Sample> TrueEstimate::timed(const Recording& recording
   return samples;
 }
 
-// An error along the axes of an IMU, along those of the first.
+// Turns an error along the axes of an IMU into the axes of the first one.
 Vector3d TrueEstimate::in_first(std::size_t imu, const Vector3d& value) const { return axes_[imu] * value; }
 
-// The errors of several IMUs as those of their mean and of the parities. Scales stay along the axes of each.
+// The errors of several IMUs as errors of their mean and of the parities. Scales stay along the axes of each IMU.
 void TrueEstimate::split(Estimate& x, double time) const {
   const auto count = static_cast<Eigen::Index>(units_.size());
   const auto put = [&](Block block, TriadMember triad, UnitError kind, auto&& of) {

@@ -9,20 +9,20 @@
 namespace piste {
 
 /// The true value of every block at any time of a run, in the world frame of a log. (The world frame of the simulation
-/// has its origin at that of the scenario, that of a log at the first fix.)
+/// has its origin at the scenario's origin; that of a log has it at the first fix.)
 class TrueEstimate {
  public:
-  /// The truth of the first IMU. With the sensors of several `units`, which all IMUs of the scenario then are, their
-  /// errors are those of the mean and of the parities (core/imu_array.h). Lever arm and delay are those of the first
-  /// receiver; drifts are those of the first receiver and of the first reference that have one. The simulation must
+  /// The truth of the first IMU. `units`: the sensors of several IMUs, which must be all IMUs of the scenario. The
+  /// errors are then those of the mean and of the parities (core/imu_array.h). Lever arm and delay belong to the first
+  /// receiver. Drifts belong to the first receiver and to the first reference that have a drift. The simulation must
   /// outlive this object.
   TrueEstimate(const Scenario& scenario, const Simulation& simulation, World world, std::uint64_t seed,
                std::vector<ImuSensor> units = {});
 
-  /// The times that at() is asked for are by a clock of the IMU that drifts, and is right at the time `from` [s].
+  /// Stamps given to at() are from a drifting clock of the IMU, which is right at the time `from` [s].
   void set_clock(double drift, double from);
 
-  /// The true values at the time `stamp`. Drifts are those of the nearest row or fix.
+  /// The true values at the time `stamp`. Drifts are taken from the nearest row or fix.
   Estimate at(double stamp) const;
 
  private:
@@ -38,12 +38,12 @@ class TrueEstimate {
 
   const Simulation& simulation_;
   std::vector<ImuSensor> units_;
-  std::vector<Matrix3d> axes_;  // of the IMUs, in those of the first
+  std::vector<Matrix3d> axes_;  // of the IMUs, relative to the first
   World world_;
   Estimate constant_;
   double clock_from_ = 0;
   std::array<std::vector<Sample>, kDriftingReceivers> position_drift_;
-  std::array<Vector3d, kDriftingReceivers> stated_;  // sigmas of these receivers, which do not change
+  std::array<Vector3d, kDriftingReceivers> stated_;  // constant sigmas of these receivers
   std::vector<Sample> attitude_drift_;
   std::vector<Sample> wheel_slip_, barometer_offset_;  // along x
 };

@@ -1,5 +1,5 @@
 #pragma once
-/// Two IMUs on one plate that stand, turn and stand again; all errors of the one are known.
+/// Two IMUs on one plate that stand, turn and stand again; all errors of one IMU are known.
 
 #include <algorithm>
 #include <cmath>
@@ -14,8 +14,8 @@ struct AlignedRun {
   Vector3d gyro_bias{0.01, -0.004, 0.006}, accel_bias{0.05, -0.03, 0.08};
   Vector3d gyro_scale{0.02, -0.01, 0.005}, accel_scale{-0.02, 0.03, -0.01};
   double gyro_noise = 0.006, accel_noise = 0.03;  ///< standard deviation of a sample
-  double persistence = 0;                         ///< of the noise from one sample to the next: AR(1)
-  double reference_noise = 0;                     ///< share of the above in the reference; white
+  double persistence = 0;                         ///< correlation of the noise from one sample to the next: AR(1)
+  double reference_noise = 0;                     ///< white noise of the reference, as a fraction of the above
   double delay = 0;                               ///< s by which the body IMU's samples come late
   double rest = 40, run = 60, start = 1000, rate = 100;
 

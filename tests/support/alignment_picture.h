@@ -1,5 +1,5 @@
 #pragma once
-/// An alignment as if it had been found, for pages.
+/// A made-up alignment, for pages.
 
 #include <cmath>
 
@@ -8,7 +8,7 @@
 
 namespace piste::test {
 
-/// A picture and all that it refers to.
+/// A picture and all objects to which it refers.
 struct PictureOfRun {
   AlignedImus aligned;
   Alignment alignment;

@@ -1,5 +1,5 @@
 #pragma once
-/// The article that the shipped campaign stands beside, and whose sensors are StudyCase's.
+/// The article of the shipped campaign, whose sensors are StudyCase's.
 
 #include "piste/study/article.h"
 #include "support/places.h"

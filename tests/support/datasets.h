@@ -11,7 +11,7 @@
 
 namespace piste::test {
 
-/// Folder of the recorded data sets: $PISTE_DATASETS, else ../shared/datasets beside the sources, else empty.
+/// Folder of the recorded data sets: $PISTE_DATASETS, else ../shared/datasets next to the sources, else empty.
 inline std::filesystem::path datasets() {
   namespace fs = std::filesystem;
   if (const char* given = std::getenv("PISTE_DATASETS")) return given;
@@ -21,7 +21,7 @@ inline std::filesystem::path datasets() {
 
 }  // namespace piste::test
 
-/// Skips the test where the data sets are not there; fails it where $PISTE_DATASETS says that they are.
+/// Skips the test without the data sets; fails it if $PISTE_DATASETS is set and they are missing.
 #define PISTE_REQUIRE_DATASETS()                                                                      \
   if (!std::filesystem::is_directory(piste::test::datasets() / "drive")) {                            \
     if (std::getenv("PISTE_DATASETS") != nullptr) FAIL() << "$PISTE_DATASETS has no folder drive/";   \

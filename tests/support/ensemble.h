@@ -1,5 +1,5 @@
 #pragma once
-/// Made-up ensembles of compared runs: errors and innovations drawn from what is claimed of them, or not.
+/// Made-up ensembles of compared runs, with errors and innovations that agree with the claimed covariance, or do not.
 
 #include <Eigen/Cholesky>
 #include <array>
@@ -11,17 +11,17 @@
 
 namespace piste::test {
 
-/// What is drawn, and what is claimed of it.
+/// Parameters of the drawn errors, and of the claimed covariance.
 struct Ensemble {
   int runs = 60;
   EpochGrid grid{.step = 1, .first = -10, .last = 60, .cruise = {5, 45}, .arrival = 50};
-  double claimed = 1;       ///< covariance that is claimed, in terms of the true one; of the smoother half of both
+  double claimed = 1;       ///< claimed covariance relative to the true one; of the smoother half of both
   double claimed_rest = 1;  ///< likewise while at rest before the start
   double whiteness = 0;     ///< correlation of successive innovations
 };
 
-/// An error of all states together, correlated across blocks whose units differ by orders. Errors of successive epochs
-/// are independent, so that a mean over epochs is one over as many runs more.
+/// An error of all states together, correlated across blocks whose units differ by orders of magnitude. Errors of
+/// successive epochs are independent, so a mean over epochs counts as one over as many runs more.
 inline ComparedRun drawn_run(const Ensemble& ensemble, std::uint64_t seed) {
   constexpr std::array kBlocksEstimated{Block::kGyroBias, Block::kAccelBias, Block::kGyroScale, Block::kAccelScale};
   ComparedRun run;
@@ -32,7 +32,7 @@ inline ComparedRun drawn_run(const Ensemble& ensemble, std::uint64_t seed) {
   sigma << Eigen::Vector3d::Constant(0.5), Eigen::Vector3d::Constant(0.05), Eigen::Vector3d::Constant(0.01),
       Eigen::Vector3d::Constant(1e-4), Eigen::Vector3d::Constant(0.02), Eigen::Vector3d::Constant(5e-3),
       Eigen::Vector3d::Constant(5e-3);
-  // Neighbours are correlated by 0.5 and a power of it.
+  // The correlation of two states is 0.5 to the power of their distance.
   Eigen::MatrixXd P(n, n);
   for (Eigen::Index i = 0; i < n; ++i) {
     for (Eigen::Index j = 0; j < n; ++j) P(i, j) = sigma(i) * sigma(j) * std::pow(0.5, std::abs(i - j));
@@ -76,7 +76,7 @@ inline ComparedRun drawn_run(const Ensemble& ensemble, std::uint64_t seed) {
   return run;
 }
 
-/// Seeds 1 to `runs`, added up.
+/// The sum over seeds 1 to `runs`.
 inline Consistency added(const Ensemble& ensemble) {
   Consistency sums(ensemble.grid);
   for (int seed = 1; seed <= ensemble.runs; ++seed) sums.add(drawn_run(ensemble, static_cast<std::uint64_t>(seed)));

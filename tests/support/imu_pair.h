@@ -1,5 +1,5 @@
 #pragma once
-/// Two simulated IMUs on one plate, with everything between them that an alignment has to find.
+/// Two simulated IMUs on one plate, with all parameters between them that an alignment estimates.
 
 #include <cmath>
 #include <string>
@@ -15,14 +15,14 @@
 namespace piste::test {
 
 struct ImuPair {
-  ImuSetup setup;  ///< of the body IMU: what is true
+  ImuSetup setup;  ///< of the body IMU: the true values
   ImuSensor reference_sensor;
   std::vector<ImuSample> body, reference;
   SimulatedImu simulated;  ///< the body IMU
   Interval under_way;
 };
 
-/// MT-9A beside an LN200 in a scenario of config/scenarios: offset within ±20 s, drift of some 30 ppm, boresight of
+/// An MT-9A and an LN200 in a scenario of config/scenarios: offset within ±20 s, drift of some 30 ppm, boresight of
 /// some degrees, 7 cm apart, all drawn by the seed.
 inline Scenario pair_scenario(const std::string& name, std::uint64_t seed, double rest, double run) {
   Scenario s = read_scenario(source_folder() + "/config/scenarios/" + name + ".yaml");
@@ -59,7 +59,7 @@ inline ImuPair simulate_pair(const Scenario& s, std::uint64_t seed) {
   return pair;
 }
 
-/// truth = estimate ⊞ error of offset, drift, boresight and lever arm: the first of an alignment's parameters.
+/// truth = estimate ⊞ error of offset, drift, boresight and lever arm, the first parameters of an alignment.
 inline Eigen::Matrix<double, 8, 1> alignment_error(const Alignment& a, const ImuSetup& truth) {
   Eigen::Matrix<double, 8, 1> e;
   e << truth.clock_offset - a.clock_offset, truth.clock_drift - a.clock_drift, so3_log(truth.q_rb * a.q_rb.conjugate()),

@@ -1,6 +1,6 @@
 #pragma once
-/// Every Jacobian of a measurement model against central differences through boxplus, for every block of the table: one
-/// that the model does not mention must have no influence.
+/// Compares every Jacobian of a measurement model with central differences through boxplus, for every block of the
+/// table. A block that the model does not mention must have no influence.
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 
 namespace piste::test {
 
-/// `model`: Estimate -> Linearization. Checks residual(x ⊞ e) ≈ residual(x) − J e. Differences of fourth order and a
-/// step of 1e-3 units leave 1e-8 of a block's Jacobian, or 1e-10 of the largest one.
+/// `model`: Estimate -> Linearization. Checks residual(x ⊞ e) ≈ residual(x) − J e. Differences of fourth order with a
+/// step of 1e-3 units have an error of 1e-8 of a block's Jacobian, or 1e-10 of the largest one.
 template <class Model>
 void check_jacobians(const Model& model, const Estimate& x) {
   const Linearization lin = model(x);

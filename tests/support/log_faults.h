@@ -1,5 +1,5 @@
 #pragma once
-/// Faults that real logs have, put into good ones.
+/// Faults of real logs, seeded into good ones.
 
 #include <functional>
 #include <numbers>
@@ -11,7 +11,7 @@
 
 namespace piste::test {
 
-/// An IMU and a receiver that were carried together.
+/// Logs of an IMU and a receiver on one body.
 struct Logs {
   std::string name;
   ImuRecording imu;
@@ -20,7 +20,7 @@ struct Logs {
 
 struct SeededFault {
   std::string name;
-  LogFault fault;  ///< that is to be named first
+  LogFault fault;  ///< that must be reported first
   std::function<void(Logs&)> spoil;
 };
 
@@ -38,7 +38,7 @@ inline void by_interval(ImuRecording& imu, bool times) {
     imu.accel[i] *= factor;
   }
 }
-/// Rates, whatever the log holds.
+/// Converts to rates, if the log holds increments.
 inline void as_rates(ImuRecording& imu) {
   if (!imu.increments) return;
   by_interval(imu, false);
@@ -61,7 +61,7 @@ void each_velocity(Logs& logs, Change&& change) {
   }
 }
 
-/// Of an IMU, seen against a receiver. The log may hold rates or increments.
+/// Faults of an IMU that show against a receiver. The log may hold rates or increments.
 inline std::vector<SeededFault> imu_faults() {
   using std::numbers::pi;
   const Matrix3d swap_xy = rows(kY, kX, kZ), swap_yz = rows(kX, kZ, kY);
@@ -107,7 +107,7 @@ inline std::vector<SeededFault> imu_faults() {
   };
 }
 
-/// Of a receiver.
+/// Faults of a receiver.
 inline std::vector<SeededFault> gnss_faults() {
   const auto rounded = [](double angle, double step) {
     const double degrees = angle * 180 / std::numbers::pi;

@@ -1,5 +1,5 @@
 #pragma once
-/// A wild motion known exactly, and the sensors that ride on it.
+/// A wild motion with exactly known values, and sensors on it.
 
 #include <array>
 #include <cmath>
@@ -13,7 +13,7 @@ namespace piste::test {
 struct WildMotion {
   World world{{0.8116, 0.1222, 900}};
   double begin = -10;
-  double heading = 0.7;  ///< about which the body swings
+  double heading = 0.7;  ///< mean heading of the swings [rad]
 
   struct State {
     Quaterniond q_wb;
@@ -89,13 +89,13 @@ struct WildMotion {
     double frequency;
     Vector3d angle, place;
   };
-  // Turns, and the vibration that cones and sculls.
+  // The turns, and a vibration with coning and sculling.
   inline static const std::array<Swing, 3> kSwings{
       Swing{0.4, {0.6, 0.2, 0.9}, {1.5, 3.0, 0.4}},
       Swing{1.7, {0.10, 0.25, 0.15}, {0.10, -0.05, 0.12}},
       Swing{6.0, {0.02, -0.03, 0.02}, {0.002, 0.003, -0.003}},
   };
-  // Linear over the motion's reach: gravity of this world, exactly.
+  // Linear over the range of the motion: exactly the gravity of this world.
   Gravity gravity_ = world.gravity(Vector3d::Zero());
 };
 

@@ -13,7 +13,7 @@ namespace piste::test {
 
 class Mt9aRun {
  public:
-  /// Leaving the other IMUs at home changes no row of this one, and takes a quarter of the time.
+  /// Omitting the other IMUs changes no row of this one, and takes a quarter of the time.
   Mt9aRun(const std::string& scenario, int seed) {
     const std::string config = source_folder() + "/config/";
     folder_.write("alone.yaml", fmt::format("base: {0}scenarios/{1}.yaml\n"
@@ -31,12 +31,12 @@ class Mt9aRun {
     truth_ = YAML::LoadFile(folder_ / "run/truth.json");
   }
 
-  /// What was put into the IMU.
+  /// The true errors of the IMU.
   YAML::Node imu() const { return truth_["imus"]["mt9a_1"]; }
   Interval under_way() const { return {truth_["run_s"][0].as<double>(), truth_["run_s"][1].as<double>()}; }
 
   /// Replays with a receiver and an unknown heading. `gnss` is added to the receiver's entry, `sources` to the
-  /// configuration, `blocks` to what is estimated.
+  /// configuration, `blocks` to the estimated blocks.
   void replay(const std::string& receiver, const std::string& gnss = "", const std::string& sources = "",
               const std::string& blocks = "") const {
     const YAML::Node clock = imu(), lever_arm = clock["lever_arm_m"][receiver];
@@ -54,7 +54,7 @@ class Mt9aRun {
     if (said.code != 0) throw std::runtime_error(said.err);
   }
 
-  /// Of an output such as "filtered", while under way.
+  /// Accuracy of an output such as "filtered", while under way.
   Accuracy accuracy_of(const std::string& output) const {
     return accuracy(read_table(folder_ / fmt::format("result/{}.csv", output)), read_table(folder_ / "run/truth.csv"),
                     under_way());

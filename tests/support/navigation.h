@@ -1,5 +1,5 @@
 #pragma once
-/// Output files read back, and a solution held against the truth.
+/// Reads output files, and compares a solution with the truth.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -66,7 +66,7 @@ inline Table read_table(const std::filesystem::path& file) {
   return table;
 }
 
-/// A column at t, linear between rows; angles in degrees go the short way round.
+/// A column at t, interpolated linearly between rows; angles in degrees take the short way round.
 inline double at(const Table& table, std::string_view column, double t) {
   const auto &time = table["time_s"], &value = table[column];
   const auto after = static_cast<std::size_t>(std::lower_bound(time.begin(), time.end(), t) - time.begin());
@@ -84,9 +84,9 @@ struct Accuracy {
   double horizontal = 0, down = 0;                    ///< RMSE [m]
   double velocity = 0;                                ///< RMSE of the worst axis [m/s]
   Vector3d claimed_euler = Vector3d::Zero();          ///< RMS of the sigmas of roll, pitch and heading [deg]
-  double claimed_horizontal = 0;                      ///< likewise [m]
+  double claimed_horizontal = 0;                      ///< RMS of the horizontal sigmas [m]
   double attitude_nees = 0, velocity_nees = 0;        ///< mean of (error / sigma)² over epochs and axes
-  double attitude_outside = 0, velocity_outside = 0;  ///< part of the errors beyond 3 sigma, of the worst axis
+  double attitude_outside = 0, velocity_outside = 0;  ///< share of the errors beyond 3 sigma, of the worst axis
   double position_outside = 0;
   double largest_angle = 0, largest_horizontal = 0;  ///< error of any epoch [deg, m]
   std::size_t epochs = 0;
@@ -163,7 +163,7 @@ inline Accuracy accuracy(const Table& solution, const Table& truth, const Interv
   return result;
 }
 
-/// Over several runs of equal length: root mean squares of errors and sigmas, means of what is a share or a NEES.
+/// Over several runs of equal length: root mean squares of errors and sigmas, means of shares and NEES.
 inline Accuracy pooled(std::span<const Accuracy> runs) {
   Accuracy all;
   const auto n = static_cast<double>(runs.size());

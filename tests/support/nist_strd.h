@@ -1,7 +1,7 @@
 #pragma once
 /// Linear regressions with certified results: NIST Statistical Reference Datasets, linear least squares
-/// (www.itl.nist.gov/div898/strd/lls/lls.shtml), of the public domain. Wampler's fifth-degree polynomials are made of
-/// whole numbers, as NIST states them.
+/// (www.itl.nist.gov/div898/strd/lls/lls.shtml), in the public domain. Wampler's fifth-degree polynomials have integer
+/// data, as NIST states them.
 
 #include <Eigen/Core>
 #include <cmath>

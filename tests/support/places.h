@@ -1,5 +1,5 @@
 #pragma once
-/// Where tests find what they read and run, wherever they are started.
+/// Folders and programs that tests use, wherever the tests are started.
 
 #include <filesystem>
 #include <string>
@@ -8,10 +8,10 @@ namespace piste::test {
 
 /// The repository's folder, without a `/` behind.
 std::string source_folder();
-/// The same as a path.
+/// The repository's folder as a path.
 inline const std::filesystem::path kSource = source_folder();
 
-/// The folder of the build that the test is of.
+/// The folder of the build to which the test belongs.
 std::string build_folder();
 
 /// The ctest of that build's CMake.
@@ -20,7 +20,7 @@ std::string ctest_program();
 /// A program, such as `replay`, as it was built with the tests.
 std::string program(const std::string& name);
 
-/// A folder for what a test draws or writes and somebody may want to look at; not below the repository's own folders.
+/// A folder for drawn or written results that somebody may inspect; not below the repository's own folders.
 std::string rendered_folder();
 
 }  // namespace piste::test

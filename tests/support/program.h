@@ -1,5 +1,5 @@
 #pragma once
-/// Runs a program as a user does, and keeps what it said.
+/// Runs a program as a user does, and keeps its output.
 
 #include <fmt/format.h>
 #include <sys/wait.h>
@@ -17,8 +17,8 @@ struct Said {
   std::string out, err;
 };
 
-/// `program` with `words` behind it, started in `folder` by a shell that has done `first`, its outputs redirected. One
-/// that hangs is ended, with code 124.
+/// Runs `program` with the arguments `words`, started in `folder` by a shell after the command `first`, with redirected
+/// outputs. A program that hangs is ended, with code 124.
 inline Said run_program(const std::string& program, const std::vector<std::string>& words,
                         const TemporaryFolder& folder, const std::string& first = "true") {
   std::string command = fmt::format("cd '{}' && {} && timeout 300 '{}'", folder.path().string(), first, program);

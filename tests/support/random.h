@@ -34,13 +34,13 @@ class Random {
     return 0.5 * (P + P.transpose());
   }
 
-  /// Attitude anywhere.
+  /// Any attitude.
   Quaterniond rotation() {
     const Vector3d v = vector();
     return Quaterniond(gaussian(), v.x(), v.y(), v.z()).normalized();
   }
 
-  /// Attitude and boresight anywhere, some 20 m/s, scales of a few per cent, no block at zero.
+  /// Any attitude and boresight, some 20 m/s, scales of a few per cent, no block at zero.
   Estimate estimate() {
     Estimate x;
     x.q_wb = rotation();
@@ -60,7 +60,7 @@ class Random {
     x.boresight_drift = vector(0.05);
     x.velocity_delay = 0.1 + 0.02 * uniform();
     x.attitude_delay = 0.02 + 0.01 * uniform();
-    // Of the values above, so that what follows in a test stays as it was.
+    // Computed from the values above, so that later random values of a test do not change.
     x.q_vb = x.q_rb.conjugate() * x.q_wb;
     x.vehicle_contact = 2 * x.gnss_position_drift;
     x.pitch_centre = x.lever_arm.x();

@@ -1,5 +1,5 @@
 #pragma once
-/// Records of the formats that receivers and sensors write, with right checksums.
+/// Records of the formats that receivers and sensors write, with correct checksums.
 
 #include <fmt/format.h>
 
@@ -20,7 +20,7 @@ inline std::string nmea(const std::string& body) {
   return fmt::format("${}*{:02X}\r\n", body, sum);
 }
 
-/// `TEXT*CRC` of NovAtel and a line end; TEXT begins with `#` or `%`. Bit by bit, by no table.
+/// `TEXT*CRC` of NovAtel and a line end; TEXT begins with `#` or `%`. The CRC is computed bit by bit, without a table.
 inline std::string novatel(const std::string& text) {
   std::uint32_t crc = 0;
   for (const char c : text.substr(1)) {
@@ -30,7 +30,7 @@ inline std::string novatel(const std::string& text) {
   return fmt::format("{}*{:08x}\r\n", text, crc);
 }
 
-/// Bytes that are written at offsets, in either order.
+/// Bytes that are written at offsets, in either byte order.
 class Bytes {
  public:
   explicit Bytes(std::size_t size, std::endian order = std::endian::little) : text_(size, '\0'), order_(order) {}

@@ -1,5 +1,5 @@
 #pragma once
-/// A simulated run, short, as a replay takes it.
+/// A short simulated run, in the form that a replay takes.
 
 #include <filesystem>
 #include <functional>
@@ -14,7 +14,7 @@
 
 namespace piste::test {
 
-/// A simulated run of one MT-9A and one receiver, and what a replay of it is configured with.
+/// A simulated run of one MT-9A and one receiver, and the configuration of its replay.
 struct Case {
   Scenario scenario;
   Simulation simulation;

@@ -1,6 +1,6 @@
 #pragma once
-/// A copy of the shipped ski run that a test may spoil: `config/ski_run.yaml` with its sensor file and its data, a
-/// minute of it, laid out as in the repository.
+/// A copy of the shipped ski run that a test may spoil: `config/ski_run.yaml` with its sensor file and one minute of
+/// its data, laid out as in the repository.
 
 #include <functional>
 #include <stdexcept>
@@ -30,7 +30,7 @@ class SkiRun {
   std::string text(const std::string& name) const { return read_text(folder / name); }
   void write(const std::string& name, const std::string& text) const { folder.write(name, text); }
 
-  /// Replaces the first `from`, which must be there.
+  /// Replaces the first `from`, which must exist.
   void replace(const std::string& name, const std::string& from, const std::string& to) const {
     std::string all = text(name);
     const auto place = all.find(from);
@@ -47,7 +47,7 @@ class SkiRun {
     change(line);
     write(name, all.substr(0, begin) + line + all.substr(end));
   }
-  /// Passes every row (not the header) through `change`, as fields.
+  /// Passes every row except the header through `change`, as fields.
   void edit_rows(const std::string& name, const std::function<void(std::vector<std::string>&)>& change) const {
     std::istringstream lines(text(name));
     std::string line, all;

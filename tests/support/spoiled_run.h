@@ -1,5 +1,5 @@
 #pragma once
-/// Ways to spoil a ski run, and what a program is to say of it.
+/// Ways to spoil a ski run, and the message that a program must give.
 
 #include <fmt/format.h>
 
@@ -20,7 +20,7 @@ struct Fault {
   std::string name;
   std::function<void(const SkiRun&)> spoil;
   int code;
-  std::vector<std::string> says;  ///< parts of the message: where, what, and what would be right
+  std::vector<std::string> says;  ///< parts of the message: where, what, and how to correct it
 };
 
 inline void PrintTo(const Fault& fault, std::ostream* out) { *out << fault.name; }
@@ -44,7 +44,7 @@ inline auto in_sensor(const std::string& from, const std::string& to) {
   return [=](const SkiRun& run) { run.replace(SkiRun::kSensor, from, to); };
 }
 
-/// Where the shipped configuration has this text, as errors name it.
+/// Place of this text in the shipped configuration, as errors name it.
 inline std::string config_line(const std::string& text, int below = 0) {
   const std::string all = read_text(kSource / SkiRun::kConfig);
   return fmt::format("ski_run.yaml:{}: ", std::count(all.begin(), all.begin() + all.find(text), '\n') + 1 + below);
@@ -57,7 +57,7 @@ inline void shift_times(const SkiRun& run, const char* file, double by) {
   });
 }
 
-/// Of what a refused run is to have said and left: one line that holds all of `fault.says`, and no outputs.
+/// Checks a refused run: one line of its message holds all of `fault.says`, and it leaves no outputs.
 inline void expect_refusal(const SkiRun& run, const Fault& fault, const Said& said) {
   EXPECT_EQ(said.code, fault.code) << said.err;
   for (const std::string& part : fault.says) EXPECT_TRUE(contains(said.err, part));
@@ -66,7 +66,7 @@ inline void expect_refusal(const SkiRun& run, const Fault& fault, const Said& sa
   EXPECT_FALSE(std::filesystem::exists(run.folder / "result"));
 }
 
-/// No output of a run has a number that is none.
+/// Checks that no output of a run has a value that is not a number.
 inline void expect_numbers(const SkiRun& run) {
   for (const char* name : {"filtered.csv", "smoothed.csv", "biases.csv", "biases_smoothed.csv", "innovations.csv"}) {
     const std::string text = read_text(run.folder / (std::string("result/") + name));

@@ -1,5 +1,5 @@
 #pragma once
-/// A study as if a campaign had been processed: three IMUs, nine runs, every method, small and plausible numbers.
+/// A study of a made-up campaign: three IMUs, nine runs, every method, small and plausible numbers.
 
 #include <fmt/format.h>
 
@@ -14,12 +14,12 @@
 
 namespace piste::test {
 
-/// Estimates of one IMU, in one run: its errors, with noise of the size that each method has. kMarkovSmoothed
+/// Estimates of one IMU in one run: its errors, with noise of the size typical for each method. kMarkovSmoothed
 /// navigates best, by a wide margin; kRest second.
 struct StudyCase {
   std::size_t runs = 9, sensors = 3;
-  bool simulated = true;  ///< the truth is told
-  bool failed = false;    ///< the last IMU in the last run, and the rest after in the first run
+  bool simulated = true;  ///< whether the truth is known
+  bool failed = false;    ///< the last IMU in the last run, and the rest after the first run
   std::uint64_t seed = 1;
 
   Study study() const {
@@ -70,7 +70,7 @@ struct StudyCase {
   struct Errors {
     std::array<double, kSignals> bias{}, scale{};
   };
-  // Of what the reference measures: at rest, and in the run.
+  // Means of the reference's signals: at rest, and in the run.
   static constexpr std::array<double, kSignals> kRestMean{-6.5, -0.2, -7.2, 0, 0, 0};
   static constexpr std::array<double, kSignals> kRunMean{-6.4, -0.2, -7.1, 0.03, 0.08, 0.06};
   static constexpr std::array<double, kSignals> kRunSpread{1.9, 2.1, 1.5, 0.1, 0.15, 0.2};
@@ -81,7 +81,7 @@ struct StudyCase {
     return {truth + random.gaussian(sigma), 0.1 * sigma, 0.8 * sigma, 30, 0.6 * sigma};
   }
 
-  // A line through the mean signal, known there to `sigma`; its slope to sigma over the signal's spread.
+  // A line through the mean signal, with the sigma `sigma` there; its slope has sigma over the signal's spread.
   static BiasScale line(Random& random, const Errors& e, std::size_t axis, double sigma, double attenuation = 0) {
     const double mean = kRunMean[axis], slope_sigma = sigma / kRunSpread[axis];
     const double at_mean = random.gaussian(sigma), slope = random.gaussian(slope_sigma) + attenuation;
@@ -116,7 +116,7 @@ struct StudyCase {
     return out;
   }
 
-  // How much worse than the truth a replay is that is fed this.
+  // How much worse than the truth a replay with these errors is.
   static double badness(Method method) {
     static const std::map<Method, double> kKnown{{Method::kNothing, 3},       {Method::kTruth, 1},
                                                  {Method::kInTheFilter, 1.3}, {Method::kMarkovSmoothed, 1.05},

@@ -1,5 +1,5 @@
 #pragma once
-/// A short log of a wild motion with every sensor, and options and start to filter it with.
+/// A short log of a wild motion with every sensor, and options and a start for its filter.
 
 #include "piste/solve/filter.h"
 #include "support/motion.h"
@@ -13,14 +13,14 @@ struct SyntheticRun {
   Start start;
 };
 
-/// All but those of several IMUs, of which this log has one.
+/// All blocks except those of several IMUs: this log has one IMU.
 inline std::vector<Block> all_blocks() {
   std::vector<Block> blocks;
   for (const BlockInfo& row : kWrittenBlocks) blocks.push_back(row.block);
   return blocks;
 }
 
-/// Two seconds of rest and then motion; fixes stand between the IMU samples, and every tenth one on a sample.
+/// Two seconds of standstill, then motion. Fixes are between the IMU samples, and every tenth one is on a sample.
 inline SyntheticRun synthetic_run(double duration, const std::vector<Block>& estimate, std::uint64_t seed = 1) {
   Random random(seed);
   WildMotion motion;

@@ -1,5 +1,5 @@
 #pragma once
-/// Small files for a test, in a folder of its own that goes with it, and the message of what is thrown.
+/// Small files for a test, in a folder that is removed with it, and the message of a thrown error.
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -47,7 +47,7 @@ inline std::string read_text(const std::filesystem::path& file) {
   return text.str();
 }
 
-/// The message of the E that f throws; a test failure where it throws nothing or something else.
+/// The message of the E that f throws. The test fails if f throws nothing or something else.
 template <class E, class F>
 std::string message_of(F&& f) {
   try {

@@ -1,12 +1,12 @@
 #pragma once
-/// How large a statistical test is: small on each change, large where somebody asks for it.
+/// The size of a statistical test: small on each change, large on request.
 
 #include <cstdlib>
 #include <string_view>
 
 namespace piste::test {
 
-/// Whether the environment says PISTE_THOROUGH=1, as scripts/nightly does.
+/// Whether the environment has PISTE_THOROUGH=1, as set by scripts/nightly.
 inline bool thorough() {
   const char* value = std::getenv("PISTE_THOROUGH");
   return value != nullptr && std::string_view(value) == "1";

@@ -1,5 +1,5 @@
 #pragma once
-/// A solution held against fixes that its run did not get, where there is no other truth.
+/// Compares a solution with fixes that were withheld from its run, if there is no other truth.
 
 #include <algorithm>
 #include <cmath>
@@ -14,8 +14,8 @@
 
 namespace piste::test {
 
-/// The windows of 15 s in which the recordist of the drive withholds GNSS, but for the first one, which holds the
-/// start, before anything is known. None without the recording.
+/// The windows of 15 s in which the recordist of the drive withholds GNSS. The first one is excluded, because it holds
+/// the start, before anything is known. None without the recording.
 inline std::vector<Interval> coast_windows() {
   std::vector<Interval> windows;
   std::ifstream file(datasets() / "drive" / "coast_windows.txt");
@@ -28,7 +28,7 @@ inline std::vector<Interval> coast_windows() {
   return windows;
 }
 
-/// Where the solution has the antenna, against a fix: north, east, down [m]. `lever_arm`: p_ba_b.
+/// Antenna position of the solution minus a fix: north, east, down [m]. `lever_arm`: p_ba_b.
 inline Vector3d antenna_error(const Table& solution, const GeodeticFix& fix, const Vector3d& lever_arm) {
   const auto value = [&](std::string_view column) { return at(solution, column, fix.time); };
   const World world(fix.position);
@@ -64,7 +64,7 @@ class SigmaCount {
   int within_ = 0, along_within_ = 0, fixes_ = 0;
 };
 
-/// Horizontal errors of the antenna in windows without fixes [m], a window each, and the part inside 3 sigma.
+/// Horizontal errors of the antenna in windows without fixes [m], one list a window, and the share inside 3 sigma.
 struct WindowErrors {
   std::vector<double> end, worst;
   SigmaCount count;

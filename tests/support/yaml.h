@@ -1,5 +1,5 @@
 #pragma once
-/// Reads what summary.json and truth.json hold.
+/// Reads summary.json and truth.json.
 
 #include <yaml-cpp/yaml.h>
 

@@ -21,13 +21,13 @@ struct AlignedPair {
   std::string folder;  ///< of its outputs, with a `/` at the end; empty if there is only one IMU
 };
 
-/// Reads and aligns one IMU after the other, and calls `take` with each. `progress` is told how many are done, first
-/// 0, and the number of all. Throws what reading and aligning throw.
+/// Reads and aligns one IMU after the other, and calls `take` with each. `progress` gets the number of IMUs done, first
+/// 0, and the number of all. Throws as reading and aligning do.
 void for_each_pair(const AlignConfig& config, const std::function<void(std::size_t, std::size_t)>& progress,
                    const std::function<void(const AlignedPair&)>& take);
 
-/// The errors of the IMU in the phases of the configuration, or in those that the signals show. Throws DataError with
-/// the name of the IMU's log.
+/// The errors of the IMU in the phases of the configuration, or else in the phases detected in the signals. Throws
+/// DataError with the name of the IMU's log.
 Findings findings_of(const AlignConfig& config, const AlignedPair& pair);
 
 }  // namespace piste

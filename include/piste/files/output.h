@@ -27,13 +27,13 @@ class OutputFile {
   std::ofstream file_;
 };
 
-/// The output folder of one run. Each file is first written as `.NAME.piste.partial`; `commit()` gives all of them
-/// their names. Without `commit()` nothing remains, not even the folder if this object made it.
+/// The output folder of one run. Each file is first written as `.NAME.piste.partial`; `commit()` gives all files their
+/// names. Without `commit()` nothing remains, not even the folder if this object made it.
 ///
 /// If the program is killed before `commit()`, the files of an earlier run are untouched, and the next run removes the
-/// partial files. If it is killed within `commit()`, all files are whole, but some may be those of the earlier run, and
-/// the file that was written last is missing. So where that file is there, all files are of one run. If the machine
-/// itself goes down, more may be lost: nothing is forced to the disk.
+/// partial files. If it is killed within `commit()`, all files are whole, but some may be of the earlier run, and the
+/// file that was written last is missing. So if that file exists, all files are of one run. If the machine itself
+/// fails, more may be lost: nothing is forced to the disk.
 class OutputFolder {
  public:
   /// Makes the folder. Throws ConfigError if that is not possible.
@@ -47,17 +47,18 @@ class OutputFolder {
   void write(const std::string& name, std::string_view content);
   /// The same for a file whose text comes piece by piece from `pieces`.
   void stream(const std::string& name, const std::function<void(const TextSink&)>& pieces);
-  /// Opens a partial file that is written as a run goes; it is whole after close(). Throws as write().
+  /// Opens a partial file that is written during a run; it is whole after close(). Throws as write().
   OutputFile open(const std::string& name);
-  /// Where a file of this run stands until commit() gives it its name.
+  /// Path of a file of this run until commit() gives it its name.
   std::filesystem::path partial(const std::string& name) const;
-  /// Names a file that an earlier run may have left and that this run does not write: `commit()` removes it.
+  /// Names a file that an earlier run may have left and this run does not write: `commit()` removes it.
   void withdraw(const std::string& name);
   /// Renames all partial files in the order in which they were written, and removes those that killed runs left.
   void commit();
 
-  /// Does for all folders of this program what their destructors would do, for one that is about to end. While the lock
-  /// lives, none of them can open a file, commit or be destroyed; one that commits is waited for.
+  /// Removes the partial files of all folders of this program, as their destructors would, before the program ends.
+  /// While the returned lock lives, no folder can open a file, commit or be destroyed. A commit in progress is waited
+  /// for.
   static std::unique_lock<std::mutex> abandon_all();
 
   const std::filesystem::path& folder() const { return folder_; }

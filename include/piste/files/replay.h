@@ -17,18 +17,19 @@ namespace piste {
 
 class TaskQueue;
 
-/// Writes the files of rows as a replay streams them (ReplayOptions::streams), with the bytes of write_solutions(): of
-/// the filter `filtered.csv` and `biases.csv`, of the smoother `smoothed.csv` and `biases_smoothed.csv`, and
-/// `attitude.csv` of the better of both. Another thread makes their text, unless `in_thread` is false.
+/// Writes the files of rows while a replay streams them (ReplayOptions::streams), with the same bytes as
+/// write_solutions(): of the filter `filtered.csv` and `biases.csv`, of the smoother `smoothed.csv` and
+/// `biases_smoothed.csv`, and `attitude.csv` of the better of both. Another thread makes their text, unless `in_thread`
+/// is false.
 class RowFiles {
  public:
   RowFiles(OutputFolder& output, const OutputRates& rates, SmootherKind smoother, bool in_thread = true);
   ~RowFiles();
-  /// What streams a replay into these files, which must outlive it, and its scratch into the output folder.
+  /// The streams from a replay into these files, which must outlive it, with its scratch in the output folder.
   RowStreams streams();
   /// Whether rows have come.
   bool begun() const { return !solutions_.front().files.empty(); }
-  /// Of all rows of the better solution, after finish().
+  /// The means over all rows of the better solution, after finish().
   const RowMeans& means() const { return means_; }
   /// Closes the files. Throws Error if one could not be written.
   void finish();
@@ -50,14 +51,14 @@ class RowFiles {
 };
 
 /// Writes `filtered.csv`, `biases.csv`, `innovations.csv`, `smoothed.csv`, `biases_smoothed.csv`, and `attitude.csv`
-/// from the smoothed solution, or else the filtered one; `adapted.csv` if the filter adapts. Without it, or without a
+/// from the smoothed solution, or else the filtered one; `adapted.csv` if the filter adapts. Without adaptation or a
 /// smoothed solution, such files of an earlier run are removed. The caller writes pages, then summary.json, and calls
-/// commit(). `progress` is told the fraction that is written. `rows`: what has written the files of rows already.
-/// Throws Error if a file cannot be written.
+/// commit(). `progress` gets the fraction that is written. `rows`: the object that has written the files of rows
+/// already. Throws Error if a file cannot be written.
 void write_solutions(OutputFolder& output, const Replay& run, const OutputRates& rates,
                      const std::function<void(double)>& progress = {}, RowFiles* rows = nullptr);
 
-/// A sentence with the entry by which the configuration of another replay uses `file`, the `attitude.csv` of a smoothed
+/// A sentence with the configuration entry by which another replay uses `file`, the `attitude.csv` of a smoothed
 /// solution, as a reference attitude.
 std::string attitude_entry(const std::filesystem::path& file, const Solution& smoothed);
 

@@ -14,7 +14,7 @@ struct StudyFile {
 };
 
 /// The tables. Values are corrections to add, in m/s² and °/s; a scale has the unit 1. A missing number is an empty
-/// field. `p_value` is that of one number by itself; `significant` is 1 if it is below 5 % after Holm's correction over
+/// field. `p_value` tests the number alone; `significant` is 1 if the p-value is below 5 % after Holm's correction over
 /// its table.
 ///
 ///     table_1, table_6, filter_bias   sensor,axis,unit,bias,std,standard_error,p_value,significant

@@ -11,12 +11,12 @@
 
 namespace piste {
 
-/// Times that the replay took [s].
+/// Run times of the replay [s].
 struct RunTimes {
   double cpu = 0, wall = 0;
 };
 
-/// What a summary says of all rows of a solution together. The rows may come in pieces.
+/// Means over all rows of a solution. The rows may come in pieces.
 class RowMeans {
  public:
   void add(const Solution& rows);
@@ -41,13 +41,13 @@ class RowMeans {
 ///   their errors. It is null if it is unknown, as without a smoother.
 ///  - `used` and `rejected`: numbers of fixes. A fix of which any part was rejected counts as rejected. `sources`
 ///   counts each part.
-///  - `verdict`: consistency/verdict.h. Of each source `nis`, `rejected` (a share), and what else is known; `nis` is
-///   null where there were too few fixes. `jumps` of the constants that went furthest from their priors, in prior
-///   sigmas.
+///  - `verdict`: consistency/verdict.h. Of each source `nis`, `rejected` (a share), and further members if they are
+///   known; `nis` is null if there were too few fixes. `jumps` of the constants with the largest deviations from their
+///   priors, in prior sigmas.
 ///
 /// Everything except `cpu_s` and `wall_s` is the same at every replay.
 ///
-/// `means`: of all rows, where `filtered` has a part of them only; null: it has them all.
+/// `means`: over all rows, if `filtered` has only a part of them; null: `filtered` has all rows.
 std::string summary_json(const Log& log, const Solution& filtered, const Solution* smoothed, const Verdict& verdict,
                          const RunTimes& times, const RowMeans* means = nullptr);
 

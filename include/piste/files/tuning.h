@@ -1,5 +1,5 @@
 #pragma once
-/// The files of `tune`: tune.json, and the configuration and sensor file with the noise that was found.
+/// The files of `tune`: tune.json, and the configuration and sensor file with the estimated noise.
 
 #include <string>
 
@@ -11,16 +11,16 @@ namespace piste {
 
 /// `tune.json`: under `noises`, each number by its name with `unit`, `value`, `interval` (95 %: [low, high]), `start`
 /// and `determined`; `log_likelihood` (`start`, `found`, `rows`, `filter_runs`); `coloured_gnss_error` (`gain`,
-/// `penalty`, `kept`) where it was tried; `at_rest` (noise as the samples at rest have it, and how many times as much
-/// there is in motion); and `nis`, the mean normalised innovation squared of each source in motion. What does not exist
-/// is null. Equal tunings give equal bytes.
+/// `penalty`, `kept`) if it was tested; `at_rest` (the noise of the stationary samples, and the ratio of the noise in
+/// motion to it); and `nis`, the mean normalised innovation squared of each source in motion. What does not exist is
+/// null. Equal tunings give equal bytes.
 std::string tune_json(const Tuning& tuning);
 
 /// The same as a table of text.
 std::string tuning_text(const Tuning& tuning);
 
-/// Writes `sensor.yaml`, `replay.yaml` and `tune.json`. `replay.yaml` builds on `config`'s file (`base:`), from which
-/// it takes all but sensor file, sigmas and correlation times.
+/// Writes `sensor.yaml`, `replay.yaml` and `tune.json`. `replay.yaml` builds on `config`'s file (`base:`) and overrides
+/// only sensor file, sigmas and correlation times.
 void write_tuning(OutputFolder& output, const ReplayConfig& config, const Tuning& tuning);
 
 }  // namespace piste

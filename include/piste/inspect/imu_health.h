@@ -1,5 +1,5 @@
 #pragma once
-/// Examines the log of an IMU by itself, without knowledge of its sensor: sampling, noise, clipping, rest, units.
+/// Examines the log of an IMU alone, without knowledge of its sensor: sampling, noise, clipping, rest, units.
 
 #include <array>
 #include <optional>
@@ -17,15 +17,15 @@ namespace piste {
 /// interval.
 struct TriadHealth {
   Vector3d smallest, largest;
-  Vector3d quantum;                      ///< smallest step between values of the log (not divided); 0: none found
-  Vector3d repeated;                     ///< share of the values that are those of the row before
+  Vector3d quantum;                      ///< smallest step between values of the log (not divided); 0: unknown
+  Vector3d repeated;                     ///< share of the values that repeat the row before
   Vector3d noise;                        ///< density of the white noise at rest [unit/√Hz]; NaN without rest
   Vector3d mean;                         ///< at rest; NaN without rest
   std::array<std::size_t, 3> clipped{};  ///< samples at a limit that is reached often and never exceeded
-  Vector3d limit = Vector3d::Zero();     ///< that limit; 0 if there is none
+  Vector3d limit = Vector3d::Zero();     ///< that limit; 0 if no sample is clipped
   std::size_t spikes = 0;                ///< samples that no motion of a body explains
   double first_spike = 0;                ///< time of the first of them
-  /// Isolated samples that the motion around does not explain either, and that conditioning mends.
+  /// Isolated samples that the motion around does not explain either. Conditioning interpolates them.
   std::size_t isolated = 0;
   double first_isolated = 0;  ///< time of the first of them
 };
@@ -35,8 +35,8 @@ struct ImuHealth {
   Sampling sampling;
   bool increments = false;
   TriadHealth gyro, accel;
-  std::vector<Interval> rest;  ///< times of at least 2 s without rotation and vibration
-  /// Median magnitude of the specific force, at rest if there is rest. Some 9.8 m/s² if the unit is right.
+  std::vector<Interval> rest;  ///< stationary times: at least 2 s without rotation and vibration
+  /// Median magnitude of the specific force, at rest if there is rest. About 9.8 m/s² if the unit is right.
   double force = 0;
   /// The fault and the factor of a wrong unit, if the magnitude of gravity shows one.
   struct WrongUnit {
@@ -46,7 +46,7 @@ struct ImuHealth {
   std::optional<WrongUnit> force_unit;
   /// Whether the forces contain gravity. Without it their magnitude is small at rest and large in motion.
   bool has_gravity = true;
-  bool fast_rates = false;       ///< whether rates are too fast for any body: they must be degrees
+  bool fast_rates = false;       ///< whether rates are too fast for any body in rad/s: the unit must be degrees
   std::vector<Interval> frozen;  ///< times in which all rows are identical
   std::size_t magnetic_rows = 0, temperature_rows = 0;
 };
@@ -54,7 +54,7 @@ struct ImuHealth {
 /// Examines a log. @pre rows are in the order of time, as read_imu gives them, and at least two
 ImuHealth imu_health(const ImuRecording& imu);
 
-/// What looks wrong with it. `faults`: the rows that could not be read.
+/// Lists the faults of the log. `faults`: the rows that could not be read.
 std::vector<Suspicion> suspicions(const ImuHealth& health, const RowFaults& faults, const std::string& file);
 
 }  // namespace piste

@@ -1,6 +1,6 @@
 #pragma once
-/// The result of an inspection: what is known of each log and of each pair of logs, what looks wrong, and a
-/// configuration that replays them.
+/// The result of an inspection: the properties of each log and of each pair of logs, their faults, and a configuration
+/// that replays them.
 
 #include <optional>
 #include <string>
@@ -17,47 +17,47 @@
 
 namespace piste {
 
-/// 1-sigma of each axis of a lever arm where one housing has IMU and antenna, as in a phone or a logger. [m]
+/// 1-sigma of each axis of a lever arm if IMU and antenna share a housing, as in a phone or a logger. [m]
 constexpr double kHousing = 0.15;
 
-/// What says that a receiver has a slow error: the motion; that it states more than the innovations show, which do not
-/// see what moves fixes and track together; or that rounding makes its heights stand still, which then have such an
-/// error alone.
+/// The evidence for a slow error of a receiver's positions. kMotion: the innovations. kClaim: the receiver states
+/// larger sigmas than the innovations show; innovations do not observe an error that moves fixes and track together.
+/// kRounding: rounding makes heights constant, so that only heights have such an error.
 enum class DriftBy { kMotion, kClaim, kRounding };
 
-/// What the filter itself tells of an IMU beside a receiver (experiment/calibration.h).
+/// What the filter estimates of an IMU with the fixes of a receiver (search/calibration.h).
 struct Calibration {
   Vector3d lever_arm, lever_arm_sigma;       ///< p_ba_b [m]
   double clock_offset = 0, clock_sigma = 0;  ///< of the IMU (ImuConditioning) [s]
-  double clock_drift = 0;                    ///< likewise, from its first row on; a ratio
-  double clock_drift_sigma = 0;              ///< 0: the log does not tell it
+  double clock_drift = 0;                    ///< of the IMU's clock, from its first row on; a ratio
+  double clock_drift_sigma = 0;              ///< 1-sigma of clock_drift; 0: the log does not determine it
   /// By how much the receiver's velocities come late against the IMU's clock with `clock_offset` [s]. The sigma does
-  /// not contain that of the clock; 0: they are taken as the log has them.
+  /// not contain the sigma of the clock. A sigma of 0: velocities are used with the times in the log.
   double velocity_delay = 0, velocity_delay_sigma = 0;
-  bool velocities_contradict = false;                 ///< the positions, and are not used
-  ImuSensor sensor;                                   ///< with the noise to be expected from the motion
-  SigmaScales sigma_scales = {};                      ///< of the receiver, likewise
+  bool velocities_contradict = false;                 ///< velocities contradict the positions and are not used
+  ImuSensor sensor;                                   ///< with the noise that is expected in motion
+  SigmaScales sigma_scales = {};                      ///< of the receiver, as expected in motion
   std::optional<PositionDrift> drift = std::nullopt;  ///< the slow error of its positions, if there is one
-  DriftBy drift_by = DriftBy::kMotion;                ///< what says so
-  std::size_t used = 0, rejected = 0;                 ///< GNSS innovations of the filter that told it
-  double likelihood = 0;                              ///< over the whole log: logarithm of that of a fix
-  double likelihood_of_positions = 0;                 ///< likewise, of a position
-  bool in_housing = false;                            ///< whether IMU and antenna are taken to be in one housing
+  DriftBy drift_by = DriftBy::kMotion;                ///< the evidence for `drift`
+  std::size_t used = 0, rejected = 0;                 ///< GNSS innovations of the filter that estimated this
+  double likelihood = 0;                              ///< log-likelihood per fix, over the whole log
+  double likelihood_of_positions = 0;                 ///< log-likelihood per position, over the whole log
+  bool in_housing = false;                            ///< whether IMU and antenna are assumed to share a housing
 
-  /// Whether the filter fits the logs: it rejected less than a tenth.
+  /// Whether the filter fits the logs: it rejected less than a tenth of the innovations.
   bool fits() const { return rejected < (used + rejected) / 10; }
-  /// Whether the motion tells the lever arm, so that it is better known than that an antenna is near by.
+  /// Whether the motion determines the lever arm better than the assumption that the antenna is near by.
   bool tells_arm() const {
     constexpr double kTellingSigma = 0.5;  // m
     return fits() && lever_arm_sigma.maxCoeff() < kTellingSigma;
   }
-  /// Why a configuration does not have the lever arm that was found, in a sentence; nothing if the motion tells it.
+  /// Why a configuration omits the estimated lever arm, in a sentence; empty if the motion determines the arm.
   std::string why_no_arm() const;
 };
 
 /// The clock of a phone or logger against GPS time, from the two times that its receiver's log gives for each fix: GPS
-/// time = t − offset − drift (t − since), where t is within `span`. The times since power-up are those of arrival, so
-/// the offset contains the least latency of the receiver, of several to hundreds of milliseconds.
+/// time = t − offset − drift (t − since), where t is within `span`. The times since power-up are times of arrival. So
+/// the offset contains the least latency of the receiver, from several to hundreds of milliseconds.
 struct ReceiverClock {
   double offset = 0, drift = 0, since = 0;
   double scatter = 0;  ///< 1-sigma of a pair about the line, without outliers [s]
@@ -65,39 +65,40 @@ struct ReceiverClock {
   double gps_time(double t) const { return t - offset - drift * (t - since); }
 };
 
-/// Fits that line to pairs of times: robustly, as single fixes are logged late. Nothing if there are fewer than ten.
+/// Fits that line to pairs of times, robustly, as single fixes are logged late. Nothing if there are fewer than ten
+/// pairs.
 std::optional<ReceiverClock> fit_clock(const std::vector<double>& logger, const std::vector<double>& gps);
 
-/// One file and all that is known of it.
+/// One file and its properties.
 struct InspectedLog {
   LogFile log;
   std::optional<LogGuess> guess;  ///< nothing if it is not a log of a known format
   RowFaults faults;
-  ImuRecording imu;  ///< of these three only that of the guessed kind is filled
+  ImuRecording imu;  ///< of `imu`, `gnss` and `attitude` only the guessed kind is filled
   GnssRecording gnss;
   AttitudeRecording attitude;
   std::optional<ImuHealth> imu_health;
   std::optional<GnssHealth> gnss_health;
   std::optional<Sampling> attitude_sampling;
-  std::optional<Calibration> calibration;  ///< of the first IMU beside a receiver, if the filter could run
-  /// Of a receiver whose log has two times: the clock of what logged it.
+  std::optional<Calibration> calibration;  ///< of the first IMU with this receiver, if the filter could run
+  /// Of a receiver whose log has two times: the clock of the logging device.
   std::optional<ReceiverClock> clock = {};
-  /// What a receiver states for all of its velocities, which are far better than that [m/s]; 0: nothing of that kind.
+  /// The one sigma that a receiver states for all of its velocities, if they are far better than that [m/s]; 0: none.
   double coarse_velocity_sigma = 0;
-  std::string left_out = {};  ///< why a configuration does not use it; empty: it does
+  std::string left_out = {};  ///< why a configuration does not use the log; empty: it does
 
   bool is(LogKind kind) const { return guess && guess->kind == kind; }
   /// What `repair` did, in words.
   std::string repaired() const;
 };
 
-/// The comparison of an IMU with a receiver, which are indices into Inspection::logs.
+/// The comparison of an IMU with a receiver. Both are indices into Inspection::logs.
 struct InspectedMatch {
   std::size_t imu, gnss;
   LogMatch match;
 };
 
-/// The comparison of the first IMU with an attitude log, which are indices into Inspection::logs.
+/// The comparison of the first IMU with an attitude log. Both are indices into Inspection::logs.
 struct InspectedAttitude {
   std::size_t imu, attitude;
   AttitudeMatch match;
@@ -112,7 +113,7 @@ struct Inspection {
 
   /// Index of the first log of a kind, or nothing.
   std::optional<std::size_t> first(LogKind kind) const;
-  /// The clock of the first IMU, if a receiver's log tells it: both then count since power-up.
+  /// The clock of the first IMU if a receiver's log states it: both logs then count time since power-up. Else null.
   const ReceiverClock* imu_clock() const;
   /// The match of the first IMU with the first receiver, or null.
   const LogMatch* first_match() const;
@@ -122,35 +123,36 @@ struct Inspection {
   const Calibration* calibration() const;
 };
 
-/// Sorts suspicions, the worst first, and removes repetitions. Those of one kind stay in their order.
+/// Sorts suspicions, the worst first, and removes repetitions. Suspicions of one kind stay in their order.
 void rank(std::vector<Suspicion>& suspicions);
 
-/// Guesses the errors of a sensor from its log at rest: the noise is measured; bias, drift and scale are those that
-/// sensors of such noise usually have; the range is that of clipped samples, if there are any.
+/// Guesses the errors of a sensor from its log at rest. The noise is measured. Bias, drift and scale are usual values
+/// for sensors of such noise. The range is the limit of clipped samples, if there are any.
 ImuSensor guess_sensor(const ImuHealth& health, const std::string& name);
 
-/// The sensor of the first IMU: with the noise that is likeliest in motion, or else with that at rest.
+/// The sensor of the first IMU: with the maximum-likelihood noise in motion, or else with the noise at rest.
 /// @pre there is an IMU
 ImuSensor guess_sensor(const Inspection& inspection);
 
 /// Guesses axes and clock of the first IMU from the motion; without motion, the axes from gravity.
 ImuConditioning guess_conditioning(const Inspection& inspection);
 
-/// The priors that a replay of the same logs is told after a calibration: loose, as it sees the same motion again.
+/// The priors for a replay of the same logs after a calibration. They are loose, because the replay uses the same
+/// motion again.
 Priors priors_after(const Calibration& found, Priors priors = {});
 
-/// Whether ready_config() has a receiver's velocities used.
+/// Whether ready_config() uses a receiver's velocities.
 bool uses_velocities(const InspectedLog& receiver);
 
 /// The `velocity_delay` [s] that ready_config() writes for a receiver; nothing where it writes none.
 std::optional<double> written_velocity_delay(const Inspection& inspection, const InspectedLog& receiver);
 
-/// Says of velocities that come late what ready_config() has of them, so that the advice and what is written are one.
+/// Makes the advice on late velocities agree with the `velocity_delay` that ready_config() writes.
 void advise_as_written(Inspection& inspection);
 
-/// The text of a configuration of `replay` for the first IMU and all receivers and attitudes that are not left out. Its
-/// paths are relative to `folder`, where it and the sensor file `sensor_file` will be. Nothing if there is no IMU or no
-/// receiver.
+/// The text of a configuration of `replay` for the first IMU and all receivers and attitude logs that are not left out.
+/// Its paths are relative to `folder`, which will hold it and the sensor file `sensor_file`. Nothing if there is no IMU
+/// or no receiver.
 std::optional<std::string> ready_config(const Inspection& inspection, const std::string& folder,
                                         const std::string& sensor_file);
 

@@ -1,16 +1,16 @@
 #pragma once
-/// What looks wrong in a log, and what to do about it.
+/// The faults of a log, and what to do about them.
 
 #include <string>
 #include <vector>
 
 namespace piste {
 
-/// Kinds of faults, the worst first: those that make a log mean something else, then those that spoil every result,
-/// then those that cost accuracy, then what one should know.
+/// Kinds of faults, the worst first: faults that make a log mean something else, faults that spoil every result, faults
+/// that cost accuracy, remarks.
 enum class LogFault {
-  kDoesNotHold,  ///< the configuration that was made of it, by its own verdict
-  // It is not what it claims to be.
+  kDoesNotHold,  ///< the generated configuration does not pass its own verdict
+  // The log is not what its labels say.
   kUnreadable,
   kEmpty,
   kSameLog,             ///< two files have the same recording
@@ -26,11 +26,11 @@ enum class LogFault {
   kAxesMirrored,        ///< of the whole IMU: two axes interchanged, or one reversed
   kGyroAxes,            ///< the gyroscopes' axes are not the accelerometers'
   kLatitudeLongitude,   ///< interchanged
-  kTrackMirrored,       ///< it turns the other way round than the gyroscopes
+  kTrackMirrored,       ///< the track turns the other way round than the gyroscopes
   kVelocityEastNorth,   ///< east-north for north-east
   kVelocityUp,          ///< up for down
   kVelocityUnit,        ///< km/h or knots
-  // Its time is not that of the others.
+  // Its time does not agree with the other logs.
   kNotSecondsOfWeek,  ///< seconds of the day, or since 1970
   kTimeBack,
   kNoOverlap,
@@ -56,22 +56,22 @@ enum class LogFault {
   kJitter,
   kVelocityDelay,        ///< of the velocities relative to the positions
   kVelocityContradicts,  ///< velocities put antenna or clock elsewhere than the positions do
-  kQuantised,            ///< values stand still, as they are rounded
-  kAntennaSways,         ///< it moves on the body, by a replay of the configuration that was made of it
+  kQuantised,            ///< values are constant because they are rounded
+  kAntennaSways,         ///< the antenna moves on the body, by a replay of the generated configuration
   // To know.
   kNoRest,
   kNoMotion,
-  kClockUntold,  ///< nothing tells how far the clocks of two logs are apart
+  kClockUntold,  ///< the logs do not determine the offset between their clocks
   kNoVelocity,
   kNoFix,
   kLeverArm,
-  kNotUsed,  ///< a log that piste knows and has no use for
+  kNotUsed,  ///< piste knows the log, but does not use it
 };
 
-/// Whether a fault makes a log mean something else or spoils every result. The others cost accuracy at most.
+/// Whether a fault makes a log mean something else or spoils every result. The other faults cost accuracy at most.
 constexpr bool is_severe(LogFault fault) { return fault < LogFault::kCoordinatesRounded; }
 
-/// One thing that looks wrong.
+/// One fault.
 struct Suspicion {
   LogFault fault;
   std::string file;

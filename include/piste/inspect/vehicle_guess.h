@@ -1,12 +1,12 @@
 #pragma once
-/// Whether a body moves as a car does, by its IMU and a receiver.
+/// Decides from an IMU and a receiver whether a body moves as a car does.
 ///
-/// A car stays level while it accelerates and turns: its IMU feels both accelerations of the track. Who leans into a
-/// turn, as skiers, cyclists and aircraft do, feels no force across it. With means over 2 s above 5 m/s
+/// A car stays level while it accelerates and turns: its IMU measures both accelerations of the track. Skiers, cyclists
+/// and aircraft lean into a turn: their IMU measures no lateral force. With means over 2 s above 5 m/s
 ///
 ///     f_b = forward · a_along + right · a_across + up
 ///
-/// is fitted by least squares: in a car both vectors have the length 1, stand upright on each other, and the body
+/// is fitted by least squares. In a car `forward` and `right` have the length 1 and are perpendicular, and the body
 /// turns about `up` as the track does.
 
 #include <string>
@@ -15,18 +15,18 @@
 
 namespace piste {
 
-/// What tells a car from other bodies. Without enough fast motion only `driving` is filled.
+/// What distinguishes a car from other bodies. Without enough fast motion only `driving` is filled.
 struct VehicleGuess {
   double driving = 0;                        ///< s faster than 5 m/s
-  double turned_left = 0, turned_right = 0;  ///< sums of the turns meanwhile [rad]
-  double force_along = 0, force_across = 0;  ///< parts of the accelerations of the track that the body feels
-  double handed = 0;  ///< triple product of the axes forward, right and down that were found: 1 for those of a body
-  double unlike = 0;  ///< rms of the force across less the acceleration across, relative to that
-  double slip = 0;    ///< median difference in turns of body and track over 2 s [rad]
+  double turned_left = 0, turned_right = 0;  ///< sums of the turns while driving [rad]
+  double force_along = 0, force_across = 0;  ///< fractions of the track's accelerations that the IMU measures
+  double handed = 0;  ///< triple product of the fitted axes forward, right and down: 1 for a body frame
+  double unlike = 0;  ///< rms of force across minus acceleration across, relative to the latter
+  double slip = 0;    ///< median difference between the turns of body and track over 2 s [rad]
 
-  /// Whether all of them are those of a car.
+  /// Whether all of these numbers fit a car.
   bool is_car() const;
-  /// Why it is one, in words.
+  /// Why the body is a car, in words.
   std::string why() const;
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-/// What align, study and allan write: the files and pages of each in its folder. The caller commits.
+/// Writes the files and pages of align, study and allan into an output folder. The caller commits.
 
 #include "piste/align/aligned_pair.h"
 #include "piste/files/output.h"

@@ -1,5 +1,5 @@
 #pragma once
-/// What inspect, simulate and montecarlo write: the files and pages of each in its folder. The caller commits.
+/// Writes the files and pages of inspect, simulate and montecarlo into an output folder. The caller commits.
 
 #include <cstdint>
 #include <string>
@@ -11,9 +11,9 @@
 
 namespace piste {
 
-/// `inspection.txt` and `inspection.html`; `replay.yaml` and `sensor.yaml`, if the logs suffice for a replay. That is
-/// run (the first hour): where its verdict does not hold, it is added to the suspicions of `found` as the first of
-/// them, and is the first comment of `replay.yaml`. Returns the text.
+/// `inspection.txt` and `inspection.html`; `replay.yaml` and `sensor.yaml`, if the logs suffice for a replay. The
+/// replay is run for the first hour. If its verdict is negative, the verdict becomes the first suspicion of `found` and
+/// the first comment of `replay.yaml`. Returns the text.
 std::string write_inspection(OutputFolder& output, Inspection& found);
 
 /// The logs of a simulated run, `truth.csv` (of further IMUs `truth_NAME.csv`) and `truth.json`, with `prefix`, such as

@@ -1,5 +1,5 @@
 #pragma once
-/// What replay writes: the files and pages of a run in its folder. The caller commits.
+/// Writes the files and pages of a replay into an output folder. The caller commits.
 
 #include <functional>
 #include <string>
@@ -16,8 +16,7 @@ namespace piste {
 std::string replay_page(const ReplayConfig& config, const Replay& run, const Verdict& verdict);
 
 /// All files of a replay (write_solutions()), `trajectory.kml`, `report.html`, and last `summary.json` with the times
-/// that `times()` tells then. `progress` is told the fraction that is written. `rows`: as of
-/// write_solutions().
+/// that `times()` then returns. `progress` gets the fraction that is written. `rows`: as in write_solutions().
 void write_replay(OutputFolder& output, const ReplayConfig& config, const Replay& run, const Verdict& verdict,
                   const std::function<RunTimes()>& times, const std::function<void(double)>& progress = {},
                   RowFiles* rows = nullptr);

@@ -26,9 +26,9 @@ namespace piste {
 
 /// Where the rows of a replay go as it runs, instead of into memory.
 struct RowStreams {
-  RowTaker filtered;  ///< takes those of the filter; without it no row is streamed
-  RowTaker smoothed;  ///< takes those of the smoother
-  /// The folder of files without a name, for what the smoother needs again: some kilobytes an epoch. Empty: memory.
+  RowTaker filtered;  ///< takes the rows of the filter; without it no row is streamed
+  RowTaker smoothed;  ///< takes the rows of the smoother
+  /// Folder of unnamed files with the data that the smoother needs again: some kilobytes an epoch. Empty: memory.
   std::filesystem::path scratch;
 };
 
@@ -36,53 +36,53 @@ struct RowStreams {
 struct ReplayOptions {
   ConditioningOptions conditioning = {};
   /// Options of the filter, with receivers and reference attitudes in the order of the recording. Of the drift of a
-  /// reference attitude only the correlation time is used here: its sigma and the white part are computed from the
+  /// reference attitude only the correlation time is used: its sigma and the white part are computed from the
   /// recording.
   FilterOptions filter = {};
-  InitialHeading heading = {};                               ///< where the heading at the start comes from
-  std::optional<Start> start = std::nullopt;                 ///< a known start; without it the start is found
+  InitialHeading heading = {};                ///< the source of the initial heading
+  std::optional<Start> start = std::nullopt;  ///< a known start; without it, find_start() estimates the start
   double longest = std::numeric_limits<double>::infinity();  ///< s after the start at which the replay ends
   SmootherKind smoother = SmootherKind::kRts;
-  BatchSolver batch = {};  ///< what smooths with SmootherKind::kBatch: batch_solver() of piste::batch
-  /// How often a smoothed run is linearised anew about itself. Once is as good as the true rates for scales, and brings
-  /// an outage of a minute into its sigmas.
+  BatchSolver batch = {};  ///< the solver of SmootherKind::kBatch: batch_solver() of piste::batch
+  /// How often a smoothed run is linearised again about its own smoothed trajectory. One pass is as accurate for scales
+  /// as the true rates, and includes an outage of a minute in the sigmas.
   int relinearisations = 1;
-  /// Whether the histories of the filtered runs are kept, for smooth_rows().
+  /// Whether to keep the histories of the filtered runs, for smooth_rows().
   bool history = true;
-  /// Where rows go that need not stand in memory. Not used with a batch.
+  /// Receivers of rows that need not stay in memory. Not used with a batch.
   RowStreams streams = {};
 };
-/// Of a solution whose rows were streamed are left the last row and every n-th, so many at most: as many as a page can
-/// show, and some. What is left has no history.
+/// A solution whose rows were streamed keeps every n-th row and the last one, at most so many rows: more than a page
+/// can show. It has no history.
 inline constexpr std::size_t kKeptRows = 40000;
 
 /// The result of a replay: the input of the filter and its output.
 struct Replay {
-  Log log;                    ///< conditioned, with its rests
+  Log log;                    ///< conditioned, with its stationary intervals
   FilterOptions options;      ///< of the filter, with the measured errors of the reference attitudes
-  FoundStart found;           ///< the start, and how it was found
-  LookedBack beginning = {};  ///< what is known of the time until `found.aligned`
-  /// What the smoother goes back over, if there is one: the run filtered about its own smoothed trajectory.
+  FoundStart found;           ///< the start, and how it was estimated
+  LookedBack beginning = {};  ///< the initial stretch, until `found.aligned`, as back-smoothing has it
+  /// The run that the smoother processes, if there is one: filtered about its own smoothed trajectory.
   std::optional<FilterRun> relinearised = std::nullopt;
-  FilterRun filtered;                ///< with its history smooth_rows() can give the whole covariance of any row
+  FilterRun filtered;                ///< with its history, smooth_rows() gives the whole covariance of any row
   std::optional<Solution> smoothed;  ///< if asked for; with the correlation time of its attitude's errors
-  /// Of the smoothed track where its rows were streamed, for judge(); otherwise empty.
+  /// Residuals of the smoothed track for judge(), if its rows were streamed; otherwise empty.
   std::vector<double> residuals = {};
 
-  /// The run that a smoother goes back over.
+  /// The run that a smoother processes.
   const FilterRun& smoothable() const { return relinearised ? *relinearised : filtered; }
   /// The smoothed solution, or the filtered one if there is none.
   const Solution& solution() const { return smoothed ? *smoothed : filtered.solution; }
 };
 
-/// Called now and then with the stage, "filter", "relinearising", "smoother" or "batch", the number of epochs that are
-/// done, and that of all; first with 0 epochs done.
+/// Called now and then with the stage ("filter", "relinearising", "smoother" or "batch"), the number of epochs done,
+/// and the number of all epochs. The first call of a stage has 0 epochs done.
 using ReplayProgress = std::function<void(std::string_view stage, std::size_t done, std::size_t all)>;
 
 /// The options in a configuration.
 ReplayOptions replay_options(const ReplayConfig& config);
 
-/// Reads the logs of the configuration and replays them. `batch`: what smooths a run whose configuration asks for a
+/// Reads the logs of the configuration and replays them. `batch`: the solver of a run whose configuration asks for a
 /// batch. Throws as read_recording() and the functions below.
 Replay replay(const ReplayConfig& config, const ReplayProgress& progress = {}, const BatchSolver& batch = {},
               const RowStreams& streams = {});
@@ -92,7 +92,7 @@ Replay replay(const ReplayConfig& config, const ReplayProgress& progress = {}, c
 /// `batch`.
 Replay replay(const Recording& recording, const ReplayOptions& options, const ReplayProgress& progress = {});
 
-/// Replays a log that is conditioned already. @pre `options.filter` is what with_attitude_sigmas() returns.
+/// Replays a log that is conditioned already. @pre `options.filter` is the result of with_attitude_sigmas().
 /// `options.conditioning` is not used. Throws as above.
 Replay replay(Log log, const ReplayOptions& options, const ReplayProgress& progress = {});
 

@@ -16,7 +16,7 @@ namespace piste {
 struct AlignmentPicture {
   std::string title, version, config_text;
   const Alignment* alignment = nullptr;
-  const AlignedImus* aligned = nullptr;          ///< by bring_together, not filtered
+  const AlignedImus* aligned = nullptr;          ///< from bring_together(), not filtered
   const std::vector<ImuSample>* body = nullptr;  ///< the input of align, each on its own clock
   const std::vector<ImuSample>* reference = nullptr;
   double low_pass = 0;  ///< cut-off of both signals [Hz]; 0 = none
@@ -26,7 +26,7 @@ struct AlignmentPicture {
 /// Norms of the rates before the alignment, each on its own clock, and after it: the whole log, and some seconds of the
 /// fastest motion.
 std::vector<Figure> clock_figures(const AlignmentPicture& picture);
-/// Correlation of the norms over the offset: all offsets, and those near the peak.
+/// Correlation of the norms over the offset: all offsets, and the offsets near the peak.
 std::vector<Figure> correlation_figures(const AlignmentPicture& picture);
 /// Each axis of rate and force over the seconds of the fastest motion: body IMU, reference, and their difference.
 std::vector<Figure> signal_figures(const AlignmentPicture& picture);
@@ -36,7 +36,7 @@ std::vector<Figure> spectrum_figures(const AlignmentPicture& picture);
 /// there are no stretches.
 std::vector<Figure> drift_figures(const AlignmentPicture& picture);
 
-/// All of them, in that order.
+/// All figures, in that order.
 std::vector<Figure> alignment_figures(const AlignmentPicture& picture);
 
 }  // namespace piste

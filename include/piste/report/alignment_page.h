@@ -7,8 +7,8 @@
 
 namespace piste {
 
-/// A self-contained HTML file without network or JavaScript: the parameters with their sigmas, what the motion did not
-/// determine, all figures, how to read them, and the text of the configuration.
+/// A self-contained HTML file without network or JavaScript: the parameters with their sigmas, the parameters that the
+/// motion did not determine, all figures, how to read them, and the text of the configuration.
 std::string alignment_html(const AlignmentPicture& picture);
 
 }  // namespace piste

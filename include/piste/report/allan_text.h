@@ -1,5 +1,5 @@
 #pragma once
-/// What `allan` found, for a terminal.
+/// The results of `allan` for a terminal.
 
 #include <string>
 

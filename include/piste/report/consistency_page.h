@@ -1,5 +1,5 @@
 #pragma once
-/// The page of an ensemble, which shows whether the sigmas are true.
+/// The page of an ensemble, which shows whether the sigmas are consistent with the errors.
 
 #include <string>
 

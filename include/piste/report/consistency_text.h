@@ -7,8 +7,8 @@
 
 namespace piste {
 
-/// The verdict; then, of the time under way, NEES by group, RMSE / bound of position, velocity and attitude, and NIS by
-/// source. A * marks a value outside its band.
+/// The verdict; then, for the time under way, NEES by group, RMSE / bound of position, velocity and attitude, and NIS
+/// by source. A * marks a value outside its band.
 std::string consistency_text(const ConsistencyReport& report);
 
 }  // namespace piste

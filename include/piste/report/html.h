@@ -14,7 +14,7 @@ namespace piste {
 struct ReplayReport {
   std::string title;
   std::string version;                 ///< of the program
-  std::string config_text;             ///< shown as it is
+  std::string config_text;             ///< shown unchanged
   const Log* log = nullptr;            ///< @pre not null
   const Solution* filtered = nullptr;  ///< @pre not null
   const Solution* smoothed = nullptr;  ///< null if there is none

@@ -8,7 +8,7 @@
 
 namespace piste {
 
-/// A self-contained HTML file without network: what looks wrong, the worst first; facts and pictures of every log and
+/// A self-contained HTML file without network: the suspicions, the worst first; facts and pictures of every log and
 /// every match; the configuration for a replay.
 std::string inspection_page(const Inspection& inspection, const std::optional<std::string>& config,
                             const std::string& version);

@@ -21,7 +21,7 @@ struct InspectionSheet {
 /// A sheet for every log in their order, then for every match.
 std::vector<InspectionSheet> inspection_sheets(const Inspection& inspection);
 
-/// All sheets, the configuration for a replay, and the list of what looks wrong, the worst first.
+/// All sheets, the configuration for a replay, and the suspicions, the worst first.
 std::string inspection_text(const Inspection& inspection, const std::optional<std::string>& config);
 
 }  // namespace piste

@@ -1,6 +1,6 @@
 #pragma once
 /// The printed tables of a published campaign, from a file such as config/articles/bonnaz_2008.yaml. `study` shows them
-/// beside those of a user's campaign.
+/// next to the tables of a user's campaign.
 ///
 /// Values are corrections to add, true = (1 + scale') measured + bias', in m/s² and °/s; axes are fx fy fz wx wy wz.
 
@@ -27,7 +27,7 @@ using PrintedRow = std::array<Printed, kSignals>;
 
 struct PrintedTable {
   std::string name;                 ///< such as "Table 1"
-  std::vector<PrintedRow> sensors;  ///< one for each sensor; NaN if the table does not have it
+  std::vector<PrintedRow> sensors;  ///< one for each sensor; NaN if the table does not have the sensor
 
   /// Whether the table has no number at all.
   bool empty() const;
@@ -36,9 +36,9 @@ struct PrintedTable {
 /// The tables of a campaign: means and standard deviations over its runs.
 struct CampaignTables {
   PrintedTable rest;                     ///< bias at rest before the start
-  PrintedTable before, after;            ///< the same, over the runs that have a rest before and one after
-  PrintedTable joint_bias, joint_scale;  ///< both estimated together in the run
-  PrintedTable correlation;              ///< of these two
+  PrintedTable before, after;            ///< bias at rest, over the runs that have a rest before and one after
+  PrintedTable joint_bias, joint_scale;  ///< estimated jointly in the run
+  PrintedTable correlation;              ///< correlation of joint_bias and joint_scale
   PrintedTable bias_only;                ///< bias alone in the run
 };
 
@@ -53,7 +53,7 @@ struct ArticleRemarks {
 /// A published campaign.
 struct Article {
   std::string title;                 ///< author, title, journal
-  std::optional<std::size_t> runs;   ///< number of runs of which its numbers are means, if it says so
+  std::optional<std::size_t> runs;   ///< number of runs that its numbers average, if stated
   std::vector<std::string> sensors;  ///< their names
   CampaignTables tables;             ///< in the order of `sensors`
   ArticleRemarks remarks;
@@ -76,7 +76,7 @@ struct Article {
 /// Throws ConfigError `FILE:LINE: …`.
 Article read_article(const std::filesystem::path& file);
 
-/// An article, and which of its sensors are compared with those of a campaign.
+/// An article, and which of its sensors correspond to sensors of a campaign.
 struct ArticleBeside {
   Article article;
   std::map<std::string, std::size_t> counterparts;  ///< index in Article::sensors, by the campaign's name

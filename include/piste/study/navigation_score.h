@@ -1,5 +1,5 @@
 #pragma once
-/// Measures how well an IMU navigates if its errors are taken to be those that a method found.
+/// Measures how well an IMU navigates with the errors that a method estimated.
 
 #include <cstddef>
 #include <optional>
@@ -13,8 +13,8 @@
 
 namespace piste {
 
-/// Outages of `length` seconds. The first begins `first` seconds after the start of the run, and then one every `every`
-/// seconds, as long as they end within the run.
+/// Outages of `length` seconds. The first begins `first` seconds after the start of the run, the others follow every
+/// `every` seconds. All end within the run.
 struct OutagePlan {
   double first = 10, length = 10, every = 20;
 };
@@ -24,12 +24,12 @@ std::vector<Interval> outages(const OutagePlan& plan, const Interval& run);
 /// One run of one IMU, with the reference track to compare with. All methods are tested on it by the same replay.
 ///
 /// The replay begins at the start of the run with the reference's attitude, velocity and position, with sigmas of 0.1
-/// deg, 5 cm/s and 5 cm. It is filtered, not smoothed. The errors that a method found are subtracted from the IMU's
-/// samples, and no error of the IMU is estimated, so that the navigation shows the errors that are left.
+/// deg, 5 cm/s and 5 cm. It is filtered, not smoothed. The errors that a method estimated are subtracted from the IMU's
+/// samples, and no error of the IMU is estimated. So the navigation shows the residual errors.
 class Course {
  public:
   /// `log` has its own world, and `options` the sensor and the receivers. A reference attitude is not used. The replay
-  /// covers the part of the run that the track covers. Throws DataError if there is none.
+  /// covers the part of the run that the track covers. Throws DataError if this part is empty.
   Course(const Log& log, FilterOptions options, const Interval& run, const ReferenceTrack& track, BodyMounting body,
          const OutagePlan& plan = {});
 
@@ -37,7 +37,7 @@ class Course {
   std::size_t windows() const { return outages_.size(); }
 
   /// The score with `errors` subtracted. Without `errors`, the replay estimates bias, drift and scale itself, from the
-  /// sensor's sigmas. The RMSE are over all epochs of a replay with all GNSS; the drift is that of a second replay with
+  /// sensor's sigmas. The RMSE are over all epochs of a replay with all GNSS; the drift comes from a second replay with
   /// outages. Throws DataError if the filter fails.
   NavigationScore score(Method method, const std::optional<KnownErrors>& errors) const;
 

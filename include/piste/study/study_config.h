@@ -14,7 +14,7 @@
 
 namespace piste {
 
-/// One run: a reference IMU, the receiver beside it, and the IMUs that are studied, all on one plate.
+/// One run: a reference IMU, its receiver, and the IMUs that are studied, all on one plate.
 struct RunConfig {
   std::string name, activity;
   MountedImu reference;
@@ -23,7 +23,7 @@ struct RunConfig {
     GnssOptions options;  ///< the lever arm is from r to the antenna, in r
   };
   std::optional<Receiver> gnss;
-  std::optional<Phases> phases;  ///< nothing: found from the signals
+  std::optional<Phases> phases;  ///< nothing: detected in the signals
   std::vector<MountedImu> mems;
   std::optional<std::filesystem::path> truth;  ///< the simulator's truth.json
 };
@@ -44,9 +44,9 @@ struct StudyConfig {
 ///  - `article`, optional: the file of an article (article.h) to compare with, and `article_sensors`, which maps
 ///   names of the campaign's sensors to names of the article's.
 ///
-/// The `clock` of an IMU is not used, since the study finds it; that of the reference leads to GPS time. It is not
-/// checked whether the data files are there: a campaign with a missing log is studied without it. Throws ConfigError
-/// `FILE:LINE: …`.
+/// The `clock` of a studied IMU is not used, because the study estimates it; the reference's `clock` leads to GPS time.
+/// Missing data files are no error here: a campaign is studied without a missing log.
+/// Throws ConfigError `FILE:LINE: …`.
 StudyConfig read_study_config(const std::filesystem::path& file);
 StudyConfig read_study_config(const Config& config);
 

@@ -1,6 +1,6 @@
 #pragma once
-/// The result of a study, as values only. experiment/study.h computes them, study_tables.h and ranking.h summarise
-/// them, files/ and report/ show them.
+/// The result of a study, as values only. study/study.h computes them, study_tables.h and ranking.h summarise them,
+/// files/ and report/ show them.
 ///
 /// Here, as in the whole library, an error is what the sensor adds: measured = (1 + scale) true + bias. Tables, files
 /// and pictures of a study show corrections to add: true = (1 + scale') measured + bias'. `shown` converts.
@@ -116,7 +116,8 @@ constexpr const MethodInfo& info(Method method) { return kMethods[static_cast<st
 struct AxisEstimate {
   std::optional<Term> bias_alone;  ///< of a method without scale: bias + scale · mean signal
   std::optional<BiasScale> line;
-  /// The true values that this method should find. For a method without scale, bias + scale · mean signal.
+  /// The true values of the quantities that this method estimates. For a method without scale, bias + scale · mean
+  /// signal.
   std::optional<double> true_bias, true_scale;
 
   bool empty() const { return !bias_alone && !line; }
@@ -148,21 +149,21 @@ struct SignalPicture {
   std::array<std::vector<double>, kSignals> measured, reference;
 };
 
-/// The name under which files and pages show all IMUs of a run that are taken as one.
+/// The name of a run's fused IMU in files and on pages.
 inline constexpr std::string_view kAsOne = "all as one";
 
-/// The results for one IMU in one run, or for all of them as one.
+/// The results for one IMU in one run, or for all IMUs of a run fused into one.
 struct SensorRun {
   std::size_t run = 0, sensor = 0;  ///< indices in Study::runs and Study::sensors
-  std::vector<std::string> units;   ///< the IMUs that are taken as one; empty for a single one
-  std::string failure;              ///< why there is nothing more; empty if all went well
+  std::vector<std::string> units;   ///< the IMUs that are fused; empty for a single one
+  std::string failure;              ///< why there are no further results; empty if all went well
   std::vector<std::string> warnings;
   double clock_offset = 0, clock_drift = 0;                                   ///< [s], ratio
   Vector3d boresight = Vector3d::Zero(), sigma_boresight = Vector3d::Zero();  ///< roll, pitch, heading of R_rb
   Vector3d lever_arm = Vector3d::Zero();                                      ///< r → b, in r
   std::optional<Findings> findings;
   std::vector<MethodEstimate> estimates;  ///< in the order of kMethods; only methods with an estimate
-  std::vector<NavigationScore> scores;    ///< likewise
+  std::vector<NavigationScore> scores;    ///< in the order of kMethods; only methods with a score
   std::vector<TimingEffect> timing;
   std::optional<SignalPicture> picture;  ///< only of the first IMU in a run that has one
 
@@ -190,19 +191,20 @@ struct Study {
   std::vector<StudyRun> runs;
   std::vector<SensorRun> results;        ///< run by run, in the order of the campaign
   std::optional<ArticleBeside> article;  ///< the article that the campaign names
-  /// All IMUs of a run as one, for each run that has several. They are no sensor of the campaign, and so neither in
-  /// `results` nor in what is computed from it: what they tell, the single IMUs have told already.
+  /// The fused IMU of each run that has several IMUs. It is no sensor of the campaign, so neither `results` nor the
+  /// statistics of `results` include it: it adds no information to that of the single IMUs.
   std::vector<SensorRun> as_one = {};
 };
 
-/// The same campaign as if all IMUs as one were its only sensor, so that the tables of a study can be made of them.
+/// The same campaign as if the fused IMU were its only sensor, to compute its tables.
 Study of_all_as_one(const Study& study);
 
 /// Which of the two numbers of an axis.
 enum class StudyQuantity { kBias, kScale };
 
 /// Bias or scale as a correction to add, and its true value in the same form: −bias / (1 + scale) in the unit of files
-/// (−bias for a method without scale), and −scale / (1 + scale). Nothing if the method does not give it.
+/// (−bias for a method without scale), and −scale / (1 + scale). Nothing if the method does not estimate it. Example: a
+/// bias of 0.02 m/s² and a scale of 0.01 are shown as −0.0198 m/s² and −0.0099.
 std::optional<Term> shown(const AxisEstimate& estimate, StudyQuantity quantity, int axis);
 std::optional<double> shown_truth(const AxisEstimate& estimate, StudyQuantity quantity, int axis);
 

@@ -3,8 +3,8 @@
 ///
 /// There are three sigmas. The formal one is right if noise is white. The error within a run allows for coloured noise,
 /// and for errors of reference and alignment. The spread between runs contains all that changes from run to run, which
-/// is most of the uncertainty. A number is significant if the mean over the runs is significant against their spread,
-/// by Student's t with Holm's correction over all numbers of a table: the probability of even one false finding is then
+/// is most of the uncertainty. A number is significant if its mean over the runs is significant against their spread,
+/// by Student's t with Holm's correction over all numbers of a table. The probability of even one false finding is then
 /// 5 %.
 
 #include <cstddef>
@@ -23,9 +23,9 @@ struct Across {
   std::size_t runs = 0;
   double mean = 0;
   double std = 0;             ///< between runs; NaN if there is one run
-  double standard_error = 0;  ///< of the mean: std / √runs; for one run its own total
+  double standard_error = 0;  ///< of the mean: std / √runs; for one run its total error
   double p_value = 1;  ///< of a mean of zero, by Student's t with runs − 1 degrees of freedom; for one run its own
-  double p_holm = 1;   ///< the same after Holm's correction over its table
+  double p_holm = 1;   ///< p_value after Holm's correction over its table
   bool significant = false;  ///< p_holm < kSignificance
   double formal = 0;         ///< rms of the formal sigmas of the runs
   double within = 0;         ///< rms of the total errors within the runs
@@ -55,8 +55,8 @@ std::vector<BeforeAfterRow> before_after(const Study& study);
 
 /// Table 5: the formal correlation of bias and scale; it is the same for corrections to add. `correlation` is the mean
 /// magnitude over the runs, with the sign of the mean. `lowest` and `highest` are over the runs. `inflation` is the
-/// factor 1 / (1 − correlation²) of either variance. For kJointReverse the correlation is −mean / rms of the
-/// reference's signal, so it depends on the motion alone.
+/// factor 1 / (1 − correlation²) of either variance: 5.3 for a correlation of 0.9. For kJointReverse the correlation is
+/// −mean / rms of the reference's signal, so it depends on the motion alone.
 struct CorrelationRow {
   std::size_t sensor = 0;
   int axis = 0;
@@ -64,8 +64,8 @@ struct CorrelationRow {
 };
 std::vector<CorrelationRow> correlations(const Study& study, Method method = Method::kJointReverse);
 
-/// The difference a − b of two methods, over the runs that have both. If b is Method::kTruth, it is the true value that
-/// a should find. Sigmas within a run are as if both were independent.
+/// The difference a − b of two methods, over the runs that have both. If b is Method::kTruth, b is the true value of
+/// the quantity that a estimates. Sigmas within a run treat both as independent.
 struct Comparison {
   std::size_t sensor = 0;
   int axis = 0;
@@ -95,14 +95,14 @@ struct ImuCompared {
   std::size_t runs = 0;
   double position_rmse = 0, velocity_rmse = 0, attitude_rmse = 0;  ///< [m], [m/s], [rad]
   double outage_drift = 0;                                         ///< [m]; NaN if there was no outage
-  /// Of all as one: attitude error and drift over the mean of those of the single IMUs in the same runs. Else NaN.
+  /// Of the fused IMU: attitude error and drift divided by the mean of the single IMUs in the same runs. Else NaN.
   double attitude_over_single = 0, drift_over_single = 0;
 };
-/// The IMUs beside one another, in the order of the study, and last all as one, if they were replayed.
+/// The IMUs compared with one another, in the order of the study, and last the fused IMU, if it was replayed.
 std::vector<ImuCompared> imus_compared(const Study& study);
 
-/// Effect of a timing error: the change of the correction scale' against no delay. It is averaged over the sensors of
-/// each run, and then over the runs.
+/// Effect of a timing error: the change of the correction scale' relative to no delay. It is averaged over the sensors
+/// of each run, and then over the runs.
 struct TimingRow {
   double delay = 0;  ///< s
   std::array<double, kSignals> forward{}, reverse{}, forward_error{},

@@ -11,9 +11,9 @@
 
 namespace piste {
 
-/// The trials of one scenario: trial i has the scenario's seed plus i. The sums do not depend on the number of parallel
-/// trials, on whether the ensemble was stopped and continued, nor on the parts in which it was made. `batch`: as for
-/// run_trial().
+/// The trials of one scenario: trial i has the scenario's seed plus i. The sums depend neither on the number of
+/// parallel trials, nor on whether the ensemble was stopped and continued, nor on its division into parts. `batch`: as
+/// for run_trial().
 class Ensemble {
  public:
   /// `first`: the number of the first trial, if this is a later part of an ensemble.
@@ -30,13 +30,13 @@ class Ensemble {
   std::size_t first() const { return sums_.first(); }
   std::size_t size() const { return sums_.size(); }
 
-  /// Saves the trials so far as bytes; `resume` continues from them. It does so only if they begin with the same trial,
-  /// and that still gives the same bytes, so that no change of scenario, sensor files or program goes unnoticed.
-  /// Returns whether it did.
+  /// Saves the trials so far as bytes; `resume` continues from them. It does so only if the bytes begin with the same
+  /// trial, and this trial, run again, still gives the same bytes. So no change of scenario, sensor files or program
+  /// goes unnoticed. Returns whether it continued.
   std::string save() const;
   bool resume(std::string_view bytes);
 
-  /// Adds the trials that follow, from the bytes that another part saved. They are not made again. Throws DataError if
+  /// Adds the following trials from the bytes that another part saved, without running them again. Throws DataError if
   /// they are of another scenario file or version, or do not follow.
   void append(std::string_view bytes);
 

@@ -10,12 +10,12 @@ namespace piste {
 /// The epochs at which the errors of a scenario's runs are evaluated.
 EpochGrid epoch_grid(const Scenario& scenario);
 
-/// Simulates a run with the seed and replays it (experiment/replay.h) as the scenario's `replay` says. The start is
-/// drawn about the truth, or found. The bound is the covariance of the same filter and smoother with perfect sensors
-/// and the true start: they are then linearised at the truth, and all else is the same (times of the fixes, rests,
-/// clipped samples, noise of the sensors, white part of the reference attitudes). If the heading is unknown, it is
-/// unknown to the bound too. `batch`: what solves the run of a scenario that asks for a batch. Throws DataError if the
-/// start is not found, ConfigError if there must be a `batch` and is none.
+/// Simulates a run with the seed and replays it (replay/replay.h) as the scenario's `replay` states. The start is drawn
+/// about the truth, or estimated. The bound is the covariance of the same filter and smoother with perfect sensors and
+/// the true start. So they are linearised at the truth, and all else is the same (times of the fixes, stationary times,
+/// clipped samples, noise of the sensors, white part of the reference attitudes). If the heading is unknown to the
+/// replay, it is unknown to the bound too. `batch`: the solver for a scenario that asks for a batch. Throws DataError
+/// if the start is not found, ConfigError if a batch is needed and missing.
 ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed, const BatchSolver& batch = {});
 
 }  // namespace piste
