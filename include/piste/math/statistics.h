@@ -25,7 +25,7 @@ double standard_deviation(std::span<const double> values);
 /// Standard error of the mean: the standard deviation over √n. NaN if there is only one value.
 double standard_error(std::span<const double> values);
 
-/// Mean product of the values and those `lag` before them, both less `centre`: Σ (x_i − c)(x_{i−lag} − c) / n.
+/// Mean product of each value and the value `lag` before it, both less `centre`: Σ (x_i − c)(x_{i−lag} − c) / n.
 /// @pre not empty
 double autocovariance(std::span<const double> values, std::size_t lag, double centre);
 
@@ -51,7 +51,7 @@ inline constexpr double kSigmaOverMedian = 1.4826;
 
 /// x with P(χ²_dof ≤ x) = probability, 0 < probability < 1, dof > 0.
 double chi_squared_quantile(double probability, double dof);
-/// P(χ²_dof > x), the p-value of a sum of squares; 1 where there is no freedom, or x is not above 0.
+/// P(χ²_dof > x), the p-value of a sum of squares; 1 if there is no degree of freedom, or x is not above 0.
 double chi_squared_above(double x, double dof);
 
 /// x with P(z ≤ x) = probability for a standard normal z.

@@ -2,7 +2,7 @@
 /// How the error of an estimate, and its covariance, change over one IMU step.
 ///
 /// The error is that of estimate.h, in w. With e_g = δbias + δdrift + diag(ω) δscale of the gyroscopes, and e_a
-/// likewise of the accelerometers (what scales of several IMUs add, UnitScales says):
+/// likewise of the accelerometers (for the scales of several IMUs see UnitScales):
 ///
 ///     θ' = −[ω_ie] θ − R (1+s)⁻¹ e_g
 ///     ν' = [g] θ + [v][ω_ie] θ − 2[ω_ie] ν + Γ ρ − R (1+s)⁻¹ e_a − [v] R (1+s)⁻¹ e_g
@@ -26,9 +26,9 @@ struct StepNoise {
   Vector3d gyro, accel;
 };
 
-/// What the equations above take over one step: values in its middle, from which its transition follows.
+/// The quantities in the equations above, at the middle of one step: its transition follows from them.
 struct ErrorStep {
-  double dt = 0;  ///< 0: no step, but mend_rate()
+  double dt = 0;  ///< 0: not a step, but mend_rate()
   Quaterniond q_wb = Quaterniond::Identity();
   Vector3d v_wb, rate, force;        ///< v̂; ω and f as the scale errors multiply them
   Vector3d gyro_scale, accel_scale;  ///< s
@@ -67,11 +67,11 @@ Transition linearize(const Estimate& x, const Estimate& end, const ImuStep& corr
 /// mend_rate().
 Transition linearize(const ErrorStep& step, const Vector3d& earth_rate);
 
-/// A transition that takes no time and corrects the rate with which the error of the gyroscope's scale was propagated.
-/// That rate was measured and so contains the gyroscope's noise. An attitude fix then removes the rotation that this
-/// noise made; if the rate were left as it was, the filter would take that rotation for an effect of the scale (errors
-/// in variables). `noise_angle`: the rotation, as the fix shows it (rotation vector in w, truth − estimate). `x`: the
-/// estimate before the fix is used.
+/// The errors-in-variables correction of the rate with which the error of the gyroscope's scale was propagated, as a
+/// transition that takes no time. That rate was measured and so contains the gyroscope's noise. An attitude fix then
+/// removes the rotation that this noise caused. If the rate stayed as it was, the filter would take that rotation for
+/// an effect of the scale. `noise_angle`: the rotation, as the fix observes it (rotation vector in w, truth −
+/// estimate). `x`: the estimate before the fix is used.
 Transition mend_rate(const Estimate& x, const Vector3d& noise_angle);
 
 /// Sets decay and variance of the estimated blocks that are processes, over dt, as the state table gives them: drifts
