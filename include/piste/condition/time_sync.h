@@ -1,11 +1,11 @@
 #pragma once
-/// Aligns two IMUs on one plate: finds the offset and drift of their clocks, the boresight and the lever arm from their
-/// signals alone. It is part of piste::batch. docs/alignment.md is an introduction.
+/// Aligns two IMUs on one plate: estimates the offset and drift of their clocks, the boresight and the lever arm from
+/// their signals alone. It is part of piste::batch. docs/alignment.md is an introduction.
 ///
-/// First the offset of the clocks is found, without a first guess, as the peak of the normalised cross-correlation of
-/// the norms of the angular rates; the norm does not depend on the mounting. Then one least-squares problem is solved
-/// for everything in which two rigidly mounted IMUs differ. With t the time of the reference and m the clock of the
-/// body IMU:
+/// First the offset of the clocks is estimated, without a first guess, as the peak of the normalised cross-correlation
+/// of the norms of the angular rates. The norm does not depend on the mounting. Then one least-squares problem is
+/// solved for all parameters in which two rigidly mounted IMUs differ. With t the time of the reference and m the clock
+/// of the body IMU:
 ///
 ///     t   = m − offset − drift (m − first m)
 ///     w_b = (1 + gyro_scale)  R_rbᵀ w_r(t)                                    + gyro_bias  + gyro_drift(m)  + noise
@@ -17,7 +17,7 @@
 /// knots, and between knots follow the sensor's process. The scales have the sensor's sigma as prior. All else has no
 /// prior.
 ///
-/// What the motion does not determine is named in Alignment::undetermined, and its sigma is infinite.
+/// Parameters that the motion does not determine are named in Alignment::undetermined, and their sigmas are infinite.
 
 #include <string>
 #include <vector>

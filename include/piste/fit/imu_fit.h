@@ -152,7 +152,7 @@ struct AxisFindings {
   std::optional<RunFit> run;
 };
 
-/// What is known of the alignment and of the sensors.
+/// The known alignment and sensor models.
 struct FitOptions {
   const Alignment* alignment = nullptr;  ///< its covariance is propagated; null = no errors
   const ImuSensor* reference = nullptr;  ///< its bias and scale are propagated; null = no errors
