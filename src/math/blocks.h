@@ -25,8 +25,8 @@ class Blocks {
     resize(count, rows, columns);
     std::fill(values_.begin(), values_.end(), 0.0);
   }
-  /// Their values stay undefined where it had others. What goes on behind a column stays zero if rows and columns do
-  /// not change.
+  /// Values are undefined after a change of size. The padding behind a column stays zero if rows and columns do not
+  /// change.
   void resize(std::size_t count, Eigen::Index rows, Eigen::Index columns) {
     if (rows != rows_ || columns != columns_) values_.clear();
     count_ = count;
@@ -86,7 +86,7 @@ template <class ViewA, class ViewB>
 void add_product_transposed(double factor, const ViewA& A, const ViewB& B, Blocks::View C) {
   multiply(factor, factors_transposed(A, B), true, false, C);
 }
-/// The same of a product that is symmetric, of which no more is right than what is not above the diagonal.
+/// The same for a symmetric product: only the lower triangle is computed right.
 template <class ViewA, class ViewB>
 void add_symmetric_transposed(double factor, const ViewA& A, const ViewB& B, Blocks::View C) {
   multiply(factor, factors_transposed(A, B), true, true, C);
@@ -94,7 +94,7 @@ void add_symmetric_transposed(double factor, const ViewA& A, const ViewB& B, Blo
 
 /// A ← A⁻¹ of a symmetric positive definite A, by Gauss and Jordan's elimination of the matrix with unit diagonal, so
 /// that units do not matter (Higham 2002, Accuracy and Stability of Numerical Algorithms, section 14.4). Returns
-/// whether A is positive definite; if it is not, A is spoilt. What is above the diagonal is not read. @pre A is of
+/// whether A is positive definite; if it is not, A is spoilt. The part above the diagonal is not read. @pre A is of
 /// Blocks
 bool invert_definite(Blocks::View A);
 
