@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kFirst = 3000, kLater = 1500;  // rows of the first stretch, and of each of the others
 constexpr std::size_t kParts = 4;                    // of the file, one stretch each
 
-// How names and brackets spell units, beside the units themselves: their words, and the unit.
+// Spellings of units in names and brackets, in addition to the units themselves: their words, and the unit.
 struct Spelling {
   std::string_view words, unit;
 };

@@ -1,5 +1,5 @@
 #pragma once
-/// What the head of a log says of its columns in a way of its own.
+/// Statements about columns in the head of a log, in the log's own format.
 
 #include <string_view>
 

@@ -226,7 +226,7 @@ struct RowCsv::Writer {
         }
       }
     }
-    // Whether its last row is written, the next piece tells.
+    // The next piece decides whether its last row is written.
     if (!at.all() && !rows.empty()) fill(rows, rows.size() - 1, waiting);
   }
 

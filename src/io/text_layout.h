@@ -1,5 +1,5 @@
 #pragma once
-/// Finds how a text log is laid out: what separates its fields, and where its header and its rows stand.
+/// Determines the layout of a text log: its delimiter, and the lines of its header and its rows.
 
 #include <optional>
 #include <string>
