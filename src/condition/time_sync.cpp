@@ -94,7 +94,8 @@ void refuse_strangers(const FilteredPair& pair, const AlignmentFit& fit, const s
                               100 * std::max(0.0, 1 - left / signal), fit.x.clock(0)));
 }
 
-// Takes back what the noise of the reference made of the alignment, and returns its covariance.
+// Applies the errors-in-variables correction for the noise of the reference, and returns the covariance of the
+// alignment.
 AlignmentInformation freed_from_reference_noise(const std::vector<ImuSample>& body, double cutoff, WhitenedFit& white,
                                                 const AlignmentOptions& options) {
   const NoiseShares shares = noise_shares(options.sensor, options.reference);
