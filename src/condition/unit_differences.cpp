@@ -243,8 +243,7 @@ class Combiner {
       const Difference& d = difference(i, axis);
       const double of_own = noise(i) * noise(i) / density_[i];  // the IMU's own share of the noise of a difference
       const double part = 1 / (d.variance(signal_) + of_own * noise_variance(i, axis, windows_[w]));
-      const double value =
-          means_[i][w](axis) - means_[0][w](axis) - d.at(signal_);  // a difference, so that digits are kept
+      const double value = means_[i][w](axis) - means_[0][w](axis) - d.at(signal_);  // a difference keeps digits
       weights += part;
       first += part * value;
       second += part * value * value;

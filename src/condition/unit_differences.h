@@ -28,7 +28,7 @@ struct TriadMean {
 struct CombinedTriad {
   std::vector<TriadMean> mean;                 ///< of each epoch
   std::vector<bool> whole;                     ///< of each window: every IMU measured every axis all the time
-  std::vector<std::vector<std::uint8_t>> out;  ///< of each IMU and epoch: axes that exclude it
+  std::vector<std::vector<std::uint8_t>> out;  ///< of each IMU and epoch: axes whose mean excludes it
   std::vector<std::vector<UnitFault>> why;     ///< where a bit of `out` is set
 };
 

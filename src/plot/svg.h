@@ -47,7 +47,7 @@ class Plot {
   void band(std::vector<double> x, std::vector<double> low, std::vector<double> high, int colour, std::string label);
   /// A stretch of x, over the whole height.
   void shade(double from, double to, int colour, std::string label);
-  /// One large point with its name beside it.
+  /// One large point with its name next to it.
   void mark(double x, double y, int colour, std::string name);
 
   /// Sets the limits of an axis. What lies beyond them is cut off. @pre low < high
