@@ -9,10 +9,10 @@
 
 namespace piste {
 
-/// Guesses the mapping of `format: columns` from the header's names and units, and from the values where these say
-/// nothing: time is the column that increases by even steps, the specific force the three columns whose magnitude is
-/// mostly that of gravity in some unit, the gyroscopes the three next to them. If the columns are merely x, y and z,
-/// the name of the file separates gyroscopes from accelerometers. Nothing if the columns are not those of a log.
+/// Guesses the mapping of `format: columns` from the header's names and units, or else from the values. Time is the
+/// column that increases by even steps. The specific force is the three columns whose magnitude is mostly that of
+/// gravity in some unit, and the gyroscopes are the three next to them. If the columns are merely x, y and z, the name
+/// of the file separates gyroscopes from accelerometers. Nothing if the columns are not those of a log.
 std::optional<LogGuess> guess_columns(const std::string& file, std::string_view content);
 
 /// The names of the columns, for an error: the known ones with their quantities, and the others. Empty without a

@@ -60,8 +60,8 @@ Steps steps_of(const ColumnTable& table, const std::vector<double>& values);
 /// Part of the rows of a column in which its text is not that of the row before.
 double changing(const ColumnTable& table, const SampledColumn& column);
 
-/// Whether values are times of day as digits, such as 91731.4 for 9:17:31.4: minutes and seconds are below 60, and it
-/// is seen to leap by 40 where a minute ends.
+/// Whether values are times of day as digits, such as 91731.4 for 9:17:31.4. Minutes and seconds are below 60, and the
+/// value leaps by 40 where a minute ends.
 bool is_time_of_day(const ColumnTable& table, const std::vector<double>& values);
 
 /// The intervals between the rows of a kind of log [s].
@@ -78,8 +78,8 @@ struct ValueTriads {
 };
 std::optional<ValueTriads> find_triads(const ColumnTable& table, std::size_t time);
 
-/// The columns of a place without a header: two neighbours that change by a small part of themselves from row to row,
-/// as angles of a place do, and the next that changes. Nothing if there are none.
+/// The columns of a position without a header: two neighbours that change by a small part of themselves from row to
+/// row, as latitude and longitude do, and the next column that changes. Nothing if there are none.
 struct ValuePlace {
   std::size_t latitude, longitude, height;
 };

@@ -67,9 +67,9 @@ void even_piece(const std::vector<double>& time, const std::vector<double>& numb
   }
 }
 
-/// Regression of the samples on the departures `late` of their stamps from the even clock, in periods: 0 if they were
-/// taken by that clock, 1 if they were taken at their stamps. A sample on the cubic through its neighbours was taken
-/// evenly. A sample taken at its late stamp differs from that by its slope times the delay.
+/// Regression of the samples on the departures `late` of their stamps from the even clock, in periods. It is 0 if they
+/// were taken by that clock, and 1 if they were taken at their stamps. A sample on the cubic through its neighbours was
+/// taken evenly. A sample taken at its late stamp differs from that by its slope times the delay.
 class Following {
  public:
   void add(const std::vector<Vector3d>& values, const std::vector<double>& late, const std::vector<double>& number) {

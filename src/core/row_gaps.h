@@ -18,10 +18,10 @@ struct RowGaps {
   bool before(std::size_t i) const;
 };
 
-/// Rows are missing in an interval if it is longer than 1.5 periods, and if the clock stays behind by half a period
-/// however many of the eight intervals on either side are added. So late or rounded stamps are no gaps (6, 7, 8 and 9
-/// ms of a clock that counts milliseconds), nor is one stamp for a whole packet of rows at its arrival. These numbers
-/// are the defaults of the options.
+/// Rows are missing in an interval if it is longer than 1.5 periods and the clock stays behind by half a period. The
+/// latter must hold however many of the eight intervals on either side are added. So late or rounded stamps are no gaps
+/// (6, 7, 8 and 9 ms of a clock that counts milliseconds). Nor is one stamp for a whole packet of rows at its arrival.
+/// These numbers are the defaults of the options.
 ///
 /// The period is first a low quantile of the means over sixteen intervals, which neither rounding nor gaps disturb.
 /// Then it is the mean of all intervals without a missing row by that estimate.

@@ -17,8 +17,8 @@ namespace piste::log_formats {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-// Android states accuracies as radii of 68 %: of the horizontal error, whose sigma on each axis is so much less, as
-// P(radius) = 1 − exp(−radius²/2σ²), and of single axes, where 68 % is one sigma.
+// Android states accuracies as radii of 68 %. Of the horizontal error, P(radius) = 1 − exp(−radius²/2σ²) gives the
+// smaller sigma of each axis. Of single axes, 68 % is one sigma.
 const double kRadiusPerSigma = std::sqrt(-2 * std::log(1 - 0.68));
 
 const ColumnQuantity& quantity_named(std::span<const ColumnQuantity> quantities, std::string_view key) {

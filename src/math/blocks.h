@@ -92,8 +92,8 @@ void add_symmetric_transposed(double factor, const ViewA& A, const ViewB& B, Blo
   multiply(factor, factors_transposed(A, B), true, true, C);
 }
 
-/// A ← A⁻¹ of a symmetric positive definite A, by Gauss and Jordan's elimination of the matrix with unit diagonal, so
-/// that units do not matter (Higham 2002, Accuracy and Stability of Numerical Algorithms, section 14.4). Returns
+/// A ← A⁻¹ of a symmetric positive definite A, by Gauss-Jordan elimination (Higham 2002, Accuracy and Stability of
+/// Numerical Algorithms, section 14.4). The matrix is scaled to a unit diagonal, so that units do not matter. Returns
 /// whether A is positive definite; if it is not, A is spoilt. The part above the diagonal is not read. @pre A is of
 /// Blocks
 bool invert_definite(Blocks::View A);

@@ -12,8 +12,8 @@ namespace piste {
 /// @pre low < high, wanted ≥ 1.
 std::vector<double> nice_ticks(double low, double high, int wanted);
 
-/// Ticks of a logarithmic axis inside [low, high], ascending: the powers of ten if there are at least three of them,
-/// else 1, 2 and 5 times powers of ten if these are at least three, else nice_ticks.
+/// Ticks of a logarithmic axis inside [low, high], ascending. They are the powers of ten if there are at least three.
+/// Else they are 1, 2 and 5 times powers of ten if these are at least three, or else nice_ticks.
 /// @pre 0 < low < high.
 std::vector<double> log_ticks(double low, double high);
 

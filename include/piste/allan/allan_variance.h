@@ -44,8 +44,8 @@ double efficiency();
 }  // namespace robust
 
 /// Adds up the variance as samples come: no sample is kept longer than the largest cluster needs. Clusters of up to
-/// 2^octaves samples use every Y; of larger ones only every second, fourth … Y is used, so that memory is bounded (8
-/// bytes times four such clusters). As neighbouring Y of such clusters hardly differ, nothing is lost.
+/// 2^octaves samples use every Y. Larger ones use only every second, fourth … Y, so that memory is bounded (8 bytes
+/// times four such clusters). As neighbouring Y of such clusters hardly differ, nothing is lost.
 class AllanSums {
  public:
   static constexpr int kOctaves = 20;  ///< 33 MB at most; every Y of logs of up to four million samples

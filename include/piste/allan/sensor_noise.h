@@ -31,8 +31,8 @@ struct Measured {
 
 /// The numbers of one axis, in SI.
 struct AxisNoise {
-  /// Density of the white noise [unit/√Hz] that a filter meets: that of the model's white noise, of Gauss-Markov
-  /// processes shorter than kFastTime (2 σ² T), and of quantisation over kFastTime (3 Q² / kFastTime). Where no model
+  /// Density of the white noise [unit/√Hz] for a filter. Its square is the sum of the model's white noise N², of 2 σ² T
+  /// for Gauss-Markov processes shorter than kFastTime, and of 3 Q² / kFastTime for quantisation. Where no model
   /// describes the curve, it is scaled to the measured curve from kFastTime on, at the scales that this noise
   /// dominates.
   Measured noise;
@@ -59,9 +59,9 @@ std::vector<std::size_t> outlying(std::span<const double> values, double sigmas 
 /// The same, and puts the median in their place.
 std::size_t replace_outlying(std::vector<double>& values, double sigmas = 6);
 
-/// The one drift process of a sensor file nearest to the drifts of several axes: least squares of the logarithm of the
-/// mean Allan variance over the scales from kFastTime to `longest`, weighted by its share of the whole. None if there
-/// is no drift. A single process that a filter can represent is taken unchanged.
+/// The one drift process of a sensor file nearest to the drifts of several axes. It is the least-squares fit to the
+/// logarithm of the mean Allan variance over the scales from kFastTime to `longest`, weighted by its share of the
+/// whole. None if there is no drift. A single process that a filter can represent is taken unchanged.
 struct NearestDrift {
   DriftProcess process;
   double off = 0;  ///< largest error of its deviation where the drift is at least a fifth of the whole, as a ratio

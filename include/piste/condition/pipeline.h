@@ -10,9 +10,9 @@ namespace piste {
 /// Turns a recording into a Log.
 ///
 /// **IMU.** Rows are turned into body axes and their times into GPS time. Each row becomes the increments over the
-/// interval since the row before. These are the row itself if it has increments, its value times the interval if it is
-/// a mean, or the integral of a cubic spline if rows are instantaneous samples. The first row covers one
-/// period; with instantaneous samples it only begins the first interval.
+/// interval since the row before. These are the row itself if it has increments, or its value times the interval if it
+/// is a mean. For instantaneous samples they are the integral of a cubic spline. The first row covers one period; with
+/// instantaneous samples it only begins the first interval.
 ///
 /// Numbers below are the defaults of `options.behaviour`.
 ///

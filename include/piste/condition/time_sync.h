@@ -38,14 +38,14 @@ struct AlignmentOptions {
 
 /// Aligns the body IMU with the reference. @pre Samples are those of `condition_imu`; each log has its own clock.
 /// Throws ConfigError if the low-pass is not below half of both rates. Throws DataError if there is no unique answer:
-/// if the logs are shorter than 5 s, if they have no motion in common or a motion that repeats itself, if a clock jumps
-/// or its rate is wrong by more than 1 %, or if an IMU is left-handed. The message says which, and where in the log.
+/// the logs are shorter than 5 s, they have no common motion, or the motion repeats itself. It also throws if a clock
+/// jumps, its rate is wrong by more than 1 %, or an IMU is left-handed. The message says which, and where in the log.
 Alignment align(const std::vector<ImuSample>& body, const std::vector<ImuSample>& reference,
                 const AlignmentOptions& options);
 
-/// Applies an alignment: returns both signals, not filtered, at the sample times of the body IMU and on one clock, with
-/// the reference turned into body axes and moved to the body IMU. Components of the lever arm that are not determined
-/// are taken to be zero.
+/// Applies an alignment. Returns both signals, not filtered, at the sample times of the body IMU and on one clock. The
+/// reference is turned into body axes and moved to the body IMU. Undetermined components of the lever arm are taken to
+/// be zero.
 AlignedImus bring_together(const std::vector<ImuSample>& body, const std::vector<ImuSample>& reference,
                            const Alignment& alignment);
 

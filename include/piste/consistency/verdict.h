@@ -1,6 +1,6 @@
 #pragma once
-/// The verdict on one run without known truth: whether its sigmas hold, judged by its innovations, by its estimates
-/// against their priors, and by the residuals of its smoothed track. docs/verdict.md has the equations.
+/// The verdict on one run without known truth: whether its sigmas hold. It tests the innovations, the estimates against
+/// their priors, and the residuals of the smoothed track. docs/verdict.md has the equations.
 
 #include <cstddef>
 #include <cstdint>

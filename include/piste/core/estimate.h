@@ -8,8 +8,8 @@
 ///
 /// Attitude and velocity are one element of SE(3) with the error on the left (right-invariant, Barrau and Bonnabel
 /// 2017). The transition of this error does not contain the noisy specific force. Position is additive, and not a third
-/// column of SE₂(3), so that a fix is linear in ρ wherever the origin of the run lies; the term [p]θ of the invariant
-/// error would reach metres at some kilometres from the origin.
+/// column of SE₂(3): so a fix is linear in ρ wherever the origin of the run lies. The term [p]θ of the invariant error
+/// would reach metres at some kilometres from the origin.
 
 #include "piste/core/state_table.h"
 
@@ -39,9 +39,9 @@ FullError boxminus(const Estimate& truth, const Estimate& estimate);
 ErrorVector boxminus(const Estimate& truth, const Estimate& estimate, const StateLayout& layout);
 
 /// The reset Jacobian G, for the covariance after a correction: an error e about the estimate x is G e about x ⊞
-/// `correction`, to first order in e and to all orders in the correction. G is the left Jacobian of the group. It is
-/// the identity except for the 6×6 part of (velocity, attitude), with rows and columns in the order ν, θ, and the 3×3
-/// part of every other rotation, such as the boresight.
+/// `correction`. This holds to first order in e and to all orders in the correction. G is the left Jacobian of the
+/// group. It is the identity except for two parts: 6×6 of (velocity, attitude), in the order ν, θ, and 3×3 of every
+/// other rotation, such as the boresight.
 struct ResetJacobian {
   Eigen::Matrix<double, 6, 6> velocity_attitude;
   std::array<Matrix3d, kMountings> mountings;  ///< in the order of kMountingBlocks

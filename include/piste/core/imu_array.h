@@ -1,7 +1,7 @@
 #pragma once
 /// Several IMUs on one body, fused to one: the weights of their mean, their parities, and their errors in these terms.
-/// IMU i measures y_i = (1 + s_i) u + b_i + d_i + n_i on every axis, with white noise of density σ_i, once it is
-/// turned into the axes of the first and moved to its place. With weights w_i ∝ 1/σ_i², Σ w_i = 1,
+/// Turned into the axes of the first and moved to its place, IMU i measures y_i = (1 + s_i) u + b_i + d_i + n_i on
+/// every axis, with white noise of density σ_i. With weights w_i ∝ 1/σ_i², Σ w_i = 1,
 ///
 ///     û = Σ w_i y_i          p_k = Σ_i L_ki y_i,  Σ_i L_ki = 0,  k = 1 … N − 1
 ///

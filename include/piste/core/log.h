@@ -213,7 +213,7 @@ struct AttitudeFix {
 };
 
 /// A parity of the rates or of the specific forces of several IMUs (core/imu_array.h): its mean over the fix, and the
-/// 1-sigma of its white noise as it was measured; 0: it was not.
+/// measured 1-sigma of its white noise; 0: not measured.
 struct Parity {
   Vector3d value = Vector3d::Zero(), sigma = Vector3d::Zero();
 };

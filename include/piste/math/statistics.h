@@ -29,8 +29,8 @@ double standard_error(std::span<const double> values);
 /// @pre not empty
 double autocovariance(std::span<const double> values, std::size_t lag, double centre);
 
-/// Standard error of the mean of a stationary series, whose successive values may be correlated: their variance times
-/// (1 + 2 Σ ρ) / n, up to the first lag with a correlation below 0.05, or 50 lags (Bartlett 1946). @pre not empty
+/// Standard error of the mean of a stationary series with correlated values (Bartlett 1946). Its square is their
+/// variance times (1 + 2 Σ ρ) / n, summed up to the first lag with a correlation below 0.05, or 50 lags. @pre not empty
 double standard_error_of_series(std::span<const double> values);
 
 /// Two-sided p-value of the hypothesis that the mean is zero, by Student's t with n − 1 degrees of freedom. NaN if

@@ -36,9 +36,9 @@ struct Turning {
 /// `after`: the estimate after this fix, to first order. If it is given, the Jacobians are taken half-way between `x`
 /// and `after`, for which `turning_after` is as `turning` for `x`. The reason: one fix determines only the sum of
 /// attitude and boresight, and only a body that turns separates them. The gyroscope's noise between two fixes looks
-/// like such a turn until the fix removes it; with the Jacobians at `x`, attitude and boresight would therefore seem
-/// known even at rest. With those half-way, what the fix leaves unknown stays unknown through correction and reset, to
-/// second order.
+/// like such a turn until the fix removes it. With the Jacobians at `x`, attitude and boresight would therefore seem
+/// observable even at rest. With those half-way, what the fix leaves unknown stays unknown through correction and
+/// reset, to second order.
 Linearization linearize_attitude(const AttitudeFix& fix, const Vector3d& white, const Estimate& x,
                                  const Matrix3d& R_wn = Matrix3d::Identity(), const Estimate* after = nullptr,
                                  const Turning& turning = {}, const Turning& turning_after = {});

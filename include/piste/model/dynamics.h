@@ -74,8 +74,8 @@ Transition linearize(const ErrorStep& step, const Vector3d& earth_rate);
 /// estimate). `x`: the estimate before the fix is used.
 Transition mend_rate(const Estimate& x, const Vector3d& noise_angle);
 
-/// Sets decay and variance of the estimated blocks that are processes, over dt, as the state table gives them: drifts
-/// of the sensor and of the boresight, coloured errors of GNSS and of reference attitudes. No heap.
+/// Sets decay and variance over dt of the estimated blocks that are processes, by the state table. These are drifts of
+/// the sensor and of the boresight, and coloured errors of GNSS and of reference attitudes. No heap.
 void add_processes(Transition& t, const StateLayout& layout, const FilterOptions& options, double dt);
 
 /// P ← Φ P Φᵀ + Q. Uses that only the navigation rows depend on other blocks. No heap.

@@ -5,14 +5,14 @@
 ///     y_p = p − v τ + a τ²/2 + E R C l + R_wn d     y_v = v − a τ + R C (ω × l) − ω_ie × R l
 ///     E = Exp(ω_ie τ)   C = Exp(−ω̄ τ)   ω = ω_ib   a = R f̄ + g(p) − 2 ω_ie × v
 ///
-/// where l is the lever arm, d the slow error along the local level n, in m or as a state times the stated sigmas
-/// (PositionDrift), and τ the time by which position or velocity belong before the estimate. The filter compares a late
-/// fix with the estimate at the time of the fix, by the known or estimated delay. τ is then 0, and only its derivative
-/// counts. It is not 0 while the estimated delay still changes, nor in real time, where that estimate is past. ω̄ and
-/// f̄ are means over the last samples (RecentMotion). For an instantaneous velocity f̄ is the present force instead: a
-/// mean lags a vibration, all of which such a velocity shows. A velocity that is 20 ms later than its position is
-/// itself taken for a mean. The velocity has no term of second order, as that would need the jerk: it counts as noise
-/// instead. Jacobians are with respect to the error of estimate.h.
+/// where l is the lever arm, and τ the time by which position or velocity belong before the estimate. d is the slow
+/// error along the local level n, in m or as a state times the stated sigmas (PositionDrift). The filter compares a
+/// late fix with the estimate at the time of the fix, by the known or estimated delay. τ is then 0, and only its
+/// derivative counts. It is not 0 while the estimated delay still changes, nor in real time, where that estimate is
+/// past. ω̄ and f̄ are means over the last samples (RecentMotion). For an instantaneous velocity f̄ is the present
+/// force instead: a mean lags a vibration, all of which such a velocity shows. A velocity that is 20 ms later than its
+/// position is itself taken for a mean. The velocity has no term of second order, as that would need the jerk: it
+/// counts as noise instead. Jacobians are with respect to the error of estimate.h.
 ///
 /// The sigmas of a fix are along n, and R_wn is that of `gravity`. Rows are along w. A velocity without down has two
 /// rows instead, along north and east of n.

@@ -3,11 +3,11 @@
 ///
 ///     m = (1 + S) R_bn B + R_bn d + h
 ///
-/// where B is the Earth's field along north, east, down, h the hard iron, S the soft iron (with the scales and the
-/// misalignment of the sensor: any matrix), and d the disturbance by the surroundings (a coloured error). Source:
-/// Groves 2013, section 6.1.1 and equation 6.9. S d is left out: the estimate of d is mostly noise, and as a factor of
-/// S it would pass for information on S (errors in variables). While the iron is unknown the field gives no heading.
-/// Motion determines the iron first, wherever another source observes the attitude. All in µT.
+/// where B is the Earth's field along north, east, down, h the hard iron, and d the disturbance by the surroundings (a
+/// coloured error). S is the soft iron, with the scales and the misalignment of the sensor: any matrix. Source: Groves
+/// 2013, section 6.1.1 and equation 6.9. S d is left out: the estimate of d is mostly noise, and as a factor of S it
+/// would pass for information on S (errors in variables). While the iron is unknown the field gives no heading. Motion
+/// determines the iron first, wherever another source observes the attitude. All in µT.
 
 #include "piste/core/options.h"
 #include "piste/model/measurement.h"

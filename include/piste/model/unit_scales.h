@@ -29,8 +29,8 @@ class UnitScales {
 
   /// The measured step without the remainder, as if the mean had only its own scales.
   ImuStep without_rest(const ImuStep& measured, const Estimate& x) const;
-  /// Calls act(block, half, J) for every block of scales: its error times J adds to e_g (half 0) or e_a (half 3) of
-  /// model/dynamics.h, where the true signals are `rate` and `force`.
+  /// Calls act(block, half, J) for every block of scales, at the true signals `rate` and `force`. Its error times J
+  /// adds to e_g (half 0) or e_a (half 3) of model/dynamics.h.
   template <class Act>
   void for_each_effect(const Vector3d& rate, const Vector3d& force, Act&& act) const {
     for (std::size_t triad = 0; triad < 2; ++triad) {

@@ -5,12 +5,12 @@
 ///     u = R_vb (R_wbᵀ v + ω_eb × l)       0 = u_right + κ u_fwd² ω_down + s_right
 ///     0 = u_down − d ω_right − (δ f_fwd + φ) u_fwd                odometer = (1 + scale) (u_fwd + s_fwd)
 ///
-/// where R_vb is the mounting, l the contact point in b, ω_eb = ω_ib − R_wbᵀ ω_ie, s the slip (coloured errors) and κ
-/// the slip angle of the tyres by lateral acceleration u_fwd ω_down. A car stands on springs: d is how far before the
-/// contact point it pitches about, δ its dive by the forward specific force f, and φ the rest of that pitch (a coloured
-/// error). ω and f with an axis are in v. Source: Groves 2013, section 15.4; Dissanayake et al. 2001. White noise alone
-/// would make the covariance too small, as a side-slip lasts for seconds. Without the springs their pitch would pass
-/// for a scale of the gyroscopes.
+/// where R_vb is the mounting, l the contact point in b, ω_eb = ω_ib − R_wbᵀ ω_ie, and s the slip (coloured errors). κ
+/// is the slip angle of the tyres per lateral acceleration u_fwd ω_down. A car stands on springs: d is the distance of
+/// its pitch axis before the contact point, and δ its dive per forward specific force f. φ is the remainder of that
+/// pitch (a coloured error). ω and f with an axis are in v. Source: Groves 2013, section 15.4; Dissanayake et al. 2001.
+/// White noise alone would make the covariance too small, as a side-slip lasts for seconds. Without the springs their
+/// pitch would pass for a scale of the gyroscopes.
 ///
 /// With the error of estimate.h, R_wbᵀ v changes by R_wbᵀ ν and not with the attitude: a heading that no source
 /// observes stays unknown. Rate and force are means over the last samples (RecentMotion), without the vibration of an
