@@ -199,7 +199,7 @@ AxisNoise axis_noise(const GmwmFit& fit, const AllanCurve& curve, double probabi
 
 double value_step(std::span<const double> values) {
   constexpr std::size_t kLooked = 50'000, kFewest = 32;
-  constexpr double kRepeats = 4;       // values at least as often alike as that, or they are not rounded
+  constexpr double kRepeats = 4;       // least mean number of equal values: with fewer they are not rounded
   constexpr double kTolerance = 0.02;  // of a step: factors of units are rounded as well
   std::vector<double> seen(values.begin(),
                            values.begin() + static_cast<std::ptrdiff_t>(std::min(values.size(), kLooked)));

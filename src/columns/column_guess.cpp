@@ -39,7 +39,7 @@ class Guesser {
  public:
   using Part = LogGuess::Part;
 
-  /// `name`: of the file, or of the sensor whose rows these are. `part`: what is looked for.
+  /// `name`: of the file, or of the sensor whose rows these are. `part`: the part that is looked for.
   Guesser(std::string file, std::string_view name, const ColumnTable& table, Part part = Part::kWhole)
       : file_(std::move(file)), name_(lower_case(name)), table_(table), part_(part) {
     for (const SampledColumn& column : table.columns) meanings_.push_back(meaning_of(column));
@@ -627,7 +627,7 @@ std::optional<LogGuess> guess_kinds(const std::string& file, ColumnTable table) 
   const auto kinds = row_kinds(table);
   if (!kinds) return std::nullopt;
   const SampledColumn& column = table.columns[kinds->column];
-  // A column that must be numbered leaves no names to the others, as its rows alone are looked at.
+  // If a column must be numbered, so must the others, as only its rows are read.
   table.by_number = column_number(table.name_of(kinds->column)).has_value();
   for (const std::string& kind : kinds->kinds) {
     const ColumnRows chosen{table.name_of(kinds->column), kind};

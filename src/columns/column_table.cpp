@@ -138,7 +138,7 @@ void take_followers(std::vector<SampledColumn>& columns) {
   }
 }
 
-// What a height is above, where it stands in brackets: `Alt (HAE)`.
+// The reference surface of a height, if in brackets: `Alt (HAE)`.
 void take_height_kind(SampledColumn& column) {
   for (std::string& word : words_of(column.cell.unit)) {
     if (word == "hae" || word == "msl" || word == "ellipsoid") column.words.push_back(std::move(word));

@@ -146,7 +146,7 @@ std::optional<LogGuess> guess_numbers(const std::string& file, std::string_view 
     while (rows < kRows && reader.next()) {
       const std::size_t found = reader.fields().size();
       if (columns == 0) columns = found;
-      if (found != columns) break;  // the last line of what was looked at may be cut
+      if (found != columns) break;  // the last line read may be cut
       if (columns < 7) return std::nullopt;
       const double time = reader.number(0);
       if (rows == 0) first = time;

@@ -39,7 +39,7 @@ double gps_time(const ImuConditioning& options, double first, double t) {
 
 // Whether the next sample of the magnetometer is used.
 bool is_due(const MagneticConditioning& options, const std::vector<MagneticSample>& samples, double time) {
-  constexpr double kSame = 1e-6;  // s: stamps that are even but for their last digit
+  constexpr double kSame = 1e-6;  // s: stamps that are even except for their last digit
   return samples.empty() || time - samples.back().time > options.interval - kSame;
 }
 

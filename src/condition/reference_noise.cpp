@@ -152,7 +152,8 @@ void take_back(AlignmentState& x, const ApparentInformation& apparent, const Ali
 AlignmentInformation of_reference_scales(const AlignmentState& x, const ImuSensor& reference) {
   const double accel = reference.accel.scale * reference.accel.scale,
                gyro = reference.gyro.scale * reference.gyro.scale;
-  // Variance of the elements of R_br diag(s) R_rb beside the diagonal, of which a rotation takes what it can.
+  // Variance of the off-diagonal elements of R_br diag(s) R_rb, for unit variance of s. The largest bounds the part
+  // that a rotation may explain.
   const Matrix3d squares = x.q_rb.toRotationMatrix().cwiseAbs2(), shear = squares.transpose() * squares;
   const double most = std::max({shear(0, 1), shear(0, 2), shear(1, 2)});
   AlignmentInformation P = AlignmentInformation::Zero();

@@ -1,5 +1,5 @@
 #pragma once
-/// Several IMUs at the epochs of the first, with what is wrong with single samples.
+/// Several IMUs at the epochs of the first, with the faults of single samples.
 
 #include <cstdint>
 #include <optional>

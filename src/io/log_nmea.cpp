@@ -33,7 +33,7 @@ struct Told {
   std::optional<Place> place;
   std::optional<Vector3d> sigma;
   Correlation correlation = Correlation::Zero();
-  std::optional<Vector3d> velocity;  ///< north, east; down is not told
+  std::optional<Vector3d> velocity;  ///< north, east; down is not stated
   bool without_fix = false;
 };
 

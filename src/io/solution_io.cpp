@@ -177,7 +177,7 @@ NumberTable table_of(const std::vector<CsvColumn>& columns, const Solution& solu
   return table;
 }
 
-// What a writer gives to its sink, as one text.
+// The output of a writer as one text.
 template <class Write>
 std::string text_of(Write&& write) {
   std::string text;

@@ -64,7 +64,7 @@ class TextReader : public RowSource {
   std::pair<std::int64_t, double> parts(std::size_t i) const;
 
   std::size_t line_number() const { return place; }
-  /// What is still to be read.
+  /// The text that is still to be read.
   std::string_view rest() const { return rest_; }
   /// From the next line on.
   void set_separator(Separator separator) { separator_ = separator; }

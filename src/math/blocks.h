@@ -8,8 +8,8 @@
 
 namespace piste {
 
-/// Matrices of one size, one after the other in memory. Each column goes on to a whole group of four doubles with
-/// zeros, so that products read and write whole groups, and allocate nothing.
+/// Matrices of one size, one after the other in memory. Each column is padded with zeros to a whole group of four
+/// doubles, so that products read and write whole groups, and allocate nothing.
 class Blocks {
  public:
   using Stride = Eigen::OuterStride<>;
@@ -55,7 +55,7 @@ struct Factors {
   const double *A, *B;
   Eigen::Index inner, stride, row, column;
 };
-/// C ← `kept` C + `factor` A B, where `kept` is 0 or 1; or of a symmetric C at least what is not above its diagonal.
+/// C ← `kept` C + `factor` A B, where `kept` is 0 or 1; or of a symmetric C at least the lower triangle.
 void multiply(double factor, const Factors& of, bool kept, bool lower, Blocks::View C);
 
 template <class ViewA, class ViewB>

@@ -34,7 +34,7 @@ void recur(Square& X, Square A, Square added, int n);
 /// The covariance conditioned on a given value of the three states from `first` on. Their own block stays.
 void hold(Square& all, int first);
 
-/// Eliminates the first `count` rows of a symmetric matrix, of which the lower half is there.
+/// Eliminates the first `count` rows of a symmetric matrix, stored as its lower triangle.
 void eliminate_first(double* C, std::ptrdiff_t size, std::ptrdiff_t count);
 
 }  // namespace piste

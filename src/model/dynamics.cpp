@@ -41,7 +41,7 @@ constexpr std::array<int, 12> kOfPosition{0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14}
 constexpr std::array<int, 15> kOfVelocity{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14};
 constexpr std::array<int, 6> kOfAttitude{6, 7, 8, 9, 10, 11};
 
-// What a state adds to an input.
+// The contribution of a state to an input.
 struct Action {
   int state;
   double factor;
@@ -91,7 +91,7 @@ class Slow {
   std::array<std::size_t, kInputs - kNavigation> counts_{};
 };
 
-// What the inputs e_g and e_a are in rows of n numbers, a multiple of four, that stand `stride` apart for each state.
+// The inputs e_g and e_a, from rows of n numbers, a multiple of four, `stride` apart for each state.
 PISTE_INSIDE void imu_inputs(const Slow& s, const double* states, std::ptrdiff_t stride, std::ptrdiff_t n,
                              double* out) {
   for (int input = 0; input < kInputs - kNavigation; ++input, out += n) {

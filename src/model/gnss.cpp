@@ -13,13 +13,13 @@ constexpr double kMoment = 1e-3, kMean = 0.02;
 // direction would give a false heading. So the sway is added to their covariance.
 constexpr double kSway = 0.03, kSwaySpeed = 0.05;  // m, m/s
 
-// What the two measurements have in common: the lever arm, the acceleration of the IMU, and how errors of the IMU
-// change both.
+// The common part of the two measurements: the lever arm, the acceleration of the IMU, and the derivatives of both by
+// errors of the IMU.
 struct Antenna {
   Matrix3d R_wb;
   Matrix3d gyro_scale, accel_scale;  // (1 + scale)⁻¹
   Vector3d arm;                      // R l
-  Quaterniond back;                  // C: turns b into what it was τ before
+  Quaterniond back;                  // C: turns b into its axes τ before
   Matrix3d back_jacobian;            // J_l(−ω̄ τ)
   Vector3d acceleration;             // a
 

@@ -34,9 +34,8 @@ struct AllanCurve {
   double longest_stretch() const;  ///< [s]
 };
 
-/// What the bounded-influence variance is (Guerrier, Molinari and Victoria-Feser 2014, Austrian J. Statistics 43): the
-/// solution s² of mean ρ(Y / s) = E ρ(z), z standard normal, with Tukey's ρ(r) = r² (1 − (r/c)²)⁴ for |r| < c, and 0
-/// beyond.
+/// The bounded-influence variance (Guerrier, Molinari and Victoria-Feser 2014, Austrian J. Statistics 43): the solution
+/// s² of mean ρ(Y / s) = E ρ(z), z standard normal, with Tukey's ρ(r) = r² (1 − (r/c)²)⁴ for |r| < c, and 0 beyond.
 namespace robust {
 inline constexpr double kTuning = 5.5;  ///< c
 /// The variance of the classical estimate over that of this one, for normal samples: some 0.8.
@@ -55,7 +54,7 @@ class AllanSums {
   void add(std::span<const double> samples);
   /// Ends a stretch: the next sample is not the neighbour of the last one.
   void end_stretch();
-  /// The curve of what was added. Only scales with at least one Y. `interval`: of the samples [s].
+  /// The curve of the samples so far. Only scales with at least one Y. `interval`: of the samples [s].
   AllanCurve curve(double interval);
 
  private:

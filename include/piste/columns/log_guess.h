@@ -29,8 +29,8 @@ struct LogGuess {
 };
 
 /// Guesses the log from the bytes of the file `file`, mostly the first. A CSV is recognised by its column names, rows
-/// of plain numbers by their count and size, and of other tables the columns are guessed. Throws DataError that says
-/// what was looked for if it has none of the formats of log_io.h.
+/// of plain numbers by their count and size, and of other tables the columns are guessed. Throws DataError that names
+/// the formats tried, if it has none of the formats of log_io.h.
 LogGuess guess_log(const std::string& file, std::string_view content);
 
 /// The name of a kind, such as `GNSS`.

@@ -38,7 +38,7 @@ using TriadMember = TriadErrors ImuSensor::*;
 /// A kind of error of a triad.
 enum class UnitError { kBias, kDrift, kScale };
 
-/// The weights w of IMUs whose white noise has these densities, all above zero.
+/// The weights w of IMUs whose white noise has these densities, all above zero: {0.8, 0.2} for densities 1 and 2.
 UnitVector unit_weights(const UnitVector& noise);
 UnitVector unit_weights(std::span<const ImuSensor> units, TriadMember triad);
 

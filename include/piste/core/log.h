@@ -1,5 +1,5 @@
 #pragma once
-/// What the sensors measured, in two forms: as the files have it (Recording), and as the filter takes it (Log).
+/// The measurements of a run, in two forms: as in the files (Recording), and as the filter takes them (Log).
 
 #include <cmath>
 #include <cstddef>
@@ -15,7 +15,7 @@ namespace piste {
 
 // ---- As the files have it: sensor clock, sensor axes, SI and radians. ----
 
-/// What the key `repair` did to a file.
+/// Counts of the rows that the key `repair` changed in a file.
 struct RepairedRows {
   std::size_t sorted = 0;      ///< rows that stood behind a later one, and were put in their place
   std::size_t dropped = 0;     ///< rows whose time stood in the file before
@@ -55,9 +55,8 @@ struct FixVelocity {
 /// Correlations of the errors of a position: of north and east, north and down, east and down.
 using Correlation = Vector3d;
 
-/// The correlations of a covariance [m²] along north, east, down. Digits that a log rounds may leave a matrix that is
-/// no covariance: correlations are then made smaller, all alike, until it is one. Zero where a variance is not above
-/// zero.
+/// The correlations of a covariance [m²] along north, east, down. Rounding in a log may leave an indefinite matrix: all
+/// correlations are then scaled down until it is positive definite. Zero where a variance is not above zero.
 ///
 ///     correlations(0.04 * Matrix3d::Identity())  // → {0, 0, 0}
 Correlation correlations(const Matrix3d& covariance);
@@ -121,7 +120,7 @@ struct SpeedFix {
   double time = 0, speed = 0, sigma = 0;
 };
 
-/// Height over the ellipsoid, but for an offset, by a barometer.
+/// Height over the ellipsoid from a barometer, with an unknown offset.
 struct HeightFix {
   double time = 0, height = 0, sigma = 0;
 };
@@ -155,13 +154,13 @@ struct Recording {
 // ---- As the filter takes it: GPS time, body axes, world frame. ----
 
 /// Densities of the white noise that is added in a gap, for the motion that the straight line through the gap may miss.
-/// Each sample has room for it, and seven digits are enough.
+/// Each sample has a place for it, and seven digits are enough.
 struct GapNoise {
   float gyro = 0;   ///< rad/s/sqrt(Hz)
   float accel = 0;  ///< m/s²/sqrt(Hz)
 };
 
-/// A GapNoise or none, in the room of a GapNoise: a log has millions of samples.
+/// A GapNoise or none, in the size of a GapNoise: a log has millions of samples.
 class MaybeNoise {
  public:
   MaybeNoise() = default;
@@ -251,7 +250,7 @@ struct UnitAbsence {
 /// One of several IMUs in a run.
 struct UnitReport {
   std::string name;
-  Vector3d place = Vector3d::Zero();       ///< p_bu_b: from the first to it, as it was taken to be
+  Vector3d place = Vector3d::Zero();       ///< p_bu_b: from the first IMU to it, as used
   std::size_t left_out = 0;                ///< epochs without it on one axis or more
   std::vector<UnitAbsence> absences = {};  ///< in the order of their starts
 };

@@ -106,7 +106,7 @@ struct GnssOptions {
   std::optional<double> velocity_delay = std::nullopt;  ///< of its velocity, against t as well; nothing: it is `delay`
 
   /// Of an antenna on a helmet or a pack, which moves on the body: its displacement from `lever_arm`, along each body
-  /// axis. All axes alike.
+  /// axis. All axes are equal.
   std::optional<GaussMarkov> lever_arm_sway = std::nullopt;
 
   /// The user says that its errors are white: innovations may then lower the sigmas of its positions.
@@ -129,7 +129,7 @@ struct AttitudeOptions {
   double delay = 0;  ///< a fix with time t is that of t − delay [s]; the start value if it is estimated
 };
 
-/// What carries the IMU, if its wheels let it move along its own axis only (model/vehicle.h). The axes v of a vehicle
+/// The carrier of the IMU, if its wheels let it move along its own axis only (model/vehicle.h). The axes v of a vehicle
 /// point forward, right and down; those of a bicycle lean with it.
 struct VehicleOptions {
   enum class Kind { kCar, kBicycle };
@@ -147,7 +147,7 @@ struct VehicleOptions {
   /// of 2 to 16 m/s, in another car 0.03 m/s at up to 33 m/s. Its correlation time was 1 to 5 s.
   GaussMarkov slip{{0.04, 0, 0}, 3};
   Vector3d white = Vector3d(0, 0.02, 0.03);             ///< m/s: its white part
-  Vector3d white_by_speed = Vector3d(0, 0.001, 0.007);  ///< rad: and what of that grows with the speed
+  Vector3d white_by_speed = Vector3d(0, 0.001, 0.007);  ///< rad: its part proportional to the speed
   /// Pitch of a car on its springs against the path of its wheels: by load, humps and dips. On the same drives the
   /// velocity along down was 0.3 deg of the speed, with a correlation time of 1 to 2 s.
   GaussMarkov spring_pitch{{0.4 * kDegree, 0, 0}, 2};
@@ -180,9 +180,9 @@ struct DualHeadingOptions {
 /// Magnetometer of the IMU (model/magnetometer.h) [µT].
 struct MagnetometerOptions {
   double sigma = 0.5;       ///< white noise of an axis: 0.1 to 0.5 µT by the data sheets of MEMS
-  double hard_iron = 30;    ///< prior of what the carrier adds: phones, helmets and cars have 10 to 50
-  double soft_iron = 0.05;  ///< prior of each element of what it bends, with scale and misalignment of the sensor
-  /// What steel, cables and rock near the way add: 1 µT is some 3 deg of heading in Central Europe.
+  double hard_iron = 30;    ///< prior of the field of the carrier: phones, helmets and cars have 10 to 50
+  double soft_iron = 0.05;  ///< prior of each element of S, with scale and misalignment of the sensor
+  /// The field of steel, cables and rock near the path: 1 µT is some 3 deg of heading in Central Europe.
   GaussMarkov disturbance{{1, 1, 1}, 10};
 };
 
@@ -255,7 +255,7 @@ struct BatchOptions {
   BatchLoss loss = BatchLoss::kTruncated;
   /// Probability of a right fix within the bound, by its number of rows: chi-squared.
   double bound = 0.999;
-  /// Longest time between nodes [s]: over more, the errors of the IMU would not act linearly on what it says.
+  /// Longest time between nodes [s]: over more, preintegration is not linear in the errors of the IMU.
   double longest_interval = 1;
   /// Most relinearisations of the whole run about its solution. Two are enough if the filter did not diverge.
   int most_rounds = 10;

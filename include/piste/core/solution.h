@@ -14,7 +14,7 @@
 
 namespace piste {
 
-/// What the filter did with a measurement.
+/// The outcome of a measurement in the filter.
 enum class Outcome {
   kUsed,
   kRejected,    ///< rejected by the innovation test: outside the gate

@@ -36,7 +36,7 @@ struct ColumnUse {
   bool operator==(const ColumnUse&) const = default;
 };
 
-/// What a time counts from.
+/// The origin of a time.
 enum class TimeScale {
   kBoot,     ///< an unknown instant
   kGpsWeek,  ///< the beginning of the GPS week

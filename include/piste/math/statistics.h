@@ -49,12 +49,12 @@ double quantile(std::vector<double> values, double part);
 /// Standard deviation of a normal distribution about zero, divided by the median magnitude of its values.
 inline constexpr double kSigmaOverMedian = 1.4826;
 
-/// x with P(χ²_dof ≤ x) = probability, 0 < probability < 1, dof > 0.
+/// x with P(χ²_dof ≤ x) = probability, 0 < probability < 1, dof > 0: chi_squared_quantile(0.999, 3) is 16.27, a gate.
 double chi_squared_quantile(double probability, double dof);
 /// P(χ²_dof > x), the p-value of a sum of squares; 1 if there is no degree of freedom, or x is not above 0.
 double chi_squared_above(double x, double dof);
 
-/// x with P(z ≤ x) = probability for a standard normal z.
+/// x with P(z ≤ x) = probability for a standard normal z: normal_quantile(0.975) is 1.960.
 double normal_quantile(double probability);
 
 /// x with P(t ≤ x) = probability for Student's t, 0 < probability < 1, dof > 0.

@@ -20,7 +20,7 @@ namespace piste {
 inline constexpr double kDegree = std::numbers::pi / 180, kDegreesPerRadian = 180 / std::numbers::pi;
 inline constexpr double kMillisecondsPerSecond = 1e3;
 
-/// What a number measures: the exponents of its base dimensions times two (√Hz has half exponents), and for error
+/// The dimension of a number: the exponents of its base dimensions times two (√Hz has half exponents), and for error
 /// messages a name and an example.
 struct Dimension {
   std::array<int, 5> half_exponents;  ///< of angle, length, time, temperature, magnetic flux density

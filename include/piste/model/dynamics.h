@@ -48,12 +48,12 @@ struct ErrorStep {
 struct Transition {
   Matrix9d navigation;                            ///< of (ρ, ν, θ) on itself
   Matrix96d imu;                                  ///< of (ρ, ν, θ) on (e_g, e_a), which are constant over the step
-  Vector3d rate, force;                           ///< mean corrected ω and f: what the scale errors multiply
-  double bias = 1;                                ///< what the biases and drifts multiply
+  Vector3d rate, force;                           ///< mean corrected ω and f: factors of the scale errors
+  double bias = 1;                                ///< factor of the biases and drifts
   Matrix9d noise;                                 ///< covariance that white sensor noise adds to the navigation rows
   std::array<double, kBlocks.size()> decay;       ///< per block: factor of its error; 1 where nothing evolves
   std::array<Vector3d, kBlocks.size()> variance;  ///< per block: what its process adds, per axis
-  ErrorStep step;                                 ///< that of which all but decay and variance are made
+  ErrorStep step;                                 ///< the step of which all but decay and variance are made
   const UnitScales* units = nullptr;              ///< of several IMUs whose scales act across the axes of their mean
 };
 

@@ -1,6 +1,6 @@
 #pragma once
-/// What a measurement is. A filter needs of it the residual, its covariance, and a Jacobian for each block it depends
-/// on:
+/// A measurement, in the form of a filter: the residual, its covariance, and a Jacobian for each block on which it
+/// depends:
 ///
 ///     residual = measured − predicted ≈ Σ_b J_b error_b + noise
 ///

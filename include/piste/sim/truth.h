@@ -1,5 +1,5 @@
 #pragma once
-/// The true motion of a simulated run: position, velocity, attitude, and what a perfect IMU would measure, exact at any
+/// The true motion of a simulated run: position, velocity, attitude, and the output of a perfect IMU, exact at any
 /// time.
 
 #include <memory>
