@@ -77,7 +77,7 @@ void AllanSums::push(Level& level, double sum) const {
   level.ring[level.count++ & (level.ring.size() - 1)] = sum;
 }
 
-// Adds what the sums since the last call tell. `stride`: samples between two sums of the level.
+// Adds the terms of the sums since the last call. `stride`: samples between two sums of the level.
 void AllanSums::use(Level& level, std::size_t stride) const {
   const std::size_t mask = level.ring.size() - 1;
   const bool first = stride == 1;
@@ -134,7 +134,7 @@ void AllanSums::use_all() {
 void AllanSums::add(std::span<const double> samples) {
   if (samples.empty()) return;
   if (length_ == 0) {
-    // Sums stay small, and exact, if what all samples have in common is taken off; differences do not see it.
+    // Sums stay small, and exact, if a common constant is subtracted from all samples; differences do not depend on it.
     const std::size_t looked = std::min(samples.size(), kChunk);
     offset_ = std::accumulate(samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(looked), 0.0) /
               static_cast<double>(looked);

@@ -185,7 +185,7 @@ class Dictionary {
   std::size_t first_time() const { return 1 + kSimpleKinds.size(); }
   std::size_t size() const { return columns_.size(); }
 
-  // The best sum of these columns; what is zero is left out, unless `all` must stay.
+  // The best non-negative sum of these columns; zero terms are removed, unless `all` must stay.
   Start best(const std::vector<std::size_t>& of, bool all = false) const {
     const std::vector<Index> at(of.begin(), of.end());
     const MatrixXd AtA = gram_(at, at);
@@ -270,7 +270,8 @@ class GmwmCost : public ceres::CostFunction {
   const Model& model_;
 };
 
-// The minimum near a start; the start where the way leads to correlation times that the curve cannot tell.
+// The minimum near a start; the start itself if the iteration leads to correlation times that the curve does not
+// determine.
 Model polished(const Moments& moments, const Model& start) {
   std::vector<double> logs = logs_of(start);
   ceres::Problem problem;
@@ -301,7 +302,7 @@ struct Candidate {
   double objective;
 };
 
-// Adds correlation times one by one, each the best beside those before.
+// Adds correlation times one by one, each the best in addition to the previous ones.
 void add_times(const Dictionary& dictionary, std::vector<std::size_t> columns, int most, bool all,
                std::vector<Dictionary::Start>& starts) {
   starts.push_back(dictionary.best(columns, all && most == 0));
@@ -324,7 +325,7 @@ void add_times(const Dictionary& dictionary, std::vector<std::size_t> columns, i
   }
 }
 
-// The models that may be, each at its best, the best of all first.
+// The admissible models, each fitted, the best first.
 std::vector<Candidate> candidates(const Moments& moments, const GmwmOptions& options, double penalty) {
   const Dictionary dictionary(moments);
   std::vector<Dictionary::Start> starts;
@@ -371,7 +372,7 @@ std::vector<Candidate> candidates(const Moments& moments, const GmwmOptions& opt
   return found;
 }
 
-// How large a process may be beside the fitted ones: where the objective has risen by χ² of one side.
+// Upper bound of a process in addition to the fitted ones: where the objective has risen by a one-sided χ².
 double most_unseen(const Moments& moments, const Model& model, ProcessKind kind) {
   constexpr double kRise = 2.706;  // χ²₁ of 90 %: one-sided 95 %
   std::vector<VectorXd> columns;

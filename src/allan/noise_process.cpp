@@ -169,8 +169,9 @@ double pairs(const std::vector<Stretches>& groups, double a, double b, double d)
   return n;
 }
 
-// Σ f(d) over the whole numbers first ≤ d ≤ last, of a function that is smooth there and changes most near an end:
-// singly at the ends, by three points of Gauss in stretches that grow with the distance from them.
+// Σ f(d) over the integers first ≤ d ≤ last, of a function that is smooth there and changes most near an end. Terms at
+// the ends are added singly. The others are summed by three-point Gauss quadrature in stretches that grow with the
+// distance from the ends.
 template <class F>
 double sum_between(double first, double last, bool from_first, bool from_last, const F& f) {
   constexpr double kSingly = 6, kGrowth = 2;

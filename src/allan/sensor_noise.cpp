@@ -62,14 +62,15 @@ Measured derived(const GmwmFit& fit, double probability,
   return m;
 }
 
-// The logarithm of a factor, and how sure it is.
+// The logarithm of a factor, and its 1-sigma.
 struct LogFactor {
   double value = 0, sigma = 0;
 };
 
-// By which factor the deviation of a curve differs from that of its model at the scales of kFastTime and more that fast
-// noise makes. A sum of processes cannot fall faster than white noise and then with it, as the curve of a dithered
-// gyroscope does: its misfit at short scales is paid at these. Its sigma is that of a curve of the model itself.
+// The factor between the deviation of a curve and that of its model, at the scales of kFastTime and more that fast
+// noise dominates. A sum of processes cannot fall faster than white noise first and like it later, as the curve of a
+// dithered gyroscope does: its misfit at short scales appears at these. Its sigma is that of a curve of the model
+// itself.
 LogFactor off_where_fast(const GmwmFit& fit, const AllanCurve& curve) {
   constexpr double kShare = 0.9;
   std::vector<NoiseProcess> fast;
@@ -111,7 +112,7 @@ void for_each_outlying(std::span<const double> values, double sigmas, const Act&
     spreads[b] = median(part);
   }
   double spread = kSigmaOverMedian * median(spreads);
-  // Values rounded so coarsely that most are alike: the step is what they vary by.
+  // Values rounded so coarsely that most are equal: the step is their variation.
   if (spread == 0) spread = value_step(values);
   if (spread == 0) return;
   for (std::size_t b = 0; b < blocks; ++b) {
@@ -198,7 +199,7 @@ AxisNoise axis_noise(const GmwmFit& fit, const AllanCurve& curve, double probabi
 
 double value_step(std::span<const double> values) {
   constexpr std::size_t kLooked = 50'000, kFewest = 32;
-  constexpr double kRepeats = 4;       // values at least as often alike as that, or they are not rounded
+  constexpr double kRepeats = 4;       // least mean number of equal values: with fewer they are not rounded
   constexpr double kTolerance = 0.02;  // of a step: factors of units are rounded as well
   std::vector<double> seen(values.begin(),
                            values.begin() + static_cast<std::ptrdiff_t>(std::min(values.size(), kLooked)));
@@ -277,7 +278,7 @@ NearestDrift nearest_drift(std::span<const AxisNoise> axes, double shortest, dou
     return near;
   };
   Near best = try_shape({Kind::kRandomWalk, 1, 0});
-  constexpr double kWorthATime = 0.8;  // a correlation time is a number more: it must leave less than this
+  constexpr double kWorthATime = 0.8;  // a correlation time is one more parameter: it must lower the cost so far
   best.cost *= kWorthATime;
   constexpr int kTimes = 200;
   for (int i = 0; i <= kTimes; ++i) {

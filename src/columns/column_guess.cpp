@@ -27,8 +27,9 @@ namespace {
 
 constexpr double kRightAngle = 90;  // deg
 
-// Days since power-up in one unit look like a time since 1970 in the next, at a thousandth of the pace: the slowest are
-// such that an IMU of 4 kHz and a receiver of 20 Hz are not taken so, and one of half a minute is taken as it is.
+// Days since power-up in one unit look like a time since 1970 in the next, at a thousandth of the pace. The limits are
+// such that an IMU of 4 kHz and a receiver of 20 Hz are not mistaken, and a receiver with a fix every half minute is
+// accepted.
 constexpr Pace kImuPace{.usual = 0.01, .fastest = 5e-5, .slowest = 0.25};
 constexpr Pace kGnssPace{.usual = 0.5, .fastest = 1e-3, .slowest = 40};
 constexpr Pace kAttitudePace{.usual = 0.01, .fastest = 1e-4, .slowest = 5};
@@ -38,7 +39,7 @@ class Guesser {
  public:
   using Part = LogGuess::Part;
 
-  /// `name`: of the file, or of the sensor whose rows these are. `part`: what is looked for.
+  /// `name`: of the file, or of the sensor whose rows these are. `part`: the part that is looked for.
   Guesser(std::string file, std::string_view name, const ColumnTable& table, Part part = Part::kWhole)
       : file_(std::move(file)), name_(lower_case(name)), table_(table), part_(part) {
     for (const SampledColumn& column : table.columns) meanings_.push_back(meaning_of(column));
@@ -115,14 +116,14 @@ class Guesser {
     return guess;
   }
 
-  // The log of the IMU in the columns beside those of a receiver, whose rows then are those of the IMU.
+  // The log of the IMU in the columns next to those of a receiver, whose rows are then those of the IMU.
   std::optional<LogGuess> with_body(std::optional<LogGuess> receiver) const {
     if (!has_body()) return receiver;
     auto body = Guesser(file_, name_, table_).imu_alone();
     if (!body) return receiver;
     if (receiver) {
       receiver->columns->only_new = true;
-      // Where rows of the IMU have the last fix beside them, the logger's time is not that of the fix.
+      // Where rows of the IMU repeat the last fix, the logger's time is not that of the fix.
       const bool own_rows = 2 * rows_of_places().rows < table_.rows;
       if (!own_rows || !receiver->boot_time || *receiver->boot_time != body->columns->time) receiver->boot_time.reset();
       receiver->why += ", beside those of an IMU: each new place is a fix";
@@ -161,7 +162,7 @@ class Guesser {
     return ColumnTriad{(*found)[0], (*found)[1], (*found)[2]};
   }
 
-  // Of several triads of accelerometers that which has gravity: a fusion's accelerations may stand beside it.
+  // Of several triads of accelerometers the one with gravity: accelerations of a sensor fusion may be in the same log.
   std::optional<ColumnTriad> forces() const {
     const auto first = triad("accel");
     for (const ColumnMeaning& m : meanings_) {
@@ -174,7 +175,7 @@ class Guesser {
     return first;
   }
 
-  // Accelerations without gravity, `known` or named so, where a fusion has gravity beside them.
+  // Accelerations without gravity, `known` or named so, where a fusion also logs gravity.
   std::optional<ColumnTriad> parted_force(const std::optional<ColumnTriad>& known) const {
     const auto linear = known ? known : triad("linear"), gravity = triad("gravity");
     const bool adds_up = linear && gravity && is_gravity(usual_magnitude(table_, *gravity));
@@ -349,14 +350,15 @@ class Guesser {
     return named("acc") || named("grav") || is_gravity(usual_magnitude(table_, t));
   }
 
-  // Why such columns are of neither triad of an IMU. What is not gravity need not turn.
+  // Why such columns are of neither triad of an IMU: a magnitude other than gravity does not prove gyroscopes.
   std::string why_no_body(const ColumnTriad& t) const {
     if (named("mag") || named("compass")) return "of a magnetometer, as its name says";
     if (named_gyroscopes() || is_of_forces(t)) return {};
     return "columns x, y, z of neither gyroscopes nor accelerometers, as far as values and the name of the file tell";
   }
 
-  // What of the specific force accelerations are. The quietest sensors have ten times as much noise as kSmooth.
+  // The part of the specific force that accelerations are. The quietest sensors have ten times as much noise as
+  // kSmooth.
   Part part_of_force(const ColumnTriad& t) const {
     constexpr double kSmooth = 1e-5;  // of gravity
     if (!is_gravity(usual_magnitude(table_, t))) return Part::kLinear;
@@ -561,13 +563,12 @@ class Guesser {
   std::vector<std::string> doubts_;
 };
 
-// The logs of several sensors in one file: the first, and the others beside it.
+// The logs of several sensors in one file: the first, and the others as LogGuess::beside.
 class SeveralLogs {
  public:
   explicit SeveralLogs(std::string file) : file_(std::move(file)) {}
 
-  // Guesses the log of one sensor, or of several that are numbered, from its rows, which `chosen` tells from the
-  // others.
+  // Guesses the log of one sensor, or of several that are numbered, from the rows that `chosen` selects.
   void add(const ColumnTable& rows, const std::vector<ColumnRows>& chosen) {
     if (const auto kinds = row_kinds(rows); kinds && kinds->numbered) {
       const SampledColumn& column = rows.columns[kinds->column];
@@ -581,7 +582,7 @@ class SeveralLogs {
     add_one(rows, chosen);
   }
 
-  // Whether the logs are of one kind and part: then it is none of sensors that the rows are told apart by.
+  // Whether the logs are of one kind and part: then the column does not separate sensors.
   bool are_alike() const {
     return logs_.size() > 1 && std::all_of(logs_.begin(), logs_.end(), [&](const LogGuess& log) {
              return log.kind == logs_[0].kind && log.part == logs_[0].part;
@@ -608,7 +609,7 @@ class SeveralLogs {
     for (std::size_t i = logs_.size() - 1 - beside.size(); i < logs_.size(); ++i) logs_[i].columns->rows = chosen;
   }
 
-  // Nothing of rows that have no time, say: the others may do.
+  // Nothing for rows without a time, for example: other rows may have one.
   std::optional<LogGuess> guess_of(const ColumnTable& rows, const std::string& name) const {
     try {
       return Guesser(file_, name, rows).guess();
@@ -626,7 +627,7 @@ std::optional<LogGuess> guess_kinds(const std::string& file, ColumnTable table) 
   const auto kinds = row_kinds(table);
   if (!kinds) return std::nullopt;
   const SampledColumn& column = table.columns[kinds->column];
-  // A column that must be numbered leaves no names to the others, as its rows alone are looked at.
+  // If a column must be numbered, so must the others, as only its rows are read.
   table.by_number = column_number(table.name_of(kinds->column)).has_value();
   for (const std::string& kind : kinds->kinds) {
     const ColumnRows chosen{table.name_of(kinds->column), kind};

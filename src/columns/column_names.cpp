@@ -105,7 +105,7 @@ std::string place_key(const SampledColumn& c) {
 
 std::string motion_key(const SampledColumn& c) {
   if (c.words == std::vector<std::string>{"direction"} || (c.has("location") && c.has("orientation"))) return "course";
-  if (c.words == std::vector<std::string>{"velocity"}) return "speed";  // beside a direction
+  if (c.words == std::vector<std::string>{"velocity"}) return "speed";  // with a direction in another column
   if (c.has_any({"course", "heading", "bearing", "cog", "track", "crs"}) || (c.has("head") && c.has("mot")))
     return "course";
   if (c.has_any({"speed", "sog", "spd"}) && !c.has_any({"vertical", "down", "up", "wind"})) return "speed";

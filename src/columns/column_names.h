@@ -1,5 +1,5 @@
 #pragma once
-/// What the names of columns say of their quantities.
+/// Quantities of columns by their names.
 
 #include <cstddef>
 #include <optional>

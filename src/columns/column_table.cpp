@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kFirst = 3000, kLater = 1500;  // rows of the first stretch, and of each of the others
 constexpr std::size_t kParts = 4;                    // of the file, one stretch each
 
-// How names and brackets spell units, beside the units themselves: their words, and the unit.
+// Spellings of units in names and brackets, in addition to the units themselves: their words, and the unit.
 struct Spelling {
   std::string_view words, unit;
 };
@@ -138,7 +138,7 @@ void take_followers(std::vector<SampledColumn>& columns) {
   }
 }
 
-// What a height is above, where it stands in brackets: `Alt (HAE)`.
+// The reference surface of a height, if in brackets: `Alt (HAE)`.
 void take_height_kind(SampledColumn& column) {
   for (std::string& word : words_of(column.cell.unit)) {
     if (word == "hae" || word == "msl" || word == "ellipsoid") column.words.push_back(std::move(word));

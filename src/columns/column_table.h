@@ -17,7 +17,7 @@ struct SampledColumn {
   HeaderCell cell;                 ///< empty if there is no header
   std::vector<std::string> words;  ///< of its name, in lower case: `accelerometerTimestamp_sinceReboot` has four
   std::string unit;                ///< that the name ends with, such as `rad` of `lat_rad`, whose words are without it
-  std::string along = {};  ///< of what the log itself says of axes: the direction of the column, such as `-y` or `west`
+  std::string along = {};          ///< direction of the column, if the log states it, such as `-y` or `west`
   std::vector<std::string_view> texts;  ///< of its fields, in the sampled text
   std::vector<double> values;           ///< the same as numbers, NaN where there is none
   std::string_view first() const;       ///< its first text that is not empty, or nothing

@@ -15,7 +15,7 @@
 namespace piste {
 namespace {
 
-// The unit of time that a name has among its words, and what is left where it stands at the end.
+// The unit of time among the words of a name, and the remaining name if the unit is at the end.
 struct TimeStem {
   std::vector<std::string> words;
   std::string unit;
@@ -62,7 +62,7 @@ class TimeFinder {
              const Pace& pace)
       : file_(file), table_(table), meanings_(meanings), pace_(pace) {}
 
-  // Times by name, else by their steps: an absolute one if there is one, and beside it one since power-up.
+  // Times by name, else by their steps: an absolute one if there is one, and in addition one since power-up.
   std::optional<FoundTime> find() const {
     Found found;
     look(found, true, true);
@@ -158,7 +158,7 @@ class TimeFinder {
     if (unit.empty()) unit = time_unit(steps, pace);
     time.unit = unit_of(table_, column, dimension::kTime, unit);
     const double first = steps.first * unit_factor(time.unit.empty() ? c.cell.unit : time.unit, dimension::kTime);
-    // The name may speak of the receiver. A time that would be after 2030 of GPS time is one of Unix after 2020.
+    // The name may refer to the receiver. A GPS time after 2030 is taken for Unix time after 2020.
     constexpr double kSince = 9e8, kUntil = 4e9, kWeekLength = 604800, kLatestGps = 1.6e9;
     if (first > kSince && first < kUntil) {
       time.of = gps && first < kLatestGps ? TimeScale::kGps : TimeScale::kUtc;
@@ -186,8 +186,8 @@ class TimeFinder {
     return times;
   }
 
-  // The column of parts of a second beside one of whole seconds, such as `stamp.nanosec` beside `stamp.sec`: the names
-  // differ in the unit alone. Without names it is the next one, of nanoseconds that start again with each second.
+  // The column of parts of a second that goes with one of whole seconds, such as `stamp.nanosec` with `stamp.sec`: the
+  // names differ in the unit alone. Without names it is the next one, of nanoseconds that start again with each second.
   std::optional<Parts> parts_beside(std::size_t column) const {
     const SampledColumn& whole = table_.columns[column];
     if (!whole.is_whole()) return std::nullopt;
@@ -212,7 +212,7 @@ class TimeFinder {
     return std::nullopt;
   }
 
-  // All columns, those of a message's own stamp first: what stands beside it in ROS is when it arrived.
+  // All columns, those of a message's own stamp first: the other stamp in ROS is the time of arrival.
   std::vector<std::size_t> stamps_first() const {
     std::vector<std::size_t> order(table_.columns.size());
     std::iota(order.begin(), order.end(), std::size_t{0});

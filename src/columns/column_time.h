@@ -1,5 +1,5 @@
 #pragma once
-/// Finds which column of a text log is the time of its rows.
+/// Determines the column of a text log that is the time of its rows.
 
 #include <cstddef>
 #include <optional>
@@ -16,11 +16,11 @@ namespace piste {
 struct FoundTime {
   ColumnTime time;  ///< of GPS or UTC if there is one
   std::size_t column = 0;
-  std::optional<ColumnTime> boot = {};  ///< beside such a one: a time since power-up
+  std::optional<ColumnTime> boot = {};  ///< in addition to such a one: a time since power-up
 };
 
-/// The time by its name, else, without a header, by its steps; of a clock that tells the rows apart, if there is one.
-/// Throws DataError where a named time keeps falling back.
+/// The time by its name, else, without a header, by its steps. A clock that differs from row to row is preferred.
+/// Throws DataError if a named time keeps falling back.
 std::optional<FoundTime> find_time(const std::string& file, const ColumnTable& table,
                                    const std::vector<ColumnMeaning>& meanings, const Pace& pace);
 

@@ -15,8 +15,8 @@ bool has_known_brackets(const ColumnTable& table, std::size_t column, const Dime
 /// Whether the header gives the unit, so or by the name.
 bool has_unit(const ColumnTable& table, std::size_t column, const Dimension& dimension);
 
-/// The unit to be written: none if the one in the header's brackets is known as it stands, else that which the header
-/// gives in words, such as `ft` at the end of a name, else `else_unit`.
+/// The unit to be written. It is none if the unit in the header's brackets is known unchanged. Else it is the unit in
+/// the header's words, such as `ft` at the end of a name, or else `else_unit`.
 std::string unit_of(const ColumnTable& table, std::size_t column, const Dimension& dimension,
                     const std::string& else_unit);
 

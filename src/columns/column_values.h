@@ -1,5 +1,5 @@
 #pragma once
-/// What the values of columns say of their quantity and unit.
+/// Quantity and unit of columns by their values.
 
 #include <array>
 #include <span>
@@ -18,7 +18,7 @@ double usual_magnitude(const ColumnTable& table, const ColumnTriad& triad);
 /// By how much the magnitudes differ from the usual one, as a part of it: their median.
 double magnitude_scatter(const ColumnTable& table, const ColumnTriad& triad);
 
-/// A unit that values suggest, and what is to be said of it if it is not sure.
+/// A unit that values suggest, and a note for the user if it is uncertain.
 struct UnitGuess {
   std::string unit;
   std::string doubt = {};
@@ -30,9 +30,9 @@ UnitGuess gravity_unit(double magnitude);
 /// Whether that is one of the units that sensors have.
 bool is_gravity(double magnitude);
 
-/// The unit of gyroscopes whose output is raw counts, as long as their motion has not told it.
+/// The unit of gyroscopes whose output is raw counts, before their motion determines it.
 UnitGuess turn_counts();
-/// Those that sensors have [(deg/s) / count].
+/// The scales that sensors have [(deg/s) / count].
 std::span<const double> count_units();
 
 /// The unit of gyroscopes: by their largest values, and by the noise in the quietest moments.
@@ -47,11 +47,11 @@ struct Steps {
   double lost = 0;        ///< by what it decreases, as a part of that by which it increases
   std::size_t falls = 0;  ///< number of steps that decrease
   double first = 0;       ///< the first value
-  /// Whether it is what is left of a unit that is counted elsewhere: it starts again and again. A log may start again
+  /// Whether it is the fraction of a unit that another column counts: it starts again and again. A log may start again
   /// once or twice, and single rows may come late.
   bool falls_back() const { return falls > 2 && lost > 0.5; }
   bool is_time() const { return is_coarse_time() && increasing > 0.5; }
-  /// The same of one that most rows share with the row before.
+  /// The same for a column whose value most rows share with the row before.
   bool is_coarse_time() const { return median > 0 && backwards < 0.02 && !falls_back(); }
 };
 /// `values` are a column's, or as many.
@@ -60,8 +60,8 @@ Steps steps_of(const ColumnTable& table, const std::vector<double>& values);
 /// Part of the rows of a column in which its text is not that of the row before.
 double changing(const ColumnTable& table, const SampledColumn& column);
 
-/// Whether values are times of day as digits, such as 91731.4 for 9:17:31.4: minutes and seconds are below 60, and it
-/// is seen to leap by 40 where a minute ends.
+/// Whether values are times of day as digits, such as 91731.4 for 9:17:31.4. Minutes and seconds are below 60, and the
+/// value leaps by 40 where a minute ends.
 bool is_time_of_day(const ColumnTable& table, const std::vector<double>& values);
 
 /// The intervals between the rows of a kind of log [s].
@@ -72,14 +72,14 @@ struct Pace {
 /// The unit of a time: that in which it is a time since 1970 at a possible pace, or else runs at the usual one.
 std::string time_unit(const Steps& steps, const Pace& pace);
 
-/// The headerless triads: specific force, and gyroscopes beside it. Nothing if no three columns are like gravity.
+/// The headerless triads: specific force, and gyroscopes next to it. Nothing if no three columns are like gravity.
 struct ValueTriads {
   ColumnTriad accel, gyro;
 };
 std::optional<ValueTriads> find_triads(const ColumnTable& table, std::size_t time);
 
-/// The columns of a place without a header: two neighbours that change by a small part of themselves from row to row,
-/// as angles of a place do, and the next that changes. Nothing if there are none.
+/// The columns of a position without a header: two neighbours that change by a small part of themselves from row to
+/// row, as latitude and longitude do, and the next column that changes. Nothing if there are none.
 struct ValuePlace {
   std::size_t latitude, longitude, height;
 };

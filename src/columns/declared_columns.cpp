@@ -54,7 +54,7 @@ void declare_gyroflow(std::string_view head, ColumnTable& table) {
   for (std::size_t c = 0; c < table.columns.size(); ++c) {
     if (meaning_of(table.columns[c]).key == "accel") forces.push_back(c);
   }
-  // The scale should be that of g. Some loggers write that of m/s², and gravity tells.
+  // The scale should be that of g. Some loggers write that of m/s²: the magnitude of gravity decides.
   std::string force = unit("ascale", "g");
   if (forces.size() == 3 && !force.empty()) {
     const double counts = usual_magnitude(table, {forces[0], forces[1], forces[2]});

@@ -1,5 +1,5 @@
 #pragma once
-/// What the head of a log says of its columns in a way of its own.
+/// Statements about columns in the head of a log, in the log's own format.
 
 #include <string_view>
 
@@ -7,8 +7,8 @@
 
 namespace piste {
 
-/// Gives columns the units and directions that a head states: Gyroflow by `tscale`, `gscale`, `ascale` and
-/// `orientation`; VBOX by being one, as its places are in minutes of arc, to the west, and its times in digits.
+/// Gives columns the units and directions that a head states. Gyroflow states them by `tscale`, `gscale`, `ascale` and
+/// `orientation`. VBOX always has positions in minutes of arc, to the west, and times in digits.
 void declare_columns(std::string_view text, ColumnTable& table);
 
 }  // namespace piste

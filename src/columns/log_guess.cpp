@@ -53,7 +53,7 @@ bool holds_nmea(std::string_view head) {
   return false;
 }
 
-// Whether a comment of Xsens states the rate. Without it the samples' own time tells it.
+// Whether a comment of Xsens states the rate. Without it the rate follows from the samples' own time.
 bool states_rate(std::string_view head) {
   const std::string lower = lower_case(head.substr(0, head.find("Acc_X")));
   return lower.starts_with("//") && (has(lower, "sample rate") || has(lower, "update rate"));
@@ -134,7 +134,7 @@ std::optional<LogGuess> guess_csv(std::string_view header) {
   return std::nullopt;
 }
 
-// Rows of plain numbers. IMU and receiver may both have seven columns; the size of the numbers shows which it is.
+// Rows of plain numbers. IMU and receiver may both have seven columns; the size of the numbers separates them.
 std::optional<LogGuess> guess_numbers(const std::string& file, std::string_view head, std::string_view content) {
   const std::string_view line = head.substr(0, head.find('\n'));
   if (has(line, ";") && has(line, ",")) return std::nullopt;  // decimal commas
@@ -146,7 +146,7 @@ std::optional<LogGuess> guess_numbers(const std::string& file, std::string_view 
     while (rows < kRows && reader.next()) {
       const std::size_t found = reader.fields().size();
       if (columns == 0) columns = found;
-      if (found != columns) break;  // the last line of what was looked at may be cut
+      if (found != columns) break;  // the last line read may be cut
       if (columns < 7) return std::nullopt;
       const double time = reader.number(0);
       if (rows == 0) first = time;

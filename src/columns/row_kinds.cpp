@@ -14,7 +14,8 @@ namespace {
 constexpr std::size_t kMostKinds = 40;  // autopilots have as many messages
 constexpr std::size_t kMostUnits = 8;   // IMUs that are numbered
 
-// Whether a text is the name of an IMU, or of its gyroscopes. Words such as `gps` also tell the source of a place.
+// Whether a text is the name of an IMU, or of its gyroscopes. Words such as `gps` may instead state the source of a
+// position.
 bool names_body(const std::string& text) {
   const std::string lower = lower_case(text);
   return lower.find("gyr") != std::string::npos || lower.find("imu") != std::string::npos;
@@ -30,7 +31,7 @@ std::map<std::string, std::size_t> kinds_of(const SampledColumn& column) {
   return kinds;
 }
 
-// Whether the numbers of a column are those of several IMUs, whose columns stand beside it.
+// Whether the numbers of a column are those of several IMUs with columns in the same table.
 bool numbers_units(const ColumnTable& table, const SampledColumn& column,
                    const std::map<std::string, std::size_t>& kinds) {
   constexpr std::size_t kLeastPart = 20;  // of the rows, one in so many

@@ -1,5 +1,5 @@
 #pragma once
-/// Finds which column of a log of several sensors says of which sensor each row is.
+/// Finds the column that names the sensor of each row in a log of several sensors.
 
 #include <cstddef>
 #include <optional>
@@ -17,7 +17,7 @@ struct RowKinds {
   bool numbered = false;  ///< whether they are numbers of IMUs
 };
 
-/// Nothing if no column says so.
+/// Nothing if there is no such column.
 std::optional<RowKinds> row_kinds(const ColumnTable& table);
 
 }  // namespace piste

@@ -26,7 +26,7 @@ std::vector<std::string> behind(const Fields& fields, std::size_t first) {
   return {fields.begin() + static_cast<std::ptrdiff_t>(std::min(first, fields.size())), fields.end()};
 }
 
-// What a line says of the columns of a message, if it does.
+// The columns of a message that a line declares, if it declares any.
 void take(const Fields& fields, std::vector<Named>& found) {
   constexpr std::size_t kFlySight = 2, kAutopilot = 5;  // where the names begin
   constexpr std::string_view kComment = "# ";

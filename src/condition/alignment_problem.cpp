@@ -14,7 +14,7 @@ namespace {
 
 using Layout = AlignmentLayout;
 
-// Priors of the parameters of which nothing is known [m], [rad/s], [m/s²]: so wide that they have no effect.
+// Priors of the unknown parameters [m], [rad/s], [m/s²]: so wide that they have no effect.
 constexpr double kWidestLeverArm = 10, kWidestGyroBias = 1, kWidestAccelBias = 10;
 constexpr double kHuber = 4;
 

@@ -36,7 +36,7 @@ BoresightFromRates boresight_from_rates(std::span<const Vector3d> rate_r, std::s
   }
   const double variance = squares / (3 * count - 6);
   result.residual = std::sqrt(squares / (3 * count));
-  // A rotation with a reflection would fit better by what this one loses along the third axis.
+  // A rotation with a reflection would fit better by the loss of this one along the third axis.
   const double lost = 4 * std::max(0.0, -wahba.gain.z());
   result.residual_mirrored = std::sqrt(std::max(0.0, squares - lost) / (3 * count));
   const Vector3d information = wahba.information();

@@ -83,7 +83,7 @@ CoarseOffset correlate(const RateNorms& body, const RateNorms& reference, double
 
   std::vector<double> evidence;
   for (std::ptrdiff_t lag = -ny + least; lag <= nx - least; ++lag) {
-    // x[i + lag] beside y[i], i in [from, to).
+    // x[i + lag] paired with y[i], i in [from, to).
     const std::ptrdiff_t from = std::max<std::ptrdiff_t>(0, -lag), to = std::min(ny, nx - lag);
     if (to - from < least) continue;
     const auto n = static_cast<double>(to - from);
@@ -153,7 +153,7 @@ RateNorms in_cells(const RateNorms& norms, double step) {
   return out;
 }
 
-// A wrong rate of the body IMU's clock that explains its signal far better than the right one, if there is any.
+// A wrong rate of the body IMU's clock that fits its signal far better than the right one, if there is any.
 std::optional<double> wrong_clock(const RateNorms& body, const RateNorms& reference, const CoarseOffset& honest,
                                   double shortest) {
   constexpr double kStep = 0.0025, kFurthest = 0.25, kClear = 1.3;

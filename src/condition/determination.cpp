@@ -33,8 +33,8 @@ constexpr std::array kScales{std::pair{Layout::kGyroScale, &ImuSensor::gyro},
 AlignmentInverse inverted(const AlignmentInformation& information, const AlignmentInformation& apparent,
                           const AlignmentInformation& variance, const ImuSensor& sensor) {
   // In units of the limits, eigenvalues of different parameters can be compared. A direction without information gets a
-  // sigma of a hundred limits; and so does one whose information is apparent for the most part, as how large that part
-  // is follows from sensor files, which are not exact.
+  // sigma of a hundred limits. So does one whose information is mostly apparent: the size of that part follows from
+  // sensor files, which are not exact.
   constexpr double kNothing = 1e-6, kReal = 0.2, kUnknown = 1e4;
   Vector20 unit = Vector20::Ones();
   for (const Limit& limit : kLimits) unit.segment(limit.first, limit.count).setConstant(limit.sigma);

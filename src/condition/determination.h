@@ -10,11 +10,11 @@ namespace piste {
 
 using AlignmentInformation = Eigen::Matrix<double, AlignmentLayout::kSize, AlignmentLayout::kSize>;
 
-/// What an alignment knows, from the information matrix A of its least squares, the part S of it that is apparent
+/// The information of an alignment, from the information matrix A of its least squares, its apparent part S
 /// (reference_noise.h), and the covariance V of the gradient that S adds.
 struct AlignmentInverse {
-  AlignmentInformation known;       ///< (A − S)⁻¹, zero along what is known no better than its limit
-  AlignmentInformation covariance;  ///< (A − S)⁻¹ (A + V) (A − S)⁻¹, and a hundred limits along what is not known
+  AlignmentInformation known;  ///< (A − S)⁻¹, zero along directions with sigmas above their limits
+  AlignmentInformation covariance;  ///< (A − S)⁻¹ (A + V) (A − S)⁻¹, and a hundred limits along undetermined directions
 };
 AlignmentInverse inverted(const AlignmentInformation& information, const AlignmentInformation& apparent,
                           const AlignmentInformation& variance, const ImuSensor& sensor);

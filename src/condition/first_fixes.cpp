@@ -9,7 +9,7 @@ namespace piste {
 namespace {
 
 constexpr double kAcceleration = 5;  // m/s²: that of a skier or a car over some steps
-constexpr double kSigmas = 6;        // so that no chance is a leap, of some hundred steps
+constexpr double kSigmas = 6;        // no leap by chance in some hundred steps
 
 // Fixes that follow one another without a leap.
 struct Level {
@@ -19,8 +19,8 @@ struct Level {
   double time = 0;
 };
 
-// By how much the step to fix k is not that of the velocity around it, the median of up to eight steps, of which one
-// fix beside the others spoils two; zero if the motion may be so.
+// The excess of the step to fix k over that of the velocity around it, which is the median of up to eight steps: one
+// outlying fix spoils two of them. Zero if the motion may explain it.
 Vector3d leap_to(const std::vector<GnssFix>& fixes, std::size_t k, double& sigma) {
   std::vector<Vector3d> around;
   double longest = 0;
@@ -67,10 +67,10 @@ std::vector<Level> levels_of(const std::vector<GnssFix>& fixes, const TrustOptio
 }  // namespace
 
 FirstFixes widen_first_fixes(std::vector<GnssFix>& fixes, const TrustOptions& options, const World& world) {
-  constexpr double kFarLonger = 3;  // so that a receiver that leaps half-way is judged by the filter
+  constexpr double kFarLonger = 3;  // a receiver that leaps half-way is left to the filter
   if (fixes.size() < 4) return {};
   const std::vector<Level> levels = levels_of(fixes, options);
-  // The time for which the positions were where a level has them.
+  // The time for which the positions were at a level.
   const auto time_at = [&](const Level& place) {
     double time = 0;
     for (const Level& s : levels) {
@@ -79,7 +79,7 @@ FirstFixes widen_first_fixes(std::vector<GnssFix>& fixes, const TrustOptions& op
     }
     return time;
   };
-  // A receiver that leaps now and then has outliers, of which no sum of leaps tells a place.
+  // A receiver that leaps now and then has outliers: the sum of its leaps is not a position error.
   constexpr std::size_t kManyLeaps = 20;  // one fix in so many
   const auto looked = std::ranges::count_if(
       fixes, [&](const GnssFix& fix) { return fix.time < fixes.front().time + 2 * options.distrust; });
@@ -88,7 +88,7 @@ FirstFixes widen_first_fixes(std::vector<GnssFix>& fixes, const TrustOptions& op
   const auto longest = std::max_element(levels.begin(), levels.end(),
                                         [&](const Level& a, const Level& b) { return time_at(a) < time_at(b); });
   if (longest == levels.begin() || time_at(*longest) < kFarLonger * begun) return {};
-  // They are off together, and so each is as uncertain as makes their mean as uncertain as that.
+  // Their error is common: each sigma is such that the sigma of their mean is that error.
   const double as_one = std::sqrt(static_cast<double>(longest->first));
   for (std::size_t i = 0; i < longest->first; ++i) {
     const Vector3d off = as_one * (world.rotation_wn(fixes[i].position).transpose() * longest->offset);

@@ -9,10 +9,10 @@
 
 namespace piste {
 
-/// A run begins where its first fixes are, and what contradicts them later is taken for the receiver's error. So if the
-/// positions leap, and are then elsewhere for three times as long as they were where they began, as far as twice the
-/// time for which a receiver is distrusted goes, the first ones are, in the mean, as uncertain as they are off: their
-/// sigmas grow by that.
+/// A run begins at its first fixes, and later fixes that contradict them are taken for the receiver's error. If the
+/// positions leap, and stay elsewhere for three times as long as at the beginning, the first fixes are taken to be
+/// wrong. This is tested within twice the longest exclusion of a receiver. The sigmas of the first fixes then grow so
+/// that the sigma of their mean is its error.
 FirstFixes widen_first_fixes(std::vector<GnssFix>& fixes, const TrustOptions& options, const World& world);
 
 }  // namespace piste

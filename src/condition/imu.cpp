@@ -39,7 +39,7 @@ double gps_time(const ImuConditioning& options, double first, double t) {
 
 // Whether the next sample of the magnetometer is used.
 bool is_due(const MagneticConditioning& options, const std::vector<MagneticSample>& samples, double time) {
-  constexpr double kSame = 1e-6;  // s: stamps that are even but for their last digit
+  constexpr double kSame = 1e-6;  // s: stamps that are even except for their last digit
   return samples.empty() || time - samples.back().time > options.interval - kSame;
 }
 
@@ -126,8 +126,8 @@ void mark_clipped(Rows& rows, const RowGaps& gaps, const ConditioningOptions& op
   rows.clipped_accel = mark_clipped(rows.accel, options.accel_range, unit);
 }
 
-/// Mends the spikes of one triad. The noise of a row, `density`, is that by which lines miss the rows around it; an
-/// axis that was mended no longer stands at the range.
+/// Interpolates the spikes of one triad. The noise of a row, `density`, is the rms error of such interpolation at the
+/// rows around it. An interpolated axis is no longer marked as clipped.
 void mend_spikes(Rows& rows, std::vector<Vector3d>& values, std::vector<std::uint8_t>& clipped,
                  const std::vector<Spike>& spikes, double period, float GapNoise::*density) {
   for (const Spike& s : spikes) {
@@ -150,7 +150,7 @@ void mend_spikes(Rows& rows, const RowGaps& gaps, bool increments, const SpikeOp
   counts.imu_spikes = rows.mended.size();
 }
 
-// The items of a vector in pieces, each of which is given back when it is done with.
+// The items of a vector in pieces, each of which is freed after its use.
 template <class T>
 class Pieces {
  public:
@@ -173,7 +173,7 @@ class Pieces {
   std::vector<std::vector<T>> pieces_;
 };
 
-/// Turns rows into increments, and leaves nothing of them.
+/// Turns rows into increments, and frees the rows.
 class Incrementer {
  public:
   Incrementer(Rows& rows, const RowGaps& gaps, const ImuRecording& recording, const ConditioningOptions& options,

@@ -54,7 +54,7 @@ void fill(std::vector<ImuSample>& imu, const RunningSums& sums, const Gap& gap) 
   std::size_t first = gap.begin, last = gap.end;
   while (first > 0 && gap.begin - first < gap.edge && !imu[first - 1].gap) --first;
   while (last < imu.size() && last - gap.end < gap.edge && !imu[last].gap) ++last;
-  const bool begins = first == gap.begin, ends = last == gap.end;  // the log: then the value of the other side is held
+  const bool begins = first == gap.begin, ends = last == gap.end;  // at the log's: the other side is held
   const Rates before = begins ? mean(sums, gap.end, last) : mean(sums, first, gap.begin);
   const Rates after = ends ? before : mean(sums, gap.end, last);
   for (std::size_t i = gap.begin; i < gap.end; ++i) {

@@ -84,7 +84,7 @@ struct BodySignals {
   double step = 0;           ///< median interval
   std::vector<double> time;  ///< its own clock
   std::vector<Vector3d> gyro, accel;
-  std::vector<UsableAxes> usable;  ///< none in gaps and mended rows, none of an axis that is clipped
+  std::vector<UsableAxes> usable;  ///< none in gaps and interpolated rows, none of an axis that is clipped
 
   explicit BodySignals(const std::vector<ImuSample>& imu);
   /// The same signals through one more filter. Samples into which it mixes unusable ones become unusable.
@@ -105,7 +105,7 @@ struct FilteredPair {
   BodySignals body;
   ReferenceGrid reference;
   double gyro_gain = 1, accel_gain = 1;  ///< of the filters for a constant
-  double margin = 0;                     ///< time [s] beside a gap or an end of the reference that must not be used
+  double margin = 0;                     ///< time [s] next to a gap or an end of the reference that must not be used
   std::size_t stride = 1;                ///< every stride-th sample has all that the filters let pass
 };
 

@@ -9,7 +9,7 @@ namespace {
 using Layout = AlignmentLayout;
 using Rows = Eigen::Matrix<double, 3, Layout::kSize>;
 
-// By how much what two references say of one sample differs.
+// The difference of the signals of two references at one sample.
 struct Apart {
   MeanSignal signal{Vector3d::Zero(), Vector3d::Zero(), Matrix3d::Zero()}, slope = signal;
 
@@ -41,8 +41,8 @@ Rows regressors(const Vector3d& signal, const Vector3d& slope, double since_firs
   return J;
 }
 
-// By how much the two differ, epoch by epoch. What of it is constant from knot to knot is no noise: a boresight that is
-// not found yet, a drift.
+// The difference of the two, epoch by epoch. Its mean from knot to knot is removed, as it is no noise: an error of the
+// boresight, a drift.
 std::vector<Apart> noise_of_both(const FilteredPair& pair, const FilteredPair& witness,
                                  const std::vector<AlignmentEpoch>& epochs, const AlignmentState& x) {
   const auto knot_of = [&](const AlignmentEpoch& epoch) { return x.knot(pair.body.time[epoch.sample]).first; };
@@ -103,7 +103,7 @@ ApparentInformation apparent_information(const FilteredPair& pair, const Filtere
       return regressors(force, by_time, since_first, accel_turned, R_br, Layout::kAccelScale);
     };
     Rows gyro = gyro_share * regressors(signal.gyro, slope.gyro, since_first, gyro_turned, R_br, Layout::kGyroScale);
-    // The lever arm's force is by rates, and has their share.
+    // The lever arm's force follows from the rates, and has their share.
     Rows accel = accel_share * of_forces(signal.accel, slope.accel) +
                  gyro_share * of_forces(signal.lever * x.p_rb_r, slope.lever * x.p_rb_r);
     accel.middleCols<3>(Layout::kLeverArm) = gyro_share * accel_turned * signal.lever;
@@ -152,7 +152,8 @@ void take_back(AlignmentState& x, const ApparentInformation& apparent, const Ali
 AlignmentInformation of_reference_scales(const AlignmentState& x, const ImuSensor& reference) {
   const double accel = reference.accel.scale * reference.accel.scale,
                gyro = reference.gyro.scale * reference.gyro.scale;
-  // Variance of the elements of R_br diag(s) R_rb beside the diagonal, of which a rotation takes what it can.
+  // Variance of the off-diagonal elements of R_br diag(s) R_rb, for unit variance of s. The largest bounds the part
+  // that a rotation may explain.
   const Matrix3d squares = x.q_rb.toRotationMatrix().cwiseAbs2(), shear = squares.transpose() * squares;
   const double most = std::max({shear(0, 1), shear(0, 2), shear(1, 2)});
   AlignmentInformation P = AlignmentInformation::Zero();

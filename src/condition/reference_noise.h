@@ -1,10 +1,10 @@
 #pragma once
-/// What the noise of the reference does to an alignment. The rates and forces of the reference are regressors of the
-/// boresight, the lever arm, the scales and the clock, and its noise in them looks like motion: the information is too
-/// large by it, and a lever arm comes out too short (errors in variables; Fuller, Measurement Error Models, 1987, 2.2).
+/// The errors-in-variables correction of an alignment for the noise of the reference. The rates and forces of the
+/// reference are regressors of the boresight, the lever arm, the scales and the clock. Their noise looks like motion:
+/// the information is too large, and a lever arm is estimated too short (Fuller, Measurement Error Models, 1987, 2.2).
 ///
-/// How large it is follows from the two IMUs: by what they differ once they are aligned is the noise of both, of which
-/// the reference has the share that the two sensor files state.
+/// Its size follows from the two IMUs: their difference after alignment is the noise of both. The two sensor files
+/// state the share of the reference.
 
 #include "alignment_problem.h"
 
@@ -19,23 +19,23 @@ struct NoiseShares {
 /// By the white noise of the two sensor files. 0 where the body IMU states none.
 NoiseShares noise_shares(const ImuSensor& body, const ImuSensor& reference);
 
-/// The samples of the body IMU on the clock, in the axes and at the place of the reference, without its biases. Its
-/// scales stay in them: noise of the reference makes those of `x` wrong by far more than they are.
+/// The samples of the body IMU on the clock, in the axes and at the place of the reference, without its biases. They
+/// are not corrected for its scales: noise of the reference makes the scales of `x` wrong by far more than their size.
 std::vector<ImuSample> as_reference(const std::vector<ImuSample>& body, const AlignmentState& x);
 
 using Parameters20 = Eigen::Matrix<double, AlignmentLayout::kSize, 1>;
 
-/// Information of the parameters that only the reference's noise makes, summed over epochs.
+/// Apparent information on the parameters by the noise of the reference alone, summed over epochs.
 struct ApparentInformation {
   AlignmentInformation information = AlignmentInformation::Zero();
   AlignmentInformation squares = AlignmentInformation::Zero();  ///< Σ g gᵀ of the gradients of the epochs
   std::size_t count = 0;
 
-  /// What the information S adds to the gradient of the least squares where x is true. That of the boresight and of the
-  /// clock is zero: noise is neither turned against itself nor late.
+  /// The gradient of the least squares by the apparent information S at the true x. For the boresight and the clock it
+  /// is zero: noise is neither turned against itself nor late.
   static Parameters20 gradient(const AlignmentInformation& S, const AlignmentState& x);
   void add(const AlignmentInformation& one, const AlignmentState& x);
-  /// Covariance of the gradient: how well the noise of as many epochs tells it.
+  /// Covariance of the gradient, as estimated from the noise of that many epochs.
   AlignmentInformation variance(const AlignmentState& x) const;
 };
 
@@ -44,13 +44,13 @@ ApparentInformation apparent_information(const FilteredPair& pair, const Filtere
                                          const std::vector<AlignmentEpoch>& epochs, const AlignmentState& x,
                                          const NoiseShares& shares);
 
-/// Moves the parameters to where they are without the apparent information. `inverse` is that of the information
+/// Moves the parameters to their estimate without the apparent information. `inverse` is the inverse of the information
 /// without it, as inverted() gives it. The drifts stay as they are.
 void take_back(AlignmentState& x, const ApparentInformation& apparent, const AlignmentInformation& inverse);
 
-/// What the scale errors of the reference add to the covariance. Two IMUs tell how their scales differ, and not how
-/// large each is: the lever arm is off by as many per cent as the reference's scales. And scale errors along axes that
-/// are not those of the body IMU look like a shear there, some of which passes for a boresight.
+/// The part of the covariance by the scale errors of the reference. Two IMUs observe only the difference of their
+/// scales: the lever arm has the same relative error as the reference's scales. In the axes of the body IMU, scale
+/// errors along other axes are a shear, a part of which is taken for a boresight.
 AlignmentInformation of_reference_scales(const AlignmentState& x, const ImuSensor& reference);
 
 }  // namespace piste

@@ -117,8 +117,8 @@ Verdict verdict(const Speed& speed, const RestOptions& options) {
   return speed.value < options.sway + options.rest_sigmas * speed.noise ? Verdict::kRest : Verdict::kBetween;
 }
 
-// Whether one receiver shows rest or motion in [begin, end]: by its velocities and, where these do not tell, by
-// positions that may lie further apart the coarser they are.
+// Whether one receiver shows rest or motion in [begin, end]: by its velocities and, where these do not decide, by
+// positions. The coarser the positions, the longer their span may be.
 Verdict verdict(const World& world, const std::vector<GnssFix>& fixes, double begin, double end,
                 const RestOptions& options) {
   const auto within = [&](double reach) { return range(fixes, begin - reach, end + reach + 1e-9); };
@@ -153,7 +153,7 @@ Bounds learn(const std::vector<std::optional<Quietness>>& quiet, const std::vect
   }
   Bounds b{.gyro = options.gyro_quiet, .force = options.force_quiet};
   if (rest_gyro.size() < 2 * options.window) {
-    return b;  // nothing shows what rest is like: without GNSS there is none
+    return b;  // the level of rest is unknown: without GNSS no rest is reported
   }
   b.gyro = options.as_quiet * quantile(rest_gyro, 0.5);
   b.force = options.as_quiet * quantile(rest_force, 0.5);

@@ -17,10 +17,11 @@
 namespace piste {
 namespace {
 
-// Over which units are compared [s]: long enough that the noise of single samples and of the rotation's acceleration
-// goes down, and short enough that a body hardly turns meanwhile, and that a fault does little before it is found.
+// Window over which IMUs are compared [s]. It is long enough to average the noise of single samples and of the angular
+// acceleration. It is short enough that a body hardly turns in it, and that a fault does little harm before its
+// detection.
 constexpr double kWindow = 0.1;
-constexpr double kSameAbsence = 1;  // s: absences for one reason, less apart, are one
+constexpr double kSameAbsence = 1;  // s: absences for one reason that are closer are merged
 
 // Windows of kWindow over the epochs. They do not reach over a gap.
 std::vector<UnitWindow> windows_over(const std::vector<ImuSample>& epochs) {
@@ -53,9 +54,9 @@ void move_to_first(UnitTriad& accel, const std::vector<Matrix3d>& effects, const
   for (std::size_t k = 0; k < accel.value.size(); ++k) accel.value[k] -= effects[k] * place;
 }
 
-// Where a unit is, by least squares over the windows in which both tell all: what its specific force differs by from
-// that of the first is the effect of the place, an offset, and a matrix of scales and mounting. What the motion does
-// not tell stays near `place`, within kPrior.
+// The place of an IMU, by least squares over the windows in which both IMUs measure everything. The difference of its
+// specific force from that of the first is the effect of the place, an offset, and a matrix of scales and mounting.
+// Components that the motion does not determine stay near `place`, within kPrior.
 Vector3d found_place(const UnitTriad& first, const UnitTriad& unit, const std::vector<Matrix3d>& effects,
                      const std::vector<double>& intervals, const std::vector<UnitWindow>& windows,
                      const UnitConditioning& options) {
@@ -96,7 +97,7 @@ Vector3d found_place(const UnitTriad& first, const UnitTriad& unit, const std::v
   return options.place + Eigen::Matrix<double, kUnknowns, 1>(N.llt().solve(n)).head<3>();
 }
 
-// The parities of a triad, window by window; nothing where not all was told.
+// The parities of a triad, window by window; nothing where some IMU did not measure an axis.
 std::vector<std::vector<std::optional<Parity>>> parities_of(const std::vector<const UnitTriad*>& units,
                                                             const UnitVector& noise, const CombinedTriad& combined,
                                                             const std::vector<double>& intervals,
@@ -124,7 +125,7 @@ std::vector<std::vector<std::optional<Parity>>> parities_of(const std::vector<co
   return out;
 }
 
-// Adds what a triad of a unit missed, epoch by epoch.
+// Adds the absences of a triad of an IMU, epoch by epoch.
 void report_absences(const CombinedTriad& combined, std::size_t unit, bool gyro, const std::vector<ImuSample>& epochs,
                      UnitReport& report) {
   std::array<std::optional<std::size_t>, 5> last;  // of each fault: the last absence
@@ -153,7 +154,7 @@ void take_means(const CombinedTriad& gyro, const CombinedTriad& accel, Log& log)
       return std::ranges::all_of(triad.out, [&](const auto& out) { return out[k] == 7; }) &&
              std::ranges::any_of(triad.why, [&](const auto& why) { return why[k] != UnitFault::kClipped; });
     };
-    if (s.gap && (silent(gyro) || silent(accel))) continue;  // filled as the first unit alone is
+    if (s.gap && (silent(gyro) || silent(accel))) continue;  // stays as filled for the first IMU alone
     s.gap.reset();
     s.mended.reset();
     s.clipped_gyro = rate.missing;

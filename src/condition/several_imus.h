@@ -1,15 +1,16 @@
 #pragma once
-/// From the recordings of several IMUs on one body to the samples of one, and the parities of all.
+/// Fuses the recordings of several IMUs on one body to the samples of one, and computes their parities.
 
 #include "piste/core/log.h"
 #include "piste/core/options.h"
 
 namespace piste {
 
-/// Conditions each unit by itself, brings all to the epochs of the first, moves their specific forces to its place, and
-/// takes the weighted mean without what is clipped, stuck, spikes, silent or wrong (condition/unit_differences.h). The
-/// samples are those of the mean, with its noise where units are missing as `mended`; `parity` and `counts.units` tell
-/// the rest. @pre options.units has one entry for each recording, the first as well. Throws as condition_imu().
+/// Conditions each IMU by itself, resamples all at the epochs of the first, and moves their specific forces to its
+/// place. Then it takes the weighted mean without clipped, stuck, spiky, missing or faulty samples
+/// (condition/unit_differences.h). The samples are those of the mean; where IMUs are missing, the noise that this adds
+/// is in `mended`. The differences are in `parity`, the exclusions in `counts.units`. @pre options.units has one entry
+/// for each recording, the first as well. Throws as condition_imu().
 Log condition_units(const Recording& recording, const ConditioningOptions& options);
 
 }  // namespace piste

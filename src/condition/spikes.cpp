@@ -29,7 +29,7 @@ class SpikeSearch {
   }
 
  private:
-  // By how much row `row` + k is above the line between the rows beside [row, row + count).
+  // The height of row `row` + k above the line between the neighbours of [row, row + count).
   double above_line(std::size_t row, std::size_t count, std::size_t k) const {
     const double part = static_cast<double>(k + 1) / static_cast<double>(count + 1);
     return value_[row + k] - value_[row - 1] - part * (value_[row + count] - value_[row - 1]);
@@ -59,7 +59,7 @@ class SpikeSearch {
   void find_suspects() {
     suspect_.assign(value_.size(), 0);
     for (std::size_t i = 1; i + 1 < value_.size(); ++i) {
-      for (std::size_t count = kLongest; count > 0; --count) {  // one row of two is not a spike beside the other
+      for (std::size_t count = kLongest; count > 0; --count) {  // one row of a spike of two is not a spike of its own
         if (!is_suspect(i, count)) continue;
         suspects_.push_back({.row = i, .count = count});
         for (std::size_t k = 0; k < count; ++k) suspect_[i + k] = 1;
@@ -69,13 +69,13 @@ class SpikeSearch {
     }
   }
 
-  // The suspect with its departure and the spread around it. A departure of zero: it is no spike.
+  // The candidate with its departure and the spread around it. A departure of zero: it is no spike.
   Spike judge(Spike s) const {
     std::size_t first = s.row, last = s.row + s.count;  // rows [first, last) without a gap, within reach
     while (first > 0 && !gaps_.before(first) && time_[s.row] - time_[first - 1] <= options_.around) --first;
     while (last < value_.size() && !gaps_.before(last) && time_[last] - time_[s.row] <= options_.around) ++last;
     if (s.row - first < options_.fewest || last - s.row - s.count < options_.fewest) return {};
-    // Suspects are in order: a log that vibrates for hours has many.
+    // Candidates are in order: a log that vibrates for hours has many.
     const auto others = std::ranges::lower_bound(suspects_, last, {}, &Spike::row) -
                         std::ranges::lower_bound(suspects_, first, {}, &Spike::row) - 1;
     // At an end of the log there is less time for them.

@@ -1,5 +1,5 @@
 #pragma once
-/// Finds and mends isolated samples of an IMU that no motion of a body explains.
+/// Detects spikes, isolated samples of an IMU that no motion of a body explains, and interpolates them.
 
 #include <cstddef>
 #include <span>
@@ -11,26 +11,27 @@
 
 namespace piste {
 
-/// One or two rows of one axis that depart from the line between the rows beside them.
+/// One or two rows of one axis that depart from the line between their neighbours.
 struct Spike {
   std::size_t row = 0, count = 1;
   int axis = 0;
   double departure = 0;  ///< the smaller one of the rows, absolute
-  double spread = 0;     ///< rms by which such lines miss the rows around
+  double spread = 0;     ///< rms error of such lines at the rows around
 };
 
 /// Finds the spikes of rates or forces `values`, in the order of axes and then of rows. If these are increments,
 /// `period` is that of the rows, and 1 otherwise.
 ///
-/// With l(i) the line between row i − 1 and row i + n, rows i to i + n − 1 are a spike (n is 1 or 2) if all of them are
-/// on the same side of l, and their departure exceeds `abruptness`, `sigmas` times the median absolute departure of
-/// the rows within `around` from their own lines (times 1.4826), and `furthest` times the largest one of these. Rows
-/// that may be spikes themselves are left out of the latter two, and there may be few of them. Vibration, impacts that
-/// ring, and steps therefore are no spikes. Rows beside a gap or an end of the log are not judged.
+/// l(i) is the line between row i − 1 and row i + n. Rows i to i + n − 1 are a spike (n is 1 or 2) if all of them are
+/// on the same side of l, and their departure exceeds three bounds. The first is `abruptness`. The second is `sigmas`
+/// times 1.4826 times the median absolute departure of the rows within `around` from their own lines. The third is
+/// `furthest` times the largest of these departures. Other candidate rows are left out of the latter two, and there may
+/// be only few of them. Vibration, impacts that ring, and steps therefore are no spikes. Rows next to a gap or an end
+/// of the log are not tested.
 std::vector<Spike> find_spikes(std::span<const double> time, const RowGaps& gaps, const std::vector<Vector3d>& values,
                                double period, const Abruptness& abruptness, const SpikeOptions& options = {});
 
-/// Replaces the rows of spikes by the line between the rows beside them.
+/// Interpolates the rows of spikes linearly between their neighbours.
 void mend(std::vector<Vector3d>& values, const std::vector<Spike>& spikes);
 
 }  // namespace piste

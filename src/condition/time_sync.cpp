@@ -56,9 +56,9 @@ AlignmentFit rough_fit(const SignalPair& signals, double cutoff, double coarse_o
   return fit_alignment(signals, medium, options.sensor, slow);
 }
 
-// Throws if the rates of one are a multiple of those of the other that no error of a scale makes.
+// Throws if the rates of one are a multiple of the other's that no scale error explains.
 void refuse_other_unit(const FilteredPair& pair, const AlignmentFit& fit, const std::string& name) {
-  constexpr double kLargestScale = 0.5, kAlike = 0.8;  // less than alike, they are strangers
+  constexpr double kLargestScale = 0.5, kAlike = 0.8;  // least squared correlation: below, no motion in common
   auto plain = fit.x;                                  // by which the residual is body less reference
   plain.gyro_bias.setZero();
   plain.gyro_scale.setZero();
@@ -94,7 +94,8 @@ void refuse_strangers(const FilteredPair& pair, const AlignmentFit& fit, const s
                               100 * std::max(0.0, 1 - left / signal), fit.x.clock(0)));
 }
 
-// Takes back what the noise of the reference made of the alignment, and returns its covariance.
+// Applies the errors-in-variables correction for the noise of the reference, and returns the covariance of the
+// alignment.
 AlignmentInformation freed_from_reference_noise(const std::vector<ImuSample>& body, double cutoff, WhitenedFit& white,
                                                 const AlignmentOptions& options) {
   const NoiseShares shares = noise_shares(options.sensor, options.reference);

@@ -11,17 +11,17 @@
 namespace piste {
 namespace {
 
-// Of a normal distribution one value in 2.6e7 is beyond: with three axes of two triads and four units below 1e-6 an
-// epoch even where windows are single epochs.
+// Sigmas. A normal variable exceeds it once in 2.6e7: for three axes of two triads of four IMUs below 1e-6 per epoch,
+// even if windows are single epochs.
 constexpr double kWrong = 5.5;
 constexpr double kRight = 3;
 constexpr int kPatience = 10;          // windows
-constexpr double kMounting = kDegree;  // 1-sigma by which axes of units may be out of line
+constexpr double kMounting = kDegree;  // 1-sigma of the misalignment of IMUs
 constexpr std::uint8_t kAllAxes = 7;
 
 bool says(std::uint8_t bits, int axis) { return ((bits >> axis) & 1) == 0; }
 
-// What is known of one axis of a unit: β, and g for the three axes of the signal.
+// The Kalman filter of one axis of an IMU: β, and g for the three axes of the signal.
 struct Difference {
   Eigen::Vector4d x = Eigen::Vector4d::Zero();
   Eigen::Matrix4d P = Eigen::Matrix4d::Zero();
@@ -77,7 +77,7 @@ class Combiner {
     const auto nothing_known = known_;
     const std::size_t late = begin_late();
     for (std::size_t w = 0; w < windows_.size(); ++w) {
-      // From here on as if the logs began here: what was learned for the time before has used these windows.
+      // The estimation restarts here: the estimate for the time before has used these windows already.
       if (w == late && late > 0) known_ = nothing_known;
       look_at(w);
       emit(windows_[w], out);
@@ -88,8 +88,8 @@ class Combiner {
   }
 
  private:
-  // Where a unit comes late, the others go on before it by what they are found to differ by from it later: a difference
-  // lasts as long backwards as forwards. Returns the window in which all are there first, or 0 if none is late.
+  // If an IMU begins late, the mean of the others before it is corrected by their later differences: a drift is as slow
+  // backwards as forwards. Returns the first window with all IMUs, or 0 if none is late.
   std::size_t begin_late() {
     constexpr std::size_t kSoon = 10, kLearned = 3000;  // windows: a second; five minutes, longer than drifts last
     const auto first = static_cast<std::size_t>(std::ranges::find(whole_, true) - whole_.begin());
@@ -108,7 +108,7 @@ class Combiner {
     return first;
   }
 
-  // The means over all windows, whether all units told all of them, and the noise of each unit's difference.
+  // The means over all windows, whether all IMUs measured all of them, and the noise of each IMU's difference.
   void measure_noise() {
     means_.resize(count_);
     bad_.resize(count_);
@@ -150,7 +150,7 @@ class Combiner {
     return count;
   }
 
-  // The mean of the units that `use`, by their weights, and the sum of these. `value(i)` is what a unit tells.
+  // The weighted mean of `value(i)` over the IMUs for which `use(i)` holds, and the sum of their weights.
   template <class Use, class Value>
   std::pair<double, double> weighted(Use&& use, Value&& value) const {
     double sum = 0, all = 0;
@@ -162,7 +162,7 @@ class Combiner {
     return {all > 0 ? sum / all : 0, all};
   }
 
-  // What is known of the signal in a window, without a unit that is left out.
+  // The signal in a window, without excluded IMUs.
   Vector3d signal_in(std::size_t w) const {
     Vector3d out;
     for (int axis = 0; axis < 3; ++axis) {
@@ -175,7 +175,7 @@ class Combiner {
     return out;
   }
 
-  // Compares the units in a window, leaves out those that are wrong, and learns what the others differ by.
+  // Compares the IMUs in a window, excludes faulty ones, and updates the differences of the others.
   void look_at(std::size_t w) {
     const UnitWindow& window = windows_[w];
     for (std::size_t i = 0; i < count_; ++i) {
@@ -194,7 +194,7 @@ class Combiner {
         Difference& d = difference(i, axis);
         const double variance = noise_variance(i, axis, window);
         const double predicted = d.variance(signal_) + variance;
-        if (r[i] * r[i] > kWrong * kWrong * predicted) d.P(0, 0) += r[i] * r[i];  // two parted
+        if (r[i] * r[i] > kWrong * kWrong * predicted) d.P(0, 0) += r[i] * r[i];  // two IMUs diverged
         d.update(signal_, r[i], variance);
       }
       if (told == count_) centre(axis);
@@ -205,7 +205,7 @@ class Combiner {
   Difference& difference(std::size_t i, int axis) { return known_[i][static_cast<std::size_t>(axis)]; }
   const Difference& difference(std::size_t i, int axis) const { return known_[i][static_cast<std::size_t>(axis)]; }
 
-  // What each unit tells beyond the prediction from the others.
+  // The residual of each IMU: its difference from the mean, less the predicted one.
   std::vector<double> residuals(std::size_t w, int axis) const {
     const auto corrected = [&](std::size_t i) { return means_[i][w](axis) - difference(i, axis).at(signal_); };
     const double mean = weighted([&](std::size_t i) { return tells(i, w, axis); }, corrected).first;
@@ -214,8 +214,9 @@ class Combiner {
     return out;
   }
 
-  // The unit that is wrong in the window, or their number: that without which the others agree best, if that takes more
-  // than kWrong² off the sum of their squared sigmas (a likelihood ratio: chi-squared with one degree of freedom).
+  // The faulty IMU in the window, or the number of IMUs if there is none. It is the one whose exclusion lowers the sum
+  // of squared normalised residuals most, and by more than kWrong² (a likelihood ratio: chi-squared with one degree of
+  // freedom).
   std::size_t wrong_unit(std::size_t w) {
     signal_ = signal_in(w);
     std::size_t worst = count_;
@@ -234,15 +235,15 @@ class Combiner {
     return worst;
   }
 
-  // The sum of squares by which the units, but for one, differ from their mean, each by its own sigma.
+  // The sum of squared differences of the IMUs, without one, from their mean, normalised by their sigmas.
   double disagreement(std::size_t w, int axis, std::size_t without) const {
     double weights = 0, first = 0, second = 0;
     for (std::size_t i = 0; i < count_; ++i) {
       if (i == without || !tells(i, w, axis)) continue;
       const Difference& d = difference(i, axis);
-      const double of_own = noise(i) * noise(i) / density_[i];  // of the noise of a difference, that of the unit
+      const double of_own = noise(i) * noise(i) / density_[i];  // the IMU's own share of the noise of a difference
       const double part = 1 / (d.variance(signal_) + of_own * noise_variance(i, axis, windows_[w]));
-      const double value = means_[i][w](axis) - means_[0][w](axis) - d.at(signal_);  // digits are kept
+      const double value = means_[i][w](axis) - means_[0][w](axis) - d.at(signal_);  // a difference keeps digits
       weights += part;
       first += part * value;
       second += part * value * value;
@@ -250,14 +251,14 @@ class Combiner {
     return second - first * first / weights;
   }
 
-  // Differences are from the mean of all: their own mean is none.
+  // Differences are from the mean of all: their weighted mean is zero.
   void centre(int axis) {
     Eigen::Vector4d mean = Eigen::Vector4d::Zero();
     for (std::size_t i = 0; i < count_; ++i) mean += weight(i) * difference(i, axis).x;
     for (std::size_t i = 0; i < count_; ++i) difference(i, axis).x -= mean;
   }
 
-  // Counts the windows in which a unit that is left out agrees with the others.
+  // Counts the windows in which an excluded IMU agrees with the others.
   void judge_returns(std::size_t w) {
     for (std::size_t i = 0; i < count_; ++i) {
       if (!excluded_[i]) continue;
@@ -300,7 +301,7 @@ class Combiner {
       mean.value(axis) = value;
       return;
     }
-    if (told == 0) {  // the best there is: those that do not fail for silence
+    if (told == 0) {  // the best available value: that of the clipped IMUs, as the others measured nothing
       mean.missing = static_cast<std::uint8_t>(mean.missing | 1U << static_cast<unsigned>(axis));
       const auto spoke = [&](std::size_t i) { return out.why[i][k] == UnitFault::kClipped; };
       mean.value(axis) = weighted(spoke, measured).first;
@@ -317,7 +318,7 @@ class Combiner {
       unsure += part * part * d.variance(signal_);
     }
     mean.value(axis) = value - offset;
-    // What is not known of the offset is the same for as long as the units are missing: the n-th sample adds 2n − 1.
+    // The error of the offset is constant while the IMUs are missing: the n-th sample adds 2n − 1 times its variance.
     mean.added(axis) = std::max(0.0, variance - weights_.cwiseProduct(noise_).squaredNorm()) +
                        unsure * intervals_[k] * (2 * missing_for - 1);
   }
@@ -327,16 +328,16 @@ class Combiner {
   const std::vector<UnitWindow>& windows_;
   std::size_t count_;
   UnitVector weights_, noise_;
-  std::vector<double> growth_;                    // of each unit
-  std::vector<std::vector<Vector3d>> means_;      // of each unit and window
+  std::vector<double> growth_;                    // of each IMU
+  std::vector<std::vector<Vector3d>> means_;      // of each IMU and window
   std::vector<std::vector<std::uint8_t>> bad_;    // likewise
   std::vector<bool> whole_;                       // of each window
-  std::vector<double> density_;                   // of each unit: squared, of its difference from the mean
+  std::vector<double> density_;                   // of each IMU: squared, of its difference from the mean
   std::vector<Vector3d> shown_;                   // and the variance that the windows show
-  std::vector<std::array<Difference, 3>> known_;  // of each unit and axis
+  std::vector<std::array<Difference, 3>> known_;  // of each IMU and axis
   std::vector<bool> excluded_;
   std::vector<int> calm_, missing_for_;
-  Vector3d signal_ = Vector3d::Zero();  // of the window that is looked at
+  Vector3d signal_ = Vector3d::Zero();  // of the present window
 };
 
 }  // namespace
@@ -350,7 +351,7 @@ Vector3d mean_over(const UnitTriad& unit, const UnitWindow& window, const std::v
 Vector3d noise_of(std::span<const Vector3d> series, std::span<const Vector3d> signal) {
   constexpr std::size_t kEnough = 30;
   if (series.size() < kEnough) return Vector3d::Zero();
-  // The part of the steps that the signal's make.
+  // Regression of the steps on the steps of the signal.
   Matrix3d squares = Matrix3d::Identity() * 1e-12, products = Matrix3d::Zero();
   const auto step = [](std::span<const Vector3d> values, std::size_t i) { return Vector3d(values[i + 1] - values[i]); };
   for (std::size_t i = 0; i + 1 < series.size(); ++i) {

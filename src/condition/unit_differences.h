@@ -1,6 +1,6 @@
 #pragma once
-/// By what the gyroscopes, or the accelerometers, of several units differ from their mean, whether one of them is
-/// wrong, and their mean without it.
+/// Fault detection and exclusion for the gyroscopes, or the accelerometers, of several IMUs: their differences from
+/// their mean, and their mean without a faulty one.
 
 #include <cstddef>
 #include <span>
@@ -20,38 +20,38 @@ struct UnitWindow {
 /// The mean of a triad at one epoch.
 struct TriadMean {
   Vector3d value = Vector3d::Zero();
-  Vector3d added = Vector3d::Zero();  ///< squared density of what missing units add to the noise of their mean
-  std::uint8_t missing = 0;           ///< bit i: no unit tells axis i
+  Vector3d added = Vector3d::Zero();  ///< squared density of the noise that missing IMUs add to the mean
+  std::uint8_t missing = 0;           ///< bit i: no IMU measures axis i
 };
 
-/// A triad of several units, epoch by epoch and window by window.
+/// A triad of several IMUs, epoch by epoch and window by window.
 struct CombinedTriad {
   std::vector<TriadMean> mean;                 ///< of each epoch
-  std::vector<bool> whole;                     ///< of each window: every unit told every axis all the time
-  std::vector<std::vector<std::uint8_t>> out;  ///< of each unit and epoch: axes without it
+  std::vector<bool> whole;                     ///< of each window: every IMU measured every axis all the time
+  std::vector<std::vector<std::uint8_t>> out;  ///< of each IMU and epoch: axes whose mean excludes it
   std::vector<std::vector<UnitFault>> why;     ///< where a bit of `out` is set
 };
 
-/// Takes the units' mean. The mean over a window of each unit less that of all, r = β + g·u + noise, is followed by a
-/// Kalman filter for each unit and axis: an offset β that drifts as the sensor does, and a row g for scale and
-/// mounting. Its noise is that of the sensor, or as much as the windows show. A unit is wrong where r leaves the
-/// prediction by kWrong sigmas while three units or more tell the axis, and by more than that of any other unit. It is
-/// left out from the start of that window, and comes back after kPatience windows within kRight sigmas. Where a unit is
-/// left out, for this or because a sample of it says nothing, β and g of the others are taken off their mean, so that
-/// it goes on as that of all.
+/// Takes the mean of the IMUs. A Kalman filter for each IMU and axis follows the mean over a window of the IMU less
+/// that of all, r = β + g·u + noise. Its states are an offset β, which drifts as the sensor does, and a row g for scale
+/// and mounting. Its noise is that of the sensor, or the noise that the windows show if that is larger. An IMU is
+/// faulty where r leaves the prediction by kWrong sigmas, and by more than that of any other IMU, while three IMUs or
+/// more measure the axis. It is excluded from the start of that window, and returns after kPatience windows within
+/// kRight sigmas. While an IMU is excluded, or its sample is not usable, the mean of the others is corrected by their β
+/// and g: it continues the mean of all.
 ///
-/// Where a unit begins late, the differences before it are those that the first minutes with it tell, backwards.
+/// If an IMU begins late, the differences before its start are estimated backwards from the first minutes with it.
 ///
-/// Of two units that part nobody knows which is wrong: both stay, and what they differ by is learned anew.
-/// @pre Units have as many epochs as there are `intervals` [s]; windows follow each other without gaps.
+/// If only two IMUs diverge, the faulty one is not observable: both stay, and their difference is estimated anew.
+/// @pre IMUs have as many epochs as there are `intervals` [s]; windows follow each other without gaps.
 CombinedTriad combine(std::span<const UnitTriad* const> units, std::span<const ImuSensor> sensors, TriadMember triad,
                       const std::vector<double>& intervals, const std::vector<UnitWindow>& windows);
 
-/// Mean of a unit over a window.
+/// Mean of an IMU over a window.
 Vector3d mean_over(const UnitTriad& unit, const UnitWindow& window, const std::vector<double>& intervals);
 
-/// 1-sigma of the white noise in a series, by the median of its steps less what the steps of `signal` explain, axis by
-/// axis. Zero if the series is too short to tell.
+/// 1-sigma of the white noise in a series, axis by axis: by the median of its steps after regression on the steps of
+/// `signal`. Zero if the series is too short.
 Vector3d noise_of(std::span<const Vector3d> series, std::span<const Vector3d> signal);
 
 }  // namespace piste

@@ -14,7 +14,7 @@ constexpr std::uint8_t kEveryAxis = 7;
 constexpr std::size_t kStuckSamples = 10;
 constexpr double kStuckTime = 0.1;  // s
 
-// What a sample of a unit is worth.
+// Whether a sample of an IMU is usable, and if not why.
 struct Flags {
   std::uint8_t gyro = 0, accel = 0;
   UnitFault why_gyro = UnitFault::kClipped, why_accel = UnitFault::kClipped;
@@ -95,7 +95,7 @@ class Sums {
   bool covers(double from, double to) const {
     return from >= time_.front() - kSameTime && to <= time_.back() + kSameTime;
   }
-  // The interval, of those of the unit, that holds t.
+  // The interval of the IMU that contains t.
   std::size_t place(double t) const {
     const auto after = std::upper_bound(time_.begin() + 1, time_.end() - 1, t);
     return static_cast<std::size_t>(after - time_.begin()) - 1;

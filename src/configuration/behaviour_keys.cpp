@@ -39,7 +39,7 @@ void read_rest(const Config& config, RestOptions& options) {
   if (!(options.sigma_velocity > 0 && options.sigma_rate > 0 && options.interval > 0)) {
     config.fail("rest", "sigmas and interval must be above zero");
   }
-  constexpr double kMillimetre = 0.001;  // what is at least 1 mm, 1 mm/s or 1 mm/s² stands for above zero
+  constexpr double kMillimetre = 0.001;  // a least value of 1 mm, 1 mm/s or 1 mm/s² is reported as above zero
   read_within(*rest, "sway", dimension::kVelocity,
               {kMillimetre, options.moving, "from 0.001 to 0.5 m/s, such as `0.06 m/s`"}, options.sway);
   read_within(*rest, "resolved", dimension::kVelocity,

@@ -1,5 +1,5 @@
 #pragma once
-/// Reads the keys that change how gaps, spikes, rest, the start and distrust are treated.
+/// Reads the keys for gaps, spikes, standstill, initialisation and fault detection.
 
 #include "piste/core/behaviour.h"
 #include "piste/io/config.h"
@@ -10,8 +10,8 @@ namespace piste {
 /// the line and the range if a value is out of it.
 BehaviourOptions read_behaviour(const Config& config);
 
-/// Reads the keys of the map `initial` that say how an unknown heading is found: hypotheses, listened and look_back. If
-/// the heading is known (`searched` is false), they are an error. Throws ConfigError.
+/// Reads the keys of the map `initial` for the search of an unknown heading: hypotheses, listened and look_back. If the
+/// heading is known (`searched` is false), they are an error. Throws ConfigError.
 void read_heading_search(const Config& initial, bool searched, StartOptions& start);
 
 }  // namespace piste

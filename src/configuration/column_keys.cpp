@@ -169,7 +169,7 @@ ColumnUse read_use(const Config& columns, const ColumnQuantity& quantity) {
   return use;
 }
 
-// Throws if the mapping lacks what a log cannot do without.
+// Throws if the mapping lacks the quantities that a log needs.
 void require(const Config& columns, const ColumnMap& map, std::span<const ColumnQuantity> quantities) {
   const auto need = [&](std::initializer_list<std::string_view> keys, std::string_view example) {
     for (const std::string_view key : keys) {

@@ -178,8 +178,8 @@ bool has_velocities(const GnssRecording& receiver) {
   return std::any_of(receiver.fixes.begin(), receiver.fixes.end(), [](const auto& fix) { return fix.velocity; });
 }
 
-// Throws if a delay of velocities is given or to be estimated, and there are none; or if the log says that they are
-// late, and the configuration does not say how late.
+// Throws if a delay of velocities is given or to be estimated, and there are none; or if the log states that they are
+// late, and the configuration does not state the delay.
 void check_velocities(const std::vector<GnssRecording>& gnss, const FilterOptions& filter) {
   bool some = false;
   for (std::size_t i = 0; i < gnss.size(); ++i) {

@@ -5,7 +5,7 @@
 namespace piste {
 namespace {
 
-// 1-sigma of a contact point that somebody has measured [m].
+// 1-sigma of a contact point that the user has measured [m].
 constexpr double kMeasured = 0.3;
 // Years before the model's first one for which it may be asked: it is then wrong by 0.3 deg and less in most places.
 constexpr double kOlder = 10;

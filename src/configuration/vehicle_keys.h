@@ -1,5 +1,5 @@
 #pragma once
-/// Reads the keys of what carries the IMU, and of the sensors that go with it.
+/// Reads the keys of the vehicle that carries the IMU, and of its sensors.
 
 #include "piste/configuration/imu_source.h"
 #include "piste/core/options.h"
@@ -26,7 +26,7 @@ std::optional<LogFile> read_barometer(const Config& config, FilterOptions& filte
 std::optional<LogFile> read_dual_heading(const Config& config, FilterOptions& filter);
 
 /// Reads the map `magnetometer: {sigma, hard_iron, soft_iron, disturbance: {sigma, correlation_time}, year, field,
-/// declination, unit, interval}`: its options are set in `filter`, and what its log is held against is returned. Throws
+/// declination, unit, interval}`: its options are set in `filter`, and the field for its log is returned. Throws
 /// ConfigError.
 MagneticConditioning read_magnetometer(const Config& config, FilterOptions& filter);
 

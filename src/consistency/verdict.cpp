@@ -18,13 +18,13 @@
 namespace piste {
 namespace {
 
-constexpr double kSettling = 5;                  // s after the start whose innovations tell of the start
+constexpr double kSettling = 5;                  // s after the start in which innovations depend on the start
 constexpr std::size_t kFewestMeasurements = 30;  // measurements: with fewer there is no verdict on a source
 // Beyond chance, and beyond what linearisation and a start from the same data do to true sigmas.
 constexpr double kSure = 5;  // standard errors
 constexpr Band kNis{0.7, 1.3}, kMedian{0.6, 1.6};
 constexpr double kWhite = 0.25, kMostRejected = 0.2;
-constexpr double kWellKnown = 0.7;  // of the prior sigma: what is known no better says nothing of its prior
+constexpr double kWellKnown = 0.7;  // of the prior sigma: a constant known less well does not test its prior
 
 // Of as many rows as a measurement has.
 double median_of_chi_squared(int rows) {
@@ -162,7 +162,7 @@ void SmoothedResiduals::begin(const Solution& rows) {
   }
 }
 
-// By how much the positions of a receiver come late, as a row knows it.
+// The delay of a receiver's positions, by the estimate of a row.
 double SmoothedResiduals::delay_of(std::size_t k, const Solution& rows, std::size_t i) const {
   const double elapsed = rows.time(i) - options_.clock_from.value_or(filtered_.time(0));
   return GnssReceivers::delay(options_, rows.layout(), static_cast<int>(k), 0, rows.estimate(i), elapsed).value;
@@ -248,9 +248,9 @@ Verdict judge(const Log& log, const FilterOptions& options, const Solution& filt
     verdict.consistent = verdict.consistent && s.holds;
     if (!s.holds) {
       const double nis = std::isnan(s.nis) ? s.ratio : s.nis;
-      // Beyond the gate only the median tells how far; within it the mean tells better.
+      // If values exceed the gate, only the median estimates the factor; otherwise the mean is more accurate.
       const double factor = std::sqrt(nis > 1 ? std::max(nis, s.ratio) : nis);
-      // Of positions innovations show the white part alone, and not that the whole is too large.
+      // Innovations of positions observe the white part alone, and not that the total is stated too large.
       if (factor < 1 && may_be_slow(options.gnss, s.name)) {
         verdict.slow_part = verdict.slow_part || !states_slow_part(options.gnss, s.name);
       } else if (std::abs(std::log(factor)) > std::abs(std::log(verdict.factor))) {

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kNear = 1;            // s on either side: no crystal's rate changes within it
 constexpr std::size_t kFewest = 8;     // rows on either side, of a slow log
-constexpr double kLeastJitter = 0.01;  // of a period: less does not show beside the sensor's noise
+constexpr double kLeastJitter = 0.01;  // of a period: less is below the sensor's noise
 constexpr double kOutlier = 8;         // median residuals, beyond which a sample is a knock
 
 /// The least-squares line through the points near an origin that moves along.
@@ -67,9 +67,9 @@ void even_piece(const std::vector<double>& time, const std::vector<double>& numb
   }
 }
 
-/// How far samples follow their stamps where these depart by `late` periods from the even clock: 0 if they were taken
-/// by that clock, 1 if they were taken when the stamps say. A sample that lies on the cubic through its neighbours was
-/// taken evenly; one that is late as its stamp is has moved on by its own slope.
+/// Regression of the samples on the departures `late` of their stamps from the even clock, in periods. It is 0 if they
+/// were taken by that clock, and 1 if they were taken at their stamps. A sample on the cubic through its neighbours was
+/// taken evenly. A sample taken at its late stamp differs from that by its slope times the delay.
 class Following {
  public:
   void add(const std::vector<Vector3d>& values, const std::vector<double>& late, const std::vector<double>& number) {

@@ -7,7 +7,7 @@
 namespace piste {
 
 Correlation correlations(const Matrix3d& covariance) {
-  constexpr double kLeast = 0.01;  // eigenvalue that is left of a correlation matrix, so that its inverse has a meaning
+  constexpr double kLeast = 0.01;  // least eigenvalue of a correlation matrix, so that its inverse is bounded
   const Vector3d variance = covariance.diagonal();
   if (!covariance.allFinite() || !(variance.minCoeff() > 0)) return Correlation::Zero();
   const Vector3d inverse = variance.cwiseSqrt().cwiseInverse();

@@ -1,5 +1,5 @@
 #pragma once
-/// What cannot be right of a fix, wherever it comes from: a log, or a receiver in real time.
+/// Checks of a fix for impossible numbers, from a log or from a receiver in real time.
 
 #include <string>
 
@@ -7,13 +7,13 @@
 
 namespace piste {
 
-/// What is wrong with a place, and what would be right; empty if nothing is.
+/// The fault of a position, and what would be right; empty if there is none.
 std::string fault_of(const Geodetic& place);
 
 /// Whether sigmas are above zero, and none is NaN. That of a velocity that was not measured is infinite.
 bool are_sigmas(const Vector3d& sigma);
 
-/// Of a fix whose numbers no reader has seen: the first that is wrong, or empty.
+/// For a fix that no reader has checked: the first fault, or empty.
 std::string fault_of(const GeodeticFix& fix);
 
 }  // namespace piste

@@ -84,7 +84,7 @@ TurnedScale::TurnedScale(const Matrix3d& R) : R_(R) {
 }
 
 bool TurnedScale::at_right_angles() const {
-  constexpr double kRightAngle = 1e-9;  // of an element beside 1
+  constexpr double kRightAngle = 1e-9;  // of an element, relative to 1
   return R_.diagonal().cwiseAbs().minCoeff() > 1 - kRightAngle;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// How wrong receivers are whose logs state no sigmas: what their kind of solution usually has.
+/// Errors of receivers whose logs state no sigmas: the usual errors of their kind of solution.
 
 #include <array>
 
@@ -13,7 +13,7 @@ struct ReceiverClass {
   FixQuality quality;
   const char* name;
   std::array<double, 3> axes;  ///< 1-sigma of north, east and down [m]
-  double share;                ///< of it that is slow: the rest is what fixes differ by from one to the next
+  double share;                ///< slow share of it: the remainder is white from fix to fix
 
   Vector3d sigma() const { return {axes[0], axes[1], axes[2]}; }
 };

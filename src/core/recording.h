@@ -17,8 +17,8 @@ void repair_rows(FixRecording<HeightFix>& height);
 void repair_rows(FixRecording<HeadingFix>& heading);
 
 /// Spreads rows that share a stamp, as of a clock that counts whole seconds, evenly up to the next stamp. Rows of the
-/// first stamp, of which the log may have but the last, end where the second begins; those of the last, and before a
-/// gap, come as fast as usual.
+/// first stamp, of which the log may have only the last ones, end where the second stamp begins. Rows of the last
+/// stamp, and before a gap, have the usual interval.
 void spread_stamps(ImuRecording& imu);
 void spread_stamps(GnssRecording& gnss);
 
@@ -26,24 +26,25 @@ void spread_stamps(GnssRecording& gnss);
 void scale_sigmas(std::vector<GeodeticFix>& fixes, const SigmaScales& by);
 void scale_sigmas(std::vector<GnssFix>& fixes, const SigmaScales& by);
 
-/// Lays the rows on the even clock by which a sensor samples, where the logger's stamps scatter about it: stamps that
-/// are rounded, or taken at arrival, would otherwise turn with the body. The clock is a straight line over the second
-/// on either side. Stamps stay as they are if they scatter by less than a hundredth of the interval, if the rows are
-/// increments, or if the samples themselves were taken when the stamps say: then a sample that is late has moved on as
-/// far as its neighbours tell. `stamp_jitter` then stays 0.
+/// Lays the rows on the even clock by which a sensor samples, where the logger's stamps scatter about it. The error of
+/// rounded or arrival stamps would otherwise act as an error of rotation. The clock is a straight line over the second
+/// on either side. Stamps stay as they are if they scatter by less than a hundredth of the interval, or if the rows are
+/// increments. So they do if the samples were really taken at their stamps: a late sample then has changed by its delay
+/// times the slope between its neighbours. `stamp_jitter` then stays 0.
 void even_stamps(ImuRecording& imu);
 
-/// Gives the rows of `gyro`, which has no forces, those of `accel`, which has nothing else: at `instant`s the specific
-/// force on the straight line between its neighbours; of means over intervals, the mean over the gyroscopes' interval.
+/// Adds the specific forces of `accel`, which has nothing else, to the rows of `gyro`, which has none. With `instant`,
+/// the specific force is interpolated linearly. Otherwise rows are means over intervals, and it is the mean over the
+/// gyroscopes' interval.
 ///
 /// The mean is a difference of the velocity that the forces add up to, which is linear over each of their intervals. So
 /// no sample is left out or counts twice at any ratio of the rates, and the density of the white noise remains what it
-/// was. A straight line between instants also keeps it at equal rates, where it smooths single values but not their
-/// sum; with accelerometers far faster than the gyroscopes it would let samples fall.
+/// was. Linear interpolation between instants also keeps the density at equal rates, where it smooths single values but
+/// not their sum. With accelerometers far faster than the gyroscopes it would drop samples.
 ///
-/// Rows of the gyroscopes without forces beside them are left out: at the ends, and in holes of the accelerometers
-/// longer than four of their usual intervals, which so remain gaps. These rows, and those of the accelerometers beyond
-/// the gyroscopes, are counted in `unpaired`. Throws DataError if the files have no time in common.
+/// Rows of the gyroscopes without forces at their time are left out: at the ends, and in holes of the accelerometers
+/// longer than four of their usual intervals. Such holes so remain gaps. These rows, and those of the accelerometers
+/// beyond the gyroscopes, are counted in `unpaired`. Throws DataError if the files have no time in common.
 ImuRecording paired(const ImuRecording& gyro, const ImuRecording& accel, bool instant);
 
 }  // namespace piste

@@ -7,8 +7,8 @@
 namespace piste {
 namespace {
 
-// The clock is behind by the sum of what each interval is longer than a period. Its smallest value over all numbers of
-// neighbours is the interval's own, and the smallest sum on either side.
+// The clock is behind by the sum of each interval's excess over a period. Its minimum over all numbers of neighbours is
+// the interval's own excess plus the minimum sum on either side.
 bool is_behind(std::span<const double> time, std::size_t i, double period, const GapOptions& options) {
   const auto longer = [&](std::size_t k) { return time[k] - time[k - 1] - period; };
   double before = 0, after = 0, sum = 0;

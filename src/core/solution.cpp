@@ -83,7 +83,7 @@ Navigation navigation_of(const World& world, const Quaterniond& q_wb, const Vect
   return {place, R_nw * v_wb, to_euler(R_nw * q_wb.toRotationMatrix())};
 }
 
-// Sigmas of what `turn` makes of an error.
+// Sigmas of an error after the linear map `turn`.
 Vector3d sigmas_along(const Matrix3d& turn, const Matrix3d& covariance) {
   return root((turn * covariance).cwiseProduct(turn).rowwise().sum());
 }
@@ -94,8 +94,8 @@ Navigation navigation_of(const World& world, const Estimate& x) { return navigat
 
 Sigmas sigmas_of(const World& world, const Estimate& x, const StateLayout& layout, const Covariance& P) {
   const Matrix3d R_nw = world.rotation_wn(x.p_wb).transpose();
-  // Of level_from_invariant() what the diagonal blocks need: ordinary velocity depends on ν and θ, the others on
-  // themselves.
+  // The part of level_from_invariant() for the diagonal blocks: ordinary velocity depends on ν and θ, position and
+  // attitude on themselves.
   constexpr int kVelocity = full_offset(Block::kVelocity), kAttitude = full_offset(Block::kAttitude);
   const Matrix3d attitude = P.block<3, 3>(kAttitude, kAttitude);
   const Matrix3d V = -skew(x.v_wb);

@@ -1,5 +1,5 @@
 #pragma once
-// How estimates are stored, row by row: what changes from row to row in each, and the constants apart.
+// Storage of estimates, row by row: the values that change in each row, and the constants separately.
 
 #include <vector>
 
@@ -22,7 +22,7 @@ const double* take_values(const double* p, Values&& values) {
 /// first order in their corrections.
 inline bool changes(Block b) { return is_navigation(b) || info(b).process != nullptr || is_rotation(b); }
 
-/// Of one layout, which must outlive it. Blocks that it does not have are not stored.
+/// Storage for one layout, which must outlive it. Other blocks are not stored.
 class StoredEstimate {
  public:
   explicit StoredEstimate(const StateLayout& layout) : layout_(layout) {}

@@ -3,8 +3,8 @@
 ///
 /// To first order the true signal is the reference's plus D p, where p has zero mean and the covariance P. It consists
 /// of the clock's offset and drift, boresight and lever arm (from the alignment, with all correlations), and of bias
-/// and scale of the reference IMU (from its sensor file). What the alignment did not determine was not applied, and is
-/// not part of P.
+/// and scale of the reference IMU (from its sensor file). Parameters that the alignment did not determine were not
+/// applied, and are not part of P.
 
 #include <Eigen/Core>
 #include <cstddef>

@@ -65,7 +65,7 @@ std::optional<sys_days> date_of(std::string_view text, std::optional<bool>& mont
   return day_of((*date)[0], (*date)[1], (*date)[2]);
 }
 
-// Where the date ends that stands before a time: at a blank, or at a T that is none of a month.
+// End of the date before a time: at a blank, or at a T that is not part of a month.
 std::size_t end_of_date(std::string_view text) {
   const std::size_t blank = text.find_first_of(" _");
   for (std::size_t t = text.find('T'); t < blank; t = text.find('T', t + 1)) {

@@ -54,7 +54,7 @@ ColumnReader::ColumnReader(const std::string& file, const ColumnMap& map, std::o
   for (const ColumnRows& rows : map.rows) chosen_.push_back({place_of(rows.name, "rows"), rows});
 }
 
-// Whether the present row is of the sensor. One that is cut before it says so is found to be cut.
+// Whether the present row is of the sensor. A row that is cut before that field is reported as cut.
 bool ColumnReader::is_chosen() const {
   const auto& found = text_.fields();
   return std::all_of(chosen_.begin(), chosen_.end(), [&](const Chosen& c) {

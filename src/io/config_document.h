@@ -13,13 +13,13 @@
 
 namespace piste {
 
-/// What stands at a key that was read as it is.
+/// The type of a key that was read as text.
 inline constexpr std::string_view kText = "text";
 
 /// A value, a list or a map.
 struct Config::Node {
   struct Entry;
-  /// A key that somebody asked for, and what was expected at it.
+  /// A key that a reader asked for, and the values that it takes.
   struct Known {
     std::string key;
     std::vector<std::string> takes = {};
@@ -34,14 +34,14 @@ struct Config::Node {
   std::string scalar;
   std::vector<Node> list;
   std::vector<Entry> entries;
-  mutable std::vector<Known> known;  ///< keys that somebody asked for
+  mutable std::vector<Known> known;  ///< keys that a reader asked for
 
   std::string where() const { return where(line); }
   std::string where(int at) const;
-  /// What is known of a key; it is from now on.
+  /// The entry of a key in `known`; adds it if it is missing.
   Known& know(std::string_view key) const;
   std::vector<std::string> known_keys() const;
-  /// Appends what was asked of this map and of those below it, with `path` before each key.
+  /// Appends the keys asked of this map and of the maps below it, with `path` before each key.
   void append_asked(const std::string& path, std::vector<KeyUse>& asked) const;
   /// Adds the keys of `base` that this map does not have, and does the same in the maps that both have.
   void complete(Node base);

@@ -8,8 +8,8 @@ namespace piste {
 /// Follows a counter, such as the milliseconds or microseconds since power-up that an IMU writes.
 class CounterRollover {
  public:
-  /// What is to be added to the next count: a power of two for each time that the counter fell from its last hundredth
-  /// into its first. A clock that was set back does not do so.
+  /// The offset of the next count: a power of two for each time that the counter fell from its last hundredth into its
+  /// first. A clock that was set back does not do so.
   double offset(double count) {
     constexpr std::array<double, 2> kLengths{65536, 4294967296};
     constexpr double kEnd = 0.01;

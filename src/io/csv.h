@@ -41,7 +41,7 @@ class CsvReader {
   /// nothing.
   std::size_t column(std::string_view name);
   std::optional<std::size_t> find(std::string_view name);
-  /// Throws if there is a column that nobody asked for. With `faults`, such columns are listed there and skipped.
+  /// Throws if there is a column that was not asked for. With `faults`, such columns are listed there and skipped.
   void finish_header(RowFaults* faults = nullptr);
 
   /// Goes to the next row; false at the end of the file.
@@ -80,7 +80,7 @@ class CsvWriter {
   explicit CsvWriter(std::vector<CsvColumn> columns, TextSink sink = {});
   /// Adds a row. @pre as many values as columns
   void row(std::span<const double> values);
-  /// Gives what is left to the sink.
+  /// Gives the remaining text to the sink.
   void finish();
   /// The whole text. Only without a sink.
   const std::string& text() const& { return text_; }

@@ -6,10 +6,10 @@
 
 namespace piste {
 
-/// Lists the rows that a reader cannot read, and counts them. Where they are many, it is not they that are wrong.
+/// Lists the rows that a reader cannot read, and counts them. If they are many, the fault is not in the rows.
 class LeftOutRows {
  public:
-  /// `faults`: the list of who looks the log over, or nullptr.
+  /// `faults`: the list of an inspection, or nullptr.
   LeftOutRows(const LogFile& log, RowFaults* faults) : asked_(faults == nullptr && log.repair), listed_(faults) {
     left_out_.for_use = true;
   }

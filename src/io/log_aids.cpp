@@ -25,7 +25,7 @@ double height_by_pressure(double pressure) {
   return kLayer * kPower / kStandardPressure * std::pow(pressure / kStandardPressure, kPower - 1);
 }
 
-// Sigma of the pitch of a baseline over that of its heading, where none is told: satellites are all above.
+// Sigma of the pitch of a baseline over that of its heading, where none is stated: satellites are all above.
 constexpr double kSteeper = 2;
 
 struct NoMore {
@@ -37,14 +37,13 @@ void require_positive(double sigma, std::string_view column, std::string_view ex
   csv.fail(fmt::format("{} must be above zero; `sigma: {}` in the configuration replaces it", column, example));
 }
 
-/// Where the values of a sensor stand, and such as its sigma may be.
+/// The columns of a sensor's values and of its sigma.
 struct AidColumns {
   std::string_view value, sigma, example;
 };
 
-// The rows of a file: `value` and `sigma` turn what stands in the two columns into the numbers of the fix; the second
-// is given the value as well. `more(fix)` reads what else stands in the row. Sigmas that the configuration replaces may
-// be anything finite.
+// The rows of a file: `value` and `sigma` convert the two columns to the numbers of the fix; `sigma` takes the value as
+// well. `more(fix)` reads the other columns of the row. Sigmas that the configuration replaces may be anything finite.
 template <class Fix, class Value, class Sigma, class More = NoMore>
 FixRecording<Fix> read_rows(CsvReader& csv, const LogFile& log, const AidColumns& columns, const Value& value,
                             const Sigma& sigma, double fallback, const More& more = {}) {

@@ -17,8 +17,8 @@ namespace piste::log_formats {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-// Android states accuracies as radii of 68 %: of the horizontal error, whose sigma on each axis is so much less, as
-// P(radius) = 1 − exp(−radius²/2σ²), and of single axes, where 68 % is one sigma.
+// Android states accuracies as radii of 68 %. Of the horizontal error, P(radius) = 1 − exp(−radius²/2σ²) gives the
+// smaller sigma of each axis. Of single axes, 68 % is one sigma.
 const double kRadiusPerSigma = std::sqrt(-2 * std::log(1 - 0.68));
 
 const ColumnQuantity& quantity_named(std::span<const ColumnQuantity> quantities, std::string_view key) {
@@ -67,7 +67,7 @@ ColumnMap map_of(const ColumnMap& map, Part part) {
   return own;
 }
 
-// Whether all these columns are empty: then the row is of another sensor that the same table has.
+// Whether all these columns are empty: then the row is of another sensor in the same table.
 bool is_of_another(const ColumnReader& reader, std::initializer_list<const std::vector<Column>*> all) {
   return std::none_of(all.begin(), all.end(), [&](const std::vector<Column>* columns) {
     return std::any_of(columns->begin(), columns->end(), [&](const Column& c) { return reader.has_value(c); });
@@ -143,7 +143,7 @@ ImuRecording sum_of(const ImuRecording& linear, const ImuRecording& gravity) {
       linear.time[i] < gravity.time[j] ? ++i : ++j;
     }
   }
-  constexpr std::size_t kMost = 10;  // rows without one beside them: one in so many
+  constexpr std::size_t kMost = 10;  // rows without a partner: at most one in so many
   sum.unpaired = linear.time.size() + gravity.time.size() - 2 * sum.time.size();
   if (kMost * sum.unpaired > linear.time.size() + gravity.time.size()) {
     throw DataError(gravity.file + ":1",
@@ -339,8 +339,8 @@ class FixReader {
   }
 
   // The error along the course is that of the speed, and across it speed times that of the course. Both horizontal axes
-  // get the larger: an ellipse that is not along them cannot be said, and no direction is said to be better than it is.
-  // A course without accuracy comes from the velocities, with errors as large across as along.
+  // get the larger: an ellipse along other axes cannot be stated, and no direction gets a sigma that is too small. A
+  // course without accuracy comes from the velocities, with errors as large across as along.
   std::optional<FixVelocity> velocity_along_course() const {
     constexpr double kNone = -10;  // negative values are iOS' sign that there is none
     const auto value = [&](const std::optional<Column>& column) {

@@ -36,11 +36,11 @@ void check_rate(const Vector3d& rate, const RowSource& row);
 /// The same for an increment [rad] that ends at `time`, behind the last row of `imu`.
 void check_turn(const Vector3d& dtheta, double time, const ImuRecording& imu, const RowSource& row);
 
-/// The sigma that nobody states.
+/// The sigma where none is stated.
 inline Vector3d unknown_sigma() { return Vector3d::Constant(std::numeric_limits<double>::infinity()); }
 
-/// Whether a row of a receiver's table tells a place: where latitude and longitude are both exactly 0, its logger says
-/// that there is no fix. Such a row is counted, and nothing else of it is read.
+/// Whether a row of a receiver's table has a position. Latitude and longitude of exactly 0 are a logger's sign for no
+/// fix. Such a row is counted, and nothing else of it is read.
 inline bool tells_place(double latitude, double longitude) { return latitude != 0 || longitude != 0; }
 
 /// Gives a fix the sigmas that its configuration states, if it does. Throws if latitude, longitude or height are then

@@ -33,7 +33,7 @@ struct Told {
   std::optional<Place> place;
   std::optional<Vector3d> sigma;
   Correlation correlation = Correlation::Zero();
-  std::optional<Vector3d> velocity;  ///< north, east; down is not told
+  std::optional<Vector3d> velocity;  ///< north, east; down is not stated
   bool without_fix = false;
 };
 
@@ -173,7 +173,7 @@ Told read_vtg(const Sentence& s) {
   return {};
 }
 
-// Written when it is sent: its time need not be that of the fix.
+// Stamped when sent: its time need not be that of the fix.
 Told read_zda(const Sentence& s) {
   s.require_fields(4);
   Told told;

@@ -94,7 +94,7 @@ FixQuality quality_of(const TextReader& reader, std::string_view type) {
   return FixQuality::kUnknown;
 }
 
-/// Puts positions and velocities of the same times together, in whichever order they stand.
+/// Joins positions and velocities of the same times, in either order.
 class NovatelFixes {
  public:
   NovatelFixes(const LogFile& log, TextReader& reader)

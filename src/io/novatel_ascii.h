@@ -33,8 +33,8 @@ inline constexpr std::string_view kUntypedImu =
     "RAWIMUA and RAWIMUSA do not say the type of the IMU, on which the scale of their counts depends; log RAWIMUXA or "
     "RAWIMUSXA";
 
-/// The solution whose positions and velocities are read, such as BEST of BESTPOSA and BESTVELA: of those in a text that
-/// which no IMU has helped, and the receiver's best. Empty if there is none.
+/// The solution whose positions and velocities are read, such as BEST of BESTPOSA and BESTVELA. Of the solutions in a
+/// text it is the one of GNSS alone first, and else the receiver's best. Empty if there is none.
 std::string_view novatel_solution(std::string_view text);
 
 }  // namespace piste::log_formats

@@ -177,7 +177,7 @@ NumberTable table_of(const std::vector<CsvColumn>& columns, const Solution& solu
   return table;
 }
 
-// What a writer gives to its sink, as one text.
+// The output of a writer as one text.
 template <class Write>
 std::string text_of(Write&& write) {
   std::string text;
@@ -226,7 +226,7 @@ struct RowCsv::Writer {
         }
       }
     }
-    // Whether its last row is written, the next piece tells.
+    // The next piece decides whether its last row is written.
     if (!at.all() && !rows.empty()) fill(rows, rows.size() - 1, waiting);
   }
 

@@ -26,7 +26,7 @@ std::string_view without(std::string_view text, std::string_view marks) {
   return text.substr(first, text.find_last_not_of(marks) - first + 1);
 }
 
-// What VBOX writes between the names and the rows.
+// The line of VBOX between the names and the rows.
 constexpr std::string_view kDataMark = "[data]";
 
 // Whether the first field is but the mark of a comment.
@@ -34,7 +34,7 @@ bool begins_with_mark(const std::vector<std::string_view>& fields) {
   return fields.size() > 1 && !fields[0].empty() && without(fields[0], kMarks).empty();
 }
 
-// A unit as a line of units has it, without what is about it: `deg/s`, `(deg/s)` or `"deg/s"`.
+// A unit from a line of units, without brackets or quotes: `deg/s`, `(deg/s)` or `"deg/s"`.
 std::string_view bare(std::string_view field) {
   const std::string_view unit = without(field, " \t\"");
   const bool bracketed =

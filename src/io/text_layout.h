@@ -1,5 +1,5 @@
 #pragma once
-/// Finds how a text log is laid out: what separates its fields, and where its header and its rows stand.
+/// Determines the layout of a text log: its delimiter, and the lines of its header and its rows.
 
 #include <optional>
 #include <string>
@@ -30,9 +30,9 @@ std::optional<std::size_t> column_number(std::string_view name);
 
 TextReader::Separator separator_of(Delimiter delimiter);
 
-/// Finds the layout from the first lines: rows are those that hold numbers and have as many fields as most, and
-/// the header is the line above the first if it has as many. What `given` states is taken as it is. Nothing if there
-/// are no rows. Where `given.rows` numbers its column, only these rows are looked at.
+/// Determines the layout from the first lines. Rows are the lines of numbers with as many fields as most lines. The
+/// header is the line above the first row if it has as many fields. What `given` states is taken as it is. Nothing if
+/// there are no rows. Where `given.rows` numbers its column, only these rows are looked at.
 std::optional<TextLayout> find_layout(std::string_view text, const ColumnMap& given);
 
 /// Splits a header's fields. A mark of a comment before the first, and quotes, are left out; a mark that is a field of

@@ -24,8 +24,7 @@ class MappedFile {
   MappedFile(const MappedFile&) = delete;
   MappedFile& operator=(const MappedFile&) = delete;
   std::string_view text() const { return text_; }
-  /// What comes before `place` will hardly be read again: it no longer counts as memory of this program. It can be read
-  /// all the same.
+  /// Releases the memory before `place`, which will hardly be read again. It can still be read.
   void pass(const char* place) {
     constexpr std::ptrdiff_t kPiece = std::ptrdiff_t{1} << 24;
     if (mapped_ && place - passed_ > kPiece) give_back(place);
@@ -61,11 +60,11 @@ class TextReader : public RowSource {
   void split(std::string_view text);
   /// Field i as a finite number. A leading `+` is allowed. `column`: its name, where a header gives it one.
   double number(std::size_t i, std::string_view column = {}) const;
-  /// The same as a whole number and what is left of it: nanoseconds since 1970 keep their digits.
+  /// The same as a whole number and its remainder: nanoseconds since 1970 keep their digits.
   std::pair<std::int64_t, double> parts(std::size_t i) const;
 
   std::size_t line_number() const { return place; }
-  /// What is still to be read.
+  /// The text that is still to be read.
   std::string_view rest() const { return rest_; }
   /// From the next line on.
   void set_separator(Separator separator) { separator_ = separator; }

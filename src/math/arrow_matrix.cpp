@@ -102,7 +102,7 @@ void ArrowElimination::append(const ArrowEquations& next) {
     const auto F = links_.F[next_];
     PF.setZero();
     add_times_F(1, P, next_, PF);
-    // F PF and the noise, but for what is above the diagonal.
+    // F PF and the noise: only the lower triangle.
     told = links_.noise[next_];
     multiply(1, factors(F, PF), true, true, {told.data(), told.rows(), full_, Blocks::Stride(told.outerStride())});
     for (Eigen::Index j = full_; j < told.cols(); ++j) {
@@ -157,7 +157,7 @@ ArrowMatrix ArrowElimination::covariance() const {
     if (i < gains_.size()) {
       const auto gain = gains_[i];
       auto link = P.links[i];
-      // Joseph's form of the covariance with the next node known: what is left stays positive.
+      // Joseph's form of the covariance given the next node: it stays positive.
       rest.setIdentity();
       add_product(-1, gain, links_.F[i], rest);
       set_product(rest, nodes_[i], half);

@@ -8,8 +8,8 @@
 
 namespace piste {
 
-/// What ties node i to node i + 1: z = F x + B (g, 1) + w, where w has the covariance `noise`, and g is the border. Of
-/// Bᵀ the last row is what does not depend on any of them.
+/// The link from node i to node i + 1: z = F x + B (g, 1) + w, where w has the covariance `noise`, and g is the border.
+/// The last row of Bᵀ is the constant term.
 struct ChainLinks {
   Blocks F, B_transposed, noise;
 
@@ -28,7 +28,7 @@ struct ArrowVector {
 };
 
 /// Residuals of measurements, each of one node and the border, J x + K (g, 1): a column of each matrix is a row of J or
-/// K, and the last element of K's is what does not depend on the unknowns. At most three of them are used.
+/// K. The last element of each row of K is the constant term. At most three columns are used.
 struct ArrowRows {
   Blocks J, K;
 
@@ -56,8 +56,7 @@ class ArrowEquations {
 
  private:
   friend class ArrowElimination;
-  // Of a node with itself, and of (g, 1) with itself: not what is above the diagonal. Between them of (g, 1) with a
-  // node.
+  // Of a node with itself, and of (g, 1) with itself: only the lower triangle. `sides`: of (g, 1) with a node.
   Blocks nodes_, sides_, corner_;
 };
 
@@ -69,20 +68,20 @@ struct ArrowMatrix {
   Eigen::MatrixXd corner;  ///< of the border with itself
 };
 
-/// The nodes eliminated from the first to the last (Takahashi, Fagan and Chen 1973): from it the solution follows, and
-/// the covariance. The information of a link is never formed: over milliseconds it is 1e16 times that of a measurement,
-/// and would take all digits of it. The cost is linear in the number of nodes.
+/// The nodes eliminated from the first to the last (Takahashi, Fagan and Chen 1973). Solution and covariance follow
+/// from it. The information of a link is never formed: over milliseconds it is 1e16 times that of a measurement, whose
+/// digits would be lost. The cost is linear in the number of nodes.
 class ArrowElimination {
  public:
   ArrowElimination() = default;
   /// Of a whole chain; `full`: as in begin().
   ArrowElimination(const ArrowEquations& equations, ChainLinks links, Eigen::Index full);
 
-  /// Begins a chain of `count` nodes, in the memory of the one before: memory that the system clears anew costs as much
-  /// as filling it. Below their first `full` rows, all F are diagonal.
+  /// Begins a chain of `count` nodes, in the memory of the previous one: memory that the system clears anew costs as
+  /// much as filling it. Below their first `full` rows, all F are diagonal.
   void begin(std::size_t count, Eigen::Index node, Eigen::Index border, Eigen::Index full);
-  /// What ties the nodes: to be written before append() comes to the first of the two. If nothing has changed in size
-  /// it is that of the chain before, else zero.
+  /// The links of the nodes: write each before append() reaches the first of its two nodes. If no size has changed they
+  /// are those of the previous chain, else zero.
   ChainLinks& links() { return links_; }
   /// Eliminates the next nodes. The equations are those of priors and measurements alone, without those of the links.
   /// Throws std::domain_error if the first node is not determined.
@@ -91,7 +90,7 @@ class ArrowElimination {
   void finish();
 
   ArrowVector solution() const;
-  /// Selected blocks of the inverse, back from those of the border and the next node.
+  /// Selected blocks of the inverse, computed backwards from the blocks of the border and the next node.
   ArrowMatrix covariance() const;
   /// Covariances of node `late` with each node before it, the last one first: of all their rows with the columns of
   /// `late` that begin at `column`. `P`: covariance().
@@ -105,18 +104,18 @@ class ArrowElimination {
       visit(i, C);
     }
   }
-  /// What all squares, of the equations and of the chain, come to at the solution.
+  /// The sum of all squares, of the equations and of the chain, at the solution.
   double least() const { return least_; }
 
  private:
   void add_times_F(double sign, const Blocks::View& A, std::size_t link, Blocks::View C) const;
 
-  // With the next node z and the border g, x = gain z − sideᵀ (g, 1); `node` is its covariance by what stands before z.
+  // With the next node z and the border g, x = gain z − sideᵀ (g, 1); `node` is its covariance given all before z.
   Blocks nodes_, sides_, gains_;
   ChainLinks links_;
   Eigen::Index full_ = 0;
   std::size_t next_ = 0;
-  Blocks told_, told_side_;  // of the next node, by what stands before it
+  Blocks told_, told_side_;  // information of the next node from all before it
   Blocks squares_, wide_;    // room
   Blocks corner_;            // normal equations of (g, 1), then covariance of the border
   Eigen::VectorXd border_;

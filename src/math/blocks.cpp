@@ -64,7 +64,7 @@ PISTE_WIDE void multiply_padded(double factor, Factors of, bool kept, bool lower
   if (row < stride_C) multiply_rows<1>(factor, of, kept, C + row, stride_C, until(row + 4));
 }
 
-// What a pivot changes in N columns of the same group: rest ← rest − column (column_j / pivot).
+// The update by a pivot of N columns of the same group: rest ← rest − column (column_j / pivot).
 template <int N>
 PISTE_INSIDE void sweep_columns(double over, const double* column, Index group, double* A, Index stride) {
   double factor[N];
@@ -97,8 +97,8 @@ PISTE_INSIDE void scale_both(double sign, const double* scale, double* A, Index 
 }
 
 // The sweep operator on every row in turn (Goodnight 1979, The American Statistician 33): A becomes −A⁻¹, scaled. Of A
-// the groups of rows from the diagonal on are read. `scale` and `column`: zeros, room for one. Pivots are variances
-// given all rows before, of which the first are one.
+// the groups of rows from the diagonal on are read. `scale` and `column`: zeros, work space. Pivots are conditional
+// variances given all rows before; the matrix is scaled so that its diagonal is 1.
 PISTE_WIDE bool invert_padded(double* A, Index n, Index stride, double* scale, double* column) {
   constexpr double kNothing = 1e-15;
   for (Index i = 0; i < n; ++i) {

@@ -8,8 +8,8 @@
 
 namespace piste {
 
-/// Matrices of one size, one after the other in memory. Each column goes on to a whole group of four doubles with
-/// zeros, so that products read and write whole groups, and allocate nothing.
+/// Matrices of one size, one after the other in memory. Each column is padded with zeros to a whole group of four
+/// doubles, so that products read and write whole groups, and allocate nothing.
 class Blocks {
  public:
   using Stride = Eigen::OuterStride<>;
@@ -25,8 +25,8 @@ class Blocks {
     resize(count, rows, columns);
     std::fill(values_.begin(), values_.end(), 0.0);
   }
-  /// Their values stay undefined where it had others. What goes on behind a column stays zero if rows and columns do
-  /// not change.
+  /// Values are undefined after a change of size. The padding behind a column stays zero if rows and columns do not
+  /// change.
   void resize(std::size_t count, Eigen::Index rows, Eigen::Index columns) {
     if (rows != rows_ || columns != columns_) values_.clear();
     count_ = count;
@@ -55,7 +55,7 @@ struct Factors {
   const double *A, *B;
   Eigen::Index inner, stride, row, column;
 };
-/// C ← `kept` C + `factor` A B, where `kept` is 0 or 1; or of a symmetric C at least what is not above its diagonal.
+/// C ← `kept` C + `factor` A B, where `kept` is 0 or 1; or of a symmetric C at least the lower triangle.
 void multiply(double factor, const Factors& of, bool kept, bool lower, Blocks::View C);
 
 template <class ViewA, class ViewB>
@@ -86,15 +86,15 @@ template <class ViewA, class ViewB>
 void add_product_transposed(double factor, const ViewA& A, const ViewB& B, Blocks::View C) {
   multiply(factor, factors_transposed(A, B), true, false, C);
 }
-/// The same of a product that is symmetric, of which no more is right than what is not above the diagonal.
+/// The same for a symmetric product: only the lower triangle is computed right.
 template <class ViewA, class ViewB>
 void add_symmetric_transposed(double factor, const ViewA& A, const ViewB& B, Blocks::View C) {
   multiply(factor, factors_transposed(A, B), true, true, C);
 }
 
-/// A ← A⁻¹ of a symmetric positive definite A, by Gauss and Jordan's elimination of the matrix with unit diagonal, so
-/// that units do not matter (Higham 2002, Accuracy and Stability of Numerical Algorithms, section 14.4). Returns
-/// whether A is positive definite; if it is not, A is spoilt. What is above the diagonal is not read. @pre A is of
+/// A ← A⁻¹ of a symmetric positive definite A, by Gauss-Jordan elimination (Higham 2002, Accuracy and Stability of
+/// Numerical Algorithms, section 14.4). The matrix is scaled to a unit diagonal, so that units do not matter. Returns
+/// whether A is positive definite; if it is not, A is spoilt. The part above the diagonal is not read. @pre A is of
 /// Blocks
 bool invert_definite(Blocks::View A);
 

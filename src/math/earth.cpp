@@ -22,9 +22,9 @@ Place directions(const Geodetic& place) {
           place.height};
 }
 
-// Latitude by its tangent from that of the parametric latitude (Bowring 1985), from a start that is good to 1e-14 rad
-// near the ellipsoid and once more, which makes it exact to rounding from some kilometres below it to the satellites.
-// No angle is taken. Within a metre of the axis the longitude is 0.
+// Latitude by its tangent from that of the parametric latitude (Bowring 1985). The start is accurate to 1e-14 rad near
+// the ellipsoid. One iteration makes it exact to rounding from some kilometres below the ellipsoid up to satellites. No
+// angle is taken. Within a metre of the axis the longitude is 0.
 Place place_of(const Vector3d& p_e) {
   const GeographicLib::Geocentric& ellipsoid = GeographicLib::Geocentric::WGS84();
   const double a = ellipsoid.EquatorialRadius(), f = ellipsoid.Flattening(), b = a * (1 - f), e2 = f * (2 - f);

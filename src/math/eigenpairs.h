@@ -13,7 +13,7 @@ struct Eigenpairs {
   Square vectors;
 };
 
-/// Of a symmetric matrix, of which the lower half is read. Compiled once here: Eigen's solver takes a compiler seconds.
+/// Of a symmetric matrix, whose lower triangle is read. Compiled once here: Eigen's solver takes seconds to compile.
 Eigenpairs eigenpairs(const Square& X);
 
 }  // namespace piste

@@ -10,8 +10,8 @@
 
 namespace piste {
 
-/// Runs `work()` in a thread of its own; the destructor waits for its end. What may interrupt the thread that makes it
-/// may interrupt this one.
+/// Runs `work()` in a thread of its own; the destructor waits for its end. The interruption check of the creating
+/// thread also holds in this one.
 class JoiningThread {
  public:
   explicit JoiningThread(std::function<void()> work)

@@ -15,7 +15,7 @@
 namespace piste {
 namespace {
 
-// Freed by nobody: it serves until the program ends.
+// Never freed: it is used until the program ends.
 locale_t c_locale() {
   static const locale_t locale = newlocale(LC_ALL_MASK, "C", nullptr);
   return locale;

@@ -1,5 +1,5 @@
 #pragma once
-/// Numbers in text, read alike by every standard library.
+/// Reads numbers in text, equally with every standard library.
 
 #include <charconv>
 

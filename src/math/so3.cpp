@@ -116,7 +116,7 @@ Quaterniond from_euler(const Vector3d& e) {
 
 namespace {
 
-constexpr double kUpright = 1e-12;  // cosine of the pitch below which roll and heading cannot be told apart
+constexpr double kUpright = 1e-12;  // cosine of the pitch below which roll and heading cannot be separated
 
 // The entries are at most 1: no need for hypot's care.
 double cos_pitch(const Matrix3d& R) { return std::sqrt(R(0, 0) * R(0, 0) + R(1, 0) * R(1, 0)); }

@@ -9,8 +9,7 @@
 
 namespace piste {
 
-/// As ceres::Solve(). What interrupts the work is thrown here, and not through the solver, which may have threads of
-/// its own.
+/// As ceres::Solve(). An interruption is thrown here, and not through the solver, which may have threads of its own.
 inline void solve_least_squares(ceres::Solver::Options options, ceres::Problem& problem,
                                 ceres::Solver::Summary& summary) {
   struct Check final : ceres::IterationCallback {

@@ -31,7 +31,7 @@ PISTE_INSIDE void columns_of_product(const double* A, const double* B, std::ptrd
                                      double* out) {
   std::ptrdiff_t row = 0;
   for (; row + 8 <= n; row += 8) tile_of_product<2, C>(A, B, row, column, n, out);
-  // The last four rows, of which some may be there, to the same bits.
+  // The last four rows, some of them again, to the same bits.
   for (; row < n; row += 4) tile_of_product<1, C>(A, B, std::min(row, n - 4), column, n, out);
 }
 

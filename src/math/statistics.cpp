@@ -41,7 +41,7 @@ double autocovariance(std::span<const double> values, std::size_t lag, double ce
 
 double standard_error_of_series(std::span<const double> values) {
   constexpr std::size_t kLongestLag = 50;
-  constexpr double kNone = 0.05;  // less correlation than a series of some hundred values tells
+  constexpr double kNone = 0.05;  // a series of some hundred values does not resolve less correlation
   const double centre = mean(values), variance = autocovariance(values, 0, centre);
   double inflation = 1;
   for (std::size_t lag = 1; lag < std::min(kLongestLag, values.size()) && variance > 0; ++lag) {

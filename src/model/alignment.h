@@ -1,5 +1,5 @@
 #pragma once
-/// The attitude of a body that stands, from its accelerometers.
+/// Levelling: the attitude of a stationary body, from its accelerometers.
 
 #include "piste/math/so3.h"
 

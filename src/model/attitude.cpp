@@ -30,16 +30,16 @@ void add_lag(Linearization& lin, const Matrix3d& A, const Estimate& x, const Tur
     lin.add(Block::kGyroScale, gyro * turning.rate.asDiagonal());
   }
   if (!turning.lag.is_uncertain()) return;
-  // Of a vibration at Ω = |ω'| / |ω| a delay that is uncertain by σ tells exp(−Ω² σ² / 2) of what its derivative says
-  // (statistical linearization; Gelb 1974, section 6.2).
+  // For a vibration at Ω = |ω'| / |ω| and a delay with 1-sigma σ, the derivative by the delay is reduced by the factor
+  // exp(−Ω² σ² / 2) (statistical linearization; Gelb 1974, section 6.2).
   const double rate = std::max(turning.rate.squaredNorm() + turning.rate_variance, 1e-12);
   const double change = turning.rate_change.squaredNorm(), P = turning.lag.variance;
   const double told = std::exp(-0.5 * P * change / rate);
   add_delay(lin, turning.lag,
             A * (turning.earth_rate - told * R_wb * beyond_noise(turning.rate, turning.rate_variance)));
   add_curvature(lin, turning.lag, A * R_wb * turning.rate_change);
-  // The term of third order has an unknown direction and a variance of 5/12 P³ |ω'|⁴ / |ω|². One fix after the other
-  // has it alike, so that ten times as much counts, by Monte Carlo (LateSources in tests/scenario/delays.cpp).
+  // The term of third order has an unknown direction and a variance of 5/12 P³ |ω'|⁴ / |ω|². It is correlated from fix
+  // to fix: ten times the variance is used, by Monte Carlo (LateSources in tests/scenario/delays.cpp).
   const double third = 5.0 / 12 * P * P * P * change * change / rate;
   lin.covariance += 10 * third * Matrix3d::Identity();
 }

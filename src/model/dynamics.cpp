@@ -35,13 +35,13 @@ constexpr std::ptrdiff_t kPadded = kMostStates;
 constexpr std::ptrdiff_t kTurnedRows = 12;  // of the navigation, and up to a multiple of four
 static_assert(kMostStates % 4 == 0, "a Covariance has room for loops over its columns by four");
 
-// What the navigation rows depend on among the inputs: position on all but the gyroscopes, velocity on all, attitude on
+// Dependence of the navigation rows on the inputs: position on all but the gyroscopes, velocity on all, attitude on
 // itself and the gyroscopes.
 constexpr std::array<int, 12> kOfPosition{0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14};
 constexpr std::array<int, 15> kOfVelocity{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14};
 constexpr std::array<int, 6> kOfAttitude{6, 7, 8, 9, 10, 11};
 
-// What a state adds to an input.
+// The contribution of a state to an input.
 struct Action {
   int state;
   double factor;
@@ -91,7 +91,7 @@ class Slow {
   std::array<std::size_t, kInputs - kNavigation> counts_{};
 };
 
-// What the inputs e_g and e_a are in rows of n numbers, a multiple of four, that stand `stride` apart for each state.
+// The inputs e_g and e_a, from rows of n numbers, a multiple of four, `stride` apart for each state.
 PISTE_INSIDE void imu_inputs(const Slow& s, const double* states, std::ptrdiff_t stride, std::ptrdiff_t n,
                              double* out) {
   for (int input = 0; input < kInputs - kNavigation; ++input, out += n) {
@@ -216,7 +216,7 @@ PISTE_WIDEST void sandwich(double* __restrict P, std::ptrdiff_t n, const Slow& s
     add_nine(corner + j * kTurnedRows, noise.data() + j * kNavigation, column);
     multiply(s.decay.data(), 1, after + j * padded, kNavigation, n, column);
   }
-  // The covariance of two navigation errors came out twice, equal but for rounding: one is kept.
+  // The covariance of two navigation errors was computed twice, equal up to rounding: one is kept.
   for (std::ptrdiff_t j = 1; j < kNavigation; ++j) {
     for (std::ptrdiff_t i = 0; i < j; ++i) P[i * n + j] = P[j * n + i];
   }
@@ -232,7 +232,7 @@ PISTE_WIDEST void sandwich(double* __restrict P, std::ptrdiff_t n, const Slow& s
   }
 }
 
-// What mend_rate() changes, by `t.step`.
+// The part of the transition that mend_rate() changes, from `t.step`.
 void mend(Transition& t) {
   const ErrorStep& step = t.step;
   t.navigation.setIdentity();

@@ -5,21 +5,21 @@
 namespace piste {
 namespace {
 
-// s: a fix that belongs so near to the estimate is of the same moment. A velocity that is so much later than its
-// position is a mean over twice that time, in which a vibration is lost.
+// s: a fix within this of the estimate is of the same moment. A velocity that is later than its position by the second
+// number is taken for a mean over twice that time, in which a vibration is averaged out.
 constexpr double kMoment = 1e-3, kMean = 0.02;
 
-// A body at rest sways, which the updates of rest deny. Where fixes are finer than the sway, its direction would tell a
-// false heading: so they are taken to be as coarse.
+// A body at rest sways, against the assumption of ZUPT and ZARU. If fixes are more accurate than the sway, its
+// direction would give a false heading. So the sway is added to their covariance.
 constexpr double kSway = 0.03, kSwaySpeed = 0.05;  // m, m/s
 
-// What the two measurements have in common: the lever arm, the acceleration of the IMU, and how errors of the IMU
-// change both.
+// The common part of the two measurements: the lever arm, the acceleration of the IMU, and the derivatives of both by
+// errors of the IMU.
 struct Antenna {
   Matrix3d R_wb;
   Matrix3d gyro_scale, accel_scale;  // (1 + scale)⁻¹
   Vector3d arm;                      // R l
-  Quaterniond back;                  // C: turns b into what it was τ before
+  Quaterniond back;                  // C: turns b into its axes τ before
   Matrix3d back_jacobian;            // J_l(−ω̄ τ)
   Vector3d acceleration;             // a
 
@@ -63,8 +63,8 @@ void add_gyro(Linearization& lin, const Matrix3d& by_rate, const Vector3d& rate,
 // The derivative of C u by ω̄: C u turns by J_l(−ω̄ τ) (−τ δω̄).
 Matrix3d turning_back(const Vector3d& then, const Antenna& a, double tau) { return tau * skew(then) * a.back_jacobian; }
 
-// What the delay of a velocity of the moment is multiplied by: the force now. A mean is late for a vibration, which the
-// velocity shows all of.
+// The factor of the delay of an instantaneous velocity: the present force. A mean lags a vibration, all of which the
+// velocity shows.
 AntennaMotion of_the_moment(AntennaMotion motion, const MeasurementContext& context) {
   const double noise = context.options.sensor.accel.noise;
   motion.mean.force = motion.now.force;
@@ -82,8 +82,8 @@ void keep_horizontal(Linearization& lin, const Matrix3d& R_wn) {
 // A slow error of unit variance in m, along n.
 Matrix3d slow_factor(const GnssFix& fix) { return fix.slow_level.asDiagonal() * fix.position_factor(); }
 
-// A factor of the covariance of what is white in a position, along n: the total less the slow part. Where a receiver
-// states more than it did, the slow part has not grown yet, and the white one is larger.
+// A square root of the covariance of the white part of a position, along n: the total less the slow part. After an
+// increase of the stated sigmas the slow part has not grown yet, and the white part is larger.
 Matrix3d white_factor(const GnssFix& fix, const std::optional<PositionDrift>& drift) {
   if (!drift) return fix.position_factor();
   const auto rest = [](const Vector3d& share) { return (1 - share.array().square()).matrix().eval(); };
@@ -92,13 +92,13 @@ Matrix3d white_factor(const GnssFix& fix, const std::optional<PositionDrift>& dr
     const Vector3d larger = now.cwiseQuotient(usual).cwiseMax(1).cwiseSqrt();
     return larger.asDiagonal() * fix.position_factor() * usual.cwiseSqrt().asDiagonal();
   }
-  constexpr double kLeast = 0.01;  // of the variance: a drift in m may be as large as what a fix states
+  constexpr double kLeast = 0.01;  // of the variance: a drift in m may be as large as the sigma of a fix
   const Vector3d share = drift->sigma.cwiseQuotient(fix.sigma_position);
   return rest(share).cwiseMax(kLeast).cwiseSqrt().asDiagonal() * fix.position_factor();
 }
 
-// The same for an antenna that moves on the body: what it is away from its place adds to the lever arm. How fast it
-// moves is white noise of a velocity: its mean over the correlation time τ has a variance of 2 (1 − 1/e) σ²/τ².
+// The same for an antenna that moves on the body: its displacement adds to the lever arm. Its speed is white noise of a
+// velocity: the mean over the correlation time τ has a variance of 2 (1 − 1/e) σ²/τ².
 Linearization swaying(Linearization lin, const GnssOptions& receiver, int sensor) {
   if (!receiver.lever_arm_sway) return lin;
   lin.add(lever_arm_sway_block(sensor), lin.jacobian(Block::kLeverArm));
@@ -169,15 +169,15 @@ Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const An
   lin.observes = Block::kVelocity;
   lin.residual = fix.velocity->value - (x.v_wb + swing - tau * a.acceleration);
   Vector3d variance = fix.velocity->sigma.cwiseAbs2();
-  if (!fix.velocity->has_down()) variance.z() = 0;  // the row is left out in the end
+  if (!fix.velocity->has_down()) variance.z() = 0;  // the row is left out below
   lin.covariance = gravity.R_wn * variance.asDiagonal() * gravity.R_wn.transpose();
   lin.covariance += by_rate * motion.now.rate_variance.asDiagonal() * by_rate.transpose();
   lin.by_rate_noise = by_rate;
   lin.told_noise = motion.told_noise;
   if (still) lin.covariance += kSwaySpeed * kSwaySpeed * Matrix3d::Identity();
 
-  // Where the attitude turns, v turns with it, and the part of the swing that is not the Earth's. At rest both are
-  // noise, which must not tell a heading.
+  // An error of attitude turns v, and the part of the swing without the Earth's rotation. At rest both are noise, which
+  // must give no information on the heading.
   const Vector3d turned = swing + earth_rate.cross(a.arm);
   const Vector3d carried = still ? Vector3d::Zero().eval() : (x.v_wb + turned).eval();
   const Matrix3d E = skew(earth_rate);

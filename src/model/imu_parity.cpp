@@ -16,7 +16,7 @@ std::optional<Linearization> linearize_parity(const ParityFix& fix, int parity, 
   const UnitVector noise = unit_noise(units, triad), weights = unit_weights(noise);
   const UnitVector row = parity_rows(noise).col(parity);
   const int parities = static_cast<int>(units.size()) - 1;
-  // What is seen of an error that is the same whatever is measured: of the units' mean, and of each parity block.
+  // Derivatives by errors that do not depend on the signal: of the IMUs' mean, and of each parity block.
   struct Seen {
     Block block;
     double common;
@@ -40,7 +40,7 @@ std::optional<Linearization> linearize_parity(const ParityFix& fix, int parity, 
       lin.add(parity_block(s.block, k), s.split(k) * Matrix3d::Identity());
     }
   }
-  // Of the scales, unit by unit: each acts along its own axes.
+  // By the scales, IMU by IMU: each acts along its own axes.
   const UnitSplit scales = split_errors(weights, unit_sigmas(units, triad, UnitError::kScale));
   Matrix3d difference = Matrix3d::Zero(), by_mean = Matrix3d::Zero(), by_parity[kMostParities];
   for (Matrix3d& by : by_parity) by.setZero();

@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kPlace = 0, kSpeed = 3, kTurn = 6, kGyroDrift = 9, kAccelDrift = 12;
 
-// What the rows of (ΔP, ΔV, ΔR) depend on among (ΔP, ΔV, ΔR, rate, force).
+// Dependence of the rows of (ΔP, ΔV, ΔR) on (ΔP, ΔV, ΔR, rate, force).
 constexpr std::array<int, 15> kOfPlace{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14};
 constexpr std::array<int, 12> kOfSpeed{3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14};
 constexpr std::array<int, 6> kOfTurn{6, 7, 8, 9, 10, 11};
@@ -57,11 +57,11 @@ Matrix3d double_integral(const Vector3d& angle) {
   return 0.5 * Matrix3d::Identity() + S / 6 + S * S / 24;
 }
 
-// What the rotating Earth and gravity do over an interval that begins at `start`.
+// The effect of the rotating Earth and of gravity over an interval that begins at `start`.
 struct Fall {
   Matrix3d E;                                     // Exp(T ω_ie)
   Vector3d velocity, position;                    // T J_l G_v, T² Γ G_p
-  Matrix3d velocity_by_place, position_by_place;  // their derivatives by p; those by v have T/2 and T/3 before them
+  Matrix3d velocity_by_place, position_by_place;  // their derivatives by p; by v: T/2 and T/3 times these
 };
 
 Fall fall_of(double T, const Estimate& start, const Vector3d& earth_rate, const Gravity& gravity) {
@@ -73,14 +73,14 @@ Fall fall_of(double T, const Estimate& start, const Vector3d& earth_rate, const 
           twice * gravitation(start.p_wb + T / 3 * start.v_wb), once * by_place, twice * by_place};
 }
 
-// The ends of an interval, compared with what the samples say: `went` and `gained` in w, at the start.
+// The ends of an interval, compared with the preintegrated samples: `went` and `gained` in w, at the start.
 struct Ends {
   Fall fall;
   Matrix3d omega, R_j, C;
   Vector3d gained, went, turn_change, turned;
   Eigen::Matrix<double, 9, 1> value;
 
-  // `corrected`: by how much the sum is taken to differ.
+  // `corrected`: the first-order correction of the sum.
   Ends(const SummedMotion& sum, const Eigen::Matrix<double, 9, 1>& corrected, const Estimate& start,
        const Estimate& end, const Vector3d& earth_rate, const Gravity& gravity)
       : fall(fall_of(sum.time, start, earth_rate, gravity)),
@@ -140,8 +140,8 @@ SumStep Preintegration::add(const ImuStep& measured, const StepNoise& noise, con
                             const DriftStep& gyro, const DriftStep& accel) {
   const double dt = measured.dt;
   SumStep step = move(measured, gyro, accel);
-  // What drives the step: rows of the drifts' covariance, and how the drift of now follows from each error of the IMU.
-  // A drift at the start has become less by now: x_ has its value, and `left` its part.
+  // The inputs of the step: rows of the drifts' covariance, and the present drift as a function of each error of the
+  // IMU. A drift at the start has decayed since: x_ has its present value, and `left` its remaining fraction.
   for (int k = 0; k < 3; ++k) {
     auto& rate = carried_[static_cast<std::size_t>(kGyroDrift) + static_cast<std::size_t>(k)];
     auto& force = carried_[static_cast<std::size_t>(kAccelDrift) + static_cast<std::size_t>(k)];
@@ -155,7 +155,8 @@ SumStep Preintegration::add(const ImuStep& measured, const StepNoise& noise, con
   Eigen::Matrix<double, 6, 1> white;
   white << noise.gyro / dt, noise.accel / dt;
   spread_sum(step, white, carried_);
-  // White noise within the step moves the place by dt³/3 of its density, of which the mean of the step tells dt³/4.
+  // White noise within the step gives the position a variance of dt³/3 times its squared density; the step's mean
+  // explains dt³/4 of it.
   const auto push = step.by_reading.block<3, 3>(kSpeed, 3);
   const Matrix3d beside = dt * dt / 12 * (push * white.tail<3>().asDiagonal() * push.transpose());
   for (std::size_t j = 0; j < 3; ++j) {
@@ -221,7 +222,7 @@ SumResidual compare(const ImuSum& sum, const Eigen::Matrix<double, 18, 1>& chang
   const Matrix3d right = so3_left_jacobian_inverse(-e.turned), left = so3_left_jacobian_inverse(e.turned);
   SumResidual r;
   r.value = e.value;
-  // Rows of places and speeds: by (ρ, ν, θ), where v = v̂ + ν − [v] θ and C = Ĉ (1 − [θ]).
+  // Rows of position and velocity: by (ρ, ν, θ), where v = v̂ + ν − [v] θ and C = Ĉ (1 − [θ]).
   const auto at_start = [&](int row, const Vector3d& seen, double time, const Matrix3d& by_place, double along) {
     // `time`: what multiplies v̄; `along`: T/2 or T/3, where gravity is taken.
     const Matrix3d by_v = time * I + along * by_place;

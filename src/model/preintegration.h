@@ -2,14 +2,14 @@
 /// The samples of an IMU between two nodes of a batch, summed once.
 ///
 /// In w, with v̄ = v + ω_ie × p and a gravitation that is constant over the interval, attitude, velocity and position
-/// are one group, and what the samples say is a factor of it that knows nothing of where the body was (Brossard,
-/// Barrau, Chauchat and Bonnabel 2021, "Associating uncertainty to extended poses for on Lie group IMU
-/// preintegration with rotating Earth"):
+/// are one group. The samples form a factor in it that does not depend on the initial state (Brossard, Barrau, Chauchat
+/// and Bonnabel 2021, "Associating uncertainty to extended poses for on Lie group IMU preintegration with rotating
+/// Earth"):
 ///
 ///     R_j = Eᵀ R_i ΔR      E v̄_j = v̄_i + T J_l(T ω_ie) G_v + R_i ΔV      E p_j = p_i + T v̄_i + T² Γ G_p + R_i ΔP
 ///
 /// with E = Exp(T ω_ie), Γ = Σ [T ω_ie]ⁿ / (n+2)! and G = g + ω_ie × (ω_ie × p). No term of the rotating Earth is left
-/// out. Gravity is taken at the places where the body is on average, as far as the velocity tells.
+/// out. Gravity is taken at the mean positions of the body, predicted from the initial velocity.
 ///
 /// ΔR, ΔV, ΔP come from the steps of strapdown.h, with coning and sculling. Their noise is that of the sensors, jointly
 /// with that of the drifts, which change within the interval too.
@@ -22,14 +22,14 @@
 
 namespace piste {
 
-/// What the samples of an interval say of the motion. ΔP and ΔV are in the body axes at the start of the interval.
+/// The preintegrated motion of an interval. ΔP and ΔV are in the body axes at the start of the interval.
 struct SummedMotion {
   double time = 0;                             ///< length T
   Quaterniond turn = Quaterniond::Identity();  ///< ΔR
   Vector3d velocity = Vector3d::Zero(), position = Vector3d::Zero();
 };
 
-/// The same, and how sure that is. Errors of (ΔP, ΔV, ΔR) have that order; ΔR's is a rotation vector on its right:
+/// The same, with its covariance. Errors of (ΔP, ΔV, ΔR) have that order; that of ΔR is a rotation vector on its right:
 /// truth = ΔR Exp(error).
 struct ImuSum : SummedMotion {
   /// The errors of the IMU, three axes each, in the order of the columns of `by_imu`.
@@ -48,8 +48,8 @@ struct DriftStep {
   Vector3d variance = Vector3d::Zero();  ///< that is added
 };
 
-/// How the error of a sum changes over one step: by itself, and by errors of rate and specific force (rad/s, m/s²) that
-/// are constant over the step and were in the estimate: a greater bias makes a smaller sum.
+/// Transition of the error of a sum over one step: by itself, and by errors of the estimated rate and specific force
+/// (rad/s, m/s²), constant over the step. A greater bias makes a smaller sum.
 struct SumStep {
   Matrix9d by_sum;
   Matrix96d by_reading;
@@ -61,8 +61,9 @@ class Preintegration {
   /// `x`: the estimate at the start of the interval. Its errors of the IMU are taken out of every step.
   explicit Preintegration(Estimate x) : x_(std::move(x)) {}
 
-  /// Adds a step, as measured. `told`: the motion that the scales multiply. That of the step itself has the noise that
-  /// the residual has, so it would pass for a scale (reference.h); a smoothed trajectory's has not. No heap.
+  /// Adds a step, as measured. `told`: the motion that the scales multiply, such as of a smoothed trajectory. The
+  /// motion of the step itself has the noise of the residual, which would pass for a scale (errors in variables;
+  /// reference.h). No heap.
   SumStep add(const ImuStep& measured, const StepNoise& noise, const BodyMotion& told, const DriftStep& gyro,
               const DriftStep& accel);
   /// Adds a step to the motion alone. No heap.
@@ -77,30 +78,30 @@ class Preintegration {
   static constexpr int kDerivatives = 16, kRows = 36;
   using Carried = std::array<std::array<double, kRows>, 15>;
 
-  Estimate x_;                             // with its drifts as they decay
-  double gyro_left_ = 1, accel_left_ = 1;  // what is left of the drifts at the start
+  Estimate x_;                             // with its drifts after their decay
+  double gyro_left_ = 1, accel_left_ = 1;  // remaining fraction of the drifts at the start
   SummedMotion motion_;
   alignas(32) Carried carried_{};
 };
 
-/// Carries the derivatives by the scales over a step, as Preintegration::add does.
+/// Propagates the derivatives by the scales over a step, as Preintegration::add does.
 void add_to_scales(ImuSum::ByImu& by_imu, const SumStep& step, const BodyMotion& told);
 
-/// What the white noise of a step adds to the covariance of (ΔP, ΔV, ΔR), times a vector.
+/// The increment of the covariance of (ΔP, ΔV, ΔR) by the white noise of a step, times a vector.
 Eigen::Matrix<double, 9, 1> white_noise_of(const SumStep& step, const StepNoise& noise, double dt,
                                            const Eigen::Matrix<double, 9, 1>& vector);
 
-/// Two ends of an interval compared with what the samples say, for the errors of estimate.h: residual = X_i⁻¹ X_j ⊟
-/// sum, in the order of ImuSum, and its derivatives by (ρ, ν, θ) at both ends. The derivatives are exact at any
-/// residual, but for the curvature of gravity.
+/// Two ends of an interval compared with the preintegrated samples, for the errors of estimate.h: residual = X_i⁻¹ X_j
+/// ⊟ sum, in the order of ImuSum, and its derivatives by (ρ, ν, θ) at both ends. The derivatives are exact at any
+/// residual, except for the curvature of gravity.
 struct SumResidual {
   Eigen::Matrix<double, 9, 1> value;
   Matrix9d by_start, by_end;
   ImuSum::ByImu by_imu;  ///< by the errors of the IMU
 };
 
-/// `change`: by how much the errors of the IMU differ from those with which the sum was made, in the order of its
-/// columns. `gravity`: near the start.
+/// `change`: difference of the errors of the IMU from those of the sum, in the order of its columns. `gravity`: near
+/// the start.
 SumResidual compare(const ImuSum& sum, const Eigen::Matrix<double, 18, 1>& change, const Estimate& start,
                     const Estimate& end, const Vector3d& earth_rate, const Gravity& gravity);
 
@@ -109,14 +110,14 @@ Eigen::Matrix<double, 9, 1> residual_of(const SummedMotion& sum, const Estimate&
                                         const Vector3d& earth_rate, const Gravity& gravity);
 
 /// The same comparison, solved for the error of the end: (ρ, ν, θ) there = by_start (ρ, ν, θ) at the start + by_imu
-/// times the errors of the IMU + shift + a noise that is that of the sum after turn_to_end().
+/// times the errors of the IMU + shift + noise. The noise is that of the sum after turn_to_end().
 struct SumTie {
   Eigen::Matrix<double, 9, 1> value;  ///< the residual of compare()
   Matrix9d by_start;
   ImuSum::ByImu by_imu;
   Eigen::Matrix<double, 9, 1> shift;
 
-  Matrix3d place, turn, velocity, rate;  ///< of which SumResidual::by_end⁻¹ consists
+  Matrix3d place, turn, velocity, rate;  ///< parts of SumResidual::by_end⁻¹
 
   /// Multiplies a column of nine by SumResidual::by_end⁻¹.
   void turn_to_end(double* column) const {

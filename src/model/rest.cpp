@@ -21,8 +21,8 @@ Linearization linearize_zero_rate(const RestOptions& rest, const Vector3d& mean_
   Linearization lin;
   lin.observes = Block::kGyroBias;
   lin.residual = mean_gyro - (gain.cwiseProduct(earth_b) + x.gyro_bias + x.gyro_drift);
-  // The sway's rate hardly changes from one mean to the next. White noise with the same integral over time stands for
-  // it.
+  // The rate of the sway hardly changes from one mean to the next. It is modelled as white noise with the same integral
+  // over time.
   const double alike = std::max(1.0, rest.correlation_time / duration);
   lin.covariance = (rest.sigma_rate * rest.sigma_rate * alike + noise * noise / duration) * Matrix3d::Identity();
   lin.add(Block::kGyroBias, Matrix3d::Identity());

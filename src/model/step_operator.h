@@ -20,17 +20,17 @@ class StepOperator {
   /// Errors side by side: value of the error k in lane l at [k * lanes + l].
   using Lanes = std::array<double, static_cast<std::size_t>(kMostStates* kLanes)>;
 
-  /// What one step multiplies by.
+  /// The factors of one step.
   struct Factors {
     double first, second, input;  ///< dt, ½ dt², and what B is multiplied by in first order
     Matrix3d R, C, gradient;
     Vector3d v;
     Vector3d of_imu[2], noise[2];  ///< −(1 + s)⁻¹ and noise / dt, of gyroscopes and accelerometers
-    std::array<double, 7> acts;    ///< ω, f and 1: how biases, drifts and scales act
+    std::array<double, 7> acts;    ///< ω, f and 1: factors of biases, drifts and scales
     std::array<double, kBlocks.size()> decay, variance;  ///< of the blocks that are processes, in their order
     std::vector<double> across;                          ///< how scales of several IMUs act: of each Across
   };
-  /// What the noise of a step does to a smoothed error: Q λ, through the inputs and for each process.
+  /// The contribution of the noise of a step to a smoothed error: Q λ, through the inputs and for each process.
   using Pull = std::array<double, static_cast<std::size_t>(6 + kMostStates)>;
 
   StepOperator(const StateLayout& layout, const FilterOptions& options, Vector3d earth_rate);
@@ -46,7 +46,7 @@ class StepOperator {
   void adjoint_lambda(const Factors& f, Lanes& M, Pull& pull) const;
   /// e ← Φ e, less `pull` if there is one.
   void forward(const Factors& f, ErrorVector& e, const Pull* pull) const;
-  /// What a block that does not depend on others is multiplied by in a step.
+  /// The factor over a step of a block that does not depend on others.
   double decay(const Factors& f, int k) const {
     return states_[static_cast<std::size_t>(k)].process < 0
                ? 1
@@ -59,7 +59,7 @@ class StepOperator {
     int process = -1;          ///< −1: constant
     double weight = 1;         ///< of the process
   };
-  /// A scale of several IMUs that adds to an input, as Factors::across tells.
+  /// A scale of several IMUs that adds to an input, by Factors::across.
   struct Across {
     int state, input;
   };

@@ -78,7 +78,8 @@ Vector3d sculled_velocity(const ImuStep& s) {
     k2 = (1 - std::sin(angle) / angle) / a2;
   }
   const Vector3d au = a.cross(u);
-  // Terms of the slopes: with one cross product, and with two; without the latter the velocity is of third order only.
+  // Terms of the slopes: with one cross product, and with two. Without the latter the velocity is accurate to third
+  // order only.
   const Vector3d a_slope = a.cross(s.force_slope);
   const Vector3d sculling = a_slope + u.cross(s.rate_slope) + 0.5 * (a.cross(a_slope) - s.rate_slope.cross(au));
   return u + k1 * au + k2 * a.cross(au) + (s.dt * s.dt / 12) * sculling;

@@ -54,7 +54,7 @@ Matrix3d UnitScales::rest(std::size_t triad, const Estimate& x) const {
 }
 
 ImuStep UnitScales::without_rest(const ImuStep& measured, const Estimate& x) const {
-  // (1 + s̄) u of what is measured without offsets, (1 + S) u.
+  // (1 + s̄) u from the measured signal without offsets, (1 + S) u.
   const auto own_alone = [&](std::size_t triad) -> Matrix3d {
     const Matrix3d own = (1 + additive(x, block(triad, 0)).array()).matrix().asDiagonal();
     return own * (own + rest(triad, x)).inverse();

@@ -12,8 +12,8 @@ namespace piste {
 /// @pre low < high, wanted ≥ 1.
 std::vector<double> nice_ticks(double low, double high, int wanted);
 
-/// Ticks of a logarithmic axis inside [low, high], ascending: the powers of ten if there are at least three of them,
-/// else 1, 2 and 5 times powers of ten if these are at least three, else nice_ticks.
+/// Ticks of a logarithmic axis inside [low, high], ascending. They are the powers of ten if there are at least three.
+/// Else they are 1, 2 and 5 times powers of ten if these are at least three, or else nice_ticks.
 /// @pre 0 < low < high.
 std::vector<double> log_ticks(double low, double high);
 
@@ -47,7 +47,7 @@ class Plot {
   void band(std::vector<double> x, std::vector<double> low, std::vector<double> high, int colour, std::string label);
   /// A stretch of x, over the whole height.
   void shade(double from, double to, int colour, std::string label);
-  /// One large point with its name beside it.
+  /// One large point with its name next to it.
   void mark(double x, double y, int colour, std::string name);
 
   /// Sets the limits of an axis. What lies beyond them is cut off. @pre low < high

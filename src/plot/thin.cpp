@@ -31,7 +31,7 @@ void append_breaks(std::span<const std::vector<double>> columns, std::vector<std
   }
 }
 
-// What a sample is to have as all rows have it, of one column: numbers of each row.
+// The statistics of one column that a sample must share with all rows: numbers of each row.
 constexpr std::size_t kTraits = 5;
 using Traits = std::array<double, kTraits>;
 Traits traits_of(double value) {

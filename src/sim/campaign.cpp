@@ -76,7 +76,7 @@ MemsNames read_mems(const Config& config) {
   return mems;
 }
 
-// The article that the study stands beside, which goes along with the logs.
+// The article with which the study is compared, copied along with the logs.
 std::optional<CampaignArticle> read_article(const Config& config, const MemsNames& mems,
                                             std::map<std::string, std::string>& files) {
   if (!config.has("article")) return std::nullopt;

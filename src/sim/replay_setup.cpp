@@ -49,7 +49,7 @@ StartSigmas read_start(const Config& config) {
   return s;
 }
 
-// What the filter is told of the IMU, or of several and their mean.
+// The filter's model of the IMU, or of several and of their mean.
 void read_told_sensors(const Config& config, const Scenario& scenario, ReplaySetup& setup) {
   std::optional<ImuSensor> told;
   if (config.has("sensor")) told = read_sensor(sensor_file(config, "sensor"));

@@ -34,9 +34,8 @@ struct AllanCurve {
   double longest_stretch() const;  ///< [s]
 };
 
-/// What the bounded-influence variance is (Guerrier, Molinari and Victoria-Feser 2014, Austrian J. Statistics 43): the
-/// solution s² of mean ρ(Y / s) = E ρ(z), z standard normal, with Tukey's ρ(r) = r² (1 − (r/c)²)⁴ for |r| < c, and 0
-/// beyond.
+/// The bounded-influence variance (Guerrier, Molinari and Victoria-Feser 2014, Austrian J. Statistics 43): the solution
+/// s² of mean ρ(Y / s) = E ρ(z), z standard normal, with Tukey's ρ(r) = r² (1 − (r/c)²)⁴ for |r| < c, and 0 beyond.
 namespace robust {
 inline constexpr double kTuning = 5.5;  ///< c
 /// The variance of the classical estimate over that of this one, for normal samples: some 0.8.
@@ -44,8 +43,8 @@ double efficiency();
 }  // namespace robust
 
 /// Adds up the variance as samples come: no sample is kept longer than the largest cluster needs. Clusters of up to
-/// 2^octaves samples use every Y; of larger ones only every second, fourth … Y is used, so that memory is bounded (8
-/// bytes times four such clusters). As neighbouring Y of such clusters hardly differ, nothing is lost.
+/// 2^octaves samples use every Y. Larger ones use only every second, fourth … Y, so that memory is bounded (8 bytes
+/// times four such clusters). As neighbouring Y of such clusters hardly differ, nothing is lost.
 class AllanSums {
  public:
   static constexpr int kOctaves = 20;  ///< 33 MB at most; every Y of logs of up to four million samples
@@ -55,7 +54,7 @@ class AllanSums {
   void add(std::span<const double> samples);
   /// Ends a stretch: the next sample is not the neighbour of the last one.
   void end_stretch();
-  /// The curve of what was added. Only scales with at least one Y. `interval`: of the samples [s].
+  /// The curve of the samples so far. Only scales with at least one Y. `interval`: of the samples [s].
   AllanCurve curve(double interval);
 
  private:

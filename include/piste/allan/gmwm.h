@@ -4,9 +4,9 @@
 ///
 ///     θ = argmin (ν̂ − ν(θ))ᵀ Ω (ν̂ − ν(θ)),      Ω = (V + e² diag ν̂²)⁻¹
 ///
-/// with ν the variances of all scales and V their covariance by the fitted model itself (allan_covariance), found by
-/// repetition. e is the least relative error of every scale with which the best model is not refused (p above 0.05); it
-/// is 0 where a model fits. So a curve that no model describes has wide intervals, and the reason stands beside them.
+/// with ν the variances of all scales and V their covariance by the fitted model itself (allan_covariance), by
+/// iteration. e is the smallest relative error of every scale with which the best model is not rejected (p above 0.05).
+/// It is 0 if a model fits. So a curve that no model describes has wide intervals, and e states the reason.
 
 #include <optional>
 #include <string>
@@ -30,10 +30,10 @@ struct FittedProcess {
   double low = 0, high = 0;            ///< of the size
   double low_time = 0, high_time = 0;  ///< of the correlation time
   double sigma_log = 0;                ///< standard deviation of the logarithm of the size
-  bool determined = true;              ///< whether the curve tells each number within a factor of three
+  bool determined = true;              ///< whether the curve determines each number within a factor of three
 };
 
-/// A process that the model does not have, and how large it may be without being seen: 95 %, one-sided.
+/// A process that the model does not have, and the largest size that would not be detected: 95 %, one-sided.
 struct UnseenProcess {
   ProcessKind kind;
   double below = 0;
@@ -66,14 +66,13 @@ struct GmwmFit {
   const FittedProcess* find(ProcessKind kind) const;
 };
 
-/// The penalty of each number of a model in the choice: twice that of Akaike, as many models are tried. A process that
-/// is not there is then taken up in one of fifty fits, each kind by itself.
+/// The penalty of each number of a model in the choice: twice that of Akaike, as many models are tried. An absent
+/// process is then wrongly included in one of fifty fits, for each kind by itself.
 inline constexpr double kPenalty = 4;
 
 /// Fits. A model is chosen by the wavelet information criterion (WVIC: Guerrier and others 2013): the objective, and
-/// kPenalty for each number of the model. Only scales of which at least four clusters beyond the first two are averaged
-/// take part. Throws DataError where the curve has fewer than four scales,
-/// or does not vary.
+/// kPenalty for each number of the model. Only scales with at least four averaged clusters beyond the first two are
+/// used. Throws DataError where the curve has fewer than four scales, or does not vary.
 GmwmFit fit_gmwm(const AllanCurve& curve, const GmwmOptions& options = {});
 
 }  // namespace piste

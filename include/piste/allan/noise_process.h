@@ -1,8 +1,8 @@
 #pragma once
-/// The processes that the noise of a sensor at rest is made of, and what each does to the Allan variance.
+/// The processes of which the noise of a stationary sensor consists, and the Allan variance of each.
 ///
-/// Each is described by the generalised covariance G(h) of the sums S of its samples, h being a number of samples: all
-/// that a second difference of S sees. With Y as in allan_variance.h,
+/// Each is described by the generalised covariance G(h) of the sums S of its samples, at a lag of h samples. Second
+/// differences of S depend on nothing else. With Y as in allan_variance.h,
 ///
 ///     E Y² = 6 G(0) − 8 G(m) + 2 G(2m),      cov(Y_j(t), Y_k(s)) = Σ w_a w_b G(t + a m_j − s − b m_k),  w = 1, −2, 1
 ///
@@ -50,8 +50,8 @@ double allan_variance(std::span<const NoiseProcess> processes, std::size_t m, do
 /// Of one process, at the first `count` scales of a curve.
 Eigen::VectorXd allan_variances(const NoiseProcess& process, const AllanCurve& curve, std::size_t count);
 
-/// Interval of a size of which the logarithm has this standard deviation: that of a root of χ² which has it too.
-/// Nothing is known, {0, ∞}, of one that is not above zero or hardly told.
+/// Interval of a size whose logarithm has this standard deviation: that of the root of a χ² variable with the same one.
+/// It is {0, ∞}, no information, for a size that is not above zero or is hardly determined by the curve.
 std::pair<double, double> size_interval(double size, double sigma_log, double probability);
 
 /// Covariance of the estimated Allan variances of all scales of a curve if its samples are the sum of these independent

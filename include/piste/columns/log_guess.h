@@ -15,7 +15,7 @@ enum class LogKind { kImu, kGnss, kAttitude };
 struct LogGuess {
   LogKind kind = LogKind::kImu;
   LogFormat format = LogFormat::kCsv;
-  std::string why;                        ///< what shows it
+  std::string why;                        ///< the evidence
   std::optional<ColumnMap> columns = {};  ///< of the format columns
   /// Whether gyroscopes or accelerometers stand alone: then another file has the others. kLinear: accelerations without
   /// gravity, which may stand alone in yet another, kGravity. kNone: nothing that is used.
@@ -24,13 +24,13 @@ struct LogGuess {
   std::string aside = {};  ///< of a part: why another file is preferred to it, or why none needs it; or empty
   std::optional<ColumnTime> boot_time = {};  ///< of a receiver's log that has the time since power-up as well
   std::vector<std::string> doubts = {};      ///< what the user should check
-  std::vector<LogGuess> beside = {};         ///< other logs in the same file: the receiver beside an IMU
-  std::string lost = {};                     ///< what of the file cannot be used, and why; or empty
+  std::vector<LogGuess> beside = {};         ///< other logs in the same file, such as a receiver's with an IMU's
+  std::string lost = {};                     ///< the part of the file that cannot be used, and why; or empty
 };
 
 /// Guesses the log from the bytes of the file `file`, mostly the first. A CSV is recognised by its column names, rows
-/// of plain numbers by their count and size, and of other tables the columns are guessed. Throws DataError that says
-/// what was looked for if it has none of the formats of log_io.h.
+/// of plain numbers by their count and size, and of other tables the columns are guessed. Throws DataError that names
+/// the formats tried, if it has none of the formats of log_io.h.
 LogGuess guess_log(const std::string& file, std::string_view content);
 
 /// The name of a kind, such as `GNSS`.

@@ -42,9 +42,10 @@ struct Alignment {
   /// row of a parameter that the motion does not determine is infinite on the diagonal and zero elsewhere.
   Eigen::Matrix<double, AlignmentLayout::kSize, AlignmentLayout::kSize> covariance;
 
-  /// What the motion does not determine, in words, such as `lever arm: no rotation moves one IMU against the other`.
+  /// The parameters that the motion does not determine, in words, such as `lever arm: no rotation moves one IMU against
+  /// the other`.
   std::vector<std::string> undetermined;
-  /// What the user should know although the result is usable.
+  /// Warnings to the user about a usable result.
   std::vector<std::string> warnings;
 
   double low_pass = 0;                           ///< cut-off of both signals [Hz]

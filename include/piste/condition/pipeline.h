@@ -1,6 +1,6 @@
 #pragma once
-/// Conditioning: turns what the sensors wrote into what the filter takes, with one clock, body axes, increments and the
-/// world frame.
+/// Conditioning: turns the recordings of the sensors into the input of the filter, with one clock, body axes,
+/// increments and the world frame.
 
 #include "piste/core/log.h"
 #include "piste/core/options.h"
@@ -10,42 +10,42 @@ namespace piste {
 /// Turns a recording into a Log.
 ///
 /// **IMU.** Rows are turned into body axes and their times into GPS time. Each row becomes the increments over the
-/// interval since the row before. These are the row itself if it has increments, its value times the interval if it is
-/// a mean, or the integral of a cubic spline if rows are instantaneous samples. The first row covers one
-/// period; with instantaneous samples it only begins the first interval.
+/// interval since the row before. These are the row itself if it has increments, or its value times the interval if it
+/// is a mean. For instantaneous samples they are the integral of a cubic spline. The first row covers one period; with
+/// instantaneous samples it only begins the first interval.
 ///
 /// Numbers below are the defaults of `options.behaviour`.
 ///
-/// **Gaps.** A gap is an interval above 1.5 periods after which the rows are late by half a period or more, however
-/// many of the eight intervals on either side are counted with it; so late, rounded and bunched time stamps are no
+/// **Gaps.** A gap is an interval above 1.5 periods after which the rows stay late by half a period or more. This must
+/// hold however many of the eight intervals on either side are added: late, rounded and bunched time stamps are no
 /// gaps. The period is the mean interval where no row is missing. A gap is filled by samples marked `gap`, one about
 /// every period. They lie on the straight line between the mean rates of the 0.2 s on either side. Their noise is twice
-/// that of such lines within 10 s of the gap, or five times its length if that is more. The row after the gap covers
-/// one period. An interval above 300 s is an error.
+/// the error of such lines within 10 s of the gap, or within five times its length if that is more. The row after the
+/// gap covers one period. An interval above 300 s is an error.
 ///
 /// **Clipping.** A sample with a component at 0.999 of the range or more is marked as clipped. Beyond twice the range,
 /// the component is replaced by the mean of its neighbours.
 ///
-/// **Spikes.** One or two rows that depart from the rows beside them as no body moves are replaced by the line between
-/// those, marked `mended`, and counted (condition/spikes.h says what a spike is). The noise of such a sample is that by
-/// which such lines miss the rows around it.
+/// **Spikes.** One or two rows that depart from their neighbours by more than a body can move are interpolated
+/// linearly, marked `mended`, and counted (condition/spikes.h defines a spike). The noise of such a sample is the rms
+/// error of the same interpolation at the rows around it.
 ///
-/// **Several IMUs.** If the options name units, each is conditioned as above by itself. The samples are then those of
-/// their weighted mean at the place, in the axes and at the epochs of the first, without what single units cannot tell
-/// or tell wrongly; `parity` has what they differ by, and `counts.units` what was left out (docs/several_imus.md).
+/// **Several IMUs.** If the options name several IMUs, each is conditioned as above by itself. The samples are then
+/// their weighted mean at the place, in the axes and at the epochs of the first. Missing and faulty samples of single
+/// IMUs are excluded. `parity` has their differences, and `counts.units` the exclusions (docs/several_imus.md).
 ///
 /// **GNSS and attitude.** Fixes outside the time of the IMU are left out and counted, and so are GNSS fixes in an
 /// outage. The others are turned into w, whose origin is the first of them. Times of all sources are brought to the
 /// same GPS week.
 ///
-/// **Rest.** Rests are those of detect_rest(), if the options ask for them.
+/// **Standstill.** Stretches of rest are those of detect_rest(), if the options ask for them.
 ///
 /// Throws DataError if a needed source is missing, or if the sources have no time in common.
 Log condition(const Recording& recording, const ConditioningOptions& options);
-/// The same of a recording that is not needed afterwards: the rows of its IMU are gone then.
+/// The same for a recording that is not needed afterwards: the rows of its IMU are consumed.
 Log condition(Recording&& recording, const ConditioningOptions& options);
 
-/// The same in a world that is known, such as that of the stretch before. Then no fix is needed.
+/// The same in a known world frame, such as that of the preceding stretch. Then no fix is needed.
 Log condition(const Recording& recording, const ConditioningOptions& options, const World& world);
 
 /// The same for the IMU alone: its samples, magnetic field and counts. Throws as above.

@@ -1,13 +1,13 @@
 #pragma once
-/// Detects when the body stands still.
+/// Detects when the body is stationary.
 ///
-/// A window of one second is at rest if two conditions hold: GNSS says so (its mean velocity is within its noise, or
-/// its position does not move), and rate and force are as quiet as at rest. How quiet that is differs between a running
-/// engine and a breathing skier. It is therefore learned from the log, from the windows in which GNSS shows rest and
-/// those in which it shows motion.
+/// A window of one second is at rest if two conditions hold. GNSS shows rest: its mean velocity is within its noise, or
+/// its position does not move. And rate and force are as quiet as at rest. That level differs between a running engine
+/// and a breathing skier. It is therefore learned from the log: from the windows in which GNSS shows rest, and from the
+/// windows in which it shows motion.
 ///
-/// In an outage, rate and force alone decide: they must be as quiet as at rest, and quieter than in motion. If the two
-/// cannot be separated, no rest is reported in an outage, because one false rest costs more than many missed ones.
+/// In an outage, rate and force alone decide: they must be as quiet as at rest, and quieter than in motion. If these
+/// levels cannot be separated, no rest is reported in an outage: one false rest costs more than many missed ones.
 
 #include "piste/core/aligned.h"
 #include "piste/core/options.h"

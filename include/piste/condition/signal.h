@@ -11,15 +11,15 @@
 
 namespace piste {
 
-/// Butterworth low-pass as a cascade of sections of second and at most one of first order, by the bilinear transform,
-/// pre-warped so that the gain is −3 dB at the cut-off. With the warped frequency Ω = tan(π f / rate) / tan(π cutoff /
-/// rate):
+/// Butterworth low-pass as a cascade of sections of second order and at most one of first order. The bilinear transform
+/// is pre-warped so that the gain is −3 dB at the cut-off. With the warped frequency Ω = tan(π f / rate) / tan(π cutoff
+/// / rate):
 ///
 ///     |H|² = 1 / (1 + Ω^(2 order)),     H = Π_j 1 / (1 + damping_j iΩ − Ω²) [· 1 / (1 + iΩ)]
 ///
 /// The sections integrate by the trapezoidal rule (Zavalishin, The Art of VA Filter Design, chapters 3 and 4). They
 /// have the same transfer functions as biquads. But their coefficients and states do not cancel at cut-offs far below
-/// the rate, and the steady state is the input itself, so that a constant passes unchanged to the last bit.
+/// the rate. The steady state is the input itself, so that a constant passes unchanged to the last bit.
 class LowPass {
  public:
   static constexpr int kMaxOrder = 12;
@@ -77,12 +77,12 @@ class CausalLowPass {
 /// Filters forward and then backward. There is no delay at any frequency, and the gain is |H|², which is one half (−6
 /// dB) at the cut-off. Samples are equally spaced, at the filter's rate. The result has as many samples.
 ///
-/// Edges are treated as in scipy.signal.sosfiltfilt: the signal is extended beyond its ends by its own point reflection
+/// Edges are treated as in scipy.signal.sosfiltfilt. The signal is extended beyond its ends by its own point reflection
 /// (odd extension), and each pass starts in the steady state of its first sample. A constant passes unchanged. The
-/// extension is as long as the filter takes to settle, or as long as the signal allows, so that a straight line passes
-/// to 1e-9 if the signal is longer than `settling()`. (By default scipy extends by a few samples only, however low the
-/// cut-off; its `padlen` gives the same.) @pre samples are finite.
-/// Source: Gustafsson 1996, Determining the initial states in forward-backward filtering, IEEE Trans. SP 44.
+/// extension is as long as the filter takes to settle, or as long as the signal allows. So a straight line passes to
+/// 1e-9 if the signal is longer than `settling()`. (By default scipy extends by a few samples only, however low the
+/// cut-off; its `padlen` gives the same.) @pre samples are finite. Source: Gustafsson 1996, Determining the initial
+/// states in forward-backward filtering, IEEE Trans. SP 44.
 std::vector<Vector3d> zero_phase(const LowPass& filter, std::span<const Vector3d> signal);
 
 }  // namespace piste

@@ -1,11 +1,11 @@
 #pragma once
-/// Aligns two IMUs on one plate: finds the offset and drift of their clocks, the boresight and the lever arm from their
-/// signals alone. It is part of piste::batch. docs/alignment.md is an introduction.
+/// Aligns two IMUs on one plate: estimates the offset and drift of their clocks, the boresight and the lever arm from
+/// their signals alone. It is part of piste::batch. docs/alignment.md is an introduction.
 ///
-/// First the offset of the clocks is found, without a first guess, as the peak of the normalised cross-correlation of
-/// the norms of the angular rates; the norm does not depend on the mounting. Then one least-squares problem is solved
-/// for everything in which two rigidly mounted IMUs differ. With t the time of the reference and m the clock of the
-/// body IMU:
+/// First the offset of the clocks is estimated, without a first guess, as the peak of the normalised cross-correlation
+/// of the norms of the angular rates. The norm does not depend on the mounting. Then one least-squares problem is
+/// solved for all parameters in which two rigidly mounted IMUs differ. With t the time of the reference and m the clock
+/// of the body IMU:
 ///
 ///     t   = m − offset − drift (m − first m)
 ///     w_b = (1 + gyro_scale)  R_rbᵀ w_r(t)                                    + gyro_bias  + gyro_drift(m)  + noise
@@ -17,7 +17,7 @@
 /// knots, and between knots follow the sensor's process. The scales have the sensor's sigma as prior. All else has no
 /// prior.
 ///
-/// What the motion does not determine is named in Alignment::undetermined, and its sigma is infinite.
+/// Parameters that the motion does not determine are named in Alignment::undetermined, and their sigmas are infinite.
 
 #include <string>
 #include <vector>
@@ -38,14 +38,14 @@ struct AlignmentOptions {
 
 /// Aligns the body IMU with the reference. @pre Samples are those of `condition_imu`; each log has its own clock.
 /// Throws ConfigError if the low-pass is not below half of both rates. Throws DataError if there is no unique answer:
-/// if the logs are shorter than 5 s, if they have no motion in common or a motion that repeats itself, if a clock jumps
-/// or its rate is wrong by more than 1 %, or if an IMU is left-handed. The message says which, and where in the log.
+/// the logs are shorter than 5 s, they have no common motion, or the motion repeats itself. It also throws if a clock
+/// jumps, its rate is wrong by more than 1 %, or an IMU is left-handed. The message says which, and where in the log.
 Alignment align(const std::vector<ImuSample>& body, const std::vector<ImuSample>& reference,
                 const AlignmentOptions& options);
 
-/// Applies an alignment: returns both signals, not filtered, at the sample times of the body IMU and on one clock, with
-/// the reference turned into body axes and moved to the body IMU. Components of the lever arm that are not determined
-/// are taken to be zero.
+/// Applies an alignment. Returns both signals, not filtered, at the sample times of the body IMU and on one clock. The
+/// reference is turned into body axes and moved to the body IMU. Undetermined components of the lever arm are taken to
+/// be zero.
 AlignedImus bring_together(const std::vector<ImuSample>& body, const std::vector<ImuSample>& reference,
                            const Alignment& alignment);
 

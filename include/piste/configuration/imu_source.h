@@ -17,8 +17,7 @@ struct ImuSource {
   std::string where;  ///< `FILE:LINE` of its entry
 };
 
-/// What happens if a data file that a configuration names is missing: an error of the configuration, or nothing until
-/// the file is read.
+/// Whether a missing data file is an error of the configuration, or only an error when the file is read.
 enum class DataFile { kMustExist, kMayBeMissing };
 
 /// Reads an IMU's keys: file, format, ignore_columns, repair, stamps, sensor, axes, sampling and clock; for columns

@@ -23,11 +23,11 @@ struct ReplayConfig {
   std::filesystem::path file;
   std::string echo;  ///< the file's text
   ImuSource imu;
-  std::vector<ImuSource> further = {};  ///< of several IMUs: those beside the first
+  std::vector<ImuSource> further = {};  ///< of several IMUs: all but the first
   std::vector<LogFile> gnss, attitude;
   std::optional<LogFile> odometer = std::nullopt, barometer = std::nullopt, heading = std::nullopt;
   ConditioningOptions conditioning;
-  /// The filter's options as far as the configuration determines them; `replay()` adds what the logs determine.
+  /// The filter's options that the configuration determines; `replay()` adds the options that the logs determine.
   /// `estimate` has only blocks that can be estimated: a bias or scale whose sigma is 0 is left out, and a drift
   /// without a process too.
   FilterOptions filter;

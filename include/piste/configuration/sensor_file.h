@@ -10,9 +10,9 @@
 
 namespace piste {
 
-/// The sensor file that a key names: a path, relative to the folder of the file in which it stands; or, where no such
-/// file is there, the name of one that comes with piste, such as `xsens_mt9a` (shared_folder() holds them). Throws
-/// ConfigError if there is neither, with the names that are known.
+/// The sensor file that a key names. This is a path relative to the folder of the file with the key. If there is no
+/// such file, it is the name of one that comes with piste in shared_folder(), such as `xsens_mt9a`. Throws ConfigError
+/// with the known names if there is neither.
 std::filesystem::path sensor_file(const Config& config, std::string_view key);
 
 /// Reads a sensor file. Throws ConfigError `FILE:LINE: …`.

@@ -140,7 +140,7 @@ struct ConsistencyReport {
 /// One sentence that says whether filter and smoother are consistent, and if not, what is outside its band.
 std::string consistency_verdict(const ConsistencyReport& report);
 
-/// Sums over the runs. The order in which runs are added affects the last bits; RangeSums fixes it.
+/// Sums over the runs. The order in which runs are added affects the last bits; RangeSums fixes that order.
 class Consistency {
  public:
   explicit Consistency(const EpochGrid& grid) : grid_(grid) {}

@@ -1,5 +1,5 @@
 #pragma once
-/// Finds the disputes of a run: series of fixes that the filter left out because their receiver jumped or repeated
+/// Lists the disputes of a run: series of fixes that the filter excluded because their receiver jumped or repeated
 /// itself.
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace piste {
 
-/// One series of fixes that were left out.
+/// One series of excluded fixes.
 struct Dispute {
   int source = 0;  ///< index into Solution::sources
   Interval during;

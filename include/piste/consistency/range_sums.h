@@ -10,10 +10,10 @@
 
 namespace piste {
 
-/// Sums of neighbouring runs are added pairwise: two halves of a block of 2, 4, 8, … runs that begins at a multiple of
-/// its length are always added to one another first. So the order of all additions follows from the numbers of the runs
-/// alone (pairwise summation, Higham 2002, section 4.2), and parts that were made on several machines merge to the
-/// bytes of one. At most two blocks of each length are kept.
+/// Sums of neighbouring runs are added pairwise (pairwise summation, Higham 2002, section 4.2). In a block of 2, 4, 8,
+/// … runs that begins at a multiple of its length, the two halves are always added first. So the order of all additions
+/// follows from the numbers of the runs alone. Parts that were computed on several machines merge to the same bytes. At
+/// most two blocks of each length are kept.
 class RangeSums {
  public:
   /// An empty range that begins with run `first`.

@@ -1,6 +1,6 @@
 #pragma once
-/// The verdict on one run without known truth: whether its sigmas hold, judged by its innovations, by its estimates
-/// against their priors, and by the residuals of its smoothed track. docs/verdict.md has the equations.
+/// The verdict on one run without known truth: whether its sigmas hold. It tests the innovations, the estimates against
+/// their priors, and the residuals of the smoothed track. docs/verdict.md has the equations.
 
 #include <cstddef>
 #include <cstdint>
@@ -15,61 +15,61 @@
 
 namespace piste {
 
-/// What the innovations of one source say, those under way alone. Expected where the sigmas are true: `nis` 1, `ratio`
-/// 1, `whiteness` 0, `rejected` 1 − gate. NaN where there are too few.
+/// Statistics of the innovations of one source under way. Expected if the sigmas are true: `nis` 1, `ratio` 1,
+/// `whiteness` 0, `rejected` 1 − gate. NaN where there are too few.
 struct SourceVerdict {
   std::string name;
   std::size_t fixes = 0;    ///< measurements under way, whether they were used or not
   double nis = kNaN;        ///< mean over the used ones, per row
-  double nis_error = kNaN;  ///< standard error of that mean, by as many independent values as the series has
+  double nis_error = kNaN;  ///< standard error of that mean, by the effective number of independent values
   double ratio = kNaN;      ///< median of all NIS over the median of χ²: outliers do not count
   double whiteness = kNaN;  ///< correlation of successive normalised innovations, of the axis where it is largest
   double band = kNaN;       ///< ±, in which it is if they are white
-  double rejected = 0;      ///< share that was left out
+  double rejected = 0;      ///< share that was rejected
   double smoothed = kNaN;   ///< rms of the residuals of the smoothed track, in sigmas of the fix; of positions
   bool holds = true;        ///< whether all of this is as expected
 };
 
-/// How far a constant of the run went from its prior.
+/// The change of a constant of the run from its prior.
 struct PriorJump {
   std::string name;   ///< of the block and its axis, such as "gyro_scale z"
   double sigmas = 0;  ///< (x̂ − x₀) / sqrt(σ₀² − σ̂²), which is normal if the prior is true
 };
 
-/// What a run takes for the value of a constant before it has seen anything, as shown_value() has it.
+/// The prior value of a constant of a run, in the form of shown_value().
 Vector3d told_value(const FilterOptions& options, Block block);
 
-/// The verdict. `findings` has the causes as sentences, the likeliest first; diagnosis/diagnose.h finds them.
+/// The verdict. `findings` has the causes as sentences, the most likely first; diagnosis/diagnose.h determines them.
 struct Verdict {
   bool consistent = true;
   double factor = 1;  ///< by which the sigmas are too small (above 1) or too large, of the worst source
   std::vector<SourceVerdict> sources;
-  std::vector<PriorJump> jumps;  ///< of the estimated constants that the run knows well, the largest first
+  std::vector<PriorJump> jumps;  ///< of the estimated constants that the run determines well, the largest first
   std::vector<std::string> findings;
   /// Whether fixes of a receiver differ by less than it states, so that a part of their error may be slow.
   bool slow_part = false;
 };
 
-/// What stands beside a verdict that names a slow part.
+/// The note with a verdict that names a slow part.
 inline constexpr std::string_view kInnovationsCannotTell =
     "Innovations cannot tell an error that moves fixes and track together from none at all: "
     "they show the white part of what a receiver states";
 
-/// Whether innovations of `source` that are smaller than its sigmas are no reason to make these smaller: those of
-/// positions, unless the user says that their errors are white.
+/// Whether innovations of `source` smaller than its sigmas are no reason to lower these. True for positions, unless the
+/// user states that their errors are white.
 bool may_be_slow(const std::vector<GnssOptions>& receivers, std::string_view source);
 
 /// Sigmas from its prior beyond which a constant contradicts it.
 inline constexpr double kFarFromPrior = 4.5;
 
-/// Whose innovations are looked at.
+/// The sources whose innovations are tested.
 enum class LookedAt : std::uint8_t {
   kFixes,     ///< receivers and attitude logs
   kMeasured,  ///< wheels, barometer and two antennas as well
 };
 
-/// Whether an innovation tells of the run under way: it was made in a comparison, of a source that is looked at, at
-/// least 5 s after the start, and not at rest, where fixes are taken for coarser than they are.
+/// Whether an innovation is informative about the run under way. It is a comparison, of a tested source, at least 5 s
+/// after the start, and not at rest: there fixes are used with larger sigmas.
 class UnderWay {
  public:
   /// `sources`: their names; `start`: time of the start.
@@ -83,7 +83,7 @@ class UnderWay {
   double start_;
 };
 
-/// The residuals of a smoothed track at those fixes under way whose positions the filter used, from rows that come in
+/// The residuals of a smoothed track at the fixes under way whose positions the filter used, from rows that come in
 /// pieces.
 class SmoothedResiduals {
  public:
@@ -117,12 +117,12 @@ class SmoothedResiduals {
   Estimate before_;
 };
 
-/// The verdict without findings. `smoothed` may be null. `residuals`: what SmoothedResiduals found, where `smoothed`
-/// has a part of its rows only.
+/// The verdict without findings. `smoothed` may be null. `residuals`: the result of SmoothedResiduals, where `smoothed`
+/// has only a part of its rows.
 Verdict judge(const Log& log, const FilterOptions& options, const Solution& filtered, const Solution* smoothed,
               const std::vector<double>& residuals = {});
 
-/// The verdict in one line: `sigmas hold`, or what is wrong and the first finding.
+/// The verdict in one line: `sigmas hold`, or the fault and the first finding.
 std::string verdict_line(const Verdict& verdict);
 
 }  // namespace piste

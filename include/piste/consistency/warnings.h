@@ -11,19 +11,19 @@
 namespace piste {
 
 /// One sentence for each of the first five disputes of a GNSS receiver's positions or velocities (disputes.h), and one
-/// for all later ones. Whether the sigmas hold is told by verdict.h.
+/// for all later ones. verdict.h states whether the sigmas hold.
 std::vector<std::string> warnings_of(const Solution& filtered);
 
-/// One line for each of several IMUs that was left out at times: how often, why, and when first.
+/// One line for each of several IMUs that was excluded at times: how often, why, and when first.
 std::vector<std::string> absence_lines(const std::vector<UnitReport>& units);
 
 /// A fault of an IMU in a word, such as "stuck".
 std::string_view name_of(UnitFault fault);
 
-/// What an adapting filter took the noise to be, in one line. @pre it adapted
+/// The noise that an adaptive filter estimated, in one line. @pre it adapted
 std::string adapted_line(const AdaptedNoise& adapted);
 
-/// How a batch went, in a line.
+/// Statistics of a batch, in one line.
 std::string batch_line(const BatchSummary& batch);
 
 }  // namespace piste

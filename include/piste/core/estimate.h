@@ -8,8 +8,8 @@
 ///
 /// Attitude and velocity are one element of SE(3) with the error on the left (right-invariant, Barrau and Bonnabel
 /// 2017). The transition of this error does not contain the noisy specific force. Position is additive, and not a third
-/// column of SE₂(3), so that a fix is linear in ρ wherever the origin of the run lies; the term [p]θ of the invariant
-/// error would reach metres at some kilometres from the origin.
+/// column of SE₂(3): so a fix is linear in ρ wherever the origin of the run lies. The term [p]θ of the invariant error
+/// would reach metres at some kilometres from the origin.
 
 #include "piste/core/state_table.h"
 
@@ -38,14 +38,15 @@ FullError boxminus(const Estimate& truth, const Estimate& estimate);
 /// The same for the blocks of a layout. No heap.
 ErrorVector boxminus(const Estimate& truth, const Estimate& estimate, const StateLayout& layout);
 
-/// The matrix G that resets the covariance after a correction: an error e about the estimate x is G e about x ⊞
-/// `correction`, to first order in e and to all orders in the correction. G is the left Jacobian of the group. It is
-/// the identity except for the 6×6 part of (velocity, attitude), with rows and columns in the order ν, θ, and the 3×3
-/// part of every other rotation, such as the boresight.
+/// The reset Jacobian G, for the covariance after a correction: an error e about the estimate x is G e about x ⊞
+/// `correction`. This holds to first order in e and to all orders in the correction. G is the left Jacobian of the
+/// group. It is the identity except for two parts: 6×6 of (velocity, attitude), in the order ν, θ, and 3×3 of every
+/// other rotation, such as the boresight.
 struct ResetJacobian {
   Eigen::Matrix<double, 6, 6> velocity_attitude;
   std::array<Matrix3d, kMountings> mountings;  ///< in the order of kMountingBlocks
-  /// What attitude and lever arm before it add to the position after it; zero but for carrying_jacobian().
+  /// Derivatives of the position error after it by attitude and lever arm before it; only carrying_jacobian() sets
+  /// them.
   Matrix3d position_attitude = Matrix3d::Zero(), position_lever_arm = Matrix3d::Zero();
 };
 ResetJacobian reset_jacobian(const FullError& correction);
@@ -53,19 +54,19 @@ ResetJacobian reset_jacobian(const FullError& correction);
 /// The same of a correction to the blocks of a layout. No heap.
 ResetJacobian reset_jacobian(const StateLayout& layout, const ErrorVector& correction);
 
-/// The estimate after a filter's correction: x ⊞ correction, but with velocity and antenna where the correction puts
-/// them to first order, as that is what fixes tell, however far the attitude turns; the position of the IMU follows.
-/// `stands`: the body is known to stand, and the velocity is that of x ⊞ correction.
+/// The estimate after a filter's correction. It is x ⊞ correction, except that velocity and antenna position take their
+/// first-order corrections. Fixes observe these, however far the attitude turns; the position of the IMU follows.
+/// `stands`: the body is stationary, and the velocity is that of x ⊞ correction.
 Estimate corrected(const Estimate& x, const StateLayout& layout, const ErrorVector& correction, bool stands);
 
-/// The matrix with which a filter carries its covariance over this correction of `x`. What it knows of combinations of
-/// states holds for one attitude: position with the lever arm, or at rest tilt with the accelerometers' bias. If these
-/// combinations stayed as they are where a correction turns the attitude, the filter would take that for a turn of the
-/// body, which tells each of them (Huang, Mourikis and Roumeliotis 2010 of the like in SLAM). So the errors of the
-/// antenna's position, p + R l, and of the ordinary velocity stay, and that of the attitude is reset. For a body that
-/// `stands`, ν stays instead, as its velocity is known to be zero. Its tilt turns with the heading's part of the
-/// correction, about the unit vector `down`, and an error of the heading stays one: or else rest would tell the
-/// heading. No heap.
+/// The reset Jacobian for the covariance transport of a filter over this correction of `x`. A filter knows combinations
+/// of states for one attitude: position with the lever arm, or at rest tilt with the accelerometers' bias. If a
+/// correction turned the attitude and left these combinations, the filter would take the correction for a turn of the
+/// body. A real turn makes each state observable, a correction does not (Huang, Mourikis and Roumeliotis 2010, for
+/// SLAM). Therefore the errors of the antenna's position, p + R l, and of the ordinary velocity stay, and that of the
+/// attitude is reset. For a body that `stands`, ν stays instead, as its velocity is known to be zero. Its tilt then
+/// turns with the heading part of the correction, about the unit vector `down`. An error of the heading stays one:
+/// otherwise standstill would seem to determine the heading. No heap.
 ResetJacobian carrying_jacobian(const Estimate& x, const StateLayout& layout, const ErrorVector& correction,
                                 const Vector3d& down, bool stands);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// What the sensors measured, in two forms: as the files have it (Recording), and as the filter takes it (Log).
+/// The measurements of a run, in two forms: as in the files (Recording), and as the filter takes them (Log).
 
 #include <cmath>
 #include <cstddef>
@@ -15,7 +15,7 @@ namespace piste {
 
 // ---- As the files have it: sensor clock, sensor axes, SI and radians. ----
 
-/// What the key `repair` did to a file.
+/// Counts of the rows that the key `repair` changed in a file.
 struct RepairedRows {
   std::size_t sorted = 0;      ///< rows that stood behind a later one, and were put in their place
   std::size_t dropped = 0;     ///< rows whose time stood in the file before
@@ -39,7 +39,7 @@ struct ImuRecording {
   std::vector<double> temperature;  ///< [°C]; empty, or one for each row
   RepairedRows repaired = {};       ///< of both files, where gyroscopes and accelerometers stand apart
   double stamp_jitter = 0;          ///< rms by which stamps were moved to the even clock of the samples [s]
-  std::size_t unpaired = 0;         ///< rows left out, as the other of the two files has none beside them
+  std::size_t unpaired = 0;         ///< rows left out, as the other of the two files has none at their time
 };
 
 /// Which kind of solution a fix is. kPrecise is a carrier-phase solution that is neither float nor fixed, such as PPP.
@@ -55,9 +55,8 @@ struct FixVelocity {
 /// Correlations of the errors of a position: of north and east, north and down, east and down.
 using Correlation = Vector3d;
 
-/// The correlations of a covariance [m²] along north, east, down. Digits that a log rounds may leave a matrix that is
-/// no covariance: correlations are then made smaller, all alike, until it is one. Zero where a variance is not above
-/// zero.
+/// The correlations of a covariance [m²] along north, east, down. Rounding in a log may leave an indefinite matrix: all
+/// correlations are then scaled down until it is positive definite. Zero where a variance is not above zero.
 ///
 ///     correlations(0.04 * Matrix3d::Identity())  // → {0, 0, 0}
 Correlation correlations(const Matrix3d& covariance);
@@ -75,7 +74,7 @@ struct GeodeticFix {
 
 /// The size of a slow error of a receiver whose sigmas change. That of a first-order Gauss-Markov process follows its
 /// white noise with a delay: d/dt σ̄² = (σ² − σ̄²) 2/τ, here with τ of two minutes. A state in units of σ itself would
-/// leap where an accuracy is rounded otherwise, and such leaps would pass for knowledge of the error.
+/// leap where a stated accuracy is rounded differently. The filter would take such leaps for information on the error.
 class SlowLevel {
  public:
   /// σ̄/σ of the next fix, in the order of time; 1 for the first one.
@@ -121,7 +120,7 @@ struct SpeedFix {
   double time = 0, speed = 0, sigma = 0;
 };
 
-/// Height over the ellipsoid, but for an offset, by a barometer.
+/// Height over the ellipsoid from a barometer, with an unknown offset.
 struct HeightFix {
   double time = 0, height = 0, sigma = 0;
 };
@@ -149,19 +148,19 @@ struct Recording {
   FixRecording<SpeedFix> speed = {};
   FixRecording<HeightFix> height = {};
   FixRecording<HeadingFix> heading = {};
-  std::vector<ImuRecording> further = {};  ///< of several IMUs on one body: those beside `imu`
+  std::vector<ImuRecording> further = {};  ///< of several IMUs on one body: all but `imu`
 };
 
 // ---- As the filter takes it: GPS time, body axes, world frame. ----
 
 /// Densities of the white noise that is added in a gap, for the motion that the straight line through the gap may miss.
-/// Each sample has room for it, and seven digits are enough.
+/// Each sample has a place for it, and seven digits are enough.
 struct GapNoise {
   float gyro = 0;   ///< rad/s/sqrt(Hz)
   float accel = 0;  ///< m/s²/sqrt(Hz)
 };
 
-/// A GapNoise or none, in the room of a GapNoise: a log has millions of samples.
+/// A GapNoise or none, in the size of a GapNoise: a log has millions of samples.
 class MaybeNoise {
  public:
   MaybeNoise() = default;
@@ -185,8 +184,8 @@ struct ImuSample {
   Vector3d dtheta = Vector3d::Zero(), dvel = Vector3d::Zero();
   std::uint8_t clipped_gyro = 0, clipped_accel = 0;  ///< bit i is set where axis i stands at the sensor's range
   MaybeNoise gap = {};                               ///< set where the sample fills a gap: it was not measured
-  MaybeNoise mended = {};  ///< set where an isolated wrong row was replaced: noise that this adds
-  bool at_rest = false;    ///< set where the rest detector finds the body standing still
+  MaybeNoise mended = {};                            ///< set where a spike was interpolated: the noise that this adds
+  bool at_rest = false;                              ///< set where the rest detector finds the body stationary
 };
 
 /// One GNSS fix: position and velocity of the receiver's antenna, in w, with sigmas along the local level there: north,
@@ -196,8 +195,8 @@ struct GnssFix {
   Vector3d position, sigma_position;
   std::optional<FixVelocity> velocity;
   Correlation correlation = Correlation::Zero();
-  /// Of which size its slow error is (PositionDrift), by its sigmas: the sigmas that were stated over the last minute,
-  /// by those of this fix (SlowLevel).
+  /// Size of its slow error (PositionDrift) relative to its sigmas: the sigmas stated over the last minute, divided by
+  /// those of this fix (SlowLevel).
   Vector3d slow_level = Vector3d::Ones();
 
   /// L with L Lᵀ = the covariance of the position along the local level [m]: lower triangular, the sigmas on the
@@ -213,13 +212,13 @@ struct AttitudeFix {
 };
 
 /// A parity of the rates or of the specific forces of several IMUs (core/imu_array.h): its mean over the fix, and the
-/// 1-sigma of its white noise as it was measured; 0: it was not.
+/// measured 1-sigma of its white noise; 0: not measured.
 struct Parity {
   Vector3d value = Vector3d::Zero(), sigma = Vector3d::Zero();
 };
 
-/// By what several IMUs differ, in b, moved to the place of the first, over `duration`. Its time is the start of the
-/// last sample: that is where its drifts belong. What some unit did not measure is missing.
+/// The parities of several IMUs, in b, moved to the place of the first, over `duration`. Its time is the start of the
+/// last sample: its drifts are those of that time. What some IMU did not measure is missing.
 struct ParityFix {
   double time = 0, duration = 0;
   std::optional<Parity> gyro = {}, accel = {};
@@ -238,10 +237,10 @@ struct Interval {
   bool contains(double t) const { return t >= start && t <= end; }
 };
 
-/// Why an IMU was left out of the mean of several.
+/// Why an IMU was excluded from the mean of several.
 enum class UnitFault : std::uint8_t { kClipped, kStuck, kSpike, kSilent, kBiased };
 
-/// A stretch in which one of several IMUs was left out.
+/// A stretch in which one of several IMUs was excluded.
 struct UnitAbsence {
   UnitFault fault = UnitFault::kClipped;
   bool gyro = false, accel = false;  ///< which of its triads
@@ -251,13 +250,13 @@ struct UnitAbsence {
 /// One of several IMUs in a run.
 struct UnitReport {
   std::string name;
-  Vector3d place = Vector3d::Zero();       ///< p_bu_b: from the first to it, as it was taken to be
+  Vector3d place = Vector3d::Zero();       ///< p_bu_b: from the first IMU to it, as used
   std::size_t left_out = 0;                ///< epochs without it on one axis or more
   std::vector<UnitAbsence> absences = {};  ///< in the order of their starts
 };
 
-/// The first fixes of a receiver, where the later ones contradict them: how many, and by how much they are off [m].
-/// Their sigmas have grown by it.
+/// The first fixes of a receiver that the later ones contradict: how many, and their error [m]. Their sigmas were
+/// increased by it.
 struct FirstFixes {
   std::size_t count = 0;
   double off = 0;

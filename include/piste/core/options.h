@@ -30,10 +30,10 @@ struct UnitConditioning {
   ImuConditioning imu;                ///< R_bs is any rotation
   ImuSensor sensor;                   ///< in b
   Vector3d place = Vector3d::Zero();  ///< p_bu_b: from the first to this one
-  bool find_place = false;            ///< it is not known: the motion tells it
+  bool find_place = false;            ///< it is not known: it is estimated from the motion
 };
 
-/// What a magnetometer in the IMU is held against, and how much of its log is used.
+/// The Earth's field with which a magnetometer in the IMU is compared, and how much of its log is used.
 struct MagneticConditioning {
   /// Of the World Magnetic Model. The middle of its years: in most places the azimuth of the field changes by less than
   /// 0.2 deg a year.
@@ -99,14 +99,14 @@ struct GnssOptions {
   Vector3d lever_arm = Vector3d::Zero();  ///< p_ba_b; the start value if it is estimated
   bool use_position = true, use_velocity = true;
   /// The slow part of the position error. The sigma of a fix is the total error, so that the white part is
-  /// sqrt(total² − drift²), and beside a drift in m at least 10 % of the total. Of the first `kDriftingReceivers`
-  /// alone.
+  /// sqrt(total² − drift²). With a drift in m the white part is at least 10 % of the total. Only the first
+  /// `kDriftingReceivers` may have one.
   std::optional<PositionDrift> drift = std::nullopt;
   double delay = 0;  ///< the position of a fix with time t is that of t − delay [s]; the start value if it is estimated
   std::optional<double> velocity_delay = std::nullopt;  ///< of its velocity, against t as well; nothing: it is `delay`
 
-  /// Of an antenna on a helmet or a pack, which moves on the body: its way from the place that `lever_arm` tells, along
-  /// each body axis. All axes alike.
+  /// Of an antenna on a helmet or a pack, which moves on the body: its displacement from `lever_arm`, along each body
+  /// axis. All axes are equal.
   std::optional<GaussMarkov> lever_arm_sway = std::nullopt;
 
   /// The user says that its errors are white: innovations may then lower the sigmas of its positions.
@@ -129,7 +129,7 @@ struct AttitudeOptions {
   double delay = 0;  ///< a fix with time t is that of t − delay [s]; the start value if it is estimated
 };
 
-/// What carries the IMU, if its wheels let it move along its own axis only (model/vehicle.h). The axes v of a vehicle
+/// The carrier of the IMU, if its wheels let it move along its own axis only (model/vehicle.h). The axes v of a vehicle
 /// point forward, right and down; those of a bicycle lean with it.
 struct VehicleOptions {
   enum class Kind { kCar, kBicycle };
@@ -138,17 +138,18 @@ struct VehicleOptions {
   Vector3d contact = Vector3d::Zero();
   Vector3d contact_sigma = Vector3d(1.5, 0.7, 0.7);  ///< m: an IMU somewhere between dashboard and boot
   double pitch_centre_sigma = 1.5;  ///< m: springs let a car pitch about a point between its axles; 0 for a bicycle
-  std::optional<Quaterniond> mounting = std::nullopt;  ///< q_vb; nothing: the motion tells it (vehicle_mounting.h)
+  std::optional<Quaterniond> mounting =
+      std::nullopt;  ///< q_vb; nothing: estimated from the motion (vehicle_mounting.h)
   Vector3d mounting_sigma = Vector3d::Constant(2 * kDegree);  ///< rad, about the axes of v: what an eye can level
   double interval =
-      1;  ///< s between two updates: springs and slip are alike for as long, and oftener tells nothing new
-  /// Velocity across that the wheels allow all the same: slip and camber. On a drive with RTK it was 0.05
-  /// m/s from 2 to 16 m/s, and in another car 0.03 m/s to 33 m/s; alike for 1 to 5 s.
+      1;  ///< s between two updates: springs and slip are correlated for as long, so that more add no information
+  /// Velocity across the vehicle in spite of the wheels: slip and camber. On a drive with RTK it was 0.05 m/s at speeds
+  /// of 2 to 16 m/s, in another car 0.03 m/s at up to 33 m/s. Its correlation time was 1 to 5 s.
   GaussMarkov slip{{0.04, 0, 0}, 3};
   Vector3d white = Vector3d(0, 0.02, 0.03);             ///< m/s: its white part
-  Vector3d white_by_speed = Vector3d(0, 0.001, 0.007);  ///< rad: and what of that grows with the speed
-  /// Pitch of a car on its springs, about the way that its wheels go: by load, humps and dips. On the same drives the
-  /// velocity along down was 0.3 deg of the speed, alike for 1 to 2 s.
+  Vector3d white_by_speed = Vector3d(0, 0.001, 0.007);  ///< rad: its part proportional to the speed
+  /// Pitch of a car on its springs against the path of its wheels: by load, humps and dips. On the same drives the
+  /// velocity along down was 0.3 deg of the speed, with a correlation time of 1 to 2 s.
   GaussMarkov spring_pitch{{0.4 * kDegree, 0, 0}, 2};
   double dive_sigma = 0.006;  ///< rad/(m/s²): of that pitch by forward force: at 5 m/s² a car dives 1.5 deg
   /// rad/(m/s²): of the slip angle of tyres, by lateral acceleration. That of a car at its limit of some 8 m/s² is 4
@@ -158,7 +159,7 @@ struct VehicleOptions {
 
 /// Wheel speed: the speed of the contact point of `vehicle` along its forward axis.
 struct OdometerOptions {
-  double sigma = 0.1;                 ///< m/s, where the log tells none: the last digit of 1 km/h is 0.08 m/s
+  double sigma = 0.1;                 ///< m/s, where the log states none: the last digit of 1 km/h is 0.08 m/s
   double scale_sigma = 0.03;          ///< a tyre's radius, by wear, load and pressure
   GaussMarkov slip{{0.01, 0, 0}, 5};  ///< m/s: of the rim against the road, under drive and brake
   bool is_signed = false;             ///< backwards is negative
@@ -166,22 +167,22 @@ struct OdometerOptions {
 
 /// Barometer: height with an offset that the weather changes.
 struct BarometerOptions {
-  double sigma = 0.5;                      ///< m, where the log tells none
+  double sigma = 0.5;                      ///< m, where the log states none
   GaussMarkov offset{{100, 0, 0}, 36000};  ///< m: the weather's 12 hPa, over some 10 h
 };
 
 /// Heading of a baseline of two antennas.
 struct DualHeadingOptions {
   Vector3d baseline = Vector3d::UnitX();  ///< in b: its azimuth is the heading
-  double sigma = 0.5 * kDegree;           ///< rad, where the log tells none
+  double sigma = 0.5 * kDegree;           ///< rad, where the log states none
 };
 
 /// Magnetometer of the IMU (model/magnetometer.h) [µT].
 struct MagnetometerOptions {
   double sigma = 0.5;       ///< white noise of an axis: 0.1 to 0.5 µT by the data sheets of MEMS
-  double hard_iron = 30;    ///< prior of what the carrier adds: phones, helmets and cars have 10 to 50
-  double soft_iron = 0.05;  ///< prior of each element of what it bends, with scale and misalignment of the sensor
-  /// What steel, cables and rock near the way add: 1 µT is some 3 deg of heading in Central Europe.
+  double hard_iron = 30;    ///< prior of the field of the carrier: phones, helmets and cars have 10 to 50
+  double soft_iron = 0.05;  ///< prior of each element of S, with scale and misalignment of the sensor
+  /// The field of steel, cables and rock near the path: 1 µT is some 3 deg of heading in Central Europe.
   GaussMarkov disturbance{{1, 1, 1}, 10};
 };
 
@@ -195,14 +196,15 @@ struct Priors {
   double clock_drift = 1e-4;     ///< a ratio, about the configured one: loggers were 14 to 310 ppm off
 };
 
-/// How far, and how fast, a filter may find noise to be other than stated (solve/adaptation.h). The logarithm of the
+/// How far, and how fast, an adaptive filter may change the stated noise (solve/adaptation.h). The logarithm of the
 /// factor of a variance is a Gauss-Markov process about zero, whose 1-sigma is ln `within`.
 struct AdaptationOptions {
   double within = 10;  ///< a sigma may be this many times larger or smaller; sensor files were 3 to 50 times off
-  /// Correlation time of a source's factor [s]. By the steady state of its Kalman filter a receiver with one fix a
-  /// second is then followed within some 20 s, to 10 % of its sigma; one with ten within 5 s, to 6 %.
+  /// Correlation time of a source's factor [s]. By the steady state of its Kalman filter, a receiver of 1 Hz is then
+  /// followed within some 20 s, to 10 % of its sigma. One of 10 Hz is followed within 5 s, to 6 %.
   double time = 3600;
-  /// Of the factors of the IMU's noise [s]. Fixes tell far less of it: likewise, ten a second show it in minutes.
+  /// Correlation time of the factors of the IMU's noise [s]. Fixes are far less informative about it: at 10 Hz it takes
+  /// minutes.
   double imu_time = 36000;
 };
 
@@ -241,7 +243,7 @@ struct InitialHeading {
 
 enum class SmootherKind { kNone, kRts, kBatch };
 
-/// What wrong fixes cost.
+/// The cost of wrong fixes.
 enum class BatchLoss {
   kTruncated,  ///< no more than a fix at the bound
   kBarron,     ///< ever less with its size: Barron 2019 with α = −2 (Geman and McClure), scaled by the bound
@@ -253,12 +255,12 @@ struct BatchOptions {
   BatchLoss loss = BatchLoss::kTruncated;
   /// Probability of a right fix within the bound, by its number of rows: chi-squared.
   double bound = 0.999;
-  /// Longest time between nodes [s]: over more, the errors of the IMU would not act linearly on what it says.
+  /// Longest time between nodes [s]: over more, preintegration is not linear in the errors of the IMU.
   double longest_interval = 1;
-  /// How often the run is laid out anew about its solution at most. Two are enough from a filter that was not lost.
+  /// Most relinearisations of the whole run about its solution. Two are enough if the filter did not diverge.
   int most_rounds = 10;
-  /// It is found when laying the run out anew moves the solution by less: half the square of that, in sigmas of all
-  /// unknowns of a thousand nodes together. What the next time would move is a small part of it.
+  /// The solution has converged when a relinearisation moves it by less: half the squared norm, in sigmas, of all
+  /// unknowns of a thousand nodes together. The next relinearisation would move it by a small part of that.
   double tolerance = 5e-3;
 };
 

@@ -37,8 +37,8 @@ struct ImuSensor {
   TriadErrors gyro, accel;
 };
 
-/// The sensor as it is along other axes: R turns a vector of the sensor's axes into them. White noise of axes that
-/// differ is taken to be independent after the turn too.
+/// The sensor model along other axes: R turns a vector of the sensor's axes into them. White noise of axes that differ
+/// is taken to be independent after the turn too.
 ImuSensor turned(ImuSensor sensor, const Matrix3d& R);
 
 }  // namespace piste

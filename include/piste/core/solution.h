@@ -14,12 +14,12 @@
 
 namespace piste {
 
-/// What the filter did with a measurement.
+/// The outcome of a measurement in the filter.
 enum class Outcome {
   kUsed,
-  kRejected,    ///< left out: outside the gate
-  kReadmitted,  ///< used although outside the gate, because the filter was taken to be wrong
-  kDisputed,    ///< left out although within the gate, because its receiver jumped before and has not come back
+  kRejected,    ///< rejected by the innovation test: outside the gate
+  kReadmitted,  ///< used although outside the gate: the filter was at fault, its covariance is inflated
+  kDisputed,    ///< excluded although within the gate: its receiver jumped before and has not returned
   kRepeated     ///< left out: the receiver repeated its last fix
 };
 inline constexpr std::array kOutcomes{Outcome::kUsed, Outcome::kRejected, Outcome::kReadmitted, Outcome::kDisputed,
@@ -70,7 +70,7 @@ struct Sigmas : NavigationSigmas {
 /// Sigmas of an estimate in `world` from the covariance of its error. No heap.
 Sigmas sigmas_of(const World& world, const Estimate& x, const StateLayout& layout, const Covariance& P);
 
-/// What an adapting filter took the noise to be, one row a second (solve/adaptation.h).
+/// The noise that an adaptive filter estimated, one row per second (solve/adaptation.h).
 struct AdaptedNoise {
   std::vector<std::string> names;  ///< sources, "gyro_noise" and "accel_noise"; empty: the filter did not adapt
   std::vector<double> time;
@@ -84,12 +84,12 @@ struct AdaptedNoise {
   Range range(std::size_t name) const;
 };
 
-/// How a batch went that smoothed a run (batch/batch.h).
+/// Statistics of a batch that smoothed a run (batch/batch.h).
 struct BatchSummary {
   std::size_t nodes = 0, fixes = 0;
   std::size_t left_out = 0;    ///< fixes with weight 0
-  std::size_t taken_back = 0;  ///< of the fixes that the filter refused, those that now count
-  int rounds = 0;              ///< how often the run was laid out
+  std::size_t taken_back = 0;  ///< fixes that the filter rejected and the batch uses
+  int rounds = 0;              ///< linearisations of the whole run
   int iterations = 0;          ///< steps of all solves
   double cost = 0;             ///< half the sum of squares
   bool converged = false;
@@ -122,7 +122,7 @@ class Solution {
   Estimate estimate(std::size_t i) const;
   Sigmas sigmas(std::size_t i) const;
 
-  /// Parts of these, without what it costs to gather the blocks.
+  /// Parts of these, without the cost of gathering the blocks.
   Vector3d position(std::size_t i) const;  ///< p_wb
   Navigation navigation(std::size_t i) const;
   NavigationSigmas navigation_sigmas(std::size_t i) const;
@@ -139,8 +139,8 @@ class Solution {
 
   std::vector<std::string> sources;      ///< names, by Innovation::source
   std::vector<Innovation> innovations;   ///< in the order in which they were processed
-  AdaptedNoise adapted;                  ///< what the filter learned of the noise
-  std::optional<BatchSummary> batch;     ///< where a batch found it
+  AdaptedNoise adapted;                  ///< the noise that the filter estimated
+  std::optional<BatchSummary> batch;     ///< if a batch computed it
   std::size_t gnss_late = 0;             ///< fixes that came too late for the filter
   double attitude_correlation_time = 0;  ///< of the attitude's errors [s]; 0: not known
   Estimate fixed;                        ///< values of the blocks that are not estimated

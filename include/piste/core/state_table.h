@@ -90,18 +90,18 @@ struct Estimate {
   Vector3d vehicle_contact = Vector3d::Zero();  ///< p_bc_b: where the wheels allow no sideways motion
   double pitch_centre = 0;                      ///< where a pitching body does not move up and down, before c
   double dive = 0;                              ///< pitch on the springs by forward force [rad/(m/s²)]
-  double spring_pitch = 0;                      ///< what is left of that pitch [rad]
-  double side_slip = 0;                         ///< velocity to the right that wheels allow all the same
+  double spring_pitch = 0;                      ///< the remainder of that pitch [rad]
+  double side_slip = 0;                         ///< velocity to the right in spite of the wheels
   double wheel_slip = 0;                        ///< and of a wheel's rim against the road
   double cornering = 0;                         ///< slip angle by lateral acceleration [rad/(m/s²)]
   double odometer_scale = 0;                    ///< odometer = (1 + scale) speed
   double barometer_offset = 0;                  ///< barometer = height + offset
-  /// Of a magnetometer [µT] (model/magnetometer.h): what the carrier adds; a row for each of its axes of what it bends;
-  /// and what the surroundings add to the Earth's field, along n.
+  /// Of a magnetometer [µT] (model/magnetometer.h): the hard iron of the carrier; its soft iron, a row for each axis;
+  /// and the disturbance of the Earth's field by the surroundings, along n.
   Vector3d hard_iron = Vector3d::Zero();
   Vector3d soft_iron_x = Vector3d::Zero(), soft_iron_y = Vector3d::Zero(), soft_iron_z = Vector3d::Zero();
   Vector3d magnetic_disturbance = Vector3d::Zero();
-  /// What the errors of several IMUs differ by, parity by parity (core/imu_array.h).
+  /// The parity errors of several IMUs, parity by parity (core/imu_array.h).
   std::array<Vector3d, kParityBlocks> parity = [] {
     std::array<Vector3d, kParityBlocks> none;
     none.fill(Vector3d::Zero());
@@ -565,7 +565,7 @@ inline constexpr auto kParityNames = [] {
   return names;
 }();
 
-/// The row of parity block `I`: that of its kind, with the prior or the process that the units' own errors give it.
+/// The row of parity block `I`: that of its kind, with the prior or the process that follows from the IMUs' own errors.
 template <std::size_t I>
 constexpr BlockInfo parity_row() {
   constexpr std::size_t kind = I % kImuErrors, parity = I / kImuErrors;
@@ -758,7 +758,7 @@ class StateLayout {
 /// none if the run does not have it. True for the navigation blocks.
 bool has_error(const FilterOptions& options, Block block);
 
-/// Those of the blocks bias, drift and scale of gyroscopes and accelerometers for which the sensor has an error.
+/// The blocks bias, drift and scale of gyroscopes and accelerometers for which the sensor has an error.
 std::vector<Block> imu_error_blocks(const ImuSensor& sensor);
 
 /// The blocks of the slow errors that receivers of the run have.

@@ -80,9 +80,9 @@ struct Coefficients {
 ///
 ///     BIC = m ln(Σ e² / n) + (order + 1) ln m
 ///
-/// (Schwarz 1978, Annals of Statistics 6). Because the residuals e are correlated in time, m is not the number of
-/// samples n but the number of effective ones, Regression::effective_samples: the smaller of those of the square (at
-/// order 2) and of the cube (at order 3), and at least one more than the coefficients of order 3.
+/// (Schwarz 1978, Annals of Statistics 6). The residuals e are correlated in time. Therefore m is not the number of
+/// samples n but that of effective samples, Regression::effective_samples. It is the smaller of the numbers for the
+/// square (at order 2) and for the cube (at order 3), and at least one more than the coefficients of order 3.
 struct PolynomialFit {
   static constexpr int kHighest = 3;
   int order = 1;
@@ -98,8 +98,8 @@ struct PolynomialFit {
 ///
 /// row by row, by regression on the reference, whose noise makes the coefficients too small. The diagonal of G is the
 /// scale. Its other elements are the non-orthogonality of the triad's axes, and a rotation against the reference beyond
-/// the estimated boresight. As the boresight was estimated from the same signals, a rotation of the whole triad is part
-/// of the boresight and not of G, except for the rotation between gyroscopes and accelerometers. The uncertainty of the
+/// the estimated boresight. The boresight was estimated from the same signals: a rotation of the whole triad is part of
+/// the boresight and not of G. Only the rotation between gyroscopes and accelerometers is in G. The uncertainty of the
 /// boresight is part of the systematic errors. If the specific force hardly changes, S and the bias can hardly be
 /// separated: see inflation.
 struct MatrixFit {
@@ -127,12 +127,12 @@ struct RunFit {
   Term bias_only;
   BothDirections joint;  ///< bias and scale
   /// Bias and scale by Deming's regression, which allows for noise in both signals. The ratio of the noises is measured
-  /// at rest (before, else after): the noise variance of a signal is its variance less the covariance of both signals,
-  /// because both see the same sway (Grubbs 1948, J. American Statistical Association 43). Without a rest the ratio is
-  /// that of the sensors' noise densities; if these are unknown, the reference is taken to have no noise.
+  /// at rest (before, else after). The noise variance of a signal is its variance less the covariance of both signals,
+  /// because both measure the same sway (Grubbs 1948, J. American Statistical Association 43). Without a rest the ratio
+  /// is that of the sensors' noise densities; if these are unknown, the reference is taken to have no noise.
   ///
   /// The noise in the run is assumed to be that at rest. Vibration that only one IMU senses is not taken into account,
-  /// nor the effects of a timing error or of a wrong boresight, and the standard errors assume that the ratio is known.
+  /// nor are the effects of a timing error or of a wrong boresight. The standard errors assume that the ratio is known.
   BiasScale both_noisy;
   double noise_ratio = 1;  ///< variance of the IMU's noise over that of the reference's, from 1e-6 to 1e6
   /// Scale alone: a line through the mean point of the rest before (or after, if there is none before). The error of
@@ -152,7 +152,7 @@ struct AxisFindings {
   std::optional<RunFit> run;
 };
 
-/// What is known of the alignment and of the sensors.
+/// The known alignment and sensor models.
 struct FitOptions {
   const Alignment* alignment = nullptr;  ///< its covariance is propagated; null = no errors
   const ImuSensor* reference = nullptr;  ///< its bias and scale are propagated; null = no errors

@@ -4,7 +4,7 @@
 ///     y = X c + e,   ĉ = (XᵀX)⁻¹ Xᵀ y   by Householder QR of the scaled columns
 ///
 /// There are two covariances. The formal one, s² (XᵀX)⁻¹, is right if the errors e are white. Errors of an IMU are
-/// coloured: low-passed noise, vibration and drift are correlated from one sample to the next, and n samples have as
+/// coloured: low-passed noise, vibration and drift are correlated from one sample to the next. n samples then have as
 /// much information as a few independent ones. The second covariance takes this into account:
 ///
 ///     (XᵀX)⁻¹ S (XᵀX)⁻¹,   S = Σ_k w(k / (L + 1)) Σ_t x_t e_t e_(t+k) x_(t+k)ᵀ,   −L ≤ k ≤ L

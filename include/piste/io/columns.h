@@ -1,5 +1,5 @@
 #pragma once
-/// Where the values stand in a text log whose columns have names of their own (`format: columns`).
+/// The mapping of the columns of a text log whose names are its own (`format: columns`).
 
 #include <cstddef>
 #include <map>
@@ -23,11 +23,12 @@ inline constexpr std::string_view kDegreesMinutes = "ddmm";
 struct ColumnUse {
   std::vector<std::string> names;
   std::string unit = {};  ///< empty: that of the header's brackets
-  /// Along which each column lies: of velocities and sigmas north, east, down, up, south or west; of an IMU's triads
-  /// the axes of the sensor, such as +x -y -z. Empty: north east down, +x +y +z. Of latitude south and of longitude
-  /// west, where they grow so.
+  /// The direction of each column. Of velocities and sigmas: north, east, down, up, south or west. Of an IMU's triads:
+  /// the axes of the sensor, such as +x -y -z. Empty: north east down, +x +y +z. Of a latitude or longitude that grows
+  /// to the south or west: south or west.
   std::vector<std::string> axes = {};
-  /// Of forces without gravity: the columns of gravity, which are added; of `gravity_file` where there is one.
+  /// Of accelerations without gravity: the columns of gravity, which are added. They are those of `gravity_file` if
+  /// there is one.
   std::vector<std::string> added = {};
   std::string hemisphere = {};     ///< of latitude or longitude without a sign: the column of N, S, E or W, or empty
   std::string geoid = {};          ///< of a height above the sea: the column of the geoid's height, or empty
@@ -35,7 +36,7 @@ struct ColumnUse {
   bool operator==(const ColumnUse&) const = default;
 };
 
-/// What a time counts from.
+/// The origin of a time.
 enum class TimeScale {
   kBoot,     ///< an unknown instant
   kGpsWeek,  ///< the beginning of the GPS week
@@ -49,13 +50,13 @@ struct ColumnTime {
   std::string name;
   std::string unit = {};  ///< empty: that of the header's brackets
   TimeScale of = TimeScale::kBoot;
-  std::string week = {};                  ///< the column of the GPS week beside seconds of week, or empty
-  std::string date = {};                  ///< the column of the date beside a time of day, or empty
-  std::string rest = {}, rest_unit = {};  ///< a column that is added, such as nanoseconds beside seconds, or empty
+  std::string week = {};                  ///< the column of the GPS week that goes with seconds of week, or empty
+  std::string date = {};                  ///< the column of the date that goes with a time of day, or empty
+  std::string rest = {}, rest_unit = {};  ///< a column that is added, such as nanoseconds to seconds, or empty
   bool operator==(const ColumnTime&) const = default;
 };
 
-/// The rows of one sensor in a log of several: those that have this text in this column.
+/// The rows of one sensor in a log of several: the rows that have this text in this column.
 struct ColumnRows {
   std::string name;  ///< by its number, rows of the other sensors may have any number of fields
   std::string is;
@@ -81,8 +82,8 @@ struct ColumnMap {
   std::optional<ColumnTime> accel_time = {};           ///< of the file of accelerometers, if it differs
   std::vector<ColumnRows> accel_rows = {};             ///< of the file of accelerometers
   std::map<std::string, ColumnUse, std::less<>> uses;  ///< by the keys above
-  bool only_new = false;  ///< of a receiver: a row without a place, or with that of the row before, is passed over
-  // Found from the text if nothing is given:
+  bool only_new = false;  ///< of a receiver: a row without a position, or with that of the row before, is skipped
+  // Estimated from the text if not given:
   std::optional<Delimiter> delimiter = {};
   std::optional<std::size_t> skip = {};  ///< lines before the header, or before the first row
   std::optional<bool> header = {};

@@ -24,11 +24,11 @@
 
 namespace piste {
 
-/// What a reader asked a configuration for.
+/// A key that a reader asked a configuration for.
 struct KeyUse {
   std::string key;       ///< with the maps that it is in, such as `imu.clock.offset`; those of a list count as one
-  std::string takes;     ///< what may stand there, such as "a time, such as `60 s`"
-  std::string fallback;  ///< the value if the key is missing; empty where the reader knows none
+  std::string takes;     ///< the values that it takes, such as "a time, such as `60 s`"
+  std::string fallback;  ///< the value if the key is missing; empty if the reader has none
   bool optional = false;
 };
 

@@ -12,13 +12,12 @@
 ///  - kf_gins: IMU `t dtheta x y z [rad] dvel x y z [m/s]`, increments since the row before; GNSS `t latitude longitude
 ///    [deg] height sigma n e d [m]`, optional `v n e d, their sigmas [m/s]`, and a quality flag that is not used.
 ///  - rtklib_pos: solution of RTKLIB in latitude, longitude, height, with its header line. Calendar or week times in
-///  GPST or
-///    UTC or JST, degrees or degrees-minutes-seconds, optional velocities (a row whose velocity sigmas are all 0 has
-///    none).
+///    GPST or UTC or JST, degrees or degrees-minutes-seconds, optional velocities (a row whose velocity sigmas are all
+///    0 has none).
 ///  - nmea: sentences of a receiver, in any order within an epoch: GGA for position, GST for its sigmas, RMC or ZDA for
 ///    the date, of any talker. Speed and course of RMC are a horizontal velocity where its sigma is stated. VTG, which
-///    has no time, is checked; others are passed over where their checksum is right.
-///  - ubx: frames of a u-blox receiver: NAV-PVT; other frames, and sentences between them, are passed over.
+///    has no time, is checked; others are skipped if their checksum is right.
+///  - ubx: frames of a u-blox receiver: NAV-PVT; other frames, and sentences between them, are skipped.
 ///  - xsens_ascii: text of Xsens, whose header gives the rate: a 16-bit Counter or PacketCounter, Acc_X … [m/s²],
 ///    Gyr_X … [rad/s], optional Mag_X … (its own unit) and Temperature, tab-separated. Time is the counter over the
 ///    rate, from 0 at the first row.
@@ -26,10 +25,9 @@
 ///  - columns: text whose columns have names of their own; columns.h says where its values stand. IMU, GNSS, attitude.
 ///  - novatel: ASCII logs of NovAtel. GNSS: positions with their sigmas, such as BESTPOSA, and velocities at the same
 ///    times, such as BESTVELA, which have no sigma and are used where one is stated; the logs of one solution, that of
-///    GNSS alone first. IMU: RAWIMUXA and RAWIMUSXA, increments, which name the type of the IMU. Others are passed
-///    over.
+///    GNSS alone first. IMU: RAWIMUXA and RAWIMUSXA, increments, which name the type of the IMU. Others are skipped.
 ///  - inspva: attitude of NovAtel SPAN, as ASCII: INSPVAA, INSPVASA, and INSPVAXA or INSPVAXSA with their sigmas; other
-///    logs, and sentences of NMEA, are passed over.
+///    logs, and sentences of NMEA, are skipped.
 ///
 /// Times become seconds of the GPS week that the file begins in, and continue past 604800.
 
@@ -57,7 +55,7 @@ struct LogFile {
   std::vector<std::string> ignore_columns = {};  ///< of csv and xsens_ascii
   /// The bytes, if they are in memory already. `file` is then only their name in errors.
   std::optional<std::string_view> content = std::nullopt;
-  /// Or the rows as numbers in memory, for csv. Errors then name the row, from 0.
+  /// The rows as numbers in memory instead, for csv. Errors then name the row, from 0.
   std::optional<NumberColumns> table = std::nullopt;
   /// Sigmas that the user states: north, east, down [m] of a receiver; roll, pitch, heading [rad] of an attitude. They
   /// replace those of the log.
@@ -89,8 +87,7 @@ struct LogFile {
 };
 
 // With `faults` a refused row is left out and listed there, units are not judged, and sigmas that nobody states are
-// infinite: for those who look a log over, not for those who use it. A file that cannot be read at all throws all the
-// same.
+// infinite: this is for inspection, not for use. A file that cannot be read at all still throws.
 
 /// Reads an IMU's rows, in sensor axes and sensor time. Formats: csv, kf_gins, xsens_ascii, imr, novatel, columns.
 /// Numbers that look like another unit than the stated one are an error.
@@ -102,12 +99,12 @@ GnssRecording read_gnss(const LogFile& log, RowFaults* faults = nullptr);
 /// Reads the attitudes of a reference. Formats: csv, inspva, columns.
 AttitudeRecording read_attitude(const LogFile& log, RowFaults* faults = nullptr);
 
-/// Read a csv of one number a row: the speed of an odometer, `time_s, speed_m_s`, with `sigma_speed_m_s` if the log
-/// tells it; the height of a barometer, `height_m` or `pressure_hPa`, with `sigma_height_m` or `sigma_pressure_hPa`; or
-/// the heading of two antennas, `heading_deg` and `sigma_heading_deg`, with `pitch_deg` and `sigma_pitch_deg` if the
-/// log tells them. A pressure becomes the height of the standard atmosphere (ICAO Doc 7488). The sigma may also be
-/// called `sigma`, in the unit of the value. `sigma` holds where the log has none; LogFile::sigma replaces those of the
-/// log. A speed below zero, beyond noise, is an error unless the wheel `is_signed`.
+/// Read a csv of one number per row. An odometer has its speed, `time_s, speed_m_s`, with an optional
+/// `sigma_speed_m_s`. A barometer has its height, `height_m` or `pressure_hPa`, with `sigma_height_m` or
+/// `sigma_pressure_hPa`. Two antennas have their heading, `heading_deg` and `sigma_heading_deg`, with optional
+/// `pitch_deg` and `sigma_pitch_deg`. A pressure becomes the height of the standard atmosphere (ICAO Doc 7488). The
+/// sigma may also be called `sigma`, in the unit of the value. `sigma` holds where the log has none; LogFile::sigma
+/// replaces those of the log. A speed below zero, beyond noise, is an error unless the wheel `is_signed`.
 FixRecording<SpeedFix> read_speed(const LogFile& log, double sigma, bool is_signed = true);
 FixRecording<HeightFix> read_height(const LogFile& log, double sigma);
 FixRecording<HeadingFix> read_heading(const LogFile& log, double sigma);

@@ -1,5 +1,5 @@
 #pragma once
-/// Columns of numbers in somebody else's memory, which a reader of CSV takes in place of a file.
+/// Columns of numbers in memory of the caller, which a reader of CSV takes in place of a file.
 
 #include <cstddef>
 #include <map>
@@ -17,7 +17,7 @@ struct NumberColumn {
   double at(std::size_t row) const { return first[static_cast<std::ptrdiff_t>(row) * stride]; }
 };
 
-/// A table. Whoever made it keeps the numbers where they are until it has been read.
+/// A table. The caller keeps the numbers in place until it has been read.
 struct NumberColumns {
   std::vector<NumberColumn> columns;
   std::size_t rows = 0;

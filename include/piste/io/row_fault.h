@@ -73,7 +73,7 @@ struct RowFaults {
   std::vector<RowFault> first;
   std::vector<std::string> unknown_columns;  ///< that were skipped
   std::string error_at;                      ///< where the first is, such as FILE:LINE
-  bool for_use = false;                      ///< whether the rest is used, and not only looked over
+  bool for_use = false;                      ///< whether the other rows are used, and not only inspected
 
   void add(const RowFault& fault) {
     if (counts[static_cast<std::size_t>(fault.kind)]++ < kKept) first.push_back(fault);
@@ -86,12 +86,12 @@ struct RowFaults {
   }
 };
 
-/// Whether what is read is used: then units are judged, and sigmas must be stated.
+/// Whether the log is read for use: then units are checked, and sigmas must be stated.
 inline bool is_for_use(const RowFaults* faults) { return faults == nullptr || faults->for_use; }
 
 /// Goes through the rows of a reader. `next()` goes to the next row and returns whether there is one; `row()` processes
 /// it. If either throws a RowError, the reading ends; with `faults`, the error is listed there instead, and the row is
-/// left out. Where the rest is for use, a value that cannot be ends the reading all the same.
+/// left out. If the other rows are for use, an impossible value still ends the reading.
 template <class Next, class Row>
 void for_each_row(RowFaults* faults, Next&& next, Row&& row) {
   for (;;) {

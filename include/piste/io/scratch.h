@@ -1,5 +1,5 @@
 #pragma once
-/// Where a run puts what it needs again later and has no room for: blocks of values, each written once and read as
+/// Temporary storage of a run for data that does not fit in memory: blocks of values, each written once and read as
 /// often as needed.
 
 #include <cstddef>
@@ -11,11 +11,11 @@
 
 namespace piste {
 
-/// Blocks in memory, or in a file. A copy shares what is there. One thread at a time.
+/// Blocks in memory, or in a file. A copy shares the same blocks. One thread at a time.
 class Scratch {
  public:
-  /// In memory; or, with a `folder`, beyond 16 MB in a file in it that is gone with the last copy, or when the program
-  /// ends.
+  /// In memory; with a `folder`, beyond 16 MB in a file in it. The file is removed with the last copy, or when the
+  /// program ends.
   explicit Scratch(std::filesystem::path folder);
 
   /// Adds a block and returns its number, counted from 0. Throws Error if the file cannot be made or written.

@@ -20,7 +20,7 @@ struct NumberTable {
 /// The files of rows that a replay writes.
 enum class RowFile { kNavigation, kBiases, kAttitude };
 
-/// Writes one of them from rows that come in pieces, in their order: all pieces together give the bytes that one would.
+/// Writes one of these files from rows that come in pieces, in their order. The bytes are those of one single piece.
 class RowCsv {
  public:
   /// `rate` [Hz]: rows that are nearest to the multiples of 1 / rate; 0: all.
@@ -30,7 +30,7 @@ class RowCsv {
   RowCsv& operator=(RowCsv&&) noexcept;
   /// @pre of the same run as the rows before, and after them
   void add(const Solution& rows);
-  /// Writes what waits for a row after it. Nothing may be added after it.
+  /// Writes the last row, which waits for its successor. Nothing may be added afterwards.
   void finish();
 
  private:
@@ -59,11 +59,11 @@ std::string biases_csv(const Solution& solution);
 void biases_csv(const Solution& solution, double rate, const TextSink& sink);
 NumberTable biases_table(const Solution& solution, double rate = 0);
 
-/// `adapted.csv`: the factors of the stated sigmas that the filter learned, one row a second.
+/// `adapted.csv`: the factors of the stated sigmas that the filter estimated, one row per second.
 std::string adapted_csv(const AdaptedNoise& adapted);
 
-/// `innovations.csv`: for every measurement its residual, sigma, NIS and outcome, in SI. Cells of what was not measured
-/// are empty: rows beyond those of a height, and all of a fix that repeats.
+/// `innovations.csv`: for every measurement its residual, sigma, NIS and outcome, in SI. Cells of unmeasured quantities
+/// are empty: the second and third row of a height, and all rows of a repeated fix.
 std::string innovations_csv(const Solution& solution);
 void innovations_csv(const Solution& solution, const TextSink& sink);
 

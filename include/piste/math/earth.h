@@ -21,8 +21,8 @@ struct Geodetic {
   double latitude = 0, longitude = 0, height = 0;
 };
 
-/// Gravity near a point: g(p) ≈ value + gradient (p − point). All in w. And the local level at the point, which is that
-/// of a body a hundred metres away to 2e-5 rad.
+/// Gravity near a point: g(p) ≈ value + gradient (p − point). All in w. And the local level at the point, which holds
+/// to 2e-5 rad for a body 100 m away.
 struct Gravity {
   Vector3d point, value;
   Matrix3d gradient;
@@ -41,13 +41,13 @@ class World {
   const Geodetic& origin() const { return origin_; }
   /// Earth rotation vector, in w.
   const Vector3d& earth_rate() const { return earth_rate_; }
-  /// Position in w of a geodetic position, and the other way round.
+  /// Position in w of a geodetic position, and the inverse.
   Vector3d from_geodetic(const Geodetic& place) const;
   Geodetic to_geodetic(const Vector3d& p_w) const;
-  /// R_wn: turns components along the local level n, the north-east-down axes at p_w, into components in w. What is
-  /// given or shown as north, east, down, roll, pitch or heading goes through this rotation, and it alone. No heap.
+  /// R_wn: turns components along the local level n, the north-east-down axes at p_w, into components in w. Every input
+  /// or output as north, east, down, roll, pitch or heading goes through this rotation alone. No heap.
   Matrix3d rotation_wn(const Vector3d& p_w) const;
-  /// Both of a position at once: they share what costs.
+  /// Both for one position: they share the costly part.
   std::pair<Geodetic, Matrix3d> local_level(const Vector3d& p_w) const;
   /// Normal gravity (gravitation and centrifugal acceleration) at p_w, in w, with its gradient and the local level.
   Gravity gravity(const Vector3d& p_w) const;

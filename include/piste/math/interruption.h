@@ -6,8 +6,8 @@
 namespace piste {
 
 /// While it lives, check_interruption() calls `check` in this thread, and in the threads to which the library hands
-/// parts of the work. To end the work, `check` throws what is no piste::Error, as the library takes such an error for
-/// an answer of the data. It is called by several threads at a time, some hundred times a second or more.
+/// parts of the work. To end the work, `check` throws an exception that is no piste::Error: the library would take that
+/// for a finding about the data. Several threads call it concurrently, some hundred times a second or more.
 ///
 /// @code
 ///   std::atomic<bool> stop = false;  // set by a signal handler or another thread

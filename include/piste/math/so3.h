@@ -34,8 +34,8 @@ Quaterniond rotation_between(const Vector3d& a, const Vector3d& b);
 /// J_l(phi) = Σ [phi]^n / (n+1)!; the right Jacobian is J_l(−phi).
 Matrix3d so3_left_jacobian(const Vector3d& rotation_vector);
 
-/// Q of the left Jacobian (J_l Q; 0 J_l) of the motion (nu, phi) in SE(3): Σ of what nu adds to [phi]^n / (n+1)!, where
-/// it stands once among the factors. Source: Barfoot, equation 7.86.
+/// Q of the left Jacobian (J_l Q; 0 J_l) of the motion (nu, phi) in SE(3): the sum of the terms of Σ [phi]^n / (n+1)!
+/// in which [nu] replaces one factor [phi]. Source: Barfoot, equation 7.86.
 Matrix3d se3_left_jacobian_shift(const Vector3d& nu, const Vector3d& rotation_vector);
 
 /// Inverse of the left Jacobian, for |phi| < 2π.

@@ -25,12 +25,12 @@ double standard_deviation(std::span<const double> values);
 /// Standard error of the mean: the standard deviation over √n. NaN if there is only one value.
 double standard_error(std::span<const double> values);
 
-/// Mean product of the values and those `lag` before them, both less `centre`: Σ (x_i − c)(x_{i−lag} − c) / n.
+/// Mean product of each value and the value `lag` before it, both less `centre`: Σ (x_i − c)(x_{i−lag} − c) / n.
 /// @pre not empty
 double autocovariance(std::span<const double> values, std::size_t lag, double centre);
 
-/// Standard error of the mean of a stationary series, whose successive values may be correlated: their variance times
-/// (1 + 2 Σ ρ) / n, up to the first lag with a correlation below 0.05, or 50 lags (Bartlett 1946). @pre not empty
+/// Standard error of the mean of a stationary series with correlated values (Bartlett 1946). Its square is their
+/// variance times (1 + 2 Σ ρ) / n, summed up to the first lag with a correlation below 0.05, or 50 lags. @pre not empty
 double standard_error_of_series(std::span<const double> values);
 
 /// Two-sided p-value of the hypothesis that the mean is zero, by Student's t with n − 1 degrees of freedom. NaN if
@@ -49,12 +49,12 @@ double quantile(std::vector<double> values, double part);
 /// Standard deviation of a normal distribution about zero, divided by the median magnitude of its values.
 inline constexpr double kSigmaOverMedian = 1.4826;
 
-/// x with P(χ²_dof ≤ x) = probability, 0 < probability < 1, dof > 0.
+/// x with P(χ²_dof ≤ x) = probability, 0 < probability < 1, dof > 0: chi_squared_quantile(0.999, 3) is 16.27, a gate.
 double chi_squared_quantile(double probability, double dof);
-/// P(χ²_dof > x), the p-value of a sum of squares; 1 where there is no freedom, or x is not above 0.
+/// P(χ²_dof > x), the p-value of a sum of squares; 1 if there is no degree of freedom, or x is not above 0.
 double chi_squared_above(double x, double dof);
 
-/// x with P(z ≤ x) = probability for a standard normal z.
+/// x with P(z ≤ x) = probability for a standard normal z: normal_quantile(0.975) is 1.960.
 double normal_quantile(double probability);
 
 /// x with P(t ≤ x) = probability for Student's t, 0 < probability < 1, dof > 0.

@@ -2,7 +2,7 @@
 /// Converts numbers with units, as data sheets write them, into SI and radians and back, and checks the dimension.
 ///
 /// A unit is a product of base units, such as `deg/s/sqrt(Hz)`, `m/s^2`, `ug/sqrt(Hz)`, `deg*s^-1`. A `/` divides only
-/// by the factor that follows it; a blank multiplies, `m s^-2`, and so do a point, `m.s^-2`, and a number, `1e-7 deg`.
+/// by the factor that follows it. A blank multiplies, `m s^-2`, and so do a point, `m.s^-2`, and a number, `1e-7 deg`.
 /// The spellings of headers are known as well: `m/s²`, `m/s2`, `m/(s^2)`, `°/s`, `dps`, `µT`. `G` is a g for
 /// accelerations, and a gauss for magnetic fields. Angle is a dimension of its own, so that `m` and `rad` cannot be
 /// confused.
@@ -20,7 +20,7 @@ namespace piste {
 inline constexpr double kDegree = std::numbers::pi / 180, kDegreesPerRadian = 180 / std::numbers::pi;
 inline constexpr double kMillisecondsPerSecond = 1e3;
 
-/// What a number measures: the exponents of its base dimensions times two (√Hz has half exponents), and for error
+/// The dimension of a number: the exponents of its base dimensions times two (√Hz has half exponents), and for error
 /// messages a name and an example.
 struct Dimension {
   std::array<int, 5> half_exponents;  ///< of angle, length, time, temperature, magnetic flux density

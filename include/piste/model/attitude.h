@@ -5,20 +5,21 @@
 ///     residual z = Log(R_wr,measured (Exp(R_wn â) B̂ (Exp(d̂) R̂_rb)ᵀ)ᵀ)
 ///     B = Exp(ω_ie τ) R_wb Exp(−ω τ)
 ///
-/// where B is the body's attitude τ before the estimate, with τ as in gnss.h: 0 unless the fix is late by another time
-/// than was taken when it was given its place. ω is the rate at the time of the estimate, less what its noise explains
-/// where it says something of the delay, and less of it where the delay is uncertain by much of a vibration. A mean
-/// over samples would lose the vibration, by which a delay shows first. a is the coloured error of the reference and e
-/// its white error, both rotation vectors along the local level n, and d is the change of the boresight on a flexible
-/// mount, a rotation vector in r. The boresight stands on the right of R_wb, on the body's side (the article prints it
-/// on the other side). Jacobians: a rotation of the prediction by Exp(η) from the left changes z by −J_r⁻¹(z) η.
+/// where B is the body's attitude τ before the estimate, with τ as in gnss.h: 0 unless the delay differs from the one
+/// by which the fix was given its place. ω is the rate at the time of the estimate. In the derivative by the delay it
+/// is reduced by what its noise explains, and further where the delay is uncertain by much of a vibration's period. A
+/// mean over samples would lose the vibration, by which a delay is observable first. a is the coloured error of the
+/// reference and e its white error, both rotation vectors along the local level n. d is the change of the boresight on
+/// a flexible mount, a rotation vector in r. The boresight stands on the right of R_wb, on the body's side (the article
+/// prints it on the other side). Jacobians: a rotation of the prediction by Exp(η) from the left changes z by −J_r⁻¹(z)
+/// η.
 
 #include "piste/core/options.h"
 #include "piste/model/measurement.h"
 
 namespace piste {
 
-/// How the body turns about the time of a fix, and how far the fix belongs before the estimate.
+/// Rotation of the body near the time of a fix, and the time by which the fix belongs before the estimate.
 struct Turning {
   Vector3d earth_rate = Vector3d::Zero();
   Vector3d rate = Vector3d::Zero();         ///< ω, in b
@@ -30,14 +31,14 @@ struct Turning {
 /// Linearises an attitude fix at the estimate `x`.
 ///
 /// `white`: the fraction of the fix's sigma that is white noise, along the local level, of which `R_wn` is the
-/// rotation. The block attitude_drift carries the rest.
+/// rotation. The block attitude_drift has the remainder.
 ///
 /// `after`: the estimate after this fix, to first order. If it is given, the Jacobians are taken half-way between `x`
 /// and `after`, for which `turning_after` is as `turning` for `x`. The reason: one fix determines only the sum of
 /// attitude and boresight, and only a body that turns separates them. The gyroscope's noise between two fixes looks
-/// like such a turn until the fix removes it; with the Jacobians at `x`, attitude and boresight would therefore seem
-/// known even at rest. With those half-way, what the fix leaves unknown stays unknown through correction and reset, to
-/// second order.
+/// like such a turn until the fix removes it. With the Jacobians at `x`, attitude and boresight would therefore seem
+/// observable even at rest. With those half-way, what the fix leaves unknown stays unknown through correction and
+/// reset, to second order.
 Linearization linearize_attitude(const AttitudeFix& fix, const Vector3d& white, const Estimate& x,
                                  const Matrix3d& R_wn = Matrix3d::Identity(), const Estimate* after = nullptr,
                                  const Turning& turning = {}, const Turning& turning_after = {});

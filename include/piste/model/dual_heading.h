@@ -10,14 +10,14 @@
 namespace piste {
 
 /// Linearises the azimuth of a baseline (in b, any length), wrapped to ±π, and its pitch, if the fix has one: one or
-/// two rows. `R_wn`: the local level at the body. A baseline within 10 deg of upright has no azimuth to speak of:
-/// nothing.
+/// two rows. `R_wn`: the local level at the body. Nothing for a baseline within 10 deg of upright: its azimuth is not
+/// defined well.
 std::optional<Linearization> linearize_heading(const HeadingFix& fix, const Vector3d& baseline, const Estimate& x,
                                                const Matrix3d& R_wn);
 
-/// The two antennas of a run. Their azimuth is off by any angle while an ambiguity is wrong. So a fix outside the gate
-/// is left out, and the filter never gives in to it: it keeps the heading that the motion told it, and where nothing
-/// tells it, its own sigma widens the gate.
+/// The two antennas of a run. While an ambiguity is wrong, their azimuth may be wrong by any angle. So a fix outside
+/// the gate is rejected, and never resets the filter. The filter keeps the heading that the motion determines. Where
+/// the heading is not observable, its own sigma widens the gate.
 struct DualHeading : MeasurementType<HeadingFix> {
   static constexpr std::string_view kName = "heading";
   static constexpr std::array kChannels{

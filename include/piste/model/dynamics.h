@@ -2,7 +2,7 @@
 /// How the error of an estimate, and its covariance, change over one IMU step.
 ///
 /// The error is that of estimate.h, in w. With e_g = δbias + δdrift + diag(ω) δscale of the gyroscopes, and e_a
-/// likewise of the accelerometers (what scales of several IMUs add, UnitScales says):
+/// likewise of the accelerometers (for the scales of several IMUs see UnitScales):
 ///
 ///     θ' = −[ω_ie] θ − R (1+s)⁻¹ e_g
 ///     ν' = [g] θ + [v][ω_ie] θ − 2[ω_ie] ν + Γ ρ − R (1+s)⁻¹ e_a − [v] R (1+s)⁻¹ e_g
@@ -26,9 +26,9 @@ struct StepNoise {
   Vector3d gyro, accel;
 };
 
-/// What the equations above take over one step: values in its middle, from which its transition follows.
+/// The quantities in the equations above, at the middle of one step: its transition follows from them.
 struct ErrorStep {
-  double dt = 0;  ///< 0: no step, but mend_rate()
+  double dt = 0;  ///< 0: not a step, but mend_rate()
   Quaterniond q_wb = Quaterniond::Identity();
   Vector3d v_wb, rate, force;        ///< v̂; ω and f as the scale errors multiply them
   Vector3d gyro_scale, accel_scale;  ///< s
@@ -48,12 +48,12 @@ struct ErrorStep {
 struct Transition {
   Matrix9d navigation;                            ///< of (ρ, ν, θ) on itself
   Matrix96d imu;                                  ///< of (ρ, ν, θ) on (e_g, e_a), which are constant over the step
-  Vector3d rate, force;                           ///< mean corrected ω and f: what the scale errors multiply
-  double bias = 1;                                ///< what the biases and drifts multiply
+  Vector3d rate, force;                           ///< mean corrected ω and f: factors of the scale errors
+  double bias = 1;                                ///< factor of the biases and drifts
   Matrix9d noise;                                 ///< covariance that white sensor noise adds to the navigation rows
   std::array<double, kBlocks.size()> decay;       ///< per block: factor of its error; 1 where nothing evolves
   std::array<Vector3d, kBlocks.size()> variance;  ///< per block: what its process adds, per axis
-  ErrorStep step;                                 ///< that of which all but decay and variance are made
+  ErrorStep step;                                 ///< the step of which all but decay and variance are made
   const UnitScales* units = nullptr;              ///< of several IMUs whose scales act across the axes of their mean
 };
 
@@ -67,15 +67,15 @@ Transition linearize(const Estimate& x, const Estimate& end, const ImuStep& corr
 /// mend_rate().
 Transition linearize(const ErrorStep& step, const Vector3d& earth_rate);
 
-/// A transition that takes no time and corrects the rate with which the error of the gyroscope's scale was propagated.
-/// That rate was measured and so contains the gyroscope's noise. An attitude fix then removes the rotation that this
-/// noise made; if the rate were left as it was, the filter would take that rotation for an effect of the scale (errors
-/// in variables). `noise_angle`: the rotation, as the fix shows it (rotation vector in w, truth − estimate). `x`: the
-/// estimate before the fix is used.
+/// The errors-in-variables correction of the rate with which the error of the gyroscope's scale was propagated, as a
+/// transition that takes no time. That rate was measured and so contains the gyroscope's noise. An attitude fix then
+/// removes the rotation that this noise caused. If the rate stayed as it was, the filter would take that rotation for
+/// an effect of the scale. `noise_angle`: the rotation, as the fix observes it (rotation vector in w, truth −
+/// estimate). `x`: the estimate before the fix is used.
 Transition mend_rate(const Estimate& x, const Vector3d& noise_angle);
 
-/// Sets decay and variance of the estimated blocks that are processes, over dt, as the state table gives them: drifts
-/// of the sensor and of the boresight, coloured errors of GNSS and of reference attitudes. No heap.
+/// Sets decay and variance over dt of the estimated blocks that are processes, by the state table. These are drifts of
+/// the sensor and of the boresight, and coloured errors of GNSS and of reference attitudes. No heap.
 void add_processes(Transition& t, const StateLayout& layout, const FilterOptions& options, double dt);
 
 /// P ← Φ P Φᵀ + Q. Uses that only the navigation rows depend on other blocks. No heap.

@@ -5,18 +5,17 @@
 ///     y_p = p − v τ + a τ²/2 + E R C l + R_wn d     y_v = v − a τ + R C (ω × l) − ω_ie × R l
 ///     E = Exp(ω_ie τ)   C = Exp(−ω̄ τ)   ω = ω_ib   a = R f̄ + g(p) − 2 ω_ie × v
 ///
-/// where l is the lever arm, d the slow error along the local level n, in m or as a state times the stated sigmas
-/// (PositionDrift), and τ the time by which position or velocity
-/// belong before the estimate. The filter compares a fix that comes late with the estimate at the time where the fix
-/// belongs, by the delay that is known or estimated; τ is then 0, and only its derivative counts. It is not 0 while the
-/// estimated delay still changes, and in real time, where that estimate has gone by. ω̄ and f̄ are means over the last
-/// samples (RecentMotion), but for a velocity of the moment f̄ is the force now: a mean is late for a vibration, which
-/// such a velocity shows all of. One that is 20 ms later than its position counts as a mean itself. The velocity has no
-/// term of second order, for which the jerk would have to be known: it counts as noise instead. Jacobians are with
-/// respect to the error of estimate.h.
+/// where l is the lever arm, and τ the time by which position or velocity belong before the estimate. d is the slow
+/// error along the local level n, in m or as a state times the stated sigmas (PositionDrift). The filter compares a
+/// late fix with the estimate at the time of the fix, by the known or estimated delay. τ is then 0, and only its
+/// derivative counts. It is not 0 while the estimated delay still changes, nor in real time, where that estimate is
+/// past. ω̄ and f̄ are means over the last samples (RecentMotion). For an instantaneous velocity f̄ is the present
+/// force instead: a mean lags a vibration, all of which such a velocity shows. A velocity that is 20 ms later than its
+/// position is itself taken for a mean. The velocity has no term of second order, as that would need the jerk: it
+/// counts as noise instead. Jacobians are with respect to the error of estimate.h.
 ///
-/// The sigmas of a fix are along n, and R_wn is that of `gravity`. Rows are along w, but for a velocity without down:
-/// it has two, along north and east of n.
+/// The sigmas of a fix are along n, and R_wn is that of `gravity`. Rows are along w. A velocity without down has two
+/// rows instead, along north and east of n.
 
 #include "piste/core/options.h"
 #include "piste/model/measurement.h"
@@ -33,9 +32,9 @@ struct AntennaMotion {
   double force_variance = 0;                 ///< of the white noise of f̄ in an axis
 };
 
-/// Linearises the position of a fix. Its white sigma is the total less that of `drift`, sqrt(total² − drift²), and
-/// beside a drift in m at least 10 % of the total. The lever arm is that of the estimate. `receiver`: whose block the
-/// drift is.
+/// Linearises the position of a fix. Its white sigma is the total less that of `drift`, sqrt(total² − drift²). With a
+/// drift in m it is at least 10 % of the total. The lever arm is that of the estimate. `receiver`: the receiver whose
+/// block the drift is.
 Linearization linearize_position(const GnssFix& fix, const std::optional<PositionDrift>& drift, const Estimate& x,
                                  const AntennaMotion& motion, const Vector3d& earth_rate, const Gravity& gravity,
                                  const Lag& lag = {}, bool still = false, int receiver = 0);
@@ -51,8 +50,9 @@ Vector3d slow_error(const GnssFix& fix, const std::optional<PositionDrift>& drif
 Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const AntennaMotion& motion,
                                  const Vector3d& earth_rate, const Gravity& gravity, bool still, const Lag& lag = {});
 
-/// The receivers of a run. What an estimated delay differs by from that of the first receiver is added to the delays of
-/// all. Where the delay of the positions is estimated and that of the velocities is not, the velocities follow it.
+/// The receivers of a run. The delays of the first receiver are estimated; their changes from the configured values are
+/// added to the delays of all. Where the delay of the positions is estimated and that of the velocities is not, the
+/// velocities follow it.
 struct GnssReceivers : MeasurementType<GnssFix> {
   static constexpr std::string_view kName = "gnss";
   static constexpr bool kNumbered = true;

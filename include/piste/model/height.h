@@ -1,6 +1,6 @@
 #pragma once
-/// Height over the ellipsoid as a barometer tells it, with an offset that the weather changes: y = h(p) + offset, where
-/// h is linear about the place of `gravity`: to a millimetre within 100 m.
+/// Height over the ellipsoid from a barometer, with an offset that the weather changes: y = h(p) + offset. h is linear
+/// about the place of `gravity`: to 1 mm within 100 m.
 
 #include "piste/core/options.h"
 #include "piste/model/measurement.h"
@@ -10,8 +10,8 @@ namespace piste {
 /// Linearises a height: one row.
 Linearization linearize_height(const HeightFix& fix, const Estimate& x, const Gravity& gravity);
 
-/// The barometer of a run. A draught or a door is a fix that jumps: it is left out, and others after it. They are used
-/// again once the offset may have drifted as far: the filter never gives in to them, as its height is not in doubt.
+/// The barometer of a run. By a draught or a door its fixes jump: they are rejected. They are used again once the
+/// offset may have drifted as far. They never reset the filter, as its height is not in doubt.
 struct Barometer : MeasurementType<HeightFix> {
   static constexpr std::string_view kName = "barometer";
   static constexpr std::array kChannels{MeasurementChannel{.name = "", .readmitted = false, .axes = {"height"}}};

@@ -11,7 +11,8 @@ struct DiscreteProcess {
 };
 
 /// The process over a step dt. Gauss-Markov, x' = −x/τ + √(2σ²/τ) w: transition e^{−dt/τ}, variance σ²(1 − e^{−2dt/τ}).
-/// Random walk: transition 1, variance density² dt.
+/// Random walk: transition 1, variance density² dt. Example: Gauss-Markov with σ = 2, τ = 100 s and dt = 10 s
+/// has the transition 0.905 and the variance 0.725.
 DiscreteProcess discretise(const DriftProcess& process, double dt);
 
 /// 1-sigma of a drift at the start of a run: σ for a Gauss-Markov process, 0 for a random walk (its initial value is

@@ -1,11 +1,11 @@
 #pragma once
-/// By what several IMUs on one body differ. Parity k of their outputs is
+/// The parities of several IMUs on one body as measurements. Parity k of their outputs is
 ///
 ///     p_k = Σ_i L_ki y_i = Σ_i L_ki (s_i u + b_i + d_i) + noise,     u = (û − b̄ − d̄) / (1 + s̄)
 ///
-/// on every axis, for rates and for specific forces, with the errors of the units as core/imu_array.h splits them; s_i
-/// u stands for all that the scales of the unit do along its own axes (TurnedScale). The noise of p is not that of the
-/// mean û, which the filter mechanizes: with both it knows what all units measured.
+/// on every axis, for rates and for specific forces, with the errors of the IMUs as core/imu_array.h splits them. s_i u
+/// is the effect of the scales of IMU i along its own axes (TurnedScale). The noise of p is uncorrelated with that of
+/// the mean û, which the filter mechanizes. Together both have all information of the single IMUs.
 
 #include "piste/core/options.h"
 #include "piste/model/measurement.h"

@@ -1,13 +1,13 @@
 #pragma once
-/// A magnetometer on the body measures the Earth's field, as the iron of its carrier leaves it:
+/// A magnetometer on the body measures the Earth's field, distorted by the iron of its carrier:
 ///
 ///     m = (1 + S) R_bn B + R_bn d + h
 ///
-/// where B is the Earth's field along north, east, down, h the hard iron, S the soft iron (with the scales and the
-/// misalignment of the sensor: any matrix), and d the disturbance by the surroundings (a coloured error). Source:
-/// Groves 2013, section 6.1.1 and equation 6.9. S d is left out: as a factor of S, what is estimated of d, noise for
-/// the greater part, would pass for knowledge of S (errors in variables). Under an iron that is not known the field
-/// tells no heading: motion tells the iron first, wherever something else tells the attitude. All in µT.
+/// where B is the Earth's field along north, east, down, h the hard iron, and d the disturbance by the surroundings (a
+/// coloured error). S is the soft iron, with the scales and the misalignment of the sensor: any matrix. Source: Groves
+/// 2013, section 6.1.1 and equation 6.9. S d is left out: the estimate of d is mostly noise, and as a factor of S it
+/// would pass for information on S (errors in variables). While the iron is unknown the field gives no heading. Motion
+/// determines the iron first, wherever another source observes the attitude. All in µT.
 
 #include "piste/core/options.h"
 #include "piste/model/measurement.h"
@@ -21,8 +21,8 @@ double azimuth(const Vector3d& field_n);
 Linearization linearize_magnetic_field(const MagneticSample& sample, double sigma, const Estimate& x,
                                        const Matrix3d& R_wn);
 
-/// The magnetometer of the IMU. Beside a car or a girder the field is not the Earth's: such samples are outside the
-/// gate and left out, and so are those of the two seconds after. The filter never gives in to them.
+/// The magnetometer of the IMU. Near a car or a girder the field is not the Earth's: such samples are outside the gate
+/// and rejected, and so are the samples of the 2 s after. They never reset the filter.
 struct Magnetometer : MeasurementType<MagneticSample> {
   static constexpr std::string_view kName = "magnetometer";
   static constexpr double kLetGo = 2;  // s

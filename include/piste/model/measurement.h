@@ -1,6 +1,6 @@
 #pragma once
-/// What a measurement is. A filter needs of it the residual, its covariance, and a Jacobian for each block it depends
-/// on:
+/// A measurement, in the form of a filter: the residual, its covariance, and a Jacobian for each block on which it
+/// depends:
 ///
 ///     residual = measured − predicted ≈ Σ_b J_b error_b + noise
 ///
@@ -31,9 +31,9 @@ struct Linearization {
   Block observes = Block::kPosition;  ///< the block that it mainly measures
   Vector3d residual = Vector3d::Zero();
   Matrix3d covariance = Matrix3d::Zero();
-  /// Derivative of what its rows should be by the rate, of which they hold the noise: the residual has −M n, if the
-  /// rate was measured as ω + n. The rate in its Jacobians is `told_noise` times as noisy on average, for noise of the
-  /// samples beside (MeasurementContext::rate_without_noise).
+  /// M, the derivative of the prediction by the rate, for the errors-in-variables correction: if the rate was measured
+  /// as ω + n, the residual contains −M n. On average the rate in the Jacobians has the fraction `told_noise` of the
+  /// noise of the neighbouring samples (MeasurementContext::rate_without_noise).
   Matrix3d by_rate_noise = Matrix3d::Zero();
   double told_noise = 0;
 
@@ -80,17 +80,17 @@ struct BodyMotion {
 };
 
 /// Rate and specific force as means over the last tenth of a second, carried on to the time of the estimate, in body
-/// axes at that time, as measured (solve/recent_motion.h). What a delay is multiplied by is such a mean, unless the
-/// fix shows all of a vibration: the noise of a single sample would pass for knowledge of the delay.
+/// axes at that time, as measured (solve/recent_motion.h). Such a mean is the factor of a delay, unless the fix shows
+/// all of a vibration: the noise of a single sample would pass for information on the delay.
 struct RecentMotion {
   Vector3d rate = Vector3d::Zero(), force = Vector3d::Zero();
   Vector3d force_change = Vector3d::Zero();  ///< how fast R f changes in w, in b [m/s³]
-  double force_variance = 0;                 ///< of the white noise that is left in an axis of the force
+  double force_variance = 0;                 ///< of the remaining white noise in an axis of the force
   double rate_variance = 0;                  ///< and of the rate
 };
 
-/// By how much a channel of a sensor comes late, and the block that estimates it. `value` is the known delay if this
-/// run does not estimate it.
+/// The delay of a channel of a sensor, and the block that estimates it. `value` is the known delay if this run does not
+/// estimate it.
 struct FixDelay {
   double value = 0;  ///< s
   std::optional<Block> block = std::nullopt;
@@ -107,23 +107,23 @@ struct Lag {
   bool is_uncertain() const { return block || by_clock_drift != 0; }
 };
 
-/// A delay less what the IMU's clock has gained: d − c `elapsed`, with c the clock's drift, and `elapsed` the seconds
-/// since FilterOptions::clock_from. The same delay where the run does not estimate the drift.
+/// A delay less the gain of the IMU's clock: d − c `elapsed`, with c the clock's drift, and `elapsed` the seconds since
+/// FilterOptions::clock_from. Where the run does not estimate the drift, the delay is unchanged.
 FixDelay with_clock_drift(FixDelay delay, const StateLayout& layout, const Estimate& x, double elapsed);
 
 /// Adds the Jacobians by the delay and by the drift of the clock. `derivative`: of the prediction, by Lag::time.
 void add_delay(Linearization& lin, const Lag& lag, const Vector3d& derivative);
 
-/// Adds what a first-order term of a delay leaves out while the delay is uncertain: the second-order term ½ c δ², whose
-/// mean goes into the residual and whose variance into the covariance (the Gaussian second-order filter; Jazwinski
-/// 1970, section 9.3). `curvature` c: second derivative of the prediction by the delay δ.
+/// Adds the second-order term ½ c δ² of an uncertain delay. Its mean goes into the residual, and its variance into the
+/// covariance (the Gaussian second-order filter; Jazwinski 1970, section 9.3). `curvature` c: second derivative of the
+/// prediction by the delay δ.
 void add_curvature(Linearization& lin, const Lag& lag, const Vector3d& curvature);
 
 /// The part of a mean that its white noise does not explain: `mean` times 1 − 3 `variance` / |mean|², or nothing (James
-/// and Stein 1961). A Jacobian that were noise alone would pass for knowledge.
+/// and Stein 1961). Otherwise a Jacobian of noise alone would pass for information.
 Vector3d beyond_noise(const Vector3d& mean, double variance);
 
-/// What linearize() is given beside the fix and the estimate.
+/// The arguments of linearize() in addition to the fix and the estimate.
 struct MeasurementContext {
   const FilterOptions& options;
   const StateLayout& layout;
@@ -134,27 +134,27 @@ struct MeasurementContext {
   Vector3d rate_variance;  ///< of the gyroscopes' white noise, as a mean over one sample
   bool still = false;      ///< the body is at rest
   double elapsed = 0;      ///< s since the drift of the IMU's clock counts
-  double moved = 0;        ///< s by which the fix was taken to be late when it was given its place among the samples
+  double moved = 0;        ///< s: the delay by which the fix was given its place among the samples
   RecentMotion recent = {};
-  double delay_variance = 0;                        ///< of the estimated delay [s²]; 0 if it is known
-  Vector3d rate_beside = Vector3d::Zero();          ///< mean of the samples beside (model/strapdown.h), as measured
-  const RateRegression* rate_regression = nullptr;  ///< of the rate on that of the samples beside; null: as it is
-  /// Where a measurement has a kink, as the amount of a speed has at zero: the estimate that decides on which side of
-  /// it the measurement is. Null: the one that it is linearised at. A solver that iterates would not end between two
-  /// sides.
+  double delay_variance = 0;                ///< of the estimated delay [s²]; 0 if it is known
+  Vector3d rate_beside = Vector3d::Zero();  ///< mean of the neighbouring samples (model/strapdown.h), as measured
+  const RateRegression* rate_regression = nullptr;  ///< of the rate on that of the neighbouring samples; null: none
+  /// For a measurement with a kink, such as |v| at zero: the estimate that fixes the sign branch. Null: the estimate of
+  /// the linearisation. A solver that iterates would not converge if the branch changed.
   const Estimate* side = nullptr;
 
   /// The motion at the time of the fix. Rate and force change linearly within a step.
   BodyMotion motion(const Estimate& x) const;
   /// The mean motion before the time of the fix, corrected likewise.
   BodyMotion mean_motion(const Estimate& x) const;
-  /// The rate as the samples beside foretell it, without the noise in the rate at the time of the fix. A Jacobian with
-  /// the same noise would correlate with the residual: the mean of the product passes for an effect of lever arm and
-  /// scale (errors in variables; Fuller 1987, section 1.4: the rate beside is an instrument). Zero at rest.
+  /// The rate predicted from the neighbouring samples, without the noise in the rate at the time of the fix. A Jacobian
+  /// with the same noise would correlate with the residual, and the mean of the product would pass for an effect of
+  /// lever arm and scale (errors in variables). The neighbours' rate is an instrumental variable (Fuller 1987, section
+  /// 1.4). Zero at rest.
   Vector3d rate_without_noise(const Estimate& x) const;
-  /// How much of the noise of the samples beside is in it.
+  /// The fraction of the neighbouring samples' noise in it.
   double noise_told() const;
-  /// How far a fix that comes late by `delay` belongs before the estimate.
+  /// The time by which a fix with this `delay` belongs before the estimate.
   Lag lag(const FixDelay& delay) const {
     return {delay.value - moved, delay.block, delay_variance, delay.by_clock_drift};
   }
@@ -164,15 +164,14 @@ struct MeasurementContext {
 struct MeasurementChannel {
   std::string_view name;  ///< empty if a fix measures one quantity only
   /// Another channel of the same fix, or −1. If a channel jumps while its partner agrees with the filter, the sensor is
-  /// taken to be wrong, and not the filter (solve/trust.h).
+  /// taken to be at fault, and not the filter (solve/trust.h).
   int partner = -1;
-  /// Whether the filter takes itself to be wrong after several fixes in a row outside the gate, and then uses the next
-  /// one.
+  /// Whether several fixes in a row outside the gate inflate the filter's covariance, so that it uses the next one.
   bool readmitted = true;
-  /// s after a fix outside the gate in which the channel is not used: what it presumes does not hold. 0: fixes stand
-  /// each by itself.
+  /// s after a fix outside the gate in which the channel is excluded: its assumption does not hold. 0: each fix is
+  /// tested by itself.
   double hold = 0;
-  /// What the rows of its innovations are along, as pages name it. A channel of fewer rows has fewer.
+  /// The axes of its innovations' rows, as pages name them. A channel of fewer rows has fewer.
   std::array<std::string_view, 3> axes{"north", "east", "down"};
 };
 
@@ -195,7 +194,7 @@ struct MeasurementType {
 
   /// Whether files number the sensors of this type, as in "gnss[0]".
   static constexpr bool kNumbered = false;
-  /// Whether a filter that adapts learns the noise of this type (solve/adaptation.h).
+  /// Whether an adaptive filter estimates the noise of this type (solve/adaptation.h).
   static constexpr bool kAdapted = true;
   /// Number of sensors of this type in a run. Each has its own fixes and its own place in the list of sources.
   static int sensors(const FilterOptions&) { return 1; }
@@ -203,10 +202,11 @@ struct MeasurementType {
   static bool in_use(const FilterOptions&) { return true; }
   /// The fixes of each sensor in a log. Empty if such fixes are not logged.
   static std::span<const std::vector<Fix>> logged(const Log&) { return {}; }
-  /// Nothing if fixes come from a log or from a detector. Else the filter makes a fix of nothing but its time wherever
-  /// there are samples, so many seconds apart: what is measured is known beforehand.
+  /// Nothing if fixes come from a log or from a detector. Otherwise the filter makes pseudo-measurements so many
+  /// seconds apart wherever there are samples: their measured value is known beforehand.
   static std::optional<double> interval(const FilterOptions&) { return std::nullopt; }
-  /// By how much a channel of a sensor comes late, `elapsed` seconds after the drift of the IMU's clock counts.
+  /// The delay of a channel of a sensor, `elapsed` seconds after the time from which the drift of the IMU's clock
+  /// counts.
   static FixDelay delay(const FilterOptions&, const StateLayout&, int /*sensor*/, int /*channel*/, const Estimate&,
                         double /*elapsed*/) {
     return {};

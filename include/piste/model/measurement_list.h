@@ -1,6 +1,6 @@
 #pragma once
-/// The one list of measurement types. Filter, smoother, trust, innovations and files read it. A new sensor is a type of
-/// its own (measurement.h says what it must have) and an entry in `MeasurementList`.
+/// The one list of measurement types. Filter, smoother, fault detection, innovations and files read it. A new sensor is
+/// a type of its own (measurement.h says what it must have) and an entry in `MeasurementList`.
 
 #include <string>
 #include <type_traits>
@@ -63,8 +63,8 @@ struct MeasurementSource {
   bool adapted = true;
 };
 
-/// What the rows of a source's innovations are along, by the name that files have of it: MeasurementChannel::axes.
-/// Those of an unknown name are north, east, down.
+/// The axes of the rows of a source's innovations, by its name in files: MeasurementChannel::axes. For an unknown name
+/// they are north, east, down.
 std::array<std::string_view, 3> innovation_axes(std::string_view source);
 
 /// The sources of a run: type by type in the order of the list, sensor by sensor, channel by channel.
@@ -80,8 +80,7 @@ class MeasurementSources {
   int first(int sensor) const {
     return first_[MeasurementList::index_of<Type>()] + sensor * static_cast<int>(Type::kChannels.size());
   }
-  /// Sets by how much each source comes late, as `x` has it [s]. `elapsed`: s since the drift of the IMU's clock
-  /// counts.
+  /// Sets the delay of each source by the estimate `x` [s]. `elapsed`: s since the drift of the IMU's clock counts.
   /// @pre `delays` has a place for each source
   void find_delays(const FilterOptions& options, const StateLayout& layout, const Estimate& x, double elapsed,
                    std::span<double> delays) const;

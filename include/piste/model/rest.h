@@ -1,5 +1,6 @@
 #pragma once
-/// Zero-velocity and zero-rate updates. A body at rest has zero velocity, and its only rotation is the Earth's.
+/// Zero-velocity and zero-angular-rate updates (ZUPT, ZARU). A stationary body has zero velocity, and its only rotation
+/// is the Earth's.
 ///
 ///     0 = v + n_v      mean gyro = (1 + scale) R_wbᵀ ω_ie + bias + drift + n_ω
 ///
@@ -25,8 +26,8 @@ struct RestFix {
   Vector3d mean_gyro = Vector3d::Zero();  ///< measured, body axes
 };
 
-/// The zero-velocity and zero-rate updates. They come from the rest detector and are not in the log. An update outside
-/// the gate is never used, because it would stop a body that moves.
+/// The ZUPT and ZARU. They come from the rest detector and are not in the log. An update outside the gate is never
+/// used, because it would stop a body that moves.
 struct ZeroUpdates : MeasurementType<RestFix> {
   static constexpr std::string_view kName = "rest";
   static constexpr bool kAdapted = false;  // its noise is the sway of a body, which is coloured and stated as such

@@ -30,9 +30,9 @@ struct ImuStep {
 /// or are zero.
 ImuStep make_step(const ImuSample* before, const ImuSample& now, const ImuSample* after);
 
-/// The mean rate of the samples beside `now`, as measured: of both if both touch it, else of the one that does, else
-/// zero. The white noise of both together does not correlate with that of the rate at any time within `now`, in which
-/// the two have the same part with opposite signs.
+/// The mean rate of the neighbours of `now`, as measured: of both if both adjoin it, else of the one that does, else
+/// zero. The white noise of the mean of both is uncorrelated with that of the rate at any time within `now`: the
+/// neighbours' noises enter that rate equally, with opposite signs.
 Vector3d rate_beside(const ImuSample* before, const ImuSample& now, const ImuSample* after);
 
 /// Splits a step in two at `tau` seconds after its start. @pre 0 < tau < dt

@@ -1,13 +1,13 @@
 #pragma once
-/// What the scales of several IMUs do to the mean of their outputs.
+/// The effect of the scales of several IMUs on the mean of their outputs.
 ///
-/// Unit i, which R_i turns into the axes of the first, adds R_i diag(s_i) R_iᵀ u. So the mean of a triad measures
+/// IMU i, which R_i turns into the axes of the first, adds R_i diag(s_i) R_iᵀ u. So the mean of a triad measures
 ///
 ///     û = (1 + S) u + b̄ + d̄ + noise,     S = Σ w_i R_i diag(s_i) R_iᵀ,     s_i = c_i s̄ + Σ_k S_ik ε_k
 ///
-/// with the mean's own scales s̄ on the diagonal, and beside it a rest that is a linear function of s̄ and of the scale
-/// blocks ε of the parities. The rest is taken off each step by the estimate; what is wrong with it acts as these
-/// blocks do.
+/// with the mean's own scales s̄ on the diagonal. The remainder S − diag(s̄) is a linear function of s̄ and of the
+/// scale blocks ε of the parities. Each step is corrected for the estimated remainder; its error acts as the errors of
+/// these blocks do.
 
 #include <array>
 #include <memory>
@@ -18,19 +18,19 @@
 
 namespace piste {
 
-/// The rest above as a linear function of the estimated scales: its weights follow from the axes of the units, once a
-/// run.
+/// The remainder above as a linear function of the estimated scales: its weights follow from the axes of the IMUs, once
+/// per run.
 class UnitScales {
  public:
-  /// @pre There are several units, and their axes are told.
+  /// @pre There are several IMUs, and their axes are given.
   explicit UnitScales(const FilterOptions& options);
-  /// Those of a run; nothing if there is no rest: every unit is turned by right angles, or there is one.
+  /// The remainder of a run; nothing if it is zero: every IMU is turned by right angles, or there is one.
   static std::shared_ptr<const UnitScales> across(const FilterOptions& options);
 
-  /// The measured step as it were if the mean had its own scales alone.
+  /// The measured step without the remainder, as if the mean had only its own scales.
   ImuStep without_rest(const ImuStep& measured, const Estimate& x) const;
-  /// Calls act(block, half, J) for every block of scales: its error times J adds to e_g (half 0) or e_a (half 3) of
-  /// model/dynamics.h, where the true signals are `rate` and `force`.
+  /// Calls act(block, half, J) for every block of scales, at the true signals `rate` and `force`. Its error times J
+  /// adds to e_g (half 0) or e_a (half 3) of model/dynamics.h.
   template <class Act>
   void for_each_effect(const Vector3d& rate, const Vector3d& force, Act&& act) const {
     for (std::size_t triad = 0; triad < 2; ++triad) {
@@ -46,12 +46,12 @@ class UnitScales {
   Effects effects_of(std::size_t triad, const Vector3d& u) const;
   Matrix3d rest(std::size_t triad, const Estimate& x) const;
 
-  std::vector<TurnedScale> turned_;  // of each unit
-  /// Of gyroscopes and accelerometers, how much of s̄ and of each ε is in the scales of a unit (row), times its weight.
+  std::vector<TurnedScale> turned_;  // of each IMU
+  /// Of gyroscopes and accelerometers, the share of s̄ and of each ε in the scales of an IMU (row), times its weight.
   std::array<Eigen::Matrix<double, kMostUnits, kMostUnits>, 2> parts_;
 };
 
-/// The same step if there is no rest.
+/// The same step if there is no remainder.
 inline ImuStep without_rest(const UnitScales* units, const ImuStep& measured, const Estimate& x) {
   return units != nullptr ? units->without_rest(measured, x) : measured;
 }

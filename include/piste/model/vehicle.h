@@ -1,20 +1,21 @@
 #pragma once
-/// What wheels know of the motion: a vehicle moves along its own axis at the contact point of its rear wheels, or of
-/// its rear wheel if it is a bicycle, at any lean. An odometer measures the speed there.
+/// The non-holonomic constraint of wheels, and the odometer. A vehicle moves along its own axis at the contact point of
+/// its rear wheels. For a bicycle that is its rear wheel's, at any lean. An odometer measures the speed there.
 ///
 ///     u = R_vb (R_wbᵀ v + ω_eb × l)       0 = u_right + κ u_fwd² ω_down + s_right
 ///     0 = u_down − d ω_right − (δ f_fwd + φ) u_fwd                odometer = (1 + scale) (u_fwd + s_fwd)
 ///
-/// where R_vb is the mounting, l the contact point in b, ω_eb = ω_ib − R_wbᵀ ω_ie, s the slip (coloured errors) and κ
-/// the slip angle of the tyres by lateral acceleration u_fwd ω_down. A car stands on springs: d is how far before the
-/// contact point it pitches about, δ its dive by the forward specific force f, and φ the rest of that pitch (a coloured
-/// error). ω and f with an axis are in v. Source: Groves 2013, section 15.4; Dissanayake et al. 2001. White noise alone
-/// would be too sure of itself, as a side-slip lasts for seconds. Without the springs their pitch would pass for a
-/// scale of the gyroscopes.
+/// where R_vb is the mounting, l the contact point in b, ω_eb = ω_ib − R_wbᵀ ω_ie, and s the slip (coloured errors). κ
+/// is the slip angle of the tyres per lateral acceleration u_fwd ω_down. A car stands on springs: d is the distance of
+/// its pitch axis before the contact point, and δ its dive per forward specific force f. φ is the remainder of that
+/// pitch (a coloured error). ω and f with an axis are in v. Source: Groves 2013, section 15.4; Dissanayake et al. 2001.
+/// White noise alone would make the covariance too small, as a side-slip lasts for seconds. Without the springs their
+/// pitch would pass for a scale of the gyroscopes.
 ///
-/// With the error of estimate.h, R_wbᵀ v changes by R_wbᵀ ν and not with the attitude: a heading that nobody has told
-/// stays unknown. Rate and force are means over the last samples (RecentMotion), without the vibration of an engine,
-/// and in Jacobians as far as they are beyond noise: else noise would pass for knowledge of the contact point.
+/// With the error of estimate.h, R_wbᵀ v changes by R_wbᵀ ν and not with the attitude: a heading that no source
+/// observes stays unknown. Rate and force are means over the last samples (RecentMotion), without the vibration of an
+/// engine. In Jacobians their expected noise is subtracted: otherwise it would pass for information on the contact
+/// point.
 
 #include "piste/core/options.h"
 #include "piste/model/measurement.h"
@@ -33,8 +34,8 @@ struct WheelMotion {
 enum class VehicleAxis { kForward, kRight, kDown };
 
 /// Linearises the velocity of the contact point along an axis of the vehicle, with side-slip, along `kRight` with
-/// the slip of tyres, and along `kDown` with the springs: one row, 0 − that velocity. Without the noise of what is
-/// measured.
+/// the slip of tyres, and along `kDown` with the springs: one row, 0 − that velocity. The covariance has the noise of
+/// rate and force, but not that of constraint or odometer.
 Linearization linearize_wheel(VehicleAxis axis, const Estimate& x, const WheelMotion& motion);
 
 /// A moment at which the constraint is applied.
@@ -46,7 +47,7 @@ struct VehicleFix {
 struct VehicleConstraint : MeasurementType<VehicleFix> {
   static constexpr std::string_view kName = "vehicle";
   static constexpr bool kAdapted = false;  // its errors are coloured, and stated as such
-  static constexpr double kLetGo = 2;      ///< s: a slide is not over as soon as it looks small
+  static constexpr double kLetGo = 2;      ///< s: a slide may look small before it is over
   static constexpr std::array kChannels{
       MeasurementChannel{.name = "right", .readmitted = false, .hold = kLetGo, .axes = {"right"}},
       MeasurementChannel{.name = "down", .readmitted = false, .hold = kLetGo, .axes = {"down"}}};
@@ -59,7 +60,7 @@ struct VehicleConstraint : MeasurementType<VehicleFix> {
                                                 const MeasurementContext& context, const Estimate& x);
 };
 
-/// The odometer. One that is not signed measures the amount of the speed.
+/// The odometer. Unless it is signed it measures the absolute value of the speed.
 struct Odometer : MeasurementType<SpeedFix> {
   static constexpr std::string_view kName = "odometer";
   static constexpr std::array kChannels{

@@ -1,6 +1,6 @@
 #pragma once
-/// Simulated sensors beside IMU and GNSS: a wheel, a barometer and two antennas on the plate. Each is described by what
-/// the filter is told of it, and its errors are drawn by that.
+/// Simulated sensors in addition to IMU and GNSS: a wheel, a barometer and two antennas on the plate. Each is described
+/// by the filter's options for it, and its errors are drawn from these.
 
 #include <cstdint>
 #include <optional>
@@ -12,14 +12,14 @@
 
 namespace piste {
 
-/// A wheel at the origin of the trunk, which moves along its path: `errors.sigma` is the white noise, `scale_sigma`
-/// that of which the scale is drawn.
+/// A wheel at the origin of the trunk, which moves along its path: `errors.sigma` is the white noise, `scale_sigma` the
+/// 1-sigma from which the scale is drawn.
 struct OdometerSetup {
   double rate = 10;  ///< Hz
   OdometerOptions errors;
 };
 
-/// `errors.sigma` is the white noise of the height; the offset is drawn as its process says.
+/// `errors.sigma` is the white noise of the height; the offset is drawn from its process.
 struct BarometerSetup {
   double rate = 10;
   BarometerOptions errors;
@@ -32,7 +32,7 @@ struct DualHeadingSetup {
   double pitch_noise = 0;  ///< rad; 0: no pitch is measured
 };
 
-/// What of these a run has. A vehicle is the trunk: its axes are the vehicle's, and its origin is the contact point.
+/// The aids of a run. A vehicle is the trunk: its axes are the vehicle's, and its origin is the contact point.
 struct AidSetups {
   std::optional<VehicleOptions::Kind> vehicle;
   std::optional<OdometerSetup> odometer;  ///< needs a vehicle
@@ -40,7 +40,7 @@ struct AidSetups {
   std::optional<DualHeadingSetup> heading;
 };
 
-/// Their recordings, and the errors that were added: of each fix where they change.
+/// Their recordings, and the errors that were added: one per fix where they change.
 struct SimulatedAids {
   FixRecording<SpeedFix> speed;
   FixRecording<HeightFix> height;

@@ -6,8 +6,8 @@
 /// reference: ln200              # the IMU that the others are compared with
 /// gnss: gnss_l1l2               # the receiver of the reference solution
 /// mems:                         # the IMUs that are compared, and what the tables call them
-///   - {imu: mt9a_1, name: MT-9A 1, article_sensor: sensor 1}   # and which sensor of the article is put beside it
-/// article: ../articles/bonnaz_2008.yaml     # optional: what the study stands beside; a copy goes along with the logs
+///   - {imu: mt9a_1, name: MT-9A 1, article_sensor: sensor 1}   # and the article's sensor to compare with
+/// article: ../articles/bonnaz_2008.yaml     # optional: the study is compared with it; a copy goes with the logs
 /// runs:                         # each in a folder of its name; its motion is laid over that of its scenario
 ///   - {name: ski-1, activity: ski, scenario: campaign/ski.yaml}
 ///   - {name: ski-2, activity: ski, scenario: campaign/ski.yaml, motion: {heading: 120 deg, net_turn: -300 deg}}
@@ -37,7 +37,7 @@ struct CampaignRun {
   std::vector<std::size_t> mems;  ///< of Scenario::imus, in the order of Campaign::mems
 };
 
-/// An article that the study stands beside, as campaign.yaml names it.
+/// An article with which the study is compared, as campaign.yaml names it.
 struct CampaignArticle {
   std::string path;                                          ///< from campaign.yaml
   std::vector<std::pair<std::string, std::string>> sensors;  ///< ours, and that of the article to compare with
@@ -64,7 +64,7 @@ Campaign read_campaign(const Config& config);
 /// represent it.
 std::uint64_t run_seed(std::uint64_t campaign_seed, const std::string& run);
 
-/// The text of the campaign file for `study`. Beside that file are a folder for each run with its logs and truth.json,
+/// The text of the campaign file for `study`. Next to that file are a folder for each run with its logs and truth.json,
 /// the folder `sensors` with the sensor files, and the folder `articles` with the article.
 std::string campaign_text(const Campaign& campaign, std::uint64_t seed);
 

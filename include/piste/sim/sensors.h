@@ -39,7 +39,7 @@ struct ImuSetup {
   enum class Sampling { kMean, kInstant, kIncrements } sampling = Sampling::kMean;
   double clock_offset = 0, clock_drift = 0;  ///< gps time = t − offset − drift (t − first t)
   std::optional<Vector3d> magnetic_field;    ///< along north, east, down [µT]; if given, the rows have it
-  /// What is added to it: iron is drawn with its priors, noise and disturbance as they say.
+  /// Its errors: iron is drawn from its priors, noise and disturbance from their own sigmas.
   MagnetometerOptions magnetometer{.sigma = 0, .hard_iron = 0, .soft_iron = 0, .disturbance = {Vector3d::Zero(), 1}};
 };
 
@@ -72,7 +72,7 @@ struct SimulatedImu {
   std::vector<Vector3d> magnetic_disturbance;  ///< of each row, north, east, down; empty without a magnetometer
 };
 
-/// What a magnetometer without errors measures: `field` (north, east, down) in the axes of the body.
+/// The output of a magnetometer without errors: `field` (north, east, down) in the axes of the body.
 Vector3d field_in_body(const Truth& body, double time, const Vector3d& field);
 
 /// Simulates an IMU over the whole run: measured = (1 + scale) · M true + bias + drift + warm-up + noise, limited to ±

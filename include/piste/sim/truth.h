@@ -1,5 +1,5 @@
 #pragma once
-/// The true motion of a simulated run: position, velocity, attitude, and what a perfect IMU would measure, exact at any
+/// The true motion of a simulated run: position, velocity, attitude, and the output of a perfect IMU, exact at any
 /// time.
 
 #include <memory>
@@ -24,8 +24,8 @@ struct MeanInertial {
   Vector3d gyro, accel;
 };
 
-/// The truth of one body. All bodies of a run are fixed to one another and share one motion, so that `attached` is
-/// exact: f_ib_b = R_wbᵀ (a − g_w(p) + 2 ω_ie × v) and w_ib_b = R_wbᵀ ω_ie + w_wb_b, with a, v, p of that body.
+/// The truth of one body. All bodies of a run are fixed to one another and share one motion. So `attached` is exact:
+/// f_ib_b = R_wbᵀ (a − g_w(p) + 2 ω_ie × v) and w_ib_b = R_wbᵀ ω_ie + w_wb_b, with a, v, p of that body.
 class Truth {
  public:
   /// The trunk itself, from `start_time` [GPS seconds of week] on.
