@@ -72,11 +72,8 @@ class ChainLayer {
   void begin_step(const ImuStep& step) {
     target_ = reference_.at(walker_.sample().time).x;
     told_ = motion_between(x_, target_, step.dt, world_.earth_rate(), gravity_);
-    if (walker_.at_rest()) {
-      standing_.stand(target_, gravity_.value, step.dt);
-      told_ = {.rate = Vector3d::Zero(), .force = standing_.value()};
-    } else {
-      standing_.move();
+    if (const Vector3d* force = standing_.add(walker_.at_rest(), target_, gravity_.value, step.dt)) {
+      told_ = {.rate = Vector3d::Zero(), .force = *force};
     }
   }
 

@@ -23,15 +23,9 @@ Transition Filter::predict(const ImuStep& step, const StepNoise& noise) {
   setup_->world.follow(gravity_, before.p_wb);
   mechanize(state_.x, corrected_step, earth_rate, gravity_);
   motion_.add(step, state_.x.q_wb);
-  const bool still = resting();
-  if (still) {
-    standing_.stand(state_.x, gravity_.value, step.dt);
-  } else {
-    standing_.move();
-  }
-  Transition t =
-      linearize(before, state_.x, corrected_step, earth_rate, gravity_, noise, still ? &standing_.value() : nullptr);
-  if (reference_ && !still) {  // what scales multiply, without the noise of the sensors
+  const Vector3d* standing = standing_.add(resting(), state_.x, gravity_.value, step.dt);
+  Transition t = linearize(before, state_.x, corrected_step, earth_rate, gravity_, noise, standing);
+  if (reference_ && standing == nullptr) {  // what scales multiply, without the noise of the sensors
     t.rate = t.step.rate = known_.rate;
     t.force = t.step.force = known_.force;
   }
@@ -45,7 +39,7 @@ Transition Filter::predict(const ImuStep& step, const StepNoise& noise) {
 }
 
 // z = measured − h(x)        S = H P Hᵀ + R        used if zᵀ S⁻¹ z is within its chi-squared bound, or by Trust
-Filter::Tested Filter::test(int source, double late, const Linearization& lin) {
+std::pair<Update, Trust::Ruling> Filter::test(int source, double late, const Linearization& lin) {
   const Update u = innovate(state_.P, layout(), lin);
   if (!(u.nis >= 0) || !std::isfinite(u.nis)) fail("at " + setup_->names[static_cast<std::size_t>(source)]);
   const Trust::Ruling ruling = trust_.rule(source, state_.time, lin, u, gate(lin), state_.x, state_.P);
@@ -77,7 +71,7 @@ ResetJacobian Filter::reset(const ErrorVector& correction) {
     state_.mean += correction;
     return reset_jacobian(FullError::Zero());
   }
-  const ResetJacobian G = carrying_jacobian(state_.x, layout(), correction, gravity_.value.normalized(), stands());
+  ResetJacobian G = carrying_jacobian(state_.x, layout(), correction, gravity_.value.normalized(), stands());
   piste::reset(state_.P, layout(), G);
   state_.x = corrected(state_.x, layout(), correction, stands());
   return G;
@@ -140,7 +134,7 @@ ErrorVector Filter::arrive_at_reference() {
 // Where the reference ends: the estimate becomes what is known beside it, and the filter goes on about its own. The
 // covariance stays, as the reference is a smoothed one and near. Returns as above.
 ErrorVector Filter::leave_reference() {
-  const ErrorVector moved = -state_.mean;
+  ErrorVector moved = -state_.mean;
   state_.x = boxplus(state_.x, layout(), state_.mean);
   state_.mean.setZero();
   reference_.reset();

@@ -61,12 +61,9 @@ class FilterWalk {
     const Transition t = f_.predict(step, noise);
     f_.mending_.add(t, resting());
     f_.adaptation_.propagate(f_.layout(), t, noise, step.dt);
-    if (!resting() && f_.reference_) {
-      f_.noise_score_.add_smoothed(step.dt);
-    } else if (!resting()) {
-      const auto [gyro, accel] = f_.adaptation_.imu_variances();
-      f_.noise_score_.add(step.dt, gyro, accel);
-    }
+    const auto [gyro, accel] = f_.adaptation_.imu_variances();
+    if (!resting() && f_.reference_) f_.noise_score_.add_smoothed(step.dt);
+    if (!resting() && !f_.reference_) f_.noise_score_.add(step.dt, gyro, accel);
     recorder_.add_step(t);
   }
 
@@ -157,17 +154,14 @@ class FilterWalk {
   bool use(const QueuedFix& place, const Linearization& lin) {
     const auto [u, ruling] = f_.test(place.source, place.time - time(), lin);
     if (!was_used(ruling.outcome)) return false;
-    if (ruling.parted) {
-      // The disagreement came at once, and no error of the past explains it. The covariance grows first: the fix then
-      // moves the navigation states, and the other states do not follow a residual of many sigmas.
-      recorder_.add_admitted(f_.admit(lin, ruling.lapse));
-      correct(innovate(f_.state_.P, f_.layout(), lin), lin);
-      return true;
-    }
-    correct(u, lin);
-    // The filter was wrong. The fix was used with the covariance as it was, so that filter and smoother attribute the
-    // residual to the errors that led to it. The covariance grows afterwards.
-    if (ruling.outcome == Outcome::kReadmitted) recorder_.add_admitted(f_.admit(lin, ruling.lapse));
+    // Where the disagreement came at once, no error of the past explains it. The covariance grows first: the fix then
+    // moves the navigation states, and the other states do not follow a residual of many sigmas.
+    if (ruling.parted) recorder_.add_admitted(f_.admit(lin, ruling.lapse));
+    correct(ruling.parted ? innovate(f_.state_.P, f_.layout(), lin) : u, lin);
+    // Where else the filter was wrong, the fix was used with the covariance as it was, so that filter and smoother
+    // attribute the residual to the errors that led to it. The covariance grows afterwards.
+    const bool grows = !ruling.parted && ruling.outcome == Outcome::kReadmitted;
+    if (grows) recorder_.add_admitted(f_.admit(lin, ruling.lapse));
     return true;
   }
 

@@ -13,15 +13,15 @@
 namespace piste {
 namespace {
 
-using Told = std::vector<std::string>;
+using Events = std::vector<std::string>;
 
 // Keeps what a walk tells it.
 struct Listener {
   double now = 0;
-  Estimate x;
+  Estimate x = {};
   bool refuses = false, ignores_velocities = false;
-  Walker walker;
-  Told told = {};
+  Walker walker = {};
+  Events told = {};
 
   double time() const { return now; }
   const Estimate& estimate() const { return x; }
@@ -73,10 +73,8 @@ void add_samples(Listener& to, double from, int count, bool rest = false) {
 }
 
 void add_fix(Listener& to, double time) {
-  GnssFix fix;
-  fix.time = time;
-  fix.velocity = FixVelocity{};
-  to.walker.add(0, fix, to);
+  const Vector3d here = Vector3d::Zero(), sigma = Vector3d::Ones();
+  to.walker.add(0, GnssFix{time, here, sigma, FixVelocity{here, sigma}}, to);
 }
 
 TEST(Walker, SplitsStepsWhereChannelsBelong) {
@@ -84,8 +82,8 @@ TEST(Walker, SplitsStepsWhereChannelsBelong) {
   EXPECT_NEAR(to.walker.look_ahead(), 0.005, 2e-6);
   add_fix(to, 0.02);
   add_samples(to, 0, 3);
-  EXPECT_EQ(to.told, (Told{"arrive at 0.0100", "end", "advance to 0.0150", "gnss[0].position of 0.0200 after 0.0000",
-                           "arrive at 0.0200", "gnss[0].velocity of 0.0200 after 0.0050", "end"}));
+  EXPECT_EQ(to.told, (Events{"arrive at 0.0100", "end", "advance to 0.0150", "gnss[0].position of 0.0200 after 0.0000",
+                             "arrive at 0.0200", "gnss[0].velocity of 0.0200 after 0.0050", "end"}));
 }
 
 TEST(Walker, WhatIsNotWantedSplitsNothing) {
@@ -94,7 +92,7 @@ TEST(Walker, WhatIsNotWantedSplitsNothing) {
   add_fix(to, 0.02);
   add_samples(to, 0, 3);
   EXPECT_EQ(to.told,
-            (Told{"arrive at 0.0100", "end", "arrive at 0.0200", "gnss[0].position of 0.0200 after 0.0100", "end"}));
+            (Events{"arrive at 0.0100", "end", "arrive at 0.0200", "gnss[0].position of 0.0200 after 0.0100", "end"}));
 }
 
 TEST(Walker, AFixOfTheTimeBehindIsLeftOutAndADelayedOneCarriedBack) {
@@ -105,14 +103,14 @@ TEST(Walker, AFixOfTheTimeBehindIsLeftOutAndADelayedOneCarriedBack) {
   add_fix(to, 0.012);
   to.told.clear();
   to.walker.finish(to);
-  EXPECT_EQ(to.told, (Told{"gnss[0].position of 0.0120 after 0.0000, 0.0060 before", "advance to 0.0120",
-                           "gnss[0].velocity of 0.0120 after 0.0000", "arrive at 0.0200", "end"}));
+  EXPECT_EQ(to.told, (Events{"gnss[0].position of 0.0120 after 0.0000, 0.0060 before", "advance to 0.0120",
+                             "gnss[0].velocity of 0.0120 after 0.0000", "arrive at 0.0200", "end"}));
 }
 
 TEST(Walker, BeginsWithinASample) {
   Listener to = at(0.004, two_channels(0, 0));
   add_samples(to, 0, 2);
-  EXPECT_EQ(to.told, (Told{"arrive at 0.0100", "end"}));
+  EXPECT_EQ(to.told, (Events{"arrive at 0.0100", "end"}));
 }
 
 TEST(Walker, RestIsMeasuredAtTheEndOfASampleUntilItIsRefused) {

@@ -14,6 +14,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "piste/core/solution.h"
@@ -93,14 +94,10 @@ class Filter {
     std::array<double, 4> gate{};  // chi-squared bound by number of rows
     std::vector<std::string> names;
   };
-  struct Tested {
-    Update update;
-    Trust::Ruling ruling;
-  };
 
   // The Kalman filter.
   Transition predict(const ImuStep& step, const StepNoise& noise);
-  Tested test(int source, double late, const Linearization& lin);
+  std::pair<Update, Trust::Ruling> test(int source, double late, const Linearization& lin);
   ErrorVector update(const Update& u);
   ResetJacobian reset(const ErrorVector& correction);
 

@@ -63,9 +63,11 @@ class History {
   /// One that moves the estimate `x`. `down`, `stands`: of carrying_jacobian(), from which the reset follows again.
   void add_correction(const Update& u, const ResetJacobian& reset, const Estimate& x, const Vector3d& down,
                       bool stands);
+  /// What noise had told the scales was taken back, which moved the estimate, or the mean about a reference.
   void add_taken_back(const ScaleScore& score, const ErrorVector& moved, bool estimate_moved);
   /// `variances`: what was added to those of the state.
   void add_admitted(const ErrorVector& variances);
+  /// The estimate went to that of a reference, or left it.
   void add_moved(const ErrorVector& moved);
   /// The end of an epoch. A chunk ends here if it has lasted a second.
   void end_row(const FilterState& state);

@@ -10,15 +10,14 @@ namespace piste {
 /// that noise.
 class StandingForce {
  public:
-  /// Takes in `dt` seconds at rest with the attitude of `x`. `gravity`: in the world frame.
-  void stand(const Estimate& x, const Vector3d& gravity, double dt) {
-    time_ += dt;
+  /// Takes in `dt` seconds at rest with the attitude of `x`, or of motion. `gravity`: in the world frame. Returns the
+  /// mean, or null while the body moves.
+  const Vector3d* add(bool at_rest, const Estimate& x, const Vector3d& gravity, double dt) {
+    time_ = at_rest ? time_ + dt : 0;
+    if (!at_rest) return nullptr;
     value_ -= dt / time_ * (x.q_wb.conjugate() * gravity + value_);
+    return &value_;
   }
-  /// The body moves.
-  void move() { time_ = 0; }
-  /// @pre stand() was called after the last move()
-  const Vector3d& value() const { return value_; }
 
  private:
   Vector3d value_ = Vector3d::Zero();
