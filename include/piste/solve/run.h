@@ -23,7 +23,7 @@ struct LogPart {
 /// What a run keeps beside its solution.
 enum class Keep {
   kNothing,
-  kHistory  ///< what a smoother needs: some 400 bytes an epoch, and a kilobyte a fix
+  kHistory  ///< what a smoother needs: some 500 bytes an epoch, and a kilobyte a fix
 };
 
 /// A filtered run, and what a smoother needs of it.
