@@ -101,7 +101,7 @@ std::vector<std::string> read_axes(const Config& map, std::size_t columns, std::
   std::vector<std::string> axes = map.words("axes");
   std::array<std::size_t, 3> found{};
   for (std::string& axis : axes) {
-    if (axis == "x" || axis == "y" || axis == "z") axis = "+" + axis;
+    if (axis == "x" || axis == "y" || axis == "z") axis = fmt::format("+{}", axis);
     const auto name =
         std::find_if(names.begin(), names.end(), [&](const AxisNames& n) { return axis == n[0] || axis == n[1]; });
     if (name == names.end()) map.fail("axes", fmt::format("`{}` is no axis; right would be `{}`", axis, example));

@@ -207,7 +207,7 @@ void take_turned(Covariance& P, Eigen::Index first, const Eigen::Matrix<double, 
 }  // namespace
 
 void reset(Covariance& P, const StateLayout& layout, const ResetJacobian& G) {
-  constexpr int kMotion = full_offset(Block::kVelocity), kAttitude = full_offset(Block::kAttitude);
+  constexpr int kVelocity = full_offset(Block::kVelocity), kAttitude = full_offset(Block::kAttitude);
   if (!G.position_attitude.isZero(0) || !G.position_lever_arm.isZero(0)) {
     // P ← S P Sᵀ, S adding to the rows of the position.
     Tall position = P.leftCols<3>();
@@ -224,8 +224,8 @@ void reset(Covariance& P, const StateLayout& layout, const ResetJacobian& G) {
     P.topLeftCorner<3, 3>() = 0.5 * (corner + corner.transpose());
   }
   Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kMostStates, 6> columns(P.rows(), 6);
-  turn_columns(P.col(kMotion).data(), P.rows(), G.velocity_attitude, columns.data());
-  take_turned<6>(P, kMotion, G.velocity_attitude, columns);
+  turn_columns(P.col(kVelocity).data(), P.rows(), G.velocity_attitude, columns.data());
+  take_turned<6>(P, kVelocity, G.velocity_attitude, columns);
   for (std::size_t i = 0; i < kMountingBlocks.size(); ++i) {
     if (!layout.has(kMountingBlocks[i])) continue;
     const int first = layout.offset(kMountingBlocks[i]);
