@@ -39,8 +39,9 @@ Log conditioned(AnyRecording&& recording, ReplayOptions& options) {
 // Keeps every n-th row and the last one.
 class KeptRows {
  public:
-  KeptRows(const StateLayout& layout, const World& world, std::size_t every)
-      : kept_(layout, world), last_(layout, world), every_(every) {}
+  // `all`: number of rows, of which at most as many are kept as a page can show.
+  KeptRows(const StateLayout& layout, const World& world, std::size_t all)
+      : kept_(layout, world), last_(layout, world), every_(1 + all / (kKeptRows - 1)) {}
   void add(const Solution& rows, std::size_t first) {
     for (std::size_t i = (every_ - first % every_) % every_; i < rows.size(); i += every_) kept_.append(rows.row(i));
     last_.resize(0);
@@ -56,23 +57,26 @@ class KeptRows {
   std::size_t every_;
 };
 
-// Of `all` rows it keeps at most as many as a page can show.
-std::size_t kept_every(std::size_t all) { return 1 + all / (kKeptRows - 1); }
-
-// Filters the run from `run.found`. All rows go to `streams`, and the solution keeps a part of them; null: it keeps
+// Filters the run from `run.found`. `streams`: take all rows, and the solution keeps a part of them; null: it keeps
 // all.
 FilterRun filtered(const Replay& run, const ReplayOptions& options, const RowStreams* streams, Keep keep,
                    const ProgressCallback& progress) {
-  const LookedBack& back = run.beginning;
-  KeptRows kept(StateLayout(run.options.estimate), run.log.world, streams ? kept_every(run.log.imu.size()) : 1);
+  const Solution& known = run.beginning.rows;
+  const double end = run.found.start.time + options.longest;
+  if (streams == nullptr) {
+    FilterRun filtered = filter_from(run.beginning, run.log, run.options, run.found, keep, progress, end);
+    put_rows(known, filtered);
+    return filtered;
+  }
+  KeptRows kept(StateLayout(run.options.estimate), run.log.world, run.log.imu.size());
   FilterRun filtered = filter_from(
-      back, run.log, run.options, run.found, keep, progress, run.found.start.time + options.longest,
+      run.beginning, run.log, run.options, run.found, keep, progress, end,
       [&](Solution& rows, std::size_t first) {
-        put_rows(back.rows, rows);
+        put_rows(known, rows);
         kept.add(rows, first);
-        if (streams) streams->filtered(rows, first);
+        streams->filtered(rows, first);
       },
-      streams ? streams->scratch : std::filesystem::path());
+      streams->scratch);
   kept.give(filtered.solution);
   return filtered;
 }
@@ -81,7 +85,7 @@ FilterRun filtered(const Replay& run, const ReplayOptions& options, const RowStr
 Solution smoothed_in_pieces(Replay& run, const ReplayOptions& options, const ProgressCallback& progress,
                             std::vector<AttitudeLag>& lags) {
   const FilterRun& filtered = run.smoothable();
-  KeptRows kept(filtered.solution.layout(), run.log.world, kept_every(filtered.epochs));
+  KeptRows kept(filtered.solution.layout(), run.log.world, filtered.epochs);
   SmoothedResiduals residuals(run.log, run.options, run.filtered.solution);
   Solution smoothed = smooth_rts(filtered, progress, nullptr, &lags, [&](Solution& rows, std::size_t first) {
     kept.add(rows, first);

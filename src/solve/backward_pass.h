@@ -266,7 +266,11 @@ class BackwardPass {
   }
 
   // Sets x_ to the filter's estimate at a row, and returns its time.
-  double look_at_row(const Chunk& chunk, const History::Event& event) { return run_.history.row(chunk, event, x_); }
+  double look_at_row(const Chunk& chunk, const History::Event& event, std::size_t row) {
+    if (run_.history.has_rows()) return run_.history.row(chunk, event, x_);
+    x_ = run_.estimate(row);
+    return run_.solution.time(row);
+  }
 
   // The wanted row number `number` of a chunk, which `event` ends.
   template <class Visit>
@@ -275,7 +279,7 @@ class BackwardPass {
       look_at_lanes();
       if (!has_constants_) parts_.find_constants(ends_.back().P, ends_.back().mean, end_lambda_, Lambda_);
       has_constants_ = true;
-      const double time = look_at_row(chunk, event);
+      const double time = look_at_row(chunk, event, wanted.row);
       at_row_ = &parts_.row(kept_.data() + number * parts_.kept_size(), x_, lanes_.data(), many_.decay, Lambda_);
       if (!wanted.whole) return visit.seen(wanted.row, time, *at_row_, nullptr);
       const FilterState state{time, x_, states_.back().P, states_.back().mean};
@@ -393,7 +397,7 @@ class BackwardPass {
           e += history.moved(chunk, event);
           break;
         case Kind::kRow: {
-          const double time = look_at_row(chunk, event);
+          const double time = look_at_row(chunk, event, row);
           visit.between(row, time, boxplus(x_, layout_, e));
           ++row;
           break;

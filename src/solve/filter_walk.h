@@ -1,5 +1,5 @@
 #pragma once
-// The filter as the listener of its walk, and what it tells of all that it does.
+// The filter as the listener of its walk, and the recorder of all that it does.
 
 #include <algorithm>
 #include <optional>
@@ -9,8 +9,8 @@
 
 namespace piste {
 
-/// Takes nothing down of what a filter does. The functions are those of every recorder, of which History (history.h) is
-/// another one, and says what each is told.
+/// Records nothing. The functions are those of every recorder, such as History (history.h), which says what the
+/// arguments are.
 struct Unrecorded {
   static void add_step(const Transition&) {}
   static void add_correction(const Update&) {}
@@ -22,7 +22,7 @@ struct Unrecorded {
 };
 inline constexpr Unrecorded kUnrecorded;
 
-/// Walks a filter over a log, and tells a recorder all that the filter does, in order. Samples and fixes are added as
+/// Walks a filter over a log, and records all that the filter does, in order. Samples and fixes are added as
 /// to the filter itself, with the same result.
 template <class Recorder>
 class FilterWalk {
@@ -34,7 +34,7 @@ class FilterWalk {
   bool finish() { return f_.walker_.finish(*this); }
   double look_ahead() const { return f_.look_ahead(); }
 
-  // What the walk asks and tells (walker.h).
+  // The calls of the walk (walker.h).
   double time() const { return f_.state_.time; }
   const Estimate& estimate() const { return f_.state_.x; }
   const UnitScales* units() const { return f_.units_.get(); }
@@ -97,7 +97,7 @@ class FilterWalk {
     const Walker& walker = f_.walker_;
     const double elapsed = walker.elapsed(now.time);
     const FixDelay delay = Type::delay(f_.options(), f_.layout(), place.sensor, place.channel, now.x, elapsed);
-    // What belongs before the start has told the start already, and the motion back to it is not known.
+    // The start has used a fix from before it already, and the motion back to that fix is not known.
     if (at.lag > 0 && place.time - delay.value < walker.start() - kSameInstant) return true;
     const MeasurementContext context{.options = f_.options(),
                                      .layout = f_.layout(),
@@ -187,7 +187,7 @@ class FilterWalk {
     recorder_.add_step(transition);
   }
 
-  // Takes back what the IMU's noise has told of the scales in the fixes of this instant.
+  // Errors-in-variables correction of the scales for the fixes of this instant.
   void take_back_noise() {
     FilterState& now = f_.state_;
     const auto told = f_.noise_score_.after_fixes(now.x, now.P, f_.gravity_.value);

@@ -33,11 +33,12 @@ class Reader {
 
 }  // namespace
 
-void History::begin(const FilterState& state, const StateLayout& layout, bool reference) {
+void History::begin(const FilterState& state, const StateLayout& layout, bool reference, bool rows) {
   clear();
   layout_ = layout;
   fixed_ = state.x;
   reference_ = reference;
+  has_rows_ = rows;
   open(state);
 }
 
@@ -243,9 +244,11 @@ ErrorVector History::moved(const Chunk& chunk, const Event& event) const {
 
 void History::end_row(const FilterState& state) {
   add(Kind::kRow);
-  note_constants(state);
-  now_.events.back().at = static_cast<std::uint32_t>(now_.values.size());
-  put_row(state);
+  if (has_rows_) {
+    note_constants(state);
+    now_.events.back().at = static_cast<std::uint32_t>(now_.values.size());
+    put_row(state);
+  }
   ++rows_;
   if (state.time - opened_ < kChunk - kSameInstant) return;
   close();

@@ -42,6 +42,14 @@ std::shared_ptr<const Reference> trajectory_of(const Solution& rows, const Estim
   return trajectory;
 }
 
+// How many rows of a run are not after the last one of another.
+std::size_t rows_until_end(const Solution& run, const Solution& other) {
+  std::size_t count = 0;
+  while (!other.empty() && count < run.size() && run.time(count) <= other.time(other.size() - 1) + kSameInstant)
+    ++count;
+  return count;
+}
+
 }  // namespace
 
 LookedBack looked_back(const Log& log, const FilterOptions& options, const FoundStart& found) {
@@ -73,7 +81,7 @@ FilterRun filter_from(const LookedBack& back, const Log& log, const FilterOption
 }
 
 void put_rows(const Solution& known, Solution& filtered) {
-  const std::size_t count = rows_until_end(known, filtered);
+  const std::size_t count = rows_until_end(filtered, known);
   std::size_t next = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const double time = filtered.time(i);
@@ -88,12 +96,12 @@ void put_rows(const Solution& known, Solution& filtered) {
   }
 }
 
-std::size_t rows_until_end(const Solution& known, const Solution& filtered) {
-  if (known.empty()) return 0;
-  const double end = known.time(known.size() - 1) + kSameInstant;
-  std::size_t count = 0;
-  while (count < filtered.size() && filtered.time(count) <= end) ++count;
-  return count;
+void put_rows(const Solution& known, FilterRun& filtered) {
+  Solution& rows = filtered.solution;
+  filtered.replaced = Solution(rows.layout(), rows.world());
+  filtered.replaced.fixed = rows.fixed;
+  filtered.replaced.append(rows.rows().first(rows_until_end(rows, known) * rows.stride()));
+  put_rows(known, rows);
 }
 
 }  // namespace piste

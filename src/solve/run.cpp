@@ -35,30 +35,24 @@ FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& 
   run.solution.fixed = start.x;
   run.solution.adapted.names = filter.adaptation().names();
   const std::size_t all = end - std::min(begin, end);
-  Solution next(filter.layout(), log.world);  // the rows that the sink has not taken yet
-  next.fixed = start.x;
-  if (has_rows) next.reserve(std::min(all, kRowsAtOnce));
-  if (has_rows && !rows) run.solution.reserve(all);
-  const auto give_rows = [&] {
-    if (next.empty()) return;
-    if (rows) {
-      rows(next, run.epochs - next.size());
-    } else {
-      run.solution.append(next.rows());
-    }
-    next.resize(0);
+  if (has_rows) run.solution.reserve(rows ? std::min(all, kRowsAtOnce) : all);
+  const auto give_rows = [&](std::size_t least) {
+    const std::size_t count = run.solution.size();
+    if (!rows || count < std::max<std::size_t>(least, 1)) return;
+    rows(run.solution, run.epochs - count);
+    run.solution.resize(0);
   };
   const auto take_epoch = [&] {
     Solution& s = run.solution;
     if (has_rows) {
-      next.append(filter.time(), filter.estimate(),
-                  sigmas_of(log.world, filter.estimate(), filter.layout(), filter.covariance()));
+      s.append(filter.time(), filter.estimate(),
+               sigmas_of(log.world, filter.estimate(), filter.layout(), filter.covariance()));
     }
     note_adapted(filter, s.adapted);
     s.innovations.insert(s.innovations.end(), filter.innovations().begin(), filter.innovations().end());
     filter.clear_innovations();
     ++run.epochs;
-    if (next.size() == kRowsAtOnce) give_rows();
+    give_rows(kRowsAtOnce);
   };
   const auto filter_all = [&](auto& walk) {
     Feeder feeder(log, place, walk);
@@ -70,11 +64,11 @@ FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& 
       }
     }
     if (walk.finish()) take_epoch();
-    give_rows();
+    give_rows(1);
   };
   if (keep == Keep::kHistory) {
     run.begin = filter;
-    run.history.begin(filter.state(), filter.layout(), filter.has_reference());
+    run.history.begin(filter.state(), filter.layout(), filter.has_reference(), rows || !has_rows);
     FilterWalk recorded(filter, run.history);
     filter_all(recorded);
     run.history.finish(filter.state());

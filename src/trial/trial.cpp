@@ -386,7 +386,7 @@ ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed, const BatchS
   const std::map<std::size_t, int> rows = rows_on(filtered, grid, departure);
   // As replay writes them: rows before the heading was known come from back-smoothing.
   const LookedBack& back = run.beginning;
-  const std::size_t replaced = rows_until_end(back.rows, filtered);
+  const std::size_t replaced = run.filtered.replaced.size();
   const std::map<std::size_t, int> first = rows_of(back.rows, filtered, first_rows(rows, replaced)),
                                    later(rows.lower_bound(replaced), rows.end());
   if (!later.empty()) {

@@ -128,7 +128,7 @@ TEST(Replay, IsItsStepsInTheirOrder) {
   by_hand.found = find_start(by_hand.log, by_hand.options, config.initial);
   const LookedBack back = looked_back(by_hand.log, by_hand.options, by_hand.found);
   by_hand.filtered = filter_from(back, by_hand.log, by_hand.options, by_hand.found, Keep::kHistory);
-  put_rows(back.rows, by_hand.filtered.solution);
+  put_rows(back.rows, by_hand.filtered);
   std::vector<AttitudeLag> lags;
   by_hand.relinearised = relinearised(by_hand.log, by_hand.options, by_hand.found, by_hand.filtered);
   by_hand.smoothed = smooth_rts(*by_hand.relinearised, {}, nullptr, &lags);

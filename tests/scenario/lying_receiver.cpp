@@ -58,7 +58,7 @@ Result solve(const Case& c, const Log& log, const FoundStart& found, const std::
              Interval during = {0, 1e300}) {
   const LookedBack back = looked_back(log, c.options, found);
   FilterRun run = filter_from(back, log, c.options, found, Keep::kHistory);
-  put_rows(back.rows, run.solution);
+  put_rows(back.rows, run);
   const Truth& truth = c.simulation.bodies[0];
   std::vector<TruthState> truths;  // filtered and smoothed have the same rows
   for (std::size_t i = 0; i < run.solution.size(); ++i) truths.push_back(truth.at(run.solution.time(i)));

@@ -99,14 +99,14 @@ double peak_bytes(double duration, std::size_t& epochs) {
   return static_cast<double>(g_peak - before);
 }
 
-TEST(Allocations, SmoothingNeedsLessThan1700BytesAnEpoch) {
+TEST(Allocations, SmoothingNeedsLessThan1500BytesAnEpoch) {
   // What the smoother holds of one chunk does not grow with the run.
   std::size_t few = 0, many = 0;
   const double small = peak_bytes(20, few), large = peak_bytes(120, many);
   const double per_epoch = (large - small) / static_cast<double>(many - few);
   RecordProperty("bytes_per_epoch", std::to_string(per_epoch));
-  EXPECT_LT(per_epoch, 1700);
-  EXPECT_GT(per_epoch, 900) << "two solutions are kept, and a history with its own rows";
+  EXPECT_LT(per_epoch, 1500);
+  EXPECT_GT(per_epoch, 900) << "two solutions are kept";
   EXPECT_LT(small - per_epoch * static_cast<double>(few), 16e6) << "and one chunk";
 }
 

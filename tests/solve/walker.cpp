@@ -15,7 +15,7 @@ namespace {
 
 using Events = std::vector<std::string>;
 
-// Keeps what a walk tells it.
+// Keeps the calls of a walk.
 struct Listener {
   double now = 0;
   Estimate x = {};

@@ -112,7 +112,7 @@ class Filter {
   double variance_of(const FixDelay& delay) const;
   double gate(const Linearization& lin) const { return setup_->gate[static_cast<std::size_t>(lin.rows)]; }
   bool resting() const { return walker_.at_rest(); }
-  // Beside a boresight that is estimated, a reference tells the attitude far better than rest tells tilt and bias.
+  // Where a boresight is estimated, a reference determines the attitude far better than rest does tilt and bias.
   bool stands() const { return resting() && !layout().has(Block::kBoresight); }
   bool moves() const;
   [[noreturn]] void fail(const std::string& where) const;

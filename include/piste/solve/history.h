@@ -18,7 +18,7 @@
 
 namespace piste {
 
-/// Records a run, as a filter tells it (src/solve/filter_walk.h), and gives what was recorded.
+/// Records what a filter does in a run (it calls the functions from src/solve/filter_walk.h), and reads it back.
 class History {
  public:
   enum class Kind : std::uint8_t {
@@ -55,15 +55,16 @@ class History {
   explicit History(std::filesystem::path scratch) : folder_(std::move(scratch)), scratch_(folder_) {}
   History() : History(std::filesystem::path()) {}
 
-  /// Begins with the state of a filter. `reference`: whether it is linearised about one, and has a mean.
-  void begin(const FilterState& state, const StateLayout& layout, bool reference);
+  /// Begins with the state of a filter. `reference`: whether it is linearised about one, and has a mean. `rows`:
+  /// whether the estimates at the ends of epochs are kept, too.
+  void begin(const FilterState& state, const StateLayout& layout, bool reference, bool rows);
   void add_step(const Transition& t);
   /// A correction that moves the mean about a reference, or nothing.
   void add_correction(const Update& u);
   /// One that moves the estimate `x`. `down`, `stands`: of carrying_jacobian(), from which the reset follows again.
   void add_correction(const Update& u, const ResetJacobian& reset, const Estimate& x, const Vector3d& down,
                       bool stands);
-  /// What noise had told the scales was taken back, which moved the estimate, or the mean about a reference.
+  /// An errors-in-variables correction of the scales, which moved the estimate, or the mean about a reference.
   void add_taken_back(const ScaleScore& score, const ErrorVector& moved, bool estimate_moved);
   /// `variances`: what was added to those of the state.
   void add_admitted(const ErrorVector& variances);
@@ -90,8 +91,9 @@ class History {
   TakenBack taken_back(const Chunk& chunk, const Event& event) const;
   ErrorVector admitted(const Chunk& chunk, const Event& event) const;
   ErrorVector moved(const Chunk& chunk, const Event& event) const;
-  /// Sets `x` to the estimate at the end of an epoch, and returns its time. Of what is not estimated, `x` is that of
-  /// start().
+  bool has_rows() const { return has_rows_; }
+  /// Sets `x` to the estimate at the end of an epoch, and returns its time. @pre It has rows. Of what is not estimated,
+  /// `x` is that of start().
   double row(const Chunk& chunk, const Event& event, Estimate& x) const {
     const double* p = chunk.values.data() + event.at;
     return take_row(chunk, p, x);
@@ -119,7 +121,7 @@ class History {
   std::size_t constants_ = 0;  // where in it the last constants of an estimate stand
   StateLayout layout_;
   Estimate fixed_;  // what is not estimated
-  bool reference_ = false;
+  bool reference_ = false, has_rows_ = true;
   std::size_t rows_ = 0;
 };
 

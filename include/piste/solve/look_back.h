@@ -34,11 +34,11 @@ FilterRun filter_from(const LookedBack& back, const Log& log, const FilterOption
                       Keep keep, const ProgressCallback& progress = {}, double end_time = 1e300,
                       const RowTaker& rows = {}, const std::filesystem::path& scratch = {});
 
-/// Puts what `known` says in the place of the rows of `filtered` up to its end: interpolated linearly between its rows,
+/// Puts what `known` says in the place of the rows of `filtered` up to its end: on a straight line between its rows,
 /// with the sigmas of the later one.
 void put_rows(const Solution& known, Solution& filtered);
 
-/// How many rows of `filtered` these are.
-std::size_t rows_until_end(const Solution& known, const Solution& filtered);
+/// The same for the solution of a run, which keeps its own as `replaced`.
+void put_rows(const Solution& known, FilterRun& filtered);
 
 }  // namespace piste

@@ -37,7 +37,7 @@ struct Moment {
   double delay = 0;      ///< by which its source comes late, as it was known when the fix got its place [s]
 };
 
-/// What a walk asks of its listener, and what it tells it.
+/// What a walk asks of its listener, and the calls that it makes.
 template <class Listener>
 concept WalkListener = requires(Listener& to, const Listener& known, const StepNoise& stated, const ImuStep& step,
                                 const QueuedFix& fix, const RestFix& rest, const Moment& at) {
@@ -126,9 +126,9 @@ class Walker {
   const StepNoise& noise() const { return noise_; }
   /// Of the gyroscopes' white noise in it.
   const Vector3d& rate_variance() const { return rate_variance_; }
-  /// Mean rate of the samples beside it.
+  /// Mean rate of the sample before it and the sample after it.
   const Vector3d& rate_beside() const { return rate_beside_; }
-  /// Of the rate on that of the samples beside, from the samples before it.
+  /// Regression of the rate of a sample on rate_beside(), fitted to the samples so far.
   const RateRegression& rate_regression() const { return rate_regression_; }
   /// Whether the body is at rest, as far as measurements that were refused have not contradicted it.
   bool at_rest() const { return now_->at_rest && !rest_.withdrawn(); }
