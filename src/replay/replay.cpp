@@ -9,7 +9,7 @@
 #include "piste/consistency/verdict.h"
 #include "piste/core/error.h"
 #include "piste/solve/attitude_noise.h"
-#include "piste/solve/look_back.h"
+#include "piste/solve/initial_stretch.h"
 #include "piste/solve/rts.h"
 #include "solve/relinearise.h"
 #include "solve/vehicle_mounting.h"
@@ -61,18 +61,12 @@ class KeptRows {
 // all.
 FilterRun filtered(const Replay& run, const ReplayOptions& options, const RowStreams* streams, Keep keep,
                    const ProgressCallback& progress) {
-  const Solution& known = run.beginning.rows;
   const double end = run.found.start.time + options.longest;
-  if (streams == nullptr) {
-    FilterRun filtered = filter_from(run.beginning, run.log, run.options, run.found, keep, progress, end);
-    put_rows(known, filtered);
-    return filtered;
-  }
+  if (streams == nullptr) return filter_from(run.stretch, run.log, run.options, run.found, keep, progress, end);
   KeptRows kept(StateLayout(run.options.estimate), run.log.world, run.log.imu.size());
   FilterRun filtered = filter_from(
-      run.beginning, run.log, run.options, run.found, keep, progress, end,
+      run.stretch, run.log, run.options, run.found, keep, progress, end,
       [&](Solution& rows, std::size_t first) {
-        put_rows(known, rows);
         kept.add(rows, first);
         streams->filtered(rows, first);
       },
@@ -146,9 +140,9 @@ Replay replay(Log log, const ReplayOptions& options, const ReplayProgress& progr
   const bool smooth = options.smoother == SmootherKind::kRts;
   const bool streams = options.streams.filtered && !by_batch, history = options.history && !streams;
   const Keep keep = smooth || history ? Keep::kHistory : Keep::kNothing;
-  run.beginning = looked_back(run.log, run.options, run.found);
+  run.stretch = initial_stretch(run.log, run.options, run.found);
   run.filtered = filtered(run, options, streams ? &options.streams : nullptr, keep, stage("filter"));
-  if (!history) run.beginning.run.history.clear();
+  if (!history) run.stretch.run.history.clear();
   if (smooth) {
     std::vector<AttitudeLag> lags;
     for (int pass = 0; pass < options.relinearisations; ++pass) {

@@ -267,8 +267,8 @@ class BackwardPass {
 
   // Sets x_ to the filter's estimate at a row, and returns its time.
   double look_at_row(const Chunk& chunk, const History::Event& event, std::size_t row) {
-    if (run_.history.has_rows()) return run_.history.row(chunk, event, x_);
-    x_ = run_.estimate(row);
+    if (run_.history.has_row(event)) return run_.history.row(chunk, event, x_);
+    x_ = run_.solution.estimate(row);
     return run_.solution.time(row);
   }
 

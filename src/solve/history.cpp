@@ -33,12 +33,12 @@ class Reader {
 
 }  // namespace
 
-void History::begin(const FilterState& state, const StateLayout& layout, bool reference, bool rows) {
+void History::begin(const FilterState& state, const StateLayout& layout, bool reference, double own_rows_until) {
   clear();
   layout_ = layout;
   fixed_ = state.x;
   reference_ = reference;
-  has_rows_ = rows;
+  own_rows_until_ = own_rows_until;
   open(state);
 }
 
@@ -243,8 +243,9 @@ ErrorVector History::moved(const Chunk& chunk, const Event& event) const {
 }
 
 void History::end_row(const FilterState& state) {
-  add(Kind::kRow);
-  if (has_rows_) {
+  const bool own = state.time <= own_rows_until_ + kSameInstant;
+  add(Kind::kRow, own);
+  if (own) {
     note_constants(state);
     now_.events.back().at = static_cast<std::uint32_t>(now_.values.size());
     put_row(state);

@@ -9,6 +9,8 @@
 namespace piste {
 namespace {
 
+constexpr double kForever = 1e300;  // s
+
 // A row of what the filter has learned of the noise, if it adapts and a second has passed since the last one.
 void note_adapted(const Filter& filter, AdaptedNoise& adapted) {
   constexpr double kEvery = 1;  // s
@@ -66,9 +68,12 @@ FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& 
     if (walk.finish()) take_epoch();
     give_rows(1);
   };
-  if (keep == Keep::kHistory) {
+  if (keep != Keep::kNothing) {
     run.begin = filter;
-    run.history.begin(filter.state(), filter.layout(), filter.has_reference(), rows || !has_rows);
+    // About a reference the rows are to be replaced, as only a smoother improves on it.
+    const bool all_own = rows || !has_rows || keep == Keep::kWholeHistory;
+    const double about_until = reference ? reference->last_time() : -kForever;
+    run.history.begin(filter.state(), filter.layout(), filter.has_reference(), all_own ? kForever : about_until);
     FilterWalk recorded(filter, run.history);
     filter_all(recorded);
     run.history.finish(filter.state());

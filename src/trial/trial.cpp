@@ -13,7 +13,7 @@
 #include "piste/sim/random.h"
 #include "piste/solve/attitude_noise.h"
 #include "piste/solve/fix_queue.h"
-#include "piste/solve/look_back.h"
+#include "piste/solve/initial_stretch.h"
 #include "piste/solve/rts.h"
 #include "solve/relinearise.h"
 #include "trial/true_estimate.h"
@@ -385,9 +385,9 @@ ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed, const BatchS
   };
   const std::map<std::size_t, int> rows = rows_on(filtered, grid, departure);
   // As replay writes them: rows before the heading was known come from back-smoothing.
-  const LookedBack& back = run.beginning;
-  const std::size_t replaced = run.filtered.replaced.size();
-  const std::map<std::size_t, int> first = rows_of(back.rows, filtered, first_rows(rows, replaced)),
+  const InitialStretch& stretch = run.stretch;
+  const std::size_t replaced = stretch.rows_of(filtered);
+  const std::map<std::size_t, int> first = rows_of(stretch.rows, filtered, first_rows(rows, replaced)),
                                    later(rows.lower_bound(replaced), rows.end());
   if (!later.empty()) {
     visit_rows(run.filtered, later, [&](int epoch, const FilterState& before, const SmoothedState&) {
@@ -395,7 +395,7 @@ ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed, const BatchS
     });
   }
   if (!first.empty()) {
-    visit_rows(back.run, first, [&](int epoch, const FilterState& before, const SmoothedState& smoothed) {
+    visit_rows(stretch.run, first, [&](int epoch, const FilterState& before, const SmoothedState& smoothed) {
       out.filtered.push_back(sample(epoch, before.time, smoothed.x, smoothed.P, bound.at(epoch).filtered));
     });
   }

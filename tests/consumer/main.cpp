@@ -62,7 +62,7 @@ const Exported kExported[] = {
     {"piste/solve/attitude_noise.h", address(piste::with_white_part)},
     {"piste/solve/filter.h", address(+[](piste::Filter& filter) { return filter.finish(); })},
     {"piste/solve/live.h", address(+[](const piste::Live& live) { return live.late(); })},
-    {"piste/solve/look_back.h", address(piste::looked_back)},
+    {"piste/solve/initial_stretch.h", address(piste::initial_stretch)},
     {"piste/solve/run.h", address(piste::run_filter)},
     {"piste/solve/rts.h", address(piste::smooth_rts)},
     {"piste/solve/start.h", address(piste::find_start)},

@@ -13,7 +13,7 @@
 #include "piste/consistency/verdict.h"
 #include "piste/io/solution_io.h"
 #include "piste/solve/attitude_noise.h"
-#include "piste/solve/look_back.h"
+#include "piste/solve/initial_stretch.h"
 #include "piste/solve/rts.h"
 #include "piste/trial/trial.h"
 #include "solve/relinearise.h"
@@ -126,9 +126,8 @@ TEST(Replay, IsItsStepsInTheirOrder) {
   by_hand.log = condition(recording, config.conditioning);
   by_hand.options = with_white_part(with_attitude_sigmas(config.filter, recording.attitude), by_hand.log);
   by_hand.found = find_start(by_hand.log, by_hand.options, config.initial);
-  const LookedBack back = looked_back(by_hand.log, by_hand.options, by_hand.found);
-  by_hand.filtered = filter_from(back, by_hand.log, by_hand.options, by_hand.found, Keep::kHistory);
-  put_rows(back.rows, by_hand.filtered);
+  by_hand.stretch = initial_stretch(by_hand.log, by_hand.options, by_hand.found);
+  by_hand.filtered = filter_from(by_hand.stretch, by_hand.log, by_hand.options, by_hand.found, Keep::kHistory);
   std::vector<AttitudeLag> lags;
   by_hand.relinearised = relinearised(by_hand.log, by_hand.options, by_hand.found, by_hand.filtered);
   by_hand.smoothed = smooth_rts(*by_hand.relinearised, {}, nullptr, &lags);

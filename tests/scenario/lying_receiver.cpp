@@ -14,7 +14,7 @@
 #include "piste/math/units.h"
 #include "piste/sim/random.h"
 #include "piste/solve/attitude_noise.h"
-#include "piste/solve/look_back.h"
+#include "piste/solve/initial_stretch.h"
 #include "piste/solve/rts.h"
 #include "support/simulated_case.h"
 
@@ -56,9 +56,7 @@ struct Result {
 
 Result solve(const Case& c, const Log& log, const FoundStart& found, const std::string& what,
              Interval during = {0, 1e300}) {
-  const LookedBack back = looked_back(log, c.options, found);
-  FilterRun run = filter_from(back, log, c.options, found, Keep::kHistory);
-  put_rows(back.rows, run);
+  const FilterRun run = filter_from(initial_stretch(log, c.options, found), log, c.options, found, Keep::kHistory);
   const Truth& truth = c.simulation.bodies[0];
   std::vector<TruthState> truths;  // filtered and smoothed have the same rows
   for (std::size_t i = 0; i < run.solution.size(); ++i) truths.push_back(truth.at(run.solution.time(i)));

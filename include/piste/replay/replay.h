@@ -1,7 +1,7 @@
 #pragma once
 /// The chain from logs to a trajectory, which every program, study and ensemble runs:
 ///
-///     condition() → with_attitude_sigmas(), with_white_part() → find_start() → looked_back() →
+///     condition() → with_attitude_sigmas(), with_white_part() → find_start() → initial_stretch() →
 ///     filter_from() → relinearised() → smooth_rts(), or run_batch()
 ///
 /// Each step is a pure function with its own header, so that a program can also call them one by one.
@@ -18,7 +18,7 @@
 #include "piste/configuration/replay_config.h"
 #include "piste/core/log.h"
 #include "piste/core/options.h"
-#include "piste/solve/look_back.h"
+#include "piste/solve/initial_stretch.h"
 #include "piste/solve/run.h"
 #include "piste/solve/start.h"
 
@@ -61,7 +61,7 @@ struct Replay {
   Log log;                    ///< conditioned, with its stationary intervals
   FilterOptions options;      ///< of the filter, with the measured errors of the reference attitudes
   FoundStart found;           ///< the start, and how it was estimated
-  LookedBack beginning = {};  ///< the initial stretch, until `found.aligned`, as back-smoothing has it
+  InitialStretch stretch = {};  ///< until `found.aligned`, back-smoothed
   /// The run that the smoother processes, if there is one: filtered about its own smoothed trajectory.
   std::optional<FilterRun> relinearised = std::nullopt;
   FilterRun filtered;                ///< with its history, smooth_rows() gives the whole covariance of any row

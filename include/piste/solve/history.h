@@ -32,7 +32,7 @@ class History {
   struct Event {
     Kind kind;
     std::uint32_t at;     ///< where its values begin in the chunk
-    std::uint32_t other;  ///< of a step: its surroundings
+    std::uint32_t other;  ///< of a step: its surroundings; of a row: whether its estimate is kept
   };
   struct Chunk {
     std::size_t first = 0;  ///< the first row that ends in it
@@ -55,9 +55,9 @@ class History {
   explicit History(std::filesystem::path scratch) : folder_(std::move(scratch)), scratch_(folder_) {}
   History() : History(std::filesystem::path()) {}
 
-  /// Begins with the state of a filter. `reference`: whether it is linearised about one, and has a mean. `rows`:
-  /// whether the estimates at the ends of epochs are kept, too.
-  void begin(const FilterState& state, const StateLayout& layout, bool reference, bool rows);
+  /// Begins with the state of a filter. `reference`: whether it is linearised about one, and has a mean. The estimates
+  /// at the ends of epochs up to the time `own_rows_until` are kept, too.
+  void begin(const FilterState& state, const StateLayout& layout, bool reference, double own_rows_until);
   void add_step(const Transition& t);
   /// A correction that moves the mean about a reference, or nothing.
   void add_correction(const Update& u);
@@ -91,8 +91,9 @@ class History {
   TakenBack taken_back(const Chunk& chunk, const Event& event) const;
   ErrorVector admitted(const Chunk& chunk, const Event& event) const;
   ErrorVector moved(const Chunk& chunk, const Event& event) const;
-  bool has_rows() const { return has_rows_; }
-  /// Sets `x` to the estimate at the end of an epoch, and returns its time. @pre It has rows. Of what is not estimated,
+  /// Whether the end of an epoch has the filter's estimate; otherwise the row of the run's solution is that estimate.
+  bool has_row(const Event& event) const { return event.other != 0; }
+  /// Sets `x` to the estimate at the end of an epoch, and returns its time. @pre has_row(). Of what is not estimated,
   /// `x` is that of start().
   double row(const Chunk& chunk, const Event& event, Estimate& x) const {
     const double* p = chunk.values.data() + event.at;
@@ -121,7 +122,8 @@ class History {
   std::size_t constants_ = 0;  // where in it the last constants of an estimate stand
   StateLayout layout_;
   Estimate fixed_;  // what is not estimated
-  bool reference_ = false, has_rows_ = true;
+  bool reference_ = false;
+  double own_rows_until_ = 1e300;
   std::size_t rows_ = 0;
 };
 

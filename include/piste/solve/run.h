@@ -23,7 +23,8 @@ struct LogPart {
 /// What a run keeps beside its solution.
 enum class Keep {
   kNothing,
-  kHistory  ///< what a smoother needs: some 400 bytes an epoch, and a kilobyte a fix
+  kHistory,      ///< what a smoother needs: some 400 bytes an epoch, and a kilobyte a fix
+  kWholeHistory  ///< the same with the estimates at all epochs, so that the rows of the solution may be changed
 };
 
 /// A filtered run, and what a smoother needs of it.
@@ -31,13 +32,7 @@ struct FilterRun {
   Solution solution;
   std::size_t epochs = 0;       ///< IMU epochs that were filtered: the rows of the solution, unless about a reference
   std::optional<Filter> begin;  ///< the filter at the start, if the history is kept
-  History history;              ///< from there on; without the rows that the solution has
-  Solution replaced;            ///< the filter's own first rows, if others replaced them in the solution
-
-  /// The estimate at the end of an epoch that the filter had, and its time. @pre The solution has its rows.
-  Estimate estimate(std::size_t row) const {
-    return row < replaced.size() ? replaced.estimate(row) : solution.estimate(row);
-  }
+  History history;              ///< from there on; without rows that it can take from the solution
 };
 
 /// Called now and then with the fraction of the work that is done. May be empty.

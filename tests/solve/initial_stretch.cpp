@@ -1,6 +1,6 @@
 // Rests that are filtered by fewer samples, and rows between rows.
 
-#include "piste/solve/look_back.h"
+#include "piste/solve/initial_stretch.h"
 
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ double farthest(const Estimate& a, const Estimate& b, const Sigmas& sigmas) {
                    difference.segment<3>(full_offset(Block::kAttitude)).norm() / sigmas.euler.norm()});
 }
 
-TEST(LookBack, ARestTellsAsMuchByFewerSamples) {
+TEST(InitialStretch, ARestIsAsInformativeByFewerSamples) {
   const test::SyntheticRun s = rest_and_motion();
   const FilterRun all = run_filter(s.log, s.options, s.start, Keep::kHistory);
   const FilterRun fewer = run_filter(s.log, s.options, s.start, Keep::kHistory, {}, {.rest_step = 0.1});
@@ -47,13 +47,13 @@ TEST(LookBack, ARestTellsAsMuchByFewerSamples) {
   }
 }
 
-TEST(LookBack, PutsRowsOnTheLineBetweenThoseThatItHas) {
+TEST(InitialStretch, ReplacesRowsByInterpolation) {
   const test::SyntheticRun s = rest_and_motion();
   const Solution all = smooth_rts(run_filter(s.log, s.options, s.start, Keep::kHistory));
   Solution known(all.layout(), all.world()), filtered = all;
   known.fixed = all.fixed;
   for (std::size_t i = 9; i < 110; i += 10) known.append(all.time(i), all.estimate(i), all.sigmas(i));
-  put_rows(known, filtered);
+  replace_rows(filtered, known);
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (i > 109 || i % 10 == 9) {
       ASSERT_EQ(filtered.estimate(i).p_wb, all.estimate(i).p_wb) << "row " << i;

@@ -1,4 +1,4 @@
-#include "piste/solve/look_back.h"
+#include "piste/solve/initial_stretch.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kMostPasses = 4;
 // Sigmas: a trajectory that moves by less anywhere is linearised well enough, as the next pass moves it by much less.
-constexpr double kStill = 0.5;
+constexpr double kConverged = 0.5;
 
 // The farthest that position, velocity or attitude has moved from one smoothed run to another, in its sigmas.
 double farthest_moved(const Solution& from, const Solution& to) {
@@ -42,49 +42,59 @@ std::shared_ptr<const Reference> trajectory_of(const Solution& rows, const Estim
   return trajectory;
 }
 
-// How many rows of a run are not after the last one of another.
-std::size_t rows_until_end(const Solution& run, const Solution& other) {
+}  // namespace
+
+std::size_t InitialStretch::rows_of(const Solution& run) const {
   std::size_t count = 0;
-  while (!other.empty() && count < run.size() && run.time(count) <= other.time(other.size() - 1) + kSameInstant)
-    ++count;
+  while (!rows.empty() && count < run.size() && run.time(count) <= rows.time(rows.size() - 1) + kSameInstant) ++count;
   return count;
 }
 
-}  // namespace
-
-LookedBack looked_back(const Log& log, const FilterOptions& options, const FoundStart& found) {
+InitialStretch initial_stretch(const Log& log, const FilterOptions& options, const FoundStart& found) {
   if (!found.aligned) return {};
   const LogPart part{.end = *found.aligned + kSameInstant, .rest_step = options.behaviour.start.rest_step};
-  LookedBack back;
-  back.run = run_filter(log, options, found.start, Keep::kHistory, {}, part);
+  InitialStretch stretch;
+  stretch.run = run_filter(log, options, found.start, Keep::kHistory, {}, part);
   SmoothedState at_start;
-  back.rows = smooth_rts(back.run, {}, &at_start);
+  stretch.rows = smooth_rts(stretch.run, {}, &at_start);
   for (int pass = 0; pass < kMostPasses; ++pass) {
-    back.about = trajectory_of(back.rows, at_start.x);
-    back.run = run_filter(log, options, without_alignment(log.world, found), Keep::kHistory, {}, part, back.about);
-    Solution rows = smooth_rts(back.run, {}, &at_start);
-    const double moved = farthest_moved(back.rows, rows);
-    back.rows = std::move(rows);
-    if (moved < kStill) break;
+    stretch.about = trajectory_of(stretch.rows, at_start.x);
+    stretch.run =
+        run_filter(log, options, without_alignment(log.world, found), Keep::kHistory, {}, part, stretch.about);
+    Solution rows = smooth_rts(stretch.run, {}, &at_start);
+    const double moved = farthest_moved(stretch.rows, rows);
+    stretch.rows = std::move(rows);
+    if (moved < kConverged) break;
   }
-  return back;
+  return stretch;
 }
 
-FilterRun filter_from(const LookedBack& back, const Log& log, const FilterOptions& options, const FoundStart& found,
-                      Keep keep, const ProgressCallback& progress, double end_time, const RowTaker& rows,
-                      const std::filesystem::path& scratch) {
+FilterRun filter_from(const InitialStretch& stretch, const Log& log, const FilterOptions& options,
+                      const FoundStart& found, Keep keep, const ProgressCallback& progress, double end_time,
+                      const RowTaker& rows, const std::filesystem::path& scratch) {
+  const LogPart part{.end = end_time};
+  if (!stretch.about) return run_filter(log, options, found.start, keep, progress, part, nullptr, rows, scratch);
   const double end = std::min(end_time, log.imu.empty() ? 0 : log.imu.back().time);
-  const bool goes_on = back.about && back.about->size() > 0 && back.about->last_time() < end - kSameInstant;
-  return goes_on ? run_filter(log, options, without_alignment(log.world, found), keep, progress, {.end = end_time},
-                              back.about, rows, scratch)
-                 : run_filter(log, options, found.start, keep, progress, {.end = end_time}, nullptr, rows, scratch);
+  const bool goes_on = stretch.about->size() > 0 && stretch.about->last_time() < end - kSameInstant;
+  if (keep == Keep::kHistory && !goes_on) keep = Keep::kWholeHistory;
+  RowTaker replaced;
+  if (rows) {
+    replaced = [&](Solution& filtered, std::size_t first) {
+      replace_rows(filtered, stretch.rows);
+      rows(filtered, first);
+    };
+  }
+  FilterRun run = run_filter(log, options, goes_on ? without_alignment(log.world, found) : found.start, keep, progress,
+                             part, goes_on ? stretch.about : nullptr, replaced, scratch);
+  replace_rows(run.solution, stretch.rows);
+  return run;
 }
 
-void put_rows(const Solution& known, Solution& filtered) {
-  const std::size_t count = rows_until_end(filtered, known);
+void replace_rows(Solution& filtered, const Solution& known) {
   std::size_t next = 0;
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i < filtered.size() && !known.empty(); ++i) {
     const double time = filtered.time(i);
+    if (time > known.time(known.size() - 1) + kSameInstant) return;
     while (next + 1 < known.size() && known.time(next) < time - kSameInstant) ++next;
     Estimate x = known.estimate(next);
     if (const double after = known.time(next) - time; next > 0 && after > kSameInstant) {
@@ -94,14 +104,6 @@ void put_rows(const Solution& known, Solution& filtered) {
     }
     filtered.set(i, time, x, known.sigmas(next));
   }
-}
-
-void put_rows(const Solution& known, FilterRun& filtered) {
-  Solution& rows = filtered.solution;
-  filtered.replaced = Solution(rows.layout(), rows.world());
-  filtered.replaced.fixed = rows.fixed;
-  filtered.replaced.append(rows.rows().first(rows_until_end(rows, known) * rows.stride()));
-  put_rows(known, rows);
 }
 
 }  // namespace piste
