@@ -5,12 +5,12 @@
 
 #include "core/time_search.h"
 #include "math/parallel.h"
-#include "piste/model/imu_errors.h"
-#include "piste/model/unit_scales.h"
-#include "piste/solve/recent_motion.h"
-#include "piste/solve/standing_force.h"
-#include "piste/solve/walker.h"
+#include "model/imu_errors.h"
+#include "model/unit_scales.h"
 #include "solve/feeder.h"
+#include "solve/recent_motion.h"
+#include "solve/standing_force.h"
+#include "solve/walker.h"
 
 namespace piste {
 namespace {

@@ -12,9 +12,9 @@
 #include "layout.h"
 #include "model/preintegration.h"
 #include "piste/model/measurement_list.h"
-#include "piste/solve/fix_queue.h"
 #include "piste/solve/initial_state.h"
-#include "piste/solve/reference.h"
+#include "solve/fix_queue.h"
+#include "solve/reference.h"
 
 namespace piste {
 

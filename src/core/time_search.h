@@ -10,6 +10,8 @@
 
 namespace piste {
 
+inline constexpr double kSameInstant = 1e-6;  ///< s: times that differ by less are the same
+
 /// Iterator to the first element at or after `time`, or to the end if all are before it.
 template <class Samples>
 auto first_at_or_after(const Samples& samples, double time) {

@@ -11,7 +11,7 @@
 #include "math/linear_algebra.h"
 #include "piste/core/error.h"
 #include "piste/math/interruption.h"
-#include "piste/model/imu_errors.h"
+#include "model/imu_errors.h"
 
 namespace piste {
 namespace {

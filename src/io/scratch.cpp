@@ -1,4 +1,4 @@
-#include "piste/io/scratch.h"
+#include "io/scratch.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "piste/model/dynamics.h"
+#include "model/dynamics.h"
 
 #include <array>
 #include <span>

@@ -17,7 +17,7 @@
 #include <array>
 #include <utility>
 
-#include "piste/model/dynamics.h"
+#include "model/dynamics.h"
 #include "piste/model/measurement.h"
 
 namespace piste {

@@ -7,7 +7,7 @@
 #include <array>
 #include <vector>
 
-#include "piste/model/dynamics.h"
+#include "model/dynamics.h"
 
 namespace piste {
 

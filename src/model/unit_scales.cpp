@@ -1,4 +1,4 @@
-#include "piste/model/unit_scales.h"
+#include "model/unit_scales.h"
 
 #include <Eigen/LU>
 #include <algorithm>

@@ -11,6 +11,7 @@
 #include "piste/solve/attitude_noise.h"
 #include "piste/solve/initial_stretch.h"
 #include "piste/solve/rts.h"
+#include "solve/reference.h"
 #include "solve/relinearise.h"
 #include "solve/vehicle_mounting.h"
 
@@ -142,13 +143,13 @@ Replay replay(Log log, const ReplayOptions& options, const ReplayProgress& progr
   const Keep keep = smooth || history ? Keep::kHistory : Keep::kNothing;
   run.stretch = initial_stretch(run.log, run.options, run.found);
   run.filtered = filtered(run, options, streams ? &options.streams : nullptr, keep, stage("filter"));
-  if (!history) run.stretch.run.history.clear();
+  if (!history) run.stretch.run.history.reset();
   if (smooth) {
     std::vector<AttitudeLag> lags;
     for (int pass = 0; pass < options.relinearisations; ++pass) {
       const ProgressCallback told = stage("relinearising");
       Reference smoothed = smoothed_trajectory(run.smoothable(), part_of(told, 0, kSmoothingFirst));
-      if (!history) run.filtered.history.clear();
+      if (!history) run.filtered.history.reset();
       run.relinearised.reset();  // saves memory while the run is filtered again
       run.relinearised =
           filtered_about(std::move(smoothed), run.log, run.options, run.found, part_of(told, kSmoothingFirst, 1));
@@ -156,7 +157,7 @@ Replay replay(Log log, const ReplayOptions& options, const ReplayProgress& progr
     run.smoothed = streams ? smoothed_in_pieces(run, options, stage("smoother"), lags)
                            : smooth_rts(run.smoothable(), stage("smoother"), nullptr, &lags);
     if (!history) run.relinearised.reset();
-    if (!history) run.filtered.history.clear();
+    if (!history) run.filtered.history.reset();
     run.smoothed->attitude_correlation_time = correlation_time(lags);
   }
   if (by_batch) {

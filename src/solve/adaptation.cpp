@@ -1,4 +1,4 @@
-#include "piste/solve/adaptation.h"
+#include "solve/adaptation.h"
 
 #include <fmt/format.h>
 

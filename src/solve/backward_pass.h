@@ -11,9 +11,10 @@
 #include "math/square.h"
 #include "model/step_operator.h"
 #include "piste/math/interruption.h"
-#include "piste/solve/noise_score.h"
 #include "piste/solve/rts.h"
 #include "smoothed_parts.h"
+#include "solve/history.h"
+#include "solve/noise_score.h"
 
 namespace piste {
 
@@ -26,10 +27,10 @@ class BackwardPass {
 
   explicit BackwardPass(const FilterRun& run, bool covariance = true)
       : run_(run),
-        layout_(run.begin->layout()),
+        layout_(run.history->layout()),
         covariance_(covariance),
-        steps_(layout_, run.begin->options(), run.begin->world().earth_rate()),
-        about_reference_(run.begin->has_reference()),
+        steps_(layout_, run.history->options(), run.history->earth_rate()),
+        about_reference_(run.history->about_reference()),
         parts_(layout_) {
     lambda_.setZero(layout_.size());
     Lambda_.setZero(layout_.size(), layout_.size());
@@ -43,7 +44,7 @@ class BackwardPass {
   /// `between(row, time, x)` for all other rows of the chunk after that, the first row first.
   template <class Visit>
   void run(std::size_t first, const ProgressCallback& progress, Visit&& visit) {
-    const History& history = run_.history;
+    const History& history = *run_.history;
     for (std::size_t c = history.size(); c-- > 0;) {
       const std::size_t begin = history.first(c), end = c + 1 < history.size() ? history.first(c + 1) : begin;
       if (end <= first && first > 0) return;
@@ -207,7 +208,7 @@ class BackwardPass {
   // What the wanted rows of a chunk need of the filter, filtered again from its beginning. Where a stretch without
   // fixes ends that has wanted rows, the filter's state is kept, too.
   void filter_again(const Chunk& chunk, const FilterState& begin) {
-    const History& history = run_.history;
+    const History& history = *run_.history;
     kept_.clear();
     states_.clear();
     ends_.clear();
@@ -267,7 +268,7 @@ class BackwardPass {
 
   // Sets x_ to the filter's estimate at a row, and returns its time.
   double look_at_row(const Chunk& chunk, const History::Event& event, std::size_t row) {
-    if (run_.history.has_row(event)) return run_.history.row(chunk, event, x_);
+    if (run_.history->has_row(event)) return run_.history->row(chunk, event, x_);
     x_ = run_.solution.estimate(row);
     return run_.solution.time(row);
   }
@@ -297,7 +298,7 @@ class BackwardPass {
   // From the end of a chunk, where the row end − 1 ends, to its beginning.
   template <class Visit>
   void sweep(const Chunk& chunk, std::size_t end, Visit& visit) {
-    const History& history = run_.history;
+    const History& history = *run_.history;
     const std::size_t last = std::max(chunk.first + 1, end) - 1;  // the row that begins the next chunk
     const FilterState begin = history.start(chunk);
     x_ = begin.x;
@@ -369,7 +370,7 @@ class BackwardPass {
   // The smoothed error from the beginning of a chunk on.
   template <class Visit>
   void forward(const Chunk& chunk, std::size_t last, const FilterState& begin, Visit& visit) {
-    const History& history = run_.history;
+    const History& history = *run_.history;
     ErrorVector e = begin.mean - begin.P.lazyProduct(lambda_);
     std::size_t step = 0, row = chunk.first;
     for (const History::Event& event : chunk.events) {

@@ -8,7 +8,9 @@
 
 #include "core/time_search.h"
 #include "piste/math/interruption.h"
+#include "piste/model/measurement_list.h"
 #include "piste/solve/run.h"
+#include "solve/fix_queue.h"
 
 namespace piste {
 

@@ -1,5 +1,3 @@
-#include "piste/solve/filter.h"
-
 #include <fmt/format.h>
 
 #include <cmath>
@@ -8,6 +6,7 @@
 #include "filter_walk.h"
 #include "piste/core/error.h"
 #include "piste/math/statistics.h"
+#include "solve/kalman_filter.h"
 #include "solve/readmission.h"
 
 namespace piste {
@@ -16,7 +15,7 @@ namespace piste {
 // 2008, section 5.10. `state_` is the estimate x with the covariance P of its error.
 
 // x ← f(x, ω_ib, f_ib)        P ← Φ P Φᵀ + Q, with Φ and Q linearised along the step
-Transition Filter::predict(const ImuStep& step, const StepNoise& noise) {
+Transition KalmanFilter::predict(const ImuStep& step, const StepNoise& noise) {
   const Estimate before = state_.x;
   const ImuStep corrected_step = correct(step, before);
   const Vector3d& earth_rate = setup_->world.earth_rate();
@@ -39,7 +38,7 @@ Transition Filter::predict(const ImuStep& step, const StepNoise& noise) {
 }
 
 // z = measured − h(x)        S = H P Hᵀ + R        used if zᵀ S⁻¹ z is within its chi-squared bound, or by Trust
-std::pair<Update, Trust::Ruling> Filter::test(int source, double late, const Linearization& lin) {
+std::pair<Update, Trust::Ruling> KalmanFilter::test(int source, double late, const Linearization& lin) {
   const Update u = innovate(state_.P, layout(), lin);
   if (!(u.nis >= 0) || !std::isfinite(u.nis)) fail("at " + setup_->names[static_cast<std::size_t>(source)]);
   const Trust::Ruling ruling = trust_.rule(source, state_.time, lin, u, gate(lin), state_.x, state_.P);
@@ -59,14 +58,14 @@ std::pair<Update, Trust::Ruling> Filter::test(int source, double late, const Lin
 }
 
 // K = P Hᵀ S⁻¹        δ = K z        P ← (I − K H) P
-ErrorVector Filter::update(const Update& u) {
+ErrorVector KalmanFilter::update(const Update& u) {
   ErrorVector correction = gain(u) * u.residual;
   piste::update(state_.P, u);
   return correction;
 }
 
 // x ← x ⊞ δ        P ← G P Gᵀ, as the error is now that of the new estimate. About a reference, which stays, m ← m + δ.
-ResetJacobian Filter::reset(const ErrorVector& correction) {
+ResetJacobian KalmanFilter::reset(const ErrorVector& correction) {
   if (reference_) {
     state_.mean += correction;
     return reset_jacobian(FullError::Zero());
@@ -77,8 +76,8 @@ ResetJacobian Filter::reset(const ErrorVector& correction) {
   return G;
 }
 
-Filter::Filter(const FilterOptions& options, const World& world, const Start& start,
-               std::shared_ptr<const Reference> reference) {
+KalmanFilter::KalmanFilter(const FilterOptions& options, const World& world, const Start& start,
+                           std::shared_ptr<const Reference> reference) {
   options.validate();
   const StateLayout layout(options.estimate);
   state_ = {start.time, start.x, initial_covariance(layout, options, start), ErrorVector::Zero(layout.size())};
@@ -102,13 +101,13 @@ Filter::Filter(const FilterOptions& options, const World& world, const Start& st
   innovations_.reserve(256);
 }
 
-bool Filter::add(const ImuSample& sample) { return FilterWalk(*this, kUnrecorded).add(sample); }
+bool KalmanFilter::add(const ImuSample& sample) { return FilterWalk(*this, kUnrecorded).add(sample); }
 
-void Filter::add(int sensor, const AnyFix& fix) { FilterWalk(*this, kUnrecorded).add(sensor, fix); }
+void KalmanFilter::add(int sensor, const AnyFix& fix) { FilterWalk(*this, kUnrecorded).add(sensor, fix); }
 
-bool Filter::finish() { return FilterWalk(*this, kUnrecorded).finish(); }
+bool KalmanFilter::finish() { return FilterWalk(*this, kUnrecorded).finish(); }
 
-Estimate Filter::predicted() const {
+Estimate KalmanFilter::predicted() const {
   Estimate x = state_.x;
   if (walker_.has_sample()) {
     mechanize(x, correct(walker_.step(nullptr, units_.get(), x), x), setup_->world.earth_rate(), gravity_);
@@ -117,14 +116,14 @@ Estimate Filter::predicted() const {
 }
 
 // Finds where the reference is at the end of the sample, and the motion to it.
-void Filter::follow_reference(double dt) {
+void KalmanFilter::follow_reference(double dt) {
   target_ = reference_->at(walker_.sample().time).x;
   known_ = motion_between(state_.x, target_, dt, setup_->world.earth_rate(), gravity_);
 }
 
 // At the end of a sample: the estimate becomes that of the reference, and what the sample tells beside it is in the
 // mean. Returns by how much the estimate moved.
-ErrorVector Filter::arrive_at_reference() {
+ErrorVector KalmanFilter::arrive_at_reference() {
   ErrorVector moved = boxminus(state_.x, target_, layout());
   state_.mean += moved;
   state_.x = target_;
@@ -133,7 +132,7 @@ ErrorVector Filter::arrive_at_reference() {
 
 // Where the reference ends: the estimate becomes what is known beside it, and the filter goes on about its own. The
 // covariance stays, as the reference is a smoothed one and near. Returns as above.
-ErrorVector Filter::leave_reference() {
+ErrorVector KalmanFilter::leave_reference() {
   ErrorVector moved = -state_.mean;
   state_.x = boxplus(state_.x, layout(), state_.mean);
   state_.mean.setZero();
@@ -143,7 +142,7 @@ ErrorVector Filter::leave_reference() {
 }
 
 // Of its error.
-double Filter::variance_of(const FixDelay& delay) const {
+double KalmanFilter::variance_of(const FixDelay& delay) const {
   const int own = delay.block ? layout().offset(*delay.block) : -1;
   double variance = own < 0 ? 0 : state_.P(own, own);
   if (const double slope = delay.by_clock_drift; slope != 0) {
@@ -154,20 +153,20 @@ double Filter::variance_of(const FixDelay& delay) const {
 }
 
 // Whether the body certainly moves.
-bool Filter::moves() const {
+bool KalmanFilter::moves() const {
   return !resting() &&
          state_.x.v_wb.norm() > 3 * sigmas_of(setup_->world, state_.x, layout(), state_.P).velocity.norm();
 }
 
 // Returns what it adds to the variances.
-ErrorVector Filter::admit(const Linearization& lin, double lapse) {
+ErrorVector KalmanFilter::admit(const Linearization& lin, double lapse) {
   const ErrorVector before = state_.P.diagonal();
   admit_error(state_.P, layout(), lin, lapse, options().behaviour.trust);
   return state_.P.diagonal() - before;
 }
 
 // Takes information from the scales, and returns the update that does so.
-std::optional<Update> Filter::take_information(const Vector3d& information, Block scales) {
+std::optional<Update> KalmanFilter::take_information(const Vector3d& information, Block scales) {
   if (!layout().has(scales)) return std::nullopt;
   // Not more than the fixes have told: what was known before them, noise does not take.
   const Vector3d before = info(scales).prior(options()).cwiseAbs2();
@@ -178,7 +177,7 @@ std::optional<Update> Filter::take_information(const Vector3d& information, Bloc
   return u;
 }
 
-void Filter::fail(const std::string& where) const {
+void KalmanFilter::fail(const std::string& where) const {
   throw DataError(fmt::format("t = {:.3f} s", state_.time),
                   fmt::format("the filter diverged {}: check units, axes and time stamps of the logs", where));
 }

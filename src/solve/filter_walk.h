@@ -5,7 +5,8 @@
 #include <optional>
 #include <utility>
 
-#include "piste/solve/filter.h"
+#include "core/time_search.h"
+#include "solve/kalman_filter.h"
 
 namespace piste {
 
@@ -27,7 +28,7 @@ inline constexpr Unrecorded kUnrecorded;
 template <class Recorder>
 class FilterWalk {
  public:
-  FilterWalk(Filter& filter, Recorder& recorder) : f_(filter), recorder_(recorder) {}
+  FilterWalk(KalmanFilter& filter, Recorder& recorder) : f_(filter), recorder_(recorder) {}
 
   bool add(const ImuSample& sample) { return f_.walker_.add(sample, *this); }
   void add(int sensor, const AnyFix& fix) { f_.walker_.add(sensor, fix, *this); }
@@ -209,7 +210,7 @@ class FilterWalk {
     recorder_.add_taken_back(told->score, moved, !f_.reference_);
   }
 
-  Filter& f_;
+  KalmanFilter& f_;
   Recorder& recorder_;
 };
 

@@ -1,8 +1,10 @@
-#include "piste/solve/fix_queue.h"
+#include "solve/fix_queue.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
+
+#include "core/time_search.h"
 
 namespace piste {
 

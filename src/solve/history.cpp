@@ -1,11 +1,13 @@
-#include "piste/solve/history.h"
+#include "solve/history.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <span>
 
 #include "core/stored_estimate.h"
-#include "piste/solve/fix_queue.h"
+#include "core/time_search.h"
+#include "solve/fix_queue.h"
+#include "solve/kalman_filter.h"
 
 namespace piste {
 namespace {
@@ -33,13 +35,15 @@ class Reader {
 
 }  // namespace
 
-void History::begin(const FilterState& state, const StateLayout& layout, bool reference, double own_rows_until) {
+void History::begin(const KalmanFilter& filter, double own_rows_until) {
   clear();
-  layout_ = layout;
-  fixed_ = state.x;
-  reference_ = reference;
+  layout_ = filter.layout();
+  options_ = filter.options();
+  earth_rate_ = filter.world().earth_rate();
+  fixed_ = filter.estimate();
+  reference_ = filter.has_reference();
   own_rows_until_ = own_rows_until;
-  open(state);
+  open(filter.state());
 }
 
 void History::open(const FilterState& state) {

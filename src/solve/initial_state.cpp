@@ -1,7 +1,7 @@
 #include "piste/solve/initial_state.h"
 
 #include "piste/math/so3.h"
-#include "piste/model/imu_errors.h"
+#include "model/imu_errors.h"
 
 namespace piste {
 namespace {

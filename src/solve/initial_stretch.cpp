@@ -5,8 +5,10 @@
 #include <numbers>
 #include <utility>
 
-#include "piste/solve/fix_queue.h"
+#include "core/time_search.h"
 #include "piste/solve/rts.h"
+#include "solve/fix_queue.h"
+#include "solve/reference.h"
 
 namespace piste {
 namespace {
@@ -44,9 +46,10 @@ std::shared_ptr<const Reference> trajectory_of(const Solution& rows, const Estim
 
 }  // namespace
 
-std::size_t InitialStretch::rows_of(const Solution& run) const {
+std::size_t InitialStretch::rows_of(const Solution& filtered) const {
   std::size_t count = 0;
-  while (!rows.empty() && count < run.size() && run.time(count) <= rows.time(rows.size() - 1) + kSameInstant) ++count;
+  const double end = rows.empty() ? -1e300 : rows.time(rows.size() - 1) + kSameInstant;
+  while (count < filtered.size() && filtered.time(count) <= end) ++count;
   return count;
 }
 

@@ -1,4 +1,4 @@
-#include "piste/solve/noise_score.h"
+#include "solve/noise_score.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 #include "math/eigenpairs.h"
 #include "math/square.h"
-#include "piste/model/imu_errors.h"
+#include "model/imu_errors.h"
 
 namespace piste {
 namespace {

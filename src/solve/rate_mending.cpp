@@ -1,6 +1,8 @@
-#include "piste/solve/rate_mending.h"
+#include "solve/rate_mending.h"
 
 #include <utility>
+
+#include "solve/update.h"
 
 namespace piste {
 namespace {

@@ -1,4 +1,4 @@
-#include "piste/solve/recent_motion.h"
+#include "solve/recent_motion.h"
 
 namespace piste {
 namespace {

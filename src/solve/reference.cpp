@@ -1,12 +1,13 @@
-#include "piste/solve/reference.h"
+#include "solve/reference.h"
 
 #include <algorithm>
 #include <span>
 #include <utility>
 
 #include "core/stored_estimate.h"
+#include "core/time_search.h"
 #include "piste/math/so3.h"
-#include "piste/solve/fix_queue.h"
+#include "solve/fix_queue.h"
 
 namespace piste {
 

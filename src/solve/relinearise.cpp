@@ -5,6 +5,7 @@
 
 #include "core/time_search.h"
 #include "piste/solve/rts.h"
+#include "solve/reference.h"
 
 namespace piste {
 

@@ -1,4 +1,4 @@
-#include "piste/solve/rest_updates.h"
+#include "solve/rest_updates.h"
 
 #include <utility>
 

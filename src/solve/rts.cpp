@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "backward_pass.h"
+#include "solve/reference.h"
 
 namespace piste {
 namespace {
@@ -63,7 +64,7 @@ class LagCollector {
 };
 
 void check(const FilterRun& run) {
-  if (run.history.empty() || !run.begin) throw std::logic_error("a smoother needs a run with its history");
+  if (!run.history) throw std::logic_error("a smoother needs a run with its history");
 }
 
 // Reverses the order of the rows, which a smoother finds from the last to the first.
@@ -147,7 +148,7 @@ Solution smooth_rts(const FilterRun& run, const ProgressCallback& progress, Smoo
   out.fixed = filtered.fixed;
   std::optional<ReversedRows> reversed;
   if (rows) {
-    reversed.emplace(out, run.history.scratch());
+    reversed.emplace(out, run.history->scratch());
   } else {
     out.resize(run.epochs);
   }
@@ -177,7 +178,7 @@ Reference smoothed_trajectory(const FilterRun& run, const ProgressCallback& prog
       out.start = backward.estimate(state);
     }
     void between(std::size_t, double time, const Estimate& x) { out.add(time, x); }
-  } visit{backward, Reference(run.solution.layout(), run.history.scratch())};
+  } visit{backward, Reference(run.solution.layout(), run.history->scratch())};
   backward.run(0, progress, visit);
   visit.out.close();
   return std::move(visit.out);

@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/time_search.h"
 #include "feeder.h"
 #include "filter_walk.h"
+#include "solve/history.h"
+#include "solve/reference.h"
 
 namespace piste {
 namespace {
@@ -12,7 +15,7 @@ namespace {
 constexpr double kForever = 1e300;  // s
 
 // A row of what the filter has learned of the noise, if it adapts and a second has passed since the last one.
-void note_adapted(const Filter& filter, AdaptedNoise& adapted) {
+void note_adapted(const KalmanFilter& filter, AdaptedNoise& adapted) {
   constexpr double kEvery = 1;  // s
   if (adapted.names.empty() || (!adapted.time.empty() && filter.time() < adapted.time.back() + kEvery)) return;
   adapted.time.push_back(filter.time());
@@ -26,8 +29,7 @@ FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& 
                      const std::shared_ptr<const Reference>& reference, const RowTaker& rows,
                      const std::filesystem::path& scratch) {
   FilterRun run;
-  run.history = History(scratch);
-  Filter filter(options, log.world, start, reference);
+  KalmanFilter filter(options, log.world, start, reference);
   const LogPlace place = place_at(log, start.time, part);
   const std::size_t begin = place.imu, end = place.imu_end;
   const bool goes_on = reference && end > begin && reference->last_time() < log.imu[end - 1].time - kSameInstant,
@@ -69,14 +71,15 @@ FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& 
     give_rows(1);
   };
   if (keep != Keep::kNothing) {
-    run.begin = filter;
+    auto history = std::make_shared<History>(scratch);
     // About a reference the rows are to be replaced, as only a smoother improves on it.
     const bool all_own = rows || !has_rows || keep == Keep::kWholeHistory;
     const double about_until = reference ? reference->last_time() : -kForever;
-    run.history.begin(filter.state(), filter.layout(), filter.has_reference(), all_own ? kForever : about_until);
-    FilterWalk recorded(filter, run.history);
+    history->begin(filter, all_own ? kForever : about_until);
+    FilterWalk recorded(filter, *history);
     filter_all(recorded);
-    run.history.finish(filter.state());
+    history->finish(filter.state());
+    run.history = std::move(history);
   } else {
     filter_all(filter);
   }

@@ -1,4 +1,4 @@
-#include "piste/solve/sample_noise.h"
+#include "solve/sample_noise.h"
 
 #include "piste/math/statistics.h"
 

@@ -4,6 +4,7 @@
 #include <iterator>
 #include <span>
 
+#include "core/time_search.h"
 #include "first_motion.h"
 #include "model/alignment.h"
 #include "own_times.h"

@@ -1,4 +1,4 @@
-#include "piste/solve/trust.h"
+#include "solve/trust.h"
 
 #include <algorithm>
 #include <cmath>

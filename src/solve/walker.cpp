@@ -1,12 +1,13 @@
-#include "piste/solve/walker.h"
+#include "solve/walker.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 
+#include "core/time_search.h"
 #include "piste/core/error.h"
-#include "piste/model/imu_errors.h"
+#include "model/imu_errors.h"
 
 namespace piste {
 namespace {

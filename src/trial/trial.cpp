@@ -6,15 +6,16 @@
 #include <numbers>
 #include <utility>
 
+#include "core/time_search.h"
 #include "piste/condition/pipeline.h"
 #include "piste/condition/rest_detection.h"
 #include "piste/core/error.h"
 #include "piste/replay/replay.h"
 #include "piste/sim/random.h"
 #include "piste/solve/attitude_noise.h"
-#include "piste/solve/fix_queue.h"
 #include "piste/solve/initial_stretch.h"
 #include "piste/solve/rts.h"
+#include "solve/fix_queue.h"
 #include "solve/relinearise.h"
 #include "trial/true_estimate.h"
 

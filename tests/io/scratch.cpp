@@ -1,6 +1,6 @@
 // Blocks of values come back as they were put, from memory and from a file that leaves nothing behind.
 
-#include "piste/io/scratch.h"
+#include "io/scratch.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // The error's transition against the difference of two strapdown runs, and the block algebra against dense matrices.
 
-#include "piste/model/dynamics.h"
+#include "model/dynamics.h"
 
 #include <gtest/gtest.h>
 

@@ -4,10 +4,10 @@
 
 #include <array>
 
-#include "piste/model/dynamics.h"
+#include "model/dynamics.h"
 #include "piste/model/imu_parity.h"
 #include "piste/solve/initial_state.h"
-#include "piste/solve/update.h"
+#include "solve/update.h"
 #include "support/random.h"
 
 namespace piste {

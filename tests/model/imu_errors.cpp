@@ -1,4 +1,4 @@
-#include "piste/model/imu_errors.h"
+#include "model/imu_errors.h"
 
 #include <gtest/gtest.h>
 

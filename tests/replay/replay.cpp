@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <map>
 
+#include "core/time_search.h"
 #include "piste/consistency/verdict.h"
 #include "piste/io/solution_io.h"
 #include "piste/solve/attitude_noise.h"

@@ -10,6 +10,7 @@
 #include <limits>
 #include <numbers>
 
+#include "core/time_search.h"
 #include "piste/core/error.h"
 #include "piste/solve/run.h"
 #include "support/simulated_case.h"

@@ -1,6 +1,6 @@
 // What a filter learns of noise: its sensitivity against differences of two filters, and factors against the truth.
 
-#include "piste/solve/adaptation.h"
+#include "solve/adaptation.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include "piste/solve/recent_motion.h"
 #include "piste/solve/run.h"
 #include "solve/own_times.h"
+#include "solve/recent_motion.h"
 #include "support/synthetic_log.h"
 
 namespace piste::test {

@@ -1,8 +1,10 @@
-#include "piste/solve/fix_queue.h"
+#include "solve/fix_queue.h"
 
 #include <gtest/gtest.h>
 
 #include <vector>
+
+#include "core/time_search.h"
 
 namespace piste {
 namespace {

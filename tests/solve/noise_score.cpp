@@ -1,6 +1,6 @@
 // What noise tells of the scales: the formula, what a bias hides, and when nothing is said.
 
-#include "piste/solve/noise_score.h"
+#include "solve/noise_score.h"
 
 #include <gtest/gtest.h>
 
@@ -12,8 +12,8 @@
 
 #include "piste/math/so3.h"
 #include "piste/math/statistics.h"
-#include "piste/model/imu_errors.h"
-#include "piste/solve/update.h"
+#include "model/imu_errors.h"
+#include "solve/update.h"
 #include "support/random.h"
 
 namespace piste {

@@ -3,10 +3,10 @@
 #include <gtest/gtest.h>
 
 #include "piste/solve/initial_state.h"
-#include "piste/solve/rest_updates.h"
-#include "piste/solve/sample_noise.h"
 #include "solve/filter_walk.h"
 #include "solve/readmission.h"
+#include "solve/rest_updates.h"
+#include "solve/sample_noise.h"
 #include "support/blocks.h"
 #include "support/random.h"
 #include "support/synthetic_log.h"

@@ -1,6 +1,6 @@
 // Whose a disagreement is, residual by residual: no filter runs here.
 
-#include "piste/solve/trust.h"
+#include "solve/trust.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "piste/solve/update.h"
+#include "solve/update.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // The walk over a log: which steps and measurements come out, and in what order.
 
-#include "piste/solve/walker.h"
+#include "solve/walker.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

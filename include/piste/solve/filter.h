@@ -1,45 +1,38 @@
 #pragma once
-/// The navigation filter: an error-state Kalman filter with feedback, which takes one IMU sample or fix at a time. Use
-/// it directly in a program in real time; `run_filter` (run.h) feeds it a whole log.
+/// The navigation filter, which takes one IMU sample or fix at a time: an error-state Kalman filter with feedback
+/// (Groves 2013, section 14.2). Use it directly in a program in real time; `run_filter` (run.h) feeds it a whole log.
 ///
-///     IMU samples, fixes → Walker ┬ step ─→ predict ───────────────────────────┐
-///                                 └ fix ──→ measurement model → test → update → reset → estimate, covariance
-///                                                                │ Trust
-///                                    RateMending, NoiseScore, Adaptation, admit_error
-///
-/// The filter is always one IMU sample behind the newest, as the walk is (walker.h).
+///     Filter filter(options, world, start);
+///     filter.add(0, fix);                       // the first receiver's, before the samples that pass it
+///     if (filter.add(sample)) show(filter.time(), filter.estimate(), filter.covariance());
 
 #include <array>
-#include <memory>
-#include <optional>
+#include <cstddef>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "piste/core/solution.h"
-#include "piste/solve/adaptation.h"
+#include "piste/model/measurement_list.h"
 #include "piste/solve/filter_state.h"
 #include "piste/solve/initial_state.h"
-#include "piste/solve/noise_score.h"
-#include "piste/solve/rate_mending.h"
-#include "piste/solve/recent_motion.h"
-#include "piste/solve/reference.h"
-#include "piste/solve/standing_force.h"
-#include "piste/solve/trust.h"
-#include "piste/solve/walker.h"
 
 namespace piste {
 
-/// The filter. `Trust` decides which fixes it uses. When it uses a fix from outside its gate, it adds the error that
-/// the fix reveals to its covariance. A copy of a filter has its whole state: two copies that get the same input give
-/// the same bytes.
+class KalmanFilter;  // src/solve/kalman_filter.h
+
+/// The filter. A fix outside its gate is rejected, unless fault detection shows that the filter is wrong: then the
+/// covariance is inflated by the error that the fix reveals. The filter is always one IMU sample behind the newest. A
+/// copy of a filter has its whole state: two copies that get the same input give the same bytes.
 class Filter {
  public:
-  /// With a `reference` of the same log the filter is linearised about it: estimate() is then the reference, and mean()
-  /// how far the best estimate is from it. Throws ConfigError if the options are not valid.
-  Filter(const FilterOptions& options, const World& world, const Start& start,
-         std::shared_ptr<const Reference> reference = nullptr);
+  /// Throws ConfigError if the options are not valid.
+  Filter(const FilterOptions& options, const World& world, const Start& start);
+  Filter(const Filter& other);
+  Filter(Filter&& other) noexcept;
+  Filter& operator=(const Filter& other);
+  Filter& operator=(Filter&& other) noexcept;
+  ~Filter();
 
   /// Adds the next IMU sample, and processes the sample before it. Returns true if there was one: time(), estimate()
   /// and covariance() are then those of its end. All fixes up to that time must have been added before. No heap.
@@ -59,79 +52,29 @@ class Filter {
 
   /// How far ahead of the samples fixes must be added so that each is used at the time where it belongs [s]: the
   /// longest delay, and a second more if one is estimated. 0 without delays.
-  double look_ahead() const { return walker_.look_ahead(); }
+  double look_ahead() const;
 
-  double time() const { return state_.time; }
-  const Estimate& estimate() const { return state_.x; }
-  const Covariance& covariance() const { return state_.P; }
-  bool has_reference() const { return reference_.has_value(); }
-  /// The best estimate is estimate() ⊞ mean(). Zero without a reference.
-  const ErrorVector& mean() const { return state_.mean; }
-  const StateLayout& layout() const { return walker_.layout(); }
-  const World& world() const { return setup_->world; }
-  /// Names of the sources, by Innovation::source.
-  const std::vector<std::string>& sources() const { return setup_->names; }
+  double time() const { return state().time; }
+  const Estimate& estimate() const { return state().x; }
+  const Covariance& covariance() const { return state().P; }
+  const FilterState& state() const;  ///< the current state
+  const StateLayout& layout() const;
+  const World& world() const;
+  const FilterOptions& options() const;
+  const std::vector<std::string>& sources() const;  ///< names of the sources, by Innovation::source
   /// The estimate advanced to the newest sample, for a display that cannot wait for the next one. Without covariance.
   Estimate predicted() const;
-  /// Innovations since the last call to clear_innovations().
-  std::span<const Innovation> innovations() const { return innovations_; }
-  void clear_innovations() { innovations_.clear(); }
-  /// What it has learned of the noise so far.
-  const Adaptation& adaptation() const { return adaptation_; }
-  /// Number of fixes that came too late.
-  std::size_t late() const { return walker_.late(); }
-
-  /// What it is now.
-  const FilterState& state() const { return state_; }
-  const FilterOptions& options() const { return walker_.options(); }
+  std::span<const Innovation> innovations() const;  ///< since the last call to clear_innovations()
+  void clear_innovations();
+  std::size_t late() const;  ///< number of fixes that came too late
 
  private:
-  template <class Recorder>
-  friend class FilterWalk;  // src/solve/filter_walk.h: takes the walker's steps and fixes through the functions here
+  const KalmanFilter& kalman() const;
+  KalmanFilter& kalman();
 
-  struct Setup {  // what does not change; shared between copies
-    World world;
-    std::array<double, 4> gate{};  // chi-squared bound by number of rows
-    std::vector<std::string> names;
-  };
-
-  // The Kalman filter.
-  Transition predict(const ImuStep& step, const StepNoise& noise);
-  std::pair<Update, Trust::Ruling> test(int source, double late, const Linearization& lin);
-  ErrorVector update(const Update& u);
-  ResetJacobian reset(const ErrorVector& correction);
-
-  // About a reference.
-  void follow_reference(double dt);
-  ErrorVector arrive_at_reference();
-  ErrorVector leave_reference();
-
-  ErrorVector admit(const Linearization& lin, double lapse);
-  std::optional<Update> take_information(const Vector3d& information, Block scales);
-  void find_delays() { walker_.find_delays(state_.time, state_.x); }
-  double variance_of(const FixDelay& delay) const;
-  double gate(const Linearization& lin) const { return setup_->gate[static_cast<std::size_t>(lin.rows)]; }
-  bool resting() const { return walker_.at_rest(); }
-  // Where a boresight is estimated, a reference determines the attitude far better than rest does tilt and bias.
-  bool stands() const { return resting() && !layout().has(Block::kBoresight); }
-  bool moves() const;
-  [[noreturn]] void fail(const std::string& where) const;
-
-  std::shared_ptr<const Setup> setup_;
-  Walker walker_;
-  FilterState state_;
-  std::shared_ptr<const UnitScales> units_;  // of several IMUs; null if their scales act along the axes of the body
-  Gravity gravity_;  // as a linear function: where the last step began it is within 4e-9 m/s² of normal gravity
-  MotionMean motion_;
-  StandingForce standing_;
-  Trust trust_;
-  std::vector<Innovation> innovations_;
-  std::optional<Reference::Reader> reference_;  // at the row of the sample that is processed
-  Estimate target_;                             // its estimate
-  BodyMotion known_;                            // the motion to it
-  RateMending mending_;
-  NoiseScore noise_score_;
-  Adaptation adaptation_;
+  // In place, so that neither a copy nor an epoch needs the heap; its size is checked where it is known.
+  static constexpr std::size_t kSize = 200000;
+  alignas(64) std::array<std::byte, kSize> storage_;
 };
 
 }  // namespace piste

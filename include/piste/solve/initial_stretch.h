@@ -3,7 +3,6 @@
 
 #include <memory>
 
-#include "piste/solve/reference.h"
 #include "piste/solve/run.h"
 #include "piste/solve/start.h"
 
@@ -18,8 +17,8 @@ struct InitialStretch {
   Solution rows;
   std::shared_ptr<const Reference> about = nullptr;  ///< the trajectory about which the rows are linearised
 
-  /// How many rows of the solution of a run, which are one per epoch, lie within the stretch.
-  std::size_t rows_of(const Solution& run) const;
+  /// How many rows of a filtered solution lie within the stretch.
+  std::size_t rows_of(const Solution& filtered) const;
 };
 
 /// Filters and smooths the initial stretch, and again about that trajectory until it converges (the iterated Kalman

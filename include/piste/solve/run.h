@@ -9,9 +9,11 @@
 #include <vector>
 
 #include "piste/solve/filter.h"
-#include "piste/solve/history.h"
 
 namespace piste {
+
+class History;    // src/solve/history.h
+class Reference;  // src/solve/reference.h
 
 /// What of a log a filter takes.
 struct LogPart {
@@ -30,9 +32,9 @@ enum class Keep {
 /// A filtered run, and what a smoother needs of it.
 struct FilterRun {
   Solution solution;
-  std::size_t epochs = 0;       ///< IMU epochs that were filtered: the rows of the solution, unless about a reference
-  std::optional<Filter> begin;  ///< the filter at the start, if the history is kept
-  History history;              ///< from there on; without rows that it can take from the solution
+  std::size_t epochs = 0;  ///< IMU epochs that were filtered: the rows of the solution, unless about a reference
+  /// All that the filter did, for a smoother; null if it is not kept. Without rows that it can take from the solution.
+  std::shared_ptr<const History> history = nullptr;
 };
 
 /// Called now and then with the fraction of the work that is done. May be empty.
@@ -53,7 +55,7 @@ inline constexpr std::size_t kRowsAtOnce = 1024;  // some hundred kilobytes
 /// Filters a log, from the time of `start` on. The result has the same bytes as that of a Filter that is fed sample by
 /// sample.
 /// `part`: of the log, which samples.
-/// `reference`: a smoothed run of the same log about which this one is linearised (solve/reference.h), as far as it
+/// `reference`: a smoothed run of the same log about which this one is linearised (src/solve/reference.h), as far as it
 /// goes. If it goes to the end, the solution has no rows, as only a smoother tells what is better than the reference.
 /// `rows`: takes the rows of the solution, which then has none in the end. `scratch`: the folder of a file that has the
 /// history, which otherwise is in memory.

@@ -9,7 +9,7 @@
 #include "piste/core/behaviour.h"
 #include "piste/core/solution.h"
 #include "piste/model/measurement_list.h"
-#include "piste/solve/update.h"
+#include "solve/update.h"
 
 namespace piste {
 

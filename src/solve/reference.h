@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "piste/core/estimate.h"
-#include "piste/io/scratch.h"
+#include "io/scratch.h"
 #include "piste/model/measurement.h"
 
 namespace piste {

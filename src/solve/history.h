@@ -11,12 +11,14 @@
 #include <utility>
 #include <vector>
 
-#include "piste/io/scratch.h"
-#include "piste/model/dynamics.h"
+#include "io/scratch.h"
+#include "model/dynamics.h"
 #include "piste/solve/filter_state.h"
-#include "piste/solve/noise_score.h"
+#include "solve/noise_score.h"
 
 namespace piste {
+
+class KalmanFilter;
 
 /// Records what a filter does in a run (it calls the functions from src/solve/filter_walk.h), and reads it back.
 class History {
@@ -55,9 +57,9 @@ class History {
   explicit History(std::filesystem::path scratch) : folder_(std::move(scratch)), scratch_(folder_) {}
   History() : History(std::filesystem::path()) {}
 
-  /// Begins with the state of a filter. `reference`: whether it is linearised about one, and has a mean. The estimates
-  /// at the ends of epochs up to the time `own_rows_until` are kept, too.
-  void begin(const FilterState& state, const StateLayout& layout, bool reference, double own_rows_until);
+  /// Begins with the state of a filter. The estimates at the ends of epochs up to the time `own_rows_until` are kept,
+  /// too.
+  void begin(const KalmanFilter& filter, double own_rows_until);
   void add_step(const Transition& t);
   /// A correction that moves the mean about a reference, or nothing.
   void add_correction(const Update& u);
@@ -91,6 +93,10 @@ class History {
   TakenBack taken_back(const Chunk& chunk, const Event& event) const;
   ErrorVector admitted(const Chunk& chunk, const Event& event) const;
   ErrorVector moved(const Chunk& chunk, const Event& event) const;
+  const StateLayout& layout() const { return layout_; }
+  const FilterOptions& options() const { return options_; }
+  const Vector3d& earth_rate() const { return earth_rate_; }
+  bool about_reference() const { return reference_; }  ///< whether the filter was linearised about one, and has a mean
   /// Whether the end of an epoch has the filter's estimate; otherwise the row of the run's solution is that estimate.
   bool has_row(const Event& event) const { return event.other != 0; }
   /// Sets `x` to the estimate at the end of an epoch, and returns its time. @pre has_row(). Of what is not estimated,
@@ -121,6 +127,8 @@ class History {
   double opened_ = 0;          // its beginning
   std::size_t constants_ = 0;  // where in it the last constants of an estimate stand
   StateLayout layout_;
+  FilterOptions options_;
+  Vector3d earth_rate_ = Vector3d::Zero();
   Estimate fixed_;  // what is not estimated
   bool reference_ = false;
   double own_rows_until_ = 1e300;

@@ -21,11 +21,12 @@
 #include <utility>
 #include <vector>
 
+#include "core/time_search.h"
 #include "piste/model/rate_regression.h"
-#include "piste/model/unit_scales.h"
-#include "piste/solve/fix_queue.h"
-#include "piste/solve/rest_updates.h"
-#include "piste/solve/sample_noise.h"
+#include "model/unit_scales.h"
+#include "solve/fix_queue.h"
+#include "solve/rest_updates.h"
+#include "solve/sample_noise.h"
 
 namespace piste {
 

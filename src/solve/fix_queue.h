@@ -10,8 +10,6 @@
 
 namespace piste {
 
-inline constexpr double kSameInstant = 1e-6;  ///< s: times that differ by less are the same
-
 /// One channel of a fix in the queue: position and velocity of a receiver may belong to different times.
 struct QueuedFix {
   double time = 0;  ///< of the fix, as its source states it

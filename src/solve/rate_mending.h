@@ -4,7 +4,7 @@
 
 #include <optional>
 
-#include "piste/model/dynamics.h"
+#include "model/dynamics.h"
 #include "piste/model/measurement.h"
 #include "piste/solve/filter_state.h"
 

@@ -23,9 +23,9 @@
 #include <vector>
 
 #include "piste/core/options.h"
-#include "piste/model/dynamics.h"
+#include "model/dynamics.h"
 #include "piste/model/measurement_list.h"
-#include "piste/solve/update.h"
+#include "solve/update.h"
 
 namespace piste {
 

@@ -6,7 +6,7 @@
 
 #include "piste/core/log.h"
 #include "piste/core/options.h"
-#include "piste/model/dynamics.h"
+#include "model/dynamics.h"
 
 namespace piste {
 

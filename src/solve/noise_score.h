@@ -58,7 +58,7 @@
 #include <optional>
 
 #include "piste/core/options.h"
-#include "piste/solve/update.h"
+#include "solve/update.h"
 
 namespace piste {
 

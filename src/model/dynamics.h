@@ -12,9 +12,9 @@
 /// mechanization with δv = ν + θ × v̂ and the Jacobi identity.
 
 #include "piste/core/options.h"
-#include "piste/model/imu_errors.h"
+#include "model/imu_errors.h"
 #include "piste/model/strapdown.h"
-#include "piste/model/unit_scales.h"
+#include "model/unit_scales.h"
 
 namespace piste {
 
