@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "piste/model/gnss.h"
-#include "piste/solve/rts.h"
+#include "piste/smoother/rts.h"
 #include "support/synthetic_log.h"
 
 namespace {

@@ -201,7 +201,7 @@ def replay(
 
 
 class Filter(_piste.Filter):
-    """The navigation filter, sample by sample or in batches (C++: piste/solve/filter.h).
+    """The navigation filter, sample by sample or in batches (C++: piste/filter/filter.h).
 
     `config` and `keys`: as of replay(); the logs named there are not read. The start: GPS seconds of week, degrees and
     metres (latitude, longitude, height), m/s (north, east, down), degrees (roll, pitch, heading), and their sigmas.
@@ -226,7 +226,7 @@ class Filter(_piste.Filter):
 
 
 class Live(_piste.Live):
-    """Real-time navigation: raw rows and fixes in; standstill, start and filter inside (C++: piste/solve/live.h).
+    """Real-time navigation: raw rows and fixes in; standstill, start and filter inside (C++: piste/live/live.h).
 
     `config` and `keys`: as of replay(); the logs named there are not read.
     """

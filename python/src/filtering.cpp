@@ -16,9 +16,9 @@
 #include "bindings.h"
 #include "core/fix_faults.h"
 #include "piste/core/error.h"
+#include "piste/live/live.h"
 #include "piste/model/measurement_list.h"
 #include "piste/replay/replay.h"
-#include "piste/solve/live.h"
 #include "run.h"
 
 namespace piste::python {

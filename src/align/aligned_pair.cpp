@@ -9,10 +9,10 @@ namespace piste {
 
 void for_each_pair(const AlignConfig& config, const std::function<void(std::size_t, std::size_t)>& progress,
                    const std::function<void(const AlignedPair&)>& take) {
-  const auto told = [&](std::size_t done) {
+  const auto report = [&](std::size_t done) {
     if (progress) progress(done, config.imus.size());
   };
-  told(0);
+  report(0);
   const Log reference = condition_imu(read_imu(config.reference.source), config.reference.conditioning);
   std::size_t done = 0;
   for (const MountedImu& imu : config.imus) {
@@ -29,7 +29,7 @@ void for_each_pair(const AlignConfig& config, const std::function<void(std::size
                             .name = imu.source.log.file});
     pair.aligned = bring_together(pair.body, pair.reference, pair.alignment);
     take(pair);
-    told(++done);
+    report(++done);
   }
 }
 

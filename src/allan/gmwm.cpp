@@ -397,7 +397,7 @@ double most_unseen(const Moments& moments, const Model& model, ProcessKind kind)
 }
 
 // Without the scales at which so few independent clusters are averaged that χ² is far from normal.
-AllanCurve told_scales(AllanCurve curve) {
+AllanCurve determined_scales(AllanCurve curve) {
   constexpr std::size_t kClusters = 4;  // beyond the first two: some five degrees of freedom
   std::erase_if(curve.scales, [](const AllanScale& s) { return s.terms < kClusters * s.samples; });
   return curve;
@@ -428,7 +428,7 @@ const FittedProcess* GmwmFit::find(ProcessKind kind) const {
 
 GmwmFit fit_gmwm(const AllanCurve& whole, const GmwmOptions& options) {
   constexpr std::size_t kFewest = 4;
-  const AllanCurve curve = told_scales(whole);
+  const AllanCurve curve = determined_scales(whole);
   constexpr int kRounds = 4;
   constexpr double kRefused = 0.05, kMostError = 1;
   const std::size_t scales = curve.scales.size();

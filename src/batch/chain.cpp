@@ -4,13 +4,13 @@
 #include <optional>
 
 #include "core/time_search.h"
+#include "filter/feeder.h"
+#include "filter/recent_motion.h"
+#include "filter/standing_force.h"
 #include "math/parallel.h"
 #include "model/imu_errors.h"
 #include "model/unit_scales.h"
-#include "solve/feeder.h"
-#include "solve/recent_motion.h"
-#include "solve/standing_force.h"
-#include "solve/walker.h"
+#include "walker/walker.h"
 
 namespace piste {
 namespace {
@@ -71,9 +71,9 @@ class ChainLayer {
 
   void begin_step(const ImuStep& step) {
     target_ = reference_.at(walker_.sample().time).x;
-    told_ = motion_between(x_, target_, step.dt, world_.earth_rate(), gravity_);
+    reference_motion_ = motion_between(x_, target_, step.dt, world_.earth_rate(), gravity_);
     if (const Vector3d* force = standing_.add(walker_.at_rest(), target_, gravity_.value, step.dt)) {
-      told_ = {.rate = Vector3d::Zero(), .force = *force};
+      reference_motion_ = {.rate = Vector3d::Zero(), .force = *force};
     }
   }
 
@@ -127,7 +127,7 @@ class ChainLayer {
  private:
   void add_step(const ImuStep& step) {
     motion_.add(step, x_.q_wb);
-    chain_.steps.push_back({step, walker_.noise(), told_});
+    chain_.steps.push_back({step, walker_.noise(), reference_motion_});
   }
 
   void node_here() {
@@ -153,7 +153,7 @@ class ChainLayer {
   Gravity gravity_;
   Walker walker_;
   std::size_t pending_ = 0;  // first step since the last node
-  BodyMotion told_;
+  BodyMotion reference_motion_;
   StandingForce standing_;
   MotionMean motion_;
   Chain& chain_;
@@ -182,9 +182,9 @@ void sum_up(Chain& chain, std::size_t i, bool known, ProcessSteps& processes) {
     processes.over(s.step.dt);
     const DriftStep &gyro = processes.of(Block::kGyroDrift), &accel = processes.of(Block::kAccelDrift);
     if (known) {
-      add_to_scales(interval.sum.by_imu, sum.move(s.step, gyro, accel), s.told);
+      add_to_scales(interval.sum.by_imu, sum.move(s.step, gyro, accel), s.reference);
     } else {
-      sum.add(s.step, s.noise, s.told, gyro, accel);
+      sum.add(s.step, s.noise, s.reference, gyro, accel);
     }
   }
   if (known) {

@@ -9,12 +9,12 @@
 #include <utility>
 #include <vector>
 
+#include "filter/reference.h"
 #include "layout.h"
 #include "model/preintegration.h"
+#include "piste/filter/initial_state.h"
 #include "piste/model/measurement_list.h"
-#include "piste/solve/initial_state.h"
-#include "solve/fix_queue.h"
-#include "solve/reference.h"
+#include "walker/fix_queue.h"
 
 namespace piste {
 
@@ -35,7 +35,7 @@ struct ImuErrors {
 struct ChainStep {
   ImuStep step;
   StepNoise noise;
-  BodyMotion told;  ///< the motion of the reference
+  BodyMotion reference;  ///< the motion of the reference
 };
 
 /// What lies between node i and node i + 1: steps [first, last) of the chain.

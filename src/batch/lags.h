@@ -2,7 +2,7 @@
 // How the attitude's errors of a batch go together over time.
 
 #include "normal.h"
-#include "piste/solve/attitude_lag.h"
+#include "piste/smoother/attitude_lag.h"
 
 namespace piste {
 

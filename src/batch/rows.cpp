@@ -157,7 +157,7 @@ class Bridge {
       const ChainStep& s = chain.steps[k];
       processes.over(s.step.dt);
       const SumStep step =
-          sum.add(s.step, s.noise, s.told, processes.of(Block::kGyroDrift), processes.of(Block::kAccelDrift));
+          sum.add(s.step, s.noise, s.reference, processes.of(Block::kGyroDrift), processes.of(Block::kAccelDrift));
       sums_.push_back(sum.sum());
       transitions_.push_back(transition(step, processes));
       left.tail(left.size() - 9).array() *= transitions_.back().diagonal().tail(left.size() - 9).array();

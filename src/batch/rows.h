@@ -4,7 +4,7 @@
 #include <functional>
 
 #include "math/arrow_matrix.h"
-#include "piste/solve/rts.h"
+#include "piste/smoother/rts.h"
 #include "solver.h"
 
 namespace piste {

@@ -48,7 +48,7 @@ Vector3d leap_to(const std::vector<GnssFix>& fixes, std::size_t k, double& sigma
   return leap.norm() > kSigmas * sigma + moved ? leap : Vector3d::Zero();
 }
 
-std::vector<Level> levels_of(const std::vector<GnssFix>& fixes, const TrustOptions& options) {
+std::vector<Level> levels_of(const std::vector<GnssFix>& fixes, const FaultDetectionOptions& options) {
   const double end = fixes.front().time + 2 * options.distrust;
   std::vector<Level> levels(1);
   for (std::size_t k = 1; k < fixes.size() && fixes[k].time < end; ++k) {
@@ -66,7 +66,7 @@ std::vector<Level> levels_of(const std::vector<GnssFix>& fixes, const TrustOptio
 
 }  // namespace
 
-FirstFixes widen_first_fixes(std::vector<GnssFix>& fixes, const TrustOptions& options, const World& world) {
+FirstFixes widen_first_fixes(std::vector<GnssFix>& fixes, const FaultDetectionOptions& options, const World& world) {
   constexpr double kFarLonger = 3;  // a receiver that leaps half-way is left to the filter
   if (fixes.size() < 4) return {};
   const std::vector<Level> levels = levels_of(fixes, options);

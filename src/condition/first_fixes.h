@@ -13,6 +13,6 @@ namespace piste {
 /// positions leap, and stay elsewhere for three times as long as at the beginning, the first fixes are taken to be
 /// wrong. This is tested within twice the longest exclusion of a receiver. The sigmas of the first fixes then grow so
 /// that the sigma of their mean is its error.
-FirstFixes widen_first_fixes(std::vector<GnssFix>& fixes, const TrustOptions& options, const World& world);
+FirstFixes widen_first_fixes(std::vector<GnssFix>& fixes, const FaultDetectionOptions& options, const World& world);
 
 }  // namespace piste

@@ -24,12 +24,12 @@ struct Rows {
   std::vector<double> time;
   std::vector<Vector3d> gyro, accel;
   std::vector<std::uint8_t> clipped_gyro, clipped_accel;  // bit i: axis i stood at the range or beyond
-  std::map<std::size_t, GapNoise> mended;                 // by row, of those that held a spike
+  std::map<std::size_t, GapNoise> interpolated;           // by row, of those that held a spike
 
-  std::optional<GapNoise> mended_at(std::size_t i) const {
-    if (mended.empty()) return std::nullopt;
-    const auto found = mended.find(i);
-    return found == mended.end() ? std::nullopt : std::optional(found->second);
+  std::optional<GapNoise> interpolated_at(std::size_t i) const {
+    if (interpolated.empty()) return std::nullopt;
+    const auto found = interpolated.find(i);
+    return found == interpolated.end() ? std::nullopt : std::optional(found->second);
   }
 };
 
@@ -54,7 +54,7 @@ Rows rows_in_span(ImuRecording& recording, const ConditioningOptions& options, L
             .accel = std::move(recording.accel),
             .clipped_gyro = {},
             .clipped_accel = {},
-            .mended = {}};
+            .interpolated = {}};
   std::size_t count = 0;
   for (std::size_t i = 0; i < rows.time.size(); ++i) {
     const double t = gps_time(options.imu, first, rows.time[i]);
@@ -132,7 +132,7 @@ void mend_spikes(Rows& rows, std::vector<Vector3d>& values, std::vector<std::uin
                  const std::vector<Spike>& spikes, double period, float GapNoise::*density) {
   for (const Spike& s : spikes) {
     for (std::size_t i = s.row; i < s.row + s.count; ++i) {
-      float& noise = rows.mended[i].*density;
+      float& noise = rows.interpolated[i].*density;
       noise = std::max(noise, static_cast<float>(s.spread * std::sqrt(period)));
       clipped[i] = static_cast<std::uint8_t>(clipped[i] & ~(1U << static_cast<unsigned>(s.axis)));
     }
@@ -147,7 +147,7 @@ void mend_spikes(Rows& rows, const RowGaps& gaps, bool increments, const SpikeOp
               find_spikes(rows.time, gaps, rows.gyro, period, options.gyro, options), gaps.period, &GapNoise::gyro);
   mend_spikes(rows, rows.accel, rows.clipped_accel,
               find_spikes(rows.time, gaps, rows.accel, period, options.accel, options), gaps.period, &GapNoise::accel);
-  counts.imu_spikes = rows.mended.size();
+  counts.imu_spikes = rows.interpolated.size();
 }
 
 // The items of a vector in pieces, each of which is freed after its use.
@@ -224,7 +224,7 @@ class Incrementer {
                           .dvel = unit * accel[i],
                           .clipped_gyro = rows_.clipped_gyro[i],
                           .clipped_accel = rows_.clipped_accel[i],
-                          .mended = rows_.mended_at(i)});
+                          .interpolated = rows_.interpolated_at(i)});
     }
   }
 
@@ -249,14 +249,14 @@ class Incrementer {
     for (std::size_t k = 0; k + 1 < size; ++k) {
       const std::uint8_t gyro_next = rows_.clipped_gyro[begin + k + 1];
       const std::uint8_t accel_next = rows_.clipped_accel[begin + k + 1];
-      const std::optional<GapNoise> next = rows_.mended_at(begin + k + 1);
+      const std::optional<GapNoise> next = rows_.interpolated_at(begin + k + 1);
       log_.imu.push_back({.time = time[k + 1],
                           .interval = time[k + 1] - time[k],
                           .dtheta = gyro.integral(k),
                           .dvel = accel.integral(k),
                           .clipped_gyro = either(gyro_flags, gyro_next),
                           .clipped_accel = either(accel_flags, accel_next),
-                          .mended = next ? next : rows_.mended_at(begin + k)});
+                          .interpolated = next ? next : rows_.interpolated_at(begin + k)});
       gyro_flags = gyro_next;
       accel_flags = accel_next;
     }

@@ -114,7 +114,7 @@ BodySignals::BodySignals(const std::vector<ImuSample>& imu) {
     gyro.emplace_back(s.dtheta / s.interval);
     accel.emplace_back(s.dvel / s.interval);
     const auto not_in = [&](std::uint8_t clipped) {
-      return static_cast<std::uint8_t>(s.gap || s.mended ? 0 : 7 & ~clipped);
+      return static_cast<std::uint8_t>(s.gap || s.interpolated ? 0 : 7 & ~clipped);
     };
     usable.push_back({not_in(s.clipped_gyro), not_in(s.clipped_accel)});
     intervals.push_back(s.interval);

@@ -156,13 +156,13 @@ void take_means(const CombinedTriad& gyro, const CombinedTriad& accel, Log& log)
     };
     if (s.gap && (silent(gyro) || silent(accel))) continue;  // stays as filled for the first IMU alone
     s.gap.reset();
-    s.mended.reset();
+    s.interpolated.reset();
     s.clipped_gyro = rate.missing;
     s.clipped_accel = force.missing;
     s.dtheta = s.interval * rate.value;
     s.dvel = s.interval * force.value;
     const GapNoise added{static_cast<float>(largest_density(rate)), static_cast<float>(largest_density(force))};
-    if (added.gyro > 0 || added.accel > 0) s.mended = added;
+    if (added.gyro > 0 || added.accel > 0) s.interpolated = added;
   }
 }
 

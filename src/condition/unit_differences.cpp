@@ -142,11 +142,11 @@ class Combiner {
   double noise_variance(std::size_t i, int axis, const UnitWindow& window) const {
     return std::max(density_[i] / window.duration, shown_[i](axis));
   }
-  bool tells(std::size_t i, std::size_t w, int axis) const { return !excluded_[i] && says(bad_[i][w], axis); }
+  bool informs(std::size_t i, std::size_t w, int axis) const { return !excluded_[i] && says(bad_[i][w], axis); }
 
-  std::size_t telling(std::size_t w, int axis) const {
+  std::size_t informative_imus(std::size_t w, int axis) const {
     std::size_t count = 0;
-    for (std::size_t i = 0; i < count_; ++i) count += tells(i, w, axis) ? 1 : 0;
+    for (std::size_t i = 0; i < count_; ++i) count += informs(i, w, axis) ? 1 : 0;
     return count;
   }
 
@@ -166,8 +166,8 @@ class Combiner {
   Vector3d signal_in(std::size_t w) const {
     Vector3d out;
     for (int axis = 0; axis < 3; ++axis) {
-      const auto [mean, all] =
-          weighted([&](std::size_t i) { return tells(i, w, axis); }, [&](std::size_t i) { return means_[i][w](axis); });
+      const auto [mean, all] = weighted([&](std::size_t i) { return informs(i, w, axis); },
+                                        [&](std::size_t i) { return means_[i][w](axis); });
       out(axis) =
           all > 0 ? mean
                   : weighted([](std::size_t) { return true; }, [&](std::size_t i) { return means_[i][w](axis); }).first;
@@ -186,18 +186,18 @@ class Combiner {
       calm_[wrong] = 0;
     }
     for (int axis = 0; axis < 3; ++axis) {
-      const std::size_t told = telling(w, axis);
-      if (told < 2) continue;
+      const std::size_t informative = informative_imus(w, axis);
+      if (informative < 2) continue;
       const std::vector<double> r = residuals(w, axis);
       for (std::size_t i = 0; i < count_; ++i) {
-        if (!tells(i, w, axis)) continue;
+        if (!informs(i, w, axis)) continue;
         Difference& d = difference(i, axis);
         const double variance = noise_variance(i, axis, window);
         const double predicted = d.variance(signal_) + variance;
         if (r[i] * r[i] > kWrong * kWrong * predicted) d.P(0, 0) += r[i] * r[i];  // two IMUs diverged
         d.update(signal_, r[i], variance);
       }
-      if (told == count_) centre(axis);
+      if (informative == count_) centre(axis);
     }
     judge_returns(w);
   }
@@ -208,7 +208,7 @@ class Combiner {
   // The residual of each IMU: its difference from the mean, less the predicted one.
   std::vector<double> residuals(std::size_t w, int axis) const {
     const auto corrected = [&](std::size_t i) { return means_[i][w](axis) - difference(i, axis).at(signal_); };
-    const double mean = weighted([&](std::size_t i) { return tells(i, w, axis); }, corrected).first;
+    const double mean = weighted([&](std::size_t i) { return informs(i, w, axis); }, corrected).first;
     std::vector<double> out;
     for (std::size_t i = 0; i < count_; ++i) out.push_back(corrected(i) - mean);
     return out;
@@ -222,10 +222,10 @@ class Combiner {
     std::size_t worst = count_;
     double largest = kWrong * kWrong;
     for (int axis = 0; axis < 3; ++axis) {
-      if (telling(w, axis) < 3) continue;
+      if (informative_imus(w, axis) < 3) continue;
       const double all = disagreement(w, axis, count_);
       for (std::size_t i = 0; i < count_; ++i) {
-        if (!tells(i, w, axis)) continue;
+        if (!informs(i, w, axis)) continue;
         const double less = all - disagreement(w, axis, i);
         if (less <= largest) continue;
         largest = less;
@@ -239,7 +239,7 @@ class Combiner {
   double disagreement(std::size_t w, int axis, std::size_t without) const {
     double weights = 0, first = 0, second = 0;
     for (std::size_t i = 0; i < count_; ++i) {
-      if (i == without || !tells(i, w, axis)) continue;
+      if (i == without || !informs(i, w, axis)) continue;
       const Difference& d = difference(i, axis);
       const double of_own = noise(i) * noise(i) / density_[i];  // the IMU's own share of the noise of a difference
       const double part = 1 / (d.variance(signal_) + of_own * noise_variance(i, axis, windows_[w]));
@@ -294,14 +294,14 @@ class Combiner {
     const auto used = [&](std::size_t i) { return says(out.out[i][k], axis); };
     const auto measured = [&](std::size_t i) { return units_[i]->value[k](axis); };
     const auto [value, all] = weighted(used, measured);
-    std::size_t told = 0;
-    for (std::size_t i = 0; i < count_; ++i) told += used(i) ? 1 : 0;
-    if (told == count_) {
+    std::size_t informative = 0;
+    for (std::size_t i = 0; i < count_; ++i) informative += used(i) ? 1 : 0;
+    if (informative == count_) {
       missing_for = 0;
       mean.value(axis) = value;
       return;
     }
-    if (told == 0) {  // the best available value: that of the clipped IMUs, as the others measured nothing
+    if (informative == 0) {  // the best available value: that of the clipped IMUs, as the others measured nothing
       mean.missing = static_cast<std::uint8_t>(mean.missing | 1U << static_cast<unsigned>(axis));
       const auto spoke = [&](std::size_t i) { return out.why[i][k] == UnitFault::kClipped; };
       mean.value(axis) = weighted(spoke, measured).first;

@@ -49,8 +49,8 @@ std::vector<Flags> flags_of(const std::vector<ImuSample>& unit) {
     Flags& f = out[i];
     mark(f.gyro, f.why_gyro, s.clipped_gyro, UnitFault::kClipped);
     mark(f.accel, f.why_accel, s.clipped_accel, UnitFault::kClipped);
-    if (s.mended && s.mended->gyro > 0) mark(f.gyro, f.why_gyro, kEveryAxis, UnitFault::kSpike);
-    if (s.mended && s.mended->accel > 0) mark(f.accel, f.why_accel, kEveryAxis, UnitFault::kSpike);
+    if (s.interpolated && s.interpolated->gyro > 0) mark(f.gyro, f.why_gyro, kEveryAxis, UnitFault::kSpike);
+    if (s.interpolated && s.interpolated->accel > 0) mark(f.accel, f.why_accel, kEveryAxis, UnitFault::kSpike);
     if (!s.gap) continue;
     mark(f.gyro, f.why_gyro, kEveryAxis, UnitFault::kSilent);
     mark(f.accel, f.why_accel, kEveryAxis, UnitFault::kSilent);

@@ -55,7 +55,7 @@ void read_rest(const Config& config, RestOptions& options) {
               {kMillimetre, 10, "from 0.001 to 10 m/s^2, such as `0.15 m/s^2`"}, options.force_quiet);
 }
 
-void read_trust(const Config& config, TrustOptions& options) {
+void read_trust(const Config& config, FaultDetectionOptions& options) {
   options.gate = config.number("gate", options.gate);
   if (!(options.gate > 0 && options.gate < 1)) {
     config.fail("gate", "a probability between 0 and 1 is expected, such as 0.999");

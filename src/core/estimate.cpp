@@ -150,8 +150,8 @@ Estimate corrected(const Estimate& x, const StateLayout& layout, const ErrorVect
   return after;
 }
 
-ResetJacobian carrying_jacobian(const Estimate& x, const StateLayout& layout, const ErrorVector& correction,
-                                const Vector3d& down, bool stands) {
+ResetJacobian transport_jacobian(const Estimate& x, const StateLayout& layout, const ErrorVector& correction,
+                                 const Vector3d& down, bool stands) {
   ResetJacobian G = reset_jacobian(layout, correction);
   const Estimate after = corrected(x, layout, correction, stands);
   Matrix3d turned = G.velocity_attitude.bottomRightCorner<3, 3>();

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "piste/solve/start.h"
+#include "piste/start/start.h"
 #include "tune/evidence.h"
 
 namespace piste {

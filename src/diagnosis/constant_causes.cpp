@@ -30,7 +30,7 @@ bool allows(const FilterOptions& told, Block block, const Evidence& found) {
   constexpr double kLikely = 2;  // 1-sigmas of the prior
   const BlockInfo& row = info(block);
   if (!told.estimates(block) || row.prior == nullptr) return false;
-  const Vector3d change = (shown_value(found.last, block) - told_value(told, block)).cwiseAbs(),
+  const Vector3d change = (shown_value(found.last, block) - stated_value(told, block)).cwiseAbs(),
                  prior = row.prior(told);
   return (change.head(row.size).array() < kLikely * prior.head(row.size).array()).all();
 }
@@ -38,7 +38,7 @@ bool allows(const FilterOptions& told, Block block, const Evidence& found) {
 // A delay that no receiver has is an offset of the clocks.
 std::string described(const std::string& name, Block block, const FilterOptions& told, const Evidence& found) {
   constexpr double kLatest = 0.5;  // s
-  const double later = shown_value(found.last, block).x() - told_value(told, block).x();
+  const double later = shown_value(found.last, block).x() - stated_value(told, block).x();
   if (block == Block::kGnssDelay && std::abs(later) > kLatest) {
     return fmt::format("offset of the IMU's clock ({:+.3f} s more than the file's), or delay of the fixes", -later);
   }

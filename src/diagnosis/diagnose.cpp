@@ -16,10 +16,10 @@
 #include "diagnosis/doubts.h"
 #include "diagnosis/granting.h"
 #include "diagnosis/unit_motion.h"
-#include "piste/solve/initial_state.h"
-#include "piste/solve/run.h"
+#include "filter/feeder.h"
+#include "piste/filter/initial_state.h"
+#include "piste/filter/run.h"
 #include "piste/tune/standing_heights.h"
-#include "solve/feeder.h"
 #include "tune/held_delays.h"
 #include "tune/white_noise_range.h"
 

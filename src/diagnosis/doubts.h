@@ -6,7 +6,7 @@
 
 #include "piste/consistency/verdict.h"
 #include "piste/core/options.h"
-#include "piste/solve/start.h"
+#include "piste/start/start.h"
 
 namespace piste {
 

@@ -118,11 +118,11 @@ std::string allan_csv(const AllanFindings& findings) {
         continue;
       }
       const AllanScale& scale = axis.curve.scales[i];
-      const bool told = axis.fit && i < axis.fit->variance.size();
+      const bool fitted = axis.fit && i < axis.fit->variance.size();
       text += fmt::format(",{:.8g}", std::sqrt(scale.variance));
-      text += told ? fmt::format(",{:.8g},{:.8g},{:.8g}", std::sqrt(axis.fit->low[i]), std::sqrt(axis.fit->high[i]),
-                                 std::sqrt(axis.fit->variance[i]))
-                   : ",,,";
+      text += fitted ? fmt::format(",{:.8g},{:.8g},{:.8g}", std::sqrt(axis.fit->low[i]), std::sqrt(axis.fit->high[i]),
+                                   std::sqrt(axis.fit->variance[i]))
+                     : ",,,";
       text += fmt::format(",{:.8g}", scale.wavelet());
     }
     text += '\n';

@@ -26,7 +26,7 @@ struct Place {
 };
 
 /// The contents of one sentence.
-struct Told {
+struct Contents {
   std::optional<double> time_of_day;
   bool opens_epoch = false;  ///< its time of day is that of the fix
   std::optional<sys_days> date;
@@ -108,21 +108,21 @@ FixQuality quality_of(const Sentence& s) {
 }
 
 // Of a sentence that may be the first of its epoch.
-Told opening(const Sentence& s, std::size_t fields) {
+Contents opening(const Sentence& s, std::size_t fields) {
   s.require_fields(fields);
-  Told told;
-  told.time_of_day = s.time_of_day(1);
-  told.opens_epoch = true;
-  return told;
+  Contents contents;
+  contents.time_of_day = s.time_of_day(1);
+  contents.opens_epoch = true;
+  return contents;
 }
 
-Told read_gga(const Sentence& s) {
-  Told told = opening(s, 14);
+Contents read_gga(const Sentence& s) {
+  Contents contents = opening(s, 14);
   if (s.text(6) == "0") {
-    told.without_fix = true;
-    return told;
+    contents.without_fix = true;
+    return contents;
   }
-  if (!told.time_of_day) s.fail("a fix without its time of day");
+  if (!contents.time_of_day) s.fail("a fix without its time of day");
   Place place;
   place.quality = quality_of(s);
   if (s.text(11).empty()) {
@@ -131,42 +131,42 @@ Told read_gga(const Sentence& s) {
         "it, or use a log in another format");
   }
   place.position = geodetic_degrees(s.angle(2, 'N', 'S'), s.angle(4, 'E', 'W'), s.metres(9) + s.metres(11));
-  told.place = place;
-  return told;
+  contents.place = place;
+  return contents;
 }
 
-Told read_gst(const Sentence& s) {
-  Told told = opening(s, 8);
+Contents read_gst(const Sentence& s) {
+  Contents contents = opening(s, 8);
   const auto north = s.find(6), east = s.find(7), down = s.find(8);
-  if (north && east && down) told.sigma = Vector3d(*north, *east, *down);
+  if (north && east && down) contents.sigma = Vector3d(*north, *east, *down);
   // Of the ellipse of errors: its semi-axes, and the azimuth of the larger.
   const auto larger = s.find(3), smaller = s.find(4), azimuth = s.find(5);
-  if (told.sigma && larger && smaller && azimuth) {
+  if (contents.sigma && larger && smaller && azimuth) {
     const double angle = kDegree * *azimuth;
-    Matrix3d covariance = told.sigma->cwiseAbs2().asDiagonal();
+    Matrix3d covariance = contents.sigma->cwiseAbs2().asDiagonal();
     covariance(0, 1) = covariance(1, 0) = (*larger * *larger - *smaller * *smaller) * std::sin(angle) * std::cos(angle);
-    told.correlation = correlations(covariance);
+    contents.correlation = correlations(covariance);
   }
-  return told;
+  return contents;
 }
 
-Told read_rmc(const Sentence& s) {
-  Told told = opening(s, 11);
-  if (s.text(2) != "A") return told;  // the clock may be free
+Contents read_rmc(const Sentence& s) {
+  Contents contents = opening(s, 11);
+  if (s.text(2) != "A") return contents;  // the clock may be free
   const auto knots = s.find(7), course = s.find(8);
   if (knots && (course || *knots == 0)) {  // a receiver that stands need not know a course
     const double direction = kDegree * course.value_or(0);
-    told.velocity = kKnot * *knots * Vector3d(std::cos(direction), std::sin(direction), 0);
+    contents.velocity = kKnot * *knots * Vector3d(std::cos(direction), std::sin(direction), 0);
   }
   if (const auto packed = s.find(9)) {
     const double day = std::floor(*packed / 1e4), month = std::floor(*packed / 100) - 100 * day,
                  year = *packed - 1e4 * day - 100 * month;
-    told.date = date_of(s, year + (year < 80 ? 2000 : 1900), month, day);
+    contents.date = date_of(s, year + (year < 80 ? 2000 : 1900), month, day);
   }
-  return told;
+  return contents;
 }
 
-Told read_vtg(const Sentence& s) {
+Contents read_vtg(const Sentence& s) {
   s.require_fields(8);
   s.find(1);
   s.find(5);
@@ -174,17 +174,17 @@ Told read_vtg(const Sentence& s) {
 }
 
 // Stamped when sent: its time need not be that of the fix.
-Told read_zda(const Sentence& s) {
+Contents read_zda(const Sentence& s) {
   s.require_fields(4);
-  Told told;
-  told.time_of_day = s.time_of_day(1);
+  Contents contents;
+  contents.time_of_day = s.time_of_day(1);
   const auto day = s.find(2), month = s.find(3), year = s.find(4);
-  if (told.time_of_day && day && month && year) told.date = date_of(s, *year, *month, *day);
-  return told;
+  if (contents.time_of_day && day && month && year) contents.date = date_of(s, *year, *month, *day);
+  return contents;
 }
 
 /// Reads the current line of `reader`. The result is empty for a sentence that is skipped.
-Told read_sentence(TextReader& reader) {
+Contents read_sentence(TextReader& reader) {
   if (!reader.line().starts_with('$') && !reader.line().starts_with('!')) {
     reader.fail("no NMEA sentence: `$…*HH` is expected; is the line cut, or the log a binary one (format: ubx)?",
                 RowFault::Kind::kText);
@@ -196,7 +196,7 @@ Told read_sentence(TextReader& reader) {
   }
   const std::string_view name = body->substr(0, body->find(','));
   if (name.size() != 5 || name.starts_with('P') || reader.line().starts_with('!')) return {};
-  constexpr std::array<std::pair<std::string_view, Told (*)(const Sentence&)>, 5> kSentences{
+  constexpr std::array<std::pair<std::string_view, Contents (*)(const Sentence&)>, 5> kSentences{
       {{"GGA", read_gga}, {"GST", read_gst}, {"RMC", read_rmc}, {"VTG", read_vtg}, {"ZDA", read_zda}}};
   for (const auto& [kind, read] : kSentences) {
     if (name.substr(2) != kind) continue;
@@ -233,10 +233,10 @@ std::optional<sys_days> first_day(const LogFile& log) {
   Calendar from_zero{sys_days{}};
   while (reader.next()) {
     try {
-      const Told told = read_sentence(reader);
-      if (!told.time_of_day) continue;
-      const auto passed = from_zero.pass(*told.time_of_day, std::nullopt).time_since_epoch();
-      if (told.date) return *told.date - passed;
+      const Contents contents = read_sentence(reader);
+      if (!contents.time_of_day) continue;
+      const auto passed = from_zero.pass(*contents.time_of_day, std::nullopt).time_since_epoch();
+      if (contents.date) return *contents.date - passed;
     } catch (const RowError&) {  // it is reported when its row is read
     }
   }
@@ -244,7 +244,7 @@ std::optional<sys_days> first_day(const LogFile& log) {
 }
 
 /// The contents of all sentences with the same time of day.
-struct Epoch : Told {
+struct Epoch : Contents {
   sys_days day;
   std::size_t line = 0;  ///< of the place
 };
@@ -257,11 +257,11 @@ class EpochReader {
   /// Goes to the next epoch that has a place; false at the end of the file.
   bool next() {
     while (reader_.next()) {
-      const Told told = read_sentence(reader_);
-      without_fix_ += told.without_fix ? 1 : 0;
-      const bool changes = told.opens_epoch && told.time_of_day && told.time_of_day != open_.time_of_day;
+      const Contents contents = read_sentence(reader_);
+      without_fix_ += contents.without_fix ? 1 : 0;
+      const bool changes = contents.opens_epoch && contents.time_of_day && contents.time_of_day != open_.time_of_day;
       if (changes) close();
-      add(told);
+      add(contents);
       if (changes && done_.place) return true;
     }
     close();
@@ -277,22 +277,22 @@ class EpochReader {
     done_ = std::exchange(open_, {});
     if (done_.time_of_day) done_.day = calendar_.pass(*done_.time_of_day, done_.date);
   }
-  void add(const Told& told) {
-    if (told.opens_epoch && told.time_of_day) open_.time_of_day = told.time_of_day;
-    if (told.place && open_.place) {
+  void add(const Contents& contents) {
+    if (contents.opens_epoch && contents.time_of_day) open_.time_of_day = contents.time_of_day;
+    if (contents.place && open_.place) {
       reader_.fail("a second GGA of the same time; keep those of one receiver, and of one talker",
                    RowFault::Kind::kTimeRepeated);
     }
-    if (told.place) {
-      open_.place = told.place;
+    if (contents.place) {
+      open_.place = contents.place;
       open_.line = reader_.line_number();
     }
-    if (told.sigma) {
-      open_.sigma = told.sigma;
-      open_.correlation = told.correlation;
+    if (contents.sigma) {
+      open_.sigma = contents.sigma;
+      open_.correlation = contents.correlation;
     }
-    if (told.velocity) open_.velocity = told.velocity;
-    if (told.date && told.time_of_day == open_.time_of_day) open_.date = told.date;
+    if (contents.velocity) open_.velocity = contents.velocity;
+    if (contents.date && contents.time_of_day == open_.time_of_day) open_.date = contents.date;
   }
 
   TextReader reader_;

@@ -175,9 +175,9 @@ class NavCov {
 };
 
 // Of the fix of the same time; NAV-COV stands after it or before.
-void take_covariance(const NavCov& told, GeodeticFix& fix, const LogFile& log) {
-  const Matrix3d covariance = told.position();
-  if (log.sigma || !told.valid() || !(covariance.diagonal().minCoeff() > 0)) return;
+void take_covariance(const NavCov& message, GeodeticFix& fix, const LogFile& log) {
+  const Matrix3d covariance = message.position();
+  if (log.sigma || !message.valid() || !(covariance.diagonal().minCoeff() > 0)) return;
   fix.sigma_position = covariance.diagonal().cwiseSqrt();
   fix.correlation = correlations(covariance);
 }
@@ -192,9 +192,9 @@ GnssRecording read_gnss_ubx(const LogFile& log, RowFaults* faults) {
   std::optional<NavCov> before;
   const auto frame = [&] {
     if (reader.is(0x01, 0x36)) {
-      const NavCov told(reader);
-      if (told.time() == last) take_covariance(told, gnss.fixes.back(), log);
-      if (told.time() != last) before = told;
+      const NavCov message(reader);
+      if (message.time() == last) take_covariance(message, gnss.fixes.back(), log);
+      if (message.time() != last) before = message;
       return;
     }
     if (!reader.is(0x01, 0x07)) return;

@@ -72,8 +72,8 @@ void ArrowElimination::begin(std::size_t count, Eigen::Index node, Eigen::Index 
   sides_.resize(count, with_one, node);
   gains_.resize(count - 1, node, node);
   links_.resize(count - 1, node, border);
-  told_.reset(1, node, node);
-  told_side_.reset(1, with_one, node);
+  informed_.reset(1, node, node);
+  informed_side_.reset(1, with_one, node);
   squares_.reset(1, node, node);
   wide_.reset(1, with_one, node);
   corner_.reset(1, with_one, with_one);
@@ -89,13 +89,13 @@ void ArrowElimination::add_times_F(double sign, const Blocks::View& A, std::size
 }
 
 void ArrowElimination::append(const ArrowEquations& next) {
-  auto PF = squares_[0], told = told_[0], B = wide_[0], told_side = told_side_[0], corner = corner_[0];
+  auto PF = squares_[0], informed = informed_[0], B = wide_[0], informed_side = informed_side_[0], corner = corner_[0];
   corner += next.corner_[0];
   for (std::size_t k = 0; k < next.nodes_.size(); ++k, ++next_) {
     auto P = nodes_[next_], side = sides_[next_];
-    P = next.nodes_[k] + told;
+    P = next.nodes_[k] + informed;
     invert(P);
-    B = next.sides_[k] - told_side;
+    B = next.sides_[k] - informed_side;
     set_product(B, P, side);
     add_symmetric_transposed(-1, side, B, corner);
     if (next_ == gains_.size()) break;
@@ -103,18 +103,19 @@ void ArrowElimination::append(const ArrowEquations& next) {
     PF.setZero();
     add_times_F(1, P, next_, PF);
     // F PF and the noise: only the lower triangle.
-    told = links_.noise[next_];
-    multiply(1, factors(F, PF), true, true, {told.data(), told.rows(), full_, Blocks::Stride(told.outerStride())});
-    for (Eigen::Index j = full_; j < told.cols(); ++j) {
-      for (Eigen::Index i = j; i < told.rows(); ++i) told(i, j) += F(i, i) * PF(i, j);
+    informed = links_.noise[next_];
+    multiply(1, factors(F, PF), true, true,
+             {informed.data(), informed.rows(), full_, Blocks::Stride(informed.outerStride())});
+    for (Eigen::Index j = full_; j < informed.cols(); ++j) {
+      for (Eigen::Index i = j; i < informed.rows(); ++i) informed(i, j) += F(i, i) * PF(i, j);
     }
-    invert(told);
+    invert(informed);
     B = links_.B_transposed[next_];  // in terms of the border alone
     add_times_F(-1, side, next_, B);
-    set_product(B, told, told_side);
-    add_symmetric_transposed(1, told_side, B, corner);
-    auto gain = gains_[next_];  // P Fᵀ told
-    set_product(PF, told, gain);
+    set_product(B, informed, informed_side);
+    add_symmetric_transposed(1, informed_side, B, corner);
+    auto gain = gains_[next_];  // P Fᵀ informed
+    set_product(PF, informed, gain);
     add_product_transposed(1, B, gain, side);
   }
 }

@@ -115,9 +115,9 @@ class ArrowElimination {
   ChainLinks links_;
   Eigen::Index full_ = 0;
   std::size_t next_ = 0;
-  Blocks told_, told_side_;  // information of the next node from all before it
-  Blocks squares_, wide_;    // room
-  Blocks corner_;            // normal equations of (g, 1), then covariance of the border
+  Blocks informed_, informed_side_;  // information of the next node from all before it
+  Blocks squares_, wide_;            // room
+  Blocks corner_;                    // normal equations of (g, 1), then covariance of the border
   Eigen::VectorXd border_;
   double least_ = 0;
 };

@@ -34,9 +34,9 @@ void add_lag(Linearization& lin, const Matrix3d& A, const Estimate& x, const Tur
   // exp(−Ω² σ² / 2) (statistical linearization; Gelb 1974, section 6.2).
   const double rate = std::max(turning.rate.squaredNorm() + turning.rate_variance, 1e-12);
   const double change = turning.rate_change.squaredNorm(), P = turning.lag.variance;
-  const double told = std::exp(-0.5 * P * change / rate);
+  const double weight = std::exp(-0.5 * P * change / rate);
   add_delay(lin, turning.lag,
-            A * (turning.earth_rate - told * R_wb * beyond_noise(turning.rate, turning.rate_variance)));
+            A * (turning.earth_rate - weight * R_wb * beyond_noise(turning.rate, turning.rate_variance)));
   add_curvature(lin, turning.lag, A * R_wb * turning.rate_change);
   // The term of third order has an unknown direction and a variance of 5/12 P³ |ω'|⁴ / |ω|². It is correlated from fix
   // to fix: ten times the variance is used, by Monte Carlo (LateSources in tests/scenario/delays.cpp).

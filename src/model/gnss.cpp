@@ -173,7 +173,7 @@ Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const An
   lin.covariance = gravity.R_wn * variance.asDiagonal() * gravity.R_wn.transpose();
   lin.covariance += by_rate * motion.now.rate_variance.asDiagonal() * by_rate.transpose();
   lin.by_rate_noise = by_rate;
-  lin.told_noise = motion.told_noise;
+  lin.observed_noise = motion.observed_noise;
   if (still) lin.covariance += kSwaySpeed * kSwaySpeed * Matrix3d::Identity();
 
   // An error of attitude turns v, and the part of the swing without the Earth's rotation. At rest both are noise, which
@@ -181,7 +181,7 @@ Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const An
   const Vector3d turned = swing + earth_rate.cross(a.arm);
   const Vector3d carried = still ? Vector3d::Zero().eval() : (x.v_wb + turned).eval();
   const Matrix3d E = skew(earth_rate);
-  const Vector3d& rate = motion.told_rate;
+  const Vector3d& rate = motion.reference_rate;
   const Matrix3d attitude = -skew(carried) + E * skew(a.arm);
   if (tau == 0) {
     lin.add(Block::kAttitude, attitude);
@@ -235,7 +235,7 @@ std::optional<Linearization> GnssReceivers::linearize(const GnssFix& fix, int se
   Estimate with_arm = x;
   if (!context.layout.has(Block::kLeverArm)) with_arm.lever_arm = receiver.lever_arm;
   if (receiver.lever_arm_sway) with_arm.lever_arm += additive(x, lever_arm_sway_block(sensor));
-  const AntennaMotion motion{context.motion(x),      context.rate_without_noise(x), context.noise_told(),
+  const AntennaMotion motion{context.motion(x),      context.rate_without_noise(x), context.observed_noise(),
                              context.mean_motion(x), context.recent.force_change,   context.recent.force_variance};
   const Lag lag = context.lag(delay(context.options, context.layout, sensor, channel, x, context.elapsed));
   if (position) {

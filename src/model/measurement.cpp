@@ -49,7 +49,7 @@ Vector3d MeasurementContext::rate_without_noise(const Estimate& x) const {
   return rate_regression ? Vector3d(rate_regression->matrix() * beside) : beside;
 }
 
-double MeasurementContext::noise_told() const {
+double MeasurementContext::observed_noise() const {
   if (still) return 0;
   return rate_regression ? rate_regression->matrix().trace() / 3 : 1;
 }

@@ -136,7 +136,7 @@ SumStep Preintegration::move(const ImuStep& measured, const DriftStep& gyro, con
   return step;
 }
 
-SumStep Preintegration::add(const ImuStep& measured, const StepNoise& noise, const BodyMotion& told,
+SumStep Preintegration::add(const ImuStep& measured, const StepNoise& noise, const BodyMotion& reference,
                             const DriftStep& gyro, const DriftStep& accel) {
   const double dt = measured.dt;
   SumStep step = move(measured, gyro, accel);
@@ -149,8 +149,8 @@ SumStep Preintegration::add(const ImuStep& measured, const StepNoise& noise, con
     rate[row] = force[row + 3] = 1;
     rate[row + 6] = gyro_left_;
     force[row + 9] = accel_left_;
-    rate[row + 12] = told.rate(k);
-    force[row + 15] = told.force(k);
+    rate[row + 12] = reference.rate(k);
+    force[row + 15] = reference.force(k);
   }
   Eigen::Matrix<double, 6, 1> white;
   white << noise.gyro / dt, noise.accel / dt;
@@ -191,7 +191,7 @@ ImuSum Preintegration::sum() const {
   return out;
 }
 
-void add_to_scales(ImuSum::ByImu& by_imu, const SumStep& step, const BodyMotion& told) {
+void add_to_scales(ImuSum::ByImu& by_imu, const SumStep& step, const BodyMotion& reference) {
   constexpr int kScales = 12;
   auto scales = by_imu.middleCols<6>(kScales);
   const Eigen::Matrix<double, 3, 6> turns = scales.middleRows<3>(kTurn);
@@ -199,8 +199,8 @@ void add_to_scales(ImuSum::ByImu& by_imu, const SumStep& step, const BodyMotion&
                                   step.by_sum.block<3, 3>(kPlace, kTurn).lazyProduct(turns);
   scales.middleRows<3>(kSpeed) += step.by_sum.block<3, 3>(kSpeed, kTurn).lazyProduct(turns);
   scales.middleRows<3>(kTurn) = step.by_sum.block<3, 3>(kTurn, kTurn).lazyProduct(turns);
-  scales.leftCols<3>() += step.by_reading.leftCols<3>() * told.rate.asDiagonal();
-  scales.rightCols<3>() += step.by_reading.rightCols<3>() * told.force.asDiagonal();
+  scales.leftCols<3>() += step.by_reading.leftCols<3>() * reference.rate.asDiagonal();
+  scales.rightCols<3>() += step.by_reading.rightCols<3>() * reference.force.asDiagonal();
 }
 
 Eigen::Matrix<double, 9, 1> white_noise_of(const SumStep& step, const StepNoise& noise, double dt,

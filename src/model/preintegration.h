@@ -61,10 +61,10 @@ class Preintegration {
   /// `x`: the estimate at the start of the interval. Its errors of the IMU are taken out of every step.
   explicit Preintegration(Estimate x) : x_(std::move(x)) {}
 
-  /// Adds a step, as measured. `told`: the motion that the scales multiply, such as of a smoothed trajectory. The
+  /// Adds a step, as measured. `reference`: the motion that the scales multiply, such as of a smoothed trajectory. The
   /// motion of the step itself has the noise of the residual, which would pass for a scale (errors in variables;
   /// reference.h). No heap.
-  SumStep add(const ImuStep& measured, const StepNoise& noise, const BodyMotion& told, const DriftStep& gyro,
+  SumStep add(const ImuStep& measured, const StepNoise& noise, const BodyMotion& reference, const DriftStep& gyro,
               const DriftStep& accel);
   /// Adds a step to the motion alone. No heap.
   SumStep move(const ImuStep& measured, const DriftStep& gyro, const DriftStep& accel);
@@ -85,7 +85,7 @@ class Preintegration {
 };
 
 /// Propagates the derivatives by the scales over a step, as Preintegration::add does.
-void add_to_scales(ImuSum::ByImu& by_imu, const SumStep& step, const BodyMotion& told);
+void add_to_scales(ImuSum::ByImu& by_imu, const SumStep& step, const BodyMotion& reference);
 
 /// The increment of the covariance of (ΔP, ΔV, ΔR) by the white noise of a step, times a vector.
 Eigen::Matrix<double, 9, 1> white_noise_of(const SumStep& step, const StepNoise& noise, double dt,

@@ -28,7 +28,8 @@ Linearization linearize_wheel(VehicleAxis axis, const Estimate& x, const WheelMo
   const int k = static_cast<int>(axis);
   const Matrix3d R_bw = x.R_wb().transpose(), R_vb = x.q_vb.toRotationMatrix();
   const Vector3d& l = x.vehicle_contact;
-  const Vector3d earth_b = R_bw * motion.earth_rate, rate = motion.rate - earth_b, told = motion.told_rate - earth_b;
+  const Vector3d earth_b = R_bw * motion.earth_rate, rate = motion.rate - earth_b,
+                 reference = motion.reference_rate - earth_b;
   const Vector3d u = R_vb * (R_bw * x.v_wb + rate.cross(l)), turn = R_vb * rate, force = R_vb * motion.force;
 
   // The velocity changes by `by_u` with u, and by `by_turn` with the rate in v.
@@ -61,20 +62,20 @@ Linearization linearize_wheel(VehicleAxis axis, const Estimate& x, const WheelMo
   add_row(lin, Block::kAttitude, -by_rate * R_bw * skew(motion.earth_rate));
   add_row(lin, Block::kGyroBias, -by_rate * scale);
   add_row(lin, Block::kGyroDrift, -by_rate * scale);
-  add_row(lin, Block::kGyroScale, -by_rate * scale * motion.told_rate.asDiagonal());
+  add_row(lin, Block::kGyroScale, -by_rate * scale * motion.reference_rate.asDiagonal());
   add_row(lin, Block::kVehicleMounting, -by_u * skew(u) - by_turn * skew(turn) - by_force * skew(force));
-  add_row(lin, Block::kVehicleContact, by_u * R_vb * skew(told));
+  add_row(lin, Block::kVehicleContact, by_u * R_vb * skew(reference));
   if (axis == VehicleAxis::kForward) add_row(lin, Block::kWheelSlip, Row::UnitX());
   if (axis == VehicleAxis::kRight) {
     add_row(lin, Block::kSideSlip, Row::UnitX());
-    add_row(lin, Block::kCornering, Row(u.x() * u.x() * (R_vb * told).z(), 0, 0));
+    add_row(lin, Block::kCornering, Row(u.x() * u.x() * (R_vb * reference).z(), 0, 0));
   }
   if (axis == VehicleAxis::kDown) {
     const Row by_accel = -by_force * R_vb * (1 + x.accel_scale.array()).inverse().matrix().asDiagonal();
     add_row(lin, Block::kAccelBias, by_accel);
     add_row(lin, Block::kAccelDrift, by_accel);
     add_row(lin, Block::kAccelScale, by_accel * motion.force.asDiagonal());
-    add_row(lin, Block::kPitchCentre, Row(-(R_vb * told).y(), 0, 0));
+    add_row(lin, Block::kPitchCentre, Row(-(R_vb * reference).y(), 0, 0));
     add_row(lin, Block::kDive, Row(-force.x() * u.x(), 0, 0));
     add_row(lin, Block::kSpringPitch, Row(-u.x(), 0, 0));
   }

@@ -69,7 +69,7 @@ std::string write_inspection(OutputFolder& output, Inspection& found) {
     if (!wrong.empty()) {
       found.suspicions.insert(found.suspicions.begin(),
                               {LogFault::kDoesNotHold, kReplayFile, wrong,
-                               "until that is mended, do not rely on the sigmas of a replay with it"});
+                               "until that is corrected, do not rely on the sigmas of a replay with it"});
       config = fmt::format("# Its own replay says: {}.\n{}", wrong, *config);
     }
   }

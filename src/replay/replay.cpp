@@ -5,25 +5,25 @@
 #include <utility>
 #include <vector>
 
+#include "filter/reference.h"
 #include "piste/condition/pipeline.h"
 #include "piste/consistency/verdict.h"
 #include "piste/core/error.h"
-#include "piste/solve/attitude_noise.h"
-#include "piste/solve/initial_stretch.h"
-#include "piste/solve/rts.h"
-#include "solve/reference.h"
-#include "solve/relinearise.h"
-#include "solve/vehicle_mounting.h"
+#include "piste/smoother/rts.h"
+#include "piste/start/attitude_noise.h"
+#include "piste/start/initial_stretch.h"
+#include "smoother/relinearise.h"
+#include "start/vehicle_mounting.h"
 
 namespace piste {
 namespace {
 
 template <class Sources>
 void check_sources(const Sources& sources, const FilterOptions& options) {
-  const auto check = [](std::string_view kind, std::size_t there, std::size_t told) {
-    if (there == told) return;
+  const auto check = [](std::string_view kind, std::size_t there, std::size_t stated) {
+    if (there == stated) return;
     throw ConfigError("filter options",
-                      fmt::format("{}: options of {} sources for {}; one each is needed", kind, told, there));
+                      fmt::format("{}: options of {} sources for {}; one each is needed", kind, stated, there));
   };
   check("gnss", sources.gnss.size(), options.gnss.size());
   check("attitude", sources.attitude.size(), options.attitude.size());
@@ -147,12 +147,13 @@ Replay replay(Log log, const ReplayOptions& options, const ReplayProgress& progr
   if (smooth) {
     std::vector<AttitudeLag> lags;
     for (int pass = 0; pass < options.relinearisations; ++pass) {
-      const ProgressCallback told = stage("relinearising");
-      Reference smoothed = smoothed_trajectory(run.smoothable(), part_of(told, 0, kSmoothingFirst));
+      const ProgressCallback report = stage("relinearising");
+      Reference smoothed = smoothed_trajectory(run.smoothable(), part_of(report, 0, kSmoothingFirst));
       if (!history) run.filtered.history.reset();
       run.relinearised.reset();  // saves memory while the run is filtered again
       run.relinearised =
-          filtered_about(std::move(smoothed), run.log, run.options, run.found, part_of(told, kSmoothingFirst, 1));
+          filtered_about(std::move(smoothed), run.log, run.options, without_alignment(run.log.world, run.found),
+                         part_of(report, kSmoothingFirst, 1));
     }
     run.smoothed = streams ? smoothed_in_pieces(run, options, stage("smoother"), lags)
                            : smooth_rts(run.smoothable(), stage("smoother"), nullptr, &lags);
@@ -162,9 +163,9 @@ Replay replay(Log log, const ReplayOptions& options, const ReplayProgress& progr
   }
   if (by_batch) {
     constexpr double kSolving = 0.5;  // part of the work
-    const ProgressCallback told = stage("batch");
-    const auto solved = options.batch(run.log, run.options, run.found, run.filtered, part_of(told, 0, kSolving));
-    run.smoothed = solved->solution(part_of(told, kSolving, 1));
+    const ProgressCallback report = stage("batch");
+    const auto solved = options.batch(run.log, run.options, run.found, run.filtered, part_of(report, 0, kSolving));
+    run.smoothed = solved->solution(part_of(report, kSolving, 1));
   }
   return run;
 }

@@ -49,7 +49,7 @@ std::string picture(const AllanAxis& axis) {
             fmt::format("Allan deviation of {} over averaging time, with its band and the fitted model", axis.name));
   plot.size(Plot::kPageWidth, kCurveHeight);
   const auto& v = axis.fit->variance;
-  const std::vector<double> told(tau.begin(), tau.begin() + static_cast<std::ptrdiff_t>(v.size()));
+  const std::vector<double> covered(tau.begin(), tau.begin() + static_cast<std::ptrdiff_t>(v.size()));
   for (std::size_t i = 0; i < v.size(); ++i) {
     low.push_back(std::sqrt(axis.fit->low[i]) / unit);
     high.push_back(std::sqrt(axis.fit->high[i]) / unit);
@@ -58,7 +58,7 @@ std::string picture(const AllanAxis& axis) {
   const auto [least, most] = std::minmax_element(deviation.begin(), deviation.end());
   constexpr double kRoom = 2;
   plot.limit_y(*least / kRoom, *most * kRoom);
-  plot.band(told, low, high, kCurveColour, "band");
+  plot.band(covered, low, high, kCurveColour, "band");
   const auto& parts = axis.fit->parts;
   for (std::size_t k = 0; k < parts.size() && parts.size() > 1; ++k) {
     const FittedProcess& p = parts[k];
@@ -67,10 +67,10 @@ std::string picture(const AllanAxis& axis) {
     for (std::size_t i = 0; i < v.size(); ++i) {
       part.push_back(std::sqrt(allan_variance(p.process, curve.scales[i].samples, curve.interval)) / unit);
     }
-    plot.line(told, part, kPartColours[k % kPartColours.size()], std::string(name_of(p.process.kind)),
+    plot.line(covered, part, kPartColours[k % kPartColours.size()], std::string(name_of(p.process.kind)),
               Plot::Stroke::kDotted);
   }
-  plot.line(told, model, kModelColour, "model");
+  plot.line(covered, model, kModelColour, "model");
   plot.points(tau, deviation, kCurveColour, "measured");
   return plot.render();
 }

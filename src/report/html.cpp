@@ -49,7 +49,7 @@ std::string log_table(const ReplayReport& report) {
                         {"IMU gaps", number(log.counts.imu_gaps)},
                         {"IMU samples rejected", number(log.counts.imu_rejected)},
                         {"IMU samples clipped", number(log.counts.imu_clipped)},
-                        {"IMU spikes mended", number(log.counts.imu_spikes)}};
+                        {"IMU spikes interpolated", number(log.counts.imu_spikes)}};
   if (log.counts.imu_unpaired > 0) {
     rows.push_back({"IMU rows without those of the other file", number(log.counts.imu_unpaired)});
   }

@@ -120,7 +120,7 @@ std::string suspicions_body(const std::vector<Suspicion>& suspicions) {
     }
     out += page::list(heading, list);
   };
-  items(true, "To be mended, the worst first:");
+  items(true, "To be corrected, the worst first:");
   items(false, "Worth knowing:");
   return out;
 }

@@ -13,7 +13,7 @@
 #include "piste/core/error.h"
 #include "piste/core/state_table.h"
 #include "piste/math/statistics.h"
-#include "piste/solve/start.h"
+#include "piste/start/start.h"
 #include "piste/tune/likeliest_noise.h"
 #include "piste/tune/standing_heights.h"
 #include "tune/evidence.h"
@@ -296,7 +296,7 @@ constexpr const char *kClockStage = "clock and lever arm", *kNoiseStage = "noise
 // What the steps of calibrated() cost, in rows that are filtered once.
 struct CalibrationCosts {
   CalibrationCosts(const Recording& recording, const ToldClock& clock, std::size_t jobs) {
-    constexpr double kAttempt = 1.2;  // it conditions the log, and finds the start with a bank of headings
+    constexpr double kAttempt = 1.2;  // it conditions the log, and finds the start with a multiple-model heading search
     const std::vector<GeodeticFix>& fixes = recording.gnss.front().fixes;
     const double seconds = kFirstMotion + 2 * kBeforeMotion, rows = rows_in(recording, seconds);
     const bool apart = fixes.size() > 1 && fixes.back().time - fixes.front().time > kFirstMotion + kApart;

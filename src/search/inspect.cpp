@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "core/time_search.h"
-#include "inspect/column_mending.h"
+#include "inspect/column_repair.h"
 #include "math/time.h"
 #include "piste/core/error.h"
 #include "piste/math/statistics.h"
@@ -312,7 +312,7 @@ bool mend_columns(const Inspection& inspection, std::vector<InspectedLog>& logs,
   bool any = false;
   const auto mend = [&](std::size_t log, const auto& by) {
     LogFile& file = logs[log].log;
-    const auto columns = file.columns ? mended(*file.columns, by) : std::nullopt;
+    const auto columns = file.columns ? repaired(*file.columns, by) : std::nullopt;
     if (!columns) return;
     any = true;
     file.columns = columns;

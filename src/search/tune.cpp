@@ -4,9 +4,9 @@
 
 #include "piste/condition/pipeline.h"
 #include "piste/inspect/imu_health.h"
-#include "piste/solve/attitude_noise.h"
-#include "piste/solve/start.h"
-#include "solve/vehicle_mounting.h"
+#include "piste/start/attitude_noise.h"
+#include "piste/start/start.h"
+#include "start/vehicle_mounting.h"
 
 namespace piste {
 

@@ -4,8 +4,8 @@
 #include <memory>
 #include <string_view>
 
+#include "piste/filter/run.h"
 #include "piste/search/inspect.h"
-#include "piste/solve/run.h"
 
 namespace piste {
 

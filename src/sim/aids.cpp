@@ -31,8 +31,8 @@ void simulate_odometer(const Truth& trunk, const OdometerSetup& setup, std::uint
     const TruthState state = trunk.at(times[k]);
     const double forward = (state.q_wb.conjugate() * state.v_wb).x();
     const double speed = (1 + out.odometer_scale) * (forward + out.wheel_slip[k]);
-    const double told = setup.errors.is_signed ? speed : std::abs(speed);
-    out.speed.fixes.push_back({times[k], told + size * setup.errors.sigma * noise.normal(), setup.errors.sigma});
+    const double measured = setup.errors.is_signed ? speed : std::abs(speed);
+    out.speed.fixes.push_back({times[k], measured + size * setup.errors.sigma * noise.normal(), setup.errors.sigma});
   }
 }
 

@@ -50,14 +50,14 @@ StartSigmas read_start(const Config& config) {
 }
 
 // The filter's model of the IMU, or of several and of their mean.
-void read_told_sensors(const Config& config, const Scenario& scenario, ReplaySetup& setup) {
-  std::optional<ImuSensor> told;
-  if (config.has("sensor")) told = read_sensor(sensor_file(config, "sensor"));
-  setup.sensor = told.value_or(scenario.imus[setup.imu].sensor);
+void read_stated_sensors(const Config& config, const Scenario& scenario, ReplaySetup& setup) {
+  std::optional<ImuSensor> stated;
+  if (config.has("sensor")) stated = read_sensor(sensor_file(config, "sensor"));
+  setup.sensor = stated.value_or(scenario.imus[setup.imu].sensor);
   if (setup.further.empty()) return;
   const ImuSetup& first = scenario.imus[setup.imu];
   const auto add = [&](const ImuSetup& imu) {
-    setup.units.push_back(turned(told.value_or(imu.sensor), (first.q_rb.conjugate() * imu.q_rb).toRotationMatrix()));
+    setup.units.push_back(turned(stated.value_or(imu.sensor), (first.q_rb.conjugate() * imu.q_rb).toRotationMatrix()));
   };
   add(first);
   for (const std::size_t i : setup.further) add(scenario.imus[i]);
@@ -143,7 +143,7 @@ ReplaySetup read_replay_setup(const Config& file, const Scenario& scenario) {
   if (section && scenario.gnss.empty()) file.fail("montecarlo", "needs a receiver; add `gnss:` to the scenario");
   if (s.gnss.empty() && !scenario.gnss.empty()) s.gnss = {0};
   s.attitude = read_sensors(config, "attitude", scenario.attitude);
-  read_told_sensors(config, scenario, s);
+  read_stated_sensors(config, scenario, s);
   s.estimate = read_blocks(config, scenario, s);
   s.adapt = read_adaptation(config);
 

@@ -8,8 +8,8 @@
 
 #include "piste/core/error.h"
 #include "piste/replay/replay.h"
-#include "piste/solve/rts.h"
-#include "solve/relinearise.h"
+#include "piste/smoother/rts.h"
+#include "smoother/relinearise.h"
 
 namespace piste {
 namespace {
@@ -160,7 +160,7 @@ std::vector<MethodEstimate> filter_estimates(const FilterCase& of, std::vector<s
       smooth_rows(run.filtered, rows, [&](std::size_t, const FilterState& before, const SmoothedState&) {
         filtered.add(before.x, before.P);
       });
-      smooth_rows(relinearised(run.log, run.options, run.found, run.filtered), rows,
+      smooth_rows(relinearised(run.log, run.options, without_alignment(run.log.world, run.found), run.filtered), rows,
                   [&](std::size_t, const FilterState&, const SmoothedState& after) { smoothed.add(after.x, after.P); });
       out.push_back(filtered.of(model.filtered));
       out.push_back(smoothed.of(model.smoothed));

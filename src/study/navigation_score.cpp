@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "piste/core/error.h"
+#include "piste/filter/filter.h"
+#include "piste/filter/run.h"
 #include "piste/math/units.h"
-#include "piste/solve/filter.h"
-#include "piste/solve/run.h"
 
 namespace piste {
 namespace {

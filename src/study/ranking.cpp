@@ -80,17 +80,17 @@ void hold_against(Contestant& c, const Contestant& winner) {
 // of pairs with the winner are kept.
 void add_p_values(std::vector<Contestant>& all, Method winner) {
   std::vector<double> p_values;
-  std::vector<Contestant*> told;
+  std::vector<Contestant*> with_winner;
   for (std::size_t i = 0; i < all.size(); ++i) {
     for (std::size_t j = i + 1; j < all.size(); ++j) {
       p_values.push_back(zero_mean_p_value(ahead(all[i], all[j])));
       const bool first = all[i].row.method == winner, second = all[j].row.method == winner;
-      told.push_back(first ? &all[j] : second ? &all[i] : nullptr);
+      with_winner.push_back(first ? &all[j] : second ? &all[i] : nullptr);
     }
   }
   p_values = holm(std::move(p_values));
-  for (std::size_t pair = 0; pair < told.size(); ++pair) {
-    if (told[pair]) told[pair]->row.p_holm = p_values[pair];
+  for (std::size_t pair = 0; pair < with_winner.size(); ++pair) {
+    if (with_winner[pair]) with_winner[pair]->row.p_holm = p_values[pair];
   }
 }
 

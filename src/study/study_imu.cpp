@@ -13,7 +13,7 @@
 #include "piste/condition/pipeline.h"
 #include "piste/condition/time_sync.h"
 #include "piste/core/error.h"
-#include "piste/solve/attitude_noise.h"
+#include "piste/start/attitude_noise.h"
 #include "study/filter_estimates.h"
 #include "study/study_estimates.h"
 #include "study/timing_effect.h"

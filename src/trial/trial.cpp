@@ -12,12 +12,12 @@
 #include "piste/core/error.h"
 #include "piste/replay/replay.h"
 #include "piste/sim/random.h"
-#include "piste/solve/attitude_noise.h"
-#include "piste/solve/initial_stretch.h"
-#include "piste/solve/rts.h"
-#include "solve/fix_queue.h"
-#include "solve/relinearise.h"
+#include "piste/smoother/rts.h"
+#include "piste/start/attitude_noise.h"
+#include "piste/start/initial_stretch.h"
+#include "smoother/relinearise.h"
 #include "trial/true_estimate.h"
+#include "walker/fix_queue.h"
 
 namespace piste {
 namespace {
@@ -412,7 +412,7 @@ ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed, const BatchS
     }
     return out;
   }
-  const FilterRun again = relinearised(run.log, run.options, run.found, run.filtered);
+  const FilterRun again = relinearised(run.log, run.options, without_alignment(run.log.world, run.found), run.filtered);
   visit_rows(again, rows, [&](int epoch, const FilterState& before, const SmoothedState& smoothed) {
     out.smoothed.push_back(sample(epoch, before.time, smoothed.x, smoothed.P, bound.at(epoch).smoothed));
   });

@@ -7,12 +7,12 @@
 #include <numeric>
 #include <unordered_map>
 
+#include "filter/feeder.h"
 #include "piste/consistency/verdict.h"
 #include "piste/core/error.h"
+#include "piste/filter/run.h"
 #include "piste/model/height.h"
 #include "piste/model/vehicle.h"
-#include "piste/solve/run.h"
-#include "solve/feeder.h"
 
 namespace piste {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "piste/core/solution.h"
-#include "piste/solve/initial_state.h"
+#include "piste/filter/initial_state.h"
 
 namespace piste {
 

@@ -3,7 +3,7 @@
 /// noise moves it by microseconds, fixes change over from one sample of the IMU to the next, and the likelihood leaps.
 
 #include "piste/core/options.h"
-#include "piste/solve/initial_state.h"
+#include "piste/filter/initial_state.h"
 
 namespace piste {
 

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <vector>
 
-#include "solve/relinearise.h"
+#include "smoother/relinearise.h"
 #include "support/synthetic_log.h"
 
 namespace piste {
@@ -23,7 +23,7 @@ struct Both {
 Both both(const SyntheticRun& s, const BatchOptions& options = {}) {
   const FilterRun run = run_filter(s.log, s.options, s.start, Keep::kHistory);
   const FoundStart found{s.start, "given"};
-  const FilterRun again = relinearised(s.log, s.options, found, run);
+  const FilterRun again = relinearised(s.log, s.options, s.start, run);
   std::vector<AttitudeLag> lags;
   Both out{smooth_rts(again, {}, nullptr, &lags), run_batch(s.log, s.options, found, run, options)->solution()};
   out.smoothed.attitude_correlation_time = correlation_time(lags);

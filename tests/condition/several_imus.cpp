@@ -183,8 +183,8 @@ TEST(SeveralImus, TheMeanBeforeAUnitBeginsIsThatOfAll) {
   for (std::size_t k = kFrom; k < kTo; ++k) {
     rate += (log.imu[k].dtheta - clean.imu[k].dtheta) / (kPeriod * (kTo - kFrom));
     force += (log.imu[k].dvel - clean.imu[k].dvel) / (kPeriod * (kTo - kFrom));
-    ASSERT_TRUE(log.imu[k].mended) << k;
-    added = std::max<double>(added, log.imu[k].mended->gyro);
+    ASSERT_TRUE(log.imu[k].interpolated) << k;
+    added = std::max<double>(added, log.imu[k].interpolated->gyro);
   }
   EXPECT_LT(rate.cwiseAbs().maxCoeff(), 0.1 * mt9a().gyro.bias);
   EXPECT_LT(force.cwiseAbs().maxCoeff(), 0.1 * mt9a().accel.bias);

@@ -64,12 +64,12 @@ TEST(Spikes, OneAndTwoRowsAreMendedMarkedAndCounted) {
     const Log log = conditioned(spoilt), good = conditioned(clean);
     EXPECT_EQ(log.counts.imu_spikes, 3u);
     for (std::size_t i = 0; i < log.imu.size(); ++i) {
-      EXPECT_EQ(log.imu[i].mended.has_value(), i == 700 || i == 1300 || i == 1301) << i;
+      EXPECT_EQ(log.imu[i].interpolated.has_value(), i == 700 || i == 1300 || i == 1301) << i;
     }
     EXPECT_LT(distance(log, good), 0.15 * kSpikeStep);
-    EXPECT_NEAR(log.imu[700].mended->gyro, 0.02 * std::sqrt(1.5 * kSpikeStep), 0.001);  // noise of row less line
-    EXPECT_EQ(log.imu[700].mended->accel, 0);
-    EXPECT_GT(log.imu[1301].mended->accel, 0);
+    EXPECT_NEAR(log.imu[700].interpolated->gyro, 0.02 * std::sqrt(1.5 * kSpikeStep), 0.001);  // noise of row less line
+    EXPECT_EQ(log.imu[700].interpolated->accel, 0);
+    EXPECT_GT(log.imu[1301].interpolated->accel, 0);
   }
 }
 
@@ -80,7 +80,7 @@ TEST(Spikes, AreLeftAloneIfTheOptionsSaySo) {
   options.behaviour.spikes.mend = false;
   const Log left = condition_imu(spoilt, options);
   EXPECT_EQ(left.counts.imu_spikes, 0u);
-  EXPECT_FALSE(left.imu[700].mended);
+  EXPECT_FALSE(left.imu[700].interpolated);
   EXPECT_DOUBLE_EQ(left.imu[700].dtheta.y(), left.imu[700].interval * spoilt.gyro[700].y());
   options.behaviour.spikes.mend = true;
   EXPECT_EQ(condition_imu(spoilt, options).counts.imu_spikes, 1u);
@@ -94,8 +94,8 @@ TEST(Spikes, OfInstantaneousSamplesMarkBothIntervals) {
   const Log log = conditioned(spoilt, true), good = conditioned(turns(), true);
   EXPECT_EQ(log.counts.imu_spikes, 1u);
   EXPECT_LT(distance(log, good), 0.15 * kSpikeStep);
-  EXPECT_TRUE(log.imu[699].mended && log.imu[700].mended);
-  EXPECT_FALSE(log.imu[698].mended || log.imu[701].mended);
+  EXPECT_TRUE(log.imu[699].interpolated && log.imu[700].interpolated);
+  EXPECT_FALSE(log.imu[698].interpolated || log.imu[701].interpolated);
 }
 
 TEST(Spikes, AKnockThatRingsIsMotion) {

@@ -59,13 +59,13 @@ const Exported kExported[] = {
     {"piste/report/kml.h", address(piste::kml)},
     {"piste/sim/campaign.h", address<piste::Campaign(const std::filesystem::path&)>(piste::read_campaign)},
     {"piste/sim/simulation.h", address(piste::simulate)},
-    {"piste/solve/attitude_noise.h", address(piste::with_white_part)},
-    {"piste/solve/filter.h", address(+[](piste::Filter& filter) { return filter.finish(); })},
-    {"piste/solve/live.h", address(+[](const piste::Live& live) { return live.late(); })},
-    {"piste/solve/initial_stretch.h", address(piste::initial_stretch)},
-    {"piste/solve/run.h", address(piste::run_filter)},
-    {"piste/solve/rts.h", address(piste::smooth_rts)},
-    {"piste/solve/start.h", address(piste::find_start)},
+    {"piste/start/attitude_noise.h", address(piste::with_white_part)},
+    {"piste/filter/filter.h", address(+[](piste::Filter& filter) { return filter.finish(); })},
+    {"piste/live/live.h", address(+[](const piste::Live& live) { return live.late(); })},
+    {"piste/start/initial_stretch.h", address(piste::initial_stretch)},
+    {"piste/filter/run.h", address(piste::run_filter)},
+    {"piste/smoother/rts.h", address(piste::smooth_rts)},
+    {"piste/start/start.h", address(piste::find_start)},
 };
 
 // Of piste/core/error.h, piste/core/log.h and piste/core/sensor.h, which hold values: a log of nothing is refused.

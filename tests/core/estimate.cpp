@@ -87,7 +87,7 @@ TEST(Estimate, ACarriedErrorIsOfTheSameAntennaVelocityAndTilt) {
     ErrorVector correction(layout.size());
     for (int k = 0; k < layout.size(); ++k) correction(k) = random.gaussian(0.2);
     const Estimate after = corrected(x, layout, correction, stands);
-    const ResetJacobian J = carrying_jacobian(x, layout, correction, down, stands);
+    const ResetJacobian J = transport_jacobian(x, layout, correction, down, stands);
     Eigen::MatrixXd G = Eigen::MatrixXd::Identity(layout.size(), layout.size());
     G.block<6, 6>(3, 3) = J.velocity_attitude;
     G.block<3, 3>(0, attitude) = J.position_attitude;
@@ -110,7 +110,7 @@ TEST(Estimate, ACarriedErrorIsOfTheSameAntennaVelocityAndTilt) {
     const Matrix3d R = so3_exp(Vector3d(correction.segment<3>(attitude))).toRotationMatrix();
     const Vector3d bias = random.vector(1), hidden = (x.R_wb() * bias).cross(down);
     const Vector3d turned =
-        carrying_jacobian(x, layout, correction, down, true).velocity_attitude.bottomRightCorner<3, 3>() * hidden;
+        transport_jacobian(x, layout, correction, down, true).velocity_attitude.bottomRightCorner<3, 3>() * hidden;
     EXPECT_LT((turned - (R * x.R_wb() * bias).cross(down)).norm(), 1e-13);
   }
 }

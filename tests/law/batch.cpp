@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "solve/relinearise.h"
+#include "smoother/relinearise.h"
 #include "support/synthetic_log.h"
 
 namespace piste {
@@ -63,7 +63,7 @@ TEST(BatchLaw, IsFilterAndSmootherOfALinearRun) {
   const test::SyntheticRun s = quiet_run();
   const FoundStart found{s.start, "given"};
   const FilterRun run = run_filter(s.log, s.options, s.start, Keep::kHistory);
-  const Solution smoothed = smooth_rts(relinearised(s.log, s.options, found, run));
+  const Solution smoothed = smooth_rts(relinearised(s.log, s.options, s.start, run));
   const Solution batch = run_batch(s.log, s.options, found, run, {.loss = BatchLoss::kSquared})->solution();
   ASSERT_EQ(batch.size(), smoothed.size());
   for (std::size_t i = 0; i < batch.size(); ++i) {

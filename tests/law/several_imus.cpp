@@ -4,10 +4,10 @@
 
 #include <array>
 
+#include "filter/update.h"
 #include "model/dynamics.h"
+#include "piste/filter/initial_state.h"
 #include "piste/model/imu_parity.h"
-#include "piste/solve/initial_state.h"
-#include "solve/update.h"
 #include "support/random.h"
 
 namespace piste {

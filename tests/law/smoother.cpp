@@ -5,10 +5,10 @@
 #include <cmath>
 #include <vector>
 
+#include "filter/feeder.h"
+#include "filter/filter_walk.h"
 #include "math/linear_algebra.h"
-#include "piste/solve/rts.h"
-#include "solve/feeder.h"
-#include "solve/filter_walk.h"
+#include "piste/smoother/rts.h"
 #include "support/synthetic_log.h"
 
 namespace piste {
@@ -46,7 +46,7 @@ MatrixXd root_of_noise(const StateLayout& layout, const Transition& t) {
 
 // Error of every epoch as an affine function of whitened unknowns: the start's error and the noise of every step. What
 // the filter measured are equations in them, solved at once; nothing here runs backwards or knows a gain. It takes down
-// what the filter does as it does it (src/solve/filter_walk.h), and nothing of what a History has stored.
+// what the filter does as it does it (src/filter/filter_walk.h), and nothing of what a History has stored.
 class Batch {
  public:
   /// The whole run of a filter.
@@ -105,7 +105,7 @@ class Batch {
     offset_ += A_ * (known_ * told);
   }
 
-  static void add_admitted(const ErrorVector&) { FAIL() << "the covariance grew without a step"; }
+  static void add_inflation(const ErrorVector&) { FAIL() << "the covariance grew without a step"; }
   static void add_moved(const ErrorVector&) { FAIL() << "there is no reference"; }
   void end_row(const FilterState& state) { epochs_.push_back({A_, offset_, state.x}); }
 

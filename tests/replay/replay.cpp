@@ -13,11 +13,11 @@
 #include "core/time_search.h"
 #include "piste/consistency/verdict.h"
 #include "piste/io/solution_io.h"
-#include "piste/solve/attitude_noise.h"
-#include "piste/solve/initial_stretch.h"
-#include "piste/solve/rts.h"
+#include "piste/smoother/rts.h"
+#include "piste/start/attitude_noise.h"
+#include "piste/start/initial_stretch.h"
 #include "piste/trial/trial.h"
-#include "solve/relinearise.h"
+#include "smoother/relinearise.h"
 #include "support/places.h"
 #include "support/scenario.h"
 #include "support/simulated_case.h"
@@ -130,7 +130,8 @@ TEST(Replay, IsItsStepsInTheirOrder) {
   by_hand.stretch = initial_stretch(by_hand.log, by_hand.options, by_hand.found);
   by_hand.filtered = filter_from(by_hand.stretch, by_hand.log, by_hand.options, by_hand.found, Keep::kHistory);
   std::vector<AttitudeLag> lags;
-  by_hand.relinearised = relinearised(by_hand.log, by_hand.options, by_hand.found, by_hand.filtered);
+  by_hand.relinearised =
+      relinearised(by_hand.log, by_hand.options, without_alignment(by_hand.log.world, by_hand.found), by_hand.filtered);
   by_hand.smoothed = smooth_rts(*by_hand.relinearised, {}, nullptr, &lags);
   by_hand.smoothed->attitude_correlation_time = correlation_time(lags);
   expect_same(run, by_hand);
@@ -267,7 +268,7 @@ TEST(Replay, WithoutSmootherCanStillBeSmoothed) {
   EXPECT_EQ(&run.solution(), &run.filtered.solution);
   EXPECT_EQ(&whole.solution(), &*whole.smoothed);
   int seen = 0;
-  const FilterRun again = relinearised(run.log, run.options, run.found, run.filtered);
+  const FilterRun again = relinearised(run.log, run.options, without_alignment(run.log.world, run.found), run.filtered);
   smooth_rows(again, {1500}, [&](std::size_t row, const FilterState&, const SmoothedState& smoothed) {
     ++seen;
     EXPECT_TRUE(smoothed.x.p_wb == whole.smoothed->estimate(row).p_wb);

@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "piste/replay/replay.h"
-#include "piste/solve/attitude_noise.h"
+#include "piste/start/attitude_noise.h"
 #include "support/simulated_case.h"
 
 namespace piste::test {

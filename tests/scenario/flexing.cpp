@@ -9,7 +9,7 @@
 #include "piste/math/statistics.h"
 #include "piste/math/units.h"
 #include "piste/sim/random.h"
-#include "piste/solve/rts.h"
+#include "piste/smoother/rts.h"
 #include "support/simulated_case.h"
 #include "support/thorough.h"
 

@@ -11,7 +11,7 @@
 
 #include "piste/math/statistics.h"
 #include "piste/math/units.h"
-#include "solve/start_place.h"
+#include "start/start_place.h"
 #include "support/simulated_case.h"
 #include "support/text_file.h"
 #include "support/thorough.h"

@@ -1,6 +1,6 @@
 // A live session beside a replay of the same data: rest, start and filter find the same.
 
-#include "piste/solve/live.h"
+#include "piste/live/live.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 
 #include "core/time_search.h"
 #include "piste/core/error.h"
-#include "piste/solve/run.h"
+#include "piste/filter/run.h"
 #include "support/simulated_case.h"
 #include "support/text_file.h"
 #include "support/thorough.h"

@@ -13,9 +13,9 @@
 #include "piste/consistency/disputes.h"
 #include "piste/math/units.h"
 #include "piste/sim/random.h"
-#include "piste/solve/attitude_noise.h"
-#include "piste/solve/initial_stretch.h"
-#include "piste/solve/rts.h"
+#include "piste/smoother/rts.h"
+#include "piste/start/attitude_noise.h"
+#include "piste/start/initial_stretch.h"
 #include "support/simulated_case.h"
 
 namespace piste::test {
@@ -230,8 +230,8 @@ TEST_P(LyingReceiver, RepeatsItsLastFixInATurn) {
   EXPECT_EQ(count(r.solution, Outcome::kRepeated), repeated);
 }
 
-// Nobody can know for ever: after TrustOptions::distrust the receiver is believed, and what was known until then
-// stays.
+// Nobody can know for ever: after FaultDetectionOptions::distrust the receiver is believed, and what was known until
+// then stays.
 TEST_P(LyingReceiver, IsBelievedInTheEnd) {
   const double distrust = case_.options.behaviour.trust.distrust;
   const Log log = lie(20, 0, false, 1e3);

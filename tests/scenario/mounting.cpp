@@ -5,7 +5,7 @@
 
 #include "piste/math/statistics.h"
 #include "piste/math/units.h"
-#include "piste/solve/rts.h"
+#include "piste/smoother/rts.h"
 #include "support/random.h"
 #include "support/simulated_case.h"
 #include "support/text_file.h"

@@ -9,7 +9,7 @@
 #include <tuple>
 
 #include "piste/replay/replay.h"
-#include "solve/vehicle_mounting.h"
+#include "start/vehicle_mounting.h"
 #include "support/random.h"
 #include "support/simulated_case.h"
 #include "support/thorough.h"

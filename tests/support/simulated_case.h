@@ -9,7 +9,7 @@
 #include "piste/condition/rest_detection.h"
 #include "piste/math/units.h"
 #include "piste/sim/simulation.h"
-#include "piste/solve/start.h"
+#include "piste/start/start.h"
 #include "support/places.h"
 
 namespace piste::test {

@@ -1,7 +1,7 @@
 #pragma once
 /// A short log of a wild motion with every sensor, and options and a start for its filter.
 
-#include "piste/solve/filter.h"
+#include "piste/filter/filter.h"
 #include "support/motion.h"
 #include "support/random.h"
 

@@ -18,8 +18,8 @@
 #include <memory>
 #include <vector>
 
-#include "piste/solve/rts.h"
-#include "piste/solve/start.h"
+#include "piste/smoother/rts.h"
+#include "piste/start/start.h"
 
 namespace piste {
 

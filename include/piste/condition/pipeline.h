@@ -27,8 +27,8 @@ namespace piste {
 /// the component is replaced by the mean of its neighbours.
 ///
 /// **Spikes.** One or two rows that depart from their neighbours by more than a body can move are interpolated
-/// linearly, marked `mended`, and counted (condition/spikes.h defines a spike). The noise of such a sample is the rms
-/// error of the same interpolation at the rows around it.
+/// linearly, marked `interpolated`, and counted (condition/spikes.h defines a spike). The noise of such a sample is the
+/// rms error of the same interpolation at the rows around it.
 ///
 /// **Several IMUs.** If the options name several IMUs, each is conditioned as above by itself. The samples are then
 /// their weighted mean at the place, in the axes and at the epochs of the first. Missing and faulty samples of single

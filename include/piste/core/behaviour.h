@@ -89,7 +89,7 @@ struct RestOptions {
 
 /// Initialisation: the heading search, where no heading is configured, and the 1-sigmas of the initial state.
 struct StartOptions {
-  // Multiple-model (MMAE) heading search (solve/heading_bank.h).
+  // Multiple-model (MMAE) heading search (start/heading_search.h).
   int hypotheses = 12;           ///< 30 deg apart: the truth is within 15 deg of one, where the filter is still linear
   double least_weight = 1e-6;    ///< relative to the best: below, a hypothesis is dropped; five sigmas
   double most_gates = 4;         ///< limits the NIS of one innovation, in gates: an outlier must not decide
@@ -127,8 +127,8 @@ struct StartOptions {
 };
 
 /// Innovation test of each fix, and fault detection and exclusion (FDE): whether the receiver or the filter is at fault
-/// where they disagree (solve/trust.h).
-struct TrustOptions {
+/// where they disagree (filter/fault_detection.h).
+struct FaultDetectionOptions {
   double gate = 0.999;    ///< probability that a right fix passes the gate
   int readmit_after = 5;  ///< rejections in a row after which the filter is taken to be at fault and is reset
   double distrust = 40;   ///< longest exclusion of a receiver that jumped [s]
@@ -150,7 +150,7 @@ struct BehaviourOptions {
   SpikeOptions spikes;
   RestOptions rest;
   StartOptions start;
-  TrustOptions trust;
+  FaultDetectionOptions trust;
 
   /// Throws ConfigError on values with which no run can be made.
   void validate() const;

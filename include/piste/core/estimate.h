@@ -45,7 +45,7 @@ ErrorVector boxminus(const Estimate& truth, const Estimate& estimate, const Stat
 struct ResetJacobian {
   Eigen::Matrix<double, 6, 6> velocity_attitude;
   std::array<Matrix3d, kMountings> mountings;  ///< in the order of kMountingBlocks
-  /// Derivatives of the position error after it by attitude and lever arm before it; only carrying_jacobian() sets
+  /// Derivatives of the position error after it by attitude and lever arm before it; only transport_jacobian() sets
   /// them.
   Matrix3d position_attitude = Matrix3d::Zero(), position_lever_arm = Matrix3d::Zero();
 };
@@ -67,8 +67,8 @@ Estimate corrected(const Estimate& x, const StateLayout& layout, const ErrorVect
 /// attitude is reset. For a body that `stands`, ν stays instead, as its velocity is known to be zero. Its tilt then
 /// turns with the heading part of the correction, about the unit vector `down`. An error of the heading stays one:
 /// otherwise standstill would seem to determine the heading. No heap.
-ResetJacobian carrying_jacobian(const Estimate& x, const StateLayout& layout, const ErrorVector& correction,
-                                const Vector3d& down, bool stands);
+ResetJacobian transport_jacobian(const Estimate& x, const StateLayout& layout, const ErrorVector& correction,
+                                 const Vector3d& down, bool stands);
 
 /// The matrix that turns the navigation error (ρ, ν, θ) into the ordinary error (δp, δv, θ), with δv = ν + θ × v̂.
 Eigen::Matrix<double, 9, 9> ordinary_from_invariant(const Estimate& x);

@@ -184,7 +184,7 @@ struct ImuSample {
   Vector3d dtheta = Vector3d::Zero(), dvel = Vector3d::Zero();
   std::uint8_t clipped_gyro = 0, clipped_accel = 0;  ///< bit i is set where axis i stands at the sensor's range
   MaybeNoise gap = {};                               ///< set where the sample fills a gap: it was not measured
-  MaybeNoise mended = {};                            ///< set where a spike was interpolated: the noise that this adds
+  MaybeNoise interpolated = {};                      ///< set where a spike was interpolated: the noise that this adds
   bool at_rest = false;                              ///< set where the rest detector finds the body stationary
 };
 

@@ -196,7 +196,7 @@ struct Priors {
   double clock_drift = 1e-4;     ///< a ratio, about the configured one: loggers were 14 to 310 ppm off
 };
 
-/// How far, and how fast, an adaptive filter may change the stated noise (solve/adaptation.h). The logarithm of the
+/// How far, and how fast, an adaptive filter may change the stated noise (filter/adaptation.h). The logarithm of the
 /// factor of a variance is a Gauss-Markov process about zero, whose 1-sigma is ln `within`.
 struct AdaptationOptions {
   double within = 10;  ///< a sigma may be this many times larger or smaller; sensor files were 3 to 50 times off

@@ -70,7 +70,7 @@ struct Sigmas : NavigationSigmas {
 /// Sigmas of an estimate in `world` from the covariance of its error. No heap.
 Sigmas sigmas_of(const World& world, const Estimate& x, const StateLayout& layout, const Covariance& P);
 
-/// The noise that an adaptive filter estimated, one row per second (solve/adaptation.h).
+/// The noise that an adaptive filter estimated, one row per second (filter/adaptation.h).
 struct AdaptedNoise {
   std::vector<std::string> names;  ///< sources, "gyro_noise" and "accel_noise"; empty: the filter did not adapt
   std::vector<double> time;

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "piste/consistency/verdict.h"
-#include "piste/solve/start.h"
+#include "piste/start/start.h"
 
 namespace piste {
 

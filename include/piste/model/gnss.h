@@ -25,8 +25,8 @@ namespace piste {
 /// Rate and force about the time of a fix.
 struct AntennaMotion {
   BodyMotion now;                            ///< at the time of the estimate
-  Vector3d told_rate = now.rate;             ///< in Jacobians (MeasurementContext::rate_without_noise)
-  double told_noise = 0;                     ///< in that rate (MeasurementContext::noise_told)
+  Vector3d reference_rate = now.rate;        ///< in Jacobians (MeasurementContext::rate_without_noise)
+  double observed_noise = 0;                 ///< in that rate (MeasurementContext::observed_noise)
   BodyMotion mean = {};                      ///< ω̄ and f̄
   Vector3d force_change = Vector3d::Zero();  ///< of R f in w, as a mean, in b [m/s³]
   double force_variance = 0;                 ///< of the white noise of f̄ in an axis
@@ -44,8 +44,8 @@ Vector3d slow_error(const GnssFix& fix, const std::optional<PositionDrift>& drif
 
 /// Linearises the velocity of a fix. It has two rows, north and east, if down was not measured. Its noise is that of
 /// the fix and that of the gyroscopes, which turns the lever arm. Jacobians by the lever arm and the gyroscopes have
-/// `told_rate`. `still`: the body is at rest; velocity and acceleration are then taken as zero in the Jacobians, so
-/// that their noise gives no false information on heading and delay.
+/// `reference_rate`. `still`: the body is at rest; velocity and acceleration are then taken as zero in the Jacobians,
+/// so that their noise gives no false information on heading and delay.
 /// @pre `fix.velocity` is there.
 Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const AntennaMotion& motion,
                                  const Vector3d& earth_rate, const Gravity& gravity, bool still, const Lag& lag = {});

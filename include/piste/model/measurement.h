@@ -32,10 +32,10 @@ struct Linearization {
   Vector3d residual = Vector3d::Zero();
   Matrix3d covariance = Matrix3d::Zero();
   /// M, the derivative of the prediction by the rate, for the errors-in-variables correction: if the rate was measured
-  /// as ω + n, the residual contains −M n. On average the rate in the Jacobians has the fraction `told_noise` of the
-  /// noise of the neighbouring samples (MeasurementContext::rate_without_noise).
+  /// as ω + n, the residual contains −M n. On average the rate in the Jacobians has the fraction `observed_noise` of
+  /// the noise of the neighbouring samples (MeasurementContext::rate_without_noise).
   Matrix3d by_rate_noise = Matrix3d::Zero();
-  double told_noise = 0;
+  double observed_noise = 0;
 
   void add(Block block, const Matrix3d& jacobian) { terms_[static_cast<std::size_t>(count_++)] = {block, jacobian}; }
   /// The derivative by a block; zero if it has none.
@@ -80,7 +80,7 @@ struct BodyMotion {
 };
 
 /// Rate and specific force as means over the last tenth of a second, carried on to the time of the estimate, in body
-/// axes at that time, as measured (solve/recent_motion.h). Such a mean is the factor of a delay, unless the fix shows
+/// axes at that time, as measured (filter/recent_motion.h). Such a mean is the factor of a delay, unless the fix shows
 /// all of a vibration: the noise of a single sample would pass for information on the delay.
 struct RecentMotion {
   Vector3d rate = Vector3d::Zero(), force = Vector3d::Zero();
@@ -153,7 +153,7 @@ struct MeasurementContext {
   /// 1.4). Zero at rest.
   Vector3d rate_without_noise(const Estimate& x) const;
   /// The fraction of the neighbouring samples' noise in it.
-  double noise_told() const;
+  double observed_noise() const;
   /// The time by which a fix with this `delay` belongs before the estimate.
   Lag lag(const FixDelay& delay) const {
     return {delay.value - moved, delay.block, delay_variance, delay.by_clock_drift};
@@ -164,7 +164,7 @@ struct MeasurementContext {
 struct MeasurementChannel {
   std::string_view name;  ///< empty if a fix measures one quantity only
   /// Another channel of the same fix, or −1. If a channel jumps while its partner agrees with the filter, the sensor is
-  /// taken to be at fault, and not the filter (solve/trust.h).
+  /// taken to be at fault, and not the filter (filter/fault_detection.h).
   int partner = -1;
   /// Whether several fixes in a row outside the gate inflate the filter's covariance, so that it uses the next one.
   bool readmitted = true;
@@ -194,7 +194,7 @@ struct MeasurementType {
 
   /// Whether files number the sensors of this type, as in "gnss[0]".
   static constexpr bool kNumbered = false;
-  /// Whether an adaptive filter estimates the noise of this type (solve/adaptation.h).
+  /// Whether an adaptive filter estimates the noise of this type (filter/adaptation.h).
   static constexpr bool kAdapted = true;
   /// Number of sensors of this type in a run. Each has its own fixes and its own place in the list of sources.
   static int sensors(const FilterOptions&) { return 1; }

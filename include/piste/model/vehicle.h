@@ -24,7 +24,7 @@ namespace piste {
 
 /// Rate and specific force at the time of a fix in b, and the rate as Jacobians take it.
 struct WheelMotion {
-  Vector3d rate = Vector3d::Zero(), told_rate = Vector3d::Zero();
+  Vector3d rate = Vector3d::Zero(), reference_rate = Vector3d::Zero();
   Vector3d force = Vector3d::Zero();
   double rate_variance = 0, force_variance = 0;  ///< of the white noise in an axis
   Vector3d earth_rate = Vector3d::Zero();        ///< in w

@@ -8,10 +8,10 @@
 
 #include "piste/allan/sensor_noise.h"
 #include "piste/core/log.h"
+#include "piste/filter/run.h"
 #include "piste/io/config.h"
 #include "piste/io/log_io.h"
 #include "piste/math/statistics.h"
-#include "piste/solve/run.h"
 
 namespace piste {
 

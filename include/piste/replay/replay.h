@@ -18,9 +18,9 @@
 #include "piste/configuration/replay_config.h"
 #include "piste/core/log.h"
 #include "piste/core/options.h"
-#include "piste/solve/initial_stretch.h"
-#include "piste/solve/run.h"
-#include "piste/solve/start.h"
+#include "piste/filter/run.h"
+#include "piste/start/initial_stretch.h"
+#include "piste/start/start.h"
 
 namespace piste {
 
@@ -58,9 +58,9 @@ inline constexpr std::size_t kKeptRows = 40000;
 
 /// The result of a replay: the input of the filter and its output.
 struct Replay {
-  Log log;                    ///< conditioned, with its stationary intervals
-  FilterOptions options;      ///< of the filter, with the measured errors of the reference attitudes
-  FoundStart found;           ///< the start, and how it was estimated
+  Log log;                      ///< conditioned, with its stationary intervals
+  FilterOptions options;        ///< of the filter, with the measured errors of the reference attitudes
+  FoundStart found;             ///< the start, and how it was estimated
   InitialStretch stretch = {};  ///< until `found.aligned`, back-smoothed
   /// The run that the smoother processes, if there is one: filtered about its own smoothed trajectory.
   std::optional<FilterRun> relinearised = std::nullopt;

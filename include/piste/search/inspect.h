@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "piste/filter/run.h"
 #include "piste/inspect/inspection.h"
-#include "piste/solve/run.h"
 
 namespace piste {
 

@@ -14,7 +14,7 @@
 
 #include "piste/core/log.h"
 #include "piste/core/options.h"
-#include "piste/solve/run.h"
+#include "piste/filter/run.h"
 #include "piste/tune/standing_heights.h"
 
 namespace piste {
