@@ -112,33 +112,29 @@ bool Progress::is_due() {
   return true;
 }
 
-void Progress::draw(const std::string& line) {
-  fmt::print(stderr, "\r{} \x1b[K", line);
+// `part` of the work is done; `rate` may be empty.
+void Progress::draw(std::string_view stage, double part, const std::string& rate, double left) {
+  constexpr std::size_t kWidth = 20;
+  part = std::clamp(part, 0.0, 1.0);
+  const auto filled = static_cast<std::size_t>(kWidth * part);
+  fmt::print(stderr, "\r{:<19} [{:=<{}}{:{}}] {:3.0f} %  {}{} \x1b[K", stage, "", filled, "", kWidth - filled,
+             std::floor(100 * part), rate, left > 0 ? fmt::format("{:.0f} s left", left) : "");
   std::fflush(stderr);
   drawn_ = true;
 }
 
 void Progress::update(std::size_t done) {
-  constexpr std::size_t kWidth = 30;
   if (total_ == 0 || !is_due()) return;
-  const double elapsed = std::chrono::duration<double>(last_ - started_).count();
-  const double rate = static_cast<double>(done - done_before_) / elapsed;
-  const double left = rate > 0 ? static_cast<double>(total_ - std::min(done, total_)) / rate : 0;
-  const std::size_t filled = std::min(kWidth, kWidth * done / total_);
-  draw(fmt::format("{:<10} [{:=<{}}{:{}}] {:3d} %  {:.{}f} {}/s  {:.0f} s left", stage_, "", filled, "",
-                   kWidth - filled, 100 * std::min(done, total_) / total_, rate, rate < 10 ? 2 : 0, unit_, left));
+  const double rate = static_cast<double>(done - done_before_) / elapsed();
+  draw(stage_, static_cast<double>(done) / static_cast<double>(total_),
+       fmt::format("{:.{}f} {}/s  ", rate, rate < 10 ? 2 : 0, unit_),
+       rate > 0 ? static_cast<double>(total_ - std::min(done, total_)) / rate : 0);
 }
 
 void Progress::start_work() { started_ = last_ = Clock::now(); }
 
 void Progress::go_on(std::string_view stage, double part) {
-  constexpr double kWidth = 30;
-  if (!is_due()) return;
-  const auto filled = static_cast<std::size_t>(kWidth * part);
-  const double elapsed = std::chrono::duration<double>(last_ - started_).count();
-  const std::string left = part > 0 ? fmt::format("{:.0f} s left", elapsed * (1 / part - 1)) : "";
-  draw(fmt::format("{:<19} [{:=<{}}{:{}}] {:3.0f} %  {}", stage, "", filled, "",
-                   static_cast<std::size_t>(kWidth) - filled, std::floor(100 * part), left));
+  if (is_due()) draw(stage, part, "", part > 0 ? elapsed() * (1 / part - 1) : 0);
 }
 
 void Progress::clear() {

@@ -77,7 +77,8 @@ class Progress {
  private:
   using Clock = std::chrono::steady_clock;
   bool is_due();
-  void draw(const std::string& line);
+  void draw(std::string_view stage, double part, const std::string& rate, double left);
+  double elapsed() const { return std::chrono::duration<double>(last_ - started_).count(); }  ///< s
   bool enabled_, drawn_ = false;
   std::string stage_, unit_;
   std::size_t total_ = 0, done_before_ = 0;
