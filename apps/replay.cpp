@@ -59,7 +59,7 @@ void run_replay(const AppArguments& arguments, Progress& progress) {
   for (const std::string& line : run_warnings(run.log, run.options, filtered, config.conditioning.outages)) {
     fmt::print(stderr, "warning: {}\n", line);
   }
-  for (const std::string& line : absence_lines(run.log.counts.units)) say(arguments, line);
+  for (const std::string& line : absence_lines(run.log.counts.imus)) say(arguments, line);
   say(arguments, run.found.how);
   if (smoothed && smoothed->batch) say(arguments, batch_line(*smoothed->batch));
   if (smoothed && smoothed->batch && !smoothed->batch->converged) {

@@ -9,7 +9,7 @@
 #include "filter/standing_force.h"
 #include "math/parallel.h"
 #include "model/imu_errors.h"
-#include "model/unit_scales.h"
+#include "model/imu_scales.h"
 #include "walker/walker.h"
 
 namespace piste {
@@ -25,7 +25,7 @@ class ChainLayer {
   ChainLayer(const Log& log, const FilterOptions& options, const BatchLayout& layout, double start,
              const std::shared_ptr<const Reference>& reference, const FixWeights& weights, double longest, Chain& chain)
       : world_(log.world),
-        units_(UnitScales::across(options)),
+        imu_scales_(ImuScales::across(options)),
         reference_(reference),
         weights_(weights),
         longest_(longest),
@@ -63,7 +63,7 @@ class ChainLayer {
   double time() const { return time_; }
   const Estimate& estimate() const { return x_; }
   // What scales of several units do across the axes is as it was found in the round before.
-  const UnitScales* units() const { return units_.get(); }
+  const ImuScales* imu_scales() const { return imu_scales_.get(); }
   bool resting() const { return walker_.sample().at_rest && !walker_.sample().gap; }
   bool takes(int source, double time) const { return weights_.contains({source, time}); }
 
@@ -144,7 +144,7 @@ class ChainLayer {
   }
 
   const World& world_;
-  std::shared_ptr<const UnitScales> units_;
+  std::shared_ptr<const ImuScales> imu_scales_;
   Reference::Reader reference_;
   const FixWeights& weights_;
   double longest_;

@@ -12,7 +12,7 @@ namespace piste {
 namespace {
 
 constexpr std::size_t kMostKinds = 40;  // autopilots have as many messages
-constexpr std::size_t kMostUnits = 8;   // IMUs that are numbered
+constexpr std::size_t kMostImus = 8;    // IMUs that are numbered
 
 // Whether a text is the name of an IMU, or of its gyroscopes. Words such as `gps` may instead state the source of a
 // position.
@@ -41,7 +41,7 @@ bool numbers_units(const ColumnTable& table, const SampledColumn& column,
     return std::any_of(table.columns.begin(), table.columns.end(),
                        [&](const SampledColumn& c) { return meaning_of(c).key == key; });
   };
-  return named && column.is_whole() && changing(table, column) > kTurns && kinds.size() <= kMostUnits &&
+  return named && column.is_whole() && changing(table, column) > kTurns && kinds.size() <= kMostImus &&
          measures("gyro") && measures("accel") &&
          std::all_of(kinds.begin(), kinds.end(), [&](const auto& k) { return kLeastPart * k.second > table.rows; });
 }

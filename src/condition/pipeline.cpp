@@ -152,7 +152,7 @@ std::vector<Fix> within(const FixRecording<Fix>& recording, const Interval& imu,
 
 // The log of the IMU, or of several as one, alone.
 Log imus_alone(const Recording& recording, const ConditioningOptions& options) {
-  return options.units.empty() ? condition_imu(recording.imu, options) : condition_units(recording, options);
+  return options.imus.empty() ? condition_imu(recording.imu, options) : condition_imus(recording, options);
 }
 
 // The Earth's field at each magnetic sample: at the last fix before it.
@@ -204,7 +204,7 @@ Log condition(const Recording& recording, const ConditioningOptions& options) {
 Log condition(Recording&& recording, const ConditioningOptions& options) {
   const std::string file = recording.imu.file;
   Log log =
-      options.units.empty() ? condition_imu(std::move(recording.imu), options) : condition_units(recording, options);
+      options.imus.empty() ? condition_imu(std::move(recording.imu), options) : condition_imus(recording, options);
   recording.further.clear();
   recording.imu = {};
   recording.imu.file = file;

@@ -9,8 +9,8 @@
 #include <string_view>
 #include <utility>
 
-#include "condition/unit_differences.h"
-#include "condition/unit_samples.h"
+#include "condition/imu_differences.h"
+#include "condition/imu_series.h"
 #include "piste/condition/pipeline.h"
 #include "piste/core/error.h"
 
@@ -24,9 +24,9 @@ constexpr double kWindow = 0.1;
 constexpr double kSameAbsence = 1;  // s: absences for one reason that are closer are merged
 
 // Windows of kWindow over the epochs. They do not reach over a gap.
-std::vector<UnitWindow> windows_over(const std::vector<ImuSample>& epochs) {
-  std::vector<UnitWindow> out;
-  UnitWindow window;
+std::vector<ImuWindow> windows_over(const std::vector<ImuSample>& epochs) {
+  std::vector<ImuWindow> out;
+  ImuWindow window;
   for (std::size_t k = 0; k < epochs.size(); ++k) {
     window.duration += epochs[k].interval;
     window.end = k + 1;
@@ -50,16 +50,16 @@ std::vector<Matrix3d> lever_effects(const std::vector<TriadMean>& rate, const st
   return out;
 }
 
-void move_to_first(UnitTriad& accel, const std::vector<Matrix3d>& effects, const Vector3d& place) {
+void move_to_first(ImuTriad& accel, const std::vector<Matrix3d>& effects, const Vector3d& place) {
   for (std::size_t k = 0; k < accel.value.size(); ++k) accel.value[k] -= effects[k] * place;
 }
 
 // The place of an IMU, by least squares over the windows in which both IMUs measure everything. The difference of its
 // specific force from that of the first is the effect of the place, an offset, and a matrix of scales and mounting.
 // Components that the motion does not determine stay near `place`, within kPrior.
-Vector3d found_place(const UnitTriad& first, const UnitTriad& unit, const std::vector<Matrix3d>& effects,
-                     const std::vector<double>& intervals, const std::vector<UnitWindow>& windows,
-                     const UnitConditioning& options) {
+Vector3d found_place(const ImuTriad& first, const ImuTriad& unit, const std::vector<Matrix3d>& effects,
+                     const std::vector<double>& intervals, const std::vector<ImuWindow>& windows,
+                     const FusedImuConditioning& options) {
   constexpr double kPrior = 0.5;        // m: one body
   constexpr double kMisaligned = 0.02;  // rad, and a ratio of scales
   constexpr int kUnknowns = 15;
@@ -71,7 +71,7 @@ Vector3d found_place(const UnitTriad& first, const UnitTriad& unit, const std::v
       Eigen::Matrix<double, 9, 1>::Constant(1 / (kMisaligned * kMisaligned));
   std::vector<std::pair<Row, Vector3d>> rows;
   std::vector<Vector3d> differences, forces;
-  for (const UnitWindow& window : windows) {
+  for (const ImuWindow& window : windows) {
     Matrix3d effect = Matrix3d::Zero();
     std::uint8_t bad = 0;
     for (std::size_t k = window.begin; k < window.end; ++k) {
@@ -98,24 +98,24 @@ Vector3d found_place(const UnitTriad& first, const UnitTriad& unit, const std::v
 }
 
 // The parities of a triad, window by window; nothing where some IMU did not measure an axis.
-std::vector<std::vector<std::optional<Parity>>> parities_of(const std::vector<const UnitTriad*>& units,
-                                                            const UnitVector& noise, const CombinedTriad& combined,
+std::vector<std::vector<std::optional<Parity>>> parities_of(const std::vector<const ImuTriad*>& imus,
+                                                            const ImuVector& noise, const CombinedTriad& combined,
                                                             const std::vector<double>& intervals,
-                                                            const std::vector<UnitWindow>& windows) {
-  const UnitMatrix L = parity_rows(noise);
-  std::vector<std::vector<std::optional<Parity>>> out(units.size() - 1);
+                                                            const std::vector<ImuWindow>& windows) {
+  const ImuMatrix L = parity_rows(noise);
+  std::vector<std::vector<std::optional<Parity>>> out(imus.size() - 1);
   for (std::size_t p = 0; p < out.size(); ++p) {
     std::vector<Vector3d> series, signal;
     for (std::size_t w = 0; w < windows.size(); ++w) {
       auto& parity = out[p].emplace_back();
       if (!combined.whole[w]) continue;
       parity.emplace();
-      for (std::size_t i = 0; i < units.size(); ++i) {
+      for (std::size_t i = 0; i < imus.size(); ++i) {
         parity->value +=
-            L(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(p)) * mean_over(*units[i], windows[w], intervals);
+            L(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(p)) * mean_over(*imus[i], windows[w], intervals);
       }
       series.push_back(parity->value);
-      signal.push_back(mean_over(*units.front(), windows[w], intervals));
+      signal.push_back(mean_over(*imus.front(), windows[w], intervals));
     }
     const Vector3d sigma = noise_of(series, signal);
     for (auto& parity : out[p]) {
@@ -127,11 +127,11 @@ std::vector<std::vector<std::optional<Parity>>> parities_of(const std::vector<co
 
 // Adds the absences of a triad of an IMU, epoch by epoch.
 void report_absences(const CombinedTriad& combined, std::size_t unit, bool gyro, const std::vector<ImuSample>& epochs,
-                     UnitReport& report) {
+                     ImuReport& report) {
   std::array<std::optional<std::size_t>, 5> last;  // of each fault: the last absence
   for (std::size_t k = 0; k < epochs.size(); ++k) {
     if (combined.out[unit][k] == 0) continue;
-    const UnitFault fault = combined.why[unit][k];
+    const ImuFault fault = combined.why[unit][k];
     std::optional<std::size_t>& open = last[static_cast<std::size_t>(fault)];
     const double begin = epochs[k].time - epochs[k].interval;
     if (open && begin - report.absences[*open].time.end < kSameAbsence) {
@@ -152,7 +152,7 @@ void take_means(const CombinedTriad& gyro, const CombinedTriad& accel, Log& log)
     const TriadMean &rate = gyro.mean[k], &force = accel.mean[k];
     const auto silent = [&](const CombinedTriad& triad) {
       return std::ranges::all_of(triad.out, [&](const auto& out) { return out[k] == 7; }) &&
-             std::ranges::any_of(triad.why, [&](const auto& why) { return why[k] != UnitFault::kClipped; });
+             std::ranges::any_of(triad.why, [&](const auto& why) { return why[k] != ImuFault::kClipped; });
     };
     if (s.gap && (silent(gyro) || silent(accel))) continue;  // stays as filled for the first IMU alone
     s.gap.reset();
@@ -168,57 +168,57 @@ void take_means(const CombinedTriad& gyro, const CombinedTriad& accel, Log& log)
 
 }  // namespace
 
-Log condition_units(const Recording& recording, const ConditioningOptions& options) {
+Log condition_imus(const Recording& recording, const ConditioningOptions& options) {
   Log log = condition_imu(recording.imu, options);
-  const std::vector<UnitConditioning>& known = options.units;
+  const std::vector<FusedImuConditioning>& known = options.imus;
   const std::size_t count = known.size();
-  std::vector<UnitSamples> units{at_epochs(log.imu, log.imu)};
+  std::vector<ImuSeries> imus{at_epochs(log.imu, log.imu)};
   std::vector<ImuSensor> sensors{known.front().sensor};
   for (std::size_t i = 1; i < count; ++i) {
     ConditioningOptions own = options;
     own.imu = known[i].imu;
     own.gyro_range = known[i].sensor.gyro.range;
     own.accel_range = known[i].sensor.accel.range;
-    units.push_back(at_epochs(condition_imu(recording.further[i - 1], own).imu, log.imu));
+    imus.push_back(at_epochs(condition_imu(recording.further[i - 1], own).imu, log.imu));
     sensors.push_back(known[i].sensor);
   }
-  const auto triads = [&](UnitTriad UnitSamples::*triad) {
-    std::vector<const UnitTriad*> out;
-    out.reserve(units.size());
-    for (const UnitSamples& unit : units) out.push_back(&(unit.*triad));
+  const auto triads = [&](ImuTriad ImuSeries::*triad) {
+    std::vector<const ImuTriad*> out;
+    out.reserve(imus.size());
+    for (const ImuSeries& unit : imus) out.push_back(&(unit.*triad));
     return out;
   };
   std::vector<double> intervals;
   intervals.reserve(log.imu.size());
   for (const ImuSample& s : log.imu) intervals.push_back(s.interval);
-  const std::vector<UnitWindow> windows = windows_over(log.imu);
+  const std::vector<ImuWindow> windows = windows_over(log.imu);
 
-  const CombinedTriad gyro = combine(triads(&UnitSamples::gyro), sensors, &ImuSensor::gyro, intervals, windows);
+  const CombinedTriad gyro = combine(triads(&ImuSeries::gyro), sensors, &ImuSensor::gyro, intervals, windows);
   const std::vector<Matrix3d> effects = lever_effects(gyro.mean, log.imu);
   for (std::size_t i = 1; i < count; ++i) {
     const Vector3d place = known[i].find_place
-                               ? found_place(units.front().accel, units[i].accel, effects, intervals, windows, known[i])
+                               ? found_place(imus.front().accel, imus[i].accel, effects, intervals, windows, known[i])
                                : known[i].place;
-    move_to_first(units[i].accel, effects, place);
-    log.counts.units.push_back({.name = known[i].name, .place = place});
+    move_to_first(imus[i].accel, effects, place);
+    log.counts.imus.push_back({.name = known[i].name, .place = place});
   }
-  const CombinedTriad accel = combine(triads(&UnitSamples::accel), sensors, &ImuSensor::accel, intervals, windows);
+  const CombinedTriad accel = combine(triads(&ImuSeries::accel), sensors, &ImuSensor::accel, intervals, windows);
 
-  log.counts.units.insert(log.counts.units.begin(), {.name = known.front().name});
+  log.counts.imus.insert(log.counts.imus.begin(), {.name = known.front().name});
   for (std::size_t i = 0; i < count; ++i) {
-    UnitReport& report = log.counts.units[i];
+    ImuReport& report = log.counts.imus[i];
     for (std::size_t k = 0; k < log.imu.size(); ++k) report.left_out += gyro.out[i][k] != 0 || accel.out[i][k] != 0;
     report_absences(gyro, i, true, log.imu, report);
     report_absences(accel, i, false, log.imu, report);
-    std::ranges::stable_sort(report.absences, {}, [](const UnitAbsence& a) { return a.time.start; });
+    std::ranges::stable_sort(report.absences, {}, [](const ImuAbsence& a) { return a.time.start; });
   }
   const auto rate =
-      parities_of(triads(&UnitSamples::gyro), unit_noise(sensors, &ImuSensor::gyro), gyro, intervals, windows);
+      parities_of(triads(&ImuSeries::gyro), imu_noise(sensors, &ImuSensor::gyro), gyro, intervals, windows);
   const auto force =
-      parities_of(triads(&UnitSamples::accel), unit_noise(sensors, &ImuSensor::accel), accel, intervals, windows);
+      parities_of(triads(&ImuSeries::accel), imu_noise(sensors, &ImuSensor::accel), accel, intervals, windows);
   log.parity.resize(count - 1);
   for (std::size_t w = 0; w < windows.size(); ++w) {
-    const UnitWindow& window = windows[w];
+    const ImuWindow& window = windows[w];
     ParityFix fix{.time = log.imu[window.end - 1].time - intervals[window.end - 1], .duration = window.duration};
     for (std::size_t k = window.begin; k < window.end; ++k) {
       fix.rate += intervals[k] / window.duration * gyro.mean[k].value;

@@ -8,9 +8,9 @@ namespace piste {
 
 /// Conditions each IMU by itself, resamples all at the epochs of the first, and moves their specific forces to its
 /// place. Then it takes the weighted mean without clipped, stuck, spiky, missing or faulty samples
-/// (condition/unit_differences.h). The samples are those of the mean; where IMUs are missing, the noise that this adds
-/// is in `interpolated`. The differences are in `parity`, the exclusions in `counts.units`. @pre options.units has one
+/// (condition/imu_differences.h). The samples are those of the mean; where IMUs are missing, the noise that this adds
+/// is in `interpolated`. The differences are in `parity`, the exclusions in `counts.imus`. @pre options.imus has one
 /// entry for each recording, the first as well. Throws as condition_imu().
-Log condition_units(const Recording& recording, const ConditioningOptions& options);
+Log condition_imus(const Recording& recording, const ConditioningOptions& options);
 
 }  // namespace piste

@@ -100,8 +100,8 @@ BatchOptions read_batch(const Config& config, SmootherKind smoother) {
 }
 
 // One of several IMUs: how it is mounted against the first.
-UnitConditioning read_unit(const Config& config, ImuSource& source) {
-  UnitConditioning unit;
+FusedImuConditioning read_unit(const Config& config, ImuSource& source) {
+  FusedImuConditioning unit;
   if (config.has("boresight")) {
     const Vector3d angles = config.vector("boresight", dimension::kAngle);
     source.conditioning.R_bs = (from_euler(angles).toRotationMatrix() * source.conditioning.R_bs).eval();
@@ -123,10 +123,10 @@ void read_imus(const Config& config, ReplayConfig& replay) {
     filter.sensor = turned(replay.imu.sensor, replay.imu.conditioning.R_bs);
     return;
   }
-  if (imus.size() > kMostUnits) config.fail("imu", fmt::format("at most {} IMUs are taken as one", kMostUnits));
+  if (imus.size() > kMostImus) config.fail("imu", fmt::format("at most {} IMUs are taken as one", kMostImus));
   for (const Config& imu : imus) {
     ImuSource source = read_imu_source(imu);
-    UnitConditioning unit;
+    FusedImuConditioning unit;
     if (&imu == &imus.front()) {
       replay.imu = source;
     } else {
@@ -138,12 +138,12 @@ void read_imus(const Config& config, ReplayConfig& replay) {
     unit.name = std::filesystem::path(source.log.file).stem().string();
     unit.imu = source.conditioning;
     unit.sensor = turned(source.sensor, source.conditioning.R_bs);
-    filter.units.push_back(unit.sensor);
+    filter.imus.push_back(unit.sensor);
     filter.unit_axes.push_back(unit.imu.R_bs);
-    replay.conditioning.units.push_back(unit);
+    replay.conditioning.imus.push_back(unit);
   }
   try {
-    filter.sensor = mean_sensor(filter.units);
+    filter.sensor = mean_sensor(filter.imus);
   } catch (const ConfigError& e) {
     config.fail("imu", e.what());
   }
@@ -248,7 +248,7 @@ ReplayConfig read_replay_config(const Config& config) {
   replay.batch = read_batch(config, replay.smoother);
   replay.rates = read_output(config);
   replay.conditioning = {.imu = replay.imu.conditioning,
-                         .units = std::move(replay.conditioning.units),
+                         .imus = std::move(replay.conditioning.imus),
                          .magnetic = magnetic,
                          .gyro_range = replay.imu.sensor.gyro.range,
                          .accel_range = replay.imu.sensor.accel.range,

@@ -37,30 +37,30 @@ std::vector<std::string> warnings_of(const Solution& filtered) {
   return warnings;
 }
 
-std::string_view name_of(UnitFault fault) {
+std::string_view name_of(ImuFault fault) {
   switch (fault) {
-    case UnitFault::kClipped:
+    case ImuFault::kClipped:
       return "clipped";
-    case UnitFault::kStuck:
+    case ImuFault::kStuck:
       return "stuck";
-    case UnitFault::kSpike:
+    case ImuFault::kSpike:
       return "spike";
-    case UnitFault::kSilent:
+    case ImuFault::kSilent:
       return "silent";
-    case UnitFault::kBiased:
+    case ImuFault::kBiased:
       return "biased";
   }
   return "";
 }
 
-std::vector<std::string> absence_lines(const std::vector<UnitReport>& units) {
+std::vector<std::string> absence_lines(const std::vector<ImuReport>& imus) {
   std::vector<std::string> lines;
-  for (const UnitReport& unit : units) {
+  for (const ImuReport& unit : imus) {
     if (unit.absences.empty()) continue;
     std::vector<std::string> parts;
-    for (const UnitFault fault :
-         {UnitFault::kClipped, UnitFault::kStuck, UnitFault::kSpike, UnitFault::kSilent, UnitFault::kBiased}) {
-      const auto is_it = [&](const UnitAbsence& a) { return a.fault == fault; };
+    for (const ImuFault fault :
+         {ImuFault::kClipped, ImuFault::kStuck, ImuFault::kSpike, ImuFault::kSilent, ImuFault::kBiased}) {
+      const auto is_it = [&](const ImuAbsence& a) { return a.fault == fault; };
       const auto times = std::ranges::count_if(unit.absences, is_it);
       if (times == 0) continue;
       const Interval& first = std::ranges::find_if(unit.absences, is_it)->time;

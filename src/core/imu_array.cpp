@@ -10,12 +10,12 @@ namespace {
 
 // Columns that with the unit vector `first` are an orthonormal basis: those of the Householder reflection that turns
 // the first axis into it, but for the first.
-UnitMatrix complement(const UnitVector& first) {
+ImuMatrix complement(const ImuVector& first) {
   const Eigen::Index n = first.size();
-  UnitVector v = first;
+  ImuVector v = first;
   v(0) -= 1;
   const double square = v.squaredNorm();
-  UnitMatrix out = UnitMatrix::Zero(n, n - 1);
+  ImuMatrix out = ImuMatrix::Zero(n, n - 1);
   for (Eigen::Index k = 1; k < n; ++k) {
     out(k, k - 1) = 1;
     if (square > 0) out.col(k - 1) -= 2 * v(k) / square * v;
@@ -23,21 +23,21 @@ UnitMatrix complement(const UnitVector& first) {
   return out;
 }
 
-TriadErrors mean_triad(std::span<const ImuSensor> units, TriadMember triad) {
-  const UnitVector w = unit_weights(units, triad);
-  const auto combined = [&](UnitError error) { return w.cwiseProduct(unit_sigmas(units, triad, error)).norm(); };
-  TriadErrors out = units.front().*triad;
+TriadErrors mean_triad(std::span<const ImuSensor> imus, TriadMember triad) {
+  const ImuVector w = imu_weights(imus, triad);
+  const auto combined = [&](ImuErrorKind error) { return w.cwiseProduct(imu_sigmas(imus, triad, error)).norm(); };
+  TriadErrors out = imus.front().*triad;
   Vector3d variance = Vector3d::Zero();
-  for (std::size_t i = 0; i < units.size(); ++i) {
-    const TriadErrors& unit = units[i].*triad;
+  for (std::size_t i = 0; i < imus.size(); ++i) {
+    const TriadErrors& unit = imus[i].*triad;
     variance += w(static_cast<Eigen::Index>(i)) * w(static_cast<Eigen::Index>(i)) * unit.noise_variance();
     if (unit.range > 0) out.range = out.range > 0 ? std::min(out.range, unit.range) : unit.range;
   }
   out.set_densities(variance.cwiseSqrt());
-  out.bias = combined(UnitError::kBias);
-  out.scale = combined(UnitError::kScale);
-  out.drift = parity_drift(units, triad);
-  const double drift = combined(UnitError::kDrift);
+  out.bias = combined(ImuErrorKind::kBias);
+  out.scale = combined(ImuErrorKind::kScale);
+  out.drift = parity_drift(imus, triad);
+  const double drift = combined(ImuErrorKind::kDrift);
   out.drift.sigma = out.drift.kind == DriftProcess::Kind::kGaussMarkov ? drift : 0;
   out.drift.density = out.drift.kind == DriftProcess::Kind::kRandomWalk ? drift : 0;
   return out;
@@ -45,31 +45,31 @@ TriadErrors mean_triad(std::span<const ImuSensor> units, TriadMember triad) {
 
 }  // namespace
 
-UnitVector unit_weights(const UnitVector& noise) {
-  const UnitVector inverse = noise.cwiseAbs2().cwiseInverse();
+ImuVector imu_weights(const ImuVector& noise) {
+  const ImuVector inverse = noise.cwiseAbs2().cwiseInverse();
   return inverse / inverse.sum();
 }
 
-UnitVector unit_weights(std::span<const ImuSensor> units, TriadMember triad) {
-  return unit_weights(unit_noise(units, triad));
+ImuVector imu_weights(std::span<const ImuSensor> imus, TriadMember triad) {
+  return imu_weights(imu_noise(imus, triad));
 }
 
-UnitMatrix parity_rows(const UnitVector& noise) {
-  const UnitVector inverse = noise.cwiseInverse();
+ImuMatrix parity_rows(const ImuVector& noise) {
+  const ImuVector inverse = noise.cwiseInverse();
   return parity_noise(noise) * inverse.asDiagonal() * complement(inverse.normalized());
 }
 
-double parity_noise(const UnitVector& noise) { return parity_sigma(noise); }
+double parity_noise(const ImuVector& noise) { return parity_sigma(noise); }
 
-UnitSplit split_errors(const UnitVector& weights, const UnitVector& sigma) {
+ErrorSplit split_errors(const ImuVector& weights, const ImuVector& sigma) {
   const Eigen::Index n = weights.size();
-  const UnitVector w = sigma.cwiseProduct(weights);
+  const ImuVector w = sigma.cwiseProduct(weights);
   const double mean = w.norm();
-  if (!(mean > 0)) return {UnitVector::Ones(n), UnitMatrix::Zero(n, n - 1)};
+  if (!(mean > 0)) return {ImuVector::Ones(n), ImuMatrix::Zero(n, n - 1)};
   return {sigma.cwiseProduct(w) / (mean * mean), sigma.asDiagonal() * complement(w / mean) / parity_sigma(sigma)};
 }
 
-double parity_sigma(const UnitVector& sigma) {
+double parity_sigma(const ImuVector& sigma) {
   return std::sqrt(sigma.squaredNorm() / static_cast<double>(sigma.size()));
 }
 
@@ -92,33 +92,33 @@ Matrix3d TurnedScale::effect(const Vector3d& s) const { return R_ * s.asDiagonal
 
 Matrix3d TurnedScale::by_scales(const Vector3d& u) const { return R_ * (R_.transpose() * u).asDiagonal(); }
 
-UnitVector unit_noise(std::span<const ImuSensor> units, TriadMember triad) {
-  UnitVector out(static_cast<Eigen::Index>(units.size()));
-  for (std::size_t i = 0; i < units.size(); ++i) out(static_cast<Eigen::Index>(i)) = (units[i].*triad).noise;
+ImuVector imu_noise(std::span<const ImuSensor> imus, TriadMember triad) {
+  ImuVector out(static_cast<Eigen::Index>(imus.size()));
+  for (std::size_t i = 0; i < imus.size(); ++i) out(static_cast<Eigen::Index>(i)) = (imus[i].*triad).noise;
   return out;
 }
 
-UnitVector unit_sigmas(std::span<const ImuSensor> units, TriadMember triad, UnitError error) {
-  UnitVector out(static_cast<Eigen::Index>(units.size()));
-  for (std::size_t i = 0; i < units.size(); ++i) {
-    const TriadErrors& unit = units[i].*triad;
+ImuVector imu_sigmas(std::span<const ImuSensor> imus, TriadMember triad, ImuErrorKind error) {
+  ImuVector out(static_cast<Eigen::Index>(imus.size()));
+  for (std::size_t i = 0; i < imus.size(); ++i) {
+    const TriadErrors& unit = imus[i].*triad;
     const bool walks = unit.drift.kind == DriftProcess::Kind::kRandomWalk;
     const bool varies = unit.drift.kind == DriftProcess::Kind::kGaussMarkov;
     const double drift = walks ? unit.drift.density : varies ? unit.drift.sigma : 0;
-    out(static_cast<Eigen::Index>(i)) = error == UnitError::kBias    ? unit.bias
-                                        : error == UnitError::kScale ? unit.scale
-                                                                     : drift;
+    out(static_cast<Eigen::Index>(i)) = error == ImuErrorKind::kBias    ? unit.bias
+                                        : error == ImuErrorKind::kScale ? unit.scale
+                                                                        : drift;
   }
   return out;
 }
 
-DriftProcess parity_drift(std::span<const ImuSensor> units, TriadMember triad) {
+DriftProcess parity_drift(std::span<const ImuSensor> imus, TriadMember triad) {
   using Kind = DriftProcess::Kind;
-  const UnitVector sigma = unit_sigmas(units, triad, UnitError::kDrift);
+  const ImuVector sigma = imu_sigmas(imus, triad, ImuErrorKind::kDrift);
   DriftProcess out;
   double time = 0;
-  for (std::size_t i = 0; i < units.size(); ++i) {
-    const DriftProcess& drift = (units[i].*triad).drift;
+  for (std::size_t i = 0; i < imus.size(); ++i) {
+    const DriftProcess& drift = (imus[i].*triad).drift;
     if (drift.kind == Kind::kNone) continue;
     if (out.kind != Kind::kNone && out.kind != drift.kind) {
       throw ConfigError("",
@@ -138,10 +138,10 @@ DriftProcess parity_drift(std::span<const ImuSensor> units, TriadMember triad) {
   return out;
 }
 
-ImuSensor mean_sensor(std::span<const ImuSensor> units) {
-  ImuSensor out = units.front();
-  out.gyro = mean_triad(units, &ImuSensor::gyro);
-  out.accel = mean_triad(units, &ImuSensor::accel);
+ImuSensor mean_sensor(std::span<const ImuSensor> imus) {
+  ImuSensor out = imus.front();
+  out.gyro = mean_triad(imus, &ImuSensor::gyro);
+  out.accel = mean_triad(imus, &ImuSensor::accel);
   return out;
 }
 

@@ -15,7 +15,7 @@
 #include "diagnosis/causes.h"
 #include "diagnosis/doubts.h"
 #include "diagnosis/granting.h"
-#include "diagnosis/unit_motion.h"
+#include "diagnosis/imu_motion.h"
 #include "filter/feeder.h"
 #include "piste/filter/initial_state.h"
 #include "piste/filter/run.h"
@@ -167,7 +167,7 @@ Verdict diagnose(const Log& log, const FilterOptions& options, const InitialHead
   std::stable_sort(likelier.begin(), likelier.end(),
                    [](const Granted& a, const Granted& b) { return a.gain > b.gain; });
   if (auto biases = biases_left_out(verdict, options)) verdict.findings.push_back(std::move(*biases));
-  for (std::string& line : unit_motion_lines(log, options.units)) verdict.findings.push_back(std::move(line));
+  for (std::string& line : imu_motion_lines(log, options.imus)) verdict.findings.push_back(std::move(line));
   if (auto magnetometer = iron_that_is_none(verdict)) verdict.findings.push_back(std::move(*magnetometer));
   for (const Granted& granted : likelier) {
     if (verdict.findings.size() == kNamed || granted.gain < kBesides * likelier.front().gain) break;

@@ -2,9 +2,9 @@
 
 #include <utility>
 
+#include "diagnosis/imu_motion.h"
 #include "diagnosis/left_out.h"
 #include "diagnosis/setting_doubts.h"
-#include "diagnosis/unit_motion.h"
 #include "piste/consistency/warnings.h"
 
 namespace piste {
@@ -16,7 +16,7 @@ std::vector<std::string> run_warnings(const Log& log, const FilterOptions& optio
     for (std::string& line : lines) all.push_back(std::move(line));
   };
   add(left_out_lines(log, filtered));
-  add(unit_motion_lines(log, options.units));
+  add(imu_motion_lines(log, options.imus));
   add(setting_lines(log, options, outages));
   return all;
 }

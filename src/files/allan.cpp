@@ -67,9 +67,9 @@ std::string axis_json(const AllanAxis& axis) {
                                     : axis.noise.lowest_inside ? "the lowest deviation over 0.664"
                                                                : "an upper bound"));
   members.emplace_back("value_step", json::number(axis.step, 6));
-  if (axis.units.size() > 1) {
+  if (axis.imus.size() > 1) {
     std::vector<std::string> units;
-    for (const AllanUnit& u : axis.units) {
+    for (const AllanImu& u : axis.imus) {
       units.push_back(u.fit ? json::object({{"noise", measured_json(u.noise.noise)},
                                             {"bias_instability", measured_json(u.noise.instability)}})
                             : "null");

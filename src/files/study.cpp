@@ -212,7 +212,7 @@ std::string as_one_json(const Study& study, std::size_t run) {
   const auto found = std::ranges::find(study.as_one, run, &SensorRun::run);
   if (found == study.as_one.end()) return "null";
   json::Members members = sensor_members(kAsOne, *found);
-  members.emplace_back("imus", json::strings(found->units));
+  members.emplace_back("imus", json::strings(found->imus));
   return json::object(members);
 }
 

@@ -143,12 +143,12 @@ std::string adapted_entry(const AdaptedNoise& adapted) {
 }
 
 // What was left out of each of several IMUs; nothing for a single IMU.
-std::string units_entry(const std::vector<UnitReport>& units) {
-  if (units.empty()) return {};
+std::string imus_entry(const std::vector<ImuReport>& imus) {
+  if (imus.empty()) return {};
   std::vector<std::string> lines;
-  for (const UnitReport& unit : units) {
+  for (const ImuReport& unit : imus) {
     std::vector<std::string> absences;
-    for (const UnitAbsence& a : unit.absences) {
+    for (const ImuAbsence& a : unit.absences) {
       absences.push_back(fmt::format(R"({{"fault": "{}", "triad": "{}", "start": {:.3f}, "end": {:.3f}}})",
                                      name_of(a.fault), a.gyro ? "gyro" : "accel", a.time.start, a.time.end));
     }
@@ -228,7 +228,7 @@ std::string summary_json(const Log& log, const Solution& filtered, const Solutio
       "\"stamp_jitter_s\": {:.6g}, \"repaired\": {}}},\n",
       all != nullptr ? all->count() : filtered.size(), c.imu_gaps, c.imu_rejected, c.imu_clipped, c.imu_spikes,
       c.imu_unpaired, c.stamp_jitter, repaired(c.imu_repaired));
-  text += units_entry(c.units);
+  text += imus_entry(c.imus);
   text += fmt::format(
       "  \"gnss\": {{{}, \"withheld\": {}, \"outside\": {}, \"late\": {}, \"without_fix\": {}, "
       "\"repaired\": {}}},\n",

@@ -28,7 +28,7 @@ Transition KalmanFilter::predict(const ImuStep& step, const StepNoise& noise) {
     t.rate = t.step.rate = known_.rate;
     t.force = t.step.force = known_.force;
   }
-  t.units = units_.get();
+  t.imu_scales = imu_scales_.get();
   add_processes(t, layout(), options(), step.dt);
   decay(state_.x, layout(), t);
   propagate(state_.P, layout(), t);
@@ -95,7 +95,7 @@ KalmanFilter::KalmanFilter(const FilterOptions& options, const World& world, con
   for (std::size_t n = 1; n <= 3; ++n)
     setup->gate[n] = chi_squared_quantile(options.behaviour.trust.gate, static_cast<int>(n));
   setup_ = std::move(setup);
-  units_ = UnitScales::across(options);
+  imu_scales_ = ImuScales::across(options);
   gravity_ = world.gravity(start.x.p_wb);
   fault_detection_ = FaultDetection(walker_.sources().all(), options.behaviour.trust);
   noise_score_ = NoiseScore(options, layout);
@@ -112,7 +112,7 @@ bool KalmanFilter::finish() { return FilterWalk(*this, kUnrecorded).finish(); }
 Estimate KalmanFilter::predicted() const {
   Estimate x = state_.x;
   if (walker_.has_sample()) {
-    mechanize(x, correct(walker_.step(nullptr, units_.get(), x), x), setup_->world.earth_rate(), gravity_);
+    mechanize(x, correct(walker_.step(nullptr, imu_scales_.get(), x), x), setup_->world.earth_rate(), gravity_);
   }
   return x;
 }

@@ -38,7 +38,7 @@ class FilterWalk {
   // The calls of the walk (walker.h).
   double time() const { return f_.state_.time; }
   const Estimate& estimate() const { return f_.state_.x; }
-  const UnitScales* units() const { return f_.units_.get(); }
+  const ImuScales* imu_scales() const { return f_.imu_scales_.get(); }
   bool resting() const { return f_.resting(); }
   bool takes(int, double) const { return true; }
 
@@ -182,7 +182,7 @@ class FilterWalk {
   }
 
   void mend(Transition transition) {
-    transition.units = f_.units_.get();
+    transition.imu_scales = f_.imu_scales_.get();
     propagate(f_.state_.P, f_.layout(), transition);
     f_.adaptation_.propagate(f_.layout(), transition, {Vector3d::Zero(), Vector3d::Zero()}, 0);
     recorder_.add_step(transition);

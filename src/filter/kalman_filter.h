@@ -97,7 +97,7 @@ class KalmanFilter {
   std::shared_ptr<const Setup> setup_;
   Walker walker_;
   FilterState state_;
-  std::shared_ptr<const UnitScales> units_;  // of several IMUs; null if their scales act along the axes of the body
+  std::shared_ptr<const ImuScales> imu_scales_;  // of several IMUs; null if their scales act along the axes of the body
   Gravity gravity_;  // as a linear function: where the last step began it is within 4e-9 m/s² of normal gravity
   MotionMean motion_;
   StandingForce standing_;

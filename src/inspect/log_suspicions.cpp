@@ -93,8 +93,8 @@ void suspect_clock(const LogMatch& m, const std::string& imu_file, const std::st
   }
 }
 
-void suspect_units(const LogMatch& m, const LogFactors& factors, const std::string& file,
-                   std::vector<Suspicion>& found) {
+void suspect_imus(const LogMatch& m, const LogFactors& factors, const std::string& file,
+                  std::vector<Suspicion>& found) {
   const auto add = adding_to(found, file);
   const double by_interval = 1 / m.interval, f = factors.gyro, a = factors.accel;
   const std::string turns = fmt::format("the gyroscopes turn {:.4g} times as fast as the track", m.turn_ratio);
@@ -207,7 +207,7 @@ std::vector<Suspicion> suspicions(const LogMatch& m, const std::string& imu_file
   if (m.interval == 0) return found;  // the rows themselves are wrong, which is reported elsewhere
   suspect_clock(m, imu_file, gnss_file, found);
   suspect_track(m, gnss_file, found);
-  suspect_units(m, log_factors(m), imu_file, found);
+  suspect_imus(m, log_factors(m), imu_file, found);
   if (m.motion) {
     suspect_axes(*m.motion, imu_file, found);
   }

@@ -64,12 +64,12 @@ class Slow {
       end_decaying = end;
     }
     for (const ImuBlock& b : kImuBlocks) {
-      if (!layout.has(b.block) || (b.scale && t.units != nullptr)) continue;
+      if (!layout.has(b.block) || (b.scale && t.imu_scales != nullptr)) continue;
       const Vector3d factors = !b.scale ? Vector3d::Constant(t.bias) : b.half == 0 ? t.rate : t.force;
       for (int k = 0; k < 3; ++k) add(b.half + k, {layout.offset(b.block) + k, factors(k)});
     }
-    if (t.units != nullptr) {
-      t.units->for_each_effect(t.rate, t.force, [&](Block scales, int half, const Matrix3d& effect) {
+    if (t.imu_scales != nullptr) {
+      t.imu_scales->for_each_effect(t.rate, t.force, [&](Block scales, int half, const Matrix3d& effect) {
         if (!layout.has(scales)) return;
         for (int k = 0; k < 9; ++k) add(half + k % 3, {layout.offset(scales) + k / 3, effect(k % 3, k / 3)});
       });
@@ -86,7 +86,7 @@ class Slow {
  private:
   void add(int imu_input, Action action) { actions_[at(imu_input)][counts_[at(imu_input)]++] = action; }
 
-  static constexpr std::size_t kMost = 3 + std::size_t{3} * kMostUnits;
+  static constexpr std::size_t kMost = 3 + std::size_t{3} * kMostImus;
   std::array<std::array<Action, kMost>, kInputs - kNavigation> actions_;
   std::array<std::size_t, kInputs - kNavigation> counts_{};
 };

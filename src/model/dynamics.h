@@ -2,7 +2,7 @@
 /// How the error of an estimate, and its covariance, change over one IMU step.
 ///
 /// The error is that of estimate.h, in w. With e_g = δbias + δdrift + diag(ω) δscale of the gyroscopes, and e_a
-/// likewise of the accelerometers (for the scales of several IMUs see UnitScales):
+/// likewise of the accelerometers (for the scales of several IMUs see ImuScales):
 ///
 ///     θ' = −[ω_ie] θ − R (1+s)⁻¹ e_g
 ///     ν' = [g] θ + [v][ω_ie] θ − 2[ω_ie] ν + Γ ρ − R (1+s)⁻¹ e_a − [v] R (1+s)⁻¹ e_g
@@ -11,10 +11,10 @@
 /// Γ is the gradient of gravity. Neither the specific force nor its noise appears. The equations follow from the
 /// mechanization with δv = ν + θ × v̂ and the Jacobi identity.
 
-#include "piste/core/options.h"
 #include "model/imu_errors.h"
+#include "model/imu_scales.h"
+#include "piste/core/options.h"
 #include "piste/model/strapdown.h"
-#include "model/unit_scales.h"
 
 namespace piste {
 
@@ -54,7 +54,7 @@ struct Transition {
   std::array<double, kBlocks.size()> decay;       ///< per block: factor of its error; 1 where nothing evolves
   std::array<Vector3d, kBlocks.size()> variance;  ///< per block: what its process adds, per axis
   ErrorStep step;                                 ///< the step of which all but decay and variance are made
-  const UnitScales* units = nullptr;              ///< of several IMUs whose scales act across the axes of their mean
+  const ImuScales* imu_scales = nullptr;          ///< of several IMUs whose scales act across the axes of their mean
 };
 
 /// Linearises one step that starts at `x` (before mechanize) and ends at `end`. `standing` is for a body at rest: the

@@ -12,21 +12,21 @@ std::optional<Linearization> linearize_parity(const ParityFix& fix, int parity, 
   const Block scale = gyro ? Block::kGyroScale : Block::kAccelScale;
   const auto value = [&](Block block) -> Vector3d { return additive(x, block); };
 
-  const std::span<const ImuSensor> units(options.units);
-  const UnitVector noise = unit_noise(units, triad), weights = unit_weights(noise);
-  const UnitVector row = parity_rows(noise).col(parity);
-  const int parities = static_cast<int>(units.size()) - 1;
+  const std::span<const ImuSensor> imus(options.imus);
+  const ImuVector noise = imu_noise(imus, triad), weights = imu_weights(noise);
+  const ImuVector row = parity_rows(noise).col(parity);
+  const int parities = static_cast<int>(imus.size()) - 1;
   // Derivatives by errors that do not depend on the signal: of the IMUs' mean, and of each parity block.
   struct Seen {
     Block block;
     double common;
     Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, kMostParities> split;
   };
-  const auto seen = [&](Block block, UnitError error) -> Seen {
-    const UnitSplit s = split_errors(weights, unit_sigmas(units, triad, error));
+  const auto seen = [&](Block block, ImuErrorKind error) -> Seen {
+    const ErrorSplit s = split_errors(weights, imu_sigmas(imus, triad, error));
     return {block, row.dot(s.common), row.transpose() * s.split};
   };
-  const Seen offsets[] = {seen(bias, UnitError::kBias), seen(drift, UnitError::kDrift)};
+  const Seen offsets[] = {seen(bias, ImuErrorKind::kBias), seen(drift, ImuErrorKind::kDrift)};
   const Vector3d gain = (1 + value(scale).array()).inverse();
   const Vector3d signal = gain.cwiseProduct((gyro ? fix.rate : fix.force) - value(bias) - value(drift));
 
@@ -41,7 +41,7 @@ std::optional<Linearization> linearize_parity(const ParityFix& fix, int parity, 
     }
   }
   // By the scales, IMU by IMU: each acts along its own axes.
-  const UnitSplit scales = split_errors(weights, unit_sigmas(units, triad, UnitError::kScale));
+  const ErrorSplit scales = split_errors(weights, imu_sigmas(imus, triad, ImuErrorKind::kScale));
   Matrix3d difference = Matrix3d::Zero(), by_mean = Matrix3d::Zero(), by_parity[kMostParities];
   for (Matrix3d& by : by_parity) by.setZero();
   for (Eigen::Index i = 0; i < row.size(); ++i) {

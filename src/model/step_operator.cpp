@@ -115,7 +115,7 @@ StepOperator::StepOperator(const StateLayout& layout, const FilterOptions& optio
       options_(options),
       earth_rate_(std::move(earth_rate)),
       n_(layout.size()),
-      units_(UnitScales::across(options)) {
+      imu_scales_(ImuScales::across(options)) {
   const auto set = [&](Block b, int input, int acts) {
     if (!layout.has(b)) return;
     for (int k = 0; k < 3; ++k) {
@@ -126,9 +126,9 @@ StepOperator::StepOperator(const StateLayout& layout, const FilterOptions& optio
   };
   for (const Block b : {Block::kGyroBias, Block::kGyroDrift}) set(b, 0, kUnit);
   for (const Block b : {Block::kAccelBias, Block::kAccelDrift}) set(b, 3, kUnit);
-  if (units_) {
+  if (imu_scales_) {
     const Vector3d none = Vector3d::Zero();
-    units_->for_each_effect(none, none, [&](Block scales, int half, const Matrix3d&) {
+    imu_scales_->for_each_effect(none, none, [&](Block scales, int half, const Matrix3d&) {
       for (int k = 0; k < 9 && layout.has(scales); ++k)
         across_.push_back({layout.offset(scales) + k / 3, half + k % 3});
     });
@@ -166,9 +166,9 @@ void StepOperator::load(const ErrorStep& step, Factors& f) const {
     f.acts[place(3 + k)] = step.force(k);
   }
   f.acts[place(kUnit)] = mends ? 0 : 1;
-  if (units_) {
+  if (imu_scales_) {
     f.across.clear();
-    units_->for_each_effect(step.rate, step.force, [&](Block scales, int, const Matrix3d& effect) {
+    imu_scales_->for_each_effect(step.rate, step.force, [&](Block scales, int, const Matrix3d& effect) {
       if (layout_.has(scales)) f.across.insert(f.across.end(), effect.data(), effect.data() + effect.size());
     });
   }
@@ -181,7 +181,7 @@ void StepOperator::load(const ErrorStep& step, Factors& f) const {
 
 Transition StepOperator::transition(const ErrorStep& step) const {
   Transition t = linearize(step, earth_rate_);
-  t.units = units_.get();
+  t.imu_scales = imu_scales_.get();
   if (step.dt > 0) add_processes(t, layout_, options_, step.dt);
   return t;
 }

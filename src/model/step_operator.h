@@ -71,7 +71,7 @@ class StepOperator {
   int n_;
   std::array<State, static_cast<std::size_t>(kMostStates)> states_;
   std::vector<DriftProcess> processes_;
-  std::shared_ptr<const UnitScales> units_;
+  std::shared_ptr<const ImuScales> imu_scales_;
   std::vector<Across> across_;
 };
 

@@ -75,7 +75,7 @@ void fit_axis(AllanAxis& axis, const AllanFindings& findings, std::size_t index)
   options.model = kinds_of(*axis.fit);
   std::vector<Measured> noises, instabilities;
   for (const AllanCurve& curve : curves) {
-    AllanUnit unit;
+    AllanImu unit;
     std::string why_not;
     unit.fit = fitted(curve, options, why_not);
     if (unit.fit) {
@@ -83,7 +83,7 @@ void fit_axis(AllanAxis& axis, const AllanFindings& findings, std::size_t index)
       noises.push_back(unit.noise.noise);
       instabilities.push_back(unit.noise.instability);
     }
-    axis.units.push_back(std::move(unit));
+    axis.imus.push_back(std::move(unit));
   }
   axis.spread = spread_between(noises);
   axis.spread_instability = spread_between(instabilities);

@@ -134,13 +134,13 @@ std::string units_table(const AllanFindings& f) {
   for (const AllanAxis& axis : f.axes) {
     const ProcessUnit noise = unit_of(ProcessKind::kWhite, axis.is_gyro),
                       value = unit_of(ProcessKind::kBiasInstability, axis.is_gyro);
-    for (std::size_t i = 0; i < axis.units.size(); ++i) {
-      const AllanUnit& u = axis.units[i];
+    for (std::size_t i = 0; i < axis.imus.size(); ++i) {
+      const AllanImu& u = axis.imus[i];
       rows.push_back({i == 0 ? axis.name : "", f.recordings[i].source.log.file,
                       u.fit ? interval_text(u.noise.noise, noise.factor, noise.name) : "not fitted",
                       u.fit ? interval_text(u.noise.instability, value.factor, value.name) : ""});
     }
-    if (axis.units.size() > 1) {
+    if (axis.imus.size() > 1) {
       rows.push_back({"", "spread between units beyond chance", fmt::format("{:.1f} %", 100 * axis.spread),
                       fmt::format("{:.1f} %", 100 * axis.spread_instability)});
     }

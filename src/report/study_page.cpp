@@ -133,7 +133,7 @@ std::string runs(const Study& study) {
       return;
     }
     for (const std::string& w : r.warnings) warnings.push_back(fmt::format("{}: {}", name, w));
-    const std::string who = r.units.empty() ? name : fmt::format("{} ({})", name, fmt::join(r.units, ", "));
+    const std::string who = r.imus.empty() ? name : fmt::format("{} ({})", name, fmt::join(r.imus, ", "));
     of_sensors.push_back({who, decimal(r.clock_offset, 5), decimal(1e6 * r.clock_drift, 2), degrees(r.boresight),
                           degrees(r.sigma_boresight), triple(r.lever_arm, 1e3, 1)});
   };

@@ -153,7 +153,7 @@ std::string as_one(const Study& study) {
   if (rows.empty() || !std::isfinite(rows.back().attitude_over_single)) return {};
   const ImuCompared& row = rows.back();
   std::size_t most = 0;
-  for (const SensorRun& run : study.as_one) most = std::max(most, run.units.size());
+  for (const SensorRun& run : study.as_one) most = std::max(most, run.imus.size());
   std::string out = fmt::format("<p>Taken as one, the IMUs have {:.2f} times the attitude error of a single one",
                                 row.attitude_over_single);
   if (std::isfinite(row.drift_over_single)) {

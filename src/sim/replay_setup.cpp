@@ -57,12 +57,12 @@ void read_stated_sensors(const Config& config, const Scenario& scenario, ReplayS
   if (setup.further.empty()) return;
   const ImuSetup& first = scenario.imus[setup.imu];
   const auto add = [&](const ImuSetup& imu) {
-    setup.units.push_back(turned(stated.value_or(imu.sensor), (first.q_rb.conjugate() * imu.q_rb).toRotationMatrix()));
+    setup.imus.push_back(turned(stated.value_or(imu.sensor), (first.q_rb.conjugate() * imu.q_rb).toRotationMatrix()));
   };
   add(first);
   for (const std::size_t i : setup.further) add(scenario.imus[i]);
   try {
-    setup.sensor = mean_sensor(setup.units);
+    setup.sensor = mean_sensor(setup.imus);
   } catch (const ConfigError& e) {
     config.fail("imu", e.what());
   }
@@ -71,7 +71,7 @@ void read_stated_sensors(const Config& config, const Scenario& scenario, ReplayS
 std::vector<Block> read_blocks(const Config& config, const Scenario& scenario, const ReplaySetup& setup) {
   FilterOptions filter;
   filter.sensor = setup.sensor;
-  filter.units = setup.units;
+  filter.imus = setup.imus;
   const ImuSetup& imu = scenario.imus[setup.imu];
   set_aids(filter, scenario, imu);
   for (const std::size_t i : setup.gnss) {
@@ -132,8 +132,8 @@ ReplaySetup read_replay_setup(const Config& file, const Scenario& scenario) {
   ReplaySetup s;
   if (config.has("imu")) {
     const auto imus = read_sensors(config, "imu", scenario.imus);
-    if (imus.empty() || imus.size() > kMostUnits) {
-      config.fail("imu", fmt::format("one IMU is expected, or a list of up to {} that are taken as one", kMostUnits));
+    if (imus.empty() || imus.size() > kMostImus) {
+      config.fail("imu", fmt::format("one IMU is expected, or a list of up to {} that are taken as one", kMostImus));
     }
     s.imu = imus.front();
     s.further.assign(imus.begin() + 1, imus.end());

@@ -52,7 +52,7 @@ FilterOptions options_of(const FilterCase& of, const Model& model) {
     s.accel.drift = as(s.accel.drift, model.drift, length);
   };
   change(sensor);
-  for (ImuSensor& unit : options.units) change(unit);
+  for (ImuSensor& unit : options.imus) change(unit);
   options.estimate = imu_error_blocks(sensor);
   const auto add = [&](Block block, bool wanted) {
     if (wanted) options.estimate.push_back(block);
@@ -64,7 +64,7 @@ FilterOptions options_of(const FilterCase& of, const Model& model) {
   } else {
     options.attitude.clear();
   }
-  if (!options.units.empty()) options.estimate = with_implied_blocks(options, std::move(options.estimate));
+  if (!options.imus.empty()) options.estimate = with_implied_blocks(options, std::move(options.estimate));
   return options;
 }
 
@@ -145,7 +145,7 @@ std::vector<MethodEstimate> filter_estimates(const FilterCase& of, std::vector<s
   for (const Model& model : kModels) {
     if (model.attitude && of.options.attitude.empty()) continue;
     // With several IMUs a filter costs several times as much, so only the model of their sensor files is used.
-    if (!of.options.units.empty() && model.drift != of.options.sensor.gyro.drift.kind) continue;
+    if (!of.options.imus.empty() && model.drift != of.options.sensor.gyro.drift.kind) continue;
     using Source = InitialHeading::Source;
     Log log = of.log;
     if (!model.attitude) log.attitude.clear();

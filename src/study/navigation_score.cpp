@@ -60,7 +60,7 @@ Solution Course::replay(const std::vector<ImuSample>& imu, const FilterOptions& 
   log.world = log_.world;
   log.imu = imu;
   log.gnss = log_.gnss;
-  if (!options.units.empty()) log.parity = log_.parity;
+  if (!options.imus.empty()) log.parity = log_.parity;
   if (with_outages) {
     for (auto& fixes : log.gnss) {
       std::erase_if(fixes, [&](const GnssFix& fix) { return inside_any(outages_, fix.time); });
@@ -84,12 +84,12 @@ NavigationScore Course::score(Method method, const std::optional<KnownErrors>& e
   std::vector<ImuSample> imu = log_.imu;
   if (errors) {
     for (ImuSample& sample : imu) sample = corrected(sample, *errors);
-    options.units.clear();
+    options.imus.clear();
     options.unit_axes.clear();  // differences between the IMUs inform only about errors that are not estimated
   } else {
     const std::vector<Block> own = imu_error_blocks(options.sensor);
     options.estimate.insert(options.estimate.end(), own.begin(), own.end());
-    if (!options.units.empty()) options.estimate = with_implied_blocks(options, std::move(options.estimate));
+    if (!options.imus.empty()) options.estimate = with_implied_blocks(options, std::move(options.estimate));
   }
   const Solution whole = replay(imu, options, false);
   NavigationScore out{.method = method};

@@ -37,8 +37,8 @@ std::vector<Unit> units_of(const RunConfig& run, const std::vector<StudiedImu>& 
     const std::string& name = run.mems[i].name;
     if (!can_be_taken(studied[i])) {
       warnings.push_back(fmt::format("without {}, which is not aligned with the reference", name));
-    } else if (out.size() == kMostUnits) {
-      warnings.push_back(fmt::format("without {}: at most {} IMUs are taken as one", name, kMostUnits));
+    } else if (out.size() == kMostImus) {
+      warnings.push_back(fmt::format("without {}: at most {} IMUs are taken as one", name, kMostImus));
     } else {
       out.push_back({&studied[i], &run.mems[i]});
     }
@@ -53,29 +53,29 @@ Matrix3d axes_of(const Unit& unit, const Unit& first) {
 }
 
 // Cross-axis effect of the IMUs' estimated scales, in the axes of their mean.
-Matrix3d across(const std::vector<Unit>& units, const std::vector<ImuSensor>& sensors, TriadMember triad, int first) {
-  const UnitVector weights = unit_weights(sensors, triad);
+Matrix3d across(const std::vector<Unit>& imus, const std::vector<ImuSensor>& sensors, TriadMember triad, int first) {
+  const ImuVector weights = imu_weights(sensors, triad);
   Matrix3d out = Matrix3d::Zero();
-  for (std::size_t i = 0; i < units.size(); ++i) {
+  for (std::size_t i = 0; i < imus.size(); ++i) {
     Vector3d scale = Vector3d::Zero();
     for (int axis = 0; axis < 3; ++axis) {
-      const AxisEstimate* found = units[i].studied->result.estimate(Method::kJointBothNoisy, first + axis);
+      const AxisEstimate* found = imus[i].studied->result.estimate(Method::kJointBothNoisy, first + axis);
       if (found && found->line) scale(axis) = found->line->value(1);
     }
-    const Matrix3d R = axes_of(units[i], units.front());
+    const Matrix3d R = axes_of(imus[i], imus.front());
     out += weights(static_cast<Eigen::Index>(i)) * R * scale.asDiagonal() * R.transpose();
   }
   out.diagonal().setZero();
   return out;
 }
 
-ImuBeside together(const std::vector<Unit>& units) {
-  const Unit& first = units.front();
+ImuBeside together(const std::vector<Unit>& imus) {
+  const Unit& first = imus.front();
   ImuBeside out = *first.studied->beside;
   out.recording.further.clear();
-  for (const Unit& unit : units) {
+  for (const Unit& unit : imus) {
     const ImuBeside& own = *unit.studied->beside;
-    UnitConditioning conditioning{.name = unit.mounted->name, .imu = own.conditioning.imu, .sensor = own.sensor};
+    FusedImuConditioning conditioning{.name = unit.mounted->name, .imu = own.conditioning.imu, .sensor = own.sensor};
     if (&unit != &first) {
       const Matrix3d R = axes_of(unit, first);
       const Vector3d apart = own.alignment.p_rb_r - first.alignment().p_rb_r;
@@ -84,36 +84,36 @@ ImuBeside together(const std::vector<Unit>& units) {
       conditioning.place = first.alignment().q_rb.conjugate() * own.alignment.known(apart, AlignmentLayout::kLeverArm);
       out.recording.further.push_back(own.recording.imu);
     }
-    out.units.push_back(conditioning.sensor);
-    out.conditioning.units.push_back(std::move(conditioning));
+    out.imus.push_back(conditioning.sensor);
+    out.conditioning.imus.push_back(std::move(conditioning));
   }
-  out.sensor = mean_sensor(out.units);
-  out.across_accel = across(units, out.units, &ImuSensor::accel, 0);
-  out.across_gyro = across(units, out.units, &ImuSensor::gyro, 3);
-  out.log = condition_units(out.recording, out.conditioning);
+  out.sensor = mean_sensor(out.imus);
+  out.across_accel = across(imus, out.imus, &ImuSensor::accel, 0);
+  out.across_gyro = across(imus, out.imus, &ImuSensor::gyro, 3);
+  out.log = condition_imus(out.recording, out.conditioning);
   out.alignment.clock_offset = out.alignment.clock_drift = 0;  // its samples are in GPS time
   return out;
 }
 
 // The true errors of the mean of the IMUs, along the axes of the first, without the part that was subtracted from the
 // signals.
-std::optional<ImuTruth> mean_truth(const std::vector<Unit>& units, const ImuBeside& mean) {
-  for (const Unit& unit : units) {
+std::optional<ImuTruth> mean_truth(const std::vector<Unit>& imus, const ImuBeside& mean) {
+  for (const Unit& unit : imus) {
     if (!unit.studied->truth) return std::nullopt;
   }
   const auto triad = [&](ImuTruth::Triad ImuTruth::*which, TriadMember sensor, const Matrix3d& taken) {
-    const UnitVector weights = unit_weights(mean.units, sensor);
-    ImuTruth::Triad out = units.front().studied->truth.value().*which;
+    const ImuVector weights = imu_weights(mean.imus, sensor);
+    ImuTruth::Triad out = imus.front().studied->truth.value().*which;
     out.bias = out.scale = Vector3d::Zero();
     out.misalignment = Matrix3d::Identity() - taken;
     const std::array phases{&ImuTruth::Triad::before, &ImuTruth::Triad::run, &ImuTruth::Triad::after};
     for (const auto phase : phases) {
       if (out.*phase) (out.*phase)->drift.setZero();
     }
-    for (std::size_t i = 0; i < units.size(); ++i) {
+    for (std::size_t i = 0; i < imus.size(); ++i) {
       const double weight = weights(static_cast<Eigen::Index>(i));
-      const ImuTruth::Triad& own = units[i].studied->truth.value().*which;
-      const Matrix3d R = axes_of(units[i], units.front());
+      const ImuTruth::Triad& own = imus[i].studied->truth.value().*which;
+      const Matrix3d R = axes_of(imus[i], imus.front());
       out.bias += weight * R * own.bias;
       out.misalignment += weight * R * gain_of(own) * R.transpose();
       for (const auto phase : phases) {
@@ -136,18 +136,18 @@ std::optional<StudiedImu> study_as_one(const RunConfig& run, const RunReference&
   SensorRun& result = out.result;
   out.phases = phases;
   try {
-    const std::vector<Unit> units = units_of(run, studied, result.warnings);
-    for (const Unit& unit : units) result.units.push_back(unit.mounted->name);
-    const ImuBeside imu = together(units);
-    for (std::string& line : absence_lines(imu.log.counts.units)) result.warnings.push_back(std::move(line));
-    const SensorRun& first = units.front().studied->result;
+    const std::vector<Unit> imus = units_of(run, studied, result.warnings);
+    for (const Unit& unit : imus) result.imus.push_back(unit.mounted->name);
+    const ImuBeside imu = together(imus);
+    for (std::string& line : absence_lines(imu.log.counts.imus)) result.warnings.push_back(std::move(line));
+    const SensorRun& first = imus.front().studied->result;
     result.clock_offset = first.clock_offset;
     result.clock_drift = first.clock_drift;
     result.boresight = first.boresight;
     result.sigma_boresight = first.sigma_boresight;
     result.lever_arm = first.lever_arm;
     study_aligned(run, reference, imu, phases, plan, out);
-    if (const auto truth = mean_truth(units, imu)) hold_against_truth(*truth, out);
+    if (const auto truth = mean_truth(imus, imu)) hold_against_truth(*truth, out);
   } catch (const Error& e) {
     result.failure = e.what();
   }

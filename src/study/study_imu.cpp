@@ -36,7 +36,7 @@ auto if_possible(std::string_view without, std::vector<std::string>& warnings, P
 
 ImuBeside lay_beside(const RunConfig& run, const RunReference& reference, const MountedImu& imu, double low_pass) {
   ImuBeside out{.sensor = turned(imu.source.sensor, imu.source.conditioning.R_bs),
-                .units = {},
+                .imus = {},
                 .recording = {.imu = read_imu(imu.source), .gnss = {}, .attitude = {}},
                 .conditioning = imu.conditioning,
                 .log = {},
@@ -85,7 +85,7 @@ SensorRun placed(const ImuBeside& imu) {
 // The signals of an IMU and of the reference, as they are compared.
 AlignedImus compared(const ImuBeside& imu, const RunReference& reference, double low_pass) {
   AlignedImus out = low_passed(bring_together(imu.log.imu, reference.imu, imu.alignment), low_pass);
-  if (imu.units.empty()) return out;
+  if (imu.imus.empty()) return out;
   for (std::size_t i = 0; i < out.time.size(); ++i) {
     out.accel[i] -= imu.across_accel * out.reference_accel[i];
     out.gyro[i] -= imu.across_gyro * out.reference_gyro[i];
@@ -166,8 +166,8 @@ FilterCase filter_case(const RunConfig& config, const RunReference& reference, c
   FilterCase out{{}, {}, run};
   FilterOptions& options = out.options;
   options.sensor = imu.sensor;
-  options.units = imu.units;
-  for (const UnitConditioning& unit : imu.conditioning.units) options.unit_axes.push_back(unit.imu.R_bs);
+  options.imus = imu.imus;
+  for (const FusedImuConditioning& unit : imu.conditioning.imus) options.unit_axes.push_back(unit.imu.R_bs);
   options.gnss = {config.gnss->options};
   Vector3d& arm = options.gnss.front().lever_arm;
   arm = body.q_rb.conjugate() * (arm - body.p_rb_r);
@@ -238,7 +238,7 @@ void study_aligned(const RunConfig& run, const RunReference& reference, const Im
       findings(smooth, own.phases,
                {.alignment = &imu.alignment, .reference = &run.reference.source.sensor, .sensor = &imu.sensor});
   result.estimates = signal_estimates(*result.findings);
-  if (own.phases.run && imu.units.empty()) result.timing = timing_effects(imu, reference, *own.phases.run, plan);
+  if (own.phases.run && imu.imus.empty()) result.timing = timing_effects(imu, reference, *own.phases.run, plan);
   if (!own.phases.run || !reference.solution) return;
   Navigated found = navigate(run, reference, imu, *own.phases.run, plan.outages);
   append(result.warnings, std::move(found.warnings));

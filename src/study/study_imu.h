@@ -39,7 +39,7 @@ struct Contest {
 /// An IMU aligned with the reference, or several IMUs fused into one.
 struct ImuBeside {
   ImuSensor sensor;                  ///< along b; of a fused IMU, of the mean
-  std::vector<ImuSensor> units;      ///< of a fused IMU, each IMU
+  std::vector<ImuSensor> imus;       ///< of a fused IMU, each IMU
   Recording recording;               ///< of IMUs only
   ConditioningOptions conditioning;  ///< to GPS time
   Log log;                           ///< on the clock of `alignment`

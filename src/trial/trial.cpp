@@ -143,8 +143,8 @@ ImuConditioning conditioning_of(const ImuSetup& imu, const ImuSetup& first) {
 FilterOptions filter_options(const Scenario& s, std::uint64_t seed) {
   FilterOptions options;
   options.sensor = s.replay.sensor;
-  options.units = s.replay.units;
-  if (!options.units.empty()) {
+  options.imus = s.replay.imus;
+  if (!options.imus.empty()) {
     for (const ImuSetup& imu : s.imus) options.unit_axes.push_back(conditioning_of(imu, s.imus.front()).R_bs);
   }
   options.estimate = s.replay.estimate;
@@ -170,18 +170,18 @@ FilterOptions filter_options(const Scenario& s, std::uint64_t seed) {
 }
 
 // `units`: the configured sensor of each of several IMUs.
-ConditioningOptions conditioning_options(const Scenario& s, const ImuSensor& sensor,
-                                         const std::vector<ImuSensor>& units, double departure) {
+ConditioningOptions conditioning_options(const Scenario& s, const ImuSensor& sensor, const std::vector<ImuSensor>& imus,
+                                         double departure) {
   const ImuSetup& first = s.imus.front();
   ConditioningOptions options;
   options.imu = conditioning_of(first, first);
   options.imu.R_bs.setIdentity();
-  for (std::size_t i = 0; i < units.size(); ++i) {
+  for (std::size_t i = 0; i < imus.size(); ++i) {
     const ImuSetup& imu = s.imus[i];
-    options.units.push_back({.name = imu.name,
-                             .imu = conditioning_of(imu, first),
-                             .sensor = units[i],
-                             .place = first.q_rb.conjugate() * (imu.p_rb_r - first.p_rb_r)});
+    options.imus.push_back({.name = imu.name,
+                            .imu = conditioning_of(imu, first),
+                            .sensor = imus[i],
+                            .place = first.q_rb.conjugate() * (imu.p_rb_r - first.p_rb_r)});
   }
   options.magnetic = {.field = first.magnetic_field, .interval = kMagneticInterval};
   options.gyro_range = sensor.gyro.range;
@@ -293,19 +293,19 @@ std::map<int, Bound> bound_of(const Scenario& scenario, const Simulation& real, 
   const Simulation simulation = perfect(ideal, real, seed);
   FilterOptions options = run.options;
   options.sensor = scenario.imus.front().sensor;  // the true sensor, which the filter may not know
-  if (!options.units.empty()) {
-    options.units.clear();
-    for (const ImuSetup& imu : scenario.imus) options.units.push_back(imu.sensor);
-    options.sensor = mean_sensor(options.units);
+  if (!options.imus.empty()) {
+    options.imus.clear();
+    for (const ImuSetup& imu : scenario.imus) options.imus.push_back(imu.sensor);
+    options.sensor = mean_sensor(options.imus);
   }
   options.adapt.reset();  // there is no noise to adapt to
   tell_delays(scenario, {}, options);
   const double departure = simulation.plate.under_way().start;
-  ConditioningOptions conditioning = conditioning_options(scenario, options.sensor, options.units, departure);
+  ConditioningOptions conditioning = conditioning_options(scenario, options.sensor, options.imus, departure);
   conditioning.behaviour.rest.detect = false;
   const Log log = with_rest(condition(recording_of(simulation), conditioning), run.log.rest);
 
-  const TrueEstimate truth(ideal, simulation, log.world, seed, options.units);
+  const TrueEstimate truth(ideal, simulation, log.world, seed, options.imus);
   const Start& start = run.found.start;
   Start from{start.time, truth.at(start.time), start.covariance};
   if (scenario.replay.heading == ReplaySetup::Heading::kAuto) from.covariance = nothing_known();
@@ -354,14 +354,14 @@ ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed, const BatchS
   const Recording recording = recording_of(simulation);
   ReplayOptions options{.filter = with_attitude_sigmas(filter_options(s, seed), recording.attitude),
                         .smoother = SmootherKind::kNone};
-  ConditioningOptions conditioning = conditioning_options(s, options.filter.sensor, options.filter.units, departure);
+  ConditioningOptions conditioning = conditioning_options(s, options.filter.sensor, options.filter.imus, departure);
   const double clock_error = drawn_clock_drift(options.filter, seed);
   conditioning.imu.clock_drift += clock_error;
-  for (UnitConditioning& unit : conditioning.units) unit.imu.clock_drift += clock_error;
+  for (FusedImuConditioning& unit : conditioning.imus) unit.imu.clock_drift += clock_error;
   options.filter.clock_from = recording.imu.time.front() - conditioning.imu.clock_offset;
   Log log = condition(recording, conditioning);
 
-  TrueEstimate truth(s, simulation, log.world, seed, options.filter.units);
+  TrueEstimate truth(s, simulation, log.world, seed, options.filter.imus);
   truth.set_clock(-clock_error, *options.filter.clock_from);
   if (s.replay.heading == ReplaySetup::Heading::kKnown) {
     const double begin = log.imu.front().time - log.imu.front().interval;

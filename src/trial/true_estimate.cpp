@@ -18,8 +18,8 @@ std::size_t nearest(const Samples& samples, double time, Time&& of) {
 }  // namespace
 
 TrueEstimate::TrueEstimate(const Scenario& scenario, const Simulation& simulation, World world, std::uint64_t seed,
-                           std::vector<ImuSensor> units)
-    : simulation_(simulation), units_(std::move(units)), world_(std::move(world)) {
+                           std::vector<ImuSensor> imus)
+    : simulation_(simulation), imus_(std::move(imus)), world_(std::move(world)) {
   const ImuSetup& setup = scenario.imus.front();
   const SimulatedImu& imu = simulation.imus.front();
   for (const ImuSetup& other : scenario.imus) {
@@ -79,10 +79,10 @@ Vector3d TrueEstimate::in_first(std::size_t imu, const Vector3d& value) const { 
 
 // The errors of several IMUs as errors of their mean and of the parities. Scales stay along the axes of each IMU.
 void TrueEstimate::split(Estimate& x, double time) const {
-  const auto count = static_cast<Eigen::Index>(units_.size());
-  const auto put = [&](Block block, TriadMember triad, UnitError kind, auto&& of) {
-    const UnitVector weights = unit_weights(units_, triad);
-    const UnitSplit s = split_errors(weights, unit_sigmas(units_, triad, kind));
+  const auto count = static_cast<Eigen::Index>(imus_.size());
+  const auto put = [&](Block block, TriadMember triad, ImuErrorKind kind, auto&& of) {
+    const ImuVector weights = imu_weights(imus_, triad);
+    const ErrorSplit s = split_errors(weights, imu_sigmas(imus_, triad, kind));
     Eigen::Matrix<double, Eigen::Dynamic, 3> errors(count, 3);
     for (Eigen::Index i = 0; i < count; ++i) errors.row(i) = of(static_cast<std::size_t>(i)).transpose();
     const Eigen::RowVector3d mean = weights.transpose() * errors;
@@ -95,15 +95,15 @@ void TrueEstimate::split(Estimate& x, double time) const {
   const auto& imus = simulation_.imus;
   const auto now = [&](std::size_t i) { return nearest(imus[i].gps_time, time, [](double t) { return t; }); };
   const TriadMember gyro = &ImuSensor::gyro, accel = &ImuSensor::accel;
-  put(Block::kGyroBias, gyro, UnitError::kBias, [&](std::size_t i) { return in_first(i, imus[i].gyro.bias); });
-  put(Block::kAccelBias, accel, UnitError::kBias, [&](std::size_t i) { return in_first(i, imus[i].accel.bias); });
-  put(Block::kGyroDrift, gyro, UnitError::kDrift,
+  put(Block::kGyroBias, gyro, ImuErrorKind::kBias, [&](std::size_t i) { return in_first(i, imus[i].gyro.bias); });
+  put(Block::kAccelBias, accel, ImuErrorKind::kBias, [&](std::size_t i) { return in_first(i, imus[i].accel.bias); });
+  put(Block::kGyroDrift, gyro, ImuErrorKind::kDrift,
       [&](std::size_t i) { return in_first(i, imus[i].gyro_drift[now(i)]); });
-  put(Block::kAccelDrift, accel, UnitError::kDrift,
+  put(Block::kAccelDrift, accel, ImuErrorKind::kDrift,
       [&](std::size_t i) { return in_first(i, imus[i].accel_drift[now(i)]); });
-  put(Block::kGyroScale, gyro, UnitError::kScale,
+  put(Block::kGyroScale, gyro, ImuErrorKind::kScale,
       [&](std::size_t i) { return TurnedScale(axes_[i]).ordered(imus[i].gyro.scale); });
-  put(Block::kAccelScale, accel, UnitError::kScale,
+  put(Block::kAccelScale, accel, ImuErrorKind::kScale,
       [&](std::size_t i) { return TurnedScale(axes_[i]).ordered(imus[i].accel.scale); });
 }
 
@@ -126,7 +126,7 @@ Estimate TrueEstimate::at(double stamp) const {
   const auto row = nearest(imu.gps_time, time, [](double t) { return t; });
   x.gyro_drift = imu.gyro_drift[row];
   x.accel_drift = imu.accel_drift[row];
-  if (!units_.empty()) split(x, time);
+  if (!imus_.empty()) split(x, time);
   if (!imu.magnetic_disturbance.empty()) x.magnetic_disturbance = imu.magnetic_disturbance[row];
   const auto time_of = [](const Sample& s) { return s.time; };
   for (std::size_t r = 0; r < position_drift_.size(); ++r) {

@@ -12,12 +12,12 @@ namespace piste {
 /// has its origin at the scenario's origin; that of a log has it at the first fix.)
 class TrueEstimate {
  public:
-  /// The truth of the first IMU. `units`: the sensors of several IMUs, which must be all IMUs of the scenario. The
+  /// The truth of the first IMU. `imus`: the sensors of several IMUs, which must be all IMUs of the scenario. The
   /// errors are then those of the mean and of the parities (core/imu_array.h). Lever arm and delay belong to the first
   /// receiver. Drifts belong to the first receiver and to the first reference that have a drift. The simulation must
   /// outlive this object.
   TrueEstimate(const Scenario& scenario, const Simulation& simulation, World world, std::uint64_t seed,
-               std::vector<ImuSensor> units = {});
+               std::vector<ImuSensor> imus = {});
 
   /// Stamps given to at() are from a drifting clock of the IMU, which is right at the time `from` [s].
   void set_clock(double drift, double from);
@@ -37,7 +37,7 @@ class TrueEstimate {
   void split(Estimate& x, double time) const;
 
   const Simulation& simulation_;
-  std::vector<ImuSensor> units_;
+  std::vector<ImuSensor> imus_;
   std::vector<Matrix3d> axes_;  // of the IMUs, relative to the first
   World world_;
   Estimate constant_;

@@ -44,8 +44,8 @@ void Walker::check(const ImuSample& sample) const {
   }
 }
 
-ImuStep Walker::step(const ImuSample* after, const UnitScales* units, const Estimate& x) const {
-  return without_rest(units, make_step(before_ ? &*before_ : nullptr, *now_, after), x);
+ImuStep Walker::step(const ImuSample* after, const ImuScales* imu_scales, const Estimate& x) const {
+  return without_rest(imu_scales, make_step(before_ ? &*before_ : nullptr, *now_, after), x);
 }
 
 }  // namespace piste

@@ -22,7 +22,7 @@
 #include <vector>
 
 #include "core/time_search.h"
-#include "model/unit_scales.h"
+#include "model/imu_scales.h"
 #include "piste/model/rate_regression.h"
 #include "walker/fix_queue.h"
 #include "walker/rest_updates.h"
@@ -44,7 +44,9 @@ concept WalkListener = requires(Listener& to, const Listener& known, const StepN
                                 const QueuedFix& fix, const RestFix& rest, const Moment& at) {
   { known.time() } -> std::convertible_to<double>;               // where it is
   { known.estimate() } -> std::convertible_to<const Estimate&>;  // there; its delays give fixes their places
-  { known.units() } -> std::convertible_to<const UnitScales*>;  // of several IMUs whose scales act across axes; or null
+  {
+    known.imu_scales()
+    } -> std::convertible_to<const ImuScales*>;                 // of several IMUs whose scales act across axes; or null
   { known.resting() } -> std::same_as<bool>;                    // whether it takes the body to rest in this sample
   { known.takes(fix.source, fix.time) } -> std::same_as<bool>;  // whether it wants a fix
   { to.begin_sample(stated) } -> std::convertible_to<StepNoise>;  // the noise that it takes in place of the stated
@@ -123,7 +125,7 @@ class Walker {
   const ImuSample& sample() const { return *now_; }
   bool has_sample() const { return now_.has_value(); }
   /// It as a step, as the mean's own scales alone would have it. `after`: the sample after it, or null.
-  ImuStep step(const ImuSample* after, const UnitScales* units, const Estimate& x) const;
+  ImuStep step(const ImuSample* after, const ImuScales* imu_scales, const Estimate& x) const;
   const StepNoise& noise() const { return noise_; }
   /// Of the gyroscopes' white noise in it.
   const Vector3d& rate_variance() const { return rate_variance_; }
@@ -150,7 +152,7 @@ class Walker {
     noise_ = to.begin_sample(sample_noise_.of(sample, options().sensor));
     rate_variance_ = noise_.gyro / sample.interval;
     rate_beside_ = piste::rate_beside(before_ ? &*before_ : nullptr, sample, after);
-    ImuStep whole = step(after, to.units(), to.estimate());
+    ImuStep whole = step(after, to.imu_scales(), to.estimate());
     const double begin = sample.time - sample.interval;
     if (to.time() > begin + kSameInstant) {  // the start is within this sample
       if (to.time() >= sample.time - kSameInstant) return;

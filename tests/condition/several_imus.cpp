@@ -58,7 +58,7 @@ ConditioningOptions options_for(std::size_t units) {
   const ImuSensor sensor = mt9a();
   options.gyro_range = sensor.gyro.range;
   options.accel_range = sensor.accel.range;
-  for (std::size_t u = 0; u < units; ++u) options.units.push_back({.name = "unit", .imu = {}, .sensor = sensor});
+  for (std::size_t u = 0; u < units; ++u) options.imus.push_back({.name = "unit", .imu = {}, .sensor = sensor});
   return options;
 }
 
@@ -98,12 +98,12 @@ TEST(SeveralImus, TheMeanHasWhatScalesOfTurnedUnitsDoAcrossItsAxes) {
       imu.accel.emplace_back(force + random.vector(mt9a().accel.noise / std::sqrt(kPeriod)));
     }
     (u == 0 ? turned.imu : turned.further.emplace_back()) = imu;
-    options.units[u].imu.R_bs = R;
-    options.units[u].sensor.gyro.scale = 0.02;
+    options.imus[u].imu.R_bs = R;
+    options.imus[u].sensor.gyro.scale = 0.02;
   }
   Matrix3d beside_diagonal = across;
   beside_diagonal.diagonal().setZero();
-  const Matrix3d gain = gain_of(condition_units(turned, options));
+  const Matrix3d gain = gain_of(condition_imus(turned, options));
   EXPECT_GT(beside_diagonal.cwiseAbs().maxCoeff(), 1.5e-3);
   EXPECT_LT((gain - across).cwiseAbs().maxCoeff(), 3e-4);
 }
@@ -119,11 +119,11 @@ std::pair<double, double> difference(const Log& a, const Log& b, double from, do
   return {rate, force};
 }
 
-bool is_told(const UnitReport& unit, UnitFault fault, double from, double to) {
+bool is_told(const ImuReport& unit, ImuFault fault, double from, double to) {
   constexpr double kLate = 0.5;  // s
-  return std::ranges::any_of(unit.absences, [&](const UnitAbsence& a) {
+  return std::ranges::any_of(unit.absences, [&](const ImuAbsence& a) {
     return a.fault == fault && std::abs(a.time.start - kStart - from) < kLate &&
-           std::abs(a.time.end - kStart - to) < kLate + (fault == UnitFault::kBiased ? 1.5 : 0);
+           std::abs(a.time.end - kStart - to) < kLate + (fault == ImuFault::kBiased ? 1.5 : 0);
   });
 }
 
@@ -131,8 +131,8 @@ TEST(SeveralImus, FaultsDoNotReachTheMeanAndAreTold) {
   Random random(3);
   const Recording healthy = record(3, 60, random);
   const ConditioningOptions options = options_for(3);
-  const Log clean = condition_units(healthy, options);
-  for (const UnitReport& unit : clean.counts.units) EXPECT_TRUE(unit.absences.empty());
+  const Log clean = condition_imus(healthy, options);
+  for (const ImuReport& unit : clean.counts.imus) EXPECT_TRUE(unit.absences.empty());
   const auto rows = [](double t) { return static_cast<std::size_t>(std::lround(t / kPeriod)); };
 
   Recording faulty = healthy;
@@ -146,14 +146,14 @@ TEST(SeveralImus, FaultsDoNotReachTheMeanAndAreTold) {
   }
   second.time.erase(second.time.begin() + static_cast<std::ptrdiff_t>(rows(50)),
                     second.time.begin() + static_cast<std::ptrdiff_t>(rows(52)));
-  const Log log = condition_units(faulty, options);
-  const UnitReport& unit = log.counts.units[1];
-  EXPECT_TRUE(is_told(unit, UnitFault::kStuck, 20, 22));
-  EXPECT_TRUE(is_told(unit, UnitFault::kClipped, 30, 31));
-  EXPECT_TRUE(is_told(unit, UnitFault::kBiased, 40, 43));
-  EXPECT_TRUE(is_told(unit, UnitFault::kSilent, 50, 52));
-  EXPECT_TRUE(log.counts.units[0].absences.empty());
-  EXPECT_TRUE(log.counts.units[2].absences.empty());
+  const Log log = condition_imus(faulty, options);
+  const ImuReport& unit = log.counts.imus[1];
+  EXPECT_TRUE(is_told(unit, ImuFault::kStuck, 20, 22));
+  EXPECT_TRUE(is_told(unit, ImuFault::kClipped, 30, 31));
+  EXPECT_TRUE(is_told(unit, ImuFault::kBiased, 40, 43));
+  EXPECT_TRUE(is_told(unit, ImuFault::kSilent, 50, 52));
+  EXPECT_TRUE(log.counts.imus[0].absences.empty());
+  EXPECT_TRUE(log.counts.imus[2].absences.empty());
   ASSERT_EQ(log.imu.size(), clean.imu.size());
   // What is left is noise of two units instead of three: some sigmas of a sample.
   const double rate_noise = 5 * mt9a().gyro.noise / std::sqrt(kPeriod);
@@ -175,7 +175,7 @@ TEST(SeveralImus, TheMeanBeforeAUnitBeginsIsThatOfAll) {
   ImuRecording& second = late.further[0];
   for (auto* values : {&second.gyro, &second.accel}) values->erase(values->begin(), values->begin() + kLate);
   second.time.erase(second.time.begin(), second.time.begin() + kLate);
-  const Log clean = condition_units(whole, options_for(2)), log = condition_units(late, options_for(2));
+  const Log clean = condition_imus(whole, options_for(2)), log = condition_imus(late, options_for(2));
   ASSERT_EQ(log.imu.size(), clean.imu.size());
   Vector3d rate = Vector3d::Zero(), force = Vector3d::Zero();
   double added = 0;
@@ -206,11 +206,11 @@ TEST(SeveralImus, ABiasedUnitOfThreeIsFoundAndNoOther) {
       if (second.time[k] - kStart <= kFault) continue;
       (gyro ? second.gyro : second.accel)[k](axis) += gyro ? 1.5 * kDegree : 0.15;
     }
-    const Log log = condition_units(recording, options);
+    const Log log = condition_imus(recording, options);
     bool seen = false;
     for (std::size_t u = 0; u < 3; ++u) {
-      for (const UnitAbsence& a : log.counts.units[u].absences) {
-        if (a.fault != UnitFault::kBiased) continue;
+      for (const ImuAbsence& a : log.counts.imus[u].absences) {
+        if (a.fault != ImuFault::kBiased) continue;
         if (u == 1 && a.gyro == gyro && a.time.end > kStart + kFault) {
           seen = true;
         } else {

@@ -189,7 +189,7 @@ TEST(FaultDetection, ImusThatPartedAccuseNoReceiver) {
   for (const bool parted : {false, true}) {
     FilterOptions options;
     options.gnss.resize(1);
-    options.units.resize(2);
+    options.imus.resize(2);
     Fixes f;
     f.trust = FaultDetection(MeasurementSources(options).all(), {.readmit_after = 5, .distrust = 40});
     const int parity = MeasurementSources(options).first<ImuParity>(0) + 1;

@@ -381,7 +381,7 @@ ParityFix some_fix(const Estimate&, Random&) {
 
 // Three IMUs that differ in everything.
 std::vector<ImuSensor> some_units() {
-  std::vector<ImuSensor> units(3);
+  std::vector<ImuSensor> imus(3);
   double factor = 1;
   for (ImuSensor& unit : units) {
     for (TriadErrors* triad : {&unit.gyro, &unit.accel}) {
@@ -411,7 +411,7 @@ TEST(Jacobians, EveryTypeOfTheList) {
   options.odometer.emplace();
   options.barometer.emplace();
   options.heading.emplace();
-  options.units = some_units();
+  options.imus = some_units();
   options.unit_axes = {Matrix3d::Identity(), so3_exp(Vector3d(0.1, -0.7, 0.3)).toRotationMatrix(),
                        so3_exp(Vector3d(-0.05, 0.02, 1.5)).toRotationMatrix()};
   const Vector3d earth_rate(0.03, 0.02, -0.04);  // a faster Earth, so that its terms stand out of rounding

@@ -30,7 +30,7 @@ Axes turned() {
 }
 
 // Units that differ in everything but the correlation time of their drifts.
-std::vector<ImuSensor> units(DriftProcess::Kind drift) {
+std::vector<ImuSensor> imus(DriftProcess::Kind drift) {
   std::vector<ImuSensor> out(kUnits);
   for (int i = 0; i < kUnits; ++i) {
     const double factor = 1 + 0.7 * i;
@@ -126,8 +126,8 @@ Eigen::MatrixXd to_stacked(const StateLayout& layout, const std::vector<ImuSenso
   for (int kind = 0; kind < kImuErrors; ++kind) {
     const Block block = kKinds[static_cast<std::size_t>(kind)];
     const TriadMember triad = kind % 2 == 0 ? &ImuSensor::gyro : &ImuSensor::accel;
-    const UnitSplit split =
-        split_errors(unit_weights(sensors, triad), unit_sigmas(sensors, triad, static_cast<UnitError>(kind / 2)));
+    const ErrorSplit split =
+        split_errors(imu_weights(sensors, triad), imu_sigmas(sensors, triad, static_cast<ImuErrorKind>(kind / 2)));
     for (int i = 0; i < kUnits; ++i) {
       Matrix3d own = Matrix3d::Identity();  // from the order of our axes to that of the unit's
       if (kind >= 4) {
@@ -147,9 +147,9 @@ Eigen::MatrixXd to_stacked(const StateLayout& layout, const std::vector<ImuSenso
 void expect_equal(DriftProcess::Kind drift, const Axes& axes) {
   Random random(7);
   FilterOptions options;
-  options.units = units(drift);
+  options.imus = units(drift);
   options.unit_axes = {axes.begin(), axes.end()};
-  options.sensor = mean_sensor(options.units);
+  options.sensor = mean_sensor(options.imus);
   options.estimate = with_implied_blocks(options, {kKinds.begin(), kKinds.end()});
   const StateLayout layout(options.estimate);
   ASSERT_EQ(layout.size(), Stacked::kSize);
@@ -159,7 +159,7 @@ void expect_equal(DriftProcess::Kind drift, const Axes& axes) {
   start.covariance = 0.1 * random.covariance(9);
   Covariance P = initial_covariance(layout, options, start);
   ErrorVector m = ErrorVector::Zero(layout.size());
-  const Eigen::MatrixXd M = to_stacked(layout, options.units, axes);
+  const Eigen::MatrixXd M = to_stacked(layout, options.imus, axes);
   Stacked stacked{axes};
   stacked.P = M * P * M.transpose();
   for (int i = 0; i < kUnits; ++i) {  // that the units' errors are independent at first
@@ -167,12 +167,12 @@ void expect_equal(DriftProcess::Kind drift, const Axes& axes) {
       EXPECT_LT(stacked.P.block(9 + kErrors * i, 9 + kErrors * k, kErrors, kErrors).cwiseAbs().maxCoeff(), 1e-16);
     }
   }
-  const UnitVector w_gyro = unit_weights(options.units, &ImuSensor::gyro);
-  const UnitVector w_accel = unit_weights(options.units, &ImuSensor::accel);
-  const UnitMatrix L_gyro = parity_rows(unit_noise(options.units, &ImuSensor::gyro));
-  const UnitMatrix L_accel = parity_rows(unit_noise(options.units, &ImuSensor::accel));
+  const ImuVector w_gyro = imu_weights(options.imus, &ImuSensor::gyro);
+  const ImuVector w_accel = imu_weights(options.imus, &ImuSensor::accel);
+  const ImuMatrix L_gyro = parity_rows(imu_noise(options.imus, &ImuSensor::gyro));
+  const ImuMatrix L_accel = parity_rows(imu_noise(options.imus, &ImuSensor::accel));
 
-  const auto scales = UnitScales::across(options);
+  const auto scales = ImuScales::across(options);
   Estimate x;
   x.q_wb = random.rotation();
   x.v_wb = random.vector(10);
@@ -214,11 +214,11 @@ void expect_equal(DriftProcess::Kind drift, const Axes& axes) {
     mechanize(x, s, world.earth_rate(), gravity);
     Transition t = linearize(before, x, s, world.earth_rate(), gravity,
                              {options.sensor.gyro.noise_variance(), options.sensor.accel.noise_variance()});
-    t.units = scales.get();
+    t.imu_scales = scales.get();
     add_processes(t, layout, options, kStep);
     propagate(P, layout, t);
     propagate(m, layout, t);
-    step(stacked, options.units, t, outputs);
+    step(stacked, options.imus, t, outputs);
 
     if (k % 7 == 0) {  // a fix, which tells the mean IMU apart from the motion
       const Vector3d fix = random.vector(0.5);
@@ -250,7 +250,7 @@ TEST(SeveralImus, ThatAreTurnedAreTheFilterOverStackedOutputs) {
 
 FilterOptions options_with(const Axes& axes) {
   FilterOptions options;
-  options.units = units(DriftProcess::Kind::kGaussMarkov);
+  options.imus = units(DriftProcess::Kind::kGaussMarkov);
   options.unit_axes = {axes.begin(), axes.end()};
   return options;
 }
@@ -260,8 +260,8 @@ TEST(SeveralImus, OnlyTheMeansOwnScalesAreLeftInAStep) {
   Random random(3);
   const Axes axes = turned();
   const FilterOptions options = options_with(axes);
-  const UnitVector w = unit_weights(options.units, &ImuSensor::gyro);
-  const UnitSplit split = split_errors(w, unit_sigmas(options.units, &ImuSensor::gyro, UnitError::kScale));
+  const ImuVector w = imu_weights(options.imus, &ImuSensor::gyro);
+  const ErrorSplit split = split_errors(w, imu_sigmas(options.imus, &ImuSensor::gyro, ImuErrorKind::kScale));
   Estimate x = random.estimate();
   Matrix3d gain = Matrix3d::Identity();
   for (int i = 0; i < kUnits; ++i) {
@@ -275,7 +275,7 @@ TEST(SeveralImus, OnlyTheMeansOwnScalesAreLeftInAStep) {
   }
   const Vector3d rate = random.vector(2), slope = random.vector(5), offset = x.gyro_bias + x.gyro_drift;
   const ImuStep measured{0.01, 0.01 * (gain * rate + offset), random.vector(0.1), gain * slope, random.vector(50)};
-  const UnitScales scales(options);
+  const ImuScales scales(options);
   const ImuStep step = correct(scales.without_rest(measured, x), x);
   EXPECT_LT((step.mean_rate() - rate).norm(), 1e-13);
   EXPECT_LT((step.rate_slope - slope).norm(), 1e-13);
@@ -286,9 +286,9 @@ TEST(SeveralImus, OnlyTheMeansOwnScalesAreLeftInAStep) {
 TEST(SeveralImus, ScalesActOnAStepAsDifferencesSay) {
   Random random(8);
   FilterOptions options = options_with(turned());
-  options.sensor = mean_sensor(options.units);
+  options.sensor = mean_sensor(options.imus);
   const StateLayout layout(with_implied_blocks(options, {kKinds.begin(), kKinds.end()}));
-  const UnitScales scales(options);
+  const ImuScales scales(options);
   const World world({0.81, 0.13, 800});
   for (int trial = 0; trial < 10; ++trial) {
     Estimate about = random.estimate();
@@ -305,7 +305,7 @@ TEST(SeveralImus, ScalesActOnAStepAsDifferencesSay) {
     };
     const ImuStep corrected = correct(scales.without_rest(measured, about), about);
     Transition t = linearize(about, after(about), corrected, world.earth_rate(), gravity, {});
-    t.units = &scales;
+    t.imu_scales = &scales;
     const Covariance Phi = dense_transition(layout, t);
     for (const Block b : layout.blocks()) {
       if (is_navigation(b) || info(b).process) continue;

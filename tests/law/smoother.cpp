@@ -166,10 +166,10 @@ INSTANTIATE_TEST_SUITE_P(Rts, Smoother,
                                          std::vector<Block>{Block::kGyroBias, Block::kAccelBias, Block::kAccelDrift}));
 
 // Three IMUs in place of the one, whose scales act across the axes of their mean. What they differ by is not measured.
-SyntheticRun with_turned_units(double duration) {
+SyntheticRun with_turned_imus(double duration) {
   SyntheticRun s = test::synthetic_run(
       duration, {Block::kGyroBias, Block::kGyroDrift, Block::kAccelDrift, Block::kGyroScale, Block::kAccelScale});
-  s.options.units.assign(3, s.options.sensor);
+  s.options.imus.assign(3, s.options.sensor);
   s.options.unit_axes = {Matrix3d::Identity(), so3_exp(Vector3d(0.1, -0.7, 0.3)).toRotationMatrix(),
                          so3_exp(Vector3d(0.2, 0.4, 0.1)).toRotationMatrix()};
   s.options.estimate = with_implied_blocks(s.options, s.options.estimate);
@@ -218,7 +218,7 @@ void expect_dense_batch_solution(SyntheticRun s) {
 
 TEST_P(Smoother, IsTheDenseBatchSolution) { expect_dense_batch_solution(test::synthetic_run(0.5, GetParam())); }
 
-TEST(Rts, OfUnitsThatAreTurnedIsTheDenseBatchSolution) { expect_dense_batch_solution(with_turned_units(0.5)); }
+TEST(Rts, OfUnitsThatAreTurnedIsTheDenseBatchSolution) { expect_dense_batch_solution(with_turned_imus(0.5)); }
 
 TEST_P(Smoother, AttitudeErrorsGoTogetherAsInTheDenseBatchSolution) {
   SyntheticRun s = test::synthetic_run(0.5, GetParam());
@@ -295,7 +295,7 @@ void expect_trajectory_of_the_whole(const SyntheticRun& s) {
 
 TEST(Rts, TheTrajectoryWithoutCovariancesIsThatOfTheWhole) {
   expect_trajectory_of_the_whole(test::synthetic_run(4, test::all_blocks()));
-  expect_trajectory_of_the_whole(with_turned_units(4));
+  expect_trajectory_of_the_whole(with_turned_imus(4));
 }
 
 // Runs that begin about a smoothed trajectory and go on by themselves.

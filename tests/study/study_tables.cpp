@@ -314,7 +314,7 @@ TEST(ImusCompared, HaveAllAsOneLastAndOverTheMeanOfTheSingleOnesInTheSameRuns) {
   study.results[2].scores[1] = {Method::kInTheFilter, 7, 7, 7, 7};  // of the first, in a run without all as one
   ASSERT_EQ(imus_compared(study).size(), 2U);
   SensorRun together;
-  together.units = {"S1", "S2"};
+  together.imus = {"S1", "S2"};
   together.scores = {{Method::kInTheFilter, 0.5, 0.5, 1, 3}};
   study.as_one = {together};
   const std::vector<ImuCompared> rows = imus_compared(study);

@@ -25,7 +25,7 @@ struct Listener {
 
   double time() const { return now; }
   const Estimate& estimate() const { return x; }
-  static const UnitScales* units() { return nullptr; }
+  static const ImuScales* imu_scales() { return nullptr; }
   bool resting() const { return walker.at_rest(); }
   bool takes(int source, double) const { return !(ignores_velocities && source == 1); }
   static StepNoise begin_sample(const StepNoise& stated) { return stated; }

@@ -32,7 +32,7 @@ namespace piste {
 ///
 /// **Several IMUs.** If the options name several IMUs, each is conditioned as above by itself. The samples are then
 /// their weighted mean at the place, in the axes and at the epochs of the first. Missing and faulty samples of single
-/// IMUs are excluded. `parity` has their differences, and `counts.units` the exclusions (docs/several_imus.md).
+/// IMUs are excluded. `parity` has their differences, and `counts.imus` the exclusions (docs/several_imus.md).
 ///
 /// **GNSS and attitude.** Fixes outside the time of the IMU are left out and counted, and so are GNSS fixes in an
 /// outage. The others are turned into w, whose origin is the first of them. Times of all sources are brought to the

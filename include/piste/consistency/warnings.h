@@ -15,10 +15,10 @@ namespace piste {
 std::vector<std::string> warnings_of(const Solution& filtered);
 
 /// One line for each of several IMUs that was excluded at times: how often, why, and when first.
-std::vector<std::string> absence_lines(const std::vector<UnitReport>& units);
+std::vector<std::string> absence_lines(const std::vector<ImuReport>& imus);
 
 /// A fault of an IMU in a word, such as "stuck".
-std::string_view name_of(UnitFault fault);
+std::string_view name_of(ImuFault fault);
 
 /// The noise that an adaptive filter estimated, in one line. @pre it adapted
 std::string adapted_line(const AdaptedNoise& adapted);

@@ -25,38 +25,38 @@
 namespace piste {
 
 /// The largest number of fused IMUs, and of their parities.
-inline constexpr int kMostUnits = 4, kMostParities = kMostUnits - 1;
+inline constexpr int kMostImus = 4, kMostParities = kMostImus - 1;
 
 /// One value per IMU.
-using UnitVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostUnits, 1>;
+using ImuVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostImus, 1>;
 /// A row per IMU, a column per parity.
-using UnitMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostUnits, kMostParities>;
+using ImuMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostImus, kMostParities>;
 
 /// A triad of a sensor: its gyroscopes or its accelerometers.
 using TriadMember = TriadErrors ImuSensor::*;
 
 /// A kind of error of a triad.
-enum class UnitError { kBias, kDrift, kScale };
+enum class ImuErrorKind { kBias, kDrift, kScale };
 
 /// The weights w of IMUs whose white noise has these densities, all above zero: {0.8, 0.2} for densities 1 and 2.
-UnitVector unit_weights(const UnitVector& noise);
-UnitVector unit_weights(std::span<const ImuSensor> units, TriadMember triad);
+ImuVector imu_weights(const ImuVector& noise);
+ImuVector imu_weights(std::span<const ImuSensor> imus, TriadMember triad);
 
 /// The parities: the columns are the rows L_k above. The noise variance of each is the mean of the IMUs' variances.
-UnitMatrix parity_rows(const UnitVector& noise);
+ImuMatrix parity_rows(const ImuVector& noise);
 /// The density of the noise in each of them.
-double parity_noise(const UnitVector& noise);
+double parity_noise(const ImuVector& noise);
 
 /// How the errors of the IMUs follow from that of their mean, ē, and from those of the parity blocks.
-struct UnitSplit {
-  UnitVector common;  ///< c
-  UnitMatrix split;   ///< S
+struct ErrorSplit {
+  ImuVector common;  ///< c
+  ImuMatrix split;   ///< S
 };
 /// The split of errors with these 1-sigmas by these weights. The errors of the parity blocks have the 1-sigma
 /// parity_sigma(). If no IMU has an error, S is zero and c is 1.
-UnitSplit split_errors(const UnitVector& weights, const UnitVector& sigma);
+ErrorSplit split_errors(const ImuVector& weights, const ImuVector& sigma);
 /// 1-sigma of the error of a parity block: the root mean square of the IMUs' sigmas.
-double parity_sigma(const UnitVector& sigma);
+double parity_sigma(const ImuVector& sigma);
 
 /// How the scales s of an IMU add to its output. They act along its own axes, which R turns into those of the first:
 /// there the output differs by R diag(s) Rᵀ u. Each scale is stored at the axis of the first IMU that its axis is
@@ -80,17 +80,17 @@ class TurnedScale {
 
 /// Of each IMU: the densities of the white noise of a triad; the 1-sigma of an error. For a random walk the latter is
 /// its density.
-UnitVector unit_noise(std::span<const ImuSensor> units, TriadMember triad);
-UnitVector unit_sigmas(std::span<const ImuSensor> units, TriadMember triad, UnitError error);
+ImuVector imu_noise(std::span<const ImuSensor> imus, TriadMember triad);
+ImuVector imu_sigmas(std::span<const ImuSensor> imus, TriadMember triad, ImuErrorKind error);
 
 /// The sensor model of the weighted mean of the IMUs: its noise, and 1-sigmas of its errors if those of the IMUs are
 /// independent. The range is the smallest. The sum of drifts with different correlation times is no first-order
 /// process: the model has their mean correlation time, weighted by variance. Throws ConfigError if one IMU drifts as a
 /// random walk and another as Gauss-Markov.
 /// @pre There is an IMU.
-ImuSensor mean_sensor(std::span<const ImuSensor> units);
+ImuSensor mean_sensor(std::span<const ImuSensor> imus);
 
 /// The drift of a parity block of a triad.
-DriftProcess parity_drift(std::span<const ImuSensor> units, TriadMember triad);
+DriftProcess parity_drift(std::span<const ImuSensor> imus, TriadMember triad);
 
 }  // namespace piste

@@ -238,21 +238,21 @@ struct Interval {
 };
 
 /// Why an IMU was excluded from the mean of several.
-enum class UnitFault : std::uint8_t { kClipped, kStuck, kSpike, kSilent, kBiased };
+enum class ImuFault : std::uint8_t { kClipped, kStuck, kSpike, kSilent, kBiased };
 
 /// A stretch in which one of several IMUs was excluded.
-struct UnitAbsence {
-  UnitFault fault = UnitFault::kClipped;
+struct ImuAbsence {
+  ImuFault fault = ImuFault::kClipped;
   bool gyro = false, accel = false;  ///< which of its triads
   Interval time;
 };
 
 /// One of several IMUs in a run.
-struct UnitReport {
+struct ImuReport {
   std::string name;
-  Vector3d place = Vector3d::Zero();       ///< p_bu_b: from the first IMU to it, as used
-  std::size_t left_out = 0;                ///< epochs without it on one axis or more
-  std::vector<UnitAbsence> absences = {};  ///< in the order of their starts
+  Vector3d place = Vector3d::Zero();      ///< p_bu_b: from the first IMU to it, as used
+  std::size_t left_out = 0;               ///< epochs without it on one axis or more
+  std::vector<ImuAbsence> absences = {};  ///< in the order of their starts
 };
 
 /// The first fixes of a receiver that the later ones contradict: how many, and their error [m]. Their sigmas were
@@ -273,7 +273,7 @@ struct LogCounts {
   RepairedRows imu_repaired = {};
   std::vector<RepairedRows> gnss_repaired = {}, attitude_repaired = {};  ///< per source
   std::vector<FirstFixes> gnss_contradicted = {};                        ///< per receiver
-  std::vector<UnitReport> units = {};                                    ///< of several IMUs
+  std::vector<ImuReport> imus = {};                                      ///< of several IMUs
   /// Fixes of odometer, barometer and dual antenna outside the IMU's span.
   std::size_t speed_outside = 0, height_outside = 0, heading_outside = 0;
   RepairedRows speed_repaired = {}, height_repaired = {}, heading_repaired = {};  ///< over their whole files

@@ -25,7 +25,7 @@ struct ImuConditioning {
 };
 
 /// One of several IMUs on a body, whose axes b are those of the first.
-struct UnitConditioning {
+struct FusedImuConditioning {
   std::string name;
   ImuConditioning imu;                ///< R_bs is any rotation
   ImuSensor sensor;                   ///< in b
@@ -49,7 +49,7 @@ inline constexpr double kMagneticInterval = 0.1;
 
 struct ConditioningOptions {
   ImuConditioning imu;
-  std::vector<UnitConditioning> units = {};  ///< of several IMUs, the first as well; empty for one
+  std::vector<FusedImuConditioning> imus = {};  ///< of several IMUs, the first as well; empty for one
   MagneticConditioning magnetic = {};
   double gyro_range = 0, accel_range = 0;  ///< 0 = unlimited
   Interval span;                           ///< GPS time; {0, 0} = all
@@ -211,7 +211,7 @@ struct AdaptationOptions {
 /// Options of the filter.
 struct FilterOptions {
   ImuSensor sensor;                       ///< of several IMUs that of their mean (mean_sensor())
-  std::vector<ImuSensor> units = {};      ///< of several IMUs; empty for one
+  std::vector<ImuSensor> imus = {};       ///< of several IMUs; empty for one
   std::vector<Matrix3d> unit_axes = {};   ///< of each, from its axes to those of the first; empty: all have the same
   std::vector<GnssOptions> gnss;          ///< one per Log::gnss
   std::vector<AttitudeOptions> attitude;  ///< one per Log::attitude

@@ -571,14 +571,14 @@ constexpr BlockInfo parity_row() {
   constexpr std::size_t kind = I % kImuErrors, parity = I / kImuErrors;
   constexpr bool is_drift = kind / 2 == 1;
   constexpr TriadMember triad = kind % 2 == 0 ? &ImuSensor::gyro : &ImuSensor::accel;
-  constexpr UnitError error = kind / 2 == 0 ? UnitError::kBias : UnitError::kScale;
+  constexpr ImuErrorKind error = kind / 2 == 0 ? ImuErrorKind::kBias : ImuErrorKind::kScale;
   constexpr BlockInfo like = kWrittenBlocks[static_cast<std::size_t>(Block::kGyroBias) + kind];
   const auto prior = [](const FilterOptions& o) {
-    return alike(o.units.size() > parity + 1 ? parity_sigma(unit_sigmas(o.units, triad, error)) : 0);
+    return alike(o.imus.size() > parity + 1 ? parity_sigma(imu_sigmas(o.imus, triad, error)) : 0);
   };
   const auto process = [](const FilterOptions& o) {
-    if (o.units.size() <= parity + 1) return std::optional<BlockProcess>();
-    const DriftProcess law = parity_drift(o.units, triad);
+    if (o.imus.size() <= parity + 1) return std::optional<BlockProcess>();
+    const DriftProcess law = parity_drift(o.imus, triad);
     return law.kind == DriftProcess::Kind::kNone ? std::nullopt : std::optional(BlockProcess{law});
   };
   return {.block = static_cast<Block>(static_cast<std::size_t>(Block::kFirstParity) + I),
@@ -590,7 +590,7 @@ constexpr BlockInfo parity_row() {
           .member = ParityMember{I},
           .prior = is_drift ? nullptr : +prior,
           .process = is_drift ? +process : nullptr,
-          .observed = [](const FilterOptions& o) { return o.units.size() > parity + 1; },
+          .observed = [](const FilterOptions& o) { return o.imus.size() > parity + 1; },
           .needs = "a list of as many IMUs under `imu:`",
           .implied = true};
 }

@@ -23,8 +23,8 @@ struct ImuParity : MeasurementType<ParityFix> {
   static constexpr bool kAdapted = false;  // its noise is that of the IMUs, and conditioning has measured it
   static constexpr std::array kChannels{MeasurementChannel{.name = "gyro", .axes = kBodyAxes},
                                         MeasurementChannel{.name = "accel", .axes = kBodyAxes}};
-  static int sensors(const FilterOptions& options) { return std::max(0, static_cast<int>(options.units.size()) - 1); }
-  static bool in_use(const FilterOptions& options) { return options.units.size() > 1; }
+  static int sensors(const FilterOptions& options) { return std::max(0, static_cast<int>(options.imus.size()) - 1); }
+  static bool in_use(const FilterOptions& options) { return options.imus.size() > 1; }
   static std::span<const std::vector<ParityFix>> logged(const Log& log) { return log.parity; }
   static std::optional<Linearization> linearize(const ParityFix& fix, int sensor, int channel,
                                                 const MeasurementContext& context, const Estimate& x) {

@@ -67,7 +67,7 @@ struct AllanRecording {
 };
 
 /// One IMU compared with the others of its type.
-struct AllanUnit {
+struct AllanImu {
   std::optional<GmwmFit> fit;
   AxisNoise noise;
 };
@@ -81,7 +81,7 @@ struct AllanAxis {
   std::string why_not;
   AxisNoise noise;
   double step = 0, rounding = 0;  ///< step of the values; white noise of rounding [unit/√Hz]
-  std::vector<AllanUnit> units;   ///< one for each recording, if there are several: the common model, fitted to it
+  std::vector<AllanImu> imus;     ///< one for each recording, if there are several: the common model, fitted to it
   double spread = kNaN, spread_instability = kNaN;  ///< sd of the logarithms of noise and bias instability between IMUs
 };
 

@@ -50,7 +50,7 @@ struct ReplaySetup {
   std::vector<std::size_t> further;         ///< likewise, of several IMUs that are fused: all but the first
   std::vector<std::size_t> gnss, attitude;  ///< of the lists of Scenario; gnss is empty only where it has no receiver
   ImuSensor sensor;                         ///< the filter's model of the IMU; of several, of their mean
-  std::vector<ImuSensor> units;             ///< of each of several
+  std::vector<ImuSensor> imus;              ///< of each of several
   std::vector<Block> estimate;              ///< blocks beyond position, velocity and attitude
   std::optional<AdaptationOptions> adapt;   ///< whether the filter estimates the noise
   enum class Heading { kKnown, kAuto } heading = Heading::kKnown;

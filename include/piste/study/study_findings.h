@@ -155,7 +155,7 @@ inline constexpr std::string_view kAsOne = "all as one";
 /// The results for one IMU in one run, or for all IMUs of a run fused into one.
 struct SensorRun {
   std::size_t run = 0, sensor = 0;  ///< indices in Study::runs and Study::sensors
-  std::vector<std::string> units;   ///< the IMUs that are fused; empty for a single one
+  std::vector<std::string> imus;    ///< the IMUs that are fused; empty for a single one
   std::string failure;              ///< why there are no further results; empty if all went well
   std::vector<std::string> warnings;
   double clock_offset = 0, clock_drift = 0;                                   ///< [s], ratio

@@ -1,4 +1,4 @@
-#include "condition/unit_differences.h"
+#include "condition/imu_differences.h"
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -40,17 +40,17 @@ struct Difference {
 
 class Combiner {
  public:
-  Combiner(std::span<const UnitTriad* const> units, std::span<const ImuSensor> sensors, TriadMember triad,
-           const std::vector<double>& intervals, const std::vector<UnitWindow>& windows)
-      : units_(units),
+  Combiner(std::span<const ImuTriad* const> imus, std::span<const ImuSensor> sensors, TriadMember triad,
+           const std::vector<double>& intervals, const std::vector<ImuWindow>& windows)
+      : imus_(imus),
         intervals_(intervals),
         windows_(windows),
-        count_(units.size()),
-        weights_(unit_weights(sensors, triad)),
-        noise_(unit_noise(sensors, triad)),
-        known_(units.size()),
-        excluded_(units.size(), false),
-        calm_(units.size(), 0),
+        count_(imus.size()),
+        weights_(imu_weights(sensors, triad)),
+        noise_(imu_noise(sensors, triad)),
+        known_(imus.size()),
+        excluded_(imus.size(), false),
+        calm_(imus.size(), 0),
         missing_for_(3, 0) {
     for (std::size_t i = 0; i < count_; ++i) {
       const TriadErrors& errors = sensors[i].*triad;
@@ -72,7 +72,7 @@ class Combiner {
     CombinedTriad out;
     out.mean.resize(intervals_.size());
     out.out.assign(count_, std::vector<std::uint8_t>(intervals_.size(), 0));
-    out.why.assign(count_, std::vector<UnitFault>(intervals_.size(), UnitFault::kBiased));
+    out.why.assign(count_, std::vector<ImuFault>(intervals_.size(), ImuFault::kBiased));
     measure_noise();
     const auto nothing_known = known_;
     const std::size_t late = begin_late();
@@ -114,13 +114,13 @@ class Combiner {
     bad_.resize(count_);
     std::vector<std::vector<Vector3d>> differences(count_);
     std::vector<Vector3d> signal;
-    for (const UnitWindow& window : windows_) {
+    for (const ImuWindow& window : windows_) {
       Vector3d mean = Vector3d::Zero();
       std::uint8_t bad = 0;
       for (std::size_t i = 0; i < count_; ++i) {
-        means_[i].push_back(mean_over(*units_[i], window, intervals_));
+        means_[i].push_back(mean_over(*imus_[i], window, intervals_));
         std::uint8_t bits = 0;
-        for (std::size_t k = window.begin; k < window.end; ++k) bits = bits | units_[i]->bad[k];
+        for (std::size_t k = window.begin; k < window.end; ++k) bits = bits | imus_[i]->bad[k];
         bad_[i].push_back(bits);
         bad = bad | bits;
         mean += weight(i) * means_[i].back();
@@ -139,7 +139,7 @@ class Combiner {
 
   double weight(std::size_t i) const { return weights_(static_cast<Eigen::Index>(i)); }
   double noise(std::size_t i) const { return noise_(static_cast<Eigen::Index>(i)); }
-  double noise_variance(std::size_t i, int axis, const UnitWindow& window) const {
+  double noise_variance(std::size_t i, int axis, const ImuWindow& window) const {
     return std::max(density_[i] / window.duration, shown_[i](axis));
   }
   bool informs(std::size_t i, std::size_t w, int axis) const { return !excluded_[i] && says(bad_[i][w], axis); }
@@ -177,7 +177,7 @@ class Combiner {
 
   // Compares the IMUs in a window, excludes faulty ones, and updates the differences of the others.
   void look_at(std::size_t w) {
-    const UnitWindow& window = windows_[w];
+    const ImuWindow& window = windows_[w];
     for (std::size_t i = 0; i < count_; ++i) {
       for (Difference& d : known_[i]) d.P(0, 0) += growth_[i] * window.duration;
     }
@@ -278,11 +278,11 @@ class Combiner {
     }
   }
 
-  void emit(const UnitWindow& window, CombinedTriad& out) {
+  void emit(const ImuWindow& window, CombinedTriad& out) {
     for (std::size_t k = window.begin; k < window.end; ++k) {
       for (std::size_t i = 0; i < count_; ++i) {
-        out.out[i][k] = excluded_[i] ? kAllAxes : units_[i]->bad[k];
-        if (units_[i]->bad[k] != 0) out.why[i][k] = units_[i]->why[k];
+        out.out[i][k] = excluded_[i] ? kAllAxes : imus_[i]->bad[k];
+        if (imus_[i]->bad[k] != 0) out.why[i][k] = imus_[i]->why[k];
       }
       TriadMean& mean = out.mean[k];
       for (int axis = 0; axis < 3; ++axis) emit(k, axis, out, mean);
@@ -292,7 +292,7 @@ class Combiner {
   void emit(std::size_t k, int axis, const CombinedTriad& out, TriadMean& mean) {
     int& missing_for = missing_for_[static_cast<std::size_t>(axis)];
     const auto used = [&](std::size_t i) { return says(out.out[i][k], axis); };
-    const auto measured = [&](std::size_t i) { return units_[i]->value[k](axis); };
+    const auto measured = [&](std::size_t i) { return imus_[i]->value[k](axis); };
     const auto [value, all] = weighted(used, measured);
     std::size_t informative = 0;
     for (std::size_t i = 0; i < count_; ++i) informative += used(i) ? 1 : 0;
@@ -303,7 +303,7 @@ class Combiner {
     }
     if (informative == 0) {  // the best available value: that of the clipped IMUs, as the others measured nothing
       mean.missing = static_cast<std::uint8_t>(mean.missing | 1U << static_cast<unsigned>(axis));
-      const auto spoke = [&](std::size_t i) { return out.why[i][k] == UnitFault::kClipped; };
+      const auto spoke = [&](std::size_t i) { return out.why[i][k] == ImuFault::kClipped; };
       mean.value(axis) = weighted(spoke, measured).first;
       return;
     }
@@ -323,11 +323,11 @@ class Combiner {
                        unsure * intervals_[k] * (2 * missing_for - 1);
   }
 
-  std::span<const UnitTriad* const> units_;
+  std::span<const ImuTriad* const> imus_;
   const std::vector<double>& intervals_;
-  const std::vector<UnitWindow>& windows_;
+  const std::vector<ImuWindow>& windows_;
   std::size_t count_;
-  UnitVector weights_, noise_;
+  ImuVector weights_, noise_;
   std::vector<double> growth_;                    // of each IMU
   std::vector<std::vector<Vector3d>> means_;      // of each IMU and window
   std::vector<std::vector<std::uint8_t>> bad_;    // likewise
@@ -342,7 +342,7 @@ class Combiner {
 
 }  // namespace
 
-Vector3d mean_over(const UnitTriad& unit, const UnitWindow& window, const std::vector<double>& intervals) {
+Vector3d mean_over(const ImuTriad& unit, const ImuWindow& window, const std::vector<double>& intervals) {
   Vector3d sum = Vector3d::Zero();
   for (std::size_t k = window.begin; k < window.end; ++k) sum += intervals[k] * unit.value[k];
   return sum / window.duration;
@@ -370,9 +370,9 @@ Vector3d noise_of(std::span<const Vector3d> series, std::span<const Vector3d> si
   return out;
 }
 
-CombinedTriad combine(std::span<const UnitTriad* const> units, std::span<const ImuSensor> sensors, TriadMember triad,
-                      const std::vector<double>& intervals, const std::vector<UnitWindow>& windows) {
-  return Combiner(units, sensors, triad, intervals, windows).run();
+CombinedTriad combine(std::span<const ImuTriad* const> imus, std::span<const ImuSensor> sensors, TriadMember triad,
+                      const std::vector<double>& intervals, const std::vector<ImuWindow>& windows) {
+  return Combiner(imus, sensors, triad, intervals, windows).run();
 }
 
 }  // namespace piste

@@ -1,4 +1,4 @@
-#include "diagnosis/unit_motion.h"
+#include "diagnosis/imu_motion.h"
 
 #include <fmt/format.h>
 
@@ -8,8 +8,8 @@
 #include <cstddef>
 #include <optional>
 
-#include "diagnosis/unit_outputs.h"
-#include "diagnosis/unit_places.h"
+#include "diagnosis/imu_outputs.h"
+#include "diagnosis/imu_places.h"
 #include "math/wahba.h"
 #include "math/words.h"
 #include "piste/math/so3.h"
@@ -35,7 +35,7 @@ struct Turned {
   double rows = 0;
 };
 
-Turned turned(const UnitOutputs& rates, std::size_t unit, std::ptrdiff_t shift) {
+Turned turned(const ImuOutputs& rates, std::size_t unit, std::ptrdiff_t shift) {
   const Outputs &first = rates.of_units.front(), &own = rates.of_units[unit];
   const auto count = static_cast<std::ptrdiff_t>(rates.time.size());
   std::vector<std::array<Eigen::Index, 2>> pairs;
@@ -56,7 +56,7 @@ Turned turned(const UnitOutputs& rates, std::size_t unit, std::ptrdiff_t shift) 
 
 // By how much the rates of a unit come late against those of the first [s], if that is beyond doubt: where shifted ones
 // fit best, by a parabola through the neighbours.
-std::optional<double> lateness(const UnitOutputs& rates, std::size_t unit) {
+std::optional<double> lateness(const ImuOutputs& rates, std::size_t unit) {
   std::array<double, 2 * kMostLate + 1> left{};
   for (std::ptrdiff_t shift = -kMostLate; shift <= kMostLate; ++shift)
     left[static_cast<std::size_t>(shift + kMostLate)] = turned(rates, unit, shift).left;
@@ -72,7 +72,7 @@ std::optional<double> lateness(const UnitOutputs& rates, std::size_t unit) {
 }
 
 // What is wrong with the rates of a unit against those of the first, if anything is.
-std::optional<std::string> contradiction(const UnitOutputs& rates, std::size_t unit, double noise,
+std::optional<std::string> contradiction(const ImuOutputs& rates, std::size_t unit, double noise,
                                          const std::string& name) {
   if (const auto late = lateness(rates, unit)) {
     return fmt::format(
@@ -100,8 +100,8 @@ std::optional<std::string> contradiction(const UnitOutputs& rates, std::size_t u
 }
 
 // Whether the forces of a unit that turns with the first are those of another place.
-std::optional<std::string> misplacement(const UnitOutputs& forces, std::size_t unit, const std::string& name) {
-  const auto offset = unit_offset(forces, unit);
+std::optional<std::string> misplacement(const ImuOutputs& forces, std::size_t unit, const std::string& name) {
+  const auto offset = imu_offset(forces, unit);
   if (!offset || offset->value.norm() < kMisplaced) return std::nullopt;
   if ((offset->value.array().abs() < kBeyondDoubt * offset->sigma.array()).all()) return std::nullopt;
   return fmt::format("sits some {} m from where its `lever_arm` puts it beside IMU {}; measure it, or say `auto`",
@@ -110,19 +110,18 @@ std::optional<std::string> misplacement(const UnitOutputs& forces, std::size_t u
 
 }  // namespace
 
-std::vector<std::string> unit_motion_lines(const Log& log, const std::vector<ImuSensor>& units) {
+std::vector<std::string> imu_motion_lines(const Log& log, const std::vector<ImuSensor>& imus) {
   std::vector<std::string> lines;
-  if (units.size() < 2 || log.parity.size() + 1 != units.size() || log.counts.units.size() != units.size())
-    return lines;
-  const UnitOutputs rates = unit_outputs(log, units, &ImuSensor::gyro);
+  if (imus.size() < 2 || log.parity.size() + 1 != imus.size() || log.counts.imus.size() != imus.size()) return lines;
+  const ImuOutputs rates = imu_outputs(log, imus, &ImuSensor::gyro);
   if (rates.time.size() < kFewestWindows) return lines;
-  const UnitOutputs forces = unit_outputs(log, units, &ImuSensor::accel);
-  const std::string& name = log.counts.units.front().name;
-  for (std::size_t i = 1; i < units.size(); ++i) {
-    const double noise = (square(units.front().gyro.noise) + square(units[i].gyro.noise)) / rates.duration;
+  const ImuOutputs forces = imu_outputs(log, imus, &ImuSensor::accel);
+  const std::string& name = log.counts.imus.front().name;
+  for (std::size_t i = 1; i < imus.size(); ++i) {
+    const double noise = (square(imus.front().gyro.noise) + square(imus[i].gyro.noise)) / rates.duration;
     auto what = contradiction(rates, i, noise, name);
     if (!what) what = misplacement(forces, i, name);
-    if (what) lines.push_back(fmt::format("IMU {} {}", log.counts.units[i].name, *what));
+    if (what) lines.push_back(fmt::format("IMU {} {}", log.counts.imus[i].name, *what));
   }
   return lines;
 }

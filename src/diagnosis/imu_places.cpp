@@ -1,4 +1,4 @@
-#include "diagnosis/unit_places.h"
+#include "diagnosis/imu_places.h"
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace piste {
 
-std::optional<UnitOffset> unit_offset(const UnitOutputs& forces, std::size_t unit) {
+std::optional<ImuOffset> imu_offset(const ImuOutputs& forces, std::size_t unit) {
   // p, biases, and a matrix by rows.
   constexpr Eigen::Index kPlace = 0, kBias = 3, kMatrix = 6, kColumns = 15;
   constexpr int kFewestMeans = 30, kTogether = 5;  // windows of a mean, in which vibration cancels
@@ -53,7 +53,7 @@ std::optional<UnitOffset> unit_offset(const UnitOutputs& forces, std::size_t uni
   const Eigen::VectorXd found = solve_symmetric(information, told);
   const double left = std::max(0.0, squares - found.dot(told)) / static_cast<double>(3 * means - kColumns);
   const Eigen::VectorXd variance = left * inverse(information).diagonal();
-  return UnitOffset{found.segment<3>(kPlace), variance.segment<3>(kPlace).cwiseSqrt()};
+  return ImuOffset{found.segment<3>(kPlace), variance.segment<3>(kPlace).cwiseSqrt()};
 }
 
 }  // namespace piste

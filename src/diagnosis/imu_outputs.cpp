@@ -1,4 +1,4 @@
-#include "diagnosis/unit_outputs.h"
+#include "diagnosis/imu_outputs.h"
 
 #include <Eigen/LU>
 #include <optional>
@@ -7,21 +7,21 @@
 
 namespace piste {
 
-UnitOutputs unit_outputs(const Log& log, const std::vector<ImuSensor>& units, TriadMember triad) {
+ImuOutputs imu_outputs(const Log& log, const std::vector<ImuSensor>& imus, TriadMember triad) {
   const bool gyro = triad == &ImuSensor::gyro;
   const auto parity_of = [gyro](const ParityFix& fix) -> const std::optional<Parity>& {
     return gyro ? fix.gyro : fix.accel;
   };
-  // Mean and parities as they are made of the units, and back.
-  const auto count = static_cast<Eigen::Index>(units.size());
-  const UnitVector noise = unit_noise(units, triad);
+  // Mean and parities as they are made of the imus, and back.
+  const auto count = static_cast<Eigen::Index>(imus.size());
+  const ImuVector noise = imu_noise(imus, triad);
   Eigen::MatrixXd made(count, count);
-  made.row(0) = unit_weights(noise).transpose();
+  made.row(0) = imu_weights(noise).transpose();
   made.bottomRows(count - 1) = parity_rows(noise).transpose();
   const Eigen::MatrixXd back = made.inverse();
-  UnitOutputs found;
+  ImuOutputs found;
   const std::vector<ParityFix>& windows = log.parity.front();
-  found.of_units.assign(units.size(), Outputs(3, static_cast<Eigen::Index>(windows.size())));
+  found.of_units.assign(imus.size(), Outputs(3, static_cast<Eigen::Index>(windows.size())));
   std::vector<double> durations;
   for (std::size_t w = 0; w < windows.size(); ++w) {
     Eigen::MatrixXd told(count, 3);
@@ -34,7 +34,7 @@ UnitOutputs unit_outputs(const Log& log, const std::vector<ImuSensor>& units, Tr
     if (!whole) continue;
     const Eigen::MatrixXd own = back * told;
     const auto column = static_cast<Eigen::Index>(found.time.size());
-    for (std::size_t i = 0; i < units.size(); ++i)
+    for (std::size_t i = 0; i < imus.size(); ++i)
       found.of_units[i].col(column) = own.row(static_cast<Eigen::Index>(i)).transpose();
     found.time.push_back(windows[w].time);
     found.rate.push_back(windows[w].rate);

@@ -1,4 +1,4 @@
-#include "condition/unit_samples.h"
+#include "condition/imu_series.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,10 +17,10 @@ constexpr double kStuckTime = 0.1;  // s
 // Whether a sample of an IMU is usable, and if not why.
 struct Flags {
   std::uint8_t gyro = 0, accel = 0;
-  UnitFault why_gyro = UnitFault::kClipped, why_accel = UnitFault::kClipped;
+  ImuFault why_gyro = ImuFault::kClipped, why_accel = ImuFault::kClipped;
 };
 
-void mark(std::uint8_t& bits, UnitFault& why, std::uint8_t which, UnitFault fault) {
+void mark(std::uint8_t& bits, ImuFault& why, std::uint8_t which, ImuFault fault) {
   if (which == 0) return;
   bits = static_cast<std::uint8_t>(bits | which);
   why = std::max(why, fault);
@@ -47,23 +47,23 @@ std::vector<Flags> flags_of(const std::vector<ImuSample>& unit) {
   for (std::size_t i = 0; i < unit.size(); ++i) {
     const ImuSample& s = unit[i];
     Flags& f = out[i];
-    mark(f.gyro, f.why_gyro, s.clipped_gyro, UnitFault::kClipped);
-    mark(f.accel, f.why_accel, s.clipped_accel, UnitFault::kClipped);
-    if (s.interpolated && s.interpolated->gyro > 0) mark(f.gyro, f.why_gyro, kEveryAxis, UnitFault::kSpike);
-    if (s.interpolated && s.interpolated->accel > 0) mark(f.accel, f.why_accel, kEveryAxis, UnitFault::kSpike);
+    mark(f.gyro, f.why_gyro, s.clipped_gyro, ImuFault::kClipped);
+    mark(f.accel, f.why_accel, s.clipped_accel, ImuFault::kClipped);
+    if (s.interpolated && s.interpolated->gyro > 0) mark(f.gyro, f.why_gyro, kEveryAxis, ImuFault::kSpike);
+    if (s.interpolated && s.interpolated->accel > 0) mark(f.accel, f.why_accel, kEveryAxis, ImuFault::kSpike);
     if (!s.gap) continue;
-    mark(f.gyro, f.why_gyro, kEveryAxis, UnitFault::kSilent);
-    mark(f.accel, f.why_accel, kEveryAxis, UnitFault::kSilent);
+    mark(f.gyro, f.why_gyro, kEveryAxis, ImuFault::kSilent);
+    mark(f.accel, f.why_accel, kEveryAxis, ImuFault::kSilent);
   }
   find_stuck(
       unit, [](const ImuSample& s) { return Vector3d(s.dtheta / s.interval); },
       [&](std::size_t i) {
-        if (!unit[i].gap) mark(out[i].gyro, out[i].why_gyro, kEveryAxis, UnitFault::kStuck);
+        if (!unit[i].gap) mark(out[i].gyro, out[i].why_gyro, kEveryAxis, ImuFault::kStuck);
       });
   find_stuck(
       unit, [](const ImuSample& s) { return Vector3d(s.dvel / s.interval); },
       [&](std::size_t i) {
-        if (!unit[i].gap) mark(out[i].accel, out[i].why_accel, kEveryAxis, UnitFault::kStuck);
+        if (!unit[i].gap) mark(out[i].accel, out[i].why_accel, kEveryAxis, ImuFault::kStuck);
       });
   return out;
 }
@@ -114,10 +114,10 @@ class Sums {
 
 }  // namespace
 
-UnitSamples at_epochs(const std::vector<ImuSample>& unit, const std::vector<ImuSample>& epochs) {
+ImuSeries at_epochs(const std::vector<ImuSample>& unit, const std::vector<ImuSample>& epochs) {
   const std::vector<Flags> flags = flags_of(unit);
-  UnitSamples out;
-  const auto add = [](UnitTriad& triad, const Vector3d& value, std::uint8_t bad, UnitFault why) {
+  ImuSeries out;
+  const auto add = [](ImuTriad& triad, const Vector3d& value, std::uint8_t bad, ImuFault why) {
     triad.value.push_back(value);
     triad.bad.push_back(bad);
     triad.why.push_back(why);
@@ -133,8 +133,8 @@ UnitSamples at_epochs(const std::vector<ImuSample>& unit, const std::vector<ImuS
   for (const ImuSample& epoch : epochs) {
     const double from = epoch.time - epoch.interval, to = epoch.time;
     if (!sums.covers(from, to)) {
-      add(out.gyro, Vector3d::Zero(), kEveryAxis, UnitFault::kSilent);
-      add(out.accel, Vector3d::Zero(), kEveryAxis, UnitFault::kSilent);
+      add(out.gyro, Vector3d::Zero(), kEveryAxis, ImuFault::kSilent);
+      add(out.accel, Vector3d::Zero(), kEveryAxis, ImuFault::kSilent);
       continue;
     }
     Flags all;

@@ -12,16 +12,16 @@ namespace piste {
 
 using Outputs = Eigen::Matrix<double, 3, Eigen::Dynamic>;  ///< a column for each window, in b
 
-/// The outputs of one triad in the windows that all units tell, at the place of the first.
-struct UnitOutputs {
+/// The outputs of one triad in the windows that all imus tell, at the place of the first.
+struct ImuOutputs {
   std::vector<double> time;       ///< of each window [s]
   std::vector<Vector3d> rate;     ///< of the mean IMU in it
-  std::vector<Outputs> of_units;  ///< without their means: offsets say nothing of how units are mounted
+  std::vector<Outputs> of_units;  ///< without their means: offsets say nothing of how imus are mounted
   double duration = 0;            ///< of a window [s]
 };
 
-/// The rates with &ImuSensor::gyro, the specific forces with &ImuSensor::accel. `units` are the sensors that the mean
-/// was made of, the first as well. @pre the log has a parity less than there are units
-UnitOutputs unit_outputs(const Log& log, const std::vector<ImuSensor>& units, TriadMember triad);
+/// The rates with &ImuSensor::gyro, the specific forces with &ImuSensor::accel. `imus` are the sensors that the mean
+/// was made of, the first as well. @pre the log has a parity less than there are imus
+ImuOutputs imu_outputs(const Log& log, const std::vector<ImuSensor>& imus, TriadMember triad);
 
 }  // namespace piste

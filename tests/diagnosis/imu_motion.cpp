@@ -1,4 +1,4 @@
-#include "diagnosis/unit_motion.h"
+#include "diagnosis/imu_motion.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -37,10 +37,10 @@ Vector3d force(double t) {
 
 Log log_of(const Pair& pair) {
   Log log;
-  log.counts.units = {{.name = "a"}, {.name = "b"}};
+  log.counts.imus = {{.name = "a"}, {.name = "b"}};
   log.parity.resize(1);
-  const UnitVector noise = unit_noise(sensors(), &ImuSensor::gyro), w = unit_weights(noise);
-  const UnitMatrix L = parity_rows(noise);
+  const ImuVector noise = imu_noise(sensors(), &ImuSensor::gyro), w = imu_weights(noise);
+  const ImuMatrix L = parity_rows(noise);
   const Matrix3d R = so3_exp(pair.turned).toRotationMatrix();
   for (int i = 0; i < 600; ++i) {
     const double t = kWindow * i;
@@ -61,44 +61,44 @@ Log log_of(const Pair& pair) {
   return log;
 }
 
-TEST(UnitMotion, SaysByHowMuchAnImuIsTurned) {
-  EXPECT_TRUE(unit_motion_lines(log_of({}), sensors()).empty());
-  EXPECT_TRUE(unit_motion_lines(log_of({.factor = 1.03}), sensors()).empty()) << "a scale is no rotation";
+TEST(ImuMotion, SaysByHowMuchAnImuIsTurned) {
+  EXPECT_TRUE(imu_motion_lines(log_of({}), sensors()).empty());
+  EXPECT_TRUE(imu_motion_lines(log_of({.factor = 1.03}), sensors()).empty()) << "a scale is no rotation";
   for (const double degrees : {5., 90., 179.}) {
-    const auto lines = unit_motion_lines(log_of({.turned = Vector3d(0, 0, degrees * kDegree)}), sensors());
+    const auto lines = imu_motion_lines(log_of({.turned = Vector3d(0, 0, degrees * kDegree)}), sensors());
     ASSERT_EQ(lines.size(), 1U) << degrees;
     EXPECT_TRUE(contains(lines[0], "IMU b turns about axes that are ")) << lines[0];
     EXPECT_TRUE(contains(lines[0], " deg off those of IMU a; check its `axes`, `boresight` and `clock`")) << lines[0];
   }
-  const auto five = unit_motion_lines(log_of({.turned = Vector3d(0.05, 0, 0.07)}), sensors());
+  const auto five = imu_motion_lines(log_of({.turned = Vector3d(0.05, 0, 0.07)}), sensors());
   ASSERT_EQ(five.size(), 1U);
   EXPECT_TRUE(contains(five[0], "4.9 deg off")) << five[0];
 }
 
-TEST(UnitMotion, SaysWhichImuDoesNotTurnWithTheFirst) {
-  const auto lines = unit_motion_lines(log_of({.factor = 1 / kDegree}), sensors());
+TEST(ImuMotion, SaysWhichImuDoesNotTurnWithTheFirst) {
+  const auto lines = imu_motion_lines(log_of({.factor = 1 / kDegree}), sensors());
   ASSERT_EQ(lines.size(), 1U);
   EXPECT_TRUE(contains(lines[0], "IMU b does not turn as IMU a does")) << lines[0];
 }
 
-TEST(UnitMotion, SaysByHowMuchAClockIsOff) {
+TEST(ImuMotion, SaysByHowMuchAClockIsOff) {
   for (const double late : {0.4, 0.15, -0.25, -0.06}) {
-    const auto lines = unit_motion_lines(log_of({.late = late}), sensors());
+    const auto lines = imu_motion_lines(log_of({.late = late}), sensors());
     ASSERT_EQ(lines.size(), 1U) << late;
     const std::string said =
         fmt::format("IMU b turns some {:.2g} s {} than IMU a", std::abs(late), late > 0 ? "later" : "earlier");
     EXPECT_TRUE(contains(lines[0], said)) << lines[0];
   }
-  EXPECT_TRUE(unit_motion_lines(log_of({.late = 0.01}), sensors()).empty());
-  const auto both = unit_motion_lines(log_of({.turned = Vector3d(0, 0, 90 * kDegree), .late = 0.2}), sensors());
+  EXPECT_TRUE(imu_motion_lines(log_of({.late = 0.01}), sensors()).empty());
+  const auto both = imu_motion_lines(log_of({.turned = Vector3d(0, 0, 90 * kDegree), .late = 0.2}), sensors());
   ASSERT_EQ(both.size(), 1U);
   EXPECT_TRUE(contains(both[0], "turns some 0.2 s later")) << both[0];
 }
 
-TEST(UnitMotion, SaysHowFarAnImuSitsFromWhereItsLeverArmPutsIt) {
-  EXPECT_TRUE(unit_motion_lines(log_of({.place = Vector3d(0.1, 0, 0)}), sensors()).empty());
+TEST(ImuMotion, SaysHowFarAnImuSitsFromWhereItsLeverArmPutsIt) {
+  EXPECT_TRUE(imu_motion_lines(log_of({.place = Vector3d(0.1, 0, 0)}), sensors()).empty());
   for (const Vector3d& place : {Vector3d(1, 0, 0), Vector3d(0, -0.3, 0.4)}) {
-    const auto lines = unit_motion_lines(log_of({.place = place}), sensors());
+    const auto lines = imu_motion_lines(log_of({.place = place}), sensors());
     ASSERT_EQ(lines.size(), 1U);
     const std::string said = fmt::format("IMU b sits some {:.1g} m from where its `lever_arm` puts it", place.norm());
     EXPECT_TRUE(contains(lines[0], said)) << lines[0];
@@ -106,13 +106,13 @@ TEST(UnitMotion, SaysHowFarAnImuSitsFromWhereItsLeverArmPutsIt) {
 }
 
 // What is turned about the only axis of the motion looks the same, and a log without windows says nothing.
-TEST(UnitMotion, SaysNothingOfWhatTheMotionDoesNotTell) {
+TEST(ImuMotion, SaysNothingOfWhatTheMotionDoesNotTell) {
   Log log = log_of({});
   log.parity[0].resize(50);
-  EXPECT_TRUE(unit_motion_lines(log, sensors()).empty());
+  EXPECT_TRUE(imu_motion_lines(log, sensors()).empty());
   log.parity[0].clear();
-  EXPECT_TRUE(unit_motion_lines(log, sensors()).empty());
-  EXPECT_TRUE(unit_motion_lines({}, {}).empty());
+  EXPECT_TRUE(imu_motion_lines(log, sensors()).empty());
+  EXPECT_TRUE(imu_motion_lines({}, {}).empty());
 }
 
 }  // namespace

@@ -6,13 +6,13 @@
 #include <span>
 #include <vector>
 
-#include "condition/unit_samples.h"
+#include "condition/imu_series.h"
 #include "piste/core/imu_array.h"
 
 namespace piste {
 
 /// A window of epochs, [begin, end), over which differences are compared.
-struct UnitWindow {
+struct ImuWindow {
   std::size_t begin = 0, end = 0;
   double duration = 0;
 };
@@ -29,7 +29,7 @@ struct CombinedTriad {
   std::vector<TriadMean> mean;                 ///< of each epoch
   std::vector<bool> whole;                     ///< of each window: every IMU measured every axis all the time
   std::vector<std::vector<std::uint8_t>> out;  ///< of each IMU and epoch: axes whose mean excludes it
-  std::vector<std::vector<UnitFault>> why;     ///< where a bit of `out` is set
+  std::vector<std::vector<ImuFault>> why;      ///< where a bit of `out` is set
 };
 
 /// Takes the mean of the IMUs. A Kalman filter for each IMU and axis follows the mean over a window of the IMU less
@@ -44,11 +44,11 @@ struct CombinedTriad {
 ///
 /// If only two IMUs diverge, the faulty one is not observable: both stay, and their difference is estimated anew.
 /// @pre IMUs have as many epochs as there are `intervals` [s]; windows follow each other without gaps.
-CombinedTriad combine(std::span<const UnitTriad* const> units, std::span<const ImuSensor> sensors, TriadMember triad,
-                      const std::vector<double>& intervals, const std::vector<UnitWindow>& windows);
+CombinedTriad combine(std::span<const ImuTriad* const> imus, std::span<const ImuSensor> sensors, TriadMember triad,
+                      const std::vector<double>& intervals, const std::vector<ImuWindow>& windows);
 
 /// Mean of an IMU over a window.
-Vector3d mean_over(const UnitTriad& unit, const UnitWindow& window, const std::vector<double>& intervals);
+Vector3d mean_over(const ImuTriad& unit, const ImuWindow& window, const std::vector<double>& intervals);
 
 /// 1-sigma of the white noise in a series, axis by axis: by the median of its steps after regression on the steps of
 /// `signal`. Zero if the series is too short.

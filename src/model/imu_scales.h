@@ -20,12 +20,12 @@ namespace piste {
 
 /// The remainder above as a linear function of the estimated scales: its weights follow from the axes of the IMUs, once
 /// per run.
-class UnitScales {
+class ImuScales {
  public:
   /// @pre There are several IMUs, and their axes are given.
-  explicit UnitScales(const FilterOptions& options);
+  explicit ImuScales(const FilterOptions& options);
   /// The remainder of a run; nothing if it is zero: every IMU is turned by right angles, or there is one.
-  static std::shared_ptr<const UnitScales> across(const FilterOptions& options);
+  static std::shared_ptr<const ImuScales> across(const FilterOptions& options);
 
   /// The measured step without the remainder, as if the mean had only its own scales.
   ImuStep without_rest(const ImuStep& measured, const Estimate& x) const;
@@ -40,7 +40,7 @@ class UnitScales {
   }
 
  private:
-  using Effects = std::array<Matrix3d, kMostUnits>;
+  using Effects = std::array<Matrix3d, kMostImus>;
 
   static Block block(std::size_t triad, std::size_t k);
   Effects effects_of(std::size_t triad, const Vector3d& u) const;
@@ -48,12 +48,12 @@ class UnitScales {
 
   std::vector<TurnedScale> turned_;  // of each IMU
   /// Of gyroscopes and accelerometers, the share of s̄ and of each ε in the scales of an IMU (row), times its weight.
-  std::array<Eigen::Matrix<double, kMostUnits, kMostUnits>, 2> parts_;
+  std::array<Eigen::Matrix<double, kMostImus, kMostImus>, 2> parts_;
 };
 
 /// The same step if there is no remainder.
-inline ImuStep without_rest(const UnitScales* units, const ImuStep& measured, const Estimate& x) {
-  return units != nullptr ? units->without_rest(measured, x) : measured;
+inline ImuStep without_rest(const ImuScales* imus, const ImuStep& measured, const Estimate& x) {
+  return imus != nullptr ? imus->without_rest(measured, x) : measured;
 }
 
 }  // namespace piste
