@@ -16,7 +16,7 @@ constexpr double kComparable = 1.5;  // s between two residuals outside the gate
 
 double prior_sigma(const AdaptationOptions& options) { return std::log(options.within); }
 
-// Whether the user says so of the errors of a receiver, whose positions are `source`.
+// Whether the user declares the errors of a receiver white, whose positions are `source`.
 bool is_white(const std::vector<GnssOptions>& receivers, std::string_view source) {
   for (std::size_t i = 0; i < receivers.size(); ++i) {
     if (source == fmt::format("gnss[{}].position", i)) return receivers[i].white;
@@ -24,8 +24,8 @@ bool is_white(const std::vector<GnssOptions>& receivers, std::string_view source
   return true;
 }
 
-// A variance that is far too small makes one innovation of many sigmas, whose score is far larger than its mean
-// information expects. The information that was observed is larger in the same ratio, and bounds the step.
+// A variance that is far too small gives one innovation of many sigmas, whose score far exceeds the expected
+// information. The observed information is larger in the same ratio, and bounds the step.
 double observed_over_expected(double nis, int rows) { return std::max(1.0, nis / rows); }
 
 }  // namespace
@@ -86,7 +86,7 @@ void Adaptation::propagate(const StateLayout& layout, const Transition& t, const
 
 void Adaptation::correct(const StateLayout& layout, const Update& u, const ResetJacobian& G) {
   if (!on()) return;
-  // M ← A M Aᵀ with A = I − K H: dP⁺ = A dP⁻ Aᵀ, as the gain is where P⁺ is least.
+  // M ← A M Aᵀ with A = I − K H: dP⁺ = A dP⁻ Aᵀ, as the derivative of P⁺ by the optimal gain is zero.
   const auto K = gain(u);
   for (Covariance& M : imu_) {
     Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMostStates, 3> MHt(M.rows(), 3);
@@ -99,7 +99,7 @@ void Adaptation::correct(const StateLayout& layout, const Update& u, const Reset
   }
 }
 
-// The processes go on to this time, towards the noise as stated.
+// Propagates the processes to this time: they decay towards the stated noise.
 void Adaptation::forget(double time) {
   const double dt = time_ > 0 ? time - time_ : 0;
   time_ = time;
@@ -150,7 +150,7 @@ void Adaptation::learn_inside(Eigen::Index source, const Update& u) {
     }
     seen_.col(i) = variance_.col(which[static_cast<std::size_t>(i)]);
   }
-  // V⁺ = (V⁻¹ + E I Eᵀ)⁻¹ for the columns E of the three factors, and ln θ moves by V⁺ E s.
+  // V⁺ = (V⁻¹ + E I Eᵀ)⁻¹, where the columns of E select the three factors, and ln θ changes by V⁺ E s.
   const Matrix3d inverse = (Matrix3d::Identity() + information * known).inverse();
   const Matrix3d lost = information * inverse.transpose();
   gain_.noalias() = seen_.lazyProduct(inverse);

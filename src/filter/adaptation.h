@@ -1,21 +1,23 @@
 #pragma once
-/// Noise that a filter learns as it goes: a factor for the variances of each source, and for the white noise of each
+/// Adaptive noise: the filter estimates a factor for the variances of each source, and one for the white noise of each
 /// triad of the IMU.
 ///
-/// An innovation z of covariance S has the log-likelihood −½ (ln det S + zᵀ S⁻¹ z). With D_k = ∂S/∂ln θ_k for a factor
-/// θ_k of a variance, its score and its Fisher information are
+/// An innovation z of covariance S has the log-likelihood −½ (ln det S + zᵀ S⁻¹ z). Let D_k = ∂S/∂ln θ_k for a factor
+/// θ_k of a variance. The score and the Fisher information are
 ///
 ///     s_k = ½ (zᵀ S⁻¹ D_k S⁻¹ z − tr S⁻¹ D_k)        I_kl = ½ tr(S⁻¹ D_k S⁻¹ D_l)
 ///
 /// The logarithms of all factors are Gauss-Markov processes about zero, the noise as stated. Each innovation corrects
 /// them by score and information, as a Kalman filter would (score-driven models: Creal, Koopman and Lucas 2013; Harvey
-/// 2013). For a source D is its own R, and the step is, to first order, that of variational Bayes (Särkkä and Nummenmaa
-/// 2009). For the IMU D is H M Hᵀ, where M = ∂P/∂ln θ goes through the same steps as P: what the noise of all past
-/// samples adds to this innovation, and not only of those since the last fix. So noise of the IMU and of a receiver are
-/// told apart by what they do over time, where Sage and Husa's sums of innovations cannot.
+/// 2013).
 ///
-/// The factor of a receiver's positions is not below 1 unless the user says that their errors are white: innovations
-/// show the white part of what it states alone.
+/// For a source, D is its own R. The step is then, to first order, that of variational Bayes (Särkkä and Nummenmaa
+/// 2009). For the IMU, D is H M Hᵀ, where M = ∂P/∂ln θ goes through the same steps as P. M holds the effect of the
+/// noise of all past samples on this innovation, not only of those since the last fix. The noises of IMU and receiver
+/// are thus separated by their effect over time. The sums of innovations of Sage and Husa cannot separate them.
+///
+/// The factor of a receiver's positions is not below 1 unless the user declares their errors white. Innovations show
+/// only the white part of the stated error.
 
 #include <array>
 #include <cmath>
@@ -29,7 +31,7 @@
 
 namespace piste {
 
-/// The factors of a run. Without options it is off: every factor is 1, and nothing is kept.
+/// The factors of a run. Without options the adaptation is off: every factor is 1, and nothing is stored.
 class Adaptation {
  public:
   Adaptation() = default;
@@ -43,19 +45,21 @@ class Adaptation {
   /// The factors of the white noise of gyroscopes and accelerometers, as variances.
   std::array<double, 2> imu_variances() const;
 
-  /// Call it after each step of the covariance, with the noise that the step used over `dt` seconds; 0: none was added.
+  /// Call it after each step of the covariance, with the noise of the step over `dt` seconds. `dt` = 0: no noise was
+  /// added.
   void propagate(const StateLayout& layout, const Transition& t, const StepNoise& noise, double dt);
-  /// Learns from an innovation under way, before it is used. `bound` is the gate. One outside the gate tells of its
-  /// source alone, by its change since the one before: an offset of a receiver is no noise. No heap.
+  /// Updates the factors by an innovation in motion, before it is used. `bound`: the gate. An innovation outside the
+  /// gate informs on its own source only, by its change since the previous one. An offset of a receiver is not noise.
+  /// No heap.
   void learn(int source, double time, const Update& u, double bound);
-  /// Call it when the covariance was updated and reset by this measurement.
+  /// Call it when the covariance has been updated by this measurement and reset.
   void correct(const StateLayout& layout, const Update& u, const ResetJacobian& G);
 
-  /// Names of the factors, as files call them: the sources that are adapted, "gyro_noise", "accel_noise".
+  /// Names of the factors in files: the sources that are adapted, "gyro_noise", "accel_noise".
   std::vector<std::string> names() const { return names_; }
-  /// Appends the factors of the sigmas, in that order.
+  /// Appends the factors of the sigmas, in the order of names().
   void append_to(std::vector<double>& row) const;
-  /// What the IMU's noise so far, of gyroscopes (0) or accelerometers (1), has added to the covariance: ∂P/∂ln θ.
+  /// ∂P/∂ln θ: what the noise of gyroscopes (0) or accelerometers (1) has added to the covariance so far.
   const Covariance& of_imu(int triad) const { return imu_[static_cast<std::size_t>(triad)]; }
 
  private:
@@ -70,16 +74,16 @@ class Adaptation {
   void learn_inside(Eigen::Index source, const Update& u);
   void learn_outside(Eigen::Index source, const Update& u, const Last& last, double bound);
   void keep_in_bounds();
-  double furthest() const { return 2 * std::log(options_.within); }  // ln θ from 0
+  double furthest() const { return 2 * std::log(options_.within); }  // largest |ln θ|
 
   AdaptationOptions options_;
   std::vector<std::string> names_;
-  std::vector<int> slot_;               // of each source among the factors; −1: not adapted
+  std::vector<int> slot_;               // index of each source's factor; −1: not adapted
   Eigen::VectorXd log_;                 // ln θ: sources, gyroscopes, accelerometers
-  Eigen::MatrixXd variance_;            // of log_
-  Eigen::MatrixXd seen_, gain_, drop_;  // of one correction, kept so that it needs no heap
+  Eigen::MatrixXd variance_;            // covariance of log_
+  Eigen::MatrixXd seen_, gain_, drop_;  // of one correction; members, so that it needs no heap
   std::vector<Last> last_;              // by slot
-  std::vector<double> least_;           // of log_
+  std::vector<double> least_;           // lower bounds of log_
   double time_ = 0;
   std::vector<Covariance> imu_;  // ∂P/∂ln θ of the two triads
 };

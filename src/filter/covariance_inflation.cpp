@@ -43,8 +43,8 @@ void inflate_covariance(Covariance& P, const StateLayout& layout, const Lineariz
   add(Block::kPosition, position);
   add(Block::kVelocity, velocity);
   add(Block::kAttitude, attitude);
-  // What several IMUs differ by has changed in one of them. Which one it is the parity does not tell, so that their
-  // mean may be off by as much.
+  // The difference between several IMUs has changed, because one of them has. The parity does not identify this IMU, so
+  // that the mean may be wrong by as much.
   if (const std::optional<Block> mean = mean_of(lin.observes)) {
     for (const Block drift : {lin.observes, *mean}) {
       if (layout.has(drift)) P.diagonal().segment<3>(layout.offset(drift)) += lin.residual.cwiseAbs2();

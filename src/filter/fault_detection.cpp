@@ -6,23 +6,24 @@
 namespace piste {
 namespace {
 
-// Fixes in a row, outside the gate, by which several IMUs have parted: the mean that the filter follows is then wrong,
-// and a receiver that contradicts it is not.
+// Fixes in a row outside the gate after which several IMUs disagree by more than chance. The mean that the filter
+// follows is then at fault, and a receiver that contradicts it is not.
 constexpr int kNoChance = 2;
 
 double normalized(const Vector3d& z, const Matrix3d& S) { return z.dot(S.llt().solve(z)); }
 
 bool of_position(const Linearization& lin) { return lin.observes == Block::kPosition; }
 
-// Whether a residual is larger than an error that grew in the filter since it last used the source, `lapse` s before.
+// Whether a residual exceeds an error that the filter could have accumulated since it last used the source, `lapse` s
+// ago.
 bool leaps(const Linearization& lin, const Vector3d& residual, const Matrix3d& S, double lapse, double bound,
            const FaultDetectionOptions& options) {
   const double missed = lapse * (of_position(lin) ? options.missed_velocity : options.missed_force);
   return lapse <= options.recent && normalized(residual, S + missed * missed * Matrix3d::Identity()) > bound;
 }
 
-// Covariance of the change in one second of a residual that errors of the filter make: by an error in velocity for a
-// position, by a tilt for a velocity.
+// Covariance of the change of a residual within one second that errors of the filter cause. An error in velocity
+// changes the residual of a position; a tilt changes that of a velocity.
 Matrix3d own_change(const Linearization& lin, const Estimate& x, const Covariance& P) {
   if (of_position(lin)) {
     const Eigen::Matrix<double, 3, 9> velocity = ordinary_from_invariant(x).middleRows<3>(3);
@@ -44,13 +45,13 @@ FaultDetection::FaultDetection(const std::vector<MeasurementSource>& sources, co
 
 void FaultDetection::suspect_filter(double time) { accuses_from_ = std::max(accuses_from_, time + options_.suspicion); }
 
-// The velocity of a receiver for its position and the other way round; null for other sources.
+// The velocity of a receiver for its position, and vice versa; null for other sources.
 const FaultDetection::Source* FaultDetection::partner_of(const Source& s) const {
   return s.partner < 0 ? nullptr : &sources_[static_cast<std::size_t>(s.partner)];
 }
 
-// At the first residual outside the gate: whether the receiver is wrong. It is if the residual jumps, if its other
-// source jumped, or if only its position disagrees.
+// At the first residual outside the gate: whether the receiver is at fault. It is if the residual jumps, if its other
+// channel jumped, or if only its position disagrees.
 bool FaultDetection::receiver_jumped(const Source& s, double time, const Linearization& lin, const Update& u,
                                      double bound) const {
   const Source* const partner = partner_of(s);
@@ -69,9 +70,9 @@ void FaultDetection::begin_dispute(Source& s, double time, const Linearization& 
   s.R = u.R;
 }
 
-// Whether a receiver that jumped has come back. As the covariance grows, a false fix may come to lie within the gate.
-// So after the first moments it is required that the receiver's jumps, which are changes too sudden for an error of the
-// filter, add up to zero.
+// Whether a receiver that jumped has returned. As the covariance grows, a wrong fix may come to lie inside the gate. So
+// after the first `recent` seconds the receiver's jumps must add up to zero. A jump is a change too sudden for an error
+// of the filter.
 bool FaultDetection::jumps_add_up_to_none(Source& s, double time, const Linearization& lin, const Update& u,
                                           double bound, const Estimate& x, const Covariance& P) const {
   const double dt = time - s.time;
@@ -107,7 +108,7 @@ FaultDetection::Ruling FaultDetection::rule(int source, double time, const Linea
     }
     return ruling;
   }
-  if (s.jumped() && time - s.time > options_.recent) {  // jumps during an outage were not seen
+  if (s.jumped() && time - s.time > options_.recent) {  // jumps during an outage were not observed
     s.dispute = Dispute::kFilter;
     s.rejected = 1;
   }
@@ -139,7 +140,7 @@ FaultDetection::Ruling FaultDetection::rule(int source, double time, const Linea
     if (!inside) {
       ruling.outcome = Outcome::kReadmitted;
       ruling.parted = s.jumped() || leaps(lin, s.offset, s.first_S, s.since - s.believed, bound, options_);
-      // If the start was wrong, this says nothing about what follows.
+      // An error of the initial state is no evidence on later disagreements.
       if (!s.jumped() && s.partner >= 0 && std::isfinite(ruling.lapse)) suspect_filter(time);
     }
   }

@@ -1,5 +1,5 @@
 #pragma once
-// Feeds a log to a filter, or to several, in the order of time.
+// Feeds a log to one or several filters in the order of time.
 
 #include <cmath>
 #include <cstddef>
@@ -14,14 +14,14 @@
 
 namespace piste {
 
-/// A place in a log: which sample, and which fix of each sensor, comes next.
+/// A place in a log: the next sample, and the next fix of each sensor.
 struct LogPlace {
   std::size_t imu = 0, imu_end = 0;  ///< next sample, and the end of the samples
   std::vector<std::size_t> fixes;    ///< next fix of each sensor, type by type in the order of the measurement list
   double rest_step = 0;              ///< as in LogPart
 };
 
-/// That from which a filter that starts at `time` is fed.
+/// The place from which a filter that starts at `time` is fed.
 inline LogPlace place_at(const Log& log, double time, const LogPart& part) {
   const auto first_from = [](const auto& samples, double t) {
     return static_cast<std::size_t>(first_at_or_after(samples, t) - samples.begin());
@@ -33,9 +33,9 @@ inline LogPlace place_at(const Log& log, double time, const LogPart& part) {
   return place;
 }
 
-/// Feeds one IMU sample a call, or of a rest as many as are taken together. Fixes up to the time of the sample, and as
-/// far beyond it as their delays reach, come before it. `Sink` has add() for samples and for fixes, and look_ahead(),
-/// as Filter has. Of the first sample, what lies before `fed` was fed already, and is cut.
+/// Feeds one IMU sample per call, or at standstill as many as are merged. Fixes up to the end of the sample, plus the
+/// look-ahead for their delays, are fed before it. `Sink` has add() for samples and for fixes, and look_ahead(), as
+/// Filter has. The part of the first sample before `fed` was fed already, and is cut off.
 template <class Sink>
 class Feeder {
  public:
@@ -45,7 +45,7 @@ class Feeder {
   const LogPlace& place() const { return place_; }
   bool done() const { return place_.imu >= place_.imu_end; }
 
-  /// Returns true when an epoch was completed. @pre not done()
+  /// Returns true if an epoch was completed. @pre not done()
   bool step() {
     check_interruption();
     const ImuSample& sample = next();
@@ -85,7 +85,7 @@ class Feeder {
     return together_;
   }
 
-  // Whether a sample is as those of a rest are: measured, and within the ranges.
+  // Whether a sample may be merged: at standstill, measured, and within the ranges.
   static bool stands(const ImuSample& s) {
     return s.at_rest && !s.gap && !s.interpolated && s.clipped_gyro == 0 && s.clipped_accel == 0;
   }

@@ -11,8 +11,8 @@
 
 namespace piste {
 
-// The Kalman filter of the errors (ρ, ν, θ, biases, …), closed loop: Groves 2013, sections 3.2.2 and 14.2; Farrell
-// 2008, section 5.10. `state_` is the estimate x with the covariance P of its error.
+// The error-state Kalman filter (ρ, ν, θ, biases, …), closed loop: Groves 2013, sections 3.2.2 and 14.2; Farrell 2008,
+// section 5.10. `state_` is the estimate x with the covariance P of its error.
 
 // x ← f(x, ω_ib, f_ib)        P ← Φ P Φᵀ + Q, with Φ and Q linearised along the step
 Transition KalmanFilter::predict(const ImuStep& step, const StepNoise& noise) {
@@ -24,7 +24,7 @@ Transition KalmanFilter::predict(const ImuStep& step, const StepNoise& noise) {
   motion_.add(step, state_.x.q_wb);
   const Vector3d* standing = standing_.add(resting(), state_.x, gravity_.value, step.dt);
   Transition t = linearize(before, state_.x, corrected_step, earth_rate, gravity_, noise, standing);
-  if (reference_ && standing == nullptr) {  // what scales multiply, without the noise of the sensors
+  if (reference_ && standing == nullptr) {  // factors of the scales without the noise of the samples
     t.rate = t.step.rate = known_.rate;
     t.force = t.step.force = known_.force;
   }
@@ -37,8 +37,8 @@ Transition KalmanFilter::predict(const ImuStep& step, const StepNoise& noise) {
   return t;
 }
 
-// z = measured − h(x)        S = H P Hᵀ + R        used if zᵀ S⁻¹ z is within its chi-squared bound, or by
-// FaultDetection
+// z = measured − h(x)        S = H P Hᵀ + R        Innovation test: zᵀ S⁻¹ z is within its chi-squared bound.
+// FaultDetection decides by it whether the fix is used.
 std::pair<Update, FaultDetection::Ruling> KalmanFilter::test(int source, double late, const Linearization& lin) {
   const Update u = innovate(state_.P, layout(), lin);
   if (!(u.nis >= 0) || !std::isfinite(u.nis)) fail("at " + setup_->names[static_cast<std::size_t>(source)]);
@@ -66,7 +66,8 @@ ErrorVector KalmanFilter::update(const Update& u) {
   return correction;
 }
 
-// x ← x ⊞ δ        P ← G P Gᵀ, as the error is now that of the new estimate. About a reference, which stays, m ← m + δ.
+// x ← x ⊞ δ        P ← G P Gᵀ, as the error is now relative to the new estimate.
+// About a reference, which stays, m ← m + δ.
 ResetJacobian KalmanFilter::reset(const ErrorVector& correction) {
   if (reference_) {
     state_.mean += correction;
@@ -117,14 +118,14 @@ Estimate KalmanFilter::predicted() const {
   return x;
 }
 
-// Finds where the reference is at the end of the sample, and the motion to it.
+// Sets the estimate of the reference at the end of the sample, and the motion to it.
 void KalmanFilter::follow_reference(double dt) {
   target_ = reference_->at(walker_.sample().time).x;
   known_ = motion_between(state_.x, target_, dt, setup_->world.earth_rate(), gravity_);
 }
 
-// At the end of a sample: the estimate becomes that of the reference, and what the sample tells beside it is in the
-// mean. Returns by how much the estimate moved.
+// At the end of a sample the estimate moves to the reference, and the mean of the error changes by the difference.
+// Returns this change.
 ErrorVector KalmanFilter::arrive_at_reference() {
   ErrorVector moved = boxminus(state_.x, target_, layout());
   state_.mean += moved;
@@ -132,8 +133,8 @@ ErrorVector KalmanFilter::arrive_at_reference() {
   return moved;
 }
 
-// Where the reference ends: the estimate becomes what is known beside it, and the filter goes on about its own. The
-// covariance stays, as the reference is a smoothed one and near. Returns as above.
+// Where the reference ends, the estimate is corrected by the mean, and the filter continues about its own estimate. The
+// covariance stays, as the reference is smoothed and thus near. Returns the change of the mean.
 ErrorVector KalmanFilter::leave_reference() {
   ErrorVector moved = -state_.mean;
   state_.x = boxplus(state_.x, layout(), state_.mean);
@@ -143,7 +144,7 @@ ErrorVector KalmanFilter::leave_reference() {
   return moved;
 }
 
-// Of its error.
+// Variance of the error of a delay.
 double KalmanFilter::variance_of(const FixDelay& delay) const {
   const int own = delay.block ? layout().offset(*delay.block) : -1;
   double variance = own < 0 ? 0 : state_.P(own, own);
@@ -160,17 +161,17 @@ bool KalmanFilter::moves() const {
          state_.x.v_wb.norm() > 3 * sigmas_of(setup_->world, state_.x, layout(), state_.P).velocity.norm();
 }
 
-// Returns what it adds to the variances.
+// Returns the variances that it adds.
 ErrorVector KalmanFilter::inflate(const Linearization& lin, double lapse) {
   const ErrorVector before = state_.P.diagonal();
   inflate_covariance(state_.P, layout(), lin, lapse, options().behaviour.trust);
   return state_.P.diagonal() - before;
 }
 
-// Takes information from the scales, and returns the update that does so.
+// Removes information from the scales, and returns the update that does so.
 std::optional<Update> KalmanFilter::take_information(const Vector3d& information, Block scales) {
   if (!layout().has(scales)) return std::nullopt;
-  // Not more than the fixes have told: what was known before them, noise does not take.
+  // At most the information of the fixes: that of the prior is not affected by noise.
   const Vector3d before = info(scales).prior(options()).cwiseAbs2();
   const Vector3d now = state_.P.diagonal().segment<3>(layout().offset(scales));
   const Vector3d told = (now.cwiseInverse() - before.cwiseInverse()).cwiseMax(0);

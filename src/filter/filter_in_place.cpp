@@ -1,4 +1,4 @@
-// The filter of piste.h: a KalmanFilter in place, whose parts are no part of the installed headers.
+// `Filter` of the installed headers: holds a KalmanFilter in place, so that its parts need not be installed.
 
 #include <memory>
 #include <new>

@@ -1,5 +1,5 @@
 #pragma once
-// The filter as the listener of its walk, and the recorder of all that it does.
+// The filter as a listener of the walk, and the recorder of its operations.
 
 #include <algorithm>
 #include <optional>
@@ -10,8 +10,7 @@
 
 namespace piste {
 
-/// Records nothing. The functions are those of every recorder, such as History (history.h), which says what the
-/// arguments are.
+/// Records nothing. The functions are those of every recorder; History (history.h) documents their arguments.
 struct Unrecorded {
   static void add_step(const Transition&) {}
   static void add_correction(const Update&) {}
@@ -23,8 +22,8 @@ struct Unrecorded {
 };
 inline constexpr Unrecorded kUnrecorded;
 
-/// Walks a filter over a log, and records all that the filter does, in order. Samples and fixes are added as
-/// to the filter itself, with the same result.
+/// Walks a filter over a log, and records each operation of the filter, in order. Samples and fixes are added as to the
+/// filter itself, with the same result.
 template <class Recorder>
 class FilterWalk {
  public:
@@ -80,12 +79,12 @@ class FilterWalk {
     if (f_.walker_.delays_change()) f_.find_delays();
   }
 
-  /// Returns false if the fix was refused.
+  /// Returns false if the fix was rejected.
   template <class Type>
   bool measure(const typename Type::Fix& fix, const QueuedFix& place, const Moment& at) {
     const FilterState& now = f_.state_;
     if (f_.fault_detection_.template repeats<Type>(place.source, fix) && f_.moves()) {
-      // Said of the whole fix, once.
+      // Reported once for the whole fix.
       if (place.channel > 0) return true;
       f_.innovations_.push_back({.time = now.time,
                                  .source = place.source,
@@ -98,7 +97,7 @@ class FilterWalk {
     const Walker& walker = f_.walker_;
     const double elapsed = walker.elapsed(now.time);
     const FixDelay delay = Type::delay(f_.options(), f_.layout(), place.sensor, place.channel, now.x, elapsed);
-    // The start has used a fix from before it already, and the motion back to that fix is not known.
+    // A fix from before the start is already in the initial state, and the motion back to that fix is not known.
     if (at.lag > 0 && place.time - delay.value < walker.start() - kSameInstant) return true;
     const MeasurementContext context{.options = f_.options(),
                                      .layout = f_.layout(),
@@ -111,13 +110,13 @@ class FilterWalk {
                                      .elapsed = elapsed,
                                      .moved = delay.value - at.lag,
                                      .recent = f_.motion_.at(now.x.q_wb, f_.options().sensor),
-                                     // About a reference the delay's uncertainty is part of the linear problem.
+                                     // About a reference, the uncertainty of the delay is part of the linear problem.
                                      .delay_variance = f_.reference_ ? 0 : f_.variance_of(delay),
                                      .rate_beside = walker.rate_beside(),
                                      .rate_regression = &walker.rate_regression()};
     std::optional<Linearization> lin = Type::linearize(fix, place.sensor, place.channel, context, now.x);
     if (!lin) return true;
-    // At rest the covariance is that of the body's sway, of which what was learned under way says nothing.
+    // At standstill the covariance describes the sway of the body. The factor estimated in motion does not apply to it.
     const double factor = f_.adaptation_.variance_of(place.source),
                  learned = resting() ? std::max(1.0, factor) : factor;
     lin->covariance *= learned;
@@ -135,8 +134,7 @@ class FilterWalk {
   void end_sample() { recorder_.end_row(f_.state_); }
 
  private:
-  // For a fix that depends on several rotations: linearises half-way between the estimate before the fix and that after
-  // it.
+  // For a fix that depends on several rotations: linearises half-way between the estimates before and after the fix.
   template <class Type>
   Linearization half_way(const typename Type::Fix& fix, const QueuedFix& place, const MeasurementContext& context,
                          const Linearization& at_estimate, double learned) {
@@ -151,16 +149,16 @@ class FilterWalk {
     return between;
   }
 
-  // Tests a fix and uses it, if it may. Returns whether it did.
+  // Tests a fix, and uses it unless it is excluded. Returns whether it was used.
   bool use(const QueuedFix& place, const Linearization& lin) {
     const auto [u, ruling] = f_.test(place.source, place.time - time(), lin);
     if (!was_used(ruling.outcome)) return false;
-    // Where the disagreement came at once, no error of the past explains it. The covariance grows first: the fix then
-    // moves the navigation states, and the other states do not follow a residual of many sigmas.
+    // No error of the past explains a sudden disagreement. The covariance is then inflated first: the fix moves the
+    // navigation states, and the other states do not follow a residual of many sigmas.
     if (ruling.parted) recorder_.add_inflation(f_.inflate(lin, ruling.lapse));
     correct(ruling.parted ? innovate(f_.state_.P, f_.layout(), lin) : u, lin);
-    // Where else the filter was wrong, the fix was used with the covariance as it was, so that filter and smoother
-    // attribute the residual to the errors that led to it. The covariance grows afterwards.
+    // In other cases of a filter at fault, the fix is used with the covariance as it is. Filter and smoother then
+    // attribute the residual to the errors that led to it. The covariance is inflated afterwards.
     const bool grows = !ruling.parted && ruling.outcome == Outcome::kReadmitted;
     if (grows) recorder_.add_inflation(f_.inflate(lin, ruling.lapse));
     return true;

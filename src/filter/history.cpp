@@ -12,9 +12,9 @@
 namespace piste {
 namespace {
 
-constexpr double kChunk = 1;  // s: covariances are filtered again over it, and are a tenth of what is kept
+constexpr double kChunk = 1;  // s: a smoother filters covariances again over it; they are a tenth of what is stored
 
-// Reads values in the order in which they were put.
+// Reads values in the order in which they were stored.
 class Reader {
  public:
   Reader(const History::Chunk& chunk, std::size_t at) : p_(chunk.values.data() + at) {}
@@ -70,7 +70,7 @@ void History::load(std::size_t number, Chunk& chunk) const {
   scratch_.read(place.values, chunk.values);
 }
 
-// Its constants are where the row before it has them.
+// Stores an index to the last written constants, and the row.
 void History::put_row(const FilterState& state) {
   now_.values.push_back(static_cast<double>(constants_));
   now_.values.push_back(state.time);
@@ -101,7 +101,7 @@ void History::add(Kind kind, std::uint32_t other) {
   now_.events.push_back({kind, static_cast<std::uint32_t>(now_.values.size()), other});
 }
 
-// A step's scales are where the step before it has them, unless they have changed.
+// Stores the scales of a step only if they have changed, otherwise an index to the last written ones.
 void History::add_step(const Transition& t) {
   const ErrorStep& s = t.step;
   if (around_.empty() || !(around_.back() == s.around)) around_.push_back(s.around);
@@ -149,7 +149,7 @@ void History::add_correction(const Update& u, const ResetJacobian& /*reset*/, co
   out.push_back(stands ? 1 : 0);
 }
 
-// Of H only the columns that are not zero: a fix depends on few blocks.
+// Stores only the nonzero columns of H: a fix depends on few blocks.
 void History::add_update(const Update& u, bool moves) {
   add(Kind::kCorrection, moves);
   std::vector<double>& out = now_.values;
@@ -227,7 +227,7 @@ ErrorVector History::inflated(const Chunk& chunk, const Event& event) const {
   return Reader(chunk, event.at).vector(layout_.size());
 }
 
-// About a reference constants do not move, and are left out.
+// About a reference constants do not move, and are not stored.
 void History::add_moved(const ErrorVector& moved) {
   const auto still = [&](Block b) { return changes(b) || moved.segment(layout_.offset(b), info(b).size).isZero(0); };
   const bool all = !std::all_of(layout_.blocks().begin(), layout_.blocks().end(), still);
@@ -260,7 +260,7 @@ void History::end_row(const FilterState& state) {
   open(state);
 }
 
-// What is constant is kept where it has changed.
+// Writes the constants only if they have changed.
 void History::note_constants(const FilterState& state) {
   const std::size_t before = now_.values.size();
   StoredEstimate(layout_).put_constants(state.x, now_.values);

@@ -1,9 +1,10 @@
 #pragma once
-/// All that a filter did in a run, small enough to be kept whole, so that a smoother filters nothing again.
+/// Record of all operations of a filter in a run, small enough to be kept whole: a smoother need not run the filter
+/// again.
 ///
-/// A run is cut into chunks of a second. Each begins with estimate and covariance, at the end of an epoch, and has
-/// the events after it: steps, of which the transition follows (ErrorStep), corrections, what moved the estimate
-/// otherwise, and the estimates at the ends of its epochs. The chunks stand in memory, or in a file.
+/// A run is cut into chunks of one second. Each begins with estimate and covariance at the end of an epoch. Its events
+/// follow: steps, corrections, other changes of the estimate, and the estimates at the ends of its epochs. The
+/// transition is computed from the steps (ErrorStep). The chunks are in memory, or in a file.
 
 #include <cstddef>
 #include <cstdint>
@@ -20,28 +21,28 @@ namespace piste {
 
 class KalmanFilter;
 
-/// Records what a filter does in a run (it calls the functions from src/filter/filter_walk.h), and reads it back.
+/// Records the operations of a filter in a run (src/filter/filter_walk.h calls the functions), and reads them back.
 class History {
  public:
   enum class Kind : std::uint8_t {
     kStep,
     kCorrection,  ///< by a fix
-    kTakenBack,   ///< what noise told the scales (filter/noise_score.h)
-    kInflated,    ///< variances that were added to the covariance of (ρ, ν, θ)
-    kMoved,       ///< the estimate went to that of a reference
+    kTakenBack,   ///< errors-in-variables correction of the scales (filter/noise_score.h)
+    kInflated,    ///< variances were added to the covariance
+    kMoved,       ///< the estimate moved to that of a reference, or left it
     kRow          ///< the end of an epoch
   };
   struct Event {
     Kind kind;
-    std::uint32_t at;     ///< where its values begin in the chunk
-    std::uint32_t other;  ///< of a step: its surroundings; of a row: whether its estimate is kept
+    std::uint32_t at;     ///< index of its first value in the chunk
+    std::uint32_t other;  ///< of a step: its surroundings; of other kinds: a flag
   };
   struct Chunk {
     std::size_t first = 0;  ///< the first row that ends in it
     std::vector<Event> events;
     std::vector<double> values;
   };
-  /// A correction: the update, and by how much it moved the estimate; nothing if it did not, as about a reference.
+  /// A correction: the update, and the change of the estimate. `moved` is empty if the estimate did not move.
   struct Correction {
     Update update;
     ErrorVector moved;
@@ -50,31 +51,32 @@ class History {
   struct TakenBack {
     ScaleScore score;
     ErrorVector moved;            ///< by −P times the score
-    bool estimate_moved = false;  ///< or what is known beside a reference
+    bool estimate_moved = false;  ///< otherwise the mean about a reference moved
   };
 
-  /// `scratch`: the folder of the file that has the chunks; empty: they are in memory.
+  /// `scratch`: folder of the file that holds the chunks; empty: memory.
   explicit History(std::filesystem::path scratch) : folder_(std::move(scratch)), scratch_(folder_) {}
   History() : History(std::filesystem::path()) {}
 
-  /// Begins with the state of a filter. The estimates at the ends of epochs up to the time `own_rows_until` are kept,
+  /// Begins with the state of a filter. The estimates at the ends of epochs up to the time `own_rows_until` are stored,
   /// too.
   void begin(const KalmanFilter& filter, double own_rows_until);
   void add_step(const Transition& t);
-  /// A correction that moves the mean about a reference, or nothing.
+  /// A correction that does not move the estimate: it moves the mean about a reference, or only the covariance changes.
   void add_correction(const Update& u);
-  /// One that moves the estimate `x`. `down`, `stands`: of transport_jacobian(), from which the reset follows again.
+  /// A correction that moves the estimate `x`. `down`, `stands`: arguments of transport_jacobian(), which gives the
+  /// reset Jacobian again.
   void add_correction(const Update& u, const ResetJacobian& reset, const Estimate& x, const Vector3d& down,
                       bool stands);
-  /// An errors-in-variables correction of the scales, which moved the estimate, or the mean about a reference.
+  /// An errors-in-variables correction of the scales, which moves the estimate, or the mean about a reference.
   void add_taken_back(const ScaleScore& score, const ErrorVector& moved, bool estimate_moved);
-  /// `variances`: what was added to those of the state.
+  /// `variances`: added to the diagonal of the covariance.
   void add_inflation(const ErrorVector& variances);
-  /// The estimate went to that of a reference, or left it.
+  /// The estimate moved to that of a reference, or left it. `moved`: change of the mean of its error.
   void add_moved(const ErrorVector& moved);
-  /// The end of an epoch. A chunk ends here if it has lasted a second.
+  /// The end of an epoch. A chunk ends here if it has lasted one second.
   void end_row(const FilterState& state);
-  /// Ends with the state of the last row: a chunk without events, unless one has just begun.
+  /// Ends with the state of the last row, in a chunk without events.
   void finish(const FilterState& state);
 
   /// Number of chunks. The last one begins at the end of the last row, and has no events.
@@ -87,7 +89,7 @@ class History {
   void clear() { *this = History(folder_); }
   const std::filesystem::path& scratch() const { return folder_; }
 
-  FilterState start(const Chunk& chunk) const;  ///< at the beginning; without a reference its mean is zero
+  FilterState start(const Chunk& chunk) const;  ///< at its beginning; without a reference its mean is zero
   ErrorStep step(const Chunk& chunk, const Event& event) const;
   Correction correction(const Chunk& chunk, const Event& event) const;
   TakenBack taken_back(const Chunk& chunk, const Event& event) const;
@@ -97,10 +99,10 @@ class History {
   const FilterOptions& options() const { return options_; }
   const Vector3d& earth_rate() const { return earth_rate_; }
   bool about_reference() const { return reference_; }  ///< whether the filter was linearised about one, and has a mean
-  /// Whether the end of an epoch has the filter's estimate; otherwise the row of the run's solution is that estimate.
+  /// Whether the filter's estimate at the end of an epoch is stored; otherwise it is the row of the run's solution.
   bool has_row(const Event& event) const { return event.other != 0; }
-  /// Sets `x` to the estimate at the end of an epoch, and returns its time. @pre has_row(). Of what is not estimated,
-  /// `x` is that of start().
+  /// Sets `x` to the estimate at the end of an epoch, and returns its time. @pre has_row(). Values that are not
+  /// estimated are those of start().
   double row(const Chunk& chunk, const Event& event, Estimate& x) const {
     const double* p = chunk.values.data() + event.at;
     return take_row(chunk, p, x);
@@ -110,7 +112,7 @@ class History {
   void add_update(const Update& u, bool moves);
   struct Place {
     std::size_t first;
-    std::size_t events, values;  // blocks of the scratch
+    std::size_t events, values;  // blocks of the scratch file
   };
   void open(const FilterState& state);
   void close();
@@ -123,13 +125,13 @@ class History {
   Scratch scratch_;
   std::vector<Place> places_;
   std::vector<ErrorStep::Around> around_;
-  Chunk now_;                  // the last one, as it grows
-  double opened_ = 0;          // its beginning
-  std::size_t constants_ = 0;  // where in it the last constants of an estimate stand
+  Chunk now_;                  // the chunk that is being written
+  double opened_ = 0;          // time of its beginning
+  std::size_t constants_ = 0;  // index in it of the last written constants
   StateLayout layout_;
   FilterOptions options_;
   Vector3d earth_rate_ = Vector3d::Zero();
-  Estimate fixed_;  // what is not estimated
+  Estimate fixed_;  // values that are not estimated
   bool reference_ = false;
   double own_rows_until_ = 1e300;
   std::size_t rows_ = 0;

@@ -37,7 +37,7 @@ Covariance initial_covariance(const StateLayout& layout, const FilterOptions& op
     const int size = info(b).size;
     P.diagonal().segment(layout.offset(b), size) = initial_variance(info(b), options).head(size);
   }
-  // The IMU is where the antenna is less the lever arm: ρ = (error of the antenna) − θ × C l − C (error of l).
+  // The IMU is at the antenna less the lever arm: ρ = (error of the antenna) − θ × C l − C (error of l).
   Covariance from_antenna = Covariance::Identity(layout.size(), layout.size());
   const Matrix3d C = start.x.R_wb();
   from_antenna.block<3, 3>(0, 6) = skew(C * start.x.lever_arm);

@@ -30,12 +30,12 @@
 
 namespace piste {
 
-/// The functions of `Filter` (piste/filter/filter.h) are documented there. `FaultDetection` decides which fixes are
-/// used. When it uses a fix from outside its gate, the error that the fix reveals is added to the covariance.
+/// `Filter` (piste/filter/filter.h) documents the functions. `FaultDetection` decides which fixes are used. When it
+/// uses a fix outside the gate, the covariance is inflated by the error that the fix shows.
 class KalmanFilter {
  public:
-  /// With a `reference` of the same log the filter is linearised about it: estimate() is then the reference, and mean()
-  /// how far the best estimate is from it. Throws ConfigError if the options are not valid.
+  /// With a `reference` of the same log the filter is linearised about it. estimate() is then the reference, and mean()
+  /// the estimate of its error. Throws ConfigError if the options are not valid.
   KalmanFilter(const FilterOptions& options, const World& world, const Start& start,
                std::shared_ptr<const Reference> reference = nullptr);
 
@@ -64,9 +64,9 @@ class KalmanFilter {
 
  private:
   template <class Recorder>
-  friend class FilterWalk;  // src/filter/filter_walk.h: takes the walker's steps and fixes through the functions here
+  friend class FilterWalk;  // src/filter/filter_walk.h: passes the walker's steps and fixes to the functions here
 
-  struct Setup {  // what does not change; shared between copies
+  struct Setup {  // constant over the run; shared between copies
     World world;
     std::array<double, 4> gate{};  // chi-squared bound by number of rows
     std::vector<std::string> names;
@@ -89,7 +89,8 @@ class KalmanFilter {
   double variance_of(const FixDelay& delay) const;
   double gate(const Linearization& lin) const { return setup_->gate[static_cast<std::size_t>(lin.rows)]; }
   bool resting() const { return walker_.at_rest(); }
-  // Where a boresight is estimated, a reference determines the attitude far better than rest does tilt and bias.
+  // Where a boresight is estimated, a reference determines the attitude far better than standstill determines tilt and
+  // bias.
   bool stands() const { return resting() && !layout().has(Block::kBoresight); }
   bool moves() const;
   [[noreturn]] void fail(const std::string& where) const;
@@ -98,14 +99,14 @@ class KalmanFilter {
   Walker walker_;
   FilterState state_;
   std::shared_ptr<const ImuScales> imu_scales_;  // of several IMUs; null if their scales act along the axes of the body
-  Gravity gravity_;  // as a linear function: where the last step began it is within 4e-9 m/s² of normal gravity
+  Gravity gravity_;  // as a linear function: at the start of the last step it is within 4e-9 m/s² of normal gravity
   MotionMean motion_;
   StandingForce standing_;
   FaultDetection fault_detection_;
   std::vector<Innovation> innovations_;
-  std::optional<Reference::Reader> reference_;  // at the row of the sample that is processed
+  std::optional<Reference::Reader> reference_;  // at the row of the current sample
   Estimate target_;                             // its estimate
-  BodyMotion known_;                            // the motion to it
+  BodyMotion known_;                            // the motion to that estimate
   RateMending mending_;
   NoiseScore noise_score_;
   Adaptation adaptation_;

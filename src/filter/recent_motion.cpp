@@ -3,7 +3,7 @@
 namespace piste {
 namespace {
 
-// s. Shorter means would leave the vibration of an engine, longer ones lose the turns of a skier.
+// s. A shorter mean would contain the vibration of an engine, a longer one would miss the turns of a skier.
 constexpr double kSmoothing = 0.1;
 constexpr double kNoiseLeft = 1.25 / kSmoothing;
 

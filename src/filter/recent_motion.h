@@ -1,10 +1,13 @@
 #pragma once
-/// Means of rate and specific force over the last samples. A measurement that comes late is compared with the motion at
-/// an earlier time through them (model/gnss.h).
+/// Means of rate and specific force over the last samples. By these a measurement that comes late is compared with the
+/// motion at an earlier time (model/gnss.h).
 ///
-/// Rate and force are turned into w and smoothed exponentially twice (Brown 1963): with s₁ the once and s₂ the twice
-/// smoothed signal over the time T, 2 s₁ − s₂ is the signal without lag where it changes evenly, and (s₁ − s₂) / T its
-/// change. Of white noise of density N, 5/4 N² / T is left.
+/// Rate and force are turned into w and smoothed exponentially twice (Brown 1963). Let s₁ be the once and s₂ the twice
+/// smoothed signal, with the time constant T. Of a signal that changes evenly, value without lag and slope are
+///
+///     2 s₁ − s₂,    (s₁ − s₂) / T
+///
+/// White noise of density N leaves the variance 5/4 N² / T.
 
 #include "piste/core/options.h"
 #include "piste/model/measurement.h"

@@ -1,11 +1,13 @@
 #pragma once
 /// A trajectory about which a run is linearised, instead of about the filter's own estimate.
 ///
-/// A filter linearises each step where it believes to be, with the rate and the force that the sensors measured. After
-/// an outage that place is far from the truth. And the measured rate holds the noise that the attitude has gathered:
-/// as factor of a scale it correlates with the residuals, and the scale follows the noise (errors in variables; Fuller
-/// 1987). A smoothed trajectory has neither fault. Filtering and smoothing about it is one Gauss-Newton step for the
-/// whole run (the iterated Kalman smoother; Bell 1994).
+/// A filter linearises each step at its own estimate, with the rate and the force that the sensors measured. After an
+/// outage that estimate is far from the truth. And the measured rate holds the noise that has accumulated in the
+/// attitude. As the factor of a scale, that rate correlates with the residuals, and the scale follows the noise (errors
+/// in variables; Fuller 1987).
+///
+/// A smoothed trajectory has neither fault. Filtering and smoothing about it is one Gauss-Newton step for the whole run
+/// (the iterated Kalman smoother; Bell 1994).
 
 #include <cstddef>
 #include <filesystem>
@@ -18,20 +20,20 @@
 
 namespace piste {
 
-/// A smoothed run: the estimate at its start, and at the end of each epoch, or of every few where the body rests. What
-/// is constant, rotations apart, is that of the start.
+/// A smoothed run: the estimate at its start, and at the end of each epoch, or of each merged one at standstill. Blocks
+/// that are constant, except rotations, keep their value from the start.
 class Reference {
  public:
   struct Row {
     double time = 0;
     Estimate x;
   };
-  /// Without rows, for estimates of `layout`. `scratch`: the folder of the file that has them; empty: memory.
+  /// Without rows, for estimates of `layout`. `scratch`: folder of the file that holds them; empty: memory.
   explicit Reference(StateLayout layout, std::filesystem::path scratch = {});
 
-  /// Adds a row behind those that were added since the last close().
+  /// Appends a row to the current piece, which holds the rows since the last close().
   void add(double time, const Estimate& x);
-  /// Puts the rows that were added since the last close() before all others, as a smoother finds the last ones first.
+  /// Puts the current piece before all others: a smoother finds the last rows first.
   void close();
   Estimate start;
 
@@ -39,11 +41,11 @@ class Reference {
   double last_time() const { return last_time_; }
   const std::filesystem::path& scratch() const { return folder_; }
 
-  /// Reads the rows in their order. A copy reads on by itself.
+  /// Reads the rows in order. A copy continues independently.
   class Reader {
    public:
     explicit Reader(std::shared_ptr<const Reference> of);
-    /// The row of that time, or one between those around it on a straight line; the last row if all are before it.
+    /// The row at that time, or the linear interpolation between the rows around it; the last row if all are before it.
     /// @pre Times ascend, and there is a row.
     const Row& at(double time);
     bool ends_before(double time) const { return of_->last_time() < time; }
@@ -51,7 +53,7 @@ class Reference {
    private:
     void next();
     std::shared_ptr<const Reference> of_;
-    std::vector<double> rows_;  // of a piece
+    std::vector<double> rows_;  // of the current piece
     std::size_t next_piece_, next_ = 0, left_;
     Row before_, row_, between_;
   };
@@ -60,15 +62,17 @@ class Reference {
   StateLayout layout_;
   std::filesystem::path folder_;
   Scratch scratch_;
-  std::vector<std::size_t> pieces_;  // the last rows first
-  std::vector<double> rows_;         // since the last close()
+  std::vector<std::size_t> pieces_;  // last rows first
+  std::vector<double> rows_;         // of the current piece
   std::size_t size_ = 0;
   double last_time_ = -1e300;
 };
 
-/// Angular rate and specific force, as means over `dt`, that lead from one estimate to the next, in the body axes half
-/// way: ω = Log(R₁ᵀ R₂) / dt + Rᵀ ω_ie and f = Rᵀ ((v₂ − v₁) / dt + 2 ω_ie × v − g), what an IMU without errors
-/// measures (Groves 2013, section 5.4). `earth_rate` and the gravity are in w.
+/// Mean angular rate and specific force over `dt` that lead from one estimate to the next, in the body axes half-way:
+///
+///     ω = Log(R₁ᵀ R₂) / dt + Rᵀ ω_ie,    f = Rᵀ ((v₂ − v₁) / dt + 2 ω_ie × v − g)
+///
+/// An IMU without errors measures them (Groves 2013, section 5.4). `earth_rate` and the gravity are in w.
 BodyMotion motion_between(const Estimate& from, const Estimate& to, double dt, const Vector3d& earth_rate,
                           const Gravity& gravity);
 

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kForever = 1e300;  // s
 
-// A row of what the filter has learned of the noise, if it adapts and a second has passed since the last one.
+// Appends a row of the estimated noise factors, if the filter adapts and a second has passed since the last row.
 void note_adapted(const KalmanFilter& filter, AdaptedNoise& adapted) {
   constexpr double kEvery = 1;  // s
   if (adapted.names.empty() || (!adapted.time.empty() && filter.time() < adapted.time.back() + kEvery)) return;
@@ -72,7 +72,7 @@ FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& 
   };
   if (keep != Keep::kNothing) {
     auto history = std::make_shared<History>(scratch);
-    // About a reference the rows are to be replaced, as only a smoother improves on it.
+    // About a reference the rows will be replaced, as only a smoother improves on the reference.
     const bool all_own = rows || !has_rows || keep == Keep::kWholeHistory;
     const double about_until = reference ? reference->last_time() : -kForever;
     history->begin(filter, all_own ? kForever : about_until);

@@ -1,17 +1,17 @@
 #pragma once
-/// The specific force on a body at rest, as a mean over its rest.
+/// The specific force on a stationary body, as a mean over the standstill.
 
 #include "piste/core/estimate.h"
 
 namespace piste {
 
-/// The mean over a rest so far of the specific force that gravity causes on the body's axes. The attitude of a single
-/// epoch follows the accelerometers' noise through the zero-velocity updates, and over minutes the scale would follow
-/// that noise.
+/// The mean of the specific force that gravity causes on the body's axes, over the current standstill. The attitude of
+/// a single epoch follows the accelerometers' noise through the zero-velocity updates. Over minutes the scale would
+/// follow that noise.
 class StandingForce {
  public:
-  /// Takes in `dt` seconds at rest with the attitude of `x`, or of motion. `gravity`: in the world frame. Returns the
-  /// mean, or null while the body moves.
+  /// Adds `dt` seconds at standstill with the attitude of `x`, or of motion. `gravity`: in the world frame. Returns the
+  /// mean, or null in motion.
   const Vector3d* add(bool at_rest, const Estimate& x, const Vector3d& gravity, double dt) {
     time_ = at_rest ? time_ + dt : 0;
     if (!at_rest) return nullptr;
@@ -21,7 +21,7 @@ class StandingForce {
 
  private:
   Vector3d value_ = Vector3d::Zero();
-  double time_ = 0;  // since the rest began
+  double time_ = 0;  // s since the standstill began
 };
 
 }  // namespace piste

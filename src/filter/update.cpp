@@ -18,7 +18,7 @@ void symmetrize(Covariance& P) {
   }
 }
 
-// M ← Gᵀ M or G M on the rows that the reset touches.
+// M ← Gᵀ M or G M on the rows on which G acts.
 template <class M>
 void apply_rows(M& m, const StateLayout& layout, const ResetJacobian& G, bool transpose) {
   constexpr int o = full_offset(Block::kVelocity), attitude = full_offset(Block::kAttitude);
@@ -53,16 +53,16 @@ void apply_rows(M& m, const StateLayout& layout, const ResetJacobian& G, bool tr
 
 namespace {
 
-// Of a matrix that is positive or negative definite.
+// Sign of a matrix that is positive or negative definite.
 double sign_of(const Matrix3d& S) { return S(0, 0) < 0 ? -1 : 1; }
 
-// A column of P, and what the three rows of H multiply it by.
+// A column of P, and the weights of its products with the three rows of H.
 struct Seen {
   const double* column;
   double weight[3];
 };
 
-// P Hᵀ of the columns that a measurement depends on.
+// P Hᵀ, from the columns of P that a measurement depends on.
 PISTE_WIDE void add_seen(std::span<const Seen> seen, std::ptrdiff_t n, double* __restrict a, double* __restrict b,
                          double* __restrict c) {
   for (const Seen& s : seen) {
@@ -120,10 +120,10 @@ Update innovate(const Covariance& P, const StateLayout& layout, const Linearizat
 
 namespace {
 
-constexpr double kFarBetter = 1e-3;  // ratio of variances, measured over predicted
+constexpr double kFarBetter = 1e-3;  // variance of a measurement over that of its prediction
 
-// A = I − K H without cancellation in the observed block o, for H_o = I: from H K = I − R S⁻¹ follows A_oo = R S⁻¹ +
-// Σ_{b≠o} H_b K_b.
+// A = I − K H without cancellation in the observed block o, for H_o = I: A_oo = R S⁻¹ + Σ_{b≠o} H_b K_b, which follows
+// from H K = I − R S⁻¹.
 Covariance exact_remainder(const Update& u, const Tall& K) {
   Covariance A = -K.lazyProduct(u.H);
   A.diagonal().array() += 1;
@@ -144,7 +144,7 @@ Tall gain(const Update& u) { return u.PHt.lazyProduct(u.S_inverse); }
 
 namespace {
 
-// Whether P − K S Kᵀ keeps all but a few digits: the variance of no combination falls below this part of itself.
+// Whether P − K S Kᵀ loses few digits: the variance of no combination falls below the fraction kLeast of itself.
 bool loses_little(const Update& u) {
   constexpr double kLeast = 1e-4;
   return (u.R.inverse() * u.S).trace() * kLeast < 1;
@@ -154,7 +154,7 @@ bool loses_little(const Update& u) {
 
 void update(Covariance& P, const Update& u) {
   if (loses_little(u)) {
-    // P − W Wᵀ with W = P Hᵀ L⁻ᵀ, S = L Lᵀ: symmetric by itself. Likewise where S is negative.
+    // P − W Wᵀ with W = P Hᵀ L⁻ᵀ, S = L Lᵀ: symmetric by construction. Likewise where S is negative definite.
     const double sign = sign_of(u.S);
     const Matrix3d L = (sign * u.S).llt().matrixL();
     Tall W = u.PHt;
@@ -164,13 +164,12 @@ void update(Covariance& P, const Update& u) {
     take_away(P.data(), P.rows(), W.col(0).data(), W.col(1).data(), W.col(2).data(), sign);
     return;
   }
-  // Joseph's form, with rank-three products only.
+  // Joseph form, with rank-three products only.
   const Tall K = gain(u);
   Matrix3d noise = Matrix3d::Zero();
   noise.topLeftCorner(u.rows, u.rows) = u.R.topLeftCorner(u.rows, u.rows);
   P -= K.lazyProduct(u.PHt.transpose());
-  // The contribution of the second factor and of the noise: (A P Hᵀ) Kᵀ with A = I − K H, computed from the new rows of
-  // P.
+  // The second factor and the noise: (A P Hᵀ) Kᵀ with A = I − K H, from P as already updated.
   Tall second = -K.lazyProduct(noise);
   for (int k = 0; k < P.cols(); ++k) {
     if (!u.H.col(k).isZero(0)) second += P.col(k) * u.H.col(k).transpose();  // a measurement depends on few blocks
@@ -181,7 +180,7 @@ void update(Covariance& P, const Update& u) {
 
 namespace {
 
-// The columns of velocity and attitude of P Gᵀ, one after the other, for G = (J Q; 0 J).
+// The columns of velocity and attitude of P Gᵀ, for G = (J Q; 0 J).
 PISTE_WIDE void turn_columns(const double* from, std::ptrdiff_t n, const Eigen::Matrix<double, 6, 6>& G,
                              double* __restrict out) {
   const double* g = G.data();
@@ -195,7 +194,7 @@ PISTE_WIDE void turn_columns(const double* from, std::ptrdiff_t n, const Eigen::
   }
 }
 
-// P ← G P Gᵀ from the N columns of P Gᵀ that G turns.
+// P ← G P Gᵀ, from the N columns of P Gᵀ on which G acts.
 template <int N, class Columns>
 void take_turned(Covariance& P, Eigen::Index first, const Eigen::Matrix<double, N, N>& G, const Columns& columns) {
   const Eigen::Matrix<double, N, N> corner = G * columns.template middleRows<N>(first);
@@ -209,7 +208,7 @@ void take_turned(Covariance& P, Eigen::Index first, const Eigen::Matrix<double, 
 void reset(Covariance& P, const StateLayout& layout, const ResetJacobian& G) {
   constexpr int kVelocity = full_offset(Block::kVelocity), kAttitude = full_offset(Block::kAttitude);
   if (!G.position_attitude.isZero(0) || !G.position_lever_arm.isZero(0)) {
-    // P ← S P Sᵀ, S adding to the rows of the position.
+    // P ← S P Sᵀ, where S adds to the rows of the position.
     Tall position = P.leftCols<3>();
     position.noalias() += P.middleCols<3>(kAttitude).lazyProduct(G.position_attitude.transpose());
     if (const int o = layout.offset(Block::kLeverArm); o >= 0) {
@@ -254,7 +253,7 @@ void reset_adjoint(ErrorVector& lambda, Covariance& Lambda, const StateLayout& l
 
 namespace {
 
-// Whether the measurement is of a block itself, and far better than its prediction.
+// Whether the measurement observes a block directly, and is far better than its prediction.
 bool overrules(const Update& u) {
   const bool direct = u.rows == 3 && u.H.middleCols<3>(u.observed).isIdentity(0);
   return direct && (u.R * u.S_inverse).trace() < 3 * kFarBetter;
@@ -292,7 +291,7 @@ void update_adjoint(ErrorVector& lambda, Covariance& Lambda, const Update& u) {
     symmetrize(Lambda);
     return;
   }
-  // Aᵀ Λ A + Hᵀ S⁻¹ H = Λ − W H − Hᵀ Wᵀ with W = Λ K − ½ Hᵀ (Kᵀ Λ K + S⁻¹). H has few columns that are not zero.
+  // Aᵀ Λ A + Hᵀ S⁻¹ H = Λ − W H − Hᵀ Wᵀ with W = Λ K − ½ Hᵀ (Kᵀ Λ K + S⁻¹). H has few nonzero columns.
   const Eigen::Index n = Lambda.rows();
   Tall W = Tall::Zero(n, 3);
   std::array<Seen, kMostStates> all;
@@ -311,7 +310,7 @@ void update_adjoint(ErrorVector& lambda, Covariance& Lambda, const Update& u) {
     Lambda.col(k) -= change;
     Lambda.row(k) -= change.transpose();
   }
-  // Where two are seen, the sum was taken in another order above the diagonal than below it.
+  // Where both columns are observed, sums above the diagonal were taken in another order than those below it.
   for (const Eigen::Index k : std::span(seen).first(count)) {
     for (const Eigen::Index i : std::span(seen).first(count)) Lambda(i, k) = Lambda(k, i);
   }

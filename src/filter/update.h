@@ -5,9 +5,9 @@
 
 namespace piste {
 
-/// All that filter and smoother need of one update.
+/// All quantities of one update that filter and smoother need.
 struct Update {
-  Jacobian H;                                                       ///< 3 × n, rows beyond Linearization::rows zero
+  Jacobian H;  ///< 3 × n; rows from Linearization::rows on are zero
   Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMostStates, 3> PHt;  ///< n × 3
   Matrix3d S, S_inverse;  ///< innovation covariance; unused rows are those of the identity
   Vector3d residual;
@@ -20,16 +20,20 @@ struct Update {
 /// Innovation of a linearised measurement: S = H P Hᵀ + R, nis = zᵀ S⁻¹ z. No heap.
 Update innovate(const Covariance& P, const StateLayout& layout, const Linearization& lin);
 
-/// Inverse of an innovation covariance: positive definite, or negative where an update takes information away
-/// (noise_score.h).
+/// Inverse of an innovation covariance. It is positive definite, or negative definite where an update removes
+/// information (noise_score.h).
 Matrix3d inverse_of_definite(const Matrix3d& S);
 
 /// Gain K = P Hᵀ S⁻¹.
 Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMostStates, 3> gain(const Update& u);
 
-/// P ← (I − K H) P. Where this takes nearly all of a variance away, as after an outage, by Joseph's form, (I − K H) P
-/// (I − K H)ᵀ + K R Kᵀ, which stays positive; else by P − W Wᵀ with W = P Hᵀ L⁻ᵀ and S = L Lᵀ, which is several times
-/// faster and as exact there. No heap.
+/// P ← (I − K H) P. Where this removes nearly all of a variance, as after an outage, it is computed in the Joseph form,
+/// which stays positive:
+///
+///     P ← (I − K H) P (I − K H)ᵀ + K R Kᵀ
+///
+/// Otherwise it is P − W Wᵀ with W = P Hᵀ L⁻ᵀ and S = L Lᵀ, which is several times faster and as accurate there. No
+/// heap.
 void update(Covariance& P, const Update& u);
 
 /// P ← G P Gᵀ after a correction (estimate.h).
@@ -38,14 +42,14 @@ void reset(Covariance& P, const StateLayout& layout, const ResetJacobian& G);
 /// e ← G e for an error.
 void reset_error(ErrorVector& e, const StateLayout& layout, const ResetJacobian& G);
 
-/// Its adjoint: λ ← Gᵀ λ, Λ ← Gᵀ Λ G.
+/// The adjoint of the reset: λ ← Gᵀ λ, Λ ← Gᵀ Λ G.
 void reset_adjoint(ErrorVector& lambda, Covariance& Lambda, const StateLayout& layout, const ResetJacobian& G);
 /// λ alone.
 void reset_adjoint(ErrorVector& lambda, const StateLayout& layout, const ResetJacobian& G);
 
 /// The adjoint of the update, from after it to before it: λ ← (I − K H)ᵀ λ − Hᵀ S⁻¹ z and Λ ← (I − K H)ᵀ Λ (I − K H) +
 /// Hᵀ S⁻¹ H (Bryson and Frazier; Bierman 1977). If the measurement is far better than the prediction, as after an
-/// outage, I − K H is computed without cancellation; otherwise P − P Λ P would lose all its digits.
+/// outage, I − K H is computed without cancellation. P − P Λ P would otherwise lose all its digits.
 void update_adjoint(ErrorVector& lambda, Covariance& Lambda, const Update& u);
 /// λ alone.
 void update_adjoint(ErrorVector& lambda, const Update& u);

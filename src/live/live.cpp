@@ -19,9 +19,9 @@
 namespace piste {
 namespace {
 
-constexpr double kAtRange = 0.999;  // of the range, as condition() has it
+constexpr double kAtRange = 0.999;  // of the range, as in condition()
 
-// Bit i is set where axis i stands at the range; a range of 0 is not known.
+// Bit i is set where axis i is at the range; a range of 0 is not known.
 std::uint8_t at_range(const Vector3d& value, double range) {
   std::uint8_t bits = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -117,7 +117,7 @@ class Live::Session {
   std::size_t late() const { return late_ + (filter_ ? filter_->late() : 0); }
 
  private:
-  // Conditions what is there, and feeds the filter what is older than the lag.
+  // Conditions the stored rows and fixes, and feeds the filter those older than the lag.
   void pass() {
     if (!filter_ && !search_) forget_rows();  // a receiver may take an hour to its first fix
     if (!world_ || recent_.imu.time.size() < 3) return;
@@ -140,7 +140,7 @@ class Live::Session {
     }
   }
 
-  // A start, as soon as some seconds of fixes are there.
+  // Starts once fixes of `reach` seconds are there.
   void begin(double until) {
     const auto fixes = std::find_if(log_.gnss.begin(), log_.gnss.end(), [](const auto& f) { return !f.empty(); });
     if (fixes == log_.gnss.end() || until - fixes->front().time < options_.filter.behaviour.start.reach) return;
@@ -158,8 +158,8 @@ class Live::Session {
     begun_ = fed_;
   }
 
-  // The filter of the heading that is left. What it has seen was linearised about a heading up to 15 deg off: if all
-  // of that is still in memory, it takes it once more from a start with the right one, as a replay does.
+  // Takes the filter of the heading that is left. Its data so far were linearised about a heading up to 15 deg off. If
+  // all of them are still in memory, they are filtered once more from a start with the right heading, as in a replay.
   void settle(double until) {
     filter_ = search_->best();
     search_.reset();
@@ -168,7 +168,7 @@ class Live::Session {
     try {
       start = find_start(log_, options_.filter, options_.heading).start;
     } catch (const DataError&) {
-      return;  // so little motion that another search does not see it
+      return;  // so little motion that a second search does not resolve it
     }
     filter_.emplace(options_.filter, log_.world, *start);
     begin_at(start->time);
@@ -181,9 +181,9 @@ class Live::Session {
     given_.assign(given_.size(), fed_);
   }
 
-  // Feeds the samples after those that were fed, until `until`, and returns the time of the last. `given` has the time
-  // of each receiver's last fix. A sample of which a part was fed already, as the period in a gap was judged anew, is
-  // cut.
+  // Feeds the samples after those already fed, up to `until`, and returns the time of the last. `given` holds the time
+  // of each receiver's last fix. A sample of which a part was fed already is cut: the period in a gap may have been
+  // estimated anew.
   template <class Sink>
   double feed(Sink& sink, std::vector<double>& given, double until) const {
     LogPlace place = place_at(log_, fed_, {.end = std::nextafter(until, 1e300)});
@@ -201,8 +201,8 @@ class Live::Session {
     return next > place.imu ? log_.imu[next - 1].time : fed_;
   }
 
-  // Feeds the rows since the last pass, which are not conditioned yet. None counts as rest, as that takes a second to
-  // be seen. A single wrong row is interpolated from the next pass on.
+  // Feeds the rows since the last pass, which are not conditioned yet. None counts as standstill, which is detected
+  // only after a second. A single wrong row is interpolated from the next pass on.
   void feed_new_rows(Filter& ahead) const {
     const ImuRecording& imu = recent_.imu;
     const ConditioningOptions& options = options_.conditioning;
@@ -214,7 +214,7 @@ class Live::Session {
       const Vector3d mean_gyro = options.imu.R_bs * (imu.gyro[i - 1] + imu.gyro[i]) / 2,
                      mean_accel = options.imu.R_bs * (imu.accel[i - 1] + imu.accel[i]) / 2;
       const bool gap = lapse > gaps.long_interval * period_;
-      // In a gap the means of the rows beside it, and all the noise of a motion that nobody measured.
+      // A gap has the means of its adjoining rows, and the full noise of unmeasured motion.
       const double missing = !gap ? 0 : options.imu.instantaneous ? lapse : lapse - period_;
       if (missing > 0) {
         ahead.add({.time = imu.time[i - 1] + missing,
@@ -234,11 +234,11 @@ class Live::Session {
     }
   }
 
-  // Forgets rows that are older than the memory; whether there were any.
+  // Discards rows older than the memory; returns whether there were any.
   bool forget_rows() {
     ImuRecording& imu = recent_.imu;
     const double before = imu.time.back() - options_.memory;
-    // In larger parts, so that a row is not moved at each pass.
+    // In larger parts, so that rows are not moved at each pass.
     if (imu.time.front() > before - options_.memory / 4) return false;
     const auto rows = std::lower_bound(imu.time.begin(), imu.time.end(), before) - imu.time.begin();
     imu.time.erase(imu.time.begin(), imu.time.begin() + rows);
@@ -268,10 +268,10 @@ class Live::Session {
   std::optional<HeadingSearch> search_;
   std::optional<Filter> filter_;
   ImuConditioning clock_;
-  double first_ = 0, last_ = -1e300;  // of the rows, by their own clock
+  double first_ = 0, last_ = -1e300;  // of the rows, in their own clock
   double next_pass_ = -1e300, fed_ = -1e300, begun_ = -1e300, newest_ = -1e300;
   double period_ = 0;          // of the rows
-  std::vector<double> given_;  // time of each receiver's last fix that the filter has
+  std::vector<double> given_;  // time of each receiver's last fix in the filter
   std::size_t late_ = 0;
 };
 

@@ -34,7 +34,7 @@ double correlation_time(std::span<const AttitudeLag> lags) {
     }
     return sum;
   };
-  // The misfit may have several minima: a search in steps of 10 % over four decades, then ever finer steps about the
+  // The misfit may have several minima: a search in steps of 10 % over four decades, then in ever finer steps about the
   // best value.
   constexpr int kSteps = 96, kHalvings = 10;
   double best = longest, least = longest > 0 ? misfit(longest) : 0;

@@ -1,5 +1,5 @@
 #pragma once
-/// The backward pass of the smoother over a run's history.
+/// The backward pass of the smoother over the history of a run.
 
 #include <algorithm>
 #include <array>
@@ -18,12 +18,12 @@
 
 namespace piste {
 
-/// It goes chunk by chunk. In a chunk λ goes back through every step, and so does the transition from each epoch to the
-/// next fix, so that Λ needs to be carried only where it is used. The smoothed error of the other epochs follows
-/// forwards from the chunk's beginning, e ← Φ e − Q λ, which is −P λ without P.
+/// The pass processes one chunk after the other. Within a chunk λ is propagated backwards through every step. So is the
+/// transition from each epoch to the next fix, so that Λ is propagated only where it is used. The smoothed error of the
+/// other epochs is propagated forwards from the beginning of the chunk: e ← Φ e − Q λ, which is −P λ without P.
 class BackwardPass {
  public:
-  enum class Want { kNothing, kParts, kWhole };  // of a row; the parts are those of which sigmas are made
+  enum class Want { kNothing, kParts, kWhole };  // of a row; the parts are those from which sigmas are computed
 
   explicit BackwardPass(const FilterRun& run, bool covariance = true)
       : run_(run),
@@ -37,11 +37,11 @@ class BackwardPass {
     begin_steps();
   }
 
-  /// Goes back to the row `first`. Of `visit`: `wants(row)` says what is wanted of a row.
-  /// `seen(row, time, parts, whole)` is called for these rows, and for those at which a chunk begins, the last row
-  /// first, when λ is that of the row; `whole`, the filter's state, is null where parts were enough. `start(state)` is
-  /// called likewise for the start. Without covariance, `exact(row, state)` is called where a chunk begins, and
-  /// `between(row, time, x)` for all other rows of the chunk after that, the first row first.
+  /// Goes back to the row `first`, and calls `visit`. `wants(row)` states what is wanted of a row.
+  /// `seen(row, time, parts, whole)` is called for these rows, and for those at which a chunk begins, last row first. λ
+  /// is then that of the row. `whole` is the filter's state; it is null where parts were enough. `start(state)` is
+  /// called likewise for the start. Without covariance, `exact(row, state)` is called where a chunk begins. After it
+  /// `between(row, time, x)` is called for all other rows of the chunk, first row first.
   template <class Visit>
   void run(std::size_t first, const ProgressCallback& progress, Visit&& visit) {
     const History& history = *run_.history;
@@ -56,12 +56,12 @@ class BackwardPass {
     }
   }
 
-  /// x̂ ⊞ (mean − P λ).
+  /// The smoothed estimate x̂ ⊞ (mean − P λ).
   Estimate estimate(const FilterState& state) const {
     return boxplus(state.x, layout_, state.mean - state.P.lazyProduct(lambda_));
   }
 
-  /// The same, and P − P Λ P about it, at the row of the last seen() or start().
+  /// The smoothed estimate and its covariance P − P Λ P, at the row of the last seen() or start().
   SmoothedState smooth(const FilterState& state) {
     const SmoothedParts& parts = *at_row_;
     const Covariance& P = state.P;
@@ -72,14 +72,14 @@ class BackwardPass {
     set_product(P, work_, s.P);
     s.P = P - s.P;
     reset(s.P, layout_, reset_jacobian(layout_, state.mean - P.lazyProduct(lambda_)));
-    // The parts have the same bits, whether they are wanted alone or with the rest.
+    // The parts have the same bits, whether they are computed alone or with the whole.
     s.P = (parts.P.array() != 0).select(parts.P, s.P);
     return s;
   }
 
-  /// Keeps the attitude's error at the epoch j of the last seen(), to correlate it with the errors at earlier epochs
-  /// k: E[e_k e_jᵀ] = P_k M_k, where M_j = I − Λ_j P_j goes backwards as λ does, but without the residuals (de Jong and
-  /// MacKinnon 1988).
+  /// Propagates the attitude's error at the epoch j of the last seen() from here on, to correlate it with the errors at
+  /// earlier epochs k: E[e_k e_jᵀ] = P_k M_k. M_j = I − Λ_j P_j goes backwards as λ does, but without the residuals (de
+  /// Jong and MacKinnon 1988).
   void trace(const FilterState& state) {
     arrive();
     const Covariance& P = state.P;
@@ -90,8 +90,8 @@ class BackwardPass {
     M.middleRows<3>(kAttitude).diagonal().array() += 1;
     traced_.rightCols<3>() = M * at_row_->turn.transpose();
   }
-  /// E[θ θ_jᵀ] of the attitude's errors at the epoch of the last seen() and at those of trace(), in the order of
-  /// trace().
+  /// E[θ θ_jᵀ] of the attitude's errors at the epoch of the last seen() and at those of trace(), in the order of the
+  /// calls.
   Eigen::Matrix3Xd lagged(const Covariance& P) const {
     const Eigen::Matrix<double, 3, Eigen::Dynamic> rows = at_row_->turn * P.middleRows<3>(kAttitude);
     return rows * traced_here();
@@ -100,7 +100,7 @@ class BackwardPass {
  private:
   static constexpr int kAttitude = full_offset(Block::kAttitude), kNavigation = StepOperator::kNavigation;
 
-  // Unit vectors in the lanes of (ρ, ν, θ), and λ beside them.
+  // Sets the lanes of (ρ, ν, θ) to unit vectors, and the lane of λ to λ.
   void begin_steps() {
     const int n = layout_.size();
     many_.count = 0;
@@ -116,7 +116,7 @@ class BackwardPass {
     end_lambda_ = lambda_;
   }
   static constexpr std::size_t kLanes = StepOperator::kLanes, kFewLanes = 4;
-  // Where a lane of a row stands.
+  // Index of a lane in row k.
   static std::size_t lane_at(int k, int lane) {
     return static_cast<std::size_t>(k) * kLanes + static_cast<std::size_t>(lane);
   }
@@ -134,7 +134,7 @@ class BackwardPass {
     for (int k = kNavigation; k < layout_.size(); ++k) many_.decay[k] *= steps_.decay(f, k);
   }
 
-  // λ, and the transition over the steps since Λ was carried, from the lanes.
+  // Reads λ, and the transition over the steps since Λ was propagated, from the lanes.
   void look_at_lanes() {
     if (many_.count == 0) return;
     for (int k = 0; k < layout_.size(); ++k) {
@@ -144,7 +144,7 @@ class BackwardPass {
     }
   }
 
-  // Carries Λ and what is traced to where λ is.
+  // Propagates Λ and the traced columns to the place of λ.
   void arrive() {
     if (many_.count == 0) return;
     look_at_lanes();
@@ -178,7 +178,7 @@ class BackwardPass {
     begin_steps();
   }
 
-  // λ before what noise told the scales was taken back.
+  // λ before the errors-in-variables correction.
   void undo(const History::TakenBack& taken) {
     arrive();
     add_score(lambda_, layout_, taken.score);
@@ -191,12 +191,12 @@ class BackwardPass {
     std::size_t row;
     bool whole;
   };
-  struct Moments {  // of a filter's error; in their own size, as their types have room for the largest
+  struct Moments {  // of a filter's error; in their own size, as the fixed types have room for the largest layout
     Eigen::MatrixXd P;
     Eigen::VectorXd mean;
   };
 
-  // The rows before `last` that are wanted.
+  // Lists the wanted rows before `last`.
   template <class Visit>
   void find_wanted(const Chunk& chunk, std::size_t last, const Visit& visit) {
     wanted_.clear();
@@ -205,15 +205,15 @@ class BackwardPass {
     }
   }
 
-  // What the wanted rows of a chunk need of the filter, filtered again from its beginning. Where a stretch without
-  // fixes ends that has wanted rows, the filter's state is kept, too.
+  // Filters a chunk again from its beginning, and stores what the wanted rows need. Where a stretch without fixes ends
+  // that has wanted rows, the filter's covariance and mean are stored, too.
   void filter_again(const Chunk& chunk, const FilterState& begin) {
     const History& history = *run_.history;
     kept_.clear();
     states_.clear();
     ends_.clear();
     std::size_t next = 0, row = chunk.first;
-    bool wanted = false;  // in this stretch
+    bool wanted = false;  // a row of this stretch is wanted
     FilterState s = begin;
     Covariance& P = s.P;
     const auto end_stretch = [&] {
@@ -245,7 +245,7 @@ class BackwardPass {
           P.diagonal() += history.inflated(chunk, event);
           break;
         case Kind::kMoved:
-          if (event.other != 0) end_stretch();  // other constants
+          if (event.other != 0) end_stretch();  // constants change
           s.mean += history.moved(chunk, event);
           break;
         case Kind::kTakenBack:
@@ -273,7 +273,7 @@ class BackwardPass {
     return run_.solution.time(row);
   }
 
-  // The wanted row number `number` of a chunk, which `event` ends.
+  // Passes a wanted row to `visit`: the one with index `number` in the chunk, which `event` ends.
   template <class Visit>
   void see(const Chunk& chunk, const History::Event& event, const Wanted& wanted, std::size_t number, Visit& visit) {
     if constexpr (requires { visit.seen(number, 0.0, *at_row_, static_cast<const FilterState*>(nullptr)); }) {
@@ -289,13 +289,13 @@ class BackwardPass {
     }
   }
 
-  // Behind it other constants are known.
+  // Before this stretch the errors of the constants have other covariances.
   void leave_stretch() {
     if (has_constants_) ends_.pop_back();
     has_constants_ = false;
   }
 
-  // From the end of a chunk, where the row end − 1 ends, to its beginning.
+  // Goes from the end of a chunk, where the row end − 1 ends, back to its beginning.
   template <class Visit>
   void sweep(const Chunk& chunk, std::size_t end, Visit& visit) {
     const History& history = *run_.history;
@@ -367,7 +367,7 @@ class BackwardPass {
     }
   }
 
-  // The smoothed error from the beginning of a chunk on.
+  // Propagates the smoothed error forwards from the beginning of a chunk.
   template <class Visit>
   void forward(const Chunk& chunk, std::size_t last, const FilterState& begin, Visit& visit) {
     const History& history = *run_.history;
@@ -416,22 +416,22 @@ class BackwardPass {
   bool about_reference_;
   PartsSmoother parts_;
   const SmoothedParts* at_row_ = nullptr;
-  ErrorVector lambda_, end_lambda_;  // here, and where Λ is
+  ErrorVector lambda_, end_lambda_;  // at the current place, and where Λ is
   Covariance Lambda_, work_;         // Λ where the steps in `many_` end
-  StepOperator::Lanes lanes_;        // what has gone back through these steps
+  StepOperator::Lanes lanes_;        // propagated back through these steps
   ManySteps many_;
-  Eigen::MatrixXd traced_;  // three columns each; where Λ is
+  Eigen::MatrixXd traced_;  // three columns for each trace(); where Λ is
   // Of one chunk:
   Chunk chunk_;
-  Estimate x_;  // that of the row which is looked at
+  Estimate x_;  // at the current row
   std::vector<StepOperator::Factors> factors_;
   std::vector<StepOperator::Pull> pulls_;
   std::vector<Wanted> wanted_;
-  std::vector<double> kept_;        // of each of them, as PartsSmoother has it
+  std::vector<double> kept_;        // for each of them, as PartsSmoother stores it
   std::vector<Moments> states_;     // of those that are wanted whole
-  std::vector<Moments> ends_;       // of the stretches with wanted rows
-  bool has_constants_ = false;      // of the stretch here
-  std::vector<ErrorVector> added_;  // times λ, the last first
+  std::vector<Moments> ends_;       // at the ends of the stretches with wanted rows
+  bool has_constants_ = false;      // of the current stretch
+  std::vector<ErrorVector> added_;  // inflations times λ, last first
 };
 
 }  // namespace piste

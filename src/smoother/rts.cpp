@@ -15,7 +15,7 @@
 namespace piste {
 namespace {
 
-// Collects covariances of the attitude's errors at pairs of epochs: a few later epochs with many earlier ones.
+// Collects covariances of the attitude's errors at pairs of epochs: a few late epochs, each with many earlier ones.
 class LagCollector {
  public:
   LagCollector(const World& world, std::size_t rows, std::vector<AttitudeLag>& lags)
@@ -27,7 +27,7 @@ class LagCollector {
 
   bool wants(std::size_t row) const { return (last_ - row) % trace_every_ == 0 || (last_ - row) % look_every_ == 0; }
 
-  /// To be called for epochs backwards, after each was smoothed.
+  /// Call it for epochs backwards, after each was smoothed.
   void visit(BackwardPass& backward, std::size_t row, const FilterState& state, const SmoothedParts& smoothed) {
     if (!wants(row)) return;
     const bool traced = (last_ - row) % trace_every_ == 0;
@@ -67,7 +67,7 @@ void check(const FilterRun& run) {
   if (!run.history) throw std::logic_error("a smoother needs a run with its history");
 }
 
-// Reverses the order of the rows, which a smoother finds from the last to the first.
+// Reverses the order of the rows: a smoother finds the last row first.
 class ReversedRows {
  public:
   ReversedRows(const Solution& like, const std::filesystem::path& scratch)
@@ -106,7 +106,7 @@ class ReversedRows {
   std::vector<std::size_t> pieces_;
 };
 
-// All rows of a solution.
+// Writes all rows of a solution.
 class ToSolution {
  public:
   ToSolution(BackwardPass& backward, Solution& out, ReversedRows* reversed, LagCollector* collector,
@@ -167,7 +167,7 @@ Reference smoothed_trajectory(const FilterRun& run, const ProgressCallback& prog
   struct Visit {
     const BackwardPass& backward;
     Reference out;
-    // The row that begins a chunk comes before those in it, and they after the rows of the chunk behind it.
+    // The row that begins a chunk precedes those in it; all of these precede the rows of the next chunk.
     static BackwardPass::Want wants(std::size_t) { return BackwardPass::Want::kNothing; }
     void exact(std::size_t, const FilterState& state) {
       out.close();

@@ -11,13 +11,13 @@
 namespace piste {
 namespace {
 
-constexpr std::ptrdiff_t kTile = 16, kFours = kTile / 4;  // columns that are worked at together
+constexpr std::ptrdiff_t kTile = 16, kFours = kTile / 4;  // columns that are processed together
 constexpr std::ptrdiff_t kLaneStride = StepOperator::kLanes;
 constexpr int kTopRows = StepOperator::kNavigation;
-// Columns of a tile: position, one more, velocity and attitude, others.
+// Columns of a tile: position, one other state, velocity and attitude, other states.
 constexpr std::size_t kOther = 3, kMotion = 4, kAfter = 10;
 
-// Two rows of a tile of C: `lanes` times what was kept. Ten rows: navigation, and λᵀ P in the last.
+// Rows of a tile of C, two at a time: `lanes` times the stored P. Ten rows: navigation, and λᵀ P as the last.
 PISTE_WIDE void rows_through(const double* lanes, const double* kept, std::ptrdiff_t n, double* out) {
   for (std::ptrdiff_t i = 0; i <= kTopRows; i += 2) {
     Four a[kFours] = {}, b[kFours] = {};
@@ -37,7 +37,7 @@ PISTE_WIDE void rows_through(const double* lanes, const double* kept, std::ptrdi
   }
 }
 
-// out = U C for the upper half U of a symmetric Λ, its diagonal halved: Cᵀ Λ C = Cᵀ U C and its transpose.
+// out = U C for the upper half U of a symmetric Λ, its diagonal halved: Cᵀ Λ C is Cᵀ U C plus its transpose.
 PISTE_WIDE void times_upper_half(const double* Lambda, const double* C, std::ptrdiff_t n, double* out) {
   for (std::ptrdiff_t i = 0; i < n; i += 2) {
     const double* la = Lambda + i * n;
@@ -70,7 +70,7 @@ PISTE_WIDE void times_upper_half(const double* Lambda, const double* C, std::ptr
   }
 }
 
-// Of the first tile, Cᵀ (U C): position with itself, velocity and attitude with themselves.
+// Blocks of Cᵀ (U C) in the first tile: position with itself, velocity and attitude with themselves.
 struct Corners {
   double position[3][4];
   double motion[6][8];
@@ -125,7 +125,7 @@ PartsSmoother::PartsSmoother(const StateLayout& layout) : layout_(layout), colum
        {std::pair{Block::kGyroBias, Block::kGyroDrift}, {Block::kAccelBias, Block::kAccelDrift}}) {
     if (layout.has(bias) && layout.has(drift)) pairs_.push_back({bias, drift});
   }
-  const std::size_t first = static_cast<std::size_t>(kTile) - kAfter + 1;  // of them have room in the first tile
+  const std::size_t first = static_cast<std::size_t>(kTile) - kAfter + 1;  // of them fit into the first tile
   const std::size_t more = slow.size() > first ? slow.size() - first : 0, tile = kTile;
   width_ = tile * (1 + (more + tile - 1) / tile);
   state_.assign(width_, -1);
@@ -181,7 +181,7 @@ void PartsSmoother::find_constants(const Covariance& P, const ErrorVector& mean,
     const int o = layout_.offset(b), size = info(b).size;
     const auto columns = P.middleCols(o, size);
     const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostStates, 3> weighted =
-        Lambda.transpose().lazyProduct(columns);  // symmetric: by columns
+        Lambda.transpose().lazyProduct(columns);  // Λ is symmetric: the product reads its columns
     of_constants_.block(o, o, size, size) = P.block(o, o, size, size) - columns.transpose().lazyProduct(weighted);
     correction_.segment(o, size) = mean.segment(o, size) - columns.transpose().lazyProduct(lambda);
     for (const Pair& pair : pairs_) {

@@ -21,8 +21,8 @@ constexpr double kOutlier = 6;    // times the median
 constexpr std::size_t kFewestPairs = 200;  // pairs of steps
 constexpr double kLeast = 0.1, kMostDrift = 0.995;
 
-// For each pair of successive fixes: the rotation of the reference less that of the gyroscopes, along w. Nothing for a
-// step that must not be used.
+// For each pair of successive fixes: the rotation of the reference less that of the gyroscopes, in w. Nothing for a
+// pair that must not be used.
 std::vector<std::optional<Vector3d>> differences(const Log& log, const std::vector<AttitudeFix>& fixes,
                                                  const Mounting& mounting) {
   std::vector<std::optional<Vector3d>> out;
@@ -41,7 +41,7 @@ std::vector<std::optional<Vector3d>> differences(const Log& log, const std::vect
   return out;
 }
 
-// Removes differences that are far larger than the others.
+// Removes differences that are far larger than the median.
 void drop_outliers(std::vector<std::optional<Vector3d>>& steps) {
   std::vector<double> sizes;
   for (const auto& step : steps) {
@@ -54,8 +54,8 @@ void drop_outliers(std::vector<std::optional<Vector3d>>& steps) {
   }
 }
 
-// The delay of a reference for which its rotations agree best with those of the gyroscopes, near the one that is
-// configured, by least squares. A delay that is wrong by 20 ms would pass for white noise.
+// The delay of a reference, near the configured one, for which its rotations agree best with those of the gyroscopes
+// (least squares). An error of 20 ms in the delay would pass for white noise.
 double agreeing_delay(const Log& log, const std::vector<AttitudeFix>& fixes, AttitudeOptions source, double prior,
                       const Mounting& mounting) {
   const auto misfit = [&](double delay) {
@@ -70,7 +70,7 @@ double agreeing_delay(const Log& log, const std::vector<AttitudeFix>& fixes, Att
     }
     return sum / std::max(1.0, count);
   };
-  // The best of a grid over three sigmas, then the vertex of the parabola through it and its neighbours, twice.
+  // The best of a grid over ± three sigmas, then the vertex of the parabola through it and its neighbours, twice.
   constexpr int kHalfGrid = 9;
   const double configured = source.delay, step = 3 * prior / kHalfGrid;
   double best = configured, least = misfit(configured);
@@ -89,7 +89,7 @@ double agreeing_delay(const Log& log, const std::vector<AttitudeFix>& fixes, Att
   return best;
 }
 
-// Turns each difference from w to the local level, that at the first fix of a receiver at or after it.
+// Turns each difference from w to the local level at the first fix of a receiver at or after it.
 void turn_to_level(std::vector<std::optional<Vector3d>>& steps, const Log& log, const std::vector<AttitudeFix>& fixes) {
   const auto receiver = std::find_if(log.gnss.begin(), log.gnss.end(), [](const auto& g) { return !g.empty(); });
   if (receiver == log.gnss.end()) return;
@@ -101,7 +101,7 @@ void turn_to_level(std::vector<std::optional<Vector3d>>& steps, const Log& log, 
   }
 }
 
-// Variance of the white error along the local level; nothing if there are too few steps.
+// Variance of the white error in the local level; nothing if there are too few pairs.
 std::optional<Vector3d> white_variance(const std::vector<std::optional<Vector3d>>& steps) {
   Vector3d sum = Vector3d::Zero();
   std::size_t count = 0;
@@ -114,7 +114,7 @@ std::optional<Vector3d> white_variance(const std::vector<std::optional<Vector3d>
   return sum / static_cast<double>(count);
 }
 
-// The sources with the delays that agree best, and the mounting with these: each of the two is needed for the other.
+// Estimates in turn the delays that agree best, and the mounting: each of the two is needed for the other.
 void find_delays_and_mounting(const Log& log, const FilterOptions& options, std::vector<AttitudeOptions>& sources,
                               std::optional<Mounting>& mounting) {
   constexpr int kRounds = 2;

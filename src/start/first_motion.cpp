@@ -43,7 +43,7 @@ FixPlace past_outliers(const std::vector<GnssFix>& fixes, FixPlace first, double
 FirstMotion first_motion(const World& world, const std::vector<GnssFix>& fixes, const GnssOptions& options, double time,
                          const StartOptions& start) {
   const std::ptrdiff_t fewest = start.fewest;
-  const double wander = 2 * square(start.acceleration);  // m²/s⁵: a Gauss-Markov acceleration of one second
+  const double wander = 2 * square(start.acceleration);  // m²/s⁵: Gauss-Markov acceleration, correlation time 1 s
   auto first = first_at_or_after(fixes, time);
   if (fixes.end() - first < fewest) first = fixes.end() - std::min(std::ssize(fixes), fewest);
   first = past_outliers(fixes, first, start.fastest);
@@ -52,7 +52,7 @@ FirstMotion first_motion(const World& world, const std::vector<GnssFix>& fixes, 
   const Matrix3d R_wn = world.rotation_wn(origin), R_nw = R_wn.transpose();
   const double latest = time + start.reach + std::max({0.0, options.delay, options.delay_of_velocity()});
   for (auto fix = first; fix != fixes.end() && (fix - first < fewest || fix->time <= latest); ++fix) {
-    // Each at the time to which it belongs.
+    // Each at its time of validity.
     const double t = fix->time - options.delay - time, v = fix->time - options.delay_of_velocity() - time;
     const double later_position = wander * std::pow(std::abs(t), 5) / 20;
     const double later_velocity = wander * std::pow(std::abs(v), 3) / 3;

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kNothingKnown = std::numbers::pi / std::numbers::sqrt3;
 
-// 1-sigma about down, for the local level `q_wn`.
+// 1-sigma of the attitude about down, in the local level `q_wn`.
 double heading_sigma(const Filter& filter, const Quaterniond& q_wn) {
   const Vector3d down = q_wn * Vector3d::UnitZ();
   return std::sqrt(down.dot(filter.covariance().block<3, 3>(6, 6) * down));
@@ -41,7 +41,7 @@ bool HeadingSearch::add(const ImuSample& sample) {
       return true;
     }
     for (const Innovation& i : h.filter.innovations()) {
-      if (sample.at_rest) break;  // a sway tells no heading
+      if (sample.at_rest) break;  // sway is no evidence on the heading
       h.nis += std::min(i.nis, i.gate > 0 ? options_.most_gates * i.gate : i.nis);
       h.log_determinant += i.log_determinant;
       h.rows += i.dof;
@@ -58,8 +58,8 @@ bool HeadingSearch::add(const ImuSample& sample) {
 }
 
 void HeadingSearch::weigh() {
-  // Where a delay is estimated, each hypothesis takes a fix at a time of its own, so that some are a fix ahead. What
-  // one of them has not taken yet counts as the mean of what it has: it must not decide.
+  // Where a delay is estimated, each hypothesis uses a fix at its own time, so that some are a fix ahead. A fix that
+  // one of them has not used yet counts as the mean of those used: it must not decide.
   double most = 0;
   for (const Hypothesis& h : all_) most = std::max(most, h.rows);
   const auto cost = [most](const Hypothesis& h, double scale) {
@@ -77,7 +77,7 @@ void HeadingSearch::weigh() {
 
 Quaterniond HeadingSearch::local_level() const { return Quaterniond(world_.rotation_wn(best().estimate().p_wb)); }
 
-// The turn about down from the best hypothesis to this one.
+// Rotation about down from the best hypothesis to this one [rad].
 double HeadingSearch::apart(const Hypothesis& h, const Quaterniond& q_wn) const {
   const Quaterniond turn = h.filter.estimate().q_wb * best().estimate().q_wb.conjugate();
   const double down = turn.vec().dot(q_wn * Vector3d::UnitZ());

@@ -1,9 +1,9 @@
 #pragma once
-/// Multiple-model heading search: filters that differ in their initial heading run side by side until the measurements
+/// Multiple-model heading search: filters that differ in their initial heading run in parallel until the measurements
 /// exclude all but one (multiple-model adaptive estimation, MMAE; Magill 1965).
 ///
 /// The weight of a hypothesis is the likelihood of its innovations. If the stated noise is too small, every difference
-/// looks decisive. So if the mean NIS of the best hypothesis exceeds one, the NIS of all is divided by it.
+/// looks decisive. So if the mean NIS per row of the best hypothesis exceeds one, the NIS of all is divided by it.
 
 #include <cstddef>
 #include <span>
@@ -13,15 +13,15 @@
 
 namespace piste {
 
-/// A heading and its 1-sigma [rad]. At 1.8 rad nothing is known, as the deviation of an equal distribution is π/√3.
+/// A heading and its 1-sigma [rad]. 1.8 rad is no knowledge: the standard deviation of a uniform distribution is π/√3.
 struct HeadingBelief {
   double value = 0, sigma = 0;
 };
 
-/// The filters, one for each hypothesis that is left.
+/// The filters of the remaining hypotheses.
 class HeadingSearch {
  public:
-  /// Filters from each of these starts, which have the same time. @pre there is a start.
+  /// Starts one filter from each of these starts, which have the same time. @pre There is a start.
   /// Throws ConfigError if the options are not valid.
   HeadingSearch(const FilterOptions& options, const World& world, std::span<const Start> starts);
 
@@ -32,11 +32,11 @@ class HeadingSearch {
   /// As Filter::look_ahead().
   double look_ahead() const { return best().look_ahead(); }
 
-  /// Whether one heading is left: those of all hypotheses agree, and the best is sure enough of its own.
+  /// Whether one heading is left: all hypotheses agree, and the best is certain enough of its own.
   bool resolved() const;
-  /// The heading, in the local level, of all hypotheses together, with what lies between them.
+  /// The heading in the local level, as the mean of all hypotheses. Its sigma includes their differences.
   HeadingBelief heading() const;
-  /// The filter of the likeliest hypothesis, and which of the starts it came from.
+  /// The filter of the most likely hypothesis, and the index of its start.
   const Filter& best() const { return all_[best_].filter; }
   std::size_t best_start() const { return all_[best_].start; }
   std::size_t size() const { return all_.size(); }

@@ -14,10 +14,10 @@ namespace piste {
 namespace {
 
 constexpr int kMostPasses = 4;
-// Sigmas: a trajectory that moves by less anywhere is linearised well enough, as the next pass moves it by much less.
+// Sigmas: a trajectory that moves by less everywhere is linearised well enough, as the next pass moves it by much less.
 constexpr double kConverged = 0.5;
 
-// The farthest that position, velocity or attitude has moved from one smoothed run to another, in its sigmas.
+// The largest change of position, velocity or attitude from one smoothed run to another, in sigmas.
 double farthest_moved(const Solution& from, const Solution& to) {
   constexpr std::size_t kEvery = 10;  // rows
   double farthest = 0;

@@ -20,7 +20,7 @@ namespace {
 // each fix is a rate of 0.3 deg/s.
 constexpr double kStep = 0.5;
 constexpr double kLongestTurn = 2;
-constexpr double kLargestTurn = 2.5;     // rad in a step: near π the rotation vector is ambiguous
+constexpr double kLargestTurn = 2.5;     // rad per step: near π the rotation vector is ambiguous
 constexpr double kKnown = 10 * kDegree;  // largest 1-sigma of a result
 constexpr std::size_t kFewestSteps = 10;
 
@@ -57,10 +57,10 @@ Vector3d mean(const std::vector<Vector3d>& all) {
   return std::accumulate(all.begin(), all.end(), Vector3d(Vector3d::Zero())) / static_cast<double>(all.size());
 }
 
-// The covariance of the boresight. White noise of the gyroscopes moves each rate for itself. The error m of a fix, in
-// axes of r, moves the rate r of the step that it ends by m/T + r × m/2, and that of the step that it begins by
-// −m/T + r × m/2: what two steps share largely cancels, and the rest, half of m in each, is taken for a boresight. The
-// residuals tell how large each noise is: neighbours are correlated by the error of the fix between them alone.
+// The covariance of the boresight. White noise of the gyroscopes changes each rate independently. The error m of a fix,
+// in axes of r, changes the rate r of the step that it ends by m/T + r × m/2. It changes that of the step that it
+// begins by −m/T + r × m/2. The common part of two steps largely cancels; the remainder, half of m in each, acts as a
+// boresight. The residuals show the size of each noise: only the error of the fix between them correlates neighbours.
 Matrix3d covariance(const Turns& t, const BoresightFromRates& found) {
   const std::size_t n = t.rate_r.size();
   const Matrix3d R_rb = found.q_rb.toRotationMatrix();
@@ -78,13 +78,13 @@ Matrix3d covariance(const Turns& t, const BoresightFromRates& found) {
   const auto count = static_cast<double>(n);
   const double variance = square(found.residual) * 3 * count / (3 * count - 6);
   const double lapse = std::accumulate(t.lapse.begin(), t.lapse.end(), 0.) / count;
-  // Less what chance makes of products where there are few: it would pass for errors that cancel.
+  // Less the chance value of few products: it would pass for errors that cancel.
   const double most = 0.5 * variance * square(lapse),
                chance = variance * square(lapse) / std::sqrt(std::max(pairs, 1.));
   const double of_fix = std::clamp(shared / std::max(pairs, 1.) - chance, 0., most);
   const double of_gyro = variance - 2 * of_fix / square(lapse);
 
-  Matrix3d sum = Matrix3d::Zero(), ended = Matrix3d::Zero();  // what the fix moves that ended the step before
+  Matrix3d sum = Matrix3d::Zero(), ended = Matrix3d::Zero();  // effect of the fix that ended the previous step
   for (std::size_t i = 0; i < n; ++i) {
     const Matrix3d score = skew(t.rate_r[i] - mean_r), halves = 0.5 * skew(t.rate_r[i]);
     const Matrix3d apart = Matrix3d::Identity() / t.lapse[i];
@@ -98,7 +98,7 @@ Matrix3d covariance(const Turns& t, const BoresightFromRates& found) {
     sum += of_fix * begun * begun.transpose() - of_gyro * score * score;
   }
   sum += of_fix * ended * ended.transpose();
-  const Matrix3d inverse = found.covariance / variance;  // of the information of unit noise
+  const Matrix3d inverse = found.covariance / variance;  // of the information at unit noise
   return inverse * sum * inverse;
 }
 
@@ -112,7 +112,7 @@ std::optional<Mounting> find_mounting(const Log& log, std::span<const AttitudeOp
   const std::vector<AttitudeFix> fixes =
       at_own_times(*source, number < sources.size() ? sources[number] : AttitudeOptions{});
   Mounting mounting{Quaterniond::Identity(), Matrix3d::Zero(), Vector3d::Zero()};
-  // Two passes: the rotations of the second are without the bias that the first has found.
+  // Two passes: the rotations of the second are without the bias that the first has estimated.
   for (int pass = 0; pass < 2; ++pass) {
     const Turns t = turns(log, fixes, mounting.gyro_bias);
     if (t.rate_r.size() < kFewestSteps) return std::nullopt;

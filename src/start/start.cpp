@@ -12,7 +12,7 @@
 namespace piste {
 namespace {
 
-// The vehicle has nothing to say before its mounting is known.
+// Constraints of the vehicle are not used: its mounting is not known yet.
 FoundStart find_start_of_body(const Log& log, const FilterOptions& options, const InitialHeading& heading) {
   if (log.imu.empty()) throw DataError("start", "the log holds no IMU sample");
   const StartOptions& o = options.behaviour.start;
@@ -44,7 +44,7 @@ FoundStart find_start_of_body(const Log& log, const FilterOptions& options, cons
 }  // namespace
 
 Start without_alignment(const World& world, const FoundStart& found) {
-  constexpr double kTilt = 0.5, kAnyHeading = std::numbers::pi / std::numbers::sqrt3;  // rad: nothing is known
+  constexpr double kTilt = 0.5, kAnyHeading = std::numbers::pi / std::numbers::sqrt3;  // rad: uninformative
   Start start = found.start;
   if (found.aligned) set_attitude_sigma(world, start, {kTilt, kTilt, kAnyHeading});
   return start;

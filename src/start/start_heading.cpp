@@ -29,10 +29,10 @@ void check_small_boresight(const Quaterniond& q_nb, const Rest& rest, const Prio
                               tilt / kDegree));
 }
 
-// Throws if the field that the magnetometer shows, level with the ground but for its azimuth, is none or dips otherwise
-// than the Earth's: its azimuth would be taken for the heading all the same.
+// Throws if the observed field is zero, or if its dip differs from that of the Earth. `shown`: the field, levelled,
+// with any azimuth. That azimuth would otherwise pass for the heading.
 void check_dip(const MagneticSample& sample, const Vector3d& shown) {
-  constexpr double kIron = 45 * kDegree;  // more than iron of a carrier, 30 uT, changes the dip by
+  constexpr double kIron = 45 * kDegree;  // the iron of a carrier, 30 uT, changes the dip by less
   constexpr std::string_view kInstead = "or find the heading by `auto`, or state it";
   if (shown.isZero()) {
     throw DataError("start", fmt::format("from_magnetometer: the field at {:.3f} s is zero; does the magnetometer "
@@ -69,7 +69,7 @@ Pointing point_by_reference(const Log& log, const FilterOptions& options, const 
       p.how += ", through the boresight that the rates of both tell";
       bias.value = mounting->gyro_bias;
     } else {
-      // The boresight is taken to be small, as its prior says. The heading is as uncertain as that.
+      // The boresight is taken to be small, as its prior states. The heading is as uncertain as the boresight.
       p.sigma = 3 * options.priors.boresight;
       p.how += ", the boresight taken for small";
     }
@@ -99,7 +99,7 @@ Pointing point_by_heading(const Log& log, const FilterOptions& options, const Re
   const MagneticSample& magnetic = field == log.magnetic.end() ? log.magnetic.back() : *field;
   const Vector3d shown = q_wn.conjugate() * (levelled_to(0) * magnetic.field);
   check_dip(magnetic, shown);
-  // At a dip of 60 deg a tilt turns the azimuth by twice as much.
+  // At a dip of 60 deg, a tilt changes the azimuth by twice its size.
   return {levelled_to(azimuth(magnetic.earth) - azimuth(shown)),
           std::hypot(heading.sigma, 2 * options.behaviour.start.tilt_sigma),
           "heading at the start from the magnetometer"};

@@ -19,13 +19,13 @@ namespace {
 
 double spacing(const StartOptions& options) { return 2 * std::numbers::pi / options.hypotheses; }
 
-// 1-sigma of each hypothesis. The truth is at most that far from the nearest.
+// 1-sigma of each hypothesis. The truth is at most this far from the nearest one.
 double hypothesis_sigma(const StartOptions& options) { return spacing(options) / 2; }
 
-// Where a receiver shows that the body has left its place.
+// Where a receiver shows that the body has departed.
 struct Departure {
   bool seen = false;
-  std::optional<Rest> before;  // the end of the last rest before it; none if the body moves from the beginning
+  std::optional<Rest> before;  // end of the last rest before it; nothing if the body moves from the beginning
 };
 
 Departure departure_from(const Log& log, const Receiver& receiver, double from, const StartOptions& options) {
@@ -34,7 +34,7 @@ Departure departure_from(const Log& log, const Receiver& receiver, double from, 
   Departure found;
   double departure = log.imu.back().time;
   for (auto fix = first; fix != fixes.end(); ++fix) {
-    constexpr double kFarSurer = 1.0 / 3;  // the first ones may not be sure of the place
+    constexpr double kFarSurer = 1.0 / 3;  // the first fixes may be inaccurate
     if (fix->sigma_position.norm() < kFarSurer * first->sigma_position.norm()) first = fix;
     const double far =
         options.departed + options.departed_sigmas * (first->sigma_position + fix->sigma_position).norm();
@@ -50,7 +50,7 @@ Departure departure_from(const Log& log, const Receiver& receiver, double from, 
   return found;
 }
 
-// A start at rest with the given heading.
+// A start at standstill with the given heading.
 Start still_start(const Log& log, const FilterOptions& options, const Receiver& receiver, const Rest& rest,
                   double heading) {
   const StartOptions& o = options.behaviour.start;
@@ -64,9 +64,9 @@ Start still_start(const Log& log, const FilterOptions& options, const Receiver& 
   return start;
 }
 
-// What the heading search found.
+// Result of the heading search.
 struct FoundHeading {
-  Start start;  // the likeliest hypothesis
+  Start start;  // of the most likely hypothesis
   double until = 0;
   bool resolved = false;
 };
@@ -99,7 +99,7 @@ FoundHeading refined(const Log& log, const FilterOptions& options, FoundHeading 
   return found;
 }
 
-// The start at the time `begin` of a body that stands until after the time of `found`.
+// The start at the time `begin` of a body that is stationary until after the time of `found`.
 Start carried_back(const Log& log, const FilterOptions& options, const Receiver& receiver, const FoundHeading& found,
                    double begin) {
   const StartOptions& o = options.behaviour.start;

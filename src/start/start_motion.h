@@ -1,5 +1,5 @@
 #pragma once
-// A start whose heading is not given: it is found from the first motion that determines it.
+// A start without a given heading: the heading is found from the first motion that determines it.
 
 #include <optional>
 #include <vector>
@@ -10,15 +10,16 @@
 
 namespace piste {
 
-/// Starts with headings around the circle, of a body that stands (until it departs) or moves at the time `begin`.
+/// Starts with headings around the circle. That of a moving body is at the time `begin`; that of a stationary one is in
+/// the last `listened` seconds before it departs.
 std::vector<Start> heading_hypotheses(const Log& log, const FilterOptions& options, const Receiver& receiver,
                                       double begin);
 
-/// Filters from these headings side by side until the motion has left one (heading_search.h), and smooths that stretch,
-/// which centres the attitude of the start. Before the departure a body at rest tells nothing of its heading: then only
-/// the last seconds of the rest are filtered, and the heading is carried back to `begin` by the gyroscopes.
-/// Where the motion leaves several headings, the start claims what lies between them.
-/// Throws DataError if the body never moves.
+/// Runs filters from these headings in parallel until the motion has excluded all but one (heading_search.h). The
+/// stretch is then smoothed, which centres the attitude of the start. A stationary body gives no information on its
+/// heading. So only the last seconds before it departs are filtered, and the gyroscopes carry the heading back to
+/// `begin`. If several headings remain, the sigma of the start covers them.
+/// Throws DataError if several headings remain and the body never departs.
 FoundStart start_from_motion(const Log& log, const FilterOptions& options, const Receiver& receiver, double begin);
 
 }  // namespace piste

@@ -43,7 +43,7 @@ Quaterniond levelled(const Quaterniond& q_nb, const Vector3d& down_b) {
 
 namespace {
 
-// The first fix at or after `time` that the next two do not contradict, or the last fix.
+// The first fix at or after `time` that does not contradict the next two, or the last fix.
 FixPlace fix_from(const Receiver& receiver, double time, double fastest) {
   const auto& fixes = receiver.fixes;
   auto fix = first_at_or_after(fixes, time);
@@ -51,7 +51,7 @@ FixPlace fix_from(const Receiver& receiver, double time, double fastest) {
   return past_outliers(fixes, fix, fastest);
 }
 
-// The covariance in w of independent errors along the local level.
+// The covariance in w of independent errors along the axes of the local level.
 Matrix3d in_w(const Matrix3d& R_wn, const Vector3d& sigma) {
   return R_wn * sigma.cwiseAbs2().asDiagonal() * R_wn.transpose();
 }

@@ -6,7 +6,7 @@
 
 namespace piste {
 
-/// The rotation of the body from `begin` to `end` by the gyroscopes without `bias` [rad/s]: it turns components along
+/// The rotation of the body from `begin` to `end` by the gyroscopes without `bias` [rad/s]. It turns components along
 /// the body axes at `end` into those along the axes at `begin`.
 Quaterniond turned(const Log& log, double begin, double end, const Vector3d& bias);
 

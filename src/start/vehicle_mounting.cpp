@@ -11,13 +11,13 @@
 namespace piste {
 namespace {
 
-constexpr double kDriving = 5;              // m/s: slower, turns on the spot and slopes count for more
+constexpr double kDriving = 5;              // m/s: at lower speeds, turns on the spot and slopes have a larger effect
 constexpr double kSlip = 1 * kDegree;       // 1-sigma of the direction of a single velocity, by slip and suspension
-constexpr double kVelocityEvery = 0.5;      // s between two velocities that are looked at
+constexpr double kVelocityEvery = 0.5;      // s between two velocities that are used
 constexpr double kEnough = 60;              // s of driving: several turns, slopes and loads of the suspension
-constexpr double kAlike = 10;               // s over which the filter's error in direction is much the same
+constexpr double kAlike = 10;               // s over which the filter's error in direction is nearly constant
 constexpr double kKnown = 10 * kDegree;     // largest 1-sigma of a result
-constexpr double kCrossfall = 2 * kDegree;  // 1-sigma of roll: roads fall off to their side
+constexpr double kCrossfall = 2 * kDegree;  // 1-sigma of roll: roads have a crossfall
 constexpr double kLoose = 2;                // times the sigmas, as the filter uses the same motion again
 
 // The mean direction of the velocity in the body so far.
@@ -37,7 +37,7 @@ struct Direction {
     square += w * w * (variance + kSlip * kSlip);
     time += kVelocityEvery;
   }
-  // Neighbours share the error of the filter.
+  // Neighbouring velocities share the error of the filter.
   double sigma() const { return std::sqrt(square * kAlike / kVelocityEvery) / weight; }
 };
 
@@ -65,7 +65,7 @@ std::optional<VehicleMounting> find_vehicle_mounting(const Log& log, const Filte
     const Estimate& x = filter.estimate();
     const double speed = x.v_wb.norm();
     if (speed < kDriving) continue;
-    // Across the velocity the error is that of two axes: their mean counts.
+    // Across the velocity the error has two axes: the mean of their variances counts.
     const Matrix3d P = filter.covariance().block<3, 3>(3, 3);
     const Vector3d along = x.v_wb / speed;
     const double variance = 0.5 * (P.trace() - along.dot(P * along)) / (speed * speed);
@@ -77,7 +77,7 @@ std::optional<VehicleMounting> find_vehicle_mounting(const Log& log, const Filte
   Vector3d forward = d.forward.normalized();
   if (d.back > d.forth) forward = -forward;
   Vector3d right = d.down.cross(forward);
-  if (right.norm() < 0.5 * d.weight) return std::nullopt;  // it moves up and down
+  if (right.norm() < 0.5 * d.weight) return std::nullopt;  // the velocity is nearly vertical
   right.normalize();
   Matrix3d R_vb;
   R_vb << forward.transpose(), right.transpose(), forward.cross(right).transpose();

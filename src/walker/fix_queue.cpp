@@ -19,7 +19,7 @@ std::optional<QueuedFix> FixQueue::take(double time, std::span<const double> del
   const auto belongs = [&](const QueuedFix& fix) { return fix.time - delays[static_cast<std::size_t>(fix.source)]; };
   const double longest = *std::max_element(delays.begin(), delays.end());
   const double until = time + kSameInstant;
-  // Whether `a` comes before `b`, which was found before it. A delay rounds times that were the same.
+  // Whether `a` precedes `b`, which stands earlier in the queue. Less their delays, equal times may differ by rounding.
   const auto before = [&](const QueuedFix& a, const QueuedFix& b) {
     const double later = belongs(a) - belongs(b);
     return std::abs(later) < kSameInstant ? a.source < b.source : later < 0;

@@ -7,9 +7,9 @@
 namespace piste {
 namespace {
 
-constexpr double kFarApart = 2.5;  // s between the fixes of an interpolation
+constexpr double kFarApart = 2.5;  // s: largest time between two fixes that are interpolated
 
-// Velocity at the time t, between the fixes around it.
+// Velocity at the time t, interpolated between the fixes around it.
 std::optional<FixVelocity> velocity_at(const std::vector<GnssFix>& fixes, double t) {
   const auto after = first_at_or_after(fixes, t);
   if (after == fixes.end() || !after->velocity) return std::nullopt;

@@ -5,7 +5,7 @@
 namespace piste {
 namespace {
 
-constexpr double kClippedSpread = 0.2;  // 1-sigma of what a clipped sample hides, as a part of the range
+constexpr double kClippedSpread = 0.2;  // 1-sigma of the excess that clipping hides, as a fraction of the range
 
 }  // namespace
 

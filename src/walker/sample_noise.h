@@ -1,6 +1,6 @@
 #pragma once
 /// White noise of one IMU sample: that of the sensor, plus what clipping may hide, plus what a gap or an interpolated
-/// row may have missed.
+/// row may miss.
 
 #include <array>
 
@@ -10,8 +10,8 @@
 
 namespace piste {
 
-/// Takes the samples in their order. What n clipped samples in a row hide is one and the same error, whose variance
-/// grows with n². The n-th of them therefore adds 2n − 1 times the variance of one.
+/// Takes the samples in order. The hidden errors of n clipped samples in a row are fully correlated, so that the
+/// variance of their sum grows with n². The n-th of them therefore adds 2n − 1 times the variance of one.
 class SampleNoise {
  public:
   /// Noise of the next sample.

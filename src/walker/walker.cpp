@@ -12,10 +12,10 @@
 namespace piste {
 namespace {
 
-// What delays hang on.
+// Blocks that the delays depend on.
 constexpr std::array kDelayBlocks{Block::kGnssDelay, Block::kVelocityDelay, Block::kAttitudeDelay, Block::kClockDrift};
 
-// s by which an estimated delay may grow beyond that at the start before its fixes come after the samples.
+// s by which an estimated delay may exceed its initial value before its fixes come after the samples.
 constexpr double kRoomToGrow = 1;
 
 }  // namespace

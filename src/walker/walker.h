@@ -1,17 +1,18 @@
 #pragma once
-/// The walk over a log: IMU samples and fixes go in as they come, steps and measurements come out in the order of time.
-/// The filter (filter.h) and the batch (batch.h) listen to the same walk, so that both see the same measurements at the
-/// same places.
+/// The walk over a log. IMU samples and fixes are added as they come; steps and measurements are given in the order of
+/// time. The filter (filter.h) and the batch (batch.h) listen to the same walk, so that both process the same
+/// measurements at the same times.
 ///
 ///     fixes → FixQueue, by time less delay ──────────┐
 ///     IMU samples → steps, split at times of fixes ──┴→ advance, measure, …, arrive, measure, …  (per sample)
-///     rest, and other fixes that no sensor gives ─────→ measure, at the end of the sample
+///     ZUPT, ZARU, other pseudo-measurements ──────────→ measure, at the end of the sample
 ///
-/// The walk is one sample behind the newest. It waits for the sample after a step because both neighbours give the
-/// slope of rate and force within the step. So a step can be split at the time of a fix without extrapolation.
+/// The walk is one sample behind the newest. It waits for the sample after a step, because both neighbours give the
+/// slope of rate and force within the step. With this slope a step is split at the time of a fix without extrapolation.
 ///
-/// For example, samples end at 0.01 s and 0.02 s, and a receiver that is 5 ms late states 0.02 s. Once the sample after
-/// 0.02 s is there, the listener gets: arrive (at 0.01 s); advance (to 0.015 s), measure, arrive (at 0.02 s).
+/// For example, samples end at 0.01 s and 0.02 s, and a receiver with a delay of 5 ms gives a fix with the time 0.02 s.
+/// Once the sample after 0.02 s is added, the listener gets: arrive (at 0.01 s); advance (to 0.015 s), measure, arrive
+/// (at 0.02 s).
 
 #include <cmath>
 #include <concepts>
@@ -30,45 +31,48 @@
 
 namespace piste {
 
-/// Where a fix is among the steps.
+/// The place of a fix among the steps.
 struct Moment {
   const ImuStep& step;   ///< as measured; the fix is within it
-  double into_step = 0;  ///< s after its start
-  double lag = 0;        ///< s by which the fix belongs before that: it was added too late to be there
-  double delay = 0;      ///< by which its source comes late, as it was known when the fix got its place [s]
+  double into_step = 0;  ///< time of the fix after the start of the step [s]
+  double lag = 0;        ///< s by which the time of validity is before that, as the fix was added too late
+  double delay = 0;      ///< of its source, as known when the fix was given its place [s]
 };
 
-/// What a walk asks of its listener, and the calls that it makes.
+/// The functions that a walk requires of its listener, and those that it calls.
 template <class Listener>
 concept WalkListener = requires(Listener& to, const Listener& known, const StepNoise& stated, const ImuStep& step,
                                 const QueuedFix& fix, const RestFix& rest, const Moment& at) {
-  { known.time() } -> std::convertible_to<double>;               // where it is
-  { known.estimate() } -> std::convertible_to<const Estimate&>;  // there; its delays give fixes their places
+  { known.time() } -> std::convertible_to<double>;               // of the current state
+  { known.estimate() } -> std::convertible_to<const Estimate&>;  // at that time; its delays place the fixes
   {
     known.imu_scales()
-    } -> std::convertible_to<const ImuScales*>;                 // of several IMUs whose scales act across axes; or null
-  { known.resting() } -> std::same_as<bool>;                    // whether it takes the body to rest in this sample
-  { known.takes(fix.source, fix.time) } -> std::same_as<bool>;  // whether it wants a fix
-  { to.begin_sample(stated) } -> std::convertible_to<StepNoise>;  // the noise that it takes in place of the stated
-  to.begin_step(step);                                            // the sample, or the part of it after the start
-  to.advance(step);                                               // to a fix within the sample
-  to.arrive(step);                                                // to the end of the sample
+    } -> std::convertible_to<const ImuScales*>;  // of several IMUs whose scales act across axes; or null
+  { known.resting() } -> std::same_as<bool>;     // whether it treats the body as stationary in this sample
+  { known.takes(fix.source, fix.time) } -> std::same_as<bool>;  // whether it uses a fix
+  {
+    to.begin_sample(stated)
+    } -> std::convertible_to<StepNoise>;  // returns the noise to use in place of the stated noise
+  to.begin_step(step);                    // the sample, or its part after the start of the walk
+  to.advance(step);                       // to the time of a fix within the sample
+  to.arrive(step);                        // to the end of the sample
   to.measure(fix, at);
-  // One that no log has, such as of rest. False where it was refused.
+  // A pseudo-measurement, such as a ZUPT. Returns false if it was rejected.
   { to.template measure<ZeroUpdates>(rest, fix, at) } -> std::same_as<bool>;
   to.end_sample();
 };
 
-/// Walks a log. A copy has its whole state. No heap once it has begun.
+/// Walks a log. A copy has the whole state. No heap once the walk has begun.
 class Walker {
  public:
-  /// To be assigned to.
+  /// Empty, to be assigned to.
   Walker() = default;
-  /// `x`: the estimate at the time `start`, where the walk begins. `options` are valid.
+  /// `x`: the estimate at the time `start`, where the walk begins. @pre `options` are valid.
   Walker(const FilterOptions& options, StateLayout layout, double start, const Estimate& x);
 
-  /// Adds the next sample, and walks over the one before it. Returns whether there was one. Throws DataError if it is
-  /// not finite or not later than the one before, and then is as it was before.
+  /// Adds the next sample, and walks over the previous one. Returns whether there was one. Throws DataError if it is
+  /// not finite, if its interval is not positive, or if it is not later than the previous one. The walk is then as it
+  /// was before.
   template <WalkListener Listener>
   bool add(const ImuSample& sample, Listener& to) {
     check(sample);
@@ -77,8 +81,8 @@ class Walker {
     before_ = std::exchange(now_, sample);
     return walks;
   }
-  /// Adds a fix, in any order of time. `sensor` counts from 0 among the sensors of its type. A fix that is older than
-  /// where the listener is, is left out and counted; one of a type that the options do not use without a count.
+  /// Adds a fix, in any order of time. `sensor` counts from 0 among the sensors of its type. A fix older than the time
+  /// of the listener is left out and counted. A fix of a type that the options do not use is left out without a count.
   template <WalkListener Listener>
   void add(int sensor, const AnyFix& fix, const Listener& to) {
     MeasurementList::visit(
@@ -96,7 +100,7 @@ class Walker {
         },
         fix);
   }
-  /// Walks over the last sample. Returns false if there was none.
+  /// Walks over the last sample. Returns false if there is none.
   template <WalkListener Listener>
   bool finish(Listener& to) {
     if (!now_) return false;
@@ -109,11 +113,11 @@ class Walker {
   const StateLayout& layout() const { return setup_->layout; }
   const MeasurementSources& sources() const { return setup_->sources; }
   double start() const { return setup_->start; }
-  /// How far ahead of the samples fixes must be added so that each gets the place where it belongs [s].
+  /// How far ahead of the samples fixes must be added so that each is used at its time of validity [s].
   double look_ahead() const { return setup_->look_ahead; }
-  /// Time since the drift of the IMU's clock counts [s].
+  /// Time since which the drift of the IMU's clock counts [s].
   double elapsed(double time) const { return time - setup_->clock_from; }
-  /// Whether a delay is estimated. Then find_delays() is to be called when the estimate has changed by a fix of a log.
+  /// Whether a delay is estimated. Then find_delays() must be called when a logged fix has changed the estimate.
   bool delays_change() const { return setup_->delays_change; }
   void find_delays(double time, const Estimate& x) {
     setup_->sources.find_delays(options(), layout(), x, elapsed(time), delays_);
@@ -121,23 +125,24 @@ class Walker {
   /// Number of fixes that were left out because they came too late.
   std::size_t late() const { return late_; }
 
-  /// The sample that is walked over, or is next. @pre There is one.
+  /// The sample that is being processed, or is next. @pre There is one.
   const ImuSample& sample() const { return *now_; }
   bool has_sample() const { return now_.has_value(); }
-  /// It as a step, as the mean's own scales alone would have it. `after`: the sample after it, or null.
+  /// This sample as a step, as if the mean of several IMUs had only its own scales. `after`: the sample after it, or
+  /// null.
   ImuStep step(const ImuSample* after, const ImuScales* imu_scales, const Estimate& x) const;
   const StepNoise& noise() const { return noise_; }
-  /// Of the gyroscopes' white noise in it.
+  /// Variance of the gyroscopes' white noise in the mean rate of the sample.
   const Vector3d& rate_variance() const { return rate_variance_; }
-  /// Mean rate of the sample before it and the sample after it.
+  /// Mean rate of the previous and the next sample.
   const Vector3d& rate_beside() const { return rate_beside_; }
   /// Regression of the rate of a sample on rate_beside(), fitted to the samples so far.
   const RateRegression& rate_regression() const { return rate_regression_; }
-  /// Whether the body is at rest, as far as measurements that were refused have not contradicted it.
+  /// Whether the body is stationary: standstill was detected, and not withdrawn after rejected updates.
   bool at_rest() const { return now_->at_rest && !rest_.withdrawn(); }
 
  private:
-  struct Setup {  // what does not change; shared between copies
+  struct Setup {  // constant over the run; shared between copies
     FilterOptions options;
     StateLayout layout;
     MeasurementSources sources;
@@ -169,7 +174,7 @@ class Walker {
     to.end_sample();
   }
 
-  // From fix to fix. Returns the last part of the step.
+  // Walks from fix to fix. Returns the last part of the step.
   template <class Listener>
   ImuStep walk_to_end(ImuStep step, Listener& to) {
     bool at_end = false;
@@ -191,7 +196,7 @@ class Walker {
     return step;
   }
 
-  // All channels of a fix of no log, at the end of the step. Returns whether none was refused.
+  // Measures all channels of a pseudo-measurement at the end of the step. Returns whether none was rejected.
   template <class Type, class Listener>
   bool measure(const typename Type::Fix& fix, const ImuStep& step, Listener& to) {
     bool used = true;
@@ -203,8 +208,8 @@ class Walker {
     return used;
   }
 
-  // The fixes that are due at the end of the sample: where a multiple of the interval of their type has gone by.
-  // Nothing is due in a gap.
+  // Makes the pseudo-measurements that are due at the end of the sample: a multiple of the interval of their type has
+  // passed in it. None is due in a gap.
   template <class Listener>
   void measure_made(const ImuStep& step, Listener& to) {
     const ImuSample& sample = *now_;
@@ -222,7 +227,7 @@ class Walker {
   std::shared_ptr<const Setup> setup_;
   std::optional<ImuSample> before_, now_;
   FixQueue queue_;
-  std::vector<double> delays_;  // of the sources, by the estimate as it is
+  std::vector<double> delays_;  // of the sources, by the current estimate
   SampleNoise sample_noise_;
   StepNoise noise_;
   Vector3d rate_variance_ = Vector3d::Zero(), rate_beside_ = Vector3d::Zero();

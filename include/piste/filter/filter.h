@@ -1,6 +1,6 @@
 #pragma once
 /// The navigation filter, which takes one IMU sample or fix at a time: an error-state Kalman filter with feedback
-/// (Groves 2013, section 14.2). Use it directly in a program in real time; `run_filter` (run.h) feeds it a whole log.
+/// (Groves 2013, section 14.2). Use it directly in a real-time program; `run_filter` (run.h) feeds it a whole log.
 ///
 ///     Filter filter(options, world, start);
 ///     filter.add(0, fix);                       // the first receiver's, before the samples that pass it
@@ -21,9 +21,9 @@ namespace piste {
 
 class KalmanFilter;  // src/filter/kalman_filter.h
 
-/// The filter. A fix outside its gate is rejected, unless fault detection shows that the filter is wrong: then the
-/// covariance is inflated by the error that the fix reveals. The filter is always one IMU sample behind the newest. A
-/// copy of a filter has its whole state: two copies that get the same input give the same bytes.
+/// The filter. A fix outside its gate is rejected, unless fault detection finds the filter at fault. The covariance is
+/// then inflated by the error that the fix shows. The filter is always one IMU sample behind the newest. A copy of a
+/// filter has its whole state: two copies with the same input give the same bytes.
 class Filter {
  public:
   /// Throws ConfigError if the options are not valid.
@@ -34,24 +34,24 @@ class Filter {
   Filter& operator=(Filter&& other) noexcept;
   ~Filter();
 
-  /// Adds the next IMU sample, and processes the sample before it. Returns true if there was one: time(), estimate()
-  /// and covariance() are then those of its end. All fixes up to that time must have been added before. No heap.
-  /// Throws DataError if `sample` is not finite or not later than the one before, and then is as it was before; or if
-  /// the filter diverges.
+  /// Adds the next IMU sample, and processes the previous one. Returns true if there was one: time(), estimate() and
+  /// covariance() are then those of its end. All fixes up to that time must have been added before. No heap.
+  /// Throws DataError if `sample` is not finite, if its interval is not positive, or if it is not later than the
+  /// previous one. The filter is then as it was before. Throws DataError if the filter diverges.
   bool add(const ImuSample& sample);
   /// Adds a fix, in any order of time. `sensor` counts from 0 among the sensors of the fix's type: 1 is the second
   /// receiver for a GnssFix. A fix older than time() is left out and counted by late(). A fix of a type that the
   /// options do not use is left out without a count.
   ///
-  /// What comes late by a known or estimated delay is compared with the estimate of the time where it belongs, if it is
-  /// added before the samples pass that time, which fixes up to time() + look_ahead() allow. If it is added later, as
-  /// in real time, it is compared with the next estimate, carried back over the delay (model/gnss.h).
+  /// A fix with a known or estimated delay is compared with the estimate at its time of validity. For this it must be
+  /// added before the samples pass that time: add all fixes up to time() + look_ahead(). A fix that is added later, as
+  /// in real time, is compared with the next estimate, carried back over the delay (model/gnss.h).
   void add(int sensor, const AnyFix& fix);
-  /// Processes the last sample. Nothing may be added after it. Returns false if there was no sample. Throws as add().
+  /// Processes the last sample. Nothing may be added after it. Returns false if there is no sample. Throws as add().
   bool finish();
 
-  /// How far ahead of the samples fixes must be added so that each is used at the time where it belongs [s]: the
-  /// longest delay, and a second more if one is estimated. 0 without delays.
+  /// How far ahead of the samples fixes must be added so that each is used at its time of validity [s]. It is the
+  /// longest delay, and one second more if a delay is estimated. 0 without delays.
   double look_ahead() const;
 
   double time() const { return state().time; }
@@ -61,8 +61,9 @@ class Filter {
   const StateLayout& layout() const;
   const World& world() const;
   const FilterOptions& options() const;
-  const std::vector<std::string>& sources() const;  ///< names of the sources, by Innovation::source
-  /// The estimate advanced to the newest sample, for a display that cannot wait for the next one. Without covariance.
+  const std::vector<std::string>& sources() const;  ///< names of the sources, indexed by Innovation::source
+  /// The estimate advanced to the newest sample, without covariance: for a display that cannot wait for the next
+  /// sample.
   Estimate predicted() const;
   std::span<const Innovation> innovations() const;  ///< since the last call to clear_innovations()
   void clear_innovations();
@@ -72,7 +73,7 @@ class Filter {
   const KalmanFilter& kalman() const;
   KalmanFilter& kalman();
 
-  // In place, so that neither a copy nor an epoch needs the heap; its size is checked where it is known.
+  // In place, so that neither a copy nor an epoch needs the heap. filter_in_place.cpp checks the size.
   static constexpr std::size_t kSize = 200000;
   alignas(64) std::array<std::byte, kSize> storage_;
 };

@@ -10,8 +10,8 @@ struct FilterState {
   double time = 0;
   Estimate x;
   Covariance P;
-  /// The error of `x` as the measurements so far have it: the best estimate is x ⊞ mean. Zero in a filter that corrects
-  /// `x` itself; in one that is linearised about a reference, `x` is the reference.
+  /// Mean of the error of `x`, given the measurements so far: the best estimate is x ⊞ mean. It is zero in a filter
+  /// that corrects `x` itself. In a filter that is linearised about a reference, `x` is the reference.
   ErrorVector mean = {};
 };
 

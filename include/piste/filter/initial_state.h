@@ -1,5 +1,5 @@
 #pragma once
-/// The state with which a filter begins.
+/// The initial state of a filter.
 
 #include <optional>
 
@@ -8,21 +8,20 @@
 
 namespace piste {
 
-/// Time, estimate and covariance at the start. The covariance may be of the navigation blocks alone (9 × 9, order ρ, ν,
-/// θ); the other blocks then begin as the state table says, and its position is that of the first receiver's antenna:
-/// that of the IMU is less sure by attitude and lever arm. Or it is of the whole layout.
+/// Time, estimate and covariance at the start. The covariance is that of the whole layout, or of the navigation blocks
+/// alone (9 × 9, order ρ, ν, θ). In the latter case the other blocks have their initial variance from the state table.
+/// Its position is then that of the first receiver's antenna: the IMU's is less certain by attitude and lever arm.
 struct Start {
   double time = 0;
   Estimate x;
   Covariance covariance = Covariance::Identity(9, 9);
 };
 
-/// Sets what the options state of an estimate: the delays of the first sources, and mounting and contact of a vehicle.
-/// Every start needs this: an estimated delay is a whole delay, not what remains beside the known one.
+/// Sets the values of an estimate that the options state: the delays of the first sources, and mounting and contact of
+/// a vehicle. Every start needs this: an estimated delay is the whole delay, not the remainder beyond the known one.
 void set_known(Estimate& x, const FilterOptions& options);
 
-/// The covariance of a start for all blocks of the layout. A constant block has its prior, a process its variance at
-/// the start.
+/// The initial covariance of all blocks of the layout. A constant block has its prior, a process its initial variance.
 Covariance initial_covariance(const StateLayout& layout, const FilterOptions& options, const Start& start);
 
 }  // namespace piste

@@ -15,51 +15,51 @@ namespace piste {
 class History;    // src/filter/history.h
 class Reference;  // src/filter/reference.h
 
-/// What of a log a filter takes.
+/// The part of a log that a filter uses.
 struct LogPart {
   double end = 1e300;  ///< samples from this time on are left out
-  /// Samples of a rest are taken together, up to so long [s]: a body that stands tells as much by fewer. 0: one by one.
+  /// Samples at standstill are merged, up to this duration [s]: fewer samples are as informative there. 0: no merging.
   double rest_step = 0;
 };
 
-/// What a run keeps beside its solution.
+/// What a run stores besides its solution.
 enum class Keep {
   kNothing,
-  kHistory,      ///< what a smoother needs: some 400 bytes an epoch, and a kilobyte a fix
-  kWholeHistory  ///< the same with the estimates at all epochs, so that the rows of the solution may be changed
+  kHistory,      ///< what a smoother needs: some 400 bytes per epoch, and a kilobyte per fix
+  kWholeHistory  ///< the same with the estimates at all epochs, so that the rows of the solution may change
 };
 
 /// A filtered run, and what a smoother needs of it.
 struct FilterRun {
   Solution solution;
   std::size_t epochs = 0;  ///< IMU epochs that were filtered: the rows of the solution, unless about a reference
-  /// All that the filter did, for a smoother; null if it is not kept. Without rows that it can take from the solution.
+  /// Record of the run for a smoother; null if it is not kept. Rows that the solution holds are not stored twice.
   std::shared_ptr<const History> history = nullptr;
 };
 
-/// Called now and then with the fraction of the work that is done. May be empty.
+/// Called from time to time with the completed fraction of the work. May be empty.
 using ProgressCallback = std::function<void(double)>;
 
-/// A callback for a part of the work, from one fraction of the whole to another. Empty if `whole` is, which must
-/// outlive it.
+/// A callback for a part of the work, from one fraction of the whole to another. Empty if `whole` is empty. `whole`
+/// must outlive it.
 inline ProgressCallback part_of(const ProgressCallback& whole, double from, double to) {
   if (!whole) return {};
   return [&whole, from, to](double done) { whole(from + done * (to - from)); };
 }
 
-/// Takes the rows of a run as it goes, `kRowsAtOnce` at a time and fewer at the end. `first`: which row of the run the
-/// first of them is. They may be changed, and are gone afterwards.
+/// Takes the rows of a run while it proceeds: `kRowsAtOnce` at a time, and fewer at the end. `first`: index of the
+/// first of them in the run. The rows may be changed, and are discarded afterwards.
 using RowTaker = std::function<void(Solution& rows, std::size_t first)>;
 inline constexpr std::size_t kRowsAtOnce = 1024;  // some hundred kilobytes
 
-/// Filters a log, from the time of `start` on. The result has the same bytes as that of a Filter that is fed sample by
+/// Filters a log from the time of `start` on. The result has the same bytes as that of a Filter that is fed sample by
 /// sample.
-/// `part`: of the log, which samples.
-/// `reference`: a smoothed run of the same log about which this one is linearised (src/filter/reference.h), as far as
-/// it goes. If it goes to the end, the solution has no rows, as only a smoother tells what is better than the
-/// reference. `rows`: takes the rows of the solution, which then has none in the end. `scratch`: the folder of a file
-/// that has the history, which otherwise is in memory. Throws ConfigError if the options are not valid, DataError if
-/// the filter diverges.
+/// `part`: the samples of the log to use.
+/// `reference`: a smoothed run of the same log about which this run is linearised (src/filter/reference.h), as far as
+/// it extends. If it extends to the end, the solution has no rows: only a smoother improves on the reference.
+/// `rows`: takes the rows of the solution, which is empty in the end.
+/// `scratch`: folder of the file that holds the history; empty: memory.
+/// Throws ConfigError if the options are not valid, DataError if the filter diverges.
 FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& start, Keep keep = Keep::kNothing,
                      const ProgressCallback& progress = {}, const LogPart& part = {},
                      const std::shared_ptr<const Reference>& reference = nullptr, const RowTaker& rows = {},
