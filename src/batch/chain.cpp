@@ -106,7 +106,7 @@ class ChainLayer {
                             .elapsed = walker_.elapsed(time_),
                             .moved = at.delay + after,
                             .rate_variance = walker_.rate_variance(),
-                            .rate_beside = walker_.rate_beside(),
+                            .neighbour_rate = walker_.neighbour_rate(),
                             .rate_regression = walker_.rate_regression(),
                             .still = resting(),
                             .recent = motion_.at(x_.q_wb, walker_.options().sensor)});

@@ -52,7 +52,7 @@ struct ChainFix {
   std::size_t node = 0;
   ImuStep step;                                  ///< within which it is, as measured
   double into_step = 0, elapsed = 0, moved = 0;  ///< as MeasurementContext has them
-  Vector3d rate_variance, rate_beside;
+  Vector3d rate_variance, neighbour_rate;
   RateRegression rate_regression;
   bool still = false;
   RecentMotion recent;

@@ -235,7 +235,7 @@ Linearization BatchTerms::linearize(const ChainFix& fix, const Estimate& x) cons
                                    .elapsed = fix.elapsed,
                                    .moved = fix.moved,
                                    .recent = fix.recent,
-                                   .rate_beside = fix.rate_beside,
+                                   .neighbour_rate = fix.neighbour_rate,
                                    .rate_regression = &fix.rate_regression,
                                    .side = &chain_.nodes[fix.node].side};
   std::optional<Linearization> lin;

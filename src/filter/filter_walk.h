@@ -112,7 +112,7 @@ class FilterWalk {
                                      .recent = f_.motion_.at(now.x.q_wb, f_.options().sensor),
                                      // About a reference, the uncertainty of the delay is part of the linear problem.
                                      .delay_variance = f_.reference_ ? 0 : f_.variance_of(delay),
-                                     .rate_beside = walker.rate_beside(),
+                                     .neighbour_rate = walker.neighbour_rate(),
                                      .rate_regression = &walker.rate_regression()};
     std::optional<Linearization> lin = Type::linearize(fix, place.sensor, place.channel, context, now.x);
     if (!lin) return true;

@@ -247,7 +247,7 @@ class Live::Session {
     return true;
   }
 
-  LiveState of(const Filter& filter, const std::optional<HeadingBelief>& heading) const {
+  LiveState of(const Filter& filter, const std::optional<HeadingEstimate>& heading) const {
     const Estimate& x = filter.estimate();
     const Navigation here = navigation_of(log_.world, x);
     LiveState s{.time = filter.time(),

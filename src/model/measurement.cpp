@@ -45,7 +45,7 @@ BodyMotion MeasurementContext::motion(const Estimate& x) const {
 
 Vector3d MeasurementContext::rate_without_noise(const Estimate& x) const {
   if (still) return Vector3d::Zero();
-  const Vector3d beside = corrected_rate(rate_beside, x);
+  const Vector3d beside = corrected_rate(neighbour_rate, x);
   return rate_regression ? Vector3d(rate_regression->matrix() * beside) : beside;
 }
 

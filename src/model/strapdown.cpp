@@ -34,7 +34,7 @@ ImuStep make_step(const ImuSample* before, const ImuSample& now, const ImuSample
   return step;
 }
 
-Vector3d rate_beside(const ImuSample* before, const ImuSample& now, const ImuSample* after) {
+Vector3d neighbour_rate(const ImuSample* before, const ImuSample& now, const ImuSample* after) {
   const bool left = before && touches(*before, now), right = after && touches(now, *after);
   Vector3d sum = Vector3d::Zero();
   if (left) sum += before->dtheta / before->interval;

@@ -84,7 +84,7 @@ double HeadingSearch::apart(const Hypothesis& h, const Quaterniond& q_wn) const 
   return 2 * std::remainder(std::atan2(down, turn.w()), std::numbers::pi);
 }
 
-HeadingBelief HeadingSearch::heading() const {
+HeadingEstimate HeadingSearch::heading() const {
   const Quaterniond q_wn = local_level();
   double total = 0, within = 0;
   std::complex<double> mean = 0;

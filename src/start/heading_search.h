@@ -14,7 +14,7 @@
 namespace piste {
 
 /// A heading and its 1-sigma [rad]. 1.8 rad is no knowledge: the standard deviation of a uniform distribution is π/√3.
-struct HeadingBelief {
+struct HeadingEstimate {
   double value = 0, sigma = 0;
 };
 
@@ -35,7 +35,7 @@ class HeadingSearch {
   /// Whether one heading is left: all hypotheses agree, and the best is certain enough of its own.
   bool resolved() const;
   /// The heading in the local level, as the mean of all hypotheses. Its sigma includes their differences.
-  HeadingBelief heading() const;
+  HeadingEstimate heading() const;
   /// The filter of the most likely hypothesis, and the index of its start.
   const Filter& best() const { return all_[best_].filter; }
   std::size_t best_start() const { return all_[best_].start; }

@@ -135,8 +135,8 @@ class Walker {
   /// Variance of the gyroscopes' white noise in the mean rate of the sample.
   const Vector3d& rate_variance() const { return rate_variance_; }
   /// Mean rate of the previous and the next sample.
-  const Vector3d& rate_beside() const { return rate_beside_; }
-  /// Regression of the rate of a sample on rate_beside(), fitted to the samples so far.
+  const Vector3d& neighbour_rate() const { return neighbour_rate_; }
+  /// Regression of the rate of a sample on neighbour_rate(), fitted to the samples so far.
   const RateRegression& rate_regression() const { return rate_regression_; }
   /// Whether the body is stationary: standstill was detected, and not withdrawn after rejected updates.
   bool at_rest() const { return now_->at_rest && !rest_.withdrawn(); }
@@ -156,7 +156,7 @@ class Walker {
     const ImuSample& sample = *now_;
     noise_ = to.begin_sample(sample_noise_.of(sample, options().sensor));
     rate_variance_ = noise_.gyro / sample.interval;
-    rate_beside_ = piste::rate_beside(before_ ? &*before_ : nullptr, sample, after);
+    neighbour_rate_ = piste::neighbour_rate(before_ ? &*before_ : nullptr, sample, after);
     ImuStep whole = step(after, to.imu_scales(), to.estimate());
     const double begin = sample.time - sample.interval;
     if (to.time() > begin + kSameInstant) {  // the start is within this sample
@@ -170,7 +170,7 @@ class Walker {
       rest_.judge(measure<ZeroUpdates>(*fix, last, to), options().behaviour.rest);
     }
     measure_made(last, to);
-    if (!to.resting()) rate_regression_.add(sample, rate_beside_, to.estimate());
+    if (!to.resting()) rate_regression_.add(sample, neighbour_rate_, to.estimate());
     to.end_sample();
   }
 
@@ -230,7 +230,7 @@ class Walker {
   std::vector<double> delays_;  // of the sources, by the current estimate
   SampleNoise sample_noise_;
   StepNoise noise_;
-  Vector3d rate_variance_ = Vector3d::Zero(), rate_beside_ = Vector3d::Zero();
+  Vector3d rate_variance_ = Vector3d::Zero(), neighbour_rate_ = Vector3d::Zero();
   RateRegression rate_regression_;
   RestUpdates rest_;
   std::size_t late_ = 0;

@@ -443,7 +443,7 @@ TEST(Jacobians, EveryTypeOfTheList) {
                                          .elapsed = 1,
                                          .moved = 0.01,
                                          .recent = recent,
-                                         .rate_beside = raw.mean_rate() + (into - 0.5 * raw.dt) * raw.rate_slope};
+                                         .neighbour_rate = raw.mean_rate() + (into - 0.5 * raw.dt) * raw.rate_slope};
         for (int channel = 0; channel < static_cast<int>(Type::kChannels.size()); ++channel) {
           const auto model = [&](const Estimate& y) {
             return Type::linearize(fix, sensor, channel, context, y).value();

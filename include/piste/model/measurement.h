@@ -136,8 +136,8 @@ struct MeasurementContext {
   double elapsed = 0;      ///< s since the drift of the IMU's clock counts
   double moved = 0;        ///< s: the delay by which the fix was given its place among the samples
   RecentMotion recent = {};
-  double delay_variance = 0;                ///< of the estimated delay [s²]; 0 if it is known
-  Vector3d rate_beside = Vector3d::Zero();  ///< mean of the neighbouring samples (model/strapdown.h), as measured
+  double delay_variance = 0;                   ///< of the estimated delay [s²]; 0 if it is known
+  Vector3d neighbour_rate = Vector3d::Zero();  ///< mean of the neighbouring samples (model/strapdown.h), as measured
   const RateRegression* rate_regression = nullptr;  ///< of the rate on that of the neighbouring samples; null: none
   /// For a measurement with a kink, such as |v| at zero: the estimate that fixes the sign branch. Null: the estimate of
   /// the linearisation. A solver that iterates would not converge if the branch changed.

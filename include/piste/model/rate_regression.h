@@ -23,7 +23,7 @@ class RateRegression {
   /// s. Of noise alone, some 1/√n of n samples remains. After strong motion its rates count for several times as long.
   static constexpr double kMemory = 5;
 
-  /// Adds a sample and the mean rate of its neighbours as measured [rad/s] (rate_beside()), both corrected by the
+  /// Adds a sample and the mean rate of its neighbours as measured [rad/s] (neighbour_rate()), both corrected by the
   /// errors in `x`. A sample without an adjoining neighbour is left out.
   void add(const ImuSample& sample, const Vector3d& beside, const Estimate& x);
   /// G; the identity before the first sample.

@@ -33,7 +33,7 @@ ImuStep make_step(const ImuSample* before, const ImuSample& now, const ImuSample
 /// The mean rate of the neighbours of `now`, as measured: of both if both adjoin it, else of the one that does, else
 /// zero. The white noise of the mean of both is uncorrelated with that of the rate at any time within `now`: the
 /// neighbours' noises enter that rate equally, with opposite signs.
-Vector3d rate_beside(const ImuSample* before, const ImuSample& now, const ImuSample* after);
+Vector3d neighbour_rate(const ImuSample* before, const ImuSample& now, const ImuSample* after);
 
 /// Splits a step in two at `tau` seconds after its start. @pre 0 < tau < dt
 std::pair<ImuStep, ImuStep> split(const ImuStep& step, double tau);
