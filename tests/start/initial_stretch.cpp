@@ -47,6 +47,28 @@ TEST(InitialStretch, ARestIsAsInformativeByFewerSamples) {
   }
 }
 
+// The rows of the stretch replace those of the filter, and the smoother still processes the filter's own.
+TEST(InitialStretch, TheSmootherUsesTheFiltersOwnRows) {
+  const test::SyntheticRun s = rest_and_motion();
+  const double begin = s.log.imu.front().time;
+  const FoundStart found{s.start, "given", begin + 6};
+  const InitialStretch stretch = initial_stretch(s.log, s.options, found);
+  ASSERT_GT(stretch.rows.size(), 0u);
+  for (const double end : {begin + 4, begin + 10}) {  // within the stretch, and after it
+    const FilterRun run = filter_from(stretch, s.log, s.options, found, Keep::kHistory, {}, end);
+    const bool goes_on = end > *found.aligned;
+    const FilterRun plain = goes_on ? run_filter(s.log, s.options, without_alignment(s.log.world, found),
+                                                 Keep::kHistory, {}, {.end = end}, stretch.about)
+                                    : run_filter(s.log, s.options, s.start, Keep::kHistory, {}, {.end = end});
+    const std::size_t replaced = stretch.rows_of(run.solution);
+    ASSERT_EQ(replaced == run.solution.size(), !goes_on);
+    EXPECT_NE(run.solution.estimate(replaced / 2).p_wb, plain.solution.estimate(replaced / 2).p_wb);
+    const Solution a = smooth_rts(run), b = smooth_rts(plain);
+    ASSERT_EQ(a.size(), b.size());
+    for (std::size_t i = 0; i < a.size(); ++i) ASSERT_EQ(a.estimate(i).p_wb, b.estimate(i).p_wb) << "row " << i;
+  }
+}
+
 TEST(InitialStretch, ReplacesRowsByInterpolation) {
   const test::SyntheticRun s = rest_and_motion();
   const Solution all = smooth_rts(run_filter(s.log, s.options, s.start, Keep::kHistory));
