@@ -8,6 +8,7 @@
 #include "condition/spikes.h"
 #include "condition/spline.h"
 #include "core/row_gaps.h"
+#include "core/time_search.h"
 #include "imu_gaps.h"
 #include "piste/condition/pipeline.h"
 #include "piste/core/error.h"
@@ -39,8 +40,7 @@ double gps_time(const ImuConditioning& options, double first, double t) {
 
 // Whether the next sample of the magnetometer is used.
 bool is_due(const MagneticConditioning& options, const std::vector<MagneticSample>& samples, double time) {
-  constexpr double kSame = 1e-6;  // s: stamps that are even except for their last digit
-  return samples.empty() || time - samples.back().time > options.interval - kSame;
+  return samples.empty() || time - samples.back().time > options.interval - kSameInstant;
 }
 
 // Takes the rows out of the recording.

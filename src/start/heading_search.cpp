@@ -12,8 +12,6 @@
 namespace piste {
 namespace {
 
-constexpr double kNothingKnown = std::numbers::pi / std::numbers::sqrt3;
-
 // 1-sigma of the attitude about down, in the local level `q_wn`.
 double heading_sigma(const Filter& filter, const Quaterniond& q_wn) {
   const Vector3d down = q_wn * Vector3d::UnitZ();
@@ -97,7 +95,7 @@ HeadingEstimate HeadingSearch::heading() const {
   const double between = -2 * std::log(length);  // of a wrapped normal distribution (Mardia and Jupp 2000, 3.5.10)
   return {
       std::remainder(to_euler(q_wn.conjugate() * best().estimate().q_wb).z() + std::arg(mean), 2 * std::numbers::pi),
-      std::min(std::sqrt(within / total + between), kNothingKnown)};
+      std::min(std::sqrt(within / total + between), kUnknownHeading)};
 }
 
 bool HeadingSearch::resolved() const {

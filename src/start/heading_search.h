@@ -6,6 +6,7 @@
 /// looks decisive. So if the mean NIS per row of the best hypothesis exceeds one, the NIS of all is divided by it.
 
 #include <cstddef>
+#include <numbers>
 #include <span>
 #include <vector>
 
@@ -13,7 +14,10 @@
 
 namespace piste {
 
-/// A heading and its 1-sigma [rad]. 1.8 rad is no knowledge: the standard deviation of a uniform distribution is π/√3.
+/// 1-sigma of a heading of which nothing is known: that of a uniform distribution [rad].
+inline constexpr double kUnknownHeading = std::numbers::pi / std::numbers::sqrt3;
+
+/// A heading and its 1-sigma [rad], at most kUnknownHeading.
 struct HeadingEstimate {
   double value = 0, sigma = 0;
 };

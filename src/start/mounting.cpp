@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "condition/boresight.h"
+#include "core/time_search.h"
 #include "piste/math/statistics.h"
 #include "piste/math/units.h"
 #include "start/stretch.h"
@@ -35,7 +36,7 @@ Turns turns(const Log& log, const std::vector<AttitudeFix>& fixes, const Vector3
   for (std::size_t i = 0, next = 1; next < fixes.size(); ++next) {
     const AttitudeFix &from = fixes[i], &to = fixes[next];
     const double lapse = to.time - from.time;
-    if (lapse < kStep - 1e-6) continue;
+    if (lapse < kStep - kSameInstant) continue;
     const std::size_t first = std::exchange(i, next);
     if (lapse > kLongestTurn) continue;
     const auto spoilt = [](const ImuSample& s) { return s.gap || s.clipped_gyro != 0; };

@@ -1,8 +1,7 @@
 #include "piste/start/start.h"
 
-#include <numbers>
-
 #include "piste/core/error.h"
+#include "start/heading_search.h"
 #include "start/start_heading.h"
 #include "start/start_motion.h"
 #include "start/start_place.h"
@@ -44,9 +43,9 @@ FoundStart find_start_of_body(const Log& log, const FilterOptions& options, cons
 }  // namespace
 
 Start without_alignment(const World& world, const FoundStart& found) {
-  constexpr double kTilt = 0.5, kAnyHeading = std::numbers::pi / std::numbers::sqrt3;  // rad: uninformative
+  constexpr double kTilt = 0.5;  // rad: uninformative
   Start start = found.start;
-  if (found.aligned) set_attitude_sigma(world, start, {kTilt, kTilt, kAnyHeading});
+  if (found.aligned) set_attitude_sigma(world, start, {kTilt, kTilt, kUnknownHeading});
   return start;
 }
 

@@ -16,6 +16,7 @@
 #include "piste/start/attitude_noise.h"
 #include "piste/start/initial_stretch.h"
 #include "smoother/relinearise.h"
+#include "start/heading_search.h"
 #include "trial/true_estimate.h"
 #include "walker/fix_queue.h"
 
@@ -222,9 +223,8 @@ Start drawn_start(const Scenario& s, const FilterOptions& options, const Estimat
 // The prior if the heading must be estimated: only position and velocity are roughly known.
 Covariance nothing_known() {
   constexpr double kPosition = 10, kVelocity = 10, kTilt = 0.2;
-  const double heading = std::numbers::pi / std::numbers::sqrt3;  // sigma of a uniform distribution
   Eigen::Matrix<double, 9, 1> sigma;
-  sigma << Vector3d::Constant(kPosition), Vector3d::Constant(kVelocity), kTilt, kTilt, heading;
+  sigma << Vector3d::Constant(kPosition), Vector3d::Constant(kVelocity), kTilt, kTilt, kUnknownHeading;
   return sigma.cwiseAbs2().asDiagonal();
 }
 

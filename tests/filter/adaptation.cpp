@@ -10,6 +10,7 @@
 #include <string>
 #include <string_view>
 
+#include "filter/kalman_filter.h"
 #include "piste/filter/run.h"
 #include "support/random.h"
 #include "support/simulated_case.h"
@@ -24,12 +25,12 @@ using test::make_case;
 using test::SyntheticRun;
 
 // A filter that adapts, but whose factors cannot leave 1, at the end of the log.
-Filter filtered(const SyntheticRun& run, double gyro, double accel) {
+KalmanFilter filtered(const SyntheticRun& run, double gyro, double accel) {
   FilterOptions options = run.options;
   options.sensor.gyro.noise *= gyro;
   options.sensor.accel.noise *= accel;
   options.adapt = AdaptationOptions{.within = 1 + 1e-12};
-  Filter filter(options, run.log.world, run.start);
+  KalmanFilter filter(options, run.log.world, run.start);
   for (std::size_t r = 0; r < run.log.gnss.size(); ++r) {
     for (const GnssFix& fix : run.log.gnss[r]) filter.add(static_cast<int>(r), fix);
   }
@@ -49,7 +50,7 @@ TEST(Adaptation, SensitivityIsTheDifferenceOfTwoFilters) {
   }
   run.options.behaviour.trust.gate = 1 - 1e-15;
   const double step = 1e-3;  // of ln θ, where θ is a variance
-  const Filter middle = filtered(run, 1, 1);
+  const KalmanFilter middle = filtered(run, 1, 1);
   for (int triad = 0; triad < 2; ++triad) {
     const auto changed = [&](double by) {
       const double factor = std::exp(0.5 * by);
@@ -197,7 +198,7 @@ TEST(Adaptation, SigmasAreFarNearerTheTruth) {
 
 TEST(Adaptation, OffItKeepsNothing) {
   const SyntheticRun run = test::synthetic_run(3, {});
-  const Filter filter(run.options, run.log.world, run.start);
+  const KalmanFilter filter(run.options, run.log.world, run.start);
   EXPECT_FALSE(filter.adaptation().on());
   EXPECT_EQ(filter.adaptation().variance_of(0), 1);
   EXPECT_TRUE(run_filter(run.log, run.options, run.start).solution.adapted.names.empty());

@@ -188,7 +188,7 @@ TEST(Predict, ABodyThatStandsReadsMeanGravity) {
   options.sensor = sensor();
   options.estimate.clear();
   options.behaviour.rest.interval = 10;  // longer than the test, which wants no updates
-  Filter filter(options, world, Start{});
+  KalmanFilter filter(options, world, Start{});
   LastStep last;
   FilterWalk walk(filter, last);
   const Vector3d gravity = world.gravity(Vector3d::Zero()).value;

@@ -51,7 +51,7 @@ class Batch {
  public:
   /// The whole run of a filter.
   Batch(const SyntheticRun& s, const StateLayout& layout) : layout_(layout) {
-    Filter filter(s.options, s.log.world, s.start);
+    KalmanFilter filter(s.options, s.log.world, s.start);
     const int n = layout.size();
     offset_.setZero(n);
     A_.setZero(n, 0);

@@ -73,7 +73,7 @@ inline SyntheticRun synthetic_run(double duration, const std::vector<Block>& est
   run.start.x.p_wb = truth.p_wb + random.vector(0.3);
   run.start.x.v_wb = truth.v_wb;
   run.start.x.lever_arm = lever_arm;
-  run.start.covariance = Matrix9d::Zero();
+  run.start.covariance = Eigen::Matrix<double, 9, 9>::Zero();
   run.start.covariance.diagonal() << Vector3d::Constant(0.1), Vector3d::Constant(0.01), Vector3d(4e-4, 4e-4, 2e-3);
   return run;
 }
