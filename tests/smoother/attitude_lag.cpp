@@ -9,10 +9,10 @@
 namespace piste {
 namespace {
 
-using Correlation = std::function<double(double lag)>;
+using CorrelationOfLag = std::function<double(double lag)>;
 
 // Pairs over 400 s, sigmas of 1 to 3 mrad that change from epoch to epoch.
-std::vector<AttitudeLag> lags(const Correlation& level, const Correlation& heading) {
+std::vector<AttitudeLag> lags(const CorrelationOfLag& level, const CorrelationOfLag& heading) {
   const auto sigma = [](int i) { return Vector3d(1e-3, 2e-3, 1e-3 * (2 + std::sin(i))); };
   std::vector<AttitudeLag> all;
   for (int late = 0; late <= 400; late += 25) {
@@ -34,7 +34,7 @@ std::vector<AttitudeLag> lags(const Correlation& level, const Correlation& headi
   return all;
 }
 
-Correlation gauss_markov(double tau) {
+CorrelationOfLag gauss_markov(double tau) {
   return [tau](double lag) { return std::exp(-lag / tau); };
 }
 
@@ -52,13 +52,13 @@ TEST(AttitudeLag, OneTimeForLevelAndHeading) {
 }
 
 TEST(AttitudeLag, AnErrorThatStaysHasTheLongestLag) {
-  const Correlation stays = [](double) { return 1.0; };
+  const CorrelationOfLag stays = [](double) { return 1.0; };
   EXPECT_EQ(correlation_time(lags(stays, stays)), 400);
 }
 
 // Half of it fades in a few seconds and half stays: neither alone is the answer.
 TEST(AttitudeLag, AnErrorOfTwoParts) {
-  const Correlation both = [](double lag) { return 0.5 + 0.5 * std::exp(-lag / 5); };
+  const CorrelationOfLag both = [](double lag) { return 0.5 + 0.5 * std::exp(-lag / 5); };
   const double tau = correlation_time(lags(both, both));
   EXPECT_GT(tau, 100);
   EXPECT_LE(tau, 400);
