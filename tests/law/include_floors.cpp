@@ -130,7 +130,7 @@ TEST(IncludeFloors, CatchesWhatIsWrong) {
   EXPECT_EQ(violations("model", "#include \"piste/io/csv.h\"\n").size(), 1U) << "sideways";
   EXPECT_EQ(violations("report", "  #  include <piste/piste.h>\n").size(), 1U) << "the front door from inside";
   EXPECT_EQ(violations("math", "#include \"piste/attic/box.h\"\n").size(), 1U) << "unknown folder";
-  EXPECT_EQ(violations("solve", "#include \"../core/log.h\"\n#include \"report/charts.h\"\n").size(), 2U)
+  EXPECT_EQ(violations("filter", "#include \"../core/log.h\"\n#include \"report/charts.h\"\n").size(), 2U)
       << "private ways";
 }
 

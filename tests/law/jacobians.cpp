@@ -383,7 +383,7 @@ ParityFix some_fix(const Estimate&, Random&) {
 std::vector<ImuSensor> some_units() {
   std::vector<ImuSensor> imus(3);
   double factor = 1;
-  for (ImuSensor& unit : units) {
+  for (ImuSensor& unit : imus) {
     for (TriadErrors* triad : {&unit.gyro, &unit.accel}) {
       triad->noise = 1e-3 * factor;
       triad->bias = 0.01 / factor;
@@ -392,7 +392,7 @@ std::vector<ImuSensor> some_units() {
       factor *= 1.3;
     }
   }
-  return units;
+  return imus;
 }
 
 // What the filter calls, channel by channel, with every block estimated, and fixes that belong 60 to 120 ms or, of the

@@ -147,7 +147,7 @@ Eigen::MatrixXd to_stacked(const StateLayout& layout, const std::vector<ImuSenso
 void expect_equal(DriftProcess::Kind drift, const Axes& axes) {
   Random random(7);
   FilterOptions options;
-  options.imus = units(drift);
+  options.imus = imus(drift);
   options.unit_axes = {axes.begin(), axes.end()};
   options.sensor = mean_sensor(options.imus);
   options.estimate = with_implied_blocks(options, {kKinds.begin(), kKinds.end()});
@@ -250,7 +250,7 @@ TEST(SeveralImus, ThatAreTurnedAreTheFilterOverStackedOutputs) {
 
 FilterOptions options_with(const Axes& axes) {
   FilterOptions options;
-  options.imus = units(DriftProcess::Kind::kGaussMarkov);
+  options.imus = imus(DriftProcess::Kind::kGaussMarkov);
   options.unit_axes = {axes.begin(), axes.end()};
   return options;
 }
@@ -323,7 +323,7 @@ TEST(SeveralImus, ScalesActOnAStepAsDifferencesSay) {
 }
 
 TEST(SeveralImus, OfUnitsThatAreAlikeTheMeanHasOneOverRootOfTheErrors) {
-  std::vector<ImuSensor> alike(4, units(DriftProcess::Kind::kGaussMarkov)[1]);
+  std::vector<ImuSensor> alike(4, imus(DriftProcess::Kind::kGaussMarkov)[1]);
   const ImuSensor mean = mean_sensor(alike);
   EXPECT_NEAR(mean.gyro.noise, alike[0].gyro.noise / 2, 1e-15);
   EXPECT_NEAR(mean.accel.bias, alike[0].accel.bias / 2, 1e-15);
