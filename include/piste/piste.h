@@ -93,6 +93,7 @@
 #include "piste/files/tuning.h"
 #include "piste/filter/filter.h"
 #include "piste/filter/run.h"
+#include "piste/filter/update.h"
 #include "piste/io/log_io.h"
 #include "piste/io/solution_io.h"
 #include "piste/live/live.h"

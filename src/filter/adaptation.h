@@ -24,9 +24,9 @@
 #include <string>
 #include <vector>
 
-#include "filter/update.h"
 #include "model/dynamics.h"
 #include "piste/core/options.h"
+#include "piste/filter/update.h"
 #include "piste/model/measurement_list.h"
 
 namespace piste {

@@ -7,9 +7,9 @@
 #include <optional>
 #include <vector>
 
-#include "filter/update.h"
 #include "piste/core/behaviour.h"
 #include "piste/core/solution.h"
+#include "piste/filter/update.h"
 #include "piste/model/measurement_list.h"
 
 namespace piste {

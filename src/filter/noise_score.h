@@ -57,8 +57,8 @@
 #include <array>
 #include <optional>
 
-#include "filter/update.h"
 #include "piste/core/options.h"
+#include "piste/filter/update.h"
 
 namespace piste {
 

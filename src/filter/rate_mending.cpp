@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "filter/update.h"
+#include "piste/filter/update.h"
 
 namespace piste {
 namespace {

@@ -64,6 +64,7 @@ const Exported kExported[] = {
     {"piste/live/live.h", address(+[](const piste::Live& live) { return live.late(); })},
     {"piste/start/initial_stretch.h", address(piste::initial_stretch)},
     {"piste/filter/run.h", address(piste::run_filter)},
+    {"piste/filter/update.h", address(piste::innovate)},
     {"piste/smoother/rts.h", address(piste::smooth_rts)},
     {"piste/start/start.h", address(piste::find_start)},
 };

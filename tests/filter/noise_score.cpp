@@ -10,8 +10,8 @@
 #include <random>
 #include <vector>
 
-#include "filter/update.h"
 #include "model/imu_errors.h"
+#include "piste/filter/update.h"
 #include "piste/math/so3.h"
 #include "piste/math/statistics.h"
 #include "support/random.h"

@@ -1,4 +1,4 @@
-#include "filter/update.h"
+#include "piste/filter/update.h"
 
 #include <gtest/gtest.h>
 

@@ -4,9 +4,9 @@
 
 #include <array>
 
-#include "filter/update.h"
 #include "model/dynamics.h"
 #include "piste/filter/initial_state.h"
+#include "piste/filter/update.h"
 #include "piste/model/imu_parity.h"
 #include "support/random.h"
 

@@ -1,5 +1,6 @@
 #pragma once
-/// The Kalman update by one measurement, and its adjoint for the smoother.
+/// The Kalman update by one measurement, also for a sensor that piste does not know (examples/own_sensor), and its
+/// adjoint for the smoother.
 
 #include "piste/model/measurement.h"
 
