@@ -98,7 +98,7 @@ std::unique_ptr<Run> replayed(const Configuration& configuration, bool judged, c
     run->verdict = judged ? diagnose(r.log, r.options, run->config.initial, r.found, filtered, smoothed,
                                      [&](double part) { told("verdict", part); })
                           : judge(r.log, r.options, filtered, smoothed);
-    run->replay.filtered.history.clear();
+    run->replay.filtered.history.reset();
     const std::chrono::duration<double> wall_s = std::chrono::steady_clock::now() - wall;
     run->times = {static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC, wall_s.count()};
     return run;

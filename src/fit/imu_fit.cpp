@@ -9,9 +9,9 @@
 
 #include "fit/reference_errors.h"
 #include "math/linear_algebra.h"
+#include "model/imu_errors.h"
 #include "piste/core/error.h"
 #include "piste/math/interruption.h"
-#include "model/imu_errors.h"
 
 namespace piste {
 namespace {
