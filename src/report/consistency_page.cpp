@@ -140,8 +140,9 @@ std::string accuracy_plots(const ConsistencyReport& report) {
     TimePlot plot(report.grid, fmt::format("RMSE of {}, three axes together", row.name), fmt::format("[{}]", row.unit),
                   fmt::format("RMSE of {} over time against its bound and the claimed sigma", row.name));
     for (const auto& [name, e] : estimators(report)) {
-      const auto line = [&, &name = name, &e = e](double BlockAccuracy::*term, const char* what, Plot::Stroke stroke) {
-        plot.line(over_time(e->accuracy[b], term, row.factor), colour_of(name), name + what, stroke);
+      const auto line = [&, &label = name, &errors = e](double BlockAccuracy::*term, const char* what,
+                                                        Plot::Stroke stroke) {
+        plot.line(over_time(errors->accuracy[b], term, row.factor), colour_of(label), label + what, stroke);
       };
       line(&BlockAccuracy::rmse, " RMSE", Plot::Stroke::kSolid);
       line(&BlockAccuracy::bound, " bound", Plot::Stroke::kDashed);
