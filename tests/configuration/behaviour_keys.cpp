@@ -93,7 +93,7 @@ TEST(BehaviourKeys, OutOfRangeAreRefusedWithTheRange) {
       {"spikes: {mend: maybe}", "run.yaml:2: mend: `maybe` is none of", "true, false"},
   };
   for (const auto& [text, problem, remedy] : cases) {
-    const std::string message = message_of<ConfigError>([text = text] { behaviour_of(text + "\n"); });
+    const std::string message = message_of<ConfigError>([yaml = text] { behaviour_of(yaml + "\n"); });
     EXPECT_TRUE(contains(message, problem)) << text << ": " << message;
     EXPECT_TRUE(contains(message, remedy)) << text << ": " << message;
   }
