@@ -12,7 +12,7 @@ ImuOutputs imu_outputs(const Log& log, const std::vector<ImuSensor>& imus, Triad
   const auto parity_of = [gyro](const ParityFix& fix) -> const std::optional<Parity>& {
     return gyro ? fix.gyro : fix.accel;
   };
-  // Mean and parities as they are made of the imus, and back.
+  // Mean and parities as they are made of the IMUs, and back.
   const auto count = static_cast<Eigen::Index>(imus.size());
   const ImuVector noise = imu_noise(imus, triad);
   Eigen::MatrixXd made(count, count);

@@ -12,11 +12,11 @@ namespace piste {
 
 using Outputs = Eigen::Matrix<double, 3, Eigen::Dynamic>;  ///< a column for each window, in b
 
-/// The outputs of one triad in the windows that all imus tell, at the place of the first.
+/// The outputs of one triad in the windows that all IMUs have, at the place of the first.
 struct ImuOutputs {
   std::vector<double> time;       ///< of each window [s]
   std::vector<Vector3d> rate;     ///< of the mean IMU in it
-  std::vector<Outputs> of_units;  ///< without their means: offsets say nothing of how imus are mounted
+  std::vector<Outputs> of_units;  ///< without their means: offsets say nothing of how IMUs are mounted
   double duration = 0;            ///< of a window [s]
 };
 

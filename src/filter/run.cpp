@@ -72,7 +72,7 @@ FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& 
   };
   if (keep != Keep::kNothing) {
     auto history = std::make_shared<History>(scratch);
-    // About a reference the rows will be replaced, as only a smoother improves on the reference.
+    // The rows of the initial stretch, which is about a reference, are replaced (start/initial_stretch.h).
     const bool all_own = rows || !has_rows || keep == Keep::kWholeHistory;
     const double about_until = reference ? reference->last_time() : -kForever;
     history->begin(filter, all_own ? kForever : about_until);

@@ -73,7 +73,7 @@ class Filter {
   const KalmanFilter& kalman() const;
   KalmanFilter& kalman();
 
-  // In place, so that neither a copy nor an epoch needs the heap. filter_in_place.cpp checks the size.
+  // The private parts, in place instead of on the heap. filter_in_place.cpp checks the size.
   static constexpr std::size_t kSize = 200000;
   alignas(64) std::array<std::byte, kSize> storage_;
 };

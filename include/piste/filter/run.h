@@ -33,7 +33,7 @@ enum class Keep {
 struct FilterRun {
   Solution solution;
   std::size_t epochs = 0;  ///< IMU epochs that were filtered: the rows of the solution, unless about a reference
-  /// Record of the run for a smoother; null if it is not kept. Rows that the solution holds are not stored twice.
+  /// Record of the run for a smoother; null if it is not kept. Rows that the solution holds unchanged are stored once.
   std::shared_ptr<const History> history = nullptr;
 };
 
