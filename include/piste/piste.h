@@ -70,6 +70,7 @@
 #include "piste/core/log.h"
 #include "piste/core/options.h"
 #include "piste/core/sensor.h"
+#include "piste/core/sensor_class.h"
 #include "piste/core/solution.h"
 #include "piste/core/version.h"
 

@@ -176,7 +176,7 @@ bool hardly_differ(const ImuErrors& a, const ImuErrors& b, double time) {
 void sum_up(Chain& chain, std::size_t i, bool known, ProcessSteps& processes) {
   ChainInterval& interval = chain.intervals[i];
   Preintegration sum(chain.nodes[i].x);
-  if (known) interval.sum.by_imu.rightCols<6>().setZero();
+  if (known) interval.sum.by_imu.rightCols<kImuErrorSize - kConstantErrors>().setZero();
   for (std::size_t k = interval.first; k < interval.last; ++k) {
     const ChainStep& s = chain.steps[k];
     processes.over(s.step.dt);

@@ -15,13 +15,14 @@ namespace {
   throw DataError("batch", "a covariance is not positive definite: is a block estimated that has no error?");
 }
 
-using ImuChange = Eigen::Matrix<double, 18, 1>;
-
 // By how much the errors of the IMU differ, in the order of the columns of a sum.
-ImuChange imu_change(const Estimate& now, const Estimate& before) {
-  ImuChange change;
-  change << now.gyro_bias - before.gyro_bias, now.accel_bias - before.accel_bias, now.gyro_drift - before.gyro_drift,
-      now.accel_drift - before.accel_drift, now.gyro_scale - before.gyro_scale, now.accel_scale - before.accel_scale;
+ImuErrorVector imu_change(const Estimate& now, const Estimate& before) {
+  ImuErrorVector change;
+  int row = 0;
+  for (const ImuErrorBlock& b : kImuErrorBlocks) {
+    change.segment(row, b.size()) = additive(now, b.block) - additive(before, b.block);
+    row += b.size();
+  }
   return change;
 }
 
@@ -54,11 +55,11 @@ void put_whitened(const Linearization& lin, const Matrix3d& W, const Offsets& of
     const Linearization::Term& term = lin.term(i);
     const int offset = offsets[static_cast<std::size_t>(term.block)];
     if (offset < 0) continue;
-    for (int k = 0; k < info(term.block).size; ++k) {
+    for (int k = 0; k < term.size(); ++k) {
       for (int row = 0; row < lin.rows; ++row) {
         double sum = 0;
         for (int j = 0; j <= row; ++j) sum -= W(row, j) * term.jacobian(j, k);
-        out(offset + k, row) = sum;
+        out(offset + term.column + k, row) = sum;
       }
     }
   }
@@ -116,14 +117,14 @@ BatchTerm compare_ends(const BatchLayout& layout, const FilterOptions& options, 
   out.by_first.topLeftCorner<9, 9>() = r.by_start;
   out.by_second.topLeftCorner<9, 9>() = r.by_end;
   int column = 0;
-  for (const Block b : ImuSum::kImuErrors) {
-    if (const int offset = layout.constant.offset(b); offset >= 0) {
-      out.by_constant.block<9, 3>(0, offset) = r.by_imu.middleCols<3>(column);
+  for (const ImuErrorBlock& b : kImuErrorBlocks) {
+    if (const int offset = layout.constant.offset(b.block); offset >= 0) {
+      out.by_constant.block(0, offset, 9, b.size()) = r.by_imu.middleCols(column, b.size());
     }
-    if (const int offset = layout.node.offset(b); offset >= 0) {
-      out.by_first.block<9, 3>(0, offset) = r.by_imu.middleCols<3>(column);
+    if (const int offset = layout.node.offset(b.block); offset >= 0) {
+      out.by_first.block(0, offset, 9, b.size()) = r.by_imu.middleCols(column, b.size());
     }
-    column += 3;
+    column += b.size();
   }
   for (const Block b : layout.node.blocks) {
     if (is_navigation(b)) continue;
@@ -278,14 +279,14 @@ double BatchTerms::tie(std::size_t i, const Estimate& start, const Estimate& end
   F.topLeftCorner<9, 9>() = t.by_start;
   B.row(g).head<9>() = t.shift.transpose();
   int column = 0;
-  for (const Block b : ImuSum::kImuErrors) {
-    if (const int at = of_constant_[static_cast<std::size_t>(b)]; at >= 0) {
-      B.block<3, 9>(at, 0) = t.by_imu.middleCols<3>(column).transpose();
+  for (const ImuErrorBlock& b : kImuErrorBlocks) {
+    if (const int at = of_constant_[static_cast<std::size_t>(b.block)]; at >= 0) {
+      B.block(at, 0, b.size(), 9) = t.by_imu.middleCols(column, b.size()).transpose();
     }
-    if (const int at = of_node_[static_cast<std::size_t>(b)]; at >= 0) {
-      F.block<9, 3>(0, at) = t.by_imu.middleCols<3>(column);
+    if (const int at = of_node_[static_cast<std::size_t>(b.block)]; at >= 0) {
+      F.block(0, at, 9, b.size()) = t.by_imu.middleCols(column, b.size());
     }
-    column += 3;
+    column += b.size();
   }
   const auto process = processes_[i];
   for (const Block b : layout_.node.blocks) {

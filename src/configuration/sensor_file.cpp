@@ -66,6 +66,7 @@ TriadErrors read_triad(const Config& config, const TriadUnits& units) {
   errors.bias = config.magnitude("bias", units.value, 0);
   if (const auto drift = config.find_map("drift")) errors.drift = read_drift(*drift, units);
   errors.scale = config.magnitude("scale", dimension::kRatio, 0);
+  errors.cross_axis = config.magnitude("cross_axis", dimension::kRatio, 0);
   errors.range = config.magnitude("range", units.value, 0);
   return errors;
 }
@@ -90,6 +91,9 @@ std::string triad_text(std::string_view name, const TriadErrors& errors, const T
       fmt::format("{}:\n  noise: {}\n  bias: {}\n  drift: {}\n  scale: {}\n", name, noise_text(errors, units),
                   format_quantity(errors.bias, units.value_unit, units.value), drift_text(errors.drift, units),
                   format_quantity(errors.scale, "ppm", dimension::kRatio));
+  if (errors.cross_axis > 0) {
+    text += fmt::format("  cross_axis: {}\n", format_quantity(errors.cross_axis, "ppm", dimension::kRatio));
+  }
   if (errors.range > 0) {
     text += fmt::format("  range: {}\n", format_quantity(errors.range, units.value_unit, units.value));
   }
@@ -121,7 +125,9 @@ ImuSensor read_sensor(const std::filesystem::path& file) { return read_sensor(Co
 ImuSensor read_sensor(const Config& config) {
   ImuSensor sensor;
   sensor.name = config.text("name");
-  sensor.gyro = read_triad(config.map("gyro"), kGyroUnits);
+  const Config gyro = config.map("gyro");
+  sensor.gyro = read_triad(gyro, kGyroUnits);
+  sensor.gyro_g_sensitivity = gyro.magnitude("g_sensitivity", dimension::kGSensitivity, 0);
   sensor.accel = read_triad(config.map("accel"), kAccelUnits);
   config.finish();
   return sensor;
@@ -145,14 +151,19 @@ ImuSensor rounded(ImuSensor sensor, int digits) {
     for (double* value : {&triad->bias, &triad->drift.sigma}) round(*value, units->value_unit, units->value, digits);
     round(triad->drift.density, units->drift_unit, units->drift, digits);
     round(triad->drift.correlation_time, "s", dimension::kTime, digits);
+    round(triad->cross_axis, "ppm", dimension::kRatio, digits);
     round(triad->range, units->value_unit, units->value, 4);
   }
   return sensor;
 }
 
 std::string sensor_text(const ImuSensor& sensor) {
-  return fmt::format("name: {}\n", yaml_text(sensor.name)) + triad_text("gyro", sensor.gyro, kGyroUnits) +
-         triad_text("accel", sensor.accel, kAccelUnits);
+  std::string text = fmt::format("name: {}\n", yaml_text(sensor.name)) + triad_text("gyro", sensor.gyro, kGyroUnits);
+  if (sensor.gyro_g_sensitivity > 0) {
+    text += fmt::format("  g_sensitivity: {}\n",
+                        format_quantity(sensor.gyro_g_sensitivity, "deg/s/g", dimension::kGSensitivity));
+  }
+  return text + triad_text("accel", sensor.accel, kAccelUnits);
 }
 
 }  // namespace piste

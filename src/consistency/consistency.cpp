@@ -184,6 +184,7 @@ void Consistency::add(Sums& sums, const std::vector<ErrorSample>& samples, std::
 
 void Consistency::add_innovations(const ComparedRun& run) {
   std::vector<std::optional<Vector3d>> before(sources_.size());
+  std::vector<std::pair<double, double>> own(sources_.size());  // of this run: count, and sum of the NIS
   for (const Innovation& v : run.innovations) {
     if (!grid_.cruise.contains(v.time)) continue;
     double* sums = &source_sums_[index(v.source) * kSourceTerms];
@@ -191,6 +192,8 @@ void Consistency::add_innovations(const ComparedRun& run) {
     ++sums[kCount];
     sums[kRejected] += was_used(v.outcome) ? 0 : 1;
     sums[kNis] += v.nis / v.dof;
+    own[index(v.source)].first += 1;
+    own[index(v.source)].second += v.nis / v.dof;
     Vector3d z = Vector3d::Zero();
     z.head(v.dof) = v.residual.head(v.dof).cwiseQuotient(v.sigma.head(v.dof));
     auto& last = before[index(v.source)];
@@ -202,6 +205,14 @@ void Consistency::add_innovations(const ComparedRun& run) {
       }
     }
     last = z;
+  }
+  for (std::size_t s = 0; s < own.size(); ++s) {
+    if (own[s].first == 0) continue;
+    const double mean = own[s].second / own[s].first;
+    double* sums = &source_sums_[s * kSourceTerms];
+    ++sums[kRunsSeen];
+    sums[kRunNis] += mean;
+    sums[kRunSquare] += mean * mean;
   }
 }
 

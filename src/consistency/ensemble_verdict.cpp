@@ -15,10 +15,9 @@
 namespace piste {
 
 std::string consistency_verdict(const ConsistencyReport& report) {
-  const std::string band = fmt::format("{} band", percent(report.probability));
   if (report.consistent()) {
-    return fmt::format("Consistent: over {} runs, under way, the NEES of every group lies within its {}.", report.runs,
-                       band);
+    return fmt::format("Consistent: over {} runs, under way, the NEES of every group is 1, as far as they tell ({}).",
+                       report.runs, percent(report.probability));
   }
   std::vector<std::string> reasons;
   constexpr auto kSeen = static_cast<std::size_t>(Phase::kUnderWay);
@@ -31,8 +30,8 @@ std::string consistency_verdict(const ConsistencyReport& report) {
     const std::size_t more = outside.size() - std::min(outside.size(), kNamed);
     outside.resize(outside.size() - more);
     if (more > 0) outside.back() += fmt::format(" and {} more", more);
-    reasons.push_back(fmt::format("over {} runs, under way, the NEES of {} lies outside its {}", report.runs,
-                                  fmt::join(outside, ", "), band));
+    reasons.push_back(fmt::format("over {} runs, under way, the NEES of {} is not 1 ({})", report.runs,
+                                  fmt::join(outside, ", "), percent(report.probability)));
   }
   if (!report.failures.empty()) {
     reasons.push_back(fmt::format("{} of {} runs failed", report.failures.size(),

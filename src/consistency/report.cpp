@@ -26,6 +26,47 @@ BlockAccuracy root_mean(const BlockAccuracy& sum, double count) {
           std::sqrt(sum.rmse / sum.bound), kNaN};
 }
 
+constexpr double kSmallNees = 0.05, kSmallNis = 0.02;  // differences from 1 that nobody would act on
+constexpr Band kFairAtRest{0.8, 1.25};
+
+struct Judged {
+  double mean, standard_error;
+  MeanTest* test;
+  bool small;
+};
+
+void judge(const std::vector<Judged>& all, double runs, double probability) {
+  std::vector<double> p;
+  p.reserve(all.size());
+  for (const Judged& j : all) {
+    const bool known = runs > 1 && j.standard_error > 0;
+    p.push_back(known ? student_two_sided(std::abs(j.mean - 1) / j.standard_error, runs - 1) : kNaN);
+  }
+  p = holm(std::move(p));
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    *all[i].test = {p[i], all[i].small || !(p[i] < 1 - probability)};
+  }
+}
+
+void judge(ConsistencyReport& report) {
+  const auto groups = [&](std::initializer_list<Phase> phases, auto&& small) {
+    std::vector<Judged> all;
+    for (EstimatorConsistency* estimator : {&report.filter, &report.smoother}) {
+      for (const Phase phase : phases) {
+        for (GroupConsistency& g : estimator->groups[index(phase)])
+          all.push_back({g.nees, g.standard_error, &g.test, small(g.nees)});
+      }
+    }
+    judge(all, report.runs, report.probability);
+  };
+  groups({Phase::kUnderWay}, [](double nees) { return std::abs(nees - 1) < kSmallNees; });
+  groups({Phase::kRest, Phase::kRestAfter}, [](double nees) { return kFairAtRest.contains(nees); });
+  std::vector<Judged> sources;
+  for (SourceConsistency& s : report.sources)
+    sources.push_back({s.nis, s.standard_error, &s.test, std::abs(s.nis - 1) < kSmallNis});
+  judge(sources, report.runs, report.probability);
+}
+
 }  // namespace
 
 bool SourceConsistency::white() const {
@@ -33,12 +74,12 @@ bool SourceConsistency::white() const {
                      [this](double r) { return std::abs(r) < autocorrelation_band; });
 }
 
-std::vector<std::string> ConsistencyReport::outside() const {
+std::vector<std::string> ConsistencyReport::outside(Phase phase) const {
   std::vector<std::string> out;
   const auto judge = [&](const EstimatorConsistency& estimator, const std::string& name) {
-    const auto& found = estimator.groups[index(Phase::kUnderWay)];
+    const auto& found = estimator.groups[index(phase)];
     for (std::size_t g = 0; g < found.size(); ++g) {
-      if (!bands[g].contains(found[g].nees)) out.push_back(name + " " + groups[g].name);
+      if (!found[g].test.holds) out.push_back(name + " " + groups[g].name);
     }
   };
   judge(filter, "filter");
@@ -137,6 +178,8 @@ ConsistencyReport Consistency::report(double probability) const {
                              .count = sums[kCount],
                              .rejected = sums[kRejected],
                              .nis = sums[kNis] / sums[kCount],
+                             .standard_error = mean_of(sums[kRunNis], sums[kRunSquare], sums[kRunsSeen]).second,
+                             .test = {},
                              .band = chi_squared_band(probability, sums[kDof], sums[kCount])};
     for (std::size_t i = 0; i < index(source.dof); ++i) {
       source.autocorrelation[i] = sums[kProduct + i] / sums[kPower + i];
@@ -149,6 +192,7 @@ ConsistencyReport Consistency::report(double probability) const {
         kHeadingTime,           n, std::sqrt(heading_[kSquare] / n), heading_[kLargest], heading_[kLargestSigma],
         heading_[kLargestRatio]};
   }
+  judge(out);
   return out;
 }
 

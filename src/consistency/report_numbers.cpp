@@ -22,17 +22,17 @@ const BlockAccuracy* under_way(const ConsistencyReport& report, const EstimatorC
 
 }  // namespace
 
-std::string starred(double value, const Band& band) {
-  return fmt::format("{:.3f}{}", value, band.contains(value) ? "" : "*");
+std::string starred(double value, const MeanTest& test) {
+  return fmt::format("{:.3f}{}", value, test.holds ? "" : "*");
 }
 
 std::string band_text(const Band& band) { return fmt::format("{:.3f} to {:.3f}", band.low, band.high); }
 
 std::string percent(double probability) { return fmt::format("{:.4g} %", 100 * probability); }
 
-std::string nees_text(const ConsistencyReport& report, const EstimatorConsistency& estimator, std::size_t group) {
+std::string nees_text(const EstimatorConsistency& estimator, std::size_t group) {
   const GroupConsistency* found = under_way(estimator, group);
-  return found ? starred(found->nees, report.bands[group]) : "-";
+  return found ? starred(found->nees, found->test) : "-";
 }
 
 std::string ratio_text(const ConsistencyReport& report, const EstimatorConsistency& estimator, Block block) {

@@ -9,8 +9,8 @@
 
 namespace piste {
 
-/// A value, with a * if it is outside its band.
-std::string starred(double value, const Band& band);
+/// A mean, with a * if its test fails.
+std::string starred(double value, const MeanTest& test);
 
 /// "0.934 to 1.068".
 std::string band_text(const Band& band);
@@ -18,8 +18,8 @@ std::string band_text(const Band& band);
 /// "99.9 %" of 0.999.
 std::string percent(double probability);
 
-/// Mean NEES of a group under way, with a * if it is outside its band. "-" if there is none.
-std::string nees_text(const ConsistencyReport& report, const EstimatorConsistency& estimator, std::size_t group);
+/// Mean NEES of a group under way, with a * if its test fails. "-" if there is none.
+std::string nees_text(const EstimatorConsistency& estimator, std::size_t group);
 
 /// RMSE of a block under way divided by its bound. "-" if there is none.
 std::string ratio_text(const ConsistencyReport& report, const EstimatorConsistency& estimator, Block block);

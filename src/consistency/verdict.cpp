@@ -82,7 +82,7 @@ std::vector<PriorJump> prior_jumps(const FilterOptions& options, const Solution&
   const FullError sigmas = solution.sigmas(solution.size() - 1).blocks;
   for (const BlockInfo& row : kBlocks) {
     if (row.prior == nullptr || is_rotation(row.block) || !solution.layout().has(row.block)) continue;
-    const Vector3d change = shown_value(x, row.block) - stated_value(options, row.block), prior = row.prior(options);
+    const BlockValues change = shown_value(x, row.block) - stated_value(options, row.block), prior = row.prior(options);
     for (int axis = 0; axis < row.size; ++axis) {
       const double sigma = sigmas(full_offset(row.block) + axis);
       if (sigma > kWellKnown * prior(axis)) continue;
@@ -207,7 +207,7 @@ std::vector<double> SmoothedResiduals::rms() const {
   return all;
 }
 
-Vector3d stated_value(const FilterOptions& options, Block block) {
+BlockValues stated_value(const FilterOptions& options, Block block) {
   Estimate x;
   if (!options.gnss.empty()) {
     x.lever_arm = options.gnss.front().lever_arm;

@@ -13,6 +13,8 @@ template <class E>
 auto* additive_data(E& x, Block block) {
   const BlockMember& member = info(block).member;
   if (const auto* vector = std::get_if<Vector3d Estimate::*>(&member)) return (x.*(*vector)).data();
+  if (const auto* six = std::get_if<Eigen::Matrix<double, 6, 1> Estimate::*>(&member)) return (x.*(*six)).data();
+  if (const auto* nine = std::get_if<Eigen::Matrix<double, 9, 1> Estimate::*>(&member)) return (x.*(*nine)).data();
   if (const auto* parity = std::get_if<ParityMember>(&member)) return x.parity[parity->place].data();
   if (const auto* receiver = std::get_if<ReceiverMember>(&member)) return x.receiver[receiver->place].data();
   return &(x.*std::get<double Estimate::*>(member));
@@ -32,10 +34,13 @@ const Quaterniond& rotation(const Estimate& x, Block block) {
   return x.*std::get<Quaterniond Estimate::*>(info(block).member);
 }
 
-Vector3d shown_value(const Estimate& x, Block block) {
-  if (is_rotation(block)) return to_euler(rotation(x, block));
-  Vector3d value = Vector3d::Zero();
-  value.head(info(block).size) = additive(x, block);
+BlockValues shown_value(const Estimate& x, Block block) {
+  BlockValues value = BlockValues::Zero();
+  if (is_rotation(block)) {
+    value.head<3>() = to_euler(rotation(x, block));
+  } else {
+    value.head(info(block).size) = additive(x, block);
+  }
   return value;
 }
 

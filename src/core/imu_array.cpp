@@ -36,6 +36,7 @@ TriadErrors mean_triad(std::span<const ImuSensor> imus, TriadMember triad) {
   out.set_densities(variance.cwiseSqrt());
   out.bias = combined(ImuErrorKind::kBias);
   out.scale = combined(ImuErrorKind::kScale);
+  out.cross_axis = 0;  // of several IMUs it is not modelled
   out.drift = parity_drift(imus, triad);
   const double drift = combined(ImuErrorKind::kDrift);
   out.drift.sigma = out.drift.kind == DriftProcess::Kind::kGaussMarkov ? drift : 0;
@@ -142,6 +143,7 @@ ImuSensor mean_sensor(std::span<const ImuSensor> imus) {
   ImuSensor out = imus.front();
   out.gyro = mean_triad(imus, &ImuSensor::gyro);
   out.accel = mean_triad(imus, &ImuSensor::accel);
+  out.gyro_g_sensitivity = 0;
   return out;
 }
 

@@ -22,8 +22,9 @@ std::vector<Block> imu_error_blocks(const ImuSensor& sensor) {
   FilterOptions options;
   options.sensor = sensor;
   std::vector<Block> out;
-  for (const Block block : {Block::kGyroBias, Block::kAccelBias, Block::kGyroDrift, Block::kAccelDrift,
-                            Block::kGyroScale, Block::kAccelScale}) {
+  for (const Block block :
+       {Block::kGyroBias, Block::kAccelBias, Block::kGyroDrift, Block::kAccelDrift, Block::kGyroScale,
+        Block::kAccelScale, Block::kGyroCrossAxis, Block::kAccelCrossAxis, Block::kGyroGSensitivity}) {
     if (has_error(options, block)) out.push_back(block);
   }
   return out;

@@ -18,7 +18,7 @@ constexpr double kGyroScale = 0.05, kAccelScale = 0.05, kGyroBias = 0.05, kAccel
 
 std::string with_sigma(const Evidence& found, Block block) {
   const BlockInfo& row = info(block);
-  const Vector3d value = row.factor * shown_value(found.last, block);
+  const BlockValues value = row.factor * shown_value(found.last, block);
   const double sigma = row.factor * found.sigmas.segment(full_offset(block), row.size).maxCoeff();
   std::string text;
   for (int axis = 0; axis < row.size; ++axis) text += rounded(value(axis), sigma) + " ";
@@ -30,8 +30,8 @@ bool allows(const FilterOptions& told, Block block, const Evidence& found) {
   constexpr double kLikely = 2;  // 1-sigmas of the prior
   const BlockInfo& row = info(block);
   if (!told.estimates(block) || row.prior == nullptr) return false;
-  const Vector3d change = (shown_value(found.last, block) - stated_value(told, block)).cwiseAbs(),
-                 prior = row.prior(told);
+  const BlockValues change = (shown_value(found.last, block) - stated_value(told, block)).cwiseAbs(),
+                    prior = row.prior(told);
   return (change.head(row.size).array() < kLikely * prior.head(row.size).array()).all();
 }
 

@@ -22,7 +22,8 @@ std::string group_json(const StateGroup& group, const GroupConsistency& found, c
                        {"nees", json::number(found.nees)},
                        {"standard_error", json::number(found.standard_error)},
                        {"band", pair_json(band.low, band.high)},
-                       {"inside", json::boolean(band.contains(found.nees))},
+                       {"inside", json::boolean(found.test.holds)},
+                       {"p_value", json::number(found.test.p_value)},
                        {"outside_epochs", json::number(found.outside)},
                        {"coverage", json::numbers(found.coverage)},
                        {"largest_sigmas", json::number(found.largest)},
@@ -86,7 +87,9 @@ std::string source_json(const SourceConsistency& source) {
                        {"rejected", json::number(source.rejected)},
                        {"nis", json::number(source.nis)},
                        {"band", pair_json(source.band.low, source.band.high)},
-                       {"inside", json::boolean(source.band.contains(source.nis))},
+                       {"inside", json::boolean(source.test.holds)},
+                       {"standard_error", json::number(source.standard_error)},
+                       {"p_value", json::number(source.test.p_value)},
                        {"autocorrelation", json::numbers(axes)},
                        {"autocorrelation_band", json::number(source.autocorrelation_band)}});
 }
@@ -178,9 +181,9 @@ std::string consistency_row(const ConsistencyReport& report, const std::string& 
   const std::size_t judged = report.filter.groups[static_cast<std::size_t>(Phase::kUnderWay)].size() +
                              report.smoother.groups[static_cast<std::size_t>(Phase::kUnderWay)].size();
   std::vector<std::string> nis;
-  for (const SourceConsistency& s : report.sources) nis.push_back(fmt::format("{} {}", s.name, starred(s.nis, s.band)));
-  return row({name, fmt::format("{}", report.runs), nees_text(report, report.filter, 0),
-              nees_text(report, report.smoother, 0), report.bands.empty() ? "-" : band_text(report.bands.front()),
+  for (const SourceConsistency& s : report.sources) nis.push_back(fmt::format("{} {}", s.name, starred(s.nis, s.test)));
+  return row({name, fmt::format("{}", report.runs), nees_text(report.filter, 0),
+              nees_text(report.smoother, 0), report.bands.empty() ? "-" : band_text(report.bands.front()),
               fmt::format("{} of {}", report.outside().size(), judged), ratios(Block::kAttitude),
               ratios(Block::kVelocity), ratios(Block::kPosition), heading_text(report.heading),
               fmt::format("{}", fmt::join(nis, ", "))});

@@ -16,9 +16,10 @@
 namespace piste {
 namespace {
 
-std::string list(const Vector3d& values, int size) { return json::numbers(values.head(size)); }
+std::string list(const Eigen::Ref<const Eigen::VectorXd>& values, int size) { return json::numbers(values.head(size)); }
 
-std::string entry(const Quantity& q, const Vector3d& value, const Vector3d& sigma) {
+std::string entry(const Quantity& q, const Eigen::Ref<const Eigen::VectorXd>& value,
+                  const Eigen::Ref<const Eigen::VectorXd>& sigma) {
   return fmt::format(R"({{"unit": "{}", "value": {}, "sigma": {}}})", info(q.block).unit, list(value, q.size()),
                      list(sigma, q.size()));
 }

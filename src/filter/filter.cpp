@@ -172,7 +172,7 @@ ErrorVector KalmanFilter::inflate(const Linearization& lin, double lapse) {
 std::optional<Update> KalmanFilter::take_information(const Vector3d& information, Block scales) {
   if (!layout().has(scales)) return std::nullopt;
   // At most the information of the fixes: that of the prior is not affected by noise.
-  const Vector3d before = info(scales).prior(options()).cwiseAbs2();
+  const Vector3d before = info(scales).prior(options()).head<3>().cwiseAbs2();
   const Vector3d now = state_.P.diagonal().segment<3>(layout().offset(scales));
   const Vector3d told = (now.cwiseInverse() - before.cwiseInverse()).cwiseMax(0);
   std::optional<Update> u = taking(information.cwiseMin(told), layout(), scales, state_.P);

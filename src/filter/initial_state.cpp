@@ -6,12 +6,12 @@
 namespace piste {
 namespace {
 
-Vector3d initial_variance(const BlockInfo& row, const FilterOptions& options) {
+BlockValues initial_variance(const BlockInfo& row, const FilterOptions& options) {
   if (row.prior) return row.prior(options).cwiseAbs2();
   const std::optional<BlockProcess> process = row.process(options);
-  if (!process) return Vector3d::Zero();
+  if (!process) return BlockValues::Zero();
   const double sigma = initial_sigma(process->law);
-  return sigma * sigma * process->weight;
+  return blocks::of_axes(sigma * sigma * process->weight);
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "io/path_from.h"
 #include "math/words.h"
 #include "piste/configuration/sensor_file.h"
+#include "piste/core/sensor_class.h"
 #include "piste/io/config.h"
 #include "piste/math/earth.h"
 #include "piste/math/units.h"
@@ -253,9 +254,10 @@ ImuSensor guess_sensor(const ImuHealth& health, const std::string& name) {
 
 ImuSensor guess_sensor(const Inspection& inspection) {
   if (const Calibration* found = inspection.calibration()) {
-    return rounded(found->sensor, kDigits);
+    return with_errors_of_class(rounded(found->sensor, kDigits));
   }
-  return guess_sensor(*inspection.logs[*inspection.first(LogKind::kImu)].imu_health, "measured at rest");
+  return with_errors_of_class(
+      guess_sensor(*inspection.logs[*inspection.first(LogKind::kImu)].imu_health, "measured at rest"));
 }
 
 ImuConditioning guess_conditioning(const Inspection& inspection) {

@@ -16,14 +16,16 @@ std::vector<Quantity> quantities_of(const StateLayout& layout) {
   return result;
 }
 
-std::pair<Vector3d, Vector3d> shown(const Quantity& q, const Estimate& x, const Sigmas& s) {
+std::pair<BlockValues, BlockValues> shown(const Quantity& q, const Estimate& x, const Sigmas& s) {
   const double factor = info(q.block).factor;
   if (q.total) {
     const bool gyro = q.block == Block::kGyroBias;
-    return {factor * (gyro ? x.gyro_bias + x.gyro_drift : x.accel_bias + x.accel_drift),
-            factor * (gyro ? s.gyro_total_bias : s.accel_total_bias)};
+    BlockValues value = BlockValues::Zero(), sigma = value;
+    value.head<3>() = factor * (gyro ? x.gyro_bias + x.gyro_drift : x.accel_bias + x.accel_drift);
+    sigma.head<3>() = factor * (gyro ? s.gyro_total_bias : s.accel_total_bias);
+    return {value, sigma};
   }
-  Vector3d sigma = Vector3d::Zero();
+  BlockValues sigma = BlockValues::Zero();
   sigma.head(q.size()) = s.blocks.segment(full_offset(q.block), q.size());
   return {factor * shown_value(x, q.block), factor * sigma};
 }

@@ -9,7 +9,7 @@
 
 namespace piste {
 
-/// Values and sigmas of up to three axes: those of a block, or of the sum of bias and drift.
+/// Values and sigmas of the elements of a block, or of the sum of bias and drift.
 struct Quantity {
   std::string name;
   Block block;  ///< whose unit and axes it has
@@ -22,6 +22,6 @@ std::vector<Quantity> quantities_of(const StateLayout& layout);
 
 /// Value and sigma in the unit of the block. A scalar is the first component. The boresight is given as Euler angles of
 /// R_rb.
-std::pair<Vector3d, Vector3d> shown(const Quantity& q, const Estimate& x, const Sigmas& s);
+std::pair<BlockValues, BlockValues> shown(const Quantity& q, const Estimate& x, const Sigmas& s);
 
 }  // namespace piste

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/imu_error_model.h"
+
 namespace piste {
 
 namespace {
@@ -22,12 +24,10 @@ void add_lag(Linearization& lin, const Matrix3d& A, const Estimate& x, const Tur
   const double tau = turning.lag.time;
   const Matrix3d R_wb = (so3_exp(tau * turning.earth_rate) * x.q_wb).toRotationMatrix();
   if (tau != 0) {
-    // δω = −(1+s)⁻¹ e_g turns the body by −τ J_l(−ω τ) δω.
-    const Matrix3d gyro = tau * A * R_wb * so3_left_jacobian(-tau * turning.rate) *
-                          (1 + x.gyro_scale.array()).inverse().matrix().asDiagonal();
-    lin.add(Block::kGyroBias, gyro);
-    lin.add(Block::kGyroDrift, gyro);
-    lin.add(Block::kGyroScale, gyro * turning.rate.asDiagonal());
+    // δω turns the body by −τ J_l(−ω τ) δω.
+    const Matrix3d by_rate = -tau * A * R_wb * so3_left_jacobian(-tau * turning.rate);
+    const MotionPart part{by_rate, Matrix3d::Zero(), {.rate = turning.rate, .force = turning.force}};
+    add_imu_errors(lin, x, {&part, 1});
   }
   if (!turning.lag.is_uncertain()) return;
   // For a vibration at Ω = |ω'| / |ω| and a delay with 1-sigma σ, the derivative by the delay is reduced by the factor
@@ -92,7 +92,8 @@ std::optional<Linearization> ReferenceAttitudes::linearize(const AttitudeFix& fi
               .rate = motion.rate,
               .lag = context.lag(delay(context.options, context.layout, sensor, channel, y, context.elapsed)),
               .rate_change = context.step.rate_slope,
-              .rate_variance = motion.rate_variance.mean()};
+              .rate_variance = motion.rate_variance.mean(),
+              .force = motion.force};
     if (context.still) t.lag = {.time = t.lag.time};
     return t;
   };

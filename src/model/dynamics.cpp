@@ -4,6 +4,7 @@
 #include <span>
 
 #include "math/four.h"
+#include "model/imu_error_model.h"
 #include "model/three_columns.h"
 #include "model/three_rows.h"
 #include "piste/math/statistics.h"
@@ -15,18 +16,9 @@ constexpr int kRho = full_offset(Block::kPosition);
 constexpr int kNu = full_offset(Block::kVelocity);
 constexpr int kTheta = full_offset(Block::kAttitude);
 
-// How a block adds to (e_g, e_a): to which of the two, and with which factor on each axis.
-struct ImuBlock {
-  Block block;
-  int half;
-  bool scale;
-};
-constexpr ImuBlock kImuBlocks[] = {{Block::kGyroBias, 0, false},  {Block::kAccelBias, 3, false},
-                                   {Block::kGyroDrift, 0, false}, {Block::kAccelDrift, 3, false},
-                                   {Block::kGyroScale, 0, true},  {Block::kAccelScale, 3, true}};
-
 std::size_t at(std::ptrdiff_t k) { return static_cast<std::size_t>(k); }
 std::size_t slot(Block b) { return at(index_of(b)); }
+bool is_scale(Block b) { return b == Block::kGyroScale || b == Block::kAccelScale; }
 
 constexpr int kNavigation = 9;
 constexpr int kInputs = 15;  // navigation, e_g and e_a
@@ -63,10 +55,13 @@ class Slow {
       if (end_decaying == 0) first_decaying = begin;
       end_decaying = end;
     }
-    for (const ImuBlock& b : kImuBlocks) {
-      if (!layout.has(b.block) || (b.scale && t.imu_scales != nullptr)) continue;
-      const Vector3d factors = !b.scale ? Vector3d::Constant(t.bias) : b.half == 0 ? t.rate : t.force;
-      for (int k = 0; k < 3; ++k) add(b.half + k, {layout.offset(b.block) + k, factors(k)});
+    for (const ImuErrorBlock& b : kImuErrorBlocks) {
+      if (!layout.has(b.block) || (t.imu_scales != nullptr && is_scale(b.block))) continue;
+      for (int k = 0; k < b.size(); ++k) {
+        const ImuErrorElement& e = b.elements[at(k)];
+        const double factor = e.signal == kUnitSignal ? t.bias : signal(e.signal, t.rate, t.force);
+        add(e.input, {layout.offset(b.block) + k, factor});
+      }
     }
     if (t.imu_scales != nullptr) {
       t.imu_scales->for_each_effect(t.rate, t.force, [&](Block scales, int half, const Matrix3d& effect) {
@@ -86,7 +81,7 @@ class Slow {
  private:
   void add(int imu_input, Action action) { actions_[at(imu_input)][counts_[at(imu_input)]++] = action; }
 
-  static constexpr std::size_t kMost = 3 + std::size_t{3} * kMostImus;
+  static constexpr std::size_t kMost = 8 + std::size_t{3} * kMostImus;
   std::array<std::array<Action, kMost>, kInputs - kNavigation> actions_;
   std::array<std::size_t, kInputs - kNavigation> counts_{};
 };

@@ -1,14 +1,15 @@
 #pragma once
 /// How the error of an estimate, and its covariance, change over one IMU step.
 ///
-/// The error is that of estimate.h, in w. With e_g = δbias + δdrift + diag(ω) δscale of the gyroscopes, and e_a
-/// likewise of the accelerometers (for the scales of several IMUs see ImuScales):
+/// The error is that of estimate.h, in w. e_g is the error of the gyroscopes' model, δbias + δdrift + diag(ω) δscale +
+/// … (imu_error_model.h), and e_a likewise that of the accelerometers (for the scales of several IMUs see ImuScales):
 ///
 ///     θ' = −[ω_ie] θ − R (1+s)⁻¹ e_g
 ///     ν' = [g] θ + [v][ω_ie] θ − 2[ω_ie] ν + Γ ρ − R (1+s)⁻¹ e_a − [v] R (1+s)⁻¹ e_g
 ///     ρ' = ν − [v] θ
 ///
-/// Γ is the gradient of gravity. Neither the specific force nor its noise appears. The equations follow from the
+/// (1+s)⁻¹ is diagonal: products of a cross-axis error with e_g or e_a are of second order, and left out. Γ is the
+/// gradient of gravity. Neither the specific force nor its noise appears. The equations follow from the
 /// mechanization with δv = ν + θ × v̂ and the Jacobi identity.
 
 #include "model/imu_errors.h"

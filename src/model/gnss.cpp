@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "model/imu_error_model.h"
+
 namespace piste {
 namespace {
 
@@ -9,56 +11,34 @@ namespace {
 // number is taken for a mean over twice that time, in which a vibration is averaged out.
 constexpr double kMoment = 1e-3, kMean = 0.02;
 
-// A body at rest sways, against the assumption of ZUPT and ZARU. If fixes are more accurate than the sway, its
-// direction would give a false heading. So the sway is added to their covariance.
-constexpr double kSway = 0.03, kSwaySpeed = 0.05;  // m, m/s
-
 // The common part of the two measurements: the lever arm, the acceleration of the IMU, and the derivatives of both by
 // errors of the IMU.
 struct Antenna {
   Matrix3d R_wb;
-  Matrix3d gyro_scale, accel_scale;  // (1 + scale)⁻¹
-  Vector3d arm;                      // R l
-  Quaterniond back;                  // C: turns b into its axes τ before
-  Matrix3d back_jacobian;            // J_l(−ω̄ τ)
-  Vector3d acceleration;             // a
+  Vector3d arm;            // R l
+  Quaterniond back;        // C: turns b into its axes τ before
+  Matrix3d back_jacobian;  // J_l(−ω̄ τ)
+  Vector3d acceleration;   // a
 
   Antenna(const Estimate& x, const AntennaMotion& m, const Vector3d& earth_rate, const Gravity& gravity, double tau)
       : R_wb(x.R_wb()),
-        gyro_scale((1 + x.gyro_scale.array()).inverse().matrix().asDiagonal()),
-        accel_scale((1 + x.accel_scale.array()).inverse().matrix().asDiagonal()),
         arm(R_wb * x.lever_arm),
         back(so3_exp(-tau * m.mean.rate)),
         back_jacobian(so3_left_jacobian(-tau * m.mean.rate)),
         acceleration(R_wb * m.mean.force + gravity.at(x.p_wb) - 2 * earth_rate.cross(x.v_wb)) {}
 };
 
-// Derivatives of a by the blocks, times `factor`: δa = θ × R f̄ − R (1+s)⁻¹ e_a + Γ ρ − 2 ω_ie × (ν + θ × v).
+// Derivatives of a by the blocks and by f̄, times `factor`: δa = θ × R f̄ + R δf̄ + Γ ρ − 2 ω_ie × (ν + θ × v).
 struct AccelerationTerms {
-  Matrix3d position, velocity, attitude, accel;
+  Matrix3d position, velocity, attitude, force;
 
   AccelerationTerms(double factor, const Antenna& a, const Estimate& x, const BodyMotion& mean,
                     const Vector3d& earth_rate, const Gravity& gravity)
       : position(factor * gravity.gradient),
         velocity(-2 * factor * skew(earth_rate)),
         attitude(-factor * (skew(a.R_wb * mean.force) - 2 * skew(earth_rate) * skew(x.v_wb))),
-        accel(-factor * a.R_wb * a.accel_scale) {}
-
-  void add_accel(Linearization& lin, const BodyMotion& mean) const {
-    lin.add(Block::kAccelBias, accel);
-    lin.add(Block::kAccelDrift, accel);
-    lin.add(Block::kAccelScale, accel * mean.force.asDiagonal());
-  }
+        force(factor * a.R_wb) {}
 };
-
-// Derivatives by the errors of the gyroscopes, δω = −(1+s)⁻¹ e_g, of what depends on ω and on ω̄ by these Jacobians.
-void add_gyro(Linearization& lin, const Matrix3d& by_rate, const Vector3d& rate, const Matrix3d& by_mean,
-              const Vector3d& mean, const Matrix3d& scale) {
-  const Matrix3d now = -by_rate * scale, before = -by_mean * scale;
-  lin.add(Block::kGyroBias, now + before);
-  lin.add(Block::kGyroDrift, now + before);
-  lin.add(Block::kGyroScale, now * rate.asDiagonal() + before * mean.asDiagonal());
-}
 
 // The derivative of C u by ω̄: C u turns by J_l(−ω̄ τ) (−τ δω̄).
 Matrix3d turning_back(const Vector3d& then, const Antenna& a, double tau) { return tau * skew(then) * a.back_jacobian; }
@@ -131,7 +111,6 @@ Linearization linearize_position(const GnssFix& fix, const std::optional<Positio
   lin.residual -= gravity.R_wn * slow_error(fix, drift, receiver, x);
   const Matrix3d white = gravity.R_wn * white_factor(fix, drift);
   lin.covariance = white * white.transpose();
-  if (still) lin.covariance += kSway * kSway * Matrix3d::Identity();
 
   if (tau == 0) {
     lin.add(Block::kAttitude, -skew(arm));
@@ -142,8 +121,8 @@ Linearization linearize_position(const GnssFix& fix, const std::optional<Positio
     lin.add(Block::kAttitude, tau * skew(x.v_wb) + t.attitude - turned_arm);
     lin.add(Block::kPosition, Matrix3d::Identity() + t.position);
     lin.add(Block::kVelocity, -tau * Matrix3d::Identity() + t.velocity);
-    t.add_accel(lin, motion.mean);
-    add_gyro(lin, Matrix3d::Zero(), motion.now.rate, ER * turning_back(arm_b, a, tau), motion.mean.rate, a.gyro_scale);
+    const MotionPart mean{ER * turning_back(arm_b, a, tau), t.force, motion.mean};
+    add_imu_errors(lin, x, {&mean, 1});
   }
   lin.add(Block::kLeverArm, ER * a.back.toRotationMatrix());
   if (drift && drift->of_stated) {
@@ -174,7 +153,6 @@ Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const An
   lin.covariance += by_rate * motion.now.rate_variance.asDiagonal() * by_rate.transpose();
   lin.by_rate_noise = by_rate;
   lin.observed_noise = motion.observed_noise;
-  if (still) lin.covariance += kSwaySpeed * kSwaySpeed * Matrix3d::Identity();
 
   // An error of attitude turns v, and the part of the swing without the Earth's rotation. At rest both are noise, which
   // must give no information on the heading.
@@ -183,17 +161,18 @@ Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const An
   const Matrix3d E = skew(earth_rate);
   const Vector3d& rate = motion.reference_rate;
   const Matrix3d attitude = -skew(carried) + E * skew(a.arm);
+  const MotionPart now{by_rate, Matrix3d::Zero(), {.rate = rate, .force = motion.now.force}};
   if (tau == 0) {
     lin.add(Block::kAttitude, attitude);
-    add_gyro(lin, by_rate, rate, Matrix3d::Zero(), rate, a.gyro_scale);
+    add_imu_errors(lin, x, {&now, 1});
     lin.add(Block::kVelocity, Matrix3d::Identity());
   } else {
     const AccelerationTerms t(-tau, a, x, motion.mean, earth_rate, gravity);
     lin.add(Block::kAttitude, attitude + t.attitude);
     lin.add(Block::kPosition, t.position);
     lin.add(Block::kVelocity, Matrix3d::Identity() + t.velocity);
-    t.add_accel(lin, motion.mean);
-    add_gyro(lin, by_rate, rate, a.R_wb * turning_back(swing_b, a, tau), motion.mean.rate, a.gyro_scale);
+    const MotionPart parts[] = {now, {a.R_wb * turning_back(swing_b, a, tau), t.force, motion.mean}};
+    add_imu_errors(lin, x, parts);
     const Vector3d jerk = a.R_wb * motion.force_change;
     lin.covariance += 0.25 * tau * tau * tau * tau * jerk * jerk.transpose();
   }

@@ -7,8 +7,8 @@ Jacobian assemble(const StateLayout& layout, const Linearization& lin) {
   for (int i = 0; i < lin.count(); ++i) {
     const auto& term = lin.term(i);
     if (!layout.has(term.block)) continue;
-    const int size = info(term.block).size;
-    H.block(0, layout.offset(term.block), lin.rows, size) = term.jacobian.topLeftCorner(lin.rows, size);
+    H.block(0, layout.offset(term.block) + term.column, lin.rows, term.size()) =
+        term.jacobian.topLeftCorner(lin.rows, term.size());
   }
   return H;
 }
@@ -45,7 +45,8 @@ BodyMotion MeasurementContext::motion(const Estimate& x) const {
 
 Vector3d MeasurementContext::rate_without_noise(const Estimate& x) const {
   if (still) return Vector3d::Zero();
-  const Vector3d beside = corrected_rate(neighbour_rate, x);
+  const Vector3d force = step.mean_force() + (into_step - 0.5 * step.dt) * step.force_slope;
+  const Vector3d beside = corrected_rate(neighbour_rate, force, x);
   return rate_regression ? Vector3d(rate_regression->matrix() * beside) : beside;
 }
 

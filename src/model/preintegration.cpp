@@ -25,8 +25,8 @@ PISTE_INSIDE void rows_of_sum(const double* const* columns, const double* const*
 // The covariance of a sum after a step, that of the drifts before it, and the derivatives of the sum; `white`:
 // variances of the readings.
 PISTE_WIDE void spread_sum(const SumStep& step, const Eigen::Matrix<double, 6, 1>& white,
-                           std::array<std::array<double, 36>, 15>& carried) {
-  constexpr std::size_t kRows = 36;
+                           Preintegration::Carried& carried) {
+  constexpr std::size_t kRows = Preintegration::kRows;
   const double* columns[15];
   for (int k = 0; k < 9; ++k) columns[k] = step.by_sum.data() + std::ptrdiff_t{9} * k;
   for (int k = 0; k < 6; ++k) columns[9 + k] = step.by_reading.data() + std::ptrdiff_t{9} * k;
@@ -142,15 +142,14 @@ SumStep Preintegration::add(const ImuStep& measured, const StepNoise& noise, con
   SumStep step = move(measured, gyro, accel);
   // The inputs of the step: rows of the drifts' covariance, and the present drift as a function of each error of the
   // IMU. A drift at the start has decayed since: x_ has its present value, and `left` its remaining fraction.
-  for (int k = 0; k < 3; ++k) {
-    auto& rate = carried_[static_cast<std::size_t>(kGyroDrift) + static_cast<std::size_t>(k)];
-    auto& force = carried_[static_cast<std::size_t>(kAccelDrift) + static_cast<std::size_t>(k)];
-    const auto row = static_cast<std::size_t>(kDerivatives) + static_cast<std::size_t>(k);
-    rate[row] = force[row + 3] = 1;
-    rate[row + 6] = gyro_left_;
-    force[row + 9] = accel_left_;
-    rate[row + 12] = reference.rate(k);
-    force[row + 15] = reference.force(k);
+  auto row = static_cast<std::size_t>(kDerivatives);
+  for (const ImuErrorBlock& b : kImuErrorBlocks) {
+    const double left = b.block == Block::kGyroDrift ? gyro_left_ : b.block == Block::kAccelDrift ? accel_left_ : 1;
+    for (int k = 0; k < b.size(); ++k, ++row) {
+      const ImuErrorElement& e = b.elements[static_cast<std::size_t>(k)];
+      auto& input = carried_[static_cast<std::size_t>(kGyroDrift) + static_cast<std::size_t>(e.input)];
+      input[row] = e.signal == kUnitSignal ? left : signal(e.signal, reference.rate, reference.force);
+    }
   }
   Eigen::Matrix<double, 6, 1> white;
   white << noise.gyro / dt, noise.accel / dt;
@@ -184,7 +183,7 @@ ImuSum Preintegration::sum() const {
     const auto column = static_cast<Eigen::Index>(j);
     for (Eigen::Index i = 0; i < 15; ++i) out.noise(i, column) = carried_[j][static_cast<std::size_t>(i)];
     if (j >= 9) continue;
-    for (Eigen::Index i = 0; i < 18; ++i) {
+    for (Eigen::Index i = 0; i < kImuErrorSize; ++i) {
       out.by_imu(column, i) = carried_[j][static_cast<std::size_t>(kDerivatives) + static_cast<std::size_t>(i)];
     }
   }
@@ -192,15 +191,20 @@ ImuSum Preintegration::sum() const {
 }
 
 void add_to_scales(ImuSum::ByImu& by_imu, const SumStep& step, const BodyMotion& reference) {
-  constexpr int kScales = 12;
-  auto scales = by_imu.middleCols<6>(kScales);
-  const Eigen::Matrix<double, 3, 6> turns = scales.middleRows<3>(kTurn);
+  auto scales = by_imu.rightCols<kImuErrorSize - kConstantErrors>();
+  const Eigen::Matrix<double, 3, kImuErrorSize - kConstantErrors> turns = scales.middleRows<3>(kTurn);
   scales.middleRows<3>(kPlace) += step.by_sum(kPlace, kSpeed) * scales.middleRows<3>(kSpeed) +
                                   step.by_sum.block<3, 3>(kPlace, kTurn).lazyProduct(turns);
   scales.middleRows<3>(kSpeed) += step.by_sum.block<3, 3>(kSpeed, kTurn).lazyProduct(turns);
   scales.middleRows<3>(kTurn) = step.by_sum.block<3, 3>(kTurn, kTurn).lazyProduct(turns);
-  scales.leftCols<3>() += step.by_reading.leftCols<3>() * reference.rate.asDiagonal();
-  scales.rightCols<3>() += step.by_reading.rightCols<3>() * reference.force.asDiagonal();
+  int column = 0;
+  for (const ImuErrorBlock& b : kImuErrorBlocks) {
+    for (int k = 0; k < b.size(); ++k, ++column) {
+      const ImuErrorElement& e = b.elements[static_cast<std::size_t>(k)];
+      if (e.signal == kUnitSignal) continue;
+      by_imu.col(column) += signal(e.signal, reference.rate, reference.force) * step.by_reading.col(e.input);
+    }
+  }
 }
 
 Eigen::Matrix<double, 9, 1> white_noise_of(const SumStep& step, const StepNoise& noise, double dt,
@@ -215,8 +219,8 @@ Eigen::Matrix<double, 9, 1> white_noise_of(const SumStep& step, const StepNoise&
   return out;
 }
 
-SumResidual compare(const ImuSum& sum, const Eigen::Matrix<double, 18, 1>& change, const Estimate& start,
-                    const Estimate& end, const Vector3d& earth_rate, const Gravity& gravity) {
+SumResidual compare(const ImuSum& sum, const ImuErrorVector& change, const Estimate& start, const Estimate& end,
+                    const Vector3d& earth_rate, const Gravity& gravity) {
   const Ends e(sum, sum.by_imu * change, start, end, earth_rate, gravity);
   const Matrix3d I = Matrix3d::Identity(), V_i = skew(start.v_wb), V_j = skew(end.v_wb);
   const Matrix3d right = so3_left_jacobian_inverse(-e.turned), left = so3_left_jacobian_inverse(e.turned);
@@ -253,8 +257,8 @@ Eigen::Matrix<double, 9, 1> residual_of(const SummedMotion& sum, const Estimate&
   return Ends(sum, Eigen::Matrix<double, 9, 1>::Zero(), start, end, earth_rate, gravity).value;
 }
 
-SumTie tie_ends(const ImuSum& sum, const Eigen::Matrix<double, 18, 1>& change, const Estimate& start,
-                const Estimate& end, const Vector3d& earth_rate, const Gravity& gravity) {
+SumTie tie_ends(const ImuSum& sum, const ImuErrorVector& change, const Estimate& start, const Estimate& end,
+                const Vector3d& earth_rate, const Gravity& gravity) {
   const Ends e(sum, sum.by_imu * change, start, end, earth_rate, gravity);
   const double T = sum.time;
   const Matrix3d I = Matrix3d::Identity(), V_i = skew(start.v_wb), back = e.fall.E.transpose();

@@ -18,9 +18,13 @@
 #include <utility>
 
 #include "model/dynamics.h"
+#include "model/imu_error_model.h"
 #include "piste/model/measurement.h"
 
 namespace piste {
+
+/// Errors of an IMU: the elements of kImuErrorBlocks.
+using ImuErrorVector = Eigen::Matrix<double, kImuErrorSize, 1>;
 
 /// The preintegrated motion of an interval. ΔP and ΔV are in the body axes at the start of the interval.
 struct SummedMotion {
@@ -32,10 +36,8 @@ struct SummedMotion {
 /// The same, with its covariance. Errors of (ΔP, ΔV, ΔR) have that order; that of ΔR is a rotation vector on its right:
 /// truth = ΔR Exp(error).
 struct ImuSum : SummedMotion {
-  /// The errors of the IMU, three axes each, in the order of the columns of `by_imu`.
-  static constexpr std::array kImuErrors{Block::kGyroBias,   Block::kAccelBias, Block::kGyroDrift,
-                                         Block::kAccelDrift, Block::kGyroScale, Block::kAccelScale};
-  using ByImu = Eigen::Matrix<double, 9, 18>;
+  /// A column for each element of kImuErrorBlocks, in this order.
+  using ByImu = Eigen::Matrix<double, 9, kImuErrorSize>;
   using Noise = Eigen::Matrix<double, 15, 15>;
 
   ByImu by_imu = ByImu::Zero();  ///< derivative by the estimated errors of the IMU, drifts as at the start
@@ -58,6 +60,11 @@ struct SumStep {
 /// Sums the steps of an interval.
 class Preintegration {
  public:
+  /// Columns: (ΔP, ΔV, ΔR, gyro_drift, accel_drift), the latter also as what drives the step. Rows, up to a multiple of
+  /// four: the same fifteen for the covariance; from kDerivatives on the errors of the IMU, for the derivatives.
+  static constexpr int kDerivatives = 16, kRows = (kDerivatives + kImuErrorSize + 3) / 4 * 4;
+  using Carried = std::array<std::array<double, kRows>, 15>;
+
   /// `x`: the estimate at the start of the interval. Its errors of the IMU are taken out of every step.
   explicit Preintegration(Estimate x) : x_(std::move(x)) {}
 
@@ -73,18 +80,14 @@ class Preintegration {
   ImuSum sum() const;
 
  private:
-  // Columns: (ΔP, ΔV, ΔR, gyro_drift, accel_drift), the latter also as what drives the step. Rows, up to a multiple of
-  // four: the same fifteen for the covariance; from kDerivatives on the errors of the IMU, for the derivatives.
-  static constexpr int kDerivatives = 16, kRows = 36;
-  using Carried = std::array<std::array<double, kRows>, 15>;
-
   Estimate x_;                             // with its drifts after their decay
   double gyro_left_ = 1, accel_left_ = 1;  // remaining fraction of the drifts at the start
   SummedMotion motion_;
   alignas(32) Carried carried_{};
 };
 
-/// Propagates the derivatives by the scales over a step, as Preintegration::add does.
+/// Propagates the derivatives by what the signals multiply (scales and cross-axis errors) over a step, as
+/// Preintegration::add does.
 void add_to_scales(ImuSum::ByImu& by_imu, const SumStep& step, const BodyMotion& reference);
 
 /// The increment of the covariance of (ΔP, ΔV, ΔR) by the white noise of a step, times a vector.
@@ -102,8 +105,8 @@ struct SumResidual {
 
 /// `change`: difference of the errors of the IMU from those of the sum, in the order of its columns. `gravity`: near
 /// the start.
-SumResidual compare(const ImuSum& sum, const Eigen::Matrix<double, 18, 1>& change, const Estimate& start,
-                    const Estimate& end, const Vector3d& earth_rate, const Gravity& gravity);
+SumResidual compare(const ImuSum& sum, const ImuErrorVector& change, const Estimate& start, const Estimate& end,
+                    const Vector3d& earth_rate, const Gravity& gravity);
 
 /// The residual alone, of a sum that was made with the errors of the IMU at `start`.
 Eigen::Matrix<double, 9, 1> residual_of(const SummedMotion& sum, const Estimate& start, const Estimate& end,
@@ -129,8 +132,8 @@ struct SumTie {
 };
 
 /// compare(), solved for the end block by block: no inverse of a whole matrix. SI, the world frame; the same arguments.
-SumTie tie_ends(const ImuSum& sum, const Eigen::Matrix<double, 18, 1>& change, const Estimate& start,
-                const Estimate& end, const Vector3d& earth_rate, const Gravity& gravity);
+SumTie tie_ends(const ImuSum& sum, const ImuErrorVector& change, const Estimate& start, const Estimate& end,
+                const Vector3d& earth_rate, const Gravity& gravity);
 
 /// Attitude, velocity and position at the end for which compare() gives `residual`, without a change of the errors of
 /// the IMU. The other blocks are those of `start`.

@@ -15,7 +15,9 @@ constexpr double kNoRate = 1e-30;   // rad²/s²
 
 void RateRegression::add(const ImuSample& sample, const Vector3d& beside, const Estimate& x) {
   if (beside.isZero(0)) return;
-  const Vector3d rate = corrected_rate(sample.dtheta / sample.interval, x), other = corrected_rate(beside, x);
+  const Vector3d force = sample.dvel / sample.interval;
+  const Vector3d rate = corrected_rate(sample.dtheta / sample.interval, force, x),
+                 other = corrected_rate(beside, force, x);
   const double part = std::min(1.0, std::max(sample.interval / kMemory, 1 / ++samples_));
   cross_ += part * (rate * other.transpose() - cross_);
   square_ += part * (other * other.transpose() - square_);

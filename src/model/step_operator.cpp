@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "math/four.h"
+#include "model/imu_error_model.h"
 
 namespace piste {
 namespace {
@@ -106,8 +107,6 @@ PISTE_WIDE void adjoint_one(const StepOperator::Factors& f, const Vector3d& eart
   adjoint_of<1>(f, earth_rate, n, states, across, 0, M, pull);
 }
 
-constexpr int kUnit = 6;  // of Factors::acts
-
 }  // namespace
 
 StepOperator::StepOperator(const StateLayout& layout, const FilterOptions& options, Vector3d earth_rate)
@@ -116,25 +115,21 @@ StepOperator::StepOperator(const StateLayout& layout, const FilterOptions& optio
       earth_rate_(std::move(earth_rate)),
       n_(layout.size()),
       imu_scales_(ImuScales::across(options)) {
-  const auto set = [&](Block b, int input, int acts) {
-    if (!layout.has(b)) return;
-    for (int k = 0; k < 3; ++k) {
-      State& s = states_[place(layout.offset(b) + k)];
-      s.input = input + k;
-      s.acts = acts == kUnit ? kUnit : acts + k;
+  for (const ImuErrorBlock& b : kImuErrorBlocks) {
+    const bool across = imu_scales_ && (b.block == Block::kGyroScale || b.block == Block::kAccelScale);
+    if (!layout.has(b.block) || across) continue;
+    for (int k = 0; k < b.size(); ++k) {
+      State& s = states_[place(layout.offset(b.block) + k)];
+      s.input = b.elements[place(k)].input;
+      s.acts = b.elements[place(k)].signal;
     }
-  };
-  for (const Block b : {Block::kGyroBias, Block::kGyroDrift}) set(b, 0, kUnit);
-  for (const Block b : {Block::kAccelBias, Block::kAccelDrift}) set(b, 3, kUnit);
+  }
   if (imu_scales_) {
     const Vector3d none = Vector3d::Zero();
     imu_scales_->for_each_effect(none, none, [&](Block scales, int half, const Matrix3d&) {
       for (int k = 0; k < 9 && layout.has(scales); ++k)
         across_.push_back({layout.offset(scales) + k / 3, half + k % 3});
     });
-  } else {
-    set(Block::kGyroScale, 0, 0);
-    set(Block::kAccelScale, 3, 3);
   }
   for (const Block b : layout.blocks()) {
     const std::optional<BlockProcess> process = info(b).process ? info(b).process(options) : std::nullopt;
@@ -161,11 +156,8 @@ void StepOperator::load(const ErrorStep& step, Factors& f) const {
   f.of_imu[1] = -(1 + step.accel_scale.array()).inverse();
   f.noise[0] = mends ? Vector3d::Zero().eval() : (step.around.noise.gyro / step.dt).eval();
   f.noise[1] = mends ? Vector3d::Zero().eval() : (step.around.noise.accel / step.dt).eval();
-  for (int k = 0; k < 3; ++k) {
-    f.acts[place(k)] = step.rate(k);
-    f.acts[place(3 + k)] = step.force(k);
-  }
-  f.acts[place(kUnit)] = mends ? 0 : 1;
+  for (int k = 0; k < kUnitSignal; ++k) f.acts[place(k)] = signal(k, step.rate, step.force);
+  f.acts[place(kUnitSignal)] = mends ? 0 : 1;
   if (imu_scales_) {
     f.across.clear();
     imu_scales_->for_each_effect(step.rate, step.force, [&](Block scales, int, const Matrix3d& effect) {

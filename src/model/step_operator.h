@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "model/dynamics.h"
+#include "model/imu_error_model.h"
 
 namespace piste {
 
@@ -25,8 +26,8 @@ class StepOperator {
     double first, second, input;  ///< dt, ½ dt², and what B is multiplied by in first order
     Matrix3d R, C, gradient;
     Vector3d v;
-    Vector3d of_imu[2], noise[2];  ///< −(1 + s)⁻¹ and noise / dt, of gyroscopes and accelerometers
-    std::array<double, 7> acts;    ///< ω, f and 1: factors of biases, drifts and scales
+    Vector3d of_imu[2], noise[2];           ///< −(1 + s)⁻¹ and noise / dt, of gyroscopes and accelerometers
+    std::array<double, kSignalCount> acts;  ///< ω, f and 1: what errors of the IMU are multiplied by
     std::array<double, kBlocks.size()> decay, variance;  ///< of the blocks that are processes, in their order
     std::vector<double> across;                          ///< how scales of several IMUs act: of each Across
   };

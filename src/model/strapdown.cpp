@@ -1,6 +1,9 @@
 #include "piste/model/strapdown.h"
 
+#include <Eigen/LU>
 #include <cmath>
+
+#include "model/imu_error_model.h"
 
 namespace piste {
 namespace {
@@ -54,11 +57,18 @@ std::pair<ImuStep, ImuStep> split(const ImuStep& step, double tau) {
   return {a, b};
 }
 
-Vector3d corrected_rate(const Vector3d& measured, const Estimate& x) {
-  return correct({1, measured, Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()}, x).dtheta;
+Vector3d corrected_rate(const Vector3d& measured, const Vector3d& force, const Estimate& x) {
+  return correct({1, measured, force, Vector3d::Zero(), Vector3d::Zero()}, x).dtheta;
 }
 
 ImuStep correct(const ImuStep& measured, const Estimate& x) {
+  if (has_cross_axis(x)) {
+    const Matrix3d gyro = gyro_response(x).inverse(), accel = accel_response(x).inverse(), G = g_sensitivity(x);
+    const Vector3d dvel = accel * (measured.dvel - measured.dt * (x.accel_bias + x.accel_drift)),
+                   force_slope = accel * measured.force_slope;
+    return {measured.dt, gyro * (measured.dtheta - measured.dt * (x.gyro_bias + x.gyro_drift) - G * dvel), dvel,
+            gyro * (measured.rate_slope - G * force_slope), force_slope};
+  }
   const Vector3d gyro = (1 + x.gyro_scale.array()).inverse(), accel = (1 + x.accel_scale.array()).inverse();
   return {measured.dt, gyro.cwiseProduct(measured.dtheta - measured.dt * (x.gyro_bias + x.gyro_drift)),
           accel.cwiseProduct(measured.dvel - measured.dt * (x.accel_bias + x.accel_drift)),

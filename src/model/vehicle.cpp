@@ -1,5 +1,7 @@
 #include "piste/model/vehicle.h"
 
+#include "model/imu_error_model.h"
+
 namespace piste {
 namespace {
 
@@ -51,7 +53,6 @@ Linearization linearize_wheel(VehicleAxis axis, const Estimate& x, const WheelMo
     by_force.x() = -x.dive * u.x();
   }
   const Row by_rate = by_turn * R_vb - by_u * R_vb * skew(l);
-  const Matrix3d scale = (1 + x.gyro_scale.array()).inverse().matrix().asDiagonal();
 
   Linearization lin;
   lin.rows = 1;
@@ -60,9 +61,10 @@ Linearization linearize_wheel(VehicleAxis axis, const Estimate& x, const WheelMo
   lin.covariance(0, 0) = by_rate.squaredNorm() * motion.rate_variance + by_force.squaredNorm() * motion.force_variance;
   add_row(lin, Block::kVelocity, by_u * R_vb * R_bw);
   add_row(lin, Block::kAttitude, -by_rate * R_bw * skew(motion.earth_rate));
-  add_row(lin, Block::kGyroBias, -by_rate * scale);
-  add_row(lin, Block::kGyroDrift, -by_rate * scale);
-  add_row(lin, Block::kGyroScale, -by_rate * scale * motion.reference_rate.asDiagonal());
+  MotionPart part{Matrix3d::Zero(), Matrix3d::Zero(), {.rate = motion.reference_rate, .force = motion.force}};
+  part.by_rate.row(0) = by_rate;
+  part.by_force.row(0) = by_force * R_vb;
+  add_imu_errors(lin, x, {&part, 1});
   add_row(lin, Block::kVehicleMounting, -by_u * skew(u) - by_turn * skew(turn) - by_force * skew(force));
   add_row(lin, Block::kVehicleContact, by_u * R_vb * skew(reference));
   if (axis == VehicleAxis::kForward) add_row(lin, Block::kWheelSlip, Row::UnitX());
@@ -71,10 +73,6 @@ Linearization linearize_wheel(VehicleAxis axis, const Estimate& x, const WheelMo
     add_row(lin, Block::kCornering, Row(u.x() * u.x() * (R_vb * reference).z(), 0, 0));
   }
   if (axis == VehicleAxis::kDown) {
-    const Row by_accel = -by_force * R_vb * (1 + x.accel_scale.array()).inverse().matrix().asDiagonal();
-    add_row(lin, Block::kAccelBias, by_accel);
-    add_row(lin, Block::kAccelDrift, by_accel);
-    add_row(lin, Block::kAccelScale, by_accel * motion.force.asDiagonal());
     add_row(lin, Block::kPitchCentre, Row(-(R_vb * reference).y(), 0, 0));
     add_row(lin, Block::kDive, Row(-force.x() * u.x(), 0, 0));
     add_row(lin, Block::kSpringPitch, Row(-u.x(), 0, 0));

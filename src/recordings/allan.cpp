@@ -11,6 +11,7 @@
 #include "math/words.h"
 #include "piste/configuration/sensor_file.h"
 #include "piste/core/error.h"
+#include "piste/core/sensor_class.h"
 #include "piste/inspect/inspection.h"
 #include "recordings/allan_recording.h"
 
@@ -150,6 +151,11 @@ void make_sensor(AllanFindings& f, const ImuHealth& health) {
           ? fmt::format("bias, scale and range: rest does not tell them; they are those of {}", f.options.base_file)
           : "bias, scale and range: rest does not tell them; they are what sensors of such noise usually have. "
             "`--sensor FILE` takes them from a file");
+  if (!f.options.base) {
+    f.sensor_remarks.push_back(fmt::format(
+        "cross_axis and g_sensitivity: rest does not tell them; they are those of a {} IMU", class_of(f.sensor).name));
+    f.sensor = with_errors_of_class(f.sensor);
+  }
   f.sensor = rounded(f.sensor, kSensorDigits);
 }
 

@@ -124,7 +124,7 @@ std::size_t epochs_apart(const Solution& solution) {
 Builder block_builder(Block block) {
   const BlockInfo& row = info(block);
   std::vector<std::string> labels;
-  labels.reserve(3);
+  labels.reserve(static_cast<std::size_t>(row.size));
   for (int i = 0; i < row.size; ++i) labels.emplace_back(row.axes[static_cast<std::size_t>(i)]);
   return {words(row.name), std::string(row.unit), std::move(labels)};
 }

@@ -189,7 +189,7 @@ std::string nees_table(const ConsistencyReport& report, Phase phase, std::string
         continue;
       }
       const GroupConsistency& found = e->groups[p][g];
-      row.push_back(starred(found.nees, report.bands[g]));
+      row.push_back(starred(found.nees, found.test));
       row.push_back(std::isfinite(found.standard_error) ? fmt::format("{:.3f}", found.standard_error) : "");
       row.push_back(fmt::format("{:.1f} %", 100 * found.outside));
     }
@@ -261,7 +261,7 @@ std::string source_table(const ConsistencyReport& report) {
   for (const SourceConsistency& s : report.sources) {
     const std::vector<double> axes(s.autocorrelation.begin(), s.autocorrelation.begin() + s.dof);
     rows.push_back({s.name, fmt::format("{}", s.dof), fmt::format("{}", s.count), fmt::format("{}", s.rejected),
-                    starred(s.nis, s.band), band_text(s.band),
+                    starred(s.nis, s.test), band_text(s.band),
                     fmt::format("{:.3f}{}", fmt::join(axes, ", "), s.white() ? "" : "*"),
                     fmt::format("± {:.3f}", s.autocorrelation_band)});
   }
@@ -275,10 +275,10 @@ std::string verdict(const ConsistencyReport& report) {
   std::string out = fmt::format("<p><strong>{}</strong></p>\n", escape_markup(consistency_verdict(report)));
   std::vector<std::string> nis, coloured;
   for (const SourceConsistency& s : report.sources) {
-    if (!s.band.contains(s.nis)) nis.push_back(escape_markup(s.name));
+    if (!s.test.holds) nis.push_back(escape_markup(s.name));
     if (!s.white()) coloured.push_back(escape_markup(s.name));
   }
-  if (!nis.empty()) out += fmt::format("<p>The NIS leaves its band at: {}.</p>\n", fmt::join(nis, ", "));
+  if (!nis.empty()) out += fmt::format("<p>The NIS is not 1 at: {}.</p>\n", fmt::join(nis, ", "));
   if (!coloured.empty()) out += fmt::format("<p>Innovations are not white at: {}.</p>\n", fmt::join(coloured, ", "));
   if (const HeadingFound& h = report.heading; h.runs > 0) {
     out += fmt::format(

@@ -30,7 +30,7 @@ std::string consistency_text(const ConsistencyReport& report) {
   out += "\n";
   line("NEES per state", "filter", "smoother", percent(report.probability) + " band");
   for (std::size_t g = 0; g < report.groups.size(); ++g) {
-    line("  " + report.groups[g].name, nees_text(report, report.filter, g), nees_text(report, report.smoother, g),
+    line("  " + report.groups[g].name, nees_text(report.filter, g), nees_text(report.smoother, g),
          band_text(report.bands[g]));
   }
   out += "\n";
@@ -45,7 +45,7 @@ std::string consistency_text(const ConsistencyReport& report) {
   }
   for (const SourceConsistency& s : report.sources) {
     const std::vector<double> axes(s.autocorrelation.begin(), s.autocorrelation.begin() + s.dof);
-    line("  " + s.name, starred(s.nis, s.band), fmt::format("{}", s.rejected),
+    line("  " + s.name, starred(s.nis, s.test), fmt::format("{}", s.rejected),
          fmt::format("{}; {:.3f}{}, band ± {:.3f}", band_text(s.band), fmt::join(axes, " "), s.white() ? "" : "*",
                      s.autocorrelation_band));
   }

@@ -124,15 +124,17 @@ std::string estimate_table(const Solution& solution) {
   for (const Block block : solution.layout().blocks()) {
     if (is_navigation(block)) continue;
     const BlockInfo& row = info(block);
-    Row cells{fmt::format("{} [{}]", row.name, row.unit)};
-    const Vector3d value = shown_value(x, block);
-    for (int i = 0; i < 3; ++i) {
-      cells.push_back(i < row.size
-                          ? fmt::format("{}: {}", row.axes[static_cast<std::size_t>(i)],
-                                        measured(value[i] * row.factor, s.blocks[full_offset(block) + i] * row.factor))
-                          : "");
+    const BlockValues value = shown_value(x, block);
+    for (int first = 0; first < row.size; first += 3) {
+      Row cells{first == 0 ? fmt::format("{} [{}]", row.name, row.unit) : ""};
+      for (int i = first; i < first + 3; ++i) {
+        cells.push_back(
+            i < row.size ? fmt::format("{}: {}", row.axes[static_cast<std::size_t>(i)],
+                                       measured(value[i] * row.factor, s.blocks[full_offset(block) + i] * row.factor))
+                         : "");
+      }
+      rows.push_back(std::move(cells));
     }
-    rows.push_back(std::move(cells));
   }
   if (rows.empty()) return {};
   return table("Estimates at the end, ± 1 sigma (boresight: roll, pitch, heading)", {"block", "", "", ""}, rows);

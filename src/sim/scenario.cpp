@@ -43,7 +43,7 @@ TriadTruth read_triad(const Config& config, const Dimension& value, const Dimens
   t.bias_spread = read_spread(config, "bias", value);
   t.scale = find_vector(config, "scale", kRatio);
   t.scale_spread = read_spread(config, "scale", kRatio);
-  t.misalignment = config.magnitude("misalignment", kRatio, t.misalignment);
+  if (config.has("misalignment")) t.misalignment = config.magnitude("misalignment", kRatio);
   t.warm_up = config.vector("warm_up", value, t.warm_up);
   t.warm_up_time = config.magnitude("warm_up_time", kTime, t.warm_up_time);
   if (t.warm_up_time <= 0) config.fail("warm_up_time", "must be above zero, such as `120 s`");

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/imu_error_model.h"
 #include "piste/math/interruption.h"
 #include "piste/sim/random.h"
 #include "sim/epochs.h"
@@ -41,7 +42,9 @@ Vector3d draw_constant(const std::optional<Vector3d>& given, const Vector3d& spr
 // Adds the errors of one triad, row by row.
 class TriadErrorSource {
  public:
-  TriadErrorSource(const TriadErrors& errors, const TriadTruth& given, std::uint64_t seed, const std::string& name)
+  // `elements`: of the matrix of cross-axis errors, those that the triad has.
+  TriadErrorSource(const TriadErrors& errors, const TriadTruth& given, std::span<const ImuErrorElement> elements,
+                   std::uint64_t seed, const std::string& name)
       : errors_(errors),
         given_(given),
         drift_(errors.drift, {seed, name + "/drift"}),
@@ -50,16 +53,19 @@ class TriadErrorSource {
     draw.bias = draw_constant(given.bias, given.bias_spread, errors.bias, {seed, name + "/bias"});
     draw.scale = draw_constant(given.scale, given.scale_spread, errors.scale, {seed, name + "/scale"});
     RandomStream tilt(seed, name + "/misalignment");
-    for (int i = 0; i < 3; ++i) draw.misalignment.col(i) = given.misalignment * tilt.normal3();
-    draw.misalignment.diagonal().setOnes();
+    Matrix3d drawn;
+    for (int i = 0; i < 3; ++i) drawn.col(i) = given.misalignment.value_or(errors.cross_axis) * tilt.normal3();
+    draw.misalignment.setIdentity();
+    for (const auto& [input, signal] : elements)
+      draw.misalignment(input % 3, signal % 3) = drawn(input % 3, signal % 3);
     rounding_ = given.quantization * quantization_.normal3();
     draw.drift_first = drift_.value();
   }
 
-  // Measures the row that ends `since_start` seconds after the start and lasts dt.
-  Vector3d measure(const Vector3d& truth, double since_start, double dt, Phase phase) {
+  // Measures the row that ends `since_start` seconds after the start and lasts dt. `other`: what another signal adds.
+  Vector3d measure(const Vector3d& truth, const Vector3d& other, double since_start, double dt, Phase phase) {
     Vector3d row = draw.misalignment * truth;
-    row += draw.scale.cwiseProduct(row) + draw.bias + drift_.advance(dt);
+    row += draw.scale.cwiseProduct(row) + other + draw.bias + drift_.advance(dt);
     const Vector3d warm_up = std::exp(-since_start / given_.warm_up_time) * given_.warm_up;
     row += warm_up;
     row += (errors_.densities() / std::sqrt(dt)).cwiseProduct(noise_.normal3());
@@ -141,14 +147,19 @@ SimulatedImu simulate_imu(const Truth& plate, const ImuSetup& setup, std::uint64
   const auto gps_of = [&](std::size_t k) {
     return start + static_cast<double>(k) * step * (1 - setup.clock_drift) + step;
   };
-  TriadErrorSource gyro(setup.sensor.gyro, setup.gyro, seed, setup.name + "/gyro");
-  TriadErrorSource accel(setup.sensor.accel, setup.accel, seed, setup.name + "/accel");
+  TriadErrorSource gyro(setup.sensor.gyro, setup.gyro, elements_of(Block::kGyroCrossAxis), seed, setup.name + "/gyro");
+  TriadErrorSource accel(setup.sensor.accel, setup.accel, elements_of(Block::kAccelCrossAxis), seed,
+                         setup.name + "/accel");
+  RandomStream sensitivity(seed, setup.name + "/g_sensitivity");
   RandomStream magnetic_noise(seed, setup.name + "/magnetic"), iron(seed, setup.name + "/iron");
   DriftPath disturbance(setup.magnetometer.disturbance, {seed, setup.name + "/disturbance"});
 
   const Interval run = truth.under_way();
 
   SimulatedImu out;
+  for (int i = 0; i < 3; ++i) {
+    out.g_sensitivity.row(i) = setup.sensor.gyro_g_sensitivity * sensitivity.normal3().transpose();
+  }
   out.hard_iron = setup.magnetometer.hard_iron * iron.normal3();
   for (int i = 0; i < 3; ++i) out.soft_iron.row(i) = setup.magnetometer.soft_iron * iron.normal3().transpose();
   out.recording.file = setup.name + ".csv";
@@ -164,8 +175,9 @@ SimulatedImu simulate_imu(const Truth& plate, const ImuSetup& setup, std::uint64
     } else {
       signal = truth.mean(gps - dt, gps);
     }
-    const Vector3d rate = gyro.measure(signal.gyro, gps - start, dt, phase_of(gps, run));
-    const Vector3d force = accel.measure(signal.accel, gps - start, dt, phase_of(gps, run));
+    const Vector3d rate =
+        gyro.measure(signal.gyro, out.g_sensitivity * signal.accel, gps - start, dt, phase_of(gps, run));
+    const Vector3d force = accel.measure(signal.accel, Vector3d::Zero(), gps - start, dt, phase_of(gps, run));
     const double unit = out.recording.increments ? dt : 1;
     out.recording.time.push_back(start + step + setup.clock_offset + static_cast<double>(k) * step);
     out.recording.gyro.emplace_back(unit * rate);

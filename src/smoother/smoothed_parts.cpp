@@ -180,7 +180,7 @@ void PartsSmoother::find_constants(const Covariance& P, const ErrorVector& mean,
   for (const Block b : constants_) {
     const int o = layout_.offset(b), size = info(b).size;
     const auto columns = P.middleCols(o, size);
-    const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostStates, 3> weighted =
+    const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostStates, kLargestBlock> weighted =
         Lambda.transpose().lazyProduct(columns);  // Λ is symmetric: the product reads its columns
     of_constants_.block(o, o, size, size) = P.block(o, o, size, size) - columns.transpose().lazyProduct(weighted);
     correction_.segment(o, size) = mean.segment(o, size) - columns.transpose().lazyProduct(lambda);

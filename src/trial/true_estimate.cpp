@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "model/imu_error_model.h"
+
 namespace piste {
 namespace {
 
@@ -29,6 +31,13 @@ TrueEstimate::TrueEstimate(const Scenario& scenario, const Simulation& simulatio
   constant_.accel_bias = imu.accel.bias;
   constant_.gyro_scale = imu.gyro.scale;
   constant_.accel_scale = imu.accel.scale;
+  const auto put_elements = [&](Block block, const Matrix3d& M) {
+    Eigen::Index k = 0;
+    for (const auto& [input, signal] : elements_of(block)) additive(constant_, block)(k++) = M(input % 3, signal % 3);
+  };
+  put_elements(Block::kGyroCrossAxis, (1 + imu.gyro.scale.array()).matrix().asDiagonal() * imu.gyro.misalignment);
+  put_elements(Block::kAccelCrossAxis, (1 + imu.accel.scale.array()).matrix().asDiagonal() * imu.accel.misalignment);
+  put_elements(Block::kGyroGSensitivity, imu.g_sensitivity);
   constant_.q_rb = setup.q_rb;
   constant_.hard_iron = imu.hard_iron;
   constant_.soft_iron_x = imu.soft_iron.row(0);

@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "piste/core/error.h"
+#include "piste/math/earth.h"
 #include "piste/math/units.h"
 #include "support/places.h"
 #include "support/text_file.h"
@@ -23,6 +24,8 @@ constexpr const char* kWholeSensor =
     "  bias: 0.5 deg/s\n"
     "  drift: {process: gauss_markov, sigma: 0.01 deg/s, correlation_time: 200 s}\n"
     "  scale: 10000 ppm\n"
+    "  cross_axis: 3000 ppm\n"
+    "  g_sensitivity: 0.1 deg/s/g\n"
     "  range: 300 deg/s\n"
     "accel: {noise: 200 ug/sqrt(Hz), bias: 0.05 m/s^2, drift: {process: random_walk, density: 4e-5 m/s^3/sqrt(Hz)}}\n";
 
@@ -34,6 +37,9 @@ TEST(SensorFile, ReadsAndWritesBack) {
   EXPECT_EQ(sensor.gyro.drift.kind, DriftProcess::Kind::kGaussMarkov);
   EXPECT_EQ(sensor.gyro.drift.correlation_time, 200);
   EXPECT_DOUBLE_EQ(sensor.gyro.scale, 0.01);
+  EXPECT_DOUBLE_EQ(sensor.gyro.cross_axis, 0.003);
+  EXPECT_DOUBLE_EQ(sensor.gyro_g_sensitivity, 0.1 * kDegree / kStandardGravity);
+  EXPECT_EQ(sensor.accel.cross_axis, 0);
   EXPECT_EQ(sensor.accel.scale, 0);
   EXPECT_EQ(sensor.accel.range, 0);
   EXPECT_EQ(sensor.accel.drift.density, 4e-5);
@@ -43,6 +49,8 @@ TEST(SensorFile, ReadsAndWritesBack) {
   EXPECT_EQ(again.gyro.noise, sensor.gyro.noise);
   EXPECT_EQ(again.gyro.drift.sigma, sensor.gyro.drift.sigma);
   EXPECT_EQ(again.gyro.range, sensor.gyro.range);
+  EXPECT_EQ(again.gyro.cross_axis, sensor.gyro.cross_axis);
+  EXPECT_EQ(again.gyro_g_sensitivity, sensor.gyro_g_sensitivity);
   EXPECT_EQ(again.accel.noise, sensor.accel.noise);
   EXPECT_EQ(again.accel.drift.density, sensor.accel.drift.density);
 }

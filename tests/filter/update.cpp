@@ -14,7 +14,7 @@ using test::Random;
 
 double relative(const MatrixXd& a, const MatrixXd& b) { return (a - b).norm() / b.norm(); }
 
-// A measurement of some blocks, one of which has a single state.
+// A measurement of some blocks, one of which has a single state, and one six.
 Linearization random_measurement(Random& random, int rows) {
   Linearization lin;
   lin.rows = rows;
@@ -23,6 +23,7 @@ Linearization random_measurement(Random& random, int rows) {
   for (const Block b : {Block::kAttitude, Block::kPosition, Block::kGyroScale, Block::kGnssDelay, Block::kBoresight}) {
     lin.add(b, random.matrix(3, 3));
   }
+  lin.add(Block::kGyroCrossAxis, random.matrix(3, kLargestBlock), 6);
   return lin;
 }
 
@@ -48,8 +49,9 @@ TEST_P(Rows, UpdateIsTheDenseFormula) {
 
     MatrixXd H = MatrixXd::Zero(m, n);
     for (int k = 0; k < lin.count(); ++k) {
-      const auto& [block, J] = lin.term(k);
-      if (l.has(block)) H.middleCols(l.offset(block), info(block).size) = J.topLeftCorner(m, info(block).size);
+      const Linearization::Term& term = lin.term(k);
+      if (!l.has(term.block)) continue;
+      H.middleCols(l.offset(term.block) + term.column, term.size()) = term.jacobian.topLeftCorner(m, term.size());
     }
     const MatrixXd R = lin.covariance.topLeftCorner(m, m), S = H * P * H.transpose() + R;
     const MatrixXd K = P * H.transpose() * inverse(S), A = MatrixXd::Identity(n, n) - K * H;

@@ -170,6 +170,7 @@ TEST(Jacobians, GnssVelocityOfABodyThatStandsStill) {
   for (int i = 0; i < kStates; ++i) {
     Estimate x = random.estimate();
     x.v_wb.setZero();
+    x.gyro_g_sensitivity.setZero();
     ImuStep raw = raw_step(random);
     raw.dtheta = raw.dt * (x.gyro_bias + x.gyro_drift);
     const GnssFix fix = fix_near(x, random);
@@ -246,7 +247,8 @@ TEST(Jacobians, Attitude) {
             const Vector3d white = coloured ? Vector3d(0.1, 0.2, 0.3) : Vector3d::Ones();
             const Turning turning{.earth_rate = Vector3d(0.03, 0.02, -0.04),  // faster, to stand out of rounding
                                   .rate = antenna_motion(raw, recent, y).mean.rate,
-                                  .lag = {y.attitude_delay, Block::kAttitudeDelay}};
+                                  .lag = {y.attitude_delay, Block::kAttitudeDelay},
+                                  .force = antenna_motion(raw, recent, y).mean.force};
             return linearize_attitude(fix, white, y, R_wn, nullptr, turning);
           },
           x);
@@ -294,9 +296,10 @@ TEST(Jacobians, ZeroRate) {
   for (int i = 0; i < kStates; ++i) {
     const Vector3d mean_gyro = random.vector(0.01);
     // A faster Earth, so that its terms stand out of the differences' rounding.
-    const Vector3d earth_rate = random.vector(0.1);
-    check_jacobians([&](const Estimate& y) { return linearize_zero_rate({}, mean_gyro, 0.5, 1e-3, y, earth_rate); },
-                    random.estimate());
+    const Vector3d earth_rate = random.vector(0.1), gravity = random.vector(10);
+    check_jacobians(
+        [&](const Estimate& y) { return linearize_zero_rate({}, mean_gyro, 0.5, 1e-3, y, earth_rate, gravity); },
+        random.estimate());
   }
 }
 

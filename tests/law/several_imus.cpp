@@ -263,6 +263,9 @@ TEST(SeveralImus, OnlyTheMeansOwnScalesAreLeftInAStep) {
   const ImuVector w = imu_weights(options.imus, &ImuSensor::gyro);
   const ErrorSplit split = split_errors(w, imu_sigmas(options.imus, &ImuSensor::gyro, ImuErrorKind::kScale));
   Estimate x = random.estimate();
+  x.gyro_cross_axis.setZero();
+  x.accel_cross_axis.setZero();
+  x.gyro_g_sensitivity.setZero();
   Matrix3d gain = Matrix3d::Identity();
   for (int i = 0; i < kUnits; ++i) {
     const Matrix3d& R = axes[static_cast<std::size_t>(i)];

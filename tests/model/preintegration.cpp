@@ -100,7 +100,7 @@ TEST(Preintegration, CompareUndoesCarry) {
   const ImuSum sum = summed(c, c.x);
   const Residual residual = some_residual();
   const Estimate end = carry(sum, residual, c.x, c.world.earth_rate(), gravity);
-  const SumResidual r = compare(sum, Eigen::Matrix<double, 18, 1>::Zero(), c.x, end, c.world.earth_rate(), gravity);
+  const SumResidual r = compare(sum, ImuErrorVector::Zero(), c.x, end, c.world.earth_rate(), gravity);
   EXPECT_LT((r.value - residual).cwiseAbs().maxCoeff(), 1e-10);
 }
 
@@ -110,9 +110,9 @@ TEST(Preintegration, DerivativesAreThoseOfDifferences) {
   const ImuSum sum = summed(c, c.x);
   const Residual residual = some_residual();
   const Estimate end = carry(sum, residual, c.x, c.world.earth_rate(), gravity);
-  Eigen::Matrix<double, 18, 1> change;
-  for (int k = 0; k < 18; ++k) change(k) = 1e-3 * (k % 5 - 2);
-  const auto at = [&](const Estimate& a, const Estimate& b, const Eigen::Matrix<double, 18, 1>& d) {
+  ImuErrorVector change;
+  for (int k = 0; k < kImuErrorSize; ++k) change(k) = 1e-3 * (k % 5 - 2);
+  const auto at = [&](const Estimate& a, const Estimate& b, const ImuErrorVector& d) {
     return compare(sum, d, a, b, c.world.earth_rate(), gravity).value;
   };
   const SumResidual r = compare(sum, change, c.x, end, c.world.earth_rate(), gravity);
@@ -139,8 +139,8 @@ TEST(Preintegration, DerivativesAreThoseOfDifferences) {
     t.turn_to_end(column.data());
     same(column, to_end.col(k));
   }
-  for (int k = 0; k < 18; ++k) {
-    const Eigen::Matrix<double, 18, 1> d = kH * Eigen::Matrix<double, 18, 1>::Unit(k);
+  for (int k = 0; k < kImuErrorSize; ++k) {
+    const ImuErrorVector d = kH * ImuErrorVector::Unit(k);
     const auto by = ((at(c.x, end, change + d) - at(c.x, end, change - d)) / (2 * kH)).eval();
     EXPECT_LT((by - r.by_imu.col(k)).cwiseAbs().maxCoeff(), 2e-7) << k;
   }
@@ -151,18 +151,20 @@ TEST(Preintegration, SumFollowsTheErrorsOfTheImu) {
   const Case c = some_case(50);
   const ImuSum sum = summed(c, c.x);
   constexpr double kH = 1e-5;
-  for (int k = 0; k < 18; ++k) {
-    Estimate more = c.x, less = c.x;
-    const Block block = ImuSum::kImuErrors[static_cast<std::size_t>(k / 3)];
-    additive(more, block)(k % 3) += kH;
-    additive(less, block)(k % 3) -= kH;
-    const ImuSum a = summed(c, more), b = summed(c, less);
-    Eigen::Matrix<double, 9, 1> difference;
-    difference << (a.position - b.position), (a.velocity - b.velocity),
-        so3_log(sum.turn.conjugate() * a.turn) - so3_log(sum.turn.conjugate() * b.turn);
-    difference /= 2 * kH;
-    EXPECT_LT((difference - sum.by_imu.col(k)).cwiseAbs().maxCoeff(), 2e-3 * sum.by_imu.col(k).cwiseAbs().maxCoeff())
-        << k << ": " << difference.transpose() << "\n   " << sum.by_imu.col(k).transpose();
+  int k = 0;
+  for (const ImuErrorBlock& b : kImuErrorBlocks) {
+    for (int i = 0; i < b.size(); ++i, ++k) {
+      Estimate more = c.x, less = c.x;
+      additive(more, b.block)(i) += kH;
+      additive(less, b.block)(i) -= kH;
+      const ImuSum above = summed(c, more), below = summed(c, less);
+      Eigen::Matrix<double, 9, 1> difference;
+      difference << (above.position - below.position), (above.velocity - below.velocity),
+          so3_log(sum.turn.conjugate() * above.turn) - so3_log(sum.turn.conjugate() * below.turn);
+      difference /= 2 * kH;
+      EXPECT_LT((difference - sum.by_imu.col(k)).cwiseAbs().maxCoeff(), 2e-3 * sum.by_imu.col(k).cwiseAbs().maxCoeff())
+          << k << ": " << difference.transpose() << "\n   " << sum.by_imu.col(k).transpose();
+    }
   }
 }
 
@@ -199,7 +201,7 @@ double mean_square(double T_over_tau, const DriftStep& told, double decay, int d
       preintegration.add(measured, noise, {.rate = s.mean_rate(), .force = s.mean_force()}, told, accel);
     }
     const SumResidual r =
-        compare(preintegration.sum(), Eigen::Matrix<double, 18, 1>::Zero(), x, end, clean.world.earth_rate(), gravity);
+        compare(preintegration.sum(), ImuErrorVector::Zero(), x, end, clean.world.earth_rate(), gravity);
     Eigen::Matrix<double, 15, 1> residual;
     residual << r.value, end.gyro_drift - decay * x.gyro_drift, end.accel_drift - decay * x.accel_drift;
     sum += residual.dot(preintegration.sum().noise.llt().solve(residual)) / 15;

@@ -56,7 +56,7 @@ TEST_P(Consistent, EveryGroupIsWithinItsBandAndNearTheBound) {
 
 INSTANTIATE_TEST_SUITE_P(Suite, Consistent,
                          ::testing::Values("ski_l1l2", "ski_l1", "bicycle_l1l2", "bicycle_l1l2_attitude",
-                                           "bicycle_aids"),
+                                           "bicycle_aids", "ski_cross_axis"),
                          [](const auto& name) { return std::string(name.param); });
 
 // The test can fail: the same run with half of the noise in the filter's sensor file.
@@ -67,6 +67,17 @@ TEST(Inconsistent, WorseSensorLeavesTheBand) {
   for (const auto* estimator : {&report.filter, &report.smoother}) {
     EXPECT_GT(estimator->groups[under_way].front().nees, report.bands.front().high);
   }
+}
+
+// Axes of which the filter is not told are its errors: innovations do not show them, NEES does.
+TEST(Inconsistent, CrossAxisErrorsThatAreNotStatedLeaveTheBand) {
+  Scenario s = short_scenario("ski_cross_axis");
+  ImuSensor& told = s.replay.sensor;
+  told.gyro.cross_axis = told.accel.cross_axis = told.gyro_g_sensitivity = 0;
+  std::erase_if(s.replay.estimate,
+                [&](Block b) { return b >= Block::kGyroCrossAxis && b <= Block::kGyroGSensitivity; });
+  const ConsistencyReport report = report_of(s, "not told", kRuns / 2);
+  EXPECT_FALSE(report.consistent());
 }
 
 // A calm ride, in which motion tells little of the scales: what they follow then is noise, unless it is taken out.

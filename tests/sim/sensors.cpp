@@ -128,6 +128,35 @@ TEST(SimulateImu, PutsInTheErrorsItReports) {
   EXPECT_EQ(imu.gyro_drift.back(), imu.gyro.drift_last);
 }
 
+// Gyroscopes have six cross-axis errors and nine of g-sensitivity; accelerometers, which define the axes, three.
+TEST(SimulateImu, CrossAxisErrorsAreThoseOfTheSensorUnlessTheyAreGiven) {
+  const Truth r = plate();
+  ImuSetup setup = perfect();
+  setup.sensor.gyro.cross_axis = 0.004;
+  setup.sensor.accel.cross_axis = 0.002;
+  setup.sensor.gyro_g_sensitivity = 3e-4;
+  const SimulatedImu truth = simulate_imu(r, perfect(), 3), imu = simulate_imu(r, setup, 3);
+  const Matrix3d &gyro = imu.gyro.misalignment, &accel = imu.accel.misalignment;
+  for (const std::size_t k : {0u, 3500u, 5999u}) {
+    const Vector3d w = truth.recording.gyro[k], f = truth.recording.accel[k];
+    EXPECT_LT((imu.recording.gyro[k] - gyro * w - imu.g_sensitivity * f).norm(), 1e-14);
+    EXPECT_LT((imu.recording.accel[k] - accel * f).norm(), 1e-13);
+  }
+  EXPECT_EQ(gyro.diagonal(), Vector3d::Ones().eval());
+  EXPECT_EQ(accel.diagonal(), Vector3d::Ones().eval());
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      EXPECT_NE(imu.g_sensitivity(i, j), 0);
+      EXPECT_NE(gyro(i, j), 0);
+      EXPECT_EQ(accel(i, j) != 0, j <= i);
+    }
+  }
+  setup.gyro.misalignment = setup.accel.misalignment = 0;
+  const SimulatedImu square = simulate_imu(r, setup, 3);
+  EXPECT_EQ(square.gyro.misalignment, Matrix3d::Identity().eval());
+  EXPECT_EQ(square.accel.misalignment, Matrix3d::Identity().eval());
+}
+
 TEST(SimulateImu, SpreadIsDrawnAboutWhatIsGiven) {
   const Truth r = plate(1, 12);
   ImuSetup setup = perfect();
@@ -277,7 +306,11 @@ TEST(SimulateImu, ClockFollowsItsEquation) {
 TEST(SimulateImu, SameSeedSameBytesWhateverElseThereIs) {
   const Truth r = plate();
   ImuSetup setup = perfect();
-  setup.sensor.gyro = {8.7e-4, 0.01, {DriftProcess::Kind::kGaussMarkov, 0.001, 50, 0}, 0.01, 5};
+  setup.sensor.gyro = {.noise = 8.7e-4,
+                       .bias = 0.01,
+                       .drift = {DriftProcess::Kind::kGaussMarkov, 0.001, 50, 0},
+                       .scale = 0.01,
+                       .range = 5};
   const SimulatedImu a = simulate_imu(r, setup, 11), b = simulate_imu(r, setup, 11), c = simulate_imu(r, setup, 12);
   ImuSetup with_accel = setup;
   with_accel.sensor.accel.noise = 0.002;

@@ -13,20 +13,21 @@ namespace piste::test {
 template <class Model>
 void check_jacobians(const Model& model, const Estimate& x) {
   const Linearization lin = model(x);
-  std::array<Matrix3d, kBlocks.size()> claimed;
-  claimed.fill(Matrix3d::Zero());
+  using BlockJacobian = Eigen::Matrix<double, 3, kLargestBlock>;
+  std::array<BlockJacobian, kBlocks.size()> claimed;
+  claimed.fill(BlockJacobian::Zero());
   double largest = 0;
   for (int i = 0; i < lin.count(); ++i) {
-    const auto& [block, jacobian] = lin.term(i);
-    Matrix3d& J = claimed[static_cast<std::size_t>(index_of(block))];
-    ASSERT_TRUE(J.isZero(0)) << info(block).name << " stands twice";
-    J.topLeftCorner(lin.rows, info(block).size) = jacobian.topLeftCorner(lin.rows, info(block).size);
-    ASSERT_TRUE(J.allFinite()) << info(block).name;
+    const Linearization::Term& term = lin.term(i);
+    BlockJacobian& J = claimed[static_cast<std::size_t>(index_of(term.block))];
+    ASSERT_TRUE(J.middleCols(term.column, term.size()).isZero(0)) << info(term.block).name << " stands twice";
+    J.block(0, term.column, lin.rows, term.size()) = term.jacobian.topLeftCorner(lin.rows, term.size());
+    ASSERT_TRUE(J.allFinite()) << info(term.block).name;
     largest = std::max(largest, J.cwiseAbs().maxCoeff());
   }
   ASSERT_GT(largest, 0);
   for (const BlockInfo& row : kBlocks) {
-    Matrix3d numeric = Matrix3d::Zero();
+    BlockJacobian numeric = BlockJacobian::Zero();
     for (int k = 0; k < row.size; ++k) {
       constexpr double h = 1e-3;
       const auto at = [&](double step) -> Vector3d {
@@ -35,7 +36,7 @@ void check_jacobians(const Model& model, const Estimate& x) {
       const Vector3d slope = (8 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12 * h);
       numeric.col(k).head(lin.rows) = -slope.head(lin.rows);
     }
-    const Matrix3d& J = claimed[static_cast<std::size_t>(index_of(row.block))];
+    const BlockJacobian& J = claimed[static_cast<std::size_t>(index_of(row.block))];
     const double size = std::max(J.cwiseAbs().maxCoeff(), numeric.cwiseAbs().maxCoeff());
     EXPECT_LE((J - numeric).cwiseAbs().maxCoeff(), 1e-8 * size + 1e-10 * largest) << row.name << ", claimed:\n"
                                                                                   << J << "\nby differences:\n"

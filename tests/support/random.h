@@ -40,7 +40,8 @@ class Random {
     return Quaterniond(gaussian(), v.x(), v.y(), v.z()).normalized();
   }
 
-  /// Any attitude and boresight, some 20 m/s, scales of a few per cent, no block at zero.
+  /// Any attitude and boresight, some 20 m/s, scales of a few per cent, cross-axis errors of some 30 ppm, no block at
+  /// zero.
   Estimate estimate() {
     Estimate x;
     x.q_wb = rotation();
@@ -71,6 +72,10 @@ class Random {
     x.cornering = x.gyro_drift.x();
     x.odometer_scale = x.gyro_scale.y();
     x.barometer_offset = 3 * x.lever_arm.z();
+    // So small that Φ, in which products of these errors with others are left out, agrees with differences.
+    x.gyro_cross_axis << 1e-3 * x.gyro_scale, -1e-3 * x.accel_scale;
+    x.accel_cross_axis = 1e-3 * (x.gyro_scale + x.accel_scale);
+    x.gyro_g_sensitivity << 1e-4 * x.accel_scale, 1e-4 * x.gyro_scale, -1e-4 * x.accel_scale;
     for (std::size_t i = 0; i < x.parity.size(); ++i) {
       const Vector3d* const kinds[] = {&x.gyro_bias,   &x.accel_bias, &x.gyro_drift,
                                        &x.accel_drift, &x.gyro_scale, &x.accel_scale};

@@ -67,11 +67,19 @@ struct StateGroup {
 /// The groups: the whole state, navigation, biases, scales, and every block by itself.
 std::vector<StateGroup> state_groups(const StateLayout& layout);
 
+/// Whether a mean over runs is 1: Student's t of its difference over the standard error between runs, with Holm's
+/// adjustment for all that are judged together. Errors of one run are correlated over hours, runs are independent.
+struct MeanTest {
+  double p_value = 1;  ///< adjusted
+  bool holds = true;   ///< p_value ≥ 1 − probability, or the difference is too small to count
+};
+
 /// NEES of a group over the epochs of a phase.
 struct GroupConsistency {
-  double nees = 0;                   ///< mean over runs and epochs, per degree of freedom
-  double standard_error = 0;         ///< of that mean, between runs
-  double outside = 0;                ///< share of epochs whose mean over the runs is outside its band
+  double nees = 0;            ///< mean over runs and epochs, per degree of freedom
+  double standard_error = 0;  ///< of that mean, between runs
+  MeanTest test;              ///< differences that do not count: below 0.05 under way; at rest within 0.8 and 1.25
+  double outside = 0;         ///< share of epochs whose mean over the runs is outside its band
   std::array<double, 3> coverage{};  ///< share of errors within 1, 2, 3 sigma: .6827 .9545 .9973 if normal
   double largest = 0;                ///< largest single error, in sigmas
   std::uint64_t largest_seed = 0;    ///< of the run that has it, to be looked at
@@ -96,8 +104,10 @@ struct SourceConsistency {
   std::string name;
   int dof = 0;
   double count = 0, rejected = 0;
-  double nis = 0;  ///< mean, per degree of freedom
-  Band band;
+  double nis = 0;                           ///< mean, per degree of freedom
+  double standard_error = 0;                ///< of the mean over runs, between runs
+  MeanTest test;                            ///< a difference below 0.02 does not count
+  Band band;                                ///< of the mean if all innovations are independent
   std::array<double, 3> autocorrelation{};  ///< of successive normalised innovations, per axis
   double autocorrelation_band = 0;          ///< ±, if they are white
 
@@ -125,15 +135,15 @@ struct ConsistencyReport {
   EpochGrid grid;
   StateLayout layout;
   std::vector<StateGroup> groups;
-  std::vector<Band> bands;  ///< by group: of the mean over the runs at one epoch
+  std::vector<Band> bands;  ///< by group: of the mean over the runs at one epoch, for pictures
   EstimatorConsistency filter, smoother;
   std::vector<SourceConsistency> sources;
   HeadingFound heading;  ///< of the filter
   std::vector<FailedRun> failures;
 
-  /// Groups that are outside their band under way, such as "filter accel_scale".
-  std::vector<std::string> outside() const;
-  /// Whether all groups of filter and smoother are within their bands under way, and no run failed.
+  /// Groups whose test fails in a phase, such as "filter accel_scale".
+  std::vector<std::string> outside(Phase phase = Phase::kUnderWay) const;
+  /// Whether the tests of all groups of filter and smoother hold under way, and no run failed.
   bool consistent() const;
 };
 

@@ -37,7 +37,7 @@ struct PriorJump {
 };
 
 /// The prior value of a constant of a run, in the form of shown_value().
-Vector3d stated_value(const FilterOptions& options, Block block);
+BlockValues stated_value(const FilterOptions& options, Block block);
 
 /// The verdict. `findings` has the causes as sentences, the most likely first; diagnosis/diagnose.h determines them.
 struct Verdict {

@@ -23,8 +23,8 @@ Quaterniond& rotation(Estimate& x, Block block);
 const Quaterniond& rotation(const Estimate& x, Block block);
 
 /// Value of any block as files and plots show it, but in SI and radians. A rotation is given as its Euler angles (roll,
-/// pitch, heading); a block of one value has zeros after it.
-Vector3d shown_value(const Estimate& x, Block block);
+/// pitch, heading). Zeros follow the values of the block.
+BlockValues shown_value(const Estimate& x, Block block);
 
 /// estimate ⊞ error for every block.
 Estimate boxplus(const Estimate& x, const FullError& error);

@@ -1,7 +1,10 @@
 #pragma once
 /// The error model of an IMU, with the numbers that a data sheet or an Allan deviation gives. SI and radians.
 ///
-///     measured = (1 + scale) · true + bias + drift + noise, per axis
+///     measured = (1 + S + M) true + bias + drift + noise [+ G f],    S = diag(scale)
+///
+/// M has the cross-axis errors, beside the diagonal, and G is the gyroscopes' response to specific force
+/// (model/imu_error_model.h).
 
 #include <string>
 
@@ -20,11 +23,12 @@ struct DriftProcess {
 
 /// Errors of three axes of the same kind. One number holds for all three; the noise may differ between them.
 struct TriadErrors {
-  double noise = 0;    ///< density of the white noise: unit/sqrt(Hz); of axes that differ, their root mean square
-  double bias = 0;     ///< 1-sigma of the turn-on bias
-  DriftProcess drift;  ///< of the bias, in the run
-  double scale = 0;    ///< 1-sigma, as a ratio
-  double range = 0;    ///< a sample at ± range is clipped; 0 = unlimited
+  double noise = 0;       ///< density of the white noise: unit/sqrt(Hz); of axes that differ, their root mean square
+  double bias = 0;        ///< 1-sigma of the turn-on bias
+  DriftProcess drift;     ///< of the bias, in the run
+  double scale = 0;       ///< 1-sigma, as a ratio
+  double cross_axis = 0;  ///< 1-sigma of each element of M, as a ratio
+  double range = 0;       ///< a sample at ± range is clipped; 0 = unlimited
   Vector3d axes = Vector3d::Ones();  ///< noise of each axis, as a part of `noise`
 
   Vector3d densities() const { return noise * axes; }  ///< of the white noise of each axis
@@ -35,6 +39,7 @@ struct TriadErrors {
 struct ImuSensor {
   std::string name;
   TriadErrors gyro, accel;
+  double gyro_g_sensitivity = 0;  ///< 1-sigma of each element of G [rad/s per m/s²]
 };
 
 /// The sensor model along other axes: R turns a vector of the sensor's axes into them. White noise of axes that differ

@@ -15,12 +15,13 @@
 #include <vector>
 
 #include "piste/core/options.h"
+#include "piste/math/earth.h"
 #include "piste/math/so3.h"
 #include "piste/math/units.h"
 
 namespace piste {
 
-/// Kinds of errors of an IMU: bias, drift and scale of gyroscopes and accelerometers.
+/// Kinds of errors of an IMU that parities have: bias, drift and scale of gyroscopes and accelerometers.
 inline constexpr int kImuErrors = 6, kParityBlocks = kImuErrors * kMostParities;
 /// Slow errors of receivers beyond kGnssPositionDrift: of each one in units of its sigmas, of all but the first in m.
 inline constexpr int kReceiverDrifts = 2 * kDriftingReceivers - 1;
@@ -37,6 +38,9 @@ enum class Block : int {
   kAccelDrift,
   kGyroScale,
   kAccelScale,
+  kGyroCrossAxis,  ///< see model/imu_error_model.h, also for the next two
+  kAccelCrossAxis,
+  kGyroGSensitivity,
   kBoresight,
   kLeverArm,
   kGnssPositionDrift,
@@ -77,6 +81,12 @@ struct Estimate {
   Vector3d accel_drift = Vector3d::Zero();
   Vector3d gyro_scale = Vector3d::Zero();
   Vector3d accel_scale = Vector3d::Zero();
+  /// Elements beside the diagonal of the matrix by which a triad measures: of the gyroscopes, xy xz yx yz zx zy; of the
+  /// accelerometers, which define the axes of the body, yx zx zy. Then the gyroscopes' response to specific force, by
+  /// rows.
+  Eigen::Matrix<double, 6, 1> gyro_cross_axis = Eigen::Matrix<double, 6, 1>::Zero();
+  Vector3d accel_cross_axis = Vector3d::Zero();
+  Eigen::Matrix<double, 9, 1> gyro_g_sensitivity = Eigen::Matrix<double, 9, 1>::Zero();
   Quaterniond q_rb = Quaterniond::Identity();  ///< boresight: b components into r
   Vector3d lever_arm = Vector3d::Zero();       ///< p_ba_b
   Vector3d gnss_position_drift = Vector3d::Zero();
@@ -134,9 +144,14 @@ struct ReceiverMember {
   std::size_t place;
 };
 
-/// The member of Estimate that holds a block: three values, one value, or a rotation.
+/// The member of Estimate that holds a block: one, three, six or nine values, or a rotation.
 using BlockMember =
-    std::variant<Vector3d Estimate::*, double Estimate::*, Quaterniond Estimate::*, ParityMember, ReceiverMember>;
+    std::variant<Vector3d Estimate::*, double Estimate::*, Quaterniond Estimate::*, ParityMember, ReceiverMember,
+                 Eigen::Matrix<double, 6, 1> Estimate::*, Eigen::Matrix<double, 9, 1> Estimate::*>;
+
+/// The largest size of a block, and a number for each of its elements, or for as many as it has.
+inline constexpr int kLargestBlock = 9;
+using BlockValues = Eigen::Matrix<double, kLargestBlock, 1>;
 
 /// One row of the table. What depends on a run's sensors and sources is a function of its options.
 struct BlockInfo {
@@ -145,11 +160,11 @@ struct BlockInfo {
   int size;
   std::string_view unit;  ///< in files and plots
   double factor;          ///< from SI and radians to that unit
-  std::array<std::string_view, 3> axes;
+  std::array<std::string_view, kLargestBlock> axes;
   BlockMember member;
   /// Of a block that is constant in a run: its 1-sigma at the start. Null for a process, and for the navigation blocks,
   /// whose sigmas the start gives.
-  Vector3d (*prior)(const FilterOptions&) = nullptr;
+  BlockValues (*prior)(const FilterOptions&) = nullptr;
   /// Of a block that changes in a run: its process, or nothing if this run has no such process. Null for a constant.
   std::optional<BlockProcess> (*process)(const FilterOptions&) = nullptr;
   /// Whether the run has a source that observes the block. Null if every run has one.
@@ -162,10 +177,13 @@ struct BlockInfo {
 
 namespace blocks {
 
-using Axes = std::array<std::string_view, 3>;
+using Axes = std::array<std::string_view, kLargestBlock>;
 inline constexpr Axes kLocal{"north", "east", "down"}, kBody{"x", "y", "z"};
 
-inline Vector3d alike(double sigma) { return Vector3d::Constant(sigma); }
+inline BlockValues alike(double sigma) { return BlockValues::Constant(sigma); }
+inline BlockValues of_axes(const Vector3d& sigma) {
+  return (BlockValues() << sigma, BlockValues::Zero().tail<6>()).finished();
+}
 
 inline std::optional<BlockProcess> drift(const TriadErrors& triad) {
   if (triad.drift.kind == DriftProcess::Kind::kNone) return std::nullopt;
@@ -186,7 +204,7 @@ std::optional<BlockProcess> of_source(const std::optional<Source>& source, Gauss
 
 inline bool in_vehicle(const FilterOptions& o) { return o.vehicle.has_value(); }
 inline bool with_magnetometer(const FilterOptions& o) { return o.magnetometer.has_value(); }
-inline Vector3d soft_iron(const FilterOptions& o) { return alike(o.magnetometer ? o.magnetometer->soft_iron : 0); }
+inline BlockValues soft_iron(const FilterOptions& o) { return alike(o.magnetometer ? o.magnetometer->soft_iron : 0); }
 
 /// The slow error of a receiver, if it has one that is, or is not, in units of its sigmas.
 template <std::size_t Receiver, bool kOfStated>
@@ -290,6 +308,33 @@ inline constexpr auto kWrittenBlocks = std::to_array<BlockInfo>({
      .axes = blocks::kBody,
      .member = &Estimate::accel_scale,
      .prior = [](const FilterOptions& o) { return blocks::alike(o.sensor.accel.scale); }},
+    {.block = Block::kGyroCrossAxis,
+     .name = "gyro_cross_axis",
+     .size = 6,
+     .unit = "ppm",
+     .factor = 1e6,
+     .axes = {"xy", "xz", "yx", "yz", "zx", "zy"},
+     .member = &Estimate::gyro_cross_axis,
+     .prior = [](const FilterOptions& o) { return blocks::alike(o.sensor.gyro.cross_axis); },
+     .implied = true},
+    {.block = Block::kAccelCrossAxis,
+     .name = "accel_cross_axis",
+     .size = 3,
+     .unit = "ppm",
+     .factor = 1e6,
+     .axes = {"yx", "zx", "zy"},
+     .member = &Estimate::accel_cross_axis,
+     .prior = [](const FilterOptions& o) { return blocks::alike(o.sensor.accel.cross_axis); },
+     .implied = true},
+    {.block = Block::kGyroGSensitivity,
+     .name = "gyro_g_sensitivity",
+     .size = 9,
+     .unit = "deg/s/g",
+     .factor = kDegreesPerRadian * kStandardGravity,
+     .axes = {"xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"},
+     .member = &Estimate::gyro_g_sensitivity,
+     .prior = [](const FilterOptions& o) { return blocks::alike(o.sensor.gyro_g_sensitivity); },
+     .implied = true},
     {.block = Block::kBoresight,
      .name = "boresight",
      .size = 3,
@@ -387,7 +432,10 @@ inline constexpr auto kWrittenBlocks = std::to_array<BlockInfo>({
      .factor = kDegreesPerRadian,
      .axes = {"roll", "pitch", "heading"},
      .member = &Estimate::q_vb,
-     .prior = [](const FilterOptions& o) { return o.vehicle ? o.vehicle->mounting_sigma : blocks::alike(0); },
+     .prior =
+         [](const FilterOptions& o) {
+           return blocks::of_axes(o.vehicle ? o.vehicle->mounting_sigma : Vector3d(Vector3d::Zero()));
+         },
      .observed = blocks::in_vehicle,
      .needs = "the key `vehicle:`",
      .implied = true},
@@ -398,7 +446,10 @@ inline constexpr auto kWrittenBlocks = std::to_array<BlockInfo>({
      .factor = 1,
      .axes = blocks::kBody,
      .member = &Estimate::vehicle_contact,
-     .prior = [](const FilterOptions& o) { return o.vehicle ? o.vehicle->contact_sigma : blocks::alike(0); },
+     .prior =
+         [](const FilterOptions& o) {
+           return blocks::of_axes(o.vehicle ? o.vehicle->contact_sigma : Vector3d(Vector3d::Zero()));
+         },
      .observed = blocks::in_vehicle,
      .needs = "the key `vehicle:`",
      .implied = true},
@@ -716,7 +767,10 @@ constexpr bool every_row_is_whole() {
 
 constexpr bool sizes_match_members() {
   return std::all_of(kBlocks.begin(), kBlocks.end(), [](const BlockInfo& row) {
-    return row.size == (std::holds_alternative<double Estimate::*>(row.member) ? 1 : 3);
+    if (std::holds_alternative<double Estimate::*>(row.member)) return row.size == 1;
+    if (std::holds_alternative<Eigen::Matrix<double, 6, 1> Estimate::*>(row.member)) return row.size == 6;
+    if (std::holds_alternative<Eigen::Matrix<double, 9, 1> Estimate::*>(row.member)) return row.size == 9;
+    return row.size == 3;
   });
 }
 
@@ -758,7 +812,7 @@ class StateLayout {
 /// none if the run does not have it. True for the navigation blocks.
 bool has_error(const FilterOptions& options, Block block);
 
-/// The blocks bias, drift and scale of gyroscopes and accelerometers for which the sensor has an error.
+/// The blocks of errors of gyroscopes and accelerometers for which the sensor has an error.
 std::vector<Block> imu_error_blocks(const ImuSensor& sensor);
 
 /// The blocks of the slow errors that receivers of the run have.

@@ -43,6 +43,7 @@ inline constexpr Dimension kGyroNoise{{2, 0, -1, 0, 0}, "an angular-rate noise d
 inline constexpr Dimension kAccelNoise{{0, 2, -3, 0, 0}, "an acceleration noise density", "200 ug/sqrt(Hz)"};
 inline constexpr Dimension kGyroDrift{{2, 0, -3, 0, 0}, "a random walk of angular rate", "4e-5 deg/s^2/sqrt(Hz)"};
 inline constexpr Dimension kAccelDrift{{0, 2, -5, 0, 0}, "a random walk of acceleration", "4e-5 m/s^3/sqrt(Hz)"};
+inline constexpr Dimension kGSensitivity{{2, -2, 2, 0, 0}, "an angular rate by acceleration", "0.1 deg/s/g"};
 inline constexpr Dimension kTemperature{{0, 0, 0, 2, 0}, "a temperature", "21 degC"};
 inline constexpr Dimension kMagneticField{{0, 0, 0, 0, 2}, "a magnetic flux density", "48 uT"};
 inline constexpr Dimension kGyroTemperature{{2, 0, -2, -2, 0}, "an angular rate by temperature", "0.01 deg/s/degC"};

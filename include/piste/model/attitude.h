@@ -26,6 +26,7 @@ struct Turning {
   Lag lag = {};                             ///< at rest without a block: the rate is noise
   Vector3d rate_change = Vector3d::Zero();  ///< the derivative of ω [rad/s²]
   double rate_variance = 0;                 ///< of the white noise of ω in an axis
+  Vector3d force = Vector3d::Zero();        ///< f, by which gyroscopes may be wrong
 };
 
 /// Linearises an attitude fix at the estimate `x`.

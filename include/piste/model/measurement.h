@@ -6,6 +6,7 @@
 ///
 /// `Linearization` holds these. `MeasurementType` says what a new type of measurement must have.
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <span>
@@ -25,6 +26,9 @@ struct Linearization {
   struct Term {
     Block block = Block::kPosition;
     Matrix3d jacobian = Matrix3d::Zero();  ///< rows × size of the block, in its upper left corner
+    int column = 0;  ///< of a block of more than three: the element that the first column belongs to
+
+    int size() const { return std::min(3, info(block).size - column); }  ///< columns that count
   };
 
   int rows = 3;
@@ -37,8 +41,14 @@ struct Linearization {
   Matrix3d by_rate_noise = Matrix3d::Zero();
   double observed_noise = 0;
 
-  void add(Block block, const Matrix3d& jacobian) { terms_[static_cast<std::size_t>(count_++)] = {block, jacobian}; }
-  /// The derivative by a block; zero if it has none.
+  void add(Block block, const Matrix3d& jacobian) { terms_[static_cast<std::size_t>(count_++)] = {block, jacobian, 0}; }
+  /// The derivative by the first `size` columns, for a block of that size.
+  void add(Block block, const Eigen::Matrix<double, 3, kLargestBlock>& jacobian, int size) {
+    for (int column = 0; column < size; column += 3) {
+      terms_[static_cast<std::size_t>(count_++)] = {block, jacobian.middleCols<3>(column), column};
+    }
+  }
+  /// The derivative by a block of at most three; zero if it has none.
   Matrix3d jacobian(Block block) const {
     Matrix3d sum = Matrix3d::Zero();
     for (int i = 0; i < count_; ++i) {
@@ -60,7 +70,7 @@ struct Linearization {
   const Term& term(int i) const { return terms_[static_cast<std::size_t>(i)]; }
 
  private:
-  std::array<Term, 16> terms_;
+  std::array<Term, 24> terms_;
   int count_ = 0;
 };
 

@@ -18,7 +18,7 @@ Linearization linearize_zero_velocity(const RestOptions& rest, const Estimate& x
 /// Zero rate. `mean_gyro`: the measured mean rate over `duration` seconds of rest, in body axes, not corrected.
 /// `noise`: density of the gyroscopes' white noise.
 Linearization linearize_zero_rate(const RestOptions& rest, const Vector3d& mean_gyro, double duration, double noise,
-                                  const Estimate& x, const Vector3d& earth_rate);
+                                  const Estimate& x, const Vector3d& earth_rate, const Vector3d& gravity);
 
 /// A stretch of rest that ended at `time`.
 struct RestFix {

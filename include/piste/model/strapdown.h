@@ -38,11 +38,12 @@ Vector3d neighbour_rate(const ImuSample* before, const ImuSample& now, const Imu
 /// Splits a step in two at `tau` seconds after its start. @pre 0 < tau < dt
 std::pair<ImuStep, ImuStep> split(const ImuStep& step, double tau);
 
-/// The step without the estimated errors of the IMU: true = (measured − bias − drift) / (1 + scale).
+/// The step without the estimated errors of the IMU: true = (1 + S + M)⁻¹ (measured − bias − drift − G f), with the
+/// matrices of model/imu_error_model.h.
 ImuStep correct(const ImuStep& measured, const Estimate& x);
 
-/// The same of an angular rate alone.
-Vector3d corrected_rate(const Vector3d& measured, const Estimate& x);
+/// The same of an angular rate, where the accelerometers measure `force` meanwhile.
+Vector3d corrected_rate(const Vector3d& measured, const Vector3d& force, const Estimate& x);
 
 /// Rotation vector of a corrected step, with coning.
 Vector3d coned_rotation(const ImuStep& step);

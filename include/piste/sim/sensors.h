@@ -19,8 +19,10 @@ struct TriadTruth {
   std::optional<Vector3d> bias, scale;
   Vector3d bias_spread = Vector3d::Zero(),
            scale_spread = Vector3d::Zero();  ///< 1-sigma about the given values, drawn anew for each seed
-  /// 1-sigma of the off-diagonal elements of M in measured = (1 + scale) M true + …; the diagonal of M is 1.
-  double misalignment = 0;
+  /// 1-sigma of the elements of M beside the diagonal in measured = (1 + scale) (1 + M) true + …. If it is not given,
+  /// they are drawn from the sensor's cross-axis errors. Accelerometers define the axes of the body: theirs are those
+  /// below the diagonal.
+  std::optional<double> misalignment;
   Vector3d warm_up = Vector3d::Zero();  ///< added at the start, fading as exp(−t / warm_up_time)
   double warm_up_time = 120;
   /// 1-sigma of the rounding of the signal's integral. The rows have the differences of this rounding ("blue" noise).
@@ -67,7 +69,8 @@ struct SimulatedImu {
   std::vector<Vector3d> gyro_drift, accel_drift;  ///< of each row
   std::vector<MeanInertial> signal;               ///< rate and force of a perfect IMU, of each row
   TriadDraw gyro, accel;
-  Vector3d hard_iron = Vector3d::Zero();  ///< [µT]
+  Matrix3d g_sensitivity = Matrix3d::Zero();  ///< of the gyroscopes [rad/s per m/s²]
+  Vector3d hard_iron = Vector3d::Zero();      ///< [µT]
   Matrix3d soft_iron = Matrix3d::Zero();
   std::vector<Vector3d> magnetic_disturbance;  ///< of each row, north, east, down; empty without a magnetometer
 };
@@ -75,9 +78,9 @@ struct SimulatedImu {
 /// The output of a magnetometer without errors: `field` (north, east, down) in the axes of the body.
 Vector3d field_in_body(const Truth& body, double time, const Vector3d& field);
 
-/// Simulates an IMU over the whole run: measured = (1 + scale) · M true + bias + drift + warm-up + noise, limited to ±
-/// range. The white noise of a row has the sigma density / sqrt(dt). `plate` is the truth of r. The first row ends one
-/// step after the start.
+/// Simulates an IMU over the whole run: measured = (1 + scale) · (1 + M) true + G f + bias + drift + warm-up + noise,
+/// limited to ± range. The white noise of a row has the sigma density / sqrt(dt). `plate` is the truth of r. The first
+/// row ends one step after the start.
 SimulatedImu simulate_imu(const Truth& plate, const ImuSetup& setup, std::uint64_t seed);
 
 /// A GNSS receiver and its antenna. Noises are along local north, east, down.
