@@ -66,7 +66,7 @@ TriadErrors read_triad(const Config& config, const TriadUnits& units) {
   errors.bias = config.magnitude("bias", units.value, 0);
   if (const auto drift = config.find_map("drift")) errors.drift = read_drift(*drift, units);
   errors.scale = config.magnitude("scale", dimension::kRatio, 0);
-  errors.cross_axis = config.magnitude("cross_axis", dimension::kRatio, 0);
+  if (config.has("cross_axis")) errors.cross_axis = config.magnitude("cross_axis", dimension::kRatio);
   errors.range = config.magnitude("range", units.value, 0);
   return errors;
 }
@@ -91,8 +91,8 @@ std::string triad_text(std::string_view name, const TriadErrors& errors, const T
       fmt::format("{}:\n  noise: {}\n  bias: {}\n  drift: {}\n  scale: {}\n", name, noise_text(errors, units),
                   format_quantity(errors.bias, units.value_unit, units.value), drift_text(errors.drift, units),
                   format_quantity(errors.scale, "ppm", dimension::kRatio));
-  if (errors.cross_axis > 0) {
-    text += fmt::format("  cross_axis: {}\n", format_quantity(errors.cross_axis, "ppm", dimension::kRatio));
+  if (errors.cross_axis) {
+    text += fmt::format("  cross_axis: {}\n", format_quantity(*errors.cross_axis, "ppm", dimension::kRatio));
   }
   if (errors.range > 0) {
     text += fmt::format("  range: {}\n", format_quantity(errors.range, units.value_unit, units.value));
@@ -127,7 +127,9 @@ ImuSensor read_sensor(const Config& config) {
   sensor.name = config.text("name");
   const Config gyro = config.map("gyro");
   sensor.gyro = read_triad(gyro, kGyroUnits);
-  sensor.gyro_g_sensitivity = gyro.magnitude("g_sensitivity", dimension::kGSensitivity, 0);
+  if (gyro.has("g_sensitivity")) {
+    sensor.gyro_g_sensitivity = gyro.magnitude("g_sensitivity", dimension::kGSensitivity);
+  }
   sensor.accel = read_triad(config.map("accel"), kAccelUnits);
   config.finish();
   return sensor;
@@ -151,7 +153,7 @@ ImuSensor rounded(ImuSensor sensor, int digits) {
     for (double* value : {&triad->bias, &triad->drift.sigma}) round(*value, units->value_unit, units->value, digits);
     round(triad->drift.density, units->drift_unit, units->drift, digits);
     round(triad->drift.correlation_time, "s", dimension::kTime, digits);
-    round(triad->cross_axis, "ppm", dimension::kRatio, digits);
+    if (triad->cross_axis) round(*triad->cross_axis, "ppm", dimension::kRatio, digits);
     round(triad->range, units->value_unit, units->value, 4);
   }
   return sensor;
@@ -159,9 +161,9 @@ ImuSensor rounded(ImuSensor sensor, int digits) {
 
 std::string sensor_text(const ImuSensor& sensor) {
   std::string text = fmt::format("name: {}\n", yaml_text(sensor.name)) + triad_text("gyro", sensor.gyro, kGyroUnits);
-  if (sensor.gyro_g_sensitivity > 0) {
+  if (sensor.gyro_g_sensitivity) {
     text += fmt::format("  g_sensitivity: {}\n",
-                        format_quantity(sensor.gyro_g_sensitivity, "deg/s/g", dimension::kGSensitivity));
+                        format_quantity(*sensor.gyro_g_sensitivity, "deg/s/g", dimension::kGSensitivity));
   }
   return text + triad_text("accel", sensor.accel, kAccelUnits);
 }

@@ -32,9 +32,9 @@ const SensorClass& class_of(const ImuSensor& sensor) {
 ImuSensor with_errors_of_class(ImuSensor sensor) {
   const SensorClass& own = class_of(sensor);
   for (TriadErrors* triad : {&sensor.gyro, &sensor.accel}) {
-    if (triad->cross_axis == 0) triad->cross_axis = own.cross_axis;
+    if (!triad->cross_axis) triad->cross_axis = own.cross_axis;
   }
-  if (sensor.gyro_g_sensitivity == 0) sensor.gyro_g_sensitivity = own.gyro_g_sensitivity;
+  if (!sensor.gyro_g_sensitivity) sensor.gyro_g_sensitivity = own.gyro_g_sensitivity;
   return sensor;
 }
 

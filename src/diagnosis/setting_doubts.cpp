@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "piste/core/sensor_class.h"
 #include "piste/math/statistics.h"
 
 namespace piste {
@@ -34,6 +35,14 @@ std::vector<std::string> setting_lines(const Log& log, const FilterOptions& opti
         fmt::format("gnss[{}]: its `drift` of {:.2g} m is a part of the error that its sigmas state, and these are "
                     "{:.2g} m in the median; a larger `sigma` or `sigma_scale`, or a smaller drift, would agree",
                     i, coloured, whole));
+  }
+  if (const ImuSensor& imu = options.sensor;
+      options.imus.size() < 2 && !(imu.gyro.cross_axis && imu.accel.cross_axis)) {
+    const SensorClass& usual = class_of(imu);
+    lines.push_back(fmt::format(
+        "imu: its sensor file states no `cross_axis`, which claims axes that are square; usual for a {} IMU is "
+        "`cross_axis: {:.0f} ppm` of `gyro` and `accel`, without which attitudes may be several sigmas off",
+        usual.name, 1e6 * usual.cross_axis));
   }
   if (log.imu.empty()) return lines;
   const Interval imu{log.imu.front().time, log.imu.back().time};

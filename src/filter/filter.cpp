@@ -22,6 +22,7 @@ Transition KalmanFilter::predict(const ImuStep& step, const StepNoise& noise) {
   setup_->world.follow(gravity_, before.p_wb);
   mechanize(state_.x, corrected_step, earth_rate, gravity_);
   motion_.add(step, state_.x.q_wb);
+  steps_.add(step);
   const Vector3d* standing = standing_.add(resting(), state_.x, gravity_.value, step.dt);
   Transition t = linearize(before, state_.x, corrected_step, earth_rate, gravity_, noise, standing);
   if (reference_ && standing == nullptr) {  // factors of the scales without the noise of the samples

@@ -110,6 +110,7 @@ class FilterWalk {
                                      .elapsed = elapsed,
                                      .moved = delay.value - at.lag,
                                      .recent = f_.motion_.at(now.x.q_wb, f_.options().sensor),
+                                     .steps = &f_.steps_,
                                      // About a reference, the uncertainty of the delay is part of the linear problem.
                                      .delay_variance = f_.reference_ ? 0 : f_.variance_of(delay),
                                      .neighbour_rate = walker.neighbour_rate(),

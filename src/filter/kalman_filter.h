@@ -23,6 +23,7 @@
 #include "filter/recent_motion.h"
 #include "filter/reference.h"
 #include "filter/standing_force.h"
+#include "model/recent_steps.h"
 #include "piste/core/solution.h"
 #include "piste/filter/filter_state.h"
 #include "piste/filter/initial_state.h"
@@ -101,6 +102,7 @@ class KalmanFilter {
   std::shared_ptr<const ImuScales> imu_scales_;  // of several IMUs; null if their scales act along the axes of the body
   Gravity gravity_;  // as a linear function: at the start of the last step it is within 4e-9 m/s² of normal gravity
   MotionMean motion_;
+  RecentSteps steps_;
   StandingForce standing_;
   FaultDetection fault_detection_;
   std::vector<Innovation> innovations_;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "model/imu_error_model.h"
+#include "model/recent_steps.h"
 
 namespace piste {
 
@@ -95,6 +96,9 @@ std::optional<Linearization> ReferenceAttitudes::linearize(const AttitudeFix& fi
               .rate_variance = motion.rate_variance.mean(),
               .force = motion.force};
     if (context.still) t.lag = {.time = t.lag.time};
+    if (t.lag.time > 0 && context.steps != nullptr && !context.still) {
+      if (const auto over = context.steps->over(t.lag.time, y)) t.rate = over->rate;
+    }
     return t;
   };
   return linearize_attitude(fix, reference.drift ? reference.white : Vector3d::Ones(), x, context.gravity.R_wn, after,

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "model/imu_error_model.h"
+#include "model/recent_steps.h"
 
 namespace piste {
 namespace {
@@ -23,9 +24,9 @@ struct Antenna {
   Antenna(const Estimate& x, const AntennaMotion& m, const Vector3d& earth_rate, const Gravity& gravity, double tau)
       : R_wb(x.R_wb()),
         arm(R_wb * x.lever_arm),
-        back(so3_exp(-tau * m.mean.rate)),
-        back_jacobian(so3_left_jacobian(-tau * m.mean.rate)),
-        acceleration(R_wb * m.mean.force + gravity.at(x.p_wb) - 2 * earth_rate.cross(x.v_wb)) {}
+        back(so3_exp(-tau * m.over_lag().rate)),
+        back_jacobian(so3_left_jacobian(-tau * m.over_lag().rate)),
+        acceleration(R_wb * m.over_lag().force + gravity.at(x.p_wb) - 2 * earth_rate.cross(x.v_wb)) {}
 };
 
 // Derivatives of a by the blocks and by f̄, times `factor`: δa = θ × R f̄ + R δf̄ + Γ ρ − 2 ω_ie × (ν + θ × v).
@@ -116,13 +117,13 @@ Linearization linearize_position(const GnssFix& fix, const std::optional<Positio
     lin.add(Block::kAttitude, -skew(arm));
     lin.add(Block::kPosition, Matrix3d::Identity());
   } else {
-    const AccelerationTerms t(half, a, x, motion.mean, earth_rate, gravity);
+    const AccelerationTerms t(half, a, x, motion.over_lag(), earth_rate, gravity);
     const Matrix3d turned_arm = so3_exp(tau * earth_rate).toRotationMatrix() * skew(a.R_wb * arm_b);
     lin.add(Block::kAttitude, tau * skew(x.v_wb) + t.attitude - turned_arm);
     lin.add(Block::kPosition, Matrix3d::Identity() + t.position);
     lin.add(Block::kVelocity, -tau * Matrix3d::Identity() + t.velocity);
-    const MotionPart mean{ER * turning_back(arm_b, a, tau), t.force, motion.mean};
-    add_imu_errors(lin, x, {&mean, 1});
+    const MotionPart lagged{ER * turning_back(arm_b, a, tau), t.force, motion.over_lag()};
+    add_imu_errors(lin, x, {&lagged, 1});
   }
   lin.add(Block::kLeverArm, ER * a.back.toRotationMatrix());
   if (drift && drift->of_stated) {
@@ -131,8 +132,9 @@ Linearization linearize_position(const GnssFix& fix, const std::optional<Positio
     lin.add(position_drift_block(receiver, false), gravity.R_wn);
   }
   if (still) return lin;
-  add_delay(lin, lag, tau * a.acceleration - x.v_wb + earth_rate.cross(arm) - ER * motion.mean.rate.cross(arm_b));
-  add_curvature(lin, lag, a.acceleration);
+  const Vector3d acceleration = a.acceleration + a.R_wb * (motion.mean.force - motion.over_lag().force);
+  add_delay(lin, lag, tau * acceleration - x.v_wb + earth_rate.cross(arm) - ER * motion.mean.rate.cross(arm_b));
+  add_curvature(lin, lag, acceleration);
   return lin;
 }
 
@@ -167,18 +169,21 @@ Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const An
     add_imu_errors(lin, x, {&now, 1});
     lin.add(Block::kVelocity, Matrix3d::Identity());
   } else {
-    const AccelerationTerms t(-tau, a, x, motion.mean, earth_rate, gravity);
+    const AccelerationTerms t(-tau, a, x, motion.over_lag(), earth_rate, gravity);
     lin.add(Block::kAttitude, attitude + t.attitude);
     lin.add(Block::kPosition, t.position);
     lin.add(Block::kVelocity, Matrix3d::Identity() + t.velocity);
-    const MotionPart parts[] = {now, {a.R_wb * turning_back(swing_b, a, tau), t.force, motion.mean}};
+    const MotionPart parts[] = {now, {a.R_wb * turning_back(swing_b, a, tau), t.force, motion.over_lag()}};
     add_imu_errors(lin, x, parts);
-    const Vector3d jerk = a.R_wb * motion.force_change;
-    lin.covariance += 0.25 * tau * tau * tau * tau * jerk * jerk.transpose();
+    if (!motion.lagged) {
+      const Vector3d jerk = a.R_wb * motion.force_change;
+      lin.covariance += 0.25 * tau * tau * tau * tau * jerk * jerk.transpose();
+    }
   }
   lin.add(Block::kLeverArm, RC * skew(rate) - E * a.R_wb);
   if (!still) {
-    const Vector3d acceleration = beyond_noise(a.acceleration, motion.force_variance);
+    const Vector3d recent = a.acceleration + a.R_wb * (motion.mean.force - motion.over_lag().force);
+    const Vector3d acceleration = beyond_noise(recent, motion.force_variance);
     add_delay(lin, lag, -acceleration - a.R_wb * motion.mean.rate.cross(swing_b));
     add_curvature(lin, lag, a.R_wb * motion.force_change);
   }
@@ -214,9 +219,15 @@ std::optional<Linearization> GnssReceivers::linearize(const GnssFix& fix, int se
   Estimate with_arm = x;
   if (!context.layout.has(Block::kLeverArm)) with_arm.lever_arm = receiver.lever_arm;
   if (receiver.lever_arm_sway) with_arm.lever_arm += additive(x, lever_arm_sway_block(sensor));
-  const AntennaMotion motion{context.motion(x),      context.rate_without_noise(x), context.observed_noise(),
-                             context.mean_motion(x), context.recent.force_change,   context.recent.force_variance};
+  AntennaMotion motion{context.motion(x),      context.rate_without_noise(x), context.observed_noise(),
+                       context.mean_motion(x), context.recent.force_change,   context.recent.force_variance};
   const Lag lag = context.lag(delay(context.options, context.layout, sensor, channel, x, context.elapsed));
+  if (lag.time > kMoment && context.steps != nullptr && !context.still) {
+    if (const auto over = context.steps->over(lag.time, x)) {
+      motion.lagged = BodyMotion{.rate = over->rate, .force = position ? over->position_force : over->velocity_force};
+      motion.now.rate = motion.reference_rate = over->rate_then;
+    }
+  }
   if (position) {
     return swaying(linearize_position(fix, receiver.drift, with_arm, motion, context.earth_rate, context.gravity, lag,
                                       context.still, sensor),

@@ -54,7 +54,8 @@ class TriadErrorSource {
     draw.scale = draw_constant(given.scale, given.scale_spread, errors.scale, {seed, name + "/scale"});
     RandomStream tilt(seed, name + "/misalignment");
     Matrix3d drawn;
-    for (int i = 0; i < 3; ++i) drawn.col(i) = given.misalignment.value_or(errors.cross_axis) * tilt.normal3();
+    for (int i = 0; i < 3; ++i)
+      drawn.col(i) = given.misalignment.value_or(errors.cross_axis.value_or(0)) * tilt.normal3();
     draw.misalignment.setIdentity();
     for (const auto& [input, signal] : elements)
       draw.misalignment(input % 3, signal % 3) = drawn(input % 3, signal % 3);
@@ -158,7 +159,7 @@ SimulatedImu simulate_imu(const Truth& plate, const ImuSetup& setup, std::uint64
 
   SimulatedImu out;
   for (int i = 0; i < 3; ++i) {
-    out.g_sensitivity.row(i) = setup.sensor.gyro_g_sensitivity * sensitivity.normal3().transpose();
+    out.g_sensitivity.row(i) = setup.sensor.gyro_g_sensitivity.value_or(0) * sensitivity.normal3().transpose();
   }
   out.hard_iron = setup.magnetometer.hard_iron * iron.normal3();
   for (int i = 0; i < 3; ++i) out.soft_iron.row(i) = setup.magnetometer.soft_iron * iron.normal3().transpose();

@@ -89,7 +89,7 @@ std::string imu_json(const Scenario& scenario, const ImuSetup& setup, const Simu
                         {"clock_drift_ppm", json::number(1e6 * setup.clock_drift, 9)},
                         {"gyro", triad_json(imu.gyro, setup.gyro, "deg_s", kDegreesPerRadian)},
                         {"accel", triad_json(imu.accel, setup.accel, "m_s2", 1)}};
-  if (setup.sensor.gyro_g_sensitivity > 0) {
+  if (setup.sensor.gyro_g_sensitivity.value_or(0) > 0) {
     members.emplace_back("g_sensitivity_deg_s_g",
                          matrix_json(kDegreesPerRadian * kStandardGravity * imu.g_sensitivity));
   }

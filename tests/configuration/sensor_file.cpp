@@ -37,9 +37,9 @@ TEST(SensorFile, ReadsAndWritesBack) {
   EXPECT_EQ(sensor.gyro.drift.kind, DriftProcess::Kind::kGaussMarkov);
   EXPECT_EQ(sensor.gyro.drift.correlation_time, 200);
   EXPECT_DOUBLE_EQ(sensor.gyro.scale, 0.01);
-  EXPECT_DOUBLE_EQ(sensor.gyro.cross_axis, 0.003);
-  EXPECT_DOUBLE_EQ(sensor.gyro_g_sensitivity, 0.1 * kDegree / kStandardGravity);
-  EXPECT_EQ(sensor.accel.cross_axis, 0);
+  EXPECT_DOUBLE_EQ(sensor.gyro.cross_axis.value(), 0.003);
+  EXPECT_DOUBLE_EQ(sensor.gyro_g_sensitivity.value(), 0.1 * kDegree / kStandardGravity);
+  EXPECT_FALSE(sensor.accel.cross_axis);
   EXPECT_EQ(sensor.accel.scale, 0);
   EXPECT_EQ(sensor.accel.range, 0);
   EXPECT_EQ(sensor.accel.drift.density, 4e-5);

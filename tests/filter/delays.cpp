@@ -182,6 +182,60 @@ TEST(Delays, APositionIsCarriedBackToAMillimetre) {
   }
 }
 
+// Fixes of an antenna 1.5 m away that come after their samples, as in real time, against the same fixes in time.
+TEST(Delays, AFixThatComesLateFitsLikeOneInTime) {
+  const WildMotion motion;
+  const double start = 200, length = 30, dt = 0.01;
+  const Vector3d arm(0.3, -0.2, -1.45);
+  Random random(5);
+  FilterOptions o;
+  o.sensor.gyro = {.noise = 1e-4, .bias = 1e-4, .drift = {}};
+  o.sensor.accel = {.noise = 1e-3, .bias = 1e-3, .drift = {}};
+  o.gnss = {{.name = "", .lever_arm = arm}};
+  Start known;
+  const auto truth = motion.at(start);
+  known.time = start;
+  known.x.q_wb = truth.q_wb;
+  known.x.p_wb = truth.p_wb;
+  known.x.v_wb = truth.v_wb;
+  known.x.lever_arm = arm;
+  known.covariance = Eigen::Matrix<double, 9, 9>::Identity() * 1e-6;
+  std::vector<GnssFix> fixes;
+  for (double t = start + 0.5037; t < start + length - 0.2; t += 0.1) {
+    GnssFix fix = motion.fix(t, arm);
+    fix.position += random.vector(1).cwiseProduct(fix.sigma_position);
+    fix.velocity->value += random.vector(1).cwiseProduct(fix.velocity->sigma);
+    fixes.push_back(fix);
+  }
+  // Stamped `delay` after their time, and added before the samples pass that time, or at their stamp.
+  const auto rms_of = [&](double delay, bool in_time) {
+    o.gnss[0].delay = delay;
+    Filter filter(o, motion.world, known);
+    std::size_t next = 0;
+    for (const ImuSample& s : motion.samples(start, start + length, dt)) {
+      const double until = in_time ? s.time + filter.look_ahead() + dt : s.time;
+      for (; next < fixes.size() && fixes[next].time + delay < until; ++next) {
+        GnssFix stamped = fixes[next];
+        stamped.time += delay;
+        filter.add(0, AnyFix(stamped));
+      }
+      filter.add(s);
+    }
+    double square = 0, count = 0;
+    for (const Innovation& v : filter.innovations()) {
+      if (filter.sources()[static_cast<std::size_t>(v.source)] != "gnss[0].velocity") continue;
+      square += v.residual.squaredNorm();
+      ++count;
+    }
+    EXPECT_GT(count, 250);
+    return std::sqrt(square / count);
+  };
+  for (const double delay : {0.05, 0.1}) {
+    const double in_time = rms_of(delay, true);
+    EXPECT_LT(rms_of(delay, false), 1.1 * in_time) << delay << " s; in time " << in_time;
+  }
+}
+
 TEST(OwnTimes, AreThoseOfThePositions) {
   std::vector<GnssFix> fixes;
   for (int i = 0; i < 5; ++i) {

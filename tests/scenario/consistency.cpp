@@ -73,7 +73,7 @@ TEST(Inconsistent, WorseSensorLeavesTheBand) {
 TEST(Inconsistent, CrossAxisErrorsThatAreNotStatedLeaveTheBand) {
   Scenario s = short_scenario("ski_cross_axis");
   ImuSensor& told = s.replay.sensor;
-  told.gyro.cross_axis = told.accel.cross_axis = told.gyro_g_sensitivity = 0;
+  told.gyro.cross_axis = told.accel.cross_axis = told.gyro_g_sensitivity = std::nullopt;
   std::erase_if(s.replay.estimate,
                 [&](Block b) { return b >= Block::kGyroCrossAxis && b <= Block::kGyroGSensitivity; });
   const ConsistencyReport report = report_of(s, "not told", kRuns / 2);

@@ -6,6 +6,7 @@
 /// M has the cross-axis errors, beside the diagonal, and G is the gyroscopes' response to specific force
 /// (model/imu_error_model.h).
 
+#include <optional>
 #include <string>
 
 #include "piste/math/so3.h"
@@ -23,12 +24,13 @@ struct DriftProcess {
 
 /// Errors of three axes of the same kind. One number holds for all three; the noise may differ between them.
 struct TriadErrors {
-  double noise = 0;       ///< density of the white noise: unit/sqrt(Hz); of axes that differ, their root mean square
-  double bias = 0;        ///< 1-sigma of the turn-on bias
-  DriftProcess drift;     ///< of the bias, in the run
-  double scale = 0;       ///< 1-sigma, as a ratio
-  double cross_axis = 0;  ///< 1-sigma of each element of M, as a ratio
-  double range = 0;       ///< a sample at ± range is clipped; 0 = unlimited
+  double noise = 0;    ///< density of the white noise: unit/sqrt(Hz); of axes that differ, their root mean square
+  double bias = 0;     ///< 1-sigma of the turn-on bias
+  DriftProcess drift;  ///< of the bias, in the run
+  double scale = 0;    ///< 1-sigma, as a ratio
+  /// 1-sigma of each element of M, as a ratio. Nothing: the file does not say, and 0 is taken.
+  std::optional<double> cross_axis = std::nullopt;
+  double range = 0;                  ///< a sample at ± range is clipped; 0 = unlimited
   Vector3d axes = Vector3d::Ones();  ///< noise of each axis, as a part of `noise`
 
   Vector3d densities() const { return noise * axes; }  ///< of the white noise of each axis
@@ -39,7 +41,7 @@ struct TriadErrors {
 struct ImuSensor {
   std::string name;
   TriadErrors gyro, accel;
-  double gyro_g_sensitivity = 0;  ///< 1-sigma of each element of G [rad/s per m/s²]
+  std::optional<double> gyro_g_sensitivity = std::nullopt;  ///< 1-sigma of each element of G [rad/s per m/s²]; likewise
 };
 
 /// The sensor model along other axes: R turns a vector of the sensor's axes into them. White noise of axes that differ

@@ -27,9 +27,13 @@ struct AntennaMotion {
   BodyMotion now;                            ///< at the time of the estimate
   Vector3d reference_rate = now.rate;        ///< in Jacobians (MeasurementContext::rate_without_noise)
   double observed_noise = 0;                 ///< in that rate (MeasurementContext::observed_noise)
-  BodyMotion mean = {};                      ///< ω̄ and f̄
+  BodyMotion mean = {};                      ///< ω̄ and f̄ shortly before
   Vector3d force_change = Vector3d::Zero();  ///< of R f in w, as a mean, in b [m/s³]
   double force_variance = 0;                 ///< of the white noise of f̄ in an axis
+  /// ω̄ and f̄ over the lag of a fix that comes late; `mean` stands for them where they are not known.
+  std::optional<BodyMotion> lagged = std::nullopt;
+
+  const BodyMotion& over_lag() const { return lagged ? *lagged : mean; }
 };
 
 /// Linearises the position of a fix. Its white sigma is the total less that of `drift`, sqrt(total² − drift²). With a

@@ -99,6 +99,8 @@ struct RecentMotion {
   double rate_variance = 0;                  ///< and of the rate
 };
 
+class RecentSteps;  // src/model/recent_steps.h
+
 /// The delay of a channel of a sensor, and the block that estimates it. `value` is the known delay if this run does not
 /// estimate it.
 struct FixDelay {
@@ -146,6 +148,7 @@ struct MeasurementContext {
   double elapsed = 0;      ///< s since the drift of the IMU's clock counts
   double moved = 0;        ///< s: the delay by which the fix was given its place among the samples
   RecentMotion recent = {};
+  const RecentSteps* steps = nullptr;          ///< for what comes late; null: `recent` stands for them
   double delay_variance = 0;                   ///< of the estimated delay [s²]; 0 if it is known
   Vector3d neighbour_rate = Vector3d::Zero();  ///< mean of the neighbouring samples (model/strapdown.h), as measured
   const RateRegression* rate_regression = nullptr;  ///< of the rate on that of the neighbouring samples; null: none
