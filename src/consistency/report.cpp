@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <tuple>
 #include <utility>
 
@@ -33,6 +34,7 @@ struct Judged {
   double mean, standard_error;
   MeanTest* test;
   bool small;
+  Band band;  // of a mean of as many runs whose errors do not change in a run
 };
 
 void judge(const std::vector<Judged>& all, double runs, double probability) {
@@ -44,7 +46,8 @@ void judge(const std::vector<Judged>& all, double runs, double probability) {
   }
   p = holm(std::move(p));
   for (std::size_t i = 0; i < all.size(); ++i) {
-    *all[i].test = {p[i], all[i].small || !(p[i] < 1 - probability)};
+    const bool significant = p[i] < 1 - probability;
+    *all[i].test = {p[i], (all[i].small || !significant) && all[i].band.contains(all[i].mean)};
   }
 }
 
@@ -53,8 +56,10 @@ void judge(ConsistencyReport& report) {
     std::vector<Judged> all;
     for (EstimatorConsistency* estimator : {&report.filter, &report.smoother}) {
       for (const Phase phase : phases) {
-        for (GroupConsistency& g : estimator->groups[index(phase)])
-          all.push_back({g.nees, g.standard_error, &g.test, small(g.nees)});
+        std::vector<GroupConsistency>& found = estimator->groups[index(phase)];
+        for (std::size_t g = 0; g < found.size(); ++g)
+          all.push_back(
+              {found[g].nees, found[g].standard_error, &found[g].test, small(found[g].nees), report.bands[g]});
       }
     }
     judge(all, report.runs, report.probability);
@@ -63,7 +68,7 @@ void judge(ConsistencyReport& report) {
   groups({Phase::kRest, Phase::kRestAfter}, [](double nees) { return kFairAtRest.contains(nees); });
   std::vector<Judged> sources;
   for (SourceConsistency& s : report.sources)
-    sources.push_back({s.nis, s.standard_error, &s.test, std::abs(s.nis - 1) < kSmallNis});
+    sources.push_back({s.nis, s.standard_error, &s.test, std::abs(s.nis - 1) < kSmallNis, {0, std::numeric_limits<double>::infinity()}});
   judge(sources, report.runs, report.probability);
 }
 

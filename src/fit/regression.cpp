@@ -4,12 +4,9 @@
 
 #include <Eigen/QR>
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <complex>
+#include <numbers>
 
-#include "math/fourier.h"
-#include "math/linear_algebra.h"
 #include "piste/core/error.h"
 #include "piste/math/statistics.h"
 
@@ -21,57 +18,19 @@ using ExtendedMatrix = Eigen::Matrix<Extended, Eigen::Dynamic, Eigen::Dynamic>;
 using ExtendedVector = Eigen::Matrix<Extended, Eigen::Dynamic, 1>;
 using Eigen::Index;
 
-constexpr Extended kDependent = 1e-13L;      // part of a column's length beyond the columns before it; below: dependent
-constexpr double kLagFactor = 2;             // L = 2 √n
-constexpr double kParzenSquared = 0.539286;  // ∫ w² from −1 to 1 = 151/280
-constexpr double kPersistence = 0.97;        // largest singular value of the whitening autoregression
+constexpr Extended kDependent = 1e-13L;  // part of a column's length beyond the columns before it; below: dependent
+constexpr Index kAverages = 12;          // ν, as Mueller and Watson 2008 have it
 
-// A with σ(A) ≤ kPersistence, from u_t = A u_(t−1) + v_t.
-Eigen::MatrixXd autoregression(const Eigen::MatrixXd& U) {
+// S of the scores u_t, the rows of U, from `count` cosine averages.
+Eigen::MatrixXd long_run(const Eigen::MatrixXd& U, Index count) {
   const Index n = U.rows();
-  const Eigen::MatrixXd lagged = U.topRows(n - 1).transpose() * U.topRows(n - 1);
-  const Eigen::MatrixXd across = U.bottomRows(n - 1).transpose() * U.topRows(n - 1);
-  const Eigen::MatrixXd A = solve_symmetric(lagged, Eigen::MatrixXd(across.transpose())).transpose();
-  const SingularValues svd = singular_values(A);
-  return svd.U * svd.values.cwiseMin(kPersistence).asDiagonal() * svd.V.transpose();
-}
-
-// Parzen's window of x ≥ 0.
-double parzen(double x) {
-  const double y = 1 - x;
-  return x < 0.5 ? 1 - 6 * x * x * y : 2 * y * y * y;
-}
-
-// S of the scores u_t, the rows of U, with Parzen's weights up to `lag`, whitened before and recoloured after. The sum
-// over lags is computed in the frequency domain.
-Eigen::MatrixXd long_run(const Eigen::MatrixXd& U, Index lag) {
-  const Index n = U.rows(), p = U.cols();
-  const Eigen::MatrixXd A = autoregression(U);
-  const Eigen::MatrixXd V = U.bottomRows(n - 1) - U.topRows(n - 1) * A.transpose();
-  // Padded, so that the circular transform does not mix the last samples with the first.
-  const auto N = static_cast<Index>(std::bit_ceil(static_cast<std::size_t>(n + lag)));
-  FourierTransform fourier;
-  const auto spectrum = [&](const std::vector<double>& padded) -> Eigen::VectorXcd {
-    const std::vector<std::complex<double>> both_halves = fourier.forward(padded);
-    return Eigen::Map<const Eigen::VectorXcd>(both_halves.data(), N / 2 + 1);
-  };
-  std::vector<double> weight(static_cast<std::size_t>(N), 0.0);
-  weight[0] = 1;
-  for (Index k = 1; k <= lag; ++k) {
-    const double w = parzen(static_cast<double>(k) / static_cast<double>(lag + 1));
-    weight[static_cast<std::size_t>(k)] = weight[static_cast<std::size_t>(N - k)] = w;
+  Eigen::MatrixXd averages = Eigen::MatrixXd::Zero(U.cols(), count);
+  for (Index j = 0; j < count; ++j) {
+    const double step = std::numbers::pi * static_cast<double>(j + 1) / static_cast<double>(n);
+    for (Index t = 0; t < n; ++t)
+      averages.col(j) += std::cos(step * (static_cast<double>(t) + 0.5)) * U.row(t).transpose();
   }
-  Eigen::VectorXd response = spectrum(weight).real() / static_cast<double>(N);
-  response.segment(1, N / 2 - 1) *= 2;  // for the frequencies that half a spectrum leaves out
-  Eigen::MatrixXcd F(N / 2 + 1, p);
-  for (Index j = 0; j < p; ++j) {
-    std::vector<double> padded(static_cast<std::size_t>(N), 0.0);
-    Eigen::Map<Eigen::VectorXd>(padded.data(), n - 1) = V.col(j);
-    F.col(j) = spectrum(padded);
-  }
-  const Eigen::MatrixXd S = (F.adjoint() * response.asDiagonal() * F).real();
-  const Eigen::MatrixXd colour = inverse(Eigen::MatrixXd::Identity(p, p) - A);
-  return static_cast<double>(n) / static_cast<double>(n - 1) * colour * S * colour.transpose();
+  return 2 / static_cast<double>(count) * averages * averages.transpose();
 }
 
 // Degrees of freedom of the total error. A systematic error has infinitely many; the result is limited to kMost.
@@ -92,13 +51,9 @@ Regression conclude(const Eigen::VectorXd& value, const Eigen::VectorXd& errors,
   const double variance = errors.squaredNorm() / n_p;
   out.residual = std::sqrt(variance);
   out.covariance = variance * C * C.transpose();
-  const auto wanted = static_cast<Index>(std::ceil(kLagFactor * std::sqrt(samples)));
-  const Index lag = std::clamp<Index>(n - 2, 0, wanted);
-  out.lag = static_cast<int>(lag);
-  out.hac_covariance = samples / n_p * C * long_run(errors.asDiagonal() * Q, lag) * C.transpose();
-  double worth = std::min(samples, samples / (kParzenSquared * static_cast<double>(lag + 1)));
-  for (int i = 0; i < p; ++i) worth = std::min(worth, out.effective_samples(i));
-  out.dof = std::max(1.0, worth - static_cast<double>(p));
+  const Index count = std::clamp<Index>(n - p, 1, kAverages);
+  out.hac_covariance = samples / n_p * C * long_run(errors.asDiagonal() * Q, count) * C.transpose();
+  out.dof = static_cast<double>(count);
   return out;
 }
 

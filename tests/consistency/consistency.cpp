@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -75,6 +76,25 @@ TEST(Consistency, FindsFalseCovariancesFalse) {
     EXPECT_LT(apart(velocity.ratio, 1, velocity.standard_error), 4);
     EXPECT_NEAR(velocity.claimed / velocity.bound, std::sqrt(claimed), 1e-12);
   }
+}
+
+// The band of one epoch is wide; the mean over a run's epochs is known far better, and its test uses that.
+TEST(Consistency, FindsWhatTheBandOfOneEpochDoesNotShow) {
+  const ConsistencyReport report = added({.runs = 20, .claimed = 0.9}).report();
+  const GroupConsistency& failed =
+      *std::ranges::find_if(report.filter.groups[kUnderWay], [](const GroupConsistency& g) { return !g.test.holds; });
+  EXPECT_LT(failed.test.p_value, 1e-3);
+  EXPECT_FALSE(report.consistent());
+  EXPECT_TRUE(report.bands.front().contains(report.filter.groups[kUnderWay].front().nees));
+}
+
+// Two per cent are significant over so many epochs, and nobody would act on them.
+TEST(Consistency, LetsASmallDifferencePass) {
+  const ConsistencyReport report = added({.runs = 400, .claimed = 0.98}).report();
+  EXPECT_TRUE(report.consistent());
+  const GroupConsistency& whole = report.filter.groups[kUnderWay].front();
+  EXPECT_LT(whole.test.p_value, 1e-3);
+  EXPECT_TRUE(whole.test.holds);
 }
 
 TEST(Consistency, KeepsThePhasesApart) {

@@ -82,23 +82,19 @@ TEST(Regression, SeveralSeriesOnTheSameColumnsAreEachAsAlone) {
   }
 }
 
-// Newey and West's sum as it is written, lag by lag, for a mean: the window over the autocovariances.
-TEST(Regression, TheLongRunVarianceIsTheSumOverLags) {
-  test::Random random(5);
-  const Eigen::VectorXd y = random.matrix(60, 1);
-  const Regression mean = regress_mean(y);
-  const Eigen::VectorXd e = y.array() - y.mean();
-  const Eigen::Index n = e.size();
-  const double a = e.head(n - 1).dot(e.tail(n - 1)) / e.head(n - 1).squaredNorm();
-  const Eigen::VectorXd v = e.tail(n - 1) - a * e.head(n - 1);
-  double S = v.squaredNorm();
-  for (int k = 1; k <= mean.lag; ++k) {
-    const double x = k / (mean.lag + 1.0);
-    const double weight = x < 0.5 ? 1 - 6 * x * x + 6 * x * x * x : 2 * std::pow(1 - x, 3);
-    S += 2 * weight * v.head(n - 1 - k).dot(v.tail(n - 1 - k));
-  }
-  EXPECT_EQ(mean.lag, 16);
-  EXPECT_NEAR(mean.hac_covariance(0, 0), 60.0 / 59 * 60 / 59 * S / ((1 - a) * (1 - a)) / 3600, 1e-15);
+// An error that is one of the cosines is all of one average; one beyond them is in none.
+TEST(Regression, TheLongRunVarianceIsTheMeanOfSquaredCosineAverages) {
+  static constexpr Eigen::Index n = 600;
+  const auto covariance = [](int j) {
+    Eigen::VectorXd y(n);
+    for (Eigen::Index t = 0; t < n; ++t) y(t) = 3 + std::cos(3.14159265358979 * j * (static_cast<double>(t) + 0.5) / n);
+    const Regression mean = regress_mean(y);
+    EXPECT_NEAR(mean.value(0), 3, 1e-12);
+    EXPECT_EQ(mean.dof, 12);
+    return mean.hac_covariance(0, 0);
+  };
+  for (const int j : {1, 5, 12}) EXPECT_NEAR(covariance(j), 600.0 / 599 / 24, 1e-9) << j;
+  EXPECT_NEAR(covariance(13), 0, 1e-12);
 }
 
 // Total least squares: the line along the largest singular vector of the centred and scaled points.
@@ -321,11 +317,40 @@ TEST(Regression, PolynomialsHoldTheTruthUnderNoiseThatLasts) {
 TEST(Regression, KnowsHowManySamplesTheNoiseIsWorth) {
   test::Random random(7);
   const double phi = 0.8;
-  const Eigen::VectorXd e = autoregressive(phi)(random, 200'000);
-  const Regression mean = regress_mean(e);
-  EXPECT_NEAR(mean.effective_samples(0) / 200'000, (1 - phi) / (1 + phi), 0.01);
-  EXPECT_NEAR(mean.residual, 1 / std::sqrt(1 - phi * phi), 0.02);
-  EXPECT_NEAR(mean.inflation(0), 1, 1e-12);
+  constexpr int kSeries = 400, kSamples = 2000;
+  double worth = 0, square = 0;
+  for (int i = 0; i < kSeries; ++i) {
+    const Regression mean = regress_mean(autoregressive(phi)(random, kSamples));
+    worth += kSamples / mean.effective_samples(0) / kSeries;
+    square += mean.residual * mean.residual / kSeries;
+    EXPECT_NEAR(mean.inflation(0), 1, 1e-12);
+  }
+  // Each is known to 1 / sqrt(6), that of twelve averages.
+  EXPECT_NEAR(worth * (1 - phi) / (1 + phi), 1, 4 / std::sqrt(6.0 * kSeries));
+  EXPECT_NEAR(square * (1 - phi * phi), 1, 0.02);
+}
+
+// A Gauss-Markov error over a hundred of its correlation times, sampled seldom or often: intervals of a mean and of a
+// line hold what they say.
+TEST(Regression, IntervalsDoNotDependOnTheSampleRate) {
+  constexpr int kRuns = 1500;
+  for (const double samples_in_tau : {1.0, 2.5, 10.0, 40.0, 100.0}) {
+    const auto n = static_cast<Eigen::Index>(100 * samples_in_tau);
+    const Noise noise = autoregressive(std::exp(-1 / samples_in_tau));
+    Eigen::VectorXd x(n);
+    for (Eigen::Index i = 0; i < n; ++i) x(i) = std::sin(0.5 * static_cast<double>(i) / samples_in_tau);
+    double mean = 0, slope = 0;
+    test::Random random(11);
+    for (int run = 0; run < kRuns; ++run) {
+      const Eigen::VectorXd e = noise(random, n);
+      const Term m = regress_mean(e).term(0), k = regress_line(x, e).term(1);
+      mean += std::abs(m.value) < m.half_width(0.95);
+      slope += std::abs(k.value) < k.half_width(0.95);
+    }
+    EXPECT_NEAR(mean / kRuns, 0.95, 0.02) << samples_in_tau;
+    EXPECT_NEAR(slope / kRuns, 0.95, 0.02) << samples_in_tau;
+    RecordProperty(fmt::format("{} samples", samples_in_tau), fmt::format("{} {}", mean / kRuns, slope / kRuns));
+  }
 }
 
 }  // namespace

@@ -22,8 +22,8 @@ namespace piste::test {
 namespace {
 
 const int kRuns = seeds(24, 200);
-// Of a band: one alarm in a thousand of these tests, which look at some 300 groups.
-constexpr double kProbability = 1 - 1e-3 / 300;
+// One alarm in a thousand of these ten reports. Each adjusts for its own number of groups.
+constexpr double kProbability = 1 - 1e-3 / 10;
 
 ConsistencyReport report_of(const Scenario& scenario, const std::string& title, int runs) {
   Ensemble ensemble(scenario);

@@ -67,11 +67,13 @@ struct StateGroup {
 /// The groups: the whole state, navigation, biases, scales, and every block by itself.
 std::vector<StateGroup> state_groups(const StateLayout& layout);
 
-/// Whether a mean over runs is 1: Student's t of its difference over the standard error between runs, with Holm's
-/// adjustment for all that are judged together. Errors of one run are correlated over hours, runs are independent.
+/// Whether a mean over runs is 1. It fails if Student's t of its difference, over the standard error between runs, is
+/// significant with Holm's adjustment for all that are judged together. Errors of one run are correlated over hours,
+/// runs are independent. A NEES fails also outside the χ² band of that many runs at one epoch: a few runs far off make
+/// their own standard error large.
 struct MeanTest {
-  double p_value = 1;  ///< adjusted
-  bool holds = true;   ///< p_value ≥ 1 − probability, or the difference is too small to count
+  double p_value = 1;  ///< adjusted; that of Student's t
+  bool holds = true;   ///< it is not significant, or the difference is too small to count
 };
 
 /// NEES of a group over the epochs of a phase.

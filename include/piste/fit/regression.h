@@ -7,14 +7,16 @@
 /// coloured: low-passed noise, vibration and drift are correlated from one sample to the next. n samples then have as
 /// much information as a few independent ones. The second covariance takes this into account:
 ///
-///     (XᵀX)⁻¹ S (XᵀX)⁻¹,   S = Σ_k w(k / (L + 1)) Σ_t x_t e_t e_(t+k) x_(t+k)ᵀ,   −L ≤ k ≤ L
+///     (XᵀX)⁻¹ S (XᵀX)⁻¹,   S = Σ_k Σ_t E(x_t e_t e_(t+k) x_(t+k)ᵀ)
 ///
-/// (Newey and West 1987, Econometrica 55). w is Parzen's window. The scores x_t e_t are whitened by a first-order
-/// autoregression before, and recoloured after (Andrews and Monahan 1992, Econometrica 60). Bartlett's window would
-/// leak, because low-passed noise has a steep spectrum. The lag L = 2 √n is of the order that Lazarus, Lewis, Stock and
-/// Watson 2018 (J. Business & Economic Statistics 36) recommend; correlations beyond it are taken into account only
-/// through the autoregression. S is itself random, with some n / (0.54 L) degrees of freedom. Tests therefore use
-/// Student's t with these, and not the normal distribution.
+/// S is estimated as the mean of ν squared cosine averages of the scores,
+///
+///     S = 1/ν Σ_j Λ_j Λ_jᵀ,   Λ_j = √2 Σ_t x_t e_t cos(π j (t − ½) / n),   j = 1 … ν
+///
+/// and tests use Student's t with ν degrees of freedom (Mueller 2007, J. Econometrics 141; Lazarus, Lewis, Stock and
+/// Watson 2018, J. Business & Economic Statistics 36). ν = 12 is fixed (Mueller and Watson 2008, Econometrica 76): so
+/// the averages are of the lowest frequencies of the stretch, and do not depend on how often it was sampled. It holds
+/// where the stretch lasts some 50 correlation times of the errors.
 ///
 /// Rows are treated as equally spaced in time. If some were left out, the others are treated as if they were adjacent.
 
@@ -48,8 +50,7 @@ struct Regression {
   Eigen::VectorXd inflation;       ///< of each variance by the other columns: 1 if it is orthogonal to them
   double residual = 0;             ///< s = sqrt(Σ e² / (n − p))
   int samples = 0;                 ///< n
-  int lag = 0;                     ///< L
-  double dof = 1;                  ///< effective
+  double dof = 1;                  ///< of the second covariance
 
   Term term(int i) const;
   /// Formal correlation of two coefficients.
