@@ -57,9 +57,10 @@ void judge(ConsistencyReport& report) {
     for (EstimatorConsistency* estimator : {&report.filter, &report.smoother}) {
       for (const Phase phase : phases) {
         std::vector<GroupConsistency>& found = estimator->groups[index(phase)];
-        for (std::size_t g = 0; g < found.size(); ++g)
+        for (std::size_t g = 0; g < found.size(); ++g) {
           all.push_back(
               {found[g].nees, found[g].standard_error, &found[g].test, small(found[g].nees), report.bands[g]});
+        }
       }
     }
     judge(all, report.runs, report.probability);
@@ -68,7 +69,11 @@ void judge(ConsistencyReport& report) {
   groups({Phase::kRest, Phase::kRestAfter}, [](double nees) { return kFairAtRest.contains(nees); });
   std::vector<Judged> sources;
   for (SourceConsistency& s : report.sources)
-    sources.push_back({s.nis, s.standard_error, &s.test, std::abs(s.nis - 1) < kSmallNis, {0, std::numeric_limits<double>::infinity()}});
+    sources.push_back({s.nis,
+                       s.standard_error,
+                       &s.test,
+                       std::abs(s.nis - 1) < kSmallNis,
+                       {0, std::numeric_limits<double>::infinity()}});
   judge(sources, report.runs, report.probability);
 }
 

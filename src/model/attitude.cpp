@@ -96,7 +96,7 @@ std::optional<Linearization> ReferenceAttitudes::linearize(const AttitudeFix& fi
               .rate_variance = motion.rate_variance.mean(),
               .force = motion.force};
     if (context.still) t.lag = {.time = t.lag.time};
-    if (t.lag.time > 0 && context.steps != nullptr && !context.still) {
+    if (t.lag.time > kMoment && context.steps != nullptr && !context.still) {
       if (const auto over = context.steps->over(t.lag.time, y)) t.rate = over->rate;
     }
     return t;

@@ -8,9 +8,9 @@
 namespace piste {
 namespace {
 
-// s: a fix within this of the estimate is of the same moment. A velocity that is later than its position by the second
-// number is taken for a mean over twice that time, in which a vibration is averaged out.
-constexpr double kMoment = 1e-3, kMean = 0.02;
+// s: a velocity that is later than its position by this is taken for a mean over twice that time, in which a vibration
+// is averaged out.
+constexpr double kMean = 0.02;
 
 // The common part of the two measurements: the lever arm, the acceleration of the IMU, and the derivatives of both by
 // errors of the IMU.

@@ -10,6 +10,9 @@
 
 namespace piste {
 
+/// s: a fix within this of the estimate is of the same moment.
+inline constexpr double kMoment = 1e-3;
+
 /// The motion over the last τ seconds, corrected, in the body axes at their end but for what says otherwise.
 struct LaggedMotion {
   Vector3d rate;            ///< ω̄: Exp(−ω̄ τ) turns the body's axes τ before into those at the end

@@ -61,6 +61,7 @@ class Batch {
     walk.finish();
     covariance_ = inverse(normal_);
     solution_ = covariance_ * right_;
+    for (int i = 0; i < 2; ++i) solution_ += covariance_ * (right_ - normal_ * solution_);  // what rounding left
   }
 
   void add_step(const Transition& t) {
