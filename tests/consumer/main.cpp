@@ -20,6 +20,7 @@ const Exported kExported[] = {
     {"piste/math/interruption.h", address(piste::check_interruption)},
     {"piste/core/options.h", address(+[](const piste::FilterOptions& options) { options.validate(); })},
     {"piste/core/solution.h", address(piste::sigmas_of)},
+    {"piste/core/sensor_class.h", address(piste::class_of)},
     {"piste/core/version.h", address(piste::version)},
     {"piste/condition/pipeline.h",
      address<piste::Log(const piste::Recording&, const piste::ConditioningOptions&)>(piste::condition)},
