@@ -68,12 +68,13 @@ void judge(ConsistencyReport& report) {
   groups({Phase::kUnderWay}, [](double nees) { return std::abs(nees - 1) < kSmallNees; });
   groups({Phase::kRest, Phase::kRestAfter}, [](double nees) { return kFairAtRest.contains(nees); });
   std::vector<Judged> sources;
-  for (SourceConsistency& s : report.sources)
+  for (SourceConsistency& s : report.sources) {
     sources.push_back({s.nis,
                        s.standard_error,
                        &s.test,
                        std::abs(s.nis - 1) < kSmallNis,
                        {0, std::numeric_limits<double>::infinity()}});
+  }
   judge(sources, report.runs, report.probability);
 }
 

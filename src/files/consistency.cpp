@@ -182,8 +182,8 @@ std::string consistency_row(const ConsistencyReport& report, const std::string& 
                              report.smoother.groups[static_cast<std::size_t>(Phase::kUnderWay)].size();
   std::vector<std::string> nis;
   for (const SourceConsistency& s : report.sources) nis.push_back(fmt::format("{} {}", s.name, starred(s.nis, s.test)));
-  return row({name, fmt::format("{}", report.runs), nees_text(report.filter, 0),
-              nees_text(report.smoother, 0), report.bands.empty() ? "-" : band_text(report.bands.front()),
+  return row({name, fmt::format("{}", report.runs), nees_text(report.filter, 0), nees_text(report.smoother, 0),
+              report.bands.empty() ? "-" : band_text(report.bands.front()),
               fmt::format("{} of {}", report.outside().size(), judged), ratios(Block::kAttitude),
               ratios(Block::kVelocity), ratios(Block::kPosition), heading_text(report.heading),
               fmt::format("{}", fmt::join(nis, ", "))});
