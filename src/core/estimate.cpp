@@ -156,18 +156,18 @@ Estimate corrected(const Estimate& x, const StateLayout& layout, const ErrorVect
 }
 
 ResetJacobian transport_jacobian(const Estimate& x, const StateLayout& layout, const ErrorVector& correction,
-                                 const Vector3d& down, bool stands) {
+                                 const std::optional<Standing>& standing) {
   ResetJacobian G = reset_jacobian(layout, correction);
-  const Estimate after = corrected(x, layout, correction, stands);
+  const Estimate after = corrected(x, layout, correction, standing.has_value());
   Matrix3d turned = G.velocity_attitude.bottomRightCorner<3, 3>();
-  if (stands) {
-    const double heading = down.dot(correction.segment<3>(layout.offset(Block::kAttitude)));
-    turned = so3_exp(Vector3d(heading * down)).toRotationMatrix();
+  if (standing) {
+    const double heading = standing->down.dot(so3_log(after.q_wb * standing->last_q_wb.conjugate()));
+    turned = so3_exp(Vector3d(heading * standing->down)).toRotationMatrix();
   }
   G.velocity_attitude.setIdentity();
   G.velocity_attitude.bottomRightCorner<3, 3>() = turned;
-  if (!stands) G.velocity_attitude.topRightCorner<3, 3>() = skew(after.v_wb) * turned - skew(x.v_wb);
-  const Matrix3d C = x.R_wb(), C_after = after.R_wb();
+  if (!standing) G.velocity_attitude.topRightCorner<3, 3>() = skew(after.v_wb) * turned - skew(x.v_wb);
+  const Matrix3d C = standing ? standing->last_q_wb.toRotationMatrix() : x.R_wb(), C_after = after.R_wb();
   G.position_attitude = skew(C_after * after.lever_arm) * turned - skew(C * x.lever_arm);
   G.position_lever_arm = C - C_after;
   return G;

@@ -34,6 +34,7 @@ Transition KalmanFilter::predict(const ImuStep& step, const StepNoise& noise) {
   decay(state_.x, layout(), t);
   propagate(state_.P, layout(), t);
   if (reference_) propagate(state_.mean, layout(), t);
+  if (!resting()) stood_.reset();
   state_.time += step.dt;
   return t;
 }
@@ -67,16 +68,25 @@ ErrorVector KalmanFilter::update(const Update& u) {
   return correction;
 }
 
+// Where a boresight is estimated, a reference determines the attitude far better than standstill determines tilt and
+// bias: the body counts as moving.
+std::optional<Standing> KalmanFilter::standing() const {
+  if (!resting() || layout().has(Block::kBoresight)) return std::nullopt;
+  return Standing{gravity_.value.normalized(), stood_.value_or(state_.x.q_wb)};
+}
+
 // x ← x ⊞ δ        P ← G P Gᵀ, as the error is now relative to the new estimate.
 // About a reference, which stays, m ← m + δ.
-ResetJacobian KalmanFilter::reset(const ErrorVector& correction) {
+ResetJacobian KalmanFilter::reset(const ErrorVector& correction, const std::optional<Standing>& standing) {
   if (reference_) {
     state_.mean += correction;
     return reset_jacobian(FullError::Zero());
   }
-  ResetJacobian G = transport_jacobian(state_.x, layout(), correction, gravity_.value.normalized(), stands());
+  ResetJacobian G = transport_jacobian(state_.x, layout(), correction, standing);
   piste::reset(state_.P, layout(), G);
-  state_.x = corrected(state_.x, layout(), correction, stands());
+  state_.x = corrected(state_.x, layout(), correction, standing.has_value());
+  stood_.reset();
+  if (standing) stood_ = state_.x.q_wb;
   return G;
 }
 

@@ -14,7 +14,7 @@ namespace piste {
 struct Unrecorded {
   static void add_step(const Transition&) {}
   static void add_correction(const Update&) {}
-  static void add_correction(const Update&, const ResetJacobian&, const Estimate&, const Vector3d&, bool) {}
+  static void add_correction(const Update&, const ResetJacobian&, const Estimate&, const std::optional<Standing>&) {}
   static void add_taken_back(const ScaleScore&, const ErrorVector&, bool) {}
   static void add_inflation(const ErrorVector&) {}
   static void add_moved(const ErrorVector&) {}
@@ -170,13 +170,14 @@ class FilterWalk {
     f_.noise_score_.before_fix(now.x, now.P);
     if (!resting()) f_.noise_score_.swung(now.x, u, lin, f_.adaptation_.imu_variances()[0], f_.has_reference());
     const Estimate before = now.x;
-    const ResetJacobian G = f_.reset(f_.update(u));
+    const std::optional<Standing> standing = f_.standing();
+    const ResetJacobian G = f_.reset(f_.update(u), standing);
     f_.adaptation_.correct(f_.layout(), u, G);
     if (!(now.P.diagonal().minCoeff() >= 0)) f_.fail("to a negative variance");
     if (f_.reference_) {
       recorder_.add_correction(u);
     } else {
-      recorder_.add_correction(u, G, before, f_.gravity_.value.normalized(), f_.stands());
+      recorder_.add_correction(u, G, before, standing);
     }
   }
 

@@ -138,15 +138,17 @@ ErrorStep History::step(const Chunk& chunk, const Event& event) const {
 
 void History::add_correction(const Update& u) { add_update(u, false); }
 
-void History::add_correction(const Update& u, const ResetJacobian& /*reset*/, const Estimate& x, const Vector3d& down,
-                             bool stands) {
+void History::add_correction(const Update& u, const ResetJacobian& /*reset*/, const Estimate& x,
+                             const std::optional<Standing>& standing) {
   add_update(u, true);
   std::vector<double>& out = now_.values;
   put_values(out, x.q_wb.coeffs());
   put_values(out, x.v_wb);
   put_values(out, x.lever_arm);
-  put_values(out, down);
-  out.push_back(stands ? 1 : 0);
+  out.push_back(standing ? 1 : 0);
+  if (!standing) return;
+  put_values(out, standing->down);
+  put_values(out, standing->last_q_wb.coeffs());
 }
 
 // Stores only the nonzero columns of H: a fix depends on few blocks.
@@ -196,9 +198,13 @@ History::Correction History::correction(const Chunk& chunk, const Event& event) 
     r.take(x.q_wb.coeffs());
     r.take(x.v_wb);
     r.take(x.lever_arm);
-    Vector3d down;
-    r.take(down);
-    c.reset = transport_jacobian(x, layout_, c.moved, down, r.number() != 0);
+    std::optional<Standing> standing;
+    if (r.number() != 0) {
+      standing.emplace();
+      r.take(standing->down);
+      r.take(standing->last_q_wb.coeffs());
+    }
+    c.reset = transport_jacobian(x, layout_, c.moved, standing);
   }
   return c;
 }

@@ -64,10 +64,9 @@ class History {
   void add_step(const Transition& t);
   /// A correction that does not move the estimate: it moves the mean about a reference, or only the covariance changes.
   void add_correction(const Update& u);
-  /// A correction that moves the estimate `x`. `down`, `stands`: arguments of transport_jacobian(), which gives the
-  /// reset Jacobian again.
-  void add_correction(const Update& u, const ResetJacobian& reset, const Estimate& x, const Vector3d& down,
-                      bool stands);
+  /// A correction that moves the estimate `x`. transport_jacobian() gives the reset Jacobian again.
+  void add_correction(const Update& u, const ResetJacobian& reset, const Estimate& x,
+                      const std::optional<Standing>& standing);
   /// An errors-in-variables correction of the scales, which moves the estimate, or the mean about a reference.
   void add_taken_back(const ScaleScore& score, const ErrorVector& moved, bool estimate_moved);
   /// `variances`: added to the diagonal of the covariance.

@@ -77,7 +77,7 @@ class KalmanFilter {
   Transition predict(const ImuStep& step, const StepNoise& noise);
   std::pair<Update, FaultDetection::Ruling> test(int source, double late, const Linearization& lin);
   ErrorVector update(const Update& u);
-  ResetJacobian reset(const ErrorVector& correction);
+  ResetJacobian reset(const ErrorVector& correction, const std::optional<Standing>& standing);
 
   // About a reference.
   void follow_reference(double dt);
@@ -90,9 +90,7 @@ class KalmanFilter {
   double variance_of(const FixDelay& delay) const;
   double gate(const Linearization& lin) const { return setup_->gate[static_cast<std::size_t>(lin.rows)]; }
   bool resting() const { return walker_.at_rest(); }
-  // Where a boresight is estimated, a reference determines the attitude far better than standstill determines tilt and
-  // bias.
-  bool stands() const { return resting() && !layout().has(Block::kBoresight); }
+  std::optional<Standing> standing() const;
   bool moves() const;
   [[noreturn]] void fail(const std::string& where) const;
 
@@ -100,6 +98,7 @@ class KalmanFilter {
   Walker walker_;
   FilterState state_;
   std::shared_ptr<const ImuScales> imu_scales_;  // of several IMUs; null if their scales act along the axes of the body
+  std::optional<Eigen::Quaterniond> stood_;      // the attitude after the last correction at this rest
   Gravity gravity_;  // as a linear function: at the start of the last step it is within 4e-9 m/s² of normal gravity
   MotionMean motion_;
   RecentSteps steps_;

@@ -71,9 +71,9 @@ class Batch {
     add_unknowns(root_of_noise(layout_, t));
   }
 
-  void add_correction(const Update& u) { add_correction(u, reset_jacobian(FullError::Zero()), {}, {}, false); }
+  void add_correction(const Update& u) { add_correction(u, reset_jacobian(FullError::Zero()), {}, {}); }
 
-  void add_correction(const Update& u, const ResetJacobian& reset, const Estimate&, const Vector3d&, bool) {
+  void add_correction(const Update& u, const ResetJacobian& reset, const Estimate&, const std::optional<Standing>&) {
     const MatrixXd H = u.H.topRows(u.rows);
     const MatrixXd R = u.S.topLeftCorner(u.rows, u.rows) - H * u.PHt.leftCols(u.rows);
     const MatrixXd HA = H * A_, weighted = solve_symmetric(R, HA);
@@ -179,10 +179,6 @@ SyntheticRun with_turned_imus(double duration) {
 
 void expect_dense_batch_solution(SyntheticRun s) {
   s.options.behaviour.rest.interval = 0.1;
-  // The dense inverse has no digits left where better fixes meet zero-velocity updates.
-  for (GnssFix& fix : s.log.gnss[0]) {
-    if (!s.log.rest.empty() && fix.time <= s.log.rest.front().end) fix.sigma_position.setConstant(0.03);
-  }
   const FilterRun run = run_filter(s.log, s.options, s.start, Keep::kHistory);
   const Solution smoothed = smooth_rts(run);
   ASSERT_EQ(smoothed.size(), s.log.imu.size());

@@ -11,6 +11,8 @@
 /// column of SE₂(3): so a fix is linear in ρ wherever the origin of the run lies. The term [p]θ of the invariant error
 /// would reach metres at some kilometres from the origin.
 
+#include <optional>
+
 #include "piste/core/state_table.h"
 
 namespace piste {
@@ -59,16 +61,23 @@ ResetJacobian reset_jacobian(const StateLayout& layout, const ErrorVector& corre
 /// `stands`: the body is stationary, and the velocity is that of x ⊞ correction.
 Estimate corrected(const Estimate& x, const StateLayout& layout, const ErrorVector& correction, bool stands);
 
+/// A body that stands, for the covariance transport.
+struct Standing {
+  Vector3d down;                 ///< a unit vector
+  Eigen::Quaterniond last_q_wb;  ///< the attitude after the last correction at this rest, before it the present one
+};
+
 /// The reset Jacobian for the covariance transport of a filter over this correction of `x`. A filter knows combinations
 /// of states for one attitude: position with the lever arm, or at rest tilt with the accelerometers' bias. If a
 /// correction turned the attitude and left these combinations, the filter would take the correction for a turn of the
 /// body. A real turn makes each state observable, a correction does not (Huang, Mourikis and Roumeliotis 2010, for
 /// SLAM). Therefore the errors of the antenna's position, p + R l, and of the ordinary velocity stay, and that of the
-/// attitude is reset. For a body that `stands`, ν stays instead, as its velocity is known to be zero. Its tilt then
-/// turns with the heading part of the correction, about the unit vector `down`. An error of the heading stays one:
-/// otherwise standstill would seem to determine the heading. No heap.
+/// attitude is reset. For a body that stands, ν stays instead, as its velocity is known to be zero. Its tilt then
+/// turns with the heading, and an error of the heading stays one: otherwise standstill would seem to determine the
+/// heading. What counts is the whole change since the last correction, as the body did not turn between them, but the
+/// noise of the gyroscopes did turn its estimate. No heap.
 ResetJacobian transport_jacobian(const Estimate& x, const StateLayout& layout, const ErrorVector& correction,
-                                 const Vector3d& down, bool stands);
+                                 const std::optional<Standing>& standing);
 
 /// The matrix that turns the navigation error (ρ, ν, θ) into the ordinary error (δp, δv, θ), with δv = ν + θ × v̂.
 Eigen::Matrix<double, 9, 9> ordinary_from_invariant(const Estimate& x);
