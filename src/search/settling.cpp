@@ -120,8 +120,8 @@ std::optional<Calibration> settled_within(double refused, WholeLog log, Calibrat
   std::optional<Calibration> grown;   // with the sigmas before the last growth
   for (int round = 0; round < kMostRounds; ++round) {
     // However many there will be: as if as many as a rule were always still to come.
-    if (progress) progress(1 - std::pow(1 - 1 / kRounds, round));
-    const auto run = log.filtered(found);
+    const auto done = [](int rounds) { return 1 - std::pow(1 - 1 / kRounds, rounds); };
+    const auto run = log.filtered(found, part_of(progress, done(round), done(round + 1)));
     if (!run && before) return before;
     if (!run) return std::nullopt;
     if (log.drifts && !tells_drift(*run, log.options.priors)) {

@@ -47,9 +47,12 @@ Recording WholeLog::scaled(const Calibration& found) const {
   return all;
 }
 
-std::optional<Solution> WholeLog::filtered(const Calibration& found) const {
+std::optional<Solution> WholeLog::filtered(const Calibration& found, const ProgressCallback& progress) const {
   try {
-    Solution run = replay(scaled(found), replayed(found)).filtered.solution;
+    const auto tell = [&](std::string_view, std::size_t done, std::size_t all) {
+      if (progress && all > 0) progress(static_cast<double>(done) / static_cast<double>(all));
+    };
+    Solution run = replay(scaled(found), replayed(found), tell).filtered.solution;
     if (!run.empty()) return run;
   } catch (const Error&) {  // no start, or a filter that diverges
   }

@@ -27,7 +27,7 @@ struct WholeLog {
   /// The log with the sigmas of positions and velocities that were found.
   Recording scaled(const Calibration& found) const;
   /// The filter's solution; nothing where no filter runs.
-  std::optional<Solution> filtered(const Calibration& found) const;
+  std::optional<Solution> filtered(const Calibration& found, const ProgressCallback& progress = {}) const;
 };
 
 }  // namespace piste

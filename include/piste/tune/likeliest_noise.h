@@ -110,7 +110,7 @@ struct TuneOptions {
 Vector3d stated_before(const SigmaScales& factors);
 
 /// Runs of the filter that a rough search and a thorough one take as a rule.
-inline constexpr double kRoughRuns = 120, kThoroughRuns = 400;
+inline constexpr double kRoughRuns = 100, kThoroughRuns = 400;
 
 /// Finds the likeliest noise of a log with a known start. Sought is what the options have: of a drift without a process
 /// nothing, of a receiver without velocities no scale of them. `at_rest` is not filled in.
