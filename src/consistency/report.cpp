@@ -85,10 +85,10 @@ bool SourceConsistency::white() const {
                      [this](double r) { return std::abs(r) < autocorrelation_band; });
 }
 
-std::vector<std::string> ConsistencyReport::outside(Phase phase) const {
+std::vector<std::string> ConsistencyReport::outside() const {
   std::vector<std::string> out;
   const auto judge = [&](const EstimatorConsistency& estimator, const std::string& name) {
-    const auto& found = estimator.groups[index(phase)];
+    const auto& found = estimator.groups[index(Phase::kUnderWay)];
     for (std::size_t g = 0; g < found.size(); ++g) {
       if (!found[g].test.holds) out.push_back(name + " " + groups[g].name);
     }

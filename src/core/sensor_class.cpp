@@ -13,6 +13,7 @@ namespace {
 constexpr double kMicroG = 1e-6 * kStandardGravity, kAny = std::numeric_limits<double>::infinity();
 constexpr double kPerG = kDegree / kStandardGravity;  // deg/s/g
 
+// From the best to the worst, which has no bound.
 constexpr std::array kClasses = std::to_array<SensorClass>({
     {"tactical", 0.0025 * kDegree, 120 * kMicroG, 100e-6, 0.002 * kPerG},
     {"industrial", 0.012 * kDegree, 120 * kMicroG, 1000e-6, 0.01 * kPerG},
@@ -20,8 +21,6 @@ constexpr std::array kClasses = std::to_array<SensorClass>({
 });
 
 }  // namespace
-
-std::span<const SensorClass> sensor_classes() { return kClasses; }
 
 const SensorClass& class_of(const ImuSensor& sensor) {
   return *std::ranges::find_if(kClasses, [&](const SensorClass& c) {

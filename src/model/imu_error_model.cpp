@@ -12,6 +12,12 @@ void put(Matrix3d& M, const Estimate& x, Block block) {
   for (const auto& [input, signal] : elements_of(block)) M(input % 3, signal % 3) += value(k++);
 }
 
+// A diagonal stays one to the last digit.
+Matrix3d inverse(const Matrix3d& response) {
+  if (response.isDiagonal(0)) return response.diagonal().cwiseInverse().asDiagonal();
+  return response.inverse();
+}
+
 }  // namespace
 
 Matrix3d gyro_response(const Estimate& x) {
@@ -36,7 +42,7 @@ Matrix3d g_sensitivity(const Estimate& x) {
 
 void add_imu_errors(Linearization& lin, const Estimate& x, std::span<const MotionPart> parts) {
   using ByInput = Eigen::Matrix<double, 3, 6>;
-  const Matrix3d gyro = gyro_response(x).inverse(), accel = accel_response(x).inverse(), G = g_sensitivity(x);
+  const Matrix3d gyro = inverse(gyro_response(x)), accel = inverse(accel_response(x)), G = g_sensitivity(x);
   std::array<Eigen::Matrix<double, 3, kLargestBlock>, kImuErrorBlocks.size()> sums;
   for (auto& sum : sums) sum.setZero();
   for (const MotionPart& part : parts) {

@@ -4,7 +4,7 @@
 ///
 ///     ω_m = (1 + S_g + M_g) ω + b_g + d_g + G f + noise      f_m = (1 + S_a + M_a) f + b_a + d_a + noise
 ///
-/// S is diagonal (scales). M_g has the six elements beside the diagonal. The accelerometers define the axes of the
+/// S is diagonal (scales). M_g has the six off-diagonal elements. The accelerometers define the axes of the
 /// body, x along the first and y in the plane of the first two: so M_a is lower triangular, with three elements. G is
 /// the g-sensitivity of gyroscopes. Source: Groves 2013, sections 4.4.2 and 4.4.4.
 ///

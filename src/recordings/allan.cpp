@@ -152,8 +152,9 @@ void make_sensor(AllanFindings& f, const ImuHealth& health) {
           : "bias, scale and range: rest does not tell them; they are what sensors of such noise usually have. "
             "`--sensor FILE` takes them from a file");
   if (!f.options.base) {
-    f.sensor_remarks.push_back(fmt::format(
-        "cross_axis and g_sensitivity: rest does not tell them; they are those of a {} IMU", class_of(f.sensor).name));
+    f.sensor_remarks.push_back(
+        fmt::format("cross_axis and g_sensitivity: not observable at rest; they are the usual ones of a {} IMU",
+                    class_of(f.sensor).name));
     f.sensor = with_errors_of_class(f.sensor);
   }
   f.sensor = rounded(f.sensor, kSensorDigits);

@@ -248,7 +248,8 @@ std::string phase_tables(const ConsistencyReport& report) {
     if (!interval || (report.filter.groups[p].empty() && report.smoother.groups[p].empty())) continue;
     out +=
         fmt::format("<h3>{} <small>{:.6g} to {:.6g} s</small></h3>\n", kPhaseTitles[p], interval->start, interval->end);
-    out += nees_table(report, phase, "NEES per state; * outside the band") + "<div class=\"tables\">\n";
+    out += nees_table(report, phase, "NEES per state; * the mean is not 1; band of one epoch") +
+           "<div class=\"tables\">\n";
     for (const auto& [name, e] : estimators(report)) out += accuracy_table(report, *e, name, phase);
     out += "</div>\n";
   }
@@ -265,7 +266,7 @@ std::string source_table(const ConsistencyReport& report) {
                     fmt::format("{:.3f}{}", fmt::join(axes, ", "), s.white() ? "" : "*"),
                     fmt::format("± {:.3f}", s.autocorrelation_band)});
   }
-  return table("Under way; * outside the band",
+  return table("Under way; * the mean is not 1, or innovations are correlated",
                {"source", "rows", "count", "rejected", "NIS per row", "band", "correlation of successive ones, by axis",
                 "band if white"},
                rows);

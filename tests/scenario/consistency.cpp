@@ -69,14 +69,15 @@ TEST(Inconsistent, WorseSensorLeavesTheBand) {
   }
 }
 
-// Axes of which the filter is not told are its errors: innovations do not show them, NEES does.
+// Cross-axis errors that the sensor file does not state are errors of the filter: innovations do not show them, NEES
+// does.
 TEST(Inconsistent, CrossAxisErrorsThatAreNotStatedLeaveTheBand) {
   Scenario s = short_scenario("ski_cross_axis");
-  ImuSensor& told = s.replay.sensor;
-  told.gyro.cross_axis = told.accel.cross_axis = told.gyro_g_sensitivity = std::nullopt;
+  ImuSensor& stated = s.replay.sensor;
+  stated.gyro.cross_axis = stated.accel.cross_axis = stated.gyro_g_sensitivity = std::nullopt;
   std::erase_if(s.replay.estimate,
                 [&](Block b) { return b >= Block::kGyroCrossAxis && b <= Block::kGyroGSensitivity; });
-  const ConsistencyReport report = report_of(s, "not told", kRuns / 2);
+  const ConsistencyReport report = report_of(s, "not stated", kRuns / 2);
   EXPECT_FALSE(report.consistent());
 }
 

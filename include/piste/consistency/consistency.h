@@ -143,8 +143,8 @@ struct ConsistencyReport {
   HeadingFound heading;  ///< of the filter
   std::vector<FailedRun> failures;
 
-  /// Groups whose test fails in a phase, such as "filter accel_scale".
-  std::vector<std::string> outside(Phase phase = Phase::kUnderWay) const;
+  /// Groups whose test fails under way, such as "filter accel_scale".
+  std::vector<std::string> outside() const;
   /// Whether the tests of all groups of filter and smoother hold under way, and no run failed.
   bool consistent() const;
 };

@@ -3,8 +3,8 @@
 ///
 ///     measured = (1 + S + M) true + bias + drift + noise [+ G f],    S = diag(scale)
 ///
-/// M has the cross-axis errors, beside the diagonal, and G is the gyroscopes' response to specific force
-/// (model/imu_error_model.h).
+/// M has the cross-axis errors, which are its off-diagonal elements, and G is the gyroscopes' response to specific
+/// force (model/imu_error_model.h).
 
 #include <optional>
 #include <string>

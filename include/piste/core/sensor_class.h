@@ -1,26 +1,22 @@
 #pragma once
 /// What IMUs of a class are sold with, for errors that neither a record at rest nor the innovations of a run show.
 
-#include <span>
 #include <string_view>
 
 #include "piste/core/sensor.h"
 
 namespace piste {
 
-/// A class of IMUs. The noise densities are those that a unit of the class has at most, and the errors are 1-sigma.
+/// A class of IMUs. The noise densities are the largest of the class, and the errors are 1-sigma. Sources, by data
+/// sheets: LN-200, 0.1 mrad between axes, and STIM300, 7 deg/h/g; ADIS16488A, 0.05 deg between axes (870 ppm) and 0.009
+/// deg/s/g; MPU-9250, at most 2 % cross-axis sensitivity, and MPU-6050, 0.1 deg/s/g. Sixteen calibrated MEMS-IMUs on a
+/// board had 520 ppm (accelerometers) and 1500 ppm (gyroscopes); a consumer's unit is not calibrated.
 struct SensorClass {
   std::string_view name;
   double gyro_noise, accel_noise;  ///< [rad/s/√Hz], [m/s²/√Hz]
   double cross_axis;               ///< of each element, as a ratio
   double gyro_g_sensitivity;       ///< of each element [rad/s per m/s²]
 };
-
-/// From the best to the worst, which has no bound. Sources, by data sheets: LN-200, 0.1 mrad between axes, and STIM300,
-/// 7 deg/h/g; ADIS16488A, 0.05 deg between axes (870 ppm) and 0.009 deg/s/g; MPU-9250, at most 2 % cross-axis
-/// sensitivity, and MPU-6050, 0.1 deg/s/g. Sixteen calibrated MEMS-IMUs on a board had 520 ppm (accelerometers) and
-/// 1500 ppm (gyroscopes), and a consumer's unit is not calibrated.
-std::span<const SensorClass> sensor_classes();
 
 /// The class of an IMU: the best of which both of its noises are within the bounds.
 /// Example: 0.05 deg/s/√Hz and 200 µg/√Hz is a consumer's.

@@ -81,7 +81,7 @@ struct Estimate {
   Vector3d accel_drift = Vector3d::Zero();
   Vector3d gyro_scale = Vector3d::Zero();
   Vector3d accel_scale = Vector3d::Zero();
-  /// Elements beside the diagonal of the matrix by which a triad measures: of the gyroscopes, xy xz yx yz zx zy; of the
+  /// Off-diagonal elements of the matrix by which a triad measures: of the gyroscopes, xy xz yx yz zx zy; of the
   /// accelerometers, which define the axes of the body, yx zx zy. Then the gyroscopes' response to specific force, by
   /// rows.
   Eigen::Matrix<double, 6, 1> gyro_cross_axis = Eigen::Matrix<double, 6, 1>::Zero();

@@ -19,7 +19,7 @@ struct TriadTruth {
   std::optional<Vector3d> bias, scale;
   Vector3d bias_spread = Vector3d::Zero(),
            scale_spread = Vector3d::Zero();  ///< 1-sigma about the given values, drawn anew for each seed
-  /// 1-sigma of the elements of M beside the diagonal in measured = (1 + scale) (1 + M) true + …. If it is not given,
+  /// 1-sigma of the off-diagonal elements of M in measured = (1 + scale) (1 + M) true + …. If it is not given,
   /// they are drawn from the sensor's cross-axis errors. Accelerometers define the axes of the body: theirs are those
   /// below the diagonal.
   std::optional<double> misalignment;
