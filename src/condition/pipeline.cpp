@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "condition/first_fixes.h"
+#include "condition/ramp_faults.h"
 #include "condition/several_imus.h"
 #include "core/time_search.h"
 #include "math/magnetic_field.h"
@@ -107,6 +108,7 @@ void condition_gnss(const Recording& recording, const Interval& imu, const Condi
       if (fix.slow_level.isZero(0)) out.back().slow_level = level.next(fix.time, fix.sigma_position);
     }
     log.counts.gnss_contradicted.push_back(widen_first_fixes(out, options.behaviour.trust, log.world));
+    log.counts.gnss_ramps.push_back(exclude_ramp_faults(out, options.behaviour.trust, log.world));
   }
 }
 

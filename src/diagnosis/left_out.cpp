@@ -59,6 +59,14 @@ std::vector<std::string> left_out_lines(const Log& log, const Solution& filtered
                     "as that uncertain",
                     i, first.count, first.off));
   }
+  for (std::size_t i = 0; i < log.counts.gnss_ramps.size(); ++i) {
+    for (const RampFault& ramp : log.counts.gnss_ramps[i]) {
+      lines.push_back(fmt::format(
+          "gnss[{}]: from {:.1f} to {:.1f} s its positions run away from its own velocities, up to {:.3g} m; "
+          "these {} positions are left out",
+          i, ramp.span.start, ramp.span.end, ramp.off, ramp.count));
+    }
+  }
   for (const Aid& aid : kAids) {
     const auto source = std::ranges::find(filtered.sources, aid.source);
     if (source == filtered.sources.end()) continue;

@@ -98,6 +98,9 @@ FaultDetection::Ruling FaultDetection::rule(int source, double time, const Linea
                                             double bound, const Estimate& x, const Covariance& P) {
   Source& s = sources_[static_cast<std::size_t>(source)];
   const bool inside = u.nis <= bound;
+  if (lin.excluded) {
+    return {inside ? Outcome::kDisputed : Outcome::kRejected, std::max(time - s.believed, options_.shortest_lapse)};
+  }
   if (s.hold > 0) {
     if (!inside) s.held_until = time + s.hold;
     Ruling ruling{.lapse = std::max(time - s.believed, options_.shortest_lapse)};

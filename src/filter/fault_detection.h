@@ -34,8 +34,8 @@ namespace piste {
 /// time. It is never readmitted: a slipping wheel must not turn the filter.
 ///
 /// Limits: a wrong fix is used if the receiver is at fault for longer than `distrust`. It is also used if its error
-/// begins while the filter may be at fault, or grows slowly enough to stay inside the gate. For a receiver without
-/// velocities, or with coarse ones, a slow ramp is such an error. A fault of the IMU that appears as a jump between two
+/// begins while the filter may be at fault, or grows slowly enough to stay inside the gate. A slow ramp is such an
+/// error; conditioning excludes those that velocities show (condition/ramp_faults.h), and the filter is told. A fault of the IMU that appears as a jump between two
 /// fixes is attributed to the receiver.
 class FaultDetection {
  public:

@@ -229,9 +229,10 @@ std::optional<Linearization> GnssReceivers::linearize(const GnssFix& fix, int se
     }
   }
   if (position) {
-    return swaying(linearize_position(fix, receiver.drift, with_arm, motion, context.earth_rate, context.gravity, lag,
-                                      context.still, sensor),
-                   receiver, sensor);
+    Linearization lin = linearize_position(fix, receiver.drift, with_arm, motion, context.earth_rate, context.gravity,
+                                           lag, context.still, sensor);
+    lin.excluded = fix.runs_away;
+    return swaying(std::move(lin), receiver, sensor);
   }
   const bool momentary =
       std::abs(lag.time) < kMoment && std::abs(receiver.delay_of_velocity() - receiver.delay) < kMean;

@@ -6,6 +6,7 @@
 
 #include "piste/configuration/replay_config.h"
 #include "piste/io/log_io.h"
+#include "piste/math/statistics.h"
 #include "piste/math/units.h"
 #include "support/datasets.h"
 #include "support/places.h"
@@ -170,6 +171,50 @@ TEST(Drive, SurvivesLateVelocities) {
   EXPECT_LE(e.mean_end(), 25);
   EXPECT_LE(e.worst_inside(), 2);
 }
+
+// A figure of ten windows is one draw: the same windows at twenty places, each a step further on. The bounds leave room
+// for another compiler.
+struct Placements {
+  const char* name;
+  std::vector<Interval> (*windows)();
+  double step;  // s
+  std::string gnss;
+  Sensor sensor;
+  double mean_end, worst_inside;  // bounds of the means over the places [m]
+};
+
+class DrivePlacements : public ::testing::TestWithParam<Placements> {};
+
+TEST_P(DrivePlacements, CostAsMuchOnAverage) {
+  PISTE_REQUIRE_DATASETS();
+  if (!thorough()) GTEST_SKIP() << "with PISTE_THOROUGH=1";
+  const Placements& p = GetParam();
+  constexpr int kPlaces = 20;
+  std::vector<double> ends, worst;
+  for (int k = 0; k < kPlaces; ++k) {
+    std::vector<Interval> windows = p.windows();
+    for (Interval& w : windows) w = {w.start + k * p.step, w.end + k * p.step};
+    const DriveErrors e = replay_drive(windows, p.gnss, p.sensor);
+    ends.push_back(e.mean_end());
+    worst.push_back(e.worst_inside());
+  }
+  const double end = mean(ends), inside = mean(worst);
+  std::printf("%s, %d places: mean end %.2f m (standard deviation %.2f), worst smoothed %.2f m (%.2f)\n", p.name,
+              kPlaces, end, standard_deviation(ends), inside, standard_deviation(worst));
+  EXPECT_LT(end, p.mean_end);
+  EXPECT_LT(inside, p.worst_inside);
+}
+
+std::vector<Interval> any_minutes() { return {{243305, 243365}, {243435, 243495}, {243565, 243625}}; }
+
+INSTANTIATE_TEST_SUITE_P(
+    Twenty, DrivePlacements,
+    ::testing::Values(Placements{"FifteenSeconds", coast_windows, 2, kPositions, {}, 9, 1.5},
+                      Placements{"FifteenSecondsWithVelocities", coast_windows, 2, kWithVelocities, {}, 9, 1.5},
+                      Placements{"FifteenSecondsInACar", coast_windows, 2, kWithVelocities, kCar, 6, 1.5},
+                      Placements{"Minutes", any_minutes, 6, kPositions, {}, 600, 40},
+                      Placements{"MinutesInACar", any_minutes, 6, kWithVelocities, kCar, 25, 12}),
+    [](const auto& each) { return each.param.name; });
 
 // As `inspect` configures it, which proposes the vehicle: never worse than the same without it.
 TEST(Drive, WindowsOf60SecondsAsInspected) {

@@ -2,14 +2,15 @@
 // smoothed. What must hold: 5 sigma, and that a lie costs no more than an outage of the same length, neither in error
 // nor in what is claimed.
 //
-// Not held to it: a ramp of a receiver without velocities, or with coarse ones. Filter and receiver then part so slowly
-// that neither can be told to be wrong.
+// Not held to it: a ramp of a receiver without velocities, or with coarse ones, or one that does not return. Filter and
+// receiver then part so slowly that neither can be told to be wrong.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <vector>
 
+#include "condition/ramp_faults.h"
 #include "piste/consistency/disputes.h"
 #include "piste/math/units.h"
 #include "piste/sim/random.h"
@@ -30,11 +31,13 @@ struct Errors {
   double claimed = 0;                  ///< largest sigma of any axis of position
   double last = 0;
   double attitude = 0;  ///< largest angle [deg]
+  double inside = 0;    ///< share of the rows whose position is within 3 sigma in each axis
 };
 
 // Errors of a solution, of whose rows `truths` are true.
 Errors errors_of(const Solution& s, const std::vector<TruthState>& truths, const World& world, const Interval& during) {
   Errors e;
+  double rows = 0, inside = 0;
   for (std::size_t i = 0; i < s.size(); ++i) {
     if (!during.contains(s.time(i))) continue;
     const TruthState& is = truths[i];
@@ -42,10 +45,14 @@ Errors errors_of(const Solution& s, const std::vector<TruthState>& truths, const
     const Vector3d error = x.p_wb - s.world().from_geodetic(world.to_geodetic(is.p_wb));
     e.largest = std::max(e.largest, error.cwiseAbs().maxCoeff());
     e.claimed = std::max(e.claimed, s.sigmas(i).position.maxCoeff());
-    e.over_sigma = std::max(e.over_sigma, error.cwiseAbs().cwiseQuotient(s.sigmas(i).position).maxCoeff());
+    const double over_sigma = error.cwiseAbs().cwiseQuotient(s.sigmas(i).position).maxCoeff();
+    e.over_sigma = std::max(e.over_sigma, over_sigma);
+    ++rows;
+    inside += over_sigma <= 3 ? 1 : 0;
     e.last = error.norm();
     e.attitude = std::max(e.attitude, so3_log(x.q_wb * is.q_wb.conjugate()).norm() / kDegree);
   }
+  e.inside = inside / rows;
   return e;
 }
 
@@ -255,6 +262,43 @@ INSTANTIATE_TEST_SUITE_P(All, LyingReceiverWithVelocities,
                          ::testing::Values(Kind{"ski", "gnss_l1l2", true}, Kind{"bicycle", "gnss_l1l2", true},
                                            Kind{"giant_slalom", "gnss_l1l2", true}, Kind{"ski", "gnss_l1", true}),
                          name_of);
+
+// Positions run away from honest velocities, each step within the gate: the filter would follow them.
+TEST(SlowRamp, IsLetGoFromItsBeginning) {
+  for (const double ramp : {0.1, 0.3}) {
+    double filtered = 0, smoothed = 0;
+    const int runs = seeds(3, 20);
+    for (int seed = 1; seed <= runs; ++seed) {
+      const Case c = receiver_case("ski", "gnss_l1l2", true, static_cast<std::uint64_t>(seed));
+      Log log = c.log();
+      const double begin = c.under_way() + kBegin;
+      for (GnssFix& fix : log.gnss[0]) {
+        const double since = fix.time - begin;
+        if (since >= 0 && since < kLength) fix.position += ramp * since * kAside;
+      }
+      const auto found = exclude_ramp_faults(log.gnss[0], c.options.behaviour.trust, log.world);
+      const std::string what = fmt::format("ramp of {} m/s, seed {}", ramp, seed);
+      ASSERT_EQ(found.size(), 1u) << what;
+      const Result r = solve(c, log, find_start(log, c.options, {}), what);
+      expect_honest(r, what);
+      EXPECT_EQ(count(r.solution, Outcome::kReadmitted), 0U) << what;
+      filtered += r.filtered.inside / runs;
+      smoothed += r.smoothed.inside / runs;
+    }
+    fmt::print("ramp of {} m/s: {:.3f} filtered and {:.3f} smoothed inside 3 sigma\n", ramp, filtered, smoothed);
+    EXPECT_GT(filtered, 0.98) << ramp;
+    EXPECT_GT(smoothed, 0.98) << ramp;
+  }
+}
+
+TEST(SlowRamp, IsNotSeenInCleanRuns) {
+  for (const char* receiver : {"gnss_l1l2", "gnss_l1"}) {
+    for (int seed = 1; seed <= seeds(5, 200); ++seed) {
+      const Case c = receiver_case("ski", receiver, true, static_cast<std::uint64_t>(seed));
+      EXPECT_TRUE(c.log().counts.gnss_ramps.at(0).empty()) << receiver << " " << seed;
+    }
+  }
+}
 
 // The turns clip, and a lie is still seen.
 TEST(FaultyImu, ClipsInTheTurns) {

@@ -198,6 +198,7 @@ struct GnssFix {
   /// Size of its slow error (PositionDrift) relative to its sigmas: the sigmas stated over the last minute, divided by
   /// those of this fix (SlowLevel).
   Vector3d slow_level = Vector3d::Ones();
+  bool runs_away = false;  ///< its position is that of a ramp fault, and is not used
 
   /// L with L Lᵀ = the covariance of the position along the local level [m]: lower triangular, the sigmas on the
   /// diagonal where axes are not correlated.
@@ -262,6 +263,13 @@ struct FirstFixes {
   double off = 0;
 };
 
+/// A ramp fault: positions of a receiver that run away from its velocities. They are not used.
+struct RampFault {
+  Interval span;
+  std::size_t count = 0;
+  double off = 0;  ///< largest distance from the track by the velocities [m]
+};
+
 /// Counts of what conditioning left out or changed. Nothing is left out without a count.
 struct LogCounts {
   std::size_t imu_gaps = 0, imu_rejected = 0, imu_clipped = 0, imu_spikes = 0;
@@ -273,6 +281,7 @@ struct LogCounts {
   RepairedRows imu_repaired = {};
   std::vector<RepairedRows> gnss_repaired = {}, attitude_repaired = {};  ///< per source
   std::vector<FirstFixes> gnss_contradicted = {};                        ///< per receiver
+  std::vector<std::vector<RampFault>> gnss_ramps = {};                   ///< per receiver
   std::vector<ImuReport> imus = {};                                      ///< of several IMUs
   /// Fixes of odometer, barometer and dual antenna outside the IMU's span.
   std::size_t speed_outside = 0, height_outside = 0, heading_outside = 0;

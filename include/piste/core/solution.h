@@ -19,7 +19,7 @@ enum class Outcome {
   kUsed,
   kRejected,    ///< rejected by the innovation test: outside the gate
   kReadmitted,  ///< used although outside the gate: the filter was at fault, its covariance is inflated
-  kDisputed,    ///< excluded although within the gate: its receiver jumped before and has not returned
+  kDisputed,    ///< excluded although within the gate: its receiver jumped, or runs away, and has not returned
   kRepeated     ///< left out: the receiver repeated its last fix
 };
 inline constexpr std::array kOutcomes{Outcome::kUsed, Outcome::kRejected, Outcome::kReadmitted, Outcome::kDisputed,
