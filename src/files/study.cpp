@@ -83,6 +83,25 @@ std::string joint_csv(const Study& study, StudyQuantity quantity) {
   return out;
 }
 
+std::string cross_axis_csv(const Study& study) {
+  std::string out = "sensor,axis,element,value,std,standard_error,p_value\n";
+  for (const CrossAxisRow& r : cross_axis(study)) {
+    const Across& v = r.value;
+    add(out, {text(study.sensors[r.sensor]), name_of(r.axis), std::string(r.element), number(v.mean), number(v.std),
+              number(v.standard_error), number(v.p_value)});
+  }
+  return out;
+}
+
+std::string scale_scatter_csv(const Study& study) {
+  std::string out = "sensor,axis,runs,std_alone,std_with_cross_axis,explained\n";
+  for (const ScaleScatter& r : scale_scatter(study)) {
+    add(out, {text(study.sensors[r.sensor]), name_of(r.axis), count(r.runs), number(r.alone), number(r.with_cross_axis),
+              number(r.explained)});
+  }
+  return out;
+}
+
 std::string correlation_csv(const Study& study) {
   std::string out = "sensor,axis,correlation\n";
   for (const CorrelationRow& r : correlations(study)) {
@@ -316,6 +335,8 @@ std::vector<StudyFile> study_csv(const Study& study) {
                              {"table_6.csv", bias_csv(study, Method::kBiasOnly)},
                              {"table_7.csv", ranking_csv(study)},
                              {"filter_bias.csv", bias_csv(study, Method::kMarkovSmoothed)},
+                             {"cross_axis.csv", cross_axis_csv(study)},
+                             {"scale_scatter.csv", scale_scatter_csv(study)},
                              {"estimates.csv", estimates_csv(study)},
                              {"comparisons.csv", comparisons_csv(study)},
                              {"coverage.csv", coverage_csv(study)},

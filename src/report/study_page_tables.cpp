@@ -205,6 +205,36 @@ std::string ranking_table(const Ranking& ranking) {
                           lines));
 }
 
+std::string cross_axis_table(const Study& study) {
+  const std::string caption = "Cross-axis errors, with the accelerometers' axes as those of the body";
+  const std::vector<CrossAxisRow> rows = cross_axis(study);
+  if (rows.empty()) return paragraph(caption + ": no estimate.");
+  std::vector<Row> lines;
+  for (const CrossAxisRow& row : rows) {
+    const Across& a = row.value;
+    lines.push_back({fmt::format("{} {}", axis_name(study, row.sensor, row.axis), row.element),
+                     fmt::format("{}", a.runs), number(a.mean, kScaleDecimals), digits(a.std), digits(a.standard_error),
+                     digits(a.within), probability(a.p_value), starred(a)});
+  }
+  return wide(page::table(caption,
+                          {"sensor, axis, element", "runs", "correction", "std between runs", "error of the mean",
+                           "error within a run", "p", "p, Holm"},
+                          lines));
+}
+
+std::string scale_scatter_table(const Study& study) {
+  const std::string caption = "Scatter of scales between runs, and how much of it cross-axis errors explain";
+  const std::vector<ScaleScatter> rows = scale_scatter(study);
+  if (rows.empty()) return paragraph(caption + ": fewer than two runs.");
+  std::vector<Row> lines;
+  for (const ScaleScatter& row : rows) {
+    lines.push_back({axis_name(study, row.sensor, row.axis), fmt::format("{}", row.runs), digits(row.alone),
+                     digits(row.with_cross_axis), number(100 * row.explained, 0) + " %"});
+  }
+  return wide(page::table(
+      caption, {"sensor, axis", "runs", "std, scale alone", "std, with cross-axis errors", "explained"}, lines));
+}
+
 /// Comparison of the IMUs, and of the fused IMU.
 std::string imus_table(const Study& study) {
   const std::string caption =
@@ -251,7 +281,7 @@ std::string study_page_tables(const Study& study, const Ranking& ranking) {
                    &CampaignTables::bias_only) +
          estimate_table(study, "Biases by Gauss-Markov in the GPS/MEMS filter", Method::kMarkovFiltered,
                         StudyQuantity::kBias) +
-         ranking_table(ranking) + imus_table(study);
+         cross_axis_table(study) + scale_scatter_table(study) + ranking_table(ranking) + imus_table(study);
 }
 
 }  // namespace piste

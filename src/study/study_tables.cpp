@@ -186,6 +186,63 @@ std::vector<AcrossRow> table_of(const Study& study, Method method, StudyQuantity
   return out;
 }
 
+std::vector<CrossAxisRow> cross_axis(const Study& study) {
+  static constexpr std::array<std::string_view, 9> kElements{"xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"};
+  // The sum or the difference of two gains, as a correction to add.
+  const auto correction_of = [](const Term& gain, const Term& turned, double sign) {
+    Term out = minus(gain, turned);
+    out.value = -(gain.value + sign * turned.value);
+    return out;
+  };
+  // The element (i, j) of a triad in a run, nothing if it has none.
+  const auto element = [&](const SensorRun& run, bool gyro, int i, int j) -> std::optional<Term> {
+    if (!run.findings || !run.findings->accel_matrix || !run.findings->gyro_matrix) return std::nullopt;
+    const MatrixFit& accel = *run.findings->accel_matrix;
+    if (!gyro) return correction_of(accel.gain(i, j), accel.gain(j, i), 1);
+    const MatrixFit& found = *run.findings->gyro_matrix;
+    return i < j ? correction_of(found.gain(i, j), accel.gain(i, j), -1)
+                 : correction_of(found.gain(i, j), accel.gain(j, i), 1);
+  };
+  std::vector<CrossAxisRow> out;
+  for (std::size_t sensor = 0; sensor < study.sensors.size(); ++sensor) {
+    const auto runs = runs_of(study, sensor);
+    for (int axis = 0; axis < kSignals; ++axis) {
+      const bool gyro = axis >= 3;
+      for (int j = 0; j < 3; ++j) {
+        const int i = axis % 3;
+        if (i == j || (!gyro && j > i)) continue;
+        std::vector<Term> terms;
+        for (const SensorRun* run : runs) {
+          if (const auto term = element(*run, gyro, i, j)) terms.push_back(*term);
+        }
+        if (!terms.empty())
+          out.push_back({sensor, axis, kElements[static_cast<std::size_t>(3 * i + j)], across(terms)});
+      }
+    }
+  }
+  correct(std::span(out), &CrossAxisRow::value);
+  return out;
+}
+
+std::vector<ScaleScatter> scale_scatter(const Study& study) {
+  return rows_of<ScaleScatter>(
+      study, [](const auto& runs, std::size_t sensor, int axis) -> std::optional<ScaleScatter> {
+        std::vector<double> alone, with;
+        for (const SensorRun* r : runs) {
+          const auto first = shown_of(*r, Method::kJoint, StudyQuantity::kScale, axis),
+                     second = shown_of(*r, Method::kMisalignment, StudyQuantity::kScale, axis);
+          if (!first || !second) continue;
+          alone.push_back(first->value);
+          with.push_back(second->value);
+        }
+        if (alone.size() < 2) return std::nullopt;
+        ScaleScatter row{sensor, axis, alone.size(), standard_deviation(alone), standard_deviation(with)};
+        const double ratio = row.with_cross_axis / row.alone;
+        row.explained = 1 - ratio * ratio;
+        return row;
+      });
+}
+
 std::vector<BeforeAfterRow> before_after(const Study& study) {
   auto out = rows_of<BeforeAfterRow>(
       study, [](const auto& runs, std::size_t sensor, int axis) -> std::optional<BeforeAfterRow> {

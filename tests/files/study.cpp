@@ -92,6 +92,8 @@ TEST(StudyCsv, HasTheColumnsOfTheContract) {
       {"table_7.csv",
        {"method,estimates,position_rmse_m,velocity_rmse_m_s,attitude_rmse_deg,outage_drift_m,remark", 25}},
       {"filter_bias.csv", {"sensor,axis,unit,bias,std,standard_error,p_value,significant", 18}},
+      {"cross_axis.csv", {"sensor,axis,element,value,std,standard_error,p_value", 3 * 9}},
+      {"scale_scatter.csv", {"sensor,axis,runs,std_alone,std_with_cross_axis,explained", 18}},
       {"estimates.csv",
        {"run,sensor,axis,unit,method,quantity,value,sigma,standard_error,systematic,half_width_95,truth",
         27 * 6 * (3 + 2 * 20)}},

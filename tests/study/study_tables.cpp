@@ -82,6 +82,37 @@ TEST(StudyCase, IsWholeUnlessItIsToFail) {
   EXPECT_EQ(missing(StudyCase{.failed = true}.study()).size(), 3U);
 }
 
+// Whatever rotation the boresight of a run has.
+TEST(CrossAxis, IsAlongTheAxesThatTheAccelerometersDefine) {
+  const Study study = StudyCase{}.study();
+  const auto rows = cross_axis(study);
+  ASSERT_EQ(rows.size(), 9 * study.sensors.size());
+  const std::string_view xyz = "xyz";
+  for (const CrossAxisRow& row : rows) {
+    const auto i = static_cast<Eigen::Index>(xyz.find(row.element[0])),
+               j = static_cast<Eigen::Index>(xyz.find(row.element[1]));
+    EXPECT_EQ(i, row.axis % 3);
+    const Matrix3d M = row.axis < 3 ? StudyCase::accel_cross_axis() : StudyCase::gyro_cross_axis();
+    EXPECT_NEAR(row.value.mean, -M(i, j), 1e-12) << row.element;
+    EXPECT_NEAR(row.value.within, 2e-4, 1e-9) << "two elements, with their systematic errors";
+  }
+}
+
+TEST(ScaleScatter, IsExplainedAsFarAsItsVarianceFalls) {
+  Study study = StudyCase{}.study();
+  double k = 0;
+  for (SensorRun& run : study.results) {
+    at(run, Method::kJoint, 0).line = line_of(0, 0.02 * std::sin(k));
+    at(run, Method::kMisalignment, 0).line = line_of(0, 0.01 * std::sin(k));
+    k += 1;
+  }
+  for (const ScaleScatter& row : scale_scatter(study)) {
+    if (row.axis != 0) continue;
+    EXPECT_NEAR(row.alone, 2 * row.with_cross_axis, 0.03 * row.alone);
+    EXPECT_NEAR(row.explained, 0.75, 0.02);
+  }
+}
+
 TEST(Methods, StandInTheirOrder) {
   for (std::size_t i = 0; i < kMethods.size(); ++i) EXPECT_EQ(static_cast<std::size_t>(kMethods[i].method), i);
 }

@@ -22,6 +22,13 @@ struct StudyCase {
   bool failed = false;    ///< the last IMU in the last run, and the rest after the first run
   std::uint64_t seed = 1;
 
+  /// Off-diagonal elements of the matrices of all sensors: those of accelerometers that define the axes, those of the
+  /// gyroscopes, and the rotation of the boresight that a run has beside them.
+  static Matrix3d accel_cross_axis() { return (Matrix3d() << 0, 0, 0, 0.004, 0, 0, -0.003, 0.002, 0).finished(); }
+  static Matrix3d gyro_cross_axis() {
+    return (Matrix3d() << 0, 0.005, -0.001, 0.003, 0, 0.006, 0.001, -0.004, 0).finished();
+  }
+
   Study study() const {
     Random random(seed);
     Study out{"nine <runs> & more", 12, simulated, {}, {}, {}, {}};
@@ -163,8 +170,25 @@ struct StudyCase {
     return out;
   }
 
+  static MatrixFit matrix(const Matrix3d& gains) {
+    MatrixFit out;
+    for (int axis = 0; axis < 3; ++axis) {
+      Coefficients& c = out.axes[static_cast<std::size_t>(axis)];
+      c.regression.value.setZero(4);
+      c.regression.value.tail<3>() = gains.row(axis).transpose();
+      c.regression.covariance = c.regression.hac_covariance = 1e-8 * Eigen::MatrixXd::Identity(4, 4);
+      c.regression.inflation.setOnes(4);
+      c.regression.dof = 12;
+      c.systematic_covariance = 1e-8 * Eigen::MatrixXd::Identity(4, 4);
+    }
+    return out;
+  }
+
   static Findings found(const SensorRun& run, const Phases& phases) {
     Findings out{phases, 12, {}, {}, {}};
+    const Matrix3d turned = skew(0.1 * run.boresight);
+    out.accel_matrix = matrix(accel_cross_axis() + turned);
+    out.gyro_matrix = matrix(gyro_cross_axis() + turned);
     for (int axis = 0; axis < kSignals; ++axis) {
       const auto at = static_cast<std::size_t>(axis);
       AxisFindings& a = out.axes[at];

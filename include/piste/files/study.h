@@ -23,6 +23,8 @@ struct StudyFile {
 ///     table_3, 4    sensor,axis,unit,value,std,standard_error,p_value,reverse_value
 ///     table_5       sensor,axis,correlation
 ///     table_7       method,estimates,position_rmse_m,velocity_rmse_m_s,attitude_rmse_deg,outage_drift_m,remark
+///     cross_axis    sensor,axis,element,value,std,standard_error,p_value
+///     scale_scatter sensor,axis,runs,std_alone,std_with_cross_axis,explained
 ///     estimates     run,sensor,axis,unit,method,quantity,value,sigma,standard_error,systematic,half_width_95,truth
 ///                   each number of each run; sigma is the formal one
 ///     comparisons   sensor,axis,quantity,unit,method,against,runs,difference,std,standard_error,p_value,p_holm

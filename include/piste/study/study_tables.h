@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "piste/study/study_findings.h"
@@ -52,6 +53,35 @@ struct BeforeAfterRow {
   Across difference;  ///< after − before
 };
 std::vector<BeforeAfterRow> before_after(const Study& study);
+
+/// Cross-axis errors of one axis of one sensor, by Method::kMisalignment, as corrections to add: ratios.
+///
+/// The accelerometers define the axes of the body, x along the first, y in the plane of the first two. Their elements
+/// are yx, zx and zy, those of the gyroscopes xy, xz, yx, yz, zx and zy. The matrices of a run are about the axes of
+/// the estimated boresight. What a small rotation Θ between the two adds to all matrices is taken out:
+///
+///     Θ_ij = A_ij = −Θ_ji (i < j)      accelerometers M_ji = A_ji + A_ij      gyroscopes M_ij = G_ij − Θ_ij
+///
+/// with A and G the off-diagonal elements found. So an error of the boresight cancels. Errors of two axes count as
+/// independent. Rows are ordered by sensor, axis and element; a sensor without both matrices has none.
+struct CrossAxisRow {
+  std::size_t sensor = 0;
+  int axis = 0;  ///< fx to wz
+  std::string_view element;
+  Across value;
+};
+std::vector<CrossAxisRow> cross_axis(const Study& study);
+
+/// How much of the scatter of a scale between runs comes from cross-axis errors: standard deviations between the runs
+/// that have both, of Method::kJoint, which knows none, and of Method::kMisalignment. `explained` is 1 less the ratio
+/// of their variances, and negative where the second scatters more.
+struct ScaleScatter {
+  std::size_t sensor = 0;
+  int axis = 0;
+  std::size_t runs = 0;
+  double alone = 0, with_cross_axis = 0, explained = 0;
+};
+std::vector<ScaleScatter> scale_scatter(const Study& study);
 
 /// Table 5: the formal correlation of bias and scale; it is the same for corrections to add. `correlation` is the mean
 /// magnitude over the runs, with the sign of the mean. `lowest` and `highest` are over the runs. `inflation` is the
