@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -163,17 +164,27 @@ std::vector<LocalOffset> local_offsets(const FilteredPair& pair, const Alignment
 
 double clock_wander(const std::vector<LocalOffset>& local, const std::string& name) {
   constexpr double kJump = 20e-3, kSurely = 6, kUneven = 5e-3, kAccident = 1e-4;
-  double q = 0, weights = 0, squared = 0;
+  // About their own line, which the offset and the drift of the fit have taken out but for rounding.
+  Eigen::Matrix2d weights = Eigen::Matrix2d::Zero(), squared = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d pull = Eigen::Vector2d::Zero();
+  double q = 0, sum = 0;
   for (const LocalOffset& l : local) {
     if (std::abs(l.offset) > std::max(kJump, kSurely * l.sigma)) refuse_clock(l, name);
     const double weight = 1 / (l.sigma * l.sigma);
-    q += l.offset * l.offset * weight;
-    weights += weight;
-    squared += weight * weight;
+    const Eigen::Vector2d row(1, l.time - local.front().time);
+    weights += weight * row * row.transpose();
+    squared += weight * weight * row * row.transpose();
+    pull += weight * l.offset * row;
+    q += weight * l.offset * l.offset;
+    sum += weight;
   }
-  const auto count = static_cast<double>(local.size());
-  if (count < 3 || q < chi_squared_quantile(1 - kAccident, count)) return 0;
-  const double wander = std::sqrt((q - (count - 1)) / (weights - squared / weights));
+  const double freedom = static_cast<double>(local.size()) - 2;
+  if (freedom < 1) return 0;
+  const Eigen::LDLT<Eigen::Matrix2d> root(weights);
+  q -= pull.dot(root.solve(pull));
+  if (q < chi_squared_quantile(1 - kAccident, freedom)) return 0;
+  // E[Q] = n − 2 + wander² (Σ w − tr((Xᵀ W X)⁻¹ Xᵀ W² X))
+  const double wander = std::sqrt((q - freedom) / (sum - root.solve(squared).trace()));
   if (wander > kUneven) {
     refuse_clock(*std::max_element(local.begin(), local.end(),
                                    [](const LocalOffset& a, const LocalOffset& b) {
