@@ -28,6 +28,7 @@
 #include "walker/fix_queue.h"
 #include "walker/rest_updates.h"
 #include "walker/sample_noise.h"
+#include "walker/truncation.h"
 
 namespace piste {
 
@@ -156,6 +157,9 @@ class Walker {
     const ImuSample& sample = *now_;
     noise_ = to.begin_sample(sample_noise_.of(sample, options().sensor));
     rate_variance_ = noise_.gyro / sample.interval;
+    const StepNoise truncated = truncation_.add(after, options().sensor);
+    noise_.gyro += truncated.gyro;
+    noise_.accel += truncated.accel;
     neighbour_rate_ = piste::neighbour_rate(before_ ? &*before_ : nullptr, sample, after);
     ImuStep whole = step(after, to.imu_scales(), to.estimate());
     const double begin = sample.time - sample.interval;
@@ -229,6 +233,7 @@ class Walker {
   FixQueue queue_;
   std::vector<double> delays_;  // of the sources, by the current estimate
   SampleNoise sample_noise_;
+  Truncation truncation_;
   StepNoise noise_;
   Vector3d rate_variance_ = Vector3d::Zero(), neighbour_rate_ = Vector3d::Zero();
   RateRegression rate_regression_;

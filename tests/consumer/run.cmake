@@ -1,5 +1,5 @@
 # Installs piste from BUILD_DIR into a prefix of its own below WORK_DIR, then configures, builds and runs the consumers:
-# one links with piste::piste, the other with piste::batch.
+# two link with piste::piste, one with piste::batch.
 include(${CMAKE_CURRENT_LIST_DIR}/../step.cmake)
 
 # Every header that a front door exports must stand in the program that links with it.
@@ -25,3 +25,4 @@ step(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${WORK_DIR}/build -G Ninja
 step(${CMAKE_COMMAND} --build ${WORK_DIR}/build)
 step(${WORK_DIR}/build/consumer)
 step(${WORK_DIR}/build/consumer_batch)
+step(${WORK_DIR}/build/logger)

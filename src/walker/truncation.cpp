@@ -1,0 +1,55 @@
+#include "walker/truncation.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace piste {
+namespace {
+
+constexpr double kLasts = 100;  // s, of a sensor whose drift has no correlation time
+
+double correlation_time(const TriadErrors& triad) {
+  return triad.drift.kind == DriftProcess::Kind::kGaussMarkov ? triad.drift.correlation_time : kLasts;
+}
+
+// The density of the noise of one step of length h with the error e, of which `sum` has those before.
+Vector3d lasting(Vector3d& sum, const Vector3d& e, double h, double time) {
+  sum = std::exp(-h / time) * sum + e;
+  return 5.0 / (3 * h) * (2 * e.cwiseProduct(sum) - e.cwiseAbs2()).cwiseMax(0);
+}
+
+}  // namespace
+
+StepNoise Truncation::add(const ImuSample* next, const ImuSensor& sensor) {
+  constexpr double kEven = 0.01;  // of an interval: as adjoining samples are in a step
+  StepNoise noise{Vector3d::Zero(), Vector3d::Zero()};
+  if (next == nullptr) return noise;
+  const double h = next->interval;
+  const bool adjoins = count_ > 0 && !next->gap && std::abs(next->time - h - end_) < kEven * h;
+  std::shift_left(last_.begin(), last_.end(), 1);
+  last_.back() = {h, next->dtheta / h, next->dvel / h, adjoins};
+  end_ = next->time;
+  count_ = std::min(count_ + 1, static_cast<int>(last_.size()));
+  if (count_ < static_cast<int>(last_.size()) ||
+      !std::all_of(last_.begin() + 1, last_.end(), [](const Sample& s) { return s.adjoins; })) {
+    return noise;
+  }
+  const Sample& middle = last_[2];
+  const auto bend = [&](Vector3d Sample::*signal) -> Vector3d {
+    const auto slope = [&](std::size_t a, std::size_t b) -> Vector3d {
+      double time = 0.5 * (last_[a].interval + last_[b].interval);
+      for (std::size_t k = a + 1; k < b; ++k) time += last_[k].interval;
+      return (last_[b].*signal - last_[a].*signal) / time;
+    };
+    return slope(0, 4) - slope(1, 3);
+  };
+  const double dt = middle.interval, factor = dt * dt / 30;
+  const Vector3d rate = bend(&Sample::rate), force = bend(&Sample::force);
+  const Vector3d turned = factor * dt * middle.rate.cross(rate),
+                 moved = factor * dt * (middle.rate.cross(force) + middle.force.cross(rate));
+  noise.gyro = lasting(gyro_sum_, turned, dt, correlation_time(sensor.gyro));
+  noise.accel = lasting(accel_sum_, moved, dt, correlation_time(sensor.accel));
+  return noise;
+}
+
+}  // namespace piste
