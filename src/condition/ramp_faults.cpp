@@ -81,13 +81,14 @@ std::vector<Motion> motions_of(const Piece& piece, const std::vector<GnssFix>& f
   return motions;
 }
 
-// Takes these parts out, by the regression of the steps of S on theirs. The second of two rounds leaves out jumps.
+// Takes these parts out, by the regression of the steps of S on theirs. Least absolute deviations, by least squares
+// with weights, as outliers and jumps are among the steps.
 void take_motion_out(std::vector<Piece>& pieces, const std::vector<GnssFix>& fixes, const Matrix3d& R_nw, int axes) {
   std::vector<std::vector<Motion>> motions;
   for (const Piece& piece : pieces) motions.push_back(motions_of(piece, fixes, R_nw));
   Eigen::Vector2d parts = Eigen::Vector2d::Zero();
-  constexpr double kOutlier = 3;  // sigma
-  for (const double widest : {std::numeric_limits<double>::infinity(), kOutlier}) {
+  constexpr int kRounds = 20;
+  for (int round = 0; round < kRounds; ++round) {
     Eigen::Matrix2d A = Eigen::Matrix2d::Zero();
     Eigen::Vector2d b = Eigen::Vector2d::Zero();
     for (std::size_t n = 0; n < pieces.size(); ++n) {
@@ -95,11 +96,11 @@ void take_motion_out(std::vector<Piece>& pieces, const std::vector<GnssFix>& fix
         const Point &last = pieces[n][k - 1], &point = pieces[n][k];
         const Motion by = motions[n][k] - motions[n][k - 1];
         for (int axis = 0; axis < axes; ++axis) {
-          const double variance = point.position(axis) + last.position(axis), step = point.off(axis) - last.off(axis);
-          const double left = step - by.row(axis) * parts;
-          if (left * left > widest * widest * variance) continue;
-          A += by.row(axis).transpose() * by.row(axis) / variance;
-          b += by.row(axis).transpose() * step / variance;
+          const double sigma = std::sqrt(point.position(axis) + last.position(axis));
+          const double step = point.off(axis) - last.off(axis), left = std::abs(step - by.row(axis) * parts);
+          const double weight = 1 / (sigma * std::max(left, sigma));
+          A += weight * by.row(axis).transpose() * by.row(axis);
+          b += weight * step * by.row(axis).transpose();
         }
       }
     }

@@ -14,9 +14,9 @@ namespace piste {
 ///
 ///     S_k = p_k − Σ ½ (v_i + v_{i−1}) (t_i − t_{i−1}) − τ v_k − κ a_k
 ///
-/// with the velocities' delay τ, and κ of their change a, by least squares: κ is τ²/2 and what trapezoids leave.
-/// Without a fault, S_k − S_i has the errors of two positions, and those of the velocities between. A fault is a change
-/// of S over a window of 1 to 128 s, with the following properties:
+/// with the velocities' delay τ, and κ of their change a, by least absolute deviations: κ is τ²/2 and what trapezoids
+/// leave. Without a fault, S_k − S_i has the errors of two positions, and those of the velocities between. A fault is a
+/// change of S over a window of 1 to 128 s, with the following properties:
 ///
 /// - Chance does not explain it: it exceeds what one honest log in a million reaches in any of its windows (the
 ///   Bonferroni bound of the χ² distribution). Its variance is the stated one, or the log's own, if the median of

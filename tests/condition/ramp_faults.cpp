@@ -84,6 +84,20 @@ TEST(RampFaults, AreNotSeenInHonestReceivers) {
   }
 }
 
+// Nor does one fix in ten that is metres off look like one, beside velocities that come late.
+TEST(RampFaults, AreNotSeenInOutliers) {
+  for (const double late : {0.0, 0.1}) {
+    for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+      auto fixes = descent({.late = late}, seed);
+      test::Random random(seed + 1000);
+      for (GnssFix& f : fixes) {
+        if (random.uniform() < 0.1) f.position += (2 + 98 * random.uniform()) * random.vector().normalized();
+      }
+      EXPECT_TRUE(found_in(fixes).empty()) << late << " " << seed;
+    }
+  }
+}
+
 // Who is at fault is not known where positions and velocities do not meet again; and a jump is the filter's.
 TEST(RampFaults, AreLeftToTheFilterWhereTheyDoNotReturnOrLeap) {
   auto fixes = descent({}, 1);
