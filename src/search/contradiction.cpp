@@ -33,15 +33,15 @@ double cost_of_contradiction(const WholeLog& log) {
 
 bool drifts_plausibly(const Calibration& found) { return std::abs(found.clock_drift) < kPlausibleDrift; }
 
-bool velocities_contradict(WholeLog log, const Calibration& found) {
+bool velocities_contradict(WholeLog log, const Calibration& found, const ProgressCallback& progress) {
   const std::vector<GeodeticFix>& fixes = log.recording.gnss.front().fixes;
   const bool some = std::any_of(fixes.begin(), fixes.end(), [](const GeodeticFix& fix) { return fix.velocity; });
   if (!some || !log.options.gnss.front().use_velocity) return false;
   if (!drifts_plausibly(found)) return true;
   log.drifts = found.clock_drift_sigma > 0;
-  const auto with = log.filtered(found);
+  const auto with = log.filtered(found, part_of(progress, 0, 0.5));
   log.velocities = false;
-  const auto without = log.filtered(found);
+  const auto without = log.filtered(found, part_of(progress, 0.5, 1));
   if (!with || !without) return false;
   // Few positions may lead a filter astray, which tells nothing.
   const auto nis = [](const Solution& run) { return nis_of_positions(run.innovations, run.sources); };
@@ -50,11 +50,11 @@ bool velocities_contradict(WholeLog log, const Calibration& found) {
          (log.find_clock && elsewhere(Block::kGnssDelay, *with, *without));
 }
 
-bool vehicle_contradicts(WholeLog log, const Calibration& found) {
+bool vehicle_contradicts(WholeLog log, const Calibration& found, const ProgressCallback& progress) {
   log.drifts = found.clock_drift_sigma > 0;
-  const auto with = log.filtered(found);
+  const auto with = log.filtered(found, part_of(progress, 0, 0.5));
   log.vehicle.reset();
-  const auto without = log.filtered(found);
+  const auto without = log.filtered(found, part_of(progress, 0.5, 1));
   if (!with || !without) return false;
   return elsewhere(Block::kGyroScale, *with, *without) || elsewhere(Block::kAccelScale, *with, *without);
 }

@@ -14,13 +14,13 @@ bool drifts_plausibly(const Calibration& found);
 /// do so, and no delay mends them. A clock that drifts by more than any clock does counts too. False without
 /// velocities, and where positions alone tell little. (Of two estimates the one that presumes less is trusted: Hausman,
 /// "Specification tests in econometrics", 1978.)
-bool velocities_contradict(WholeLog log, const Calibration& found);
+bool velocities_contradict(WholeLog log, const Calibration& found, const ProgressCallback& progress = {});
 
 /// Whether the constraint of a vehicle contradicts the fixes over the whole log: with it the filter would have the
 /// scales elsewhere by many of the sigmas that it has without. A body that sways on what carries it, and does not lean,
 /// is no vehicle: the constraint makes its rotations smaller.
 /// @pre `log.vehicle` is there.
-bool vehicle_contradicts(WholeLog log, const Calibration& found);
+bool vehicle_contradicts(WholeLog log, const Calibration& found, const ProgressCallback& progress = {});
 
 /// What both cost, in rows of the IMU that are filtered once.
 double cost_of_contradiction(const WholeLog& log);

@@ -115,16 +115,16 @@ void settle(Inspection& inspection, const Recording& recording, const Conditioni
             const FilterOptions& options, Calibration& found, const Work& work) {
   WholeLog log = whole_log(inspection, recording, conditioning, options);
   auto there = settled(log, found, work);
-  work.step("vehicle", cost_of_contradiction(log) / 2);
-  if (log.vehicle && (!there || vehicle_contradicts(log, *there))) {
+  const ProgressCallback of_vehicle = work.step("vehicle", cost_of_contradiction(log) / 2);
+  if (log.vehicle && (!there || vehicle_contradicts(log, *there, of_vehicle))) {
     inspection.vehicle = {};
     log.vehicle.reset();
     work.expect_more(cost_of_settling(log));
     there = settled(log, found, work);
   }
   if (there) found = std::move(*there);
-  work.step("velocities", cost_of_contradiction(log) / 2);
-  found.velocities_contradict = velocities_contradict(log, found);
+  const ProgressCallback of_velocities = work.step("velocities", cost_of_contradiction(log) / 2);
+  found.velocities_contradict = velocities_contradict(log, found, of_velocities);
 }
 
 // Replaces the noise by an estimate from more of the motion than the first minutes, if its likelihood is higher.
