@@ -143,16 +143,23 @@ class RampSearch {
     std::vector<RampFault> found;
     for (std::size_t n = 0; n < pieces_.size(); ++n) {
       const Piece& piece = pieces_[n];
+      double quiet_until = piece.front().time;  // what did not return is not looked at again at every point
       for (std::size_t k = 1; k < piece.size(); ++k) {
-        const std::optional<std::size_t> onset = detected(n, k);
-        if (!onset) continue;
-        const std::optional<std::size_t> end = returned(piece, *onset, k);
-        if (!end) continue;
-        RampFault fault{.span = {piece[*onset].time, piece[*end - 1].time}};
-        for (std::size_t i = *onset; i < *end; ++i) {
+        if (piece[k].time < quiet_until) continue;
+        const Window* const window = detected(n, k);
+        if (window == nullptr) continue;
+        const std::size_t begin = onset(piece, *window, window->begins[n][k], k);
+        const Point before = level(piece, begin);
+        const std::optional<std::size_t> end = returned(piece, before, k);
+        if (!end) {
+          quiet_until = piece[k].time + window->length;
+          continue;
+        }
+        RampFault fault{.span = {piece[begin].time, piece[*end - 1].time}};
+        for (std::size_t i = begin; i < *end; ++i) {
           fixes[piece[i].fix].runs_away = true;
           ++fault.count;
-          fault.off = std::max(fault.off, (piece[i].off - level(piece, *onset).off).head(axes_).norm());
+          fault.off = std::max(fault.off, (piece[i].off - before.off).head(axes_).norm());
         }
         found.push_back(fault);
         k = *end;
@@ -190,18 +197,18 @@ class RampSearch {
     return sum;
   }
 
-  // The beginning of a ramp that is detected at point k.
-  std::optional<std::size_t> detected(std::size_t n, std::size_t k) const {
+  // The window that ends at point k and shows a ramp; null if none does.
+  const Window* detected(std::size_t n, std::size_t k) const {
     const Piece& piece = pieces_[n];
     for (const Window& window : windows_) {
       const std::size_t i = window.begins[n][k];
       if (i == k || change(piece[i], piece[k]) <= window.scale * bound_) continue;
       for (std::size_t j = i + 1; j <= k; ++j) {
-        if (change(piece[j - 1], piece[j]) > windows_.front().scale * bound_) return std::nullopt;  // a jump
+        if (change(piece[j - 1], piece[j]) > windows_.front().scale * bound_) return nullptr;  // a jump
       }
-      return onset(piece, window, i, k);
+      return &window;
     }
-    return std::nullopt;
+    return nullptr;
   }
 
   // S = level + slope · max(0, t − t_onset) from one window before i to k: the earliest onset within 95 %.
@@ -245,8 +252,7 @@ class RampSearch {
   }
 
   // The first point of those that have returned to the level before the onset; none if they do not.
-  std::optional<std::size_t> returned(const Piece& piece, std::size_t onset, std::size_t detected) const {
-    const Point before = level(piece, onset);
+  std::optional<std::size_t> returned(const Piece& piece, const Point& before, std::size_t detected) const {
     const double gate = chi_squared_quantile(options_.gate, axes_);
     int row = 0;
     for (std::size_t k = detected + 1; k < piece.size(); ++k) {
