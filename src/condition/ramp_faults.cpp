@@ -85,6 +85,7 @@ std::vector<Motion> motions_of(const Piece& piece, const std::vector<GnssFix>& f
 // with weights, as outliers and jumps are among the steps.
 void take_motion_out(std::vector<Piece>& pieces, const std::vector<GnssFix>& fixes, const Matrix3d& R_nw, int axes) {
   std::vector<std::vector<Motion>> motions;
+  motions.reserve(pieces.size());
   for (const Piece& piece : pieces) motions.push_back(motions_of(piece, fixes, R_nw));
   Eigen::Vector2d parts = Eigen::Vector2d::Zero();
   constexpr int kRounds = 20;

@@ -210,6 +210,7 @@ std::string cross_axis_table(const Study& study) {
   const std::vector<CrossAxisRow> rows = cross_axis(study);
   if (rows.empty()) return paragraph(caption + ": no estimate.");
   std::vector<Row> lines;
+  lines.reserve(rows.size());
   for (const CrossAxisRow& row : rows) {
     const Across& a = row.value;
     lines.push_back({fmt::format("{} {}", axis_name(study, row.sensor, row.axis), row.element),
@@ -227,6 +228,7 @@ std::string scale_scatter_table(const Study& study) {
   const std::vector<ScaleScatter> rows = scale_scatter(study);
   if (rows.empty()) return paragraph(caption + ": fewer than two runs.");
   std::vector<Row> lines;
+  lines.reserve(rows.size());
   for (const ScaleScatter& row : rows) {
     lines.push_back({axis_name(study, row.sensor, row.axis), fmt::format("{}", row.runs), digits(row.alone),
                      digits(row.with_cross_axis), number(100 * row.explained, 0) + " %"});

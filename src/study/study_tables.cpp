@@ -215,8 +215,8 @@ std::vector<CrossAxisRow> cross_axis(const Study& study) {
         for (const SensorRun* run : runs) {
           if (const auto term = element(*run, gyro, i, j)) terms.push_back(*term);
         }
-        if (!terms.empty())
-          out.push_back({sensor, axis, kElements[static_cast<std::size_t>(3 * i + j)], across(terms)});
+        const auto place = 3 * static_cast<std::size_t>(i) + static_cast<std::size_t>(j);
+        if (!terms.empty()) out.push_back({sensor, axis, kElements[place], across(terms)});
       }
     }
   }

@@ -12,16 +12,19 @@ double correlation_time(const TriadErrors& triad) {
   return triad.drift.kind == DriftProcess::Kind::kGaussMarkov ? triad.drift.correlation_time : kLasts;
 }
 
-// The density of the noise of one step of length h with the error e, of which `sum` has those before. None where it
-// changes no sigma by more than 2.5 %: a history keeps the noise of the steps where it changes.
-Vector3d lasting(Vector3d& sum, const Vector3d& e, double h, const TriadErrors& triad) {
+}  // namespace
+
+// The density of the noise of one step of length h with the error e. None where it changes no sigma by more than 2.5 %:
+// a history keeps the noise of the steps where it changes.
+Vector3d Truncation::Lasting::add(const Vector3d& e, double h, const TriadErrors& triad) {
   constexpr double kNothing = 0.05;  // of the stated density
-  sum = std::exp(-h / correlation_time(triad)) * sum + e;
-  const Vector3d density = 5.0 / (3 * h) * (2 * e.cwiseProduct(sum) - e.cwiseAbs2());
+  const double kept = std::exp(-h / correlation_time(triad));
+  sum = kept * sum + e;
+  largest *= kept * kept;
+  const Vector3d square = sum.cwiseAbs2(), density = 5.0 / (3 * h) * (square - largest);
+  largest = largest.cwiseMax(square);
   return (density.array() > kNothing * triad.noise_variance().array()).select(density, 0);
 }
-
-}  // namespace
 
 StepNoise Truncation::add(const ImuSample* next, const ImuSensor& sensor) {
   constexpr double kEven = 0.01;  // of an interval: as adjoining samples are in a step
@@ -50,8 +53,8 @@ StepNoise Truncation::add(const ImuSample* next, const ImuSensor& sensor) {
   const Vector3d rate = bend(&Sample::rate), force = bend(&Sample::force);
   const Vector3d turned = factor * dt * middle.rate.cross(rate),
                  moved = factor * dt * (middle.rate.cross(force) + middle.force.cross(rate));
-  noise.gyro = lasting(gyro_sum_, turned, dt, sensor.gyro);
-  noise.accel = lasting(accel_sum_, moved, dt, sensor.accel);
+  noise.gyro = gyro_.add(turned, dt, sensor.gyro);
+  noise.accel = accel_.add(moved, dt, sensor.accel);
   return noise;
 }
 

@@ -22,11 +22,12 @@ namespace piste {
 ///
 /// It lasts as long as the motion does, so that its variance grows with the square of time: with A = Σ e, by
 ///
-///     ΔP = 5/3 (2 e A − e²)
+///     ΔP = 5/3 (A² − M)        M: the largest A² so far
 ///
-/// a step. The noise of a filter is white. Integrated twice as gravity times tilt, white noise of this growth has 3/5
-/// of the variance that the lasting error has: hence 5/3, and attitudes are as much too wide. A decays with the
-/// correlation time of the sensor's drift, as what lasts longer is a drift, which has a state. No heap.
+/// a step, where this is positive: errors that alternate cancel in A. The noise of a filter is white. Integrated twice
+/// as gravity times tilt, white noise of this growth has 3/5 of the variance that the lasting error has: hence 5/3, and
+/// attitudes are as much too wide. A and M decay with the correlation time of the sensor's drift, as what lasts longer
+/// is a drift, which has a state. No heap.
 class Truncation {
  public:
   /// Takes the sample after the present one, or null. Returns the noise of the present step, which is that of a sample
@@ -42,7 +43,11 @@ class Truncation {
   std::array<Sample, 5> last_;  // the newest at the end
   double end_ = 0;              // of the newest
   int count_ = 0;
-  Vector3d gyro_sum_ = Vector3d::Zero(), accel_sum_ = Vector3d::Zero();
+  struct Lasting {
+    Vector3d sum = Vector3d::Zero(), largest = Vector3d::Zero();  // A, M
+
+    Vector3d add(const Vector3d& e, double h, const TriadErrors& triad);
+  } gyro_, accel_;
 };
 
 }  // namespace piste

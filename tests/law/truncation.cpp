@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -123,6 +124,31 @@ TEST(Truncation, OfConingIsClaimed) {
       EXPECT_LE(all.square, 1.5) << frequency << " " << sampling;
     }
   }
+}
+
+// Errors of random sign add up as a random walk: what is claimed is a few times the sum of their squares, for hours.
+TEST(Truncation, OfAShakeThatAlternatesDoesNotLast) {
+  ImuSensor sensor = tactical();
+  sensor.gyro.noise = sensor.accel.noise = 1e-12;
+  Random random(1);
+  Truncation truncation;
+  constexpr double kStep = 0.01;
+  std::array<Vector3d, 5> rates;
+  double claimed = 0, squares = 0;
+  for (int k = 1; k <= 360000; ++k) {
+    std::shift_left(rates.begin(), rates.end(), 1);
+    rates.back() = random.vector(1);
+    ImuSample s;
+    s.time = k * kStep;
+    s.interval = kStep;
+    s.dtheta = kStep * rates.back();
+    claimed += kStep * truncation.add(&s, sensor).gyro.sum();
+    if (k < 5) continue;
+    const Vector3d bend = (rates[4] - rates[0]) / (4 * kStep) - (rates[3] - rates[1]) / (2 * kStep);
+    squares += (kStep * kStep * kStep / 30 * rates[2].cross(bend)).squaredNorm();
+  }
+  EXPECT_GT(claimed, 0.5 * squares);
+  EXPECT_LT(claimed, 20 * squares);  // the largest of a walk so far is more than the walk
 }
 
 TEST(Truncation, IsNoneOfABodyThatStandsOrOfSamplesApart) {
