@@ -14,16 +14,17 @@ double correlation_time(const TriadErrors& triad) {
 
 }  // namespace
 
-// The density of the noise of one step of length h with the error e. None where it changes no sigma by more than 2.5 %:
-// a history keeps the noise of the steps where it changes.
+// The density of the noise of one step of length h with the error e. None while the sum is small beside the sensor's
+// own noise over the same time: it changes no sigma by more than 2.5 %, and a history keeps the noise where it changes.
 Vector3d Truncation::Lasting::add(const Vector3d& e, double h, const TriadErrors& triad) {
-  constexpr double kNothing = 0.05;  // of the stated density
+  constexpr double kNothing = 0.05;  // of the variance of that noise
   const double kept = std::exp(-h / correlation_time(triad));
   sum = kept * sum + e;
   largest *= kept * kept;
-  const Vector3d square = sum.cwiseAbs2(), density = 5.0 / (3 * h) * (square - largest);
+  time = kept * time + h;
+  const Vector3d square = sum.cwiseAbs2(), density = 5.0 / (3 * h) * (square - largest).cwiseMax(0);
   largest = largest.cwiseMax(square);
-  return (density.array() > kNothing * triad.noise_variance().array()).select(density, 0);
+  return (square.array() > kNothing * time * triad.noise_variance().array()).select(density, 0);
 }
 
 StepNoise Truncation::add(const ImuSample* next, const ImuSensor& sensor) {

@@ -45,6 +45,7 @@ class Truncation {
   int count_ = 0;
   struct Lasting {
     Vector3d sum = Vector3d::Zero(), largest = Vector3d::Zero();  // A, M
+    double time = 0;                                              // that A is of
 
     Vector3d add(const Vector3d& e, double h, const TriadErrors& triad);
   } gyro_, accel_;
