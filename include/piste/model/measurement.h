@@ -32,7 +32,7 @@ struct Linearization {
   };
 
   int rows = 3;
-  bool excluded = false;  ///< its sensor is known to be at fault: it is compared, and not used
+  bool excluded = false;              ///< its sensor is known to be at fault: it is compared, and not used
   Block observes = Block::kPosition;  ///< the block that it mainly measures
   Vector3d residual = Vector3d::Zero();
   Matrix3d covariance = Matrix3d::Zero();
