@@ -17,7 +17,7 @@ constexpr std::array kWindows{1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0};  // 
 constexpr double kFalse = 1e-6;   // probability of a fault by chance in a log
 constexpr double kFarLonger = 4;  // times its length that a window needs of the log: a fault is not half of it
 
-// A fix with its position beside the track by the velocities, along the local level at the first fix.
+// A fix, with its position less the track by the velocities, along the local level at the first fix.
 struct Point {
   std::size_t fix = 0;
   double time = 0;

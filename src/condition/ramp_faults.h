@@ -31,7 +31,7 @@ namespace piste {
 /// without velocities are not tested. Source: Bhatti, Ochieng and Feng 2007, of slowly growing errors; they test the
 /// innovations of a filter, and here the velocities of the receiver stand for it.
 ///
-/// Example: positions that run away by 0.1 m/s for 30 s beside velocities of 3 cm/s are excluded from about the first
+/// Example: positions that run away by 0.1 m/s for 30 s, with velocities of 3 cm/s, are excluded from about the first
 /// second to the last.
 std::vector<RampFault> exclude_ramp_faults(std::vector<GnssFix>& fixes, const FaultDetectionOptions& options,
                                            const World& world);

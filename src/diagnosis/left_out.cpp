@@ -60,6 +60,11 @@ std::vector<std::string> left_out_lines(const Log& log, const Solution& filtered
                     i, first.count, first.off));
   }
   for (std::size_t i = 0; i < log.counts.gnss_ramps.size(); ++i) {
+    const std::string velocities = fmt::format("gnss[{}].velocity", i);
+    const bool used = std::ranges::any_of(filtered.innovations, [&](const Innovation& v) {
+      return filtered.sources[static_cast<std::size_t>(v.source)] == velocities;
+    });
+    if (!used) continue;
     for (const RampFault& ramp : log.counts.gnss_ramps[i]) {
       lines.push_back(fmt::format(
           "gnss[{}]: from {:.1f} to {:.1f} s its positions run away from its own velocities, up to {:.3g} m; "

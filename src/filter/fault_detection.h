@@ -35,7 +35,7 @@ namespace piste {
 ///
 /// Limits: a wrong fix is used if the receiver is at fault for longer than `distrust`. It is also used if its error
 /// begins while the filter may be at fault, or grows slowly enough to stay inside the gate. A slow ramp is such an
-/// error; conditioning excludes those that velocities show (condition/ramp_faults.h), and the filter is told. A fault
+/// error; conditioning excludes the ramps that velocities show (condition/ramp_faults.h). A fault
 /// of the IMU that appears as a jump between two fixes is attributed to the receiver.
 class FaultDetection {
  public:

@@ -231,7 +231,7 @@ std::optional<Linearization> GnssReceivers::linearize(const GnssFix& fix, int se
   if (position) {
     Linearization lin = linearize_position(fix, receiver.drift, with_arm, motion, context.earth_rate, context.gravity,
                                            lag, context.still, sensor);
-    lin.excluded = fix.runs_away;
+    lin.excluded = fix.runs_away && receiver.use_velocity;  // velocities that are not used accuse nobody
     return swaying(std::move(lin), receiver, sensor);
   }
   const bool momentary =

@@ -291,6 +291,17 @@ TEST(SlowRamp, IsLetGoFromItsBeginning) {
   }
 }
 
+// Where the velocities are not to be used, they accuse no position.
+TEST(SlowRamp, IsNoMatterOfVelocitiesThatAreNotUsed) {
+  Case c = receiver_case("ski", "gnss_l1l2", true);
+  c.options.gnss[0].use_velocity = false;
+  Log log = c.log();
+  for (GnssFix& fix : log.gnss[0]) fix.runs_away = true;
+  const Result r = solve(c, log, find_start(log, c.options, {}), "velocities are not used");
+  EXPECT_EQ(count(r.solution, Outcome::kDisputed), 0U);
+  EXPECT_LT(r.filtered.claimed, 0.015);
+}
+
 TEST(SlowRamp, IsNotSeenInCleanRuns) {
   for (const char* receiver : {"gnss_l1l2", "gnss_l1"}) {
     for (int seed = 1; seed <= seeds(5, 200); ++seed) {
