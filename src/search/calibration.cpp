@@ -17,6 +17,7 @@
 #include "piste/tune/likeliest_noise.h"
 #include "piste/tune/standing_heights.h"
 #include "tune/evidence.h"
+#include "tune/thinned.h"
 
 namespace piste {
 namespace {
@@ -208,7 +209,7 @@ class Calibrator {
     ConditioningOptions conditioning = conditioning_;
     conditioning.imu.clock_offset = offset;
     try {
-      const Log log = condition(fixes_, conditioning);
+      const Log log = thinned(condition(fixes_, conditioning));
       a.start = find_start(log, options_, {}).start;
       const Evidence run = filter_again(log, options_, a.start);
       a.last = run.last;

@@ -1,8 +1,10 @@
 #include "search/whole_log.h"
 
+#include "piste/condition/pipeline.h"
 #include "piste/core/error.h"
 #include "piste/core/state_table.h"
 #include "search/calibration.h"
+#include "tune/thinned.h"
 
 namespace piste {
 namespace {
@@ -52,7 +54,8 @@ std::optional<Solution> WholeLog::filtered(const Calibration& found, const Progr
     const auto tell = [&](std::string_view, std::size_t done, std::size_t all) {
       if (progress && all > 0) progress(static_cast<double>(done) / static_cast<double>(all));
     };
-    Solution run = replay(scaled(found), replayed(found), tell).filtered.solution;
+    const ReplayOptions how = replayed(found);
+    Solution run = replay(thinned(condition(scaled(found), how.conditioning)), how, tell).filtered.solution;
     if (!run.empty()) return run;
   } catch (const Error&) {  // no start, or a filter that diverges
   }

@@ -26,7 +26,7 @@ struct WholeLog {
   ReplayOptions replayed(const Calibration& found) const;
   /// The log with the sigmas of positions and velocities that were found.
   Recording scaled(const Calibration& found) const;
-  /// The filter's solution; nothing where no filter runs.
+  /// The filter's solution, of sums of samples (tune/thinned.h); nothing where no filter runs.
   std::optional<Solution> filtered(const Calibration& found, const ProgressCallback& progress = {}) const;
 };
 

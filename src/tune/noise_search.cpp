@@ -12,6 +12,7 @@
 #include "piste/core/error.h"
 #include "tune/held_delays.h"
 #include "tune/spoilt_fixes.h"
+#include "tune/thinned.h"
 
 namespace piste {
 namespace {
@@ -86,7 +87,7 @@ NoiseModel moved(const std::vector<NoiseKnob>& knobs, NoiseModel model, const Ei
 
 NoiseSearch::NoiseSearch(const Log& log, FilterOptions options, Start start, NoiseModel centre, bool thorough,
                          std::size_t jobs, Stretches fitted, std::function<void(std::size_t)> ran)
-    : log_(log),
+    : log_(thorough ? log : thinned(log)),
       options_(std::move(options)),
       start_(std::move(start)),
       centre_(std::move(centre)),
