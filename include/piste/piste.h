@@ -108,6 +108,7 @@
 #include "piste/report/inspection_text.h"
 #include "piste/report/kml.h"
 #include "piste/search/inspect.h"
+#include "piste/search/rounds.h"
 #include "piste/search/tune.h"
 #include "piste/sim/campaign.h"
 #include "piste/sim/simulation.h"

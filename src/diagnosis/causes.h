@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "piste/diagnosis/diagnose.h"
 #include "piste/start/start.h"
 #include "tune/evidence.h"
 
@@ -17,11 +18,10 @@ struct Told {
   Start start;
 };
 
-/// A cause that was granted: by how much the log-likelihood of the innovations grew, and the sentence about it.
-struct Granted {
-  double gain = 0;
-  std::string text;
-};
+/// A cause that was granted: by how much the log-likelihood of the innovations grew, the sentence about it, and how a
+/// configuration states it.
+using Granted = LikelierCause;
+using Change = std::function<void(StatedModel&)>;
 
 /// A cause: filters what the filter was told, changed, and says how much that gains over `base`.
 using Cause = std::function<Granted(const Told& told, const Evidence& base, double end)>;

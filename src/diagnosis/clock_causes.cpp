@@ -44,7 +44,8 @@ Cause clock_drift(Interval span) {
       }
     }
     if (top - steady < std::max(kMore, kPartMore * top)) return Granted{};
-    return searched(top, fmt::format("clock drift of the IMU ({:+.0f} ppm more than the file's)", rate * kPerMillion));
+    return searched(top, fmt::format("clock drift of the IMU ({:+.0f} ppm more than the file's)", rate * kPerMillion),
+                    [rate](StatedModel& m) { m.clock_drift += rate; });
   };
 }
 

@@ -45,6 +45,26 @@ std::string described(const std::string& name, Block block, const FilterOptions&
   return fmt::format("{} ({} is likelier)", name, with_sigma(found, block));
 }
 
+// A configuration that states the constant as it was found, or where it states none, a prior that allows it.
+Change stating(Block block, const Evidence& found) {
+  const Estimate x = found.last;
+  return [block, x](StatedModel& m) {
+    GnssOptions* const receiver = m.options.gnss.empty() ? nullptr : &m.options.gnss.front();
+    const auto allow = [&](double& sigma, const Vector3d& value) { sigma = std::max(sigma, value.cwiseAbs().maxCoeff()); };
+    switch (block) {
+      case Block::kGnssDelay: m.clock_offset -= x.gnss_delay - receiver->delay; break;
+      case Block::kVelocityDelay: receiver->velocity_delay = x.velocity_delay; break;
+      case Block::kAttitudeDelay: m.options.attitude.front().delay = x.attitude_delay; break;
+      case Block::kLeverArm: receiver->lever_arm = x.lever_arm; break;
+      case Block::kGyroBias: allow(m.options.sensor.gyro.bias, x.gyro_bias); break;
+      case Block::kAccelBias: allow(m.options.sensor.accel.bias, x.accel_bias); break;
+      case Block::kGyroScale: allow(m.options.sensor.gyro.scale, x.gyro_scale); break;
+      case Block::kAccelScale: allow(m.options.sensor.accel.scale, x.accel_scale); break;
+      default: break;
+    }
+  };
+}
+
 template <class Widen>
 Cause constant(Block block, const std::string& name, Widen&& widen) {
   return [=](const Told& told, const Evidence& base, double end) {
@@ -55,7 +75,7 @@ Cause constant(Block block, const std::string& name, Widen&& widen) {
     if (allows(told.options, block, found)) return Granted{};
     const bool soon_found = block == Block::kGyroBias || block == Block::kAccelBias;
     const double gain = soon_found ? gained(found, base) : lasting_gain(found, base);
-    return Granted{gain, described(name, block, told.options, found)};
+    return Granted{gain, described(name, block, told.options, found), stating(block, found)};
   };
 }
 

@@ -21,6 +21,7 @@
 #include "piste/filter/run.h"
 #include "piste/tune/standing_heights.h"
 #include "tune/held_delays.h"
+#include "tune/thinned.h"
 #include "tune/white_noise_range.h"
 
 namespace piste {
@@ -87,7 +88,7 @@ std::string symptoms(const Verdict& verdict, const std::vector<GnssOptions>& rec
   return fmt::format("{} is {:.1f} sigmas from its prior", jump.name, jump.sigmas);
 }
 
-// What causes are tried with, and where the motion ends in which they are: the first minutes.
+// What causes are tried with, and where the motion ends in which they are: the first minutes, with sums of samples.
 struct Trial {
   Told told;
   double end;
@@ -96,7 +97,7 @@ struct Trial {
 Trial trial_of(const Log& log, const FilterOptions& options, const FoundStart& found) {
   constexpr double kBeyond = 2;  // s: fixes that come late, and the neighbour of the last step
   const double departs = departure(log, found.start.time), end = departs + kLongest;
-  return {{first_part(log, end + kBeyond), options, tried_from(log, options, found.start, departs)}, end};
+  return {{thinned(first_part(log, end + kBeyond)), options, tried_from(log, options, found.start, departs)}, end};
 }
 
 // A run before noise was made to fit its innovations: the receiver's sigmas without these factors, the IMU as noisy as
@@ -118,7 +119,7 @@ std::optional<std::string> find_sway(const Log& log, const FilterOptions& option
   const auto [told, end] = trial_of(log, options, found);
   const Told held = with_held_delays(told, filter_again(told.log, told.options, told.start, end));
   const Evidence base = filter_again(held.log, held.options, held.start, end);
-  Granted best;
+  Granted best{};
   for (std::size_t i = 0; i < options.gnss.size(); ++i) {
     if (!may_sway(options, i)) continue;
     for (const Told& from : {held, as_first_told(told, i, i < scales.size() ? scales[i] : SigmaScales{})}) {
@@ -135,10 +136,17 @@ std::optional<std::string> find_sway(const Log& log, const FilterOptions& option
 Verdict diagnose(const Log& log, const FilterOptions& options, const InitialHeading& heading, const FoundStart& found,
                  const Solution& filtered, const Solution* smoothed, const std::function<void(double)>& progress,
                  const std::vector<double>& residuals) {
-  Verdict verdict = judge(log, options, filtered, smoothed, residuals);
-  if (filtered.empty()) return verdict;
+  return diagnosed(log, options, heading, found, filtered, smoothed, progress, residuals).verdict;
+}
+
+Diagnosis diagnosed(const Log& log, const FilterOptions& options, const InitialHeading& heading,
+                    const FoundStart& found, const Solution& filtered, const Solution* smoothed,
+                    const std::function<void(double)>& progress, const std::vector<double>& residuals) {
+  Diagnosis diagnosis{judge(log, options, filtered, smoothed, residuals), {}};
+  Verdict& verdict = diagnosis.verdict;
+  if (filtered.empty()) return diagnosis;
   add_heading_jump(heading, filtered, smoothed, verdict);
-  if (!doubtful(verdict, log, filtered)) return verdict;
+  if (!doubtful(verdict, log, filtered)) return diagnosis;
   const Trial trial = trial_of(log, options, found);
   const Told& told = trial.told;
   const double end = trial.end;
@@ -154,7 +162,7 @@ Verdict diagnose(const Log& log, const FilterOptions& options, const InitialHead
   if (far_off(verdict)) add(motion_causes(told, heading));
   const std::size_t all = searched.size() + others.size();
   std::size_t tried = 0;
-  std::vector<Granted> likelier;
+  std::vector<Granted>& likelier = diagnosis.causes;
   const auto attempt = [&](const std::vector<Cause>& causes, const Told& from, const Evidence& without) {
     for (const Cause& cause : causes) {
       if (progress) progress(static_cast<double>(tried++) / static_cast<double>(all));
@@ -179,7 +187,7 @@ Verdict diagnose(const Log& log, const FilterOptions& options, const InitialHead
   } else if (!verdict.consistent) {
     verdict.findings.push_back(symptoms(verdict, options.gnss));
   }
-  return verdict;
+  return diagnosis;
 }
 
 }  // namespace piste

@@ -18,9 +18,9 @@ constexpr double kWideClock = 0.3;  ///< s: 1-sigma of a clock's offset that is 
 inline double gained(const Evidence& granted, const Evidence& base) { return granted.likelihood - base.likelihood; }
 
 /// What `values` gain that were searched for, and not integrated over as states are: each pays for that.
-inline Granted searched(double gain, std::string text, int values = 1) {
+inline Granted searched(double gain, std::string text, Change change = {}, int values = 1) {
   constexpr double kSearched = 3;
-  return {gain - kSearched * values, std::move(text)};
+  return {gain - kSearched * values, std::move(text), std::move(change)};
 }
 
 /// Moves the time of every measurement that is not the IMU's by `later(time)`.

@@ -40,7 +40,7 @@ GnssRecording recorded_gnss(const Log& log) {
 Granted from_new_start(Told changed, const Evidence& base, double end, const InitialHeading& heading,
                        const std::string& text) {
   if (!start_anew(changed, heading)) return {};
-  return {lasting_gain(filter_again(changed.log, changed.options, changed.start, end), base), text};
+  return {lasting_gain(filter_again(changed.log, changed.options, changed.start, end), base), text, {}};
 }
 
 Cause turned(const Matrix3d& gyro, const Matrix3d& accel, const std::string& text, const InitialHeading& heading) {

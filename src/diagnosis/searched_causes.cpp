@@ -46,21 +46,25 @@ Cause white_noise(const Noise& noise) {
     });
     const double file = (told.options.sensor.*noise.triad).noise * noise.factor;
     return searched(f.gain, fmt::format("{} noise ({} {}/sqrt(Hz) is likelier than the file's {}; `tune` finds it)",
-                                        noise.name, plain(file * f.value, 2), noise.unit, plain(file, 2)));
+                                        noise.name, plain(file * f.value, 2), noise.unit, plain(file, 2)),
+                    [noise, by = f.value](StatedModel& m) { (m.options.sensor.*noise.triad).noise *= by; });
   };
+}
+
+void scale(DriftProcess& process, double factor) {
+  process.sigma *= factor;
+  process.density *= factor;
 }
 
 Cause drift(const Noise& noise) {
   return [noise](const Told& told, const Evidence& base, double end) {
     const Factor f = likeliest_factor([&](double factor) {
       FilterOptions options = told.options;
-      DriftProcess& process = (options.sensor.*noise.triad).drift;
-      process.sigma *= factor;
-      process.density *= factor;
+      scale((options.sensor.*noise.triad).drift, factor);
       return lasting_gain(filter_again(told.log, options, told.start, end), base);
     });
-    return searched(f.gain,
-                    fmt::format("{} drift (the file's is {}; `tune` finds it)", noise.name, direction(f.value)));
+    return searched(f.gain, fmt::format("{} drift (the file's is {}; `tune` finds it)", noise.name, direction(f.value)),
+                    [noise, by = f.value](StatedModel& m) { scale((m.options.sensor.*noise.triad).drift, by); });
   };
 }
 
@@ -89,14 +93,19 @@ void scale_fixes(Told& told, std::size_t, double factor) {
   }
 }
 
-// Positions of a receiver whose fixes differ by `part` of what it states from one to the next.
-std::string slow_part(std::size_t receiver, double part, const std::optional<PositionDrift>& drift) {
+// Positions of a receiver whose fixes differ by `part` of what it states from one to the next: `gain` with that part.
+Granted slow_part(std::size_t receiver, double part, const std::optional<PositionDrift>& drift, double gain) {
   const double told = drift && drift->of_stated ? drift->sigma.head<2>().mean() : 0;
-  const double white = part * std::sqrt(1 - told * told);
-  return fmt::format(
-      "slow error of gnss[{0}].position (fixes differ by {1} of what is stated; `drift: {{share: {2}, "
-      "correlation_time: {3:g} s}}` takes the rest for an error that lasts)",
-      receiver, plain(white, 2), plain(std::sqrt(1 - white * white), 2), drift ? drift->correlation_time : kSlowTime);
+  const double white = part * std::sqrt(1 - told * told), share = std::sqrt(1 - white * white),
+               time = drift ? drift->correlation_time : kSlowTime;
+  return searched(gain,
+                  fmt::format("slow error of gnss[{0}].position (fixes differ by {1} of what is stated; "
+                              "`drift: {{share: {2}, correlation_time: {3:g} s}}` takes the rest for an error that "
+                              "lasts)",
+                              receiver, plain(white, 2), plain(share, 2), time),
+                  [=](StatedModel& m) {
+                    m.options.gnss[receiver].drift = PositionDrift::of_share(Vector3d::Constant(share), time);
+                  });
 }
 
 Cause sigmas_of_positions(std::size_t receiver) {
@@ -109,20 +118,29 @@ Cause sigmas_of_positions(std::size_t receiver) {
     const GnssOptions& options = told.options.gnss[receiver];
     const std::string source = fmt::format("gnss[{}].position", receiver);
     if (f.value < 1 && may_be_slow(told.options.gnss, source)) {
-      return searched(f.gain, slow_part(receiver, f.value, options.drift));
+      return slow_part(receiver, f.value, options.drift, f.gain);
     }
-    return searched(f.gain, fmt::format("noise of {} (its sigmas are {})", source, direction(f.value)));
+    return searched(f.gain, fmt::format("noise of {} (its sigmas are {})", source, direction(f.value)),
+                    [receiver, by = f.value](StatedModel& m) {
+                      m.scales[receiver].position *= by;
+                      if (auto& slow = m.options.gnss[receiver].drift) slow->follow(by);
+                    });
   };
 }
 
-Cause sigmas(const std::string& source, void (*scale)(Told&, std::size_t, double), std::size_t index) {
+// `factor_of`: the factor of a model that states the same, or null.
+Cause sigmas(const std::string& source, void (*scale)(Told&, std::size_t, double), std::size_t index,
+             double SigmaScales::*factor_of = nullptr) {
   return [=](const Told& told, const Evidence& base, double end) {
     const Factor f = likeliest_factor([&](double factor) {
       Told changed = told;
       scale(changed, index, factor);
       return lasting_gain(filter_again(changed.log, changed.options, told.start, end), base);
     });
-    return searched(f.gain, fmt::format("noise of {} (its sigmas are {})", source, direction(f.value)));
+    Change change;
+    if (factor_of != nullptr) change = [=, by = f.value](StatedModel& m) { m.scales[index].*factor_of *= by; };
+    return searched(f.gain, fmt::format("noise of {} (its sigmas are {})", source, direction(f.value)),
+                    std::move(change));
   };
 }
 
@@ -177,6 +195,12 @@ Cause coloured(std::size_t receiver) {
     return searched(f.gain,
                     fmt::format("coloured error of gnss[{}].position (some {} m over some {:.0f} s; key `drift`)",
                                 receiver, plain(f.value * median_sigma(told.log.gnss[receiver]), 2), time),
+                    [receiver, by = f.value, time](StatedModel& m) {
+                      const double whole = std::max(1.0, std::hypot(1, by));
+                      m.options.gnss[receiver].drift =
+                          PositionDrift::of_share(Vector3d::Constant(by < 1 ? by : by / whole), time);
+                      if (by >= 1) m.scales[receiver].position *= whole;
+                    },
                     2);
   };
 }
@@ -213,6 +237,9 @@ Cause swaying_antenna(std::size_t receiver) {
                     fmt::format("antenna of gnss[{}] (it moves on the body, by some {} cm over {} s; "
                                 "`lever_arm_sway: {{sigma: {} m, correlation_time: {} s}}`)",
                                 receiver, plain(100 * sigma, 2), plain(time, 2), plain(sigma, 2), plain(time, 2)),
+                    [=](StatedModel& m) {
+                      m.options.gnss[receiver].lever_arm_sway = GaussMarkov{Vector3d::Constant(sigma), time};
+                    },
                     2);
   };
 }
@@ -231,7 +258,7 @@ std::vector<Cause> searched_causes(const Told& told) {
   }
   for (std::size_t i = 0; i < options.gnss.size(); ++i) {
     if (options.gnss[i].use_position) causes.push_back(sigmas_of_positions(i));
-    if (has_velocities(told, i)) causes.push_back(sigmas(fmt::format("gnss[{}].velocity", i), scale_velocities, i));
+    if (has_velocities(told, i)) causes.push_back(sigmas(fmt::format("gnss[{}].velocity", i), scale_velocities, i, &SigmaScales::velocity));
   }
   for (std::size_t i = 0; i < options.attitude.size(); ++i)
     causes.push_back(sigmas(fmt::format("attitude[{}]", i), scale_attitudes, i));

@@ -96,7 +96,9 @@ OutputFile OutputFolder::open(const std::string& name) {
   const std::filesystem::path place = folder_ / name;
   make(place.parent_path());
   const std::filesystem::path beside = partial(name);
-  pending_.push_back({beside, place});
+  // A file that is written again is one file.
+  const bool again = std::any_of(pending_.begin(), pending_.end(), [&](const Pending& p) { return p.place == place; });
+  if (!again) pending_.push_back({beside, place});
   return {place, beside};
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "io/json.h"
 #include "piste/configuration/replay_config.h"
 #include "piste/configuration/sensor_file.h"
 #include "piste/core/error.h"
@@ -14,6 +15,7 @@
 #include "piste/report/consistency_page.h"
 #include "piste/report/inspection_page.h"
 #include "piste/report/inspection_text.h"
+#include "piste/search/rounds.h"
 
 namespace piste {
 namespace {
@@ -51,15 +53,39 @@ OwnReplay own_replay(const std::string& text, const std::filesystem::path& folde
   }
 }
 
+std::string inspection_json(const Inspection& found) {
+  std::vector<std::string> rounds, suspicions;
+  for (const InspectedRound& round : found.rounds) {
+    rounds.push_back(json::object({{"verdict", json::string(round.verdict)},
+                                   {"taken", json::string(round.taken)},
+                                   {"gain", json::number(round.gain, 4)}}));
+  }
+  for (const Suspicion& s : found.suspicions) {
+    suspicions.push_back(json::object(
+        {{"file", json::string(s.file)}, {"what", json::string(s.what)}, {"remedy", json::string(s.remedy)}}));
+  }
+  return json::object({{"suspicions", json::array(suspicions)}, {"rounds", json::array(rounds)}}, 0) + "\n";
+}
+
 }  // namespace
 
-std::string write_inspection(OutputFolder& output, Inspection& found) {
+std::string write_inspection(OutputFolder& output, Inspection& found, const ProgressCallback& progress) {
   const std::filesystem::path& folder = output.folder();
   auto config = ready_config(found, folder.string(), kSensorFile);
   if (config) {
     output.write(kSensorFile, sensor_text(guess_sensor(found)));
     // Until all is written, the sensor's file has another name.
     const std::string sensor = output.partial(kSensorFile).filename().string();
+    take_causes(
+        found,
+        [&](const Inspection& now) {
+          output.write(kSensorFile, sensor_text(guess_sensor(now)));
+          return read_replay_config(
+              Config::parse(*ready_config(now, folder.string(), sensor), folder / kReplayFile));
+        },
+        progress);
+    output.write(kSensorFile, sensor_text(guess_sensor(found)));
+    config = ready_config(found, folder.string(), kSensorFile);
     const auto [wrong, sway] = own_replay(*ready_config(found, folder.string(), sensor), folder);
     if (!sway.empty()) {
       found.suspicions.push_back(
@@ -73,6 +99,7 @@ std::string write_inspection(OutputFolder& output, Inspection& found) {
       config = fmt::format("# Its own replay says: {}.\n{}", wrong, *config);
     }
   }
+  output.write("inspection.json", inspection_json(found));
   std::string text = inspection_text(found, config);
   output.write("inspection.txt", text);
   output.write("inspection.html", inspection_page(found, config, version()));

@@ -12,6 +12,21 @@
 
 namespace piste {
 
+/// What a configuration states of the errors of its sensors: a cause is a change of it.
+struct StatedModel {
+  FilterOptions options;
+  std::vector<SigmaScales> scales;            ///< of the sigmas of each receiver, besides those of the log
+  double clock_offset = 0, clock_drift = 0;  ///< of the IMU's clock, besides that of the configuration [s], a ratio
+};
+
+/// A cause that makes the innovations likelier.
+struct LikelierCause {
+  double gain;       ///< of the log-likelihood
+  std::string text;  ///< as in Verdict::findings
+  /// Makes a configuration state it; empty where none of its keys does.
+  std::function<void(StatedModel&)> change;
+};
+
 /// The verdict on a filtered run with its findings, the likeliest cause first. The causes are looked for only if the
 /// sigmas do not hold or more fixes are rejected than chance rejects, and in the first minutes of motion.
 ///
@@ -22,6 +37,17 @@ namespace piste {
 Verdict diagnose(const Log& log, const FilterOptions& options, const InitialHeading& heading, const FoundStart& found,
                  const Solution& filtered, const Solution* smoothed, const std::function<void(double)>& progress = {},
                  const std::vector<double>& residuals = {});
+
+/// A verdict, and the causes behind its findings, the likeliest first.
+struct Diagnosis {
+  Verdict verdict;
+  std::vector<LikelierCause> causes;
+};
+
+/// As diagnose(), with the causes.
+Diagnosis diagnosed(const Log& log, const FilterOptions& options, const InitialHeading& heading,
+                    const FoundStart& found, const Solution& filtered, const Solution* smoothed,
+                    const std::function<void(double)>& progress = {}, const std::vector<double>& residuals = {});
 
 /// Whether the antenna of a receiver moves on the body, as on a helmet: the finding, with the key that states it, where
 /// that explains the innovations better than noise, drifts and sigmas would. Nothing where none does. The arguments are

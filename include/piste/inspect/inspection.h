@@ -39,6 +39,7 @@ struct Calibration {
   SigmaScales sigma_scales = {};                      ///< of the receiver, as expected in motion
   std::optional<PositionDrift> drift = std::nullopt;  ///< the slow error of its positions, if there is one
   DriftBy drift_by = DriftBy::kMotion;                ///< the evidence for `drift`
+  std::optional<GaussMarkov> sway = std::nullopt;     ///< of its antenna on the body
   std::size_t used = 0, rejected = 0;                 ///< GNSS innovations of the filter that estimated this
   double likelihood = 0;                              ///< log-likelihood per fix, over the whole log
   double likelihood_of_positions = 0;                 ///< log-likelihood per position, over the whole log
@@ -104,12 +105,20 @@ struct InspectedAttitude {
   AttitudeMatch match;
 };
 
+/// A replay of what an inspection writes (search/rounds.h).
+struct InspectedRound {
+  std::string verdict;     ///< in one line
+  std::string taken = {};  ///< the cause that the configuration then took; empty: none
+  double gain = 0;         ///< of the log-likelihood of the whole log by that
+};
+
 struct Inspection {
   std::vector<InspectedLog> logs;
   std::vector<InspectedMatch> matches;
   std::vector<InspectedAttitude> attitudes;
   std::vector<Suspicion> suspicions;  ///< the worst first
   VehicleGuess vehicle = {};          ///< of the first IMU with the first receiver
+  std::vector<InspectedRound> rounds = {};
 
   /// Index of the first log of a kind, or nothing.
   std::optional<std::size_t> first(LogKind kind) const;

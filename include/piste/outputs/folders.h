@@ -6,15 +6,17 @@
 
 #include "piste/consistency/consistency.h"
 #include "piste/files/output.h"
+#include "piste/filter/run.h"
 #include "piste/inspect/inspection.h"
 #include "piste/sim/simulation.h"
 
 namespace piste {
 
-/// `inspection.txt` and `inspection.html`; `replay.yaml` and `sensor.yaml`, if the logs suffice for a replay. The
-/// replay is run for the first hour. If its verdict is negative, the verdict becomes the first suspicion of `found` and
-/// the first comment of `replay.yaml`. Returns the text.
-std::string write_inspection(OutputFolder& output, Inspection& found);
+/// `inspection.txt`, `inspection.json` and `inspection.html`; `replay.yaml` and `sensor.yaml`, if the logs suffice for a
+/// replay. The replay is run for the first hour, and the configuration takes the causes that its verdict finds
+/// (search/rounds.h). If the last verdict is negative, it becomes the first suspicion of `found` and the first comment
+/// of `replay.yaml`. Returns the text. `progress` is called with the part of this work that is done.
+std::string write_inspection(OutputFolder& output, Inspection& found, const ProgressCallback& progress = {});
 
 /// The logs of a simulated run, `truth.csv` (of further IMUs `truth_NAME.csv`) and `truth.json`, with `prefix`, such as
 /// `run_1/`, before their names.

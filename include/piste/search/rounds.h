@@ -1,0 +1,26 @@
+#pragma once
+/// Closes the loop of an inspection: what it writes is replayed, and the verdict on that run changes it.
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "piste/configuration/replay_config.h"
+#include "piste/filter/run.h"
+#include "piste/inspect/inspection.h"
+
+namespace piste {
+
+/// Replays the configuration of an inspection, and judges the run (diagnosis/diagnose.h). A cause that makes all of its
+/// innovations likelier is taken into the calibration, and the configuration is replayed again: at most five rounds.
+/// The likeliest one stays. `found.rounds` has the verdict of each round, and what was taken after it.
+///
+/// A cause was fitted to the first minutes of motion. It is taken if the innovations of the whole log, an hour at most,
+/// gain more than ln(number of causes) + 3 by it: with so many causes chance gains as much in one of twenty logs.
+///
+/// `configured`: writes and reads the configuration of an inspection as it is at the moment.
+/// Where no replay runs, nothing is changed, and `found.rounds` is empty.
+void take_causes(Inspection& found, const std::function<ReplayConfig(const Inspection&)>& configured,
+                 const ProgressCallback& progress = {});
+
+}  // namespace piste
