@@ -22,8 +22,9 @@ void run(const AppArguments& arguments, Progress& progress) {
   constexpr double kLooking = 0.8;  // of the work
   Inspection found =
       inspect(arguments.inputs, [&](std::string_view stage, double part) { progress.go_on(stage, kLooking * part); });
-  const std::string text = write_inspection(
-      output, found, [&](double part) { progress.go_on("replay of what is written", kLooking + (1 - kLooking) * part); });
+  const std::string text = write_inspection(output, found, [&](double part) {
+    progress.go_on("replay of what is written", kLooking + (1 - kLooking) * part);
+  });
   progress.clear();
   output.commit();
   say(arguments, fmt::format("{}\nwritten to {}", text, output.folder().string()));

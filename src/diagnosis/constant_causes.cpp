@@ -50,17 +50,36 @@ Change stating(Block block, const Evidence& found) {
   const Estimate x = found.last;
   return [block, x](StatedModel& m) {
     GnssOptions* const receiver = m.options.gnss.empty() ? nullptr : &m.options.gnss.front();
-    const auto allow = [&](double& sigma, const Vector3d& value) { sigma = std::max(sigma, value.cwiseAbs().maxCoeff()); };
+    const auto allow = [&](double& sigma, const Vector3d& value) {
+      sigma = std::max(sigma, value.cwiseAbs().maxCoeff());
+    };
     switch (block) {
-      case Block::kGnssDelay: m.clock_offset -= x.gnss_delay - receiver->delay; break;
-      case Block::kVelocityDelay: receiver->velocity_delay = x.velocity_delay; break;
-      case Block::kAttitudeDelay: m.options.attitude.front().delay = x.attitude_delay; break;
-      case Block::kLeverArm: receiver->lever_arm = x.lever_arm; break;
-      case Block::kGyroBias: allow(m.options.sensor.gyro.bias, x.gyro_bias); break;
-      case Block::kAccelBias: allow(m.options.sensor.accel.bias, x.accel_bias); break;
-      case Block::kGyroScale: allow(m.options.sensor.gyro.scale, x.gyro_scale); break;
-      case Block::kAccelScale: allow(m.options.sensor.accel.scale, x.accel_scale); break;
-      default: break;
+      case Block::kGnssDelay:
+        m.clock_offset -= x.gnss_delay - receiver->delay;
+        break;
+      case Block::kVelocityDelay:
+        receiver->velocity_delay = x.velocity_delay;
+        break;
+      case Block::kAttitudeDelay:
+        m.options.attitude.front().delay = x.attitude_delay;
+        break;
+      case Block::kLeverArm:
+        receiver->lever_arm = x.lever_arm;
+        break;
+      case Block::kGyroBias:
+        allow(m.options.sensor.gyro.bias, x.gyro_bias);
+        break;
+      case Block::kAccelBias:
+        allow(m.options.sensor.accel.bias, x.accel_bias);
+        break;
+      case Block::kGyroScale:
+        allow(m.options.sensor.gyro.scale, x.gyro_scale);
+        break;
+      case Block::kAccelScale:
+        allow(m.options.sensor.accel.scale, x.accel_scale);
+        break;
+      default:
+        break;
     }
   };
 }

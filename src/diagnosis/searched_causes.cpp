@@ -45,8 +45,9 @@ Cause white_noise(const Noise& noise) {
       return lasting_gain(filter_again(told.log, options, told.start, end), base);
     });
     const double file = (told.options.sensor.*noise.triad).noise * noise.factor;
-    return searched(f.gain, fmt::format("{} noise ({} {}/sqrt(Hz) is likelier than the file's {}; `tune` finds it)",
-                                        noise.name, plain(file * f.value, 2), noise.unit, plain(file, 2)),
+    return searched(f.gain,
+                    fmt::format("{} noise ({} {}/sqrt(Hz) is likelier than the file's {}; `tune` finds it)", noise.name,
+                                plain(file * f.value, 2), noise.unit, plain(file, 2)),
                     [noise, by = f.value](StatedModel& m) { (m.options.sensor.*noise.triad).noise *= by; });
   };
 }
@@ -192,16 +193,16 @@ Cause coloured(std::size_t receiver) {
         time = other;
       }
     }
-    return searched(f.gain,
-                    fmt::format("coloured error of gnss[{}].position (some {} m over some {:.0f} s; key `drift`)",
-                                receiver, plain(f.value * median_sigma(told.log.gnss[receiver]), 2), time),
-                    [receiver, by = f.value, time](StatedModel& m) {
-                      const double whole = std::max(1.0, std::hypot(1, by));
-                      m.options.gnss[receiver].drift =
-                          PositionDrift::of_share(Vector3d::Constant(by < 1 ? by : by / whole), time);
-                      if (by >= 1) m.scales[receiver].position *= whole;
-                    },
-                    2);
+    return searched(
+        f.gain,
+        fmt::format("coloured error of gnss[{}].position (some {} m over some {:.0f} s; key `drift`)", receiver,
+                    plain(f.value * median_sigma(told.log.gnss[receiver]), 2), time),
+        [receiver, by = f.value, time](StatedModel& m) {
+          const double whole = std::max(1.0, std::hypot(1, by));
+          m.options.gnss[receiver].drift = PositionDrift::of_share(Vector3d::Constant(by < 1 ? by : by / whole), time);
+          if (by >= 1) m.scales[receiver].position *= whole;
+        },
+        2);
   };
 }
 
@@ -233,14 +234,15 @@ Cause swaying_antenna(std::size_t receiver) {
       const double t = time;
       for (const double by : {root, 1 / root}) attempt(sigma, t * by);
     }
-    return searched(best,
-                    fmt::format("antenna of gnss[{}] (it moves on the body, by some {} cm over {} s; "
-                                "`lever_arm_sway: {{sigma: {} m, correlation_time: {} s}}`)",
-                                receiver, plain(100 * sigma, 2), plain(time, 2), plain(sigma, 2), plain(time, 2)),
-                    [=](StatedModel& m) {
-                      m.options.gnss[receiver].lever_arm_sway = GaussMarkov{Vector3d::Constant(sigma), time};
-                    },
-                    2);
+    return searched(
+        best,
+        fmt::format("antenna of gnss[{}] (it moves on the body, by some {} cm over {} s; "
+                    "`lever_arm_sway: {{sigma: {} m, correlation_time: {} s}}`)",
+                    receiver, plain(100 * sigma, 2), plain(time, 2), plain(sigma, 2), plain(time, 2)),
+        [=](StatedModel& m) {
+          m.options.gnss[receiver].lever_arm_sway = GaussMarkov{Vector3d::Constant(sigma), time};
+        },
+        2);
   };
 }
 
@@ -258,7 +260,8 @@ std::vector<Cause> searched_causes(const Told& told) {
   }
   for (std::size_t i = 0; i < options.gnss.size(); ++i) {
     if (options.gnss[i].use_position) causes.push_back(sigmas_of_positions(i));
-    if (has_velocities(told, i)) causes.push_back(sigmas(fmt::format("gnss[{}].velocity", i), scale_velocities, i, &SigmaScales::velocity));
+    if (has_velocities(told, i))
+      causes.push_back(sigmas(fmt::format("gnss[{}].velocity", i), scale_velocities, i, &SigmaScales::velocity));
   }
   for (std::size_t i = 0; i < options.attitude.size(); ++i)
     causes.push_back(sigmas(fmt::format("attitude[{}]", i), scale_attitudes, i));

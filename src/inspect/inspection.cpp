@@ -423,8 +423,9 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
     if (log.calibration && log.calibration->fits()) {
       text += receiver_noise(*log.calibration);
       if (const auto& sway = log.calibration->sway) {
-        text += fmt::format("    lever_arm_sway: {{sigma: {} m, correlation_time: {} s}}   # the antenna moves on the body\n",
-                            plain(sway->sigma.x(), kDigits), plain(sway->correlation_time, kDigits));
+        text += fmt::format(
+            "    lever_arm_sway: {{sigma: {} m, correlation_time: {} s}}   # the antenna moves on the body\n",
+            plain(sway->sigma.x(), kDigits), plain(sway->correlation_time, kDigits));
       }
     } else if (log.log.sigma) {
       const ReceiverClass& usual = receiver_class(log.gnss.fixes);

@@ -76,14 +76,12 @@ std::string write_inspection(OutputFolder& output, Inspection& found, const Prog
     output.write(kSensorFile, sensor_text(guess_sensor(found)));
     // Until all is written, the sensor's file has another name.
     const std::string sensor = output.partial(kSensorFile).filename().string();
-    take_causes(
-        found,
-        [&](const Inspection& now) {
-          output.write(kSensorFile, sensor_text(guess_sensor(now)));
-          return read_replay_config(
-              Config::parse(*ready_config(now, folder.string(), sensor), folder / kReplayFile));
-        },
-        progress);
+    const auto configured = [&](const Inspection& now) {
+      output.write(kSensorFile, sensor_text(guess_sensor(now)));
+      return read_replay_config(Config::parse(*ready_config(now, folder.string(), sensor), folder / kReplayFile));
+    };
+    take_causes(found, configured, progress);
+    widen_by_withheld(found, configured);
     output.write(kSensorFile, sensor_text(guess_sensor(found)));
     config = ready_config(found, folder.string(), kSensorFile);
     const auto [wrong, sway] = own_replay(*ready_config(found, folder.string(), sensor), folder);

@@ -1,13 +1,19 @@
 #include "piste/search/rounds.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <utility>
 
+#include "core/time_search.h"
+#include "math/words.h"
 #include "piste/condition/pipeline.h"
 #include "piste/core/error.h"
 #include "piste/diagnosis/diagnose.h"
+#include "piste/math/statistics.h"
 #include "piste/replay/replay.h"
 #include "piste/start/attitude_noise.h"
 #include "search/whole_log.h"
@@ -19,13 +25,6 @@ namespace {
 
 constexpr std::size_t kReplays = 5, kMostTried = 3;  // of the causes of a round
 
-// A replay of a configuration: the verdict, and how likely its innovations are.
-struct Judged {
-  ReplayConfig config;
-  Diagnosis diagnosis;
-  double likelihood = 0;
-};
-
 double likelihood_of(const Log& log, const Solution& run) {
   const UnderWay under_way(log, run.sources, run.time(0));
   std::vector<Innovation> counted;
@@ -35,22 +34,119 @@ double likelihood_of(const Log& log, const Solution& run) {
   return log_likelihood(counted, run.sources);
 }
 
+// A configuration, and its logs with sums of samples.
+struct Ready {
+  ReplayConfig config;
+  ReplayOptions options;
+  Log log;
+};
+
+Ready ready(ReplayConfig config) {
+  ReplayOptions options = replay_options(config);
+  options.longest = WholeLog::kLongest;
+  options.smoother = SmootherKind::kNone;
+  const Recording recording = read_recording(config);
+  options.filter = with_attitude_sigmas(std::move(options.filter), recording.attitude);
+  Log log = thinned(condition(recording, options.conditioning));
+  return {std::move(config), std::move(options), std::move(log)};
+}
+
+// A replay of a configuration: the verdict, and how likely its innovations are.
+struct Judged {
+  ReplayConfig config;
+  Diagnosis diagnosis;
+  double likelihood = 0;
+};
+
 // Nothing where no replay runs.
 std::optional<Judged> judged(ReplayConfig config) {
   try {
-    ReplayOptions options = replay_options(config);
-    options.longest = WholeLog::kLongest;
-    options.smoother = SmootherKind::kNone;
-    const Recording recording = read_recording(config);
-    options.filter = with_attitude_sigmas(std::move(options.filter), recording.attitude);
-    const Replay run = replay(thinned(condition(recording, options.conditioning)), options);
+    Ready r = ready(std::move(config));
+    const Replay run = replay(std::move(r.log), r.options);
     const Solution& filtered = run.filtered.solution;
     if (filtered.empty()) return std::nullopt;
-    return Judged{std::move(config), diagnosed(run.log, run.options, options.heading, run.found, filtered, nullptr),
+    return Judged{std::move(r.config), diagnosed(run.log, run.options, r.options.heading, run.found, filtered, nullptr),
                   likelihood_of(run.log, filtered)};
   } catch (const Error&) {
     return std::nullopt;
   }
+}
+
+// ---- What fixes show that a run does not use ----
+
+constexpr double kSettled = 20, kWindow = 10, kEvery = 20;  // s: after the start; windows, and from one to the next
+constexpr double kUnfelt = 1e3;                             // m: 1-sigma of a fix that a run does not feel
+constexpr std::size_t kFewestWindows = 3;
+
+// Variance of the white error of a position with these stated sigmas.
+Vector3d white_variance(const std::optional<PositionDrift>& slow, const Vector3d& stated) {
+  const Vector3d total = stated.cwiseAbs2();
+  if (!slow) return total;
+  if (slow->of_stated) return total.cwiseProduct(Vector3d::Ones() - slow->sigma.cwiseAbs2());
+  constexpr double kLeastWhite = 0.1;  // of the sigma (model/gnss.h)
+  return (total - slow->sigma.cwiseAbs2()).cwiseMax(kLeastWhite * kLeastWhite * total);
+}
+
+// The errors at the ends of windows without fixes of the first receiver, by their sigmas.
+struct Withheld {
+  std::size_t windows = 0;
+  double mean_square = 0;  // of an axis
+
+  // What chance lets it be in one of a thousand logs.
+  double most() const {
+    const double rows = 3 * static_cast<double>(windows);
+    return chi_squared_quantile(0.999, rows) / rows;
+  }
+  bool too_sure() const { return windows >= kFewestWindows && mean_square > most(); }
+};
+
+Withheld withheld(ReplayConfig config) {
+  Ready r = ready(std::move(config));
+  std::vector<GnssFix>& fixes = r.log.gnss.front();
+  const Replay used = replay(r.log, r.options);
+  const double first = used.found.start.time + kSettled, last = used.log.imu.back().time;
+  std::map<double, Vector3d> ends;  // the last fix in each window that a run would use, and what it states
+  std::vector<Interval> windows;
+  for (double start = first; start + kWindow < last; start += kEvery) {
+    const Interval window{start, start + kWindow};
+    const bool still = std::ranges::any_of(r.log.rest, [&](const Interval& rest) { return overlap(rest, window) > 0; });
+    const Innovation* end = nullptr;
+    for (const Innovation& v : used.filtered.solution.innovations) {
+      if (used.filtered.solution.sources[static_cast<std::size_t>(v.source)] == "gnss[0].position" &&
+          v.outcome == Outcome::kUsed && window.contains(v.time + v.late))
+        end = &v;
+    }
+    if (still || end == nullptr || end->time + end->late < window.end - kWindow / 4) continue;
+    const auto fix = first_at_or_after(fixes, end->time + end->late - kSameInstant);
+    ends[fix->time] = fix->sigma_position;
+    windows.push_back(window);
+  }
+  for (const Interval& window : windows) {
+    for (std::vector<GnssFix>& receiver : r.log.gnss) {
+      for (GnssFix& fix : receiver) {
+        if (!window.contains(fix.time)) continue;
+        fix.slow_level = fix.slow_level.cwiseProduct(fix.sigma_position) / kUnfelt;
+        fix.sigma_position.setConstant(kUnfelt);
+        fix.correlation.setZero();
+        fix.velocity.reset();
+      }
+    }
+  }
+  const std::optional<PositionDrift>& slow = r.options.filter.gnss.front().drift;
+  const Replay run = replay(std::move(r.log), r.options);
+  Withheld found;
+  double sum = 0;
+  for (const Innovation& v : run.filtered.solution.innovations) {
+    if (run.filtered.solution.sources[static_cast<std::size_t>(v.source)] != "gnss[0].position") continue;
+    const auto end = ends.lower_bound(v.time + v.late - kSameInstant);
+    if (end == ends.end() || end->first > v.time + v.late + kSameInstant) continue;
+    const Vector3d variance =
+        v.sigma.cwiseAbs2() - white_variance(slow, Vector3d::Constant(kUnfelt)) + white_variance(slow, end->second);
+    sum += v.residual.cwiseAbs2().cwiseQuotient(variance).sum();
+    ++found.windows;
+  }
+  if (found.windows > 0) found.mean_square = sum / (3 * static_cast<double>(found.windows));
+  return found;
 }
 
 using Calibrations = std::vector<std::optional<Calibration>>;
@@ -75,8 +171,8 @@ std::vector<InspectedLog*> receivers_of(Inspection& found) {
 }
 
 bool same(const std::optional<PositionDrift>& a, const std::optional<PositionDrift>& b) {
-  return a.has_value() == b.has_value() && (!a || (a->sigma == b->sigma && a->of_stated == b->of_stated &&
-                                                   a->correlation_time == b->correlation_time));
+  return a.has_value() == b.has_value() &&
+         (!a || (a->sigma == b->sigma && a->of_stated == b->of_stated && a->correlation_time == b->correlation_time));
 }
 
 // Makes the calibrations state what a cause changes. Returns false where they cannot.
@@ -108,6 +204,12 @@ bool apply(const LikelierCause& cause, const ReplayConfig& config, Inspection& f
   return true;
 }
 
+void widen(TriadErrors& triad, double factor) {
+  triad.noise *= factor;
+  triad.drift.sigma *= factor;
+  triad.drift.density *= factor;
+}
+
 }  // namespace
 
 void take_causes(Inspection& found, const std::function<ReplayConfig(const Inspection&)>& configured,
@@ -136,6 +238,50 @@ void take_causes(Inspection& found, const std::function<ReplayConfig(const Inspe
     if (!better) return;
     now = std::move(better);
     found.rounds.push_back({.verdict = verdict_line(now->diagnosis.verdict)});
+  }
+}
+
+void widen_by_withheld(Inspection& found, const std::function<ReplayConfig(const Inspection&)>& configured) {
+  constexpr int kMost = 3;  // times that it is widened
+  if (found.calibration() == nullptr || found.rounds.empty()) return;
+  try {
+    Withheld now = withheld(configured(found));
+    double whole = 1;
+    const Withheld at_first = now;
+    for (int k = 0; k < kMost && now.too_sure(); ++k) {
+      const Calibrations before = calibrations_of(found);
+      const double factor = std::sqrt(now.mean_square);
+      for (InspectedLog& log : found.logs) {
+        if (!log.calibration) continue;
+        widen(log.calibration->sensor.gyro, factor);
+        widen(log.calibration->sensor.accel, factor);
+      }
+      const Withheld wider = withheld(configured(found));
+      if (!(wider.mean_square < now.mean_square)) {  // it is not the IMU's noise
+        set_calibrations(found, before);
+        break;
+      }
+      now = wider;
+      whole *= factor;
+    }
+    if (!at_first.too_sure()) return;
+    const std::string shown =
+        fmt::format("after {:g} s without fixes, in {} windows, errors are {} of their sigmas (rms)", kWindow,
+                    at_first.windows, plain(std::sqrt(at_first.mean_square), 2));
+    const std::string left = fmt::format("they are {} now", plain(std::sqrt(now.mean_square), 2));
+    found.suspicions.insert(
+        found.suspicions.begin(),
+        {LogFault::kDoesNotHold, found.logs[*found.first(LogKind::kImu)].log.file, shown,
+         whole > 1 ? fmt::format("noise and drift of the IMU are stated {} times as large as the innovations show, "
+                                 "and {}; look for the cause: axes, lever arm, clock",
+                                 plain(whole, 2), left)
+                   : std::string("no noise of the IMU explains that; look for the cause: axes, lever arm, clock")});
+    if (whole > 1) {
+      found.rounds.back().taken = fmt::format("{}: noise and drift of the IMU times {}", shown, plain(whole, 2));
+      if (const auto last = judged(configured(found)))
+        found.rounds.push_back({.verdict = verdict_line(last->diagnosis.verdict)});
+    }
+  } catch (const Error&) {  // no replay runs
   }
 }
 

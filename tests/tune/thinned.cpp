@@ -37,8 +37,7 @@ Estimate mechanized(const Log& log) {
   const Gravity gravity = log.world.gravity(x.p_wb);
   const auto& imu = log.imu;
   for (std::size_t k = 0; k < imu.size(); ++k) {
-    const ImuStep step =
-        make_step(k > 0 ? &imu[k - 1] : nullptr, imu[k], k + 1 < imu.size() ? &imu[k + 1] : nullptr);
+    const ImuStep step = make_step(k > 0 ? &imu[k - 1] : nullptr, imu[k], k + 1 < imu.size() ? &imu[k + 1] : nullptr);
     mechanize(x, step, log.world.earth_rate(), gravity);
   }
   return x;

@@ -15,7 +15,7 @@ namespace piste {
 /// What a configuration states of the errors of its sensors: a cause is a change of it.
 struct StatedModel {
   FilterOptions options;
-  std::vector<SigmaScales> scales;            ///< of the sigmas of each receiver, besides those of the log
+  std::vector<SigmaScales> scales;           ///< of the sigmas of each receiver, besides those of the log
   double clock_offset = 0, clock_drift = 0;  ///< of the IMU's clock, besides that of the configuration [s], a ratio
 };
 

@@ -23,4 +23,11 @@ namespace piste {
 void take_causes(Inspection& found, const std::function<ReplayConfig(const Inspection&)>& configured,
                  const ProgressCallback& progress = {});
 
+/// Withholds fixes of the first receiver: 10 s of each 20 s of what is no rest. Where
+/// the errors at the ends of these windows are larger than their sigmas, more than chance lets them be in one of a
+/// thousand logs, noise and drift of the IMU are made as much larger, three times at most. `found.suspicions` then
+/// begins with a line about it. Innovations alone may not show it, as fixes correct the state before it drifts.
+/// @pre take_causes(), with the same `configured`
+void widen_by_withheld(Inspection& found, const std::function<ReplayConfig(const Inspection&)>& configured);
+
 }  // namespace piste

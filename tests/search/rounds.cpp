@@ -1,0 +1,86 @@
+#include "piste/search/rounds.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "piste/configuration/sensor_file.h"
+#include "piste/io/config.h"
+#include "piste/search/inspect.h"
+#include "support/places.h"
+#include "support/text_file.h"
+
+namespace piste::test {
+namespace {
+
+// The shipped run, whose calibration is right, and its configuration.
+class Rounds : public testing::Test {
+ protected:
+  ReplayConfig configured(const Inspection& now) {
+    folder_.write("sensor.yaml", sensor_text(guess_sensor(now)));
+    return read_replay_config(
+        Config::parse(*ready_config(now, folder_.path().string(), "sensor.yaml"), folder_.path() / "replay.yaml"));
+  }
+  static const Inspection& shipped() {
+    static const std::string run = (kSource / "data/ski_run/").string();
+    static const Inspection found = inspect({run + "mt9a_1.csv", run + "gnss.csv"});
+    return found;
+  }
+  static Calibration& calibration(Inspection& found) { return *found.logs[*found.first(LogKind::kGnss)].calibration; }
+
+ private:
+  TemporaryFolder folder_;
+};
+
+TEST_F(Rounds, TheConfigurationTakesWhatItsVerdictFinds) {
+  Inspection found = shipped();
+  ASSERT_TRUE(found.calibration() != nullptr);
+  const auto replayed = [this](const Inspection& now) { return configured(now); };
+  take_causes(found, replayed);
+  ASSERT_EQ(found.rounds.size(), 1u);
+  EXPECT_EQ(found.rounds[0].verdict, "sigmas hold");
+  EXPECT_EQ(found.rounds[0].taken, "");
+  // Nor is it too sure of what it does without fixes.
+  widen_by_withheld(found, replayed);
+  EXPECT_EQ(found.rounds.size(), 1u);
+
+  const double right = calibration(found).sigma_scales.velocity;
+  calibration(found).sigma_scales.velocity /= 4;
+  take_causes(found, replayed);
+  ASSERT_GE(found.rounds.size(), 2u);
+  EXPECT_NE(found.rounds.front().verdict, "sigmas hold");
+  EXPECT_EQ(found.rounds.back().verdict, "sigmas hold");
+  for (std::size_t i = 0; i + 1 < found.rounds.size(); ++i) EXPECT_GT(found.rounds[i].gain, 3);
+  EXPECT_TRUE(std::any_of(found.rounds.begin(), found.rounds.end(),
+                          [](const auto& r) { return contains(r.taken, "gnss[0].velocity"); }));
+  EXPECT_LT(std::abs(std::log(calibration(found).sigma_scales.velocity / right)), std::log(1.5));
+}
+
+// An IMU said to be far too good: as each fix corrects what it does, the innovations hardly show it.
+TEST_F(Rounds, WhatIsTooSureWithoutFixesIsWidened) {
+  Inspection found = shipped();
+  ASSERT_TRUE(found.calibration() != nullptr);
+  ImuSensor& sensor = calibration(found).sensor;
+  const ImuSensor right = sensor;
+  for (TriadErrors* triad : {&sensor.gyro, &sensor.accel}) {
+    triad->noise /= 20;
+    triad->drift.sigma /= 20;
+  }
+  found.rounds = {{.verdict = "sigmas hold"}};
+  widen_by_withheld(found, [this](const Inspection& now) { return configured(now); });
+  ASSERT_EQ(found.rounds.size(), 2u);
+  EXPECT_TRUE(contains(found.rounds.front().taken, "noise and drift of the IMU times")) << found.rounds.front().taken;
+  EXPECT_EQ(found.suspicions.front().fault, LogFault::kDoesNotHold);
+  EXPECT_GT(sensor.accel.noise, 3 * right.accel.noise / 20);
+}
+
+TEST_F(Rounds, NothingChangesWhereNoReplayRuns) {
+  Inspection found;
+  found.rounds.push_back({.verdict = "of an earlier call"});
+  take_causes(found, [](const Inspection&) { return ReplayConfig{}; });
+  EXPECT_TRUE(found.rounds.empty());
+}
+
+}  // namespace
+}  // namespace piste::test
